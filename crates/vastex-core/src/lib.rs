@@ -1,0 +1,29 @@
+//! The part of Vastex that decides.
+//!
+//! This crate knows the shape of virtual textures ([`Geometry`]), names their pages ([`PageId`]), keeps the CPU
+//! image of the page table ([`TableImage`]) and decides, frame after frame, which pages are loaded, which are
+//! evicted and how much coarser the picture has to be for everything to fit ([`Pager`]).
+//!
+//! It is not responsible for anything that can fail or that takes time: it does no I/O, touches no GPU, reads no
+//! clock and starts no thread. The frame index is its time; events go in, decisions come out as values.
+
+mod event;
+mod feedback;
+mod format;
+mod geometry;
+mod page;
+mod pool;
+pub mod shared;
+mod space;
+mod table;
+mod tail;
+
+pub use event::Event;
+pub use feedback::{Feedback, Need, WantedPage};
+pub use format::{Description, Layer, LayerFormat};
+pub use geometry::{AddressMode, Geometry, GeometryError, GeometrySpec, Level, MAX_LEVELS, MAX_TEXELS, PAGE_TEXELS};
+pub use page::{Dims, PageId, PageIdError, PagePos, TextureId};
+pub use pool::{ArrayLimits, PoolError, PoolLayout, Slot, SlotPlace};
+pub use space::{Box3, fold};
+pub use table::{ChangeRule, TableChange, TableEntry, TableImage, TableLayout};
+pub use tail::TailLayout;

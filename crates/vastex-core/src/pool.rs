@@ -1,0 +1,200 @@
+//! The pool: fixed-size memory made of equal slots, for one set of layer formats and one tile size.
+//!
+//! Here stands how many slots a budget of bytes gives and where each lies; that the memory exists is the GPU crate's
+//! business, which tile is in which slot the residency's.
+
+use crate::format::Description;
+use crate::shared::ENTRY_SLOT_BITS;
+
+/// The place of one tile in a pool, counted from 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Slot(u32);
+
+impl Slot {
+    /// The slot with this number.
+    pub const fn new(index: u32) -> Slot {
+        Slot(index)
+    }
+
+    /// The slot's number.
+    pub const fn index(self) -> u32 {
+        self.0
+    }
+}
+
+/// What a device allows for texture arrays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ArrayLimits {
+    /// Texels per side of a 2-D texture.
+    pub max_side: u32,
+    /// Images in a texture array.
+    pub max_images: u32,
+}
+
+/// Why no pool can be laid out.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum PoolError {
+    /// The budget is below one slot for each thing that must always be resident, and one more to work with.
+    #[error(
+        "a pool of {budget} bytes holds {slots} tiles of {tile_bytes} bytes, but {needed} are needed at least; \
+         make the pool at least {} bytes or the pages smaller",
+        *needed as u64 * *tile_bytes
+    )]
+    TooSmall {
+        /// The budget in bytes.
+        budget: u64,
+        /// Slots that it gives.
+        slots: u32,
+        /// Bytes of one tile.
+        tile_bytes: u64,
+        /// Slots needed.
+        needed: u32,
+    },
+    /// One tile is larger than a texture of the device.
+    #[error("a tile of {tile} texels per side does not fit this device's textures of {max_side}; use smaller pages")]
+    TileTooLarge {
+        /// Texels per side of a tile.
+        tile: u32,
+        /// Texels per side that the device allows.
+        max_side: u32,
+    },
+}
+
+/// How a pool is laid out: images of a texture array, each a grid of slots.
+///
+/// Slot `n` is in image `n / (columns * rows)`; within it, row by row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PoolLayout {
+    /// Size of a slot in texels.
+    pub tile: [u32; 2],
+    /// Slots along x of an image.
+    pub columns: u32,
+    /// Slots along y of an image.
+    pub rows: u32,
+    /// Images in the array.
+    pub images: u32,
+    /// Bytes of a slot, all layers.
+    pub tile_bytes: u64,
+}
+
+/// Where a slot lies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SlotPlace {
+    /// Image of the array.
+    pub image: u32,
+    /// First texel of the slot.
+    pub origin: [u32; 2],
+}
+
+impl PoolLayout {
+    /// Slots that a pool needs at least, for each texture in it: its tail, and one to work with.
+    pub const MIN_SLOTS: u32 = 2;
+
+    /// The layout with the most slots within `budget` bytes; fails below [`PoolLayout::MIN_SLOTS`].
+    ///
+    /// Of the layouts with equally many slots, the one with the fewest images is taken.
+    pub fn fit(description: &Description, budget: u64, limits: ArrayLimits) -> Result<PoolLayout, PoolError> {
+        let [width, height, _] = description.geometry.tile();
+        let tile_bytes = description.tile_bytes() as u64;
+        let per_side = limits.max_side / width.max(height);
+        if per_side == 0 {
+            return Err(PoolError::TileTooLarge { tile: width.max(height), max_side: limits.max_side });
+        }
+        let affordable = (budget / tile_bytes).min(1 << ENTRY_SLOT_BITS) as u32;
+        let largest_image = u64::from(per_side) * u64::from(per_side);
+        let fewest = u64::from(affordable).div_ceil(largest_image).clamp(1, u64::from(limits.max_images)) as u32;
+        let most = limits.max_images.min(fewest * 2).max(fewest);
+        let mut best: Option<PoolLayout> = None;
+        for images in fewest..=most {
+            let share = affordable / images;
+            for rows in 1..=per_side.min(share) {
+                let columns = (share / rows).min(per_side);
+                let layout = PoolLayout { tile: [width, height], columns, rows, images, tile_bytes };
+                let squarer = |a: &PoolLayout, b: &PoolLayout| a.columns.abs_diff(a.rows) < b.columns.abs_diff(b.rows);
+                let better = |b: &PoolLayout| {
+                    layout.slots() > b.slots()
+                        || layout.slots() == b.slots() && layout.images == b.images && squarer(&layout, b)
+                };
+                if best.as_ref().is_none_or(better) {
+                    best = Some(layout);
+                }
+            }
+        }
+        match best {
+            Some(layout) if layout.slots() >= Self::MIN_SLOTS => Ok(layout),
+            _ => Err(PoolError::TooSmall { budget, slots: affordable, tile_bytes, needed: Self::MIN_SLOTS }),
+        }
+    }
+
+    /// Slots of the pool.
+    pub fn slots(&self) -> u32 {
+        self.columns * self.rows * self.images
+    }
+
+    /// Bytes of the pool, all layers.
+    pub fn bytes(&self) -> u64 {
+        u64::from(self.slots()) * self.tile_bytes
+    }
+
+    /// Size of one image in texels.
+    pub fn image_size(&self) -> [u32; 2] {
+        [self.columns * self.tile[0], self.rows * self.tile[1]]
+    }
+
+    /// Where a slot lies.
+    pub fn place(&self, slot: Slot) -> SlotPlace {
+        let per_image = self.columns * self.rows;
+        let (image, cell) = (slot.0 / per_image, slot.0 % per_image);
+        SlotPlace { image, origin: [cell % self.columns * self.tile[0], cell / self.columns * self.tile[1]] }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::format::LayerFormat;
+    use crate::geometry::{Geometry, GeometrySpec};
+    use proptest::prelude::*;
+
+    fn description(page: u32) -> Description {
+        let geometry = Geometry::new(GeometrySpec { page, ..GeometrySpec::image(1000, 1000) }).unwrap();
+        Description::one_layer(geometry, LayerFormat::Rgba8)
+    }
+
+    const LIMITS: ArrayLimits = ArrayLimits { max_side: 4096, max_images: 256 };
+
+    #[test]
+    fn a_mebibyte_holds_fourteen_tiles() {
+        let layout = PoolLayout::fit(&description(128), 1 << 20, LIMITS).unwrap();
+        assert_eq!((layout.slots(), layout.bytes(), layout.images), (14, 14 * 136 * 136 * 4, 1));
+    }
+
+    #[test]
+    fn a_pool_without_room_is_refused_with_the_remedy() {
+        let error = PoolLayout::fit(&description(128), 100_000, LIMITS).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "a pool of 100000 bytes holds 1 tiles of 73984 bytes, but 2 are needed at least; make the pool at least \
+             147968 bytes or the pages smaller"
+        );
+        let limits = ArrayLimits { max_side: 100, ..LIMITS };
+        assert!(matches!(PoolLayout::fit(&description(128), 1 << 20, limits), Err(PoolError::TileTooLarge { .. })));
+    }
+
+    proptest! {
+        #[test]
+        fn a_layout_stays_within_its_budget_and_its_device(budget in 1u64..1 << 33, page in 8u32..600) {
+            let description = description(page);
+            let Ok(layout) = PoolLayout::fit(&description, budget, LIMITS) else { return Ok(()) };
+            prop_assert!(layout.bytes() <= budget);
+            prop_assert!(layout.image_size().into_iter().all(|side| side <= LIMITS.max_side));
+            prop_assert!(layout.images <= LIMITS.max_images);
+            let affordable = (budget / layout.tile_bytes) as u32;
+            let largest = (LIMITS.max_side / layout.tile[0]).pow(2) * LIMITS.max_images;
+            prop_assert!(layout.slots() * 100 >= affordable.min(largest) * 90, "{layout:?} wastes slots of {affordable}");
+            let last = layout.place(Slot::new(layout.slots() - 1));
+            prop_assert_eq!(last.image, layout.images - 1);
+            prop_assert!((0..2).all(|a| last.origin[a] + layout.tile[a] <= layout.image_size()[a]));
+        }
+    }
+}

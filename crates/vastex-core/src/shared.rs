@@ -1,0 +1,56 @@
+//! Constants that Rust and WGSL share: defined here once, and generated into every shader from [`WGSL`].
+//!
+//! What a field is for stands where it is used: [`crate::PageId`] and [`crate::TableEntry`].
+
+/// Bits of one page coordinate of an image.
+pub const COORD_BITS_2D: u32 = 24;
+/// Bits of one page coordinate of a volume.
+pub const COORD_BITS_3D: u32 = 16;
+/// Bits of a level in a page id and in a table entry.
+pub const LEVEL_BITS: u32 = 5;
+/// Where the level begins in a page id.
+pub const LEVEL_SHIFT: u32 = 48;
+/// Bits of a texture's number in a page id.
+pub const TEXTURE_BITS: u32 = 11;
+/// Where the texture's number begins in a page id.
+pub const TEXTURE_SHIFT: u32 = 53;
+/// Bits of a slot in a table entry; the level stands above them.
+pub const ENTRY_SLOT_BITS: u32 = 27;
+/// Steps into which feedback divides a level.
+pub const STEPS_PER_LEVEL: u32 = 8;
+/// Bits of such a step.
+pub const STEP_BITS: u32 = 3;
+/// Side of the block of full-resolution pixels that one feedback pixel stands for.
+pub const FEEDBACK_SCALE: u32 = 8;
+/// Frames after which the feedback pass has looked at every one of its sample positions.
+pub const JITTER_CYCLE: u32 = 16;
+/// Levels that a texture can have.
+pub const MAX_LEVELS: u32 = 32;
+/// Feedback flag: the pixel shows no virtual texture.
+pub const FEEDBACK_EMPTY: u32 = 0;
+/// Feedback flag: the pixel wants the page that it names.
+pub const FEEDBACK_WANTED: u32 = 1;
+/// Feedback flag: the pixel's gradients are zero, infinite or no numbers, so it wants nothing.
+pub const FEEDBACK_DEGENERATE: u32 = 2;
+/// Threads of one workgroup of every compute shader.
+pub const WORKGROUP: u32 = 64;
+
+/// Every constant above, as (name, value), for the generator of shader text.
+pub const WGSL: &[(&str, u32)] = &[
+    ("COORD_BITS_2D", COORD_BITS_2D),
+    ("COORD_BITS_3D", COORD_BITS_3D),
+    ("LEVEL_BITS", LEVEL_BITS),
+    ("LEVEL_SHIFT", LEVEL_SHIFT),
+    ("TEXTURE_BITS", TEXTURE_BITS),
+    ("TEXTURE_SHIFT", TEXTURE_SHIFT),
+    ("ENTRY_SLOT_BITS", ENTRY_SLOT_BITS),
+    ("STEPS_PER_LEVEL", STEPS_PER_LEVEL),
+    ("STEP_BITS", STEP_BITS),
+    ("FEEDBACK_SCALE", FEEDBACK_SCALE),
+    ("JITTER_CYCLE", JITTER_CYCLE),
+    ("MAX_LEVELS", MAX_LEVELS),
+    ("FEEDBACK_EMPTY", FEEDBACK_EMPTY),
+    ("FEEDBACK_WANTED", FEEDBACK_WANTED),
+    ("FEEDBACK_DEGENERATE", FEEDBACK_DEGENERATE),
+    ("WORKGROUP", WORKGROUP),
+];

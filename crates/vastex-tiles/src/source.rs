@@ -1,0 +1,93 @@
+//! What every source of tiles can do.
+
+use std::future::Future;
+use std::pin::Pin;
+use std::sync::Arc;
+
+use vastex_core::{Description, PagePos};
+
+use crate::tile::Tile;
+
+/// `Send`, except in a browser, where nothing is.
+#[cfg(not(target_family = "wasm"))]
+pub trait MaybeSend: Send {}
+#[cfg(not(target_family = "wasm"))]
+impl<T: Send + ?Sized> MaybeSend for T {}
+/// `Send`, except in a browser, where nothing is.
+#[cfg(target_family = "wasm")]
+pub trait MaybeSend {}
+#[cfg(target_family = "wasm")]
+impl<T: ?Sized> MaybeSend for T {}
+
+/// `Sync`, except in a browser, where nothing is.
+#[cfg(not(target_family = "wasm"))]
+pub trait MaybeSync: Sync {}
+#[cfg(not(target_family = "wasm"))]
+impl<T: Sync + ?Sized> MaybeSync for T {}
+/// `Sync`, except in a browser, where nothing is.
+#[cfg(target_family = "wasm")]
+pub trait MaybeSync {}
+#[cfg(target_family = "wasm")]
+impl<T: ?Sized> MaybeSync for T {}
+
+/// Why a tile could not be read. It concerns this tile alone; another read of it may succeed.
+#[derive(Clone, Debug, thiserror::Error)]
+pub enum ReadError {
+    /// The page does not exist in this texture, or the source holds no tile for it.
+    #[error("{pos}: no such tile")]
+    NoSuchTile {
+        /// The page asked for.
+        pos: PagePos,
+    },
+    /// The store could not give the bytes.
+    #[error("{pos}: {place}: {error}")]
+    Store {
+        /// The page asked for.
+        pos: PagePos,
+        /// Where the bytes were to come from: a file or URL, and the range in it.
+        place: String,
+        /// What the store said.
+        error: String,
+    },
+    /// The bytes came but are not the tile's.
+    #[error("{pos}: {place}: {fault}; rebuild the file, or copy it anew")]
+    Damaged {
+        /// The page asked for.
+        pos: PagePos,
+        /// Where the bytes came from: a file or URL, and the range in it.
+        place: String,
+        /// What is wrong with them.
+        fault: String,
+    },
+}
+
+/// A read under way. Dropping it cancels the read.
+#[cfg(not(target_family = "wasm"))]
+pub type ReadFuture<'a> = Pin<Box<dyn Future<Output = Result<Tile, ReadError>> + Send + 'a>>;
+/// A read under way. Dropping it cancels the read.
+#[cfg(target_family = "wasm")]
+pub type ReadFuture<'a> = Pin<Box<dyn Future<Output = Result<Tile, ReadError>> + 'a>>;
+
+/// Turns pages into tiles.
+///
+/// A source is shared by threads. It never blocks another read for longer than its own takes, and never panics on bad
+/// data: an error concerns one tile. `conformance` checks an implementation.
+pub trait TileSource: MaybeSend + MaybeSync {
+    /// The texture that the source holds. The same at every call.
+    fn description(&self) -> &Arc<Description>;
+
+    /// The tile of a page finer than the tail, or the tail's (at [`vastex_core::Geometry::tail_pos`]), still encoded.
+    ///
+    /// A local read never suspends. Dropping the future cancels the read.
+    fn read(&self, pos: PagePos) -> ReadFuture<'_>;
+}
+
+impl<S: TileSource + ?Sized> TileSource for Arc<S> {
+    fn description(&self) -> &Arc<Description> {
+        (**self).description()
+    }
+
+    fn read(&self, pos: PagePos) -> ReadFuture<'_> {
+        (**self).read(pos)
+    }
+}
