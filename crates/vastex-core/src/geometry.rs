@@ -74,7 +74,9 @@ pub enum GeometryError {
         page: u32,
     },
     /// A level would have more pages than a page id can tell apart.
-    #[error("a side of {texels} texels makes {pages} pages of {page}, more than the {max} that a page id can tell apart; use larger pages")]
+    #[error(
+        "a side of {texels} texels makes {pages} pages of {page}, more than the {max} that a page id can tell apart; use larger pages"
+    )]
     Pages {
         /// Texels along the side.
         texels: u32,
@@ -154,7 +156,11 @@ impl Geometry {
                         return Err(GeometryError::Levels(index));
                     }
                     let size = std::array::from_fn(|a| finer.size[a].div_ceil(factor[a]));
-                    (size, factor, std::array::from_fn(|a| finer.scale[a].saturating_mul(u64::from(factor[a]))))
+                    (
+                        size,
+                        factor,
+                        std::array::from_fn(|a| finer.scale[a].saturating_mul(u64::from(factor[a]))),
+                    )
                 }
             };
             let pages: [u32; 3] = std::array::from_fn(|a| size[a].div_ceil(page[a]));
@@ -294,8 +300,7 @@ impl Geometry {
     /// The pages of a level finer than the tail, row by row.
     pub fn pages_of_level(&self, level: u8) -> impl Iterator<Item = PagePos> + use<> {
         let [nx, ny, nz] = self.level(level).pages;
-        (0..nz)
-            .flat_map(move |z| (0..ny).flat_map(move |y| (0..nx).map(move |x| PagePos { level, x, y, z })))
+        (0..nz).flat_map(move |z| (0..ny).flat_map(move |y| (0..nx).map(move |x| PagePos { level, x, y, z })))
     }
 
     /// Number of pages, the tail counted as one.
@@ -344,11 +349,13 @@ mod tests {
 
     /// Any shape that is quick to walk: up to 1000 texels per side, odd pages included.
     pub(crate) fn any_geometry() -> impl Strategy<Value = Geometry> {
-        (any::<bool>(), prop::array::uniform3(1u32..1000), 8u32..80, 1u32..5).prop_map(|(volume, size, page, border)| {
-            let dims = if volume { Dims::D3 } else { Dims::D2 };
-            let size = if volume { size.map(|n| n.div_ceil(4)) } else { [size[0], size[1], 1] };
-            Geometry::new(GeometrySpec { dims, size, page, border, address: Default::default() }).unwrap()
-        })
+        (any::<bool>(), prop::array::uniform3(1u32..1000), 8u32..80, 1u32..5).prop_map(
+            |(volume, size, page, border)| {
+                let dims = if volume { Dims::D3 } else { Dims::D2 };
+                let size = if volume { size.map(|n| n.div_ceil(4)) } else { [size[0], size[1], 1] };
+                Geometry::new(GeometrySpec { dims, size, page, border, address: Default::default() }).unwrap()
+            },
+        )
     }
 
     proptest! {
@@ -403,8 +410,14 @@ mod tests {
         let refused = |spec| Geometry::new(spec).unwrap_err();
         assert_eq!(refused(GeometrySpec { page: 0, ..image }), GeometryError::Page(0));
         assert_eq!(refused(GeometrySpec { page: 100_000, ..image }), GeometryError::Page(100_000));
-        assert_eq!(refused(GeometrySpec { border: 0, ..image }), GeometryError::Border { border: 0, page: 128 });
-        assert_eq!(refused(GeometrySpec { border: 65, ..image }), GeometryError::Border { border: 65, page: 128 });
+        assert_eq!(
+            refused(GeometrySpec { border: 0, ..image }),
+            GeometryError::Border { border: 0, page: 128 }
+        );
+        assert_eq!(
+            refused(GeometrySpec { border: 65, ..image }),
+            GeometryError::Border { border: 65, page: 128 }
+        );
         assert_eq!(refused(GeometrySpec::image(0, 5)), GeometryError::Size([0, 5, 1]));
         assert_eq!(refused(GeometrySpec { size: [5, 5, 2], ..image }), GeometryError::Size([5, 5, 2]));
         let huge = GeometrySpec { page: 8, ..GeometrySpec::image(MAX_TEXELS, 8) };
@@ -415,7 +428,8 @@ mod tests {
 
     #[test]
     fn factors_other_than_two_nest_too() {
-        let geometry = Geometry::with_factors(GeometrySpec::image(900, 300), &[[3, 1, 1], [300, 300, 1]]).unwrap();
+        let geometry =
+            Geometry::with_factors(GeometrySpec::image(900, 300), &[[3, 1, 1], [300, 300, 1]]).unwrap();
         assert_eq!(geometry.level(1).size, [300, 300, 1]);
         assert_eq!(geometry.ancestor(PagePos::new_2d(0, 5, 2), 1), PagePos::new_2d(1, 1, 2));
     }

@@ -7,23 +7,38 @@
 //! It is not responsible for anything that can fail or that takes time: it does no I/O, touches no GPU, reads no
 //! clock and starts no thread. The frame index is its time; events go in, decisions come out as values.
 
+mod budget;
+#[cfg(feature = "checks")]
+mod checks;
 mod event;
 mod feedback;
 mod format;
 mod geometry;
+mod order;
 mod page;
+mod pager;
 mod pool;
+mod residency;
 pub mod shared;
+#[cfg(feature = "sim")]
+pub mod sim;
 mod space;
 mod table;
 mod tail;
+mod textures;
+mod working_set;
 
+pub use budget::UploadBucket;
 pub use event::Event;
 pub use feedback::{Feedback, Need, WantedPage};
 pub use format::{Description, Layer, LayerFormat};
-pub use geometry::{AddressMode, Geometry, GeometryError, GeometrySpec, Level, MAX_LEVELS, MAX_TEXELS, PAGE_TEXELS};
+pub use geometry::{
+    AddressMode, Geometry, GeometryError, GeometrySpec, Level, MAX_LEVELS, MAX_TEXELS, PAGE_TEXELS,
+};
 pub use page::{Dims, PageId, PageIdError, PagePos, TextureId};
+pub use pager::{Pager, PagerSettings, Request, Upload};
 pub use pool::{ArrayLimits, PoolError, PoolLayout, Slot, SlotPlace};
+pub use residency::{PageState, Stats};
 pub use space::{Box3, fold};
 pub use table::{ChangeRule, TableChange, TableEntry, TableImage, TableLayout};
 pub use tail::TailLayout;

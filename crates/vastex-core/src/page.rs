@@ -162,7 +162,12 @@ impl PageId {
             Dims::D2 => 0,
             Dims::D3 => (self.0 >> (2 * bits)) & mask,
         };
-        PagePos { level: self.level(), x: (self.0 & mask) as u32, y: ((self.0 >> bits) & mask) as u32, z: z as u32 }
+        PagePos {
+            level: self.level(),
+            x: (self.0 & mask) as u32,
+            y: ((self.0 >> bits) & mask) as u32,
+            z: z as u32,
+        }
     }
 
     /// The packed bits.
@@ -210,7 +215,10 @@ mod tests {
     #[test]
     fn fields_that_overflow_are_refused() {
         let t = TextureId::new(0).unwrap();
-        assert_eq!(PageId::new(t, Dims::D2, PagePos::at(0, [0, 0, 1])), Err(PageIdError::Coord { coord: 1, bits: 0 }));
+        assert_eq!(
+            PageId::new(t, Dims::D2, PagePos::at(0, [0, 0, 1])),
+            Err(PageIdError::Coord { coord: 1, bits: 0 })
+        );
         assert_eq!(
             PageId::new(t, Dims::D3, PagePos::at(0, [0, 65536, 0])),
             Err(PageIdError::Coord { coord: 65536, bits: 16 })

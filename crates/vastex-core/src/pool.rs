@@ -51,7 +51,9 @@ pub enum PoolError {
         needed: u32,
     },
     /// One tile is larger than a texture of the device.
-    #[error("a tile of {tile} texels per side does not fit this device's textures of {max_side}; use smaller pages")]
+    #[error(
+        "a tile of {tile} texels per side does not fit this device's textures of {max_side}; use smaller pages"
+    )]
     TileTooLarge {
         /// Texels per side of a tile.
         tile: u32,
@@ -102,7 +104,8 @@ impl PoolLayout {
         }
         let affordable = (budget / tile_bytes).min(1 << ENTRY_SLOT_BITS) as u32;
         let largest_image = u64::from(per_side) * u64::from(per_side);
-        let fewest = u64::from(affordable).div_ceil(largest_image).clamp(1, u64::from(limits.max_images)) as u32;
+        let fewest =
+            u64::from(affordable).div_ceil(largest_image).clamp(1, u64::from(limits.max_images)) as u32;
         let most = limits.max_images.min(fewest * 2).max(fewest);
         let mut best: Option<PoolLayout> = None;
         for images in fewest..=most {
@@ -110,7 +113,8 @@ impl PoolLayout {
             for rows in 1..=per_side.min(share) {
                 let columns = (share / rows).min(per_side);
                 let layout = PoolLayout { tile: [width, height], columns, rows, images, tile_bytes };
-                let squarer = |a: &PoolLayout, b: &PoolLayout| a.columns.abs_diff(a.rows) < b.columns.abs_diff(b.rows);
+                let squarer =
+                    |a: &PoolLayout, b: &PoolLayout| a.columns.abs_diff(a.rows) < b.columns.abs_diff(b.rows);
                 let better = |b: &PoolLayout| {
                     layout.slots() > b.slots()
                         || layout.slots() == b.slots() && layout.images == b.images && squarer(&layout, b)
@@ -178,7 +182,10 @@ mod tests {
              147968 bytes or the pages smaller"
         );
         let limits = ArrayLimits { max_side: 100, ..LIMITS };
-        assert!(matches!(PoolLayout::fit(&description(128), 1 << 20, limits), Err(PoolError::TileTooLarge { .. })));
+        assert!(matches!(
+            PoolLayout::fit(&description(128), 1 << 20, limits),
+            Err(PoolError::TileTooLarge { .. })
+        ));
     }
 
     proptest! {

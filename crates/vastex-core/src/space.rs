@@ -53,10 +53,7 @@ impl Geometry {
     /// The texels of a level of the tail that the tail's tile holds, borders included.
     pub fn level_box_of_tail(&self, level: u8) -> Box3 {
         let (size, border) = (self.level(level).size, self.border());
-        Box3 {
-            origin: border.map(|b| -i64::from(b)),
-            size: std::array::from_fn(|a| size[a] + 2 * border[a]),
-        }
+        Box3 { origin: border.map(|b| -i64::from(b)), size: std::array::from_fn(|a| size[a] + 2 * border[a]) }
     }
 
     /// Where the payload texel `page_texel` of a page finer than the tail lies in its tile.
@@ -85,7 +82,8 @@ mod tests {
 
     #[test]
     fn a_tile_reaches_its_border_beyond_the_page() {
-        let geometry = Geometry::new(GeometrySpec { page: 100, border: 3, ..GeometrySpec::image(250, 120) }).unwrap();
+        let geometry =
+            Geometry::new(GeometrySpec { page: 100, border: 3, ..GeometrySpec::image(250, 120) }).unwrap();
         let tile = geometry.level_box_of_tile(PagePos::new_2d(0, 2, 1));
         assert_eq!(tile, Box3 { origin: [197, 97, 0], size: [106, 106, 1] });
         assert_eq!(geometry.fold_texel(0, [303, -3, 0]), [249, 0, 0]);

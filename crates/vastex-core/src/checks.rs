@@ -1,0 +1,88 @@
+//! Walks every structure of the pager and panics where an invariant is broken. Compiled only for tests.
+
+use rustc_hash::FxHashMap;
+
+use crate::page::PageId;
+use crate::pager::Pager;
+use crate::residency::State;
+
+/// Called after every step; costs a visit of every record.
+#[expect(clippy::panic, reason = "a broken invariant must stop the test that found it")]
+pub(crate) fn check(pager: &Pager) {
+    if let Err(broken) = walk(pager) {
+        panic!("an invariant of the pager is broken: {broken}");
+    }
+}
+
+fn walk(pager: &Pager) -> Result<(), String> {
+    slots_and_records_agree(pager)?;
+    flight_is_counted(pager)?;
+    ancestors_stay(pager)?;
+    working_set_fits(pager)
+}
+
+fn slots_and_records_agree(pager: &Pager) -> Result<(), String> {
+    let residency = &pager.residency;
+    let mut resident = 0;
+    for (&page, record) in &residency.records {
+        let State::Resident(slot) = record.state else { continue };
+        resident += 1;
+        if residency.slots[slot.index() as usize] != Some(page) {
+            return Err(format!("{page:?} believes to be in {slot:?}, which does not know it"));
+        }
+    }
+    let occupied = residency.slots.iter().flatten().count();
+    if resident != occupied || occupied as u32 != residency.stats.occupied {
+        return Err(format!(
+            "{resident} pages are resident, {occupied} slots occupied: {:?}",
+            residency.stats
+        ));
+    }
+    if occupied + residency.free.len() != residency.slots.len() {
+        return Err(format!("{occupied} slots occupied, {} free", residency.free.len()));
+    }
+    for (tail, slot) in pager.textures.tails() {
+        if residency.slots[slot.index() as usize] != Some(tail) {
+            return Err(format!("tail {tail:?} has lost its slot"));
+        }
+    }
+    Ok(())
+}
+
+fn flight_is_counted(pager: &Pager) -> Result<(), String> {
+    let (settings, stats) = (&pager.settings, &pager.residency.stats);
+    let in_flight = |state: &State| matches!(state, State::Loading(_) | State::Ready(_));
+    let count = pager.residency.records.values().filter(|record| in_flight(&record.state)).count() as u64;
+    let bytes = count * settings.tile_bytes;
+    if count != u64::from(stats.in_flight) || bytes != stats.in_flight_bytes {
+        return Err(format!("{count} tiles are in flight: {stats:?}"));
+    }
+    if bytes > settings.in_flight_bytes.max(settings.tile_bytes) {
+        return Err(format!("{bytes} bytes in flight of {} allowed", settings.in_flight_bytes));
+    }
+    Ok(())
+}
+
+fn ancestors_stay(pager: &Pager) -> Result<(), String> {
+    let mut below: FxHashMap<PageId, u32> = FxHashMap::default();
+    for &page in pager.residency.slots.iter().flatten() {
+        for ancestor in pager.textures.ancestors(page) {
+            *below.entry(ancestor).or_default() += 1;
+        }
+    }
+    if below != pager.residency.below {
+        Err("the counts of resident descendants are off".into())
+    } else {
+        Ok(())
+    }
+}
+
+fn working_set_fits(pager: &Pager) -> Result<(), String> {
+    let stats = pager.stats();
+    let share = (u64::from(stats.slots) * 90 / 100).max(u64::from(stats.pinned)) as u32;
+    // Textures added since the last feedback are not yet solved for.
+    if pager.settings.mip_bias && pager.residency.round > 1 && stats.wanted_at_bias > share + stats.pinned {
+        return Err(format!("the working set does not fit: {stats:?}"));
+    }
+    Ok(())
+}

@@ -1,0 +1,357 @@
+//! The pager: feedback goes in, decisions come out.
+//!
+//! Each frame: [`Pager::begin_frame`], [`Pager::observe`] for each feedback that has arrived, the loader's results
+//! ([`Pager::tile_ready`], [`Pager::tile_failed`], [`Pager::tile_cancelled`]), then the decisions, as values:
+//! [`Pager::poll_cancel`] and [`Pager::poll_request`] for the loader, [`Pager::poll_upload`] and
+//! [`Pager::take_table_changes`] for the GPU, [`Pager::poll_event`] for the application. It never calls back, and nothing
+//! that it does can fail once a texture is in: too little memory makes the picture coarser.
+//!
+//! This file only joins: the set of pages wanted is `working_set`'s, their states `residency`'s, the order of loading
+//! `order`'s, the rate of uploads `budget`'s.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use bytes::Bytes;
+
+use crate::budget::UploadBucket;
+use crate::event::Event;
+use crate::feedback::Feedback;
+use crate::geometry::Geometry;
+use crate::order::order_missing;
+use crate::page::{PageId, PagePos, TextureId};
+use crate::pool::{PoolError, PoolLayout, Slot};
+use crate::residency::{PageState, Residency, State, Stats};
+use crate::shared::JITTER_CYCLE;
+use crate::table::{ChangeRule, TableChange, TableEntry};
+use crate::textures::{Textures, page_id};
+use crate::working_set::{BiasControl, WorkingSet};
+
+/// The budgets of a pool.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PagerSettings {
+    /// Slots of the pool.
+    pub slots: u32,
+    /// Bytes of a tile.
+    pub tile_bytes: u64,
+    /// Bytes uploaded per frame; see [`UploadBucket`]. A budget below one tile still gets there, only later.
+    pub upload_bytes_per_frame: u64,
+    /// Bytes of tiles with the loader or waiting for the upload budget; at least one tile is always allowed.
+    pub in_flight_bytes: u64,
+    /// Whether the picture may become coarser so that the working set fits. Off, too small a pool shows what
+    /// came first.
+    pub mip_bias: bool,
+}
+
+/// A tile to load.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Request {
+    /// The page.
+    pub page: PageId,
+    /// The page within its texture.
+    pub pos: PagePos,
+}
+
+/// A tile to copy into its slot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Upload {
+    /// The page.
+    pub page: PageId,
+    /// Where its tile goes.
+    pub slot: Slot,
+    /// The tile, all layers.
+    pub bytes: Bytes,
+    /// The page that gave up the slot.
+    pub evicted: Option<PageId>,
+}
+
+/// Decides what is loaded, what is evicted and how coarse the picture is, for the textures of one pool.
+#[derive(Debug)]
+pub struct Pager {
+    pub(crate) settings: PagerSettings,
+    pub(crate) textures: Textures,
+    pub(crate) residency: Residency,
+    pub(crate) set: WorkingSet,
+    bias: BiasControl,
+    bucket: UploadBucket,
+    /// Missing pages of the working set, best first.
+    pub(crate) order: Vec<PageId>,
+    /// Where the search for the next request goes on.
+    next_request: usize,
+    cancels: VecDeque<PageId>,
+    evicted: Vec<(PageId, Slot)>,
+    settled: Vec<(PageId, Slot)>,
+    events: VecDeque<Event>,
+    /// The frame from which feedback belongs to a new view.
+    cut: Option<u64>,
+    /// Feedbacks in a row that wanted nothing new and missed nothing.
+    quiet: u32,
+    converged: bool,
+}
+
+impl Pager {
+    /// A pager for an empty pool.
+    pub fn new(settings: PagerSettings) -> Pager {
+        Pager {
+            settings,
+            textures: Textures::default(),
+            residency: Residency::new(settings.slots, settings.tile_bytes),
+            set: WorkingSet::new(),
+            bias: BiasControl::new(settings.slots),
+            bucket: UploadBucket::new(settings.upload_bytes_per_frame, settings.tile_bytes),
+            order: Vec::new(),
+            next_request: 0,
+            cancels: VecDeque::new(),
+            evicted: Vec::new(),
+            settled: Vec::new(),
+            events: VecDeque::new(),
+            cut: None,
+            quiet: 0,
+            converged: false,
+        }
+    }
+
+    /// Adds a texture and pins its tail: the caller puts the tail's tile into the slot before it draws.
+    ///
+    /// A pool that would have no slot left to work with refuses the texture.
+    pub fn add_texture(&mut self, geometry: &Geometry) -> Result<(TextureId, Slot), PoolError> {
+        let (settings, needed) = (self.settings, self.textures.len() as u32 + PoolLayout::MIN_SLOTS);
+        let too_small = || PoolError::TooSmall {
+            budget: u64::from(settings.slots) * settings.tile_bytes,
+            slots: settings.slots,
+            tile_bytes: settings.tile_bytes,
+            needed,
+        };
+        let slot = match self.residency.take_pin_slot() {
+            Some(slot) => slot,
+            None => self.steal_pin_slot().ok_or_else(too_small)?,
+        };
+        let texture = self.textures.add(Arc::new(geometry.clone()), slot).ok_or_else(too_small)?;
+        if let Some(tail) = page_id(texture, geometry, geometry.tail_pos()) {
+            self.residency.pin(tail, slot);
+        }
+        self.check();
+        Ok((texture, slot))
+    }
+
+    /// A slot for a pin in a pool that is full of tiles.
+    fn steal_pin_slot(&mut self) -> Option<Slot> {
+        if self.textures.len() as u32 + PoolLayout::MIN_SLOTS > self.settings.slots {
+            return None;
+        }
+        let (slot, evicted) = self.residency.take_slot(&self.textures)?;
+        self.evicted.extend(evicted.map(|page| (page, slot)));
+        Some(slot)
+    }
+
+    /// A frame begins. `frame` never falls.
+    pub fn begin_frame(&mut self, frame: u64) {
+        self.residency.begin_frame(frame);
+        self.bucket.begin_frame();
+    }
+
+    /// The view has jumped: feedback of `frame` and later belongs to a new working set.
+    ///
+    /// A jump that is not declared is noticed where little of the new view was wanted before.
+    pub fn view_cut(&mut self, frame: u64) {
+        self.cut = Some(frame);
+    }
+
+    /// Takes in what a view wanted: marks what is resident as used and queues the rest.
+    ///
+    /// Costs a visit of each page of the working set and of the pages now missing.
+    pub fn observe(&mut self, feedback: &Feedback) {
+        let cut = self.cut.take_if(|frame| *frame <= feedback.frame).is_some();
+        if cut || self.set.is_jump(feedback, &self.textures) {
+            self.set.restart();
+            self.bias.restart();
+        }
+        self.set.observe(feedback, &self.textures);
+        let residency = &self.residency;
+        self.set.rebuild(&self.textures, |page| residency.slot_of(page).is_some());
+        self.update_bias();
+        let newly_wanted = self.want_pages();
+        self.note_convergence(newly_wanted);
+        self.check();
+    }
+
+    fn update_bias(&mut self) {
+        let pins = self.residency.stats.pinned;
+        if self.settings.mip_bias && self.bias.update(&self.set, pins) {
+            let (wanted, slots) = (self.set.size_at(0) + pins, self.settings.slots);
+            self.events.push_back(Event::Oversubscribed { wanted, slots, bias_eighths: self.bias.bias() });
+        }
+    }
+
+    /// Tells the residency the new working set; says how many pages were not in the last one.
+    fn want_pages(&mut self) -> u32 {
+        let bias = self.bias.bias();
+        let was_missing = std::mem::take(&mut self.order);
+        self.residency.begin_round();
+        let newly: u32 = self.set.pages_at(bias).map(|(page, _)| u32::from(self.residency.want(page))).sum();
+        for &page in &was_missing {
+            if !self.residency.is_wanted(page) {
+                self.residency.unwant(page);
+                if self.residency.records.get(&page).is_some_and(|r| matches!(r.state, State::Loading(_))) {
+                    self.cancels.push_back(page);
+                }
+            }
+        }
+        self.order = was_missing;
+        order_missing(&self.set, bias, &self.residency, &self.textures, &mut self.order);
+        self.next_request = 0;
+        self.residency.forget_victims();
+        newly
+    }
+
+    fn note_convergence(&mut self, newly_wanted: u32) {
+        let quiet = newly_wanted == 0 && self.order.iter().all(|&page| self.residency.has_failed(page));
+        self.quiet = if quiet { self.quiet + 1 } else { 0 };
+        let converged = self.quiet >= JITTER_CYCLE && self.set.feedbacks() == JITTER_CYCLE as usize;
+        if converged && !self.converged {
+            self.events.push_back(Event::Converged { frame: self.residency.frame });
+        }
+        self.converged = converged;
+    }
+
+    /// The next tile to load, best first, while the in-flight budget allows one.
+    pub fn poll_request(&mut self) -> Option<Request> {
+        let in_flight = self.residency.stats.in_flight_bytes;
+        if in_flight > 0 && in_flight + self.settings.tile_bytes > self.settings.in_flight_bytes {
+            return None;
+        }
+        while let Some(&page) = self.order.get(self.next_request) {
+            self.next_request += 1;
+            if self.residency.begin_load(page) {
+                self.check();
+                return self.textures.pos(page).map(|(_, pos)| Request { page, pos });
+            }
+        }
+        None
+    }
+
+    /// A load that is no longer worth finishing. The loader answers every request, this one too: with
+    /// [`Pager::tile_cancelled`], or with the tile if it was too late.
+    pub fn poll_cancel(&mut self) -> Option<PageId> {
+        while let Some(page) = self.cancels.pop_front() {
+            if self.residency.send_cancel(page) {
+                return Some(page);
+            }
+        }
+        None
+    }
+
+    /// The tile of a request is here, decoded: all layers, [`PagerSettings::tile_bytes`] bytes.
+    pub fn tile_ready(&mut self, page: PageId, bytes: Bytes) {
+        self.residency.loaded(page, bytes);
+        self.check();
+    }
+
+    /// The tile of a request cannot be had. It is tried again later; its ancestor stays on screen.
+    pub fn tile_failed(&mut self, page: PageId, why: impl Into<String>) {
+        if self.residency.load_failed(page) {
+            self.events.push_back(Event::Failed { page, why: why.into() });
+        }
+        self.check();
+    }
+
+    /// The loader has dropped a request that was called off.
+    pub fn tile_cancelled(&mut self, page: PageId) {
+        self.residency.load_cancelled(page);
+        self.check();
+    }
+
+    /// The next tile to copy into a slot, while the upload budget allows one.
+    pub fn poll_upload(&mut self) -> Option<Upload> {
+        let ready = |page: &&PageId| self.residency.state(**page) == PageState::Ready;
+        let page = *self.order.iter().find(ready)?;
+        if self.bucket.available() < self.settings.tile_bytes {
+            return None;
+        }
+        let (slot, evicted) = self.residency.take_slot(&self.textures)?;
+        self.bucket.take(self.settings.tile_bytes);
+        let (bytes, recovered) = self.residency.settle(page, slot, &self.textures)?;
+        self.evicted.extend(evicted.map(|page| (page, slot)));
+        self.settled.push((page, slot));
+        if recovered {
+            self.events.push_back(Event::Recovered { page });
+        }
+        self.check();
+        Some(Upload { page, slot, bytes, evicted })
+    }
+
+    /// Replaces `changes` with the page-table changes of the uploads handed out since the last call: evictions first,
+    /// then loads.
+    pub fn take_table_changes(&mut self, changes: &mut Vec<TableChange>) {
+        changes.clear();
+        for (page, slot) in self.evicted.drain(..) {
+            let left =
+                self.textures.ancestors(page).find_map(|a| self.residency.slot_of(a).map(|slot| (a, slot)));
+            let Some((ancestor, ancestor_slot)) = left else { continue };
+            changes.push(TableChange {
+                page,
+                rule: ChangeRule::Naming(TableEntry::new(page.level(), slot)),
+                entry: TableEntry::new(ancestor.level(), ancestor_slot),
+            });
+        }
+        for (page, slot) in self.settled.drain(..) {
+            let entry = TableEntry::new(page.level(), slot);
+            changes.push(TableChange { page, rule: ChangeRule::Coarser, entry });
+        }
+    }
+
+    /// The next thing that an application wants to know.
+    pub fn poll_event(&mut self) -> Option<Event> {
+        self.events.pop_front()
+    }
+
+    /// Whether, for a whole jitter cycle, no page was newly wanted and none missing at the bias in force. A page that
+    /// has failed counts as answered.
+    pub fn is_converged(&self) -> bool {
+        self.converged
+    }
+
+    /// The mip bias in force, in eighths of a level.
+    pub fn bias_eighths(&self) -> u16 {
+        self.bias.bias()
+    }
+
+    /// The state of a page.
+    pub fn state(&self, page: PageId) -> PageState {
+        self.residency.state(page)
+    }
+
+    /// The slots of the pool, and the page in each.
+    pub fn slots(&self) -> &[Option<PageId>] {
+        &self.residency.slots
+    }
+
+    /// The pages of the working set that could not be had so far.
+    pub fn failed_pages(&self) -> impl Iterator<Item = PageId> + '_ {
+        self.order.iter().copied().filter(|&page| self.residency.has_failed(page))
+    }
+
+    /// Totals and gauges.
+    pub fn stats(&self) -> Stats {
+        let pins = self.residency.stats.pinned;
+        let failed = self.failed_pages().count() as u32;
+        let missing =
+            self.order.iter().filter(|&&page| self.residency.slot_of(page).is_none()).count() as u32;
+        Stats {
+            wanted: self.set.size_at(0) + pins,
+            wanted_at_bias: self.set.size_at(self.bias.bias()) + pins,
+            bias_eighths: self.bias.bias(),
+            missing: missing - failed,
+            failed,
+            ..self.residency.stats
+        }
+    }
+
+    #[cfg(feature = "checks")]
+    fn check(&self) {
+        crate::checks::check(self);
+    }
+
+    #[cfg(not(feature = "checks"))]
+    fn check(&self) {}
+}

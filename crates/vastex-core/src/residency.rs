@@ -1,0 +1,429 @@
+//! Residency: the state of every page, and which tile is in which slot.
+//!
+//! A page is in exactly one state. Pages without a record are `Absent`.
+//!
+//! | from | to | when | costs |
+//! |---|---|---|---|
+//! | `Absent` | `Queued` | it enters the working set at the bias in force | a record |
+//! | `Queued` | `Loading` | the loader takes it | a load, and a tile's bytes of the in-flight budget |
+//! | `Queued` | `Absent` | it leaves the working set | |
+//! | `Loading` | `Ready` | its bytes are here, and it is still wanted | |
+//! | `Loading` | `Failed` | the source could not give it | |
+//! | `Loading` | `Absent` | it was no longer wanted, and the loader has let go of it | |
+//! | `Ready` | `Resident` | the upload budget allows it | a slot, an upload, perhaps an eviction; frees the in-flight bytes |
+//! | `Ready` | `Absent` | it leaves the working set | the load, wasted |
+//! | `Resident` | `Absent` | another page needs its slot | |
+//! | `Failed` | `Queued` | its time has come, and it is wanted | |
+//!
+//! A slot is chosen only when the bytes are here, so a load that fails leaks nothing. A page is not evicted while it
+//! is in the working set at the bias in force, nor while a descendant of it is resident; a tail never. Since the working
+//! set contains the ancestors of its pages and never fills the pool, a victim always exists.
+//!
+//! Which pages are wanted, and in which order, is decided elsewhere; here the moves are made and counted.
+
+use bytes::Bytes;
+use rustc_hash::FxHashMap;
+use std::collections::VecDeque;
+
+use crate::page::PageId;
+use crate::pool::Slot;
+use crate::shared::JITTER_CYCLE;
+use crate::textures::Textures;
+
+/// Frames within which a tile loaded again after its eviction counts as reloaded.
+const RELOAD_FRAMES: u64 = 60;
+/// Frames that a tile which failed once waits before it is tried again; doubled at each further failure.
+const FIRST_BACK_OFF: u64 = 2 * JITTER_CYCLE as u64;
+/// How often the wait is doubled at most: about five minutes at 60 frames a second.
+const DOUBLINGS: u32 = 9;
+
+/// The state of a page, as an application sees it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PageState {
+    /// Not wanted, not here.
+    Absent,
+    /// Wanted; not yet asked for.
+    Queued,
+    /// The loader has it.
+    Loading,
+    /// Its bytes are here and wait for the upload budget.
+    Ready,
+    /// Its tile is in a slot.
+    Resident(Slot),
+    /// Its source could not give it; it is tried again from this frame on.
+    Failed {
+        /// The first frame in which it may be tried again.
+        until: u64,
+    },
+}
+
+/// Whether a load has been called off.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Cancel {
+    No,
+    /// To be handed out as a decision.
+    Due,
+    /// Handed out; the loader has yet to let go.
+    Sent,
+}
+
+/// The state of a page that has a record.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum State {
+    Queued,
+    Loading(Cancel),
+    Ready(Bytes),
+    Resident(Slot),
+    Failed { until: u64 },
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct Record {
+    pub(crate) state: State,
+    /// The last round (see `Residency::begin_round`) whose working set contained the page.
+    pub(crate) wanted_round: u64,
+    /// Loads that failed in a row.
+    pub(crate) failures: u32,
+}
+
+/// Totals since the pager was made, and gauges of the moment.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Stats {
+    /// Slots of the pool.
+    pub slots: u32,
+    /// Slots that hold a tile.
+    pub occupied: u32,
+    /// Slots that hold a tail.
+    pub pinned: u32,
+    /// Pages of the working set at mip bias 0: last jitter cycle, ancestors and pins.
+    pub wanted: u32,
+    /// Pages of the working set at the bias in force, pins included.
+    pub wanted_at_bias: u32,
+    /// The mip bias in force, in eighths of a level.
+    pub bias_eighths: u16,
+    /// Pages wanted and neither resident nor failed.
+    pub missing: u32,
+    /// Wanted pages that could not be had, so far.
+    pub failed: u32,
+    /// Tiles with the loader or waiting for the upload budget.
+    pub in_flight: u32,
+    /// Bytes of those tiles.
+    pub in_flight_bytes: u64,
+    /// Loads begun.
+    pub requests: u64,
+    /// Loads called off.
+    pub cancelled: u64,
+    /// Loads that failed.
+    pub failures: u64,
+    /// Tiles put into slots, tails not counted.
+    pub loaded: u64,
+    /// Bytes of those tiles.
+    pub uploaded_bytes: u64,
+    /// Tiles that lost their slots.
+    pub evicted: u64,
+    /// Tiles loaded again within 60 frames of their eviction.
+    pub reloaded: u64,
+    /// Tiles that came and were no longer wanted.
+    pub wasted: u64,
+}
+
+/// See the head of the file.
+#[derive(Debug)]
+pub(crate) struct Residency {
+    pub(crate) records: FxHashMap<PageId, Record>,
+    /// The page in each slot.
+    pub(crate) slots: Vec<Option<PageId>>,
+    pub(crate) free: Vec<Slot>,
+    /// Resident pages below each page, at any depth; absent where 0.
+    pub(crate) below: FxHashMap<PageId, u32>,
+    /// Slots by how soon they may be given up, the next one last; made when the first victim of a round is needed.
+    victims: Vec<(u64, u8, PageId)>,
+    victims_round: u64,
+    evicted_at: FxHashMap<PageId, u64>,
+    evictions: VecDeque<(u64, PageId)>,
+    /// Counts the working sets worked out so far.
+    pub(crate) round: u64,
+    pub(crate) frame: u64,
+    pub(crate) stats: Stats,
+    tile_bytes: u64,
+}
+
+impl Residency {
+    pub(crate) fn new(slots: u32, tile_bytes: u64) -> Residency {
+        Residency {
+            records: FxHashMap::default(),
+            slots: vec![None; slots as usize],
+            free: (0..slots).rev().map(Slot::new).collect(),
+            below: FxHashMap::default(),
+            victims: Vec::new(),
+            victims_round: 0,
+            evicted_at: FxHashMap::default(),
+            evictions: VecDeque::new(),
+            round: 1, // so that a new record, of round 0, is new in the first round that is told
+            frame: 0,
+            stats: Stats { slots, ..Stats::default() },
+            tile_bytes,
+        }
+    }
+
+    /// Sets the clock, and forgets evictions that a load can no longer undo in time.
+    pub(crate) fn begin_frame(&mut self, frame: u64) {
+        self.frame = frame;
+        while let Some(&(at, page)) = self.evictions.front().filter(|(at, _)| at + RELOAD_FRAMES < frame) {
+            self.evictions.pop_front();
+            if self.evicted_at.get(&page) == Some(&at) {
+                self.evicted_at.remove(&page);
+            }
+        }
+    }
+
+    /// A new working set is about to be told by [`Residency::want`].
+    pub(crate) fn begin_round(&mut self) {
+        self.round += 1;
+    }
+
+    pub(crate) fn state(&self, page: PageId) -> PageState {
+        match self.records.get(&page).map(|record| &record.state) {
+            None => PageState::Absent,
+            Some(State::Queued) => PageState::Queued,
+            Some(State::Loading(_)) => PageState::Loading,
+            Some(State::Ready(_)) => PageState::Ready,
+            Some(State::Resident(slot)) => PageState::Resident(*slot),
+            Some(State::Failed { until }) => PageState::Failed { until: *until },
+        }
+    }
+
+    pub(crate) fn slot_of(&self, page: PageId) -> Option<Slot> {
+        match self.records.get(&page)?.state {
+            State::Resident(slot) => Some(slot),
+            _ => None,
+        }
+    }
+
+    /// Puts a tail into a slot for good; nothing where the pool has none left to work with besides.
+    pub(crate) fn take_pin_slot(&mut self) -> Option<Slot> {
+        if self.stats.pinned + 1 >= self.stats.slots { None } else { self.free.pop() }
+    }
+
+    pub(crate) fn pin(&mut self, page: PageId, slot: Slot) {
+        let record = Record { state: State::Resident(slot), wanted_round: u64::MAX, failures: 0 };
+        self.records.insert(page, record);
+        self.slots[slot.index() as usize] = Some(page);
+        self.stats.pinned += 1;
+        self.stats.occupied += 1;
+    }
+
+    /// The page is in the working set of this round. Says whether it was not in the last one's.
+    pub(crate) fn want(&mut self, page: PageId) -> bool {
+        let fresh = Record { state: State::Queued, wanted_round: 0, failures: 0 };
+        let record = self.records.entry(page).or_insert(fresh);
+        let newly = record.wanted_round + 1 != self.round;
+        record.wanted_round = self.round;
+        match record.state {
+            State::Loading(Cancel::Due) => record.state = State::Loading(Cancel::No),
+            State::Failed { until } if until <= self.frame => record.state = State::Queued,
+            _ => {}
+        }
+        newly
+    }
+
+    /// Whether the page's last load failed; it stays so while the page is tried again.
+    pub(crate) fn has_failed(&self, page: PageId) -> bool {
+        self.records.get(&page).is_some_and(|record| record.failures > 0)
+    }
+
+    /// Whether the page is in the working set of this round.
+    pub(crate) fn is_wanted(&self, page: PageId) -> bool {
+        self.records.get(&page).is_some_and(|record| record.wanted_round >= self.round)
+    }
+
+    /// The page is not resident and has left the working set: it is dropped, or its load called off.
+    pub(crate) fn unwant(&mut self, page: PageId) {
+        let Some(record) = self.records.get_mut(&page) else { return };
+        match record.state {
+            State::Queued => self.drop_record(page),
+            State::Loading(Cancel::No) => record.state = State::Loading(Cancel::Due),
+            State::Ready(_) => {
+                self.leave_flight();
+                self.stats.wasted += 1;
+                self.drop_record(page);
+            }
+            State::Loading(_) | State::Resident(_) | State::Failed { .. } => {}
+        }
+    }
+
+    /// Back to `Absent`, or, where loads have failed before, to a state that remembers it.
+    fn drop_record(&mut self, page: PageId) {
+        let frame = self.frame;
+        match self.records.get_mut(&page) {
+            Some(record) if record.failures > 0 => record.state = State::Failed { until: frame },
+            _ => drop(self.records.remove(&page)),
+        }
+    }
+
+    /// `Queued -> Loading`.
+    pub(crate) fn begin_load(&mut self, page: PageId) -> bool {
+        let Some(record) = self.records.get_mut(&page).filter(|r| r.state == State::Queued) else {
+            return false;
+        };
+        record.state = State::Loading(Cancel::No);
+        self.stats.requests += 1;
+        self.stats.in_flight += 1;
+        self.stats.in_flight_bytes += self.tile_bytes;
+        true
+    }
+
+    /// Hands out a cancellation that is due.
+    pub(crate) fn send_cancel(&mut self, page: PageId) -> bool {
+        let Some(record) = self.records.get_mut(&page) else { return false };
+        let due = record.state == State::Loading(Cancel::Due);
+        if due {
+            record.state = State::Loading(Cancel::Sent);
+        }
+        due
+    }
+
+    /// `Loading -> Ready`, or `Absent` where the page is no longer wanted. Says whether it is `Ready`.
+    pub(crate) fn loaded(&mut self, page: PageId, bytes: Bytes) -> bool {
+        let wanted = self.is_wanted(page);
+        let Some(record) = self.records.get_mut(&page) else { return false };
+        if !matches!(record.state, State::Loading(_)) {
+            return false;
+        }
+        if wanted {
+            record.state = State::Ready(bytes);
+        } else {
+            record.state = State::Queued;
+            self.stats.wasted += 1;
+            self.leave_flight();
+            self.drop_record(page);
+        }
+        wanted
+    }
+
+    /// `Loading -> Failed`. Says whether this is the first failure in a row.
+    pub(crate) fn load_failed(&mut self, page: PageId) -> bool {
+        let frame = self.frame;
+        let Some(record) = self.records.get_mut(&page) else { return false };
+        if !matches!(record.state, State::Loading(_)) {
+            return false;
+        }
+        let wait = FIRST_BACK_OFF << record.failures.min(DOUBLINGS);
+        record.failures += 1;
+        record.state = State::Failed { until: frame + wait };
+        let first = record.failures == 1;
+        self.stats.failures += 1;
+        self.leave_flight();
+        first
+    }
+
+    /// The loader has let go of a load: `Loading -> Absent`, or `Queued` where the page is wanted again.
+    pub(crate) fn load_cancelled(&mut self, page: PageId) {
+        let wanted = self.is_wanted(page);
+        let Some(record) = self.records.get_mut(&page) else { return };
+        if !matches!(record.state, State::Loading(_)) {
+            return;
+        }
+        record.state = State::Queued;
+        self.stats.cancelled += 1;
+        self.leave_flight();
+        if !wanted {
+            self.drop_record(page);
+        }
+    }
+
+    fn leave_flight(&mut self) {
+        self.stats.in_flight -= 1;
+        self.stats.in_flight_bytes -= self.tile_bytes;
+    }
+
+    /// A slot for a tile that is ready, and the page that gave it up; nothing where no page may be evicted.
+    pub(crate) fn take_slot(&mut self, textures: &Textures) -> Option<(Slot, Option<PageId>)> {
+        if let Some(slot) = self.free.pop() {
+            return Some((slot, None));
+        }
+        let victim = self.next_victim(textures)?;
+        let slot = self.slot_of(victim)?;
+        self.evict(victim, slot, textures);
+        Some((slot, Some(victim)))
+    }
+
+    fn evict(&mut self, page: PageId, slot: Slot, textures: &Textures) {
+        self.slots[slot.index() as usize] = None;
+        self.records.remove(&page);
+        for ancestor in textures.ancestors(page) {
+            if let Some(count) = self.below.get_mut(&ancestor) {
+                *count -= 1;
+                if *count == 0 {
+                    self.below.remove(&ancestor);
+                }
+            }
+        }
+        self.evicted_at.insert(page, self.frame);
+        self.evictions.push_back((self.frame, page));
+        self.stats.evicted += 1;
+        self.stats.occupied -= 1;
+    }
+
+    /// `Ready -> Resident`, into a slot of [`Residency::take_slot`]; gives the tile's bytes, and whether the page had
+    /// failed before.
+    pub(crate) fn settle(&mut self, page: PageId, slot: Slot, textures: &Textures) -> Option<(Bytes, bool)> {
+        let record = self.records.get_mut(&page)?;
+        let State::Ready(bytes) = std::mem::replace(&mut record.state, State::Resident(slot)) else {
+            return None;
+        };
+        let recovered = std::mem::take(&mut record.failures) > 0;
+        self.slots[slot.index() as usize] = Some(page);
+        for ancestor in textures.ancestors(page) {
+            *self.below.entry(ancestor).or_insert(0) += 1;
+        }
+        self.leave_flight();
+        self.stats.occupied += 1;
+        self.stats.loaded += 1;
+        self.stats.uploaded_bytes += self.tile_bytes;
+        if self.evicted_at.remove(&page).is_some() {
+            self.stats.reloaded += 1;
+        }
+        Some((bytes, recovered))
+    }
+
+    /// The page wanted least recently (the finest of those) that may be evicted.
+    fn next_victim(&mut self, textures: &Textures) -> Option<PageId> {
+        loop {
+            while let Some((_, _, page)) = self.victims.pop() {
+                if self.may_evict(page) {
+                    return Some(page);
+                }
+            }
+            // Evicting a page can make its parent a victim, so an empty list is made anew while that yields any.
+            if !self.list_victims(textures) {
+                return None;
+            }
+        }
+    }
+
+    fn may_evict(&self, page: PageId) -> bool {
+        self.slot_of(page).is_some() && !self.is_wanted(page) && !self.below.contains_key(&page)
+    }
+
+    fn list_victims(&mut self, textures: &Textures) -> bool {
+        debug_assert!(textures.len() as u32 == self.stats.pinned);
+        let mut victims = std::mem::take(&mut self.victims);
+        victims.clear();
+        for &page in self.slots.iter().flatten().filter(|&&page| self.may_evict(page)) {
+            let wanted = self.records.get(&page).map_or(0, |record| record.wanted_round);
+            victims.push((wanted, page.level(), page));
+        }
+        victims.sort_unstable_by(|a, b| b.cmp(a));
+        self.victims = victims;
+        self.victims_round = self.round;
+        !self.victims.is_empty()
+    }
+
+    /// Victims listed for an earlier working set are no longer in order.
+    pub(crate) fn forget_victims(&mut self) {
+        if self.victims_round != self.round {
+            self.victims.clear();
+        }
+    }
+}

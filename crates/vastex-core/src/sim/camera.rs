@@ -1,0 +1,114 @@
+//! What the simulated camera sees: a part of the texture, finer below and coarser above, as on a tilted plane.
+
+use rustc_hash::FxHashMap;
+
+use crate::feedback::{Feedback, WantedPage};
+use crate::geometry::Geometry;
+use crate::page::{PageId, TextureId};
+use crate::shared::{FEEDBACK_SCALE, JITTER_CYCLE, STEPS_PER_LEVEL};
+
+/// What is seen at one moment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// The point of the texture at the bottom centre of the picture, in uv.
+    pub centre: [f64; 2],
+    /// How much of the texture's width the bottom row spans, in uv.
+    pub width: f64,
+    /// How much wider the top row is than the bottom row.
+    pub tilt: f64,
+}
+
+/// How the camera moves. A pure function of the frame index.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Path {
+    /// Not at all.
+    Still,
+    /// Along the texture at an even pace.
+    Fly,
+    /// On a circle, so that every view comes back.
+    Spin,
+    /// From all of the texture down to its texels, and back.
+    Zoom,
+    /// To another place every 40 frames.
+    Teleport,
+}
+
+impl Path {
+    /// Every path.
+    pub const ALL: [Path; 5] = [Path::Still, Path::Fly, Path::Spin, Path::Zoom, Path::Teleport];
+
+    /// What is seen in a frame.
+    pub fn view(self, frame: u64) -> View {
+        let t = frame as f64;
+        let base = View { centre: [0.4, 0.4], width: 0.05, tilt: 3.0 };
+        match self {
+            Path::Still => base,
+            Path::Fly => View { centre: [(0.1 + t * 0.0015) % 1.0, 0.4], ..base },
+            Path::Spin => {
+                View { centre: [0.5 + 0.2 * (t / 30.0).cos(), 0.5 + 0.2 * (t / 30.0).sin()], ..base }
+            }
+            Path::Zoom => View { width: 0.003f64.powf(0.5 - 0.5 * (t / 60.0).cos()), ..base },
+            Path::Teleport => {
+                let place = (frame / 40) as f64;
+                View { centre: [(place * 0.618) % 1.0, (place * 0.414) % 1.0], ..base }
+            }
+        }
+    }
+}
+
+impl View {
+    /// The feedback of this view on a screen of `width` by `height` pixels: at 1/8 per axis at the position that the
+    /// frame has in the jitter cycle or, where `complete`, of every pixel.
+    pub fn feedback(
+        &self,
+        texture: TextureId,
+        geometry: &Geometry,
+        screen: [u32; 2],
+        frame: u64,
+        complete: bool,
+    ) -> Feedback {
+        let step = if complete { 1 } else { FEEDBACK_SCALE };
+        // Both coordinates visit all of 0..8 twice in a cycle.
+        let n = (frame % u64::from(JITTER_CYCLE)) as u32;
+        let jitter = if complete { [0, 0] } else { [n % step, (n * 5 + n / step) % step] };
+        let mut found: FxHashMap<PageId, (u32, u8)> = FxHashMap::default();
+        for y in (jitter[1]..screen[1]).step_by(step as usize) {
+            for x in (jitter[0]..screen[0]).step_by(step as usize) {
+                let Some((page, eighth)) = self.want(texture, geometry, screen, [x, y]) else { continue };
+                let entry = found.entry(page).or_insert((0, eighth));
+                *entry = (entry.0 + 1, entry.1.min(eighth));
+            }
+        }
+        let mut pages: Vec<WantedPage> =
+            found.into_iter().map(|(page, (pixels, eighth))| WantedPage { page, pixels, eighth }).collect();
+        pages.sort_unstable();
+        Feedback { frame, pages, degenerate: 0 }
+    }
+
+    /// The page, and the eighth of its level, that one pixel wants; nothing beside the texture.
+    fn want(
+        &self,
+        texture: TextureId,
+        geometry: &Geometry,
+        screen: [u32; 2],
+        pixel: [u32; 2],
+    ) -> Option<(PageId, u8)> {
+        let across = (f64::from(pixel[0]) + 0.5) / f64::from(screen[0]) - 0.5;
+        let down = (f64::from(pixel[1]) + 0.5) / f64::from(screen[1]);
+        let row_width = self.width * (1.0 + self.tilt * (1.0 - down));
+        let u = self.centre[0] + across * row_width;
+        let v = self.centre[1] - (1.0 - down) * row_width * 0.5;
+        if !(0.0..1.0).contains(&u) || !(0.0..1.0).contains(&v) {
+            return None;
+        }
+        let size = geometry.size().map(f64::from);
+        let lambda =
+            (row_width * size[0] / f64::from(screen[0])).log2().clamp(0.0, f64::from(geometry.coarsest()));
+        let (level, eighth) = (lambda as u8, (lambda.fract() * f64::from(STEPS_PER_LEVEL)) as u8);
+        let texel = [(u * size[0]) as u32, (v * size[1]) as u32];
+        let side = geometry.page();
+        let finest = crate::page::PagePos::new_2d(0, texel[0] / side[0], texel[1] / side[1]);
+        let pos = geometry.ancestor(finest, level);
+        crate::textures::page_id(texture, geometry, pos).map(|page| (page, eighth))
+    }
+}

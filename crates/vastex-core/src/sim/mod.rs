@@ -1,0 +1,15 @@
+//! The simulated world: the whole loop without a GPU, a disk or a clock.
+//!
+//! A [`World`] has a virtual texture, a camera that moves along a [`Path`], a loader with latency, bandwidth and
+//! failures, and a pager. [`World::step`] plays one frame, checks what must hold, and is the same for the same
+//! [`Knobs`]. Eviction bugs become unit tests here.
+
+mod camera;
+mod loader;
+mod random;
+mod world;
+
+pub use camera::{Path, View};
+pub use loader::Loads;
+pub use random::Random;
+pub use world::{Knobs, World};

@@ -1,0 +1,245 @@
+//! The world itself: one frame after the other, with what must hold checked at each.
+
+use std::collections::{BTreeSet, VecDeque};
+
+use bytes::Bytes;
+
+use crate::event::Event;
+use crate::feedback::{Feedback, Need};
+use crate::geometry::{Geometry, GeometrySpec};
+use crate::page::{PageId, TextureId};
+use crate::pager::{Pager, PagerSettings, Upload};
+use crate::pool::PoolError;
+use crate::sim::loader::{Loads, Outcome};
+use crate::sim::{Path, View};
+use crate::table::{TableChange, TableEntry, TableImage};
+
+/// Frames between a view and its feedback.
+const FEEDBACK_FRAMES: u64 = 2;
+
+/// What a world is made from.
+#[derive(Clone, Debug)]
+pub struct Knobs {
+    /// Shape of the texture.
+    pub spec: GeometrySpec,
+    /// Pixels of the screen.
+    pub screen: [u32; 2],
+    /// Slots of the pool.
+    pub slots: u32,
+    /// Bytes of a tile.
+    pub tile_bytes: u64,
+    /// Upload budget in bytes per frame.
+    pub upload_bytes_per_frame: u64,
+    /// In-flight budget in tiles.
+    pub in_flight_tiles: u64,
+    /// Whether feedback looks at every pixel of every frame.
+    pub complete_feedback: bool,
+    /// How the camera moves.
+    pub path: Path,
+    /// Frames after which the camera holds its pose.
+    pub hold_after: u64,
+    /// The loader.
+    pub loads: Loads,
+}
+
+impl Knobs {
+    /// An image of 32768x16384 texels, a pool of 400 slots, a fast and faithful loader.
+    pub fn new(path: Path, seed: u64) -> Knobs {
+        Knobs {
+            spec: GeometrySpec::image(32768, 16384),
+            screen: [640, 360],
+            slots: 400,
+            tile_bytes: 100,
+            upload_bytes_per_frame: 800,
+            in_flight_tiles: 64,
+            complete_feedback: false,
+            path,
+            hold_after: u64::MAX,
+            loads: Loads::new(seed),
+        }
+    }
+}
+
+/// See the head of the module. Where something does not hold, [`World::step`] says what.
+#[derive(Debug)]
+pub struct World {
+    knobs: Knobs,
+    geometry: Geometry,
+    texture: TextureId,
+    /// The pager under test.
+    pub pager: Pager,
+    /// What a GPU's page table would hold.
+    pub table: TableImage,
+    /// Frames played.
+    pub frame: u64,
+    /// Everything that the pager said, with the frame.
+    pub events: Vec<(u64, Event)>,
+    in_view: VecDeque<Feedback>,
+    newest: Feedback,
+    uploaded: Vec<u64>,
+    changes: Vec<TableChange>,
+}
+
+impl World {
+    /// A world at rest; fails where the pool is too small for the texture.
+    pub fn new(knobs: Knobs) -> Result<World, PoolError> {
+        let settings = PagerSettings {
+            slots: knobs.slots,
+            tile_bytes: knobs.tile_bytes,
+            upload_bytes_per_frame: knobs.upload_bytes_per_frame,
+            in_flight_bytes: knobs.in_flight_tiles * knobs.tile_bytes,
+            mip_bias: true,
+        };
+        #[expect(clippy::expect_used, reason = "the knobs are the test's own")]
+        let geometry = Geometry::new(knobs.spec).expect("a possible texture");
+        let mut pager = Pager::new(settings);
+        let (texture, tail_slot) = pager.add_texture(&geometry)?;
+        Ok(World {
+            table: TableImage::new(&geometry, tail_slot),
+            knobs,
+            geometry,
+            texture,
+            pager,
+            frame: 0,
+            events: Vec::new(),
+            in_view: VecDeque::new(),
+            newest: Feedback::default(),
+            uploaded: Vec::new(),
+            changes: Vec::new(),
+        })
+    }
+
+    /// What the camera sees now.
+    pub fn view(&self) -> View {
+        self.knobs.path.view(self.frame.min(self.knobs.hold_after))
+    }
+
+    /// Plays frames until the pager says that the view has converged, at most `limit`; says how many.
+    pub fn run_until_converged(&mut self, limit: u64) -> Result<u64, String> {
+        for frames in 1..=limit {
+            self.step()?;
+            if self.pager.is_converged() {
+                return Ok(frames);
+            }
+        }
+        Err(format!("not converged after {limit} frames: {:?}", self.pager.stats()))
+    }
+
+    /// Plays one frame.
+    pub fn step(&mut self) -> Result<(), String> {
+        self.frame += 1;
+        self.pager.begin_frame(self.frame);
+        let (screen, complete) = (self.knobs.screen, self.knobs.complete_feedback);
+        self.in_view.push_back(self.view().feedback(
+            self.texture,
+            &self.geometry,
+            screen,
+            self.frame,
+            complete,
+        ));
+        if self.in_view.front().is_some_and(|feedback| feedback.frame + FEEDBACK_FRAMES <= self.frame)
+            && let Some(feedback) = self.in_view.pop_front()
+        {
+            self.pager.observe(&feedback);
+            self.newest = feedback;
+        }
+        self.load();
+        self.upload()?;
+        while let Some(event) = self.pager.poll_event() {
+            self.events.push((self.frame, event));
+        }
+        self.check_table()
+    }
+
+    fn load(&mut self) {
+        for (page, outcome) in self.knobs.loads.arrivals(self.frame) {
+            match outcome {
+                Outcome::Tile => self.pager.tile_ready(page, Bytes::from_static(b"tile")),
+                Outcome::Failure => self.pager.tile_failed(page, "simulated"),
+                Outcome::Cancelled => self.pager.tile_cancelled(page),
+            }
+        }
+        while let Some(page) = self.pager.poll_cancel() {
+            self.knobs.loads.cancel(page);
+        }
+        while let Some(request) = self.pager.poll_request() {
+            self.knobs.loads.begin(request.page, self.frame);
+        }
+    }
+
+    fn upload(&mut self) -> Result<(), String> {
+        let mut bytes = 0;
+        while let Some(upload) = self.pager.poll_upload() {
+            bytes += self.knobs.tile_bytes;
+            self.check_eviction(&upload)?;
+        }
+        self.uploaded.push(bytes);
+        self.check_upload_budget()?;
+        self.pager.take_table_changes(&mut self.changes);
+        for change in &self.changes {
+            self.table.apply(&self.geometry, change);
+        }
+        Ok(())
+    }
+
+    /// A page that the newest feedback wants, at the bias in force, is not evicted, nor an ancestor of one.
+    fn check_eviction(&self, upload: &Upload) -> Result<(), String> {
+        let Some(evicted) = upload.evicted else { return Ok(()) };
+        let gone = evicted.pos(self.geometry.dims());
+        for wanted in &self.newest.pages {
+            let pos = wanted.page.pos(self.geometry.dims());
+            let level = Need::new(pos.level, wanted.eighth).level_at(self.pager.bias_eighths());
+            let at_bias = self.geometry.ancestor(pos, level.min(self.geometry.coarsest()));
+            if gone.level >= at_bias.level && self.geometry.ancestor(at_bias, gone.level) == gone {
+                return Err(format!("frame {}: {gone} was evicted while {at_bias} is in view", self.frame));
+            }
+        }
+        Ok(())
+    }
+
+    /// Over any frames up to now, the uploads keep to the budget.
+    fn check_upload_budget(&self) -> Result<(), String> {
+        let (budget, tile) = (self.knobs.upload_bytes_per_frame, self.knobs.tile_bytes);
+        let mut sum = 0;
+        for (n, bytes) in (1..).zip(self.uploaded.iter().rev()) {
+            sum += bytes;
+            if sum > n * budget + tile.max(4 * budget) {
+                return Err(format!("frame {}: {sum} bytes uploaded in {n} frames of {budget}", self.frame));
+            }
+        }
+        Ok(())
+    }
+
+    /// What is resident, by what the pager says of its slots, is exactly what the table leads to.
+    fn check_table(&self) -> Result<(), String> {
+        let in_slot: BTreeSet<(TableEntry, PageId)> = (0u32..)
+            .zip(self.pager.slots())
+            .filter_map(|(slot, page)| {
+                page.map(|page| (TableEntry::new(page.level(), crate::Slot::new(slot)), page))
+            })
+            .collect();
+        for &(entry, page) in &in_slot {
+            let pos = page.pos(self.geometry.dims());
+            if self.table.lookup(pos) != entry {
+                return Err(format!("frame {}: the table does not lead to {pos}", self.frame));
+            }
+        }
+        let known: BTreeSet<TableEntry> = in_slot.iter().map(|&(entry, _)| entry).collect();
+        let named: BTreeSet<TableEntry> = self.table.entries().iter().copied().collect();
+        if named.is_subset(&known) {
+            Ok(())
+        } else {
+            Err(format!("frame {}: the table names slots that are gone", self.frame))
+        }
+    }
+
+    /// Loads under way.
+    pub fn loads_under_way(&self) -> usize {
+        self.knobs.loads.under_way()
+    }
+
+    /// The loader, to change its mood while the world runs.
+    pub fn loads_mut(&mut self) -> &mut Loads {
+        &mut self.knobs.loads
+    }
+}

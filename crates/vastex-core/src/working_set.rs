@@ -1,0 +1,351 @@
+//! The working set: the distinct pages that a view wants over one jitter cycle, with their ancestors.
+//!
+//! Feedback is unbiased and says how sharply each page is needed, so the size of the set is known at every mip bias at
+//! once: a page of level `l`, of whose pixels the sharpest needs `n` eighths, is wanted at every bias below
+//! `8 * (l + 1) - n`, and at none above. That number is the page's *threshold*; a histogram of thresholds answers
+//! "what is the smallest bias whose set fits?" without trying any.
+//!
+//! Tails are not counted here: they are pinned. Which bias is taken, and when it falls again, is [`BiasControl`]'s
+//! business; what is loaded first, `order`'s.
+
+use rustc_hash::FxHashMap;
+use std::collections::VecDeque;
+
+use crate::feedback::{Feedback, Need, WantedPage};
+use crate::page::PageId;
+use crate::shared::{JITTER_CYCLE, MAX_LEVELS, STEPS_PER_LEVEL};
+use crate::textures::Textures;
+
+/// Thresholds are at most 8 times the number of levels.
+const THRESHOLDS: usize = (MAX_LEVELS * STEPS_PER_LEVEL) as usize + 1;
+
+/// What the feedbacks of the last jitter cycle said of one page.
+#[derive(Clone, Copy, Debug, Default)]
+struct Direct {
+    /// Feedback pixels, summed over the cycle.
+    pixels: u32,
+    /// Feedbacks of the cycle in which the sharpest need was so many eighths.
+    feedbacks: [u8; STEPS_PER_LEVEL as usize],
+}
+
+/// A page of the working set.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Node {
+    /// The sharpest need of the page and all that lies below it.
+    need: Need,
+    /// Feedback pixels of the page and all that lies below it, over the cycle.
+    pub(crate) pixels: u32,
+    /// Those of them that already show something finer than the page.
+    pub(crate) finer: u32,
+}
+
+impl Node {
+    fn threshold(&self, level: u8) -> u16 {
+        (u16::from(level) + 1) * STEPS_PER_LEVEL as u16 - self.need.eighths()
+    }
+}
+
+/// See the head of the file.
+#[derive(Debug)]
+pub(crate) struct WorkingSet {
+    cycle: VecDeque<Vec<WantedPage>>,
+    /// The memory of a feedback that was let go, for the next one.
+    spare: Vec<WantedPage>,
+    direct: FxHashMap<PageId, Direct>,
+    nodes: FxHashMap<PageId, Node>,
+    by_level: Vec<Vec<PageId>>,
+    histogram: Vec<u32>,
+}
+
+impl WorkingSet {
+    pub(crate) fn new() -> WorkingSet {
+        WorkingSet {
+            cycle: VecDeque::new(),
+            spare: Vec::new(),
+            direct: FxHashMap::default(),
+            nodes: FxHashMap::default(),
+            by_level: vec![Vec::new(); MAX_LEVELS as usize],
+            histogram: vec![0; THRESHOLDS],
+        }
+    }
+
+    /// Forgets everything: the view has jumped.
+    pub(crate) fn restart(&mut self) {
+        self.cycle.clear();
+        self.direct.clear();
+    }
+
+    /// Feedbacks now in the set, at most a jitter cycle of them.
+    pub(crate) fn feedbacks(&self) -> usize {
+        self.cycle.len()
+    }
+
+    /// Whether under a quarter of the feedback's pixels fall on pages of the set, their ancestors or descendants.
+    pub(crate) fn is_jump(&self, feedback: &Feedback, textures: &Textures) -> bool {
+        if self.direct.is_empty() {
+            return false;
+        }
+        let (mut related, mut all) = (0u64, 0u64);
+        for wanted in feedback.pages.iter().filter(|w| textures.contains(w.page)) {
+            all += u64::from(wanted.pixels);
+            let near = textures.is_tail(wanted.page)
+                || self.nodes.contains_key(&wanted.page)
+                || textures.ancestors(wanted.page).any(|page| self.direct.contains_key(&page));
+            related += if near { u64::from(wanted.pixels) } else { 0 };
+        }
+        related * 4 < all
+    }
+
+    /// Takes in a feedback, and lets go of the one that is a jitter cycle old. Pages that do not exist are dropped.
+    pub(crate) fn observe(&mut self, feedback: &Feedback, textures: &Textures) {
+        if self.cycle.len() == JITTER_CYCLE as usize {
+            self.forget_oldest();
+        }
+        let mut pages = std::mem::take(&mut self.spare);
+        let usable = |w: &&WantedPage| textures.contains(w.page) && !textures.is_tail(w.page);
+        pages.extend(feedback.pages.iter().filter(usable));
+        for wanted in &pages {
+            let direct = self.direct.entry(wanted.page).or_default();
+            direct.pixels = direct.pixels.saturating_add(wanted.pixels);
+            direct.feedbacks[usize::from(wanted.eighth & 7)] += 1;
+        }
+        self.cycle.push_back(pages);
+    }
+
+    fn forget_oldest(&mut self) {
+        let Some(mut oldest) = self.cycle.pop_front() else { return };
+        for wanted in oldest.drain(..) {
+            let Some(direct) = self.direct.get_mut(&wanted.page) else { continue };
+            direct.pixels = direct.pixels.saturating_sub(wanted.pixels);
+            let count = &mut direct.feedbacks[usize::from(wanted.eighth & 7)];
+            *count = count.saturating_sub(1);
+            if direct.feedbacks == [0; STEPS_PER_LEVEL as usize] {
+                self.direct.remove(&wanted.page);
+            }
+        }
+        self.spare = oldest;
+    }
+
+    /// Works out the set from the feedbacks: every page wanted and every ancestor, once. Costs one visit of each.
+    pub(crate) fn rebuild(&mut self, textures: &Textures, is_resident: impl Fn(PageId) -> bool) {
+        self.nodes.clear();
+        self.histogram.fill(0);
+        self.by_level.iter_mut().for_each(Vec::clear);
+        for (&page, direct) in &self.direct {
+            let eighth = direct.feedbacks.iter().position(|&n| n > 0).unwrap_or(0);
+            let node = Node { need: Need::new(page.level(), eighth as u8), pixels: direct.pixels, finer: 0 };
+            self.nodes.insert(page, node);
+            self.by_level[usize::from(page.level())].push(page);
+        }
+        for level in 0..self.by_level.len() {
+            let pages = std::mem::take(&mut self.by_level[level]);
+            for &page in &pages {
+                let Some(&node) = self.nodes.get(&page) else { continue };
+                self.histogram[usize::from(node.threshold(page.level()))] += 1;
+                let Some(parent) = textures.parent(page).filter(|&parent| !textures.is_tail(parent)) else {
+                    continue;
+                };
+                let finer = if is_resident(page) { node.pixels } else { node.finer };
+                let above = self.nodes.entry(parent).or_insert_with(|| {
+                    self.by_level[usize::from(parent.level())].push(parent);
+                    Node { need: node.need, pixels: 0, finer: 0 }
+                });
+                above.need = above.need.min(node.need);
+                above.pixels = above.pixels.saturating_add(node.pixels);
+                above.finer = above.finer.saturating_add(finer);
+            }
+            self.by_level[level] = pages;
+        }
+    }
+
+    /// Pages of the set at a bias, in eighths of a level; tails not counted.
+    pub(crate) fn size_at(&self, bias: u16) -> u32 {
+        self.histogram.iter().skip(usize::from(bias) + 1).sum()
+    }
+
+    /// The smallest bias, in eighths of a level, at which the set has at most `limit` pages.
+    pub(crate) fn bias_for(&self, limit: u32) -> u16 {
+        let mut size = 0;
+        for bias in (0..THRESHOLDS).rev() {
+            size += self.histogram[bias]; // pages of this threshold are wanted at every smaller bias
+            if size > limit {
+                return bias as u16;
+            }
+        }
+        0
+    }
+
+    /// The pages of the set at a bias, in eighths of a level, coarsest first.
+    pub(crate) fn pages_at(&self, bias: u16) -> impl Iterator<Item = (PageId, &Node)> + '_ {
+        self.by_level.iter().rev().flatten().filter_map(move |&page| {
+            let node = self.nodes.get(&page)?;
+            (node.threshold(page.level()) > bias).then_some((page, node))
+        })
+    }
+
+    /// The pages that feedback named, with their pixels over the cycle.
+    pub(crate) fn direct_pages(&self) -> impl Iterator<Item = (PageId, u32)> + '_ {
+        self.direct.iter().map(|(&page, direct)| (page, direct.pixels))
+    }
+}
+
+/// Decides the mip bias of a pool: up at once to the smallest whose set fits 90 % of the slots, down only when the finer
+/// set fits 80 %, and only after a whole jitter cycle.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BiasControl {
+    slots: u32,
+    bias: u16,
+    /// Feedbacks in a row for which a finer set would have fitted 80 %.
+    calm: u32,
+    /// The largest bias that any of them would have needed.
+    calm_bias: u16,
+}
+
+impl BiasControl {
+    pub(crate) fn new(slots: u32) -> BiasControl {
+        BiasControl { slots, bias: 0, calm: 0, calm_bias: 0 }
+    }
+
+    /// The bias in force, in eighths of a level.
+    pub(crate) fn bias(&self) -> u16 {
+        self.bias
+    }
+
+    /// A new working set has begun.
+    pub(crate) fn restart(&mut self) {
+        (self.bias, self.calm, self.calm_bias) = (0, 0, 0);
+    }
+
+    /// Takes the set's sizes into account; says whether the bias rose.
+    pub(crate) fn update(&mut self, set: &WorkingSet, pins: u32) -> bool {
+        let share = |percent: u64| (u64::from(self.slots) * percent / 100) as u32;
+        let needed = set.bias_for(share(90).saturating_sub(pins));
+        if needed > self.bias {
+            (self.bias, self.calm, self.calm_bias) = (needed, 0, 0);
+            return true;
+        }
+        let roomy = set.bias_for(share(80).saturating_sub(pins));
+        if roomy >= self.bias {
+            (self.calm, self.calm_bias) = (0, 0);
+            return false;
+        }
+        self.calm += 1;
+        self.calm_bias = self.calm_bias.max(roomy);
+        if self.calm > JITTER_CYCLE {
+            (self.bias, self.calm, self.calm_bias) = (self.calm_bias, 0, 0);
+        }
+        false
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{Geometry, GeometrySpec};
+    use crate::page::{Dims, PagePos, TextureId};
+    use crate::pool::Slot;
+    use proptest::prelude::*;
+    use std::collections::BTreeSet;
+    use std::sync::Arc;
+
+    fn textures() -> (Textures, TextureId, Arc<Geometry>) {
+        let geometry = Arc::new(Geometry::new(GeometrySpec::image(8192, 4096)).unwrap());
+        let mut textures = Textures::default();
+        let id = textures.add(geometry.clone(), Slot::new(0)).unwrap();
+        (textures, id, geometry)
+    }
+
+    fn wanted(texture: TextureId, level: u8, x: u32, y: u32, eighth: u8) -> WantedPage {
+        let page = PageId::new(texture, Dims::D2, PagePos::new_2d(level, x, y)).unwrap();
+        WantedPage { page, pixels: 1, eighth }
+    }
+
+    /// The set at a bias as the design states it: for each need, the ancestor at its level, and its ancestors.
+    fn naive(list: &[WantedPage], geometry: &Geometry, bias: u16) -> BTreeSet<PagePos> {
+        let mut set = BTreeSet::new();
+        for w in list {
+            let pos = w.page.pos(Dims::D2);
+            let level = Need::new(pos.level, w.eighth).level_at(bias);
+            let mut at = geometry.ancestor(pos, level.min(geometry.coarsest()));
+            while !geometry.is_tail(at) {
+                set.insert(at);
+                at = geometry.parent(at).unwrap();
+            }
+        }
+        set
+    }
+
+    proptest! {
+        #[test]
+        fn thresholds_agree_with_the_definition(list in prop::collection::vec((0u8..6, any::<u32>(), any::<u32>(), 0u8..8), 0..60)) {
+            let (textures, id, geometry) = textures();
+            let list: Vec<_> = list.into_iter().map(|(level, x, y, eighth)| {
+                let [nx, ny, _] = geometry.level(level).pages;
+                wanted(id, level, x % nx, y % ny, eighth)
+            }).collect();
+            let mut set = WorkingSet::new();
+            set.observe(&Feedback { frame: 0, pages: list.clone(), degenerate: 0 }, &textures);
+            set.rebuild(&textures, |_| false);
+            for bias in 0..70 {
+                let expected = naive(&list, &geometry, bias);
+                prop_assert_eq!(set.size_at(bias) as usize, expected.len());
+                let pages: BTreeSet<_> = set.pages_at(bias).map(|(page, _)| page.pos(Dims::D2)).collect();
+                prop_assert_eq!(pages, expected);
+            }
+            for limit in 0..60 {
+                let bias = set.bias_for(limit);
+                prop_assert!(set.size_at(bias) <= limit);
+                prop_assert!(bias == 0 || set.size_at(bias - 1) > limit);
+            }
+        }
+    }
+
+    #[test]
+    fn a_page_stays_for_one_jitter_cycle() {
+        let (textures, id, _) = textures();
+        let mut set = WorkingSet::new();
+        set.observe(&Feedback { frame: 0, pages: vec![wanted(id, 2, 1, 1, 3)], degenerate: 0 }, &textures);
+        for frame in 1..=JITTER_CYCLE as u64 {
+            set.rebuild(&textures, |_| false);
+            assert_eq!(set.size_at(0), 4, "frame {frame}");
+            set.observe(&Feedback { frame, ..Feedback::default() }, &textures);
+        }
+        set.rebuild(&textures, |_| false);
+        assert_eq!(set.size_at(0), 0);
+    }
+
+    #[test]
+    fn a_far_view_is_a_jump_and_a_near_one_is_not() {
+        let (textures, id, _) = textures();
+        let mut set = WorkingSet::new();
+        let view = |x| Feedback { frame: 0, pages: vec![wanted(id, 0, x, 0, 0)], degenerate: 0 };
+        set.observe(&view(3), &textures);
+        set.rebuild(&textures, |_| false);
+        assert!(!set.is_jump(&view(3), &textures));
+        assert!(set.is_jump(&view(40), &textures));
+        let coarser = Feedback { frame: 1, pages: vec![wanted(id, 3, 0, 0, 0)], degenerate: 0 };
+        assert!(!set.is_jump(&coarser, &textures), "zooming out is no jump");
+    }
+
+    #[test]
+    fn the_bias_rises_at_once_and_falls_after_a_calm_cycle() {
+        let (textures, id, _) = textures();
+        let mut control = BiasControl::new(20);
+        let row = |n: u32| (0..n).map(|x| wanted(id, 0, x, 0, 0)).collect::<Vec<_>>();
+        let mut set = WorkingSet::new();
+        set.observe(&Feedback { frame: 0, pages: row(32), degenerate: 0 }, &textures);
+        set.rebuild(&textures, |_| false);
+        assert!(control.update(&set, 1));
+        let risen = control.bias();
+        assert!(risen >= 8 && set.size_at(risen) < 18);
+        let mut frames = 0;
+        while control.bias() == risen {
+            set.observe(&Feedback { frame: 0, pages: row(2), degenerate: 0 }, &textures);
+            set.rebuild(&textures, |_| false);
+            assert!(!control.update(&set, 1));
+            frames += 1;
+        }
+        // One cycle until the wide view is forgotten, and one calm one.
+        assert_eq!((frames, control.bias()), (2 * JITTER_CYCLE, 0));
+    }
+}

@@ -1,0 +1,239 @@
+//! The pager in the simulated world: what must hold for any camera, loader and pool.
+//!
+//! `World::step` itself checks the budgets, the evictions and the page table at every frame, and the `checks` feature
+//! walks every structure after every step. `VASTEX_WORLDS` says how many random worlds are played.
+
+use vastex_core::sim::{Knobs, Path, Random, World};
+use vastex_core::{Event, GeometrySpec, PageState};
+
+fn knobs(path: Path) -> Knobs {
+    Knobs::new(path, 1)
+}
+
+fn failed(world: &World) -> usize {
+    world.events.iter().filter(|(_, event)| matches!(event, Event::Failed { .. })).count()
+}
+
+#[test]
+fn a_still_view_converges_and_stays_so() {
+    let mut world = World::new(knobs(Path::Still)).unwrap();
+    world.run_until_converged(200).unwrap();
+    let loaded = world.pager.stats().loaded;
+    for _ in 0..100 {
+        world.step().unwrap();
+        assert!(world.pager.is_converged());
+    }
+    let stats = world.pager.stats();
+    assert_eq!(
+        (stats.loaded, stats.missing, stats.in_flight, stats.bias_eighths),
+        (loaded, 0, 0, 0),
+        "{stats:?}"
+    );
+    let converged = world.events.iter().filter(|(_, event)| matches!(event, Event::Converged { .. }));
+    assert_eq!(converged.count(), 1);
+}
+
+#[test]
+fn with_a_still_view_no_tile_is_loaded_twice_in_any_pool() {
+    for slots in (2..40).chain([60, 90, 150, 250]) {
+        let mut world = World::new(Knobs { slots, ..knobs(Path::Still) }).unwrap();
+        world.run_until_converged(400).unwrap();
+        for _ in 0..50 {
+            world.step().unwrap();
+        }
+        let stats = world.pager.stats();
+        assert_eq!(stats.reloaded, 0, "{slots} slots: {stats:?}");
+        assert_eq!(stats.missing, 0, "{slots} slots: {stats:?}");
+        if stats.wanted > slots * 9 / 10 {
+            assert!(stats.bias_eighths > 0, "{slots} slots: {stats:?}");
+            assert!(world.events.iter().any(|(_, event)| matches!(event, Event::Oversubscribed { .. })));
+        } else {
+            assert_eq!(stats.bias_eighths, 0, "{slots} slots: {stats:?}");
+        }
+    }
+}
+
+#[test]
+fn every_path_converges_once_it_holds() {
+    for path in Path::ALL {
+        for slots in [40, 120, 400] {
+            let mut world = World::new(Knobs { slots, hold_after: 150, ..knobs(path) }).unwrap();
+            for _ in 0..150 {
+                world.step().unwrap();
+            }
+            world.run_until_converged(300).unwrap_or_else(|why| panic!("{path:?}, {slots} slots: {why}"));
+            assert_eq!(world.loads_under_way(), 0, "every request ends");
+        }
+    }
+}
+
+#[test]
+fn after_a_cut_a_view_is_complete_as_soon_as_the_budget_allows() {
+    for tiles_per_frame in [1, 4, 16] {
+        let knobs = Knobs {
+            complete_feedback: true,
+            upload_bytes_per_frame: 100 * tiles_per_frame,
+            screen: [320, 180],
+            slots: 300,
+            in_flight_tiles: 1000,
+            ..knobs(Path::Still)
+        };
+        let latency = knobs.loads.latency_frames;
+        let mut world = World::new(knobs).unwrap();
+        world.loads_mut().tiles_per_frame = usize::MAX;
+        let mut frames = 0;
+        while frames < 3 || world.pager.stats().missing > 0 {
+            world.step().unwrap();
+            frames += 1;
+        }
+        let loaded = world.pager.stats().loaded;
+        let bound = (1.1 * loaded.div_ceil(tiles_per_frame) as f64) as u64 + 2 + latency + 1;
+        assert!(
+            frames <= bound,
+            "{frames} frames for {loaded} tiles, {tiles_per_frame} a frame: more than {bound}"
+        );
+    }
+}
+
+#[test]
+fn an_upload_budget_below_one_tile_converges_later() {
+    let run = |upload_bytes_per_frame| {
+        let small = Knobs { upload_bytes_per_frame, screen: [160, 90], ..knobs(Path::Still) };
+        World::new(small).unwrap().run_until_converged(2000).unwrap()
+    };
+    let (fast, slow) = (run(800), run(30));
+    assert!(slow > fast, "{slow} frames at 30 bytes a frame, {fast} at 800");
+}
+
+#[test]
+fn a_broken_tile_is_reported_once_retried_with_back_off_and_recovers() {
+    let mut world = World::new(knobs(Path::Still)).unwrap();
+    world.loads_mut().broken = 0.2;
+    world.run_until_converged(400).unwrap();
+    let (reported, stats) = (failed(&world), world.pager.stats());
+    assert!(reported > 0 && stats.failed as usize == reported, "{stats:?}");
+    let broken: Vec<_> = world.pager.failed_pages().collect();
+    assert!(broken.iter().all(|&page| matches!(world.pager.state(page), PageState::Failed { .. })));
+    let before = stats.failures;
+    for _ in 0..400 {
+        world.step().unwrap();
+    }
+    let retries = world.pager.stats().failures - before;
+    assert!(retries >= 2 * reported as u64, "tried again: {retries}");
+    assert!(retries <= 5 * reported as u64, "with back-off, not each frame: {retries}");
+    assert_eq!(failed(&world), reported, "reported once");
+    world.loads_mut().broken = 0.0;
+    for _ in 0..1200 {
+        world.step().unwrap();
+    }
+    let recovered = world.events.iter().filter(|(_, event)| matches!(event, Event::Recovered { .. })).count();
+    assert_eq!((recovered, world.pager.stats().failed), (reported, 0));
+}
+
+#[test]
+fn what_is_no_longer_wanted_is_called_off() {
+    let mut world = World::new(knobs(Path::Teleport)).unwrap();
+    world.loads_mut().latency_frames = 60;
+    for _ in 0..400 {
+        world.step().unwrap();
+    }
+    let stats = world.pager.stats();
+    assert!(stats.cancelled > 0 && stats.requests >= stats.cancelled + stats.loaded, "{stats:?}");
+}
+
+#[test]
+fn a_pool_without_room_for_the_tail_is_refused() {
+    let error = World::new(Knobs { slots: 1, ..knobs(Path::Still) }).unwrap_err();
+    assert!(error.to_string().contains("2 are needed"), "{error}");
+}
+
+#[test]
+fn the_bias_does_not_oscillate_on_any_path() {
+    for path in Path::ALL {
+        let mut world = World::new(Knobs { slots: 60, ..knobs(path) }).unwrap();
+        let mut turns = Vec::new();
+        let mut last = (0u16, 0i32);
+        for _ in 0..300 {
+            world.step().unwrap();
+            let bias = world.pager.bias_eighths();
+            let direction = (i32::from(bias) - i32::from(last.0)).signum();
+            if direction != 0 && direction != last.1 {
+                turns.push(world.frame);
+                last.1 = direction;
+            }
+            last.0 = bias;
+        }
+        // A bias that has fallen needs a calm cycle to fall again, so a turn downwards and one upwards take over 16 frames.
+        // Each of the teleports is a new working set of its own.
+        let quick = turns.windows(2).filter(|pair| pair[1] - pair[0] < 8).count();
+        let views = if path == Path::Teleport { 8 } else { 1 };
+        assert!(quick <= 2 * views, "{path:?}: the bias turned at frames {turns:?}");
+    }
+}
+
+#[test]
+fn the_same_world_plays_the_same_way() {
+    let play = || {
+        let mut world = World::new(Knobs { slots: 90, ..knobs(Path::Fly) }).unwrap();
+        (world.loads_mut().failing, world.loads_mut().slow) = (0.1, 0.1);
+        for _ in 0..200 {
+            world.step().unwrap();
+        }
+        (world.pager.stats(), world.events)
+    };
+    assert_eq!(play(), play());
+}
+
+#[test]
+fn volumes_and_odd_shapes_need_no_code_of_their_own() {
+    for spec in [
+        GeometrySpec { page: 254, ..GeometrySpec::image(7770, 10_001) },
+        GeometrySpec { page: 100, border: 3, ..GeometrySpec::image(777, 10_000) },
+        GeometrySpec::image(1, 1),
+    ] {
+        let mut world = World::new(Knobs { spec, ..knobs(Path::Still) }).unwrap();
+        world.run_until_converged(200).unwrap();
+    }
+}
+
+/// A world in which everything is left to chance.
+fn random_world(seed: u64) -> Result<(), String> {
+    let mut random = Random::new(seed);
+    let path = Path::ALL[random.below(5) as usize];
+    let mut knobs = Knobs::new(path, seed);
+    let up_to_power = |random: &mut Random, bits: std::ops::Range<u64>| {
+        let power = bits.start + random.below(bits.end - bits.start);
+        random.below(1 << power) as u32
+    };
+    knobs.spec = GeometrySpec {
+        page: 8 + random.below(250) as u32,
+        border: 1 + random.below(4) as u32,
+        ..GeometrySpec::image(1 + up_to_power(&mut random, 4..16), 1 + up_to_power(&mut random, 4..16))
+    };
+    knobs.screen = [80 + random.below(400) as u32, 40 + random.below(200) as u32];
+    knobs.slots = 2 + up_to_power(&mut random, 0..10);
+    knobs.upload_bytes_per_frame = random.below(2000);
+    knobs.in_flight_tiles = random.below(64);
+    knobs.complete_feedback = random.chance(0.2);
+    let loads = &mut knobs.loads;
+    loads.latency_frames = random.below(20);
+    loads.tiles_per_frame = 1 + random.below(40) as usize;
+    (loads.broken, loads.failing, loads.slow) = match random.below(3) {
+        0 => (0.0, 0.0, 0.0),
+        1 => (0.05, 0.0, 0.1),
+        _ => (0.0, 0.3, 0.3),
+    };
+    let mut world = World::new(knobs).map_err(|error| error.to_string())?;
+    for _ in 0..120 {
+        world.step()?;
+    }
+    Ok(())
+}
+
+#[test]
+fn random_worlds_hold_together() {
+    let worlds = std::env::var("VASTEX_WORLDS").ok().and_then(|n| n.parse().ok()).unwrap_or(60);
+    for seed in 0..worlds {
+        random_world(seed).unwrap_or_else(|why| panic!("world {seed}: {why}"));
+    }
+}
