@@ -7,7 +7,7 @@
 /// let mut bucket = UploadBucket::new(100, 250); // less than half a tile per frame
 /// assert!(bucket.take(250) && !bucket.take(250));
 /// let waited = (1..10).find(|_| { bucket.begin_frame(); bucket.take(250) });
-/// assert_eq!(waited, Some(2)); // 150 were left over, 200 came
+/// assert_eq!(waited, Some(1)); // 150 were left over, 100 came
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct UploadBucket {
