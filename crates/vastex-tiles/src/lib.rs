@@ -1,13 +1,28 @@
 //! The part of Vastex that fetches.
 //!
-//! A [`TileSource`] turns a page into a tile; a store is where its bytes lie. Here are the `.vastex` container, a
+//! A [`TileSource`] turns a page into a tile; a [`Store`] is where its bytes lie. Here are the `.vastex` container, a
 //! generated source, the decorators that cache and that inject faults, and the loader that follows the pager's
 //! order on its threads.
 //!
 //! This crate does not decide what is loaded (`vastex-core` does) and never sees a GPU.
 
+mod container;
+#[cfg(feature = "write")]
+mod encode;
 mod source;
+mod stores;
+#[cfg(test)]
+#[cfg(feature = "write")]
+mod testing;
 mod tile;
 
+pub use container::{Container, ContainerError, Fault, Info, Verification, verify};
+#[cfg(feature = "write")]
+pub use container::{ContainerWriter, TempFile, WriteError, WriterOptions, Written};
+#[cfg(feature = "write")]
+pub use encode::{Compression, EncodedTile};
 pub use source::{MaybeSend, MaybeSync, ReadError, ReadFuture, TileSource};
-pub use tile::{Codec, DecodeError, Tile};
+#[cfg(not(target_family = "wasm"))]
+pub use stores::FileStore;
+pub use stores::{MemoryStore, Store, StoreError, StoreFuture};
+pub use tile::{Codec, DecodeError, MAX_TILE_BYTES, Tile};

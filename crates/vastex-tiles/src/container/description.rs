@@ -1,0 +1,263 @@
+//! The description as bytes: sections, each with its number and its length, so that later versions can add some.
+//!
+//! A reader passes over a section that it does not know if the section's number says that it may.
+
+use vastex_core::{AddressMode, Description, Dims, Geometry, GeometrySpec, Layer, LayerFormat};
+
+use super::layout::{Fields, MAX_PAGES};
+use crate::tile::MAX_TILE_BYTES;
+
+/// The section that holds levels, pages and borders.
+const GEOMETRY: u32 = 1;
+/// The section that holds the layers.
+const LAYERS: u32 = 2;
+/// Set in the number of a section that a reader may pass over.
+const OPTIONAL: u32 = 1 << 31;
+/// Layers that a texture may have.
+const MAX_LAYERS: u32 = 256;
+/// Bytes that a layer's name may have.
+const MAX_NAME_BYTES: u32 = 256;
+
+/// Why a description cannot be used.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub(super) enum DescriptionFault {
+    /// It says what this version never writes.
+    #[error("{0}")]
+    Damaged(String),
+    /// It needs a newer reader.
+    #[error("{0}")]
+    Unsupported(String),
+}
+
+impl From<String> for DescriptionFault {
+    fn from(fault: String) -> DescriptionFault {
+        DescriptionFault::Damaged(fault)
+    }
+}
+
+/// The description as bytes.
+#[cfg(feature = "write")]
+pub(super) fn encode(description: &Description) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    for (number, section) in
+        [(GEOMETRY, geometry_bytes(&description.geometry)), (LAYERS, layer_bytes(&description.layers))]
+    {
+        bytes.extend(number.to_le_bytes());
+        bytes.extend((section.len() as u32).to_le_bytes());
+        bytes.extend(section);
+    }
+    bytes
+}
+
+#[cfg(feature = "write")]
+fn geometry_bytes(geometry: &Geometry) -> Vec<u8> {
+    let spec = geometry.spec();
+    let mut bytes = vec![match spec.dims {
+        Dims::D2 => 2,
+        Dims::D3 => 3,
+    }];
+    bytes.extend(spec.address.map(|mode| match mode {
+        AddressMode::Clamp => 0,
+        AddressMode::Wrap => 1,
+        AddressMode::Mirror => 2,
+    }));
+    let factors = &geometry.levels()[1..];
+    let numbers = spec.size.into_iter().chain([spec.page, spec.border, factors.len() as u32]);
+    for number in numbers.chain(factors.iter().flat_map(|level| level.factor)) {
+        bytes.extend(number.to_le_bytes());
+    }
+    bytes
+}
+
+#[cfg(feature = "write")]
+fn layer_bytes(layers: &[Layer]) -> Vec<u8> {
+    let mut bytes = Vec::from((layers.len() as u32).to_le_bytes());
+    for layer in layers {
+        bytes.extend(format_number(layer.format).to_le_bytes());
+        bytes.extend((layer.name.len() as u32).to_le_bytes());
+        bytes.extend(layer.name.as_bytes());
+    }
+    bytes
+}
+
+/// The number of a format in a file: its place in this list, from 1 on.
+fn format_number(format: LayerFormat) -> u32 {
+    match format {
+        LayerFormat::R8 => 1,
+        LayerFormat::Rg8 => 2,
+        LayerFormat::Rgba8 => 3,
+        LayerFormat::Rgba8Srgb => 4,
+        LayerFormat::R16 => 5,
+    }
+}
+
+/// Reads a description and sees to it that this crate can handle the texture.
+pub(super) fn decode(bytes: &[u8]) -> Result<Description, DescriptionFault> {
+    let (mut geometry, mut layers, mut last) = (None, None, None);
+    let mut fields = Fields::new(bytes);
+    while !fields.is_empty() {
+        let (number, len) = (fields.u32()?, fields.u32()?);
+        let section = fields.bytes(len as usize)?;
+        if last.is_some_and(|last| number <= last) {
+            return Err(format!("section {number} stands after section {}", last.unwrap_or(0)).into());
+        }
+        last = Some(number);
+        match number {
+            GEOMETRY => geometry = Some(decode_geometry(section)?),
+            LAYERS => layers = Some(decode_layers(section)?),
+            _ if number & OPTIONAL != 0 => {}
+            _ => {
+                return Err(DescriptionFault::Unsupported(format!(
+                    "section {number} of the description is not known"
+                )));
+            }
+        }
+    }
+    match (geometry, layers) {
+        (Some(geometry), Some(layers)) => {
+            let description = Description { geometry, layers };
+            check(&description)?;
+            Ok(description)
+        }
+        _ => Err("the geometry or the layers are missing".to_string().into()),
+    }
+}
+
+fn decode_geometry(section: &[u8]) -> Result<Geometry, DescriptionFault> {
+    let mut fields = Fields::new(section);
+    let dims = match fields.u8()? {
+        2 => Dims::D2,
+        3 => Dims::D3,
+        other => {
+            return Err(DescriptionFault::Unsupported(format!(
+                "a texture of {other} dimensions is not known"
+            )));
+        }
+    };
+    let mut address = [AddressMode::Clamp; 3];
+    for mode in &mut address {
+        *mode = match fields.u8()? {
+            0 => AddressMode::Clamp,
+            1 => AddressMode::Wrap,
+            2 => AddressMode::Mirror,
+            other => return Err(DescriptionFault::Unsupported(format!("address mode {other} is not known"))),
+        };
+    }
+    let (size, page, border) = (fields.size()?, fields.u32()?, fields.u32()?);
+    let count = fields.u32()?;
+    if count as usize >= vastex_core::MAX_LEVELS {
+        return Err(format!("{count} levels below the finest").into());
+    }
+    let factors = (0..count).map(|_| fields.size()).collect::<Result<Vec<_>, _>>()?;
+    if !fields.is_empty() {
+        return Err("the geometry is too long".to_string().into());
+    }
+    let spec = GeometrySpec { dims, size, page, border, address };
+    Ok(Geometry::with_factors(spec, &factors).map_err(|e| e.to_string())?)
+}
+
+fn decode_layers(section: &[u8]) -> Result<Vec<Layer>, DescriptionFault> {
+    let mut fields = Fields::new(section);
+    let count = fields.u32()?;
+    let mut layers = Vec::new();
+    for _ in 0..count {
+        let (number, len) = (fields.u32()?, fields.u32()?);
+        let name =
+            std::str::from_utf8(fields.bytes(len as usize)?).map_err(|e| format!("a layer's name: {e}"))?;
+        let format =
+            LayerFormat::ALL.into_iter().find(|&format| format_number(format) == number).ok_or_else(
+                || DescriptionFault::Unsupported(format!("format {number} of layer {name:?} is not known")),
+            )?;
+        layers.push(Layer { name: name.into(), format });
+    }
+    if !fields.is_empty() {
+        return Err("the layers are too long".to_string().into());
+    }
+    Ok(layers)
+}
+
+/// Fails where a texture is valid but larger than a container can hold; the message says what to change.
+pub(super) fn check(description: &Description) -> Result<(), String> {
+    let layers = &description.layers;
+    if layers.is_empty() || layers.len() > MAX_LAYERS as usize {
+        return Err(format!("{} layers: a container has 1 to {MAX_LAYERS}", layers.len()));
+    }
+    if let Some(layer) = layers.iter().find(|layer| layer.name.len() > MAX_NAME_BYTES as usize) {
+        return Err(format!(
+            "a layer's name of {} bytes: at most {MAX_NAME_BYTES} are allowed",
+            layer.name.len()
+        ));
+    }
+    let tile_bytes = description.geometry.tile_texels().saturating_mul(description.texel_bytes() as u64);
+    if tile_bytes > MAX_TILE_BYTES {
+        return Err(format!(
+            "tiles of {tile_bytes} bytes: at most {MAX_TILE_BYTES} are allowed; use smaller pages"
+        ));
+    }
+    let levels = description.geometry.levels().iter();
+    let pages = levels.fold(0u64, |sum, level| {
+        sum.saturating_add(level.pages.iter().fold(1, |product, &n| product.saturating_mul(u64::from(n))))
+    });
+    if pages > MAX_PAGES {
+        return Err(format!("{pages} pages: at most {MAX_PAGES} are allowed; use larger pages"));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+#[cfg(feature = "write")]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn description() -> Description {
+        Description::one_layer(Geometry::new(GeometrySpec::image(1000, 777)).unwrap(), LayerFormat::R16)
+    }
+
+    #[test]
+    fn a_description_reads_as_it_was_written() {
+        let description = description();
+        assert_eq!(decode(&encode(&description)), Ok(description));
+    }
+
+    #[test]
+    fn unknown_sections_are_passed_over_only_if_they_say_so() {
+        let mut bytes = encode(&description());
+        let len = bytes.len();
+        bytes.extend([9, 0, 0, 0x80, 2, 0, 0, 0, 1, 2]);
+        assert_eq!(decode(&bytes), Ok(description()));
+        bytes[len + 3] = 0;
+        let fault = decode(&bytes).unwrap_err();
+        assert_eq!(fault, DescriptionFault::Unsupported("section 9 of the description is not known".into()));
+    }
+
+    #[test]
+    fn every_truncation_is_refused() {
+        let bytes = encode(&description());
+        for len in 0..bytes.len() {
+            assert!(decode(&bytes[..len]).is_err(), "{len}");
+        }
+    }
+
+    #[test]
+    fn textures_too_large_for_a_container_are_refused_with_the_remedy() {
+        let refused = |spec| {
+            check(&Description::one_layer(Geometry::new(spec).unwrap(), LayerFormat::Rgba8)).unwrap_err()
+        };
+        let volume =
+            GeometrySpec { dims: Dims::D3, size: [9000; 3], page: 4096, ..GeometrySpec::image(1, 1) };
+        assert!(refused(volume).ends_with("use smaller pages"));
+        assert!(refused(GeometrySpec::image(1 << 31, 1 << 31)).ends_with("use larger pages"));
+    }
+
+    proptest! {
+        #[test]
+        fn altered_bytes_never_panic(at: prop::sample::Index, value: u8, tail in prop::collection::vec(any::<u8>(), 0..20)) {
+            let mut bytes = encode(&description());
+            let at = at.index(bytes.len());
+            bytes[at] = value;
+            bytes.extend(tail);
+            let _ = decode(&bytes);
+        }
+    }
+}

@@ -1,0 +1,99 @@
+//! What can be wrong with a container as a whole. What is wrong with one tile is a [`crate::ReadError`].
+
+use crate::stores::StoreError;
+
+use super::layout::VERSION;
+
+/// Why a container cannot be opened. Every message names the file, the place and what to do.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ContainerError {
+    /// The store could not be opened or read.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// The file is something else.
+    #[error("{name}: this is no Vastex container but {found}; make one of it with `vastex build`")]
+    Foreign {
+        /// The file or URL.
+        name: String,
+        /// What the file seems to be.
+        found: String,
+    },
+    /// The file is of a version that cannot be read here.
+    #[error(
+        "{name}: the container is of version {version}, this program reads version {VERSION}; update it, or build the file again"
+    )]
+    Version {
+        /// The file or URL.
+        name: String,
+        /// The file's version.
+        version: u32,
+    },
+    /// The file needs something that is not known here.
+    #[error("{name}: {what}; update this program, or build the file again")]
+    Unsupported {
+        /// The file or URL.
+        name: String,
+        /// What is not known.
+        what: String,
+    },
+    /// The file ends too early.
+    #[error("{name}: the file has {len} bytes of {expected}; copy it anew, or build it again")]
+    Truncated {
+        /// The file or URL.
+        name: String,
+        /// Bytes that it has.
+        len: u64,
+        /// Bytes that it should have at least.
+        expected: u64,
+    },
+    /// Bytes of the file are not those that were written.
+    #[error("{name}: {place}: {fault}; copy the file anew, or build it again")]
+    Damaged {
+        /// The file or URL.
+        name: String,
+        /// Where in it.
+        place: String,
+        /// What is wrong there.
+        fault: String,
+    },
+}
+
+impl ContainerError {
+    pub(super) fn damaged(name: &str, place: &str, fault: &str) -> ContainerError {
+        ContainerError::Damaged { name: name.into(), place: place.into(), fault: fault.into() }
+    }
+
+    pub(super) fn truncated(name: &str, len: u64, expected: u64) -> ContainerError {
+        ContainerError::Truncated { name: name.into(), len, expected }
+    }
+
+    /// For a file whose first bytes are `bytes`.
+    pub(super) fn foreign(name: &str, bytes: &[u8]) -> ContainerError {
+        ContainerError::Foreign { name: name.into(), found: guess(bytes).into() }
+    }
+}
+
+/// What a file that begins so probably is.
+fn guess(bytes: &[u8]) -> &'static str {
+    const KNOWN: [(&[u8], &str); 7] = [
+        (b"\x89PNG", "a PNG image"),
+        (b"\xff\xd8\xff", "a JPEG image"),
+        (b"II*\0", "a TIFF image"),
+        (b"MM\0*", "a TIFF image"),
+        (b"II+\0", "a BigTIFF image"),
+        (b"MM\0+", "a BigTIFF image"),
+        (b"PK\x03\x04", "a ZIP archive"),
+    ];
+    if let Some((_, what)) = KNOWN.iter().find(|(magic, _)| bytes.starts_with(magic)) {
+        return what;
+    }
+    if bytes.iter().all(|&byte| byte == 0) {
+        return "zeros";
+    }
+    let head = &bytes[..bytes.len().min(256)];
+    let is_text = |byte: &u8| matches!(byte, b'\t' | b'\n' | b'\r' | 0x20..=0x7e | 0x80..);
+    if head.iter().all(is_text) && head.iter().filter(|byte| byte.is_ascii()).count() * 2 >= head.len() {
+        return "text";
+    }
+    "something else"
+}

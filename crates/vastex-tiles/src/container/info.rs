@@ -1,0 +1,88 @@
+//! A summary of a container, for people and scripts.
+
+use vastex_core::{Description, Level};
+
+use super::reader::Container;
+use crate::source::TileSource;
+use crate::tile::Codec;
+
+/// What is in a container.
+///
+/// Every tile is stored on its own, constant, or shared: `tiles = stored_tiles + constant_tiles + shared_tiles`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Info {
+    /// Levels, pages, borders and layers.
+    pub description: Description,
+    /// Version of the container format.
+    pub version: u32,
+    /// Bytes of the file.
+    pub bytes: u64,
+    /// Pages of the texture, the tail counted as one.
+    pub pages: u64,
+    /// Pages that have a tile.
+    pub tiles: u64,
+    /// Tiles that have bytes of their own.
+    pub stored_tiles: u64,
+    /// Tiles that are one colour, kept in the index.
+    pub constant_tiles: u64,
+    /// Tiles whose bytes are those of another, stored once.
+    pub shared_tiles: u64,
+    /// Stored tiles as they are, compressed with LZ4, and with Zstandard.
+    pub stored_by_codec: [u64; 3],
+    /// Bytes of the stored tiles.
+    pub stored_bytes: u64,
+    /// Bytes of all tiles, decoded.
+    pub raw_bytes: u64,
+}
+
+impl Info {
+    /// The levels of the texture, finest first.
+    pub fn levels(&self) -> &[Level] {
+        self.description.geometry.levels()
+    }
+}
+
+impl Container {
+    /// Counts what is in the container; costs a look at each page's number, and no read.
+    ///
+    /// Records that cannot be read are left out; `verify` reports them.
+    pub fn info(&self) -> Info {
+        let mut info = Info {
+            description: Description::clone(self.description()),
+            version: super::layout::VERSION,
+            bytes: self.header.file_len,
+            pages: self.order.pages(),
+            tiles: 0,
+            stored_tiles: 0,
+            constant_tiles: 0,
+            shared_tiles: 0,
+            stored_by_codec: [0; 3],
+            stored_bytes: 0,
+            raw_bytes: 0,
+        };
+        let mut seen = vec![false; self.index.records() as usize];
+        for number in self.index.page_records().flatten() {
+            let Ok(record) = self.index.record(number) else { continue };
+            info.tiles += 1;
+            let counted = std::mem::replace(&mut seen[number as usize], true);
+            let by_codec = match record.codec {
+                Codec::Constant => {
+                    info.constant_tiles += 1;
+                    continue;
+                }
+                Codec::Raw => 0,
+                Codec::Lz4 => 1,
+                Codec::Zstd => 2,
+            };
+            if counted {
+                info.shared_tiles += 1;
+            } else {
+                info.stored_tiles += 1;
+                info.stored_by_codec[by_codec] += 1;
+                info.stored_bytes += record.section.extent.len;
+            }
+        }
+        info.raw_bytes = info.tiles * self.description().tile_bytes() as u64;
+        info
+    }
+}

@@ -1,0 +1,31 @@
+//! The `.vastex` container: one file with a header, a description, tiles and an index.
+//!
+//! `docs/format.md` describes it byte by byte. [`Container`] reads it by ranges, `ContainerWriter` writes it streaming,
+//! [`verify`] reads and checks everything. What a tile's bytes mean is [`crate::Tile`]'s business, which pages are built
+//! from what the builder's.
+
+mod description;
+mod error;
+mod header;
+mod index;
+mod info;
+mod layout;
+#[cfg(feature = "write")]
+mod output;
+mod reader;
+mod verify;
+#[cfg(feature = "write")]
+mod writer;
+
+#[cfg(test)]
+#[cfg(feature = "write")]
+mod tests;
+
+pub use error::ContainerError;
+pub use info::Info;
+#[cfg(feature = "write")]
+pub use output::TempFile;
+pub use reader::Container;
+pub use verify::{Fault, Verification, verify};
+#[cfg(feature = "write")]
+pub use writer::{ContainerWriter, WriteError, WriterOptions, Written};

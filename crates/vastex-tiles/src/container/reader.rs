@@ -1,0 +1,175 @@
+//! Reading a container: opened with two reads, then one read for each tile.
+//!
+//! No number of the file is trusted: whatever a range says, it must lie in the file and be no longer than a tile.
+
+use std::sync::Arc;
+
+use bytes::Bytes;
+use vastex_core::{Description, PagePos};
+
+use super::description::{self, DescriptionFault};
+use super::error::ContainerError;
+use super::header::Header;
+use super::index::{Index, PageOrder, Record};
+use super::layout::{Extent, HEADER_BYTES, MAX_COARSE_BYTES, OPENING_BYTES, Section};
+use crate::source::{ReadError, ReadFuture, TileSource};
+use crate::stores::{Store, StoreError};
+use crate::tile::{Codec, Tile};
+
+/// A `.vastex` container, open for reading.
+///
+/// Keeps 4 bytes a page, 24 a distinct tile, and the coarse tiles in memory.
+pub struct Container {
+    pub(super) store: Arc<dyn Store>,
+    pub(super) header: Header,
+    pub(super) description: Arc<Description>,
+    pub(super) index: Index,
+    pub(super) order: PageOrder,
+    /// The bytes of the coarse tiles, from the header's `coarse_offset` on; empty where they are too many.
+    coarse: Bytes,
+}
+
+impl Container {
+    /// Opens a container: one read for header and description, one for the coarse tiles and the index.
+    pub async fn open(store: Arc<dyn Store>) -> Result<Container, ContainerError> {
+        let name = store.name();
+        let opening = store.read(0, store.len().min(OPENING_BYTES) as usize).await?;
+        let header = Header::newest(name, &opening[..opening.len().min(HEADER_BYTES as usize)], store.len())?;
+        let description = read_description(&*store, &header, &opening).await?;
+        let order = PageOrder::new(&description.geometry);
+        let (coarse, index) = read_coarse_and_index(&*store, &header, order.pages()).await?;
+        Ok(Container { header, description: Arc::new(description), index, order, coarse, store })
+    }
+
+    /// Opens a local file.
+    #[cfg(not(target_family = "wasm"))]
+    pub fn open_file(path: impl AsRef<std::path::Path>) -> Result<Container, ContainerError> {
+        let store = crate::stores::FileStore::open(path)?;
+        pollster::block_on(Container::open(Arc::new(store)))
+    }
+
+    /// What to call the container in messages: a path or a URL.
+    pub fn name(&self) -> &str {
+        self.store.name()
+    }
+
+    async fn read_tile(&self, pos: PagePos) -> Result<Tile, ReadError> {
+        let page = self.order.number_of(&self.description.geometry, pos);
+        let number =
+            page.and_then(|page| self.index.record_of_page(page)).ok_or(ReadError::NoSuchTile { pos })?;
+        let in_index = |fault| {
+            let place = format!("{}: the index, record {number}", self.name());
+            ReadError::Damaged { pos, place, fault }
+        };
+        let record = self.index.record(number).map_err(in_index)?;
+        self.check_record(&record).map_err(in_index)?;
+        let bytes = self.bytes_of(&record).await.map_err(|e| match e {
+            StoreError::Read { name, offset, len, error } => {
+                let place = format!("{name}: {}", Extent { offset, len: len as u64 });
+                ReadError::Store { pos, place, error }
+            }
+            StoreError::Open { name, error } => ReadError::Store { pos, place: name, error },
+        })?;
+        record.section.check(&bytes).map_err(|fault| {
+            let place = format!("{}: {}", self.name(), record.section.extent);
+            ReadError::Damaged { pos, place, fault }
+        })?;
+        Ok(Tile { codec: record.codec, bytes })
+    }
+
+    /// Whether a record's range can be one: in the file, and no longer than a tile.
+    pub(super) fn check_record(&self, record: &Record) -> Result<(), String> {
+        let extent = record.section.extent;
+        if record.codec == Codec::Constant {
+            return self.index.constant(extent).map(drop);
+        }
+        if !extent.lies_within(HEADER_BYTES..self.header.file_len) {
+            return Err(format!("{extent} lie outside the file of {} bytes", self.header.file_len));
+        }
+        if extent.len == 0 || extent.len > self.description.tile_bytes() as u64 {
+            return Err(format!(
+                "a tile of {} bytes, encoded in {}",
+                self.description.tile_bytes(),
+                extent.len
+            ));
+        }
+        Ok(())
+    }
+
+    /// The bytes of a record that [`Container::check_record`] has passed.
+    pub(super) async fn bytes_of(&self, record: &Record) -> Result<Bytes, StoreError> {
+        let extent = record.section.extent;
+        if record.codec == Codec::Constant {
+            return Ok(self.index.constant(extent).unwrap_or_default());
+        }
+        let kept = self.header.coarse_offset..self.header.coarse_offset + self.coarse.len() as u64;
+        if extent.lies_within(kept.clone()) {
+            let first = (extent.offset - kept.start) as usize;
+            return Ok(self.coarse.slice(first..first + extent.len as usize));
+        }
+        self.store.read(extent.offset, extent.len as usize).await
+    }
+}
+
+#[deny(clippy::missing_trait_methods)]
+impl TileSource for Container {
+    fn description(&self) -> &Arc<Description> {
+        &self.description
+    }
+
+    fn read(&self, pos: PagePos) -> ReadFuture<'_> {
+        Box::pin(self.read_tile(pos))
+    }
+}
+
+impl std::fmt::Debug for Container {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Container")
+            .field("name", &self.name())
+            .field("header", &self.header)
+            .finish_non_exhaustive()
+    }
+}
+
+async fn read_description(
+    store: &dyn Store,
+    header: &Header,
+    opening: &Bytes,
+) -> Result<Description, ContainerError> {
+    let Section { extent, .. } = header.description;
+    let place = format!("the description, {extent}");
+    // The header was checked: the range lies in the file, and its length is bounded.
+    let bytes = if extent.lies_within(0..opening.len() as u64) {
+        opening.slice(extent.offset as usize..(extent.offset + extent.len) as usize)
+    } else {
+        store.read(extent.offset, extent.len as usize).await?
+    };
+    header
+        .description
+        .check(&bytes)
+        .map_err(|fault| ContainerError::damaged(store.name(), &place, &fault))?;
+    description::decode(&bytes).map_err(|fault| match fault {
+        DescriptionFault::Damaged(fault) => ContainerError::damaged(store.name(), &place, &fault),
+        DescriptionFault::Unsupported(what) => {
+            ContainerError::Unsupported { name: store.name().into(), what }
+        }
+    })
+}
+
+/// The coarse tiles, unless they are too many to keep, and the index.
+async fn read_coarse_and_index(
+    store: &dyn Store,
+    header: &Header,
+    pages: u64,
+) -> Result<(Bytes, Index), ContainerError> {
+    let Section { extent, .. } = header.index;
+    let coarse_len = extent.offset - header.coarse_offset;
+    let kept_len = if coarse_len <= MAX_COARSE_BYTES { coarse_len } else { 0 };
+    let damaged =
+        |fault: String| ContainerError::damaged(store.name(), &format!("the index, {extent}"), &fault);
+    let len = usize::try_from(kept_len + extent.len).map_err(|e| damaged(e.to_string()))?;
+    let mut bytes = store.read(extent.offset - kept_len, len).await?;
+    let coarse = bytes.split_to(kept_len as usize);
+    header.index.check(&bytes).map_err(damaged)?;
+    Ok((coarse, Index::new(bytes, pages).map_err(damaged)?))
+}

@@ -1,0 +1,4 @@
+//! Round trips, damage of every kind, and what a writer leaves behind.
+
+mod damage;
+mod round_trip;

@@ -1,0 +1,293 @@
+//! Writing a container: tiles are appended as they come; coarse tiles, index and header follow at the end.
+//!
+//! Encoding and hashing ([`EncodedTile::new`]) is for as many threads as there are; [`ContainerWriter::append`] is the
+//! serial part: it finds identical tiles and copies bytes. The file depends on the tiles and the order in which they
+//! are appended, and on nothing else.
+
+use std::io::{Seek, SeekFrom, Write};
+use std::path::Path;
+
+use bytes::Bytes;
+use rustc_hash::FxHashMap;
+use vastex_core::{Description, PagePos};
+
+use super::description;
+use super::header::Header;
+use super::index::{self, PageOrder, Record};
+use super::layout::{Extent, HEADER_BYTES, NO_RECORD, Section};
+use super::output::TempFile;
+use crate::encode::{Compression, EncodedTile};
+use crate::tile::Codec;
+
+/// Decoded bytes of the coarse tiles that are held back, so that they lie together before the index. The tail always is.
+const HELD_BYTES: u64 = 1 << 20;
+
+/// How a container is written.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct WriterOptions {
+    /// How [`ContainerWriter::write_tile`] compresses.
+    pub compression: Compression,
+    /// Whether to wait at the end until the disk has everything.
+    pub durable: bool,
+}
+
+/// Why a container cannot be written. The temporary file is gone when this is seen.
+#[derive(Debug, thiserror::Error)]
+pub enum WriteError {
+    /// The file cannot be created, written or put in its place.
+    #[error("{name}: cannot be written: {error}; free space or choose another place")]
+    Io {
+        /// The file.
+        name: String,
+        /// What the system said.
+        error: std::io::Error,
+    },
+    /// A container cannot hold the texture.
+    #[error("{name}: {fault}")]
+    Description {
+        /// The file.
+        name: String,
+        /// What is too much, and what to change.
+        fault: String,
+    },
+    /// A tile does not belong here.
+    #[error("{name}: {pos}: {fault}")]
+    Tile {
+        /// The file.
+        name: String,
+        /// The page.
+        pos: PagePos,
+        /// What is wrong with it.
+        fault: String,
+    },
+    /// The tail is missing, without which a texture cannot be shown; or an earlier write failed.
+    #[error("{name}: the container is incomplete: {missing}")]
+    Incomplete {
+        /// The file.
+        name: String,
+        /// What is missing.
+        missing: &'static str,
+    },
+}
+
+/// What was written.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Written {
+    /// Tiles, of which some are constant or shared.
+    pub tiles: u64,
+    /// Tiles kept as their colour.
+    pub constant_tiles: u64,
+    /// Tiles whose bytes are those of an earlier one.
+    pub shared_tiles: u64,
+    /// Bytes of the file.
+    pub bytes: u64,
+}
+
+/// Writes one container. Nothing is at the file's place until it is finished, nothing is left behind if it is not.
+///
+/// Needs 4 bytes a page and some 60 a distinct tile, and holds about 1 MiB of coarse tiles back.
+#[derive(Debug)]
+pub struct ContainerWriter<W> {
+    out: W,
+    name: String,
+    description: Description,
+    options: WriterOptions,
+    description_section: Section,
+    order: PageOrder,
+    records: Vec<Record>,
+    record_of_content: FxHashMap<u128, u32>,
+    pages: Vec<u32>,
+    constants: Vec<u8>,
+    /// The finest level that is held back, and what is held: first page, record, bytes.
+    held_level: u8,
+    held: Vec<(u64, u32, Bytes)>,
+    /// Where the next bytes go.
+    offset: u64,
+    broken: bool,
+    written: Written,
+}
+
+impl ContainerWriter<TempFile> {
+    /// Begins a container that [`ContainerWriter::finish`] will put at `path`, over what is there.
+    pub fn create(
+        path: impl AsRef<Path>,
+        description: Description,
+        options: WriterOptions,
+    ) -> Result<Self, WriteError> {
+        let (path, name) = (path.as_ref(), path.as_ref().display().to_string());
+        let out = TempFile::create(path).map_err(|error| WriteError::Io { name: name.clone(), error })?;
+        ContainerWriter::new(out, name, description, options)
+    }
+
+    /// The temporary name: what a program removes when it is interrupted.
+    pub fn temp_path(&self) -> &Path {
+        self.out.temp_path()
+    }
+
+    /// Writes what was held back, the index and the header, and puts the file in its place.
+    pub fn finish(self) -> Result<Written, WriteError> {
+        let (name, durable) = (self.name.clone(), self.options.durable);
+        let (out, written) = self.complete()?;
+        out.put_in_place(durable).map_err(|error| WriteError::Io { name, error })?;
+        Ok(written)
+    }
+}
+
+impl<W: Write + Seek> ContainerWriter<W> {
+    /// Begins a container in `out`, which is empty; `name` is what messages call it.
+    pub fn new(
+        out: W,
+        name: impl Into<String>,
+        description: Description,
+        options: WriterOptions,
+    ) -> Result<Self, WriteError> {
+        let name = name.into();
+        if let Err(fault) = description::check(&description) {
+            return Err(WriteError::Description { name, fault });
+        }
+        let order = PageOrder::new(&description.geometry);
+        let mut pages = Vec::new();
+        if pages.try_reserve_exact(order.pages() as usize).is_err() {
+            let fault = format!("{} pages need more memory than there is; use larger pages", order.pages());
+            return Err(WriteError::Description { name, fault });
+        }
+        pages.resize(order.pages() as usize, NO_RECORD);
+        let description_bytes = description::encode(&description);
+        let mut writer = ContainerWriter {
+            out,
+            name,
+            options,
+            description_section: Section::of(HEADER_BYTES, &description_bytes),
+            records: Vec::new(),
+            record_of_content: FxHashMap::default(),
+            pages,
+            order,
+            constants: Vec::new(),
+            held_level: held_level(&description),
+            held: Vec::new(),
+            offset: 0,
+            broken: false,
+            written: Written::default(),
+            description,
+        };
+        writer.put(&[0; HEADER_BYTES as usize])?;
+        writer.put(&description_bytes)?;
+        Ok(writer)
+    }
+
+    /// The texture being written.
+    pub fn description(&self) -> &Description {
+        &self.description
+    }
+
+    /// Encodes and appends the texels of one tile: all layers, `description.tile_bytes()` bytes.
+    pub fn write_tile(&mut self, pos: PagePos, texels: &[u8]) -> Result<(), WriteError> {
+        let texels = Bytes::copy_from_slice(texels);
+        let tile = EncodedTile::new(texels, &self.description, self.options.compression);
+        self.append(pos, tile)
+    }
+
+    /// Appends a tile; each page once, in any order. Costs a look-up and a copy.
+    pub fn append(&mut self, pos: PagePos, tile: EncodedTile) -> Result<(), WriteError> {
+        let refuse = |fault: String| WriteError::Tile { name: self.name.clone(), pos, fault };
+        let page = self.order.number_of(&self.description.geometry, pos);
+        let page = page.ok_or_else(|| refuse("there is no such page".into()))?;
+        if self.pages[page as usize] != NO_RECORD {
+            return Err(refuse("the page has a tile already".into()));
+        }
+        if tile.raw_len != self.description.tile_bytes() {
+            let expected = self.description.tile_bytes();
+            return Err(refuse(format!("a tile of {} bytes where {expected} are expected", tile.raw_len)));
+        }
+        let shared = self.record_of_content.get(&tile.hash).copied();
+        self.written.tiles += 1;
+        self.written.constant_tiles += u64::from(tile.tile.codec == Codec::Constant);
+        self.written.shared_tiles += u64::from(shared.is_some() && tile.tile.codec != Codec::Constant);
+        let number = match shared {
+            Some(number) => number,
+            None => self.add_record(pos.level, page, tile)?,
+        };
+        self.pages[page as usize] = number;
+        Ok(())
+    }
+
+    fn add_record(&mut self, level: u8, page: u64, tile: EncodedTile) -> Result<u32, WriteError> {
+        // There are fewer records than pages, which are at most 2^31.
+        let number = self.records.len() as u32;
+        let (codec, bytes) = (tile.tile.codec, tile.tile.bytes);
+        let extent = |offset| Extent { offset, len: bytes.len() as u64 };
+        let extent = if codec == Codec::Constant {
+            self.constants.extend_from_slice(&bytes);
+            extent((self.constants.len() - bytes.len()) as u64)
+        } else if level >= self.held_level {
+            self.held.push((page, number, bytes.clone()));
+            extent(0)
+        } else {
+            self.put(&bytes)?;
+            extent(self.offset - bytes.len() as u64)
+        };
+        self.records.push(Record { section: Section { extent, checksum: tile.checksum }, codec });
+        self.record_of_content.insert(tile.hash, number);
+        Ok(number)
+    }
+
+    /// Writes what was held back, the index and the header; gives `out` back.
+    pub fn complete(mut self) -> Result<(W, Written), WriteError> {
+        let incomplete = |missing| WriteError::Incomplete { name: self.name.clone(), missing };
+        if self.broken {
+            return Err(incomplete("an earlier write failed"));
+        }
+        if self.pages[0] == NO_RECORD {
+            return Err(incomplete("it has no tail; write the tile of the coarsest levels"));
+        }
+        let coarse_offset = self.offset;
+        let mut held = std::mem::take(&mut self.held);
+        held.sort_unstable_by_key(|(page, ..)| *page);
+        for (_, number, bytes) in held {
+            self.records[number as usize].section.extent.offset = self.offset;
+            self.put(&bytes)?;
+        }
+        let index_bytes = index::encode(&self.records, &self.pages, &self.constants);
+        let index = Section::of(self.offset, &index_bytes);
+        self.put(&index_bytes)?;
+        let (file_len, description) = (self.offset, self.description_section);
+        self.put_header(&Header { sequence: 1, file_len, description, index, coarse_offset })?;
+        self.written.bytes = file_len;
+        Ok((self.out, self.written))
+    }
+
+    /// Both copies say the same in a new file.
+    fn put_header(&mut self, header: &Header) -> Result<(), WriteError> {
+        let copies = header.encode().repeat(2);
+        self.out
+            .seek(SeekFrom::Start(0))
+            .and_then(|_| self.out.write_all(&copies))
+            .and_then(|()| self.out.flush())
+            .map_err(|error| WriteError::Io { name: self.name.clone(), error })
+    }
+
+    fn put(&mut self, bytes: &[u8]) -> Result<(), WriteError> {
+        if let Err(error) = self.out.write_all(bytes) {
+            self.broken = true;
+            return Err(WriteError::Io { name: self.name.clone(), error });
+        }
+        self.offset += bytes.len() as u64;
+        Ok(())
+    }
+}
+
+/// The finest level from which all that are coarser come to at most [`HELD_BYTES`], the tail not counted.
+fn held_level(description: &Description) -> u8 {
+    let geometry = &description.geometry;
+    let tail_level = geometry.tail().first_level();
+    let tile_bytes = description.tile_bytes() as u64;
+    let mut bytes = 0;
+    (0..tail_level)
+        .rev()
+        .take_while(|&level| {
+            bytes += geometry.level(level).page_count() * tile_bytes;
+            bytes <= HELD_BYTES
+        })
+        .last()
+        .unwrap_or(tail_level)
+}

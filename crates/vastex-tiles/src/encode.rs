@@ -1,0 +1,139 @@
+//! Encoding tiles: what threads do side by side before the container's writer appends in order.
+//!
+//! Which tiles are stored once is the writer's business; the content hash that it needs is taken here.
+
+use bytes::Bytes;
+use vastex_core::Description;
+use xxhash_rust::xxh3::{xxh3_64, xxh3_128};
+
+use crate::tile::{Codec, Tile};
+
+/// How tiles are compressed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Compression {
+    /// Not at all.
+    None,
+    /// LZ4: decoded at several GB/s.
+    #[default]
+    Lz4,
+    /// Zstandard at this level, 1 to 22 (0: its default): smaller, decoded at about 1 GB/s.
+    ///
+    /// Where no C is compiled (wasm) the level is not heeded.
+    Zstd(i32),
+}
+
+/// A tile encoded for a container, with the hash by which identical tiles are found and the checksum of its bytes.
+#[derive(Clone, Debug)]
+pub struct EncodedTile {
+    pub(crate) tile: Tile,
+    pub(crate) hash: u128,
+    pub(crate) checksum: u64,
+    pub(crate) raw_len: usize,
+}
+
+impl EncodedTile {
+    /// Encodes the texels of one tile: all layers, `description.tile_bytes()` bytes.
+    ///
+    /// Constant tiles become one texel of each layer; where compression does not help, the texels are kept as they
+    /// are, without a copy. Pure and free of locks: call it from as many threads as there are.
+    pub fn new(texels: Bytes, description: &Description, compression: Compression) -> EncodedTile {
+        let (hash, raw_len) = (xxh3_128(&texels), texels.len());
+        let tile = Tile::encode(texels, description, compression);
+        EncodedTile { checksum: xxh3_64(&tile.bytes), tile, hash, raw_len }
+    }
+
+    /// The encoded tile.
+    pub fn tile(&self) -> &Tile {
+        &self.tile
+    }
+}
+
+impl Tile {
+    /// Encodes the texels of one tile: as a constant, compressed, or where that does not help as they are.
+    pub fn encode(texels: Bytes, description: &Description, compression: Compression) -> Tile {
+        if let Some(texel) = constant_texel(&texels, description) {
+            return Tile { codec: Codec::Constant, bytes: texel.into() };
+        }
+        let compressed = match compression {
+            Compression::None => None,
+            Compression::Lz4 => Some((Codec::Lz4, lz4_flex::block::compress(&texels))),
+            Compression::Zstd(level) => zstd_compress(&texels, level).map(|bytes| (Codec::Zstd, bytes)),
+        };
+        match compressed {
+            Some((codec, bytes)) if bytes.len() < texels.len() => Tile { codec, bytes: bytes.into() },
+            _ => Tile { codec: Codec::Raw, bytes: texels },
+        }
+    }
+}
+
+/// One texel of each layer, where all of a layer are the same.
+fn constant_texel(texels: &[u8], description: &Description) -> Option<Vec<u8>> {
+    if texels.is_empty() || texels.len() != description.tile_bytes() {
+        return None;
+    }
+    let count = description.geometry.tile_texels() as usize;
+    let (mut constant, mut rest) = (Vec::with_capacity(description.texel_bytes()), texels);
+    for layer in &description.layers {
+        let size = layer.format.texel_bytes();
+        let (of_layer, others) = rest.split_at(count * size);
+        // Each texel equals the next exactly if the layer equals itself shifted by one texel.
+        if of_layer[size..] != of_layer[..of_layer.len() - size] {
+            return None;
+        }
+        constant.extend_from_slice(&of_layer[..size]);
+        rest = others;
+    }
+    Some(constant)
+}
+
+/// Nothing where the encoder refuses; the tile is then stored as it is.
+#[cfg(not(target_family = "wasm"))]
+fn zstd_compress(texels: &[u8], level: i32) -> Option<Vec<u8>> {
+    zstd::bulk::compress(texels, level).ok()
+}
+
+#[cfg(target_family = "wasm")]
+fn zstd_compress(texels: &[u8], _level: i32) -> Option<Vec<u8>> {
+    Some(ruzstd::encoding::compress_to_vec(texels, ruzstd::encoding::CompressionLevel::Fastest))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use vastex_core::{Geometry, GeometrySpec, Layer, LayerFormat};
+
+    fn description(formats: &[LayerFormat]) -> Description {
+        let geometry =
+            Geometry::new(GeometrySpec { page: 8, border: 1, ..GeometrySpec::image(20, 20) }).unwrap();
+        let layers = formats.iter().map(|&format| Layer { name: format.name().into(), format }).collect();
+        Description { geometry, layers }
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_encoded_decodes_to_itself(
+            formats in prop::collection::vec(prop::sample::select(&LayerFormat::ALL[..]), 1..4),
+            run in 1usize..400,
+            seed: u64,
+            compression in prop::sample::select(vec![Compression::None, Compression::Lz4, Compression::Zstd(1)]),
+        ) {
+            let description = description(&formats);
+            let texels: Vec<u8> =
+                (0..description.tile_bytes()).map(|i| xxh3_64(&(seed ^ (i / run) as u64).to_le_bytes()) as u8).collect();
+            let tile = Tile::encode(texels.clone().into(), &description, compression);
+            prop_assert!(tile.bytes.len() <= texels.len());
+            prop_assert_eq!(tile.decode(&description).unwrap(), texels);
+        }
+    }
+
+    #[test]
+    fn a_constant_tile_is_one_texel_of_each_layer() {
+        let description = description(&[LayerFormat::R16, LayerFormat::R8]);
+        let mut texels = [[9, 8].repeat(100), vec![3; 100]].concat();
+        let tile = Tile::encode(texels.clone().into(), &description, Compression::Lz4);
+        assert_eq!(tile, Tile { codec: Codec::Constant, bytes: vec![9, 8, 3].into() });
+        texels[299] = 4;
+        assert_eq!(Tile::encode(texels.into(), &description, Compression::Lz4).codec, Codec::Lz4);
+    }
+}
