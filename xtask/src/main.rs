@@ -1,2 +1,101 @@
-//! To be written.
-fn main() {}
+//! What a person types in a clone of Vastex: `cargo xtask test | demo | bench | campaign`.
+//!
+//! It drives other programs (cargo, the package manager, libvips) and says what it does; whatever can be asserted
+//! about the code itself is a test under `tests/` and not a command here. It stays small and free of heavy
+//! dependencies, since everybody compiles it first.
+
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program for the terminal")]
+
+mod bench;
+mod campaign;
+mod demo;
+mod measure;
+mod setup;
+mod shell;
+mod test;
+mod wasm;
+
+use std::process::ExitCode;
+
+use shell::Usage;
+
+const HELP: &str = "\
+Everything that is done in a clone of Vastex. What the machine lacks is installed on Debian and Ubuntu, and named elsewhere.
+
+Usage: cargo xtask <COMMAND>
+
+Commands:
+  test [STEP]..            the whole suite with its set-up, or only the steps named
+  demo                     the real Earth as a virtual texture: in a window where there is a display, else as pictures
+  bench build [OPTIONS]    preparing data beside libvips, in the same run
+      --runs N               interleaved runs of each program [default: 5]
+      --write                put the figures into docs/bench-build.md
+  campaign [--minutes N]   the random tests with ever more cases [default: 10 minutes]
+  help                     this text
+
+Examples:
+  cargo xtask test
+  cargo xtask test format clippy
+  cargo xtask bench build --runs 9 --write
+
+Exit codes: 0 done, 1 something failed, 2 the command line is wrong.
+";
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    match dispatch(&arguments) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) if error.is::<Usage>() => {
+            eprintln!("error: {error}\n\n{HELP}");
+            ExitCode::from(2)
+        }
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn dispatch(arguments: &[&str]) -> anyhow::Result<()> {
+    match arguments {
+        ["help" | "--help" | "-h", ..] | [_, "--help" | "-h", ..] => {
+            print!("{HELP}");
+            Ok(())
+        }
+        ["test", steps @ ..] => test::run(steps),
+        ["demo"] => demo::run(),
+        ["bench", "build", options @ ..] => bench::build(options),
+        ["bench", other, ..] => {
+            Err(Usage(format!("no benchmark is called '{other}'; there is: build")).into())
+        }
+        ["bench"] => Err(Usage("which benchmark? There is: build".to_owned()).into()),
+        ["campaign", options @ ..] => campaign::run(options),
+        ["demo", other, ..] => Err(Usage(format!("demo takes no argument '{other}'")).into()),
+        [other, ..] => Err(Usage(format!("no command is called '{other}'")).into()),
+        [] => Err(Usage("a command is missing".to_owned()).into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wrong_command_line_is_a_usage_error() {
+        for arguments in [
+            &[][..],
+            &["tset"],
+            &["bench"],
+            &["bench", "draw"],
+            &["bench", "build", "--runs"],
+            &["bench", "build", "--runs", "0"],
+            &["campaign", "--minutes", "soon"],
+            &["demo", "mars"],
+            &["test", "tset"],
+        ] {
+            let error = dispatch(arguments).unwrap_err();
+            assert!(error.is::<Usage>(), "{arguments:?}: {error:#}");
+        }
+    }
+}

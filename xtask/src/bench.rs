@@ -1,0 +1,240 @@
+//! `cargo xtask bench build`: preparing data with `vastex build` beside libvips, on the same image in the same run.
+//!
+//! A shared machine is noisy, so the programs take turns and only ratios within a turn count; peak memory and bytes
+//! are what can be trusted to the digit. The figures that are kept stand in docs/bench-build.md.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+
+use crate::measure::{self, Run, median, medians};
+use crate::shell::Usage;
+use crate::{setup, shell};
+
+const IMAGE: &str = "assets/earth-color-10800x5400.jpg";
+const PIXELS: f64 = 10800.0 * 5400.0;
+const REPORT: &str = "docs/bench-build.md";
+/// The peak that a build of this image may have, in units of 10^6 bytes.
+const PEAK_LIMIT_MB: f64 = 150.0;
+
+/// A program in the comparison. In its arguments IN and OUT stand for the files.
+struct Contender {
+    name: &'static str,
+    program: Program,
+    arguments: &'static str,
+    output: &'static str,
+}
+
+#[derive(PartialEq)]
+enum Program {
+    Vastex,
+    Other(&'static str),
+}
+
+/// The anchor comes first: the program whose output is closest to a container.
+const CONTENDERS: &[Contender] = &[
+    Contender {
+        name: "vips dzsave, raw, borders of 1",
+        program: Program::Other("vips"),
+        arguments: "dzsave IN OUT --tile-size 254 --overlap 1 --suffix .tif[compression=none] --container zip --compression 0",
+        output: "dzsave.zip",
+    },
+    Contender {
+        name: "vips pyramid TIFF, raw, no borders",
+        program: Program::Other("vips"),
+        arguments: "tiffsave IN OUT --tile --pyramid --tile-width 256 --tile-height 256 --bigtiff",
+        output: "pyramid.tif",
+    },
+    Contender {
+        name: "vastex, raw, linear light",
+        program: Program::Vastex,
+        arguments: "build IN -o OUT --compress none",
+        output: "raw.vastex",
+    },
+    Contender {
+        name: "vastex, raw, filtered as stored",
+        program: Program::Vastex,
+        arguments: "build IN -o OUT --compress none --linear off",
+        output: "stored.vastex",
+    },
+    Contender {
+        name: "vastex, LZ4, linear light (the default)",
+        program: Program::Vastex,
+        arguments: "build IN -o OUT",
+        output: "lz4.vastex",
+    },
+];
+
+struct Options {
+    runs: usize,
+    write: bool,
+}
+
+pub(crate) fn build(options: &[&str]) -> Result<()> {
+    let options = parse(options)?;
+    setup::ensure(&setup::C_COMPILER)?;
+    setup::ensure(&setup::VIPS)?;
+    setup::ensure(&setup::GNU_TIME)?;
+    shell::run(shell::cargo("build").args(["--release", "-p", "vastex-cli"]))?;
+    let directory = shell::root().join("target/bench");
+    std::fs::create_dir_all(&directory).with_context(|| format!("cannot create {}", directory.display()))?;
+    let input = directory.join("earth.tif");
+    shell::run(shell::command("vips").args(["copy", IMAGE]).arg(&input))?;
+
+    let rounds = compare(&input, &directory, options.runs)?;
+    let report = report(&rounds)?;
+    println!("\n{report}");
+    if options.write {
+        let path = shell::root().join(REPORT);
+        std::fs::write(&path, report).with_context(|| format!("cannot write {}", path.display()))?;
+        println!("written to {REPORT}");
+    }
+    Ok(())
+}
+
+fn parse(options: &[&str]) -> Result<Options> {
+    let mut parsed = Options { runs: 5, write: false };
+    let mut rest = options.iter();
+    while let Some(option) = rest.next() {
+        match *option {
+            "--write" => parsed.write = true,
+            "--runs" => {
+                let runs = rest
+                    .next()
+                    .and_then(|number| number.parse().ok())
+                    .filter(|runs| (1..=1000).contains(runs));
+                parsed.runs = runs.ok_or_else(|| Usage("--runs takes a number from 1 to 1000".to_owned()))?;
+            }
+            other => return Err(Usage(format!("bench build has no option '{other}'")).into()),
+        }
+    }
+    Ok(parsed)
+}
+
+/// All contenders in turn, `runs` times, after one uncounted round that fills the page cache: [round][contender].
+fn compare(input: &Path, directory: &Path, runs: usize) -> Result<Vec<Vec<Run>>> {
+    let mut rounds = Vec::with_capacity(runs);
+    for round in 0..=runs {
+        println!("round {round} of {runs}{}", if round == 0 { " (not counted)" } else { "" });
+        let results = CONTENDERS
+            .iter()
+            .map(|contender| run(contender, input, directory))
+            .collect::<Result<Vec<_>>>()?;
+        if round > 0 {
+            rounds.push(results);
+        }
+    }
+    Ok(rounds)
+}
+
+fn run(contender: &Contender, input: &Path, directory: &Path) -> Result<Run> {
+    let output = directory.join(contender.output);
+    let program = match contender.program {
+        Program::Vastex => vastex().to_string_lossy().into_owned(),
+        Program::Other(name) => name.to_owned(),
+    };
+    let path = |path: &Path| path.to_string_lossy().into_owned();
+    let arguments: Vec<String> = contender
+        .arguments
+        .split(' ')
+        .map(|word| match word {
+            "IN" => path(input),
+            "OUT" => path(&output),
+            word => word.to_owned(),
+        })
+        .collect();
+    measure::run(&program, &arguments, &output)
+}
+
+fn vastex() -> PathBuf {
+    shell::target_dir().join("release").join(format!("vastex{}", std::env::consts::EXE_SUFFIX))
+}
+
+/// The comparison as a page of documentation.
+fn report(rounds: &[Vec<Run>]) -> Result<String> {
+    let mut page = String::from(
+        "# Preparing data: `vastex build` beside libvips\n\n\
+         Written by `cargo xtask bench build --write`. The input is the real Earth image, 10800x5400 RGB, as a strip TIFF\n\
+         in the page cache.\n",
+    );
+    writeln!(
+        page,
+        "Medians of {} interleaved runs on {} cores, {}. The speeds relative to dzsave are\n\
+         medians of the ratios within one round, since the machine's own speed varies between rounds.\n\n\
+         | program | wall s | CPU s | peak MB | written MB | Mpix/s | speed / dzsave | CPU s / dzsave |\n\
+         |---|---|---|---|---|---|---|---|",
+        rounds.len(),
+        std::thread::available_parallelism().map_or(1, usize::from),
+        shell::output(shell::command("vips").arg("--version"))?.trim(),
+    )?;
+    for (index, contender) in CONTENDERS.iter().enumerate() {
+        writeln!(page, "{}", row(contender, index, rounds))?;
+    }
+    page.push_str("\nThe commands:\n\n```\n");
+    for contender in CONTENDERS {
+        let program = if let Program::Other(name) = contender.program { name } else { "vastex" };
+        writeln!(page, "{program} {}", contender.arguments)?;
+    }
+    page.push_str("```\n\n");
+    page.push_str(&verdict(rounds));
+    Ok(page)
+}
+
+fn row(contender: &Contender, index: usize, rounds: &[Vec<Run>]) -> String {
+    let Run { wall, cpu, peak_mb, written_mb } = medians(&column(index, rounds));
+    let speed = ratio(rounds, |round| round[0].wall / round[index].wall);
+    let work = ratio(rounds, |round| round[index].cpu / round[0].cpu);
+    let rate = PIXELS / 1e6 / wall;
+    format!(
+        "| {} | {wall:.2} | {cpu:.2} | {peak_mb:.0} | {written_mb:.0} | {rate:.0} | {speed:.2} | {work:.2} |",
+        contender.name
+    )
+}
+
+/// What must hold of these figures, and whether it does.
+fn verdict(rounds: &[Vec<Run>]) -> String {
+    let ours = |index: &usize| CONTENDERS[*index].program == Program::Vastex;
+    let slowest = (0..CONTENDERS.len())
+        .filter(ours)
+        .map(|index| ratio(rounds, |round| round[0].wall / round[index].wall));
+    let slowest = slowest.fold(f64::INFINITY, f64::min);
+    let peaks =
+        (0..CONTENDERS.len()).filter(ours).flat_map(|index| column(index, rounds)).map(|run| run.peak_mb);
+    let peak = peaks.fold(0.0, f64::max);
+    let says = |holds: bool| if holds { "holds" } else { "DOES NOT HOLD" };
+    format!(
+        "- Faster than dzsave, every variant: {} (the slowest is {slowest:.2} times as fast).\n\
+         - Peak memory under {PEAK_LIMIT_MB:.0} MB in every run: {} (the highest is {peak:.0} MB).\n",
+        says(slowest > 1.0),
+        says(peak < PEAK_LIMIT_MB),
+    )
+}
+
+fn column(index: usize, rounds: &[Vec<Run>]) -> Vec<Run> {
+    rounds.iter().map(|round| round[index]).collect()
+}
+
+fn ratio(rounds: &[Vec<Run>], within: impl Fn(&[Run]) -> f64) -> f64 {
+    median(rounds.iter().map(|round| within(round)).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ratio_is_taken_within_each_round() {
+        // The machine is ten times slower in the second round; the contender is twice as fast in both.
+        let run = |wall| Run { wall, cpu: wall, peak_mb: 10.0, written_mb: 1.0 };
+        let round = |anchor: f64| {
+            let mut round = vec![run(anchor / 2.0); CONTENDERS.len()];
+            round[0] = run(anchor);
+            round
+        };
+        let rounds = [round(1.0), round(10.0)];
+        assert_eq!(ratio(&rounds, |round| round[0].wall / round[2].wall), 2.0);
+        assert!(verdict(&rounds).contains("(the slowest is 2.00 times as fast)"), "{}", verdict(&rounds));
+        assert!(!verdict(&rounds).contains("NOT"), "{}", verdict(&rounds));
+    }
+}

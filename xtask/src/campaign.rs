@@ -1,0 +1,61 @@
+//! `cargo xtask campaign`: the random tests with ever more cases, for as long as they are given.
+//!
+//! Each round doubles the number of simulated worlds and of property cases; the suite itself runs a fixed, small
+//! sample of both.
+
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result};
+
+use crate::shell::{self, Usage};
+
+/// The crates whose tests are random; the others would only repeat themselves.
+const CRATES: &[&str] = &["vastex-core", "vastex-tiles", "vastex-build"];
+const DEFAULT_MINUTES: u64 = 10;
+const FIRST_WORLDS: u64 = 256;
+const FIRST_CASES: u64 = 2048;
+
+pub(crate) fn run(options: &[&str]) -> Result<()> {
+    let budget = parse(options)?;
+    let mut build = shell::cargo("test");
+    shell::run(packages(&mut build).arg("--no-run"))?;
+    let start = Instant::now();
+    for round in 0..32 {
+        let round_start = Instant::now();
+        run_round(round)?;
+        let (last, spent) = (round_start.elapsed(), start.elapsed());
+        println!("round {} passed in {:.0} s", round + 1, last.as_secs_f64());
+        if spent + 2 * last > budget {
+            println!("the next round would not fit into what is left of {} minutes", budget.as_secs() / 60);
+            break;
+        }
+    }
+    Ok(())
+}
+
+fn run_round(round: u32) -> Result<()> {
+    let (worlds, cases) = (FIRST_WORLDS << round, FIRST_CASES << round);
+    println!("\nround {}: {worlds} worlds, {cases} cases of each property", round + 1);
+    let mut test = shell::cargo("test");
+    packages(&mut test).env("VASTEX_WORLDS", worlds.to_string()).env("PROPTEST_CASES", cases.to_string());
+    shell::run(&mut test)
+        .with_context(|| format!("round {} found a fault; the test's output says which case", round + 1))
+}
+
+fn packages(command: &mut std::process::Command) -> &mut std::process::Command {
+    for name in CRATES {
+        command.args(["-p", name]);
+    }
+    command.args(["--lib", "--tests"])
+}
+
+fn parse(options: &[&str]) -> Result<Duration> {
+    let minutes = match options {
+        [] => Some(DEFAULT_MINUTES),
+        ["--minutes", number] => number.parse().ok().filter(|minutes| (1..=100_000).contains(minutes)),
+        _ => None,
+    };
+    let minutes =
+        minutes.ok_or_else(|| Usage("campaign takes --minutes N, with N from 1 to 100000".to_owned()))?;
+    Ok(Duration::from_secs(minutes * 60))
+}

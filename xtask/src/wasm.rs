@@ -1,0 +1,91 @@
+//! The step that compiles the crates of the browser for wasm32-unknown-unknown.
+//!
+//! Where rustup has the target's standard library, the project's own compiler does it. Else Debian's second Rust
+//! compiler does, building the standard library from the sources that come with it. Where neither is to be had the
+//! step is skipped, loudly. That no C is compiled for the target is an invariant and tested as such.
+
+use std::path::Path;
+use std::process::Command;
+
+use anyhow::Result;
+
+use crate::test::Outcome;
+use crate::{setup, shell};
+
+const TARGET: &str = "wasm32-unknown-unknown";
+const CRATES: &[&str] = &["vastex-core", "vastex-tiles", "vastex-wgpu", "vastex"];
+
+const DEBIAN_RUSTC: &str = "/usr/bin/rustc";
+const DEBIAN_SOURCES: &str = "/usr/lib/rustlib/src/rust/library/std";
+const DEBIAN_PACKAGES: &[&str] = &["rustc-web", "rust-web-src", "lld-22"];
+
+/// A compiler with which the target can be built.
+enum Toolchain {
+    /// The toolchain of the project itself.
+    Own,
+    /// Debian's, with the standard library built from source.
+    Debian,
+}
+
+pub(crate) fn check() -> Result<Outcome> {
+    let Some(toolchain) = find_toolchain() else {
+        println!(
+            "\n!!!! SKIPPED: no compiler for {TARGET} could be installed, so nothing says whether it still builds !!!!\n"
+        );
+        return Ok(Outcome::Skipped(format!("no compiler for {TARGET}")));
+    };
+    for features in [&[][..], &["--no-default-features"]] {
+        let mut command = cargo_check(&toolchain);
+        for name in CRATES {
+            command.args(["-p", name]);
+        }
+        shell::run(command.args(features))?;
+    }
+    Ok(Outcome::Passed)
+}
+
+/// What is there already comes first, then what rustup brings, then what apt brings.
+fn find_toolchain() -> Option<Toolchain> {
+    let own = || has_own_target().then_some(Toolchain::Own);
+    let debian = || has_debian_toolchain().then_some(Toolchain::Debian);
+    own()
+        .or_else(debian)
+        .or_else(|| {
+            println!("adding the target {TARGET}: the crates of the browser are compiled for it");
+            shell::run(shell::command("rustup").args(["target", "add", TARGET])).ok().and_then(|()| own())
+        })
+        .or_else(|| {
+            println!("installing Debian's Rust compiler with its sources: rustup has no {TARGET} here");
+            setup::install(DEBIAN_PACKAGES).ok().and_then(|()| debian())
+        })
+}
+
+fn has_own_target() -> bool {
+    let mut rustc = shell::command("rustc");
+    let libraries = shell::output(rustc.args(["--print", "target-libdir", "--target", TARGET]));
+    libraries.is_ok_and(|directory| Path::new(directory.trim()).is_dir())
+}
+
+fn has_debian_toolchain() -> bool {
+    linker().is_some()
+        && Path::new(DEBIAN_SOURCES).is_dir()
+        && shell::succeeds(Command::new(DEBIAN_RUSTC).arg("-V"))
+}
+
+fn linker() -> Option<&'static str> {
+    ["wasm-ld-22", "wasm-ld"].into_iter().find(|name| shell::on_path(name))
+}
+
+/// A target directory of its own, since the two compilers would overwrite each other's results.
+fn cargo_check(toolchain: &Toolchain) -> Command {
+    let mut command = shell::cargo("check");
+    command.args(["--target", TARGET, "--target-dir"]).arg(shell::target_dir().join("wasm"));
+    // Nothing of it is ever run, so nothing is optimised: that halves the time of the standard library.
+    command.args(["--config", "profile.dev.opt-level=0"]);
+    command.args(["--config", "profile.dev.package.\"*\".opt-level=0"]);
+    if let Toolchain::Debian = toolchain {
+        command.arg("-Zbuild-std=std,panic_abort").env("RUSTC", DEBIAN_RUSTC).env("RUSTC_BOOTSTRAP", "1");
+        command.env("CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER", linker().unwrap_or("wasm-ld"));
+    }
+    command
+}

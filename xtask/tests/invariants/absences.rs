@@ -1,0 +1,95 @@
+//! What the text of a crate may not name: core touches no world, wgpu decides nothing, and no constant is copied.
+
+use anyhow::{Context, Result, ensure};
+
+use crate::sources::{code, files, files_under, identifiers, production, root, std_modules};
+
+/// The parts of the standard library that reach outside, read a clock or start something.
+const WORLD: &[&str] = &["env", "fs", "io", "net", "os", "path", "process", "thread", "time"];
+
+#[test]
+fn core_touches_no_world() -> Result<()> {
+    for source in files_under("crates/vastex-core/src", &["rs"])? {
+        let text = production(&source.text);
+        let used: Vec<&str> =
+            std_modules(&text).into_iter().filter(|module| WORLD.contains(module)).collect();
+        ensure!(
+            used.is_empty(),
+            "{} uses std::{used:?}; core has no world, its time is the frame index",
+            source.path
+        );
+        ensure!(!identifiers(&text).any(|name| name == "wgpu"), "{} names wgpu", source.path);
+    }
+    Ok(())
+}
+
+#[test]
+fn wgpu_chooses_no_page_and_sees_no_source() -> Result<()> {
+    for source in files_under("crates/vastex-wgpu/src", &["rs"])? {
+        let text = production(&source.text);
+        let found = identifiers(&text).find(|name| ["TileSource", "Pager", "vastex_tiles"].contains(name));
+        ensure!(found.is_none(), "{} names {found:?}; wgpu carries out what the pager returns", source.path);
+    }
+    Ok(())
+}
+
+#[test]
+fn no_shader_declares_a_shared_constant_by_hand() -> Result<()> {
+    let shared = std::fs::read_to_string(root().join("crates/vastex-core/src/shared.rs"))?;
+    let shared: Vec<&str> = constants(&shared).collect();
+    ensure!(
+        shared.len() > 5,
+        "the shared constants have moved; this test looks for them in core's shared.rs"
+    );
+    for source in files(&["wgsl"])? {
+        let text = code(&source.text);
+        for name in constants(&text) {
+            let plain = name.strip_prefix("VASTEX_").unwrap_or(name);
+            ensure!(
+                !shared.contains(&plain),
+                "{} declares {name}, which is generated from core's shared.rs",
+                source.path
+            );
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn nothing_is_kept_in_step_by_comment() -> Result<()> {
+    let plea = ["keep", "in", "sync"].join(" ");
+    for source in files(&["rs", "wgsl", "toml"])? {
+        let found = source.text.lines().position(|line| line.to_lowercase().contains(&plea));
+        ensure!(
+            found.is_none(),
+            "{}:{}: a test keeps things equal, a comment does not",
+            source.path,
+            found.unwrap_or(0) + 1
+        );
+    }
+    Ok(())
+}
+
+#[test]
+fn the_frame_loop_stays_small() -> Result<()> {
+    let path = root().join("crates/vastex/src/frame.rs");
+    let text =
+        std::fs::read_to_string(&path).with_context(|| format!("the frame loop is {}", path.display()))?;
+    let lines = production(&text).lines().count();
+    ensure!(lines < 200, "the frame loop has {lines} lines; under 200 it can be read at one sitting");
+    Ok(())
+}
+
+/// The names declared by `const NAME` or `override NAME` in Rust or WGSL.
+fn constants(text: &str) -> impl Iterator<Item = &str> {
+    let names: Vec<&str> = identifiers(text).collect();
+    let pairs: Vec<(&str, &str)> = names.windows(2).map(|pair| (pair[0], pair[1])).collect();
+    pairs.into_iter().filter(|(keyword, _)| ["const", "override"].contains(keyword)).map(|(_, name)| name)
+}
+
+#[test]
+fn constants_are_seen_in_both_languages() {
+    let found: Vec<&str> =
+        constants("pub const A: u32 = 1;\nconst B = 2u;\noverride C: f32;\nlet D = 3;").collect();
+    assert_eq!(found, ["A", "B", "C"]);
+}

@@ -1,0 +1,82 @@
+//! The style that no lint of the compiler knows.
+
+use anyhow::{Context, Result, ensure};
+
+use crate::sources::{all_texts, files, root};
+
+/// Lines that a file may have before it must be split or stand in [`LONG`].
+const MOST_LINES: usize = 500;
+
+/// Files that are longer, each with the reason.
+const LONG: &[(&str, &str)] = &[];
+
+#[test]
+fn no_file_outgrows_its_room() -> Result<()> {
+    for source in files(&["rs", "wgsl"])? {
+        let lines = source.text.lines().count();
+        let listed = LONG.iter().any(|(path, _)| *path == source.path);
+        ensure!(
+            lines <= MOST_LINES || listed,
+            "{} has {lines} lines: split it, or list it with a reason",
+            source.path
+        );
+        ensure!(
+            lines > MOST_LINES || !listed,
+            "{} has only {lines} lines: take it off the list",
+            source.path
+        );
+    }
+    for (path, reason) in LONG {
+        ensure!(
+            root().join(path).is_file() && !reason.is_empty(),
+            "{path} is listed without being there, or without a reason"
+        );
+    }
+    Ok(())
+}
+
+#[test]
+fn every_file_says_first_what_it_is_for() -> Result<()> {
+    for source in files(&["rs"])? {
+        ensure!(source.text.starts_with("//! "), "{} does not begin with a //! head", source.path);
+    }
+    for source in files(&["wgsl"])? {
+        ensure!(source.text.starts_with("// "), "{} does not begin with a comment", source.path);
+    }
+    Ok(())
+}
+
+#[test]
+fn nothing_points_outside_the_project() -> Result<()> {
+    // Written in halves, so that this file does not find itself.
+    let outside =
+        [("../", "shared"), ("/wo", "rk/"), ("/fa", "rm/")].map(|(left, right)| format!("{left}{right}"));
+    for source in all_texts()? {
+        for (index, line) in source.text.lines().enumerate() {
+            let found = outside.iter().find(|path| line.contains(path.as_str()));
+            ensure!(found.is_none(), "{}:{}: points outside the project", source.path, index + 1);
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn every_crate_obeys_the_workspace() -> Result<()> {
+    for manifest in files(&["toml"])?.into_iter().filter(|source| source.path.ends_with("/Cargo.toml")) {
+        for line in ["[lints]\nworkspace = true", "version.workspace = true", "license.workspace = true"] {
+            ensure!(manifest.text.contains(line), "{} lacks '{}'", manifest.path, line.replace('\n', " "));
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn every_asset_has_its_provenance() -> Result<()> {
+    let readme = std::fs::read_to_string(root().join("assets/README.md"))?;
+    for entry in std::fs::read_dir(root().join("assets"))? {
+        let name = entry?.file_name().into_string().ok().context("an asset's name is not UTF-8")?;
+        let rows = readme.lines().filter(|line| line.contains(&format!("`{name}`")));
+        ensure!(name == "README.md" || rows.count() == 1, "assets/README.md has no row for {name}");
+    }
+    Ok(())
+}
