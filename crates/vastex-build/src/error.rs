@@ -1,0 +1,117 @@
+//! What can go wrong with a build, and what the reader of the message can do about it.
+//!
+//! [`InputFault`] is what a reader says about the file that it was given; [`BuildError`] adds the file's name. What
+//! goes wrong with the output is the container writer's to say.
+
+use std::io;
+use std::path::PathBuf;
+
+use vastex_core::GeometryError;
+use vastex_tiles::WriteError;
+
+/// Why nothing was built. No file is left behind.
+#[derive(Debug, thiserror::Error)]
+pub enum BuildError {
+    /// There is no input, or more than one.
+    #[error("{0} inputs: give one image")]
+    Inputs(usize),
+    /// The input cannot be read.
+    #[error("{path}: {fault}", path = path.display())]
+    Input {
+        /// The input file.
+        path: PathBuf,
+        /// What is wrong with it.
+        #[source]
+        fault: InputFault,
+    },
+    /// The image, the page or the border has an impossible size.
+    #[error(transparent)]
+    Geometry(#[from] GeometryError),
+    /// More memory would be needed than is allowed.
+    #[error(
+        "{path}: needs {} MiB of memory, more than the limit of {} MiB; {remedy}",
+        needed >> 20, limit >> 20, path = path.display()
+    )]
+    Memory {
+        /// The input file.
+        path: PathBuf,
+        /// Bytes that the build would take.
+        needed: u64,
+        /// Bytes that [`crate::BuildOptions::memory_limit`] allows.
+        limit: u64,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// The output would overwrite the input.
+    #[error("{}: is the input as well as the output; choose another name for the output", .0.display())]
+    SameFile(PathBuf),
+    /// The output cannot be written.
+    #[error(transparent)]
+    Output(#[from] WriteError),
+    /// The threads cannot be started.
+    #[error("cannot start {threads} threads: {why}; ask for fewer")]
+    Threads {
+        /// Threads asked for.
+        threads: usize,
+        /// What the system said.
+        why: String,
+    },
+    /// [`crate::Progress`] asked to stop.
+    #[error("cancelled")]
+    Cancelled,
+}
+
+/// What is wrong with an input file.
+#[derive(Debug, thiserror::Error)]
+pub enum InputFault {
+    /// The file cannot be opened or read.
+    #[error("cannot be read: {0}")]
+    Io(#[from] io::Error),
+    /// It is a directory.
+    #[error("is a directory; name an image file")]
+    Directory,
+    /// It has no bytes.
+    #[error("is empty; name an image file")]
+    Empty,
+    /// It begins like text.
+    #[error("is a text file, not an image; JPEG, PNG and TIFF can be read")]
+    Text,
+    /// It begins like nothing that is known.
+    #[error("is of no known image format (it begins with {0}); convert it to JPEG, PNG or TIFF")]
+    UnknownFormat(String),
+    /// It ends too early.
+    #[error("is truncated: it ends {place}; copy or download it again")]
+    Truncated {
+        /// Where in the image it ends.
+        place: String,
+    },
+    /// Its bytes make no sense.
+    #[error("is damaged {place}: {why}; copy or download it again, or save it anew")]
+    Damaged {
+        /// Where in the image.
+        place: String,
+        /// What the decoder said.
+        why: String,
+    },
+    /// It is a sound image of a kind that cannot be read.
+    #[error("holds {what}, which cannot be read; {remedy}")]
+    Unsupported {
+        /// What it holds.
+        what: String,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// It says that it has no rows or no columns.
+    #[error("says that it has {width}x{height} texels; an image needs at least one")]
+    NoTexels {
+        /// Texels per row.
+        width: u64,
+        /// Rows.
+        height: u64,
+    },
+}
+
+/// Where a reader was, for messages: before row `row`, counted from 0 at the top, of `height`.
+pub(crate) fn near_row(row: u32, height: u32) -> String {
+    format!("near row {row} of {height}")
+}

@@ -1,0 +1,180 @@
+//! Box filters: one row of a level from two rows of the next finer one, as that is stored.
+//!
+//! - Data (`R8`, `RG8`, `R16`), and colour stored as it is: the mean of four values, halves rounded up, every channel
+//!   by itself.
+//! - Linear colour: alpha is such a mean; the colours are weighted by alpha, halves rounded up. Where all four texels are
+//!   transparent, their colours count alike, so that colour under transparency survives.
+//! - sRGB colour: as linear colour, on values decoded to 16 bits and rounded; the mean is encoded to the nearest of
+//!   the 256 values.
+//!
+//! Address modes are no business of a filter: its rows have an even number of texels, the odd edge folded already.
+
+use std::sync::LazyLock;
+
+use vastex_core::LayerFormat;
+
+/// How one texel is made from four.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Filter {
+    /// So many 8-bit channels, each by itself.
+    Mean8 { channels: usize },
+    /// One 16-bit channel.
+    Mean16,
+    /// Four channels, linear, weighted by the fourth.
+    LinearColor,
+    /// Four channels, three of them sRGB-encoded, weighted by the fourth.
+    SrgbColor,
+}
+
+impl Filter {
+    /// The filter of a layer. `linear_light` false filters colour as it is stored.
+    pub(crate) fn new(format: LayerFormat, linear_light: bool) -> Filter {
+        match format {
+            LayerFormat::R8 => Filter::Mean8 { channels: 1 },
+            LayerFormat::Rg8 => Filter::Mean8 { channels: 2 },
+            LayerFormat::R16 => Filter::Mean16,
+            LayerFormat::Rgba8 if linear_light => Filter::LinearColor,
+            LayerFormat::Rgba8Srgb if linear_light => Filter::SrgbColor,
+            LayerFormat::Rgba8 | LayerFormat::Rgba8Srgb => Filter::Mean8 { channels: 4 },
+        }
+    }
+
+    /// Fills `coarse` with the means of 2x2 texels; `upper` and `lower` hold twice as many texels as it.
+    pub(crate) fn row(self, coarse: &mut [u8], upper: &[u8], lower: &[u8]) {
+        match self {
+            Filter::Mean8 { channels: 1 } => mean8::<1, 2>(coarse, upper, lower),
+            Filter::Mean8 { channels: 2 } => mean8::<2, 4>(coarse, upper, lower),
+            Filter::Mean8 { .. } => mean8::<4, 8>(coarse, upper, lower),
+            Filter::Mean16 => mean16(coarse, upper, lower),
+            Filter::LinearColor => color(coarse, upper, lower, u32::from, |mean| mean as u8),
+            Filter::SrgbColor => {
+                let srgb = &*SRGB;
+                color(
+                    coarse,
+                    upper,
+                    lower,
+                    |v| u32::from(srgb.linear_from_srgb[usize::from(v)]),
+                    |mean| srgb.srgb_from_linear[mean as u16 as usize],
+                );
+            }
+        }
+    }
+}
+
+fn mean8<const C: usize, const PAIR: usize>(coarse: &mut [u8], upper: &[u8], lower: &[u8]) {
+    let pairs = upper.as_chunks::<PAIR>().0.iter().zip(lower.as_chunks::<PAIR>().0);
+    for (to, (a, b)) in coarse.as_chunks_mut::<C>().0.iter_mut().zip(pairs) {
+        *to = std::array::from_fn(|c| {
+            let sum = u16::from(a[c]) + u16::from(a[c + C]) + u16::from(b[c]) + u16::from(b[c + C]);
+            ((sum + 2) >> 2) as u8
+        });
+    }
+}
+
+fn mean16(coarse: &mut [u8], upper: &[u8], lower: &[u8]) {
+    let pairs = upper.as_chunks::<4>().0.iter().zip(lower.as_chunks::<4>().0);
+    for (to, (a, b)) in coarse.as_chunks_mut::<2>().0.iter_mut().zip(pairs) {
+        let sum = |&[x0, x1, y0, y1]: &[u8; 4]| {
+            u32::from(u16::from_le_bytes([x0, x1])) + u32::from(u16::from_le_bytes([y0, y1]))
+        };
+        *to = (((sum(a) + sum(b) + 2) >> 2) as u16).to_le_bytes();
+    }
+}
+
+/// Four channels; `decode` a stored colour value and `encode` a mean of decoded ones.
+#[inline(always)]
+fn color(
+    coarse: &mut [u8],
+    upper: &[u8],
+    lower: &[u8],
+    decode: impl Fn(u8) -> u32,
+    encode: impl Fn(u32) -> u8,
+) {
+    let pairs = upper.as_chunks::<8>().0.iter().zip(lower.as_chunks::<8>().0);
+    for (to, (a, b)) in coarse.as_chunks_mut::<4>().0.iter_mut().zip(pairs) {
+        if a[3] & a[7] & b[3] & b[7] == 255 {
+            let mean = |c: usize| {
+                encode((decode(a[c]) + decode(a[c + 4]) + decode(b[c]) + decode(b[c + 4]) + 2) >> 2)
+            };
+            *to = [mean(0), mean(1), mean(2), 255];
+        } else {
+            let alphas = [a[3], a[7], b[3], b[7]].map(u32::from);
+            let alpha: u32 = alphas.iter().sum();
+            let (weights, total) = if alpha == 0 { ([1; 4], 4) } else { (alphas, alpha) };
+            let mean = |c: usize| {
+                let values = [a[c], a[c + 4], b[c], b[c + 4]].map(&decode);
+                let sum: u32 = values.iter().zip(&weights).map(|(v, w)| v * w).sum();
+                encode((sum + total / 2) / total)
+            };
+            *to = [mean(0), mean(1), mean(2), ((alpha + 2) >> 2) as u8];
+        }
+    }
+}
+
+/// The transfer curve of sRGB as tables: 8 bits encoded, 16 bits linear.
+struct Srgb {
+    linear_from_srgb: [u16; 256],
+    srgb_from_linear: Box<[u8; 65536]>,
+}
+
+static SRGB: LazyLock<Srgb> = LazyLock::new(|| {
+    let linear = |s: f64| if s <= 0.04045 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) };
+    let linear_from_srgb = std::array::from_fn(|v| (linear(v as f64 / 255.0) * 65535.0).round() as u16);
+    // A value is encoded as v where it lies between what v - 1/2 and v + 1/2 decode to.
+    let mut srgb_from_linear = Box::new([0; 65536]);
+    let mut start = 0;
+    for v in 0..256 {
+        let end = if v == 255 { 65536 } else { (linear((v as f64 + 0.5) / 255.0) * 65535.0).ceil() as usize };
+        srgb_from_linear[start..end].fill(v as u8);
+        start = end;
+    }
+    Srgb { linear_from_srgb, srgb_from_linear }
+});
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn encoding_undoes_decoding_and_never_falls() {
+        for v in 0..=255u8 {
+            assert_eq!(SRGB.srgb_from_linear[usize::from(SRGB.linear_from_srgb[usize::from(v)])], v);
+        }
+        assert!(SRGB.srgb_from_linear.is_sorted());
+    }
+
+    #[test]
+    fn means_round_halves_up() {
+        let mut out = [0; 1];
+        Filter::Mean8 { channels: 1 }.row(&mut out, &[0, 1], &[1, 0]);
+        assert_eq!(out, [1]);
+        let mut out = [0; 2];
+        Filter::Mean16.row(&mut out, &[0xff, 0xff, 0xff, 0xff], &[0xff, 0xff, 0xfd, 0xff]);
+        assert_eq!(u16::from_le_bytes(out), 0xffff);
+    }
+
+    #[test]
+    fn black_and_white_mix_to_half_the_light() {
+        let (black, white) = ([0, 0, 0, 255], [255; 4]);
+        let (upper, lower) = ([black, white].concat(), [white, black].concat());
+        for (filter, expected) in [
+            (Filter::new(LayerFormat::Rgba8Srgb, true), 188),
+            (Filter::new(LayerFormat::Rgba8Srgb, false), 128),
+            (Filter::new(LayerFormat::Rgba8, true), 128),
+        ] {
+            let mut out = [0; 4];
+            filter.row(&mut out, &upper, &lower);
+            assert_eq!(out, [expected, expected, expected, 255]);
+        }
+    }
+
+    #[test]
+    fn transparent_texels_do_not_bleed_and_keep_their_own_colour() {
+        let mut out = [0; 4];
+        let filter = Filter::LinearColor;
+        filter.row(&mut out, &[[200, 0, 0, 255], [0, 99, 0, 0]].concat(), &[[0, 99, 0, 0]; 2].concat());
+        assert_eq!(out, [200, 0, 0, 64]);
+        filter.row(&mut out, &[[8, 0, 0, 0]; 2].concat(), &[[4, 0, 0, 0]; 2].concat());
+        assert_eq!(out, [6, 0, 0, 0]);
+    }
+}

@@ -1,0 +1,54 @@
+//! What a build tells besides its result: what it left out of an image, and what it costs.
+
+use std::fmt;
+
+/// Something that whoever asked for the build should know. Its `Display` is one sentence without the file's name.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Notice {
+    /// The file cannot be read by rows, so the whole image is held in memory.
+    WholeImage {
+        /// Bytes held.
+        bytes: u64,
+        /// What kind of file it is.
+        why: &'static str,
+    },
+    /// Colour of 16 bits per channel became 8 bits.
+    ColorTo8Bits,
+    /// The file asks to be shown turned or mirrored; the value is EXIF's, 2 to 8.
+    OrientationIgnored(u16),
+    /// The file carries a colour profile; colours are taken as sRGB.
+    ProfileIgnored,
+    /// The file says that its samples have another transfer curve than sRGB's; the value is the exponent times 100,000.
+    GammaIgnored(u32),
+    /// Colours are multiplied by alpha in the file and are taken as they are.
+    PremultipliedAlpha,
+    /// The file holds further images or frames.
+    FurtherImagesIgnored,
+}
+
+impl fmt::Display for Notice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Notice::WholeImage { bytes, why } => {
+                let mib = bytes.div_ceil(1 << 20);
+                write!(f, "{why} cannot be read by rows: the whole image is held in memory, {mib} MiB")
+            }
+            Notice::ColorTo8Bits => write!(f, "16-bit colour is stored with 8 bits per channel"),
+            Notice::OrientationIgnored(o) => {
+                write!(
+                    f,
+                    "the orientation that the file asks for (EXIF {o}) is ignored: rows are taken as stored"
+                )
+            }
+            Notice::ProfileIgnored => write!(f, "the colour profile is ignored: colours are taken as sRGB"),
+            Notice::GammaIgnored(g) => {
+                write!(f, "the gamma of {:.5} is ignored: colours are taken as sRGB", f64::from(*g) / 1e5)
+            }
+            Notice::PremultipliedAlpha => {
+                write!(f, "colours are premultiplied by alpha in the file and are taken as they are")
+            }
+            Notice::FurtherImagesIgnored => write!(f, "only the first image of the file is read"),
+        }
+    }
+}

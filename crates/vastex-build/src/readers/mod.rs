@@ -1,0 +1,164 @@
+//! Image files, read row by row from the top.
+//!
+//! [`open`] looks at a file's first bytes, never at its name, and picks the reader. A reader tells size, texels and
+//! what it will cost from the header alone, before it allocates anything that depends on them. What becomes of
+//! the rows is [`crate::convert`]'s and [`crate::pyramid`]'s business.
+
+mod exif;
+mod jpeg;
+mod jpeg_header;
+mod png;
+mod tiff;
+mod ycbcr;
+
+use std::fs::File;
+use std::io::{self, BufReader, Read, Seek};
+use std::path::Path;
+
+use crate::error::InputFault;
+use crate::notice::Notice;
+
+/// What the texels of an image are, as a reader hands them out: rows without padding, 16-bit samples little-endian.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PixelFormat {
+    /// Grey, 8 bits.
+    Grey8,
+    /// Grey and alpha, 8 bits each.
+    GreyAlpha8,
+    /// Red, green, blue, 8 bits each.
+    Rgb8,
+    /// Red, green, blue, alpha, 8 bits each.
+    Rgba8,
+    /// Grey, 16 bits.
+    Grey16,
+    /// Grey and alpha, 16 bits each.
+    GreyAlpha16,
+    /// Red, green, blue, 16 bits each.
+    Rgb16,
+    /// Red, green, blue, alpha, 16 bits each.
+    Rgba16,
+}
+
+impl PixelFormat {
+    /// The format with so many channels (1 to 4) of so many bits (8 or 16).
+    pub fn new(channels: u16, bits: u8) -> Option<PixelFormat> {
+        use PixelFormat::*;
+        let formats = match bits {
+            8 => [Grey8, GreyAlpha8, Rgb8, Rgba8],
+            16 => [Grey16, GreyAlpha16, Rgb16, Rgba16],
+            _ => return None,
+        };
+        formats.get(usize::from(channels).checked_sub(1)?).copied()
+    }
+
+    /// Bytes of one texel.
+    pub const fn texel_bytes(self) -> usize {
+        match self {
+            PixelFormat::Grey8 => 1,
+            PixelFormat::GreyAlpha8 | PixelFormat::Grey16 => 2,
+            PixelFormat::Rgb8 => 3,
+            PixelFormat::Rgba8 | PixelFormat::GreyAlpha16 => 4,
+            PixelFormat::Rgb16 => 6,
+            PixelFormat::Rgba16 => 8,
+        }
+    }
+}
+
+/// What is known of an image from its header.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ImageHeader {
+    /// Texels per row, at least 1.
+    pub width: u32,
+    /// Rows, at least 1.
+    pub height: u32,
+    /// What the texels are.
+    pub format: PixelFormat,
+    /// Whether the file says that its colours are linear, not sRGB-encoded.
+    pub linear: bool,
+    /// Bytes that the reader holds while it reads, besides what it is given to fill.
+    pub memory: u64,
+    /// What the reader leaves out, and what it costs.
+    pub notices: Vec<Notice>,
+}
+
+impl ImageHeader {
+    fn new(width: u64, height: u64, format: PixelFormat) -> Result<ImageHeader, InputFault> {
+        let (Ok(w), Ok(h)) = (u32::try_from(width), u32::try_from(height)) else {
+            return Err(InputFault::Unsupported {
+                what: format!("{width}x{height} texels"),
+                remedy: "an image has at most 2^31 texels per side",
+            });
+        };
+        if w == 0 || h == 0 {
+            return Err(InputFault::NoTexels { width, height });
+        }
+        let notices = match format {
+            PixelFormat::GreyAlpha16 | PixelFormat::Rgb16 | PixelFormat::Rgba16 => vec![Notice::ColorTo8Bits],
+            _ => Vec::new(),
+        };
+        Ok(ImageHeader { width: w, height: h, format, linear: false, memory: 0, notices })
+    }
+
+    /// Bytes of one row.
+    pub fn row_bytes(&self) -> usize {
+        self.width as usize * self.format.texel_bytes()
+    }
+
+    /// Bytes of all rows.
+    pub fn image_bytes(&self) -> u64 {
+        self.row_bytes() as u64 * u64::from(self.height)
+    }
+
+    /// Counts `bytes` as held for the whole time, and says why.
+    fn hold_whole_image(&mut self, bytes: u64, why: &'static str) {
+        self.memory = self.memory.saturating_add(bytes);
+        self.notices.push(Notice::WholeImage { bytes, why });
+    }
+}
+
+/// An image that is read once, from the top row to the bottom one.
+pub trait RowReader {
+    /// What is known from the header.
+    fn header(&self) -> &ImageHeader;
+
+    /// Fills `rows` with the next rows, tightly packed. Its length is a whole number of rows and no more than are
+    /// left. The last row is only given out when the file is whole. After an error the reader is of no further use.
+    fn read_rows(&mut self, rows: &mut [u8]) -> Result<(), InputFault>;
+}
+
+/// Opens an image by its first bytes. Reads the header and nothing else.
+pub fn open(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {
+    if std::fs::metadata(path)?.is_dir() {
+        return Err(InputFault::Directory);
+    }
+    let mut file = File::open(path)?;
+    let mut magic = Vec::with_capacity(64);
+    (&mut file).take(64).read_to_end(&mut magic)?;
+    file.seek(io::SeekFrom::Start(0))?;
+    match magic.as_slice() {
+        [] => Err(InputFault::Empty),
+        [0xff, 0xd8, 0xff, ..] => Ok(Box::new(jpeg::JpegReader::new(file)?)),
+        [0x89, b'P', b'N', b'G', ..] => Ok(Box::new(png::PngReader::new(file)?)),
+        [b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..] => {
+            Ok(Box::new(tiff::TiffReader::new(file)?))
+        }
+        bytes if is_text(bytes) => Err(InputFault::Text),
+        bytes => {
+            let hex: Vec<_> = bytes.iter().take(8).map(|b| format!("{b:02x}")).collect();
+            Err(InputFault::UnknownFormat(hex.join(" ")))
+        }
+    }
+}
+
+fn is_text(bytes: &[u8]) -> bool {
+    let valid = match std::str::from_utf8(bytes) {
+        Ok(_) => true,
+        Err(e) => e.error_len().is_none() && e.valid_up_to() > 0,
+    };
+    valid && !bytes.iter().any(|&b| b < 9 || (14..32).contains(&b))
+}
+
+/// A buffered file with few system calls per row.
+fn buffered(file: File) -> BufReader<File> {
+    BufReader::with_capacity(256 << 10, file)
+}

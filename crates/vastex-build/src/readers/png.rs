@@ -1,0 +1,141 @@
+//! PNG of every colour type and depth, by rows; interlaced files through the whole image.
+//!
+//! Palettes and samples of fewer than 8 bits are expanded, transparent colours become alpha.
+
+use std::fs::File;
+use std::io::BufReader;
+
+use png::{BitDepth, ColorType, Decoder, DecodingError, Info, Limits, Reader, Transformations};
+
+use super::{ImageHeader, PixelFormat, RowReader, buffered, exif};
+use crate::error::{InputFault, near_row};
+use crate::notice::Notice;
+
+/// The encoding gamma of sRGB, times 100,000, as PNG stores it.
+const SRGB_GAMMA: u32 = 45_455;
+
+/// Memory that the decoder may take for itself: rows as stored, and a profile.
+const DECODER_BYTES: usize = 1 << 30;
+
+/// A PNG file.
+pub(super) struct PngReader {
+    header: ImageHeader,
+    reader: Reader<BufReader<File>>,
+    interlaced: bool,
+    /// All rows of an interlaced image, once the first is asked for.
+    image: Vec<u8>,
+    next_row: u32,
+}
+
+impl PngReader {
+    pub(super) fn new(file: File) -> Result<PngReader, InputFault> {
+        let mut decoder = Decoder::new_with_limits(buffered(file), Limits { bytes: DECODER_BYTES });
+        decoder.set_transformations(Transformations::EXPAND);
+        decoder.set_ignore_text_chunk(true);
+        let info = decoder.read_header_info().map_err(|e| fault(e, "in the header".into()))?;
+        if info.width == 0 || info.height == 0 {
+            return Err(InputFault::NoTexels { width: info.width.into(), height: info.height.into() });
+        }
+        let reader = decoder.read_info().map_err(|e| fault(e, "in the header".into()))?;
+        let (color, depth) = reader.output_color_type();
+        let channels = match color {
+            ColorType::Grayscale | ColorType::Indexed => 1,
+            ColorType::GrayscaleAlpha => 2,
+            ColorType::Rgb => 3,
+            ColorType::Rgba => 4,
+        };
+        let format = PixelFormat::new(channels, depth as u8).ok_or_else(|| InputFault::Unsupported {
+            what: format!("samples of {} bits", depth as u8),
+            remedy: "convert it to 8 or 16 bits",
+        })?;
+        let info = reader.info();
+        let mut header = ImageHeader::new(info.width.into(), info.height.into(), format)?;
+        // The decoder keeps a window of the deflate stream and two rows.
+        header.memory = (256 << 10) + 4 * header.row_bytes() as u64;
+        note(&mut header, info);
+        let interlaced = info.interlaced;
+        if interlaced {
+            header.hold_whole_image(header.image_bytes(), "an interlaced PNG");
+        }
+        Ok(PngReader { header, reader, interlaced, image: Vec::new(), next_row: 0 })
+    }
+
+    fn read_interlaced(&mut self, rows: &mut [u8]) -> Result<(), DecodingError> {
+        if self.image.is_empty() {
+            let len =
+                usize::try_from(self.header.image_bytes()).map_err(|_| DecodingError::LimitsExceeded)?;
+            self.image = vec![0; len];
+            self.reader.next_frame(&mut self.image)?;
+        }
+        let start = self.next_row as usize * self.header.row_bytes();
+        rows.copy_from_slice(&self.image[start..start + rows.len()]);
+        self.next_row += (rows.len() / self.header.row_bytes()) as u32;
+        Ok(())
+    }
+
+    fn read_by_row(&mut self, rows: &mut [u8]) -> Result<(), DecodingError> {
+        for row in rows.chunks_exact_mut(self.header.row_bytes()) {
+            self.reader.read_row(row)?;
+            self.next_row += 1;
+        }
+        Ok(())
+    }
+
+    fn read(&mut self, rows: &mut [u8]) -> Result<(), DecodingError> {
+        if self.interlaced {
+            self.read_interlaced(rows)?
+        } else {
+            self.read_by_row(rows)?
+        }
+        if self.next_row == self.header.height {
+            self.image = Vec::new();
+            self.reader.finish()?;
+        }
+        Ok(())
+    }
+}
+
+impl RowReader for PngReader {
+    fn header(&self) -> &ImageHeader {
+        &self.header
+    }
+
+    fn read_rows(&mut self, rows: &mut [u8]) -> Result<(), InputFault> {
+        self.read(rows).map_err(|e| fault(e, near_row(self.next_row, self.header.height)))?;
+        if self.reader.output_color_type().1 == BitDepth::Sixteen {
+            for sample in rows.as_chunks_mut::<2>().0 {
+                sample.reverse();
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Says what of the header is not followed.
+fn note(header: &mut ImageHeader, info: &Info<'_>) {
+    let is_color = !matches!(header.format, PixelFormat::Grey8 | PixelFormat::Grey16);
+    if info.icc_profile.is_some() {
+        header.notices.push(Notice::ProfileIgnored);
+    } else if info.srgb.is_none() && is_color {
+        match info.gama_chunk.map(|gamma| gamma.into_scaled()) {
+            Some(100_000) => header.linear = true,
+            Some(gamma) if gamma.abs_diff(SRGB_GAMMA) > 500 => {
+                header.notices.push(Notice::GammaIgnored(gamma))
+            }
+            _ => {}
+        }
+    }
+    let orientation = info.exif_metadata.as_deref().and_then(exif::orientation);
+    header.notices.extend(exif::orientation_notice(orientation));
+    header.notices.extend(info.animation_control.map(|_| Notice::FurtherImagesIgnored));
+}
+
+fn fault(error: DecodingError, place: String) -> InputFault {
+    match error {
+        DecodingError::IoError(e) if e.kind() == std::io::ErrorKind::UnexpectedEof => {
+            InputFault::Truncated { place }
+        }
+        DecodingError::IoError(e) => InputFault::Io(e),
+        other => InputFault::Damaged { place, why: other.to_string() },
+    }
+}
