@@ -6,9 +6,15 @@
 //!
 //! This crate does not decide what is loaded (`vastex-core` does) and never sees a GPU.
 
+mod cache;
+#[cfg(not(target_family = "wasm"))]
+mod conformance;
 mod container;
 #[cfg(feature = "write")]
 mod encode;
+mod faults;
+mod loader;
+mod property;
 mod source;
 mod stores;
 #[cfg(test)]
@@ -16,11 +22,17 @@ mod stores;
 mod testing;
 mod tile;
 
+pub use cache::{CacheStats, RamCache};
+#[cfg(not(target_family = "wasm"))]
+pub use conformance::conformance;
 pub use container::{Container, ContainerError, Fault, Info, Verification, verify};
 #[cfg(feature = "write")]
 pub use container::{ContainerWriter, TempFile, WriteError, WriterOptions, Written};
 #[cfg(feature = "write")]
 pub use encode::{Compression, EncodedTile};
+pub use faults::{FaultRates, Faults, Injection};
+pub use loader::{LoadError, Loaded, Loader, LocalLoader};
+pub use property::PropertySource;
 pub use source::{MaybeSend, MaybeSync, ReadError, ReadFuture, TileSource};
 #[cfg(not(target_family = "wasm"))]
 pub use stores::FileStore;

@@ -1,0 +1,213 @@
+//! The RAM tier: encoded tiles of a source, kept within a budget of bytes.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use rustc_hash::FxHashMap;
+use vastex_core::{Description, PagePos};
+
+use crate::source::{ReadFuture, TileSource};
+use crate::tile::Tile;
+
+/// What keeping a tile costs besides its bytes, so that a budget holds for constant tiles too.
+const ENTRY_BYTES: u64 = 128;
+
+/// What a cache has done so far, and what it holds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct CacheStats {
+    /// Reads answered from the cache.
+    pub hits: u64,
+    /// Reads passed on to the source.
+    pub misses: u64,
+    /// Tiles given up for others.
+    pub evictions: u64,
+    /// Tiles held.
+    pub tiles: u64,
+    /// Bytes held, 128 for each tile included; never more than the budget.
+    pub bytes: u64,
+}
+
+/// A decorator that keeps the tiles used last, still encoded, within a budget of bytes that holds at every instant.
+///
+/// A hit costs a look-up under a lock. A tile larger than the whole budget is passed through; errors are not kept.
+pub struct RamCache<S> {
+    source: S,
+    budget: u64,
+    held: Mutex<Held>,
+}
+
+impl<S> RamCache<S> {
+    /// A cache of at most `budget` bytes before `source`.
+    pub fn new(source: S, budget: u64) -> RamCache<S> {
+        RamCache { source, budget, held: Mutex::default() }
+    }
+
+    /// What the cache has done so far, and what it holds.
+    pub fn stats(&self) -> CacheStats {
+        self.held().stats
+    }
+
+    /// A panic elsewhere leaves nothing half done: each change is made whole under the lock.
+    fn held(&self) -> MutexGuard<'_, Held> {
+        self.held.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[deny(clippy::missing_trait_methods)]
+impl<S: TileSource> TileSource for RamCache<S> {
+    fn description(&self) -> &Arc<Description> {
+        self.source.description()
+    }
+
+    fn read(&self, pos: PagePos) -> ReadFuture<'_> {
+        Box::pin(async move {
+            if let Some(tile) = self.held().get(pos) {
+                return Ok(tile);
+            }
+            let tile = self.source.read(pos).await?;
+            self.held().insert(pos, tile.clone(), self.budget);
+            Ok(tile)
+        })
+    }
+}
+
+/// The tiles, and the order in which they were used last.
+#[derive(Default)]
+struct Held {
+    tiles: FxHashMap<PagePos, (Tile, u64)>,
+    by_use: BTreeMap<u64, PagePos>,
+    uses: u64,
+    stats: CacheStats,
+}
+
+impl Held {
+    fn get(&mut self, pos: PagePos) -> Option<Tile> {
+        let Some((tile, last_use)) = self.tiles.get_mut(&pos) else {
+            self.stats.misses += 1;
+            return None;
+        };
+        self.stats.hits += 1;
+        self.uses += 1;
+        self.by_use.remove(last_use);
+        *last_use = self.uses;
+        self.by_use.insert(self.uses, pos);
+        Some(tile.clone())
+    }
+
+    fn insert(&mut self, pos: PagePos, tile: Tile, budget: u64) {
+        let cost = cost(&tile);
+        // Another thread may have read it at the same time.
+        self.remove(pos);
+        if cost > budget {
+            return;
+        }
+        while self.stats.bytes + cost > budget {
+            let Some((_, &oldest)) = self.by_use.first_key_value() else { return };
+            self.remove(oldest);
+            self.stats.evictions += 1;
+        }
+        self.uses += 1;
+        self.by_use.insert(self.uses, pos);
+        self.tiles.insert(pos, (tile, self.uses));
+        self.stats.bytes += cost;
+        self.stats.tiles += 1;
+    }
+
+    fn remove(&mut self, pos: PagePos) {
+        if let Some((tile, last_use)) = self.tiles.remove(&pos) {
+            self.by_use.remove(&last_use);
+            self.stats.bytes -= cost(&tile);
+            self.stats.tiles -= 1;
+        }
+    }
+}
+
+fn cost(tile: &Tile) -> u64 {
+    tile.bytes.len() as u64 + ENTRY_BYTES
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::conformance;
+    use crate::faults::{Faults, Injection};
+    use crate::property::PropertySource;
+    use pollster::block_on;
+    use proptest::prelude::*;
+    use vastex_core::{Geometry, GeometrySpec};
+
+    /// Tiles of 400 bytes.
+    fn source() -> PropertySource {
+        let spec = GeometrySpec { page: 8, border: 1, ..GeometrySpec::image(100, 100) };
+        PropertySource::new(Geometry::new(spec).unwrap())
+    }
+
+    const TILE: u64 = 400 + ENTRY_BYTES;
+
+    #[test]
+    fn a_cache_conforms_at_every_budget() {
+        for budget in [0, TILE - 1, TILE, 10 * TILE, u64::MAX] {
+            assert_eq!(conformance(&RamCache::new(source(), budget)), Ok(()), "{budget}");
+        }
+    }
+
+    #[test]
+    fn the_tile_used_longest_ago_goes_first() {
+        let cache = RamCache::new(source(), 2 * TILE);
+        let [a, b, c] = [0, 1, 2].map(|x| PagePos::new_2d(0, x, 0));
+        for pos in [a, b, a, c, a, b] {
+            block_on(cache.read(pos)).unwrap();
+        }
+        let expected = CacheStats { hits: 2, misses: 4, evictions: 2, tiles: 2, bytes: 2 * TILE };
+        assert_eq!(cache.stats(), expected);
+    }
+
+    #[test]
+    fn a_tile_beyond_the_budget_is_passed_through() {
+        let cache = RamCache::new(source(), TILE - 1);
+        block_on(cache.read(PagePos::new_2d(0, 0, 0))).unwrap();
+        assert_eq!(cache.stats(), CacheStats { misses: 1, ..CacheStats::default() });
+    }
+
+    #[test]
+    fn errors_are_not_kept() {
+        let faults = Faults::new(source(), |_, attempt| (attempt == 0).then_some(Injection::Fail));
+        let cache = RamCache::new(faults, u64::MAX);
+        let outcomes = [(); 3].map(|()| block_on(cache.read(PagePos::new_2d(0, 0, 0))).is_ok());
+        assert_eq!(outcomes, [false, true, true]);
+        assert_eq!((cache.stats().hits, cache.stats().misses), (1, 2));
+    }
+
+    #[test]
+    fn the_budget_holds_while_threads_read() {
+        let cache = RamCache::new(source(), 5 * TILE + 17);
+        std::thread::scope(|scope| {
+            for thread in 0..4 {
+                let cache = &cache;
+                scope.spawn(move || {
+                    for n in 0..500 {
+                        let pos = PagePos::new_2d(0, (n * (thread + 3)) % 13, n % 3);
+                        block_on(cache.read(pos)).unwrap();
+                        assert!(cache.stats().bytes <= 5 * TILE + 17);
+                    }
+                });
+            }
+        });
+        let stats = cache.stats();
+        assert_eq!((stats.hits + stats.misses, stats.tiles), (2000, 5));
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_held_is_what_is_counted(budget in 0..20 * TILE, reads in prop::collection::vec((0u32..6, 0u32..6), 0..200)) {
+            let cache = RamCache::new(source(), budget);
+            for (x, y) in reads {
+                block_on(cache.read(PagePos::new_2d(0, x, y))).unwrap();
+                let held = cache.held();
+                prop_assert!(held.stats.bytes <= budget);
+                prop_assert_eq!(held.stats.bytes, held.tiles.values().map(|(tile, _)| cost(tile)).sum::<u64>());
+                prop_assert_eq!((held.stats.tiles as usize, held.by_use.len()), (held.tiles.len(), held.tiles.len()));
+            }
+        }
+    }
+}
