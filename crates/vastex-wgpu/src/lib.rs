@@ -1,1 +1,41 @@
-//! To be written.
+//! The part of Vastex that executes, on a GPU through `wgpu`.
+//!
+//! Here are a [`Pool`] of tiles in GPU memory, the page table of each texture ([`TableBuffers`]) and the changes that
+//! keep it true ([`TableChanger`]), the text that an application puts before its own shaders ([`wgsl()`]) and the one
+//! bind group that goes with it ([`BindLayout`]), the target into which a view says which pages it wants
+//! ([`FeedbackTarget`]), its compaction and its way back ([`Readback`]). All shaders have a naive twin on the CPU
+//! ([`twins`]), which tests compare them with and which stands in where no GPU can.
+//!
+//! This crate never chooses a page and never sees a source: it carries out what `vastex-core`'s pager returns. It
+//! asks a device for nothing beyond WebGPU's default limits, and uses one optional feature ([`required_features`]).
+//! It installs nothing on a device; that one was lost shows as [`GpuError::DeviceLost`] wherever something is read
+//! back.
+//!
+//! In the order in which a frame meets them: [`FeedbackTarget::begin`] and the scene's draws, [`Readback::record`],
+//! [`Readback::poll`] or [`Readback::wait`], then, for what the pager returns, [`Pool::upload`],
+//! [`TableChanger::apply`] and [`Pool::set_bias`], and the scene's main pass.
+
+mod bind;
+mod compact;
+mod device;
+mod error;
+mod feedback;
+mod mirror;
+mod pool;
+mod readback;
+mod shader;
+mod table;
+#[cfg(feature = "test-device")]
+pub mod test_device;
+pub mod twins;
+
+pub use bind::BindLayout;
+pub use device::{limits, required_features};
+pub use error::GpuError;
+pub use feedback::{
+    FEEDBACK_DEPTH_FORMAT, FEEDBACK_FORMAT, FeedbackScale, FeedbackTarget, FeedbackView, ViewBuffer,
+};
+pub use pool::Pool;
+pub use readback::{RawFeedback, Readback};
+pub use shader::{Atlas, Filter, ShaderOptions, wgsl};
+pub use table::{TableBuffers, TableChanger};

@@ -1,0 +1,112 @@
+//! The one bind group through which an application's shaders see a virtual texture.
+//!
+//! It holds the texture's parameters and page table, its pool's parameters and atlas, and the parameters of the view
+//! that is drawn into a feedback target; the main pass takes the same group and ignores the view.
+
+use crate::feedback::ViewBuffer;
+use crate::pool::Pool;
+use crate::shader::Atlas;
+use crate::table::TableBuffers;
+
+const TEXTURE: u32 = 0;
+const TABLE: u32 = 1;
+const POOL: u32 = 2;
+const VIEW: u32 = 3;
+const SAMPLER: u32 = 4;
+const ATLAS: u32 = 5;
+
+/// The bindings, as (name, value), for the generator of shader text.
+pub(crate) const BINDINGS: &[(&str, u32)] = &[
+    ("BINDING_TEXTURE", TEXTURE),
+    ("BINDING_TABLE", TABLE),
+    ("BINDING_POOL", POOL),
+    ("BINDING_VIEW", VIEW),
+    ("BINDING_SAMPLER", SAMPLER),
+    ("BINDING_ATLAS", ATLAS),
+];
+
+/// The layout of that bind group, for all textures whose pool is read in the same way.
+#[derive(Clone, Debug)]
+pub struct BindLayout {
+    layout: wgpu::BindGroupLayout,
+    sampler: wgpu::Sampler,
+    atlas: Atlas,
+}
+
+impl BindLayout {
+    /// A layout for pools that are read as `atlas` says ([`Pool::atlas`]).
+    pub fn new(device: &wgpu::Device, atlas: Atlas) -> BindLayout {
+        let sample_type = match atlas {
+            Atlas::Float => wgpu::TextureSampleType::Float { filterable: true },
+            Atlas::Uint16 => wgpu::TextureSampleType::Uint,
+        };
+        let entries = [
+            entry(TEXTURE, buffer(wgpu::BufferBindingType::Uniform)),
+            entry(TABLE, buffer(wgpu::BufferBindingType::Storage { read_only: true })),
+            entry(POOL, buffer(wgpu::BufferBindingType::Uniform)),
+            entry(VIEW, buffer(wgpu::BufferBindingType::Uniform)),
+            entry(SAMPLER, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
+            entry(
+                ATLAS,
+                wgpu::BindingType::Texture {
+                    sample_type,
+                    view_dimension: wgpu::TextureViewDimension::D2Array,
+                    multisampled: false,
+                },
+            ),
+        ];
+        let descriptor = wgpu::BindGroupLayoutDescriptor { label: Some("vastex texture"), entries: &entries };
+        let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
+            label: Some("vastex atlas"),
+            mag_filter: wgpu::FilterMode::Linear,
+            min_filter: wgpu::FilterMode::Linear,
+            ..Default::default()
+        });
+        BindLayout { layout: device.create_bind_group_layout(&descriptor), sampler, atlas }
+    }
+
+    /// For the application's pipeline layouts.
+    pub fn layout(&self) -> &wgpu::BindGroupLayout {
+        &self.layout
+    }
+
+    /// How shaders that use this layout read the atlas.
+    pub fn atlas(&self) -> Atlas {
+        self.atlas
+    }
+
+    /// The bind group of one texture. It stays valid while contents change; a new pool, page table or view needs a
+    /// new one. `pool` must be read as this layout says. The first layer of the pool is the one that is sampled.
+    pub fn bind_group(
+        &self,
+        device: &wgpu::Device,
+        table: &TableBuffers,
+        pool: &Pool,
+        view: &ViewBuffer,
+    ) -> wgpu::BindGroup {
+        debug_assert_eq!(pool.atlas(), self.atlas);
+        let resource = |binding, resource| wgpu::BindGroupEntry { binding, resource };
+        device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("vastex texture"),
+            layout: &self.layout,
+            entries: &[
+                resource(TEXTURE, table.params().as_entire_binding()),
+                resource(TABLE, table.entries().as_entire_binding()),
+                resource(POOL, pool.params().as_entire_binding()),
+                resource(VIEW, view.buffer().as_entire_binding()),
+                resource(SAMPLER, wgpu::BindingResource::Sampler(&self.sampler)),
+                resource(ATLAS, wgpu::BindingResource::TextureView(pool.view())),
+            ],
+        })
+    }
+}
+
+fn entry(binding: u32, ty: wgpu::BindingType) -> wgpu::BindGroupLayoutEntry {
+    let visibility = wgpu::ShaderStages::VERTEX_FRAGMENT | wgpu::ShaderStages::COMPUTE;
+    wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None }
+}
+
+/// A whole buffer, bound without a dynamic offset.
+pub(crate) fn buffer(ty: wgpu::BufferBindingType) -> wgpu::BindingType {
+    wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None }
+}

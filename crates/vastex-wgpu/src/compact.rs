@@ -1,0 +1,102 @@
+//! Compaction of a feedback target on the GPU, to distinct pages with their pixel counts and sharpest eighths.
+//!
+//! The same on the CPU is [`crate::twins::compact`].
+
+use vastex_core::shared;
+
+use crate::bind::buffer;
+use crate::device::{compute_pipelines, dispatch_size, storage};
+use crate::feedback::FeedbackTarget;
+use crate::mirror::{HASH_SLOT_BYTES, ListHead, Wanted};
+use crate::shader;
+
+/// Bytes before the wanted pages of a list.
+pub(crate) const HEAD_BYTES: u64 = size_of::<ListHead>() as u64;
+/// Bytes of one wanted page.
+pub(crate) const WANTED_BYTES: u64 = size_of::<Wanted>() as u64;
+
+/// Compacts one feedback target into lists of its own size.
+#[derive(Debug)]
+pub(crate) struct Compactor {
+    layout: wgpu::BindGroupLayout,
+    count: wgpu::ComputePipeline,
+    append: wgpu::ComputePipeline,
+    raw: wgpu::TextureView,
+    slots: wgpu::Buffer,
+    slot_count: u32,
+    pixels: u32,
+}
+
+/// A list on the GPU, with room for as many pages as the target has pixels.
+#[derive(Debug)]
+pub(crate) struct List {
+    pub(crate) buffer: wgpu::Buffer,
+    bind_group: wgpu::BindGroup,
+}
+
+impl Compactor {
+    pub(crate) fn new(device: &wgpu::Device, target: &FeedbackTarget) -> Compactor {
+        let bindings = [
+            wgpu::BindingType::Texture {
+                sample_type: wgpu::TextureSampleType::Uint,
+                view_dimension: wgpu::TextureViewDimension::D2,
+                multisampled: false,
+            },
+            buffer(wgpu::BufferBindingType::Storage { read_only: false }),
+            buffer(wgpu::BufferBindingType::Storage { read_only: false }),
+        ];
+        let text = shader::compact_wgsl();
+        let (layout, [count, append]) =
+            compute_pipelines(device, "vastex compaction", text, &bindings, ["count", "append"]);
+        let pixels = target.size()[0] * target.size()[1];
+        // At most half full, so that probe sequences stay short and always end.
+        let slot_count = (2 * pixels).next_power_of_two();
+        let slots = storage(device, "vastex compaction", u64::from(slot_count) * HASH_SLOT_BYTES);
+        Compactor { layout, count, append, raw: target.raw_view().clone(), slots, slot_count, pixels }
+    }
+
+    /// The most pages that a list can hold.
+    pub(crate) fn capacity(&self) -> u32 {
+        self.pixels
+    }
+
+    /// Bytes of a list.
+    pub(crate) fn list_bytes(&self) -> u64 {
+        HEAD_BYTES + u64::from(self.pixels) * WANTED_BYTES
+    }
+
+    pub(crate) fn list(&self, device: &wgpu::Device) -> List {
+        let buffer = storage(device, "vastex feedback list", self.list_bytes());
+        let resources = [
+            wgpu::BindingResource::TextureView(&self.raw),
+            self.slots.as_entire_binding(),
+            buffer.as_entire_binding(),
+        ];
+        let entries: Vec<_> = (0..)
+            .zip(resources)
+            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
+            .collect();
+        let bind_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("vastex compaction"),
+            layout: &self.layout,
+            entries: &entries,
+        });
+        List { buffer, bind_group }
+    }
+
+    /// Records the compaction of what the target then holds into `list`.
+    pub(crate) fn record(&self, encoder: &mut wgpu::CommandEncoder, list: &List) {
+        encoder.clear_buffer(&self.slots, 0, None);
+        encoder.clear_buffer(&list.buffer, 0, Some(HEAD_BYTES));
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some("vastex compaction"),
+            timestamp_writes: None,
+        });
+        pass.set_bind_group(0, &list.bind_group, &[]);
+        for (pipeline, invocations) in [(&self.count, self.pixels), (&self.append, self.slot_count)] {
+            let [x, y] = dispatch_size(invocations.div_ceil(shared::WORKGROUP));
+            pass.set_pipeline(pipeline);
+            pass.dispatch_workgroups(x, y, 1);
+        }
+    }
+}

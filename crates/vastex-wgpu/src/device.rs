@@ -1,0 +1,120 @@
+//! What is asked of a device, and how its failures are seen without installing anything on it.
+
+use std::future::Future;
+use std::task::{Context, Poll, Waker};
+
+use vastex_core::ArrayLimits;
+
+use crate::error::GpuError;
+
+/// What the device allows for texture arrays: what a [`vastex_core::PoolLayout`] is made with.
+pub fn limits(device: &wgpu::Device) -> ArrayLimits {
+    let limits = device.limits();
+    ArrayLimits { max_side: limits.max_texture_dimension_2d, max_images: limits.max_texture_array_layers }
+}
+
+/// The features worth asking the adapter for; without them everything works, 16-bit data a little slower.
+pub fn required_features(adapter: &wgpu::Adapter) -> wgpu::Features {
+    let norm16 = wgpu::Features::TEXTURE_FORMAT_16BIT_NORM;
+    if !adapter.features().contains(norm16) {
+        return wgpu::Features::empty();
+    }
+    let r16 = adapter.get_texture_format_features(wgpu::TextureFormat::R16Unorm);
+    let filterable = r16.flags.contains(wgpu::TextureFormatFeatureFlags::FILTERABLE);
+    if filterable { norm16 } else { wgpu::Features::empty() }
+}
+
+/// Makes something of `bytes` bytes that may be too large for the device's memory, and says so.
+///
+/// In a browser the answer comes only later; there the device reports it as an uncaptured error.
+pub(crate) fn guarded<T>(device: &wgpu::Device, bytes: u64, make: impl FnOnce() -> T) -> Result<T, GpuError> {
+    let scope = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+    let made = make();
+    match now(scope.pop()) {
+        Some(Some(_)) => Err(GpuError::OutOfMemory { bytes }),
+        _ => Ok(made),
+    }
+}
+
+/// What a future gives if it is ready at once.
+fn now<T>(future: impl Future<Output = T>) -> Option<T> {
+    match std::pin::pin!(future).poll(&mut Context::from_waker(Waker::noop())) {
+        Poll::Ready(value) => Some(value),
+        Poll::Pending => None,
+    }
+}
+
+/// A uniform buffer with its first contents.
+pub(crate) fn uniform<T: bytemuck::Pod>(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    label: &str,
+    contents: &T,
+) -> wgpu::Buffer {
+    let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(label),
+        size: size_of::<T>() as u64,
+        usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    });
+    queue.write_buffer(&buffer, 0, bytemuck::bytes_of(contents));
+    buffer
+}
+
+/// A storage buffer that is cleared, written and copied, but never mapped.
+pub(crate) fn storage(device: &wgpu::Device, label: &str, size: u64) -> wgpu::Buffer {
+    device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(label),
+        size,
+        usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC,
+        mapped_at_creation: false,
+    })
+}
+
+/// Compute pipelines of one shader, one for each entry point, that see the same bind group.
+pub(crate) fn compute_pipelines<const N: usize>(
+    device: &wgpu::Device,
+    label: &str,
+    text: String,
+    bindings: &[wgpu::BindingType],
+    entry_points: [&str; N],
+) -> (wgpu::BindGroupLayout, [wgpu::ComputePipeline; N]) {
+    let entries: Vec<_> = (0..)
+        .zip(bindings)
+        .map(|(binding, &ty)| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::COMPUTE,
+            ty,
+            count: None,
+        })
+        .collect();
+    let group = device
+        .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries: &entries });
+    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: Some(label),
+        bind_group_layouts: &[Some(&group)],
+        immediate_size: 0,
+    });
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some(label),
+        source: wgpu::ShaderSource::Wgsl(text.into()),
+    });
+    let pipelines = entry_points.map(|entry_point| {
+        device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(label),
+            layout: Some(&layout),
+            module: &module,
+            entry_point: Some(entry_point),
+            compilation_options: Default::default(),
+            cache: None,
+        })
+    });
+    (group, pipelines)
+}
+
+/// Workgroups along x and y that make at least `groups`, within what every device allows.
+pub(crate) fn dispatch_size(groups: u32) -> [u32; 2] {
+    const MAX: u32 = 65535;
+    let x = groups.clamp(1, MAX);
+    [x, groups.div_ceil(x)]
+}

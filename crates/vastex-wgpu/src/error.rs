@@ -1,0 +1,91 @@
+//! What can go wrong on a GPU, by what the caller can do about it.
+
+/// Why the GPU did not do what it was told.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum GpuError {
+    /// The device is gone: unplugged, reset by its driver, or destroyed. Nothing made from it works any more; make a
+    /// new device and build everything on it again.
+    #[error(
+        "the GPU device was lost; create a new device and rebuild everything that was made from the old one"
+    )]
+    DeviceLost,
+    /// The pool does not fit the memory of the device.
+    #[error("the GPU has no {bytes} bytes left for the pool; make the pool smaller")]
+    OutOfMemory {
+        /// Bytes asked for.
+        bytes: u64,
+    },
+    /// The pool was laid out for a device with wider limits.
+    #[error(
+        "a pool of {images} images of {width}x{height} texels is beyond this device's {max_images} images of \
+         {max_side} texels per side; lay it out with the limits of this device"
+    )]
+    PoolLimits {
+        /// Texels along x of an image.
+        width: u32,
+        /// Texels along y of an image.
+        height: u32,
+        /// Images of the array.
+        images: u32,
+        /// Texels per side that the device allows.
+        max_side: u32,
+        /// Images that the device allows.
+        max_images: u32,
+    },
+    /// The layers given do not add up to the pool's tiles.
+    #[error("the layers of a tile of {texels} texels have {got} bytes, but the pool's slots have {expected}")]
+    PoolFormats {
+        /// Texels of a slot.
+        texels: u64,
+        /// Bytes of a tile of these layers.
+        got: u64,
+        /// Bytes of a slot by the pool's layout.
+        expected: u64,
+    },
+    /// The page table of a texture is larger than a buffer that shaders may read.
+    #[error(
+        "a page table of {entries} entries takes {bytes} bytes, beyond this device's {max} bytes for a storage \
+         buffer; use larger pages"
+    )]
+    TableTooLarge {
+        /// Entries of the table.
+        entries: u64,
+        /// Bytes that they take.
+        bytes: u64,
+        /// Bytes that the device allows.
+        max: u64,
+    },
+    /// The picture is larger, or has fewer pixels, than a feedback target on this device can stand for.
+    #[error("a feedback target of {width}x{height} pixels is beyond this device's {max} per side, or empty")]
+    TargetSize {
+        /// Pixels along x of the target.
+        width: u32,
+        /// Pixels along y of the target.
+        height: u32,
+        /// Pixels per side that the device allows.
+        max: u32,
+    },
+    /// A tile has another number of bytes than a slot.
+    #[error("a tile of {got} bytes does not fit the slots of {expected} bytes")]
+    TileBytes {
+        /// Bytes of the tile.
+        got: u64,
+        /// Bytes of a slot.
+        expected: u64,
+    },
+    /// There is no such slot in the pool.
+    #[error("slot {slot} is beyond the pool's {slots}")]
+    NoSuchSlot {
+        /// The slot.
+        slot: u32,
+        /// Slots of the pool.
+        slots: u32,
+    },
+    /// Feedback of this frame was never recorded, is already collected, or was recorded into commands that were not
+    /// submitted.
+    #[error("no feedback of frame {frame} is under way; submit the frame's commands before waiting for it")]
+    NoFeedback {
+        /// The frame.
+        frame: u64,
+    },
+}

@@ -1,0 +1,291 @@
+//! Where a view says which pages it wants: the feedback target, and how the picture is put onto it.
+//!
+//! A target pixel stands for a block of [`shared::FEEDBACK_SCALE`] pixels per side and looks at one of them, another
+//! each frame: after a jitter cycle every row and column of the block was visited. What is written into a pixel is
+//! the shader's business (feedback.wgsl), how it comes back that of [`crate::Readback`].
+
+use vastex_core::shared;
+
+use crate::device::uniform;
+use crate::error::GpuError;
+use crate::mirror::ViewParams;
+
+/// The format of a feedback target, for the application's feedback pipeline.
+pub const FEEDBACK_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint;
+/// The format of its depth buffer.
+pub const FEEDBACK_DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+
+/// Which pixel of its block a target pixel looks at, frame after frame: a lattice in which each row and each column
+/// has two, ordered so that those of a few frames lie far apart.
+const JITTER: [[u32; 2]; shared::JITTER_CYCLE as usize] = [
+    [4, 4],
+    [0, 0],
+    [4, 0],
+    [0, 4],
+    [5, 3],
+    [1, 7],
+    [5, 7],
+    [1, 3],
+    [6, 2],
+    [2, 6],
+    [6, 6],
+    [2, 2],
+    [7, 1],
+    [3, 5],
+    [7, 5],
+    [3, 1],
+];
+
+/// How many pixels of the picture a pixel of the target stands for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum FeedbackScale {
+    /// A block of [`shared::FEEDBACK_SCALE`] pixels per side, of which one is looked at. For every frame.
+    #[default]
+    Reduced,
+    /// One. For statistics of a whole picture.
+    Full,
+}
+
+impl FeedbackScale {
+    const fn block(self) -> u32 {
+        match self {
+            FeedbackScale::Reduced => shared::FEEDBACK_SCALE,
+            FeedbackScale::Full => 1,
+        }
+    }
+}
+
+/// How a picture is put onto a feedback target in one frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FeedbackView {
+    picture: [u32; 2],
+    scale: FeedbackScale,
+    frame: u64,
+}
+
+impl FeedbackView {
+    /// The view of a picture of so many pixels, in a frame.
+    pub const fn new(picture: [u32; 2], scale: FeedbackScale, frame: u64) -> FeedbackView {
+        FeedbackView { picture, scale, frame }
+    }
+
+    /// Size of the target in pixels: enough to cover the picture.
+    pub fn target_size(&self) -> [u32; 2] {
+        self.picture.map(|side| side.div_ceil(self.scale.block()))
+    }
+
+    /// Which pixel of its block each target pixel looks at in this frame: pixel `(i, j)` of the target at pixel
+    /// `(block * i + x, block * j + y)` of the picture.
+    pub fn jitter(&self) -> [u32; 2] {
+        match self.scale {
+            FeedbackScale::Reduced => JITTER[(self.frame % JITTER.len() as u64) as usize],
+            FeedbackScale::Full => [0, 0],
+        }
+    }
+
+    /// Scale and offset that put the picture onto the target: a vertex at `clip` in the picture is drawn at
+    /// `clip.xy * scale + offset * clip.w`. The centre of each target pixel then lies on the centre of the picture's
+    /// pixel that it looks at. In WGSL `vastex_feedback_clip` does this.
+    pub fn clip_transform(&self) -> ([f32; 2], [f32; 2]) {
+        let (block, size, jitter) = (self.scale.block() as f32, self.target_size(), self.jitter());
+        let axis = |a: usize, direction: f32| {
+            let (pixels, covered) = (self.picture[a] as f32, block * size[a] as f32);
+            let first = (pixels + block - 1.0 - 2.0 * jitter[a] as f32) / covered - 1.0;
+            (pixels / covered, direction * first)
+        };
+        let ((scale_x, offset_x), (scale_y, offset_y)) = (axis(0, 1.0), axis(1, -1.0));
+        ([scale_x, scale_y], [offset_x, offset_y])
+    }
+
+    /// Columns and rows of the target that look at pixels inside the picture in this frame; the rest is cut.
+    pub fn covered(&self) -> [u32; 2] {
+        let (block, jitter) = (self.scale.block(), self.jitter());
+        [0, 1].map(|a| self.picture[a].saturating_sub(jitter[a]).div_ceil(block))
+    }
+
+    fn params(&self) -> ViewParams {
+        let (clip_scale, clip_offset) = self.clip_transform();
+        let level_offset = -(self.scale.block().ilog2() as f32);
+        ViewParams { clip_scale, clip_offset, level_offset, unused: [0; 3] }
+    }
+}
+
+/// What shaders know of the view; one for each [`FeedbackTarget`] that is drawn in the same submission. It outlives
+/// targets, so that a resize leaves bind groups as they are.
+#[derive(Debug)]
+pub struct ViewBuffer {
+    buffer: wgpu::Buffer,
+}
+
+impl ViewBuffer {
+    /// A view that is no feedback: the picture where it is, levels unchanged.
+    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> ViewBuffer {
+        let params =
+            ViewParams { clip_scale: [1.0; 2], clip_offset: [0.0; 2], level_offset: 0.0, unused: [0; 3] };
+        ViewBuffer { buffer: uniform(device, queue, "vastex view", &params) }
+    }
+
+    pub(crate) fn set(&self, queue: &wgpu::Queue, view: &FeedbackView) {
+        queue.write_buffer(&self.buffer, 0, bytemuck::bytes_of(&view.params()));
+    }
+
+    pub(crate) fn buffer(&self) -> &wgpu::Buffer {
+        &self.buffer
+    }
+}
+
+/// The texture into which a view says which pages it wants, and its depth buffer.
+///
+/// 20 bytes for each pixel: at the reduced scale a third of a byte for each pixel of the picture.
+#[derive(Debug)]
+pub struct FeedbackTarget {
+    picture: [u32; 2],
+    scale: FeedbackScale,
+    size: [u32; 2],
+    raw: wgpu::Texture,
+    raw_view: wgpu::TextureView,
+    depth_view: wgpu::TextureView,
+}
+
+impl FeedbackTarget {
+    /// A target for pictures of so many pixels.
+    pub fn new(
+        device: &wgpu::Device,
+        picture: [u32; 2],
+        scale: FeedbackScale,
+    ) -> Result<FeedbackTarget, GpuError> {
+        let size = FeedbackView::new(picture, scale, 0).target_size();
+        let [width, height] = size;
+        let max = device.limits().max_texture_dimension_2d;
+        if size.iter().any(|&side| side == 0 || side > max) {
+            return Err(GpuError::TargetSize { width, height, max });
+        }
+        let texture = |format, usage| {
+            device.create_texture(&wgpu::TextureDescriptor {
+                label: Some("vastex feedback"),
+                size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format,
+                usage: wgpu::TextureUsages::RENDER_ATTACHMENT | usage,
+                view_formats: &[],
+            })
+        };
+        let readable = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_SRC;
+        let raw = texture(FEEDBACK_FORMAT, readable);
+        let depth = texture(FEEDBACK_DEPTH_FORMAT, wgpu::TextureUsages::empty());
+        let whole = wgpu::TextureViewDescriptor::default();
+        let (raw_view, depth_view) = (raw.create_view(&whole), depth.create_view(&whole));
+        Ok(FeedbackTarget { picture, scale, size, raw, raw_view, depth_view })
+    }
+
+    /// Begins the feedback pass of a frame: clears the target and its depth buffer, points `view` at it, and cuts
+    /// what lies beyond the picture. The caller draws with a pipeline of [`FEEDBACK_FORMAT`] without blending and
+    /// [`FEEDBACK_DEPTH_FORMAT`], and leaves viewport and scissor as they are.
+    pub fn begin<'encoder>(
+        &self,
+        queue: &wgpu::Queue,
+        encoder: &'encoder mut wgpu::CommandEncoder,
+        view: &ViewBuffer,
+        frame: u64,
+        clear_depth: f32,
+    ) -> wgpu::RenderPass<'encoder> {
+        let frame_view = FeedbackView::new(self.picture, self.scale, frame);
+        view.set(queue, &frame_view);
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("vastex feedback"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &self.raw_view,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+                    store: wgpu::StoreOp::Store,
+                },
+            })],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &self.depth_view,
+                depth_ops: Some(wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(clear_depth),
+                    store: wgpu::StoreOp::Discard,
+                }),
+                stencil_ops: None,
+            }),
+            timestamp_writes: None,
+            occlusion_query_set: None,
+            multiview_mask: None,
+        });
+        let [columns, rows] = frame_view.covered();
+        pass.set_scissor_rect(0, 0, columns, rows);
+        pass
+    }
+
+    /// Size in pixels.
+    pub fn size(&self) -> [u32; 2] {
+        self.size
+    }
+
+    /// Size of the picture that it is for, in pixels.
+    pub fn picture(&self) -> [u32; 2] {
+        self.picture
+    }
+
+    pub(crate) fn raw(&self) -> &wgpu::Texture {
+        &self.raw
+    }
+
+    pub(crate) fn raw_view(&self) -> &wgpu::TextureView {
+        &self.raw_view
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_jitter_visits_every_row_and_every_column() {
+        for axis in 0..2 {
+            let mut visits = [0; shared::FEEDBACK_SCALE as usize];
+            for position in JITTER {
+                visits[position[axis] as usize] += 1;
+            }
+            assert_eq!(visits, [2; shared::FEEDBACK_SCALE as usize]);
+        }
+        let distinct: std::collections::BTreeSet<_> = JITTER.into_iter().collect();
+        assert_eq!(distinct.len(), JITTER.len());
+    }
+
+    #[test]
+    fn a_target_pixel_looks_at_the_centre_of_one_pixel_of_the_picture() {
+        for picture in [[1280, 720], [13, 7], [1, 1], [8, 9]] {
+            for frame in 0..u64::from(shared::JITTER_CYCLE) {
+                let view = FeedbackView::new(picture, FeedbackScale::Reduced, frame);
+                let (scale, offset) = view.clip_transform();
+                let (size, jitter) = (view.target_size(), view.jitter());
+                for (axis, up) in [(0, 1.0), (1, -1.0)] {
+                    for i in 0..size[axis] {
+                        let seen = 8 * i + jitter[axis];
+                        let ndc = up * (2.0 * (seen as f32 + 0.5) / picture[axis] as f32 - 1.0);
+                        let in_target = up * (ndc * scale[axis] + offset[axis]);
+                        let pixel = (in_target + 1.0) / 2.0 * size[axis] as f32;
+                        assert!(
+                            (pixel - (i as f32 + 0.5)).abs() < 1e-3,
+                            "{picture:?} {frame} {axis} {i}: {pixel}"
+                        );
+                        assert_eq!(i < view.covered()[axis], seen < picture[axis]);
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_full_scale_leaves_the_picture_where_it_is() {
+        let view = FeedbackView::new([13, 7], FeedbackScale::Full, 5);
+        assert_eq!(view.clip_transform(), ([1.0; 2], [0.0, -0.0]));
+        assert_eq!((view.target_size(), view.covered()), ([13, 7], [13, 7]));
+        assert_eq!(view.params().level_offset, 0.0);
+    }
+}

@@ -1,0 +1,231 @@
+//! The structs that Rust writes and WGSL reads, laid out alike.
+//!
+//! A test parses the shaders and compares every size and offset with these. What the fields mean stands with the WGSL
+//! structs of the same names, in params.wgsl and table.wgsl.
+
+use bytemuck::{Pod, Zeroable};
+use vastex_core::{AddressMode, Geometry, PoolLayout, Slot, TableLayout, TextureId, shared};
+
+/// `VASTEX_ADDRESS_*`: how an address mode is written.
+pub(crate) const fn address_code(mode: AddressMode) -> u32 {
+    match mode {
+        AddressMode::Clamp => 0,
+        AddressMode::Wrap => 1,
+        AddressMode::Mirror => 2,
+    }
+}
+
+/// `VastexLevel`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+pub(crate) struct LevelParams {
+    pub(crate) scale: [u32; 3],
+    pub(crate) first_entry: u32,
+    pub(crate) pages: [u32; 3],
+    pub(crate) unused_0: u32,
+    pub(crate) tail_offset: [u32; 3],
+    pub(crate) unused_1: u32,
+}
+
+/// `VastexTexture`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct TextureParams {
+    pub(crate) size: [u32; 3],
+    pub(crate) level_count: u32,
+    pub(crate) page: [u32; 3],
+    pub(crate) tail_level: u32,
+    pub(crate) border: [u32; 3],
+    pub(crate) tail_slot: u32,
+    pub(crate) address: [u32; 3],
+    pub(crate) number: u32,
+    pub(crate) bias: f32,
+    pub(crate) unused: [u32; 3],
+    pub(crate) levels: [LevelParams; shared::MAX_LEVELS as usize],
+}
+
+impl TextureParams {
+    pub(crate) fn new(geometry: &Geometry, texture: TextureId, tail_slot: Slot, bias: f32) -> TextureParams {
+        let (table, tail) = (TableLayout::new(geometry), geometry.tail());
+        let mut levels = [LevelParams::default(); shared::MAX_LEVELS as usize];
+        for (index, (params, level)) in levels.iter_mut().zip(geometry.levels()).enumerate() {
+            let index = index as u8;
+            params.scale = level.scale.map(|scale| u32::try_from(scale).unwrap_or(u32::MAX));
+            params.pages = level.pages;
+            if index < tail.first_level() {
+                // A table that fits a GPU buffer has fewer than 2^32 entries.
+                params.first_entry = table.first_entry(index) as u32;
+            } else {
+                params.tail_offset = tail.offset(index);
+            }
+        }
+        TextureParams {
+            size: geometry.size(),
+            level_count: geometry.levels().len() as u32,
+            page: geometry.page(),
+            tail_level: u32::from(tail.first_level()),
+            border: geometry.border(),
+            tail_slot: tail_slot.index(),
+            address: geometry.address().map(address_code),
+            number: u32::from(texture.number()),
+            bias,
+            unused: [0; 3],
+            levels,
+        }
+    }
+}
+
+/// `VastexPool`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct PoolParams {
+    pub(crate) tile: [u32; 2],
+    pub(crate) columns: u32,
+    pub(crate) slots_per_image: u32,
+    pub(crate) texel: [f32; 2],
+    pub(crate) bias: f32,
+    pub(crate) unused_0: u32,
+}
+
+impl PoolParams {
+    /// `bias` is in eighths of a level.
+    pub(crate) fn new(layout: &PoolLayout, bias: u16) -> PoolParams {
+        PoolParams {
+            tile: layout.tile,
+            columns: layout.columns,
+            slots_per_image: layout.columns * layout.rows,
+            texel: layout.image_size().map(|side| 1.0 / side as f32),
+            bias: f32::from(bias) / shared::STEPS_PER_LEVEL as f32,
+            unused_0: 0,
+        }
+    }
+}
+
+/// `VastexView`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub(crate) struct ViewParams {
+    pub(crate) clip_scale: [f32; 2],
+    pub(crate) clip_offset: [f32; 2],
+    pub(crate) level_offset: f32,
+    pub(crate) unused: [u32; 3],
+}
+
+/// `VastexChange`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct Change {
+    pub(crate) x: u32,
+    pub(crate) y: u32,
+    pub(crate) z: u32,
+    pub(crate) old: u32,
+    pub(crate) entry: u32,
+    pub(crate) first_chunk: u32,
+}
+
+/// The head of `VastexChanges`, before the changes themselves.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct ChangesHead {
+    pub(crate) evictions: u32,
+    pub(crate) loads: u32,
+    pub(crate) eviction_chunks: u32,
+    pub(crate) load_chunks: u32,
+}
+
+/// `VastexWanted`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct Wanted {
+    pub(crate) page_low: u32,
+    pub(crate) page_high: u32,
+    pub(crate) pixels_and_eighth: u32,
+}
+
+/// The head of `VastexList`, before the wanted pages.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+pub(crate) struct ListHead {
+    pub(crate) pages: u32,
+    pub(crate) degenerate: u32,
+    pub(crate) unused: [u32; 2],
+}
+
+/// Bytes of a `VastexHashSlot`, which only the GPU writes.
+pub(crate) const HASH_SLOT_BYTES: u64 = 12;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shader;
+    use crate::shader::tests::module;
+    use std::mem::offset_of;
+
+    /// Compares one WGSL struct with its mirror: the size of the whole (or, for a head, where the rest begins) and
+    /// the offset of each member, in order.
+    fn check(text: &str, name: &str, size: usize, offsets: &[(&str, usize)]) {
+        let module = module(text);
+        let mut types = module.types.iter().filter(|(_, ty)| ty.name.as_deref() == Some(name));
+        let Some((_, naga::Type { inner: naga::TypeInner::Struct { members, span }, .. })) = types.next()
+        else {
+            panic!("{name} is no struct of the shader");
+        };
+        for (member, (field, offset)) in members.iter().zip(offsets) {
+            let member_name = member.name.as_deref().unwrap();
+            assert!(member_name.starts_with(field), "{name}: {member_name} stands where Rust has {field}");
+            assert_eq!(member.offset as usize, *offset, "{name}.{field}");
+        }
+        match members.get(offsets.len()) {
+            None => assert_eq!(*span as usize, size, "size of {name}"),
+            Some(rest) if rest.name.as_deref().unwrap().starts_with("unused") => {
+                assert_eq!(*span as usize, size, "size of {name}");
+            }
+            Some(rest) => assert_eq!(rest.offset as usize, size, "head of {name}"),
+        }
+    }
+
+    macro_rules! offsets {
+        ($mirror:ty: $($field:ident),+) => { &[$((stringify!($field), offset_of!($mirror, $field))),+] };
+    }
+
+    #[test]
+    fn textures_are_laid_out_alike() {
+        let text = shader::wgsl(&Default::default());
+        let level = offsets!(LevelParams: scale, first_entry, pages, unused_0, tail_offset, unused_1);
+        check(&text, "VastexLevel", size_of::<LevelParams>(), level);
+        let pool = offsets!(PoolParams: tile, columns, slots_per_image, texel, bias, unused_0);
+        check(&text, "VastexPool", size_of::<PoolParams>(), pool);
+        let view = offsets!(ViewParams: clip_scale, clip_offset, level_offset, unused);
+        check(&text, "VastexView", size_of::<ViewParams>(), view);
+        let texture = offsets!(TextureParams: size, level_count, page, tail_level, border, tail_slot, address, number, bias);
+        let levels = offset_of!(TextureParams, levels);
+        let unused = [0, 4, 8].map(|word| ("unused", offset_of!(TextureParams, unused) + word));
+        let whole = [texture.as_slice(), &unused, &[("levels", levels)]].concat();
+        check(&text, "VastexTexture", size_of::<TextureParams>(), &whole);
+    }
+
+    #[test]
+    fn changes_are_laid_out_alike() {
+        let text = shader::table_wgsl();
+        let change = offsets!(Change: x, y, z, old, entry, first_chunk);
+        check(&text, "VastexChange", size_of::<Change>(), change);
+        let head = offsets!(ChangesHead: evictions, loads, eviction_chunks, load_chunks);
+        check(&text, "VastexChanges", size_of::<ChangesHead>(), head);
+    }
+
+    #[test]
+    fn lists_are_laid_out_alike() {
+        let text = shader::compact_wgsl();
+        let wanted = offsets!(Wanted: page_low, page_high, pixels_and_eighth);
+        check(&text, "VastexWanted", size_of::<Wanted>(), wanted);
+        let unused = [("unused", offset_of!(ListHead, unused)), ("unused", offset_of!(ListHead, unused) + 4)];
+        let head: &[(&str, usize)] = offsets!(ListHead: pages, degenerate);
+        check(&text, "VastexList", size_of::<ListHead>(), &[head, &unused].concat());
+        check(
+            &text,
+            "VastexHashSlot",
+            HASH_SLOT_BYTES as usize,
+            &[("owner", 0), ("pixels", 4), ("sharpness", 8)],
+        );
+    }
+}

@@ -1,0 +1,352 @@
+//! The way of feedback back to the CPU: a ring of lists that never makes a frame wait.
+//!
+//! Of a frame's list as many entries are copied as the last known count suggests; what is left over is copied with
+//! the next frame. In real time [`Readback::poll`] takes what has arrived; in lock-step [`Readback::wait`] blocks
+//! until one frame's feedback is whole, so that a run is the same each time.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU8, Ordering};
+
+use vastex_core::{Feedback, PageId, WantedPage, shared};
+
+use crate::compact::{Compactor, HEAD_BYTES, List, WANTED_BYTES};
+use crate::error::GpuError;
+use crate::feedback::FeedbackTarget;
+use crate::mirror::{ListHead, Wanted};
+
+/// Frames whose feedback can be under way at once.
+const RING: usize = 4;
+
+/// Compacts the feedback of one target, frame after frame, and brings it back.
+#[derive(Debug)]
+pub struct Readback {
+    compactor: Compactor,
+    ring: Vec<Place>,
+    last_count: u32,
+    bytes_read: u64,
+}
+
+/// One place of the ring.
+#[derive(Debug)]
+struct Place {
+    list: List,
+    mapped: wgpu::Buffer,
+    state: State,
+}
+
+/// How far the feedback of a place is.
+#[derive(Debug)]
+enum State {
+    Free,
+    /// A copy of `entries` list entries (and the head, in the first copy) is on its way.
+    Copying {
+        gathered: Gathered,
+        entries: u32,
+        mapping: Mapping,
+    },
+    /// What the last copy left over has still to be copied.
+    LeftOver(Gathered),
+    Complete(Feedback),
+}
+
+/// What is known of a frame's feedback.
+#[derive(Debug)]
+struct Gathered {
+    frame: u64,
+    head: Option<ListHead>,
+    pages: Vec<WantedPage>,
+    entries: u32,
+}
+
+impl Readback {
+    /// A ring for one target; a new target needs a new ring, and what was under way in the old one is given up.
+    pub fn new(device: &wgpu::Device, target: &FeedbackTarget) -> Readback {
+        let compactor = Compactor::new(device, target);
+        let place = |_| Place {
+            list: compactor.list(device),
+            mapped: read_buffer(device, compactor.list_bytes()),
+            state: State::Free,
+        };
+        let ring = (0..RING).map(place).collect();
+        Readback { compactor, ring, last_count: 0, bytes_read: 0 }
+    }
+
+    /// Records the compaction of the target and the copy of what it gives. `frame` grows from call to call.
+    ///
+    /// Returns whether there was room: where the GPU is several frames behind, a frame's feedback is left out rather
+    /// than waited for. The commands must be submitted before the next call of any function of this ring.
+    pub fn record(&mut self, encoder: &mut wgpu::CommandEncoder, frame: u64) -> bool {
+        for place in &mut self.ring {
+            place.copy_left_over(encoder);
+        }
+        let suggested = self.last_count.saturating_add(self.last_count / 4).saturating_add(64);
+        let entries = suggested.min(self.compactor.capacity());
+        let Some(place) = self.ring.iter_mut().find(|place| matches!(place.state, State::Free)) else {
+            tracing::debug!(frame, "no room for feedback; the GPU is behind");
+            return false;
+        };
+        self.compactor.record(encoder, &place.list);
+        let gathered = Gathered { frame, head: None, pages: Vec::new(), entries: 0 };
+        place.copy(encoder, gathered, 0, HEAD_BYTES, entries);
+        true
+    }
+
+    /// The feedback of the oldest frame under way, if it has arrived whole. Never waits; to be called until it
+    /// gives nothing.
+    pub fn poll(&mut self, device: &wgpu::Device) -> Result<Option<Feedback>, GpuError> {
+        poll_device(device, wgpu::PollType::Poll)?;
+        self.advance()?;
+        let oldest =
+            self.ring.iter_mut().filter(|place| place.frame().is_some()).min_by_key(|place| place.frame());
+        Ok(oldest.and_then(Place::take))
+    }
+
+    /// The feedback of one frame, recorded and submitted before. Blocks until it has arrived whole; left-over
+    /// entries are fetched by a submission of their own. Not for browsers, where nothing can be waited for.
+    pub fn wait(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        frame: u64,
+    ) -> Result<Feedback, GpuError> {
+        let missing = GpuError::NoFeedback { frame };
+        let Some(index) = self.ring.iter().position(|place| place.frame() == Some(frame)) else {
+            return Err(missing);
+        };
+        loop {
+            poll_device(device, wgpu::PollType::wait_indefinitely())?;
+            self.advance()?;
+            let place = &mut self.ring[index];
+            if let Some(feedback) = place.take() {
+                return Ok(feedback);
+            }
+            if matches!(place.state, State::Copying { .. }) {
+                return Err(missing);
+            }
+            let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            place.copy_left_over(&mut encoder);
+            queue.submit([encoder.finish()]);
+        }
+    }
+
+    /// Bytes brought back since the ring was made.
+    pub fn bytes_read(&self) -> u64 {
+        self.bytes_read
+    }
+
+    /// Takes in every copy that has arrived.
+    fn advance(&mut self) -> Result<(), GpuError> {
+        for place in &mut self.ring {
+            if let Some(arrived) = place.advance()? {
+                self.bytes_read += arrived.bytes;
+                self.last_count = arrived.count;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What one copy brought.
+struct Arrived {
+    bytes: u64,
+    count: u32,
+}
+
+impl Place {
+    fn frame(&self) -> Option<u64> {
+        match &self.state {
+            State::Free => None,
+            State::Copying { gathered, .. } | State::LeftOver(gathered) => Some(gathered.frame),
+            State::Complete(feedback) => Some(feedback.frame),
+        }
+    }
+
+    /// Records a copy of `head` bytes and `entries` entries from byte `from` of the list on.
+    fn copy(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        gathered: Gathered,
+        from: u64,
+        head: u64,
+        entries: u32,
+    ) {
+        let size = head + u64::from(entries) * WANTED_BYTES;
+        encoder.copy_buffer_to_buffer(&self.list.buffer, from, &self.mapped, 0, size);
+        let mapping = Mapping::on_submit(encoder, &self.mapped, size);
+        self.state = State::Copying { gathered, entries, mapping };
+    }
+
+    fn copy_left_over(&mut self, encoder: &mut wgpu::CommandEncoder) {
+        self.state = match std::mem::replace(&mut self.state, State::Free) {
+            State::LeftOver(gathered) => {
+                let rest = gathered.count() - gathered.entries;
+                let from = HEAD_BYTES + u64::from(gathered.entries) * WANTED_BYTES;
+                return self.copy(encoder, gathered, from, 0, rest);
+            }
+            other => other,
+        };
+    }
+
+    fn take(&mut self) -> Option<Feedback> {
+        match std::mem::replace(&mut self.state, State::Free) {
+            State::Complete(feedback) => Some(feedback),
+            other => {
+                self.state = other;
+                None
+            }
+        }
+    }
+
+    /// Takes in the copy under way, if it has arrived.
+    fn advance(&mut self) -> Result<Option<Arrived>, GpuError> {
+        let State::Copying { mapping, .. } = &self.state else { return Ok(None) };
+        if !mapping.arrived()? {
+            return Ok(None);
+        }
+        let State::Copying { mut gathered, entries, mapping } =
+            std::mem::replace(&mut self.state, State::Free)
+        else {
+            return Ok(None);
+        };
+        mapping.read(&self.mapped, |bytes| gathered.add(bytes, entries))?;
+        let arrived = Arrived { bytes: mapping.size, count: gathered.count() };
+        let whole = gathered.entries == gathered.count();
+        self.state =
+            if whole { State::Complete(gathered.into_feedback()) } else { State::LeftOver(gathered) };
+        Ok(Some(arrived))
+    }
+}
+
+impl Gathered {
+    fn count(&self) -> u32 {
+        self.head.map_or(0, |head| head.pages)
+    }
+
+    /// Adds a copy: the head if it is the first, and up to `entries` entries.
+    fn add(&mut self, mut bytes: &[u8], entries: u32) {
+        if self.head.is_none() {
+            let (head, rest) = bytes.split_at(HEAD_BYTES as usize);
+            self.head = Some(bytemuck::pod_read_unaligned(head));
+            bytes = rest;
+        }
+        let fresh = entries.min(self.count() - self.entries);
+        self.entries += fresh;
+        let wanted = bytes.chunks_exact(WANTED_BYTES as usize).take(fresh as usize);
+        self.pages.extend(wanted.filter_map(|bytes| page_from_wanted(bytemuck::pod_read_unaligned(bytes))));
+    }
+
+    fn into_feedback(mut self) -> Feedback {
+        self.pages.sort_unstable();
+        let degenerate = self.head.map_or(0, |head| head.degenerate);
+        Feedback { frame: self.frame, pages: self.pages, degenerate }
+    }
+}
+
+/// An entry of the list, or nothing where a shader wrote what is no page.
+fn page_from_wanted(wanted: Wanted) -> Option<WantedPage> {
+    let page = PageId::from_bits(u64::from(wanted.page_high) << 32 | u64::from(wanted.page_low))?;
+    let eighth = (wanted.pixels_and_eighth & (shared::STEPS_PER_LEVEL - 1)) as u8;
+    Some(WantedPage { page, pixels: wanted.pixels_and_eighth >> shared::STEP_BITS, eighth })
+}
+
+/// The pixels of a feedback target, row by row.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RawFeedback {
+    /// Size in pixels.
+    pub size: [u32; 2],
+    /// Each pixel as `vastex_feedback` wrote it: page id low, page id high, eighth, flag.
+    pub pixels: Vec<[u32; 4]>,
+}
+
+impl RawFeedback {
+    /// Reads a target after its pass was submitted. Blocks; for statistics and tests, at 16 bytes a pixel.
+    pub fn read(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        target: &FeedbackTarget,
+    ) -> Result<RawFeedback, GpuError> {
+        let [width, height] = target.size();
+        let row = (width * 16).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+        let size = u64::from(row) * u64::from(height);
+        let buffer = read_buffer(device, size);
+        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        encoder.copy_texture_to_buffer(
+            target.raw().as_image_copy(),
+            wgpu::TexelCopyBufferInfo {
+                buffer: &buffer,
+                layout: wgpu::TexelCopyBufferLayout {
+                    offset: 0,
+                    bytes_per_row: Some(row),
+                    rows_per_image: None,
+                },
+            },
+            wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        );
+        let mapping = Mapping::on_submit(&encoder, &buffer, size);
+        queue.submit([encoder.finish()]);
+        poll_device(device, wgpu::PollType::wait_indefinitely())?;
+        if !mapping.arrived()? {
+            return Err(GpuError::DeviceLost);
+        }
+        let pixels = mapping.read(&buffer, |bytes| {
+            let rows = bytes.chunks_exact(row as usize);
+            rows.flat_map(|row| row[..width as usize * 16].chunks_exact(16))
+                .map(bytemuck::pod_read_unaligned)
+                .collect()
+        })?;
+        Ok(RawFeedback { size: [width, height], pixels })
+    }
+}
+
+/// A buffer on its way to being readable.
+#[derive(Debug)]
+struct Mapping {
+    answer: Arc<AtomicU8>,
+    size: u64,
+}
+
+impl Mapping {
+    const MAPPED: u8 = 1;
+    const FAILED: u8 = 2;
+
+    /// Maps the first `size` bytes once the encoder's commands are submitted and done.
+    fn on_submit(encoder: &wgpu::CommandEncoder, buffer: &wgpu::Buffer, size: u64) -> Mapping {
+        let answer = Arc::new(AtomicU8::new(0));
+        let told = Arc::clone(&answer);
+        encoder.map_buffer_on_submit(buffer, wgpu::MapMode::Read, 0..size, move |result| {
+            told.store(if result.is_ok() { Self::MAPPED } else { Self::FAILED }, Ordering::Release);
+        });
+        Mapping { answer, size }
+    }
+
+    /// Whether the bytes are there. A buffer used as here fails to be mapped only when its device is lost.
+    fn arrived(&self) -> Result<bool, GpuError> {
+        match self.answer.load(Ordering::Acquire) {
+            Self::MAPPED => Ok(true),
+            Self::FAILED => Err(GpuError::DeviceLost),
+            _ => Ok(false),
+        }
+    }
+
+    /// Reads the bytes and gives the buffer back.
+    fn read<T>(&self, buffer: &wgpu::Buffer, read: impl FnOnce(&[u8]) -> T) -> Result<T, GpuError> {
+        let view = buffer.get_mapped_range(0..self.size).map_err(|_| GpuError::DeviceLost)?;
+        let value = read(&view);
+        drop(view);
+        buffer.unmap();
+        Ok(value)
+    }
+}
+
+fn read_buffer(device: &wgpu::Device, size: u64) -> wgpu::Buffer {
+    device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("vastex readback"),
+        size,
+        usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    })
+}
+
+fn poll_device(device: &wgpu::Device, poll: wgpu::PollType) -> Result<(), GpuError> {
+    device.poll(poll).map(|_| ()).map_err(|_| GpuError::DeviceLost)
+}

@@ -1,0 +1,185 @@
+//! Shader text: plain WGSL modules joined by explicit lists, behind constants generated from Rust.
+//!
+//! There is no preprocessor. What varies is a constant (the filter, the bind group) or which of two small modules
+//! with the same functions is in the list (how the atlas is read).
+
+use std::fmt::Write as _;
+
+use vastex_core::{AddressMode, shared};
+
+use crate::bind;
+use crate::mirror::address_code;
+
+const PARAMS: &str = include_str!("wgsl/params.wgsl");
+const BINDINGS: &str = include_str!("wgsl/bindings.wgsl");
+const LEVEL: &str = include_str!("wgsl/level.wgsl");
+const LOOKUP: &str = include_str!("wgsl/lookup.wgsl");
+const ATLAS_FLOAT: &str = include_str!("wgsl/atlas_float.wgsl");
+const ATLAS_UINT16: &str = include_str!("wgsl/atlas_uint16.wgsl");
+const SAMPLE: &str = include_str!("wgsl/sample.wgsl");
+const FEEDBACK: &str = include_str!("wgsl/feedback.wgsl");
+const TABLE: &str = include_str!("wgsl/table.wgsl");
+const COMPACT: &str = include_str!("wgsl/compact.wgsl");
+
+/// How texels are blended.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Filter {
+    /// The nearest texel of the level `floor(level)`.
+    Nearest,
+    /// Four texels of the level `floor(level)`.
+    Bilinear,
+    /// Four texels of each of the two levels around the wanted one.
+    #[default]
+    Trilinear,
+}
+
+impl Filter {
+    /// Every filter.
+    pub const ALL: [Filter; 3] = [Filter::Nearest, Filter::Bilinear, Filter::Trilinear];
+
+    const fn code(self) -> u32 {
+        match self {
+            Filter::Nearest => 0,
+            Filter::Bilinear => 1,
+            Filter::Trilinear => 2,
+        }
+    }
+}
+
+/// How a shader reads the atlas, which follows from the pool's format: [`crate::Pool::atlas`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Atlas {
+    /// The device's own filter.
+    #[default]
+    Float,
+    /// 16-bit whole numbers, filtered in the shader.
+    Uint16,
+}
+
+impl Atlas {
+    /// Every way.
+    pub const ALL: [Atlas; 2] = [Atlas::Float, Atlas::Uint16];
+}
+
+/// What an application's shader text is made for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct ShaderOptions {
+    /// Index of the bind group made from a [`crate::BindLayout`] in the application's pipeline layout.
+    pub group: u32,
+    /// How texels are blended.
+    pub filter: Filter,
+    /// How the atlas is read.
+    pub atlas: Atlas,
+}
+
+/// The WGSL that an application puts before its own shader.
+///
+/// All names begin with `vastex_`, `Vastex` or `VASTEX_`. To be called, by stage and by what is known there:
+///
+/// | function | stages | gives |
+/// |---|---|---|
+/// | `vastex_sample(uv)` | fragment, uniform control flow | the texture, `vec4<f32>` |
+/// | `vastex_sample_grad(uv, ddx, ddy)` | all | the same, from gradients of uv |
+/// | `vastex_sample_level(uv, level)` | all | the same, at an explicit level |
+/// | `vastex_feedback(uv)` | fragment, uniform control flow | a feedback pixel, `vec4<u32>` |
+/// | `vastex_feedback_grad(uv, ddx, ddy)` | all | the same, from gradients of uv |
+/// | `vastex_feedback_level(uv, level)` | all | the same, for an explicit level |
+/// | `vastex_feedback_clip(clip)` | vertex, feedback pass only | the clip position in the feedback target |
+///
+/// `uv` is 0 to 1 over the texture, beyond that by its address modes; x to the right, y downward.
+pub fn wgsl(options: &ShaderOptions) -> String {
+    let atlas = match options.atlas {
+        Atlas::Float => ATLAS_FLOAT,
+        Atlas::Uint16 => ATLAS_UINT16,
+    };
+    let mut text = constants();
+    push_constant(&mut text, "GROUP", options.group);
+    push_constant(&mut text, "FILTER", options.filter.code());
+    join(text, &[PARAMS, BINDINGS, LEVEL, LOOKUP, atlas, SAMPLE, FEEDBACK])
+}
+
+/// The shader that changes page tables.
+pub(crate) fn table_wgsl() -> String {
+    join(constants(), &[PARAMS, TABLE])
+}
+
+/// The shader that compacts feedback targets.
+pub(crate) fn compact_wgsl() -> String {
+    join(constants(), &[COMPACT])
+}
+
+fn constants() -> String {
+    let mut text = String::new();
+    for &(name, value) in shared::WGSL.iter().chain(bind::BINDINGS) {
+        push_constant(&mut text, name, value);
+    }
+    push_constant(&mut text, "NONE", u32::MAX);
+    for (name, mode) in [("WRAP", AddressMode::Wrap), ("MIRROR", AddressMode::Mirror)] {
+        push_constant(&mut text, &format!("ADDRESS_{name}"), address_code(mode));
+    }
+    for (name, filter) in [("NEAREST", Filter::Nearest), ("BILINEAR", Filter::Bilinear)] {
+        push_constant(&mut text, &format!("FILTER_{name}"), filter.code());
+    }
+    text
+}
+
+fn push_constant(text: &mut String, name: &str, value: u32) {
+    // Writing to a String cannot fail.
+    let _ = writeln!(text, "const VASTEX_{name}: u32 = {value}u;");
+}
+
+fn join(mut text: String, modules: &[&str]) -> String {
+    for module in modules {
+        text.push('\n');
+        text.push_str(module);
+    }
+    text
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// Parses and validates a shader as a device with WebGPU's capabilities would.
+    pub(crate) fn module(text: &str) -> naga::Module {
+        let module =
+            naga::front::wgsl::parse_str(text).unwrap_or_else(|e| panic!("{}", e.emit_to_string(text)));
+        let flags = naga::valid::ValidationFlags::all();
+        let mut validator = naga::valid::Validator::new(flags, naga::valid::Capabilities::empty());
+        validator.validate(&module).unwrap_or_else(|e| panic!("{}", e.emit_to_string(text)));
+        module
+    }
+
+    /// An application that calls the whole public surface.
+    const APPLICATION: &str = "
+        @vertex fn vertex(@location(0) at: vec4<f32>) -> @builtin(position) vec4<f32> {
+            return vastex_feedback_clip(at) + vastex_sample_level(at.xy, 1.0);
+        }
+        @fragment fn main_pass(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
+            return vastex_sample(at.xy) + vastex_sample_grad(at.xy, at.yx, at.zw);
+        }
+        @fragment fn feedback_pass(@builtin(position) at: vec4<f32>) -> @location(0) vec4<u32> {
+            return vastex_feedback(at.xy) + vastex_feedback_grad(at.xy, at.yx, at.zw)
+                + vastex_feedback_level(at.xy, 1.0);
+        }";
+
+    #[test]
+    fn every_variant_of_the_text_for_applications_is_valid() {
+        for filter in Filter::ALL {
+            for atlas in Atlas::ALL {
+                for group in [0, 3] {
+                    let module = module(&(wgsl(&ShaderOptions { group, filter, atlas }) + APPLICATION));
+                    let groups: Vec<_> =
+                        module.global_variables.iter().filter_map(|(_, v)| Some(v.binding?.group)).collect();
+                    assert_eq!(groups, [group; 6]);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn every_shader_of_our_own_is_valid() {
+        assert_eq!(module(&table_wgsl()).entry_points.len(), 2);
+        assert_eq!(module(&compact_wgsl()).entry_points.len(), 2);
+    }
+}

@@ -1,0 +1,191 @@
+//! Page tables in GPU memory, and the changes that keep them equal to the CPU's image of them.
+//!
+//! A frame's changes are carried out by two dispatches: every eviction, then every load. Which entries a change
+//! touches, and why the order within either half is of no matter, is told in `vastex-core` at [`TableChange`].
+
+use vastex_core::{
+    ChangeRule, Geometry, PagePos, Slot, TableChange, TableEntry, TableLayout, TextureId, shared,
+};
+
+use crate::bind::buffer;
+use crate::device::{compute_pipelines, dispatch_size, storage, uniform};
+use crate::error::GpuError;
+use crate::mirror::{Change, ChangesHead, TextureParams};
+use crate::shader;
+
+/// The page table and the parameters of one texture.
+#[derive(Debug)]
+pub struct TableBuffers {
+    geometry: Geometry,
+    params: wgpu::Buffer,
+    entries: wgpu::Buffer,
+    changes: Option<ChangeBuffer>,
+}
+
+/// Where changes are sent to, and the bind group that sees them; made anew when it is too small.
+#[derive(Debug)]
+struct ChangeBuffer {
+    buffer: wgpu::Buffer,
+    bind_group: wgpu::BindGroup,
+}
+
+impl TableBuffers {
+    /// A table in which every entry leads to the tail, which lies in `tail_slot`. `bias` is in levels and is added
+    /// to every level that shaders compute from gradients.
+    pub fn new(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        geometry: &Geometry,
+        texture: TextureId,
+        tail_slot: Slot,
+        bias: f32,
+    ) -> Result<TableBuffers, GpuError> {
+        let tail = TableEntry::new(geometry.tail().first_level(), tail_slot).to_bits();
+        // A binding is never empty, so a texture that is all tail has one entry that nobody reads.
+        let count = TableLayout::new(geometry).entries().max(1);
+        let (bytes, max) = (count * 4, device.limits().max_storage_buffer_binding_size);
+        if bytes > max {
+            return Err(GpuError::TableTooLarge { entries: count, bytes, max });
+        }
+        let entries = storage(device, "vastex page table", bytes);
+        queue.write_buffer(&entries, 0, bytemuck::cast_slice(&vec![tail; count as usize]));
+        let params = TextureParams::new(geometry, texture, tail_slot, bias);
+        let params = uniform(device, queue, "vastex texture", &params);
+        Ok(TableBuffers { geometry: geometry.clone(), params, entries, changes: None })
+    }
+
+    /// The entries, one `u32` each ([`TableEntry::to_bits`]) in the order of [`TableLayout`]; can be copied from.
+    pub fn entries(&self) -> &wgpu::Buffer {
+        &self.entries
+    }
+
+    pub(crate) fn params(&self) -> &wgpu::Buffer {
+        &self.params
+    }
+}
+
+/// Carries out changes of page tables; one for all of a device's.
+#[derive(Debug)]
+pub struct TableChanger {
+    layout: wgpu::BindGroupLayout,
+    evict: wgpu::ComputePipeline,
+    load: wgpu::ComputePipeline,
+}
+
+impl TableChanger {
+    /// Compiles the shader.
+    pub fn new(device: &wgpu::Device) -> TableChanger {
+        let bindings = [
+            buffer(wgpu::BufferBindingType::Storage { read_only: false }),
+            buffer(wgpu::BufferBindingType::Storage { read_only: true }),
+            buffer(wgpu::BufferBindingType::Uniform),
+        ];
+        let text = shader::table_wgsl();
+        let (layout, [evict, load]) =
+            compute_pipelines(device, "vastex table changes", text, &bindings, ["evict", "load"]);
+        TableChanger { layout, evict, load }
+    }
+
+    /// Carries out the changes of one texture in one frame, evictions before loads, and returns the bytes sent: 24
+    /// for each change and 16 more. Commands recorded later in the encoder see the new table.
+    ///
+    /// At most once per table and submission: what is sent takes the place of what was sent before.
+    pub fn apply(
+        &self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        encoder: &mut wgpu::CommandEncoder,
+        table: &mut TableBuffers,
+        changes: &[TableChange],
+    ) -> u64 {
+        if changes.is_empty() {
+            return 0;
+        }
+        let batch = Batch::new(&table.geometry, changes);
+        let bytes = batch.bytes();
+        let sent = bytes.len() as u64;
+        let room = match table.changes.take() {
+            Some(room) if room.buffer.size() >= sent => room,
+            _ => self.change_buffer(device, table, sent.next_power_of_two()),
+        };
+        queue.write_buffer(&room.buffer, 0, &bytes);
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some("vastex table changes"),
+            timestamp_writes: None,
+        });
+        pass.set_bind_group(0, &room.bind_group, &[]);
+        for (pipeline, chunks) in
+            [(&self.evict, batch.head.eviction_chunks), (&self.load, batch.head.load_chunks)]
+        {
+            let [x, y] = dispatch_size(chunks);
+            pass.set_pipeline(pipeline);
+            pass.dispatch_workgroups(x, y, 1);
+        }
+        table.changes = Some(room);
+        sent
+    }
+
+    fn change_buffer(&self, device: &wgpu::Device, table: &TableBuffers, size: u64) -> ChangeBuffer {
+        let buffer = storage(device, "vastex table changes", size);
+        let resources =
+            [table.entries.as_entire_binding(), buffer.as_entire_binding(), table.params.as_entire_binding()];
+        let entries: Vec<_> = (0..)
+            .zip(resources)
+            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
+            .collect();
+        let bind_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("vastex table changes"),
+            layout: &self.layout,
+            entries: &entries,
+        });
+        ChangeBuffer { buffer, bind_group }
+    }
+}
+
+/// The changes of one frame as the shader reads them.
+struct Batch {
+    head: ChangesHead,
+    changes: Vec<Change>,
+}
+
+impl Batch {
+    fn new(geometry: &Geometry, changes: &[TableChange]) -> Batch {
+        let mut sorted = Vec::with_capacity(changes.len());
+        let mut half = |is_half: fn(&ChangeRule) -> bool| {
+            let (first, mut chunks) = (sorted.len(), 0);
+            for change in changes.iter().filter(|change| is_half(&change.rule)) {
+                let pos = change.page.pos(geometry.dims());
+                sorted.push(record(change, pos, chunks));
+                chunks += entries_below(geometry, pos.level).div_ceil(shared::WORKGROUP);
+            }
+            ((sorted.len() - first) as u32, chunks)
+        };
+        let (evictions, eviction_chunks) = half(|rule| matches!(rule, ChangeRule::Naming(_)));
+        let (loads, load_chunks) = half(|rule| matches!(rule, ChangeRule::Coarser));
+        Batch { head: ChangesHead { evictions, loads, eviction_chunks, load_chunks }, changes: sorted }
+    }
+
+    fn bytes(&self) -> Vec<u8> {
+        [bytemuck::bytes_of(&self.head), bytemuck::cast_slice(&self.changes)].concat()
+    }
+}
+
+fn record(change: &TableChange, pos: PagePos, first_chunk: u32) -> Change {
+    let old = match change.rule {
+        ChangeRule::Naming(old) => old.to_bits(),
+        ChangeRule::Coarser => 0,
+    };
+    Change { x: pos.x, y: pos.y, z: pos.z, old, entry: change.entry.to_bits(), first_chunk }
+}
+
+/// Entries that the shader walks for a page of `level`: the page's own, and of each finer level as many as any page
+/// has there. Never more than the table has.
+fn entries_below(geometry: &Geometry, level: u8) -> u32 {
+    let page = geometry.level(level);
+    let boxes = geometry.levels()[..=usize::from(level)].iter();
+    boxes
+        .map(|at| {
+            (0..3).map(|a| (page.scale[a] / at.scale[a]).min(u64::from(at.pages[a]))).product::<u64>() as u32
+        })
+        .sum()
+}

@@ -1,0 +1,46 @@
+//! A device for tests: whatever adapter there is, at WebGPU's default limits.
+
+/// What a test needs of a GPU.
+#[derive(Debug)]
+pub struct TestDevice {
+    /// The device.
+    pub device: wgpu::Device,
+    /// Its queue.
+    pub queue: wgpu::Queue,
+    /// What it is.
+    pub info: wgpu::AdapterInfo,
+}
+
+impl TestDevice {
+    /// A device with the features worth asking for ([`crate::required_features`]). Panics where there is none: a
+    /// GPU test is never skipped.
+    pub fn new() -> TestDevice {
+        TestDevice::with_features(crate::required_features)
+    }
+
+    /// A device with the features that `choose` asks the adapter for.
+    #[expect(clippy::panic, reason = "a test without an adapter must fail, and say what to do")]
+    pub fn with_features(choose: impl Fn(&wgpu::Adapter) -> wgpu::Features) -> TestDevice {
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+        let request = instance.request_adapter(&wgpu::RequestAdapterOptions::default());
+        let adapter = pollster::block_on(request).unwrap_or_else(|error| {
+            panic!(
+                "no GPU adapter, not even in software ({error}); run `cargo xtask test`, which installs one"
+            )
+        });
+        let request = adapter.request_device(&wgpu::DeviceDescriptor {
+            label: Some("vastex test"),
+            required_features: choose(&adapter),
+            ..Default::default()
+        });
+        let (device, queue) = pollster::block_on(request)
+            .unwrap_or_else(|error| panic!("{}: {error}", adapter.get_info().name));
+        TestDevice { device, queue, info: adapter.get_info() }
+    }
+}
+
+impl Default for TestDevice {
+    fn default() -> TestDevice {
+        TestDevice::new()
+    }
+}

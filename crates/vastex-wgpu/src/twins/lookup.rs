@@ -1,0 +1,79 @@
+//! Twin of lookup.wgsl: from a virtual uv and a level to a texel of a tile.
+
+use vastex_core::{AddressMode, PagePos, Slot};
+
+use super::Texture;
+
+/// A place in the pool.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// The slot.
+    pub slot: Slot,
+    /// The place in the slot's tile, in texels from the first of its border.
+    pub tile_texel: [f32; 2],
+    /// The level that lies there.
+    pub level: u8,
+}
+
+/// A texel of level 0, and how far into it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Position {
+    texel: [u32; 2],
+    fraction: [f32; 2],
+}
+
+fn folded_uv(uv: f32, mode: AddressMode) -> f32 {
+    match mode {
+        AddressMode::Clamp => uv.clamp(0.0, 1.0),
+        AddressMode::Wrap => uv - uv.floor(),
+        AddressMode::Mirror => {
+            let turn = uv - 2.0 * (0.5 * uv).floor();
+            if turn > 1.0 { 2.0 - turn } else { turn }
+        }
+    }
+}
+
+impl Texture<'_> {
+    pub(super) fn position_from_uv(&self, uv: [f32; 2]) -> Position {
+        let (size, address) = (self.geometry.size(), self.geometry.address());
+        let texel = [0, 1].map(|a| folded_uv(uv[a], address[a]) * size[a] as f32);
+        let whole = [0, 1].map(|a| (texel[a].floor() as u32).min(size[a] - 1));
+        Position { texel: whole, fraction: [0, 1].map(|a| texel[a] - whole[a] as f32) }
+    }
+
+    /// The page of a level finer than the tail that covers a position.
+    pub(super) fn page_from_position(&self, position: Position, level: u8) -> PagePos {
+        let (at, page) = (self.geometry.level(level), self.geometry.page());
+        let coord = |a: usize| (position.texel[a] / at.scale[a] as u32 / page[a]).min(at.pages[a] - 1);
+        PagePos::new_2d(level, coord(0), coord(1))
+    }
+
+    /// Where the finest resident page that covers `uv` at `wanted`, a level of the texture, has it.
+    pub fn place(&self, uv: [f32; 2], wanted: u8) -> Place {
+        let position = self.position_from_uv(uv);
+        if wanted >= self.geometry.tail().first_level() {
+            return self.place_in_tail(position, wanted);
+        }
+        let entry = self.table.lookup(self.page_from_position(position, wanted));
+        if entry.level() >= self.geometry.tail().first_level() {
+            return self.place_in_tail(position, entry.level());
+        }
+        let (level, page) = (entry.level(), self.page_from_position(position, entry.level()).coords());
+        let (scale, size) = (self.geometry.level(level).scale, self.geometry.page());
+        let border = self.geometry.border();
+        let tile_texel = [0, 1].map(|a| {
+            let scale = scale[a] as u32;
+            let from_page = (position.texel[a] - page[a] * size[a] * scale) as f32 + position.fraction[a];
+            border[a] as f32 + from_page / scale as f32
+        });
+        Place { slot: entry.slot(), tile_texel, level }
+    }
+
+    fn place_in_tail(&self, position: Position, level: u8) -> Place {
+        let scale = self.geometry.level(level).scale;
+        let first = self.geometry.tile_texel_from_tail_texel(level, [0; 3]);
+        let tile_texel = [0, 1]
+            .map(|a| first[a] as f32 + (position.texel[a] as f32 + position.fraction[a]) / scale[a] as f32);
+        Place { slot: self.table.lookup(self.geometry.tail_pos()).slot(), tile_texel, level }
+    }
+}

@@ -1,0 +1,41 @@
+//! The shaders' twins on the CPU, one file for each with the same stem.
+//!
+//! They are naive on purpose, so that they can be read beside the WGSL, and do the same arithmetic in `f32`. Tests
+//! compare the two on the same inputs; a picture that is beyond a device's limits is compared with the twin alone.
+
+mod compact;
+mod feedback;
+mod level;
+mod lookup;
+mod sample;
+
+pub use compact::compact;
+pub use lookup::Place;
+pub use sample::Sampler;
+
+use vastex_core::{Geometry, TableImage, TextureId};
+
+/// A virtual texture as shaders know it: `vastex_texture`, `vastex_table`, and of `vastex_pool` and `vastex_view`
+/// what bears on levels.
+#[derive(Clone, Copy, Debug)]
+pub struct Texture<'a> {
+    /// Its shape.
+    pub geometry: &'a Geometry,
+    /// Its page table.
+    pub table: &'a TableImage,
+    /// Its number in page ids.
+    pub number: TextureId,
+    /// Levels added to every level computed from gradients.
+    pub bias: f32,
+    /// The pool's mip bias, in eighths of a level.
+    pub pool_bias: u16,
+    /// Levels added in a feedback pass because its pixels are larger than the picture's.
+    pub level_offset: f32,
+}
+
+impl<'a> Texture<'a> {
+    /// A texture without biases, drawn at full resolution.
+    pub fn new(geometry: &'a Geometry, table: &'a TableImage, number: TextureId) -> Texture<'a> {
+        Texture { geometry, table, number, bias: 0.0, pool_bias: 0, level_offset: 0.0 }
+    }
+}

@@ -1,0 +1,29 @@
+// The atlas of 16-bit data on a device that does not filter it: four taps by hand, so that values stay exact.
+
+@group(VASTEX_GROUP) @binding(VASTEX_BINDING_ATLAS) var vastex_atlas: texture_2d_array<u32>;
+
+fn vastex_atlas_texel(texel: vec2<u32>, image: u32) -> vec4<f32> {
+    return vec4<f32>(f32(textureLoad(vastex_atlas, texel, image, 0).r) / 65535.0, 0.0, 0.0, 1.0);
+}
+
+fn vastex_atlas_nearest(place: VastexPlace) -> vec4<f32> {
+    return vastex_atlas_texel(vec2<u32>(floor(place.texel)), place.image);
+}
+
+fn vastex_atlas_linear(place: VastexPlace) -> vec4<f32> {
+    let centred = place.texel - 0.5;
+    let first = floor(centred);
+    let weight = centred - first;
+    let at = vec2<u32>(first);
+    let upper = mix(
+        vastex_atlas_texel(at, place.image),
+        vastex_atlas_texel(at + vec2<u32>(1u, 0u), place.image),
+        weight.x,
+    );
+    let lower = mix(
+        vastex_atlas_texel(at + vec2<u32>(0u, 1u), place.image),
+        vastex_atlas_texel(at + vec2<u32>(1u, 1u), place.image),
+        weight.x,
+    );
+    return mix(upper, lower, weight.y);
+}

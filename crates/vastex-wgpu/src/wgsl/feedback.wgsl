@@ -1,0 +1,54 @@
+// Feedback: the page that a pixel wants at mip bias 0, and how far it is into that level.
+// CPU twin: twins/feedback.rs.
+//
+// A pixel of the target is (page id low, page id high, eighth, flag), the id packed as vastex_core::PageId packs it.
+
+// What the fragment shader of the feedback pass returns. Fragment stage, uniform control flow.
+fn vastex_feedback(uv: vec2<f32>) -> vec4<u32> {
+    let texel = uv * vec2<f32>(vastex_texture.size.xy);
+    return vastex_feedback_texel_grad(uv, dpdx(texel), dpdy(texel));
+}
+
+// The same with gradients of uv along one pixel of the target.
+fn vastex_feedback_grad(uv: vec2<f32>, ddx: vec2<f32>, ddy: vec2<f32>) -> vec4<u32> {
+    let size = vec2<f32>(vastex_texture.size.xy);
+    return vastex_feedback_texel_grad(uv, ddx * size, ddy * size);
+}
+
+// The same for a surface sampled with vastex_sample_level; it is always wanted, even where it means one point.
+fn vastex_feedback_level(uv: vec2<f32>, level: f32) -> vec4<u32> {
+    return vastex_feedback_lambda(uv, level, VASTEX_FEEDBACK_WANTED);
+}
+
+// Where a vertex of the picture lies in the feedback target: the picture is fitted to whole pixels of the target and
+// shifted to this frame's jitter.
+fn vastex_feedback_clip(clip: vec4<f32>) -> vec4<f32> {
+    return vec4<f32>(clip.xy * vastex_view.clip_scale + vastex_view.clip_offset * clip.w, clip.zw);
+}
+
+fn vastex_feedback_texel_grad(uv: vec2<f32>, dx: vec2<f32>, dy: vec2<f32>) -> vec4<u32> {
+    let ordinary = vastex_degenerate_lambda(dx, dy) == 0.0;
+    let flag = select(VASTEX_FEEDBACK_DEGENERATE, VASTEX_FEEDBACK_WANTED, ordinary);
+    return vastex_feedback_lambda(uv, vastex_lambda(dx, dy) + vastex_view.level_offset, flag);
+}
+
+fn vastex_feedback_lambda(uv: vec2<f32>, lambda: f32, flag: u32) -> vec4<u32> {
+    let steps = u32(floor(vastex_unbiased_level(lambda) * f32(VASTEX_STEPS_PER_LEVEL)));
+    let level = min(steps / VASTEX_STEPS_PER_LEVEL, vastex_texture.tail_level);
+    let eighth = min(steps - level * VASTEX_STEPS_PER_LEVEL, VASTEX_STEPS_PER_LEVEL - 1u);
+    var page = vec2<u32>(0u);
+    if level < vastex_texture.tail_level {
+        page = vastex_page_from_texel(vastex_position_from_uv(uv).texel, level);
+    }
+    let id = vastex_page_id(page, level);
+    return vec4<u32>(id, eighth, flag);
+}
+
+// The id of a page of the texture, low half first: x and y of VASTEX_COORD_BITS_2D bits each, level, texture.
+fn vastex_page_id(page: vec2<u32>, level: u32) -> vec2<u32> {
+    let low = page.x | page.y << VASTEX_COORD_BITS_2D;
+    let high = page.y >> (32u - VASTEX_COORD_BITS_2D)
+        | level << (VASTEX_LEVEL_SHIFT - 32u)
+        | vastex_texture.number << (VASTEX_TEXTURE_SHIFT - 32u);
+    return vec2<u32>(low, high);
+}

@@ -1,0 +1,49 @@
+// What the shaders are told about a texture, its pool and the view.
+// The mirrors of these structs stand in mirror.rs; a test compares sizes and offsets.
+
+// One level of a virtual texture.
+struct VastexLevel {
+    scale: vec3<u32>,       // texels of level 0 along one texel of this level
+    first_entry: u32,       // where the level's entries begin in the page table
+    pages: vec3<u32>,       // pages along each axis
+    unused_0: u32,
+    tail_offset: vec3<u32>, // in the tail: where the level's box, border included, begins in the tail's tile [texels]
+    unused_1: u32,
+}
+
+// One virtual texture.
+struct VastexTexture {
+    size: vec3<u32>,        // texels of level 0
+    level_count: u32,
+    page: vec3<u32>,        // payload of a page [texels]
+    tail_level: u32,        // the finest level of the tail
+    border: vec3<u32>,      // border on each side [texels]
+    tail_slot: u32,
+    address: vec3<u32>,     // VASTEX_ADDRESS_*, per axis
+    number: u32,            // the texture's number in a page id
+    bias: f32,              // levels added to every level computed from gradients
+    unused_0: u32,
+    unused_1: u32,
+    unused_2: u32,
+    levels: array<VastexLevel, VASTEX_MAX_LEVELS>,
+}
+
+// The pool in which the texture's tiles lie.
+struct VastexPool {
+    tile: vec2<u32>,        // size of a slot [texels]
+    columns: u32,           // slots along x of an image
+    slots_per_image: u32,
+    texel: vec2<f32>,       // size of an atlas texel [atlas uv]
+    bias: f32,              // levels added to every level, so that the working set fits
+    unused_0: u32,
+}
+
+// The view that is being drawn into a feedback target.
+struct VastexView {
+    clip_scale: vec2<f32>,  // clip.xy * clip_scale + clip_offset * clip.w puts the picture onto the target
+    clip_offset: vec2<f32>,
+    level_offset: f32,      // levels added because a pixel of the target is larger than one of the picture
+    unused_0: u32,
+    unused_1: u32,
+    unused_2: u32,
+}
