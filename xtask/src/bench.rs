@@ -156,7 +156,8 @@ fn report(rounds: &[Vec<Run>]) -> Result<String> {
     let mut page = String::from(
         "# Preparing data: `vastex build` beside libvips\n\n\
          Written by `cargo xtask bench build --write`. The input is the real Earth image, 10800x5400 RGB, as a strip TIFF\n\
-         in the page cache.\n",
+         in the page cache. libvips writes RGB and filters it as it is stored; a container holds RGBA with borders of 4\n\
+         texels, filtered in linear light unless said.\n\n",
     );
     writeln!(
         page,

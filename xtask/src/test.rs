@@ -26,6 +26,7 @@ const STEPS: &[Step] = &[
     Step { name: "setup", what: "what the machine must have", run: set_up },
     Step { name: "format", what: "rustfmt would change nothing", run: format },
     Step { name: "clippy", what: "no lint fires anywhere", run: clippy },
+    Step { name: "docs", what: "every link in the documentation leads somewhere", run: docs },
     Step { name: "tests", what: "every test, example and invariant", run: tests },
     Step { name: "wasm", what: "the crates of the browser compile for it", run: wasm::check },
 ];
@@ -57,7 +58,7 @@ fn summarise(rows: &[(&str, Duration, Result<Outcome>)]) -> Result<()> {
         let result = match result {
             Ok(Outcome::Passed) => "ok".to_owned(),
             Ok(Outcome::Skipped(why)) => format!("SKIPPED: {why}"),
-            Err(_) => "FAILED".to_owned(),
+            Err(error) => format!("FAILED: {error}"),
         };
         println!("{name:<8} {:>9}  {result}", seconds(*time));
     }
@@ -90,6 +91,13 @@ fn clippy() -> Result<Outcome> {
     let mut command = shell::cargo("clippy");
     shell::run(command.args(["--workspace", "--all-targets", "--", "-D", "warnings"]))
         .map(|()| Outcome::Passed)
+}
+
+/// Of the libraries only: the program `vastex` and the crate `vastex` would write to the same place.
+fn docs() -> Result<Outcome> {
+    let mut command = shell::cargo("doc");
+    command.env("RUSTDOCFLAGS", "-D warnings");
+    shell::run(command.args(["--workspace", "--lib", "--no-deps"])).map(|()| Outcome::Passed)
 }
 
 /// One invocation for the whole workspace, so that features unify and nothing is compiled twice.
