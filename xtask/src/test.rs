@@ -58,7 +58,7 @@ fn summarise(rows: &[(&str, Duration, Result<Outcome>)]) -> Result<()> {
         let result = match result {
             Ok(Outcome::Passed) => "ok".to_owned(),
             Ok(Outcome::Skipped(why)) => format!("SKIPPED: {why}"),
-            Err(error) => format!("FAILED: {error}"),
+            Err(error) => format!("FAILED: {}", start_of(&error.to_string())),
         };
         println!("{name:<8} {:>9}  {result}", seconds(*time));
     }
@@ -69,6 +69,13 @@ fn summarise(rows: &[(&str, Duration, Result<Outcome>)]) -> Result<()> {
         bail!("failed: {}", failed.join(", "));
     }
     Ok(())
+}
+
+/// As much of a message as a table has room for; the whole stands where the step ended.
+fn start_of(message: &str) -> String {
+    const ROOM: usize = 80;
+    let start: String = message.chars().take(ROOM).collect();
+    if start.len() < message.len() { format!("{start} ...") } else { start }
 }
 
 fn seconds(time: Duration) -> String {
