@@ -1,4 +1,5 @@
 //! Round trips, damage of every kind, and what a writer leaves behind.
 
+mod conforming;
 mod damage;
 mod round_trip;

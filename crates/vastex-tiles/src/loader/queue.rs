@@ -139,6 +139,7 @@ impl Queue {
     }
 
     /// Whether nothing is queued or running.
+    #[cfg(not(target_family = "wasm"))]
     pub(super) fn is_idle(&self) -> bool {
         self.states.is_empty()
     }

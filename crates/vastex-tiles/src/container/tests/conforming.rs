@@ -1,0 +1,74 @@
+//! A container filled from the generated source conforms and is that source, from memory and from a file.
+
+use std::sync::Arc;
+
+use pollster::block_on;
+use proptest::prelude::*;
+use vastex_core::{AddressMode, Description, Dims, Geometry, GeometrySpec};
+
+use crate::testing::open;
+use crate::*;
+
+/// The generated source as a container.
+fn property_bytes(source: &PropertySource, compression: Compression) -> Vec<u8> {
+    let description = Description::clone(source.description());
+    let out = std::io::Cursor::new(Vec::new());
+    let mut writer =
+        ContainerWriter::new(out, "memory", description.clone(), WriterOptions::default()).unwrap();
+    for pos in description.geometry.pages() {
+        let texels = block_on(source.read(pos)).unwrap().bytes;
+        writer.append(pos, EncodedTile::new(texels, &description, compression)).unwrap();
+    }
+    writer.complete().unwrap().0.into_inner()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(16))]
+
+    #[test]
+    fn a_container_in_memory_conforms(
+        size in prop::array::uniform3(1u32..150), page in 8u32..40, border in 1u32..5, volume: bool,
+        address in prop::sample::select(vec![AddressMode::Clamp, AddressMode::Wrap, AddressMode::Mirror]),
+        compression in prop::sample::select(vec![Compression::None, Compression::Lz4, Compression::Zstd(1)]),
+    ) {
+        let address = [address; 3];
+        let spec = match volume {
+            true => GeometrySpec { dims: Dims::D3, size: size.map(|n| n / 5 + 1), page: 8, border: 2, address },
+            false => GeometrySpec { dims: Dims::D2, size: [size[0], size[1], 1], page, border, address },
+        };
+        let source = PropertySource::new(Geometry::new(spec).unwrap());
+        let container = open(property_bytes(&source, compression));
+        prop_assert_eq!(conformance(&container), Ok(()));
+    }
+}
+
+#[test]
+fn a_container_in_a_file_conforms_behind_a_cache_too() {
+    let spec = GeometrySpec { page: 24, ..GeometrySpec::image(777, 500) };
+    let source = PropertySource::new(Geometry::new(spec).unwrap());
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("property.vastex");
+    std::fs::write(&path, property_bytes(&source, Compression::Lz4)).unwrap();
+    let container = Arc::new(Container::open_file(&path).unwrap());
+    assert_eq!(conformance(&container), Ok(()));
+    for pos in source.description().geometry.pages() {
+        let texels = block_on(container.read(pos)).unwrap().decode(container.description()).unwrap();
+        assert_eq!(texels, block_on(source.read(pos)).unwrap().bytes, "{pos}");
+    }
+    assert_eq!(conformance(&RamCache::new(container, 100_000)), Ok(()));
+}
+
+#[test]
+fn a_file_that_shrinks_while_open_fails_tile_by_tile() {
+    let source = PropertySource::new(Geometry::new(GeometrySpec::image(3000, 3000)).unwrap());
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("property.vastex");
+    std::fs::write(&path, property_bytes(&source, Compression::None)).unwrap();
+    let container = Container::open_file(&path).unwrap();
+    std::fs::OpenOptions::new().write(true).open(&path).unwrap().set_len(2000).unwrap();
+    let geometry = &container.description().geometry;
+    assert!(block_on(container.read(geometry.tail_pos())).is_ok(), "coarse tiles are in memory");
+    let fine = geometry.pages_of_level(0).last().unwrap();
+    let error = block_on(container.read(fine)).unwrap_err().to_string();
+    assert!(error.contains("property.vastex: bytes ") && error.contains("shorter"), "{error}");
+}
