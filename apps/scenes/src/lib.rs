@@ -1,1 +1,24 @@
-//! To be written.
+//! What Vastex draws, for the program, the tests and the browser: scenes, cameras and the ordinary-texture reference.
+//!
+//! Everything here is an application of the crate `vastex`, and calls its frame loop unchanged. The words of the command
+//! line and the window are the program's.
+
+mod compare;
+mod draw;
+mod gpu;
+mod levels;
+mod path;
+mod pose;
+mod reference;
+mod scene;
+mod studio;
+
+pub use compare::{Comparison, Picture};
+pub use draw::{PictureTarget, SceneRenderer, depth_view};
+pub use gpu::{Gpu, GpuSetupError};
+pub use levels::LevelError;
+pub use path::Path;
+pub use pose::Pose;
+pub use reference::{Reference, ReferenceError};
+pub use scene::{Scene, Vertex, surface};
+pub use studio::{Outcome, PATIENCE_FRAMES, Studio, StudioError, Until, picture_format};

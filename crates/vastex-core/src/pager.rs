@@ -50,6 +50,8 @@ pub struct Request {
     pub page: PageId,
     /// The page within its texture.
     pub pos: PagePos,
+    /// Its place in the order of loading at this moment; the lowest is best. A later request may overtake it.
+    pub rank: u64,
 }
 
 /// A tile to copy into its slot.
@@ -126,7 +128,7 @@ impl Pager {
             Some(slot) => slot,
             None => self.steal_pin_slot().ok_or_else(too_small)?,
         };
-        let texture = self.textures.add(Arc::new(geometry.clone()), slot).ok_or_else(too_small)?;
+        let texture = self.textures.add(Arc::new(geometry.clone())).ok_or_else(too_small)?;
         if let Some(tail) = page_id(texture, geometry, geometry.tail_pos()) {
             self.residency.pin(tail, slot);
         }
@@ -221,10 +223,11 @@ impl Pager {
             return None;
         }
         while let Some(&page) = self.order.get(self.next_request) {
+            let rank = self.next_request as u64;
             self.next_request += 1;
             if self.residency.begin_load(page) {
                 self.check();
-                return self.textures.pos(page).map(|(_, pos)| Request { page, pos });
+                return self.textures.pos(page).map(|(_, pos)| Request { page, pos, rank });
             }
         }
         None

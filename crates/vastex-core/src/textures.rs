@@ -4,42 +4,34 @@ use std::sync::Arc;
 
 use crate::geometry::Geometry;
 use crate::page::{PageId, PagePos, TextureId};
-use crate::pool::Slot;
-
-/// One texture of a pool.
-#[derive(Clone, Debug)]
-struct Texture {
-    geometry: Arc<Geometry>,
-    tail_slot: Slot,
-}
 
 /// All textures of a pager, by number.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Textures {
-    textures: Vec<Texture>,
+    geometries: Vec<Arc<Geometry>>,
 }
 
 impl Textures {
     /// Adds a texture; nothing where there are as many as a page id can tell apart.
-    pub(crate) fn add(&mut self, geometry: Arc<Geometry>, tail_slot: Slot) -> Option<TextureId> {
-        let id = TextureId::new(u16::try_from(self.textures.len()).ok()?)?;
-        self.textures.push(Texture { geometry, tail_slot });
+    pub(crate) fn add(&mut self, geometry: Arc<Geometry>) -> Option<TextureId> {
+        let id = TextureId::new(u16::try_from(self.geometries.len()).ok()?)?;
+        self.geometries.push(geometry);
         Some(id)
     }
 
     pub(crate) fn len(&self) -> usize {
-        self.textures.len()
+        self.geometries.len()
     }
 
     pub(crate) fn geometry(&self, texture: TextureId) -> Option<&Arc<Geometry>> {
-        self.textures.get(usize::from(texture.number())).map(|texture| &texture.geometry)
+        self.geometries.get(usize::from(texture.number()))
     }
 
-    /// The pages and slots of all tails.
-    pub(crate) fn tails(&self) -> impl Iterator<Item = (PageId, Slot)> + '_ {
-        self.textures.iter().enumerate().filter_map(|(number, texture)| {
-            let id = TextureId::new(number as u16)?;
-            Some((page_id(id, &texture.geometry, texture.geometry.tail_pos())?, texture.tail_slot))
+    /// The pages of all tails.
+    #[cfg(feature = "checks")]
+    pub(crate) fn tails(&self) -> impl Iterator<Item = PageId> + '_ {
+        self.geometries.iter().enumerate().filter_map(|(number, geometry)| {
+            page_id(TextureId::new(number as u16)?, geometry, geometry.tail_pos())
         })
     }
 

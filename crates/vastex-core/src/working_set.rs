@@ -243,7 +243,6 @@ mod tests {
     use super::*;
     use crate::geometry::{Geometry, GeometrySpec};
     use crate::page::{Dims, PagePos, TextureId};
-    use crate::pool::Slot;
     use proptest::prelude::*;
     use std::collections::BTreeSet;
     use std::sync::Arc;
@@ -251,7 +250,7 @@ mod tests {
     fn textures() -> (Textures, TextureId, Arc<Geometry>) {
         let geometry = Arc::new(Geometry::new(GeometrySpec::image(8192, 4096)).unwrap());
         let mut textures = Textures::default();
-        let id = textures.add(geometry.clone(), Slot::new(0)).unwrap();
+        let id = textures.add(geometry.clone()).unwrap();
         (textures, id, geometry)
     }
 

@@ -1,1 +1,50 @@
-//! To be written.
+//! Huge textures for an existing `wgpu` renderer.
+//!
+//! An application adds a texture of any size, puts a few lines of WGSL before its own shader and calls
+//! `vastex_sample(uv)` where it called `textureSample`; each frame it draws its scene once more, small, so that
+//! [`Textures`] learns what is in view, and once for the picture. Only the pages that the view touches, at the
+//! resolution at which it touches them, are ever in GPU memory, within a budget of bytes.
+//!
+//! ```no_run
+//! # fn draw(_: &mut wgpu::RenderPass<'_>, _: &wgpu::BindGroup) {}
+//! # fn app(device: &wgpu::Device, queue: &wgpu::Queue) -> Result<(), vastex::Error> {
+//! let mut textures = vastex::Textures::new(device, queue, vastex::Settings::default())?;
+//! let earth = textures.add(vastex::open("earth.vastex")?)?;
+//! let shader = textures.wgsl(earth) + "@fragment fn shade() { /* ... vastex_sample(uv) ... */ }";
+//! # let _ = shader;
+//!
+//! // each frame, in the application's own encoder
+//! # let mut encoder = device.create_command_encoder(&Default::default());
+//! textures.feedback(&mut encoder, [1280, 720], |pass, groups| draw(pass, &groups[earth]))?; // what is wanted
+//! textures.update(&mut encoder)?;                      // observe, load, upload, change tables: never waits
+//! // ... draw the picture with textures.bind_group(earth) ...
+//! queue.submit([encoder.finish()]);
+//! while let Some(event) = textures.poll_event() { /* Converged, Oversubscribed, Failed, Recovered */ }
+//! # Ok(()) }
+//! ```
+//!
+//! What is decided is decided in `vastex-core`, what is read is read by `vastex-tiles`, and what happens on the GPU
+//! happens in `vastex-wgpu`; this crate joins them.
+
+mod error;
+mod frame;
+mod lock_step;
+mod settings;
+mod textures;
+
+pub use error::Error;
+pub use frame::FrameStats;
+pub use settings::{Filter, Pace, Settings};
+pub use textures::{BindGroups, Textures};
+pub use vastex_core::{
+    AddressMode, Description, Event, Feedback, Geometry, LayerFormat, PageId, PagePos, PageState, Stats,
+    TextureId, fold,
+};
+pub use vastex_tiles::{ContainerError, DecodeError, ReadError, Tile, TileSource};
+pub use vastex_wgpu::{GpuError, required_features};
+
+/// Opens a `.vastex` file.
+#[cfg(not(target_family = "wasm"))]
+pub fn open(path: impl AsRef<std::path::Path>) -> Result<std::sync::Arc<dyn TileSource>, Error> {
+    Ok(std::sync::Arc::new(vastex_tiles::Container::open_file(path)?))
+}

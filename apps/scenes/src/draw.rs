@@ -1,0 +1,300 @@
+//! Draws a scene: the picture, and the feedback pass that goes with it.
+//!
+//! The picture from an ordinary texture, to compare with, is `reference`'s business.
+
+use glam::{Mat4, Vec4};
+use vastex::{LayerFormat, TextureId, Textures};
+
+use crate::pose::Pose;
+use crate::scene::{Scene, Vertex, surface};
+
+/// What is seen beside the texture.
+const BACKGROUND: Vec4 = Vec4::new(0.008, 0.01, 0.014, 1.0);
+/// Depth buffer of every pass that draws a scene.
+pub(crate) const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+
+/// What the shaders are told about the scene; laid out as `Scene` in surface.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+struct SceneUniform {
+    clip_from_world: Mat4,
+    background: Vec4,
+}
+
+/// A scene with one texture on it, ready to be drawn.
+#[derive(Debug)]
+pub struct SceneRenderer {
+    scene: Scene,
+    texture: TextureId,
+    /// Width over height of the image.
+    image: f32,
+    vertices: wgpu::Buffer,
+    vertex_count: u32,
+    uniform: wgpu::Buffer,
+    group: wgpu::BindGroup,
+    group_layout: wgpu::BindGroupLayout,
+    picture: wgpu::RenderPipeline,
+    wanted: wgpu::RenderPipeline,
+    format: wgpu::TextureFormat,
+}
+
+impl SceneRenderer {
+    /// Prepares a scene for pictures of `format`.
+    pub fn new(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        textures: &Textures,
+        texture: TextureId,
+        scene: Scene,
+        format: wgpu::TextureFormat,
+    ) -> SceneRenderer {
+        let [width, height, _] = textures.description(texture).geometry.size();
+        let image = width as f32 / height as f32;
+        let corners = surface(scene, image);
+        let vertices = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("scene surface"),
+            size: size_of_val(corners.as_slice()) as u64,
+            usage: wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        queue.write_buffer(&vertices, 0, bytemuck::cast_slice(&corners));
+        let uniform = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("scene"),
+            size: size_of::<SceneUniform>() as u64,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let group_layout = uniform_layout(device);
+        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("scene"),
+            layout: &group_layout,
+            entries: &[wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() }],
+        });
+        let groups = [Some(textures.bind_group_layout(texture)), Some(&group_layout)];
+        let text = |module| shader_text(textures, texture, module);
+        let picture = PipelineParts {
+            text: text(include_str!("wgsl/picture.wgsl")),
+            entries: ["place", "shade"],
+            format,
+        };
+        let wanted = PipelineParts {
+            text: text(include_str!("wgsl/wanted.wgsl")),
+            entries: ["place_feedback", "want"],
+            format: Textures::FEEDBACK_FORMAT,
+        };
+        SceneRenderer {
+            scene,
+            texture,
+            image,
+            vertex_count: corners.len() as u32,
+            vertices,
+            uniform,
+            picture: picture.pipeline(device, &groups),
+            wanted: wanted.pipeline(device, &groups),
+            group,
+            group_layout,
+            format,
+        }
+    }
+
+    /// The scene.
+    pub fn scene(&self) -> Scene {
+        self.scene
+    }
+
+    /// Width over height of the image.
+    pub fn image_aspect(&self) -> f32 {
+        self.image
+    }
+
+    /// Where the camera is in the frame that is about to be drawn; `view` is width over height of the picture.
+    pub fn set_pose(&self, queue: &wgpu::Queue, pose: &Pose, view: f32) {
+        let uniform =
+            SceneUniform { clip_from_world: pose.clip_from_world(view, self.image), background: BACKGROUND };
+        queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&uniform));
+    }
+
+    /// Draws what the scene wants, into a pass of [`Textures::feedback`].
+    pub fn draw_wanted(&self, pass: &mut wgpu::RenderPass<'_>, texture_group: &wgpu::BindGroup) {
+        self.draw(pass, &self.wanted, texture_group);
+    }
+
+    /// Draws the picture.
+    pub fn draw_picture(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        textures: &Textures,
+        target: &PictureTarget<'_>,
+    ) {
+        let mut pass = target.begin(encoder);
+        self.draw(&mut pass, &self.picture, textures.bind_group(self.texture));
+    }
+
+    /// Sets everything that all pipelines of the scene share, and draws.
+    pub(crate) fn draw(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        pipeline: &wgpu::RenderPipeline,
+        texture_group: &wgpu::BindGroup,
+    ) {
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(0, texture_group, &[]);
+        pass.set_bind_group(1, &self.group, &[]);
+        pass.set_vertex_buffer(0, self.vertices.slice(..));
+        pass.draw(0..self.vertex_count, 0..1);
+    }
+
+    /// A pipeline that draws the same surface into pictures of the same format by another shader.
+    pub(crate) fn other_pipeline(
+        &self,
+        device: &wgpu::Device,
+        textures: &Textures,
+        module: &str,
+        entry: &'static str,
+        group: &wgpu::BindGroupLayout,
+    ) -> wgpu::RenderPipeline {
+        let groups = [Some(textures.bind_group_layout(self.texture)), Some(&self.group_layout), Some(group)];
+        let text = shader_text(textures, self.texture, module);
+        PipelineParts { text, entries: ["place", entry], format: self.format }.pipeline(device, &groups)
+    }
+
+    /// The texture of the scene.
+    pub fn texture(&self) -> TextureId {
+        self.texture
+    }
+}
+
+/// Where a picture goes.
+#[derive(Clone, Copy, Debug)]
+pub struct PictureTarget<'a> {
+    /// Its colours, in the format that the renderer was made for.
+    pub colour: &'a wgpu::TextureView,
+    /// A depth buffer of the same size.
+    pub depth: &'a wgpu::TextureView,
+}
+
+impl PictureTarget<'_> {
+    /// A pass that begins with the background, its alpha 0, which says "not covered".
+    pub(crate) fn begin<'e>(&self, encoder: &'e mut wgpu::CommandEncoder) -> wgpu::RenderPass<'e> {
+        let [r, g, b, _] = BACKGROUND.as_dvec4().to_array();
+        encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("scene picture"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: self.colour,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(wgpu::Color { r, g, b, a: 0.0 }),
+                    store: wgpu::StoreOp::Store,
+                },
+            })],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: self.depth,
+                depth_ops: Some(wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(1.0),
+                    store: wgpu::StoreOp::Discard,
+                }),
+                stencil_ops: None,
+            }),
+            ..Default::default()
+        })
+    }
+}
+
+/// A depth buffer for pictures of a size.
+pub fn depth_view(device: &wgpu::Device, size: [u32; 2]) -> wgpu::TextureView {
+    let texture = device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("scene depth"),
+        size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: DEPTH,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
+        view_formats: &[],
+    });
+    texture.create_view(&Default::default())
+}
+
+fn uniform_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("scene"),
+        entries: &[wgpu::BindGroupLayoutEntry {
+            binding: 0,
+            visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
+            ty: wgpu::BindingType::Buffer {
+                ty: wgpu::BufferBindingType::Uniform,
+                has_dynamic_offset: false,
+                min_binding_size: None,
+            },
+            count: None,
+        }],
+    })
+}
+
+fn shader_text(textures: &Textures, texture: TextureId, module: &str) -> String {
+    let channels = match textures.description(texture).layers[0].format {
+        LayerFormat::R8 | LayerFormat::R16 => 1,
+        LayerFormat::Rg8 => 2,
+        LayerFormat::Rgba8 | LayerFormat::Rgba8Srgb => 4,
+    };
+    let constants = format!("const SCENE_CHANNELS: u32 = {channels}u;\n");
+    [&textures.wgsl(texture), constants.as_str(), include_str!("wgsl/surface.wgsl"), module].join("\n")
+}
+
+/// What differs between the pipelines of a scene.
+struct PipelineParts {
+    text: String,
+    entries: [&'static str; 2],
+    format: wgpu::TextureFormat,
+}
+
+impl PipelineParts {
+    fn pipeline(
+        self,
+        device: &wgpu::Device,
+        groups: &[Option<&wgpu::BindGroupLayout>],
+    ) -> wgpu::RenderPipeline {
+        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("scene"),
+            bind_group_layouts: groups,
+            immediate_size: 0,
+        });
+        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some("scene"),
+            source: wgpu::ShaderSource::Wgsl(self.text.into()),
+        });
+        let attributes = wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x2];
+        device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some("scene"),
+            layout: Some(&layout),
+            vertex: wgpu::VertexState {
+                module: &module,
+                entry_point: Some(self.entries[0]),
+                compilation_options: Default::default(),
+                buffers: &[Some(wgpu::VertexBufferLayout {
+                    array_stride: size_of::<Vertex>() as u64,
+                    step_mode: wgpu::VertexStepMode::Vertex,
+                    attributes: &attributes,
+                })],
+            },
+            primitive: wgpu::PrimitiveState::default(),
+            depth_stencil: Some(wgpu::DepthStencilState {
+                format: DEPTH,
+                depth_write_enabled: Some(true),
+                depth_compare: Some(wgpu::CompareFunction::Less),
+                stencil: Default::default(),
+                bias: Default::default(),
+            }),
+            multisample: Default::default(),
+            fragment: Some(wgpu::FragmentState {
+                module: &module,
+                entry_point: Some(self.entries[1]),
+                compilation_options: Default::default(),
+                targets: &[Some(self.format.into())],
+            }),
+            multiview_mask: None,
+            cache: None,
+        })
+    }
+}

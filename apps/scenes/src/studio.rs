@@ -1,0 +1,246 @@
+//! A scene without a window: frames are drawn, pictures are read back. `render` and the tests use it.
+//!
+//! It calls the frame loop of `vastex` as any application does.
+
+use std::sync::Arc;
+
+use vastex::{Event, FrameStats, LayerFormat, Settings, TextureId, Textures, TileSource};
+
+use crate::compare::Picture;
+use crate::draw::{PictureTarget, SceneRenderer, depth_view};
+use crate::gpu::Gpu;
+use crate::path::Path;
+use crate::pose::Pose;
+use crate::reference::{Reference, ReferenceError};
+use crate::scene::Scene;
+
+/// Frames after the end of a path within which a view must converge.
+pub const PATIENCE_FRAMES: u64 = 10_000;
+
+/// Why a picture could not be drawn.
+#[derive(Debug, thiserror::Error)]
+pub enum StudioError {
+    /// The library said so.
+    #[error(transparent)]
+    Vastex(#[from] vastex::Error),
+    /// The picture is larger than the device's textures.
+    #[error("a picture of {width}x{height} pixels: this adapter draws 1 to {max} pixels per side")]
+    PictureSize {
+        /// Width in pixels.
+        width: u32,
+        /// Height in pixels.
+        height: u32,
+        /// Pixels per side that the device allows.
+        max: u32,
+    },
+    /// The picture from an ordinary texture could not be had.
+    #[error(transparent)]
+    Reference(#[from] ReferenceError),
+}
+
+/// When a run ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Until {
+    /// After so many frames.
+    Frames(u64),
+    /// When the path is at its end and the view has converged; it gives up [`PATIENCE_FRAMES`] after the end.
+    Converged,
+}
+
+/// How a run ended.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outcome {
+    /// Whether the last view had converged.
+    pub converged: bool,
+    /// The loop at the end.
+    pub stats: FrameStats,
+}
+
+/// See the head of the file.
+pub struct Studio {
+    gpu: Gpu,
+    textures: Textures,
+    renderer: SceneRenderer,
+    size: [u32; 2],
+    pose: Pose,
+    colour: wgpu::Texture,
+    colour_view: wgpu::TextureView,
+    depth_view: wgpu::TextureView,
+    source: Arc<dyn TileSource>,
+}
+
+impl Studio {
+    /// Sets up a scene with one texture for pictures of `size` pixels.
+    pub fn new(
+        gpu: &Gpu,
+        source: Arc<dyn TileSource>,
+        scene: Scene,
+        size: [u32; 2],
+        settings: Settings,
+    ) -> Result<Studio, StudioError> {
+        let max = gpu.device.limits().max_texture_dimension_2d;
+        if size.iter().any(|side| !(1..=max).contains(side)) {
+            return Err(StudioError::PictureSize { width: size[0], height: size[1], max });
+        }
+        let mut textures = Textures::new(&gpu.device, &gpu.queue, settings)?;
+        let texture = textures.add(source.clone())?;
+        let format = picture_format(&textures, texture);
+        let renderer = SceneRenderer::new(&gpu.device, &gpu.queue, &textures, texture, scene, format);
+        let colour = gpu.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("picture"),
+            size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+            view_formats: &[],
+        });
+        Ok(Studio {
+            colour_view: colour.create_view(&Default::default()),
+            depth_view: depth_view(&gpu.device, size),
+            pose: Pose::first(scene),
+            gpu: gpu.clone(),
+            textures,
+            renderer,
+            size,
+            colour,
+            source,
+        })
+    }
+
+    /// Plays a path; `watch` is told of every frame and of every event in it.
+    pub fn run(
+        &mut self,
+        path: Path,
+        until: Until,
+        mut watch: impl FnMut(&FrameStats, Vec<Event>),
+    ) -> Result<Outcome, StudioError> {
+        let mut frame = 0;
+        loop {
+            let stats = self.textures.stats();
+            let done = match until {
+                Until::Frames(frames) => frame >= frames,
+                Until::Converged => {
+                    // What has converged before the last pose says nothing of it.
+                    let settled = stats.converged && frame > path.frames();
+                    settled || frame >= path.frames() + PATIENCE_FRAMES
+                }
+            };
+            if done {
+                return Ok(Outcome { converged: stats.converged, stats });
+            }
+            self.frame(path.pose(self.renderer.scene(), self.renderer.image_aspect(), frame))?;
+            watch(&self.textures.stats(), std::iter::from_fn(|| self.textures.poll_event()).collect());
+            frame += 1;
+        }
+    }
+
+    /// Plays one frame, but for the picture.
+    pub fn frame(&mut self, pose: Pose) -> Result<(), StudioError> {
+        self.pose = pose;
+        self.renderer.set_pose(&self.gpu.queue, &pose, self.view_aspect());
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        let (renderer, texture) = (&self.renderer, self.renderer.texture());
+        self.textures
+            .feedback(&mut encoder, self.size, |pass, groups| renderer.draw_wanted(pass, &groups[texture]))?;
+        self.textures.update(&mut encoder)?;
+        self.gpu.queue.submit([encoder.finish()]);
+        Ok(())
+    }
+
+    /// The picture of the last frame, from what is in the pool now.
+    pub fn picture(&self) -> Picture {
+        self.draw_and_read(|encoder, target| self.renderer.draw_picture(encoder, &self.textures, &target))
+    }
+
+    /// The same picture from an ordinary texture that holds the container's own levels.
+    pub fn reference_picture(&self, reference: &Reference) -> Picture {
+        self.draw_and_read(|encoder, target| reference.draw(encoder, &self.renderer, &self.textures, &target))
+    }
+
+    /// An ordinary texture that holds all levels of the scene's texture.
+    pub fn reference(&self) -> Result<Reference, StudioError> {
+        let (device, queue) = (&self.gpu.device, &self.gpu.queue);
+        Ok(Reference::new(device, queue, &self.textures, &self.renderer, &*self.source)?)
+    }
+
+    /// Share of the covered pixels whose wanted page, at mip bias 0, is resident. 1 where nothing is covered.
+    pub fn share_at_wanted_level(&mut self) -> Result<f64, StudioError> {
+        let (renderer, texture) = (&self.renderer, self.renderer.texture());
+        let feedback = self.textures.feedback_of_every_pixel(self.size, |pass, groups| {
+            renderer.draw_wanted(pass, &groups[texture]);
+        })?;
+        let (mut wanted, mut resident) = (0u64, 0u64);
+        for page in &feedback.pages {
+            wanted += u64::from(page.pixels);
+            if matches!(self.textures.state(page.page), vastex::PageState::Resident(_)) {
+                resident += u64::from(page.pixels);
+            }
+        }
+        Ok(if wanted == 0 { 1.0 } else { resident as f64 / wanted as f64 })
+    }
+
+    /// The textures, to ask about them.
+    pub fn textures(&self) -> &Textures {
+        &self.textures
+    }
+
+    /// The textures, to tell them something.
+    pub fn textures_mut(&mut self) -> &mut Textures {
+        &mut self.textures
+    }
+
+    fn view_aspect(&self) -> f32 {
+        self.size[0] as f32 / self.size[1] as f32
+    }
+
+    fn draw_and_read(&self, draw: impl FnOnce(&mut wgpu::CommandEncoder, PictureTarget<'_>)) -> Picture {
+        self.renderer.set_pose(&self.gpu.queue, &self.pose, self.view_aspect());
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        draw(&mut encoder, PictureTarget { colour: &self.colour_view, depth: &self.depth_view });
+        read_texture(&self.gpu, encoder, &self.colour, self.size)
+    }
+}
+
+/// The format of pictures: colours as the texture's own, so that nothing is lost between them.
+pub fn picture_format(textures: &Textures, texture: TextureId) -> wgpu::TextureFormat {
+    match textures.description(texture).layers[0].format {
+        LayerFormat::Rgba8Srgb => wgpu::TextureFormat::Rgba8UnormSrgb,
+        _ => wgpu::TextureFormat::Rgba8Unorm,
+    }
+}
+
+/// Submits the encoder's commands and reads a texture of four bytes a pixel.
+fn read_texture(
+    gpu: &Gpu,
+    mut encoder: wgpu::CommandEncoder,
+    texture: &wgpu::Texture,
+    size: [u32; 2],
+) -> Picture {
+    let row = (size[0] * 4).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+    let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("picture"),
+        size: u64::from(row) * u64::from(size[1]),
+        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    });
+    let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: None };
+    encoder.copy_texture_to_buffer(
+        texture.as_image_copy(),
+        wgpu::TexelCopyBufferInfo { buffer: &buffer, layout },
+        texture.size(),
+    );
+    gpu.queue.submit([encoder.finish()]);
+    buffer.map_async(wgpu::MapMode::Read, .., |_| {});
+    // A device that is lost maps nothing; the picture is then black, and the next call of the loop says why.
+    let _ = gpu.device.poll(wgpu::PollType::wait_indefinitely());
+    let mut rgba = Vec::with_capacity((size[0] * size[1] * 4) as usize);
+    match buffer.get_mapped_range(..) {
+        Ok(bytes) => {
+            bytes.chunks(row as usize).for_each(|line| rgba.extend_from_slice(&line[..size[0] as usize * 4]))
+        }
+        Err(_) => rgba.resize((size[0] * size[1] * 4) as usize, 0),
+    }
+    Picture { size, rgba }
+}

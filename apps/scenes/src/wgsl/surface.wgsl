@@ -1,0 +1,35 @@
+// A surface with a virtual texture on it: where its corners lie, and how the texture's value becomes a colour.
+// The text before this one is generated: vastex's own, and SCENE_CHANNELS.
+
+struct Scene {
+    clip_from_world: mat4x4<f32>,
+    background: vec4<f32>,
+}
+
+@group(1) @binding(0) var<uniform> scene: Scene;
+
+struct Corner {
+    @location(0) position: vec3<f32>,
+    @location(1) uv: vec2<f32>,
+}
+
+struct Surface {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) uv: vec2<f32>,
+}
+
+// The colour of a texture's value: grey, grey with alpha, or colour, over the background. Alpha 1 says "covered".
+fn scene_colour(value: vec4<f32>) -> vec4<f32> {
+    if SCENE_CHANNELS == 1u {
+        return vec4<f32>(value.rrr, 1.0);
+    }
+    if SCENE_CHANNELS == 2u {
+        return vec4<f32>(mix(scene.background.rgb, value.rrr, value.g), 1.0);
+    }
+    return vec4<f32>(mix(scene.background.rgb, value.rgb, value.a), 1.0);
+}
+
+@vertex
+fn place(corner: Corner) -> Surface {
+    return Surface(scene.clip_from_world * vec4<f32>(corner.position, 1.0), corner.uv);
+}

@@ -1,0 +1,12 @@
+// The feedback pass: the same surface, the pages that it wants.
+
+@vertex
+fn place_feedback(corner: Corner) -> Surface {
+    let surface = place(corner);
+    return Surface(vastex_feedback_clip(surface.clip), surface.uv);
+}
+
+@fragment
+fn want(surface: Surface) -> @location(0) vec4<u32> {
+    return vastex_feedback(surface.uv);
+}

@@ -1,0 +1,47 @@
+//! What can go wrong, by what the application can do about it.
+
+use vastex_core::PoolError;
+use vastex_tiles::{ContainerError, DecodeError, ReadError};
+use vastex_wgpu::GpuError;
+
+/// Why a call failed. A tile that cannot be had is no error but an [`crate::Event`].
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The file is no container, or a damaged one.
+    #[error(transparent)]
+    Container(#[from] ContainerError),
+    /// The coarsest levels of a texture could not be read, so there would be nothing to show.
+    #[error("the tail cannot be read, so the texture cannot be shown: {0}")]
+    TailUnreadable(#[from] ReadError),
+    /// The coarsest levels of a texture could not be decoded.
+    #[error(
+        "the tail cannot be decoded, so the texture cannot be shown: {0}; rebuild the file, or copy it anew"
+    )]
+    TailDamaged(#[from] DecodeError),
+    /// The coarsest levels of a texture are not at hand without waiting; in a browser, read them first.
+    #[error("the tail is not at hand; open the source until its tail is cached, then add it")]
+    TailPending,
+    /// The pool is too small for its textures, or the device too small for a tile.
+    #[error(transparent)]
+    Pool(#[from] PoolError),
+    /// The texture's tiles do not fit the slots of the pool, whose shape the first texture decided.
+    #[error(
+        "the texture's tiles ({found}) differ from those of the pool ({pool}); build both with the same page, border \
+         and format, or use another `Textures` for it"
+    )]
+    PoolMismatch {
+        /// Tile size and formats of the texture.
+        found: String,
+        /// Tile size and formats of the pool.
+        pool: String,
+    },
+    /// The texture is a volume; only images can be drawn so far.
+    #[error("the texture is a volume, and only images can be drawn so far")]
+    Volume,
+    /// The system gives no threads to load tiles with.
+    #[error("the system gives no threads to load tiles with: {0}")]
+    Threads(#[from] std::io::Error),
+    /// The GPU failed. After [`GpuError::DeviceLost`], make a new device and a new [`crate::Textures`].
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+}

@@ -1,0 +1,203 @@
+//! The frame loop: what is wanted, what has arrived, what changes on the GPU. There is one, and everything that shows a
+//! virtual texture calls it.
+//!
+//! Nothing is decided here: the pager decides, the loader and the GPU carry out.
+
+use vastex_core::{Event, Feedback, PageId, Stats, TableChange};
+use vastex_tiles::{LoadError, Loaded};
+use vastex_wgpu::{FeedbackScale, FeedbackTarget, RawFeedback, Readback, twins};
+
+use crate::error::Error;
+use crate::textures::{BindGroups, FeedbackPath, Textures};
+
+/// Totals of the loop.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Counters {
+    table_bytes_sent: u64,
+    /// By rings that are gone.
+    feedback_bytes_read: u64,
+    degenerate: u32,
+}
+
+/// How the loop stands after a frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FrameStats {
+    /// Frames so far.
+    pub frame: u64,
+    /// Of the pager: the pool, the working set, loads and evictions.
+    pub pager: Stats,
+    /// Whether, for a whole jitter cycle, nothing was newly wanted and nothing missing.
+    pub converged: bool,
+    /// Bytes of the pool in GPU memory.
+    pub pool_bytes: u64,
+    /// Bytes of page-table changes sent to the GPU so far.
+    pub table_bytes_sent: u64,
+    /// Bytes of feedback brought back so far.
+    pub feedback_bytes_read: u64,
+    /// Pixels of the newest feedback whose gradients said nothing.
+    pub degenerate_pixels: u32,
+}
+
+impl Textures {
+    /// Draws the feedback pass of this frame, for a picture of so many pixels: `draw` draws the scene with a pipeline whose
+    /// vertex shader ends in `vastex_feedback_clip(clip)` and whose fragment shader returns `vastex_feedback(uv)`, into
+    /// [`Textures::FEEDBACK_FORMAT`] and [`Textures::FEEDBACK_DEPTH_FORMAT`] (cleared to 1).
+    ///
+    /// To be called before [`Textures::update`], once per frame; a frame without it keeps what was wanted.
+    pub fn feedback(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        picture: [u32; 2],
+        draw: impl FnOnce(&mut wgpu::RenderPass<'_>, &BindGroups),
+    ) -> Result<(), Error> {
+        if self.feedback.as_ref().is_none_or(|path| path.target.picture() != picture) {
+            self.replace_feedback_path(picture)?;
+        }
+        let Some(path) = &mut self.feedback else { return Ok(()) };
+        draw(&mut path.target.begin(&self.queue, encoder, &self.view, self.frame, 1.0), &self.groups);
+        let recorded = path.readback.record(encoder, self.frame);
+        if let Some(lock_step) = self.lock_step.as_mut().filter(|_| recorded) {
+            lock_step.feedback_recorded(self.frame);
+        }
+        Ok(())
+    }
+
+    /// Takes in what has arrived, asks for what is missing, uploads, and changes the page tables. Never waits, unless the
+    /// pace is lock-step.
+    ///
+    /// To be called once per frame, before anything is drawn with [`Textures::bind_group`]: tiles are replaced when the
+    /// encoder's commands begin.
+    pub fn update(&mut self, encoder: &mut wgpu::CommandEncoder) -> Result<(), Error> {
+        if let Some(pool) = &mut self.pool {
+            pool.pager.begin_frame(self.frame);
+        }
+        self.observe()?;
+        self.exchange_with_loader();
+        self.upload(encoder)?;
+        self.frame += 1;
+        Ok(())
+    }
+
+    /// The feedback that has arrived, or in lock-step that of the frame before the last.
+    fn observe(&mut self) -> Result<(), Error> {
+        let (Some(path), Some(pool)) = (&mut self.feedback, &mut self.pool) else { return Ok(()) };
+        loop {
+            let feedback = match &mut self.lock_step {
+                None => path.readback.poll(&self.device)?,
+                Some(lock_step) => match lock_step.due_feedback(self.frame) {
+                    Some(frame) => Some(path.readback.wait(&self.device, &self.queue, frame)?),
+                    None => None,
+                },
+            };
+            let Some(feedback) = feedback else { return Ok(()) };
+            self.counters.degenerate = feedback.degenerate;
+            pool.pager.observe(&feedback);
+        }
+    }
+
+    /// Hands the loader's results to the pager, and the pager's decisions to the loader.
+    fn exchange_with_loader(&mut self) {
+        let Some(pool) = &mut self.pool else { return };
+        let pager = &mut pool.pager;
+        let mut arrived = |loaded: Loaded| match loaded.result {
+            Ok(bytes) => pager.tile_ready(loaded.page, bytes),
+            Err(LoadError::Cancelled) => pager.tile_cancelled(loaded.page),
+            Err(error) => pager.tile_failed(loaded.page, error.to_string()),
+        };
+        match &mut self.lock_step {
+            None => std::iter::from_fn(|| self.loader.poll()).for_each(&mut arrived),
+            Some(lock_step) => {
+                lock_step.due_loads(self.frame, &mut self.loader).into_iter().for_each(&mut arrived)
+            }
+        }
+        while let Some(page) = pager.poll_cancel() {
+            match &mut self.lock_step {
+                None => self.loader.cancel(page),
+                Some(lock_step) => lock_step.cancel(page),
+            }
+        }
+        while let Some(request) = pager.poll_request() {
+            self.loader.request(request.page, request.rank);
+            if let Some(lock_step) = &mut self.lock_step {
+                lock_step.requested(request.page, self.frame);
+            }
+        }
+    }
+
+    /// Carries out the pager's uploads, then the page-table changes of exactly these.
+    fn upload(&mut self, encoder: &mut wgpu::CommandEncoder) -> Result<(), Error> {
+        let Some(pool) = &mut self.pool else { return Ok(()) };
+        while let Some(upload) = pool.pager.poll_upload() {
+            pool.gpu.upload(&self.queue, upload.slot, &upload.bytes)?;
+        }
+        pool.gpu.set_bias(&self.queue, pool.pager.bias_eighths());
+        pool.pager.take_table_changes(&mut self.changes);
+        for (number, texture) in self.textures.iter_mut().enumerate() {
+            let of_texture = |change: &&TableChange| usize::from(change.page.texture().number()) == number;
+            let changes: Vec<_> = self.changes.iter().filter(of_texture).copied().collect();
+            let table = &mut texture.table;
+            self.counters.table_bytes_sent +=
+                self.changer.apply(&self.device, &self.queue, encoder, table, &changes);
+        }
+        Ok(())
+    }
+
+    fn replace_feedback_path(&mut self, picture: [u32; 2]) -> Result<(), Error> {
+        let target = FeedbackTarget::new(&self.device, picture, FeedbackScale::Reduced)?;
+        let readback = Readback::new(&self.device, &target);
+        if let Some(lock_step) = &mut self.lock_step {
+            lock_step.forget_feedback();
+        }
+        if let Some(old) = self.feedback.replace(FeedbackPath { target, readback }) {
+            self.counters.feedback_bytes_read += old.readback.bytes_read();
+        }
+        Ok(())
+    }
+
+    /// What every pixel of a picture wants, without acting on it: for statistics. Draws as [`Textures::feedback`] does,
+    /// at full resolution, and waits for the answer.
+    pub fn feedback_of_every_pixel(
+        &mut self,
+        picture: [u32; 2],
+        draw: impl FnOnce(&mut wgpu::RenderPass<'_>, &BindGroups),
+    ) -> Result<Feedback, Error> {
+        let target = FeedbackTarget::new(&self.device, picture, FeedbackScale::Full)?;
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        draw(&mut target.begin(&self.queue, &mut encoder, &self.view, self.frame, 1.0), &self.groups);
+        self.queue.submit([encoder.finish()]);
+        let raw = RawFeedback::read(&self.device, &self.queue, &target)?;
+        Ok(twins::compact(self.frame, &raw.pixels))
+    }
+
+    /// The view has jumped: what was wanted before says nothing of what is wanted from this frame on.
+    pub fn view_cut(&mut self) {
+        if let Some(pool) = &mut self.pool {
+            pool.pager.view_cut(self.frame);
+        }
+    }
+
+    /// The next thing that the application may want to know.
+    pub fn poll_event(&mut self) -> Option<Event> {
+        self.pool.as_mut().and_then(|pool| pool.pager.poll_event())
+    }
+
+    /// The pages in view that could not be had so far.
+    pub fn failed_pages(&self) -> Vec<PageId> {
+        self.pool.as_ref().map_or(Vec::new(), |pool| pool.pager.failed_pages().collect())
+    }
+
+    /// How the loop stands.
+    pub fn stats(&self) -> FrameStats {
+        let Some(pool) = &self.pool else { return FrameStats::default() };
+        let read = self.feedback.as_ref().map_or(0, |path| path.readback.bytes_read());
+        FrameStats {
+            frame: self.frame,
+            pager: pool.pager.stats(),
+            converged: pool.pager.is_converged(),
+            pool_bytes: pool.gpu.layout().bytes(),
+            table_bytes_sent: self.counters.table_bytes_sent,
+            feedback_bytes_read: self.counters.feedback_bytes_read + read,
+            degenerate_pixels: self.counters.degenerate,
+        }
+    }
+}

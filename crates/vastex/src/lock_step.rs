@@ -1,0 +1,78 @@
+//! Lock-step: what arrives, arrives in the same frame on every machine.
+//!
+//! The feedback of frame `n` acts in frame `n + 2`. A load takes a whole number of frames, and its result is waited for
+//! when they are over; results are handed on in the order of the requests, whichever thread was first.
+
+use std::collections::{HashMap, HashSet, VecDeque};
+
+use vastex_core::PageId;
+use vastex_tiles::{LoadError, Loaded, Loader};
+
+/// Frames between a view and its feedback.
+const FEEDBACK_FRAMES: u64 = 2;
+
+/// See the head of the file.
+#[derive(Debug)]
+pub(crate) struct LockStep {
+    latency_frames: u64,
+    /// Frames whose feedback was recorded and has not been taken.
+    recorded: VecDeque<u64>,
+    /// Loads under way, with the frame in which they end.
+    loads: VecDeque<(u64, PageId)>,
+    /// Results that came before their frame.
+    early: HashMap<PageId, Loaded>,
+    cancelled: HashSet<PageId>,
+}
+
+impl LockStep {
+    pub(crate) fn new(latency_frames: u64) -> LockStep {
+        LockStep {
+            latency_frames: latency_frames.max(1),
+            recorded: VecDeque::new(),
+            loads: VecDeque::new(),
+            early: HashMap::new(),
+            cancelled: HashSet::new(),
+        }
+    }
+
+    pub(crate) fn feedback_recorded(&mut self, frame: u64) {
+        self.recorded.push_back(frame);
+    }
+
+    /// Feedback that was under way is given up.
+    pub(crate) fn forget_feedback(&mut self) {
+        self.recorded.clear();
+    }
+
+    /// The frame whose feedback is to be waited for in `frame`, if any is left.
+    pub(crate) fn due_feedback(&mut self, frame: u64) -> Option<u64> {
+        self.recorded.front().filter(|&&recorded| recorded + FEEDBACK_FRAMES <= frame)?;
+        self.recorded.pop_front()
+    }
+
+    pub(crate) fn requested(&mut self, page: PageId, frame: u64) {
+        self.loads.push_back((frame + self.latency_frames, page));
+    }
+
+    /// The load is called off. The loader is not told, since whether it has begun depends on the machine.
+    pub(crate) fn cancel(&mut self, page: PageId) {
+        self.cancelled.insert(page);
+    }
+
+    /// The loads that end in `frame`, waited for.
+    pub(crate) fn due_loads(&mut self, frame: u64, loader: &mut Loader) -> Vec<Loaded> {
+        let mut due = Vec::new();
+        while let Some((_, page)) = self.loads.pop_front_if(|(ends, _)| *ends <= frame) {
+            while !self.early.contains_key(&page) {
+                let Some(loaded) = loader.wait() else { break };
+                self.early.insert(loaded.page, loaded);
+            }
+            let Some(mut loaded) = self.early.remove(&page) else { continue };
+            if self.cancelled.remove(&page) {
+                loaded.result = Err(LoadError::Cancelled);
+            }
+            due.push(loaded);
+        }
+        due
+    }
+}

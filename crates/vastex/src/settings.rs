@@ -1,0 +1,54 @@
+//! What an application may set, with defaults that suit a desktop.
+
+pub use vastex_wgpu::Filter;
+
+/// How the loop keeps time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Pace {
+    /// Nothing is waited for: feedback and tiles act when they arrive. For anything that a person looks at.
+    #[default]
+    Realtime,
+    /// The same frames give the same pictures on every machine: the feedback of frame `n` acts in frame `n + 2`, and a
+    /// load takes a whole number of frames and is waited for. For tests and for rendering to files.
+    LockStep {
+        /// Frames that a load takes, at least 1.
+        latency_frames: u64,
+    },
+}
+
+/// The settings of a [`crate::Textures`]. Every budget is an upper bound that is never exceeded.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// GPU memory for tiles, in bytes. Too little makes the picture coarser, never wrong; the smallest is the tails and
+    /// one tile.
+    pub pool_bytes: u64,
+    /// Bytes copied to the GPU per frame. A small budget makes a view sharpen later; one below a tile still gets there.
+    pub upload_bytes_per_frame: u64,
+    /// Bytes of tiles being loaded or waiting for the upload budget.
+    pub in_flight_bytes: u64,
+    /// Main memory for encoded tiles, in bytes for each texture, so that what was seen before need not be read again.
+    pub ram_cache_bytes: u64,
+    /// Threads that read and decode tiles; at least 1. Without meaning in a browser.
+    pub loader_threads: usize,
+    /// How texels are blended.
+    pub filter: Filter,
+    /// Index of the bind group through which the application's shaders see a texture.
+    pub bind_group_index: u32,
+    /// How the loop keeps time.
+    pub pace: Pace,
+}
+
+impl Default for Settings {
+    fn default() -> Settings {
+        Settings {
+            pool_bytes: 64 << 20,
+            upload_bytes_per_frame: 2 << 20,
+            in_flight_bytes: 16 << 20,
+            ram_cache_bytes: 64 << 20,
+            loader_threads: 2,
+            filter: Filter::Trilinear,
+            bind_group_index: 0,
+            pace: Pace::Realtime,
+        }
+    }
+}
