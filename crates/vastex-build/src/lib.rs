@@ -29,7 +29,7 @@ pub use error::{BuildError, InputFault};
 pub use notice::Notice;
 pub use readers::{ImageHeader, PixelFormat, RowReader, open};
 
-use pipeline::{Job, Stopped};
+use pipeline::{Done, Job, Stopped};
 
 /// How a container is made.
 #[derive(Clone, Debug)]
@@ -133,13 +133,17 @@ pub fn build(
     let memory = check_memory(input, reader.header(), &job, options.memory_limit)?;
     let writer_options = WriterOptions { compression: options.compression, durable: options.durable };
     let writer = ContainerWriter::create(output, description.clone(), writer_options)?;
-    let (writer, row_bytes_held) =
+    let Done { writer, writer_bytes, row_bytes_held } =
         job.run(&mut *reader, writer, progress).map_err(|stopped| match stopped {
             Stopped::Input(fault) => at_input(fault),
             Stopped::Output(error) => BuildError::Output(error),
             Stopped::Cancelled => BuildError::Cancelled,
         })?;
     let header = reader.header();
+    let rows = u64::from(header.height);
+    if progress.advance(rows, rows, writer_bytes).is_break() {
+        return Err(BuildError::Cancelled);
+    }
     let written = writer.finish()?;
     Ok(BuildReport {
         size: [header.width, header.height],

@@ -45,6 +45,15 @@ pub(crate) enum Stopped {
     Cancelled,
 }
 
+/// A build that only needs its container finished.
+pub(crate) struct Done<W> {
+    pub(crate) writer: ContainerWriter<W>,
+    /// Bytes of the tiles in it.
+    pub(crate) writer_bytes: u64,
+    /// Bytes of rows that were held at once.
+    pub(crate) row_bytes_held: u64,
+}
+
 /// Another stage failed and knows why.
 struct OtherStage;
 
@@ -62,13 +71,13 @@ impl Job<'_> {
         memory(geometry, format) + rows + batches
     }
 
-    /// Runs a whole build and gives back the writer with every tile in it, and the bytes of rows that were held.
+    /// Runs a whole build, up to the last tile.
     pub(crate) fn run<W: Write + Seek + Send>(
         &self,
         reader: &mut dyn RowReader,
         writer: ContainerWriter<W>,
         progress: &dyn Progress,
-    ) -> Result<(ContainerWriter<W>, u64), Stopped> {
+    ) -> Result<Done<W>, Stopped> {
         let (rows_tx, rows_rx) = sync_channel(ROW_BUFFERS);
         let (spare_tx, spare_rx) = channel();
         let (tiles_tx, tiles_rx) = sync_channel(BATCHES);
@@ -92,7 +101,9 @@ impl Job<'_> {
             read?;
             let writer = writer.map_err(Stopped::Output)?;
             // Cutting ends early only because one of the others did.
-            cut.map(|held| (writer, held)).map_err(|OtherStage| Stopped::Cancelled)
+            let writer_bytes = written.load(Ordering::Relaxed);
+            cut.map(|row_bytes_held| Done { writer, writer_bytes, row_bytes_held })
+                .map_err(|OtherStage| Stopped::Cancelled)
         })
     }
 

@@ -72,7 +72,7 @@ fn read_markers(file: &mut impl BufRead) -> Result<JpegHeader, InputFault> {
                 return Ok(JpegHeader { orientation, has_profile, ..header });
             }
             0xe1 => {
-                orientation = orientation.or(segment.strip_prefix(b"Exif\0\0").and_then(exif::orientation))
+                orientation = orientation.or(segment.strip_prefix(b"Exif\0\0").and_then(exif::orientation));
             }
             0xe2 => has_profile |= segment.starts_with(b"ICC_PROFILE\0"),
             _ => {}

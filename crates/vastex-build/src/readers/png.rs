@@ -3,7 +3,7 @@
 //! Palettes and samples of fewer than 8 bits are expanded, transparent colours become alpha.
 
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{BufReader, Read, Seek};
 
 use png::{BitDepth, ColorType, Decoder, DecodingError, Info, Limits, Reader, Transformations};
 
@@ -28,14 +28,11 @@ pub(super) struct PngReader {
 }
 
 impl PngReader {
-    pub(super) fn new(file: File) -> Result<PngReader, InputFault> {
+    pub(super) fn new(mut file: File) -> Result<PngReader, InputFault> {
+        check_size(&mut file)?;
         let mut decoder = Decoder::new_with_limits(buffered(file), Limits { bytes: DECODER_BYTES });
         decoder.set_transformations(Transformations::EXPAND);
         decoder.set_ignore_text_chunk(true);
-        let info = decoder.read_header_info().map_err(|e| fault(e, "in the header".into()))?;
-        if info.width == 0 || info.height == 0 {
-            return Err(InputFault::NoTexels { width: info.width.into(), height: info.height.into() });
-        }
         let reader = decoder.read_info().map_err(|e| fault(e, "in the header".into()))?;
         let (color, depth) = reader.output_color_type();
         let channels = match color {
@@ -83,9 +80,9 @@ impl PngReader {
 
     fn read(&mut self, rows: &mut [u8]) -> Result<(), DecodingError> {
         if self.interlaced {
-            self.read_interlaced(rows)?
+            self.read_interlaced(rows)?;
         } else {
-            self.read_by_row(rows)?
+            self.read_by_row(rows)?;
         }
         if self.next_row == self.header.height {
             self.image = Vec::new();
@@ -111,6 +108,22 @@ impl RowReader for PngReader {
     }
 }
 
+/// Refuses an image without texels; of anything else that is wrong with the header the decoder tells. Goes back to the start.
+fn check_size(file: &mut File) -> Result<(), InputFault> {
+    let mut start = Vec::with_capacity(24);
+    file.by_ref().take(24).read_to_end(&mut start)?;
+    file.rewind()?;
+    if let [.., w3, w2, w1, w0, h3, h2, h1, h0] = start[..]
+        && start.len() == 24
+    {
+        let (width, height) = (u32::from_be_bytes([w3, w2, w1, w0]), u32::from_be_bytes([h3, h2, h1, h0]));
+        if width == 0 || height == 0 {
+            return Err(InputFault::NoTexels { width: width.into(), height: height.into() });
+        }
+    }
+    Ok(())
+}
+
 /// Says what of the header is not followed.
 fn note(header: &mut ImageHeader, info: &Info<'_>) {
     let is_color = !matches!(header.format, PixelFormat::Grey8 | PixelFormat::Grey16);
@@ -120,7 +133,7 @@ fn note(header: &mut ImageHeader, info: &Info<'_>) {
         match info.gama_chunk.map(|gamma| gamma.into_scaled()) {
             Some(100_000) => header.linear = true,
             Some(gamma) if gamma.abs_diff(SRGB_GAMMA) > 500 => {
-                header.notices.push(Notice::GammaIgnored(gamma))
+                header.notices.push(Notice::GammaIgnored(gamma));
             }
             _ => {}
         }

@@ -1,5 +1,8 @@
 //! Image files made on the spot, and the pyramid the slow way: the oracle of the tests here.
 #![allow(dead_code, reason = "each test program uses a part of it")]
+#![allow(unreachable_pub, reason = "a module of test programs")]
+
+pub mod files;
 
 use std::fs::File;
 use std::io::BufWriter;

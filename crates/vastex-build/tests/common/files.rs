@@ -1,0 +1,119 @@
+//! JPEG and TIFF files, made in memory.
+
+use mozjpeg::{ColorSpace, Compress};
+
+/// A JPEG of three or one channels.
+pub fn jpeg(size: [u32; 2], channels: usize, progressive: bool, data: &[u8]) -> Vec<u8> {
+    let color = if channels == 1 { ColorSpace::JCS_GRAYSCALE } else { ColorSpace::JCS_RGB };
+    let mut compress = Compress::new(color);
+    compress.set_size(size[0] as usize, size[1] as usize);
+    compress.set_quality(98.0);
+    compress.set_chroma_sampling_pixel_sizes((1, 1), (1, 1));
+    if progressive {
+        compress.set_progressive_mode();
+    } else {
+        compress.set_fastest_defaults();
+        compress.set_optimize_scans(false);
+    }
+    let mut started = compress.start_compress(Vec::new()).unwrap();
+    started.write_scanlines(data).unwrap();
+    started.finish().unwrap()
+}
+
+/// A smooth picture, which JPEG keeps nearly as it is.
+pub fn smooth(size: [u32; 2], channels: u32) -> Vec<u8> {
+    let texel = |x: u32, y: u32, c: u32| (40 + (x * 150 / size[0] + y * (20 + 10 * c) / size[1]) % 200) as u8;
+    (0..size[1])
+        .flat_map(|y| (0..size[0]).flat_map(move |x| (0..channels).map(move |c| texel(x, y, c))))
+        .collect()
+}
+
+/// A classic TIFF of one image, laid out by hand: what the encoder at hand cannot write.
+pub struct HandmadeTiff {
+    pub big_endian: bool,
+    /// Tags whose values are short or long, but for the offsets and lengths of the strips or tiles.
+    pub tags: Vec<(u16, Vec<u32>)>,
+    pub tiled: bool,
+    pub chunks: Vec<Vec<u8>>,
+}
+
+impl HandmadeTiff {
+    /// The tags that every image needs; chunks are `chunk` texels.
+    pub fn new(size: [u32; 2], bits: &[u32], photometric: u32, chunk: [u32; 2], tiled: bool) -> HandmadeTiff {
+        let mut tags = vec![
+            (256, vec![size[0]]),
+            (257, vec![size[1]]),
+            (258, bits.to_vec()),
+            (259, vec![1]),
+            (262, vec![photometric]),
+            (277, vec![bits.len() as u32]),
+        ];
+        match tiled {
+            true => tags.extend([(322, vec![chunk[0]]), (323, vec![chunk[1]])]),
+            false => tags.push((278, vec![chunk[1]])),
+        }
+        HandmadeTiff { big_endian: false, tags, tiled, chunks: Vec::new() }
+    }
+
+    pub fn set(&mut self, tag: u16, value: u32) {
+        self.tags.retain(|(t, _)| *t != tag);
+        self.tags.push((tag, vec![value]));
+    }
+
+    /// Cuts rows into tiles, padded with zeros, or strips.
+    pub fn cut(&mut self, size: [u32; 2], texel: usize, chunk: [u32; 2], data: &[u8]) {
+        let [w, h] = size.map(|n| n as usize);
+        let [cw, ch] = chunk.map(|n| n as usize);
+        for top in (0..h).step_by(ch) {
+            for left in (0..w).step_by(cw) {
+                let rows = if self.tiled { ch } else { ch.min(h - top) };
+                let mut bytes = vec![0; rows * cw * texel];
+                for y in 0..rows.min(h - top) {
+                    let count = cw.min(w - left) * texel;
+                    let from = ((top + y) * w + left) * texel;
+                    bytes[y * cw * texel..][..count].copy_from_slice(&data[from..from + count]);
+                }
+                self.chunks.push(bytes);
+            }
+        }
+    }
+
+    pub fn bytes(&self) -> Vec<u8> {
+        let u16b = |v: u16| if self.big_endian { v.to_be_bytes() } else { v.to_le_bytes() };
+        let u32b = |v: u32| if self.big_endian { v.to_be_bytes() } else { v.to_le_bytes() };
+        let mut out = if self.big_endian { b"MM\0\x2a".to_vec() } else { b"II\x2a\0".to_vec() };
+        out.extend([0; 4]);
+        let mut tags = self.tags.clone();
+        let mut offsets = Vec::new();
+        for chunk in &self.chunks {
+            offsets.push(out.len() as u32);
+            out.extend(chunk);
+        }
+        let (offset_tag, length_tag) = if self.tiled { (324, 325) } else { (273, 279) };
+        tags.push((offset_tag, offsets));
+        tags.push((length_tag, self.chunks.iter().map(|c| c.len() as u32).collect()));
+        tags.sort();
+        let mut entries = u16b(tags.len() as u16).to_vec();
+        for (tag, values) in &tags {
+            let is_short = !matches!(tag, 256 | 257 | 273 | 278 | 279 | 322..=325);
+            let kind = if is_short { 3 } else { 4 };
+            let mut value: Vec<u8> = match is_short {
+                true => values.iter().flat_map(|&v| u16b(v as u16)).collect(),
+                false => values.iter().flat_map(|&v| u32b(v)).collect(),
+            };
+            if value.len() > 4 {
+                let at = out.len() as u32;
+                out.extend(std::mem::replace(&mut value, u32b(at).to_vec()));
+            }
+            value.resize(4, 0);
+            entries.extend([u16b(*tag), u16b(kind)].concat());
+            entries.extend(u32b(values.len() as u32));
+            entries.extend(value);
+        }
+        let directory = u32b(out.len() as u32);
+        out[4..8].copy_from_slice(&directory);
+        out.extend(entries);
+        out.extend([0; 4]);
+        out
+    }
+}
