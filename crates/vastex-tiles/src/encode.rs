@@ -4,8 +4,8 @@
 
 use bytes::Bytes;
 use vastex_core::Description;
-use xxhash_rust::xxh3::{xxh3_64, xxh3_128};
 
+use crate::hash::{checksum, content_hash};
 use crate::tile::{Codec, Tile};
 
 /// How tiles are compressed.
@@ -37,9 +37,9 @@ impl EncodedTile {
     /// Constant tiles become one texel of each layer; where compression does not help, the texels are kept as they
     /// are, without a copy. Pure and free of locks: call it from as many threads as there are.
     pub fn new(texels: Bytes, description: &Description, compression: Compression) -> EncodedTile {
-        let (hash, raw_len) = (xxh3_128(&texels), texels.len());
+        let (hash, raw_len) = (content_hash(&texels), texels.len());
         let tile = Tile::encode(texels, description, compression);
-        EncodedTile { checksum: xxh3_64(&tile.bytes), tile, hash, raw_len }
+        EncodedTile { checksum: checksum(&tile.bytes), tile, hash, raw_len }
     }
 
     /// The encoded tile.
@@ -120,7 +120,7 @@ mod tests {
         ) {
             let description = description(&formats);
             let texels: Vec<u8> =
-                (0..description.tile_bytes()).map(|i| xxh3_64(&(seed ^ (i / run) as u64).to_le_bytes()) as u8).collect();
+                (0..description.tile_bytes()).map(|i| crate::hash::seeded(seed, &(i / run).to_le_bytes()) as u8).collect();
             let tile = Tile::encode(texels.clone().into(), &description, compression);
             prop_assert!(tile.bytes.len() <= texels.len());
             prop_assert_eq!(tile.decode(&description).unwrap(), texels);

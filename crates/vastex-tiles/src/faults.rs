@@ -7,8 +7,8 @@ use std::task::Poll;
 use std::time::Duration;
 
 use vastex_core::{Description, PagePos};
-use xxhash_rust::xxh3::xxh3_64_with_seed;
 
+use crate::hash::seeded;
 use crate::source::{MaybeSend, MaybeSync, ReadError, ReadFuture, TileSource};
 use crate::tile::Tile;
 
@@ -84,7 +84,7 @@ impl<S> Faults<S, ()> {
     ) -> Faults<S, impl Fn(PagePos, u32) -> Option<Injection> + Send + Sync> {
         Faults::new(source, move |pos, attempt| {
             let key = [u32::from(pos.level), pos.x, pos.y, pos.z, attempt].map(u32::to_le_bytes).concat();
-            let mut left = xxh3_64_with_seed(&key, seed) as f64 / u64::MAX as f64;
+            let mut left = seeded(seed, &key) as f64 / u64::MAX as f64;
             let injections = [
                 (rates.fail, Injection::Fail),
                 (rates.corrupt, Injection::Corrupt),

@@ -13,6 +13,7 @@ mod container;
 #[cfg(feature = "write")]
 mod encode;
 mod faults;
+mod hash;
 mod loader;
 mod property;
 mod source;

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use bytes::Bytes;
 use proptest::prelude::*;
 use vastex_core::{AddressMode, Description, Dims, Geometry, GeometrySpec, Layer, LayerFormat, PagePos};
-use xxhash_rust::xxh3::xxh3_64_with_seed;
 
+use crate::hash::seeded;
 use crate::{Compression, Container, ContainerWriter, EncodedTile, MemoryStore, Store, WriterOptions};
 
 /// An image of `width` by `height` texels with small pages.
@@ -44,7 +44,7 @@ pub(crate) fn any_description() -> impl Strategy<Value = Description> {
 /// The texels of a page: noise, runs, one colour or what another page has, as `seed` and the page say.
 pub(crate) fn texels(description: &Description, pos: PagePos, seed: u64) -> Vec<u8> {
     let key = [u32::from(pos.level), pos.x, pos.y, pos.z].map(u32::to_le_bytes).concat();
-    let hash = xxh3_64_with_seed(&key, seed);
+    let hash = seeded(seed, &key);
     let kind = hash % 5;
     let seed = if kind == 3 { seed } else { hash };
     let run = if kind == 0 { 1 } else { 50 };
@@ -57,9 +57,7 @@ pub(crate) fn texels(description: &Description, pos: PagePos, seed: u64) -> Vec<
             })
             .collect();
     }
-    (0..description.tile_bytes())
-        .map(|n| xxh3_64_with_seed(&(n as u64 / run).to_le_bytes(), seed) as u8)
-        .collect()
+    (0..description.tile_bytes()).map(|n| seeded(seed, &(n as u64 / run).to_le_bytes()) as u8).collect()
 }
 
 fn tile_texels(description: &Description) -> usize {

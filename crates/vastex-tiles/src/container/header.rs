@@ -7,7 +7,7 @@ use super::error::ContainerError;
 use super::layout::{
     Fields, HEADER_BYTES, HEADER_COPY_BYTES, MAGIC, MAX_DESCRIPTION_BYTES, Section, VERSION,
 };
-use xxhash_rust::xxh3::xxh3_64;
+use crate::hash::checksum;
 
 /// Bytes of a copy that its checksum covers; the checksum follows, then zeros.
 const CHECKED_BYTES: usize = 88;
@@ -40,7 +40,7 @@ impl Header {
         // Coarse tiles and index are read together, so the one offset stands beside the other's section.
         bytes.extend(self.coarse_offset.to_le_bytes());
         debug_assert_eq!(bytes.len(), CHECKED_BYTES);
-        bytes.extend(xxh3_64(&bytes).to_le_bytes());
+        bytes.extend(checksum(&bytes).to_le_bytes());
         let mut copy = [0; HEADER_COPY_BYTES as usize];
         copy[..bytes.len()].copy_from_slice(&bytes);
         copy
@@ -56,11 +56,11 @@ impl Header {
         let version = fields.u32().map_err(damaged)?;
         let zero = fields.u32().map_err(damaged)?;
         let header = Header::fields(&mut fields).map_err(damaged)?;
-        let checksum = fields.u64().map_err(damaged)?;
+        let stated = fields.u64().map_err(damaged)?;
         if version != VERSION {
             return Err(CopyFault::Version(version));
         }
-        if xxh3_64(&copy[..CHECKED_BYTES]) != checksum {
+        if checksum(&copy[..CHECKED_BYTES]) != stated {
             return Err(damaged("the checksum does not match".into()));
         }
         if zero != 0 || copy[CHECKED_BYTES + 8..].iter().any(|&byte| byte != 0) {

@@ -2,7 +2,7 @@
 //!
 //! Everything is little-endian. What the numbers are arranged into stands in `header`, `description` and `index`.
 
-use xxhash_rust::xxh3::xxh3_64;
+use crate::hash::checksum;
 
 /// The first bytes of every header copy. The high bit and the line ends show a transfer that took the file for text.
 pub(super) const MAGIC: [u8; 8] = *b"\x89VTX\r\n\x1a\n";
@@ -59,12 +59,12 @@ impl Section {
     /// The section that `bytes` make at `offset`.
     #[cfg(feature = "write")]
     pub(super) fn of(offset: u64, bytes: &[u8]) -> Section {
-        Section { extent: Extent { offset, len: bytes.len() as u64 }, checksum: xxh3_64(bytes) }
+        Section { extent: Extent { offset, len: bytes.len() as u64 }, checksum: checksum(bytes) }
     }
 
     /// Fails where the bytes are not those that were written.
     pub(super) fn check(&self, bytes: &[u8]) -> Result<(), String> {
-        if xxh3_64(bytes) == self.checksum { Ok(()) } else { Err("the checksum does not match".into()) }
+        if checksum(bytes) == self.checksum { Ok(()) } else { Err("the checksum does not match".into()) }
     }
 }
 

@@ -9,6 +9,7 @@ use super::error::ContainerError;
 use super::header::{self, Header};
 use super::layout::{Extent, HEADER_BYTES, HEADER_COPY_BYTES};
 use super::reader::Container;
+use crate::hash::Checksum;
 use crate::source::TileSource;
 use crate::stores::{Store, StoreError};
 use crate::tile::{Codec, Tile};
@@ -176,14 +177,14 @@ async fn read_in_pieces(store: &dyn Store, extent: Extent, file_len: u64) -> Res
     if !extent.lies_within(HEADER_BYTES..file_len) {
         return Err("it lies outside the file".into());
     }
-    let mut hash = xxhash_rust::xxh3::Xxh3::new();
+    let mut hash = Checksum::default();
     let mut offset = extent.offset;
     while offset < extent.offset + extent.len {
         let piece = read_piece(store, offset, extent.offset + extent.len).await.map_err(|e| e.to_string())?;
         hash.update(&piece);
         offset += piece.len() as u64;
     }
-    Ok(hash.digest())
+    Ok(hash.finish())
 }
 
 async fn check_gap(store: &dyn Store, mut offset: u64, end: u64, found: &mut Verification) {

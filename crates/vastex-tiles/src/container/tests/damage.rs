@@ -3,9 +3,9 @@
 use pollster::block_on;
 use proptest::prelude::*;
 use vastex_core::LayerFormat;
-use xxhash_rust::xxh3::xxh3_64;
 
 use crate::container::layout::{HEADER_BYTES, HEADER_COPY_BYTES};
+use crate::hash::checksum;
 use crate::testing::{container_bytes, image, memory, open};
 use crate::*;
 
@@ -138,7 +138,7 @@ fn files_that_cannot_be_read_are_named_with_the_remedy() {
 fn forge_header(mut bytes: Vec<u8>, at: usize, value: u64) -> Vec<u8> {
     for copy in [0, HEADER_COPY_BYTES as usize] {
         bytes[copy + at..][..8].copy_from_slice(&value.to_le_bytes());
-        let checksum = xxh3_64(&bytes[copy..copy + 88]);
+        let checksum = checksum(&bytes[copy..copy + 88]);
         bytes[copy + 88..][..8].copy_from_slice(&checksum.to_le_bytes());
     }
     bytes
@@ -150,7 +150,7 @@ fn forge_index(mut bytes: Vec<u8>, at: usize, value: &[u8]) -> Vec<u8> {
     let (offset, len) = (number(56), number(64));
     bytes[offset + at % len..][..value.len().min(len - at % len)]
         .copy_from_slice(&value[..value.len().min(len - at % len)]);
-    let checksum = xxh3_64(&bytes[offset..offset + len]);
+    let checksum = checksum(&bytes[offset..offset + len]);
     forge_header(bytes, 72, checksum)
 }
 
