@@ -3,3 +3,4 @@
 mod conforming;
 mod damage;
 mod round_trip;
+mod versions;
