@@ -81,3 +81,55 @@ impl<'a> Bands<'a> {
         last.map_or(0, |row| row + 1)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use vastex_core::GeometrySpec;
+
+    fn image(height: u32, page: u32, border: u32, mode: AddressMode) -> Geometry {
+        let spec = GeometrySpec { page, border, address: [mode; 3], ..GeometrySpec::image(5000, height) };
+        Geometry::new(spec).unwrap()
+    }
+
+    #[test]
+    fn where_the_edge_wraps_the_first_band_comes_last() {
+        for (mode, order) in [
+            (AddressMode::Clamp, [(0, 36), (1, 68), (2, 100), (3, 100)]),
+            (AddressMode::Wrap, [(1, 68), (2, 100), (3, 100), (0, 100)]),
+        ] {
+            let geometry = image(100, 32, 4, mode);
+            let mut bands = Bands::new(&geometry, 0);
+            for (band, needs) in order {
+                assert_eq!(bands.next(needs - 1), None);
+                assert_eq!(bands.next(needs), Some(band));
+            }
+            assert_eq!(bands.next(u32::MAX), None);
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn no_band_needs_a_row_that_may_be_forgotten(
+            height in 1u32..700, page in 8u32..60, share in 0u32..100,
+            mode in prop::sample::select(vec![AddressMode::Clamp, AddressMode::Wrap, AddressMode::Mirror]),
+        ) {
+            let geometry = image(height, page, 1 + (page / 2 - 1) * share / 100, mode);
+            let mut bands = Bands::new(&geometry, 0);
+            let head = Bands::head_rows(&geometry, 0);
+            let (mut keep, mut cut) = (bands.keep_from(), 0);
+            for filled in 1..=height {
+                while let Some(band) = bands.next(filled) {
+                    for row in Bands::rows(&geometry, 0, band) {
+                        prop_assert!(row < filled && (row < head || row >= keep), "band {} row {}", band, row);
+                    }
+                    cut += 1;
+                }
+                prop_assert!(bands.keep_from() >= keep);
+                keep = bands.keep_from();
+            }
+            prop_assert_eq!(cut, geometry.level(0).pages[1]);
+        }
+    }
+}

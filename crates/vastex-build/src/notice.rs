@@ -23,6 +23,8 @@ pub enum Notice {
     GammaIgnored(u32),
     /// Colours are multiplied by alpha in the file and are taken as they are.
     PremultipliedAlpha,
+    /// The compressed data are damaged in so many places, and the decoder went on with what it could make of them.
+    DamagedInPlaces(u32),
     /// The file holds further images or frames.
     FurtherImagesIgnored,
 }
@@ -47,6 +49,9 @@ impl fmt::Display for Notice {
             }
             Notice::PremultipliedAlpha => {
                 write!(f, "colours are premultiplied by alpha in the file and are taken as they are")
+            }
+            Notice::DamagedInPlaces(n) => {
+                write!(f, "the compressed data are damaged in {n} places; the picture there is a guess")
             }
             Notice::FurtherImagesIgnored => write!(f, "only the first image of the file is read"),
         }

@@ -1,10 +1,12 @@
 //! What is built, against the slow way: every texel of every tile.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests fail by panicking")]
 
 mod common;
 
 use common::{build_file, check_against_naive, texels, tiles, write_png};
 use png::{BitDepth, ColorType};
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 use vastex_build::BuildOptions;
 use vastex_core::AddressMode::{self, Clamp, Mirror, Wrap};
 use vastex_core::LayerFormat;
@@ -68,7 +70,7 @@ fn any_case() -> impl Strategy<Value = Case> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 96, failure_persistence: None, ..Default::default() })]
+    #![proptest_config(ProptestConfig { cases: 96, rng_seed: RngSeed::Fixed(3), failure_persistence: None, ..Default::default() })]
 
     #[test]
     fn every_tile_is_what_the_slow_way_makes(case in any_case()) {

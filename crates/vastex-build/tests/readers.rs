@@ -1,4 +1,5 @@
 //! Every kind of file that can be read, read in odd portions and compared with what was put in.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests fail by panicking")]
 
 mod common;
 
@@ -199,6 +200,16 @@ fn jpeg_says_that_orientation_and_profile_are_ignored() {
     let icc = b"\xff\xe2\0\x12ICC_PROFILE\0\x01\x01ab";
     let (header, _) = read(&[&file[..2], &exif, icc, &file[2..]].concat());
     assert_eq!(header.notices, [Notice::OrientationIgnored(6), Notice::ProfileIgnored]);
+}
+
+#[test]
+fn jpeg_damaged_in_the_middle_is_told() {
+    // Noise, so that nearly all of the file is compressed data.
+    let mut file = jpeg(SIZE, 3, false, &texels((SIZE[0] * SIZE[1] * 3) as usize, 37));
+    let middle = file.len() / 2;
+    file[middle..middle + 2].copy_from_slice(&[0xff, 0xd9]);
+    let (header, _) = read(&file);
+    assert!(matches!(header.notices[..], [Notice::DamagedInPlaces(n)] if n > 0), "{:?}", header.notices);
 }
 
 fn tiff_file<C: TiffColor, K: TiffKind>(data: &[C::Inner], rows: u32, compression: Compression) -> Vec<u8>

@@ -1,18 +1,19 @@
 //! JPEG, by rows with libjpeg; progressive files through their coefficients.
 //!
 //! libjpeg only warns when a file ends early and fills the rest with grey. So its source, [`EndIsError`], fails where
-//! the file ends, and the decoder never asks beyond a whole file's end. libjpeg's errors unwind: they are caught here.
-//! Damage in the middle that still decodes to something is not seen.
+//! the file ends, and the decoder never asks beyond a whole file's end. Damage in the middle is told as a notice,
+//! where the decoder sees it. libjpeg's errors unwind: they are caught here.
 
 use std::cell::Cell;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek};
-use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::rc::Rc;
 
 use mozjpeg::ColorSpace;
 use mozjpeg::decompress::{Decompress, DecompressStarted};
 
+use super::jpeg_errors::{Fatal, handlers, take_warnings};
 use super::{ImageHeader, PixelFormat, RowReader, buffered, exif, jpeg_header};
 use crate::error::{InputFault, near_row};
 use crate::notice::Notice;
@@ -33,6 +34,8 @@ pub(super) struct JpegReader {
     state: State,
     ended: Rc<Cell<bool>>,
     next_row: u32,
+    /// Places where the decoder found the data damaged and went on.
+    faults: u32,
 }
 
 impl JpegReader {
@@ -60,12 +63,12 @@ impl JpegReader {
         header.notices.extend(found.has_profile.then_some(Notice::ProfileIgnored));
         let mut file = file.into_inner();
         file.rewind()?;
-        Ok(JpegReader { header, state: State::Opened(file), ended: Rc::default(), next_row: 0 })
+        Ok(JpegReader { header, state: State::Opened(file), ended: Rc::default(), next_row: 0, faults: 0 })
     }
 
     fn start(&self, file: File) -> io::Result<Box<Decoder>> {
         let source = EndIsError { inner: buffered(file), ended: self.ended.clone() };
-        let decoder = Decompress::new_reader(source)?;
+        let decoder = Decompress::with_err(handlers()).from_reader(source)?;
         let color = match self.header.format {
             PixelFormat::Grey8 => ColorSpace::JCS_GRAYSCALE,
             _ => ColorSpace::JCS_RGB,
@@ -93,21 +96,34 @@ impl JpegReader {
     }
 }
 
+impl JpegReader {
+    /// Once everything is read, says how much of it was damaged.
+    fn note_faults(&mut self) {
+        if self.faults > 0 && self.next_row == self.header.height {
+            self.header.notices.push(Notice::DamagedInPlaces(self.faults));
+        }
+    }
+}
+
 impl RowReader for JpegReader {
     fn header(&self) -> &ImageHeader {
         &self.header
     }
 
     fn read_rows(&mut self, rows: &mut [u8]) -> Result<(), InputFault> {
+        take_warnings();
         let result = catch_unwind(AssertUnwindSafe(|| self.decode(rows)));
+        self.faults = self.faults.saturating_add(take_warnings());
         let place = near_row(self.next_row, self.header.height);
         let why = match result {
-            Ok(Ok(())) => return Ok(()),
+            Ok(Ok(())) => {
+                self.note_faults();
+                return Ok(());
+            }
             _ if self.ended.get() => return Err(InputFault::Truncated { place }),
             Ok(Err(e)) => e.to_string(),
-            Err(payload) => {
-                payload.downcast::<String>().map_or_else(|_| "it cannot be decoded".into(), |s| *s)
-            }
+            Err(payload) if payload.is::<Fatal>() => "it cannot be decoded".into(),
+            Err(payload) => resume_unwind(payload),
         };
         Err(InputFault::Damaged { place, why })
     }

@@ -6,6 +6,7 @@
 
 mod exif;
 mod jpeg;
+mod jpeg_errors;
 mod jpeg_header;
 mod png;
 mod tiff;
@@ -106,7 +107,7 @@ impl ImageHeader {
 
     /// Bytes of all rows.
     pub fn image_bytes(&self) -> u64 {
-        self.row_bytes() as u64 * u64::from(self.height)
+        (self.row_bytes() as u64).saturating_mul(u64::from(self.height))
     }
 
     /// Counts `bytes` as held for the whole time, and says why.

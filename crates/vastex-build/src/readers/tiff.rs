@@ -82,9 +82,9 @@ impl TiffReader {
             // The decoder shares the file's position; from here on it is gone.
             Access::Raw { file, position: u64::MAX }
         } else {
-            let band = u64::from(chunks.rows.min(height)) * header.row_bytes() as u64;
+            let band = u64::from(chunks.rows.min(height)).saturating_mul(header.row_bytes() as u64);
             // A band, one tile of it beside it, and what is being decoded.
-            header.memory = band.saturating_mul(2) + chunks.lengths.iter().max().unwrap_or(&0);
+            header.memory = band.saturating_mul(2).saturating_add(*chunks.lengths.iter().max().unwrap_or(&0));
             if strips && chunks.rows >= height {
                 header
                     .notices
@@ -323,6 +323,10 @@ fn fault(error: TiffError, place: &str) -> InputFault {
             InputFault::Truncated { place: place.into() }
         }
         TiffError::IoError(e) => InputFault::Damaged { place: place.into(), why: e.to_string() },
+        TiffError::LimitsExceeded => InputFault::Unsupported {
+            what: "more strips or tiles than can be listed".into(),
+            remedy: "convert it to larger ones",
+        },
         TiffError::UnsupportedError(e) => InputFault::Unsupported {
             what: format!("a kind of TIFF that is not known ({e})"),
             remedy: "convert it to a TIFF of strips or tiles, uncompressed, LZW, deflate or JPEG",
