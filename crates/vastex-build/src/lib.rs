@@ -20,14 +20,15 @@ mod tail;
 
 use std::fs;
 use std::ops::ControlFlow;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use vastex_core::{AddressMode, Description, Dims, Geometry, GeometrySpec, LayerFormat};
-use vastex_tiles::{Compression, ContainerWriter, WriterOptions};
+use vastex_tiles::{ContainerWriter, WriterOptions};
 
 pub use error::{BuildError, InputFault};
 pub use notice::Notice;
 pub use readers::{ImageHeader, PixelFormat, RowReader, open};
+pub use vastex_tiles::{Compression, WriteError};
 
 use pipeline::{Done, Job, Stopped};
 
@@ -75,7 +76,10 @@ pub trait Progress {
 }
 
 /// Nobody watches, nobody cancels.
-impl Progress for () {
+#[derive(Clone, Copy, Debug)]
+pub struct NoProgress;
+
+impl Progress for NoProgress {
     fn advance(&self, _: u64, _: u64, _: u64) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }
@@ -111,16 +115,17 @@ pub struct BuildReport {
 /// The file appears at `output`, over what was there, when it is whole; after an error or a cancellation nothing is left
 /// behind. Takes one pass over the image, and memory as [`BuildReport::memory`] says.
 pub fn build(
-    inputs: &[PathBuf],
+    inputs: &[impl AsRef<Path>],
     output: &Path,
     options: &BuildOptions,
     progress: &dyn Progress,
 ) -> Result<BuildReport, BuildError> {
     let [input] = inputs else { return Err(BuildError::Inputs(inputs.len())) };
-    let at_input = |fault| BuildError::Input { path: input.clone(), fault };
+    let input = input.as_ref();
+    let at_input = |fault| BuildError::Input { path: input.into(), fault };
     let mut reader = open(input).map_err(at_input)?;
     if is_same_file(input, output) {
-        return Err(BuildError::SameFile(input.clone()));
+        return Err(BuildError::SameFile(input.into()));
     }
     let description = describe(reader.header(), options)?;
     let pool = thread_pool(options.threads)?;
