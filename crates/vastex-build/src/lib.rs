@@ -76,10 +76,7 @@ pub trait Progress {
 }
 
 /// Nobody watches, nobody cancels.
-#[derive(Clone, Copy, Debug)]
-pub struct NoProgress;
-
-impl Progress for NoProgress {
+impl Progress for () {
     fn advance(&self, _: u64, _: u64, _: u64) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }

@@ -12,7 +12,7 @@ use common::files::{HandmadeTiff, jpeg, smooth};
 use common::{texels, write_png};
 use tiff::encoder::TiffEncoder;
 use tiff::encoder::colortype::RGB8;
-use vastex_build::{BuildError, BuildOptions, NoProgress, Progress, build};
+use vastex_build::{BuildError, BuildOptions, Progress, build};
 
 const SIZE: [u32; 2] = [300, 200];
 
@@ -27,7 +27,7 @@ fn error_of(name: &str, bytes: &[u8], options: &BuildOptions) -> String {
 
 #[track_caller]
 fn error_in(dir: &Path, input: &Path, options: &BuildOptions) -> String {
-    let error = build(&[input], &dir.join("out.vastex"), options, &NoProgress).unwrap_err().to_string();
+    let error = build(&[input], &dir.join("out.vastex"), options, &()).unwrap_err().to_string();
     let mut left: Vec<_> = std::fs::read_dir(dir).unwrap().map(|e| e.unwrap().path()).collect();
     left.retain(|path| path != input);
     assert!(left.is_empty(), "left behind: {left:?}");
@@ -164,8 +164,7 @@ fn impossible_options_and_outputs() {
     let dir = tempfile::tempdir().unwrap();
     let input = dir.path().join("a.tif");
     std::fs::write(&input, good_tiff()).unwrap();
-    let build_to =
-        |output: &Path| build(&[&input], output, &BuildOptions::default(), &NoProgress).unwrap_err();
+    let build_to = |output: &Path| build(&[&input], output, &BuildOptions::default(), &()).unwrap_err();
     assert!(matches!(build_to(&input), BuildError::SameFile(_)));
     assert_eq!(std::fs::read(&input).unwrap(), good_tiff());
     for output in [dir.path().to_path_buf(), dir.path().join("missing/out.vastex")] {
@@ -173,7 +172,7 @@ fn impossible_options_and_outputs() {
         assert!(error.contains(output.to_str().unwrap()) && error.contains("cannot be written"), "{error}");
     }
     for inputs in [vec![], vec![input.clone(); 2]] {
-        let error = build(&inputs, &dir.path().join("o"), &BuildOptions::default(), &NoProgress).unwrap_err();
+        let error = build(&inputs, &dir.path().join("o"), &BuildOptions::default(), &()).unwrap_err();
         assert!(matches!(error, BuildError::Inputs(n) if n == inputs.len()));
     }
 }
@@ -239,7 +238,7 @@ fn altered_files_never_panic() {
                 altered[at] = random(256) as u8;
             }
             std::fs::write(&input, &altered).unwrap();
-            let built = catch_unwind(|| build(&[&input], &output, &options, &NoProgress).is_ok());
+            let built = catch_unwind(|| build(&[&input], &output, &options, &()).is_ok());
             let built = built.unwrap_or_else(|_| panic!("file {number}, round {round}"));
             assert_eq!(std::fs::read_dir(dir.path()).unwrap().count(), 1 + usize::from(built));
             if built {

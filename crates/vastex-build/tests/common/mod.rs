@@ -8,7 +8,7 @@ use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
-use vastex_build::{BuildOptions, BuildReport, NoProgress, build};
+use vastex_build::{BuildOptions, BuildReport, build};
 use vastex_core::{AddressMode, Description, LayerFormat, PagePos};
 use vastex_tiles::{Container, TileSource};
 
@@ -41,7 +41,7 @@ pub fn write_png(path: &Path, size: [u32; 2], color: png::ColorType, depth: png:
 
 pub fn build_file(input: &Path, options: &BuildOptions) -> (PathBuf, BuildReport) {
     let output = input.with_extension("vastex");
-    let report = build(&[input], &output, options, &NoProgress).unwrap();
+    let report = build(&[input], &output, options, &()).unwrap();
     (output, report)
 }
 
