@@ -24,6 +24,17 @@ pub fn required_features(adapter: &wgpu::Adapter) -> wgpu::Features {
     if filterable { norm16 } else { wgpu::Features::empty() }
 }
 
+/// Fails where the device is already lost, so that nothing is made that could not be used without a panic.
+pub(crate) fn alive(device: &wgpu::Device) -> Result<(), GpuError> {
+    let probe = device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("vastex probe"),
+        size: 4,
+        usage: wgpu::BufferUsages::COPY_SRC,
+        mapped_at_creation: true,
+    });
+    probe.get_mapped_range_mut(..).map(|_| ()).map_err(|_| GpuError::DeviceLost)
+}
+
 /// Makes something of `bytes` bytes that may be too large for the device's memory, and says so.
 ///
 /// In a browser the answer comes only later; there the device reports it as an uncaptured error.

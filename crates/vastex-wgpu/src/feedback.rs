@@ -6,7 +6,7 @@
 
 use vastex_core::shared;
 
-use crate::device::uniform;
+use crate::device::{alive, uniform};
 use crate::error::GpuError;
 use crate::mirror::ViewParams;
 
@@ -154,6 +154,7 @@ impl FeedbackTarget {
         picture: [u32; 2],
         scale: FeedbackScale,
     ) -> Result<FeedbackTarget, GpuError> {
+        alive(device)?;
         let size = FeedbackView::new(picture, scale, 0).target_size();
         let [width, height] = size;
         let max = device.limits().max_texture_dimension_2d;

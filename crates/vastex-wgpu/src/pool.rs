@@ -4,7 +4,7 @@
 
 use vastex_core::{ArrayLimits, LayerFormat, PoolLayout, Slot};
 
-use crate::device::{guarded, uniform};
+use crate::device::{alive, guarded, uniform};
 use crate::error::GpuError;
 use crate::mirror::PoolParams;
 use crate::shader::Atlas;
@@ -53,6 +53,7 @@ impl Pool {
         layout: &PoolLayout,
         formats: &[LayerFormat],
     ) -> Result<Pool, GpuError> {
+        alive(device)?;
         check(device, layout, formats)?;
         let arrays = || formats.iter().map(|&format| layer_array(device, layout, format)).collect::<Vec<_>>();
         let layers = guarded(device, layout.bytes(), arrays)?;

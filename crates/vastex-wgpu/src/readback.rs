@@ -10,6 +10,7 @@ use std::sync::atomic::{AtomicU8, Ordering};
 use vastex_core::{Feedback, PageId, WantedPage, shared};
 
 use crate::compact::{Compactor, HEAD_BYTES, List, WANTED_BYTES};
+use crate::device::alive;
 use crate::error::GpuError;
 use crate::feedback::FeedbackTarget;
 use crate::mirror::{ListHead, Wanted};
@@ -60,7 +61,8 @@ struct Gathered {
 
 impl Readback {
     /// A ring for one target; a new target needs a new ring, and what was under way in the old one is given up.
-    pub fn new(device: &wgpu::Device, target: &FeedbackTarget) -> Readback {
+    pub fn new(device: &wgpu::Device, target: &FeedbackTarget) -> Result<Readback, GpuError> {
+        alive(device)?;
         let compactor = Compactor::new(device, target);
         let place = |_| Place {
             list: compactor.list(device),
@@ -68,7 +70,7 @@ impl Readback {
             state: State::Free,
         };
         let ring = (0..RING).map(place).collect();
-        Readback { compactor, ring, last_count: 0, bytes_read: 0 }
+        Ok(Readback { compactor, ring, last_count: 0, bytes_read: 0 })
     }
 
     /// Records the compaction of the target and the copy of what it gives. `frame` grows from call to call.
@@ -265,6 +267,7 @@ impl RawFeedback {
         queue: &wgpu::Queue,
         target: &FeedbackTarget,
     ) -> Result<RawFeedback, GpuError> {
+        alive(device)?;
         let [width, height] = target.size();
         let row = (width * 16).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
         let size = u64::from(row) * u64::from(height);

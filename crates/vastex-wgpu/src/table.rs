@@ -8,7 +8,7 @@ use vastex_core::{
 };
 
 use crate::bind::buffer;
-use crate::device::{compute_pipelines, dispatch_size, storage, uniform};
+use crate::device::{alive, compute_pipelines, dispatch_size, storage, uniform};
 use crate::error::GpuError;
 use crate::mirror::{Change, ChangesHead, TextureParams};
 use crate::shader;
@@ -40,6 +40,7 @@ impl TableBuffers {
         tail_slot: Slot,
         bias: f32,
     ) -> Result<TableBuffers, GpuError> {
+        alive(device)?;
         let tail = TableEntry::new(geometry.tail().first_level(), tail_slot).to_bits();
         // A binding is never empty, so a texture that is all tail has one entry that nobody reads.
         let count = TableLayout::new(geometry).entries().max(1);
@@ -97,16 +98,19 @@ impl TableChanger {
         encoder: &mut wgpu::CommandEncoder,
         table: &mut TableBuffers,
         changes: &[TableChange],
-    ) -> u64 {
+    ) -> Result<u64, GpuError> {
         if changes.is_empty() {
-            return 0;
+            return Ok(0);
         }
         let batch = Batch::new(&table.geometry, changes);
         let bytes = batch.bytes();
         let sent = bytes.len() as u64;
         let room = match table.changes.take() {
             Some(room) if room.buffer.size() >= sent => room,
-            _ => self.change_buffer(device, table, sent.next_power_of_two()),
+            _ => {
+                alive(device)?;
+                self.change_buffer(device, table, sent.next_power_of_two())
+            }
         };
         queue.write_buffer(&room.buffer, 0, &bytes);
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
@@ -122,7 +126,7 @@ impl TableChanger {
             pass.dispatch_workgroups(x, y, 1);
         }
         table.changes = Some(room);
-        sent
+        Ok(sent)
     }
 
     fn change_buffer(&self, device: &wgpu::Device, table: &TableBuffers, size: u64) -> ChangeBuffer {

@@ -7,14 +7,14 @@ fn vastex_atlas_texel(texel: vec2<u32>, image: u32) -> vec4<f32> {
 }
 
 fn vastex_atlas_nearest(place: VastexPlace) -> vec4<f32> {
-    return vastex_atlas_texel(vec2<u32>(floor(place.texel)), place.image);
+    return vastex_atlas_texel(place.origin + vec2<u32>(floor(place.tile_texel)), place.image);
 }
 
 fn vastex_atlas_linear(place: VastexPlace) -> vec4<f32> {
-    let centred = place.texel - 0.5;
+    let centred = place.tile_texel - 0.5;
     let first = floor(centred);
     let weight = centred - first;
-    let at = vec2<u32>(first);
+    let at = place.origin + vec2<u32>(first);
     let upper = mix(
         vastex_atlas_texel(at, place.image),
         vastex_atlas_texel(at + vec2<u32>(1u, 0u), place.image),

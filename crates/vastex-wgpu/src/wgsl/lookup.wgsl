@@ -9,9 +9,10 @@ struct VastexPosition {
 
 // A place in the atlas.
 struct VastexPlace {
-    texel: vec2<f32>,    // in texels from the image's first
     image: u32,
-    level: u32,          // the level that lies there
+    origin: vec2<u32>,      // the slot's first texel
+    tile_texel: vec2<f32>,  // from there, in texels
+    level: u32,             // the level that lies there
 }
 
 // A coordinate folded into 0 to 1 by an address mode.
@@ -50,7 +51,7 @@ fn vastex_page_from_texel(texel: vec2<u32>, level: u32) -> vec2<u32> {
 fn vastex_place_in_slot(slot: u32, tile_texel: vec2<f32>, level: u32) -> VastexPlace {
     let cell = slot % vastex_pool.slots_per_image;
     let origin = vec2<u32>(cell % vastex_pool.columns, cell / vastex_pool.columns) * vastex_pool.tile;
-    return VastexPlace(vec2<f32>(origin) + tile_texel, slot / vastex_pool.slots_per_image, level);
+    return VastexPlace(slot / vastex_pool.slots_per_image, origin, tile_texel, level);
 }
 
 fn vastex_place_in_tail(position: VastexPosition, wanted: u32) -> VastexPlace {

@@ -1,0 +1,127 @@
+//! A small world for GPU tests: a texture of noise, some pages of it resident, on the CPU and on the GPU alike.
+
+use std::collections::BTreeMap;
+use std::sync::LazyLock;
+
+use vastex_core::{
+    ChangeRule, Description, Geometry, LayerFormat, PageId, PagePos, PoolLayout, Slot, TableChange,
+    TableEntry, TableImage, TextureId,
+};
+use vastex_wgpu::test_device::TestDevice;
+use vastex_wgpu::{Pool, TableBuffers, TableChanger, limits};
+
+/// One device for all tests that leave it whole.
+pub static GPU: LazyLock<TestDevice> = LazyLock::new(TestDevice::new);
+
+/// The texture's number in these tests; its high bits and low bits differ.
+pub const NUMBER: TextureId = TextureId::new(1029).unwrap();
+
+/// Small, seeded and the same everywhere (xorshift).
+pub struct Random(pub u64);
+
+impl Random {
+    pub fn next(&mut self) -> u64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        self.0
+    }
+
+    pub fn below(&mut self, n: usize) -> usize {
+        (self.next() >> 16) as usize % n
+    }
+
+    /// 0 to 1.
+    pub fn unit(&mut self) -> f32 {
+        (self.next() >> 40) as f32 / (1u64 << 24) as f32
+    }
+
+    pub fn between(&mut self, low: f32, high: f32) -> f32 {
+        low + (high - low) * self.unit()
+    }
+}
+
+/// A texture whose tiles are noise, borders included, so that any wrong texel shows.
+pub struct World {
+    pub geometry: Geometry,
+    pub format: LayerFormat,
+    pub image: TableImage,
+    pub tiles: BTreeMap<Slot, Vec<u8>>,
+    pub pool: Pool,
+    pub table: TableBuffers,
+}
+
+impl World {
+    /// About `share` of the pages resident, in shuffled slots.
+    pub fn new(gpu: &TestDevice, geometry: &Geometry, format: LayerFormat, share: f32, seed: u64) -> World {
+        let mut random = Random(seed | 1);
+        let mut resident: Vec<PagePos> = geometry.pages().collect();
+        let tail = resident.remove(0);
+        resident.retain(|_| random.unit() < share);
+        resident.insert(0, tail);
+        let mut slots: Vec<Slot> = (0..resident.len() as u32 + 3).map(Slot::new).collect();
+        for i in (1..slots.len()).rev() {
+            slots.swap(i, random.below(i + 1));
+        }
+        let description = Description::one_layer(geometry.clone(), format);
+        let tile_bytes = description.tile_bytes();
+        // Slightly too many bytes for a square, so that several images and a ragged grid are met.
+        let mut limits = limits(&gpu.device);
+        limits.max_side = 4 * geometry.tile()[0];
+        let layout =
+            PoolLayout::fit(&description, (slots.len() + 2) as u64 * tile_bytes as u64 * 2, limits).unwrap();
+        assert!(layout.slots() as usize >= slots.len(), "{layout:?}");
+        let pool = Pool::new(&gpu.device, &gpu.queue, &layout, &[format]).unwrap();
+        let mut table = TableBuffers::new(&gpu.device, &gpu.queue, geometry, NUMBER, slots[0], 0.0).unwrap();
+        let mut image = TableImage::new(geometry, slots[0]);
+        let mut tiles = BTreeMap::new();
+        let mut changes = Vec::new();
+        for (&pos, &slot) in resident.iter().zip(&slots) {
+            let tile: Vec<u8> = (0..tile_bytes).map(|_| random.next() as u8).collect();
+            pool.upload(&gpu.queue, slot, &tile).unwrap();
+            tiles.insert(slot, tile);
+            if !geometry.is_tail(pos) {
+                let page = PageId::new(NUMBER, geometry.dims(), pos).unwrap();
+                let entry = TableEntry::new(pos.level, slot);
+                changes.push(TableChange { page, rule: ChangeRule::Coarser, entry });
+                image.apply(geometry, changes.last().unwrap());
+            }
+        }
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        TableChanger::new(&gpu.device)
+            .apply(&gpu.device, &gpu.queue, &mut encoder, &mut table, &changes)
+            .unwrap();
+        gpu.queue.submit([encoder.finish()]);
+        World { geometry: geometry.clone(), format, image, tiles, pool, table }
+    }
+}
+
+/// A buffer's contents.
+pub fn read<T: bytemuck::Pod>(gpu: &TestDevice, buffer: &wgpu::Buffer) -> Vec<T> {
+    let copy = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: None,
+        size: buffer.size(),
+        usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    });
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    encoder.copy_buffer_to_buffer(buffer, 0, &copy, 0, buffer.size());
+    gpu.queue.submit([encoder.finish()]);
+    copy.map_async(wgpu::MapMode::Read, .., |result| result.unwrap());
+    gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+    bytemuck::pod_collect_to_vec(&copy.get_mapped_range(..).unwrap())
+}
+
+/// A storage buffer with contents.
+pub fn storage(gpu: &TestDevice, contents: &[u8]) -> wgpu::Buffer {
+    let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
+    let size = contents.len() as u64;
+    let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: None,
+        size,
+        usage,
+        mapped_at_creation: false,
+    });
+    gpu.queue.write_buffer(&buffer, 0, contents);
+    buffer
+}

@@ -1,0 +1,96 @@
+//! What is refused, and what a lost device looks like.
+
+use vastex_core::{
+    ArrayLimits, ChangeRule, Description, Geometry, GeometrySpec, LayerFormat, PageId, PagePos, PoolLayout,
+    Slot, TableChange, TableEntry,
+};
+use vastex_wgpu::test_device::TestDevice;
+use vastex_wgpu::{
+    FeedbackScale, FeedbackTarget, GpuError, Pool, RawFeedback, Readback, TableBuffers, TableChanger,
+    ViewBuffer, limits,
+};
+
+use crate::common::{GPU, NUMBER};
+
+fn geometry() -> Geometry {
+    Geometry::new(GeometrySpec::image(1000, 1000)).unwrap()
+}
+
+fn layout(limits: ArrayLimits) -> PoolLayout {
+    PoolLayout::fit(&Description::one_layer(geometry(), LayerFormat::Rgba8), 1 << 20, limits).unwrap()
+}
+
+#[test]
+fn a_pool_refuses_what_does_not_fit_it() {
+    let gpu = &*GPU;
+    let layout = layout(limits(&gpu.device));
+    let pool = Pool::new(&gpu.device, &gpu.queue, &layout, &[LayerFormat::Rgba8]).unwrap();
+    let slots = layout.slots();
+    let beyond = pool.upload(&gpu.queue, Slot::new(slots), &[]);
+    assert_eq!(beyond, Err(GpuError::NoSuchSlot { slot: slots, slots }));
+    let short = pool.upload(&gpu.queue, Slot::new(0), &[0; 9]);
+    assert_eq!(short, Err(GpuError::TileBytes { got: 9, expected: layout.tile_bytes }));
+    let wrong = Pool::new(&gpu.device, &gpu.queue, &layout, &[LayerFormat::R8]);
+    assert!(matches!(wrong, Err(GpuError::PoolFormats { .. })));
+    let wide = PoolLayout { columns: 1000, ..layout };
+    assert!(matches!(
+        Pool::new(&gpu.device, &gpu.queue, &wide, &[LayerFormat::Rgba8]),
+        Err(GpuError::PoolLimits { .. })
+    ));
+}
+
+#[test]
+fn a_table_beyond_the_device_is_refused() {
+    let geometry = Geometry::new(GeometrySpec::image(1 << 31, 1 << 30)).unwrap();
+    let table = TableBuffers::new(&GPU.device, &GPU.queue, &geometry, NUMBER, Slot::new(0), 0.0);
+    assert!(matches!(table, Err(GpuError::TableTooLarge { .. })));
+}
+
+#[test]
+fn a_target_of_no_pixels_or_too_many_is_refused() {
+    for picture in [[0, 10], [10, 0], [u32::MAX, 10]] {
+        let target = FeedbackTarget::new(&GPU.device, picture, FeedbackScale::Reduced);
+        assert!(matches!(target, Err(GpuError::TargetSize { .. })), "{picture:?}");
+    }
+}
+
+#[test]
+fn a_lost_device_is_an_error_wherever_something_is_read() {
+    let gpu = TestDevice::new();
+    let (device, queue) = (&gpu.device, &gpu.queue);
+    let target = FeedbackTarget::new(device, [64, 64], FeedbackScale::Reduced).unwrap();
+    let view = ViewBuffer::new(device, queue);
+    let mut readback = Readback::new(device, &target).unwrap();
+    let record = |readback: &mut Readback, frame| {
+        let mut encoder = device.create_command_encoder(&Default::default());
+        drop(target.begin(queue, &mut encoder, &view, frame, 1.0));
+        assert!(readback.record(&mut encoder, frame));
+        queue.submit([encoder.finish()]);
+    };
+    let (layout, geometry) = (layout(limits(device)), geometry());
+    let pool = Pool::new(device, queue, &layout, &[LayerFormat::Rgba8]).unwrap();
+    let mut table = TableBuffers::new(device, queue, &geometry, NUMBER, Slot::new(0), 0.0).unwrap();
+    let changer = TableChanger::new(device);
+    record(&mut readback, 1);
+    assert!(readback.wait(device, queue, 1).is_ok());
+    device.destroy();
+    record(&mut readback, 2);
+    assert_eq!(readback.wait(device, queue, 2), Err(GpuError::DeviceLost));
+    record(&mut readback, 3);
+    assert_eq!(readback.poll(device), Err(GpuError::DeviceLost));
+    assert_eq!(RawFeedback::read(device, queue, &target), Err(GpuError::DeviceLost));
+
+    // So it is wherever something is made; what only writes to what exists goes on in silence.
+    let made = Pool::new(device, queue, &layout, &[LayerFormat::Rgba8]);
+    assert_eq!(made.unwrap_err(), GpuError::DeviceLost);
+    let made = TableBuffers::new(device, queue, &geometry, NUMBER, Slot::new(0), 0.0);
+    assert_eq!(made.unwrap_err(), GpuError::DeviceLost);
+    let made = FeedbackTarget::new(device, [64, 64], FeedbackScale::Reduced);
+    assert_eq!(made.unwrap_err(), GpuError::DeviceLost);
+    assert_eq!(Readback::new(device, &target).unwrap_err(), GpuError::DeviceLost);
+    pool.upload(queue, Slot::new(0), &vec![0; layout.tile_bytes as usize]).unwrap();
+    let page = PageId::new(NUMBER, geometry.dims(), PagePos::new_2d(0, 1, 1)).unwrap();
+    let change = TableChange { page, rule: ChangeRule::Coarser, entry: TableEntry::new(0, Slot::new(1)) };
+    let mut encoder = device.create_command_encoder(&Default::default());
+    assert_eq!(changer.apply(device, queue, &mut encoder, &mut table, &[change]), Err(GpuError::DeviceLost));
+}

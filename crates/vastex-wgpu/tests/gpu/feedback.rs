@@ -1,0 +1,253 @@
+//! Feedback from the target to the CPU: what is drawn, its compaction, the ring.
+
+use vastex_core::shared::{FEEDBACK_DEGENERATE, FEEDBACK_EMPTY, FEEDBACK_WANTED, JITTER_CYCLE};
+use vastex_core::{Dims, Geometry, GeometrySpec, LayerFormat, PageId, PagePos};
+use vastex_wgpu::test_device::TestDevice;
+use vastex_wgpu::{
+    BindLayout, FEEDBACK_DEPTH_FORMAT, FEEDBACK_FORMAT, FeedbackScale, FeedbackTarget, FeedbackView,
+    GpuError, RawFeedback, Readback, ShaderOptions, ViewBuffer, twins, wgsl,
+};
+
+use crate::common::{GPU, NUMBER, Random, World, storage};
+
+/// A pipeline that draws one triangle over the whole picture into a feedback target.
+fn pipeline(gpu: &TestDevice, layout: Option<&BindLayout>, text: String) -> wgpu::RenderPipeline {
+    let device = &gpu.device;
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: None,
+        source: wgpu::ShaderSource::Wgsl(text.into()),
+    });
+    let layout = layout.map(|layout| {
+        device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: None,
+            bind_group_layouts: &[Some(layout.layout())],
+            immediate_size: 0,
+        })
+    });
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: None,
+        layout: layout.as_ref(),
+        vertex: wgpu::VertexState {
+            module: &module,
+            entry_point: None,
+            compilation_options: Default::default(),
+            buffers: &[],
+        },
+        primitive: Default::default(),
+        depth_stencil: Some(wgpu::DepthStencilState {
+            format: FEEDBACK_DEPTH_FORMAT,
+            depth_write_enabled: Some(true),
+            depth_compare: Some(wgpu::CompareFunction::Less),
+            stencil: Default::default(),
+            bias: Default::default(),
+        }),
+        multisample: Default::default(),
+        fragment: Some(wgpu::FragmentState {
+            module: &module,
+            entry_point: None,
+            compilation_options: Default::default(),
+            targets: &[Some(FEEDBACK_FORMAT.into())],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}
+
+/// Writes given pixels into a target.
+const FILL: &str = "
+    @group(0) @binding(0) var<storage, read> pixels: array<vec4<u32>>;
+    @vertex fn vertex(@builtin(vertex_index) n: u32) -> @builtin(position) vec4<f32> {
+        return vec4<f32>(f32(n & 1u) * 4.0 - 1.0, f32(n >> 1u) * 4.0 - 1.0, 0.5, 1.0);
+    }
+    @fragment fn fragment(@builtin(position) at: vec4<f32>) -> @location(0) vec4<u32> {
+        return pixels[u32(at.y) * WIDTH + u32(at.x)];
+    }";
+
+/// A target, its ring, and a way to put any pixels into it.
+struct Filled {
+    size: [u32; 2],
+    target: FeedbackTarget,
+    readback: Readback,
+    view: ViewBuffer,
+    pipeline: wgpu::RenderPipeline,
+}
+
+impl Filled {
+    fn new(gpu: &TestDevice, size: [u32; 2]) -> Filled {
+        let target = FeedbackTarget::new(&gpu.device, size, FeedbackScale::Full).unwrap();
+        Filled {
+            size,
+            readback: Readback::new(&gpu.device, &target).unwrap(),
+            view: ViewBuffer::new(&gpu.device, &gpu.queue),
+            pipeline: pipeline(gpu, None, FILL.replace("WIDTH", &format!("{}u", size[0]))),
+            target,
+        }
+    }
+
+    /// One frame: the pixels, compaction, the copy. Returns whether there was room in the ring.
+    fn frame(&mut self, gpu: &TestDevice, frame: u64, pixels: &[[u32; 4]]) -> bool {
+        assert_eq!(pixels.len() as u32, self.size[0] * self.size[1]);
+        let buffer = storage(gpu, bytemuck::cast_slice(pixels));
+        let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: None,
+            layout: &self.pipeline.get_bind_group_layout(0),
+            entries: &[wgpu::BindGroupEntry { binding: 0, resource: buffer.as_entire_binding() }],
+        });
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        let mut pass = self.target.begin(&gpu.queue, &mut encoder, &self.view, frame, 1.0);
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, &group, &[]);
+        pass.draw(0..3, 0..1);
+        drop(pass);
+        let room = self.readback.record(&mut encoder, frame);
+        gpu.queue.submit([encoder.finish()]);
+        room
+    }
+}
+
+/// Pixels of about `pages` distinct pages, with some empty and some degenerate.
+fn pixels(random: &mut Random, count: u32, pages: usize) -> Vec<[u32; 4]> {
+    let mut pixel = || {
+        let n = random.below(pages) as u32;
+        // Pages that differ only in their high half, and only in their low half, are among them.
+        let pos = PagePos::new_2d((n % 3) as u8, n / 7 % 2048 << 13 | n / 7 / 2048, n % 7 << 20);
+        let id = PageId::new(NUMBER, Dims::D2, pos).unwrap().to_bits();
+        let flag = [FEEDBACK_WANTED, FEEDBACK_WANTED, FEEDBACK_WANTED, FEEDBACK_EMPTY, FEEDBACK_DEGENERATE];
+        [id as u32, (id >> 32) as u32, random.below(8) as u32, flag[random.below(5)]]
+    };
+    (0..count).map(|_| pixel()).collect()
+}
+
+#[test]
+fn compaction_agrees_with_its_twin() {
+    let (gpu, size) = (&*GPU, [201, 67]);
+    let (mut filled, mut random) = (Filled::new(gpu, size), Random(5));
+    for (frame, pages) in [1, 3, 40, 500, 10_000, 2, 1 << 20].into_iter().enumerate() {
+        let pixels = pixels(&mut random, size[0] * size[1], pages);
+        assert!(filled.frame(gpu, frame as u64, &pixels));
+        let raw = RawFeedback::read(&gpu.device, &gpu.queue, &filled.target).unwrap();
+        assert!(raw.pixels == pixels && raw.size == size);
+        let feedback = filled.readback.wait(&gpu.device, &gpu.queue, frame as u64).unwrap();
+        assert_eq!(feedback, twins::compact(frame as u64, &pixels), "{pages} pages");
+        assert!(feedback.degenerate > 0);
+    }
+    let read = filled.readback.bytes_read();
+    let again = pixels(&mut random, size[0] * size[1], 30);
+    filled.frame(gpu, 50, &again);
+    filled.readback.wait(&gpu.device, &gpu.queue, 50).unwrap();
+    filled.frame(gpu, 51, &again);
+    let before = filled.readback.bytes_read();
+    filled.readback.wait(&gpu.device, &gpu.queue, 51).unwrap();
+    assert!(before > read);
+    assert_eq!(filled.readback.bytes_read() - before, 16 + 12 * (30 + 30 / 4 + 64));
+}
+
+#[test]
+fn a_ring_never_waits_and_gives_frames_in_order() {
+    let (gpu, size) = (&*GPU, [40, 30]);
+    let (mut filled, mut random) = (Filled::new(gpu, size), Random(9));
+    let mut expected = Vec::new();
+    for frame in 0..5 {
+        let pixels = pixels(&mut random, size[0] * size[1], 600);
+        let room = filled.frame(gpu, frame, &pixels);
+        assert_eq!(room, frame < 4, "the fifth frame finds the ring full");
+        if room {
+            expected.push(twins::compact(frame, &pixels));
+        }
+    }
+    let mut found = Vec::new();
+    let blank = pixels(&mut random, size[0] * size[1], 1);
+    // 600 pages do not fit the first copy; what is left over comes with frames that find no room themselves.
+    for frame in 5..2000 {
+        while let Some(feedback) = filled.readback.poll(&gpu.device).unwrap() {
+            found.push(feedback);
+        }
+        if found.len() >= expected.len() {
+            break;
+        }
+        filled.frame(gpu, frame, &blank);
+    }
+    assert_eq!(found[..4], expected);
+    let missing = filled.readback.wait(&gpu.device, &gpu.queue, 3);
+    assert_eq!(missing, Err(GpuError::NoFeedback { frame: 3 }));
+}
+
+#[test]
+fn commands_that_were_never_submitted_are_not_waited_for() {
+    let gpu = &*GPU;
+    let target = FeedbackTarget::new(&gpu.device, [64, 64], FeedbackScale::Reduced).unwrap();
+    let mut readback = Readback::new(&gpu.device, &target).unwrap();
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    assert!(readback.record(&mut encoder, 7));
+    drop(encoder);
+    let waited = readback.wait(&gpu.device, &gpu.queue, 7);
+    assert_eq!(waited, Err(GpuError::NoFeedback { frame: 7 }));
+}
+
+/// A plane seen in no perspective: uv changes by the same amount from pixel to pixel.
+const PLANE: &str = "
+    struct Corner { @builtin(position) clip: vec4<f32>, @location(0) uv: vec2<f32> }
+    @vertex fn vertex(@builtin(vertex_index) n: u32) -> Corner {
+        let at = vec2<f32>(f32(n & 1u) * 4.0 - 1.0, f32(n >> 1u) * 4.0 - 1.0);
+        let turned = vec2<f32>(0.83 * at.x - 0.31 * at.y, 0.29 * at.x + 0.77 * at.y);
+        return Corner(vastex_feedback_clip(vec4<f32>(at * 2.0, 1.0, 2.0)), turned * 0.34 + vec2<f32>(0.4937, 0.5219));
+    }
+    @fragment fn fragment(in: Corner) -> @location(0) vec4<u32> {
+        return vastex_feedback(in.uv);
+    }";
+
+fn draw_plane(
+    gpu: &TestDevice,
+    world: &World,
+    picture: [u32; 2],
+    scale: FeedbackScale,
+    frames: u64,
+) -> Vec<RawFeedback> {
+    let layout = BindLayout::new(&gpu.device, world.pool.atlas());
+    let options = ShaderOptions { atlas: world.pool.atlas(), ..Default::default() };
+    let pipeline = pipeline(gpu, Some(&layout), wgsl(&options) + PLANE);
+    let view = ViewBuffer::new(&gpu.device, &gpu.queue);
+    let group = layout.bind_group(&gpu.device, &world.table, &world.pool, &view);
+    let target = FeedbackTarget::new(&gpu.device, picture, scale).unwrap();
+    let frame = |frame| {
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        let mut pass = target.begin(&gpu.queue, &mut encoder, &view, frame, 1.0);
+        pass.set_pipeline(&pipeline);
+        pass.set_bind_group(0, &group, &[]);
+        pass.draw(0..3, 0..1);
+        drop(pass);
+        gpu.queue.submit([encoder.finish()]);
+        RawFeedback::read(&gpu.device, &gpu.queue, &target).unwrap()
+    };
+    (0..frames).map(frame).collect()
+}
+
+#[test]
+fn a_jitter_cycle_sees_what_the_full_picture_wants() {
+    let gpu = &*GPU;
+    let geometry = Geometry::new(GeometrySpec { page: 16, ..GeometrySpec::image(531, 477) }).unwrap();
+    let world = World::new(gpu, &geometry, LayerFormat::R8, 0.2, 4);
+    for picture in [[61, 37], [64, 40], [5, 90]] {
+        let full = draw_plane(gpu, &world, picture, FeedbackScale::Full, 1).remove(0);
+        assert_eq!(full.size, picture);
+        assert!(full.pixels.iter().all(|pixel| pixel[3] == FEEDBACK_WANTED));
+        let cycle = u64::from(JITTER_CYCLE);
+        let reduced = draw_plane(gpu, &world, picture, FeedbackScale::Reduced, cycle);
+        let (mut seen, mut differing) = (0, 0);
+        for (frame, raw) in reduced.iter().enumerate() {
+            let jitter = FeedbackView::new(picture, FeedbackScale::Reduced, frame as u64).jitter();
+            for (n, pixel) in (0u32..).zip(&raw.pixels) {
+                let [x, y] = [8 * (n % raw.size[0]) + jitter[0], 8 * (n / raw.size[0]) + jitter[1]];
+                if x >= picture[0] || y >= picture[1] {
+                    assert_eq!(*pixel, [0; 4], "{picture:?}: a pixel beyond the picture wants a page");
+                    continue;
+                }
+                seen += 1;
+                differing += u32::from(*pixel != full.pixels[(y * picture[0] + x) as usize]);
+            }
+        }
+        // A quarter of the pixels are looked at; those on an edge between pages may be rounded to either side.
+        assert!(seen * 4 + 8 * (picture[0] + picture[1]) >= picture[0] * picture[1], "{seen} pixels seen");
+        assert!(differing * 200 <= seen, "{picture:?}: {differing} of {seen} differ");
+    }
+}

@@ -1,0 +1,252 @@
+//! Sampling and feedback functions on the GPU against their twins, over random and extreme inputs.
+
+use bytemuck::{Pod, Zeroable};
+use vastex_core::{AddressMode, Geometry, GeometrySpec, LayerFormat, Slot};
+use vastex_wgpu::test_device::TestDevice;
+use vastex_wgpu::{BindLayout, Filter, ShaderOptions, ViewBuffer, twins, wgsl};
+
+use crate::common::{GPU, NUMBER, Random, World, read, storage};
+
+/// One call of the shader: by gradients, or at an explicit level.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct Input {
+    uv: [f32; 2],
+    ddx: [f32; 2],
+    ddy: [f32; 2],
+    level: f32,
+    at_level: u32,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct Output {
+    color: [f32; 4],
+    feedback: [u32; 4],
+}
+
+const HARNESS: &str = "
+    struct Input { uv: vec2<f32>, ddx: vec2<f32>, ddy: vec2<f32>, level: f32, at_level: u32 }
+    struct Output { color: vec4<f32>, feedback: vec4<u32> }
+    @group(1) @binding(0) var<storage, read> inputs: array<Input>;
+    @group(1) @binding(1) var<storage, read_write> outputs: array<Output>;
+    @compute @workgroup_size(64) fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+        if id.x >= arrayLength(&inputs) { return; }
+        let in = inputs[id.x];
+        if in.at_level == 1u {
+            outputs[id.x] = Output(vastex_sample_level(in.uv, in.level), vastex_feedback_level(in.uv, in.level));
+        } else {
+            outputs[id.x] = Output(
+                vastex_sample_grad(in.uv, in.ddx, in.ddy), vastex_feedback_grad(in.uv, in.ddx, in.ddy));
+        }
+    }";
+
+/// The shader for one filter and one way to read the atlas.
+struct Harness<'a> {
+    gpu: &'a TestDevice,
+    filter: Filter,
+    layout: BindLayout,
+    pipeline: wgpu::ComputePipeline,
+    view: ViewBuffer,
+}
+
+impl<'a> Harness<'a> {
+    fn new(gpu: &'a TestDevice, filter: Filter, atlas: vastex_wgpu::Atlas) -> Harness<'a> {
+        let device = &gpu.device;
+        let layout = BindLayout::new(device, atlas);
+        let storage = |read_only| wgpu::BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Storage { read_only },
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        };
+        let visibility = wgpu::ShaderStages::COMPUTE;
+        let data = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: None,
+            entries: &[(0, true), (1, false)].map(|(binding, read_only)| wgpu::BindGroupLayoutEntry {
+                binding,
+                visibility,
+                ty: storage(read_only),
+                count: None,
+            }),
+        });
+        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: None,
+            bind_group_layouts: &[Some(layout.layout()), Some(&data)],
+            immediate_size: 0,
+        });
+        let text = wgsl(&ShaderOptions { group: 0, filter, atlas }) + HARNESS;
+        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: None,
+            source: wgpu::ShaderSource::Wgsl(text.into()),
+        });
+        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: None,
+            layout: Some(&pipeline_layout),
+            module: &module,
+            entry_point: None,
+            compilation_options: Default::default(),
+            cache: None,
+        });
+        Harness { gpu, filter, layout, pipeline, view: ViewBuffer::new(device, &gpu.queue) }
+    }
+
+    fn run(&self, world: &World, inputs: &[Input]) -> Vec<Output> {
+        let gpu = self.gpu;
+        let group = self.layout.bind_group(&gpu.device, &world.table, &world.pool, &self.view);
+        let sent = storage(gpu, bytemuck::cast_slice(inputs));
+        let received = storage(gpu, &vec![0; size_of_val(inputs)]);
+        let data = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: None,
+            layout: &self.pipeline.get_bind_group_layout(1),
+            entries: &[(0, &sent), (1, &received)].map(|(binding, buffer)| wgpu::BindGroupEntry {
+                binding,
+                resource: buffer.as_entire_binding(),
+            }),
+        });
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        let mut pass = encoder.begin_compute_pass(&Default::default());
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, &group, &[]);
+        pass.set_bind_group(1, &data, &[]);
+        pass.dispatch_workgroups(inputs.len().div_ceil(64) as u32, 1, 1);
+        drop(pass);
+        gpu.queue.submit([encoder.finish()]);
+        read(gpu, &received)
+    }
+
+    /// Compares GPU and twin over random and extreme inputs, at a mip bias of the pool in eighths.
+    fn check(&self, world: &mut World, bias: u16, seed: u64) {
+        world.pool.set_bias(&self.gpu.queue, bias);
+        let inputs = inputs(&world.geometry, seed);
+        let outputs = self.run(world, &inputs);
+        let tile = |slot: Slot| world.tiles[&slot].as_slice();
+        let texture =
+            twins::Texture { pool_bias: bias, ..twins::Texture::new(&world.geometry, &world.image, NUMBER) };
+        let twin = twins::Sampler { texture, format: world.format, filter: self.filter, tile: &tile };
+        for (input, output) in inputs.iter().zip(&outputs) {
+            let nearly = neighbourhood(&world.geometry, input);
+            let near_color = nearly.iter().any(|&(uv, step)| {
+                let color = match input.at_level {
+                    1 => twin.sample_level(uv, input.level + step),
+                    _ => twin.sample_level(uv, texture.lambda(input.ddx, input.ddy) + step),
+                };
+                color.iter().zip(&output.color).all(|(a, b)| (a - b).abs() <= TOLERANCE)
+            });
+            let found = |uv| twin.sample_level(uv, texture.lambda(input.ddx, input.ddy).max(input.level));
+            assert!(
+                near_color,
+                "{:?}: {input:?} gives {output:?}, not {:?}",
+                world.geometry.spec(),
+                found(input.uv)
+            );
+            let near_feedback = nearly.iter().any(|&(uv, step)| {
+                let pixel = match input.at_level {
+                    1 => texture.feedback_level(uv, input.level + step),
+                    _ => twins::Texture { level_offset: step, ..texture }
+                        .feedback_grad(uv, input.ddx, input.ddy),
+                };
+                pixel == output.feedback
+            });
+            assert!(near_feedback, "{:?}: {input:?} gives {output:?}", world.geometry.spec());
+        }
+    }
+}
+
+/// Texture units weigh texels in steps of 1/256 per axis, which between black and white is a step of 1/255 each.
+const TOLERANCE: f32 = 2.5 / 255.0;
+
+/// The input, and inputs so near to it that the GPU's arithmetic may not tell them apart: shifted by up to 1/500 of
+/// a texel and 1/5000 of a level. The tiles are noise, so a shift of that size shows only across an edge.
+fn neighbourhood(geometry: &Geometry, input: &Input) -> Vec<([f32; 2], f32)> {
+    let shift = |a: usize, n: f32| {
+        input.uv[a] + n * (input.uv[a].abs() * 2.0 * f32::EPSILON + 0.002 / geometry.size()[a] as f32)
+    };
+    let mut near = vec![(input.uv, 0.0)];
+    for level in [0.0, -2e-4, 2e-4] {
+        for (x, y) in [(0.0, 0.0), (-1.0, 0.0), (1.0, 0.0), (0.0, -1.0), (0.0, 1.0)] {
+            near.push(([shift(0, x), shift(1, y)], level));
+        }
+        for (x, y) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
+            near.push(([shift(0, x), shift(1, y)], level));
+        }
+    }
+    near
+}
+
+fn inputs(geometry: &Geometry, seed: u64) -> Vec<Input> {
+    const UV: [f32; 13] = [0.0, -0.0, 1.0, 0.5, 0.25, 0.999_999_9, 1e-7, -1e-7, -0.3, 1.7, -2.0, 3.25, 2.0];
+    const GRADIENTS: [f32; 8] = [0.0, 1e-30, 1e30, f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -0.0, 0.125];
+    let mut random = Random(seed);
+    let size = geometry.size().map(|side| side as f32);
+    let mut inputs = Vec::new();
+    for u in UV {
+        for v in UV {
+            let level = random.between(-1.0, f32::from(geometry.coarsest()) + 1.0);
+            inputs.push(Input { uv: [u, v], level, at_level: 1, ..Input::zeroed() });
+        }
+    }
+    for _ in 0..400 {
+        let mut gradient = || GRADIENTS[random.below(GRADIENTS.len())];
+        let (ddx, ddy) = ([gradient(), gradient()], [gradient(), gradient()]);
+        inputs.push(Input { uv: [random.unit(), random.unit()], ddx, ddy, ..Input::zeroed() });
+    }
+    for n in 0..1500 {
+        let mut gradient = || {
+            let texels = random.between(-1.5, f32::from(geometry.coarsest()) + 0.5).exp2();
+            [0, 1].map(|a| random.between(-1.0, 1.0) * texels / size[a])
+        };
+        let (ddx, ddy) = (gradient(), gradient());
+        let uv = [random.between(-1.2, 2.2), random.between(-1.2, 2.2)];
+        let level = random.between(0.0, f32::from(geometry.coarsest()));
+        inputs.push(Input { uv, ddx, ddy, level, at_level: n % 2 });
+    }
+    inputs
+}
+
+/// The shapes that every filter is tried with.
+fn shapes() -> Vec<Geometry> {
+    use AddressMode::{Clamp, Mirror, Wrap};
+    let mut shapes = Vec::new();
+    for (n, (width, height)) in [(1000, 777), (777, 1000), (1, 1), (2100, 37)].into_iter().enumerate() {
+        for (page, border) in [(128, 4), (254, 1)] {
+            let address = [[Clamp, Clamp, Clamp], [Wrap, Mirror, Clamp], [Mirror, Wrap, Clamp]][n % 3];
+            let spec = GeometrySpec { page, border, address, ..GeometrySpec::image(width, height) };
+            shapes.push(Geometry::new(spec).unwrap());
+        }
+    }
+    let odd = GeometrySpec { page: 24, border: 2, ..GeometrySpec::image(700, 500) };
+    shapes.push(Geometry::with_factors(odd, &[[3, 2, 1], [2, 3, 1], [1, 4, 1], [200, 200, 1]]).unwrap());
+    shapes
+}
+
+#[test]
+fn every_filter_agrees_with_its_twin_on_every_shape() {
+    let shapes = shapes();
+    for (n, geometry) in shapes.iter().enumerate() {
+        let mut world = World::new(&GPU, geometry, LayerFormat::Rgba8, [0.3, 0.8][n % 2], n as u64 + 5);
+        for filter in Filter::ALL {
+            let harness = Harness::new(&GPU, filter, world.pool.atlas());
+            harness.check(&mut world, [0, 11, 3][n % 3], n as u64 + 77);
+        }
+    }
+}
+
+#[test]
+fn every_format_agrees_with_its_twin() {
+    let geometry = Geometry::new(GeometrySpec { page: 64, ..GeometrySpec::image(500, 300) }).unwrap();
+    for (n, format) in LayerFormat::ALL.into_iter().enumerate() {
+        let mut world = World::new(&GPU, &geometry, format, 0.5, n as u64 + 21);
+        Harness::new(&GPU, Filter::Trilinear, world.pool.atlas()).check(&mut world, 0, n as u64);
+    }
+}
+
+#[test]
+fn sixteen_bit_values_stay_exact_without_the_feature() {
+    let gpu = TestDevice::with_features(|_| wgpu::Features::empty());
+    let geometry = Geometry::new(GeometrySpec { page: 64, ..GeometrySpec::image(500, 300) }).unwrap();
+    let mut world = World::new(&gpu, &geometry, LayerFormat::R16, 0.5, 3);
+    assert_eq!(world.pool.atlas(), vastex_wgpu::Atlas::Uint16);
+    for filter in Filter::ALL {
+        Harness::new(&gpu, filter, world.pool.atlas()).check(&mut world, 4, 8);
+    }
+}

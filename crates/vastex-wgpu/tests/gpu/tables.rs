@@ -1,0 +1,114 @@
+//! Page tables on the GPU stay equal to the CPU's image of them, whatever is loaded and evicted.
+
+use std::collections::BTreeMap;
+
+use vastex_core::{
+    ChangeRule, Dims, Geometry, GeometrySpec, PageId, PagePos, Slot, TableChange, TableEntry, TableImage,
+};
+use vastex_wgpu::{TableBuffers, TableChanger};
+
+use crate::common::{GPU, NUMBER, Random, read};
+
+/// The frames of a random run: what is evicted and loaded, slots used again at once included.
+struct Run<'a> {
+    geometry: &'a Geometry,
+    pages: Vec<PagePos>,
+    resident: BTreeMap<PagePos, Slot>,
+    free: Vec<Slot>,
+    random: Random,
+}
+
+impl Run<'_> {
+    fn change(&self, pos: PagePos, rule: ChangeRule, entry: TableEntry) -> TableChange {
+        TableChange { page: PageId::new(NUMBER, self.geometry.dims(), pos).unwrap(), rule, entry }
+    }
+
+    fn frame(&mut self) -> Vec<TableChange> {
+        let count = self.random.below(30) + 1;
+        let picks: Vec<_> = (0..count).map(|_| self.pages[self.random.below(self.pages.len())]).collect();
+        let (random, resident) = (&mut self.random, &mut self.resident);
+        let evicted: BTreeMap<_, _> =
+            picks.iter().filter(|_| random.unit() < 0.6).filter_map(|p| resident.remove_entry(p)).collect();
+        let mut changes: Vec<_> = evicted.iter().map(|(&pos, &slot)| self.eviction(pos, slot)).collect();
+        self.free.extend(evicted.values());
+        for pos in picks {
+            if self.resident.contains_key(&pos) {
+                continue;
+            }
+            let Some(slot) = self.free.pop() else { break };
+            self.resident.insert(pos, slot);
+            changes.push(self.change(pos, ChangeRule::Coarser, TableEntry::new(pos.level, slot)));
+        }
+        changes
+    }
+
+    fn eviction(&self, pos: PagePos, slot: Slot) -> TableChange {
+        let mut ancestors = std::iter::successors(self.geometry.parent(pos), |&p| self.geometry.parent(p));
+        let heir = ancestors.find(|p| self.resident.contains_key(p)).unwrap();
+        let entry = TableEntry::new(heir.level, self.resident[&heir]);
+        self.change(pos, ChangeRule::Naming(TableEntry::new(pos.level, slot)), entry)
+    }
+}
+
+fn check(geometry: &Geometry, seed: u64) {
+    let gpu = &*GPU;
+    let tail = Slot::new(70_000);
+    let changer = TableChanger::new(&gpu.device);
+    let mut table = TableBuffers::new(&gpu.device, &gpu.queue, geometry, NUMBER, tail, 0.0).unwrap();
+    let mut image = TableImage::new(geometry, tail);
+    let mut run = Run {
+        geometry,
+        pages: geometry.pages().skip(1).collect(),
+        resident: BTreeMap::from([(geometry.tail_pos(), tail)]),
+        free: (0..40).map(Slot::new).collect(),
+        random: Random(seed),
+    };
+    for frame in 0..12 {
+        let changes = run.frame();
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        let sent = changer.apply(&gpu.device, &gpu.queue, &mut encoder, &mut table, &changes).unwrap();
+        gpu.queue.submit([encoder.finish()]);
+        assert_eq!(sent, if changes.is_empty() { 0 } else { 16 + 24 * changes.len() as u64 });
+        for change in &changes {
+            image.apply(geometry, change);
+        }
+        let expected: Vec<u32> = image.entries().iter().map(|entry| entry.to_bits()).collect();
+        let found: Vec<u32> = read(gpu, table.entries());
+        assert!(found == expected, "frame {frame} of {:?}: {changes:?}", geometry.spec());
+    }
+    assert!(run.resident.len() > 1, "nothing was ever resident");
+}
+
+#[test]
+fn a_table_follows_random_loads_and_evictions() {
+    for (n, size) in [[1000, 777], [777, 1000], [5000, 300], [300, 5000]].into_iter().enumerate() {
+        let spec = GeometrySpec { page: [32, 40, 100, 37][n], ..GeometrySpec::image(size[0], size[1]) };
+        check(&Geometry::new(spec).unwrap(), n as u64 + 1);
+    }
+}
+
+#[test]
+fn a_table_follows_with_factors_of_three_and_one() {
+    let factors = [[3, 1, 1], [2, 3, 1], [1, 2, 1], [5, 5, 1], [100, 100, 1]];
+    let spec = GeometrySpec { page: 16, ..GeometrySpec::image(1400, 900) };
+    check(&Geometry::with_factors(spec, &factors).unwrap(), 9);
+}
+
+#[test]
+fn a_table_of_a_volume_follows_too() {
+    let spec = GeometrySpec {
+        dims: Dims::D3,
+        size: [90, 130, 70],
+        page: 16,
+        border: 2,
+        ..GeometrySpec::image(1, 1)
+    };
+    check(&Geometry::new(spec).unwrap(), 11);
+}
+
+#[test]
+fn a_texture_that_is_all_tail_has_a_table_that_nobody_reads() {
+    let geometry = Geometry::new(GeometrySpec::image(1, 1)).unwrap();
+    let table = TableBuffers::new(&GPU.device, &GPU.queue, &geometry, NUMBER, Slot::new(7), 0.0).unwrap();
+    assert_eq!(read::<u32>(&GPU, table.entries()), [TableEntry::new(0, Slot::new(7)).to_bits()]);
+}
