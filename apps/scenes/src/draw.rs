@@ -29,7 +29,8 @@ pub struct SceneRenderer {
     /// Width over height of the image.
     image: f32,
     vertices: wgpu::Buffer,
-    vertex_count: u32,
+    indices: wgpu::Buffer,
+    index_count: u32,
     uniform: wgpu::Buffer,
     group: wgpu::BindGroup,
     group_layout: wgpu::BindGroupLayout,
@@ -50,14 +51,11 @@ impl SceneRenderer {
     ) -> SceneRenderer {
         let [width, height, _] = textures.description(texture).geometry.size();
         let image = width as f32 / height as f32;
-        let corners = surface(scene, image);
-        let vertices = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("scene surface"),
-            size: size_of_val(corners.as_slice()) as u64,
-            usage: wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        queue.write_buffer(&vertices, 0, bytemuck::cast_slice(&corners));
+        let mesh = surface(scene, image);
+        let vertices =
+            filled_buffer(device, queue, bytemuck::cast_slice(&mesh.vertices), wgpu::BufferUsages::VERTEX);
+        let indices =
+            filled_buffer(device, queue, bytemuck::cast_slice(&mesh.indices), wgpu::BufferUsages::INDEX);
         let uniform = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("scene"),
             size: size_of::<SceneUniform>() as u64,
@@ -86,8 +84,9 @@ impl SceneRenderer {
             scene,
             texture,
             image,
-            vertex_count: corners.len() as u32,
             vertices,
+            indices,
+            index_count: mesh.indices.len() as u32,
             uniform,
             picture: picture.pipeline(device, &groups),
             wanted: wanted.pipeline(device, &groups),
@@ -141,7 +140,8 @@ impl SceneRenderer {
         pass.set_bind_group(0, texture_group, &[]);
         pass.set_bind_group(1, &self.group, &[]);
         pass.set_vertex_buffer(0, self.vertices.slice(..));
-        pass.draw(0..self.vertex_count, 0..1);
+        pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
+        pass.draw_indexed(0..self.index_count, 0, 0..1);
     }
 
     /// A pipeline that draws the same surface into pictures of the same format by another shader.
@@ -199,6 +199,22 @@ impl PictureTarget<'_> {
             ..Default::default()
         })
     }
+}
+
+fn filled_buffer(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    bytes: &[u8],
+    usage: wgpu::BufferUsages,
+) -> wgpu::Buffer {
+    let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("scene surface"),
+        size: bytes.len() as u64,
+        usage: usage | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    });
+    queue.write_buffer(&buffer, 0, bytes);
+    buffer
 }
 
 /// A depth buffer for pictures of a size.

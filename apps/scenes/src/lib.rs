@@ -20,5 +20,5 @@ pub use levels::LevelError;
 pub use path::Path;
 pub use pose::Pose;
 pub use reference::{Reference, ReferenceError};
-pub use scene::{Scene, Vertex, surface};
-pub use studio::{Outcome, PATIENCE_FRAMES, Studio, StudioError, Until, picture_format};
+pub use scene::{Mesh, Scene, Vertex, surface};
+pub use studio::{Outcome, PATIENCE_FRAMES, ReferenceKind, Studio, StudioError, Until, picture_format};

@@ -40,10 +40,19 @@ pub struct Vertex {
 }
 
 /// Quads of the globe round the equator and from pole to pole.
-const GLOBE_QUADS: [u32; 2] = [384, 192];
+const GLOBE_QUADS: [u32; 2] = [256, 128];
 
-/// The triangles of a scene's surface, every three vertices one, for an image of `image` (width over height).
-pub fn surface(scene: Scene, image: f32) -> Vec<Vertex> {
+/// A surface: its vertices, and its triangles as every three indices one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mesh {
+    /// The points.
+    pub vertices: Vec<Vertex>,
+    /// Indices of points, three for each triangle, counter-clockwise as seen from outside.
+    pub indices: Vec<u32>,
+}
+
+/// The surface of a scene, for an image of `image` (width over height).
+pub fn surface(scene: Scene, image: f32) -> Mesh {
     match scene {
         Scene::Image | Scene::Plane => {
             grid([1, 1], |uv| Vec3::new(2.0 * uv.x - 1.0, (1.0 - 2.0 * uv.y) / image, 0.0))
@@ -56,17 +65,21 @@ pub fn surface(scene: Scene, image: f32) -> Vec<Vertex> {
     }
 }
 
-fn grid(quads: [u32; 2], position_from_uv: impl Fn(Vec2) -> Vec3) -> Vec<Vertex> {
-    let vertex = |x: u32, y: u32| {
-        let uv = Vec2::new(x as f32 / quads[0] as f32, y as f32 / quads[1] as f32);
-        Vertex { position: position_from_uv(uv), uv }
-    };
-    let mut vertices = Vec::with_capacity((6 * quads[0] * quads[1]) as usize);
-    for y in 0..quads[1] {
-        for x in 0..quads[0] {
-            let [a, b, c, d] = [vertex(x, y), vertex(x, y + 1), vertex(x + 1, y), vertex(x + 1, y + 1)];
-            vertices.extend([a, b, c, c, b, d]);
+fn grid(quads: [u32; 2], position_from_uv: impl Fn(Vec2) -> Vec3) -> Mesh {
+    let [columns, rows] = quads;
+    let mut mesh = Mesh { vertices: Vec::new(), indices: Vec::new() };
+    for y in 0..=rows {
+        for x in 0..=columns {
+            let uv = Vec2::new(x as f32 / columns as f32, y as f32 / rows as f32);
+            mesh.vertices.push(Vertex { position: position_from_uv(uv), uv });
         }
     }
-    vertices
+    for y in 0..rows {
+        for x in 0..columns {
+            let a = y * (columns + 1) + x;
+            let (b, c, d) = (a + columns + 1, a + 1, a + columns + 2);
+            mesh.indices.extend([a, b, c, c, b, d]);
+        }
+    }
+    mesh
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use vastex::{Event, FrameStats, LayerFormat, Settings, TextureId, Textures, TileSource};
 
-use crate::compare::Picture;
+use crate::compare::{Comparison, Picture};
 use crate::draw::{PictureTarget, SceneRenderer, depth_view};
 use crate::gpu::Gpu;
 use crate::path::Path;
@@ -45,6 +45,15 @@ pub enum Until {
     Frames(u64),
     /// When the path is at its end and the view has converged; it gives up [`PATIENCE_FRAMES`] after the end.
     Converged,
+}
+
+/// How the picture to compare with was drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ReferenceKind {
+    /// From an ordinary mip-mapped texture, on the same device.
+    Gpu,
+    /// By the CPU twin of the shaders, where the texture is beyond the device's limits or 1 GiB.
+    Cpu,
 }
 
 /// How a run ended.
@@ -154,15 +163,14 @@ impl Studio {
         self.draw_and_read(|encoder, target| self.renderer.draw_picture(encoder, &self.textures, &target))
     }
 
-    /// The same picture from an ordinary texture that holds the container's own levels.
-    pub fn reference_picture(&self, reference: &Reference) -> Picture {
-        self.draw_and_read(|encoder, target| reference.draw(encoder, &self.renderer, &self.textures, &target))
-    }
-
-    /// An ordinary texture that holds all levels of the scene's texture.
-    pub fn reference(&self) -> Result<Reference, StudioError> {
+    /// How alike the picture of the last frame is to the same scene drawn from an ordinary texture, and how that was drawn.
+    pub fn compare(&self) -> Result<(Comparison, ReferenceKind), StudioError> {
         let (device, queue) = (&self.gpu.device, &self.gpu.queue);
-        Ok(Reference::new(device, queue, &self.textures, &self.renderer, &*self.source)?)
+        let reference = Reference::new(device, queue, &self.textures, &self.renderer, &*self.source)?;
+        let expected = self.draw_and_read(|encoder, target| {
+            reference.draw(encoder, &self.renderer, &self.textures, &target)
+        });
+        Ok((self.picture().compare(&expected), ReferenceKind::Gpu))
     }
 
     /// Share of the covered pixels whose wanted page, at mip bias 0, is resident. 1 where nothing is covered.

@@ -3,40 +3,12 @@
 //!
 //! Nothing is decided here: the pager decides, the loader and the GPU carry out.
 
-use vastex_core::{Event, Feedback, PageId, Stats, TableChange};
+use vastex_core::{Event, Feedback, PageId, TableChange};
 use vastex_tiles::{LoadError, Loaded};
 use vastex_wgpu::{FeedbackScale, FeedbackTarget, RawFeedback, Readback, twins};
 
 use crate::error::Error;
 use crate::textures::{BindGroups, FeedbackPath, Textures};
-
-/// Totals of the loop.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Counters {
-    table_bytes_sent: u64,
-    /// By rings that are gone.
-    feedback_bytes_read: u64,
-    degenerate: u32,
-}
-
-/// How the loop stands after a frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct FrameStats {
-    /// Frames so far.
-    pub frame: u64,
-    /// Of the pager: the pool, the working set, loads and evictions.
-    pub pager: Stats,
-    /// Whether, for a whole jitter cycle, nothing was newly wanted and nothing missing.
-    pub converged: bool,
-    /// Bytes of the pool in GPU memory.
-    pub pool_bytes: u64,
-    /// Bytes of page-table changes sent to the GPU so far.
-    pub table_bytes_sent: u64,
-    /// Bytes of feedback brought back so far.
-    pub feedback_bytes_read: u64,
-    /// Pixels of the newest feedback whose gradients said nothing.
-    pub degenerate_pixels: u32,
-}
 
 impl Textures {
     /// Draws the feedback pass of this frame, for a picture of so many pixels: `draw` draws the scene with a pipeline whose
@@ -137,14 +109,14 @@ impl Textures {
             let changes: Vec<_> = self.changes.iter().filter(of_texture).copied().collect();
             let table = &mut texture.table;
             self.counters.table_bytes_sent +=
-                self.changer.apply(&self.device, &self.queue, encoder, table, &changes);
+                self.changer.apply(&self.device, &self.queue, encoder, table, &changes)?;
         }
         Ok(())
     }
 
     fn replace_feedback_path(&mut self, picture: [u32; 2]) -> Result<(), Error> {
         let target = FeedbackTarget::new(&self.device, picture, FeedbackScale::Reduced)?;
-        let readback = Readback::new(&self.device, &target);
+        let readback = Readback::new(&self.device, &target)?;
         if let Some(lock_step) = &mut self.lock_step {
             lock_step.forget_feedback();
         }
@@ -184,20 +156,5 @@ impl Textures {
     /// The pages in view that could not be had so far.
     pub fn failed_pages(&self) -> Vec<PageId> {
         self.pool.as_ref().map_or(Vec::new(), |pool| pool.pager.failed_pages().collect())
-    }
-
-    /// How the loop stands.
-    pub fn stats(&self) -> FrameStats {
-        let Some(pool) = &self.pool else { return FrameStats::default() };
-        let read = self.feedback.as_ref().map_or(0, |path| path.readback.bytes_read());
-        FrameStats {
-            frame: self.frame,
-            pager: pool.pager.stats(),
-            converged: pool.pager.is_converged(),
-            pool_bytes: pool.gpu.layout().bytes(),
-            table_bytes_sent: self.counters.table_bytes_sent,
-            feedback_bytes_read: self.counters.feedback_bytes_read + read,
-            degenerate_pixels: self.counters.degenerate,
-        }
     }
 }

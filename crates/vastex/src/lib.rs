@@ -30,11 +30,12 @@ mod error;
 mod frame;
 mod lock_step;
 mod settings;
+mod stats;
 mod textures;
 
 pub use error::Error;
-pub use frame::FrameStats;
 pub use settings::{Filter, Pace, Settings};
+pub use stats::FrameStats;
 pub use textures::{BindGroups, Textures};
 pub use vastex_core::{
     AddressMode, Description, Event, Feedback, Geometry, LayerFormat, PageId, PagePos, PageState, Stats,

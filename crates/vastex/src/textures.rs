@@ -14,9 +14,9 @@ use vastex_wgpu::{
 };
 
 use crate::error::Error;
-use crate::frame::Counters;
 use crate::lock_step::LockStep;
 use crate::settings::{Pace, Settings};
+use crate::stats::Counters;
 
 /// The virtual textures that share a pool, and the loop that keeps them filled.
 ///

@@ -29,7 +29,11 @@ fn scene_colour(value: vec4<f32>) -> vec4<f32> {
     return vec4<f32>(mix(scene.background.rgb, value.rgb, value.a), 1.0);
 }
 
+fn scene_clip(corner: Corner) -> vec4<f32> {
+    return scene.clip_from_world * vec4<f32>(corner.position, 1.0);
+}
+
 @vertex
 fn place(corner: Corner) -> Surface {
-    return Surface(scene.clip_from_world * vec4<f32>(corner.position, 1.0), corner.uv);
+    return Surface(scene_clip(corner), corner.uv);
 }

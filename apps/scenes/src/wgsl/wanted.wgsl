@@ -2,8 +2,7 @@
 
 @vertex
 fn place_feedback(corner: Corner) -> Surface {
-    let surface = place(corner);
-    return Surface(vastex_feedback_clip(surface.clip), surface.uv);
+    return Surface(vastex_feedback_clip(scene_clip(corner)), corner.uv);
 }
 
 @fragment

@@ -1,0 +1,97 @@
+//! What the picture tests share: a device, and images that are hard on filters.
+
+use std::path::PathBuf;
+use std::sync::{Arc, OnceLock};
+
+use vastex::{AddressMode, Filter, Pace, Settings, TileSource};
+use vastex_build::{BuildOptions, Compression};
+use vastex_scenes::{Gpu, Path, Scene, Studio, Until};
+
+/// The device that all tests of a process share. There is always one: `cargo xtask test` installs a driver.
+pub fn gpu() -> &'static Gpu {
+    static GPU: OnceLock<Gpu> = OnceLock::new();
+    GPU.get_or_init(|| Gpu::headless().unwrap_or_else(|why| panic!("{why}; `cargo xtask test` installs one")))
+}
+
+/// What an image is made and built with.
+#[derive(Clone, Copy, Debug)]
+pub struct Image {
+    pub size: [u32; 2],
+    pub page: u32,
+    pub address: [AddressMode; 2],
+    pub channels: png::ColorType,
+    pub sixteen_bit: bool,
+}
+
+impl Image {
+    pub fn new(width: u32, height: u32, page: u32) -> Image {
+        let (address, channels) = ([AddressMode::Clamp; 2], png::ColorType::Rgb);
+        Image { size: [width, height], page, address, channels, sixteen_bit: false }
+    }
+
+    /// A container of the image, in a directory that goes with the test.
+    pub fn build(&self) -> (tempfile::TempDir, PathBuf) {
+        let directory = tempfile::tempdir().unwrap();
+        let (input, output) = (directory.path().join("in.png"), directory.path().join("out.vastex"));
+        self.write_png(&input);
+        let options = BuildOptions {
+            page: self.page,
+            address: self.address,
+            compression: Compression::None,
+            threads: 1,
+            ..BuildOptions::default()
+        };
+        vastex_build::build(&[input], &output, &options, &()).unwrap();
+        (directory, output)
+    }
+
+    /// Smooth shades with hard edges and grain on them: every filter mistake shows.
+    fn write_png(&self, path: &std::path::Path) {
+        let [width, height] = self.size;
+        let file = std::io::BufWriter::new(std::fs::File::create(path).unwrap());
+        let mut encoder = png::Encoder::new(file, width, height);
+        encoder.set_color(self.channels);
+        encoder.set_depth(if self.sixteen_bit { png::BitDepth::Sixteen } else { png::BitDepth::Eight });
+        let channels = self.channels.samples();
+        let mut bytes = Vec::new();
+        for (y, x) in (0..height).flat_map(|y| (0..width).map(move |x| (y, x))) {
+            for channel in 0..channels as u32 {
+                let grain = (x.wrapping_mul(0x9e37_79b1) ^ y.wrapping_mul(0x85eb_ca6b) ^ channel << 13)
+                    .wrapping_mul(0xc2b2_ae35)
+                    >> 26;
+                let check = if (x / 37 + y / 23 + channel) % 2 == 0 { 90 } else { 0 };
+                let shade = (x * (channel + 1) / 7 + y / 5) % 100;
+                let value = (grain + check + shade) as u16;
+                match self.sixteen_bit {
+                    true => bytes.extend((value * 257).to_be_bytes()),
+                    false => bytes.push(value as u8),
+                }
+            }
+        }
+        encoder.write_header().unwrap().write_image_data(&bytes).unwrap();
+    }
+}
+
+/// Settings under which a run is the same each time.
+pub fn settings(pool_mib: u64, filter: Filter) -> Settings {
+    Settings {
+        pool_bytes: pool_mib << 20,
+        filter,
+        pace: Pace::LockStep { latency_frames: 1 },
+        ..Settings::default()
+    }
+}
+
+/// A studio whose view has converged.
+pub fn converged(
+    source: Arc<dyn TileSource>,
+    scene: Scene,
+    size: [u32; 2],
+    path: Path,
+    settings: Settings,
+) -> Studio {
+    let mut studio = Studio::new(gpu(), source, scene, size, settings).unwrap();
+    let outcome = studio.run(path, Until::Converged, |_, _| ()).unwrap();
+    assert!(outcome.converged, "{scene:?}: {:?}", outcome.stats);
+    studio
+}
