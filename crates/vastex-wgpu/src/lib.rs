@@ -20,8 +20,10 @@ mod compact;
 mod device;
 mod error;
 mod feedback;
+mod mapping;
 mod mirror;
 mod pool;
+mod raw;
 mod readback;
 mod shader;
 mod table;
@@ -36,6 +38,7 @@ pub use feedback::{
     FEEDBACK_DEPTH_FORMAT, FEEDBACK_FORMAT, FeedbackScale, FeedbackTarget, FeedbackView, ViewBuffer,
 };
 pub use pool::Pool;
-pub use readback::{RawFeedback, Readback};
+pub use raw::RawFeedback;
+pub use readback::Readback;
 pub use shader::{Atlas, Filter, ShaderOptions, wgsl};
 pub use table::{TableBuffers, TableChanger};

@@ -4,15 +4,13 @@
 //! the next frame. In real time [`Readback::poll`] takes what has arrived; in lock-step [`Readback::wait`] blocks
 //! until one frame's feedback is whole, so that a run is the same each time.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU8, Ordering};
-
 use vastex_core::{Feedback, PageId, WantedPage, shared};
 
 use crate::compact::{Compactor, HEAD_BYTES, List, WANTED_BYTES};
 use crate::device::alive;
 use crate::error::GpuError;
 use crate::feedback::FeedbackTarget;
+use crate::mapping::{Mapping, poll_device, read_buffer};
 use crate::mirror::{ListHead, Wanted};
 
 /// Frames whose feedback can be under way at once.
@@ -211,7 +209,7 @@ impl Place {
             return Ok(None);
         };
         mapping.read(&self.mapped, |bytes| gathered.add(bytes, entries))?;
-        let arrived = Arrived { bytes: mapping.size, count: gathered.count() };
+        let arrived = Arrived { bytes: mapping.size(), count: gathered.count() };
         let whole = gathered.entries == gathered.count();
         self.state =
             if whole { State::Complete(gathered.into_feedback()) } else { State::LeftOver(gathered) };
@@ -249,107 +247,4 @@ fn page_from_wanted(wanted: Wanted) -> Option<WantedPage> {
     let page = PageId::from_bits(u64::from(wanted.page_high) << 32 | u64::from(wanted.page_low))?;
     let eighth = (wanted.pixels_and_eighth & (shared::STEPS_PER_LEVEL - 1)) as u8;
     Some(WantedPage { page, pixels: wanted.pixels_and_eighth >> shared::STEP_BITS, eighth })
-}
-
-/// The pixels of a feedback target, row by row.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct RawFeedback {
-    /// Size in pixels.
-    pub size: [u32; 2],
-    /// Each pixel as `vastex_feedback` wrote it: page id low, page id high, eighth, flag.
-    pub pixels: Vec<[u32; 4]>,
-}
-
-impl RawFeedback {
-    /// Reads a target after its pass was submitted. Blocks; for statistics and tests, at 16 bytes a pixel.
-    pub fn read(
-        device: &wgpu::Device,
-        queue: &wgpu::Queue,
-        target: &FeedbackTarget,
-    ) -> Result<RawFeedback, GpuError> {
-        alive(device)?;
-        let [width, height] = target.size();
-        let row = (width * 16).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-        let size = u64::from(row) * u64::from(height);
-        let buffer = read_buffer(device, size);
-        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        encoder.copy_texture_to_buffer(
-            target.raw().as_image_copy(),
-            wgpu::TexelCopyBufferInfo {
-                buffer: &buffer,
-                layout: wgpu::TexelCopyBufferLayout {
-                    offset: 0,
-                    bytes_per_row: Some(row),
-                    rows_per_image: None,
-                },
-            },
-            wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-        );
-        let mapping = Mapping::on_submit(&encoder, &buffer, size);
-        queue.submit([encoder.finish()]);
-        poll_device(device, wgpu::PollType::wait_indefinitely())?;
-        if !mapping.arrived()? {
-            return Err(GpuError::DeviceLost);
-        }
-        let pixels = mapping.read(&buffer, |bytes| {
-            let rows = bytes.chunks_exact(row as usize);
-            rows.flat_map(|row| row[..width as usize * 16].chunks_exact(16))
-                .map(bytemuck::pod_read_unaligned)
-                .collect()
-        })?;
-        Ok(RawFeedback { size: [width, height], pixels })
-    }
-}
-
-/// A buffer on its way to being readable.
-#[derive(Debug)]
-struct Mapping {
-    answer: Arc<AtomicU8>,
-    size: u64,
-}
-
-impl Mapping {
-    const MAPPED: u8 = 1;
-    const FAILED: u8 = 2;
-
-    /// Maps the first `size` bytes once the encoder's commands are submitted and done.
-    fn on_submit(encoder: &wgpu::CommandEncoder, buffer: &wgpu::Buffer, size: u64) -> Mapping {
-        let answer = Arc::new(AtomicU8::new(0));
-        let told = Arc::clone(&answer);
-        encoder.map_buffer_on_submit(buffer, wgpu::MapMode::Read, 0..size, move |result| {
-            told.store(if result.is_ok() { Self::MAPPED } else { Self::FAILED }, Ordering::Release);
-        });
-        Mapping { answer, size }
-    }
-
-    /// Whether the bytes are there. A buffer used as here fails to be mapped only when its device is lost.
-    fn arrived(&self) -> Result<bool, GpuError> {
-        match self.answer.load(Ordering::Acquire) {
-            Self::MAPPED => Ok(true),
-            Self::FAILED => Err(GpuError::DeviceLost),
-            _ => Ok(false),
-        }
-    }
-
-    /// Reads the bytes and gives the buffer back.
-    fn read<T>(&self, buffer: &wgpu::Buffer, read: impl FnOnce(&[u8]) -> T) -> Result<T, GpuError> {
-        let view = buffer.get_mapped_range(0..self.size).map_err(|_| GpuError::DeviceLost)?;
-        let value = read(&view);
-        drop(view);
-        buffer.unmap();
-        Ok(value)
-    }
-}
-
-fn read_buffer(device: &wgpu::Device, size: u64) -> wgpu::Buffer {
-    device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("vastex readback"),
-        size,
-        usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
-        mapped_at_creation: false,
-    })
-}
-
-fn poll_device(device: &wgpu::Device, poll: wgpu::PollType) -> Result<(), GpuError> {
-    device.poll(poll).map(|_| ()).map_err(|_| GpuError::DeviceLost)
 }

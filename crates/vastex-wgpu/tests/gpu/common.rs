@@ -11,49 +11,55 @@ use vastex_wgpu::test_device::TestDevice;
 use vastex_wgpu::{Pool, TableBuffers, TableChanger, limits};
 
 /// One device for all tests that leave it whole.
-pub static GPU: LazyLock<TestDevice> = LazyLock::new(TestDevice::new);
+pub(crate) static GPU: LazyLock<TestDevice> = LazyLock::new(TestDevice::new);
 
 /// The texture's number in these tests; its high bits and low bits differ.
-pub const NUMBER: TextureId = TextureId::new(1029).unwrap();
+pub(crate) const NUMBER: TextureId = TextureId::new(1029).unwrap();
 
 /// Small, seeded and the same everywhere (xorshift).
-pub struct Random(pub u64);
+pub(crate) struct Random(pub(crate) u64);
 
 impl Random {
-    pub fn next(&mut self) -> u64 {
+    pub(crate) fn next(&mut self) -> u64 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
         self.0 ^= self.0 << 17;
         self.0
     }
 
-    pub fn below(&mut self, n: usize) -> usize {
+    pub(crate) fn below(&mut self, n: usize) -> usize {
         (self.next() >> 16) as usize % n
     }
 
     /// 0 to 1.
-    pub fn unit(&mut self) -> f32 {
+    pub(crate) fn unit(&mut self) -> f32 {
         (self.next() >> 40) as f32 / (1u64 << 24) as f32
     }
 
-    pub fn between(&mut self, low: f32, high: f32) -> f32 {
+    pub(crate) fn between(&mut self, low: f32, high: f32) -> f32 {
         low + (high - low) * self.unit()
     }
 }
 
 /// A texture whose tiles are noise, borders included, so that any wrong texel shows.
-pub struct World {
-    pub geometry: Geometry,
-    pub format: LayerFormat,
-    pub image: TableImage,
-    pub tiles: BTreeMap<Slot, Vec<u8>>,
-    pub pool: Pool,
-    pub table: TableBuffers,
+pub(crate) struct World {
+    pub(crate) geometry: Geometry,
+    pub(crate) format: LayerFormat,
+    pub(crate) image: TableImage,
+    pub(crate) tiles: BTreeMap<Slot, Vec<u8>>,
+    pub(crate) pool: Pool,
+    pub(crate) table: TableBuffers,
 }
 
 impl World {
     /// About `share` of the pages resident, in shuffled slots.
-    pub fn new(gpu: &TestDevice, geometry: &Geometry, format: LayerFormat, share: f32, seed: u64) -> World {
+    pub(crate) fn new(
+        gpu: &TestDevice,
+        geometry: &Geometry,
+        format: LayerFormat,
+        share: f32,
+        seed: u64,
+    ) -> World {
         let mut random = Random(seed | 1);
         let mut resident: Vec<PagePos> = geometry.pages().collect();
         let tail = resident.remove(0);
@@ -97,7 +103,7 @@ impl World {
 }
 
 /// A buffer's contents.
-pub fn read<T: bytemuck::Pod>(gpu: &TestDevice, buffer: &wgpu::Buffer) -> Vec<T> {
+pub(crate) fn read<T: bytemuck::Pod>(gpu: &TestDevice, buffer: &wgpu::Buffer) -> Vec<T> {
     let copy = gpu.device.create_buffer(&wgpu::BufferDescriptor {
         label: None,
         size: buffer.size(),
@@ -113,7 +119,7 @@ pub fn read<T: bytemuck::Pod>(gpu: &TestDevice, buffer: &wgpu::Buffer) -> Vec<T>
 }
 
 /// A storage buffer with contents.
-pub fn storage(gpu: &TestDevice, contents: &[u8]) -> wgpu::Buffer {
+pub(crate) fn storage(gpu: &TestDevice, contents: &[u8]) -> wgpu::Buffer {
     let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
     let size = contents.len() as u64;
     let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {

@@ -110,7 +110,7 @@ fn pixels(random: &mut Random, count: u32, pages: usize) -> Vec<[u32; 4]> {
     let mut pixel = || {
         let n = random.below(pages) as u32;
         // Pages that differ only in their high half, and only in their low half, are among them.
-        let pos = PagePos::new_2d((n % 3) as u8, n / 7 % 2048 << 13 | n / 7 / 2048, n % 7 << 20);
+        let pos = PagePos::new_2d((n % 3) as u8, ((n / 7 % 2048) << 13) | (n / 7 / 2048), (n % 7) << 20);
         let id = PageId::new(NUMBER, Dims::D2, pos).unwrap().to_bits();
         let flag = [FEEDBACK_WANTED, FEEDBACK_WANTED, FEEDBACK_WANTED, FEEDBACK_EMPTY, FEEDBACK_DEGENERATE];
         [id as u32, (id >> 32) as u32, random.below(8) as u32, flag[random.below(5)]]

@@ -1,5 +1,7 @@
 //! What the shaders do on a device, against their twins on the CPU. One binary, so that wgpu is linked once.
 
+#![expect(clippy::unwrap_used, reason = "a test's helpers fail as the test itself does")]
+
 mod common;
 mod errors;
 mod feedback;
