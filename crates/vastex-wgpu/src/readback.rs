@@ -74,7 +74,7 @@ impl Readback {
     /// Records the compaction of the target and the copy of what it gives. `frame` grows from call to call.
     ///
     /// Returns whether there was room: where the GPU is several frames behind, a frame's feedback is left out rather
-    /// than waited for. The commands must be submitted before the next call of any function of this ring.
+    /// than waited for. The commands must be submitted, in the order of frames: what never is holds its place forever.
     pub fn record(&mut self, encoder: &mut wgpu::CommandEncoder, frame: u64) -> bool {
         for place in &mut self.ring {
             place.copy_left_over(encoder);
