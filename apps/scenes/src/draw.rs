@@ -9,7 +9,7 @@ use crate::pose::Pose;
 use crate::scene::{Scene, Vertex, surface};
 
 /// What is seen beside the texture.
-const BACKGROUND: Vec4 = Vec4::new(0.008, 0.01, 0.014, 1.0);
+pub(crate) const BACKGROUND: Vec4 = Vec4::new(0.008, 0.01, 0.014, 1.0);
 /// Depth buffer of every pass that draws a scene.
 pub(crate) const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
@@ -73,12 +73,12 @@ impl SceneRenderer {
         let picture = PipelineParts {
             text: text(include_str!("wgsl/picture.wgsl")),
             entries: ["place", "shade"],
-            format,
+            formats: &[format],
         };
         let wanted = PipelineParts {
             text: text(include_str!("wgsl/wanted.wgsl")),
             entries: ["place_feedback", "want"],
-            format: Textures::FEEDBACK_FORMAT,
+            formats: &[Textures::FEEDBACK_FORMAT],
         };
         SceneRenderer {
             scene,
@@ -144,18 +144,25 @@ impl SceneRenderer {
         pass.draw_indexed(0..self.index_count, 0, 0..1);
     }
 
-    /// A pipeline that draws the same surface into pictures of the same format by another shader.
+    /// A pipeline that draws the same surface by another shader: its entry points, one more bind group, its targets.
     pub(crate) fn other_pipeline(
         &self,
         device: &wgpu::Device,
         textures: &Textures,
         module: &str,
-        entry: &'static str,
-        group: &wgpu::BindGroupLayout,
+        entries: [&'static str; 2],
+        group: Option<&wgpu::BindGroupLayout>,
+        formats: &[wgpu::TextureFormat],
     ) -> wgpu::RenderPipeline {
-        let groups = [Some(textures.bind_group_layout(self.texture)), Some(&self.group_layout), Some(group)];
+        let mut groups = vec![Some(textures.bind_group_layout(self.texture)), Some(&self.group_layout)];
+        groups.extend(group.map(Some));
         let text = shader_text(textures, self.texture, module);
-        PipelineParts { text, entries: ["place", entry], format: self.format }.pipeline(device, &groups)
+        PipelineParts { text, entries, formats }.pipeline(device, &groups)
+    }
+
+    /// The format of its pictures.
+    pub(crate) fn format(&self) -> wgpu::TextureFormat {
+        self.format
     }
 
     /// The texture of the scene.
@@ -259,13 +266,13 @@ fn shader_text(textures: &Textures, texture: TextureId, module: &str) -> String 
 }
 
 /// What differs between the pipelines of a scene.
-struct PipelineParts {
+struct PipelineParts<'a> {
     text: String,
     entries: [&'static str; 2],
-    format: wgpu::TextureFormat,
+    formats: &'a [wgpu::TextureFormat],
 }
 
-impl PipelineParts {
+impl PipelineParts<'_> {
     fn pipeline(
         self,
         device: &wgpu::Device,
@@ -280,6 +287,7 @@ impl PipelineParts {
             label: Some("scene"),
             source: wgpu::ShaderSource::Wgsl(self.text.into()),
         });
+        let targets: Vec<_> = self.formats.iter().map(|&format| Some(format.into())).collect();
         let attributes = wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x2];
         device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some("scene"),
@@ -307,7 +315,7 @@ impl PipelineParts {
                 module: &module,
                 entry_point: Some(self.entries[1]),
                 compilation_options: Default::default(),
-                targets: &[Some(self.format.into())],
+                targets: &targets,
             }),
             multiview_mask: None,
             cache: None,

@@ -33,9 +33,12 @@ pub struct Gpu {
 }
 
 impl Gpu {
-    /// A device without a window.
+    /// A device without a window. `WGPU_BACKEND` may name the interfaces to look for adapters behind: `vulkan`, `gl` ...
     pub fn headless() -> Result<Gpu, GpuSetupError> {
-        Gpu::for_surface(wgpu::Instance::default(), None)
+        Gpu::for_surface(
+            wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env()),
+            None,
+        )
     }
 
     /// A device that can show pictures in a window or, without one, only draw them.

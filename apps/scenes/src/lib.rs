@@ -4,11 +4,13 @@
 //! line and the window are the program's.
 
 mod compare;
+mod cpu_picture;
 mod draw;
 mod gpu;
 mod levels;
 mod path;
 mod pose;
+mod read;
 mod reference;
 mod scene;
 mod studio;

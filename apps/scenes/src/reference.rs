@@ -56,8 +56,9 @@ impl Reference {
             device,
             textures,
             include_str!("wgsl/reference.wgsl"),
-            "shade_reference",
-            &layout,
+            ["place", "shade_reference"],
+            Some(&layout),
+            &[renderer.format()],
         );
         Ok(Reference { pipeline, group: bind(device, queue, &layout, &texture, description) })
     }

@@ -4,13 +4,15 @@
 
 use std::sync::Arc;
 
-use vastex::{Event, FrameStats, LayerFormat, Settings, TextureId, Textures, TileSource};
+use vastex::{CpuTexture, Event, FrameStats, LayerFormat, Settings, TextureId, Textures, TileSource};
 
 use crate::compare::{Comparison, Picture};
+use crate::cpu_picture::cpu_picture;
 use crate::draw::{PictureTarget, SceneRenderer, depth_view};
 use crate::gpu::Gpu;
 use crate::path::Path;
 use crate::pose::Pose;
+use crate::read::read_texture;
 use crate::reference::{Reference, ReferenceError};
 use crate::scene::Scene;
 
@@ -166,11 +168,28 @@ impl Studio {
     /// How alike the picture of the last frame is to the same scene drawn from an ordinary texture, and how that was drawn.
     pub fn compare(&self) -> Result<(Comparison, ReferenceKind), StudioError> {
         let (device, queue) = (&self.gpu.device, &self.gpu.queue);
-        let reference = Reference::new(device, queue, &self.textures, &self.renderer, &*self.source)?;
-        let expected = self.draw_and_read(|encoder, target| {
-            reference.draw(encoder, &self.renderer, &self.textures, &target)
-        });
-        Ok((self.picture().compare(&expected), ReferenceKind::Gpu))
+        let (expected, kind) =
+            match Reference::new(device, queue, &self.textures, &self.renderer, &*self.source) {
+                Ok(reference) => {
+                    let picture = self.draw_and_read(|encoder, target| {
+                        reference.draw(encoder, &self.renderer, &self.textures, &target);
+                    });
+                    (picture, ReferenceKind::Gpu)
+                }
+                Err(ReferenceError::TooLarge { .. } | ReferenceError::Format(_)) => {
+                    (self.cpu_picture()?, ReferenceKind::Cpu)
+                }
+                Err(error) => return Err(error.into()),
+            };
+        Ok((self.picture().compare(&expected), kind))
+    }
+
+    /// The picture of the last frame by the CPU twin of the shaders, at the mip bias in force.
+    pub fn cpu_picture(&self) -> Result<Picture, StudioError> {
+        self.renderer.set_pose(&self.gpu.queue, &self.pose, self.view_aspect());
+        let bias = self.textures.stats().pager.bias_eighths;
+        let texture = CpuTexture::new(self.source.clone(), self.textures.settings().filter, bias);
+        Ok(cpu_picture(&self.gpu, &self.textures, &self.renderer, &texture, self.size)?)
     }
 
     /// Share of the covered pixels whose wanted page, at mip bias 0, is resident. 1 where nothing is covered.
@@ -207,7 +226,7 @@ impl Studio {
         self.renderer.set_pose(&self.gpu.queue, &self.pose, self.view_aspect());
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         draw(&mut encoder, PictureTarget { colour: &self.colour_view, depth: &self.depth_view });
-        read_texture(&self.gpu, encoder, &self.colour, self.size)
+        Picture { size: self.size, rgba: read_texture(&self.gpu, encoder, &self.colour, 4) }
     }
 }
 
@@ -217,38 +236,4 @@ pub fn picture_format(textures: &Textures, texture: TextureId) -> wgpu::TextureF
         LayerFormat::Rgba8Srgb => wgpu::TextureFormat::Rgba8UnormSrgb,
         _ => wgpu::TextureFormat::Rgba8Unorm,
     }
-}
-
-/// Submits the encoder's commands and reads a texture of four bytes a pixel.
-fn read_texture(
-    gpu: &Gpu,
-    mut encoder: wgpu::CommandEncoder,
-    texture: &wgpu::Texture,
-    size: [u32; 2],
-) -> Picture {
-    let row = (size[0] * 4).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-    let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("picture"),
-        size: u64::from(row) * u64::from(size[1]),
-        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
-        mapped_at_creation: false,
-    });
-    let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: None };
-    encoder.copy_texture_to_buffer(
-        texture.as_image_copy(),
-        wgpu::TexelCopyBufferInfo { buffer: &buffer, layout },
-        texture.size(),
-    );
-    gpu.queue.submit([encoder.finish()]);
-    buffer.map_async(wgpu::MapMode::Read, .., |_| {});
-    // A device that is lost maps nothing; the picture is then black, and the next call of the loop says why.
-    let _ = gpu.device.poll(wgpu::PollType::wait_indefinitely());
-    let mut rgba = Vec::with_capacity((size[0] * size[1] * 4) as usize);
-    match buffer.get_mapped_range(..) {
-        Ok(bytes) => {
-            bytes.chunks(row as usize).for_each(|line| rgba.extend_from_slice(&line[..size[0] as usize * 4]))
-        }
-        Err(_) => rgba.resize((size[0] * size[1] * 4) as usize, 0),
-    }
-    Picture { size, rgba }
 }

@@ -65,3 +65,15 @@ fn every_format() {
         assert_alike(&compare(image, Scene::Plane, Path::Still, Filter::Trilinear), &format!("{image:?}"));
     }
 }
+
+#[test]
+fn the_cpu_twin_draws_the_same_picture() {
+    for filter in Filter::ALL {
+        let image = Image { address: [AddressMode::Wrap, AddressMode::Clamp], ..Image::new(1000, 777, 128) };
+        let (_directory, file) = image.build();
+        let source = vastex::open(file).unwrap();
+        let studio = converged(source, Scene::Globe, [320, 180], Path::Still, settings(16, filter));
+        let comparison = studio.picture().compare(&studio.cpu_picture().unwrap());
+        assert_alike(&comparison, &format!("{filter:?}"));
+    }
+}

@@ -1,6 +1,6 @@
 //! What can go wrong, by what the application can do about it.
 
-use vastex_core::PoolError;
+use vastex_core::{PagePos, PoolError};
 use vastex_tiles::{ContainerError, DecodeError, ReadError};
 use vastex_wgpu::GpuError;
 
@@ -18,6 +18,17 @@ pub enum Error {
         "the tail cannot be decoded, so the texture cannot be shown: {0}; rebuild the file, or copy it anew"
     )]
     TailDamaged(#[from] DecodeError),
+    /// A tile could not be read.
+    #[error(transparent)]
+    Tile(ReadError),
+    /// A tile could not be decoded.
+    #[error("{pos}: {error}; rebuild the file, or copy it anew")]
+    TileDamaged {
+        /// The page.
+        pos: PagePos,
+        /// What the decoder said.
+        error: DecodeError,
+    },
     /// The coarsest levels of a texture are not at hand without waiting; in a browser, read them first.
     #[error("the tail is not at hand; open the source until its tail is cached, then add it")]
     TailPending,

@@ -26,6 +26,8 @@
 //! What is decided is decided in `vastex-core`, what is read is read by `vastex-tiles`, and what happens on the GPU
 //! happens in `vastex-wgpu`; this crate joins them.
 
+#[cfg(not(target_family = "wasm"))]
+mod cpu;
 mod error;
 mod frame;
 mod lock_step;
@@ -33,6 +35,8 @@ mod settings;
 mod stats;
 mod textures;
 
+#[cfg(not(target_family = "wasm"))]
+pub use cpu::CpuTexture;
 pub use error::Error;
 pub use settings::{Filter, Pace, Settings};
 pub use stats::FrameStats;

@@ -1,0 +1,113 @@
+//! A picture whose texture is sampled on the CPU; only where each pixel is on the surface comes from the GPU.
+//!
+//! It is what pictures are compared with where an ordinary texture is beyond the device.
+
+use vastex::{CpuTexture, LayerFormat, Textures};
+
+use crate::compare::Picture;
+use crate::draw::{BACKGROUND, SceneRenderer, depth_view};
+use crate::gpu::Gpu;
+use crate::read::read_texture;
+
+/// Bytes of a pixel of a coordinate target: four floats.
+const PIXEL_BYTES: u32 = 16;
+const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
+
+/// The picture of the scene at its present pose.
+pub(crate) fn cpu_picture(
+    gpu: &Gpu,
+    textures: &Textures,
+    renderer: &SceneRenderer,
+    texture: &CpuTexture,
+    size: [u32; 2],
+) -> Result<Picture, vastex::Error> {
+    let [uv_and_dx, dy_and_covered] = coordinates(gpu, textures, renderer, size);
+    let format = textures.description(renderer.texture()).layers[0].format;
+    let mut rgba = Vec::with_capacity(uv_and_dx.len());
+    for ([u, v, dx_u, dx_v], [dy_u, dy_v, covered, _]) in uv_and_dx.into_iter().zip(dy_and_covered) {
+        let pixel = if covered == 0.0 {
+            [0; 4]
+        } else {
+            pixel_from_value(texture.sample_grad([u, v], [dx_u, dx_v], [dy_u, dy_v])?, format)
+        };
+        rgba.extend(pixel);
+    }
+    Ok(Picture { size, rgba })
+}
+
+/// Twin of `scene_colour` in surface.wgsl, and of what the target's format then does.
+fn pixel_from_value(value: [f32; 4], format: LayerFormat) -> [u8; 4] {
+    let over = |channel: usize, shown: f32, alpha: f32| BACKGROUND[channel] * (1.0 - alpha) + shown * alpha;
+    let colour: [f32; 3] = std::array::from_fn(|channel| match format {
+        LayerFormat::R8 | LayerFormat::R16 => value[0],
+        LayerFormat::Rg8 => over(channel, value[0], value[1]),
+        LayerFormat::Rgba8 | LayerFormat::Rgba8Srgb => over(channel, value[channel], value[3]),
+    });
+    let stored = |linear: f32| match format {
+        LayerFormat::Rgba8Srgb if linear > 0.003_130_8 => 1.055 * linear.powf(1.0 / 2.4) - 0.055,
+        LayerFormat::Rgba8Srgb => linear * 12.92,
+        _ => linear,
+    };
+    let [r, g, b] = colour.map(|linear| (stored(linear.clamp(0.0, 1.0)) * 255.0).round() as u8);
+    [r, g, b, 255]
+}
+
+/// uv and gradients of every pixel, row by row, as coordinates.wgsl tells them.
+fn coordinates(
+    gpu: &Gpu,
+    textures: &Textures,
+    renderer: &SceneRenderer,
+    size: [u32; 2],
+) -> [Vec<[f32; 4]>; 2] {
+    let device = &gpu.device;
+    let text = include_str!("wgsl/coordinates.wgsl");
+    let pipeline =
+        renderer.other_pipeline(device, textures, text, ["place", "tell"], None, &[FORMAT, FORMAT]);
+    let target = || {
+        device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("coordinates"),
+            size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: FORMAT,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+            view_formats: &[],
+        })
+    };
+    let (targets, depth) = ([target(), target()], depth_view(device, size));
+    let views = targets.each_ref().map(|target| target.create_view(&Default::default()));
+    let mut encoder = device.create_command_encoder(&Default::default());
+    let attachments = views.each_ref().map(|view| {
+        Some(wgpu::RenderPassColorAttachment {
+            view,
+            depth_slice: None,
+            resolve_target: None,
+            ops: wgpu::Operations {
+                load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+                store: wgpu::StoreOp::Store,
+            },
+        })
+    });
+    let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some("coordinates"),
+        color_attachments: &attachments,
+        depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+            view: &depth,
+            depth_ops: Some(wgpu::Operations {
+                load: wgpu::LoadOp::Clear(1.0),
+                store: wgpu::StoreOp::Discard,
+            }),
+            stencil_ops: None,
+        }),
+        ..Default::default()
+    });
+    renderer.draw(&mut pass, &pipeline, textures.bind_group(renderer.texture()));
+    drop(pass);
+    gpu.queue.submit([encoder.finish()]);
+    targets.map(|target| {
+        let encoder = device.create_command_encoder(&Default::default());
+        let bytes = read_texture(gpu, encoder, &target, PIXEL_BYTES);
+        bytes.chunks_exact(PIXEL_BYTES as usize).map(bytemuck::pod_read_unaligned).collect()
+    })
+}

@@ -1,0 +1,79 @@
+//! Sampling on the CPU, from a source, by the same arithmetic as on the GPU.
+//!
+//! Every page counts as resident; a tile is read and decoded when it is first touched, and kept. For what a GPU cannot do
+//! (a picture beyond a device's limits) and for what tests compare with.
+
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+
+use bytes::Bytes;
+use vastex_core::{ChangeRule, PageId, PagePos, Slot, TableChange, TableEntry, TableImage, TextureId};
+use vastex_tiles::TileSource;
+use vastex_wgpu::twins::{Sampler, Texture};
+
+use crate::error::Error;
+use crate::settings::Filter;
+
+/// The first layer of a texture, to be sampled on the CPU. Costs 4 bytes of table and a few more for each page.
+pub struct CpuTexture {
+    source: Arc<dyn TileSource>,
+    /// All pages; each has the slot of its index.
+    pages: Vec<PagePos>,
+    tiles: Vec<OnceLock<Bytes>>,
+    table: TableImage,
+    filter: Filter,
+    bias_eighths: u16,
+    failed: Mutex<Option<Error>>,
+}
+
+/// The number that the texture has in its own table; nobody else sees it.
+const NUMBER: Option<TextureId> = TextureId::new(0);
+
+impl CpuTexture {
+    /// A texture at a mip bias, in eighths of a level.
+    pub fn new(source: Arc<dyn TileSource>, filter: Filter, bias_eighths: u16) -> CpuTexture {
+        let description = source.description().clone();
+        let geometry = &description.geometry;
+        let pages: Vec<PagePos> = geometry.pages().collect();
+        let mut table = TableImage::new(geometry, Slot::new(0)); // the tail comes first
+        for (slot, &pos) in (0..).zip(&pages).skip(1) {
+            let Some(Ok(page)) = NUMBER.map(|number| PageId::new(number, geometry.dims(), pos)) else {
+                continue;
+            };
+            let entry = TableEntry::new(pos.level, Slot::new(slot));
+            table.apply(geometry, &TableChange { page, rule: ChangeRule::Coarser, entry });
+        }
+        let tiles = pages.iter().map(|_| OnceLock::new()).collect();
+        CpuTexture { source, pages, tiles, table, filter, bias_eighths, failed: Mutex::default() }
+    }
+
+    /// The colour at `uv`, from gradients of uv along one pixel; linear, 0 to 1. Fails where a tile cannot be had.
+    pub fn sample_grad(&self, uv: [f32; 2], ddx: [f32; 2], ddy: [f32; 2]) -> Result<[f32; 4], Error> {
+        let description = self.source.description();
+        let number = NUMBER.ok_or(Error::TailPending)?;
+        let mut texture = Texture::new(&description.geometry, &self.table, number);
+        texture.pool_bias = self.bias_eighths;
+        let tile = |slot: Slot| self.tile(slot);
+        let sampler =
+            Sampler { texture, format: description.layers[0].format, filter: self.filter, tile: &tile };
+        let colour = sampler.sample_grad(uv, ddx, ddy);
+        match self.failed.lock().unwrap_or_else(PoisonError::into_inner).take() {
+            None => Ok(colour),
+            Some(error) => Err(error),
+        }
+    }
+
+    fn tile(&self, slot: Slot) -> &[u8] {
+        let index = slot.index() as usize;
+        self.tiles[index].get_or_init(|| {
+            self.read(self.pages[index]).unwrap_or_else(|error| {
+                *self.failed.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
+                Bytes::from(vec![0; self.source.description().tile_bytes()])
+            })
+        })
+    }
+
+    fn read(&self, pos: PagePos) -> Result<Bytes, Error> {
+        let tile = pollster::block_on(self.source.read(pos)).map_err(Error::Tile)?;
+        tile.decode(self.source.description()).map_err(|error| Error::TileDamaged { pos, error })
+    }
+}
