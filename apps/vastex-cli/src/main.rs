@@ -1,2 +1,47 @@
-//! To be written.
-fn main() {}
+//! The program `vastex`: makes containers of images and shows them, in a window or headless.
+//!
+//! Here are the words of the command line and what is said to people and scripts; what is done stands in the libraries.
+//! Exit codes: 0 done; 1 something is wrong with the input or the machine; 2 something is wrong with the command line.
+
+mod args;
+mod commands;
+mod gpu;
+mod output;
+mod report;
+#[cfg(feature = "view")]
+mod view;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use args::{Args, Command};
+
+fn main() -> ExitCode {
+    let args = Args::parse();
+    if let Err(error) = args.check() {
+        error.exit();
+    }
+    start_log(args.verbose);
+    let outcome = match &args.command {
+        #[cfg(feature = "build")]
+        Command::Build(args) => commands::build::run(args),
+        Command::Info(args) => commands::info::run(args),
+        Command::Verify(args) => commands::verify::run(args),
+        Command::Render(args) => commands::render::run(args),
+        #[cfg(feature = "view")]
+        Command::View(args) => view::run(args),
+    };
+    outcome.unwrap_or_else(|error| {
+        report::say(&format!("error: {}", report::message(&error)));
+        ExitCode::FAILURE
+    })
+}
+
+/// Logs go to stderr: warnings, and more for each `-v`; `RUST_LOG` has the last word.
+fn start_log(verbose: u8) {
+    let level = ["warn", "info", "debug", "trace"][usize::from(verbose.min(3))];
+    let filter = tracing_subscriber::EnvFilter::try_from_default_env()
+        .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new(level));
+    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).init();
+}

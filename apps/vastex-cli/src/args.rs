@@ -1,0 +1,251 @@
+//! The words of the command line, their defaults, and which values make sense.
+
+use std::path::PathBuf;
+
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::{Args as ClapArgs, Parser, Subcommand};
+use vastex::Filter;
+use vastex_scenes::{Path, Scene};
+
+#[cfg(feature = "build")]
+pub(crate) use build::{BuildArgs, Compress};
+
+#[cfg(feature = "build")]
+mod build;
+
+/// Images far larger than GPU memory, as ordinary textures.
+#[derive(Debug, Parser)]
+#[command(name = "vastex", version, about, max_term_width = 110, after_help = EXAMPLES)]
+pub(crate) struct Args {
+    /// Log more to stderr: -v what happens, -vv details, -vvv everything. RUST_LOG has the last word
+    #[arg(short, long, global = true, action = clap::ArgAction::Count)]
+    pub(crate) verbose: u8,
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  vastex build earth.jpg -o earth.vastex --address wrap,clamp
+  vastex view earth.vastex --on globe
+  vastex render earth.vastex --on plane --size 1920x1080 -o plane.png
+
+Exit codes: 0 done; 1 something is wrong with the input or the machine; 2 with the command line";
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Make a container of an image (JPEG, PNG or TIFF)
+    #[cfg(feature = "build")]
+    Build(BuildArgs),
+    /// Say what is in a container
+    Info(InfoArgs),
+    /// Read and check every byte of a container
+    Verify(VerifyArgs),
+    /// Draw a scene without a window
+    Render(RenderArgs),
+    /// Open a window with a scene to move about in
+    #[cfg(feature = "view")]
+    View(ViewArgs),
+}
+
+impl Args {
+    /// What no single value shows: whether they make sense together.
+    pub(crate) fn check(&self) -> Result<(), clap::Error> {
+        match &self.command {
+            #[cfg(feature = "build")]
+            Command::Build(args) => args.check(),
+            Command::Render(args) => args.check(),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// What `vastex info` is told.
+#[derive(Debug, ClapArgs)]
+#[command(after_help = "\
+Examples:
+  vastex info earth.vastex
+  vastex info earth.vastex --json | jq .tiles")]
+pub(crate) struct InfoArgs {
+    /// The container
+    pub(crate) file: PathBuf,
+    /// Print one JSON object
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// What `vastex verify` is told.
+#[derive(Debug, ClapArgs)]
+#[command(after_help = "\
+Examples:
+  vastex verify earth.vastex && cp earth.vastex /mnt/archive/
+
+Prints every fault that it finds and exits with 1 if there is any.")]
+pub(crate) struct VerifyArgs {
+    /// The container
+    pub(crate) file: PathBuf,
+    /// Print one JSON object
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Print nothing but faults
+    #[arg(short, long)]
+    pub(crate) quiet: bool,
+}
+
+/// What both `render` and `view` are told.
+#[derive(Debug, ClapArgs)]
+pub(crate) struct SceneArgs {
+    /// The container
+    pub(crate) source: PathBuf,
+    /// What the image is put on
+    #[arg(long, default_value = "image", value_name = "SCENE", value_parser = named(&Scene::ALL, Scene::name))]
+    pub(crate) on: Scene,
+    /// Size of the picture in pixels
+    #[arg(long, default_value = "1280x720", value_name = "WxH", value_parser = parse_size)]
+    pub(crate) size: [u32; 2],
+    /// GPU memory for tiles, in MiB; too little makes the picture coarser
+    #[arg(long, default_value_t = 64, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
+    pub(crate) pool_mib: u64,
+    /// How texels are blended
+    #[arg(long, default_value = "trilinear", value_parser = named(&Filter::ALL, filter_name))]
+    pub(crate) filter: Filter,
+    /// KiB of tiles copied to the GPU per frame at most
+    #[arg(long, default_value_t = 2048, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1 << 22))]
+    pub(crate) upload_kib_per_frame: u64,
+}
+
+/// What `vastex render` is told.
+#[derive(Debug, ClapArgs)]
+#[command(after_help = "\
+Examples:
+  vastex render earth.vastex --on globe -o globe.png
+  vastex render earth.vastex --on plane --size 1920x1080 --camera-path fly --frames 120 -o fly.png
+  vastex render earth.vastex --on plane --pool-mib 4 --compare --json
+
+Without --frames it plays the camera path to its end and holds the last pose until everything is loaded; if that does
+not come to pass within 10,000 frames, the picture is written as it is and the exit code is 1.")]
+pub(crate) struct RenderArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    /// How the camera moves; a path lasts 300 frames (still: 1) and holds its last pose
+    #[arg(long, default_value = "still", value_name = "NAME", value_parser = named(&Path::ALL, Path::name))]
+    pub(crate) camera_path: Path,
+    /// Draw so many frames
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
+    pub(crate) frames: Option<u64>,
+    /// Go on until everything in view is loaded (the default)
+    #[arg(long, conflicts_with = "frames")]
+    pub(crate) until_converged: bool,
+    /// Frames that a load takes, so that every run is the same; without effect with --realtime
+    #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1000))]
+    pub(crate) latency_frames: u64,
+    /// Wait for nothing, as a window does
+    #[arg(long)]
+    pub(crate) realtime: bool,
+    /// Where to write the last picture, as PNG
+    #[arg(short, long, value_name = "OUT.png")]
+    pub(crate) output: Option<PathBuf>,
+    /// Compare the last picture with one drawn from an ordinary texture
+    #[arg(long)]
+    pub(crate) compare: bool,
+    /// Print one JSON object
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+impl RenderArgs {
+    fn check(&self) -> Result<(), clap::Error> {
+        const OTHERS: [&str; 9] = ["jpg", "jpeg", "tif", "tiff", "webp", "bmp", "gif", "exr", "vastex"];
+        let Some(output) = &self.output else { return Ok(()) };
+        let extension = output.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+        if OTHERS.contains(&extension.as_str()) {
+            let output = output.display();
+            return Err(value_error(&format!(
+                "'{output}' for '--output <OUT.png>': the picture is written as PNG; give it the ending .png"
+            )));
+        }
+        Ok(())
+    }
+}
+
+/// What `vastex view` is told.
+#[cfg(feature = "view")]
+#[derive(Debug, ClapArgs)]
+#[command(after_help = "\
+Examples:
+  vastex view earth.vastex
+  vastex view earth.vastex --on globe --pool-mib 256
+
+Keys and mouse:
+  drag           move the image, turn the globe, look about on the plane
+  wheel, + and - zoom
+  double click   back to the first view, as Home and R
+  arrows, WASD   walk
+  1 2 3, Tab     image, plane, globe; the next of them
+  F, F11         fill the screen
+  Esc, Q         quit")]
+pub(crate) struct ViewArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    /// Close the window after so many frames, for tests
+    #[arg(long, value_name = "N", hide = true)]
+    pub(crate) exit_after_frames: Option<u64>,
+}
+
+/// One of a few values, by its name.
+fn named<T>(all: &'static [T], name: fn(T) -> &'static str) -> impl TypedValueParser<Value = T>
+where
+    T: Copy + Send + Sync + 'static,
+{
+    let names = PossibleValuesParser::new(all.iter().map(|&value| name(value)));
+    names.try_map(move |given| {
+        all.iter().copied().find(|&value| name(value) == given).ok_or("there is no such value")
+    })
+}
+
+fn filter_name(filter: Filter) -> &'static str {
+    match filter {
+        Filter::Nearest => "nearest",
+        Filter::Bilinear => "bilinear",
+        Filter::Trilinear => "trilinear",
+    }
+}
+
+/// Width and height in pixels. The adapter may allow less than what is allowed here.
+fn parse_size(text: &str) -> Result<[u32; 2], String> {
+    const MAX: u32 = 1 << 16;
+    let sides = text.split_once(['x', 'X']).and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
+    match sides {
+        Some(size) if size.iter().all(|side| (1..=MAX).contains(side)) => Ok(size),
+        Some(_) => Err(format!("each side must have 1 to {MAX} pixels")),
+        None => Err("write width and height in pixels, as in 1280x720".into()),
+    }
+}
+
+/// An error of the command line, exit code 2.
+fn value_error(what: &str) -> clap::Error {
+    let kind = clap::error::ErrorKind::ValueValidation;
+    clap::Error::raw(kind, format!("invalid value {what}\n\nFor more information, try '--help'.\n"))
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    #[test]
+    fn the_definition_is_sound() {
+        Args::command().debug_assert();
+    }
+
+    #[test]
+    fn sizes_are_checked() {
+        assert_eq!(parse_size("640x480"), Ok([640, 480]));
+        for bad in ["", "640", "0x480", "640x", "x", "-1x5", "640x480x2", "99999999999x1", "70000x1", "a x b"]
+        {
+            assert!(parse_size(bad).is_err(), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! What `vastex build` is told.
+
+use std::path::PathBuf;
+
+use clap::ValueEnum;
+use vastex::{AddressMode, Geometry};
+use vastex_core::{Dims, GeometrySpec, PAGE_TEXELS};
+
+use super::{ClapArgs, named, value_error};
+
+/// What `vastex build` is told.
+#[derive(Debug, ClapArgs)]
+#[command(after_help = "\
+Examples:
+  vastex build earth.tif -o earth.vastex --address wrap,clamp
+  vastex build slide.png -o slide.vastex --compress zstd --page 256
+  vastex build heights.png -o heights.vastex --linear off --json
+
+The output appears when it is whole; after an error or Ctrl-C nothing is left behind.")]
+pub(crate) struct BuildArgs {
+    /// The image
+    #[arg(value_name = "IN")]
+    pub(crate) input: PathBuf,
+    /// The container to make
+    #[arg(short, long, value_name = "OUT.vastex")]
+    pub(crate) output: PathBuf,
+    /// Texels of payload per side of a page
+    #[arg(long, default_value_t = 128, value_name = "TEXELS", value_parser = page_parser())]
+    pub(crate) page: u32,
+    /// Texels of border on each side of a page
+    #[arg(long, default_value_t = 4, value_name = "TEXELS")]
+    pub(crate) border: u32,
+    /// How tiles are compressed
+    #[arg(long, value_enum, default_value_t = Compress::Lz4)]
+    pub(crate) compress: Compress,
+    /// Whether colour is filtered in linear light; else as it is stored
+    #[arg(long, default_value = "on", value_name = "on|off", value_parser = named(&[true, false], on_off))]
+    pub(crate) linear: bool,
+    /// What lies beyond the edges: clamp, wrap or mirror; for x and y alike, or one for each
+    #[arg(long, default_value = "clamp", value_name = "X[,Y]", value_parser = parse_address)]
+    pub(crate) address: [AddressMode; 2],
+    /// Threads that filter and encode [default: one for each core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub(crate) threads: Option<u32>,
+    /// Wait until the disk has everything
+    #[arg(long)]
+    pub(crate) durable: bool,
+    /// Print nothing but errors
+    #[arg(short, long)]
+    pub(crate) quiet: bool,
+    /// Print one JSON object
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// How tiles are compressed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Compress {
+    /// Not at all
+    None,
+    /// Fast to decode
+    Lz4,
+    /// Smaller
+    Zstd,
+}
+
+impl BuildArgs {
+    /// The border must suit the page.
+    pub(super) fn check(&self) -> Result<(), clap::Error> {
+        let spec = GeometrySpec {
+            dims: Dims::D2,
+            size: [1, 1, 1],
+            page: self.page,
+            border: self.border,
+            address: [AddressMode::Clamp; 3],
+        };
+        let border = self.border;
+        Geometry::new(spec)
+            .map(drop)
+            .map_err(|error| value_error(&format!("'{border}' for '--border <TEXELS>': {error}")))
+    }
+}
+
+fn page_parser() -> clap::builder::RangedI64ValueParser<u32> {
+    let (low, high) = (*PAGE_TEXELS.start(), *PAGE_TEXELS.end());
+    clap::value_parser!(u32).range(i64::from(low)..=i64::from(high))
+}
+
+fn on_off(on: bool) -> &'static str {
+    if on { "on" } else { "off" }
+}
+
+/// One address mode for both axes, or one for each.
+fn parse_address(text: &str) -> Result<[AddressMode; 2], String> {
+    let mode = |name| match name {
+        "clamp" => Ok(AddressMode::Clamp),
+        "wrap" => Ok(AddressMode::Wrap),
+        "mirror" => Ok(AddressMode::Mirror),
+        _ => Err(format!("'{name}' is none of clamp, wrap and mirror; write one, or two as in wrap,clamp")),
+    };
+    let (x, y) = text.split_once(',').unwrap_or((text, text));
+    Ok([mode(x)?, mode(y)?])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_address_mode_serves_both_axes() {
+        use vastex::AddressMode::{Clamp, Mirror, Wrap};
+        assert_eq!(parse_address("wrap"), Ok([Wrap, Wrap]));
+        assert_eq!(parse_address("mirror,clamp"), Ok([Mirror, Clamp]));
+        for bad in ["", "wrap,", ",wrap", "round", "wrap,clamp,wrap"] {
+            assert!(parse_address(bad).is_err(), "{bad}");
+        }
+    }
+}

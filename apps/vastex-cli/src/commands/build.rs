@@ -1,0 +1,143 @@
+//! `vastex build`: drives `vastex-build`, shows how far it is, and lets it clean up when it is interrupted.
+
+use std::ops::ControlFlow;
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result};
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
+use vastex_build::{BuildError, BuildOptions, BuildReport, Progress};
+use vastex_tiles::Compression;
+
+use crate::args::{BuildArgs, Compress};
+use crate::report;
+
+/// What a shell expects of a program that Ctrl-C ended.
+const INTERRUPTED: u8 = 130;
+
+/// Set by Ctrl-C and its like; the build asks for it between rows.
+static INTERRUPT: AtomicBool = AtomicBool::new(false);
+
+pub(crate) fn run(args: &BuildArgs) -> Result<ExitCode> {
+    ctrlc::set_handler(|| INTERRUPT.store(true, Ordering::Relaxed)).context("Ctrl-C cannot be handled")?;
+    let bar = Bar::new(args.quiet);
+    let begin = Instant::now();
+    let built = vastex_build::build(std::slice::from_ref(&args.input), &args.output, &options(args), &bar);
+    bar.0.finish_and_clear();
+    let built = match built {
+        Err(BuildError::Cancelled) => {
+            report::say("interrupted; nothing was left behind");
+            return Ok(ExitCode::from(INTERRUPTED));
+        }
+        built => built?,
+    };
+    if !args.quiet {
+        let input = args.input.display();
+        built.notices.iter().for_each(|notice| report::say(&format!("note: {input}: {notice}")));
+    }
+    let summary = Summary::new(args, &built, begin.elapsed());
+    if args.json {
+        report::print_json(&summary)?;
+    } else if !args.quiet {
+        report::print(&summary.text())?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn options(args: &BuildArgs) -> BuildOptions {
+    BuildOptions {
+        page: args.page,
+        border: args.border,
+        compression: match args.compress {
+            Compress::None => Compression::None,
+            Compress::Lz4 => Compression::Lz4,
+            Compress::Zstd => Compression::Zstd(0),
+        },
+        linear: args.linear,
+        address: args.address,
+        threads: args.threads.unwrap_or(0) as usize,
+        durable: args.durable,
+        ..BuildOptions::default()
+    }
+}
+
+/// A progress bar, on a terminal only.
+struct Bar(ProgressBar);
+
+impl Bar {
+    fn new(hidden: bool) -> Bar {
+        let bar = if hidden { ProgressBar::hidden() } else { ProgressBar::new(0) };
+        let template = "{bar:32} {percent:>3} %  row {pos} of {len}, {per_sec}  {msg}  {eta} left";
+        if let Ok(style) = ProgressStyle::with_template(template) {
+            bar.set_style(style);
+        }
+        Bar(bar)
+    }
+}
+
+impl Progress for Bar {
+    fn advance(&self, rows_done: u64, rows_total: u64, bytes_written: u64) -> ControlFlow<()> {
+        self.0.set_length(rows_total);
+        self.0.set_position(rows_done);
+        let rate = bytes_written as f64 / self.0.elapsed().as_secs_f64().max(0.001);
+        let (written, rate) = (report::bytes(bytes_written), report::bytes(rate as u64));
+        self.0.set_message(format!("{written} written, {rate}/s"));
+        if INTERRUPT.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Summary {
+    input: String,
+    output: String,
+    /// Width and height in texels.
+    size: [u32; 2],
+    levels: u32,
+    format: &'static str,
+    tiles: u64,
+    constant_tiles: u64,
+    shared_tiles: u64,
+    /// Of the file.
+    bytes: u64,
+    seconds: f64,
+    /// Millions of texels of the image per second.
+    mpix_per_s: f64,
+    /// Bytes of memory that the build could at most have taken.
+    memory_bound: u64,
+    notices: Vec<String>,
+}
+
+impl Summary {
+    fn new(args: &BuildArgs, built: &BuildReport, took: Duration) -> Summary {
+        let [width, height] = built.size;
+        let seconds = took.as_secs_f64();
+        Summary {
+            input: args.input.display().to_string(),
+            output: args.output.display().to_string(),
+            size: built.size,
+            levels: built.levels,
+            format: built.format.name(),
+            tiles: built.tiles,
+            constant_tiles: built.constant_tiles,
+            shared_tiles: built.shared_tiles,
+            bytes: built.bytes,
+            seconds,
+            mpix_per_s: f64::from(width) * f64::from(height) / 1e6 / seconds.max(1e-9),
+            memory_bound: built.memory,
+            notices: built.notices.iter().map(ToString::to_string).collect(),
+        }
+    }
+
+    fn text(&self) -> String {
+        let Summary { output, size: [width, height], levels, format, tiles, seconds, .. } = self;
+        let (bytes, rate) = (report::bytes(self.bytes), self.mpix_per_s);
+        let (constant, shared) = (self.constant_tiles, self.shared_tiles);
+        format!(
+            "{output}: {width}x{height} texels of {format} in {levels} levels; {tiles} tiles, of them {constant} of one \
+             colour and {shared} stored once with others; {bytes} in {seconds:.1} s, {rate:.0} Mpix/s"
+        )
+    }
+}

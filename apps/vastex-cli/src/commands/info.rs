@@ -1,0 +1,135 @@
+//! `vastex info`: what is in a container, for people and scripts.
+
+use std::process::ExitCode;
+
+use anyhow::Result;
+use serde::Serialize;
+use vastex::AddressMode;
+use vastex_tiles::{Container, Info};
+
+use crate::args::InfoArgs;
+use crate::report;
+
+pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode> {
+    let summary = Summary::new(&Container::open_file(&args.file)?.info());
+    if args.json {
+        report::print_json(&summary)?;
+    } else {
+        report::print(&format!("{}\n{}", args.file.display(), summary.text()))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Summary {
+    /// Version of the container format.
+    version: u32,
+    /// Width and height in texels.
+    size: [u32; 2],
+    /// Texels of payload per side of a page.
+    page: u32,
+    /// Texels of border on each side of a page.
+    border: u32,
+    /// What lies beyond the edges, in x and y.
+    address: [&'static str; 2],
+    /// How many there are.
+    levels: usize,
+    /// Width and height of each level in texels, the finest first.
+    level_sizes: Vec<[u32; 2]>,
+    /// The finest level that lies in the tail.
+    tail_level: u8,
+    layers: Vec<LayerSummary>,
+    /// Pages of the texture, the tail counted as one.
+    pages: u64,
+    tiles: u64,
+    constant_tiles: u64,
+    shared_tiles: u64,
+    stored_tiles: u64,
+    stored_by_codec: Codecs,
+    /// Of the file.
+    bytes: u64,
+    /// Of the stored tiles.
+    stored_bytes: u64,
+    /// Of all tiles, decoded.
+    raw_bytes: u64,
+}
+
+#[derive(Serialize)]
+struct LayerSummary {
+    name: String,
+    format: &'static str,
+}
+
+/// Stored tiles by how they are compressed.
+#[derive(Serialize)]
+struct Codecs {
+    none: u64,
+    lz4: u64,
+    zstd: u64,
+}
+
+impl Summary {
+    fn new(info: &Info) -> Summary {
+        let geometry = &info.description.geometry;
+        let [x, y, _] = geometry.address();
+        let layer = |layer: &vastex_core::Layer| LayerSummary {
+            name: layer.name.clone(),
+            format: layer.format.name(),
+        };
+        let [none, lz4, zstd] = info.stored_by_codec;
+        Summary {
+            version: info.version,
+            size: first_two(geometry.size()),
+            page: geometry.page()[0],
+            border: geometry.border()[0],
+            address: [x, y].map(address_name),
+            levels: info.levels().len(),
+            level_sizes: info.levels().iter().map(|level| first_two(level.size)).collect(),
+            tail_level: geometry.tail().first_level(),
+            layers: info.description.layers.iter().map(layer).collect(),
+            pages: info.pages,
+            tiles: info.tiles,
+            constant_tiles: info.constant_tiles,
+            shared_tiles: info.shared_tiles,
+            stored_tiles: info.stored_tiles,
+            stored_by_codec: Codecs { none, lz4, zstd },
+            bytes: info.bytes,
+            stored_bytes: info.stored_bytes,
+            raw_bytes: info.raw_bytes,
+        }
+    }
+
+    fn text(&self) -> String {
+        let [width, height] = self.size;
+        let layers: Vec<_> = self.layers.iter().map(|l| format!("{} ({})", l.name, l.format)).collect();
+        let Codecs { none, lz4, zstd } = self.stored_by_codec;
+        let rows = [
+            ("size", format!("{width} x {height} texels")),
+            ("levels", format!("{}, from level {} on in the tail", self.levels, self.tail_level)),
+            ("page", format!("{} texels, border {}", self.page, self.border)),
+            ("address", self.address.join(", ")),
+            ("layers", layers.join(", ")),
+            ("tiles", format!("{} for {} pages", self.tiles, self.pages)),
+            ("  constant", format!("{}", self.constant_tiles)),
+            ("  shared", format!("{}", self.shared_tiles)),
+            ("  stored", format!("{} ({none} as they are, {lz4} LZ4, {zstd} Zstandard)", self.stored_tiles)),
+            ("bytes", format!("{} ({})", self.bytes, report::bytes(self.bytes))),
+            ("  decoded", format!("{} ({})", self.raw_bytes, report::bytes(self.raw_bytes))),
+            ("format", format!("version {}", self.version)),
+        ];
+        rows.map(|(name, value)| format!("  {name:<12}{value}")).join("\n")
+    }
+}
+
+fn first_two([x, y, _]: [u32; 3]) -> [u32; 2] {
+    [x, y]
+}
+
+fn address_name(mode: AddressMode) -> &'static str {
+    match mode {
+        AddressMode::Clamp => "clamp",
+        AddressMode::Wrap => "wrap",
+        AddressMode::Mirror => "mirror",
+    }
+}

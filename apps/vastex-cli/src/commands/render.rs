@@ -1,0 +1,212 @@
+//! `vastex render`: a scene without a window, its last picture as a PNG file, and figures about the run.
+
+use std::collections::BTreeMap;
+use std::process::ExitCode;
+
+use anyhow::{Context, Result, bail};
+use serde::Serialize;
+use vastex::{Event, FrameStats, Pace, PageId, Settings};
+use vastex_core::Dims;
+use vastex_scenes::{Comparison, Gpu, Outcome, ReferenceKind, Studio, Until};
+
+use crate::args::{RenderArgs, SceneArgs};
+use crate::output::PngOutput;
+use crate::{gpu, report};
+
+pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode> {
+    let source = args.scene.source.display().to_string();
+    if args.output.as_ref().is_some_and(|output| is_same_file(output, &args.scene.source)) {
+        bail!("{source}: is the source as well as the output; choose another name for the output");
+    }
+    let output = args.output.as_deref().map(PngOutput::at).transpose()?;
+    let tiles = vastex::open(&args.scene.source)?;
+    let gpu = Gpu::headless()?;
+    gpu::report_refusals(&gpu);
+    let pace = match args.realtime {
+        true => Pace::Realtime,
+        false => Pace::LockStep { latency_frames: args.latency_frames },
+    };
+    let settings = Settings { pace, ..settings(&args.scene) };
+    let studio = Studio::new(&gpu, tiles, args.scene.on, args.scene.size, settings);
+    let outcome = draw(args, &mut studio.context(source.clone())?, output.as_ref(), gpu.adapter_name());
+    let outcome = outcome.context(source.clone())?;
+    if args.frames.is_some() || outcome.converged {
+        return Ok(ExitCode::SUCCESS);
+    }
+    let missing = outcome.stats.pager.missing;
+    report::say(&format!(
+        "error: {source}: not converged, {missing} pages are missing; try a larger --upload-kib-per-frame or fewer \
+         --latency-frames"
+    ));
+    Ok(ExitCode::FAILURE)
+}
+
+/// Plays the path, writes the picture, and tells how it went.
+fn draw(
+    args: &RenderArgs,
+    studio: &mut Studio,
+    output: Option<&PngOutput>,
+    adapter: String,
+) -> Result<Outcome> {
+    let until = args.frames.map_or(Until::Converged, Until::Frames);
+    let mut failed = FailedPages::default();
+    let outcome = studio.run(args.camera_path, until, |_, events| failed.note(events))?;
+    failed.say(&args.scene.source.display().to_string());
+    if let Some(output) = output {
+        output.write(&studio.picture())?;
+    }
+    let compared = if args.compare { Some(studio.compare()?) } else { None };
+    let summary = Summary::new(&outcome, studio.share_at_wanted_level()?, adapter, compared);
+    match args.json {
+        true => report::print_json(&summary)?,
+        false => report::print(&summary.text())?,
+    }
+    Ok(outcome)
+}
+
+/// What every scene is set up with, in a window or without.
+pub(crate) fn settings(args: &SceneArgs) -> Settings {
+    Settings {
+        pool_bytes: args.pool_mib << 20,
+        upload_bytes_per_frame: args.upload_kib_per_frame << 10,
+        filter: args.filter,
+        ..Settings::default()
+    }
+}
+
+fn is_same_file(a: &std::path::Path, b: &std::path::Path) -> bool {
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+}
+
+/// The pages that failed and have not recovered, and why.
+#[derive(Default)]
+struct FailedPages(BTreeMap<PageId, String>);
+
+impl FailedPages {
+    fn note(&mut self, events: Vec<Event>) {
+        for event in events {
+            match event {
+                Event::Failed { page, why } => drop(self.0.insert(page, why)),
+                Event::Recovered { page } => drop(self.0.remove(&page)),
+                Event::Converged { .. } | Event::Oversubscribed { .. } => {}
+            }
+        }
+    }
+
+    fn say(&self, source: &str) {
+        for (page, why) in &self.0 {
+            let pos = page.pos(Dims::D2);
+            report::say(&format!("{source}: {pos} failed, a coarser one is shown instead: {why}"));
+        }
+    }
+}
+
+/// What `--json` prints. Scripts rely on these names.
+#[derive(Serialize)]
+struct Summary {
+    converged: bool,
+    frames: u64,
+    tiles_loaded: u64,
+    tiles_evicted: u64,
+    /// Loaded again within 60 frames of their eviction.
+    tiles_reloaded: u64,
+    /// The working set at mip bias 0.
+    pages_wanted: u32,
+    pages_resident: u32,
+    pages_failed: u32,
+    pixels_degenerate: u32,
+    pool_slots: u32,
+    pool_bytes: u64,
+    table_bytes_sent: u64,
+    feedback_bytes_read: u64,
+    /// Levels.
+    mip_bias: f64,
+    /// Of the covered pixels, at mip bias 0.
+    share_at_wanted_level: f64,
+    adapter: String,
+    #[serde(flatten)]
+    compared: Option<Compared>,
+}
+
+/// What `--compare` adds.
+#[derive(Serialize)]
+struct Compared {
+    psnr_db: f64,
+    /// In steps of 1/255.
+    max_error: u8,
+    share_within_1_255: f64,
+    share_beyond_3_255: f64,
+    /// What drew the picture to compare with.
+    reference: &'static str,
+}
+
+impl Summary {
+    fn new(
+        outcome: &Outcome,
+        share_at_wanted_level: f64,
+        adapter: String,
+        compared: Option<(Comparison, ReferenceKind)>,
+    ) -> Summary {
+        let FrameStats { frame, pager, pool_bytes, table_bytes_sent, feedback_bytes_read, .. } =
+            outcome.stats;
+        Summary {
+            converged: outcome.converged,
+            frames: frame,
+            tiles_loaded: pager.loaded,
+            tiles_evicted: pager.evicted,
+            tiles_reloaded: pager.reloaded,
+            pages_wanted: pager.wanted,
+            pages_resident: pager.occupied,
+            pages_failed: pager.failed,
+            pixels_degenerate: outcome.stats.degenerate_pixels,
+            pool_slots: pager.slots,
+            pool_bytes,
+            table_bytes_sent,
+            feedback_bytes_read,
+            mip_bias: f64::from(pager.bias_eighths) / 8.0,
+            share_at_wanted_level,
+            adapter,
+            compared: compared.map(|(comparison, reference)| Compared {
+                psnr_db: comparison.psnr_db,
+                max_error: comparison.max_error,
+                share_within_1_255: comparison.share_within_1_255,
+                share_beyond_3_255: comparison.share_beyond_3_255,
+                reference: match reference {
+                    ReferenceKind::Gpu => "gpu",
+                    ReferenceKind::Cpu => "cpu",
+                },
+            }),
+        }
+    }
+
+    fn text(&self) -> String {
+        let state = if self.converged { "converged" } else { "not converged" };
+        let mut rows = vec![
+            format!("{state} after {} frames on {}", self.frames, self.adapter),
+            format!(
+                "tiles: {} loaded, {} evicted, {} reloaded; pages: {} wanted, {} resident, {} failed",
+                self.tiles_loaded,
+                self.tiles_evicted,
+                self.tiles_reloaded,
+                self.pages_wanted,
+                self.pages_resident,
+                self.pages_failed
+            ),
+            format!(
+                "pool: {} slots, {}; mip bias {}; {} of the pixels at the wanted level",
+                self.pool_slots,
+                report::bytes(self.pool_bytes),
+                self.mip_bias,
+                report::percent(self.share_at_wanted_level)
+            ),
+        ];
+        if let Some(Compared { psnr_db, max_error, share_within_1_255, reference, .. }) = &self.compared {
+            let within = report::percent(*share_within_1_255);
+            rows.push(format!(
+                "beside an ordinary texture ({reference}): {psnr_db:.1} dB, {within} within 1/255, largest error \
+                 {max_error}/255"
+            ));
+        }
+        rows.join("\n")
+    }
+}

@@ -1,0 +1,72 @@
+//! The picture that `render` writes: whole or not at all.
+
+use std::fs::{self, OpenOptions};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, anyhow, bail};
+use vastex_scenes::Picture;
+
+/// A place for a PNG file, found writable.
+#[derive(Debug)]
+pub(crate) struct PngOutput {
+    target: PathBuf,
+    /// Beside the target, so that it can be renamed to it.
+    temp: PathBuf,
+}
+
+impl PngOutput {
+    /// Makes sure that there can be a file at `target`, so that nobody draws for an hour in vain.
+    pub(crate) fn at(target: &Path) -> Result<PngOutput> {
+        let shown = target.display();
+        let Some(name) = target.file_name() else { bail!("{shown}: this names no file; add a file name") };
+        match fs::metadata(target) {
+            Ok(found) if found.is_dir() => bail!("{shown}: this is a directory; add a file name"),
+            Ok(found) if !found.is_file() => {
+                bail!("{shown}: this is a device or a pipe; choose the name of a file")
+            }
+            _ => {}
+        }
+        let mut temp_name = std::ffi::OsString::from(".");
+        temp_name.push(name);
+        temp_name.push(format!(".{}.partial", std::process::id()));
+        let output = PngOutput { target: target.into(), temp: target.with_file_name(temp_name) };
+        let tried = output.write_temp(&[]).and_then(|()| fs::remove_file(&output.temp));
+        tried.map_err(|error| output.refusal(&error))?;
+        Ok(output)
+    }
+
+    /// Writes the colours of a picture; what the texture does not cover shows the background.
+    pub(crate) fn write(&self, picture: &Picture) -> Result<()> {
+        let png = encode(picture).with_context(|| self.target.display().to_string())?;
+        let done = self.write_temp(&png).and_then(|()| fs::rename(&self.temp, &self.target));
+        done.map_err(|error| {
+            // Where it cannot be removed either, the first error says more.
+            let _ = fs::remove_file(&self.temp);
+            self.refusal(&error)
+        })
+    }
+
+    fn write_temp(&self, bytes: &[u8]) -> io::Result<()> {
+        OpenOptions::new().write(true).create(true).truncate(true).open(&self.temp)?.write_all(bytes)
+    }
+
+    fn refusal(&self, error: &io::Error) -> anyhow::Error {
+        let target = self.target.display();
+        anyhow!("{target}: cannot be written: {error}; free space or choose another place")
+    }
+}
+
+fn encode(picture: &Picture) -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, picture.size[0], picture.size[1]);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_compression(png::Compression::Fast);
+    let rgb: Vec<u8> =
+        picture.rgba.chunks_exact(4).flat_map(|texel| [texel[0], texel[1], texel[2]]).collect();
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(&rgb)?;
+    writer.finish()?;
+    Ok(bytes)
+}

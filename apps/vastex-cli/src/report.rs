@@ -1,0 +1,63 @@
+//! What is said: results on stdout, everything else on stderr. A reader that has gone away is no error.
+
+use std::io::{self, Write};
+
+use anyhow::{Context, Result};
+use serde::Serialize;
+
+/// Prints a result, a line or several, on stdout.
+pub(crate) fn print(text: &str) -> Result<()> {
+    let mut stdout = io::stdout().lock();
+    match writeln!(stdout, "{text}").and_then(|()| stdout.flush()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            Err(error).context("stdout cannot be written")
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Prints a result as one JSON object on stdout.
+pub(crate) fn print_json(value: &impl Serialize) -> Result<()> {
+    print(&serde_json::to_string(value)?)
+}
+
+/// Says something on stderr; where that cannot be written, there is nobody to tell.
+pub(crate) fn say(text: &str) {
+    let _ = writeln!(io::stderr(), "vastex: {text}");
+}
+
+/// The whole story of an error on one line. Causes that the message before them tells already are left out.
+pub(crate) fn message(error: &anyhow::Error) -> String {
+    let mut message = String::new();
+    for cause in error.chain().map(ToString::to_string) {
+        if message.is_empty() {
+            message = cause;
+        } else if !message.contains(&cause) {
+            message = if cause.starts_with(&message) { cause } else { format!("{message}: {cause}") };
+        }
+    }
+    message
+}
+
+/// A number of bytes for people.
+pub(crate) fn bytes(count: u64) -> String {
+    indicatif::BinaryBytes(count).to_string()
+}
+
+/// A share of 1 for people, in percent.
+pub(crate) fn percent(share: f64) -> String {
+    format!("{:.2} %", 100.0 * share)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_cause_is_told_twice() {
+        let error = anyhow::anyhow!("disk full").context("a.png: disk full").context("a.png");
+        assert_eq!(message(&error), "a.png: disk full");
+        let error = anyhow::anyhow!("too small").context("a.vastex");
+        assert_eq!(message(&error), "a.vastex: too small");
+    }
+}

@@ -1,0 +1,214 @@
+//! `vastex view`: a window with a scene to move about in.
+//!
+//! Here is what happens when: it draws while something changes and sleeps while nothing does. How a frame comes about
+//! is `viewer`'s business, what keys and pointer mean `input`'s, where pictures appear `surface`'s.
+
+mod input;
+mod surface;
+mod viewer;
+
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result};
+use vastex::{GpuError, TileSource};
+use vastex_scenes::{Pose, Scene};
+use winit::application::ApplicationHandler;
+use winit::dpi::PhysicalSize;
+use winit::event::{StartCause, WindowEvent};
+use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
+use winit::window::{Fullscreen, Window, WindowId};
+
+use crate::args::ViewArgs;
+use input::{Input, Wish};
+use viewer::{Viewer, Wake};
+
+/// Devices that may be lost, one after another, before the program gives up.
+const MAX_LOST_DEVICES: u32 = 3;
+
+pub(crate) fn run(args: &ViewArgs) -> Result<ExitCode> {
+    let source = vastex::open(&args.scene.source)?;
+    let events = EventLoop::new().context(
+        "no window can be opened; run this where there is a display (DISPLAY or WAYLAND_DISPLAY names it), or draw to a \
+         file with `vastex render`",
+    )?;
+    let mut app = App {
+        args,
+        source,
+        input: Input::default(),
+        scene: args.scene.on,
+        poses: Scene::ALL.map(Pose::first),
+        open: None,
+        lost_devices: 0,
+        outcome: Ok(()),
+    };
+    events.run_app(&mut app).context("the window system broke off")?;
+    app.outcome.map(|()| ExitCode::SUCCESS)
+}
+
+/// The program between its events.
+struct App<'a> {
+    args: &'a ViewArgs,
+    source: Arc<dyn TileSource>,
+    input: Input,
+    scene: Scene,
+    /// Where the camera is in each scene, in the order of [`Scene::ALL`].
+    poses: [Pose; 3],
+    open: Option<Open>,
+    lost_devices: u32,
+    outcome: Result<()>,
+}
+
+/// The window, and what draws in it.
+struct Open {
+    window: Arc<Window>,
+    viewer: Viewer,
+}
+
+impl App<'_> {
+    fn open(&mut self, events: &ActiveEventLoop) -> Result<()> {
+        let [width, height] = self.args.scene.size;
+        let attributes = Window::default_attributes()
+            .with_title("vastex")
+            .with_inner_size(PhysicalSize::new(width, height))
+            .with_min_inner_size(PhysicalSize::new(64, 64));
+        let window = events
+            .create_window(attributes)
+            .context("no window can be opened; draw to a file with `vastex render`")?;
+        let window = Arc::new(window);
+        self.open = Some(Open { viewer: self.viewer(events, &window)?, window });
+        Ok(())
+    }
+
+    fn viewer(&self, events: &ActiveEventLoop, window: &Arc<Window>) -> Result<Viewer> {
+        let display = events.owned_display_handle();
+        Viewer::new(&self.args.scene, self.scene, self.source.clone(), window.clone(), display)
+            .with_context(|| self.args.scene.source.display().to_string())
+    }
+
+    /// Draws a frame. A lost device is replaced, with everything that was made from it.
+    fn draw(&mut self, events: &ActiveEventLoop) -> Result<()> {
+        let pose = &mut self.poses[self.scene as usize];
+        let Some(Open { window, viewer }) = &mut self.open else { return Ok(()) };
+        let (moved, aspects) = (self.input.motion(Instant::now()), viewer.aspects());
+        if let Some(moved) = moved {
+            *pose = moved.apply(*pose, aspects);
+            viewer.wake();
+        }
+        let drawn = viewer.draw(*pose);
+        let is_lost = |error: &anyhow::Error| {
+            matches!(error.downcast_ref(), Some(vastex::Error::Gpu(GpuError::DeviceLost)))
+        };
+        match drawn {
+            Err(error) if is_lost(&error) && self.lost_devices < MAX_LOST_DEVICES => {
+                self.lost_devices += 1;
+                let window = window.clone();
+                self.open = None;
+                self.open = Some(Open { viewer: self.viewer(events, &window)?, window });
+            }
+            drawn => drawn?,
+        }
+        Ok(())
+    }
+
+    fn handle(&mut self, events: &ActiveEventLoop, event: &WindowEvent) -> Result<()> {
+        match event {
+            WindowEvent::CloseRequested => events.exit(),
+            WindowEvent::RedrawRequested => self.draw(events)?,
+            WindowEvent::Resized(size) => {
+                if let Some(open) = &mut self.open {
+                    open.viewer.resize([size.width, size.height]);
+                }
+            }
+            event => {
+                let Some(open) = &mut self.open else { return Ok(()) };
+                if let Some(wish) = self.input.heed(event, open.viewer.size(), Instant::now()) {
+                    open.viewer.wake();
+                    self.grant(events, wish)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn grant(&mut self, events: &ActiveEventLoop, wish: Wish) -> Result<()> {
+        let Some(Open { window, viewer }) = &mut self.open else { return Ok(()) };
+        let scene_index = self.scene as usize;
+        match wish {
+            Wish::Move(moved) => {
+                self.poses[scene_index] = moved.apply(self.poses[scene_index], viewer.aspects());
+            }
+            Wish::Reset => {
+                self.poses[scene_index] = Pose::first(self.scene);
+                viewer.jumped();
+            }
+            Wish::Scene(choice) => {
+                let scene = choice.unwrap_or(Scene::ALL[(scene_index + 1) % Scene::ALL.len()]);
+                if scene != self.scene {
+                    self.scene = scene;
+                    viewer.show(scene);
+                }
+            }
+            Wish::FillScreen => {
+                let filled = window.fullscreen().is_some();
+                window.set_fullscreen((!filled).then_some(Fullscreen::Borderless(None)));
+            }
+            Wish::Redraw => {}
+            Wish::Quit => events.exit(),
+        }
+        Ok(())
+    }
+
+    fn note(&mut self, events: &ActiveEventLoop, outcome: Result<()>) {
+        if let Err(error) = outcome {
+            self.outcome = Err(error);
+            events.exit();
+        }
+    }
+}
+
+impl ApplicationHandler for App<'_> {
+    fn resumed(&mut self, events: &ActiveEventLoop) {
+        if self.open.is_none() {
+            let opened = self.open(events);
+            self.note(events, opened);
+        }
+    }
+
+    fn new_events(&mut self, _: &ActiveEventLoop, cause: StartCause) {
+        if let (StartCause::ResumeTimeReached { .. }, Some(open)) = (cause, &self.open) {
+            open.window.request_redraw();
+        }
+    }
+
+    fn window_event(&mut self, events: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        let handled = self.handle(events, &event);
+        self.note(events, handled);
+        let (frames, last) =
+            (self.open.as_ref().map_or(0, |open| open.viewer.frames()), self.args.exit_after_frames);
+        if last.is_some_and(|last| frames >= last) {
+            events.exit();
+        }
+    }
+
+    fn about_to_wait(&mut self, events: &ActiveEventLoop) {
+        let Some(open) = &self.open else { return };
+        let awake = self.input.is_moving() || self.args.exit_after_frames.is_some();
+        events.set_control_flow(match open.viewer.next_frame(awake) {
+            Wake::Now => {
+                open.window.request_redraw();
+                ControlFlow::Wait
+            }
+            Wake::After(pause) => {
+                ControlFlow::WaitUntil(Instant::now() + Duration::max(pause, Duration::from_millis(1)))
+            }
+            Wake::OnEvent => ControlFlow::Wait,
+        });
+    }
+
+    fn exiting(&mut self, _: &ActiveEventLoop) {
+        // The surface must go before the connection to the window system does.
+        self.open = None;
+    }
+}

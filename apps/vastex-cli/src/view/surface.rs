@@ -1,0 +1,159 @@
+//! Where pictures appear: the surface of a window, kept in step with its size.
+
+use std::sync::Arc;
+
+use anyhow::{Context, Result, bail};
+use vastex_scenes::{Gpu, depth_view};
+use wgpu::CurrentSurfaceTexture;
+use winit::window::Window;
+
+/// A surface, its settings, and a depth buffer of its size.
+pub(super) struct Surface {
+    gpu: Gpu,
+    window: Arc<Window>,
+    surface: wgpu::Surface<'static>,
+    config: wgpu::SurfaceConfiguration,
+    /// Of the views that are drawn to.
+    format: wgpu::TextureFormat,
+    depth: wgpu::TextureView,
+    is_stale: bool,
+}
+
+/// A picture that is being drawn.
+pub(super) struct Frame {
+    texture: wgpu::SurfaceTexture,
+    pub(super) view: wgpu::TextureView,
+}
+
+impl Surface {
+    /// Sets the surface of a window up for pictures whose colours are as `picture`.
+    pub(super) fn new(
+        gpu: &Gpu,
+        window: Arc<Window>,
+        surface: wgpu::Surface<'static>,
+        picture: wgpu::TextureFormat,
+    ) -> Result<Surface> {
+        let size = window.inner_size();
+        let mut config = surface
+            .get_default_config(&gpu.adapter, 1, 1)
+            .context("the adapter cannot draw in this window; draw to a file with `vastex render`")?;
+        config.present_mode = wgpu::PresentMode::AutoVsync;
+        let formats = surface.get_capabilities(&gpu.adapter).formats;
+        let format = choose_format(&gpu.adapter, &formats, picture, &mut config);
+        let mut surface = Surface {
+            depth: depth_view(&gpu.device, [1, 1]),
+            gpu: gpu.clone(),
+            window,
+            surface,
+            config,
+            format,
+            is_stale: true,
+        };
+        surface.resize([size.width, size.height]);
+        Ok(surface)
+    }
+
+    /// The format of the views that pictures are drawn to.
+    pub(super) fn format(&self) -> wgpu::TextureFormat {
+        self.format
+    }
+
+    /// Width and height in pixels.
+    pub(super) fn size(&self) -> [u32; 2] {
+        [self.config.width, self.config.height]
+    }
+
+    /// The depth buffer of the picture.
+    pub(super) fn depth(&self) -> &wgpu::TextureView {
+        &self.depth
+    }
+
+    /// The window has another size. One without pixels is not drawn, and keeps the last.
+    pub(super) fn resize(&mut self, size: [u32; 2]) {
+        let max = self.gpu.device.limits().max_texture_dimension_2d;
+        let [width, height] = size.map(|side| side.min(max));
+        if width > 0 && height > 0 && (self.is_stale || self.size() != [width, height]) {
+            (self.config.width, self.config.height) = (width, height);
+            self.depth = depth_view(&self.gpu.device, [width, height]);
+            self.is_stale = true;
+        }
+    }
+
+    /// A picture to draw, or none at the moment: the window is hidden, or shows none in time.
+    pub(super) fn acquire(&mut self) -> Result<Option<Frame>> {
+        const ATTEMPTS: u32 = 3;
+        let window = self.window.inner_size();
+        if window.width == 0 || window.height == 0 {
+            return Ok(None);
+        }
+        for _ in 0..ATTEMPTS {
+            if std::mem::take(&mut self.is_stale) {
+                self.surface.configure(&self.gpu.device, &self.config);
+            }
+            let texture = match self.surface.get_current_texture() {
+                CurrentSurfaceTexture::Success(texture) => texture,
+                CurrentSurfaceTexture::Suboptimal(texture) => {
+                    self.is_stale = true; // configured anew before the next picture
+                    texture
+                }
+                CurrentSurfaceTexture::Timeout | CurrentSurfaceTexture::Occluded => return Ok(None),
+                CurrentSurfaceTexture::Lost => {
+                    self.surface = self.gpu.instance.create_surface(self.window.clone())?;
+                    self.is_stale = true;
+                    continue;
+                }
+                CurrentSurfaceTexture::Outdated => {
+                    let size = self.window.inner_size();
+                    self.is_stale = true;
+                    self.resize([size.width, size.height]);
+                    continue;
+                }
+                CurrentSurfaceTexture::Validation => bail!("the window gives no picture to draw to"),
+            };
+            let view = texture.texture.create_view(&wgpu::TextureViewDescriptor {
+                format: Some(self.format),
+                ..Default::default()
+            });
+            return Ok(Some(Frame { texture, view }));
+        }
+        Ok(None)
+    }
+
+    /// Shows a picture.
+    pub(super) fn present(&self, frame: Frame) {
+        self.window.pre_present_notify();
+        self.gpu.queue.present(frame.texture);
+    }
+}
+
+/// Chooses a format that encodes colours as pictures do: of the surface itself, or else of views of it.
+fn choose_format(
+    adapter: &wgpu::Adapter,
+    formats: &[wgpu::TextureFormat],
+    picture: wgpu::TextureFormat,
+    config: &mut wgpu::SurfaceConfiguration,
+) -> wgpu::TextureFormat {
+    let is_plain = |format: &wgpu::TextureFormat| {
+        use wgpu::TextureFormat::{Bgra8Unorm, Rgba8Unorm};
+        matches!(format.remove_srgb_suffix(), Bgra8Unorm | Rgba8Unorm)
+    };
+    let alike = |format: &&wgpu::TextureFormat| is_plain(format) && format.is_srgb() == picture.is_srgb();
+    if let Some(&format) = formats.iter().find(alike) {
+        config.format = format;
+        return format;
+    }
+    if let Some(&format) = formats.iter().find(|format| is_plain(format)) {
+        config.format = format;
+    }
+    let other = match picture.is_srgb() {
+        true => config.format.add_srgb_suffix(),
+        false => config.format.remove_srgb_suffix(),
+    };
+    let views =
+        adapter.get_downlevel_capabilities().flags.contains(wgpu::DownlevelFlags::SURFACE_VIEW_FORMATS);
+    if views && other != config.format {
+        config.view_formats = vec![other];
+        return other;
+    }
+    config.format
+}

@@ -1,0 +1,230 @@
+//! A scene in a window: how a frame comes about, and when the next one is due.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use anyhow::Result;
+use vastex::{Event, FrameStats, TextureId, Textures, TileSource};
+use vastex_core::Dims;
+use vastex_scenes::{Gpu, PictureTarget, Pose, Scene, SceneRenderer, picture_format};
+use winit::event_loop::OwnedDisplayHandle;
+use winit::window::Window;
+
+use super::input::Aspects;
+use super::surface::Surface;
+use crate::args::SceneArgs;
+use crate::commands::render::settings;
+use crate::{gpu, report};
+
+/// Frames after a change of the view in which nothing is taken for settled: feedback is on its way for some, and a
+/// whole jitter cycle belongs to a view.
+const UNSETTLED_FRAMES: u32 = 24;
+/// Between two frames of a window that shows nothing, or that only waits for tiles to be tried again.
+const SLOW: Duration = Duration::from_millis(250);
+/// Between two titles.
+const TITLE_EVERY: Duration = Duration::from_millis(250);
+
+/// When the next frame is due.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Wake {
+    Now,
+    After(Duration),
+    /// When something happens to the window.
+    OnEvent,
+}
+
+/// See the head of the file.
+pub(super) struct Viewer {
+    gpu: Gpu,
+    window: Arc<Window>,
+    surface: Surface,
+    textures: Textures,
+    texture: TextureId,
+    renderer: SceneRenderer,
+    /// Name of the source, for the title.
+    name: String,
+    frames: u64,
+    unsettled: u32,
+    is_hidden: bool,
+    title: Title,
+}
+
+impl Viewer {
+    /// Sets everything up on a device of its own.
+    pub(super) fn new(
+        args: &SceneArgs,
+        scene: Scene,
+        source: Arc<dyn TileSource>,
+        window: Arc<Window>,
+        display: OwnedDisplayHandle,
+    ) -> Result<Viewer> {
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_with_display_handle_from_env(
+            Box::new(display),
+        ));
+        let surface = instance.create_surface(window.clone())?;
+        let gpu = Gpu::for_surface(instance, Some(&surface))?;
+        gpu::report_refusals(&gpu);
+        let mut textures = Textures::new(&gpu.device, &gpu.queue, settings(args))?;
+        let texture = textures.add(source)?;
+        let surface = Surface::new(&gpu, window.clone(), surface, picture_format(&textures, texture))?;
+        let renderer =
+            SceneRenderer::new(&gpu.device, &gpu.queue, &textures, texture, scene, surface.format());
+        let name = args.source.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        Ok(Viewer {
+            gpu,
+            window,
+            surface,
+            textures,
+            texture,
+            renderer,
+            name,
+            frames: 0,
+            unsettled: UNSETTLED_FRAMES,
+            is_hidden: false,
+            title: Title::default(),
+        })
+    }
+
+    /// Width and height of the view in pixels.
+    pub(super) fn size(&self) -> [u32; 2] {
+        self.surface.size()
+    }
+
+    /// Width over height of the view and of the image.
+    pub(super) fn aspects(&self) -> Aspects {
+        let [width, height] = self.size();
+        [width as f32 / height as f32, self.renderer.image_aspect()]
+    }
+
+    /// Frames drawn so far.
+    pub(super) fn frames(&self) -> u64 {
+        self.frames
+    }
+
+    /// The window has another size.
+    pub(super) fn resize(&mut self, size: [u32; 2]) {
+        self.surface.resize(size);
+        self.wake();
+    }
+
+    /// The view changes.
+    pub(super) fn wake(&mut self) {
+        self.unsettled = UNSETTLED_FRAMES;
+    }
+
+    /// The view is a wholly different one from here on.
+    pub(super) fn jumped(&mut self) {
+        self.textures.view_cut();
+        self.wake();
+    }
+
+    /// Puts the texture on something else.
+    pub(super) fn show(&mut self, scene: Scene) {
+        let (device, queue) = (&self.gpu.device, &self.gpu.queue);
+        self.renderer =
+            SceneRenderer::new(device, queue, &self.textures, self.texture, scene, self.surface.format());
+        self.jumped();
+    }
+
+    /// When the next frame is due; `awake` says that the view will change by itself.
+    pub(super) fn next_frame(&self, awake: bool) -> Wake {
+        let FrameStats { converged, pager, .. } = self.textures.stats();
+        match () {
+            () if self.is_hidden => Wake::After(SLOW),
+            () if awake || self.unsettled > 0 || !converged => Wake::Now,
+            () if pager.failed > 0 => Wake::After(SLOW),
+            () => Wake::OnEvent,
+        }
+    }
+
+    /// Draws and shows a frame, where the window shows any.
+    pub(super) fn draw(&mut self, pose: Pose) -> Result<()> {
+        let frame = self.surface.acquire()?;
+        self.is_hidden = frame.is_none();
+        let Some(frame) = frame else { return Ok(()) };
+        self.renderer.set_pose(&self.gpu.queue, &pose, self.aspects()[0]);
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        let (renderer, texture) = (&self.renderer, self.texture);
+        self.textures.feedback(&mut encoder, self.surface.size(), |pass, groups| {
+            renderer.draw_wanted(pass, &groups[texture]);
+        })?;
+        self.textures.update(&mut encoder)?;
+        let target = PictureTarget { colour: &frame.view, depth: self.surface.depth() };
+        self.renderer.draw_picture(&mut encoder, &self.textures, &target);
+        self.gpu.queue.submit([encoder.finish()]);
+        self.surface.present(frame);
+        self.frames += 1;
+        self.unsettled = self.unsettled.saturating_sub(1);
+        self.tell();
+        Ok(())
+    }
+
+    /// Says what happened, on stderr and in the title.
+    fn tell(&mut self) {
+        while let Some(event) = self.textures.poll_event() {
+            if let Event::Failed { page, why } = event {
+                let (name, pos) = (&self.name, page.pos(Dims::D2));
+                report::say(&format!("{name}: {pos} failed, a coarser one is shown instead: {why}"));
+            }
+        }
+        let stats = self.textures.stats();
+        let is_settled = stats.converged && self.unsettled == 0;
+        if let Some(rate) = self.title.due(Instant::now(), is_settled) {
+            let scene = self.renderer.scene().name();
+            self.window.set_title(&title(&self.name, scene, &stats, is_settled, rate));
+        }
+    }
+}
+
+fn title(name: &str, scene: &str, stats: &FrameStats, is_settled: bool, rate: f64) -> String {
+    let pager = &stats.pager;
+    let pace = if is_settled { "settled".into() } else { format!("{rate:.0} frames/s") };
+    let bias = f64::from(pager.bias_eighths) / 8.0;
+    let (missing, failed) = (pager.missing, pager.failed);
+    let mut text = format!(
+        "{name}, {scene}: {pace}, mip bias {bias:.3}, {} of {} slots in use, {missing} pages missing",
+        pager.occupied, pager.slots
+    );
+    if failed > 0 {
+        text.push_str(&format!(", {failed} failed"));
+    }
+    text
+}
+
+/// When the title is due, and the rate of frames since the last.
+#[derive(Default)]
+struct Title {
+    since: Option<Instant>,
+    frames: u32,
+    was_settled: bool,
+}
+
+impl Title {
+    /// Counts a frame. Frames per second if the title should change now.
+    fn due(&mut self, now: Instant, is_settled: bool) -> Option<f64> {
+        self.frames += 1;
+        let since = *self.since.get_or_insert(now);
+        let passed = now.duration_since(since);
+        if passed < TITLE_EVERY && is_settled == self.was_settled {
+            return None;
+        }
+        let rate = f64::from(self.frames) / passed.as_secs_f64().max(1e-3);
+        *self = Title { since: Some(now), frames: 0, was_settled: is_settled };
+        Some(rate)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_title_comes_four_times_a_second_and_when_the_view_settles() {
+        let (mut title, begin) = (Title::default(), Instant::now());
+        let due: Vec<_> =
+            (0..=50).filter_map(|n| title.due(begin + n * Duration::from_millis(10), false)).collect();
+        assert_eq!(due.len(), 2, "{due:?}");
+        assert!(due.iter().all(|rate| (95.0..=106.0).contains(rate)), "{due:?}");
+        assert!(title.due(begin + Duration::from_millis(510), true).is_some());
+    }
+}

@@ -1,0 +1,7 @@
+//! The program as a person or a script meets it: the built binary, its exit codes, and what it says and leaves behind.
+#![cfg(feature = "build")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "where a test cannot go on, it fails")]
+
+mod bad_input;
+mod round_trip;
+mod tool;

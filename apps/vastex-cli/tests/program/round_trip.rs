@@ -1,0 +1,117 @@
+//! From an image to a container, what is said of it, and a picture of it.
+
+use crate::tool::Desk;
+
+/// The keys that scripts rely on.
+const RENDER_KEYS: [&str; 16] = [
+    "converged",
+    "frames",
+    "tiles_loaded",
+    "tiles_evicted",
+    "tiles_reloaded",
+    "pages_wanted",
+    "pages_resident",
+    "pages_failed",
+    "pixels_degenerate",
+    "pool_slots",
+    "pool_bytes",
+    "table_bytes_sent",
+    "feedback_bytes_read",
+    "mip_bias",
+    "share_at_wanted_level",
+    "adapter",
+];
+const COMPARE_KEYS: [&str; 5] =
+    ["psnr_db", "max_error", "share_within_1_255", "share_beyond_3_255", "reference"];
+
+fn keys(json: &serde_json::Value) -> Vec<&str> {
+    let mut keys: Vec<_> = json.as_object().unwrap().keys().map(String::as_str).collect();
+    keys.sort_unstable();
+    keys
+}
+
+#[test]
+fn what_is_built_is_told_by_info_and_sound() {
+    let desk = Desk::new();
+    desk.write_png("image.png", [300, 200]);
+    let args = [
+        "build",
+        "image.png",
+        "-o",
+        "image.vastex",
+        "--page",
+        "64",
+        "--border",
+        "2",
+        "--address",
+        "wrap,clamp",
+    ];
+    let built = desk.run(&[&args[..], &["--compress", "zstd", "--json"]].concat()).expect_code(0).json();
+    let info = desk.run(&["info", "image.vastex", "--json"]).expect_code(0).json();
+    assert_eq!(info["size"], serde_json::json!([300, 200]));
+    assert_eq!((&info["page"], &info["border"], &info["levels"]), (&64.into(), &2.into(), &10.into()));
+    assert_eq!(info["address"], serde_json::json!(["wrap", "clamp"]));
+    assert_eq!(info["layers"][0]["format"], "rgba8-srgb");
+    for key in ["tiles", "bytes", "constant_tiles", "shared_tiles", "size", "levels"] {
+        assert_eq!(built[key], info[key], "{key}");
+    }
+    assert_eq!(info["bytes"], desk.read("image.vastex").len());
+    desk.run(&["verify", "image.vastex"]).expect_code(0);
+    assert!(desk.run(&["info", "image.vastex"]).expect_code(0).stdout.contains("300 x 200"));
+}
+
+#[test]
+fn every_scene_converges_and_equals_the_ordinary_texture() {
+    let desk = Desk::with_container();
+    for scene in ["image", "plane", "globe"] {
+        let picture = format!("{scene}.png");
+        let args = ["render", "image.vastex", "--on", scene, "--size", "320x180", "--pool-mib", "4"];
+        let json =
+            desk.run(&[&args[..], &["-o", &picture, "--compare", "--json"]].concat()).expect_code(0).json();
+        let mut expected = [&RENDER_KEYS[..], &COMPARE_KEYS].concat();
+        expected.sort_unstable();
+        assert_eq!(keys(&json), expected);
+        assert_eq!(json["converged"], true, "{json}");
+        assert_eq!((&json["mip_bias"], &json["pages_failed"]), (&0.0.into(), &0.into()));
+        assert!(json["share_within_1_255"].as_f64().unwrap() >= 0.999, "{scene}: {json}");
+        assert!(json["pool_bytes"].as_u64().unwrap() <= 4 << 20);
+        let bytes = desk.read(&picture);
+        let png = png::Decoder::new(std::io::Cursor::new(&bytes)).read_info().unwrap();
+        assert_eq!((png.info().width, png.info().height), (320, 180));
+    }
+}
+
+#[test]
+fn frames_cut_the_path_and_runs_in_lock_step_repeat() {
+    let desk = Desk::with_container();
+    let args = ["render", "image.vastex", "--on", "plane", "--size", "160x90", "--camera-path", "fly"];
+    let run = |name: &str| {
+        desk.run(&[&args[..], &["--frames", "7", "--latency-frames", "2", "-o", name, "--json"]].concat())
+            .expect_code(0)
+    };
+    let (first, second) = (run("a.png"), run("b.png"));
+    assert_eq!(keys(&first.json()), {
+        let mut keys = RENDER_KEYS.to_vec();
+        keys.sort_unstable();
+        keys
+    });
+    assert_eq!(first.json()["frames"], 7);
+    assert_eq!((first.stdout, desk.read("a.png")), (second.stdout, desk.read("b.png")));
+}
+
+#[test]
+fn help_has_examples_for_every_command() {
+    let desk = Desk::new();
+    let commands: &[&str] = if cfg!(feature = "view") {
+        &["build", "info", "verify", "render", "view"]
+    } else {
+        &["build", "info", "verify", "render"]
+    };
+    let all = desk.run(&["--help"]).expect_code(0).stdout;
+    for command in commands {
+        let help = desk.run(&[command, "--help"]).expect_code(0).stdout;
+        assert!(help.contains(&format!("Examples:\n  vastex {command} ")), "{help}");
+        assert!(all.contains(&format!("\n  {command} ")), "{all}");
+    }
+    desk.run(&["--version"]).expect_code(0);
+}

@@ -1,0 +1,105 @@
+//! Runs the program in a directory of its own.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use tempfile::TempDir;
+
+/// A directory with a small image and a container made of it.
+pub(crate) struct Desk {
+    dir: TempDir,
+}
+
+/// How a run of the program ended.
+pub(crate) struct Ended {
+    pub(crate) code: Option<i32>,
+    pub(crate) stdout: String,
+    pub(crate) stderr: String,
+}
+
+impl Desk {
+    /// An empty desk.
+    pub(crate) fn new() -> Desk {
+        Desk { dir: TempDir::new().unwrap() }
+    }
+
+    /// A desk with `image.png`, of 300x200 texels, and `image.vastex`, whose pages have 64.
+    pub(crate) fn with_container() -> Desk {
+        let desk = Desk::new();
+        desk.write_png("image.png", [300, 200]);
+        desk.run(&["build", "image.png", "-o", "image.vastex", "--page", "64", "--quiet"]).expect_code(0);
+        desk
+    }
+
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
+        self.dir.path().join(name)
+    }
+
+    pub(crate) fn write(&self, name: &str, bytes: &[u8]) {
+        std::fs::write(self.path(name), bytes).unwrap();
+    }
+
+    pub(crate) fn read(&self, name: &str) -> Vec<u8> {
+        std::fs::read(self.path(name)).unwrap()
+    }
+
+    /// An RGB image without two tiles alike.
+    pub(crate) fn write_png(&self, name: &str, [width, height]: [u32; 2]) {
+        let file = std::fs::File::create(self.path(name)).unwrap();
+        let mut encoder = png::Encoder::new(file, width, height);
+        encoder.set_color(png::ColorType::Rgb);
+        let texel = |n: u32| {
+            let (x, y) = (n % width, n / width);
+            [(x * 255 / width) as u8, (y * 255 / height) as u8, ((x / 8 + y / 8) % 2 * 200) as u8]
+        };
+        let texels: Vec<u8> = (0..width * height).flat_map(texel).collect();
+        encoder.write_header().unwrap().write_image_data(&texels).unwrap();
+    }
+
+    /// Every name in the directory, hidden ones too.
+    pub(crate) fn names(&self) -> Vec<String> {
+        let entries = std::fs::read_dir(self.dir.path()).unwrap();
+        let mut names: Vec<_> =
+            entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    }
+
+    pub(crate) fn command(&self, args: &[&str]) -> Command {
+        let mut command = Command::new(Path::new(env!("CARGO_BIN_EXE_vastex")));
+        command.args(args).current_dir(self.dir.path()).env_remove("RUST_LOG").env("RUST_BACKTRACE", "0");
+        command
+    }
+
+    pub(crate) fn run(&self, args: &[&str]) -> Ended {
+        Ended::of(&self.command(args).output().unwrap())
+    }
+}
+
+impl Ended {
+    pub(crate) fn of(output: &Output) -> Ended {
+        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+        let ended =
+            Ended { code: output.status.code(), stdout: text(&output.stdout), stderr: text(&output.stderr) };
+        assert!(!ended.stderr.contains("panicked"), "{ended}");
+        ended
+    }
+
+    #[track_caller]
+    pub(crate) fn expect_code(self, code: i32) -> Ended {
+        assert_eq!(self.code, Some(code), "{self}");
+        self
+    }
+
+    /// The one JSON object on stdout.
+    #[track_caller]
+    pub(crate) fn json(&self) -> serde_json::Value {
+        serde_json::from_str(&self.stdout).unwrap_or_else(|error| panic!("{error} in\n{self}"))
+    }
+}
+
+impl std::fmt::Display for Ended {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "code {:?}\nstdout: {}\nstderr: {}", self.code, self.stdout, self.stderr)
+    }
+}
