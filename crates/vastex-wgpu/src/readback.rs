@@ -115,8 +115,13 @@ impl Readback {
         };
         loop {
             poll_device(device, wgpu::PollType::wait_indefinitely())?;
-            self.advance()?;
+            // The other frames are left alone: what they leave over would go with commands that are not submitted when
+            // they in turn are waited for.
             let place = &mut self.ring[index];
+            if let Some(arrived) = place.advance()? {
+                self.bytes_read += arrived.bytes;
+                self.last_count = arrived.count;
+            }
             if let Some(feedback) = place.take() {
                 return Ok(feedback);
             }
