@@ -30,7 +30,7 @@ pub(crate) fn read_texture(
     let mut pixels = Vec::with_capacity(line as usize * texture.height() as usize);
     match buffer.get_mapped_range(..) {
         Ok(bytes) => {
-            bytes.chunks(row as usize).for_each(|bytes| pixels.extend_from_slice(&bytes[..line as usize]))
+            bytes.chunks(row as usize).for_each(|bytes| pixels.extend_from_slice(&bytes[..line as usize]));
         }
         Err(_) => pixels.resize(line as usize * texture.height() as usize, 0),
     }

@@ -79,7 +79,7 @@ impl Textures {
         match &mut self.lock_step {
             None => std::iter::from_fn(|| self.loader.poll()).for_each(&mut arrived),
             Some(lock_step) => {
-                lock_step.due_loads(self.frame, &mut self.loader).into_iter().for_each(&mut arrived)
+                lock_step.due_loads(self.frame, &mut self.loader).into_iter().for_each(&mut arrived);
             }
         }
         while let Some(page) = pager.poll_cancel() {

@@ -1,6 +1,6 @@
 // The same picture from an ordinary mip-mapped texture: the same level, by the same lines, and two explicit levels
 // blended, since drivers approximate their own trilinear filter. The texture is padded to powers of two, so that texel
-// i of a level covers exactly the texels 2i and 2i+1 of the level before it; `REFERENCE_SHARE` is the share of it that is picture.
+// i of a level covers exactly the texels 2i and 2i+1 of the level before it; `reference_share` is the share of it that is picture.
 
 @group(2) @binding(0) var reference: texture_2d<f32>;
 @group(2) @binding(1) var reference_sampler: sampler;

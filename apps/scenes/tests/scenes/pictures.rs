@@ -1,8 +1,6 @@
 //! The picture from a virtual texture equals the picture from an ordinary one.
 
-mod common;
-
-use common::{Image, converged, settings};
+use crate::common::{Image, converged, settings};
 use vastex::{AddressMode, Filter};
 use vastex_scenes::{Comparison, Path, Scene};
 

@@ -8,29 +8,29 @@ use vastex_build::{BuildOptions, Compression};
 use vastex_scenes::{Gpu, Path, Scene, Studio, Until};
 
 /// The device that all tests of a process share. There is always one: `cargo xtask test` installs a driver.
-pub fn gpu() -> &'static Gpu {
+pub(crate) fn gpu() -> &'static Gpu {
     static GPU: OnceLock<Gpu> = OnceLock::new();
     GPU.get_or_init(|| Gpu::headless().unwrap_or_else(|why| panic!("{why}; `cargo xtask test` installs one")))
 }
 
 /// What an image is made and built with.
 #[derive(Clone, Copy, Debug)]
-pub struct Image {
-    pub size: [u32; 2],
-    pub page: u32,
-    pub address: [AddressMode; 2],
-    pub channels: png::ColorType,
-    pub sixteen_bit: bool,
+pub(crate) struct Image {
+    pub(crate) size: [u32; 2],
+    pub(crate) page: u32,
+    pub(crate) address: [AddressMode; 2],
+    pub(crate) channels: png::ColorType,
+    pub(crate) sixteen_bit: bool,
 }
 
 impl Image {
-    pub fn new(width: u32, height: u32, page: u32) -> Image {
+    pub(crate) fn new(width: u32, height: u32, page: u32) -> Image {
         let (address, channels) = ([AddressMode::Clamp; 2], png::ColorType::Rgb);
         Image { size: [width, height], page, address, channels, sixteen_bit: false }
     }
 
     /// A container of the image, in a directory that goes with the test.
-    pub fn build(&self) -> (tempfile::TempDir, PathBuf) {
+    pub(crate) fn build(&self) -> (tempfile::TempDir, PathBuf) {
         let directory = tempfile::tempdir().unwrap();
         let (input, output) = (directory.path().join("in.png"), directory.path().join("out.vastex"));
         self.write_png(&input);
@@ -73,7 +73,7 @@ impl Image {
 }
 
 /// Settings under which a run is the same each time.
-pub fn settings(pool_mib: u64, filter: Filter) -> Settings {
+pub(crate) fn settings(pool_mib: u64, filter: Filter) -> Settings {
     Settings {
         pool_bytes: pool_mib << 20,
         filter,
@@ -83,7 +83,7 @@ pub fn settings(pool_mib: u64, filter: Filter) -> Settings {
 }
 
 /// A studio whose view has converged.
-pub fn converged(
+pub(crate) fn converged(
     source: Arc<dyn TileSource>,
     scene: Scene,
     size: [u32; 2],

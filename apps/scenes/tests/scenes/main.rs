@@ -1,0 +1,8 @@
+//! What the scenes show: the same as an ordinary texture, and the best that is there while it streams.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "clippy takes helpers of tests for production code")]
+
+mod common;
+mod pictures;
+mod shaders;
+mod streaming;

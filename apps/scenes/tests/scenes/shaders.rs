@@ -1,0 +1,29 @@
+//! Every shader of the scenes is valid, without a device.
+
+use vastex_wgpu::{Atlas, Filter, ShaderOptions, wgsl};
+
+#[test]
+fn every_shader_is_valid() {
+    let surface = include_str!("../../src/wgsl/surface.wgsl");
+    for module in [
+        include_str!("../../src/wgsl/picture.wgsl"),
+        include_str!("../../src/wgsl/wanted.wgsl"),
+        include_str!("../../src/wgsl/reference.wgsl"),
+        include_str!("../../src/wgsl/coordinates.wgsl"),
+    ] {
+        for (filter, atlas) in
+            Filter::ALL.into_iter().flat_map(|filter| Atlas::ALL.map(|atlas| (filter, atlas)))
+        {
+            for channels in [1, 2, 4] {
+                let constants = format!("const SCENE_CHANNELS: u32 = {channels}u;\n");
+                let text = wgsl(&ShaderOptions { group: 0, filter, atlas }) + &constants + surface + module;
+                let parsed = naga::front::wgsl::parse_str(&text)
+                    .unwrap_or_else(|e| panic!("{}", e.emit_to_string(&text)));
+                let flags = naga::valid::ValidationFlags::all();
+                naga::valid::Validator::new(flags, naga::valid::Capabilities::empty())
+                    .validate(&parsed)
+                    .unwrap();
+            }
+        }
+    }
+}
