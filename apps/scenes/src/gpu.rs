@@ -35,10 +35,14 @@ pub struct Gpu {
 impl Gpu {
     /// A device without a window. `WGPU_BACKEND` may name the interfaces to look for adapters behind: `vulkan`, `gl` ...
     pub fn headless() -> Result<Gpu, GpuSetupError> {
-        Gpu::for_surface(
-            wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env()),
-            None,
-        )
+        let described = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
+        // OpenGL is looked for last: its loaders write to the terminal where there is no display.
+        let first =
+            wgpu::InstanceDescriptor { backends: described.backends & wgpu::Backends::PRIMARY, ..described };
+        Gpu::for_surface(wgpu::Instance::new(first), None).or_else(|_| {
+            let all = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
+            Gpu::for_surface(wgpu::Instance::new(all), None)
+        })
     }
 
     /// A device that can show pictures in a window or, without one, only draw them.

@@ -50,7 +50,7 @@ impl Pose {
             Scene::Plane => {
                 Pose::Plane { eye: Vec3::new(0.0, -0.45, 0.29), yaw: 0.0, pitch: std::f32::consts::FRAC_PI_4 }
             }
-            Scene::Globe => Pose::Globe { longitude: 0.2, latitude: 0.5, altitude: 1.8 },
+            Scene::Globe => Pose::Globe { longitude: 0.2, latitude: 0.5, altitude: 1.3 },
         }
     }
 

@@ -19,6 +19,9 @@ use crate::scene::Scene;
 /// Frames after the end of a path within which a view must converge.
 pub const PATIENCE_FRAMES: u64 = 10_000;
 
+/// Frames for which the last pose is held at least: a jitter cycle, and the two after which its feedback acts.
+const HELD_FRAMES: u64 = vastex::JITTER_CYCLE as u64 + 2;
+
 /// Why a picture could not be drawn.
 #[derive(Debug, thiserror::Error)]
 pub enum StudioError {
@@ -133,8 +136,8 @@ impl Studio {
             let done = match until {
                 Until::Frames(frames) => frame >= frames,
                 Until::Converged => {
-                    // What has converged before the last pose says nothing of it.
-                    let settled = stats.converged && frame > path.frames();
+                    // What has converged before the last pose was held for a cycle says nothing of it.
+                    let settled = stats.converged && frame >= path.frames() + HELD_FRAMES;
                     settled || frame >= path.frames() + PATIENCE_FRAMES
                 }
             };

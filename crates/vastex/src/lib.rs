@@ -41,6 +41,7 @@ pub use error::Error;
 pub use settings::{Filter, Pace, Settings};
 pub use stats::FrameStats;
 pub use textures::{BindGroups, Textures};
+pub use vastex_core::shared::JITTER_CYCLE;
 pub use vastex_core::{
     AddressMode, Description, Event, Feedback, Geometry, LayerFormat, PageId, PagePos, PageState, Stats,
     TextureId, fold,
