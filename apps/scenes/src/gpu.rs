@@ -36,13 +36,7 @@ impl Gpu {
     /// A device without a window. `WGPU_BACKEND` may name the interfaces to look for adapters behind: `vulkan`, `gl` ...
     pub fn headless() -> Result<Gpu, GpuSetupError> {
         let described = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
-        // OpenGL is looked for last: its loaders write to the terminal where there is no display.
-        let first =
-            wgpu::InstanceDescriptor { backends: described.backends & wgpu::Backends::PRIMARY, ..described };
-        Gpu::for_surface(wgpu::Instance::new(first), None).or_else(|_| {
-            let all = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
-            Gpu::for_surface(wgpu::Instance::new(all), None)
-        })
+        Gpu::for_surface(wgpu::Instance::new(described), None)
     }
 
     /// A device that can show pictures in a window or, without one, only draw them.
