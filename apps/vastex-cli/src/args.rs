@@ -15,7 +15,7 @@ mod build;
 
 /// Images far larger than GPU memory, as ordinary textures.
 #[derive(Debug, Parser)]
-#[command(name = "vastex", version, about, max_term_width = 110, after_help = EXAMPLES)]
+#[command(name = "vastex", version, max_term_width = 110, after_help = EXAMPLES)]
 pub(crate) struct Args {
     /// Log more to stderr: -v what happens, -vv details, -vvv everything. RUST_LOG has the last word
     #[arg(short, long, global = true, action = clap::ArgAction::Count)]

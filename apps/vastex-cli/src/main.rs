@@ -38,10 +38,10 @@ fn main() -> ExitCode {
     })
 }
 
-/// Logs go to stderr: warnings, and more for each `-v`; `RUST_LOG` has the last word.
+/// Logs go to stderr: warnings of Vastex, and more for each `-v`; `RUST_LOG` has the last word.
 fn start_log(verbose: u8) {
     let level = ["warn", "info", "debug", "trace"][usize::from(verbose.min(3))];
     let filter = tracing_subscriber::EnvFilter::try_from_default_env()
-        .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new(level));
+        .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new(format!("error,vastex={level}")));
     tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).init();
 }

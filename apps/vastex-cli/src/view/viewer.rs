@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use vastex::{Event, FrameStats, TextureId, Textures, TileSource};
 use vastex_core::Dims;
 use vastex_scenes::{Gpu, PictureTarget, Pose, Scene, SceneRenderer, picture_format};
@@ -61,7 +61,10 @@ impl Viewer {
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_with_display_handle_from_env(
             Box::new(display),
         ));
-        let surface = instance.create_surface(window.clone())?;
+        let surface = instance.create_surface(window.clone()).context(
+            "no graphics driver draws in this window; install a Vulkan driver (on Debian and Ubuntu the software driver is \
+             the package mesa-vulkan-drivers)",
+        )?;
         let gpu = Gpu::for_surface(instance, Some(&surface))?;
         gpu::report_refusals(&gpu);
         let mut textures = Textures::new(&gpu.device, &gpu.queue, settings(args))?;

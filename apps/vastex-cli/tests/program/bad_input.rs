@@ -137,6 +137,7 @@ fn verify_prints_every_fault() {
     assert_eq!((json["sound"].as_bool(), json["faults"].as_array().map(Vec::len)), (Some(false), Some(2)));
 }
 
+#[cfg(unix)]
 #[test]
 fn outputs_that_cannot_be_written_are_refused_before_the_work() {
     let desk = Desk::with_container();
@@ -148,6 +149,8 @@ fn outputs_that_cannot_be_written_are_refused_before_the_work() {
     for place in ["nowhere/out.vastex", "folder", "image.png/out.vastex"] {
         check(&desk, &["build", "image.png", "-o", place], 1, &[place]);
     }
+    assert!(std::process::Command::new("mkfifo").arg(desk.path("pipe")).status().unwrap().success());
+    check(&desk, &["build", "image.png", "-o", "pipe"], 1, &["pipe", "replaced"]);
     let before = desk.read("image.vastex");
     desk.run(&["render", "image.vastex", "-o", "./image.vastex"]).expect_code(2);
     assert_eq!(desk.read("image.vastex"), before);
