@@ -27,6 +27,9 @@ impl TempFile {
         if target.is_dir() {
             return Err(io::Error::other("this is a directory; add a file name"));
         }
+        if target.exists() && !target.is_file() {
+            return Err(io::Error::other("this is a device or a pipe, which would be replaced by a file"));
+        }
         loop {
             let count = COUNT.fetch_add(1, Ordering::Relaxed);
             let mut temp_name = std::ffi::OsString::from(".");
