@@ -14,6 +14,7 @@ mod setup;
 mod shell;
 mod test;
 mod wasm;
+mod window;
 
 use std::process::ExitCode;
 

@@ -39,6 +39,14 @@ pub(crate) const GRAPHICS_DRIVER: Need = Need {
     elsewhere: "a Vulkan driver (Fedora: mesa-vulkan-drivers vulkan-loader; Arch: vulkan-swrast vulkan-icd-loader)",
 };
 
+pub(crate) const VIRTUAL_DISPLAY: Need = Need {
+    what: "a virtual display",
+    why: "the window is opened on it",
+    present: has_virtual_display,
+    debian: &["xvfb", "xauth", "libx11-xcb1", "libxkbcommon-x11-0", "libxcursor1", "libxi6", "libxrandr2"],
+    elsewhere: "Xvfb with xvfb-run, and libxkbcommon-x11",
+};
+
 pub(crate) const VIPS: Need = Need {
     what: "libvips' programs",
     why: "the benchmark runs beside them",
@@ -116,6 +124,11 @@ fn apt_get() -> Result<Command> {
 fn has_c_compiler() -> bool {
     // On Windows the build scripts look the compiler up in the registry, where this program does not.
     cfg!(windows) || std::env::var_os("CC").is_some() || shell::on_path("cc")
+}
+
+fn has_virtual_display() -> bool {
+    let libraries = shell::output(shell::command("/sbin/ldconfig").arg("-p"));
+    shell::on_path("xvfb-run") && libraries.is_ok_and(|libs| libs.contains("libxkbcommon-x11.so.0"))
 }
 
 fn has_graphics_driver() -> bool {

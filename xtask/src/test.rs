@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Result, bail};
 
 use crate::shell::Usage;
-use crate::{setup, shell, wasm};
+use crate::{setup, shell, wasm, window};
 
 /// How a step ended that did not fail.
 pub(crate) enum Outcome {
@@ -28,6 +28,7 @@ const STEPS: &[Step] = &[
     Step { name: "clippy", what: "no lint fires anywhere", run: clippy },
     Step { name: "docs", what: "every link in the documentation leads somewhere", run: docs },
     Step { name: "tests", what: "every test, example and invariant", run: tests },
+    Step { name: "window", what: "the program's window opens", run: window::check },
     Step { name: "wasm", what: "the crates of the browser compile for it", run: wasm::check },
 ];
 
