@@ -1,0 +1,284 @@
+//! What the tests of the frame loop share: a screen that shows textures, each by an affine mapping of its own.
+
+#![allow(dead_code, unreachable_pub, reason = "each test uses some of it")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "helpers of tests, which clippy does not take for tests"
+)]
+
+use std::sync::Arc;
+
+use vastex::{Error, Event, Feedback, Pace, Settings, TextureId, Textures, TileSource};
+use vastex_core::{AddressMode, Geometry, GeometrySpec};
+use vastex_tiles::PropertySource;
+use vastex_wgpu::test_device::TestDevice;
+
+/// Pixels of every picture.
+pub const PICTURE: [u32; 2] = [160, 120];
+
+const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+/// Frames after which every pixel has been looked at and what it wants has been asked for.
+const JITTER_FRAMES: u32 = 18;
+const PATIENCE_FRAMES: u32 = 600;
+
+/// `uv = origin + along_x * x + along_y * y` at the centre `(x, y)` of a pixel.
+#[derive(Clone, Copy, Debug)]
+pub struct Mapping {
+    pub origin: [f32; 2],
+    pub along_x: [f32; 2],
+    pub along_y: [f32; 2],
+}
+
+impl Mapping {
+    /// `centre` of the texture in the middle of the picture, turned by `angle` radians; a pixel is `texels` texels of
+    /// level 0 along x and `texels * stretch` along y.
+    pub fn new(size: [u32; 2], centre: [f64; 2], texels: f64, stretch: f64, angle: f64) -> Mapping {
+        let [width, height] = size.map(f64::from);
+        let x = [texels * angle.cos() / width, texels * angle.sin() / height];
+        let y = [-texels * stretch * angle.sin() / width, texels * stretch * angle.cos() / height];
+        let [right, down] = PICTURE.map(|side| f64::from(side) / 2.0);
+        let origin = std::array::from_fn(|a| (centre[a] - x[a] * right - y[a] * down) as f32);
+        Mapping { origin, along_x: x.map(|n| n as f32), along_y: y.map(|n| n as f32) }
+    }
+}
+
+/// A source whose texels say where they are.
+pub fn property(size: [u32; 2], page: u32, address: AddressMode) -> Arc<dyn TileSource> {
+    let spec = GeometrySpec { page, address: [address; 3], ..GeometrySpec::image(size[0], size[1]) };
+    Arc::new(PropertySource::new(Geometry::new(spec).unwrap()))
+}
+
+/// Raw texels, the same pictures every time.
+pub fn settings() -> Settings {
+    Settings {
+        filter: vastex::Filter::Nearest,
+        pace: Pace::LockStep { latency_frames: 1 },
+        ..Settings::default()
+    }
+}
+
+struct Shown {
+    texture: TextureId,
+    columns: [f32; 2],
+    uniform: wgpu::Buffer,
+    group: wgpu::BindGroup,
+}
+
+/// Textures side by side, drawn by the frame loop.
+pub struct Screen {
+    pub gpu: TestDevice,
+    pub textures: Textures,
+    shown: Vec<Shown>,
+    picture: wgpu::RenderPipeline,
+    wanted: wgpu::RenderPipeline,
+    colour: wgpu::Texture,
+    depth: wgpu::Texture,
+}
+
+impl Screen {
+    pub fn new(sources: &[Arc<dyn TileSource>], settings: Settings) -> Screen {
+        let gpu = TestDevice::new();
+        let device = &gpu.device;
+        let mut textures = Textures::new(device, &gpu.queue, settings).unwrap();
+        let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: None,
+            entries: &[wgpu::BindGroupLayoutEntry {
+                binding: 0,
+                visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
+                ty: wgpu::BindingType::Buffer {
+                    ty: wgpu::BufferBindingType::Uniform,
+                    has_dynamic_offset: false,
+                    min_binding_size: None,
+                },
+                count: None,
+            }],
+        });
+        let share = 1.0 / sources.len() as f32;
+        let shown: Vec<Shown> = (0..)
+            .zip(sources)
+            .map(|(nth, source)| {
+                let texture = textures.add(source.clone()).unwrap();
+                let uniform = device.create_buffer(&wgpu::BufferDescriptor {
+                    label: None,
+                    size: 48,
+                    usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+                    mapped_at_creation: false,
+                });
+                let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+                    label: None,
+                    layout: &layout,
+                    entries: &[wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() }],
+                });
+                Shown { texture, columns: [nth as f32 * share, (nth + 1) as f32 * share], uniform, group }
+            })
+            .collect();
+        let [picture, wanted] = pipelines(device, &textures, shown[0].texture, &layout);
+        let target = |format, usage| {
+            device.create_texture(&wgpu::TextureDescriptor {
+                label: None,
+                size: wgpu::Extent3d { width: PICTURE[0], height: PICTURE[1], depth_or_array_layers: 1 },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format,
+                usage: wgpu::TextureUsages::RENDER_ATTACHMENT | usage,
+                view_formats: &[],
+            })
+        };
+        let colour = target(FORMAT, wgpu::TextureUsages::COPY_SRC);
+        let depth = target(Textures::FEEDBACK_DEPTH_FORMAT, wgpu::TextureUsages::empty());
+        Screen { gpu, textures, shown, picture, wanted, colour, depth }
+    }
+
+    pub fn texture(&self, nth: usize) -> TextureId {
+        self.shown[nth].texture
+    }
+
+    pub fn set_mapping(&mut self, nth: usize, mapping: &Mapping) {
+        let shown = &self.shown[nth];
+        let picture = PICTURE.map(|side| side as f32);
+        let uniform = [mapping.origin, mapping.along_x, mapping.along_y, picture, shown.columns, [0.0; 2]];
+        self.gpu.queue.write_buffer(&shown.uniform, 0, bytemuck::bytes_of(&uniform));
+    }
+
+    /// One frame, but for the picture.
+    pub fn frame(&mut self) -> Result<Vec<Event>, Error> {
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        let (shown, wanted) = (&self.shown, &self.wanted);
+        self.textures.feedback(&mut encoder, PICTURE, |pass, groups| {
+            draw(pass, wanted, shown, |texture| &groups[texture]);
+        })?;
+        self.textures.update(&mut encoder)?;
+        self.gpu.queue.submit([encoder.finish()]);
+        Ok(std::iter::from_fn(|| self.textures.poll_event()).collect())
+    }
+
+    /// Frames until nothing is missing, from a view that may be new.
+    pub fn converge(&mut self) {
+        for frame in 0..PATIENCE_FRAMES {
+            self.frame().unwrap();
+            if frame >= JITTER_FRAMES && self.textures.stats().converged {
+                return;
+            }
+        }
+        panic!("not converged: {:?}", self.textures.stats());
+    }
+
+    pub fn feedback_of_every_pixel(&mut self) -> Feedback {
+        let (shown, wanted) = (&self.shown, &self.wanted);
+        let drawn = self.textures.feedback_of_every_pixel(PICTURE, |pass, groups| {
+            draw(pass, wanted, shown, |texture| &groups[texture]);
+        });
+        drawn.unwrap()
+    }
+
+    /// The picture from what is in the pool now, row by row.
+    pub fn picture(&self) -> Vec<[u8; 4]> {
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        let view = self.colour.create_view(&Default::default());
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &view,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations::default(),
+            })],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &self.depth.create_view(&Default::default()),
+                depth_ops: Some(wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(1.0),
+                    store: wgpu::StoreOp::Discard,
+                }),
+                stencil_ops: None,
+            }),
+            ..Default::default()
+        });
+        draw(&mut pass, &self.picture, &self.shown, |texture| self.textures.bind_group(texture));
+        drop(pass);
+        let row = (PICTURE[0] * 4).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+        let buffer = self.gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: None,
+            size: u64::from(row * PICTURE[1]),
+            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+            mapped_at_creation: false,
+        });
+        let layout =
+            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: None };
+        let target = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout };
+        encoder.copy_texture_to_buffer(self.colour.as_image_copy(), target, self.colour.size());
+        self.gpu.queue.submit([encoder.finish()]);
+        buffer.map_async(wgpu::MapMode::Read, .., |_| {});
+        self.gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+        let bytes = buffer.get_mapped_range(..).unwrap();
+        let rows = bytes.chunks(row as usize).flat_map(|row| &row[..PICTURE[0] as usize * 4]);
+        let bytes: Vec<u8> = rows.copied().collect();
+        bytemuck::cast_slice(&bytes).to_vec()
+    }
+}
+
+fn draw<'g>(
+    pass: &mut wgpu::RenderPass<'_>,
+    pipeline: &wgpu::RenderPipeline,
+    shown: &[Shown],
+    group: impl Fn(TextureId) -> &'g wgpu::BindGroup,
+) {
+    pass.set_pipeline(pipeline);
+    for shown in shown {
+        pass.set_bind_group(0, group(shown.texture), &[]);
+        pass.set_bind_group(1, &shown.group, &[]);
+        pass.draw(0..4, 0..1);
+    }
+}
+
+/// For the picture, and for the feedback pass.
+fn pipelines(
+    device: &wgpu::Device,
+    textures: &Textures,
+    texture: TextureId,
+    mapping: &wgpu::BindGroupLayout,
+) -> [wgpu::RenderPipeline; 2] {
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: None,
+        source: wgpu::ShaderSource::Wgsl((textures.wgsl(texture) + include_str!("screen.wgsl")).into()),
+    });
+    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: None,
+        bind_group_layouts: &[Some(textures.bind_group_layout(texture)), Some(mapping)],
+        immediate_size: 0,
+    });
+    let depth = wgpu::DepthStencilState {
+        format: Textures::FEEDBACK_DEPTH_FORMAT,
+        depth_write_enabled: Some(true),
+        depth_compare: Some(wgpu::CompareFunction::Less),
+        stencil: Default::default(),
+        bias: Default::default(),
+    };
+    let passes = [("place", "shade", FORMAT), ("place_feedback", "want", Textures::FEEDBACK_FORMAT)];
+    passes.map(|(place, shade, format)| {
+        device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: None,
+            layout: Some(&layout),
+            vertex: wgpu::VertexState {
+                module: &module,
+                entry_point: Some(place),
+                compilation_options: Default::default(),
+                buffers: &[],
+            },
+            primitive: wgpu::PrimitiveState {
+                topology: wgpu::PrimitiveTopology::TriangleStrip,
+                ..Default::default()
+            },
+            depth_stencil: Some(depth.clone()),
+            multisample: Default::default(),
+            fragment: Some(wgpu::FragmentState {
+                module: &module,
+                entry_point: Some(shade),
+                compilation_options: Default::default(),
+                targets: &[Some(format.into())],
+            }),
+            multiview_mask: None,
+            cache: None,
+        })
+    })
+}

@@ -1,0 +1,57 @@
+// The texture over the whole picture, or a column of it: uv is an affine function of the pixel.
+// The text before this one is `Textures::wgsl`.
+
+struct Mapping {
+    origin: vec2<f32>,
+    along_x: vec2<f32>, // uv per pixel
+    along_y: vec2<f32>,
+    picture: vec2<f32>, // pixels
+    columns: vec4<f32>, // where the column begins and ends, 0 to 1
+}
+
+@group(1) @binding(0) var<uniform> mapping: Mapping;
+
+// The mapping goes through the vertex stage: Mesa 22's software driver overruns a buffer of its own while it compiles a
+// fragment shader in which a branch depends on many uniforms, as those on the level would.
+struct Corner {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) pixel: vec2<f32>,
+    @location(1) @interpolate(flat) origin: vec2<f32>,
+    @location(2) @interpolate(flat) along: vec4<f32>,
+}
+
+fn corner(index: u32) -> Corner {
+    let x = mix(mapping.columns.x, mapping.columns.y, f32(index & 1u));
+    let y = f32(index >> 1u);
+    let clip = vec4<f32>(2.0 * x - 1.0, 1.0 - 2.0 * y, 0.5, 1.0);
+    let along = vec4<f32>(mapping.along_x, mapping.along_y);
+    return Corner(clip, vec2<f32>(x, y) * mapping.picture, mapping.origin, along);
+}
+
+// From the centre of the pixel, so that what interpolation gets wrong does not matter.
+fn uv_from_pixel(placed: Corner) -> vec2<f32> {
+    let centre = floor(placed.pixel) + 0.5;
+    return placed.origin + placed.along.xy * centre.x + placed.along.zw * centre.y;
+}
+
+@vertex
+fn place(@builtin(vertex_index) index: u32) -> Corner {
+    return corner(index);
+}
+
+@vertex
+fn place_feedback(@builtin(vertex_index) index: u32) -> Corner {
+    var placed = corner(index);
+    placed.clip = vastex_feedback_clip(placed.clip);
+    return placed;
+}
+
+@fragment
+fn shade(placed: Corner) -> @location(0) vec4<f32> {
+    return vastex_sample(uv_from_pixel(placed));
+}
+
+@fragment
+fn want(placed: Corner) -> @location(0) vec4<u32> {
+    return vastex_feedback(uv_from_pixel(placed));
+}
