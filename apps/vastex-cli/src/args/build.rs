@@ -34,7 +34,7 @@ pub(crate) struct BuildArgs {
     #[arg(long, value_enum, default_value_t = Compress::Lz4)]
     pub(crate) compress: Compress,
     /// Whether colour is filtered in linear light; else as it is stored
-    #[arg(long, default_value = "on", value_name = "on|off", value_parser = named(&[true, false], on_off))]
+    #[arg(long, action = clap::ArgAction::Set, default_value = "on", value_name = "on|off", value_parser = named(&[true, false], on_off))]
     pub(crate) linear: bool,
     /// What lies beyond the edges: clamp, wrap or mirror; for x and y alike, or one for each
     #[arg(long, default_value = "clamp", value_name = "X[,Y]", value_parser = parse_address)]

@@ -115,3 +115,25 @@ fn help_has_examples_for_every_command() {
     }
     desk.run(&["--version"]).expect_code(0);
 }
+
+#[test]
+fn every_option_of_build_takes_every_value_that_its_help_names() {
+    let desk = Desk::new();
+    desk.write_png("image.png", [300, 200]);
+    let build = |options: &[&str]| {
+        desk.run(&[&["build", "image.png", "-o", "out.vastex"], options].concat()).expect_code(0);
+        desk.run(&["verify", "out.vastex"]).expect_code(0);
+        desk.read("out.vastex")
+    };
+    for compress in ["none", "lz4", "zstd"] {
+        build(&["--compress", compress]);
+    }
+    for address in ["clamp", "wrap", "mirror", "wrap,clamp", "mirror,wrap"] {
+        build(&["--address", address]);
+    }
+    let (linear, stored) = (build(&["--linear", "on"]), build(&["--linear", "off"]));
+    assert_ne!(linear, stored, "levels filtered in linear light differ from those filtered as stored");
+    assert_eq!(linear, build(&[]), "linear light is the default");
+    assert_eq!(build(&["--threads", "1"]), build(&["--threads", "3"]));
+    build(&["--durable", "--quiet"]);
+}
