@@ -5,7 +5,7 @@
 use glam::camera::rh::{proj::directx as projection, view::look_at_mat4};
 use glam::{Mat4, Vec2, Vec3};
 
-use crate::scene::Scene;
+use crate::scene::{Scene, direction};
 
 /// A camera in one of the scenes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -136,11 +136,6 @@ impl Pose {
 
 fn perspective(view: f32, eye: Vec3, target: Vec3, near: f32, far: f32) -> Mat4 {
     projection::perspective(FIELD_OF_VIEW, view, near, far) * look_at_mat4(eye, target, Vec3::Z)
-}
-
-/// The point of the unit sphere at a longitude and latitude.
-pub(crate) fn direction(longitude: f32, latitude: f32) -> Vec3 {
-    Vec3::new(longitude.cos() * latitude.cos(), longitude.sin() * latitude.cos(), latitude.sin())
 }
 
 #[cfg(test)]

@@ -2,8 +2,6 @@
 
 use glam::{Vec2, Vec3};
 
-use crate::pose::direction;
-
 /// What a texture is put on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Scene {
@@ -82,4 +80,9 @@ fn grid(quads: [u32; 2], position_from_uv: impl Fn(Vec2) -> Vec3) -> Mesh {
         }
     }
     mesh
+}
+
+/// The point of the unit sphere at a longitude and latitude.
+pub(crate) fn direction(longitude: f32, latitude: f32) -> Vec3 {
+    Vec3::new(longitude.cos() * latitude.cos(), longitude.sin() * latitude.cos(), latitude.sin())
 }

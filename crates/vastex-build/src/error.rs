@@ -65,7 +65,7 @@ pub enum BuildError {
 #[derive(Debug, thiserror::Error)]
 pub enum InputFault {
     /// The file cannot be opened or read.
-    #[error("cannot be read: {0}")]
+    #[error("cannot be read: {0}; check the path and your rights to it")]
     Io(#[from] io::Error),
     /// It is a directory.
     #[error("is a directory; name an image file")]
