@@ -11,8 +11,8 @@ struct Mapping {
 
 @group(1) @binding(0) var<uniform> mapping: Mapping;
 
-// The mapping goes through the vertex stage: Mesa 22's software driver overruns a buffer of its own while it compiles a
-// fragment shader in which a branch depends on many uniforms, as those on the level would.
+// The mapping goes through the vertex stage: Mesa 22.3's software driver aborts ("stack smashing detected") when the
+// fragment stage reads it from the uniform and samples at a level that follows from it.
 struct Corner {
     @builtin(position) clip: vec4<f32>,
     @location(0) pixel: vec2<f32>,
