@@ -43,10 +43,10 @@ pub use stats::FrameStats;
 pub use textures::{BindGroups, Textures};
 pub use vastex_core::shared::JITTER_CYCLE;
 pub use vastex_core::{
-    AddressMode, Description, Event, Feedback, Geometry, LayerFormat, PageId, PagePos, PageState, Stats,
-    TextureId, fold,
+    AddressMode, Box3, Description, Dims, Event, Feedback, Geometry, GeometryError, GeometrySpec, Layer,
+    LayerFormat, PageId, PagePos, PageState, Stats, TextureId, fold,
 };
-pub use vastex_tiles::{ContainerError, DecodeError, ReadError, Tile, TileSource};
+pub use vastex_tiles::{Codec, ContainerError, DecodeError, ReadError, ReadFuture, Tile, TileSource};
 pub use vastex_wgpu::{GpuError, required_features};
 
 /// Opens a `.vastex` file.

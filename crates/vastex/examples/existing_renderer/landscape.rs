@@ -2,8 +2,10 @@
 
 use std::sync::Arc;
 
-use vastex_core::{Box3, Description, Geometry, GeometryError, GeometrySpec, LayerFormat, PagePos};
-use vastex_tiles::{Codec, ReadError, ReadFuture, Tile, TileSource};
+use vastex::{
+    Box3, Codec, Description, Geometry, GeometryError, GeometrySpec, LayerFormat, PagePos, ReadError,
+    ReadFuture, Tile, TileSource,
+};
 
 /// Texels per side.
 const SIDE: u32 = 65_536;
