@@ -39,6 +39,19 @@ impl Filter {
         }
     }
 
+    /// What a container calls the filter, from which it can be found again.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Filter::Mean8 { .. } | Filter::Mean16 => "box",
+            Filter::LinearColor | Filter::SrgbColor => "box-linear",
+        }
+    }
+
+    /// The filter of a layer that a container calls `name`; nothing for one that is not known here.
+    pub(crate) fn named(format: LayerFormat, name: &str) -> Option<Filter> {
+        [true, false].map(|linear| Filter::new(format, linear)).into_iter().find(|f| f.name() == name)
+    }
+
     /// Fills `coarse` with the means of 2x2 texels; `upper` and `lower` hold twice as many texels as it.
     pub(crate) fn row(self, coarse: &mut [u8], upper: &[u8], lower: &[u8]) {
         match self {

@@ -30,6 +30,7 @@ pub use notice::Notice;
 pub use readers::{ImageHeader, PixelFormat, RowReader, open};
 pub use vastex_tiles::{Compression, WriteError};
 
+use filter::Filter;
 use pipeline::{Done, Job, Stopped};
 
 /// How a container is made.
@@ -133,7 +134,11 @@ pub fn build(
         pool: &pool,
     };
     let memory = check_memory(input, reader.header(), &job, options.memory_limit)?;
-    let writer_options = WriterOptions { compression: options.compression, durable: options.durable };
+    let writer_options = WriterOptions {
+        compression: options.compression,
+        durable: options.durable,
+        filters: vec![Filter::new(description.layers[0].format, options.linear).name().into()],
+    };
     let writer = ContainerWriter::create(output, description.clone(), writer_options)?;
     let Done { writer, writer_bytes, row_bytes_held } =
         job.run(&mut *reader, writer, progress).map_err(|stopped| match stopped {

@@ -29,6 +29,8 @@ pub use conformance::conformance;
 pub use container::{Container, ContainerError, Fault, Info, Verification, verify};
 #[cfg(feature = "write")]
 pub use container::{ContainerWriter, TempFile, WriteError, WriterOptions, Written};
+#[cfg(all(feature = "write", not(target_family = "wasm")))]
+pub use container::{ContainerUpdate, UpdateError, Updated};
 #[cfg(feature = "write")]
 pub use encode::{Compression, EncodedTile};
 pub use faults::{FaultRates, Faults, Injection};

@@ -67,7 +67,7 @@ fn tile_texels(description: &Description) -> usize {
 /// A whole container with those texels in every page.
 pub(crate) fn container_bytes(description: &Description, compression: Compression, seed: u64) -> Vec<u8> {
     let out = Cursor::new(Vec::new());
-    let options = WriterOptions { compression, durable: false };
+    let options = WriterOptions { compression, ..WriterOptions::default() };
     let mut writer = ContainerWriter::new(out, "memory", description.clone(), options).unwrap();
     let mut pages: Vec<_> = description.geometry.pages().collect();
     pages.sort_by_key(|pos| (pos.level, pos.z, pos.y, pos.x));

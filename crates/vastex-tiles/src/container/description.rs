@@ -13,9 +13,11 @@ const GEOMETRY: u32 = 1;
 const LAYERS: u32 = 2;
 /// Set in the number of a section that a reader may pass over.
 const OPTIONAL: u32 = 1 << 31;
+/// The section that says how each layer was filtered. What is only read can do without.
+const FILTERS: u32 = OPTIONAL | 3;
 /// Layers that a texture may have.
 const MAX_LAYERS: u32 = 256;
-/// Bytes that a layer's name may have.
+/// Bytes that the name of a layer or of a filter may have.
 const MAX_NAME_BYTES: u32 = 256;
 
 /// Why a description cannot be used.
@@ -35,18 +37,35 @@ impl From<String> for DescriptionFault {
     }
 }
 
-/// The description as bytes.
+/// What a file says of itself.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Contents {
+    pub(super) description: Description,
+    /// The name of each layer's filter; empty where the file does not say.
+    pub(super) filters: Vec<String>,
+}
+
+/// The description as bytes; `filters` has one name for each layer, or none at all.
 #[cfg(feature = "write")]
-pub(super) fn encode(description: &Description) -> Vec<u8> {
+pub(super) fn encode(description: &Description, filters: &[String]) -> Vec<u8> {
+    let mut sections =
+        vec![(GEOMETRY, geometry_bytes(&description.geometry)), (LAYERS, layer_bytes(&description.layers))];
+    if !filters.is_empty() {
+        sections.push((FILTERS, filter_bytes(filters)));
+    }
     let mut bytes = Vec::new();
-    for (number, section) in
-        [(GEOMETRY, geometry_bytes(&description.geometry)), (LAYERS, layer_bytes(&description.layers))]
-    {
+    for (number, section) in sections {
         bytes.extend(number.to_le_bytes());
         bytes.extend((section.len() as u32).to_le_bytes());
         bytes.extend(section);
     }
     bytes
+}
+
+#[cfg(feature = "write")]
+fn filter_bytes(filters: &[String]) -> Vec<u8> {
+    let name_bytes = |name: &String| [&(name.len() as u32).to_le_bytes(), name.as_bytes()].concat();
+    filters.iter().flat_map(name_bytes).collect()
 }
 
 #[cfg(feature = "write")]
@@ -92,8 +111,8 @@ fn format_number(format: LayerFormat) -> u32 {
 }
 
 /// Reads a description and sees to it that this crate can handle the texture.
-pub(super) fn decode(bytes: &[u8]) -> Result<Description, DescriptionFault> {
-    let (mut geometry, mut layers, mut last) = (None, None, None);
+pub(super) fn decode(bytes: &[u8]) -> Result<Contents, DescriptionFault> {
+    let (mut geometry, mut layers, mut filters, mut last) = (None, None, Vec::new(), None);
     let mut fields = Fields::new(bytes);
     while !fields.is_empty() {
         let (number, len) = (fields.u32()?, fields.u32()?);
@@ -105,6 +124,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Description, DescriptionFault> {
         match number {
             GEOMETRY => geometry = Some(decode_geometry(section)?),
             LAYERS => layers = Some(decode_layers(section)?),
+            FILTERS => filters = decode_filters(section)?,
             _ if number & OPTIONAL != 0 => {}
             _ => {
                 return Err(DescriptionFault::Unsupported(format!(
@@ -117,7 +137,8 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Description, DescriptionFault> {
         (Some(geometry), Some(layers)) => {
             let description = Description { geometry, layers };
             check(&description)?;
-            Ok(description)
+            check_filters(&description, &filters)?;
+            Ok(Contents { description, filters })
         }
         _ => Err("the geometry or the layers are missing".to_string().into()),
     }
@@ -176,6 +197,31 @@ fn decode_layers(section: &[u8]) -> Result<Vec<Layer>, DescriptionFault> {
     Ok(layers)
 }
 
+fn decode_filters(section: &[u8]) -> Result<Vec<String>, DescriptionFault> {
+    let mut fields = Fields::new(section);
+    let mut filters = Vec::new();
+    while !fields.is_empty() {
+        let len = fields.u32()?;
+        let name = std::str::from_utf8(fields.bytes(len as usize)?);
+        filters.push(name.map_err(|e| format!("a filter's name: {e}"))?.to_string());
+    }
+    Ok(filters)
+}
+
+/// There is a filter for each layer, or none is named.
+pub(super) fn check_filters(description: &Description, filters: &[String]) -> Result<(), String> {
+    let (layers, named) = (description.layers.len(), filters.len());
+    if named != 0 && named != layers {
+        return Err(format!("{named} filters for {layers} layers: name one for each, or none"));
+    }
+    match filters.iter().find(|name| name.len() > MAX_NAME_BYTES as usize) {
+        Some(name) => {
+            Err(format!("a filter's name of {} bytes: at most {MAX_NAME_BYTES} are allowed", name.len()))
+        }
+        None => Ok(()),
+    }
+}
+
 /// Fails where a texture is valid but larger than a container can hold; the message says what to change.
 pub(super) fn check(description: &Description) -> Result<(), String> {
     let layers = &description.layers;
@@ -214,27 +260,39 @@ mod tests {
         Description::one_layer(Geometry::new(GeometrySpec::image(1000, 777)).unwrap(), LayerFormat::R16)
     }
 
+    fn contents(filters: &[&str]) -> Contents {
+        let filters = filters.iter().map(ToString::to_string).collect();
+        Contents { description: description(), filters }
+    }
+
+    fn bytes(filters: &[&str]) -> Vec<u8> {
+        let Contents { description, filters } = contents(filters);
+        encode(&description, &filters)
+    }
+
     #[test]
     fn a_description_reads_as_it_was_written() {
-        let description = description();
-        assert_eq!(decode(&encode(&description)), Ok(description));
+        assert_eq!(decode(&bytes(&[])), Ok(contents(&[])));
+        assert_eq!(decode(&bytes(&["box"])), Ok(contents(&["box"])));
+        assert!(matches!(decode(&bytes(&["box", "box"])), Err(DescriptionFault::Damaged(_))));
     }
 
     #[test]
     fn unknown_sections_are_passed_over_only_if_they_say_so() {
-        let mut bytes = encode(&description());
-        let len = bytes.len();
+        let mut bytes = bytes(&["box"]);
         bytes.extend([9, 0, 0, 0x80, 2, 0, 0, 0, 1, 2]);
-        assert_eq!(decode(&bytes), Ok(description()));
-        bytes[len + 3] = 0;
+        assert_eq!(decode(&bytes), Ok(contents(&["box"])));
+        // The same section without the bit stands before the filters, since sections ascend.
+        let mut bytes = encode(&description(), &[]);
+        bytes.extend([9, 0, 0, 0, 2, 0, 0, 0, 1, 2]);
         let fault = decode(&bytes).unwrap_err();
         assert_eq!(fault, DescriptionFault::Unsupported("section 9 of the description is not known".into()));
     }
 
     #[test]
     fn every_truncation_is_refused() {
-        let bytes = encode(&description());
-        for len in 0..bytes.len() {
+        let (bytes, required) = (bytes(&["box"]), encode(&description(), &[]).len());
+        for len in (0..bytes.len()).filter(|&len| len != required) {
             assert!(decode(&bytes[..len]).is_err(), "{len}");
         }
     }
@@ -253,7 +311,7 @@ mod tests {
     proptest! {
         #[test]
         fn altered_bytes_never_panic(at: prop::sample::Index, value: u8, tail in prop::collection::vec(any::<u8>(), 0..20)) {
-            let mut bytes = encode(&description());
+            let mut bytes = bytes(&["box"]);
             let at = at.index(bytes.len());
             bytes[at] = value;
             bytes.extend(tail);

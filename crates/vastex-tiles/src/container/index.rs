@@ -97,15 +97,18 @@ impl PageOrder {
 
 /// The index as bytes.
 #[cfg(feature = "write")]
-pub(super) fn encode(records: &[Record], pages: &[u32], constants: &[u8]) -> Vec<u8> {
-    let len = COUNTS_BYTES + records.len() as u64 * RECORD_BYTES + pages.len() as u64 * PAGE_BYTES;
+pub(super) fn encode(records: &[Record], superseded: &[Section], pages: &[u32], constants: &[u8]) -> Vec<u8> {
+    let entries = (records.len() + superseded.len()) as u64;
+    let len = COUNTS_BYTES + entries * RECORD_BYTES + pages.len() as u64 * PAGE_BYTES;
     let mut bytes = Vec::with_capacity(len as usize + constants.len());
-    let superseded = 0;
-    for count in [records.len(), superseded, pages.len(), constants.len()] {
+    for count in [records.len(), superseded.len(), pages.len(), constants.len()] {
         bytes.extend((count as u64).to_le_bytes());
     }
     for record in records {
         bytes.extend(record.encode());
+    }
+    for Section { extent, checksum } in superseded {
+        bytes.extend([extent.offset, extent.len, *checksum].map(u64::to_le_bytes).concat());
     }
     for page in pages {
         bytes.extend(page.to_le_bytes());
@@ -215,7 +218,7 @@ mod tests {
 
     #[test]
     fn counts_that_lie_are_refused() {
-        let bytes = encode(&[], &[NO_RECORD; 3], &[]);
+        let bytes = encode(&[], &[], &[NO_RECORD; 3], &[]);
         assert!(Index::new(bytes.clone().into(), 3).is_ok());
         assert!(Index::new(bytes.clone().into(), 4).is_err());
         for count in 0..4 {

@@ -1,7 +1,7 @@
 //! The `.vastex` container: one file with a header, a description, tiles and an index.
 //!
 //! `docs/format.md` describes it byte by byte. [`Container`] reads it by ranges, `ContainerWriter` writes it streaming,
-//! [`verify`] reads and checks everything. What a tile's bytes mean is [`crate::Tile`]'s business, which pages are built
+//! `ContainerUpdate` changes one in place, [`verify`] reads and checks everything. What a tile's bytes mean is [`crate::Tile`]'s business, which pages are built
 //! from what the builder's.
 
 mod description;
@@ -13,6 +13,8 @@ mod layout;
 #[cfg(feature = "write")]
 mod output;
 mod reader;
+#[cfg(all(feature = "write", not(target_family = "wasm")))]
+mod update;
 mod verify;
 #[cfg(feature = "write")]
 mod writer;
@@ -26,6 +28,8 @@ pub use info::Info;
 #[cfg(feature = "write")]
 pub use output::TempFile;
 pub use reader::Container;
+#[cfg(all(feature = "write", not(target_family = "wasm")))]
+pub use update::{ContainerUpdate, UpdateError, Updated};
 pub use verify::{Fault, Verification, verify};
 #[cfg(feature = "write")]
 pub use writer::{ContainerWriter, WriteError, WriterOptions, Written};

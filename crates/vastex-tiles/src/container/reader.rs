@@ -7,7 +7,7 @@ use std::sync::Arc;
 use bytes::Bytes;
 use vastex_core::{Description, PagePos};
 
-use super::description::{self, DescriptionFault};
+use super::description::{self, Contents, DescriptionFault};
 use super::error::ContainerError;
 use super::header::Header;
 use super::index::{Index, PageOrder, Record};
@@ -23,6 +23,7 @@ pub struct Container {
     pub(super) store: Arc<dyn Store>,
     pub(super) header: Header,
     pub(super) description: Arc<Description>,
+    filters: Vec<String>,
     pub(super) index: Index,
     pub(super) order: PageOrder,
     /// The bytes of the coarse tiles, from the header's `coarse_offset` on; empty where they are too many.
@@ -35,10 +36,10 @@ impl Container {
         let name = store.name();
         let opening = store.read(0, store.len().min(OPENING_BYTES) as usize).await?;
         let header = Header::newest(name, &opening[..opening.len().min(HEADER_BYTES as usize)], store.len())?;
-        let description = read_description(&*store, &header, &opening).await?;
+        let Contents { description, filters } = read_description(&*store, &header, &opening).await?;
         let order = PageOrder::new(&description.geometry);
         let (coarse, index) = read_coarse_and_index(&*store, &header, order.pages()).await?;
-        Ok(Container { header, description: Arc::new(description), index, order, coarse, store })
+        Ok(Container { header, description: Arc::new(description), filters, index, order, coarse, store })
     }
 
     /// Opens a local file.
@@ -51,6 +52,13 @@ impl Container {
     /// What to call the container in messages: a path or a URL.
     pub fn name(&self) -> &str {
         self.store.name()
+    }
+
+    /// The name of the filter that made the levels of each layer; empty where the file does not say.
+    ///
+    /// What a name means is the builder's business; a region can only be replaced where it is known.
+    pub fn filters(&self) -> &[String] {
+        &self.filters
     }
 
     async fn read_tile(&self, pos: PagePos) -> Result<Tile, ReadError> {
@@ -135,7 +143,7 @@ async fn read_description(
     store: &dyn Store,
     header: &Header,
     opening: &Bytes,
-) -> Result<Description, ContainerError> {
+) -> Result<Contents, ContainerError> {
     let Section { extent, .. } = header.description;
     let place = format!("the description, {extent}");
     // The header was checked: the range lies in the file, and its length is bounded.

@@ -3,4 +3,6 @@
 mod conforming;
 mod damage;
 mod round_trip;
+#[cfg(not(target_family = "wasm"))]
+mod update;
 mod versions;

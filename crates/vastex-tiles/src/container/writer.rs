@@ -23,10 +23,12 @@ use crate::tile::Codec;
 const HELD_BYTES: u64 = 1 << 20;
 
 /// How a container is written.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct WriterOptions {
     /// How [`ContainerWriter::write_tile`] compresses.
     pub compression: Compression,
+    /// The name of the filter that makes the levels of each layer, for [`crate::Container::filters`]; or none.
+    pub filters: Vec<String>,
     /// Whether to wait at the end until the disk has everything.
     pub durable: bool,
 }
@@ -142,7 +144,9 @@ impl<W: Write + Seek> ContainerWriter<W> {
         options: WriterOptions,
     ) -> Result<Self, WriteError> {
         let name = name.into();
-        if let Err(fault) = description::check(&description) {
+        let checked = description::check(&description);
+        if let Err(fault) = checked.and_then(|()| description::check_filters(&description, &options.filters))
+        {
             return Err(WriteError::Description { name, fault });
         }
         let order = PageOrder::new(&description.geometry);
@@ -152,7 +156,7 @@ impl<W: Write + Seek> ContainerWriter<W> {
             return Err(WriteError::Description { name, fault });
         }
         pages.resize(order.pages() as usize, NO_RECORD);
-        let description_bytes = description::encode(&description);
+        let description_bytes = description::encode(&description, &options.filters);
         let mut writer = ContainerWriter {
             out,
             name,
@@ -247,7 +251,7 @@ impl<W: Write + Seek> ContainerWriter<W> {
             self.records[number as usize].section.extent.offset = self.offset;
             self.put(&bytes)?;
         }
-        let index_bytes = index::encode(&self.records, &self.pages, &self.constants);
+        let index_bytes = index::encode(&self.records, &[], &self.pages, &self.constants);
         let index = Section::of(self.offset, &index_bytes);
         self.put(&index_bytes)?;
         let (file_len, description) = (self.offset, self.description_section);
@@ -277,7 +281,7 @@ impl<W: Write + Seek> ContainerWriter<W> {
 }
 
 /// The finest level from which all that are coarser come to at most [`HELD_BYTES`], the tail not counted.
-fn held_level(description: &Description) -> u8 {
+pub(super) fn held_level(description: &Description) -> u8 {
     let geometry = &description.geometry;
     let tail_level = geometry.tail().first_level();
     let tile_bytes = description.tile_bytes() as u64;

@@ -1,0 +1,231 @@
+//! Files changed in place: the new tiles are read, the old ones stay, and a change cut off at any write changes nothing.
+
+use std::io::{self, Seek, SeekFrom, Write};
+use std::sync::{Arc, Mutex};
+
+use pollster::block_on;
+use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
+use vastex_core::{Description, LayerFormat, PagePos};
+
+use crate::container::update::Medium;
+use crate::testing::{any_description, container_bytes, image, memory, open, texels};
+use crate::*;
+
+/// A file in memory that remembers what it was after every write, and after a part of it.
+#[derive(Clone, Default)]
+struct Recorder(Arc<Mutex<Recording>>);
+
+#[derive(Default)]
+struct Recording {
+    bytes: Vec<u8>,
+    at: usize,
+    states: Vec<Vec<u8>>,
+    /// Writes until the disk is full.
+    writes_left: Option<usize>,
+}
+
+impl Recorder {
+    fn of(bytes: &[u8]) -> Recorder {
+        let recorder = Recorder::default();
+        recorder.0.lock().unwrap().bytes = bytes.to_vec();
+        recorder
+    }
+
+    fn bytes(&self) -> Vec<u8> {
+        self.0.lock().unwrap().bytes.clone()
+    }
+
+    fn update(&self) -> ContainerUpdate {
+        ContainerUpdate::new(Box::new(self.clone()), Arc::new(open(self.bytes())), false).unwrap()
+    }
+}
+
+impl Recording {
+    fn put(&mut self, at: usize, bytes: &[u8]) {
+        self.bytes.resize(self.bytes.len().max(at + bytes.len()), 0);
+        self.bytes[at..at + bytes.len()].copy_from_slice(bytes);
+        self.states.push(self.bytes.clone());
+    }
+}
+
+impl Write for Recorder {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let mut file = self.0.lock().unwrap();
+        if let Some(left) = &mut file.writes_left {
+            *left = left.checked_sub(1).ok_or(io::ErrorKind::StorageFull)?;
+        }
+        let at = file.at;
+        // Short enough to tear a header copy, of which a fifth says something.
+        file.put(at, &bytes[..bytes.len() / 8]);
+        file.put(at, bytes);
+        file.at += bytes.len();
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Seek for Recorder {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        let SeekFrom::Start(at) = to else { return Err(io::ErrorKind::Unsupported.into()) };
+        self.0.lock().unwrap().at = at as usize;
+        Ok(at)
+    }
+}
+
+impl Medium for Recorder {
+    fn truncate(&mut self, len: u64) -> io::Result<()> {
+        self.0.lock().unwrap().bytes.truncate(len as usize);
+        Ok(())
+    }
+
+    fn sync(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+fn faults(bytes: Vec<u8>) -> Vec<Fault> {
+    block_on(verify(memory(bytes), |_, _| {})).faults
+}
+
+/// The seed of a page's texels after every change listed: which pages, and from then on which seed.
+fn seed_of(pos: PagePos, changes: &[(u32, u64)]) -> u64 {
+    let number = u32::from(pos.level) * 7 + pos.x * 3 + pos.y * 5 + pos.z;
+    changes.iter().rev().find(|(divisor, _)| number.is_multiple_of(*divisor)).map_or(1, |(_, seed)| *seed)
+}
+
+fn change(recorder: &Recorder, changes: &[(u32, u64)]) -> Updated {
+    let mut update = recorder.update();
+    let description = Description::clone(update.container().description());
+    let (last, seed) = changes[changes.len() - 1];
+    for pos in description.geometry.pages().filter(|&pos| seed_of(pos, &[(last, 2)]) == 2) {
+        let tile = EncodedTile::new(texels(&description, pos, seed).into(), &description, Compression::Lz4);
+        update.replace(pos, tile).unwrap();
+    }
+    update.commit().unwrap()
+}
+
+fn check(bytes: &[u8], changes: &[(u32, u64)]) {
+    let container = open(bytes.to_vec());
+    for pos in container.description().geometry.pages() {
+        let tile = block_on(container.read(pos)).unwrap().decode(container.description()).unwrap();
+        assert!(tile == texels(container.description(), pos, seed_of(pos, changes)), "{pos}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 40, rng_seed: RngSeed::Fixed(5), failure_persistence: None, ..Default::default() })]
+
+    #[test]
+    fn every_version_has_the_tiles_that_it_was_given(
+        description in any_description(),
+        changes in prop::collection::vec((1u32..9, 2u64..100), 1..4),
+    ) {
+        let recorder = Recorder::of(&container_bytes(&description, Compression::Lz4, 1));
+        for n in 1..=changes.len() {
+            let before = recorder.bytes();
+            let updated = change(&recorder, &changes[..n]);
+            let after = recorder.bytes();
+            check(&after, &changes[..n]);
+            prop_assert_eq!(faults(after.clone()), vec![]);
+            prop_assert_eq!(updated.bytes, after.len() as u64);
+            prop_assert_eq!(updated.bytes_added, (after.len() - before.len()) as u64);
+            prop_assert!(after[1024..before.len()] == before[1024..], "bytes of the version before were changed");
+        }
+    }
+}
+
+#[test]
+fn cut_off_at_any_write_a_change_leaves_the_version_before_it() {
+    let description = image(150, 90, 16, LayerFormat::Rgba8);
+    let recorder = Recorder::of(&container_bytes(&description, Compression::Lz4, 1));
+    let changes = [(2, 7), (3, 8), (2, 9)];
+    for n in 1..=changes.len() {
+        recorder.0.lock().unwrap().states.clear();
+        change(&recorder, &changes[..n]);
+        let states = recorder.0.lock().unwrap().states.clone();
+        let (last, earlier) = states.split_last().unwrap();
+        assert!(earlier.len() > 10);
+        for state in earlier {
+            check(state, &changes[..n - 1]);
+        }
+        check(last, &changes[..n]);
+        // The next change takes away what this one would have left behind.
+        let cut_off = Recorder::of(&earlier[earlier.len() / 2]);
+        change(&cut_off, &changes[..n]);
+        assert!(cut_off.bytes() == *last);
+    }
+}
+
+#[test]
+fn every_flipped_bit_of_a_changed_file_is_found() {
+    let recorder = Recorder::of(&container_bytes(&image(30, 20, 8, LayerFormat::R8), Compression::Lz4, 1));
+    change(&recorder, &[(3, 2)]);
+    change(&recorder, &[(3, 2), (2, 3)]);
+    let changed = recorder.bytes();
+    for bit in 0..changed.len() * 8 {
+        let mut bytes = changed.clone();
+        bytes[bit / 8] ^= 1 << (bit % 8);
+        assert!(!faults(bytes).is_empty(), "bit {} of byte {} of {}", bit % 8, bit / 8, changed.len());
+    }
+}
+
+#[test]
+fn a_full_disk_is_an_error_and_leaves_the_file_as_it_was() {
+    let before = container_bytes(&image(150, 90, 16, LayerFormat::R8), Compression::Lz4, 1);
+    for writes in 0..4 {
+        let recorder = Recorder::of(&before);
+        recorder.0.lock().unwrap().writes_left = Some(writes);
+        let mut update = recorder.update();
+        let description = Description::clone(update.container().description());
+        let replaced = description.geometry.pages().try_for_each(|pos| {
+            let texels = texels(&description, pos, 50 + u64::from(pos.x));
+            update.replace(pos, EncodedTile::new(texels.into(), &description, Compression::Lz4))
+        });
+        let error = replaced.and_then(|()| update.commit().map(drop)).unwrap_err().to_string();
+        assert!(error.contains("memory: cannot be written") && error.contains("free space"), "{error}");
+        assert!(recorder.bytes() == before);
+    }
+}
+
+#[test]
+fn readers_keep_their_version_and_one_program_changes_at_a_time() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("a.vastex");
+    let description = image(200, 100, 16, LayerFormat::R8);
+    std::fs::write(&path, container_bytes(&description, Compression::Lz4, 1)).unwrap();
+    let reader = Container::open_file(&path).unwrap();
+    let mut update = ContainerUpdate::open(&path, true).unwrap();
+    if cfg!(unix) {
+        let error = ContainerUpdate::open(&path, false).unwrap_err();
+        assert!(matches!(error, UpdateError::Busy { .. }), "{error}");
+    }
+    for pos in description.geometry.pages() {
+        let tile = EncodedTile::new(texels(&description, pos, 2).into(), &description, Compression::Lz4);
+        update.replace(pos, tile).unwrap();
+    }
+    update.commit().unwrap();
+    for (container, seed) in [(&reader, 1), (&Container::open_file(&path).unwrap(), 2)] {
+        for pos in description.geometry.pages() {
+            let tile = block_on(container.read(pos)).unwrap().decode(&description).unwrap();
+            assert!(tile == texels(&description, pos, seed));
+        }
+    }
+}
+
+#[test]
+fn tiles_that_do_not_belong_are_refused() {
+    let description = image(40, 40, 8, LayerFormat::R8);
+    let recorder = Recorder::of(&container_bytes(&description, Compression::Lz4, 1));
+    let mut update = recorder.update();
+    let tile = |len| EncodedTile::new(vec![1; len].into(), &description, Compression::None);
+    let mut refused = |pos, len| update.replace(pos, tile(len)).unwrap_err().to_string();
+    assert!(refused(PagePos::new_2d(0, 9, 0), 100).contains("no such page"));
+    assert!(refused(PagePos::new_2d(0, 1, 0), 99).contains("99 bytes where 100"));
+    update.replace(PagePos::new_2d(0, 1, 0), tile(100)).unwrap();
+    let error = update.replace(PagePos::new_2d(0, 1, 0), tile(100)).unwrap_err().to_string();
+    assert!(error.contains("has a new tile already"), "{error}");
+}
