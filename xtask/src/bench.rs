@@ -1,4 +1,4 @@
-//! `cargo xtask bench build`: preparing data with `vastex build` beside libvips, on the same image in the same run.
+//! `cargo xtask bench build`: preparing data with `vastex build` beside libvips, on the same images in the same run.
 //!
 //! A shared machine is noisy, so the programs take turns and only ratios within a turn count; peak memory and bytes
 //! are what can be trusted to the digit. The figures that are kept stand in docs/bench-build.md.
@@ -8,15 +8,21 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 
+use crate::inputs::Input;
 use crate::measure::{self, Run, median, medians};
 use crate::shell::Usage;
 use crate::{setup, shell};
 
-const IMAGE: &str = "assets/earth-color-10800x5400.jpg";
-const PIXELS: f64 = 10800.0 * 5400.0;
 const REPORT: &str = "docs/bench-build.md";
-/// The peak that a build of this image may have, in units of 10^6 bytes.
+/// The peak that a build of the Earth may have, in units of 10^6 bytes.
 const PEAK_LIMIT_MB: f64 = 150.0;
+/// The images, with how many rounds are played of them: all that are asked for, or one, for what memory and bytes they
+/// take.
+const INPUTS: &[(Input, bool)] = &[
+    (Input::Earth, true),
+    (Input::Mirrored { doublings: 1 }, true),
+    (Input::Mirrored { doublings: 2 }, false),
+];
 
 /// A program in the comparison. In its arguments IN and OUT stand for the files.
 struct Contender {
@@ -32,7 +38,7 @@ enum Program {
     Other(&'static str),
 }
 
-/// The anchor comes first: the program whose output is closest to a container.
+/// The anchors come first: the program whose output is closest to a container, then the fastest that makes a pyramid.
 const CONTENDERS: &[Contender] = &[
     Contender {
         name: "vips dzsave, raw, borders of 1",
@@ -47,15 +53,15 @@ const CONTENDERS: &[Contender] = &[
         output: "pyramid.tif",
     },
     Contender {
-        name: "vastex, raw, linear light",
+        name: "vastex, raw, pages of 256, linear light",
         program: Program::Vastex,
-        arguments: "build IN -o OUT --compress none",
+        arguments: "build IN -o OUT --page 256 --compress none",
         output: "raw.vastex",
     },
     Contender {
-        name: "vastex, raw, filtered as stored",
+        name: "vastex, raw, pages of 256, as stored",
         program: Program::Vastex,
-        arguments: "build IN -o OUT --compress none --linear off",
+        arguments: "build IN -o OUT --page 256 --compress none --linear off",
         output: "stored.vastex",
     },
     Contender {
@@ -79,15 +85,18 @@ pub(crate) fn build(options: &[&str]) -> Result<()> {
     shell::run(shell::cargo("build").args(["--release", "-p", "vastex-cli"]))?;
     let directory = shell::root().join("target/bench");
     std::fs::create_dir_all(&directory).with_context(|| format!("cannot create {}", directory.display()))?;
-    let input = directory.join("earth.tif");
-    shell::run(shell::command("vips").args(["copy", IMAGE]).arg(&input))?;
-
-    let rounds = compare(&input, &directory, options.runs)?;
-    let report = report(&rounds)?;
-    println!("\n{report}");
+    let mut page = introduction()?;
+    for &(input, every_round) in INPUTS {
+        println!("\n{}", input.name());
+        let rounds =
+            compare(&input.make(&directory)?, &directory, if every_round { options.runs } else { 1 })?;
+        let table = table(input, &rounds)?;
+        println!("\n{table}");
+        page.push_str(&table);
+    }
     if options.write {
         let path = shell::root().join(REPORT);
-        std::fs::write(&path, report).with_context(|| format!("cannot write {}", path.display()))?;
+        std::fs::write(&path, page).with_context(|| format!("cannot write {}", path.display()))?;
         println!("written to {REPORT}");
     }
     Ok(())
@@ -151,44 +160,55 @@ fn vastex() -> PathBuf {
     shell::target_dir().join("release").join(format!("vastex{}", std::env::consts::EXE_SUFFIX))
 }
 
-/// The comparison as a page of documentation.
-fn report(rounds: &[Vec<Run>]) -> Result<String> {
-    let mut page = String::from(
+/// What stands above the tables.
+fn introduction() -> Result<String> {
+    let mut page = format!(
         "# Preparing data: `vastex build` beside libvips\n\n\
-         Written by `cargo xtask bench build --write`. The input is the real Earth image, 10800x5400 RGB, as a strip TIFF\n\
-         in the page cache. libvips writes RGB and filters it as it is stored; a container holds RGBA with borders of 4\n\
-         texels, filtered in linear light unless said.\n\n",
-    );
-    writeln!(
-        page,
-        "Medians of {} interleaved runs on {} cores, {}. The speeds relative to dzsave are\n\
-         medians of the ratios within one round, since the machine's own speed varies between rounds.\n\n\
-         | program | wall s | CPU s | peak MB | written MB | Mpix/s | speed / dzsave | CPU s / dzsave |\n\
-         |---|---|---|---|---|---|---|---|",
-        rounds.len(),
+         Written by `cargo xtask bench build --write` on {} cores, with {}. The inputs are RGB TIFFs of strips in the page\n\
+         cache. libvips writes RGB and filters it as it is stored; a container holds RGBA with borders of 4 texels, filtered\n\
+         in linear light unless said. The speeds are medians of the ratios within one round, since the machine's own speed\n\
+         varies between rounds. Identical tiles are stored once in a container, which matters where an image repeats, as the\n\
+         mirrored copies do from 32768 texels on.\n\nThe commands:\n\n```\n",
         std::thread::available_parallelism().map_or(1, usize::from),
         shell::output(shell::command("vips").arg("--version"))?.trim(),
-    )?;
-    for (index, contender) in CONTENDERS.iter().enumerate() {
-        writeln!(page, "{}", row(contender, index, rounds))?;
-    }
-    page.push_str("\nThe commands:\n\n```\n");
+    );
     for contender in CONTENDERS {
         let program = if let Program::Other(name) = contender.program { name } else { "vastex" };
         writeln!(page, "{program} {}", contender.arguments)?;
     }
-    page.push_str("```\n\n");
-    page.push_str(&verdict(rounds));
+    page.push_str("```\n");
     Ok(page)
 }
 
-fn row(contender: &Contender, index: usize, rounds: &[Vec<Run>]) -> String {
+/// The comparison on one image.
+fn table(input: Input, rounds: &[Vec<Run>]) -> Result<String> {
+    let mut page = format!("\n## {}\n\n", input.name());
+    writeln!(
+        page,
+        "Medians of {} interleaved runs.\n\n\
+         | program | wall s | CPU s | peak MB | written MB | Mpix/s | speed / dzsave | speed / pyramid | CPU s / dzsave |\n\
+         |---|---|---|---|---|---|---|---|---|",
+        rounds.len(),
+    )?;
+    let [width, height] = input.size();
+    for (index, contender) in CONTENDERS.iter().enumerate() {
+        writeln!(page, "{}", row(contender, index, rounds, (width * height) as f64 / 1e6))?;
+    }
+    if input == Input::Earth {
+        page.push('\n');
+        page.push_str(&verdict(rounds));
+    }
+    Ok(page)
+}
+
+fn row(contender: &Contender, index: usize, rounds: &[Vec<Run>], megapixels: f64) -> String {
     let Run { wall, cpu, peak_mb, written_mb } = medians(&column(index, rounds));
-    let speed = ratio(rounds, |round| round[0].wall / round[index].wall);
+    let [speed, beside_pyramid] =
+        [0, 1].map(|anchor| ratio(rounds, |round| round[anchor].wall / round[index].wall));
     let work = ratio(rounds, |round| round[index].cpu / round[0].cpu);
-    let rate = PIXELS / 1e6 / wall;
+    let rate = megapixels / wall;
     format!(
-        "| {} | {wall:.2} | {cpu:.2} | {peak_mb:.0} | {written_mb:.0} | {rate:.0} | {speed:.2} | {work:.2} |",
+        "| {} | {wall:.2} | {cpu:.2} | {peak_mb:.0} | {written_mb:.0} | {rate:.0} | {speed:.2} | {beside_pyramid:.2} | {work:.2} |",
         contender.name
     )
 }

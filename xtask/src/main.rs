@@ -9,6 +9,7 @@
 mod bench;
 mod campaign;
 mod demo;
+mod inputs;
 mod measure;
 mod setup;
 mod shell;
