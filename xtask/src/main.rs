@@ -9,6 +9,7 @@
 mod bench;
 mod campaign;
 mod demo;
+mod fetch;
 mod inputs;
 mod measure;
 mod setup;
@@ -32,6 +33,7 @@ Commands:
   bench build [OPTIONS]    preparing data beside libvips, in the same run
       --runs N               interleaved runs of each program [default: 5]
       --write                put the figures into docs/bench-build.md
+  bench fetch [--write]    reading and decoding tiles beside bare reads and decoders; into docs/bench-fetch.md
   campaign [--minutes N]   the random tests with ever more cases [default: 10 minutes]
   help                     this text
 
@@ -68,10 +70,11 @@ fn dispatch(arguments: &[&str]) -> anyhow::Result<()> {
         ["test", steps @ ..] => test::run(steps),
         ["demo"] => demo::run(),
         ["bench", "build", options @ ..] => bench::build(options),
+        ["bench", "fetch", options @ ..] => fetch::bench(options),
         ["bench", other, ..] => {
-            Err(Usage(format!("no benchmark is called '{other}'; there is: build")).into())
+            Err(Usage(format!("no benchmark is called '{other}'; there are: build, fetch")).into())
         }
-        ["bench"] => Err(Usage("which benchmark? There is: build".to_owned()).into()),
+        ["bench"] => Err(Usage("which benchmark? There are: build, fetch".to_owned()).into()),
         ["campaign", options @ ..] => campaign::run(options),
         ["demo", other, ..] => Err(Usage(format!("demo takes no argument '{other}'")).into()),
         [other, ..] => Err(Usage(format!("no command is called '{other}'")).into()),
@@ -90,6 +93,7 @@ mod tests {
             &["tset"],
             &["bench"],
             &["bench", "draw"],
+            &["bench", "fetch", "--fast"],
             &["bench", "build", "--runs"],
             &["bench", "build", "--runs", "0"],
             &["campaign", "--minutes", "soon"],
