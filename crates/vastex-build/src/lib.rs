@@ -5,6 +5,8 @@
 //! impossible to read by rows is reported as a [`Notice`]. The bytes written depend on the image and the options, and
 //! not on the number of threads.
 //!
+//! [`replace`] puts an image into a region of a container that was built here, on all levels.
+//!
 //! Not here: the container's bytes (`vastex-tiles`), the shape of levels, pages and borders (`vastex-core`).
 
 mod bands;
@@ -15,6 +17,7 @@ mod notice;
 mod pipeline;
 mod pyramid;
 mod readers;
+mod replace;
 mod rows;
 mod tail;
 
@@ -28,7 +31,8 @@ use vastex_tiles::{ContainerWriter, WriterOptions};
 pub use error::{BuildError, InputFault};
 pub use notice::Notice;
 pub use readers::{ImageHeader, PixelFormat, RowReader, open};
-pub use vastex_tiles::{Compression, WriteError};
+pub use replace::{ReplaceError, ReplaceOptions, replace};
+pub use vastex_tiles::{Compression, UpdateError, Updated, WriteError};
 
 use filter::Filter;
 use pipeline::{Done, Job, Stopped};

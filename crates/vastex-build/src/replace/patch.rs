@@ -1,0 +1,102 @@
+//! The texels of one level that a replacement holds: those that change, and around them those of which the next level
+//! is made.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::spans::{Axis, Run, Spans};
+use crate::filter::Filter;
+
+/// Texels of one level: some columns of some rows.
+pub(super) struct Patch {
+    pub(super) columns: Spans,
+    pub(super) rows: Spans,
+    texel: usize,
+    bytes: Vec<u8>,
+}
+
+impl Patch {
+    /// Black texels of `texel` bytes.
+    pub(super) fn new([columns, rows]: [Spans; 2], texel: usize) -> Patch {
+        let bytes = vec![0; columns.count() * rows.count() * texel];
+        Patch { columns, rows, texel, bytes }
+    }
+
+    /// Bytes of a patch of so many texels.
+    pub(super) fn bytes_of([columns, rows]: &[Spans; 2], texel: usize) -> u64 {
+        (columns.count() as u64).saturating_mul(rows.count() as u64).saturating_mul(texel as u64)
+    }
+
+    fn row_bytes(&self) -> usize {
+        self.columns.count() * self.texel
+    }
+
+    /// Where a range of one row lies, whose texels are all here.
+    fn place(&self, y: u32, columns: &Range<u32>) -> Range<usize> {
+        let found = self.rows.index_of(y).zip(self.columns.index_of(columns.start));
+        let (row, column) = found.unwrap_or_default();
+        debug_assert!(found.is_some(), "row {y}, columns {columns:?}");
+        let start = row * self.row_bytes() + column * self.texel;
+        start..start + columns.len() * self.texel
+    }
+
+    /// The texels of a range of one row, all of which are here.
+    pub(super) fn row(&self, y: u32, columns: &Range<u32>) -> &[u8] {
+        &self.bytes[self.place(y, columns)]
+    }
+
+    /// As [`Patch::row`], to be filled.
+    pub(super) fn row_mut(&mut self, y: u32, columns: &Range<u32>) -> &mut [u8] {
+        let place = self.place(y, columns);
+        &mut self.bytes[place]
+    }
+
+    /// Makes the texels `changed` from those of the finer level, whose axes are `axes`.
+    pub(super) fn filter_from(
+        &mut self,
+        finer: &Patch,
+        axes: [Axis; 2],
+        changed: &[Spans; 2],
+        filter: Filter,
+    ) {
+        let (row_bytes, texel) = (self.row_bytes(), self.texel);
+        let (columns, rows) = (&self.columns, &self.rows);
+        let texel_rows: Vec<u32> = rows.texels().collect();
+        let make = |(&y, row): (&u32, &mut [u8])| {
+            let pair = [2 * y, axes[1].fold(2 * y + 1)];
+            for range in changed[0].ranges() {
+                let [upper, lower] = pair.map(|y| finer.pairs(y, range, axes[0]));
+                let start = columns.index_of(range.start).unwrap_or_default() * texel;
+                filter.row(&mut row[start..start + range.len() * texel], &upper, &lower);
+            }
+        };
+        let rows = texel_rows.par_iter().zip(self.bytes.par_chunks_exact_mut(row_bytes));
+        rows.filter(|(y, _)| changed[1].contains(**y)).for_each(make);
+    }
+
+    /// Of one row, the two texels of which each of `coarse` is made.
+    fn pairs(&self, y: u32, coarse: &Range<u32>, axis: Axis) -> Vec<u8> {
+        let (first, last) = (2 * coarse.start, axis.fold(2 * coarse.end - 1));
+        let even_end = 2 * coarse.end - 1;
+        let mut texels = self.row(y, &(first..even_end)).to_vec();
+        texels.extend_from_slice(self.row(y, &(last..last + 1)));
+        texels
+    }
+
+    /// Copies what changes into a box of a tile: `at` is where it begins, in texels, `side` the tile's width.
+    pub(super) fn paste(&self, tile: &mut [u8], side: usize, at: [usize; 2], runs: &[Vec<Run>; 2]) {
+        let (row_bytes, texel) = (self.row_bytes(), self.texel);
+        for rows in &runs[1] {
+            for y in 0..rows.len {
+                let from_row = &self.bytes[(rows.from + y) * row_bytes..][..row_bytes];
+                let to_row = &mut tile[(at[1] + rows.to + y) * side * texel..][..side * texel];
+                for run in &runs[0] {
+                    let len = run.len * texel;
+                    let from = &from_row[run.from * texel..][..len];
+                    to_row[(at[0] + run.to) * texel..][..len].copy_from_slice(from);
+                }
+            }
+        }
+    }
+}

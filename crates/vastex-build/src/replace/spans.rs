@@ -1,0 +1,227 @@
+//! Which texels along one axis change, level by level, and which pages show them.
+//!
+//! What changes of an image is a rectangle, and stays columns times rows on every level. At a wrapping edge of an odd
+//! size the last texel of the next level is made of the first ones too, so along an axis there can be two ranges.
+
+use std::ops::Range;
+
+use vastex_core::{AddressMode, Geometry, fold};
+
+/// Texels along one axis of a level: ranges that ascend and do not touch.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Spans(Vec<Range<u32>>);
+
+impl Spans {
+    /// The texels of all `ranges`, which may overlap.
+    pub(super) fn new(ranges: impl IntoIterator<Item = Range<u32>>) -> Spans {
+        let mut sorted: Vec<_> = ranges.into_iter().filter(|range| !range.is_empty()).collect();
+        sorted.sort_unstable_by_key(|range| range.start);
+        let mut merged: Vec<Range<u32>> = Vec::with_capacity(sorted.len());
+        for range in sorted {
+            match merged.last_mut() {
+                Some(last) if range.start <= last.end => last.end = last.end.max(range.end),
+                _ => merged.push(range),
+            }
+        }
+        Spans(merged)
+    }
+
+    /// The texels of one range.
+    pub(super) fn one(range: Range<u32>) -> Spans {
+        Spans::new(std::iter::once(range))
+    }
+
+    pub(super) fn ranges(&self) -> &[Range<u32>] {
+        &self.0
+    }
+
+    /// All texels, ascending.
+    pub(super) fn texels(&self) -> impl Iterator<Item = u32> + '_ {
+        self.0.iter().cloned().flatten()
+    }
+
+    /// Number of texels.
+    pub(super) fn count(&self) -> usize {
+        self.0.iter().map(ExactSizeIterator::len).sum()
+    }
+
+    pub(super) fn contains(&self, texel: u32) -> bool {
+        self.0.iter().any(|range| range.contains(&texel))
+    }
+
+    /// The place of a texel among all; nothing for one that is not here.
+    pub(super) fn index_of(&self, texel: u32) -> Option<usize> {
+        let mut before = 0;
+        for range in &self.0 {
+            if range.contains(&texel) {
+                return Some(before + (texel - range.start) as usize);
+            }
+            before += range.len();
+        }
+        None
+    }
+}
+
+/// Texels that lie side by side in a tile as well as among the changed ones.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Run {
+    /// First texel, from the beginning of the box of the tile.
+    pub(super) to: usize,
+    /// First texel, by its place among those of the patch.
+    pub(super) from: usize,
+    pub(super) len: usize,
+}
+
+/// Texels side by side within one page that all change, or all do not.
+#[derive(Clone, Debug)]
+pub(super) struct Piece {
+    pub(super) page: u32,
+    pub(super) range: Range<u32>,
+    pub(super) changes: bool,
+}
+
+/// One axis of one level.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Axis {
+    mode: AddressMode,
+    size: u32,
+    page: u32,
+    pages: u32,
+    border: u32,
+}
+
+impl Axis {
+    pub(super) fn new(geometry: &Geometry, level: u8, axis: usize) -> Axis {
+        let shape = geometry.level(level);
+        let size = shape.size[axis];
+        let in_tail = level >= geometry.tail().first_level();
+        Axis {
+            mode: geometry.address()[axis],
+            size,
+            page: if in_tail { size } else { geometry.page()[axis] },
+            pages: if in_tail { 1 } else { shape.pages[axis] },
+            border: geometry.border()[axis],
+        }
+    }
+
+    /// The texel inside the level that `texel` stands for.
+    pub(super) fn fold(&self, texel: u32) -> u32 {
+        fold(self.mode, texel.into(), self.size)
+    }
+
+    /// Texels of the next level that are made of any of `changed`.
+    pub(super) fn coarser(&self, changed: &Spans) -> Spans {
+        let beyond = !self.size.is_multiple_of(2) && changed.contains(self.fold(self.size));
+        let last = self.size / 2;
+        let halves = changed.ranges().iter().map(|range| range.start / 2..range.end.div_ceil(2));
+        Spans::new(halves.chain(beyond.then_some(last..last + 1)))
+    }
+
+    /// Texels that those of the next level are made of.
+    pub(super) fn finer(&self, coarse: &Spans) -> Spans {
+        let ranges = coarse.ranges().iter().flat_map(|range| {
+            let last = self.fold(2 * range.end - 1);
+            [2 * range.start..(2 * range.end).min(self.size), last..last + 1]
+        });
+        Spans::new(ranges)
+    }
+
+    /// The pages whose tiles show any of `changed`, ascending.
+    pub(super) fn pages(&self, changed: &Spans) -> Vec<u32> {
+        let near = changed.ranges().iter().flat_map(|range| {
+            let last = u64::from(range.end) - 1 + u64::from(self.border);
+            range.start.saturating_sub(self.border) / self.page..=(last / u64::from(self.page)) as u32
+        });
+        // Tiles that reach beyond an edge show what the address mode puts there.
+        let edges = [0, self.pages.saturating_sub(2), self.pages - 1];
+        let mut pages: Vec<u32> = near.chain(edges).filter(|&page| page < self.pages).collect();
+        pages.sort_unstable();
+        pages.dedup();
+        pages.retain(|&page| {
+            let origin = i64::from(page) * i64::from(self.page) - i64::from(self.border);
+            !self.runs(changed, changed, origin, self.page + 2 * self.border).is_empty()
+        });
+        pages
+    }
+
+    /// Where the texels `origin..origin + len` show any of `changed`, which lie in a patch of the texels `patch`.
+    pub(super) fn runs(&self, changed: &Spans, patch: &Spans, origin: i64, len: u32) -> Vec<Run> {
+        let mut runs: Vec<Run> = Vec::new();
+        for to in 0..len as usize {
+            let texel = fold(self.mode, origin + to as i64, self.size);
+            let Some(from) = patch.index_of(texel).filter(|_| changed.contains(texel)) else { continue };
+            match runs.last_mut() {
+                Some(run) if run.to + run.len == to && run.from + run.len == from => run.len += 1,
+                _ => runs.push(Run { to, from, len: 1 }),
+            }
+        }
+        runs
+    }
+
+    /// `texels` cut at the edges of pages and of what changes.
+    pub(super) fn pieces(&self, texels: &Spans, changed: &Spans) -> Vec<Piece> {
+        let mut pieces = Vec::new();
+        for range in texels.ranges() {
+            let mut start = range.start;
+            while start < range.end {
+                let page = start / self.page;
+                let page_end = (u64::from(page + 1) * u64::from(self.page)).min(range.end.into()) as u32;
+                let bounds = changed.ranges().iter().flat_map(|range| [range.start, range.end]);
+                let end = bounds.filter(|&bound| bound > start).fold(page_end, u32::min);
+                pieces.push(Piece { page, range: start..end, changes: changed.contains(start) });
+                start = end;
+            }
+        }
+        pieces
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use vastex_core::{GeometrySpec, PagePos};
+
+    #[test]
+    fn at_a_wrapping_odd_edge_the_last_texel_changes_with_the_first() {
+        let axis = |mode| Axis { mode, size: 9, page: 9, pages: 1, border: 1 };
+        let changed = Spans::one(0..1);
+        assert_eq!(axis(AddressMode::Wrap).coarser(&changed), Spans::new([0..1, 4..5]));
+        assert_eq!(axis(AddressMode::Clamp).coarser(&changed), Spans::one(0..1));
+        assert_eq!(axis(AddressMode::Wrap).finer(&Spans::one(4..5)), Spans::new([0..1, 8..9]));
+        assert_eq!(axis(AddressMode::Mirror).finer(&Spans::one(4..5)), Spans::one(8..9));
+    }
+
+    proptest! {
+        #[test]
+        fn what_changes_is_what_a_look_at_every_texel_finds(
+            size in 1u32..200, page in 8u32..40, share in 0u32..100, start in 0u32..200, len in 1u32..200,
+            mode in prop::sample::select(vec![AddressMode::Clamp, AddressMode::Wrap, AddressMode::Mirror]),
+        ) {
+            let border = 1 + (page / 2 - 1) * share / 100;
+            let spec = GeometrySpec { page, border, address: [mode; 3], ..GeometrySpec::image(size, 5000) };
+            let geometry = Geometry::new(spec).unwrap();
+            let axis = Axis::new(&geometry, 0, 0);
+            let start = start % size;
+            let changed = Spans::one(start..(start + len).min(size));
+            let sources = |coarse: u32| [2 * coarse, 2 * coarse + 1].map(|texel| axis.fold(texel));
+            let coarse = (0..size.div_ceil(2)).filter(|&texel| sources(texel).iter().any(|&t| changed.contains(t)));
+            prop_assert_eq!(coarse.collect::<Vec<_>>(), axis.coarser(&changed).texels().collect::<Vec<_>>());
+            let needed = axis.finer(&axis.coarser(&changed));
+            for texel in axis.coarser(&changed).texels().flat_map(sources).chain(changed.texels()) {
+                prop_assert!(needed.contains(texel));
+            }
+            let shows = |page: &u32| {
+                let tile = geometry.level_box_of_tile(PagePos::new_2d(0, *page, 0));
+                (0..i64::from(tile.size[0])).any(|i| changed.contains(fold(mode, tile.origin[0] + i, size)))
+            };
+            let pages: Vec<u32> = (0..geometry.level(0).pages[0]).filter(shows).collect();
+            prop_assert_eq!(axis.pages(&changed), pages);
+            let pieces = axis.pieces(&needed, &changed);
+            prop_assert_eq!(pieces.iter().map(|piece| piece.range.len()).sum::<usize>(), needed.count());
+            for Piece { page: of_piece, mut range, changes } in pieces {
+                prop_assert!(range.all(|t| t / page == of_piece && changed.contains(t) == changes));
+            }
+        }
+    }
+}
