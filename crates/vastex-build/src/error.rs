@@ -67,9 +67,26 @@ pub enum InputFault {
     /// The file cannot be opened or read.
     #[error("cannot be read: {0}; check the path and your rights to it")]
     Io(#[from] io::Error),
-    /// It is a directory.
-    #[error("is a directory; name an image file")]
+    /// It is a directory, and none with tiles.
+    #[error("is a directory without tiles that are known here; name an image file, or a tile directory itself")]
     Directory,
+    /// It is a tile directory, or a part of one, that is not laid out as its readers expect.
+    #[error("{why}; {remedy}")]
+    Layout {
+        /// What is wrong and where.
+        why: String,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// A file of a tile directory has a fault.
+    #[error("{path}: {fault}", path = path.display())]
+    Tile {
+        /// The file in the directory.
+        path: PathBuf,
+        /// What is wrong with it.
+        #[source]
+        fault: Box<InputFault>,
+    },
     /// It has no bytes.
     #[error("is empty; name an image file")]
     Empty,

@@ -7,11 +7,15 @@
 //!
 //! [`replace`] puts an image into a region of a container that was built here, on all levels.
 //!
+//! [`export`](fn@export) goes the other way: from a texture to the tile directories of other programs, which [`build`]
+//! reads too.
+//!
 //! Not here: the container's bytes (`vastex-tiles`), the shape of levels, pages and borders (`vastex-core`).
 
 mod bands;
 mod convert;
 mod error;
+mod export;
 mod filter;
 mod notice;
 mod pipeline;
@@ -29,6 +33,7 @@ use vastex_core::{AddressMode, Description, Dims, Geometry, GeometrySpec, LayerF
 use vastex_tiles::{ContainerWriter, WriterOptions};
 
 pub use error::{BuildError, InputFault};
+pub use export::{ExportError, ExportOptions, ExportReport, Layout, TileFormat, export};
 pub use notice::Notice;
 pub use readers::{ImageHeader, PixelFormat, RowReader, open};
 pub use replace::{ReplaceError, ReplaceOptions, replace};
@@ -48,7 +53,7 @@ pub struct BuildOptions {
     pub compression: Compression,
     /// Whether colour is filtered in linear light and weighted by alpha; else every channel as it is stored.
     pub linear: bool,
-    /// What lies beyond the edges, in x and in y.
+    /// What lies beyond the edges, in x and in y. Where this says clamp, the tiles of a planet wrap in x all the same.
     pub address: [AddressMode; 2],
     /// Threads that filter and encode, besides one that reads and one that writes; 0 for as many as there are cores.
     pub threads: usize,
@@ -172,6 +177,7 @@ pub fn build(
 
 fn describe(header: &ImageHeader, options: &BuildOptions) -> Result<Description, BuildError> {
     let [x, y] = options.address;
+    let x = if header.wraps && x == AddressMode::Clamp { AddressMode::Wrap } else { x };
     let geometry = Geometry::new(GeometrySpec {
         dims: Dims::D2,
         size: [header.width, header.height, 1],

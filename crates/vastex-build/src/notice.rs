@@ -27,6 +27,28 @@ pub enum Notice {
     DamagedInPlaces(u32),
     /// The file holds further images or frames.
     FurtherImagesIgnored,
+    /// A level's directory has a name that a tool wrote by mistake.
+    MisnamedLevel {
+        /// The name.
+        name: String,
+        /// The level that it is taken for.
+        level: u32,
+    },
+    /// The tiles repeat a texel of their neighbours on each side; it is not part of the picture.
+    BorderedTiles,
+    /// So many tiles of the finest level are missing; the texels of their ancestors stand in.
+    TilesFromAncestors(u64),
+    /// The texture does not have a size that the grid of the layout can hold, so each level was resampled to it.
+    ResampledToGrid {
+        /// Size of the texture.
+        from: [u32; 2],
+        /// Size of the grid's finest level.
+        to: [u32; 2],
+    },
+    /// The image format of the tiles has no transparency, and some texels are not opaque.
+    AlphaDropped,
+    /// The part of a planet fills no whole tile of the levels coarser than this one.
+    PartEndsAtLevel(u32),
 }
 
 impl fmt::Display for Notice {
@@ -54,6 +76,20 @@ impl fmt::Display for Notice {
                 write!(f, "the compressed data are damaged in {n} places; the picture there is a guess")
             }
             Notice::FurtherImagesIgnored => write!(f, "only the first image of the file is read"),
+            Notice::MisnamedLevel { name, level } => {
+                write!(f, "the directory '{name}' is misnamed and taken for level {level}")
+            }
+            Notice::BorderedTiles => write!(f, "the tiles have borders of one texel, which are cut off"),
+            Notice::TilesFromAncestors(n) => {
+                write!(f, "{n} tiles of the finest level are missing; their ancestors' texels stand in")
+            }
+            Notice::ResampledToGrid { from: [w, h], to: [x, y] } => {
+                write!(f, "the layout's grid cannot hold {w}x{h} texels: resampled to {x}x{y}")
+            }
+            Notice::AlphaDropped => write!(f, "transparency is left out, which JPEG cannot keep"),
+            Notice::PartEndsAtLevel(level) => {
+                write!(f, "the part fills no whole tile of the levels coarser than {level}; add those of the whole planet")
+            }
         }
     }
 }

@@ -1,9 +1,10 @@
-//! Image files, read row by row from the top.
+//! Image files and tile directories, read row by row from the top.
 //!
 //! [`open`] looks at a file's first bytes, never at its name, and picks the reader. A reader tells size, texels and
 //! what it will cost from the header alone, before it allocates anything that depends on them. What becomes of
 //! the rows is [`crate::convert`]'s and [`crate::pyramid`]'s business.
 
+pub(crate) mod directory;
 mod exif;
 mod jpeg;
 mod jpeg_errors;
@@ -76,6 +77,8 @@ pub struct ImageHeader {
     pub format: PixelFormat,
     /// Whether the file says that its colours are linear, not sRGB-encoded.
     pub linear: bool,
+    /// Whether the first column is the last one's neighbour, as on a planet.
+    pub wraps: bool,
     /// Bytes that the reader holds while it reads, besides what it is given to fill.
     pub memory: u64,
     /// What the reader leaves out, and what it costs.
@@ -97,7 +100,7 @@ impl ImageHeader {
             PixelFormat::GreyAlpha16 | PixelFormat::Rgb16 | PixelFormat::Rgba16 => vec![Notice::ColorTo8Bits],
             _ => Vec::new(),
         };
-        Ok(ImageHeader { width: w, height: h, format, linear: false, memory: 0, notices })
+        Ok(ImageHeader { width: w, height: h, format, linear: false, wraps: false, memory: 0, notices })
     }
 
     /// Bytes of one row.
@@ -127,11 +130,19 @@ pub trait RowReader {
     fn read_rows(&mut self, rows: &mut [u8]) -> Result<(), InputFault>;
 }
 
-/// Opens an image by its first bytes. Reads the header and nothing else.
+/// Opens an image by its first bytes, or a tile directory by what is in it. Reads headers and lists of files, nothing else.
 pub fn open(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {
     if std::fs::metadata(path)?.is_dir() {
-        return Err(InputFault::Directory);
+        return directory::open_directory(path);
     }
+    match open_image(path) {
+        Err(InputFault::Text) => directory::open_description(path)?.ok_or(InputFault::Text),
+        opened => opened,
+    }
+}
+
+/// Opens an image by its first bytes.
+fn open_image(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {
     let mut file = File::open(path)?;
     let mut magic = Vec::with_capacity(64);
     (&mut file).take(64).read_to_end(&mut magic)?;

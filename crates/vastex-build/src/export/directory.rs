@@ -1,0 +1,94 @@
+//! A directory that appears whole or not at all: filled under a temporary name beside its place, renamed when done.
+
+use std::ffi::OsString;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use super::ExportError;
+
+/// A directory being filled. Removed with all that is in it when dropped, unless it was put in its place.
+#[derive(Debug)]
+pub(super) struct NewDirectory {
+    temp: PathBuf,
+    target: PathBuf,
+    in_place: bool,
+}
+
+impl NewDirectory {
+    /// Makes the temporary directory; fails where there is something at `target` already.
+    pub(super) fn create(target: &Path) -> Result<NewDirectory, ExportError> {
+        let refused = |why: String| ExportError::Target { path: target.into(), why };
+        check_free(target).map_err(&refused)?;
+        let name = target.file_name().ok_or_else(|| refused("this names no directory; add a name".into()))?;
+        for count in 0u32.. {
+            let mut temp_name = OsString::from(".");
+            temp_name.push(name);
+            temp_name.push(format!(".{}-{count}.partial", std::process::id()));
+            let temp = target.with_file_name(temp_name);
+            match fs::create_dir(&temp) {
+                Ok(()) => return Ok(NewDirectory { temp, target: target.into(), in_place: false }),
+                // Left behind by a process of the same number that was killed, or another export of this one.
+                Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
+                Err(error) => return Err(refused(format!("cannot be made: {error}; choose another place"))),
+            }
+        }
+        Err(refused(
+            "cannot be made: every temporary name is taken; remove the .partial directories beside it".into(),
+        ))
+    }
+
+    /// Where a file of the directory will be, for messages.
+    pub(super) fn path(&self, inside: &Path) -> PathBuf {
+        self.target.join(inside)
+    }
+
+    /// Makes a directory in it, with those above.
+    pub(super) fn make(&self, inside: &Path) -> Result<(), ExportError> {
+        fs::create_dir_all(self.temp.join(inside)).map_err(|error| self.fault(inside, &error))
+    }
+
+    /// Writes a file in it.
+    pub(super) fn write(&self, inside: &Path, bytes: &[u8]) -> Result<(), ExportError> {
+        fs::write(self.temp.join(inside), bytes).map_err(|error| self.fault(inside, &error))
+    }
+
+    /// Gives it its name. Only an empty directory makes way.
+    pub(super) fn put_in_place(mut self) -> Result<(), ExportError> {
+        let refused = |why: String| ExportError::Target { path: self.target.clone(), why };
+        check_free(&self.target).map_err(&refused)?;
+        let renamed = match self.target.exists() {
+            true => fs::remove_dir(&self.target).and_then(|()| fs::rename(&self.temp, &self.target)),
+            false => fs::rename(&self.temp, &self.target),
+        };
+        renamed.map_err(|error| refused(format!("cannot be put in place: {error}; choose another place")))?;
+        self.in_place = true;
+        Ok(())
+    }
+
+    fn fault(&self, inside: &Path, error: &io::Error) -> ExportError {
+        ExportError::Output { path: self.path(inside), why: error.to_string() }
+    }
+}
+
+impl Drop for NewDirectory {
+    fn drop(&mut self) {
+        if !self.in_place {
+            // Nobody is left to tell where it cannot be removed.
+            let _ = fs::remove_dir_all(&self.temp);
+        }
+    }
+}
+
+/// Says why there cannot be a new directory at `target`.
+fn check_free(target: &Path) -> Result<(), String> {
+    match fs::metadata(target) {
+        Err(_) => Ok(()),
+        Ok(found) if !found.is_dir() => Err("there is a file of this name; choose another".into()),
+        Ok(_) => match fs::read_dir(target).map(|mut entries| entries.next().is_none()) {
+            Ok(true) => Ok(()),
+            Ok(false) => Err("this directory is not empty; empty it, or choose another".into()),
+            Err(error) => Err(format!("cannot be read: {error}; choose another place")),
+        },
+    }
+}

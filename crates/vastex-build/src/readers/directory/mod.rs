@@ -1,0 +1,197 @@
+//! Tile directories of other programs, read as the image that their finest level is.
+//!
+//! [`open_directory`] and [`open_description`] find out by content which layout they have been given; each layout has a
+//! module, which turns it into a [`Grid`] of cells. [`DirectoryReader`] decodes one row of cells at a time, so memory
+//! follows the width of the image.
+
+mod celestia;
+mod deep_zoom;
+mod gaia_sky;
+pub(crate) mod prototype;
+mod quadtree;
+mod tile;
+
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use super::{ImageHeader, PixelFormat, RowReader};
+use crate::error::InputFault;
+use crate::notice::Notice;
+use tile::{Decoded, Piece};
+
+/// Bytes that a file which describes a directory may have.
+const MAX_TEXT: u64 = 1 << 20;
+
+/// The finest level as a grid of cells, of which the last of a row or column may be smaller.
+trait Grid {
+    /// Texels of the image.
+    fn size(&self) -> [u64; 2];
+
+    /// Texels per side of a cell.
+    fn cell(&self) -> u32;
+
+    /// Where a cell's texels are. The cell exists.
+    fn piece(&self, column: u32, row: u32) -> Piece;
+}
+
+/// A directory that was looked at.
+struct Source {
+    grid: Box<dyn Grid>,
+    format: PixelFormat,
+    linear: bool,
+    wraps: bool,
+    /// Bytes that decoding a tile takes.
+    memory: u64,
+    notices: Vec<Notice>,
+}
+
+/// The finest level of a tile directory.
+struct DirectoryReader {
+    header: ImageHeader,
+    grid: Box<dyn Grid>,
+    /// One row of cells, once the first is asked for.
+    band: Vec<u8>,
+    next_row: u32,
+    decoded: Decoded,
+}
+
+/// Opens a directory by what is in it.
+pub(super) fn open_directory(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {
+    let (manifest, pages) = (deep_zoom::find(path)?, prototype::find(path)?);
+    let gaia_sky = gaia_sky::is_here(path)?;
+    let kinds = [
+        (manifest.is_some(), "a Deep Zoom image"),
+        (pages.is_some(), "the prototype's pages"),
+        (gaia_sky, "Gaia Sky's tiles"),
+    ];
+    let found: Vec<_> = kinds.iter().filter(|(is_here, _)| *is_here).map(|(_, what)| *what).collect();
+    if found.len() > 1 {
+        return Err(InputFault::Layout {
+            why: format!("is a directory with {}", found.join(" and with ")),
+            remedy: "name the .dzi file, or move one of them elsewhere",
+        });
+    }
+    if let Some(manifest) = manifest {
+        return open_description(&manifest)?
+            .ok_or(InputFault::Text)
+            .map_err(|fault| tile::in_tile(&manifest, fault));
+    }
+    if let Some(pages) = pages {
+        return reader(prototype::open(&pages)?);
+    }
+    if gaia_sky {
+        return reader(gaia_sky::open(path)?);
+    }
+    let contexts = entries(path)?.into_iter().filter(|path| path.extension().is_some_and(|e| e == "ctx"));
+    match contexts.collect::<Vec<_>>().as_slice() {
+        [] => Err(InputFault::Directory),
+        [one] => open_description(one)?.ok_or(InputFault::Text).map_err(|fault| tile::in_tile(one, fault)),
+        [..] => Err(InputFault::Layout {
+            why: "is a directory of several .ctx files".into(),
+            remedy: "name one of them",
+        }),
+    }
+}
+
+/// Opens the directory that a text file describes; nothing where the text is something else.
+pub(super) fn open_description(path: &Path) -> Result<Option<Box<dyn RowReader>>, InputFault> {
+    if std::fs::metadata(path)?.len() > MAX_TEXT {
+        return Ok(None);
+    }
+    let text = read_text(path)?;
+    if deep_zoom::is_manifest(&text) {
+        reader(deep_zoom::open(path, &text)?).map(Some)
+    } else if celestia::is_context(&text) {
+        reader(celestia::open(path, &text)?).map(Some)
+    } else {
+        Ok(None)
+    }
+}
+
+fn reader(source: Source) -> Result<Box<dyn RowReader>, InputFault> {
+    let [width, height] = source.grid.size();
+    let mut header = ImageHeader::new(width, height, source.format)?;
+    header.linear = source.linear;
+    header.wraps = source.wraps;
+    let band = u64::from(source.grid.cell().min(header.height)).saturating_mul(header.row_bytes() as u64);
+    header.memory = band.saturating_add(source.memory);
+    header.notices.extend(source.notices);
+    let (grid, band, next_row, decoded) = (source.grid, Vec::new(), 0, Decoded::default());
+    Ok(Box::new(DirectoryReader { header, grid, band, next_row, decoded }))
+}
+
+impl DirectoryReader {
+    /// Decodes the row of cells that begins at the next row.
+    fn load_band(&mut self) -> Result<(), InputFault> {
+        let (cell, stride) = (self.grid.cell(), self.header.row_bytes());
+        let texel_bytes = self.header.format.texel_bytes();
+        let row = self.next_row / cell;
+        let rows = cell.min(self.header.height - self.next_row);
+        self.band.resize(rows as usize * stride, 0);
+        for column in 0..self.header.width.div_ceil(cell) {
+            let piece = self.grid.piece(column, row);
+            self.decoded.load(&piece, self.header.format)?;
+            let width = cell.min(self.header.width - column * cell);
+            let start = column as usize * cell as usize * texel_bytes;
+            self.decoded.copy(&mut self.band[start..], stride, [width, rows], &piece, texel_bytes);
+        }
+        Ok(())
+    }
+}
+
+impl RowReader for DirectoryReader {
+    fn header(&self) -> &ImageHeader {
+        &self.header
+    }
+
+    fn read_rows(&mut self, rows: &mut [u8]) -> Result<(), InputFault> {
+        let row_bytes = self.header.row_bytes();
+        for target in rows.chunks_exact_mut(row_bytes) {
+            let in_band = self.next_row % self.grid.cell();
+            if in_band == 0 {
+                self.load_band()?;
+            }
+            target.copy_from_slice(&self.band[in_band as usize * row_bytes..][..row_bytes]);
+            self.next_row += 1;
+        }
+        Ok(())
+    }
+}
+
+/// The paths in a directory, sorted, so that what is said does not depend on the file system.
+fn entries(directory: &Path) -> Result<Vec<PathBuf>, InputFault> {
+    let list = || -> std::io::Result<Vec<PathBuf>> {
+        std::fs::read_dir(directory)?.map(|entry| Ok(entry?.path())).collect()
+    };
+    let mut paths = list().map_err(|error| tile::in_tile(directory, error.into()))?;
+    paths.sort();
+    Ok(paths)
+}
+
+/// A small text; bytes that are no UTF-8 are replaced.
+fn read_text(path: &Path) -> Result<String, InputFault> {
+    let mut bytes = Vec::new();
+    File::open(path)?.take(MAX_TEXT).read_to_end(&mut bytes)?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
+}
+
+/// The format that all the tiles of a sample go into, whether the first is linear, and the bytes that decoding one
+/// takes.
+fn shared_format<'a>(
+    sample: impl IntoIterator<Item = &'a Path>,
+) -> Result<(PixelFormat, bool, u64), InputFault> {
+    let (mut shared, mut linear, mut memory) = (None, None, 0);
+    for path in sample {
+        let header = tile::header_of(path)?;
+        let format = header.format;
+        linear.get_or_insert(header.linear);
+        memory = memory.max(header.memory.saturating_add(header.image_bytes().saturating_mul(3)));
+        shared = Some(tile::common(shared.unwrap_or(format), format).ok_or_else(|| {
+            let why = format!("holds {format:?} texels while other tiles have another number of bits");
+            tile::in_tile(path, InputFault::Layout { why, remedy: "convert all tiles to one kind" })
+        })?);
+    }
+    let format = shared.ok_or(InputFault::Directory)?;
+    Ok((format, linear.unwrap_or(false), memory))
+}

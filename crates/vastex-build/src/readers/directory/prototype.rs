@@ -1,0 +1,123 @@
+//! The pages of the prototype: `pages/{lod}_{x}_{y}.png`, 512 texels of payload within 2 of border on each side.
+//!
+//! Pages are always full, and nothing of the layout tells where the image ends within the last of them. So a file
+//! `size.txt` beside `pages/`, as in `1000x777`, may say it.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+use super::tile::{Piece, in_tile};
+use super::{Grid, Source, entries, shared_format};
+use crate::error::InputFault;
+
+/// Texels of payload, and of border on each side.
+pub(crate) const PAGE: u32 = 512;
+pub(crate) const BORDER: u32 = 2;
+/// Where the size of the image stands, beside the directory of pages.
+pub(crate) const SIZE_FILE: &str = "size.txt";
+
+struct Pages {
+    size: [u32; 2],
+    pages: PathBuf,
+}
+
+/// The directory with the pages: `directory`, or the one called `pages` in it.
+pub(super) fn find(directory: &Path) -> Result<Option<PathBuf>, InputFault> {
+    for candidate in [directory.join("pages"), directory.to_owned()] {
+        if candidate.is_dir() && entries(&candidate)?.iter().any(|path| position(path).is_some()) {
+            return Ok(Some(candidate));
+        }
+    }
+    Ok(None)
+}
+
+/// Lists the pages of the finest level, none of which may be missing.
+pub(super) fn open(pages: &Path) -> Result<Source, InputFault> {
+    let finest: HashMap<_, _> = entries(pages)?
+        .into_iter()
+        .filter_map(|path| match position(&path)? {
+            (0, x, y) => Some(([x, y], path)),
+            _ => None,
+        })
+        .collect();
+    let counts = [0, 1].map(|axis| finest.keys().map(|at: &[u32; 2]| at[axis]).max());
+    let [Some(columns), Some(rows)] = counts else {
+        return Err(InputFault::Layout {
+            why: "has no page of the finest level".into(),
+            remedy: "add the pages 0_x_y.png",
+        });
+    };
+    let (columns, rows) = (u64::from(columns) + 1, u64::from(rows) + 1);
+    if finest.len() as u64 != columns.saturating_mul(rows) {
+        let why = format!("has {} of the {columns}x{rows} pages of its finest level", finest.len());
+        return Err(InputFault::Layout { why, remedy: "copy the missing pages" });
+    }
+    let size = size(pages, [columns, rows])?;
+    let sample: Vec<_> = finest.values().step_by(finest.len().div_ceil(16)).map(PathBuf::as_path).collect();
+    let (format, linear, memory) = shared_format(sample)?;
+    let grid = Box::new(Pages { size, pages: pages.into() });
+    Ok(Source { grid, format, linear, wraps: false, memory, notices: Vec::new() })
+}
+
+/// The size of the image: what the file beside the pages says, else all of the pages.
+fn size(pages: &Path, counts: [u64; 2]) -> Result<[u32; 2], InputFault> {
+    let path = pages.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new(".."));
+    let path = path.join(SIZE_FILE);
+    let full = counts.map(|n| n * u64::from(PAGE));
+    let size = match std::fs::metadata(&path) {
+        Err(_) => full,
+        Ok(_) => {
+            let text = super::read_text(&path)?;
+            let size =
+                text.trim().split_once('x').and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
+            let fits =
+                |size: &[u64; 2]| (0..2).all(|a| size[a].div_ceil(PAGE.into()) == counts[a] && size[a] > 0);
+            size.filter(fits).ok_or_else(|| {
+                let why = format!(
+                    "says '{}', but the pages are those of an image of up to {}x{}",
+                    text.trim(),
+                    full[0],
+                    full[1]
+                );
+                in_tile(&path, InputFault::Layout { why, remedy: "correct it, as in 1000x777, or remove it" })
+            })?
+        }
+    };
+    let limit = |n: u64| u32::try_from(n).ok().filter(|n| *n <= 1 << 31);
+    match size.map(limit) {
+        [Some(width), Some(height)] => Ok([width, height]),
+        _ => Err(InputFault::Layout {
+            why: format!("has {}x{} texels", size[0], size[1]),
+            remedy: "an image has at most 2^31 texels per side",
+        }),
+    }
+}
+
+/// Level, column and row of a page's file.
+fn position(path: &Path) -> Option<(u32, u32, u32)> {
+    let stem = path.file_name()?.to_str()?.strip_suffix(".png")?;
+    let mut numbers =
+        stem.split('_').map(|text| text.bytes().all(|b| b.is_ascii_digit()).then(|| text.parse().ok())?);
+    let found = (numbers.next()??, numbers.next()??, numbers.next()??);
+    numbers.next().is_none().then_some(found)
+}
+
+impl Grid for Pages {
+    fn size(&self) -> [u64; 2] {
+        self.size.map(u64::from)
+    }
+
+    fn cell(&self) -> u32 {
+        PAGE
+    }
+
+    fn piece(&self, column: u32, row: u32) -> Piece {
+        Piece {
+            path: self.pages.join(format!("0_{column}_{row}.png")),
+            size: [PAGE + 2 * BORDER; 2],
+            first: [BORDER; 2],
+            within: [0; 2],
+            shift: 0,
+        }
+    }
+}

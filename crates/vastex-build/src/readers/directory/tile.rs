@@ -1,0 +1,211 @@
+//! One tile of a directory: found, checked and decoded to the format that all tiles of the directory share.
+//!
+//! Programs write each tile as suits it, so one directory may hold grey, colour and transparent tiles. All are
+//! brought to one [`common`] format; what would lose something is refused.
+
+use std::path::{Path, PathBuf};
+
+use super::super::{ImageHeader, PixelFormat, open_image};
+use crate::error::InputFault;
+
+/// Where the texels of one cell of the finest level come from.
+///
+/// Texel `[x, y]` of the cell is texel `first + ((within + [x, y]) >> shift)` of the file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Piece {
+    pub(super) path: PathBuf,
+    /// Size that the file must have, in texels.
+    pub(super) size: [u32; 2],
+    /// First texel of the payload in the file.
+    pub(super) first: [u32; 2],
+    /// Where the cell begins in the payload, in texels of the cell's level.
+    pub(super) within: [u64; 2],
+    /// Levels by which the file is coarser than the cell.
+    pub(super) shift: u32,
+}
+
+/// A decoded tile; the newest is kept, since many cells may come from one coarse tile.
+#[derive(Default)]
+pub(super) struct Decoded {
+    path: PathBuf,
+    size: [u32; 2],
+    texels: Vec<u8>,
+}
+
+/// The header of a tile's file.
+pub(super) fn header_of(path: &Path) -> Result<ImageHeader, InputFault> {
+    let header = || {
+        if !std::fs::metadata(path)?.is_file() {
+            return Err(InputFault::Directory);
+        }
+        Ok(open_image(path)?.header().clone())
+    };
+    header().map_err(|fault| in_tile(path, fault))
+}
+
+/// The format that holds the texels of both, or nothing where one has 8 bits and the other 16.
+pub(super) fn common(a: PixelFormat, b: PixelFormat) -> Option<PixelFormat> {
+    if bits(a) != bits(b) {
+        return None;
+    }
+    let channels = match channels(a).max(channels(b)) {
+        // Grey and alpha of one tile and the colours of another both go into four channels; and so does all colour,
+        // since any further tile may have alpha.
+        3 | 4 => 4,
+        n => n,
+    };
+    PixelFormat::new(channels, bits(a))
+}
+
+impl Decoded {
+    /// Decodes the file of a piece, unless it was the last one asked for.
+    pub(super) fn load(&mut self, piece: &Piece, format: PixelFormat) -> Result<(), InputFault> {
+        if self.path == piece.path && !self.texels.is_empty() {
+            return Ok(());
+        }
+        self.path.clone_from(&piece.path);
+        self.size = piece.size;
+        let loaded = self.decode(piece, format);
+        if loaded.is_err() {
+            self.texels.clear();
+        }
+        loaded.map_err(|fault| in_tile(&piece.path, fault))
+    }
+
+    fn decode(&mut self, piece: &Piece, format: PixelFormat) -> Result<(), InputFault> {
+        if !std::fs::metadata(&piece.path)?.is_file() {
+            return Err(InputFault::Directory);
+        }
+        let mut image = open_image(&piece.path)?;
+        let header = image.header();
+        let (found, own) = ([header.width, header.height], header.format);
+        if found != piece.size {
+            let ([w, h], [x, y]) = (found, piece.size);
+            return Err(layout(
+                format!("has {w}x{h} texels where {x}x{y} are expected"),
+                "make the tiles anew, all of one size",
+            ));
+        }
+        if common(own, format) != Some(format) && own != format {
+            return Err(layout(
+                format!("holds {own:?} texels while other tiles hold {format:?}"),
+                "convert all tiles to one kind",
+            ));
+        }
+        let mut stored = vec![0; header.row_bytes() * header.height as usize];
+        image.read_rows(&mut stored)?;
+        if own == format {
+            self.texels = stored;
+            return Ok(());
+        }
+        let texels = found[0] as usize * found[1] as usize;
+        self.texels.resize(texels * format.texel_bytes(), 0);
+        let pairs =
+            self.texels.chunks_exact_mut(format.texel_bytes()).zip(stored.chunks_exact(own.texel_bytes()));
+        pairs.for_each(|(to, from)| widen(to, from, bits(own)));
+        Ok(())
+    }
+
+    /// Copies the rectangle of a piece, `size` texels, into `target`, whose rows are `stride` bytes apart.
+    pub(super) fn copy(
+        &self,
+        target: &mut [u8],
+        stride: usize,
+        size: [u32; 2],
+        piece: &Piece,
+        texel_bytes: usize,
+    ) {
+        let in_file = |axis: usize, n: u32| {
+            u64::from(piece.first[axis]) + ((piece.within[axis] + u64::from(n)) >> piece.shift)
+        };
+        for y in 0..size[1] {
+            let row = in_file(1, y) as usize * self.size[0] as usize;
+            let to = &mut target[y as usize * stride..][..size[0] as usize * texel_bytes];
+            if piece.shift == 0 {
+                let start = (row + in_file(0, 0) as usize) * texel_bytes;
+                to.copy_from_slice(&self.texels[start..start + to.len()]);
+                continue;
+            }
+            for (x, texel) in (0..size[0]).zip(to.chunks_exact_mut(texel_bytes)) {
+                let start = (row + in_file(0, x) as usize) * texel_bytes;
+                texel.copy_from_slice(&self.texels[start..start + texel_bytes]);
+            }
+        }
+    }
+
+    /// One texel of the file, for looking at seams.
+    pub(super) fn texel(&self, x: u32, y: u32, texel_bytes: usize) -> &[u8] {
+        let start = (y as usize * self.size[0] as usize + x as usize) * texel_bytes;
+        &self.texels[start..start + texel_bytes]
+    }
+}
+
+/// A texel with more channels: grey goes into all colours, alpha that is missing is opaque.
+fn widen(to: &mut [u8], from: &[u8], bits: u8) {
+    let sample = usize::from(bits / 8);
+    let (wide, narrow) = (to.len() / sample, from.len() / sample);
+    let channel = |from: &[u8], n: usize| -> [u8; 2] {
+        match sample {
+            1 => [from[n], 0],
+            _ => [from[2 * n], from[2 * n + 1]],
+        }
+    };
+    for n in 0..wide {
+        let is_alpha = n + 1 == wide && wide.is_multiple_of(2);
+        let value = match (is_alpha, narrow) {
+            (true, 2 | 4) => channel(from, narrow - 1),
+            (true, _) => [255; 2],
+            (false, 1 | 2) => channel(from, 0),
+            (false, _) => channel(from, n),
+        };
+        to[n * sample..(n + 1) * sample].copy_from_slice(&value[..sample]);
+    }
+}
+
+fn bits(format: PixelFormat) -> u8 {
+    match format {
+        PixelFormat::Grey8 | PixelFormat::GreyAlpha8 | PixelFormat::Rgb8 | PixelFormat::Rgba8 => 8,
+        PixelFormat::Grey16 | PixelFormat::GreyAlpha16 | PixelFormat::Rgb16 | PixelFormat::Rgba16 => 16,
+    }
+}
+
+fn channels(format: PixelFormat) -> u16 {
+    (format.texel_bytes() * 8 / usize::from(bits(format))) as u16
+}
+
+fn layout(why: String, remedy: &'static str) -> InputFault {
+    InputFault::Layout { why, remedy }
+}
+
+/// A fault with the tile in which it is.
+pub(super) fn in_tile(path: &Path, fault: InputFault) -> InputFault {
+    InputFault::Tile { path: path.into(), fault: Box::new(fault) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_kind_of_tile_goes_into_the_common_one() {
+        use PixelFormat::*;
+        assert_eq!(common(Grey8, Grey8), Some(Grey8));
+        assert_eq!(common(Grey8, GreyAlpha8), Some(GreyAlpha8));
+        assert_eq!(common(Rgb8, Rgb8), Some(Rgba8));
+        assert_eq!(common(GreyAlpha8, Rgb8), Some(Rgba8));
+        assert_eq!(common(Grey8, Grey16), None);
+        for (from, expected) in [
+            (&[7][..], [7, 7, 7, 255]),
+            (&[7, 9], [7, 7, 7, 9]),
+            (&[1, 2, 3], [1, 2, 3, 255]),
+            (&[1, 2, 3, 4], [1, 2, 3, 4]),
+        ] {
+            let mut to = [0; 4];
+            widen(&mut to, from, 8);
+            assert_eq!(to, expected);
+        }
+        let mut to = [0; 8];
+        widen(&mut to, &[1, 2], 16);
+        assert_eq!(to, [1, 2, 1, 2, 1, 2, 255, 255]);
+    }
+}
