@@ -9,9 +9,17 @@ use vastex_scenes::{Path, Scene};
 
 #[cfg(feature = "build")]
 pub(crate) use build::{BuildArgs, Compress};
+#[cfg(feature = "build")]
+pub(crate) use export::{ExportArgs, FormatName, LayoutName};
+#[cfg(feature = "build")]
+pub(crate) use replace::ReplaceArgs;
 
 #[cfg(feature = "build")]
 mod build;
+#[cfg(feature = "build")]
+mod export;
+#[cfg(feature = "build")]
+mod replace;
 
 /// Images far larger than GPU memory, as ordinary textures.
 #[derive(Debug, Parser)]
@@ -35,9 +43,15 @@ Exit codes: 0 done; 1 something is wrong with the input or the machine; 2 with t
 /// What to do.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Make a container of an image (JPEG, PNG or TIFF)
+    /// Make a container of an image (JPEG, PNG or TIFF) or of a tile directory
     #[cfg(feature = "build")]
     Build(BuildArgs),
+    /// Make a tile directory for another program
+    #[cfg(feature = "build")]
+    Export(ExportArgs),
+    /// Put an image into a region of a container, on all levels
+    #[cfg(feature = "build")]
+    Replace(ReplaceArgs),
     /// Say what is in a container
     Info(InfoArgs),
     /// Read and check every byte of a container
@@ -55,6 +69,8 @@ impl Args {
         match &self.command {
             #[cfg(feature = "build")]
             Command::Build(args) => args.check(),
+            #[cfg(feature = "build")]
+            Command::Export(args) => args.check(),
             Command::Render(args) => args.check(),
             _ => Ok(()),
         }

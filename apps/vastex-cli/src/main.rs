@@ -26,6 +26,10 @@ fn main() -> ExitCode {
     let outcome = match &args.command {
         #[cfg(feature = "build")]
         Command::Build(args) => commands::build::run(args),
+        #[cfg(feature = "build")]
+        Command::Export(args) => commands::export::run(args),
+        #[cfg(feature = "build")]
+        Command::Replace(args) => commands::replace::run(args),
         Command::Info(args) => commands::info::run(args),
         Command::Verify(args) => commands::verify::run(args),
         Command::Render(args) => commands::render::run(args),

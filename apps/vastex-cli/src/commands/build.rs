@@ -15,13 +15,18 @@ use crate::args::{BuildArgs, Compress};
 use crate::report;
 
 /// What a shell expects of a program that Ctrl-C ended.
-const INTERRUPTED: u8 = 130;
+pub(crate) const INTERRUPTED: u8 = 130;
 
 /// Set by Ctrl-C and its like; the build asks for it between rows.
 static INTERRUPT: AtomicBool = AtomicBool::new(false);
 
+/// Lets Ctrl-C and its like stop the work at the next row.
+pub(crate) fn handle_interrupts() -> Result<()> {
+    ctrlc::set_handler(|| INTERRUPT.store(true, Ordering::Relaxed)).context("Ctrl-C cannot be handled")
+}
+
 pub(crate) fn run(args: &BuildArgs) -> Result<ExitCode> {
-    ctrlc::set_handler(|| INTERRUPT.store(true, Ordering::Relaxed)).context("Ctrl-C cannot be handled")?;
+    handle_interrupts()?;
     let bar = Bar::new(args.quiet);
     let begin = Instant::now();
     let built = vastex_build::build(std::slice::from_ref(&args.input), &args.output, &options(args), &bar);
@@ -64,10 +69,10 @@ fn options(args: &BuildArgs) -> BuildOptions {
 }
 
 /// A progress bar, on a terminal only.
-struct Bar(ProgressBar);
+pub(crate) struct Bar(pub(crate) ProgressBar);
 
 impl Bar {
-    fn new(hidden: bool) -> Bar {
+    pub(crate) fn new(hidden: bool) -> Bar {
         let bar = if hidden { ProgressBar::hidden() } else { ProgressBar::new(0) };
         let template = "{bar:32} {percent:>3} %  row {pos} of {len}, {per_sec}  {msg}  {eta} left";
         if let Ok(style) = ProgressStyle::with_template(template) {

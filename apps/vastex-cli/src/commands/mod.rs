@@ -2,6 +2,10 @@
 
 #[cfg(feature = "build")]
 pub(crate) mod build;
+#[cfg(feature = "build")]
+pub(crate) mod export;
 pub(crate) mod info;
 pub(crate) mod render;
+#[cfg(feature = "build")]
+pub(crate) mod replace;
 pub(crate) mod verify;

@@ -103,9 +103,9 @@ fn frames_cut_the_path_and_runs_in_lock_step_repeat() {
 fn help_has_examples_for_every_command() {
     let desk = Desk::new();
     let commands: &[&str] = if cfg!(feature = "view") {
-        &["build", "info", "verify", "render", "view"]
+        &["build", "replace", "info", "verify", "render", "view"]
     } else {
-        &["build", "info", "verify", "render"]
+        &["build", "replace", "info", "verify", "render"]
     };
     let all = desk.run(&["--help"]).expect_code(0).stdout;
     for command in commands {
@@ -114,6 +114,25 @@ fn help_has_examples_for_every_command() {
         assert!(all.contains(&format!("\n  {command} ")), "{all}");
     }
     desk.run(&["--version"]).expect_code(0);
+}
+
+#[test]
+fn a_replaced_region_is_told_and_sound() {
+    let desk = Desk::with_container();
+    desk.write_png("part.png", [50, 40]);
+    let told =
+        desk.run(&["replace", "image.vastex", "--at", "100,30", "part.png", "--json"]).expect_code(0).json();
+    assert_eq!(keys(&told), ["bytes", "bytes_added", "bytes_superseded", "file", "seconds", "tiles"]);
+    assert!(told["tiles"].as_u64().unwrap() > 1 && told["bytes_superseded"].as_u64().unwrap() > 0);
+    assert_eq!(told["bytes"], desk.read("image.vastex").len());
+    let text = desk.run(&["replace", "image.vastex", "--at", "0,0", "part.png"]).expect_code(0).stdout;
+    assert!(text.contains("tiles replaced"), "{text}");
+    desk.run(&["verify", "image.vastex"]).expect_code(0);
+    let before = desk.read("image.vastex");
+    let refused = desk.run(&["replace", "image.vastex", "--at", "280,0", "part.png"]).expect_code(1).stderr;
+    assert!(refused.contains("reach beyond the texture of 300x200"), "{refused}");
+    desk.run(&["replace", "image.vastex", "--at", "280", "part.png"]).expect_code(2);
+    assert_eq!(desk.read("image.vastex"), before);
 }
 
 #[test]

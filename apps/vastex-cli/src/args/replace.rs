@@ -1,0 +1,55 @@
+//! What `vastex replace` is told.
+
+use std::path::PathBuf;
+
+use super::ClapArgs;
+
+/// What `vastex replace` is told.
+#[derive(Debug, ClapArgs)]
+#[command(after_help = "\
+Examples:
+  vastex replace earth.vastex --at 21600,5400 alps.tif
+  vastex replace slide.vastex --at 0,0 corner.png --json
+
+Only the pages that show the region are written, on all levels, at the end of the file. Whoever has it open goes on
+reading it as it was. After an error, Ctrl-C or a crash it is as it was before; what was replaced stays in the file until it
+is built again.")]
+pub(crate) struct ReplaceArgs {
+    /// The container to change
+    pub(crate) file: PathBuf,
+    /// Column and row of the finest level at which the image begins
+    #[arg(long, value_name = "X,Y", value_parser = parse_at)]
+    pub(crate) at: [u32; 2],
+    /// The image to put there
+    pub(crate) image: PathBuf,
+    /// Threads that filter and encode [default: one for each core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub(crate) threads: Option<u32>,
+    /// Wait until the disk has everything, so that a loss of power leaves a whole version too
+    #[arg(long)]
+    pub(crate) durable: bool,
+    /// Print nothing but errors
+    #[arg(short, long)]
+    pub(crate) quiet: bool,
+    /// Print one JSON object
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+fn parse_at(text: &str) -> Result<[u32; 2], String> {
+    let at = text.split_once(',').and_then(|(x, y)| Some([x.parse().ok()?, y.parse().ok()?]));
+    at.ok_or_else(|| "write column and row in texels from the upper left, as in 512,0".into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_are_a_column_and_a_row() {
+        assert_eq!(parse_at("12,0"), Ok([12, 0]));
+        for bad in ["", "5", "5,", "-1,5", "1,2,3", "1x2", "4294967296,0"] {
+            assert!(parse_at(bad).is_err(), "{bad}");
+        }
+    }
+}

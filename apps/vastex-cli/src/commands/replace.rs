@@ -1,0 +1,71 @@
+//! `vastex replace`: puts an image into a region of a container.
+
+use std::process::ExitCode;
+use std::time::Instant;
+
+use anyhow::Result;
+use serde::Serialize;
+use vastex_build::{ReplaceError, ReplaceOptions};
+
+use super::build::{Bar, INTERRUPTED, handle_interrupts};
+use crate::args::ReplaceArgs;
+use crate::report;
+
+pub(crate) fn run(args: &ReplaceArgs) -> Result<ExitCode> {
+    handle_interrupts()?;
+    let options = ReplaceOptions {
+        threads: args.threads.unwrap_or(0) as usize,
+        durable: args.durable,
+        ..ReplaceOptions::default()
+    };
+    let bar = Bar::new(args.quiet);
+    let begin = Instant::now();
+    let replaced = vastex_build::replace(&args.file, args.at, &args.image, &options, &bar);
+    bar.0.finish_and_clear();
+    let replaced = match replaced {
+        Err(ReplaceError::Cancelled) => {
+            report::say("interrupted; the container is as it was");
+            return Ok(ExitCode::from(INTERRUPTED));
+        }
+        replaced => replaced?,
+    };
+    let summary = Summary {
+        file: args.file.display().to_string(),
+        tiles: replaced.tiles,
+        bytes_added: replaced.bytes_added,
+        bytes_superseded: replaced.bytes_superseded,
+        bytes: replaced.bytes,
+        seconds: begin.elapsed().as_secs_f64(),
+    };
+    if args.json {
+        report::print_json(&summary)?;
+    } else if !args.quiet {
+        report::print(&summary.text())?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Summary {
+    file: String,
+    /// Pages that have a new tile.
+    tiles: u64,
+    /// Bytes by which the file grew.
+    bytes_added: u64,
+    /// Bytes that belong to earlier versions only.
+    bytes_superseded: u64,
+    /// Of the file.
+    bytes: u64,
+    seconds: f64,
+}
+
+impl Summary {
+    fn text(&self) -> String {
+        let Summary { file, tiles, seconds, .. } = self;
+        let [added, old, bytes] = [self.bytes_added, self.bytes_superseded, self.bytes].map(report::bytes);
+        format!(
+            "{file}: {tiles} tiles replaced, {added} added in {seconds:.1} s; of {bytes}, {old} belong to earlier versions"
+        )
+    }
+}
