@@ -14,11 +14,12 @@ use super::{ClapArgs, named, value_error};
 Examples:
   vastex build earth.tif -o earth.vastex --address wrap,clamp
   vastex build slide.png -o slide.vastex --compress zstd --page 256
+  vastex build slide.dzi -o slide.vastex
   vastex build heights.png -o heights.vastex --linear off --json
 
 The output appears when it is whole; after an error or Ctrl-C nothing is left behind.")]
 pub(crate) struct BuildArgs {
-    /// The image
+    /// The image, or a tile directory: of Gaia Sky, of Celestia (or its .ctx), of Deep Zoom (or its .dzi), of pages
     #[arg(value_name = "IN")]
     pub(crate) input: PathBuf,
     /// The container to make

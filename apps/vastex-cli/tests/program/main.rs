@@ -3,5 +3,6 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "where a test cannot go on, it fails")]
 
 mod bad_input;
+mod export;
 mod round_trip;
 mod tool;

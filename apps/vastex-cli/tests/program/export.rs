@@ -1,0 +1,91 @@
+//! From a container to the tile directories of other programs, and back.
+
+use crate::tool::Desk;
+
+#[test]
+fn every_layout_is_written_and_built_again() {
+    let desk = Desk::with_container();
+    for layout in ["gaiasky", "celestia", "deepzoom", "prototype"] {
+        let args = ["export", "image.vastex", "--layout", layout, "-o", layout, "--json"];
+        let report = desk.run(&args).expect_code(0).json();
+        let expected = if ["deepzoom", "prototype"].contains(&layout) { [300, 200] } else { [512, 256] };
+        assert_eq!(report["size"], serde_json::json!(expected), "{report}");
+        let resampled =
+            report["notices"].as_array().unwrap().iter().any(|n| n.as_str().unwrap().contains("resampled"));
+        assert_eq!(resampled, expected == [512, 256], "{report}");
+        desk.run(&["build", layout, "-o", "again.vastex", "--quiet"]).expect_code(0);
+        let info = desk.run(&["info", "again.vastex", "--json"]).expect_code(0).json();
+        assert_eq!(info["size"], serde_json::json!(expected));
+        let wraps = info["address"][0] == "wrap";
+        assert_eq!(wraps, resampled, "planets wrap, images do not: {info}");
+    }
+    desk.run(&["build", "celestia/celestia.ctx", "-o", "again.vastex"]).expect_code(0);
+    desk.run(&["build", "deepzoom/deepzoom.dzi", "-o", "again.vastex"]).expect_code(0);
+}
+
+#[test]
+fn options_reach_the_tiles() {
+    let desk = Desk::with_container();
+    let export = |options: &[&str]| {
+        let begin = ["export", "image.vastex", "--json"];
+        desk.run(&[&begin[..], options].concat()).expect_code(0).json()
+    };
+    let zoom = export(&[
+        "--layout",
+        "deepzoom",
+        "-o",
+        "zoom",
+        "--format",
+        "png",
+        "--tile-size",
+        "100",
+        "--overlap",
+        "0",
+        "--threads",
+        "1",
+    ]);
+    assert_eq!((&zoom["format"], &zoom["levels"]), (&"png".into(), &10.into()));
+    assert!(desk.path("zoom/zoom_files/9/2_1.png").is_file());
+    let small = export(&["--layout", "deepzoom", "-o", "small", "--quality", "20", "--layer", "color"]);
+    let large = export(&["--layout", "deepzoom", "-o", "large", "--quality", "95"]);
+    assert!(small["bytes"].as_u64() < large["bytes"].as_u64());
+    let coarse = export(&["--layout", "gaiasky", "-o", "coarse", "--tile-size", "64", "--finest-level", "1"]);
+    assert_eq!((&coarse["levels"], &coarse["tiles"]), (&2.into(), &10.into()));
+    desk.write_png("part.png", [128, 64]);
+    desk.run(&["build", "part.png", "-o", "part.vastex", "--quiet"]).expect_code(0);
+    let part = [
+        "export",
+        "part.vastex",
+        "--layout",
+        "gaiasky",
+        "-o",
+        "part",
+        "--tile-size",
+        "64",
+        "--format",
+        "png",
+    ];
+    let place = ["--finest-level", "3", "--first-column", "4", "--first-row", "7", "--quiet"];
+    desk.run(&[&part[..], &place].concat()).expect_code(0);
+    assert!(desk.path("part/level3/tx_4_7.png").is_file() && desk.path("part/level3/tx_5_7.png").is_file());
+}
+
+#[test]
+fn what_cannot_be_exported_is_refused_and_leaves_nothing() {
+    let desk = Desk::with_container();
+    let before = desk.names();
+    for (args, code, says) in [
+        (&["image.png", "--layout", "deepzoom", "-o", "out"][..], 1, "no Vastex container"),
+        (&["none.vastex", "--layout", "deepzoom", "-o", "out"], 1, "no such file"),
+        (&["image.vastex", "--layout", "deepzoom", "-o", "image.png"], 1, "choose another"),
+        (&["image.vastex", "--layout", "gaiasky", "-o", "out", "--tile-size", "100"], 1, "powers of two"),
+        (&["image.vastex", "--layout", "gaiasky", "-o", "out", "--first-row", "1"], 2, "--finest-level"),
+        (&["image.vastex", "--layout", "deepzoom", "-o", "out", "--quality", "0"], 2, "--quality"),
+        (&["image.vastex", "--layout", "zoomify", "-o", "out"], 2, "gaiasky"),
+        (&["image.vastex", "-o", "out"], 2, "--layout"),
+    ] {
+        let ended = desk.run(&[&["export"], args].concat()).expect_code(code);
+        assert!(ended.stderr.contains(says) && ended.stdout.is_empty(), "{ended}");
+    }
+    assert_eq!(desk.names(), before);
+}
