@@ -76,10 +76,11 @@ fn ancestors_stay(pager: &Pager) -> Result<(), String> {
 }
 
 fn working_set_fits(pager: &Pager) -> Result<(), String> {
-    let stats = pager.stats();
-    let share = (u64::from(stats.slots) * 90 / 100).max(u64::from(stats.pinned)) as u32;
+    let (stats, residency) = (pager.stats(), &pager.residency);
     // Textures added since the last feedback are not yet solved for.
-    if pager.settings.mip_bias && pager.residency.round > 1 && stats.wanted_at_bias > share + stats.pinned {
+    let solved = stats.wanted_at_bias - stats.pinned + residency.pinned_at_round;
+    let share = (u64::from(stats.slots) * 90 / 100) as u32;
+    if pager.settings.mip_bias && residency.round > 1 && solved > share.max(residency.pinned_at_round) {
         return Err(format!("the working set does not fit: {stats:?}"));
     }
     Ok(())

@@ -124,11 +124,17 @@ impl Pager {
             tile_bytes: settings.tile_bytes,
             needed,
         };
-        let slot = match self.residency.take_pin_slot() {
+        if needed > settings.slots {
+            return Err(too_small());
+        }
+        if self.textures.len() > usize::from(TextureId::MAX) {
+            return Err(PoolError::TooManyTextures);
+        }
+        let slot = match self.residency.take_free_slot() {
             Some(slot) => slot,
-            None => self.steal_pin_slot().ok_or_else(too_small)?,
+            None => self.steal_slot().ok_or(PoolError::AllInView { slots: settings.slots })?,
         };
-        let texture = self.textures.add(Arc::new(geometry.clone())).ok_or_else(too_small)?;
+        let texture = self.textures.add(Arc::new(geometry.clone())).ok_or(PoolError::TooManyTextures)?;
         if let Some(tail) = page_id(texture, geometry, geometry.tail_pos()) {
             self.residency.pin(tail, slot);
         }
@@ -137,10 +143,7 @@ impl Pager {
     }
 
     /// A slot for a pin in a pool that is full of tiles.
-    fn steal_pin_slot(&mut self) -> Option<Slot> {
-        if self.textures.len() as u32 + PoolLayout::MIN_SLOTS > self.settings.slots {
-            return None;
-        }
+    fn steal_slot(&mut self) -> Option<Slot> {
         let (slot, evicted) = self.residency.take_slot(&self.textures)?;
         self.evicted.extend(evicted.map(|page| (page, slot)));
         Some(slot)
@@ -154,7 +157,8 @@ impl Pager {
 
     /// The view has jumped: feedback of `frame` and later belongs to a new working set.
     ///
-    /// A jump that is not declared is noticed where little of the new view was wanted before.
+    /// A jump that is not declared is noticed where little of the new view was wanted before. So what several views want
+    /// in one frame belongs into one feedback: views that take turns would look like jumps.
     pub fn view_cut(&mut self, frame: u64) {
         self.cut = Some(frame);
     }

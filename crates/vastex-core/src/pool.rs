@@ -4,6 +4,7 @@
 //! business, which tile is in which slot the residency's.
 
 use crate::format::Description;
+use crate::page::TextureId;
 use crate::shared::ENTRY_SLOT_BITS;
 
 /// The place of one tile in a pool, counted from 0.
@@ -49,6 +50,15 @@ pub enum PoolError {
         tile_bytes: u64,
         /// Slots needed.
         needed: u32,
+    },
+    /// There are as many textures as page ids can tell apart.
+    #[error("a pool holds at most {} textures; use another pool", TextureId::MAX as u32 + 1)]
+    TooManyTextures,
+    /// Every slot is in view, and the picture may not become coarser.
+    #[error("all {slots} slots of the pool are in view; make the pool larger, or let the mip bias act")]
+    AllInView {
+        /// Slots of the pool.
+        slots: u32,
     },
     /// One tile is larger than a texture of the device.
     #[error(

@@ -15,6 +15,9 @@
 //! | `Resident` | `Absent` | another page needs its slot | |
 //! | `Failed` | `Queued` | its time has come, and it is wanted | |
 //!
+//! A page that has failed goes back to `Failed` where another would become `Absent`, so that its failures are not
+//! forgotten until a load succeeds: a record for each page that could not be had.
+//!
 //! A slot is chosen only when the bytes are here, so a load that fails leaks nothing. A page is not evicted while it
 //! is in the working set at the bias in force, nor while a descendant of it is resident; a tail never. Since the working
 //! set contains the ancestors of its pages and never fills the pool, a victim always exists.
@@ -84,6 +87,8 @@ pub(crate) struct Record {
     pub(crate) wanted_round: u64,
     /// Loads that failed in a row.
     pub(crate) failures: u32,
+    /// The frame from which on the page may be tried again after them.
+    retry_at: u64,
 }
 
 /// Totals since the pager was made, and gauges of the moment.
@@ -143,6 +148,8 @@ pub(crate) struct Residency {
     evictions: VecDeque<(u64, PageId)>,
     /// Counts the working sets worked out so far.
     pub(crate) round: u64,
+    /// Slots that held a tail when the last one was.
+    pub(crate) pinned_at_round: u32,
     pub(crate) frame: u64,
     pub(crate) stats: Stats,
     tile_bytes: u64,
@@ -159,6 +166,7 @@ impl Residency {
             victims_round: 0,
             evicted_at: FxHashMap::default(),
             evictions: VecDeque::new(),
+            pinned_at_round: 0,
             round: 1, // so that a new record, of round 0, is new in the first round that is told
             frame: 0,
             stats: Stats { slots, ..Stats::default() },
@@ -180,6 +188,7 @@ impl Residency {
     /// A new working set is about to be told by [`Residency::want`].
     pub(crate) fn begin_round(&mut self) {
         self.round += 1;
+        self.pinned_at_round = self.stats.pinned;
     }
 
     pub(crate) fn state(&self, page: PageId) -> PageState {
@@ -200,13 +209,15 @@ impl Residency {
         }
     }
 
-    /// Puts a tail into a slot for good; nothing where the pool has none left to work with besides.
-    pub(crate) fn take_pin_slot(&mut self) -> Option<Slot> {
-        if self.stats.pinned + 1 >= self.stats.slots { None } else { self.free.pop() }
+    /// A slot that holds nothing.
+    pub(crate) fn take_free_slot(&mut self) -> Option<Slot> {
+        self.free.pop()
     }
 
+    /// Puts a tail into a slot for good.
     pub(crate) fn pin(&mut self, page: PageId, slot: Slot) {
-        let record = Record { state: State::Resident(slot), wanted_round: u64::MAX, failures: 0 };
+        let record =
+            Record { state: State::Resident(slot), wanted_round: u64::MAX, failures: 0, retry_at: 0 };
         self.records.insert(page, record);
         self.slots[slot.index() as usize] = Some(page);
         self.stats.pinned += 1;
@@ -215,7 +226,7 @@ impl Residency {
 
     /// The page is in the working set of this round. Says whether it was not in the last one's.
     pub(crate) fn want(&mut self, page: PageId) -> bool {
-        let fresh = Record { state: State::Queued, wanted_round: 0, failures: 0 };
+        let fresh = Record { state: State::Queued, wanted_round: 0, failures: 0, retry_at: 0 };
         let record = self.records.entry(page).or_insert(fresh);
         let newly = record.wanted_round + 1 != self.round;
         record.wanted_round = self.round;
@@ -254,9 +265,8 @@ impl Residency {
 
     /// Back to `Absent`, or, where loads have failed before, to a state that remembers it.
     fn drop_record(&mut self, page: PageId) {
-        let frame = self.frame;
         match self.records.get_mut(&page) {
-            Some(record) if record.failures > 0 => record.state = State::Failed { until: frame },
+            Some(record) if record.failures > 0 => record.state = State::Failed { until: record.retry_at },
             _ => drop(self.records.remove(&page)),
         }
     }
@@ -310,7 +320,8 @@ impl Residency {
         }
         let wait = FIRST_BACK_OFF << record.failures.min(DOUBLINGS);
         record.failures += 1;
-        record.state = State::Failed { until: frame + wait };
+        record.retry_at = frame + wait;
+        record.state = State::Failed { until: record.retry_at };
         let first = record.failures == 1;
         self.stats.failures += 1;
         self.leave_flight();

@@ -107,7 +107,8 @@ impl WorkingSet {
         for wanted in &pages {
             let direct = self.direct.entry(wanted.page).or_default();
             direct.pixels = direct.pixels.saturating_add(wanted.pixels);
-            direct.feedbacks[usize::from(wanted.eighth & 7)] += 1;
+            let count = &mut direct.feedbacks[usize::from(wanted.eighth & 7)];
+            *count = count.saturating_add(1);
         }
         self.cycle.push_back(pages);
     }

@@ -4,7 +4,10 @@
 //! walks every structure after every step. `VASTEX_WORLDS` says how many random worlds are played.
 
 use vastex_core::sim::{Knobs, Path, Random, World};
-use vastex_core::{Event, GeometrySpec, PageState};
+use vastex_core::{
+    Dims, Event, Feedback, GeometrySpec, PageId, PageState, Pager, PagerSettings, PoolError, Request,
+    TableChange, Upload,
+};
 
 fn knobs(path: Path) -> Knobs {
     Knobs::new(path, 1)
@@ -190,6 +193,14 @@ fn volumes_and_odd_shapes_need_no_code_of_their_own() {
         GeometrySpec { page: 254, ..GeometrySpec::image(7770, 10_001) },
         GeometrySpec { page: 100, border: 3, ..GeometrySpec::image(777, 10_000) },
         GeometrySpec::image(1, 1),
+        GeometrySpec { dims: Dims::D3, size: [4000, 3000, 700], page: 60, ..GeometrySpec::image(1, 1) },
+        GeometrySpec {
+            dims: Dims::D3,
+            size: [333, 4000, 5],
+            page: 33,
+            border: 2,
+            ..GeometrySpec::image(1, 1)
+        },
     ] {
         let mut world = World::new(Knobs { spec, ..knobs(Path::Still) }).unwrap();
         world.run_until_converged(200).unwrap();
@@ -212,7 +223,7 @@ fn random_world(seed: u64) -> Result<(), String> {
     };
     knobs.screen = [80 + random.below(400) as u32, 40 + random.below(200) as u32];
     knobs.slots = 2 + up_to_power(&mut random, 0..10);
-    knobs.upload_bytes_per_frame = random.below(2000);
+    knobs.upload_bytes_per_frame = 20 + random.below(2000);
     knobs.in_flight_tiles = random.below(64);
     knobs.complete_feedback = random.chance(0.2);
     let loads = &mut knobs.loads;
@@ -227,7 +238,20 @@ fn random_world(seed: u64) -> Result<(), String> {
     for _ in 0..120 {
         world.step()?;
     }
-    Ok(())
+    // Whatever has gone wrong before, a view that is held and a loader that is well again come to rest.
+    world.hold();
+    let loads = world.loads_mut();
+    (loads.broken, loads.failing, loads.slow) = (0.0, 0.0, 0.0);
+    for _ in 0..20_000 {
+        world.step()?;
+        let stats = world.pager.stats();
+        let at_rest =
+            stats.in_flight == 0 && world.loads_under_way() == 0 && stats.missing + stats.failed == 0;
+        if at_rest && world.pager.is_converged() {
+            return Ok(());
+        }
+    }
+    Err(format!("not at rest: {:?}", world.pager.stats()))
 }
 
 #[test]
@@ -236,4 +260,42 @@ fn random_worlds_hold_together() {
     for seed in 0..worlds {
         random_world(seed).unwrap_or_else(|why| panic!("world {seed}: {why}"));
     }
+}
+
+/// "It never fails" is kept by the types: this does not compile once a step of the frame returns a `Result`.
+#[test]
+fn nothing_that_a_frame_does_can_fail() {
+    let _: fn(&mut Pager, u64) = Pager::begin_frame;
+    let _: fn(&mut Pager, &Feedback) = Pager::observe;
+    let _: fn(&mut Pager) -> Option<Request> = Pager::poll_request;
+    let _: fn(&mut Pager) -> Option<PageId> = Pager::poll_cancel;
+    let _: fn(&mut Pager, PageId) = Pager::tile_cancelled;
+    let _: fn(&mut Pager) -> Option<Upload> = Pager::poll_upload;
+    let _: fn(&mut Pager, &mut Vec<TableChange>) = Pager::take_table_changes;
+    let _: fn(&mut Pager) -> Option<Event> = Pager::poll_event;
+}
+
+#[test]
+fn a_texture_that_is_refused_leaves_everything_as_it_was() {
+    let settings = PagerSettings {
+        slots: 3,
+        tile_bytes: 1,
+        upload_bytes_per_frame: 1,
+        in_flight_bytes: 1,
+        mip_bias: true,
+    };
+    let mut pager = Pager::new(settings);
+    let geometry = vastex_core::Geometry::new(GeometrySpec::image(1000, 1000)).unwrap();
+    let (first, _) = pager.add_texture(&geometry).unwrap();
+    let (second, _) = pager.add_texture(&geometry).unwrap();
+    assert_eq!((first.number(), second.number()), (0, 1));
+    for _ in 0..3 {
+        assert!(matches!(pager.add_texture(&geometry), Err(PoolError::TooSmall { needed: 4, .. })));
+    }
+    assert_eq!(pager.stats().occupied, 2);
+    let mut crowded = Pager::new(PagerSettings { slots: 3000, ..settings });
+    let tiny = vastex_core::Geometry::new(GeometrySpec::image(1, 1)).unwrap();
+    let added = (0..).take_while(|_| crowded.add_texture(&tiny).is_ok()).count();
+    assert_eq!((added, crowded.stats().occupied), (2047, 2047));
+    assert_eq!(crowded.add_texture(&tiny), Err(PoolError::TooManyTextures));
 }

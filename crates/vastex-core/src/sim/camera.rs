@@ -107,7 +107,10 @@ impl View {
         let (level, eighth) = (lambda as u8, (lambda.fract() * f64::from(STEPS_PER_LEVEL)) as u8);
         let texel = [(u * size[0]) as u32, (v * size[1]) as u32];
         let side = geometry.page();
-        let finest = crate::page::PagePos::new_2d(0, texel[0] / side[0], texel[1] / side[1]);
+        // Of a volume, the slice in the middle.
+        let middle = geometry.size()[2] / 2 / side[2];
+        let finest =
+            crate::page::PagePos { level: 0, x: texel[0] / side[0], y: texel[1] / side[1], z: middle };
         let pos = geometry.ancestor(finest, level);
         crate::textures::page_id(texture, geometry, pos).map(|page| (page, eighth))
     }

@@ -114,6 +114,11 @@ impl World {
         self.knobs.path.view(self.frame.min(self.knobs.hold_after))
     }
 
+    /// Holds the camera where it is.
+    pub fn hold(&mut self) {
+        self.knobs.hold_after = self.knobs.hold_after.min(self.frame);
+    }
+
     /// Plays frames until the pager says that the view has converged, at most `limit`; says how many.
     pub fn run_until_converged(&mut self, limit: u64) -> Result<u64, String> {
         for frames in 1..=limit {
