@@ -68,7 +68,7 @@ pub enum InputFault {
     #[error("cannot be read: {0}; check the path and your rights to it")]
     Io(#[from] io::Error),
     /// It is a directory, and none with tiles.
-    #[error("is a directory without tiles that are known here; name an image file, or a tile directory itself")]
+    #[error("is a directory without tiles that are known here; name an image file, the directory of tiles itself, or its .dzi or .ctx file")]
     Directory,
     /// It is a tile directory, or a part of one, that is not laid out as its readers expect.
     #[error("{why}; {remedy}")]

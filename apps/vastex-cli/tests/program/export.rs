@@ -26,6 +26,8 @@ fn every_layout_is_written_and_built_again() {
 #[test]
 fn options_reach_the_tiles() {
     let desk = Desk::with_container();
+    let help = desk.run(&["export", "--help"]).expect_code(0).stdout;
+    assert!(help.contains("Examples:\n  vastex export "), "{help}");
     let export = |options: &[&str]| {
         let begin = ["export", "image.vastex", "--json"];
         desk.run(&[&begin[..], options].concat()).expect_code(0).json()

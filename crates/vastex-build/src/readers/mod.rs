@@ -130,7 +130,8 @@ pub trait RowReader {
     fn read_rows(&mut self, rows: &mut [u8]) -> Result<(), InputFault>;
 }
 
-/// Opens an image by its first bytes, or a tile directory by what is in it. Reads headers and lists of files, nothing else.
+/// Opens an image by its first bytes, or a tile directory by what is in it. Reads headers and lists of files and, to see
+/// whether tiles have borders, the roots of a planet.
 pub fn open(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {
     if std::fs::metadata(path)?.is_dir() {
         return directory::open_directory(path);

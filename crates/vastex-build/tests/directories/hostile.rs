@@ -55,6 +55,9 @@ fn what_is_no_tile_directory_is_refused() {
     check("notes.dzi", &["notes.dzi: is a text file"], |at| {
         fs::write(at("notes.dzi"), "dear reader").unwrap();
     });
+    check("zoom/zoom_files", &["is a directory without tiles", ".dzi"], |at| {
+        fs::create_dir(at("zoom/zoom_files/15")).unwrap();
+    });
     check("earth", &["Deep Zoom", "Gaia Sky"], |at| {
         fs::copy(at("zoom/zoom.dzi"), at("earth/zoom.dzi")).unwrap();
     });

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 
-use super::quadtree::{Quadtree, level_directories};
+use super::quadtree::{Quadtree, level_directories, level_number};
 use super::{Source, entries};
 use crate::error::InputFault;
 
@@ -12,8 +12,9 @@ const SIDES: std::ops::RangeInclusive<u32> = 4..=1024;
 
 /// Whether there are tiles of Gaia Sky in the directory.
 pub(super) fn is_here(directory: &Path) -> Result<bool, InputFault> {
-    for path in level_directories(directory)?.0.values() {
-        if entries(path)?.iter().any(|path| position(path).is_some()) {
+    for path in entries(directory)? {
+        let is_level = path.file_name().and_then(|name| level_number(name.to_str()?)).is_some();
+        if is_level && path.is_dir() && entries(&path)?.iter().any(|path| position(path).is_some()) {
             return Ok(true);
         }
     }
