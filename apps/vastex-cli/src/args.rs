@@ -12,12 +12,16 @@ pub(crate) use build::{BuildArgs, Compress};
 #[cfg(feature = "build")]
 pub(crate) use export::{ExportArgs, FormatName, LayoutName};
 #[cfg(feature = "build")]
+pub(crate) use merge::MergeArgs;
+#[cfg(feature = "build")]
 pub(crate) use replace::ReplaceArgs;
 
 #[cfg(feature = "build")]
 mod build;
 #[cfg(feature = "build")]
 mod export;
+#[cfg(feature = "build")]
+mod merge;
 #[cfg(feature = "build")]
 mod replace;
 
@@ -49,6 +53,9 @@ pub(crate) enum Command {
     /// Make a tile directory for another program
     #[cfg(feature = "build")]
     Export(ExportArgs),
+    /// Join the parts that `build --shard` made
+    #[cfg(feature = "build")]
+    Merge(MergeArgs),
     /// Put an image into a region of a container, on all levels
     #[cfg(feature = "build")]
     Replace(ReplaceArgs),

@@ -29,6 +29,8 @@ fn main() -> ExitCode {
         #[cfg(feature = "build")]
         Command::Export(args) => commands::export::run(args),
         #[cfg(feature = "build")]
+        Command::Merge(args) => commands::merge::run(args),
+        #[cfg(feature = "build")]
         Command::Replace(args) => commands::replace::run(args),
         Command::Info(args) => commands::info::run(args),
         Command::Verify(args) => commands::verify::run(args),

@@ -30,17 +30,17 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use vastex_core::{AddressMode, Description, Dims, Geometry, GeometrySpec, LayerFormat};
-use vastex_tiles::{ContainerWriter, WriterOptions};
+use vastex_tiles::{ContainerWriter, PartWriter, WriterOptions};
 
 pub use error::{BuildError, InputFault};
 pub use export::{ExportError, ExportOptions, ExportReport, Layout, TileFormat, export};
 pub use notice::Notice;
 pub use readers::{ImageHeader, PixelFormat, RowReader, open};
 pub use replace::{ReplaceError, ReplaceOptions, replace};
-pub use vastex_tiles::{Compression, UpdateError, Updated, WriteError};
+pub use vastex_tiles::{Compression, MergeError, PartOf, UpdateError, Updated, WriteError, Written, merge};
 
 use filter::Filter;
-use pipeline::{Done, Job, Stopped};
+use pipeline::{Done, Job, Sink, Stopped};
 
 /// How a container is made.
 #[derive(Clone, Debug)]
@@ -61,6 +61,10 @@ pub struct BuildOptions {
     pub durable: bool,
     /// Bytes of memory beyond which an image is refused before anything is allocated.
     pub memory_limit: u64,
+    /// Whether only a part of the container is made, which [`merge`] joins with the others to the very bytes of the whole.
+    ///
+    /// Every part reads the image up to its own last tile, and encodes and writes its own tiles only.
+    pub part: Option<PartOf>,
 }
 
 impl Default for BuildOptions {
@@ -74,6 +78,7 @@ impl Default for BuildOptions {
             threads: 0,
             durable: false,
             memory_limit: 16 << 30,
+            part: None,
         }
     }
 }
@@ -140,6 +145,10 @@ pub fn build(
         description: &description,
         linear_light: options.linear,
         compression: options.compression,
+        tiles: match options.part {
+            Some(part) => part.run(description.geometry.page_count()),
+            None => 0..description.geometry.page_count(),
+        },
         pool: &pool,
     };
     let memory = check_memory(input, reader.header(), &job, options.memory_limit)?;
@@ -148,31 +157,57 @@ pub fn build(
         durable: options.durable,
         filters: vec![Filter::new(description.layers[0].format, options.linear).name().into()],
     };
-    let writer = ContainerWriter::create(output, description.clone(), writer_options)?;
-    let Done { writer, writer_bytes, row_bytes_held } =
-        job.run(&mut *reader, writer, progress).map_err(|stopped| match stopped {
-            Stopped::Input(fault) => at_input(fault),
-            Stopped::Output(error) => BuildError::Output(error),
-            Stopped::Cancelled => BuildError::Cancelled,
-        })?;
-    let header = reader.header();
-    let rows = u64::from(header.height);
-    if progress.advance(rows, rows, writer_bytes).is_break() {
-        return Err(BuildError::Cancelled);
+    let work = Work { job: &job, input, memory, progress };
+    match options.part {
+        None => {
+            let writer = ContainerWriter::create(output, description.clone(), writer_options)?;
+            work.run(&mut *reader, writer)
+        }
+        Some(part) => {
+            let source = (fs::metadata(input).map_or(0, |file| file.len()), options.compression);
+            let same = format!("{source:?}");
+            let writer =
+                PartWriter::create(output, description.clone(), &writer_options, part, same.as_bytes())?;
+            work.run(&mut *reader, writer)
+        }
     }
-    let written = writer.finish()?;
-    Ok(BuildReport {
-        size: [header.width, header.height],
-        levels: description.geometry.levels().len() as u32,
-        format: description.layers[0].format,
-        tiles: written.tiles,
-        constant_tiles: written.constant_tiles,
-        shared_tiles: written.shared_tiles,
-        bytes: written.bytes,
-        row_bytes_held,
-        memory,
-        notices: header.notices.clone(),
-    })
+}
+
+/// A build that is ready to begin.
+struct Work<'a> {
+    job: &'a Job<'a>,
+    input: &'a Path,
+    memory: u64,
+    progress: &'a dyn Progress,
+}
+
+impl Work<'_> {
+    fn run(&self, reader: &mut dyn RowReader, sink: impl Sink) -> Result<BuildReport, BuildError> {
+        let Done { sink, bytes, row_bytes_held } =
+            self.job.run(reader, sink, self.progress).map_err(|stopped| match stopped {
+                Stopped::Input(fault) => BuildError::Input { path: self.input.into(), fault },
+                Stopped::Output(error) => BuildError::Output(error),
+                Stopped::Cancelled => BuildError::Cancelled,
+            })?;
+        let header = reader.header();
+        let rows = u64::from(header.height);
+        if self.progress.advance(rows, rows, bytes).is_break() {
+            return Err(BuildError::Cancelled);
+        }
+        let (written, description) = (sink.finish()?, self.job.description);
+        Ok(BuildReport {
+            size: [header.width, header.height],
+            levels: description.geometry.levels().len() as u32,
+            format: description.layers[0].format,
+            tiles: written.tiles,
+            constant_tiles: written.constant_tiles,
+            shared_tiles: written.shared_tiles,
+            bytes: written.bytes,
+            row_bytes_held,
+            memory: self.memory,
+            notices: header.notices.clone(),
+        })
+    }
 }
 
 fn describe(header: &ImageHeader, options: &BuildOptions) -> Result<Description, BuildError> {

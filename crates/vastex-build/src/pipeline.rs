@@ -4,8 +4,7 @@
 //! thread appends them to the container. Bounded queues between them keep memory bounded, and every stage keeps the
 //! order, so the bytes do not depend on the number of threads.
 
-use std::io::{Seek, Write};
-use std::ops::ControlFlow;
+use std::ops::{ControlFlow, Range};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
 use std::thread;
@@ -13,7 +12,7 @@ use std::thread;
 use rayon::ThreadPool;
 use rayon::prelude::*;
 use vastex_core::{Description, PagePos};
-use vastex_tiles::{Compression, ContainerWriter, EncodedTile, WriteError};
+use vastex_tiles::{Compression, ContainerWriter, EncodedTile, PartWriter, TempFile, WriteError, Written};
 
 use crate::Progress;
 use crate::error::InputFault;
@@ -35,7 +34,37 @@ pub(crate) struct Job<'a> {
     pub(crate) description: &'a Description,
     pub(crate) linear_light: bool,
     pub(crate) compression: Compression,
+    /// Which tiles are made, by their place in the order of writing: all of them, or those of one part.
+    pub(crate) tiles: Range<u64>,
     pub(crate) pool: &'a ThreadPool,
+}
+
+/// Where tiles go, one after the other.
+pub(crate) trait Sink: Send {
+    /// Takes the next tile.
+    fn append(&mut self, pos: PagePos, tile: EncodedTile) -> Result<(), WriteError>;
+    /// Puts the file in its place.
+    fn finish(self) -> Result<Written, WriteError>;
+}
+
+impl Sink for ContainerWriter<TempFile> {
+    fn append(&mut self, pos: PagePos, tile: EncodedTile) -> Result<(), WriteError> {
+        ContainerWriter::append(self, pos, tile)
+    }
+
+    fn finish(self) -> Result<Written, WriteError> {
+        ContainerWriter::finish(self)
+    }
+}
+
+impl Sink for PartWriter {
+    fn append(&mut self, pos: PagePos, tile: EncodedTile) -> Result<(), WriteError> {
+        PartWriter::append(self, pos, tile)
+    }
+
+    fn finish(self) -> Result<Written, WriteError> {
+        PartWriter::finish(self)
+    }
 }
 
 /// Why the pipeline ended early.
@@ -45,11 +74,11 @@ pub(crate) enum Stopped {
     Cancelled,
 }
 
-/// A build that only needs its container finished.
-pub(crate) struct Done<W> {
-    pub(crate) writer: ContainerWriter<W>,
+/// A build that only needs its file finished.
+pub(crate) struct Done<S> {
+    pub(crate) sink: S,
     /// Bytes of the tiles in it.
-    pub(crate) writer_bytes: u64,
+    pub(crate) bytes: u64,
     /// Bytes of rows that were held at once.
     pub(crate) row_bytes_held: u64,
 }
@@ -72,12 +101,12 @@ impl Job<'_> {
     }
 
     /// Runs a whole build, up to the last tile.
-    pub(crate) fn run<W: Write + Seek + Send>(
+    pub(crate) fn run<S: Sink>(
         &self,
         reader: &mut dyn RowReader,
-        writer: ContainerWriter<W>,
+        sink: S,
         progress: &dyn Progress,
-    ) -> Result<Done<W>, Stopped> {
+    ) -> Result<Done<S>, Stopped> {
         let (rows_tx, rows_rx) = sync_channel(ROW_BUFFERS);
         let (spare_tx, spare_rx) = channel();
         let (tiles_tx, tiles_rx) = sync_channel(BATCHES);
@@ -90,7 +119,7 @@ impl Job<'_> {
         thread::scope(|scope| {
             // Each stage owns its ends of the queues, so that the others see it end.
             let written = &written;
-            let writing = scope.spawn(move || append_tiles(writer, &tiles_rx, written));
+            let writing = scope.spawn(move || append_tiles(sink, &tiles_rx, written));
             let cutting = scope.spawn(move || {
                 self.pool.install(move || self.cut_tiles(format, &rows_rx, &spare_tx, &tiles_tx))
             });
@@ -99,10 +128,10 @@ impl Job<'_> {
             let cut = cutting.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
             let writer = writing.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
             read?;
-            let writer = writer.map_err(Stopped::Output)?;
-            // Cutting ends early only because one of the others did.
-            let writer_bytes = written.load(Ordering::Relaxed);
-            cut.map(|row_bytes_held| Done { writer, writer_bytes, row_bytes_held })
+            let sink = writer.map_err(Stopped::Output)?;
+            // Cutting fails only because one of the others did.
+            let bytes = written.load(Ordering::Relaxed);
+            cut.map(|row_bytes_held| Done { sink, bytes, row_bytes_held })
                 .map_err(|OtherStage| Stopped::Cancelled)
         })
     }
@@ -135,7 +164,8 @@ impl Job<'_> {
         Ok(())
     }
 
-    /// Filters rows and cuts tiles until the rows end; says how many bytes of rows it held.
+    /// Filters rows and cuts tiles until the rows end or the last tile that is wanted is made; says how many bytes of
+    /// rows it held.
     fn cut_tiles(
         &self,
         image_format: PixelFormat,
@@ -145,11 +175,19 @@ impl Job<'_> {
     ) -> Result<u64, OtherStage> {
         let (geometry, format) = (&self.description.geometry, self.description.layers[0].format);
         let mut pyramid = Pyramid::new(geometry, format, self.linear_light);
+        let mut first_tile = 0;
         for rows in rows_rx {
             pyramid.push(&rows, image_format);
             // Nobody waits for it once everything is read.
             let _ = spare_tx.send(rows);
-            pyramid.cut_ready(|band| self.encode(band, tiles_tx))?;
+            pyramid.cut_ready(|band| {
+                self.encode(band, first_tile, tiles_tx)?;
+                first_tile += u64::from(band.pages());
+                Ok(())
+            })?;
+            if first_tile >= self.tiles.end {
+                return Ok(pyramid.allocated());
+            }
         }
         if !pyramid.is_complete() {
             return Err(OtherStage);
@@ -159,10 +197,18 @@ impl Job<'_> {
         Ok(pyramid.allocated())
     }
 
-    fn encode(&self, band: &Band<'_>, tiles_tx: &SyncSender<Batch>) -> Result<(), OtherStage> {
+    /// Encodes what is wanted of a band whose first tile is number `first_tile` in the order of writing.
+    fn encode(
+        &self,
+        band: &Band<'_>,
+        first_tile: u64,
+        tiles_tx: &SyncSender<Batch>,
+    ) -> Result<(), OtherStage> {
         let batch = self.batch_tiles();
-        for first in (0..band.pages()).step_by(batch) {
-            let columns = first..band.pages().min(first.saturating_add(batch as u32));
+        let column_of = |tile: u64| tile.saturating_sub(first_tile).min(band.pages().into()) as u32;
+        let wanted = column_of(self.tiles.start)..column_of(self.tiles.end);
+        for first in wanted.clone().step_by(batch) {
+            let columns = first..wanted.end.min(first.saturating_add(batch as u32));
             let encode = |x| (band.pos(x), self.encoded(band.tile_texels(x)));
             let tiles = columns.into_par_iter().map(encode).collect();
             tiles_tx.send(tiles).map_err(|_| OtherStage)?;
@@ -175,16 +221,16 @@ impl Job<'_> {
     }
 }
 
-fn append_tiles<W: Write + Seek>(
-    mut writer: ContainerWriter<W>,
+fn append_tiles<S: Sink>(
+    mut sink: S,
     tiles_rx: &Receiver<Batch>,
     written: &AtomicU64,
-) -> Result<ContainerWriter<W>, WriteError> {
+) -> Result<S, WriteError> {
     for batch in tiles_rx {
         for (pos, tile) in batch {
             written.fetch_add(tile.tile().bytes.len() as u64, Ordering::Relaxed);
-            writer.append(pos, tile)?;
+            sink.append(pos, tile)?;
         }
     }
-    Ok(writer)
+    Ok(sink)
 }

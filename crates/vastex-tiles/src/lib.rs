@@ -28,7 +28,9 @@ pub use cache::{CacheStats, RamCache};
 pub use conformance::conformance;
 pub use container::{Container, ContainerError, Fault, Info, Verification, verify};
 #[cfg(feature = "write")]
-pub use container::{ContainerWriter, TempFile, WriteError, WriterOptions, Written};
+pub use container::{
+    ContainerWriter, MergeError, PartOf, PartWriter, TempFile, WriteError, WriterOptions, Written, merge,
+};
 #[cfg(all(feature = "write", not(target_family = "wasm")))]
 pub use container::{ContainerUpdate, UpdateError, Updated};
 #[cfg(feature = "write")]

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 use vastex::{AddressMode, Geometry};
+use vastex_build::PartOf;
 use vastex_core::{Dims, GeometrySpec, PAGE_TEXELS};
 
 use super::{ClapArgs, named, value_error};
@@ -16,6 +17,7 @@ Examples:
   vastex build slide.png -o slide.vastex --compress zstd --page 256
   vastex build slide.dzi -o slide.vastex
   vastex build heights.png -o heights.vastex --linear off --json
+  vastex build earth.tif -o 2.part --shard 2/8
 
 The output appears when it is whole; after an error or Ctrl-C nothing is left behind.")]
 pub(crate) struct BuildArgs {
@@ -40,6 +42,9 @@ pub(crate) struct BuildArgs {
     /// What lies beyond the edges: clamp, wrap or mirror; for x and y alike, or one for each
     #[arg(long, default_value = "clamp", value_name = "X[,Y]", value_parser = parse_address)]
     pub(crate) address: [AddressMode; 2],
+    /// Make only part I of N of the container, for `vastex merge`; each part can be made on a machine of its own
+    #[arg(long, value_name = "I/N", value_parser = parse_shard)]
+    pub(crate) shard: Option<PartOf>,
     /// Threads that filter and encode [default: one for each core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub(crate) threads: Option<u32>,
@@ -91,6 +96,13 @@ fn on_off(on: bool) -> &'static str {
     if on { "on" } else { "off" }
 }
 
+fn parse_shard(text: &str) -> Result<PartOf, String> {
+    let numbers =
+        text.split_once('/').and_then(|(part, parts)| Some((part.parse().ok()?, parts.parse().ok()?)));
+    let shard = numbers.and_then(|(part, parts)| PartOf::new(part, parts));
+    shard.ok_or_else(|| "write the part and how many there are, as in 2/8".into())
+}
+
 /// One address mode for both axes, or one for each.
 fn parse_address(text: &str) -> Result<[AddressMode; 2], String> {
     let mode = |name| match name {
@@ -106,6 +118,14 @@ fn parse_address(text: &str) -> Result<[AddressMode; 2], String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn shards_are_counted_from_one() {
+        assert_eq!(parse_shard("2/8").ok(), PartOf::new(2, 8));
+        for bad in ["", "1", "0/3", "4/3", "1/0", "-1/2", "1/2/3", "a/b"] {
+            assert!(parse_shard(bad).is_err(), "{bad}");
+        }
+    }
 
     #[test]
     fn one_address_mode_serves_both_axes() {

@@ -25,6 +25,11 @@ pub(crate) fn handle_interrupts() -> Result<()> {
     ctrlc::set_handler(|| INTERRUPT.store(true, Ordering::Relaxed)).context("Ctrl-C cannot be handled")
 }
 
+/// Whether the work should stop.
+pub(crate) fn is_interrupted() -> bool {
+    INTERRUPT.load(Ordering::Relaxed)
+}
+
 pub(crate) fn run(args: &BuildArgs) -> Result<ExitCode> {
     handle_interrupts()?;
     let bar = Bar::new(args.quiet);
@@ -64,6 +69,7 @@ fn options(args: &BuildArgs) -> BuildOptions {
         address: args.address,
         threads: args.threads.unwrap_or(0) as usize,
         durable: args.durable,
+        part: args.shard,
         ..BuildOptions::default()
     }
 }
@@ -89,7 +95,7 @@ impl Progress for Bar {
         let rate = bytes_written as f64 / self.0.elapsed().as_secs_f64().max(0.001);
         let (written, rate) = (report::bytes(bytes_written), report::bytes(rate as u64));
         self.0.set_message(format!("{written} written, {rate}/s"));
-        if INTERRUPT.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        if is_interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 }
 
@@ -98,6 +104,8 @@ impl Progress for Bar {
 struct Summary {
     input: String,
     output: String,
+    /// Which part of the container was made, as given; of a whole one, nothing.
+    shard: Option<String>,
     /// Width and height in texels.
     size: [u32; 2],
     levels: u32,
@@ -122,6 +130,7 @@ impl Summary {
         Summary {
             input: args.input.display().to_string(),
             output: args.output.display().to_string(),
+            shard: args.shard.map(|of| format!("{}/{}", of.part, of.parts)),
             size: built.size,
             levels: built.levels,
             format: built.format.name(),

@@ -5,6 +5,8 @@ pub(crate) mod build;
 #[cfg(feature = "build")]
 pub(crate) mod export;
 pub(crate) mod info;
+#[cfg(feature = "build")]
+pub(crate) mod merge;
 pub(crate) mod render;
 #[cfg(feature = "build")]
 pub(crate) mod replace;

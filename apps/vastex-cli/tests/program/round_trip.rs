@@ -103,9 +103,9 @@ fn frames_cut_the_path_and_runs_in_lock_step_repeat() {
 fn help_has_examples_for_every_command() {
     let desk = Desk::new();
     let commands: &[&str] = if cfg!(feature = "view") {
-        &["build", "replace", "info", "verify", "render", "view"]
+        &["build", "merge", "replace", "info", "verify", "render", "view"]
     } else {
-        &["build", "replace", "info", "verify", "render"]
+        &["build", "merge", "replace", "info", "verify", "render"]
     };
     let all = desk.run(&["--help"]).expect_code(0).stdout;
     for command in commands {
@@ -114,6 +114,28 @@ fn help_has_examples_for_every_command() {
         assert!(all.contains(&format!("\n  {command} ")), "{all}");
     }
     desk.run(&["--version"]).expect_code(0);
+}
+
+#[test]
+fn parts_are_joined_to_the_bytes_of_one_build() {
+    let desk = Desk::with_container();
+    for part in ["1", "2", "3"] {
+        let (output, shard) = (format!("{part}.part"), format!("{part}/3"));
+        let args = ["build", "image.png", "-o", &output, "--page", "64", "--shard", &shard, "--json"];
+        assert_eq!(desk.run(&args).expect_code(0).json()["shard"], shard);
+    }
+    let merge = ["merge", "3.part", "1.part", "2.part", "-o", "joined.vastex", "--json"];
+    let told = desk.run(&merge).expect_code(0).json();
+    assert_eq!(
+        keys(&told),
+        ["bytes", "constant_tiles", "output", "parts", "seconds", "shared_tiles", "tiles"]
+    );
+    assert_eq!(desk.read("joined.vastex"), desk.read("image.vastex"));
+    let refused = desk.run(&["merge", "3.part", "1.part", "-o", "other.vastex"]).expect_code(1).stderr;
+    assert!(refused.contains("part 2 of 3 is missing"), "{refused}");
+    let refused = desk.run(&["info", "1.part"]).expect_code(1).stderr;
+    assert!(refused.contains("`vastex merge`"), "{refused}");
+    desk.run(&["build", "image.png", "-o", "4.part", "--shard", "4/3"]).expect_code(2);
 }
 
 #[test]

@@ -75,7 +75,8 @@ impl ContainerError {
 
 /// What a file that begins so probably is.
 fn guess(bytes: &[u8]) -> &'static str {
-    const KNOWN: [(&[u8], &str); 7] = [
+    const KNOWN: [(&[u8], &str); 8] = [
+        (b"\x89VTXPART", "one part of one, which `vastex merge` joins with the others"),
         (b"\x89PNG", "a PNG image"),
         (b"\xff\xd8\xff", "a JPEG image"),
         (b"II*\0", "a TIFF image"),

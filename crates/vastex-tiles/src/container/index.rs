@@ -23,6 +23,28 @@ pub(super) struct Record {
     pub(super) codec: Codec,
 }
 
+impl Codec {
+    #[cfg(feature = "write")]
+    pub(super) fn number(self) -> u8 {
+        match self {
+            Codec::Raw => 0,
+            Codec::Constant => 1,
+            Codec::Lz4 => 2,
+            Codec::Zstd => 3,
+        }
+    }
+
+    pub(super) fn from_number(number: u8) -> Result<Codec, String> {
+        match number {
+            0 => Ok(Codec::Raw),
+            1 => Ok(Codec::Constant),
+            2 => Ok(Codec::Lz4),
+            3 => Ok(Codec::Zstd),
+            other => Err(format!("codec {other} is not known")),
+        }
+    }
+}
+
 impl Record {
     #[cfg(feature = "write")]
     fn encode(&self) -> [u8; RECORD_BYTES as usize] {
@@ -31,25 +53,14 @@ impl Record {
         bytes[..8].copy_from_slice(&extent.offset.to_le_bytes());
         bytes[8..16].copy_from_slice(&checksum.to_le_bytes());
         bytes[16..20].copy_from_slice(&(extent.len as u32).to_le_bytes());
-        bytes[20] = match self.codec {
-            Codec::Raw => 0,
-            Codec::Constant => 1,
-            Codec::Lz4 => 2,
-            Codec::Zstd => 3,
-        };
+        bytes[20] = self.codec.number();
         bytes
     }
 
     fn decode(bytes: &[u8]) -> Result<Record, String> {
         let mut fields = Fields::new(bytes);
         let (offset, checksum, len) = (fields.u64()?, fields.u64()?, fields.u32()?);
-        let codec = match fields.u8()? {
-            0 => Codec::Raw,
-            1 => Codec::Constant,
-            2 => Codec::Lz4,
-            3 => Codec::Zstd,
-            other => return Err(format!("codec {other} is not known")),
-        };
+        let codec = Codec::from_number(fields.u8()?)?;
         if fields.bytes(3)? != [0; 3] {
             return Err("bytes that must be zero are not".into());
         }
@@ -82,6 +93,20 @@ impl PageOrder {
     /// Pages of the texture.
     pub(super) fn pages(&self) -> u64 {
         self.pages
+    }
+
+    /// The page of a number, or nothing for one beyond the last.
+    #[cfg(feature = "write")]
+    pub(super) fn pos_of(&self, geometry: &Geometry, number: u64) -> Option<PagePos> {
+        if number == 0 || number >= self.pages {
+            return (number == 0).then(|| geometry.tail_pos());
+        }
+        // Finer levels have higher numbers, so the first level that begins early enough is the page's.
+        let level = self.first_of_level.iter().position(|&first| first <= number)?;
+        let [nx, ny, _] = geometry.level(level as u8).pages.map(u64::from);
+        let within = number - self.first_of_level[level];
+        let coords = [within % nx, within / nx % ny, within / nx / ny].map(|n| n as u32);
+        Some(PagePos::at(level as u8, coords))
     }
 
     /// The number of a page, or nothing for one that does not exist.
@@ -212,6 +237,9 @@ mod tests {
             let numbers: Vec<_> =
                 geometry.pages().map(|pos| order.number_of(&geometry, pos).unwrap()).collect();
             assert_eq!(numbers, (0..order.pages()).collect::<Vec<_>>());
+            let positions = numbers.iter().map(|&number| order.pos_of(&geometry, number).unwrap());
+            assert!(positions.eq(geometry.pages()));
+            assert_eq!(order.pos_of(&geometry, order.pages()), None);
             assert_eq!(order.number_of(&geometry, PagePos::new_2d(0, 5000, 0)), None);
         }
     }

@@ -12,6 +12,8 @@ mod info;
 mod layout;
 #[cfg(feature = "write")]
 mod output;
+#[cfg(feature = "write")]
+mod part;
 mod reader;
 #[cfg(all(feature = "write", not(target_family = "wasm")))]
 mod update;
@@ -27,6 +29,8 @@ pub use error::ContainerError;
 pub use info::Info;
 #[cfg(feature = "write")]
 pub use output::TempFile;
+#[cfg(feature = "write")]
+pub use part::{MergeError, PartOf, PartWriter, merge};
 pub use reader::Container;
 #[cfg(all(feature = "write", not(target_family = "wasm")))]
 pub use update::{ContainerUpdate, UpdateError, Updated};
