@@ -81,8 +81,11 @@ impl WorkingSet {
     }
 
     /// Whether under a quarter of the feedback's pixels fall on pages of the set, their ancestors or descendants.
+    ///
+    /// Only a set of a whole jitter cycle can tell: where pages are smaller than the blocks of pixels that feedback
+    /// stands for, the frames of a cycle see different pages of one view.
     pub(crate) fn is_jump(&self, feedback: &Feedback, textures: &Textures) -> bool {
-        if self.direct.is_empty() {
+        if self.direct.is_empty() || self.cycle.len() < JITTER_CYCLE as usize {
             return false;
         }
         let (mut related, mut all) = (0u64, 0u64);
@@ -319,7 +322,10 @@ mod tests {
         let (textures, id, _) = textures();
         let mut set = WorkingSet::new();
         let view = |x| Feedback { frame: 0, pages: vec![wanted(id, 0, x, 0, 0)], degenerate: 0 };
-        set.observe(&view(3), &textures);
+        for _ in 0..JITTER_CYCLE {
+            assert!(!set.is_jump(&view(40), &textures), "too early to tell");
+            set.observe(&view(3), &textures);
+        }
         set.rebuild(&textures, |_| false);
         assert!(!set.is_jump(&view(3), &textures));
         assert!(set.is_jump(&view(40), &textures));

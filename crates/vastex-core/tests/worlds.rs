@@ -207,6 +207,15 @@ fn volumes_and_odd_shapes_need_no_code_of_their_own() {
     }
 }
 
+/// Random world 189 never came to rest: each frame of the jitter cycle saw other pages, and was taken for a jump.
+#[test]
+fn pages_smaller_than_a_feedback_block_are_no_jumps() {
+    let spec = GeometrySpec { page: 8, border: 1, ..GeometrySpec::image(4000, 3000) };
+    let mut world = World::new(Knobs { spec, slots: 4000, screen: [160, 120], ..knobs(Path::Zoom) }).unwrap();
+    world.hold();
+    world.run_until_converged(600).unwrap();
+}
+
 /// A world in which everything is left to chance.
 fn random_world(seed: u64) -> Result<(), String> {
     let mut random = Random::new(seed);
