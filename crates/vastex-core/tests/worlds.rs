@@ -210,9 +210,9 @@ fn volumes_and_odd_shapes_need_no_code_of_their_own() {
 /// Random world 189 never came to rest: each frame of the jitter cycle saw other pages, and was taken for a jump.
 #[test]
 fn pages_smaller_than_a_feedback_block_are_no_jumps() {
-    let spec = GeometrySpec { page: 8, border: 1, ..GeometrySpec::image(4000, 3000) };
-    let mut world = World::new(Knobs { spec, slots: 4000, screen: [160, 120], ..knobs(Path::Zoom) }).unwrap();
-    world.hold();
+    let spec = GeometrySpec { page: 14, border: 1, ..GeometrySpec::image(3402, 8660) };
+    let mut world =
+        World::new(Knobs { spec, slots: 2000, screen: [477, 156], ..knobs(Path::Still) }).unwrap();
     world.run_until_converged(600).unwrap();
 }
 
