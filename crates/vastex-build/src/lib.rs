@@ -37,7 +37,9 @@ pub use export::{ExportError, ExportOptions, ExportReport, Layout, TileFormat, e
 pub use notice::Notice;
 pub use readers::{ImageHeader, PixelFormat, RowReader, open};
 pub use replace::{ReplaceError, ReplaceOptions, replace};
-pub use vastex_tiles::{Compression, MergeError, PartOf, UpdateError, Updated, WriteError, Written, merge};
+pub use vastex_tiles::{
+    Compression, MergeError, PartOf, ReorderError, UpdateError, Updated, WriteError, Written, merge, reorder,
+};
 
 use filter::Filter;
 use pipeline::{Done, Job, Sink, Stopped};

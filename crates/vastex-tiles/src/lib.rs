@@ -32,7 +32,7 @@ pub use container::{
     ContainerWriter, MergeError, PartOf, PartWriter, TempFile, WriteError, WriterOptions, Written, merge,
 };
 #[cfg(all(feature = "write", not(target_family = "wasm")))]
-pub use container::{ContainerUpdate, UpdateError, Updated};
+pub use container::{ContainerUpdate, ReorderError, UpdateError, Updated, reorder};
 #[cfg(feature = "write")]
 pub use encode::{Compression, EncodedTile};
 pub use faults::{FaultRates, Faults, Injection};

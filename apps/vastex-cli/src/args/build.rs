@@ -45,6 +45,10 @@ pub(crate) struct BuildArgs {
     /// Make only part I of N of the container, for `vastex merge`; each part can be made on a machine of its own
     #[arg(long, value_name = "I/N", value_parser = parse_shard)]
     pub(crate) shard: Option<PartOf>,
+    /// Write the finished file once more, the tiles of each level along a space-filling curve: near in the image is then
+    /// near in the file, which slow disks and networks like
+    #[arg(long, conflicts_with = "shard")]
+    pub(crate) reorder: bool,
     /// Threads that filter and encode [default: one for each core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub(crate) threads: Option<u32>,

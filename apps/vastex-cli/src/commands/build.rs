@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
-use vastex_build::{BuildError, BuildOptions, BuildReport, Progress};
+use vastex_build::{BuildError, BuildOptions, BuildReport, Progress, ReorderError};
 use vastex_tiles::Compression;
 
 use crate::args::{BuildArgs, Compress};
@@ -43,6 +43,9 @@ pub(crate) fn run(args: &BuildArgs) -> Result<ExitCode> {
         }
         built => built?,
     };
+    if args.reorder && !reorder(args)? {
+        return Ok(ExitCode::from(INTERRUPTED));
+    }
     if !args.quiet {
         let input = args.input.display();
         built.notices.iter().for_each(|notice| report::say(&format!("note: {input}: {notice}")));
@@ -54,6 +57,28 @@ pub(crate) fn run(args: &BuildArgs) -> Result<ExitCode> {
         report::print(&summary.text())?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Writes the container along a curve, in its own place; false where it was interrupted.
+fn reorder(args: &BuildArgs) -> Result<bool> {
+    let bar = if args.quiet { ProgressBar::hidden() } else { ProgressBar::new(0) };
+    if let Ok(style) = ProgressStyle::with_template("{bar:32} {percent:>3} %  reordering tile {pos} of {len}")
+    {
+        bar.set_style(style);
+    }
+    let reordered = vastex_build::reorder(&args.output, &args.output, args.durable, |done, total| {
+        bar.set_length(total);
+        bar.set_position(done);
+        if is_interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    bar.finish_and_clear();
+    match reordered {
+        Err(ReorderError::Cancelled) => {
+            report::say("interrupted; the container is whole, but not reordered");
+            Ok(false)
+        }
+        reordered => Ok(reordered.map(|_| true)?),
+    }
 }
 
 fn options(args: &BuildArgs) -> BuildOptions {

@@ -172,6 +172,7 @@ fn every_option_of_build_takes_every_value_that_its_help_names() {
     for address in ["clamp", "wrap", "mirror", "wrap,clamp", "mirror,wrap"] {
         build(&["--address", address]);
     }
+    assert_eq!(build(&["--reorder"]).len(), build(&[]).len());
     let (linear, stored) = (build(&["--linear", "on"]), build(&["--linear", "off"]));
     assert_ne!(linear, stored, "levels filtered in linear light differ from those filtered as stored");
     assert_eq!(linear, build(&[]), "linear light is the default");

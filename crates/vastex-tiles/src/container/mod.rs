@@ -16,6 +16,8 @@ mod output;
 mod part;
 mod reader;
 #[cfg(all(feature = "write", not(target_family = "wasm")))]
+mod reorder;
+#[cfg(all(feature = "write", not(target_family = "wasm")))]
 mod update;
 mod verify;
 #[cfg(feature = "write")]
@@ -32,6 +34,8 @@ pub use output::TempFile;
 #[cfg(feature = "write")]
 pub use part::{MergeError, PartOf, PartWriter, merge};
 pub use reader::Container;
+#[cfg(all(feature = "write", not(target_family = "wasm")))]
+pub use reorder::{ReorderError, reorder};
 #[cfg(all(feature = "write", not(target_family = "wasm")))]
 pub use update::{ContainerUpdate, UpdateError, Updated};
 pub use verify::{Fault, Verification, verify};

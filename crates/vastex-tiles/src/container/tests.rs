@@ -2,6 +2,8 @@
 
 mod conforming;
 mod damage;
+#[cfg(not(target_family = "wasm"))]
+mod reorder;
 mod round_trip;
 #[cfg(not(target_family = "wasm"))]
 mod update;

@@ -1,0 +1,91 @@
+//! Rewriting a container along a space-filling curve, so that tiles near each other in the image lie near each other
+//! in the file.
+//!
+//! One pass over an image gives bands of pages from left to right; a view that is as tall as it is wide then reads far
+//! apart. Here each level's tiles are appended along the Z-order curve instead. Encoded bytes are copied as they are, and
+//! what belongs to earlier versions of the file is left out.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use pollster::block_on;
+use vastex_core::PagePos;
+
+use super::error::ContainerError;
+use super::reader::Container;
+use super::writer::{ContainerWriter, WriteError, WriterOptions, Written};
+use crate::encode::{Compression, EncodedTile};
+use crate::hash::{checksum, content_hash};
+use crate::source::{ReadError, TileSource};
+
+/// Why a container was not rewritten. What was at the output's place is still there.
+#[derive(Debug, thiserror::Error)]
+pub enum ReorderError {
+    /// It cannot be opened.
+    #[error(transparent)]
+    Open(#[from] ContainerError),
+    /// A tile cannot be read.
+    #[error("{name}: {error}; copy the file anew, or build it again")]
+    Read {
+        /// The file.
+        name: String,
+        /// Which tile, and why.
+        error: ReadError,
+    },
+    /// The output cannot be written.
+    #[error(transparent)]
+    Output(#[from] WriteError),
+    /// `progress` asked to stop.
+    #[error("cancelled")]
+    Cancelled,
+}
+
+/// Writes the container at `input` anew to `output`, which may be the same, each level's tiles along the Z-order curve.
+///
+/// `progress` is told how many tiles of how many are written; `Break` cancels. Reads every tile once and decodes none;
+/// takes the writer's memory, and 48 bytes a page of the finest level.
+pub fn reorder(
+    input: &Path,
+    output: &Path,
+    durable: bool,
+    mut progress: impl FnMut(u64, u64) -> ControlFlow<()>,
+) -> Result<Written, ReorderError> {
+    let container = Container::open_file(input)?;
+    let description = container.description().clone();
+    let geometry = &description.geometry;
+    let filters = container.filters().to_vec();
+    let options = WriterOptions { compression: Compression::None, durable, filters };
+    let mut writer = ContainerWriter::create(output, (*description).clone(), options)?;
+    let (mut done, total) = (0, geometry.page_count());
+    for level in 0..=geometry.tail().first_level() {
+        let mut pages: Vec<PagePos> = match level < geometry.tail().first_level() {
+            true => geometry.pages_of_level(level).collect(),
+            false => vec![geometry.tail_pos()],
+        };
+        pages.sort_by_cached_key(|pos| z_order(pos.coords()));
+        for pos in pages {
+            if done % 64 == 0 && progress(done, total).is_break() {
+                return Err(ReorderError::Cancelled);
+            }
+            done += 1;
+            let tile = match block_on(container.read(pos)) {
+                Ok(tile) => tile,
+                Err(ReadError::NoSuchTile { .. }) if level < geometry.tail().first_level() => continue,
+                Err(error) => return Err(ReorderError::Read { name: container.name().into(), error }),
+            };
+            // Tiles are encoded alike in one file, so equal tiles have equal bytes.
+            let key = [&[tile.codec.number()], tile.bytes.as_ref()].concat();
+            let (hash, checksum) = (content_hash(&key), checksum(&tile.bytes));
+            writer.append(pos, EncodedTile { tile, hash, checksum, raw_len: description.tile_bytes() })?;
+        }
+    }
+    // Some systems replace no file that is open.
+    drop(container);
+    Ok(writer.finish()?)
+}
+
+/// The place of a page along the curve: the bits of its coordinates in turn, x lowest.
+fn z_order(coords: [u32; 3]) -> u128 {
+    let bit = |axis: usize, n: u32| u128::from(coords[axis] >> n & 1) << (3 * n + axis as u32);
+    (0..32).flat_map(|n| (0..3).map(move |axis| (axis, n))).map(|(axis, n)| bit(axis, n)).sum()
+}
