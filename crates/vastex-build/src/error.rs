@@ -67,6 +67,9 @@ pub enum InputFault {
     /// The file cannot be opened or read.
     #[error("cannot be read: {0}; check the path and your rights to it")]
     Io(#[from] io::Error),
+    /// It is a device or a pipe, of which nobody knows whether it ever ends.
+    #[error("is a device or a pipe; name an image file")]
+    NotAFile,
     /// It is a directory, and none with tiles.
     #[error("is a directory without tiles that are known here; name an image file, the directory of tiles itself, or its .dzi or .ctx file")]
     Directory,

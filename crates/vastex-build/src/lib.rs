@@ -236,9 +236,9 @@ fn check_memory(input: &Path, header: &ImageHeader, job: &Job<'_>, limit: u64) -
         return Ok(needed);
     }
     let remedy = if header.memory > limit / 2 {
-        "convert it to a TIFF of many strips or of tiles, which can be read by rows, or allow more memory"
+        "convert it to a TIFF of many strips or of tiles, which can be read by rows"
     } else {
-        "the image is too wide or has too many pages; use larger pages, or allow more memory"
+        "the image is too wide or has too many pages; use larger pages, or split it"
     };
     Err(BuildError::Memory { path: input.into(), needed, limit, remedy })
 }

@@ -167,18 +167,19 @@ mod file {
 
         fn read(&self, offset: u64, len: usize) -> StoreFuture<'_> {
             Box::pin(async move {
-                let mut bytes = vec![0; len];
+                let failed = |error| StoreError::Read { name: self.name.clone(), offset, len, error };
+                // A file may be sparse, so that a length within it is no promise of memory.
+                let mut bytes = Vec::new();
+                bytes
+                    .try_reserve_exact(len)
+                    .map_err(|e| failed(format!("{e}; the file is damaged, copy it anew")))?;
+                bytes.resize(len, 0);
                 match read_exact_at(&self.file, &mut bytes, offset) {
                     Ok(()) => Ok(bytes.into()),
-                    Err(e) => {
-                        let error = match e.kind() {
-                            io::ErrorKind::UnexpectedEof => {
-                                "the file has become shorter; copy it anew".into()
-                            }
-                            _ => e.to_string(),
-                        };
-                        Err(StoreError::Read { name: self.name.clone(), offset, len, error })
+                    Err(e) if e.kind() == io::ErrorKind::UnexpectedEof => {
+                        Err(failed("the file has become shorter; copy it anew".into()))
                     }
+                    Err(e) => Err(failed(e.to_string())),
                 }
             })
         }

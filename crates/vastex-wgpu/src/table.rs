@@ -42,17 +42,21 @@ impl TableBuffers {
     ) -> Result<TableBuffers, GpuError> {
         alive(device)?;
         let tail = TableEntry::new(geometry.tail().first_level(), tail_slot).to_bits();
-        // A binding is never empty, so a texture that is all tail has one entry that nobody reads.
-        let count = TableLayout::new(geometry).entries().max(1);
-        let (bytes, max) = (count * 4, device.limits().max_storage_buffer_binding_size);
-        if bytes > max {
-            return Err(GpuError::TableTooLarge { entries: count, bytes, max });
-        }
-        let entries = storage(device, "vastex page table", bytes);
+        TableBuffers::check(device, geometry)?;
+        let count = entry_count(geometry);
+        let entries = storage(device, "vastex page table", count * 4);
         queue.write_buffer(&entries, 0, bytemuck::cast_slice(&vec![tail; count as usize]));
         let params = TextureParams::new(geometry, texture, tail_slot, bias);
         let params = uniform(device, queue, "vastex texture", &params);
         Ok(TableBuffers { geometry: geometry.clone(), params, entries, changes: None })
+    }
+
+    /// Whether the page table of a texture fits this device; the only thing about a texture that [`TableBuffers::new`] refuses.
+    pub fn check(device: &wgpu::Device, geometry: &Geometry) -> Result<(), GpuError> {
+        let entries = entry_count(geometry);
+        let limits = device.limits();
+        let (bytes, max) = (entries * 4, limits.max_storage_buffer_binding_size.min(limits.max_buffer_size));
+        if bytes > max { Err(GpuError::TableTooLarge { entries, bytes, max }) } else { Ok(()) }
     }
 
     /// The entries, one `u32` each ([`TableEntry::to_bits`]) in the order of [`TableLayout`]; can be copied from.
@@ -63,6 +67,11 @@ impl TableBuffers {
     pub(crate) fn params(&self) -> &wgpu::Buffer {
         &self.params
     }
+}
+
+/// Entries of a texture's table. A binding is never empty, so a texture that is all tail has one that nobody reads.
+fn entry_count(geometry: &Geometry) -> u64 {
+    TableLayout::new(geometry).entries().max(1)
 }
 
 /// Carries out changes of page tables; one for all of a device's.

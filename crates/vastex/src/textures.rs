@@ -108,17 +108,32 @@ impl Textures {
             return Err(Error::Volume);
         }
         let tail = read_tail(&*source)?.decode(&description)?;
-        if self.pool.is_none() {
-            self.pool = Some(PoolState::new(&self.device, &self.queue, &self.settings, &description)?);
+        // Whatever can be refused is refused before anything changes.
+        TableBuffers::check(&self.device, &description.geometry)?;
+        let mut pool = match self.pool.take() {
+            Some(pool) => pool,
+            None => PoolState::new(&self.device, &self.queue, &self.settings, &description)?,
+        };
+        let added = pool.check_shape(&description).and_then(|()| self.add_to(&mut pool, &description, &tail));
+        if added.is_ok() || !self.textures.is_empty() {
+            self.pool = Some(pool);
         }
-        let Some(pool) = &mut self.pool else { return Err(Error::TailPending) };
-        pool.check_shape(&description)?;
+        let texture = added?;
+        self.loader.add_source(texture, Arc::new(RamCache::new(source, self.settings.ram_cache_bytes)));
+        Ok(texture)
+    }
+
+    fn add_to(
+        &mut self,
+        pool: &mut PoolState,
+        description: &Arc<Description>,
+        tail: &[u8],
+    ) -> Result<TextureId, Error> {
         let (texture, slot) = pool.pager.add_texture(&description.geometry)?;
-        pool.gpu.upload(&self.queue, slot, &tail)?;
+        pool.gpu.upload(&self.queue, slot, tail)?;
         let table = TableBuffers::new(&self.device, &self.queue, &description.geometry, texture, slot, 0.0)?;
         self.groups.0.push(pool.layout.bind_group(&self.device, &table, &pool.gpu, &self.view));
-        self.textures.push(TextureState { description, table });
-        self.loader.add_source(texture, Arc::new(RamCache::new(source, self.settings.ram_cache_bytes)));
+        self.textures.push(TextureState { description: description.clone(), table });
         Ok(texture)
     }
 

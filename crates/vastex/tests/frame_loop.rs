@@ -96,6 +96,24 @@ fn a_volume_is_refused() {
 }
 
 #[test]
+fn a_texture_that_is_refused_leaves_everything_as_it_was() {
+    let device = TestDevice::new();
+    let mut textures = Textures::new(&device.device, &device.queue, settings()).unwrap();
+    let endless = Geometry::new(GeometrySpec::image(1 << 31, 1 << 31)).unwrap();
+    for _ in 0..2 {
+        let refused = textures.add(Arc::new(PropertySource::new(endless.clone())));
+        assert!(matches!(refused, Err(Error::Gpu(GpuError::TableTooLarge { .. }))), "{refused:?}");
+    }
+    // Neither its number nor its shape is kept: the next one is the first, with a pool of its own shape.
+    let first = textures.add(small_pages()).unwrap();
+    assert_eq!(first.number(), 0);
+    assert_eq!(textures.description(first).geometry.spec().page, PAGE);
+    let refused = textures.add(Arc::new(PropertySource::new(endless)));
+    assert!(refused.is_err());
+    assert_eq!(textures.add(small_pages()).unwrap().number(), 1);
+}
+
+#[test]
 fn a_texture_of_another_shape_is_refused_with_both_shapes_named() {
     let gpu = TestDevice::new();
     let mut textures = Textures::new(&gpu.device, &gpu.queue, settings()).unwrap();

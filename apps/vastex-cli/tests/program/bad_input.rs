@@ -151,6 +151,8 @@ fn outputs_that_cannot_be_written_are_refused_before_the_work() {
     }
     assert!(std::process::Command::new("mkfifo").arg(desk.path("pipe")).status().unwrap().success());
     check(&desk, &["build", "image.png", "-o", "pipe"], 1, &["pipe", "replaced"]);
+    check(&desk, &["build", "pipe", "-o", "out.vastex"], 1, &["pipe", "name an image file"]);
+    check(&desk, &["build", "/dev/zero", "-o", "out.vastex"], 1, &["/dev/zero", "name an image file"]);
     let before = desk.read("image.vastex");
     desk.run(&["render", "image.vastex", "-o", "./image.vastex"]).expect_code(2);
     assert_eq!(desk.read("image.vastex"), before);

@@ -133,8 +133,12 @@ pub trait RowReader {
 /// Opens an image by its first bytes, or a tile directory by what is in it. Reads headers and lists of files and, to see
 /// whether tiles have borders, the roots of a planet.
 pub fn open(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {
-    if std::fs::metadata(path)?.is_dir() {
+    let found = std::fs::metadata(path)?;
+    if found.is_dir() {
         return directory::open_directory(path);
+    }
+    if !found.is_file() {
+        return Err(InputFault::NotAFile);
     }
     match open_image(path) {
         Err(InputFault::Text) => directory::open_description(path)?.ok_or(InputFault::Text),

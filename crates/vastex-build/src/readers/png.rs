@@ -149,6 +149,10 @@ fn fault(error: DecodingError, place: String) -> InputFault {
             InputFault::Truncated { place }
         }
         DecodingError::IoError(e) => InputFault::Io(e),
+        DecodingError::LimitsExceeded => InputFault::Unsupported {
+            what: "an image of a size that no memory holds".to_owned(),
+            remedy: "check that it is what its header says, or split it",
+        },
         other => InputFault::Damaged { place, why: other.to_string() },
     }
 }

@@ -67,7 +67,7 @@ pub enum ReplaceError {
     },
     /// More memory would be needed than is allowed.
     #[error(
-        "{path}: needs {} MiB of memory, more than the limit of {} MiB; cut the image, or allow more memory",
+        "{path}: needs {} MiB of memory, more than the limit of {} MiB; cut the image into parts",
         needed >> 20, limit >> 20, path = path.display()
     )]
     Memory {

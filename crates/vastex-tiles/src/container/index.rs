@@ -152,6 +152,15 @@ pub(super) struct Index {
 }
 
 impl Index {
+    /// Bytes that the index of so many pages has at most, in a file with so many bytes before it: those of each page, of
+    /// a record for each, of a constant for each, and of the superseded extents, which are themselves longer than what
+    /// the index keeps of them.
+    pub(super) fn longest(pages: u64, bytes_before: u64) -> u64 {
+        const CONSTANT_BYTES: u64 = 1024;
+        let of_pages = pages.saturating_mul(PAGE_BYTES + RECORD_BYTES + CONSTANT_BYTES);
+        COUNTS_BYTES.saturating_add(of_pages).saturating_add(bytes_before)
+    }
+
     /// Takes the bytes apart; fails unless the counts fill them exactly.
     pub(super) fn new(mut bytes: Bytes, pages_expected: u64) -> Result<Index, String> {
         let mut counts = Fields::new(&bytes);

@@ -24,6 +24,11 @@ impl TempFile {
         let Some(name) = target.file_name() else {
             return Err(io::Error::other("this names no file; add a file name"));
         };
+        // What a link leads to is replaced, not the link.
+        let resolved =
+            if target.is_symlink() { std::fs::canonicalize(target)? } else { target.to_path_buf() };
+        let target = resolved.as_path();
+        let name = target.file_name().unwrap_or(name);
         if target.is_dir() {
             return Err(io::Error::other("this is a directory; add a file name"));
         }

@@ -175,6 +175,10 @@ async fn read_coarse_and_index(
     let kept_len = if coarse_len <= MAX_COARSE_BYTES { coarse_len } else { 0 };
     let damaged =
         |fault: String| ContainerError::damaged(store.name(), &format!("the index, {extent}"), &fault);
+    let longest = Index::longest(pages, extent.offset);
+    if extent.len > longest {
+        return Err(damaged(format!("an index of {pages} pages has at most {longest} bytes")));
+    }
     let len = usize::try_from(kept_len + extent.len).map_err(|e| damaged(e.to_string()))?;
     let mut bytes = store.read(extent.offset - kept_len, len).await?;
     let coarse = bytes.split_to(kept_len as usize);

@@ -176,6 +176,23 @@ fn headers_that_lie_under_a_right_checksum_are_refused() {
     }
 }
 
+/// A sparse file may be far longer than memory, so that a length within it is no promise.
+#[test]
+fn an_index_longer_than_memory_is_refused() {
+    let (file_len_at, index_len_at) = (24, 64);
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("sparse.vastex");
+    let sound = small();
+    let index_at = u64::from_le_bytes(*sound[56..].first_chunk().unwrap());
+    for len in [1u64 << 36, 1 << 43] {
+        let bytes = forge_header(forge_header(sound.clone(), file_len_at, len), index_len_at, len - index_at);
+        std::fs::write(&path, bytes).unwrap();
+        std::fs::File::options().write(true).open(&path).unwrap().set_len(len).unwrap();
+        let error = Container::open_file(&path).unwrap_err().to_string();
+        assert!(error.contains("the index") && error.contains("at most"), "{error}");
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
 
