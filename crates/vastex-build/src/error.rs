@@ -71,7 +71,9 @@ pub enum InputFault {
     #[error("is a device or a pipe; name an image file")]
     NotAFile,
     /// It is a directory, and none with tiles.
-    #[error("is a directory without tiles that are known here; name an image file, the directory of tiles itself, or its .dzi or .ctx file")]
+    #[error(
+        "is a directory without tiles that are known here; name an image file, the directory of tiles itself, or its .dzi or .ctx file"
+    )]
     Directory,
     /// It is a tile directory, or a part of one, that is not laid out as its readers expect.
     #[error("{why}; {remedy}")]

@@ -88,7 +88,10 @@ impl fmt::Display for Notice {
             }
             Notice::AlphaDropped => write!(f, "transparency is left out, which JPEG cannot keep"),
             Notice::PartEndsAtLevel(level) => {
-                write!(f, "the part fills no whole tile of the levels coarser than {level}; add those of the whole planet")
+                write!(
+                    f,
+                    "the part fills no whole tile of the levels coarser than {level}; add those of the whole planet"
+                )
             }
         }
     }

@@ -27,12 +27,12 @@ pub use cache::{CacheStats, RamCache};
 #[cfg(not(target_family = "wasm"))]
 pub use conformance::conformance;
 pub use container::{Container, ContainerError, Fault, Info, Verification, verify};
+#[cfg(all(feature = "write", not(target_family = "wasm")))]
+pub use container::{ContainerUpdate, ReorderError, UpdateError, Updated, reorder};
 #[cfg(feature = "write")]
 pub use container::{
     ContainerWriter, MergeError, PartOf, PartWriter, TempFile, WriteError, WriterOptions, Written, merge,
 };
-#[cfg(all(feature = "write", not(target_family = "wasm")))]
-pub use container::{ContainerUpdate, ReorderError, UpdateError, Updated, reorder};
 #[cfg(feature = "write")]
 pub use encode::{Compression, EncodedTile};
 pub use faults::{FaultRates, Faults, Injection};
