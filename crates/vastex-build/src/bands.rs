@@ -27,7 +27,7 @@ impl<'a> Bands<'a> {
     pub(crate) fn head_rows(geometry: &Geometry, level: u8) -> u32 {
         match geometry.address()[1] {
             AddressMode::Wrap => geometry.level(level).size[1].min(geometry.page()[1] + geometry.border()[1]),
-            AddressMode::Clamp | AddressMode::Mirror => 0,
+            AddressMode::Clamp | AddressMode::Mirror | AddressMode::Border => 0,
         }
     }
 
@@ -69,7 +69,7 @@ impl<'a> Bands<'a> {
     fn band_at(&self, turn: u32) -> u32 {
         match self.geometry.address()[1] {
             AddressMode::Wrap => (turn + 1) % self.count(),
-            AddressMode::Clamp | AddressMode::Mirror => turn,
+            AddressMode::Clamp | AddressMode::Mirror | AddressMode::Border => turn,
         }
     }
 

@@ -11,6 +11,7 @@
 
 use std::sync::LazyLock;
 
+use half::f16;
 use vastex_core::LayerFormat;
 
 /// How one texel is made from four.
@@ -18,8 +19,12 @@ use vastex_core::LayerFormat;
 pub(crate) enum Filter {
     /// So many 8-bit channels, each by itself.
     Mean8 { channels: usize },
-    /// One 16-bit channel.
-    Mean16,
+    /// So many 16-bit channels, each by itself.
+    Mean16 { channels: usize },
+    /// So many channels of 16-bit floats, each by itself.
+    MeanHalf { channels: usize },
+    /// One channel of 32-bit floats.
+    MeanFloat,
     /// Four channels, linear, weighted by the fourth.
     LinearColor,
     /// Four channels, three of them sRGB-encoded, weighted by the fourth.
@@ -29,20 +34,26 @@ pub(crate) enum Filter {
 impl Filter {
     /// The filter of a layer. `linear_light` false filters colour as it is stored.
     pub(crate) fn new(format: LayerFormat, linear_light: bool) -> Filter {
-        match format {
+        match format.decoded() {
+            LayerFormat::Rgba16 => Filter::Mean16 { channels: 4 },
+            LayerFormat::R16Float => Filter::MeanHalf { channels: 1 },
+            LayerFormat::Rgba16Float => Filter::MeanHalf { channels: 4 },
+            LayerFormat::R32Float => Filter::MeanFloat,
             LayerFormat::R8 => Filter::Mean8 { channels: 1 },
             LayerFormat::Rg8 => Filter::Mean8 { channels: 2 },
-            LayerFormat::R16 => Filter::Mean16,
+            LayerFormat::R16 => Filter::Mean16 { channels: 1 },
             LayerFormat::Rgba8 if linear_light => Filter::LinearColor,
             LayerFormat::Rgba8Srgb if linear_light => Filter::SrgbColor,
-            LayerFormat::Rgba8 | LayerFormat::Rgba8Srgb => Filter::Mean8 { channels: 4 },
+            _ => Filter::Mean8 { channels: 4 },
         }
     }
 
     /// What a container calls the filter, from which it can be found again.
     pub(crate) fn name(self) -> &'static str {
         match self {
-            Filter::Mean8 { .. } | Filter::Mean16 => "box",
+            Filter::Mean8 { .. } | Filter::Mean16 { .. } | Filter::MeanHalf { .. } | Filter::MeanFloat => {
+                "box"
+            }
             Filter::LinearColor | Filter::SrgbColor => "box-linear",
         }
     }
@@ -58,7 +69,13 @@ impl Filter {
             Filter::Mean8 { channels: 1 } => mean8::<1, 2>(coarse, upper, lower),
             Filter::Mean8 { channels: 2 } => mean8::<2, 4>(coarse, upper, lower),
             Filter::Mean8 { .. } => mean8::<4, 8>(coarse, upper, lower),
-            Filter::Mean16 => mean16(coarse, upper, lower),
+            Filter::Mean16 { channels: 1 } => mean::<2, 1>(coarse, upper, lower, mean16),
+            Filter::Mean16 { .. } => mean::<2, 4>(coarse, upper, lower, mean16),
+            Filter::MeanHalf { channels: 1 } => mean::<2, 1>(coarse, upper, lower, mean_half),
+            Filter::MeanHalf { .. } => mean::<2, 4>(coarse, upper, lower, mean_half),
+            Filter::MeanFloat => mean::<4, 1>(coarse, upper, lower, |four| {
+                (four.map(f32::from_le_bytes).iter().sum::<f32>() * 0.25).to_le_bytes()
+            }),
             Filter::LinearColor => color(coarse, upper, lower, u32::from, |mean| mean as u8),
             Filter::SrgbColor => {
                 let srgb = &*SRGB;
@@ -84,14 +101,28 @@ fn mean8<const C: usize, const PAIR: usize>(coarse: &mut [u8], upper: &[u8], low
     }
 }
 
-fn mean16(coarse: &mut [u8], upper: &[u8], lower: &[u8]) {
-    let pairs = upper.as_chunks::<4>().0.iter().zip(lower.as_chunks::<4>().0);
-    for (to, (a, b)) in coarse.as_chunks_mut::<2>().0.iter_mut().zip(pairs) {
-        let sum = |&[x0, x1, y0, y1]: &[u8; 4]| {
-            u32::from(u16::from_le_bytes([x0, x1])) + u32::from(u16::from_le_bytes([y0, y1]))
-        };
-        *to = (((sum(a) + sum(b) + 2) >> 2) as u16).to_le_bytes();
+/// Channels of `B` bytes each, `C` of them in a texel.
+fn mean<const B: usize, const C: usize>(
+    coarse: &mut [u8],
+    upper: &[u8],
+    lower: &[u8],
+    mean: impl Fn([[u8; B]; 4]) -> [u8; B],
+) {
+    let (upper, lower) = (upper.as_chunks::<B>().0, lower.as_chunks::<B>().0);
+    for (i, to) in coarse.as_chunks_mut::<B>().0.iter_mut().enumerate() {
+        let first = i / C * 2 * C + i % C;
+        *to = mean([upper[first], upper[first + C], lower[first], lower[first + C]]);
     }
+}
+
+fn mean16(four: [[u8; 2]; 4]) -> [u8; 2] {
+    let sum: u32 = four.iter().map(|&v| u32::from(u16::from_le_bytes(v))).sum();
+    (((sum + 2) >> 2) as u16).to_le_bytes()
+}
+
+fn mean_half(four: [[u8; 2]; 4]) -> [u8; 2] {
+    let sum: f32 = four.iter().map(|&v| f16::from_le_bytes(v).to_f32()).sum();
+    f16::from_f32(sum * 0.25).to_le_bytes()
 }
 
 /// Four channels; `decode` a stored colour value and `encode` a mean of decoded ones.
@@ -162,7 +193,7 @@ mod tests {
         Filter::Mean8 { channels: 1 }.row(&mut out, &[0, 1], &[1, 0]);
         assert_eq!(out, [1]);
         let mut out = [0; 2];
-        Filter::Mean16.row(&mut out, &[0xff, 0xff, 0xff, 0xff], &[0xff, 0xff, 0xfd, 0xff]);
+        Filter::Mean16 { channels: 1 }.row(&mut out, &[0xff, 0xff, 0xff, 0xff], &[0xff, 0xff, 0xfd, 0xff]);
         assert_eq!(u16::from_le_bytes(out), 0xffff);
     }
 

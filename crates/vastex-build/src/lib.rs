@@ -221,6 +221,7 @@ fn describe(header: &ImageHeader, options: &BuildOptions) -> Result<Description,
         page: options.page,
         border: options.border,
         address: [x, y, AddressMode::Clamp],
+        ..GeometrySpec::image(1, 1)
     })?;
     Ok(Description::one_layer(geometry, convert::layer_format(header)))
 }

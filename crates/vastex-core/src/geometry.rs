@@ -26,6 +26,18 @@ pub enum AddressMode {
     Wrap,
     /// The texture again, turned round.
     Mirror,
+    /// One colour: the texture's [border colour](crate::Description::border_color).
+    Border,
+}
+
+/// Where the texels of the coarser levels lie.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum TexelPositions {
+    /// In the middle of the texels that they cover, as filters of even size put them.
+    #[default]
+    Centered,
+    /// Where the first of the texels that they cover lies, as filters of odd size put them.
+    Kept,
 }
 
 /// What a [`Geometry`] is made from.
@@ -41,6 +53,10 @@ pub struct GeometrySpec {
     pub border: u32,
     /// What lies beyond the edges, per axis.
     pub address: [AddressMode; 3],
+    /// Where the texels of the coarser levels lie, along every axis.
+    pub positions: TexelPositions,
+    /// Texels that the places of levels in the tail are multiples of: 4, 8 or 16, as the layers need.
+    pub tail_align: u32,
 }
 
 impl GeometrySpec {
@@ -52,7 +68,14 @@ impl GeometrySpec {
             page: 128,
             border: 4,
             address: [AddressMode::Clamp; 3],
+            positions: TexelPositions::Centered,
+            tail_align: 4,
         }
+    }
+
+    /// The same with the dimensions and the size of a volume.
+    pub const fn volume(size: [u32; 3]) -> GeometrySpec {
+        GeometrySpec { dims: Dims::D3, size, ..GeometrySpec::image(1, 1) }
     }
 }
 
@@ -87,6 +110,9 @@ pub enum GeometryError {
         /// The largest number of pages along a side.
         max: u32,
     },
+    /// The alignment in the tail is none that is known.
+    #[error("levels of the tail at multiples of {0} texels: it must be 4, 8 or 16")]
+    TailAlign(u32),
     /// The levels given do not lead down to a texel in as many steps as a texture can have.
     #[error("level {0} is impossible: a factor is 0, or the levels do not end at 1x1x1 within {MAX_LEVELS}")]
     Levels(usize),
@@ -144,39 +170,34 @@ impl Geometry {
     /// A geometry whose level `n + 1` has `factors[n]` texels of level `n` along each of its texels.
     pub fn with_factors(spec: GeometrySpec, factors: &[[u32; 3]]) -> Result<Geometry, GeometryError> {
         check_spec(&spec)?;
-        let max_pages = 1 << spec.dims.coord_bits();
-        let page = page_box(&spec);
-        let mut levels: Vec<Level> = Vec::with_capacity(factors.len() + 1);
-        for index in 0..=factors.len() {
-            let (size, factor, scale) = match levels.last() {
-                None => (spec.size, [1; 3], [1; 3]),
-                Some(finer) => {
-                    let factor = factors[index - 1];
-                    if factor.contains(&0) || index >= MAX_LEVELS {
-                        return Err(GeometryError::Levels(index));
-                    }
-                    let size = std::array::from_fn(|a| finer.size[a].div_ceil(factor[a]));
-                    (
-                        size,
-                        factor,
-                        std::array::from_fn(|a| finer.scale[a].saturating_mul(u64::from(factor[a]))),
-                    )
-                }
-            };
-            let pages: [u32; 3] = std::array::from_fn(|a| size[a].div_ceil(page[a]));
-            for axis in 0..3 {
-                if pages[axis] > max_pages {
-                    let (texels, pages) = (size[axis], pages[axis]);
-                    return Err(GeometryError::Pages { texels, pages, page: spec.page, max: max_pages });
-                }
-            }
-            levels.push(Level { size, factor, scale, pages });
-        }
-        if levels.last().is_none_or(|coarsest| coarsest.size != [1; 3]) {
-            return Err(GeometryError::Levels(factors.len()));
-        }
+        let levels = levels_of(&spec, factors)?;
         let tail = TailLayout::new(&spec, &levels);
         Ok(Geometry { spec, levels, tail })
+    }
+
+    /// The shape that a layer with one texel along each `scale` of the texture's sees: the same levels and pages, all sizes
+    /// divided. `scale` divides page, border and the tail's alignment, as [`crate::Description::check`] sees to.
+    pub fn of_layer(&self, scale: u32) -> Geometry {
+        let divided = |n: u32| if n == 1 { 1 } else { n.div_ceil(scale) };
+        let spec = GeometrySpec {
+            size: self.spec.size.map(divided),
+            page: self.spec.page / scale,
+            border: self.spec.border / scale,
+            tail_align: self.spec.tail_align / scale,
+            ..self.spec
+        };
+        let levels =
+            self.levels.iter().map(|level| Level { size: level.size.map(divided), ..*level }).collect();
+        Geometry { spec, levels, tail: self.tail.divided(scale) }
+    }
+
+    /// What is added to a position of level 0, divided by the level's scale, to make it one of the level, along each
+    /// axis: 0, or up to half a texel where texels [keep their positions](TexelPositions::Kept).
+    pub fn sample_offset(&self, level: u8) -> [f64; 3] {
+        match self.spec.positions {
+            TexelPositions::Centered => [0.0; 3],
+            TexelPositions::Kept => self.level(level).scale.map(|scale| 0.5 - 0.5 / scale as f64),
+        }
     }
 
     /// What the geometry was made from.
@@ -309,6 +330,38 @@ impl Geometry {
     }
 }
 
+/// The levels that the factors give, checked.
+fn levels_of(spec: &GeometrySpec, factors: &[[u32; 3]]) -> Result<Vec<Level>, GeometryError> {
+    let max_pages = 1 << spec.dims.coord_bits();
+    let page = page_box(spec);
+    let mut levels: Vec<Level> = Vec::with_capacity(factors.len() + 1);
+    for index in 0..=factors.len() {
+        let (size, factor, scale) = match levels.last() {
+            None => (spec.size, [1; 3], [1; 3]),
+            Some(finer) => {
+                let factor = factors[index - 1];
+                if factor.contains(&0) || index >= MAX_LEVELS {
+                    return Err(GeometryError::Levels(index));
+                }
+                let size = std::array::from_fn(|a| finer.size[a].div_ceil(factor[a]));
+                (size, factor, std::array::from_fn(|a| finer.scale[a].saturating_mul(u64::from(factor[a]))))
+            }
+        };
+        let pages: [u32; 3] = std::array::from_fn(|a| size[a].div_ceil(page[a]));
+        for axis in 0..3 {
+            if pages[axis] > max_pages {
+                let (texels, pages) = (size[axis], pages[axis]);
+                return Err(GeometryError::Pages { texels, pages, page: spec.page, max: max_pages });
+            }
+        }
+        levels.push(Level { size, factor, scale, pages });
+    }
+    match levels.last() {
+        Some(coarsest) if coarsest.size == [1; 3] => Ok(levels),
+        _ => Err(GeometryError::Levels(factors.len())),
+    }
+}
+
 fn check_spec(spec: &GeometrySpec) -> Result<(), GeometryError> {
     let in_range = spec.size.iter().all(|n| (1..=MAX_TEXELS).contains(n));
     if !in_range || (spec.dims == Dims::D2 && spec.size[2] != 1) {
@@ -319,6 +372,9 @@ fn check_spec(spec: &GeometrySpec) -> Result<(), GeometryError> {
     }
     if !(1..=max_border(spec.page)).contains(&spec.border) {
         return Err(GeometryError::Border { border: spec.border, page: spec.page });
+    }
+    if ![4, 8, 16].contains(&spec.tail_align) {
+        return Err(GeometryError::TailAlign(spec.tail_align));
     }
     Ok(())
 }
@@ -353,7 +409,7 @@ mod tests {
             |(volume, size, page, border)| {
                 let dims = if volume { Dims::D3 } else { Dims::D2 };
                 let size = if volume { size.map(|n| n.div_ceil(4)) } else { [size[0], size[1], 1] };
-                Geometry::new(GeometrySpec { dims, size, page, border, address: Default::default() }).unwrap()
+                Geometry::new(GeometrySpec { dims, size, page, border, ..GeometrySpec::image(1, 1) }).unwrap()
             },
         )
     }
@@ -385,6 +441,42 @@ mod tests {
                 prop_assert_eq!(covered, geometry.level(level - 1).page_count());
             }
         }
+    }
+
+    proptest! {
+        #[test]
+        fn a_layer_of_half_the_resolution_has_the_same_pages(
+            size in prop::array::uniform2(1u32..3000), page in 1u32..20, border in 1u32..3, quarter: bool,
+        ) {
+            let scale = if quarter { 4 } else { 2 };
+            let spec = GeometrySpec {
+                page: 8 * page, border: 4 * border, tail_align: 4 * scale, ..GeometrySpec::image(size[0], size[1])
+            };
+            let Ok(geometry) = Geometry::new(spec) else { return Ok(()) };
+            let layer = geometry.of_layer(scale);
+            for (whole, part) in geometry.levels().iter().zip(layer.levels()) {
+                for a in 0..2 {
+                    prop_assert_eq!(part.pages[a], part.size[a].div_ceil(layer.page()[a]));
+                    prop_assert_eq!(part.size[a], whole.size[a].div_ceil(scale));
+                }
+            }
+            for level in geometry.tail().first_level()..=geometry.coarsest() {
+                let (whole, part) = (geometry.tail().offset(level), layer.tail().offset(level));
+                prop_assert_eq!(part.map(|n| n * scale)[..2].to_vec(), whole[..2].to_vec());
+                let shown = layer.level_box_of_tail(level).size;
+                prop_assert!((0..2).all(|a| part[a] + shown[a] <= layer.tile()[a]));
+            }
+        }
+    }
+
+    #[test]
+    fn texels_that_keep_their_positions_are_off_by_less_than_half() {
+        let spec = GeometrySpec { positions: TexelPositions::Kept, ..GeometrySpec::image(1000, 777) };
+        let geometry = Geometry::new(spec).unwrap();
+        // Texel 1 of level 2 lies where texel 4 of level 0 does.
+        let offset = geometry.sample_offset(2)[0];
+        assert_eq!(4.5 / 4.0 + offset, 1.5);
+        assert_eq!(geometry.sample_offset(0), [0.0; 3]);
     }
 
     #[test]

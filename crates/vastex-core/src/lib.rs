@@ -31,14 +31,15 @@ mod working_set;
 pub use budget::UploadBucket;
 pub use event::Event;
 pub use feedback::{Feedback, Need, WantedPage};
-pub use format::{Description, Layer, LayerFormat};
+pub use format::{Description, Layer, LayerError, LayerFormat};
 pub use geometry::{
     AddressMode, Geometry, GeometryError, GeometrySpec, Level, MAX_LEVELS, MAX_TEXELS, PAGE_TEXELS,
+    TexelPositions,
 };
 pub use page::{Dims, PageId, PageIdError, PagePos, TextureId};
 pub use pager::{Pager, PagerSettings, Request, Upload};
 pub use pool::{ArrayLimits, PoolError, PoolLayout, Slot, SlotPlace};
 pub use residency::{PageState, Stats};
-pub use space::{Box3, fold};
+pub use space::{Box3, fold, is_border_color};
 pub use table::{ChangeRule, TableChange, TableEntry, TableImage, TableLayout};
 pub use tail::TailLayout;

@@ -18,6 +18,9 @@ pub struct Box3 {
 
 /// The texel inside `0..size` that `texel` stands for under an address mode. `size` is not 0.
 ///
+/// Beyond an edge of [`AddressMode::Border`] there is no texel but a colour ([`is_border_color`]); then this is the nearest
+/// texel, so that whoever only asks for places needs no third answer.
+///
 /// ```
 /// use vastex_core::{AddressMode, fold};
 /// assert_eq!([-2, -1, 0, 2, 3, 4].map(|i| fold(AddressMode::Clamp, i, 3)), [0, 0, 0, 2, 2, 2]);
@@ -27,7 +30,7 @@ pub struct Box3 {
 pub fn fold(mode: AddressMode, texel: i64, size: u32) -> u32 {
     let n = i64::from(size);
     let inside = match mode {
-        AddressMode::Clamp => texel.clamp(0, n - 1),
+        AddressMode::Clamp | AddressMode::Border => texel.clamp(0, n - 1),
         AddressMode::Wrap => texel.rem_euclid(n),
         AddressMode::Mirror => {
             let i = texel.rem_euclid(2 * n);
@@ -35,6 +38,11 @@ pub fn fold(mode: AddressMode, texel: i64, size: u32) -> u32 {
         }
     };
     inside as u32
+}
+
+/// Whether the border colour lies there and no texel of `0..size`.
+pub fn is_border_color(mode: AddressMode, texel: i64, size: u32) -> bool {
+    mode == AddressMode::Border && !(0..i64::from(size)).contains(&texel)
 }
 
 impl Geometry {
@@ -72,6 +80,12 @@ impl Geometry {
     pub fn fold_texel(&self, level: u8, texel: [i64; 3]) -> [u32; 3] {
         let (size, address) = (self.level(level).size, self.address());
         std::array::from_fn(|a| fold(address[a], texel[a], size[a]))
+    }
+
+    /// Whether the border colour lies at a place of the level, and no texel.
+    pub fn is_border_color(&self, level: u8, texel: [i64; 3]) -> bool {
+        let (size, address) = (self.level(level).size, self.address());
+        (0..3).any(|a| is_border_color(address[a], texel[a], size[a]))
     }
 }
 

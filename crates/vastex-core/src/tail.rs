@@ -2,13 +2,10 @@
 //!
 //! The tail starts at the finest level from which all that are coarser fit too. Its levels are laid out by a fixed
 //! shelf rule, finest first: along x while there is room, then on a new shelf along y, then on a new slab along z.
-//! Every offset is a multiple of [`ALIGN`], so that a level begins on a whole block of every block-compressed
-//! layer. The rule is part of the container format: changing it makes old files unreadable.
+//! Every offset is a multiple of the geometry's `tail_align`, so that a level begins on a whole block of every
+//! block-compressed layer, whatever its share of the resolution. The rule is part of the container format: changing it makes old files unreadable.
 
 use crate::geometry::{GeometrySpec, Level, tile_box};
-
-/// Texels that offsets in the tail are multiples of: the side of a compressed block.
-const ALIGN: u32 = 4;
 
 /// Which levels the tail holds, and where each lies.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -25,7 +22,7 @@ impl TailLayout {
         let mut layout = TailLayout { first_level: last as u8, offsets: vec![[0; 3]] };
         for first in (0..=last).rev() {
             let boxes = levels[first..].iter().map(|l| std::array::from_fn(|a| l.size[a] + 2 * border[a]));
-            let Some(offsets) = shelve(tile, boxes) else { break };
+            let Some(offsets) = shelve(tile, spec.tail_align, boxes) else { break };
             layout = TailLayout { first_level: first as u8, offsets };
         }
         layout
@@ -36,6 +33,12 @@ impl TailLayout {
         self.first_level
     }
 
+    /// The same for a layer with one texel along each `scale`.
+    pub(crate) fn divided(&self, scale: u32) -> TailLayout {
+        let offsets = self.offsets.iter().map(|offset| offset.map(|n| n / scale)).collect();
+        TailLayout { first_level: self.first_level, offsets }
+    }
+
     /// Where the box of a level, border included, begins in the tail's tile, in texels. `level` is in the tail.
     pub fn offset(&self, level: u8) -> [u32; 3] {
         self.offsets[usize::from(level - self.first_level)]
@@ -43,8 +46,9 @@ impl TailLayout {
 }
 
 /// Places boxes in a tile by the shelf rule; nothing if they do not all fit.
-fn shelve(tile: [u32; 3], boxes: impl Iterator<Item = [u32; 3]>) -> Option<Vec<[u32; 3]>> {
+fn shelve(tile: [u32; 3], align: u32, boxes: impl Iterator<Item = [u32; 3]>) -> Option<Vec<[u32; 3]>> {
     let (mut cursor, mut shelf_end, mut slab_end) = ([0u32; 3], 0, 0);
+    let align = |texels: u32| texels.next_multiple_of(align);
     let fits = |at: u32, size: u32, axis: usize| at.checked_add(size).is_some_and(|end| end <= tile[axis]);
     let mut offsets = Vec::new();
     for size in boxes {
@@ -64,10 +68,6 @@ fn shelve(tile: [u32; 3], boxes: impl Iterator<Item = [u32; 3]>) -> Option<Vec<[
         cursor[0] = align(cursor[0] + size[0]);
     }
     Some(offsets)
-}
-
-fn align(texels: u32) -> u32 {
-    texels.next_multiple_of(ALIGN)
 }
 
 #[cfg(test)]
@@ -109,14 +109,14 @@ mod tests {
         #[test]
         fn levels_of_the_tail_never_overlap(w in 1u32..5000, h in 1u32..5000, d in 1u32..200, page in 8u32..200, border in 1u32..5, volume: bool) {
             let (dims, size) = if volume { (Dims::D3, [w, h, d]) } else { (Dims::D2, [w, h, 1]) };
-            let geometry = Geometry::new(GeometrySpec { dims, size, page, border, address: Default::default() }).unwrap();
+            let geometry = Geometry::new(GeometrySpec { dims, size, page, border, ..GeometrySpec::image(1, 1) }).unwrap();
             let (tile, border) = (geometry.tile(), geometry.border());
             let boxes: Vec<_> = (geometry.tail().first_level()..=geometry.coarsest()).map(|level| {
                 let lo = geometry.tail().offset(level);
                 (lo, std::array::from_fn::<u32, 3, _>(|a| lo[a] + geometry.level(level).size[a] + 2 * border[a]))
             }).collect();
             for (i, (lo, hi)) in boxes.iter().enumerate() {
-                prop_assert!((0..3).all(|a| hi[a] <= tile[a] && (a == 2 || lo[a] % ALIGN == 0)));
+                prop_assert!((0..3).all(|a| hi[a] <= tile[a] && (a == 2 || lo[a] % 4 == 0)));
                 for (other_lo, other_hi) in &boxes[..i] {
                     prop_assert!((0..3).any(|a| hi[a] <= other_lo[a] || other_hi[a] <= lo[a]));
                 }

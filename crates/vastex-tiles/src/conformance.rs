@@ -167,6 +167,10 @@ impl Check<'_> {
             if (0..3).any(|a| level_texel[a] >= i64::from(size[a]) + i64::from(border[a])) {
                 continue;
             }
+            // Nor is there a texel where the border colour lies.
+            if self.geometry.is_border_color(level, level_texel) {
+                continue;
+            }
             let inside = self.geometry.fold_texel(level, level_texel);
             let (owner, owner_texel) = self.owner(pos, level, inside);
             let tile_texel = std::array::from_fn(|a| offset[a] + at[a]);
@@ -194,16 +198,20 @@ impl Check<'_> {
         (owner, self.geometry.tile_texel_from_page_texel(page_texel))
     }
 
-    /// One texel of every layer.
+    /// One texel of every layer of the full resolution that is not compressed: of others, one tile's border is not made of
+    /// what another's payload is made of, texel by texel.
     fn texel(&self, tile: &Bytes, tile_texel: [u32; 3]) -> Vec<u8> {
         let [width, height, _] = self.geometry.tile().map(|n| n as usize);
         let [x, y, z] = tile_texel.map(|n| n as usize);
         let texel = (z * height + y) * width + x;
         let (mut layer_first, mut bytes) = (0, Vec::new());
-        for layer in &self.source.description().layers {
+        let description = self.source.description();
+        for layer in &description.layers {
             let len = layer.format.texel_bytes();
-            bytes.extend_from_slice(&tile[layer_first + texel * len..][..len]);
-            layer_first += self.geometry.tile_texels() as usize * len;
+            if layer.scale == 1 && !layer.format.is_compressed() {
+                bytes.extend_from_slice(&tile[layer_first + texel * len..][..len]);
+            }
+            layer_first += description.layer_bytes(layer);
         }
         bytes
     }
@@ -216,7 +224,7 @@ mod tests {
     use crate::property::PropertySource;
     use crate::tile::{Codec, Tile};
     use proptest::prelude::*;
-    use vastex_core::{AddressMode, Dims, GeometrySpec};
+    use vastex_core::{AddressMode, GeometrySpec};
 
     fn property(width: u32, height: u32) -> PropertySource {
         PropertySource::new(
@@ -233,8 +241,8 @@ mod tests {
             address in prop::array::uniform3(prop::sample::select(vec![AddressMode::Clamp, AddressMode::Wrap, AddressMode::Mirror])),
         ) {
             let spec = match volume {
-                true => GeometrySpec { dims: Dims::D3, size: size.map(|n| n / 5 + 1), page: 8 + page / 8, border, address },
-                false => GeometrySpec { dims: Dims::D2, size: [size[0], size[1], 1], page, border, address },
+                true => GeometrySpec { page: 8 + page / 8, border, address, ..GeometrySpec::volume(size.map(|n| n / 5 + 1)) },
+                false => GeometrySpec { page, border, address, ..GeometrySpec::image(size[0], size[1]) },
             };
             let source = PropertySource::new(Geometry::new(spec).unwrap());
             prop_assert_eq!(conformance(&source), Ok(()));

@@ -34,7 +34,7 @@ pub struct EncodedTile {
 impl EncodedTile {
     /// Encodes the texels of one tile: all layers, `description.tile_bytes()` bytes.
     ///
-    /// Constant tiles become one texel of each layer; where compression does not help, the texels are kept as they
+    /// Constant tiles become one block of each layer (one texel where it is not compressed); where compression does not help, the texels are kept as they
     /// are, without a copy. Pure and free of locks: call it from as many threads as there are.
     pub fn new(texels: Bytes, description: &Description, compression: Compression) -> EncodedTile {
         let (hash, raw_len) = (content_hash(&texels), texels.len());
@@ -51,8 +51,8 @@ impl EncodedTile {
 impl Tile {
     /// Encodes the texels of one tile: as a constant, compressed, or where that does not help as they are.
     pub fn encode(texels: Bytes, description: &Description, compression: Compression) -> Tile {
-        if let Some(texel) = constant_texel(&texels, description) {
-            return Tile { codec: Codec::Constant, bytes: texel.into() };
+        if let Some(blocks) = constant_blocks(&texels, description) {
+            return Tile { codec: Codec::Constant, bytes: blocks.into() };
         }
         let compressed = match compression {
             Compression::None => None,
@@ -66,17 +66,16 @@ impl Tile {
     }
 }
 
-/// One texel of each layer, where all of a layer are the same.
-fn constant_texel(texels: &[u8], description: &Description) -> Option<Vec<u8>> {
+/// One block of each layer (a texel where it is not compressed), where all of a layer are the same.
+fn constant_blocks(texels: &[u8], description: &Description) -> Option<Vec<u8>> {
     if texels.is_empty() || texels.len() != description.tile_bytes() {
         return None;
     }
-    let count = description.geometry.tile_texels() as usize;
-    let (mut constant, mut rest) = (Vec::with_capacity(description.texel_bytes()), texels);
+    let (mut constant, mut rest) = (Vec::with_capacity(description.block_bytes()), texels);
     for layer in &description.layers {
-        let size = layer.format.texel_bytes();
-        let (of_layer, others) = rest.split_at(count * size);
-        // Each texel equals the next exactly if the layer equals itself shifted by one texel.
+        let size = layer.format.block_bytes();
+        let (of_layer, others) = rest.split_at(description.layer_bytes(layer));
+        // Each block equals the next exactly if the layer equals itself shifted by one block.
         if of_layer[size..] != of_layer[..of_layer.len() - size] {
             return None;
         }
@@ -106,8 +105,11 @@ mod tests {
     fn description(formats: &[LayerFormat]) -> Description {
         let geometry =
             Geometry::new(GeometrySpec { page: 8, border: 1, ..GeometrySpec::image(20, 20) }).unwrap();
-        let layers = formats.iter().map(|&format| Layer { name: format.name().into(), format }).collect();
-        Description { geometry, layers }
+        let layers = formats
+            .iter()
+            .enumerate()
+            .map(|(n, &format)| Layer::new(format!("{n} {}", format.name()), format));
+        Description::new(geometry, layers.collect())
     }
 
     proptest! {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 use proptest::prelude::*;
-use vastex_core::{AddressMode, Description, Dims, Geometry, GeometrySpec, Layer, LayerFormat, PagePos};
+use vastex_core::{AddressMode, Description, Geometry, GeometrySpec, Layer, LayerFormat, PagePos};
 
 use crate::hash::seeded;
 use crate::{Compression, Container, ContainerWriter, EncodedTile, MemoryStore, Store, WriterOptions};
@@ -16,27 +16,43 @@ pub(crate) fn image(width: u32, height: u32, page: u32, format: LayerFormat) -> 
     Description::one_layer(Geometry::new(spec).unwrap(), format)
 }
 
-/// Images and volumes of odd sizes, pages of 8 to 300 texels, all formats, one to three layers, all address modes.
+/// Images and volumes of odd sizes, pages of 8 to 300 texels, all formats, one to three layers of any resolution, all address
+/// modes.
 pub(crate) fn any_description() -> impl Strategy<Value = Description> {
-    let address = prop::sample::select(vec![AddressMode::Clamp, AddressMode::Wrap, AddressMode::Mirror]);
-    let formats = prop::collection::vec(prop::sample::select(&LayerFormat::ALL[..]), 1..4);
+    let address = prop::sample::select(vec![
+        AddressMode::Clamp,
+        AddressMode::Wrap,
+        AddressMode::Mirror,
+        AddressMode::Border,
+    ]);
+    let layer = (prop::sample::select(&LayerFormat::ALL[..]), prop::sample::select(vec![1, 2, 4]));
+    let layers = prop::collection::vec(layer, 1..4);
     let shape = (any::<bool>(), prop::array::uniform3(1u32..400), 8u32..=300, 1u32..=4);
-    (shape, prop::array::uniform3(address), formats).prop_map(
-        |((volume, size, page, border), address, formats)| {
-            let spec = if volume {
-                GeometrySpec {
-                    dims: Dims::D3,
-                    size: size.map(|n| n.div_ceil(10)),
-                    page: 8 + page % 10,
-                    border,
-                    address,
+    (shape, prop::array::uniform3(address), layers).prop_map(
+        |((volume, size, page, border), address, layers)| {
+            let layers = layers.into_iter().enumerate().map(|(n, (format, scale))| {
+                let format = if volume { format.decoded() } else { format };
+                Layer { scale, ..Layer::new(format!("layer {n}"), format) }
+            });
+            let layers: Vec<_> = layers.collect();
+            let tail_align = Description::tail_align(&layers);
+            // Whole blocks of every layer: 16 texels suit all; where nothing asks for them, any size is tried.
+            let unit = layers.iter().map(|layer| layer.scale * layer.format.block_side()).max().unwrap_or(1);
+            let border = if unit == 1 { border } else { unit };
+            let page = (if volume { 8 + page % 10 } else { page }).next_multiple_of(unit).max(2 * border);
+            let spec = GeometrySpec {
+                page,
+                border,
+                address,
+                tail_align,
+                ..match volume {
+                    true => GeometrySpec::volume(size.map(|n| n.div_ceil(10))),
+                    false => GeometrySpec::image(size[0], size[1]),
                 }
-            } else {
-                GeometrySpec { dims: Dims::D2, size: [size[0], size[1], 1], page, border, address }
             };
-            let layers =
-                formats.iter().enumerate().map(|(n, &format)| Layer { name: format!("layer {n}"), format });
-            Description { geometry: Geometry::new(spec).unwrap(), layers: layers.collect() }
+            let description = Description::new(Geometry::new(spec).unwrap(), layers);
+            assert_eq!(description.check(), Ok(()));
+            description
         },
     )
 }
@@ -53,15 +69,12 @@ pub(crate) fn texels(description: &Description, pos: PagePos, seed: u64) -> Vec<
             .layers
             .iter()
             .flat_map(|l| {
-                (hash as u32).to_le_bytes()[..l.format.texel_bytes()].repeat(tile_texels(description))
+                let block = u128::from(hash).to_le_bytes();
+                block[..l.format.block_bytes()].repeat(description.layer_blocks(l) as usize)
             })
             .collect();
     }
     (0..description.tile_bytes()).map(|n| seeded(seed, &(n as u64 / run).to_le_bytes()) as u8).collect()
-}
-
-fn tile_texels(description: &Description) -> usize {
-    description.geometry.tile_texels() as usize
 }
 
 /// A whole container with those texels in every page.

@@ -67,15 +67,14 @@ fn exactly(len: usize, expected: usize) -> Result<(), String> {
     if len == expected { Ok(()) } else { Err(format!("it has {len} bytes")) }
 }
 
-/// One texel of each layer, repeated over the tile layer by layer.
-fn expand(texel: &[u8], description: &Description) -> Result<Vec<u8>, String> {
-    exactly(texel.len(), description.texel_bytes())?;
-    let texels = description.geometry.tile_texels() as usize;
+/// One block of each layer, repeated over the tile layer by layer.
+fn expand(blocks: &[u8], description: &Description) -> Result<Vec<u8>, String> {
+    exactly(blocks.len(), description.block_bytes())?;
     let mut out = Vec::with_capacity(description.tile_bytes());
-    let mut rest = texel;
+    let mut rest = blocks;
     for layer in &description.layers {
-        let (of_layer, others) = rest.split_at(layer.format.texel_bytes());
-        out.extend_from_slice(&of_layer.repeat(texels));
+        let (of_layer, others) = rest.split_at(layer.format.block_bytes());
+        out.extend_from_slice(&of_layer.repeat(description.layer_blocks(layer) as usize));
         rest = others;
     }
     Ok(out)
@@ -117,11 +116,10 @@ mod tests {
     fn description() -> Description {
         let geometry =
             Geometry::new(GeometrySpec { page: 8, border: 1, ..GeometrySpec::image(20, 20) }).unwrap();
-        let layer = |name: &str, format| Layer { name: name.into(), format };
-        Description {
+        Description::new(
             geometry,
-            layers: vec![layer("height", LayerFormat::R16), layer("color", LayerFormat::Rgba8)],
-        }
+            vec![Layer::new("height", LayerFormat::R16), Layer::new("color", LayerFormat::Rgba8)],
+        )
     }
 
     fn tile(codec: Codec, bytes: &[u8]) -> Tile {

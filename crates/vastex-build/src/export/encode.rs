@@ -57,6 +57,8 @@ impl Encoder {
             LayerFormat::Rg8 => (ColorType::GrayscaleAlpha, BitDepth::Eight),
             LayerFormat::Rgba8 | LayerFormat::Rgba8Srgb if is_rgb => (ColorType::Rgb, BitDepth::Eight),
             LayerFormat::Rgba8 | LayerFormat::Rgba8Srgb => (ColorType::Rgba, BitDepth::Eight),
+            LayerFormat::Rgba16 => (ColorType::Rgba, BitDepth::Sixteen),
+            other => return Err(png::EncodingError::IoError(unsupported(other))),
         };
         let mut file = Vec::new();
         let mut encoder = png::Encoder::new(&mut file, size[0], size[1]);
@@ -94,6 +96,10 @@ impl Encoder {
         started.write_scanlines(texels)?;
         started.finish()
     }
+}
+
+fn unsupported(layer: LayerFormat) -> std::io::Error {
+    std::io::Error::other(format!("PNG cannot hold {}", layer.name()))
 }
 
 impl TileFormat {

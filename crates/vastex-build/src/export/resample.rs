@@ -111,9 +111,6 @@ fn accumulate(sum: &mut [f32], row: &[u8], format: LayerFormat, weight: f32) {
                 *sum += weight * f32::from(u16::from_le_bytes(*sample));
             }
         }
-        LayerFormat::R8 | LayerFormat::Rg8 => {
-            sum.iter_mut().zip(row).for_each(|(sum, value)| *sum += weight * f32::from(*value));
-        }
         LayerFormat::Rgba8 | LayerFormat::Rgba8Srgb => {
             let srgb = (format == LayerFormat::Rgba8Srgb).then(|| &*SRGB);
             for (sum, &[r, g, b, a]) in sum.as_chunks_mut::<4>().0.iter_mut().zip(row.as_chunks::<4>().0) {
@@ -126,6 +123,9 @@ fn accumulate(sum: &mut [f32], row: &[u8], format: LayerFormat, weight: f32) {
                 sum[3] += alpha;
             }
         }
+        _ => {
+            sum.iter_mut().zip(row).for_each(|(sum, value)| *sum += weight * f32::from(*value));
+        }
     }
 }
 
@@ -134,7 +134,6 @@ fn encode(out: &mut Vec<u8>, texel: [f32; 4], format: LayerFormat) {
     match format {
         LayerFormat::R16 => out.extend_from_slice(&((texel[0] + 0.5) as u16).to_le_bytes()),
         LayerFormat::R8 => out.push(byte(texel[0])),
-        LayerFormat::Rg8 => out.extend([byte(texel[0]), byte(texel[1])]),
         LayerFormat::Rgba8 | LayerFormat::Rgba8Srgb => {
             let alpha = texel[3];
             let color = |c: usize| {
@@ -146,6 +145,7 @@ fn encode(out: &mut Vec<u8>, texel: [f32; 4], format: LayerFormat) {
             };
             out.extend([color(0), color(1), color(2), byte(alpha)]);
         }
+        _ => out.extend([byte(texel[0]), byte(texel[1])]),
     }
 }
 

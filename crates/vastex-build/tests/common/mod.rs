@@ -74,7 +74,7 @@ impl NaiveLevel {
 fn step_inside(mut i: i64, size: i64, mode: AddressMode) -> i64 {
     while !(0..size).contains(&i) {
         i = match mode {
-            AddressMode::Clamp => i + if i < 0 { 1 } else { -1 },
+            AddressMode::Clamp | AddressMode::Border => i + if i < 0 { 1 } else { -1 },
             AddressMode::Wrap => i + if i < 0 { size } else { -size },
             AddressMode::Mirror if i < 0 => -1 - i,
             AddressMode::Mirror => 2 * size - 1 - i,
@@ -178,7 +178,7 @@ pub fn check_against_naive(container: &Path, linear: bool, layer: &[u8]) {
         let expected = naive_tile(&description, &levels, pos);
         if texels != expected {
             let at = texels.iter().zip(&expected).position(|(a, b)| a != b).unwrap();
-            let texel = at / description.texel_bytes();
+            let texel = at / description.block_bytes();
             let side = description.geometry.tile()[0] as usize;
             panic!("{pos}: differs first at tile texel {}, {}", texel % side, texel / side);
         }

@@ -2,7 +2,9 @@
 //!
 //! A reader passes over a section that it does not know if the section's number says that it may.
 
-use vastex_core::{AddressMode, Description, Dims, Geometry, GeometrySpec, Layer, LayerFormat};
+use vastex_core::{
+    AddressMode, Description, Dims, Geometry, GeometrySpec, Layer, LayerFormat, TexelPositions,
+};
 
 use super::layout::{Fields, MAX_PAGES};
 use crate::tile::MAX_TILE_BYTES;
@@ -11,6 +13,8 @@ use crate::tile::MAX_TILE_BYTES;
 const GEOMETRY: u32 = 1;
 /// The section that holds the layers.
 const LAYERS: u32 = 2;
+/// The section that holds what the first two have no room for; only where something of it is not as usual.
+const MORE: u32 = 3;
 /// Set in the number of a section that a reader may pass over.
 const OPTIONAL: u32 = 1 << 31;
 /// The section that says how each layer was filtered. What is only read can do without.
@@ -50,6 +54,9 @@ pub(super) struct Contents {
 pub(super) fn encode(description: &Description, filters: &[String]) -> Vec<u8> {
     let mut sections =
         vec![(GEOMETRY, geometry_bytes(&description.geometry)), (LAYERS, layer_bytes(&description.layers))];
+    if has_more(description) {
+        sections.push((MORE, more_bytes(description)));
+    }
     if !filters.is_empty() {
         sections.push((FILTERS, filter_bytes(filters)));
     }
@@ -79,12 +86,37 @@ fn geometry_bytes(geometry: &Geometry) -> Vec<u8> {
         AddressMode::Clamp => 0,
         AddressMode::Wrap => 1,
         AddressMode::Mirror => 2,
+        AddressMode::Border => 3,
     }));
     let factors = &geometry.levels()[1..];
     let numbers = spec.size.into_iter().chain([spec.page, spec.border, factors.len() as u32]);
     for number in numbers.chain(factors.iter().flat_map(|level| level.factor)) {
         bytes.extend(number.to_le_bytes());
     }
+    bytes
+}
+
+/// Whether texels keep their positions, the tail is aligned unusually, there is a border colour, or a layer has a fraction
+/// of the resolution.
+#[cfg(feature = "write")]
+fn has_more(description: &Description) -> bool {
+    let spec = description.geometry.spec();
+    spec.positions != TexelPositions::Centered
+        || spec.tail_align != 4
+        || description.border_color != [0; 4]
+        || description.layers.iter().any(|layer| layer.scale != 1)
+}
+
+#[cfg(feature = "write")]
+fn more_bytes(description: &Description) -> Vec<u8> {
+    let spec = description.geometry.spec();
+    let positions = match spec.positions {
+        TexelPositions::Centered => 0,
+        TexelPositions::Kept => 1,
+    };
+    let mut bytes = vec![positions, spec.tail_align as u8, 0, 0];
+    bytes.extend(description.border_color);
+    bytes.extend(description.layers.iter().map(|layer| layer.scale as u8));
     bytes
 }
 
@@ -107,12 +139,25 @@ fn format_number(format: LayerFormat) -> u32 {
         LayerFormat::Rgba8 => 3,
         LayerFormat::Rgba8Srgb => 4,
         LayerFormat::R16 => 5,
+        LayerFormat::Rgba16 => 6,
+        LayerFormat::R16Float => 7,
+        LayerFormat::Rgba16Float => 8,
+        LayerFormat::R32Float => 9,
+        LayerFormat::Bc1 => 10,
+        LayerFormat::Bc1Srgb => 11,
+        LayerFormat::Bc3 => 12,
+        LayerFormat::Bc3Srgb => 13,
+        LayerFormat::Bc4 => 14,
+        LayerFormat::Bc5 => 15,
+        LayerFormat::Bc6h => 16,
+        LayerFormat::Bc7 => 17,
+        LayerFormat::Bc7Srgb => 18,
     }
 }
 
 /// Reads a description and sees to it that this crate can handle the texture.
 pub(super) fn decode(bytes: &[u8]) -> Result<Contents, DescriptionFault> {
-    let (mut geometry, mut layers, mut filters, mut last) = (None, None, Vec::new(), None);
+    let (mut geometry, mut layers, mut more, mut filters, mut last) = (None, None, None, Vec::new(), None);
     let mut fields = Fields::new(bytes);
     while !fields.is_empty() {
         let (number, len) = (fields.u32()?, fields.u32()?);
@@ -124,6 +169,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Contents, DescriptionFault> {
         match number {
             GEOMETRY => geometry = Some(decode_geometry(section)?),
             LAYERS => layers = Some(decode_layers(section)?),
+            MORE => more = Some(decode_more(section)?),
             FILTERS => filters = decode_filters(section)?,
             _ if number & OPTIONAL != 0 => {}
             _ => {
@@ -135,7 +181,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Contents, DescriptionFault> {
     }
     match (geometry, layers) {
         (Some(geometry), Some(layers)) => {
-            let description = Description { geometry, layers };
+            let description = describe(geometry, layers, more)?;
             check(&description)?;
             check_filters(&description, &filters)?;
             Ok(Contents { description, filters })
@@ -144,7 +190,58 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Contents, DescriptionFault> {
     }
 }
 
-fn decode_geometry(section: &[u8]) -> Result<Geometry, DescriptionFault> {
+/// Joins what the sections say.
+fn describe(
+    shape: (GeometrySpec, Vec<[u32; 3]>),
+    mut layers: Vec<Layer>,
+    more: Option<More>,
+) -> Result<Description, DescriptionFault> {
+    let (mut spec, factors) = shape;
+    let mut border_color = [0; 4];
+    if let Some(more) = more {
+        if more.scales.len() != layers.len() {
+            return Err(format!("the scales of {} layers, of {}", more.scales.len(), layers.len()).into());
+        }
+        (spec.positions, spec.tail_align, border_color) =
+            (more.positions, more.tail_align, more.border_color);
+        layers.iter_mut().zip(more.scales).for_each(|(layer, scale)| layer.scale = scale);
+    }
+    let geometry = Geometry::with_factors(spec, &factors).map_err(|e| e.to_string())?;
+    let description = Description { border_color, ..Description::new(geometry, layers) };
+    Ok(description)
+}
+
+/// What the section of that name says.
+struct More {
+    positions: TexelPositions,
+    tail_align: u32,
+    border_color: [u8; 4],
+    scales: Vec<u32>,
+}
+
+fn decode_more(section: &[u8]) -> Result<More, DescriptionFault> {
+    let mut fields = Fields::new(section);
+    let positions = match fields.u8()? {
+        0 => TexelPositions::Centered,
+        1 => TexelPositions::Kept,
+        other => {
+            return Err(DescriptionFault::Unsupported(format!("positions of texels {other} are not known")));
+        }
+    };
+    let tail_align = u32::from(fields.u8()?);
+    if [fields.u8()?, fields.u8()?] != [0; 2] {
+        return Err("bytes that must be zero are not".to_string().into());
+    }
+    let border_color = [fields.u8()?, fields.u8()?, fields.u8()?, fields.u8()?];
+    let mut scales = Vec::new();
+    while !fields.is_empty() {
+        scales.push(u32::from(fields.u8()?));
+    }
+    Ok(More { positions, tail_align, border_color, scales })
+}
+
+/// Shape and factors, still without what the section of more says.
+fn decode_geometry(section: &[u8]) -> Result<(GeometrySpec, Vec<[u32; 3]>), DescriptionFault> {
     let mut fields = Fields::new(section);
     let dims = match fields.u8()? {
         2 => Dims::D2,
@@ -161,6 +258,7 @@ fn decode_geometry(section: &[u8]) -> Result<Geometry, DescriptionFault> {
             0 => AddressMode::Clamp,
             1 => AddressMode::Wrap,
             2 => AddressMode::Mirror,
+            3 => AddressMode::Border,
             other => return Err(DescriptionFault::Unsupported(format!("address mode {other} is not known"))),
         };
     }
@@ -173,8 +271,8 @@ fn decode_geometry(section: &[u8]) -> Result<Geometry, DescriptionFault> {
     if !fields.is_empty() {
         return Err("the geometry is too long".to_string().into());
     }
-    let spec = GeometrySpec { dims, size, page, border, address };
-    Ok(Geometry::with_factors(spec, &factors).map_err(|e| e.to_string())?)
+    let spec = GeometrySpec { dims, size, page, border, address, ..GeometrySpec::image(1, 1) };
+    Ok((spec, factors))
 }
 
 fn decode_layers(section: &[u8]) -> Result<Vec<Layer>, DescriptionFault> {
@@ -189,7 +287,7 @@ fn decode_layers(section: &[u8]) -> Result<Vec<Layer>, DescriptionFault> {
             LayerFormat::ALL.into_iter().find(|&format| format_number(format) == number).ok_or_else(
                 || DescriptionFault::Unsupported(format!("format {number} of layer {name:?} is not known")),
             )?;
-        layers.push(Layer { name: name.into(), format });
+        layers.push(Layer::new(name, format));
     }
     if !fields.is_empty() {
         return Err("the layers are too long".to_string().into());
@@ -234,7 +332,11 @@ pub(super) fn check(description: &Description) -> Result<(), String> {
             layer.name.len()
         ));
     }
-    let tile_bytes = description.geometry.tile_texels().saturating_mul(description.texel_bytes() as u64);
+    description.check().map_err(|e| e.to_string())?;
+    let tile_bytes = layers.iter().fold(0u64, |sum, layer| {
+        let bytes = description.layer_blocks(layer).saturating_mul(layer.format.block_bytes() as u64);
+        sum.saturating_add(bytes)
+    });
     if tile_bytes > MAX_TILE_BYTES {
         return Err(format!(
             "tiles of {tile_bytes} bytes: at most {MAX_TILE_BYTES} are allowed; use smaller pages"
@@ -275,6 +377,23 @@ mod tests {
         assert_eq!(decode(&bytes(&[])), Ok(contents(&[])));
         assert_eq!(decode(&bytes(&["box"])), Ok(contents(&["box"])));
         assert!(matches!(decode(&bytes(&["box", "box"])), Err(DescriptionFault::Damaged(_))));
+    }
+
+    #[test]
+    fn what_is_unusual_is_read_as_it_was_written() {
+        let spec = GeometrySpec { tail_align: 8, ..GeometrySpec::image(1000, 777) };
+        let layers = vec![
+            Layer::new("color", LayerFormat::Bc7Srgb),
+            Layer { scale: 2, ..Layer::new("height", LayerFormat::R16) },
+        ];
+        let description = Description {
+            border_color: [1, 2, 3, 4],
+            ..Description::new(Geometry::new(spec).unwrap(), layers)
+        };
+        assert_eq!(decode(&encode(&description, &[])).map(|c| c.description), Ok(description));
+        let spec = GeometrySpec { positions: TexelPositions::Kept, ..GeometrySpec::image(1000, 777) };
+        let description = Description::one_layer(Geometry::new(spec).unwrap(), LayerFormat::R8);
+        assert_eq!(decode(&encode(&description, &[])).map(|c| c.description), Ok(description));
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use pollster::block_on;
 use proptest::prelude::*;
-use vastex_core::{AddressMode, Description, Dims, Geometry, GeometrySpec};
+use vastex_core::{AddressMode, Description, Geometry, GeometrySpec};
 
 use crate::testing::open;
 use crate::*;
@@ -33,8 +33,8 @@ proptest! {
     ) {
         let address = [address; 3];
         let spec = match volume {
-            true => GeometrySpec { dims: Dims::D3, size: size.map(|n| n / 5 + 1), page: 8, border: 2, address },
-            false => GeometrySpec { dims: Dims::D2, size: [size[0], size[1], 1], page, border, address },
+            true => GeometrySpec { page: 8, border: 2, address, ..GeometrySpec::volume(size.map(|n| n / 5 + 1)) },
+            false => GeometrySpec { page, border, address, ..GeometrySpec::image(size[0], size[1]) },
         };
         let source = PropertySource::new(Geometry::new(spec).unwrap());
         let container = open(property_bytes(&source, compression));
