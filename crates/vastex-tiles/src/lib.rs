@@ -6,6 +6,8 @@
 //!
 //! This crate does not decide what is loaded (`vastex-core` does) and never sees a GPU.
 
+#[cfg(feature = "blocks")]
+mod blocks;
 mod cache;
 #[cfg(not(target_family = "wasm"))]
 mod conformance;
@@ -23,6 +25,8 @@ mod stores;
 mod testing;
 mod tile;
 
+#[cfg(feature = "blocks")]
+pub use blocks::{decode_blocks, decode_layer};
 pub use cache::{CacheStats, RamCache};
 #[cfg(not(target_family = "wasm"))]
 pub use conformance::conformance;
