@@ -38,15 +38,15 @@ pub(crate) fn cpu_picture(
 /// Twin of `scene_colour` in surface.wgsl, and of what the target's format then does.
 fn pixel_from_value(value: [f32; 4], format: LayerFormat) -> [u8; 4] {
     let over = |channel: usize, shown: f32, alpha: f32| BACKGROUND[channel] * (1.0 - alpha) + shown * alpha;
-    let colour: [f32; 3] = std::array::from_fn(|channel| match format {
-        LayerFormat::R8 | LayerFormat::R16 => value[0],
-        LayerFormat::Rg8 => over(channel, value[0], value[1]),
-        LayerFormat::Rgba8 | LayerFormat::Rgba8Srgb => over(channel, value[channel], value[3]),
+    let colour: [f32; 3] = std::array::from_fn(|channel| match format.channels() {
+        1 => value[0],
+        2 => over(channel, value[0], value[1]),
+        _ => over(channel, value[channel], value[3]),
     });
-    let stored = |linear: f32| match format {
-        LayerFormat::Rgba8Srgb if linear > 0.003_130_8 => 1.055 * linear.powf(1.0 / 2.4) - 0.055,
-        LayerFormat::Rgba8Srgb => linear * 12.92,
-        _ => linear,
+    let stored = |linear: f32| match format.is_srgb() {
+        true if linear > 0.003_130_8 => 1.055 * linear.powf(1.0 / 2.4) - 0.055,
+        true => linear * 12.92,
+        false => linear,
     };
     let [r, g, b] = colour.map(|linear| (stored(linear.clamp(0.0, 1.0)) * 255.0).round() as u8);
     [r, g, b, 255]

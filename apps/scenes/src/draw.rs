@@ -3,7 +3,7 @@
 //! The picture from an ordinary texture, to compare with, is `reference`'s business.
 
 use glam::{Mat4, Vec4};
-use vastex::{LayerFormat, TextureId, Textures};
+use vastex::{TextureId, Textures};
 
 use crate::pose::Pose;
 use crate::scene::{Scene, Vertex, surface};
@@ -256,10 +256,9 @@ fn uniform_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
 }
 
 fn shader_text(textures: &Textures, texture: TextureId, module: &str) -> String {
-    let channels = match textures.description(texture).layers[0].format {
-        LayerFormat::R8 | LayerFormat::R16 => 1,
-        LayerFormat::Rg8 => 2,
-        LayerFormat::Rgba8 | LayerFormat::Rgba8Srgb => 4,
+    let channels = match textures.description(texture).layers[0].format.channels() {
+        3 => 4,
+        channels => channels,
     };
     let constants = format!("const SCENE_CHANNELS: u32 = {channels}u;\n");
     [&textures.wgsl(texture), constants.as_str(), include_str!("wgsl/surface.wgsl"), module].join("\n")

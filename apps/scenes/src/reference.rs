@@ -95,7 +95,7 @@ fn reference_texture(
         LayerFormat::R16 if device.features().contains(wgpu::Features::TEXTURE_FORMAT_16BIT_NORM) => {
             wgpu::TextureFormat::R16Unorm
         }
-        format @ LayerFormat::R16 => return Err(ReferenceError::Format(format)),
+        format => return Err(ReferenceError::Format(format)),
     };
     let texel = description.layers[0].format.texel_bytes() as u64;
     let bytes = u64::from(size[0]) * u64::from(size[1]) * texel * 4 / 3;
@@ -211,7 +211,7 @@ fn bind(
     // A mirrored edge needs the texel at the edge once more, which is what a clamped edge gives.
     let address = geometry.address().map(|mode| match mode {
         AddressMode::Wrap => wgpu::AddressMode::Repeat,
-        AddressMode::Clamp | AddressMode::Mirror => wgpu::AddressMode::ClampToEdge,
+        AddressMode::Clamp | AddressMode::Mirror | AddressMode::Border => wgpu::AddressMode::ClampToEdge,
     });
     let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
         label: Some("reference"),

@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use vastex::{CpuTexture, Event, FrameStats, LayerFormat, Settings, TextureId, Textures, TileSource};
+use vastex::{CpuTexture, Event, FrameStats, Settings, TextureId, Textures, TileSource};
 
 use crate::compare::{Comparison, Picture};
 use crate::cpu_picture::cpu_picture;
@@ -235,8 +235,8 @@ impl Studio {
 
 /// The format of pictures: colours as the texture's own, so that nothing is lost between them.
 pub fn picture_format(textures: &Textures, texture: TextureId) -> wgpu::TextureFormat {
-    match textures.description(texture).layers[0].format {
-        LayerFormat::Rgba8Srgb => wgpu::TextureFormat::Rgba8UnormSrgb,
-        _ => wgpu::TextureFormat::Rgba8Unorm,
+    match textures.description(texture).layers[0].format.is_srgb() {
+        true => wgpu::TextureFormat::Rgba8UnormSrgb,
+        false => wgpu::TextureFormat::Rgba8Unorm,
     }
 }

@@ -12,6 +12,7 @@ pub(crate) const fn address_code(mode: AddressMode) -> u32 {
         AddressMode::Clamp => 0,
         AddressMode::Wrap => 1,
         AddressMode::Mirror => 2,
+        AddressMode::Border => 3,
     }
 }
 

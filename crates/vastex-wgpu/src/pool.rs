@@ -31,16 +31,32 @@ pub struct Pool {
 ///
 /// 16-bit data is filtered by the device where that was asked for ([`crate::required_features`]), else in the shader.
 fn gpu_format(format: LayerFormat, features: wgpu::Features) -> (wgpu::TextureFormat, Atlas) {
-    match format {
-        LayerFormat::R8 => (wgpu::TextureFormat::R8Unorm, Atlas::Float),
-        LayerFormat::Rg8 => (wgpu::TextureFormat::Rg8Unorm, Atlas::Float),
-        LayerFormat::Rgba8 => (wgpu::TextureFormat::Rgba8Unorm, Atlas::Float),
-        LayerFormat::Rgba8Srgb => (wgpu::TextureFormat::Rgba8UnormSrgb, Atlas::Float),
-        LayerFormat::R16 if features.contains(wgpu::Features::TEXTURE_FORMAT_16BIT_NORM) => {
-            (wgpu::TextureFormat::R16Unorm, Atlas::Float)
-        }
-        LayerFormat::R16 => (wgpu::TextureFormat::R16Uint, Atlas::Uint16),
-    }
+    use LayerFormat::*;
+    use wgpu::TextureFormat as Gpu;
+    let norm16 = features.contains(wgpu::Features::TEXTURE_FORMAT_16BIT_NORM);
+    let filterable = match format {
+        R8 => Gpu::R8Unorm,
+        Rg8 => Gpu::Rg8Unorm,
+        Rgba8 => Gpu::Rgba8Unorm,
+        Rgba8Srgb => Gpu::Rgba8UnormSrgb,
+        R16 if norm16 => Gpu::R16Unorm,
+        R16 => return (Gpu::R16Uint, Atlas::Uint16),
+        Rgba16 if norm16 => Gpu::Rgba16Unorm,
+        Rgba16 => return (Gpu::Rgba16Uint, Atlas::Uint16),
+        R16Float => Gpu::R16Float,
+        Rgba16Float => Gpu::Rgba16Float,
+        R32Float => Gpu::R32Float,
+        Bc1 => Gpu::Bc1RgbaUnorm,
+        Bc1Srgb => Gpu::Bc1RgbaUnormSrgb,
+        Bc3 => Gpu::Bc3RgbaUnorm,
+        Bc3Srgb => Gpu::Bc3RgbaUnormSrgb,
+        Bc4 => Gpu::Bc4RUnorm,
+        Bc5 => Gpu::Bc5RgUnorm,
+        Bc6h => Gpu::Bc6hRgbUfloat,
+        Bc7 => Gpu::Bc7RgbaUnorm,
+        Bc7Srgb => Gpu::Bc7RgbaUnormSrgb,
+    };
+    (filterable, Atlas::Float)
 }
 
 impl Pool {

@@ -129,7 +129,7 @@ impl Textures {
         description: &Arc<Description>,
         tail: &[u8],
     ) -> Result<TextureId, Error> {
-        let (texture, slot) = pool.pager.add_texture(&description.geometry)?;
+        let (texture, slot) = pool.pager.add_texture(&description.geometry, None)?;
         pool.gpu.upload(&self.queue, slot, tail)?;
         let table = TableBuffers::new(&self.device, &self.queue, &description.geometry, texture, slot, 0.0)?;
         self.groups.0.push(pool.layout.bind_group(&self.device, &table, &pool.gpu, &self.view));

@@ -65,7 +65,7 @@ impl Oracle<'_> {
 
     fn folded(&self, uv: f64) -> f64 {
         match self.address {
-            AddressMode::Clamp => uv.clamp(0.0, 1.0),
+            AddressMode::Clamp | AddressMode::Border => uv.clamp(0.0, 1.0),
             AddressMode::Wrap => uv.rem_euclid(1.0),
             AddressMode::Mirror => 1.0 - (uv.rem_euclid(2.0) - 1.0).abs(),
         }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 use vastex::{AddressMode, Geometry};
 use vastex_build::PartOf;
-use vastex_core::{Dims, GeometrySpec, PAGE_TEXELS};
+use vastex_core::{GeometrySpec, PAGE_TEXELS};
 
 use super::{ClapArgs, named, value_error};
 
@@ -77,13 +77,7 @@ pub(crate) enum Compress {
 impl BuildArgs {
     /// The border must suit the page.
     pub(super) fn check(&self) -> Result<(), clap::Error> {
-        let spec = GeometrySpec {
-            dims: Dims::D2,
-            size: [1, 1, 1],
-            page: self.page,
-            border: self.border,
-            address: [AddressMode::Clamp; 3],
-        };
+        let spec = GeometrySpec { page: self.page, border: self.border, ..GeometrySpec::image(1, 1) };
         let border = self.border;
         Geometry::new(spec)
             .map(drop)

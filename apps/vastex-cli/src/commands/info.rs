@@ -131,5 +131,6 @@ fn address_name(mode: AddressMode) -> &'static str {
         AddressMode::Clamp => "clamp",
         AddressMode::Wrap => "wrap",
         AddressMode::Mirror => "mirror",
+        AddressMode::Border => "border",
     }
 }

@@ -24,7 +24,7 @@ pub(super) struct Position {
 
 fn folded_uv(uv: f32, mode: AddressMode) -> f32 {
     match mode {
-        AddressMode::Clamp => uv.clamp(0.0, 1.0),
+        AddressMode::Clamp | AddressMode::Border => uv.clamp(0.0, 1.0),
         AddressMode::Wrap => uv - uv.floor(),
         AddressMode::Mirror => {
             let turn = uv - 2.0 * (0.5 * uv).floor();

@@ -80,15 +80,24 @@ fn mix(a: [f32; 4], b: [f32; 4], weight: f32) -> [f32; 4] {
 }
 
 fn decode(format: LayerFormat, bytes: &[u8]) -> [f32; 4] {
+    use LayerFormat::{R8, R16, R16Float, R32Float, Rg8, Rgba8Srgb, Rgba16, Rgba16Float};
     let unorm = |channel: usize| f32::from(bytes[channel]) / 255.0;
-    match format {
-        LayerFormat::R8 => [unorm(0), 0.0, 0.0, 1.0],
-        LayerFormat::Rg8 => [unorm(0), unorm(1), 0.0, 1.0],
-        LayerFormat::Rgba8 => std::array::from_fn(unorm),
-        LayerFormat::Rgba8Srgb => {
+    let word = |channel: usize| [bytes[2 * channel], bytes[2 * channel + 1]];
+    let unorm16 = |channel: usize| f32::from(u16::from_le_bytes(word(channel))) / 65535.0;
+    let half = |channel: usize| half::f16::from_le_bytes(word(channel)).to_f32();
+    match format.decoded() {
+        R8 => [unorm(0), 0.0, 0.0, 1.0],
+        Rg8 => [unorm(0), unorm(1), 0.0, 1.0],
+        Rgba8Srgb => {
             [linear_from_srgb(unorm(0)), linear_from_srgb(unorm(1)), linear_from_srgb(unorm(2)), unorm(3)]
         }
-        LayerFormat::R16 => [f32::from(u16::from_le_bytes([bytes[0], bytes[1]])) / 65535.0, 0.0, 0.0, 1.0],
+        R16 => [unorm16(0), 0.0, 0.0, 1.0],
+        Rgba16 => std::array::from_fn(unorm16),
+        R16Float => [half(0), 0.0, 0.0, 1.0],
+        Rgba16Float => std::array::from_fn(half),
+        R32Float => [f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]), 0.0, 0.0, 1.0],
+        // Rgba8, and nothing else: no other format decodes to itself.
+        _ => std::array::from_fn(unorm),
     }
 }
 
