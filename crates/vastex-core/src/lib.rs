@@ -16,6 +16,7 @@ mod format;
 mod geometry;
 mod order;
 mod page;
+mod page_set;
 mod pager;
 mod pool;
 mod residency;
@@ -37,6 +38,7 @@ pub use geometry::{
     TexelPositions,
 };
 pub use page::{Dims, PageId, PageIdError, PagePos, TextureId};
+pub use page_set::PageSet;
 pub use pager::{Pager, PagerSettings, Request, Upload};
 pub use pool::{ArrayLimits, PoolError, PoolLayout, Slot, SlotPlace};
 pub use residency::{PageState, Stats};

@@ -20,6 +20,7 @@ use crate::feedback::Feedback;
 use crate::geometry::Geometry;
 use crate::order::order_missing;
 use crate::page::{PageId, PagePos, TextureId};
+use crate::page_set::PageSet;
 use crate::pool::{PoolError, PoolLayout, Slot};
 use crate::residency::{PageState, Residency, State, Stats};
 use crate::shared::JITTER_CYCLE;
@@ -115,8 +116,13 @@ impl Pager {
 
     /// Adds a texture and pins its tail: the caller puts the tail's tile into the slot before it draws.
     ///
-    /// A pool that would have no slot left to work with refuses the texture.
-    pub fn add_texture(&mut self, geometry: &Geometry) -> Result<(TextureId, Slot), PoolError> {
+    /// `present` are the pages that have tiles, nothing where all have: where another is wanted, its nearest ancestor that has
+    /// one is. A pool that would have no slot left to work with refuses the texture.
+    pub fn add_texture(
+        &mut self,
+        geometry: &Geometry,
+        present: Option<Arc<PageSet>>,
+    ) -> Result<(TextureId, Slot), PoolError> {
         let (settings, needed) = (self.settings, self.textures.len() as u32 + PoolLayout::MIN_SLOTS);
         let too_small = || PoolError::TooSmall {
             budget: u64::from(settings.slots) * settings.tile_bytes,
@@ -134,7 +140,8 @@ impl Pager {
             Some(slot) => slot,
             None => self.steal_slot().ok_or(PoolError::AllInView { slots: settings.slots })?,
         };
-        let texture = self.textures.add(Arc::new(geometry.clone())).ok_or(PoolError::TooManyTextures)?;
+        let texture =
+            self.textures.add(Arc::new(geometry.clone()), present).ok_or(PoolError::TooManyTextures)?;
         if let Some(tail) = page_id(texture, geometry, geometry.tail_pos()) {
             self.residency.pin(tail, slot);
         }

@@ -2,35 +2,48 @@
 
 use std::sync::Arc;
 
+use crate::feedback::WantedPage;
 use crate::geometry::Geometry;
 use crate::page::{PageId, PagePos, TextureId};
+use crate::page_set::PageSet;
 
 /// All textures of a pager, by number.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Textures {
-    geometries: Vec<Arc<Geometry>>,
+    textures: Vec<Texture>,
+}
+
+#[derive(Clone, Debug)]
+struct Texture {
+    geometry: Arc<Geometry>,
+    /// The pages that have tiles; nothing where all have.
+    present: Option<Arc<PageSet>>,
 }
 
 impl Textures {
     /// Adds a texture; nothing where there are as many as a page id can tell apart.
-    pub(crate) fn add(&mut self, geometry: Arc<Geometry>) -> Option<TextureId> {
-        let id = TextureId::new(u16::try_from(self.geometries.len()).ok()?)?;
-        self.geometries.push(geometry);
+    pub(crate) fn add(
+        &mut self,
+        geometry: Arc<Geometry>,
+        present: Option<Arc<PageSet>>,
+    ) -> Option<TextureId> {
+        let id = TextureId::new(u16::try_from(self.textures.len()).ok()?)?;
+        self.textures.push(Texture { geometry, present });
         Some(id)
     }
 
     pub(crate) fn len(&self) -> usize {
-        self.geometries.len()
+        self.textures.len()
     }
 
     pub(crate) fn geometry(&self, texture: TextureId) -> Option<&Arc<Geometry>> {
-        self.geometries.get(usize::from(texture.number()))
+        Some(&self.textures.get(usize::from(texture.number()))?.geometry)
     }
 
     /// The pages of all tails.
     #[cfg(feature = "checks")]
     pub(crate) fn tails(&self) -> impl Iterator<Item = PageId> + '_ {
-        self.geometries.iter().enumerate().filter_map(|(number, geometry)| {
+        self.textures.iter().enumerate().filter_map(|(number, Texture { geometry, .. })| {
             page_id(TextureId::new(number as u16)?, geometry, geometry.tail_pos())
         })
     }
@@ -38,6 +51,26 @@ impl Textures {
     /// Whether the page exists, in a texture that exists.
     pub(crate) fn contains(&self, page: PageId) -> bool {
         self.pos(page).is_some_and(|(geometry, pos)| geometry.contains(pos))
+    }
+
+    /// What is wanted where a page that exists is wanted: the page itself, or where it has no tile its nearest ancestor that
+    /// has one, as sharply as there is anything.
+    pub(crate) fn present(&self, wanted: WantedPage) -> WantedPage {
+        let has_tile = |page: PageId| {
+            let texture = self.textures.get(usize::from(page.texture().number()));
+            let present = texture.and_then(|texture| texture.present.as_deref());
+            present.is_none_or(|set| self.pos(page).is_some_and(|(_, pos)| set.contains(pos)))
+        };
+        if has_tile(wanted.page) {
+            return wanted;
+        }
+        let page = self.ancestors(wanted.page).find(|&page| has_tile(page));
+        WantedPage { page: page.unwrap_or(wanted.page), eighth: 0, ..wanted }
+    }
+
+    /// Whether any page of any texture has no tile.
+    pub(crate) fn are_sparse(&self) -> bool {
+        self.textures.iter().any(|texture| texture.present.is_some())
     }
 
     /// Whether the page is a tail. The page exists.

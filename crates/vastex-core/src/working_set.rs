@@ -105,8 +105,13 @@ impl WorkingSet {
             self.forget_oldest();
         }
         let mut pages = std::mem::take(&mut self.spare);
-        let usable = |w: &&WantedPage| textures.contains(w.page) && !textures.is_tail(w.page);
-        pages.extend(feedback.pages.iter().filter(usable));
+        let exists = |w: &&WantedPage| textures.contains(w.page);
+        let below_tail = |w: &WantedPage| !textures.is_tail(w.page);
+        let present = feedback.pages.iter().filter(exists).map(|&wanted| textures.present(wanted));
+        pages.extend(present.filter(below_tail));
+        if textures.are_sparse() {
+            merge_same(&mut pages);
+        }
         for wanted in &pages {
             let direct = self.direct.entry(wanted.page).or_default();
             direct.pixels = direct.pixels.saturating_add(wanted.pixels);
@@ -193,6 +198,19 @@ impl WorkingSet {
     }
 }
 
+/// Makes one entry of those of the same page, for which several that have no tiles may stand.
+fn merge_same(pages: &mut Vec<WantedPage>) {
+    pages.sort_unstable();
+    pages.dedup_by(|next, first| {
+        let same = next.page == first.page;
+        if same {
+            first.pixels = first.pixels.saturating_add(next.pixels);
+            first.eighth = first.eighth.min(next.eighth);
+        }
+        same
+    });
+}
+
 /// Decides the mip bias of a pool: up at once to the smallest whose set fits 90 % of the slots, down only when the finer
 /// set fits 80 %, and only after a whole jitter cycle.
 #[derive(Clone, Copy, Debug)]
@@ -254,7 +272,7 @@ mod tests {
     fn textures() -> (Textures, TextureId, Arc<Geometry>) {
         let geometry = Arc::new(Geometry::new(GeometrySpec::image(8192, 4096)).unwrap());
         let mut textures = Textures::default();
-        let id = textures.add(geometry.clone()).unwrap();
+        let id = textures.add(geometry.clone(), None).unwrap();
         (textures, id, geometry)
     }
 

@@ -216,6 +216,21 @@ fn pages_smaller_than_a_feedback_block_are_no_jumps() {
     world.run_until_converged(600).unwrap();
 }
 
+/// Where a page has no tile its nearest ancestor stands in: the view converges, and nothing is asked for in vain.
+#[test]
+fn pages_without_tiles_are_never_asked_for() {
+    for path in Path::ALL {
+        for absent in [0.01, 0.3, 0.9] {
+            let mut world = World::new(Knobs { absent, slots: 300, ..knobs(path) }).unwrap();
+            for _ in 0..100 {
+                world.step().unwrap();
+            }
+            world.hold();
+            world.run_until_converged(400).unwrap();
+        }
+    }
+}
+
 /// A world in which everything is left to chance.
 fn random_world(seed: u64) -> Result<(), String> {
     let mut random = Random::new(seed);
@@ -235,6 +250,7 @@ fn random_world(seed: u64) -> Result<(), String> {
     knobs.upload_bytes_per_frame = 20 + random.below(2000);
     knobs.in_flight_tiles = random.below(64);
     knobs.complete_feedback = random.chance(0.2);
+    knobs.absent = if seed % 4 == 3 { 0.02 + 0.2 * random.below(4) as f64 } else { 0.0 };
     let loads = &mut knobs.loads;
     loads.latency_frames = random.below(20);
     loads.tiles_per_frame = 1 + random.below(40) as usize;
@@ -295,16 +311,16 @@ fn a_texture_that_is_refused_leaves_everything_as_it_was() {
     };
     let mut pager = Pager::new(settings);
     let geometry = vastex_core::Geometry::new(GeometrySpec::image(1000, 1000)).unwrap();
-    let (first, _) = pager.add_texture(&geometry).unwrap();
-    let (second, _) = pager.add_texture(&geometry).unwrap();
+    let (first, _) = pager.add_texture(&geometry, None).unwrap();
+    let (second, _) = pager.add_texture(&geometry, None).unwrap();
     assert_eq!((first.number(), second.number()), (0, 1));
     for _ in 0..3 {
-        assert!(matches!(pager.add_texture(&geometry), Err(PoolError::TooSmall { needed: 4, .. })));
+        assert!(matches!(pager.add_texture(&geometry, None), Err(PoolError::TooSmall { needed: 4, .. })));
     }
     assert_eq!(pager.stats().occupied, 2);
     let mut crowded = Pager::new(PagerSettings { slots: 3000, ..settings });
     let tiny = vastex_core::Geometry::new(GeometrySpec::image(1, 1)).unwrap();
-    let added = (0..).take_while(|_| crowded.add_texture(&tiny).is_ok()).count();
+    let added = (0..).take_while(|_| crowded.add_texture(&tiny, None).is_ok()).count();
     assert_eq!((added, crowded.stats().occupied), (2047, 2047));
-    assert_eq!(crowded.add_texture(&tiny), Err(PoolError::TooManyTextures));
+    assert_eq!(crowded.add_texture(&tiny, None), Err(PoolError::TooManyTextures));
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use rustc_hash::FxHashMap;
-use vastex_core::{Description, PagePos};
+use vastex_core::{Description, PagePos, PageSet};
 
 use crate::source::{ReadFuture, TileSource};
 use crate::tile::Tile;
@@ -57,6 +57,10 @@ impl<S> RamCache<S> {
 impl<S: TileSource> TileSource for RamCache<S> {
     fn description(&self) -> &Arc<Description> {
         self.source.description()
+    }
+
+    fn present(&self) -> Option<&Arc<PageSet>> {
+        self.source.present()
     }
 
     fn read(&self, pos: PagePos) -> ReadFuture<'_> {

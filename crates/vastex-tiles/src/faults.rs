@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::task::Poll;
 use std::time::Duration;
 
-use vastex_core::{Description, PagePos};
+use vastex_core::{Description, PagePos, PageSet};
 
 use crate::hash::seeded;
 use crate::source::{MaybeSend, MaybeSync, ReadError, ReadFuture, TileSource};
@@ -107,6 +107,10 @@ where
 {
     fn description(&self) -> &Arc<Description> {
         self.source.description()
+    }
+
+    fn present(&self) -> Option<&Arc<PageSet>> {
+        self.source.present()
     }
 
     fn read(&self, pos: PagePos) -> ReadFuture<'_> {

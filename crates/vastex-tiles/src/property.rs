@@ -14,7 +14,7 @@
 
 use std::sync::Arc;
 
-use vastex_core::{Box3, Description, Dims, Geometry, LayerFormat, PagePos};
+use vastex_core::{Box3, Description, Dims, Geometry, LayerFormat, PagePos, PageSet};
 
 use crate::source::{ReadError, ReadFuture, TileSource};
 use crate::tile::{Codec, Tile};
@@ -95,6 +95,10 @@ fn fill(geometry: &Geometry, level: u8, level_box: Box3, offset: [u32; 3], texel
 impl TileSource for PropertySource {
     fn description(&self) -> &Arc<Description> {
         &self.description
+    }
+
+    fn present(&self) -> Option<&Arc<PageSet>> {
+        None
     }
 
     fn read(&self, pos: PagePos) -> ReadFuture<'_> {

@@ -4,7 +4,7 @@ use std::future::Future;
 use std::pin::Pin;
 use std::sync::Arc;
 
-use vastex_core::{Description, PagePos};
+use vastex_core::{Description, PagePos, PageSet};
 
 use crate::tile::Tile;
 
@@ -76,6 +76,13 @@ pub trait TileSource: MaybeSend + MaybeSync {
     /// The texture that the source holds. The same at every call.
     fn description(&self) -> &Arc<Description>;
 
+    /// The pages that have tiles, the tail among them; nothing where all have, as in most sources. The same at every call.
+    ///
+    /// A page of this set is never [`ReadError::NoSuchTile`], any other always is.
+    fn present(&self) -> Option<&Arc<PageSet>> {
+        None
+    }
+
     /// The tile of a page finer than the tail, or the tail's (at [`vastex_core::Geometry::tail_pos`]), still encoded.
     ///
     /// A local read never suspends. Dropping the future cancels the read.
@@ -85,6 +92,10 @@ pub trait TileSource: MaybeSend + MaybeSync {
 impl<S: TileSource + ?Sized> TileSource for Arc<S> {
     fn description(&self) -> &Arc<Description> {
         (**self).description()
+    }
+
+    fn present(&self) -> Option<&Arc<PageSet>> {
+        (**self).present()
     }
 
     fn read(&self, pos: PagePos) -> ReadFuture<'_> {

@@ -114,7 +114,7 @@ impl Textures {
             Some(pool) => pool,
             None => PoolState::new(&self.device, &self.queue, &self.settings, &description)?,
         };
-        let added = pool.check_shape(&description).and_then(|()| self.add_to(&mut pool, &description, &tail));
+        let added = pool.check_shape(&description).and_then(|()| self.add_to(&mut pool, &*source, &tail));
         if added.is_ok() || !self.textures.is_empty() {
             self.pool = Some(pool);
         }
@@ -126,10 +126,11 @@ impl Textures {
     fn add_to(
         &mut self,
         pool: &mut PoolState,
-        description: &Arc<Description>,
+        source: &dyn TileSource,
         tail: &[u8],
     ) -> Result<TextureId, Error> {
-        let (texture, slot) = pool.pager.add_texture(&description.geometry, None)?;
+        let description = source.description();
+        let (texture, slot) = pool.pager.add_texture(&description.geometry, source.present().cloned())?;
         pool.gpu.upload(&self.queue, slot, tail)?;
         let table = TableBuffers::new(&self.device, &self.queue, &description.geometry, texture, slot, 0.0)?;
         self.groups.0.push(pool.layout.bind_group(&self.device, &table, &pool.gpu, &self.view));

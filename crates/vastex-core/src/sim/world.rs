@@ -1,17 +1,19 @@
 //! The world itself: one frame after the other, with what must hold checked at each.
 
 use std::collections::{BTreeSet, VecDeque};
+use std::sync::Arc;
 
 use bytes::Bytes;
 
 use crate::event::Event;
 use crate::feedback::{Feedback, Need};
 use crate::geometry::{Geometry, GeometrySpec};
-use crate::page::{PageId, TextureId};
+use crate::page::{PageId, PagePos, TextureId};
+use crate::page_set::PageSet;
 use crate::pager::{Pager, PagerSettings, Upload};
 use crate::pool::PoolError;
 use crate::sim::loader::{Loads, Outcome};
-use crate::sim::{Path, View};
+use crate::sim::{Path, Random, View};
 use crate::table::{TableChange, TableEntry, TableImage};
 
 /// Frames between a view and its feedback.
@@ -38,6 +40,8 @@ pub struct Knobs {
     pub path: Path,
     /// Frames after which the camera holds its pose.
     pub hold_after: u64,
+    /// The share of the pages that have no tile; with each, its descendants have none.
+    pub absent: f64,
     /// The loader.
     pub loads: Loads,
 }
@@ -55,6 +59,7 @@ impl Knobs {
             complete_feedback: false,
             path,
             hold_after: u64::MAX,
+            absent: 0.0,
             loads: Loads::new(seed),
         }
     }
@@ -65,6 +70,7 @@ impl Knobs {
 pub struct World {
     knobs: Knobs,
     geometry: Geometry,
+    present: Option<Arc<PageSet>>,
     texture: TextureId,
     /// The pager under test.
     pub pager: Pager,
@@ -93,11 +99,20 @@ impl World {
         #[expect(clippy::expect_used, reason = "the knobs are the test's own")]
         let geometry = Geometry::new(knobs.spec).expect("a possible texture");
         let mut pager = Pager::new(settings);
-        let (texture, tail_slot) = pager.add_texture(&geometry)?;
+        let present = (knobs.absent > 0.0).then(|| {
+            // Whether a page has a tile follows from its place, so that the order of asking does not matter.
+            let has_tile = |pos: PagePos| {
+                let place = pos.coords().iter().fold(u64::from(pos.level), |n, &c| n << 16 ^ u64::from(c));
+                !Random::new(place).chance(knobs.absent)
+            };
+            Arc::new(PageSet::from_pages(&geometry, has_tile))
+        });
+        let (texture, tail_slot) = pager.add_texture(&geometry, present.clone())?;
         Ok(World {
             table: TableImage::new(&geometry, tail_slot),
             knobs,
             geometry,
+            present,
             texture,
             pager,
             frame: 0,
@@ -148,7 +163,7 @@ impl World {
             self.pager.observe(&feedback);
             self.newest = feedback;
         }
-        self.load();
+        self.load()?;
         self.upload()?;
         while let Some(event) = self.pager.poll_event() {
             self.events.push((self.frame, event));
@@ -156,7 +171,7 @@ impl World {
         self.check_table()
     }
 
-    fn load(&mut self) {
+    fn load(&mut self) -> Result<(), String> {
         for (page, outcome) in self.knobs.loads.arrivals(self.frame) {
             match outcome {
                 Outcome::Tile => self.pager.tile_ready(page, Bytes::from_static(b"tile")),
@@ -168,7 +183,23 @@ impl World {
             self.knobs.loads.cancel(page);
         }
         while let Some(request) = self.pager.poll_request() {
+            if !self.has_tile(request.pos) {
+                return Err(format!("frame {}: {} has no tile and was asked for", self.frame, request.pos));
+            }
             self.knobs.loads.begin(request.page, self.frame);
+        }
+        Ok(())
+    }
+
+    fn has_tile(&self, pos: PagePos) -> bool {
+        self.present.as_ref().is_none_or(|present| present.contains(pos))
+    }
+
+    /// Walks up from a page until there is a tile; from that level on, anything will do.
+    fn stand_in(&self, pos: PagePos, need: Need) -> (PagePos, Need) {
+        match self.geometry.parent(pos) {
+            Some(parent) if !self.has_tile(pos) => self.stand_in(parent, Need::new(parent.level, 0)),
+            _ => (pos, need),
         }
     }
 
@@ -193,7 +224,8 @@ impl World {
         let gone = evicted.pos(self.geometry.dims());
         for wanted in &self.newest.pages {
             let pos = wanted.page.pos(self.geometry.dims());
-            let level = Need::new(pos.level, wanted.eighth).level_at(self.pager.bias_eighths());
+            let (pos, need) = self.stand_in(pos, Need::new(pos.level, wanted.eighth));
+            let level = need.level_at(self.pager.bias_eighths());
             let at_bias = self.geometry.ancestor(pos, level.min(self.geometry.coarsest()));
             if gone.level >= at_bias.level && self.geometry.ancestor(at_bias, gone.level) == gone {
                 return Err(format!("frame {}: {gone} was evicted while {at_bias} is in view", self.frame));

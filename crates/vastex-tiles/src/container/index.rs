@@ -206,6 +206,11 @@ impl Index {
         Some(u32::from_le_bytes(*bytes)).filter(|&number| number != NO_RECORD)
     }
 
+    /// Whether any page has no tile.
+    pub(super) fn lacks_pages(&self) -> bool {
+        self.page_records().any(|record| record.is_none())
+    }
+
     /// The record number of each page that has a tile, in order.
     pub(super) fn page_records(&self) -> impl Iterator<Item = Option<u32>> + '_ {
         let (pages, _) = self.pages.as_chunks::<{ PAGE_BYTES as usize }>();

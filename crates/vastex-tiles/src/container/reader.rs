@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use bytes::Bytes;
-use vastex_core::{Description, PagePos};
+use vastex_core::{Description, PagePos, PageSet};
 
 use super::description::{self, Contents, DescriptionFault};
 use super::error::ContainerError;
@@ -18,7 +18,8 @@ use crate::tile::{Codec, Tile};
 
 /// A `.vastex` container, open for reading.
 ///
-/// Keeps 4 bytes a page, 24 a distinct tile, and the coarse tiles in memory.
+/// Keeps 4 bytes a page, 24 a distinct tile, and the coarse tiles in memory; one bit a page more where some have no tile. A
+/// tile whose page has an ancestor without one counts as missing.
 pub struct Container {
     pub(super) store: Arc<dyn Store>,
     pub(super) header: Header,
@@ -26,6 +27,8 @@ pub struct Container {
     filters: Vec<String>,
     pub(super) index: Index,
     pub(super) order: PageOrder,
+    /// The pages that have tiles; nothing where all have.
+    present: Option<Arc<PageSet>>,
     /// The bytes of the coarse tiles, from the header's `coarse_offset` on; empty where they are too many.
     coarse: Bytes,
 }
@@ -39,7 +42,13 @@ impl Container {
         let Contents { description, filters } = read_description(&*store, &header, &opening).await?;
         let order = PageOrder::new(&description.geometry);
         let (coarse, index) = read_coarse_and_index(&*store, &header, order.pages()).await?;
-        Ok(Container { header, description: Arc::new(description), filters, index, order, coarse, store })
+        let present = index.lacks_pages().then(|| {
+            let geometry = &description.geometry;
+            let record = |pos| index.record_of_page(order.number_of(geometry, pos)?);
+            Arc::new(PageSet::from_pages(geometry, |pos| record(pos).is_some()))
+        });
+        let description = Arc::new(description);
+        Ok(Container { header, description, filters, index, order, present, coarse, store })
     }
 
     /// Opens a local file.
@@ -62,6 +71,9 @@ impl Container {
     }
 
     async fn read_tile(&self, pos: PagePos) -> Result<Tile, ReadError> {
+        if self.present.as_ref().is_some_and(|present| !present.contains(pos)) {
+            return Err(ReadError::NoSuchTile { pos });
+        }
         let page = self.order.number_of(&self.description.geometry, pos);
         let number =
             page.and_then(|page| self.index.record_of_page(page)).ok_or(ReadError::NoSuchTile { pos })?;
@@ -123,6 +135,10 @@ impl Container {
 impl TileSource for Container {
     fn description(&self) -> &Arc<Description> {
         &self.description
+    }
+
+    fn present(&self) -> Option<&Arc<PageSet>> {
+        self.present.as_ref()
     }
 
     fn read(&self, pos: PagePos) -> ReadFuture<'_> {

@@ -4,18 +4,27 @@ use std::sync::Arc;
 
 use pollster::block_on;
 use proptest::prelude::*;
-use vastex_core::{AddressMode, Description, Geometry, GeometrySpec};
+use vastex_core::{AddressMode, Description, Geometry, GeometrySpec, PagePos};
 
 use crate::testing::open;
 use crate::*;
 
 /// The generated source as a container.
 fn property_bytes(source: &PropertySource, compression: Compression) -> Vec<u8> {
+    some_property_bytes(source, compression, |_| true)
+}
+
+/// The same with the tail and those pages alone for which `has_tile` says so.
+fn some_property_bytes(
+    source: &PropertySource,
+    compression: Compression,
+    has_tile: impl Fn(PagePos) -> bool,
+) -> Vec<u8> {
     let description = Description::clone(source.description());
     let out = std::io::Cursor::new(Vec::new());
     let mut writer =
         ContainerWriter::new(out, "memory", description.clone(), WriterOptions::default()).unwrap();
-    for pos in description.geometry.pages() {
+    for pos in description.geometry.pages().filter(|&p| p == description.geometry.tail_pos() || has_tile(p)) {
         let texels = block_on(source.read(pos)).unwrap().bytes;
         writer.append(pos, EncodedTile::new(texels, &description, compression)).unwrap();
     }
@@ -39,6 +48,24 @@ proptest! {
         let source = PropertySource::new(Geometry::new(spec).unwrap());
         let container = open(property_bytes(&source, compression));
         prop_assert_eq!(conformance(&container), Ok(()));
+    }
+}
+
+#[test]
+fn a_container_that_lacks_tiles_says_so() {
+    let spec = GeometrySpec { page: 24, ..GeometrySpec::image(777, 500) };
+    let source = PropertySource::new(Geometry::new(spec).unwrap());
+    let geometry = &source.description().geometry;
+    assert!(open(property_bytes(&source, Compression::Lz4)).present().is_none());
+    // Level 0 has tiles in the west alone, and one whose parent has none, which so counts as missing, too.
+    let orphan = PagePos::new_2d(0, 20, 3);
+    let has_tile = |pos: PagePos| pos.level >= 2 || pos.x << pos.level < 8 || pos == orphan;
+    let container = open(some_property_bytes(&source, Compression::Lz4, has_tile));
+    assert_eq!(conformance(&container), Ok(()));
+    let present = container.present().unwrap();
+    for pos in geometry.pages() {
+        assert_eq!(present.contains(pos), has_tile(pos) && pos != orphan, "{pos}");
+        assert_eq!(block_on(container.read(pos)).is_ok(), present.contains(pos), "{pos}");
     }
 }
 
