@@ -35,7 +35,7 @@ use vastex_tiles::{ContainerWriter, PartWriter, WriterOptions};
 pub use error::{BuildError, InputFault};
 pub use export::{ExportError, ExportOptions, ExportReport, Layout, TileFormat, export};
 pub use notice::Notice;
-pub use readers::{ImageHeader, PixelFormat, RowReader, open};
+pub use readers::{ImageHeader, PixelFormat, RowReader, Sample, open};
 pub use replace::{ReplaceError, ReplaceOptions, replace};
 pub use vastex_tiles::{
     Compression, MergeError, PartOf, ReorderError, UpdateError, Updated, WriteError, Written, merge, reorder,

@@ -15,6 +15,8 @@ pub enum Notice {
     },
     /// Colour of 16 bits per channel became 8 bits.
     ColorTo8Bits,
+    /// Floats of 64 bits became ones of 32.
+    DoublesNarrowed,
     /// The file asks to be shown turned or mirrored; the value is EXIF's, 2 to 8.
     OrientationIgnored(u16),
     /// The file carries a colour profile; colours are taken as sRGB.
@@ -59,6 +61,7 @@ impl fmt::Display for Notice {
                 write!(f, "{why} cannot be read by rows: the whole image is held in memory, {mib} MiB")
             }
             Notice::ColorTo8Bits => write!(f, "16-bit colour is stored with 8 bits per channel"),
+            Notice::DoublesNarrowed => write!(f, "64-bit floats are stored with 32 bits"),
             Notice::OrientationIgnored(o) => {
                 write!(
                     f,

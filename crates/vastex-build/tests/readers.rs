@@ -61,19 +61,22 @@ fn little_endian(big: &[u8]) -> Vec<u8> {
 
 #[test]
 fn png_of_every_colour_type() {
-    use PixelFormat::*;
-    for (color, formats) in [
-        (ColorType::Grayscale, [Grey8, Grey16]),
-        (ColorType::GrayscaleAlpha, [GreyAlpha8, GreyAlpha16]),
-        (ColorType::Rgb, [Rgb8, Rgb16]),
-        (ColorType::Rgba, [Rgba8, Rgba16]),
+    use vastex_build::Sample::{U8, U16};
+    for (color, format) in [
+        (ColorType::Grayscale, PixelFormat::GREY8),
+        (ColorType::GrayscaleAlpha, PixelFormat::GREY_ALPHA8),
+        (ColorType::Rgb, PixelFormat::RGB8),
+        (ColorType::Rgba, PixelFormat::RGBA8),
     ] {
         let samples = (SIZE[0] * SIZE[1]) as usize * color.samples();
         let data = texels(2 * samples, 3);
         let eight = png_file(color, BitDepth::Eight, &data[..samples], |_| ());
-        assert_eq!(check(&eight, formats[0], &data[..samples]), []);
-        let notices =
-            check(&png_file(color, BitDepth::Sixteen, &data, |_| ()), formats[1], &little_endian(&data));
+        assert_eq!(check(&eight, format.with_sample(U8), &data[..samples]), []);
+        let notices = check(
+            &png_file(color, BitDepth::Sixteen, &data, |_| ()),
+            format.with_sample(U16),
+            &little_endian(&data),
+        );
         assert_eq!(notices.contains(&Notice::ColorTo8Bits), color != ColorType::Grayscale);
     }
 }
@@ -92,12 +95,12 @@ fn png_of_few_bits_and_palettes() {
             })
             .collect();
         let grey: Vec<u8> = values.iter().map(|v| v * (255 / ((1u16 << bits) - 1) as u8)).collect();
-        check(&png_file(ColorType::Grayscale, depth, &packed, |_| ()), PixelFormat::Grey8, &grey);
+        check(&png_file(ColorType::Grayscale, depth, &packed, |_| ()), PixelFormat::GREY8, &grey);
 
         let palette: Vec<u8> = texels(3 << bits, 11);
         let rgb: Vec<u8> = values.iter().flat_map(|&v| palette[usize::from(v) * 3..][..3].to_vec()).collect();
         let indexed = |info: &mut png::Info<'_>| info.palette = Some(palette.clone().into());
-        check(&png_file(ColorType::Indexed, depth, &packed, indexed), PixelFormat::Rgb8, &rgb);
+        check(&png_file(ColorType::Indexed, depth, &packed, indexed), PixelFormat::RGB8, &rgb);
 
         let rgba: Vec<u8> =
             values.iter().flat_map(|&v| [&palette[usize::from(v) * 3..][..3], &[v]].concat()).collect();
@@ -105,7 +108,7 @@ fn png_of_few_bits_and_palettes() {
             info.palette = Some(palette.clone().into());
             info.trns = Some((0..1u8 << bits).collect::<Vec<_>>().into());
         };
-        check(&png_file(ColorType::Indexed, depth, &packed, transparent), PixelFormat::Rgba8, &rgba);
+        check(&png_file(ColorType::Indexed, depth, &packed, transparent), PixelFormat::RGBA8, &rgba);
     }
 }
 
@@ -144,7 +147,7 @@ fn interlaced_png_is_held_whole_and_says_so() {
     chunk(b"IEND", &[]);
     let bytes = data.len() as u64;
     assert_eq!(
-        check(&file, PixelFormat::Rgb8, &data),
+        check(&file, PixelFormat::RGB8, &data),
         [Notice::WholeImage { bytes, why: "an interlaced PNG" }]
     );
 }
@@ -163,13 +166,13 @@ fn png_says_what_is_not_followed() {
             info.source_gamma = Some(png::ScaledFloat::from_scaled(scaled));
         })
     };
-    assert_eq!(check(&gamma(45_455), PixelFormat::Rgb8, &data), []);
-    assert_eq!(check(&gamma(55_555), PixelFormat::Rgb8, &data), [Notice::GammaIgnored(55_555)]);
+    assert_eq!(check(&gamma(45_455), PixelFormat::RGB8, &data), []);
+    assert_eq!(check(&gamma(55_555), PixelFormat::RGB8, &data), [Notice::GammaIgnored(55_555)]);
     let (header, _) = read(&gamma(100_000));
     assert_eq!((header.linear, header.notices), (true, vec![]));
     let profile =
         png_file(ColorType::Rgb, BitDepth::Eight, &data, |info| info.icc_profile = Some(vec![1; 200].into()));
-    assert_eq!(check(&profile, PixelFormat::Rgb8, &data), [Notice::ProfileIgnored]);
+    assert_eq!(check(&profile, PixelFormat::RGB8, &data), [Notice::ProfileIgnored]);
 }
 
 #[track_caller]
@@ -234,30 +237,30 @@ fn check_tiff<K: TiffKind>() {
             let n = texel_count;
             check(
                 &tiff_file::<colortype::Gray8, K>(&bytes[..n], rows, compression),
-                PixelFormat::Grey8,
+                PixelFormat::GREY8,
                 &bytes[..n],
             );
             check(
                 &tiff_file::<colortype::RGB8, K>(&bytes[..3 * n], rows, compression),
-                PixelFormat::Rgb8,
+                PixelFormat::RGB8,
                 &bytes[..3 * n],
             );
             check(
                 &tiff_file::<colortype::RGBA8, K>(&bytes[..4 * n], rows, compression),
-                PixelFormat::Rgba8,
+                PixelFormat::RGBA8,
                 &bytes[..4 * n],
             );
             check(
                 &tiff_file::<colortype::Gray16, K>(&words[..n], rows, compression),
-                PixelFormat::Grey16,
+                PixelFormat::GREY16,
                 &bytes[..2 * n],
             );
             check(
                 &tiff_file::<colortype::RGB16, K>(&words[..3 * n], rows, compression),
-                PixelFormat::Rgb16,
+                PixelFormat::RGB16,
                 &bytes[..6 * n],
             );
-            check(&tiff_file::<colortype::RGBA16, K>(&words, rows, compression), PixelFormat::Rgba16, &bytes);
+            check(&tiff_file::<colortype::RGBA16, K>(&words, rows, compression), PixelFormat::RGBA16, &bytes);
         }
     }
 }
@@ -278,8 +281,8 @@ fn a_compressed_tiff_of_one_strip_is_held_whole_and_says_so() {
     let strip = |compression| {
         tiff_file::<colortype::Gray8, tiff::encoder::TiffKindStandard>(&data, SIZE[1], compression)
     };
-    assert_eq!(check(&strip(Compression::Uncompressed), PixelFormat::Grey8, &data), []);
-    let notices = check(&strip(Compression::Lzw), PixelFormat::Grey8, &data);
+    assert_eq!(check(&strip(Compression::Uncompressed), PixelFormat::GREY8, &data), []);
+    let notices = check(&strip(Compression::Lzw), PixelFormat::GREY8, &data);
     assert!(matches!(notices[..], [Notice::WholeImage { bytes, .. }] if bytes >= 2 * data.len() as u64));
 }
 
@@ -293,13 +296,13 @@ fn tiff_of_tiles_in_both_byte_orders() {
             let mut file = HandmadeTiff::new(SIZE, &[8, 8, 8], 2, chunk, tiled);
             file.big_endian = big_endian;
             file.cut(SIZE, 3, chunk, &data[..3 * n]);
-            check(&file.bytes(), PixelFormat::Rgb8, &data[..3 * n]);
+            check(&file.bytes(), PixelFormat::RGB8, &data[..3 * n]);
 
             let mut file = HandmadeTiff::new(SIZE, &[16, 16, 16], 2, chunk, tiled);
             file.big_endian = big_endian;
             file.cut(SIZE, 6, chunk, &data);
             let expected = if big_endian { little_endian(&data) } else { data.clone() };
-            check(&file.bytes(), PixelFormat::Rgb16, &expected);
+            check(&file.bytes(), PixelFormat::RGB16, &expected);
         }
     }
 }
@@ -312,13 +315,13 @@ fn tiff_with_alpha_white_is_zero_orientation_and_jpeg_tiles() {
     let mut file = HandmadeTiff::new(SIZE, &[8, 8], 1, chunk, false);
     file.set(338, 1);
     file.cut(SIZE, 2, chunk, &data);
-    assert_eq!(check(&file.bytes(), PixelFormat::GreyAlpha8, &data), [Notice::PremultipliedAlpha]);
+    assert_eq!(check(&file.bytes(), PixelFormat::GREY_ALPHA8, &data), [Notice::PremultipliedAlpha]);
 
     let mut file = HandmadeTiff::new(SIZE, &[8], 0, chunk, false);
     file.set(274, 3);
     file.cut(SIZE, 1, chunk, &data[..n]);
     let inverted: Vec<u8> = data[..n].iter().map(|v| 255 - v).collect();
-    assert_eq!(check(&file.bytes(), PixelFormat::Grey8, &inverted), [Notice::OrientationIgnored(3)]);
+    assert_eq!(check(&file.bytes(), PixelFormat::GREY8, &inverted), [Notice::OrientationIgnored(3)]);
 
     let picture = smooth(SIZE, 3);
     let chunk = [32, 16];
@@ -327,7 +330,7 @@ fn tiff_with_alpha_white_is_zero_orientation_and_jpeg_tiles() {
     file.cut(SIZE, 3, chunk, &picture);
     file.chunks = file.chunks.iter().map(|tile| jpeg(chunk, 3, false, tile)).collect();
     let (header, image) = read(&file.bytes());
-    assert_eq!(header.format, PixelFormat::Rgb8);
+    assert_eq!(header.format, PixelFormat::RGB8);
     // Padding beyond the right and bottom edge is black, so blocks there ring.
     let inner = |i: &usize| (i / 3) % (SIZE[0] as usize) < 96 && i / 3 / (SIZE[0] as usize) < 48;
     let worst = (0..image.len()).filter(inner).map(|i| image[i].abs_diff(picture[i])).max();

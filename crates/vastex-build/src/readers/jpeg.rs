@@ -43,8 +43,8 @@ impl JpegReader {
         let mut file = buffered(file);
         let found = jpeg_header::read(&mut file)?;
         let format = match found.sampling.len() {
-            1 => PixelFormat::Grey8,
-            3 => PixelFormat::Rgb8,
+            1 => PixelFormat::GREY8,
+            3 => PixelFormat::RGB8,
             n => {
                 return Err(InputFault::Unsupported {
                     what: format!("a JPEG of {n} components (CMYK)"),
@@ -70,7 +70,7 @@ impl JpegReader {
         let source = EndIsError { inner: buffered(file), ended: self.ended.clone() };
         let decoder = Decompress::with_err(handlers()).from_reader(source)?;
         let color = match self.header.format {
-            PixelFormat::Grey8 => ColorSpace::JCS_GRAYSCALE,
+            PixelFormat::GREY8 => ColorSpace::JCS_GRAYSCALE,
             _ => ColorSpace::JCS_RGB,
         };
         decoder.to_colorspace(color).map(Box::new)

@@ -9,6 +9,7 @@ mod exif;
 mod jpeg;
 mod jpeg_errors;
 mod jpeg_header;
+mod pixel;
 mod png;
 mod tiff;
 mod ycbcr;
@@ -20,51 +21,7 @@ use std::path::Path;
 use crate::error::InputFault;
 use crate::notice::Notice;
 
-/// What the texels of an image are, as a reader hands them out: rows without padding, 16-bit samples little-endian.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PixelFormat {
-    /// Grey, 8 bits.
-    Grey8,
-    /// Grey and alpha, 8 bits each.
-    GreyAlpha8,
-    /// Red, green, blue, 8 bits each.
-    Rgb8,
-    /// Red, green, blue, alpha, 8 bits each.
-    Rgba8,
-    /// Grey, 16 bits.
-    Grey16,
-    /// Grey and alpha, 16 bits each.
-    GreyAlpha16,
-    /// Red, green, blue, 16 bits each.
-    Rgb16,
-    /// Red, green, blue, alpha, 16 bits each.
-    Rgba16,
-}
-
-impl PixelFormat {
-    /// The format with so many channels (1 to 4) of so many bits (8 or 16).
-    pub fn new(channels: u16, bits: u8) -> Option<PixelFormat> {
-        use PixelFormat::*;
-        let formats = match bits {
-            8 => [Grey8, GreyAlpha8, Rgb8, Rgba8],
-            16 => [Grey16, GreyAlpha16, Rgb16, Rgba16],
-            _ => return None,
-        };
-        formats.get(usize::from(channels).checked_sub(1)?).copied()
-    }
-
-    /// Bytes of one texel.
-    pub const fn texel_bytes(self) -> usize {
-        match self {
-            PixelFormat::Grey8 => 1,
-            PixelFormat::GreyAlpha8 | PixelFormat::Grey16 => 2,
-            PixelFormat::Rgb8 => 3,
-            PixelFormat::Rgba8 | PixelFormat::GreyAlpha16 => 4,
-            PixelFormat::Rgb16 => 6,
-            PixelFormat::Rgba16 => 8,
-        }
-    }
-}
+pub use pixel::{PixelFormat, Sample};
 
 /// What is known of an image from its header.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -96,10 +53,8 @@ impl ImageHeader {
         if w == 0 || h == 0 {
             return Err(InputFault::NoTexels { width, height });
         }
-        let notices = match format {
-            PixelFormat::GreyAlpha16 | PixelFormat::Rgb16 | PixelFormat::Rgba16 => vec![Notice::ColorTo8Bits],
-            _ => Vec::new(),
-        };
+        let to_8_bits = format.sample() == Sample::U16 && format.channels() > 1;
+        let notices = if to_8_bits { vec![Notice::ColorTo8Bits] } else { Vec::new() };
         Ok(ImageHeader { width: w, height: h, format, linear: false, wraps: false, memory: 0, notices })
     }
 

@@ -7,7 +7,7 @@ use std::io::{BufReader, Read, Seek};
 
 use png::{BitDepth, ColorType, Decoder, DecodingError, Info, Limits, Reader, Transformations};
 
-use super::{ImageHeader, PixelFormat, RowReader, buffered, exif};
+use super::{ImageHeader, PixelFormat, RowReader, Sample, buffered, exif};
 use crate::error::{InputFault, near_row};
 use crate::notice::Notice;
 
@@ -36,15 +36,13 @@ impl PngReader {
         let reader = decoder.read_info().map_err(|e| fault(e, "in the header".into()))?;
         let (color, depth) = reader.output_color_type();
         let channels = match color {
-            ColorType::Grayscale | ColorType::Indexed => 1,
-            ColorType::GrayscaleAlpha => 2,
-            ColorType::Rgb => 3,
-            ColorType::Rgba => 4,
+            ColorType::Grayscale | ColorType::Indexed => PixelFormat::GREY8,
+            ColorType::GrayscaleAlpha => PixelFormat::GREY_ALPHA8,
+            ColorType::Rgb => PixelFormat::RGB8,
+            ColorType::Rgba => PixelFormat::RGBA8,
         };
-        let format = PixelFormat::new(channels, depth as u8).ok_or_else(|| InputFault::Unsupported {
-            what: format!("samples of {} bits", depth as u8),
-            remedy: "convert it to 8 or 16 bits",
-        })?;
+        let sample = if depth == BitDepth::Sixteen { Sample::U16 } else { Sample::U8 };
+        let format = channels.with_sample(sample);
         let info = reader.info();
         let mut header = ImageHeader::new(info.width.into(), info.height.into(), format)?;
         // The decoder keeps a window of the deflate stream and two rows.
@@ -126,7 +124,7 @@ fn check_size(file: &mut File) -> Result<(), InputFault> {
 
 /// Says what of the header is not followed.
 fn note(header: &mut ImageHeader, info: &Info<'_>) {
-    let is_color = !matches!(header.format, PixelFormat::Grey8 | PixelFormat::Grey16);
+    let is_color = header.format.channels() > 1;
     if info.icc_profile.is_some() {
         header.notices.push(Notice::ProfileIgnored);
     } else if info.srgb.is_none() && is_color {

@@ -1,4 +1,4 @@
-//! TIFF and BigTIFF, 8 and 16 bits, by strips or rows of tiles; uncompressed strips straight from the file.
+//! TIFF and BigTIFF, 8 and 16 bits and floats, by strips or rows of tiles; uncompressed strips straight from the file.
 //!
 //! One strip or one row of tiles is held decoded. A compressed file of one strip is therefore held whole.
 
@@ -10,13 +10,16 @@ use tiff::tags::{ByteOrder, Tag};
 use tiff::{ColorType, TiffError};
 
 use super::ycbcr::rgb_from_ycbcr;
-use super::{ImageHeader, PixelFormat, RowReader, buffered, exif};
+use super::{ImageHeader, PixelFormat, RowReader, Sample, buffered, exif};
 use crate::error::{InputFault, near_row};
 use crate::notice::Notice;
 
 const COMPRESSION_NONE: u16 = 1;
 const COMPRESSION_JPEG: u16 = 7;
 const WHITE_IS_ZERO: u16 = 0;
+/// Values of SampleFormat.
+const UNSIGNED: u16 = 1;
+const FLOAT: u16 = 3;
 const ASSOCIATED_ALPHA: u16 = 1;
 
 /// A TIFF file, its first image.
@@ -36,6 +39,8 @@ struct Chunks {
     offsets: Vec<u64>,
     lengths: Vec<u64>,
     file_len: u64,
+    /// Bytes in the file for each byte handed out: 2 where samples are 64-bit floats.
+    stored_scale: usize,
 }
 
 enum Access {
@@ -70,7 +75,11 @@ impl TiffReader {
         let mut header = ImageHeader::new(width.into(), height.into(), format)?;
         note(&mut header, &mut decoder, &tags)?;
         let strips = decoder.get_chunk_type() == ChunkType::Strip;
-        let chunks = Chunks::read(&mut decoder, &file, &header, strips)?;
+        let mut chunks = Chunks::read(&mut decoder, &file, &header, strips)?;
+        if tags.bits == 64 {
+            chunks.stored_scale = 2;
+            header.notices.push(Notice::DoublesNarrowed);
+        }
         let raw = strips
             && tags.compression == COMPRESSION_NONE
             && tags.predictor == 1
@@ -84,7 +93,9 @@ impl TiffReader {
         } else {
             let band = u64::from(chunks.rows.min(height)).saturating_mul(header.row_bytes() as u64);
             // A band, one tile of it beside it, and what is being decoded.
-            header.memory = band.saturating_mul(2).saturating_add(*chunks.lengths.iter().max().unwrap_or(&0));
+            header.memory = band
+                .saturating_mul(1 + chunks.stored_scale as u64)
+                .saturating_add(*chunks.lengths.iter().max().unwrap_or(&0));
             if strips && chunks.rows >= height {
                 header
                     .notices
@@ -161,7 +172,7 @@ impl Chunks {
             let why = format!("it lists {} strips or tiles of {count}", offsets.len().min(lengths.len()));
             return Err(InputFault::Damaged { place: "in the header".into(), why });
         }
-        Ok(Chunks { rows, columns, offsets, lengths, file_len: file.metadata()?.len() })
+        Ok(Chunks { rows, columns, offsets, lengths, file_len: file.metadata()?.len(), stored_scale: 1 })
     }
 
     /// Whether all that holds `row` lies within the file.
@@ -212,35 +223,34 @@ impl Band {
             let (width, height) = decoder.chunk_data_dimensions(chunk);
             let layout = decoder.image_chunk_buffer_layout(chunk).map_err(|e| fault(e, &place))?;
             let tile_row = width as usize * texel;
-            if height != row_count || layout.complete_len != tile_row * height as usize {
+            let stored_row = tile_row * chunks.stored_scale;
+            if height != row_count || layout.complete_len != stored_row * height as usize {
                 return Err(InputFault::Damaged {
                     place,
                     why: "a strip or tile has an unexpected size".into(),
                 });
             }
-            let target = if chunks.columns == 1 { &mut self.rows } else { &mut self.tile };
+            let direct = chunks.columns == 1 && chunks.stored_scale == 1;
+            let target = if direct { &mut self.rows } else { &mut self.tile };
             target.resize(layout.complete_len, 0);
             decoder.read_chunk_bytes(chunk, target).map_err(|e| fault(e, &place))?;
-            if chunks.columns > 1 {
-                for (row, tile) in self.rows.chunks_exact_mut(row_bytes).zip(self.tile.chunks_exact(tile_row))
-                {
-                    row[left..left + tile_row].copy_from_slice(tile);
+            if !direct {
+                let stored = self.tile.chunks_exact(stored_row);
+                for (row, tile) in self.rows.chunks_exact_mut(row_bytes).zip(stored) {
+                    let to = &mut row[left..left + tile_row];
+                    match chunks.stored_scale {
+                        1 => to.copy_from_slice(tile),
+                        _ => singles_from_doubles(to, tile),
+                    }
                 }
             }
             left += tile_row;
         }
-        if cfg!(target_endian = "big") && is_16_bit(header.format) {
-            self.rows.as_chunks_mut::<2>().0.iter_mut().for_each(|sample| sample.reverse());
+        if cfg!(target_endian = "big") {
+            self.rows.chunks_exact_mut(header.format.sample().bytes()).for_each(<[u8]>::reverse);
         }
         Ok(())
     }
-}
-
-fn is_16_bit(format: PixelFormat) -> bool {
-    matches!(
-        format,
-        PixelFormat::Grey16 | PixelFormat::GreyAlpha16 | PixelFormat::Rgb16 | PixelFormat::Rgba16
-    )
 }
 
 /// The tags that decide how the image is read.
@@ -277,25 +287,39 @@ impl Tags {
 fn pixel_format(color: ColorType, tags: &Tags) -> Result<(PixelFormat, bool), InputFault> {
     let unsupported = |what: String| InputFault::Unsupported {
         what,
-        remedy: "convert it to grey, RGB or RGBA of 8 or 16 unsigned bits, interleaved",
+        remedy: "convert it to grey, RGB or RGBA of 8 or 16 unsigned bits or of floats, interleaved",
     };
-    if tags.sample_format != 1 {
-        return Err(unsupported("samples that are signed or floating-point".into()));
-    }
     if tags.planar != 1 && tags.samples > 1 {
         return Err(unsupported("channels in separate planes".into()));
     }
     let (channels, bits, is_ycbcr) = match color {
-        ColorType::Gray(bits) => (1, bits, false),
-        ColorType::GrayA(bits) => (2, bits, false),
-        ColorType::Multiband { bit_depth, num_samples: 2 } if tags.photometric == 1 => (2, bit_depth, false),
-        ColorType::RGB(bits) => (3, bits, false),
-        ColorType::RGBA(bits) => (4, bits, false),
-        ColorType::YCbCr(8) if tags.compression == COMPRESSION_JPEG => (3, 8, true),
+        ColorType::Gray(bits) => (PixelFormat::GREY8, bits, false),
+        ColorType::GrayA(bits) => (PixelFormat::GREY_ALPHA8, bits, false),
+        ColorType::Multiband { bit_depth, num_samples: 2 } if tags.photometric == 1 => {
+            (PixelFormat::GREY_ALPHA8, bit_depth, false)
+        }
+        ColorType::RGB(bits) => (PixelFormat::RGB8, bits, false),
+        ColorType::RGBA(bits) => (PixelFormat::RGBA8, bits, false),
+        ColorType::YCbCr(8) if tags.compression == COMPRESSION_JPEG => (PixelFormat::RGB8, 8, true),
         other => return Err(unsupported(format!("texels of kind {other:?}"))),
     };
-    let format = PixelFormat::new(channels, bits);
-    Ok((format.ok_or_else(|| unsupported(format!("samples of {bits} bits")))?, is_ycbcr))
+    let sample = match (tags.sample_format, bits) {
+        (UNSIGNED, 8) => Sample::U8,
+        (UNSIGNED, 16) => Sample::U16,
+        (FLOAT, 16) => Sample::F16,
+        (FLOAT, 32 | 64) => Sample::F32,
+        (UNSIGNED, _) => return Err(unsupported(format!("samples of {bits} bits"))),
+        (FLOAT, _) => return Err(unsupported(format!("floats of {bits} bits"))),
+        _ => return Err(unsupported("samples that are signed or complex".into())),
+    };
+    Ok((channels.with_sample(sample), is_ycbcr))
+}
+
+/// 32-bit floats from 64-bit ones, both as the machine has them.
+fn singles_from_doubles(singles: &mut [u8], doubles: &[u8]) {
+    for (to, from) in singles.as_chunks_mut::<4>().0.iter_mut().zip(doubles.as_chunks::<8>().0) {
+        *to = (f64::from_ne_bytes(*from) as f32).to_ne_bytes();
+    }
 }
 
 /// Says what of the file is not followed.

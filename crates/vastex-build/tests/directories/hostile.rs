@@ -79,7 +79,7 @@ fn planets_must_have_roots_and_tiles_of_one_size() {
     check("earth", &["level0/tx_0_0.png", "has 60x60 texels", "a power of two"], |at| {
         write_png(&at("earth/level0/tx_0_0.png"), [60, 60], Rgb, Eight, &texels(60 * 60 * 3, 1));
     });
-    check("earth", &["level1", "Grey16", "one kind"], |at| {
+    check("earth", &["level1", "16-bit grey", "one kind"], |at| {
         write_png(&at("earth/level1/tx_2_1.png"), [64, 64], Grayscale, Sixteen, &texels(64 * 64 * 2, 1));
     });
     check("earth", &["tx_4_0.png", "outside its level's grid of 4x2"], |at| {

@@ -188,7 +188,7 @@ fn shared_format<'a>(
         linear.get_or_insert(header.linear);
         memory = memory.max(header.memory.saturating_add(header.image_bytes().saturating_mul(3)));
         shared = Some(tile::common(shared.unwrap_or(format), format).ok_or_else(|| {
-            let why = format!("holds {format:?} texels while other tiles have another number of bits");
+            let why = format!("holds {format} texels while other tiles store theirs differently");
             tile::in_tile(path, InputFault::Layout { why, remedy: "convert all tiles to one kind" })
         })?);
     }

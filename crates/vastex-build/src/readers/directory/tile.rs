@@ -5,7 +5,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::super::{ImageHeader, PixelFormat, open_image};
+use super::super::{ImageHeader, PixelFormat, Sample, open_image};
 use crate::error::InputFault;
 
 /// Where the texels of one cell of the finest level come from.
@@ -43,18 +43,18 @@ pub(super) fn header_of(path: &Path) -> Result<ImageHeader, InputFault> {
     header().map_err(|fault| in_tile(path, fault))
 }
 
-/// The format that holds the texels of both, or nothing where one has 8 bits and the other 16.
+/// The format that holds the texels of both, or nothing where their samples are stored differently.
 pub(super) fn common(a: PixelFormat, b: PixelFormat) -> Option<PixelFormat> {
-    if bits(a) != bits(b) {
+    if a.sample() != b.sample() {
         return None;
     }
-    let channels = match channels(a).max(channels(b)) {
+    let channels = match a.channels().max(b.channels()) {
         // Grey and alpha of one tile and the colours of another both go into four channels; and so does all colour,
         // since any further tile may have alpha.
         3 | 4 => 4,
         n => n,
     };
-    PixelFormat::new(channels, bits(a))
+    PixelFormat::new(channels, a.sample())
 }
 
 impl Decoded {
@@ -88,7 +88,7 @@ impl Decoded {
         }
         if common(own, format) != Some(format) && own != format {
             return Err(layout(
-                format!("holds {own:?} texels while other tiles hold {format:?}"),
+                format!("holds {own} texels while other tiles hold {format}"),
                 "convert all tiles to one kind",
             ));
         }
@@ -102,7 +102,7 @@ impl Decoded {
         self.texels.resize(texels * format.texel_bytes(), 0);
         let pairs =
             self.texels.chunks_exact_mut(format.texel_bytes()).zip(stored.chunks_exact(own.texel_bytes()));
-        pairs.for_each(|(to, from)| widen(to, from, bits(own)));
+        pairs.for_each(|(to, from)| widen(to, from, own.sample()));
         Ok(())
     }
 
@@ -141,36 +141,19 @@ impl Decoded {
 }
 
 /// A texel with more channels: grey goes into all colours, alpha that is missing is opaque.
-fn widen(to: &mut [u8], from: &[u8], bits: u8) {
-    let sample = usize::from(bits / 8);
-    let (wide, narrow) = (to.len() / sample, from.len() / sample);
-    let channel = |from: &[u8], n: usize| -> [u8; 2] {
-        match sample {
-            1 => [from[n], 0],
-            _ => [from[2 * n], from[2 * n + 1]],
-        }
-    };
-    for n in 0..wide {
+pub(in super::super) fn widen(to: &mut [u8], from: &[u8], sample: Sample) {
+    let bytes = sample.bytes();
+    let (wide, narrow) = (to.len() / bytes, from.len() / bytes);
+    let channel = |n: usize| &from[n * bytes..(n + 1) * bytes];
+    for (n, to) in to.chunks_exact_mut(bytes).enumerate() {
         let is_alpha = n + 1 == wide && wide.is_multiple_of(2);
-        let value = match (is_alpha, narrow) {
-            (true, 2 | 4) => channel(from, narrow - 1),
-            (true, _) => [255; 2],
-            (false, 1 | 2) => channel(from, 0),
-            (false, _) => channel(from, n),
-        };
-        to[n * sample..(n + 1) * sample].copy_from_slice(&value[..sample]);
+        to.copy_from_slice(match (is_alpha, narrow) {
+            (true, 2 | 4) => channel(narrow - 1),
+            (true, _) => sample.one(),
+            (false, 1 | 2) => channel(0),
+            (false, _) => channel(n),
+        });
     }
-}
-
-fn bits(format: PixelFormat) -> u8 {
-    match format {
-        PixelFormat::Grey8 | PixelFormat::GreyAlpha8 | PixelFormat::Rgb8 | PixelFormat::Rgba8 => 8,
-        PixelFormat::Grey16 | PixelFormat::GreyAlpha16 | PixelFormat::Rgb16 | PixelFormat::Rgba16 => 16,
-    }
-}
-
-fn channels(format: PixelFormat) -> u16 {
-    (format.texel_bytes() * 8 / usize::from(bits(format))) as u16
 }
 
 fn layout(why: String, remedy: &'static str) -> InputFault {
@@ -188,12 +171,12 @@ mod tests {
 
     #[test]
     fn every_kind_of_tile_goes_into_the_common_one() {
-        use PixelFormat::*;
-        assert_eq!(common(Grey8, Grey8), Some(Grey8));
-        assert_eq!(common(Grey8, GreyAlpha8), Some(GreyAlpha8));
-        assert_eq!(common(Rgb8, Rgb8), Some(Rgba8));
-        assert_eq!(common(GreyAlpha8, Rgb8), Some(Rgba8));
-        assert_eq!(common(Grey8, Grey16), None);
+        type P = PixelFormat;
+        assert_eq!(common(P::GREY8, P::GREY8), Some(P::GREY8));
+        assert_eq!(common(P::GREY8, P::GREY_ALPHA8), Some(P::GREY_ALPHA8));
+        assert_eq!(common(P::RGB8, P::RGB8), Some(P::RGBA8));
+        assert_eq!(common(P::GREY_ALPHA8, P::RGB8), Some(P::RGBA8));
+        assert_eq!(common(P::GREY8, P::GREY16), None);
         for (from, expected) in [
             (&[7][..], [7, 7, 7, 255]),
             (&[7, 9], [7, 7, 7, 9]),
@@ -201,11 +184,11 @@ mod tests {
             (&[1, 2, 3, 4], [1, 2, 3, 4]),
         ] {
             let mut to = [0; 4];
-            widen(&mut to, from, 8);
+            widen(&mut to, from, Sample::U8);
             assert_eq!(to, expected);
         }
         let mut to = [0; 8];
-        widen(&mut to, &[1, 2], 16);
+        widen(&mut to, &[1, 2], Sample::U16);
         assert_eq!(to, [1, 2, 1, 2, 1, 2, 255, 255]);
     }
 }
