@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use vastex_core::GeometryError;
 use vastex_tiles::WriteError;
 
-/// Why nothing was built. No file is left behind.
+/// Why nothing was built. No file is left behind, unless what was built so far is to be resumed.
 #[derive(Debug, thiserror::Error)]
 pub enum BuildError {
     /// There is no input, or more than one.
@@ -47,7 +47,7 @@ pub enum BuildError {
     SameFile(PathBuf),
     /// The output cannot be written.
     #[error(transparent)]
-    Output(#[from] WriteError),
+    Output(WriteError),
     /// The threads cannot be started.
     #[error("cannot start {threads} threads: {why}; ask for fewer")]
     Threads {
@@ -59,6 +59,15 @@ pub enum BuildError {
     /// [`crate::Progress`] asked to stop.
     #[error("cancelled")]
     Cancelled,
+}
+
+impl From<WriteError> for BuildError {
+    fn from(error: WriteError) -> BuildError {
+        match error {
+            WriteError::Cancelled { .. } => BuildError::Cancelled,
+            error => BuildError::Output(error),
+        }
+    }
 }
 
 /// What is wrong with an input file.

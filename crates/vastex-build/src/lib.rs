@@ -30,7 +30,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use vastex_core::{AddressMode, Description, Dims, Geometry, GeometrySpec, LayerFormat};
-use vastex_tiles::{ContainerWriter, PartWriter, WriterOptions};
+use vastex_tiles::{Left, Origin, PartWriter, ResumableWriter, WriterOptions};
 
 pub use error::{BuildError, InputFault};
 pub use export::{ExportError, ExportOptions, ExportReport, Layout, TileFormat, export};
@@ -67,6 +67,9 @@ pub struct BuildOptions {
     ///
     /// Every part reads the image up to its own last tile, and encodes and writes its own tiles only.
     pub part: Option<PartOf>,
+    /// Whether to go on with what an interrupted build of the same image and options left beside the output, and to leave
+    /// what is written there if this one is interrupted or fails. The bytes are those of one build.
+    pub resume: bool,
 }
 
 impl Default for BuildOptions {
@@ -81,6 +84,7 @@ impl Default for BuildOptions {
             durable: false,
             memory_limit: 16 << 30,
             part: None,
+            resume: false,
         }
     }
 }
@@ -88,7 +92,7 @@ impl Default for BuildOptions {
 /// Told how far a build is, and asked whether to go on. Called on the thread that called [`build`].
 pub trait Progress {
     /// `rows_done` of `rows_total` rows are read and `bytes_written` bytes of tiles are written. `Break` cancels the
-    /// build, which then leaves nothing behind.
+    /// build, which then leaves nothing behind, unless it can be resumed.
     fn advance(&self, rows_done: u64, rows_total: u64, bytes_written: u64) -> ControlFlow<()>;
 }
 
@@ -114,6 +118,8 @@ pub struct BuildReport {
     pub constant_tiles: u64,
     /// Tiles whose bytes are those of an earlier one.
     pub shared_tiles: u64,
+    /// Tiles that an interrupted build had made.
+    pub resumed_tiles: u64,
     /// Bytes of the file.
     pub bytes: u64,
     /// Bytes of rows that were held at once.
@@ -127,7 +133,8 @@ pub struct BuildReport {
 /// Makes a container of the one image in `inputs`.
 ///
 /// The file appears at `output`, over what was there, when it is whole; after an error or a cancellation nothing is left
-/// behind. Takes one pass over the image, and memory as [`BuildReport::memory`] says.
+/// behind, unless [`BuildOptions::resume`] asks for it. Takes one pass over the image, and memory as
+/// [`BuildReport::memory`] says.
 pub fn build(
     inputs: &[impl AsRef<Path>],
     output: &Path,
@@ -143,7 +150,7 @@ pub fn build(
     }
     let description = describe(reader.header(), options)?;
     let pool = thread_pool(options.threads)?;
-    let job = Job {
+    let mut job = Job {
         description: &description,
         linear_light: options.linear,
         compression: options.compression,
@@ -159,18 +166,25 @@ pub fn build(
         durable: options.durable,
         filters: vec![Filter::new(description.layers[0].format, options.linear).name().into()],
     };
-    let work = Work { job: &job, input, memory, progress };
+    let rows = u64::from(reader.header().height);
+    let mut go_on = |bytes| progress.advance(0, rows, bytes);
+    let left = if options.resume { Left::Resumed(&mut go_on) } else { Left::Removed };
+    let source = fs::metadata(input).map_or(0, |file| file.len());
     match options.part {
         None => {
-            let writer = ContainerWriter::create(output, description.clone(), writer_options)?;
-            work.run(&mut *reader, writer)
+            let origin = Origin { input: &source.to_le_bytes(), options: &[] };
+            let writer = ResumableWriter::create(output, description.clone(), writer_options, origin, left)?;
+            job.tiles.start += writer.taken_over();
+            Work { job: &job, input, memory, progress, resumed: writer.taken_over() }
+                .run(&mut *reader, writer)
         }
         Some(part) => {
-            let source = (fs::metadata(input).map_or(0, |file| file.len()), options.compression);
-            let same = format!("{source:?}");
-            let writer =
-                PartWriter::create(output, description.clone(), &writer_options, part, same.as_bytes())?;
-            work.run(&mut *reader, writer)
+            let same = format!("{:?}", (source, options.compression));
+            let same = same.as_bytes();
+            let writer = PartWriter::create(output, description.clone(), &writer_options, part, same, left)?;
+            job.tiles.start += writer.taken_over();
+            Work { job: &job, input, memory, progress, resumed: writer.taken_over() }
+                .run(&mut *reader, writer)
         }
     }
 }
@@ -181,6 +195,8 @@ struct Work<'a> {
     input: &'a Path,
     memory: u64,
     progress: &'a dyn Progress,
+    /// Tiles that are taken over.
+    resumed: u64,
 }
 
 impl Work<'_> {
@@ -204,6 +220,7 @@ impl Work<'_> {
             tiles: written.tiles,
             constant_tiles: written.constant_tiles,
             shared_tiles: written.shared_tiles,
+            resumed_tiles: self.resumed,
             bytes: written.bytes,
             row_bytes_held,
             memory: self.memory,

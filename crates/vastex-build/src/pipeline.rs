@@ -12,7 +12,7 @@ use std::thread;
 use rayon::ThreadPool;
 use rayon::prelude::*;
 use vastex_core::{Description, PagePos};
-use vastex_tiles::{Compression, ContainerWriter, EncodedTile, PartWriter, TempFile, WriteError, Written};
+use vastex_tiles::{Compression, EncodedTile, PartWriter, ResumableWriter, WriteError, Written};
 
 use crate::Progress;
 use crate::error::InputFault;
@@ -34,7 +34,8 @@ pub(crate) struct Job<'a> {
     pub(crate) description: &'a Description,
     pub(crate) linear_light: bool,
     pub(crate) compression: Compression,
-    /// Which tiles are made, by their place in the order of writing: all of them, or those of one part.
+    /// Which tiles are made, by their place in the order of writing: all of them or those of one part, without those
+    /// that an interrupted build had made.
     pub(crate) tiles: Range<u64>,
     pub(crate) pool: &'a ThreadPool,
 }
@@ -47,19 +48,19 @@ pub(crate) trait Sink: Send {
     fn finish(self) -> Result<Written, WriteError>;
 }
 
-impl Sink for ContainerWriter<TempFile> {
+impl Sink for ResumableWriter {
     fn append(&mut self, pos: PagePos, tile: EncodedTile) -> Result<(), WriteError> {
-        ContainerWriter::append(self, pos, tile)
+        ResumableWriter::append(self, pos, tile)
     }
 
     fn finish(self) -> Result<Written, WriteError> {
-        ContainerWriter::finish(self)
+        ResumableWriter::finish(self)
     }
 }
 
 impl Sink for PartWriter {
     fn append(&mut self, pos: PagePos, tile: EncodedTile) -> Result<(), WriteError> {
-        PartWriter::append(self, pos, tile)
+        PartWriter::append(self, pos, &tile)
     }
 
     fn finish(self) -> Result<Written, WriteError> {
@@ -192,8 +193,10 @@ impl Job<'_> {
         if !pyramid.is_complete() {
             return Err(OtherStage);
         }
-        let tail = self.encoded(tail_texels(geometry, format, &pyramid));
-        tiles_tx.send(vec![(geometry.tail_pos(), tail)]).map_err(|_| OtherStage)?;
+        if self.tiles.contains(&first_tile) {
+            let tail = self.encoded(tail_texels(geometry, format, &pyramid));
+            tiles_tx.send(vec![(geometry.tail_pos(), tail)]).map_err(|_| OtherStage)?;
+        }
         Ok(pyramid.allocated())
     }
 

@@ -35,7 +35,8 @@ pub use container::{Container, ContainerError, Fault, Info, Verification, verify
 pub use container::{ContainerUpdate, ReorderError, UpdateError, Updated, reorder};
 #[cfg(feature = "write")]
 pub use container::{
-    ContainerWriter, MergeError, PartOf, PartWriter, TempFile, WriteError, WriterOptions, Written, merge,
+    ContainerWriter, Left, MergeError, Origin, PartOf, PartWriter, ResumableWriter, TempFile, WriteError,
+    WriterOptions, Written, merge,
 };
 #[cfg(feature = "write")]
 pub use encode::{Compression, EncodedTile};

@@ -9,7 +9,11 @@ mod error;
 mod header;
 mod index;
 mod info;
+#[cfg(feature = "write")]
+mod journal;
 mod layout;
+#[cfg(feature = "write")]
+mod merge;
 #[cfg(feature = "write")]
 mod output;
 #[cfg(feature = "write")]
@@ -17,6 +21,10 @@ mod part;
 mod reader;
 #[cfg(all(feature = "write", not(target_family = "wasm")))]
 mod reorder;
+#[cfg(feature = "write")]
+mod resume;
+#[cfg(feature = "write")]
+mod tile_head;
 #[cfg(all(feature = "write", not(target_family = "wasm")))]
 mod update;
 mod verify;
@@ -32,12 +40,16 @@ pub use info::Info;
 #[cfg(feature = "write")]
 pub use output::TempFile;
 #[cfg(feature = "write")]
-pub use part::{MergeError, PartOf, PartWriter, merge};
+pub use merge::{MergeError, merge};
+#[cfg(feature = "write")]
+pub use part::{PartOf, PartWriter};
 pub use reader::Container;
 #[cfg(all(feature = "write", not(target_family = "wasm")))]
 pub use reorder::{ReorderError, reorder};
 #[cfg(all(feature = "write", not(target_family = "wasm")))]
 pub use update::{ContainerUpdate, UpdateError, Updated};
+#[cfg(feature = "write")]
+pub use resume::{Left, Origin, ResumableWriter};
 pub use verify::{Fault, Verification, verify};
 #[cfg(feature = "write")]
 pub use writer::{ContainerWriter, WriteError, WriterOptions, Written};

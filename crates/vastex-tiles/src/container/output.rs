@@ -1,51 +1,36 @@
 //! A file that appears whole or not at all: written under a temporary name beside its place, renamed when done.
+//!
+//! There are two kinds of temporary names: one of its own for each file, of which nothing is left behind, and the one
+//! that all builds into a place share, so that a later build finds what an interrupted one had written.
 
-use std::fs::{self, File, OpenOptions};
-use std::io::{self, BufWriter, Seek, SeekFrom, Write};
+use std::ffi::OsString;
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Bytes collected before they are handed to the system.
 const BUFFER_BYTES: usize = 1 << 20;
 
-/// A file being written under a temporary name. Removed when dropped, unless it was put in its place.
+/// A file being written under a temporary name. Removed when dropped, unless it was put in its place or is to be kept.
 #[derive(Debug)]
 pub struct TempFile {
     file: BufWriter<File>,
     temp: PathBuf,
     target: PathBuf,
-    in_place: bool,
+    keep: bool,
 }
 
 impl TempFile {
     /// Creates the temporary file in the directory of `target`; fails where that could not be written at the end.
     pub(super) fn create(target: &Path) -> io::Result<TempFile> {
         static COUNT: AtomicU32 = AtomicU32::new(0);
-        let Some(name) = target.file_name() else {
-            return Err(io::Error::other("this names no file; add a file name"));
-        };
-        // What a link leads to is replaced, not the link.
-        let resolved =
-            if target.is_symlink() { std::fs::canonicalize(target)? } else { target.to_path_buf() };
-        let target = resolved.as_path();
-        let name = target.file_name().unwrap_or(name);
-        if target.is_dir() {
-            return Err(io::Error::other("this is a directory; add a file name"));
-        }
-        if target.exists() && !target.is_file() {
-            return Err(io::Error::other("this is a device or a pipe, which would be replaced by a file"));
-        }
+        let target = checked_target(target)?;
         loop {
             let count = COUNT.fetch_add(1, Ordering::Relaxed);
-            let mut temp_name = std::ffi::OsString::from(".");
-            temp_name.push(name);
-            temp_name.push(format!(".{}-{count}.partial", std::process::id()));
-            let temp = target.with_file_name(temp_name);
+            let temp = beside(&target, &format!("{}-{count}.partial", std::process::id()));
             match OpenOptions::new().write(true).create_new(true).open(&temp) {
-                Ok(file) => {
-                    let file = BufWriter::with_capacity(BUFFER_BYTES, file);
-                    return Ok(TempFile { file, temp, target: target.into(), in_place: false });
-                }
+                Ok(file) => return Ok(TempFile::new(file, temp, target, false)),
                 // Left behind by a process of the same number that was killed.
                 Err(e) if e.kind() == io::ErrorKind::AlreadyExists => {}
                 Err(e) => return Err(e),
@@ -53,9 +38,60 @@ impl TempFile {
         }
     }
 
+    /// Opens the temporary file that all builds into `target` share, with what an interrupted one left in it; nothing
+    /// where another process has it. Where the file system has no locks, nobody is kept out.
+    ///
+    /// A file with bytes in it is kept when dropped, until [`TempFile::set_keep`] says otherwise.
+    pub(super) fn claim(target: &Path) -> io::Result<Option<TempFile>> {
+        let target = checked_target(target)?;
+        let temp = beside(&target, "partial");
+        loop {
+            if fs::symlink_metadata(&temp).is_ok_and(|found| !found.is_file()) {
+                let name = temp.display();
+                return Err(io::Error::other(format!("{name} is in the way and no file; remove it")));
+            }
+            let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&temp)?;
+            if matches!(file.try_lock(), Err(TryLockError::WouldBlock)) {
+                return Ok(None);
+            }
+            // Between opening and locking it, its last owner may have put it in its place or removed it.
+            if is_still_at(&file, &temp)? {
+                let keep = file.metadata()?.len() > 0;
+                return Ok(Some(TempFile::new(file, temp, target, keep)));
+            }
+        }
+    }
+
+    fn new(file: File, temp: PathBuf, target: PathBuf, keep: bool) -> TempFile {
+        TempFile { file: BufWriter::with_capacity(BUFFER_BYTES, file), temp, target, keep }
+    }
+
     /// The temporary name: what a program removes when it is interrupted.
     pub fn temp_path(&self) -> &Path {
         &self.temp
+    }
+
+    /// The name of the journal that belongs to a claimed file.
+    pub(super) fn journal_path(&self) -> PathBuf {
+        beside(&self.target, "journal")
+    }
+
+    /// Whether the file stays when it is dropped.
+    pub(super) fn set_keep(&mut self, keep: bool) {
+        self.keep = keep;
+    }
+
+    /// Leaves `len` bytes and goes on behind them.
+    pub(super) fn go_on_at(&mut self, len: u64) -> io::Result<()> {
+        self.file.flush()?;
+        self.file.get_ref().set_len(len)?;
+        self.file.seek(SeekFrom::Start(len)).map(drop)
+    }
+
+    /// Reads a claimed file from byte `offset` on; writing goes on after [`TempFile::go_on_at`] only.
+    pub(super) fn reader_at(&mut self, offset: u64) -> io::Result<impl Read + use<>> {
+        self.file.seek(SeekFrom::Start(offset))?;
+        Ok(BufReader::with_capacity(BUFFER_BYTES, self.file.get_ref().try_clone()?))
     }
 
     /// Puts the file in its place, over what was there; `durable` waits until the disk has it.
@@ -65,12 +101,54 @@ impl TempFile {
             self.file.get_ref().sync_all()?;
         }
         fs::rename(&self.temp, &self.target)?;
-        self.in_place = true;
+        self.keep = true;
         if durable {
             sync_directory_of(&self.target)?;
         }
         Ok(())
     }
+}
+
+/// Where the file will stand: what a link leads to is replaced, not the link.
+fn checked_target(target: &Path) -> io::Result<PathBuf> {
+    if target.file_name().is_none() {
+        return Err(io::Error::other("this names no file; add a file name"));
+    }
+    let target = if target.is_symlink() { fs::canonicalize(target)? } else { target.to_path_buf() };
+    if target.is_dir() {
+        return Err(io::Error::other("this is a directory; add a file name"));
+    }
+    if target.exists() && !target.is_file() {
+        return Err(io::Error::other("this is a device or a pipe, which would be replaced by a file"));
+    }
+    Ok(target)
+}
+
+/// `.NAME.suffix`, beside the target.
+fn beside(target: &Path, suffix: &str) -> PathBuf {
+    let mut name = OsString::from(".");
+    name.push(target.file_name().unwrap_or_default());
+    name.push(".");
+    name.push(suffix);
+    target.with_file_name(name)
+}
+
+/// Whether the open file is the one that the path leads to.
+#[cfg(unix)]
+fn is_still_at(file: &File, path: &Path) -> io::Result<bool> {
+    use std::os::unix::fs::MetadataExt;
+    let own = file.metadata()?;
+    match fs::symlink_metadata(path) {
+        Ok(found) => Ok((found.dev(), found.ino()) == (own.dev(), own.ino())),
+        Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(false),
+        Err(e) => Err(e),
+    }
+}
+
+/// Other systems do not rename or remove a file that is open and locked.
+#[cfg(not(unix))]
+fn is_still_at(_: &File, _: &Path) -> io::Result<bool> {
+    Ok(true)
 }
 
 /// Makes the new name durable too.
@@ -84,7 +162,7 @@ fn sync_directory_of(path: &Path) -> io::Result<()> {
 
 impl Drop for TempFile {
     fn drop(&mut self) {
-        if !self.in_place
+        if !self.keep
             && let Err(error) = fs::remove_file(&self.temp)
         {
             tracing::warn!(path = %self.temp.display(), %error, "a temporary file could not be removed");

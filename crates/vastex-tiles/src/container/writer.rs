@@ -33,7 +33,7 @@ pub struct WriterOptions {
     pub durable: bool,
 }
 
-/// Why a container cannot be written. The temporary file is gone when this is seen.
+/// Why a container cannot be written. The temporary file is gone when this is seen, unless it was to be kept.
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
     /// The file cannot be created, written or put in its place.
@@ -70,6 +70,36 @@ pub enum WriteError {
         /// What is missing.
         missing: &'static str,
     },
+    /// Another process writes to the same place.
+    #[error("{name}: another build is writing this file; wait until it is done, or choose another name")]
+    InUse {
+        /// The file.
+        name: String,
+    },
+    /// What an interrupted build left is not what this build would write. It is still there.
+    #[error(
+        "{name}: what an interrupted build left there is of {of}; build without --resume, which starts anew"
+    )]
+    OtherBuild {
+        /// The file.
+        name: String,
+        /// What that build was of.
+        of: &'static str,
+    },
+    /// Whoever asked for the file no longer wants it.
+    #[error("{name}: cancelled")]
+    Cancelled {
+        /// The file.
+        name: String,
+    },
+}
+
+impl WriteError {
+    /// Makes an error of what the system said about the file `name`.
+    pub(super) fn io(name: &str) -> impl Fn(std::io::Error) -> WriteError + use<> {
+        let name = name.to_owned();
+        move |error| WriteError::Io { name: name.clone(), error }
+    }
 }
 
 /// What was written.
@@ -83,6 +113,17 @@ pub struct Written {
     pub shared_tiles: u64,
     /// Bytes of the file.
     pub bytes: u64,
+}
+
+/// Where the bytes of a tile go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Place {
+    /// They are there already: another tile has the same.
+    Known,
+    /// They stay in memory until the end.
+    Memory,
+    /// Next in the file.
+    File,
 }
 
 /// Writes one container. Nothing is at the file's place until it is finished, nothing is left behind if it is not.
@@ -193,6 +234,24 @@ impl<W: Write + Seek> ContainerWriter<W> {
 
     /// Appends a tile; each page once, in any order. Costs a look-up and a copy.
     pub fn append(&mut self, pos: PagePos, tile: EncodedTile) -> Result<(), WriteError> {
+        self.add(pos, tile, ContainerWriter::put)
+    }
+
+    /// Appends a tile whose bytes, where their place is [`Place::File`], are in the file already at [`Self::offset`].
+    pub(super) fn take_over(&mut self, pos: PagePos, tile: EncodedTile) -> Result<(), WriteError> {
+        self.add(pos, tile, |writer, bytes| {
+            writer.offset += bytes.len() as u64;
+            Ok(())
+        })
+    }
+
+    /// Appends a tile; `put` brings its bytes into the file.
+    fn add(
+        &mut self,
+        pos: PagePos,
+        tile: EncodedTile,
+        put: impl Fn(&mut Self, &[u8]) -> Result<(), WriteError>,
+    ) -> Result<(), WriteError> {
         let refuse = |fault: String| WriteError::Tile { name: self.name.clone(), pos, fault };
         let page = self.order.number_of(&self.description.geometry, pos);
         let page = page.ok_or_else(|| refuse("there is no such page".into()))?;
@@ -209,30 +268,69 @@ impl<W: Write + Seek> ContainerWriter<W> {
         self.written.shared_tiles += u64::from(shared.is_some() && tile.tile.codec != Codec::Constant);
         let number = match shared {
             Some(number) => number,
-            None => self.add_record(pos.level, page, tile)?,
+            None => self.add_record(pos.level, page, tile, put)?,
         };
         self.pages[page as usize] = number;
         Ok(())
     }
 
-    fn add_record(&mut self, level: u8, page: u64, tile: EncodedTile) -> Result<u32, WriteError> {
+    fn add_record(
+        &mut self,
+        level: u8,
+        page: u64,
+        tile: EncodedTile,
+        put: impl Fn(&mut Self, &[u8]) -> Result<(), WriteError>,
+    ) -> Result<u32, WriteError> {
         // There are fewer records than pages, which are at most 2^31.
         let number = self.records.len() as u32;
+        let place = self.place(level, tile.hash, tile.tile.codec);
         let (codec, bytes) = (tile.tile.codec, tile.tile.bytes);
         let extent = |offset| Extent { offset, len: bytes.len() as u64 };
         let extent = if codec == Codec::Constant {
             self.constants.extend_from_slice(&bytes);
             extent((self.constants.len() - bytes.len()) as u64)
-        } else if level >= self.held_level {
+        } else if place == Place::Memory {
             self.held.push((page, number, bytes.clone()));
             extent(0)
         } else {
-            self.put(&bytes)?;
+            put(self, &bytes)?;
             extent(self.offset - bytes.len() as u64)
         };
         self.records.push(Record { section: Section { extent, checksum: tile.checksum }, codec });
         self.record_of_content.insert(tile.hash, number);
         Ok(number)
+    }
+
+    /// Where the bytes of the tile go that is appended next.
+    pub(super) fn place(&self, level: u8, hash: u128, codec: Codec) -> Place {
+        if self.record_of_content.contains_key(&hash) {
+            Place::Known
+        } else if codec == Codec::Constant || level >= self.held_level {
+            Place::Memory
+        } else {
+            Place::File
+        }
+    }
+
+    /// The number of a page in the index's order, and whether it has a tile; nothing where there is no such page.
+    pub(super) fn page(&self, pos: PagePos) -> Option<(u64, bool)> {
+        let page = self.order.number_of(&self.description.geometry, pos)?;
+        Some((page, self.pages[page as usize] != NO_RECORD))
+    }
+
+    /// The page of a number.
+    pub(super) fn pos(&self, page: u64) -> Option<PagePos> {
+        self.order.pos_of(&self.description.geometry, page)
+    }
+
+    /// Where the next bytes go.
+    pub(super) fn offset(&self) -> u64 {
+        self.offset
+    }
+
+    /// What is written to.
+    pub(super) fn out_mut(&mut self) -> &mut W {
+        &mut self.out
     }
 
     /// Writes what was held back, the index and the header; gives `out` back.
