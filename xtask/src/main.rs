@@ -11,6 +11,7 @@ mod campaign;
 mod demo;
 mod fetch;
 mod inputs;
+mod kills;
 mod measure;
 mod setup;
 mod shell;
@@ -35,6 +36,8 @@ Commands:
       --write                put the figures into docs/bench-build.md
   bench fetch [--write]    reading and decoding tiles beside bare reads and decoders; into docs/bench-fetch.md
   campaign [--minutes N]   the random tests with ever more cases [default: 10 minutes]
+  campaign kills           builds that are killed, resumed and compared
+      --count N              builds, each killed one to three times [default: 200]
   help                     this text
 
 Examples:
@@ -75,6 +78,7 @@ fn dispatch(arguments: &[&str]) -> anyhow::Result<()> {
             Err(Usage(format!("no benchmark is called '{other}'; there are: build, fetch")).into())
         }
         ["bench"] => Err(Usage("which benchmark? There are: build, fetch".to_owned()).into()),
+        ["campaign", "kills", options @ ..] => kills::run(options),
         ["campaign", options @ ..] => campaign::run(options),
         ["demo", other, ..] => Err(Usage(format!("demo takes no argument '{other}'")).into()),
         [other, ..] => Err(Usage(format!("no command is called '{other}'")).into()),
@@ -97,6 +101,7 @@ mod tests {
             &["bench", "build", "--runs"],
             &["bench", "build", "--runs", "0"],
             &["campaign", "--minutes", "soon"],
+            &["campaign", "kills", "--count", "none"],
             &["demo", "mars"],
             &["test", "tset"],
         ] {
