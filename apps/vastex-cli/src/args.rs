@@ -42,7 +42,7 @@ Examples:
   vastex view earth.vastex --on globe
   vastex render earth.vastex --on plane --size 1920x1080 -o plane.png
 
-Exit codes: 0 done; 1 something is wrong with the input or the machine; 2 with the command line";
+Exit codes: 0 done; 1 something is wrong with the input or the machine; 2 with the command line; 130 ended by Ctrl-C";
 
 /// What to do.
 #[derive(Debug, Subcommand)]
@@ -104,7 +104,9 @@ pub(crate) struct InfoArgs {
 Examples:
   vastex verify earth.vastex && cp earth.vastex /mnt/archive/
 
-Prints every fault that it finds and exits with 1 if there is any.")]
+Prints every fault that it finds and exits with 1 if there is any. What an interrupted `vastex replace` left at the end is
+a note, not a fault. While a container is being changed, the version before is checked; while it is checked, it is not
+changed.")]
 pub(crate) struct VerifyArgs {
     /// The container
     pub(crate) file: PathBuf,

@@ -1,7 +1,8 @@
 //! The program `vastex`: makes containers of images and shows them, in a window or headless.
 //!
 //! Here are the words of the command line and what is said to people and scripts; what is done stands in the libraries.
-//! Exit codes: 0 done; 1 something is wrong with the input or the machine; 2 something is wrong with the command line.
+//! Exit codes: 0 done; 1 something is wrong with the input or the machine; 2 something is wrong with the command line;
+//! 130 ended by Ctrl-C.
 
 mod args;
 mod commands;
@@ -16,6 +17,8 @@ use std::process::ExitCode;
 use clap::Parser;
 
 use args::{Args, Command};
+#[cfg(unix)]
+use signal_hook::consts::SIGXFSZ;
 
 fn main() -> ExitCode {
     let args = Args::parse();
@@ -23,6 +26,7 @@ fn main() -> ExitCode {
         error.exit();
     }
     start_log(args.verbose);
+    survive_file_limits();
     let outcome = match &args.command {
         #[cfg(feature = "build")]
         Command::Build(args) => commands::build::run(args),
@@ -42,6 +46,15 @@ fn main() -> ExitCode {
         report::say(&format!("error: {}", report::message(&error)));
         ExitCode::FAILURE
     })
+}
+
+/// Makes a write beyond the limit for files (`ulimit -f`) an error like that of a full disk. The system would end the
+/// program, whose partial output would stay.
+fn survive_file_limits() {
+    #[cfg(unix)]
+    if let Err(error) = signal_hook::flag::register(SIGXFSZ, Default::default()) {
+        report::say(&format!("note: writes beyond the limit for files may leave a partial file: {error}"));
+    }
 }
 
 /// Logs go to stderr: warnings of Vastex, and more for each `-v`; `RUST_LOG` has the last word.

@@ -45,6 +45,17 @@ pub enum BuildError {
     /// The output would overwrite the input.
     #[error("{}: is the input as well as the output; choose another name for the output", .0.display())]
     SameFile(PathBuf),
+    /// The output would lie among the tiles of the input.
+    #[error(
+        "{output}: lies in {directory}, which is the input; choose a place outside it",
+        output = output.display(), directory = directory.display()
+    )]
+    AmongTiles {
+        /// The output.
+        output: PathBuf,
+        /// The directory of the input's tiles.
+        directory: PathBuf,
+    },
     /// The output cannot be written.
     #[error(transparent)]
     Output(WriteError),
@@ -107,6 +118,14 @@ pub enum InputFault {
     /// It begins like text.
     #[error("is a text file, not an image; JPEG, PNG and TIFF can be read")]
     Text,
+    /// It is what is made here of images.
+    #[error(
+        "is a Vastex container already; `vastex view` shows it, and `vastex export` makes tile directories of it"
+    )]
+    Container,
+    /// It is one part of a container.
+    #[error("is a part of a Vastex container; join all parts with `vastex merge`")]
+    Part,
     /// It begins like nothing that is known.
     #[error("is of no known image format (it begins with {0}); convert it to JPEG, PNG or TIFF")]
     UnknownFormat(String),

@@ -17,15 +17,16 @@ mod convert;
 mod error;
 mod export;
 mod filter;
+mod fingerprint;
 mod notice;
 mod pipeline;
+mod place;
 mod pyramid;
 mod readers;
 mod replace;
 mod rows;
 mod tail;
 
-use std::fs;
 use std::ops::ControlFlow;
 use std::path::Path;
 
@@ -145,9 +146,8 @@ pub fn build(
     let input = input.as_ref();
     let at_input = |fault| BuildError::Input { path: input.into(), fault };
     let mut reader = open(input).map_err(at_input)?;
-    if is_same_file(input, output) {
-        return Err(BuildError::SameFile(input.into()));
-    }
+    let tiles = reader.header().tile_directory.clone();
+    place::check(input, tiles.as_deref(), output)?;
     let description = describe(reader.header(), options)?;
     let pool = thread_pool(options.threads)?;
     let mut job = Job {
@@ -169,10 +169,11 @@ pub fn build(
     let rows = u64::from(reader.header().height);
     let mut go_on = |bytes| progress.advance(0, rows, bytes);
     let left = if options.resume { Left::Resumed(&mut go_on) } else { Left::Removed };
-    let source = fs::metadata(input).map_or(0, |file| file.len());
+    let of = |path: &Path| fingerprint::fingerprint(path).map_err(|error| at_input(error.into()));
+    let source = [of(input)?, tiles.as_deref().map_or(Ok(0), of)?];
     match options.part {
         None => {
-            let origin = Origin { input: &source.to_le_bytes(), options: &[] };
+            let origin = Origin { input: &source.map(u64::to_le_bytes).concat(), options: &[] };
             let writer = ResumableWriter::create(output, description.clone(), writer_options, origin, left)?;
             job.tiles.start += writer.taken_over();
             Work { job: &job, input, memory, progress, resumed: writer.taken_over() }
@@ -271,8 +272,4 @@ fn thread_pool(threads: usize) -> Result<rayon::ThreadPool, BuildError> {
         .thread_name(|i| format!("vastex-build-{i}"))
         .build()
         .map_err(|e| BuildError::Threads { threads, why: e.to_string() })
-}
-
-fn is_same_file(input: &Path, output: &Path) -> bool {
-    matches!((fs::canonicalize(input), fs::canonicalize(output)), (Ok(a), Ok(b)) if a == b)
 }

@@ -36,6 +36,8 @@ pub enum Notice {
         /// The level that it is taken for.
         level: u32,
     },
+    /// A directory has a name as of a level, but none that is looked for, so its tiles are left out.
+    IgnoredLevel(String),
     /// The tiles repeat a texel of their neighbours on each side; it is not part of the picture.
     BorderedTiles,
     /// So many tiles of the finest level are missing; the texels of their ancestors stand in.
@@ -51,6 +53,8 @@ pub enum Notice {
     AlphaDropped,
     /// The part of a planet fills no whole tile of the levels coarser than this one.
     PartEndsAtLevel(u32),
+    /// The tiles have borders, and those at the edge of a part of a planet repeat texels of the part.
+    PartBorders,
 }
 
 impl fmt::Display for Notice {
@@ -82,6 +86,12 @@ impl fmt::Display for Notice {
             Notice::MisnamedLevel { name, level } => {
                 write!(f, "the directory '{name}' is misnamed and taken for level {level}")
             }
+            Notice::IgnoredLevel(name) => {
+                write!(
+                    f,
+                    "the directory '{name}' is called like a level, but none that is looked for; it is left out"
+                )
+            }
             Notice::BorderedTiles => write!(f, "the tiles have borders of one texel, which are cut off"),
             Notice::TilesFromAncestors(n) => {
                 write!(f, "{n} tiles of the finest level are missing; their ancestors' texels stand in")
@@ -94,6 +104,13 @@ impl fmt::Display for Notice {
                 write!(
                     f,
                     "the part fills no whole tile of the levels coarser than {level}; add those of the whole planet"
+                )
+            }
+            Notice::PartBorders => {
+                write!(
+                    f,
+                    "at the edge of the part, the tiles' borders repeat its last texels; the whole planet's tiles have \
+                     their neighbours' there"
                 )
             }
         }

@@ -81,7 +81,11 @@ fn what_does_not_belong_together_is_refused_and_leaves_nothing_behind() {
     let with = |options: BuildOptions, name: &str| keep(&build_parts(&input, &options, 3)[1], name);
     let other_page = with(BuildOptions { page: 40, ..options.clone() }, "page");
     let other_compression = with(BuildOptions { compression: Compression::None, ..options.clone() }, "lz4");
+    write_png(&input, [300, 200], ColorType::Grayscale, BitDepth::Eight, &texels(60_000, 2));
+    let other_image = with(options.clone(), "image");
+    write_png(&input, [300, 200], ColorType::Grayscale, BitDepth::Eight, &texels(60_000, 1));
     let of_four = keep(&build_parts(&input, &options, 4)[1], "four");
+    let whole = build_file(&input, &options).0;
     let output = dir.path().join("out.vastex");
     let refused = |parts: &[&PathBuf]| {
         let parts: Vec<PathBuf> = parts.iter().map(|&part| part.clone()).collect();
@@ -94,15 +98,31 @@ fn what_does_not_belong_together_is_refused_and_leaves_nothing_behind() {
     assert!(refused(&[&a, &b, &c, &b]).contains("are both part 2 of 3"));
     assert!(refused(&[&a, &other_page, &c]).contains("differ in size, pages, layers or filters"));
     assert!(refused(&[&a, &other_compression, &c]).contains("differ in the image or the compression"));
+    assert!(refused(&[&a, &other_image, &c]).contains("differ in the image or the compression"));
     assert!(refused(&[&a, &of_four, &c]).contains("differ in the number of parts"));
     assert!(refused(&[&a, &input, &c]).contains("this is no part of a container"));
     assert!(refused(&[&a, &dir.path().join("none"), &c]).contains("none: cannot be read"));
+    assert!(refused(&[&a, &dir.path().to_path_buf(), &c]).contains("is a directory, a device or a pipe"));
+    if cfg!(unix) {
+        let pipe = dir.path().join("pipe");
+        assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        assert!(refused(&[&a, &pipe, &c]).contains("pipe: is a directory, a device or a pipe"));
+    }
     let error = join(&[a.clone(), b.clone(), c.clone()], &b).unwrap_err();
     assert!(matches!(error, MergeError::SameFile(_)), "{error}");
     let cancelled = merge(&[&a, &b, &c], &output, false, |_, _| ControlFlow::Break(())).unwrap_err();
     assert!(matches!(cancelled, MergeError::Cancelled) && !output.exists());
     let error = Container::open_file(&a).unwrap_err().to_string();
-    assert!(error.contains("`vastex merge`"), "{error}");
+    assert!(
+        error.contains("this is part 1 of 3 of a container; join all parts with `vastex merge`"),
+        "{error}"
+    );
+    for (input, says) in
+        [(&a, "a part of a Vastex container; join all parts"), (&whole, "a Vastex container already")]
+    {
+        let error = build(&[input], &output, &options, &()).unwrap_err().to_string();
+        assert!(error.contains(says), "{error}");
+    }
 }
 
 #[test]

@@ -164,7 +164,10 @@ fn only_pages_that_show_the_region_are_written() {
     // The same texels again change nothing.
     let file = built(Clamp);
     replace(&file, [24, 24], &part, &options(), &()).unwrap();
-    assert_eq!(replace(&file, [24, 24], &part, &options(), &()).unwrap().tiles, 0);
+    let before = std::fs::read(&file).unwrap();
+    let again = replace(&file, [24, 24], &part, &options(), &()).unwrap();
+    assert_eq!((again.tiles, again.bytes_added, again.bytes), (0, 0, before.len() as u64));
+    assert!(again.bytes_superseded > 0 && std::fs::read(&file).unwrap() == before);
 }
 
 #[test]
@@ -183,6 +186,26 @@ fn readers_keep_the_version_that_they_opened() {
     }
     let differing = before.iter().zip(&tiles(&file).1).filter(|(a, b)| a != b).count();
     assert_eq!(differing as u64, replaced);
+}
+
+#[test]
+fn a_damaged_tile_is_named_once_and_the_container_stays() {
+    let dir = tempfile::tempdir().unwrap();
+    let (input, part) = (dir.path().join("in.png"), dir.path().join("part.png"));
+    GREY.write(&input, [300, 200], &texels(300 * 200, 1));
+    GREY.write(&part, [20, 20], &texels(400, 2));
+    let build = BuildOptions { page: 32, compression: Compression::None, ..BuildOptions::default() };
+    let (file, _) = build_file(&input, &build);
+    let mut bytes = std::fs::read(&file).unwrap();
+    // Of every tile.
+    (1400..bytes.len() - 8000).step_by(400).for_each(|at| bytes[at] ^= 1);
+    std::fs::write(&file, &bytes).unwrap();
+    let error = replace(&file, [9, 9], &part, &options(), &()).unwrap_err().to_string();
+    for once in [file.to_str().unwrap(), "level 0", "rebuild the file"] {
+        assert_eq!(error.matches(once).count(), 1, "{error}");
+    }
+    assert!(!error.contains("build the container again"), "{error}");
+    assert!(std::fs::read(&file).unwrap() == bytes);
 }
 
 struct StopAfter(std::cell::Cell<u32>);

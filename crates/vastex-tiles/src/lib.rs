@@ -30,13 +30,15 @@ pub use blocks::{decode_blocks, decode_layer};
 pub use cache::{CacheStats, RamCache};
 #[cfg(not(target_family = "wasm"))]
 pub use conformance::conformance;
+#[cfg(not(target_family = "wasm"))]
+pub use container::verify_file;
 pub use container::{Container, ContainerError, Fault, Info, Verification, verify};
 #[cfg(all(feature = "write", not(target_family = "wasm")))]
 pub use container::{ContainerUpdate, ReorderError, UpdateError, Updated, reorder};
 #[cfg(feature = "write")]
 pub use container::{
     ContainerWriter, Left, MergeError, Origin, PartOf, PartWriter, ResumableWriter, TempFile, WriteError,
-    WriterOptions, Written, merge,
+    WriterOptions, Written, merge, write_advice,
 };
 #[cfg(feature = "write")]
 pub use encode::{Compression, EncodedTile};

@@ -12,6 +12,9 @@ use super::build::{Bar, INTERRUPTED, handle_interrupts};
 use crate::args::{ExportArgs, FormatName, LayoutName};
 use crate::report;
 
+/// As clap has it, for what only the layout or the texture shows to be impossible.
+const WRONG_USAGE: u8 = 2;
+
 pub(crate) fn run(args: &ExportArgs) -> Result<ExitCode> {
     handle_interrupts()?;
     let container = Container::open_file(&args.file)?;
@@ -23,6 +26,10 @@ pub(crate) fn run(args: &ExportArgs) -> Result<ExitCode> {
         Err(ExportError::Cancelled) => {
             report::say("interrupted; nothing was left behind");
             return Ok(ExitCode::from(INTERRUPTED));
+        }
+        Err(ExportError::Options(why)) => {
+            report::say(&format!("error: {why}"));
+            return Ok(ExitCode::from(WRONG_USAGE));
         }
         exported => exported?,
     };

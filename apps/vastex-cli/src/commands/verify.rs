@@ -1,30 +1,32 @@
 //! `vastex verify`: every fault of a container on a line of its own.
 
 use std::process::ExitCode;
-use std::sync::Arc;
 
 use anyhow::Result;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
-use vastex_tiles::{FileStore, Verification, verify};
+use vastex_tiles::{Verification, verify_file};
 
 use crate::args::VerifyArgs;
 use crate::report;
 
 pub(crate) fn run(args: &VerifyArgs) -> Result<ExitCode> {
-    let store = Arc::new(FileStore::open(&args.file)?);
     let bar = if args.quiet { ProgressBar::hidden() } else { ProgressBar::new(0) };
     if let Ok(style) =
         ProgressStyle::with_template("{bar:32} {percent:>3} %  {pos} of {len} tiles, {per_sec}")
     {
         bar.set_style(style);
     }
-    let found = pollster::block_on(verify(store, |done, total| {
+    let found = verify_file(&args.file, |done, total| {
         bar.set_length(total);
         bar.set_position(done);
-    }));
+    });
     bar.finish_and_clear();
+    let found = found?;
     let file = args.file.display();
+    if !args.quiet {
+        notes(&found).iter().for_each(|note| report::say(&format!("note: {file}: {note}")));
+    }
     if args.json {
         report::print_json(&Summary::new(&found))?;
     } else {
@@ -45,6 +47,17 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<ExitCode> {
     Ok(ExitCode::FAILURE)
 }
 
+/// What is no fault, but good to know.
+fn notes(found: &Verification) -> Vec<String> {
+    if found.being_changed {
+        return vec!["is being changed now; the version before was checked, which readers have".into()];
+    }
+    let leftover = found.leftover_bytes;
+    let note =
+        || format!("{leftover} bytes of an interrupted change; the next `vastex replace` cuts them off");
+    (leftover > 0).then(note).into_iter().collect()
+}
+
 /// What `--json` prints.
 #[derive(Serialize)]
 struct Summary {
@@ -54,6 +67,9 @@ struct Summary {
     records: u64,
     /// Of the file.
     bytes: u64,
+    /// Of them, those that an interrupted change, or one under way, has appended.
+    leftover_bytes: u64,
+    being_changed: bool,
 }
 
 #[derive(Serialize)]
@@ -73,6 +89,8 @@ impl Summary {
             faults: found.faults.iter().map(fault).collect(),
             records: found.records,
             bytes: found.bytes,
+            leftover_bytes: found.leftover_bytes,
+            being_changed: found.being_changed,
         }
     }
 }

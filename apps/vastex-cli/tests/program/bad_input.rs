@@ -1,7 +1,7 @@
 //! Whatever is wrong, the message names the file and the remedy, the exit code says whose fault it is, and nothing is
 //! left behind.
 
-use crate::tool::Desk;
+use crate::tool::{Desk, Ended};
 
 /// Runs the program; the exit code and every word must be as said, and no file may have appeared.
 #[track_caller]
@@ -102,6 +102,7 @@ fn what_is_no_sound_container_is_refused_by_all_that_read_one() {
     desk.write("index.vastex", &altered(whole.len() - 20));
     desk.write("empty.vastex", b"");
     desk.write("text.vastex", b"This is a text.\n");
+    desk.run(&["build", "image.png", "-o", "1.part", "--shard", "1/2"]).expect_code(0);
     std::fs::create_dir(desk.path("folder")).unwrap();
     let cases = [
         ("missing.vastex", "missing.vastex"),
@@ -111,6 +112,7 @@ fn what_is_no_sound_container_is_refused_by_all_that_read_one() {
         ("empty.vastex", "empty"),
         ("text.vastex", "vastex build"),
         ("image.png", "vastex build"),
+        ("1.part", "is part 1 of 2 of a container; join all parts with `vastex merge`"),
         ("folder", "directory"),
     ];
     for (source, word) in cases {
@@ -119,6 +121,13 @@ fn what_is_no_sound_container_is_refused_by_all_that_read_one() {
         let verified = desk.run(&["verify", source]).expect_code(1);
         assert!(format!("{}{}", verified.stdout, verified.stderr).contains(source), "{verified}");
     }
+    for foreign in ["1.part", "image.png", "text.vastex"] {
+        let verified = desk.run(&["verify", foreign]).expect_code(1);
+        assert!(!verified.stderr.contains("fault") && verified.stdout.is_empty(), "{verified}");
+        assert_eq!(verified.stderr.matches(foreign).count(), 1, "{verified}");
+    }
+    check(&desk, &["build", "image.vastex", "-o", "out.vastex"], 1, &["image.vastex", "container already"]);
+    check(&desk, &["build", "1.part", "-o", "out.vastex"], 1, &["1.part", "join all parts"]);
 }
 
 #[test]
@@ -137,6 +146,30 @@ fn verify_prints_every_fault() {
     assert_eq!((json["sound"].as_bool(), json["faults"].as_array().map(Vec::len)), (Some(false), Some(2)));
 }
 
+#[test]
+fn verify_notes_what_an_interrupted_change_left() {
+    let desk = Desk::with_container();
+    desk.write("image.vastex", &[desk.read("image.vastex"), vec![1; 77]].concat());
+    let ended = desk.run(&["verify", "image.vastex"]).expect_code(0);
+    assert!(
+        ended.stdout.contains("sound") && ended.stderr.contains("note: image.vastex: 77 bytes of"),
+        "{ended}"
+    );
+    let json = desk.run(&["verify", "image.vastex", "--json"]).expect_code(0).json();
+    assert_eq!((json["leftover_bytes"].as_u64(), json["sound"].as_bool()), (Some(77), Some(true)));
+    // The texels that are there already: nothing is written, and the rest is cut off.
+    let whole = desk.read("image.vastex").len() - 77;
+    desk.run(&["replace", "image.vastex", "--at", "0,0", "image.png"]).expect_code(0);
+    assert_eq!(desk.read("image.vastex").len(), whole);
+    assert_eq!(desk.run(&["verify", "image.vastex"]).expect_code(0).stderr, "");
+    if cfg!(unix) {
+        let lock = std::fs::File::open(desk.path("image.vastex")).unwrap();
+        lock.lock().unwrap();
+        let ended = desk.run(&["verify", "image.vastex"]).expect_code(0);
+        assert!(ended.stderr.contains("is being changed now"), "{ended}");
+    }
+}
+
 #[cfg(unix)]
 #[test]
 fn outputs_that_cannot_be_written_are_refused_before_the_work() {
@@ -146,12 +179,19 @@ fn outputs_that_cannot_be_written_are_refused_before_the_work() {
         let picture = if place.ends_with("out") { format!("{place}.png") } else { place.into() };
         check(&desk, &["render", "image.vastex", "-o", &picture], 1, &[place]);
     }
-    for place in ["nowhere/out.vastex", "folder", "image.png/out.vastex"] {
-        check(&desk, &["build", "image.png", "-o", place], 1, &[place]);
+    for (place, says) in [
+        ("nowhere/out.vastex", "its directory does not exist: make it"),
+        ("folder", "add a file name"),
+        ("image.png/out.vastex", "leads through a file"),
+    ] {
+        check(&desk, &["build", "image.png", "-o", place], 1, &[place, says]);
+        let ended = desk.run(&["build", "image.png", "-o", place]);
+        assert!(!ended.stderr.contains("free space"), "{ended}");
     }
     assert!(std::process::Command::new("mkfifo").arg(desk.path("pipe")).status().unwrap().success());
     check(&desk, &["build", "image.png", "-o", "pipe"], 1, &["pipe", "replaced"]);
     check(&desk, &["build", "pipe", "-o", "out.vastex"], 1, &["pipe", "name an image file"]);
+    check(&desk, &["merge", "pipe", "-o", "out.vastex"], 1, &["pipe: is a directory, a device or a pipe"]);
     check(&desk, &["build", "/dev/zero", "-o", "out.vastex"], 1, &["/dev/zero", "name an image file"]);
     let before = desk.read("image.vastex");
     desk.run(&["render", "image.vastex", "-o", "./image.vastex"]).expect_code(2);
@@ -215,6 +255,24 @@ fn a_reader_that_goes_away_is_no_error() {
         desk.command(&["info", "image.vastex"]).stdout(std::process::Stdio::piped()).spawn().unwrap();
     drop(child.stdout.take());
     assert_eq!(child.wait().unwrap().code(), Some(0));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_limit_for_files_is_an_error_and_leaves_nothing_behind() {
+    let desk = Desk::with_container();
+    let before = (desk.names(), desk.read("image.vastex"));
+    let limited = |args: &str| {
+        // In blocks of 512 or 1024 bytes.
+        let script = format!("ulimit -f 40; exec '{}' {args}", env!("CARGO_BIN_EXE_vastex"));
+        let mut shell = std::process::Command::new("sh");
+        let ended = Ended::of(&shell.args(["-c", &script]).current_dir(desk.path(".")).output().unwrap());
+        assert_eq!(ended.code, Some(1), "{args}: {ended}");
+        assert!(ended.stderr.contains("`ulimit -f`"), "{args}: {ended}");
+        assert!((desk.names(), desk.read("image.vastex")) == before, "{args} changed something");
+    };
+    limited("build image.png -o out.vastex --compress none");
+    limited("build image.png -o out.part --compress none --shard 1/1");
 }
 
 #[cfg(unix)]

@@ -5,6 +5,8 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use vastex_tiles::write_advice;
+
 use super::ExportError;
 
 /// A directory being filled. Removed with all that is in it when dropped, unless it was put in its place.
@@ -20,6 +22,8 @@ impl NewDirectory {
     pub(super) fn create(target: &Path) -> Result<NewDirectory, ExportError> {
         let refused = |why: String| ExportError::Target { path: target.into(), why };
         check_free(target).map_err(&refused)?;
+        let resolved = resolved(target).map_err(&refused)?;
+        let target = resolved.as_path();
         let name = target.file_name().ok_or_else(|| refused("this names no directory; add a name".into()))?;
         for count in 0u32.. {
             let mut temp_name = OsString::from(".");
@@ -30,7 +34,7 @@ impl NewDirectory {
                 Ok(()) => return Ok(NewDirectory { temp, target: target.into(), in_place: false }),
                 // Left behind by a process of the same number that was killed, or another export of this one.
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
-                Err(error) => return Err(refused(format!("cannot be made: {error}; choose another place"))),
+                Err(error) => return Err(refused(format!("cannot be made: {}", write_advice(&error)))),
             }
         }
         Err(refused(
@@ -61,13 +65,13 @@ impl NewDirectory {
             true => fs::remove_dir(&self.target).and_then(|()| fs::rename(&self.temp, &self.target)),
             false => fs::rename(&self.temp, &self.target),
         };
-        renamed.map_err(|error| refused(format!("cannot be put in place: {error}; choose another place")))?;
+        renamed.map_err(|error| refused(format!("cannot be put in place: {}", write_advice(&error))))?;
         self.in_place = true;
         Ok(())
     }
 
     fn fault(&self, inside: &Path, error: &io::Error) -> ExportError {
-        ExportError::Output { path: self.path(inside), why: error.to_string() }
+        ExportError::Output { path: self.path(inside), why: write_advice(error) }
     }
 }
 
@@ -77,6 +81,18 @@ impl Drop for NewDirectory {
             // Nobody is left to tell where it cannot be removed.
             let _ = fs::remove_dir_all(&self.temp);
         }
+    }
+}
+
+/// The directory itself where `target` is a link to one; a directory cannot take the place of a link.
+fn resolved(target: &Path) -> Result<PathBuf, String> {
+    // Without a slash at the end, behind which the system looks through the link.
+    let target: PathBuf = target.components().collect();
+    match target.is_symlink() {
+        false => Ok(target),
+        true => fs::canonicalize(&target).map_err(|error| {
+            format!("is a link that leads to no directory: {error}; make that directory, or remove the link")
+        }),
     }
 }
 

@@ -113,6 +113,9 @@ pub enum ExportError {
     /// Options that the layout or the texture does not go with.
     #[error("{0}")]
     Options(String),
+    /// The texture is of a kind that no layout holds.
+    #[error("the levels of this texture do not halve, as those of images do; only images can be exported")]
+    NoImage,
     /// The directory cannot be made.
     #[error("{path}: {why}", path = path.display())]
     Target {
@@ -134,11 +137,11 @@ pub enum ExportError {
         error: DecodeError,
     },
     /// A file cannot be written.
-    #[error("{path}: cannot be written: {why}; free space or choose another place", path = path.display())]
+    #[error("{path}: cannot be written: {why}", path = path.display())]
     Output {
         /// The file.
         path: PathBuf,
-        /// What the system or the encoder said.
+        /// What the system or the encoder said, and what to do.
         why: String,
     },
     /// The threads cannot be started.
@@ -187,9 +190,7 @@ fn plan(
     let geometry = &description.geometry;
     let halves = geometry.levels().iter().skip(1).all(|level| level.factor == [2, 2, 1]);
     if !halves {
-        return refuse(
-            "the levels of this texture do not halve, as those of images do; only images can be exported",
-        );
+        return Err(ExportError::NoImage);
     }
     let is_planet = matches!(options.layout, Layout::GaiaSky | Layout::Celestia);
     if !is_planet && (options.finest_level.is_some() || options.first_tile.is_some()) {

@@ -146,6 +146,8 @@ fn part(geometry: &Geometry, tree: Tree, first: [u32; 2]) -> Result<Plan, Export
         ));
     }
     let mut plan = Plan { size, ..Plan::default() };
+    let is_whole_planet = (0..2).all(|axis| first[axis] == 0 && end[axis] == u64::from(grid[axis]));
+    plan.notices.extend((tree.border > 0 && !is_whole_planet).then_some(Notice::PartBorders));
     for up in 0..=tree.finest.min(geometry.coarsest().into()) {
         let covered = [0, 1].map(|axis| first[axis].div_ceil(1 << up)..(end[axis] >> up) as u32);
         // The part must begin at a whole texel of the level, so that nothing is filtered anew.
@@ -169,7 +171,7 @@ fn part(geometry: &Geometry, tree: Tree, first: [u32; 2]) -> Result<Plan, Export
             origin: [origin(0) as u32, origin(1) as u32],
             step,
             reach: Reach::Border(tree.border),
-            wraps: false,
+            wraps: is_whole_planet,
         });
     }
     Ok(plan)

@@ -16,7 +16,7 @@ mod ycbcr;
 
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::error::InputFault;
 use crate::notice::Notice;
@@ -38,6 +38,8 @@ pub struct ImageHeader {
     pub wraps: bool,
     /// Bytes that the reader holds while it reads, besides what it is given to fill.
     pub memory: u64,
+    /// The directory in which its tiles lie, if it has any.
+    pub tile_directory: Option<PathBuf>,
     /// What the reader leaves out, and what it costs.
     pub notices: Vec<Notice>,
 }
@@ -55,7 +57,8 @@ impl ImageHeader {
         }
         let to_8_bits = format.sample() == Sample::U16 && format.channels() > 1;
         let notices = if to_8_bits { vec![Notice::ColorTo8Bits] } else { Vec::new() };
-        Ok(ImageHeader { width: w, height: h, format, linear: false, wraps: false, memory: 0, notices })
+        let (linear, wraps, memory, tile_directory) = (false, false, 0, None);
+        Ok(ImageHeader { width: w, height: h, format, linear, wraps, memory, tile_directory, notices })
     }
 
     /// Bytes of one row.
@@ -88,12 +91,8 @@ pub trait RowReader {
 /// Opens an image by its first bytes, or a tile directory by what is in it. Reads headers and lists of files and, to see
 /// whether tiles have borders, the roots of a planet.
 pub fn open(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {
-    let found = std::fs::metadata(path)?;
-    if found.is_dir() {
+    if std::fs::metadata(path)?.is_dir() {
         return directory::open_directory(path);
-    }
-    if !found.is_file() {
-        return Err(InputFault::NotAFile);
     }
     match open_image(path) {
         Err(InputFault::Text) => directory::open_description(path)?.ok_or(InputFault::Text),
@@ -103,7 +102,7 @@ pub fn open(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {
 
 /// Opens an image by its first bytes.
 fn open_image(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {
-    let mut file = File::open(path)?;
+    let mut file = open_file(path)?;
     let mut magic = Vec::with_capacity(64);
     (&mut file).take(64).read_to_end(&mut magic)?;
     file.seek(io::SeekFrom::Start(0))?;
@@ -114,11 +113,23 @@ fn open_image(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {
         [b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..] => {
             Ok(Box::new(tiff::TiffReader::new(file)?))
         }
+        [0x89, b'V', b'T', b'X', b'P', b'A', b'R', b'T', ..] => Err(InputFault::Part),
+        [0x89, b'V', b'T', b'X', ..] => Err(InputFault::Container),
         bytes if is_text(bytes) => Err(InputFault::Text),
         bytes => {
             let hex: Vec<_> = bytes.iter().take(8).map(|b| format!("{b:02x}")).collect();
             Err(InputFault::UnknownFormat(hex.join(" ")))
         }
+    }
+}
+
+/// Opens a file for reading, unless it is something else.
+fn open_file(path: &Path) -> Result<File, InputFault> {
+    // Looked at before it is opened: opening a pipe would wait for a writer.
+    match std::fs::metadata(path)? {
+        found if found.is_dir() => Err(InputFault::Directory),
+        found if !found.is_file() => Err(InputFault::NotAFile),
+        _ => Ok(File::open(path)?),
     }
 }
 

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use vastex_core::PagePos;
-use vastex_tiles::UpdateError;
+use vastex_tiles::{DecodeError, ReadError, UpdateError};
 
 use crate::error::{BuildError, InputFault};
 
@@ -56,14 +56,18 @@ pub enum ReplaceError {
         texture: [u32; 2],
     },
     /// A tile of the container is needed and cannot be had.
-    #[error("{name}: {pos}: {why}; build the container again")]
-    Tile {
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// A tile of the container is needed and makes no sense.
+    #[error("{name}: {pos}: {error}; build the container again")]
+    Decode {
         /// The container.
         name: String,
         /// Its page.
         pos: PagePos,
         /// What is wrong with it.
-        why: String,
+        #[source]
+        error: DecodeError,
     },
     /// More memory would be needed than is allowed.
     #[error(

@@ -52,7 +52,7 @@ impl Default for ReplaceOptions {
 ///
 /// Whoever has the container open goes on reading it as it was; whoever opens it from then on reads the new version.
 /// Takes memory for the image's texels, half as much again, and the container's index; writes the tiles that show a
-/// changed texel, and about 1 MiB of coarse ones. After an error or a cancellation the container is as it was.
+/// changed texel, and about 1 MiB of coarse ones; where no texel changes, nothing. After an error or a cancellation the container is as it was.
 pub fn replace(
     file: &Path,
     at: [u32; 2],
@@ -328,9 +328,9 @@ impl<'a> Replacement<'a> {
 
     /// The texels of a tile of the version before.
     fn old_tile(&self, pos: PagePos) -> Result<Vec<u8>, ReplaceError> {
-        let failed = |why: String| ReplaceError::Tile { name: self.old.name().into(), pos, why };
-        let tile = pollster::block_on(self.old.read(pos)).map_err(|error| failed(error.to_string()))?;
-        let texels = tile.decode(&self.description).map_err(|error| failed(error.to_string()))?;
+        let failed = |error| ReplaceError::Decode { name: self.old.name().into(), pos, error };
+        let tile = pollster::block_on(self.old.read(pos))?;
+        let texels = tile.decode(&self.description).map_err(failed)?;
         Ok(texels.into())
     }
 }

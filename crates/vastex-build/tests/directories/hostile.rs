@@ -124,6 +124,103 @@ fn broken_tiles_are_named() {
     });
 }
 
+#[cfg(unix)]
+#[test]
+fn pipes_are_refused_and_never_waited_for() {
+    let pipe = |path: &Path| {
+        fs::remove_file(path).unwrap();
+        assert!(std::process::Command::new("mkfifo").arg(path).status().unwrap().success());
+    };
+    for (input, file) in [
+        ("zoom", "zoom/zoom.dzi"),
+        ("earth/earth.ctx", "earth/earth.ctx"),
+        ("proto", "proto/size.txt"),
+        ("proto", "proto/pages/0_0_0.png"),
+        ("zoom/zoom.dzi", "zoom/zoom_files/8/2_1.png"),
+        ("zoom/zoom.dzi", "zoom/zoom_files/8/0_0.png"),
+        ("earth", "earth/level0/tx_0_0.png"),
+        ("earth", "earth/level1/tx_2_1.png"),
+    ] {
+        check(input, &[file, "is a device or a pipe"], |at| pipe(&at(file)));
+    }
+    let desk = exported();
+    pipe(&desk.path("earth/earth.ctx"));
+    fs::remove_dir_all(desk.path("earth/level0")).unwrap();
+    fs::remove_dir_all(desk.path("earth/level1")).unwrap();
+    let error = built(&desk, "earth").unwrap_err();
+    assert!(error.contains("earth.ctx: is a device or a pipe"), "{error}");
+}
+
+#[test]
+fn numbers_too_large_for_any_grid_are_not_passed_over() {
+    for (input, name) in [
+        ("earth", "earth/level1/tx_99999999999_0.png"),
+        ("earth/earth.ctx", "earth/level1/tx_0_99999999999.png"),
+    ] {
+        check(input, &[&name[6..], "outside its level's grid"], |at| {
+            fs::copy(at("earth/level1/tx_0_0.png"), at(name)).unwrap();
+        });
+    }
+    check("proto", &["0_99999999999_0.png", "beyond 2^31"], |at| {
+        fs::copy(at("proto/pages/0_0_0.png"), at("proto/pages/0_99999999999_0.png")).unwrap();
+    });
+    let desk = exported();
+    for name in ["level123456", "level99999999999", "level00001"] {
+        fs::create_dir(desk.path("earth").join(name)).unwrap();
+    }
+    for input in ["earth", "earth/earth.ctx"] {
+        let output = desk.path("out.vastex");
+        let report = build(&[desk.path(input)], &output, &BuildOptions::default(), &()).unwrap();
+        let notices: Vec<_> = report.notices.iter().map(ToString::to_string).collect();
+        let ignored = |name: &str| notices.iter().any(|notice| notice.contains(name));
+        assert!(
+            ignored("level123456") && ignored("level99999999999") && ignored("level00001"),
+            "{notices:?}"
+        );
+    }
+}
+
+#[test]
+fn a_size_is_read_in_part_and_shown_without_control_characters() {
+    let desk = exported();
+    for text in [vec![0; 2000], b"\x1b[31mred".repeat(1000), vec![b'9'; 1 << 20]] {
+        fs::write(desk.path("proto/size.txt"), text).unwrap();
+        let error = built(&desk, "proto").unwrap_err();
+        assert!(error.contains("correct it") && !error.contains(char::is_control), "{error:?}");
+        assert!(error.len() < 1000, "{} bytes", error.len());
+    }
+}
+
+#[test]
+fn nothing_is_written_among_the_tiles_of_the_input() {
+    let desk = exported();
+    let list_of = |desk: &Desk| {
+        let mut files = Vec::new();
+        list(&desk.path("."), &mut files);
+        files.into_iter().map(|path| fs::read(&path).map(|bytes| (path, bytes)).unwrap()).collect::<Vec<_>>()
+    };
+    fs::create_dir(desk.path("elsewhere")).unwrap();
+    let before = list_of(&desk);
+    for (input, output) in [
+        ("earth", "earth/level1/tx_2_1.png"),
+        ("earth", "earth/new.vastex"),
+        ("earth", "elsewhere/../earth/level0/new"),
+        ("earth/earth.ctx", "earth/level1/tx_2_1.png"),
+        ("zoom", "zoom/zoom.dzi"),
+        ("zoom/zoom.dzi", "zoom/zoom.dzi"),
+        ("zoom/zoom.dzi", "zoom/zoom_files/8/0_0.png"),
+        ("proto", "proto/pages/0_0_0.png"),
+        ("proto/pages", "proto/pages/1.vastex"),
+    ] {
+        let options = BuildOptions::default();
+        let error = build(&[desk.path(input)], &desk.path(output), &options, &()).unwrap_err().to_string();
+        assert!(error.contains("choose"), "{error}");
+        assert!(list_of(&desk) == before, "{output}");
+    }
+    build(&[desk.path("zoom/zoom.dzi")], &desk.path("zoom/zoom.vastex"), &BuildOptions::default(), &())
+        .unwrap();
+}
+
 #[test]
 fn descriptions_that_lie_are_refused() {
     let dzi = "zoom/zoom.dzi";

@@ -74,6 +74,65 @@ fn only_an_empty_directory_makes_way() {
     assert_eq!(desk.names(), ["empty", "full", "image.png", "image.vastex"]);
 }
 
+#[cfg(unix)]
+#[test]
+fn a_link_is_filled_or_refused_before_the_work() {
+    struct Never;
+    impl Progress for Never {
+        fn advance(&self, _: u64, _: u64, _: u64) -> ControlFlow<()> {
+            panic!("the work has begun")
+        }
+    }
+    let desk = Desk::new();
+    let container = Container::open_file(desk.rgb([64, 64])).unwrap();
+    let options = ExportOptions::new(Layout::DeepZoom);
+    std::fs::create_dir(desk.path("real")).unwrap();
+    for (to, link) in [("real", "link"), ("nowhere", "dangling")] {
+        std::os::unix::fs::symlink(to, desk.path(link)).unwrap();
+    }
+    let error = export(&container, &desk.path("dangling"), &options, &Never).unwrap_err().to_string();
+    assert!(error.contains("dangling: is a link that leads to no directory"), "{error}");
+    for name in ["link", "link/"] {
+        export(&container, &desk.path(name), &options, &()).unwrap();
+        assert!(desk.path("link").is_symlink() && desk.path("real/link.dzi").is_file());
+        std::fs::remove_dir_all(desk.path("real")).unwrap();
+        std::fs::create_dir(desk.path("real")).unwrap();
+    }
+    assert_eq!(desk.names(), ["dangling", "image.png", "image.vastex", "link", "real"]);
+}
+
+#[test]
+fn a_part_with_borders_is_told_to_differ_at_its_edge() {
+    let desk = Desk::new();
+    let container = Container::open_file(desk.rgb([124, 62])).unwrap();
+    let notices = |finest: u32, first: [u32; 2], overlap: u32, tile: u32, name: &str| {
+        let options = ExportOptions {
+            tile_size: Some(tile),
+            overlap: Some(overlap),
+            finest_level: Some(finest),
+            first_tile: Some(first),
+            format: Some(TileFormat::Png),
+            ..ExportOptions::new(Layout::GaiaSky)
+        };
+        let report = export(&container, &desk.path(name), &options, &()).unwrap();
+        report.notices.iter().any(|notice| notice.to_string().contains("at the edge of the part"))
+    };
+    assert!(notices(2, [1, 1], 1, 64, "part"));
+    // The whole planet as a part of itself: the very tiles that it gives as a whole.
+    assert!(!notices(0, [0, 0], 1, 64, "all"));
+    let whole = ExportOptions {
+        tile_size: Some(64),
+        overlap: Some(1),
+        format: Some(TileFormat::Png),
+        ..ExportOptions::new(Layout::GaiaSky)
+    };
+    export(&container, &desk.path("whole"), &whole, &()).unwrap();
+    for tile in ["level0/tx_0_0.png", "level0/tx_1_0.png"] {
+        let [a, b] = ["all", "whole"].map(|name| std::fs::read(desk.path(name).join(tile)).unwrap());
+        assert!(a == b, "{tile}");
+    }
+}
+
 #[test]
 fn a_cancelled_export_leaves_nothing() {
     struct After(Cell<u32>);

@@ -2,7 +2,7 @@
 
 use crate::stores::StoreError;
 
-use super::layout::VERSION;
+use super::layout::{Fields, PART_MAGIC, VERSION};
 
 /// Why a container cannot be opened. Every message names the file, the place and what to do.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -17,6 +17,16 @@ pub enum ContainerError {
         name: String,
         /// What the file seems to be.
         found: String,
+    },
+    /// The file is one part of a container, made with others by `vastex build --shard`.
+    #[error("{name}: this is part {part} of {parts} of a container; join all parts with `vastex merge`")]
+    Part {
+        /// The file or URL.
+        name: String,
+        /// Which part, from 1 on, as it says.
+        part: u32,
+        /// How many there are, as it says.
+        parts: u32,
     },
     /// The file is of a version that cannot be read here.
     #[error(
@@ -69,14 +79,23 @@ impl ContainerError {
 
     /// For a file whose first bytes are `bytes`.
     pub(super) fn foreign(name: &str, bytes: &[u8]) -> ContainerError {
-        ContainerError::Foreign { name: name.into(), found: guess(bytes).into() }
+        match part_of(bytes) {
+            Some([part, parts]) => ContainerError::Part { name: name.into(), part, parts },
+            None => ContainerError::Foreign { name: name.into(), found: guess(bytes).into() },
+        }
     }
+}
+
+/// Number and count, if a file that begins so is a part.
+fn part_of(bytes: &[u8]) -> Option<[u32; 2]> {
+    let mut fields = Fields::new(bytes.strip_prefix(&PART_MAGIC)?);
+    let [_version, part, parts] = [fields.u32().ok()?, fields.u32().ok()?, fields.u32().ok()?];
+    Some([part, parts])
 }
 
 /// What a file that begins so probably is.
 fn guess(bytes: &[u8]) -> &'static str {
-    const KNOWN: [(&[u8], &str); 8] = [
-        (b"\x89VTXPART", "one part of one, which `vastex merge` joins with the others"),
+    const KNOWN: [(&[u8], &str); 7] = [
         (b"\x89PNG", "a PNG image"),
         (b"\xff\xd8\xff", "a JPEG image"),
         (b"II*\0", "a TIFF image"),

@@ -6,6 +6,8 @@ use crate::hash::checksum;
 
 /// The first bytes of every header copy. The high bit and the line ends show a transfer that took the file for text.
 pub(super) const MAGIC: [u8; 8] = *b"\x89VTX\r\n\x1a\n";
+/// The first bytes of a part of a container.
+pub(super) const PART_MAGIC: [u8; 8] = *b"\x89VTXPART";
 /// The version written and read here.
 pub(super) const VERSION: u32 = 1;
 /// Bytes of one header copy: a disk sector, so that a torn write harms one copy only.

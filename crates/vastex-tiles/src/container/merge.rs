@@ -11,7 +11,8 @@ use vastex_core::Description;
 
 use super::description::{self, Contents};
 use super::index::PageOrder;
-use super::part::{FixedHead, HEAD_BYTES, Head, PART_MAGIC, PartOf};
+use super::layout::PART_MAGIC;
+use super::part::{FixedHead, HEAD_BYTES, Head, PartOf};
 use super::tile_head::TileHead;
 use super::writer::{ContainerWriter, WriteError, WriterOptions, Written};
 use crate::encode::{Compression, EncodedTile};
@@ -28,6 +29,9 @@ pub enum MergeError {
         /// What the system said.
         error: std::io::Error,
     },
+    /// It is a directory, a device or a pipe, of which nobody knows whether it ever ends.
+    #[error("{}: is a directory, a device or a pipe; name the file that `vastex build --shard` made", .0.display())]
+    NotAFile(PathBuf),
     /// The file is no part, or not as it was written.
     #[error("{path}: {fault}; make the part again with `vastex build --shard`", path = path.display())]
     Damaged {
@@ -157,10 +161,11 @@ struct PartReader {
 impl PartReader {
     fn open(path: &Path) -> Result<PartReader, MergeError> {
         let failed = |error| MergeError::Io { path: path.into(), error };
-        let file = File::open(path).map_err(failed)?;
-        if !file.metadata().map_err(failed)?.is_file() {
-            return Err(failed(std::io::Error::other("this is no file")));
+        // Looked at before it is opened: opening a pipe would wait for a writer.
+        if !std::fs::metadata(path).map_err(failed)?.is_file() {
+            return Err(MergeError::NotAFile(path.into()));
         }
+        let file = File::open(path).map_err(failed)?;
         let file = BufReader::with_capacity(1 << 20, file);
         let mut reader = PartReader { path: path.into(), file, head: Head::default() };
         let bytes = reader.bytes(HEAD_BYTES)?;

@@ -38,18 +38,20 @@ mod tests;
 pub use error::ContainerError;
 pub use info::Info;
 #[cfg(feature = "write")]
-pub use output::TempFile;
-#[cfg(feature = "write")]
 pub use merge::{MergeError, merge};
+#[cfg(feature = "write")]
+pub use output::{TempFile, write_advice};
 #[cfg(feature = "write")]
 pub use part::{PartOf, PartWriter};
 pub use reader::Container;
 #[cfg(all(feature = "write", not(target_family = "wasm")))]
 pub use reorder::{ReorderError, reorder};
-#[cfg(all(feature = "write", not(target_family = "wasm")))]
-pub use update::{ContainerUpdate, UpdateError, Updated};
 #[cfg(feature = "write")]
 pub use resume::{Left, Origin, ResumableWriter};
+#[cfg(all(feature = "write", not(target_family = "wasm")))]
+pub use update::{ContainerUpdate, UpdateError, Updated};
+#[cfg(not(target_family = "wasm"))]
+pub use verify::verify_file;
 pub use verify::{Fault, Verification, verify};
 #[cfg(feature = "write")]
 pub use writer::{ContainerWriter, WriteError, WriterOptions, Written};

@@ -151,6 +151,26 @@ fn is_still_at(_: &File, _: &Path) -> io::Result<bool> {
     Ok(true)
 }
 
+/// What the system said when something could not be written, and what to do about it.
+pub fn write_advice(error: &io::Error) -> String {
+    let remedy = match error.kind() {
+        // Said here, remedy included.
+        io::ErrorKind::Other if error.raw_os_error().is_none() => return error.to_string(),
+        io::ErrorKind::NotFound => "its directory does not exist: make it, or choose another place",
+        io::ErrorKind::NotADirectory => "its path leads through a file; choose another place",
+        io::ErrorKind::PermissionDenied => {
+            "you may not write there: change the permissions, or choose another place"
+        }
+        io::ErrorKind::ReadOnlyFilesystem => "the file system is read-only; choose another place",
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => "free space or choose another place",
+        io::ErrorKind::FileTooLarge => {
+            "no file may become so large there: raise the limit (`ulimit -f`), or choose another place"
+        }
+        _ => "choose another place",
+    };
+    format!("{error}; {remedy}")
+}
+
 /// Makes the new name durable too.
 fn sync_directory_of(path: &Path) -> io::Result<()> {
     if !cfg!(unix) {

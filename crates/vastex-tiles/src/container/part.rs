@@ -14,7 +14,7 @@ use vastex_core::{Description, PagePos};
 
 use super::description;
 use super::index::PageOrder;
-use super::layout::{Fields, MAX_DESCRIPTION_BYTES};
+use super::layout::{Fields, MAX_DESCRIPTION_BYTES, PART_MAGIC};
 use super::output::TempFile;
 use super::resume::Left;
 use super::tile_head::TileHead;
@@ -23,8 +23,6 @@ use crate::encode::EncodedTile;
 use crate::hash::checksum;
 use crate::tile::Codec;
 
-/// The first bytes of a part.
-pub(super) const PART_MAGIC: [u8; 8] = *b"\x89VTXPART";
 const VERSION: u32 = 1;
 /// Bytes before the description.
 pub(super) const HEAD_BYTES: usize = 64;

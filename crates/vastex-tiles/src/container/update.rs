@@ -33,8 +33,8 @@ pub enum UpdateError {
     /// It cannot be written, or a tile does not belong there.
     #[error(transparent)]
     Write(#[from] WriteError),
-    /// Another program is changing it.
-    #[error("{name}: another program is changing it now; wait until that is done")]
+    /// Another program is changing or verifying it.
+    #[error("{name}: another program is changing or verifying it now; wait until that is done")]
     Busy {
         /// The file.
         name: String,
@@ -201,10 +201,16 @@ impl ContainerUpdate {
         Ok(number)
     }
 
-    /// Appends the coarse tiles and the new index, and makes this version the file's.
+    /// Appends the coarse tiles and the new index, and makes this version the file's. Where no page has a new tile, the
+    /// version before stays, and what an interrupted change left behind it is cut off.
     pub fn commit(mut self) -> Result<Updated, UpdateError> {
         let (old_len, coarse_offset) = (self.old.header.file_len, self.offset);
         let mut superseded = self.old.index.superseded().map_err(|fault| self.damaged_index(&fault))?;
+        if self.tiles == 0 {
+            // Dropping the update cuts the file to the version that it has.
+            let bytes_superseded = superseded.iter().map(|section| section.extent.len).sum();
+            return Ok(Updated { tiles: 0, bytes_added: 0, bytes_superseded, bytes: old_len });
+        }
         superseded.push(self.old.header.index);
         self.put_coarse_tiles(&mut superseded)?;
         let (records, constants) = self.drop_unused(&mut superseded)?;

@@ -1,8 +1,10 @@
 //! Reads and checks everything in a container, and reports every fault.
 //!
 //! Every byte of the file is in a header copy, the description, a tile, the index or a superseded range, each under a
-//! checksum, or lies between them and must be zero.
+//! checksum, or lies between them and must be zero. Bytes after the end that the newest version states belong to none.
 
+#[cfg(not(target_family = "wasm"))]
+use std::path::Path;
 use std::sync::Arc;
 
 use super::error::ContainerError;
@@ -11,6 +13,8 @@ use super::layout::{Extent, HEADER_BYTES, HEADER_COPY_BYTES};
 use super::reader::Container;
 use crate::hash::Checksum;
 use crate::source::TileSource;
+#[cfg(not(target_family = "wasm"))]
+use crate::stores::FileStore;
 use crate::stores::{Store, StoreError};
 use crate::tile::{Codec, Tile};
 
@@ -36,6 +40,12 @@ pub struct Verification {
     pub records: u64,
     /// Bytes of the file.
     pub bytes: u64,
+    /// Of them, those after the end of the newest version: what an interrupted change, or one under way, has appended.
+    /// They harm nobody, and the next change cuts them off.
+    pub leftover_bytes: u64,
+    /// Whether another program was changing the file, so that only the version before was checked, and the header copy
+    /// that is overwritten was not. [`verify_file`] finds that out.
+    pub being_changed: bool,
 }
 
 impl Verification {
@@ -47,12 +57,49 @@ impl Verification {
 /// Reads and checks every byte of a container; costs one read and one decoding of every distinct tile.
 ///
 /// `progress` is told how many records of how many have been read. Where header, description or index cannot be used at
-/// all, what lies behind them cannot be checked, and the faults say so.
-pub async fn verify(store: Arc<dyn Store>, mut progress: impl FnMut(u64, u64)) -> Verification {
-    let mut found = Verification { bytes: store.len(), ..Verification::default() };
+/// all, what lies behind them cannot be checked, and the faults say so. The bytes must not change meanwhile; for a file,
+/// [`verify_file`] sees to that.
+pub async fn verify(store: Arc<dyn Store>, progress: impl FnMut(u64, u64)) -> Verification {
+    verify_version(store, false, progress).await
+}
+
+/// Reads and checks a local file as [`verify`] does, and keeps other programs from changing it meanwhile where the system
+/// can. Where one is changing it already, the version before is checked.
+///
+/// Fails where the file cannot be opened, or is no container.
+#[cfg(not(target_family = "wasm"))]
+pub fn verify_file(
+    path: impl AsRef<Path>,
+    progress: impl FnMut(u64, u64),
+) -> Result<Verification, ContainerError> {
+    let path = path.as_ref();
+    // Opened as a store first: that never waits for a pipe.
+    let name = FileStore::open(path)?.name().to_string();
+    let lock =
+        std::fs::File::open(path).map_err(|error| StoreError::Open { name, error: error.to_string() })?;
+    // On other systems a lock keeps writers of any kind out. A file system without locks has none to ask for.
+    let being_changed =
+        cfg!(unix) && matches!(lock.try_lock_shared(), Err(std::fs::TryLockError::WouldBlock));
+    // Only now is the length known that nobody else changes.
+    let store: Arc<dyn Store> = Arc::new(FileStore::open(path)?);
+    match pollster::block_on(Container::open(store.clone())) {
+        Err(error @ (ContainerError::Foreign { .. } | ContainerError::Part { .. })) => Err(error),
+        _ => Ok(pollster::block_on(verify_version(store, being_changed, progress))),
+    }
+}
+
+async fn verify_version(
+    store: Arc<dyn Store>,
+    being_changed: bool,
+    mut progress: impl FnMut(u64, u64),
+) -> Verification {
+    let mut found = Verification { bytes: store.len(), being_changed, ..Verification::default() };
     match Container::open(store.clone()).await {
         Ok(container) => {
-            check_header_copies(&*store, &container.header, &mut found).await;
+            if !being_changed {
+                check_header_copies(&*store, &container.header, &mut found).await;
+            }
+            found.leftover_bytes = store.len() - container.header.file_len;
             check_pages(&container, &mut found);
             let extents = check_records(&container, &mut found, &mut progress).await;
             check_rest(&container, extents, &mut found).await;
@@ -80,10 +127,6 @@ async fn check_header_copies(store: &dyn Store, newest: &Header, found: &mut Ver
             Ok(_) => {}
             Err(fault) => found.add(place, fault.to_string()),
         }
-    }
-    if newest.file_len < store.len() {
-        let fault = format!("{} bytes after the end: an interrupted change", store.len() - newest.file_len);
-        found.add(format!("bytes {} to {}", newest.file_len, store.len()), fault);
     }
 }
 

@@ -15,7 +15,7 @@ use super::description;
 use super::header::Header;
 use super::index::{self, PageOrder, Record};
 use super::layout::{Extent, HEADER_BYTES, NO_RECORD, Section};
-use super::output::TempFile;
+use super::output::{TempFile, write_advice};
 use crate::encode::{Compression, EncodedTile};
 use crate::tile::Codec;
 
@@ -37,7 +37,7 @@ pub struct WriterOptions {
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
     /// The file cannot be created, written or put in its place.
-    #[error("{name}: cannot be written: {error}; free space or choose another place")]
+    #[error("{name}: cannot be written: {}", write_advice(error))]
     Io {
         /// The file.
         name: String,

@@ -4,8 +4,9 @@ use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 
 use super::quadtree::Quadtree;
-use super::{Source, entries};
+use super::{Source, entries, number};
 use crate::error::InputFault;
+use crate::notice::Notice;
 
 /// Texels per side of a tile: from what Celestia takes to what nobody cuts.
 const SIDES: std::ops::RangeInclusive<u32> = 64..=16384;
@@ -33,7 +34,7 @@ pub(super) fn open(path: &Path, text: &str) -> Result<Source, InputFault> {
     let context = parse(text)?;
     if !["jpg", "jpeg", "png"].contains(&context.extension.as_str()) {
         return Err(InputFault::Unsupported {
-            what: format!("tiles of type '{}'", context.extension),
+            what: format!("tiles of type '{}'", context.extension.escape_debug()),
             remedy: "convert the tiles to PNG or JPEG and say so under TileType",
         });
     }
@@ -64,8 +65,19 @@ pub(super) fn open(path: &Path, text: &str) -> Result<Source, InputFault> {
     }
     let tree = Quadtree::new(&directory, levels, context.base, SIDES)?;
     let (format, linear, memory) = tree.format()?;
-    let (grid, notices) = tree.into_grid(Vec::new());
-    Ok(Source { grid, format, linear, wraps: true, memory, notices })
+    let (grid, notices) = tree.into_grid(ignored_levels(&directory)?);
+    Ok(Source { grid, directory, format, linear, wraps: true, memory, notices })
+}
+
+/// Directories that are called like levels, but by names that Celestia does not look for.
+fn ignored_levels(directory: &Path) -> Result<Vec<Notice>, InputFault> {
+    let is_level = |name: &str| {
+        let digits = name.strip_prefix("level").filter(|digits| number(digits).is_some());
+        digits.is_some_and(|digits| (0..LEVELS).all(|level| level.to_string() != digits))
+    };
+    let directories = entries(directory)?.into_iter().filter(|path| path.is_dir());
+    let names = directories.filter_map(|path| Some(path.file_name()?.to_str()?.to_owned()));
+    Ok(names.filter(|name| is_level(name)).map(Notice::IgnoredLevel).collect())
 }
 
 impl Context {
@@ -73,7 +85,6 @@ impl Context {
         let name = path.file_name()?.to_str()?;
         let stem = name.strip_suffix(&self.extension)?.strip_suffix('.')?;
         let (column, row) = stem.strip_prefix(&self.prefix)?.split_once('_')?;
-        let number = |text: &str| text.bytes().all(|b| b.is_ascii_digit()).then(|| text.parse().ok())?;
         Some((number(column)?, number(row)?))
     }
 }

@@ -55,7 +55,8 @@ pub(super) fn open(path: &Path, text: &str) -> Result<Source, InputFault> {
     let finest = width.max(height).next_power_of_two().trailing_zeros();
     let mut tiles = path.with_extension("").into_os_string();
     tiles.push("_files");
-    let grid = DeepZoom { manifest, level: Path::new(&tiles).join(finest.to_string()) };
+    let directory = PathBuf::from(tiles);
+    let grid = DeepZoom { manifest, level: directory.join(finest.to_string()) };
     if !grid.level.is_dir() {
         return Err(InputFault::Layout {
             why: format!("lacks the directory of its finest level, {}", grid.level.display()),
@@ -65,7 +66,8 @@ pub(super) fn open(path: &Path, text: &str) -> Result<Source, InputFault> {
     let last = grid.counts().map(|n| n - 1);
     let sample = [[0, 0], last].map(|[column, row]| grid.piece(column, row).path);
     let (format, linear, memory) = shared_format(sample.iter().map(PathBuf::as_path))?;
-    Ok(Source { grid: Box::new(grid), format, linear, wraps: false, memory, notices: Vec::new() })
+    let grid = Box::new(grid);
+    Ok(Source { grid, directory, format, linear, wraps: false, memory, notices: Vec::new() })
 }
 
 impl DeepZoom {
@@ -126,7 +128,7 @@ fn parse(text: &str) -> Result<Manifest, InputFault> {
         return Err(wrong("lacks an Image with a Format, or a Size of 1 to 2^31 texels".into()));
     }
     if extension.contains(['/', '\\', '.']) {
-        return Err(wrong(format!("has the Format '{extension}', which is no file ending")));
+        return Err(wrong(format!("has the Format '{}', which is no file ending", extension.escape_debug())));
     }
     if *tile == 0 || *overlap > *tile || tile.saturating_add(2 * overlap.min(tile)) > MAX_SIDE {
         return Err(wrong(format!(
@@ -138,7 +140,10 @@ fn parse(text: &str) -> Result<Manifest, InputFault> {
 
 fn number(element: &BytesStart<'_>, name: &str) -> Result<u32, InputFault> {
     let text = attribute(element, name)?;
-    text.trim().parse().map_err(|_| wrong(format!("has the {name} '{text}', which is no number of texels")))
+    text.trim().parse().map_err(|_| {
+        let text = text.escape_debug();
+        wrong(format!("has the {name} '{text}', which is no number of texels"))
+    })
 }
 
 fn attribute(element: &BytesStart<'_>, name: &str) -> Result<String, InputFault> {

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 
 use super::quadtree::{Quadtree, level_directories, level_number};
-use super::{Source, entries};
+use super::{Source, entries, number};
 use crate::error::InputFault;
 
 /// Texels per side of a tile.
@@ -47,7 +47,7 @@ pub(super) fn open(directory: &Path) -> Result<Source, InputFault> {
     let (format, linear, memory) = tree.format()?;
     tree.find_border(format)?;
     let (grid, notices) = tree.into_grid(notices);
-    Ok(Source { grid, format, linear, wraps: true, memory, notices })
+    Ok(Source { grid, directory: directory.into(), format, linear, wraps: true, memory, notices })
 }
 
 /// Column and row of a file `tx_COLUMN_ROW.ext`; the separators may also be `-`, `.` or a space.
@@ -60,7 +60,6 @@ fn position(path: &Path) -> Option<(u32, u32)> {
     }
     let numbers = stem.strip_prefix("tx")?.strip_prefix(SEPARATORS)?;
     let (column, row) = numbers.split_once(SEPARATORS)?;
-    let number = |text: &str| text.bytes().all(|b| b.is_ascii_digit()).then(|| text.parse().ok())?;
     Some((number(column)?, number(row)?))
 }
 

@@ -11,11 +11,10 @@ pub(crate) mod prototype;
 mod quadtree;
 mod tile;
 
-use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use super::{ImageHeader, PixelFormat, RowReader};
+use super::{ImageHeader, PixelFormat, RowReader, open_file};
 use crate::error::InputFault;
 use crate::notice::Notice;
 use tile::{Decoded, Piece};
@@ -38,6 +37,8 @@ trait Grid {
 /// A directory that was looked at.
 struct Source {
     grid: Box<dyn Grid>,
+    /// Where its tiles are.
+    directory: PathBuf,
     format: PixelFormat,
     linear: bool,
     wraps: bool,
@@ -73,9 +74,7 @@ pub(super) fn open_directory(path: &Path) -> Result<Box<dyn RowReader>, InputFau
         });
     }
     if let Some(manifest) = manifest {
-        return open_description(&manifest)?
-            .ok_or(InputFault::Text)
-            .map_err(|fault| tile::in_tile(&manifest, fault));
+        return open_found(&manifest);
     }
     if let Some(pages) = pages {
         return reader(prototype::open(&pages)?);
@@ -86,7 +85,7 @@ pub(super) fn open_directory(path: &Path) -> Result<Box<dyn RowReader>, InputFau
     let contexts = entries(path)?.into_iter().filter(|path| path.extension().is_some_and(|e| e == "ctx"));
     match contexts.collect::<Vec<_>>().as_slice() {
         [] => Err(InputFault::Directory),
-        [one] => open_description(one)?.ok_or(InputFault::Text).map_err(|fault| tile::in_tile(one, fault)),
+        [one] => open_found(one),
         [..] => Err(InputFault::Layout {
             why: "is a directory of several .ctx files".into(),
             remedy: "name one of them",
@@ -94,12 +93,21 @@ pub(super) fn open_directory(path: &Path) -> Result<Box<dyn RowReader>, InputFau
     }
 }
 
+/// Opens what a text file that was found in a directory describes; a fault names it, or the tile that has it.
+fn open_found(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {
+    let opened = open_description(path).and_then(|opened| opened.ok_or(InputFault::Text));
+    opened.map_err(|fault| match fault {
+        InputFault::Tile { .. } => fault,
+        fault => tile::in_tile(path, fault),
+    })
+}
+
 /// Opens the directory that a text file describes; nothing where the text is something else.
 pub(super) fn open_description(path: &Path) -> Result<Option<Box<dyn RowReader>>, InputFault> {
     if std::fs::metadata(path)?.len() > MAX_TEXT {
         return Ok(None);
     }
-    let text = read_text(path)?;
+    let text = read_text(path, MAX_TEXT)?;
     if deep_zoom::is_manifest(&text) {
         reader(deep_zoom::open(path, &text)?).map(Some)
     } else if celestia::is_context(&text) {
@@ -114,6 +122,7 @@ fn reader(source: Source) -> Result<Box<dyn RowReader>, InputFault> {
     let mut header = ImageHeader::new(width, height, source.format)?;
     header.linear = source.linear;
     header.wraps = source.wraps;
+    header.tile_directory = Some(source.directory);
     let band = u64::from(source.grid.cell().min(header.height)).saturating_mul(header.row_bytes() as u64);
     header.memory = band.saturating_add(source.memory);
     header.notices.extend(source.notices);
@@ -169,11 +178,18 @@ fn entries(directory: &Path) -> Result<Vec<PathBuf>, InputFault> {
     Ok(paths)
 }
 
-/// A small text; bytes that are no UTF-8 are replaced.
-fn read_text(path: &Path) -> Result<String, InputFault> {
+/// At most `limit` bytes of a text; bytes that are no UTF-8 are replaced.
+fn read_text(path: &Path, limit: u64) -> Result<String, InputFault> {
     let mut bytes = Vec::new();
-    File::open(path)?.take(MAX_TEXT).read_to_end(&mut bytes)?;
+    open_file(path)?.take(limit).read_to_end(&mut bytes)?;
     Ok(String::from_utf8_lossy(&bytes).into_owned())
+}
+
+/// A number in a name, written in digits only. One that is too large becomes the largest, which lies outside every grid,
+/// so that it is refused and not passed over.
+fn number(digits: &str) -> Option<u32> {
+    let is_number = !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit());
+    is_number.then(|| digits.parse().unwrap_or(u32::MAX))
 }
 
 /// The format that all the tiles of a sample go into, whether the first is linear, and the bytes that decoding one

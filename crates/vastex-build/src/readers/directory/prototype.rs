@@ -7,7 +7,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use super::tile::{Piece, in_tile};
-use super::{Grid, Source, entries, shared_format};
+use super::{Grid, Source, entries, number, shared_format};
 use crate::error::InputFault;
 
 /// Texels of payload, and of border on each side.
@@ -15,6 +15,8 @@ pub(crate) const PAGE: u32 = 512;
 pub(crate) const BORDER: u32 = 2;
 /// Where the size of the image stands, beside the directory of pages.
 pub(crate) const SIZE_FILE: &str = "size.txt";
+/// Bytes of it that are read: more than two numbers take.
+const SIZE_BYTES: u64 = 64;
 
 struct Pages {
     size: [u32; 2],
@@ -40,6 +42,11 @@ pub(super) fn open(pages: &Path) -> Result<Source, InputFault> {
             _ => None,
         })
         .collect();
+    let beyond = |at: &[u32; 2]| at.iter().any(|&n| n >= (1 << 31) / PAGE);
+    if let Some((_, path)) = finest.iter().find(|(at, _)| beyond(at)) {
+        let why = "is named for texels beyond 2^31 of a side".into();
+        return Err(in_tile(path, InputFault::Layout { why, remedy: "rename or remove it" }));
+    }
     let counts = [0, 1].map(|axis| finest.keys().map(|at: &[u32; 2]| at[axis]).max());
     let [Some(columns), Some(rows)] = counts else {
         return Err(InputFault::Layout {
@@ -56,7 +63,8 @@ pub(super) fn open(pages: &Path) -> Result<Source, InputFault> {
     let sample: Vec<_> = finest.values().step_by(finest.len().div_ceil(16)).map(PathBuf::as_path).collect();
     let (format, linear, memory) = shared_format(sample)?;
     let grid = Box::new(Pages { size, pages: pages.into() });
-    Ok(Source { grid, format, linear, wraps: false, memory, notices: Vec::new() })
+    let (directory, notices) = (pages.into(), Vec::new());
+    Ok(Source { grid, directory, format, linear, wraps: false, memory, notices })
 }
 
 /// The size of the image: what the file beside the pages says, else all of the pages.
@@ -67,7 +75,7 @@ fn size(pages: &Path, counts: [u64; 2]) -> Result<[u32; 2], InputFault> {
     let size = match std::fs::metadata(&path) {
         Err(_) => full,
         Ok(_) => {
-            let text = super::read_text(&path)?;
+            let text = super::read_text(&path, SIZE_BYTES).map_err(|fault| in_tile(&path, fault))?;
             let size =
                 text.trim().split_once('x').and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
             let fits =
@@ -75,7 +83,7 @@ fn size(pages: &Path, counts: [u64; 2]) -> Result<[u32; 2], InputFault> {
             size.filter(fits).ok_or_else(|| {
                 let why = format!(
                     "says '{}', but the pages are those of an image of up to {}x{}",
-                    text.trim(),
+                    text.trim().escape_debug(),
                     full[0],
                     full[1]
                 );
@@ -96,8 +104,7 @@ fn size(pages: &Path, counts: [u64; 2]) -> Result<[u32; 2], InputFault> {
 /// Level, column and row of a page's file.
 fn position(path: &Path) -> Option<(u32, u32, u32)> {
     let stem = path.file_name()?.to_str()?.strip_suffix(".png")?;
-    let mut numbers =
-        stem.split('_').map(|text| text.bytes().all(|b| b.is_ascii_digit()).then(|| text.parse().ok())?);
+    let mut numbers = stem.split('_').map(number);
     let found = (numbers.next()??, numbers.next()??, numbers.next()??);
     numbers.next().is_none().then_some(found)
 }

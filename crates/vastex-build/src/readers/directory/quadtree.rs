@@ -184,10 +184,14 @@ pub(super) fn level_directories(
     let (mut levels, mut notices) = (BTreeMap::new(), Vec::new());
     for path in entries(directory)? {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let Some((level, misnamed)) = level_number(&name) else { continue };
-        if !path.is_dir() {
+        let is_number = super::number(name.strip_prefix("level").unwrap_or(&name)).is_some();
+        if !is_number || !path.is_dir() {
             continue;
         }
+        let Some((level, misnamed)) = level_number(&name) else {
+            notices.push(Notice::IgnoredLevel(name.into_owned()));
+            continue;
+        };
         if level >= MAX_LEVELS {
             let why = format!("has a directory '{name}'; levels are numbered 0 to {}", MAX_LEVELS - 1);
             return Err(InputFault::Layout { why, remedy: "remove or rename it" });

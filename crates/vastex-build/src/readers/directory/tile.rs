@@ -34,13 +34,8 @@ pub(super) struct Decoded {
 
 /// The header of a tile's file.
 pub(super) fn header_of(path: &Path) -> Result<ImageHeader, InputFault> {
-    let header = || {
-        if !std::fs::metadata(path)?.is_file() {
-            return Err(InputFault::Directory);
-        }
-        Ok(open_image(path)?.header().clone())
-    };
-    header().map_err(|fault| in_tile(path, fault))
+    let header = open_image(path).map(|image| image.header().clone());
+    header.map_err(|fault| in_tile(path, fault))
 }
 
 /// The format that holds the texels of both, or nothing where their samples are stored differently.
@@ -73,9 +68,6 @@ impl Decoded {
     }
 
     fn decode(&mut self, piece: &Piece, format: PixelFormat) -> Result<(), InputFault> {
-        if !std::fs::metadata(&piece.path)?.is_file() {
-            return Err(InputFault::Directory);
-        }
         let mut image = open_image(&piece.path)?;
         let header = image.header();
         let (found, own) = ([header.width, header.height], header.format);

@@ -229,3 +229,57 @@ fn tiles_that_do_not_belong_are_refused() {
     let error = update.replace(PagePos::new_2d(0, 1, 0), tile(100)).unwrap_err().to_string();
     assert!(error.contains("has a new tile already"), "{error}");
 }
+
+#[test]
+fn a_change_of_nothing_writes_nothing_and_cuts_off_what_another_left() {
+    let before = container_bytes(&image(150, 90, 16, LayerFormat::R8), Compression::Lz4, 1);
+    let recorder = Recorder::of(&[&before[..], &[7; 1000]].concat());
+    let updated = recorder.update().commit().unwrap();
+    assert_eq!((updated.tiles, updated.bytes_added, updated.bytes), (0, 0, before.len() as u64));
+    assert!(recorder.bytes() == before);
+}
+
+#[test]
+fn what_an_interrupted_change_left_is_no_fault_and_hides_none() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("a.vastex");
+    let whole = container_bytes(&image(30, 20, 8, LayerFormat::R8), Compression::Lz4, 1);
+    let verified = |bytes: &[u8]| {
+        std::fs::write(&path, [bytes, &[7; 1000]].concat()).unwrap();
+        verify_file(&path, |_, _| {}).unwrap()
+    };
+    let found = verified(&whole);
+    assert_eq!((&found.faults[..], found.leftover_bytes, found.being_changed), (&[][..], 1000, false));
+    for at in 0..whole.len() {
+        let mut bytes = whole.clone();
+        bytes[at] ^= 1 << (at % 8);
+        assert!(!verified(&bytes).faults.is_empty(), "byte {at} of {}", whole.len());
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn while_a_file_is_changed_the_version_before_is_verified() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("a.vastex");
+    let description = image(2000, 1500, 128, LayerFormat::R8);
+    std::fs::write(&path, container_bytes(&description, Compression::Lz4, 1)).unwrap();
+    let mut update = ContainerUpdate::open(&path, false).unwrap();
+    for pos in description.geometry.pages() {
+        let tile = EncodedTile::new(texels(&description, pos, 2).into(), &description, Compression::Lz4);
+        update.replace(pos, tile).unwrap();
+    }
+    let found = verify_file(&path, |_, _| {}).unwrap();
+    assert!(found.being_changed && found.leftover_bytes > 0 && found.faults.is_empty(), "{found:?}");
+    // Met in the middle of the write that ends the change.
+    let whole = std::fs::read(&path).unwrap();
+    std::fs::write(&path, [&whole[..530], &[9; 20], &whole[550..]].concat()).unwrap();
+    assert_eq!(verify_file(&path, |_, _| {}).unwrap().faults, []);
+    update.commit().unwrap();
+    let found = verify_file(&path, |_, _| {}).unwrap();
+    assert!(!found.being_changed && found.leftover_bytes == 0 && found.faults.is_empty(), "{found:?}");
+    // And no change begins while the file is verified.
+    let mut refusal = None;
+    verify_file(&path, |_, _| refusal = ContainerUpdate::open(&path, false).err()).unwrap();
+    assert!(matches!(refusal, Some(UpdateError::Busy { .. })), "{refusal:?}");
+}
