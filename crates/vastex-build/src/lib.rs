@@ -62,6 +62,9 @@ pub struct BuildOptions {
     pub threads: usize,
     /// Whether to wait at the end until the disk has everything.
     pub durable: bool,
+    /// Every tile begins at a multiple of so many bytes, for direct I/O: 1 for no alignment, or a power of two from
+    /// 4096 to 65,536.
+    pub align: u32,
     /// Bytes of memory beyond which an image is refused before anything is allocated.
     pub memory_limit: u64,
     /// Whether only a part of the container is made, which [`merge`] joins with the others to the very bytes of the whole.
@@ -83,6 +86,7 @@ impl Default for BuildOptions {
             address: [AddressMode::Clamp; 2],
             threads: 0,
             durable: false,
+            align: 1,
             memory_limit: 16 << 30,
             part: None,
             resume: false,
@@ -164,6 +168,7 @@ pub fn build(
     let writer_options = WriterOptions {
         compression: options.compression,
         durable: options.durable,
+        align: options.align,
         filters: vec![Filter::new(description.layers[0].format, options.linear).name().into()],
     };
     let rows = u64::from(reader.header().height);

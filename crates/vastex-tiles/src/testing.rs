@@ -79,8 +79,18 @@ pub(crate) fn texels(description: &Description, pos: PagePos, seed: u64) -> Vec<
 
 /// A whole container with those texels in every page.
 pub(crate) fn container_bytes(description: &Description, compression: Compression, seed: u64) -> Vec<u8> {
+    aligned_bytes(description, compression, seed, 1)
+}
+
+/// The same with tiles that begin at multiples of `align`.
+pub(crate) fn aligned_bytes(
+    description: &Description,
+    compression: Compression,
+    seed: u64,
+    align: u32,
+) -> Vec<u8> {
     let out = Cursor::new(Vec::new());
-    let options = WriterOptions { compression, ..WriterOptions::default() };
+    let options = WriterOptions { compression, align, ..WriterOptions::default() };
     let mut writer = ContainerWriter::new(out, "memory", description.clone(), options).unwrap();
     let mut pages: Vec<_> = description.geometry.pages().collect();
     pages.sort_by_key(|pos| (pos.level, pos.z, pos.y, pos.x));

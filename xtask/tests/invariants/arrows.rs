@@ -10,6 +10,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("vastex-core", &[]),
     ("vastex-tiles", &["vastex-core"]),
     ("vastex-build", &["vastex-core", "vastex-tiles"]),
+    ("vastex-fuzz", &["vastex-core", "vastex-tiles", "vastex-build"]),
     ("vastex-wgpu", &["vastex-core"]),
     ("vastex", &["vastex-core", "vastex-tiles", "vastex-wgpu"]),
     ("vastex-scenes", &["vastex"]),

@@ -49,6 +49,9 @@ pub(crate) struct BuildArgs {
     /// near in the file, which slow disks and networks like
     #[arg(long, conflicts_with = "shard")]
     pub(crate) reorder: bool,
+    /// Begin every tile at a multiple of so many bytes, for direct I/O: a power of two, 4096 to 65536 or 4K to 64K
+    #[arg(long, value_name = "BYTES", value_parser = parse_align)]
+    pub(crate) align: Option<u32>,
     /// Threads that filter and encode [default: one for each core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub(crate) threads: Option<u32>,
@@ -101,6 +104,17 @@ fn parse_shard(text: &str) -> Result<PartOf, String> {
     shard.ok_or_else(|| "write the part and how many there are, as in 2/8".into())
 }
 
+fn parse_align(text: &str) -> Result<u32, String> {
+    let (digits, unit) = match text.strip_suffix(['K', 'k']) {
+        Some(digits) => (digits, 1024),
+        None => (text, 1),
+    };
+    let align = digits.parse::<u32>().ok().and_then(|number| number.checked_mul(unit));
+    align
+        .filter(|align| align.is_power_of_two() && (4096..=65_536).contains(align))
+        .ok_or_else(|| "write a power of two from 4K to 64K".into())
+}
+
 /// One address mode for both axes, or one for each.
 fn parse_address(text: &str) -> Result<[AddressMode; 2], String> {
     let mode = |name| match name {
@@ -122,6 +136,14 @@ mod tests {
         assert_eq!(parse_shard("2/8").ok(), PartOf::new(2, 8));
         for bad in ["", "1", "0/3", "4/3", "1/0", "-1/2", "1/2/3", "a/b"] {
             assert!(parse_shard(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn alignments_are_those_of_disks() {
+        assert_eq!((parse_align("4K"), parse_align("65536")), (Ok(4096), Ok(65_536)));
+        for bad in ["", "K", "1", "2K", "6K", "128K", "4M", "-4K", "4194304K", "99999999999"] {
+            assert!(parse_align(bad).is_err(), "{bad}");
         }
     }
 

@@ -94,6 +94,7 @@ fn options(args: &BuildArgs) -> BuildOptions {
         address: args.address,
         threads: args.threads.unwrap_or(0) as usize,
         durable: args.durable,
+        align: args.align.unwrap_or(1),
         part: args.shard,
         ..BuildOptions::default()
     }

@@ -53,6 +53,8 @@ struct Summary {
     stored_bytes: u64,
     /// Of all tiles, decoded.
     raw_bytes: u64,
+    /// Every tile begins at a multiple of so many bytes.
+    align: u32,
 }
 
 #[derive(Serialize)]
@@ -97,6 +99,7 @@ impl Summary {
             bytes: info.bytes,
             stored_bytes: info.stored_bytes,
             raw_bytes: info.raw_bytes,
+            align: info.align,
         }
     }
 
@@ -104,6 +107,10 @@ impl Summary {
         let [width, height] = self.size;
         let layers: Vec<_> = self.layers.iter().map(|l| format!("{} ({})", l.name, l.format)).collect();
         let Codecs { none, lz4, zstd } = self.stored_by_codec;
+        let aligned = match self.align {
+            1 => String::new(),
+            align => format!(", tiles at multiples of {align} bytes"),
+        };
         let rows = [
             ("size", format!("{width} x {height} texels")),
             ("levels", format!("{}, from level {} on in the tail", self.levels, self.tail_level)),
@@ -116,7 +123,7 @@ impl Summary {
             ("  stored", format!("{} ({none} as they are, {lz4} LZ4, {zstd} Zstandard)", self.stored_tiles)),
             ("bytes", format!("{} ({})", self.bytes, report::bytes(self.bytes))),
             ("  decoded", format!("{} ({})", self.raw_bytes, report::bytes(self.raw_bytes))),
-            ("format", format!("version {}", self.version)),
+            ("format", format!("version {}{aligned}", self.version)),
         ];
         rows.map(|(name, value)| format!("  {name:<12}{value}")).join("\n")
     }

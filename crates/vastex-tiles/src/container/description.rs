@@ -19,8 +19,12 @@ const MORE: u32 = 3;
 const OPTIONAL: u32 = 1 << 31;
 /// The section that says how each layer was filtered. What is only read can do without.
 const FILTERS: u32 = OPTIONAL | 3;
+/// The section that says at which multiples tiles begin; only where they do.
+const ALIGN: u32 = OPTIONAL | 4;
 /// Layers that a texture may have.
 const MAX_LAYERS: u32 = 256;
+/// The multiples at which tiles may begin, besides 1.
+const ALIGN_BYTES: std::ops::RangeInclusive<u32> = 4 << 10..=64 << 10;
 /// Bytes that the name of a layer or of a filter may have.
 const MAX_NAME_BYTES: u32 = 256;
 
@@ -47,11 +51,13 @@ pub(super) struct Contents {
     pub(super) description: Description,
     /// The name of each layer's filter; empty where the file does not say.
     pub(super) filters: Vec<String>,
+    /// Every tile in the file begins at a multiple of so many bytes; 1 where the file does not say.
+    pub(super) align: u32,
 }
 
 /// The description as bytes; `filters` has one name for each layer, or none at all.
 #[cfg(feature = "write")]
-pub(super) fn encode(description: &Description, filters: &[String]) -> Vec<u8> {
+pub(super) fn encode(description: &Description, filters: &[String], align: u32) -> Vec<u8> {
     let mut sections =
         vec![(GEOMETRY, geometry_bytes(&description.geometry)), (LAYERS, layer_bytes(&description.layers))];
     if has_more(description) {
@@ -59,6 +65,9 @@ pub(super) fn encode(description: &Description, filters: &[String]) -> Vec<u8> {
     }
     if !filters.is_empty() {
         sections.push((FILTERS, filter_bytes(filters)));
+    }
+    if align != 1 {
+        sections.push((ALIGN, align.to_le_bytes().into()));
     }
     let mut bytes = Vec::new();
     for (number, section) in sections {
@@ -157,7 +166,8 @@ fn format_number(format: LayerFormat) -> u32 {
 
 /// Reads a description and sees to it that this crate can handle the texture.
 pub(super) fn decode(bytes: &[u8]) -> Result<Contents, DescriptionFault> {
-    let (mut geometry, mut layers, mut more, mut filters, mut last) = (None, None, None, Vec::new(), None);
+    let (mut geometry, mut layers, mut more, mut last) = (None, None, None, None);
+    let (mut filters, mut align) = (Vec::new(), 1);
     let mut fields = Fields::new(bytes);
     while !fields.is_empty() {
         let (number, len) = (fields.u32()?, fields.u32()?);
@@ -171,6 +181,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Contents, DescriptionFault> {
             LAYERS => layers = Some(decode_layers(section)?),
             MORE => more = Some(decode_more(section)?),
             FILTERS => filters = decode_filters(section)?,
+            ALIGN => align = decode_align(section)?,
             _ if number & OPTIONAL != 0 => {}
             _ => {
                 return Err(DescriptionFault::Unsupported(format!(
@@ -184,7 +195,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Contents, DescriptionFault> {
             let description = describe(geometry, layers, more)?;
             check(&description)?;
             check_filters(&description, &filters)?;
-            Ok(Contents { description, filters })
+            Ok(Contents { description, filters, align })
         }
         _ => Err("the geometry or the layers are missing".to_string().into()),
     }
@@ -320,6 +331,25 @@ pub(super) fn check_filters(description: &Description, filters: &[String]) -> Re
     }
 }
 
+fn decode_align(section: &[u8]) -> Result<u32, DescriptionFault> {
+    let bytes = section.try_into().map_err(|_| format!("an alignment of {} bytes", section.len()))?;
+    let align = u32::from_le_bytes(bytes);
+    // 1 is said by saying nothing.
+    let check = if align == 1 { Err("an alignment of 1 byte".into()) } else { check_align(align) };
+    Ok(check.map(|()| align)?)
+}
+
+/// What disks ask for of direct reads, or 1 for no alignment.
+pub(super) fn check_align(align: u32) -> Result<(), String> {
+    if align == 1 || (align.is_power_of_two() && ALIGN_BYTES.contains(&align)) {
+        return Ok(());
+    }
+    let (least, most) = (ALIGN_BYTES.start(), ALIGN_BYTES.end());
+    Err(format!(
+        "tiles cannot begin at multiples of {align} bytes: use a power of two from {least} to {most}, or 1"
+    ))
+}
+
 /// Fails where a texture is valid but larger than a container can hold; the message says what to change.
 pub(super) fn check(description: &Description) -> Result<(), String> {
     let layers = &description.layers;
@@ -364,12 +394,12 @@ mod tests {
 
     fn contents(filters: &[&str]) -> Contents {
         let filters = filters.iter().map(ToString::to_string).collect();
-        Contents { description: description(), filters }
+        Contents { description: description(), filters, align: 1 }
     }
 
     fn bytes(filters: &[&str]) -> Vec<u8> {
-        let Contents { description, filters } = contents(filters);
-        encode(&description, &filters)
+        let Contents { description, filters, align } = contents(filters);
+        encode(&description, &filters, align)
     }
 
     #[test]
@@ -390,10 +420,10 @@ mod tests {
             border_color: [1, 2, 3, 4],
             ..Description::new(Geometry::new(spec).unwrap(), layers)
         };
-        assert_eq!(decode(&encode(&description, &[])).map(|c| c.description), Ok(description));
+        assert_eq!(decode(&encode(&description, &[], 1)).map(|c| c.description), Ok(description));
         let spec = GeometrySpec { positions: TexelPositions::Kept, ..GeometrySpec::image(1000, 777) };
         let description = Description::one_layer(Geometry::new(spec).unwrap(), LayerFormat::R8);
-        assert_eq!(decode(&encode(&description, &[])).map(|c| c.description), Ok(description));
+        assert_eq!(decode(&encode(&description, &[], 1)).map(|c| c.description), Ok(description));
     }
 
     #[test]
@@ -402,15 +432,27 @@ mod tests {
         bytes.extend([9, 0, 0, 0x80, 2, 0, 0, 0, 1, 2]);
         assert_eq!(decode(&bytes), Ok(contents(&["box"])));
         // The same section without the bit stands before the filters, since sections ascend.
-        let mut bytes = encode(&description(), &[]);
+        let mut bytes = encode(&description(), &[], 1);
         bytes.extend([9, 0, 0, 0, 2, 0, 0, 0, 1, 2]);
         let fault = decode(&bytes).unwrap_err();
         assert_eq!(fault, DescriptionFault::Unsupported("section 9 of the description is not known".into()));
     }
 
     #[test]
+    fn only_alignments_that_disks_ask_for_are_stated() {
+        for align in [4096, 1 << 16] {
+            let bytes = encode(&description(), &[], align);
+            assert_eq!(decode(&bytes), Ok(Contents { align, ..contents(&[]) }));
+        }
+        for align in [0, 2, 2048, 5000, 1 << 17, u32::MAX] {
+            assert!(check_align(align).is_err());
+            assert!(matches!(decode(&encode(&description(), &[], align)), Err(DescriptionFault::Damaged(_))));
+        }
+    }
+
+    #[test]
     fn every_truncation_is_refused() {
-        let (bytes, required) = (bytes(&["box"]), encode(&description(), &[]).len());
+        let (bytes, required) = (bytes(&["box"]), encode(&description(), &[], 1).len());
         for len in (0..bytes.len()).filter(|&len| len != required) {
             assert!(decode(&bytes[..len]).is_err(), "{len}");
         }

@@ -17,6 +17,8 @@ pub struct Info {
     pub version: u32,
     /// Bytes of the file.
     pub bytes: u64,
+    /// Every tile in the file begins at a multiple of so many bytes; 1 for no alignment.
+    pub align: u32,
     /// Pages of the texture, the tail counted as one.
     pub pages: u64,
     /// Pages that have a tile.
@@ -51,6 +53,7 @@ impl Container {
             description: Description::clone(self.description()),
             version: super::layout::VERSION,
             bytes: self.header.file_len,
+            align: self.align(),
             pages: self.order.pages(),
             tiles: 0,
             stored_tiles: 0,

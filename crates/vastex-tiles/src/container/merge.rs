@@ -85,8 +85,8 @@ pub fn merge(
     if let Some(part) = readers.iter().find(|reader| is_output(&reader.path)) {
         return Err(MergeError::SameFile(part.path.clone()));
     }
-    let Contents { description, filters } = readers[0].contents()?;
-    let options = WriterOptions { compression: Compression::None, durable, filters };
+    let Contents { description, filters, align } = readers[0].contents()?;
+    let options = WriterOptions { compression: Compression::None, durable, filters, align };
     let mut writer = ContainerWriter::create(output, description.clone(), options)?;
     let order = PageOrder::new(&description.geometry);
     let (mut done, total) = (0, order.pages());

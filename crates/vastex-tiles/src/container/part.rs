@@ -140,9 +140,7 @@ impl PartWriter {
         left: Left<'_>,
     ) -> Result<PartWriter, WriteError> {
         let (path, name) = (path.as_ref(), path.as_ref().display().to_string());
-        let checked = description::check(&description);
-        if let Err(fault) = checked.and_then(|()| description::check_filters(&description, &options.filters))
-        {
+        if let Err(fault) = options.check(&description) {
             return Err(WriteError::Description { name, fault });
         }
         let claimed = TempFile::claim(path).map_err(WriteError::io(&name))?;
@@ -150,7 +148,7 @@ impl PartWriter {
         let order = PageOrder::new(&description.geometry);
         let run = of.run(order.pages());
         let tiles = run.end - run.start;
-        let description_bytes = description::encode(&description, &options.filters);
+        let description_bytes = description::encode(&description, &options.filters, options.align);
         let head = Head { of, fingerprint: checksum(fingerprint), tiles, description: description_bytes };
         let (durable, written) = (options.durable, Written::default());
         let mut part =

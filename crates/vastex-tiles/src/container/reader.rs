@@ -25,6 +25,7 @@ pub struct Container {
     pub(super) header: Header,
     pub(super) description: Arc<Description>,
     filters: Vec<String>,
+    align: u32,
     pub(super) index: Index,
     pub(super) order: PageOrder,
     /// The pages that have tiles; nothing where all have.
@@ -39,7 +40,7 @@ impl Container {
         let name = store.name();
         let opening = store.read(0, store.len().min(OPENING_BYTES) as usize).await?;
         let header = Header::newest(name, &opening[..opening.len().min(HEADER_BYTES as usize)], store.len())?;
-        let Contents { description, filters } = read_description(&*store, &header, &opening).await?;
+        let Contents { description, filters, align } = read_description(&*store, &header, &opening).await?;
         let order = PageOrder::new(&description.geometry);
         let (coarse, index) = read_coarse_and_index(&*store, &header, order.pages()).await?;
         let present = index.lacks_pages().then(|| {
@@ -48,7 +49,7 @@ impl Container {
             Arc::new(PageSet::from_pages(geometry, |pos| record(pos).is_some()))
         });
         let description = Arc::new(description);
-        Ok(Container { header, description, filters, index, order, present, coarse, store })
+        Ok(Container { header, description, filters, align, index, order, present, coarse, store })
     }
 
     /// Opens a local file.
@@ -68,6 +69,11 @@ impl Container {
     /// What a name means is the builder's business; a region can only be replaced where it is known.
     pub fn filters(&self) -> &[String] {
         &self.filters
+    }
+
+    /// Every tile in the file begins at a multiple of so many bytes; 1 where nothing is said of that.
+    pub fn align(&self) -> u32 {
+        self.align
     }
 
     async fn read_tile(&self, pos: PagePos) -> Result<Tile, ReadError> {

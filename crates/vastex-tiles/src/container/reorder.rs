@@ -54,7 +54,8 @@ pub fn reorder(
     let description = container.description().clone();
     let geometry = &description.geometry;
     let filters = container.filters().to_vec();
-    let options = WriterOptions { compression: Compression::None, durable, filters };
+    let options =
+        WriterOptions { compression: Compression::None, durable, filters, align: container.align() };
     let mut writer = ContainerWriter::create(output, (*description).clone(), options)?;
     let (mut done, total) = (0, geometry.page_count());
     for level in 0..=geometry.tail().first_level() {

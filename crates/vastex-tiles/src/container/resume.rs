@@ -7,6 +7,7 @@
 //! written ends the taking over. Making the tiles that follow is the builder's business.
 
 use std::io::Seek;
+use std::io::Read;
 use std::ops::ControlFlow;
 use std::path::Path;
 
@@ -173,7 +174,7 @@ impl ResumableWriter {
     fn take_over_next(
         &mut self,
         records: &mut Records,
-        partial: &mut impl std::io::Read,
+        partial: &mut impl Read,
     ) -> std::io::Result<bool> {
         let raw_len = self.writer.description().tile_bytes();
         let Some(head) = records.next(raw_len)? else { return Ok(false) };
@@ -182,6 +183,7 @@ impl ResumableWriter {
         let bytes = match place {
             Place::Known => Some(Bytes::new()),
             Place::Memory => head.read_sound_bytes(records.bytes())?,
+            Place::File if !skip_gap(partial, self.writer.gap().len())? => None,
             Place::File => head.read_sound_bytes(partial)?,
         };
         let Some(bytes) = bytes else { return Ok(false) };
@@ -193,6 +195,13 @@ impl ResumableWriter {
         }
         Ok(appended)
     }
+}
+
+/// Passes over the zeros before a tile; whether they are all there.
+fn skip_gap(partial: &mut impl Read, len: usize) -> std::io::Result<bool> {
+    let mut gap = Vec::with_capacity(len);
+    partial.take(len as u64).read_to_end(&mut gap)?;
+    Ok(gap.len() == len && gap.iter().all(|&byte| byte == 0))
 }
 
 /// The journal beside the partial file; nothing where there is none.
@@ -213,7 +222,7 @@ fn open_journal(name: &str, out: &TempFile, head: Head) -> Result<Option<Journal
 /// How long the disk has to have everything changes no byte; all else does.
 fn head_of(description: &Description, options: &WriterOptions, origin: Origin<'_>) -> Head {
     let deciding = WriterOptions { durable: false, ..options.clone() };
-    let description = description::encode(description, &options.filters);
+    let description = description::encode(description, &options.filters, options.align);
     let all = format!("{} {deciding:?} {description:?} {:?}", env!("CARGO_PKG_VERSION"), origin.options);
     Head { input: checksum(origin.input), options: checksum(all.as_bytes()) }
 }

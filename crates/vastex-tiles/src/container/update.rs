@@ -19,7 +19,7 @@ use super::header::{self, Header};
 use super::index::{self, Record};
 use super::layout::{Extent, HEADER_BYTES, HEADER_COPY_BYTES, NO_RECORD, Section};
 use super::reader::Container;
-use super::writer::{WriteError, held_level};
+use super::writer::{WriteError, gap_before, held_level};
 use crate::encode::EncodedTile;
 use crate::stores::FileStore;
 use crate::tile::Codec;
@@ -194,7 +194,7 @@ impl ContainerUpdate {
             self.held.insert(number, bytes.clone());
             extent(0)
         } else {
-            extent(self.put(&bytes)?)
+            extent(self.put_tile(&bytes)?)
         };
         self.records.push(Record { section: Section { extent, checksum: tile.checksum }, codec });
         self.record_of_content.insert(tile.hash, number);
@@ -247,7 +247,7 @@ impl ContainerUpdate {
                     self.old_bytes(&record)?
                 }
             };
-            self.records[number as usize].section.extent.offset = self.put(&bytes)?;
+            self.records[number as usize].section.extent.offset = self.put_tile(&bytes)?;
         }
         Ok(())
     }
@@ -331,6 +331,12 @@ impl ContainerUpdate {
             self.out.sync().map_err(failed)?;
         }
         Ok(())
+    }
+
+    /// Appends a tile, aligned as those that are there; gives back where it lies.
+    fn put_tile(&mut self, bytes: &[u8]) -> Result<u64, WriteError> {
+        self.put(gap_before(self.offset, self.old.align()))?;
+        self.put(bytes)
     }
 
     /// Appends bytes; gives back where they lie.

@@ -179,6 +179,9 @@ async fn check_record(
     container.check_record(&record).map_err(|fault| (None, fault))?;
     let extent = (record.codec != Codec::Constant).then_some(record.section.extent);
     let at = |fault: String| (extent, fault);
+    if extent.is_some_and(|extent| !extent.offset.is_multiple_of(u64::from(container.align()))) {
+        return Err(at(format!("it does not begin at a multiple of {} bytes, as stated", container.align())));
+    }
     let bytes = container.bytes_of(&record).await.map_err(|error| at(error.to_string()))?;
     record.section.check(&bytes).map_err(at)?;
     let tile = Tile { codec: record.codec, bytes };

@@ -1,0 +1,200 @@
+//! The targets: each hands bytes to a reader and asserts what must hold whatever they are.
+//!
+//! A reader may refuse bytes, with a message; it may not panic, nor take for sound what it cannot read.
+
+use std::fs;
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::sync::Arc;
+
+use anyhow::Result;
+use pollster::block_on;
+use vastex_build::{BuildOptions, build, open};
+use vastex_tiles::{Container, MemoryStore, ReadError, TileSource, merge, verify};
+
+use crate::seeds;
+use crate::tree::Tree;
+
+/// Texels of an image, bytes of a tile, and pages, beyond which an input is lawful but only slow.
+const MAX_TEXELS: u64 = 1 << 20;
+const MAX_ROW_BYTES: usize = 1 << 20;
+const MAX_TILE_BYTES: usize = 1 << 20;
+const MAX_PAGES: u64 = 1 << 12;
+
+/// What a target's bytes are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// A file.
+    File,
+    /// A [`Tree`] of files.
+    Tree,
+}
+
+/// Something that reads what others wrote.
+#[derive(Clone, Copy, Debug)]
+pub struct Target {
+    /// What it is called on the command line.
+    pub name: &'static str,
+    /// What its bytes are.
+    pub form: Form,
+    check: fn(&[u8]),
+    seeds: fn() -> Result<Vec<Vec<u8>>>,
+}
+
+/// All targets.
+pub const TARGETS: &[Target] = &[
+    Target { name: "container", form: Form::File, check: container, seeds: seeds::containers },
+    Target { name: "part", form: Form::Tree, check: parts, seeds: seeds::parts },
+    Target { name: "image", form: Form::File, check: image, seeds: seeds::images },
+    Target { name: "deep_zoom", form: Form::Tree, check: directory, seeds: seeds::deep_zoom },
+    Target { name: "gaia_sky", form: Form::Tree, check: directory, seeds: seeds::gaia_sky },
+    Target { name: "celestia", form: Form::Tree, check: directory, seeds: seeds::celestia },
+    Target { name: "prototype", form: Form::Tree, check: directory, seeds: seeds::prototype },
+];
+
+impl Target {
+    /// The target of that name.
+    pub fn named(name: &str) -> Option<&'static Target> {
+        TARGETS.iter().find(|target| target.name == name)
+    }
+
+    /// Reads the bytes; panics where the reader does, or where it takes for sound what is not.
+    pub fn check(&self, bytes: &[u8]) {
+        (self.check)(bytes);
+    }
+
+    /// Small sound inputs, the same every time.
+    pub fn seeds(&self) -> Result<Vec<Vec<u8>>> {
+        (self.seeds)()
+    }
+
+    /// The files of an input, by their names.
+    pub fn files(&self, input: &[u8]) -> Vec<(String, Vec<u8>)> {
+        match self.form {
+            Form::File => vec![("the file".to_owned(), input.to_vec())],
+            Form::Tree => Tree::decode(input).files,
+        }
+    }
+}
+
+/// Opens and verifies; then reads pages. What verify calls sound must read and decode.
+fn container(bytes: &[u8]) {
+    let store = Arc::new(MemoryStore::new("fuzz", bytes.to_vec()));
+    let container = match block_on(Container::open(store.clone())) {
+        Ok(container) => container,
+        Err(error) => {
+            assert!(!error.to_string().is_empty());
+            assert!(!is_sound(&store), "verify calls sound what does not open: {error}");
+            return;
+        }
+    };
+    let description = container.description().clone();
+    if description.tile_bytes() > MAX_TILE_BYTES || description.geometry.page_count() > MAX_PAGES {
+        return;
+    }
+    container.info();
+    let sound = is_sound(&store);
+    for pos in description.geometry.pages() {
+        match block_on(container.read(pos)) {
+            Ok(tile) => match tile.decode(&description) {
+                Ok(texels) => assert_eq!(texels.len(), description.tile_bytes()),
+                Err(error) => assert!(!sound, "verify calls sound what does not decode: {error}"),
+            },
+            Err(ReadError::NoSuchTile { .. }) => {}
+            Err(error) => assert!(!sound, "verify calls sound what does not read: {error}"),
+        }
+    }
+}
+
+fn is_sound(store: &Arc<MemoryStore>) -> bool {
+    block_on(verify(store.clone(), |_, _| {})).faults.is_empty()
+}
+
+/// Joins parts. What is joined must be sound, and what is refused leaves nothing behind.
+fn parts(bytes: &[u8]) {
+    let tree = Tree::decode(bytes);
+    with_directory(&tree, |root, out| {
+        let paths: Vec<_> = tree.files.iter().map(|(name, _)| root.join(name)).collect();
+        let joined = merge(&paths, &out.join("out.vastex"), false, |_, total| match total > MAX_PAGES {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        });
+        check_output(out, joined.map(drop).map_err(|error| error.to_string()), Deep::No);
+    });
+}
+
+fn image(bytes: &[u8]) {
+    let tree = Tree { files: vec![("image".to_owned(), bytes.to_vec())] };
+    with_directory(&tree, |root, out| build_at(&root.join("image"), out));
+}
+
+/// Builds the directory, and what describes it.
+fn directory(bytes: &[u8]) {
+    const MAX_DESCRIPTIONS: usize = 2;
+    let tree = Tree::decode(bytes);
+    with_directory(&tree, |root, out| {
+        build_at(root, out);
+        let describes = |name: &&String| name.ends_with(".dzi") || name.ends_with(".ctx");
+        for name in tree.files.iter().map(|(name, _)| name).filter(describes).take(MAX_DESCRIPTIONS) {
+            build_at(&root.join(name), out);
+        }
+    });
+}
+
+fn build_at(input: &Path, out: &Path) {
+    match open(input) {
+        Ok(reader) => {
+            let header = reader.header();
+            let texels = u64::from(header.width) * u64::from(header.height);
+            if texels > MAX_TEXELS || header.row_bytes() > MAX_ROW_BYTES {
+                return;
+            }
+        }
+        Err(fault) => assert!(!fault.to_string().is_empty()),
+    }
+    let options =
+        BuildOptions { page: 32, border: 2, threads: 1, memory_limit: 64 << 20, ..BuildOptions::default() };
+    let built = build(&[input], &out.join("out.vastex"), &options, &());
+    check_output(out, built.map(drop).map_err(|error| error.to_string()), Deep::Yes);
+}
+
+/// Whether tiles must decode: those of a part come from others, who sealed them.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Deep {
+    Yes,
+    No,
+}
+
+/// What was made is sound; what was not made left nothing behind.
+fn check_output(out: &Path, made: Result<(), String>, deep: Deep) {
+    let path = out.join("out.vastex");
+    match made {
+        Ok(()) if deep == Deep::Yes => {
+            let store = Arc::new(MemoryStore::new("out", fs::read(&path).unwrap_or_default()));
+            assert_eq!(block_on(verify(store, |_, _| {})).faults, []);
+        }
+        Ok(()) => assert!(Container::open_file(&path).is_ok(), "what was joined does not open"),
+        Err(message) => assert!(!message.is_empty()),
+    }
+    let _ = fs::remove_file(&path);
+    let left = fs::read_dir(out).map_or(0, Iterator::count);
+    assert_eq!(left, 0, "something was left behind");
+}
+
+/// Writes the tree and gives its directory and an empty one.
+#[allow(
+    clippy::panic,
+    reason = "a target reports by panicking, and without a directory nothing would be tested"
+)]
+fn with_directory(tree: &Tree, work: impl FnOnce(&Path, &Path)) {
+    let made = temporary().and_then(|root| Ok((root, temporary()?)));
+    let (root, out) = made.unwrap_or_else(|error| panic!("no temporary directory: {error}"));
+    tree.write(root.path());
+    work(root.path(), out.path());
+}
+
+/// A directory in memory where the system has a place for that: thousands are made a second.
+fn temporary() -> std::io::Result<tempfile::TempDir> {
+    const MEMORY: &str = "/dev/shm";
+    tempfile::tempdir_in(MEMORY).or_else(|_| tempfile::tempdir())
+}
