@@ -8,6 +8,7 @@
 
 mod bench;
 mod campaign;
+mod damage;
 mod demo;
 mod fetch;
 mod inputs;
@@ -38,6 +39,11 @@ Commands:
   campaign [--minutes N]   the random tests with ever more cases [default: 10 minutes]
   campaign kills           builds that are killed, resumed and compared
       --count N              builds, each killed one to three times [default: 200]
+  campaign flips           bits flipped in containers of every kind
+      --count N              bits [default: 10000]
+  campaign fuzz            damaged files for every reader; by cargo-fuzz where that is installed
+      --minutes M            for each target [default: 30]
+      --target T             only this one: container, part, image, deep_zoom, gaia_sky, celestia, prototype
   help                     this text
 
 Examples:
@@ -79,6 +85,8 @@ fn dispatch(arguments: &[&str]) -> anyhow::Result<()> {
         }
         ["bench"] => Err(Usage("which benchmark? There are: build, fetch".to_owned()).into()),
         ["campaign", "kills", options @ ..] => kills::run(options),
+        ["campaign", "flips", options @ ..] => damage::flips(options),
+        ["campaign", "fuzz", options @ ..] => damage::fuzz(options),
         ["campaign", options @ ..] => campaign::run(options),
         ["demo", other, ..] => Err(Usage(format!("demo takes no argument '{other}'")).into()),
         [other, ..] => Err(Usage(format!("no command is called '{other}'")).into()),
@@ -102,6 +110,9 @@ mod tests {
             &["bench", "build", "--runs", "0"],
             &["campaign", "--minutes", "soon"],
             &["campaign", "kills", "--count", "none"],
+            &["campaign", "flips", "--count", "0"],
+            &["campaign", "fuzz", "--target", "moon"],
+            &["campaign", "fuzz", "--minutes"],
             &["demo", "mars"],
             &["test", "tset"],
         ] {
