@@ -1,13 +1,12 @@
 //! Writing a container so that a killed build can be gone on with: a partial file under a name that all builds into its
 //! place share, and a journal beside it.
 //!
-//! Taking over is appending once more what the journal tells of, in its order, without writing the bytes that are in the
-//! partial file already; so the writer is in the very state in which it was after the last of these tiles, and the file
+//! Taking over is appending once more what the journal tells of, in its order, without writing the bytes that are in
+//! the partial file already; so the writer is in the very state in which it was after the last of these tiles, and the file
 //! becomes the one that an uninterrupted build writes. Every tile is checked; the first one that is not as it was
 //! written ends the taking over. Making the tiles that follow is the builder's business.
 
-use std::io::Seek;
-use std::io::Read;
+use std::io::{Read, Seek};
 use std::ops::ControlFlow;
 use std::path::Path;
 
@@ -41,7 +40,8 @@ pub enum Left<'a> {
     /// It is removed; nothing is left but by a process that is killed.
     Removed,
     /// It is gone on with; if the writer is dropped unfinished, what is written stays. The function is told from time to
-    /// time how many bytes have been taken over; `Break` ends it with [`WriteError::Cancelled`] and leaves everything as it was.
+    /// time how many bytes have been taken over; `Break` ends it with [`WriteError::Cancelled`] and leaves everything
+    /// as it was.
     Resumed(&'a mut dyn FnMut(u64) -> ControlFlow<()>),
 }
 
