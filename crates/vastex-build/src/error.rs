@@ -95,6 +95,9 @@ pub enum InputFault {
         "is a directory without tiles that are known here; name an image file, the directory of tiles itself, or its .dzi or .ctx file"
     )]
     Directory,
+    /// It is a file where the tiles of a directory are asked for.
+    #[error("holds no tiles; make a container of an image first: `vastex build IMAGE -o IMAGE.vastex`")]
+    NoTiles,
     /// It is a tile directory, or a part of one, that is not laid out as its readers expect.
     #[error("{why}; {remedy}")]
     Layout {

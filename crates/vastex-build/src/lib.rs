@@ -36,7 +36,7 @@ use vastex_tiles::{Left, Origin, PartWriter, ResumableWriter, WriterOptions};
 pub use error::{BuildError, InputFault};
 pub use export::{ExportError, ExportOptions, ExportReport, Layout, TileFormat, export};
 pub use notice::Notice;
-pub use readers::{ImageHeader, PixelFormat, RowReader, Sample, open};
+pub use readers::{DirectorySource, ImageHeader, PixelFormat, RowReader, Sample, open};
 pub use replace::{ReplaceError, ReplaceOptions, replace};
 pub use vastex_tiles::{
     Compression, MergeError, PartOf, ReorderError, UpdateError, Updated, WriteError, Written, merge, reorder,

@@ -21,6 +21,7 @@ use std::path::{Path, PathBuf};
 use crate::error::InputFault;
 use crate::notice::Notice;
 
+pub use directory::source::DirectorySource;
 pub use pixel::{PixelFormat, Sample};
 
 /// What is known of an image from its header.

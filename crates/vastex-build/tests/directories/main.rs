@@ -8,4 +8,5 @@ mod pictures;
 mod programs;
 mod refusals;
 mod round_trips;
+mod sources;
 mod trees;

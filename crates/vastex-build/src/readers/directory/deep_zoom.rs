@@ -21,10 +21,12 @@ struct Manifest {
     extension: String,
 }
 
-/// The finest level of an image.
+/// The levels of an image, in `tiles/<number>`; the number of the finest is the largest.
 struct DeepZoom {
     manifest: Manifest,
-    level: PathBuf,
+    tiles: PathBuf,
+    finest: u32,
+    levels: u32,
 }
 
 /// The one `.dzi` file in a directory; an error where there are several.
@@ -55,18 +57,21 @@ pub(super) fn open(path: &Path, text: &str) -> Result<Source, InputFault> {
     let finest = width.max(height).next_power_of_two().trailing_zeros();
     let mut tiles = path.with_extension("").into_os_string();
     tiles.push("_files");
-    let directory = PathBuf::from(tiles);
-    let grid = DeepZoom { manifest, level: directory.join(finest.to_string()) };
-    if !grid.level.is_dir() {
+    let tiles = PathBuf::from(tiles);
+    let levels = (0..=finest).take_while(|level| tiles.join((finest - level).to_string()).is_dir()).count();
+    if levels == 0 {
+        let why =
+            format!("lacks the directory of its finest level, {}", tiles.join(finest.to_string()).display());
         return Err(InputFault::Layout {
-            why: format!("lacks the directory of its finest level, {}", grid.level.display()),
+            why,
             remedy: "copy the whole image, or correct its Width and Height",
         });
     }
+    let grid = DeepZoom { manifest, tiles, finest, levels: levels as u32 };
     let last = grid.counts().map(|n| n - 1);
-    let sample = [[0, 0], last].map(|[column, row]| grid.piece(column, row).path);
+    let sample = [[0, 0], last].map(|[column, row]| grid.piece(0, column, row).path);
     let (format, linear, memory) = shared_format(sample.iter().map(PathBuf::as_path))?;
-    let grid = Box::new(grid);
+    let (directory, grid) = (grid.tiles.clone(), Box::new(grid));
     Ok(Source { grid, directory, format, linear, wraps: false, memory, notices: Vec::new() })
 }
 
@@ -85,17 +90,24 @@ impl Grid for DeepZoom {
         self.manifest.tile
     }
 
-    fn piece(&self, column: u32, row: u32) -> Piece {
+    fn levels(&self) -> u32 {
+        self.levels
+    }
+
+    fn piece(&self, level: u32, column: u32, row: u32) -> Piece {
         let Manifest { size, tile, overlap, extension } = &self.manifest;
+        let size = size.map(|n| u64::from(n).div_ceil(1 << level));
         // Overlap texels stand on inner sides only.
         let first = [column, row].map(|n| if n == 0 { 0 } else { *overlap });
-        let end = |axis: usize, n: u32| {
-            (u64::from(n + 1) * u64::from(*tile) + u64::from(*overlap)).min(u64::from(size[axis]))
-        };
+        let end =
+            |axis: usize, n: u32| (u64::from(n + 1) * u64::from(*tile) + u64::from(*overlap)).min(size[axis]);
         let start = |n: u32, first: u32| u64::from(n) * u64::from(*tile) - u64::from(first);
         let side = |axis: usize, n: u32| (end(axis, n) - start(n, first[axis])) as u32;
         Piece {
-            path: self.level.join(format!("{column}_{row}.{extension}")),
+            path: self
+                .tiles
+                .join((self.finest - level).to_string())
+                .join(format!("{column}_{row}.{extension}")),
             size: [side(0, column), side(1, row)],
             first,
             within: [0; 2],
@@ -167,10 +179,12 @@ mod tests {
         let manifest = Manifest { size: [300, 200], tile: 254, overlap: 1, extension: "png".into() };
         assert!(is_manifest(GOOD));
         assert_eq!(parse(GOOD).unwrap(), manifest);
-        let grid = DeepZoom { manifest, level: "9".into() };
+        let grid = DeepZoom { manifest, tiles: "zoom_files".into(), finest: 9, levels: 10 };
         assert_eq!(grid.counts(), [2, 1]);
-        assert_eq!((grid.piece(0, 0).size, grid.piece(0, 0).first), ([255, 200], [0, 0]));
-        assert_eq!((grid.piece(1, 0).size, grid.piece(1, 0).first), ([47, 200], [1, 0]));
+        assert_eq!((grid.piece(0, 0, 0).size, grid.piece(0, 0, 0).first), ([255, 200], [0, 0]));
+        assert_eq!((grid.piece(0, 1, 0).size, grid.piece(0, 1, 0).first), ([47, 200], [1, 0]));
+        let coarser = grid.piece(1, 0, 0);
+        assert_eq!((coarser.path, coarser.size), ("zoom_files/8/0_0.png".into(), [150, 100]));
     }
 
     #[test]

@@ -1,14 +1,17 @@
 //! Tile directories of other programs, read as the image that their finest level is.
 //!
 //! [`open_directory`] and [`open_description`] find out by content which layout they have been given; each layout has a
-//! module, which turns it into a [`Grid`] of cells. [`DirectoryReader`] decodes one row of cells at a time, so memory
-//! follows the width of the image.
+//! module, which turns it into a [`Grid`] of cells on each level. [`DirectoryReader`] decodes one row of cells of the finest
+//! level at a time, so memory follows the width of the image; [`source`] reads all levels, page by page.
 
 mod celestia;
 mod deep_zoom;
 mod gaia_sky;
+mod interpolate;
+mod kept;
 pub(crate) mod prototype;
 mod quadtree;
+pub(crate) mod source;
 mod tile;
 
 use std::io::Read;
@@ -22,16 +25,20 @@ use tile::{Decoded, Piece};
 /// Bytes that a file which describes a directory may have.
 const MAX_TEXT: u64 = 1 << 20;
 
-/// The finest level as a grid of cells, of which the last of a row or column may be smaller.
-trait Grid {
+/// The levels of a directory as grids of cells, of which the last of a row or column may be smaller. Level 0 is the
+/// finest; each further one has half as many texels, rounded up.
+trait Grid: Send + Sync {
     /// Texels of the image.
     fn size(&self) -> [u64; 2];
 
-    /// Texels per side of a cell.
+    /// Texels per side of a cell, on every level.
     fn cell(&self) -> u32;
 
-    /// Where a cell's texels are. The cell exists.
-    fn piece(&self, column: u32, row: u32) -> Piece;
+    /// Levels that the directory has, at least 1.
+    fn levels(&self) -> u32;
+
+    /// Where a cell's texels are: in a tile of its own, or in an ancestor's. The cell exists.
+    fn piece(&self, level: u32, column: u32, row: u32) -> Piece;
 }
 
 /// A directory that was looked at.
@@ -59,6 +66,15 @@ struct DirectoryReader {
 
 /// Opens a directory by what is in it.
 pub(super) fn open_directory(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {
+    reader(look_at_directory(path)?)
+}
+
+/// Opens the directory that a text file describes; nothing where the text is something else.
+pub(super) fn open_description(path: &Path) -> Result<Option<Box<dyn RowReader>>, InputFault> {
+    look_at_description(path)?.map(reader).transpose()
+}
+
+fn look_at_directory(path: &Path) -> Result<Source, InputFault> {
     let (manifest, pages) = (deep_zoom::find(path)?, prototype::find(path)?);
     let gaia_sky = gaia_sky::is_here(path)?;
     let kinds = [
@@ -73,19 +89,26 @@ pub(super) fn open_directory(path: &Path) -> Result<Box<dyn RowReader>, InputFau
             remedy: "name the .dzi file, or move one of them elsewhere",
         });
     }
+    let described = |path: &Path| {
+        let found = look_at_description(path).and_then(|found| found.ok_or(InputFault::Text));
+        found.map_err(|fault| match fault {
+            InputFault::Tile { .. } => fault,
+            fault => tile::in_tile(path, fault),
+        })
+    };
     if let Some(manifest) = manifest {
-        return open_found(&manifest);
+        return look_at_found(&manifest);
     }
     if let Some(pages) = pages {
-        return reader(prototype::open(&pages)?);
+        return prototype::open(&pages);
     }
     if gaia_sky {
-        return reader(gaia_sky::open(path)?);
+        return gaia_sky::open(path);
     }
     let contexts = entries(path)?.into_iter().filter(|path| path.extension().is_some_and(|e| e == "ctx"));
     match contexts.collect::<Vec<_>>().as_slice() {
         [] => Err(InputFault::Directory),
-        [one] => open_found(one),
+        [one] => look_at_found(one),
         [..] => Err(InputFault::Layout {
             why: "is a directory of several .ctx files".into(),
             remedy: "name one of them",
@@ -93,25 +116,24 @@ pub(super) fn open_directory(path: &Path) -> Result<Box<dyn RowReader>, InputFau
     }
 }
 
-/// Opens what a text file that was found in a directory describes; a fault names it, or the tile that has it.
-fn open_found(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {
-    let opened = open_description(path).and_then(|opened| opened.ok_or(InputFault::Text));
-    opened.map_err(|fault| match fault {
+/// Looks at what a text file that was found in a directory describes; a fault names it, or the tile that has it.
+fn look_at_found(path: &Path) -> Result<Source, InputFault> {
+    let found = look_at_description(path).and_then(|found| found.ok_or(InputFault::Text));
+    found.map_err(|fault| match fault {
         InputFault::Tile { .. } => fault,
         fault => tile::in_tile(path, fault),
     })
 }
 
-/// Opens the directory that a text file describes; nothing where the text is something else.
-pub(super) fn open_description(path: &Path) -> Result<Option<Box<dyn RowReader>>, InputFault> {
+fn look_at_description(path: &Path) -> Result<Option<Source>, InputFault> {
     if std::fs::metadata(path)?.len() > MAX_TEXT {
         return Ok(None);
     }
     let text = read_text(path, MAX_TEXT)?;
     if deep_zoom::is_manifest(&text) {
-        reader(deep_zoom::open(path, &text)?).map(Some)
+        deep_zoom::open(path, &text).map(Some)
     } else if celestia::is_context(&text) {
-        reader(celestia::open(path, &text)?).map(Some)
+        celestia::open(path, &text).map(Some)
     } else {
         Ok(None)
     }
@@ -139,7 +161,7 @@ impl DirectoryReader {
         let rows = cell.min(self.header.height - self.next_row);
         self.band.resize(rows as usize * stride, 0);
         for column in 0..self.header.width.div_ceil(cell) {
-            let piece = self.grid.piece(column, row);
+            let piece = self.grid.piece(0, column, row);
             self.decoded.load(&piece, self.header.format)?;
             let width = cell.min(self.header.width - column * cell);
             let start = column as usize * cell as usize * texel_bytes;

@@ -3,7 +3,7 @@
 //! Pages are always full, and nothing of the layout tells where the image ends within the last of them. So a file
 //! `size.txt` beside `pages/`, as in `1000x777`, may say it.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
 use super::tile::{Piece, in_tile};
@@ -21,6 +21,7 @@ const SIZE_BYTES: u64 = 64;
 struct Pages {
     size: [u32; 2],
     pages: PathBuf,
+    levels: u32,
 }
 
 /// The directory with the pages: `directory`, or the one called `pages` in it.
@@ -33,15 +34,20 @@ pub(super) fn find(directory: &Path) -> Result<Option<PathBuf>, InputFault> {
     Ok(None)
 }
 
-/// Lists the pages of the finest level, none of which may be missing.
+/// Lists the pages. None of the finest level may be missing; coarser levels are used as far as there are any.
 pub(super) fn open(pages: &Path) -> Result<Source, InputFault> {
-    let finest: HashMap<_, _> = entries(pages)?
-        .into_iter()
-        .filter_map(|path| match position(&path)? {
-            (0, x, y) => Some(([x, y], path)),
-            _ => None,
-        })
-        .collect();
+    let (mut finest, mut coarser) = (HashMap::new(), HashSet::new());
+    for path in entries(pages)? {
+        match position(&path) {
+            Some((0, x, y)) => {
+                finest.insert([x, y], path);
+            }
+            Some((level, 0, 0)) => {
+                coarser.insert(level);
+            }
+            _ => {}
+        }
+    }
     let beyond = |at: &[u32; 2]| at.iter().any(|&n| n >= (1 << 31) / PAGE);
     if let Some((_, path)) = finest.iter().find(|(at, _)| beyond(at)) {
         let why = "is named for texels beyond 2^31 of a side".into();
@@ -62,7 +68,10 @@ pub(super) fn open(pages: &Path) -> Result<Source, InputFault> {
     let size = size(pages, [columns, rows])?;
     let sample: Vec<_> = finest.values().step_by(finest.len().div_ceil(16)).map(PathBuf::as_path).collect();
     let (format, linear, memory) = shared_format(sample)?;
-    let grid = Box::new(Pages { size, pages: pages.into() });
+    // Once one page holds a level, any that are coarser say nothing new.
+    let last = columns.max(rows).next_power_of_two().trailing_zeros();
+    let levels = 1 + (1..=last).take_while(|level| coarser.contains(level)).count() as u32;
+    let grid = Box::new(Pages { size, pages: pages.into(), levels });
     let (directory, notices) = (pages.into(), Vec::new());
     Ok(Source { grid, directory, format, linear, wraps: false, memory, notices })
 }
@@ -118,9 +127,13 @@ impl Grid for Pages {
         PAGE
     }
 
-    fn piece(&self, column: u32, row: u32) -> Piece {
+    fn levels(&self) -> u32 {
+        self.levels
+    }
+
+    fn piece(&self, level: u32, column: u32, row: u32) -> Piece {
         Piece {
-            path: self.pages.join(format!("0_{column}_{row}.png")),
+            path: self.pages.join(format!("{level}_{column}_{row}.png")),
             size: [PAGE + 2 * BORDER; 2],
             first: [BORDER; 2],
             within: [0; 2],

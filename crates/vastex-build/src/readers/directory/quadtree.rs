@@ -156,8 +156,12 @@ impl Grid for Quadtree {
         self.payload()
     }
 
-    fn piece(&self, column: u32, row: u32) -> Piece {
-        self.piece_at(column, row, self.finest)
+    fn levels(&self) -> u32 {
+        self.finest + 1
+    }
+
+    fn piece(&self, level: u32, column: u32, row: u32) -> Piece {
+        self.piece_at(column, row, self.finest - level)
     }
 }
 

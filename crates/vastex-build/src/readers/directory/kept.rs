@@ -1,0 +1,60 @@
+//! The decoded files of a directory that were needed last, shared by threads.
+
+use std::collections::VecDeque;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use super::tile::{Decoded, Piece};
+use crate::error::InputFault;
+use crate::readers::PixelFormat;
+
+/// Bytes of decoded files that are kept, where that is at least [`FEWEST`] of them.
+const BYTES: u64 = 64 << 20;
+/// So many neighbours of a page are needed again at once.
+const FEWEST: u64 = 4;
+const MOST: u64 = 256;
+
+/// A file that is decoded, or being decoded by whoever holds the lock.
+type Slot = Arc<Mutex<Option<Arc<Decoded>>>>;
+
+/// Decoded files, the newest first. The list is never locked while a file is decoded; who needs a file that is being
+/// decoded waits for that one alone.
+pub(super) struct KeptTiles {
+    capacity: usize,
+    slots: Mutex<VecDeque<(PathBuf, Slot)>>,
+}
+
+impl KeptTiles {
+    /// For cells of so many texels per side.
+    pub(super) fn new(cell: u32, format: PixelFormat) -> KeptTiles {
+        let bytes = u64::from(cell) * u64::from(cell) * format.texel_bytes() as u64;
+        KeptTiles { capacity: (BYTES / bytes.max(1)).clamp(FEWEST, MOST) as usize, slots: Mutex::default() }
+    }
+
+    /// The file of a piece. A file that cannot be decoded is forgotten, so that the next one who asks tries again.
+    pub(super) fn load(&self, piece: &Piece, format: PixelFormat) -> Result<Arc<Decoded>, InputFault> {
+        let slot = self.slot(piece);
+        let mut found = lock(&slot);
+        if let Some(decoded) = &*found {
+            return Ok(decoded.clone());
+        }
+        let mut decoded = Decoded::default();
+        decoded.load(piece, format)?;
+        Ok(found.insert(Arc::new(decoded)).clone())
+    }
+
+    fn slot(&self, piece: &Piece) -> Slot {
+        let mut slots = lock(&self.slots);
+        let known = slots.iter().position(|(path, _)| *path == piece.path).and_then(|at| slots.remove(at));
+        let entry = known.unwrap_or_else(|| (piece.path.clone(), Slot::default()));
+        let slot = entry.1.clone();
+        slots.push_front(entry);
+        slots.truncate(self.capacity);
+        slot
+    }
+}
+
+/// What is locked is whole at any moment, so a panic elsewhere does it no harm.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
