@@ -18,8 +18,11 @@ Examples:
   vastex build slide.dzi -o slide.vastex
   vastex build heights.png -o heights.vastex --linear off --json
   vastex build earth.tif -o 2.part --shard 2/8
+  vastex build huge.tif -o huge.vastex --resume
 
-The output appears when it is whole; after an error or Ctrl-C nothing is left behind.")]
+The output appears when it is whole; after an error or Ctrl-C nothing is left behind. With --resume, what was built so far
+stays beside the output (.NAME.partial, .NAME.journal), and the same command goes on with it to the same bytes; after a crash,
+too, whether or not that build had --resume. Without --resume a build starts anew.")]
 pub(crate) struct BuildArgs {
     /// The image, or a tile directory: of Gaia Sky, of Celestia (or its .ctx), of Deep Zoom (or its .dzi), of pages
     #[arg(value_name = "IN")]
@@ -45,6 +48,10 @@ pub(crate) struct BuildArgs {
     /// Make only part I of N of the container, for `vastex merge`; each part can be made on a machine of its own
     #[arg(long, value_name = "I/N", value_parser = parse_shard)]
     pub(crate) shard: Option<PartOf>,
+    /// Go on with what an interrupted build of the same input with the same options left beside the output, if there is
+    /// any; keep what is written if this one is interrupted
+    #[arg(long)]
+    pub(crate) resume: bool,
     /// Write the finished file once more, the tiles of each level along a space-filling curve: near in the image is then
     /// near in the file, which slow disks and networks like
     #[arg(long, conflicts_with = "shard")]

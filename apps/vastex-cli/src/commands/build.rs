@@ -5,10 +5,10 @@ use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, anyhow};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
-use vastex_build::{BuildError, BuildOptions, BuildReport, Progress, ReorderError};
+use vastex_build::{BuildError, BuildOptions, BuildReport, Progress, ReorderError, WriteError};
 use vastex_tiles::Compression;
 
 use crate::args::{BuildArgs, Compress};
@@ -38,10 +38,13 @@ pub(crate) fn run(args: &BuildArgs) -> Result<ExitCode> {
     bar.0.finish_and_clear();
     let built = match built {
         Err(BuildError::Cancelled) => {
-            report::say("interrupted; nothing was left behind");
+            report::say(match args.resume {
+                true => "interrupted; what is built so far is kept, and the same command goes on with it",
+                false => "interrupted; nothing was left behind",
+            });
             return Ok(ExitCode::from(INTERRUPTED));
         }
-        built => built?,
+        built => built.map_err(|error| advise_to_resume(args, error))?,
     };
     if args.reorder && !reorder(args)? {
         return Ok(ExitCode::from(INTERRUPTED));
@@ -57,6 +60,15 @@ pub(crate) fn run(args: &BuildArgs) -> Result<ExitCode> {
         report::print(&summary.text())?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// A full disk, say, need not cost what is built already.
+fn advise_to_resume(args: &BuildArgs, error: BuildError) -> anyhow::Error {
+    let is_kept = args.resume && matches!(error, BuildError::Output(WriteError::Io { .. }));
+    match is_kept {
+        true => anyhow!("{error}. What is built so far is kept, and the same command goes on with it"),
+        false => error.into(),
+    }
 }
 
 /// Writes the container along a curve, in its own place; false where it was interrupted.
@@ -96,6 +108,7 @@ fn options(args: &BuildArgs) -> BuildOptions {
         durable: args.durable,
         align: args.align.unwrap_or(1),
         part: args.shard,
+        resume: args.resume,
         ..BuildOptions::default()
     }
 }
@@ -139,6 +152,8 @@ struct Summary {
     tiles: u64,
     constant_tiles: u64,
     shared_tiles: u64,
+    /// Tiles that an interrupted build had made.
+    resumed_tiles: u64,
     /// Of the file.
     bytes: u64,
     seconds: f64,
@@ -163,6 +178,7 @@ impl Summary {
             tiles: built.tiles,
             constant_tiles: built.constant_tiles,
             shared_tiles: built.shared_tiles,
+            resumed_tiles: built.resumed_tiles,
             bytes: built.bytes,
             seconds,
             mpix_per_s: f64::from(width) * f64::from(height) / 1e6 / seconds.max(1e-9),
@@ -175,9 +191,13 @@ impl Summary {
         let Summary { output, size: [width, height], levels, format, tiles, seconds, .. } = self;
         let (bytes, rate) = (report::bytes(self.bytes), self.mpix_per_s);
         let (constant, shared) = (self.constant_tiles, self.shared_tiles);
+        let resumed = match self.resumed_tiles {
+            0 => String::new(),
+            tiles => format!(", {tiles} taken over from an interrupted build"),
+        };
         format!(
             "{output}: {width}x{height} texels of {format} in {levels} levels; {tiles} tiles, of them {constant} of one \
-             colour and {shared} stored once with others; {bytes} in {seconds:.1} s, {rate:.0} Mpix/s"
+             colour and {shared} stored once with others{resumed}; {bytes} in {seconds:.1} s, {rate:.0} Mpix/s"
         )
     }
 }

@@ -4,5 +4,6 @@
 
 mod bad_input;
 mod export;
+mod resume;
 mod round_trip;
 mod tool;
