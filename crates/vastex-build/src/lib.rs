@@ -18,6 +18,7 @@ mod error;
 mod export;
 mod filter;
 mod fingerprint;
+mod magnify;
 mod notice;
 mod pipeline;
 mod place;

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use vastex_core::Geometry;
 
-use super::plan::{LevelPlan, Plan, Reach};
+use super::plan::{LevelPlan, Plan, Reach, coarsest};
 use super::{ExportError, ExportOptions, TileFormat, refuse};
 
 /// Texels of a tile and of its overlap, as other tools have them.
@@ -27,7 +27,7 @@ pub(super) fn plan(
     }
     let files = PathBuf::from(format!("{name}_files"));
     let [width, height, _] = geometry.size();
-    let coarsest = geometry.coarsest();
+    let coarsest = coarsest(geometry);
     let levels = (0..=coarsest).map(|level| level_plan(geometry, level, &files, tile, overlap)).collect();
     let text = format!(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<Image xmlns=\"http://schemas.microsoft.com/deepzoom/2008\" \
@@ -42,7 +42,7 @@ pub(super) fn plan(
 fn level_plan(geometry: &Geometry, level: u8, files: &Path, tile: u32, overlap: u32) -> LevelPlan {
     let [width, height, _] = geometry.level(level).size;
     LevelPlan {
-        directory: files.join((geometry.coarsest() - level).to_string()),
+        directory: files.join((coarsest(geometry) - level).to_string()),
         prefix: String::new(),
         level,
         stored: [width, height],
@@ -53,5 +53,6 @@ fn level_plan(geometry: &Geometry, level: u8, files: &Path, tile: u32, overlap: 
         step: tile,
         reach: Reach::Inner(overlap),
         wraps: false,
+        may_lack_tiles: false,
     }
 }

@@ -2,39 +2,46 @@
 
 use std::ops::Range;
 
+use bytes::Bytes;
 use rayon::prelude::*;
-use vastex_core::{Description, LayerFormat, PagePos};
-use vastex_tiles::TileSource;
+use vastex_core::{Description, Geometry, LayerFormat, PagePos};
+use vastex_tiles::{TileSource, decode_layer};
 
 use super::ExportError;
 use super::plan::Rectangle;
+use crate::magnify::magnified;
 
-/// Where one layer lies in a tile.
-#[derive(Clone, Copy, Debug)]
+/// The layer that is exported, as a texture of its own.
+#[derive(Clone, Debug)]
 pub(super) struct LayerOf {
-    /// First byte.
-    offset: usize,
+    index: usize,
+    /// Of its texels, decoded.
     format: LayerFormat,
+    geometry: Geometry,
 }
 
 impl LayerOf {
     /// The layer of that name, or the first.
     pub(super) fn new(description: &Description, name: Option<&str>) -> Result<LayerOf, ExportError> {
-        let texels = description.geometry.tile_texels() as usize;
-        let mut offset = 0;
-        for layer in &description.layers {
-            if name.is_none_or(|name| name == layer.name) {
-                return Ok(LayerOf { offset, format: layer.format });
-            }
-            offset += texels * layer.format.texel_bytes();
-        }
-        let names: Vec<_> = description.layers.iter().map(|layer| layer.name.as_str()).collect();
-        let name = name.unwrap_or_default();
-        Err(ExportError::Options(format!("there is no layer '{name}'; there is {}", names.join(", "))))
+        let layers = &description.layers;
+        let found = layers.iter().position(|layer| name.is_none_or(|name| name == layer.name));
+        let Some((index, layer)) = found.and_then(|index| Some((index, layers.get(index)?))) else {
+            let names: Vec<_> = layers.iter().map(|layer| layer.name.as_str()).collect();
+            let name = name.unwrap_or_default();
+            let why = format!("there is no layer '{name}'; there is {}", names.join(", "));
+            return Err(ExportError::Options(why));
+        };
+        let geometry = description.geometry.of_layer(layer.scale);
+        Ok(LayerOf { index, format: layer.format.decoded(), geometry })
     }
 
-    pub(super) fn format(self) -> LayerFormat {
+    pub(super) fn format(&self) -> LayerFormat {
         self.format
+    }
+
+    /// The levels, pages and borders that the layer sees.
+    pub(super) fn geometry(&self) -> &Geometry {
+        &self.geometry
     }
 }
 
@@ -53,28 +60,37 @@ pub(super) trait RowSource: Send + Sync {
 /// A level as the texture holds it.
 pub(super) struct StoredLevel<'a> {
     source: &'a dyn TileSource,
-    layer: LayerOf,
+    layer: &'a LayerOf,
     level: u8,
     next_row: u32,
 }
 
 impl<'a> StoredLevel<'a> {
-    pub(super) fn new(source: &'a dyn TileSource, layer: LayerOf, level: u8) -> StoredLevel<'a> {
+    pub(super) fn new(source: &'a dyn TileSource, layer: &'a LayerOf, level: u8) -> StoredLevel<'a> {
         StoredLevel { source, layer, level, next_row: 0 }
     }
 
-    /// The texels of the layer in a tile.
-    fn tile(&self, pos: PagePos) -> Result<bytes::Bytes, ExportError> {
+    /// The texels of the layer in a tile; of one that is missing, those of its nearest ancestor, magnified.
+    fn tile(&self, pos: PagePos) -> Result<Bytes, ExportError> {
+        let has_tile = |pos| self.source.present().is_none_or(|present| present.contains(pos));
+        let geometry = &self.layer.geometry;
+        let mut shown = pos;
+        while let Some(parent) = geometry.parent(shown).filter(|_| !has_tile(shown)) {
+            shown = parent;
+        }
         let description = self.source.description();
-        let tile = pollster::block_on(self.source.read(pos))?;
-        let texels = tile.decode(description).map_err(|error| ExportError::Decode { pos, error })?;
-        let end = self.layer.offset + description.geometry.tile_texels() as usize * self.texel_bytes();
-        Ok(texels.slice(self.layer.offset..end))
+        let tile = pollster::block_on(self.source.read(shown))?;
+        let tile = tile.decode(description).map_err(|error| ExportError::Decode { pos: shown, error })?;
+        let texels = decode_layer(description, self.layer.index, &tile);
+        match shown == pos {
+            true => Ok(texels),
+            false => Ok(magnified(geometry, pos, shown, &texels, self.texel_bytes()).into()),
+        }
     }
 
     /// The tiles that hold the next rows, with the first texel of each in its tile and in the level's rows.
     fn tiles(&self) -> Result<(Vec<Placed>, u32), ExportError> {
-        let geometry = &self.source.description().geometry;
+        let geometry = &self.layer.geometry;
         let [width, height] = self.size();
         if self.level >= geometry.tail().first_level() {
             let tile = self.tile(geometry.tail_pos())?;
@@ -95,7 +111,7 @@ impl<'a> StoredLevel<'a> {
 
 /// A tile and the rectangle of it that goes into rows.
 struct Placed {
-    tile: bytes::Bytes,
+    tile: Bytes,
     from: [u32; 2],
     column: u32,
     width: u32,
@@ -103,7 +119,7 @@ struct Placed {
 
 impl RowSource for StoredLevel<'_> {
     fn size(&self) -> [u32; 2] {
-        let [width, height, _] = self.source.description().geometry.level(self.level).size;
+        let [width, height, _] = self.layer.geometry.level(self.level).size;
         [width, height]
     }
 
@@ -113,7 +129,7 @@ impl RowSource for StoredLevel<'_> {
 
     fn append(&mut self, rows: &mut Vec<u8>) -> Result<(), ExportError> {
         let (tiles, count) = self.tiles()?;
-        let (texel, side) = (self.texel_bytes(), self.source.description().geometry.tile()[0] as usize);
+        let (texel, side) = (self.texel_bytes(), self.layer.geometry.tile()[0] as usize);
         let stride = self.size()[0] as usize * texel;
         let first = rows.len();
         rows.resize(first + count as usize * stride, 0);

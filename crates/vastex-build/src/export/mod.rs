@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 
 use rayon::ThreadPool;
 use rayon::prelude::*;
-use vastex_core::{Description, LayerFormat, PagePos};
+use vastex_core::{Geometry, LayerFormat, PagePos, PageSet};
 use vastex_tiles::{DecodeError, ReadError, TileSource};
 
 use crate::{BuildError, Notice, Progress};
@@ -165,12 +165,13 @@ pub fn export(
     let layer = LayerOf::new(description, options.layer.as_deref())?;
     let format = tile_format(options, layer.format())?;
     let name = name_of(target)?;
-    let plan = plan(description, options, format, name)?;
+    let plan = plan(layer.geometry(), options, format, name)?;
     let pool = crate::thread_pool(options.threads).map_err(ExportError::Threads)?;
     let directory = NewDirectory::create(target)?;
     let encoder = Encoder { format, layer: layer.format(), quality: options.quality.clamp(1, 100) };
-    let tiles = Tiles { encoder, directory: &directory };
-    let written = write_levels(&plan, &tiles, &pool, progress, |level| level.window(source, layer))?;
+    let present = source.present().map(|present| (layer.geometry(), &**present));
+    let tiles = Tiles { encoder, directory: &directory, present };
+    let written = write_levels(&plan, &tiles, &pool, progress, |level| level.window(source, &layer))?;
     for (path, text) in &plan.texts {
         directory.write(path, text.as_bytes())?;
     }
@@ -182,12 +183,11 @@ pub fn export(
 }
 
 fn plan(
-    description: &Description,
+    geometry: &Geometry,
     options: &ExportOptions,
     format: TileFormat,
     name: &str,
 ) -> Result<Plan, ExportError> {
-    let geometry = &description.geometry;
     let halves = geometry.levels().iter().skip(1).all(|level| level.factor == [2, 2, 1]);
     if !halves {
         return Err(ExportError::NoImage);
@@ -270,7 +270,7 @@ fn write_levels<'a>(
                 window.hold(level.texel_rows(row))?;
                 tiles.write_row(level, row, &window)
             })?;
-            written.tiles += level.columns.len() as u64;
+            written.tiles += done.len() as u64;
             written.rows += u64::from(level.step);
             for (bytes, dropped_alpha) in done {
                 written.bytes += bytes;
@@ -288,6 +288,8 @@ fn write_levels<'a>(
 struct Tiles<'a> {
     encoder: Encoder,
     directory: &'a NewDirectory,
+    /// The pages of the texture that have tiles; nothing where all have.
+    present: Option<(&'a Geometry, &'a PageSet)>,
 }
 
 impl Tiles<'_> {
@@ -309,6 +311,10 @@ impl Tiles<'_> {
             self.directory.write(&path, &bytes)?;
             Ok((bytes.len() as u64, dropped_alpha))
         };
-        level.columns.clone().into_par_iter().map(write).collect()
+        let has_texels = |&column: &u32| {
+            let own = |(geometry, present)| level.has_texels(column, row, geometry, present);
+            !level.may_lack_tiles || self.present.is_none_or(own)
+        };
+        level.columns.clone().into_par_iter().filter(has_texels).map(write).collect()
     }
 }

@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::path::PathBuf;
 
+use vastex_core::{Geometry, PagePos, PageSet};
 use vastex_tiles::TileSource;
 
 use super::level_rows::{LayerOf, StoredLevel, Window};
@@ -51,6 +52,14 @@ pub(super) struct LevelPlan {
     pub(super) reach: Reach,
     /// Whether the last column's neighbour is the first.
     pub(super) wraps: bool,
+    /// Whether a tile may be left out where the texture has none of its own.
+    pub(super) may_lack_tiles: bool,
+}
+
+/// The first level of one texel; a layer of a fraction of the resolution has several.
+pub(super) fn coarsest(geometry: &Geometry) -> u8 {
+    let single = geometry.levels().iter().position(|level| level.size == [1; 3]);
+    single.map_or(geometry.coarsest(), |level| level as u8)
 }
 
 /// A rectangle of texels of a level, which may reach beyond it.
@@ -80,6 +89,23 @@ impl LevelPlan {
         }
     }
 
+    /// Whether the texture has tiles of its own where a tile of this level lies.
+    pub(super) fn has_texels(&self, column: u32, row: u32, geometry: &Geometry, present: &PageSet) -> bool {
+        if geometry.tail().first_level() <= self.level {
+            return true;
+        }
+        let at = [column - self.columns.start, row - self.rows.start];
+        let pages = [0, 1].map(|axis| {
+            let (size, stored) = (u64::from(self.size[axis]), u64::from(self.stored[axis]));
+            let start = u64::from(self.origin[axis]) + u64::from(at[axis]) * u64::from(self.step);
+            let end = (start + u64::from(self.step)).min(size);
+            let page = u64::from(geometry.page()[axis]);
+            (start * stored / size / page) as u32..(end * stored).div_ceil(size).div_ceil(page) as u32
+        });
+        let [columns, mut rows] = pages;
+        rows.any(|y| columns.clone().any(|x| present.contains(PagePos::new_2d(self.level, x, y))))
+    }
+
     /// The rows of the level that a row of tiles needs.
     pub(super) fn texel_rows(&self, row: u32) -> Range<u32> {
         let Rectangle { origin: [_, y], size: [_, height] } = self.rectangle(self.columns.start, row);
@@ -94,7 +120,7 @@ impl LevelPlan {
     }
 
     /// The rows of the level, from the top.
-    pub(super) fn window<'a>(&self, source: &'a dyn TileSource, layer: LayerOf) -> Window<'a> {
+    pub(super) fn window<'a>(&self, source: &'a dyn TileSource, layer: &'a LayerOf) -> Window<'a> {
         let stored = Window::new(Box::new(StoredLevel::new(source, layer, self.level)));
         if self.size == self.stored {
             return stored;

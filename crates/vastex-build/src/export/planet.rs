@@ -111,6 +111,8 @@ fn whole(geometry: &Geometry, tree: Tree) -> Plan {
             step: tree.payload(),
             reach: Reach::Border(tree.border),
             wraps: true,
+            // Both programs show an ancestor instead, and need the roots for that.
+            may_lack_tiles: number > 0,
         }
     });
     let levels = levels.collect();
@@ -172,6 +174,7 @@ fn part(geometry: &Geometry, tree: Tree, first: [u32; 2]) -> Result<Plan, Export
             step,
             reach: Reach::Border(tree.border),
             wraps: is_whole_planet,
+            may_lack_tiles: true,
         });
     }
     Ok(plan)

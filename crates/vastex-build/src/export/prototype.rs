@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use vastex_core::{AddressMode, Geometry};
 
-use super::plan::{LevelPlan, Plan, Reach};
+use super::plan::{LevelPlan, Plan, Reach, coarsest};
 use super::{ExportError, ExportOptions, refuse};
 use crate::readers::directory::prototype::{BORDER, PAGE, SIZE_FILE};
 
@@ -16,7 +16,7 @@ pub(super) fn plan(geometry: &Geometry, options: &ExportOptions) -> Result<Plan,
     }
     let [width, height, _] = geometry.size();
     let mut levels = Vec::new();
-    for level in 0..=geometry.coarsest() {
+    for level in 0..=coarsest(geometry) {
         let plan = level_plan(geometry, level);
         let is_single = plan.columns.len() == 1 && plan.rows.len() == 1;
         levels.push(plan);
@@ -42,5 +42,6 @@ fn level_plan(geometry: &Geometry, level: u8) -> LevelPlan {
         step: PAGE,
         reach: Reach::Border(BORDER),
         wraps: geometry.address()[0] == AddressMode::Wrap,
+        may_lack_tiles: false,
     }
 }

@@ -4,6 +4,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod hostile;
+mod lacking;
 mod pictures;
 mod programs;
 mod refusals;
