@@ -2,10 +2,10 @@
 //!
 //! It is what pictures are compared with where an ordinary texture is beyond the device.
 
-use vastex::{CpuTexture, LayerFormat, Textures};
+use vastex::{CpuTexture, Textures};
 
 use crate::compare::Picture;
-use crate::draw::{BACKGROUND, SceneRenderer, depth_view};
+use crate::draw::{SceneRenderer, depth_view};
 use crate::gpu::Gpu;
 use crate::read::read_texture;
 
@@ -22,34 +22,17 @@ pub(crate) fn cpu_picture(
     size: [u32; 2],
 ) -> Result<Picture, vastex::Error> {
     let [uv_and_dx, dy_and_covered] = coordinates(gpu, textures, renderer, size);
-    let format = textures.description(renderer.texture()).layers[0].format;
+    let look = renderer.look();
     let mut rgba = Vec::with_capacity(uv_and_dx.len());
     for ([u, v, dx_u, dx_v], [dy_u, dy_v, covered, _]) in uv_and_dx.into_iter().zip(dy_and_covered) {
         let pixel = if covered == 0.0 {
             [0; 4]
         } else {
-            pixel_from_value(texture.sample_grad([u, v], [dx_u, dx_v], [dy_u, dy_v])?, format)
+            look.pixel_from_value(texture.sample_grad([u, v], [dx_u, dx_v], [dy_u, dy_v])?)
         };
         rgba.extend(pixel);
     }
     Ok(Picture { size, rgba })
-}
-
-/// Twin of `scene_colour` in surface.wgsl, and of what the target's format then does.
-fn pixel_from_value(value: [f32; 4], format: LayerFormat) -> [u8; 4] {
-    let over = |channel: usize, shown: f32, alpha: f32| BACKGROUND[channel] * (1.0 - alpha) + shown * alpha;
-    let colour: [f32; 3] = std::array::from_fn(|channel| match format.channels() {
-        1 => value[0],
-        2 => over(channel, value[0], value[1]),
-        _ => over(channel, value[channel], value[3]),
-    });
-    let stored = |linear: f32| match format.is_srgb() {
-        true if linear > 0.003_130_8 => 1.055 * linear.powf(1.0 / 2.4) - 0.055,
-        true => linear * 12.92,
-        false => linear,
-    };
-    let [r, g, b] = colour.map(|linear| (stored(linear.clamp(0.0, 1.0)) * 255.0).round() as u8);
-    [r, g, b, 255]
 }
 
 /// uv and gradients of every pixel, row by row, as coordinates.wgsl tells them.
@@ -102,7 +85,7 @@ fn coordinates(
         }),
         ..Default::default()
     });
-    renderer.draw(&mut pass, &pipeline, textures.bind_group(renderer.texture()));
+    renderer.draw(&mut pass, &pipeline, textures.bind_group(renderer.layer()));
     drop(pass);
     gpu.queue.submit([encoder.finish()]);
     targets.map(|target| {

@@ -3,8 +3,9 @@
 //! The picture from an ordinary texture, to compare with, is `reference`'s business.
 
 use glam::{Mat4, Vec4};
-use vastex::{TextureId, Textures};
+use vastex::{LayerId, Textures};
 
+use crate::look::Look;
 use crate::pose::Pose;
 use crate::scene::{Scene, Vertex, surface};
 
@@ -19,13 +20,15 @@ pub(crate) const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 struct SceneUniform {
     clip_from_world: Mat4,
     background: Vec4,
+    range: Vec4,
 }
 
-/// A scene with one texture on it, ready to be drawn.
+/// A scene with one layer of a texture on it, ready to be drawn.
 #[derive(Debug)]
 pub struct SceneRenderer {
     scene: Scene,
-    texture: TextureId,
+    layer: LayerId,
+    look: Look,
     /// Width over height of the image.
     image: f32,
     vertices: wgpu::Buffer,
@@ -45,11 +48,12 @@ impl SceneRenderer {
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         textures: &Textures,
-        texture: TextureId,
+        layer: LayerId,
+        look: Look,
         scene: Scene,
         format: wgpu::TextureFormat,
     ) -> SceneRenderer {
-        let [width, height, _] = textures.description(texture).geometry.size();
+        let [width, height, _] = textures.description(layer.texture()).geometry.size();
         let image = width as f32 / height as f32;
         let mesh = surface(scene, image);
         let vertices =
@@ -68,8 +72,8 @@ impl SceneRenderer {
             layout: &group_layout,
             entries: &[wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() }],
         });
-        let groups = [Some(textures.bind_group_layout(texture)), Some(&group_layout)];
-        let text = |module| shader_text(textures, texture, module);
+        let groups = [Some(textures.bind_group_layout(layer)), Some(&group_layout)];
+        let text = |module| shader_text(textures, layer, look, module);
         let picture = PipelineParts {
             text: text(include_str!("wgsl/picture.wgsl")),
             entries: ["place", "shade"],
@@ -82,7 +86,8 @@ impl SceneRenderer {
         };
         SceneRenderer {
             scene,
-            texture,
+            layer,
+            look,
             image,
             vertices,
             indices,
@@ -108,8 +113,12 @@ impl SceneRenderer {
 
     /// Where the camera is in the frame that is about to be drawn; `view` is width over height of the picture.
     pub fn set_pose(&self, queue: &wgpu::Queue, pose: &Pose, view: f32) {
-        let uniform =
-            SceneUniform { clip_from_world: pose.clip_from_world(view, self.image), background: BACKGROUND };
+        let [black, factor] = self.look.range();
+        let uniform = SceneUniform {
+            clip_from_world: pose.clip_from_world(view, self.image),
+            background: BACKGROUND,
+            range: Vec4::new(black, factor, 0.0, 0.0),
+        };
         queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&uniform));
     }
 
@@ -126,7 +135,7 @@ impl SceneRenderer {
         target: &PictureTarget<'_>,
     ) {
         let mut pass = target.begin(encoder);
-        self.draw(&mut pass, &self.picture, textures.bind_group(self.texture));
+        self.draw(&mut pass, &self.picture, textures.bind_group(self.layer));
     }
 
     /// Sets everything that all pipelines of the scene share, and draws.
@@ -154,9 +163,9 @@ impl SceneRenderer {
         group: Option<&wgpu::BindGroupLayout>,
         formats: &[wgpu::TextureFormat],
     ) -> wgpu::RenderPipeline {
-        let mut groups = vec![Some(textures.bind_group_layout(self.texture)), Some(&self.group_layout)];
+        let mut groups = vec![Some(textures.bind_group_layout(self.layer)), Some(&self.group_layout)];
         groups.extend(group.map(Some));
-        let text = shader_text(textures, self.texture, module);
+        let text = shader_text(textures, self.layer, self.look, module);
         PipelineParts { text, entries, formats }.pipeline(device, &groups)
     }
 
@@ -165,9 +174,14 @@ impl SceneRenderer {
         self.format
     }
 
-    /// The texture of the scene.
-    pub fn texture(&self) -> TextureId {
-        self.texture
+    /// What is on the scene.
+    pub fn layer(&self) -> LayerId {
+        self.layer
+    }
+
+    /// How its values become colours.
+    pub(crate) fn look(&self) -> Look {
+        self.look
     }
 }
 
@@ -255,13 +269,8 @@ fn uniform_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     })
 }
 
-fn shader_text(textures: &Textures, texture: TextureId, module: &str) -> String {
-    let channels = match textures.description(texture).layers[0].format.channels() {
-        3 => 4,
-        channels => channels,
-    };
-    let constants = format!("const SCENE_CHANNELS: u32 = {channels}u;\n");
-    [&textures.wgsl(texture), constants.as_str(), include_str!("wgsl/surface.wgsl"), module].join("\n")
+fn shader_text(textures: &Textures, layer: LayerId, look: Look, module: &str) -> String {
+    [&textures.wgsl(layer), look.wgsl().as_str(), include_str!("wgsl/surface.wgsl"), module].join("\n")
 }
 
 /// What differs between the pipelines of a scene.

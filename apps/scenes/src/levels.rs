@@ -1,5 +1,6 @@
 //! Whole levels of a source, put together from its tiles.
 
+use bytes::Bytes;
 use vastex::{DecodeError, PagePos, ReadError, TileSource};
 
 /// Why a level could not be put together.
@@ -18,14 +19,16 @@ pub enum LevelError {
     },
 }
 
-/// The first layer of a level of an image, row by row without padding. Reads every tile of the level.
-pub(crate) fn read_level(source: &dyn TileSource, level: u8) -> Result<Vec<u8>, LevelError> {
+/// Layer number `layer` of a level of an image, decoded, row by row without padding, as large as the level of
+/// [`vastex::Geometry::of_layer`]. Reads every tile of the level.
+pub(crate) fn read_level(source: &dyn TileSource, layer: usize, level: u8) -> Result<Vec<u8>, LevelError> {
     let description = source.description();
-    let (geometry, texel) = (&description.geometry, description.layers[0].format.texel_bytes());
-    let size = geometry.level(level).size;
+    let (scale, texel) = (description.layers[layer].scale, description.layers[layer].format.texel_bytes());
+    let shape = description.geometry.of_layer(scale);
+    let size = shape.level(level).size;
     let mut image = vec![0; size[0] as usize * size[1] as usize * texel];
     let row_bytes = size[0] as usize * texel;
-    let tile_row_bytes = geometry.tile()[0] as usize * texel;
+    let tile_row_bytes = shape.tile()[0] as usize * texel;
     let mut copy = |tile: &[u8], from: [u32; 3], to: [u32; 2], extent: [u32; 2]| {
         for y in 0..extent[1] {
             let source = (from[1] + y) as usize * tile_row_bytes + from[0] as usize * texel;
@@ -34,25 +37,23 @@ pub(crate) fn read_level(source: &dyn TileSource, level: u8) -> Result<Vec<u8>, 
             image[target..target + bytes].copy_from_slice(&tile[source..source + bytes]);
         }
     };
-    if level >= geometry.tail().first_level() {
-        let tail = read_tile(source, geometry.tail_pos())?;
-        copy(tail.as_ref(), geometry.tile_texel_from_tail_texel(level, [0; 3]), [0, 0], [size[0], size[1]]);
+    if level >= shape.tail().first_level() {
+        let tail = read_layer(source, layer, shape.tail_pos())?;
+        copy(&tail, shape.tile_texel_from_tail_texel(level, [0; 3]), [0, 0], [size[0], size[1]]);
         return Ok(image);
     }
-    for pos in geometry.pages_of_level(level) {
-        let tile = read_tile(source, pos)?;
-        let first = geometry.level_texel_from_page(pos).map(|texel| texel as u32);
-        let extent = [0, 1].map(|axis| geometry.page()[axis].min(size[axis] - first[axis]));
-        copy(tile.as_ref(), geometry.tile_texel_from_page_texel([0; 3]), [first[0], first[1]], extent);
+    for pos in shape.pages_of_level(level) {
+        let tile = read_layer(source, layer, pos)?;
+        let first = shape.level_texel_from_page(pos).map(|texel| texel as u32);
+        let extent = [0, 1].map(|axis| shape.page()[axis].min(size[axis] - first[axis]));
+        copy(&tile, shape.tile_texel_from_page_texel([0; 3]), [first[0], first[1]], extent);
     }
     Ok(image)
 }
 
-/// The decoded tile of a page. A local read never suspends, so waiting for it costs nothing.
-pub(crate) fn read_tile(
-    source: &dyn TileSource,
-    pos: PagePos,
-) -> Result<impl AsRef<[u8]> + use<>, LevelError> {
+/// A layer's texels of the tile of a page. A local read never suspends, so waiting for it costs nothing.
+fn read_layer(source: &dyn TileSource, layer: usize, pos: PagePos) -> Result<Bytes, LevelError> {
     let tile = pollster::block_on(source.read(pos))?;
-    tile.decode(source.description()).map_err(|error| LevelError::Decode { pos, error })
+    let bytes = tile.decode(source.description()).map_err(|error| LevelError::Decode { pos, error })?;
+    Ok(vastex::decode_layer(source.description(), layer, &bytes))
 }

@@ -1,10 +1,13 @@
 //! The same scene drawn from an ordinary mip-mapped texture: what a virtual texture is compared with.
 //!
-//! The texture holds the levels that the source has, padded per axis to the next power of two, so that texel `i` of a level
-//! covers exactly the texels `2i` and `2i + 1` of the level before it, as in the virtual texture. The padding holds
-//! what the address mode gives there.
+//! The texture holds the levels that the source has of one layer, padded per axis to the next power of two, so that texel
+//! `i` of a level covers exactly the texels `2i` and `2i + 1` of the level before it, as in the virtual texture. The
+//! padding holds what the address mode gives there.
+//!
+//! Compressed layers are decoded, by the CPU, so that what a driver makes of blocks is compared, too: BC6H and BC7 are exact,
+//! the others may differ by 2/255 of a texel.
 
-use vastex::{AddressMode, Description, LayerFormat, Textures, TileSource};
+use vastex::{AddressMode, Description, Geometry, Layer, LayerFormat, TexelPositions, Textures, TileSource};
 
 use crate::draw::{PictureTarget, SceneRenderer};
 use crate::levels::{LevelError, read_level};
@@ -26,6 +29,9 @@ pub enum ReferenceError {
     /// The adapter has no ordinary texture of this format that it filters.
     #[error("this adapter does not filter {} textures", .0.name())]
     Format(LayerFormat),
+    /// Some places have no tiles of the finer levels, which an ordinary texture cannot do without.
+    #[error("an ordinary texture needs every tile, and this one lacks some")]
+    Sparse,
     /// A tile could not be read.
     #[error(transparent)]
     Level(#[from] LevelError),
@@ -38,7 +44,7 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// Reads all levels of the source into an ordinary texture.
+    /// Reads all levels of the layer that the renderer shows into an ordinary texture.
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -46,10 +52,14 @@ impl Reference {
         renderer: &SceneRenderer,
         source: &dyn TileSource,
     ) -> Result<Reference, ReferenceError> {
-        let description = source.description();
-        let texture = reference_texture(device, description)?;
-        for level in 0..=description.geometry.coarsest() {
-            write_level(queue, &texture, description, level, &read_level(source, level)?);
+        if source.present().is_some() {
+            return Err(ReferenceError::Sparse);
+        }
+        let index = renderer.layer().index();
+        let plain = Plain::new(source.description(), index);
+        let texture = plain.texture(device)?;
+        for level in 0..=plain.shape.coarsest() {
+            plain.write_level(queue, &texture, level, &read_level(source, index, level)?);
         }
         let layout = group_layout(device);
         let pipeline = renderer.other_pipeline(
@@ -60,7 +70,7 @@ impl Reference {
             Some(&layout),
             &[renderer.format()],
         );
-        Ok(Reference { pipeline, group: bind(device, queue, &layout, &texture, description) })
+        Ok(Reference { pipeline, group: bind(device, queue, &layout, &texture, &plain) })
     }
 
     /// Draws the picture.
@@ -73,99 +83,150 @@ impl Reference {
     ) {
         let mut pass = target.begin(encoder);
         pass.set_bind_group(2, &self.group, &[]);
-        renderer.draw(&mut pass, &self.pipeline, textures.bind_group(renderer.texture()));
+        renderer.draw(&mut pass, &self.pipeline, textures.bind_group(renderer.layer()));
     }
 }
 
-fn padded_size(description: &Description) -> [u32; 2] {
-    let [width, height, _] = description.geometry.size();
-    [width.next_power_of_two(), height.next_power_of_two()]
+/// What the shader is told; laid out as `Reference` in reference.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+struct Params {
+    share: [f32; 2],
+    layer_scale: u32,
+    keeps_positions: u32,
 }
 
-fn reference_texture(
-    device: &wgpu::Device,
-    description: &Description,
-) -> Result<wgpu::Texture, ReferenceError> {
-    let size = padded_size(description);
-    let format = match description.layers[0].format {
-        LayerFormat::R8 => wgpu::TextureFormat::R8Unorm,
-        LayerFormat::Rg8 => wgpu::TextureFormat::Rg8Unorm,
-        LayerFormat::Rgba8 => wgpu::TextureFormat::Rgba8Unorm,
-        LayerFormat::Rgba8Srgb => wgpu::TextureFormat::Rgba8UnormSrgb,
-        LayerFormat::R16 if device.features().contains(wgpu::Features::TEXTURE_FORMAT_16BIT_NORM) => {
-            wgpu::TextureFormat::R16Unorm
+/// One layer as an ordinary texture.
+struct Plain<'a> {
+    description: &'a Description,
+    layer: &'a Layer,
+    /// Of its texels.
+    format: LayerFormat,
+    /// The levels in texels of the layer.
+    shape: Geometry,
+    /// Size of level 0 with the padding.
+    padded: [u32; 2],
+}
+
+impl Plain<'_> {
+    fn new(description: &Description, index: usize) -> Plain<'_> {
+        let layer = &description.layers[index];
+        let ([width, height, _], [mode_x, mode_y, _]) =
+            (description.geometry.size(), description.geometry.address());
+        // The levels of a layer with a fraction of the resolution are as many as the texture's, so its padding is as large.
+        // A border colour needs padding on all levels, down to a texel of it beside the last of the texture.
+        let padded = |side: u32, mode| match mode {
+            AddressMode::Border => 2 << description.geometry.coarsest(),
+            AddressMode::Clamp | AddressMode::Wrap | AddressMode::Mirror => side.next_power_of_two(),
+        };
+        Plain {
+            description,
+            layer,
+            format: layer.format.decoded(),
+            shape: description.geometry.of_layer(layer.scale),
+            padded: [padded(width, mode_x), padded(height, mode_y)],
         }
-        format => return Err(ReferenceError::Format(format)),
-    };
-    let texel = description.layers[0].format.texel_bytes() as u64;
-    let bytes = u64::from(size[0]) * u64::from(size[1]) * texel * 4 / 3;
-    if bytes > MAX_BYTES || size.iter().any(|&side| side > device.limits().max_texture_dimension_2d) {
-        return Err(ReferenceError::TooLarge { size, bytes });
     }
-    Ok(device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("reference"),
-        size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
-        mip_level_count: u32::from(description.geometry.coarsest()) + 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-        view_formats: &[],
-    }))
+
+    fn texture(&self, device: &wgpu::Device) -> Result<wgpu::Texture, ReferenceError> {
+        let filtered = vastex::texture_format(self.format, device.features());
+        let filtered = filtered.filter(|(_, atlas)| *atlas == vastex::Atlas::Float);
+        let (format, _) = filtered.ok_or(ReferenceError::Format(self.format))?;
+        let (size, texel) = (self.padded, self.format.texel_bytes() as u64);
+        let bytes = u64::from(size[0]) * u64::from(size[1]) * texel * 4 / 3;
+        if bytes > MAX_BYTES || size.iter().any(|&side| side > device.limits().max_texture_dimension_2d) {
+            return Err(ReferenceError::TooLarge { size, bytes });
+        }
+        Ok(device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("reference"),
+            size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
+            mip_level_count: u32::from(self.shape.coarsest()) + 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        }))
+    }
+
+    fn write_level(&self, queue: &wgpu::Queue, texture: &wgpu::Texture, level: u8, image: &[u8]) {
+        const BAND_BYTES: usize = 32 << 20;
+        let texel = self.format.texel_bytes();
+        let [size_x, size_y, _] = self.shape.level(level).size;
+        let padded = self.padded.map(|side| (side >> level).max(1));
+        let [mode_x, mode_y, _] = self.shape.address();
+        let source_x: Vec<_> = (0..padded[0]).map(|x| padding_source(mode_x, x, size_x, padded[0])).collect();
+        let border = border_texel(self.format, self.description.border_color);
+        let row_bytes = padded[0] as usize * texel;
+        let band_rows = (BAND_BYTES / row_bytes).max(1) as u32;
+        let mut band = Vec::new();
+        for first in (0..padded[1]).step_by(band_rows as usize) {
+            let rows = band_rows.min(padded[1] - first);
+            band.clear();
+            for y in first..first + rows {
+                let source_y = padding_source(mode_y, y, size_y, padded[1]);
+                for &x in &source_x {
+                    match x.zip(source_y) {
+                        Some((x, y)) => {
+                            let start = (y as usize * size_x as usize + x as usize) * texel;
+                            band.extend_from_slice(&image[start..start + texel]);
+                        }
+                        None => band.extend_from_slice(&border),
+                    }
+                }
+            }
+            queue.write_texture(
+                wgpu::TexelCopyTextureInfo {
+                    texture,
+                    mip_level: u32::from(level),
+                    origin: wgpu::Origin3d { x: 0, y: first, z: 0 },
+                    aspect: wgpu::TextureAspect::All,
+                },
+                &band,
+                wgpu::TexelCopyBufferLayout {
+                    offset: 0,
+                    bytes_per_row: Some(row_bytes as u32),
+                    rows_per_image: None,
+                },
+                wgpu::Extent3d { width: padded[0], height: rows, depth_or_array_layers: 1 },
+            );
+            queue.submit([]); // so that the queue lets go of the band's staging memory
+        }
+    }
+
+    fn params(&self) -> Params {
+        let ([width, height, _], scale) = (self.description.geometry.size(), self.layer.scale);
+        let share = |side: u32, padded: u32| side as f32 / (scale * padded) as f32;
+        Params {
+            share: [share(width, self.padded[0]), share(height, self.padded[1])],
+            layer_scale: scale,
+            keeps_positions: u32::from(self.shape.spec().positions == TexelPositions::Kept),
+        }
+    }
 }
 
-/// The texel of a level of `size` that padding texel `at` of `padded` holds. With wrapped edges the far half of the
-/// padding lies before texel 0, since the sampler wraps too.
-fn padding_source(mode: AddressMode, at: u32, size: u32, padded: u32) -> u32 {
+/// The texel of a level of `size` that texel `at` of `padded` holds, or nothing for the border colour. With wrapped edges
+/// the far half of the padding lies before texel 0, since the sampler wraps too.
+fn padding_source(mode: AddressMode, at: u32, size: u32, padded: u32) -> Option<u32> {
+    if at < size {
+        return Some(at);
+    }
     let before_first = mode == AddressMode::Wrap && at >= size + (padded - size).div_ceil(2);
     let texel = if before_first { i64::from(at) - i64::from(padded) } else { i64::from(at) };
-    vastex::fold(mode, texel, size)
+    (mode != AddressMode::Border).then(|| vastex::fold(mode, texel, size))
 }
 
-fn write_level(
-    queue: &wgpu::Queue,
-    texture: &wgpu::Texture,
-    description: &Description,
-    level: u8,
-    image: &[u8],
-) {
-    const BAND_BYTES: usize = 32 << 20;
-    let geometry = &description.geometry;
-    let texel = description.layers[0].format.texel_bytes();
-    let [size_x, size_y, _] = geometry.level(level).size;
-    let padded = padded_size(description).map(|side| (side >> level).max(1));
-    let [mode_x, mode_y, _] = geometry.address();
-    let columns: Vec<u32> =
-        (size_x..padded[0]).map(|x| padding_source(mode_x, x, size_x, padded[0])).collect();
-    let row_bytes = padded[0] as usize * texel;
-    let band_rows = (BAND_BYTES / row_bytes).max(1) as u32;
-    let mut band = Vec::new();
-    for first in (0..padded[1]).step_by(band_rows as usize) {
-        let rows = band_rows.min(padded[1] - first);
-        band.clear();
-        for y in first..first + rows {
-            let y = if y < size_y { y } else { padding_source(mode_y, y, size_y, padded[1]) };
-            let start = y as usize * size_x as usize * texel;
-            let row = &image[start..start + size_x as usize * texel];
-            band.extend_from_slice(row);
-            columns.iter().for_each(|&x| band.extend_from_slice(&row[x as usize * texel..][..texel]));
-        }
-        queue.write_texture(
-            wgpu::TexelCopyTextureInfo {
-                texture,
-                mip_level: u32::from(level),
-                origin: wgpu::Origin3d { x: 0, y: first, z: 0 },
-                aspect: wgpu::TextureAspect::All,
-            },
-            &band,
-            wgpu::TexelCopyBufferLayout {
-                offset: 0,
-                bytes_per_row: Some(row_bytes as u32),
-                rows_per_image: None,
-            },
-            wgpu::Extent3d { width: padded[0], height: rows, depth_or_array_layers: 1 },
-        );
-        queue.submit([]); // so that the queue lets go of the band's staging memory
+/// A texel of the border colour.
+fn border_texel(format: LayerFormat, color: [u8; 4]) -> Vec<u8> {
+    use LayerFormat::{R16, R16Float, R32Float, Rgba16, Rgba16Float};
+    let unit = color.map(|channel| f32::from(channel) / 255.0);
+    let halves = unit.map(|channel| half::f16::from_f32(channel).to_le_bytes());
+    let words = color.map(|channel| (u16::from(channel) * 257).to_le_bytes());
+    match format {
+        R16 | Rgba16 => words.as_flattened()[..format.texel_bytes()].to_vec(),
+        R16Float | Rgba16Float => halves.as_flattened()[..format.texel_bytes()].to_vec(),
+        R32Float => unit[0].to_le_bytes().to_vec(),
+        _ => color[..format.texel_bytes()].to_vec(),
     }
 }
 
@@ -205,13 +266,13 @@ fn bind(
     queue: &wgpu::Queue,
     layout: &wgpu::BindGroupLayout,
     texture: &wgpu::Texture,
-    description: &Description,
+    plain: &Plain<'_>,
 ) -> wgpu::BindGroup {
-    let geometry = &description.geometry;
-    // A mirrored edge needs the texel at the edge once more, which is what a clamped edge gives.
-    let address = geometry.address().map(|mode| match mode {
-        AddressMode::Wrap => wgpu::AddressMode::Repeat,
-        AddressMode::Clamp | AddressMode::Mirror | AddressMode::Border => wgpu::AddressMode::ClampToEdge,
+    // A mirrored edge needs the texel at the edge once more, which is what a clamped edge gives; before the first texel lies
+    // the end of the padding, where the border colour is.
+    let address = plain.shape.address().map(|mode| match mode {
+        AddressMode::Wrap | AddressMode::Border => wgpu::AddressMode::Repeat,
+        AddressMode::Clamp | AddressMode::Mirror => wgpu::AddressMode::ClampToEdge,
     });
     let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
         label: Some("reference"),
@@ -222,15 +283,13 @@ fn bind(
         mipmap_filter: wgpu::MipmapFilterMode::Nearest,
         ..Default::default()
     });
-    let ([width, height, _], padded) = (geometry.size(), padded_size(description));
-    let share = [width as f32 / padded[0] as f32, height as f32 / padded[1] as f32, 0.0, 0.0];
     let uniform = device.create_buffer(&wgpu::BufferDescriptor {
         label: Some("reference"),
-        size: 16,
+        size: size_of::<Params>() as u64,
         usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
         mapped_at_creation: false,
     });
-    queue.write_buffer(&uniform, 0, bytemuck::bytes_of(&share));
+    queue.write_buffer(&uniform, 0, bytemuck::bytes_of(&plain.params()));
     let view = texture.create_view(&Default::default());
     device.create_bind_group(&wgpu::BindGroupDescriptor {
         label: Some("reference"),

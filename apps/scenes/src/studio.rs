@@ -4,12 +4,13 @@
 
 use std::sync::Arc;
 
-use vastex::{CpuTexture, Event, FrameStats, Settings, TextureId, Textures, TileSource};
+use vastex::{CpuTexture, Event, FrameStats, Settings, Textures, TileSource};
 
 use crate::compare::{Comparison, Picture};
 use crate::cpu_picture::cpu_picture;
 use crate::draw::{PictureTarget, SceneRenderer, depth_view};
 use crate::gpu::Gpu;
+use crate::look::{Look, Shown, UnknownLayer};
 use crate::path::Path;
 use crate::pose::Pose;
 use crate::read::read_texture;
@@ -28,6 +29,9 @@ pub enum StudioError {
     /// The library said so.
     #[error(transparent)]
     Vastex(#[from] vastex::Error),
+    /// The layer to be shown is not there.
+    #[error(transparent)]
+    Layer(#[from] UnknownLayer),
     /// The picture is larger than the device's textures.
     #[error("a picture of {width}x{height} pixels: this adapter draws 1 to {max} pixels per side")]
     PictureSize {
@@ -57,7 +61,8 @@ pub enum Until {
 pub enum ReferenceKind {
     /// From an ordinary mip-mapped texture, on the same device.
     Gpu,
-    /// By the CPU twin of the shaders, where the texture is beyond the device's limits or 1 GiB.
+    /// By the CPU twin of the shaders, where the texture is beyond the device's limits or 1 GiB, of a format that the device
+    /// does not filter, or lacks tiles.
     Cpu,
 }
 
@@ -84,8 +89,20 @@ pub struct Studio {
 }
 
 impl Studio {
-    /// Sets up a scene with one texture for pictures of `size` pixels.
+    /// Sets up a scene with the first layer of a texture for pictures of `size` pixels.
     pub fn new(
+        gpu: &Gpu,
+        source: Arc<dyn TileSource>,
+        scene: Scene,
+        size: [u32; 2],
+        settings: Settings,
+    ) -> Result<Studio, StudioError> {
+        Studio::showing(&Shown::default(), gpu, source, scene, size, settings)
+    }
+
+    /// The same with any layer.
+    pub fn showing(
+        shown: &Shown,
         gpu: &Gpu,
         source: Arc<dyn TileSource>,
         scene: Scene,
@@ -98,8 +115,10 @@ impl Studio {
         }
         let mut textures = Textures::new(&gpu.device, &gpu.queue, settings)?;
         let texture = textures.add(source.clone())?;
-        let format = picture_format(&textures, texture);
-        let renderer = SceneRenderer::new(&gpu.device, &gpu.queue, &textures, texture, scene, format);
+        let layer = shown.layer_of(&textures, texture)?;
+        let look = Look::new(&textures.description(texture).layers[layer.index()], shown.range);
+        let format = look.picture_format();
+        let renderer = SceneRenderer::new(&gpu.device, &gpu.queue, &textures, layer, look, scene, format);
         let colour = gpu.device.create_texture(&wgpu::TextureDescriptor {
             label: Some("picture"),
             size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
@@ -155,9 +174,9 @@ impl Studio {
         self.pose = pose;
         self.renderer.set_pose(&self.gpu.queue, &pose, self.view_aspect());
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        let (renderer, texture) = (&self.renderer, self.renderer.texture());
+        let (renderer, layer) = (&self.renderer, self.renderer.layer());
         self.textures
-            .feedback(&mut encoder, self.size, |pass, groups| renderer.draw_wanted(pass, &groups[texture]))?;
+            .feedback(&mut encoder, self.size, |pass, groups| renderer.draw_wanted(pass, &groups[layer]))?;
         self.textures.update(&mut encoder)?;
         self.gpu.queue.submit([encoder.finish()]);
         Ok(())
@@ -179,7 +198,7 @@ impl Studio {
                     });
                     (picture, ReferenceKind::Gpu)
                 }
-                Err(ReferenceError::TooLarge { .. } | ReferenceError::Format(_)) => {
+                Err(ReferenceError::TooLarge { .. } | ReferenceError::Format(_) | ReferenceError::Sparse) => {
                     (self.cpu_picture()?, ReferenceKind::Cpu)
                 }
                 Err(error) => return Err(error.into()),
@@ -191,15 +210,20 @@ impl Studio {
     pub fn cpu_picture(&self) -> Result<Picture, StudioError> {
         self.renderer.set_pose(&self.gpu.queue, &self.pose, self.view_aspect());
         let bias = self.textures.stats().pager.bias_eighths;
-        let texture = CpuTexture::new(self.source.clone(), self.textures.settings().filter, bias);
+        let texture = CpuTexture::new(
+            self.source.clone(),
+            self.renderer.layer().index(),
+            self.textures.settings().filter,
+            bias,
+        );
         Ok(cpu_picture(&self.gpu, &self.textures, &self.renderer, &texture, self.size)?)
     }
 
     /// Share of the covered pixels whose wanted page, at mip bias 0, is resident. 1 where nothing is covered.
     pub fn share_at_wanted_level(&mut self) -> Result<f64, StudioError> {
-        let (renderer, texture) = (&self.renderer, self.renderer.texture());
+        let (renderer, layer) = (&self.renderer, self.renderer.layer());
         let feedback = self.textures.feedback_of_every_pixel(self.size, |pass, groups| {
-            renderer.draw_wanted(pass, &groups[texture]);
+            renderer.draw_wanted(pass, &groups[layer]);
         })?;
         let (mut wanted, mut resident) = (0u64, 0u64);
         for page in &feedback.pages {
@@ -230,13 +254,5 @@ impl Studio {
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         draw(&mut encoder, PictureTarget { colour: &self.colour_view, depth: &self.depth_view });
         Picture { size: self.size, rgba: read_texture(&self.gpu, encoder, &self.colour, 4) }
-    }
-}
-
-/// The format of pictures: colours as the texture's own, so that nothing is lost between them.
-pub fn picture_format(textures: &Textures, texture: TextureId) -> wgpu::TextureFormat {
-    match textures.description(texture).layers[0].format.is_srgb() {
-        true => wgpu::TextureFormat::Rgba8UnormSrgb,
-        false => wgpu::TextureFormat::Rgba8Unorm,
     }
 }

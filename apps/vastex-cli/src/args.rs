@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args as ClapArgs, Parser, Subcommand};
 use vastex::Filter;
-use vastex_scenes::{Path, Scene};
+use vastex_scenes::{Path, Scene, Shown};
 
 #[cfg(feature = "build")]
-pub(crate) use build::{BuildArgs, Compress};
+pub(crate) use build::{BuildArgs, Compress, Encode};
 #[cfg(feature = "build")]
 pub(crate) use export::{ExportArgs, FormatName, LayoutName};
 #[cfg(feature = "build")]
@@ -20,6 +20,8 @@ pub(crate) use replace::ReplaceArgs;
 mod build;
 #[cfg(feature = "build")]
 mod export;
+#[cfg(feature = "build")]
+mod layer;
 #[cfg(feature = "build")]
 mod merge;
 #[cfg(feature = "build")]
@@ -126,6 +128,12 @@ pub(crate) struct SceneArgs {
     /// What the image is put on
     #[arg(long, default_value = "image", value_name = "SCENE", value_parser = named(&Scene::ALL, Scene::name))]
     pub(crate) on: Scene,
+    /// The layer to show, by its name; the first where none is named
+    #[arg(long, value_name = "NAME")]
+    pub(crate) layer_shown: Option<String>,
+    /// The values that are black and white, in 0 to 1 where the format holds whole numbers
+    #[arg(long, default_value = "0,1", value_name = "LO,HI", value_parser = parse_range, allow_hyphen_values = true)]
+    pub(crate) range: [f32; 2],
     /// Size of the picture in pixels
     #[arg(long, default_value = "1280x720", value_name = "WxH", value_parser = parse_size)]
     pub(crate) size: [u32; 2],
@@ -147,6 +155,7 @@ Examples:
   vastex render earth.vastex --on globe -o globe.png
   vastex render earth.vastex --on plane --size 1920x1080 --camera-path fly --frames 120 -o fly.png
   vastex render earth.vastex --on plane --pool-mib 4 --compare --json
+  vastex render island.vastex --layer-shown height --range 0,0.2 -o height.png
 
 Without --frames it plays the camera path to its end and holds the last pose until everything is loaded; if that does
 not come to pass within 10,000 frames, the picture is written as it is and the exit code is 1.")]
@@ -177,6 +186,13 @@ pub(crate) struct RenderArgs {
     /// Print one JSON object
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+impl SceneArgs {
+    /// What is shown of the texture.
+    pub(crate) fn shown(&self) -> Shown {
+        Shown { layer: self.layer_shown.clone(), range: Some(self.range) }
+    }
 }
 
 impl RenderArgs {
@@ -248,6 +264,22 @@ fn parse_size(text: &str) -> Result<[u32; 2], String> {
     }
 }
 
+/// Two different numbers; the first may be the larger one, which turns black and white round.
+fn parse_range(text: &str) -> Result<[f32; 2], String> {
+    let ends = text
+        .split_once(',')
+        .and_then(|(low, high)| Some([low.trim().parse().ok()?, high.trim().parse().ok()?]));
+    match ends {
+        Some([low, high])
+            if f32::is_finite(low) && f32::is_finite(high) && (1.0 / (high - low)).is_finite() =>
+        {
+            Ok([low, high])
+        }
+        Some(_) => Err("both must be numbers, and not the same".into()),
+        None => Err("write the values for black and white, as in 0,0.5".into()),
+    }
+}
+
 /// An error of the command line, exit code 2.
 fn value_error(what: &str) -> clap::Error {
     let kind = clap::error::ErrorKind::ValueValidation;
@@ -263,6 +295,15 @@ mod tests {
     #[test]
     fn the_definition_is_sound() {
         Args::command().debug_assert();
+    }
+
+    #[test]
+    fn ranges_are_checked() {
+        assert_eq!(parse_range("-11000, 8848"), Ok([-11000.0, 8848.0]));
+        assert_eq!(parse_range("1,0"), Ok([1.0, 0.0]));
+        for bad in ["", "1", "1,", ",1", "0,0", "nan,1", "0,inf", "1;2", "0,1,2", "1e-40,0"] {
+            assert!(parse_range(bad).is_err(), "{bad}");
+        }
     }
 
     #[test]

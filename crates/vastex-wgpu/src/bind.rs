@@ -1,6 +1,6 @@
 //! The one bind group through which an application's shaders see a virtual texture.
 //!
-//! It holds the texture's parameters and page table, its pool's parameters and atlas, and the parameters of the view
+//! It holds the texture's parameters and page table, its pool's parameters and the atlas of one layer, and the parameters of the view
 //! that is drawn into a feedback target; the main pass takes the same group and ignores the view.
 
 use crate::feedback::ViewBuffer;
@@ -25,7 +25,7 @@ pub(crate) const BINDINGS: &[(&str, u32)] = &[
     ("BINDING_ATLAS", ATLAS),
 ];
 
-/// The layout of that bind group, for all textures whose pool is read in the same way.
+/// The layout of that bind group, for all layers of pools that are read in the same way.
 #[derive(Clone, Debug)]
 pub struct BindLayout {
     layout: wgpu::BindGroupLayout,
@@ -34,11 +34,12 @@ pub struct BindLayout {
 }
 
 impl BindLayout {
-    /// A layout for pools that are read as `atlas` says ([`Pool::atlas`]).
+    /// A layout for layers that are read as `atlas` says ([`Pool::atlas`]).
     pub fn new(device: &wgpu::Device, atlas: Atlas) -> BindLayout {
         let sample_type = match atlas {
             Atlas::Float => wgpu::TextureSampleType::Float { filterable: true },
-            Atlas::Uint16 => wgpu::TextureSampleType::Uint,
+            Atlas::Unfiltered => wgpu::TextureSampleType::Float { filterable: false },
+            Atlas::Uint16 | Atlas::Uint16Rgba => wgpu::TextureSampleType::Uint,
         };
         let entries = [
             entry(TEXTURE, buffer(wgpu::BufferBindingType::Uniform)),
@@ -75,16 +76,17 @@ impl BindLayout {
         self.atlas
     }
 
-    /// The bind group of one texture. It stays valid while contents change; a new pool, page table or view needs a
-    /// new one. `pool` must be read as this layout says. The first layer of the pool is the one that is sampled.
+    /// The bind group of one layer of a texture, by its number in the pool. It stays valid while contents change; a new
+    /// pool, page table or view needs a new one. The layer exists and is read as this layout says.
     pub fn bind_group(
         &self,
         device: &wgpu::Device,
         table: &TableBuffers,
         pool: &Pool,
+        layer: usize,
         view: &ViewBuffer,
     ) -> wgpu::BindGroup {
-        debug_assert_eq!(pool.atlas(), self.atlas);
+        debug_assert_eq!(pool.atlas(layer), self.atlas);
         let resource = |binding, resource| wgpu::BindGroupEntry { binding, resource };
         device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("vastex texture"),
@@ -92,10 +94,10 @@ impl BindLayout {
             entries: &[
                 resource(TEXTURE, table.params().as_entire_binding()),
                 resource(TABLE, table.entries().as_entire_binding()),
-                resource(POOL, pool.params().as_entire_binding()),
+                resource(POOL, pool.params(layer).as_entire_binding()),
                 resource(VIEW, view.buffer().as_entire_binding()),
                 resource(SAMPLER, wgpu::BindingResource::Sampler(&self.sampler)),
-                resource(ATLAS, wgpu::BindingResource::TextureView(pool.view())),
+                resource(ATLAS, wgpu::BindingResource::TextureView(pool.view(layer))),
             ],
         })
     }

@@ -13,15 +13,21 @@ pub fn limits(device: &wgpu::Device) -> ArrayLimits {
     ArrayLimits { max_side: limits.max_texture_dimension_2d, max_images: limits.max_texture_array_layers }
 }
 
-/// The features worth asking the adapter for; without them everything works, 16-bit data a little slower.
+/// The features worth asking the adapter for. Without them everything works: 16-bit data and 32-bit floats are filtered in
+/// the shader, a little slower; block-compressed layers are decoded before they are uploaded, and take more of the pool.
 pub fn required_features(adapter: &wgpu::Adapter) -> wgpu::Features {
+    use wgpu::TextureFormat::{R16Unorm, Rgba16Unorm};
     let norm16 = wgpu::Features::TEXTURE_FORMAT_16BIT_NORM;
-    if !adapter.features().contains(norm16) {
-        return wgpu::Features::empty();
+    let mut features = norm16 | wgpu::Features::FLOAT32_FILTERABLE | wgpu::Features::TEXTURE_COMPRESSION_BC;
+    features &= adapter.features();
+    let is_filtered = |format| {
+        let flags = adapter.get_texture_format_features(format).flags;
+        flags.contains(wgpu::TextureFormatFeatureFlags::FILTERABLE)
+    };
+    if features.contains(norm16) && ![R16Unorm, Rgba16Unorm].into_iter().all(is_filtered) {
+        features.remove(norm16);
     }
-    let r16 = adapter.get_texture_format_features(wgpu::TextureFormat::R16Unorm);
-    let filterable = r16.flags.contains(wgpu::TextureFormatFeatureFlags::FILTERABLE);
-    if filterable { norm16 } else { wgpu::Features::empty() }
+    features
 }
 
 /// Fails where the device is already lost, so that nothing is made that could not be used without a panic.

@@ -42,6 +42,14 @@ pub enum GpuError {
         /// Bytes of a slot by the pool's layout.
         expected: u64,
     },
+    /// The device has no textures of a layer's format.
+    #[error(
+        "this device cannot decompress {format}; hold the layer decoded, or ask the device for TEXTURE_COMPRESSION_BC"
+    )]
+    Format {
+        /// Name of the format.
+        format: &'static str,
+    },
     /// The page table of a texture is larger than a buffer that shaders may read.
     #[error(
         "a page table of {entries} entries takes {bytes} bytes, beyond this device's {max} bytes for a storage \

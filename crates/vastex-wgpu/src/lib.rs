@@ -7,7 +7,8 @@
 //! ([`twins`]), which tests compare them with and which stands in where no GPU can.
 //!
 //! This crate never chooses a page and never sees a source: it carries out what `vastex-core`'s pager returns. It
-//! asks a device for nothing beyond WebGPU's default limits, and uses one optional feature ([`required_features`]).
+//! asks a device for nothing beyond WebGPU's default limits, and uses what optional
+//! features there are ([`required_features`]).
 //! It installs nothing on a device; that one was lost shows as [`GpuError::DeviceLost`] wherever something is read
 //! back.
 //!
@@ -20,6 +21,7 @@ mod compact;
 mod device;
 mod error;
 mod feedback;
+mod layer;
 mod mapping;
 mod mirror;
 mod pool;
@@ -37,6 +39,7 @@ pub use error::GpuError;
 pub use feedback::{
     FEEDBACK_DEPTH_FORMAT, FEEDBACK_FORMAT, FeedbackScale, FeedbackTarget, FeedbackView, ViewBuffer,
 };
+pub use layer::{held_format, texture_format};
 pub use pool::Pool;
 pub use raw::RawFeedback;
 pub use readback::Readback;

@@ -26,6 +26,10 @@ pub(crate) struct LevelParams {
     pub(crate) unused_0: u32,
     pub(crate) tail_offset: [u32; 3],
     pub(crate) unused_1: u32,
+    pub(crate) size: [u32; 3],
+    pub(crate) unused_2: u32,
+    pub(crate) sample_offset: [f32; 3],
+    pub(crate) unused_3: u32,
 }
 
 /// `VastexTexture`.
@@ -53,6 +57,8 @@ impl TextureParams {
             let index = index as u8;
             params.scale = level.scale.map(|scale| u32::try_from(scale).unwrap_or(u32::MAX));
             params.pages = level.pages;
+            params.size = level.size;
+            params.sample_offset = geometry.sample_offset(index).map(|offset| offset as f32);
             if index < tail.first_level() {
                 // A table that fits a GPU buffer has fewer than 2^32 entries.
                 params.first_entry = table.first_entry(index) as u32;
@@ -85,19 +91,19 @@ pub(crate) struct PoolParams {
     pub(crate) slots_per_image: u32,
     pub(crate) texel: [f32; 2],
     pub(crate) bias: f32,
-    pub(crate) unused_0: u32,
+    pub(crate) layer_scale: u32,
 }
 
 impl PoolParams {
-    /// `bias` is in eighths of a level.
-    pub(crate) fn new(layout: &PoolLayout, bias: u16) -> PoolParams {
+    /// Of a layer with one texel along `layer_scale` of the texture's; `bias` is in eighths of a level.
+    pub(crate) fn new(layout: &PoolLayout, layer_scale: u32, bias: u16) -> PoolParams {
         PoolParams {
             tile: layout.tile,
             columns: layout.columns,
             slots_per_image: layout.columns * layout.rows,
-            texel: layout.image_size().map(|side| 1.0 / side as f32),
+            texel: layout.image_size().map(|side| layer_scale as f32 / side as f32),
             bias: f32::from(bias) / shared::STEPS_PER_LEVEL as f32,
-            unused_0: 0,
+            layer_scale,
         }
     }
 }
@@ -192,9 +198,9 @@ mod tests {
     #[test]
     fn textures_are_laid_out_alike() {
         let text = shader::wgsl(&Default::default());
-        let level = offsets!(LevelParams: scale, first_entry, pages, unused_0, tail_offset, unused_1);
+        let level = offsets!(LevelParams: scale, first_entry, pages, unused_0, tail_offset, unused_1, size, unused_2, sample_offset, unused_3);
         check(&text, "VastexLevel", size_of::<LevelParams>(), level);
-        let pool = offsets!(PoolParams: tile, columns, slots_per_image, texel, bias, unused_0);
+        let pool = offsets!(PoolParams: tile, columns, slots_per_image, texel, bias, layer_scale);
         check(&text, "VastexPool", size_of::<PoolParams>(), pool);
         let view = offsets!(ViewParams: clip_scale, clip_offset, level_offset, unused);
         check(&text, "VastexView", size_of::<ViewParams>(), view);

@@ -1,11 +1,14 @@
 //! A pool in GPU memory: one texture array for each layer, made of equal slots.
 //!
-//! How many slots there are and where each lies is [`PoolLayout`]'s business, which tile is in which slot the pager's.
+//! How many slots there are and where each lies is [`PoolLayout`]'s business, which tile is in which slot the pager's,
+//! in which format a layer is held `layer`'s. Every layer of a page has the same slot; a layer with a fraction of the
+//! resolution has an array of a fraction of the size.
 
-use vastex_core::{ArrayLimits, LayerFormat, PoolLayout, Slot};
+use vastex_core::{ArrayLimits, Layer, LayerFormat, PoolLayout, Slot, SlotPlace};
 
 use crate::device::{alive, guarded, uniform};
 use crate::error::GpuError;
+use crate::layer::{block_rows, layer_texels, texture_format};
 use crate::mirror::PoolParams;
 use crate::shader::Atlas;
 
@@ -13,92 +16,60 @@ use crate::shader::Atlas;
 #[derive(Debug)]
 struct LayerArray {
     texture: wgpu::Texture,
-    texel_bytes: u32,
+    view: wgpu::TextureView,
+    atlas: Atlas,
+    format: LayerFormat,
+    /// Texels of the texture along one of the layer.
+    scale: u32,
+    /// Size of a slot in the layer's texels.
+    tile: [u32; 2],
 }
 
-/// Fixed-size GPU memory for tiles of one size and one set of layer formats.
+/// Fixed-size GPU memory for tiles of one size and one set of layers.
 #[derive(Debug)]
 pub struct Pool {
     layout: PoolLayout,
     layers: Vec<LayerArray>,
-    view: wgpu::TextureView,
-    params: wgpu::Buffer,
+    /// What shaders are told, once for each scale that a layer has.
+    params: Vec<(u32, wgpu::Buffer)>,
     bias: u16,
-    atlas: Atlas,
-}
-
-/// The GPU's format for a layer, and how shaders read it.
-///
-/// 16-bit data is filtered by the device where that was asked for ([`crate::required_features`]), else in the shader.
-fn gpu_format(format: LayerFormat, features: wgpu::Features) -> (wgpu::TextureFormat, Atlas) {
-    use LayerFormat::*;
-    use wgpu::TextureFormat as Gpu;
-    let norm16 = features.contains(wgpu::Features::TEXTURE_FORMAT_16BIT_NORM);
-    let filterable = match format {
-        R8 => Gpu::R8Unorm,
-        Rg8 => Gpu::Rg8Unorm,
-        Rgba8 => Gpu::Rgba8Unorm,
-        Rgba8Srgb => Gpu::Rgba8UnormSrgb,
-        R16 if norm16 => Gpu::R16Unorm,
-        R16 => return (Gpu::R16Uint, Atlas::Uint16),
-        Rgba16 if norm16 => Gpu::Rgba16Unorm,
-        Rgba16 => return (Gpu::Rgba16Uint, Atlas::Uint16),
-        R16Float => Gpu::R16Float,
-        Rgba16Float => Gpu::Rgba16Float,
-        R32Float => Gpu::R32Float,
-        Bc1 => Gpu::Bc1RgbaUnorm,
-        Bc1Srgb => Gpu::Bc1RgbaUnormSrgb,
-        Bc3 => Gpu::Bc3RgbaUnorm,
-        Bc3Srgb => Gpu::Bc3RgbaUnormSrgb,
-        Bc4 => Gpu::Bc4RUnorm,
-        Bc5 => Gpu::Bc5RgUnorm,
-        Bc6h => Gpu::Bc6hRgbUfloat,
-        Bc7 => Gpu::Bc7RgbaUnorm,
-        Bc7Srgb => Gpu::Bc7RgbaUnormSrgb,
-    };
-    (filterable, Atlas::Float)
 }
 
 impl Pool {
     /// Takes the memory of a pool: [`PoolLayout::bytes`] and a few bytes of parameters.
     ///
-    /// `formats` are the layers of every tile, at least one; the first is the one that shaders sample.
+    /// `layers` are those of every tile, at least one, in formats that the device holds ([`crate::held_format`]).
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         layout: &PoolLayout,
-        formats: &[LayerFormat],
+        layers: &[Layer],
     ) -> Result<Pool, GpuError> {
         alive(device)?;
-        check(device, layout, formats)?;
-        let arrays = || formats.iter().map(|&format| layer_array(device, layout, format)).collect::<Vec<_>>();
-        let layers = guarded(device, layout.bytes(), arrays)?;
-        let Some((&first_format, first)) = formats.first().zip(layers.first()) else {
-            return Err(GpuError::PoolFormats {
-                texels: texels(layout),
-                got: 0,
-                expected: layout.tile_bytes,
-            });
-        };
-        let view = first.texture.create_view(&wgpu::TextureViewDescriptor {
-            dimension: Some(wgpu::TextureViewDimension::D2Array),
-            ..Default::default()
-        });
-        let params = uniform(device, queue, "vastex pool", &PoolParams::new(layout, 0));
-        let atlas = gpu_format(first_format, device.features()).1;
-        Ok(Pool { layout: *layout, layers, view, params, bias: 0, atlas })
+        check(device, layout, layers)?;
+        let arrays = || layers.iter().map(|layer| layer_array(device, layout, layer)).collect();
+        let layers: Result<Vec<LayerArray>, GpuError> = guarded(device, layout.bytes(), arrays)?;
+        let layers = layers?;
+        let mut scales: Vec<u32> = layers.iter().map(|layer| layer.scale).collect();
+        scales.sort_unstable();
+        scales.dedup();
+        let params = |scale| uniform(device, queue, "vastex pool", &PoolParams::new(layout, scale, 0));
+        let params = scales.into_iter().map(|scale| (scale, params(scale))).collect();
+        Ok(Pool { layout: *layout, layers, params, bias: 0 })
     }
 
     /// Sets the mip bias in force, in eighths of a level. To be called once per frame, before the main pass; costs
-    /// an upload of 32 bytes where the bias changed, and returns the bytes sent.
+    /// an upload of 32 bytes for each scale of the layers where the bias changed, and returns the bytes sent.
     pub fn set_bias(&mut self, queue: &wgpu::Queue, eighths: u16) -> u64 {
         if self.bias == eighths {
             return 0;
         }
         self.bias = eighths;
-        let params = PoolParams::new(&self.layout, eighths);
-        queue.write_buffer(&self.params, 0, bytemuck::bytes_of(&params));
-        size_of::<PoolParams>() as u64
+        for (scale, buffer) in &self.params {
+            let params = PoolParams::new(&self.layout, *scale, eighths);
+            queue.write_buffer(buffer, 0, bytemuck::bytes_of(&params));
+        }
+        (size_of::<PoolParams>() * self.params.len()) as u64
     }
 
     /// Puts a tile into a slot: its layers one after the other, each row by row without padding. It is there for all
@@ -110,27 +81,13 @@ impl Pool {
         if tile.len() as u64 != self.layout.tile_bytes {
             return Err(GpuError::TileBytes { got: tile.len() as u64, expected: self.layout.tile_bytes });
         }
-        let (place, [width, height]) = (self.layout.place(slot), self.layout.tile);
+        let place = self.layout.place(slot);
         let mut rest = tile;
         for layer in &self.layers {
-            let row = width * layer.texel_bytes;
-            let (bytes, others) = rest.split_at(row as usize * height as usize);
+            let (rows, row_bytes) = block_rows(layer.format, layer.tile);
+            let (bytes, others) = rest.split_at(rows as usize * row_bytes as usize);
             rest = others;
-            queue.write_texture(
-                wgpu::TexelCopyTextureInfo {
-                    texture: &layer.texture,
-                    mip_level: 0,
-                    origin: wgpu::Origin3d { x: place.origin[0], y: place.origin[1], z: place.image },
-                    aspect: wgpu::TextureAspect::All,
-                },
-                bytes,
-                wgpu::TexelCopyBufferLayout {
-                    offset: 0,
-                    bytes_per_row: Some(row),
-                    rows_per_image: Some(height),
-                },
-                wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-            );
+            layer.upload(queue, place, bytes, row_bytes);
         }
         Ok(())
     }
@@ -140,51 +97,84 @@ impl Pool {
         &self.layout
     }
 
-    /// How shaders read the sampled layer; decides which [`crate::BindLayout`] and which shader text go with it.
-    pub fn atlas(&self) -> Atlas {
-        self.atlas
+    /// Number of layers, at least 1.
+    pub fn layer_count(&self) -> usize {
+        self.layers.len()
     }
 
-    pub(crate) fn view(&self) -> &wgpu::TextureView {
-        &self.view
+    /// How shaders read layer number `layer`, which exists; decides which [`crate::BindLayout`] and which shader text go
+    /// with it.
+    pub fn atlas(&self, layer: usize) -> Atlas {
+        self.layers[layer].atlas
     }
 
-    pub(crate) fn params(&self) -> &wgpu::Buffer {
-        &self.params
+    pub(crate) fn view(&self, layer: usize) -> &wgpu::TextureView {
+        &self.layers[layer].view
+    }
+
+    pub(crate) fn params(&self, layer: usize) -> &wgpu::Buffer {
+        let of_layer = |params: &&(u32, wgpu::Buffer)| params.0 == self.layers[layer].scale;
+        // There is one for each layer's scale.
+        &self.params.iter().find(of_layer).unwrap_or(&self.params[0]).1
     }
 }
 
-fn texels(layout: &PoolLayout) -> u64 {
-    u64::from(layout.tile[0]) * u64::from(layout.tile[1])
+impl LayerArray {
+    fn upload(&self, queue: &wgpu::Queue, place: SlotPlace, bytes: &[u8], row_bytes: u32) {
+        let [x, y] = place.origin.map(|n| n / self.scale);
+        let [width, height] = self.tile;
+        queue.write_texture(
+            wgpu::TexelCopyTextureInfo {
+                texture: &self.texture,
+                mip_level: 0,
+                origin: wgpu::Origin3d { x, y, z: place.image },
+                aspect: wgpu::TextureAspect::All,
+            },
+            bytes,
+            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row_bytes), rows_per_image: None },
+            wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        );
+    }
 }
 
-fn check(device: &wgpu::Device, layout: &PoolLayout, formats: &[LayerFormat]) -> Result<(), GpuError> {
+fn check(device: &wgpu::Device, layout: &PoolLayout, layers: &[Layer]) -> Result<(), GpuError> {
     let ArrayLimits { max_side, max_images } = crate::limits(device);
     let ([width, height], images) = (layout.image_size(), layout.images);
     if width.max(height) > max_side || images > max_images {
         return Err(GpuError::PoolLimits { width, height, images, max_side, max_images });
     }
-    let texels = texels(layout);
-    let got = texels * formats.iter().map(|format| format.texel_bytes() as u64).sum::<u64>();
+    let layer_bytes = |layer: &Layer| {
+        let (rows, row_bytes) = block_rows(layer.format, layer_texels(layer, layout.tile)?);
+        Some(u64::from(rows) * u64::from(row_bytes))
+    };
+    let got = layers.iter().map(layer_bytes).sum::<Option<u64>>().unwrap_or(0);
     if got != layout.tile_bytes {
+        let texels = u64::from(layout.tile[0]) * u64::from(layout.tile[1]);
         return Err(GpuError::PoolFormats { texels, got, expected: layout.tile_bytes });
     }
     Ok(())
 }
 
-fn layer_array(device: &wgpu::Device, layout: &PoolLayout, format: LayerFormat) -> LayerArray {
-    let [width, height] = layout.image_size();
+fn layer_array(device: &wgpu::Device, layout: &PoolLayout, layer: &Layer) -> Result<LayerArray, GpuError> {
+    let unknown = || GpuError::Format { format: layer.format.name() };
+    let (gpu_format, atlas) = texture_format(layer.format, device.features()).ok_or_else(unknown)?;
+    let [width, height] = layout.image_size().map(|side| side / layer.scale);
     let texture = device.create_texture(&wgpu::TextureDescriptor {
         label: Some("vastex pool"),
         size: wgpu::Extent3d { width, height, depth_or_array_layers: layout.images },
         mip_level_count: 1,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
-        format: gpu_format(format, device.features()).0,
+        format: gpu_format,
         usage: wgpu::TextureUsages::TEXTURE_BINDING
             | wgpu::TextureUsages::COPY_DST
             | wgpu::TextureUsages::COPY_SRC,
         view_formats: &[],
     });
-    LayerArray { texture, texel_bytes: format.texel_bytes() as u32 }
+    let view = texture.create_view(&wgpu::TextureViewDescriptor {
+        dimension: Some(wgpu::TextureViewDimension::D2Array),
+        ..Default::default()
+    });
+    let tile = layout.tile.map(|side| side / layer.scale);
+    Ok(LayerArray { texture, view, atlas, format: layer.format, scale: layer.scale, tile })
 }

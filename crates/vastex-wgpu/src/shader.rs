@@ -1,6 +1,6 @@
 //! Shader text: plain WGSL modules joined by explicit lists, behind constants generated from Rust.
 //!
-//! There is no preprocessor. What varies is a constant (the filter, the bind group) or which of two small modules
+//! There is no preprocessor. What varies is a constant (the filter, the bind group) or which of a few small modules
 //! with the same functions is in the list (how the atlas is read).
 
 use std::fmt::Write as _;
@@ -15,7 +15,10 @@ const BINDINGS: &str = include_str!("wgsl/bindings.wgsl");
 const LEVEL: &str = include_str!("wgsl/level.wgsl");
 const LOOKUP: &str = include_str!("wgsl/lookup.wgsl");
 const ATLAS_FLOAT: &str = include_str!("wgsl/atlas_float.wgsl");
+const ATLAS_UNFILTERED: &str = include_str!("wgsl/atlas_unfiltered.wgsl");
 const ATLAS_UINT16: &str = include_str!("wgsl/atlas_uint16.wgsl");
+const ATLAS_UINT16_RGBA: &str = include_str!("wgsl/atlas_uint16_rgba.wgsl");
+const TAPS: &str = include_str!("wgsl/taps.wgsl");
 const SAMPLE: &str = include_str!("wgsl/sample.wgsl");
 const FEEDBACK: &str = include_str!("wgsl/feedback.wgsl");
 const TABLE: &str = include_str!("wgsl/table.wgsl");
@@ -46,19 +49,23 @@ impl Filter {
     }
 }
 
-/// How a shader reads the atlas, which follows from the pool's format: [`crate::Pool::atlas`].
+/// How a shader reads the atlas, which follows from the layer's format: [`crate::Pool::atlas`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Atlas {
     /// The device's own filter.
     #[default]
     Float,
-    /// 16-bit whole numbers, filtered in the shader.
+    /// Floats that the device does not filter, so the shader does.
+    Unfiltered,
+    /// One channel of 16-bit whole numbers, filtered in the shader.
     Uint16,
+    /// Four channels of 16-bit whole numbers, filtered in the shader.
+    Uint16Rgba,
 }
 
 impl Atlas {
     /// Every way.
-    pub const ALL: [Atlas; 2] = [Atlas::Float, Atlas::Uint16];
+    pub const ALL: [Atlas; 4] = [Atlas::Float, Atlas::Unfiltered, Atlas::Uint16, Atlas::Uint16Rgba];
 }
 
 /// What an application's shader text is made for.
@@ -88,14 +95,16 @@ pub struct ShaderOptions {
 ///
 /// `uv` is 0 to 1 over the texture, beyond that by its address modes; x to the right, y downward.
 pub fn wgsl(options: &ShaderOptions) -> String {
-    let atlas = match options.atlas {
-        Atlas::Float => ATLAS_FLOAT,
-        Atlas::Uint16 => ATLAS_UINT16,
+    let atlas: &[&str] = match options.atlas {
+        Atlas::Float => &[ATLAS_FLOAT],
+        Atlas::Unfiltered => &[ATLAS_UNFILTERED, TAPS],
+        Atlas::Uint16 => &[ATLAS_UINT16, TAPS],
+        Atlas::Uint16Rgba => &[ATLAS_UINT16_RGBA, TAPS],
     };
     let mut text = constants();
     push_constant(&mut text, "GROUP", options.group);
     push_constant(&mut text, "FILTER", options.filter.code());
-    join(text, &[PARAMS, BINDINGS, LEVEL, LOOKUP, atlas, SAMPLE, FEEDBACK])
+    join(text, &[&[PARAMS, BINDINGS, LEVEL, LOOKUP], atlas, &[SAMPLE, FEEDBACK]].concat())
 }
 
 /// The shader that changes page tables.
@@ -114,7 +123,8 @@ fn constants() -> String {
         push_constant(&mut text, name, value);
     }
     push_constant(&mut text, "NONE", u32::MAX);
-    for (name, mode) in [("WRAP", AddressMode::Wrap), ("MIRROR", AddressMode::Mirror)] {
+    let modes = [AddressMode::Wrap, AddressMode::Mirror, AddressMode::Border];
+    for (name, mode) in ["WRAP", "MIRROR", "BORDER"].into_iter().zip(modes) {
         push_constant(&mut text, &format!("ADDRESS_{name}"), address_code(mode));
     }
     for (name, filter) in [("NEAREST", Filter::Nearest), ("BILINEAR", Filter::Bilinear)] {

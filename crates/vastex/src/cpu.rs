@@ -7,18 +7,20 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use bytes::Bytes;
 use vastex_core::{ChangeRule, PageId, PagePos, Slot, TableChange, TableEntry, TableImage, TextureId};
-use vastex_tiles::TileSource;
+use vastex_tiles::{TileSource, decode_layer};
 use vastex_wgpu::twins::{Sampler, Texture};
 
 use crate::error::Error;
 use crate::settings::Filter;
 
-/// The first layer of a texture, to be sampled on the CPU. Costs 4 bytes of table and a few more for each page.
+/// One layer of a texture, to be sampled on the CPU. Costs 4 bytes of table and a few more for each page.
 pub struct CpuTexture {
     source: Arc<dyn TileSource>,
     /// All pages; each has the slot of its index.
     pages: Vec<PagePos>,
+    /// Texels of the layer.
     tiles: Vec<OnceLock<Bytes>>,
+    layer: usize,
     table: TableImage,
     filter: Filter,
     bias_eighths: u16,
@@ -29,13 +31,14 @@ pub struct CpuTexture {
 const NUMBER: Option<TextureId> = TextureId::new(0);
 
 impl CpuTexture {
-    /// A texture at a mip bias, in eighths of a level.
-    pub fn new(source: Arc<dyn TileSource>, filter: Filter, bias_eighths: u16) -> CpuTexture {
+    /// Layer number `layer` of a texture, which exists, at a mip bias in eighths of a level.
+    pub fn new(source: Arc<dyn TileSource>, layer: usize, filter: Filter, bias_eighths: u16) -> CpuTexture {
         let description = source.description().clone();
         let geometry = &description.geometry;
         let pages: Vec<PagePos> = geometry.pages().collect();
         let mut table = TableImage::new(geometry, Slot::new(0)); // the tail comes first
-        for (slot, &pos) in (0..).zip(&pages).skip(1) {
+        let is_present = |pos| source.present().is_none_or(|present| present.contains(pos));
+        for (slot, &pos) in (0..).zip(&pages).skip(1).filter(|(_, pos)| is_present(**pos)) {
             let Some(Ok(page)) = NUMBER.map(|number| PageId::new(number, geometry.dims(), pos)) else {
                 continue;
             };
@@ -43,18 +46,18 @@ impl CpuTexture {
             table.apply(geometry, &TableChange { page, rule: ChangeRule::Coarser, entry });
         }
         let tiles = pages.iter().map(|_| OnceLock::new()).collect();
-        CpuTexture { source, pages, tiles, table, filter, bias_eighths, failed: Mutex::default() }
+        CpuTexture { source, pages, tiles, layer, table, filter, bias_eighths, failed: Mutex::default() }
     }
 
-    /// The colour at `uv`, from gradients of uv along one pixel; linear, 0 to 1. Fails where a tile cannot be had.
+    /// The colour at `uv`, from gradients of uv along one pixel; linear, 0 to 1 but for floats. Fails where a tile cannot be had.
     pub fn sample_grad(&self, uv: [f32; 2], ddx: [f32; 2], ddy: [f32; 2]) -> Result<[f32; 4], Error> {
         let description = self.source.description();
         let number = NUMBER.ok_or(Error::TailPending)?;
         let mut texture = Texture::new(&description.geometry, &self.table, number);
-        texture.pool_bias = self.bias_eighths;
+        let layer = &description.layers[self.layer];
+        (texture.pool_bias, texture.layer_scale) = (self.bias_eighths, layer.scale);
         let tile = |slot: Slot| self.tile(slot);
-        let sampler =
-            Sampler { texture, format: description.layers[0].format, filter: self.filter, tile: &tile };
+        let sampler = Sampler { texture, format: layer.format, filter: self.filter, tile: &tile };
         let colour = sampler.sample_grad(uv, ddx, ddy);
         match self.failed.lock().unwrap_or_else(PoisonError::into_inner).take() {
             None => Ok(colour),
@@ -67,13 +70,18 @@ impl CpuTexture {
         self.tiles[index].get_or_init(|| {
             self.read(self.pages[index]).unwrap_or_else(|error| {
                 *self.failed.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
-                Bytes::from(vec![0; self.source.description().tile_bytes()])
+                let (description, layer) =
+                    (self.source.description(), &self.source.description().layers[self.layer]);
+                let [width, height, _] = description.layer_tile(layer);
+                Bytes::from(vec![0; width as usize * height as usize * layer.format.texel_bytes()])
             })
         })
     }
 
     fn read(&self, pos: PagePos) -> Result<Bytes, Error> {
         let tile = pollster::block_on(self.source.read(pos)).map_err(Error::Tile)?;
-        tile.decode(self.source.description()).map_err(|error| Error::TileDamaged { pos, error })
+        let description = self.source.description();
+        let bytes = tile.decode(description).map_err(|error| Error::TileDamaged { pos, error })?;
+        Ok(decode_layer(description, self.layer, &bytes))
     }
 }

@@ -28,8 +28,10 @@
 
 #[cfg(not(target_family = "wasm"))]
 mod cpu;
+mod decoded;
 mod error;
 mod frame;
+mod layer;
 mod lock_step;
 mod settings;
 mod stats;
@@ -38,16 +40,19 @@ mod textures;
 #[cfg(not(target_family = "wasm"))]
 pub use cpu::CpuTexture;
 pub use error::Error;
+pub use layer::LayerId;
 pub use settings::{Filter, Pace, Settings};
 pub use stats::FrameStats;
 pub use textures::{BindGroups, Textures};
 pub use vastex_core::shared::JITTER_CYCLE;
 pub use vastex_core::{
     AddressMode, Box3, Description, Dims, Event, Feedback, Geometry, GeometryError, GeometrySpec, Layer,
-    LayerFormat, PageId, PagePos, PageState, Stats, TextureId, fold,
+    LayerFormat, PageId, PagePos, PageState, Stats, TexelPositions, TextureId, fold,
 };
-pub use vastex_tiles::{Codec, ContainerError, DecodeError, ReadError, ReadFuture, Tile, TileSource};
-pub use vastex_wgpu::{GpuError, required_features};
+pub use vastex_tiles::{
+    Codec, ContainerError, DecodeError, ReadError, ReadFuture, Tile, TileSource, decode_layer,
+};
+pub use vastex_wgpu::{Atlas, GpuError, required_features, texture_format};
 
 /// Opens a `.vastex` file.
 #[cfg(not(target_family = "wasm"))]

@@ -5,22 +5,25 @@
 use std::sync::Arc;
 
 use vastex_core::{
-    Description, Dims, PageId, PageState, Pager, PagerSettings, PoolLayout, TableChange, TextureId,
+    Description, Dims, Layer, PageId, PageSet, PageState, Pager, PagerSettings, PoolLayout, TableChange,
+    TextureId,
 };
 use vastex_tiles::{Loader, RamCache, Tile, TileSource};
 use vastex_wgpu::{
-    BindLayout, FeedbackTarget, Pool, Readback, ShaderOptions, TableBuffers, TableChanger, ViewBuffer,
+    Atlas, BindLayout, FeedbackTarget, Pool, Readback, ShaderOptions, TableBuffers, TableChanger, ViewBuffer,
     limits, wgsl,
 };
 
+use crate::decoded::{DecodedSource, held_description};
 use crate::error::Error;
+use crate::layer::LayerId;
 use crate::lock_step::LockStep;
 use crate::settings::{Pace, Settings};
 use crate::stats::Counters;
 
 /// The virtual textures that share a pool, and the loop that keeps them filled.
 ///
-/// The first texture decides the shape of the pool: tile size and layer formats.
+/// The first texture decides the shape of the pool: tile size, and formats and scales of the layers.
 pub struct Textures {
     pub(crate) device: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
@@ -42,11 +45,14 @@ pub struct Textures {
 pub(crate) struct PoolState {
     pub(crate) pager: Pager,
     pub(crate) gpu: Pool,
+    /// As the device holds it.
     shape: Arc<Description>,
-    layout: BindLayout,
+    /// One for each way in which layers are read.
+    layouts: Vec<BindLayout>,
 }
 
 pub(crate) struct TextureState {
+    /// As its source has it.
     pub(crate) description: Arc<Description>,
     pub(crate) table: TableBuffers,
 }
@@ -57,15 +63,23 @@ pub(crate) struct FeedbackPath {
     pub(crate) readback: Readback,
 }
 
-/// The bind group of each texture: `groups[texture]`.
+/// The bind groups of each texture: `groups[texture]`, or `groups[layer]` of a layer that is not the first.
 #[derive(Debug, Default)]
-pub struct BindGroups(Vec<wgpu::BindGroup>);
+pub struct BindGroups(Vec<Vec<wgpu::BindGroup>>);
+
+impl std::ops::Index<LayerId> for BindGroups {
+    type Output = wgpu::BindGroup;
+
+    fn index(&self, layer: LayerId) -> &wgpu::BindGroup {
+        &self.0[usize::from(layer.texture().number())][layer.index()]
+    }
+}
 
 impl std::ops::Index<TextureId> for BindGroups {
     type Output = wgpu::BindGroup;
 
     fn index(&self, texture: TextureId) -> &wgpu::BindGroup {
-        &self.0[usize::from(texture.number())]
+        &self[LayerId::from(texture)]
     }
 }
 
@@ -101,61 +115,77 @@ impl Textures {
 
     /// Adds a texture: makes the pool if it is the first, and reads the tail, so that there is something to show.
     ///
-    /// Costs one read and the texture's page table, 4 bytes a page.
+    /// Costs one read and the texture's page table, 4 bytes a page. Layers that the device cannot decompress are decoded
+    /// when they are loaded, and take as much of the pool as their texels.
     pub fn add(&mut self, source: Arc<dyn TileSource>) -> Result<TextureId, Error> {
         let description = source.description().clone();
         if description.geometry.dims() == Dims::D3 {
             return Err(Error::Volume);
         }
-        let tail = read_tail(&*source)?.decode(&description)?;
+        let held = held_description(&description, self.device.features());
+        let present = source.present().cloned();
+        let cached = RamCache::new(source, self.settings.ram_cache_bytes);
+        let source: Arc<dyn TileSource> = match held == description {
+            true => Arc::new(cached),
+            false => Arc::new(DecodedSource::new(cached, held.clone())),
+        };
+        let tail = read_tail(&*source)?.decode(&held)?;
         // Whatever can be refused is refused before anything changes.
         TableBuffers::check(&self.device, &description.geometry)?;
         let mut pool = match self.pool.take() {
             Some(pool) => pool,
-            None => PoolState::new(&self.device, &self.queue, &self.settings, &description)?,
+            None => PoolState::new(&self.device, &self.queue, &self.settings, &held)?,
         };
-        let added = pool.check_shape(&description).and_then(|()| self.add_to(&mut pool, &*source, &tail));
+        let added =
+            pool.check_shape(&held).and_then(|()| self.add_to(&mut pool, &description, present, &tail));
         if added.is_ok() || !self.textures.is_empty() {
             self.pool = Some(pool);
         }
         let texture = added?;
-        self.loader.add_source(texture, Arc::new(RamCache::new(source, self.settings.ram_cache_bytes)));
+        self.loader.add_source(texture, source);
         Ok(texture)
     }
 
     fn add_to(
         &mut self,
         pool: &mut PoolState,
-        source: &dyn TileSource,
+        description: &Arc<Description>,
+        present: Option<Arc<PageSet>>,
         tail: &[u8],
     ) -> Result<TextureId, Error> {
-        let description = source.description();
-        let (texture, slot) = pool.pager.add_texture(&description.geometry, source.present().cloned())?;
+        let (texture, slot) = pool.pager.add_texture(&description.geometry, present)?;
         pool.gpu.upload(&self.queue, slot, tail)?;
         let table = TableBuffers::new(&self.device, &self.queue, &description.geometry, texture, slot, 0.0)?;
-        self.groups.0.push(pool.layout.bind_group(&self.device, &table, &pool.gpu, &self.view));
+        let group = |layer| pool.layout(layer).bind_group(&self.device, &table, &pool.gpu, layer, &self.view);
+        self.groups.0.push((0..pool.gpu.layer_count()).map(group).collect());
         self.textures.push(TextureState { description: description.clone(), table });
         Ok(texture)
     }
 
-    /// The WGSL that goes before the application's own shader: `vastex_sample(uv)` and its kin, for textures of this
-    /// one's pool. See [`vastex_wgpu::wgsl`].
-    pub fn wgsl(&self, texture: TextureId) -> String {
+    /// The layer of that name, if the texture has one.
+    pub fn layer(&self, texture: TextureId, name: &str) -> Option<LayerId> {
+        let index = self.description(texture).layers.iter().position(|layer| layer.name == name)?;
+        Some(LayerId::new(texture, index))
+    }
+
+    /// The WGSL that goes before the application's own shader: `vastex_sample(uv)` and its kin, for this layer of all
+    /// textures of its pool. See [`vastex_wgpu::wgsl`].
+    pub fn wgsl(&self, layer: impl Into<LayerId>) -> String {
         wgsl(&ShaderOptions {
             group: self.settings.bind_group_index,
             filter: self.settings.filter,
-            atlas: self.pool_of(texture).layout.atlas(),
+            atlas: self.layout_of(layer.into()).atlas(),
         })
     }
 
     /// For the application's pipeline layouts, at [`Settings::bind_group_index`].
-    pub fn bind_group_layout(&self, texture: TextureId) -> &wgpu::BindGroupLayout {
-        self.pool_of(texture).layout.layout()
+    pub fn bind_group_layout(&self, layer: impl Into<LayerId>) -> &wgpu::BindGroupLayout {
+        self.layout_of(layer.into()).layout()
     }
 
-    /// Everything that the application's shaders need to sample a texture.
-    pub fn bind_group(&self, texture: TextureId) -> &wgpu::BindGroup {
-        &self.groups[texture]
+    /// Everything that the application's shaders need to sample a layer.
+    pub fn bind_group(&self, layer: impl Into<LayerId>) -> &wgpu::BindGroup {
+        &self.groups[layer.into()]
     }
 
     /// What is known of a texture.
@@ -175,8 +205,8 @@ impl Textures {
 
     /// Textures are never removed, so an id that was given out has a pool.
     #[expect(clippy::expect_used, reason = "an id of another `Textures` is a mistake in the program")]
-    fn pool_of(&self, _texture: TextureId) -> &PoolState {
-        self.pool.as_ref().expect("a texture of this `Textures`")
+    fn layout_of(&self, layer: LayerId) -> &BindLayout {
+        self.pool.as_ref().expect("a texture of this `Textures`").layout(layer.index())
     }
 }
 
@@ -188,8 +218,10 @@ impl PoolState {
         shape: &Arc<Description>,
     ) -> Result<PoolState, Error> {
         let layout = PoolLayout::fit(shape, settings.pool_bytes, limits(device))?;
-        let formats: Vec<_> = shape.layers.iter().map(|layer| layer.format).collect();
-        let gpu = Pool::new(device, queue, &layout, &formats)?;
+        let gpu = Pool::new(device, queue, &layout, &shape.layers)?;
+        let is_used = |atlas: &Atlas| (0..gpu.layer_count()).any(|layer| gpu.atlas(layer) == *atlas);
+        let layouts = Atlas::ALL.into_iter().filter(is_used).map(|atlas| BindLayout::new(device, atlas));
+        let layouts = layouts.collect();
         let pager = Pager::new(PagerSettings {
             slots: layout.slots(),
             tile_bytes: layout.tile_bytes,
@@ -197,20 +229,31 @@ impl PoolState {
             in_flight_bytes: settings.in_flight_bytes,
             mip_bias: true,
         });
-        Ok(PoolState { pager, layout: BindLayout::new(device, gpu.atlas()), gpu, shape: shape.clone() })
+        Ok(PoolState { pager, gpu, shape: shape.clone(), layouts })
+    }
+
+    /// How the layer with this number is seen by shaders.
+    fn layout(&self, layer: usize) -> &BindLayout {
+        let atlas = self.gpu.atlas(layer);
+        // There is one for each way in which layers are read.
+        self.layouts.iter().find(|layout| layout.atlas() == atlas).unwrap_or(&self.layouts[0])
     }
 
     fn check_shape(&self, found: &Description) -> Result<(), Error> {
-        let shape =
-            |d: &Description| (d.geometry.tile(), d.layers.iter().map(|l| l.format).collect::<Vec<_>>());
+        let layers = |d: &Description| d.layers.iter().map(|l| (l.format, l.scale)).collect::<Vec<_>>();
+        let shape = |d: &Description| (d.geometry.tile(), layers(d));
         if shape(found) == shape(&self.shape) {
             return Ok(());
         }
         let text = |d: &Description| {
-            let ([width, height, _], formats) = shape(d);
+            let layer = |l: &Layer| match l.scale {
+                1 => l.format.name().to_string(),
+                scale => format!("{} at 1/{scale}", l.format.name()),
+            };
+            let [width, height, _] = d.geometry.tile();
             format!(
                 "{width}x{height} texels of {}",
-                formats.iter().map(|f| f.name()).collect::<Vec<_>>().join(", ")
+                d.layers.iter().map(layer).collect::<Vec<_>>().join(", ")
             )
         };
         Err(Error::PoolMismatch { found: text(found), pool: text(&self.shape) })

@@ -1,18 +1,40 @@
 // The same picture from an ordinary mip-mapped texture: the same level, by the same lines, and two explicit levels
 // blended, since drivers approximate their own trilinear filter. The texture is padded to powers of two, so that texel
-// i of a level covers exactly the texels 2i and 2i+1 of the level before it; `reference_share` is the share of it that is picture.
+// i of a level covers exactly the texels 2i and 2i+1 of the level before it.
+
+struct Reference {
+    share: vec2<f32>,     // share of the padded texture that is picture
+    layer_scale: u32,     // texels of the virtual texture along one of this one
+    keeps_positions: u32, // 1 where texels of coarser levels lie at the first of those that they cover
+}
 
 @group(2) @binding(0) var reference: texture_2d<f32>;
 @group(2) @binding(1) var reference_sampler: sampler;
-@group(2) @binding(2) var<uniform> reference_share: vec4<f32>;
+@group(2) @binding(2) var<uniform> reference_params: Reference;
+
+// How far the texels of a level lie before the middle of those that they cover, in texels of the level.
+fn reference_shift(level: u32) -> f32 {
+    return f32(reference_params.keeps_positions) * (0.5 - 0.5 * exp2(-f32(level)));
+}
+
+fn reference_nearest(uv: vec2<f32>, level: u32) -> vec4<f32> {
+    let position = vastex_position_from_uv(uv);
+    var texel = position.texel / vastex_texture.levels[level].scale.xy / reference_params.layer_scale;
+    if reference_params.keeps_positions == 1u {
+        let at = (vec2<f32>(position.texel) + position.fraction) * exp2(-f32(level));
+        texel = vec2<u32>(floor(at + reference_shift(level)));
+    }
+    let size = textureDimensions(reference, level);
+    let wraps = vastex_texture.address.xy == vec2<u32>(VASTEX_ADDRESS_WRAP);
+    return textureLoad(reference, select(min(texel, size - 1u), texel % size, wraps), level);
+}
 
 fn reference_at(uv: vec2<f32>, level: u32) -> vec4<f32> {
     if VASTEX_FILTER == VASTEX_FILTER_NEAREST {
-        let last = textureDimensions(reference, level) - 1u;
-        let texel = vastex_position_from_uv(uv).texel / vastex_texture.levels[level].scale.xy;
-        return textureLoad(reference, min(texel, last), level);
+        return reference_nearest(uv, level);
     }
-    return textureSampleLevel(reference, reference_sampler, uv * reference_share.xy, f32(level));
+    let shift = reference_shift(level) / vec2<f32>(textureDimensions(reference, level));
+    return textureSampleLevel(reference, reference_sampler, uv * reference_params.share + shift, f32(level));
 }
 
 @fragment

@@ -1,9 +1,10 @@
 // A surface with a virtual texture on it: where its corners lie, and how the texture's value becomes a colour.
-// The text before this one is generated: vastex's own, and SCENE_CHANNELS.
+// The text before this one is generated: vastex's own, and the constants of look.rs.
 
 struct Scene {
     clip_from_world: mat4x4<f32>,
     background: vec4<f32>,
+    range: vec2<f32>, // the value that is black, and 1 over its distance from the one that is white
 }
 
 @group(1) @binding(0) var<uniform> scene: Scene;
@@ -18,15 +19,20 @@ struct Surface {
     @location(0) uv: vec2<f32>,
 }
 
-// The colour of a texture's value: grey, grey with alpha, or colour, over the background. Alpha 1 says "covered".
+// The colour of a texture's value: grey, grey with alpha, red and green, or a colour; over the background. Alpha 1 says
+// "covered".
 fn scene_colour(value: vec4<f32>) -> vec4<f32> {
-    if SCENE_CHANNELS == 1u {
-        return vec4<f32>(value.rrr, 1.0);
+    let shown = (value.rgb - scene.range.x) * scene.range.y;
+    if SCENE_LOOK == SCENE_GREY {
+        return vec4<f32>(shown.rrr, 1.0);
     }
-    if SCENE_CHANNELS == 2u {
-        return vec4<f32>(mix(scene.background.rgb, value.rrr, value.g), 1.0);
+    if SCENE_LOOK == SCENE_GREY_ALPHA {
+        return vec4<f32>(mix(scene.background.rgb, shown.rrr, value.g), 1.0);
     }
-    return vec4<f32>(mix(scene.background.rgb, value.rgb, value.a), 1.0);
+    if SCENE_LOOK == SCENE_RED_GREEN {
+        return vec4<f32>(shown.rg, 0.0, 1.0);
+    }
+    return vec4<f32>(mix(scene.background.rgb, shown, value.a), 1.0);
 }
 
 fn scene_clip(corner: Corner) -> vec4<f32> {

@@ -1,5 +1,7 @@
 //! Every shader of the scenes is valid, without a device.
 
+use vastex::{Layer, LayerFormat};
+use vastex_scenes::Look;
 use vastex_wgpu::{Atlas, Filter, ShaderOptions, wgsl};
 
 #[test]
@@ -14,8 +16,8 @@ fn every_shader_is_valid() {
         for (filter, atlas) in
             Filter::ALL.into_iter().flat_map(|filter| Atlas::ALL.map(|atlas| (filter, atlas)))
         {
-            for channels in [1, 2, 4] {
-                let constants = format!("const SCENE_CHANNELS: u32 = {channels}u;\n");
+            for format in [LayerFormat::R8, LayerFormat::Rg8, LayerFormat::Bc6h] {
+                let constants = Look::new(&Layer::new("a", format), None).wgsl();
                 let text = wgsl(&ShaderOptions { group: 0, filter, atlas }) + &constants + surface + module;
                 let parsed = naga::front::wgsl::parse_str(&text)
                     .unwrap_or_else(|e| panic!("{}", e.emit_to_string(&text)));

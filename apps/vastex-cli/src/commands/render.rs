@@ -27,7 +27,8 @@ pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode> {
         false => Pace::LockStep { latency_frames: args.latency_frames },
     };
     let settings = Settings { pace, ..settings(&args.scene) };
-    let studio = Studio::new(&gpu, tiles, args.scene.on, args.scene.size, settings);
+    let (shown, SceneArgs { on, size, .. }) = (args.scene.shown(), &args.scene);
+    let studio = Studio::showing(&shown, &gpu, tiles, *on, *size, settings);
     let outcome = draw(args, &mut studio.context(source.clone())?, output.as_ref(), gpu.adapter_name());
     let outcome = outcome.context(source.clone())?;
     if args.frames.is_some() || outcome.converged {

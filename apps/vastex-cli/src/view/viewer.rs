@@ -4,9 +4,9 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
-use vastex::{Event, FrameStats, TextureId, Textures, TileSource};
+use vastex::{Event, FrameStats, LayerId, Textures, TileSource};
 use vastex_core::Dims;
-use vastex_scenes::{Gpu, PictureTarget, Pose, Scene, SceneRenderer, picture_format};
+use vastex_scenes::{Gpu, Look, PictureTarget, Pose, Scene, SceneRenderer};
 use winit::event_loop::OwnedDisplayHandle;
 use winit::window::Window;
 
@@ -39,7 +39,8 @@ pub(super) struct Viewer {
     window: Arc<Window>,
     surface: Surface,
     textures: Textures,
-    texture: TextureId,
+    layer: LayerId,
+    look: Look,
     renderer: SceneRenderer,
     /// Name of the source, for the title.
     name: String,
@@ -69,16 +70,20 @@ impl Viewer {
         gpu::report_refusals(&gpu);
         let mut textures = Textures::new(&gpu.device, &gpu.queue, settings(args))?;
         let texture = textures.add(source)?;
-        let surface = Surface::new(&gpu, window.clone(), surface, picture_format(&textures, texture))?;
-        let renderer =
-            SceneRenderer::new(&gpu.device, &gpu.queue, &textures, texture, scene, surface.format());
+        let shown = args.shown();
+        let layer = shown.layer_of(&textures, texture)?;
+        let look = Look::new(&textures.description(texture).layers[layer.index()], shown.range);
+        let surface = Surface::new(&gpu, window.clone(), surface, look.picture_format())?;
+        let (device, queue) = (&gpu.device, &gpu.queue);
+        let renderer = SceneRenderer::new(device, queue, &textures, layer, look, scene, surface.format());
         let name = args.source.file_name().unwrap_or_default().to_string_lossy().into_owned();
         Ok(Viewer {
             gpu,
             window,
             surface,
             textures,
-            texture,
+            layer,
+            look,
             renderer,
             name,
             frames: 0,
@@ -124,8 +129,9 @@ impl Viewer {
     /// Puts the texture on something else.
     pub(super) fn show(&mut self, scene: Scene) {
         let (device, queue) = (&self.gpu.device, &self.gpu.queue);
+        let format = self.surface.format();
         self.renderer =
-            SceneRenderer::new(device, queue, &self.textures, self.texture, scene, self.surface.format());
+            SceneRenderer::new(device, queue, &self.textures, self.layer, self.look, scene, format);
         self.jumped();
     }
 
@@ -147,9 +153,9 @@ impl Viewer {
         let Some(frame) = frame else { return Ok(()) };
         self.renderer.set_pose(&self.gpu.queue, &pose, self.aspects()[0]);
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        let (renderer, texture) = (&self.renderer, self.texture);
+        let (renderer, layer) = (&self.renderer, self.layer);
         self.textures.feedback(&mut encoder, self.surface.size(), |pass, groups| {
-            renderer.draw_wanted(pass, &groups[texture]);
+            renderer.draw_wanted(pass, &groups[layer]);
         })?;
         self.textures.update(&mut encoder)?;
         let target = PictureTarget { colour: &frame.view, depth: self.surface.depth() };

@@ -9,13 +9,13 @@ use super::Texture;
 pub struct Place {
     /// The slot.
     pub slot: Slot,
-    /// The place in the slot's tile, in texels from the first of its border.
+    /// The place in the slot's tile, in texels of the sampled layer from the first of its border.
     pub tile_texel: [f32; 2],
     /// The level that lies there.
     pub level: u8,
 }
 
-/// A texel of level 0, and how far into it.
+/// A texel of level 0, and how far into it; beyond an edge with a border colour, less than 0 or more than 1.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Position {
     texel: [u32; 2],
@@ -24,7 +24,8 @@ pub(super) struct Position {
 
 fn folded_uv(uv: f32, mode: AddressMode) -> f32 {
     match mode {
-        AddressMode::Clamp | AddressMode::Border => uv.clamp(0.0, 1.0),
+        AddressMode::Clamp => uv.clamp(0.0, 1.0),
+        AddressMode::Border => uv.clamp(-8.0, 9.0),
         AddressMode::Wrap => uv - uv.floor(),
         AddressMode::Mirror => {
             let turn = uv - 2.0 * (0.5 * uv).floor();
@@ -59,21 +60,37 @@ impl Texture<'_> {
             return self.place_in_tail(position, entry.level());
         }
         let (level, page) = (entry.level(), self.page_from_position(position, entry.level()).coords());
-        let (scale, size) = (self.geometry.level(level).scale, self.geometry.page());
+        let (scale, page_size) = (self.geometry.level(level).scale, self.geometry.page());
         let border = self.geometry.border();
         let tile_texel = [0, 1].map(|a| {
-            let scale = scale[a] as u32;
-            let from_page = (position.texel[a] - page[a] * size[a] * scale) as f32 + position.fraction[a];
-            border[a] as f32 + from_page / scale as f32
+            let page_texel = page[a] * page_size[a];
+            let from_page = (position.texel[a] - page_texel * scale[a] as u32) as f32 + position.fraction[a];
+            border[a] as f32 + self.level_texel(a, from_page, page_texel, level)
         });
-        Place { slot: entry.slot(), tile_texel, level }
+        self.place_in_slot(entry.slot(), tile_texel, level)
     }
 
     fn place_in_tail(&self, position: Position, level: u8) -> Place {
-        let scale = self.geometry.level(level).scale;
         let first = self.geometry.tile_texel_from_tail_texel(level, [0; 3]);
-        let tile_texel = [0, 1]
-            .map(|a| first[a] as f32 + (position.texel[a] as f32 + position.fraction[a]) / scale[a] as f32);
-        Place { slot: self.table.lookup(self.geometry.tail_pos()).slot(), tile_texel, level }
+        let tile_texel = [0, 1].map(|a| {
+            let texel = position.texel[a] as f32 + position.fraction[a];
+            first[a] as f32 + self.level_texel(a, texel, 0, level)
+        });
+        self.place_in_slot(self.table.lookup(self.geometry.tail_pos()).slot(), tile_texel, level)
+    }
+
+    /// Where a position lies in a level along an axis, in the level's texels from `first`, one of them; `from_first` are
+    /// texels of level 0. Beyond the edges it goes as far as the border colour is mixed with nothing.
+    fn level_texel(&self, axis: usize, from_first: f32, first: u32, level: u8) -> f32 {
+        let at = self.geometry.level(level);
+        let end = at.size[axis].next_multiple_of(self.layer_scale) - first;
+        let reach = 0.5 * self.layer_scale as f32;
+        let offset = self.geometry.sample_offset(level)[axis] as f32;
+        let texel = from_first / at.scale[axis] as f32 + offset;
+        texel.clamp(-(first as f32) - reach, end as f32 + reach)
+    }
+
+    fn place_in_slot(&self, slot: Slot, tile_texel: [f32; 2], level: u8) -> Place {
+        Place { slot, tile_texel: tile_texel.map(|texel| texel / self.layer_scale as f32), level }
     }
 }

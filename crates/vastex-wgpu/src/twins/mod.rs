@@ -16,7 +16,7 @@ pub use sample::Sampler;
 use vastex_core::{Geometry, TableImage, TextureId};
 
 /// A virtual texture as shaders know it: `vastex_texture`, `vastex_table`, and of `vastex_pool` and `vastex_view`
-/// what bears on levels.
+/// what bears on levels and on the layer.
 #[derive(Clone, Copy, Debug)]
 pub struct Texture<'a> {
     /// Its shape.
@@ -29,13 +29,15 @@ pub struct Texture<'a> {
     pub bias: f32,
     /// The pool's mip bias, in eighths of a level.
     pub pool_bias: u16,
+    /// Texels of the texture along one of the sampled layer: 1, 2 or 4.
+    pub layer_scale: u32,
     /// Levels added in a feedback pass because its pixels are larger than the picture's.
     pub level_offset: f32,
 }
 
 impl<'a> Texture<'a> {
-    /// A texture without biases, drawn at full resolution.
+    /// A texture without biases, drawn at full resolution; a layer that has it, too.
     pub fn new(geometry: &'a Geometry, table: &'a TableImage, number: TextureId) -> Texture<'a> {
-        Texture { geometry, table, number, bias: 0.0, pool_bias: 0, level_offset: 0.0 }
+        Texture { geometry, table, number, bias: 0.0, pool_bias: 0, layer_scale: 1, level_offset: 0.0 }
     }
 }

@@ -10,11 +10,11 @@ use crate::shader::Filter;
 pub struct Sampler<'a> {
     /// The texture.
     pub texture: Texture<'a>,
-    /// The format of the sampled layer.
+    /// The format of the sampled layer, as its tiles are given.
     pub format: LayerFormat,
     /// How texels are blended.
     pub filter: Filter,
-    /// The sampled layer's bytes of the tile in a slot, row by row.
+    /// The sampled layer's texels of the tile in a slot, row by row, [decoded](LayerFormat::decoded).
     pub tile: &'a dyn Fn(Slot) -> &'a [u8],
 }
 
@@ -68,7 +68,7 @@ impl Sampler<'_> {
 
     /// One texel of a tile, decoded. Borders are at least as wide as a filter reaches, so the place is in the tile.
     fn texel(&self, slot: Slot, tile_texel: [f32; 2]) -> [f32; 4] {
-        let tile = self.texture.geometry.tile();
+        let tile = self.texture.geometry.tile().map(|side| side / self.texture.layer_scale);
         let [x, y] = [0, 1].map(|a| (tile_texel[a].max(0.0) as usize).min(tile[a] as usize - 1));
         let first = (y * tile[0] as usize + x) * self.format.texel_bytes();
         decode(self.format, &(self.tile)(slot)[first..][..self.format.texel_bytes()])

@@ -4,18 +4,18 @@
 // A texel of level 0, split so that page arithmetic is in whole numbers.
 struct VastexPosition {
     texel: vec2<u32>,
-    fraction: vec2<f32>, // into the texel, 0 to 1
+    fraction: vec2<f32>, // into the texel, 0 to 1; beyond an edge with a border colour, less or more
 }
 
-// A place in the atlas.
+// A place in the atlas, in texels of the layer that is sampled.
 struct VastexPlace {
     image: u32,
     origin: vec2<u32>,      // the slot's first texel
-    tile_texel: vec2<f32>,  // from there, in texels
+    tile_texel: vec2<f32>,  // from there
     level: u32,             // the level that lies there
 }
 
-// A coordinate folded into 0 to 1 by an address mode.
+// A coordinate folded into 0 to 1 by an address mode; a border colour needs it as it is, so far as it matters.
 fn vastex_folded_uv(uv: f32, mode: u32) -> f32 {
     switch mode {
         case VASTEX_ADDRESS_WRAP: {
@@ -24,6 +24,9 @@ fn vastex_folded_uv(uv: f32, mode: u32) -> f32 {
         case VASTEX_ADDRESS_MIRROR: {
             let turn = uv - 2.0 * floor(0.5 * uv);
             return select(turn, 2.0 - turn, turn > 1.0);
+        }
+        case VASTEX_ADDRESS_BORDER: {
+            return clamp(uv, -8.0, 9.0);
         }
         default: {
             return clamp(uv, 0.0, 1.0);
@@ -38,7 +41,7 @@ fn vastex_position_from_uv(uv: vec2<f32>) -> VastexPosition {
         vastex_folded_uv(uv.y, vastex_texture.address.y),
     );
     let texel = folded * vec2<f32>(size);
-    let whole = min(vec2<u32>(floor(texel)), size - 1u);
+    let whole = min(vec2<u32>(max(floor(texel), vec2<f32>(0.0))), size - 1u);
     return VastexPosition(whole, texel - vec2<f32>(whole));
 }
 
@@ -48,18 +51,30 @@ fn vastex_page_from_texel(texel: vec2<u32>, level: u32) -> vec2<u32> {
     return min(texel / vastex_texture.levels[level].scale.xy / vastex_texture.page.xy, pages - 1u);
 }
 
+// Where a position lies in a level, in the level's texels from `first`, one of them; `from_first` are texels of level 0.
+// Beyond its edges it goes as far as the border colour is mixed with nothing: half of the layer's texel.
+fn vastex_level_texel(from_first: vec2<f32>, first: vec2<u32>, level: u32) -> vec2<f32> {
+    let layer_texel = vastex_pool.layer_scale; // a power of two
+    let size = vastex_texture.levels[level].size.xy;
+    let end = ((size + layer_texel - 1u) & vec2<u32>(~(layer_texel - 1u))) - first;
+    let reach = 0.5 * f32(layer_texel);
+    let scale = vec2<f32>(vastex_texture.levels[level].scale.xy);
+    let texel = from_first / scale + vastex_texture.levels[level].sample_offset.xy;
+    return clamp(texel, -vec2<f32>(first) - reach, vec2<f32>(end) + reach);
+}
+
 fn vastex_place_in_slot(slot: u32, tile_texel: vec2<f32>, level: u32) -> VastexPlace {
     let cell = slot % vastex_pool.slots_per_image;
     let origin = vec2<u32>(cell % vastex_pool.columns, cell / vastex_pool.columns) * vastex_pool.tile;
-    return VastexPlace(slot / vastex_pool.slots_per_image, origin, tile_texel, level);
+    let image = slot / vastex_pool.slots_per_image;
+    return VastexPlace(image, origin / vastex_pool.layer_scale, tile_texel / f32(vastex_pool.layer_scale), level);
 }
 
 fn vastex_place_in_tail(position: VastexPosition, wanted: u32) -> VastexPlace {
     let level = max(wanted, vastex_texture.tail_level);
-    let scale = vec2<f32>(vastex_texture.levels[level].scale.xy);
-    let level_texel = (vec2<f32>(position.texel) + position.fraction) / scale;
+    let texel = vastex_level_texel(vec2<f32>(position.texel) + position.fraction, vec2<u32>(0u), level);
     let first = vec2<f32>(vastex_texture.levels[level].tail_offset.xy + vastex_texture.border.xy);
-    return vastex_place_in_slot(vastex_texture.tail_slot, first + level_texel, level);
+    return vastex_place_in_slot(vastex_texture.tail_slot, first + texel, level);
 }
 
 // Where the finest resident page that covers the position at `wanted`, a level of the texture, has it.
@@ -75,10 +90,8 @@ fn vastex_place(position: VastexPosition, wanted: u32) -> VastexPlace {
         return vastex_place_in_tail(position, level);
     }
     // Measured from the origin of the page that the entry's level names, which may be an ancestor of the wanted one.
-    let scale = vastex_texture.levels[level].scale.xy;
-    let page = vastex_page_from_texel(position.texel, level);
-    let from_page = vec2<f32>(position.texel - page * vastex_texture.page.xy * scale) + position.fraction;
-    let page_texel = from_page / vec2<f32>(scale);
-    let slot = entry & ((1u << VASTEX_ENTRY_SLOT_BITS) - 1u);
-    return vastex_place_in_slot(slot, vec2<f32>(vastex_texture.border.xy) + page_texel, level);
+    let page_texel = vastex_page_from_texel(position.texel, level) * vastex_texture.page.xy;
+    let from_page = vec2<f32>(position.texel - page_texel * vastex_texture.levels[level].scale.xy) + position.fraction;
+    let tile_texel = vec2<f32>(vastex_texture.border.xy) + vastex_level_texel(from_page, page_texel, level);
+    return vastex_place_in_slot(entry & ((1u << VASTEX_ENTRY_SLOT_BITS) - 1u), tile_texel, level);
 }

@@ -9,6 +9,10 @@ struct VastexLevel {
     unused_0: u32,
     tail_offset: vec3<u32>, // in the tail: where the level's box, border included, begins in the tail's tile [texels]
     unused_1: u32,
+    size: vec3<u32>,        // of the level [texels]
+    unused_2: u32,
+    sample_offset: vec3<f32>, // added to a position of level 0 divided by the scale [texels], up to a half
+    unused_3: u32,
 }
 
 // One virtual texture.
@@ -28,14 +32,14 @@ struct VastexTexture {
     levels: array<VastexLevel, VASTEX_MAX_LEVELS>,
 }
 
-// The pool in which the texture's tiles lie.
+// The pool in which the texture's tiles lie, and the layer of it that is sampled.
 struct VastexPool {
-    tile: vec2<u32>,        // size of a slot [texels]
+    tile: vec2<u32>,        // size of a slot [texels of the texture]
     columns: u32,           // slots along x of an image
     slots_per_image: u32,
-    texel: vec2<f32>,       // size of an atlas texel [atlas uv]
+    texel: vec2<f32>,       // size of one of the layer's texels [atlas uv]
     bias: f32,              // levels added to every level, so that the working set fits
-    unused_0: u32,
+    layer_scale: u32,       // texels of the texture along one of the layer: 1, 2 or 4
 }
 
 // The view that is being drawn into a feedback target.

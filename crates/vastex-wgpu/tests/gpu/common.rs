@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
 use vastex_core::{
-    ChangeRule, Description, Geometry, LayerFormat, PageId, PagePos, PoolLayout, Slot, TableChange,
+    ChangeRule, Description, Geometry, Layer, LayerFormat, PageId, PagePos, PoolLayout, Slot, TableChange,
     TableEntry, TableImage, TextureId,
 };
 use vastex_wgpu::test_device::TestDevice;
@@ -44,15 +44,18 @@ impl Random {
 /// A texture whose tiles are noise, borders included, so that any wrong texel shows.
 pub(crate) struct World {
     pub(crate) geometry: Geometry,
-    pub(crate) format: LayerFormat,
+    /// The layer that is sampled, and its number.
+    pub(crate) layer: Layer,
+    pub(crate) index: usize,
     pub(crate) image: TableImage,
+    /// Texels of that layer.
     pub(crate) tiles: BTreeMap<Slot, Vec<u8>>,
     pub(crate) pool: Pool,
     pub(crate) table: TableBuffers,
 }
 
 impl World {
-    /// About `share` of the pages resident, in shuffled slots.
+    /// A texture of one layer, about `share` of its pages resident, in shuffled slots.
     pub(crate) fn new(
         gpu: &TestDevice,
         geometry: &Geometry,
@@ -60,6 +63,19 @@ impl World {
         share: f32,
         seed: u64,
     ) -> World {
+        World::of(gpu, &Description::one_layer(geometry.clone(), format), 0, share, seed)
+    }
+
+    /// The same for layer number `index` of a texture.
+    pub(crate) fn of(
+        gpu: &TestDevice,
+        description: &Description,
+        index: usize,
+        share: f32,
+        seed: u64,
+    ) -> World {
+        description.check().unwrap();
+        let geometry = &description.geometry;
         let mut random = Random(seed | 1);
         let mut resident: Vec<PagePos> = geometry.pages().collect();
         let tail = resident.remove(0);
@@ -69,23 +85,23 @@ impl World {
         for i in (1..slots.len()).rev() {
             slots.swap(i, random.below(i + 1));
         }
-        let description = Description::one_layer(geometry.clone(), format);
         let tile_bytes = description.tile_bytes();
         // Slightly too many bytes for a square, so that several images and a ragged grid are met.
         let mut limits = limits(&gpu.device);
         limits.max_side = 4 * geometry.tile()[0];
         let layout =
-            PoolLayout::fit(&description, (slots.len() + 2) as u64 * tile_bytes as u64 * 2, limits).unwrap();
+            PoolLayout::fit(description, (slots.len() + 2) as u64 * tile_bytes as u64 * 2, limits).unwrap();
         assert!(layout.slots() as usize >= slots.len(), "{layout:?}");
-        let pool = Pool::new(&gpu.device, &gpu.queue, &layout, &[format]).unwrap();
+        let pool = Pool::new(&gpu.device, &gpu.queue, &layout, &description.layers).unwrap();
         let mut table = TableBuffers::new(&gpu.device, &gpu.queue, geometry, NUMBER, slots[0], 0.0).unwrap();
         let mut image = TableImage::new(geometry, slots[0]);
         let mut tiles = BTreeMap::new();
         let mut changes = Vec::new();
         for (&pos, &slot) in resident.iter().zip(&slots) {
-            let tile: Vec<u8> = (0..tile_bytes).map(|_| random.next() as u8).collect();
+            let tile: Vec<u8> =
+                description.layers.iter().flat_map(|layer| noise(description, layer, &mut random)).collect();
             pool.upload(&gpu.queue, slot, &tile).unwrap();
-            tiles.insert(slot, tile);
+            tiles.insert(slot, vastex_tiles::decode_layer(description, index, &tile.into()).to_vec());
             if !geometry.is_tail(pos) {
                 let page = PageId::new(NUMBER, geometry.dims(), pos).unwrap();
                 let entry = TableEntry::new(pos.level, slot);
@@ -98,8 +114,30 @@ impl World {
             .apply(&gpu.device, &gpu.queue, &mut encoder, &mut table, &changes)
             .unwrap();
         gpu.queue.submit([encoder.finish()]);
-        World { geometry: geometry.clone(), format, image, tiles, pool, table }
+        let layer = description.layers[index].clone();
+        World { geometry: geometry.clone(), layer, index, image, tiles, pool, table }
     }
+}
+
+/// A layer's part of a tile, of random texels: floats from 0 to 1, blocks of any content that means something.
+fn noise(description: &Description, layer: &Layer, random: &mut Random) -> Vec<u8> {
+    let bytes = description.layer_bytes(layer);
+    let block = |random: &mut Random| match layer.format {
+        LayerFormat::R16Float | LayerFormat::Rgba16Float => {
+            half::f16::from_f32(random.unit()).to_le_bytes().to_vec()
+        }
+        LayerFormat::R32Float => random.unit().to_le_bytes().to_vec(),
+        LayerFormat::Bc6h => {
+            let mut block = [random.next().to_le_bytes(), random.next().to_le_bytes()].concat();
+            // Of the modes that begin with two ones, four are reserved; the one of zeros is not.
+            if block[0] & 3 == 3 {
+                block[0] &= !0x1c;
+            }
+            block
+        }
+        _ => random.next().to_le_bytes().to_vec(),
+    };
+    std::iter::repeat_with(|| block(random)).take(bytes).flatten().take(bytes).collect()
 }
 
 /// A buffer's contents.

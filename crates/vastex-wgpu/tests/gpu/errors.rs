@@ -1,8 +1,8 @@
 //! What is refused, and what a lost device looks like.
 
 use vastex_core::{
-    ArrayLimits, ChangeRule, Description, Geometry, GeometrySpec, LayerFormat, PageId, PagePos, PoolLayout,
-    Slot, TableChange, TableEntry,
+    ArrayLimits, ChangeRule, Description, Geometry, GeometrySpec, Layer, LayerFormat, PageId, PagePos,
+    PoolLayout, Slot, TableChange, TableEntry,
 };
 use vastex_wgpu::test_device::TestDevice;
 use vastex_wgpu::{
@@ -11,6 +11,10 @@ use vastex_wgpu::{
 };
 
 use crate::common::{GPU, NUMBER};
+
+fn layers(format: LayerFormat) -> [Layer; 1] {
+    [Layer::new("color", format)]
+}
 
 fn geometry() -> Geometry {
     Geometry::new(GeometrySpec::image(1000, 1000)).unwrap()
@@ -24,17 +28,17 @@ fn layout(limits: ArrayLimits) -> PoolLayout {
 fn a_pool_refuses_what_does_not_fit_it() {
     let gpu = &*GPU;
     let layout = layout(limits(&gpu.device));
-    let pool = Pool::new(&gpu.device, &gpu.queue, &layout, &[LayerFormat::Rgba8]).unwrap();
+    let pool = Pool::new(&gpu.device, &gpu.queue, &layout, &layers(LayerFormat::Rgba8)).unwrap();
     let slots = layout.slots();
     let beyond = pool.upload(&gpu.queue, Slot::new(slots), &[]);
     assert_eq!(beyond, Err(GpuError::NoSuchSlot { slot: slots, slots }));
     let short = pool.upload(&gpu.queue, Slot::new(0), &[0; 9]);
     assert_eq!(short, Err(GpuError::TileBytes { got: 9, expected: layout.tile_bytes }));
-    let wrong = Pool::new(&gpu.device, &gpu.queue, &layout, &[LayerFormat::R8]);
+    let wrong = Pool::new(&gpu.device, &gpu.queue, &layout, &layers(LayerFormat::R8));
     assert!(matches!(wrong, Err(GpuError::PoolFormats { .. })));
     let wide = PoolLayout { columns: 1000, ..layout };
     assert!(matches!(
-        Pool::new(&gpu.device, &gpu.queue, &wide, &[LayerFormat::Rgba8]),
+        Pool::new(&gpu.device, &gpu.queue, &wide, &layers(LayerFormat::Rgba8)),
         Err(GpuError::PoolLimits { .. })
     ));
 }
@@ -68,7 +72,7 @@ fn a_lost_device_is_an_error_wherever_something_is_read() {
         queue.submit([encoder.finish()]);
     };
     let (layout, geometry) = (layout(limits(device)), geometry());
-    let pool = Pool::new(device, queue, &layout, &[LayerFormat::Rgba8]).unwrap();
+    let pool = Pool::new(device, queue, &layout, &layers(LayerFormat::Rgba8)).unwrap();
     let mut table = TableBuffers::new(device, queue, &geometry, NUMBER, Slot::new(0), 0.0).unwrap();
     let changer = TableChanger::new(device);
     record(&mut readback, 1);
@@ -81,7 +85,7 @@ fn a_lost_device_is_an_error_wherever_something_is_read() {
     assert_eq!(RawFeedback::read(device, queue, &target), Err(GpuError::DeviceLost));
 
     // So it is wherever something is made; what only writes to what exists goes on in silence.
-    let made = Pool::new(device, queue, &layout, &[LayerFormat::Rgba8]);
+    let made = Pool::new(device, queue, &layout, &layers(LayerFormat::Rgba8));
     assert_eq!(made.unwrap_err(), GpuError::DeviceLost);
     let made = TableBuffers::new(device, queue, &geometry, NUMBER, Slot::new(0), 0.0);
     assert_eq!(made.unwrap_err(), GpuError::DeviceLost);

@@ -203,11 +203,11 @@ fn draw_plane(
     scale: FeedbackScale,
     frames: u64,
 ) -> Vec<RawFeedback> {
-    let layout = BindLayout::new(&gpu.device, world.pool.atlas());
-    let options = ShaderOptions { atlas: world.pool.atlas(), ..Default::default() };
+    let layout = BindLayout::new(&gpu.device, world.pool.atlas(0));
+    let options = ShaderOptions { atlas: world.pool.atlas(0), ..Default::default() };
     let pipeline = pipeline(gpu, Some(&layout), wgsl(&options) + PLANE);
     let view = ViewBuffer::new(&gpu.device, &gpu.queue);
-    let group = layout.bind_group(&gpu.device, &world.table, &world.pool, &view);
+    let group = layout.bind_group(&gpu.device, &world.table, &world.pool, 0, &view);
     let target = FeedbackTarget::new(&gpu.device, picture, scale).unwrap();
     let frame = |frame| {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());

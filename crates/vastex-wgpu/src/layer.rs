@@ -1,0 +1,84 @@
+//! How the GPU holds a layer: the format of its texture array, and how shaders read it.
+//!
+//! What a device cannot filter is held as whole numbers or unfiltered floats and blended in the shader, so that values
+//! stay exact; what it cannot decompress must come decoded ([`held_format`]).
+
+use vastex_core::{Layer, LayerFormat};
+
+use crate::shader::Atlas;
+
+/// The format in which a pool on a device with these features holds a layer of `format`: the format itself, or where the
+/// device cannot decompress it, that of the [decoded](LayerFormat::decoded) texels.
+pub fn held_format(format: LayerFormat, features: wgpu::Features) -> LayerFormat {
+    let is_known = !format.is_compressed() || features.contains(wgpu::Features::TEXTURE_COMPRESSION_BC);
+    if is_known { format } else { format.decoded() }
+}
+
+/// The GPU's format for a layer, and how shaders read it. Nothing where the device cannot decompress it.
+///
+/// Everything that is [`Atlas::Float`] is filtered by the device: 16-bit data and 32-bit floats where that was asked for
+/// ([`crate::required_features`]).
+pub fn texture_format(format: LayerFormat, features: wgpu::Features) -> Option<(wgpu::TextureFormat, Atlas)> {
+    use LayerFormat::*;
+    use wgpu::TextureFormat as Gpu;
+    if held_format(format, features) != format {
+        return None;
+    }
+    let has = |feature| features.contains(feature);
+    let norm16 = has(wgpu::Features::TEXTURE_FORMAT_16BIT_NORM);
+    let filtered = |gpu| (gpu, Atlas::Float);
+    Some(match format {
+        R8 => filtered(Gpu::R8Unorm),
+        Rg8 => filtered(Gpu::Rg8Unorm),
+        Rgba8 => filtered(Gpu::Rgba8Unorm),
+        Rgba8Srgb => filtered(Gpu::Rgba8UnormSrgb),
+        R16 if norm16 => filtered(Gpu::R16Unorm),
+        R16 => (Gpu::R16Uint, Atlas::Uint16),
+        Rgba16 if norm16 => filtered(Gpu::Rgba16Unorm),
+        Rgba16 => (Gpu::Rgba16Uint, Atlas::Uint16Rgba),
+        R16Float => filtered(Gpu::R16Float),
+        Rgba16Float => filtered(Gpu::Rgba16Float),
+        R32Float if has(wgpu::Features::FLOAT32_FILTERABLE) => filtered(Gpu::R32Float),
+        R32Float => (Gpu::R32Float, Atlas::Unfiltered),
+        Bc1 => filtered(Gpu::Bc1RgbaUnorm),
+        Bc1Srgb => filtered(Gpu::Bc1RgbaUnormSrgb),
+        Bc3 => filtered(Gpu::Bc3RgbaUnorm),
+        Bc3Srgb => filtered(Gpu::Bc3RgbaUnormSrgb),
+        Bc4 => filtered(Gpu::Bc4RUnorm),
+        Bc5 => filtered(Gpu::Bc5RgUnorm),
+        Bc6h => filtered(Gpu::Bc6hRgbUfloat),
+        Bc7 => filtered(Gpu::Bc7RgbaUnorm),
+        Bc7Srgb => filtered(Gpu::Bc7RgbaUnormSrgb),
+    })
+}
+
+/// Size in the layer's texels of what takes `texels` of the texture's; nothing where that is no whole number of blocks.
+pub(crate) fn layer_texels(layer: &Layer, texels: [u32; 2]) -> Option<[u32; 2]> {
+    let unit = layer.scale * layer.format.block_side();
+    let is_whole = unit != 0 && texels.iter().all(|n| n.is_multiple_of(unit));
+    is_whole.then(|| texels.map(|n| n / layer.scale))
+}
+
+/// Rows and bytes of a row of a layer's part of a tile, in blocks; `texels` are the layer's.
+pub(crate) fn block_rows(format: LayerFormat, texels: [u32; 2]) -> (u32, u32) {
+    let [across, rows] = texels.map(|n| n / format.block_side());
+    (rows, across * format.block_bytes() as u32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_device_has_a_format_for_what_it_holds() {
+        for features in [wgpu::Features::empty(), wgpu::Features::all()] {
+            for format in LayerFormat::ALL {
+                let held = held_format(format, features);
+                let (gpu, atlas) = texture_format(held, features).unwrap();
+                assert_eq!(gpu.block_copy_size(None), Some(held.block_bytes() as u32), "{held:?}");
+                assert_eq!(gpu.is_srgb(), format.is_srgb());
+                assert!(atlas == Atlas::Float || features.is_empty());
+            }
+        }
+    }
+}

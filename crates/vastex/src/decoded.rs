@@ -1,0 +1,66 @@
+//! Compressed layers on a device that cannot decompress them: a decorator that decodes tiles as they are read.
+//!
+//! It works on the loader's threads, so a frame costs what it always does; the pool holds the decoded texels, of which
+//! fewer tiles fit.
+
+use std::sync::Arc;
+
+use bytes::Bytes;
+use vastex_core::{Description, PagePos, PageSet};
+use vastex_tiles::{Codec, ReadError, ReadFuture, Tile, TileSource, decode_layer};
+use vastex_wgpu::held_format;
+
+/// The texture as a device with these features holds it: the same where it can hold every layer as it is.
+pub(crate) fn held_description(stored: &Arc<Description>, features: wgpu::Features) -> Arc<Description> {
+    let mut held = Description::clone(stored);
+    held.layers.iter_mut().for_each(|layer| layer.format = held_format(layer.format, features));
+    if held == **stored { stored.clone() } else { Arc::new(held) }
+}
+
+/// A source whose tiles have the layers that `held` describes, decoded from those of `source`.
+pub(crate) struct DecodedSource<S> {
+    source: S,
+    held: Arc<Description>,
+}
+
+impl<S: TileSource> DecodedSource<S> {
+    pub(crate) fn new(source: S, held: Arc<Description>) -> DecodedSource<S> {
+        DecodedSource { source, held }
+    }
+}
+
+#[deny(clippy::missing_trait_methods)]
+impl<S: TileSource> TileSource for DecodedSource<S> {
+    fn description(&self) -> &Arc<Description> {
+        &self.held
+    }
+
+    fn present(&self) -> Option<&Arc<PageSet>> {
+        self.source.present()
+    }
+
+    fn read(&self, pos: PagePos) -> ReadFuture<'_> {
+        Box::pin(async move {
+            let (stored, tile) = (self.source.description(), self.source.read(pos).await?);
+            let damaged = |error: vastex_tiles::DecodeError| ReadError::Damaged {
+                pos,
+                place: "compressed layers".into(),
+                fault: error.to_string(),
+            };
+            let bytes = tile.decode(stored).map_err(damaged)?;
+            Ok(Tile { codec: Codec::Raw, bytes: decoded(stored, &self.held, &bytes) })
+        })
+    }
+}
+
+/// A tile's layers, those decoded that are held so.
+fn decoded(stored: &Description, held: &Description, tile: &Bytes) -> Bytes {
+    let mut texels = Vec::with_capacity(held.tile_bytes());
+    for (index, (from, to)) in stored.layers.iter().zip(&held.layers).enumerate() {
+        match from.format == to.format {
+            true => texels.extend_from_slice(&tile[stored.layer_range(index)]),
+            false => texels.extend_from_slice(&decode_layer(stored, index, tile)),
+        }
+    }
+    texels.into()
+}
