@@ -11,7 +11,7 @@ use anyhow::{Context, Result};
 use crate::inputs::Input;
 use crate::measure::{self, Run, median, medians};
 use crate::shell::Usage;
-use crate::{setup, shell};
+use crate::{gaia_sky, setup, shell};
 
 const REPORT: &str = "docs/bench-build.md";
 /// The peak that a build of the Earth may have, in units of 10^6 bytes.
@@ -94,6 +94,9 @@ pub(crate) fn build(options: &[&str]) -> Result<()> {
         println!("\n{table}");
         page.push_str(&table);
     }
+    let beside_scripts = gaia_sky::compare(&directory, &vastex(), options.runs)?;
+    println!("{beside_scripts}");
+    page.push_str(&beside_scripts);
     if options.write {
         let path = shell::root().join(REPORT);
         std::fs::write(&path, page).with_context(|| format!("cannot write {}", path.display()))?;

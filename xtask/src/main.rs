@@ -11,6 +11,7 @@ mod campaign;
 mod damage;
 mod demo;
 mod fetch;
+mod gaia_sky;
 mod inputs;
 mod kills;
 mod measure;

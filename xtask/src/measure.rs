@@ -23,15 +23,13 @@ pub(crate) struct Run {
     pub(crate) cpu: f64,
     /// The largest resident set, in units of 10^6 bytes.
     pub(crate) peak_mb: f64,
-    /// The size of the file that it wrote, in units of 10^6 bytes.
+    /// The size of the file or directory that it wrote, in units of 10^6 bytes.
     pub(crate) written_mb: f64,
 }
 
 /// Runs a program once, its output removed beforehand so that each run writes a new file.
 pub(crate) fn run(program: &str, arguments: &[String], output: &Path) -> Result<Run> {
-    if output.exists() {
-        std::fs::remove_file(output).with_context(|| format!("cannot remove {}", output.display()))?;
-    }
+    remove(output).with_context(|| format!("cannot remove {}", output.display()))?;
     let report = report_path(output);
     let mut command = shell::command(GNU_TIME);
     command.args(["-f", "%U %S %M", "-o"]).arg(&report).arg(program).args(arguments);
@@ -42,9 +40,26 @@ pub(crate) fn run(program: &str, arguments: &[String], output: &Path) -> Result<
         std::fs::read_to_string(&report).with_context(|| format!("cannot read {}", report.display()))?;
     let (cpu, peak_mb) =
         parse_report(&text).with_context(|| format!("{GNU_TIME} is not GNU time: it wrote '{text}'"))?;
-    let written = std::fs::metadata(output)
-        .with_context(|| format!("{program} has not written {}", output.display()))?;
-    Ok(Run { wall, cpu, peak_mb, written_mb: written.len() as f64 / 1e6 })
+    let written = size(output).with_context(|| format!("{program} has not written {}", output.display()))?;
+    Ok(Run { wall, cpu, peak_mb, written_mb: written as f64 / 1e6 })
+}
+
+/// Removes a file or a directory, if there is one.
+fn remove(path: &Path) -> std::io::Result<()> {
+    match path.is_dir() {
+        true => std::fs::remove_dir_all(path),
+        false if path.exists() => std::fs::remove_file(path),
+        false => Ok(()),
+    }
+}
+
+/// Bytes of a file, or of all files in a directory.
+fn size(path: &Path) -> std::io::Result<u64> {
+    let metadata = std::fs::metadata(path)?;
+    if !metadata.is_dir() {
+        return Ok(metadata.len());
+    }
+    std::fs::read_dir(path)?.map(|entry| size(&entry?.path())).sum()
 }
 
 /// The median of every column by itself. `runs` must not be empty.

@@ -1,0 +1,141 @@
+//! A part of `cargo xtask bench build`: from a PNG to levels of tiles without loss, beside the scripts that Gaia Sky's
+//! makers use, which cut an image into tiles and then join four tiles at a time into each coarser one.
+//!
+//! The scripts are fetched, never kept here; how runs are measured and compared stands in `measure`.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+
+use crate::inputs::Input;
+use crate::measure::{self, Run, median, medians};
+use crate::shell;
+
+/// Where the scripts come from.
+const REPOSITORY: &str = "https://codeberg.org/langurmonkey/virtualtexture-tools";
+/// Where a copy of them is that need not be fetched.
+const TOOLS_VARIABLE: &str = "VASTEX_GAIA_SKY_TOOLS";
+/// What they need besides Python, as `pip` knows it.
+const PACKAGES: [&str; 2] = ["numpy", "opencv-python-headless"];
+/// The speed that a build must have beside the scripts.
+const LEAST_SPEED: f64 = 8.0;
+/// 16384x8192 texels: 16x8 tiles of 1024, which are level 3.
+const INPUT: Input = Input::Mirrored { doublings: 1 };
+
+/// A way from the image to tiles, as a shell script.
+struct Way {
+    name: &'static str,
+    script: &'static str,
+    output: &'static str,
+}
+
+/// The anchor first.
+const WAYS: [Way; 3] = [
+    Way {
+        name: "Gaia Sky's scripts, PNG tiles of 1024",
+        script: r#"mkdir "$OUT" && cd "$OUT" && "$PYTHON" "$TOOLS/split-tiles.py" 1024 "$IN" -f png && mkdir level3 &&
+                   mv tx_* level3 && "$PYTHON" "$TOOLS/generate-lod.py" 3 level3 -f png"#,
+        output: "scripts",
+    },
+    Way {
+        name: "`vastex build`, LZ4 (the default)",
+        script: r#""$VASTEX" build "$IN" -o "$OUT""#,
+        output: "png.vastex",
+    },
+    Way {
+        name: "`vastex build` and `vastex export`, the same PNG tiles",
+        script: r#""$VASTEX" build "$IN" -o "$OUT.vastex" &&
+                   "$VASTEX" export "$OUT.vastex" --layout gaiasky --format png --tile-size 1024 -o "$OUT""#,
+        output: "exported",
+    },
+];
+/// Gives the script's arguments their names.
+const ARGUMENTS: &str = "VASTEX=$0 PYTHON=$1 TOOLS=$2 OUT=$3 IN=$4; ";
+
+/// Plays `runs` rounds and says what they took, for the report.
+pub(crate) fn compare(directory: &Path, vastex: &Path, runs: usize) -> Result<String> {
+    let (tools, python) = (tools(directory)?, python(directory)?);
+    let image = png(directory)?;
+    let mut rounds: Vec<Vec<Run>> = Vec::with_capacity(runs);
+    for round in 0..runs {
+        println!("round {} of {runs}", round + 1);
+        let run = |way: &Way| {
+            let output = directory.join(way.output);
+            let script = format!("{ARGUMENTS}{}", way.script);
+            let paths =
+                [vastex, &python, &tools, &output, &image].map(|path| path.to_string_lossy().into_owned());
+            let arguments: Vec<String> = ["-c".to_owned(), script].into_iter().chain(paths).collect();
+            measure::run("sh", &arguments, &output)
+        };
+        rounds.push(WAYS.iter().map(run).collect::<Result<_>>()?);
+    }
+    table(&rounds)
+}
+
+fn table(rounds: &[Vec<Run>]) -> Result<String> {
+    let mut page = String::from("\n## From PNG, without loss, beside Gaia Sky's scripts\n\n");
+    writeln!(
+        page,
+        "{}, as PNG; medians of {} interleaved runs. The scripts take the whole image into memory, need a size that the\n\
+         tiles divide, and make no borders.\n\n\
+         | way | wall s | CPU s | peak MB | written MB | speed / scripts |\n|---|---|---|---|---|---|",
+        INPUT.name(),
+        rounds.len(),
+    )?;
+    let speed = |index: usize| median(rounds.iter().map(|round| round[0].wall / round[index].wall).collect());
+    for (index, way) in WAYS.iter().enumerate() {
+        let runs: Vec<Run> = rounds.iter().map(|round| round[index]).collect();
+        let Run { wall, cpu, peak_mb, written_mb } = medians(&runs);
+        let speed = speed(index);
+        writeln!(
+            page,
+            "| {} | {wall:.2} | {cpu:.2} | {peak_mb:.0} | {written_mb:.0} | {speed:.1} |",
+            way.name
+        )?;
+    }
+    let says = if speed(1) >= LEAST_SPEED { "holds" } else { "DOES NOT HOLD" };
+    writeln!(page, "\n- A build from PNG at least {LEAST_SPEED:.0} times as fast as the scripts: {says}.")?;
+    Ok(page)
+}
+
+/// The image as a PNG, made of the TIFF unless it is there.
+fn png(directory: &Path) -> Result<PathBuf> {
+    let tiff = INPUT.make(directory)?;
+    let png = tiff.with_extension("png");
+    if !png.exists() {
+        shell::run(shell::command("vips").arg("pngsave").arg(&tiff).arg(&png))?;
+    }
+    Ok(png)
+}
+
+/// The scripts, fetched unless they are there.
+fn tools(directory: &Path) -> Result<PathBuf> {
+    if let Some(tools) = std::env::var_os(TOOLS_VARIABLE) {
+        return Ok(PathBuf::from(tools));
+    }
+    let tools = directory.join("virtualtexture-tools");
+    if !tools.join("generate-lod.py").exists() {
+        println!("fetching Gaia Sky's scripts, since the benchmark runs beside them");
+        shell::run(shell::command("git").args(["clone", "--depth", "1", REPOSITORY]).arg(&tools)).with_context(
+            || format!("the scripts cannot be fetched; clone {REPOSITORY} and name its directory in {TOOLS_VARIABLE}"),
+        )?;
+    }
+    Ok(tools)
+}
+
+/// A Python of the benchmark's own with what the scripts need, so that nothing is installed into the system's.
+fn python(directory: &Path) -> Result<PathBuf> {
+    let home = directory.join("python");
+    let python = home.join("bin/python");
+    if !python.exists() {
+        println!("making a Python with {} for Gaia Sky's scripts", PACKAGES.join(" and "));
+        shell::run(shell::command("python3").args(["-m", "venv"]).arg(&home))?;
+        shell::run(
+            shell::command(&home.join("bin/pip").to_string_lossy())
+                .args(["install", "--quiet"])
+                .args(PACKAGES),
+        )?;
+    }
+    Ok(python)
+}
