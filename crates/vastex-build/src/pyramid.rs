@@ -1,112 +1,157 @@
 //! All levels of a texture from one pass over the rows of the finest.
 //!
-//! Rows go in at the top ([`Pyramid::push`]); each level takes two rows of the level before it to make one of its own;
-//! and as soon as a band of pages has all its rows, borders included, its tiles can be cut ([`Pyramid::cut_ready`]).
-//! A row is stored with what the address mode puts to its left and right, so that a tile's row is one copy and
-//! the filter knows no edges.
+//! Rows go in at the top ([`Pyramid::push`]); each level takes rows of a finer one to make its own ([`crate::descent`]);
+//! and as soon as a band of pages has all its rows, borders included, its tiles can be cut ([`Pyramid::cut_band`]).
+//! A row is stored with what the address mode puts to its left and right ([`crate::layout`]), so that a tile's row is
+//! one copy.
 //!
-//! The order of the tiles depends on the image and the pages alone: after every [`Pyramid::push`] the bands that are
-//! ready, the finest level first, each from left to right; the tail is last.
+//! Which of the bands that are ready is cut when, and what the layers of a tile have to do with one another, is
+//! [`crate::stack`]'s business.
 
 use rayon::prelude::*;
-use vastex_core::{AddressMode, Geometry, LayerFormat, PagePos, fold};
+use vastex_core::{AddressMode, Geometry, LayerFormat, PagePos};
 
-use crate::bands::Bands;
-use crate::convert::layer_row_from_image_row;
-use crate::filter::Filter;
-use crate::readers::PixelFormat;
-use crate::rows::Rows;
+use crate::bands::{Bands, late_bands};
+use crate::convert::Conversion;
+use crate::descent::{self, Descent, PARALLEL_BYTES, factor, row_orders};
+use crate::filter::{Filter, LayerFilter};
+use crate::layout::{RowLayout, row_bytes};
+use crate::rows::{RowOrder, Rows};
+use crate::texel::texel_of_color;
 
-/// Bytes of rows below which it does not pay to share work among threads.
-const PARALLEL_BYTES: usize = 64 << 10;
 /// Bytes of the rows that are read and filtered at once.
 const BLOCK_BYTES: usize = 1 << 20;
 
-/// Rows of level 0 that are best pushed at once: even, and a function of the width alone.
-pub(crate) fn block_rows(geometry: &Geometry, format: LayerFormat) -> u32 {
-    let rows = BLOCK_BYTES / row_bytes(geometry, format, 0);
-    (rows as u32).clamp(2, 256) & !1
+/// What a pyramid is made for.
+#[derive(Clone, Copy)]
+pub(crate) struct Shape<'a> {
+    pub(crate) geometry: &'a Geometry,
+    pub(crate) format: LayerFormat,
+    pub(crate) filter: LayerFilter,
+    pub(crate) border_color: [u8; 4],
 }
 
-/// Bytes that a pyramid holds at most. A function of the width and of the pages, but not of the height.
-pub(crate) fn memory(geometry: &Geometry, format: LayerFormat) -> u64 {
-    let block = block_rows(geometry, format);
-    let tail = geometry.tail().first_level();
-    let levels = 0..=geometry.coarsest();
-    levels
-        .map(|level| {
+impl Shape<'_> {
+    /// Rows of level 0 that are best pushed at once: even, and a function of the width alone.
+    pub(crate) fn block_rows(self) -> u32 {
+        let rows = BLOCK_BYTES / row_bytes(self.geometry, self.format, 0);
+        (rows as u32).clamp(2, 256) & !1
+    }
+
+    /// Bands at the top of each level that this pyramid can only cut when the level is complete.
+    pub(crate) fn late_bands(self) -> u32 {
+        let first = row_orders(self.geometry, self.filter).iter().map(|order| order.first).max();
+        late_bands(self.geometry, first.unwrap_or(0))
+    }
+
+    /// Bytes that a pyramid holds at most, of which `block` rows are pushed at once and `late` bands cut last. A
+    /// function of the width and of the pages, but not of the height.
+    pub(crate) fn memory(self, block: u32, late: u32) -> u64 {
+        let geometry = self.geometry;
+        let tail = geometry.tail().first_level();
+        let orders = row_orders(geometry, self.filter);
+        let of_level = |level: u8| {
             let tile = geometry.tile()[1];
             let looks_back = if geometry.address()[1] == AddressMode::Mirror { tile } else { 0 };
-            let window = tile + looks_back + Bands::head_rows(geometry, level) + 4 * block;
+            let (mut made, mut reach) = (0, 0);
+            if level > 0 {
+                let filter = Filter::new(self.filter, self.format, factor(self.filter.from, level));
+                made = descent::memory(&filter, geometry.level(level).size[0]);
+            }
+            for coarse in (level + 1..=geometry.coarsest()).filter(|&l| self.filter.from.source(l) == level) {
+                reach =
+                    reach.max(self.filter.kernel.taps(factor(self.filter.from, coarse)).weights.len() as u32);
+            }
+            let window = tile + looks_back + self.head_rows(&orders, level, late) + 2 * reach + 4 * block;
             let height = geometry.level(level).size[1];
             let rows = if level >= tail { height } else { window.min(height.next_multiple_of(block)) };
-            u64::from(rows) * row_bytes(geometry, format, level) as u64
-        })
-        .sum()
-}
+            made + u64::from(rows) * row_bytes(geometry, self.format, level) as u64
+        };
+        (0..=geometry.coarsest()).map(of_level).sum()
+    }
 
-/// Bytes of a row of a level as it is stored: as far as its tiles reach.
-fn row_bytes(geometry: &Geometry, format: LayerFormat, level: u8) -> usize {
-    let texels = if level >= geometry.tail().first_level() {
-        u64::from(geometry.level_box_of_tail(level).size[0])
-    } else {
-        u64::from(geometry.level(level).pages[0]) * u64::from(geometry.page()[0])
-            + 2 * u64::from(geometry.border()[0])
-    };
-    texels as usize * format.texel_bytes()
+    /// Rows at the top of a level that must be kept to its end.
+    fn head_rows(self, orders: &[RowOrder], level: u8, late: u32) -> u32 {
+        let (geometry, from) = (self.geometry, self.filter.from);
+        let height = geometry.level(level).size[1];
+        if level >= geometry.tail().first_level() {
+            return height;
+        }
+        let coarser = (level + 1..=geometry.coarsest()).filter(|&coarse| from.source(coarse) == level);
+        let for_coarser = coarser.map(|coarse| {
+            let reach = Filter::new(self.filter, self.format, factor(from, coarse)).reach;
+            descent::head_rows(geometry.address()[1], reach, height, orders[usize::from(coarse)])
+        });
+        for_coarser.fold(Bands::head_rows(geometry, level, late), u32::max)
+    }
 }
 
 /// The levels of one texture while its rows pass by.
 pub(crate) struct Pyramid<'a> {
     geometry: &'a Geometry,
-    filter: Filter,
     levels: Vec<LevelRows<'a>>,
 }
 
 struct LevelRows<'a> {
     rows: Rows,
     layout: RowLayout,
-    height: u32,
-    /// Rows from which the next level has been made.
-    filtered: u32,
+    /// Rows that are never forgotten.
+    head: u32,
+    /// Nothing for level 0.
+    descent: Option<Descent>,
     /// Nothing for a level of the tail.
     bands: Option<Bands<'a>>,
+    /// A row of the border colour; empty where that stands neither above nor below.
+    row_beyond: Vec<u8>,
 }
 
 impl<'a> Pyramid<'a> {
-    pub(crate) fn new(geometry: &'a Geometry, format: LayerFormat, linear_light: bool) -> Pyramid<'a> {
-        let block_rows = block_rows(geometry, format);
-        let level_rows = |level: u8| {
-            let height = geometry.level(level).size[1];
+    /// For pushes of `block_rows` rows, which is even. `late` is at least [`Shape::late_bands`], and the same for all
+    /// layers of a texture.
+    pub(crate) fn new(shape: Shape<'a>, block_rows: u32, late: u32) -> Pyramid<'a> {
+        let Shape { geometry, format, filter, border_color } = shape;
+        let (orders, color) = (row_orders(geometry, filter), texel_of_color(format, border_color));
+        let level_rows = |(level, order): (u8, &RowOrder)| {
             let in_tail = level >= geometry.tail().first_level();
-            let head_rows = if in_tail { height } else { Bands::head_rows(geometry, level) };
+            let (head, row_bytes) =
+                (shape.head_rows(&orders, level, late), row_bytes(geometry, format, level));
+            let descent = (level > 0).then(|| {
+                let source = orders[usize::from(filter.from.source(level))];
+                Descent::new(geometry, format, filter, level, source, &color)
+            });
+            let row_beyond = match geometry.address()[1] {
+                AddressMode::Border => color.repeat(row_bytes / color.len()),
+                _ => Vec::new(),
+            };
             LevelRows {
-                rows: Rows::new(height, row_bytes(geometry, format, level), block_rows, head_rows),
-                layout: RowLayout::new(geometry, format, level),
-                height,
-                filtered: 0,
-                bands: (!in_tail).then(|| Bands::new(geometry, level)),
+                rows: Rows::new(*order, row_bytes, block_rows, head),
+                layout: RowLayout::new(geometry, format, level, &color),
+                head,
+                descent,
+                bands: (!in_tail).then(|| Bands::new(geometry, level, *order, late)),
+                row_beyond,
             }
         };
-        let levels = (0..=geometry.coarsest()).map(level_rows).collect();
-        Pyramid { geometry, filter: Filter::new(format, linear_light), levels }
+        let levels = (0..).zip(&orders).map(level_rows).collect();
+        Pyramid { geometry, levels }
     }
 
     /// Whether every row has been pushed.
     pub(crate) fn is_complete(&self) -> bool {
-        self.levels[0].rows.filled() == self.levels[0].height
+        self.levels[0].rows.is_complete()
     }
 
     /// Bytes of rows held; never falls.
     pub(crate) fn allocated(&self) -> u64 {
-        self.levels.iter().map(|level| level.rows.allocated()).sum()
+        let lines = |level: &LevelRows<'_>| level.descent.as_ref().map_or(0, Descent::allocated);
+        self.levels.iter().map(|level| level.rows.allocated() + lines(level)).sum()
     }
 
-    /// Takes the next rows of the image, which are [`block_rows`] except at its end, and makes of them what can be
-    /// made of all coarser levels.
-    pub(crate) fn push(&mut self, image_rows: &[u8], format: PixelFormat) {
+    /// Takes the next rows of the image, which are as many as [`Pyramid::new`] was told except at its end, and makes of
+    /// them what can be made of all coarser levels.
+    pub(crate) fn push(&mut self, image_rows: &[u8], conversion: &Conversion) {
         let level = &mut self.levels[0];
-        let image_row_bytes = level.layout.width * format.texel_bytes();
+        let image_row_bytes = level.layout.width * conversion.image_texel_bytes();
         let row_bytes = level.rows.row_bytes();
         let layout = &level.layout;
         let count = (image_rows.len() / image_row_bytes) as u32;
@@ -117,66 +162,53 @@ impl<'a> Pyramid<'a> {
             .zip(image_rows.par_chunks_exact(image_row_bytes))
             .with_min_len(PARALLEL_BYTES.div_ceil(row_bytes))
             .for_each(|(row, image_row)| {
-                layer_row_from_image_row(layout.payload_mut(row), image_row, format);
+                conversion.row(layout.payload_mut(row), image_row);
                 layout.pad(row);
             });
         for level in 1..self.levels.len() {
-            self.filter_into(level);
+            self.make(level);
         }
     }
 
-    /// Makes the rows of a level for which the finer level has two rows, or its last one.
-    fn filter_into(&mut self, level: usize) {
+    /// Makes the rows of a level that can be made.
+    fn make(&mut self, level: usize) {
         let (finer, coarser) = self.levels.split_at_mut(level);
-        let (finer, coarse) = (&mut finer[level - 1], &mut coarser[0]);
-        let is_last = finer.rows.filled() == finer.height;
-        let (filter, address) = (self.filter, self.geometry.address()[1]);
-        loop {
-            let available = match is_last {
-                true => coarse.height - finer.filtered.div_ceil(2),
-                false => (finer.rows.filled() - finer.filtered) / 2,
-            };
-            let count = available.min(coarse.rows.room());
-            if count == 0 {
-                return;
-            }
-            let (first, row_bytes) = (coarse.rows.filled(), coarse.rows.row_bytes());
-            let (source, layout) = (&*finer, &coarse.layout);
-            let make = |(i, row): (usize, &mut [u8])| {
-                let y = 2 * (first + i as u32);
-                let below = fold(address, i64::from(y) + 1, source.height);
-                let pair = |y| source.layout.pairs(source.rows.row(y), layout.width);
-                filter.row(layout.payload_mut(row), pair(y), pair(below));
-                layout.pad(row);
-            };
-            let rows = coarse.rows.grow(count);
-            let tasks = rows.par_chunks_exact_mut(row_bytes).enumerate();
-            tasks.with_min_len(PARALLEL_BYTES.div_ceil(row_bytes)).for_each(make);
-            finer.filtered = (finer.filtered + 2 * count).min(finer.height);
-        }
+        let LevelRows { rows, layout, descent: Some(descent), .. } = &mut coarser[0] else { return };
+        let source = &finer[descent.source];
+        descent.make(rows, layout, &source.rows, &source.layout);
     }
 
-    /// Hands every band that is ready to `cut`, then gives up the rows that nothing needs any more. Stops at the
-    /// first error.
-    pub(crate) fn cut_ready<E>(&mut self, mut cut: impl FnMut(&Band<'_>) -> Result<(), E>) -> Result<(), E> {
-        for (number, level) in (0..).zip(&mut self.levels) {
-            let Some(bands) = &mut level.bands else { continue };
-            let mut any = false;
-            while let Some(y) = bands.next(level.rows.filled()) {
-                let rows = Bands::rows(self.geometry, number, y).map(|row| level.rows.row(row)).collect();
-                cut(&Band { geometry: self.geometry, level: number, y, rows, texel: level.layout.texel })?;
-                any = true;
-            }
-            if any {
-                level.rows.forget_before(bands.keep_from().min(level.filtered));
-            }
-        }
-        Ok(())
+    /// Whether the next band of a level has all its rows.
+    pub(crate) fn has_band(&self, level: u8) -> bool {
+        let level = &self.levels[usize::from(level)];
+        level.bands.as_ref().is_some_and(|bands| bands.is_ready(level.rows.filled()))
     }
 
-    /// The rows of a level of the tail, once it is complete; for [`crate::tail`].
-    pub(crate) fn tail_row(&self, level: u8, y: u32) -> &[u8] {
-        self.levels[usize::from(level)].rows.row(y)
+    /// The next band of a level, if it has all its rows; it counts as cut from here on.
+    pub(crate) fn cut_band(&mut self, number: u8) -> Option<Band<'_>> {
+        let level = &mut self.levels[usize::from(number)];
+        let y = level.bands.as_mut()?.next(level.rows.filled())?;
+        let row = |y: Option<u32>| y.map_or(&level.row_beyond[..], |y| level.rows.row(y));
+        let rows = Bands::rows(self.geometry, number, y).map(row).collect();
+        Some(Band { geometry: self.geometry, level: number, y, rows, texel: level.layout.texel })
+    }
+
+    /// Gives up the rows of a level that neither its bands nor coarser levels need any more.
+    pub(crate) fn forget(&mut self, level: u8) {
+        let level = usize::from(level);
+        let LevelRows { bands: Some(bands), head, .. } = &self.levels[level] else { return };
+        let coarser = self.levels[level + 1..].iter().filter_map(|coarse| {
+            let descent = coarse.descent.as_ref().filter(|descent| descent.source == level)?;
+            Some(descent.keep_from(&coarse.rows, *head))
+        });
+        let keep = coarser.fold(bands.keep_from(), u32::min);
+        self.levels[level].rows.forget_before(keep);
+    }
+
+    /// The rows of a level of the tail, once it is complete, or what stands above and below it; for [`crate::tail`].
+    pub(crate) fn tail_row(&self, level: u8, y: Option<u32>) -> &[u8] {
+        let level = &self.levels[usize::from(level)];
+        y.map_or(&level.row_beyond[..], |y| level.rows.row(y))
     }
 }
 
@@ -210,56 +242,5 @@ impl Band<'_> {
             texels.extend_from_slice(&row[start..start + len]);
         }
         texels
-    }
-}
-
-/// Where the texels of a level lie in a stored row, and what lies around them.
-struct RowLayout {
-    /// Texels of the level.
-    width: usize,
-    /// Bytes of a texel.
-    texel: usize,
-    /// Texels before the first one of the level.
-    left: usize,
-    /// For each padding texel, left ones first, the texel of the stored row that it repeats.
-    sources: Vec<u32>,
-}
-
-impl RowLayout {
-    fn new(geometry: &Geometry, format: LayerFormat, level: u8) -> RowLayout {
-        let (mode, width, left) =
-            (geometry.address()[0], geometry.level(level).size[0], geometry.border()[0]);
-        let texel = format.texel_bytes();
-        let texels = (row_bytes(geometry, format, level) / texel) as i64;
-        let (first, last) = (-i64::from(left), texels - i64::from(left));
-        let padding = (first..0).chain(i64::from(width)..last);
-        let sources = padding.map(|i| fold(mode, i, width) + left).collect();
-        RowLayout { width: width as usize, texel, left: left as usize, sources }
-    }
-
-    fn payload_mut<'r>(&self, row: &'r mut [u8]) -> &'r mut [u8] {
-        &mut row[self.left * self.texel..][..self.width * self.texel]
-    }
-
-    /// Twice as many texels as the next level has, the padding included that its odd edge needs.
-    fn pairs<'r>(&self, row: &'r [u8], coarse_width: usize) -> &'r [u8] {
-        &row[self.left * self.texel..][..2 * coarse_width * self.texel]
-    }
-
-    /// Fills what lies left and right of the payload.
-    fn pad(&self, row: &mut [u8]) {
-        match self.texel {
-            1 => self.pad_texels::<1>(row),
-            2 => self.pad_texels::<2>(row),
-            _ => self.pad_texels::<4>(row),
-        }
-    }
-
-    fn pad_texels<const TEXEL: usize>(&self, row: &mut [u8]) {
-        let texels = row.as_chunks_mut::<TEXEL>().0;
-        let targets = (0..self.left).chain(self.left + self.width..texels.len());
-        for (target, &source) in targets.zip(&self.sources) {
-            texels[target] = texels[source as usize];
-        }
     }
 }

@@ -6,8 +6,38 @@
 
 use std::collections::VecDeque;
 
-/// Rows of one level, filled from the top.
+/// The order in which the rows of a level are made: from row `first` to the last, then those before it.
+///
+/// The first rows of a level come last where they are made of what lies across a wrapping edge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct RowOrder {
+    pub(crate) height: u32,
+    /// Less than `height`.
+    pub(crate) first: u32,
+}
+
+impl RowOrder {
+    /// From the top.
+    #[cfg(test)]
+    pub(crate) fn from_top(height: u32) -> RowOrder {
+        RowOrder { height, first: 0 }
+    }
+
+    /// Rows that are made before row `y`.
+    pub(crate) fn rank(self, y: u32) -> u32 {
+        if y >= self.first { y - self.first } else { y + (self.height - self.first) }
+    }
+
+    /// The row that `rank` others are made before.
+    pub(crate) fn row(self, rank: u32) -> u32 {
+        let below = self.height - self.first;
+        if rank < below { rank + self.first } else { rank - below }
+    }
+}
+
+/// Rows of one level, filled in their order.
 pub(crate) struct Rows {
+    order: RowOrder,
     row_bytes: usize,
     block_rows: u32,
     block_bytes: usize,
@@ -23,13 +53,15 @@ pub(crate) struct Rows {
 }
 
 impl Rows {
-    /// For `height` rows of `row_bytes` each, in blocks of `block_rows`. The first `head_rows` are never forgotten.
-    pub(crate) fn new(height: u32, row_bytes: usize, block_rows: u32, head_rows: u32) -> Rows {
-        let head_blocks = head_rows.div_ceil(block_rows);
+    /// For rows of `row_bytes` each, in blocks of `block_rows`. The first `head_rows` are never forgotten; those that come
+    /// last in the order are among them.
+    pub(crate) fn new(order: RowOrder, row_bytes: usize, block_rows: u32, head_rows: u32) -> Rows {
+        let head_blocks = head_rows.max(order.first).div_ceil(block_rows);
         Rows {
+            order,
             row_bytes,
             block_rows,
-            block_bytes: block_rows.min(height) as usize * row_bytes,
+            block_bytes: block_rows.min(order.height) as usize * row_bytes,
             head: Vec::new(),
             head_blocks,
             window: VecDeque::new(),
@@ -40,9 +72,19 @@ impl Rows {
         }
     }
 
+    /// The order in which they are filled.
+    pub(crate) fn order(&self) -> RowOrder {
+        self.order
+    }
+
     /// Rows filled so far.
     pub(crate) fn filled(&self) -> u32 {
         self.filled
+    }
+
+    /// Whether all are.
+    pub(crate) fn is_complete(&self) -> bool {
+        self.filled == self.order.height
     }
 
     /// Bytes of one row, padding included.
@@ -55,9 +97,16 @@ impl Rows {
         self.allocated
     }
 
-    /// Rows that [`Rows::grow`] can give out at once.
+    /// Rows that [`Rows::grow`] can give out at once, unless all are filled.
     pub(crate) fn room(&self) -> u32 {
-        self.block_rows - self.filled % self.block_rows
+        let next = self.next();
+        let end = if next < self.order.first { self.order.first } else { self.order.height };
+        (self.block_rows - next % self.block_rows).min(end - next)
+    }
+
+    /// The row that is filled next, unless all are.
+    pub(crate) fn next(&self) -> u32 {
+        self.order.row(self.filled)
     }
 
     /// One row that is filled and not forgotten.
@@ -73,13 +122,16 @@ impl Rows {
 
     /// The next `rows` rows, at most [`Rows::room`], to be filled by the caller.
     pub(crate) fn grow(&mut self, rows: u32) -> &mut [u8] {
-        let (block, row) = (self.filled / self.block_rows, self.filled % self.block_rows);
-        if row == 0 {
-            let fresh = self.spare.pop().unwrap_or_else(|| {
-                self.allocated += self.block_bytes as u64;
-                vec![0; self.block_bytes]
-            });
-            if block < self.head_blocks { self.head.push(fresh) } else { self.window.push_back(fresh) }
+        let next = self.next();
+        let (block, row) = (next / self.block_rows, next % self.block_rows);
+        while self.head.len() as u32 <= block.min(self.head_blocks.saturating_sub(1)) && self.head_blocks > 0
+        {
+            let fresh = self.fresh();
+            self.head.push(fresh);
+        }
+        while block >= self.head_blocks && self.window.len() as u32 <= block - self.first_block {
+            let fresh = self.fresh();
+            self.window.push_back(fresh);
         }
         self.filled += rows;
         let target = match block < self.head_blocks {
@@ -89,9 +141,17 @@ impl Rows {
         &mut target[row as usize * self.row_bytes..(row + rows) as usize * self.row_bytes]
     }
 
+    fn fresh(&mut self) -> Vec<u8> {
+        self.spare.pop().unwrap_or_else(|| {
+            self.allocated += self.block_bytes as u64;
+            vec![0; self.block_bytes]
+        })
+    }
+
     /// Gives up the rows before `y`, except the first ones.
     pub(crate) fn forget_before(&mut self, y: u32) {
-        while (self.first_block + 1).saturating_mul(self.block_rows) <= y.min(self.filled) {
+        let filled = self.order.first.saturating_add(self.filled).min(self.order.height);
+        while (self.first_block + 1).saturating_mul(self.block_rows) <= y.min(filled) {
             self.spare.extend(self.window.pop_front());
             self.first_block += 1;
         }
@@ -104,7 +164,7 @@ mod tests {
 
     #[test]
     fn rows_are_found_until_forgotten_and_blocks_are_used_again() {
-        let mut rows = Rows::new(1000, 2, 4, 5);
+        let mut rows = Rows::new(RowOrder::from_top(1000), 2, 4, 5);
         for y in 0..1000u32 {
             rows.grow(1).copy_from_slice(&(y as u16).to_le_bytes());
             rows.forget_before(y.saturating_sub(9));
@@ -113,5 +173,23 @@ mod tests {
             }
         }
         assert!(rows.allocated() <= 6 * 8, "{}", rows.allocated());
+    }
+
+    #[test]
+    fn the_first_rows_can_come_last() {
+        let order = RowOrder { height: 50, first: 6 };
+        let mut rows = Rows::new(order, 1, 4, 3);
+        let mut made = Vec::new();
+        while !rows.is_complete() {
+            let (next, count) = (rows.next(), rows.room());
+            let bytes: Vec<u8> = (next..next + count).map(|y| y as u8).collect();
+            rows.grow(count).copy_from_slice(&bytes);
+            made.extend(next..next + count);
+            rows.forget_before(next.saturating_sub(5));
+        }
+        assert_eq!(made, (6..50).chain(0..6).collect::<Vec<_>>());
+        assert!(made.iter().zip(0..).all(|(&y, rank)| order.rank(y) == rank && order.row(rank) == y));
+        assert!((0..8).chain(46..50).all(|y| rows.row(y) == [y as u8]));
+        assert!(rows.allocated() <= 6 * 4, "{}", rows.allocated());
     }
 }

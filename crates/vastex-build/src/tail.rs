@@ -1,7 +1,9 @@
-//! The tile of the tail: every level of it with its border, at the place that core gives it; zero in between.
+//! The tile of the tail: every level of it with its border, at the place that core gives it; zero in between, but for
+//! the rest of a box's last blocks.
 
-use vastex_core::{Geometry, LayerFormat, fold};
+use vastex_core::{Geometry, LayerFormat};
 
+use crate::bands::row_at;
 use crate::pyramid::Pyramid;
 
 /// The texels of the tail's tile. Every row must have been pushed.
@@ -13,10 +15,35 @@ pub(crate) fn tail_texels(geometry: &Geometry, format: LayerFormat, pyramid: &Py
         let (offset, source) = (geometry.tail().offset(level), geometry.level_box_of_tail(level));
         let (address, height) = (geometry.address()[1], geometry.level(level).size[1]);
         for y in 0..source.size[1] {
-            let row = pyramid.tail_row(level, fold(address, source.origin[1] + i64::from(y), height));
+            let row = pyramid.tail_row(level, row_at(address, source.origin[1] + i64::from(y), height));
             let start = (offset[1] + y) as usize * tile_row + offset[0] as usize * texel;
             tile[start..start + row.len()].copy_from_slice(row);
         }
+        let box_of = [0, 1].map(|a| (offset[a] as usize, source.size[a] as usize));
+        extend_to_blocks(&mut tile, tile_row, texel, format.block_side() as usize, box_of);
     }
     tile
+}
+
+/// Repeats the right and lower edge of a box up to whole blocks, so that what is not shown costs no quality. `box_of` has its
+/// first texel and its size along x and y.
+fn extend_to_blocks(
+    tile: &mut [u8],
+    tile_row: usize,
+    texel: usize,
+    side: usize,
+    box_of: [(usize, usize); 2],
+) {
+    let [(left, width), (top, height)] = box_of;
+    let [right, bottom] = [left + width, top + height];
+    let end = right.next_multiple_of(side).min(tile_row / texel);
+    for row in tile.chunks_exact_mut(tile_row).take(bottom).skip(top) {
+        for x in right..end {
+            row.copy_within((right - 1) * texel..right * texel, x * texel);
+        }
+    }
+    let last = (bottom - 1) * tile_row;
+    for y in bottom..bottom.next_multiple_of(side).min(tile.len() / tile_row) {
+        tile.copy_within(last + left * texel..last + end * texel, y * tile_row + left * texel);
+    }
 }

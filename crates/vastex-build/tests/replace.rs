@@ -10,8 +10,11 @@ use common::{build_file, texels, tiles, write_png};
 use png::{BitDepth, ColorType};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use vastex_build::{BuildOptions, Progress, ReplaceError, ReplaceOptions, Updated, replace};
-use vastex_core::AddressMode::{self, Clamp, Mirror, Wrap};
+use vastex_build::{
+    BuildOptions, Kernel, LayerFilter, LevelsFrom, Meaning, Progress, ReplaceError, ReplaceOptions, Updated,
+    replace,
+};
+use vastex_core::AddressMode::{self, Border, Clamp, Mirror, Wrap};
 use vastex_tiles::{Compression, Container, FileStore, TileSource, verify};
 
 #[derive(Clone, Copy, Debug)]
@@ -91,12 +94,23 @@ fn any_kind() -> impl Strategy<Value = Kind> {
     })
 }
 
+/// Any that suits every format here, and none at all.
+fn any_filter() -> impl Strategy<Value = Option<LayerFilter>> {
+    let kernel = prop::sample::select(Kernel::ALL.to_vec());
+    prop::option::of((kernel, any::<bool>()).prop_map(|(kernel, linear)| {
+        let linear = linear && !kernel.picks();
+        LayerFilter::new(kernel, if linear { Meaning::LinearColor } else { Meaning::Stored })
+    }))
+}
+
 fn any_build() -> impl Strategy<Value = BuildOptions> {
-    let address = || prop::sample::select(vec![Clamp, Wrap, Mirror]);
+    let address = || prop::sample::select(vec![Clamp, Wrap, Mirror, Border]);
     let page = prop_oneof![8u32..20, 20u32..140];
     let compression = prop::sample::select(vec![Compression::None, Compression::Lz4, Compression::Zstd(1)]);
-    (page, 0u32..100, address(), address(), any::<bool>(), compression).prop_map(
-        |(page, share, x, y, linear, compression)| BuildOptions {
+    (page, 0u32..100, address(), address(), any_filter(), any::<bool>(), compression).prop_map(
+        |(page, share, x, y, filter, linear, compression)| BuildOptions {
+            filter,
+            border_color: [9, 200, 80, 130],
             page,
             border: 1 + (page / 2 - 1) * share / 100,
             address: [x, y],
@@ -233,10 +247,16 @@ fn what_cannot_be_replaced_is_refused_and_changes_nothing() {
     }
     let rgb = dir.path().join("rgb.png");
     write_png(&rgb, [20, 20], ColorType::Rgb, BitDepth::Eight, &texels(1200, 2));
-    assert!(refused([0, 0], &rgb).contains("makes texels of rgba8-srgb, and the container holds r8"));
+    assert!(refused([0, 0], &rgb).contains("cannot become the container's r8"));
     assert!(refused([0, 0], &dir.path().join("none.png")).contains("none.png"));
     let error = replace(&part, [0, 0], &part, &options(), &()).unwrap_err().to_string();
     assert!(error.contains("no Vastex container but a PNG image"), "{error}");
+    let two = BuildOptions { levels_from: LevelsFrom::TwoFiner, page: 32, ..BuildOptions::default() };
+    let of_two = dir.path().join("two.png");
+    GREY.write(&of_two, [300, 200], &texels(300 * 200, 1));
+    let error =
+        replace(&build_file(&of_two, &two).0, [0, 0], &part, &options(), &()).unwrap_err().to_string();
+    assert!(error.contains("\"box@two\"") && error.contains("next finer"), "{error}");
     let small = ReplaceOptions { memory_limit: 1000, ..options() };
     let error = replace(&file, [0, 0], &part, &small, &()).unwrap_err();
     assert!(matches!(error, ReplaceError::Memory { .. }), "{error}");

@@ -4,9 +4,10 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 use vastex::{AddressMode, Geometry};
-use vastex_build::PartOf;
-use vastex_core::{GeometrySpec, PAGE_TEXELS};
+use vastex_build::{LayerFilter, LayerInput, LevelsFrom, PartOf};
+use vastex_core::{GeometrySpec, LayerFormat, PAGE_TEXELS};
 
+use super::layer::parse_layer;
 use super::{ClapArgs, named, value_error};
 
 /// What `vastex build` is told.
@@ -19,14 +20,28 @@ Examples:
   vastex build heights.png -o heights.vastex --linear off --json
   vastex build earth.tif -o 2.part --shard 2/8
   vastex build huge.tif -o huge.vastex --resume
+  vastex build earth.tif -o earth.vastex --format bc7-srgb
+  vastex build -o ground.vastex --layer color=c.tif:bc1-srgb --layer normal=n.png:bc5 --layer height=h.png:r16:max
 
 The output appears when it is whole; after an error or Ctrl-C nothing is left behind. With --resume, what was built so far
 stays beside the output (.NAME.partial, .NAME.journal), and the same command goes on with it to the same bytes; after a crash,
 too, whether or not that build had --resume. Without --resume a build starts anew.")]
 pub(crate) struct BuildArgs {
     /// The image, or a tile directory: of Gaia Sky, of Celestia (or its .ctx), of Deep Zoom (or its .dzi), of pages
-    #[arg(value_name = "IN")]
-    pub(crate) input: PathBuf,
+    #[arg(value_name = "IN", required_unless_present = "layers", conflicts_with = "layers")]
+    pub(crate) input: Option<PathBuf>,
+    /// A layer, instead of IN; once for each. Images have one size, or half or a quarter of the largest. FILE may hold
+    /// colons: only the name of a format at its end counts, and that of a filter after it (empty for the usual format, as in
+    /// height=h.png::max)
+    #[arg(long = "layer", value_name = "NAME=FILE[:FORMAT[:FILTER]]", value_parser = parse_layer)]
+    pub(crate) layers: Vec<LayerInput>,
+    /// The format of the one layer: r8, rg8, rgba8, rgba8-srgb, r16, rgba16, r16f, rgba16f, r32f, bc1, bc1-srgb, bc3,
+    /// bc3-srgb, bc4, bc5, bc6h, bc7 or bc7-srgb [default: what holds the image]
+    #[arg(long, value_name = "FORMAT", value_parser = named(&LayerFormat::ALL, LayerFormat::name), hide_possible_values = true, conflicts_with = "layers")]
+    pub(crate) format: Option<LayerFormat>,
+    /// How well block-compressed layers (bc1 to bc7) are encoded
+    #[arg(long, value_enum, default_value_t = Encode::Normal)]
+    pub(crate) quality: Encode,
     /// The container to make
     #[arg(short, long, value_name = "OUT.vastex")]
     pub(crate) output: PathBuf,
@@ -42,9 +57,18 @@ pub(crate) struct BuildArgs {
     /// Whether colour is filtered in linear light; else as it is stored
     #[arg(long, action = clap::ArgAction::Set, default_value = "on", value_name = "on|off", value_parser = named(&[true, false], on_off))]
     pub(crate) linear: bool,
-    /// What lies beyond the edges: clamp, wrap or mirror; for x and y alike, or one for each
+    /// How coarser levels are made: box, gauss4, sharpen4, kaiser or lanczos; gauss3 or sharpen5, which keep texel positions;
+    /// min, max, majority or nearest, which pick. Followed by -linear for colour as light, weighted by alpha, or by -normal for
+    /// vectors; as it is, each channel is filtered as it is stored [default: by the layer's name and format, mostly box-linear
+    /// or box]
+    #[arg(long, value_name = "FILTER")]
+    pub(crate) filter: Option<LayerFilter>,
+    /// Which level each level is made from: the next finer one, or the one two finer, which is slower and truer
+    #[arg(long, default_value = "chain", value_name = "chain|two", value_parser = named(&LevelsFrom::ALL, LevelsFrom::name))]
+    pub(crate) levels_from: LevelsFrom,
+    /// What lies beyond the edges: clamp, wrap, mirror or border:RRGGBB[AA], a colour; for x and y alike, or one for each
     #[arg(long, default_value = "clamp", value_name = "X[,Y]", value_parser = parse_address)]
-    pub(crate) address: [AddressMode; 2],
+    pub(crate) address: Edges,
     /// Make only part I of N of the container, for `vastex merge`; each part can be made on a machine of its own
     #[arg(long, value_name = "I/N", value_parser = parse_shard)]
     pub(crate) shard: Option<PartOf>,
@@ -84,7 +108,33 @@ pub(crate) enum Compress {
     Zstd,
 }
 
+/// What lies beyond the edges.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Edges {
+    /// In x and in y.
+    pub(crate) modes: [AddressMode; 2],
+    /// The border colour.
+    pub(crate) color: [u8; 4],
+}
+
+/// How well block-compressed layers are encoded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Encode {
+    /// As fast as reading and filtering
+    Fast,
+    /// 1 to 2 dB better in bc7
+    Normal,
+    /// A little better still, and much slower
+    Best,
+}
+
 impl BuildArgs {
+    /// What is built: the layers, or the image as the one layer.
+    pub(crate) fn inputs(&self) -> Vec<LayerInput> {
+        let image = self.input.as_ref().map(|path| LayerInput { format: self.format, ..path.into() });
+        image.into_iter().chain(self.layers.iter().cloned()).collect()
+    }
+
     /// The border must suit the page.
     pub(super) fn check(&self) -> Result<(), clap::Error> {
         let spec = GeometrySpec { page: self.page, border: self.border, ..GeometrySpec::image(1, 1) };
@@ -123,15 +173,39 @@ fn parse_align(text: &str) -> Result<u32, String> {
 }
 
 /// One address mode for both axes, or one for each.
-fn parse_address(text: &str) -> Result<[AddressMode; 2], String> {
-    let mode = |name| match name {
-        "clamp" => Ok(AddressMode::Clamp),
-        "wrap" => Ok(AddressMode::Wrap),
-        "mirror" => Ok(AddressMode::Mirror),
-        _ => Err(format!("'{name}' is none of clamp, wrap and mirror; write one, or two as in wrap,clamp")),
+fn parse_address(text: &str) -> Result<Edges, String> {
+    let mode = |name: &str| match name {
+        "clamp" => Ok((AddressMode::Clamp, None)),
+        "wrap" => Ok((AddressMode::Wrap, None)),
+        "mirror" => Ok((AddressMode::Mirror, None)),
+        _ => match name.strip_prefix("border:").map(parse_color) {
+            Some(Some(color)) => Ok((AddressMode::Border, Some(color))),
+            Some(None) => {
+                Err(format!("'{name}' has no colour of 6 or 8 hexadecimal digits; write border:RRGGBB[AA]"))
+            }
+            None => Err(format!(
+                "'{name}' is none of clamp, wrap, mirror and border:RRGGBB[AA]; write one, or two as in wrap,clamp"
+            )),
+        },
     };
     let (x, y) = text.split_once(',').unwrap_or((text, text));
-    Ok([mode(x)?, mode(y)?])
+    let ((x, of_x), (y, of_y)) = (mode(x)?, mode(y)?);
+    match (of_x, of_y) {
+        (Some(x), Some(y)) if x != y => {
+            Err("a texture has one border colour; write the same for x and y".into())
+        }
+        _ => Ok(Edges { modes: [x, y], color: of_x.or(of_y).unwrap_or_default() }),
+    }
+}
+
+/// Red, green, blue and, if it is there, alpha, in two hexadecimal digits each.
+fn parse_color(digits: &str) -> Option<[u8; 4]> {
+    if ![6, 8].contains(&digits.len()) || !digits.bytes().all(|byte| byte.is_ascii_hexdigit()) {
+        return None;
+    }
+    let byte =
+        |n: usize| digits.get(2 * n..2 * n + 2).map_or(Some(255), |pair| u8::from_str_radix(pair, 16).ok());
+    Some([byte(0)?, byte(1)?, byte(2)?, byte(3)?])
 }
 
 #[cfg(test)]
@@ -156,10 +230,25 @@ mod tests {
 
     #[test]
     fn one_address_mode_serves_both_axes() {
-        use vastex::AddressMode::{Clamp, Mirror, Wrap};
-        assert_eq!(parse_address("wrap"), Ok([Wrap, Wrap]));
-        assert_eq!(parse_address("mirror,clamp"), Ok([Mirror, Clamp]));
-        for bad in ["", "wrap,", ",wrap", "round", "wrap,clamp,wrap"] {
+        use vastex::AddressMode::{Border, Clamp, Mirror, Wrap};
+        let edges = |modes, color| Ok(Edges { modes, color });
+        assert_eq!(parse_address("wrap"), edges([Wrap, Wrap], [0; 4]));
+        assert_eq!(parse_address("mirror,clamp"), edges([Mirror, Clamp], [0; 4]));
+        assert_eq!(parse_address("wrap,border:ff8000"), edges([Wrap, Border], [255, 128, 0, 255]));
+        assert_eq!(parse_address("border:01020304"), edges([Border, Border], [1, 2, 3, 4]));
+        for bad in [
+            "",
+            "wrap,",
+            ",wrap",
+            "round",
+            "wrap,clamp,wrap",
+            "border",
+            "border:",
+            "border:12345",
+            "border:+1+2+3",
+            "border:000000,border:000001",
+            "border:ää1",
+        ] {
             assert!(parse_address(bad).is_err(), "{bad}");
         }
     }

@@ -8,10 +8,12 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, anyhow};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
-use vastex_build::{BuildError, BuildOptions, BuildReport, Progress, ReorderError, WriteError};
+use vastex_build::{
+    BuildError, BuildOptions, BuildReport, LayerReport, Progress, Quality, ReorderError, WriteError,
+};
 use vastex_tiles::Compression;
 
-use crate::args::{BuildArgs, Compress};
+use crate::args::{BuildArgs, Compress, Encode};
 use crate::report;
 
 /// What a shell expects of a program that Ctrl-C ended.
@@ -34,7 +36,7 @@ pub(crate) fn run(args: &BuildArgs) -> Result<ExitCode> {
     handle_interrupts()?;
     let bar = Bar::new(args.quiet);
     let begin = Instant::now();
-    let built = vastex_build::build(std::slice::from_ref(&args.input), &args.output, &options(args), &bar);
+    let built = vastex_build::build(&args.inputs(), &args.output, &options(args), &bar);
     bar.0.finish_and_clear();
     let built = match built {
         Err(BuildError::Cancelled) => {
@@ -50,8 +52,10 @@ pub(crate) fn run(args: &BuildArgs) -> Result<ExitCode> {
         return Ok(ExitCode::from(INTERRUPTED));
     }
     if !args.quiet {
-        let input = args.input.display();
-        built.notices.iter().for_each(|notice| report::say(&format!("note: {input}: {notice}")));
+        for layer in &built.layers {
+            let input = layer.path.display();
+            layer.notices.iter().for_each(|notice| report::say(&format!("note: {input}: {notice}")));
+        }
     }
     let summary = Summary::new(args, &built, begin.elapsed());
     if args.json {
@@ -102,8 +106,16 @@ fn options(args: &BuildArgs) -> BuildOptions {
             Compress::Lz4 => Compression::Lz4,
             Compress::Zstd => Compression::Zstd(0),
         },
+        quality: match args.quality {
+            Encode::Fast => Quality::Fast,
+            Encode::Normal => Quality::Normal,
+            Encode::Best => Quality::Best,
+        },
         linear: args.linear,
-        address: args.address,
+        filter: args.filter,
+        levels_from: args.levels_from,
+        address: args.address.modes,
+        border_color: args.address.color,
         threads: args.threads.unwrap_or(0) as usize,
         durable: args.durable,
         align: args.align.unwrap_or(1),
@@ -141,6 +153,7 @@ impl Progress for Bar {
 /// What `--json` prints.
 #[derive(Serialize)]
 struct Summary {
+    /// The image of the first layer.
     input: String,
     output: String,
     /// Which part of the container was made, as given; of a whole one, nothing.
@@ -148,7 +161,9 @@ struct Summary {
     /// Width and height in texels.
     size: [u32; 2],
     levels: u32,
+    /// Of the first layer.
     format: &'static str,
+    layers: Vec<LayerSummary>,
     tiles: u64,
     constant_tiles: u64,
     shared_tiles: u64,
@@ -164,17 +179,51 @@ struct Summary {
     notices: Vec<String>,
 }
 
+/// What was made of one image.
+#[derive(Serialize)]
+struct LayerSummary {
+    name: String,
+    input: String,
+    format: &'static str,
+    /// Texels of the texture along one of the layer.
+    scale: u32,
+    filter: String,
+}
+
+impl LayerSummary {
+    fn new(built: &LayerReport) -> LayerSummary {
+        LayerSummary {
+            name: built.layer.name.clone(),
+            input: built.path.display().to_string(),
+            format: built.layer.format.name(),
+            scale: built.layer.scale,
+            filter: built.filter.to_string(),
+        }
+    }
+
+    /// The format, with the name of the layer where there is another one.
+    fn text(&self, is_only: bool) -> String {
+        let LayerSummary { name, format, scale, .. } = self;
+        match (is_only, scale) {
+            (true, _) => (*format).into(),
+            (false, 1) => format!("{format} ({name})"),
+            (false, scale) => format!("{format} ({name}, 1/{scale})"),
+        }
+    }
+}
+
 impl Summary {
     fn new(args: &BuildArgs, built: &BuildReport, took: Duration) -> Summary {
-        let [width, height] = built.size;
+        let ([width, height], first) = (built.size, built.layers.first());
         let seconds = took.as_secs_f64();
         Summary {
-            input: args.input.display().to_string(),
+            input: first.map(|layer| layer.path.display().to_string()).unwrap_or_default(),
             output: args.output.display().to_string(),
             shard: args.shard.map(|of| format!("{}/{}", of.part, of.parts)),
             size: built.size,
             levels: built.levels,
-            format: built.format.name(),
+            format: first.map_or("", |layer| layer.layer.format.name()),
+            layers: built.layers.iter().map(LayerSummary::new).collect(),
             tiles: built.tiles,
             constant_tiles: built.constant_tiles,
             shared_tiles: built.shared_tiles,
@@ -183,12 +232,14 @@ impl Summary {
             seconds,
             mpix_per_s: f64::from(width) * f64::from(height) / 1e6 / seconds.max(1e-9),
             memory_bound: built.memory,
-            notices: built.notices.iter().map(ToString::to_string).collect(),
+            notices: built.notices().map(ToString::to_string).collect(),
         }
     }
 
     fn text(&self) -> String {
-        let Summary { output, size: [width, height], levels, format, tiles, seconds, .. } = self;
+        let Summary { output, size: [width, height], levels, tiles, seconds, .. } = self;
+        let layers =
+            self.layers.iter().map(|layer| layer.text(self.layers.len() == 1)).collect::<Vec<_>>().join(", ");
         let (bytes, rate) = (report::bytes(self.bytes), self.mpix_per_s);
         let (constant, shared) = (self.constant_tiles, self.shared_tiles);
         let resumed = match self.resumed_tiles {
@@ -196,7 +247,7 @@ impl Summary {
             tiles => format!(", {tiles} taken over from an interrupted build"),
         };
         format!(
-            "{output}: {width}x{height} texels of {format} in {levels} levels; {tiles} tiles, of them {constant} of one \
+            "{output}: {width}x{height} texels of {layers} in {levels} levels; {tiles} tiles, of them {constant} of one \
              colour and {shared} stored once with others{resumed}; {bytes} in {seconds:.1} s, {rate:.0} Mpix/s"
         )
     }

@@ -5,13 +5,15 @@ use std::process::ExitCode;
 use anyhow::Result;
 use serde::Serialize;
 use vastex::AddressMode;
+use vastex_core::TexelPositions;
 use vastex_tiles::{Container, Info};
 
 use crate::args::InfoArgs;
 use crate::report;
 
 pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode> {
-    let summary = Summary::new(&Container::open_file(&args.file)?.info());
+    let container = Container::open_file(&args.file)?;
+    let summary = Summary::new(&container.info(), container.filters());
     if args.json {
         report::print_json(&summary)?;
     } else {
@@ -33,6 +35,10 @@ struct Summary {
     border: u32,
     /// What lies beyond the edges, in x and y.
     address: [&'static str; 2],
+    /// Red, green, blue and alpha in hexadecimal digits, where an edge has one.
+    border_color: Option<String>,
+    /// Whether texels of coarser levels lie in the middle of what they cover, or keep the positions of finer ones.
+    positions: &'static str,
     /// How many there are.
     levels: usize,
     /// Width and height of each level in texels, the finest first.
@@ -61,6 +67,21 @@ struct Summary {
 struct LayerSummary {
     name: String,
     format: &'static str,
+    /// Texels of the texture along one of the layer.
+    scale: u32,
+    /// What made the coarser levels, where the file says.
+    filter: Option<String>,
+    /// Of the layer in a tile, decoded.
+    tile_bytes: usize,
+}
+
+impl LayerSummary {
+    fn text(&self) -> String {
+        let LayerSummary { name, format, scale, tile_bytes, .. } = self;
+        let scale = if *scale == 1 { String::new() } else { format!(" at 1/{scale}") };
+        let filter = self.filter.as_ref().map(|name| format!(", filter {name}")).unwrap_or_default();
+        format!("{name} ({format}{scale}{filter}, {tile_bytes} bytes a tile)")
+    }
 }
 
 /// Stored tiles by how they are compressed.
@@ -72,12 +93,16 @@ struct Codecs {
 }
 
 impl Summary {
-    fn new(info: &Info) -> Summary {
+    /// `filters` has a name for each layer, or none.
+    fn new(info: &Info, filters: &[String]) -> Summary {
         let geometry = &info.description.geometry;
         let [x, y, _] = geometry.address();
-        let layer = |layer: &vastex_core::Layer| LayerSummary {
+        let layer = |(number, layer): (usize, &vastex_core::Layer)| LayerSummary {
             name: layer.name.clone(),
             format: layer.format.name(),
+            scale: layer.scale,
+            filter: filters.get(number).cloned(),
+            tile_bytes: info.description.layer_bytes(layer),
         };
         let [none, lz4, zstd] = info.stored_by_codec;
         Summary {
@@ -86,10 +111,17 @@ impl Summary {
             page: geometry.page()[0],
             border: geometry.border()[0],
             address: [x, y].map(address_name),
+            border_color: [x, y]
+                .contains(&AddressMode::Border)
+                .then(|| hexadecimal(info.description.border_color)),
+            positions: match geometry.spec().positions {
+                TexelPositions::Centered => "centered",
+                TexelPositions::Kept => "kept",
+            },
             levels: info.levels().len(),
             level_sizes: info.levels().iter().map(|level| first_two(level.size)).collect(),
             tail_level: geometry.tail().first_level(),
-            layers: info.description.layers.iter().map(layer).collect(),
+            layers: info.description.layers.iter().enumerate().map(layer).collect(),
             pages: info.pages,
             tiles: info.tiles,
             constant_tiles: info.constant_tiles,
@@ -105,7 +137,8 @@ impl Summary {
 
     fn text(&self) -> String {
         let [width, height] = self.size;
-        let layers: Vec<_> = self.layers.iter().map(|l| format!("{} ({})", l.name, l.format)).collect();
+        let color = self.border_color.as_ref().map(|color| format!(" ({color})")).unwrap_or_default();
+        let layers: Vec<_> = self.layers.iter().map(LayerSummary::text).collect();
         let Codecs { none, lz4, zstd } = self.stored_by_codec;
         let aligned = match self.align {
             1 => String::new(),
@@ -115,7 +148,8 @@ impl Summary {
             ("size", format!("{width} x {height} texels")),
             ("levels", format!("{}, from level {} on in the tail", self.levels, self.tail_level)),
             ("page", format!("{} texels, border {}", self.page, self.border)),
-            ("address", self.address.join(", ")),
+            ("address", self.address.join(", ") + &color),
+            ("positions", self.positions.into()),
             ("layers", layers.join(", ")),
             ("tiles", format!("{} for {} pages", self.tiles, self.pages)),
             ("  constant", format!("{}", self.constant_tiles)),
@@ -131,6 +165,10 @@ impl Summary {
 
 fn first_two([x, y, _]: [u32; 3]) -> [u32; 2] {
     [x, y]
+}
+
+fn hexadecimal(color: [u8; 4]) -> String {
+    color.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 fn address_name(mode: AddressMode) -> &'static str {

@@ -31,12 +31,12 @@ pub enum ReplaceError {
         what: String,
     },
     /// The image's texels are not those of the container.
-    #[error("{path}: makes texels of {image}, and the container holds {container}; convert the image", path = path.display())]
+    #[error("{path}: holds {image}, which cannot become the container's {container}; convert the image", path = path.display())]
     Format {
         /// The image.
         path: PathBuf,
-        /// The format of a layer made of it.
-        image: &'static str,
+        /// What its texels are.
+        image: String,
         /// The format of the container's layer.
         container: &'static str,
     },

@@ -21,9 +21,10 @@ use vastex_tiles::{Compression, Container, ContainerUpdate, EncodedTile, TileSou
 
 pub use error::ReplaceError;
 
-use crate::convert::{layer_format, layer_row_from_image_row};
-use crate::filter::Filter;
+use crate::convert::Conversion;
+use crate::filter::{Filter, LayerFilter, LevelsFrom};
 use crate::readers::{ImageHeader, RowReader, open};
+use crate::texel::texel_of_color;
 use crate::{InputFault, Progress, thread_pool};
 use patch::Patch;
 use spans::{Axis, Piece, Spans};
@@ -65,10 +66,11 @@ pub fn replace(
     let mut update = ContainerUpdate::open(file, options.durable)?;
     let pool = thread_pool(options.threads).map_err(ReplaceError::Threads)?;
     let replacement = Replacement::new(update.container(), &pool)?;
+    let conversion = replacement.conversion(image, reader.header())?;
     let changed = replacement.region(image, reader.header(), at)?;
     replacement.check_memory(image, reader.header(), &changed, options.memory_limit)?;
     let mut finest = replacement.patch(0, &changed)?;
-    read_image(&mut *reader, &changed, &mut finest, replacement.texel, progress).map_err(|s| match s {
+    read_image(&mut *reader, &changed, &mut finest, &conversion, progress).map_err(|s| match s {
         Some(fault) => in_image(fault),
         None => ReplaceError::Cancelled,
     })?;
@@ -83,6 +85,8 @@ struct Replacement<'a> {
     old: Arc<Container>,
     description: Arc<Description>,
     filter: Filter,
+    /// A texel of the border colour.
+    color: Vec<u8>,
     compression: Compression,
     /// Bytes of a texel.
     texel: usize,
@@ -96,6 +100,11 @@ impl<'a> Replacement<'a> {
         let [layer] = description.layers.as_slice() else {
             return Err(refuse(format!("it has {} layers", description.layers.len())));
         };
+        if layer.format.is_compressed() {
+            let what =
+                "its layer is compressed in blocks, and the coarser levels need the texels from before that";
+            return Err(refuse(what.into()));
+        }
         if geometry.dims() != Dims::D2 {
             return Err(refuse("it holds a volume".into()));
         }
@@ -105,11 +114,18 @@ impl<'a> Replacement<'a> {
         let [name] = old.filters() else {
             return Err(refuse("it does not say how its levels were filtered".into()));
         };
-        let filter = Filter::named(layer.format, name).ok_or_else(|| {
+        let filter = name.parse::<LayerFilter>().ok().and_then(|filter| filter.for_format(layer.format).ok());
+        let filter = filter.ok_or_else(|| {
             refuse(format!("its levels were made by the filter {name:?}, which is not known"))
         })?;
+        if filter.from != LevelsFrom::Chain {
+            let what = "and only levels made from the next finer one can be made again in one place";
+            return Err(refuse(format!("its levels were made by the filter {name:?}, {what}")));
+        }
+        let color = texel_of_color(layer.format, description.border_color);
+        let filter = Filter::new(filter, layer.format, 2);
         let (compression, texel) = (usual_compression(old), layer.format.texel_bytes());
-        Ok(Replacement { pool, old: old.clone(), description, filter, compression, texel })
+        Ok(Replacement { pool, old: old.clone(), description, filter, color, compression, texel })
     }
 
     fn geometry(&self) -> &Geometry {
@@ -117,16 +133,22 @@ impl<'a> Replacement<'a> {
     }
 
     fn axes(&self, level: u8) -> [Axis; 2] {
-        [0, 1].map(|axis| Axis::new(self.geometry(), level, axis))
+        [0, 1].map(|axis| Axis::new(self.geometry(), level, axis, self.filter.reach))
+    }
+
+    /// How the image becomes the container's texels.
+    fn conversion(&self, path: &Path, image: &ImageHeader) -> Result<Conversion, ReplaceError> {
+        let held = self.description.layers[0].format;
+        let (image_holds, container) = (image.format.to_string(), held.name());
+        Conversion::new(image, held, true).ok_or_else(|| ReplaceError::Format {
+            path: path.into(),
+            image: image_holds,
+            container,
+        })
     }
 
     /// The texels of level 0 that change, if the image suits the container.
     fn region(&self, path: &Path, image: &ImageHeader, at: [u32; 2]) -> Result<[Spans; 2], ReplaceError> {
-        let (made, held) = (layer_format(image), self.description.layers[0].format);
-        if made != held {
-            let (image, container) = (made.name(), held.name());
-            return Err(ReplaceError::Format { path: path.into(), image, container });
-        }
         let size = [image.width, image.height];
         let texture = [self.geometry().size()[0], self.geometry().size()[1]];
         let end = [0, 1].map(|a| at[a].checked_add(size[a]).filter(|&end| end <= texture[a]));
@@ -202,7 +224,7 @@ impl<'a> Replacement<'a> {
             let axes = self.axes(level);
             changed = [0, 1].map(|a| axes[a].coarser(&changed[a]));
             let mut next = self.patch(level + 1, &changed)?;
-            self.pool.install(|| next.filter_from(&patch, axes, &changed, self.filter));
+            self.pool.install(|| next.filter_from(&patch, axes, &changed, &self.filter, &self.color));
             patch = next;
         }
         if tail != before {
@@ -340,10 +362,10 @@ fn read_image(
     reader: &mut dyn RowReader,
     changed: &[Spans; 2],
     patch: &mut Patch,
-    texel: usize,
+    conversion: &Conversion,
     progress: &dyn Progress,
 ) -> Result<(), Option<InputFault>> {
-    let (format, height) = (reader.header().format, reader.header().height);
+    let height = reader.header().height;
     let mut image_row = vec![0; reader.header().row_bytes()];
     for (done, y) in (0..).zip(changed[1].texels()) {
         if progress.advance(done, height.into(), 0).is_break() {
@@ -351,8 +373,7 @@ fn read_image(
         }
         reader.read_rows(&mut image_row).map_err(Some)?;
         for columns in changed[0].ranges() {
-            debug_assert_eq!(columns.len() * texel, patch.row(y, columns).len());
-            layer_row_from_image_row(patch.row_mut(y, columns), &image_row, format);
+            conversion.row(patch.row_mut(y, columns), &image_row);
         }
     }
     Ok(())

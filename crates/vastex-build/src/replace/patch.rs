@@ -41,46 +41,55 @@ impl Patch {
         start..start + columns.len() * self.texel
     }
 
-    /// The texels of a range of one row, all of which are here.
-    pub(super) fn row(&self, y: u32, columns: &Range<u32>) -> &[u8] {
-        &self.bytes[self.place(y, columns)]
-    }
-
-    /// As [`Patch::row`], to be filled.
+    /// The texels of a range of one row, all of which are here, to be filled.
     pub(super) fn row_mut(&mut self, y: u32, columns: &Range<u32>) -> &mut [u8] {
         let place = self.place(y, columns);
         &mut self.bytes[place]
     }
 
-    /// Makes the texels `changed` from those of the finer level, whose axes are `axes`.
+    /// Makes the texels `changed` from those of the finer level, whose axes are `axes`. `color` is a texel of the border
+    /// colour.
     pub(super) fn filter_from(
         &mut self,
         finer: &Patch,
         axes: [Axis; 2],
         changed: &[Spans; 2],
-        filter: Filter,
+        filter: &Filter,
+        color: &[u8],
     ) {
         let (row_bytes, texel) = (self.row_bytes(), self.texel);
         let (columns, rows) = (&self.columns, &self.rows);
         let texel_rows: Vec<u32> = rows.texels().collect();
+        // For each range of columns, where its sources lie in a row of the finer patch.
+        let sources = |range: &Range<u32>| {
+            let source = |texel| axes[0].inside(texel).and_then(|texel| finer.columns.index_of(texel));
+            (range.clone(), filter.reach.of_run(range).map(source).collect::<Vec<_>>())
+        };
+        let ranges: Vec<_> = changed[0].ranges().iter().map(sources).collect();
         let make = |(&y, row): (&u32, &mut [u8])| {
-            let pair = [2 * y, axes[1].fold(2 * y + 1)];
-            for range in changed[0].ranges() {
-                let [upper, lower] = pair.map(|y| finer.pairs(y, range, axes[0]));
+            for (range, sources) in &ranges {
+                let fine_rows = filter.reach.of(y).map(|y| match axes[1].inside(y) {
+                    Some(y) => finer.gather(y, sources, color),
+                    None => color.repeat(sources.len()),
+                });
+                let fine_rows: Vec<Vec<u8>> = fine_rows.collect();
+                let fine_rows: Vec<&[u8]> = fine_rows.iter().map(Vec::as_slice).collect();
                 let start = columns.index_of(range.start).unwrap_or_default() * texel;
-                filter.row(&mut row[start..start + range.len() * texel], &upper, &lower);
+                filter.row(&mut row[start..start + range.len() * texel], &fine_rows);
             }
         };
         let rows = texel_rows.par_iter().zip(self.bytes.par_chunks_exact_mut(row_bytes));
         rows.filter(|(y, _)| changed[1].contains(**y)).for_each(make);
     }
 
-    /// Of one row, the two texels of which each of `coarse` is made.
-    fn pairs(&self, y: u32, coarse: &Range<u32>, axis: Axis) -> Vec<u8> {
-        let (first, last) = (2 * coarse.start, axis.fold(2 * coarse.end - 1));
-        let even_end = 2 * coarse.end - 1;
-        let mut texels = self.row(y, &(first..even_end)).to_vec();
-        texels.extend_from_slice(self.row(y, &(last..last + 1)));
+    /// Of one row the texels at these places, or the border colour.
+    fn gather(&self, y: u32, places: &[Option<usize>], color: &[u8]) -> Vec<u8> {
+        let start = self.rows.index_of(y).unwrap_or_default() * self.row_bytes();
+        let row = &self.bytes[start..start + self.row_bytes()];
+        let mut texels = Vec::with_capacity(places.len() * self.texel);
+        for place in places {
+            texels.extend_from_slice(place.map_or(color, |place| &row[place * self.texel..][..self.texel]));
+        }
         texels
     }
 

@@ -1,11 +1,13 @@
 //! Which texels along one axis change, level by level, and which pages show them.
 //!
-//! What changes of an image is a rectangle, and stays columns times rows on every level. At a wrapping edge of an odd
-//! size the last texel of the next level is made of the first ones too, so along an axis there can be two ranges.
+//! What changes of an image is a rectangle, and stays columns times rows on every level. At a wrapping edge the texels of
+//! the next level near one end can be made of those at the other end too, so along an axis there can be several ranges.
 
 use std::ops::Range;
 
-use vastex_core::{AddressMode, Geometry, fold};
+use vastex_core::{AddressMode, Geometry, fold, is_border_color};
+
+use crate::filter::Reach;
 
 /// Texels along one axis of a level: ranges that ascend and do not touch.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -88,10 +90,12 @@ pub(super) struct Axis {
     page: u32,
     pages: u32,
     border: u32,
+    /// How the next level is made.
+    reach: Reach,
 }
 
 impl Axis {
-    pub(super) fn new(geometry: &Geometry, level: u8, axis: usize) -> Axis {
+    pub(super) fn new(geometry: &Geometry, level: u8, axis: usize, reach: Reach) -> Axis {
         let shape = geometry.level(level);
         let size = shape.size[axis];
         let in_tail = level >= geometry.tail().first_level();
@@ -101,29 +105,55 @@ impl Axis {
             page: if in_tail { size } else { geometry.page()[axis] },
             pages: if in_tail { 1 } else { shape.pages[axis] },
             border: geometry.border()[axis],
+            reach,
         }
     }
 
-    /// The texel inside the level that `texel` stands for.
-    pub(super) fn fold(&self, texel: u32) -> u32 {
-        fold(self.mode, texel.into(), self.size)
+    /// The texel inside the level that `texel` stands for; nothing where the border colour stands.
+    pub(super) fn inside(&self, texel: i64) -> Option<u32> {
+        (!is_border_color(self.mode, texel, self.size)).then(|| fold(self.mode, texel, self.size))
+    }
+
+    /// The texels that one of the next level is made of.
+    fn sources(&self, coarse: u32) -> impl Iterator<Item = u32> + '_ {
+        self.reach.of(coarse).filter_map(|texel| self.inside(texel))
+    }
+
+    /// The texels of the next level that look beyond an edge.
+    fn at_edges(&self) -> impl Iterator<Item = u32> + use<> {
+        let (count, factor) = (self.size.div_ceil(self.reach.factor), i64::from(self.reach.factor));
+        let texels = |n: i64| (n.max(0).div_euclid(factor) + 1).min(count.into()) as u32;
+        let before = texels(-self.reach.first);
+        let after = texels(self.reach.first + i64::from(self.reach.count));
+        (0..before).chain((count - after).max(before)..count)
     }
 
     /// Texels of the next level that are made of any of `changed`.
     pub(super) fn coarser(&self, changed: &Spans) -> Spans {
-        let beyond = !self.size.is_multiple_of(2) && changed.contains(self.fold(self.size));
-        let last = self.size / 2;
-        let halves = changed.ranges().iter().map(|range| range.start / 2..range.end.div_ceil(2));
-        Spans::new(halves.chain(beyond.then_some(last..last + 1)))
+        let (count, factor) =
+            (i64::from(self.size.div_ceil(self.reach.factor)), i64::from(self.reach.factor));
+        let made = |range: &Range<u32>| {
+            // The first whose last source is not before the range, and the last whose first source is not behind it.
+            let last_source = self.reach.first + i64::from(self.reach.count) - 1;
+            let first = (i64::from(range.start) - last_source + factor - 1).div_euclid(factor);
+            let last = (i64::from(range.end) - 1 - self.reach.first).div_euclid(factor);
+            first.clamp(0, count) as u32..(last + 1).clamp(0, count) as u32
+        };
+        let edges =
+            self.at_edges().filter(|&coarse| self.sources(coarse).any(|texel| changed.contains(texel)));
+        Spans::new(changed.ranges().iter().map(made).chain(edges.map(|coarse| coarse..coarse + 1)))
     }
 
     /// Texels that those of the next level are made of.
     pub(super) fn finer(&self, coarse: &Spans) -> Spans {
-        let ranges = coarse.ranges().iter().flat_map(|range| {
-            let last = self.fold(2 * range.end - 1);
-            [2 * range.start..(2 * range.end).min(self.size), last..last + 1]
+        let inside = |texel: i64| texel.clamp(0, self.size.into()) as u32;
+        let direct = coarse.ranges().iter().map(|range| {
+            let sources = self.reach.of_run(range);
+            inside(sources.start)..inside(sources.end)
         });
-        Spans::new(ranges)
+        let edges = self.at_edges().filter(|&texel| coarse.contains(texel));
+        let folded = edges.flat_map(|texel| self.sources(texel)).map(|texel| texel..texel + 1);
+        Spans::new(direct.chain(folded))
     }
 
     /// The pages whose tiles show any of `changed`, ascending.
@@ -148,8 +178,10 @@ impl Axis {
     pub(super) fn runs(&self, changed: &Spans, patch: &Spans, origin: i64, len: u32) -> Vec<Run> {
         let mut runs: Vec<Run> = Vec::new();
         for to in 0..len as usize {
-            let texel = fold(self.mode, origin + to as i64, self.size);
-            let Some(from) = patch.index_of(texel).filter(|_| changed.contains(texel)) else { continue };
+            let Some(texel) = self.inside(origin + to as i64).filter(|&texel| changed.contains(texel)) else {
+                continue;
+            };
+            let Some(from) = patch.index_of(texel) else { continue };
             match runs.last_mut() {
                 Some(run) if run.to + run.len == to && run.from + run.len == from => run.len += 1,
                 _ => runs.push(Run { to, from, len: 1 }),
@@ -180,11 +212,14 @@ impl Axis {
 mod tests {
     use super::*;
     use proptest::prelude::*;
-    use vastex_core::{GeometrySpec, PagePos};
+    use vastex_core::{GeometrySpec, LayerFormat, PagePos};
+
+    use crate::filter::{Filter, Kernel, LayerFilter, Meaning};
 
     #[test]
     fn at_a_wrapping_odd_edge_the_last_texel_changes_with_the_first() {
-        let axis = |mode| Axis { mode, size: 9, page: 9, pages: 1, border: 1 };
+        let reach = Reach { factor: 2, first: 0, count: 2 };
+        let axis = |mode| Axis { mode, size: 9, page: 9, pages: 1, border: 1, reach };
         let changed = Spans::one(0..1);
         assert_eq!(axis(AddressMode::Wrap).coarser(&changed), Spans::new([0..1, 4..5]));
         assert_eq!(axis(AddressMode::Clamp).coarser(&changed), Spans::one(0..1));
@@ -192,20 +227,34 @@ mod tests {
         assert_eq!(axis(AddressMode::Mirror).finer(&Spans::one(4..5)), Spans::one(8..9));
     }
 
+    #[test]
+    fn a_wide_kernel_looks_round_the_edge() {
+        let reach = Reach { factor: 2, first: -5, count: 12 };
+        let axis = |mode| Axis { mode, size: 100, page: 9, pages: 1, border: 1, reach };
+        let changed = Spans::one(0..1);
+        assert_eq!(axis(AddressMode::Wrap).coarser(&changed), Spans::new([0..3, 47..50]));
+        assert_eq!(axis(AddressMode::Border).coarser(&changed), Spans::one(0..3));
+        assert_eq!(axis(AddressMode::Wrap).finer(&Spans::one(0..1)), Spans::new([0..7, 95..100]));
+    }
+
     proptest! {
         #[test]
         fn what_changes_is_what_a_look_at_every_texel_finds(
             size in 1u32..200, page in 8u32..40, share in 0u32..100, start in 0u32..200, len in 1u32..200,
-            mode in prop::sample::select(vec![AddressMode::Clamp, AddressMode::Wrap, AddressMode::Mirror]),
+            kernel in prop::sample::select(Kernel::ALL.to_vec()),
+            mode in prop::sample::select(vec![
+                AddressMode::Clamp, AddressMode::Wrap, AddressMode::Mirror, AddressMode::Border,
+            ]),
         ) {
             let border = 1 + (page / 2 - 1) * share / 100;
             let spec = GeometrySpec { page, border, address: [mode; 3], ..GeometrySpec::image(size, 5000) };
             let geometry = Geometry::new(spec).unwrap();
-            let axis = Axis::new(&geometry, 0, 0);
+            let filter = LayerFilter::new(kernel, Meaning::Stored);
+            let axis = Axis::new(&geometry, 0, 0, Filter::new(filter, LayerFormat::R8, 2).reach);
             let start = start % size;
             let changed = Spans::one(start..(start + len).min(size));
-            let sources = |coarse: u32| [2 * coarse, 2 * coarse + 1].map(|texel| axis.fold(texel));
-            let coarse = (0..size.div_ceil(2)).filter(|&texel| sources(texel).iter().any(|&t| changed.contains(t)));
+            let sources = |coarse: u32| axis.reach.of(coarse).filter_map(|texel| axis.inside(texel));
+            let coarse = (0..size.div_ceil(2)).filter(|&texel| sources(texel).any(|t| changed.contains(t)));
             prop_assert_eq!(coarse.collect::<Vec<_>>(), axis.coarser(&changed).texels().collect::<Vec<_>>());
             let needed = axis.finer(&axis.coarser(&changed));
             for texel in axis.coarser(&changed).texels().flat_map(sources).chain(changed.texels()) {
@@ -213,7 +262,9 @@ mod tests {
             }
             let shows = |page: &u32| {
                 let tile = geometry.level_box_of_tile(PagePos::new_2d(0, *page, 0));
-                (0..i64::from(tile.size[0])).any(|i| changed.contains(fold(mode, tile.origin[0] + i, size)))
+                (0..i64::from(tile.size[0])).any(|i| {
+                    axis.inside(tile.origin[0] + i).is_some_and(|texel| changed.contains(texel))
+                })
             };
             let pages: Vec<u32> = (0..geometry.level(0).pages[0]).filter(shows).collect();
             prop_assert_eq!(axis.pages(&changed), pages);

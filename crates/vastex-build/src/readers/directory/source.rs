@@ -13,9 +13,9 @@ use vastex_tiles::{Codec, ReadError, ReadFuture, Tile, TileSource};
 
 use super::kept::KeptTiles;
 use super::{Grid, Source, interpolate, look_at_description, look_at_directory};
-use crate::convert::{layer_format, layer_row_from_image_row};
+use crate::convert::{Conversion, layer_format};
 use crate::error::{BuildError, InputFault};
-use crate::filter::Filter;
+use crate::filter::{Filter, LayerFilter};
 use crate::notice::Notice;
 use crate::readers::{ImageHeader, PixelFormat};
 
@@ -55,9 +55,15 @@ impl DirectorySource {
             ..GeometrySpec::image(header.width, header.height)
         })?;
         let description = Description::one_layer(geometry, layer_format(&header));
+        let conversion = Conversion::usual(&header);
         let kept = KeptTiles::new(source.grid.cell(), source.format);
-        let levels =
-            Levels { grid: source.grid, format: source.format, address: [x, AddressMode::Clamp], kept };
+        let levels = Levels {
+            grid: source.grid,
+            format: source.format,
+            conversion,
+            address: [x, AddressMode::Clamp],
+            kept,
+        };
         let made = made_levels(&levels, &description).map_err(at_path)?;
         Ok(DirectorySource { description: Arc::new(description), levels, made, notices: source.notices })
     }
@@ -97,7 +103,7 @@ impl DirectorySource {
             let image = self.levels.texels(level.into(), [x, y], [width, height])?;
             let image_row = width as usize * self.levels.format.texel_bytes();
             for (row, image) in rows.zip(image.chunks_exact(image_row)) {
-                layer_row_from_image_row(row, image, self.levels.format);
+                self.levels.conversion.row(row, image);
             }
             return Ok(());
         };
@@ -154,6 +160,7 @@ impl TileSource for DirectorySource {
 struct Levels {
     grid: Box<dyn Grid>,
     format: PixelFormat,
+    conversion: Conversion,
     address: [AddressMode; 2],
     kept: KeptTiles,
 }
@@ -226,7 +233,8 @@ impl Levels {
 fn made_levels(levels: &Levels, description: &Description) -> Result<Vec<Vec<u8>>, InputFault> {
     let geometry = &description.geometry;
     let format = description.layers[0].format;
-    let (filter, texel) = (Filter::new(format, true), format.texel_bytes());
+    let filter = Filter::new(LayerFilter::for_layer("color", format, true), format, 2);
+    let texel = format.texel_bytes();
     let first = levels.grid.levels() as usize;
     let mut made: Vec<Vec<u8>> = Vec::new();
     for level in first..geometry.levels().len() {
@@ -255,7 +263,7 @@ fn made_levels(levels: &Levels, description: &Description) -> Result<Vec<Vec<u8>
                 rows.chunks_exact_mut(width as usize * texel).zip(fine.chunks_exact(2 * row_bytes))
             {
                 let (upper, lower) = pair.split_at(row_bytes);
-                filter.row(row, upper, lower);
+                filter.row(row, &[upper, lower]);
             }
         }
         made.push(coarse);
@@ -272,7 +280,7 @@ fn strip_of_directory(
 ) -> Result<Vec<u8>, InputFault> {
     let image = levels.texels(level, [0, top.into()], [columns, count])?;
     let mut rows = vec![0; columns as usize * count as usize * texel];
-    layer_row_from_image_row(&mut rows, &image, levels.format);
+    levels.conversion.row(&mut rows, &image);
     Ok(rows)
 }
 

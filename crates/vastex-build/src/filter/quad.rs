@@ -1,83 +1,62 @@
-//! Box filters: one row of a level from two rows of the next finer one, as that is stored.
+//! Four texels made one, in integers: a row of a level from two rows of the next finer one, as that is stored.
 //!
-//! - Data (`R8`, `RG8`, `R16`), and colour stored as it is: the mean of four values, halves rounded up, every channel
-//!   by itself.
+//! - Channels of 8 or 16 bits: the mean of four values, halves rounded up, every channel by itself.
 //! - Linear colour: alpha is such a mean; the colours are weighted by alpha, halves rounded up. Where all four texels are
 //!   transparent, their colours count alike, so that colour under transparency survives.
 //! - sRGB colour: as linear colour, on values decoded to 16 bits and rounded; the mean is encoded to the nearest of
 //!   the 256 values.
+//! - Majority: the texel that is met most often; of several the smallest, its bytes read as a little-endian number.
 //!
-//! Address modes are no business of a filter: its rows have an even number of texels, the odd edge folded already.
+//! Address modes are no business of this file: its rows have an even number of texels, the odd edge folded already.
 
-use std::sync::LazyLock;
-
-use half::f16;
 use vastex_core::LayerFormat;
+
+use super::{Kernel, LayerFilter, Meaning};
+use crate::texel::SRGB;
 
 /// How one texel is made from four.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Filter {
+pub(crate) enum Quad {
     /// So many 8-bit channels, each by itself.
     Mean8 { channels: usize },
     /// So many 16-bit channels, each by itself.
     Mean16 { channels: usize },
-    /// So many channels of 16-bit floats, each by itself.
-    MeanHalf { channels: usize },
-    /// One channel of 32-bit floats.
-    MeanFloat,
     /// Four channels, linear, weighted by the fourth.
     LinearColor,
     /// Four channels, three of them sRGB-encoded, weighted by the fourth.
     SrgbColor,
+    /// The most frequent of the texels, of so many bytes.
+    Majority { bytes: usize },
 }
 
-impl Filter {
-    /// The filter of a layer. `linear_light` false filters colour as it is stored.
-    pub(crate) fn new(format: LayerFormat, linear_light: bool) -> Filter {
-        match format.decoded() {
-            LayerFormat::Rgba16 => Filter::Mean16 { channels: 4 },
-            LayerFormat::R16Float => Filter::MeanHalf { channels: 1 },
-            LayerFormat::Rgba16Float => Filter::MeanHalf { channels: 4 },
-            LayerFormat::R32Float => Filter::MeanFloat,
-            LayerFormat::R8 => Filter::Mean8 { channels: 1 },
-            LayerFormat::Rg8 => Filter::Mean8 { channels: 2 },
-            LayerFormat::R16 => Filter::Mean16 { channels: 1 },
-            LayerFormat::Rgba8 if linear_light => Filter::LinearColor,
-            LayerFormat::Rgba8Srgb if linear_light => Filter::SrgbColor,
-            _ => Filter::Mean8 { channels: 4 },
-        }
-    }
-
-    /// What a container calls the filter, from which it can be found again.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Filter::Mean8 { .. } | Filter::Mean16 { .. } | Filter::MeanHalf { .. } | Filter::MeanFloat => {
-                "box"
+impl Quad {
+    /// The integer arithmetic of a filter, where there is one.
+    pub(super) fn new(filter: LayerFilter, format: LayerFormat) -> Option<Quad> {
+        use LayerFormat::{R8, R16, Rg8, Rgba8, Rgba8Srgb, Rgba16};
+        match (filter.kernel, filter.meaning, format) {
+            (Kernel::Majority, ..) => Some(Quad::Majority { bytes: format.texel_bytes() }),
+            (Kernel::Box, Meaning::Stored, R8 | Rg8 | Rgba8 | Rgba8Srgb) => {
+                Some(Quad::Mean8 { channels: format.channels() })
             }
-            Filter::LinearColor | Filter::SrgbColor => "box-linear",
+            (Kernel::Box, Meaning::Stored, R16 | Rgba16) => {
+                Some(Quad::Mean16 { channels: format.channels() })
+            }
+            (Kernel::Box, Meaning::LinearColor, Rgba8) => Some(Quad::LinearColor),
+            (Kernel::Box, Meaning::LinearColor, Rgba8Srgb) => Some(Quad::SrgbColor),
+            _ => None,
         }
-    }
-
-    /// The filter of a layer that a container calls `name`; nothing for one that is not known here.
-    pub(crate) fn named(format: LayerFormat, name: &str) -> Option<Filter> {
-        [true, false].map(|linear| Filter::new(format, linear)).into_iter().find(|f| f.name() == name)
     }
 
     /// Fills `coarse` with the means of 2x2 texels; `upper` and `lower` hold twice as many texels as it.
     pub(crate) fn row(self, coarse: &mut [u8], upper: &[u8], lower: &[u8]) {
         match self {
-            Filter::Mean8 { channels: 1 } => mean8::<1, 2>(coarse, upper, lower),
-            Filter::Mean8 { channels: 2 } => mean8::<2, 4>(coarse, upper, lower),
-            Filter::Mean8 { .. } => mean8::<4, 8>(coarse, upper, lower),
-            Filter::Mean16 { channels: 1 } => mean::<2, 1>(coarse, upper, lower, mean16),
-            Filter::Mean16 { .. } => mean::<2, 4>(coarse, upper, lower, mean16),
-            Filter::MeanHalf { channels: 1 } => mean::<2, 1>(coarse, upper, lower, mean_half),
-            Filter::MeanHalf { .. } => mean::<2, 4>(coarse, upper, lower, mean_half),
-            Filter::MeanFloat => mean::<4, 1>(coarse, upper, lower, |four| {
-                (four.map(f32::from_le_bytes).iter().sum::<f32>() * 0.25).to_le_bytes()
-            }),
-            Filter::LinearColor => color(coarse, upper, lower, u32::from, |mean| mean as u8),
-            Filter::SrgbColor => {
+            Quad::Mean8 { channels: 1 } => mean8::<1, 2>(coarse, upper, lower),
+            Quad::Mean8 { channels: 2 } => mean8::<2, 4>(coarse, upper, lower),
+            Quad::Mean8 { .. } => mean8::<4, 8>(coarse, upper, lower),
+            Quad::Mean16 { channels: 1 } => mean::<2, 1>(coarse, upper, lower, mean16),
+            Quad::Mean16 { .. } => mean::<2, 4>(coarse, upper, lower, mean16),
+            Quad::LinearColor => color(coarse, upper, lower, u32::from, |mean| mean as u8),
+            Quad::SrgbColor => {
                 let srgb = &*SRGB;
                 color(
                     coarse,
@@ -87,7 +66,28 @@ impl Filter {
                     |mean| srgb.srgb_from_linear[mean as u16 as usize],
                 );
             }
+            Quad::Majority { bytes: 1 } => majority::<1>(coarse, upper, lower),
+            Quad::Majority { bytes: 2 } => majority::<2>(coarse, upper, lower),
+            Quad::Majority { bytes: 4 } => majority::<4>(coarse, upper, lower),
+            Quad::Majority { .. } => majority::<8>(coarse, upper, lower),
         }
+    }
+}
+
+/// Texels of `B` bytes.
+fn majority<const B: usize>(coarse: &mut [u8], upper: &[u8], lower: &[u8]) {
+    let number = |texel: &[u8; B]| texel.iter().rev().fold(0u64, |n, &byte| n << 8 | u64::from(byte));
+    let (upper, lower) = (upper.as_chunks::<B>().0, lower.as_chunks::<B>().0);
+    let pairs = upper.as_chunks::<2>().0.iter().zip(lower.as_chunks::<2>().0);
+    for (to, (&[a, b], &[c, d])) in coarse.as_chunks_mut::<B>().0.iter_mut().zip(pairs) {
+        let four = [a, b, c, d];
+        let count = |texel: &[u8; B]| four.iter().filter(|other| *other == texel).count();
+        let better = |best: [u8; B], next: [u8; B]| {
+            let (of_best, of_next) = (count(&best), count(&next));
+            let wins = of_next > of_best || of_next == of_best && number(&next) < number(&best);
+            if wins { next } else { best }
+        };
+        *to = [b, c, d].into_iter().fold(a, better);
     }
 }
 
@@ -120,11 +120,6 @@ fn mean16(four: [[u8; 2]; 4]) -> [u8; 2] {
     (((sum + 2) >> 2) as u16).to_le_bytes()
 }
 
-fn mean_half(four: [[u8; 2]; 4]) -> [u8; 2] {
-    let sum: f32 = four.iter().map(|&v| f16::from_le_bytes(v).to_f32()).sum();
-    f16::from_f32(sum * 0.25).to_le_bytes()
-}
-
 /// Four channels; `decode` a stored colour value and `encode` a mean of decoded ones.
 #[inline(always)]
 fn color(
@@ -155,45 +150,34 @@ fn color(
     }
 }
 
-/// The transfer curve of sRGB as tables: 8 bits encoded, 16 bits linear.
-struct Srgb {
-    linear_from_srgb: [u16; 256],
-    srgb_from_linear: Box<[u8; 65536]>,
-}
-
-static SRGB: LazyLock<Srgb> = LazyLock::new(|| {
-    let linear = |s: f64| if s <= 0.04045 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) };
-    let linear_from_srgb = std::array::from_fn(|v| (linear(v as f64 / 255.0) * 65535.0).round() as u16);
-    // A value is encoded as v where it lies between what v - 1/2 and v + 1/2 decode to.
-    let mut srgb_from_linear = Box::new([0; 65536]);
-    let mut start = 0;
-    for v in 0..256 {
-        let end = if v == 255 { 65536 } else { (linear((v as f64 + 0.5) / 255.0) * 65535.0).ceil() as usize };
-        srgb_from_linear[start..end].fill(v as u8);
-        start = end;
-    }
-    Srgb { linear_from_srgb, srgb_from_linear }
-});
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn quad(name: &str, format: LayerFormat) -> Quad {
+        Quad::new(name.parse().unwrap(), format).unwrap()
+    }
+
     #[test]
-    fn encoding_undoes_decoding_and_never_falls() {
-        for v in 0..=255u8 {
-            assert_eq!(SRGB.srgb_from_linear[usize::from(SRGB.linear_from_srgb[usize::from(v)])], v);
+    fn the_most_frequent_texel_wins_then_the_smallest() {
+        for (four, expected) in [([7, 3, 3, 9], 3), ([9, 2, 9, 2], 2), ([8, 5, 6, 7], 5), ([4, 4, 4, 1], 4)] {
+            let mut out = [0; 1];
+            quad("majority", LayerFormat::R8).row(&mut out, &four[..2], &four[2..]);
+            assert_eq!(out, [expected]);
+            let mut out = [0; 2];
+            let wide = four.map(|v| (u16::from(v) * 256).to_le_bytes());
+            quad("majority", LayerFormat::R16).row(&mut out, &wide[..2].concat(), &wide[2..].concat());
+            assert_eq!(u16::from_le_bytes(out), u16::from(expected) * 256);
         }
-        assert!(SRGB.srgb_from_linear.is_sorted());
     }
 
     #[test]
     fn means_round_halves_up() {
         let mut out = [0; 1];
-        Filter::Mean8 { channels: 1 }.row(&mut out, &[0, 1], &[1, 0]);
+        Quad::Mean8 { channels: 1 }.row(&mut out, &[0, 1], &[1, 0]);
         assert_eq!(out, [1]);
         let mut out = [0; 2];
-        Filter::Mean16 { channels: 1 }.row(&mut out, &[0xff, 0xff, 0xff, 0xff], &[0xff, 0xff, 0xfd, 0xff]);
+        Quad::Mean16 { channels: 1 }.row(&mut out, &[0xff, 0xff, 0xff, 0xff], &[0xff, 0xff, 0xfd, 0xff]);
         assert_eq!(u16::from_le_bytes(out), 0xffff);
     }
 
@@ -202,9 +186,9 @@ mod tests {
         let (black, white) = ([0, 0, 0, 255], [255; 4]);
         let (upper, lower) = ([black, white].concat(), [white, black].concat());
         for (filter, expected) in [
-            (Filter::new(LayerFormat::Rgba8Srgb, true), 188),
-            (Filter::new(LayerFormat::Rgba8Srgb, false), 128),
-            (Filter::new(LayerFormat::Rgba8, true), 128),
+            (quad("box-linear", LayerFormat::Rgba8Srgb), 188),
+            (quad("box", LayerFormat::Rgba8Srgb), 128),
+            (quad("box-linear", LayerFormat::Rgba8), 128),
         ] {
             let mut out = [0; 4];
             filter.row(&mut out, &upper, &lower);
@@ -215,7 +199,7 @@ mod tests {
     #[test]
     fn transparent_texels_do_not_bleed_and_keep_their_own_colour() {
         let mut out = [0; 4];
-        let filter = Filter::LinearColor;
+        let filter = Quad::LinearColor;
         filter.row(&mut out, &[[200, 0, 0, 255], [0, 99, 0, 0]].concat(), &[[0, 99, 0, 0]; 2].concat());
         assert_eq!(out, [200, 0, 0, 64]);
         filter.row(&mut out, &[[8, 0, 0, 0]; 2].concat(), &[[4, 0, 0, 0]; 2].concat());
