@@ -106,7 +106,9 @@ pub fn merge(
             let (page, tile) = reader.tile(&description)?;
             let pos = order.pos_of(&description.geometry, page);
             let pos = pos.ok_or_else(|| reader.damaged(format!("page {page} of {total}")))?;
-            writer.append(pos, tile)?;
+            if let Some(tile) = tile {
+                writer.append(pos, tile)?;
+            }
             done += 1;
         }
         reader.expect_end()?;
@@ -182,17 +184,20 @@ impl PartReader {
         description::decode(&self.head.description).map_err(|fault| self.damaged(fault.to_string()))
     }
 
-    /// The next tile and its page's number.
-    fn tile(&mut self, description: &Description) -> Result<(u64, EncodedTile), MergeError> {
+    /// The number of the next page, and its tile if it has one.
+    fn tile(&mut self, description: &Description) -> Result<(u64, Option<EncodedTile>), MergeError> {
         let raw_len = description.tile_bytes();
         let mut head = [0; TileHead::BYTES];
         self.fill(&mut head)?;
         let head = TileHead::decode(&head, raw_len).map_err(|fault| self.damaged(fault))?;
+        if head.is_absent() {
+            return Ok((head.page, None));
+        }
         let bytes = self.bytes(head.len as usize)?;
         if checksum(&bytes) != head.checksum {
             return Err(self.damaged(format!("the tile of page {} is damaged", head.page)));
         }
-        Ok((head.page, head.with_bytes(Bytes::from(bytes), raw_len)))
+        Ok((head.page, Some(head.with_bytes(Bytes::from(bytes), raw_len))))
     }
 
     fn expect_end(&mut self) -> Result<(), MergeError> {

@@ -201,7 +201,8 @@ impl PartWriter {
         self.out.go_on_at(self.written.bytes).map_err(failed)
     }
 
-    /// Tiles that an interrupted writer had appended and that must not be appended again, its first ones.
+    /// Pages of which an interrupted writer had said what their tiles are, or that they have none; the first ones, which must not
+    /// come again.
     pub fn taken_over(&self) -> u64 {
         self.taken_over
     }
@@ -211,7 +212,7 @@ impl PartWriter {
         &self.description
     }
 
-    /// Appends a tile: those of the part's run, in the order of writing.
+    /// Appends a tile: those of the part's run, in the order of writing, but for pages that are [skipped](PartWriter::skip).
     pub fn append(&mut self, pos: PagePos, tile: &EncodedTile) -> Result<(), WriteError> {
         let refuse = |fault: &str| WriteError::Tile { name: self.name.clone(), pos, fault: fault.into() };
         let page = self.order.number_of(&self.description.geometry, pos);
@@ -229,9 +230,22 @@ impl PartWriter {
         Ok(())
     }
 
+    /// Says that the next page of the part's run has no tile.
+    pub fn skip(&mut self, pos: PagePos) -> Result<(), WriteError> {
+        let page = self.order.number_of(&self.description.geometry, pos);
+        let Some(page) = page.filter(|_| self.missing > 0) else {
+            let fault = "it is no page of this part".into();
+            return Err(WriteError::Tile { name: self.name.clone(), pos, fault });
+        };
+        let head = TileHead::absent(page);
+        self.out.write_all(&head.encode()).map_err(WriteError::io(&self.name))?;
+        self.count(&head);
+        Ok(())
+    }
+
     fn count(&mut self, tile: &TileHead) {
         self.missing -= 1;
-        self.written.tiles += 1;
+        self.written.tiles += u64::from(!tile.is_absent());
         self.written.constant_tiles += u64::from(tile.codec == Codec::Constant);
         self.written.bytes += TileHead::BYTES as u64 + tile.len;
     }

@@ -107,7 +107,8 @@ impl ResumableWriter {
         Ok(writer)
     }
 
-    /// Tiles that an interrupted writer had appended and that need not be appended again, its first ones.
+    /// Pages of which an interrupted writer had said what their tiles are, or that they have none; the first ones, which need
+    /// not come again.
     pub fn taken_over(&self) -> u64 {
         self.taken_over
     }
@@ -128,6 +129,17 @@ impl ResumableWriter {
         self.journal.note(&head, &bytes);
         let unjournalled = self.writer.offset() - self.journalled;
         if unjournalled >= TILE_BYTES || self.journal.pending_bytes() >= JOURNAL_BYTES {
+            self.bring_journal_up_to_date()?;
+        }
+        Ok(())
+    }
+
+    /// Says that a page has no tile, so that whoever goes on knows that it was thought of.
+    pub fn skip(&mut self, pos: PagePos) -> Result<(), WriteError> {
+        if let Some((page, false)) = self.writer.page(pos) {
+            self.journal.note(&TileHead::absent(page), &[]);
+        }
+        if self.journal.pending_bytes() >= JOURNAL_BYTES {
             self.bring_journal_up_to_date()?;
         }
         Ok(())
@@ -179,6 +191,10 @@ impl ResumableWriter {
         let raw_len = self.writer.description().tile_bytes();
         let Some(head) = records.next(raw_len)? else { return Ok(false) };
         let Some(pos) = self.writer.pos(head.page) else { return Ok(false) };
+        if head.is_absent() {
+            records.accept(0);
+            return Ok(true);
+        }
         let place = self.writer.place(pos.level, head.hash, head.codec);
         let bytes = match place {
             Place::Known => Some(Bytes::new()),

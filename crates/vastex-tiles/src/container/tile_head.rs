@@ -9,7 +9,7 @@ use crate::encode::EncodedTile;
 use crate::hash::checksum;
 use crate::tile::{Codec, Tile};
 
-/// A tile without its bytes.
+/// A tile without its bytes, or that a page has none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct TileHead {
     /// The number of its page in the index's order.
@@ -18,7 +18,7 @@ pub(super) struct TileHead {
     pub(super) hash: u128,
     /// Of the encoded bytes.
     pub(super) checksum: u64,
-    /// Encoded bytes.
+    /// Encoded bytes; 0 where the page has no tile.
     pub(super) len: u64,
     pub(super) codec: Codec,
 }
@@ -30,6 +30,16 @@ impl TileHead {
     pub(super) fn of(page: u64, tile: &EncodedTile) -> TileHead {
         let Tile { codec, bytes } = &tile.tile;
         TileHead { page, hash: tile.hash, checksum: tile.checksum, len: bytes.len() as u64, codec: *codec }
+    }
+
+    /// Says that a page has no tile.
+    pub(super) fn absent(page: u64) -> TileHead {
+        TileHead { page, hash: 0, checksum: checksum(&[]), len: 0, codec: Codec::Raw }
+    }
+
+    /// Whether the page has no tile.
+    pub(super) fn is_absent(&self) -> bool {
+        self.len == 0
     }
 
     pub(super) fn encode(&self) -> [u8; TileHead::BYTES] {
@@ -54,16 +64,15 @@ impl TileHead {
         let (page, low, high) = (fields.u64()?, fields.u64()?, fields.u64()?);
         let (tile_checksum, len, codec) = (fields.u64()?, fields.u64()?, fields.u64()?);
         let codec = u8::try_from(codec).map_err(|e| e.to_string()).and_then(Codec::from_number)?;
-        if len == 0 || len > raw_len as u64 {
+        if len > raw_len as u64 {
             return Err(format!("a tile of {len} bytes where {raw_len} are the most"));
         }
-        Ok(TileHead {
-            page,
-            hash: u128::from(high) << 64 | u128::from(low),
-            checksum: tile_checksum,
-            len,
-            codec,
-        })
+        let hash = u128::from(high) << 64 | u128::from(low);
+        let head = TileHead { page, hash, checksum: tile_checksum, len, codec };
+        if head.is_absent() && head != TileHead::absent(page) {
+            return Err("a tile of no bytes".into());
+        }
+        Ok(head)
     }
 
     /// The tile with its `bytes`, of which [`TileHead::checksum`] is known to be right.
@@ -107,6 +116,8 @@ mod tests {
         let bytes = head.encode();
         assert_eq!(TileHead::decode(&bytes, 40), Ok(head));
         assert!(TileHead::decode(&bytes, 39).is_err());
+        assert!(TileHead::decode(&TileHead { len: 0, ..head }.encode(), 40).is_err());
+        assert_eq!(TileHead::decode(&TileHead::absent(3).encode(), 40), Ok(TileHead::absent(3)));
         for bit in 0..8 * bytes.len() {
             let mut flipped = bytes;
             flipped[bit / 8] ^= 1 << (bit % 8);
