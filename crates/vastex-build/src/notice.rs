@@ -17,6 +17,19 @@ pub enum Notice {
     ColorTo8Bits,
     /// Floats of 64 bits became ones of 32.
     DoublesNarrowed,
+    /// Whole numbers beyond 2^24 were rounded to what a 32-bit float can hold.
+    IntegersRounded,
+    /// These channels of the file are no part of the picture.
+    ChannelsIgnored(String),
+    /// The picture is the file's data window, which is another than its display window.
+    DataWindow {
+        /// First texel of the data window, counted from that of the display window.
+        at: [i64; 2],
+        /// Size of the display window in texels.
+        of: [u64; 2],
+    },
+    /// So many rows of a mosaic have places where no piece lies; they are transparent, or black without alpha.
+    Gaps(u64),
     /// The file asks to be shown turned or mirrored; the value is EXIF's, 2 to 8.
     OrientationIgnored(u16),
     /// The file carries a colour profile; colours are taken as sRGB.
@@ -65,6 +78,16 @@ impl fmt::Display for Notice {
                 write!(f, "{why} cannot be read by rows: the whole image is held in memory, {mib} MiB")
             }
             Notice::ColorTo8Bits => write!(f, "16-bit colour is stored with 8 bits per channel"),
+            Notice::IntegersRounded => {
+                write!(f, "whole numbers beyond 16777216 are rounded to what 32-bit floats can hold")
+            }
+            Notice::ChannelsIgnored(names) => write!(f, "the channels {names} are left out"),
+            Notice::DataWindow { at: [x, y], of: [w, h] } => {
+                write!(f, "the data window is read, which begins at {x},{y} of a display window of {w}x{h}")
+            }
+            Notice::Gaps(rows) => {
+                write!(f, "{rows} rows have places where no piece lies: transparent, or black without alpha")
+            }
             Notice::DoublesNarrowed => write!(f, "64-bit floats are stored with 32 bits"),
             Notice::OrientationIgnored(o) => {
                 write!(

@@ -1,16 +1,19 @@
 //! Image files and tile directories, read row by row from the top.
 //!
-//! [`open`] looks at a file's first bytes, never at its name, and picks the reader. A reader tells size, texels and
+//! [`open`] looks at a file's first bytes, not at its name (but for raw files, which have nothing else), and picks the reader. A reader tells size, texels and
 //! what it will cost from the header alone, before it allocates anything that depends on them. What becomes of
 //! the rows is [`crate::convert`]'s and [`crate::pyramid`]'s business.
 
 pub(crate) mod directory;
 mod exif;
+mod exr;
 mod jpeg;
 mod jpeg_errors;
 mod jpeg_header;
+mod mosaic;
 mod pixel;
 mod png;
+mod raw;
 mod tiff;
 mod ycbcr;
 
@@ -95,9 +98,20 @@ pub fn open(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {
     if std::fs::metadata(path)?.is_dir() {
         return directory::open_directory(path);
     }
-    match open_image(path) {
-        Err(InputFault::Text) => directory::open_description(path)?.ok_or(InputFault::Text),
+    match open_file_of_texels(path) {
+        Err(InputFault::Text) => match mosaic::open(path)? {
+            Some(mosaic) => Ok(Box::new(mosaic)),
+            None => directory::open_description(path)?.ok_or(InputFault::Text),
+        },
         opened => opened,
+    }
+}
+
+/// Opens an image by its first bytes, or a raw one by the description beside it.
+fn open_file_of_texels(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {
+    match raw::find(path) {
+        Some(found) => Ok(Box::new(raw::RawReader::new(&found)?)),
+        None => open_image(path),
     }
 }
 
@@ -114,6 +128,7 @@ fn open_image(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {
         [b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..] => {
             Ok(Box::new(tiff::TiffReader::new(file)?))
         }
+        [0x76, 0x2f, 0x31, 0x01, ..] => Ok(Box::new(exr::ExrReader::new(file)?)),
         [0x89, b'V', b'T', b'X', b'P', b'A', b'R', b'T', ..] => Err(InputFault::Part),
         [0x89, b'V', b'T', b'X', ..] => Err(InputFault::Container),
         bytes if is_text(bytes) => Err(InputFault::Text),

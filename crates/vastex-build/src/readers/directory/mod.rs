@@ -21,6 +21,7 @@ use super::{ImageHeader, PixelFormat, RowReader, open_file};
 use crate::error::InputFault;
 use crate::notice::Notice;
 use tile::{Decoded, Piece};
+pub(super) use tile::{common, in_tile, widen};
 
 /// Bytes that a file which describes a directory may have.
 const MAX_TEXT: u64 = 1 << 20;
@@ -89,13 +90,6 @@ fn look_at_directory(path: &Path) -> Result<Source, InputFault> {
             remedy: "name the .dzi file, or move one of them elsewhere",
         });
     }
-    let described = |path: &Path| {
-        let found = look_at_description(path).and_then(|found| found.ok_or(InputFault::Text));
-        found.map_err(|fault| match fault {
-            InputFault::Tile { .. } => fault,
-            fault => tile::in_tile(path, fault),
-        })
-    };
     if let Some(manifest) = manifest {
         return look_at_found(&manifest);
     }

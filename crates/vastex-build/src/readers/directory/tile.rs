@@ -39,7 +39,7 @@ pub(super) fn header_of(path: &Path) -> Result<ImageHeader, InputFault> {
 }
 
 /// The format that holds the texels of both, or nothing where their samples are stored differently.
-pub(super) fn common(a: PixelFormat, b: PixelFormat) -> Option<PixelFormat> {
+pub(in crate::readers) fn common(a: PixelFormat, b: PixelFormat) -> Option<PixelFormat> {
     if a.sample() != b.sample() {
         return None;
     }
@@ -133,7 +133,7 @@ impl Decoded {
 }
 
 /// A texel with more channels: grey goes into all colours, alpha that is missing is opaque.
-pub(in super::super) fn widen(to: &mut [u8], from: &[u8], sample: Sample) {
+pub(in crate::readers) fn widen(to: &mut [u8], from: &[u8], sample: Sample) {
     let bytes = sample.bytes();
     let (wide, narrow) = (to.len() / bytes, from.len() / bytes);
     let channel = |n: usize| &from[n * bytes..(n + 1) * bytes];
@@ -153,7 +153,7 @@ fn layout(why: String, remedy: &'static str) -> InputFault {
 }
 
 /// A fault with the tile in which it is.
-pub(super) fn in_tile(path: &Path, fault: InputFault) -> InputFault {
+pub(in crate::readers) fn in_tile(path: &Path, fault: InputFault) -> InputFault {
     InputFault::Tile { path: path.into(), fault: Box::new(fault) }
 }
 

@@ -1,0 +1,286 @@
+//! OpenEXR: scan lines from the top by blocks of rows; any other order, and tiles, through the whole image.
+//!
+//! Read are R, G and B with A, or Y with A, or one channel of any name, of the first part; its data window is the picture.
+//! 16-bit floats stay so where all channels have them; else, and for whole numbers, there are 32 bits.
+
+use std::fs::File;
+use std::io::{BufReader, ErrorKind};
+
+use exr::block::UncompressedBlock;
+use exr::block::reader::{AllChunksReader, Reader};
+use exr::error::Error;
+use exr::math::Vec2;
+use exr::meta::attribute::{LineOrder, SampleType};
+use exr::meta::header::Header;
+use exr::meta::{BlockDescription, MetaData};
+
+use super::{ImageHeader, PixelFormat, RowReader, Sample, buffered};
+use crate::error::{InputFault, near_row};
+use crate::notice::Notice;
+
+/// Bytes that a decoded block of rows, or a tile, may have.
+const MAX_BLOCK_BYTES: usize = 1 << 30;
+/// Whole numbers up to this one are exact in a 32-bit float.
+const MAX_EXACT: u32 = 1 << 24;
+
+/// An OpenEXR file.
+pub(super) struct ExrReader {
+    header: ImageHeader,
+    meta: MetaData,
+    chunks: AllChunksReader<BufReader<File>>,
+    layout: Layout,
+    /// Whether all blocks are read before the first row is given out.
+    whole: bool,
+    /// Rows from `first_row` on, as they are given out.
+    band: Vec<u8>,
+    first_row: u32,
+    next_row: u32,
+}
+
+/// Where the channels of the picture lie in a block.
+struct Layout {
+    channels: Vec<Channel>,
+    /// Bytes of all channels of the file, for one texel.
+    stored_texel: usize,
+    format: PixelFormat,
+    rounded: bool,
+}
+
+struct Channel {
+    /// Bytes of the channels before it, for one texel.
+    before: usize,
+    stored: SampleType,
+}
+
+impl ExrReader {
+    pub(super) fn new(file: File) -> Result<ExrReader, InputFault> {
+        let in_header = |error| fault(error, "in the header".into());
+        let reader = Reader::read_from_buffered(buffered(file), false).map_err(in_header)?;
+        let meta = reader.meta_data().clone();
+        let first = meta.headers.first().ok_or_else(|| unsupported("no image", "save it anew"))?;
+        if meta.headers.iter().any(|part| part.deep) {
+            return Err(unsupported("deep data", "flatten it"));
+        }
+        let (layout, ignored) = Layout::new(first)?;
+        let (width, height) = (first.layer_size.width() as u64, first.layer_size.height() as u64);
+        let mut header = ImageHeader::new(width, height, layout.format)?;
+        header.linear = true;
+        note(&mut header, &meta, first, &ignored);
+        let block = first.max_block_byte_size();
+        if block > MAX_BLOCK_BYTES {
+            return Err(unsupported("blocks of more than 1 GiB", "save it with smaller tiles"));
+        }
+        // A block as it is stored, decoded, and as it is given out.
+        header.memory = 3 * block as u64;
+        let in_order =
+            first.blocks == BlockDescription::ScanLines && first.line_order == LineOrder::Increasing;
+        if !in_order {
+            let why = match first.blocks {
+                BlockDescription::ScanLines => "an OpenEXR file whose rows are not stored from the top",
+                BlockDescription::Tiles(_) => "an OpenEXR file of tiles",
+            };
+            header.hold_whole_image(header.image_bytes(), why);
+        }
+        let chunks = reader.all_chunks(false).map_err(in_header)?;
+        let (band, whole) = (Vec::new(), !in_order);
+        Ok(ExrReader { header, meta, chunks, layout, whole, band, first_row: 0, next_row: 0 })
+    }
+
+    /// The next block of the picture, whatever its place.
+    fn next_block(&mut self) -> Result<UncompressedBlock, InputFault> {
+        let place = || near_row(self.next_row, self.header.height);
+        loop {
+            let chunk = self.chunks.next().ok_or_else(|| InputFault::Truncated { place: place() })?;
+            let chunk = chunk.map_err(|error| fault(error, place()))?;
+            if chunk.layer_index != 0 {
+                continue;
+            }
+            let block = UncompressedBlock::decompress_chunk(chunk, &self.meta, false);
+            let block = block.map_err(|error| fault(error, place()))?;
+            if block.index.level != Vec2(0, 0) {
+                continue;
+            }
+            let (Vec2(x, y), Vec2(width, height)) = (block.index.pixel_position, block.index.pixel_size);
+            let fits = x.checked_add(width).is_some_and(|end| end <= self.header.width as usize)
+                && y.checked_add(height).is_some_and(|end| end <= self.header.height as usize)
+                && block.data.len() == width * height * self.layout.stored_texel;
+            if fits {
+                return Ok(block);
+            }
+            return Err(damaged(place(), "a block does not fit the picture"));
+        }
+    }
+
+    /// Reads the rows from the next one on that lie in one block, or all.
+    fn load(&mut self) -> Result<(), InputFault> {
+        self.first_row = self.next_row;
+        if self.whole {
+            let len = usize::try_from(self.header.image_bytes())
+                .map_err(|_| unsupported("an image of a size that no memory holds", "split it"))?;
+            self.band = vec![0; len];
+            let (mut missing, total) = (self.header.image_bytes(), self.header.format.texel_bytes() as u64);
+            while missing > 0 {
+                let block = self.next_block()?;
+                let bytes = block.index.pixel_size.area() as u64 * total;
+                missing = missing
+                    .checked_sub(bytes)
+                    .filter(|_| bytes > 0)
+                    .ok_or_else(|| damaged(near_row(0, self.header.height), "a block is stored twice"))?;
+                self.layout.place(&block, &mut self.band, self.header.width as usize, 0);
+            }
+            return Ok(());
+        }
+        let block = self.next_block()?;
+        let (Vec2(x, y), Vec2(width, height)) = (block.index.pixel_position, block.index.pixel_size);
+        if x != 0 || y != self.next_row as usize || width != self.header.width as usize || height == 0 {
+            return Err(damaged(near_row(self.next_row, self.header.height), "its rows are out of order"));
+        }
+        self.band.resize(height * self.header.row_bytes(), 0);
+        self.layout.place(&block, &mut self.band, width, y);
+        Ok(())
+    }
+}
+
+impl RowReader for ExrReader {
+    fn header(&self) -> &ImageHeader {
+        &self.header
+    }
+
+    fn read_rows(&mut self, rows: &mut [u8]) -> Result<(), InputFault> {
+        let row_bytes = self.header.row_bytes();
+        for row in rows.chunks_exact_mut(row_bytes) {
+            let mut start = (self.next_row - self.first_row) as usize * row_bytes;
+            if start == self.band.len() {
+                self.load()?;
+                start = 0;
+            }
+            row.copy_from_slice(&self.band[start..start + row_bytes]);
+            self.next_row += 1;
+        }
+        if self.next_row == self.header.height {
+            self.band = Vec::new();
+            self.first_row = self.next_row;
+            if std::mem::take(&mut self.layout.rounded) {
+                self.header.notices.push(Notice::IntegersRounded);
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Layout {
+    /// The channels that make the picture, and the names of those that do not.
+    fn new(part: &Header) -> Result<(Layout, Vec<String>), InputFault> {
+        let list = &part.channels.list;
+        let find = |name: &str| list.iter().position(|channel| channel.name.eq(name));
+        let colors = ["R", "G", "B"].map(find);
+        let mut chosen: Vec<usize> = match (colors, find("Y")) {
+            ([Some(r), Some(g), Some(b)], _) => vec![r, g, b],
+            ([None, None, None], Some(y)) => vec![y],
+            _ if list.len() == 1 => vec![0],
+            _ => {
+                let names: Vec<_> = list.iter().take(8).map(|channel| channel.name.to_string()).collect();
+                return Err(InputFault::Unsupported {
+                    what: format!("the channels {}", names.join(", ")),
+                    remedy: "name them R, G, B and A, or Y, or keep a single one",
+                });
+            }
+        };
+        chosen.extend(find("A").filter(|alpha| !chosen.contains(alpha)));
+        if list.iter().any(|channel| channel.sampling != Vec2(1, 1)) {
+            return Err(unsupported("channels of a lower resolution", "save it as R, G and B"));
+        }
+        let bytes = |stored| if stored == SampleType::F16 { 2 } else { 4 };
+        let halves = chosen.iter().all(|&n| list[n].sample_type == SampleType::F16);
+        let sample = if halves { Sample::F16 } else { Sample::F32 };
+        let channels: Vec<_> = chosen
+            .iter()
+            .map(|&n| Channel {
+                before: list[..n].iter().map(|channel| bytes(channel.sample_type)).sum(),
+                stored: list[n].sample_type,
+            })
+            .collect();
+        let format = PixelFormat::new(channels.len() as u8, sample)
+            .ok_or_else(|| unsupported("more than four channels", "keep R, G, B and A"))?;
+        let stored_texel = list.iter().map(|channel| bytes(channel.sample_type)).sum();
+        let ignored = (0..list.len()).filter(|n| !chosen.contains(n)).map(|n| list[n].name.to_string());
+        Ok((Layout { channels, stored_texel, format, rounded: false }, ignored.collect()))
+    }
+
+    /// Writes a block into rows of `width` texels, of which the first is row `top` of the picture.
+    fn place(&mut self, block: &UncompressedBlock, rows: &mut [u8], width: usize, top: usize) {
+        let (Vec2(x, y), Vec2(columns, _)) = (block.index.pixel_position, block.index.pixel_size);
+        let (texel, sample) = (self.format.texel_bytes(), self.format.sample());
+        let stored_row = columns * self.stored_texel;
+        for (n, stored) in block.data.chunks_exact(stored_row.max(1)).enumerate() {
+            let start = ((y + n - top) * width + x) * texel;
+            let row = &mut rows[start..start + columns * texel];
+            for (c, channel) in self.channels.iter().enumerate() {
+                let stored = &stored[channel.before * columns..];
+                let targets =
+                    row.chunks_exact_mut(texel).map(|t| &mut t[c * sample.bytes()..][..sample.bytes()]);
+                match channel.stored {
+                    SampleType::F16 => {
+                        for (to, from) in targets.zip(stored.as_chunks::<2>().0) {
+                            let half = half::f16::from_ne_bytes(*from);
+                            match sample {
+                                Sample::F16 => to.copy_from_slice(&half.to_le_bytes()),
+                                _ => to.copy_from_slice(&half.to_f32().to_le_bytes()),
+                            }
+                        }
+                    }
+                    SampleType::F32 => {
+                        for (to, from) in targets.zip(stored.as_chunks::<4>().0) {
+                            to.copy_from_slice(&f32::from_ne_bytes(*from).to_le_bytes());
+                        }
+                    }
+                    SampleType::U32 => {
+                        for (to, from) in targets.zip(stored.as_chunks::<4>().0) {
+                            let whole = u32::from_ne_bytes(*from);
+                            self.rounded |= whole > MAX_EXACT;
+                            to.copy_from_slice(&(whole as f32).to_le_bytes());
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Says what of the file is not followed.
+fn note(header: &mut ImageHeader, meta: &MetaData, part: &Header, ignored: &[String]) {
+    let (data, display) = (part.own_attributes.layer_position, part.shared_attributes.display_window);
+    let at = [data.x(), data.y()].map(i64::from);
+    let origin = [display.position.x(), display.position.y()].map(i64::from);
+    if at != origin || display.size != part.layer_size {
+        let of = [display.size.width(), display.size.height()].map(|n| n as u64);
+        header.notices.push(Notice::DataWindow { at: [at[0] - origin[0], at[1] - origin[1]], of });
+    }
+    if !ignored.is_empty() {
+        header.notices.push(Notice::ChannelsIgnored(ignored.join(", ")));
+    }
+    header.notices.extend(header.format.has_alpha().then_some(Notice::PremultipliedAlpha));
+    header.notices.extend((meta.headers.len() > 1).then_some(Notice::FurtherImagesIgnored));
+}
+
+fn unsupported(what: &str, remedy: &'static str) -> InputFault {
+    InputFault::Unsupported { what: what.into(), remedy }
+}
+
+fn damaged(place: String, why: &str) -> InputFault {
+    InputFault::Damaged { place, why: why.into() }
+}
+
+fn fault(error: Error, place: String) -> InputFault {
+    match error {
+        Error::Io(error) if error.kind() == ErrorKind::UnexpectedEof => InputFault::Truncated { place },
+        Error::Io(error) => InputFault::Io(error),
+        // What the crate makes of the end of a file.
+        Error::Invalid(why) if why.contains("missing bytes") => InputFault::Truncated { place },
+        Error::NotSupported(why) => InputFault::Unsupported {
+            what: format!("a kind of OpenEXR that is not known ({why})"),
+            remedy: "save it with ZIP compression",
+        },
+        other => InputFault::Damaged { place, why: other.to_string() },
+    }
+}

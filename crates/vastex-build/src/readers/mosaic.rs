@@ -1,0 +1,256 @@
+//! Mosaics: many images laid out in one, as a small text says.
+//!
+//! ```text
+//! vastex mosaic
+//! # The place of a piece's first texel, and its file, beside the text.
+//! 0 0 west.png
+//! 4096 0 east.tif
+//! ```
+//!
+//! or, for pieces of one size whose names tell column and row from 0 on,
+//!
+//! ```text
+//! vastex mosaic
+//! grid tile_{x}_{y}.png
+//! ```
+//!
+//! Where pieces overlap, later lines win; where none lies, the picture is transparent, or black without alpha. Only the
+//! pieces of the rows that are being read are open.
+
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use super::directory::{common, in_tile, widen};
+use super::{ImageHeader, RowReader, open_file, open_file_of_texels};
+use crate::error::InputFault;
+use crate::notice::Notice;
+
+/// The first line.
+const MAGIC: &str = "vastex mosaic";
+/// Bytes that the text may have.
+const MAX_TEXT: u64 = 16 << 20;
+/// Columns, and rows, that a grid may have.
+const MAX_GRID: u32 = 1 << 16;
+
+/// One image of a mosaic.
+struct Piece {
+    path: PathBuf,
+    at: [u32; 2],
+    header: ImageHeader,
+    reader: Option<Box<dyn RowReader>>,
+}
+
+/// The picture that the pieces make.
+pub(super) struct MosaicReader {
+    header: ImageHeader,
+    pieces: Vec<Piece>,
+    /// A row of a piece.
+    row: Vec<u8>,
+    next_row: u32,
+    rows_with_gaps: u64,
+}
+
+/// Opens the mosaic that a text file describes, and looks at every piece; nothing where the text is something else.
+pub(super) fn open(path: &Path) -> Result<Option<MosaicReader>, InputFault> {
+    let mut bytes = Vec::new();
+    open_file(path)?.take(MAX_TEXT + 1).read_to_end(&mut bytes)?;
+    let text = String::from_utf8_lossy(&bytes);
+    let text = text.trim_start_matches('\u{feff}');
+    if text.lines().next().is_none_or(|line| line.trim() != MAGIC) {
+        return Ok(None);
+    }
+    if bytes.len() as u64 > MAX_TEXT {
+        return Err(layout("is a mosaic of more than 16 MiB of text".into(), "split it"));
+    }
+    let directory = path.parent().unwrap_or(Path::new(""));
+    let mut pieces = Vec::new();
+    for (number, line) in (1..).zip(text.lines()).skip(1) {
+        let line = line.trim();
+        if line.is_empty() || line.starts_with('#') {
+            continue;
+        }
+        match line.split_once(char::is_whitespace) {
+            Some(("grid", pattern)) => pieces.extend(grid(directory, pattern.trim())?),
+            _ => pieces.push(piece(directory, line, number)?),
+        }
+    }
+    MosaicReader::new(pieces).map(Some)
+}
+
+/// A line `X Y FILE`.
+fn piece(directory: &Path, line: &str, number: usize) -> Result<Piece, InputFault> {
+    let mut words = line.splitn(3, char::is_whitespace);
+    let mut place = || words.next()?.parse().ok();
+    let (Some(x), Some(y)) = (place(), place()) else {
+        let why = format!("has '{line}' in line {number}");
+        return Err(layout(why, "a line is 'X Y FILE', with X and Y in texels, or 'grid PATTERN'"));
+    };
+    let name = words.next().map(str::trim).filter(|name| !name.is_empty());
+    let name =
+        name.ok_or_else(|| layout(format!("names no file in line {number}"), "a line is 'X Y FILE'"))?;
+    Piece::new(directory.join(name), [x, y])
+}
+
+/// The pieces of a grid, as many as there are files.
+fn grid(directory: &Path, pattern: &str) -> Result<Vec<Piece>, InputFault> {
+    if !pattern.contains("{x}") || !pattern.contains("{y}") {
+        let why = format!("has the grid '{pattern}'");
+        return Err(layout(why, "a pattern holds {x} and {y}, as in tile_{x}_{y}.png"));
+    }
+    let path = |x: u32, y: u32| {
+        directory.join(pattern.replace("{x}", &x.to_string()).replace("{y}", &y.to_string()))
+    };
+    let columns = (0..MAX_GRID).take_while(|&x| path(x, 0).is_file()).count() as u32;
+    let rows = (0..MAX_GRID).take_while(|&y| path(0, y).is_file()).count() as u32;
+    if columns == 0 {
+        let why = format!("has the grid '{pattern}', but there is no {}", path(0, 0).display());
+        return Err(layout(why, "number columns and rows from 0"));
+    }
+    let mut pieces: Vec<Piece> = Vec::new();
+    let mut at = [0u32; 2];
+    for y in 0..rows {
+        at[0] = 0;
+        for x in 0..columns {
+            let piece = Piece::new(path(x, y), at)?;
+            let (cell, is_last) =
+                (pieces.first().unwrap_or(&piece).size(), [x + 1 == columns, y + 1 == rows]);
+            let fits = |axis: usize| {
+                piece.size()[axis] == cell[axis] || (is_last[axis] && piece.size()[axis] < cell[axis])
+            };
+            if !fits(0) || !fits(1) {
+                let ([w, h], [cw, ch]) = (piece.size(), cell);
+                let why = format!("has {w}x{h} texels in a grid of {cw}x{ch}");
+                return Err(in_tile(&piece.path, layout(why, "only the last column and row may be smaller")));
+            }
+            at[0] = at[0].saturating_add(cell[0]);
+            pieces.push(piece);
+        }
+        at[1] = at[1].saturating_add(pieces[0].size()[1]);
+    }
+    Ok(pieces)
+}
+
+impl Piece {
+    fn new(path: PathBuf, at: [u32; 2]) -> Result<Piece, InputFault> {
+        let opened = open_file_of_texels(&path).map_err(|fault| in_tile(&path, fault))?;
+        let header = opened.header().clone();
+        Ok(Piece { path, at, header, reader: None })
+    }
+
+    fn size(&self) -> [u32; 2] {
+        [self.header.width, self.header.height]
+    }
+
+    fn rows(&self) -> std::ops::Range<u64> {
+        let top = u64::from(self.at[1]);
+        top..top + u64::from(self.header.height)
+    }
+
+    /// Fills `row` with the next row; opens the file before the first and closes it after the last.
+    fn read(&mut self, row: &mut [u8], is_last: bool) -> Result<(), InputFault> {
+        let reader = match &mut self.reader {
+            Some(reader) => reader,
+            None => {
+                let opened = open_file_of_texels(&self.path)?;
+                if (opened.header().width, opened.header().format) != (self.header.width, self.header.format)
+                {
+                    return Err(layout("was changed while it was read".into(), "build again"));
+                }
+                self.reader.insert(opened)
+            }
+        };
+        reader.read_rows(row)?;
+        if is_last {
+            self.reader = None;
+        }
+        Ok(())
+    }
+}
+
+impl MosaicReader {
+    fn new(pieces: Vec<Piece>) -> Result<MosaicReader, InputFault> {
+        let Some(first) = pieces.first() else {
+            return Err(layout("is a mosaic without pieces".into(), "add lines 'X Y FILE'"));
+        };
+        let (mut format, linear) = (first.header.format, first.header.linear);
+        let mut size = [0u64; 2];
+        for piece in &pieces {
+            let own = piece.header.format;
+            format = common(format, own).filter(|_| piece.header.linear == linear).ok_or_else(|| {
+                let why = format!("holds {own} texels that do not go with the {format} ones before it");
+                in_tile(&piece.path, layout(why, "convert all pieces to one kind"))
+            })?;
+            size =
+                [0, 1].map(|axis| size[axis].max(u64::from(piece.at[axis]) + u64::from(piece.size()[axis])));
+        }
+        let mut header = ImageHeader::new(size[0], size[1], format)?;
+        header.linear = linear;
+        header.memory = memory(&pieces);
+        for piece in &pieces {
+            for notice in &piece.header.notices {
+                if !header.notices.contains(notice) {
+                    header.notices.push(notice.clone());
+                }
+            }
+        }
+        Ok(MosaicReader { header, pieces, row: Vec::new(), next_row: 0, rows_with_gaps: 0 })
+    }
+
+    fn read_row(&mut self, row: &mut [u8]) -> Result<(), InputFault> {
+        row.fill(0);
+        let (texel, y) = (self.header.format.texel_bytes(), u64::from(self.next_row));
+        let mut covered: Vec<[u32; 2]> = Vec::new();
+        for piece in self.pieces.iter_mut().filter(|piece| piece.rows().contains(&y)) {
+            self.row.resize(piece.header.row_bytes(), 0);
+            let is_last = y + 1 == piece.rows().end;
+            piece.read(&mut self.row, is_last).map_err(|fault| in_tile(&piece.path, fault))?;
+            let own = piece.header.format;
+            let target = &mut row[piece.at[0] as usize * texel..][..piece.header.width as usize * texel];
+            for (to, from) in target.chunks_exact_mut(texel).zip(self.row.chunks_exact(own.texel_bytes())) {
+                widen(to, from, own.sample());
+            }
+            covered.push([piece.at[0], piece.at[0] + piece.header.width]);
+        }
+        covered.sort_unstable();
+        let reached =
+            covered.iter().try_fold(0, |reached, &[start, end]| (start <= reached).then(|| reached.max(end)));
+        self.rows_with_gaps += u64::from(reached != Some(self.header.width));
+        self.next_row += 1;
+        Ok(())
+    }
+}
+
+/// Bytes that the pieces of any one row take, at most.
+fn memory(pieces: &[Piece]) -> u64 {
+    let mut events: Vec<(u64, bool, u64)> = Vec::with_capacity(2 * pieces.len());
+    for piece in pieces {
+        let bytes = piece.header.memory.saturating_add(2 * piece.header.row_bytes() as u64);
+        // Pieces that end go before those that begin.
+        events.extend([(piece.rows().start, true, bytes), (piece.rows().end, false, bytes)]);
+    }
+    events.sort_unstable();
+    let (mut held, mut most) = (0u64, 0);
+    for (_, begins, bytes) in events {
+        held = if begins { held.saturating_add(bytes) } else { held.saturating_sub(bytes) };
+        most = most.max(held);
+    }
+    most
+}
+
+impl RowReader for MosaicReader {
+    fn header(&self) -> &ImageHeader {
+        &self.header
+    }
+
+    fn read_rows(&mut self, rows: &mut [u8]) -> Result<(), InputFault> {
+        rows.chunks_exact_mut(self.header.row_bytes()).try_for_each(|row| self.read_row(row))?;
+        if self.next_row == self.header.height && self.rows_with_gaps > 0 {
+            self.header.notices.push(Notice::Gaps(std::mem::take(&mut self.rows_with_gaps)));
+        }
+        Ok(())
+    }
+}
+
+fn layout(why: String, remedy: &'static str) -> InputFault {
+    InputFault::Layout { why, remedy }
+}
