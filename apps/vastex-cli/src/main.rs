@@ -7,6 +7,7 @@
 mod args;
 mod commands;
 mod gpu;
+mod open;
 mod output;
 mod report;
 #[cfg(feature = "view")]

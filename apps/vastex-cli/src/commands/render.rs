@@ -11,7 +11,7 @@ use vastex_scenes::{Comparison, Gpu, Outcome, ReferenceKind, Studio, Until};
 
 use crate::args::{RenderArgs, SceneArgs};
 use crate::output::PngOutput;
-use crate::{gpu, report};
+use crate::{gpu, open, report};
 
 pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode> {
     let source = args.scene.source.display().to_string();
@@ -19,7 +19,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode> {
         bail!("{source}: is the source as well as the output; choose another name for the output");
     }
     let output = args.output.as_deref().map(PngOutput::at).transpose()?;
-    let tiles = vastex::open(&args.scene.source)?;
+    let tiles = open::open(&args.scene.source)?;
     let gpu = Gpu::headless()?;
     gpu::report_refusals(&gpu);
     let pace = match args.realtime {

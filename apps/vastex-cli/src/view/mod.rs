@@ -21,6 +21,7 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
 use winit::window::{Fullscreen, Window, WindowId};
 
 use crate::args::ViewArgs;
+use crate::open;
 use input::{Input, Wish};
 use viewer::{Viewer, Wake};
 
@@ -28,7 +29,7 @@ use viewer::{Viewer, Wake};
 const MAX_LOST_DEVICES: u32 = 3;
 
 pub(crate) fn run(args: &ViewArgs) -> Result<ExitCode> {
-    let source = vastex::open(&args.scene.source)?;
+    let source = open::open(&args.scene.source)?;
     let events = EventLoop::new().context(
         "no window can be opened; run this where there is a display (DISPLAY or WAYLAND_DISPLAY names it), or draw to a \
          file with `vastex render`",

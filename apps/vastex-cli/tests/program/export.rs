@@ -24,6 +24,20 @@ fn every_layout_is_written_and_built_again() {
 }
 
 #[test]
+fn a_directory_is_drawn_like_the_container_it_came_from() {
+    let desk = Desk::new();
+    desk.write_png("image.png", [600, 400]);
+    desk.run(&["build", "image.png", "-o", "image.vastex", "--page", "256", "--quiet"]).expect_code(0);
+    let export = ["export", "image.vastex", "--layout", "deepzoom", "-o", "zoom", "--format", "png"];
+    desk.run(&[&export[..], &["--tile-size", "256"]].concat()).expect_code(0);
+    for (source, picture) in [("image.vastex", "a.png"), ("zoom", "b.png"), ("zoom/zoom.dzi", "c.png")] {
+        let args = ["render", source, "--on", "plane", "--size", "200x120", "-o", picture, "--json"];
+        assert_eq!(desk.run(&args).expect_code(0).json()["converged"], true);
+    }
+    assert!(desk.read("a.png") == desk.read("b.png") && desk.read("b.png") == desk.read("c.png"));
+}
+
+#[test]
 fn options_reach_the_tiles() {
     let desk = Desk::with_container();
     let help = desk.run(&["export", "--help"]).expect_code(0).stdout;
