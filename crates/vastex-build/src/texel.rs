@@ -24,7 +24,7 @@ pub(crate) enum Light {
 pub(crate) fn decode(format: LayerFormat, light: Light, row: &[u8], values: &mut [f32]) {
     match format {
         LayerFormat::R16 | LayerFormat::Rgba16 => {
-            each(values, row, |v| f32::from(u16::from_le_bytes(v)) / 65535.0)
+            each(values, row, |v| f32::from(u16::from_le_bytes(v)) / 65535.0);
         }
         LayerFormat::R16Float | LayerFormat::Rgba16Float => {
             each(values, row, |v| finite(f16::from_le_bytes(v).to_f32(), f16::MAX.to_f32()));

@@ -98,9 +98,10 @@ impl Kernel {
 }
 
 impl Taps {
-    fn new(first: i64, weights: Vec<f64>) -> Taps {
+    fn new(first: i64, mut weights: Vec<f64>) -> Taps {
         let sum: f64 = weights.iter().sum();
-        Taps { first, weights: weights.iter().map(|weight| weight / sum).collect() }
+        weights.iter_mut().for_each(|weight| *weight /= sum);
+        Taps { first, weights }
     }
 }
 

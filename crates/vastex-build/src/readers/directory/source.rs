@@ -198,7 +198,7 @@ impl Levels {
         for to in 0..len {
             let from = fold(self.address[axis], origin + i64::from(to), size);
             match runs.last_mut() {
-                Some(run) if run.from + run.len == from && from % cell != 0 => run.len += 1,
+                Some(run) if run.from + run.len == from && !from.is_multiple_of(cell) => run.len += 1,
                 _ => runs.push(Run { from, to, len: 1 }),
             }
         }
