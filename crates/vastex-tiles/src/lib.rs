@@ -47,6 +47,6 @@ pub use loader::{LoadError, Loaded, Loader, LocalLoader};
 pub use property::PropertySource;
 pub use source::{MaybeSend, MaybeSync, ReadError, ReadFuture, TileSource};
 #[cfg(not(target_family = "wasm"))]
-pub use stores::FileStore;
+pub use stores::{DirectStore, FileStore};
 pub use stores::{MemoryStore, Store, StoreError, StoreFuture};
 pub use tile::{Codec, DecodeError, MAX_TILE_BYTES, Tile};

@@ -85,7 +85,8 @@ pub trait TileSource: MaybeSend + MaybeSync {
 
     /// The tile of a page finer than the tail, or the tail's (at [`vastex_core::Geometry::tail_pos`]), still encoded.
     ///
-    /// A local read never suspends. Dropping the future cancels the read.
+    /// A buffered local read never suspends; a direct one does, so that several can be in flight. Dropping the future
+    /// cancels the read.
     fn read(&self, pos: PagePos) -> ReadFuture<'_>;
 }
 

@@ -59,6 +59,34 @@ impl Container {
         pollster::block_on(Container::open(Arc::new(store)))
     }
 
+    /// Opens a local file whose tiles are read directly from the disk, at most `depth` (1 to 64) at a time, if they are
+    /// aligned to its block and the file system allows it; else as [`Container::open_file`] does.
+    ///
+    /// [`Container::is_direct`] tells which. As many reads are in flight as are waited for at once: a loader needs as
+    /// many threads.
+    #[cfg(not(target_family = "wasm"))]
+    pub fn open_file_direct(
+        path: impl AsRef<std::path::Path>,
+        depth: usize,
+    ) -> Result<Container, ContainerError> {
+        use crate::stores::{DirectStore, FileStore};
+
+        let buffered = Arc::new(FileStore::open(path.as_ref())?);
+        let mut container = pollster::block_on(Container::open(buffered.clone()))?;
+        if container.align > 1 {
+            let direct = DirectStore::beside(buffered, path.as_ref(), depth);
+            if direct.block_bytes().is_some_and(|block| container.align >= block.get()) {
+                container.store = Arc::new(direct);
+            }
+        }
+        Ok(container)
+    }
+
+    /// Whether tiles are read past the system's page cache, as [`Store::is_direct`] says.
+    pub fn is_direct(&self) -> bool {
+        self.store.is_direct()
+    }
+
     /// What to call the container in messages: a path or a URL.
     pub fn name(&self) -> &str {
         self.store.name()

@@ -4,6 +4,8 @@ mod align;
 mod conforming;
 mod damage;
 #[cfg(not(target_family = "wasm"))]
+mod direct;
+#[cfg(not(target_family = "wasm"))]
 mod flips;
 #[cfg(not(target_family = "wasm"))]
 mod reorder;

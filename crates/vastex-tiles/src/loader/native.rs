@@ -14,6 +14,9 @@ use crate::source::TileSource;
 
 /// Reads and decodes tiles on a bounded number of threads, best rank first.
 ///
+/// A thread waits for the read that it has under way: where a source can have several in flight, as a
+/// [`DirectStore`](crate::DirectStore) can, as many are as there are threads.
+///
 /// Every request ends exactly once: loaded, failed or cancelled. Dropping the loader waits for the reads under way and
 /// ends its threads.
 pub struct Loader {

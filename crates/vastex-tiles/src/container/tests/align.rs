@@ -60,7 +60,7 @@ fn changing_and_rewriting_keep_the_alignment() {
         let pages = [PagePos::new_2d(0, 0, 0), PagePos::new_2d(0, 1, 1), description().geometry.tail_pos()];
         for pos in pages {
             let noise: Vec<u8> = texels(&description(), PagePos::new_2d(0, 9, seed), seed.into());
-            let noise = noise.iter().enumerate().map(|(n, byte)| byte ^ (n * n >> 3) as u8 ^ pos.x as u8);
+            let noise = noise.iter().enumerate().map(|(n, byte)| byte ^ ((n * n) >> 3) as u8 ^ pos.x as u8);
             let tile = EncodedTile::new(noise.collect(), &description(), Compression::None);
             update.replace(pos, tile).unwrap();
         }

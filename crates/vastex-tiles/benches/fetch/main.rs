@@ -1,9 +1,12 @@
 //! What fetching a tile costs beside what cannot be avoided: a bare positioned read, and a bare decoder.
 //!
 //! `cargo xtask bench fetch`. The two sides take turns, so that a noisy machine slows both; ratios are medians
-//! over the turns.
+//! over the turns. Where there are direct reads, they are measured beside buffered ones from a cold disk, too.
 
 #![allow(clippy::print_stdout, clippy::unwrap_used, reason = "a benchmark")]
+
+#[cfg(target_os = "linux")]
+mod cold;
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -30,6 +33,8 @@ fn main() {
         let container = Container::open_file(&path).unwrap();
         measure(name, &container, &path);
     }
+    #[cfg(target_os = "linux")]
+    cold::measure();
 }
 
 fn write(path: &std::path::Path, compression: Compression) {
@@ -101,7 +106,7 @@ fn read_exact_at(file: &std::fs::File, bytes: &mut [u8], offset: u64) {
     std::os::unix::fs::FileExt::read_exact_at(file, bytes, offset).unwrap();
 }
 
-/// The one read of a local file that has the bytes gives them all.
+/// One read of a local file that has the bytes gives them all.
 #[cfg(windows)]
 fn read_exact_at(file: &std::fs::File, bytes: &mut [u8], offset: u64) {
     assert_eq!(std::os::windows::fs::FileExt::seek_read(file, bytes, offset).unwrap(), bytes.len());

@@ -1,0 +1,243 @@
+//! A local file as a store, read past the system's page cache where the system allows it.
+//!
+//! Direct reads take whole blocks to a place in memory that begins at a block: ranges are widened to blocks, and each
+//! thread keeps a buffer that is aligned. What the file system refuses to read directly is read through the cache.
+
+use std::fs::File;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::{io, num::NonZeroU32};
+
+use bytes::Bytes;
+
+use super::file::{FileStore, read_some_at, reserve};
+use super::in_flight::InFlight;
+use super::{Store, StoreError, StoreFuture};
+
+/// The least block that is read: the page of most memories, and no smaller than the sectors of most disks.
+const LEAST_BLOCK: u32 = 4096;
+/// The most bytes of one read; longer ranges take several, so that the buffers stay small.
+const MOST_BYTES: usize = 1 << 20;
+/// The most reads in flight: no disk gains by more.
+const MOST_DEPTH: usize = 64;
+
+/// A local file, read directly from the disk with several reads in flight.
+///
+/// What is read leaves no copy in the system's page cache, so that a file far larger than memory does not push out what
+/// is worth keeping; what is read twice comes from the disk twice. Tiles in a container that is aligned to the block
+/// cost no more bytes than they have, rounded up to blocks. On systems other than Linux, and where the file system
+/// refuses direct reads, it is a [`FileStore`]; [`Store::is_direct`] tells.
+#[derive(Debug)]
+pub struct DirectStore {
+    buffered: Arc<FileStore>,
+    direct: Option<(Arc<DirectFile>, InFlight)>,
+}
+
+impl DirectStore {
+    /// Reads in flight that suit a solid-state disk.
+    pub const DEFAULT_DEPTH: usize = 8;
+
+    /// Opens a file with at most `depth` reads (1 to 64) in flight, each of which takes a thread and up to 1 MiB.
+    ///
+    /// Fails where a [`FileStore`] does; that the file cannot be read directly is no failure.
+    pub fn open(path: impl AsRef<Path>, depth: usize) -> Result<DirectStore, StoreError> {
+        let path = path.as_ref();
+        Ok(DirectStore::beside(Arc::new(FileStore::open(path)?), path, depth))
+    }
+
+    /// For the file at `path` that `buffered` has opened.
+    pub(crate) fn beside(buffered: Arc<FileStore>, path: &Path, depth: usize) -> DirectStore {
+        let direct = DirectFile::open(&buffered, path).and_then(|file| {
+            let file = Arc::new(file);
+            let reads = InFlight::start(depth.clamp(1, MOST_DEPTH), || {
+                let (file, mut buffer) = (file.clone(), Vec::new());
+                move |offset, len| file.read(&mut buffer, offset, len)
+            });
+            let reads = reads.ok_or_else(|| io::Error::other("the system gives no threads"))?;
+            Ok((file, reads))
+        });
+        let direct = direct.inspect_err(|e| tracing::info!("{}: no direct reads: {e}", buffered.name())).ok();
+        DirectStore { buffered, direct }
+    }
+
+    /// Bytes that direct reads are widened to multiples of; nothing where there are none.
+    pub fn block_bytes(&self) -> Option<NonZeroU32> {
+        self.direct.as_ref().map(|(file, _)| file.block)
+    }
+}
+
+#[deny(clippy::missing_trait_methods)]
+impl Store for DirectStore {
+    fn name(&self) -> &str {
+        self.buffered.name()
+    }
+
+    fn len(&self) -> u64 {
+        self.buffered.len()
+    }
+
+    fn is_empty(&self) -> bool {
+        self.buffered.is_empty()
+    }
+
+    fn is_direct(&self) -> bool {
+        self.direct.as_ref().is_some_and(|(file, _)| !file.refused.load(Ordering::Relaxed))
+    }
+
+    fn read(&self, offset: u64, len: usize) -> StoreFuture<'_> {
+        match &self.direct {
+            Some((_, reads)) => Box::pin(reads.read(offset, len)),
+            None => self.buffered.read(offset, len),
+        }
+    }
+}
+
+/// A file that is open twice: for direct reads, and for what they cannot do.
+#[derive(Debug)]
+struct DirectFile {
+    buffered: Arc<FileStore>,
+    file: File,
+    block: NonZeroU32,
+    /// Set when the file system refuses a read after all; nothing is read directly from then on.
+    refused: AtomicBool,
+}
+
+impl DirectFile {
+    /// Fails where a block cannot be read directly; tries one.
+    fn open(buffered: &Arc<FileStore>, path: &Path) -> io::Result<DirectFile> {
+        let (file, block) = open_direct(buffered.file(), path)?;
+        let file = DirectFile { buffered: buffered.clone(), file, block, refused: AtomicBool::new(false) };
+        file.read_piece(&mut Vec::new(), 0, 1, &mut Vec::new())?;
+        Ok(file)
+    }
+
+    /// Exactly `len` bytes from `offset` on; through the cache whatever cannot be had directly, errors included.
+    fn read(&self, buffer: &mut Vec<u8>, offset: u64, len: usize) -> Result<Bytes, StoreError> {
+        let lies_within = offset.checked_add(len as u64).is_some_and(|end| end <= self.buffered.len());
+        if !lies_within || self.refused.load(Ordering::Relaxed) {
+            return self.buffered.read_now(offset, len);
+        }
+        let mut bytes = Vec::new();
+        reserve(&mut bytes, len).map_err(|error| self.buffered.failed(offset, len, error))?;
+        while bytes.len() < len {
+            let missing = len - bytes.len();
+            match self.read_piece(buffer, offset + bytes.len() as u64, missing.min(MOST_BYTES), &mut bytes) {
+                Ok(()) => {}
+                Err(error) => {
+                    self.note(&error);
+                    return self.buffered.read_now(offset, len);
+                }
+            }
+        }
+        Ok(bytes.into())
+    }
+
+    /// Appends `len` bytes from `offset` on to `bytes`, by one read of the blocks that they lie in.
+    fn read_piece(
+        &self,
+        buffer: &mut Vec<u8>,
+        offset: u64,
+        len: usize,
+        bytes: &mut Vec<u8>,
+    ) -> io::Result<()> {
+        let block = self.block.get() as usize;
+        let lead = (offset % block as u64) as usize;
+        let wide = (lead + len).next_multiple_of(block);
+        let place = aligned(buffer, wide, block)?;
+        let count = loop {
+            match read_some_at(&self.file, place, offset - lead as u64) {
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                result => break result?,
+            }
+        };
+        // The last block of a file ends where the file does. Any other read is whole, or the cache is asked.
+        let read = place[..count].get(lead..lead + len).ok_or(io::ErrorKind::UnexpectedEof)?;
+        bytes.extend_from_slice(read);
+        Ok(())
+    }
+
+    fn note(&self, error: &io::Error) {
+        let refusals = [io::ErrorKind::InvalidInput, io::ErrorKind::Unsupported];
+        if refusals.contains(&error.kind()) && !self.refused.swap(true, Ordering::Relaxed) {
+            tracing::info!("{}: no direct reads any more: {error}", self.buffered.name());
+        }
+    }
+}
+
+/// The first `len` bytes of a buffer that begin at a multiple of `block` in memory; the buffer grows if it must.
+fn aligned(buffer: &mut Vec<u8>, len: usize, block: usize) -> io::Result<&mut [u8]> {
+    if buffer.len() < len + block {
+        *buffer = vec![0; len + block];
+    }
+    let first = buffer.as_ptr().align_offset(block);
+    buffer
+        .get_mut(first..first.saturating_add(len))
+        .ok_or_else(|| io::Error::other("memory cannot be aligned"))
+}
+
+/// The same file once more, for direct reads, and the block that they take.
+#[cfg(target_os = "linux")]
+fn open_direct(buffered: &File, path: &Path) -> io::Result<(File, NonZeroU32)> {
+    use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
+
+    let flags = rustix::fs::OFlags::DIRECT.bits().cast_signed();
+    let file = File::options().read(true).custom_flags(flags).open(path)?;
+    let [ours, theirs] = [file.metadata()?, buffered.metadata()?].map(|m| (m.dev(), m.ino()));
+    if ours != theirs {
+        return Err(io::Error::other("the file was replaced while it was opened"));
+    }
+    let block = stated_block(&file).unwrap_or(0).max(LEAST_BLOCK);
+    let block =
+        NonZeroU32::new(block).filter(|block| block.is_power_of_two() && block.get() as usize <= MOST_BYTES);
+    Ok((file, block.ok_or(io::ErrorKind::Unsupported)?))
+}
+
+/// What the file system says that direct reads must be aligned to, where it says so; 0 where it has none.
+#[cfg(target_os = "linux")]
+fn stated_block(file: &File) -> Option<u32> {
+    use rustix::fs::{AtFlags, StatxFlags, statx};
+
+    let stated = statx(file, c"", AtFlags::EMPTY_PATH, StatxFlags::DIOALIGN).ok()?;
+    let known = stated.stx_mask & StatxFlags::DIOALIGN.bits() != 0;
+    known.then(|| stated.stx_dio_offset_align.max(stated.stx_dio_mem_align))
+}
+
+#[cfg(not(target_os = "linux"))]
+fn open_direct(_: &File, _: &Path) -> io::Result<(File, NonZeroU32)> {
+    Err(io::ErrorKind::Unsupported.into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn buffers_begin_at_a_block_and_are_kept() {
+        let mut buffer = Vec::new();
+        for (len, block) in [(4096, 4096), (8192, 4096), (4096, 4096), (65536, 16384)] {
+            let place = aligned(&mut buffer, len, block).unwrap();
+            assert_eq!((place.len(), place.as_ptr().align_offset(block)), (len, 0));
+        }
+        assert_eq!(buffer.len(), 65536 + 16384);
+    }
+
+    /// What some file systems do: opening and the first read succeed, a later read is refused.
+    #[test]
+    fn a_refusal_after_opening_leads_to_buffered_reads() {
+        let dir = tempfile::tempdir().unwrap();
+        let [path, other] = ["bytes", "other"].map(|name| dir.path().join(name));
+        let bytes: Vec<u8> = (0..10_000u32).map(|n| (n / 7) as u8).collect();
+        std::fs::write(&path, &bytes).unwrap();
+        std::fs::write(&other, vec![255; 10_000]).unwrap();
+        let (buffered, file) = (Arc::new(FileStore::open(&path).unwrap()), File::open(&other).unwrap());
+        let block = NonZeroU32::new(LEAST_BLOCK).unwrap();
+        let file = DirectFile { buffered, file, block, refused: AtomicBool::new(false) };
+        let read = || file.read(&mut Vec::new(), 5000, 3000).unwrap();
+        assert_eq!(read(), vec![255; 3000], "read directly: from the other file, here");
+        file.note(&io::ErrorKind::UnexpectedEof.into());
+        assert_eq!(read(), vec![255; 3000]);
+        file.note(&io::ErrorKind::InvalidInput.into());
+        assert_eq!(read(), bytes[5000..8000]);
+    }
+}

@@ -1,0 +1,81 @@
+//! Stores: where the bytes of a source lie.
+//!
+//! A [`Store`] is read by ranges, so that a local file, a URL and memory are read by the same code. What the bytes mean
+//! is the source's business.
+
+#[cfg(not(target_family = "wasm"))]
+mod direct;
+#[cfg(not(target_family = "wasm"))]
+mod file;
+#[cfg(not(target_family = "wasm"))]
+mod in_flight;
+mod memory;
+#[cfg(test)]
+mod tests;
+
+use std::future::Future;
+use std::pin::Pin;
+
+use bytes::Bytes;
+
+use crate::source::{MaybeSend, MaybeSync};
+
+#[cfg(not(target_family = "wasm"))]
+pub use direct::DirectStore;
+#[cfg(not(target_family = "wasm"))]
+pub use file::FileStore;
+pub use memory::MemoryStore;
+
+/// Why a store could not be opened or read.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum StoreError {
+    /// There is nothing to read here.
+    #[error("{name}: {error}")]
+    Open {
+        /// The file or URL.
+        name: String,
+        /// What is wrong and what to do.
+        error: String,
+    },
+    /// A range could not be read.
+    #[error("{name}, {len} bytes at {offset}: {error}")]
+    Read {
+        /// The file or URL.
+        name: String,
+        /// First byte of the range.
+        offset: u64,
+        /// Bytes of the range.
+        len: usize,
+        /// What the system said.
+        error: String,
+    },
+}
+
+/// A ranged read under way. Dropping it cancels the read.
+#[cfg(not(target_family = "wasm"))]
+pub type StoreFuture<'a> = Pin<Box<dyn Future<Output = Result<Bytes, StoreError>> + Send + 'a>>;
+/// A ranged read under way. Dropping it cancels the read.
+#[cfg(target_family = "wasm")]
+pub type StoreFuture<'a> = Pin<Box<dyn Future<Output = Result<Bytes, StoreError>> + 'a>>;
+
+/// Bytes that can be read by ranges. Shared by threads.
+pub trait Store: MaybeSend + MaybeSync {
+    /// What to call the store in messages: a path or a URL.
+    fn name(&self) -> &str;
+
+    /// Bytes in the store, as known since it was opened.
+    fn len(&self) -> u64;
+
+    /// Whether the store has no bytes.
+    fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Whether reads go to the disk itself, past the system's page cache.
+    fn is_direct(&self) -> bool {
+        false
+    }
+
+    /// Exactly `len` bytes from `offset` on, or an error. `len` is at most the store's length: the caller has checked.
+    fn read(&self, offset: u64, len: usize) -> StoreFuture<'_>;
+}
