@@ -6,15 +6,17 @@
 use std::io;
 use std::path::PathBuf;
 
-use vastex_core::GeometryError;
+use vastex_core::{GeometryError, LayerError};
 use vastex_tiles::WriteError;
+
+use crate::filter::FilterError;
 
 /// Why nothing was built. No file is left behind, unless what was built so far is to be resumed.
 #[derive(Debug, thiserror::Error)]
 pub enum BuildError {
-    /// There is no input, or more than one.
-    #[error("{0} inputs: give one image")]
-    Inputs(usize),
+    /// There is no input.
+    #[error("no input: give an image")]
+    NoInput,
     /// The input cannot be read.
     #[error("{path}: {fault}", path = path.display())]
     Input {
@@ -27,6 +29,48 @@ pub enum BuildError {
     /// The image, the page or the border has an impossible size.
     #[error(transparent)]
     Geometry(#[from] GeometryError),
+    /// A filter does not suit its layer, or the filters do not suit one another.
+    #[error(transparent)]
+    Filter(#[from] FilterError),
+    /// The layers do not suit one another or the pages.
+    #[error("{error}; {remedy}")]
+    Layers {
+        /// What does not suit what.
+        error: LayerError,
+        /// What to do.
+        remedy: String,
+    },
+    /// A layer's image has another size than the others.
+    #[error(
+        "{path}: has {}x{} texels, and {of} has {}x{}; an image of a layer must have the size of the largest, or its half or \
+         quarter, rounded up: scale it",
+        size[0], size[1], whole[0], whole[1], path = path.display(), of = of.display()
+    )]
+    LayerSize {
+        /// The image.
+        path: PathBuf,
+        /// Its size in texels.
+        size: [u32; 2],
+        /// The largest image.
+        of: PathBuf,
+        /// Its size in texels.
+        whole: [u32; 2],
+    },
+    /// An image cannot become a layer of the format asked for.
+    #[error("{path}: holds {image}, which cannot become {format}; choose one of {possible}", path = path.display())]
+    Format {
+        /// The image.
+        path: PathBuf,
+        /// What its texels are.
+        image: String,
+        /// Name of the format asked for.
+        format: &'static str,
+        /// Names of the formats that it can become.
+        possible: String,
+    },
+    /// Block-compressed layers are asked for, and the encoders are not linked.
+    #[error("{0} cannot be made: this was built without the encoders of block-compressed formats (feature bc)")]
+    NoEncoders(&'static str),
     /// More memory would be needed than is allowed.
     #[error(
         "{path}: needs {} MiB of memory, more than the limit of {} MiB; {remedy}",
@@ -70,6 +114,21 @@ pub enum BuildError {
     /// [`crate::Progress`] asked to stop.
     #[error("cancelled")]
     Cancelled,
+}
+
+impl BuildError {
+    /// `page` and `border` are those asked for; all layers would suit multiples of `unit`.
+    pub(crate) fn layers(error: LayerError, page: u32, border: u32, unit: u32) -> BuildError {
+        let remedy = match error {
+            LayerError::Blocks { .. } => {
+                let [page, border] = [page, border].map(|n| n.next_multiple_of(unit));
+                format!("for example pages of {page} with borders of {border}")
+            }
+            LayerError::Name(_) => "give each a name of its own".into(),
+            _ => "choose other layers".into(),
+        };
+        BuildError::Layers { error, remedy }
+    }
 }
 
 impl From<WriteError> for BuildError {

@@ -13,11 +13,15 @@
 //! Not here: the container's bytes (`vastex-tiles`), the shape of levels, pages and borders (`vastex-core`).
 
 mod bands;
+mod blocks;
 mod convert;
+mod descent;
 mod error;
 mod export;
 mod filter;
 mod fingerprint;
+mod layers;
+mod layout;
 mod magnify;
 mod notice;
 mod pipeline;
@@ -26,16 +30,22 @@ mod pyramid;
 mod readers;
 mod replace;
 mod rows;
+mod srgb;
+mod stack;
 mod tail;
+mod texel;
 
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use vastex_core::{AddressMode, Description, Dims, Geometry, GeometrySpec, LayerFormat};
+use vastex_core::AddressMode;
 use vastex_tiles::{Left, Origin, PartWriter, ResumableWriter, WriterOptions};
 
+pub use blocks::Quality;
 pub use error::{BuildError, InputFault};
+pub use filter::{FilterError, Kernel, LayerFilter, LevelsFrom, Meaning};
 pub use export::{ExportError, ExportOptions, ExportReport, Layout, TileFormat, export};
+pub use layers::{LayerInput, LayerReport};
 pub use notice::Notice;
 pub use readers::{DirectorySource, ImageHeader, PixelFormat, RowReader, Sample, open};
 pub use replace::{ReplaceError, ReplaceOptions, replace};
@@ -43,7 +53,7 @@ pub use vastex_tiles::{
     Compression, MergeError, PartOf, ReorderError, UpdateError, Updated, WriteError, Written, merge, reorder,
 };
 
-use filter::Filter;
+use layers::OpenLayer;
 use pipeline::{Done, Job, Sink, Stopped};
 
 /// How a container is made.
@@ -55,10 +65,20 @@ pub struct BuildOptions {
     pub border: u32,
     /// How tiles are compressed.
     pub compression: Compression,
-    /// Whether colour is filtered in linear light and weighted by alpha; else every channel as it is stored.
+    /// How well block-compressed layers are encoded.
+    pub quality: Quality,
+    /// Whether colour is filtered in linear light and weighted by alpha, where no filter says otherwise; else every channel
+    /// as it is stored.
     pub linear: bool,
+    /// How levels are made, of layers that do not say so themselves; nothing for what suits each layer's name and format
+    /// ([`LayerFilter::for_layer`]).
+    pub filter: Option<LayerFilter>,
+    /// From which level each level is made, where no filter says otherwise.
+    pub levels_from: LevelsFrom,
     /// What lies beyond the edges, in x and in y. Where this says clamp, the tiles of a planet wrap in x all the same.
     pub address: [AddressMode; 2],
+    /// What lies beyond an edge of [`AddressMode::Border`]: red, green, blue, alpha, as a layer stores them.
+    pub border_color: [u8; 4],
     /// Threads that filter and encode, besides one that reads and one that writes; 0 for as many as there are cores.
     pub threads: usize,
     /// Whether to wait at the end until the disk has everything.
@@ -83,8 +103,12 @@ impl Default for BuildOptions {
             page: 128,
             border: 4,
             compression: Compression::default(),
+            quality: Quality::default(),
             linear: true,
+            filter: None,
+            levels_from: LevelsFrom::Chain,
             address: [AddressMode::Clamp; 2],
+            border_color: [0; 4],
             threads: 0,
             durable: false,
             align: 1,
@@ -116,8 +140,8 @@ pub struct BuildReport {
     pub size: [u32; 2],
     /// Levels, the tail's included.
     pub levels: u32,
-    /// The format of the one layer.
-    pub format: LayerFormat,
+    /// What was made of each image, in the order of the inputs.
+    pub layers: Vec<LayerReport>,
     /// Tiles, the tail counted as one.
     pub tiles: u64,
     /// Tiles that are kept as their colour.
@@ -130,34 +154,40 @@ pub struct BuildReport {
     pub bytes: u64,
     /// Bytes of rows that were held at once.
     pub row_bytes_held: u64,
-    /// Bytes of memory that the build could at most have taken, as estimated from the header.
+    /// Bytes of memory that the build could at most have taken, as estimated from the headers.
     pub memory: u64,
-    /// What was left out of the image, and what it cost.
-    pub notices: Vec<Notice>,
 }
 
-/// Makes a container of the one image in `inputs`.
+impl BuildReport {
+    /// What was left out of the images, and what it cost.
+    pub fn notices(&self) -> impl Iterator<Item = &Notice> {
+        self.layers.iter().flat_map(|layer| &layer.notices)
+    }
+}
+
+/// Makes a container of the images in `inputs`: a path for the one layer `color`, or a [`LayerInput`] for each layer.
 ///
-/// The file appears at `output`, over what was there, when it is whole; after an error or a cancellation nothing is left
-/// behind, unless [`BuildOptions::resume`] asks for it. Takes one pass over the image, and memory as
-/// [`BuildReport::memory`] says.
-pub fn build(
-    inputs: &[impl AsRef<Path>],
+/// The largest image has the texture's size; every other has that too, or half or a quarter of it, rounded up, and is stored
+/// at that share of the resolution. The file appears at `output`, over what was there, when it is whole; after an error or a
+/// cancellation nothing is left behind, unless [`BuildOptions::resume`] asks for it. Takes one pass over the images, in step
+/// with one another, and memory as [`BuildReport::memory`] says.
+pub fn build<I: Clone + Into<LayerInput>>(
+    inputs: &[I],
     output: &Path,
     options: &BuildOptions,
     progress: &dyn Progress,
 ) -> Result<BuildReport, BuildError> {
-    let [input] = inputs else { return Err(BuildError::Inputs(inputs.len())) };
-    let input = input.as_ref();
-    let at_input = |fault| BuildError::Input { path: input.into(), fault };
-    let mut reader = open(input).map_err(at_input)?;
-    let tiles = reader.header().tile_directory.clone();
-    place::check(input, tiles.as_deref(), output)?;
-    let description = describe(reader.header(), options)?;
-    let pool = thread_pool(options.threads)?;
+    if inputs.is_empty() {
+        return Err(BuildError::NoInput);
+    }
+    let mut layers = layers::open_all(inputs.iter().cloned().map(Into::into).collect(), output)?;
+    let description = layers::describe(&layers, options)?;
+    let plans: Result<Vec<_>, _> =
+        layers.iter().map(|layer| layer.plan(&description.geometry, options)).collect();
+    let (plans, pool) = (plans?, thread_pool(options.threads)?);
     let mut job = Job {
         description: &description,
-        linear_light: options.linear,
+        plans: &plans,
         compression: options.compression,
         tiles: match options.part {
             Some(part) => part.run(description.geometry.page_count()),
@@ -165,41 +195,39 @@ pub fn build(
         },
         pool: &pool,
     };
-    let memory = check_memory(input, reader.header(), &job, options.memory_limit)?;
+    let memory = check_memory(&layers, &job, options.memory_limit)?;
+    let filters: Vec<String> = plans.iter().map(|plan| plan.filter.to_string()).collect();
     let writer_options = WriterOptions {
         compression: options.compression,
         durable: options.durable,
         align: options.align,
-        filters: vec![Filter::new(description.layers[0].format, options.linear).name().into()],
+        filters,
     };
-    let rows = u64::from(reader.header().height);
+    let rows = u64::from(description.geometry.size()[1]);
     let mut go_on = |bytes| progress.advance(0, rows, bytes);
     let left = if options.resume { Left::Resumed(&mut go_on) } else { Left::Removed };
-    let of = |path: &Path| fingerprint::fingerprint(path).map_err(|error| at_input(error.into()));
-    let source = [of(input)?, tiles.as_deref().map_or(Ok(0), of)?];
-    match options.part {
+    let same = layers::fingerprint(&layers, options)?;
+    let built = match options.part {
         None => {
-            let origin = Origin { input: &source.map(u64::to_le_bytes).concat(), options: &[] };
+            let origin = Origin { input: same.as_bytes(), options: &[] };
             let writer = ResumableWriter::create(output, description.clone(), writer_options, origin, left)?;
             job.tiles.start += writer.taken_over();
-            Work { job: &job, input, memory, progress, resumed: writer.taken_over() }
-                .run(&mut *reader, writer)
+            Work { job: &job, memory, progress, resumed: writer.taken_over() }.run(&mut layers, writer)
         }
         Some(part) => {
-            let same = format!("{:?}", (source, options.compression));
             let same = same.as_bytes();
             let writer = PartWriter::create(output, description.clone(), &writer_options, part, same, left)?;
             job.tiles.start += writer.taken_over();
-            Work { job: &job, input, memory, progress, resumed: writer.taken_over() }
-                .run(&mut *reader, writer)
+            Work { job: &job, memory, progress, resumed: writer.taken_over() }.run(&mut layers, writer)
         }
-    }
+    };
+    let reports = layers.iter().zip(&plans).map(|(layer, plan)| layer.report(plan));
+    built.map(|report| BuildReport { layers: reports.collect(), ..report })
 }
 
 /// A build that is ready to begin.
 struct Work<'a> {
     job: &'a Job<'a>,
-    input: &'a Path,
     memory: u64,
     progress: &'a dyn Progress,
     /// Tiles that are taken over.
@@ -207,23 +235,24 @@ struct Work<'a> {
 }
 
 impl Work<'_> {
-    fn run(&self, reader: &mut dyn RowReader, sink: impl Sink) -> Result<BuildReport, BuildError> {
+    /// What is said of the layers is left to others.
+    fn run(&self, layers: &mut [OpenLayer], sink: impl Sink) -> Result<BuildReport, BuildError> {
         let Done { sink, bytes, row_bytes_held } =
-            self.job.run(reader, sink, self.progress).map_err(|stopped| match stopped {
-                Stopped::Input(fault) => BuildError::Input { path: self.input.into(), fault },
+            self.job.run(layers, sink, self.progress).map_err(|stopped| match stopped {
+                Stopped::Input { path, fault } => BuildError::Input { path, fault },
                 Stopped::Output(error) => BuildError::Output(error),
                 Stopped::Cancelled => BuildError::Cancelled,
             })?;
-        let header = reader.header();
-        let rows = u64::from(header.height);
-        if self.progress.advance(rows, rows, bytes).is_break() {
+        let geometry = &self.job.description.geometry;
+        let [width, height, _] = geometry.size();
+        if self.progress.advance(height.into(), height.into(), bytes).is_break() {
             return Err(BuildError::Cancelled);
         }
-        let (written, description) = (sink.finish()?, self.job.description);
+        let written = sink.finish()?;
         Ok(BuildReport {
-            size: [header.width, header.height],
-            levels: description.geometry.levels().len() as u32,
-            format: description.layers[0].format,
+            size: [width, height],
+            levels: geometry.levels().len() as u32,
+            layers: Vec::new(),
             tiles: written.tiles,
             constant_tiles: written.constant_tiles,
             shared_tiles: written.shared_tiles,
@@ -231,41 +260,28 @@ impl Work<'_> {
             bytes: written.bytes,
             row_bytes_held,
             memory: self.memory,
-            notices: header.notices.clone(),
         })
     }
 }
 
-fn describe(header: &ImageHeader, options: &BuildOptions) -> Result<Description, BuildError> {
-    let [x, y] = options.address;
-    let x = if header.wraps && x == AddressMode::Clamp { AddressMode::Wrap } else { x };
-    let geometry = Geometry::new(GeometrySpec {
-        dims: Dims::D2,
-        size: [header.width, header.height, 1],
-        page: options.page,
-        border: options.border,
-        address: [x, y, AddressMode::Clamp],
-        ..GeometrySpec::image(1, 1)
-    })?;
-    Ok(Description::one_layer(geometry, convert::layer_format(header)))
-}
-
 /// The most memory that a build can take; an error where that is too much. Nothing has been allocated yet.
-fn check_memory(input: &Path, header: &ImageHeader, job: &Job<'_>, limit: u64) -> Result<u64, BuildError> {
+fn check_memory(layers: &[OpenLayer], job: &Job<'_>, limit: u64) -> Result<u64, BuildError> {
     /// What the container's writer keeps for each tile.
     const INDEX_BYTES: u64 = 64;
     let index = job.description.geometry.page_count().saturating_mul(INDEX_BYTES);
-    let pipeline = job.memory(header.row_bytes());
-    let needed = pipeline.saturating_add(index).saturating_add(header.memory);
+    let readers = layers.iter().fold(0u64, |sum, layer| sum.saturating_add(layer.reader.header().memory));
+    let needed = job.memory().saturating_add(index).saturating_add(readers);
     if needed <= limit {
         return Ok(needed);
     }
-    let remedy = if header.memory > limit / 2 {
+    let remedy = if readers > limit / 2 {
         "convert it to a TIFF of many strips or of tiles, which can be read by rows"
     } else {
         "the image is too wide or has too many pages; use larger pages, or split it"
     };
-    Err(BuildError::Memory { path: input.into(), needed, limit, remedy })
+    let greediest = layers.iter().max_by_key(|layer| layer.reader.header().memory);
+    let path = greediest.map(|layer| layer.path.clone()).unwrap_or_default();
+    Err(BuildError::Memory { path, needed, limit, remedy })
 }
 
 fn thread_pool(threads: usize) -> Result<rayon::ThreadPool, BuildError> {

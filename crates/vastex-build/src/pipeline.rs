@@ -5,6 +5,7 @@
 //! order, so the bytes do not depend on the number of threads.
 
 use std::ops::{ControlFlow, Range};
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
 use std::thread;
@@ -16,9 +17,8 @@ use vastex_tiles::{Compression, EncodedTile, PartWriter, ResumableWriter, WriteE
 
 use crate::Progress;
 use crate::error::InputFault;
-use crate::pyramid::{Band, Pyramid, block_rows, memory};
-use crate::readers::{PixelFormat, RowReader};
-use crate::tail::tail_texels;
+use crate::layers::OpenLayer;
+use crate::stack::{self, Bands, LayerPlan, Stack};
 
 /// Buffers of rows between reading and filtering.
 const ROW_BUFFERS: usize = 3;
@@ -28,11 +28,14 @@ const BATCHES: usize = 4;
 const BATCH_BYTES: usize = 2 << 20;
 
 type Batch = Vec<(PagePos, EncodedTile)>;
+/// Rows of every layer's image, as many as lie along the same rows of the texture.
+type LayerRows = Vec<Vec<u8>>;
 
 /// What a build does to the rows.
 pub(crate) struct Job<'a> {
     pub(crate) description: &'a Description,
-    pub(crate) linear_light: bool,
+    /// One for each layer.
+    pub(crate) plans: &'a [LayerPlan],
     pub(crate) compression: Compression,
     /// Which tiles are made, by their place in the order of writing: all of them or those of one part, without those
     /// that an interrupted build had made.
@@ -70,7 +73,11 @@ impl Sink for PartWriter {
 
 /// Why the pipeline ended early.
 pub(crate) enum Stopped {
-    Input(InputFault),
+    /// An image cannot be read.
+    Input {
+        path: PathBuf,
+        fault: InputFault,
+    },
     Output(WriteError),
     Cancelled,
 }
@@ -92,39 +99,39 @@ impl Job<'_> {
         (BATCH_BYTES / self.description.tile_bytes()).max(self.pool.current_num_threads())
     }
 
-    /// Bytes that the pipeline holds at most, for an image whose rows have `image_row_bytes`, the reader's own and the
-    /// index of the container not counted.
-    pub(crate) fn memory(&self, image_row_bytes: usize) -> u64 {
-        let (geometry, format) = (&self.description.geometry, self.description.layers[0].format);
-        let rows = ROW_BUFFERS as u64 * u64::from(block_rows(geometry, format)) * image_row_bytes as u64;
+    /// Bytes that the pipeline holds at most, the readers' own and the index of the container not counted.
+    pub(crate) fn memory(&self) -> u64 {
+        let block = stack::block_rows(self.plans);
+        let row_bytes = |plan: &LayerPlan| {
+            u64::from(block / plan.layer.scale) * plan.image_row_bytes() as u64
+        };
+        let rows = ROW_BUFFERS as u64 * self.plans.iter().map(row_bytes).sum::<u64>();
         let batches = (BATCHES + 2) as u64 * self.batch_tiles() as u64 * self.description.tile_bytes() as u64;
-        memory(geometry, format) + rows + batches
+        stack::memory(self.plans) + rows + batches
     }
 
     /// Runs a whole build, up to the last tile.
     pub(crate) fn run<S: Sink>(
         &self,
-        reader: &mut dyn RowReader,
+        layers: &mut [OpenLayer],
         sink: S,
         progress: &dyn Progress,
     ) -> Result<Done<S>, Stopped> {
         let (rows_tx, rows_rx) = sync_channel(ROW_BUFFERS);
         let (spare_tx, spare_rx) = channel();
         let (tiles_tx, tiles_rx) = sync_channel(BATCHES);
-        let format = reader.header().format;
         let written = AtomicU64::new(0);
         for _ in 0..ROW_BUFFERS {
             // The other end is in this function, so nothing can fail.
-            let _ = spare_tx.send(Vec::new());
+            let _ = spare_tx.send(vec![Vec::new(); self.plans.len()]);
         }
         thread::scope(|scope| {
             // Each stage owns its ends of the queues, so that the others see it end.
             let written = &written;
             let writing = scope.spawn(move || append_tiles(sink, &tiles_rx, written));
-            let cutting = scope.spawn(move || {
-                self.pool.install(move || self.cut_tiles(format, &rows_rx, &spare_tx, &tiles_tx))
-            });
-            let read = self.read(reader, &rows_tx, &spare_rx, progress, written);
+            let cutting = scope
+                .spawn(move || self.pool.install(move || self.cut_tiles(&rows_rx, &spare_tx, &tiles_tx)));
+            let read = self.read(layers, &rows_tx, &spare_rx, progress, written);
             drop(rows_tx);
             let cut = cutting.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
             let writer = writing.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
@@ -137,16 +144,17 @@ impl Job<'_> {
         })
     }
 
+    /// Reads all images, each in turn as far as the same rows of the texture.
     fn read(
         &self,
-        reader: &mut dyn RowReader,
-        rows_tx: &SyncSender<Vec<u8>>,
-        spare_rx: &Receiver<Vec<u8>>,
+        layers: &mut [OpenLayer],
+        rows_tx: &SyncSender<LayerRows>,
+        spare_rx: &Receiver<LayerRows>,
         progress: &dyn Progress,
         written: &AtomicU64,
     ) -> Result<(), Stopped> {
-        let (height, row_bytes) = (reader.header().height, reader.header().row_bytes());
-        let block = block_rows(&self.description.geometry, self.description.layers[0].format);
+        let height = self.description.geometry.size()[1];
+        let block = stack::block_rows(self.plans);
         let mut done = 0;
         while done < height {
             let now = progress.advance(done.into(), height.into(), written.load(Ordering::Relaxed));
@@ -154,13 +162,16 @@ impl Job<'_> {
                 return Err(Stopped::Cancelled);
             }
             let Ok(mut rows) = spare_rx.recv() else { return Ok(()) };
-            let count = block.min(height - done);
-            rows.resize(count as usize * row_bytes, 0);
-            reader.read_rows(&mut rows).map_err(Stopped::Input)?;
+            let block = done..done + block.min(height - done);
+            for ((layer, plan), rows) in layers.iter_mut().zip(self.plans).zip(&mut rows) {
+                rows.resize(plan.rows(&block) as usize * plan.image_row_bytes(), 0);
+                let failed = |fault| Stopped::Input { path: layer.path.clone(), fault };
+                layer.reader.read_rows(rows).map_err(failed)?;
+            }
             if rows_tx.send(rows).is_err() {
                 return Ok(());
             }
-            done += count;
+            done = block.end;
         }
         Ok(())
     }
@@ -169,58 +180,56 @@ impl Job<'_> {
     /// rows it held.
     fn cut_tiles(
         &self,
-        image_format: PixelFormat,
-        rows_rx: &Receiver<Vec<u8>>,
-        spare_tx: &Sender<Vec<u8>>,
+        rows_rx: &Receiver<LayerRows>,
+        spare_tx: &Sender<LayerRows>,
         tiles_tx: &SyncSender<Batch>,
     ) -> Result<u64, OtherStage> {
-        let (geometry, format) = (&self.description.geometry, self.description.layers[0].format);
-        let mut pyramid = Pyramid::new(geometry, format, self.linear_light);
+        let mut stack = Stack::new(self.plans);
         let mut first_tile = 0;
         for rows in rows_rx {
-            pyramid.push(&rows, image_format);
+            stack.push(&rows);
             // Nobody waits for it once everything is read.
             let _ = spare_tx.send(rows);
-            pyramid.cut_ready(|band| {
-                self.encode(band, first_tile, tiles_tx)?;
-                first_tile += u64::from(band.pages());
+            stack.cut_ready(|bands| {
+                self.encode(bands, first_tile, tiles_tx)?;
+                first_tile += u64::from(bands.pages());
                 Ok(())
             })?;
             if first_tile >= self.tiles.end {
-                return Ok(pyramid.allocated());
+                return Ok(stack.allocated());
             }
         }
-        if !pyramid.is_complete() {
+        if !stack.is_complete() {
             return Err(OtherStage);
         }
         if self.tiles.contains(&first_tile) {
-            let tail = self.encoded(tail_texels(geometry, format, &pyramid));
-            tiles_tx.send(vec![(geometry.tail_pos(), tail)]).map_err(|_| OtherStage)?;
+            let (pos, tail) = (self.description.geometry.tail_pos(), self.encoded(stack.tail()));
+            tiles_tx.send(vec![(pos, tail)]).map_err(|_| OtherStage)?;
         }
-        Ok(pyramid.allocated())
+        Ok(stack.allocated())
     }
 
-    /// Encodes what is wanted of a band whose first tile is number `first_tile` in the order of writing.
+    /// Encodes what is wanted of a row of pages whose first tile is number `first_tile` in the order of writing.
     fn encode(
         &self,
-        band: &Band<'_>,
+        bands: &Bands<'_>,
         first_tile: u64,
         tiles_tx: &SyncSender<Batch>,
     ) -> Result<(), OtherStage> {
         let batch = self.batch_tiles();
-        let column_of = |tile: u64| tile.saturating_sub(first_tile).min(band.pages().into()) as u32;
+        let column_of = |tile: u64| tile.saturating_sub(first_tile).min(bands.pages().into()) as u32;
         let wanted = column_of(self.tiles.start)..column_of(self.tiles.end);
         for first in wanted.clone().step_by(batch) {
             let columns = first..wanted.end.min(first.saturating_add(batch as u32));
-            let encode = |x| (band.pos(x), self.encoded(band.tile_texels(x)));
+            let encode = |x| (bands.pos(x), self.encoded(bands.tile(x)));
             let tiles = columns.into_par_iter().map(encode).collect();
             tiles_tx.send(tiles).map_err(|_| OtherStage)?;
         }
         Ok(())
     }
 
-    fn encoded(&self, texels: Vec<u8>) -> EncodedTile {
-        EncodedTile::new(texels.into(), self.description, self.compression)
+    fn encoded(&self, tile: Vec<u8>) -> EncodedTile {
+        EncodedTile::new(tile.into(), self.description, self.compression)
     }
 }
 

@@ -95,15 +95,15 @@ fn formats_become_the_layers_that_hold_them() {
         (ColorType::Grayscale, BitDepth::Eight, LayerFormat::R8),
         (ColorType::Grayscale, BitDepth::Sixteen, LayerFormat::R16),
         (ColorType::GrayscaleAlpha, BitDepth::Eight, LayerFormat::Rg8),
-        (ColorType::GrayscaleAlpha, BitDepth::Sixteen, LayerFormat::Rg8),
+        (ColorType::GrayscaleAlpha, BitDepth::Sixteen, LayerFormat::Rgba16),
         (ColorType::Rgb, BitDepth::Eight, LayerFormat::Rgba8Srgb),
-        (ColorType::Rgba, BitDepth::Sixteen, LayerFormat::Rgba8Srgb),
+        (ColorType::Rgba, BitDepth::Sixteen, LayerFormat::Rgba16),
     ] {
         let input = dir.path().join("in.png");
         let bytes = depth as usize / 8 * color.samples() * 30 * 20;
         write_png(&input, [30, 20], color, depth, &texels(bytes, 1));
         let (output, report) = build_file(&input, &BuildOptions::default());
-        assert_eq!((report.format, tiles(&output).0.layers[0].format), (format, format));
+        assert_eq!((report.layers[0].layer.format, tiles(&output).0.layers[0].format), (format, format));
     }
 }
 

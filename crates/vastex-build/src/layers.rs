@@ -1,0 +1,189 @@
+//! The layers of a build: which image makes which, and whether they suit one another.
+//!
+//! What becomes of their rows is [`crate::stack`]'s business.
+
+use std::path::{Path, PathBuf};
+
+use vastex_core::{AddressMode, Description, Dims, Geometry, GeometrySpec, Layer, LayerFormat};
+
+use crate::blocks;
+use crate::convert::{Conversion, layer_format, possible_formats};
+use crate::error::BuildError;
+use crate::filter::{LayerFilter, LevelsFrom, Meaning};
+use crate::notice::Notice;
+use crate::readers::{RowReader, open};
+use crate::stack::LayerPlan;
+use crate::{BuildOptions, fingerprint, place};
+
+/// An image, and what layer is made of it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LayerInput {
+    /// The layer's name, which tells it from the others of its texture.
+    pub name: String,
+    /// The image, or a tile directory.
+    pub path: PathBuf,
+    /// The format of the layer; nothing for the one that holds the image best.
+    pub format: Option<LayerFormat>,
+    /// How its levels are made; nothing for what [`BuildOptions::filter`] says or, where that says nothing, what suits the
+    /// layer's name and format.
+    pub filter: Option<LayerFilter>,
+}
+
+/// The layer `color`, in the format that holds the image best.
+impl<P: AsRef<Path>> From<P> for LayerInput {
+    fn from(path: P) -> LayerInput {
+        LayerInput { name: "color".into(), path: path.as_ref().into(), format: None, filter: None }
+    }
+}
+
+/// What was made of an image.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LayerReport {
+    /// The image.
+    pub path: PathBuf,
+    /// Name, format and share of the resolution.
+    pub layer: Layer,
+    /// The filter that made its levels.
+    pub filter: LayerFilter,
+    /// What was left out of the image, and what it cost.
+    pub notices: Vec<Notice>,
+}
+
+/// An image that is open, and the layer that it makes.
+pub(crate) struct OpenLayer {
+    pub(crate) path: PathBuf,
+    pub(crate) reader: Box<dyn RowReader>,
+    pub(crate) layer: Layer,
+    filter: Option<LayerFilter>,
+}
+
+impl OpenLayer {
+    fn open(input: LayerInput, output: &Path) -> Result<OpenLayer, BuildError> {
+        let LayerInput { name, path, format, filter } = input;
+        let reader = open(&path).map_err(|fault| BuildError::Input { path: path.clone(), fault })?;
+        place::check(&path, reader.header().tile_directory.as_deref(), output)?;
+        let format = format.unwrap_or_else(|| layer_format(reader.header()));
+        if format.is_compressed() && !blocks::AVAILABLE {
+            return Err(BuildError::NoEncoders(format.name()));
+        }
+        Ok(OpenLayer { path, reader, layer: Layer::new(name, format), filter })
+    }
+
+    fn size(&self) -> [u32; 2] {
+        [self.reader.header().width, self.reader.header().height]
+    }
+
+    /// How its levels are made.
+    pub(crate) fn filter(&self, options: &BuildOptions) -> Result<LayerFilter, BuildError> {
+        let Layer { name, format, .. } = &self.layer;
+        let asked = self.filter.or(options.filter);
+        let mut filter = asked.unwrap_or_else(|| LayerFilter::for_layer(name, *format, options.linear));
+        // Asked for by name, it is refused where it makes no sense.
+        if filter.from == LevelsFrom::Chain && (asked.is_some() || !filter.kernel.picks()) {
+            filter.from = options.levels_from;
+        }
+        Ok(filter.for_format(*format)?)
+    }
+
+    /// Whether the numbers are colours, as far as its name and its filter tell.
+    fn is_color(&self, filter: LayerFilter) -> bool {
+        let usual = LayerFilter::for_layer(&self.layer.name, self.layer.format, true);
+        usual.meaning == Meaning::LinearColor && filter.meaning != Meaning::Normal
+    }
+
+    /// What there is to say of what was made of it.
+    pub(crate) fn report(&self, plan: &LayerPlan) -> LayerReport {
+        let mut notices = self.reader.header().notices.clone();
+        notices.extend(plan.notices());
+        LayerReport { path: self.path.clone(), layer: self.layer.clone(), filter: plan.filter, notices }
+    }
+
+    /// What becomes of its rows in a texture of that shape.
+    pub(crate) fn plan(&self, geometry: &Geometry, options: &BuildOptions) -> Result<LayerPlan, BuildError> {
+        let (header, format) = (self.reader.header(), self.layer.format);
+        let filter = self.filter(options)?;
+        let conversion =
+            Conversion::new(header, format, self.is_color(filter)).ok_or_else(|| BuildError::Format {
+                path: self.path.clone(),
+                image: header.format.to_string(),
+                format: format.name(),
+                possible: possible_formats(header.format)
+                    .map(LayerFormat::name)
+                    .collect::<Vec<_>>()
+                    .join(", "),
+            })?;
+        Ok(LayerPlan {
+            geometry: geometry.of_layer(self.layer.scale),
+            layer: self.layer.clone(),
+            conversion,
+            filter,
+            border_color: options.border_color,
+            quality: options.quality,
+            lost_alpha: false.into(),
+            lost_negatives: false.into(),
+        })
+    }
+}
+
+/// Opens all images and finds each layer's share of the resolution. At least one input.
+pub(crate) fn open_all(inputs: Vec<LayerInput>, output: &Path) -> Result<Vec<OpenLayer>, BuildError> {
+    let layers: Result<Vec<_>, _> = inputs.into_iter().map(|input| OpenLayer::open(input, output)).collect();
+    let mut layers = layers?;
+    let texels = |layer: &OpenLayer| layer.size().map(u64::from).iter().product::<u64>();
+    // Among equals the first.
+    let Some(largest) = layers.iter().rev().max_by_key(|layer| texels(layer)) else { return Ok(layers) };
+    let (whole, of) = (largest.size(), largest.path.clone());
+    for layer in &mut layers {
+        let size = layer.size();
+        let scale = [1, 2, 4].into_iter().find(|&scale| whole.map(|n| n.div_ceil(scale)) == size);
+        layer.layer.scale = scale.ok_or_else(|| BuildError::LayerSize {
+            path: layer.path.clone(),
+            size,
+            of: of.clone(),
+            whole,
+        })?;
+    }
+    Ok(layers)
+}
+
+/// The texture that the layers make.
+pub(crate) fn describe(layers: &[OpenLayer], options: &BuildOptions) -> Result<Description, BuildError> {
+    let mut size = [1; 2];
+    for layer in layers {
+        size = [0, 1].map(|axis| size[axis].max(layer.size()[axis]));
+    }
+    let [x, y] = options.address;
+    let wraps = layers.iter().any(|layer| layer.reader.header().wraps);
+    let x = if wraps && x == AddressMode::Clamp { AddressMode::Wrap } else { x };
+    let filters: Result<Vec<_>, _> = layers.iter().map(|layer| layer.filter(options)).collect();
+    let layers: Vec<_> = layers.iter().map(|layer| layer.layer.clone()).collect();
+    let geometry = Geometry::new(GeometrySpec {
+        dims: Dims::D2,
+        size: [size[0], size[1], 1],
+        page: options.page,
+        border: options.border,
+        address: [x, y, AddressMode::Clamp],
+        positions: LayerFilter::common_positions(&filters?)?,
+        tail_align: Description::tail_align(&layers),
+    })?;
+    let description =
+        Description { border_color: options.border_color, ..Description::new(geometry, layers) };
+    description.check().map_err(|error| {
+        let unit = description.layers.iter().map(|layer| layer.scale * layer.format.block_side()).max();
+        BuildError::layers(error, options.page, options.border, unit.unwrap_or(1))
+    })?;
+    Ok(description)
+}
+
+/// What the parts of a build, or a build and the one that it resumes, must have in common besides the description.
+pub(crate) fn fingerprint(layers: &[OpenLayer], options: &BuildOptions) -> Result<String, BuildError> {
+    let input = |layer: &OpenLayer| -> std::io::Result<[u64; 2]> {
+        let tiles = layer.reader.header().tile_directory.as_deref();
+        Ok([fingerprint::fingerprint(&layer.path)?, tiles.map_or(Ok(0), fingerprint::fingerprint)?])
+    };
+    let of_layer = |layer: &OpenLayer| {
+        input(layer).map_err(|error| BuildError::Input { path: layer.path.clone(), fault: error.into() })
+    };
+    let inputs: Vec<_> = layers.iter().map(of_layer).collect::<Result<_, _>>()?;
+    Ok(format!("{:?}", (inputs, options.compression, options.quality)))
+}

@@ -1,0 +1,207 @@
+//! All layers of a texture at once: a pyramid for each, whose rows of pages are cut together into tiles.
+//!
+//! A layer at a fraction of the resolution has that fraction of the rows, and the same rows of pages. A tile's bytes are its
+//! layers one after the other, those of compressed ones encoded here, borders included.
+
+use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use vastex_core::{Geometry, Layer, PagePos};
+
+use crate::blocks::{self, Lost, Quality};
+use crate::convert::Conversion;
+use crate::filter::LayerFilter;
+use crate::notice::Notice;
+use crate::pyramid::{Band, Pyramid, Shape};
+use crate::tail::tail_texels;
+
+/// What becomes of one image.
+pub(crate) struct LayerPlan {
+    pub(crate) layer: Layer,
+    /// The texture's, as the layer sees it.
+    pub(crate) geometry: Geometry,
+    pub(crate) conversion: Conversion,
+    pub(crate) filter: LayerFilter,
+    pub(crate) border_color: [u8; 4],
+    pub(crate) quality: Quality,
+    pub(crate) lost_alpha: AtomicBool,
+    pub(crate) lost_negatives: AtomicBool,
+}
+
+impl LayerPlan {
+    /// What its pyramid is made for.
+    fn shape(&self) -> Shape<'_> {
+        Shape {
+            geometry: &self.geometry,
+            format: self.layer.format.decoded(),
+            filter: self.filter,
+            border_color: self.border_color,
+        }
+    }
+
+    /// Rows of the layer along some of the texture's, which begin at a whole row of it.
+    pub(crate) fn rows(&self, texture: &Range<u32>) -> u32 {
+        texture.end.div_ceil(self.layer.scale) - texture.start / self.layer.scale
+    }
+
+    /// Bytes of a row of the image.
+    pub(crate) fn image_row_bytes(&self) -> usize {
+        self.geometry.size()[0] as usize * self.conversion.image_texel_bytes()
+    }
+
+    /// What has been left out so far.
+    pub(crate) fn notices(&self) -> Vec<Notice> {
+        let format = self.layer.format;
+        let mut notices = Vec::new();
+        if self.conversion.decodes() {
+            notices.push(Notice::StoredAsLight);
+        }
+        if self.lost_alpha.load(Ordering::Relaxed) {
+            notices.push(Notice::NotOpaque(format));
+        }
+        if self.lost_negatives.load(Ordering::Relaxed) {
+            notices.push(Notice::NegativesClamped(format));
+        }
+        notices
+    }
+
+    /// Appends a tile's share of this layer to `bytes`.
+    fn finish(&self, texels: &[u8], bytes: &mut Vec<u8>) {
+        if !self.layer.format.is_compressed() {
+            bytes.extend_from_slice(texels);
+            return;
+        }
+        let [width, height, _] = self.geometry.tile();
+        let Lost { alpha, negative } =
+            blocks::encode(self.layer.format, self.quality, texels, [width, height], bytes);
+        if alpha {
+            self.lost_alpha.store(true, Ordering::Relaxed);
+        }
+        if negative {
+            self.lost_negatives.store(true, Ordering::Relaxed);
+        }
+    }
+
+    /// A tile's share, where it is the only layer.
+    fn finished(&self, texels: Vec<u8>) -> Vec<u8> {
+        if !self.layer.format.is_compressed() {
+            return texels;
+        }
+        let mut bytes = Vec::new();
+        self.finish(&texels, &mut bytes);
+        bytes
+    }
+}
+
+/// Rows of the texture that are best pushed at once: a whole, even number of rows of each layer, and a function of the
+/// texture's shape and layers alone.
+pub(crate) fn block_rows(plans: &[LayerPlan]) -> u32 {
+    let unit = 2 * plans.iter().map(|plan| plan.layer.scale).max().unwrap_or(1);
+    let of_layer = |plan: &LayerPlan| plan.layer.scale * plan.shape().block_rows();
+    let rows = plans.iter().map(of_layer).min().unwrap_or(unit);
+    (rows / unit * unit).max(unit)
+}
+
+/// Bytes that all pyramids hold at most.
+pub(crate) fn memory(plans: &[LayerPlan]) -> u64 {
+    let block = block_rows(plans);
+    let late = late_bands(plans);
+    let of_layer = |plan: &LayerPlan| plan.shape().memory(block / plan.layer.scale, late);
+    plans.iter().map(of_layer).sum()
+}
+
+/// Rows of pages at the top of each level that are cut last, in all layers alike.
+fn late_bands(plans: &[LayerPlan]) -> u32 {
+    plans.iter().map(|plan| plan.shape().late_bands()).max().unwrap_or(0)
+}
+
+/// The pyramids of all layers.
+pub(crate) struct Stack<'a> {
+    plans: &'a [LayerPlan],
+    pyramids: Vec<Pyramid<'a>>,
+}
+
+impl<'a> Stack<'a> {
+    pub(crate) fn new(plans: &'a [LayerPlan]) -> Stack<'a> {
+        let (block, late) = (block_rows(plans), late_bands(plans));
+        let pyramid = |plan: &'a LayerPlan| {
+            let rows = block / plan.layer.scale;
+            Pyramid::new(plan.shape(), rows, late)
+        };
+        Stack { plans, pyramids: plans.iter().map(pyramid).collect() }
+    }
+
+    /// Takes the next rows of every image, those of [`block_rows`] rows of the texture except at its end.
+    pub(crate) fn push(&mut self, rows: &[Vec<u8>]) {
+        for ((pyramid, plan), rows) in self.pyramids.iter_mut().zip(self.plans).zip(rows) {
+            pyramid.push(rows, &plan.conversion);
+        }
+    }
+
+    /// Hands every row of pages that is ready in all layers to `cut`, the finest level first. Stops at the first error.
+    pub(crate) fn cut_ready<E>(&mut self, mut cut: impl FnMut(&Bands<'_>) -> Result<(), E>) -> Result<(), E> {
+        let Some(geometry) = self.plans.first().map(|plan| &plan.geometry) else { return Ok(()) };
+        for level in 0..geometry.tail().first_level() {
+            let mut any = false;
+            while self.pyramids.iter().all(|pyramid| pyramid.has_band(level)) {
+                let layers = self.pyramids.iter_mut().filter_map(|pyramid| pyramid.cut_band(level));
+                cut(&Bands { plans: self.plans, layers: layers.collect() })?;
+                any = true;
+            }
+            if any {
+                self.pyramids.iter_mut().for_each(|pyramid| pyramid.forget(level));
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether every row has been pushed.
+    pub(crate) fn is_complete(&self) -> bool {
+        self.pyramids.iter().all(Pyramid::is_complete)
+    }
+
+    /// Bytes of rows held; never falls.
+    pub(crate) fn allocated(&self) -> u64 {
+        self.pyramids.iter().map(Pyramid::allocated).sum()
+    }
+
+    /// The bytes of the tail's tile. Every row must have been pushed.
+    pub(crate) fn tail(&self) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        for (plan, pyramid) in self.plans.iter().zip(&self.pyramids) {
+            plan.finish(&tail_texels(&plan.geometry, plan.layer.format, pyramid), &mut bytes);
+        }
+        bytes
+    }
+}
+
+/// A row of pages, all of whose rows are there in every layer.
+pub(crate) struct Bands<'a> {
+    plans: &'a [LayerPlan],
+    /// At least one.
+    layers: Vec<Band<'a>>,
+}
+
+impl Bands<'_> {
+    /// Pages in the band.
+    pub(crate) fn pages(&self) -> u32 {
+        self.layers[0].pages()
+    }
+
+    /// The band's page in column `x`.
+    pub(crate) fn pos(&self, x: u32) -> PagePos {
+        self.layers[0].pos(x)
+    }
+
+    /// The bytes of its tile.
+    pub(crate) fn tile(&self, x: u32) -> Vec<u8> {
+        if let ([plan], [band]) = (self.plans, self.layers.as_slice()) {
+            return plan.finished(band.tile_texels(x));
+        }
+        let mut bytes = Vec::new();
+        for (plan, band) in self.plans.iter().zip(&self.layers) {
+            plan.finish(&band.tile_texels(x), &mut bytes);
+        }
+        bytes
+    }
+}
