@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use vastex_core::LayerFormat;
+
 /// Something that whoever asked for the build should know. Its `Display` is one sentence without the file's name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -13,8 +15,12 @@ pub enum Notice {
         /// What kind of file it is.
         why: &'static str,
     },
-    /// Colour of 16 bits per channel became 8 bits.
-    ColorTo8Bits,
+    /// Colours that the file holds sRGB-encoded became light, in a layer of 16 bits.
+    StoredAsLight,
+    /// The format keeps no transparency, and some texels are not opaque.
+    NotOpaque(LayerFormat),
+    /// The format keeps no negative numbers, and there were some.
+    NegativesClamped(LayerFormat),
     /// Floats of 64 bits became ones of 32.
     DoublesNarrowed,
     /// Whole numbers beyond 2^24 were rounded to what a 32-bit float can hold.
@@ -77,7 +83,19 @@ impl fmt::Display for Notice {
                 let mib = bytes.div_ceil(1 << 20);
                 write!(f, "{why} cannot be read by rows: the whole image is held in memory, {mib} MiB")
             }
-            Notice::ColorTo8Bits => write!(f, "16-bit colour is stored with 8 bits per channel"),
+            Notice::StoredAsLight => {
+                write!(f, "sRGB-encoded colours are stored as light, which keeps them in 16 bits")
+            }
+            Notice::NotOpaque(LayerFormat::Bc6h) => {
+                write!(f, "transparency is left out, which bc6h cannot keep; rgba16f can")
+            }
+            Notice::NotOpaque(format) => {
+                let name = format.name();
+                write!(f, "transparency is left out, which {name} does not keep; bc3 and bc7 do")
+            }
+            Notice::NegativesClamped(format) => {
+                write!(f, "negative numbers became 0, since {} holds none; rgba16f does", format.name())
+            }
             Notice::IntegersRounded => {
                 write!(f, "whole numbers beyond 16777216 are rounded to what 32-bit floats can hold")
             }

@@ -59,9 +59,7 @@ impl ImageHeader {
         if w == 0 || h == 0 {
             return Err(InputFault::NoTexels { width, height });
         }
-        let to_8_bits = format.sample() == Sample::U16 && format.channels() > 1;
-        let notices = if to_8_bits { vec![Notice::ColorTo8Bits] } else { Vec::new() };
-        let (linear, wraps, memory, tile_directory) = (false, false, 0, None);
+        let (linear, wraps, memory, tile_directory, notices) = (false, false, 0, None, Vec::new());
         Ok(ImageHeader { width: w, height: h, format, linear, wraps, memory, tile_directory, notices })
     }
 
