@@ -4,6 +4,7 @@
 
 mod common;
 mod golden;
+mod layers;
 mod pictures;
 mod shaders;
 mod streaming;

@@ -6,7 +6,7 @@ use vastex_scenes::{Comparison, Path, Scene};
 
 /// What a picture may differ by: 99.9 % of the pixels by one step of 1/255, one pixel in 10,000 by more than three. The
 /// filters of an atlas and of a whole texture round their weights at different places.
-fn assert_alike(comparison: &Comparison, what: &str) {
+pub(crate) fn assert_alike(comparison: &Comparison, what: &str) {
     assert!(comparison.share_within_1_255 >= 0.999, "{what}: {comparison:?}");
     assert!(comparison.share_beyond_3_255 <= 1e-4, "{what}: {comparison:?}");
 }
@@ -45,7 +45,7 @@ fn close_up_and_every_filter() {
 
 #[test]
 fn every_address_mode() {
-    for mode in [AddressMode::Clamp, AddressMode::Wrap, AddressMode::Mirror] {
+    for mode in [AddressMode::Clamp, AddressMode::Wrap, AddressMode::Mirror, AddressMode::Border] {
         for (width, height) in [(1000, 777), (1024, 512)] {
             let image = Image { address: [mode; 2], ..Image::new(width, height, 128) };
             assert_alike(&compare(image, Scene::Globe, Path::Fly, Filter::Trilinear), &format!("{image:?}"));
