@@ -24,11 +24,11 @@ pub(crate) struct Need {
 }
 
 pub(crate) const C_COMPILER: Need = Need {
-    what: "a C compiler",
-    why: "the JPEG and Zstandard encoders are C libraries",
+    what: "a C and C++ compiler",
+    why: "the encoders of JPEG, Zstandard and BC7 are C and C++ libraries",
     present: has_c_compiler,
-    debian: &["gcc", "libc6-dev"],
-    elsewhere: "gcc or clang (on macOS: xcode-select --install; on Windows: the Visual Studio build tools)",
+    debian: &["gcc", "g++", "libc6-dev"],
+    elsewhere: "gcc and g++, or clang (on macOS: xcode-select --install; on Windows: the Visual Studio build tools)",
 };
 
 pub(crate) const GRAPHICS_DRIVER: Need = Need {
@@ -123,7 +123,8 @@ fn apt_get() -> Result<Command> {
 
 fn has_c_compiler() -> bool {
     // On Windows the build scripts look the compiler up in the registry, where this program does not.
-    cfg!(windows) || std::env::var_os("CC").is_some() || shell::on_path("cc")
+    let has = |variable: &str, program: &str| std::env::var_os(variable).is_some() || shell::on_path(program);
+    cfg!(windows) || (has("CC", "cc") && has("CXX", "c++"))
 }
 
 fn has_virtual_display() -> bool {
