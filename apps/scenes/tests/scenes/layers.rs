@@ -28,7 +28,7 @@ fn hash(values: [u32; 4]) -> u32 {
 /// Checks that lie at the same place on all levels, since a pixel between two of them may take either, and noise.
 fn grain(level: u8, [x, y]: [u32; 2], channel: u32) -> f32 {
     let noise = (hash([level.into(), x, y, channel]) & 0xff) as f32 / 255.0;
-    let check = (((x << level) >> 5) + ((y << level) >> 5) + channel & 1) as f32;
+    let check = ((((x << level) >> 5) + ((y << level) >> 5) + channel) & 1) as f32;
     0.3 + 0.25 * check + 0.04 * noise
 }
 
