@@ -187,7 +187,16 @@ mod tests {
     use super::*;
 
     fn header(format: PixelFormat, linear: bool) -> ImageHeader {
-        ImageHeader { width: 1, height: 1, format, linear, wraps: false, memory: 0, notices: Vec::new(), tile_directory: None }
+        ImageHeader {
+            width: 1,
+            height: 1,
+            format,
+            linear,
+            wraps: false,
+            memory: 0,
+            notices: Vec::new(),
+            tile_directory: None,
+        }
     }
 
     fn converted(image: PixelFormat, to: LayerFormat, texel: &[u8]) -> Vec<u8> {

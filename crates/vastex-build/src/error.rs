@@ -69,7 +69,9 @@ pub enum BuildError {
         possible: String,
     },
     /// Block-compressed layers are asked for, and the encoders are not linked.
-    #[error("{0} cannot be made: this was built without the encoders of block-compressed formats (feature bc)")]
+    #[error(
+        "{0} cannot be made: this was built without the encoders of block-compressed formats (feature bc)"
+    )]
     NoEncoders(&'static str),
     /// More memory would be needed than is allowed.
     #[error(
@@ -100,6 +102,11 @@ pub enum BuildError {
         /// The directory of the input's tiles.
         directory: PathBuf,
     },
+    /// Transparent pages are to be left out, but nothing can be transparent.
+    #[error(
+        "no layer has an alpha channel, so none can say which pages are transparent; give a mask instead"
+    )]
+    NoAlpha,
     /// The output cannot be written.
     #[error(transparent)]
     Output(WriteError),

@@ -185,5 +185,10 @@ pub(crate) fn fingerprint(layers: &[OpenLayer], options: &BuildOptions) -> Resul
         input(layer).map_err(|error| BuildError::Input { path: layer.path.clone(), fault: error.into() })
     };
     let inputs: Vec<_> = layers.iter().map(of_layer).collect::<Result<_, _>>()?;
-    Ok(format!("{:?}", (inputs, options.compression, options.quality)))
+    let of_mask = |path: &PathBuf| {
+        let failed = |error: std::io::Error| BuildError::Input { path: path.clone(), fault: error.into() };
+        fingerprint::fingerprint(path).map_err(failed)
+    };
+    let mask = options.mask.as_ref().map(of_mask).transpose()?;
+    Ok(format!("{:?}", (inputs, options.compression, options.quality, mask, options.drop_transparent)))
 }

@@ -30,21 +30,22 @@ mod pyramid;
 mod readers;
 mod replace;
 mod rows;
+mod sparse;
 mod srgb;
 mod stack;
 mod tail;
 mod texel;
 
-use std::ops::ControlFlow;
-use std::path::Path;
+use std::ops::{ControlFlow, Range};
+use std::path::{Path, PathBuf};
 
 use vastex_core::AddressMode;
 use vastex_tiles::{Left, Origin, PartWriter, ResumableWriter, WriterOptions};
 
 pub use blocks::Quality;
 pub use error::{BuildError, InputFault};
-pub use filter::{FilterError, Kernel, LayerFilter, LevelsFrom, Meaning};
 pub use export::{ExportError, ExportOptions, ExportReport, Layout, TileFormat, export};
+pub use filter::{FilterError, Kernel, LayerFilter, LevelsFrom, Meaning};
 pub use layers::{LayerInput, LayerReport};
 pub use notice::Notice;
 pub use readers::{DirectorySource, ImageHeader, PixelFormat, RowReader, Sample, open};
@@ -55,6 +56,7 @@ pub use vastex_tiles::{
 
 use layers::OpenLayer;
 use pipeline::{Done, Job, Sink, Stopped};
+use sparse::Selection;
 
 /// How a container is made.
 #[derive(Clone, Debug)]
@@ -79,6 +81,11 @@ pub struct BuildOptions {
     pub address: [AddressMode; 2],
     /// What lies beyond an edge of [`AddressMode::Border`]: red, green, blue, alpha, as a layer stores them.
     pub border_color: [u8; 4],
+    /// An image of the texture's shape, of any size: where it is black or transparent, pages get no tile, and their nearest
+    /// ancestors stand in for them. Nothing for tiles everywhere.
+    pub mask: Option<PathBuf>,
+    /// Whether pages that are transparent in all layers with alpha get no tile.
+    pub drop_transparent: bool,
     /// Threads that filter and encode, besides one that reads and one that writes; 0 for as many as there are cores.
     pub threads: usize,
     /// Whether to wait at the end until the disk has everything.
@@ -109,6 +116,8 @@ impl Default for BuildOptions {
             levels_from: LevelsFrom::Chain,
             address: [AddressMode::Clamp; 2],
             border_color: [0; 4],
+            mask: None,
+            drop_transparent: false,
             threads: 0,
             durable: false,
             align: 1,
@@ -148,6 +157,8 @@ pub struct BuildReport {
     pub constant_tiles: u64,
     /// Tiles whose bytes are those of an earlier one.
     pub shared_tiles: u64,
+    /// Pages that have no tile.
+    pub absent_tiles: u64,
     /// Tiles that an interrupted build had made.
     pub resumed_tiles: u64,
     /// Bytes of the file.
@@ -180,22 +191,27 @@ pub fn build<I: Clone + Into<LayerInput>>(
     if inputs.is_empty() {
         return Err(BuildError::NoInput);
     }
+    if let Some(mask) = &options.mask {
+        place::check(mask, None, output)?;
+    }
     let mut layers = layers::open_all(inputs.iter().cloned().map(Into::into).collect(), output)?;
     let description = layers::describe(&layers, options)?;
     let plans: Result<Vec<_>, _> =
         layers.iter().map(|layer| layer.plan(&description.geometry, options)).collect();
     let (plans, pool) = (plans?, thread_pool(options.threads)?);
+    let run = match options.part {
+        Some(part) => part.run(description.geometry.page_count()),
+        None => 0..description.geometry.page_count(),
+    };
     let mut job = Job {
         description: &description,
         plans: &plans,
         compression: options.compression,
-        tiles: match options.part {
-            Some(part) => part.run(description.geometry.page_count()),
-            None => 0..description.geometry.page_count(),
-        },
+        tiles: run.clone(),
         pool: &pool,
     };
     let memory = check_memory(&layers, &job, options.memory_limit)?;
+    let selection = sparse::select(&layers, &plans, &description.geometry, options)?;
     let filters: Vec<String> = plans.iter().map(|plan| plan.filter.to_string()).collect();
     let writer_options = WriterOptions {
         compression: options.compression,
@@ -212,13 +228,15 @@ pub fn build<I: Clone + Into<LayerInput>>(
             let origin = Origin { input: same.as_bytes(), options: &[] };
             let writer = ResumableWriter::create(output, description.clone(), writer_options, origin, left)?;
             job.tiles.start += writer.taken_over();
-            Work { job: &job, memory, progress, resumed: writer.taken_over() }.run(&mut layers, writer)
+            Work { job: &job, run, memory, progress, resumed: writer.taken_over(), selection }
+                .run(&mut layers, writer)
         }
         Some(part) => {
             let same = same.as_bytes();
             let writer = PartWriter::create(output, description.clone(), &writer_options, part, same, left)?;
             job.tiles.start += writer.taken_over();
-            Work { job: &job, memory, progress, resumed: writer.taken_over() }.run(&mut layers, writer)
+            Work { job: &job, run, memory, progress, resumed: writer.taken_over(), selection }
+                .run(&mut layers, writer)
         }
     };
     let reports = layers.iter().zip(&plans).map(|(layer, plan)| layer.report(plan));
@@ -228,17 +246,20 @@ pub fn build<I: Clone + Into<LayerInput>>(
 /// A build that is ready to begin.
 struct Work<'a> {
     job: &'a Job<'a>,
+    /// The pages of the file to be made, by their place in the order of writing.
+    run: Range<u64>,
     memory: u64,
     progress: &'a dyn Progress,
     /// Tiles that are taken over.
     resumed: u64,
+    selection: Selection,
 }
 
 impl Work<'_> {
     /// What is said of the layers is left to others.
-    fn run(&self, layers: &mut [OpenLayer], sink: impl Sink) -> Result<BuildReport, BuildError> {
+    fn run(self, layers: &mut [OpenLayer], sink: impl Sink) -> Result<BuildReport, BuildError> {
         let Done { sink, bytes, row_bytes_held } =
-            self.job.run(layers, sink, self.progress).map_err(|stopped| match stopped {
+            self.job.run(layers, self.selection, sink, self.progress).map_err(|stopped| match stopped {
                 Stopped::Input { path, fault } => BuildError::Input { path, fault },
                 Stopped::Output(error) => BuildError::Output(error),
                 Stopped::Cancelled => BuildError::Cancelled,
@@ -256,6 +277,7 @@ impl Work<'_> {
             tiles: written.tiles,
             constant_tiles: written.constant_tiles,
             shared_tiles: written.shared_tiles,
+            absent_tiles: (self.run.end - self.run.start).saturating_sub(written.tiles),
             resumed_tiles: self.resumed,
             bytes: written.bytes,
             row_bytes_held,

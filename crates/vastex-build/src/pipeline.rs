@@ -18,6 +18,7 @@ use vastex_tiles::{Compression, EncodedTile, PartWriter, ResumableWriter, WriteE
 use crate::Progress;
 use crate::error::InputFault;
 use crate::layers::OpenLayer;
+use crate::sparse::Selection;
 use crate::stack::{self, Bands, LayerPlan, Stack};
 
 /// Buffers of rows between reading and filtering.
@@ -27,7 +28,8 @@ const BATCHES: usize = 4;
 /// Texel bytes of the tiles that are encoded side by side.
 const BATCH_BYTES: usize = 2 << 20;
 
-type Batch = Vec<(PagePos, EncodedTile)>;
+/// Pages in the order of writing, with their tiles if they have any.
+type Batch = Vec<(PagePos, Option<EncodedTile>)>;
 /// Rows of every layer's image, as many as lie along the same rows of the texture.
 type LayerRows = Vec<Vec<u8>>;
 
@@ -47,6 +49,8 @@ pub(crate) struct Job<'a> {
 pub(crate) trait Sink: Send {
     /// Takes the next tile.
     fn append(&mut self, pos: PagePos, tile: EncodedTile) -> Result<(), WriteError>;
+    /// The next page has no tile.
+    fn skip(&mut self, pos: PagePos) -> Result<(), WriteError>;
     /// Puts the file in its place.
     fn finish(self) -> Result<Written, WriteError>;
 }
@@ -54,6 +58,10 @@ pub(crate) trait Sink: Send {
 impl Sink for ResumableWriter {
     fn append(&mut self, pos: PagePos, tile: EncodedTile) -> Result<(), WriteError> {
         ResumableWriter::append(self, pos, tile)
+    }
+
+    fn skip(&mut self, pos: PagePos) -> Result<(), WriteError> {
+        ResumableWriter::skip(self, pos)
     }
 
     fn finish(self) -> Result<Written, WriteError> {
@@ -64,6 +72,10 @@ impl Sink for ResumableWriter {
 impl Sink for PartWriter {
     fn append(&mut self, pos: PagePos, tile: EncodedTile) -> Result<(), WriteError> {
         PartWriter::append(self, pos, &tile)
+    }
+
+    fn skip(&mut self, pos: PagePos) -> Result<(), WriteError> {
+        PartWriter::skip(self, pos)
     }
 
     fn finish(self) -> Result<Written, WriteError> {
@@ -102,9 +114,8 @@ impl Job<'_> {
     /// Bytes that the pipeline holds at most, the readers' own and the index of the container not counted.
     pub(crate) fn memory(&self) -> u64 {
         let block = stack::block_rows(self.plans);
-        let row_bytes = |plan: &LayerPlan| {
-            u64::from(block / plan.layer.scale) * plan.image_row_bytes() as u64
-        };
+        let row_bytes =
+            |plan: &LayerPlan| u64::from(block / plan.layer.scale) * plan.image_row_bytes() as u64;
         let rows = ROW_BUFFERS as u64 * self.plans.iter().map(row_bytes).sum::<u64>();
         let batches = (BATCHES + 2) as u64 * self.batch_tiles() as u64 * self.description.tile_bytes() as u64;
         stack::memory(self.plans) + rows + batches
@@ -114,6 +125,7 @@ impl Job<'_> {
     pub(crate) fn run<S: Sink>(
         &self,
         layers: &mut [OpenLayer],
+        selection: Selection,
         sink: S,
         progress: &dyn Progress,
     ) -> Result<Done<S>, Stopped> {
@@ -129,8 +141,9 @@ impl Job<'_> {
             // Each stage owns its ends of the queues, so that the others see it end.
             let written = &written;
             let writing = scope.spawn(move || append_tiles(sink, &tiles_rx, written));
-            let cutting = scope
-                .spawn(move || self.pool.install(move || self.cut_tiles(&rows_rx, &spare_tx, &tiles_tx)));
+            let cutting = scope.spawn(move || {
+                self.pool.install(move || self.cut_tiles(selection, &rows_rx, &spare_tx, &tiles_tx))
+            });
             let read = self.read(layers, &rows_tx, &spare_rx, progress, written);
             drop(rows_tx);
             let cut = cutting.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
@@ -180,6 +193,7 @@ impl Job<'_> {
     /// rows it held.
     fn cut_tiles(
         &self,
+        mut selection: Selection,
         rows_rx: &Receiver<LayerRows>,
         spare_tx: &Sender<LayerRows>,
         tiles_tx: &SyncSender<Batch>,
@@ -191,7 +205,8 @@ impl Job<'_> {
             // Nobody waits for it once everything is read.
             let _ = spare_tx.send(rows);
             stack.cut_ready(|bands| {
-                self.encode(bands, first_tile, tiles_tx)?;
+                let kept = selection.kept(bands);
+                self.encode(bands, &kept, first_tile, tiles_tx)?;
                 first_tile += u64::from(bands.pages());
                 Ok(())
             })?;
@@ -204,15 +219,17 @@ impl Job<'_> {
         }
         if self.tiles.contains(&first_tile) {
             let (pos, tail) = (self.description.geometry.tail_pos(), self.encoded(stack.tail()));
-            tiles_tx.send(vec![(pos, tail)]).map_err(|_| OtherStage)?;
+            tiles_tx.send(vec![(pos, Some(tail))]).map_err(|_| OtherStage)?;
         }
         Ok(stack.allocated())
     }
 
-    /// Encodes what is wanted of a row of pages whose first tile is number `first_tile` in the order of writing.
+    /// Encodes what is wanted of a row of pages whose first tile is number `first_tile` in the order of writing; `kept` says
+    /// which of them have one.
     fn encode(
         &self,
         bands: &Bands<'_>,
+        kept: &[bool],
         first_tile: u64,
         tiles_tx: &SyncSender<Batch>,
     ) -> Result<(), OtherStage> {
@@ -221,7 +238,7 @@ impl Job<'_> {
         let wanted = column_of(self.tiles.start)..column_of(self.tiles.end);
         for first in wanted.clone().step_by(batch) {
             let columns = first..wanted.end.min(first.saturating_add(batch as u32));
-            let encode = |x| (bands.pos(x), self.encoded(bands.tile(x)));
+            let encode = |x: u32| (bands.pos(x), kept[x as usize].then(|| self.encoded(bands.tile(x))));
             let tiles = columns.into_par_iter().map(encode).collect();
             tiles_tx.send(tiles).map_err(|_| OtherStage)?;
         }
@@ -240,8 +257,13 @@ fn append_tiles<S: Sink>(
 ) -> Result<S, WriteError> {
     for batch in tiles_rx {
         for (pos, tile) in batch {
-            written.fetch_add(tile.tile().bytes.len() as u64, Ordering::Relaxed);
-            sink.append(pos, tile)?;
+            match tile {
+                Some(tile) => {
+                    written.fetch_add(tile.tile().bytes.len() as u64, Ordering::Relaxed);
+                    sink.append(pos, tile)?;
+                }
+                None => sink.skip(pos)?,
+            }
         }
     }
     Ok(sink)

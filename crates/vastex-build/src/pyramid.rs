@@ -233,6 +233,15 @@ impl Band<'_> {
         PagePos::new_2d(self.level, x, self.y)
     }
 
+    /// Whether the last quarter of each of its tile's texels is zero: alpha, where a texel has four channels.
+    pub(crate) fn is_transparent(&self, x: u32) -> bool {
+        let start = x as usize * self.geometry.page()[0] as usize * self.texel;
+        let len = self.geometry.tile()[0] as usize * self.texel;
+        let alpha = self.texel - self.texel / 4;
+        let mut texels = self.rows.iter().flat_map(|row| row[start..start + len].chunks_exact(self.texel));
+        texels.all(|texel| texel[alpha..].iter().all(|&byte| byte == 0))
+    }
+
     /// The texels of its tile.
     pub(crate) fn tile_texels(&self, x: u32) -> Vec<u8> {
         let start = x as usize * self.geometry.page()[0] as usize * self.texel;

@@ -4,10 +4,45 @@
 //! coarser one where all that it covers is. So the pages that are left form a tree, and whoever asks for a page without a
 //! tile is shown its nearest ancestor. What an image file means as a mask stands here, reading it in `readers`.
 
+use rayon::prelude::*;
 use vastex_core::{Geometry, PagePos, PageSet};
 
-use crate::error::InputFault;
-use crate::readers::{PixelFormat, RowReader};
+use crate::BuildOptions;
+use crate::error::{BuildError, InputFault};
+use crate::layers::OpenLayer;
+use crate::readers::{PixelFormat, RowReader, open};
+use crate::stack::{Bands, LayerPlan};
+
+/// What the options and the inputs say of the pages of a texture.
+pub(crate) fn select(
+    layers: &[OpenLayer],
+    plans: &[LayerPlan],
+    geometry: &Geometry,
+    options: &BuildOptions,
+) -> Result<Selection, BuildError> {
+    if options.drop_transparent && !plans.iter().any(LayerPlan::has_alpha) {
+        return Err(BuildError::NoAlpha);
+    }
+    // A layer that has all its texels needs all pages.
+    let of_layers: Option<Vec<PageSet>> = layers.iter().map(|layer| layer.reader.present(geometry)).collect();
+    let mut allowed =
+        of_layers.map(|sets| PageSet::from_pages(geometry, |pos| sets.iter().any(|set| set.contains(pos))));
+    if let Some(path) = &options.mask {
+        let at_mask = |fault| BuildError::Input { path: path.clone(), fault };
+        let mut mask = open(path).map_err(at_mask)?;
+        let (needed, limit) = (mask.header().memory, options.memory_limit);
+        if needed > limit {
+            let remedy = "make the mask smaller: any size of the same shape will do";
+            return Err(BuildError::Memory { path: path.clone(), needed, limit, remedy });
+        }
+        let marked = pages_from_mask(&mut *mask, geometry).map_err(at_mask)?;
+        allowed = Some(match allowed {
+            Some(set) => PageSet::from_pages(geometry, |pos| set.contains(pos) && marked.contains(pos)),
+            None => marked,
+        });
+    }
+    Ok(Selection::new(geometry, allowed, options.drop_transparent))
+}
 
 /// Decides page by page, children before their parents.
 pub(crate) struct Selection {
@@ -23,14 +58,20 @@ impl Selection {
         Selection { allowed, needed: drop_transparent.then(|| PageSet::new(geometry)) }
     }
 
+    /// Which pages of a row of them get a tile. Rows come in the order in which they are cut, so children before parents.
+    pub(crate) fn kept(&mut self, bands: &Bands<'_>) -> Vec<bool> {
+        let columns = 0..bands.pages();
+        let transparent: Vec<bool> = match self.needed {
+            Some(_) => columns.clone().into_par_iter().map(|x| bands.is_transparent(x)).collect(),
+            None => Vec::new(),
+        };
+        let geometry = bands.geometry();
+        columns.map(|x| self.keeps(geometry, bands.pos(x), || transparent[x as usize])).collect()
+    }
+
     /// Whether a page gets a tile. Every page that has children must be asked for after them; `is_transparent` is called
     /// where nothing else decides.
-    pub(crate) fn keeps(
-        &mut self,
-        geometry: &Geometry,
-        pos: PagePos,
-        is_transparent: impl FnOnce() -> bool,
-    ) -> bool {
+    fn keeps(&mut self, geometry: &Geometry, pos: PagePos, is_transparent: impl FnOnce() -> bool) -> bool {
         if self.allowed.as_ref().is_some_and(|allowed| !allowed.contains(pos)) {
             return false;
         }

@@ -49,6 +49,11 @@ impl LayerPlan {
         self.geometry.size()[0] as usize * self.conversion.image_texel_bytes()
     }
 
+    /// Whether the last of the layer's channels is alpha.
+    pub(crate) fn has_alpha(&self) -> bool {
+        self.layer.format.decoded().channels() == 4
+    }
+
     /// What has been left out so far.
     pub(crate) fn notices(&self) -> Vec<Notice> {
         let format = self.layer.format;
@@ -183,6 +188,11 @@ pub(crate) struct Bands<'a> {
 }
 
 impl Bands<'_> {
+    /// The shape of the first layer, whose pages are those of all.
+    pub(crate) fn geometry(&self) -> &Geometry {
+        &self.plans[0].geometry
+    }
+
     /// Pages in the band.
     pub(crate) fn pages(&self) -> u32 {
         self.layers[0].pages()
@@ -191,6 +201,12 @@ impl Bands<'_> {
     /// The band's page in column `x`.
     pub(crate) fn pos(&self, x: u32) -> PagePos {
         self.layers[0].pos(x)
+    }
+
+    /// Whether its tile is transparent, border included, in every layer that has an alpha channel. At least one has.
+    pub(crate) fn is_transparent(&self, x: u32) -> bool {
+        let with_alpha = self.plans.iter().zip(&self.layers).filter(|(plan, _)| plan.has_alpha());
+        with_alpha.into_iter().all(|(_, band)| band.is_transparent(x))
     }
 
     /// The bytes of its tile.

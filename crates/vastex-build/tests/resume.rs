@@ -114,16 +114,14 @@ impl Bench {
 }
 
 fn build_nothing() -> BuildReport {
-    let format = vastex_core::LayerFormat::R8;
-    let (size, notices) = ([0; 2], Vec::new());
     BuildReport {
-        size,
-        format,
-        notices,
+        size: [0; 2],
+        layers: Vec::new(),
         levels: 0,
         tiles: 0,
         constant_tiles: 0,
         shared_tiles: 0,
+        absent_tiles: 0,
         resumed_tiles: 0,
         bytes: 0,
         row_bytes_held: 0,

@@ -21,6 +21,8 @@ use std::fs::File;
 use std::io::{self, BufReader, Read, Seek};
 use std::path::{Path, PathBuf};
 
+use vastex_core::{Geometry, PageSet};
+
 use crate::error::InputFault;
 use crate::notice::Notice;
 
@@ -84,6 +86,13 @@ impl ImageHeader {
 pub trait RowReader {
     /// What is known from the header.
     fn header(&self) -> &ImageHeader;
+
+    /// The pages of a texture of that shape for which there are texels of their own; nothing where there are all. Where there
+    /// are none, the rows repeat coarser ones.
+    fn present(&self, geometry: &Geometry) -> Option<PageSet> {
+        let _ = geometry;
+        None
+    }
 
     /// Fills `rows` with the next rows, tightly packed. Its length is a whole number of rows and no more than are
     /// left. The last row is only given out when the file is whole. After an error the reader is of no further use.

@@ -45,11 +45,12 @@ pub fn build_file(input: &Path, options: &BuildOptions) -> (PathBuf, BuildReport
     (output, report)
 }
 
-/// Every tile of a container, decoded.
+/// Every tile of a container, decoded. Pages without a tile are left out.
 pub fn tiles(path: &Path) -> (Description, Vec<(PagePos, Vec<u8>)>) {
     let container = Container::open_file(path).unwrap();
     let description = (**container.description()).clone();
-    let tiles = description.geometry.pages().map(|pos| {
+    let present = |pos: &PagePos| container.present().is_none_or(|present| present.contains(*pos));
+    let tiles = description.geometry.pages().filter(present).map(|pos| {
         let tile = pollster::block_on(container.read(pos)).unwrap();
         (pos, tile.decode(&description).unwrap().to_vec())
     });

@@ -171,7 +171,7 @@ fn numbers_too_large_for_any_grid_are_not_passed_over() {
     for input in ["earth", "earth/earth.ctx"] {
         let output = desk.path("out.vastex");
         let report = build(&[desk.path(input)], &output, &BuildOptions::default(), &()).unwrap();
-        let notices: Vec<_> = report.notices.iter().map(ToString::to_string).collect();
+        let notices: Vec<_> = report.notices().map(ToString::to_string).collect();
         let ignored = |name: &str| notices.iter().any(|notice| notice.contains(name));
         assert!(
             ignored("level123456") && ignored("level99999999999") && ignored("level00001"),

@@ -1,10 +1,11 @@
 //! Pictures in memory: of PNG files, and of the levels of a container, texel by texel.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 use vastex_build::{BuildOptions, ExportOptions, ExportReport, build, export};
-use vastex_core::{AddressMode, Geometry, LayerFormat};
+use vastex_core::{AddressMode, Geometry, LayerFormat, PagePos};
 use vastex_tiles::Container;
 
 use crate::common::{texels, tiles, write_png};
@@ -65,14 +66,19 @@ fn widened(texel: &[u16], most: u16) -> [u16; 4] {
     }
 }
 
-/// All levels of a container, page by page.
+/// All levels of a container, page by page. Where a page has no tile its parent's texels stand, each four times.
 pub(crate) fn levels(container: &Path) -> Vec<Picture> {
     let (description, tiles) = tiles(container);
     let (geometry, format) = (&description.geometry, description.layers[0].format);
     let mut levels: Vec<_> =
         geometry.levels().iter().map(|level| Picture::new([level.size[0], level.size[1]])).collect();
     let side = geometry.tile()[0];
-    for (pos, bytes) in tiles {
+    let mut tiles: HashMap<_, _> = tiles.into_iter().collect();
+    for pos in geometry.pages() {
+        let Some(bytes) = tiles.remove(&pos) else {
+            repeat_parent(&mut levels, pos, geometry.page()[0]);
+            continue;
+        };
         let texel = |x: u32, y: u32| {
             let start = (y * side + x) as usize * format.texel_bytes();
             let bytes = &bytes[start..start + format.texel_bytes()];
@@ -88,6 +94,16 @@ pub(crate) fn levels(container: &Path) -> Vec<Picture> {
         }
     }
     levels
+}
+
+fn repeat_parent(levels: &mut [Picture], pos: PagePos, page: u32) {
+    let (finer, coarser) = levels.split_at_mut(usize::from(pos.level) + 1);
+    let (level, parent) = (&mut finer[usize::from(pos.level)], &coarser[0]);
+    for y in pos.y * page..((pos.y + 1) * page).min(level.size[1]) {
+        for x in pos.x * page..((pos.x + 1) * page).min(level.size[0]) {
+            level.set(x, y, parent.at(x / 2, y / 2));
+        }
+    }
 }
 
 fn copy(

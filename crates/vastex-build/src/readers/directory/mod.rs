@@ -17,6 +17,8 @@ mod tile;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
+use vastex_core::{Geometry, PageSet};
+
 use super::{ImageHeader, PixelFormat, RowReader, open_file};
 use crate::error::InputFault;
 use crate::notice::Notice;
@@ -37,6 +39,12 @@ trait Grid: Send + Sync {
 
     /// Levels that the directory has, at least 1.
     fn levels(&self) -> u32;
+
+    /// The pages of a texture of that shape for which there are tiles; nothing where there are for all.
+    fn present(&self, geometry: &Geometry) -> Option<PageSet> {
+        let _ = geometry;
+        None
+    }
 
     /// Where a cell's texels are: in a tile of its own, or in an ancestor's. The cell exists.
     fn piece(&self, level: u32, column: u32, row: u32) -> Piece;
@@ -168,6 +176,10 @@ impl DirectoryReader {
 impl RowReader for DirectoryReader {
     fn header(&self) -> &ImageHeader {
         &self.header
+    }
+
+    fn present(&self, geometry: &Geometry) -> Option<PageSet> {
+        self.grid.present(geometry)
     }
 
     fn read_rows(&mut self, rows: &mut [u8]) -> Result<(), InputFault> {

@@ -7,6 +7,8 @@
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 
+use vastex_core::{Geometry, PagePos, PageSet};
+
 use super::tile::{Decoded, Piece, header_of, in_tile};
 use super::{Grid, entries};
 use crate::error::InputFault;
@@ -158,6 +160,31 @@ impl Grid for Quadtree {
 
     fn levels(&self) -> u32 {
         self.finest + 1
+    }
+
+    fn present(&self, geometry: &Geometry) -> Option<PageSet> {
+        if self.levels[&self.finest].len() as u64 == self.columns() * self.rows() {
+            return None;
+        }
+        let mut set = PageSet::new(geometry);
+        let (page, payload) = (geometry.page(), u64::from(self.payload()));
+        for (level, tiles) in &self.levels {
+            // The levels of a texture are numbered from the finest.
+            let ours = (self.finest - level) as u8;
+            if ours >= geometry.tail().first_level() {
+                continue;
+            }
+            for &(column, row) in tiles.keys() {
+                let along = |n: u32, axis: usize| {
+                    let (first, end) = (u64::from(n) * payload, u64::from(n + 1) * payload);
+                    (first / u64::from(page[axis])) as u32..end.div_ceil(u64::from(page[axis])) as u32
+                };
+                for y in along(row, 1) {
+                    along(column, 0).for_each(|x| set.insert(geometry, PagePos::new_2d(ours, x, y)));
+                }
+            }
+        }
+        Some(set)
     }
 
     fn piece(&self, level: u32, column: u32, row: u32) -> Piece {
