@@ -63,6 +63,8 @@ fn any_case() -> impl Strategy<Value = Case> {
     (side(), side(), color, any::<bool>(), (page, 0.0f64..1.0), address(), address(), any::<bool>()).prop_map(
         |(w, h, color, deep, (page, share), x, y, linear)| {
             let border = 1 + (f64::from(page / 2 - 1) * share) as u32;
+            // Colour of 16 bits becomes light, which `layers` checks.
+            let deep = deep && color == ColorType::Grayscale;
             let depth = if deep { BitDepth::Sixteen } else { BitDepth::Eight };
             Case { size: [w, h], color, depth, options: (page, border, [x, y], linear) }
         },
