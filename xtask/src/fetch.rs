@@ -1,4 +1,4 @@
-//! `cargo xtask bench fetch`: what reading and decoding a tile costs beside what cannot be avoided.
+//! `cargo xtask bench fetch`: what reading and decoding a tile costs beside what cannot be avoided, and direct reads.
 //!
 //! The measuring itself is a benchmark of vastex-tiles; here it is run and its figures are kept.
 
@@ -21,7 +21,9 @@ pub(crate) fn bench(options: &[&str]) -> Result<()> {
         let page = format!(
             "# Fetching tiles: a container beside bare reads and decoders\n\n\
              Written by `cargo xtask bench fetch --write`. A read of a container is the look-up, the positioned read into\n\
-             fresh memory, and the checksum; the bare read is the positioned read into fresh memory alone.\n\n{figures}"
+             fresh memory, and the checksum; the bare read is the positioned read into fresh memory alone.\n\n\
+             The second table is of tiles that the system's cache does not hold (on Linux alone): dropped from it before each\n\
+             turn, and read by so many threads, through the cache or directly with as many reads in flight.\n\n{figures}"
         );
         let path = shell::root().join(REPORT);
         std::fs::write(&path, page).with_context(|| format!("cannot write {}", path.display()))?;

@@ -28,7 +28,8 @@ pub struct Settings {
     pub in_flight_bytes: u64,
     /// Main memory for encoded tiles, in bytes for each texture, so that what was seen before need not be read again.
     pub ram_cache_bytes: u64,
-    /// Threads that read and decode tiles; at least 1. Without meaning in a browser.
+    /// Threads that read and decode tiles; at least 1. Each has one read in flight: a source that is read directly from the
+    /// disk (`vastex_tiles::Container::open_file_direct`) wants as many as its depth. Without meaning in a browser.
     pub loader_threads: usize,
     /// How texels are blended.
     pub filter: Filter,

@@ -62,7 +62,8 @@ fn write(path: &Path) {
     let options = WriterOptions { align: 4096, compression: Compression::None, ..WriterOptions::default() };
     let mut writer = ContainerWriter::create(path, (*description).clone(), options).unwrap();
     for (n, pos) in (0u32..).zip(description.geometry.pages()) {
-        let words = (0..description.tile_bytes() as u32 / 4).map(|i| (i ^ (n << 14)).wrapping_mul(0x9e37_79b1));
+        let words =
+            (0..description.tile_bytes() as u32 / 4).map(|i| (i ^ (n << 14)).wrapping_mul(0x9e37_79b1));
         let texels: Vec<u8> = words.flat_map(u32::to_le_bytes).collect();
         writer.append(pos, EncodedTile::new(texels.into(), &description, Compression::None)).unwrap();
     }

@@ -16,6 +16,7 @@ use super::in_flight::InFlight;
 use super::{Store, StoreError, StoreFuture};
 
 /// The least block that is read: the page of most memories, and no smaller than the sectors of most disks.
+#[cfg(any(target_os = "linux", test))]
 const LEAST_BLOCK: u32 = 4096;
 /// The most bytes of one read; longer ranges take several, so that the buffers stay small.
 const MOST_BYTES: usize = 1 << 20;
