@@ -5,16 +5,33 @@ use std::sync::Arc;
 
 use anyhow::Result;
 use vastex::TileSource;
+use vastex_tiles::{Container, DirectStore};
+
+use crate::report;
 
 /// Opens a container or, where Vastex can read them, the tiles of a directory or of the file that describes one.
-pub(crate) fn open(path: &Path) -> Result<Arc<dyn TileSource>> {
-    match vastex::open(path) {
+///
+/// The tiles of a container are read past the system's cache if `direct` and if they can be; what cannot be is said.
+pub(crate) fn open(path: &Path, direct: bool) -> Result<Arc<dyn TileSource>> {
+    match if direct { open_direct(path) } else { vastex::open(path) } {
         Ok(container) => Ok(container),
         Err(error) => match directory(path)? {
             Some(tiles) => Ok(tiles),
             None => Err(error.into()),
         },
     }
+}
+
+fn open_direct(path: &Path) -> Result<Arc<dyn TileSource>, vastex::Error> {
+    let container = Container::open_file_direct(path, DirectStore::DEFAULT_DEPTH)?;
+    if !container.is_direct() {
+        let why = match container.align() {
+            1 => "its tiles are not aligned; `vastex build --align 4K` aligns them",
+            _ => "the file system refuses it, or asks for a larger alignment",
+        };
+        report::say(&format!("note: {}: not read directly: {why}", path.display()));
+    }
+    Ok(Arc::new(container))
 }
 
 /// The tiles of a directory; nothing where `path` is something else.
@@ -28,7 +45,7 @@ fn directory(path: &Path) -> Result<Option<Arc<dyn TileSource>>> {
     match DirectorySource::open(path) {
         Ok(tiles) => {
             for notice in tiles.notices() {
-                crate::report::say(&format!("note: {}: {notice}", path.display()));
+                report::say(&format!("note: {}: {notice}", path.display()));
             }
             Ok(Some(Arc::new(tiles)))
         }

@@ -8,6 +8,7 @@ use serde::Serialize;
 use vastex::{Event, FrameStats, Pace, PageId, Settings};
 use vastex_core::Dims;
 use vastex_scenes::{Comparison, Gpu, Outcome, ReferenceKind, Studio, Until};
+use vastex_tiles::DirectStore;
 
 use crate::args::{RenderArgs, SceneArgs};
 use crate::output::PngOutput;
@@ -19,7 +20,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode> {
         bail!("{source}: is the source as well as the output; choose another name for the output");
     }
     let output = args.output.as_deref().map(PngOutput::at).transpose()?;
-    let tiles = open::open(&args.scene.source)?;
+    let tiles = open::open(&args.scene.source, args.scene.direct)?;
     let gpu = Gpu::headless()?;
     gpu::report_refusals(&gpu);
     let pace = match args.realtime {
@@ -67,11 +68,14 @@ fn draw(
 
 /// What every scene is set up with, in a window or without.
 pub(crate) fn settings(args: &SceneArgs) -> Settings {
+    let defaults = Settings::default();
     Settings {
         pool_bytes: args.pool_mib << 20,
         upload_bytes_per_frame: args.upload_kib_per_frame << 10,
         filter: args.filter,
-        ..Settings::default()
+        // Each thread has one read in flight.
+        loader_threads: if args.direct { DirectStore::DEFAULT_DEPTH } else { defaults.loader_threads },
+        ..defaults
     }
 }
 
