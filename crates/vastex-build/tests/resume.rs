@@ -296,6 +296,41 @@ fn a_journal_that_cannot_be_written_is_an_error_that_names_it() {
 }
 
 #[test]
+fn tiles_that_are_aligned_are_gone_on_with_too() {
+    let mut dice = Dice(4);
+    for align in [4096, 1 << 16] {
+        let bench = Bench::new([300, 260], BuildOptions { align, ..pages_of(32) });
+        bench.interrupt(260);
+        let left = bench.left().map(|path| fs::read(path).unwrap());
+        for case in 0..16 {
+            for (path, bytes) in bench.left().iter().zip(&left) {
+                fs::write(path, bytes).unwrap();
+            }
+            let [partial, journal] = bench.left();
+            match case % 3 {
+                0 => {}
+                // Often in the gaps before the tiles.
+                1 => damage(&partial, &mut dice),
+                _ => damage(&journal, &mut dice),
+            }
+            let report = bench.resume(1 + case % 3);
+            assert!(case % 3 > 0 || report.resumed_tiles == report.tiles, "{report:?}");
+            bench.expect_whole(&report);
+        }
+    }
+    let bench = Bench::new([300, 260], BuildOptions { align: 4096, ..pages_of(32) });
+    for rows in [40, 100, 230] {
+        bench.interrupt(rows);
+    }
+    let other = BuildOptions { resume: true, ..pages_of(32) };
+    let error = bench.build(&other, &()).unwrap_err().to_string();
+    assert!(error.contains("other options"), "{error}");
+    let report = bench.resume(2);
+    assert!(report.resumed_tiles > 0, "{report:?}");
+    bench.expect_whole(&report);
+}
+
+#[test]
 fn parts_are_gone_on_with_too() {
     let mut dice = Dice(3);
     for (part, parts) in [(1, 1), (2, 3), (3, 3)] {
