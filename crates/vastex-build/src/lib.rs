@@ -55,7 +55,7 @@ pub use vastex_tiles::{
 };
 
 use layers::OpenLayer;
-use pipeline::{Done, Job, Sink, Stopped};
+use pipeline::{Buffers, Done, Job, Sink, Stopped};
 use sparse::Selection;
 
 /// How a container is made.
@@ -93,7 +93,8 @@ pub struct BuildOptions {
     /// Every tile begins at a multiple of so many bytes, for direct I/O: 1 for no alignment, or a power of two from
     /// 4096 to 65,536.
     pub align: u32,
-    /// Bytes of memory beyond which an image is refused before anything is allocated.
+    /// Bytes of memory that a build may take: where it could take more its buffers become smaller, and where that is not
+    /// enough the image is refused before anything is allocated.
     pub memory_limit: u64,
     /// Whether only a part of the container is made, which [`merge`] joins with the others to the very bytes of the whole.
     ///
@@ -209,8 +210,9 @@ pub fn build<I: Clone + Into<LayerInput>>(
         compression: options.compression,
         tiles: run.clone(),
         pool: &pool,
+        buffers: Buffers::default(),
     };
-    let memory = check_memory(&layers, &job, options.memory_limit)?;
+    let memory = fit_memory(&layers, &mut job, options.memory_limit)?;
     let selection = sparse::select(&layers, &plans, &description.geometry, options)?;
     let filters: Vec<String> = plans.iter().map(|plan| plan.filter.to_string()).collect();
     let writer_options = WriterOptions {
@@ -286,13 +288,21 @@ impl Work<'_> {
     }
 }
 
-/// The most memory that a build can take; an error where that is too much. Nothing has been allocated yet.
-fn check_memory(layers: &[OpenLayer], job: &Job<'_>, limit: u64) -> Result<u64, BuildError> {
+/// Makes buffers as small as the limit asks for and says what a build then takes at most; an error where that is too much all
+/// the same. Nothing has been allocated yet.
+fn fit_memory(layers: &[OpenLayer], job: &mut Job<'_>, limit: u64) -> Result<u64, BuildError> {
     /// What the container's writer keeps for each tile.
     const INDEX_BYTES: u64 = 64;
+    /// What the program takes that does nothing yet, its code and the stacks of its threads included.
+    const PROGRAM_BYTES: u64 = 16 << 20;
+    /// What an allocator wastes at most, as a share of what is asked of it.
+    const WASTE: u64 = 8;
     let index = job.description.geometry.page_count().saturating_mul(INDEX_BYTES);
     let readers = layers.iter().fold(0u64, |sum, layer| sum.saturating_add(layer.reader.header().memory));
-    let needed = job.memory().saturating_add(index).saturating_add(readers);
+    let fixed = index.saturating_add(readers).saturating_add(PROGRAM_BYTES);
+    job.fit(limit.saturating_sub(fixed) / (WASTE + 1) * WASTE);
+    let held = job.memory();
+    let needed = held.saturating_add(held / WASTE).saturating_add(fixed);
     if needed <= limit {
         return Ok(needed);
     }

@@ -21,12 +21,32 @@ use crate::layers::OpenLayer;
 use crate::sparse::Selection;
 use crate::stack::{self, Bands, LayerPlan, Stack};
 
-/// Buffers of rows between reading and filtering.
-const ROW_BUFFERS: usize = 3;
-/// Batches of tiles between encoding and writing.
-const BATCHES: usize = 4;
-/// Texel bytes of the tiles that are encoded side by side.
-const BATCH_BYTES: usize = 2 << 20;
+/// How much waits between the stages. It decides speed and memory, never bytes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Buffers {
+    /// Buffers of rows between reading and filtering.
+    rows: usize,
+    /// Batches of tiles between encoding and writing.
+    batches: usize,
+    /// Bytes of the tiles that are encoded side by side, before they are compressed.
+    batch_bytes: usize,
+}
+
+impl Default for Buffers {
+    fn default() -> Buffers {
+        Buffers::ALL[0]
+    }
+}
+
+impl Buffers {
+    /// From what suits most to what takes least.
+    const ALL: [Buffers; 4] = [
+        Buffers { rows: 3, batches: 4, batch_bytes: 2 << 20 },
+        Buffers { rows: 2, batches: 2, batch_bytes: 1 << 20 },
+        Buffers { rows: 2, batches: 1, batch_bytes: 256 << 10 },
+        Buffers { rows: 1, batches: 1, batch_bytes: 1 },
+    ];
+}
 
 /// Pages in the order of writing, with their tiles if they have any.
 type Batch = Vec<(PagePos, Option<EncodedTile>)>;
@@ -43,6 +63,7 @@ pub(crate) struct Job<'a> {
     /// that an interrupted build had made.
     pub(crate) tiles: Range<u64>,
     pub(crate) pool: &'a ThreadPool,
+    pub(crate) buffers: Buffers,
 }
 
 /// Where tiles go, one after the other.
@@ -108,7 +129,17 @@ struct OtherStage;
 
 impl Job<'_> {
     fn batch_tiles(&self) -> usize {
-        (BATCH_BYTES / self.description.tile_bytes()).max(self.pool.current_num_threads())
+        (self.buffers.batch_bytes / self.description.tile_bytes()).max(self.pool.current_num_threads())
+    }
+
+    /// Takes the largest buffers with which all that the pipeline holds comes to at most `limit` bytes, or the smallest.
+    pub(crate) fn fit(&mut self, limit: u64) {
+        for buffers in Buffers::ALL {
+            self.buffers = buffers;
+            if self.memory() <= limit {
+                return;
+            }
+        }
     }
 
     /// Bytes that the pipeline holds at most, the readers' own and the index of the container not counted.
@@ -116,8 +147,11 @@ impl Job<'_> {
         let block = stack::block_rows(self.plans);
         let row_bytes =
             |plan: &LayerPlan| u64::from(block / plan.layer.scale) * plan.image_row_bytes() as u64;
-        let rows = ROW_BUFFERS as u64 * self.plans.iter().map(row_bytes).sum::<u64>();
-        let batches = (BATCHES + 2) as u64 * self.batch_tiles() as u64 * self.description.tile_bytes() as u64;
+        let rows = self.buffers.rows as u64 * self.plans.iter().map(row_bytes).sum::<u64>();
+        // One batch is being made, its tiles cut as well as compressed, and one is being written.
+        let batches = (self.buffers.batches + 3) as u64
+            * self.batch_tiles() as u64
+            * self.description.tile_bytes() as u64;
         stack::memory(self.plans) + rows + batches
     }
 
@@ -129,11 +163,11 @@ impl Job<'_> {
         sink: S,
         progress: &dyn Progress,
     ) -> Result<Done<S>, Stopped> {
-        let (rows_tx, rows_rx) = sync_channel(ROW_BUFFERS);
+        let (rows_tx, rows_rx) = sync_channel(self.buffers.rows);
         let (spare_tx, spare_rx) = channel();
-        let (tiles_tx, tiles_rx) = sync_channel(BATCHES);
+        let (tiles_tx, tiles_rx) = sync_channel(self.buffers.batches);
         let written = AtomicU64::new(0);
-        for _ in 0..ROW_BUFFERS {
+        for _ in 0..self.buffers.rows {
             // The other end is in this function, so nothing can fail.
             let _ = spare_tx.send(vec![Vec::new(); self.plans.len()]);
         }

@@ -19,7 +19,8 @@ Examples:
   vastex build slide.dzi -o slide.vastex
   vastex build heights.png -o heights.vastex --linear off --json
   vastex build earth.tif -o 2.part --shard 2/8
-  vastex build huge.tif -o huge.vastex --resume
+  vastex build huge.tif -o huge.vastex --resume --memory-mib 200
+  vastex build slide.tif -o slide.vastex --mask tissue.png
   vastex build earth.tif -o earth.vastex --format bc7-srgb
   vastex build -o ground.vastex --layer color=c.tif:bc1-srgb --layer normal=n.png:bc5 --layer height=h.png:r16:max
 
@@ -69,6 +70,12 @@ pub(crate) struct BuildArgs {
     /// What lies beyond the edges: clamp, wrap, mirror or border:RRGGBB[AA], a colour; for x and y alike, or one for each
     #[arg(long, default_value = "clamp", value_name = "X[,Y]", value_parser = parse_address)]
     pub(crate) address: Edges,
+    /// An image of the same shape, of any size: where it is black or transparent, pages get no tile, and coarser ones are shown
+    #[arg(long, value_name = "FILE")]
+    pub(crate) mask: Option<PathBuf>,
+    /// Give no tile to pages that are transparent in all layers with alpha
+    #[arg(long)]
+    pub(crate) drop_transparent: bool,
     /// Make only part I of N of the container, for `vastex merge`; each part can be made on a machine of its own
     #[arg(long, value_name = "I/N", value_parser = parse_shard)]
     pub(crate) shard: Option<PartOf>,
@@ -86,6 +93,10 @@ pub(crate) struct BuildArgs {
     /// Threads that filter and encode [default: one for each core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub(crate) threads: Option<u32>,
+    /// Take no more memory than this: buffers become smaller, and what cannot be built so is refused before it begins
+    /// [default: 16384]
+    #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u64).range(1..=1 << 40))]
+    pub(crate) memory_mib: Option<u64>,
     /// Wait until the disk has everything
     #[arg(long)]
     pub(crate) durable: bool,

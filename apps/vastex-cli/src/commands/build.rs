@@ -119,9 +119,11 @@ fn options(args: &BuildArgs) -> BuildOptions {
         threads: args.threads.unwrap_or(0) as usize,
         durable: args.durable,
         align: args.align.unwrap_or(1),
+        mask: args.mask.clone(),
+        drop_transparent: args.drop_transparent,
+        memory_limit: args.memory_mib.map_or(BuildOptions::default().memory_limit, |mib| mib << 20),
         part: args.shard,
         resume: args.resume,
-        ..BuildOptions::default()
     }
 }
 
@@ -167,6 +169,8 @@ struct Summary {
     tiles: u64,
     constant_tiles: u64,
     shared_tiles: u64,
+    /// Pages that have no tile.
+    absent_tiles: u64,
     /// Tiles that an interrupted build had made.
     resumed_tiles: u64,
     /// Of the file.
@@ -227,6 +231,7 @@ impl Summary {
             tiles: built.tiles,
             constant_tiles: built.constant_tiles,
             shared_tiles: built.shared_tiles,
+            absent_tiles: built.absent_tiles,
             resumed_tiles: built.resumed_tiles,
             bytes: built.bytes,
             seconds,
@@ -246,9 +251,13 @@ impl Summary {
             0 => String::new(),
             tiles => format!(", {tiles} taken over from an interrupted build"),
         };
+        let absent = match self.absent_tiles {
+            0 => String::new(),
+            pages => format!("; {pages} pages without a tile"),
+        };
         format!(
             "{output}: {width}x{height} texels of {layers} in {levels} levels; {tiles} tiles, of them {constant} of one \
-             colour and {shared} stored once with others{resumed}; {bytes} in {seconds:.1} s, {rate:.0} Mpix/s"
+             colour and {shared} stored once with others{resumed}{absent}; {bytes} in {seconds:.1} s, {rate:.0} Mpix/s"
         )
     }
 }
