@@ -1,5 +1,7 @@
 //! A fixed sample of damaged inputs for every reader, and every input that ever did harm.
 
+#![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests fail by panicking")]
+
 use std::path::Path;
 
 use vastex_fuzz::{Limit, Target, run};

@@ -62,7 +62,9 @@ fn nothing_points_outside_the_project() -> Result<()> {
 
 #[test]
 fn every_crate_obeys_the_workspace() -> Result<()> {
-    for manifest in files(&["toml"])?.into_iter().filter(|source| source.path.ends_with("/Cargo.toml")) {
+    let manifests = files(&["toml"])?.into_iter().filter(|source| source.path.ends_with("/Cargo.toml"));
+    // What is compiled in its own way is a workspace of its own.
+    for manifest in manifests.filter(|manifest| !manifest.text.contains("\n[workspace]\n")) {
         for line in ["[lints]\nworkspace = true", "version.workspace = true", "license.workspace = true"] {
             ensure!(manifest.text.contains(line), "{} lacks '{}'", manifest.path, line.replace('\n', " "));
         }
