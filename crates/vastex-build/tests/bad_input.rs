@@ -188,7 +188,7 @@ fn kinds_that_cannot_be_read_say_what_to_do() {
     exotic.cut(SIZE, 3, [SIZE[0], 16], &[0; 300 * 200 * 3]);
     float.cut(SIZE, 3, [SIZE[0], 16], &[0; 300 * 200 * 3]);
     planar.chunks = vec![vec![0; 300 * 16]; 3 * 13];
-    for (file, says) in [(float, "floating-point"), (planar, "separate planes"), (exotic, "not known")] {
+    for (file, says) in [(float, "floats of 8 bits"), (planar, "separate planes"), (exotic, "not known")] {
         let error = error_of("a.tif", &file.bytes(), &BuildOptions::default());
         assert!(error.contains(says) && error.contains("convert it"), "{error}");
     }
