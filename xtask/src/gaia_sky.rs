@@ -10,18 +10,16 @@ use anyhow::{Context, Result};
 
 use crate::inputs::Input;
 use crate::measure::{self, Run, median, medians};
-use crate::shell;
+use crate::{python, shell};
 
 /// Where the scripts come from.
 const REPOSITORY: &str = "https://codeberg.org/langurmonkey/virtualtexture-tools";
 /// Where a copy of them is that need not be fetched.
 const TOOLS_VARIABLE: &str = "VASTEX_GAIA_SKY_TOOLS";
-/// What they need besides Python, as `pip` knows it.
-const PACKAGES: [&str; 2] = ["numpy", "opencv-python-headless"];
 /// The speed that a build must have beside the scripts.
 const LEAST_SPEED: f64 = 8.0;
 /// 16384x8192 texels: 16x8 tiles of 1024, which are level 3.
-const INPUT: Input = Input::Mirrored { doublings: 1 };
+const INPUT: Input = Input::Mirrored { across: 1, down: 1 };
 
 /// A way from the image to tiles, as a shell script.
 struct Way {
@@ -55,7 +53,7 @@ const ARGUMENTS: &str = "VASTEX=$0 PYTHON=$1 TOOLS=$2 OUT=$3 IN=$4; ";
 
 /// Plays `runs` rounds and says what they took, for the report.
 pub(crate) fn compare(directory: &Path, vastex: &Path, runs: usize) -> Result<String> {
-    let (tools, python) = (tools(directory)?, python(directory)?);
+    let (tools, python) = (tools(directory)?, python::with_packages(directory)?);
     let image = png(directory)?;
     let mut rounds: Vec<Vec<Run>> = Vec::with_capacity(runs);
     for round in 0..runs {
@@ -122,20 +120,4 @@ fn tools(directory: &Path) -> Result<PathBuf> {
         )?;
     }
     Ok(tools)
-}
-
-/// A Python of the benchmark's own with what the scripts need, so that nothing is installed into the system's.
-fn python(directory: &Path) -> Result<PathBuf> {
-    let home = directory.join("python");
-    let python = home.join("bin/python");
-    if !python.exists() {
-        println!("making a Python with {} for Gaia Sky's scripts", PACKAGES.join(" and "));
-        shell::run(shell::command("python3").args(["-m", "venv"]).arg(&home))?;
-        shell::run(
-            shell::command(&home.join("bin/pip").to_string_lossy())
-                .args(["install", "--quiet"])
-                .args(PACKAGES),
-        )?;
-    }
-    Ok(python)
 }

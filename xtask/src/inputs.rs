@@ -14,8 +14,8 @@ const EARTH: &str = "assets/earth-color-10800x5400.jpg";
 pub(crate) enum Input {
     /// As it is: 10800x5400.
     Earth,
-    /// 8192x4096 texels of it, doubled so many times along each axis.
-    Mirrored { doublings: u32 },
+    /// 8192x4096 texels of it, doubled so many times across and down.
+    Mirrored { across: u32, down: u32 },
 }
 
 impl Input {
@@ -23,7 +23,7 @@ impl Input {
     pub(crate) fn size(self) -> [u64; 2] {
         match self {
             Input::Earth => [10800, 5400],
-            Input::Mirrored { doublings } => [8192 << doublings, 4096 << doublings],
+            Input::Mirrored { across, down } => [8192 << across, 4096 << down],
         }
     }
 
@@ -44,18 +44,17 @@ impl Input {
         }
         match self {
             Input::Earth => shell::run(shell::command("vips").args(["copy", EARTH]).arg(&path))?,
-            Input::Mirrored { doublings: 0 } => {
+            Input::Mirrored { across: 0, down: 0 } => {
                 let size = ["8192", "--height", "4096", "--size", "force"];
                 shell::run(shell::command("vips").args(["thumbnail", EARTH]).arg(&path).args(size))?;
             }
-            Input::Mirrored { doublings } => {
-                let quarter = Input::Mirrored { doublings: doublings - 1 }.make(directory)?;
-                let [flipped, half] = ["flipped.tif", "half.tif"].map(|name| directory.join(name));
-                mirror(&quarter, &flipped, &half, "horizontal")?;
-                mirror(&half, &flipped, &path, "vertical")?;
-                for part in [flipped, half] {
-                    std::fs::remove_file(part)?;
-                }
+            Input::Mirrored { across, down } if down < across => {
+                let half = Input::Mirrored { across: across - 1, down }.make(directory)?;
+                mirror(&half, &directory.join("flipped.tif"), &path, "horizontal")?;
+            }
+            Input::Mirrored { across, down } => {
+                let half = Input::Mirrored { across, down: down - 1 }.make(directory)?;
+                mirror(&half, &directory.join("flipped.tif"), &path, "vertical")?;
             }
         }
         Ok(path)
@@ -65,5 +64,6 @@ impl Input {
 /// Lays an image and its mirror image side by side.
 fn mirror(image: &Path, flipped: &Path, both: &Path, direction: &str) -> Result<()> {
     shell::run(shell::command("vips").arg("flip").arg(image).arg(flipped).arg(direction))?;
-    shell::run(shell::command("vips").arg("join").arg(image).arg(flipped).arg(both).arg(direction))
+    shell::run(shell::command("vips").arg("join").arg(image).arg(flipped).arg(both).arg(direction))?;
+    Ok(std::fs::remove_file(flipped)?)
 }

@@ -63,6 +63,14 @@ pub(crate) const GNU_TIME: Need = Need {
     elsewhere: "GNU time as /usr/bin/time",
 };
 
+pub(crate) const PYTHON: Need = Need {
+    what: "Python with venv",
+    why: "some of what the benchmark runs beside is written in it",
+    present: || shell::succeeds(shell::command("python3").args(["-c", "import ensurepip, venv"])),
+    debian: &["python3", "python3-venv"],
+    elsewhere: "Python 3 with its venv module",
+};
+
 /// Makes sure that the machine has what is needed, installing it where it can; says what and why.
 pub(crate) fn ensure(need: &Need) -> Result<()> {
     if (need.present)() {

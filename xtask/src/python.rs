@@ -1,0 +1,33 @@
+//! A Python of the benchmarks' own, so that nothing is installed into the system's.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Result;
+
+use crate::{setup, shell};
+
+/// What the anchors that are written in Python need, and what unpacks inputs that are kept in its formats, as `pip` knows it.
+const PACKAGES: [&str; 2] = ["numpy", "opencv-python-headless"];
+
+/// The interpreter, made unless it is there.
+pub(crate) fn with_packages(directory: &Path) -> Result<PathBuf> {
+    let python = directory.join("python/bin/python");
+    if !python.exists() {
+        setup::ensure(&setup::PYTHON)?;
+        println!("making a Python with {}, since the benchmark needs it", PACKAGES.join(" and "));
+        shell::run(shell::command("python3").args(["-m", "venv"]).arg(directory.join("python")))?;
+        pip(directory, &["install", "--quiet"], &PACKAGES)?;
+    }
+    Ok(python)
+}
+
+/// Fetches one package, as it is published, into the directory.
+pub(crate) fn download(directory: &Path, package: &str) -> Result<()> {
+    let into = directory.to_string_lossy();
+    pip(directory, &["download", "--quiet", "--no-deps", "--dest", &into], &[package])
+}
+
+fn pip(directory: &Path, command: &[&str], packages: &[&str]) -> Result<()> {
+    let pip = directory.join("python/bin/pip");
+    shell::run(shell::command(&pip.to_string_lossy()).args(command).args(packages))
+}
