@@ -30,7 +30,7 @@ pub(crate) fn row_orders(geometry: &Geometry, filter: LayerFilter) -> Vec<RowOrd
             AddressMode::Wrap if level > 0 => {
                 let source = orders[usize::from(filter.from.source(level))];
                 let factor = factor(filter.from, level);
-                let reaches_up = i64::from(source.first) - filter.kernel.taps(factor).first;
+                let reaches_up = i64::from(source.first) - filter.kernel.stretched(factor).first;
                 u32::try_from(reaches_up).unwrap_or(0).div_ceil(factor)
             }
             _ => 0,

@@ -33,6 +33,7 @@ mod rows;
 mod sparse;
 mod srgb;
 mod stack;
+mod straight;
 mod tail;
 mod texel;
 

@@ -1,12 +1,14 @@
 //! All levels of a texture from one pass over the rows of the finest.
 //!
-//! Rows go in at the top ([`Pyramid::push`]); each level takes rows of a finer one to make its own ([`crate::descent`]);
-//! and as soon as a band of pages has all its rows, borders included, its tiles can be cut ([`Pyramid::cut_band`]).
-//! A row is stored with what the address mode puts to its left and right ([`crate::layout`]), so that a tile's row is
-//! one copy.
+//! Rows go in at the top ([`Pyramid::push`]); each level takes rows of a finer one to make its own ([`crate::descent`]), or
+//! all take those of level 0 ([`crate::straight`]); and as soon as a band of pages has all its rows, borders included, its
+//! tiles can be cut ([`Pyramid::cut_band`]). A row is stored with what the address mode puts to its left and right
+//! ([`crate::layout`]), so that a tile's row is one copy.
 //!
 //! Which of the bands that are ready is cut when, and what the layers of a tile have to do with one another, is
 //! [`crate::stack`]'s business.
+
+use std::ops::Range;
 
 use rayon::prelude::*;
 use vastex_core::{AddressMode, Geometry, LayerFormat, PagePos};
@@ -14,9 +16,10 @@ use vastex_core::{AddressMode, Geometry, LayerFormat, PagePos};
 use crate::bands::{Bands, late_bands};
 use crate::convert::Conversion;
 use crate::descent::{self, Descent, PARALLEL_BYTES, factor, row_orders};
-use crate::filter::{Filter, LayerFilter};
+use crate::filter::{Filter, LayerFilter, LevelsFrom};
 use crate::layout::{RowLayout, row_bytes};
 use crate::rows::{RowOrder, Rows};
+use crate::straight::{self, Straight};
 use crate::texel::texel_of_color;
 
 /// Bytes of the rows that are read and filtered at once.
@@ -53,21 +56,32 @@ impl Shape<'_> {
         let of_level = |level: u8| {
             let tile = geometry.tile()[1];
             let looks_back = if geometry.address()[1] == AddressMode::Mirror { tile } else { 0 };
-            let (mut made, mut reach) = (0, 0);
-            if level > 0 {
-                let filter = Filter::new(self.filter, self.format, factor(self.filter.from, level));
-                made = descent::memory(&filter, geometry.level(level).size[0]);
-            }
-            for coarse in (level + 1..=geometry.coarsest()).filter(|&l| self.filter.from.source(l) == level) {
-                reach =
-                    reach.max(self.filter.kernel.taps(factor(self.filter.from, coarse)).weights.len() as u32);
-            }
+            let made = if level > 0 { self.making_memory(level) } else { 0 };
+            let reach = |coarse| self.filter.kernel.stretched(factor(self.filter.from, coarse)).count as u32;
+            let reach = self.made_from(level).map(reach).max().unwrap_or(0);
             let window = tile + looks_back + self.head_rows(&orders, level, late) + 2 * reach + 4 * block;
             let height = geometry.level(level).size[1];
             let rows = if level >= tail { height } else { window.min(height.next_multiple_of(block)) };
             made + u64::from(rows) * row_bytes(geometry, self.format, level) as u64
         };
         (0..=geometry.coarsest()).map(of_level).sum()
+    }
+
+    /// Bytes that making a level, which is not 0, takes besides its rows.
+    fn making_memory(self, level: u8) -> u64 {
+        let Shape { geometry, format, filter, .. } = self;
+        if filter.from == LevelsFrom::Finest {
+            return straight::memory(geometry, format, filter, level);
+        }
+        let filter = Filter::new(filter, format, factor(filter.from, level));
+        descent::memory(&filter, geometry.level(level).size[0])
+    }
+
+    /// The levels that are made from the rows of a level as they are kept.
+    fn made_from(self, level: u8) -> impl Iterator<Item = u8> {
+        let from = self.filter.from;
+        let coarser = level + 1..=self.geometry.coarsest();
+        coarser.filter(move |&coarse| from != LevelsFrom::Finest && from.source(coarse) == level)
     }
 
     /// Rows at the top of a level that must be kept to its end.
@@ -77,8 +91,7 @@ impl Shape<'_> {
         if level >= geometry.tail().first_level() {
             return height;
         }
-        let coarser = (level + 1..=geometry.coarsest()).filter(|&coarse| from.source(coarse) == level);
-        let for_coarser = coarser.map(|coarse| {
+        let for_coarser = self.made_from(level).map(|coarse| {
             let reach = Filter::new(self.filter, self.format, factor(from, coarse)).reach;
             descent::head_rows(geometry.address()[1], reach, height, orders[usize::from(coarse)])
         });
@@ -90,6 +103,8 @@ impl Shape<'_> {
 pub(crate) struct Pyramid<'a> {
     geometry: &'a Geometry,
     levels: Vec<LevelRows<'a>>,
+    /// What makes the levels that are made straight from level 0.
+    straight: Option<Straight>,
 }
 
 struct LevelRows<'a> {
@@ -97,7 +112,7 @@ struct LevelRows<'a> {
     layout: RowLayout,
     /// Rows that are never forgotten.
     head: u32,
-    /// Nothing for level 0.
+    /// Nothing for level 0, and for levels made straight from it.
     descent: Option<Descent>,
     /// Nothing for a level of the tail.
     bands: Option<Bands<'a>>,
@@ -115,7 +130,7 @@ impl<'a> Pyramid<'a> {
             let in_tail = level >= geometry.tail().first_level();
             let (head, row_bytes) =
                 (shape.head_rows(&orders, level, late), row_bytes(geometry, format, level));
-            let descent = (level > 0).then(|| {
+            let descent = (level > 0 && filter.from != LevelsFrom::Finest).then(|| {
                 let source = orders[usize::from(filter.from.source(level))];
                 Descent::new(geometry, format, filter, level, source, &color)
             });
@@ -133,7 +148,9 @@ impl<'a> Pyramid<'a> {
             }
         };
         let levels = (0..).zip(&orders).map(level_rows).collect();
-        Pyramid { geometry, levels }
+        let straight =
+            (filter.from == LevelsFrom::Finest).then(|| Straight::new(geometry, format, filter, &color));
+        Pyramid { geometry, levels, straight }
     }
 
     /// Whether every row has been pushed.
@@ -144,7 +161,8 @@ impl<'a> Pyramid<'a> {
     /// Bytes of rows held; never falls.
     pub(crate) fn allocated(&self) -> u64 {
         let lines = |level: &LevelRows<'_>| level.descent.as_ref().map_or(0, Descent::allocated);
-        self.levels.iter().map(|level| level.rows.allocated() + lines(level)).sum()
+        let rows: u64 = self.levels.iter().map(|level| level.rows.allocated() + lines(level)).sum();
+        rows + self.straight.as_ref().map_or(0, Straight::allocated)
     }
 
     /// Takes the next rows of the image, which are as many as [`Pyramid::new`] was told except at its end, and makes of
@@ -155,6 +173,7 @@ impl<'a> Pyramid<'a> {
         let row_bytes = level.rows.row_bytes();
         let layout = &level.layout;
         let count = (image_rows.len() / image_row_bytes) as u32;
+        let first = level.rows.filled();
         level
             .rows
             .grow(count)
@@ -167,6 +186,23 @@ impl<'a> Pyramid<'a> {
             });
         for level in 1..self.levels.len() {
             self.make(level);
+        }
+        self.make_straight(first..first + count);
+    }
+
+    /// Makes what can be made straight from level 0, of which these rows are new.
+    fn make_straight(&mut self, rows: Range<u32>) {
+        let (Some(straight), Some((finest, coarser))) = (&mut self.straight, self.levels.split_first_mut())
+        else {
+            return;
+        };
+        for start in rows.clone().step_by(straight::ROWS_AT_ONCE as usize) {
+            let batch = start..rows.end.min(start + straight::ROWS_AT_ONCE);
+            let texels: Vec<_> = batch.map(|y| finest.layout.payload(finest.rows.row(y))).collect();
+            straight.add(&texels);
+            for (level, LevelRows { rows, layout, .. }) in (1..).zip(&mut *coarser) {
+                straight.finish(level, rows, layout);
+            }
         }
     }
 

@@ -1,7 +1,9 @@
-//! Every kernel, meaning and address mode against the slow way in 64-bit floats, from level to level.
+//! Every kernel, meaning and address mode against the slow way in 64-bit floats, each level from the one that it is made of.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests fail by panicking")]
 
 mod common;
+
+use std::collections::BTreeMap;
 
 use common::{build_file, texels, tiles, write_png};
 use png::{BitDepth, ColorType};
@@ -23,10 +25,14 @@ impl Level {
     fn at(&self, address: [AddressMode; 2], [x, y]: [i64; 2]) -> Vec<f64> {
         let [w, h] = self.size;
         if is_border_color(address[0], x, w) || is_border_color(address[1], y, h) {
-            return COLOR[..self.channels].iter().map(|&v| f64::from(v) / 255.0).collect();
+            return self.border_color();
         }
         let at = (fold(address[1], y, h) * w + fold(address[0], x, w)) as usize * self.channels;
         self.values[at..at + self.channels].to_vec()
+    }
+
+    fn border_color(&self) -> Vec<f64> {
+        COLOR[..self.channels].iter().map(|&v| f64::from(v) / 255.0).collect()
     }
 }
 
@@ -61,24 +67,41 @@ fn levels(description: &Description, tiles: &[(PagePos, Vec<u8>)]) -> Vec<Level>
     (0..=geometry.coarsest()).map(level).collect()
 }
 
-/// Weights for a factor of two, from the texel `first` before twice the index on. Written down anew, as docs/format.md does.
-fn weights(kernel: Kernel) -> (i64, Vec<f64>) {
+/// Weights for a factor, from the texel `first` before the factor times the index on. Written down anew, as docs/format.md
+/// does.
+fn weights(kernel: Kernel, factor: i64) -> (i64, Vec<f64>) {
     let sinc = |x: f64| (std::f64::consts::PI * x).sin() / (std::f64::consts::PI * x);
     let bessel = |x: f64| {
         (0..40).map(|n| ((x / 2.0).powi(n) / (1..=n).map(f64::from).product::<f64>()).powi(2)).sum::<f64>()
     };
     let sampled = |window: &dyn Fn(f64) -> f64| -> Vec<f64> {
-        (0..12).map(|k| (f64::from(k) - 5.5) / 2.0).map(|x| sinc(x) * window(x / 3.0)).collect()
+        let place = |k| (k as f64 + 0.5) / factor as f64 - 3.0;
+        (0..6 * factor).map(place).map(|x| sinc(x) * window(x / 3.0)).collect()
+    };
+    let half = factor / 2;
+    let repeated = |first: i64, weights: &[f64]| {
+        (first * half, weights.iter().flat_map(|&weight| vec![weight; half as usize]).collect::<Vec<_>>())
+    };
+    // Each weight is the top of a hat that reaches to its neighbours.
+    let drawn = |weights: &[f64]| {
+        let middle = weights.len() as i64 / 2;
+        let reach = (middle + 1) * half - 1;
+        let hat = |x: f64| (1.0 - x.abs()).max(0.0);
+        let at = |texel: i64| {
+            let hats = (-middle..).zip(weights);
+            hats.map(|(place, weight)| weight * hat(texel as f64 / half as f64 - place as f64)).sum()
+        };
+        (-reach, (-reach..=reach).map(at).collect())
     };
     let (first, weights) = match kernel {
-        Kernel::Gauss4 => (-1, vec![1.0, 3.0, 3.0, 1.0]),
-        Kernel::Sharpen4 => (-1, vec![-1.0, 5.0, 5.0, -1.0]),
-        Kernel::Gauss3 => (-1, vec![1.0, 2.0, 1.0]),
-        Kernel::Sharpen5 => (-2, vec![-1.0, 2.0, 6.0, 2.0, -1.0]),
-        Kernel::Kaiser => (-5, sampled(&|t| bessel(4.0 * (1.0 - t * t).sqrt()) / bessel(4.0))),
-        Kernel::Lanczos => (-5, sampled(&sinc)),
+        Kernel::Gauss4 => repeated(-1, &[1.0, 3.0, 3.0, 1.0]),
+        Kernel::Sharpen4 => repeated(-1, &[-1.0, 5.0, 5.0, -1.0]),
+        Kernel::Gauss3 => drawn(&[1.0, 2.0, 1.0]),
+        Kernel::Sharpen5 => drawn(&[-1.0, 2.0, 6.0, 2.0, -1.0]),
+        Kernel::Kaiser => (-5 * half, sampled(&|t| bessel(4.0 * (1.0 - t * t).sqrt()) / bessel(4.0))),
+        Kernel::Lanczos => (-5 * half, sampled(&sinc)),
         Kernel::Nearest => (0, vec![1.0]),
-        Kernel::Box | Kernel::Min | Kernel::Max | Kernel::Majority => (0, vec![1.0, 1.0]),
+        Kernel::Box | Kernel::Min | Kernel::Max | Kernel::Majority => repeated(0, &[1.0, 1.0]),
     };
     let sum: f64 = weights.iter().sum();
     (first, weights.iter().map(|weight| weight / sum).collect())
@@ -143,24 +166,77 @@ fn mixed(filter: LayerFilter, is_srgb: bool, around: &[(f64, Vec<f64>)]) -> Opti
     })
 }
 
+/// What texel `i` of a level is made of along one axis: each texel of the finer level, nothing for the border colour, with
+/// its weight.
+fn parts(
+    mode: AddressMode,
+    size: u32,
+    i: i64,
+    factor: i64,
+    (first, weights): &(i64, Vec<f64>),
+) -> BTreeMap<Option<u32>, f64> {
+    let mut parts = BTreeMap::new();
+    for (place, weight) in (factor * i + first..).zip(weights) {
+        let texel = (!is_border_color(mode, place, size)).then(|| fold(mode, place, size));
+        *parts.entry(texel).or_insert(0.0) += weight;
+    }
+    parts
+}
+
+/// The texels around one, each with its weight.
+fn around(finer: &Level, address: [AddressMode; 2], at: [i64; 2], weights: &Weights) -> Vec<(f64, Vec<f64>)> {
+    let Weights { factor, taps, picks } = weights;
+    if *picks {
+        let four = [[0, 0], [1, 0], [0, 1], [1, 1]];
+        let weight = |i: i64| taps.1.get(i as usize).copied().unwrap_or(0.0);
+        return four
+            .map(|[i, j]| (weight(i) * weight(j), finer.at(address, [2 * at[0] + i, 2 * at[1] + j])))
+            .to_vec();
+    }
+    let [across, down] = [0, 1].map(|axis| parts(address[axis], finer.size[axis], at[axis], *factor, taps));
+    let mut around = Vec::new();
+    for (y, wy) in &down {
+        for (x, wx) in &across {
+            let texel = match (x, y) {
+                (Some(x), Some(y)) => finer.at(address, [i64::from(*x), i64::from(*y)]),
+                _ => finer.border_color(),
+            };
+            around.push((wx * wy, texel));
+        }
+    }
+    around
+}
+
+/// How a level is made of a finer one.
+struct Weights {
+    factor: i64,
+    taps: (i64, Vec<f64>),
+    picks: bool,
+}
+
+/// The level that another is made from.
+fn source(from: LevelsFrom, level: usize) -> usize {
+    match from {
+        LevelsFrom::Chain => level - 1,
+        LevelsFrom::TwoFiner => level.saturating_sub(2),
+        LevelsFrom::Finest => 0,
+    }
+}
+
 /// Checks each level against the one that it is made from, as both are stored.
 fn check_levels(path: &std::path::Path, filter: LayerFilter) {
     let (description, tiles) = tiles(path);
     let (geometry, format) = (&description.geometry, description.layers[0].format);
     let address = [geometry.address()[0], geometry.address()[1]];
     let levels = levels(&description, &tiles);
-    let (first, weights) = weights(filter.kernel);
     let steps = if format == LayerFormat::R16 { 65535.0 } else { 255.0 };
-    for (number, pair) in (1..).zip(levels.windows(2)) {
-        let (finer, coarse) = (&pair[0], &pair[1]);
+    for (number, coarse) in levels.iter().enumerate().skip(1) {
+        let source = source(filter.from, number);
+        let factor = 1 << (number - source);
+        let weights = Weights { factor, taps: weights(filter.kernel, factor), picks: filter.kernel.picks() };
         for y in 0..i64::from(coarse.size[1]) {
             for x in 0..i64::from(coarse.size[0]) {
-                let mut around = Vec::new();
-                for (j, wy) in (first..).zip(&weights) {
-                    for (i, wx) in (first..).zip(&weights) {
-                        around.push((wx * wy, finer.at(address, [2 * x + i, 2 * y + j])));
-                    }
-                }
+                let around = around(&levels[source], address, [x, y], &weights);
                 let Some(expected) = mixed(filter, format.is_srgb(), &around) else { continue };
                 for (found, expected) in coarse.at(address, [x, y]).iter().zip(expected) {
                     let off = (found - expected.clamp(0.0, 1.0)).abs() * steps;
@@ -186,19 +262,32 @@ fn options(filter: &str, address: [AddressMode; 2], page: u32) -> BuildOptions {
     }
 }
 
+/// Every kernel with each of the meanings and every way to the finer level, where they go together.
+fn filters(meanings: &[Meaning]) -> Vec<LayerFilter> {
+    let mut filters = Vec::new();
+    for kernel in Kernel::ALL {
+        for &meaning in meanings {
+            for from in LevelsFrom::ALL {
+                let filter = LayerFilter { kernel, meaning, from };
+                if !kernel.picks() || filter == LayerFilter::new(kernel, Meaning::Stored) {
+                    filters.push(filter);
+                }
+            }
+        }
+    }
+    filters
+}
+
 fn check_all(color: ColorType, depth: BitDepth, meanings: &[Meaning]) {
     let dir = tempfile::tempdir().unwrap();
     let input = dir.path().join("in.png");
     for (size, page) in [([61, 47], 8), ([12, 90], 16), ([5, 3], 8)] {
         let bytes = depth as usize / 8 * color.samples() * (size[0] * size[1]) as usize;
         write_png(&input, size, color, depth, &texels(bytes, size[0]));
-        for kernel in Kernel::ALL {
-            for &meaning in meanings.iter().filter(|&&m| m == Meaning::Stored || !kernel.picks()) {
-                for address in [[Clamp; 2], [Wrap; 2], [Mirror; 2], [Border; 2], [Wrap, Border]] {
-                    let filter = LayerFilter::new(kernel, meaning);
-                    let (output, _) = build_file(&input, &options(&filter.to_string(), address, page));
-                    check_levels(&output, filter);
-                }
+        for filter in filters(meanings) {
+            for address in [[Clamp; 2], [Wrap; 2], [Mirror; 2], [Border; 2], [Wrap, Border]] {
+                let (output, _) = build_file(&input, &options(&filter.to_string(), address, page));
+                check_levels(&output, filter);
             }
         }
     }
@@ -225,7 +314,7 @@ fn the_bytes_depend_on_no_number_of_threads() {
     let dir = tempfile::tempdir().unwrap();
     let input = dir.path().join("in.png");
     write_png(&input, [700, 500], ColorType::Rgb, BitDepth::Eight, &texels(700 * 500 * 3, 5));
-    for filter in ["kaiser-linear", "sharpen5", "majority", "gauss4-linear@two"] {
+    for filter in ["kaiser-linear", "sharpen5", "majority", "gauss4-linear@two", "lanczos-linear@zero"] {
         let built = [1, 2, 5].map(|threads| {
             let options = BuildOptions { threads, ..options(filter, [Mirror, Wrap], 30) };
             std::fs::read(build_file(&input, &options).0).unwrap()
@@ -240,19 +329,13 @@ fn one_value_stays_on_all_levels() {
     let input = dir.path().join("in.png");
     let value = [0x9c, 0x41];
     write_png(&input, [150, 99], ColorType::Grayscale, BitDepth::Sixteen, &value.repeat(150 * 99));
-    for kernel in Kernel::ALL {
-        for from in [LevelsFrom::Chain, LevelsFrom::TwoFiner] {
-            if kernel.picks() && from != LevelsFrom::Chain {
-                continue;
-            }
-            let filter = LayerFilter { kernel, from, ..LayerFilter::default() };
-            let (output, report) = build_file(&input, &options(&filter.to_string(), [Clamp, Wrap], 16));
-            let (description, tiles) = tiles(&output);
-            for level in levels(&description, &tiles) {
-                assert!(level.values.iter().all(|&v| v == f64::from(0x9c41) / 65535.0), "{filter}");
-            }
-            assert_eq!(report.layers[0].filter, filter);
+    for filter in filters(&[Meaning::Stored]) {
+        let (output, report) = build_file(&input, &options(&filter.to_string(), [Clamp, Wrap], 16));
+        let (description, tiles) = tiles(&output);
+        for level in levels(&description, &tiles) {
+            assert!(level.values.iter().all(|&v| v == f64::from(0x9c41) / 65535.0), "{filter}");
         }
+        assert_eq!(report.layers[0].filter, filter);
     }
 }
 
@@ -260,9 +343,15 @@ fn one_value_stays_on_all_levels() {
 fn memory_does_not_grow_with_the_height_for_wide_kernels() {
     let dir = tempfile::tempdir().unwrap();
     let input = dir.path().join("in.png");
-    for (filter, address) in
-        [("kaiser", Wrap), ("lanczos", Mirror), ("kaiser@two", Wrap), ("sharpen5", Border)]
-    {
+    for (filter, address) in [
+        ("kaiser", Wrap),
+        ("lanczos", Mirror),
+        ("kaiser@two", Wrap),
+        ("sharpen5", Border),
+        ("kaiser@zero", Wrap),
+        ("gauss3@zero", Mirror),
+        ("box@zero", Clamp),
+    ] {
         let held = [5_000u32, 50_000].map(|height| {
             write_png(
                 &input,
@@ -302,12 +391,12 @@ fn min_and_max_enclose_everything_below_them() {
 }
 
 #[test]
-fn levels_from_two_finer_lie_nearer_to_the_finest() {
+fn the_fewer_roundings_the_nearer_to_the_finest() {
     let dir = tempfile::tempdir().unwrap();
     let input = dir.path().join("in.png");
     let size = [256, 192];
     write_png(&input, size, ColorType::Grayscale, BitDepth::Eight, &texels((size[0] * size[1]) as usize, 7));
-    let off = ["box", "box@two"].map(|name| {
+    let off = ["box", "box@two", "box@zero"].map(|name| {
         let (output, _) = build_file(&input, &options(name, [Clamp; 2], 16));
         let (description, tiles) = tiles(&output);
         let levels = levels(&description, &tiles);
@@ -321,7 +410,7 @@ fn levels_from_two_finer_lie_nearer_to_the_finest() {
         }
         sum
     });
-    assert!(off[1] < off[0], "{off:?}");
+    assert!(off[2] < off[1] && off[1] < off[0], "{off:?}");
 }
 
 #[test]
@@ -339,6 +428,8 @@ fn odd_kernels_say_so_and_what_does_not_suit_is_refused() {
         error.to_string()
     };
     assert!(refused(&options("box-normal", [Clamp; 2], 16)).contains("a layer of r8 holds no normals"));
-    let two = BuildOptions { levels_from: LevelsFrom::TwoFiner, ..options("min", [Clamp; 2], 16) };
-    assert!(refused(&two).contains("picks values"));
+    for levels_from in [LevelsFrom::TwoFiner, LevelsFrom::Finest] {
+        let options = BuildOptions { levels_from, ..options("min", [Clamp; 2], 16) };
+        assert!(refused(&options).contains("picks values"));
+    }
 }

@@ -8,7 +8,7 @@ use bytes::Bytes;
 use common::{texels, tiles, write_png};
 use half::f16;
 use png::{BitDepth, ColorType};
-use vastex_build::{BuildOptions, LayerInput, PartOf, Quality, build, merge};
+use vastex_build::{BuildOptions, LayerInput, LevelsFrom, PartOf, Quality, build, merge};
 use vastex_core::{AddressMode, Description, LayerFormat, PagePos};
 use vastex_tiles::decode_layer;
 
@@ -246,10 +246,15 @@ fn ground_pages() -> BuildOptions {
 
 #[test]
 fn a_layer_of_a_fraction_is_that_of_its_own_texture() {
-    for address in [AddressMode::Clamp, AddressMode::Wrap, AddressMode::Mirror] {
+    for (address, levels_from) in [
+        (AddressMode::Clamp, LevelsFrom::Chain),
+        (AddressMode::Wrap, LevelsFrom::Chain),
+        (AddressMode::Wrap, LevelsFrom::Finest),
+        (AddressMode::Mirror, LevelsFrom::TwoFiner),
+    ] {
         let desk = Desk::new();
         let layers = ground(&desk, [201, 133]);
-        let options = BuildOptions { address: [address; 2], ..ground_pages() };
+        let options = BuildOptions { address: [address; 2], levels_from, ..ground_pages() };
         let (description, together) = tiles(&desk.build(&layers, &options));
         assert_eq!(description.layers.iter().map(|layer| layer.scale).collect::<Vec<_>>(), [1, 2, 4]);
         assert_eq!(description.layers[2].format, LayerFormat::R16);

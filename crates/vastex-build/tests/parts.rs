@@ -42,6 +42,7 @@ proptest! {
         (page, share) in (8u32..90, 0u32..100),
         address in prop::array::uniform2(prop::sample::select(vec![Clamp, Wrap, Mirror])),
         compression in prop::sample::select(vec![Compression::None, Compression::Lz4, Compression::Zstd(1)]),
+        filter in prop::sample::select(vec!["box-linear", "box-linear", "kaiser@zero", "sharpen5@two"]),
         parts in 1u32..9,
         reversed: bool,
     ) {
@@ -52,7 +53,9 @@ proptest! {
         data[half..].fill(9);
         write_png(&input, size, ColorType::Rgb, BitDepth::Eight, &data);
         let border = 1 + (page / 2 - 1) * share / 100;
-        let options = BuildOptions { page, border, address, compression, threads: 2, ..BuildOptions::default() };
+        let filter = Some(filter.parse().unwrap());
+        let options =
+            BuildOptions { page, border, address, compression, filter, threads: 2, ..BuildOptions::default() };
         let mut paths = build_parts(&input, &options, parts);
         if reversed {
             paths.reverse();

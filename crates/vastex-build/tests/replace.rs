@@ -251,12 +251,14 @@ fn what_cannot_be_replaced_is_refused_and_changes_nothing() {
     assert!(refused([0, 0], &dir.path().join("none.png")).contains("none.png"));
     let error = replace(&part, [0, 0], &part, &options(), &()).unwrap_err().to_string();
     assert!(error.contains("no Vastex container but a PNG image"), "{error}");
-    let two = BuildOptions { levels_from: LevelsFrom::TwoFiner, page: 32, ..BuildOptions::default() };
-    let of_two = dir.path().join("two.png");
-    GREY.write(&of_two, [300, 200], &texels(300 * 200, 1));
-    let error =
-        replace(&build_file(&of_two, &two).0, [0, 0], &part, &options(), &()).unwrap_err().to_string();
-    assert!(error.contains("\"box@two\"") && error.contains("next finer"), "{error}");
+    let of_far = dir.path().join("far.png");
+    GREY.write(&of_far, [300, 200], &texels(300 * 200, 1));
+    for (levels_from, name) in [(LevelsFrom::TwoFiner, "\"box@two\""), (LevelsFrom::Finest, "\"box@zero\"")] {
+        let far = BuildOptions { levels_from, page: 32, ..BuildOptions::default() };
+        let error =
+            replace(&build_file(&of_far, &far).0, [0, 0], &part, &options(), &()).unwrap_err().to_string();
+        assert!(error.contains(name) && error.contains("next finer"), "{error}");
+    }
     let small = ReplaceOptions { memory_limit: 1000, ..options() };
     let error = replace(&file, [0, 0], &part, &small, &()).unwrap_err();
     assert!(matches!(error, ReplaceError::Memory { .. }), "{error}");

@@ -64,8 +64,9 @@ pub(crate) struct BuildArgs {
     /// or box]
     #[arg(long, value_name = "FILTER")]
     pub(crate) filter: Option<LayerFilter>,
-    /// Which level each level is made from: the next finer one, or the one two finer, which is slower and truer
-    #[arg(long, default_value = "chain", value_name = "chain|two", value_parser = named(&LevelsFrom::ALL, LevelsFrom::name))]
+    /// Which level each level is made from: the next finer one; the one two finer, which is slower and truer; or the finest,
+    /// level 0, which is slowest and truest
+    #[arg(long, default_value = "chain", value_name = "chain|two|zero", value_parser = named(&LevelsFrom::ALL, LevelsFrom::name))]
     pub(crate) levels_from: LevelsFrom,
     /// What lies beyond the edges: clamp, wrap, mirror or border:RRGGBB[AA], a colour; for x and y alike, or one for each
     #[arg(long, default_value = "clamp", value_name = "X[,Y]", value_parser = parse_address)]

@@ -80,59 +80,96 @@ impl Kernel {
         matches!(self, Kernel::Gauss3 | Kernel::Sharpen5)
     }
 
-    /// The weights for a factor, which is even. Those of kernels that pick are known for a factor of two only.
-    pub(crate) fn taps(self, factor: u32) -> Taps {
-        match self {
-            Kernel::Box | Kernel::Min | Kernel::Max | Kernel::Majority => repeated(&[1.0, 1.0], factor),
-            Kernel::Nearest => repeated(&[1.0, 0.0], factor),
-            Kernel::Gauss4 => repeated(&[1.0, 3.0, 3.0, 1.0], factor),
-            Kernel::Sharpen4 => repeated(&[-1.0, 5.0, 5.0, -1.0], factor),
-            Kernel::Gauss3 => drawn(&[1.0, 2.0, 1.0], factor),
-            Kernel::Sharpen5 => drawn(&[-1.0, 2.0, 6.0, 2.0, -1.0], factor),
-            Kernel::Kaiser => windowed_sinc(factor, |t| {
+    /// The kernel stretched to a factor, which is even. Those that pick are known for a factor of two only.
+    pub(crate) fn stretched(self, factor: u32) -> Stretched {
+        let weigh = match self {
+            Kernel::Box | Kernel::Min | Kernel::Max | Kernel::Majority => Weigh::Repeated(&[1.0, 1.0]),
+            Kernel::Nearest => Weigh::Repeated(&[1.0, 0.0]),
+            Kernel::Gauss4 => Weigh::Repeated(&[1.0, 3.0, 3.0, 1.0]),
+            Kernel::Sharpen4 => Weigh::Repeated(&[-1.0, 5.0, 5.0, -1.0]),
+            Kernel::Gauss3 => Weigh::Drawn(&[1.0, 2.0, 1.0]),
+            Kernel::Sharpen5 => Weigh::Drawn(&[-1.0, 2.0, 6.0, 2.0, -1.0]),
+            Kernel::Kaiser => Weigh::Sinc(|t| {
                 bessel_i0(KAISER_ALPHA * (1.0 - t * t).max(0.0).sqrt()) / bessel_i0(KAISER_ALPHA)
             }),
-            Kernel::Lanczos => windowed_sinc(factor, sinc),
+            Kernel::Lanczos => Weigh::Sinc(sinc),
+        };
+        Stretched::new(weigh, factor)
+    }
+
+    /// The weights for a factor, as [`Kernel::stretched`], all at once.
+    pub(crate) fn taps(self, factor: u32) -> Taps {
+        let stretched = self.stretched(factor);
+        let sum = stretched.sum();
+        let weights = (0..stretched.count).map(|tap| stretched.weight(tap) / sum).collect();
+        Taps { first: stretched.first, weights }
+    }
+}
+
+/// A kernel stretched to a factor: its weights one at a time, as large factors want them. Texel `factor * i + first` is
+/// the first of `count` that texel `i` of the coarser level is made of.
+#[derive(Clone, Copy)]
+pub(crate) struct Stretched {
+    pub(crate) first: i64,
+    pub(crate) count: i64,
+    factor: i64,
+    weigh: Weigh,
+}
+
+/// How weights depend on the factor.
+#[derive(Clone, Copy)]
+enum Weigh {
+    /// An even number of weights, each given to `factor / 2` texels.
+    Repeated(&'static [f64]),
+    /// An odd number of weights, `factor / 2` texels apart, with straight lines between them and down to 0 on both sides.
+    Drawn(&'static [f64]),
+    /// A sinc under this window of -1 to 1.
+    Sinc(fn(f64) -> f64),
+}
+
+impl Stretched {
+    fn new(weigh: Weigh, factor: u32) -> Stretched {
+        let factor = i64::from(factor);
+        let half = factor / 2;
+        let (first, count) = match weigh {
+            Weigh::Repeated(weights) => {
+                let weights = weights.len() as i64;
+                ((1 - weights / 2) * half, weights * half)
+            }
+            Weigh::Drawn(weights) => {
+                let reach = (weights.len() as i64 / 2 + 1) * half - 1;
+                (-reach, 2 * reach + 1)
+            }
+            Weigh::Sinc(_) => {
+                let count = 2 * (SINC_RADIUS * factor as f64) as i64;
+                ((factor - count) / 2, count)
+            }
+        };
+        Stretched { first, count, factor, weigh }
+    }
+
+    /// One of the weights, 0 to `count`, not yet divided by their [`Stretched::sum`].
+    pub(crate) fn weight(&self, tap: i64) -> f64 {
+        let half = self.factor / 2;
+        let at = |weights: &[f64], i: i64| usize::try_from(i).ok().and_then(|i| weights.get(i).copied());
+        match self.weigh {
+            Weigh::Repeated(weights) => at(weights, tap / half).unwrap_or(0.0),
+            Weigh::Drawn(weights) => {
+                let (step, part) = ((tap + 1) / half - 1, ((tap + 1) % half) as f64 / half as f64);
+                let at = |step| at(weights, step).unwrap_or(0.0);
+                at(step) * (1.0 - part) + at(step + 1) * part
+            }
+            Weigh::Sinc(window) => {
+                let x = (tap as f64 + 0.5) / self.factor as f64 - SINC_RADIUS;
+                sinc(x) * window(x / SINC_RADIUS)
+            }
         }
     }
-}
 
-impl Taps {
-    fn new(first: i64, mut weights: Vec<f64>) -> Taps {
-        let sum: f64 = weights.iter().sum();
-        weights.iter_mut().for_each(|weight| *weight /= sum);
-        Taps { first, weights }
+    /// Of all weights. Looks at each of them.
+    pub(crate) fn sum(&self) -> f64 {
+        (0..self.count).map(|tap| self.weight(tap)).sum()
     }
-}
-
-/// An even number of weights, each given to `factor / 2` texels.
-fn repeated(weights: &[f64], factor: u32) -> Taps {
-    let half = (factor / 2) as usize;
-    let first = (1 - weights.len() as i64 / 2) * half as i64;
-    Taps::new(first, weights.iter().flat_map(|&weight| std::iter::repeat_n(weight, half)).collect())
-}
-
-/// An odd number of weights, `factor / 2` texels apart, with straight lines between them and down to 0 on both sides.
-fn drawn(weights: &[f64], factor: u32) -> Taps {
-    let half = i64::from(factor / 2);
-    let reach = (weights.len() as i64 / 2 + 1) * half - 1;
-    let at = |i: i64| usize::try_from(i).ok().and_then(|i| weights.get(i)).copied().unwrap_or(0.0);
-    let drawn = (-reach..=reach).map(|texel| {
-        let (step, part) = ((texel + reach + 1).div_euclid(half) - 1, (texel + reach + 1).rem_euclid(half));
-        let part = part as f64 / half as f64;
-        at(step) * (1.0 - part) + at(step + 1) * part
-    });
-    Taps::new(-reach, drawn.collect())
-}
-
-fn windowed_sinc(factor: u32, window: impl Fn(f64) -> f64) -> Taps {
-    let radius = SINC_RADIUS * f64::from(factor);
-    let count = 2 * radius as i64;
-    let weights = (0..count).map(|tap| {
-        let x = (tap as f64 + 0.5 - radius) / f64::from(factor);
-        sinc(x) * window(x / SINC_RADIUS)
-    });
-    Taps::new((i64::from(factor) - count) / 2, weights.collect())
 }
 
 fn sinc(x: f64) -> f64 {
@@ -144,6 +181,9 @@ fn bessel_i0(x: f64) -> f64 {
     let (mut sum, mut term) = (1.0, 1.0);
     for n in 1..64 {
         term *= (x / (2.0 * f64::from(n))).powi(2);
+        if sum + term == sum {
+            break;
+        }
         sum += term;
     }
     sum

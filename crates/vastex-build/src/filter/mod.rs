@@ -18,10 +18,11 @@ use std::str::FromStr;
 use vastex_core::{LayerFormat, TexelPositions};
 
 pub use kernel::Kernel;
-pub(crate) use kernel::Taps;
+pub(crate) use kernel::{Stretched, Taps};
 pub use meaning::Meaning;
 pub(crate) use quad::Quad;
 use separable::Separable;
+pub(crate) use separable::{finished, prepared};
 
 /// How the levels of one layer are made. Written and read as `KERNEL[-MEANING][@LEVELS]`: `box-linear`, `kaiser@two`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -42,17 +43,20 @@ pub enum LevelsFrom {
     Chain,
     /// The level two finer, by the kernel stretched to a factor of four; level 1 from level 0.
     TwoFiner,
+    /// Level 0, by the kernel stretched to the level's scale.
+    Finest,
 }
 
 impl LevelsFrom {
     /// All of them.
-    pub const ALL: [LevelsFrom; 2] = [LevelsFrom::Chain, LevelsFrom::TwoFiner];
+    pub const ALL: [LevelsFrom; 3] = [LevelsFrom::Chain, LevelsFrom::TwoFiner, LevelsFrom::Finest];
 
     /// The name in help texts and, but for `chain`, in names of filters.
     pub const fn name(self) -> &'static str {
         match self {
             LevelsFrom::Chain => "chain",
             LevelsFrom::TwoFiner => "two",
+            LevelsFrom::Finest => "zero",
         }
     }
 
@@ -61,6 +65,7 @@ impl LevelsFrom {
         match self {
             LevelsFrom::Chain => level - 1,
             LevelsFrom::TwoFiner => level.saturating_sub(2),
+            LevelsFrom::Finest => 0,
         }
     }
 }
@@ -70,14 +75,15 @@ impl LevelsFrom {
 pub enum FilterError {
     /// The name is none.
     #[error(
-        "{0:?} names no filter: write one of {kernels}, followed where it is wanted by -linear or -normal, and by @two, as in \
-         kaiser-linear",
+        "{0:?} names no filter: write one of {kernels}, followed where it is wanted by -linear or -normal, and by @two or \
+         @zero, as in kaiser-linear",
         kernels = Kernel::ALL.map(Kernel::name).join(", ")
     )]
     Name(String),
     /// The kernel takes values as they are.
     #[error(
-        "the filter {0} picks values and does not mix them, so it goes neither with -linear and -normal nor with @two"
+        "the filter {0} picks values and does not mix them, so it goes neither with -linear and -normal nor with @two and \
+         @zero"
     )]
     Picks(&'static str),
     /// The format holds no vectors.
@@ -267,8 +273,18 @@ mod tests {
                 }
             }
         }
-        for bad in ["", "boxy", "box-", "box-light", "box@chain", "box@", "-linear", "min-linear", "max@two"]
-        {
+        for bad in [
+            "",
+            "boxy",
+            "box-",
+            "box-light",
+            "box@chain",
+            "box@",
+            "-linear",
+            "min-linear",
+            "max@two",
+            "min@zero",
+        ] {
             assert!(bad.parse::<LayerFilter>().is_err(), "{bad}");
         }
         assert_eq!(LayerFilter::default().to_string(), "box");
