@@ -37,7 +37,7 @@ fn main() {
             (0..ROUNDS).map(|_| filters.map(|filter| seconds(&image, &output(filter), filter))).collect();
         for (i, filter) in filters.into_iter().enumerate() {
             let ratio = median(rounds.iter().map(|round| round[i] / round[0]).collect());
-            let container = Container::open_file(&output(filter)).unwrap();
+            let container = Container::open_file(output(filter)).unwrap();
             let finest = plane(&container, 0);
             let off: Vec<_> = (1..=5u8)
                 .map(|level| format!("{:.1}", psnr(&container, level, &finest, &stretched(1 << level))))

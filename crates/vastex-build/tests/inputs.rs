@@ -276,7 +276,7 @@ fn a_mosaic_names_the_piece_that_is_wrong() {
             png::ColorType::Grayscale,
             depth,
             &texels(32, 1)[..16 * (depth as usize) / 8],
-        )
+        );
     };
     write("a.png", png::BitDepth::Eight);
     write("deep.png", png::BitDepth::Sixteen);
