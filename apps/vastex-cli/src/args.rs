@@ -21,6 +21,8 @@ mod build;
 #[cfg(feature = "build")]
 mod export;
 #[cfg(feature = "build")]
+mod inset;
+#[cfg(feature = "build")]
 mod layer;
 #[cfg(feature = "build")]
 mod merge;

@@ -7,9 +7,10 @@ use std::io;
 use std::path::PathBuf;
 
 use vastex_core::{GeometryError, LayerError};
-use vastex_tiles::WriteError;
+use vastex_tiles::{ReorderError, WriteError};
 
 use crate::filter::FilterError;
+use crate::replace::ReplaceError;
 
 /// Why nothing was built. No file is left behind, unless what was built so far is to be resumed.
 #[derive(Debug, thiserror::Error)]
@@ -107,6 +108,62 @@ pub enum BuildError {
         "no layer has an alpha channel, so none can say which pages are transparent; give a mask instead"
     )]
     NoAlpha,
+    /// Insets are asked for in a part of a container, or in a build that can be resumed.
+    #[error("insets are put in when the texture is whole: build it on one machine and without --resume")]
+    InsetsApart,
+    /// The texture is of a kind into which no insets can be put.
+    #[error(
+        "no inset can be put into the texture: {0}; build one layer of whole texels, each level from the next finer one"
+    )]
+    InsetTexture(String),
+    /// The insets would make the texture too large.
+    #[error(
+        "{levels} levels finer than {}x{} texels, which an inset asks for, make a texture of more than 2^31 texels a side; \
+         make the inset coarser",
+        size[0], size[1]
+    )]
+    InsetTooFine {
+        /// Levels that the finest inset is finer than the image.
+        levels: u8,
+        /// Size of the image in texels.
+        size: [u32; 2],
+    },
+    /// The image under the insets would lie in the tail with room for finer levels, which nothing could fill.
+    #[error(
+        "{}x{} texels are too few for insets, since finer levels fit into the same page; enlarge the image {} times, and count \
+         the insets' levels from there",
+        size[0], size[1], 1u64 << (*levels).min(32)
+    )]
+    InsetInTail {
+        /// Levels that the finest inset is finer than the image.
+        levels: u8,
+        /// Size of the image in texels.
+        size: [u32; 2],
+    },
+    /// An inset reaches beyond the texture.
+    #[error(
+        "{}: {}x{} texels at {},{} reach beyond the texture, which has {}x{} texels at that level ({level}); choose another \
+         place, or cut the image",
+        path.display(), size[0], size[1], at[0], at[1], texture[0], texture[1]
+    )]
+    InsetOutside {
+        /// The inset's image.
+        path: PathBuf,
+        /// Where it should go, in its own texels.
+        at: [u32; 2],
+        /// Its size in texels.
+        size: [u32; 2],
+        /// The level of the texture to which it belongs.
+        level: u8,
+        /// Size of that level in texels.
+        texture: [u32; 2],
+    },
+    /// An inset cannot be put into the texture.
+    #[error(transparent)]
+    Inset(Box<ReplaceError>),
+    /// The file cannot be copied to its place.
+    #[error(transparent)]
+    Reorder(ReorderError),
     /// The output cannot be written.
     #[error(transparent)]
     Output(WriteError),

@@ -85,12 +85,6 @@ impl OpenLayer {
         Ok(filter.for_format(*format)?)
     }
 
-    /// Whether the numbers are colours, as far as its name and its filter tell.
-    fn is_color(&self, filter: LayerFilter) -> bool {
-        let usual = LayerFilter::for_layer(&self.layer.name, self.layer.format, true);
-        usual.meaning == Meaning::LinearColor && filter.meaning != Meaning::Normal
-    }
-
     /// What there is to say of what was made of it.
     pub(crate) fn report(&self, plan: &LayerPlan) -> LayerReport {
         let mut notices = self.reader.header().notices.clone();
@@ -102,8 +96,8 @@ impl OpenLayer {
     pub(crate) fn plan(&self, geometry: &Geometry, options: &BuildOptions) -> Result<LayerPlan, BuildError> {
         let (header, format) = (self.reader.header(), self.layer.format);
         let filter = self.filter(options)?;
-        let conversion =
-            Conversion::new(header, format, self.is_color(filter)).ok_or_else(|| BuildError::Format {
+        let conversion = Conversion::new(header, format, is_color(&self.layer, filter)).ok_or_else(|| {
+            BuildError::Format {
                 path: self.path.clone(),
                 image: header.format.to_string(),
                 format: format.name(),
@@ -111,7 +105,8 @@ impl OpenLayer {
                     .map(LayerFormat::name)
                     .collect::<Vec<_>>()
                     .join(", "),
-            })?;
+            }
+        })?;
         Ok(LayerPlan {
             geometry: geometry.of_layer(self.layer.scale),
             layer: self.layer.clone(),
@@ -123,6 +118,12 @@ impl OpenLayer {
             lost_negatives: false.into(),
         })
     }
+}
+
+/// Whether the numbers of a layer are colours, as far as its name and its filter tell.
+pub(crate) fn is_color(layer: &Layer, filter: LayerFilter) -> bool {
+    let usual = LayerFilter::for_layer(&layer.name, layer.format, true);
+    usual.meaning == Meaning::LinearColor && filter.meaning != Meaning::Normal
 }
 
 /// Opens all images and finds each layer's share of the resolution. At least one input.

@@ -5,7 +5,8 @@
 //! impossible to read by rows is reported as a [`Notice`]. The bytes written depend on the image and the options, and
 //! not on the number of threads.
 //!
-//! [`replace`] puts an image into a region of a container that was built here, on all levels.
+//! [`replace`] puts an image into a region of a container that was built here, on all levels; an [`Inset`] is put so into levels
+//! that exist where insets are.
 //!
 //! [`export`](fn@export) goes the other way: from a texture to the tile directories of other programs, which [`build`]
 //! reads too.
@@ -20,6 +21,7 @@ mod error;
 mod export;
 mod filter;
 mod fingerprint;
+mod inset;
 mod layers;
 mod layout;
 mod magnify;
@@ -47,6 +49,7 @@ pub use blocks::Quality;
 pub use error::{BuildError, InputFault};
 pub use export::{ExportError, ExportOptions, ExportReport, Layout, TileFormat, export};
 pub use filter::{FilterError, Kernel, LayerFilter, LevelsFrom, Meaning};
+pub use inset::Inset;
 pub use layers::{LayerInput, LayerReport};
 pub use notice::Notice;
 pub use readers::{DirectorySource, ImageHeader, PixelFormat, RowReader, Sample, open};
@@ -55,6 +58,7 @@ pub use vastex_tiles::{
     Compression, MergeError, PartOf, ReorderError, UpdateError, Updated, WriteError, Written, merge, reorder,
 };
 
+use inset::Finer;
 use layers::OpenLayer;
 use pipeline::{Buffers, Done, Job, Sink, Stopped};
 use sparse::Selection;
@@ -87,6 +91,9 @@ pub struct BuildOptions {
     pub mask: Option<PathBuf>,
     /// Whether pages that are transparent in all layers with alpha get no tile.
     pub drop_transparent: bool,
+    /// Images that lie over that of the texture, as fine as it or finer. The texture has as many levels more as the finest of
+    /// them needs; where no inset lies, pages of those have no tiles.
+    pub insets: Vec<Inset>,
     /// Threads that filter and encode, besides one that reads and one that writes; 0 for as many as there are cores.
     pub threads: usize,
     /// Whether to wait at the end until the disk has everything.
@@ -120,6 +127,7 @@ impl Default for BuildOptions {
             border_color: [0; 4],
             mask: None,
             drop_transparent: false,
+            insets: Vec::new(),
             threads: 0,
             durable: false,
             align: 1,
@@ -127,6 +135,12 @@ impl Default for BuildOptions {
             part: None,
             resume: false,
         }
+    }
+}
+
+impl BuildOptions {
+    fn writer_options(&self, filters: Vec<String>) -> WriterOptions {
+        WriterOptions { compression: self.compression, durable: self.durable, align: self.align, filters }
     }
 }
 
@@ -153,6 +167,8 @@ pub struct BuildReport {
     pub levels: u32,
     /// What was made of each image, in the order of the inputs.
     pub layers: Vec<LayerReport>,
+    /// Texels that were read, the largest image's of all layers and the insets'.
+    pub texels: u64,
     /// Tiles, the tail counted as one.
     pub tiles: u64,
     /// Tiles that are kept as their colour.
@@ -197,7 +213,22 @@ pub fn build<I: Clone + Into<LayerInput>>(
         place::check(mask, None, output)?;
     }
     let mut layers = layers::open_all(inputs.iter().cloned().map(Into::into).collect(), output)?;
-    let description = layers::describe(&layers, options)?;
+    match options.insets.as_slice() {
+        [] => make(&mut layers, output, options, 0, progress),
+        _ => inset::build(layers, output, options, progress),
+    }
+}
+
+/// Makes a container of the layers, with `finer_levels` levels more, which are empty.
+fn make(
+    layers: &mut [OpenLayer],
+    output: &Path,
+    options: &BuildOptions,
+    finer_levels: u8,
+    progress: &dyn Progress,
+) -> Result<BuildReport, BuildError> {
+    let description = layers::describe(layers, options)?;
+    let texture = inset::finer(&description, finer_levels)?;
     let plans: Result<Vec<_>, _> =
         layers.iter().map(|layer| layer.plan(&description.geometry, options)).collect();
     let (plans, pool) = (plans?, thread_pool(options.threads)?);
@@ -213,33 +244,29 @@ pub fn build<I: Clone + Into<LayerInput>>(
         pool: &pool,
         buffers: Buffers::default(),
     };
-    let memory = fit_memory(&layers, &mut job, options.memory_limit)?;
-    let selection = sparse::select(&layers, &plans, &description.geometry, options)?;
+    let memory = fit_memory(layers, &mut job, texture.geometry.page_count(), options.memory_limit)?;
+    let selection = sparse::select(layers, &plans, &description.geometry, options)?;
     let filters: Vec<String> = plans.iter().map(|plan| plan.filter.to_string()).collect();
-    let writer_options = WriterOptions {
-        compression: options.compression,
-        durable: options.durable,
-        align: options.align,
-        filters,
-    };
+    let writer_options = options.writer_options(filters);
     let rows = u64::from(description.geometry.size()[1]);
     let mut go_on = |bytes| progress.advance(0, rows, bytes);
     let left = if options.resume { Left::Resumed(&mut go_on) } else { Left::Removed };
-    let same = layers::fingerprint(&layers, options)?;
+    let same = layers::fingerprint(layers, options)?;
     let built = match options.part {
         None => {
             let origin = Origin { input: same.as_bytes(), options: &[] };
-            let writer = ResumableWriter::create(output, description.clone(), writer_options, origin, left)?;
-            job.tiles.start += writer.taken_over();
-            Work { job: &job, run, memory, progress, resumed: writer.taken_over(), selection }
-                .run(&mut layers, writer)
+            let writer = ResumableWriter::create(output, texture, writer_options, origin, left)?;
+            let resumed = writer.taken_over();
+            job.tiles.start += resumed;
+            let sink = Finer { sink: writer, levels: finer_levels };
+            Work { job: &job, run, memory, progress, resumed, selection }.run(layers, sink)
         }
         Some(part) => {
             let same = same.as_bytes();
-            let writer = PartWriter::create(output, description.clone(), &writer_options, part, same, left)?;
+            let writer = PartWriter::create(output, texture, &writer_options, part, same, left)?;
             job.tiles.start += writer.taken_over();
             Work { job: &job, run, memory, progress, resumed: writer.taken_over(), selection }
-                .run(&mut layers, writer)
+                .run(layers, writer)
         }
     };
     let reports = layers.iter().zip(&plans).map(|(layer, plan)| layer.report(plan));
@@ -277,6 +304,7 @@ impl Work<'_> {
             size: [width, height],
             levels: geometry.levels().len() as u32,
             layers: Vec::new(),
+            texels: u64::from(width) * u64::from(height),
             tiles: written.tiles,
             constant_tiles: written.constant_tiles,
             shared_tiles: written.shared_tiles,
@@ -289,16 +317,16 @@ impl Work<'_> {
     }
 }
 
-/// Makes buffers as small as the limit asks for and says what a build then takes at most; an error where that is too much all
+/// Makes buffers as small as the limit asks for, with a container of `pages`, and says what a build then takes at most; an error where that is too much all
 /// the same. Nothing has been allocated yet.
-fn fit_memory(layers: &[OpenLayer], job: &mut Job<'_>, limit: u64) -> Result<u64, BuildError> {
+fn fit_memory(layers: &[OpenLayer], job: &mut Job<'_>, pages: u64, limit: u64) -> Result<u64, BuildError> {
     /// What the container's writer keeps for each tile.
     const INDEX_BYTES: u64 = 64;
     /// What the program takes that does nothing yet, its code and the stacks of its threads included.
     const PROGRAM_BYTES: u64 = 16 << 20;
     /// What an allocator wastes at most, as a share of what is asked of it.
     const WASTE: u64 = 8;
-    let index = job.description.geometry.page_count().saturating_mul(INDEX_BYTES);
+    let index = pages.saturating_mul(INDEX_BYTES);
     let readers = layers.iter().fold(0u64, |sum, layer| sum.saturating_add(layer.reader.header().memory));
     let fixed = index.saturating_add(readers).saturating_add(PROGRAM_BYTES);
     job.fit(limit.saturating_sub(fixed) / (WASTE + 1) * WASTE);

@@ -118,6 +118,7 @@ fn build_nothing() -> BuildReport {
         size: [0; 2],
         layers: Vec::new(),
         levels: 0,
+        texels: 0,
         tiles: 0,
         constant_tiles: 0,
         shared_tiles: 0,

@@ -32,7 +32,7 @@ pub use cache::{CacheStats, RamCache};
 pub use conformance::conformance;
 #[cfg(not(target_family = "wasm"))]
 pub use container::verify_file;
-pub use container::{Container, ContainerError, Fault, Info, Verification, verify};
+pub use container::{Container, ContainerError, Fault, Info, Saved, Verification, verify};
 #[cfg(all(feature = "write", not(target_family = "wasm")))]
 pub use container::{ContainerUpdate, ReorderError, UpdateError, Updated, reorder};
 #[cfg(feature = "write")]

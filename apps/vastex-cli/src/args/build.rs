@@ -4,9 +4,10 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 use vastex::{AddressMode, Geometry};
-use vastex_build::{LayerFilter, LayerInput, LevelsFrom, PartOf};
+use vastex_build::{Inset, LayerFilter, LayerInput, LevelsFrom, PartOf};
 use vastex_core::{GeometrySpec, LayerFormat, PAGE_TEXELS};
 
+use super::inset::parse_inset;
 use super::layer::parse_layer;
 use super::{ClapArgs, named, value_error};
 
@@ -22,6 +23,7 @@ Examples:
   vastex build huge.tif -o huge.vastex --resume --memory-mib 200
   vastex build slide.tif -o slide.vastex --mask tissue.png
   vastex build earth.tif -o earth.vastex --format bc7-srgb
+  vastex build world.tif -o world.vastex --inset rome.png@738816,184320,5 --inset alps.tif@34000,8000,1
   vastex build -o ground.vastex --layer color=c.tif:bc1-srgb --layer normal=n.png:bc5 --layer height=h.png:r16:max
 
 The output appears when it is whole; after an error or Ctrl-C nothing is left behind. With --resume, what was built so far
@@ -77,6 +79,11 @@ pub(crate) struct BuildArgs {
     /// Give no tile to pages that are transparent in all layers with alpha
     #[arg(long)]
     pub(crate) drop_transparent: bool,
+    /// An image over IN, as fine as it (LEVEL 0) or LEVEL levels finer, each of which doubles the texels; X,Y are the column and
+    /// row at which it begins, counted in its own texels. Pages of the finer levels are there only where insets are. Once for
+    /// each; finer ones lie over coarser ones, later ones over earlier ones
+    #[arg(long = "inset", value_name = "IMAGE@X,Y,LEVEL", value_parser = parse_inset, conflicts_with_all = ["shard", "resume"])]
+    pub(crate) insets: Vec<Inset>,
     /// Make only part I of N of the container, for `vastex merge`; each part can be made on a machine of its own
     #[arg(long, value_name = "I/N", value_parser = parse_shard)]
     pub(crate) shard: Option<PartOf>,

@@ -121,6 +121,7 @@ fn options(args: &BuildArgs) -> BuildOptions {
         align: args.align.unwrap_or(1),
         mask: args.mask.clone(),
         drop_transparent: args.drop_transparent,
+        insets: args.insets.clone(),
         memory_limit: args.memory_mib.map_or(BuildOptions::default().memory_limit, |mib| mib << 20),
         part: args.shard,
         resume: args.resume,
@@ -176,7 +177,7 @@ struct Summary {
     /// Of the file.
     bytes: u64,
     seconds: f64,
-    /// Millions of texels of the image per second.
+    /// Millions of texels of the images per second.
     mpix_per_s: f64,
     /// Bytes of memory that the build could at most have taken.
     memory_bound: u64,
@@ -218,7 +219,7 @@ impl LayerSummary {
 
 impl Summary {
     fn new(args: &BuildArgs, built: &BuildReport, took: Duration) -> Summary {
-        let ([width, height], first) = (built.size, built.layers.first());
+        let first = built.layers.first();
         let seconds = took.as_secs_f64();
         Summary {
             input: first.map(|layer| layer.path.display().to_string()).unwrap_or_default(),
@@ -235,7 +236,7 @@ impl Summary {
             resumed_tiles: built.resumed_tiles,
             bytes: built.bytes,
             seconds,
-            mpix_per_s: f64::from(width) * f64::from(height) / 1e6 / seconds.max(1e-9),
+            mpix_per_s: built.texels as f64 / 1e6 / seconds.max(1e-9),
             memory_bound: built.memory,
             notices: built.notices().map(ToString::to_string).collect(),
         }

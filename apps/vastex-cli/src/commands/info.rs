@@ -5,8 +5,8 @@ use std::process::ExitCode;
 use anyhow::Result;
 use serde::Serialize;
 use vastex::AddressMode;
-use vastex_core::TexelPositions;
-use vastex_tiles::{Container, Info};
+use vastex_core::{Level, TexelPositions};
+use vastex_tiles::{Container, Info, Saved};
 
 use crate::args::InfoArgs;
 use crate::report;
@@ -49,6 +49,9 @@ struct Summary {
     /// Pages of the texture, the tail counted as one.
     pages: u64,
     tiles: u64,
+    /// Pages, and how many of them have a tile, of each level finer than the tail, the finest first.
+    pages_by_level: Vec<u64>,
+    tiles_by_level: Vec<u64>,
     constant_tiles: u64,
     shared_tiles: u64,
     stored_tiles: u64,
@@ -59,6 +62,7 @@ struct Summary {
     stored_bytes: u64,
     /// Of all tiles, decoded.
     raw_bytes: u64,
+    saved_bytes: SavedBytes,
     /// Every tile begins at a multiple of so many bytes.
     align: u32,
 }
@@ -84,6 +88,15 @@ impl LayerSummary {
     }
 }
 
+/// Bytes that tiles would have taken besides, each stored on its own and as it is decoded.
+#[derive(Serialize)]
+struct SavedBytes {
+    absent: u64,
+    constant: u64,
+    shared: u64,
+    compression: u64,
+}
+
 /// Stored tiles by how they are compressed.
 #[derive(Serialize)]
 struct Codecs {
@@ -105,6 +118,8 @@ impl Summary {
             tile_bytes: info.description.layer_bytes(layer),
         };
         let [none, lz4, zstd] = info.stored_by_codec;
+        let finer = usize::from(geometry.tail().first_level());
+        let Saved { absent, constant, shared, compression } = info.saved();
         Summary {
             version: info.version,
             size: first_two(geometry.size()),
@@ -124,6 +139,8 @@ impl Summary {
             layers: info.description.layers.iter().enumerate().map(layer).collect(),
             pages: info.pages,
             tiles: info.tiles,
+            pages_by_level: info.levels()[..finer].iter().map(Level::page_count).collect(),
+            tiles_by_level: info.tiles_by_level[..finer].to_vec(),
             constant_tiles: info.constant_tiles,
             shared_tiles: info.shared_tiles,
             stored_tiles: info.stored_tiles,
@@ -131,6 +148,7 @@ impl Summary {
             bytes: info.bytes,
             stored_bytes: info.stored_bytes,
             raw_bytes: info.raw_bytes,
+            saved_bytes: SavedBytes { absent, constant, shared, compression },
             align: info.align,
         }
     }
@@ -144,6 +162,11 @@ impl Summary {
             1 => String::new(),
             align => format!(", tiles at multiples of {align} bytes"),
         };
+        let saved = |bytes: u64| match bytes {
+            0 => String::new(),
+            bytes => format!(", which saves {}", report::bytes(bytes)),
+        };
+        let SavedBytes { absent, constant, shared, compression } = self.saved_bytes;
         let rows = [
             ("size", format!("{width} x {height} texels")),
             ("levels", format!("{}, from level {} on in the tail", self.levels, self.tail_level)),
@@ -152,14 +175,31 @@ impl Summary {
             ("positions", self.positions.into()),
             ("layers", layers.join(", ")),
             ("tiles", format!("{} for {} pages", self.tiles, self.pages)),
-            ("  constant", format!("{}", self.constant_tiles)),
-            ("  shared", format!("{}", self.shared_tiles)),
-            ("  stored", format!("{} ({none} as they are, {lz4} LZ4, {zstd} Zstandard)", self.stored_tiles)),
+            ("  absent", format!("{}{}", self.pages - self.tiles, saved(absent))),
+            ("  constant", format!("{}{}", self.constant_tiles, saved(constant))),
+            ("  shared", format!("{}{}", self.shared_tiles, saved(shared))),
+            (
+                "  stored",
+                format!("{} ({none} as they are, {lz4} LZ4, {zstd} Zstandard)", self.stored_tiles)
+                    + &saved(compression),
+            ),
             ("bytes", format!("{} ({})", self.bytes, report::bytes(self.bytes))),
             ("  decoded", format!("{} ({})", self.raw_bytes, report::bytes(self.raw_bytes))),
             ("format", format!("version {}{aligned}", self.version)),
         ];
-        rows.map(|(name, value)| format!("  {name:<12}{value}")).join("\n")
+        let rows = rows.into_iter().flat_map(|row| match row.0 {
+            "  absent" => [vec![row], self.sparse_levels()].concat(),
+            _ => vec![row],
+        });
+        rows.map(|(name, value)| format!("  {name:<12}{value}")).collect::<Vec<_>>().join("\n")
+    }
+
+    /// A row for each level of which pages have no tile.
+    fn sparse_levels(&self) -> Vec<(&'static str, String)> {
+        let levels = self.pages_by_level.iter().zip(&self.tiles_by_level).enumerate();
+        let sparse = levels.filter(|(_, (pages, tiles))| tiles < pages);
+        let row = |(level, (pages, tiles))| ("", format!("level {level}: {tiles} tiles for {pages} pages"));
+        sparse.map(row).collect()
     }
 }
 

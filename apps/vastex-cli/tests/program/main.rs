@@ -4,6 +4,7 @@
 
 mod bad_input;
 mod export;
+mod inset;
 mod resume;
 mod round_trip;
 mod tool;

@@ -33,6 +33,11 @@ impl Spans {
         Spans::new(std::iter::once(range))
     }
 
+    /// These texels and those of one more range.
+    pub(super) fn and(&self, range: Range<u32>) -> Spans {
+        Spans::new(self.0.iter().cloned().chain(std::iter::once(range)))
+    }
+
     pub(super) fn ranges(&self) -> &[Range<u32>] {
         &self.0
     }
@@ -112,6 +117,23 @@ impl Axis {
     /// The texel inside the level that `texel` stands for; nothing where the border colour stands.
     pub(super) fn inside(&self, texel: i64) -> Option<u32> {
         (!is_border_color(self.mode, texel, self.size)).then(|| fold(self.mode, texel, self.size))
+    }
+
+    /// The page that shows a texel of the level within its payload, and the texel's place from the beginning of the page's tile.
+    pub(super) fn place(&self, texel: u32) -> (u32, usize) {
+        (texel / self.page, (texel % self.page + self.border) as usize)
+    }
+
+    /// The texels within the payload of some pages.
+    pub(super) fn texels_of(&self, pages: &Range<u32>) -> Range<u32> {
+        let first = |page: u32| (u64::from(page) * u64::from(self.page)).min(self.size.into()) as u32;
+        first(pages.start)..first(pages.end)
+    }
+
+    /// Whether all of the texels `origin..origin + len` show a changed one.
+    pub(super) fn all_change(&self, changed: &Spans, origin: i64, len: u32) -> bool {
+        let mut shown = origin..origin + i64::from(len);
+        shown.all(|texel| self.inside(texel).is_some_and(|texel| changed.contains(texel)))
     }
 
     /// The texels that one of the next level is made of.

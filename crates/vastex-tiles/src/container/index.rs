@@ -95,14 +95,20 @@ impl PageOrder {
         self.pages
     }
 
+    /// The level of a page's number; the tail's for one beyond the last.
+    pub(super) fn level_of(&self, number: u64) -> u8 {
+        // Finer levels have higher numbers, so the first level that begins early enough is the page's.
+        let level = self.first_of_level.iter().position(|&first| first <= number);
+        level.unwrap_or(self.first_of_level.len()) as u8
+    }
+
     /// The page of a number, or nothing for one beyond the last.
     #[cfg(feature = "write")]
     pub(super) fn pos_of(&self, geometry: &Geometry, number: u64) -> Option<PagePos> {
         if number == 0 || number >= self.pages {
             return (number == 0).then(|| geometry.tail_pos());
         }
-        // Finer levels have higher numbers, so the first level that begins early enough is the page's.
-        let level = self.first_of_level.iter().position(|&first| first <= number)?;
+        let level = usize::from(self.level_of(number));
         let [nx, ny, _] = geometry.level(level as u8).pages.map(u64::from);
         let within = number - self.first_of_level[level];
         let coords = [within % nx, within / nx % ny, within / nx / ny].map(|n| n as u32);

@@ -23,6 +23,8 @@ pub struct Info {
     pub pages: u64,
     /// Pages that have a tile.
     pub tiles: u64,
+    /// Pages that have a tile on each level finer than the tail, the finest first, and then the tail itself.
+    pub tiles_by_level: Vec<u64>,
     /// Tiles that have bytes of their own.
     pub stored_tiles: u64,
     /// Tiles that are one colour, kept in the index.
@@ -37,7 +39,31 @@ pub struct Info {
     pub raw_bytes: u64,
 }
 
+/// Bytes that tiles would have taken, each stored on its own and as it is decoded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Saved {
+    /// By pages that have no tile.
+    pub absent: u64,
+    /// By tiles that are one colour.
+    pub constant: u64,
+    /// By tiles whose bytes are those of another.
+    pub shared: u64,
+    /// By compression of those that are stored; nothing where the compressed ones came out larger.
+    pub compression: u64,
+}
+
 impl Info {
+    /// What leaving out, colours, sharing and compression saved: with [`Info::stored_bytes`] that is what all pages take decoded.
+    pub fn saved(&self) -> Saved {
+        let decoded = |tiles: u64| tiles.saturating_mul(self.description.tile_bytes() as u64);
+        Saved {
+            absent: decoded(self.pages - self.tiles),
+            constant: decoded(self.constant_tiles),
+            shared: decoded(self.shared_tiles),
+            compression: decoded(self.stored_tiles).saturating_sub(self.stored_bytes),
+        }
+    }
+
     /// The levels of the texture, finest first.
     pub fn levels(&self) -> &[Level] {
         self.description.geometry.levels()
@@ -56,6 +82,7 @@ impl Container {
             align: self.align(),
             pages: self.order.pages(),
             tiles: 0,
+            tiles_by_level: vec![0; usize::from(self.description().geometry.tail().first_level()) + 1],
             stored_tiles: 0,
             constant_tiles: 0,
             shared_tiles: 0,
@@ -64,9 +91,13 @@ impl Container {
             raw_bytes: 0,
         };
         let mut seen = vec![false; self.index.records() as usize];
-        for number in self.index.page_records().flatten() {
+        for (page, number) in (0..).zip(self.index.page_records()) {
+            let Some(number) = number else { continue };
             let Ok(record) = self.index.record(number) else { continue };
             info.tiles += 1;
+            if let Some(tiles) = info.tiles_by_level.get_mut(usize::from(self.order.level_of(page))) {
+                *tiles += 1;
+            }
             let counted = std::mem::replace(&mut seen[number as usize], true);
             let by_codec = match record.codec {
                 Codec::Constant => {

@@ -36,7 +36,7 @@ mod writer;
 mod tests;
 
 pub use error::ContainerError;
-pub use info::Info;
+pub use info::{Info, Saved};
 #[cfg(feature = "write")]
 pub use merge::{MergeError, merge};
 #[cfg(feature = "write")]

@@ -43,7 +43,7 @@ pub enum ReorderError {
 /// Writes the container at `input` anew to `output`, which may be the same, each level's tiles along the Z-order curve.
 ///
 /// `progress` is told how many tiles of how many are written; `Break` cancels. Reads every tile once and decodes none;
-/// takes the writer's memory, and 48 bytes a page of the finest level.
+/// takes the writer's memory, and 48 bytes a tile of the finest level.
 pub fn reorder(
     input: &Path,
     output: &Path,
@@ -57,10 +57,12 @@ pub fn reorder(
     let options =
         WriterOptions { compression: Compression::None, durable, filters, align: container.align() };
     let mut writer = ContainerWriter::create(output, (*description).clone(), options)?;
-    let (mut done, total) = (0, geometry.page_count());
+    let present = container.present();
+    let has_tile = |pos: &PagePos| present.is_none_or(|present| present.contains(*pos));
+    let (mut done, total) = (0, container.info().tiles);
     for level in 0..=geometry.tail().first_level() {
         let mut pages: Vec<PagePos> = match level < geometry.tail().first_level() {
-            true => geometry.pages_of_level(level).collect(),
+            true => geometry.pages_of_level(level).filter(has_tile).collect(),
             false => vec![geometry.tail_pos()],
         };
         pages.sort_by_cached_key(|pos| z_order(pos.coords()));
@@ -71,7 +73,6 @@ pub fn reorder(
             done += 1;
             let tile = match block_on(container.read(pos)) {
                 Ok(tile) => tile,
-                Err(ReadError::NoSuchTile { .. }) if level < geometry.tail().first_level() => continue,
                 Err(error) => return Err(ReorderError::Read { name: container.name().into(), error }),
             };
             // Tiles are encoded alike in one file, so equal tiles have equal bytes.
