@@ -20,16 +20,20 @@ fn info_tells_which_levels_are_sparse_and_what_that_saved() {
     desk.run(&["verify", "world.vastex"]).expect_code(0);
     let info = desk.run(&["info", "world.vastex", "--json"]).expect_code(0).json();
     // Columns 500 to 800 and rows 300 to 560 of level 0 lie in 6 and 5 pages.
-    assert_eq!(info["pages_by_level"], serde_json::json!([19 * 13, 10 * 7, 5 * 4, 3 * 2]));
-    assert_eq!(info["tiles_by_level"], serde_json::json!([6 * 5, 4 * 3, 5 * 4, 3 * 2]));
+    assert_eq!(info["pages_by_level"], serde_json::json!([19 * 13, 10 * 7, 5 * 4, 3 * 2, 2]));
+    assert_eq!(info["tiles_by_level"], serde_json::json!([6 * 5, 4 * 3, 5 * 4, 3 * 2, 2]));
     let tile = info["layers"][0]["tile_bytes"].as_u64().unwrap();
     let count = |key: &str| info[key].as_u64().unwrap();
     let saved = |key: &str| info["saved_bytes"][key].as_u64().unwrap();
     assert_eq!(saved("absent"), (count("pages") - count("tiles")) * tile);
-    let all = saved("absent") + saved("constant") + saved("shared") + saved("compression") + count("stored_bytes");
+    let all =
+        saved("absent") + saved("constant") + saved("shared") + saved("compression") + count("stored_bytes");
     assert_eq!(all, count("pages") * tile);
     let text = desk.run(&["info", "world.vastex"]).expect_code(0).stdout;
-    assert!(text.contains("level 0: 30 tiles for 247 pages") && text.contains("absent      275, which saves"), "{text}");
+    assert!(
+        text.contains("level 0: 30 tiles for 247 pages") && text.contains("absent    275, which saves"),
+        "{text}"
+    );
     assert!(!text.contains("level 2:"), "{text}");
 }
 
@@ -37,7 +41,8 @@ fn info_tells_which_levels_are_sparse_and_what_that_saved() {
 fn a_texture_with_an_inset_draws_changes_and_is_exported() {
     let desk = desk_with_inset();
     for scene in ["image", "globe"] {
-        let args = ["render", "world.vastex", "--on", scene, "--size", "320x180", "-o", "picture.png", "--json"];
+        let args =
+            ["render", "world.vastex", "--on", scene, "--size", "320x180", "-o", "picture.png", "--json"];
         assert_eq!(desk.run(&args).expect_code(0).json()["converged"], true);
     }
     desk.run(&["replace", "world.vastex", "--at", "10,20", "inset.png"]).expect_code(0);
