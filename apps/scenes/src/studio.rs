@@ -67,7 +67,7 @@ pub enum ReferenceKind {
 }
 
 /// How a run ended.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
     /// Whether the last view had converged.
     pub converged: bool,
@@ -209,7 +209,7 @@ impl Studio {
     /// The picture of the last frame by the CPU twin of the shaders, at the mip bias in force.
     pub fn cpu_picture(&self) -> Result<Picture, StudioError> {
         self.renderer.set_pose(&self.gpu.queue, &self.pose, self.view_aspect());
-        let bias = self.textures.stats().pager.bias_eighths;
+        let bias = self.textures.bias_eighths(self.renderer.layer().texture());
         let texture = CpuTexture::new(
             self.source.clone(),
             self.renderer.layer().index(),

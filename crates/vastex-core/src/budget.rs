@@ -1,4 +1,5 @@
-//! The upload budget: a token bucket, so that uploads are even and a budget below one tile still gets there.
+//! The upload budget: a token bucket, so that uploads are even and a budget below one tile still gets there. And whose
+//! turn it is where several pools share a budget.
 
 /// Limits uploaded bytes: over any `n` frames at most `n * budget + max(one tile, 4 * budget)`.
 ///
@@ -23,6 +24,12 @@ impl UploadBucket {
         UploadBucket { per_frame, capacity, tokens: capacity }
     }
 
+    /// Makes room for a tile of so many bytes, where it is larger than those before.
+    pub(crate) fn allow_tile(&mut self, tile_bytes: u64) {
+        let grown = tile_bytes.saturating_sub(self.capacity);
+        (self.capacity, self.tokens) = (self.capacity + grown, self.tokens + grown);
+    }
+
     /// A frame begins: adds the frame's bytes, up to the bucket's capacity.
     pub fn begin_frame(&mut self) {
         self.tokens = self.tokens.saturating_add(self.per_frame).min(self.capacity);
@@ -40,5 +47,71 @@ impl UploadBucket {
     /// Bytes that may be uploaded now.
     pub fn available(&self) -> u64 {
         self.tokens
+    }
+}
+
+/// Whose turn it is where several share one budget: who has had the fewest bytes.
+///
+/// Among those that wait all the time no two differ by more than the largest amount served at once. Who does not wait
+/// saves nothing up.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct FairShare {
+    served: Vec<u64>,
+}
+
+impl FairShare {
+    /// One more to share with.
+    pub(crate) fn add(&mut self) {
+        self.served.push(self.served.iter().copied().min().unwrap_or(0));
+    }
+
+    /// Whose turn it is among those that wait.
+    pub(crate) fn next(&mut self, mut is_waiting: impl FnMut(usize) -> bool) -> Option<usize> {
+        let mut first: Option<usize> = None;
+        for who in (0..self.served.len()).filter(|&who| is_waiting(who)) {
+            if first.is_none_or(|first| self.served[who] < self.served[first]) {
+                first = Some(who);
+            }
+        }
+        // Nobody was served less than the first of those that wait: they who did not wait had nothing to be served.
+        let least = self.served[first?];
+        self.served.iter_mut().for_each(|served| *served = (*served).max(least));
+        first
+    }
+
+    /// Notes what the one whose turn it was has had.
+    pub(crate) fn serve(&mut self, who: usize, bytes: u64) {
+        self.served[who] = self.served[who].saturating_add(bytes);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn those_that_wait_get_the_same(tiles in prop::collection::vec(1u64..1000, 1..8), absent in any::<Vec<(u8, u8)>>()) {
+            let mut share = FairShare::default();
+            tiles.iter().for_each(|_| share.add());
+            // Some come late and go early; the others wait all the time.
+            for (turn, &(who, _)) in absent.iter().enumerate() {
+                let idle = usize::from(who) % tiles.len();
+                if let Some(next) = share.next(|who| who != idle || turn % 3 == 0) {
+                    share.serve(next, tiles[next]);
+                }
+            }
+            let mut bytes = vec![0; tiles.len()];
+            let behind = |bytes: &[u64]| bytes.iter().max().unwrap() - bytes.iter().min().unwrap();
+            for _ in 0..500 {
+                let next = share.next(|_| true).unwrap();
+                share.serve(next, tiles[next]);
+                bytes[next] += tiles[next];
+            }
+            // What somebody was ahead at first, and the largest tile.
+            prop_assert!(behind(&bytes) <= 2 * tiles.iter().max().unwrap(), "{:?} of tiles of {:?}", bytes, tiles);
+            prop_assert_eq!(share.next(|_| false), None);
+        }
     }
 }

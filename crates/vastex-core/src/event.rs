@@ -1,17 +1,20 @@
 //! What an application wants to know.
 
 use crate::page::PageId;
+use crate::pool::PoolId;
 
-/// Something that happened; see [`crate::Pager::poll_event`].
+/// Something that happened; see [`crate::Pagers::poll_event`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Event {
-    /// For a whole jitter cycle no page was newly wanted, and none was missing at the bias in force.
+    /// For a whole jitter cycle no page was newly wanted, and none was missing at the bias in force, in any pool.
     Converged {
         /// The frame.
         frame: u64,
     },
     /// The pool's working set does not fit; said when the bias rises.
     Oversubscribed {
+        /// The pool.
+        pool: PoolId,
         /// Pages of the working set at bias 0, with their ancestors and the pins.
         wanted: u32,
         /// Slots of the pool.
@@ -21,6 +24,8 @@ pub enum Event {
     },
     /// A tile could not be had; said once, until it recovers. It is tried again with back-off, its ancestor stays on screen.
     Failed {
+        /// The pool of its texture.
+        pool: PoolId,
         /// The page.
         page: PageId,
         /// What its source said.
@@ -28,6 +33,8 @@ pub enum Event {
     },
     /// A tile that had failed is here.
     Recovered {
+        /// The pool of its texture.
+        pool: PoolId,
         /// The page.
         page: PageId,
     },

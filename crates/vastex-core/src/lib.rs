@@ -18,6 +18,7 @@ mod order;
 mod page;
 mod page_set;
 mod pager;
+mod pagers;
 mod pool;
 mod residency;
 pub mod shared;
@@ -40,7 +41,8 @@ pub use geometry::{
 pub use page::{Dims, PageId, PageIdError, PagePos, TextureId};
 pub use page_set::PageSet;
 pub use pager::{Pager, PagerSettings, Request, Upload};
-pub use pool::{ArrayLimits, PoolError, PoolLayout, Slot, SlotPlace};
+pub use pagers::{Budgets, Pagers};
+pub use pool::{ArrayLimits, PoolError, PoolId, PoolLayout, Slot, SlotPlace};
 pub use residency::{PageState, Stats};
 pub use space::{Box3, fold, is_border_color};
 pub use table::{ChangeRule, TableChange, TableEntry, TableImage, TableLayout};

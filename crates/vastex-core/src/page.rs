@@ -31,7 +31,7 @@ impl Dims {
     }
 }
 
-/// A virtual texture among those of one [`crate::Pager`]: 0 to 2046.
+/// A virtual texture among those of all pools: 0 to 2046.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TextureId(u16);
 

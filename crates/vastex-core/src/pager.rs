@@ -21,7 +21,7 @@ use crate::geometry::Geometry;
 use crate::order::order_missing;
 use crate::page::{PageId, PagePos, TextureId};
 use crate::page_set::PageSet;
-use crate::pool::{PoolError, PoolLayout, Slot};
+use crate::pool::{PoolError, PoolId, PoolLayout, Slot};
 use crate::residency::{PageState, Residency, State, Stats};
 use crate::shared::JITTER_CYCLE;
 use crate::table::{ChangeRule, TableChange, TableEntry};
@@ -71,6 +71,8 @@ pub struct Upload {
 /// Decides what is loaded, what is evicted and how coarse the picture is, for the textures of one pool.
 #[derive(Debug)]
 pub struct Pager {
+    /// The pool that events name.
+    pool: PoolId,
     pub(crate) settings: PagerSettings,
     pub(crate) textures: Textures,
     pub(crate) residency: Residency,
@@ -81,6 +83,8 @@ pub struct Pager {
     pub(crate) order: Vec<PageId>,
     /// Where the search for the next request goes on.
     next_request: usize,
+    /// Slots that no page in view and no tile in flight has a claim to: so many more loads find one.
+    room: u32,
     cancels: VecDeque<PageId>,
     evicted: Vec<(PageId, Slot)>,
     settled: Vec<(PageId, Slot)>,
@@ -93,9 +97,14 @@ pub struct Pager {
 }
 
 impl Pager {
-    /// A pager for an empty pool.
+    /// A pager for an empty pool, which is the only one.
     pub fn new(settings: PagerSettings) -> Pager {
+        Pager::of_pool(PoolId::default(), settings)
+    }
+
+    pub(crate) fn of_pool(pool: PoolId, settings: PagerSettings) -> Pager {
         Pager {
+            pool,
             settings,
             textures: Textures::default(),
             residency: Residency::new(settings.slots, settings.tile_bytes),
@@ -104,6 +113,7 @@ impl Pager {
             bucket: UploadBucket::new(settings.upload_bytes_per_frame, settings.tile_bytes),
             order: Vec::new(),
             next_request: 0,
+            room: settings.slots,
             cancels: VecDeque::new(),
             evicted: Vec::new(),
             settled: Vec::new(),
@@ -114,39 +124,40 @@ impl Pager {
         }
     }
 
-    /// Adds a texture and pins its tail: the caller puts the tail's tile into the slot before it draws.
+    /// Adds a texture under a number that is free and pins its tail, whose slot is returned: the caller puts the tail's
+    /// tile there before it draws.
     ///
     /// `present` are the pages that have tiles, nothing where all have: where another is wanted, its nearest ancestor that has
     /// one is. A pool that would have no slot left to work with refuses the texture.
     pub fn add_texture(
         &mut self,
+        texture: TextureId,
         geometry: &Geometry,
         present: Option<Arc<PageSet>>,
-    ) -> Result<(TextureId, Slot), PoolError> {
-        let (settings, needed) = (self.settings, self.textures.len() as u32 + PoolLayout::MIN_SLOTS);
-        let too_small = || PoolError::TooSmall {
-            budget: u64::from(settings.slots) * settings.tile_bytes,
-            slots: settings.slots,
-            tile_bytes: settings.tile_bytes,
-            needed,
-        };
+    ) -> Result<Slot, PoolError> {
+        let (settings, needed) = (self.settings, self.textures.count() + PoolLayout::MIN_SLOTS);
         if needed > settings.slots {
-            return Err(too_small());
+            return Err(PoolError::TooSmall {
+                budget: u64::from(settings.slots) * settings.tile_bytes,
+                slots: settings.slots,
+                tile_bytes: settings.tile_bytes,
+                needed,
+            });
         }
-        if self.textures.len() > usize::from(TextureId::MAX) {
-            return Err(PoolError::TooManyTextures);
+        if self.textures.geometry(texture).is_some() {
+            return Err(PoolError::NumberTaken { number: texture.number() });
         }
         let slot = match self.residency.take_free_slot() {
             Some(slot) => slot,
             None => self.steal_slot().ok_or(PoolError::AllInView { slots: settings.slots })?,
         };
-        let texture =
-            self.textures.add(Arc::new(geometry.clone()), present).ok_or(PoolError::TooManyTextures)?;
+        self.textures.add(texture, Arc::new(geometry.clone()), present);
         if let Some(tail) = page_id(texture, geometry, geometry.tail_pos()) {
             self.residency.pin(tail, slot);
         }
+        self.room = self.room.saturating_sub(1);
         self.check();
-        Ok((texture, slot))
+        Ok(slot)
     }
 
     /// A slot for a pin in a pool that is full of tiles.
@@ -192,7 +203,8 @@ impl Pager {
         let pins = self.residency.stats.pinned;
         if self.settings.mip_bias && self.bias.update(&self.set, pins) {
             let (wanted, slots) = (self.set.size_at(0) + pins, self.settings.slots);
-            self.events.push_back(Event::Oversubscribed { wanted, slots, bias_eighths: self.bias.bias() });
+            let (pool, bias_eighths) = (self.pool, self.bias.bias());
+            self.events.push_back(Event::Oversubscribed { pool, wanted, slots, bias_eighths });
         }
     }
 
@@ -214,7 +226,28 @@ impl Pager {
         order_missing(&self.set, bias, &self.residency, &self.textures, &mut self.order);
         self.next_request = 0;
         self.residency.forget_victims();
+        self.make_room();
         newly
+    }
+
+    /// Counts the slots that further loads can have, and lets go of tiles in flight that would find none. There is none
+    /// only where the bias may not act: a tile that waited for a slot forever would hold a part of the in-flight budget.
+    fn make_room(&mut self) {
+        let missing = self.order.len() as u32;
+        let in_view =
+            self.set.size_at(self.bias.bias()).saturating_sub(missing) + self.residency.stats.pinned;
+        self.room = self.settings.slots.saturating_sub(in_view);
+        for &page in &self.order {
+            match self.residency.state(page) {
+                PageState::Loading | PageState::Ready if self.room > 0 => self.room -= 1,
+                PageState::Loading => {
+                    self.residency.unwant(page);
+                    self.cancels.push_back(page);
+                }
+                PageState::Ready => self.residency.unwant(page),
+                _ => {}
+            }
+        }
     }
 
     fn note_convergence(&mut self, newly_wanted: u32) {
@@ -233,15 +266,21 @@ impl Pager {
         if in_flight > 0 && in_flight + self.settings.tile_bytes > self.settings.in_flight_bytes {
             return None;
         }
-        while let Some(&page) = self.order.get(self.next_request) {
-            let rank = self.next_request as u64;
-            self.next_request += 1;
-            if self.residency.begin_load(page) {
-                self.check();
-                return self.textures.pos(page).map(|(_, pos)| Request { page, pos, rank });
-            }
-        }
-        None
+        let page = self.next_queued()?;
+        let rank = self.next_request as u64;
+        self.next_request += 1;
+        self.room -= 1;
+        self.residency.begin_load(page);
+        self.check();
+        self.textures.pos(page).map(|(_, pos)| Request { page, pos, rank })
+    }
+
+    /// The best page that is to be asked for and would find a slot.
+    pub(crate) fn next_queued(&mut self) -> Option<PageId> {
+        let left = self.order.get(self.next_request..)?;
+        let queued = |page: &PageId| self.residency.state(*page) == PageState::Queued;
+        self.next_request += left.iter().position(queued).unwrap_or(left.len());
+        self.order.get(self.next_request).copied().filter(|_| self.room > 0)
     }
 
     /// A load that is no longer worth finishing. The loader answers every request, this one too: with
@@ -264,7 +303,7 @@ impl Pager {
     /// The tile of a request cannot be had. It is tried again later; its ancestor stays on screen.
     pub fn tile_failed(&mut self, page: PageId, why: impl Into<String>) {
         if self.residency.load_failed(page) {
-            self.events.push_back(Event::Failed { page, why: why.into() });
+            self.events.push_back(Event::Failed { pool: self.pool, page, why: why.into() });
         }
         self.check();
     }
@@ -277,8 +316,7 @@ impl Pager {
 
     /// The next tile to copy into a slot, while the upload budget allows one.
     pub fn poll_upload(&mut self) -> Option<Upload> {
-        let ready = |page: &&PageId| self.residency.state(**page) == PageState::Ready;
-        let page = *self.order.iter().find(ready)?;
+        let page = self.next_ready()?;
         if self.bucket.available() < self.settings.tile_bytes {
             return None;
         }
@@ -288,16 +326,29 @@ impl Pager {
         self.evicted.extend(evicted.map(|page| (page, slot)));
         self.settled.push((page, slot));
         if recovered {
-            self.events.push_back(Event::Recovered { page });
+            self.events.push_back(Event::Recovered { pool: self.pool, page });
         }
         self.check();
         Some(Upload { page, slot, bytes, evicted })
+    }
+
+    /// The best page whose tile waits for the upload budget.
+    pub(crate) fn next_ready(&self) -> Option<PageId> {
+        if self.residency.stats.in_flight == 0 {
+            return None;
+        }
+        let ready = |page: &&PageId| self.residency.state(**page) == PageState::Ready;
+        self.order.iter().find(ready).copied()
     }
 
     /// Replaces `changes` with the page-table changes of the uploads handed out since the last call: evictions first,
     /// then loads.
     pub fn take_table_changes(&mut self, changes: &mut Vec<TableChange>) {
         changes.clear();
+        self.append_table_changes(changes);
+    }
+
+    pub(crate) fn append_table_changes(&mut self, changes: &mut Vec<TableChange>) {
         for (page, slot) in self.evicted.drain(..) {
             let left =
                 self.textures.ancestors(page).find_map(|a| self.residency.slot_of(a).map(|slot| (a, slot)));
@@ -323,6 +374,11 @@ impl Pager {
     /// has failed counts as answered.
     pub fn is_converged(&self) -> bool {
         self.converged
+    }
+
+    /// The pool.
+    pub fn pool(&self) -> PoolId {
+        self.pool
     }
 
     /// The mip bias in force, in eighths of a level.

@@ -7,6 +7,22 @@ use crate::format::Description;
 use crate::page::TextureId;
 use crate::shared::ENTRY_SLOT_BITS;
 
+/// A pool among those of one [`crate::Pagers`], counted from 0 in the order in which they were made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct PoolId(u16);
+
+impl PoolId {
+    /// The pool with this number.
+    pub const fn new(number: u16) -> PoolId {
+        PoolId(number)
+    }
+
+    /// The pool's number.
+    pub const fn number(self) -> u16 {
+        self.0
+    }
+}
+
 /// The place of one tile in a pool, counted from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Slot(u32);
@@ -52,8 +68,17 @@ pub enum PoolError {
         needed: u32,
     },
     /// There are as many textures as page ids can tell apart.
-    #[error("a pool holds at most {} textures; use another pool", TextureId::MAX as u32 + 1)]
+    #[error("there are {} textures already, and page ids tell no more apart; remove one first", TextureId::MAX as u32 + 1)]
     TooManyTextures,
+    /// There are as many pools as can be told apart.
+    #[error("there are {} pools already; build textures with the same page, border and formats", u16::MAX)]
+    TooManyPools,
+    /// Another texture of the pool has the number.
+    #[error("there is a texture numbered {number} already; take a number that is free")]
+    NumberTaken {
+        /// The number.
+        number: u16,
+    },
     /// Every slot is in view, and the picture may not become coarser.
     #[error("all {slots} slots of the pool are in view; make the pool larger, or let the mip bias act")]
     AllInView {

@@ -418,7 +418,7 @@ impl Residency {
     }
 
     fn list_victims(&mut self, textures: &Textures) -> bool {
-        debug_assert!(textures.len() as u32 == self.stats.pinned);
+        debug_assert!(textures.count() == self.stats.pinned);
         let mut victims = std::mem::take(&mut self.victims);
         victims.clear();
         for &page in self.slots.iter().flatten().filter(|&&page| self.may_evict(page)) {

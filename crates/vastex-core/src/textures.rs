@@ -7,10 +7,11 @@ use crate::geometry::Geometry;
 use crate::page::{PageId, PagePos, TextureId};
 use crate::page_set::PageSet;
 
-/// All textures of a pager, by number.
+/// All textures of a pager, by number; the numbers between are those of other pools' textures, or of none.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Textures {
-    textures: Vec<Texture>,
+    textures: Vec<Option<Texture>>,
+    count: u32,
 }
 
 #[derive(Clone, Debug)]
@@ -21,30 +22,44 @@ struct Texture {
 }
 
 impl Textures {
-    /// Adds a texture; nothing where there are as many as a page id can tell apart.
+    /// Adds a texture. Says whether its number was free.
     pub(crate) fn add(
         &mut self,
+        texture: TextureId,
         geometry: Arc<Geometry>,
         present: Option<Arc<PageSet>>,
-    ) -> Option<TextureId> {
-        let id = TextureId::new(u16::try_from(self.textures.len()).ok()?)?;
-        self.textures.push(Texture { geometry, present });
-        Some(id)
+    ) -> bool {
+        let number = usize::from(texture.number());
+        if self.textures.len() <= number {
+            self.textures.resize(number + 1, None);
+        }
+        let is_free = self.textures[number].is_none();
+        if is_free {
+            self.textures[number] = Some(Texture { geometry, present });
+            self.count += 1;
+        }
+        is_free
     }
 
-    pub(crate) fn len(&self) -> usize {
-        self.textures.len()
+    /// Textures that there are.
+    pub(crate) fn count(&self) -> u32 {
+        self.count
+    }
+
+    fn get(&self, texture: TextureId) -> Option<&Texture> {
+        self.textures.get(usize::from(texture.number()))?.as_ref()
     }
 
     pub(crate) fn geometry(&self, texture: TextureId) -> Option<&Arc<Geometry>> {
-        Some(&self.textures.get(usize::from(texture.number()))?.geometry)
+        Some(&self.get(texture)?.geometry)
     }
 
     /// The pages of all tails.
     #[cfg(feature = "checks")]
     pub(crate) fn tails(&self) -> impl Iterator<Item = PageId> + '_ {
-        self.textures.iter().enumerate().filter_map(|(number, Texture { geometry, .. })| {
-            page_id(TextureId::new(number as u16)?, geometry, geometry.tail_pos())
+        (0..=TextureId::MAX).zip(&self.textures).filter_map(|(number, texture)| {
+            let geometry = &texture.as_ref()?.geometry;
+            page_id(TextureId::new(number)?, geometry, geometry.tail_pos())
         })
     }
 
@@ -57,8 +72,7 @@ impl Textures {
     /// has one, as sharply as there is anything.
     pub(crate) fn present(&self, wanted: WantedPage) -> WantedPage {
         let has_tile = |page: PageId| {
-            let texture = self.textures.get(usize::from(page.texture().number()));
-            let present = texture.and_then(|texture| texture.present.as_deref());
+            let present = self.get(page.texture()).and_then(|texture| texture.present.as_deref());
             present.is_none_or(|set| self.pos(page).is_some_and(|(_, pos)| set.contains(pos)))
         };
         if has_tile(wanted.page) {
@@ -70,7 +84,7 @@ impl Textures {
 
     /// Whether any page of any texture has no tile.
     pub(crate) fn are_sparse(&self) -> bool {
-        self.textures.iter().any(|texture| texture.present.is_some())
+        self.textures.iter().flatten().any(|texture| texture.present.is_some())
     }
 
     /// Whether the page is a tail. The page exists.

@@ -272,7 +272,8 @@ mod tests {
     fn textures() -> (Textures, TextureId, Arc<Geometry>) {
         let geometry = Arc::new(Geometry::new(GeometrySpec::image(8192, 4096)).unwrap());
         let mut textures = Textures::default();
-        let id = textures.add(geometry.clone(), None).unwrap();
+        let id = TextureId::new(0).unwrap();
+        assert!(textures.add(id, geometry.clone(), None));
         (textures, id, geometry)
     }
 

@@ -35,17 +35,6 @@ pub enum Error {
     /// The pool is too small for its textures, or the device too small for a tile.
     #[error(transparent)]
     Pool(#[from] PoolError),
-    /// The texture's tiles do not fit the slots of the pool, whose shape the first texture decided.
-    #[error(
-        "the texture's tiles ({found}) differ from those of the pool ({pool}); build both with the same page, border \
-         and format, or use another `Textures` for it"
-    )]
-    PoolMismatch {
-        /// Tile size and formats of the texture.
-        found: String,
-        /// Tile size and formats of the pool.
-        pool: String,
-    },
     /// The texture is a volume; only images can be drawn so far.
     #[error("the texture is a volume, and only images can be drawn so far")]
     Volume,

@@ -3,7 +3,7 @@
 //!
 //! Nothing is decided here: the pager decides, the loader and the GPU carry out.
 
-use vastex_core::{Event, Feedback, PageId, TableChange};
+use vastex_core::{Event, Feedback, PageId};
 use vastex_tiles::{LoadError, Loaded};
 use vastex_wgpu::{FeedbackScale, FeedbackTarget, RawFeedback, Readback, twins};
 
@@ -40,9 +40,7 @@ impl Textures {
     /// To be called once per frame, before anything is drawn with [`Textures::bind_group`]: tiles are replaced when the
     /// encoder's commands begin.
     pub fn update(&mut self, encoder: &mut wgpu::CommandEncoder) -> Result<(), Error> {
-        if let Some(pool) = &mut self.pool {
-            pool.pager.begin_frame(self.frame);
-        }
+        self.pagers.begin_frame(self.frame);
         self.observe()?;
         self.exchange_with_loader();
         self.upload(encoder)?;
@@ -52,7 +50,7 @@ impl Textures {
 
     /// The feedback that has arrived, or in lock-step that of the frame before the last.
     fn observe(&mut self) -> Result<(), Error> {
-        let (Some(path), Some(pool)) = (&mut self.feedback, &mut self.pool) else { return Ok(()) };
+        let Some(path) = &mut self.feedback else { return Ok(()) };
         loop {
             let feedback = match &mut self.lock_step {
                 None => path.readback.poll(&self.device)?,
@@ -63,18 +61,17 @@ impl Textures {
             };
             let Some(feedback) = feedback else { return Ok(()) };
             self.counters.degenerate = feedback.degenerate;
-            pool.pager.observe(&feedback);
+            self.pagers.observe(&feedback);
         }
     }
 
-    /// Hands the loader's results to the pager, and the pager's decisions to the loader.
+    /// Hands the loader's results to the pagers, and the pagers' decisions to the loader.
     fn exchange_with_loader(&mut self) {
-        let Some(pool) = &mut self.pool else { return };
-        let pager = &mut pool.pager;
+        let pagers = &mut self.pagers;
         let mut arrived = |loaded: Loaded| match loaded.result {
-            Ok(bytes) => pager.tile_ready(loaded.page, bytes),
-            Err(LoadError::Cancelled) => pager.tile_cancelled(loaded.page),
-            Err(error) => pager.tile_failed(loaded.page, error.to_string()),
+            Ok(bytes) => pagers.tile_ready(loaded.page, bytes),
+            Err(LoadError::Cancelled) => pagers.tile_cancelled(loaded.page),
+            Err(error) => pagers.tile_failed(loaded.page, error.to_string()),
         };
         match &mut self.lock_step {
             None => std::iter::from_fn(|| self.loader.poll()).for_each(&mut arrived),
@@ -82,13 +79,13 @@ impl Textures {
                 lock_step.due_loads(self.frame, &mut self.loader).into_iter().for_each(&mut arrived);
             }
         }
-        while let Some(page) = pager.poll_cancel() {
+        while let Some(page) = pagers.poll_cancel() {
             match &mut self.lock_step {
                 None => self.loader.cancel(page),
                 Some(lock_step) => lock_step.cancel(page),
             }
         }
-        while let Some(request) = pager.poll_request() {
+        while let Some(request) = pagers.poll_request() {
             self.loader.request(request.page, request.rank);
             if let Some(lock_step) = &mut self.lock_step {
                 lock_step.requested(request.page, self.frame);
@@ -96,20 +93,21 @@ impl Textures {
         }
     }
 
-    /// Carries out the pager's uploads, then the page-table changes of exactly these.
+    /// Carries out the pagers' uploads, then the page-table changes of exactly these.
     fn upload(&mut self, encoder: &mut wgpu::CommandEncoder) -> Result<(), Error> {
-        let Some(pool) = &mut self.pool else { return Ok(()) };
-        while let Some(upload) = pool.pager.poll_upload() {
-            pool.gpu.upload(&self.queue, upload.slot, &upload.bytes)?;
+        while let Some((pool, upload)) = self.pagers.poll_upload() {
+            self.pools[usize::from(pool.number())].gpu.upload(&self.queue, upload.slot, &upload.bytes)?;
         }
-        pool.gpu.set_bias(&self.queue, pool.pager.bias_eighths());
-        pool.pager.take_table_changes(&mut self.changes);
-        for (number, texture) in self.textures.iter_mut().enumerate() {
-            let of_texture = |change: &&TableChange| usize::from(change.page.texture().number()) == number;
-            let changes: Vec<_> = self.changes.iter().filter(of_texture).copied().collect();
-            let table = &mut texture.table;
+        for (pool, pager) in self.pools.iter_mut().zip(self.pagers.iter()) {
+            pool.gpu.set_bias(&self.queue, pager.bias_eighths());
+        }
+        self.pagers.take_table_changes(&mut self.changes);
+        // A stable order: what is decided of one texture stays in sequence.
+        self.changes.sort_by_key(|change| change.page.texture());
+        for changes in self.changes.chunk_by(|a, b| a.page.texture() == b.page.texture()) {
+            let table = &mut self.textures[usize::from(changes[0].page.texture().number())].table;
             self.counters.table_bytes_sent +=
-                self.changer.apply(&self.device, &self.queue, encoder, table, &changes)?;
+                self.changer.apply(&self.device, &self.queue, encoder, table, changes)?;
         }
         Ok(())
     }
@@ -143,18 +141,16 @@ impl Textures {
 
     /// The view has jumped: what was wanted before says nothing of what is wanted from this frame on.
     pub fn view_cut(&mut self) {
-        if let Some(pool) = &mut self.pool {
-            pool.pager.view_cut(self.frame);
-        }
+        self.pagers.view_cut(self.frame);
     }
 
     /// The next thing that the application may want to know.
     pub fn poll_event(&mut self) -> Option<Event> {
-        self.pool.as_mut().and_then(|pool| pool.pager.poll_event())
+        self.pagers.poll_event()
     }
 
     /// The pages in view that could not be had so far.
     pub fn failed_pages(&self) -> Vec<PageId> {
-        self.pool.as_ref().map_or(Vec::new(), |pool| pool.pager.failed_pages().collect())
+        self.pagers.failed_pages().collect()
     }
 }

@@ -33,6 +33,7 @@ mod error;
 mod frame;
 mod layer;
 mod lock_step;
+mod pools;
 mod settings;
 mod stats;
 mod textures;
@@ -41,13 +42,14 @@ mod textures;
 pub use cpu::CpuTexture;
 pub use error::Error;
 pub use layer::LayerId;
+pub use pools::PoolStats;
 pub use settings::{Filter, Pace, Settings};
 pub use stats::FrameStats;
 pub use textures::{BindGroups, Textures};
 pub use vastex_core::shared::JITTER_CYCLE;
 pub use vastex_core::{
     AddressMode, Box3, Description, Dims, Event, Feedback, Geometry, GeometryError, GeometrySpec, Layer,
-    LayerFormat, PageId, PagePos, PageState, Stats, TexelPositions, TextureId, fold,
+    LayerFormat, PageId, PagePos, PageState, PoolId, Stats, TexelPositions, TextureId, fold,
 };
 pub use vastex_tiles::{
     Codec, ContainerError, DecodeError, ReadError, ReadFuture, Tile, TileSource, decode_layer,

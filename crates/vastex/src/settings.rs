@@ -19,12 +19,13 @@ pub enum Pace {
 /// The settings of a [`crate::Textures`]. Every budget is an upper bound that is never exceeded.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// GPU memory for tiles, in bytes. Too little makes the picture coarser, never wrong; the smallest is the tails and
+    /// GPU memory for the tiles of each pool, in bytes. Too little makes the picture coarser, never wrong; the smallest is the tails and
     /// one tile.
     pub pool_bytes: u64,
-    /// Bytes copied to the GPU per frame. A small budget makes a view sharpen later; one below a tile still gets there.
+    /// Bytes copied to the GPU per frame, to all pools together, which get equal parts. A small budget makes a view sharpen later; one below a tile still gets there.
     pub upload_bytes_per_frame: u64,
-    /// Bytes of tiles being loaded or waiting for the upload budget.
+    /// Bytes of tiles being loaded or waiting for the upload budget, of all pools together; at least one tile is always
+    /// allowed.
     pub in_flight_bytes: u64,
     /// Main memory for encoded tiles, in bytes for each texture, so that what was seen before need not be read again.
     pub ram_cache_bytes: u64,

@@ -1,7 +1,8 @@
 //! How the loop stands: counters of its own, beside the pager's.
 
-use vastex_core::Stats;
+use vastex_core::{Pager, Stats};
 
+use crate::pools::{PoolState, PoolStats};
 use crate::textures::Textures;
 
 /// Totals of the loop.
@@ -15,16 +16,18 @@ pub(crate) struct Counters {
 }
 
 /// How the loop stands after a frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct FrameStats {
     /// Frames so far.
     pub frame: u64,
-    /// Of the pager: the pool, the working set, loads and evictions.
+    /// Of all pagers together: slots, the working sets, loads and evictions; the largest mip bias of any.
     pub pager: Stats,
-    /// Whether, for a whole jitter cycle, nothing was newly wanted and nothing missing.
+    /// Whether, for a whole jitter cycle, nothing was newly wanted and nothing missing, in any pool.
     pub converged: bool,
-    /// Bytes of the pool in GPU memory.
+    /// Bytes of all pools in GPU memory.
     pub pool_bytes: u64,
+    /// Each pool, in the order of their numbers.
+    pub pools: Vec<PoolStats>,
     /// Bytes of page-table changes sent to the GPU so far.
     pub table_bytes_sent: u64,
     /// Bytes of feedback brought back so far.
@@ -36,13 +39,20 @@ pub struct FrameStats {
 impl Textures {
     /// How the loop stands.
     pub fn stats(&self) -> FrameStats {
-        let Some(pool) = &self.pool else { return FrameStats::default() };
         let read = self.feedback.as_ref().map_or(0, |path| path.readback.bytes_read());
+        let of_pool = |(pool, pager): (&PoolState, &Pager)| PoolStats {
+            pool: pager.pool(),
+            tiles: pool.tiles.clone(),
+            bytes: pool.gpu.layout().bytes(),
+            pager: pager.stats(),
+        };
+        let pools: Vec<_> = self.pools.iter().zip(self.pagers.iter()).map(of_pool).collect();
         FrameStats {
             frame: self.frame,
-            pager: pool.pager.stats(),
-            converged: pool.pager.is_converged(),
-            pool_bytes: pool.gpu.layout().bytes(),
+            pager: self.pagers.stats(),
+            converged: self.pagers.is_converged(),
+            pool_bytes: pools.iter().map(|pool| pool.bytes).sum(),
+            pools,
             table_bytes_sent: self.counters.table_bytes_sent,
             feedback_bytes_read: self.counters.feedback_bytes_read + read,
             degenerate_pixels: self.counters.degenerate,

@@ -5,25 +5,24 @@
 use std::sync::Arc;
 
 use vastex_core::{
-    Description, Dims, Layer, PageId, PageSet, PageState, Pager, PagerSettings, PoolLayout, TableChange,
-    TextureId,
+    Budgets, Description, Dims, PageId, PageSet, PageState, Pagers, PoolError, PoolId, TableChange, TextureId,
 };
 use vastex_tiles::{Loader, RamCache, Tile, TileSource};
 use vastex_wgpu::{
-    Atlas, BindLayout, FeedbackTarget, Pool, Readback, ShaderOptions, TableBuffers, TableChanger, ViewBuffer,
-    limits, wgsl,
+    BindLayout, FeedbackTarget, Readback, ShaderOptions, TableBuffers, TableChanger, ViewBuffer, wgsl,
 };
 
 use crate::decoded::{DecodedSource, held_description};
 use crate::error::Error;
 use crate::layer::LayerId;
 use crate::lock_step::LockStep;
+use crate::pools::{PoolState, Shape};
 use crate::settings::{Pace, Settings};
 use crate::stats::Counters;
 
-/// The virtual textures that share a pool, and the loop that keeps them filled.
+/// The virtual textures of a device, and the loop that keeps their pools filled.
 ///
-/// The first texture decides the shape of the pool: tile size, and formats and scales of the layers.
+/// Textures of the same tile size, and formats and resolutions of the layers, share a pool; the others have their own.
 pub struct Textures {
     pub(crate) device: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
@@ -31,7 +30,9 @@ pub struct Textures {
     pub(crate) view: ViewBuffer,
     pub(crate) feedback: Option<FeedbackPath>,
     pub(crate) changer: TableChanger,
-    pub(crate) pool: Option<PoolState>,
+    /// By number.
+    pub(crate) pools: Vec<PoolState>,
+    pub(crate) pagers: Pagers,
     pub(crate) textures: Vec<TextureState>,
     pub(crate) groups: BindGroups,
     pub(crate) loader: Loader,
@@ -39,16 +40,6 @@ pub struct Textures {
     pub(crate) frame: u64,
     pub(crate) changes: Vec<TableChange>,
     pub(crate) counters: Counters,
-}
-
-/// The pool and who decides what is in it.
-pub(crate) struct PoolState {
-    pub(crate) pager: Pager,
-    pub(crate) gpu: Pool,
-    /// As the device holds it.
-    shape: Arc<Description>,
-    /// One for each way in which layers are read.
-    layouts: Vec<BindLayout>,
 }
 
 pub(crate) struct TextureState {
@@ -101,7 +92,11 @@ impl Textures {
             view: ViewBuffer::new(device, queue),
             feedback: None,
             changer: TableChanger::new(device),
-            pool: None,
+            pools: Vec::new(),
+            pagers: Pagers::new(Budgets {
+                upload_bytes_per_frame: settings.upload_bytes_per_frame,
+                in_flight_bytes: settings.in_flight_bytes,
+            }),
             textures: Vec::new(),
             groups: BindGroups::default(),
             loader: new_loader(settings.loader_threads)?,
@@ -113,7 +108,7 @@ impl Textures {
         })
     }
 
-    /// Adds a texture: makes the pool if it is the first, and reads the tail, so that there is something to show.
+    /// Adds a texture: makes a pool if none suits it, and reads the tail, so that there is something to show.
     ///
     /// Costs one read and the texture's page table, 4 bytes a page. Layers that the device cannot decompress are decoded
     /// when they are loaded, and take as much of the pool as their texels.
@@ -132,28 +127,38 @@ impl Textures {
         let tail = read_tail(&*source)?.decode(&held)?;
         // Whatever can be refused is refused before anything changes.
         TableBuffers::check(&self.device, &description.geometry)?;
-        let mut pool = match self.pool.take() {
-            Some(pool) => pool,
-            None => PoolState::new(&self.device, &self.queue, &self.settings, &held)?,
-        };
-        let added =
-            pool.check_shape(&held).and_then(|()| self.add_to(&mut pool, &description, present, &tail));
-        if added.is_ok() || !self.textures.is_empty() {
-            self.pool = Some(pool);
+        if !self.pagers.has_free_number() {
+            return Err(PoolError::TooManyTextures.into());
         }
-        let texture = added?;
+        let pool = self.pool_for(&held)?;
+        let texture = self.add_to(pool, &description, present, &tail)?;
         self.loader.add_source(texture, source);
         Ok(texture)
     }
 
+    /// The pool for textures like `held`, a new one where there is none.
+    fn pool_for(&mut self, held: &Description) -> Result<PoolId, Error> {
+        let shape = Shape::of(held);
+        let made = (0..).zip(&self.pools).find(|(_, pool)| pool.shape == shape);
+        if let Some((number, _)) = made {
+            return Ok(PoolId::new(number));
+        }
+        let pool = PoolState::new(&self.device, &self.queue, self.settings.pool_bytes, held)?;
+        let layout = pool.gpu.layout();
+        let id = self.pagers.add_pool(layout.slots(), layout.tile_bytes, true)?;
+        self.pools.push(pool);
+        Ok(id)
+    }
+
     fn add_to(
         &mut self,
-        pool: &mut PoolState,
+        pool: PoolId,
         description: &Arc<Description>,
         present: Option<Arc<PageSet>>,
         tail: &[u8],
     ) -> Result<TextureId, Error> {
-        let (texture, slot) = pool.pager.add_texture(&description.geometry, present)?;
+        let (texture, slot) = self.pagers.add_texture(pool, &description.geometry, present)?;
+        let pool = &self.pools[usize::from(pool.number())];
         pool.gpu.upload(&self.queue, slot, tail)?;
         let table = TableBuffers::new(&self.device, &self.queue, &description.geometry, texture, slot, 0.0)?;
         let group = |layer| pool.layout(layer).bind_group(&self.device, &table, &pool.gpu, layer, &self.view);
@@ -193,9 +198,19 @@ impl Textures {
         &self.textures[usize::from(texture.number())].description
     }
 
+    /// The pool of a texture, as events and statistics name it.
+    pub fn pool_of(&self, texture: TextureId) -> Option<PoolId> {
+        self.pagers.pool_of(texture)
+    }
+
+    /// The mip bias in force for a texture, that of its pool, in eighths of a level.
+    pub fn bias_eighths(&self, texture: TextureId) -> u16 {
+        self.pool_of(texture).map_or(0, |pool| self.pagers.pager(pool).bias_eighths())
+    }
+
     /// The state of a page.
     pub fn state(&self, page: PageId) -> PageState {
-        self.pool.as_ref().map_or(PageState::Absent, |pool| pool.pager.state(page))
+        self.pagers.state(page)
     }
 
     /// The settings.
@@ -206,57 +221,8 @@ impl Textures {
     /// Textures are never removed, so an id that was given out has a pool.
     #[expect(clippy::expect_used, reason = "an id of another `Textures` is a mistake in the program")]
     fn layout_of(&self, layer: LayerId) -> &BindLayout {
-        self.pool.as_ref().expect("a texture of this `Textures`").layout(layer.index())
-    }
-}
-
-impl PoolState {
-    fn new(
-        device: &wgpu::Device,
-        queue: &wgpu::Queue,
-        settings: &Settings,
-        shape: &Arc<Description>,
-    ) -> Result<PoolState, Error> {
-        let layout = PoolLayout::fit(shape, settings.pool_bytes, limits(device))?;
-        let gpu = Pool::new(device, queue, &layout, &shape.layers)?;
-        let is_used = |atlas: &Atlas| (0..gpu.layer_count()).any(|layer| gpu.atlas(layer) == *atlas);
-        let layouts = Atlas::ALL.into_iter().filter(is_used).map(|atlas| BindLayout::new(device, atlas));
-        let layouts = layouts.collect();
-        let pager = Pager::new(PagerSettings {
-            slots: layout.slots(),
-            tile_bytes: layout.tile_bytes,
-            upload_bytes_per_frame: settings.upload_bytes_per_frame,
-            in_flight_bytes: settings.in_flight_bytes,
-            mip_bias: true,
-        });
-        Ok(PoolState { pager, gpu, shape: shape.clone(), layouts })
-    }
-
-    /// How the layer with this number is seen by shaders.
-    fn layout(&self, layer: usize) -> &BindLayout {
-        let atlas = self.gpu.atlas(layer);
-        // There is one for each way in which layers are read.
-        self.layouts.iter().find(|layout| layout.atlas() == atlas).unwrap_or(&self.layouts[0])
-    }
-
-    fn check_shape(&self, found: &Description) -> Result<(), Error> {
-        let layers = |d: &Description| d.layers.iter().map(|l| (l.format, l.scale)).collect::<Vec<_>>();
-        let shape = |d: &Description| (d.geometry.tile(), layers(d));
-        if shape(found) == shape(&self.shape) {
-            return Ok(());
-        }
-        let text = |d: &Description| {
-            let layer = |l: &Layer| match l.scale {
-                1 => l.format.name().to_string(),
-                scale => format!("{} at 1/{scale}", l.format.name()),
-            };
-            let [width, height, _] = d.geometry.tile();
-            format!(
-                "{width}x{height} texels of {}",
-                d.layers.iter().map(layer).collect::<Vec<_>>().join(", ")
-            )
-        };
-        Err(Error::PoolMismatch { found: text(found), pool: text(&self.shape) })
+        let pool = self.pool_of(layer.texture()).expect("a texture of this `Textures`");
+        self.pools[usize::from(pool.number())].layout(layer.index())
     }
 }
 

@@ -88,7 +88,7 @@ fn a_broken_tile_leaves_its_ancestor_on_screen_and_is_named() {
     let mut named = Vec::new();
     let outcome = studio.run(Path::Still, Until::Converged, |_, events| {
         named.extend(events.into_iter().filter_map(|event| match event {
-            Event::Failed { page, why } => Some((page, why)),
+            Event::Failed { page, why, .. } => Some((page, why)),
             _ => None,
         }));
     });

@@ -91,8 +91,8 @@ impl FailedPages {
     fn note(&mut self, events: Vec<Event>) {
         for event in events {
             match event {
-                Event::Failed { page, why } => drop(self.0.insert(page, why)),
-                Event::Recovered { page } => drop(self.0.remove(&page)),
+                Event::Failed { page, why, .. } => drop(self.0.insert(page, why)),
+                Event::Recovered { page, .. } => drop(self.0.remove(&page)),
                 Event::Converged { .. } | Event::Oversubscribed { .. } => {}
             }
         }

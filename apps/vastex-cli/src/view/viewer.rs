@@ -171,7 +171,7 @@ impl Viewer {
     /// Says what happened, on stderr and in the title.
     fn tell(&mut self) {
         while let Some(event) = self.textures.poll_event() {
-            if let Event::Failed { page, why } = event {
+            if let Event::Failed { page, why, .. } = event {
                 let (name, pos) = (&self.name, page.pos(Dims::D2));
                 report::say(&format!("{name}: {pos} failed, a coarser one is shown instead: {why}"));
             }

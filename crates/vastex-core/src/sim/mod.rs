@@ -2,14 +2,16 @@
 //!
 //! A [`World`] has a virtual texture, a camera that moves along a [`Path`], a loader with latency, bandwidth and
 //! failures, and a pager. [`World::step`] plays one frame, checks what must hold, and is the same for the same
-//! [`Knobs`]. Eviction bugs become unit tests here.
+//! [`Knobs`]. A [`Crowd`] is many textures in several pools. Eviction bugs become unit tests here.
 
 mod camera;
+mod crowd;
 mod loader;
 mod random;
 mod world;
 
 pub use camera::{Path, View};
+pub use crowd::Crowd;
 pub use loader::Loads;
 pub use random::Random;
 pub use world::{Knobs, World};

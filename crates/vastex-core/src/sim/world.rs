@@ -107,7 +107,9 @@ impl World {
             };
             Arc::new(PageSet::from_pages(&geometry, has_tile))
         });
-        let (texture, tail_slot) = pager.add_texture(&geometry, present.clone())?;
+        #[expect(clippy::expect_used, reason = "0 is a number that a texture may have")]
+        let texture = TextureId::new(0).expect("a number");
+        let tail_slot = pager.add_texture(texture, &geometry, present.clone())?;
         Ok(World {
             table: TableImage::new(&geometry, tail_slot),
             knobs,

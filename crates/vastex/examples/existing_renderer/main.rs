@@ -66,7 +66,7 @@ pub(crate) fn render(source: Arc<dyn TileSource>, size: [u32; 2]) -> anyhow::Res
         while let Some(event) = textures.poll_event() {
             match event {
                 Event::Converged { .. } if frame > FLIGHT_FRAMES => return Ok((target.read()?, frame + 1)),
-                Event::Failed { page, why } => tracing::warn!(?page, "{why}"),
+                Event::Failed { page, why, .. } => tracing::warn!(?page, "{why}"),
                 _ => {}
             }
         }

@@ -63,6 +63,8 @@ struct Shown {
     columns: [f32; 2],
     uniform: wgpu::Buffer,
     group: wgpu::BindGroup,
+    picture: wgpu::RenderPipeline,
+    wanted: wgpu::RenderPipeline,
 }
 
 /// Textures side by side, drawn by the frame loop.
@@ -70,8 +72,6 @@ pub struct Screen {
     pub gpu: TestDevice,
     pub textures: Textures,
     shown: Vec<Shown>,
-    picture: wgpu::RenderPipeline,
-    wanted: wgpu::RenderPipeline,
     colour: wgpu::Texture,
     depth: wgpu::Texture,
 }
@@ -110,10 +110,11 @@ impl Screen {
                     layout: &layout,
                     entries: &[wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() }],
                 });
-                Shown { texture, columns: [nth as f32 * share, (nth + 1) as f32 * share], uniform, group }
+                let [picture, wanted] = pipelines(device, &textures, texture, &layout);
+                let columns = [nth as f32 * share, (nth + 1) as f32 * share];
+                Shown { texture, columns, uniform, group, picture, wanted }
             })
             .collect();
-        let [picture, wanted] = pipelines(device, &textures, shown[0].texture, &layout);
         let target = |format, usage| {
             device.create_texture(&wgpu::TextureDescriptor {
                 label: None,
@@ -128,7 +129,7 @@ impl Screen {
         };
         let colour = target(FORMAT, wgpu::TextureUsages::COPY_SRC);
         let depth = target(Textures::FEEDBACK_DEPTH_FORMAT, wgpu::TextureUsages::empty());
-        Screen { gpu, textures, shown, picture, wanted, colour, depth }
+        Screen { gpu, textures, shown, colour, depth }
     }
 
     pub fn texture(&self, nth: usize) -> TextureId {
@@ -145,9 +146,9 @@ impl Screen {
     /// One frame, but for the picture.
     pub fn frame(&mut self) -> Result<Vec<Event>, Error> {
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        let (shown, wanted) = (&self.shown, &self.wanted);
+        let shown = &self.shown;
         self.textures.feedback(&mut encoder, PICTURE, |pass, groups| {
-            draw(pass, wanted, shown, |texture| &groups[texture]);
+            draw(pass, shown, |shown| (&shown.wanted, &groups[shown.texture]));
         })?;
         self.textures.update(&mut encoder)?;
         self.gpu.queue.submit([encoder.finish()]);
@@ -166,9 +167,9 @@ impl Screen {
     }
 
     pub fn feedback_of_every_pixel(&mut self) -> Feedback {
-        let (shown, wanted) = (&self.shown, &self.wanted);
+        let shown = &self.shown;
         let drawn = self.textures.feedback_of_every_pixel(PICTURE, |pass, groups| {
-            draw(pass, wanted, shown, |texture| &groups[texture]);
+            draw(pass, shown, |shown| (&shown.wanted, &groups[shown.texture]));
         });
         drawn.unwrap()
     }
@@ -194,7 +195,7 @@ impl Screen {
             }),
             ..Default::default()
         });
-        draw(&mut pass, &self.picture, &self.shown, |texture| self.textures.bind_group(texture));
+        draw(&mut pass, &self.shown, |shown| (&shown.picture, self.textures.bind_group(shown.texture)));
         drop(pass);
         let row = (PICTURE[0] * 4).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
         let buffer = self.gpu.device.create_buffer(&wgpu::BufferDescriptor {
@@ -219,13 +220,13 @@ impl Screen {
 
 fn draw<'g>(
     pass: &mut wgpu::RenderPass<'_>,
-    pipeline: &wgpu::RenderPipeline,
-    shown: &[Shown],
-    group: impl Fn(TextureId) -> &'g wgpu::BindGroup,
+    shown: &'g [Shown],
+    with: impl Fn(&'g Shown) -> (&'g wgpu::RenderPipeline, &'g wgpu::BindGroup),
 ) {
-    pass.set_pipeline(pipeline);
     for shown in shown {
-        pass.set_bind_group(0, group(shown.texture), &[]);
+        let (pipeline, group) = with(shown);
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(0, group, &[]);
         pass.set_bind_group(1, &shown.group, &[]);
         pass.draw(0..4, 0..1);
     }

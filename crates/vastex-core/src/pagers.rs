@@ -1,0 +1,294 @@
+//! The pagers of all pools, behind one set of budgets.
+//!
+//! A [`Pager`] decides for the textures of one pool. Here textures get numbers that are unique over all pools, feedback is
+//! split by the pool of each page's texture, and uploads and loads share their budgets: by turns, so that each pool with
+//! something to do gets the same bytes, whatever the size of its tiles. Which page is best is each pager's own business.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use bytes::Bytes;
+
+use crate::budget::{FairShare, UploadBucket};
+use crate::event::Event;
+use crate::feedback::Feedback;
+use crate::geometry::Geometry;
+use crate::page::{PageId, TextureId};
+use crate::page_set::PageSet;
+use crate::pager::{Pager, PagerSettings, Request, Upload};
+use crate::pool::{PoolError, PoolId, Slot};
+use crate::residency::{PageState, Stats};
+use crate::table::TableChange;
+
+/// What all pools share.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Budgets {
+    /// Bytes uploaded per frame; see [`UploadBucket`], whose tile is the largest of any pool.
+    pub upload_bytes_per_frame: u64,
+    /// Bytes of tiles with the loader or waiting for the upload budget; at least one tile is always allowed.
+    pub in_flight_bytes: u64,
+}
+
+/// See the head of the file. The order of calls within a frame is that of [`Pager`].
+#[derive(Debug)]
+pub struct Pagers {
+    budgets: Budgets,
+    pools: Vec<Pool>,
+    /// By the number of the texture.
+    pool_of: Vec<Option<PoolId>>,
+    bucket: UploadBucket,
+    uploads: FairShare,
+    requests: FairShare,
+    events: VecDeque<Event>,
+    frame: u64,
+    converged: bool,
+}
+
+#[derive(Debug)]
+struct Pool {
+    pager: Pager,
+    /// Its part of the feedback that is being taken in.
+    feedback: Feedback,
+    /// A tile waits for a slot that is not to be had in this frame.
+    is_stuck: bool,
+}
+
+impl Pagers {
+    /// No pools yet.
+    pub fn new(budgets: Budgets) -> Pagers {
+        Pagers {
+            budgets,
+            pools: Vec::new(),
+            pool_of: Vec::new(),
+            bucket: UploadBucket::new(budgets.upload_bytes_per_frame, 0),
+            uploads: FairShare::default(),
+            requests: FairShare::default(),
+            events: VecDeque::new(),
+            frame: 0,
+            converged: false,
+        }
+    }
+
+    /// Adds a pool of so many slots for tiles of so many bytes; `mip_bias` as in [`PagerSettings`].
+    pub fn add_pool(&mut self, slots: u32, tile_bytes: u64, mip_bias: bool) -> Result<PoolId, PoolError> {
+        let pool = PoolId::new(u16::try_from(self.pools.len()).map_err(|_| PoolError::TooManyPools)?);
+        let Budgets { upload_bytes_per_frame, in_flight_bytes } = self.budgets;
+        // Alone, a pool may have all; that together they keep to it is seen to here.
+        let settings = PagerSettings { slots, tile_bytes, upload_bytes_per_frame, in_flight_bytes, mip_bias };
+        let mut pager = Pager::of_pool(pool, settings);
+        pager.begin_frame(self.frame);
+        self.bucket.allow_tile(tile_bytes);
+        self.uploads.add();
+        self.requests.add();
+        self.pools.push(Pool { pager, feedback: Feedback::default(), is_stuck: false });
+        Ok(pool)
+    }
+
+    /// Adds a texture to a pool under a number of its own; else as [`Pager::add_texture`].
+    pub fn add_texture(
+        &mut self,
+        pool: PoolId,
+        geometry: &Geometry,
+        present: Option<Arc<PageSet>>,
+    ) -> Result<(TextureId, Slot), PoolError> {
+        let texture = self.free_number().ok_or(PoolError::TooManyTextures)?;
+        let number = usize::from(texture.number());
+        let slot = self.pools[usize::from(pool.number())].pager.add_texture(texture, geometry, present)?;
+        if self.pool_of.len() <= number {
+            self.pool_of.resize(number + 1, None);
+        }
+        self.pool_of[number] = Some(pool);
+        Ok((texture, slot))
+    }
+
+    /// Whether another texture would get a number.
+    pub fn has_free_number(&self) -> bool {
+        self.free_number().is_some()
+    }
+
+    fn free_number(&self) -> Option<TextureId> {
+        let number = self.pool_of.iter().position(Option::is_none).unwrap_or(self.pool_of.len());
+        TextureId::new(u16::try_from(number).ok()?)
+    }
+
+    /// The pool of a texture that there is.
+    pub fn pool_of(&self, texture: TextureId) -> Option<PoolId> {
+        self.pool_of.get(usize::from(texture.number())).copied().flatten()
+    }
+
+    /// The pager of a pool that there is.
+    pub fn pager(&self, pool: PoolId) -> &Pager {
+        &self.pools[usize::from(pool.number())].pager
+    }
+
+    /// The pagers of all pools, in the order of their numbers.
+    pub fn iter(&self) -> impl Iterator<Item = &Pager> {
+        self.pools.iter().map(|pool| &pool.pager)
+    }
+
+    fn pager_of(&mut self, page: PageId) -> Option<&mut Pager> {
+        let pool = self.pool_of(page.texture())?;
+        Some(&mut self.pools[usize::from(pool.number())].pager)
+    }
+
+    /// A frame begins. `frame` never falls.
+    pub fn begin_frame(&mut self, frame: u64) {
+        self.frame = frame;
+        self.bucket.begin_frame();
+        for pool in &mut self.pools {
+            pool.pager.begin_frame(frame);
+            pool.is_stuck = false;
+        }
+    }
+
+    /// The view has jumped; see [`Pager::view_cut`].
+    pub fn view_cut(&mut self, frame: u64) {
+        self.pools.iter_mut().for_each(|pool| pool.pager.view_cut(frame));
+    }
+
+    /// Takes in what a view wanted, each pool the pages of its own textures; see [`Pager::observe`].
+    pub fn observe(&mut self, feedback: &Feedback) {
+        for pool in &mut self.pools {
+            pool.feedback.frame = feedback.frame;
+            pool.feedback.pages.clear();
+        }
+        for wanted in &feedback.pages {
+            if let Some(pool) = self.pool_of(wanted.page.texture()) {
+                self.pools[usize::from(pool.number())].feedback.pages.push(*wanted);
+            }
+        }
+        self.pools.iter_mut().for_each(|pool| pool.pager.observe(&pool.feedback));
+        let converged = !self.pools.is_empty() && self.iter().all(Pager::is_converged);
+        if converged && !self.converged {
+            self.events.push_back(Event::Converged { frame: self.frame });
+        }
+        self.converged = converged;
+    }
+
+    /// The next tile to load, while the in-flight budget allows one. Its rank compares with those of all pools.
+    pub fn poll_request(&mut self) -> Option<Request> {
+        let Pagers { requests, pools, .. } = self;
+        let who = requests.next(|pool| pools[pool].pager.next_queued().is_some())?;
+        let tile_bytes = pools[who].pager.settings.tile_bytes;
+        let in_flight = self.in_flight_bytes();
+        // Whose turn it is waits for what it needs, so that small tiles do not keep out large ones.
+        if in_flight > 0 && in_flight + tile_bytes > self.budgets.in_flight_bytes {
+            return None;
+        }
+        self.requests.serve(who, tile_bytes);
+        self.pools[who].pager.poll_request()
+    }
+
+    fn in_flight_bytes(&self) -> u64 {
+        self.iter().map(|pager| pager.residency.stats.in_flight_bytes).sum()
+    }
+
+    /// A load that is no longer worth finishing; see [`Pager::poll_cancel`].
+    pub fn poll_cancel(&mut self) -> Option<PageId> {
+        self.pools.iter_mut().find_map(|pool| pool.pager.poll_cancel())
+    }
+
+    /// The tile of a request is here; see [`Pager::tile_ready`].
+    pub fn tile_ready(&mut self, page: PageId, bytes: Bytes) {
+        if let Some(pager) = self.pager_of(page) {
+            pager.tile_ready(page, bytes);
+        }
+    }
+
+    /// The tile of a request cannot be had; see [`Pager::tile_failed`].
+    pub fn tile_failed(&mut self, page: PageId, why: impl Into<String>) {
+        if let Some(pager) = self.pager_of(page) {
+            pager.tile_failed(page, why);
+        }
+    }
+
+    /// The loader has dropped a request that was called off.
+    pub fn tile_cancelled(&mut self, page: PageId) {
+        if let Some(pager) = self.pager_of(page) {
+            pager.tile_cancelled(page);
+        }
+    }
+
+    /// The next tile to copy into a slot, and of which pool, while the upload budget allows one.
+    pub fn poll_upload(&mut self) -> Option<(PoolId, Upload)> {
+        loop {
+            let Pagers { uploads, pools, .. } = self;
+            let who =
+                uploads.next(|pool| !pools[pool].is_stuck && pools[pool].pager.next_ready().is_some())?;
+            let pager = &mut pools[who].pager;
+            let (pool, tile_bytes) = (pager.pool(), pager.settings.tile_bytes);
+            if self.bucket.available() < tile_bytes {
+                return None;
+            }
+            if let Some(upload) = pager.poll_upload() {
+                self.bucket.take(tile_bytes);
+                uploads.serve(who, tile_bytes);
+                return Some((pool, upload));
+            }
+            pools[who].is_stuck = true;
+        }
+    }
+
+    /// Replaces `changes` with the page-table changes of the uploads handed out since the last call, of every pool:
+    /// evictions before loads in each.
+    pub fn take_table_changes(&mut self, changes: &mut Vec<TableChange>) {
+        changes.clear();
+        self.pools.iter_mut().for_each(|pool| pool.pager.append_table_changes(changes));
+    }
+
+    /// The next thing that an application wants to know.
+    pub fn poll_event(&mut self) -> Option<Event> {
+        for pool in &mut self.pools {
+            // That one pool has converged says nothing of the view.
+            let said = std::iter::from_fn(|| pool.pager.poll_event());
+            self.events.extend(said.filter(|event| !matches!(event, Event::Converged { .. })));
+        }
+        self.events.pop_front()
+    }
+
+    /// Whether every pool has converged; see [`Pager::is_converged`].
+    pub fn is_converged(&self) -> bool {
+        self.converged
+    }
+
+    /// The state of a page.
+    pub fn state(&self, page: PageId) -> PageState {
+        self.pool_of(page.texture()).map_or(PageState::Absent, |pool| self.pager(pool).state(page))
+    }
+
+    /// The pages of the working sets that could not be had so far.
+    pub fn failed_pages(&self) -> impl Iterator<Item = PageId> + '_ {
+        self.iter().flat_map(Pager::failed_pages)
+    }
+
+    /// Totals and gauges of all pools together; the mip bias is the largest of any.
+    pub fn stats(&self) -> Stats {
+        self.iter().map(Pager::stats).fold(Stats::default(), Stats::joined)
+    }
+}
+
+impl Stats {
+    /// Of two pools together; the mip bias is the larger one.
+    fn joined(self, other: Stats) -> Stats {
+        Stats {
+            slots: self.slots + other.slots,
+            occupied: self.occupied + other.occupied,
+            pinned: self.pinned + other.pinned,
+            wanted: self.wanted + other.wanted,
+            wanted_at_bias: self.wanted_at_bias + other.wanted_at_bias,
+            bias_eighths: self.bias_eighths.max(other.bias_eighths),
+            missing: self.missing + other.missing,
+            failed: self.failed + other.failed,
+            in_flight: self.in_flight + other.in_flight,
+            in_flight_bytes: self.in_flight_bytes + other.in_flight_bytes,
+            requests: self.requests + other.requests,
+            cancelled: self.cancelled + other.cancelled,
+            failures: self.failures + other.failures,
+            loaded: self.loaded + other.loaded,
+            uploaded_bytes: self.uploaded_bytes + other.uploaded_bytes,
+            evicted: self.evicted + other.evicted,
+            reloaded: self.reloaded + other.reloaded,
+            wasted: self.wasted + other.wasted,
+        }
+    }
+}

@@ -1,0 +1,257 @@
+//! Many textures in several pools: the simulated world of [`Pagers`].
+//!
+//! Every texture has a camera of its own; one loader serves all. [`Crowd::step`] plays one frame and checks what must hold:
+//! the budgets are kept to by all pools together, a pool holds pages of its own textures only, no page in view is evicted,
+//! and the page table of every texture leads to what is resident.
+
+use std::collections::{BTreeSet, VecDeque};
+
+use bytes::Bytes;
+
+use crate::event::Event;
+use crate::feedback::{Feedback, Need};
+use crate::geometry::{Geometry, GeometrySpec};
+use crate::page::{PageId, TextureId};
+use crate::pagers::{Budgets, Pagers};
+use crate::pool::{PoolError, PoolId, Slot};
+use crate::sim::loader::{Loads, Outcome};
+use crate::sim::{Path, Random};
+use crate::table::{TableChange, TableEntry, TableImage};
+
+/// Frames between a view and its feedback.
+const FEEDBACK_FRAMES: u64 = 2;
+
+/// A texture of the crowd.
+#[derive(Debug)]
+struct Member {
+    texture: TextureId,
+    pool: PoolId,
+    geometry: Geometry,
+    path: Path,
+    table: TableImage,
+}
+
+/// See the head of the file.
+#[derive(Debug)]
+pub struct Crowd {
+    /// The pagers under test.
+    pub pagers: Pagers,
+    /// The loader, to change its mood while the world runs.
+    pub loads: Loads,
+    /// Frames played.
+    pub frame: u64,
+    /// Everything that the pagers said, with the frame.
+    pub events: Vec<(u64, Event)>,
+    budgets: Budgets,
+    screen: [u32; 2],
+    random: Random,
+    /// Whether the cameras hold their poses, and since when.
+    held: Option<u64>,
+    members: Vec<Member>,
+    in_view: VecDeque<Feedback>,
+    newest: Feedback,
+    largest_tile: u64,
+    uploaded: Vec<u64>,
+    changes: Vec<TableChange>,
+}
+
+impl Crowd {
+    /// Nobody is there yet. Each texture will have a picture of `screen` pixels.
+    pub fn new(budgets: Budgets, screen: [u32; 2], seed: u64) -> Crowd {
+        Crowd {
+            pagers: Pagers::new(budgets),
+            loads: Loads::new(seed),
+            frame: 0,
+            events: Vec::new(),
+            budgets,
+            screen,
+            random: Random::new(seed),
+            held: None,
+            members: Vec::new(),
+            in_view: VecDeque::new(),
+            newest: Feedback::default(),
+            largest_tile: 0,
+            uploaded: Vec::new(),
+            changes: Vec::new(),
+        }
+    }
+
+    /// Adds a pool; see [`Pagers::add_pool`].
+    pub fn add_pool(&mut self, slots: u32, tile_bytes: u64, mip_bias: bool) -> Result<PoolId, PoolError> {
+        self.largest_tile = self.largest_tile.max(tile_bytes);
+        self.pagers.add_pool(slots, tile_bytes, mip_bias)
+    }
+
+    /// Adds a texture, seen along `path`.
+    pub fn add(&mut self, pool: PoolId, spec: GeometrySpec, path: Path) -> Result<TextureId, PoolError> {
+        #[expect(clippy::expect_used, reason = "the shape is the test's own")]
+        let geometry = Geometry::new(spec).expect("a possible texture");
+        let (texture, tail_slot) = self.pagers.add_texture(pool, &geometry, None)?;
+        let table = TableImage::new(&geometry, tail_slot);
+        self.members.push(Member { texture, pool, geometry, path, table });
+        Ok(texture)
+    }
+
+    /// The textures there are.
+    pub fn textures(&self) -> impl Iterator<Item = TextureId> + '_ {
+        self.members.iter().map(|member| member.texture)
+    }
+
+    /// Holds every camera where it is.
+    pub fn hold(&mut self) {
+        self.held = self.held.or(Some(self.frame));
+    }
+
+    /// Loads under way.
+    pub fn loads_under_way(&self) -> usize {
+        self.loads.under_way()
+    }
+
+    /// Plays one frame.
+    pub fn step(&mut self) -> Result<(), String> {
+        self.frame += 1;
+        self.pagers.begin_frame(self.frame);
+        let seen = self.see();
+        self.in_view.push_back(seen);
+        if self.in_view.front().is_some_and(|feedback| feedback.frame + FEEDBACK_FRAMES <= self.frame)
+            && let Some(feedback) = self.in_view.pop_front()
+        {
+            self.pagers.observe(&feedback);
+            self.newest = feedback;
+        }
+        self.load();
+        self.check_in_flight()?;
+        self.upload()?;
+        while let Some(event) = self.pagers.poll_event() {
+            self.events.push((self.frame, event));
+        }
+        self.members.iter().try_for_each(|member| self.check_table(member))?;
+        self.check_owners()
+    }
+
+    /// What all cameras want together.
+    fn see(&self) -> Feedback {
+        let at = self.held.unwrap_or(self.frame);
+        let mut all = Feedback { frame: self.frame, ..Feedback::default() };
+        for Member { texture, geometry, path, .. } in &self.members {
+            let seen = path.view(at).feedback(*texture, geometry, self.screen, self.frame, false);
+            all.pages.extend(seen.pages);
+        }
+        all.pages.sort_unstable();
+        all
+    }
+
+    fn load(&mut self) {
+        let mut arrivals = self.loads.arrivals(self.frame);
+        if !arrivals.is_empty() {
+            // Results come in any order.
+            let first = self.random.below(arrivals.len() as u64) as usize;
+            arrivals.rotate_left(first);
+        }
+        for (page, outcome) in arrivals {
+            match outcome {
+                Outcome::Tile => self.pagers.tile_ready(page, Bytes::from_static(b"tile")),
+                Outcome::Failure => self.pagers.tile_failed(page, "simulated"),
+                Outcome::Cancelled => self.pagers.tile_cancelled(page),
+            }
+        }
+        while let Some(page) = self.pagers.poll_cancel() {
+            self.loads.cancel(page);
+        }
+        while let Some(request) = self.pagers.poll_request() {
+            self.loads.begin(request.page, self.frame);
+        }
+    }
+
+    fn upload(&mut self) -> Result<(), String> {
+        let mut bytes = 0;
+        while let Some((pool, upload)) = self.pagers.poll_upload() {
+            bytes += self.pagers.pager(pool).settings.tile_bytes;
+            if let Some(evicted) = upload.evicted {
+                self.check_eviction(evicted)?;
+            }
+        }
+        self.uploaded.push(bytes);
+        self.check_upload_budget()?;
+        self.pagers.take_table_changes(&mut self.changes);
+        for Member { texture, geometry, table, .. } in &mut self.members {
+            let own = self.changes.iter().filter(|change| change.page.texture() == *texture);
+            own.for_each(|change| table.apply(geometry, change));
+        }
+        Ok(())
+    }
+
+    fn check_in_flight(&self) -> Result<(), String> {
+        let bytes = self.pagers.stats().in_flight_bytes;
+        let allowed = self.budgets.in_flight_bytes.max(self.largest_tile);
+        if bytes > allowed {
+            return Err(format!("frame {}: {bytes} bytes in flight of {allowed}", self.frame));
+        }
+        Ok(())
+    }
+
+    /// Over any frames up to now, the uploads of all pools keep to the budget.
+    fn check_upload_budget(&self) -> Result<(), String> {
+        let budget = self.budgets.upload_bytes_per_frame;
+        let mut sum = 0;
+        for (n, bytes) in (1..).zip(self.uploaded.iter().rev()) {
+            sum += bytes;
+            if sum > n * budget + self.largest_tile.max(4 * budget) {
+                return Err(format!("frame {}: {sum} bytes uploaded in {n} frames", self.frame));
+            }
+        }
+        Ok(())
+    }
+
+    /// A page that the newest feedback wants, at the bias in force, is not evicted, nor an ancestor of one.
+    fn check_eviction(&self, gone: PageId) -> Result<(), String> {
+        let Some(member) = self.members.iter().find(|member| member.texture == gone.texture()) else {
+            return Err(format!("frame {}: {gone:?} of a texture that is gone was resident", self.frame));
+        };
+        let (geometry, bias) = (&member.geometry, self.pagers.pager(member.pool).bias_eighths());
+        let gone = gone.pos(geometry.dims());
+        for wanted in self.newest.pages.iter().filter(|wanted| wanted.page.texture() == member.texture) {
+            let pos = wanted.page.pos(geometry.dims());
+            let level = Need::new(pos.level, wanted.eighth).level_at(bias);
+            let at_bias = geometry.ancestor(pos, level.min(geometry.coarsest()));
+            if gone.level >= at_bias.level && geometry.ancestor(at_bias, gone.level) == gone {
+                return Err(format!("frame {}: {gone} was evicted while {at_bias} is in view", self.frame));
+            }
+        }
+        Ok(())
+    }
+
+    /// What is resident of a texture is exactly what its table leads to.
+    fn check_table(&self, member: &Member) -> Result<(), String> {
+        let mut known = BTreeSet::new();
+        for (slot, page) in (0u32..).zip(self.pagers.pager(member.pool).slots()) {
+            let Some(page) = page.filter(|page| page.texture() == member.texture) else { continue };
+            let (entry, pos) =
+                (TableEntry::new(page.level(), Slot::new(slot)), page.pos(member.geometry.dims()));
+            if member.table.lookup(pos) != entry {
+                return Err(format!("frame {}: the table does not lead to {pos}", self.frame));
+            }
+            known.insert(entry);
+        }
+        match member.table.entries().iter().all(|entry| known.contains(entry)) {
+            true => Ok(()),
+            false => Err(format!("frame {}: the table names slots that are gone", self.frame)),
+        }
+    }
+
+    /// A pool holds pages of its own textures, and of no others.
+    fn check_owners(&self) -> Result<(), String> {
+        for pager in self.pagers.iter() {
+            let own: BTreeSet<TextureId> = self
+                .members
+                .iter()
+                .filter(|member| member.pool == pager.pool())
+                .map(|member| member.texture)
+                .collect();
+            if let Some(page) = pager.slots().iter().flatten().find(|page| !own.contains(&page.texture())) {
+                return Err(format!("frame {}: {page:?} is in {:?}", self.frame, pager.pool()));
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,172 @@
+//! Several pools in the simulated world: what must hold of all of them together.
+//!
+//! `Crowd::step` itself checks the joint budgets, the evictions and every page table at every frame. `VASTEX_WORLDS` says
+//! how many random worlds are played.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "helpers of tests, which clippy does not take for tests"
+)]
+
+use vastex_core::sim::{Crowd, Path, Random};
+use vastex_core::{Budgets, Event, Geometry, GeometrySpec, Pagers, PoolError, PoolId};
+
+const BUDGETS: Budgets = Budgets { upload_bytes_per_frame: 2000, in_flight_bytes: 20_000 };
+
+fn image(page: u32) -> GeometrySpec {
+    GeometrySpec { page, ..GeometrySpec::image(16384, 8192) }
+}
+
+/// Pools of small, middling and large tiles, with a texture in the first and two in the others.
+fn three_pools(slots: [u32; 3], budgets: Budgets) -> Crowd {
+    let mut crowd = Crowd::new(budgets, [320, 180], 1);
+    for (slots, (page, tile_bytes)) in slots.into_iter().zip([(64, 100), (128, 400), (256, 1600)]) {
+        let pool = crowd.add_pool(slots, tile_bytes, true).unwrap();
+        crowd.add(pool, image(page), Path::Still).unwrap();
+        if page > 64 {
+            crowd.add(pool, image(page), Path::Spin).unwrap();
+        }
+    }
+    crowd
+}
+
+fn run_until_converged(crowd: &mut Crowd, limit: u64) -> u64 {
+    for frames in 1..=limit {
+        crowd.step().unwrap();
+        if crowd.pagers.is_converged() {
+            return frames;
+        }
+    }
+    panic!("not converged after {limit} frames: {:?}", crowd.pagers.stats());
+}
+
+#[test]
+fn every_pool_converges_and_it_is_said_once() {
+    let mut crowd = three_pools([400, 400, 400], BUDGETS);
+    crowd.hold();
+    run_until_converged(&mut crowd, 400);
+    (0..50).for_each(|_| crowd.step().unwrap());
+    let converged = crowd.events.iter().filter(|(_, event)| matches!(event, Event::Converged { .. }));
+    assert_eq!(converged.count(), 1);
+    let stats = crowd.pagers.stats();
+    assert_eq!((stats.missing, stats.in_flight, stats.pinned), (0, 0, 5), "{stats:?}");
+    let numbers: Vec<u16> = crowd.textures().map(|texture| texture.number()).collect();
+    assert_eq!(numbers, [0, 1, 2, 3, 4], "unique over all pools");
+}
+
+#[test]
+fn only_the_pool_that_is_too_small_becomes_coarser_and_is_named() {
+    let mut crowd = three_pools([400, 12, 400], BUDGETS);
+    crowd.hold();
+    run_until_converged(&mut crowd, 400);
+    let biases: Vec<bool> = crowd.pagers.iter().map(|pager| pager.bias_eighths() > 0).collect();
+    assert_eq!(biases, [false, true, false]);
+    let named = crowd.events.iter().filter_map(|(_, event)| match event {
+        Event::Oversubscribed { pool, slots, .. } => Some((pool.number(), *slots)),
+        _ => None,
+    });
+    assert!(named.clone().count() > 0 && named.clone().all(|named| named == (1, 12)));
+}
+
+#[test]
+fn pools_that_have_something_to_upload_get_the_same_bytes() {
+    // Every pool misses more than the budget carries in these frames.
+    let mut crowd = three_pools([2000, 2000, 2000], Budgets { upload_bytes_per_frame: 900, ..BUDGETS });
+    crowd.loads.tiles_per_frame = usize::MAX;
+    (0..20).for_each(|_| crowd.step().unwrap());
+    let uploaded: Vec<u64> = crowd.pagers.iter().map(|pager| pager.stats().uploaded_bytes).collect();
+    let (least, most) = (uploaded.iter().min().unwrap(), uploaded.iter().max().unwrap());
+    assert!(*least > 3000 && most - least <= 2 * 1600, "{uploaded:?}");
+}
+
+#[test]
+fn budgets_below_one_tile_still_get_there() {
+    let mut crowd = three_pools([300, 300, 300], Budgets { upload_bytes_per_frame: 300, in_flight_bytes: 1 });
+    crowd.hold();
+    run_until_converged(&mut crowd, 4000);
+}
+
+#[test]
+fn a_pool_whose_bias_may_not_act_does_not_hold_up_the_others() {
+    let mut crowd = Crowd::new(Budgets { in_flight_bytes: 3200, ..BUDGETS }, [320, 180], 1);
+    let stuck = crowd.add_pool(6, 1600, false).unwrap();
+    let ample = crowd.add_pool(400, 400, true).unwrap();
+    crowd.add(stuck, image(128), Path::Spin).unwrap();
+    crowd.add(ample, image(128), Path::Spin).unwrap();
+    (0..100).for_each(|_| crowd.step().unwrap());
+    crowd.hold();
+    (0..100).for_each(|_| crowd.step().unwrap());
+    let [full, done] = [stuck, ample].map(|pool| crowd.pagers.pager(pool));
+    assert!(full.stats().missing > 0 && full.stats().in_flight == 0, "{:?}", full.stats());
+    assert!(done.is_converged() && done.bias_eighths() == 0, "{:?}", done.stats());
+    assert!(!crowd.pagers.is_converged());
+}
+
+#[test]
+fn numbers_run_out_over_all_pools() {
+    let mut pagers = Pagers::new(BUDGETS);
+    let pools: Vec<PoolId> = (0..2).map(|_| pagers.add_pool(2000, 1, true).unwrap()).collect();
+    let tiny = Geometry::new(GeometrySpec::image(1, 1)).unwrap();
+    for nth in 0..2047 {
+        let (texture, _) = pagers.add_texture(pools[nth % 2], &tiny, None).unwrap();
+        assert_eq!(pagers.pool_of(texture), Some(pools[nth % 2]));
+    }
+    assert!(!pagers.has_free_number());
+    assert_eq!(pagers.add_texture(pools[0], &tiny, None), Err(PoolError::TooManyTextures));
+    assert_eq!(pagers.stats().occupied, 2047);
+}
+
+/// A world of several pools in which everything is left to chance.
+fn random_crowd(seed: u64) -> Result<(), String> {
+    let mut random = Random::new(seed);
+    let budgets =
+        Budgets { upload_bytes_per_frame: 20 + random.below(3000), in_flight_bytes: random.below(20_000) };
+    let screen = [80 + random.below(200) as u32, 40 + random.below(100) as u32];
+    let mut crowd = Crowd::new(budgets, screen, seed);
+    crowd.loads.latency_frames = random.below(10);
+    crowd.loads.tiles_per_frame = 1 + random.below(40) as usize;
+    (crowd.loads.failing, crowd.loads.slow) = if random.chance(0.5) { (0.2, 0.2) } else { (0.0, 0.0) };
+    let pools = 1 + random.below(5);
+    for _ in 0..pools {
+        let [tile_bits, slot_bits] = [random.below(12), 2 + random.below(7)];
+        let (tile_bytes, slots) = (1 + random.below(1 << tile_bits), 2 + random.below(1 << slot_bits) as u32);
+        let pool = crowd.add_pool(slots, tile_bytes, true).map_err(|error| error.to_string())?;
+        let page = 16 + random.below(200) as u32;
+        for _ in 0..1 + random.below(4) {
+            add_at_random(&mut crowd, &mut random, pool, page)?;
+        }
+    }
+    (0..80).try_for_each(|_| crowd.step())?;
+    // Whatever has gone wrong before, views that are held and a loader that is well again come to rest.
+    crowd.hold();
+    (crowd.loads.failing, crowd.loads.slow) = (0.0, 0.0);
+    for _ in 0..40_000 {
+        crowd.step()?;
+        let stats = crowd.pagers.stats();
+        let at_rest = stats.in_flight == 0 && stats.missing + stats.failed == 0;
+        if at_rest && crowd.loads_under_way() == 0 && crowd.pagers.is_converged() {
+            return Ok(());
+        }
+    }
+    Err(format!("not at rest: {:?}", crowd.pagers.stats()))
+}
+
+/// A texture of chance; a pool that is too small for it says so and is left as it was.
+fn add_at_random(crowd: &mut Crowd, random: &mut Random, pool: PoolId, page: u32) -> Result<(), String> {
+    let mut side = || 1 + random.below(1 << 4) as u32 * random.below(1 << 10) as u32;
+    let (width, height) = (side(), side());
+    let path = Path::ALL[random.below(5) as usize];
+    match crowd.add(pool, GeometrySpec { page, ..GeometrySpec::image(width, height) }, path) {
+        Ok(_) | Err(PoolError::TooSmall { .. } | PoolError::AllInView { .. }) => Ok(()),
+        Err(error) => Err(error.to_string()),
+    }
+}
+
+#[test]
+fn random_crowds_hold_together() {
+    let worlds = std::env::var("VASTEX_WORLDS").ok().and_then(|n| n.parse().ok()).unwrap_or(40);
+    for seed in 0..worlds {
+        random_crowd(seed).unwrap_or_else(|why| panic!("crowd {seed}: {why}"));
+    }
+}
