@@ -10,7 +10,7 @@ mod bench;
 mod campaign;
 mod damage;
 mod demo;
-mod fetch;
+mod figures;
 mod gaia_sky;
 mod inputs;
 mod kills;
@@ -26,6 +26,7 @@ mod window;
 
 use std::process::ExitCode;
 
+use figures::{DECIDE, FETCH};
 use shell::Usage;
 
 const HELP: &str = "\
@@ -40,6 +41,7 @@ Commands:
       --runs N               interleaved runs of each program [default: 5]
       --write                put the figures into docs/bench-build.md
   bench fetch [--write]    reading and decoding tiles beside bare reads and decoders; into docs/bench-fetch.md
+  bench decide [--write]   what a frame's decisions cost on one core; into docs/bench-decide.md
   campaign [--minutes N]   the random tests with ever more cases [default: 10 minutes]
   campaign kills           builds that are killed, resumed and compared
       --count N              builds, each killed one to three times [default: 200]
@@ -83,11 +85,12 @@ fn dispatch(arguments: &[&str]) -> anyhow::Result<()> {
         ["test", steps @ ..] => test::run(steps),
         ["demo"] => demo::run(),
         ["bench", "build", options @ ..] => bench::build(options),
-        ["bench", "fetch", options @ ..] => fetch::bench(options),
+        ["bench", "fetch", options @ ..] => FETCH.bench(options),
+        ["bench", "decide", options @ ..] => DECIDE.bench(options),
         ["bench", other, ..] => {
-            Err(Usage(format!("no benchmark is called '{other}'; there are: build, fetch")).into())
+            Err(Usage(format!("no benchmark is called '{other}'; there are: build, decide, fetch")).into())
         }
-        ["bench"] => Err(Usage("which benchmark? There are: build, fetch".to_owned()).into()),
+        ["bench"] => Err(Usage("which benchmark? There are: build, decide, fetch".to_owned()).into()),
         ["campaign", "kills", options @ ..] => kills::run(options),
         ["campaign", "flips", options @ ..] => damage::flips(options),
         ["campaign", "fuzz", options @ ..] => damage::fuzz(options),

@@ -8,8 +8,9 @@
 //! clock and starts no thread. The frame index is its time; events go in, decisions come out as values.
 
 mod budget;
-#[cfg(feature = "checks")]
+#[cfg(all(feature = "checks", debug_assertions))]
 mod checks;
+mod compact;
 mod event;
 mod feedback;
 mod format;
@@ -31,6 +32,7 @@ mod textures;
 mod working_set;
 
 pub use budget::UploadBucket;
+pub use compact::FeedbackCompactor;
 pub use event::Event;
 pub use feedback::{Feedback, Need, WantedPage};
 pub use format::{Description, Layer, LayerError, LayerFormat};

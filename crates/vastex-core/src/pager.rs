@@ -417,11 +417,11 @@ impl Pager {
         }
     }
 
-    #[cfg(feature = "checks")]
+    #[cfg(all(feature = "checks", debug_assertions))]
     fn check(&self) {
         crate::checks::check(self);
     }
 
-    #[cfg(not(feature = "checks"))]
+    #[cfg(not(all(feature = "checks", debug_assertions)))]
     fn check(&self) {}
 }

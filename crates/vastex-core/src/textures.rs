@@ -55,7 +55,7 @@ impl Textures {
     }
 
     /// The pages of all tails.
-    #[cfg(feature = "checks")]
+    #[cfg(all(feature = "checks", debug_assertions))]
     pub(crate) fn tails(&self) -> impl Iterator<Item = PageId> + '_ {
         (0..=TextureId::MAX).zip(&self.textures).filter_map(|(number, texture)| {
             let geometry = &texture.as_ref()?.geometry;

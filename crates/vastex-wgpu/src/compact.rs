@@ -1,6 +1,6 @@
 //! Compaction of a feedback target on the GPU, to distinct pages with their pixel counts and sharpest eighths.
 //!
-//! The same on the CPU is [`crate::twins::compact`].
+//! The same on the CPU is [`vastex_core::FeedbackCompactor`].
 
 use vastex_core::shared;
 

@@ -3,9 +3,9 @@
 //!
 //! Nothing is decided here: the pager decides, the loader and the GPU carry out.
 
-use vastex_core::{Event, Feedback, PageId};
+use vastex_core::{Event, Feedback, FeedbackCompactor, PageId};
 use vastex_tiles::{LoadError, Loaded};
-use vastex_wgpu::{FeedbackScale, FeedbackTarget, RawFeedback, Readback, twins};
+use vastex_wgpu::{FeedbackScale, FeedbackTarget, RawFeedback, Readback};
 
 use crate::error::Error;
 use crate::textures::{BindGroups, FeedbackPath, Textures};
@@ -136,7 +136,9 @@ impl Textures {
         draw(&mut target.begin(&self.queue, &mut encoder, &self.view, self.frame, 1.0), &self.groups);
         self.queue.submit([encoder.finish()]);
         let raw = RawFeedback::read(&self.device, &self.queue, &target)?;
-        Ok(twins::compact(self.frame, &raw.pixels))
+        let mut feedback = Feedback::default();
+        FeedbackCompactor::new().compact(self.frame, &raw.pixels, &mut feedback);
+        Ok(feedback)
     }
 
     /// The view has jumped: what was wanted before says nothing of what is wanted from this frame on.

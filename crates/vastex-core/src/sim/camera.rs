@@ -86,7 +86,7 @@ impl View {
     }
 
     /// The page, and the eighth of its level, that one pixel wants; nothing beside the texture.
-    fn want(
+    pub fn want(
         &self,
         texture: TextureId,
         geometry: &Geometry,

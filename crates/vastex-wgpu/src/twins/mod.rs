@@ -3,13 +3,11 @@
 //! They are naive on purpose, so that they can be read beside the WGSL, and do the same arithmetic in `f32`. Tests
 //! compare the two on the same inputs; a picture that is beyond a device's limits is compared with the twin alone.
 
-mod compact;
 mod feedback;
 mod level;
 mod lookup;
 mod sample;
 
-pub use compact::compact;
 pub use lookup::Place;
 pub use sample::Sampler;
 

@@ -1,0 +1,64 @@
+//! `cargo xtask bench fetch | decide`: the benchmarks that are crates' own, run, and their figures kept.
+//!
+//! What is measured, and beside what, is theirs; here stand the commands and the pages of docs/.
+
+use anyhow::{Context, Result};
+
+use crate::shell::{self, Usage};
+
+/// A benchmark of a crate, which prints its figures as a part of a page.
+pub(crate) struct Figures {
+    pub(crate) name: &'static str,
+    package: &'static str,
+    report: &'static str,
+    introduction: &'static str,
+}
+
+pub(crate) const FETCH: Figures = Figures {
+    name: "fetch",
+    package: "vastex-tiles",
+    report: "docs/bench-fetch.md",
+    introduction: "\
+# Fetching tiles: a container beside bare reads and decoders
+
+Written by `cargo xtask bench fetch --write`. A read of a container is the look-up, the positioned read into
+fresh memory, and the checksum; the bare read is the positioned read into fresh memory alone.
+
+The second table is of tiles that the system's cache does not hold (on Linux alone): dropped from it before each
+turn, and read by so many threads, through the cache or directly with as many reads in flight.
+",
+};
+
+pub(crate) const DECIDE: Figures = Figures {
+    name: "decide",
+    package: "vastex-core",
+    report: "docs/bench-decide.md",
+    introduction: "\
+# Deciding: what a frame's decisions cost on one core
+
+Written by `cargo xtask bench decide --write`. No GPU and no disk have a part in it; both sides of a comparison take turns.
+",
+};
+
+impl Figures {
+    /// Runs the benchmark and prints its figures; with `--write`, keeps them.
+    pub(crate) fn bench(&self, options: &[&str]) -> Result<()> {
+        let write = match options {
+            [] => false,
+            ["--write"] => true,
+            [other, ..] => {
+                return Err(Usage(format!("bench {} has no option '{other}'", self.name)).into());
+            }
+        };
+        let mut command = shell::cargo("bench");
+        let figures = shell::output(command.args(["--quiet", "-p", self.package, "--bench", self.name]))?;
+        println!("{figures}");
+        if write {
+            let path = shell::root().join(self.report);
+            std::fs::write(&path, format!("{}\n{figures}", self.introduction))
+                .with_context(|| format!("cannot write {}", path.display()))?;
+            println!("written to {}", self.report);
+        }
+        Ok(())
+    }
+}
