@@ -66,7 +66,8 @@ impl World {
             mip_bias: true,
         });
         let geometry = Geometry::new(GeometrySpec::image(262_144, 131_072)).unwrap();
-        let (texture, _) = pager.add_texture(&geometry, None).unwrap();
+        let texture = TextureId::new(0).unwrap();
+        pager.add_texture(texture, &geometry, None).unwrap();
         World { pager, geometry, texture, changes: Vec::new(), tile: Bytes::from(vec![0; 16]) }
     }
 
