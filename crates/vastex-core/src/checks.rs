@@ -17,6 +17,7 @@ pub(crate) fn check(pager: &Pager) {
 fn walk(pager: &Pager) -> Result<(), String> {
     slots_and_records_agree(pager)?;
     flight_is_counted(pager)?;
+    removed_textures_leave_nothing(pager)?;
     ancestors_stay(pager)?;
     working_set_fits(pager)
 }
@@ -45,6 +46,22 @@ fn slots_and_records_agree(pager: &Pager) -> Result<(), String> {
         return Err(format!("tail {tail:?} has lost its slot"));
     }
     Ok(())
+}
+
+/// But the loads that the loader has yet to answer.
+fn removed_textures_leave_nothing(pager: &Pager) -> Result<(), String> {
+    let residency = &pager.residency;
+    let is_gone = |page: &&PageId| pager.textures.geometry(page.texture()).is_none();
+    let is_loading = |page: &&PageId| {
+        residency.records.get(page).is_some_and(|record| matches!(record.state, State::Loading(_)))
+    };
+    if let Some(page) = residency.records.keys().filter(is_gone).find(|page| !is_loading(page)) {
+        return Err(format!("{page:?} has a state, but its texture was removed"));
+    }
+    match pager.order.iter().find(is_gone) {
+        Some(page) => Err(format!("{page:?} is wanted, but its texture was removed")),
+        None => Ok(()),
+    }
 }
 
 fn flight_is_counted(pager: &Pager) -> Result<(), String> {

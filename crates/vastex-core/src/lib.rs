@@ -15,6 +15,7 @@ mod event;
 mod feedback;
 mod format;
 mod geometry;
+mod numbers;
 mod order;
 mod page;
 mod page_set;

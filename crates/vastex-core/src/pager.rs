@@ -160,6 +160,30 @@ impl Pager {
         Ok(slot)
     }
 
+    /// Removes a texture: its tiles and its tail give up their slots, what is in flight is called off. Says how many loads the
+    /// loader has yet to answer, or nothing where there is no such texture. The number may be given to another texture when
+    /// they are answered and no feedback under way names this one.
+    ///
+    /// Its page table is the caller's, and is not told of. Costs a visit of every page that has a state.
+    pub fn remove_texture(&mut self, texture: TextureId) -> Option<u32> {
+        if !self.textures.remove(texture) {
+            return None;
+        }
+        let loads = self.residency.forget(texture);
+        self.set.forget(texture);
+        let residency = &self.residency;
+        self.set.rebuild(&self.textures, |page| residency.slot_of(page).is_some());
+        self.order.retain(|page| page.texture() != texture);
+        self.evicted.retain(|(page, _)| page.texture() != texture);
+        self.settled.retain(|(page, _)| page.texture() != texture);
+        self.next_request = 0;
+        self.make_room();
+        let under_way = loads.len() as u32;
+        self.cancels.extend(loads);
+        self.check();
+        Some(under_way)
+    }
+
     /// A slot for a pin in a pool that is full of tiles.
     fn steal_slot(&mut self) -> Option<Slot> {
         let (slot, evicted) = self.residency.take_slot(&self.textures)?;
@@ -302,7 +326,9 @@ impl Pager {
 
     /// The tile of a request cannot be had. It is tried again later; its ancestor stays on screen.
     pub fn tile_failed(&mut self, page: PageId, why: impl Into<String>) {
-        if self.residency.load_failed(page) {
+        if !self.textures.contains(page) {
+            self.residency.load_cancelled(page); // its texture was removed, so there is nothing to try again
+        } else if self.residency.load_failed(page) {
             self.events.push_back(Event::Failed { pool: self.pool, page, why: why.into() });
         }
         self.check();

@@ -13,6 +13,7 @@ use crate::budget::{FairShare, UploadBucket};
 use crate::event::Event;
 use crate::feedback::Feedback;
 use crate::geometry::Geometry;
+use crate::numbers::Numbers;
 use crate::page::{PageId, TextureId};
 use crate::page_set::PageSet;
 use crate::pager::{Pager, PagerSettings, Request, Upload};
@@ -34,8 +35,7 @@ pub struct Budgets {
 pub struct Pagers {
     budgets: Budgets,
     pools: Vec<Pool>,
-    /// By the number of the texture.
-    pool_of: Vec<Option<PoolId>>,
+    numbers: Numbers,
     bucket: UploadBucket,
     uploads: FairShare,
     requests: FairShare,
@@ -59,7 +59,7 @@ impl Pagers {
         Pagers {
             budgets,
             pools: Vec::new(),
-            pool_of: Vec::new(),
+            numbers: Numbers::default(),
             bucket: UploadBucket::new(budgets.upload_bytes_per_frame, 0),
             uploads: FairShare::default(),
             requests: FairShare::default(),
@@ -91,29 +91,35 @@ impl Pagers {
         geometry: &Geometry,
         present: Option<Arc<PageSet>>,
     ) -> Result<(TextureId, Slot), PoolError> {
-        let texture = self.free_number().ok_or(PoolError::TooManyTextures)?;
-        let number = usize::from(texture.number());
+        let texture = self.numbers.first_free().ok_or(PoolError::TooManyTextures)?;
         let slot = self.pools[usize::from(pool.number())].pager.add_texture(texture, geometry, present)?;
-        if self.pool_of.len() <= number {
-            self.pool_of.resize(number + 1, None);
-        }
-        self.pool_of[number] = Some(pool);
+        self.numbers.take(texture, pool);
         Ok((texture, slot))
+    }
+
+    /// Removes a texture in the frame `frame`, the newest whose feedback may name it; see [`Pager::remove_texture`]. Says
+    /// whether there was one. Its number is given to another texture when nothing can name this one any more, which
+    /// [`Pagers::feedback_under_way`] finds. Events that were not polled yet may still name it.
+    pub fn remove_texture(&mut self, texture: TextureId, frame: u64) -> bool {
+        let Some(pool) = self.numbers.pool_of(texture) else { return false };
+        let loads = self.pools[usize::from(pool.number())].pager.remove_texture(texture);
+        self.numbers.leave(texture, frame, loads.unwrap_or(0));
+        true
+    }
+
+    /// Once per frame: the oldest frame whose feedback has yet to come, nothing where none has.
+    pub fn feedback_under_way(&mut self, oldest: Option<u64>) {
+        self.numbers.free_those_left(oldest);
     }
 
     /// Whether another texture would get a number.
     pub fn has_free_number(&self) -> bool {
-        self.free_number().is_some()
-    }
-
-    fn free_number(&self) -> Option<TextureId> {
-        let number = self.pool_of.iter().position(Option::is_none).unwrap_or(self.pool_of.len());
-        TextureId::new(u16::try_from(number).ok()?)
+        self.numbers.first_free().is_some()
     }
 
     /// The pool of a texture that there is.
     pub fn pool_of(&self, texture: TextureId) -> Option<PoolId> {
-        self.pool_of.get(usize::from(texture.number())).copied().flatten()
+        self.numbers.pool_of(texture)
     }
 
     /// The pager of a pool that there is.
@@ -126,8 +132,9 @@ impl Pagers {
         self.pools.iter().map(|pool| &pool.pager)
     }
 
-    fn pager_of(&mut self, page: PageId) -> Option<&mut Pager> {
-        let pool = self.pool_of(page.texture())?;
+    /// The pager of a page whose load has ended, also where its texture was removed meanwhile.
+    fn load_ended(&mut self, page: PageId) -> Option<&mut Pager> {
+        let pool = self.numbers.load_ended(page.texture())?;
         Some(&mut self.pools[usize::from(pool.number())].pager)
     }
 
@@ -190,21 +197,21 @@ impl Pagers {
 
     /// The tile of a request is here; see [`Pager::tile_ready`].
     pub fn tile_ready(&mut self, page: PageId, bytes: Bytes) {
-        if let Some(pager) = self.pager_of(page) {
+        if let Some(pager) = self.load_ended(page) {
             pager.tile_ready(page, bytes);
         }
     }
 
     /// The tile of a request cannot be had; see [`Pager::tile_failed`].
     pub fn tile_failed(&mut self, page: PageId, why: impl Into<String>) {
-        if let Some(pager) = self.pager_of(page) {
+        if let Some(pager) = self.load_ended(page) {
             pager.tile_failed(page, why);
         }
     }
 
     /// The loader has dropped a request that was called off.
     pub fn tile_cancelled(&mut self, page: PageId) {
-        if let Some(pager) = self.pager_of(page) {
+        if let Some(pager) = self.load_ended(page) {
             pager.tile_cancelled(page);
         }
     }

@@ -22,13 +22,16 @@
 //! is in the working set at the bias in force, nor while a descendant of it is resident; a tail never. Since the working
 //! set contains the ancestors of its pages and never fills the pool, a victim always exists.
 //!
+//! A texture that is removed takes its pages with it, whatever their state; only what the loader has stays `Loading`, called off
+//! and unwanted, until that answers.
+//!
 //! Which pages are wanted, and in which order, is decided elsewhere; here the moves are made and counted.
 
 use bytes::Bytes;
 use rustc_hash::FxHashMap;
 use std::collections::VecDeque;
 
-use crate::page::PageId;
+use crate::page::{PageId, TextureId};
 use crate::pool::Slot;
 use crate::shared::JITTER_CYCLE;
 use crate::textures::Textures;
@@ -341,6 +344,44 @@ impl Residency {
         if !wanted {
             self.drop_record(page);
         }
+    }
+
+    /// Forgets everything of a texture, its tail too, but the loads that the loader has: they are called off, and returned.
+    pub(crate) fn forget(&mut self, texture: TextureId) -> Vec<PageId> {
+        let is_other = |page: &PageId| page.texture() != texture;
+        for (slot, held) in (0..).map(Slot::new).zip(&mut self.slots) {
+            if held.take_if(|page| !is_other(page)).is_some() {
+                self.free.push(slot);
+                self.stats.occupied -= 1;
+            }
+        }
+        let (mut loads, mut ready, mut tails) = (Vec::new(), 0, 0);
+        self.records.retain(|page, record| {
+            match &mut record.state {
+                _ if is_other(page) => return true,
+                State::Loading(cancel) => {
+                    if *cancel == Cancel::No {
+                        *cancel = Cancel::Due;
+                    }
+                    (record.wanted_round, record.failures) = (0, 0);
+                    loads.push(*page);
+                    return true;
+                }
+                State::Ready(_) => ready += 1,
+                State::Resident(_) => tails += u32::from(record.wanted_round == u64::MAX),
+                State::Queued | State::Failed { .. } => {}
+            }
+            false
+        });
+        (0..ready).for_each(|_| self.leave_flight());
+        self.stats.wasted += ready;
+        self.stats.pinned -= tails;
+        self.below.retain(|page, _| is_other(page));
+        self.evicted_at.retain(|page, _| is_other(page));
+        self.evictions.retain(|(_, page)| is_other(page));
+        self.victims.clear();
+        loads.sort_unstable();
+        loads
     }
 
     fn leave_flight(&mut self) {

@@ -41,6 +41,14 @@ impl Textures {
         is_free
     }
 
+    /// Forgets a texture. Says whether it was there.
+    pub(crate) fn remove(&mut self, texture: TextureId) -> bool {
+        let place = self.textures.get_mut(usize::from(texture.number()));
+        let was_there = place.and_then(Option::take).is_some();
+        self.count -= u32::from(was_there);
+        was_there
+    }
+
     /// Textures that there are.
     pub(crate) fn count(&self) -> u32 {
         self.count

@@ -12,7 +12,7 @@ use rustc_hash::FxHashMap;
 use std::collections::VecDeque;
 
 use crate::feedback::{Feedback, Need, WantedPage};
-use crate::page::PageId;
+use crate::page::{PageId, TextureId};
 use crate::shared::{JITTER_CYCLE, MAX_LEVELS, STEPS_PER_LEVEL};
 use crate::textures::Textures;
 
@@ -73,6 +73,12 @@ impl WorkingSet {
     pub(crate) fn restart(&mut self) {
         self.cycle.clear();
         self.direct.clear();
+    }
+
+    /// Forgets what was wanted of a texture; the set follows when it is worked out again.
+    pub(crate) fn forget(&mut self, texture: TextureId) {
+        self.cycle.iter_mut().for_each(|pages| pages.retain(|wanted| wanted.page.texture() != texture));
+        self.direct.retain(|page, _| page.texture() != texture);
     }
 
     /// Feedbacks now in the set, at most a jitter cycle of them.
@@ -264,7 +270,7 @@ impl BiasControl {
 mod tests {
     use super::*;
     use crate::geometry::{Geometry, GeometrySpec};
-    use crate::page::{Dims, PagePos, TextureId};
+    use crate::page::{Dims, PagePos};
     use proptest::prelude::*;
     use std::collections::BTreeSet;
     use std::sync::Arc;

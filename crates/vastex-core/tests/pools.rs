@@ -10,7 +10,7 @@
 )]
 
 use vastex_core::sim::{Crowd, Path, Random};
-use vastex_core::{Budgets, Event, Geometry, GeometrySpec, Pagers, PoolError, PoolId};
+use vastex_core::{Budgets, Event, Geometry, GeometrySpec, Pagers, PoolError, PoolId, TextureId};
 
 const BUDGETS: Budgets = Budgets { upload_bytes_per_frame: 2000, in_flight_bytes: 20_000 };
 
@@ -117,6 +117,42 @@ fn numbers_run_out_over_all_pools() {
     assert_eq!(pagers.stats().occupied, 2047);
 }
 
+#[test]
+fn a_removed_texture_leaves_its_pool_and_its_number_rests() {
+    let mut crowd = three_pools([400, 400, 400], BUDGETS);
+    (0..30).for_each(|_| crowd.step().unwrap());
+    crowd.loads.latency_frames = 10;
+    let gone = crowd.textures().nth(1).unwrap();
+    let pool = crowd.pagers.pool_of(gone).unwrap();
+    let before = crowd.pagers.pager(pool).stats();
+    crowd.remove(gone).unwrap();
+    let after = crowd.pagers.pager(pool).stats();
+    assert!(after.occupied < before.occupied && after.pinned == before.pinned - 1, "{before:?} {after:?}");
+    assert!(crowd.pagers.pager(pool).slots().iter().flatten().all(|page| page.texture() != gone));
+    assert_eq!(crowd.pagers.pool_of(gone), None);
+    // Feedback of the frames before is under way: the next texture has another number.
+    let next = crowd.add(pool, image(128), Path::Still).unwrap();
+    assert_eq!(next.number(), 5);
+    crowd.hold();
+    run_until_converged(&mut crowd, 400);
+    assert_eq!(crowd.add(pool, image(128), Path::Fly).unwrap(), gone, "nothing names the old one any more");
+    crowd.loads.latency_frames = 1;
+    run_until_converged(&mut crowd, 400);
+}
+
+#[test]
+fn a_pool_that_was_full_has_room_after_a_removal() {
+    let mut crowd = three_pools([400, 12, 400], BUDGETS);
+    crowd.hold();
+    run_until_converged(&mut crowd, 400);
+    let coarse = crowd.pagers.pager(PoolId::new(1)).bias_eighths();
+    let second = crowd.textures().nth(2).unwrap();
+    crowd.remove(second).unwrap();
+    (0..100).for_each(|_| crowd.step().unwrap());
+    let pager = crowd.pagers.pager(PoolId::new(1));
+    assert!(pager.bias_eighths() < coarse && crowd.pagers.is_converged(), "{:?}", pager.stats());
+}
+
 /// A world of several pools in which everything is left to chance.
 fn random_crowd(seed: u64) -> Result<(), String> {
     let mut random = Random::new(seed);
@@ -128,16 +164,24 @@ fn random_crowd(seed: u64) -> Result<(), String> {
     crowd.loads.tiles_per_frame = 1 + random.below(40) as usize;
     (crowd.loads.failing, crowd.loads.slow) = if random.chance(0.5) { (0.2, 0.2) } else { (0.0, 0.0) };
     let pools = 1 + random.below(5);
+    let mut pages = Vec::new();
     for _ in 0..pools {
         let [tile_bits, slot_bits] = [random.below(12), 2 + random.below(7)];
         let (tile_bytes, slots) = (1 + random.below(1 << tile_bits), 2 + random.below(1 << slot_bits) as u32);
         let pool = crowd.add_pool(slots, tile_bytes, true).map_err(|error| error.to_string())?;
         let page = 16 + random.below(200) as u32;
+        pages.push(page);
         for _ in 0..1 + random.below(4) {
             add_at_random(&mut crowd, &mut random, pool, page)?;
         }
     }
-    (0..80).try_for_each(|_| crowd.step())?;
+    for _ in 0..80 {
+        crowd.step()?;
+        if seed % 2 == 1 && random.chance(0.15) {
+            let pool = PoolId::new(random.below(pools) as u16);
+            change_at_random(&mut crowd, &mut random, pool, &pages)?;
+        }
+    }
     // Whatever has gone wrong before, views that are held and a loader that is well again come to rest.
     crowd.hold();
     (crowd.loads.failing, crowd.loads.slow) = (0.0, 0.0);
@@ -150,6 +194,20 @@ fn random_crowd(seed: u64) -> Result<(), String> {
         }
     }
     Err(format!("not at rest: {:?}", crowd.pagers.stats()))
+}
+
+/// Removes a texture, or adds one to a pool.
+fn change_at_random(
+    crowd: &mut Crowd,
+    random: &mut Random,
+    pool: PoolId,
+    pages: &[u32],
+) -> Result<(), String> {
+    let textures: Vec<TextureId> = crowd.textures().collect();
+    if textures.is_empty() || random.chance(0.5) {
+        return add_at_random(crowd, random, pool, pages[usize::from(pool.number())]);
+    }
+    crowd.remove(textures[random.below(textures.len() as u64) as usize])
 }
 
 /// A texture of chance; a pool that is too small for it says so and is left as it was.

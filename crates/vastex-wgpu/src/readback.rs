@@ -134,6 +134,11 @@ impl Readback {
         }
     }
 
+    /// The oldest frame whose feedback is under way or has not been taken.
+    pub fn oldest(&self) -> Option<u64> {
+        self.ring.iter().filter_map(Place::frame).min()
+    }
+
     /// Bytes brought back since the ring was made.
     pub fn bytes_read(&self) -> u64 {
         self.bytes_read

@@ -64,6 +64,11 @@ impl TableBuffers {
         &self.entries
     }
 
+    /// GPU memory of the table and the parameters; what changes are sent through comes on top.
+    pub fn bytes(&self) -> u64 {
+        self.entries.size() + self.params.size()
+    }
+
     pub(crate) fn params(&self) -> &wgpu::Buffer {
         &self.params
     }

@@ -8,7 +8,7 @@ use vastex_tiles::{LoadError, Loaded};
 use vastex_wgpu::{FeedbackScale, FeedbackTarget, RawFeedback, Readback};
 
 use crate::error::Error;
-use crate::textures::{BindGroups, FeedbackPath, Textures};
+use crate::textures::{BindGroups, FeedbackPath, TextureState, Textures};
 
 impl Textures {
     /// Draws the feedback pass of this frame, for a picture of so many pixels: `draw` draws the scene with a pipeline whose
@@ -50,18 +50,21 @@ impl Textures {
 
     /// The feedback that has arrived, or in lock-step that of the frame before the last.
     fn observe(&mut self) -> Result<(), Error> {
-        let Some(path) = &mut self.feedback else { return Ok(()) };
-        loop {
-            let feedback = match &mut self.lock_step {
-                None => path.readback.poll(&self.device)?,
-                Some(lock_step) => match lock_step.due_feedback(self.frame) {
-                    Some(frame) => Some(path.readback.wait(&self.device, &self.queue, frame)?),
-                    None => None,
-                },
-            };
-            let Some(feedback) = feedback else { return Ok(()) };
+        while let Some(feedback) = self.next_feedback()? {
             self.counters.degenerate = feedback.degenerate;
             self.pagers.observe(&feedback);
+        }
+        let under_way = self.feedback.as_ref().and_then(|path| path.readback.oldest());
+        self.pagers.feedback_under_way(under_way);
+        Ok(())
+    }
+
+    fn next_feedback(&mut self) -> Result<Option<Feedback>, Error> {
+        let Some(path) = &mut self.feedback else { return Ok(None) };
+        let Some(lock_step) = &mut self.lock_step else { return Ok(path.readback.poll(&self.device)?) };
+        match lock_step.due_feedback(self.frame) {
+            Some(frame) => Ok(Some(path.readback.wait(&self.device, &self.queue, frame)?)),
+            None => Ok(None),
         }
     }
 
@@ -79,13 +82,8 @@ impl Textures {
                 lock_step.due_loads(self.frame, &mut self.loader).into_iter().for_each(&mut arrived);
             }
         }
-        while let Some(page) = pagers.poll_cancel() {
-            match &mut self.lock_step {
-                None => self.loader.cancel(page),
-                Some(lock_step) => lock_step.cancel(page),
-            }
-        }
-        while let Some(request) = pagers.poll_request() {
+        self.send_cancels();
+        while let Some(request) = self.pagers.poll_request() {
             self.loader.request(request.page, request.rank);
             if let Some(lock_step) = &mut self.lock_step {
                 lock_step.requested(request.page, self.frame);
@@ -93,19 +91,31 @@ impl Textures {
         }
     }
 
+    /// Calls off the loads that are not worth finishing.
+    pub(crate) fn send_cancels(&mut self) {
+        while let Some(page) = self.pagers.poll_cancel() {
+            match &mut self.lock_step {
+                None => self.loader.cancel(page),
+                Some(lock_step) => lock_step.cancel(page),
+            }
+        }
+    }
+
     /// Carries out the pagers' uploads, then the page-table changes of exactly these.
     fn upload(&mut self, encoder: &mut wgpu::CommandEncoder) -> Result<(), Error> {
         while let Some((pool, upload)) = self.pagers.poll_upload() {
-            self.pools[usize::from(pool.number())].gpu.upload(&self.queue, upload.slot, &upload.bytes)?;
+            let pool = &self.pools[usize::from(pool.number())];
+            pool.upload(&self.queue, upload.slot, &upload.bytes)?;
         }
         for (pool, pager) in self.pools.iter_mut().zip(self.pagers.iter()) {
-            pool.gpu.set_bias(&self.queue, pager.bias_eighths());
+            pool.set_bias(&self.queue, pager.bias_eighths());
         }
         self.pagers.take_table_changes(&mut self.changes);
         // A stable order: what is decided of one texture stays in sequence.
         self.changes.sort_by_key(|change| change.page.texture());
         for changes in self.changes.chunk_by(|a, b| a.page.texture() == b.page.texture()) {
-            let table = &mut self.textures[usize::from(changes[0].page.texture().number())].table;
+            let number = usize::from(changes[0].page.texture().number());
+            let Some(TextureState { table, .. }) = &mut self.textures[number] else { continue };
             self.counters.table_bytes_sent +=
                 self.changer.apply(&self.device, &self.queue, encoder, table, changes)?;
         }

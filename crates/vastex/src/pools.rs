@@ -5,8 +5,8 @@
 
 use std::sync::Arc;
 
-use vastex_core::{Description, Layer, LayerFormat, PoolId, PoolLayout, Stats};
-use vastex_wgpu::{Atlas, BindLayout, Pool, limits};
+use vastex_core::{Description, Layer, LayerFormat, PoolId, PoolLayout, Slot, Stats};
+use vastex_wgpu::{Atlas, BindLayout, Pool, TableBuffers, ViewBuffer, limits};
 
 use crate::error::Error;
 
@@ -47,7 +47,7 @@ pub struct PoolStats {
     pub pool: PoolId,
     /// Its tiles, for people: size in texels, formats of the layers.
     pub tiles: Arc<str>,
-    /// Its bytes in GPU memory.
+    /// Its bytes in GPU memory; 0 while it has no textures.
     pub bytes: u64,
     /// Of its pager: slots, the working set, loads and evictions.
     pub pager: Stats,
@@ -55,9 +55,15 @@ pub struct PoolStats {
 
 /// A pool's memory, and the layouts of what is bound of it.
 pub(crate) struct PoolState {
-    pub(crate) gpu: Pool,
+    /// Where the slots lie, also while the memory is given back.
+    pub(crate) slots: PoolLayout,
     pub(crate) shape: Shape,
     pub(crate) tiles: Arc<str>,
+    layers: Vec<Layer>,
+    /// There while there are textures.
+    gpu: Option<Pool>,
+    /// How each layer is read.
+    atlases: Vec<Atlas>,
     /// One for each way in which layers are read.
     layouts: Vec<BindLayout>,
 }
@@ -70,19 +76,64 @@ impl PoolState {
         bytes: u64,
         held: &Description,
     ) -> Result<PoolState, Error> {
-        let layout = PoolLayout::fit(held, bytes, limits(device))?;
-        let gpu = Pool::new(device, queue, &layout, &held.layers)?;
-        let is_used = |atlas: &Atlas| (0..gpu.layer_count()).any(|layer| gpu.atlas(layer) == *atlas);
-        let layouts = Atlas::ALL.into_iter().filter(is_used).map(|atlas| BindLayout::new(device, atlas));
-        let (layouts, shape) = (layouts.collect(), Shape::of(held));
+        let slots = PoolLayout::fit(held, bytes, limits(device))?;
+        let gpu = Pool::new(device, queue, &slots, &held.layers)?;
+        let atlases: Vec<Atlas> = (0..gpu.layer_count()).map(|layer| gpu.atlas(layer)).collect();
+        let used = Atlas::ALL.into_iter().filter(|atlas| atlases.contains(atlas));
+        let layouts = used.map(|atlas| BindLayout::new(device, atlas)).collect();
+        let (shape, layers) = (Shape::of(held), held.layers.clone());
         let tiles = shape.to_string().into();
-        tracing::debug!(%tiles, slots = layout.slots(), bytes = layout.bytes(), "a new pool");
-        Ok(PoolState { gpu, shape, tiles, layouts })
+        tracing::debug!(%tiles, slots = slots.slots(), bytes = slots.bytes(), "a new pool");
+        Ok(PoolState { slots, shape, tiles, layers, gpu: Some(gpu), atlases, layouts })
+    }
+
+    /// Takes the memory anew where it was given back.
+    pub(crate) fn take_back(&mut self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<(), Error> {
+        if self.gpu.is_none() {
+            self.gpu = Some(Pool::new(device, queue, &self.slots, &self.layers)?);
+        }
+        Ok(())
+    }
+
+    /// Gives the memory back: the last texture was removed.
+    pub(crate) fn give_back(&mut self) {
+        self.gpu = None;
+    }
+
+    /// Bytes held at the moment.
+    pub(crate) fn bytes(&self) -> u64 {
+        if self.gpu.is_some() { self.slots.bytes() } else { 0 }
+    }
+
+    /// Puts a tile into a slot.
+    pub(crate) fn upload(&self, queue: &wgpu::Queue, slot: Slot, tile: &[u8]) -> Result<(), Error> {
+        if let Some(gpu) = &self.gpu {
+            gpu.upload(queue, slot, tile)?;
+        }
+        Ok(())
+    }
+
+    pub(crate) fn set_bias(&mut self, queue: &wgpu::Queue, eighths: u16) {
+        if let Some(gpu) = &mut self.gpu {
+            gpu.set_bias(queue, eighths);
+        }
+    }
+
+    /// A bind group for each layer of a texture; none while the memory is given back.
+    pub(crate) fn bind_groups(
+        &self,
+        device: &wgpu::Device,
+        table: &TableBuffers,
+        view: &ViewBuffer,
+    ) -> Vec<wgpu::BindGroup> {
+        let Some(gpu) = &self.gpu else { return Vec::new() };
+        let group = |layer| self.layout(layer).bind_group(device, table, gpu, layer, view);
+        (0..gpu.layer_count()).map(group).collect()
     }
 
     /// How the layer with this number is seen by shaders.
     pub(crate) fn layout(&self, layer: usize) -> &BindLayout {
-        let atlas = self.gpu.atlas(layer);
+        let atlas = self.atlases[layer];
         // There is one for each way in which layers are read.
         self.layouts.iter().find(|layout| layout.atlas() == atlas).unwrap_or(&self.layouts[0])
     }

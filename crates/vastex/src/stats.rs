@@ -28,6 +28,8 @@ pub struct FrameStats {
     pub pool_bytes: u64,
     /// Each pool, in the order of their numbers.
     pub pools: Vec<PoolStats>,
+    /// Bytes of all page tables in GPU memory.
+    pub table_bytes: u64,
     /// Bytes of page-table changes sent to the GPU so far.
     pub table_bytes_sent: u64,
     /// Bytes of feedback brought back so far.
@@ -43,7 +45,7 @@ impl Textures {
         let of_pool = |(pool, pager): (&PoolState, &Pager)| PoolStats {
             pool: pager.pool(),
             tiles: pool.tiles.clone(),
-            bytes: pool.gpu.layout().bytes(),
+            bytes: pool.bytes(),
             pager: pager.stats(),
         };
         let pools: Vec<_> = self.pools.iter().zip(self.pagers.iter()).map(of_pool).collect();
@@ -53,6 +55,7 @@ impl Textures {
             converged: self.pagers.is_converged(),
             pool_bytes: pools.iter().map(|pool| pool.bytes).sum(),
             pools,
+            table_bytes: self.textures.iter().flatten().map(|texture| texture.table.bytes()).sum(),
             table_bytes_sent: self.counters.table_bytes_sent,
             feedback_bytes_read: self.counters.feedback_bytes_read + read,
             degenerate_pixels: self.counters.degenerate,

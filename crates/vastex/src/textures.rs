@@ -33,7 +33,8 @@ pub struct Textures {
     /// By number.
     pub(crate) pools: Vec<PoolState>,
     pub(crate) pagers: Pagers,
-    pub(crate) textures: Vec<TextureState>,
+    /// By number; nothing where the texture was removed.
+    pub(crate) textures: Vec<Option<TextureState>>,
     pub(crate) groups: BindGroups,
     pub(crate) loader: Loader,
     pub(crate) lock_step: Option<LockStep>,
@@ -54,7 +55,7 @@ pub(crate) struct FeedbackPath {
     pub(crate) readback: Readback,
 }
 
-/// The bind groups of each texture: `groups[texture]`, or `groups[layer]` of a layer that is not the first.
+/// The bind groups of each texture that there is: `groups[texture]`, or `groups[layer]` of a layer that is not the first.
 #[derive(Debug, Default)]
 pub struct BindGroups(Vec<Vec<wgpu::BindGroup>>);
 
@@ -139,13 +140,13 @@ impl Textures {
     /// The pool for textures like `held`, a new one where there is none.
     fn pool_for(&mut self, held: &Description) -> Result<PoolId, Error> {
         let shape = Shape::of(held);
-        let made = (0..).zip(&self.pools).find(|(_, pool)| pool.shape == shape);
-        if let Some((number, _)) = made {
+        let made = (0..).zip(&mut self.pools).find(|(_, pool)| pool.shape == shape);
+        if let Some((number, pool)) = made {
+            pool.take_back(&self.device, &self.queue)?;
             return Ok(PoolId::new(number));
         }
         let pool = PoolState::new(&self.device, &self.queue, self.settings.pool_bytes, held)?;
-        let layout = pool.gpu.layout();
-        let id = self.pagers.add_pool(layout.slots(), layout.tile_bytes, true)?;
+        let id = self.pagers.add_pool(pool.slots.slots(), pool.slots.tile_bytes, true)?;
         self.pools.push(pool);
         Ok(id)
     }
@@ -159,12 +160,41 @@ impl Textures {
     ) -> Result<TextureId, Error> {
         let (texture, slot) = self.pagers.add_texture(pool, &description.geometry, present)?;
         let pool = &self.pools[usize::from(pool.number())];
-        pool.gpu.upload(&self.queue, slot, tail)?;
+        pool.upload(&self.queue, slot, tail)?;
         let table = TableBuffers::new(&self.device, &self.queue, &description.geometry, texture, slot, 0.0)?;
-        let group = |layer| pool.layout(layer).bind_group(&self.device, &table, &pool.gpu, layer, &self.view);
-        self.groups.0.push((0..pool.gpu.layer_count()).map(group).collect());
-        self.textures.push(TextureState { description: description.clone(), table });
+        let number = usize::from(texture.number());
+        if self.textures.len() <= number {
+            self.textures.resize_with(number + 1, || None);
+            self.groups.0.resize_with(number + 1, Vec::new);
+        }
+        self.groups.0[number] = pool.bind_groups(&self.device, &table, &self.view);
+        self.textures[number] = Some(TextureState { description: description.clone(), table });
         Ok(texture)
+    }
+
+    /// Removes a texture. Says whether there was one.
+    ///
+    /// Its tiles leave the pool, its loads are called off, and its page table, its RAM cache and, where it was the last of its
+    /// pool, the pool's memory are given back, as soon as the GPU and the loader are done with them. Pipelines for the pool
+    /// stay good. Nothing may be drawn with its bind groups any more, and its id asks for nothing; a texture that is added later
+    /// may get the same id, but not before all that could name this one is over.
+    pub fn remove(&mut self, texture: TextureId) -> bool {
+        let Some(pool) = self.pool_of(texture) else { return false };
+        self.pagers.remove_texture(texture, self.frame);
+        self.send_cancels();
+        self.loader.remove_source(texture);
+        let number = usize::from(texture.number());
+        (self.textures[number], self.groups.0[number]) = (None, Vec::new());
+        if self.pagers.pager(pool).stats().pinned == 0 {
+            self.pools[usize::from(pool.number())].give_back();
+        }
+        true
+    }
+
+    /// The textures there are.
+    pub fn iter(&self) -> impl Iterator<Item = TextureId> + '_ {
+        let numbers = (0..=TextureId::MAX).zip(&self.textures).filter(|(_, texture)| texture.is_some());
+        numbers.filter_map(|(number, _)| TextureId::new(number))
     }
 
     /// The layer of that name, if the texture has one.
@@ -194,8 +224,10 @@ impl Textures {
     }
 
     /// What is known of a texture.
+    #[expect(clippy::expect_used, reason = "an id of another `Textures` is a mistake in the program")]
     pub fn description(&self, texture: TextureId) -> &Arc<Description> {
-        &self.textures[usize::from(texture.number())].description
+        let state = self.textures.get(usize::from(texture.number())).and_then(Option::as_ref);
+        &state.expect("a texture of this `Textures`").description
     }
 
     /// The pool of a texture, as events and statistics name it.
@@ -218,7 +250,7 @@ impl Textures {
         &self.settings
     }
 
-    /// Textures are never removed, so an id that was given out has a pool.
+    /// A texture that there is has a pool.
     #[expect(clippy::expect_used, reason = "an id of another `Textures` is a mistake in the program")]
     fn layout_of(&self, layer: LayerId) -> &BindLayout {
         let pool = self.pool_of(layer.texture()).expect("a texture of this `Textures`");

@@ -10,9 +10,10 @@ mod common;
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
+use std::time::Duration;
 
 use common::{Mapping, PICTURE, Screen, property, settings};
-use vastex::{AddressMode, Event, PageState, Settings, TileSource};
+use vastex::{AddressMode, Event, Pace, PageState, Settings, TileSource};
 use vastex_core::{Description, Dims, Geometry, GeometrySpec, LayerFormat, PagePos};
 use vastex_tiles::{Codec, PropertySource, ReadFuture, Tile};
 
@@ -144,6 +145,68 @@ fn only_the_pool_that_is_too_small_becomes_coarser_and_is_named() {
     assert!(screen.textures.bias_eighths(coarse) > 0);
     assert_eq!(screen.textures.bias_eighths(fine), 0);
     assert_eq!(screen.textures.stats().pager.bias_eighths, screen.textures.bias_eighths(coarse));
+}
+
+#[test]
+fn a_removed_texture_gives_back_what_it_held_and_the_next_one_takes_its_place() {
+    for pace in [settings().pace, Pace::Realtime] {
+        let sources = [property(SIZE, 32, AddressMode::Clamp), property(SIZE, 100, AddressMode::Clamp)];
+        let mut screen = Screen::new(&sources, Settings { pace, ..settings() });
+        (0..2).for_each(|nth| screen.set_mapping(nth, &sharp([0.4, 0.4])));
+        // In the middle of loading.
+        (0..5).for_each(|_| drop(screen.frame().unwrap()));
+        let (gone, before) = (screen.texture(1), screen.textures.stats());
+        screen.remove(1);
+        assert!(!screen.textures.remove(gone), "there is none any more");
+        let after = screen.textures.stats();
+        assert_eq!(screen.textures.iter().collect::<Vec<_>>(), [screen.texture(0)]);
+        assert!(after.table_bytes < before.table_bytes, "{after:?}");
+        assert_eq!((after.pools[1].bytes, after.pools[1].pager.occupied), (0, 0), "{after:?}");
+        assert_eq!(after.pools[0].bytes, before.pools[0].bytes);
+        // Feedback that names it is under way, so the next one has another number, and its own tiles.
+        screen.replace(1, property(SIZE, 100, AddressMode::Mirror));
+        let next = screen.texture(1);
+        assert_ne!(next, gone);
+        assert_eq!(screen.textures.stats().pools[1].bytes, before.pools[1].bytes);
+        screen.set_mapping(1, &sharp([1.3, 1.3]));
+        converge_in_either_pace(&mut screen);
+        (0..2).for_each(|nth| check_level(&column(&screen, nth, 2), 0));
+        check_resident(&mut screen);
+        // By now nothing names the old one any more.
+        screen.remove(0);
+        screen.replace(0, property(SIZE, 100, AddressMode::Wrap));
+        assert_eq!(screen.texture(0), gone);
+    }
+}
+
+/// In real time frames do not wait for tiles, so the test does.
+fn converge_in_either_pace(screen: &mut Screen) {
+    let converged = (0..3000).any(|frame| {
+        screen.frame().unwrap();
+        std::thread::sleep(Duration::from_millis(1));
+        frame > 40 && screen.textures.stats().converged
+    });
+    assert!(converged, "{:?}", screen.textures.stats());
+}
+
+#[test]
+fn textures_may_come_and_go_all_the_time() {
+    let mut screen = Screen::new(
+        &[property(SIZE, 32, AddressMode::Clamp), property(SIZE, 32, AddressMode::Wrap)],
+        Settings { upload_bytes_per_frame: 20_000, ..settings() },
+    );
+    (0..2).for_each(|nth| screen.set_mapping(nth, &sharp([0.6, 0.6])));
+    let mut numbers = BTreeSet::new();
+    for turn in 0..60 {
+        let nth = turn % 2;
+        screen.remove(nth);
+        screen.replace(nth, property(SIZE, 32, AddressMode::Clamp));
+        numbers.insert(screen.texture(nth).number());
+        (0..turn % 5).for_each(|_| drop(screen.frame().unwrap()));
+    }
+    assert!(numbers.len() < 20, "numbers are used again: {numbers:?}");
+    screen.converge();
+    (0..2).for_each(|nth| check_level(&column(&screen, nth, 2), 0));
 }
 
 #[test]

@@ -92,6 +92,16 @@ impl Crowd {
         Ok(texture)
     }
 
+    /// Removes a texture, of those there are.
+    pub fn remove(&mut self, texture: TextureId) -> Result<(), String> {
+        if !self.pagers.remove_texture(texture, self.frame) || self.pagers.remove_texture(texture, self.frame)
+        {
+            return Err(format!("frame {}: {texture:?} could not be removed, or twice", self.frame));
+        }
+        self.members.retain(|member| member.texture != texture);
+        Ok(())
+    }
+
     /// The textures there are.
     pub fn textures(&self) -> impl Iterator<Item = TextureId> + '_ {
         self.members.iter().map(|member| member.texture)
@@ -119,7 +129,8 @@ impl Crowd {
             self.pagers.observe(&feedback);
             self.newest = feedback;
         }
-        self.load();
+        self.pagers.feedback_under_way(self.in_view.front().map(|feedback| feedback.frame));
+        self.load()?;
         self.check_in_flight()?;
         self.upload()?;
         while let Some(event) = self.pagers.poll_event() {
@@ -141,7 +152,7 @@ impl Crowd {
         all
     }
 
-    fn load(&mut self) {
+    fn load(&mut self) -> Result<(), String> {
         let mut arrivals = self.loads.arrivals(self.frame);
         if !arrivals.is_empty() {
             // Results come in any order.
@@ -159,8 +170,12 @@ impl Crowd {
             self.loads.cancel(page);
         }
         while let Some(request) = self.pagers.poll_request() {
+            if self.loads.has(request.page) {
+                return Err(format!("frame {}: {:?} is being loaded already", self.frame, request.page));
+            }
             self.loads.begin(request.page, self.frame);
         }
+        Ok(())
     }
 
     fn upload(&mut self) -> Result<(), String> {
@@ -206,7 +221,7 @@ impl Crowd {
     /// A page that the newest feedback wants, at the bias in force, is not evicted, nor an ancestor of one.
     fn check_eviction(&self, gone: PageId) -> Result<(), String> {
         let Some(member) = self.members.iter().find(|member| member.texture == gone.texture()) else {
-            return Err(format!("frame {}: {gone:?} of a texture that is gone was resident", self.frame));
+            return Err(format!("frame {}: {gone:?} of a texture that was removed was resident", self.frame));
         };
         let (geometry, bias) = (&member.geometry, self.pagers.pager(member.pool).bias_eighths());
         let gone = gone.pos(geometry.dims());

@@ -58,6 +58,10 @@ impl Loads {
             .for_each(|(.., cancelled)| *cancelled = true);
     }
 
+    pub(crate) fn has(&self, page: PageId) -> bool {
+        self.under_way.iter().any(|(_, loading, _)| *loading == page)
+    }
+
     pub(crate) fn under_way(&self) -> usize {
         self.under_way.len()
     }

@@ -65,6 +65,7 @@ struct Shown {
     group: wgpu::BindGroup,
     picture: wgpu::RenderPipeline,
     wanted: wgpu::RenderPipeline,
+    is_gone: bool,
 }
 
 /// Textures side by side, drawn by the frame loop.
@@ -112,7 +113,7 @@ impl Screen {
                 });
                 let [picture, wanted] = pipelines(device, &textures, texture, &layout);
                 let columns = [nth as f32 * share, (nth + 1) as f32 * share];
-                Shown { texture, columns, uniform, group, picture, wanted }
+                Shown { texture, columns, uniform, group, picture, wanted, is_gone: false }
             })
             .collect();
         let target = |format, usage| {
@@ -130,6 +131,18 @@ impl Screen {
         let colour = target(FORMAT, wgpu::TextureUsages::COPY_SRC);
         let depth = target(Textures::FEEDBACK_DEPTH_FORMAT, wgpu::TextureUsages::empty());
         Screen { gpu, textures, shown, colour, depth }
+    }
+
+    /// Removes a texture; its column stays empty.
+    pub fn remove(&mut self, nth: usize) {
+        assert!(self.textures.remove(self.shown[nth].texture));
+        self.shown[nth].is_gone = true;
+    }
+
+    /// Shows another texture where one was removed, of the same pool.
+    pub fn replace(&mut self, nth: usize, source: Arc<dyn TileSource>) {
+        self.shown[nth].texture = self.textures.add(source).unwrap();
+        self.shown[nth].is_gone = false;
     }
 
     pub fn texture(&self, nth: usize) -> TextureId {
@@ -223,7 +236,7 @@ fn draw<'g>(
     shown: &'g [Shown],
     with: impl Fn(&'g Shown) -> (&'g wgpu::RenderPipeline, &'g wgpu::BindGroup),
 ) {
-    for shown in shown {
+    for shown in shown.iter().filter(|shown| !shown.is_gone) {
         let (pipeline, group) = with(shown);
         pass.set_pipeline(pipeline);
         pass.set_bind_group(0, group, &[]);
