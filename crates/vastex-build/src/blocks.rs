@@ -25,10 +25,8 @@ pub enum Quality {
 /// What the format cannot hold and the texels had.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Lost {
-    /// Some texels were not opaque.
-    pub(crate) alpha: bool,
     /// Some numbers were negative.
-    pub(crate) negative: bool,
+    pub(crate) negatives: bool,
 }
 
 /// Whether this build has the encoders.
@@ -96,10 +94,7 @@ mod encode {
         let rgba = |data| RgbaSurface { data, width, height, stride };
         let mut lost = Lost::default();
         match format {
-            Bc1 | Bc1Srgb => {
-                lost.alpha = texels.as_chunks::<4>().0.iter().any(|texel| texel[3] != 255);
-                bc1::compress_blocks_into(&rgba(texels), out);
-            }
+            Bc1 | Bc1Srgb => bc1::compress_blocks_into(&rgba(texels), out),
             Bc3 | Bc3Srgb => bc3::compress_blocks_into(&rgba(texels), out),
             Bc4 => bc4::compress_blocks_into(&RSurface { data: texels, width, height, stride }, out),
             Bc5 => bc5::compress_blocks_into(&RgSurface { data: texels, width, height, stride }, out),
@@ -145,10 +140,9 @@ mod encode {
         let mut lost = Lost::default();
         let mut finite = Vec::with_capacity(texels.len());
         for texel in texels.as_chunks::<8>().0 {
-            let [r, g, b, a] = [0, 2, 4, 6].map(|at| f16::from_le_bytes([texel[at], texel[at + 1]]));
-            lost.alpha |= a != f16::ONE;
-            for value in [r, g, b] {
-                lost.negative |= value < f16::ZERO;
+            let rgb = [0, 2, 4].map(|at| f16::from_le_bytes([texel[at], texel[at + 1]]));
+            for value in rgb {
+                lost.negatives |= value < f16::ZERO;
                 let value = if value > f16::ZERO { value.min(f16::MAX) } else { f16::ZERO };
                 finite.extend_from_slice(&value.to_le_bytes());
             }

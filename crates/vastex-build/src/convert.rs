@@ -66,6 +66,8 @@ pub(crate) struct Conversion {
     /// Not compressed.
     layer: LayerFormat,
     curve: Curve,
+    /// Whether the image has alpha and the layer keeps none.
+    drops_alpha: bool,
 }
 
 impl Conversion {
@@ -83,7 +85,11 @@ impl Conversion {
             LayerFormat::Rgba16 | LayerFormat::Rgba16Float if is_encoded && is_color => Curve::Decode,
             _ => Curve::None,
         };
-        Conversion { image, layer, curve }
+        let keeps_alpha = match format {
+            LayerFormat::Bc1 | LayerFormat::Bc1Srgb | LayerFormat::Bc6h => false,
+            _ => format.channels() >= usize::from(image.channels()),
+        };
+        Conversion { image, layer, curve, drops_alpha: image.has_alpha() && !keeps_alpha }
     }
 
     /// To the format that [`layer_format`] gives, as colour.
@@ -94,6 +100,13 @@ impl Conversion {
     /// Whether sRGB-encoded colour becomes light.
     pub(crate) fn decodes(&self) -> bool {
         self.curve == Curve::Decode
+    }
+
+    /// Whether rows of the image have transparency that the layer does not keep.
+    pub(crate) fn loses_alpha_of(&self, image: &[u8]) -> bool {
+        let sample = self.image.sample();
+        self.drops_alpha
+            && image.chunks_exact(self.image.texel_bytes()).any(|texel| !texel.ends_with(sample.one()))
     }
 
     /// Bytes of a texel of the image.
@@ -187,16 +200,7 @@ mod tests {
     use super::*;
 
     fn header(format: PixelFormat, linear: bool) -> ImageHeader {
-        ImageHeader {
-            width: 1,
-            height: 1,
-            format,
-            linear,
-            wraps: false,
-            memory: 0,
-            notices: Vec::new(),
-            tile_directory: None,
-        }
+        ImageHeader { linear, ..ImageHeader::new(1, 1, format).unwrap() }
     }
 
     fn converted(image: PixelFormat, to: LayerFormat, texel: &[u8]) -> Vec<u8> {

@@ -134,7 +134,7 @@ fn check<'a>(
     let finest = finest(insets);
     let check = |inset: &'a Inset| {
         let failed = |fault| BuildError::Input { path: inset.image.clone(), fault };
-        let reader = open(&inset.image).map_err(failed)?;
+        let reader = rules.colors_of(open(&inset.image).map_err(failed)?);
         let header = reader.header();
         place::check(&inset.image, header.tile_directory.as_deref(), output)?;
         let placed = Placed { image: &inset.image, level: finest - inset.finer, at: inset.at };

@@ -11,7 +11,7 @@ use crate::convert::{Conversion, layer_format, possible_formats};
 use crate::error::BuildError;
 use crate::filter::{LayerFilter, LevelsFrom, Meaning};
 use crate::notice::Notice;
-use crate::readers::{RowReader, open};
+use crate::readers::{Profile, RowReader, in_srgb, open};
 use crate::stack::LayerPlan;
 use crate::{BuildOptions, fingerprint, place};
 
@@ -54,19 +54,29 @@ pub(crate) struct OpenLayer {
     pub(crate) path: PathBuf,
     pub(crate) reader: Box<dyn RowReader>,
     pub(crate) layer: Layer,
+    /// As asked for.
     filter: Option<LayerFilter>,
+    /// Whether its numbers are colours.
+    is_color: bool,
 }
 
 impl OpenLayer {
-    fn open(input: LayerInput, output: &Path) -> Result<OpenLayer, BuildError> {
+    fn open(input: LayerInput, output: &Path, options: &BuildOptions) -> Result<OpenLayer, BuildError> {
         let LayerInput { name, path, format, filter } = input;
-        let reader = open(&path).map_err(|fault| BuildError::Input { path: path.clone(), fault })?;
+        let mut reader = open(&path).map_err(|fault| BuildError::Input { path: path.clone(), fault })?;
         place::check(&path, reader.header().tile_directory.as_deref(), output)?;
-        let format = format.unwrap_or_else(|| layer_format(reader.header()));
-        if format.is_compressed() && !blocks::AVAILABLE {
-            return Err(BuildError::NoEncoders(format.name()));
+        let filter = filter.or(options.filter);
+        let of_format = |format| Layer::new(name.clone(), format);
+        let is_color = is_color(&of_format(format.unwrap_or_else(|| layer_format(reader.header()))), filter);
+        if is_color {
+            reader = in_srgb(reader);
         }
-        Ok(OpenLayer { path, reader, layer: Layer::new(name, format), filter })
+        // A profile may have told that the colours are light.
+        let layer = of_format(format.unwrap_or_else(|| layer_format(reader.header())));
+        if layer.format.is_compressed() && !blocks::AVAILABLE {
+            return Err(BuildError::NoEncoders(layer.format.name()));
+        }
+        Ok(OpenLayer { path, reader, layer, filter, is_color })
     }
 
     fn size(&self) -> [u32; 2] {
@@ -76,7 +86,7 @@ impl OpenLayer {
     /// How its levels are made.
     pub(crate) fn filter(&self, options: &BuildOptions) -> Result<LayerFilter, BuildError> {
         let Layer { name, format, .. } = &self.layer;
-        let asked = self.filter.or(options.filter);
+        let asked = self.filter;
         let mut filter = asked.unwrap_or_else(|| LayerFilter::for_layer(name, *format, options.linear));
         // Asked for by name, it is refused where it makes no sense.
         if filter.from == LevelsFrom::Chain && (asked.is_some() || !filter.kernel.picks()) {
@@ -87,7 +97,10 @@ impl OpenLayer {
 
     /// What there is to say of what was made of it.
     pub(crate) fn report(&self, plan: &LayerPlan) -> LayerReport {
-        let mut notices = self.reader.header().notices.clone();
+        let header = self.reader.header();
+        let mut notices = header.notices.clone();
+        let left = |profile: &Profile| profile.left(header.format, "the layer holds no colours");
+        notices.extend(header.profile.as_ref().and_then(left));
         notices.extend(plan.notices());
         LayerReport { path: self.path.clone(), layer: self.layer.clone(), filter: plan.filter, notices }
     }
@@ -96,8 +109,8 @@ impl OpenLayer {
     pub(crate) fn plan(&self, geometry: &Geometry, options: &BuildOptions) -> Result<LayerPlan, BuildError> {
         let (header, format) = (self.reader.header(), self.layer.format);
         let filter = self.filter(options)?;
-        let conversion = Conversion::new(header, format, is_color(&self.layer, filter)).ok_or_else(|| {
-            BuildError::Format {
+        let conversion =
+            Conversion::new(header, format, self.is_color).ok_or_else(|| BuildError::Format {
                 path: self.path.clone(),
                 image: header.format.to_string(),
                 format: format.name(),
@@ -105,8 +118,7 @@ impl OpenLayer {
                     .map(LayerFormat::name)
                     .collect::<Vec<_>>()
                     .join(", "),
-            }
-        })?;
+            })?;
         Ok(LayerPlan {
             geometry: geometry.of_layer(self.layer.scale),
             layer: self.layer.clone(),
@@ -121,14 +133,19 @@ impl OpenLayer {
 }
 
 /// Whether the numbers of a layer are colours, as far as its name and its filter tell.
-pub(crate) fn is_color(layer: &Layer, filter: LayerFilter) -> bool {
+pub(crate) fn is_color(layer: &Layer, filter: Option<LayerFilter>) -> bool {
     let usual = LayerFilter::for_layer(&layer.name, layer.format, true);
-    usual.meaning == Meaning::LinearColor && filter.meaning != Meaning::Normal
+    usual.meaning == Meaning::LinearColor && filter.is_none_or(|filter| filter.meaning != Meaning::Normal)
 }
 
 /// Opens all images and finds each layer's share of the resolution. At least one input.
-pub(crate) fn open_all(inputs: Vec<LayerInput>, output: &Path) -> Result<Vec<OpenLayer>, BuildError> {
-    let layers: Result<Vec<_>, _> = inputs.into_iter().map(|input| OpenLayer::open(input, output)).collect();
+pub(crate) fn open_all(
+    inputs: Vec<LayerInput>,
+    output: &Path,
+    options: &BuildOptions,
+) -> Result<Vec<OpenLayer>, BuildError> {
+    let open = |input| OpenLayer::open(input, output, options);
+    let layers: Result<Vec<_>, _> = inputs.into_iter().map(open).collect();
     let mut layers = layers?;
     let texels = |layer: &OpenLayer| layer.size().map(u64::from).iter().product::<u64>();
     // Among equals the first.

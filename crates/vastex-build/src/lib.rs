@@ -52,7 +52,7 @@ pub use filter::{FilterError, Kernel, LayerFilter, LevelsFrom, Meaning};
 pub use inset::Inset;
 pub use layers::{LayerInput, LayerReport};
 pub use notice::Notice;
-pub use readers::{DirectorySource, ImageHeader, PixelFormat, RowReader, Sample, open};
+pub use readers::{DirectorySource, ImageHeader, PixelFormat, Profile, RowReader, Sample, in_srgb, open};
 pub use replace::{ReplaceError, ReplaceOptions, replace};
 pub use vastex_tiles::{
     Compression, MergeError, PartOf, ReorderError, UpdateError, Updated, WriteError, Written, merge, reorder,
@@ -212,7 +212,7 @@ pub fn build<I: Clone + Into<LayerInput>>(
     if let Some(mask) = &options.mask {
         place::check(mask, None, output)?;
     }
-    let mut layers = layers::open_all(inputs.iter().cloned().map(Into::into).collect(), output)?;
+    let mut layers = layers::open_all(inputs.iter().cloned().map(Into::into).collect(), output, options)?;
     match options.insets.as_slice() {
         [] => make(&mut layers, output, options, 0, progress),
         _ => inset::build(layers, output, options, progress),
@@ -336,7 +336,7 @@ fn fit_memory(layers: &[OpenLayer], job: &mut Job<'_>, pages: u64, limit: u64) -
         return Ok(needed);
     }
     let remedy = if readers > limit / 2 {
-        "convert it to a TIFF of many strips or of tiles, which can be read by rows"
+        "convert it to a TIFF of many strips or of tiles, stored upright, which can be read by rows"
     } else {
         "the image is too wide or has too many pages; use larger pages, or split it"
     };

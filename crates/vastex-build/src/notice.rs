@@ -36,12 +36,22 @@ pub enum Notice {
     },
     /// So many rows of a mosaic have places where no piece lies; they are transparent, or black without alpha.
     Gaps(u64),
-    /// The file asks to be shown turned or mirrored; the value is EXIF's, 2 to 8.
-    OrientationIgnored(u16),
-    /// The file carries a colour profile; colours are taken as sRGB.
-    ProfileIgnored,
-    /// The file says that its samples have another transfer curve than sRGB's; the value is the exponent times 100,000.
-    GammaIgnored(u32),
+    /// The picture was turned or mirrored as the file asks; the value is EXIF's, 2 to 8.
+    Turned(u16),
+    /// Colours were converted.
+    ConvertedToSrgb {
+        /// Name of the file's colours: its profile's, or what stands in its place.
+        from: String,
+        /// Whether they are light, before and after.
+        is_linear: bool,
+    },
+    /// The file says what its colours are, and that was not followed.
+    ProfileIgnored {
+        /// Name of the profile, or what stands in its place.
+        name: String,
+        /// Why, as in "since it is for CMYK".
+        why: &'static str,
+    },
     /// Colours are multiplied by alpha in the file and are taken as they are.
     PremultipliedAlpha,
     /// The compressed data are damaged in so many places, and the decoder went on with what it could make of them.
@@ -107,15 +117,27 @@ impl fmt::Display for Notice {
                 write!(f, "{rows} rows have places where no piece lies: transparent, or black without alpha")
             }
             Notice::DoublesNarrowed => write!(f, "64-bit floats are stored with 32 bits"),
-            Notice::OrientationIgnored(o) => {
+            Notice::Turned(o) => {
+                let how = match o {
+                    2 => "mirrored left to right",
+                    3 => "turned by 180 degrees",
+                    4 => "mirrored top to bottom",
+                    5 => "mirrored along its diagonal",
+                    6 => "turned by 90 degrees to the right",
+                    7 => "mirrored along its other diagonal",
+                    _ => "turned by 90 degrees to the left",
+                };
+                write!(f, "the picture is {how}, as the file asks (EXIF orientation {o})")
+            }
+            Notice::ConvertedToSrgb { from, is_linear } => {
+                let to = if *is_linear { "linear sRGB" } else { "sRGB" };
+                write!(f, "colours are converted from {from} to {to}")
+            }
+            Notice::ProfileIgnored { name, why } => {
                 write!(
                     f,
-                    "the orientation that the file asks for (EXIF {o}) is ignored: rows are taken as stored"
+                    "the colour profile ({name}) is not followed, since {why}: numbers are taken as they are"
                 )
-            }
-            Notice::ProfileIgnored => write!(f, "the colour profile is ignored: colours are taken as sRGB"),
-            Notice::GammaIgnored(g) => {
-                write!(f, "the gamma of {:.5} is ignored: colours are taken as sRGB", f64::from(*g) / 1e5)
             }
             Notice::PremultipliedAlpha => {
                 write!(f, "colours are premultiplied by alpha in the file and are taken as they are")

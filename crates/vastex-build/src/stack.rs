@@ -70,6 +70,13 @@ impl LayerPlan {
         notices
     }
 
+    /// Looks at rows of the image: of a tile, some texels may lie beyond the edge.
+    fn note_lost_alpha(&self, image_rows: &[u8]) {
+        if !self.lost_alpha.load(Ordering::Relaxed) && self.conversion.loses_alpha_of(image_rows) {
+            self.lost_alpha.store(true, Ordering::Relaxed);
+        }
+    }
+
     /// Appends a tile's share of this layer to `bytes`.
     fn finish(&self, texels: &[u8], bytes: &mut Vec<u8>) {
         if !self.layer.format.is_compressed() {
@@ -77,12 +84,9 @@ impl LayerPlan {
             return;
         }
         let [width, height, _] = self.geometry.tile();
-        let Lost { alpha, negative } =
+        let Lost { negatives } =
             blocks::encode(self.layer.format, self.quality, texels, [width, height], bytes);
-        if alpha {
-            self.lost_alpha.store(true, Ordering::Relaxed);
-        }
-        if negative {
+        if negatives {
             self.lost_negatives.store(true, Ordering::Relaxed);
         }
     }
@@ -139,6 +143,7 @@ impl<'a> Stack<'a> {
     /// Takes the next rows of every image, those of [`block_rows`] rows of the texture except at its end.
     pub(crate) fn push(&mut self, rows: &[Vec<u8>]) {
         for ((pyramid, plan), rows) in self.pyramids.iter_mut().zip(self.plans).zip(rows) {
+            plan.note_lost_alpha(rows);
             pyramid.push(rows, &plan.conversion);
         }
     }

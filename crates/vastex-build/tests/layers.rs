@@ -9,7 +9,7 @@ use bytes::Bytes;
 use common::{texels, tiles, write_png};
 use half::f16;
 use png::{BitDepth, ColorType};
-use vastex_build::{BuildOptions, LayerInput, LevelsFrom, PartOf, Quality, build, merge};
+use vastex_build::{BuildOptions, LayerInput, LevelsFrom, Notice, PartOf, Quality, build, merge};
 use vastex_core::{AddressMode, Description, LayerFormat, PagePos};
 use vastex_tiles::decode_layer;
 
@@ -156,6 +156,35 @@ fn every_format_holds_the_finest_level() {
                 }
             }
         }
+    }
+}
+
+/// Pages reach beyond the image, and what lies there has no alpha; that is no transparency.
+#[test]
+fn only_texels_of_the_image_are_transparent() {
+    let (desk, size) = (Desk::new(), [37, 21]);
+    let mut rgba = hills(size, 4);
+    rgba.chunks_exact_mut(4).for_each(|texel| texel[3] = 255);
+    let opaque = desk.image("opaque.png", size, ColorType::Rgba, &rgba);
+    rgba[4 * (20 * 37 + 36) + 3] = 254;
+    let transparent = desk.image("transparent.png", size, ColorType::Rgba, &rgba);
+    let rgb = desk.image("rgb.png", size, ColorType::Rgb, &hills(size, 3));
+    let grey = desk.image("grey.png", size, ColorType::Grayscale, &hills(size, 1));
+    let lost = |image: &Path, format: LayerFormat| {
+        let input = layer("color", image, Some(format));
+        let report = build(&[input], &desk.path("out.vastex"), &small_pages(), &()).unwrap();
+        report.notices().any(|notice| *notice == Notice::NotOpaque(format))
+    };
+    use LayerFormat::*;
+    for format in [Bc1, Bc1Srgb, Bc6h, Bc5, Rg8] {
+        assert!(!lost(&opaque, format) && !lost(&rgb, format), "{}", format.name());
+        assert!(lost(&transparent, format), "{}", format.name());
+    }
+    for format in [R8, Bc4, Bc1, Bc6h] {
+        assert!(!lost(&grey, format), "{}", format.name());
+    }
+    for format in [Rgba8, Bc3, Bc7, Rgba16Float] {
+        assert!(!lost(&transparent, format), "{}", format.name());
     }
 }
 

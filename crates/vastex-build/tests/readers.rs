@@ -6,7 +6,7 @@ mod common;
 use std::io::Cursor;
 use std::path::Path;
 
-use common::files::{HandmadeTiff, jpeg, smooth};
+use common::files::{HandmadeTiff, crc32, exif, jpeg, jpeg_with_segment, smooth};
 use common::texels;
 use png::{BitDepth, ColorType};
 use tiff::encoder::colortype::{self, ColorType as TiffColor};
@@ -148,14 +148,8 @@ fn interlaced_png_is_held_whole_and_says_so() {
     );
 }
 
-fn crc32(bytes: &[u8]) -> u32 {
-    !bytes.iter().fold(!0, |crc, &b| {
-        (0..8).fold(crc ^ u32::from(b), |c, _| if c & 1 == 1 { 0xedb8_8320 ^ c >> 1 } else { c >> 1 })
-    })
-}
-
 #[test]
-fn png_says_what_is_not_followed() {
+fn png_takes_colours_as_stored_and_says_which_are_light() {
     let data = texels((SIZE[0] * SIZE[1]) as usize * 3, 17);
     let gamma = |scaled| {
         png_file(ColorType::Rgb, BitDepth::Eight, &data, |info| {
@@ -163,12 +157,13 @@ fn png_says_what_is_not_followed() {
         })
     };
     assert_eq!(check(&gamma(45_455), PixelFormat::RGB8, &data), []);
-    assert_eq!(check(&gamma(55_555), PixelFormat::RGB8, &data), [Notice::GammaIgnored(55_555)]);
+    assert_eq!(check(&gamma(55_555), PixelFormat::RGB8, &data), []);
     let (header, _) = read(&gamma(100_000));
     assert_eq!((header.linear, header.notices), (true, vec![]));
     let profile =
         png_file(ColorType::Rgb, BitDepth::Eight, &data, |info| info.icc_profile = Some(vec![1; 200].into()));
-    assert_eq!(check(&profile, PixelFormat::RGB8, &data), [Notice::ProfileIgnored]);
+    assert_eq!(check(&profile, PixelFormat::RGB8, &data), []);
+    assert!(read(&profile).0.profile.is_some());
 }
 
 #[track_caller]
@@ -191,14 +186,13 @@ fn jpeg_by_rows_and_progressive() {
 }
 
 #[test]
-fn jpeg_says_that_orientation_and_profile_are_ignored() {
+fn jpeg_is_turned_upright_and_gives_its_profile() {
     let file = jpeg(SIZE, 3, false, &smooth(SIZE, 3));
-    let exif =
-        [&b"\xff\xe1\0\x22Exif\0\0MM\0\x2a\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x06\0\0\0\0\0\0"[..]]
-            .concat();
-    let icc = b"\xff\xe2\0\x12ICC_PROFILE\0\x01\x01ab";
-    let (header, _) = read(&[&file[..2], &exif, icc, &file[2..]].concat());
-    assert_eq!(header.notices, [Notice::OrientationIgnored(6), Notice::ProfileIgnored]);
+    let file = jpeg_with_segment(&file, 0xe2, b"ICC_PROFILE\0\x01\x01ab");
+    let (header, _) = read(&jpeg_with_segment(&file, 0xe1, &[b"Exif\0\0", &exif(6)[..]].concat()));
+    assert_eq!([header.width, header.height], [SIZE[1], SIZE[0]]);
+    assert!(matches!(header.notices[..], [Notice::Turned(6), Notice::WholeImage { .. }]));
+    assert!(header.profile.is_some());
 }
 
 #[test]
@@ -316,8 +310,9 @@ fn tiff_with_alpha_white_is_zero_orientation_and_jpeg_tiles() {
     let mut file = HandmadeTiff::new(SIZE, &[8], 0, chunk, false);
     file.set(274, 3);
     file.cut(SIZE, 1, chunk, &data[..n]);
-    let inverted: Vec<u8> = data[..n].iter().map(|v| 255 - v).collect();
-    assert_eq!(check(&file.bytes(), PixelFormat::GREY8, &inverted), [Notice::OrientationIgnored(3)]);
+    let inverted: Vec<u8> = data[..n].iter().rev().map(|v| 255 - v).collect();
+    let notices = check(&file.bytes(), PixelFormat::GREY8, &inverted);
+    assert!(matches!(notices[..], [Notice::Turned(3), Notice::WholeImage { .. }]), "{notices:?}");
 
     let picture = smooth(SIZE, 3);
     let chunk = [32, 16];

@@ -1,11 +1,4 @@
-//! The one thing that is read from EXIF data: the orientation, so that ignoring it can be said.
-
-use crate::notice::Notice;
-
-/// Notices for an orientation as EXIF and TIFF number them; 1 is upright.
-pub(super) fn orientation_notice(orientation: Option<u16>) -> Option<Notice> {
-    orientation.filter(|o| (2..=8).contains(o)).map(Notice::OrientationIgnored)
-}
+//! The one thing that is read from EXIF data: the orientation, which [`super::oriented`] follows.
 
 /// The orientation in EXIF data that begins with its TIFF header; nothing where there is none or it makes no sense.
 pub(super) fn orientation(exif: &[u8]) -> Option<u16> {
@@ -43,8 +36,6 @@ mod tests {
     fn orientation_is_found_and_nonsense_is_not() {
         let exif = exif_with_orientation(6);
         assert_eq!(orientation(&exif), Some(6));
-        assert_eq!(orientation_notice(Some(6)), Some(Notice::OrientationIgnored(6)));
-        assert_eq!(orientation_notice(Some(1)), None);
         for len in 0..18 {
             assert_eq!(orientation(&exif[..len]), None);
         }

@@ -14,7 +14,7 @@ use mozjpeg::ColorSpace;
 use mozjpeg::decompress::{Decompress, DecompressStarted};
 
 use super::jpeg_errors::{Fatal, handlers, take_warnings};
-use super::{ImageHeader, PixelFormat, RowReader, buffered, exif, jpeg_header};
+use super::{ImageHeader, PixelFormat, RowReader, buffered, jpeg_header};
 use crate::error::{InputFault, near_row};
 use crate::notice::Notice;
 
@@ -59,8 +59,8 @@ impl JpegReader {
         } else if !found.interleaved {
             header.hold_whole_image(found.coefficient_bytes(), "a JPEG of several scans");
         }
-        header.notices.extend(exif::orientation_notice(found.orientation));
-        header.notices.extend(found.has_profile.then_some(Notice::ProfileIgnored));
+        header.orientation = found.orientation.unwrap_or(1);
+        header.profile = found.profile;
         let mut file = file.into_inner();
         file.rewind()?;
         Ok(JpegReader { header, state: State::Opened(file), ended: Rc::default(), next_row: 0, faults: 0 })

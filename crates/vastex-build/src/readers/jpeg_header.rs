@@ -3,9 +3,10 @@
 //! The decoder would tell some of this too, but only by setting itself up; and whether a file can be read by rows it
 //! does not tell at all.
 
+use std::collections::BTreeMap;
 use std::io::{self, BufRead};
 
-use super::exif;
+use super::{Profile, exif};
 use crate::error::InputFault;
 
 /// What the markers say.
@@ -19,7 +20,7 @@ pub(super) struct JpegHeader {
     /// Whether the first scan holds every component, as it must for reading by rows.
     pub(super) interleaved: bool,
     pub(super) orientation: Option<u16>,
-    pub(super) has_profile: bool,
+    pub(super) profile: Option<Profile>,
 }
 
 impl JpegHeader {
@@ -45,7 +46,7 @@ pub(super) fn read(file: &mut impl BufRead) -> Result<JpegHeader, InputFault> {
 }
 
 fn read_markers(file: &mut impl BufRead) -> Result<JpegHeader, InputFault> {
-    let (mut header, mut orientation, mut has_profile) = (None, None, false);
+    let (mut header, mut orientation, mut profile) = (None, None, ProfileParts::default());
     let mut soi = [0; 2];
     file.read_exact(&mut soi)?;
     loop {
@@ -69,14 +70,35 @@ fn read_markers(file: &mut impl BufRead) -> Result<JpegHeader, InputFault> {
                 let mut header: JpegHeader = header.ok_or_else(|| damaged("it has no frame header"))?;
                 header.interleaved =
                     segment.first().is_some_and(|&n| usize::from(n) == header.sampling.len());
-                return Ok(JpegHeader { orientation, has_profile, ..header });
+                return Ok(JpegHeader { orientation, profile: profile.joined(), ..header });
             }
             0xe1 => {
                 orientation = orientation.or(segment.strip_prefix(b"Exif\0\0").and_then(exif::orientation));
             }
-            0xe2 => has_profile |= segment.starts_with(b"ICC_PROFILE\0"),
+            0xe2 => profile.add(&segment),
             _ => {}
         }
+    }
+}
+
+/// The segments of an ICC profile: each has its number, from 1 on, and how many there are.
+#[derive(Default)]
+struct ProfileParts(BTreeMap<u8, (u8, Vec<u8>)>);
+
+impl ProfileParts {
+    fn add(&mut self, segment: &[u8]) {
+        if let Some([number, count, bytes @ ..]) = segment.strip_prefix(b"ICC_PROFILE\0") {
+            self.0.insert(*number, (*count, bytes.to_vec()));
+        }
+    }
+
+    /// Nothing where there are none; without any bytes where some are missing.
+    fn joined(self) -> Option<Profile> {
+        let is_whole = (1..)
+            .zip(&self.0)
+            .all(|(place, (&number, (count, _)))| number == place && usize::from(*count) == self.0.len());
+        let bytes = self.0.values().filter(|_| is_whole).flat_map(|(_, bytes)| bytes);
+        (!self.0.is_empty()).then(|| Profile::icc(bytes.copied().collect::<Vec<_>>()))
     }
 }
 
@@ -122,8 +144,8 @@ fn read_frame(segment: &[u8], progressive: bool) -> Result<JpegHeader, InputFaul
         return Err(damaged("its frame header makes no sense"));
     }
     let (width, height) = (u16::from_be_bytes([w1, w0]), u16::from_be_bytes([h1, h0]));
-    let (interleaved, orientation, has_profile) = (false, None, false);
-    Ok(JpegHeader { width, height, sampling, progressive, interleaved, orientation, has_profile })
+    let (interleaved, orientation, profile) = (false, None, None);
+    Ok(JpegHeader { width, height, sampling, progressive, interleaved, orientation, profile })
 }
 
 fn damaged(why: &str) -> InputFault {

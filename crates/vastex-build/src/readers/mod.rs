@@ -4,6 +4,7 @@
 //! what it will cost from the header alone, before it allocates anything that depends on them. What becomes of
 //! the rows is [`crate::convert`]'s and [`crate::pyramid`]'s business.
 
+mod color;
 pub(crate) mod directory;
 mod exif;
 mod exr;
@@ -11,6 +12,7 @@ mod jpeg;
 mod jpeg_errors;
 mod jpeg_header;
 mod mosaic;
+mod oriented;
 mod pixel;
 mod png;
 mod raw;
@@ -26,6 +28,7 @@ use vastex_core::{Geometry, PageSet};
 use crate::error::InputFault;
 use crate::notice::Notice;
 
+pub use color::{Profile, in_srgb};
 pub use directory::source::DirectorySource;
 pub use pixel::{PixelFormat, Sample};
 
@@ -40,6 +43,10 @@ pub struct ImageHeader {
     pub format: PixelFormat,
     /// Whether the file says that its colours are linear, not sRGB-encoded.
     pub linear: bool,
+    /// What the file says of its colours besides, which the rows do not follow; see [`in_srgb`].
+    pub profile: Option<Profile>,
+    /// How the rows are stored, as EXIF numbers it; 1, upright, once they are given out by [`open`].
+    pub(crate) orientation: u16,
     /// Whether the first column is the last one's neighbour, as on a planet.
     pub wraps: bool,
     /// Bytes that the reader holds while it reads, besides what it is given to fill.
@@ -51,7 +58,7 @@ pub struct ImageHeader {
 }
 
 impl ImageHeader {
-    fn new(width: u64, height: u64, format: PixelFormat) -> Result<ImageHeader, InputFault> {
+    pub(crate) fn new(width: u64, height: u64, format: PixelFormat) -> Result<ImageHeader, InputFault> {
         let (Ok(w), Ok(h)) = (u32::try_from(width), u32::try_from(height)) else {
             return Err(InputFault::Unsupported {
                 what: format!("{width}x{height} texels"),
@@ -61,8 +68,18 @@ impl ImageHeader {
         if w == 0 || h == 0 {
             return Err(InputFault::NoTexels { width, height });
         }
-        let (linear, wraps, memory, tile_directory, notices) = (false, false, 0, None, Vec::new());
-        Ok(ImageHeader { width: w, height: h, format, linear, wraps, memory, tile_directory, notices })
+        Ok(ImageHeader {
+            width: w,
+            height: h,
+            format,
+            linear: false,
+            profile: None,
+            orientation: 1,
+            wraps: false,
+            memory: 0,
+            tile_directory: None,
+            notices: Vec::new(),
+        })
     }
 
     /// Bytes of one row.
@@ -79,6 +96,12 @@ impl ImageHeader {
     fn hold_whole_image(&mut self, bytes: u64, why: &'static str) {
         self.memory = self.memory.saturating_add(bytes);
         self.notices.push(Notice::WholeImage { bytes, why });
+    }
+
+    /// Takes over what is new among the notices of the reader behind, of which `seen` were taken over already.
+    fn add_notices_of(&mut self, inner: &ImageHeader, seen: &mut usize) {
+        self.notices.extend(inner.notices.iter().skip(*seen).cloned());
+        *seen = inner.notices.len();
     }
 }
 
@@ -99,7 +122,8 @@ pub trait RowReader {
     fn read_rows(&mut self, rows: &mut [u8]) -> Result<(), InputFault>;
 }
 
-/// Opens an image by its first bytes, or a tile directory by what is in it. Reads headers and lists of files and, to see
+/// Opens an image by its first bytes, or a tile directory by what is in it. The rows are upright, and their colours as
+/// they are stored: [`in_srgb`] converts them. Reads headers and lists of files and, to see
 /// whether tiles have borders, the roots of a planet.
 pub fn open(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {
     if std::fs::metadata(path)?.is_dir() {
@@ -122,8 +146,12 @@ fn open_file_of_texels(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {
     }
 }
 
-/// Opens an image by its first bytes.
+/// Opens an image by its first bytes, and turns it upright.
 fn open_image(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {
+    open_as_stored(path).map(oriented::upright)
+}
+
+fn open_as_stored(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {
     let mut file = open_file(path)?;
     let mut magic = Vec::with_capacity(64);
     (&mut file).take(64).read_to_end(&mut magic)?;

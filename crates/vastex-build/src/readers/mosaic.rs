@@ -21,7 +21,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use super::directory::{common, in_tile, widen};
-use super::{ImageHeader, RowReader, open_file, open_file_of_texels};
+use super::{ImageHeader, Profile, RowReader, open_file, open_file_of_texels};
 use crate::error::InputFault;
 use crate::notice::Notice;
 
@@ -44,6 +44,10 @@ struct Piece {
 pub(super) struct MosaicReader {
     header: ImageHeader,
     pieces: Vec<Piece>,
+    /// Pieces that begin in rows to come, by their numbers; the last begins first.
+    waiting: Vec<usize>,
+    /// Pieces of the row at hand, by their numbers, in the order of the text.
+    present: Vec<usize>,
     /// A row of a piece.
     row: Vec<u8>,
     next_row: u32,
@@ -185,6 +189,7 @@ impl MosaicReader {
         }
         let mut header = ImageHeader::new(size[0], size[1], format)?;
         header.linear = linear;
+        header.profile = profile(&mut header.notices, &pieces);
         header.memory = memory(&pieces);
         for piece in &pieces {
             for notice in &piece.header.notices {
@@ -193,14 +198,29 @@ impl MosaicReader {
                 }
             }
         }
-        Ok(MosaicReader { header, pieces, row: Vec::new(), next_row: 0, rows_with_gaps: 0 })
+        let mut waiting: Vec<usize> = (0..pieces.len()).collect();
+        waiting.sort_by_key(|&piece| std::cmp::Reverse(pieces[piece].at[1]));
+        let (present, row) = (Vec::new(), Vec::new());
+        Ok(MosaicReader { header, pieces, waiting, present, row, next_row: 0, rows_with_gaps: 0 })
+    }
+
+    /// Finds the pieces of the next row.
+    fn find_present(&mut self) {
+        let (pieces, y) = (&self.pieces, self.next_row);
+        self.present.retain(|&piece| pieces[piece].rows().contains(&y.into()));
+        while let Some(piece) = self.waiting.pop_if(|piece| pieces[*piece].at[1] <= y) {
+            let place = self.present.partition_point(|&other| other < piece);
+            self.present.insert(place, piece);
+        }
     }
 
     fn read_row(&mut self, row: &mut [u8]) -> Result<(), InputFault> {
         row.fill(0);
+        self.find_present();
         let (texel, y) = (self.header.format.texel_bytes(), u64::from(self.next_row));
         let mut covered: Vec<[u32; 2]> = Vec::new();
-        for piece in self.pieces.iter_mut().filter(|piece| piece.rows().contains(&y)) {
+        for &number in &self.present {
+            let piece = &mut self.pieces[number];
             self.row.resize(piece.header.row_bytes(), 0);
             let is_last = y + 1 == piece.rows().end;
             piece.read(&mut self.row, is_last).map_err(|fault| in_tile(&piece.path, fault))?;
@@ -218,6 +238,18 @@ impl MosaicReader {
         self.next_row += 1;
         Ok(())
     }
+}
+
+/// What all pieces say of their colours; nothing, and a notice, where they do not agree.
+fn profile(notices: &mut Vec<Notice>, pieces: &[Piece]) -> Option<Profile> {
+    let mut profiles = pieces.iter().map(|piece| &piece.header.profile);
+    let first = profiles.next()?;
+    if profiles.all(|profile| profile == first) {
+        return first.clone();
+    }
+    let name = "of a mosaic's piece".into();
+    notices.push(Notice::ProfileIgnored { name, why: "other pieces have another or none" });
+    None
 }
 
 /// Bytes that the pieces of any one row take, at most.

@@ -7,12 +7,14 @@ use std::io::{BufReader, Read, Seek};
 
 use png::{BitDepth, ColorType, Decoder, DecodingError, Info, Limits, Reader, Transformations};
 
-use super::{ImageHeader, PixelFormat, RowReader, Sample, buffered, exif};
+use super::{ImageHeader, PixelFormat, Profile, RowReader, Sample, buffered, exif};
 use crate::error::{InputFault, near_row};
 use crate::notice::Notice;
 
-/// The encoding gamma of sRGB, times 100,000, as PNG stores it.
-const SRGB_GAMMA: u32 = 45_455;
+/// The encoding gamma of light, times 100,000, as PNG stores it.
+const LINEAR_GAMMA: u32 = 100_000;
+/// The code points of sRGB: those of BT.709's primaries, and of its own curve.
+const SRGB_CODE_POINTS: (u8, u8) = (1, 13);
 
 /// Memory that the decoder may take for itself: rows as stored, and a profile.
 const DECODER_BYTES: usize = 1 << 30;
@@ -122,22 +124,34 @@ fn check_size(file: &mut File) -> Result<(), InputFault> {
     Ok(())
 }
 
+/// What the file says of its colours, unless that is sRGB in so many words: of several chunks, the one that counts.
+fn profile(info: &Info<'_>) -> Option<Profile> {
+    if let Some(points) = info.coding_independent_code_points {
+        let (primaries, transfer) = (points.color_primaries, points.transfer_function);
+        let is_plain = points.is_video_full_range_image && points.matrix_coefficients == 0;
+        let is_srgb = (primaries, transfer) == SRGB_CODE_POINTS && is_plain;
+        return (!is_srgb).then(|| Profile::code_points(primaries, transfer, is_plain));
+    }
+    if let Some(bytes) = &info.icc_profile {
+        return Some(Profile::icc(bytes.as_ref()));
+    }
+    if info.srgb.is_some() {
+        return None;
+    }
+    let chromaticities = info.chrm_chunk.map(|points| {
+        [points.white, points.red, points.green, points.blue].map(|(x, y)| [x.into_scaled(), y.into_scaled()])
+    });
+    Profile::curve(info.gama_chunk.map(|gamma| gamma.into_scaled()), chromaticities)
+}
+
 /// Says what of the header is not followed.
 fn note(header: &mut ImageHeader, info: &Info<'_>) {
-    let is_color = header.format.channels() > 1;
-    if info.icc_profile.is_some() {
-        header.notices.push(Notice::ProfileIgnored);
-    } else if info.srgb.is_none() && is_color {
-        match info.gama_chunk.map(|gamma| gamma.into_scaled()) {
-            Some(100_000) => header.linear = true,
-            Some(gamma) if gamma.abs_diff(SRGB_GAMMA) > 500 => {
-                header.notices.push(Notice::GammaIgnored(gamma));
-            }
-            _ => {}
-        }
+    header.profile = profile(info);
+    if info.coding_independent_code_points.is_none() && info.icc_profile.is_none() && info.srgb.is_none() {
+        let is_light = info.gama_chunk.is_some_and(|gamma| gamma.into_scaled() == LINEAR_GAMMA);
+        header.linear = is_light && header.format.channels() > 1;
     }
-    let orientation = info.exif_metadata.as_deref().and_then(exif::orientation);
-    header.notices.extend(exif::orientation_notice(orientation));
+    header.orientation = info.exif_metadata.as_deref().and_then(exif::orientation).unwrap_or(1);
     header.notices.extend(info.animation_control.map(|_| Notice::FurtherImagesIgnored));
 }
 

@@ -5,15 +5,18 @@
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
 
+use tiff::decoder::ifd::Value;
 use tiff::decoder::{ChunkType, Decoder, Limits};
 use tiff::tags::{ByteOrder, Tag};
 use tiff::{ColorType, TiffError};
 
 use super::ycbcr::rgb_from_ycbcr;
-use super::{ImageHeader, PixelFormat, RowReader, Sample, buffered, exif};
+use super::{ImageHeader, PixelFormat, Profile, RowReader, Sample, buffered};
 use crate::error::{InputFault, near_row};
 use crate::notice::Notice;
 
+/// Bytes that one tag of the header may have: the largest are colour profiles, and the list of the strips.
+const MAX_TAG_BYTES: usize = 16 << 20;
 const COMPRESSION_NONE: u16 = 1;
 const COMPRESSION_JPEG: u16 = 7;
 const WHITE_IS_ZERO: u16 = 0;
@@ -67,7 +70,9 @@ struct Band {
 impl TiffReader {
     pub(super) fn new(file: File) -> Result<TiffReader, InputFault> {
         let in_header = |e| fault(e, "in the header");
-        let mut decoder = Decoder::new(buffered(file.try_clone()?)).map_err(in_header)?;
+        let mut limits = Limits::default();
+        limits.ifd_value_size = MAX_TAG_BYTES;
+        let mut decoder = Decoder::new(buffered(file.try_clone()?)).map_err(in_header)?.with_limits(limits);
         let color = decoder.colortype().map_err(in_header)?;
         let tags = Tags::read(&mut decoder).map_err(in_header)?;
         let (format, is_ycbcr) = pixel_format(color, &tags)?;
@@ -330,9 +335,13 @@ fn note(
 ) -> Result<(), InputFault> {
     let in_header = |e| fault(e, "in the header");
     let orientation = decoder.find_tag_unsigned::<u16>(Tag::Orientation).map_err(in_header)?;
-    header.notices.extend(exif::orientation_notice(orientation));
-    let profile = decoder.find_tag(Tag::IccProfile).map_err(in_header)?;
-    header.notices.extend(profile.map(|_| Notice::ProfileIgnored));
+    header.orientation = orientation.unwrap_or(1);
+    header.profile = match decoder.find_tag(Tag::IccProfile).map(|tag| tag.map(Value::into_u8_vec)) {
+        Ok(None) => None,
+        Ok(Some(Ok(bytes))) => Some(Profile::icc(bytes)),
+        // What cannot be read of it is told of like any other damage to it.
+        Ok(Some(Err(_))) | Err(_) => Some(Profile::icc([])),
+    };
     let extra = decoder.find_tag_unsigned_vec::<u16>(Tag::ExtraSamples).map_err(in_header)?;
     let premultiplied =
         matches!(tags.samples, 2 | 4) && extra.is_some_and(|e| e.first() == Some(&ASSOCIATED_ALPHA));

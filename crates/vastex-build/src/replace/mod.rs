@@ -93,11 +93,12 @@ pub(crate) fn put(
     progress: &dyn Progress,
 ) -> Result<Updated, ReplaceError> {
     let in_image = |fault| ReplaceError::Image { path: placed.image.into(), fault };
-    let mut reader = open(placed.image).map_err(in_image)?;
+    let reader = open(placed.image).map_err(in_image)?;
     let pool = thread_pool(options.threads).map_err(ReplaceError::Threads)?;
     let old = update.container().clone();
     let refuse = |what| ReplaceError::Unsupported { name: old.name().into(), what };
     let rules = Rules::new(old.description(), old.filters()).map_err(refuse)?;
+    let mut reader = rules.colors_of(reader);
     let (conversion, region) = rules.suits(&placed, reader.header())?;
     let is_sparse = old.present().is_some();
     rules.check_memory(&placed, reader.header(), &region, is_sparse, options)?;

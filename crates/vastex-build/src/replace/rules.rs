@@ -12,7 +12,7 @@ use super::{BATCH_BYTES, ReplaceOptions};
 use crate::convert::Conversion;
 use crate::filter::{Filter, LayerFilter, LevelsFrom};
 use crate::layers::is_color;
-use crate::readers::ImageHeader;
+use crate::readers::{ImageHeader, RowReader, in_srgb};
 use crate::texel::texel_of_color;
 
 /// How the levels of a texture are made again in one place.
@@ -59,7 +59,7 @@ impl Rules {
             description: description.clone(),
             color: texel_of_color(layer.format, description.border_color),
             texel: layer.format.texel_bytes(),
-            is_color: is_color(layer, filter),
+            is_color: is_color(layer, Some(filter)),
             filter: Filter::new(filter, layer.format, 2),
         })
     }
@@ -70,6 +70,11 @@ impl Rules {
 
     pub(super) fn axes(&self, level: u8) -> [Axis; 2] {
         [0, 1].map(|axis| Axis::new(self.geometry(), level, axis, self.filter.reach))
+    }
+
+    /// The image with its colours as the texture has them, if they are colours.
+    pub(crate) fn colors_of(&self, image: Box<dyn RowReader>) -> Box<dyn RowReader> {
+        if self.is_color { in_srgb(image) } else { image }
     }
 
     /// How the image becomes the texture's texels, and which of its level change; an error where it does not suit the texture.

@@ -1,6 +1,34 @@
-//! JPEG and TIFF files, made in memory.
+//! JPEG, TIFF and PNG files, made in memory.
 
 use mozjpeg::{ColorSpace, Compress};
+
+/// A PNG file with one more chunk, right after its header.
+pub fn png_with_chunk(file: &[u8], kind: &[u8; 4], body: &[u8]) -> Vec<u8> {
+    let (header, rest) = file.split_at(33);
+    let named = [kind, body].concat();
+    let len = (body.len() as u32).to_be_bytes();
+    [header, &len, &named, &crc32(&named).to_be_bytes(), rest].concat()
+}
+
+/// The checksum of PNG's chunks.
+pub fn crc32(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(!0, |crc, &b| {
+        (0..8).fold(crc ^ u32::from(b), |c, _| if c & 1 == 1 { 0xedb8_8320 ^ c >> 1 } else { c >> 1 })
+    })
+}
+
+/// A JPEG file with one more segment, right after its start.
+pub fn jpeg_with_segment(file: &[u8], marker: u8, body: &[u8]) -> Vec<u8> {
+    let len = (body.len() as u16 + 2).to_be_bytes();
+    [&file[..2], &[0xff, marker], &len, body, &file[2..]].concat()
+}
+
+/// EXIF data with one entry: an orientation.
+pub fn exif(orientation: u8) -> Vec<u8> {
+    let mut exif = b"MM\0\x2a\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0".to_vec();
+    exif.extend([orientation, 0, 0, 0, 0, 0, 0]);
+    exif
+}
 
 /// A JPEG of three or one channels.
 pub fn jpeg(size: [u32; 2], channels: usize, progressive: bool, data: &[u8]) -> Vec<u8> {
@@ -33,6 +61,8 @@ pub struct HandmadeTiff {
     pub big_endian: bool,
     /// Tags whose values are short or long, but for the offsets and lengths of the strips or tiles.
     pub tags: Vec<(u16, Vec<u32>)>,
+    /// An ICC profile.
+    pub profile: Option<Vec<u8>>,
     pub tiled: bool,
     pub chunks: Vec<Vec<u8>>,
 }
@@ -52,7 +82,7 @@ impl HandmadeTiff {
             true => tags.extend([(322, vec![chunk[0]]), (323, vec![chunk[1]])]),
             false => tags.push((278, vec![chunk[1]])),
         }
-        HandmadeTiff { big_endian: false, tags, tiled, chunks: Vec::new() }
+        HandmadeTiff { big_endian: false, tags, profile: None, tiled, chunks: Vec::new() }
     }
 
     pub fn set(&mut self, tag: u16, value: u32) {
@@ -93,7 +123,7 @@ impl HandmadeTiff {
         tags.push((offset_tag, offsets));
         tags.push((length_tag, self.chunks.iter().map(|c| c.len() as u32).collect()));
         tags.sort();
-        let mut entries = u16b(tags.len() as u16).to_vec();
+        let mut entries = u16b((tags.len() + self.profile.iter().len()) as u16).to_vec();
         for (tag, values) in &tags {
             let is_short = !matches!(tag, 256 | 257 | 273 | 278 | 279 | 322..=325);
             let kind = if is_short { 3 } else { 4 };
@@ -109,6 +139,12 @@ impl HandmadeTiff {
             entries.extend([u16b(*tag), u16b(kind)].concat());
             entries.extend(u32b(values.len() as u32));
             entries.extend(value);
+        }
+        if let Some(profile) = &self.profile {
+            // No other tag here has a larger number; the kind is "undefined".
+            entries.extend([u16b(34675), u16b(7)].concat());
+            entries.extend([u32b(profile.len() as u32), u32b(out.len() as u32)].concat());
+            out.extend(profile);
         }
         let directory = u32b(out.len() as u32);
         out[4..8].copy_from_slice(&directory);

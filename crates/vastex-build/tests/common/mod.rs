@@ -3,6 +3,7 @@
 #![allow(unreachable_pub, reason = "a module of test programs")]
 
 pub mod files;
+pub mod profiles;
 
 use std::fs::File;
 use std::io::BufWriter;

@@ -64,9 +64,9 @@ pub(super) fn open(path: &Path, text: &str) -> Result<Source, InputFault> {
         });
     }
     let tree = Quadtree::new(&directory, levels, context.base, SIDES)?;
-    let (format, linear, memory) = tree.format()?;
+    let texels = tree.texels()?;
     let (grid, notices) = tree.into_grid(ignored_levels(&directory)?);
-    Ok(Source { grid, directory, format, linear, wraps: true, memory, notices })
+    Ok(Source { grid, directory, texels, wraps: true, notices })
 }
 
 /// Directories that are called like levels, but by names that Celestia does not look for.

@@ -6,7 +6,7 @@ use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 
 use super::tile::Piece;
-use super::{Grid, Source, entries, shared_format};
+use super::{Grid, Source, entries, shared_texels};
 use crate::error::InputFault;
 
 /// Texels per side that a tile may have, its overlaps included.
@@ -70,9 +70,9 @@ pub(super) fn open(path: &Path, text: &str) -> Result<Source, InputFault> {
     let grid = DeepZoom { manifest, tiles, finest, levels: levels as u32 };
     let last = grid.counts().map(|n| n - 1);
     let sample = [[0, 0], last].map(|[column, row]| grid.piece(0, column, row).path);
-    let (format, linear, memory) = shared_format(sample.iter().map(PathBuf::as_path))?;
+    let texels = shared_texels(sample.iter().map(PathBuf::as_path))?;
     let (directory, grid) = (grid.tiles.clone(), Box::new(grid));
-    Ok(Source { grid, directory, format, linear, wraps: false, memory, notices: Vec::new() })
+    Ok(Source { grid, directory, texels, wraps: false, notices: Vec::new() })
 }
 
 impl DeepZoom {

@@ -44,10 +44,10 @@ pub(super) fn open(directory: &Path) -> Result<Source, InputFault> {
         }
     }
     let mut tree = Quadtree::new(directory, levels, 0, SIDES)?;
-    let (format, linear, memory) = tree.format()?;
-    tree.find_border(format)?;
+    let texels = tree.texels()?;
+    tree.find_border(texels.format)?;
     let (grid, notices) = tree.into_grid(notices);
-    Ok(Source { grid, directory: directory.into(), format, linear, wraps: true, memory, notices })
+    Ok(Source { grid, directory: directory.into(), texels, wraps: true, notices })
 }
 
 /// Column and row of a file `tx_COLUMN_ROW.ext`; the separators may also be `-`, `.` or a space.

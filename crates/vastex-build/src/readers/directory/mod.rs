@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 
 use vastex_core::{Geometry, PageSet};
 
-use super::{ImageHeader, PixelFormat, RowReader, open_file};
+use super::{ImageHeader, PixelFormat, Profile, RowReader, open_file};
 use crate::error::InputFault;
 use crate::notice::Notice;
 use tile::{Decoded, Piece};
@@ -55,12 +55,21 @@ struct Source {
     grid: Box<dyn Grid>,
     /// Where its tiles are.
     directory: PathBuf,
-    format: PixelFormat,
-    linear: bool,
+    texels: Texels,
     wraps: bool,
+    notices: Vec<Notice>,
+}
+
+/// What the tiles of a directory have in common, as a sample of them shows.
+struct Texels {
+    /// Into which all go.
+    format: PixelFormat,
+    /// Whether the colours of the first are linear.
+    linear: bool,
+    /// What the first says of its colours besides.
+    profile: Option<Profile>,
     /// Bytes that decoding a tile takes.
     memory: u64,
-    notices: Vec<Notice>,
 }
 
 /// The finest level of a tile directory.
@@ -143,12 +152,13 @@ fn look_at_description(path: &Path) -> Result<Option<Source>, InputFault> {
 
 fn reader(source: Source) -> Result<Box<dyn RowReader>, InputFault> {
     let [width, height] = source.grid.size();
-    let mut header = ImageHeader::new(width, height, source.format)?;
-    header.linear = source.linear;
+    let mut header = ImageHeader::new(width, height, source.texels.format)?;
+    header.linear = source.texels.linear;
+    header.profile = source.texels.profile;
     header.wraps = source.wraps;
     header.tile_directory = Some(source.directory);
     let band = u64::from(source.grid.cell().min(header.height)).saturating_mul(header.row_bytes() as u64);
-    header.memory = band.saturating_add(source.memory);
+    header.memory = band.saturating_add(source.texels.memory);
     header.notices.extend(source.notices);
     let (grid, band, next_row, decoded) = (source.grid, Vec::new(), 0, Decoded::default());
     Ok(Box::new(DirectoryReader { header, grid, band, next_row, decoded }))
@@ -220,22 +230,19 @@ fn number(digits: &str) -> Option<u32> {
     is_number.then(|| digits.parse().unwrap_or(u32::MAX))
 }
 
-/// The format that all the tiles of a sample go into, whether the first is linear, and the bytes that decoding one
-/// takes.
-fn shared_format<'a>(
-    sample: impl IntoIterator<Item = &'a Path>,
-) -> Result<(PixelFormat, bool, u64), InputFault> {
-    let (mut shared, mut linear, mut memory) = (None, None, 0);
+/// What the tiles of a sample have in common.
+fn shared_texels<'a>(sample: impl IntoIterator<Item = &'a Path>) -> Result<Texels, InputFault> {
+    let mut shared: Option<Texels> = None;
     for path in sample {
         let header = tile::header_of(path)?;
-        let format = header.format;
-        linear.get_or_insert(header.linear);
-        memory = memory.max(header.memory.saturating_add(header.image_bytes().saturating_mul(3)));
-        shared = Some(tile::common(shared.unwrap_or(format), format).ok_or_else(|| {
+        let memory = header.memory.saturating_add(header.image_bytes().saturating_mul(3));
+        let ImageHeader { format, linear, profile, .. } = header;
+        let texels = shared.get_or_insert(Texels { format, linear, profile, memory: 0 });
+        texels.memory = texels.memory.max(memory);
+        texels.format = tile::common(texels.format, format).ok_or_else(|| {
             let why = format!("holds {format} texels while other tiles store theirs differently");
             tile::in_tile(path, InputFault::Layout { why, remedy: "convert all tiles to one kind" })
-        })?);
+        })?;
     }
-    let format = shared.ok_or(InputFault::Directory)?;
-    Ok((format, linear.unwrap_or(false), memory))
+    shared.ok_or(InputFault::Directory)
 }

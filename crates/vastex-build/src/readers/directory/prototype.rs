@@ -7,7 +7,7 @@ use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
 use super::tile::{Piece, in_tile};
-use super::{Grid, Source, entries, number, shared_format};
+use super::{Grid, Source, entries, number, shared_texels};
 use crate::error::InputFault;
 
 /// Texels of payload, and of border on each side.
@@ -67,13 +67,13 @@ pub(super) fn open(pages: &Path) -> Result<Source, InputFault> {
     }
     let size = size(pages, [columns, rows])?;
     let sample: Vec<_> = finest.values().step_by(finest.len().div_ceil(16)).map(PathBuf::as_path).collect();
-    let (format, linear, memory) = shared_format(sample)?;
+    let texels = shared_texels(sample)?;
     // Once one page holds a level, any that are coarser say nothing new.
     let last = columns.max(rows).next_power_of_two().trailing_zeros();
     let levels = 1 + (1..=last).take_while(|level| coarser.contains(level)).count() as u32;
     let grid = Box::new(Pages { size, pages: pages.into(), levels });
     let (directory, notices) = (pages.into(), Vec::new());
-    Ok(Source { grid, directory, format, linear, wraps: false, memory, notices })
+    Ok(Source { grid, directory, texels, wraps: false, notices })
 }
 
 /// The size of the image: what the file beside the pages says, else all of the pages.

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use vastex_core::{Geometry, PagePos, PageSet};
 
 use super::tile::{Decoded, Piece, header_of, in_tile};
-use super::{Grid, entries};
+use super::{Grid, Texels, entries};
 use crate::error::InputFault;
 use crate::notice::Notice;
 use crate::readers::PixelFormat;
@@ -115,12 +115,12 @@ impl Quadtree {
     }
 
     /// The format that all tiles share, as far as a sample tells.
-    pub(super) fn format(&self) -> Result<(PixelFormat, bool, u64), InputFault> {
+    pub(super) fn texels(&self) -> Result<Texels, InputFault> {
         let mut sample: Vec<&PathBuf> = self.levels[&0].values().collect();
         for tiles in self.levels.values() {
             sample.extend(tiles.values().step_by(tiles.len().div_ceil(16)));
         }
-        super::shared_format(sample.into_iter().map(PathBuf::as_path))
+        super::shared_texels(sample.into_iter().map(PathBuf::as_path))
     }
 
     fn columns(&self) -> u64 {

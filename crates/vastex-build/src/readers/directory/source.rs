@@ -17,7 +17,7 @@ use crate::convert::{Conversion, layer_format};
 use crate::error::{BuildError, InputFault};
 use crate::filter::{Filter, LayerFilter};
 use crate::notice::Notice;
-use crate::readers::{ImageHeader, PixelFormat};
+use crate::readers::{ImageHeader, PixelFormat, Profile};
 
 /// Texels of border of the pages.
 const BORDER: u32 = 4;
@@ -44,8 +44,11 @@ impl DirectorySource {
         let at_path = |fault| BuildError::Input { path: path.into(), fault };
         let source = look(path).map_err(at_path)?;
         let [width, height] = source.grid.size();
-        let mut header = ImageHeader::new(width, height, source.format).map_err(at_path)?;
-        header.linear = source.linear;
+        let mut header = ImageHeader::new(width, height, source.texels.format).map_err(at_path)?;
+        header.linear = source.texels.linear;
+        let mut notices = source.notices;
+        let left = |profile: &Profile| profile.left(header.format, "tiles are shown as they are stored");
+        notices.extend(source.texels.profile.as_ref().and_then(left));
         let x = if source.wraps { AddressMode::Wrap } else { AddressMode::Clamp };
         let geometry = Geometry::new(GeometrySpec {
             dims: Dims::D2,
@@ -56,16 +59,16 @@ impl DirectorySource {
         })?;
         let description = Description::one_layer(geometry, layer_format(&header));
         let conversion = Conversion::usual(&header);
-        let kept = KeptTiles::new(source.grid.cell(), source.format);
+        let kept = KeptTiles::new(source.grid.cell(), header.format);
         let levels = Levels {
             grid: source.grid,
-            format: source.format,
+            format: header.format,
             conversion,
             address: [x, AddressMode::Clamp],
             kept,
         };
         let made = made_levels(&levels, &description).map_err(at_path)?;
-        Ok(DirectorySource { description: Arc::new(description), levels, made, notices: source.notices })
+        Ok(DirectorySource { description: Arc::new(description), levels, made, notices })
     }
 
     /// What is worth knowing of the directory.
