@@ -11,13 +11,15 @@ use anyhow::{Context, Result};
 use crate::inputs::Input;
 use crate::measure::{self, Run, median, medians};
 use crate::shell::Usage;
-use crate::{gaia_sky, land_mask, setup, shapes, shell};
+use crate::{block_speed, gaia_sky, land_mask, setup, shapes, shell};
 
 const REPORT: &str = "docs/bench-build.md";
 /// The peak that a build of the Earth may have, in units of 10^6 bytes.
 const PEAK_LIMIT_MB: f64 = 150.0;
 const EARTH_16K: Input = Input::Mirrored { across: 1, down: 1 };
 const EARTH_32K: Input = Input::Mirrored { across: 2, down: 2 };
+/// What is compressed in blocks.
+const BLOCKS: Input = Input::Mirrored { across: 0, down: 0 };
 /// How fast a raw build of 16384 texels must be beside dzsave, and beside the pyramid TIFF.
 const LEAST_SPEEDS: [f64; 2] = [2.0, 0.8];
 /// The contender that these are asked of.
@@ -97,6 +99,7 @@ pub(crate) fn build(options: &[&str]) -> Result<()> {
         page.push_str(&table);
     }
     let parts = [
+        block_speed::compare(&BLOCKS.make(&directory)?, options.runs)?,
         shapes::compare(&directory, &vastex())?,
         land_mask::measure(&directory, &vastex(), options.runs)?,
         gaia_sky::compare(&directory, &vastex(), options.runs)?,

@@ -190,7 +190,20 @@ fn whole(value: f32, last: f32) -> u16 {
 
 /// Red, green and blue of 8 bits, without alpha.
 fn opaque(layer: &mut [u8], image: &[u8]) {
-    for (to, &[r, g, b]) in layer.as_chunks_mut::<4>().0.iter_mut().zip(image.as_chunks::<3>().0) {
+    // Four texels at a time, in three words.
+    let (fours, last) = layer.as_chunks_mut::<16>();
+    let (words, rest) = image.as_chunks::<12>();
+    for (to, from) in fours.iter_mut().zip(words) {
+        let word = |i: usize| u32::from_le_bytes([from[i], from[i + 1], from[i + 2], from[i + 3]]);
+        let [a, b, c] = [word(0), word(4), word(8)];
+        let texels = [a, a >> 24 | b << 8, b >> 16 | c << 16, c >> 8];
+        to.as_chunks_mut::<4>()
+            .0
+            .iter_mut()
+            .zip(texels)
+            .for_each(|(to, texel)| *to = (texel | 0xff << 24).to_le_bytes());
+    }
+    for (to, &[r, g, b]) in last.as_chunks_mut::<4>().0.iter_mut().zip(rest.as_chunks::<3>().0) {
         *to = [r, g, b, 255];
     }
 }

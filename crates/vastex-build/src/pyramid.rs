@@ -278,14 +278,10 @@ impl Band<'_> {
         texels.all(|texel| texel[alpha..].iter().all(|&byte| byte == 0))
     }
 
-    /// The texels of its tile.
-    pub(crate) fn tile_texels(&self, x: u32) -> Vec<u8> {
+    /// The rows of its tile.
+    pub(crate) fn tile_rows(&self, x: u32) -> Vec<&[u8]> {
         let start = x as usize * self.geometry.page()[0] as usize * self.texel;
         let len = self.geometry.tile()[0] as usize * self.texel;
-        let mut texels = Vec::with_capacity(len * self.rows.len());
-        for row in &self.rows {
-            texels.extend_from_slice(&row[start..start + len]);
-        }
-        texels
+        self.rows.iter().map(|row| &row[start..start + len]).collect()
     }
 }

@@ -77,29 +77,27 @@ impl LayerPlan {
         }
     }
 
-    /// Appends a tile's share of this layer to `bytes`.
-    fn finish(&self, texels: &[u8], bytes: &mut Vec<u8>) {
+    /// Bytes of its share of a tile.
+    fn tile_bytes(&self) -> usize {
+        let ([width, height, _], side) = (self.geometry.tile(), self.layer.format.block_side());
+        (width / side) as usize * (height / side) as usize * self.layer.format.block_bytes()
+    }
+
+    /// Appends its share of a tile to `bytes`, made of the tile's rows.
+    fn finish(&self, rows: &[&[u8]], bytes: &mut Vec<u8>) {
         if !self.layer.format.is_compressed() {
-            bytes.extend_from_slice(texels);
-            return;
+            return rows.iter().for_each(|row| bytes.extend_from_slice(row));
         }
-        let [width, height, _] = self.geometry.tile();
-        let Lost { negatives } =
-            blocks::encode(self.layer.format, self.quality, texels, [width, height], bytes);
+        let Lost { negatives } = blocks::encode(self.layer.format, self.quality, rows, bytes);
         if negatives {
             self.lost_negatives.store(true, Ordering::Relaxed);
         }
     }
+}
 
-    /// A tile's share, where it is the only layer.
-    fn finished(&self, texels: Vec<u8>) -> Vec<u8> {
-        if !self.layer.format.is_compressed() {
-            return texels;
-        }
-        let mut bytes = Vec::new();
-        self.finish(&texels, &mut bytes);
-        bytes
-    }
+/// An empty buffer for the bytes of a tile.
+fn tile_buffer(plans: &[LayerPlan]) -> Vec<u8> {
+    Vec::with_capacity(plans.iter().map(LayerPlan::tile_bytes).sum())
 }
 
 /// Rows of the texture that are best pushed at once: a whole, even number of rows of each layer, and a function of the
@@ -177,9 +175,11 @@ impl<'a> Stack<'a> {
 
     /// The bytes of the tail's tile. Every row must have been pushed.
     pub(crate) fn tail(&self) -> Vec<u8> {
-        let mut bytes = Vec::new();
+        let mut bytes = tile_buffer(self.plans);
         for (plan, pyramid) in self.plans.iter().zip(&self.pyramids) {
-            plan.finish(&tail_texels(&plan.geometry, plan.layer.format, pyramid), &mut bytes);
+            let texels = tail_texels(&plan.geometry, plan.layer.format, pyramid);
+            let row_bytes = plan.geometry.tile()[0] as usize * plan.layer.format.texel_bytes();
+            plan.finish(&texels.chunks_exact(row_bytes).collect::<Vec<_>>(), &mut bytes);
         }
         bytes
     }
@@ -216,12 +216,9 @@ impl Bands<'_> {
 
     /// The bytes of its tile.
     pub(crate) fn tile(&self, x: u32) -> Vec<u8> {
-        if let ([plan], [band]) = (self.plans, self.layers.as_slice()) {
-            return plan.finished(band.tile_texels(x));
-        }
-        let mut bytes = Vec::new();
+        let mut bytes = tile_buffer(self.plans);
         for (plan, band) in self.plans.iter().zip(&self.layers) {
-            plan.finish(&band.tile_texels(x), &mut bytes);
+            plan.finish(&band.tile_rows(x), &mut bytes);
         }
         bytes
     }

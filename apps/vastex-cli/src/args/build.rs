@@ -139,11 +139,11 @@ pub(crate) struct Edges {
 /// How well block-compressed layers are encoded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Encode {
-    /// As fast as reading and filtering
+    /// The fastest
     Fast,
-    /// 1 to 2 dB better in bc7
+    /// Half as fast in bc7, and 0.9 dB better
     Normal,
-    /// A little better still, and much slower
+    /// A twentieth as fast in bc7, and 1.7 dB better
     Best,
 }
 
