@@ -34,6 +34,18 @@ fn open_direct(path: &Path) -> Result<Arc<dyn TileSource>, vastex::Error> {
     Ok(Arc::new(container))
 }
 
+/// Whether a path is the directory of tiles of another program, or the file that describes one.
+#[cfg(feature = "build")]
+pub(crate) fn is_directory_of_tiles(path: &Path) -> bool {
+    (path.is_dir() || path.is_file()) && vastex_build::DirectorySource::open(path).is_ok()
+}
+
+/// Without the readers of `vastex build` no directory is known.
+#[cfg(not(feature = "build"))]
+pub(crate) fn is_directory_of_tiles(_: &Path) -> bool {
+    false
+}
+
 /// The tiles of a directory; nothing where `path` is something else.
 #[cfg(feature = "build")]
 fn directory(path: &Path) -> Result<Option<Arc<dyn TileSource>>> {

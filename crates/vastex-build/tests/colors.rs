@@ -125,8 +125,8 @@ fn png_of_8_and_16_bits_with_profiles() {
             let number =
                 |texel: &[u8], c: usize| f64::from(u16::from_le_bytes([texel[2 * c], texel[2 * c + 1]]));
             let expected = in_srgb([0, 1, 2].map(|c| number(stored, c) / 65535.0), curve, points, false);
-            for c in 0..3 {
-                let error = (number(image, c) / 65535.0 - expected[c]).abs() * 255.0;
+            for (c, expected) in expected.iter().enumerate() {
+                let error = (number(image, c) / 65535.0 - expected).abs() * 255.0;
                 (worst, sum) = (worst.max(error), sum + error);
             }
         }

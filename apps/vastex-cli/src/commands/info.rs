@@ -1,18 +1,19 @@
 //! `vastex info`: what is in a container, for people and scripts.
 
+use std::path::Path;
 use std::process::ExitCode;
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use serde::Serialize;
 use vastex::AddressMode;
 use vastex_core::{Level, TexelPositions};
-use vastex_tiles::{Container, Info, Saved};
+use vastex_tiles::{Container, ContainerError, Info, Saved};
 
 use crate::args::InfoArgs;
-use crate::report;
+use crate::{open, report};
 
 pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode> {
-    let container = Container::open_file(&args.file)?;
+    let container = Container::open_file(&args.file).or_else(|error| refuse(&args.file, error))?;
     let summary = Summary::new(&container.info(), container.filters());
     if args.json {
         report::print_json(&summary)?;
@@ -20,6 +21,17 @@ pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode> {
         report::print(&format!("{}\n{}", args.file.display(), summary.text()))?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Says what a tile directory is good for, if that is what was named.
+fn refuse(path: &Path, error: ContainerError) -> Result<Container> {
+    if open::is_directory_of_tiles(path) {
+        bail!(
+            "{}: is a directory of tiles and no container; `vastex build` makes one of it, and `vastex view` shows it as it is",
+            path.display()
+        );
+    }
+    Err(error.into())
 }
 
 /// What `--json` prints.
