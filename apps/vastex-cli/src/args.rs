@@ -93,10 +93,14 @@ impl Args {
 #[command(after_help = "\
 Examples:
   vastex info earth.vastex
-  vastex info earth.vastex --json | jq .tiles")]
+  vastex info earth.vastex --json | jq .tiles
+  vastex info earth.vastex --estimate 1920x1080")]
 pub(crate) struct InfoArgs {
     /// The container
     pub(crate) file: PathBuf,
+    /// Say how large a pool a picture of this size needs, and how that follows
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub(crate) estimate: Option<[u32; 2]>,
     /// Print one JSON object
     #[arg(long)]
     pub(crate) json: bool,
@@ -139,9 +143,13 @@ pub(crate) struct SceneArgs {
     /// Size of the picture in pixels
     #[arg(long, default_value = "1280x720", value_name = "WxH", value_parser = parse_size)]
     pub(crate) size: [u32; 2],
-    /// GPU memory for tiles, in MiB; too little makes the picture coarser
-    #[arg(long, default_value_t = 64, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
-    pub(crate) pool_mib: u64,
+    /// GPU memory for tiles, in MiB, whatever the settings say; too little makes the picture coarser. By default as much as a
+    /// picture of this size needs
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
+    pub(crate) pool_mib: Option<u64>,
+    /// Settings of pools (vastex.toml); may be given several times, and later files override earlier ones
+    #[arg(long, value_name = "FILE")]
+    pub(crate) settings: Vec<PathBuf>,
     /// How texels are blended
     #[arg(long, default_value = "trilinear", value_parser = named(&Filter::ALL, filter_name))]
     pub(crate) filter: Filter,

@@ -11,6 +11,7 @@ mod budget;
 #[cfg(all(feature = "checks", debug_assertions))]
 mod checks;
 mod compact;
+mod estimate;
 mod event;
 mod feedback;
 mod format;
@@ -34,6 +35,7 @@ mod working_set;
 
 pub use budget::UploadBucket;
 pub use compact::FeedbackCompactor;
+pub use estimate::PoolEstimate;
 pub use event::Event;
 pub use feedback::{Feedback, Need, WantedPage};
 pub use format::{Description, Layer, LayerError, LayerFormat};

@@ -33,8 +33,10 @@ mod error;
 mod frame;
 mod layer;
 mod lock_step;
+mod pool_settings;
 mod pools;
 mod settings;
+mod settings_file;
 mod stats;
 mod textures;
 
@@ -42,14 +44,16 @@ mod textures;
 pub use cpu::CpuTexture;
 pub use error::Error;
 pub use layer::LayerId;
+pub use pool_settings::{PoolRule, PoolSettings, PoolTuning, ScaleGroups};
 pub use pools::PoolStats;
 pub use settings::{Filter, Pace, Settings};
+pub use settings_file::{Platform, SettingsError};
 pub use stats::FrameStats;
 pub use textures::{BindGroups, Textures};
 pub use vastex_core::shared::JITTER_CYCLE;
 pub use vastex_core::{
     AddressMode, Box3, Description, Dims, Event, Feedback, Geometry, GeometryError, GeometrySpec, Layer,
-    LayerFormat, PageId, PagePos, PageState, PoolId, Stats, TexelPositions, TextureId, fold,
+    LayerFormat, PageId, PagePos, PageState, PoolEstimate, PoolId, Stats, TexelPositions, TextureId, fold,
 };
 pub use vastex_tiles::{
     Codec, ContainerError, DecodeError, ReadError, ReadFuture, Tile, TileSource, decode_layer,

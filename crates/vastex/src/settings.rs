@@ -2,6 +2,8 @@
 
 pub use vastex_wgpu::Filter;
 
+use crate::pool_settings::PoolSettings;
+
 /// How the loop keeps time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Pace {
@@ -19,9 +21,11 @@ pub enum Pace {
 /// The settings of a [`crate::Textures`]. Every budget is an upper bound that is never exceeded.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// GPU memory for the tiles of each pool, in bytes. Too little makes the picture coarser, never wrong; the smallest is the tails and
-    /// one tile.
-    pub pool_bytes: u64,
+    /// GPU memory for tiles, and whether a pool that is too small makes the picture coarser. Too little never makes it wrong; the
+    /// smallest pool is the tails of its textures and one tile.
+    pub pools: PoolSettings,
+    /// Pixels of the picture for which pools are made that have no size of their own. A larger picture needs larger pools.
+    pub picture: [u32; 2],
     /// Bytes copied to the GPU per frame, to all pools together, which get equal parts. A small budget makes a view sharpen later; one below a tile still gets there.
     pub upload_bytes_per_frame: u64,
     /// Bytes of tiles being loaded or waiting for the upload budget, of all pools together; at least one tile is always
@@ -43,7 +47,8 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Settings {
         Settings {
-            pool_bytes: 64 << 20,
+            pools: PoolSettings::default(),
+            picture: [1920, 1080],
             upload_bytes_per_frame: 2 << 20,
             in_flight_bytes: 16 << 20,
             ram_cache_bytes: 64 << 20,

@@ -131,22 +131,23 @@ impl Textures {
         if !self.pagers.has_free_number() {
             return Err(PoolError::TooManyTextures.into());
         }
-        let pool = self.pool_for(&held)?;
+        let pool = self.pool_for(&description, &held)?;
         let texture = self.add_to(pool, &description, present, &tail)?;
         self.loader.add_source(texture, source);
         Ok(texture)
     }
 
-    /// The pool for textures like `held`, a new one where there is none.
-    fn pool_for(&mut self, held: &Description) -> Result<PoolId, Error> {
+    /// The pool for textures that the device holds like `held`, a new one where there is none.
+    fn pool_for(&mut self, stored: &Description, held: &Description) -> Result<PoolId, Error> {
         let shape = Shape::of(held);
         let made = (0..).zip(&mut self.pools).find(|(_, pool)| pool.shape == shape);
         if let Some((number, pool)) = made {
             pool.take_back(&self.device, &self.queue)?;
             return Ok(PoolId::new(number));
         }
-        let pool = PoolState::new(&self.device, &self.queue, self.settings.pool_bytes, held)?;
-        let id = self.pagers.add_pool(pool.slots.slots(), pool.slots.tile_bytes, true)?;
+        let plan = self.settings.pools.plan(stored, held, self.settings.picture);
+        let pool = PoolState::new(&self.device, &self.queue, plan.bytes, held)?;
+        let id = self.pagers.add_pool(pool.slots.slots(), pool.slots.tile_bytes, plan.mip_bias)?;
         self.pools.push(pool);
         Ok(id)
     }

@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use common::{Mapping, PICTURE, Screen, property, settings};
-use vastex::{AddressMode, Error, GpuError, Pace, PageState, Settings, Textures, TileSource};
+use vastex::{AddressMode, Error, GpuError, Pace, PageState, PoolSettings, Settings, Textures, TileSource};
 use vastex_core::{Description, Dims, Geometry, GeometrySpec, PagePos, PoolError, WantedPage};
 use vastex_tiles::{PropertySource, ReadFuture};
 use vastex_wgpu::test_device::TestDevice;
@@ -116,8 +116,10 @@ fn a_texture_that_is_refused_leaves_everything_as_it_was() {
 #[test]
 fn a_pool_that_holds_not_even_the_tails_is_refused_with_a_remedy() {
     let gpu = TestDevice::new();
-    let textures =
-        |pool_bytes| Textures::new(&gpu.device, &gpu.queue, Settings { pool_bytes, ..settings() }).unwrap();
+    let textures = |bytes| {
+        let settings = Settings { pools: PoolSettings::of_bytes(bytes), ..settings() };
+        Textures::new(&gpu.device, &gpu.queue, settings).unwrap()
+    };
     let error = textures(TILE_BYTES).add(small_pages()).unwrap_err();
     assert!(matches!(error, Error::Pool(PoolError::TooSmall { .. })), "{error:?}");
     let remedy = format!("make the pool at least {} bytes", 2 * TILE_BYTES);
@@ -185,7 +187,8 @@ fn what_the_ram_cache_holds_is_not_read_again() {
     // The pool holds one of the two views, so that each has to be loaded again.
     let repeated_reads = |ram_cache_bytes| {
         let source = Arc::new(Wrapped::new(small_pages()));
-        let settings = Settings { pool_bytes: 64 * TILE_BYTES, ram_cache_bytes, ..settings() };
+        let settings =
+            Settings { pools: PoolSettings::of_bytes(64 * TILE_BYTES), ram_cache_bytes, ..settings() };
         let mut screen = Screen::new(&[source.clone() as Arc<dyn TileSource>], settings);
         for centre in [[0.2, 0.2], [0.8, 0.8], [0.2, 0.2], [0.8, 0.8]] {
             screen.set_mapping(0, &around(centre));
@@ -202,8 +205,9 @@ fn what_the_ram_cache_holds_is_not_read_again() {
 
 #[test]
 fn budgets_hold_in_every_frame() {
+    let pool_bytes = 40 * TILE_BYTES + 17;
     let limits = Settings {
-        pool_bytes: 40 * TILE_BYTES + 17,
+        pools: PoolSettings::of_bytes(pool_bytes),
         upload_bytes_per_frame: TILE_BYTES / 2,
         in_flight_bytes: 3 * TILE_BYTES,
         ..settings()
@@ -214,7 +218,7 @@ fn budgets_hold_in_every_frame() {
         screen.set_mapping(0, &around([part, 0.5 + 0.3 * part]));
         screen.frame().unwrap();
         let stats = screen.textures.stats();
-        assert!(stats.pool_bytes <= limits.pool_bytes, "{stats:?}");
+        assert!(stats.pool_bytes <= pool_bytes, "{stats:?}");
         assert!(stats.pager.in_flight_bytes <= limits.in_flight_bytes, "{stats:?}");
         let bucket =
             frame * limits.upload_bytes_per_frame + TILE_BYTES.max(4 * limits.upload_bytes_per_frame);

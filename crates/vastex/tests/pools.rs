@@ -13,7 +13,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use common::{Mapping, PICTURE, Screen, property, settings};
-use vastex::{AddressMode, Event, Pace, PageState, Settings, TileSource};
+use vastex::{AddressMode, Event, Pace, PageState, PoolSettings, Settings, TileSource};
 use vastex_core::{Description, Dims, Geometry, GeometrySpec, LayerFormat, PagePos};
 use vastex_tiles::{Codec, PropertySource, ReadFuture, Tile};
 
@@ -126,7 +126,7 @@ fn tile_sizes_and_formats_live_side_by_side() {
 #[test]
 fn only_the_pool_that_is_too_small_becomes_coarser_and_is_named() {
     // Six tiles of 108x108 texels, many of 40x40.
-    let small = Settings { pool_bytes: 6 * 108 * 108 * 4, ..settings() };
+    let small = Settings { pools: PoolSettings::of_bytes(6 * 108 * 108 * 4), ..settings() };
     let sources = [property(SIZE, 100, AddressMode::Clamp), Plain::source(LayerFormat::R8, 0x40)];
     let mut screen = Screen::new(&sources, small);
     screen.set_mapping(0, &sharp([0.5, 0.5]));

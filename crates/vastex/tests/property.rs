@@ -7,7 +7,7 @@ mod common;
 use std::collections::BTreeMap;
 
 use common::{Mapping, PICTURE, Screen, property, settings};
-use vastex::{AddressMode, PageId, PagePos, PageState, Settings};
+use vastex::{AddressMode, PageId, PagePos, PageState, PoolSettings, Settings};
 use vastex_core::{Dims, shared};
 use vastex_tiles::PropertySource;
 
@@ -194,7 +194,7 @@ fn a_pool_too_small_moves_every_pixel_to_the_level_of_its_bias() {
     for (size, page) in [([1000, 777], 32), ([777, 1000], 128)] {
         let address = AddressMode::Wrap;
         let side = u64::from(page + 8);
-        let small = Settings { pool_bytes: 4 * side * side * 4, ..settings() };
+        let small = Settings { pools: PoolSettings::of_bytes(4 * side * side * 4), ..settings() };
         let (mut screen, tail_level) = screen_of(size, page, address, small);
         let mapping = &Mapping::new(size, [0.5, 0.5], 1.15, 1.0, 0.3);
         screen.set_mapping(0, mapping);

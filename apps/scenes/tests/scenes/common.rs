@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
-use vastex::{AddressMode, Filter, Pace, Settings, TileSource};
+use vastex::{AddressMode, Filter, Pace, PoolSettings, Settings, TileSource};
 use vastex_build::{BuildOptions, Compression};
 use vastex_scenes::{Gpu, Path, Scene, Studio, Until};
 
@@ -75,7 +75,7 @@ impl Image {
 /// Settings under which a run is the same each time.
 pub(crate) fn settings(pool_mib: u64, filter: Filter) -> Settings {
     Settings {
-        pool_bytes: pool_mib << 20,
+        pools: PoolSettings::of_bytes(pool_mib << 20),
         filter,
         pace: Pace::LockStep { latency_frames: 1 },
         ..Settings::default()

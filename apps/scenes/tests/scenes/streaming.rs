@@ -19,7 +19,7 @@ fn pool(mib: u64) -> Settings {
 
 /// Budgets hold in every frame.
 fn check_budgets(stats: &FrameStats, settings: &Settings) {
-    assert!(stats.pool_bytes <= settings.pool_bytes, "{stats:?}");
+    assert!(Some(stats.pool_bytes) <= settings.pools.default_pool.bytes, "{stats:?}");
     assert!(stats.pager.in_flight_bytes <= settings.in_flight_bytes, "{stats:?}");
     assert!(stats.pager.occupied <= stats.pager.slots, "{stats:?}");
     let uploaded =

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use anyhow::{Result, bail};
 use serde::Serialize;
-use vastex::AddressMode;
+use vastex::{AddressMode, PoolEstimate};
 use vastex_core::{Level, TexelPositions};
 use vastex_tiles::{Container, ContainerError, Info, Saved};
 
@@ -14,11 +14,18 @@ use crate::{open, report};
 
 pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode> {
     let container = Container::open_file(&args.file).or_else(|error| refuse(&args.file, error))?;
-    let summary = Summary::new(&container.info(), container.filters());
+    let info = container.info();
+    let mut summary = Summary::new(&info, container.filters());
+    let estimate = args.estimate.map(|picture| PoolEstimate::new(&info.description, picture));
+    summary.estimate = estimate.as_ref().map(Estimate::new);
     if args.json {
         report::print_json(&summary)?;
     } else {
-        report::print(&format!("{}\n{}", args.file.display(), summary.text()))?;
+        let mut text = format!("{}\n{}", args.file.display(), summary.text());
+        if let Some(estimate) = estimate {
+            text.push_str(&estimate_text(&estimate, info.pages));
+        }
+        report::print(&text)?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -77,6 +84,49 @@ struct Summary {
     saved_bytes: SavedBytes,
     /// Every tile begins at a multiple of so many bytes.
     align: u32,
+    /// With `--estimate`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    estimate: Option<Estimate>,
+}
+
+/// The pool that a picture needs.
+#[derive(Serialize)]
+struct Estimate {
+    /// In pixels.
+    picture: [u32; 2],
+    pages_in_view: u64,
+    pages_with_ancestors: u64,
+    slots: u64,
+    tile_bytes: u64,
+    pool_bytes: u64,
+}
+
+impl Estimate {
+    fn new(estimate: &PoolEstimate) -> Estimate {
+        Estimate {
+            picture: estimate.picture,
+            pages_in_view: estimate.in_view,
+            pages_with_ancestors: estimate.with_ancestors,
+            slots: estimate.slots,
+            tile_bytes: estimate.tile_bytes,
+            pool_bytes: estimate.bytes(),
+        }
+    }
+}
+
+/// The arithmetic for people; `pages` are those of the whole texture.
+fn estimate_text(estimate: &PoolEstimate, pages: u64) -> String {
+    let [width, height] = estimate.picture;
+    let mut text = format!("\n  the pool for a picture of {width} x {height} pixels\n");
+    for line in estimate.to_string().lines() {
+        text.push_str(&format!("    {line}\n"));
+    }
+    text.push_str(&format!("    = {}", report::bytes(estimate.bytes())));
+    if pages < estimate.slots {
+        let all = pages * estimate.tile_bytes;
+        text.push_str(&format!("; all {pages} pages of this texture are {}", report::bytes(all)));
+    }
+    text
 }
 
 #[derive(Serialize)]
@@ -162,6 +212,7 @@ impl Summary {
             raw_bytes: info.raw_bytes,
             saved_bytes: SavedBytes { absent, constant, shared, compression },
             align: info.align,
+            estimate: None,
         }
     }
 

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result, bail};
 use serde::Serialize;
-use vastex::{Event, FrameStats, Pace, PageId, Settings};
+use vastex::{Event, FrameStats, Pace, PageId, PoolSettings, Settings};
 use vastex_core::Dims;
 use vastex_scenes::{Comparison, Gpu, Outcome, ReferenceKind, Studio, Until};
 use vastex_tiles::DirectStore;
@@ -27,7 +27,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode> {
         true => Pace::Realtime,
         false => Pace::LockStep { latency_frames: args.latency_frames },
     };
-    let settings = Settings { pace, ..settings(&args.scene) };
+    let settings = Settings { pace, ..settings(&args.scene)? };
     let (shown, SceneArgs { on, size, .. }) = (args.scene.shown(), &args.scene);
     let studio = Studio::showing(&shown, &gpu, tiles, *on, *size, settings);
     let outcome = draw(args, &mut studio.context(source.clone())?, output.as_ref(), gpu.adapter_name());
@@ -67,16 +67,22 @@ fn draw(
 }
 
 /// What every scene is set up with, in a window or without.
-pub(crate) fn settings(args: &SceneArgs) -> Settings {
+pub(crate) fn settings(args: &SceneArgs) -> Result<Settings> {
     let defaults = Settings::default();
-    Settings {
-        pool_bytes: args.pool_mib << 20,
+    let mut pools = PoolSettings::default();
+    args.settings.iter().try_for_each(|file| pools.read(file))?;
+    if let Some(mib) = args.pool_mib {
+        pools.set_bytes(mib << 20);
+    }
+    Ok(Settings {
+        pools,
+        picture: args.size,
         upload_bytes_per_frame: args.upload_kib_per_frame << 10,
         filter: args.filter,
         // Each thread has one read in flight.
         loader_threads: if args.direct { DirectStore::DEFAULT_DEPTH } else { defaults.loader_threads },
         ..defaults
-    }
+    })
 }
 
 fn is_same_file(a: &std::path::Path, b: &std::path::Path) -> bool {

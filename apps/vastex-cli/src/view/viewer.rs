@@ -68,7 +68,7 @@ impl Viewer {
         )?;
         let gpu = Gpu::for_surface(instance, Some(&surface))?;
         gpu::report_refusals(&gpu);
-        let mut textures = Textures::new(&gpu.device, &gpu.queue, settings(args))?;
+        let mut textures = Textures::new(&gpu.device, &gpu.queue, settings(args)?)?;
         let texture = textures.add(source)?;
         let shown = args.shown();
         let layer = shown.layer_of(&textures, texture)?;

@@ -7,4 +7,5 @@ mod export;
 mod inset;
 mod resume;
 mod round_trip;
+mod settings;
 mod tool;

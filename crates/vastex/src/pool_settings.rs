@@ -1,0 +1,112 @@
+//! How large pools are and whether their pictures may become coarser; `vastex.toml` says the same (`settings_file`).
+
+use vastex_core::{Description, LayerFormat, PoolEstimate};
+
+/// The settings of all pools.
+///
+/// A pool's settings are those of `default_pool`, then those of each rule that suits its textures, in order: a later rule
+/// has the last word on what it names, and leaves the rest as it is.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PoolSettings {
+    /// Of every pool, where no rule says otherwise.
+    pub default_pool: PoolTuning,
+    /// For some pools.
+    pub rules: Vec<PoolRule>,
+    /// What the sizes of pools in a scale group are multiplied by.
+    pub scale_groups: ScaleGroups,
+}
+
+/// Settings for the pools of some textures. Empty, it suits all.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PoolRule {
+    /// The formats of the layers, in order, as the file or as the device has them; nothing suits any.
+    pub formats: Option<Vec<LayerFormat>>,
+    /// Texels per side of a tile, border included, at least; of one that is not square, of its longer side.
+    pub tile_min: Option<u32>,
+    /// The same at most.
+    pub tile_max: Option<u32>,
+    /// What is set.
+    pub tuning: PoolTuning,
+}
+
+/// What can be set of a pool; nothing leaves it as it is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PoolTuning {
+    /// GPU memory in bytes, an upper bound. Where nobody sets it, it follows from the picture: see [`PoolEstimate`] (which is
+    /// 1 GiB at most) and
+    /// [`crate::Settings::picture`].
+    pub bytes: Option<u64>,
+    /// Whether the size is multiplied by the factor of the pool's scale group; unset, it is not.
+    pub allow_size_scale: Option<bool>,
+    /// The scale group, 0 to 2; unset, 0.
+    pub scale_group: Option<u8>,
+    /// Whether the picture may become coarser where the pool is too small; unset, it may. Where it may not, what came first
+    /// is shown, and the rest by its ancestors.
+    pub residency_mip_bias: Option<bool>,
+}
+
+/// The factors of the scale groups, 1 unless set: so that one number makes many pools smaller or larger.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ScaleGroups(pub [f64; 3]);
+
+impl Default for ScaleGroups {
+    fn default() -> ScaleGroups {
+        ScaleGroups([1.0; 3])
+    }
+}
+
+/// What a pool is made with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct PoolPlan {
+    pub(crate) bytes: u64,
+    pub(crate) mip_bias: bool,
+}
+
+impl PoolSettings {
+    /// Every pool of `bytes`.
+    pub fn of_bytes(bytes: u64) -> PoolSettings {
+        let default_pool = PoolTuning { bytes: Some(bytes), ..PoolTuning::default() };
+        PoolSettings { default_pool, ..PoolSettings::default() }
+    }
+
+    /// Makes every pool of `bytes`, whatever the settings said of sizes and scales.
+    pub fn set_bytes(&mut self, bytes: u64) {
+        let size = PoolTuning { bytes: Some(bytes), allow_size_scale: Some(false), ..PoolTuning::default() };
+        self.rules.push(PoolRule { tuning: size, ..PoolRule::default() });
+    }
+
+    /// The pool of textures like this, as the file and as the device has it, for a picture of so many pixels.
+    pub(crate) fn plan(&self, stored: &Description, held: &Description, picture: [u32; 2]) -> PoolPlan {
+        let suiting = self.rules.iter().filter(|rule| rule.suits(stored) || rule.suits(held));
+        let tuning = suiting.fold(self.default_pool, |tuning, rule| tuning.overridden_by(rule.tuning));
+        let bytes = tuning.bytes.unwrap_or_else(|| PoolEstimate::new(held, picture).bytes());
+        let group = usize::from(tuning.scale_group.unwrap_or(0));
+        let factor = self.scale_groups.0.get(group).filter(|_| tuning.allow_size_scale.unwrap_or(false));
+        PoolPlan {
+            bytes: factor.map_or(bytes, |factor| (bytes as f64 * factor) as u64),
+            mip_bias: tuning.residency_mip_bias.unwrap_or(true),
+        }
+    }
+}
+
+impl PoolRule {
+    fn suits(&self, description: &Description) -> bool {
+        let [width, height, _] = description.geometry.tile();
+        let side = width.max(height);
+        let formats = || description.layers.iter().map(|layer| layer.format);
+        self.formats.as_ref().is_none_or(|wanted| formats().eq(wanted.iter().copied()))
+            && self.tile_min.is_none_or(|min| side >= min)
+            && self.tile_max.is_none_or(|max| side <= max)
+    }
+}
+
+impl PoolTuning {
+    pub(crate) fn overridden_by(self, other: PoolTuning) -> PoolTuning {
+        PoolTuning {
+            bytes: other.bytes.or(self.bytes),
+            allow_size_scale: other.allow_size_scale.or(self.allow_size_scale),
+            scale_group: other.scale_group.or(self.scale_group),
+            residency_mip_bias: other.residency_mip_bias.or(self.residency_mip_bias),
+        }
+    }
+}
