@@ -209,13 +209,11 @@ impl Studio {
     /// The picture of the last frame by the CPU twin of the shaders, at the mip bias in force.
     pub fn cpu_picture(&self) -> Result<Picture, StudioError> {
         self.renderer.set_pose(&self.gpu.queue, &self.pose, self.view_aspect());
-        let bias = self.textures.bias_eighths(self.renderer.layer().texture());
-        let texture = CpuTexture::new(
-            self.source.clone(),
-            self.renderer.layer().index(),
-            self.textures.settings().filter,
-            bias,
-        );
+        let layer = self.renderer.layer();
+        let bias = self.textures.bias_eighths(layer.texture());
+        let filter = self.textures.settings().filter;
+        let texture = CpuTexture::new(self.source.clone(), layer.index(), filter, bias)
+            .with_levels(self.textures.levels(layer.texture()).unwrap_or_default());
         Ok(cpu_picture(&self.gpu, &self.textures, &self.renderer, &texture, self.size)?)
     }
 

@@ -6,6 +6,8 @@
 use bytemuck::{Pod, Zeroable};
 use vastex_core::{AddressMode, Geometry, PoolLayout, Slot, TableLayout, TextureId, shared};
 
+use crate::level_rule::LevelRule;
+
 /// `VASTEX_ADDRESS_*`: how an address mode is written.
 pub(crate) const fn address_code(mode: AddressMode) -> u32 {
     match mode {
@@ -45,12 +47,20 @@ pub(crate) struct TextureParams {
     pub(crate) address: [u32; 3],
     pub(crate) number: u32,
     pub(crate) bias: f32,
-    pub(crate) unused: [u32; 3],
+    pub(crate) finest: f32,
+    pub(crate) coarsest: f32,
+    pub(crate) unused_0: u32,
     pub(crate) levels: [LevelParams; shared::MAX_LEVELS as usize],
 }
 
 impl TextureParams {
-    pub(crate) fn new(geometry: &Geometry, texture: TextureId, tail_slot: Slot, bias: f32) -> TextureParams {
+    /// `rule` keeps to the levels of the texture.
+    pub(crate) fn new(
+        geometry: &Geometry,
+        texture: TextureId,
+        tail_slot: Slot,
+        rule: &LevelRule,
+    ) -> TextureParams {
         let (table, tail) = (TableLayout::new(geometry), geometry.tail());
         let mut levels = [LevelParams::default(); shared::MAX_LEVELS as usize];
         for (index, (params, level)) in levels.iter_mut().zip(geometry.levels()).enumerate() {
@@ -75,8 +85,10 @@ impl TextureParams {
             tail_slot: tail_slot.index(),
             address: geometry.address().map(address_code),
             number: u32::from(texture.number()),
-            bias,
-            unused: [0; 3],
+            bias: rule.bias,
+            finest: f32::from(rule.finest),
+            coarsest: f32::from(rule.coarsest),
+            unused_0: 0,
             levels,
         }
     }
@@ -204,11 +216,8 @@ mod tests {
         check(&text, "VastexPool", size_of::<PoolParams>(), pool);
         let view = offsets!(ViewParams: clip_scale, clip_offset, level_offset, unused);
         check(&text, "VastexView", size_of::<ViewParams>(), view);
-        let texture = offsets!(TextureParams: size, level_count, page, tail_level, border, tail_slot, address, number, bias);
-        let levels = offset_of!(TextureParams, levels);
-        let unused = [0, 4, 8].map(|word| ("unused", offset_of!(TextureParams, unused) + word));
-        let whole = [texture.as_slice(), &unused, &[("levels", levels)]].concat();
-        check(&text, "VastexTexture", size_of::<TextureParams>(), &whole);
+        let texture = offsets!(TextureParams: size, level_count, page, tail_level, border, tail_slot, address, number, bias, finest, coarsest, unused_0, levels);
+        check(&text, "VastexTexture", size_of::<TextureParams>(), texture);
     }
 
     #[test]

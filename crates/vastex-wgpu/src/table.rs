@@ -10,6 +10,7 @@ use vastex_core::{
 use crate::bind::buffer;
 use crate::device::{alive, compute_pipelines, dispatch_size, storage, uniform};
 use crate::error::GpuError;
+use crate::level_rule::LevelRule;
 use crate::mirror::{Change, ChangesHead, TextureParams};
 use crate::shader;
 
@@ -17,6 +18,9 @@ use crate::shader;
 #[derive(Debug)]
 pub struct TableBuffers {
     geometry: Geometry,
+    texture: TextureId,
+    tail_slot: Slot,
+    rule: LevelRule,
     params: wgpu::Buffer,
     entries: wgpu::Buffer,
     changes: Option<ChangeBuffer>,
@@ -30,15 +34,14 @@ struct ChangeBuffer {
 }
 
 impl TableBuffers {
-    /// A table in which every entry leads to the tail, which lies in `tail_slot`. `bias` is in levels and is added
-    /// to every level that shaders compute from gradients.
+    /// A table in which every entry leads to the tail, which lies in `tail_slot`, of a texture without a bias of
+    /// its own.
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         geometry: &Geometry,
         texture: TextureId,
         tail_slot: Slot,
-        bias: f32,
     ) -> Result<TableBuffers, GpuError> {
         alive(device)?;
         let tail = TableEntry::new(geometry.tail().first_level(), tail_slot).to_bits();
@@ -46,9 +49,24 @@ impl TableBuffers {
         let count = entry_count(geometry);
         let entries = storage(device, "vastex page table", count * 4);
         queue.write_buffer(&entries, 0, bytemuck::cast_slice(&vec![tail; count as usize]));
-        let params = TextureParams::new(geometry, texture, tail_slot, bias);
+        let rule = LevelRule::default().within(geometry);
+        let params = TextureParams::new(geometry, texture, tail_slot, &rule);
         let params = uniform(device, queue, "vastex texture", &params);
-        Ok(TableBuffers { geometry: geometry.clone(), params, entries, changes: None })
+        let geometry = geometry.clone();
+        Ok(TableBuffers { geometry, texture, tail_slot, rule, params, entries, changes: None })
+    }
+
+    /// Sets how levels are chosen, as far as the texture has them, for all commands submitted after this call: sampling
+    /// and feedback alike.
+    pub fn set_rule(&mut self, queue: &wgpu::Queue, rule: LevelRule) {
+        self.rule = rule.within(&self.geometry);
+        let params = TextureParams::new(&self.geometry, self.texture, self.tail_slot, &self.rule);
+        queue.write_buffer(&self.params, 0, bytemuck::bytes_of(&params));
+    }
+
+    /// How levels are chosen.
+    pub fn rule(&self) -> LevelRule {
+        self.rule
     }
 
     /// Whether the page table of a texture fits this device; the only thing about a texture that [`TableBuffers::new`] refuses.

@@ -8,6 +8,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use bytes::Bytes;
 use vastex_core::{ChangeRule, PageId, PagePos, Slot, TableChange, TableEntry, TableImage, TextureId};
 use vastex_tiles::{TileSource, decode_layer};
+use vastex_wgpu::LevelRule;
 use vastex_wgpu::twins::{Sampler, Texture};
 
 use crate::error::Error;
@@ -24,6 +25,7 @@ pub struct CpuTexture {
     table: TableImage,
     filter: Filter,
     bias_eighths: u16,
+    rule: LevelRule,
     failed: Mutex<Option<Error>>,
 }
 
@@ -46,7 +48,23 @@ impl CpuTexture {
             table.apply(geometry, &TableChange { page, rule: ChangeRule::Coarser, entry });
         }
         let tiles = pages.iter().map(|_| OnceLock::new()).collect();
-        CpuTexture { source, pages, tiles, layer, table, filter, bias_eighths, failed: Mutex::default() }
+        CpuTexture {
+            rule: LevelRule::default().within(&description.geometry),
+            source,
+            pages,
+            tiles,
+            layer,
+            table,
+            filter,
+            bias_eighths,
+            failed: Mutex::default(),
+        }
+    }
+
+    /// The same with levels chosen by another rule.
+    pub fn with_levels(mut self, rule: LevelRule) -> CpuTexture {
+        self.rule = rule.within(&self.source.description().geometry);
+        self
     }
 
     /// The colour at `uv`, from gradients of uv along one pixel; linear, 0 to 1 but for floats. Fails where a tile cannot be had.
@@ -55,7 +73,7 @@ impl CpuTexture {
         let number = NUMBER.ok_or(Error::TailPending)?;
         let mut texture = Texture::new(&description.geometry, &self.table, number);
         let layer = &description.layers[self.layer];
-        (texture.pool_bias, texture.layer_scale) = (self.bias_eighths, layer.scale);
+        (texture.rule, texture.pool_bias, texture.layer_scale) = (self.rule, self.bias_eighths, layer.scale);
         let tile = |slot: Slot| self.tile(slot);
         let sampler = Sampler { texture, format: layer.format, filter: self.filter, tile: &tile };
         let colour = sampler.sample_grad(uv, ddx, ddy);

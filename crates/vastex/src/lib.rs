@@ -58,7 +58,7 @@ pub use vastex_core::{
 pub use vastex_tiles::{
     Codec, ContainerError, DecodeError, ReadError, ReadFuture, Tile, TileSource, decode_layer,
 };
-pub use vastex_wgpu::{Atlas, GpuError, required_features, texture_format};
+pub use vastex_wgpu::{Atlas, GpuError, LevelRule, required_features, texture_format};
 
 /// Opens a `.vastex` file.
 #[cfg(not(target_family = "wasm"))]

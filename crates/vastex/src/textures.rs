@@ -9,7 +9,8 @@ use vastex_core::{
 };
 use vastex_tiles::{Loader, RamCache, Tile, TileSource};
 use vastex_wgpu::{
-    BindLayout, FeedbackTarget, Readback, ShaderOptions, TableBuffers, TableChanger, ViewBuffer, wgsl,
+    BindLayout, FeedbackTarget, LevelRule, Readback, ShaderOptions, TableBuffers, TableChanger, ViewBuffer,
+    wgsl,
 };
 
 use crate::decoded::{DecodedSource, held_description};
@@ -162,7 +163,7 @@ impl Textures {
         let (texture, slot) = self.pagers.add_texture(pool, &description.geometry, present)?;
         let pool = &self.pools[usize::from(pool.number())];
         pool.upload(&self.queue, slot, tail)?;
-        let table = TableBuffers::new(&self.device, &self.queue, &description.geometry, texture, slot, 0.0)?;
+        let table = TableBuffers::new(&self.device, &self.queue, &description.geometry, texture, slot)?;
         let number = usize::from(texture.number());
         if self.textures.len() <= number {
             self.textures.resize_with(number + 1, || None);
@@ -239,6 +240,20 @@ impl Textures {
     /// The mip bias in force for a texture, that of its pool, in eighths of a level.
     pub fn bias_eighths(&self, texture: TextureId) -> u16 {
         self.pool_of(texture).map_or(0, |pool| self.pagers.pager(pool).bias_eighths())
+    }
+
+    /// Sets how the levels of a texture are chosen, from the next feedback and picture on: a clamp of levels and a bias of its
+    /// own, before the mip bias of its pool. The levels that there are and the bias that can be are the limits. Says
+    /// whether there is such a texture.
+    pub fn set_levels(&mut self, texture: TextureId, rule: LevelRule) -> bool {
+        let Some(Some(state)) = self.textures.get_mut(usize::from(texture.number())) else { return false };
+        state.table.set_rule(&self.queue, rule);
+        true
+    }
+
+    /// How the levels of a texture are chosen, within the levels that it has.
+    pub fn levels(&self, texture: TextureId) -> Option<LevelRule> {
+        Some(self.textures.get(usize::from(texture.number()))?.as_ref()?.table.rule())
     }
 
     /// The state of a page.

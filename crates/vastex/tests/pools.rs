@@ -13,7 +13,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use common::{Mapping, PICTURE, Screen, property, settings};
-use vastex::{AddressMode, Event, Pace, PageState, PoolSettings, Settings, TileSource};
+use vastex::{AddressMode, Event, LevelRule, Pace, PageState, PoolSettings, Settings, TileSource};
 use vastex_core::{Description, Dims, Geometry, GeometrySpec, LayerFormat, PagePos};
 use vastex_tiles::{Codec, PropertySource, ReadFuture, Tile};
 
@@ -145,6 +145,35 @@ fn only_the_pool_that_is_too_small_becomes_coarser_and_is_named() {
     assert!(screen.textures.bias_eighths(coarse) > 0);
     assert_eq!(screen.textures.bias_eighths(fine), 0);
     assert_eq!(screen.textures.stats().pager.bias_eighths, screen.textures.bias_eighths(coarse));
+}
+
+#[test]
+fn each_texture_may_have_its_own_clamp_of_levels_and_bias() {
+    let source = || property(SIZE, 32, AddressMode::Clamp);
+    let mut screen = Screen::new(&[source(), source(), source(), source()], settings());
+    (0..4).for_each(|nth| screen.set_mapping(nth, &sharp([0.4, 0.4])));
+    // From level 0.1: nothing, a bias, at least level 2, at most what the texture has.
+    let rules = [(0.0, 0, 99), (0.95, 0, 99), (0.0, 2, 5), (9.0, 0, 3)];
+    for (nth, (bias, finest, coarsest)) in rules.into_iter().enumerate() {
+        assert!(screen.textures.set_levels(screen.texture(nth), LevelRule { bias, finest, coarsest }));
+    }
+    assert_eq!(
+        screen.textures.levels(screen.texture(0)),
+        Some(LevelRule { coarsest: 10, ..LevelRule::default() })
+    );
+    screen.converge();
+    let wanted = screen.feedback_of_every_pixel().pages;
+    for (nth, level) in [0, 1, 2, 3].into_iter().enumerate() {
+        check_level(&column(&screen, nth, 4), level);
+        let texture = screen.texture(nth);
+        let own = wanted.iter().filter(|wanted| wanted.page.texture() == texture);
+        assert!(own.clone().count() > 0 && own.clone().all(|wanted| wanted.page.level() == level));
+    }
+    let gone = screen.texture(3);
+    screen.remove(3);
+    assert!(
+        !screen.textures.set_levels(gone, LevelRule::default()) && screen.textures.levels(gone).is_none()
+    );
 }
 
 #[test]

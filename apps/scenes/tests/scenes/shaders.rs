@@ -19,13 +19,16 @@ fn every_shader_is_valid() {
             for format in [LayerFormat::R8, LayerFormat::Rg8, LayerFormat::Bc6h] {
                 let constants = Look::new(&Layer::new("a", format), None).wgsl();
                 let text = wgsl(&ShaderOptions { group: 0, filter, atlas }) + &constants + surface + module;
-                let parsed = naga::front::wgsl::parse_str(&text)
-                    .unwrap_or_else(|e| panic!("{}", e.emit_to_string(&text)));
-                let flags = naga::valid::ValidationFlags::all();
-                naga::valid::Validator::new(flags, naga::valid::Capabilities::empty())
-                    .validate(&parsed)
-                    .unwrap();
+                check(&text);
             }
         }
     }
+    let wall = include_str!("../../examples/wall/wall.wgsl");
+    check(&(wgsl(&ShaderOptions::default()) + wall));
+}
+
+fn check(text: &str) {
+    let parsed = naga::front::wgsl::parse_str(text).unwrap_or_else(|e| panic!("{}", e.emit_to_string(text)));
+    let flags = naga::valid::ValidationFlags::all();
+    naga::valid::Validator::new(flags, naga::valid::Capabilities::empty()).validate(&parsed).unwrap();
 }

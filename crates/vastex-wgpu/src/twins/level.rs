@@ -25,13 +25,14 @@ pub(super) fn lambda(dx: [f32; 2], dy: [f32; 2]) -> f32 {
 impl Texture<'_> {
     /// The level at mip bias 0.
     pub fn unbiased_level(&self, lambda: f32) -> f32 {
-        (lambda + self.bias).max(0.0).min(f32::from(self.geometry.coarsest()))
+        let rule = &self.rule;
+        (lambda + rule.bias).max(f32::from(rule.finest)).min(f32::from(rule.coarsest))
     }
 
     /// The level that is sampled.
     pub fn level(&self, lambda: f32) -> f32 {
         let pool_bias = f32::from(self.pool_bias) / STEPS_PER_LEVEL as f32;
-        ((lambda + self.bias).max(0.0) + pool_bias).min(f32::from(self.geometry.coarsest()))
+        (self.unbiased_level(lambda) + pool_bias).min(f32::from(self.geometry.coarsest()))
     }
 
     /// The lambda of gradients of uv along one pixel.

@@ -13,6 +13,8 @@ pub use sample::Sampler;
 
 use vastex_core::{Geometry, TableImage, TextureId};
 
+use crate::level_rule::LevelRule;
+
 /// A virtual texture as shaders know it: `vastex_texture`, `vastex_table`, and of `vastex_pool` and `vastex_view`
 /// what bears on levels and on the layer.
 #[derive(Clone, Copy, Debug)]
@@ -23,8 +25,8 @@ pub struct Texture<'a> {
     pub table: &'a TableImage,
     /// Its number in page ids.
     pub number: TextureId,
-    /// Levels added to every level computed from gradients.
-    pub bias: f32,
+    /// How its levels are chosen, as far as it has them.
+    pub rule: LevelRule,
     /// The pool's mip bias, in eighths of a level.
     pub pool_bias: u16,
     /// Texels of the texture along one of the sampled layer: 1, 2 or 4.
@@ -36,6 +38,7 @@ pub struct Texture<'a> {
 impl<'a> Texture<'a> {
     /// A texture without biases, drawn at full resolution; a layer that has it, too.
     pub fn new(geometry: &'a Geometry, table: &'a TableImage, number: TextureId) -> Texture<'a> {
-        Texture { geometry, table, number, bias: 0.0, pool_bias: 0, layer_scale: 1, level_offset: 0.0 }
+        let rule = LevelRule::default().within(geometry);
+        Texture { geometry, table, number, rule, pool_bias: 0, layer_scale: 1, level_offset: 0.0 }
     }
 }

@@ -30,12 +30,11 @@ fn vastex_lambda(dx: vec2<f32>, dy: vec2<f32>) -> f32 {
 
 // The level at mip bias 0.
 fn vastex_unbiased_level(lambda: f32) -> f32 {
-    let coarsest = f32(vastex_texture.level_count - 1u);
-    return min(max(lambda + vastex_texture.bias, 0.0), coarsest);
+    return min(max(lambda + vastex_texture.bias, vastex_texture.finest), vastex_texture.coarsest);
 }
 
 // The level that is sampled.
 fn vastex_level(lambda: f32) -> f32 {
     let coarsest = f32(vastex_texture.level_count - 1u);
-    return min(max(lambda + vastex_texture.bias, 0.0) + vastex_pool.bias, coarsest);
+    return min(vastex_unbiased_level(lambda) + vastex_pool.bias, coarsest);
 }

@@ -26,9 +26,9 @@ struct VastexTexture {
     address: vec3<u32>,     // VASTEX_ADDRESS_*, per axis
     number: u32,            // the texture's number in a page id
     bias: f32,              // levels added to every level computed from gradients
+    finest: f32,            // the finest and the coarsest level wanted
+    coarsest: f32,
     unused_0: u32,
-    unused_1: u32,
-    unused_2: u32,
     levels: array<VastexLevel, VASTEX_MAX_LEVELS>,
 }
 

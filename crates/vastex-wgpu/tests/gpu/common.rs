@@ -93,7 +93,7 @@ impl World {
             PoolLayout::fit(description, (slots.len() + 2) as u64 * tile_bytes as u64 * 2, limits).unwrap();
         assert!(layout.slots() as usize >= slots.len(), "{layout:?}");
         let pool = Pool::new(&gpu.device, &gpu.queue, &layout, &description.layers).unwrap();
-        let mut table = TableBuffers::new(&gpu.device, &gpu.queue, geometry, NUMBER, slots[0], 0.0).unwrap();
+        let mut table = TableBuffers::new(&gpu.device, &gpu.queue, geometry, NUMBER, slots[0]).unwrap();
         let mut image = TableImage::new(geometry, slots[0]);
         let mut tiles = BTreeMap::new();
         let mut changes = Vec::new();

@@ -46,7 +46,7 @@ fn a_pool_refuses_what_does_not_fit_it() {
 #[test]
 fn a_table_beyond_the_device_is_refused() {
     let geometry = Geometry::new(GeometrySpec::image(1 << 31, 1 << 30)).unwrap();
-    let table = TableBuffers::new(&GPU.device, &GPU.queue, &geometry, NUMBER, Slot::new(0), 0.0);
+    let table = TableBuffers::new(&GPU.device, &GPU.queue, &geometry, NUMBER, Slot::new(0));
     assert!(matches!(table, Err(GpuError::TableTooLarge { .. })));
 }
 
@@ -73,7 +73,7 @@ fn a_lost_device_is_an_error_wherever_something_is_read() {
     };
     let (layout, geometry) = (layout(limits(device)), geometry());
     let pool = Pool::new(device, queue, &layout, &layers(LayerFormat::Rgba8)).unwrap();
-    let mut table = TableBuffers::new(device, queue, &geometry, NUMBER, Slot::new(0), 0.0).unwrap();
+    let mut table = TableBuffers::new(device, queue, &geometry, NUMBER, Slot::new(0)).unwrap();
     let changer = TableChanger::new(device);
     record(&mut readback, 1);
     assert!(readback.wait(device, queue, 1).is_ok());
@@ -87,7 +87,7 @@ fn a_lost_device_is_an_error_wherever_something_is_read() {
     // So it is wherever something is made; what only writes to what exists goes on in silence.
     let made = Pool::new(device, queue, &layout, &layers(LayerFormat::Rgba8));
     assert_eq!(made.unwrap_err(), GpuError::DeviceLost);
-    let made = TableBuffers::new(device, queue, &geometry, NUMBER, Slot::new(0), 0.0);
+    let made = TableBuffers::new(device, queue, &geometry, NUMBER, Slot::new(0));
     assert_eq!(made.unwrap_err(), GpuError::DeviceLost);
     let made = FeedbackTarget::new(device, [64, 64], FeedbackScale::Reduced);
     assert_eq!(made.unwrap_err(), GpuError::DeviceLost);

@@ -5,7 +5,7 @@ use vastex_core::{
     AddressMode, Description, Geometry, GeometrySpec, Layer, LayerFormat, Slot, TexelPositions,
 };
 use vastex_wgpu::test_device::TestDevice;
-use vastex_wgpu::{Atlas, BindLayout, Filter, ShaderOptions, ViewBuffer, twins, wgsl};
+use vastex_wgpu::{Atlas, BindLayout, Filter, LevelRule, ShaderOptions, ViewBuffer, twins, wgsl};
 
 use crate::common::{GPU, NUMBER, Random, World, read, storage};
 
@@ -123,6 +123,7 @@ impl<'a> Harness<'a> {
         let outputs = self.run(world, &inputs);
         let tile = |slot: Slot| world.tiles[&slot].as_slice();
         let texture = twins::Texture {
+            rule: world.table.rule(),
             pool_bias: bias,
             layer_scale: world.layer.scale,
             ..twins::Texture::new(&world.geometry, &world.image, NUMBER)
@@ -321,5 +322,17 @@ fn texels_that_keep_their_positions_and_border_colours_agree_with_the_twin() {
         for filter in Filter::ALL {
             Harness::new(&GPU, filter, world.pool.atlas(0)).check(&mut world, 2, 10);
         }
+    }
+}
+
+#[test]
+fn the_levels_of_a_texture_may_be_clamped_and_biased() {
+    let geometry = Geometry::new(GeometrySpec { page: 32, ..GeometrySpec::image(500, 390) }).unwrap();
+    let harness = Harness::new(&GPU, Filter::Trilinear, Atlas::Float);
+    let mut world = World::new(&GPU, &geometry, LayerFormat::Rgba8, 0.5, 5);
+    let rules = [(1.75, 0, 9), (-0.625, 0, 9), (0.0, 2, 9), (0.0, 0, 1), (0.3, 1, 3), (-32.0, 3, 3)];
+    for (seed, (bias, finest, coarsest)) in (0..).zip(rules) {
+        world.table.set_rule(&GPU.queue, LevelRule { bias, finest, coarsest });
+        harness.check(&mut world, 8 * (seed as u16 % 2), seed);
     }
 }

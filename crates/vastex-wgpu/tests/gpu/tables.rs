@@ -54,7 +54,7 @@ fn check(geometry: &Geometry, seed: u64) {
     let gpu = &*GPU;
     let tail = Slot::new(70_000);
     let changer = TableChanger::new(&gpu.device);
-    let mut table = TableBuffers::new(&gpu.device, &gpu.queue, geometry, NUMBER, tail, 0.0).unwrap();
+    let mut table = TableBuffers::new(&gpu.device, &gpu.queue, geometry, NUMBER, tail).unwrap();
     let mut image = TableImage::new(geometry, tail);
     let mut run = Run {
         geometry,
@@ -109,6 +109,6 @@ fn a_table_of_a_volume_follows_too() {
 #[test]
 fn a_texture_that_is_all_tail_has_a_table_that_nobody_reads() {
     let geometry = Geometry::new(GeometrySpec::image(1, 1)).unwrap();
-    let table = TableBuffers::new(&GPU.device, &GPU.queue, &geometry, NUMBER, Slot::new(7), 0.0).unwrap();
+    let table = TableBuffers::new(&GPU.device, &GPU.queue, &geometry, NUMBER, Slot::new(7)).unwrap();
     assert_eq!(read::<u32>(&GPU, table.entries()), [TableEntry::new(0, Slot::new(7)).to_bits()]);
 }

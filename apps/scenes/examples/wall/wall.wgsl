@@ -1,0 +1,42 @@
+// A panel of the wall: a rectangle of the picture with a part of its texture.
+// The text before this one is `Textures::wgsl`.
+
+struct Panel {
+    place: vec4<f32>, // left, top, right, bottom [clip space]
+    uv: vec4<f32>,    // where the part begins, and how far it goes [uv]
+}
+
+@group(1) @binding(0) var<uniform> panel: Panel;
+
+struct Corner {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) uv: vec2<f32>,
+}
+
+fn corner(index: u32) -> Corner {
+    let at = vec2<f32>(f32(index & 1u), f32(index >> 1u));
+    let clip = mix(panel.place.xy, panel.place.zw, at);
+    return Corner(vec4<f32>(clip, 0.5, 1.0), panel.uv.xy + panel.uv.zw * at);
+}
+
+@vertex
+fn place(@builtin(vertex_index) index: u32) -> Corner {
+    return corner(index);
+}
+
+@vertex
+fn place_feedback(@builtin(vertex_index) index: u32) -> Corner {
+    var placed = corner(index);
+    placed.clip = vastex_feedback_clip(placed.clip);
+    return placed;
+}
+
+@fragment
+fn shade(placed: Corner) -> @location(0) vec4<f32> {
+    return vastex_sample(placed.uv);
+}
+
+@fragment
+fn want(placed: Corner) -> @location(0) vec4<u32> {
+    return vastex_feedback(placed.uv);
+}
