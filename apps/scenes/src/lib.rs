@@ -15,6 +15,7 @@ mod read;
 mod reference;
 mod scene;
 mod studio;
+mod traced;
 
 pub use compare::{Comparison, Picture};
 pub use draw::{PictureTarget, SceneRenderer, depth_view};
@@ -26,3 +27,4 @@ pub use pose::Pose;
 pub use reference::{Reference, ReferenceError};
 pub use scene::{Mesh, Scene, Vertex, surface};
 pub use studio::{Outcome, PATIENCE_FRAMES, ReferenceKind, Studio, StudioError, Until};
+pub use traced::trace_of;

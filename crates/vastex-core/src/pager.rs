@@ -209,8 +209,9 @@ impl Pager {
     ///
     /// Costs a visit of each page of the working set and of the pages now missing.
     pub fn observe(&mut self, feedback: &Feedback) {
-        let cut = self.cut.take_if(|frame| *frame <= feedback.frame).is_some();
-        if cut || self.set.is_jump(feedback, &self.textures) {
+        let declared = self.cut.take_if(|frame| *frame <= feedback.frame).is_some();
+        let cut = declared || self.set.is_jump(feedback, &self.textures);
+        if cut {
             self.set.restart();
             self.bias.restart();
         }
@@ -219,6 +220,8 @@ impl Pager {
         self.set.rebuild(&self.textures, |page| residency.slot_of(page).is_some());
         self.update_bias();
         let newly_wanted = self.want_pages();
+        let wanted = self.set.pages_at(self.bias.bias()).map(|(page, _)| page);
+        self.residency.victims.retention.observe(wanted, cut, &self.textures);
         self.note_convergence(newly_wanted);
         self.check();
     }
@@ -249,7 +252,6 @@ impl Pager {
         self.order = was_missing;
         order_missing(&self.set, bias, &self.residency, &self.textures, &mut self.order);
         self.next_request = 0;
-        self.residency.forget_victims();
         self.make_room();
         newly
     }

@@ -11,7 +11,7 @@ use bytes::Bytes;
 
 use crate::budget::{FairShare, UploadBucket};
 use crate::event::Event;
-use crate::feedback::Feedback;
+use crate::feedback::{Feedback, WantedPage};
 use crate::geometry::Geometry;
 use crate::numbers::Numbers;
 use crate::page::{PageId, TextureId};
@@ -20,6 +20,7 @@ use crate::pager::{Pager, PagerSettings, Request, Upload};
 use crate::pool::{PoolError, PoolId, Slot};
 use crate::residency::{PageState, Stats};
 use crate::table::TableChange;
+use crate::working_set::merge_same;
 
 /// What all pools share.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -170,6 +171,18 @@ impl Pagers {
             self.events.push_back(Event::Converged { frame: self.frame });
         }
         self.converged = converged;
+    }
+
+    /// What a feedback comes down to, for a trace: the pages that exist, for each without a tile the one that stands for it;
+    /// in ascending order, each once.
+    pub fn pages_of(&self, feedback: &Feedback) -> Vec<WantedPage> {
+        let standing = |wanted: &WantedPage| {
+            let textures = &self.pager(self.pool_of(wanted.page.texture())?).textures;
+            textures.contains(wanted.page).then(|| textures.present(*wanted))
+        };
+        let mut pages: Vec<WantedPage> = feedback.pages.iter().filter_map(standing).collect();
+        merge_same(&mut pages);
+        pages
     }
 
     /// The next tile to load, while the in-flight budget allows one. Its rank compares with those of all pools.

@@ -25,7 +25,7 @@
 //! A texture that is removed takes its pages with it, whatever their state; only what the loader has stays `Loading`, called off
 //! and unwanted, until that answers.
 //!
-//! Which pages are wanted, and in which order, is decided elsewhere; here the moves are made and counted.
+//! Which pages are wanted, in which order, and which page gives up its slot (`victims`) is decided elsewhere; here the moves are made and counted.
 
 use bytes::Bytes;
 use rustc_hash::FxHashMap;
@@ -35,6 +35,7 @@ use crate::page::{PageId, TextureId};
 use crate::pool::Slot;
 use crate::shared::JITTER_CYCLE;
 use crate::textures::Textures;
+use crate::victims::Victims;
 
 /// Frames within which a tile loaded again after its eviction counts as reloaded.
 const RELOAD_FRAMES: u64 = 60;
@@ -144,9 +145,8 @@ pub(crate) struct Residency {
     pub(crate) free: Vec<Slot>,
     /// Resident pages below each page, at any depth; absent where 0.
     pub(crate) below: FxHashMap<PageId, u32>,
-    /// Slots by how soon they may be given up, the next one last; made when the first victim of a round is needed.
-    victims: Vec<(u64, u8, PageId)>,
-    victims_round: u64,
+    /// Which of them goes next.
+    pub(crate) victims: Victims,
     evicted_at: FxHashMap<PageId, u64>,
     evictions: VecDeque<(u64, PageId)>,
     /// Counts the working sets worked out so far.
@@ -165,8 +165,7 @@ impl Residency {
             slots: vec![None; slots as usize],
             free: (0..slots).rev().map(Slot::new).collect(),
             below: FxHashMap::default(),
-            victims: Vec::new(),
-            victims_round: 0,
+            victims: Victims::default(),
             evicted_at: FxHashMap::default(),
             evictions: VecDeque::new(),
             pinned_at_round: 0,
@@ -380,6 +379,7 @@ impl Residency {
         self.evicted_at.retain(|page, _| is_other(page));
         self.evictions.retain(|(_, page)| is_other(page));
         self.victims.clear();
+        self.victims.retention.forget(texture);
         loads.sort_unstable();
         loads
     }
@@ -408,6 +408,7 @@ impl Residency {
                 *count -= 1;
                 if *count == 0 {
                     self.below.remove(&ancestor);
+                    self.note_descendant_gone(ancestor, textures);
                 }
             }
         }
@@ -437,45 +438,5 @@ impl Residency {
             self.stats.reloaded += 1;
         }
         Some((bytes, recovered))
-    }
-
-    /// The page wanted least recently (the finest of those) that may be evicted.
-    fn next_victim(&mut self, textures: &Textures) -> Option<PageId> {
-        loop {
-            while let Some((_, _, page)) = self.victims.pop() {
-                if self.may_evict(page) {
-                    return Some(page);
-                }
-            }
-            // Evicting a page can make its parent a victim, so an empty list is made anew while that yields any.
-            if !self.list_victims(textures) {
-                return None;
-            }
-        }
-    }
-
-    fn may_evict(&self, page: PageId) -> bool {
-        self.slot_of(page).is_some() && !self.is_wanted(page) && !self.below.contains_key(&page)
-    }
-
-    fn list_victims(&mut self, textures: &Textures) -> bool {
-        debug_assert!(textures.count() == self.stats.pinned);
-        let mut victims = std::mem::take(&mut self.victims);
-        victims.clear();
-        for &page in self.slots.iter().flatten().filter(|&&page| self.may_evict(page)) {
-            let wanted = self.records.get(&page).map_or(0, |record| record.wanted_round);
-            victims.push((wanted, page.level(), page));
-        }
-        victims.sort_unstable_by(|a, b| b.cmp(a));
-        self.victims = victims;
-        self.victims_round = self.round;
-        !self.victims.is_empty()
-    }
-
-    /// Victims listed for an earlier working set are no longer in order.
-    pub(crate) fn forget_victims(&mut self) {
-        if self.victims_round != self.round {
-            self.victims.clear();
-        }
     }
 }

@@ -205,7 +205,7 @@ impl WorkingSet {
 }
 
 /// Makes one entry of those of the same page, for which several that have no tiles may stand.
-fn merge_same(pages: &mut Vec<WantedPage>) {
+pub(crate) fn merge_same(pages: &mut Vec<WantedPage>) {
     pages.sort_unstable();
     pages.dedup_by(|next, first| {
         let same = next.page == first.page;

@@ -47,7 +47,8 @@ pub enum FeedbackScale {
 }
 
 impl FeedbackScale {
-    const fn block(self) -> u32 {
+    /// Pixels of the picture per side for which a pixel of the target stands.
+    pub const fn block(self) -> u32 {
         match self {
             FeedbackScale::Reduced => shared::FEEDBACK_SCALE,
             FeedbackScale::Full => 1,

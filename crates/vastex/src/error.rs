@@ -1,6 +1,6 @@
 //! What can go wrong, by what the application can do about it.
 
-use vastex_core::{PagePos, PoolError};
+use vastex_core::{PagePos, PoolError, TraceRecordError};
 use vastex_tiles::{ContainerError, DecodeError, ReadError};
 use vastex_wgpu::GpuError;
 
@@ -41,6 +41,9 @@ pub enum Error {
     /// The system gives no threads to load tiles with.
     #[error("the system gives no threads to load tiles with: {0}")]
     Threads(#[from] std::io::Error),
+    /// The trace could not be recorded to its end.
+    #[error("the trace ends early: {0}")]
+    Trace(#[from] TraceRecordError),
     /// The GPU failed. After [`GpuError::DeviceLost`], make a new device and a new [`crate::Textures`].
     #[error(transparent)]
     Gpu(#[from] GpuError),

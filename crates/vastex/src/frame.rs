@@ -52,6 +52,9 @@ impl Textures {
     fn observe(&mut self) -> Result<(), Error> {
         while let Some(feedback) = self.next_feedback()? {
             self.counters.degenerate = feedback.degenerate;
+            if let Some(recorder) = &mut self.recorder {
+                recorder.note(&feedback, &self.pagers, &self.textures);
+            }
             self.pagers.observe(&feedback);
         }
         let under_way = self.feedback.as_ref().and_then(|path| path.readback.oldest());

@@ -28,6 +28,7 @@
 
 #[cfg(not(target_family = "wasm"))]
 mod cpu;
+mod cpu_feedback;
 mod decoded;
 mod error;
 mod frame;
@@ -35,6 +36,7 @@ mod layer;
 mod lock_step;
 mod pool_settings;
 mod pools;
+mod recorder;
 mod settings;
 mod settings_file;
 mod stats;
@@ -42,6 +44,7 @@ mod textures;
 
 #[cfg(not(target_family = "wasm"))]
 pub use cpu::CpuTexture;
+pub use cpu_feedback::CpuFeedback;
 pub use error::Error;
 pub use layer::LayerId;
 pub use pool_settings::{PoolRule, PoolSettings, PoolTuning, ScaleGroups};
@@ -53,7 +56,7 @@ pub use textures::{BindGroups, Textures};
 pub use vastex_core::shared::JITTER_CYCLE;
 pub use vastex_core::{
     AddressMode, Box3, Description, Dims, Event, Feedback, Geometry, GeometryError, GeometrySpec, Layer,
-    LayerFormat, PageId, PagePos, PageState, PoolEstimate, PoolId, Stats, TexelPositions, TextureId, fold,
+    LayerFormat, PageId, PagePos, PageState, PoolEstimate, PoolId, Stats, TexelPositions, TextureId, Trace, fold,
 };
 pub use vastex_tiles::{
     Codec, ContainerError, DecodeError, ReadError, ReadFuture, Tile, TileSource, decode_layer,

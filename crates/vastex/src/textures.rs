@@ -18,6 +18,7 @@ use crate::error::Error;
 use crate::layer::LayerId;
 use crate::lock_step::LockStep;
 use crate::pools::{PoolState, Shape};
+use crate::recorder::Recorder;
 use crate::settings::{Pace, Settings};
 use crate::stats::Counters;
 
@@ -42,6 +43,8 @@ pub struct Textures {
     pub(crate) frame: u64,
     pub(crate) changes: Vec<TableChange>,
     pub(crate) counters: Counters,
+    /// While a trace is recorded.
+    pub(crate) recorder: Option<Recorder>,
 }
 
 pub(crate) struct TextureState {
@@ -106,6 +109,7 @@ impl Textures {
             frame: 0,
             changes: Vec::new(),
             counters: Counters::default(),
+            recorder: None,
             settings,
         })
     }

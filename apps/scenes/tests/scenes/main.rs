@@ -6,5 +6,6 @@ mod common;
 mod golden;
 mod layers;
 mod pictures;
+mod policies;
 mod shaders;
 mod streaming;
