@@ -15,6 +15,7 @@ pub(crate) use export::{ExportArgs, FormatName, LayoutName};
 pub(crate) use merge::MergeArgs;
 #[cfg(feature = "build")]
 pub(crate) use replace::ReplaceArgs;
+pub(crate) use replay::ReplayArgs;
 
 #[cfg(feature = "build")]
 mod build;
@@ -28,6 +29,7 @@ mod layer;
 mod merge;
 #[cfg(feature = "build")]
 mod replace;
+mod replay;
 
 /// Images far larger than GPU memory, as ordinary textures.
 #[derive(Debug, Parser)]
@@ -69,6 +71,8 @@ pub(crate) enum Command {
     Verify(VerifyArgs),
     /// Draw a scene without a window
     Render(RenderArgs),
+    /// Play a recorded trace under a policy, beside Belady's optimum
+    Replay(ReplayArgs),
     /// Open a window with a scene to move about in
     #[cfg(feature = "view")]
     View(ViewArgs),
@@ -169,6 +173,7 @@ Examples:
   vastex render earth.vastex --on plane --size 1920x1080 --camera-path fly --frames 120 -o fly.png
   vastex render earth.vastex --on plane --pool-mib 4 --compare --json
   vastex render island.vastex --layer-shown height --range 0,0.2 -o height.png
+  vastex render earth.vastex --on globe --camera-path spin --record-trace spin.vxtrace
 
 Without --frames it plays the camera path to its end and holds the last pose until everything is loaded; if that does
 not come to pass within 10,000 frames, the picture is written as it is and the exit code is 1.")]
@@ -193,6 +198,9 @@ pub(crate) struct RenderArgs {
     /// Where to write the last picture, as PNG
     #[arg(short, long, value_name = "OUT.png")]
     pub(crate) output: Option<PathBuf>,
+    /// Where to write what each frame wanted, for `vastex replay`
+    #[arg(long, value_name = "FILE")]
+    pub(crate) record_trace: Option<PathBuf>,
     /// Compare the last picture with one drawn from an ordinary texture
     #[arg(long)]
     pub(crate) compare: bool,

@@ -40,6 +40,7 @@ fn main() -> ExitCode {
         Command::Info(args) => commands::info::run(args),
         Command::Verify(args) => commands::verify::run(args),
         Command::Render(args) => commands::render::run(args),
+        Command::Replay(args) => commands::replay::run(args),
         #[cfg(feature = "view")]
         Command::View(args) => view::run(args),
     };

@@ -1,4 +1,4 @@
-//! The picture that `render` writes: whole or not at all.
+//! The files that `render` writes, a picture and a trace: whole or not at all.
 
 use std::fs::{self, OpenOptions};
 use std::io::{self, Write};
@@ -7,17 +7,17 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, anyhow, bail};
 use vastex_scenes::Picture;
 
-/// A place for a PNG file, found writable.
+/// A place for a file, found writable.
 #[derive(Debug)]
-pub(crate) struct PngOutput {
+pub(crate) struct Output {
     target: PathBuf,
     /// Beside the target, so that it can be renamed to it.
     temp: PathBuf,
 }
 
-impl PngOutput {
+impl Output {
     /// Makes sure that there can be a file at `target`, so that nobody draws for an hour in vain.
-    pub(crate) fn at(target: &Path) -> Result<PngOutput> {
+    pub(crate) fn at(target: &Path) -> Result<Output> {
         let shown = target.display();
         let Some(name) = target.file_name() else { bail!("{shown}: this names no file; add a file name") };
         match fs::metadata(target) {
@@ -30,16 +30,20 @@ impl PngOutput {
         let mut temp_name = std::ffi::OsString::from(".");
         temp_name.push(name);
         temp_name.push(format!(".{}.partial", std::process::id()));
-        let output = PngOutput { target: target.into(), temp: target.with_file_name(temp_name) };
+        let output = Output { target: target.into(), temp: target.with_file_name(temp_name) };
         let tried = output.write_temp(&[]).and_then(|()| fs::remove_file(&output.temp));
         tried.map_err(|error| output.refusal(&error))?;
         Ok(output)
     }
 
-    /// Writes the colours of a picture; what the texture does not cover shows the background.
-    pub(crate) fn write(&self, picture: &Picture) -> Result<()> {
-        let png = encode(picture).with_context(|| self.target.display().to_string())?;
-        let done = self.write_temp(&png).and_then(|()| fs::rename(&self.temp, &self.target));
+    /// Writes the colours of a picture as PNG; what the texture does not cover shows the background.
+    pub(crate) fn write_picture(&self, picture: &Picture) -> Result<()> {
+        self.write(&encode(picture).with_context(|| self.target.display().to_string())?)
+    }
+
+    /// Writes the whole file.
+    pub(crate) fn write(&self, bytes: &[u8]) -> Result<()> {
+        let done = self.write_temp(bytes).and_then(|()| fs::rename(&self.temp, &self.target));
         done.map_err(|error| {
             // Where it cannot be removed either, the first error says more.
             let _ = fs::remove_file(&self.temp);

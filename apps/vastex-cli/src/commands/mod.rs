@@ -10,4 +10,5 @@ pub(crate) mod merge;
 pub(crate) mod render;
 #[cfg(feature = "build")]
 pub(crate) mod replace;
+pub(crate) mod replay;
 pub(crate) mod verify;

@@ -11,15 +11,22 @@ use vastex_scenes::{Comparison, Gpu, Outcome, ReferenceKind, Studio, Until};
 use vastex_tiles::DirectStore;
 
 use crate::args::{RenderArgs, SceneArgs};
-use crate::output::PngOutput;
+use crate::output::Output;
 use crate::{gpu, open, report};
 
 pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode> {
     let source = args.scene.source.display().to_string();
-    if args.output.as_ref().is_some_and(|output| is_same_file(output, &args.scene.source)) {
+    let places = [&args.output, &args.record_trace];
+    if places.into_iter().flatten().any(|output| is_same_file(output, &args.scene.source)) {
         bail!("{source}: is the source as well as the output; choose another name for the output");
     }
-    let output = args.output.as_deref().map(PngOutput::at).transpose()?;
+    if args.output.is_some() && args.output == args.record_trace {
+        bail!("{source}: the picture and the trace would be one file; choose another name for one of them");
+    }
+    let outputs = Outputs {
+        picture: args.output.as_deref().map(Output::at).transpose()?,
+        trace: args.record_trace.as_deref().map(Output::at).transpose()?,
+    };
     let tiles = open::open(&args.scene.source, args.scene.direct)?;
     let gpu = Gpu::headless()?;
     gpu::report_refusals(&gpu);
@@ -30,7 +37,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode> {
     let settings = Settings { pace, ..settings(&args.scene)? };
     let (shown, SceneArgs { on, size, .. }) = (args.scene.shown(), &args.scene);
     let studio = Studio::showing(&shown, &gpu, tiles, *on, *size, settings);
-    let outcome = draw(args, &mut studio.context(source.clone())?, output.as_ref(), gpu.adapter_name());
+    let outcome = draw(args, &mut studio.context(source.clone())?, &outputs, gpu.adapter_name());
     let outcome = outcome.context(source.clone())?;
     if args.frames.is_some() || outcome.converged {
         return Ok(ExitCode::SUCCESS);
@@ -43,19 +50,26 @@ pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode> {
     Ok(ExitCode::FAILURE)
 }
 
-/// Plays the path, writes the picture, and tells how it went.
-fn draw(
-    args: &RenderArgs,
-    studio: &mut Studio,
-    output: Option<&PngOutput>,
-    adapter: String,
-) -> Result<Outcome> {
+/// What is to be written.
+struct Outputs {
+    picture: Option<Output>,
+    trace: Option<Output>,
+}
+
+/// Plays the path, writes picture and trace, and tells how it went.
+fn draw(args: &RenderArgs, studio: &mut Studio, outputs: &Outputs, adapter: String) -> Result<Outcome> {
+    if outputs.trace.is_some() {
+        studio.textures_mut().record_trace();
+    }
     let until = args.frames.map_or(Until::Converged, Until::Frames);
     let mut failed = FailedPages::default();
     let outcome = studio.run(args.camera_path, until, |_, events| failed.note(events))?;
     failed.say(&args.scene.source.display().to_string());
-    if let Some(output) = output {
-        output.write(&studio.picture())?;
+    if let Some(output) = &outputs.picture {
+        output.write_picture(&studio.picture())?;
+    }
+    if let (Some(output), Some(trace)) = (&outputs.trace, studio.textures_mut().take_trace()?) {
+        output.write(&trace.to_bytes())?;
     }
     let compared = if args.compare { Some(studio.compare()?) } else { None };
     let summary = Summary::new(&outcome, studio.share_at_wanted_level()?, adapter, compared);

@@ -5,6 +5,7 @@
 mod bad_input;
 mod export;
 mod inset;
+mod replay;
 mod resume;
 mod round_trip;
 mod settings;
