@@ -17,7 +17,6 @@ const SIZE: [u32; 2] = [8192, 4096];
 const DENSITY: f32 = 1.3;
 /// Texels that every texture moves along per frame.
 const SPEED: f32 = 12.0;
-const COLOUR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 
 struct Panel {
     texture: TextureId,
@@ -32,10 +31,7 @@ pub(crate) struct Wall {
     gpu: Gpu,
     pub(crate) textures: Textures,
     panels: Vec<Panel>,
-    picture: wgpu::RenderPipeline,
     wanted: wgpu::RenderPipeline,
-    colour: wgpu::TextureView,
-    depth: wgpu::TextureView,
 }
 
 /// Seconds of a frame.
@@ -81,25 +77,11 @@ impl Wall {
             panels.push(Panel { texture, place, uniform, group });
         }
         let first = panels.first().map(|panel| panel.texture);
-        let [picture, wanted] = pipelines(device, &textures, first, &layout)?;
-        let target = |format| {
-            let texture = device.create_texture(&wgpu::TextureDescriptor {
-                label: None,
-                size: wgpu::Extent3d { width: PICTURE[0], height: PICTURE[1], depth_or_array_layers: 1 },
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format,
-                usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
-                view_formats: &[],
-            });
-            texture.create_view(&Default::default())
-        };
-        let (colour, depth) = (target(COLOUR), target(Textures::FEEDBACK_DEPTH_FORMAT));
-        Ok(Wall { gpu: gpu.clone(), textures, panels, picture, wanted, colour, depth })
+        let wanted = pipeline(device, &textures, first, &layout)?;
+        Ok(Wall { gpu: gpu.clone(), textures, panels, wanted })
     }
 
-    /// One frame with its picture, each texture moved along to `at`; says what the loop took.
+    /// One frame but for the picture, each texture moved along to `at`; says what the loop took.
     pub(crate) fn frame(&mut self, at: u32, clock: &mut Clock) -> Result<Times> {
         for panel in &self.panels {
             let [left, top, right, bottom] = panel.place;
@@ -119,31 +101,9 @@ impl Wall {
         let feedback = clock.lap();
         self.textures.update(&mut encoder)?;
         let update = clock.lap();
-        self.draw_picture(&mut encoder);
         self.gpu.queue.submit([encoder.finish()]);
         while self.textures.poll_event().is_some() {}
         Ok(Times { feedback, update })
-    }
-
-    fn draw_picture(&self, encoder: &mut wgpu::CommandEncoder) {
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: &self.colour,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations::default(),
-            })],
-            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: &self.depth,
-                depth_ops: Some(wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(1.0),
-                    store: wgpu::StoreOp::Discard,
-                }),
-                stencil_ops: None,
-            }),
-            ..Default::default()
-        });
-        draw(&mut pass, &self.picture, &self.panels, |texture| self.textures.bind_group(texture));
     }
 }
 
@@ -177,13 +137,13 @@ fn uniform_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     })
 }
 
-/// For the picture, and for the feedback pass. The textures are alike, so what suits the first suits all.
-fn pipelines(
+/// For the feedback pass. The textures are alike, so what suits the first suits all.
+fn pipeline(
     device: &wgpu::Device,
     textures: &Textures,
     first: Option<TextureId>,
     panel: &wgpu::BindGroupLayout,
-) -> Result<[wgpu::RenderPipeline; 2]> {
+) -> Result<wgpu::RenderPipeline> {
     let first = first.ok_or_else(|| anyhow::anyhow!("a wall without textures"))?;
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: None,
@@ -194,37 +154,34 @@ fn pipelines(
         bind_group_layouts: &[Some(textures.bind_group_layout(first)), Some(panel)],
         immediate_size: 0,
     });
-    let passes = [("place", "shade", COLOUR), ("place_feedback", "want", Textures::FEEDBACK_FORMAT)];
-    Ok(passes.map(|(place, shade, format)| {
-        device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: None,
-            layout: Some(&layout),
-            vertex: wgpu::VertexState {
-                module: &module,
-                entry_point: Some(place),
-                compilation_options: Default::default(),
-                buffers: &[],
-            },
-            primitive: wgpu::PrimitiveState {
-                topology: wgpu::PrimitiveTopology::TriangleStrip,
-                ..Default::default()
-            },
-            depth_stencil: Some(wgpu::DepthStencilState {
-                format: Textures::FEEDBACK_DEPTH_FORMAT,
-                depth_write_enabled: Some(true),
-                depth_compare: Some(wgpu::CompareFunction::Less),
-                stencil: Default::default(),
-                bias: Default::default(),
-            }),
-            multisample: Default::default(),
-            fragment: Some(wgpu::FragmentState {
-                module: &module,
-                entry_point: Some(shade),
-                compilation_options: Default::default(),
-                targets: &[Some(format.into())],
-            }),
-            multiview_mask: None,
-            cache: None,
-        })
+    Ok(device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: None,
+        layout: Some(&layout),
+        vertex: wgpu::VertexState {
+            module: &module,
+            entry_point: Some("place_feedback"),
+            compilation_options: Default::default(),
+            buffers: &[],
+        },
+        primitive: wgpu::PrimitiveState {
+            topology: wgpu::PrimitiveTopology::TriangleStrip,
+            ..Default::default()
+        },
+        depth_stencil: Some(wgpu::DepthStencilState {
+            format: Textures::FEEDBACK_DEPTH_FORMAT,
+            depth_write_enabled: Some(true),
+            depth_compare: Some(wgpu::CompareFunction::Less),
+            stencil: Default::default(),
+            bias: Default::default(),
+        }),
+        multisample: Default::default(),
+        fragment: Some(wgpu::FragmentState {
+            module: &module,
+            entry_point: Some("want"),
+            compilation_options: Default::default(),
+            targets: &[Some(Textures::FEEDBACK_FORMAT.into())],
+        }),
+        multiview_mask: None,
+        cache: None,
     }))
 }

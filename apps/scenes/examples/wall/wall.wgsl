@@ -13,27 +13,11 @@ struct Corner {
     @location(0) uv: vec2<f32>,
 }
 
-fn corner(index: u32) -> Corner {
-    let at = vec2<f32>(f32(index & 1u), f32(index >> 1u));
-    let clip = mix(panel.place.xy, panel.place.zw, at);
-    return Corner(vec4<f32>(clip, 0.5, 1.0), panel.uv.xy + panel.uv.zw * at);
-}
-
-@vertex
-fn place(@builtin(vertex_index) index: u32) -> Corner {
-    return corner(index);
-}
-
 @vertex
 fn place_feedback(@builtin(vertex_index) index: u32) -> Corner {
-    var placed = corner(index);
-    placed.clip = vastex_feedback_clip(placed.clip);
-    return placed;
-}
-
-@fragment
-fn shade(placed: Corner) -> @location(0) vec4<f32> {
-    return vastex_sample(placed.uv);
+    let at = vec2<f32>(f32(index & 1u), f32(index >> 1u));
+    let clip = mix(panel.place.xy, panel.place.zw, at);
+    return Corner(vastex_feedback_clip(vec4<f32>(clip, 0.5, 1.0)), panel.uv.xy + panel.uv.zw * at);
 }
 
 @fragment
