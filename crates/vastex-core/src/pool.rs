@@ -129,7 +129,8 @@ impl PoolLayout {
 
     /// The layout with the most slots within `budget` bytes; fails below [`PoolLayout::MIN_SLOTS`].
     ///
-    /// Of the layouts with equally many slots, the one with the fewest images is taken.
+    /// Of the layouts with equally many slots, the one with the fewest images is taken; more than twice as many as are needed only
+    /// where with fewer over 5 % of the budget would be wasted.
     pub fn fit(description: &Description, budget: u64, limits: ArrayLimits) -> Result<PoolLayout, PoolError> {
         let [width, height, _] = description.geometry.tile();
         let tile_bytes = description.tile_bytes() as u64;
@@ -141,9 +142,13 @@ impl PoolLayout {
         let largest_image = u64::from(per_side) * u64::from(per_side);
         let fewest =
             u64::from(affordable).div_ceil(largest_image).clamp(1, u64::from(limits.max_images)) as u32;
-        let most = limits.max_images.min(fewest * 2).max(fewest);
         let mut best: Option<PoolLayout> = None;
-        for images in fewest..=most {
+        for images in fewest..=limits.max_images.max(fewest) {
+            let wastes_little =
+                |best: &PoolLayout| u64::from(best.slots()) * 100 >= u64::from(affordable) * 95;
+            if images > 2 * fewest && best.as_ref().is_some_and(wastes_little) {
+                break;
+            }
             let share = affordable / images;
             for rows in 1..=per_side.min(share) {
                 let columns = (share / rows).min(per_side);
