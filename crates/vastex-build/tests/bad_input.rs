@@ -171,9 +171,8 @@ fn impossible_options_and_outputs() {
         let error = build_to(&output).to_string();
         assert!(error.contains(output.to_str().unwrap()) && error.contains("cannot be written"), "{error}");
     }
-    let build_all = |inputs: &[PathBuf]| {
-        build(inputs, &dir.path().join("o"), &BuildOptions::default(), &()).unwrap_err()
-    };
+    let build_all =
+        |inputs: &[PathBuf]| build(inputs, &dir.path().join("o"), &BuildOptions::default(), &()).unwrap_err();
     assert!(matches!(build_all(&[]), BuildError::NoInput));
     assert!(build_all(&[input.clone(), input.clone()]).to_string().contains("two layers are called"));
 }

@@ -5,7 +5,8 @@ use crate::tool::Desk;
 /// A desk with a trace of a path that moves.
 fn desk() -> Desk {
     let desk = Desk::with_container();
-    let record = "render image.vastex --size 160x90 --camera-path spin --frames 60 --record-trace spin.vxtrace";
+    let record =
+        "render image.vastex --size 160x90 --camera-path spin --frames 60 --record-trace spin.vxtrace";
     desk.run(&record.split(' ').collect::<Vec<_>>()).expect_code(0);
     desk
 }
@@ -16,16 +17,22 @@ fn a_recorded_trace_is_replayed_under_every_policy() {
     let names = desk.names();
     assert_eq!(names, ["image.png", "image.vastex", "spin.vxtrace"], "nothing else is left behind");
     for policy in ["lru", "clock", "s3fifo", "lru-level", "vastex"] {
-        let ended = desk.run(&["replay", "spin.vxtrace", "--pool-share", "1.1", "--policy", policy, "--json"]);
+        let ended =
+            desk.run(&["replay", "spin.vxtrace", "--pool-share", "1.1", "--policy", policy, "--json"]);
         let json = ended.expect_code(0).json();
         let count = |key: &str| json[key].as_u64().unwrap_or_else(|| panic!("{key} in {json}"));
-        assert_eq!((json["policy"].as_str(), count("frames")), (Some(policy), 58), "two are under way at the end");
+        assert_eq!(
+            (json["policy"].as_str(), count("frames")),
+            (Some(policy), 58),
+            "two are under way at the end"
+        );
         assert!(count("loads") >= count("loads_optimum") && count("loads_optimum") > 0);
         assert!(count("pool_tiles") >= count("working_set_max") && count("evictions") <= count("loads"));
         assert_eq!(count("loads") - count("reloads") + 1, count("pages"), "all but the tail is loaded");
         assert!(json.get("frames_to_full").is_none());
     }
-    let timed = desk.run(&["replay", "spin.vxtrace", "--latency-frames", "2", "--tiles-per-frame", "1", "--json"]);
+    let timed =
+        desk.run(&["replay", "spin.vxtrace", "--latency-frames", "2", "--tiles-per-frame", "1", "--json"]);
     let json = timed.expect_code(0).json();
     assert!(json["frames_to_full"].as_u64() >= json["frames_to_full_bound"].as_u64(), "{json}");
     assert!(json["missing_level_frames"].as_f64().unwrap() > 0.0);
@@ -70,7 +77,8 @@ fn a_trace_takes_no_other_files_place() {
     let before = desk.read("image.vastex");
     let ended = desk.run(&["render", "image.vastex", "--frames", "1", "--record-trace", "image.vastex"]);
     assert!(ended.expect_code(1).stderr.contains("choose another name"));
-    let ended = desk.run(&["render", "image.vastex", "--frames", "1", "-o", "x.png", "--record-trace", "x.png"]);
+    let ended =
+        desk.run(&["render", "image.vastex", "--frames", "1", "-o", "x.png", "--record-trace", "x.png"]);
     assert!(ended.expect_code(1).stderr.contains("would be one file"));
     assert_eq!((desk.read("image.vastex"), desk.names().len()), (before, 2));
 }

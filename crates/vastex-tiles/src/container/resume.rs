@@ -183,11 +183,7 @@ impl ResumableWriter {
     }
 
     /// Appends the tile of the next record, if that and the tile's bytes are sound.
-    fn take_over_next(
-        &mut self,
-        records: &mut Records,
-        partial: &mut impl Read,
-    ) -> std::io::Result<bool> {
+    fn take_over_next(&mut self, records: &mut Records, partial: &mut impl Read) -> std::io::Result<bool> {
         let raw_len = self.writer.description().tile_bytes();
         let Some(head) = records.next(raw_len)? else { return Ok(false) };
         let Some(pos) = self.writer.pos(head.page) else { return Ok(false) };
