@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
+use std::time::Duration;
 
 use crate::error::GpuError;
 
@@ -15,6 +16,8 @@ pub(crate) struct Mapping {
 impl Mapping {
     const MAPPED: u8 = 1;
     const FAILED: u8 = 2;
+    /// Milliseconds that an answer may be in the hands of another thread.
+    const PATIENCE: u32 = 1000;
 
     /// Maps the first `size` bytes once the encoder's commands are submitted and done.
     pub(crate) fn on_submit(encoder: &wgpu::CommandEncoder, buffer: &wgpu::Buffer, size: u64) -> Mapping {
@@ -33,6 +36,19 @@ impl Mapping {
             Self::FAILED => Err(GpuError::DeviceLost),
             _ => Ok(false),
         }
+    }
+
+    /// Waits until the GPU is done; whether the bytes are there, which they are if the commands were submitted.
+    pub(crate) fn wait(&self, device: &wgpu::Device) -> Result<bool, GpuError> {
+        poll_device(device, wgpu::PollType::wait_indefinitely())?;
+        // Where another thread polls the same device, the answer may be in its hands for a moment longer.
+        for _ in 0..Self::PATIENCE {
+            if self.arrived()? {
+                return Ok(true);
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        Ok(false)
     }
 
     /// Bytes that are mapped.

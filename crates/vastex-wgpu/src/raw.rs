@@ -3,7 +3,7 @@
 use crate::device::alive;
 use crate::error::GpuError;
 use crate::feedback::FeedbackTarget;
-use crate::mapping::{Mapping, poll_device, read_buffer};
+use crate::mapping::{Mapping, read_buffer};
 
 /// The pixels of a feedback target, row by row.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -41,8 +41,7 @@ impl RawFeedback {
         );
         let mapping = Mapping::on_submit(&encoder, &buffer, size);
         queue.submit([encoder.finish()]);
-        poll_device(device, wgpu::PollType::wait_indefinitely())?;
-        if !mapping.arrived()? {
+        if !mapping.wait(device)? {
             return Err(GpuError::DeviceLost);
         }
         let pixels = mapping.read(&buffer, |bytes| {

@@ -114,10 +114,10 @@ impl Readback {
             return Err(missing);
         };
         loop {
-            poll_device(device, wgpu::PollType::wait_indefinitely())?;
             // The other frames are left alone: what they leave over would go with commands that are not submitted when
             // they in turn are waited for.
             let place = &mut self.ring[index];
+            place.wait(device)?;
             if let Some(arrived) = place.advance()? {
                 self.bytes_read += arrived.bytes;
                 self.last_count = arrived.count;
@@ -204,6 +204,14 @@ impl Place {
                 self.state = other;
                 None
             }
+        }
+    }
+
+    /// Waits for the copy under way, if there is one.
+    fn wait(&self, device: &wgpu::Device) -> Result<(), GpuError> {
+        match &self.state {
+            State::Copying { mapping, .. } => mapping.wait(device).map(|_| ()),
+            _ => Ok(()),
         }
     }
 
