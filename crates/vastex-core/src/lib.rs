@@ -7,6 +7,7 @@
 //! It is not responsible for anything that can fail or that takes time: it does no I/O, touches no GPU, reads no
 //! clock and starts no thread. The frame index is its time; events go in, decisions come out as values.
 
+mod bias;
 mod budget;
 #[cfg(all(feature = "checks", debug_assertions))]
 mod checks;

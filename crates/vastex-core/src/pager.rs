@@ -6,14 +6,15 @@
 //! [`Pager::take_table_changes`] for the GPU, [`Pager::poll_event`] for the application. It never calls back, and nothing
 //! that it does can fail once a texture is in: too little memory makes the picture coarser.
 //!
-//! This file only joins: the set of pages wanted is `working_set`'s, their states `residency`'s, the order of loading
-//! `order`'s, the rate of uploads `budget`'s.
+//! This file only joins: the set of pages wanted is `working_set`'s, how much coarser it is `bias`'s, the states of pages
+//! `residency`'s, the order of loading `order`'s, the rate of uploads `budget`'s.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
 
 use bytes::Bytes;
 
+use crate::bias::BiasControl;
 use crate::budget::UploadBucket;
 use crate::event::Event;
 use crate::feedback::Feedback;
@@ -26,7 +27,7 @@ use crate::residency::{PageState, Residency, State, Stats};
 use crate::shared::JITTER_CYCLE;
 use crate::table::{ChangeRule, TableChange, TableEntry};
 use crate::textures::{Textures, page_id};
-use crate::working_set::{BiasControl, WorkingSet};
+use crate::working_set::WorkingSet;
 
 /// The budgets of a pool.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
