@@ -7,25 +7,11 @@ use rustc_hash::FxHashMap;
 use vastex_core::{Description, PagePos, PageSet};
 
 use crate::source::{ReadFuture, TileSource};
+use crate::tier::TierStats;
 use crate::tile::Tile;
 
 /// What keeping a tile costs besides its bytes, so that a budget holds for constant tiles too.
 const ENTRY_BYTES: u64 = 128;
-
-/// What a cache has done so far, and what it holds.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct CacheStats {
-    /// Reads answered from the cache.
-    pub hits: u64,
-    /// Reads passed on to the source.
-    pub misses: u64,
-    /// Tiles given up for others.
-    pub evictions: u64,
-    /// Tiles held.
-    pub tiles: u64,
-    /// Bytes held, 128 for each tile included; never more than the budget.
-    pub bytes: u64,
-}
 
 /// A decorator that keeps the tiles used last, still encoded, within a budget of bytes that holds at every instant.
 ///
@@ -42,8 +28,8 @@ impl<S> RamCache<S> {
         RamCache { source, budget, held: Mutex::default() }
     }
 
-    /// What the cache has done so far, and what it holds.
-    pub fn stats(&self) -> CacheStats {
+    /// What the cache has done so far, and what it holds; each tile counts 128 bytes besides its own.
+    pub fn stats(&self) -> TierStats {
         self.held().stats
     }
 
@@ -81,7 +67,7 @@ struct Held {
     tiles: FxHashMap<PagePos, (Tile, u64)>,
     by_use: BTreeMap<u64, PagePos>,
     uses: u64,
-    stats: CacheStats,
+    stats: TierStats,
 }
 
 impl Held {
@@ -91,6 +77,7 @@ impl Held {
             return None;
         };
         self.stats.hits += 1;
+        self.stats.bytes_read += tile.bytes.len() as u64;
         self.uses += 1;
         self.by_use.remove(last_use);
         *last_use = self.uses;
@@ -112,6 +99,7 @@ impl Held {
         }
         self.uses += 1;
         self.by_use.insert(self.uses, pos);
+        self.stats.bytes_written += tile.bytes.len() as u64;
         self.tiles.insert(pos, (tile, self.uses));
         self.stats.bytes += cost;
         self.stats.tiles += 1;
@@ -162,7 +150,14 @@ mod tests {
         for pos in [a, b, a, c, a, b] {
             block_on(cache.read(pos)).unwrap();
         }
-        let expected = CacheStats { hits: 2, misses: 4, evictions: 2, tiles: 2, bytes: 2 * TILE };
+        let held = TierStats {
+            tiles: 2,
+            bytes: 2 * TILE,
+            bytes_read: 2 * 400,
+            bytes_written: 4 * 400,
+            ..TierStats::default()
+        };
+        let expected = TierStats { hits: 2, misses: 4, evictions: 2, ..held };
         assert_eq!(cache.stats(), expected);
     }
 
@@ -170,7 +165,7 @@ mod tests {
     fn a_tile_beyond_the_budget_is_passed_through() {
         let cache = RamCache::new(source(), TILE - 1);
         block_on(cache.read(PagePos::new_2d(0, 0, 0))).unwrap();
-        assert_eq!(cache.stats(), CacheStats { misses: 1, ..CacheStats::default() });
+        assert_eq!(cache.stats(), TierStats { misses: 1, ..TierStats::default() });
     }
 
     #[test]

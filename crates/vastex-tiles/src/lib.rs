@@ -23,11 +23,12 @@ mod stores;
 #[cfg(test)]
 #[cfg(feature = "write")]
 mod testing;
+mod tier;
 mod tile;
 
 #[cfg(feature = "blocks")]
 pub use blocks::{decode_blocks, decode_layer};
-pub use cache::{CacheStats, RamCache};
+pub use cache::RamCache;
 #[cfg(not(target_family = "wasm"))]
 pub use conformance::conformance;
 #[cfg(not(target_family = "wasm"))]
@@ -49,4 +50,5 @@ pub use source::{MaybeSend, MaybeSync, ReadError, ReadFuture, TileSource};
 #[cfg(not(target_family = "wasm"))]
 pub use stores::{DirectStore, FileStore};
 pub use stores::{MemoryStore, Store, StoreError, StoreFuture};
+pub use tier::TierStats;
 pub use tile::{Codec, DecodeError, MAX_TILE_BYTES, Tile};
