@@ -1,6 +1,8 @@
-//! What an application wants to know.
+//! What an application wants to know, and the queue in which it waits to be asked for.
 
-use crate::page::PageId;
+use std::collections::VecDeque;
+
+use crate::page::{PageId, TextureId};
 use crate::pool::PoolId;
 
 /// Something that happened; see [`crate::Pagers::poll_event`].
@@ -19,8 +21,12 @@ pub enum Event {
         wanted: u32,
         /// Slots of the pool.
         slots: u32,
+        /// Slots that hold a tile; the pool's residency is the share that they are of all.
+        occupied: u32,
         /// The bias now in force, in eighths of a level.
         bias_eighths: u16,
+        /// The textures that want most, at most three, largest first.
+        largest: Vec<TexturePages>,
     },
     /// A tile could not be had; said once, until it recovers. It is tried again with back-off, its ancestor stays on screen.
     Failed {
@@ -38,4 +44,83 @@ pub enum Event {
         /// The page.
         page: PageId,
     },
+    /// Nobody asked for events for so long that the oldest were dropped.
+    Lost {
+        /// How many.
+        events: u64,
+    },
+}
+
+/// The part of a pool that one texture takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TexturePages {
+    /// The texture.
+    pub texture: TextureId,
+    /// Its pages in the working set at bias 0, its tail not counted.
+    pub wanted: u32,
+    /// Slots that hold its tiles, its tail among them.
+    pub resident: u32,
+}
+
+/// Events that nobody has asked for yet. The oldest are dropped where they would be too many, and that is an event too.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct EventQueue {
+    events: VecDeque<Event>,
+    lost: u64,
+}
+
+impl EventQueue {
+    /// Events that can wait.
+    pub(crate) const CAPACITY: usize = 1024;
+
+    pub(crate) fn push(&mut self, event: Event) {
+        match event {
+            Event::Lost { events } => self.lost += events,
+            event => {
+                if self.events.len() == EventQueue::CAPACITY {
+                    self.events.pop_front();
+                    self.lost += 1;
+                }
+                self.events.push_back(event);
+            }
+        }
+    }
+
+    /// The next event; first of all that some were lost.
+    pub(crate) fn poll(&mut self) -> Option<Event> {
+        match std::mem::take(&mut self.lost) {
+            0 => self.events.pop_front(),
+            events => Some(Event::Lost { events }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn frames(queue: &mut EventQueue) -> Vec<Event> {
+        std::iter::from_fn(|| queue.poll()).collect()
+    }
+
+    #[test]
+    fn events_that_nobody_asks_for_do_not_pile_up() {
+        let (mut queue, all) = (EventQueue::default(), EventQueue::CAPACITY as u64 + 5);
+        (0..all).for_each(|frame| queue.push(Event::Converged { frame }));
+        let mut expected = vec![Event::Lost { events: 5 }];
+        expected.extend((5..all).map(|frame| Event::Converged { frame }));
+        assert_eq!(frames(&mut queue), expected);
+        queue.push(Event::Converged { frame: all });
+        assert_eq!(frames(&mut queue), [Event::Converged { frame: all }], "a loss is said once");
+    }
+
+    #[test]
+    fn what_one_queue_lost_the_next_one_says() {
+        let (mut first, mut second) = (EventQueue::default(), EventQueue::default());
+        (0..EventQueue::CAPACITY as u64 + 3).for_each(|frame| first.push(Event::Converged { frame }));
+        (0..4).for_each(|frame| second.push(Event::Converged { frame }));
+        frames(&mut first).into_iter().for_each(|event| second.push(event));
+        assert_eq!(second.poll(), Some(Event::Lost { events: 3 + 4 }));
+        assert_eq!(second.poll(), Some(Event::Converged { frame: 3 }), "the oldest that is left");
+    }
 }

@@ -35,13 +35,14 @@ mod table;
 mod tail;
 mod textures;
 mod trace;
+mod usage;
 mod victims;
 mod working_set;
 
 pub use budget::UploadBucket;
 pub use compact::FeedbackCompactor;
 pub use estimate::PoolEstimate;
-pub use event::Event;
+pub use event::{Event, TexturePages};
 pub use feedback::{Feedback, Need, WantedPage};
 pub use format::{Description, Layer, LayerError, LayerFormat};
 pub use geometry::{
@@ -60,3 +61,4 @@ pub use space::{Box3, fold, is_border_color};
 pub use table::{ChangeRule, TableChange, TableEntry, TableImage, TableLayout};
 pub use tail::TailLayout;
 pub use trace::{Trace, TraceError, TraceRecordError};
+pub use usage::{PoolUsage, TextureUsage};

@@ -16,7 +16,7 @@ use bytes::Bytes;
 
 use crate::bias::BiasControl;
 use crate::budget::UploadBucket;
-use crate::event::Event;
+use crate::event::{Event, EventQueue};
 use crate::feedback::Feedback;
 use crate::geometry::Geometry;
 use crate::order::order_missing;
@@ -89,7 +89,7 @@ pub struct Pager {
     cancels: VecDeque<PageId>,
     evicted: Vec<(PageId, Slot)>,
     settled: Vec<(PageId, Slot)>,
-    events: VecDeque<Event>,
+    events: EventQueue,
     /// The frame from which feedback belongs to a new view.
     cut: Option<u64>,
     /// Feedbacks in a row that wanted nothing new and missed nothing.
@@ -118,7 +118,7 @@ impl Pager {
             cancels: VecDeque::new(),
             evicted: Vec::new(),
             settled: Vec::new(),
-            events: VecDeque::new(),
+            events: EventQueue::default(),
             cut: None,
             quiet: 0,
             converged: false,
@@ -230,9 +230,14 @@ impl Pager {
     fn update_bias(&mut self) {
         let pins = self.residency.stats.pinned;
         if self.settings.mip_bias && self.bias.update(&self.set, pins) {
-            let (wanted, slots) = (self.set.size_at(0) + pins, self.settings.slots);
-            let (pool, bias_eighths) = (self.pool, self.bias.bias());
-            self.events.push_back(Event::Oversubscribed { pool, wanted, slots, bias_eighths });
+            self.events.push(Event::Oversubscribed {
+                pool: self.pool,
+                wanted: self.set.size_at(0) + pins,
+                slots: self.settings.slots,
+                occupied: self.residency.stats.occupied,
+                bias_eighths: self.bias.bias(),
+                largest: self.largest_textures(),
+            });
         }
     }
 
@@ -282,7 +287,7 @@ impl Pager {
         self.quiet = if quiet { self.quiet + 1 } else { 0 };
         let converged = self.quiet >= JITTER_CYCLE && self.set.feedbacks() == JITTER_CYCLE as usize;
         if converged && !self.converged {
-            self.events.push_back(Event::Converged { frame: self.residency.frame });
+            self.events.push(Event::Converged { frame: self.residency.frame });
         }
         self.converged = converged;
     }
@@ -332,7 +337,7 @@ impl Pager {
         if !self.textures.contains(page) {
             self.residency.load_cancelled(page); // its texture was removed, so there is nothing to try again
         } else if self.residency.load_failed(page) {
-            self.events.push_back(Event::Failed { pool: self.pool, page, why: why.into() });
+            self.events.push(Event::Failed { pool: self.pool, page, why: why.into() });
         }
         self.check();
     }
@@ -355,7 +360,7 @@ impl Pager {
         self.evicted.extend(evicted.map(|page| (page, slot)));
         self.settled.push((page, slot));
         if recovered {
-            self.events.push_back(Event::Recovered { pool: self.pool, page });
+            self.events.push(Event::Recovered { pool: self.pool, page });
         }
         self.check();
         Some(Upload { page, slot, bytes, evicted })
@@ -396,7 +401,7 @@ impl Pager {
 
     /// The next thing that an application wants to know.
     pub fn poll_event(&mut self) -> Option<Event> {
-        self.events.pop_front()
+        self.events.poll()
     }
 
     /// Whether, for a whole jitter cycle, no page was newly wanted and none missing at the bias in force. A page that

@@ -4,13 +4,12 @@
 //! split by the pool of each page's texture, and uploads and loads share their budgets: by turns, so that each pool with
 //! something to do gets the same bytes, whatever the size of its tiles. Which page is best is each pager's own business.
 
-use std::collections::VecDeque;
 use std::sync::Arc;
 
 use bytes::Bytes;
 
 use crate::budget::{FairShare, UploadBucket};
-use crate::event::Event;
+use crate::event::{Event, EventQueue};
 use crate::feedback::{Feedback, WantedPage};
 use crate::geometry::Geometry;
 use crate::numbers::Numbers;
@@ -40,7 +39,7 @@ pub struct Pagers {
     bucket: UploadBucket,
     uploads: FairShare,
     requests: FairShare,
-    events: VecDeque<Event>,
+    events: EventQueue,
     frame: u64,
     converged: bool,
 }
@@ -64,7 +63,7 @@ impl Pagers {
             bucket: UploadBucket::new(budgets.upload_bytes_per_frame, 0),
             uploads: FairShare::default(),
             requests: FairShare::default(),
-            events: VecDeque::new(),
+            events: EventQueue::default(),
             frame: 0,
             converged: false,
         }
@@ -143,6 +142,7 @@ impl Pagers {
     pub fn begin_frame(&mut self, frame: u64) {
         self.frame = frame;
         self.bucket.begin_frame();
+        self.collect_events();
         for pool in &mut self.pools {
             pool.pager.begin_frame(frame);
             pool.is_stuck = false;
@@ -168,7 +168,7 @@ impl Pagers {
         self.pools.iter_mut().for_each(|pool| pool.pager.observe(&pool.feedback));
         let converged = !self.pools.is_empty() && self.iter().all(Pager::is_converged);
         if converged && !self.converged {
-            self.events.push_back(Event::Converged { frame: self.frame });
+            self.events.push(Event::Converged { frame: self.frame });
         }
         self.converged = converged;
     }
@@ -256,14 +256,20 @@ impl Pagers {
         self.pools.iter_mut().for_each(|pool| pool.pager.append_table_changes(changes));
     }
 
-    /// The next thing that an application wants to know.
+    /// The next thing that an application wants to know. The oldest of over a thousand that nobody asks for are dropped, and
+    /// [`Event::Lost`] says how many.
     pub fn poll_event(&mut self) -> Option<Event> {
+        self.collect_events();
+        self.events.poll()
+    }
+
+    fn collect_events(&mut self) {
         for pool in &mut self.pools {
             // That one pool has converged says nothing of the view.
             let said = std::iter::from_fn(|| pool.pager.poll_event());
-            self.events.extend(said.filter(|event| !matches!(event, Event::Converged { .. })));
+            said.filter(|event| !matches!(event, Event::Converged { .. }))
+                .for_each(|event| self.events.push(event));
         }
-        self.events.pop_front()
     }
 
     /// Whether every pool has converged; see [`Pager::is_converged`].

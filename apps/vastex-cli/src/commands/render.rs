@@ -113,7 +113,7 @@ impl FailedPages {
             match event {
                 Event::Failed { page, why, .. } => drop(self.0.insert(page, why)),
                 Event::Recovered { page, .. } => drop(self.0.remove(&page)),
-                Event::Converged { .. } | Event::Oversubscribed { .. } => {}
+                Event::Converged { .. } | Event::Oversubscribed { .. } | Event::Lost { .. } => {}
             }
         }
     }
