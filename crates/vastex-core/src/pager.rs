@@ -92,6 +92,8 @@ pub struct Pager {
     events: EventQueue,
     /// The frame from which feedback belongs to a new view.
     cut: Option<u64>,
+    /// The frame of the newest feedback.
+    pub(crate) newest_feedback: Option<u64>,
     /// Feedbacks in a row that wanted nothing new and missed nothing.
     quiet: u32,
     converged: bool,
@@ -120,6 +122,7 @@ impl Pager {
             settled: Vec::new(),
             events: EventQueue::default(),
             cut: None,
+            newest_feedback: None,
             quiet: 0,
             converged: false,
         }
@@ -216,6 +219,7 @@ impl Pager {
             self.set.restart();
             self.bias.restart();
         }
+        self.newest_feedback = Some(feedback.frame);
         self.set.observe(feedback, &self.textures);
         let residency = &self.residency;
         self.set.rebuild(&self.textures, |page| residency.slot_of(page).is_some());
@@ -441,7 +445,11 @@ impl Pager {
         let failed = self.failed_pages().count() as u32;
         let missing =
             self.order.iter().filter(|&&page| self.residency.slot_of(page).is_none()).count() as u32;
+        let (pixels, shortfall) = (self.set.pixels(), self.set.shortfall());
         Stats {
+            pixels,
+            pixels_at_wanted: pixels.saturating_sub(shortfall.pixels),
+            levels_short: shortfall.levels,
             wanted: self.set.size_at(0) + pins,
             wanted_at_bias: self.set.size_at(self.bias.bias()) + pins,
             bias_eighths: self.bias.bias(),

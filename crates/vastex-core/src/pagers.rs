@@ -315,6 +315,10 @@ impl Stats {
             evicted: self.evicted + other.evicted,
             reloaded: self.reloaded + other.reloaded,
             wasted: self.wasted + other.wasted,
+            waited_frames: self.waited_frames + other.waited_frames,
+            pixels: self.pixels + other.pixels,
+            pixels_at_wanted: self.pixels_at_wanted + other.pixels_at_wanted,
+            levels_short: self.levels_short + other.levels_short,
         }
     }
 }

@@ -34,6 +34,7 @@ use std::collections::VecDeque;
 use crate::page::{PageId, TextureId};
 use crate::pool::Slot;
 use crate::shared::JITTER_CYCLE;
+use crate::telemetry::Waits;
 use crate::textures::Textures;
 use crate::victims::Victims;
 
@@ -93,6 +94,8 @@ pub(crate) struct Record {
     pub(crate) failures: u32,
     /// The frame from which on the page may be tried again after them.
     retry_at: u64,
+    /// The frame since which the page is wanted without a break, if it is.
+    since: u64,
 }
 
 /// Totals since the pager was made, and gauges of the moment.
@@ -134,6 +137,14 @@ pub struct Stats {
     pub reloaded: u64,
     /// Tiles that came and were no longer wanted.
     pub wasted: u64,
+    /// Frames from a page's being wanted to its being resident, summed over `loaded`.
+    pub waited_frames: u64,
+    /// Feedback pixels of the last jitter cycle.
+    pub pixels: u64,
+    /// Those whose wanted page, at mip bias 0, was resident when the newest feedback came; a tail always is.
+    pub pixels_at_wanted: u64,
+    /// Levels by which what was resident then was coarser than what they wanted at mip bias 0, summed over the pixels.
+    pub levels_short: u64,
 }
 
 /// See the head of the file.
@@ -155,6 +166,7 @@ pub(crate) struct Residency {
     pub(crate) pinned_at_round: u32,
     pub(crate) frame: u64,
     pub(crate) stats: Stats,
+    pub(crate) waits: Waits,
     tile_bytes: u64,
 }
 
@@ -172,6 +184,7 @@ impl Residency {
             round: 1, // so that a new record, of round 0, is new in the first round that is told
             frame: 0,
             stats: Stats { slots, ..Stats::default() },
+            waits: Waits::default(),
             tile_bytes,
         }
     }
@@ -218,8 +231,13 @@ impl Residency {
 
     /// Puts a tail into a slot for good.
     pub(crate) fn pin(&mut self, page: PageId, slot: Slot) {
-        let record =
-            Record { state: State::Resident(slot), wanted_round: u64::MAX, failures: 0, retry_at: 0 };
+        let record = Record {
+            state: State::Resident(slot),
+            wanted_round: u64::MAX,
+            failures: 0,
+            retry_at: 0,
+            since: self.frame,
+        };
         self.records.insert(page, record);
         self.slots[slot.index() as usize] = Some(page);
         self.stats.pinned += 1;
@@ -228,10 +246,12 @@ impl Residency {
 
     /// The page is in the working set of this round. Says whether it was not in the last one's.
     pub(crate) fn want(&mut self, page: PageId) -> bool {
-        let fresh = Record { state: State::Queued, wanted_round: 0, failures: 0, retry_at: 0 };
+        let fresh =
+            Record { state: State::Queued, wanted_round: 0, failures: 0, retry_at: 0, since: self.frame };
         let record = self.records.entry(page).or_insert(fresh);
         let newly = record.wanted_round + 1 != self.round;
         record.wanted_round = self.round;
+        record.since = if newly { self.frame } else { record.since };
         match record.state {
             State::Loading(Cancel::Due) => record.state = State::Loading(Cancel::No),
             State::Failed { until } if until <= self.frame => record.state = State::Queued,
@@ -426,6 +446,8 @@ impl Residency {
             return None;
         };
         let recovered = std::mem::take(&mut record.failures) > 0;
+        let waited = self.frame - record.since;
+        self.waits.note(waited);
         self.slots[slot.index() as usize] = Some(page);
         for ancestor in textures.ancestors(page) {
             *self.below.entry(ancestor).or_insert(0) += 1;
@@ -433,6 +455,7 @@ impl Residency {
         self.leave_flight();
         self.stats.occupied += 1;
         self.stats.loaded += 1;
+        self.stats.waited_frames += waited;
         self.stats.uploaded_bytes += self.tile_bytes;
         if self.evicted_at.remove(&page).is_some() {
             self.stats.reloaded += 1;

@@ -55,6 +55,18 @@ pub(crate) struct WorkingSet {
     nodes: FxHashMap<PageId, Node>,
     by_level: Vec<Vec<PageId>>,
     histogram: Vec<u32>,
+    /// Pixels of each feedback of the cycle, those that want tails among them.
+    pixels: VecDeque<u64>,
+    shortfall: Shortfall,
+}
+
+/// How much coarser than at mip bias 0 the picture is, by the pixels of the cycle.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Shortfall {
+    /// Feedback pixels whose wanted page is not resident.
+    pub(crate) pixels: u64,
+    /// Levels by which what is resident is coarser than what they want, summed over them.
+    pub(crate) levels: u64,
 }
 
 impl WorkingSet {
@@ -66,6 +78,8 @@ impl WorkingSet {
             nodes: FxHashMap::default(),
             by_level: vec![Vec::new(); MAX_LEVELS as usize],
             histogram: vec![0; THRESHOLDS],
+            pixels: VecDeque::new(),
+            shortfall: Shortfall::default(),
         }
     }
 
@@ -73,6 +87,7 @@ impl WorkingSet {
     pub(crate) fn restart(&mut self) {
         self.cycle.clear();
         self.direct.clear();
+        self.pixels.clear();
     }
 
     /// Forgets what was wanted of a texture; the set follows when it is worked out again.
@@ -125,10 +140,12 @@ impl WorkingSet {
             *count = count.saturating_add(1);
         }
         self.cycle.push_back(pages);
+        self.pixels.push_back(feedback.pages.iter().map(|wanted| u64::from(wanted.pixels)).sum());
     }
 
     fn forget_oldest(&mut self) {
         let Some(mut oldest) = self.cycle.pop_front() else { return };
+        self.pixels.pop_front();
         for wanted in oldest.drain(..) {
             let Some(direct) = self.direct.get_mut(&wanted.page) else { continue };
             direct.pixels = direct.pixels.saturating_sub(wanted.pixels);
@@ -145,8 +162,10 @@ impl WorkingSet {
     pub(crate) fn rebuild(&mut self, textures: &Textures, is_resident: impl Fn(PageId) -> bool) {
         self.nodes.clear();
         self.histogram.fill(0);
+        self.shortfall = Shortfall::default();
         self.by_level.iter_mut().for_each(Vec::clear);
         for (&page, direct) in &self.direct {
+            self.shortfall.pixels += if is_resident(page) { 0 } else { u64::from(direct.pixels) };
             let eighth = direct.feedbacks.iter().position(|&n| n > 0).unwrap_or(0);
             let node = Node { need: Need::new(page.level(), eighth as u8), pixels: direct.pixels, finer: 0 };
             self.nodes.insert(page, node);
@@ -157,20 +176,32 @@ impl WorkingSet {
             for &page in &pages {
                 let Some(&node) = self.nodes.get(&page) else { continue };
                 self.histogram[usize::from(node.threshold(page.level()))] += 1;
+                // Each pixel that shows nothing as fine as this page shows something a level coarser at best.
+                let shown = if is_resident(page) { node.pixels } else { node.finer };
+                self.shortfall.levels += u64::from(node.pixels.saturating_sub(shown));
                 let Some(parent) = textures.parent(page).filter(|&parent| !textures.is_tail(parent)) else {
                     continue;
                 };
-                let finer = if is_resident(page) { node.pixels } else { node.finer };
                 let above = self.nodes.entry(parent).or_insert_with(|| {
                     self.by_level[usize::from(parent.level())].push(parent);
                     Node { need: node.need, pixels: 0, finer: 0 }
                 });
                 above.need = above.need.min(node.need);
                 above.pixels = above.pixels.saturating_add(node.pixels);
-                above.finer = above.finer.saturating_add(finer);
+                above.finer = above.finer.saturating_add(shown);
             }
             self.by_level[level] = pages;
         }
+    }
+
+    /// Feedback pixels of the cycle, those that want tails among them.
+    pub(crate) fn pixels(&self) -> u64 {
+        self.pixels.iter().sum()
+    }
+
+    /// How much coarser than wanted the picture was when the set was worked out.
+    pub(crate) fn shortfall(&self) -> Shortfall {
+        self.shortfall
     }
 
     /// Pages of the set at a bias, in eighths of a level; tails not counted.
@@ -276,6 +307,38 @@ mod tests {
                 prop_assert!(set.size_at(bias) <= limit);
                 prop_assert!(bias == 0 || set.size_at(bias - 1) > limit);
             }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn the_shortfall_is_what_each_pixel_lacks(
+            list in prop::collection::vec((0u8..10, any::<u32>(), any::<u32>(), 1u32..100), 0..60),
+            residents in 0u64..8,
+        ) {
+            let (textures, id, geometry) = textures();
+            let list: Vec<_> = list.into_iter().map(|(level, x, y, pixels)| {
+                let [nx, ny, _] = geometry.level(level).pages;
+                WantedPage { pixels, ..wanted(id, level, x % nx, y % ny, 0) }
+            }).collect();
+            // More of the coarse pages than of the fine ones.
+            let is_resident =
+                |page: PageId| page.to_bits().wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 61 < residents + u64::from(page.level());
+            let mut set = WorkingSet::new();
+            set.observe(&Feedback { frame: 0, pages: list.clone(), degenerate: 0 }, &textures);
+            set.rebuild(&textures, is_resident);
+            let (mut pixels, mut levels) = (0, 0);
+            for w in &list {
+                let shown = std::iter::once(w.page)
+                    .chain(textures.ancestors(w.page))
+                    .find(|&page| textures.is_tail(page) || is_resident(page))
+                    .unwrap();
+                let short = u64::from(shown.level().saturating_sub(w.page.level()));
+                pixels += u64::from(w.pixels) * u64::from(short > 0);
+                levels += u64::from(w.pixels) * short;
+            }
+            prop_assert_eq!((set.shortfall().pixels, set.shortfall().levels), (pixels, levels));
+            prop_assert_eq!(set.pixels(), list.iter().map(|w| u64::from(w.pixels)).sum::<u64>());
         }
     }
 
