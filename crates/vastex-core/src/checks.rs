@@ -2,6 +2,7 @@
 
 use rustc_hash::FxHashMap;
 
+use crate::bias::BiasRule;
 use crate::page::PageId;
 use crate::pager::Pager;
 use crate::residency::State;
@@ -97,7 +98,8 @@ fn working_set_fits(pager: &Pager) -> Result<(), String> {
     // Textures added since the last feedback are not yet solved for.
     let solved = stats.wanted_at_bias - stats.pinned + residency.pinned_at_round;
     let share = (u64::from(stats.slots) * 90 / 100) as u32;
-    if pager.settings.mip_bias && residency.round > 1 && solved > share.max(residency.pinned_at_round) {
+    let is_solved = pager.settings.mip_bias == Some(BiasRule::Solved);
+    if is_solved && residency.round > 1 && solved > share.max(residency.pinned_at_round) {
         return Err(format!("the working set does not fit: {stats:?}"));
     }
     Ok(())

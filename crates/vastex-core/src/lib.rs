@@ -40,6 +40,7 @@ mod usage;
 mod victims;
 mod working_set;
 
+pub use bias::{BiasRule, Integrator};
 pub use budget::UploadBucket;
 pub use compact::FeedbackCompactor;
 pub use estimate::PoolEstimate;

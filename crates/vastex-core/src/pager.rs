@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 
-use crate::bias::BiasControl;
+use crate::bias::{BiasControl, BiasRule};
 use crate::budget::UploadBucket;
 use crate::event::{Event, EventQueue};
 use crate::feedback::Feedback;
@@ -30,7 +30,7 @@ use crate::textures::{Textures, page_id};
 use crate::working_set::WorkingSet;
 
 /// The budgets of a pool.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PagerSettings {
     /// Slots of the pool.
     pub slots: u32,
@@ -40,9 +40,9 @@ pub struct PagerSettings {
     pub upload_bytes_per_frame: u64,
     /// Bytes of tiles with the loader or waiting for the upload budget; at least one tile is always allowed.
     pub in_flight_bytes: u64,
-    /// Whether the picture may become coarser so that the working set fits. Off, too small a pool shows what
-    /// came first.
-    pub mip_bias: bool,
+    /// How much coarser the picture becomes so that the working set fits. Without a rule it never does, and too small a pool shows
+    /// what came first.
+    pub mip_bias: Option<BiasRule>,
 }
 
 /// A tile to load.
@@ -78,7 +78,7 @@ pub struct Pager {
     pub(crate) textures: Textures,
     pub(crate) residency: Residency,
     pub(crate) set: WorkingSet,
-    bias: BiasControl,
+    pub(crate) bias: BiasControl,
     bucket: UploadBucket,
     /// Missing pages of the working set, best first.
     pub(crate) order: Vec<PageId>,
@@ -112,7 +112,7 @@ impl Pager {
             textures: Textures::default(),
             residency: Residency::new(settings.slots, settings.tile_bytes),
             set: WorkingSet::new(),
-            bias: BiasControl::new(settings.slots),
+            bias: BiasControl::new(settings.slots, settings.mip_bias),
             bucket: UploadBucket::new(settings.upload_bytes_per_frame, settings.tile_bytes),
             order: Vec::new(),
             next_request: 0,
@@ -233,7 +233,7 @@ impl Pager {
 
     fn update_bias(&mut self) {
         let pins = self.residency.stats.pinned;
-        if self.settings.mip_bias && self.bias.update(&self.set, pins) {
+        if self.bias.update(&self.set, pins) {
             self.events.push(Event::Oversubscribed {
                 pool: self.pool,
                 wanted: self.set.size_at(0) + pins,

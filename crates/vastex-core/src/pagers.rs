@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 
+use crate::bias::BiasRule;
 use crate::budget::{FairShare, UploadBucket};
 use crate::event::{Event, EventQueue};
 use crate::feedback::{Feedback, WantedPage};
@@ -70,7 +71,12 @@ impl Pagers {
     }
 
     /// Adds a pool of so many slots for tiles of so many bytes; `mip_bias` as in [`PagerSettings`].
-    pub fn add_pool(&mut self, slots: u32, tile_bytes: u64, mip_bias: bool) -> Result<PoolId, PoolError> {
+    pub fn add_pool(
+        &mut self,
+        slots: u32,
+        tile_bytes: u64,
+        mip_bias: Option<BiasRule>,
+    ) -> Result<PoolId, PoolError> {
         let pool = PoolId::new(u16::try_from(self.pools.len()).map_err(|_| PoolError::TooManyPools)?);
         let Budgets { upload_bytes_per_frame, in_flight_bytes } = self.budgets;
         // Alone, a pool may have all; that together they keep to it is seen to here.
@@ -165,7 +171,11 @@ impl Pagers {
                 self.pools[usize::from(pool.number())].feedback.pages.push(*wanted);
             }
         }
-        self.pools.iter_mut().for_each(|pool| pool.pager.observe(&pool.feedback));
+        let shared = self.iter().filter_map(|pager| pager.bias.shared()).max().unwrap_or(0);
+        for Pool { pager, feedback, .. } in &mut self.pools {
+            pager.bias.set_shared(shared);
+            pager.observe(feedback);
+        }
         let converged = !self.pools.is_empty() && self.iter().all(Pager::is_converged);
         if converged && !self.converged {
             self.events.push(Event::Converged { frame: self.frame });

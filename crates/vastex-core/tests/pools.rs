@@ -10,7 +10,7 @@
 )]
 
 use vastex_core::sim::{Crowd, Path, Random};
-use vastex_core::{Budgets, Event, Geometry, GeometrySpec, Pagers, PoolError, PoolId, TextureId};
+use vastex_core::{BiasRule, Budgets, Event, Geometry, GeometrySpec, Pagers, PoolError, PoolId, TextureId};
 
 const BUDGETS: Budgets = Budgets { upload_bytes_per_frame: 2000, in_flight_bytes: 20_000 };
 
@@ -22,7 +22,7 @@ fn image(page: u32) -> GeometrySpec {
 fn three_pools(slots: [u32; 3], budgets: Budgets) -> Crowd {
     let mut crowd = Crowd::new(budgets, [320, 180], 1);
     for (slots, (page, tile_bytes)) in slots.into_iter().zip([(64, 100), (128, 400), (256, 1600)]) {
-        let pool = crowd.add_pool(slots, tile_bytes, true).unwrap();
+        let pool = crowd.add_pool(slots, tile_bytes, Some(BiasRule::Solved)).unwrap();
         crowd.add(pool, image(page), Path::Still).unwrap();
         if page > 64 {
             crowd.add(pool, image(page), Path::Spin).unwrap();
@@ -90,8 +90,8 @@ fn budgets_below_one_tile_still_get_there() {
 #[test]
 fn a_pool_whose_bias_may_not_act_does_not_hold_up_the_others() {
     let mut crowd = Crowd::new(Budgets { in_flight_bytes: 3200, ..BUDGETS }, [320, 180], 1);
-    let stuck = crowd.add_pool(6, 1600, false).unwrap();
-    let ample = crowd.add_pool(400, 400, true).unwrap();
+    let stuck = crowd.add_pool(6, 1600, None).unwrap();
+    let ample = crowd.add_pool(400, 400, Some(BiasRule::Solved)).unwrap();
     crowd.add(stuck, image(128), Path::Spin).unwrap();
     crowd.add(ample, image(128), Path::Spin).unwrap();
     (0..100).for_each(|_| crowd.step().unwrap());
@@ -106,7 +106,8 @@ fn a_pool_whose_bias_may_not_act_does_not_hold_up_the_others() {
 #[test]
 fn numbers_run_out_over_all_pools() {
     let mut pagers = Pagers::new(BUDGETS);
-    let pools: Vec<PoolId> = (0..2).map(|_| pagers.add_pool(2000, 1, true).unwrap()).collect();
+    let pools: Vec<PoolId> =
+        (0..2).map(|_| pagers.add_pool(2000, 1, Some(BiasRule::Solved)).unwrap()).collect();
     let tiny = Geometry::new(GeometrySpec::image(1, 1)).unwrap();
     for nth in 0..2047 {
         let (texture, _) = pagers.add_texture(pools[nth % 2], &tiny, None).unwrap();
@@ -168,7 +169,8 @@ fn random_crowd(seed: u64) -> Result<(), String> {
     for _ in 0..pools {
         let [tile_bits, slot_bits] = [random.below(12), 2 + random.below(7)];
         let (tile_bytes, slots) = (1 + random.below(1 << tile_bits), 2 + random.below(1 << slot_bits) as u32);
-        let pool = crowd.add_pool(slots, tile_bytes, true).map_err(|error| error.to_string())?;
+        let pool =
+            crowd.add_pool(slots, tile_bytes, Some(BiasRule::Solved)).map_err(|error| error.to_string())?;
         let page = 16 + random.below(200) as u32;
         pages.push(page);
         for _ in 0..1 + random.below(4) {

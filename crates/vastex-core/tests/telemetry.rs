@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "helpers of tests, which clippy does not take for tests")]
 
 use vastex_core::sim::{Crowd, Knobs, Path, Random, World};
-use vastex_core::{Budgets, GeometrySpec, History, PoolFrame, Stats, TimeToSharp};
+use vastex_core::{BiasRule, Budgets, GeometrySpec, History, PoolFrame, Stats, TimeToSharp};
 
 /// Frames of every pool, recorded as an application does.
 struct Recorder {
@@ -32,8 +32,13 @@ fn play(seed: u64, frames: u64) -> (Crowd, Recorder) {
     let mut crowd = Crowd::new(budgets, [160, 90], seed);
     (crowd.loads.failing, crowd.loads.slow) = (0.1, 0.1);
     for _ in 0..3 {
-        let pool =
-            crowd.add_pool(5 + random.below(200) as u32, 50 + random.below(200), random.chance(0.8)).unwrap();
+        let pool = crowd
+            .add_pool(
+                5 + random.below(200) as u32,
+                50 + random.below(200),
+                random.chance(0.8).then_some(BiasRule::Solved),
+            )
+            .unwrap();
         let side = 500 + random.below(20_000) as u32;
         crowd.add(pool, GeometrySpec::image(side, side), Path::ALL[random.below(5) as usize]).unwrap();
         crowd.add(pool, GeometrySpec::image(side, 300), Path::ALL[random.below(5) as usize]).unwrap();

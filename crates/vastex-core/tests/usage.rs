@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "helpers of tests, which clippy does not take for tests")]
 
 use vastex_core::sim::{Crowd, Path};
-use vastex_core::{Budgets, Event, GeometrySpec, PoolUsage, TextureId};
+use vastex_core::{BiasRule, Budgets, Event, GeometrySpec, PoolUsage, TextureId};
 
 const BUDGETS: Budgets = Budgets { upload_bytes_per_frame: 4000, in_flight_bytes: 20_000 };
 
@@ -14,7 +14,8 @@ fn image(side: u32) -> GeometrySpec {
 /// Two pools, the first with three textures and the second with one.
 fn crowd(slots: u32, seed: u64) -> Crowd {
     let mut crowd = Crowd::new(BUDGETS, [320, 180], seed);
-    let [first, second] = [slots, 300].map(|slots| crowd.add_pool(slots, 100, true).unwrap());
+    let [first, second] =
+        [slots, 300].map(|slots| crowd.add_pool(slots, 100, Some(BiasRule::Solved)).unwrap());
     crowd.add(first, image(1000), Path::Still).unwrap();
     crowd.add(first, image(30_000), Path::Spin).unwrap();
     crowd.add(first, image(7000), Path::Fly).unwrap();

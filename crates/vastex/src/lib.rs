@@ -55,9 +55,9 @@ pub use stats::FrameStats;
 pub use textures::{BindGroups, Textures};
 pub use vastex_core::shared::JITTER_CYCLE;
 pub use vastex_core::{
-    AddressMode, Box3, Description, Dims, Event, Feedback, Geometry, GeometryError, GeometrySpec, Layer,
-    LayerFormat, PageId, PagePos, PageState, PoolEstimate, PoolId, Stats, TexelPositions, TextureId, Trace,
-    fold,
+    AddressMode, BiasRule, Box3, Description, Dims, Event, Feedback, Geometry, GeometryError, GeometrySpec,
+    Integrator, Layer, LayerFormat, PageId, PagePos, PageState, PoolEstimate, PoolId, Stats, TexelPositions,
+    TextureId, Trace, fold,
 };
 pub use vastex_tiles::{
     Codec, ContainerError, DecodeError, ReadError, ReadFuture, Tile, TileSource, decode_layer,

@@ -1,6 +1,6 @@
 //! How large pools are and whether their pictures may become coarser; `vastex.toml` says the same (`settings_file`).
 
-use vastex_core::{Description, LayerFormat, PoolEstimate};
+use vastex_core::{BiasRule, Description, LayerFormat, PoolEstimate};
 
 /// The settings of all pools.
 ///
@@ -43,6 +43,8 @@ pub struct PoolTuning {
     /// Whether the picture may become coarser where the pool is too small; unset, it may. Where it may not, what came first
     /// is shown, and the rest by its ancestors.
     pub residency_mip_bias: Option<bool>,
+    /// How the bias is decided where there may be one; unset, it is solved. All pools whose bias is hunted share the largest.
+    pub mip_bias_rule: Option<BiasRule>,
 }
 
 /// The factors of the scale groups, 1 unless set: so that one number makes many pools smaller or larger.
@@ -56,10 +58,10 @@ impl Default for ScaleGroups {
 }
 
 /// What a pool is made with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct PoolPlan {
     pub(crate) bytes: u64,
-    pub(crate) mip_bias: bool,
+    pub(crate) mip_bias: Option<BiasRule>,
 }
 
 impl PoolSettings {
@@ -82,9 +84,10 @@ impl PoolSettings {
         let bytes = tuning.bytes.unwrap_or_else(|| PoolEstimate::new(held, picture).bytes());
         let group = usize::from(tuning.scale_group.unwrap_or(0));
         let factor = self.scale_groups.0.get(group).filter(|_| tuning.allow_size_scale.unwrap_or(false));
+        let may_be_coarser = tuning.residency_mip_bias.unwrap_or(true);
         PoolPlan {
             bytes: factor.map_or(bytes, |factor| (bytes as f64 * factor) as u64),
-            mip_bias: tuning.residency_mip_bias.unwrap_or(true),
+            mip_bias: may_be_coarser.then(|| tuning.mip_bias_rule.unwrap_or_default()),
         }
     }
 }
@@ -107,6 +110,7 @@ impl PoolTuning {
             allow_size_scale: other.allow_size_scale.or(self.allow_size_scale),
             scale_group: other.scale_group.or(self.scale_group),
             residency_mip_bias: other.residency_mip_bias.or(self.residency_mip_bias),
+            mip_bias_rule: other.mip_bias_rule.or(self.mip_bias_rule),
         }
     }
 }

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 use toml::Spanned;
-use vastex_core::LayerFormat;
+use vastex_core::{BiasRule, Integrator, LayerFormat};
 
 use crate::pool_settings::{PoolRule, PoolSettings, PoolTuning};
 
@@ -156,6 +156,7 @@ struct RuleOfFile {
     allow_size_scale: Option<bool>,
     scale_group: Option<ScaleGroup>,
     residency_mip_bias: Option<bool>,
+    mip_bias_rule: Option<RuleName>,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -165,6 +166,7 @@ struct TuningOfFile {
     allow_size_scale: Option<bool>,
     scale_group: Option<ScaleGroup>,
     residency_mip_bias: Option<bool>,
+    mip_bias_rule: Option<RuleName>,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -203,12 +205,15 @@ impl Contents {
 
 impl From<RuleOfFile> for PoolRule {
     fn from(rule: RuleOfFile) -> PoolRule {
-        let RuleOfFile { size_mib, allow_size_scale, scale_group, residency_mip_bias, .. } = rule;
+        let RuleOfFile { size_mib, allow_size_scale, scale_group, residency_mip_bias, mip_bias_rule, .. } =
+            rule;
+        let tuning =
+            TuningOfFile { size_mib, allow_size_scale, scale_group, residency_mip_bias, mip_bias_rule };
         PoolRule {
             formats: rule.formats.map(|Formats(formats)| formats),
             tile_min: rule.tile_min,
             tile_max: rule.tile_max.map(Spanned::into_inner),
-            tuning: TuningOfFile { size_mib, allow_size_scale, scale_group, residency_mip_bias }.into(),
+            tuning: tuning.into(),
         }
     }
 }
@@ -220,6 +225,23 @@ impl From<TuningOfFile> for PoolTuning {
             allow_size_scale: tuning.allow_size_scale,
             scale_group: tuning.scale_group.map(|ScaleGroup(group)| group),
             residency_mip_bias: tuning.residency_mip_bias,
+            mip_bias_rule: tuning.mip_bias_rule.map(BiasRule::from),
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum RuleName {
+    Solved,
+    Integrating,
+}
+
+impl From<RuleName> for BiasRule {
+    fn from(name: RuleName) -> BiasRule {
+        match name {
+            RuleName::Solved => BiasRule::Solved,
+            RuleName::Integrating => BiasRule::Integrating(Integrator::default()),
         }
     }
 }

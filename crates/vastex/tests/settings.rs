@@ -10,8 +10,8 @@ mod common;
 
 use common::{Mapping, Screen, property, settings};
 use vastex::{
-    AddressMode, Event, LayerFormat, Platform, PoolEstimate, PoolRule, PoolSettings, PoolTuning, ScaleGroups,
-    Settings, Textures,
+    AddressMode, BiasRule, Event, Integrator, LayerFormat, Platform, PoolEstimate, PoolRule, PoolSettings,
+    PoolTuning, ScaleGroups, Settings, Textures,
 };
 use vastex_wgpu::test_device::TestDevice;
 
@@ -81,6 +81,7 @@ fn text_and_code_say_the_same() {
                     allow_size_scale: Some(true),
                     scale_group: Some(1),
                     residency_mip_bias: None,
+                    mip_bias_rule: None,
                 },
                 ..PoolRule::default()
             },
@@ -166,6 +167,25 @@ fn without_the_bias_what_came_first_stays() {
 }
 
 #[test]
+fn the_bias_may_be_hunted_for_comparison() {
+    let text = "[default_pool]\nsize_mib = 0.05\nmip_bias_rule = \"integrating\"\n";
+    let pools = parsed(&[text], None);
+    let hunted = BiasRule::Integrating(Integrator::default());
+    assert_eq!(pools.default_pool.mip_bias_rule, Some(hunted));
+    let mut screen = Screen::new(&[property(SIZE, 32, AddressMode::Clamp)], Settings { pools, ..settings() });
+    screen.set_mapping(0, &Mapping::new(SIZE, [0.5, 0.5], 1.1, 1.0, 0.2));
+    let mut biases = Vec::new();
+    for _ in 0..60 {
+        screen.frame().unwrap();
+        biases.push(screen.textures.stats().pager.bias_eighths);
+    }
+    assert!(biases.is_sorted() && biases.windows(2).all(|pair| pair[1] - pair[0] <= 1), "{biases:?}");
+    assert!((3..=5).contains(biases.last().unwrap()), "an eighth in about 12 frames: {biases:?}");
+    let last_word = parsed(&[text, "[[pool]]\nmip_bias_rule = \"solved\""], None);
+    assert_eq!(last_word.rules[0].tuning.mip_bias_rule, Some(BiasRule::Solved));
+}
+
+#[test]
 fn what_is_wrong_is_said_with_its_line_and_a_remedy() {
     let cases = [
         ("\n[[pool]]\nsize_mb = 3", 3, "size_mib"),
@@ -179,6 +199,7 @@ fn what_is_wrong_is_said_with_its_line_and_a_remedy() {
         ("[default_pool]\nsize_mib = \"big\"", 2, "f64"),
         ("[[pool]]\n\nformats = [\"rgba9\"]", 3, "rgba8-srgb"),
         ("[[pool]]\nformats = []", 2, "leave formats out"),
+        ("[default_pool]\nmip_bias_rule = \"hunted\"", 2, "`integrating`"),
         ("[[pool]]\nscale_group = 3", 2, "0, 1 and 2"),
         ("[scale_groups]\n0 = 1\n3 = 1", 3, "`2`"),
         ("[scale_groups]\n0 = 0", 2, "more than 0"),

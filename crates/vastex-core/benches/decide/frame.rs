@@ -2,7 +2,7 @@
 
 use bytes::Bytes;
 use vastex_core::sim::Path;
-use vastex_core::{Feedback, Geometry, GeometrySpec, Pager, PagerSettings, TextureId};
+use vastex_core::{BiasRule, Feedback, Geometry, GeometrySpec, Pager, PagerSettings, TextureId};
 
 use crate::micros;
 
@@ -63,7 +63,7 @@ impl World {
             tile_bytes: TILE_BYTES,
             upload_bytes_per_frame: 32 * TILE_BYTES,
             in_flight_bytes: 64 * TILE_BYTES,
-            mip_bias: true,
+            mip_bias: Some(BiasRule::Solved),
         });
         let geometry = Geometry::new(GeometrySpec::image(262_144, 131_072)).unwrap();
         let texture = TextureId::new(0).unwrap();

@@ -8,6 +8,7 @@ use std::collections::{BTreeSet, VecDeque};
 
 use bytes::Bytes;
 
+use crate::bias::BiasRule;
 use crate::event::Event;
 use crate::feedback::{Feedback, Need};
 use crate::geometry::{Geometry, GeometrySpec};
@@ -77,7 +78,12 @@ impl Crowd {
     }
 
     /// Adds a pool; see [`Pagers::add_pool`].
-    pub fn add_pool(&mut self, slots: u32, tile_bytes: u64, mip_bias: bool) -> Result<PoolId, PoolError> {
+    pub fn add_pool(
+        &mut self,
+        slots: u32,
+        tile_bytes: u64,
+        mip_bias: Option<BiasRule>,
+    ) -> Result<PoolId, PoolError> {
         self.largest_tile = self.largest_tile.max(tile_bytes);
         self.pagers.add_pool(slots, tile_bytes, mip_bias)
     }

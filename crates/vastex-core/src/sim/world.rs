@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 
+use crate::bias::BiasRule;
 use crate::event::Event;
 use crate::feedback::{Feedback, Need};
 use crate::geometry::{Geometry, GeometrySpec};
@@ -34,6 +35,8 @@ pub struct Knobs {
     pub upload_bytes_per_frame: u64,
     /// In-flight budget in tiles.
     pub in_flight_tiles: u64,
+    /// How the mip bias is decided.
+    pub bias_rule: BiasRule,
     /// Whether feedback looks at every pixel of every frame.
     pub complete_feedback: bool,
     /// How the camera moves.
@@ -56,6 +59,7 @@ impl Knobs {
             tile_bytes: 100,
             upload_bytes_per_frame: 800,
             in_flight_tiles: 64,
+            bias_rule: BiasRule::Solved,
             complete_feedback: false,
             path,
             hold_after: u64::MAX,
@@ -94,7 +98,7 @@ impl World {
             tile_bytes: knobs.tile_bytes,
             upload_bytes_per_frame: knobs.upload_bytes_per_frame,
             in_flight_bytes: knobs.in_flight_tiles * knobs.tile_bytes,
-            mip_bias: true,
+            mip_bias: Some(knobs.bias_rule),
         };
         #[expect(clippy::expect_used, reason = "the knobs are the test's own")]
         let geometry = Geometry::new(knobs.spec).expect("a possible texture");
