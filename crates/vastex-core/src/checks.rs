@@ -5,7 +5,7 @@ use rustc_hash::FxHashMap;
 use crate::bias::BiasRule;
 use crate::page::PageId;
 use crate::pager::Pager;
-use crate::residency::State;
+use crate::records::{Record, State};
 
 /// Called after every step; costs a visit of every record.
 #[expect(clippy::panic, reason = "a broken invariant must stop the test that found it")]
@@ -26,8 +26,8 @@ fn walk(pager: &Pager) -> Result<(), String> {
 fn slots_and_records_agree(pager: &Pager) -> Result<(), String> {
     let residency = &pager.residency;
     let mut resident = 0;
-    for (&page, record) in &residency.records {
-        let State::Resident(slot) = record.state else { continue };
+    for record in residency.records.iter() {
+        let (page, State::Resident(slot)) = (record.page, record.state) else { continue };
         resident += 1;
         if residency.slots[slot.index() as usize] != Some(page) {
             return Err(format!("{page:?} believes to be in {slot:?}, which does not know it"));
@@ -53,11 +53,10 @@ fn slots_and_records_agree(pager: &Pager) -> Result<(), String> {
 fn removed_textures_leave_nothing(pager: &Pager) -> Result<(), String> {
     let residency = &pager.residency;
     let is_gone = |page: &&PageId| pager.textures.geometry(page.texture()).is_none();
-    let is_loading = |page: &&PageId| {
-        residency.records.get(page).is_some_and(|record| matches!(record.state, State::Loading(_)))
-    };
-    if let Some(page) = residency.records.keys().filter(is_gone).find(|page| !is_loading(page)) {
-        return Err(format!("{page:?} has a state, but its texture was removed"));
+    let is_loading = |record: &Record| matches!(record.state, State::Loading(_));
+    let mut gone = residency.records.iter().filter(|record| is_gone(&&record.page));
+    if let Some(record) = gone.find(|record| !is_loading(record)) {
+        return Err(format!("{:?} has a state, but its texture was removed", record.page));
     }
     match pager.order.iter().find(is_gone) {
         Some(page) => Err(format!("{page:?} is wanted, but its texture was removed")),
@@ -67,8 +66,8 @@ fn removed_textures_leave_nothing(pager: &Pager) -> Result<(), String> {
 
 fn flight_is_counted(pager: &Pager) -> Result<(), String> {
     let (settings, stats) = (&pager.settings, &pager.residency.stats);
-    let in_flight = |state: &State| matches!(state, State::Loading(_) | State::Ready(_));
-    let count = pager.residency.records.values().filter(|record| in_flight(&record.state)).count() as u64;
+    let in_flight = |state: &State| matches!(state, State::Loading(_) | State::Ready);
+    let count = pager.residency.records.iter().filter(|record| in_flight(&record.state)).count() as u64;
     let bytes = count * settings.tile_bytes;
     if count != u64::from(stats.in_flight) || bytes != stats.in_flight_bytes {
         return Err(format!("{count} tiles are in flight: {stats:?}"));
@@ -86,10 +85,14 @@ fn ancestors_stay(pager: &Pager) -> Result<(), String> {
             *below.entry(ancestor).or_default() += 1;
         }
     }
-    if below != pager.residency.below {
-        Err("the counts of resident descendants are off".into())
-    } else {
-        Ok(())
+    let counted = pager.residency.records.iter().filter(|record| record.below > 0);
+    if below != counted.map(|record| (record.page, record.below)).collect() {
+        return Err("the counts of resident descendants are off".into());
+    }
+    let says_nothing = |record: &&Record| record.state == State::Absent && record.below == 0;
+    match pager.residency.records.iter().find(says_nothing) {
+        Some(record) => Err(format!("{:?} has a record for nothing", record.page)),
+        None => Ok(()),
     }
 }
 

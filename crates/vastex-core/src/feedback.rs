@@ -13,6 +13,9 @@ use crate::shared::STEPS_PER_LEVEL;
 pub struct Need(u16);
 
 impl Need {
+    /// Less sharp than any.
+    pub(crate) const LEAST: Need = Need(u16::MAX);
+
     /// `eighth` (0 to 7) eighths into `level`.
     pub const fn new(level: u8, eighth: u8) -> Need {
         Need(level as u16 * STEPS_PER_LEVEL as u16 + eighth as u16)

@@ -25,6 +25,7 @@ mod pager;
 mod pagers;
 mod policy;
 mod pool;
+mod records;
 mod replay;
 mod residency;
 pub mod shared;

@@ -19,15 +19,15 @@ use crate::budget::UploadBucket;
 use crate::event::{Event, EventQueue};
 use crate::feedback::Feedback;
 use crate::geometry::Geometry;
-use crate::order::order_missing;
+use crate::order::Ranking;
 use crate::page::{PageId, PagePos, TextureId};
 use crate::page_set::PageSet;
 use crate::pool::{PoolError, PoolId, PoolLayout, Slot};
-use crate::residency::{PageState, Residency, State, Stats};
+use crate::residency::{PageState, Residency, Stats};
 use crate::shared::JITTER_CYCLE;
 use crate::table::{ChangeRule, TableChange, TableEntry};
 use crate::textures::{Textures, page_id};
-use crate::working_set::WorkingSet;
+use crate::working_set::{Node, WorkingSet};
 
 /// The budgets of a pool.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,10 +80,13 @@ pub struct Pager {
     pub(crate) set: WorkingSet,
     pub(crate) bias: BiasControl,
     bucket: UploadBucket,
+    ranking: Ranking,
     /// Missing pages of the working set, best first.
     pub(crate) order: Vec<PageId>,
     /// Where the search for the next request goes on.
     next_request: usize,
+    /// Where the search for the next upload goes on.
+    next_upload: usize,
     /// Slots that no page in view and no tile in flight has a claim to: so many more loads find one.
     room: u32,
     cancels: VecDeque<PageId>,
@@ -114,8 +117,10 @@ impl Pager {
             set: WorkingSet::new(),
             bias: BiasControl::new(settings.slots, settings.mip_bias),
             bucket: UploadBucket::new(settings.upload_bytes_per_frame, settings.tile_bytes),
+            ranking: Ranking::default(),
             order: Vec::new(),
             next_request: 0,
+            next_upload: 0,
             room: settings.slots,
             cancels: VecDeque::new(),
             evicted: Vec::new(),
@@ -176,11 +181,11 @@ impl Pager {
         let loads = self.residency.forget(texture);
         self.set.forget(texture);
         let residency = &self.residency;
-        self.set.rebuild(&self.textures, |page| residency.slot_of(page).is_some());
+        self.set.rebuild(|page, record| residency.find(page, record));
         self.order.retain(|page| page.texture() != texture);
         self.evicted.retain(|(page, _)| page.texture() != texture);
         self.settled.retain(|(page, _)| page.texture() != texture);
-        self.next_request = 0;
+        (self.next_request, self.next_upload) = (0, 0);
         self.make_room();
         let under_way = loads.len() as u32;
         self.cancels.extend(loads);
@@ -222,7 +227,7 @@ impl Pager {
         self.newest_feedback = Some(feedback.frame);
         self.set.observe(feedback, &self.textures);
         let residency = &self.residency;
-        self.set.rebuild(&self.textures, |page| residency.slot_of(page).is_some());
+        self.set.rebuild(|page, record| residency.find(page, record));
         self.update_bias();
         let newly_wanted = self.want_pages();
         let wanted = self.set.pages_at(self.bias.bias()).map(|(page, _)| page);
@@ -250,18 +255,20 @@ impl Pager {
         let bias = self.bias.bias();
         let was_missing = std::mem::take(&mut self.order);
         self.residency.begin_round();
-        let newly: u32 = self.set.pages_at(bias).map(|(page, _)| u32::from(self.residency.want(page))).sum();
-        for &page in &was_missing {
-            if !self.residency.is_wanted(page) {
+        let want = |(page, node): (PageId, &Node)| u32::from(self.residency.want(page, node.record));
+        let newly = self.set.pages_at(bias).map(want).sum();
+        // A hint of another page, as after a removal, does no harm.
+        for (&page, record) in was_missing.iter().zip(self.ranking.records()) {
+            if !self.residency.is_wanted(page, record) {
                 self.residency.unwant(page);
-                if self.residency.records.get(&page).is_some_and(|r| matches!(r.state, State::Loading(_))) {
+                if self.residency.state(page) == PageState::Loading {
                     self.cancels.push_back(page);
                 }
             }
         }
         self.order = was_missing;
-        order_missing(&self.set, bias, &self.residency, &self.textures, &mut self.order);
-        self.next_request = 0;
+        self.ranking.order_missing(&self.set, bias, &self.textures, &mut self.order);
+        (self.next_request, self.next_upload) = (0, 0);
         self.make_room();
         newly
     }
@@ -273,8 +280,14 @@ impl Pager {
         let in_view =
             self.set.size_at(self.bias.bias()).saturating_sub(missing) + self.residency.stats.pinned;
         self.room = self.settings.slots.saturating_sub(in_view);
+        let mut in_flight = self.residency.stats.in_flight;
         for &page in &self.order {
-            match self.residency.state(page) {
+            if in_flight == 0 {
+                break;
+            }
+            let state = self.residency.state(page);
+            in_flight -= u32::from(matches!(state, PageState::Loading | PageState::Ready));
+            match state {
                 PageState::Loading | PageState::Ready if self.room > 0 => self.room -= 1,
                 PageState::Loading => {
                     self.residency.unwant(page);
@@ -333,6 +346,7 @@ impl Pager {
     /// The tile of a request is here, decoded: all layers, [`PagerSettings::tile_bytes`] bytes.
     pub fn tile_ready(&mut self, page: PageId, bytes: Bytes) {
         self.residency.loaded(page, bytes);
+        self.next_upload = 0;
         self.check();
     }
 
@@ -371,12 +385,14 @@ impl Pager {
     }
 
     /// The best page whose tile waits for the upload budget.
-    pub(crate) fn next_ready(&self) -> Option<PageId> {
-        if self.residency.stats.in_flight == 0 {
+    pub(crate) fn next_ready(&mut self) -> Option<PageId> {
+        if !self.residency.has_ready() {
             return None;
         }
-        let ready = |page: &&PageId| self.residency.state(**page) == PageState::Ready;
-        self.order.iter().find(ready).copied()
+        let left = self.order.get(self.next_upload..)?;
+        let ready = |page: &PageId| self.residency.state(*page) == PageState::Ready;
+        self.next_upload += left.iter().position(ready).unwrap_or(left.len());
+        self.order.get(self.next_upload).copied()
     }
 
     /// Replaces `changes` with the page-table changes of the uploads handed out since the last call: evictions first,

@@ -1,6 +1,6 @@
 //! Residency: the state of every page, and which tile is in which slot.
 //!
-//! A page is in exactly one state. Pages without a record are `Absent`.
+//! A page is in exactly one state. Pages without a record (`records`) are `Absent`.
 //!
 //! | from | to | when | costs |
 //! |---|---|---|---|
@@ -33,6 +33,7 @@ use std::collections::VecDeque;
 
 use crate::page::{PageId, TextureId};
 use crate::pool::Slot;
+use crate::records::{Cancel, RecordHint, Records, State};
 use crate::shared::JITTER_CYCLE;
 use crate::telemetry::Waits;
 use crate::textures::Textures;
@@ -63,39 +64,6 @@ pub enum PageState {
         /// The first frame in which it may be tried again.
         until: u64,
     },
-}
-
-/// Whether a load has been called off.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Cancel {
-    No,
-    /// To be handed out as a decision.
-    Due,
-    /// Handed out; the loader has yet to let go.
-    Sent,
-}
-
-/// The state of a page that has a record.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum State {
-    Queued,
-    Loading(Cancel),
-    Ready(Bytes),
-    Resident(Slot),
-    Failed { until: u64 },
-}
-
-#[derive(Clone, Debug)]
-pub(crate) struct Record {
-    pub(crate) state: State,
-    /// The last round (see `Residency::begin_round`) whose working set contained the page.
-    pub(crate) wanted_round: u64,
-    /// Loads that failed in a row.
-    pub(crate) failures: u32,
-    /// The frame from which on the page may be tried again after them.
-    retry_at: u64,
-    /// The frame since which the page is wanted without a break, if it is.
-    since: u64,
 }
 
 /// Totals since the pager was made, and gauges of the moment.
@@ -150,12 +118,12 @@ pub struct Stats {
 /// See the head of the file.
 #[derive(Debug)]
 pub(crate) struct Residency {
-    pub(crate) records: FxHashMap<PageId, Record>,
+    pub(crate) records: Records,
+    /// The tiles of pages that are `Ready`.
+    ready: FxHashMap<PageId, Bytes>,
     /// The page in each slot.
     pub(crate) slots: Vec<Option<PageId>>,
     pub(crate) free: Vec<Slot>,
-    /// Resident pages below each page, at any depth; absent where 0.
-    pub(crate) below: FxHashMap<PageId, u32>,
     /// Which of them goes next.
     pub(crate) victims: Victims,
     evicted_at: FxHashMap<PageId, u64>,
@@ -173,10 +141,10 @@ pub(crate) struct Residency {
 impl Residency {
     pub(crate) fn new(slots: u32, tile_bytes: u64) -> Residency {
         Residency {
-            records: FxHashMap::default(),
+            records: Records::default(),
+            ready: FxHashMap::default(),
             slots: vec![None; slots as usize],
             free: (0..slots).rev().map(Slot::new).collect(),
-            below: FxHashMap::default(),
             victims: Victims::default(),
             evicted_at: FxHashMap::default(),
             evictions: VecDeque::new(),
@@ -207,20 +175,29 @@ impl Residency {
     }
 
     pub(crate) fn state(&self, page: PageId) -> PageState {
-        match self.records.get(&page).map(|record| &record.state) {
-            None => PageState::Absent,
-            Some(State::Queued) => PageState::Queued,
-            Some(State::Loading(_)) => PageState::Loading,
-            Some(State::Ready(_)) => PageState::Ready,
-            Some(State::Resident(slot)) => PageState::Resident(*slot),
-            Some(State::Failed { until }) => PageState::Failed { until: *until },
+        let Some(record) = self.records.get(page) else { return PageState::Absent };
+        match record.state {
+            State::Absent => PageState::Absent,
+            State::Queued => PageState::Queued,
+            State::Loading(_) => PageState::Loading,
+            State::Ready => PageState::Ready,
+            State::Resident(slot) => PageState::Resident(slot),
+            State::Failed => PageState::Failed { until: record.retry_at },
         }
     }
 
     pub(crate) fn slot_of(&self, page: PageId) -> Option<Slot> {
-        match self.records.get(&page)?.state {
+        match self.records.get(page)?.state {
             State::Resident(slot) => Some(slot),
             _ => None,
+        }
+    }
+
+    /// Where the page's record is, if it has one, and whether its tile is in a slot.
+    pub(crate) fn find(&self, page: PageId, hint: RecordHint) -> (RecordHint, bool) {
+        match self.records.find(page, hint) {
+            Some(found) => (found, matches!(self.records.at(found).state, State::Resident(_))),
+            None => (RecordHint::default(), false),
         }
     }
 
@@ -231,30 +208,24 @@ impl Residency {
 
     /// Puts a tail into a slot for good.
     pub(crate) fn pin(&mut self, page: PageId, slot: Slot) {
-        let record = Record {
-            state: State::Resident(slot),
-            wanted_round: u64::MAX,
-            failures: 0,
-            retry_at: 0,
-            since: self.frame,
-        };
-        self.records.insert(page, record);
+        let record = self.records.get_or_add(page, RecordHint::default());
+        (record.state, record.wanted_round) = (State::Resident(slot), u64::MAX);
         self.slots[slot.index() as usize] = Some(page);
         self.stats.pinned += 1;
         self.stats.occupied += 1;
     }
 
-    /// The page is in the working set of this round. Says whether it was not in the last one's.
-    pub(crate) fn want(&mut self, page: PageId) -> bool {
-        let fresh =
-            Record { state: State::Queued, wanted_round: 0, failures: 0, retry_at: 0, since: self.frame };
-        let record = self.records.entry(page).or_insert(fresh);
+    /// The page is in the working set of this round; its record may be where `hint` says. Says whether the page was not in the
+    /// last round's.
+    pub(crate) fn want(&mut self, page: PageId, hint: RecordHint) -> bool {
+        let record = self.records.get_or_add(page, hint);
         let newly = record.wanted_round + 1 != self.round;
         record.wanted_round = self.round;
         record.since = if newly { self.frame } else { record.since };
         match record.state {
+            State::Absent => record.state = State::Queued,
             State::Loading(Cancel::Due) => record.state = State::Loading(Cancel::No),
-            State::Failed { until } if until <= self.frame => record.state = State::Queued,
+            State::Failed if record.retry_at <= self.frame => record.state = State::Queued,
             _ => {}
         }
         newly
@@ -262,40 +233,47 @@ impl Residency {
 
     /// Whether the page's last load failed; it stays so while the page is tried again.
     pub(crate) fn has_failed(&self, page: PageId) -> bool {
-        self.records.get(&page).is_some_and(|record| record.failures > 0)
+        self.records.get(page).is_some_and(|record| record.failures > 0)
     }
 
-    /// Whether the page is in the working set of this round.
-    pub(crate) fn is_wanted(&self, page: PageId) -> bool {
-        self.records.get(&page).is_some_and(|record| record.wanted_round >= self.round)
+    /// Whether the page is in the working set of this round; its record may be where `hint` says.
+    pub(crate) fn is_wanted(&self, page: PageId, hint: RecordHint) -> bool {
+        self.records.find(page, hint).is_some_and(|at| self.records.at(at).wanted_round >= self.round)
+    }
+
+    /// Whether a tile waits for a slot.
+    pub(crate) fn has_ready(&self) -> bool {
+        !self.ready.is_empty()
     }
 
     /// The page is not resident and has left the working set: it is dropped, or its load called off.
     pub(crate) fn unwant(&mut self, page: PageId) {
-        let Some(record) = self.records.get_mut(&page) else { return };
+        let Some(record) = self.records.get_mut(page) else { return };
         match record.state {
-            State::Queued => self.drop_record(page),
+            State::Queued => self.drop_page(page),
             State::Loading(Cancel::No) => record.state = State::Loading(Cancel::Due),
-            State::Ready(_) => {
+            State::Ready => {
+                self.ready.remove(&page);
                 self.leave_flight();
                 self.stats.wasted += 1;
-                self.drop_record(page);
+                self.drop_page(page);
             }
-            State::Loading(_) | State::Resident(_) | State::Failed { .. } => {}
+            State::Absent | State::Loading(_) | State::Resident(_) | State::Failed => {}
         }
     }
 
     /// Back to `Absent`, or, where loads have failed before, to a state that remembers it.
-    fn drop_record(&mut self, page: PageId) {
-        match self.records.get_mut(&page) {
-            Some(record) if record.failures > 0 => record.state = State::Failed { until: record.retry_at },
-            _ => drop(self.records.remove(&page)),
+    fn drop_page(&mut self, page: PageId) {
+        match self.records.get_mut(page) {
+            Some(record) if record.failures > 0 => record.state = State::Failed,
+            Some(record) if record.below > 0 => (record.state, record.wanted_round) = (State::Absent, 0),
+            _ => self.records.remove(page),
         }
     }
 
     /// `Queued -> Loading`.
     pub(crate) fn begin_load(&mut self, page: PageId) -> bool {
-        let Some(record) = self.records.get_mut(&page).filter(|r| r.state == State::Queued) else {
+        let Some(record) = self.records.get_mut(page).filter(|r| r.state == State::Queued) else {
             return false;
         };
         record.state = State::Loading(Cancel::No);
@@ -307,7 +285,7 @@ impl Residency {
 
     /// Hands out a cancellation that is due.
     pub(crate) fn send_cancel(&mut self, page: PageId) -> bool {
-        let Some(record) = self.records.get_mut(&page) else { return false };
+        let Some(record) = self.records.get_mut(page) else { return false };
         let due = record.state == State::Loading(Cancel::Due);
         if due {
             record.state = State::Loading(Cancel::Sent);
@@ -317,18 +295,19 @@ impl Residency {
 
     /// `Loading -> Ready`, or `Absent` where the page is no longer wanted. Says whether it is `Ready`.
     pub(crate) fn loaded(&mut self, page: PageId, bytes: Bytes) -> bool {
-        let wanted = self.is_wanted(page);
-        let Some(record) = self.records.get_mut(&page) else { return false };
+        let wanted = self.is_wanted(page, RecordHint::default());
+        let Some(record) = self.records.get_mut(page) else { return false };
         if !matches!(record.state, State::Loading(_)) {
             return false;
         }
         if wanted {
-            record.state = State::Ready(bytes);
+            record.state = State::Ready;
+            self.ready.insert(page, bytes);
         } else {
             record.state = State::Queued;
             self.stats.wasted += 1;
             self.leave_flight();
-            self.drop_record(page);
+            self.drop_page(page);
         }
         wanted
     }
@@ -336,14 +315,14 @@ impl Residency {
     /// `Loading -> Failed`. Says whether this is the first failure in a row.
     pub(crate) fn load_failed(&mut self, page: PageId) -> bool {
         let frame = self.frame;
-        let Some(record) = self.records.get_mut(&page) else { return false };
+        let Some(record) = self.records.get_mut(page) else { return false };
         if !matches!(record.state, State::Loading(_)) {
             return false;
         }
         let wait = FIRST_BACK_OFF << record.failures.min(DOUBLINGS);
         record.failures += 1;
         record.retry_at = frame + wait;
-        record.state = State::Failed { until: record.retry_at };
+        record.state = State::Failed;
         let first = record.failures == 1;
         self.stats.failures += 1;
         self.leave_flight();
@@ -352,8 +331,8 @@ impl Residency {
 
     /// The loader has let go of a load: `Loading -> Absent`, or `Queued` where the page is wanted again.
     pub(crate) fn load_cancelled(&mut self, page: PageId) {
-        let wanted = self.is_wanted(page);
-        let Some(record) = self.records.get_mut(&page) else { return };
+        let wanted = self.is_wanted(page, RecordHint::default());
+        let Some(record) = self.records.get_mut(page) else { return };
         if !matches!(record.state, State::Loading(_)) {
             return;
         }
@@ -361,7 +340,7 @@ impl Residency {
         self.stats.cancelled += 1;
         self.leave_flight();
         if !wanted {
-            self.drop_record(page);
+            self.drop_page(page);
         }
     }
 
@@ -375,27 +354,27 @@ impl Residency {
             }
         }
         let (mut loads, mut ready, mut tails) = (Vec::new(), 0, 0);
-        self.records.retain(|page, record| {
+        self.records.retain(|record| {
             match &mut record.state {
-                _ if is_other(page) => return true,
+                _ if is_other(&record.page) => return true,
                 State::Loading(cancel) => {
                     if *cancel == Cancel::No {
                         *cancel = Cancel::Due;
                     }
-                    (record.wanted_round, record.failures) = (0, 0);
-                    loads.push(*page);
+                    (record.wanted_round, record.failures, record.below) = (0, 0, 0);
+                    loads.push(record.page);
                     return true;
                 }
-                State::Ready(_) => ready += 1,
+                State::Ready => ready += 1,
                 State::Resident(_) => tails += u32::from(record.wanted_round == u64::MAX),
-                State::Queued | State::Failed { .. } => {}
+                State::Absent | State::Queued | State::Failed => {}
             }
             false
         });
+        self.ready.retain(|page, _| is_other(page));
         (0..ready).for_each(|_| self.leave_flight());
         self.stats.wasted += ready;
         self.stats.pinned -= tails;
-        self.below.retain(|page, _| is_other(page));
         self.evicted_at.retain(|page, _| is_other(page));
         self.evictions.retain(|(_, page)| is_other(page));
         self.victims.clear();
@@ -422,14 +401,16 @@ impl Residency {
 
     fn evict(&mut self, page: PageId, slot: Slot, textures: &Textures) {
         self.slots[slot.index() as usize] = None;
-        self.records.remove(&page);
+        self.records.remove(page);
         for ancestor in textures.ancestors(page) {
-            if let Some(count) = self.below.get_mut(&ancestor) {
-                *count -= 1;
-                if *count == 0 {
-                    self.below.remove(&ancestor);
-                    self.note_descendant_gone(ancestor, textures);
+            let Some(record) = self.records.get_mut(ancestor) else { continue };
+            record.below -= 1;
+            if record.below == 0 {
+                let record = *record;
+                if record.state == State::Absent {
+                    self.drop_page(ancestor);
                 }
+                self.note_last_descendant_gone(&record, textures);
             }
         }
         self.evicted_at.insert(page, self.frame);
@@ -441,16 +422,15 @@ impl Residency {
     /// `Ready -> Resident`, into a slot of [`Residency::take_slot`]; gives the tile's bytes, and whether the page had
     /// failed before.
     pub(crate) fn settle(&mut self, page: PageId, slot: Slot, textures: &Textures) -> Option<(Bytes, bool)> {
-        let record = self.records.get_mut(&page)?;
-        let State::Ready(bytes) = std::mem::replace(&mut record.state, State::Resident(slot)) else {
-            return None;
-        };
+        let bytes = self.ready.remove(&page)?;
+        let record = self.records.get_mut(page)?;
+        record.state = State::Resident(slot);
         let recovered = std::mem::take(&mut record.failures) > 0;
         let waited = self.frame - record.since;
         self.waits.note(waited);
         self.slots[slot.index() as usize] = Some(page);
         for ancestor in textures.ancestors(page) {
-            *self.below.entry(ancestor).or_insert(0) += 1;
+            self.records.get_or_add(ancestor, RecordHint::default()).below += 1;
         }
         self.leave_flight();
         self.stats.occupied += 1;

@@ -13,51 +13,105 @@ use std::collections::VecDeque;
 
 use crate::feedback::{Feedback, Need, WantedPage};
 use crate::page::{PageId, TextureId};
+use crate::records::RecordHint;
 use crate::shared::{JITTER_CYCLE, MAX_LEVELS, STEPS_PER_LEVEL};
 use crate::textures::Textures;
 
 /// Thresholds are at most 8 times the number of levels.
 const THRESHOLDS: usize = (MAX_LEVELS * STEPS_PER_LEVEL) as usize + 1;
+/// Instead of a node's index: there is none.
+const NOWHERE: u32 = u32::MAX;
 
-/// What the feedbacks of the last jitter cycle said of one page.
-#[derive(Clone, Copy, Debug, Default)]
-struct Direct {
-    /// Feedback pixels, summed over the cycle.
-    pixels: u32,
+/// A page of the working set: one that a feedback of the last jitter cycle named, or an ancestor of one.
+///
+/// Nodes stay from frame to frame and know their parents, so that working out the set takes no look-up.
+#[derive(Clone, Debug)]
+pub(crate) struct Node {
+    page: PageId,
+    /// The index of its parent's node; [`NOWHERE`] just below a tail.
+    parent: u32,
+    /// Nodes whose parent it is.
+    children: u32,
+    /// Feedbacks of the cycle that named the page.
+    named: u32,
+    /// Feedback pixels of theirs.
+    named_pixels: u32,
     /// Feedbacks of the cycle in which the sharpest need was so many eighths.
     feedbacks: [u8; STEPS_PER_LEVEL as usize],
-}
-
-/// A page of the working set.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Node {
     /// The sharpest need of the page and all that lies below it.
     need: Need,
     /// Feedback pixels of the page and all that lies below it, over the cycle.
     pub(crate) pixels: u32,
     /// Those of them that already show something finer than the page.
     pub(crate) finer: u32,
+    /// Whether its tile is in a slot.
+    pub(crate) is_resident: bool,
+    /// Where its record was when the set was worked out.
+    pub(crate) record: RecordHint,
 }
 
 impl Node {
-    fn threshold(&self, level: u8) -> u16 {
-        (u16::from(level) + 1) * STEPS_PER_LEVEL as u16 - self.need.eighths()
+    fn new(page: PageId, parent: u32) -> Node {
+        Node {
+            page,
+            parent,
+            children: 0,
+            named: 0,
+            named_pixels: 0,
+            feedbacks: [0; STEPS_PER_LEVEL as usize],
+            need: Need::LEAST,
+            pixels: 0,
+            finer: 0,
+            is_resident: false,
+            record: RecordHint::default(),
+        }
     }
+
+    fn is_in_set(&self) -> bool {
+        self.named > 0 || self.children > 0
+    }
+
+    fn own_need(&self) -> Need {
+        // The first that is not 0, told from all at once.
+        let eighth = u64::from_le_bytes(self.feedbacks).trailing_zeros() / u8::BITS % STEPS_PER_LEVEL;
+        if self.named > 0 { Need::new(self.page.level(), eighth as u8) } else { Need::LEAST }
+    }
+
+    fn threshold(&self) -> u16 {
+        (u16::from(self.page.level()) + 1) * STEPS_PER_LEVEL as u16 - self.need.eighths()
+    }
+}
+
+/// One entry of a feedback of the cycle.
+#[derive(Clone, Copy, Debug)]
+struct Named {
+    /// The number of the feedback.
+    feedback: u64,
+    node: u32,
+    pixels: u32,
+    eighth: u8,
 }
 
 /// See the head of the file.
 #[derive(Debug)]
 pub(crate) struct WorkingSet {
-    cycle: VecDeque<Vec<WantedPage>>,
-    /// The memory of a feedback that was let go, for the next one.
-    spare: Vec<WantedPage>,
-    direct: FxHashMap<PageId, Direct>,
-    nodes: FxHashMap<PageId, Node>,
-    by_level: Vec<Vec<PageId>>,
-    histogram: Vec<u32>,
+    /// What the feedbacks of the cycle named, the oldest first.
+    cycle: VecDeque<Named>,
     /// Pixels of each feedback of the cycle, those that want tails among them.
     pixels: VecDeque<u64>,
+    /// Feedbacks ever.
+    observed: u64,
+    nodes: Vec<Node>,
+    index: FxHashMap<PageId, u32>,
+    /// The nodes of each level, and of those that have left the set since it was worked out.
+    by_level: Vec<Vec<u32>>,
+    left: Vec<u32>,
+    /// Places in `nodes` that nobody knows any more.
+    free: Vec<u32>,
+    histogram: Vec<u32>,
     shortfall: Shortfall,
+    /// A feedback of sparse textures, kept for its memory.
+    standing: Vec<WantedPage>,
 }
 
 /// How much coarser than at mip bias 0 the picture is, by the pixels of the cycle.
@@ -73,32 +127,47 @@ impl WorkingSet {
     pub(crate) fn new() -> WorkingSet {
         WorkingSet {
             cycle: VecDeque::new(),
-            spare: Vec::new(),
-            direct: FxHashMap::default(),
-            nodes: FxHashMap::default(),
-            by_level: vec![Vec::new(); MAX_LEVELS as usize],
-            histogram: vec![0; THRESHOLDS],
             pixels: VecDeque::new(),
+            observed: 0,
+            nodes: Vec::new(),
+            index: FxHashMap::default(),
+            by_level: vec![Vec::new(); MAX_LEVELS as usize],
+            left: Vec::new(),
+            free: Vec::new(),
+            histogram: vec![0; THRESHOLDS],
             shortfall: Shortfall::default(),
+            standing: Vec::new(),
         }
     }
 
     /// Forgets everything: the view has jumped.
     pub(crate) fn restart(&mut self) {
-        self.cycle.clear();
-        self.direct.clear();
         self.pixels.clear();
+        self.cycle.clear();
+        self.index.clear();
+        self.nodes.clear();
+        self.by_level.iter_mut().for_each(Vec::clear);
+        self.left.clear();
+        self.free.clear();
     }
 
     /// Forgets what was wanted of a texture; the set follows when it is worked out again.
     pub(crate) fn forget(&mut self, texture: TextureId) {
-        self.cycle.iter_mut().for_each(|pages| pages.retain(|wanted| wanted.page.texture() != texture));
-        self.direct.retain(|page, _| page.texture() != texture);
+        let WorkingSet { cycle, nodes, index, left, .. } = self;
+        cycle.retain(|named| nodes[named.node as usize].page.texture() != texture);
+        index.retain(|page, &mut node| {
+            let is_other = page.texture() != texture;
+            if !is_other {
+                nodes[node as usize] = Node::new(*page, NOWHERE);
+                left.push(node);
+            }
+            is_other
+        });
     }
 
     /// Feedbacks now in the set, at most a jitter cycle of them.
     pub(crate) fn feedbacks(&self) -> usize {
-        self.cycle.len()
+        self.pixels.len()
     }
 
     /// Whether under a quarter of the feedback's pixels fall on pages of the set, their ancestors or descendants.
@@ -106,91 +175,147 @@ impl WorkingSet {
     /// Only a set of a whole jitter cycle can tell: where pages are smaller than the blocks of pixels that feedback
     /// stands for, the frames of a cycle see different pages of one view.
     pub(crate) fn is_jump(&self, feedback: &Feedback, textures: &Textures) -> bool {
-        if self.direct.is_empty() || self.cycle.len() < JITTER_CYCLE as usize {
+        if self.cycle.is_empty() || self.feedbacks() < JITTER_CYCLE as usize {
             return false;
         }
-        let (mut related, mut all) = (0u64, 0u64);
-        for wanted in feedback.pages.iter().filter(|w| textures.contains(w.page)) {
-            all += u64::from(wanted.pixels);
-            let near = textures.is_tail(wanted.page)
-                || self.nodes.contains_key(&wanted.page)
-                || textures.ancestors(wanted.page).any(|page| self.direct.contains_key(&page));
-            related += if near { u64::from(wanted.pixels) } else { 0 };
+        let is_named =
+            |page: PageId| self.index.get(&page).is_some_and(|&at| self.nodes[at as usize].named > 0);
+        // Mostly a quarter of the pixels is soon found to be near, whatever the rest is.
+        let mut all: u64 = feedback.pages.iter().map(|wanted| u64::from(wanted.pixels)).sum();
+        let mut related = 0;
+        for wanted in &feedback.pages {
+            let is_known = self.index.contains_key(&wanted.page);
+            let pixels = u64::from(wanted.pixels);
+            if !is_known && !textures.contains(wanted.page) {
+                all -= pixels;
+                continue;
+            }
+            let near =
+                is_known || textures.is_tail(wanted.page) || textures.ancestors(wanted.page).any(is_named);
+            related += if near { pixels } else { 0 };
+            if related * 4 >= all {
+                return false;
+            }
         }
         related * 4 < all
     }
 
     /// Takes in a feedback, and lets go of the one that is a jitter cycle old. Pages that do not exist are dropped.
     pub(crate) fn observe(&mut self, feedback: &Feedback, textures: &Textures) {
-        if self.cycle.len() == JITTER_CYCLE as usize {
+        self.observed += 1;
+        self.pixels.push_back(feedback.pages.iter().map(|wanted| u64::from(wanted.pixels)).sum());
+        if textures.are_sparse() {
+            let mut standing = std::mem::take(&mut self.standing);
+            let exists = |wanted: &&WantedPage| textures.contains(wanted.page);
+            standing.clear();
+            standing.extend(feedback.pages.iter().filter(exists).map(|&wanted| textures.present(wanted)));
+            merge_same(&mut standing);
+            self.name(&standing, textures);
+            self.standing = standing;
+        } else {
+            self.name(&feedback.pages, textures);
+        }
+        // Last, so that what both name keeps its nodes.
+        if self.feedbacks() > JITTER_CYCLE as usize {
             self.forget_oldest();
         }
-        let mut pages = std::mem::take(&mut self.spare);
-        let exists = |w: &&WantedPage| textures.contains(w.page);
-        let below_tail = |w: &WantedPage| !textures.is_tail(w.page);
-        let present = feedback.pages.iter().filter(exists).map(|&wanted| textures.present(wanted));
-        pages.extend(present.filter(below_tail));
-        if textures.are_sparse() {
-            merge_same(&mut pages);
-        }
-        for wanted in &pages {
-            let direct = self.direct.entry(wanted.page).or_default();
-            direct.pixels = direct.pixels.saturating_add(wanted.pixels);
-            let count = &mut direct.feedbacks[usize::from(wanted.eighth & 7)];
+    }
+
+    fn name(&mut self, pages: &[WantedPage], textures: &Textures) {
+        for &WantedPage { page, pixels, eighth } in pages {
+            let at = match self.index.get(&page) {
+                Some(&at) => at,
+                None if textures.contains(page) && !textures.is_tail(page) => self.add(page, textures),
+                None => continue,
+            };
+            let (node, eighth) = (&mut self.nodes[at as usize], eighth & 7);
+            node.named += 1;
+            node.named_pixels = node.named_pixels.saturating_add(pixels);
+            let count = &mut node.feedbacks[usize::from(eighth)];
             *count = count.saturating_add(1);
+            self.cycle.push_back(Named { feedback: self.observed, node: at, pixels, eighth });
         }
-        self.cycle.push_back(pages);
-        self.pixels.push_back(feedback.pages.iter().map(|wanted| u64::from(wanted.pixels)).sum());
+    }
+
+    /// The index of the page's node, made where there is none, with those of its ancestors.
+    fn add(&mut self, page: PageId, textures: &Textures) -> u32 {
+        if let Some(&at) = self.index.get(&page) {
+            return at;
+        }
+        let above = textures.parent(page).filter(|&parent| !textures.is_tail(parent));
+        let parent = above.map_or(NOWHERE, |parent| self.add(parent, textures)); // as deep as there are levels
+        if let Some(parent) = self.nodes.get_mut(parent as usize) {
+            parent.children += 1;
+        }
+        let node = Node::new(page, parent);
+        let at = self.free.pop().unwrap_or(self.nodes.len() as u32);
+        match self.nodes.get_mut(at as usize) {
+            Some(place) => *place = node,
+            None => self.nodes.push(node),
+        }
+        self.index.insert(page, at);
+        self.by_level[usize::from(page.level())].push(at);
+        at
     }
 
     fn forget_oldest(&mut self) {
-        let Some(mut oldest) = self.cycle.pop_front() else { return };
+        let oldest = self.observed + 1 - self.feedbacks() as u64;
         self.pixels.pop_front();
-        for wanted in oldest.drain(..) {
-            let Some(direct) = self.direct.get_mut(&wanted.page) else { continue };
-            direct.pixels = direct.pixels.saturating_sub(wanted.pixels);
-            let count = &mut direct.feedbacks[usize::from(wanted.eighth & 7)];
+        while let Some(named) = self.cycle.pop_front_if(|named| named.feedback <= oldest) {
+            let node = &mut self.nodes[named.node as usize];
+            node.named -= 1;
+            node.named_pixels = node.named_pixels.saturating_sub(named.pixels);
+            let count = &mut node.feedbacks[usize::from(named.eighth)];
             *count = count.saturating_sub(1);
-            if direct.feedbacks == [0; STEPS_PER_LEVEL as usize] {
-                self.direct.remove(&wanted.page);
-            }
+            self.leave(named.node);
         }
-        self.spare = oldest;
+    }
+
+    /// Takes a node that has no reason to be in the set out of it, then its ancestors.
+    fn leave(&mut self, at: u32) {
+        let mut next = at;
+        while let Some(node) = self.nodes.get(next as usize).filter(|node| !node.is_in_set()) {
+            let parent = node.parent;
+            self.index.remove(&node.page);
+            self.left.push(next);
+            if let Some(parent) = self.nodes.get_mut(parent as usize) {
+                parent.children -= 1;
+            }
+            next = parent;
+        }
     }
 
     /// Works out the set from the feedbacks: every page wanted and every ancestor, once. Costs one visit of each.
-    pub(crate) fn rebuild(&mut self, textures: &Textures, is_resident: impl Fn(PageId) -> bool) {
-        self.nodes.clear();
+    ///
+    /// `find` says where the record of a page is, and whether its tile is in a slot; it is told where the record was.
+    pub(crate) fn rebuild(&mut self, find: impl Fn(PageId, RecordHint) -> (RecordHint, bool)) {
         self.histogram.fill(0);
         self.shortfall = Shortfall::default();
-        self.by_level.iter_mut().for_each(Vec::clear);
-        for (&page, direct) in &self.direct {
-            self.shortfall.pixels += if is_resident(page) { 0 } else { u64::from(direct.pixels) };
-            let eighth = direct.feedbacks.iter().position(|&n| n > 0).unwrap_or(0);
-            let node = Node { need: Need::new(page.level(), eighth as u8), pixels: direct.pixels, finer: 0 };
-            self.nodes.insert(page, node);
-            self.by_level[usize::from(page.level())].push(page);
+        let WorkingSet { nodes, by_level, left, free, histogram, shortfall, .. } = self;
+        for level in by_level.iter_mut() {
+            if !left.is_empty() {
+                level.retain(|&at| nodes[at as usize].is_in_set());
+            }
+            for &at in level.iter() {
+                let node = &mut nodes[at as usize];
+                (node.need, node.pixels, node.finer) = (node.own_need(), node.named_pixels, 0);
+                (node.record, node.is_resident) = find(node.page, node.record);
+            }
         }
-        for level in 0..self.by_level.len() {
-            let pages = std::mem::take(&mut self.by_level[level]);
-            for &page in &pages {
-                let Some(&node) = self.nodes.get(&page) else { continue };
-                self.histogram[usize::from(node.threshold(page.level()))] += 1;
-                // Each pixel that shows nothing as fine as this page shows something a level coarser at best.
-                let shown = if is_resident(page) { node.pixels } else { node.finer };
-                self.shortfall.levels += u64::from(node.pixels.saturating_sub(shown));
-                let Some(parent) = textures.parent(page).filter(|&parent| !textures.is_tail(parent)) else {
-                    continue;
-                };
-                let above = self.nodes.entry(parent).or_insert_with(|| {
-                    self.by_level[usize::from(parent.level())].push(parent);
-                    Node { need: node.need, pixels: 0, finer: 0 }
-                });
-                above.need = above.need.min(node.need);
-                above.pixels = above.pixels.saturating_add(node.pixels);
+        free.append(left);
+        for &at in by_level.iter().flatten() {
+            let node = &nodes[at as usize];
+            let Node { parent, need, pixels, is_resident, .. } = *node;
+            let shown = if is_resident { pixels } else { node.finer };
+            histogram[usize::from(node.threshold())] += 1;
+            // Each pixel that shows nothing as fine as this page shows something a level coarser at best.
+            shortfall.levels += u64::from(pixels.saturating_sub(shown));
+            shortfall.pixels += if is_resident { 0 } else { u64::from(node.named_pixels) };
+            if let Some(above) = nodes.get_mut(parent as usize) {
+                above.need = above.need.min(need);
+                above.pixels = above.pixels.saturating_add(pixels);
                 above.finer = above.finer.saturating_add(shown);
             }
-            self.by_level[level] = pages;
         }
     }
 
@@ -223,15 +348,22 @@ impl WorkingSet {
 
     /// The pages of the set at a bias, in eighths of a level, coarsest first.
     pub(crate) fn pages_at(&self, bias: u16) -> impl Iterator<Item = (PageId, &Node)> + '_ {
-        self.by_level.iter().rev().flatten().filter_map(move |&page| {
-            let node = self.nodes.get(&page)?;
-            (node.threshold(page.level()) > bias).then_some((page, node))
-        })
+        let nodes = self.by_level.iter().rev().flatten().map(|&at| &self.nodes[at as usize]);
+        nodes.filter(move |node| node.threshold() > bias).map(|node| (node.page, node))
+    }
+
+    /// The level of the nearest ancestor whose tile is in a slot.
+    pub(crate) fn shown_above(&self, node: &Node, textures: &Textures) -> u8 {
+        let above = |node: &Node| self.nodes.get(node.parent as usize);
+        let shown = std::iter::successors(above(node), |node| above(node)).find(|node| node.is_resident);
+        let tail = || textures.geometry(node.page.texture()).map(|geometry| geometry.tail().first_level());
+        shown.map(|node| node.page.level()).or_else(tail).unwrap_or(u8::MAX)
     }
 
     /// The pages that feedback named, with their pixels over the cycle.
     pub(crate) fn direct_pages(&self) -> impl Iterator<Item = (PageId, u32)> + '_ {
-        self.direct.iter().map(|(&page, direct)| (page, direct.pixels))
+        let named = self.nodes.iter().filter(|node| node.named > 0);
+        named.map(|node| (node.page, node.named_pixels))
     }
 }
 
@@ -295,7 +427,7 @@ mod tests {
             }).collect();
             let mut set = WorkingSet::new();
             set.observe(&Feedback { frame: 0, pages: list.clone(), degenerate: 0 }, &textures);
-            set.rebuild(&textures, |_| false);
+            set.rebuild(|_, record| (record, false));
             for bias in 0..70 {
                 let expected = naive(&list, &geometry, bias);
                 prop_assert_eq!(set.size_at(bias) as usize, expected.len());
@@ -326,7 +458,7 @@ mod tests {
                 |page: PageId| page.to_bits().wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 61 < residents + u64::from(page.level());
             let mut set = WorkingSet::new();
             set.observe(&Feedback { frame: 0, pages: list.clone(), degenerate: 0 }, &textures);
-            set.rebuild(&textures, is_resident);
+            set.rebuild(|page, record| (record, is_resident(page)));
             let (mut pixels, mut levels) = (0, 0);
             for w in &list {
                 let shown = std::iter::once(w.page)
@@ -348,11 +480,11 @@ mod tests {
         let mut set = WorkingSet::new();
         set.observe(&Feedback { frame: 0, pages: vec![wanted(id, 2, 1, 1, 3)], degenerate: 0 }, &textures);
         for frame in 1..=JITTER_CYCLE as u64 {
-            set.rebuild(&textures, |_| false);
+            set.rebuild(|_, record| (record, false));
             assert_eq!(set.size_at(0), 4, "frame {frame}");
             set.observe(&Feedback { frame, ..Feedback::default() }, &textures);
         }
-        set.rebuild(&textures, |_| false);
+        set.rebuild(|_, record| (record, false));
         assert_eq!(set.size_at(0), 0);
     }
 
@@ -365,7 +497,7 @@ mod tests {
             assert!(!set.is_jump(&view(40), &textures), "too early to tell");
             set.observe(&view(3), &textures);
         }
-        set.rebuild(&textures, |_| false);
+        set.rebuild(|_, record| (record, false));
         assert!(!set.is_jump(&view(3), &textures));
         assert!(set.is_jump(&view(40), &textures));
         let coarser = Feedback { frame: 1, pages: vec![wanted(id, 3, 0, 0, 0)], degenerate: 0 };

@@ -22,6 +22,8 @@ const AGE_WEIGHT: f64 = 1.0 / 64.0;
 
 /// Low and high edge along each axis, in pages of level 0.
 type Bounds = [[f64; 2]; 3];
+/// The first and the last page along each axis, in pages of their level.
+type Span = [[u32; 2]; 3];
 
 /// The wanted pages of one level of a texture.
 #[derive(Clone, Debug, Default)]
@@ -29,13 +31,16 @@ struct Region {
     /// Of the last cycle, by time.
     cycle: [Option<Bounds>; CYCLE],
     /// Of this moment, while it is being gathered.
-    gathered: Option<Bounds>,
+    gathered: Option<Span>,
     /// The last there was.
     bounds: Bounds,
     /// When that was.
     time: u64,
     /// Of its edges, in pages of level 0 per frame, positive towards higher coordinates; 0 where it is gone.
     speed: Bounds,
+    /// The acceleration with which it is thought able to turn, in pages of level 0 per frame, per frame.
+    turn: f64,
+    turn_inverse: f64,
 }
 
 /// See the head of the file.
@@ -58,32 +63,44 @@ impl Foresight {
             self.regions.values_mut().for_each(|region| region.cycle = [None; CYCLE]);
         }
         // Neighbours in the list mostly share texture and level.
-        let mut run: Option<((TextureId, u8), Bounds)> = None;
+        let mut run: Option<((TextureId, u8), Span)> = None;
         for page in pages {
-            let (key, Some(bounds)) = ((page.texture(), page.level()), bounds_of(page, textures)) else {
+            let Some(dims) = textures.geometry(page.texture()).map(|geometry| geometry.dims()) else {
                 continue;
             };
+            let (key, span) =
+                ((page.texture(), page.level()), page.pos(dims).coords().map(|coord| [coord; 2]));
             run = Some(match run {
-                Some((of, all)) if of == key => (key, union(all, bounds)),
+                Some((of, all)) if of == key => (key, union(all, span)),
                 other => {
                     self.gather(other);
-                    (key, bounds)
+                    (key, span)
                 }
             });
         }
         self.gather(run);
-        self.fastest.values_mut().for_each(|fastest| *fastest = 0.0);
-        for (&(texture, _), region) in &mut self.regions {
-            let fastest = self.fastest.entry(texture).or_insert(0.0);
-            *fastest = fastest.max(region.advance(self.time, self.known));
-        }
+        self.advance(textures);
         self.known = (self.known + 1).min(CYCLE);
     }
 
-    fn gather(&mut self, run: Option<((TextureId, u8), Bounds)>) {
-        if let Some((key, bounds)) = run {
+    fn gather(&mut self, run: Option<((TextureId, u8), Span)>) {
+        if let Some((key, span)) = run {
             let region = self.regions.entry(key).or_default();
-            region.gathered = Some(region.gathered.map_or(bounds, |all| union(all, bounds)));
+            region.gathered = Some(region.gathered.map_or(span, |all| union(all, span)));
+        }
+    }
+
+    fn advance(&mut self, textures: &Textures) {
+        self.fastest.values_mut().for_each(|fastest| *fastest = 0.0);
+        for (&(texture, level), region) in &mut self.regions {
+            let scale = textures.geometry(texture).map_or([1; 3], |geometry| geometry.level(level).scale);
+            let fastest = self.fastest.entry(texture).or_insert(0.0);
+            *fastest = fastest.max(region.advance(self.time, self.known, scale));
+        }
+        for ((texture, _), region) in &mut self.regions {
+            let fastest = self.fastest.get(texture).copied().unwrap_or(0.0);
+            region.turn = (fastest / TURN).max(LEAST_TURN);
+            region.turn_inverse = region.turn.recip();
         }
     }
 
@@ -102,9 +119,7 @@ impl Foresight {
     pub(crate) fn frames_until(&self, page: PageId, age: u64, textures: &Textures) -> f64 {
         let region = self.regions.get(&(page.texture(), page.level()));
         let (Some(region), Some(bounds)) = (region, bounds_of(page, textures)) else { return age as f64 };
-        let fastest = self.fastest.get(&page.texture()).copied().unwrap_or(0.0);
-        let turn = (fastest / TURN).max(LEAST_TURN);
-        let back = (0..3).map(|axis| region.frames_along(axis, bounds[axis], turn, age as f64));
+        let back = (0..3).map(|axis| region.frames_along(axis, bounds[axis], age as f64));
         // A level that is gone is thought to stay away twice as long as it has.
         let gone = 2.0 * (self.time - region.time) as f64;
         back.fold(0.0, f64::max) + gone + age as f64 * AGE_WEIGHT
@@ -113,9 +128,9 @@ impl Foresight {
 
 impl Region {
     /// Makes what was gathered the present; gives the speed of the fastest edge. `known` feedbacks of this view came before.
-    fn advance(&mut self, time: u64, known: usize) -> f64 {
+    fn advance(&mut self, time: u64, known: usize, scale: [u64; 3]) -> f64 {
         let then = self.cycle[((time - known as u64) % CYCLE as u64) as usize].filter(|_| known > 0);
-        let now = self.gathered.take();
+        let now = self.gathered.take().map(|span| edges(span, scale));
         self.cycle[(time % CYCLE as u64) as usize] = now;
         self.speed = Bounds::default();
         let Some(now) = now else { return 0.0 };
@@ -125,32 +140,36 @@ impl Region {
         self.speed.as_flattened().iter().fold(0.0, |fastest: f64, speed| fastest.max(speed.abs()))
     }
 
-    /// Frames until the region may cover a page again along one axis, if it turns with an acceleration of `turn`.
-    fn frames_along(&self, axis: usize, [low, high]: [f64; 2], turn: f64, age: f64) -> f64 {
-        let [region_low, region_high] = self.bounds[axis];
-        let (gap, approach) = if high <= region_low {
-            (region_low - high, -self.speed[axis][0])
-        } else if low >= region_high {
-            (low - region_high, self.speed[axis][1])
-        } else {
-            return 0.0;
-        };
-        let frames = ((approach * approach + 2.0 * turn * gap).sqrt() - approach) / turn;
-        // An edge that has not moved by a page since may not have left this one at all: samples missed it.
-        let moved = approach.abs() * age / (high - low);
-        if gap == 0.0 { frames * moved.min(1.0) } else { frames }
+    /// Frames until the region may cover a page again along one axis, if it turns as it is thought able to.
+    ///
+    /// Where a page lies is as good as random, so the common cases are one, without a branch.
+    fn frames_along(&self, axis: usize, [low, high]: [f64; 2], age: f64) -> f64 {
+        let ([region_low, region_high], [low_speed, high_speed]) = (self.bounds[axis], self.speed[axis]);
+        let (below, above) = (region_low - high, low - region_high);
+        let (gap, approach) = if below > above { (below, -low_speed) } else { (above, high_speed) };
+        let frames =
+            ((approach * approach + 2.0 * self.turn * gap.max(0.0)).sqrt() - approach) * self.turn_inverse;
+        if gap == 0.0 {
+            // An edge that has not moved by a page since may not have left this one at all: samples missed it.
+            let moved = approach.abs() * age / (high - low);
+            return frames * moved.min(1.0);
+        }
+        if gap > 0.0 { frames } else { 0.0 }
     }
 }
 
-fn union(a: Bounds, b: Bounds) -> Bounds {
+fn union(a: Span, b: Span) -> Span {
     std::array::from_fn(|axis| [a[axis][0].min(b[axis][0]), a[axis][1].max(b[axis][1])])
+}
+
+fn edges(span: Span, scale: [u64; 3]) -> Bounds {
+    std::array::from_fn(|axis| {
+        let scale = scale[axis] as f64;
+        [f64::from(span[axis][0]) * scale, (f64::from(span[axis][1]) + 1.0) * scale]
+    })
 }
 
 fn bounds_of(page: PageId, textures: &Textures) -> Option<Bounds> {
     let (geometry, pos) = textures.pos(page)?;
-    let (scale, coords) = (geometry.level(pos.level).scale, pos.coords());
-    Some(std::array::from_fn(|axis| {
-        let (scale, coord) = (scale[axis] as f64, f64::from(coords[axis]));
-        [coord * scale, (coord + 1.0) * scale]
-    }))
+    Some(edges(pos.coords().map(|coord| [coord; 2]), geometry.level(pos.level).scale))
 }
