@@ -58,7 +58,9 @@ fn removed_textures_leave_nothing(pager: &Pager) -> Result<(), String> {
     if let Some(record) = gone.find(|record| !is_loading(record)) {
         return Err(format!("{:?} has a state, but its texture was removed", record.page));
     }
-    match pager.order.iter().find(is_gone) {
+    let asked_for = residency.tickets.held().chain(residency.tickets.pinned());
+    let listed = pager.order.iter().chain(&pager.by_hand).copied();
+    match listed.chain(asked_for).chain(residency.refreshes.pages()).find(|page| is_gone(&page)) {
         Some(page) => Err(format!("{page:?} is wanted, but its texture was removed")),
         None => Ok(()),
     }
@@ -67,7 +69,8 @@ fn removed_textures_leave_nothing(pager: &Pager) -> Result<(), String> {
 fn flight_is_counted(pager: &Pager) -> Result<(), String> {
     let (settings, stats) = (&pager.settings, &pager.residency.stats);
     let in_flight = |state: &State| matches!(state, State::Loading(_) | State::Ready);
-    let count = pager.residency.records.iter().filter(|record| in_flight(&record.state)).count() as u64;
+    let first_loads = pager.residency.records.iter().filter(|record| in_flight(&record.state)).count();
+    let count = (first_loads + pager.residency.refreshes.in_flight()) as u64;
     let bytes = count * settings.tile_bytes;
     if count != u64::from(stats.in_flight) || bytes != stats.in_flight_bytes {
         return Err(format!("{count} tiles are in flight: {stats:?}"));

@@ -9,6 +9,7 @@
 
 mod bias;
 mod budget;
+mod by_hand;
 #[cfg(all(feature = "checks", debug_assertions))]
 mod checks;
 mod compact;
@@ -26,23 +27,27 @@ mod pagers;
 mod policy;
 mod pool;
 mod records;
+mod refresh;
+mod region;
 mod replay;
 mod residency;
 pub mod shared;
 #[cfg(feature = "sim")]
 pub mod sim;
 mod space;
+mod stats;
 mod table;
 mod tail;
 mod telemetry;
 mod textures;
+mod tickets;
 mod trace;
 mod usage;
 mod victims;
 mod working_set;
 
 pub use bias::{BiasRule, Integrator};
-pub use budget::UploadBucket;
+pub use budget::{PagerSettings, UploadBucket};
 pub use compact::FeedbackCompactor;
 pub use estimate::PoolEstimate;
 pub use event::{Event, TexturePages};
@@ -54,15 +59,18 @@ pub use geometry::{
 };
 pub use page::{Dims, PageId, PageIdError, PagePos, TextureId};
 pub use page_set::PageSet;
-pub use pager::{Pager, PagerSettings, Request, Upload};
+pub use pager::{Pager, Request, Upload};
 pub use pagers::{Budgets, Pagers};
 pub use policy::Policy;
 pub use pool::{ArrayLimits, PoolError, PoolId, PoolLayout, Slot, SlotPlace};
+pub use region::Region;
 pub use replay::{PoolSize, Replay, ReplayError, ReplaySettings, replay};
-pub use residency::{PageState, Stats};
+pub use residency::PageState;
 pub use space::{Box3, fold, is_border_color};
+pub use stats::Stats;
 pub use table::{ChangeRule, TableChange, TableEntry, TableImage, TableLayout};
 pub use tail::TailLayout;
 pub use telemetry::{History, PoolFrame, TimeToSharp};
+pub use tickets::{AskError, Progress, Ticket, TicketState, Urgency};
 pub use trace::{Trace, TraceError, TraceRecordError};
 pub use usage::{PoolUsage, TextureUsage};

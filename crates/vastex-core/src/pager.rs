@@ -14,8 +14,8 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 
-use crate::bias::{BiasControl, BiasRule};
-use crate::budget::UploadBucket;
+use crate::bias::BiasControl;
+use crate::budget::{PagerSettings, UploadBucket};
 use crate::event::{Event, EventQueue};
 use crate::feedback::Feedback;
 use crate::geometry::Geometry;
@@ -23,27 +23,12 @@ use crate::order::Ranking;
 use crate::page::{PageId, PagePos, TextureId};
 use crate::page_set::PageSet;
 use crate::pool::{PoolError, PoolId, PoolLayout, Slot};
-use crate::residency::{PageState, Residency, Stats};
+use crate::residency::{PageState, Residency};
 use crate::shared::JITTER_CYCLE;
+use crate::stats::Stats;
 use crate::table::{ChangeRule, TableChange, TableEntry};
 use crate::textures::{Textures, page_id};
 use crate::working_set::{Node, WorkingSet};
-
-/// The budgets of a pool.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PagerSettings {
-    /// Slots of the pool.
-    pub slots: u32,
-    /// Bytes of a tile.
-    pub tile_bytes: u64,
-    /// Bytes uploaded per frame; see [`UploadBucket`]. A budget below one tile still gets there, only later.
-    pub upload_bytes_per_frame: u64,
-    /// Bytes of tiles with the loader or waiting for the upload budget; at least one tile is always allowed.
-    pub in_flight_bytes: u64,
-    /// How much coarser the picture becomes so that the working set fits. Without a rule it never does, and too small a pool shows
-    /// what came first.
-    pub mip_bias: Option<BiasRule>,
-}
 
 /// A tile to load.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -89,7 +74,14 @@ pub struct Pager {
     next_upload: usize,
     /// Slots that no page in view and no tile in flight has a claim to: so many more loads find one.
     room: u32,
-    cancels: VecDeque<PageId>,
+    /// What comes after everything in view, best first; see `by_hand`.
+    pub(crate) by_hand: Vec<PageId>,
+    /// Where the search for the next request among these goes on.
+    pub(crate) next_by_hand: usize,
+    /// Something has changed for what was asked for by hand.
+    pub(crate) plan_due: bool,
+    pub(crate) pins_changed: bool,
+    pub(crate) cancels: VecDeque<PageId>,
     evicted: Vec<(PageId, Slot)>,
     settled: Vec<(PageId, Slot)>,
     events: EventQueue,
@@ -113,7 +105,7 @@ impl Pager {
             pool,
             settings,
             textures: Textures::default(),
-            residency: Residency::new(settings.slots, settings.tile_bytes),
+            residency: Residency::new(pool, settings.slots, settings.tile_bytes),
             set: WorkingSet::new(),
             bias: BiasControl::new(settings.slots, settings.mip_bias),
             bucket: UploadBucket::new(settings.upload_bytes_per_frame, settings.tile_bytes),
@@ -122,6 +114,10 @@ impl Pager {
             next_request: 0,
             next_upload: 0,
             room: settings.slots,
+            by_hand: Vec::new(),
+            next_by_hand: 0,
+            plan_due: false,
+            pins_changed: false,
             cancels: VecDeque::new(),
             evicted: Vec::new(),
             settled: Vec::new(),
@@ -178,15 +174,19 @@ impl Pager {
         if !self.textures.remove(texture) {
             return None;
         }
+        let mut tickets = std::mem::take(&mut self.residency.tickets);
+        tickets.forget(texture, &self.residency);
+        self.residency.tickets = tickets;
         let loads = self.residency.forget(texture);
+        self.by_hand.retain(|page| page.texture() != texture);
         self.set.forget(texture);
-        let residency = &self.residency;
-        self.set.rebuild(|page, record| residency.find(page, record));
+        self.rebuild_set();
         self.order.retain(|page| page.texture() != texture);
         self.evicted.retain(|(page, _)| page.texture() != texture);
         self.settled.retain(|(page, _)| page.texture() != texture);
-        (self.next_request, self.next_upload) = (0, 0);
+        (self.next_request, self.next_upload, self.next_by_hand) = (0, 0, 0);
         self.make_room();
+        self.plan_due = true;
         let under_way = loads.len() as u32;
         self.cancels.extend(loads);
         self.check();
@@ -204,6 +204,7 @@ impl Pager {
     pub fn begin_frame(&mut self, frame: u64) {
         self.residency.begin_frame(frame);
         self.bucket.begin_frame();
+        self.begin_by_hand(frame);
     }
 
     /// The view has jumped: feedback of `frame` and later belongs to a new working set.
@@ -221,19 +222,32 @@ impl Pager {
         let declared = self.cut.take_if(|frame| *frame <= feedback.frame).is_some();
         let cut = declared || self.set.is_jump(feedback, &self.textures);
         if cut {
-            self.set.restart();
+            self.set.restart(&self.textures);
             self.bias.restart();
         }
         self.newest_feedback = Some(feedback.frame);
         self.set.observe(feedback, &self.textures);
-        let residency = &self.residency;
-        self.set.rebuild(|page, record| residency.find(page, record));
-        self.update_bias();
-        let newly_wanted = self.want_pages();
-        let wanted = self.set.pages_at(self.bias.bias()).map(|(page, _)| page);
-        self.residency.victims.retention.observe(wanted, cut, &self.textures);
+        let newly_wanted = self.work_out();
+        let in_view = self.set.pages_at(self.bias.bias()).filter(|(_, node)| node.pixels > 0);
+        self.residency.victims.retention.observe(in_view.map(|(page, _)| page), cut, &self.textures);
         self.note_convergence(newly_wanted);
         self.check();
+    }
+
+    /// Works out the set and the bias, and what follows for every page; says how many pages were not in the last set.
+    pub(crate) fn work_out(&mut self) -> u32 {
+        self.rebuild_set();
+        self.update_bias();
+        let newly_wanted = self.want_pages();
+        if self.plan_due || !self.by_hand.is_empty() {
+            self.plan_by_hand();
+        }
+        newly_wanted
+    }
+
+    fn rebuild_set(&mut self) {
+        let residency = &self.residency;
+        self.set.rebuild(|page, record| residency.find(page, record));
     }
 
     fn update_bias(&mut self) {
@@ -259,7 +273,7 @@ impl Pager {
         let newly = self.set.pages_at(bias).map(want).sum();
         // A hint of another page, as after a removal, does no harm.
         for (&page, record) in was_missing.iter().zip(self.ranking.records()) {
-            if !self.residency.is_wanted(page, record) {
+            if !self.residency.has_use_for(page, record) {
                 self.residency.unwant(page);
                 if self.residency.state(page) == PageState::Loading {
                     self.cancels.push_back(page);
@@ -281,19 +295,16 @@ impl Pager {
             self.set.size_at(self.bias.bias()).saturating_sub(missing) + self.residency.stats.pinned;
         self.room = self.settings.slots.saturating_sub(in_view);
         let mut in_flight = self.residency.stats.in_flight;
-        for &page in &self.order {
+        for place in 0..self.order.len() {
             if in_flight == 0 {
                 break;
             }
+            let page = self.order[place];
             let state = self.residency.state(page);
             in_flight -= u32::from(matches!(state, PageState::Loading | PageState::Ready));
             match state {
                 PageState::Loading | PageState::Ready if self.room > 0 => self.room -= 1,
-                PageState::Loading => {
-                    self.residency.unwant(page);
-                    self.cancels.push_back(page);
-                }
-                PageState::Ready => self.residency.unwant(page),
+                PageState::Loading | PageState::Ready => self.drop_load(page),
                 _ => {}
             }
         }
@@ -311,6 +322,10 @@ impl Pager {
 
     /// The next tile to load, best first, while the in-flight budget allows one.
     pub fn poll_request(&mut self) -> Option<Request> {
+        self.poll_request_in_view().or_else(|| self.poll_request_by_hand())
+    }
+
+    fn poll_request_in_view(&mut self) -> Option<Request> {
         let in_flight = self.residency.stats.in_flight_bytes;
         if in_flight > 0 && in_flight + self.settings.tile_bytes > self.settings.in_flight_bytes {
             return None;
@@ -368,9 +383,17 @@ impl Pager {
 
     /// The next tile to copy into a slot, while the upload budget allows one.
     pub fn poll_upload(&mut self) -> Option<Upload> {
-        let page = self.next_ready()?;
+        let page = self.next_ready().or_else(|| self.next_ready_by_hand())?;
         if self.bucket.available() < self.settings.tile_bytes {
             return None;
+        }
+        if let Some((slot, bytes, recovered)) = self.residency.settle_refresh(page) {
+            self.bucket.take(self.settings.tile_bytes);
+            if recovered {
+                self.events.push(Event::Recovered { pool: self.pool, page });
+            }
+            self.check();
+            return Some(Upload { page, slot, bytes, evicted: None });
         }
         let (slot, evicted) = self.residency.take_slot(&self.textures)?;
         self.bucket.take(self.settings.tile_bytes);
@@ -476,10 +499,10 @@ impl Pager {
     }
 
     #[cfg(all(feature = "checks", debug_assertions))]
-    fn check(&self) {
+    pub(crate) fn check(&self) {
         crate::checks::check(self);
     }
 
     #[cfg(not(all(feature = "checks", debug_assertions)))]
-    fn check(&self) {}
+    pub(crate) fn check(&self) {}
 }

@@ -9,17 +9,19 @@ use std::sync::Arc;
 use bytes::Bytes;
 
 use crate::bias::BiasRule;
-use crate::budget::{FairShare, UploadBucket};
+use crate::budget::{FairShare, PagerSettings, UploadBucket};
 use crate::event::{Event, EventQueue};
 use crate::feedback::{Feedback, WantedPage};
 use crate::geometry::Geometry;
 use crate::numbers::Numbers;
 use crate::page::{PageId, TextureId};
 use crate::page_set::PageSet;
-use crate::pager::{Pager, PagerSettings, Request, Upload};
+use crate::pager::{Pager, Request, Upload};
 use crate::pool::{PoolError, PoolId, Slot};
-use crate::residency::{PageState, Stats};
+use crate::residency::PageState;
+use crate::stats::Stats;
 use crate::table::TableChange;
+use crate::tickets::AskError;
 use crate::working_set::merge_same;
 
 /// What all pools share.
@@ -80,7 +82,9 @@ impl Pagers {
         let pool = PoolId::new(u16::try_from(self.pools.len()).map_err(|_| PoolError::TooManyPools)?);
         let Budgets { upload_bytes_per_frame, in_flight_bytes } = self.budgets;
         // Alone, a pool may have all; that together they keep to it is seen to here.
-        let settings = PagerSettings { slots, tile_bytes, upload_bytes_per_frame, in_flight_bytes, mip_bias };
+        let pin_share = PagerSettings::PIN_SHARE;
+        let settings =
+            PagerSettings { slots, tile_bytes, upload_bytes_per_frame, in_flight_bytes, mip_bias, pin_share };
         let mut pager = Pager::of_pool(pool, settings);
         pager.begin_frame(self.frame);
         self.bucket.allow_tile(tile_bytes);
@@ -136,6 +140,10 @@ impl Pagers {
     /// The pagers of all pools, in the order of their numbers.
     pub fn iter(&self) -> impl Iterator<Item = &Pager> {
         self.pools.iter().map(|pool| &pool.pager)
+    }
+
+    pub(crate) fn iter_mut(&mut self) -> impl Iterator<Item = &mut Pager> {
+        self.pools.iter_mut().map(|pool| &mut pool.pager)
     }
 
     /// The pager of a page whose load has ended, also where its texture was removed meanwhile.
@@ -196,13 +204,18 @@ impl Pagers {
     }
 
     /// The next tile to load, while the in-flight budget allows one. Its rank compares with those of all pools.
+    ///
+    /// What is in view of any pool comes before what was asked for by hand of any, which has half of the budget.
     pub fn poll_request(&mut self) -> Option<Request> {
         let Pagers { requests, pools, .. } = self;
-        let who = requests.next(|pool| pools[pool].pager.next_queued().is_some())?;
+        let in_view = requests.next(|pool| pools[pool].pager.next_queued().is_some());
+        let who =
+            in_view.or_else(|| requests.next(|pool| pools[pool].pager.next_queued_by_hand().is_some()))?;
         let tile_bytes = pools[who].pager.settings.tile_bytes;
         let in_flight = self.in_flight_bytes();
+        let budget = self.budgets.in_flight_bytes / if in_view.is_some() { 1 } else { 2 };
         // Whose turn it is waits for what it needs, so that small tiles do not keep out large ones.
-        if in_flight > 0 && in_flight + tile_bytes > self.budgets.in_flight_bytes {
+        if in_flight > 0 && in_flight + tile_bytes > budget {
             return None;
         }
         self.requests.serve(who, tile_bytes);
@@ -243,8 +256,11 @@ impl Pagers {
     pub fn poll_upload(&mut self) -> Option<(PoolId, Upload)> {
         loop {
             let Pagers { uploads, pools, .. } = self;
-            let who =
-                uploads.next(|pool| !pools[pool].is_stuck && pools[pool].pager.next_ready().is_some())?;
+            let in_view =
+                uploads.next(|pool| !pools[pool].is_stuck && pools[pool].pager.next_ready().is_some());
+            let who = in_view.or_else(|| {
+                uploads.next(|pool| !pools[pool].is_stuck && pools[pool].pager.next_ready_by_hand().is_some())
+            })?;
             let pager = &mut pools[who].pager;
             let (pool, tile_bytes) = (pager.pool(), pager.settings.tile_bytes);
             if self.bucket.available() < tile_bytes {
@@ -264,6 +280,16 @@ impl Pagers {
     pub fn take_table_changes(&mut self, changes: &mut Vec<TableChange>) {
         changes.clear();
         self.pools.iter_mut().for_each(|pool| pool.pager.append_table_changes(changes));
+    }
+
+    /// The pager of a texture that there is.
+    pub(crate) fn pager_of(&mut self, texture: TextureId) -> Result<&mut Pager, AskError> {
+        let pool = self.numbers.pool_of(texture).ok_or(AskError::NoTexture(texture.number()))?;
+        Ok(&mut self.pools[usize::from(pool.number())].pager)
+    }
+
+    pub(crate) fn pager_mut(&mut self, pool: PoolId) -> Option<&mut Pager> {
+        self.pools.get_mut(usize::from(pool.number())).map(|pool| &mut pool.pager)
     }
 
     /// The next thing that an application wants to know. The oldest of over a thousand that nobody asks for are dropped, and
@@ -300,35 +326,5 @@ impl Pagers {
     /// Totals and gauges of all pools together; the mip bias is the largest of any.
     pub fn stats(&self) -> Stats {
         self.iter().map(Pager::stats).fold(Stats::default(), Stats::joined)
-    }
-}
-
-impl Stats {
-    /// Of two pools together; the mip bias is the larger one.
-    fn joined(self, other: Stats) -> Stats {
-        Stats {
-            slots: self.slots + other.slots,
-            occupied: self.occupied + other.occupied,
-            pinned: self.pinned + other.pinned,
-            wanted: self.wanted + other.wanted,
-            wanted_at_bias: self.wanted_at_bias + other.wanted_at_bias,
-            bias_eighths: self.bias_eighths.max(other.bias_eighths),
-            missing: self.missing + other.missing,
-            failed: self.failed + other.failed,
-            in_flight: self.in_flight + other.in_flight,
-            in_flight_bytes: self.in_flight_bytes + other.in_flight_bytes,
-            requests: self.requests + other.requests,
-            cancelled: self.cancelled + other.cancelled,
-            failures: self.failures + other.failures,
-            loaded: self.loaded + other.loaded,
-            uploaded_bytes: self.uploaded_bytes + other.uploaded_bytes,
-            evicted: self.evicted + other.evicted,
-            reloaded: self.reloaded + other.reloaded,
-            wasted: self.wasted + other.wasted,
-            waited_frames: self.waited_frames + other.waited_frames,
-            pixels: self.pixels + other.pixels,
-            pixels_at_wanted: self.pixels_at_wanted + other.pixels_at_wanted,
-            levels_short: self.levels_short + other.levels_short,
-        }
     }
 }

@@ -53,6 +53,16 @@ impl Record {
         Record { page, state: State::Absent, wanted_round: 0, failures: 0, below: 0, retry_at: 0, since: 0 }
     }
 
+    /// There is a use for the page: it is queued where nothing is under way, and nothing is called off that still can go on.
+    pub(crate) fn use_for(&mut self, frame: u64) {
+        match self.state {
+            State::Absent => self.state = State::Queued,
+            State::Loading(Cancel::Due) => self.state = State::Loading(Cancel::No),
+            State::Failed if self.retry_at <= frame => self.state = State::Queued,
+            _ => {}
+        }
+    }
+
     /// Rounds since the page was last wanted, if it is resident and out of view. Never for a tail.
     pub(crate) fn age_out_of_view(&self, round: u64) -> Option<u64> {
         let is_resident = matches!(self.state, State::Resident(_));

@@ -32,11 +32,14 @@ use rustc_hash::FxHashMap;
 use std::collections::VecDeque;
 
 use crate::page::{PageId, TextureId};
-use crate::pool::Slot;
+use crate::pool::{PoolId, Slot};
 use crate::records::{Cancel, RecordHint, Records, State};
+use crate::refresh::Refreshes;
 use crate::shared::JITTER_CYCLE;
+use crate::stats::Stats;
 use crate::telemetry::Waits;
 use crate::textures::Textures;
+use crate::tickets::Tickets;
 use crate::victims::Victims;
 
 /// Frames within which a tile loaded again after its eviction counts as reloaded.
@@ -45,6 +48,11 @@ const RELOAD_FRAMES: u64 = 60;
 const FIRST_BACK_OFF: u64 = 2 * JITTER_CYCLE as u64;
 /// How often the wait is doubled at most: about five minutes at 60 frames a second.
 const DOUBLINGS: u32 = 9;
+
+/// Frames until a load is tried again after it and so many before it have failed.
+pub(crate) fn back_off(failures: u32) -> u64 {
+    FIRST_BACK_OFF << failures.min(DOUBLINGS)
+}
 
 /// The state of a page, as an application sees it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,55 +74,6 @@ pub enum PageState {
     },
 }
 
-/// Totals since the pager was made, and gauges of the moment.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Stats {
-    /// Slots of the pool.
-    pub slots: u32,
-    /// Slots that hold a tile.
-    pub occupied: u32,
-    /// Slots that hold a tail.
-    pub pinned: u32,
-    /// Pages of the working set at mip bias 0: last jitter cycle, ancestors and pins.
-    pub wanted: u32,
-    /// Pages of the working set at the bias in force, pins included.
-    pub wanted_at_bias: u32,
-    /// The mip bias in force, in eighths of a level.
-    pub bias_eighths: u16,
-    /// Pages wanted and neither resident nor failed.
-    pub missing: u32,
-    /// Wanted pages that could not be had, so far.
-    pub failed: u32,
-    /// Tiles with the loader or waiting for the upload budget.
-    pub in_flight: u32,
-    /// Bytes of those tiles.
-    pub in_flight_bytes: u64,
-    /// Loads begun.
-    pub requests: u64,
-    /// Loads called off.
-    pub cancelled: u64,
-    /// Loads that failed.
-    pub failures: u64,
-    /// Tiles put into slots, tails not counted.
-    pub loaded: u64,
-    /// Bytes of those tiles.
-    pub uploaded_bytes: u64,
-    /// Tiles that lost their slots.
-    pub evicted: u64,
-    /// Tiles loaded again within 60 frames of their eviction.
-    pub reloaded: u64,
-    /// Tiles that came and were no longer wanted.
-    pub wasted: u64,
-    /// Frames from a page's being wanted to its being resident, summed over `loaded`.
-    pub waited_frames: u64,
-    /// Feedback pixels of the last jitter cycle.
-    pub pixels: u64,
-    /// Those whose wanted page, at mip bias 0, was resident when the newest feedback came; a tail always is.
-    pub pixels_at_wanted: u64,
-    /// Levels by which what was resident then was coarser than what they wanted at mip bias 0, summed over the pixels.
-    pub levels_short: u64,
-}
-
 /// See the head of the file.
 #[derive(Debug)]
 pub(crate) struct Residency {
@@ -126,6 +85,10 @@ pub(crate) struct Residency {
     pub(crate) free: Vec<Slot>,
     /// Which of them goes next.
     pub(crate) victims: Victims,
+    /// Resident pages whose content has changed.
+    pub(crate) refreshes: Refreshes,
+    /// What the application has asked for by hand.
+    pub(crate) tickets: Tickets,
     evicted_at: FxHashMap<PageId, u64>,
     evictions: VecDeque<(u64, PageId)>,
     /// Counts the working sets worked out so far.
@@ -135,17 +98,19 @@ pub(crate) struct Residency {
     pub(crate) frame: u64,
     pub(crate) stats: Stats,
     pub(crate) waits: Waits,
-    tile_bytes: u64,
+    pub(crate) tile_bytes: u64,
 }
 
 impl Residency {
-    pub(crate) fn new(slots: u32, tile_bytes: u64) -> Residency {
+    pub(crate) fn new(pool: PoolId, slots: u32, tile_bytes: u64) -> Residency {
         Residency {
             records: Records::default(),
             ready: FxHashMap::default(),
             slots: vec![None; slots as usize],
             free: (0..slots).rev().map(Slot::new).collect(),
             victims: Victims::default(),
+            refreshes: Refreshes::default(),
+            tickets: Tickets::new(pool),
             evicted_at: FxHashMap::default(),
             evictions: VecDeque::new(),
             pinned_at_round: 0,
@@ -222,13 +187,18 @@ impl Residency {
         let newly = record.wanted_round + 1 != self.round;
         record.wanted_round = self.round;
         record.since = if newly { self.frame } else { record.since };
-        match record.state {
-            State::Absent => record.state = State::Queued,
-            State::Loading(Cancel::Due) => record.state = State::Loading(Cancel::No),
-            State::Failed if record.retry_at <= self.frame => record.state = State::Queued,
-            _ => {}
-        }
+        record.use_for(self.frame);
         newly
+    }
+
+    /// A prefetch holds the page, which is not in the working set.
+    pub(crate) fn hold(&mut self, page: PageId) {
+        self.records.get_or_add(page, RecordHint::default()).use_for(self.frame);
+    }
+
+    /// Whether a tile that comes for the page has a use: it is in the working set of this round, or a prefetch holds it.
+    pub(crate) fn has_use_for(&self, page: PageId, hint: RecordHint) -> bool {
+        self.is_wanted(page, hint) || self.tickets.holds(page)
     }
 
     /// Whether the page's last load failed; it stays so while the page is tried again.
@@ -254,8 +224,7 @@ impl Residency {
             State::Loading(Cancel::No) => record.state = State::Loading(Cancel::Due),
             State::Ready => {
                 self.ready.remove(&page);
-                self.leave_flight();
-                self.stats.wasted += 1;
+                self.waste_one();
                 self.drop_page(page);
             }
             State::Absent | State::Loading(_) | State::Resident(_) | State::Failed => {}
@@ -277,9 +246,7 @@ impl Residency {
             return false;
         };
         record.state = State::Loading(Cancel::No);
-        self.stats.requests += 1;
-        self.stats.in_flight += 1;
-        self.stats.in_flight_bytes += self.tile_bytes;
+        self.enter_flight();
         true
     }
 
@@ -295,31 +262,34 @@ impl Residency {
 
     /// `Loading -> Ready`, or `Absent` where the page is no longer wanted. Says whether it is `Ready`.
     pub(crate) fn loaded(&mut self, page: PageId, bytes: Bytes) -> bool {
-        let wanted = self.is_wanted(page, RecordHint::default());
+        let wanted = self.has_use_for(page, RecordHint::default());
+        let is_stale = self.refreshes.take_stale(page);
         let Some(record) = self.records.get_mut(page) else { return false };
         if !matches!(record.state, State::Loading(_)) {
-            return false;
+            return self.refresh_loaded(page, &bytes);
         }
-        if wanted {
+        if wanted && !is_stale {
             record.state = State::Ready;
             self.ready.insert(page, bytes);
-        } else {
-            record.state = State::Queued;
-            self.stats.wasted += 1;
-            self.leave_flight();
+            return true;
+        }
+        record.state = State::Queued;
+        self.waste_one();
+        if !wanted {
             self.drop_page(page);
         }
-        wanted
+        false
     }
 
     /// `Loading -> Failed`. Says whether this is the first failure in a row.
     pub(crate) fn load_failed(&mut self, page: PageId) -> bool {
         let frame = self.frame;
+        self.refreshes.take_stale(page);
         let Some(record) = self.records.get_mut(page) else { return false };
         if !matches!(record.state, State::Loading(_)) {
-            return false;
+            return self.refresh_failed(page).unwrap_or(false);
         }
-        let wait = FIRST_BACK_OFF << record.failures.min(DOUBLINGS);
+        let wait = back_off(record.failures);
         record.failures += 1;
         record.retry_at = frame + wait;
         record.state = State::Failed;
@@ -331,9 +301,11 @@ impl Residency {
 
     /// The loader has let go of a load: `Loading -> Absent`, or `Queued` where the page is wanted again.
     pub(crate) fn load_cancelled(&mut self, page: PageId) {
-        let wanted = self.is_wanted(page, RecordHint::default());
+        let wanted = self.has_use_for(page, RecordHint::default());
+        self.refreshes.take_stale(page);
         let Some(record) = self.records.get_mut(page) else { return };
         if !matches!(record.state, State::Loading(_)) {
+            self.refresh_cancelled(page);
             return;
         }
         record.state = State::Queued;
@@ -372,8 +344,12 @@ impl Residency {
             false
         });
         self.ready.retain(|page, _| is_other(page));
-        (0..ready).for_each(|_| self.leave_flight());
-        self.stats.wasted += ready;
+        let (refreshing, refreshed) = self.refreshes.forget(texture);
+        for &page in &refreshing {
+            self.records.get_or_add(page, RecordHint::default()).state = State::Loading(Cancel::Due);
+        }
+        loads.extend(refreshing);
+        (0..ready + refreshed).for_each(|_| self.waste_one());
         self.stats.pinned -= tails;
         self.evicted_at.retain(|page, _| is_other(page));
         self.evictions.retain(|(_, page)| is_other(page));
@@ -383,7 +359,25 @@ impl Residency {
         loads
     }
 
-    fn leave_flight(&mut self) {
+    pub(crate) fn enter_flight(&mut self) {
+        self.stats.requests += 1;
+        self.stats.in_flight += 1;
+        self.stats.in_flight_bytes += self.tile_bytes;
+    }
+
+    /// A tile that was in flight is of no use.
+    pub(crate) fn waste_one(&mut self) {
+        self.stats.wasted += 1;
+        self.leave_flight();
+    }
+
+    /// The tile of a page that waited for a slot is out of date.
+    pub(crate) fn discard_ready(&mut self, page: PageId) {
+        self.ready.remove(&page);
+        self.waste_one();
+    }
+
+    pub(crate) fn leave_flight(&mut self) {
         self.stats.in_flight -= 1;
         self.stats.in_flight_bytes -= self.tile_bytes;
     }
@@ -402,6 +396,7 @@ impl Residency {
     fn evict(&mut self, page: PageId, slot: Slot, textures: &Textures) {
         self.slots[slot.index() as usize] = None;
         self.records.remove(page);
+        self.refreshes.evicted(page);
         for ancestor in textures.ancestors(page) {
             let Some(record) = self.records.get_mut(ancestor) else { continue };
             record.below -= 1;
@@ -426,8 +421,14 @@ impl Residency {
         let record = self.records.get_mut(page)?;
         record.state = State::Resident(slot);
         let recovered = std::mem::take(&mut record.failures) > 0;
-        let waited = self.frame - record.since;
-        self.waits.note(waited);
+        if record.wanted_round >= self.round {
+            let waited = self.frame - record.since;
+            self.waits.note(waited);
+            self.stats.waited_frames += waited;
+        } else {
+            // What a prefetch has brought is as good as what was in view a moment ago.
+            record.wanted_round = self.round - 1;
+        }
         self.slots[slot.index() as usize] = Some(page);
         for ancestor in textures.ancestors(page) {
             self.records.get_or_add(ancestor, RecordHint::default()).below += 1;
@@ -435,7 +436,6 @@ impl Residency {
         self.leave_flight();
         self.stats.occupied += 1;
         self.stats.loaded += 1;
-        self.stats.waited_frames += waited;
         self.stats.uploaded_bytes += self.tile_bytes;
         if self.evicted_at.remove(&page).is_some() {
             self.stats.reloaded += 1;

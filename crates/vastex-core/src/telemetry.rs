@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 
 use crate::pager::Pager;
 use crate::pool::PoolId;
-use crate::residency::Stats;
+use crate::stats::Stats;
 
 /// Tiles over which the time to sharp is taken.
 const WINDOW: usize = 256;
@@ -50,34 +50,6 @@ impl Pager {
             feedback_age: self.newest_feedback.map(|newest| frame.saturating_sub(newest)),
             time_to_sharp: self.residency.waits.percentiles(),
         }
-    }
-}
-
-impl Stats {
-    /// What is counted, from an earlier moment on; what is measured, as it stands.
-    pub fn since(self, earlier: &Stats) -> Stats {
-        Stats {
-            requests: self.requests - earlier.requests,
-            cancelled: self.cancelled - earlier.cancelled,
-            failures: self.failures - earlier.failures,
-            loaded: self.loaded - earlier.loaded,
-            uploaded_bytes: self.uploaded_bytes - earlier.uploaded_bytes,
-            evicted: self.evicted - earlier.evicted,
-            reloaded: self.reloaded - earlier.reloaded,
-            wasted: self.wasted - earlier.wasted,
-            waited_frames: self.waited_frames - earlier.waited_frames,
-            ..self
-        }
-    }
-
-    /// The share of the feedback pixels whose wanted page, at mip bias 0, is resident, 0 to 1; 1 where there are none.
-    pub fn share_at_wanted(&self) -> f64 {
-        if self.pixels == 0 { 1.0 } else { self.pixels_at_wanted as f64 / self.pixels as f64 }
-    }
-
-    /// Levels by which what is resident is coarser than what is wanted at mip bias 0, on average over the feedback pixels.
-    pub fn mean_levels_short(&self) -> f64 {
-        self.levels_short as f64 / self.pixels.max(1) as f64
     }
 }
 

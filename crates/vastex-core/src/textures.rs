@@ -76,18 +76,20 @@ impl Textures {
         self.pos(page).is_some_and(|(geometry, pos)| geometry.contains(pos))
     }
 
-    /// What is wanted where a page that exists is wanted: the page itself, or where it has no tile its nearest ancestor that
-    /// has one, as sharply as there is anything.
+    /// What is wanted where a page that exists is wanted: the page itself, or what stands for it, as sharply as there is
+    /// anything.
     pub(crate) fn present(&self, wanted: WantedPage) -> WantedPage {
-        let has_tile = |page: PageId| {
-            let present = self.get(page.texture()).and_then(|texture| texture.present.as_deref());
-            present.is_none_or(|set| self.pos(page).is_some_and(|(_, pos)| set.contains(pos)))
+        let page = self.present_page(wanted.page);
+        if page == wanted.page { wanted } else { WantedPage { page, eighth: 0, ..wanted } }
+    }
+
+    /// A page that exists, or where it has no tile its nearest ancestor that has one.
+    pub(crate) fn present_page(&self, page: PageId) -> PageId {
+        let Some(present) = self.get(page.texture()).and_then(|texture| texture.present.as_deref()) else {
+            return page;
         };
-        if has_tile(wanted.page) {
-            return wanted;
-        }
-        let page = self.ancestors(wanted.page).find(|&page| has_tile(page));
-        WantedPage { page: page.unwrap_or(wanted.page), eighth: 0, ..wanted }
+        let has_tile = |page: &PageId| self.pos(*page).is_some_and(|(_, pos)| present.contains(pos));
+        std::iter::once(page).chain(self.ancestors(page)).find(has_tile).unwrap_or(page)
     }
 
     /// Whether any page of any texture has no tile.

@@ -11,6 +11,7 @@ use crate::policy::retention::{Candidate, Retention};
 use crate::records::Record;
 use crate::residency::Residency;
 use crate::textures::Textures;
+use crate::tickets::Tickets;
 
 /// The parts of the records that take turns in being looked at.
 const PARTS: usize = 4;
@@ -78,15 +79,16 @@ impl Residency {
         if self.victims.round == self.round
             && let Some(age) = self.age_if_evictable(record)
         {
-            let (page, level) = (record.page, record.page.level());
-            let lateness = self.victims.retention.lateness(page, age, textures);
-            self.victims.candidates[0].push(Candidate { lateness, level, page });
+            let candidate = candidate(&self.victims.retention, &self.tickets, record.page, age, textures);
+            self.victims.candidates[0].push(candidate);
         }
     }
 
-    /// Rounds since the page was last wanted, if it is resident, out of view and without resident descendants.
+    /// Rounds since the page was last wanted, if it is resident, out of view and without resident descendants, and no new tile is
+    /// under way for its slot.
     fn age_if_evictable(&self, record: &Record) -> Option<u64> {
-        record.age_out_of_view(self.round).filter(|_| record.below == 0)
+        let keeps = record.below > 0 || self.refreshes.is_in_flight(record.page);
+        record.age_out_of_view(self.round).filter(|_| !keeps)
     }
 
     /// Lists the part whose turn it is, and those that have missed theirs.
@@ -123,12 +125,22 @@ impl Residency {
         let mut candidates = std::mem::take(&mut victims.candidates[part]).into_vec();
         candidates.clear();
         let leaves = victims.out_of_view.iter().filter(|out| !out.has_descendants);
-        candidates.extend(leaves.map(|&OutOfView { page, age, .. }| {
-            let lateness = victims.retention.lateness(page, age, textures);
-            Candidate { lateness, level: page.level(), page }
-        }));
+        let (retention, tickets) = (&victims.retention, &self.tickets);
+        candidates.extend(leaves.map(|out| candidate(retention, tickets, out.page, out.age, textures)));
         victims.candidates[part] = BinaryHeap::from(candidates);
         victims.listed[part] = round;
         self.victims = victims;
     }
+}
+
+/// What a prefetch holds goes after everything else, but before the view is left without a slot.
+fn candidate(
+    retention: &Retention,
+    tickets: &Tickets,
+    page: PageId,
+    age: u64,
+    textures: &Textures,
+) -> Candidate<PageId> {
+    let lateness = if tickets.holds(page) { -1.0 } else { retention.lateness(page, age, textures) };
+    Candidate { lateness, level: page.level(), page }
 }

@@ -38,6 +38,8 @@ pub(crate) struct Node {
     named_pixels: u32,
     /// Feedbacks of the cycle in which the sharpest need was so many eighths.
     feedbacks: [u8; STEPS_PER_LEVEL as usize],
+    /// It is wanted at every bias, whatever feedback says.
+    is_pinned: bool,
     /// The sharpest need of the page and all that lies below it.
     need: Need,
     /// Feedback pixels of the page and all that lies below it, over the cycle.
@@ -59,6 +61,7 @@ impl Node {
             named: 0,
             named_pixels: 0,
             feedbacks: [0; STEPS_PER_LEVEL as usize],
+            is_pinned: false,
             need: Need::LEAST,
             pixels: 0,
             finer: 0,
@@ -68,7 +71,7 @@ impl Node {
     }
 
     fn is_in_set(&self) -> bool {
-        self.named > 0 || self.children > 0
+        self.named > 0 || self.children > 0 || self.is_pinned
     }
 
     fn own_need(&self) -> Need {
@@ -78,6 +81,9 @@ impl Node {
     }
 
     fn threshold(&self) -> u16 {
+        if self.is_pinned {
+            return THRESHOLDS as u16 - 1;
+        }
         (u16::from(self.page.level()) + 1) * STEPS_PER_LEVEL as u16 - self.need.eighths()
     }
 }
@@ -108,6 +114,8 @@ pub(crate) struct WorkingSet {
     left: Vec<u32>,
     /// Places in `nodes` that nobody knows any more.
     free: Vec<u32>,
+    /// Pages that are wanted at every bias.
+    pins: Vec<PageId>,
     histogram: Vec<u32>,
     shortfall: Shortfall,
     /// A feedback of sparse textures, kept for its memory.
@@ -134,14 +142,15 @@ impl WorkingSet {
             by_level: vec![Vec::new(); MAX_LEVELS as usize],
             left: Vec::new(),
             free: Vec::new(),
+            pins: Vec::new(),
             histogram: vec![0; THRESHOLDS],
             shortfall: Shortfall::default(),
             standing: Vec::new(),
         }
     }
 
-    /// Forgets everything: the view has jumped.
-    pub(crate) fn restart(&mut self) {
+    /// Forgets everything but the pins: the view has jumped.
+    pub(crate) fn restart(&mut self, textures: &Textures) {
         self.pixels.clear();
         self.cycle.clear();
         self.index.clear();
@@ -149,11 +158,33 @@ impl WorkingSet {
         self.by_level.iter_mut().for_each(Vec::clear);
         self.left.clear();
         self.free.clear();
+        self.pin(textures);
+    }
+
+    /// From the next time that the set is worked out on these pages are wanted at every bias; with a page its ancestors are
+    /// given, but no tails.
+    pub(crate) fn set_pins(&mut self, pages: impl Iterator<Item = PageId>, textures: &Textures) {
+        for page in std::mem::take(&mut self.pins) {
+            if let Some(&at) = self.index.get(&page) {
+                self.nodes[at as usize].is_pinned = false;
+                self.leave(at);
+            }
+        }
+        self.pins.extend(pages);
+        self.pin(textures);
+    }
+
+    fn pin(&mut self, textures: &Textures) {
+        for place in 0..self.pins.len() {
+            let at = self.add(self.pins[place], textures);
+            self.nodes[at as usize].is_pinned = true;
+        }
     }
 
     /// Forgets what was wanted of a texture; the set follows when it is worked out again.
     pub(crate) fn forget(&mut self, texture: TextureId) {
-        let WorkingSet { cycle, nodes, index, left, .. } = self;
+        let WorkingSet { cycle, nodes, index, left, pins, .. } = self;
+        pins.retain(|page| page.texture() != texture);
         cycle.retain(|named| nodes[named.node as usize].page.texture() != texture);
         index.retain(|page, &mut node| {
             let is_other = page.texture() != texture;
@@ -184,7 +215,7 @@ impl WorkingSet {
         let mut all: u64 = feedback.pages.iter().map(|wanted| u64::from(wanted.pixels)).sum();
         let mut related = 0;
         for wanted in &feedback.pages {
-            let is_known = self.index.contains_key(&wanted.page);
+            let is_known = self.index.get(&wanted.page).is_some_and(|&at| self.nodes[at as usize].pixels > 0);
             let pixels = u64::from(wanted.pixels);
             if !is_known && !textures.contains(wanted.page) {
                 all -= pixels;

@@ -10,7 +10,10 @@
 )]
 
 use vastex_core::sim::{Crowd, Path, Random};
-use vastex_core::{BiasRule, Budgets, Event, Geometry, GeometrySpec, Pagers, PoolError, PoolId, TextureId};
+use vastex_core::{
+    BiasRule, Budgets, Event, Geometry, GeometrySpec, Pagers, PoolError, PoolId, Region, TextureId,
+    TicketState, Urgency,
+};
 
 const BUDGETS: Budgets = Budgets { upload_bytes_per_frame: 2000, in_flight_bytes: 20_000 };
 
@@ -154,8 +157,9 @@ fn a_pool_that_was_full_has_room_after_a_removal() {
     assert!(pager.bias_eighths() < coarse && crowd.pagers.is_converged(), "{:?}", pager.stats());
 }
 
-/// A world of several pools in which everything is left to chance.
-fn random_crowd(seed: u64) -> Result<(), String> {
+/// A world of several pools in which everything is left to chance. Gives how the tickets ended, and how many tiles were
+/// refreshed.
+fn random_crowd(seed: u64) -> Result<(Vec<TicketState>, u64), String> {
     let mut random = Random::new(seed);
     let budgets =
         Budgets { upload_bytes_per_frame: 20 + random.below(3000), in_flight_bytes: random.below(20_000) };
@@ -183,6 +187,9 @@ fn random_crowd(seed: u64) -> Result<(), String> {
             let pool = PoolId::new(random.below(pools) as u16);
             change_at_random(&mut crowd, &mut random, pool, &pages)?;
         }
+        if seed % 4 > 1 && random.chance(0.3) {
+            ask_at_random(&mut crowd, &mut random)?;
+        }
     }
     // Whatever has gone wrong before, views that are held and a loader that is well again come to rest.
     crowd.hold();
@@ -191,8 +198,12 @@ fn random_crowd(seed: u64) -> Result<(), String> {
         crowd.step()?;
         let stats = crowd.pagers.stats();
         let at_rest = stats.in_flight == 0 && stats.missing + stats.failed == 0;
-        if at_rest && crowd.loads_under_way() == 0 && crowd.pagers.is_converged() {
-            return Ok(());
+        if at_rest && crowd.loads_under_way() == 0 && crowd.pagers.is_converged() && crowd.is_up_to_date() {
+            let open: Vec<_> = crowd.tickets.iter().copied().collect();
+            open.into_iter().try_for_each(|ticket| crowd.release(ticket))?;
+            let ended = crowd.ended.iter().map(|(_, progress)| progress.state).collect();
+            let all = crowd.tickets.is_empty();
+            return if all { Ok((ended, stats.refreshed)) } else { Err("a ticket has not ended".into()) };
         }
     }
     Err(format!("not at rest: {:?}", crowd.pagers.stats()))
@@ -212,6 +223,36 @@ fn change_at_random(
     crowd.remove(textures[random.below(textures.len() as u64) as usize])
 }
 
+/// Prefetches, pins, lets go of a ticket, or changes the content of a texture.
+fn ask_at_random(crowd: &mut Crowd, random: &mut Random) -> Result<(), String> {
+    let textures: Vec<TextureId> = crowd.textures().collect();
+    let Some(&texture) = textures.get(random.below(1 + textures.len() as u64) as usize) else {
+        return Ok(());
+    };
+    let mut side = || 1 + random.below(1 << 4) as u32 * random.below(1 << 10) as u32;
+    let (x, y, width, height) = (side() / 2, side() / 2, side(), side());
+    let levels = random.below(6) as u8;
+    let region =
+        Region::image(x..x + width, y..y + height).on_levels(levels..=levels + random.below(4) as u8);
+    match random.below(4) {
+        0 => {
+            let _may_be_refused = crowd.ask(texture, &region, None);
+        }
+        1 => crowd.change(texture, &region),
+        2 => {
+            let open: Vec<_> = crowd.tickets.iter().copied().collect();
+            let Some(&ticket) = open.get(random.below(1 + open.len() as u64) as usize) else { return Ok(()) };
+            return crowd.release(ticket);
+        }
+        _ => {
+            let deadline = random.chance(0.5).then(|| crowd.frame + random.below(60));
+            let urgency = Urgency { priority: random.below(3) as i32 - 1, deadline };
+            let _may_be_refused = crowd.ask(texture, &region, Some(urgency));
+        }
+    }
+    Ok(())
+}
+
 /// A texture of chance; a pool that is too small for it says so and is left as it was.
 fn add_at_random(crowd: &mut Crowd, random: &mut Random, pool: PoolId, page: u32) -> Result<(), String> {
     let mut side = || 1 + random.below(1 << 4) as u32 * random.below(1 << 10) as u32;
@@ -226,7 +267,14 @@ fn add_at_random(crowd: &mut Crowd, random: &mut Random, pool: PoolId, page: u32
 #[test]
 fn random_crowds_hold_together() {
     let worlds = std::env::var("VASTEX_WORLDS").ok().and_then(|n| n.parse().ok()).unwrap_or(40);
+    let (mut ended, mut refreshed) = (Vec::new(), 0);
     for seed in 0..worlds {
-        random_crowd(seed).unwrap_or_else(|why| panic!("crowd {seed}: {why}"));
+        let (states, tiles) = random_crowd(seed).unwrap_or_else(|why| panic!("crowd {seed}: {why}"));
+        ended.extend(states);
+        refreshed += tiles;
+    }
+    assert!(refreshed > 0);
+    for state in [TicketState::Done, TicketState::Late, TicketState::Released] {
+        assert!(ended.contains(&state), "nothing ended as {state:?}, so nothing was tried");
     }
 }

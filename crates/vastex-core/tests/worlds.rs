@@ -284,6 +284,7 @@ fn a_texture_that_is_refused_leaves_everything_as_it_was() {
         upload_bytes_per_frame: 1,
         in_flight_bytes: 1,
         mip_bias: Some(BiasRule::Solved),
+        pin_share: PagerSettings::PIN_SHARE,
     };
     let mut pager = Pager::new(settings);
     let geometry = vastex_core::Geometry::new(GeometrySpec::image(1000, 1000)).unwrap();

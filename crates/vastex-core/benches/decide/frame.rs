@@ -64,6 +64,7 @@ impl World {
             upload_bytes_per_frame: 32 * TILE_BYTES,
             in_flight_bytes: 64 * TILE_BYTES,
             mip_bias: Some(BiasRule::Solved),
+            pin_share: PagerSettings::PIN_SHARE,
         });
         let geometry = Geometry::new(GeometrySpec::image(262_144, 131_072)).unwrap();
         let texture = TextureId::new(0).unwrap();

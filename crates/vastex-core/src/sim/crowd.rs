@@ -2,11 +2,9 @@
 //!
 //! Every texture has a camera of its own; one loader serves all. [`Crowd::step`] plays one frame and checks what must hold:
 //! the budgets are kept to by all pools together, a pool holds pages of its own textures only, no page in view is evicted,
-//! and the page table of every texture leads to what is resident.
+//! the page table of every texture leads to what is resident, every ticket ends once, and what is pinned stays.
 
 use std::collections::{BTreeSet, VecDeque};
-
-use bytes::Bytes;
 
 use crate::bias::BiasRule;
 use crate::event::Event;
@@ -15,9 +13,14 @@ use crate::geometry::{Geometry, GeometrySpec};
 use crate::page::{PageId, TextureId};
 use crate::pagers::{Budgets, Pagers};
 use crate::pool::{PoolError, PoolId, Slot};
+use crate::region::{Reach, Region};
+use crate::residency::PageState;
+use crate::sim::contents::Contents;
 use crate::sim::loader::{Loads, Outcome};
 use crate::sim::{Path, Random};
 use crate::table::{TableChange, TableEntry, TableImage};
+use crate::textures::page_id;
+use crate::tickets::{AskError, Progress, Ticket, TicketState, Urgency};
 
 /// Frames between a view and its feedback.
 const FEEDBACK_FRAMES: u64 = 2;
@@ -49,6 +52,13 @@ pub struct Crowd {
     /// Whether the cameras hold their poses, and since when.
     held: Option<u64>,
     members: Vec<Member>,
+    contents: Contents,
+    /// Tickets that have not ended.
+    pub tickets: BTreeSet<Ticket>,
+    /// Those that have, and how.
+    pub ended: Vec<(Ticket, Progress)>,
+    /// Pins that are all here, with their pages.
+    pinned: Vec<(Ticket, Vec<PageId>)>,
     in_view: VecDeque<Feedback>,
     newest: Feedback,
     largest_tile: u64,
@@ -69,6 +79,10 @@ impl Crowd {
             random: Random::new(seed),
             held: None,
             members: Vec::new(),
+            contents: Contents::default(),
+            tickets: BTreeSet::new(),
+            ended: Vec::new(),
+            pinned: Vec::new(),
             in_view: VecDeque::new(),
             newest: Feedback::default(),
             largest_tile: 0,
@@ -105,7 +119,50 @@ impl Crowd {
             return Err(format!("frame {}: {texture:?} could not be removed, or twice", self.frame));
         }
         self.members.retain(|member| member.texture != texture);
-        Ok(())
+        self.contents.forget(|page| page.texture() == texture);
+        self.pinned.retain(|(_, pages)| pages.iter().all(|page| page.texture() != texture));
+        self.note_ended()
+    }
+
+    /// Prefetches a region, or pins it.
+    pub fn ask(
+        &mut self,
+        texture: TextureId,
+        region: &Region,
+        urgency: Option<Urgency>,
+    ) -> Result<Ticket, AskError> {
+        let ticket = match urgency {
+            Some(urgency) => self.pagers.prefetch(texture, region, urgency),
+            None => self.pagers.pin(texture, region),
+        }?;
+        self.tickets.insert(ticket);
+        Ok(ticket)
+    }
+
+    /// Lets go of a ticket.
+    pub fn release(&mut self, ticket: Ticket) -> Result<(), String> {
+        self.pagers.release(ticket);
+        self.pinned.retain(|(pin, _)| *pin != ticket);
+        if self.pagers.progress(ticket).is_some() || self.pagers.release(ticket) {
+            return Err(format!("frame {}: {ticket:?} was released and is open", self.frame));
+        }
+        self.note_ended()
+    }
+
+    /// The content of a part of a texture changes.
+    pub fn change(&mut self, texture: TextureId, region: &Region) {
+        let Some(member) = self.members.iter().find(|member| member.texture == texture) else { return };
+        for pos in region.pages(&member.geometry, Reach::Tile) {
+            let page = page_id(texture, &member.geometry, pos);
+            page.into_iter().for_each(|page| self.contents.change(page));
+        }
+        self.pagers.invalidate(texture, region);
+    }
+
+    /// Whether every resident page is shown as its content is now.
+    pub fn is_up_to_date(&self) -> bool {
+        let mut slots = self.pagers.iter().flat_map(|pager| pager.slots().iter().flatten());
+        slots.all(|&page| self.contents.is_shown_as_it_is(page))
     }
 
     /// The textures there are.
@@ -127,6 +184,7 @@ impl Crowd {
     pub fn step(&mut self) -> Result<(), String> {
         self.frame += 1;
         self.pagers.begin_frame(self.frame);
+        self.note_ended()?;
         let seen = self.see();
         self.in_view.push_back(seen);
         if self.in_view.front().is_some_and(|feedback| feedback.frame + FEEDBACK_FRAMES <= self.frame)
@@ -143,7 +201,33 @@ impl Crowd {
             self.events.push((self.frame, event));
         }
         self.members.iter().try_for_each(|member| self.check_table(member))?;
+        self.check_pins()?;
         self.check_owners()
+    }
+
+    /// Takes note of tickets that have ended, each once, and of pins that are all here.
+    fn note_ended(&mut self) -> Result<(), String> {
+        while let Some((ticket, progress)) = self.pagers.poll_ended() {
+            let all_here = progress.resident + progress.failed == progress.pages;
+            if !self.tickets.remove(&ticket) || (progress.state == TicketState::Done) != all_here {
+                return Err(format!("frame {}: {ticket:?} ended twice or wrongly: {progress:?}", self.frame));
+            }
+            let pages = self.pagers.pages_of_pin(ticket);
+            let here =
+                pages.into_iter().filter(|&page| matches!(self.pagers.state(page), PageState::Resident(_)));
+            self.pinned.push((ticket, here.collect()));
+            self.ended.push((ticket, progress));
+        }
+        Ok(())
+    }
+
+    /// What is pinned and was here stays.
+    fn check_pins(&self) -> Result<(), String> {
+        let is_here = |page: &PageId| matches!(self.pagers.state(*page), PageState::Resident(_));
+        match self.pinned.iter().flat_map(|(_, pages)| pages).find(|page| !is_here(page)) {
+            Some(page) => Err(format!("frame {}: {page:?} is pinned and has gone", self.frame)),
+            None => Ok(()),
+        }
     }
 
     /// What all cameras want together.
@@ -167,7 +251,7 @@ impl Crowd {
         }
         for (page, outcome) in arrivals {
             match outcome {
-                Outcome::Tile => self.pagers.tile_ready(page, Bytes::from_static(b"tile")),
+                Outcome::Tile => self.pagers.tile_ready(page, self.contents.tile(page)),
                 Outcome::Failure => self.pagers.tile_failed(page, "simulated"),
                 Outcome::Cancelled => self.pagers.tile_cancelled(page),
             }
@@ -179,6 +263,7 @@ impl Crowd {
             if self.loads.has(request.page) {
                 return Err(format!("frame {}: {:?} is being loaded already", self.frame, request.page));
             }
+            self.contents.read(request.page);
             self.loads.begin(request.page, self.frame);
         }
         Ok(())
@@ -188,6 +273,7 @@ impl Crowd {
         let mut bytes = 0;
         while let Some((pool, upload)) = self.pagers.poll_upload() {
             bytes += self.pagers.pager(pool).settings.tile_bytes;
+            self.contents.show(upload.page, &upload.bytes, upload.evicted);
             if let Some(evicted) = upload.evicted {
                 self.check_eviction(evicted)?;
             }

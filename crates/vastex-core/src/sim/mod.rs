@@ -5,6 +5,7 @@
 //! [`Knobs`]. A [`Crowd`] is many textures in several pools. Eviction bugs become unit tests here.
 
 mod camera;
+mod contents;
 mod crowd;
 mod loader;
 mod random;

@@ -6,12 +6,13 @@ use std::sync::Arc;
 use bytes::Bytes;
 
 use crate::bias::BiasRule;
+use crate::budget::PagerSettings;
 use crate::event::Event;
 use crate::feedback::{Feedback, Need};
 use crate::geometry::{Geometry, GeometrySpec};
 use crate::page::{PageId, PagePos, TextureId};
 use crate::page_set::PageSet;
-use crate::pager::{Pager, PagerSettings, Upload};
+use crate::pager::{Pager, Upload};
 use crate::pool::PoolError;
 use crate::sim::loader::{Loads, Outcome};
 use crate::sim::{Path, Random, View};
@@ -99,6 +100,7 @@ impl World {
             upload_bytes_per_frame: knobs.upload_bytes_per_frame,
             in_flight_bytes: knobs.in_flight_tiles * knobs.tile_bytes,
             mip_bias: Some(knobs.bias_rule),
+            pin_share: PagerSettings::PIN_SHARE,
         };
         #[expect(clippy::expect_used, reason = "the knobs are the test's own")]
         let geometry = Geometry::new(knobs.spec).expect("a possible texture");

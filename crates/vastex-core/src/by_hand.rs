@@ -1,0 +1,285 @@
+//! What an application asks a pager for by hand: to prefetch, to pin, to refresh.
+//!
+//! What is in view comes first. After it, with half of the in-flight budget and the slots that the view does not need, come
+//! the refreshes of resident pages whose content has changed (those in view before the others), then the prefetches in
+//! their order. Who holds which page is `tickets`' business, what becomes of a refresh `refresh`'s.
+
+use crate::page::{PageId, TextureId};
+use crate::pager::{Pager, Request};
+use crate::pagers::Pagers;
+use crate::records::RecordHint;
+use crate::region::{Reach, Region};
+use crate::residency::PageState;
+use crate::textures::page_id;
+use crate::tickets::{Ask, AskError, Progress, Ticket, Urgency};
+
+/// Ranks of what was asked for by hand lie beyond those of everything in view.
+const AFTER_VIEW: u64 = 1 << 32;
+
+impl Pager {
+    /// Loads the pages of a region, with their ancestors, after everything in view, and keeps them until all are here or, where
+    /// there is one, until the deadline, as long as what is in view leaves slots. A region that reaches beyond the texture
+    /// is cut off there, and so may be empty, which is done at once.
+    ///
+    /// Fails where the pool could never hold it. Costs a visit of each page now, and in each frame while the ticket is open.
+    pub fn prefetch(
+        &mut self,
+        texture: TextureId,
+        region: &Region,
+        urgency: Urgency,
+    ) -> Result<Ticket, AskError> {
+        let pages = self.pages_of_region(texture, region)?;
+        self.plan_due = true;
+        Ok(self.residency.tickets.open(Ask::Prefetch(urgency), texture, pages))
+    }
+
+    /// Loads the pages of a region, with their ancestors, and keeps them until [`Pager::release`]: they are in view, as it
+    /// were, at every mip bias.
+    ///
+    /// Fails where pins, tails included, would take more than [`crate::PagerSettings::pin_share`] of the slots.
+    pub fn pin(&mut self, texture: TextureId, region: &Region) -> Result<Ticket, AskError> {
+        let pages = self.pages_of_region(texture, region)?;
+        let most = self.settings.pin_slots();
+        let pinned = self.residency.tickets.pinned_with(&pages) + u64::from(self.residency.stats.pinned);
+        if pinned > u64::from(most) {
+            return Err(AskError::TooManyPins { pages: pinned, most });
+        }
+        self.pins_changed = true;
+        Ok(self.residency.tickets.open(Ask::Pin, texture, pages))
+    }
+
+    /// Cancels a prefetch, or unpins. Says whether the ticket was open. What has been loaded stays until its slot is needed.
+    pub fn release(&mut self, ticket: Ticket) -> bool {
+        let mut tickets = std::mem::take(&mut self.residency.tickets);
+        let released = tickets.release(ticket, &self.residency);
+        self.residency.tickets = tickets;
+        match released {
+            Some((Ask::Pin, _)) => self.pins_changed = true,
+            Some((Ask::Prefetch(_), pages)) => self.let_go(&pages),
+            None => return false,
+        }
+        true
+    }
+
+    /// How far a ticket is; nothing where it has ended.
+    pub fn progress(&self, ticket: Ticket) -> Option<Progress> {
+        self.residency.tickets.progress(ticket, &self.residency)
+    }
+
+    /// A ticket that has ended, or a pin whose pages are all here for the first time, and how. Each is said once, after
+    /// [`Pager::begin_frame`] has found it so.
+    pub fn poll_ended(&mut self) -> Option<(Ticket, Progress)> {
+        self.residency.tickets.poll_ended()
+    }
+
+    /// The content of a region has changed: what is resident of it is loaded again and replaced where it is, so that the old
+    /// tiles stay on screen until the new ones are here. The region is that of the texels that have changed; the
+    /// tiles that hold one in their borders follow. Says how many pages are concerned.
+    ///
+    /// Caches between the source and the pager are the caller's to tell. Costs a visit of each page of the region that
+    /// exists, or of each that has a state, whichever are fewer.
+    pub fn invalidate(&mut self, texture: TextureId, region: &Region) -> u32 {
+        let Some(geometry) = self.textures.geometry(texture).cloned() else { return 0 };
+        let known = self.residency.records.len() as u64;
+        let pages: Vec<PageId> = if region.page_count(&geometry) <= known {
+            region.pages(&geometry, Reach::Tile).filter_map(|pos| page_id(texture, &geometry, pos)).collect()
+        } else {
+            let known = self.residency.records.iter().map(|record| record.page);
+            let known = known.filter(|page| page.texture() == texture);
+            let mut pages: Vec<_> = known
+                .filter(|page| region.touches(&geometry, page.pos(geometry.dims()), Reach::Tile))
+                .collect();
+            pages.sort_unstable(); // the order of a map is not the same on every machine
+            pages
+        };
+        self.plan_due = true;
+        pages.into_iter().map(|page| u32::from(self.residency.invalidate(page))).sum()
+    }
+
+    /// The pages of a region and their ancestors that have tiles, each once, coarsest first; the tail is not counted, since
+    /// it always is here.
+    fn pages_of_region(&self, texture: TextureId, region: &Region) -> Result<Vec<PageId>, AskError> {
+        let geometry = self.textures.geometry(texture).ok_or(AskError::NoTexture(texture.number()))?;
+        let (pages, slots) = (region.page_count(geometry), self.settings.slots - self.residency.stats.pinned);
+        if pages > u64::from(slots) + 1 {
+            return Err(AskError::TooManyPages { pages, slots });
+        }
+        let mut pages = Vec::with_capacity(pages as usize);
+        for page in region.pages(geometry, Reach::Payload).filter_map(|pos| page_id(texture, geometry, pos)) {
+            let page = self.textures.present_page(page);
+            pages.push(page);
+            pages.extend(self.textures.ancestors(page));
+        }
+        pages.retain(|&page| !self.textures.is_tail(page));
+        pages.sort_unstable_by_key(|&page| (std::cmp::Reverse(page.level()), page));
+        pages.dedup();
+        if pages.len() > slots as usize {
+            return Err(AskError::TooManyPages { pages: pages.len() as u64, slots });
+        }
+        Ok(pages)
+    }
+
+    /// Once per frame: ends tickets, and plans what their pages and the refreshes need.
+    pub(crate) fn begin_by_hand(&mut self, frame: u64) {
+        if !self.residency.tickets.is_empty() {
+            let mut tickets = std::mem::take(&mut self.residency.tickets);
+            let mut let_go = Vec::new();
+            tickets.begin_frame(frame, &self.residency, &mut let_go);
+            self.residency.tickets = tickets;
+            self.let_go(&let_go);
+            self.plan_due = true;
+        }
+        if !self.residency.refreshes.is_empty() {
+            self.residency.retry_refreshes();
+            self.plan_due = true;
+        }
+        if std::mem::take(&mut self.pins_changed) {
+            self.set.set_pins(self.residency.tickets.pinned(), &self.textures);
+            self.work_out();
+        }
+        if self.plan_due {
+            self.plan_by_hand();
+        }
+    }
+
+    /// Calls off what is under way for pages that nobody has a use for any more.
+    fn let_go(&mut self, pages: &[PageId]) {
+        self.plan_due = true;
+        for &page in pages {
+            if !self.residency.has_use_for(page, RecordHint::default()) {
+                self.drop_load(page);
+            }
+        }
+    }
+
+    /// The page is not resident, and its load is worth nothing.
+    pub(crate) fn drop_load(&mut self, page: PageId) {
+        self.residency.unwant(page);
+        if self.residency.state(page) == PageState::Loading {
+            self.cancels.push_back(page);
+        }
+    }
+
+    /// Lists what comes after everything in view, best first, as far as there are slots.
+    pub(crate) fn plan_by_hand(&mut self) {
+        self.plan_due = false;
+        self.by_hand.clear();
+        self.next_by_hand = 0;
+        self.by_hand.extend(self.residency.refreshes.pages());
+        let residency = &self.residency;
+        self.by_hand.sort_unstable_by_key(|&page| {
+            (!residency.is_wanted(page, RecordHint::default()), std::cmp::Reverse(page.level()), page)
+        });
+        let mut spare = self.slots_to_spare();
+        let mut too_many = Vec::new();
+        for page in self.residency.tickets.pages_in_order() {
+            let is_here = matches!(self.residency.state(page), PageState::Resident(_));
+            if is_here || self.residency.is_wanted(page, RecordHint::default()) {
+                continue;
+            }
+            // Pages of several tickets are listed twice, and found to be under way the second time.
+            match spare.checked_sub(1) {
+                Some(left) => (spare, ()) = (left, self.by_hand.push(page)),
+                None => too_many.push(page),
+            }
+        }
+        for &page in &self.by_hand {
+            self.residency.hold(page);
+        }
+        for page in too_many {
+            if matches!(self.residency.state(page), PageState::Loading | PageState::Ready) {
+                self.drop_load(page);
+            }
+        }
+    }
+
+    /// Slots that neither the view needs nor a prefetch holds.
+    fn slots_to_spare(&self) -> u32 {
+        let in_view = self.set.size_at(self.bias_eighths()) + self.residency.stats.pinned;
+        let held = self.residency.tickets.held();
+        let held = held.filter(|&page| {
+            !self.residency.is_wanted(page, RecordHint::default())
+                && matches!(self.residency.state(page), PageState::Resident(_))
+        });
+        self.settings.slots.saturating_sub(in_view + held.count() as u32)
+    }
+
+    /// The best of these pages that is to be asked for.
+    pub(crate) fn next_queued_by_hand(&mut self) -> Option<PageId> {
+        let left = self.by_hand.get(self.next_by_hand..)?;
+        let is_due = |page: &PageId| {
+            self.residency.state(*page) == PageState::Queued || self.residency.refreshes.is_queued(*page)
+        };
+        self.next_by_hand += left.iter().position(is_due).unwrap_or(left.len());
+        self.by_hand.get(self.next_by_hand).copied()
+    }
+
+    /// The next of these tiles to load, while half of the in-flight budget allows one.
+    pub(crate) fn poll_request_by_hand(&mut self) -> Option<Request> {
+        let in_flight = self.residency.stats.in_flight_bytes;
+        if in_flight > 0 && in_flight + self.settings.tile_bytes > self.settings.in_flight_bytes / 2 {
+            return None;
+        }
+        let page = self.next_queued_by_hand()?;
+        let rank = AFTER_VIEW + self.next_by_hand as u64;
+        self.next_by_hand += 1;
+        let _ = self.residency.begin_load(page) || self.residency.begin_refresh(page);
+        self.check();
+        self.textures.pos(page).map(|(_, pos)| Request { page, pos, rank })
+    }
+
+    /// The best of these pages whose tile waits for the upload budget.
+    pub(crate) fn next_ready_by_hand(&self) -> Option<PageId> {
+        if self.residency.stats.in_flight == 0 {
+            return None;
+        }
+        let is_ready = |page: &&PageId| {
+            self.residency.state(**page) == PageState::Ready || self.residency.refreshes.is_ready(**page)
+        };
+        self.by_hand.iter().find(is_ready).copied()
+    }
+}
+
+impl Pagers {
+    /// Loads the pages of a region after everything in view; see [`Pager::prefetch`].
+    pub fn prefetch(
+        &mut self,
+        texture: TextureId,
+        region: &Region,
+        urgency: Urgency,
+    ) -> Result<Ticket, AskError> {
+        self.pager_of(texture)?.prefetch(texture, region, urgency)
+    }
+
+    /// Keeps the pages of a region; see [`Pager::pin`].
+    pub fn pin(&mut self, texture: TextureId, region: &Region) -> Result<Ticket, AskError> {
+        self.pager_of(texture)?.pin(texture, region)
+    }
+
+    /// Cancels a prefetch, or unpins; see [`Pager::release`].
+    pub fn release(&mut self, ticket: Ticket) -> bool {
+        self.pager_mut(ticket.pool()).is_some_and(|pager| pager.release(ticket))
+    }
+
+    /// How far a ticket is; nothing where it has ended.
+    pub fn progress(&self, ticket: Ticket) -> Option<Progress> {
+        self.iter().nth(usize::from(ticket.pool().number()))?.progress(ticket)
+    }
+
+    /// A ticket that has ended, or a pin that is all here, and how; see [`Pager::poll_ended`].
+    pub fn poll_ended(&mut self) -> Option<(Ticket, Progress)> {
+        self.iter_mut().find_map(Pager::poll_ended)
+    }
+
+    /// The pages of a pin that is open.
+    #[cfg(feature = "sim")]
+    pub(crate) fn pages_of_pin(&self, ticket: Ticket) -> Vec<PageId> {
+        let pager = self.iter().nth(usize::from(ticket.pool().number()));
+        pager.map_or_else(Vec::new, |pager| pager.residency.tickets.pages_of_pin(ticket))
+    }
+
+    /// The content of a region has changed; see [`Pager::invalidate`].
+    pub fn invalidate(&mut self, texture: TextureId, region: &Region) -> u32 {
+        self.pager_of(texture).map_or(0, |pager| pager.invalidate(texture, region))
+    }
+}
