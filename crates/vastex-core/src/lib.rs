@@ -10,8 +10,8 @@
 mod bias;
 mod budget;
 mod by_hand;
-#[cfg(all(feature = "checks", debug_assertions))]
-mod checks;
+#[cfg(feature = "checks")]
+pub mod checks;
 mod compact;
 mod estimate;
 mod event;
@@ -21,6 +21,7 @@ mod geometry;
 mod numbers;
 mod order;
 mod page;
+mod page_map;
 mod page_set;
 mod pager;
 mod pagers;

@@ -498,11 +498,11 @@ impl Pager {
         }
     }
 
-    #[cfg(all(feature = "checks", debug_assertions))]
+    #[cfg(feature = "checks")]
     pub(crate) fn check(&self) {
         crate::checks::check(self);
     }
 
-    #[cfg(not(all(feature = "checks", debug_assertions)))]
+    #[cfg(not(feature = "checks"))]
     pub(crate) fn check(&self) {}
 }

@@ -4,9 +4,8 @@
 //! was finds it again without a look-up: a [`RecordHint`] is tried first and never trusted. What the states mean, and who
 //! moves a page from one to the next, is `residency`'s business.
 
-use rustc_hash::FxHashMap;
-
 use crate::page::PageId;
+use crate::page_map::PageMap;
 use crate::pool::Slot;
 
 /// Whether a load has been called off.
@@ -89,7 +88,7 @@ const PART_CHUNK: usize = 16;
 pub(crate) struct Records {
     /// Those of no page are free.
     records: Vec<Record>,
-    index: FxHashMap<PageId, u32>,
+    index: PageMap<u32>,
     free: Vec<u32>,
 }
 
@@ -98,7 +97,7 @@ impl Records {
     pub(crate) fn find(&self, page: PageId, hint: RecordHint) -> Option<RecordHint> {
         match self.records.get(hint.0 as usize) {
             Some(record) if record.page == page => Some(hint),
-            _ => self.index.get(&page).map(|&at| RecordHint(at)),
+            _ => self.index.get(page).map(|&at| RecordHint(at)),
         }
     }
 
@@ -108,11 +107,11 @@ impl Records {
     }
 
     pub(crate) fn get(&self, page: PageId) -> Option<&Record> {
-        self.index.get(&page).map(|&at| &self.records[at as usize])
+        self.index.get(page).map(|&at| &self.records[at as usize])
     }
 
     pub(crate) fn get_mut(&mut self, page: PageId) -> Option<&mut Record> {
-        self.index.get(&page).map(|&at| &mut self.records[at as usize])
+        self.index.get(page).map(|&at| &mut self.records[at as usize])
     }
 
     /// The page's record, made where there is none.
@@ -136,7 +135,7 @@ impl Records {
 
     /// Forgets all that is known of a page.
     pub(crate) fn remove(&mut self, page: PageId) {
-        if let Some(at) = self.index.remove(&page) {
+        if let Some(at) = self.index.remove(page) {
             self.records[at as usize] = Record::new(PageId::NONE);
             self.free.push(at);
         }
@@ -146,7 +145,7 @@ impl Records {
     pub(crate) fn retain(&mut self, mut keep: impl FnMut(&mut Record) -> bool) {
         for (at, record) in (0..).zip(&mut self.records) {
             if record.page != PageId::NONE && !keep(record) {
-                self.index.remove(&record.page);
+                self.index.remove(record.page);
                 *record = Record::new(PageId::NONE);
                 self.free.push(at);
             }

@@ -28,11 +28,15 @@
 //! Which pages are wanted, in which order, and which page gives up its slot (`victims`) is decided elsewhere; here the moves are made and counted.
 
 use bytes::Bytes;
-use rustc_hash::FxHashMap;
 use std::collections::VecDeque;
 
 use crate::page::{PageId, TextureId};
+<<<<<<< HEAD
 use crate::pool::{PoolId, Slot};
+=======
+use crate::page_map::PageMap;
+use crate::pool::Slot;
+>>>>>>> ce3f571 (core: in the steady state a frame's decision allocates nothing, and a test counts it)
 use crate::records::{Cancel, RecordHint, Records, State};
 use crate::refresh::Refreshes;
 use crate::shared::JITTER_CYCLE;
@@ -79,17 +83,21 @@ pub enum PageState {
 pub(crate) struct Residency {
     pub(crate) records: Records,
     /// The tiles of pages that are `Ready`.
-    ready: FxHashMap<PageId, Bytes>,
+    ready: PageMap<Bytes>,
     /// The page in each slot.
     pub(crate) slots: Vec<Option<PageId>>,
     pub(crate) free: Vec<Slot>,
     /// Which of them goes next.
     pub(crate) victims: Victims,
+<<<<<<< HEAD
     /// Resident pages whose content has changed.
     pub(crate) refreshes: Refreshes,
     /// What the application has asked for by hand.
     pub(crate) tickets: Tickets,
     evicted_at: FxHashMap<PageId, u64>,
+=======
+    evicted_at: PageMap<u64>,
+>>>>>>> ce3f571 (core: in the steady state a frame's decision allocates nothing, and a test counts it)
     evictions: VecDeque<(u64, PageId)>,
     /// Counts the working sets worked out so far.
     pub(crate) round: u64,
@@ -105,13 +113,17 @@ impl Residency {
     pub(crate) fn new(pool: PoolId, slots: u32, tile_bytes: u64) -> Residency {
         Residency {
             records: Records::default(),
-            ready: FxHashMap::default(),
+            ready: PageMap::default(),
             slots: vec![None; slots as usize],
             free: (0..slots).rev().map(Slot::new).collect(),
             victims: Victims::default(),
+<<<<<<< HEAD
             refreshes: Refreshes::default(),
             tickets: Tickets::new(pool),
             evicted_at: FxHashMap::default(),
+=======
+            evicted_at: PageMap::default(),
+>>>>>>> ce3f571 (core: in the steady state a frame's decision allocates nothing, and a test counts it)
             evictions: VecDeque::new(),
             pinned_at_round: 0,
             round: 1, // so that a new record, of round 0, is new in the first round that is told
@@ -127,8 +139,8 @@ impl Residency {
         self.frame = frame;
         while let Some(&(at, page)) = self.evictions.front().filter(|(at, _)| at + RELOAD_FRAMES < frame) {
             self.evictions.pop_front();
-            if self.evicted_at.get(&page) == Some(&at) {
-                self.evicted_at.remove(&page);
+            if self.evicted_at.get(page) == Some(&at) {
+                self.evicted_at.remove(page);
             }
         }
     }
@@ -223,8 +235,14 @@ impl Residency {
             State::Queued => self.drop_page(page),
             State::Loading(Cancel::No) => record.state = State::Loading(Cancel::Due),
             State::Ready => {
+<<<<<<< HEAD
                 self.ready.remove(&page);
                 self.waste_one();
+=======
+                self.ready.remove(page);
+                self.leave_flight();
+                self.stats.wasted += 1;
+>>>>>>> ce3f571 (core: in the steady state a frame's decision allocates nothing, and a test counts it)
                 self.drop_page(page);
             }
             State::Absent | State::Loading(_) | State::Resident(_) | State::Failed => {}
@@ -343,6 +361,7 @@ impl Residency {
             }
             false
         });
+<<<<<<< HEAD
         self.ready.retain(|page, _| is_other(page));
         let (refreshing, refreshed) = self.refreshes.forget(texture);
         for &page in &refreshing {
@@ -350,8 +369,13 @@ impl Residency {
         }
         loads.extend(refreshing);
         (0..ready + refreshed).for_each(|_| self.waste_one());
+=======
+        self.ready.retain(|page, _| is_other(&page));
+        (0..ready).for_each(|_| self.leave_flight());
+        self.stats.wasted += ready;
+>>>>>>> ce3f571 (core: in the steady state a frame's decision allocates nothing, and a test counts it)
         self.stats.pinned -= tails;
-        self.evicted_at.retain(|page, _| is_other(page));
+        self.evicted_at.retain(|page, _| is_other(&page));
         self.evictions.retain(|(_, page)| is_other(page));
         self.victims.clear();
         self.victims.retention.forget(texture);
@@ -417,7 +441,7 @@ impl Residency {
     /// `Ready -> Resident`, into a slot of [`Residency::take_slot`]; gives the tile's bytes, and whether the page had
     /// failed before.
     pub(crate) fn settle(&mut self, page: PageId, slot: Slot, textures: &Textures) -> Option<(Bytes, bool)> {
-        let bytes = self.ready.remove(&page)?;
+        let bytes = self.ready.remove(page)?;
         let record = self.records.get_mut(page)?;
         record.state = State::Resident(slot);
         let recovered = std::mem::take(&mut record.failures) > 0;
@@ -437,7 +461,7 @@ impl Residency {
         self.stats.occupied += 1;
         self.stats.loaded += 1;
         self.stats.uploaded_bytes += self.tile_bytes;
-        if self.evicted_at.remove(&page).is_some() {
+        if self.evicted_at.remove(page).is_some() {
             self.stats.reloaded += 1;
         }
         Some((bytes, recovered))

@@ -63,7 +63,7 @@ impl Textures {
     }
 
     /// The pages of all tails.
-    #[cfg(all(feature = "checks", debug_assertions))]
+    #[cfg(feature = "checks")]
     pub(crate) fn tails(&self) -> impl Iterator<Item = PageId> + '_ {
         (0..=TextureId::MAX).zip(&self.textures).filter_map(|(number, texture)| {
             let geometry = &texture.as_ref()?.geometry;

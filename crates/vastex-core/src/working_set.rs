@@ -8,11 +8,11 @@
 //! Tails are not counted here: they are pinned. Which bias is taken, and when it falls again, is `bias`'s business;
 //! what is loaded first, `order`'s.
 
-use rustc_hash::FxHashMap;
 use std::collections::VecDeque;
 
 use crate::feedback::{Feedback, Need, WantedPage};
 use crate::page::{PageId, TextureId};
+use crate::page_map::PageMap;
 use crate::records::RecordHint;
 use crate::shared::{JITTER_CYCLE, MAX_LEVELS, STEPS_PER_LEVEL};
 use crate::textures::Textures;
@@ -108,7 +108,7 @@ pub(crate) struct WorkingSet {
     /// Feedbacks ever.
     observed: u64,
     nodes: Vec<Node>,
-    index: FxHashMap<PageId, u32>,
+    index: PageMap<u32>,
     /// The nodes of each level, and of those that have left the set since it was worked out.
     by_level: Vec<Vec<u32>>,
     left: Vec<u32>,
@@ -138,7 +138,7 @@ impl WorkingSet {
             pixels: VecDeque::new(),
             observed: 0,
             nodes: Vec::new(),
-            index: FxHashMap::default(),
+            index: PageMap::default(),
             by_level: vec![Vec::new(); MAX_LEVELS as usize],
             left: Vec::new(),
             free: Vec::new(),
@@ -186,10 +186,10 @@ impl WorkingSet {
         let WorkingSet { cycle, nodes, index, left, pins, .. } = self;
         pins.retain(|page| page.texture() != texture);
         cycle.retain(|named| nodes[named.node as usize].page.texture() != texture);
-        index.retain(|page, &mut node| {
+        index.retain(|page, &node| {
             let is_other = page.texture() != texture;
             if !is_other {
-                nodes[node as usize] = Node::new(*page, NOWHERE);
+                nodes[node as usize] = Node::new(page, NOWHERE);
                 left.push(node);
             }
             is_other
@@ -210,12 +210,16 @@ impl WorkingSet {
             return false;
         }
         let is_named =
-            |page: PageId| self.index.get(&page).is_some_and(|&at| self.nodes[at as usize].named > 0);
+            |page: PageId| self.index.get(page).is_some_and(|&at| self.nodes[at as usize].named > 0);
         // Mostly a quarter of the pixels is soon found to be near, whatever the rest is.
         let mut all: u64 = feedback.pages.iter().map(|wanted| u64::from(wanted.pixels)).sum();
         let mut related = 0;
         for wanted in &feedback.pages {
+<<<<<<< HEAD
             let is_known = self.index.get(&wanted.page).is_some_and(|&at| self.nodes[at as usize].pixels > 0);
+=======
+            let is_known = self.index.contains(wanted.page);
+>>>>>>> ce3f571 (core: in the steady state a frame's decision allocates nothing, and a test counts it)
             let pixels = u64::from(wanted.pixels);
             if !is_known && !textures.contains(wanted.page) {
                 all -= pixels;
@@ -254,7 +258,7 @@ impl WorkingSet {
 
     fn name(&mut self, pages: &[WantedPage], textures: &Textures) {
         for &WantedPage { page, pixels, eighth } in pages {
-            let at = match self.index.get(&page) {
+            let at = match self.index.get(page) {
                 Some(&at) => at,
                 None if textures.contains(page) && !textures.is_tail(page) => self.add(page, textures),
                 None => continue,
@@ -270,7 +274,7 @@ impl WorkingSet {
 
     /// The index of the page's node, made where there is none, with those of its ancestors.
     fn add(&mut self, page: PageId, textures: &Textures) -> u32 {
-        if let Some(&at) = self.index.get(&page) {
+        if let Some(&at) = self.index.get(page) {
             return at;
         }
         let above = textures.parent(page).filter(|&parent| !textures.is_tail(parent));
@@ -307,7 +311,7 @@ impl WorkingSet {
         let mut next = at;
         while let Some(node) = self.nodes.get(next as usize).filter(|node| !node.is_in_set()) {
             let parent = node.parent;
-            self.index.remove(&node.page);
+            self.index.remove(node.page);
             self.left.push(next);
             if let Some(parent) = self.nodes.get_mut(parent as usize) {
                 parent.children -= 1;

@@ -1,0 +1,119 @@
+//! In the steady state a frame's decision allocates nothing: not the pagers, and not the compaction of feedback.
+//!
+//! Cameras go round loops, and the pools hold less than what lies along them, so that every frame loads, uploads and evicts.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests, which clippy does not take for tests")]
+
+use std::sync::Arc;
+
+use bytes::Bytes;
+use vastex_core::shared::FEEDBACK_WANTED;
+use vastex_core::sim::View;
+use vastex_core::{
+    BiasRule, Budgets, Feedback, FeedbackCompactor, Geometry, GeometrySpec, PageSet, Pagers, TableChange,
+    TextureId, checks,
+};
+
+/// Frames of a loop: whole jitter cycles.
+const LOOP: u64 = 160;
+/// Feedback texels along x and y.
+const TARGET: [u32; 2] = [60, 34];
+
+/// What a camera sees of one texture on the loop, texel by texel as a feedback pass writes it.
+fn target(texture: TextureId, geometry: &Geometry, frame: u64) -> Vec<[u32; 4]> {
+    let angle = frame as f64 / LOOP as f64 * std::f64::consts::TAU;
+    let view = View { centre: [0.5 + 0.3 * angle.cos(), 0.55 + 0.3 * angle.sin()], width: 0.05, tilt: 3.0 };
+    let jitter = [frame as u32 % 8, frame as u32 * 5 % 8];
+    let texel = |n: u32| {
+        let pixel = [n % TARGET[0] * 8 + jitter[0], n / TARGET[0] * 8 + jitter[1]];
+        match view.want(texture, geometry, TARGET.map(|side| side * 8), pixel) {
+            Some((page, eighth)) => {
+                let bits = page.to_bits();
+                [bits as u32, (bits >> 32) as u32, u32::from(eighth), FEEDBACK_WANTED]
+            }
+            None => [0; 4],
+        }
+    };
+    (0..TARGET[0] * TARGET[1]).map(texel).collect()
+}
+
+/// Everything that a frame decides, in memory that is kept.
+struct Loop {
+    pagers: Pagers,
+    targets: Vec<Vec<[u32; 4]>>,
+    compactor: FeedbackCompactor,
+    feedback: Feedback,
+    changes: Vec<TableChange>,
+    frame: u64,
+}
+
+impl Loop {
+    fn new() -> Loop {
+        let mut pagers = Pagers::new(Budgets { upload_bytes_per_frame: 16_000, in_flight_bytes: 32_000 });
+        let geometry = Geometry::new(GeometrySpec::image(32_768, 16_384)).unwrap();
+        let small_pages =
+            Geometry::new(GeometrySpec { page: 32, ..GeometrySpec::image(32_768, 16_384) }).unwrap();
+        let sparse = PageSet::from_pages(&geometry, |pos| pos.level > 1 || (pos.x + pos.y) % 5 != 0);
+        // One pool is large enough for its victims to be looked for in turns.
+        let kinds = [
+            (&small_pages, 4500, 100, None),
+            (&geometry, 300, 70, None),
+            (&geometry, 260, 70, Some(Arc::new(sparse))),
+        ];
+        let textures: Vec<(TextureId, &Geometry)> = kinds
+            .into_iter()
+            .map(|(geometry, slots, tile_bytes, present)| {
+                let pool = pagers.add_pool(slots, tile_bytes, Some(BiasRule::default())).unwrap();
+                (pagers.add_texture(pool, geometry, present).unwrap().0, geometry)
+            })
+            .collect();
+        let all = |frame| {
+            textures.iter().flat_map(|&(texture, geometry)| target(texture, geometry, frame)).collect()
+        };
+        Loop {
+            pagers,
+            targets: (0..LOOP).map(all).collect(),
+            compactor: FeedbackCompactor::new(),
+            feedback: Feedback::default(),
+            changes: Vec::new(),
+            frame: 0,
+        }
+    }
+
+    fn play_frame(&mut self, tile: &Bytes) {
+        self.frame += 1;
+        let target = &self.targets[(self.frame % LOOP) as usize];
+        self.compactor.compact(self.frame, target, &mut self.feedback);
+        self.pagers.begin_frame(self.frame);
+        self.pagers.observe(&self.feedback);
+        while let Some(page) = self.pagers.poll_cancel() {
+            self.pagers.tile_cancelled(page);
+        }
+        while let Some(request) = self.pagers.poll_request() {
+            self.pagers.tile_ready(request.page, tile.clone());
+        }
+        while self.pagers.poll_upload().is_some() {}
+        self.pagers.take_table_changes(&mut self.changes);
+        while self.pagers.poll_event().is_some() {}
+        self.pagers.stats();
+    }
+}
+
+#[test]
+fn a_frame_of_a_loop_allocates_nothing() {
+    let mut world = Loop::new();
+    let tile = Bytes::from_static(b"tile");
+    // The first round fills the pools, the second is the first with full ones.
+    (0..2 * LOOP).for_each(|_| checks::paused(|| world.play_frame(&tile)));
+    for round in 3..6 {
+        let before = world.pagers.stats();
+        for _ in 0..LOOP {
+            let counted = allocation_counter::measure(|| checks::paused(|| world.play_frame(&tile)));
+            assert_eq!(counted.count_total, 0, "frame {} of round {round}: {counted:?}", world.frame);
+        }
+        let round_of = world.pagers.stats().since(&before);
+        let evicted: Vec<u64> = world.pagers.iter().map(|pager| pager.stats().evicted).collect();
+        assert!(evicted.iter().all(|&evicted| evicted > LOOP), "{evicted:?}");
+        assert!(round_of.loaded > 20 * LOOP && round_of.bias_eighths == 0, "{round_of:?}");
+    }
+}
