@@ -78,7 +78,7 @@ impl Refreshes {
     }
 
     /// Tiles with the loader or waiting for the upload budget.
-    #[cfg(all(feature = "checks", debug_assertions))]
+    #[cfg(feature = "checks")]
     pub(crate) fn in_flight(&self) -> usize {
         self.pages.values().filter(|refresh| refresh.is_in_flight()).count()
     }

@@ -31,12 +31,8 @@ use bytes::Bytes;
 use std::collections::VecDeque;
 
 use crate::page::{PageId, TextureId};
-<<<<<<< HEAD
-use crate::pool::{PoolId, Slot};
-=======
 use crate::page_map::PageMap;
-use crate::pool::Slot;
->>>>>>> ce3f571 (core: in the steady state a frame's decision allocates nothing, and a test counts it)
+use crate::pool::{PoolId, Slot};
 use crate::records::{Cancel, RecordHint, Records, State};
 use crate::refresh::Refreshes;
 use crate::shared::JITTER_CYCLE;
@@ -89,15 +85,11 @@ pub(crate) struct Residency {
     pub(crate) free: Vec<Slot>,
     /// Which of them goes next.
     pub(crate) victims: Victims,
-<<<<<<< HEAD
     /// Resident pages whose content has changed.
     pub(crate) refreshes: Refreshes,
     /// What the application has asked for by hand.
     pub(crate) tickets: Tickets,
-    evicted_at: FxHashMap<PageId, u64>,
-=======
     evicted_at: PageMap<u64>,
->>>>>>> ce3f571 (core: in the steady state a frame's decision allocates nothing, and a test counts it)
     evictions: VecDeque<(u64, PageId)>,
     /// Counts the working sets worked out so far.
     pub(crate) round: u64,
@@ -117,13 +109,9 @@ impl Residency {
             slots: vec![None; slots as usize],
             free: (0..slots).rev().map(Slot::new).collect(),
             victims: Victims::default(),
-<<<<<<< HEAD
             refreshes: Refreshes::default(),
             tickets: Tickets::new(pool),
-            evicted_at: FxHashMap::default(),
-=======
             evicted_at: PageMap::default(),
->>>>>>> ce3f571 (core: in the steady state a frame's decision allocates nothing, and a test counts it)
             evictions: VecDeque::new(),
             pinned_at_round: 0,
             round: 1, // so that a new record, of round 0, is new in the first round that is told
@@ -235,14 +223,8 @@ impl Residency {
             State::Queued => self.drop_page(page),
             State::Loading(Cancel::No) => record.state = State::Loading(Cancel::Due),
             State::Ready => {
-<<<<<<< HEAD
-                self.ready.remove(&page);
-                self.waste_one();
-=======
                 self.ready.remove(page);
-                self.leave_flight();
-                self.stats.wasted += 1;
->>>>>>> ce3f571 (core: in the steady state a frame's decision allocates nothing, and a test counts it)
+                self.waste_one();
                 self.drop_page(page);
             }
             State::Absent | State::Loading(_) | State::Resident(_) | State::Failed => {}
@@ -361,19 +343,13 @@ impl Residency {
             }
             false
         });
-<<<<<<< HEAD
-        self.ready.retain(|page, _| is_other(page));
+        self.ready.retain(|page, _| is_other(&page));
         let (refreshing, refreshed) = self.refreshes.forget(texture);
         for &page in &refreshing {
             self.records.get_or_add(page, RecordHint::default()).state = State::Loading(Cancel::Due);
         }
         loads.extend(refreshing);
         (0..ready + refreshed).for_each(|_| self.waste_one());
-=======
-        self.ready.retain(|page, _| is_other(&page));
-        (0..ready).for_each(|_| self.leave_flight());
-        self.stats.wasted += ready;
->>>>>>> ce3f571 (core: in the steady state a frame's decision allocates nothing, and a test counts it)
         self.stats.pinned -= tails;
         self.evicted_at.retain(|page, _| is_other(&page));
         self.evictions.retain(|(_, page)| is_other(page));
@@ -397,7 +373,7 @@ impl Residency {
 
     /// The tile of a page that waited for a slot is out of date.
     pub(crate) fn discard_ready(&mut self, page: PageId) {
-        self.ready.remove(&page);
+        self.ready.remove(page);
         self.waste_one();
     }
 

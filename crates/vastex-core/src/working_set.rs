@@ -165,7 +165,7 @@ impl WorkingSet {
     /// given, but no tails.
     pub(crate) fn set_pins(&mut self, pages: impl Iterator<Item = PageId>, textures: &Textures) {
         for page in std::mem::take(&mut self.pins) {
-            if let Some(&at) = self.index.get(&page) {
+            if let Some(&at) = self.index.get(page) {
                 self.nodes[at as usize].is_pinned = false;
                 self.leave(at);
             }
@@ -215,11 +215,7 @@ impl WorkingSet {
         let mut all: u64 = feedback.pages.iter().map(|wanted| u64::from(wanted.pixels)).sum();
         let mut related = 0;
         for wanted in &feedback.pages {
-<<<<<<< HEAD
-            let is_known = self.index.get(&wanted.page).is_some_and(|&at| self.nodes[at as usize].pixels > 0);
-=======
-            let is_known = self.index.contains(wanted.page);
->>>>>>> ce3f571 (core: in the steady state a frame's decision allocates nothing, and a test counts it)
+            let is_known = self.index.get(wanted.page).is_some_and(|&at| self.nodes[at as usize].pixels > 0);
             let pixels = u64::from(wanted.pixels);
             if !is_known && !textures.contains(wanted.page) {
                 all -= pixels;
