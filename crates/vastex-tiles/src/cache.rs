@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use rustc_hash::FxHashMap;
 use vastex_core::{Description, PagePos, PageSet};
 
-use crate::source::{ReadFuture, TileSource};
+use crate::source::{ReadFuture, SourceKey, TileSource};
 use crate::tier::TierStats;
 use crate::tile::Tile;
 
@@ -47,6 +47,10 @@ impl<S: TileSource> TileSource for RamCache<S> {
 
     fn present(&self) -> Option<&Arc<PageSet>> {
         self.source.present()
+    }
+
+    fn identity(&self) -> Option<SourceKey> {
+        self.source.identity()
     }
 
     fn read(&self, pos: PagePos) -> ReadFuture<'_> {

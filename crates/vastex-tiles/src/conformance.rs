@@ -72,6 +72,9 @@ impl Check<'_> {
         if first != self.source.description() {
             return Err("the description changes".into());
         }
+        if self.source.identity() != self.source.identity() {
+            return Err("the identity changes".into());
+        }
         let orphan = self.geometry.pages().take(SAMPLE as usize).find(|&pos| {
             self.is_present(pos) && self.geometry.parent(pos).is_some_and(|parent| !self.is_present(parent))
         });

@@ -9,7 +9,7 @@ use std::time::Duration;
 use vastex_core::{Description, PagePos, PageSet};
 
 use crate::hash::seeded;
-use crate::source::{MaybeSend, MaybeSync, ReadError, ReadFuture, TileSource};
+use crate::source::{MaybeSend, MaybeSync, ReadError, ReadFuture, SourceKey, TileSource};
 use crate::tile::Tile;
 
 /// One way of going wrong.
@@ -111,6 +111,11 @@ where
 
     fn present(&self) -> Option<&Arc<PageSet>> {
         self.source.present()
+    }
+
+    /// Nothing: what the plan changes is not the source's.
+    fn identity(&self) -> Option<SourceKey> {
+        None
     }
 
     fn read(&self, pos: PagePos) -> ReadFuture<'_> {

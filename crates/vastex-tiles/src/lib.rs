@@ -12,6 +12,8 @@ mod cache;
 #[cfg(not(target_family = "wasm"))]
 mod conformance;
 mod container;
+#[cfg(not(target_family = "wasm"))]
+mod disk;
 #[cfg(feature = "write")]
 mod encode;
 mod faults;
@@ -41,12 +43,14 @@ pub use container::{
     ContainerWriter, Left, MergeError, Origin, PartOf, PartWriter, ResumableWriter, TempFile, WriteError,
     WriterOptions, Written, merge, write_advice,
 };
+#[cfg(not(target_family = "wasm"))]
+pub use disk::{DiskCache, DiskTier, DiskTierError};
 #[cfg(feature = "write")]
 pub use encode::{Compression, EncodedTile};
 pub use faults::{FaultRates, Faults, Injection};
 pub use loader::{LoadError, Loaded, Loader, LocalLoader};
 pub use property::PropertySource;
-pub use source::{MaybeSend, MaybeSync, ReadError, ReadFuture, TileSource};
+pub use source::{MaybeSend, MaybeSync, ReadError, ReadFuture, SourceKey, TileSource};
 #[cfg(not(target_family = "wasm"))]
 pub use stores::{DirectStore, FileStore};
 pub use stores::{MemoryStore, Store, StoreError, StoreFuture};

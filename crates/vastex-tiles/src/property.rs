@@ -16,7 +16,7 @@ use std::sync::Arc;
 
 use vastex_core::{Box3, Description, Dims, Geometry, LayerFormat, PagePos, PageSet};
 
-use crate::source::{ReadError, ReadFuture, TileSource};
+use crate::source::{ReadError, ReadFuture, SourceKey, TileSource};
 use crate::tile::{Codec, Tile};
 
 /// A source of one RGBA8 layer whose texels say their own level and position.
@@ -98,6 +98,11 @@ impl TileSource for PropertySource {
     }
 
     fn present(&self) -> Option<&Arc<PageSet>> {
+        None
+    }
+
+    /// Nothing: its tiles are made faster than they are kept.
+    fn identity(&self) -> Option<SourceKey> {
         None
     }
 

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use vastex_core::{Description, PagePos, PageSet};
 
+use crate::hash::content_hash;
 use crate::tile::Tile;
 
 /// `Send`, except in a browser, where nothing is.
@@ -68,6 +69,20 @@ pub type ReadFuture<'a> = Pin<Box<dyn Future<Output = Result<Tile, ReadError>> +
 #[cfg(target_family = "wasm")]
 pub type ReadFuture<'a> = Pin<Box<dyn Future<Output = Result<Tile, ReadError>> + 'a>>;
 
+/// What two sources have in common only if they give the same tiles, byte for byte, in this run and in any other.
+///
+/// What is kept longer than a run goes by it. It guards against chance, not against bytes made on purpose to be mistaken
+/// for others.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct SourceKey(pub(crate) u128);
+
+impl SourceKey {
+    /// The key that goes with these bytes: a name with a version, or whatever changes when the tiles do.
+    pub fn of(bytes: impl AsRef<[u8]>) -> SourceKey {
+        SourceKey(content_hash(bytes.as_ref()))
+    }
+}
+
 /// Turns pages into tiles.
 ///
 /// A source is shared by threads. It never blocks another read for longer than its own takes, and never panics on bad
@@ -80,6 +95,12 @@ pub trait TileSource: MaybeSend + MaybeSync {
     ///
     /// A page of this set is never [`ReadError::NoSuchTile`], any other always is.
     fn present(&self) -> Option<&Arc<PageSet>> {
+        None
+    }
+
+    /// What says that these are the tiles which another run read, too; nothing where the source cannot know. The same at
+    /// every call, which may cost as much as opening the source did.
+    fn identity(&self) -> Option<SourceKey> {
         None
     }
 
@@ -97,6 +118,10 @@ impl<S: TileSource + ?Sized> TileSource for Arc<S> {
 
     fn present(&self) -> Option<&Arc<PageSet>> {
         (**self).present()
+    }
+
+    fn identity(&self) -> Option<SourceKey> {
+        (**self).identity()
     }
 
     fn read(&self, pos: PagePos) -> ReadFuture<'_> {

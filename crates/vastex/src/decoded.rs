@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 use vastex_core::{Description, PagePos, PageSet};
-use vastex_tiles::{Codec, ReadError, ReadFuture, Tile, TileSource, decode_layer};
+use vastex_tiles::{Codec, ReadError, ReadFuture, SourceKey, Tile, TileSource, decode_layer};
 use vastex_wgpu::held_format;
 
 /// The texture as a device with these features holds it: the same where it can hold every layer as it is.
@@ -37,6 +37,11 @@ impl<S: TileSource> TileSource for DecodedSource<S> {
 
     fn present(&self) -> Option<&Arc<PageSet>> {
         self.source.present()
+    }
+
+    /// Nothing: its tiles are made anew in every run.
+    fn identity(&self) -> Option<SourceKey> {
+        None
     }
 
     fn read(&self, pos: PagePos) -> ReadFuture<'_> {

@@ -55,8 +55,14 @@ pub(super) struct Contents {
     pub(super) align: u32,
 }
 
+/// What a description says, as bytes that are the same in every run.
+#[cfg(not(target_family = "wasm"))]
+pub(crate) fn bytes(description: &Description) -> Vec<u8> {
+    encode(description, &[], 1)
+}
+
 /// The description as bytes; `filters` has one name for each layer, or none at all.
-#[cfg(feature = "write")]
+#[cfg(any(feature = "write", not(target_family = "wasm")))]
 pub(super) fn encode(description: &Description, filters: &[String], align: u32) -> Vec<u8> {
     let mut sections =
         vec![(GEOMETRY, geometry_bytes(&description.geometry)), (LAYERS, layer_bytes(&description.layers))];
@@ -78,13 +84,13 @@ pub(super) fn encode(description: &Description, filters: &[String], align: u32) 
     bytes
 }
 
-#[cfg(feature = "write")]
+#[cfg(any(feature = "write", not(target_family = "wasm")))]
 fn filter_bytes(filters: &[String]) -> Vec<u8> {
     let name_bytes = |name: &String| [&(name.len() as u32).to_le_bytes(), name.as_bytes()].concat();
     filters.iter().flat_map(name_bytes).collect()
 }
 
-#[cfg(feature = "write")]
+#[cfg(any(feature = "write", not(target_family = "wasm")))]
 fn geometry_bytes(geometry: &Geometry) -> Vec<u8> {
     let spec = geometry.spec();
     let mut bytes = vec![match spec.dims {
@@ -107,7 +113,7 @@ fn geometry_bytes(geometry: &Geometry) -> Vec<u8> {
 
 /// Whether texels keep their positions, the tail is aligned unusually, there is a border colour, or a layer has a fraction
 /// of the resolution.
-#[cfg(feature = "write")]
+#[cfg(any(feature = "write", not(target_family = "wasm")))]
 fn has_more(description: &Description) -> bool {
     let spec = description.geometry.spec();
     spec.positions != TexelPositions::Centered
@@ -116,7 +122,7 @@ fn has_more(description: &Description) -> bool {
         || description.layers.iter().any(|layer| layer.scale != 1)
 }
 
-#[cfg(feature = "write")]
+#[cfg(any(feature = "write", not(target_family = "wasm")))]
 fn more_bytes(description: &Description) -> Vec<u8> {
     let spec = description.geometry.spec();
     let positions = match spec.positions {
@@ -129,7 +135,7 @@ fn more_bytes(description: &Description) -> Vec<u8> {
     bytes
 }
 
-#[cfg(feature = "write")]
+#[cfg(any(feature = "write", not(target_family = "wasm")))]
 fn layer_bytes(layers: &[Layer]) -> Vec<u8> {
     let mut bytes = Vec::from((layers.len() as u32).to_le_bytes());
     for layer in layers {

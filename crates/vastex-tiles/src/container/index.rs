@@ -24,8 +24,8 @@ pub(super) struct Record {
 }
 
 impl Codec {
-    #[cfg(feature = "write")]
-    pub(super) fn number(self) -> u8 {
+    #[cfg(any(feature = "write", not(target_family = "wasm")))]
+    pub(crate) fn number(self) -> u8 {
         match self {
             Codec::Raw => 0,
             Codec::Constant => 1,
@@ -34,7 +34,7 @@ impl Codec {
         }
     }
 
-    pub(super) fn from_number(number: u8) -> Result<Codec, String> {
+    pub(crate) fn from_number(number: u8) -> Result<Codec, String> {
         match number {
             0 => Ok(Codec::Raw),
             1 => Ok(Codec::Constant),

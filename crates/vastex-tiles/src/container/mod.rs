@@ -35,6 +35,8 @@ mod writer;
 #[cfg(feature = "write")]
 mod tests;
 
+#[cfg(not(target_family = "wasm"))]
+pub(crate) use description::bytes as description_bytes;
 pub use error::ContainerError;
 pub use info::{Info, Saved};
 #[cfg(feature = "write")]

@@ -12,7 +12,7 @@ use super::error::ContainerError;
 use super::header::Header;
 use super::index::{Index, PageOrder, Record};
 use super::layout::{Extent, HEADER_BYTES, MAX_COARSE_BYTES, OPENING_BYTES, Section};
-use crate::source::{ReadError, ReadFuture, TileSource};
+use crate::source::{ReadError, ReadFuture, SourceKey, TileSource};
 use crate::stores::{Store, StoreError};
 use crate::tile::{Codec, Tile};
 
@@ -173,6 +173,14 @@ impl TileSource for Container {
 
     fn present(&self) -> Option<&Arc<PageSet>> {
         self.present.as_ref()
+    }
+
+    /// Goes by the description and the index, which has the checksum of every tile: copies of a file have one identity, a
+    /// file that was changed has another.
+    fn identity(&self) -> Option<SourceKey> {
+        let Header { description, index, .. } = &self.header;
+        let sections = [description, index].map(|Section { extent, checksum }| [extent.len, *checksum]);
+        Some(SourceKey::of(sections.as_flattened().iter().flat_map(|n| n.to_le_bytes()).collect::<Vec<_>>()))
     }
 
     fn read(&self, pos: PagePos) -> ReadFuture<'_> {

@@ -97,7 +97,7 @@ impl Store for FileStore {
 }
 
 /// Fills `bytes` from `offset` on, as far as the file reaches; gives back how many there were.
-pub(super) fn read_at(file: &File, bytes: &mut [u8], offset: u64) -> io::Result<usize> {
+pub(crate) fn read_at(file: &File, bytes: &mut [u8], offset: u64) -> io::Result<usize> {
     let mut filled = 0;
     while filled < bytes.len() {
         match read_some_at(file, &mut bytes[filled..], offset + filled as u64) {

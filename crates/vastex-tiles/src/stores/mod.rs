@@ -24,6 +24,8 @@ use crate::source::{MaybeSend, MaybeSync};
 pub use direct::DirectStore;
 #[cfg(not(target_family = "wasm"))]
 pub use file::FileStore;
+#[cfg(not(target_family = "wasm"))]
+pub(crate) use file::read_at;
 pub use memory::MemoryStore;
 
 /// Why a store could not be opened or read.

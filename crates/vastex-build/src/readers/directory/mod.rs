@@ -7,6 +7,7 @@
 mod celestia;
 mod deep_zoom;
 mod gaia_sky;
+mod identity;
 mod interpolate;
 mod kept;
 pub(crate) mod prototype;

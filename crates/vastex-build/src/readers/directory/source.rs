@@ -5,12 +5,13 @@
 //! are coarser than the directory's coarsest are filtered when it is opened. What a directory is, its layout's
 //! module says; which files are kept decoded, [`super::kept`].
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use vastex_core::{AddressMode, Box3, Description, Dims, Geometry, GeometrySpec, PagePos, fold};
-use vastex_tiles::{Codec, ReadError, ReadFuture, Tile, TileSource};
+use vastex_tiles::{Codec, ReadError, ReadFuture, SourceKey, Tile, TileSource};
 
+use super::identity::identity;
 use super::kept::KeptTiles;
 use super::{Grid, Source, interpolate, look_at_description, look_at_directory};
 use crate::convert::{Conversion, layer_format};
@@ -30,6 +31,8 @@ const MAX_MADE_BYTES: u64 = 256 << 20;
 /// Holds up to 64 MiB of decoded files and, in full, the levels that are coarser than the directory's.
 pub struct DirectorySource {
     description: Arc<Description>,
+    /// Where the tiles are.
+    directory: PathBuf,
     levels: Levels,
     /// The levels that the directory lacks, finest first, as texels of the layer.
     made: Vec<Vec<u8>>,
@@ -68,7 +71,8 @@ impl DirectorySource {
             kept,
         };
         let made = made_levels(&levels, &description).map_err(at_path)?;
-        Ok(DirectorySource { description: Arc::new(description), levels, made, notices })
+        let (description, directory) = (Arc::new(description), source.directory);
+        Ok(DirectorySource { description, directory, levels, made, notices })
     }
 
     /// What is worth knowing of the directory.
@@ -152,6 +156,11 @@ impl TileSource for DirectorySource {
 
     fn present(&self) -> Option<&Arc<vastex_core::PageSet>> {
         None
+    }
+
+    /// Goes by the names, sizes and times of all files, which are looked up at every call. Nothing where one cannot be.
+    fn identity(&self) -> Option<SourceKey> {
+        identity(&self.directory).ok()
     }
 
     fn read(&self, pos: PagePos) -> ReadFuture<'_> {

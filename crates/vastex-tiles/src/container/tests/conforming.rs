@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use pollster::block_on;
 use proptest::prelude::*;
-use vastex_core::{AddressMode, Description, Geometry, GeometrySpec, PagePos};
+use vastex_core::{AddressMode, Description, Geometry, GeometrySpec, LayerFormat, PagePos};
 
-use crate::testing::open;
+use crate::testing::{container_bytes, image, open};
 use crate::*;
 
 /// The generated source as a container.
@@ -98,4 +98,17 @@ fn a_file_that_shrinks_while_open_fails_tile_by_tile() {
     let fine = geometry.pages_of_level(0).last().unwrap();
     let error = block_on(container.read(fine)).unwrap_err().to_string();
     assert!(error.contains("property.vastex: bytes ") && error.contains("shorter"), "{error}");
+}
+
+#[test]
+fn copies_have_one_identity_and_other_tiles_have_another() {
+    let description = image(100, 50, 24, LayerFormat::R8);
+    let bytes = |compression, seed| container_bytes(&description, compression, seed);
+    let of = |bytes: Vec<u8>| open(bytes).identity().unwrap();
+    let identity = of(bytes(Compression::None, 1));
+    assert_eq!(of(bytes(Compression::None, 1)), identity);
+    assert_eq!(RamCache::new(open(bytes(Compression::None, 1)), 0).identity(), Some(identity));
+    for others in [bytes(Compression::None, 2), bytes(Compression::Lz4, 1)] {
+        assert_ne!(of(others), identity);
+    }
 }

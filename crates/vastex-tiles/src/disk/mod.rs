@@ -1,0 +1,254 @@
+//! The disk tier: encoded tiles of slow sources, kept in a directory beyond the end of the program.
+//!
+//! For sources that take longer than a local disk: other media, network file systems, whatever must be computed. A
+//! [`DiskTier`] is one directory with one budget; any number of sources share it, each behind its own [`DiskCache`].
+//!
+//! What holds:
+//!
+//! - **No wrong byte.** An entry is served only if head and tile have their checksums and the head names this source and
+//!   this page. What is damaged is dropped and read from the source anew.
+//! - **No other source's byte.** An entry belongs to a [`SourceKey`] and a description. A source that has no
+//!   [`TileSource::identity`] needs a key from the caller, who must see that it changes when the tiles do.
+//! - **The budget** holds at every instant: it counts the lengths of all files, and room is made before anything is written.
+//!   What was read since it was written is given up last.
+//! - **Any crash** loses at most the entry that was being written; nothing must be repaired. Nothing is synced to the disk,
+//!   so a loss of power may cost more entries, none of which is served.
+//! - **Any failure** of the disk (full, read-only, gone) is counted and logged once, never an error of a read: the source
+//!   answers. After a failed write the next ones are left out, 64 at first and twice as many each time; on a disk that is
+//!   full, older tiles give way first.
+//! - **One process** has a directory at a time; a second one is refused when it opens it. Where a file system has no locks,
+//!   nobody is kept out: two processes then cost each other entries and exceed the budget, but get no wrong byte.
+//!
+//! A hit costs a look-up, a read and a checksum on the thread that reads; a miss besides the source's read a decode and a
+//! write. Memory: about 200 bytes a tile. What the files are, `segment` and `entry` say; how room is made, `shelf`.
+
+mod entry;
+mod index;
+mod medium;
+mod segment;
+mod shelf;
+#[cfg(test)]
+mod tests;
+
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex};
+
+use vastex_core::{Description, PagePos, PageSet};
+
+use crate::container::description_bytes;
+use crate::hash::content_hash;
+use crate::source::{ReadFuture, SourceKey, TileSource};
+use crate::tier::TierStats;
+use crate::tile::Tile;
+use entry::EntryKey;
+use index::{Index, Place};
+use medium::{Directory, Medium};
+use shelf::{Shelf, lock};
+
+/// The file by which processes keep each other out. It stays empty.
+const LOCK: &str = "vastex.lock";
+/// Tiles that are not kept after a first failure; after each further one in a row twice as many.
+const FIRST_PAUSE: u32 = 64;
+const LONGEST_PAUSE: u32 = 1 << 16;
+
+/// Why a directory cannot be a disk cache.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum DiskTierError {
+    /// It is one already.
+    #[error(
+        "{directory}: is in use as a disk cache; wait until the other program ends, or name another directory"
+    )]
+    InUse {
+        /// The directory.
+        directory: String,
+    },
+    /// It cannot be written or read.
+    #[error("{directory}: cannot be a disk cache: {error}; name another directory, or remove this one")]
+    Unusable {
+        /// The directory.
+        directory: String,
+        /// What the system said.
+        error: String,
+    },
+}
+
+/// A directory that holds tiles of any number of sources within a budget of bytes; see the [`DiskCache`]s before them.
+///
+/// Has the files `vastex.lock`, `*.tiles` and `*.heads` of that directory and touches no others.
+pub struct DiskTier {
+    name: String,
+    index: Mutex<Index>,
+    /// Held while files are written. Who holds it may take the index's lock, not the other way round.
+    keeper: Mutex<Keeper>,
+    /// Locked as long as it is open.
+    _lock: Option<File>,
+}
+
+/// The files, and whether anything is written to them just now.
+struct Keeper {
+    shelf: Shelf,
+    /// Tiles that are yet to be left out.
+    pause: u32,
+    next_pause: u32,
+    /// Whether a failure was logged.
+    said: bool,
+}
+
+impl DiskTier {
+    /// Opens a directory, or makes it, and takes up what earlier runs left there, up to `budget` bytes.
+    ///
+    /// Reads 64 bytes for each tile. Fails where another process has the directory or it cannot be written; an application
+    /// then does without.
+    pub fn open(directory: impl AsRef<Path>, budget: u64) -> Result<DiskTier, DiskTierError> {
+        let path = directory.as_ref();
+        let directory = path.display().to_string();
+        let unusable = |error: io::Error| DiskTierError::Unusable {
+            directory: directory.clone(),
+            error: error.to_string(),
+        };
+        let lock = lock_directory(path).map_err(unusable)?;
+        let lock = lock.ok_or_else(|| DiskTierError::InUse { directory: directory.clone() })?;
+        let medium = Box::new(Directory(PathBuf::from(path)));
+        let tier = DiskTier::on(medium, directory.clone(), budget).map_err(unusable)?;
+        Ok(DiskTier { _lock: Some(lock), ..tier })
+    }
+
+    /// A tier on any medium.
+    fn on(medium: Box<dyn Medium>, name: String, budget: u64) -> io::Result<DiskTier> {
+        let index = Mutex::default();
+        let shelf = Shelf::open(medium, budget, &index)?;
+        let keeper = Mutex::new(Keeper { shelf, pause: 0, next_pause: FIRST_PAUSE, said: false });
+        Ok(DiskTier { name, index, keeper, _lock: None })
+    }
+
+    /// What the tier has done in this run, and what it holds; a tile that was read counts its bytes in the files and 64 more.
+    /// Never waits for the disk.
+    pub fn stats(&self) -> TierStats {
+        lock(&self.index).stats
+    }
+
+    /// The tile of an entry, if there is a sound one.
+    fn find(&self, key: &EntryKey) -> Option<Tile> {
+        let place = lock(&self.index).find(key);
+        // Read without the lock: others go on meanwhile.
+        let tile = place.as_ref().map(Place::read);
+        let mut index = lock(&self.index);
+        match (tile, place) {
+            (Some(Ok(tile)), _) => {
+                index.stats.hits += 1;
+                index.stats.bytes_read += tile.bytes.len() as u64;
+                return Some(tile);
+            }
+            (Some(Err(why)), Some(place)) => {
+                index.drop_damaged(&place);
+                index.stats.failures += 1;
+                let (name, pos) = (&self.name, key.pos);
+                tracing::info!("{name}: {pos}: {why}; it is read from the source anew");
+            }
+            _ => {}
+        }
+        index.stats.misses += 1;
+        None
+    }
+
+    /// Keeps a tile, unless keeping has failed of late.
+    fn keep(&self, key: EntryKey, tile: &Tile) {
+        let mut keeper = lock(&self.keeper);
+        // Another thread may have read it at the same time.
+        if lock(&self.index).contains(&key) {
+            return;
+        }
+        if keeper.pause > 0 {
+            keeper.pause -= 1;
+            return;
+        }
+        let Err(error) = keeper.shelf.keep(&self.index, key, tile) else {
+            keeper.next_pause = FIRST_PAUSE;
+            return;
+        };
+        lock(&self.index).stats.failures += 1;
+        keeper.pause = keeper.next_pause;
+        keeper.next_pause = (2 * keeper.next_pause).min(LONGEST_PAUSE);
+        if !keeper.said {
+            keeper.said = true;
+            let name = &self.name;
+            tracing::warn!(
+                "{name}: the disk cache cannot keep tiles: {error}; they are read from their source"
+            );
+        }
+    }
+}
+
+impl std::fmt::Debug for DiskTier {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("DiskTier")
+            .field("name", &self.name)
+            .field("stats", &self.stats())
+            .finish_non_exhaustive()
+    }
+}
+
+/// A lock on the directory, which is made if need be; nothing where another process has it.
+fn lock_directory(directory: &Path) -> io::Result<Option<File>> {
+    fs::create_dir_all(directory)?;
+    let file = OpenOptions::new().write(true).create(true).truncate(false).open(directory.join(LOCK))?;
+    match file.try_lock() {
+        Err(TryLockError::WouldBlock) => Ok(None),
+        // A file system without locks keeps nobody out.
+        Ok(()) | Err(TryLockError::Error(_)) => Ok(Some(file)),
+    }
+}
+
+/// A decorator that keeps the tiles of a source in a [`DiskTier`], and so beyond the end of the program.
+///
+/// A tile that does not decode is handed on but not kept, so that the next read may fare better; errors are not kept. What
+/// the tier counts, [`DiskTier::stats`] says.
+pub struct DiskCache<S> {
+    source: S,
+    tier: Arc<DiskTier>,
+    /// Of the source's key and its description.
+    entries_of: u128,
+}
+
+impl<S: TileSource> DiskCache<S> {
+    /// A cache before `source`, in `tier`.
+    ///
+    /// `key` is the source's [`TileSource::identity`] where it has one, else one that the caller vouches for: under the same
+    /// key and the same description the tiles must be the same in every run.
+    pub fn new(source: S, tier: Arc<DiskTier>, key: SourceKey) -> DiskCache<S> {
+        let mut bytes = key.0.to_le_bytes().to_vec();
+        bytes.extend(description_bytes(source.description()));
+        DiskCache { entries_of: content_hash(&bytes), source, tier }
+    }
+}
+
+#[deny(clippy::missing_trait_methods)]
+impl<S: TileSource> TileSource for DiskCache<S> {
+    fn description(&self) -> &Arc<Description> {
+        self.source.description()
+    }
+
+    fn present(&self) -> Option<&Arc<PageSet>> {
+        self.source.present()
+    }
+
+    fn identity(&self) -> Option<SourceKey> {
+        self.source.identity()
+    }
+
+    fn read(&self, pos: PagePos) -> ReadFuture<'_> {
+        Box::pin(async move {
+            let key = EntryKey { source: self.entries_of, pos };
+            if let Some(tile) = self.tier.find(&key) {
+                return Ok(tile);
+            }
+            let tile = self.source.read(pos).await?;
+            if tile.decode(self.source.description()).is_ok() {
+                self.tier.keep(key, &tile);
+            }
+            Ok(tile)
+        })
+    }
+}

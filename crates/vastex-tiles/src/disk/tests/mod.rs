@@ -1,0 +1,65 @@
+//! Disk caches: what every test of them shares. Each file asks one question of the contract at the head of `disk`.
+
+mod budget;
+mod damage;
+mod directory;
+mod memory_disk;
+mod random;
+mod troubles;
+
+use std::sync::Arc;
+
+use pollster::block_on;
+use vastex_core::{Geometry, GeometrySpec, PagePos};
+
+use crate::disk::entry::HEAD_BYTES;
+use crate::disk::{DiskCache, DiskTier};
+use crate::faults::{Faults, Injection};
+use crate::property::PropertySource;
+use crate::source::{SourceKey, TileSource};
+use memory_disk::MemoryDisk;
+
+/// Bytes of an entry: a tile of 10x10 texels and its head.
+const ENTRY: u64 = 400 + HEAD_BYTES as u64;
+
+/// Tiles of 400 bytes, no two alike.
+fn source() -> PropertySource {
+    let spec = GeometrySpec { page: 8, border: 1, ..GeometrySpec::image(100, 100) };
+    PropertySource::new(Geometry::new(spec).unwrap())
+}
+
+/// The `n`th page of level 0, which has 169.
+fn page(n: u32) -> PagePos {
+    PagePos::new_2d(0, n % 13, n / 13)
+}
+
+fn key() -> SourceKey {
+    SourceKey::of("tests")
+}
+
+fn open(disk: &MemoryDisk, budget: u64) -> Arc<DiskTier> {
+    Arc::new(DiskTier::on(Box::new(disk.clone()), "memory".into(), budget).unwrap())
+}
+
+/// A source that counts its reads, behind a cache.
+type Counted = DiskCache<Arc<Faults<PropertySource, fn(PagePos, u32) -> Option<Injection>>>>;
+
+fn cached(tier: &Arc<DiskTier>) -> Counted {
+    let counting: fn(PagePos, u32) -> Option<Injection> = |_, _| None;
+    DiskCache::new(Arc::new(Faults::new(source(), counting)), tier.clone(), key())
+}
+
+/// Reads a page and compares it; says whether the tier had it.
+fn read(cache: &Counted, pos: PagePos) -> bool {
+    let before = cache.tier.stats();
+    let tile = block_on(cache.read(pos)).unwrap();
+    assert_eq!(tile, block_on(source().read(pos)).unwrap(), "{pos}");
+    let after = cache.tier.stats();
+    assert_eq!(after.hits + after.misses, before.hits + before.misses + 1);
+    after.hits > before.hits
+}
+
+/// Reads pages one after the other; how many the tier had.
+fn hits(cache: &Counted, pages: impl IntoIterator<Item = u32>) -> usize {
+    pages.into_iter().filter(|&n| read(cache, page(n))).count()
+}
