@@ -47,6 +47,11 @@ pub(super) struct Head {
 }
 
 impl Head {
+    /// What the entry takes of the files, in bytes.
+    pub(super) fn entry_bytes(&self) -> u64 {
+        u64::from(self.len) + HEAD_BYTES as u64
+    }
+
     pub(super) fn encode(&self) -> [u8; HEAD_BYTES] {
         let PagePos { level, x, y, z } = self.key.pos;
         let mut bytes = [0; HEAD_BYTES];

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use bytes::Bytes;
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::entry::{EntryKey, Head};
 use super::medium::MediumFile;
@@ -45,10 +45,32 @@ impl Place {
 #[derive(Default)]
 pub(super) struct Index {
     places: FxHashMap<EntryKey, Place>,
-    pub(super) stats: TierStats,
+    total: TierStats,
+    by_source: FxHashMap<u128, TierStats>,
 }
 
 impl Index {
+    /// Of all sources. The bytes are those of the files.
+    pub(super) fn total(&self) -> TierStats {
+        self.total
+    }
+
+    /// Of one source. The bytes are those of its entries.
+    pub(super) fn of_source(&self, source: u128) -> TierStats {
+        self.by_source.get(&source).copied().unwrap_or_default()
+    }
+
+    /// Says how many bytes all files have.
+    pub(super) fn set_bytes(&mut self, bytes: u64) {
+        self.total.bytes = bytes;
+    }
+
+    /// Counts something of an entry, for its source and in total.
+    pub(super) fn count(&mut self, key: &EntryKey, add: impl Fn(&mut TierStats)) {
+        add(&mut self.total);
+        add(self.by_source.entry(key.source).or_default());
+    }
+
     /// Where an entry lies, which from now on counts as used.
     pub(super) fn find(&mut self, key: &EntryKey) -> Option<Place> {
         let place = self.places.get_mut(key)?;
@@ -62,17 +84,29 @@ impl Index {
 
     /// Puts an entry in, in place of the one that there was.
     pub(super) fn put(&mut self, place: Place) {
-        self.places.insert(place.head.key, place);
-        self.stats.tiles = self.places.len() as u64;
+        let head = place.head;
+        self.remove(&head.key);
+        self.places.insert(head.key, place);
+        self.total.tiles += 1;
+        let of_source = self.by_source.entry(head.key.source).or_default();
+        of_source.tiles += 1;
+        of_source.bytes += head.entry_bytes();
+    }
+
+    fn remove(&mut self, key: &EntryKey) {
+        if let Some(place) = self.places.remove(key) {
+            self.total.tiles -= 1;
+            let of_source = self.by_source.entry(key.source).or_default();
+            of_source.tiles -= 1;
+            of_source.bytes -= place.head.entry_bytes();
+        }
     }
 
     /// Takes an entry out, unless it lies elsewhere by now.
     pub(super) fn drop_damaged(&mut self, damaged: &Place) {
-        let key = &damaged.head.key;
         let is_there = |place: &Place| (place.segment, place.head) == (damaged.segment, damaged.head);
-        if self.places.get(key).is_some_and(is_there) {
-            self.places.remove(key);
-            self.stats.tiles = self.places.len() as u64;
+        if self.places.get(&damaged.head.key).is_some_and(is_there) {
+            self.remove(&damaged.head.key);
         }
     }
 
@@ -82,15 +116,15 @@ impl Index {
         places.filter(|place| place.segment == segment && place.used).cloned().collect()
     }
 
-    /// Takes out the entries that lie in a segment; says how many they were.
-    pub(super) fn remove_segment(&mut self, segment: u64, keys: &[EntryKey]) -> u64 {
-        let before = self.places.len();
+    /// Takes out the entries that lie in a segment; all but those that are `copied` elsewhere count as evicted.
+    pub(super) fn remove_segment(&mut self, segment: u64, keys: &[EntryKey], copied: &FxHashSet<EntryKey>) {
         for key in keys {
             if self.places.get(key).is_some_and(|place| place.segment == segment) {
-                self.places.remove(key);
+                self.remove(key);
+                if !copied.contains(key) {
+                    self.count(key, |stats| stats.evictions += 1);
+                }
             }
         }
-        self.stats.tiles = self.places.len() as u64;
-        (before - self.places.len()) as u64
     }
 }

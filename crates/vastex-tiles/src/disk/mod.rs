@@ -123,10 +123,10 @@ impl DiskTier {
         Ok(DiskTier { name, index, keeper, _lock: None })
     }
 
-    /// What the tier has done in this run, and what it holds; a tile that was read counts its bytes in the files and 64 more.
-    /// Never waits for the disk.
+    /// What the tier has done in this run for all sources, and what it holds: the bytes are the lengths of its files. Never waits
+    /// for the disk.
     pub fn stats(&self) -> TierStats {
-        lock(&self.index).stats
+        lock(&self.index).total()
     }
 
     /// The tile of an entry, if there is a sound one.
@@ -137,19 +137,21 @@ impl DiskTier {
         let mut index = lock(&self.index);
         match (tile, place) {
             (Some(Ok(tile)), _) => {
-                index.stats.hits += 1;
-                index.stats.bytes_read += tile.bytes.len() as u64;
+                index.count(key, |stats| {
+                    stats.hits += 1;
+                    stats.bytes_read += tile.bytes.len() as u64;
+                });
                 return Some(tile);
             }
             (Some(Err(why)), Some(place)) => {
                 index.drop_damaged(&place);
-                index.stats.failures += 1;
+                index.count(key, |stats| stats.failures += 1);
                 let (name, pos) = (&self.name, key.pos);
                 tracing::info!("{name}: {pos}: {why}; it is read from the source anew");
             }
             _ => {}
         }
-        index.stats.misses += 1;
+        index.count(key, |stats| stats.misses += 1);
         None
     }
 
@@ -168,7 +170,7 @@ impl DiskTier {
             keeper.next_pause = FIRST_PAUSE;
             return;
         };
-        lock(&self.index).stats.failures += 1;
+        lock(&self.index).count(&key, |stats| stats.failures += 1);
         keeper.pause = keeper.next_pause;
         keeper.next_pause = (2 * keeper.next_pause).min(LONGEST_PAUSE);
         if !keeper.said {
@@ -203,8 +205,7 @@ fn lock_directory(directory: &Path) -> io::Result<Option<File>> {
 
 /// A decorator that keeps the tiles of a source in a [`DiskTier`], and so beyond the end of the program.
 ///
-/// A tile that does not decode is handed on but not kept, so that the next read may fare better; errors are not kept. What
-/// the tier counts, [`DiskTier::stats`] says.
+/// A tile that does not decode is handed on but not kept, so that the next read may fare better; errors are not kept.
 pub struct DiskCache<S> {
     source: S,
     tier: Arc<DiskTier>,
@@ -221,6 +222,11 @@ impl<S: TileSource> DiskCache<S> {
         let mut bytes = key.0.to_le_bytes().to_vec();
         bytes.extend(description_bytes(source.description()));
         DiskCache { entries_of: content_hash(&bytes), source, tier }
+    }
+
+    /// What the tier has done for this source, and what it holds of it: a tile counts 64 bytes besides its own.
+    pub fn stats(&self) -> TierStats {
+        lock(&self.tier.index).of_source(self.entries_of)
     }
 }
 

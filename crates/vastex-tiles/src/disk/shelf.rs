@@ -8,6 +8,8 @@ use std::collections::{BTreeSet, VecDeque};
 use std::io;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use rustc_hash::FxHashSet;
+
 use super::entry::{EntryKey, HEAD_BYTES};
 use super::index::{Index, Place};
 use super::medium::Medium;
@@ -61,7 +63,7 @@ impl Shelf {
         while shelf.bytes() > budget || shelf.segments.len() > MOST_SEGMENTS {
             shelf.give_up_oldest(index)?;
         }
-        lock(index).stats.bytes = shelf.bytes();
+        lock(index).set_bytes(shelf.bytes());
         Ok(shelf)
     }
 
@@ -98,7 +100,7 @@ impl Shelf {
             kept => kept,
         };
         if kept.is_ok() {
-            lock(index).stats.bytes_written += u64::from(len);
+            lock(index).count(&key, |stats| stats.bytes_written += u64::from(len));
         }
         kept
     }
@@ -119,7 +121,7 @@ impl Shelf {
         let written = newest.append(key, tile, len);
         let bytes = self.bytes();
         let mut index = lock(index);
-        index.stats.bytes = bytes;
+        index.set_bytes(bytes);
         index.put(written?);
         Ok(())
     }
@@ -138,31 +140,33 @@ impl Shelf {
                 Some((place, tile))
             })
             .collect();
-        let evicted = self.remove_oldest(index)?;
-        let mut copied = 0;
-        let outcome = kept.iter().try_for_each(|(place, tile)| {
-            copied += 1;
-            self.append(index, place.head.key, tile, place.head.len)
-        });
-        lock(index).stats.evictions += evicted.saturating_sub(copied);
-        outcome
-    }
-
-    /// Gives up the oldest segment. Where its files cannot be removed, it stays.
-    fn give_up_oldest(&mut self, index: &Mutex<Index>) -> io::Result<()> {
-        let evicted = self.remove_oldest(index)?;
-        lock(index).stats.evictions += evicted;
+        let copied = kept.iter().map(|(place, _)| place.head.key).collect();
+        self.remove_oldest(index, &copied)?;
+        for (n, (place, tile)) in kept.iter().enumerate() {
+            if let Err(error) = self.append(index, place.head.key, tile, place.head.len) {
+                let mut index = lock(index);
+                kept[n..]
+                    .iter()
+                    .for_each(|(lost, _)| index.count(&lost.head.key, |stats| stats.evictions += 1));
+                return Err(error);
+            }
+        }
         Ok(())
     }
 
-    /// Removes the oldest segment; says how many entries went with it.
-    fn remove_oldest(&mut self, index: &Mutex<Index>) -> io::Result<u64> {
-        let Some(oldest) = self.segments.front() else { return Ok(0) };
+    /// Gives up the oldest segment.
+    fn give_up_oldest(&mut self, index: &Mutex<Index>) -> io::Result<()> {
+        self.remove_oldest(index, &FxHashSet::default())
+    }
+
+    /// Removes the oldest segment, of which some entries are about to be copied. Where its files cannot be removed, it stays.
+    fn remove_oldest(&mut self, index: &Mutex<Index>, copied: &FxHashSet<EntryKey>) -> io::Result<()> {
+        let Some(oldest) = self.segments.front() else { return Ok(()) };
         segment::remove(&*self.medium, oldest.number)?;
-        let evicted = lock(index).remove_segment(oldest.number, &oldest.keys);
+        lock(index).remove_segment(oldest.number, &oldest.keys, copied);
         self.segments.pop_front();
-        lock(index).stats.bytes = self.bytes();
-        Ok(evicted)
+        lock(index).set_bytes(self.bytes());
+        Ok(())
     }
 }
 

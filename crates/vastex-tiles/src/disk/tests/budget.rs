@@ -28,6 +28,23 @@ fn every_read_is_counted() {
 }
 
 #[test]
+fn sources_are_counted_one_by_one_and_together() {
+    let tier = open(&MemoryDisk::default(), 100 << 10);
+    let caches = [1, 2].map(|n: u8| DiskCache::new(source(), tier.clone(), SourceKey::of([n])));
+    for (cache, pages) in caches.iter().zip([0..169, 100..169]) {
+        for n in pages.clone().chain(pages) {
+            block_on(cache.read(page(n))).unwrap();
+        }
+    }
+    let [first, second] = caches.each_ref().map(DiskCache::stats);
+    assert_eq!((first.hits + first.misses, second.hits + second.misses), (2 * 169, 2 * 69));
+    assert!(first.evictions > 0 && second.hits > 0);
+    assert_eq!(second.bytes, second.tiles * ENTRY);
+    // No entry is dead: none was damaged, and none written twice at once.
+    assert_eq!(first + second, tier.stats());
+}
+
+#[test]
 fn the_budget_holds_at_every_instant_and_when_it_shrinks() {
     let disk = MemoryDisk::default();
     for budget in [200 << 10, 130 << 10, 70 << 10, 64 << 10, 10 * ENTRY, ENTRY, ENTRY - 1, 0] {
