@@ -9,8 +9,8 @@ use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// Bytes collected before they are handed to the system.
-const BUFFER_BYTES: usize = 1 << 20;
+/// Bytes collected before they are handed to the system. What is larger is handed over as it is, without a copy.
+const BUFFER_BYTES: usize = 64 << 10;
 
 /// A file being written under a temporary name. Removed when dropped, unless it was put in its place or is to be kept.
 #[derive(Debug)]
@@ -84,7 +84,10 @@ impl TempFile {
     /// Leaves `len` bytes and goes on behind them.
     pub(super) fn go_on_at(&mut self, len: u64) -> io::Result<()> {
         self.file.flush()?;
-        self.file.get_ref().set_len(len)?;
+        // Only where there is something to cut: ext4 writes a file that was ever cut to nothing to the disk when it is closed.
+        if self.file.get_ref().metadata()?.len() != len {
+            self.file.get_ref().set_len(len)?;
+        }
         self.file.seek(SeekFrom::Start(len)).map(drop)
     }
 
