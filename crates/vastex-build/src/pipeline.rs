@@ -206,13 +206,15 @@ impl Job<'_> {
     ) -> Result<(), Stopped> {
         let height = self.description.geometry.size()[1];
         let block = stack::block_rows(self.plans);
-        let mut done = 0;
+        let (mut spare, mut done) = (Vec::new(), 0);
         while done < height {
             let now = progress.advance(done.into(), height.into(), written.load(Ordering::Relaxed));
             if now == ControlFlow::Break(()) {
                 return Err(Stopped::Cancelled);
             }
-            let Ok(mut rows) = spare_rx.recv() else { return Ok(()) };
+            // What came back last is filled first: it is still near the processor.
+            spare.extend(spare_rx.try_iter());
+            let Some(mut rows) = spare.pop().or_else(|| spare_rx.recv().ok()) else { return Ok(()) };
             let block = done..done + block.min(height - done);
             for ((layer, plan), rows) in layers.iter_mut().zip(self.plans).zip(&mut rows) {
                 rows.resize(plan.rows(&block) as usize * plan.image_row_bytes(), 0);
