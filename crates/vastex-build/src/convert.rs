@@ -190,20 +190,12 @@ fn whole(value: f32, last: f32) -> u16 {
 
 /// Red, green and blue of 8 bits, without alpha.
 fn opaque(layer: &mut [u8], image: &[u8]) {
-    // Four texels at a time, in three words.
-    let (fours, last) = layer.as_chunks_mut::<16>();
-    let (words, rest) = image.as_chunks::<12>();
-    for (to, from) in fours.iter_mut().zip(words) {
-        let word = |i: usize| u32::from_le_bytes([from[i], from[i + 1], from[i + 2], from[i + 3]]);
-        let [a, b, c] = [word(0), word(4), word(8)];
-        let texels = [a, a >> 24 | b << 8, b >> 16 | c << 16, c >> 8];
-        to.as_chunks_mut::<4>()
-            .0
-            .iter_mut()
-            .zip(texels)
-            .for_each(|(to, texel)| *to = (texel | 0xff << 24).to_le_bytes());
+    let texels = layer.as_chunks_mut::<4>().0;
+    // A texel and the byte behind it are a word; behind the last one there is no byte.
+    for (to, &word) in texels.iter_mut().zip(image.array_windows().step_by(3)) {
+        *to = (u32::from_le_bytes(word) | 0xff << 24).to_le_bytes();
     }
-    for (to, &[r, g, b]) in last.as_chunks_mut::<4>().0.iter_mut().zip(rest.as_chunks::<3>().0) {
+    if let (Some(to), Some(&[r, g, b])) = (texels.last_mut(), image.last_chunk()) {
         *to = [r, g, b, 255];
     }
 }
@@ -248,6 +240,12 @@ mod tests {
     #[test]
     fn colour_without_alpha_is_opaque() {
         assert_eq!(converted(PixelFormat::RGB8, LayerFormat::Rgba8Srgb, &[1, 2, 3]), [1, 2, 3, 255]);
+        let (rgb, mut rgba): (Vec<u8>, _) = ((0..3 * 70).collect(), vec![0; 4 * 70]);
+        let conversion =
+            Conversion::new(&header(PixelFormat::RGB8, false), LayerFormat::Rgba8Srgb, true).unwrap();
+        conversion.row(&mut rgba, &rgb);
+        let texels = rgb.as_chunks::<3>().0.iter().flat_map(|&[r, g, b]| [r, g, b, 255]);
+        assert!(texels.eq(rgba));
         let rgb16 = [0xff, 0xff, 0x80, 0x80, 0x7f, 0x00];
         assert_eq!(converted(PixelFormat::RGB16, LayerFormat::Rgba8Srgb, &rgb16), [255, 128, 0, 255]);
         assert_eq!(converted(PixelFormat::GREY8, LayerFormat::Rgba8, &[9]), [9, 9, 9, 255]);

@@ -50,9 +50,9 @@ impl Quad {
     /// Fills `coarse` with the means of 2x2 texels; `upper` and `lower` hold twice as many texels as it.
     pub(crate) fn row(self, coarse: &mut [u8], upper: &[u8], lower: &[u8]) {
         match self {
-            Quad::Mean8 { channels: 1 } => mean8::<1, 2>(coarse, upper, lower),
+            Quad::Mean8 { channels: 1 } => mean_of_one(coarse, upper, lower),
             Quad::Mean8 { channels: 2 } => mean8::<2, 4>(coarse, upper, lower),
-            Quad::Mean8 { .. } => mean8::<4, 8>(coarse, upper, lower),
+            Quad::Mean8 { .. } => mean_of_four(coarse, upper, lower),
             Quad::Mean16 { channels: 1 } => mean::<2, 1>(coarse, upper, lower, mean16),
             Quad::Mean16 { .. } => mean::<2, 4>(coarse, upper, lower, mean16),
             Quad::LinearColor => color(coarse, upper, lower, u32::from, |mean| mean as u8),
@@ -88,6 +88,35 @@ fn majority<const B: usize>(coarse: &mut [u8], upper: &[u8], lower: &[u8]) {
             if wins { next } else { best }
         };
         *to = [b, c, d].into_iter().fold(a, better);
+    }
+}
+
+/// Of eight bytes in a word those at even places, each with room for a sum.
+const EVEN: u64 = 0x00ff_00ff_00ff_00ff;
+/// For each of them two, by which a sum of four values is rounded.
+const TWOS: u64 = 0x0002_0002_0002_0002;
+
+/// One channel, four texels at a time.
+fn mean_of_one(coarse: &mut [u8], upper: &[u8], lower: &[u8]) {
+    let sum = |&pairs: &[u8; 8]| (u64::from_le_bytes(pairs) & EVEN) + (u64::from_le_bytes(pairs) >> 8 & EVEN);
+    let (fours, last) = coarse.as_chunks_mut::<4>();
+    let ((upper, last_upper), (lower, last_lower)) = (upper.as_chunks(), lower.as_chunks());
+    for (to, (a, b)) in fours.iter_mut().zip(upper.iter().zip(lower)) {
+        let [v, _, w, _, x, _, y, _] = ((sum(a) + sum(b) + TWOS) >> 2).to_le_bytes();
+        *to = [v, w, x, y];
+    }
+    mean8::<1, 2>(last, last_upper, last_lower);
+}
+
+/// Four channels, two of them at a time.
+fn mean_of_four(coarse: &mut [u8], upper: &[u8], lower: &[u8]) {
+    let pairs = upper.as_chunks().0.iter().zip(lower.as_chunks().0);
+    for (to, (&a, &b)) in coarse.as_chunks_mut::<4>().0.iter_mut().zip(pairs) {
+        let (a, b) = (u64::from_le_bytes(a), u64::from_le_bytes(b));
+        // The two texels of a row stand in the two halves of a word.
+        let mean = |sums: u64| ((sums + (sums >> 32) + TWOS) >> 2) & EVEN;
+        let (even, odd) = (mean((a & EVEN) + (b & EVEN)), mean((a >> 8 & EVEN) + (b >> 8 & EVEN)));
+        *to = ((even | odd << 8) as u32).to_le_bytes();
     }
 }
 
@@ -176,6 +205,18 @@ mod tests {
         let mut out = [0; 1];
         Quad::Mean8 { channels: 1 }.row(&mut out, &[0, 1], &[1, 0]);
         assert_eq!(out, [1]);
+        let rows = [0u32, 7].map(|n| (0..88 * 4).map(|i| (i * i * 31 + n * i) as u8).collect::<Vec<u8>>());
+        for channels in [1, 2, 4] {
+            let mut out = vec![0; 44 * channels - channels];
+            let row = |n: usize| &rows[n][..2 * out.len()];
+            let (upper, lower) = (row(0), row(1));
+            Quad::Mean8 { channels }.row(&mut out, upper, lower);
+            for (i, &mean) in out.iter().enumerate() {
+                let at = i / channels * 2 * channels + i % channels;
+                let sum = [upper, lower].map(|row| u32::from(row[at]) + u32::from(row[at + channels]));
+                assert_eq!(u32::from(mean), (sum[0] + sum[1] + 2) / 4, "{channels} channels, {i}");
+            }
+        }
         let mut out = [0; 2];
         Quad::Mean16 { channels: 1 }.row(&mut out, &[0xff, 0xff, 0xff, 0xff], &[0xff, 0xff, 0xfd, 0xff]);
         assert_eq!(u16::from_le_bytes(out), 0xffff);
