@@ -8,12 +8,11 @@ use crate::page::PageId;
 use crate::shared::{FEEDBACK_DEGENERATE, FEEDBACK_WANTED, STEPS_PER_LEVEL};
 
 /// Slots of the table at first; it doubles whenever it is half full.
-const FIRST_SLOTS: usize = 1024;
+const FIRST_SLOTS: usize = 256;
 /// Pixels that are compared with their neighbours at once.
 const BLOCK: usize = 64;
-/// Before the first page of a target, and after its last.
-const NOWHERE: u32 = u32::MAX;
-
+/// Pixels that are compared with so few instructions that there is no number for them.
+const PART: usize = 16;
 /// A pixel of a feedback target: page id low, page id high, eighth, flag.
 type Pixel = [u32; 4];
 
@@ -33,15 +32,29 @@ type Pixel = [u32; 4];
 /// ```
 #[derive(Clone, Debug)]
 pub struct FeedbackCompactor {
-    /// A place in `pages` counted from 1, or 0; a power of two of them.
+    /// A place in `seen`, or 0; a power of two of them.
     table: Vec<u32>,
-    /// What is in the table, in the order in which it came.
-    pages: Vec<WantedPage>,
-    /// For each of them, the place of the page that was wanted after it the last time.
-    next: Vec<u32>,
+    /// What is in the table, in the order in which it came, behind a page that is none.
+    seen: Vec<Seen>,
     /// The place of the page that was wanted last.
     last: u32,
     degenerate: u32,
+}
+
+/// A page that pixels want.
+#[derive(Clone, Copy, Debug)]
+struct Seen {
+    page: PageId,
+    pixels: u32,
+    /// The place of the page that was wanted after it the last time; of none at first.
+    next: u32,
+    eighth: u8,
+}
+
+impl Seen {
+    const fn new(page: PageId) -> Seen {
+        Seen { page, pixels: 0, next: 0, eighth: u8::MAX }
+    }
 }
 
 impl Default for FeedbackCompactor {
@@ -53,13 +66,8 @@ impl Default for FeedbackCompactor {
 impl FeedbackCompactor {
     /// One that has seen nothing.
     pub fn new() -> FeedbackCompactor {
-        FeedbackCompactor {
-            table: vec![0; FIRST_SLOTS],
-            pages: Vec::new(),
-            next: Vec::new(),
-            last: NOWHERE,
-            degenerate: 0,
-        }
+        let seen = vec![Seen::new(PageId::NONE)];
+        FeedbackCompactor { table: vec![0; FIRST_SLOTS], seen, last: 0, degenerate: 0 }
     }
 
     /// Puts what the pixels want into `feedback`, as that of `frame`. A pixel is page id low, page id high, eighth (at most
@@ -68,83 +76,87 @@ impl FeedbackCompactor {
     /// Costs a comparison of each pixel with its neighbour, a look at each run of equal ones, and a sort of the distinct
     /// pages. Allocates only for more distinct pages than ever before.
     pub fn compact(&mut self, frame: u64, pixels: &[Pixel], feedback: &mut Feedback) {
-        let Some(&first) = pixels.first() else {
+        if pixels.is_empty() {
             *feedback = Feedback { frame, ..Feedback::default() };
             return;
-        };
-        let (mut run, mut start) = (first, 0);
-        for (number, block) in pixels.chunks(BLOCK).enumerate() {
-            let before = if number == 0 { first } else { pixels[number * BLOCK - 1] };
-            let mut changes = changes(before, block);
-            while changes != 0 {
-                let at = number * BLOCK + changes.trailing_zeros() as usize;
-                self.add(run, (at - start) as u32);
-                (run, start) = (pixels[at], at);
-                changes &= changes - 1;
-            }
         }
-        self.add(run, (pixels.len() - start) as u32);
+        let (mut start, mut from) = (0, 1);
+        // Each look ahead begins with the pixel that the first of the block is compared with.
+        while let Some(block) = pixels[from - 1..].first_chunk() {
+            start = self.add_runs(changes(block), pixels, from, start);
+            from += BLOCK;
+        }
+        let rest = pixels[from - 1..].windows(2).enumerate();
+        let changes = rest.fold(0, |bits, (i, pair)| bits | u64::from(pair[0] != pair[1]) << i);
+        start = self.add_runs(changes, pixels, from, start);
+        self.add(&pixels[start], (pixels.len() - start) as u32);
         self.finish(frame, feedback);
     }
 
+    /// Takes in the run that begins at `start` and those after it, as far as they end: bit i of `changes` says whether one does
+    /// before pixel `from + i`. Gives the beginning of the one that does not.
+    #[inline]
+    fn add_runs(&mut self, mut changes: u64, pixels: &[Pixel], from: usize, mut start: usize) -> usize {
+        while changes != 0 {
+            let end = from + changes.trailing_zeros() as usize;
+            self.add(&pixels[start], (end - start) as u32);
+            start = end;
+            changes &= changes - 1;
+        }
+        start
+    }
+
     fn finish(&mut self, frame: u64, feedback: &mut Feedback) {
-        self.pages.sort_unstable_by_key(|wanted| wanted.page);
-        std::mem::swap(&mut feedback.pages, &mut self.pages);
+        let wanted = |seen: &Seen| WantedPage { page: seen.page, pixels: seen.pixels, eighth: seen.eighth };
+        feedback.pages.clear();
+        feedback.pages.extend(self.seen[1..].iter().map(wanted));
+        feedback.pages.sort_unstable_by_key(|wanted| wanted.page);
         (feedback.frame, feedback.degenerate) = (frame, std::mem::take(&mut self.degenerate));
-        self.pages.clear();
-        self.next.clear();
-        self.last = NOWHERE;
+        self.seen.truncate(1);
+        self.seen[0] = Seen::new(PageId::NONE);
+        self.last = 0;
         self.table.fill(0);
     }
 
     /// `count` pixels in a row are `pixel`.
     #[inline]
-    fn add(&mut self, [low, high, eighth, flag]: Pixel, count: u32) {
-        match flag {
-            FEEDBACK_WANTED => {
-                if let Some(page) = PageId::from_bits(u64::from(high) << 32 | u64::from(low)) {
-                    self.want(page, eighth.min(STEPS_PER_LEVEL - 1) as u8, count);
-                }
-            }
-            FEEDBACK_DEGENERATE => self.degenerate += count,
-            _ => {}
+    fn add(&mut self, &[low, high, eighth, flag]: &Pixel, count: u32) {
+        if flag != FEEDBACK_WANTED {
+            self.degenerate += if flag == FEEDBACK_DEGENERATE { count } else { 0 };
+            return;
         }
-    }
-
-    #[inline]
-    fn want(&mut self, page: PageId, eighth: u8, count: u32) {
-        let same = |place: &u32| self.pages.get(*place as usize).is_some_and(|wanted| wanted.page == page);
+        let (bits, last) = (u64::from(high) << 32 | u64::from(low), self.seen[self.last as usize]);
         // Where only the eighth has changed, the page is the last one itself.
-        let guess = [self.last, self.next.get(self.last as usize).copied().unwrap_or(NOWHERE)];
-        let place = guess.into_iter().find(same).unwrap_or_else(|| self.place(page));
-        let wanted = &mut self.pages[place as usize];
-        wanted.pixels += count;
-        wanted.eighth = wanted.eighth.min(eighth);
-        if place != self.last {
-            if let Some(next) = self.next.get_mut(self.last as usize) {
-                *next = place;
-            }
-            self.last = place;
+        let mut at = if last.page.to_bits() == bits { self.last } else { last.next };
+        if self.seen[at as usize].page.to_bits() != bits {
+            let Some(page) = PageId::from_bits(bits) else { return };
+            at = self.place(page);
+            self.seen[self.last as usize].next = at;
         }
+        let seen = &mut self.seen[at as usize];
+        seen.pixels += count;
+        seen.eighth = seen.eighth.min(eighth.min(STEPS_PER_LEVEL - 1) as u8);
+        self.last = at;
     }
 
     /// The page's place, a new one where it has none.
+    #[inline(never)]
     fn place(&mut self, page: PageId) -> u32 {
         let slot = self.find(page);
-        if let Some(place) = self.table[slot].checked_sub(1) {
-            return place;
+        if self.table[slot] != 0 {
+            return self.table[slot];
         }
-        self.pages.push(WantedPage { page, pixels: 0, eighth: u8::MAX });
-        self.next.push(NOWHERE);
-        self.table[slot] = self.pages.len() as u32;
-        if self.pages.len() * 2 > self.table.len() {
+        let place = self.seen.len() as u32;
+        self.seen.push(Seen::new(page));
+        self.table[slot] = place;
+        if self.seen.len() * 2 > self.table.len() {
             self.table = vec![0; self.table.len() * 2];
-            for place in 0..self.pages.len() {
-                let slot = self.find(self.pages[place].page);
-                self.table[slot] = place as u32 + 1;
+            for place in 1..self.seen.len() {
+                let slot = self.find(self.seen[place].page);
+                self.table[slot] = place as u32;
             }
         }
-        self.pages.len() as u32 - 1
+        place
     }
 
     /// The slot that has the page, or the free one where it belongs. The table is never more than half full.
@@ -153,35 +165,75 @@ impl FeedbackCompactor {
         // Fibonacci hashing: the high bits of the product depend on all bits of the page.
         let hash = page.to_bits().wrapping_mul(0x9e37_79b9_7f4a_7c15);
         let mut slot = (hash >> 32) as usize & mask;
-        while let Some(place) = self.table[slot].checked_sub(1) {
-            if self.pages[place as usize].page == page {
-                break;
-            }
+        while self.table[slot] != 0 && self.seen[self.table[slot] as usize].page != page {
             slot = (slot + 1) & mask;
         }
         slot
     }
 }
 
-/// Bit i: whether pixel i of a block differs from the one before it, which for pixel 0 is `before`.
-fn changes(mut before: Pixel, block: &[Pixel]) -> u64 {
-    let (fours, rest) = block.as_chunks::<4>();
-    let (mut bits, mut at) = (0, 0);
-    for four in fours {
-        // Most often all four are the one before them, which is told with few wide instructions.
-        let differs =
-            four.iter().fold([0; 4], |any, pixel| std::array::from_fn(|i| any[i] | (pixel[i] ^ before[i])));
-        if differs != [0; 4] {
-            bits |= changes_one_by_one(before, four) << at;
-        }
-        (before, at) = (four[3], at + 4);
-    }
-    bits | if rest.is_empty() { 0 } else { changes_one_by_one(before, rest) << at }
+/// Bit i: whether pixel i + 1 differs from the one before it.
+///
+/// Where runs end is as good as random, so there is no branch for it.
+#[inline]
+fn changes(pixels: &[Pixel; BLOCK + 1]) -> u64 {
+    let of_part = |part: usize| {
+        let pixels = pixels[part * PART..].first_chunk();
+        pixels.map_or(0, |pixels| u64::from(!equal_neighbours(pixels)) << (part * PART))
+    };
+    of_part(0) | of_part(1) | of_part(2) | of_part(3)
 }
 
-fn changes_one_by_one(mut before: Pixel, pixels: &[Pixel]) -> u64 {
-    let mut differs = |pixel: &Pixel| u64::from(std::mem::replace(&mut before, *pixel) != *pixel);
-    (0..).zip(pixels).fold(0, |bits, (at, pixel)| bits | differs(pixel) << at)
+/// Bit i: whether pixel i + 1 is as the one before it.
+#[cfg(not(target_arch = "x86_64"))]
+#[inline]
+fn equal_neighbours(pixels: &[Pixel; PART + 1]) -> u16 {
+    (0..16).fold(0, |bits, i| bits | u16::from(pixels[i] == pixels[i + 1]) << i)
+}
+
+/// Bit i: whether pixel i + 1 is as the one before it.
+#[cfg(target_arch = "x86_64")]
+#[inline]
+fn equal_neighbours(pixels: &[Pixel; PART + 1]) -> u16 {
+    #[expect(unsafe_code, reason = "what names the instructions of a processor is unsafe to call")]
+    // SAFETY: SSE2 is part of every x86-64.
+    unsafe {
+        x86_64::equal_neighbours(pixels)
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+mod x86_64 {
+    use super::{PART, Pixel};
+    use std::arch::x86_64::{
+        __m128i, _mm_cmpeq_epi32, _mm_movemask_epi8, _mm_packs_epi16, _mm_packs_epi32, _mm_set_epi32,
+        _mm_set1_epi32,
+    };
+
+    /// A lane is all ones where it is equal, and stays so when it is packed.
+    #[target_feature(enable = "sse2")]
+    pub(super) fn equal_neighbours(pixels: &[Pixel; PART + 1]) -> u16 {
+        let mut of_four = [_mm_set1_epi32(0); 4];
+        for (four, equal) in of_four.iter_mut().enumerate() {
+            let mut words = [_mm_set1_epi32(0); 4];
+            for (i, words) in words.iter_mut().enumerate() {
+                *words = _mm_cmpeq_epi32(lanes(pixels[four * 4 + i]), lanes(pixels[four * 4 + i + 1]));
+            }
+            *equal = _mm_cmpeq_epi32(pack(words), _mm_set1_epi32(-1));
+        }
+        _mm_movemask_epi8(pack(of_four)) as u16
+    }
+
+    #[target_feature(enable = "sse2")]
+    fn lanes([a, b, c, d]: Pixel) -> __m128i {
+        _mm_set_epi32(d as i32, c as i32, b as i32, a as i32)
+    }
+
+    /// A byte for each lane.
+    #[target_feature(enable = "sse2")]
+    fn pack(four: [__m128i; 4]) -> __m128i {
+        _mm_packs_epi16(_mm_packs_epi32(four[0], four[1]), _mm_packs_epi32(four[2], four[3]))
+    }
 }
 
 #[cfg(test)]
