@@ -7,7 +7,7 @@ use rustc_hash::FxHashMap;
 use vastex_core::{Description, PagePos, PageSet};
 
 use crate::source::{ReadFuture, SourceKey, TileSource};
-use crate::tier::TierStats;
+use crate::tier::{TierStats, Tiers};
 use crate::tile::Tile;
 
 /// What keeping a tile costs besides its bytes, so that a budget holds for constant tiles too.
@@ -51,6 +51,11 @@ impl<S: TileSource> TileSource for RamCache<S> {
 
     fn identity(&self) -> Option<SourceKey> {
         self.source.identity()
+    }
+
+    fn add_tiers(&self, tiers: &mut Tiers) {
+        tiers.ram += self.stats();
+        self.source.add_tiers(tiers);
     }
 
     fn read(&self, pos: PagePos) -> ReadFuture<'_> {

@@ -10,6 +10,7 @@ use vastex_core::{Description, PagePos, PageSet};
 
 use crate::hash::seeded;
 use crate::source::{MaybeSend, MaybeSync, ReadError, ReadFuture, SourceKey, TileSource};
+use crate::tier::Tiers;
 use crate::tile::Tile;
 
 /// One way of going wrong.
@@ -116,6 +117,10 @@ where
     /// Nothing: what the plan changes is not the source's.
     fn identity(&self) -> Option<SourceKey> {
         None
+    }
+
+    fn add_tiers(&self, tiers: &mut Tiers) {
+        self.source.add_tiers(tiers);
     }
 
     fn read(&self, pos: PagePos) -> ReadFuture<'_> {

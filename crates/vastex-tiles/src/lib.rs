@@ -54,5 +54,5 @@ pub use source::{MaybeSend, MaybeSync, ReadError, ReadFuture, SourceKey, TileSou
 #[cfg(not(target_family = "wasm"))]
 pub use stores::{DirectStore, FileStore};
 pub use stores::{MemoryStore, Store, StoreError, StoreFuture};
-pub use tier::TierStats;
+pub use tier::{StoreCounter, StoreStats, TierStats, Tiers};
 pub use tile::{Codec, DecodeError, MAX_TILE_BYTES, Tile};

@@ -17,6 +17,7 @@ use std::sync::Arc;
 use vastex_core::{Box3, Description, Dims, Geometry, LayerFormat, PagePos, PageSet};
 
 use crate::source::{ReadError, ReadFuture, SourceKey, TileSource};
+use crate::tier::Tiers;
 use crate::tile::{Codec, Tile};
 
 /// A source of one RGBA8 layer whose texels say their own level and position.
@@ -105,6 +106,8 @@ impl TileSource for PropertySource {
     fn identity(&self) -> Option<SourceKey> {
         None
     }
+
+    fn add_tiers(&self, _tiers: &mut Tiers) {}
 
     fn read(&self, pos: PagePos) -> ReadFuture<'_> {
         Box::pin(async move { self.tile(pos).ok_or(ReadError::NoSuchTile { pos }) })

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use vastex_core::{Description, PagePos, PageSet};
 
 use crate::hash::content_hash;
+use crate::tier::Tiers;
 use crate::tile::Tile;
 
 /// `Send`, except in a browser, where nothing is.
@@ -104,6 +105,11 @@ pub trait TileSource: MaybeSend + MaybeSync {
         None
     }
 
+    /// Adds what the source and those behind it have done so far and hold: a cache its own figures, the last one what it read.
+    ///
+    /// Called each frame, so it should cost no more than a look at counters.
+    fn add_tiers(&self, _tiers: &mut Tiers) {}
+
     /// The tile of a page finer than the tail, or the tail's (at [`vastex_core::Geometry::tail_pos`]), still encoded.
     ///
     /// A buffered local read never suspends; a direct one does, so that several can be in flight. Dropping the future
@@ -122,6 +128,10 @@ impl<S: TileSource + ?Sized> TileSource for Arc<S> {
 
     fn identity(&self) -> Option<SourceKey> {
         (**self).identity()
+    }
+
+    fn add_tiers(&self, tiers: &mut Tiers) {
+        (**self).add_tiers(tiers);
     }
 
     fn read(&self, pos: PagePos) -> ReadFuture<'_> {

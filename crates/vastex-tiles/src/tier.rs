@@ -1,6 +1,10 @@
-//! What a tier counts: the same figures for the RAM cache and the disk cache, so that they can stand side by side.
+//! What a tier counts: the same figures for the RAM cache and the disk cache, so that they can stand side by side, and fewer for
+//! the store behind them.
+//!
+//! Each source adds its own to [`Tiers`] and hands on to the one behind it: see [`TileSource::add_tiers`](crate::TileSource::add_tiers).
 
 use std::ops::{Add, AddAssign};
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 /// What a tier has done so far, and what it holds. Those of several tiers add up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -27,6 +31,100 @@ impl TierStats {
     /// The share of the reads that the tier answered, 0 to 1; 0 where there were none.
     pub fn hit_share(&self) -> f64 {
         self.hits as f64 / (self.hits + self.misses).max(1) as f64
+    }
+}
+
+/// What the tiers behind GPU memory have done so far, and what they hold.
+///
+/// Threads count while they read, so two runs that are alike in all that they show may differ in the frame of a read.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Tiers {
+    /// Encoded tiles in main memory.
+    pub ram: TierStats,
+    /// Tiles of slow stores on a disk.
+    pub disk: TierStats,
+    /// Where the tiles come from.
+    pub store: StoreStats,
+}
+
+/// What has been read of stores.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct StoreStats {
+    /// Reads of tiles, or of the files that tiles are put together from; what is kept from opening a source needs none.
+    pub reads: u64,
+    /// Bytes that came.
+    pub bytes: u64,
+}
+
+impl Tiers {
+    /// What is counted, from an earlier moment on; what is held, as it stands.
+    pub fn since(self, earlier: &Tiers) -> Tiers {
+        Tiers {
+            ram: self.ram.since(&earlier.ram),
+            disk: self.disk.since(&earlier.disk),
+            store: StoreStats {
+                reads: self.store.reads.saturating_sub(earlier.store.reads),
+                bytes: self.store.bytes.saturating_sub(earlier.store.bytes),
+            },
+        }
+    }
+
+    /// What has been done, without what is held: of a source that is gone.
+    pub fn done(mut self) -> Tiers {
+        for tier in [&mut self.ram, &mut self.disk] {
+            (tier.tiles, tier.bytes) = (0, 0);
+        }
+        self
+    }
+}
+
+impl TierStats {
+    fn since(self, earlier: &TierStats) -> TierStats {
+        TierStats {
+            hits: self.hits.saturating_sub(earlier.hits),
+            misses: self.misses.saturating_sub(earlier.misses),
+            evictions: self.evictions.saturating_sub(earlier.evictions),
+            failures: self.failures.saturating_sub(earlier.failures),
+            tiles: self.tiles,
+            bytes: self.bytes,
+            bytes_read: self.bytes_read.saturating_sub(earlier.bytes_read),
+            bytes_written: self.bytes_written.saturating_sub(earlier.bytes_written),
+        }
+    }
+}
+
+impl AddAssign for Tiers {
+    fn add_assign(&mut self, other: Tiers) {
+        self.ram += other.ram;
+        self.disk += other.disk;
+        self.store += other.store;
+    }
+}
+
+impl AddAssign for StoreStats {
+    fn add_assign(&mut self, other: StoreStats) {
+        self.reads += other.reads;
+        self.bytes += other.bytes;
+    }
+}
+
+/// Counts what a source reads of its store, whichever thread does.
+#[derive(Debug, Default)]
+pub struct StoreCounter {
+    reads: AtomicU64,
+    bytes: AtomicU64,
+}
+
+impl StoreCounter {
+    /// A read has brought so many bytes.
+    pub fn note(&self, bytes: u64) {
+        self.reads.fetch_add(1, Relaxed);
+        self.bytes.fetch_add(bytes, Relaxed);
+    }
+
+    /// All reads so far.
+    pub fn stats(&self) -> StoreStats {
+        StoreStats { reads: self.reads.load(Relaxed), bytes: self.bytes.load(Relaxed) }
     }
 }
 
@@ -65,5 +163,22 @@ mod tests {
             TierStats { hits: 3, misses: 5, evictions: 2, bytes: 50, bytes_read: 9, ..TierStats::default() };
         assert_eq!(one + other, both);
         assert_eq!([one, both, TierStats::default()].map(|stats| stats.hit_share()), [0.75, 0.375, 0.0]);
+    }
+
+    #[test]
+    fn what_was_done_since_is_a_difference_and_what_is_held_is_not() {
+        let counter = StoreCounter::default();
+        counter.note(70);
+        let ram = TierStats { hits: 3, misses: 1, tiles: 2, bytes: 50, ..TierStats::default() };
+        let mut now = Tiers { ram, store: counter.stats(), ..Tiers::default() };
+        let earlier = now;
+        now += Tiers { ram: TierStats { hits: 4, bytes: 9, ..TierStats::default() }, ..Tiers::default() };
+        counter.note(5);
+        now.store = counter.stats();
+        let since = now.since(&earlier);
+        let expected = TierStats { hits: 4, tiles: 2, bytes: 59, ..TierStats::default() };
+        assert_eq!((since.ram, since.store), (expected, StoreStats { reads: 1, bytes: 5 }));
+        assert_eq!(now.done().ram, TierStats { hits: 7, misses: 1, ..TierStats::default() });
+        assert_eq!(now.done().since(&now).ram, TierStats::default(), "a source that is gone undoes nothing");
     }
 }

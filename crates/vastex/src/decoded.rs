@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 use vastex_core::{Description, PagePos, PageSet};
-use vastex_tiles::{Codec, ReadError, ReadFuture, SourceKey, Tile, TileSource, decode_layer};
+use vastex_tiles::{Codec, ReadError, ReadFuture, SourceKey, Tiers, Tile, TileSource, decode_layer};
 use vastex_wgpu::held_format;
 
 /// The texture as a device with these features holds it: the same where it can hold every layer as it is.
@@ -42,6 +42,10 @@ impl<S: TileSource> TileSource for DecodedSource<S> {
     /// Nothing: its tiles are made anew in every run.
     fn identity(&self) -> Option<SourceKey> {
         None
+    }
+
+    fn add_tiers(&self, tiers: &mut Tiers) {
+        self.source.add_tiers(tiers);
     }
 
     fn read(&self, pos: PagePos) -> ReadFuture<'_> {

@@ -5,7 +5,7 @@ use std::fs;
 use pollster::block_on;
 use vastex_build::{BuildOptions, DirectorySource, ExportOptions, Layout, TileFormat, build};
 use vastex_core::{AddressMode, PagePos};
-use vastex_tiles::{Container, ReadError, TileSource, conformance};
+use vastex_tiles::{Container, ReadError, Tiers, TileSource, conformance};
 
 use crate::pictures::Desk;
 
@@ -141,4 +141,27 @@ fn what_is_no_directory_is_refused_with_a_remedy() {
     assert!(message("nothing").contains("nothing: cannot be read"));
     fs::create_dir(desk.path("empty")).unwrap();
     assert!(message("empty").contains("directory without tiles"));
+}
+
+#[test]
+fn reads_of_files_are_counted() {
+    let desk = Desk::new();
+    let options = ExportOptions::new(Layout::DeepZoom);
+    export(&desk, [300, 200], false, ExportOptions { tile_size: Some(64), overlap: Some(0), ..options });
+    let source = DirectorySource::open(desk.path("tree")).unwrap();
+    let tiers = || {
+        let mut tiers = Tiers::default();
+        source.add_tiers(&mut tiers);
+        tiers.store
+    };
+    let opened = tiers();
+    // A page of 128 texels and its border of 4 lie on 3x3 files; asked for again, they are at hand.
+    for _ in 0..2 {
+        block_on(source.read(PagePos::new_2d(0, 0, 0))).unwrap();
+        assert_eq!(tiers().reads - opened.reads, 9);
+    }
+    let files = ["0_0", "0_1", "0_2", "1_0", "1_1", "1_2", "2_0", "2_1", "2_2"];
+    let bytes =
+        files.map(|name| fs::metadata(desk.path(&format!("tree/tree_files/9/{name}.png"))).unwrap().len());
+    assert_eq!(tiers().bytes - opened.bytes, bytes.iter().sum::<u64>());
 }

@@ -14,6 +14,7 @@ use super::index::{Index, PageOrder, Record};
 use super::layout::{Extent, HEADER_BYTES, MAX_COARSE_BYTES, OPENING_BYTES, Section};
 use crate::source::{ReadError, ReadFuture, SourceKey, TileSource};
 use crate::stores::{Store, StoreError};
+use crate::tier::{StoreCounter, Tiers};
 use crate::tile::{Codec, Tile};
 
 /// A `.vastex` container, open for reading.
@@ -32,6 +33,7 @@ pub struct Container {
     present: Option<Arc<PageSet>>,
     /// The bytes of the coarse tiles, from the header's `coarse_offset` on; empty where they are too many.
     coarse: Bytes,
+    reads: StoreCounter,
 }
 
 impl Container {
@@ -49,7 +51,18 @@ impl Container {
             Arc::new(PageSet::from_pages(geometry, |pos| record(pos).is_some()))
         });
         let description = Arc::new(description);
-        Ok(Container { header, description, filters, align, index, order, present, coarse, store })
+        Ok(Container {
+            header,
+            description,
+            filters,
+            align,
+            index,
+            order,
+            present,
+            coarse,
+            store,
+            reads: StoreCounter::default(),
+        })
     }
 
     /// Opens a local file.
@@ -161,7 +174,9 @@ impl Container {
             let first = (extent.offset - kept.start) as usize;
             return Ok(self.coarse.slice(first..first + extent.len as usize));
         }
-        self.store.read(extent.offset, extent.len as usize).await
+        let bytes = self.store.read(extent.offset, extent.len as usize).await?;
+        self.reads.note(extent.len);
+        Ok(bytes)
     }
 }
 
@@ -181,6 +196,10 @@ impl TileSource for Container {
         let Header { description, index, .. } = &self.header;
         let sections = [description, index].map(|Section { extent, checksum }| [extent.len, *checksum]);
         Some(SourceKey::of(sections.as_flattened().iter().flat_map(|n| n.to_le_bytes()).collect::<Vec<_>>()))
+    }
+
+    fn add_tiers(&self, tiers: &mut Tiers) {
+        tiers.store += self.reads.stats();
     }
 
     fn read(&self, pos: PagePos) -> ReadFuture<'_> {

@@ -40,7 +40,7 @@ use vastex_core::{Description, PagePos, PageSet};
 use crate::container::description_bytes;
 use crate::hash::content_hash;
 use crate::source::{ReadFuture, SourceKey, TileSource};
-use crate::tier::TierStats;
+use crate::tier::{TierStats, Tiers};
 use crate::tile::Tile;
 use entry::EntryKey;
 use index::{Index, Place};
@@ -242,6 +242,11 @@ impl<S: TileSource> TileSource for DiskCache<S> {
 
     fn identity(&self) -> Option<SourceKey> {
         self.source.identity()
+    }
+
+    fn add_tiers(&self, tiers: &mut Tiers) {
+        tiers.disk += self.stats();
+        self.source.add_tiers(tiers);
     }
 
     fn read(&self, pos: PagePos) -> ReadFuture<'_> {

@@ -4,6 +4,8 @@ use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use vastex_tiles::{StoreCounter, StoreStats};
+
 use super::tile::{Decoded, Piece};
 use crate::error::InputFault;
 use crate::readers::PixelFormat;
@@ -22,13 +24,15 @@ type Slot = Arc<Mutex<Option<Arc<Decoded>>>>;
 pub(super) struct KeptTiles {
     capacity: usize,
     slots: Mutex<VecDeque<(PathBuf, Slot)>>,
+    reads: StoreCounter,
 }
 
 impl KeptTiles {
     /// For cells of so many texels per side.
     pub(super) fn new(cell: u32, format: PixelFormat) -> KeptTiles {
         let bytes = u64::from(cell) * u64::from(cell) * format.texel_bytes() as u64;
-        KeptTiles { capacity: (BYTES / bytes.max(1)).clamp(FEWEST, MOST) as usize, slots: Mutex::default() }
+        let capacity = (BYTES / bytes.max(1)).clamp(FEWEST, MOST) as usize;
+        KeptTiles { capacity, slots: Mutex::default(), reads: StoreCounter::default() }
     }
 
     /// The file of a piece. A file that cannot be decoded is forgotten, so that the next one who asks tries again.
@@ -40,7 +44,13 @@ impl KeptTiles {
         }
         let mut decoded = Decoded::default();
         decoded.load(piece, format)?;
+        self.reads.note(std::fs::metadata(&piece.path).map_or(0, |file| file.len()));
         Ok(found.insert(Arc::new(decoded)).clone())
+    }
+
+    /// What has been read of files.
+    pub(super) fn reads(&self) -> StoreStats {
+        self.reads.stats()
     }
 
     fn slot(&self, piece: &Piece) -> Slot {

@@ -68,6 +68,34 @@ fn coarse_tiles_need_no_read_after_opening() {
 }
 
 #[test]
+fn reads_of_the_file_are_counted_and_a_cache_in_front_saves_them() {
+    let description = image(2000, 2000, 64, LayerFormat::R8); // too many bytes to be kept from opening
+    let cache = RamCache::new(open(container_bytes(&description, Compression::None, 7)), u64::MAX);
+    let tiers = || {
+        let mut tiers = Tiers::default();
+        cache.add_tiers(&mut tiers);
+        tiers
+    };
+    assert_eq!(tiers(), Tiers::default(), "opening is not counted");
+    block_on(cache.read(description.geometry.tail_pos())).unwrap();
+    assert_eq!((tiers().store, tiers().ram.misses), (StoreStats::default(), 1), "the tail is at hand");
+    let fine: Vec<PagePos> = description.geometry.pages().filter(|pos| pos.level == 0).collect();
+    let mut stored = 0;
+    for pos in fine.iter().chain(&fine) {
+        let tile = block_on(cache.read(*pos)).unwrap();
+        stored += if tile.codec == Codec::Constant { 0 } else { tile.bytes.len() as u64 };
+    }
+    let Tiers { ram, disk, store } = tiers();
+    assert_eq!(
+        (ram.hits, ram.misses, disk),
+        (fine.len() as u64, 1 + fine.len() as u64, TierStats::default())
+    );
+    // Constant tiles are in the index; the others are read once.
+    assert_eq!((store.bytes, store.reads), (stored / 2, stored / 2 / description.tile_bytes() as u64));
+    assert!(store.reads > 100);
+}
+
+#[test]
 fn the_file_depends_on_nothing_but_the_tiles() {
     let description = image(100, 70, 16, LayerFormat::Rgba8);
     let write = || container_bytes(&description, Compression::Lz4, 3);
