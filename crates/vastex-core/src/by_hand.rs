@@ -4,8 +4,9 @@
 //! the refreshes of resident pages whose content has changed (those in view before the others), then the prefetches in
 //! their order. Who holds which page is `tickets`' business, what becomes of a refresh `refresh`'s.
 
+use crate::decision::Request;
 use crate::page::{PageId, TextureId};
-use crate::pager::{Pager, Request};
+use crate::pager::Pager;
 use crate::pagers::Pagers;
 use crate::records::RecordHint;
 use crate::region::{Reach, Region};

@@ -13,6 +13,7 @@ mod by_hand;
 #[cfg(feature = "checks")]
 pub mod checks;
 mod compact;
+mod decision;
 mod estimate;
 mod event;
 mod feedback;
@@ -50,6 +51,7 @@ mod working_set;
 pub use bias::{BiasRule, Integrator};
 pub use budget::{PagerSettings, UploadBucket};
 pub use compact::FeedbackCompactor;
+pub use decision::{Request, Upload};
 pub use estimate::PoolEstimate;
 pub use event::{Event, TexturePages};
 pub use feedback::{Feedback, Need, WantedPage};
@@ -60,7 +62,7 @@ pub use geometry::{
 };
 pub use page::{Dims, PageId, PageIdError, PagePos, TextureId};
 pub use page_set::PageSet;
-pub use pager::{Pager, Request, Upload};
+pub use pager::Pager;
 pub use pagers::{Budgets, Pagers};
 pub use policy::Policy;
 pub use pool::{ArrayLimits, PoolError, PoolId, PoolLayout, Slot, SlotPlace};

@@ -16,11 +16,12 @@ use bytes::Bytes;
 
 use crate::bias::BiasControl;
 use crate::budget::{PagerSettings, UploadBucket};
+use crate::decision::{Request, Upload};
 use crate::event::{Event, EventQueue};
 use crate::feedback::Feedback;
 use crate::geometry::Geometry;
 use crate::order::Ranking;
-use crate::page::{PageId, PagePos, TextureId};
+use crate::page::{PageId, TextureId};
 use crate::page_set::PageSet;
 use crate::pool::{PoolError, PoolId, PoolLayout, Slot};
 use crate::residency::{PageState, Residency};
@@ -29,30 +30,6 @@ use crate::stats::Stats;
 use crate::table::{ChangeRule, TableChange, TableEntry};
 use crate::textures::{Textures, page_id};
 use crate::working_set::{Node, WorkingSet};
-
-/// A tile to load.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Request {
-    /// The page.
-    pub page: PageId,
-    /// The page within its texture.
-    pub pos: PagePos,
-    /// Its place in the order of loading at this moment; the lowest is best. A later request may overtake it.
-    pub rank: u64,
-}
-
-/// A tile to copy into its slot.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Upload {
-    /// The page.
-    pub page: PageId,
-    /// Where its tile goes.
-    pub slot: Slot,
-    /// The tile, all layers.
-    pub bytes: Bytes,
-    /// The page that gave up the slot.
-    pub evicted: Option<PageId>,
-}
 
 /// Decides what is loaded, what is evicted and how coarse the picture is, for the textures of one pool.
 #[derive(Debug)]

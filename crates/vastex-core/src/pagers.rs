@@ -10,13 +10,14 @@ use bytes::Bytes;
 
 use crate::bias::BiasRule;
 use crate::budget::{FairShare, PagerSettings, UploadBucket};
+use crate::decision::{Request, Upload};
 use crate::event::{Event, EventQueue};
 use crate::feedback::{Feedback, WantedPage};
 use crate::geometry::Geometry;
 use crate::numbers::Numbers;
 use crate::page::{PageId, TextureId};
 use crate::page_set::PageSet;
-use crate::pager::{Pager, Request, Upload};
+use crate::pager::Pager;
 use crate::pool::{PoolError, PoolId, Slot};
 use crate::residency::PageState;
 use crate::stats::Stats;

@@ -45,6 +45,11 @@ impl Region {
         Region { levels, ..self }
     }
 
+    /// Whether the tile of a page that exists holds a texel of the region, in its borders too.
+    pub fn concerns(&self, geometry: &Geometry, pos: PagePos) -> bool {
+        self.touches(geometry, pos, Reach::Tile)
+    }
+
     /// How many pages of the texture cover the region, the tail counted as one.
     pub fn page_count(&self, geometry: &Geometry) -> u64 {
         let tail = u64::from(self.has_tail(geometry));

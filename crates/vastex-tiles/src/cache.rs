@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use rustc_hash::FxHashMap;
-use vastex_core::{Description, PagePos, PageSet};
+use vastex_core::{Description, PagePos, PageSet, Region};
 
 use crate::source::{ReadFuture, SourceKey, TileSource};
 use crate::tier::{TierStats, Tiers};
@@ -60,13 +60,32 @@ impl<S: TileSource> TileSource for RamCache<S> {
 
     fn read(&self, pos: PagePos) -> ReadFuture<'_> {
         Box::pin(async move {
-            if let Some(tile) = self.held().get(pos) {
-                return Ok(tile);
-            }
+            let changes = {
+                let mut held = self.held();
+                if let Some(tile) = held.get(pos) {
+                    return Ok(tile);
+                }
+                held.changes
+            };
             let tile = self.source.read(pos).await?;
-            self.held().insert(pos, tile.clone(), self.budget);
+            let mut held = self.held();
+            // What was read while something changed may be of before.
+            if held.changes == changes {
+                held.insert(pos, tile.clone(), self.budget);
+            }
             Ok(tile)
         })
+    }
+
+    fn changed(&self, region: &Region) {
+        // The source first, so that nothing old is read between the two.
+        self.source.changed(region);
+        let geometry = &self.description().geometry;
+        let mut held = self.held();
+        held.changes += 1;
+        let concerned: Vec<_> =
+            held.tiles.keys().copied().filter(|&pos| region.concerns(geometry, pos)).collect();
+        concerned.into_iter().for_each(|pos| held.remove(pos));
     }
 }
 
@@ -76,6 +95,8 @@ struct Held {
     tiles: FxHashMap<PagePos, (Tile, u64)>,
     by_use: BTreeMap<u64, PagePos>,
     uses: u64,
+    /// Times that content has changed.
+    changes: u64,
     stats: TierStats,
 }
 
@@ -135,6 +156,7 @@ mod tests {
     use crate::property::PropertySource;
     use pollster::block_on;
     use proptest::prelude::*;
+    use std::task::{Context, Waker};
     use vastex_core::{Geometry, GeometrySpec};
 
     /// Tiles of 400 bytes.
@@ -175,6 +197,36 @@ mod tests {
         let cache = RamCache::new(source(), TILE - 1);
         block_on(cache.read(PagePos::new_2d(0, 0, 0))).unwrap();
         assert_eq!(cache.stats(), TierStats { misses: 1, ..TierStats::default() });
+    }
+
+    #[test]
+    fn what_has_changed_is_read_anew_and_nothing_else() {
+        let cache = RamCache::new(source(), u64::MAX);
+        let [a, b] = [0, 9].map(|x| PagePos::new_2d(0, x, 0));
+        let read = |pos| block_on(cache.read(pos)).unwrap();
+        [a, b].into_iter().for_each(|pos| drop(read(pos)));
+        cache.changed(&Region::image(0..1, 0..1).on_levels(0..=0));
+        assert_eq!(cache.stats().tiles, 1);
+        [a, b].into_iter().for_each(|pos| drop(read(pos)));
+        assert_eq!((cache.stats().hits, cache.stats().misses), (1, 3));
+        // The border of the page beside it holds the texel too.
+        cache.changed(&Region::image(72..73, 0..1).on_levels(0..=0));
+        assert_eq!(cache.stats().tiles, 1);
+    }
+
+    #[test]
+    fn a_read_that_was_under_way_when_something_changed_is_not_kept() {
+        let faults = Faults::new(source(), |_, _| Some(Injection::Suspend(1)));
+        let cache = RamCache::new(faults, u64::MAX);
+        let pos = PagePos::new_2d(0, 0, 0);
+        let mut read = cache.read(pos);
+        let mut context = Context::from_waker(Waker::noop());
+        assert!(read.as_mut().poll(&mut context).is_pending());
+        cache.changed(&Region::whole());
+        assert!(read.as_mut().poll(&mut context).is_ready());
+        assert_eq!(cache.stats().tiles, 0);
+        block_on(cache.read(pos)).unwrap();
+        assert_eq!(cache.stats().tiles, 1);
     }
 
     #[test]

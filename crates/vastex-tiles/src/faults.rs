@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::task::Poll;
 use std::time::Duration;
 
-use vastex_core::{Description, PagePos, PageSet};
+use vastex_core::{Description, PagePos, PageSet, Region};
 
 use crate::hash::seeded;
 use crate::source::{MaybeSend, MaybeSync, ReadError, ReadFuture, SourceKey, TileSource};
@@ -150,6 +150,10 @@ where
                 Some(Injection::Panic) => panic!("a planned panic"),
             }
         })
+    }
+
+    fn changed(&self, region: &Region) {
+        self.source.changed(region);
     }
 }
 

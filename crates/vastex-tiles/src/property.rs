@@ -112,6 +112,8 @@ impl TileSource for PropertySource {
     fn read(&self, pos: PagePos) -> ReadFuture<'_> {
         Box::pin(async move { self.tile(pos).ok_or(ReadError::NoSuchTile { pos }) })
     }
+
+    fn changed(&self, _: &vastex_core::Region) {}
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use std::future::Future;
 use std::pin::Pin;
 use std::sync::Arc;
 
-use vastex_core::{Description, PagePos, PageSet};
+use vastex_core::{Description, PagePos, PageSet, Region};
 
 use crate::hash::content_hash;
 use crate::tier::Tiers;
@@ -115,6 +115,12 @@ pub trait TileSource: MaybeSend + MaybeSync {
     /// A buffered local read never suspends; a direct one does, so that several can be in flight. Dropping the future
     /// cancels the read.
     fn read(&self, pos: PagePos) -> ReadFuture<'_>;
+
+    /// The content of a region has changed where it comes from. Whoever keeps tiles lets go of those that hold a texel of it,
+    /// and of reads under way; reads that begin from now on give the new content. Sources that keep nothing do nothing.
+    fn changed(&self, region: &Region) {
+        let _ = region;
+    }
 }
 
 impl<S: TileSource + ?Sized> TileSource for Arc<S> {
@@ -136,5 +142,9 @@ impl<S: TileSource + ?Sized> TileSource for Arc<S> {
 
     fn read(&self, pos: PagePos) -> ReadFuture<'_> {
         (**self).read(pos)
+    }
+
+    fn changed(&self, region: &Region) {
+        (**self).changed(region);
     }
 }

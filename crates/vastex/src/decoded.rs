@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use bytes::Bytes;
-use vastex_core::{Description, PagePos, PageSet};
+use vastex_core::{Description, PagePos, PageSet, Region};
 use vastex_tiles::{Codec, ReadError, ReadFuture, SourceKey, Tiers, Tile, TileSource, decode_layer};
 use vastex_wgpu::held_format;
 
@@ -59,6 +59,10 @@ impl<S: TileSource> TileSource for DecodedSource<S> {
             let bytes = tile.decode(stored).map_err(damaged)?;
             Ok(Tile { codec: Codec::Raw, bytes: decoded(stored, &self.held, &bytes) })
         })
+    }
+
+    fn changed(&self, region: &Region) {
+        self.source.changed(region);
     }
 }
 

@@ -41,6 +41,7 @@ impl Textures {
     /// encoder's commands begin.
     pub fn update(&mut self, encoder: &mut wgpu::CommandEncoder) -> Result<(), Error> {
         self.pagers.begin_frame(self.frame);
+        self.follow_tickets();
         self.observe()?;
         self.exchange_with_loader();
         self.upload(encoder)?;

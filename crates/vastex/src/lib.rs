@@ -26,6 +26,7 @@
 //! What is decided is decided in `vastex-core`, what is read is read by `vastex-tiles`, and what happens on the GPU
 //! happens in `vastex-wgpu`; this crate joins them.
 
+mod by_hand;
 #[cfg(not(target_family = "wasm"))]
 mod cpu;
 mod cpu_feedback;
@@ -42,6 +43,7 @@ mod settings_file;
 mod stats;
 mod textures;
 
+pub use by_hand::Ticket;
 #[cfg(not(target_family = "wasm"))]
 pub use cpu::CpuTexture;
 pub use cpu_feedback::CpuFeedback;
@@ -55,9 +57,9 @@ pub use stats::FrameStats;
 pub use textures::{BindGroups, Textures};
 pub use vastex_core::shared::JITTER_CYCLE;
 pub use vastex_core::{
-    AddressMode, BiasRule, Box3, Description, Dims, Event, Feedback, Geometry, GeometryError, GeometrySpec,
-    Integrator, Layer, LayerFormat, PageId, PagePos, PageState, PoolEstimate, PoolId, Stats, TexelPositions,
-    TextureId, Trace, fold,
+    AddressMode, AskError, BiasRule, Box3, Description, Dims, Event, Feedback, Geometry, GeometryError,
+    GeometrySpec, Integrator, Layer, LayerFormat, PageId, PagePos, PageState, PoolEstimate, PoolId, Progress,
+    Region, Stats, TexelPositions, TextureId, TicketState, Trace, Urgency, fold,
 };
 pub use vastex_tiles::{
     Codec, ContainerError, DecodeError, ReadError, ReadFuture, Tile, TileSource, decode_layer,

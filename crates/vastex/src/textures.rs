@@ -13,6 +13,7 @@ use vastex_wgpu::{
     wgsl,
 };
 
+use crate::by_hand::OpenTickets;
 use crate::decoded::{DecodedSource, held_description};
 use crate::error::Error;
 use crate::layer::LayerId;
@@ -45,11 +46,14 @@ pub struct Textures {
     pub(crate) counters: Counters,
     /// While a trace is recorded.
     pub(crate) recorder: Option<Recorder>,
+    pub(crate) tickets: OpenTickets,
 }
 
 pub(crate) struct TextureState {
     /// As its source has it.
     pub(crate) description: Arc<Description>,
+    /// What the loader reads from, its caches in front.
+    pub(crate) source: Arc<dyn TileSource>,
     pub(crate) table: TableBuffers,
 }
 
@@ -110,6 +114,7 @@ impl Textures {
             changes: Vec::new(),
             counters: Counters::default(),
             recorder: None,
+            tickets: OpenTickets::default(),
             settings,
         })
     }
@@ -137,7 +142,7 @@ impl Textures {
             return Err(PoolError::TooManyTextures.into());
         }
         let pool = self.pool_for(&description, &held)?;
-        let texture = self.add_to(pool, &description, present, &tail)?;
+        let texture = self.add_to(pool, &description, present, &tail, &source)?;
         self.loader.add_source(texture, source);
         Ok(texture)
     }
@@ -163,6 +168,7 @@ impl Textures {
         description: &Arc<Description>,
         present: Option<Arc<PageSet>>,
         tail: &[u8],
+        source: &Arc<dyn TileSource>,
     ) -> Result<TextureId, Error> {
         let (texture, slot) = self.pagers.add_texture(pool, &description.geometry, present)?;
         let pool = &self.pools[usize::from(pool.number())];
@@ -174,7 +180,8 @@ impl Textures {
             self.groups.0.resize_with(number + 1, Vec::new);
         }
         self.groups.0[number] = pool.bind_groups(&self.device, &table, &self.view);
-        self.textures[number] = Some(TextureState { description: description.clone(), table });
+        self.textures[number] =
+            Some(TextureState { description: description.clone(), source: source.clone(), table });
         Ok(texture)
     }
 

@@ -7,12 +7,13 @@ use bytes::Bytes;
 
 use crate::bias::BiasRule;
 use crate::budget::PagerSettings;
+use crate::decision::Upload;
 use crate::event::Event;
 use crate::feedback::{Feedback, Need};
 use crate::geometry::{Geometry, GeometrySpec};
 use crate::page::{PageId, PagePos, TextureId};
 use crate::page_set::PageSet;
-use crate::pager::{Pager, Upload};
+use crate::pager::Pager;
 use crate::pool::PoolError;
 use crate::sim::loader::{Loads, Outcome};
 use crate::sim::{Path, Random, View};

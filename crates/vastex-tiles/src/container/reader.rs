@@ -205,6 +205,9 @@ impl TileSource for Container {
     fn read(&self, pos: PagePos) -> ReadFuture<'_> {
         Box::pin(self.read_tile(pos))
     }
+
+    /// An open container goes on reading the version of the file that it opened.
+    fn changed(&self, _: &vastex_core::Region) {}
 }
 
 impl std::fmt::Debug for Container {

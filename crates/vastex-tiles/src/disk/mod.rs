@@ -9,6 +9,8 @@
 //!   this page. What is damaged is dropped and read from the source anew.
 //! - **No other source's byte.** An entry belongs to a [`SourceKey`] and a description. A source that has no
 //!   [`TileSource::identity`] needs a key from the caller, who must see that it changes when the tiles do.
+//! - **No old byte.** Of what a source says has changed nothing is served or kept any more in this run; in the next one the source
+//!   has another key.
 //! - **The budget** holds at every instant: it counts the lengths of all files, and room is made before anything is written.
 //!   What was read since it was written is given up last.
 //! - **Any crash** loses at most the entry that was being written; nothing must be repaired. Nothing is synced to the disk,
@@ -35,7 +37,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
-use vastex_core::{Description, PagePos, PageSet};
+use vastex_core::{Description, PagePos, PageSet, Region};
 
 use crate::container::description_bytes;
 use crate::hash::content_hash;
@@ -52,6 +54,8 @@ const LOCK: &str = "vastex.lock";
 /// Tiles that are not kept after a first failure; after each further one in a row twice as many.
 const FIRST_PAUSE: u32 = 64;
 const LONGEST_PAUSE: u32 = 1 << 16;
+/// Regions that are remembered as changed; with more, all of a source counts as changed.
+const MOST_REGIONS: usize = 64;
 
 /// Why a directory cannot be a disk cache.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -211,6 +215,8 @@ pub struct DiskCache<S> {
     tier: Arc<DiskTier>,
     /// Of the source's key and its description.
     entries_of: u128,
+    /// What has changed since: the entries are of before.
+    changed: Mutex<Vec<Region>>,
 }
 
 impl<S: TileSource> DiskCache<S> {
@@ -221,7 +227,13 @@ impl<S: TileSource> DiskCache<S> {
     pub fn new(source: S, tier: Arc<DiskTier>, key: SourceKey) -> DiskCache<S> {
         let mut bytes = key.0.to_le_bytes().to_vec();
         bytes.extend(description_bytes(source.description()));
-        DiskCache { entries_of: content_hash(&bytes), source, tier }
+        DiskCache { entries_of: content_hash(&bytes), source, tier, changed: Mutex::default() }
+    }
+
+    /// Whether the entries of a page may be of before a change.
+    fn has_changed(&self, pos: PagePos) -> bool {
+        let geometry = &self.description().geometry;
+        lock(&self.changed).iter().any(|region| region.concerns(geometry, pos))
     }
 
     /// What the tier has done for this source, and what it holds of it: a tile counts 64 bytes besides its own.
@@ -252,14 +264,30 @@ impl<S: TileSource> TileSource for DiskCache<S> {
     fn read(&self, pos: PagePos) -> ReadFuture<'_> {
         Box::pin(async move {
             let key = EntryKey { source: self.entries_of, pos };
+            if self.has_changed(pos) {
+                return self.source.read(pos).await;
+            }
             if let Some(tile) = self.tier.find(&key) {
                 return Ok(tile);
             }
             let tile = self.source.read(pos).await?;
-            if tile.decode(self.source.description()).is_ok() {
+            // It may have changed while it was read.
+            if !self.has_changed(pos) && tile.decode(self.source.description()).is_ok() {
                 self.tier.keep(key, &tile);
             }
             Ok(tile)
         })
+    }
+
+    fn changed(&self, region: &Region) {
+        {
+            let mut changed = lock(&self.changed);
+            if changed.len() == MOST_REGIONS {
+                *changed = vec![Region::whole()];
+            }
+            changed.push(region.clone());
+        }
+        // After that, so that what is read of before is never kept.
+        self.source.changed(region);
     }
 }

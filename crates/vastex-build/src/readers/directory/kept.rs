@@ -53,6 +53,11 @@ impl KeptTiles {
         self.reads.stats()
     }
 
+    /// Lets go of all files: they may have changed. Who is decoding one does so for itself alone.
+    pub(super) fn forget(&self) {
+        lock(&self.slots).clear();
+    }
+
     fn slot(&self, piece: &Piece) -> Slot {
         let mut slots = lock(&self.slots);
         let known = slots.iter().position(|(path, _)| *path == piece.path).and_then(|at| slots.remove(at));

@@ -170,6 +170,12 @@ impl TileSource for DirectorySource {
     fn read(&self, pos: PagePos) -> ReadFuture<'_> {
         Box::pin(async move { self.tile(pos) })
     }
+
+    /// Files are read again, wherever the region lies. The levels that the directory lacks stay as they were made when it was
+    /// opened.
+    fn changed(&self, _: &vastex_core::Region) {
+        self.levels.kept.forget();
+    }
 }
 
 /// The levels that the directory has.

@@ -1,6 +1,7 @@
 //! Disk caches: what every test of them shares. Each file asks one question of the contract at the head of `disk`.
 
 mod budget;
+mod changes;
 mod damage;
 mod directory;
 mod memory_disk;
@@ -13,7 +14,7 @@ use pollster::block_on;
 use vastex_core::{Geometry, GeometrySpec, PagePos};
 
 use crate::disk::entry::HEAD_BYTES;
-use crate::disk::{DiskCache, DiskTier};
+use crate::disk::{DiskCache, DiskTier, lock};
 use crate::faults::{Faults, Injection};
 use crate::property::PropertySource;
 use crate::source::{SourceKey, TileSource};
