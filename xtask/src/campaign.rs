@@ -12,7 +12,7 @@ use crate::shell::{self, Usage};
 /// The crates whose tests are random; the others would only repeat themselves.
 const CRATES: &[&str] = &["vastex-core", "vastex-tiles", "vastex-build"];
 const DEFAULT_MINUTES: u64 = 10;
-const FIRST_WORLDS: u64 = 256;
+const FIRST_WORLDS: u64 = 10_000;
 const FIRST_CASES: u64 = 2048;
 
 pub(crate) fn run(options: &[&str]) -> Result<()> {

@@ -145,8 +145,9 @@ impl TableImage {
         self.entries[self.layout.entry_of(pos) as usize]
     }
 
-    /// Carries out one change; costs one visit of each entry at and below the page.
-    pub fn apply(&mut self, geometry: &Geometry, change: &TableChange) {
+    /// Carries out one change, and says how many entries are others now; costs one visit of each entry at and below the page.
+    pub fn apply(&mut self, geometry: &Geometry, change: &TableChange) -> u64 {
+        let mut replaced = 0;
         let pos = change.page.pos(geometry.dims());
         for level in 0..=pos.level {
             let (lo, hi) = geometry.descendants(pos, level);
@@ -160,11 +161,13 @@ impl TableImage {
                         };
                         if replace {
                             *entry = change.entry;
+                            replaced += 1;
                         }
                     }
                 }
             }
         }
+        replaced
     }
 
     /// All entries, in the order of the layout.

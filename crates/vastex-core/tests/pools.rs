@@ -266,7 +266,7 @@ fn add_at_random(crowd: &mut Crowd, random: &mut Random, pool: PoolId, page: u32
 
 #[test]
 fn random_crowds_hold_together() {
-    let worlds = std::env::var("VASTEX_WORLDS").ok().and_then(|n| n.parse().ok()).unwrap_or(40);
+    let worlds = std::env::var("VASTEX_WORLDS").ok().and_then(|n| n.parse().ok()).unwrap_or(500);
     let (mut ended, mut refreshed) = (Vec::new(), 0);
     for seed in 0..worlds {
         let (states, tiles) = random_crowd(seed).unwrap_or_else(|why| panic!("crowd {seed}: {why}"));

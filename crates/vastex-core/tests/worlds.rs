@@ -37,26 +37,6 @@ fn a_still_view_converges_and_stays_so() {
 }
 
 #[test]
-fn with_a_still_view_no_tile_is_loaded_twice_in_any_pool() {
-    for slots in (2..40).chain([60, 90, 150, 250]) {
-        let mut world = World::new(Knobs { slots, ..knobs(Path::Still) }).unwrap();
-        world.run_until_converged(400).unwrap();
-        for _ in 0..50 {
-            world.step().unwrap();
-        }
-        let stats = world.pager.stats();
-        assert_eq!(stats.reloaded, 0, "{slots} slots: {stats:?}");
-        assert_eq!(stats.missing, 0, "{slots} slots: {stats:?}");
-        if stats.wanted > slots * 9 / 10 {
-            assert!(stats.bias_eighths > 0, "{slots} slots: {stats:?}");
-            assert!(world.events.iter().any(|(_, event)| matches!(event, Event::Oversubscribed { .. })));
-        } else {
-            assert_eq!(stats.bias_eighths, 0, "{slots} slots: {stats:?}");
-        }
-    }
-}
-
-#[test]
 fn every_path_converges_once_it_holds() {
     for path in Path::ALL {
         for slots in [40, 120, 400] {
@@ -67,34 +47,6 @@ fn every_path_converges_once_it_holds() {
             world.run_until_converged(300).unwrap_or_else(|why| panic!("{path:?}, {slots} slots: {why}"));
             assert_eq!(world.loads_under_way(), 0, "every request ends");
         }
-    }
-}
-
-#[test]
-fn after_a_cut_a_view_is_complete_as_soon_as_the_budget_allows() {
-    for tiles_per_frame in [1, 4, 16] {
-        let knobs = Knobs {
-            complete_feedback: true,
-            upload_bytes_per_frame: 100 * tiles_per_frame,
-            screen: [320, 180],
-            slots: 300,
-            in_flight_tiles: 1000,
-            ..knobs(Path::Still)
-        };
-        let latency = knobs.loads.latency_frames;
-        let mut world = World::new(knobs).unwrap();
-        world.loads_mut().tiles_per_frame = usize::MAX;
-        let mut frames = 0;
-        while frames < 3 || world.pager.stats().missing > 0 {
-            world.step().unwrap();
-            frames += 1;
-        }
-        let loaded = world.pager.stats().loaded;
-        let bound = (1.1 * loaded.div_ceil(tiles_per_frame) as f64) as u64 + 2 + latency + 1;
-        assert!(
-            frames <= bound,
-            "{frames} frames for {loaded} tiles, {tiles_per_frame} a frame: more than {bound}"
-        );
     }
 }
 
@@ -257,7 +209,7 @@ fn random_world(seed: u64) -> Result<(), String> {
 
 #[test]
 fn random_worlds_hold_together() {
-    let worlds = std::env::var("VASTEX_WORLDS").ok().and_then(|n| n.parse().ok()).unwrap_or(60);
+    let worlds = std::env::var("VASTEX_WORLDS").ok().and_then(|n| n.parse().ok()).unwrap_or(500);
     for seed in 0..worlds {
         random_world(seed).unwrap_or_else(|why| panic!("world {seed}: {why}"));
     }

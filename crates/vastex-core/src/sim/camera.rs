@@ -4,7 +4,7 @@ use rustc_hash::FxHashMap;
 
 use crate::feedback::{Feedback, WantedPage};
 use crate::geometry::Geometry;
-use crate::page::{PageId, TextureId};
+use crate::page::{PageId, PagePos, TextureId};
 use crate::shared::{FEEDBACK_SCALE, JITTER_CYCLE, STEPS_PER_LEVEL};
 
 /// What is seen at one moment.
@@ -73,11 +73,28 @@ impl View {
         let jitter = if complete { [0, 0] } else { [n % step, (n * 5 + n / step) % step] };
         let mut found: FxHashMap<PageId, (u32, u8)> = FxHashMap::default();
         for y in (jitter[1]..screen[1]).step_by(step as usize) {
+            let Some(row) = self.row(geometry, screen, y) else { continue };
+            // Neighbours mostly want the same page.
+            let mut run: Option<(u32, u32)> = None;
+            let mut note = |run: Option<(u32, u32)>| {
+                let Some((page, pixels)) = run.and_then(|(x, n)| Some((row.page(texture, geometry, x)?, n)))
+                else {
+                    return;
+                };
+                let entry = found.entry(page).or_insert((0, row.eighth));
+                *entry = (entry.0 + pixels, entry.1.min(row.eighth));
+            };
             for x in (jitter[0]..screen[0]).step_by(step as usize) {
-                let Some((page, eighth)) = self.want(texture, geometry, screen, [x, y]) else { continue };
-                let entry = found.entry(page).or_insert((0, eighth));
-                *entry = (entry.0 + 1, entry.1.min(eighth));
+                let Some(page_x) = row.page_x(x) else { continue };
+                run = match run {
+                    Some((of, pixels)) if of == page_x => Some((of, pixels + 1)),
+                    other => {
+                        note(other);
+                        Some((page_x, 1))
+                    }
+                };
             }
+            note(run);
         }
         let mut pages: Vec<WantedPage> =
             found.into_iter().map(|(page, (pixels, eighth))| WantedPage { page, pixels, eighth }).collect();
@@ -93,25 +110,67 @@ impl View {
         screen: [u32; 2],
         pixel: [u32; 2],
     ) -> Option<(PageId, u8)> {
-        let across = (f64::from(pixel[0]) + 0.5) / f64::from(screen[0]) - 0.5;
-        let down = (f64::from(pixel[1]) + 0.5) / f64::from(screen[1]);
-        let row_width = self.width * (1.0 + self.tilt * (1.0 - down));
-        let u = self.centre[0] + across * row_width;
-        let v = self.centre[1] - (1.0 - down) * row_width * 0.5;
-        if !(0.0..1.0).contains(&u) || !(0.0..1.0).contains(&v) {
+        let row = self.row(geometry, screen, pixel[1])?;
+        row.page(texture, geometry, row.page_x(pixel[0])?).map(|page| (page, row.eighth))
+    }
+
+    /// What a row of pixels has in common; nothing where it lies beside the texture.
+    fn row(&self, geometry: &Geometry, screen: [u32; 2], y: u32) -> Option<Row> {
+        let down = (f64::from(y) + 0.5) / f64::from(screen[1]);
+        let width = self.width * (1.0 + self.tilt * (1.0 - down));
+        let v = self.centre[1] - (1.0 - down) * width * 0.5;
+        if !(0.0..1.0).contains(&v) {
             return None;
         }
         let size = geometry.size().map(f64::from);
         let lambda =
-            (row_width * size[0] / f64::from(screen[0])).log2().clamp(0.0, f64::from(geometry.coarsest()));
+            (width * size[0] / f64::from(screen[0])).log2().clamp(0.0, f64::from(geometry.coarsest()));
         let (level, eighth) = (lambda as u8, (lambda.fract() * f64::from(STEPS_PER_LEVEL)) as u8);
-        let texel = [(u * size[0]) as u32, (v * size[1]) as u32];
-        let side = geometry.page();
         // Of a volume, the slice in the middle.
-        let middle = geometry.size()[2] / 2 / side[2];
-        let finest =
-            crate::page::PagePos { level: 0, x: texel[0] / side[0], y: texel[1] / side[1], z: middle };
-        let pos = geometry.ancestor(finest, level);
-        crate::textures::page_id(texture, geometry, pos).map(|page| (page, eighth))
+        let middle = geometry.size()[2] / 2;
+        let (scale, side) = (geometry.level(level).scale, geometry.page());
+        let texels: [u64; 3] = std::array::from_fn(|axis| scale[axis] * u64::from(side[axis]));
+        Some(Row {
+            centre: self.centre[0],
+            width,
+            pixels: f64::from(screen[0]),
+            texels: size[0],
+            page_texels: texels[0],
+            eighth,
+            page: PagePos {
+                level,
+                x: 0,
+                y: ((v * size[1]) as u64 / texels[1]) as u32,
+                z: (u64::from(middle) / texels[2]) as u32,
+            },
+        })
+    }
+}
+
+/// A row of pixels, all of which want the same level.
+struct Row {
+    /// In uv: its middle and how much it spans.
+    centre: f64,
+    width: f64,
+    /// Pixels along it, and texels of level 0 along the whole texture and along a page.
+    pixels: f64,
+    texels: f64,
+    page_texels: u64,
+    eighth: u8,
+    /// The first page that lies along it.
+    page: PagePos,
+}
+
+impl Row {
+    /// The column of the page that a pixel wants; nothing beside the texture.
+    fn page_x(&self, x: u32) -> Option<u32> {
+        let u = self.centre + ((f64::from(x) + 0.5) / self.pixels - 0.5) * self.width;
+        (0.0..1.0).contains(&u).then(|| ((u * self.texels) as u64 / self.page_texels) as u32)
+    }
+
+    fn page(&self, texture: TextureId, geometry: &Geometry, x: u32) -> Option<PageId> {
+        let pos = PagePos { x, ..self.page };
+        let pos = if geometry.is_tail(pos) { geometry.tail_pos() } else { pos };
+        crate::textures::page_id(texture, geometry, pos)
     }
 }

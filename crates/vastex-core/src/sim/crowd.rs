@@ -283,7 +283,9 @@ impl Crowd {
         self.pagers.take_table_changes(&mut self.changes);
         for Member { texture, geometry, table, .. } in &mut self.members {
             let own = self.changes.iter().filter(|change| change.page.texture() == *texture);
-            own.for_each(|change| table.apply(geometry, change));
+            own.for_each(|change| {
+                table.apply(geometry, change);
+            });
         }
         Ok(())
     }
@@ -330,17 +332,19 @@ impl Crowd {
 
     /// What is resident of a texture is exactly what its table leads to.
     fn check_table(&self, member: &Member) -> Result<(), String> {
-        let mut known = BTreeSet::new();
-        for (slot, page) in (0u32..).zip(self.pagers.pager(member.pool).slots()) {
+        let slots = self.pagers.pager(member.pool).slots();
+        let mut in_slot = vec![None; slots.len()];
+        for ((slot, page), in_slot) in (0u32..).zip(slots).zip(&mut in_slot) {
             let Some(page) = page.filter(|page| page.texture() == member.texture) else { continue };
             let (entry, pos) =
                 (TableEntry::new(page.level(), Slot::new(slot)), page.pos(member.geometry.dims()));
             if member.table.lookup(pos) != entry {
                 return Err(format!("frame {}: the table does not lead to {pos}", self.frame));
             }
-            known.insert(entry);
+            *in_slot = Some(entry);
         }
-        match member.table.entries().iter().all(|entry| known.contains(entry)) {
+        let is_known = |entry: &TableEntry| in_slot.get(entry.slot().index() as usize) == Some(&Some(*entry));
+        match member.table.entries().iter().all(is_known) {
             true => Ok(()),
             false => Err(format!("frame {}: the table names slots that are gone", self.frame)),
         }

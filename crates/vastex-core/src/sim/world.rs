@@ -1,6 +1,6 @@
 //! The world itself: one frame after the other, with what must hold checked at each.
 
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 use bytes::Bytes;
@@ -86,6 +86,12 @@ pub struct World {
     pub frame: u64,
     /// Everything that the pager said, with the frame.
     pub events: Vec<(u64, Event)>,
+    /// How often the tile of each page was put into a slot.
+    pub loads_of: BTreeMap<PageId, u32>,
+    /// Entries of the page table that the changes of the last frame replaced.
+    pub entries_changed: u64,
+    /// What is seen, where the camera no longer follows its path.
+    look: Option<View>,
     in_view: VecDeque<Feedback>,
     newest: Feedback,
     uploaded: Vec<u64>,
@@ -126,6 +132,9 @@ impl World {
             pager,
             frame: 0,
             events: Vec::new(),
+            loads_of: BTreeMap::new(),
+            entries_changed: 0,
+            look: None,
             in_view: VecDeque::new(),
             newest: Feedback::default(),
             uploaded: Vec::new(),
@@ -135,7 +144,17 @@ impl World {
 
     /// What the camera sees now.
     pub fn view(&self) -> View {
-        self.knobs.path.view(self.frame.min(self.knobs.hold_after))
+        self.look.unwrap_or_else(|| self.knobs.path.view(self.frame.min(self.knobs.hold_after)))
+    }
+
+    /// Cuts to another view, from the next frame on, and stays there.
+    pub fn cut_to(&mut self, view: View) {
+        self.look = Some(view);
+    }
+
+    /// The page-table changes of the last frame.
+    pub fn table_changes(&self) -> &[TableChange] {
+        &self.changes
     }
 
     /// Holds the camera where it is.
@@ -216,14 +235,14 @@ impl World {
         let mut bytes = 0;
         while let Some(upload) = self.pager.poll_upload() {
             bytes += self.knobs.tile_bytes;
+            *self.loads_of.entry(upload.page).or_default() += 1;
             self.check_eviction(&upload)?;
         }
         self.uploaded.push(bytes);
         self.check_upload_budget()?;
         self.pager.take_table_changes(&mut self.changes);
-        for change in &self.changes {
-            self.table.apply(&self.geometry, change);
-        }
+        let changes = self.changes.iter();
+        self.entries_changed = changes.map(|change| self.table.apply(&self.geometry, change)).sum();
         Ok(())
     }
 
@@ -258,24 +277,20 @@ impl World {
 
     /// What is resident, by what the pager says of its slots, is exactly what the table leads to.
     fn check_table(&self) -> Result<(), String> {
-        let in_slot: BTreeSet<(TableEntry, PageId)> = (0u32..)
-            .zip(self.pager.slots())
-            .filter_map(|(slot, page)| {
-                page.map(|page| (TableEntry::new(page.level(), crate::Slot::new(slot)), page))
-            })
-            .collect();
-        for &(entry, page) in &in_slot {
+        let mut in_slot = vec![None; self.pager.slots().len()];
+        for ((slot, page), in_slot) in (0u32..).zip(self.pager.slots()).zip(&mut in_slot) {
+            let Some(page) = page else { continue };
+            let entry = TableEntry::new(page.level(), crate::Slot::new(slot));
             let pos = page.pos(self.geometry.dims());
             if self.table.lookup(pos) != entry {
                 return Err(format!("frame {}: the table does not lead to {pos}", self.frame));
             }
+            *in_slot = Some(entry);
         }
-        let known: BTreeSet<TableEntry> = in_slot.iter().map(|&(entry, _)| entry).collect();
-        let named: BTreeSet<TableEntry> = self.table.entries().iter().copied().collect();
-        if named.is_subset(&known) {
-            Ok(())
-        } else {
-            Err(format!("frame {}: the table names slots that are gone", self.frame))
+        let is_known = |entry: &TableEntry| in_slot.get(entry.slot().index() as usize) == Some(&Some(*entry));
+        match self.table.entries().iter().all(is_known) {
+            true => Ok(()),
+            false => Err(format!("frame {}: the table names slots that are gone", self.frame)),
         }
     }
 
