@@ -1,4 +1,4 @@
-//! `cargo xtask bench fetch | decide`: the benchmarks that are crates' own, run, and their figures kept.
+//! `cargo xtask bench fetch | slow | decide`: the benchmarks that are crates' own, run, and their figures kept.
 //!
 //! What is measured, and beside what, is theirs; here stand the commands and the pages of docs/.
 
@@ -26,6 +26,18 @@ fresh memory, and the checksum; the bare read is the positioned read into fresh 
 
 The second table is of tiles that the system's cache does not hold (on Linux alone): dropped from it before each
 turn, and read by so many threads, through the cache or directly with as many reads in flight.
+",
+};
+
+pub(crate) const SLOW: Figures = Figures {
+    name: "slow",
+    package: "vastex-tiles",
+    report: "docs/bench-slow.md",
+    introduction: "\
+# Slow sources: what a disk cache is worth
+
+Written by `cargo xtask bench slow --write`. The source makes its tiles in memory and is slowed on purpose; the cache is
+[the disk tier](disk-cache.md), on the disk that the crates are built on. A later run opens the cache anew and reads the same pages.
 ",
 };
 

@@ -27,7 +27,7 @@ mod window;
 
 use std::process::ExitCode;
 
-use figures::{DECIDE, FETCH};
+use figures::{DECIDE, FETCH, SLOW};
 use shell::Usage;
 
 const HELP: &str = "\
@@ -42,6 +42,7 @@ Commands:
       --runs N               interleaved runs of each program [default: 5]
       --write                put the figures into docs/bench-build.md
   bench fetch [--write]    reading and decoding tiles beside bare reads and decoders; into docs/bench-fetch.md
+  bench slow [--write]     a disk cache before a source slowed on purpose; into docs/bench-slow.md
   bench decide [--write]   what a frame's decisions cost on one core; into docs/bench-decide.md
   campaign [--minutes N]   the random tests with ever more cases [default: 10 minutes]
   campaign kills           builds that are killed, resumed and compared
@@ -87,11 +88,13 @@ fn dispatch(arguments: &[&str]) -> anyhow::Result<()> {
         ["demo"] => demo::run(),
         ["bench", "build", options @ ..] => bench::build(options),
         ["bench", "fetch", options @ ..] => FETCH.bench(options),
+        ["bench", "slow", options @ ..] => SLOW.bench(options),
         ["bench", "decide", options @ ..] => DECIDE.bench(options),
         ["bench", other, ..] => {
-            Err(Usage(format!("no benchmark is called '{other}'; there are: build, decide, fetch")).into())
+            Err(Usage(format!("no benchmark is called '{other}'; there are: build, decide, fetch, slow"))
+                .into())
         }
-        ["bench"] => Err(Usage("which benchmark? There are: build, decide, fetch".to_owned()).into()),
+        ["bench"] => Err(Usage("which benchmark? There are: build, decide, fetch, slow".to_owned()).into()),
         ["campaign", "kills", options @ ..] => kills::run(options),
         ["campaign", "flips", options @ ..] => damage::flips(options),
         ["campaign", "fuzz", options @ ..] => damage::fuzz(options),

@@ -9,6 +9,7 @@ use vastex_scenes::{Path, Scene, Shown};
 
 #[cfg(feature = "build")]
 pub(crate) use build::{BuildArgs, Compress, Encode};
+pub(crate) use disk_cache::DiskCacheArgs;
 #[cfg(feature = "build")]
 pub(crate) use export::{ExportArgs, FormatName, LayoutName};
 #[cfg(feature = "build")]
@@ -19,6 +20,7 @@ pub(crate) use replay::ReplayArgs;
 
 #[cfg(feature = "build")]
 mod build;
+mod disk_cache;
 #[cfg(feature = "build")]
 mod export;
 #[cfg(feature = "build")]
@@ -163,6 +165,8 @@ pub(crate) struct SceneArgs {
     /// Read tiles past the system's file cache, several at a time; for containers built with --align
     #[arg(long)]
     pub(crate) direct: bool,
+    #[command(flatten)]
+    pub(crate) disk_cache: DiskCacheArgs,
 }
 
 /// What `vastex render` is told.
@@ -172,6 +176,7 @@ Examples:
   vastex render earth.vastex --on globe -o globe.png
   vastex render earth.vastex --on plane --size 1920x1080 --camera-path fly --frames 120 -o fly.png
   vastex render earth.vastex --on plane --pool-mib 4 --compare --json
+  vastex render /net/slow/earth.vastex --on globe --disk-cache ~/.cache/vastex -o globe.png
   vastex render island.vastex --layer-shown height --range 0,0.2 -o height.png
   vastex render earth.vastex --on globe --camera-path spin --record-trace spin.vxtrace
 

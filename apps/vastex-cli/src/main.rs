@@ -6,6 +6,7 @@
 
 mod args;
 mod commands;
+mod disk_cache;
 mod gpu;
 mod open;
 mod output;

@@ -1,18 +1,33 @@
-//! What `render` and `view` are given: a container, or a tile directory of another program.
+//! What `render` and `view` are given: a container, or a tile directory of another program, behind a disk cache if one is asked
+//! for.
 
 use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::Result;
 use vastex::TileSource;
-use vastex_tiles::{Container, DirectStore};
+use vastex_tiles::{Container, DirectStore, DiskTier};
 
-use crate::report;
+use crate::args::SceneArgs;
+use crate::{disk_cache, report};
+
+/// What a scene shows.
+pub(crate) struct Opened {
+    /// Behind the disk cache, where there is one.
+    pub(crate) tiles: Arc<dyn TileSource>,
+    pub(crate) disk: Option<Arc<DiskTier>>,
+}
+
+/// Opens the source of a scene, and its disk cache if there is to be one.
+pub(crate) fn open(args: &SceneArgs) -> Result<Opened> {
+    let tiles = open_path(&args.source, args.direct)?;
+    Ok(disk_cache::before(tiles, &args.source, &args.disk_cache))
+}
 
 /// Opens a container or, where Vastex can read them, the tiles of a directory or of the file that describes one.
 ///
 /// The tiles of a container are read past the system's cache if `direct` and if they can be; what cannot be is said.
-pub(crate) fn open(path: &Path, direct: bool) -> Result<Arc<dyn TileSource>> {
+fn open_path(path: &Path, direct: bool) -> Result<Arc<dyn TileSource>> {
     match if direct { open_direct(path) } else { vastex::open(path) } {
         Ok(container) => Ok(container),
         Err(error) => match directory(path)? {

@@ -62,8 +62,11 @@ pub use vastex_core::{
     Region, Stats, TexelPositions, TextureId, TicketState, Trace, Urgency, fold,
 };
 pub use vastex_tiles::{
-    Codec, ContainerError, DecodeError, ReadError, ReadFuture, Tile, TileSource, decode_layer,
+    Codec, ContainerError, DecodeError, ReadError, ReadFuture, SourceKey, TierStats, Tile, TileSource,
+    decode_layer,
 };
+#[cfg(not(target_family = "wasm"))]
+pub use vastex_tiles::{DiskCache, DiskTier, DiskTierError};
 pub use vastex_wgpu::{Atlas, GpuError, LevelRule, required_features, texture_format};
 
 /// Opens a `.vastex` file.

@@ -8,11 +8,12 @@ use serde::Serialize;
 use vastex::{Event, FrameStats, Pace, PageId, PoolSettings, Settings};
 use vastex_core::Dims;
 use vastex_scenes::{Comparison, Gpu, Outcome, ReferenceKind, Studio, Until};
-use vastex_tiles::DirectStore;
+use vastex_tiles::{DirectStore, DiskTier};
 
 use crate::args::{RenderArgs, SceneArgs};
+use crate::open::Opened;
 use crate::output::Output;
-use crate::{gpu, open, report};
+use crate::{disk_cache, gpu, open, report};
 
 pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode> {
     let source = args.scene.source.display().to_string();
@@ -27,7 +28,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode> {
         picture: args.output.as_deref().map(Output::at).transpose()?,
         trace: args.record_trace.as_deref().map(Output::at).transpose()?,
     };
-    let tiles = open::open(&args.scene.source, args.scene.direct)?;
+    let Opened { tiles, disk } = open::open(&args.scene)?;
     let gpu = Gpu::headless()?;
     gpu::report_refusals(&gpu);
     let pace = match args.realtime {
@@ -37,7 +38,8 @@ pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode> {
     let settings = Settings { pace, ..settings(&args.scene)? };
     let (shown, SceneArgs { on, size, .. }) = (args.scene.shown(), &args.scene);
     let studio = Studio::showing(&shown, &gpu, tiles, *on, *size, settings);
-    let outcome = draw(args, &mut studio.context(source.clone())?, &outputs, gpu.adapter_name());
+    let outcome =
+        draw(args, &mut studio.context(source.clone())?, &outputs, disk.as_deref(), gpu.adapter_name());
     let outcome = outcome.context(source.clone())?;
     if args.frames.is_some() || outcome.converged {
         return Ok(ExitCode::SUCCESS);
@@ -57,7 +59,13 @@ struct Outputs {
 }
 
 /// Plays the path, writes picture and trace, and tells how it went.
-fn draw(args: &RenderArgs, studio: &mut Studio, outputs: &Outputs, adapter: String) -> Result<Outcome> {
+fn draw(
+    args: &RenderArgs,
+    studio: &mut Studio,
+    outputs: &Outputs,
+    disk: Option<&DiskTier>,
+    adapter: String,
+) -> Result<Outcome> {
     if outputs.trace.is_some() {
         studio.textures_mut().record_trace();
     }
@@ -72,7 +80,8 @@ fn draw(args: &RenderArgs, studio: &mut Studio, outputs: &Outputs, adapter: Stri
         output.write(&trace.to_bytes())?;
     }
     let compared = if args.compare { Some(studio.compare()?) } else { None };
-    let summary = Summary::new(&outcome, studio.share_at_wanted_level()?, adapter, compared);
+    let mut summary = Summary::new(&outcome, studio.share_at_wanted_level()?, adapter, compared);
+    summary.disk_cache = disk.map(disk_cache::Summary::new);
     match args.json {
         true => report::print_json(&summary)?,
         false => report::print(&summary.text())?,
@@ -149,6 +158,9 @@ struct Summary {
     /// Of the covered pixels, at mip bias 0.
     share_at_wanted_level: f64,
     adapter: String,
+    /// Only with `--disk-cache`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    disk_cache: Option<disk_cache::Summary>,
     #[serde(flatten)]
     compared: Option<Compared>,
 }
@@ -191,6 +203,7 @@ impl Summary {
             mip_bias: f64::from(pager.bias_eighths) / 8.0,
             share_at_wanted_level,
             adapter,
+            disk_cache: None,
             compared: compared.map(|(comparison, reference)| Compared {
                 psnr_db: comparison.psnr_db,
                 max_error: comparison.max_error,
@@ -225,6 +238,7 @@ impl Summary {
                 report::percent(self.share_at_wanted_level)
             ),
         ];
+        rows.extend(self.disk_cache.as_ref().map(disk_cache::Summary::text));
         if let Some(Compared { psnr_db, max_error, share_within_1_255, reference, .. }) = &self.compared {
             let within = report::percent(*share_within_1_255);
             rows.push(format!(

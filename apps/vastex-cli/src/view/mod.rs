@@ -29,7 +29,7 @@ use viewer::{Viewer, Wake};
 const MAX_LOST_DEVICES: u32 = 3;
 
 pub(crate) fn run(args: &ViewArgs) -> Result<ExitCode> {
-    let source = open::open(&args.scene.source, args.scene.direct)?;
+    let source = open::open(&args.scene)?.tiles;
     let events = EventLoop::new().context(
         "no window can be opened; run this where there is a display (DISPLAY or WAYLAND_DISPLAY names it), or draw to a \
          file with `vastex render`",

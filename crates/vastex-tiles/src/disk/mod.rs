@@ -22,7 +22,7 @@
 //!   nobody is kept out: two processes then cost each other entries and exceed the budget, but get no wrong byte.
 //!
 //! A hit costs a look-up, a read and a checksum on the thread that reads; a miss besides the source's read a decode and a
-//! write. Memory: about 200 bytes a tile. What the files are, `segment` and `entry` say; how room is made, `shelf`.
+//! write. Memory: about 250 bytes a tile. What the files are, `segment` and `entry` say; how room is made, `shelf`.
 
 mod entry;
 mod index;

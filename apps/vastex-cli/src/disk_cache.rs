@@ -1,0 +1,67 @@
+//! The disk cache of `render` and `view`. Where it cannot be had, they do without and say so.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use serde::Serialize;
+use vastex::TileSource;
+use vastex_tiles::{DiskCache, DiskTier, TierStats};
+
+use crate::args::DiskCacheArgs;
+use crate::open::Opened;
+use crate::report;
+
+/// The source of `path`, behind the cache that was asked for.
+pub(crate) fn before(tiles: Arc<dyn TileSource>, path: &Path, args: &DiskCacheArgs) -> Opened {
+    let Some(directory) = &args.disk_cache else { return Opened { tiles, disk: None } };
+    let Some(key) = tiles.identity() else {
+        let path = path.display();
+        report::say(&format!("note: {path}: not kept on disk: the dates of its files cannot be read"));
+        return Opened { tiles, disk: None };
+    };
+    match DiskTier::open(directory, args.disk_cache_mib << 20) {
+        Ok(tier) => {
+            let tier = Arc::new(tier);
+            let tiles = Arc::new(DiskCache::new(tiles, tier.clone(), key));
+            Opened { tiles, disk: Some(tier) }
+        }
+        Err(error) => {
+            report::say(&format!("note: {error}; nothing is kept on disk in this run"));
+            Opened { tiles, disk: None }
+        }
+    }
+}
+
+/// What `--json` says of the cache. Scripts rely on these names.
+#[derive(Serialize)]
+pub(crate) struct Summary {
+    hits: u64,
+    misses: u64,
+    evictions: u64,
+    failures: u64,
+    tiles: u64,
+    /// Of all its files.
+    bytes: u64,
+    bytes_read: u64,
+    bytes_written: u64,
+}
+
+impl Summary {
+    pub(crate) fn new(tier: &DiskTier) -> Summary {
+        let TierStats { hits, misses, evictions, failures, tiles, bytes, bytes_read, bytes_written } =
+            tier.stats();
+        Summary { hits, misses, evictions, failures, tiles, bytes, bytes_read, bytes_written }
+    }
+
+    pub(crate) fn text(&self) -> String {
+        let Summary { hits, misses, evictions, failures, tiles, .. } = self;
+        let bytes = report::bytes(self.bytes);
+        let reads = hits + misses;
+        let mut text =
+            format!("disk cache: {hits} of {reads} reads, {evictions} evicted; holds {tiles} tiles, {bytes}");
+        if *failures > 0 {
+            text += &format!("; {failures} failures");
+        }
+        text
+    }
+}

@@ -1,0 +1,88 @@
+//! `--disk-cache`: later runs read from it, trouble with it is said and changes no picture.
+
+use std::fs::File;
+
+use serde_json::Value;
+
+use crate::tool::Desk;
+
+fn render(desk: &Desk, source: &str, more: &[&str]) -> (Value, String) {
+    let args = ["render", source, "--size", "160x90", "-o", "out.png", "--json"];
+    let ended = desk.run(&[&args[..], more].concat()).expect_code(0);
+    (ended.json(), ended.stderr)
+}
+
+fn reads(json: &Value) -> [u64; 2] {
+    ["hits", "misses"].map(|name| json["disk_cache"][name].as_u64().unwrap())
+}
+
+#[test]
+fn a_second_run_reads_everything_from_the_cache_and_a_changed_file_nothing() {
+    let desk = Desk::with_container();
+    let cache = ["--disk-cache", "made/cache"];
+    let (without, _) = render(&desk, "image.vastex", &[]);
+    assert_eq!(without.get("disk_cache"), None);
+    let picture = desk.read("out.png");
+    let (first, _) = render(&desk, "image.vastex", &cache);
+    let [hits, misses] = reads(&first);
+    assert!(hits == 0 && misses > 1, "{first}");
+    std::fs::rename(desk.path("image.vastex"), desk.path("moved.vastex")).unwrap();
+    let (second, said) = render(&desk, "moved.vastex", &cache);
+    assert_eq!(reads(&second), [misses, 0]);
+    assert!(!said.contains("note"), "{said}");
+    assert_eq!(desk.read("out.png"), picture);
+
+    desk.write_png("other.png", [300, 201]);
+    desk.run(&["build", "other.png", "-o", "moved.vastex", "--page", "64", "--quiet"]).expect_code(0);
+    assert_eq!(reads(&render(&desk, "moved.vastex", &cache).0)[0], 0);
+}
+
+#[test]
+fn tile_directories_are_kept_until_a_file_of_theirs_changes() {
+    let desk = Desk::with_container();
+    desk.run(&["export", "image.vastex", "--layout", "deepzoom", "-o", "tree", "--quiet"]).expect_code(0);
+    let cache = ["--disk-cache", "cache"];
+    let misses = reads(&render(&desk, "tree", &cache).0)[1];
+    assert_eq!(reads(&render(&desk, "tree", &cache).0), [misses, 0]);
+    let mut names = std::fs::read_dir(desk.path("tree/tree_files/9")).unwrap();
+    let tile = names.next().unwrap().unwrap().path();
+    File::options().write(true).open(tile).unwrap().set_modified(std::time::UNIX_EPOCH).unwrap();
+    assert_eq!(reads(&render(&desk, "tree", &cache).0), [0, misses]);
+}
+
+#[test]
+fn a_cache_that_cannot_be_had_is_done_without() {
+    let desk = Desk::with_container();
+    render(&desk, "image.vastex", &[]);
+    let picture = desk.read("out.png");
+    desk.write("file", b"x");
+    std::fs::create_dir(desk.path("cache")).unwrap();
+    let lock = File::create(desk.path("cache/vastex.lock")).unwrap();
+    lock.lock().unwrap();
+    for (directory, words) in [("file", "cannot be a disk cache"), ("cache", "is in use")] {
+        let (json, said) = render(&desk, "image.vastex", &["--disk-cache", directory]);
+        assert!(said.contains(words) && said.contains("note: ") && said.contains(directory), "{said}");
+        assert_eq!((json.get("disk_cache"), desk.read("out.png")), (None, picture.clone()));
+    }
+    let ended = desk.run(&["render", "image.vastex", "--disk-cache-mib", "5"]).expect_code(2);
+    assert!(ended.stderr.contains("--disk-cache <DIR>"), "{ended}");
+}
+
+/// What the limit for files does is what a full disk does.
+#[cfg(unix)]
+#[test]
+fn where_nothing_can_be_written_the_picture_is_the_same_and_it_is_said_once() {
+    let desk = Desk::with_container();
+    render(&desk, "image.vastex", &[]);
+    let picture = desk.read("out.png");
+    let script = "ulimit -f 0; exec \"$0\" render image.vastex --size 160x90 --disk-cache cache --json";
+    let mut command = std::process::Command::new("sh");
+    command.args(["-c", script, env!("CARGO_BIN_EXE_vastex")]).current_dir(desk.path(""));
+    let output = command.env_remove("RUST_LOG").output().unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    assert_eq!(said.matches("the disk cache cannot keep tiles").count(), 1, "{said}");
+    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((&json["disk_cache"]["bytes"], &json["pages_failed"]), (&0.into(), &0.into()));
+    assert!(json["disk_cache"]["failures"].as_u64() > Some(0) && !picture.is_empty());
+}
