@@ -1,9 +1,11 @@
-//! What a pager has decided, as values for the loader and the GPU.
+//! What a pager has decided, as values for the loader and the GPU; and what of it page tables are told.
 
 use bytes::Bytes;
 
 use crate::page::{PageId, PagePos};
+use crate::pager::Pager;
 use crate::pool::Slot;
+use crate::table::{ChangeRule, TableChange, TableEntry};
 
 /// A tile to load.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,4 +29,30 @@ pub struct Upload {
     pub bytes: Bytes,
     /// The page that gave up the slot.
     pub evicted: Option<PageId>,
+}
+
+impl Pager {
+    /// Replaces `changes` with the page-table changes of the uploads handed out since the last call: evictions first,
+    /// then loads.
+    pub fn take_table_changes(&mut self, changes: &mut Vec<TableChange>) {
+        changes.clear();
+        self.append_table_changes(changes);
+    }
+
+    pub(crate) fn append_table_changes(&mut self, changes: &mut Vec<TableChange>) {
+        for (page, slot) in self.evicted.drain(..) {
+            let left =
+                self.textures.ancestors(page).find_map(|a| self.residency.slot_of(a).map(|slot| (a, slot)));
+            let Some((ancestor, ancestor_slot)) = left else { continue };
+            changes.push(TableChange {
+                page,
+                rule: ChangeRule::Naming(TableEntry::new(page.level(), slot)),
+                entry: TableEntry::new(ancestor.level(), ancestor_slot),
+            });
+        }
+        for (page, slot) in self.settled.drain(..) {
+            let entry = TableEntry::new(page.level(), slot);
+            changes.push(TableChange { page, rule: ChangeRule::Coarser, entry });
+        }
+    }
 }

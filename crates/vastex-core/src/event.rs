@@ -28,6 +28,15 @@ pub enum Event {
         /// The textures that want most, at most three, largest first.
         largest: Vec<TexturePages>,
     },
+    /// The device had no memory for a pool of the size that was asked for, so that it was made smaller.
+    PoolReduced {
+        /// The pool.
+        pool: PoolId,
+        /// Bytes asked for.
+        asked: u64,
+        /// Bytes that it has.
+        bytes: u64,
+    },
     /// A tile could not be had; said once, until it recovers. It is tried again with back-off, its ancestor stays on screen.
     Failed {
         /// The pool of its texture.

@@ -29,6 +29,7 @@ mod pagers;
 mod policy;
 mod pool;
 mod records;
+mod recovery;
 mod refresh;
 mod region;
 mod replay;

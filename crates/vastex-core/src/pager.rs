@@ -27,7 +27,6 @@ use crate::pool::{PoolError, PoolId, PoolLayout, Slot};
 use crate::residency::{PageState, Residency};
 use crate::shared::JITTER_CYCLE;
 use crate::stats::Stats;
-use crate::table::{ChangeRule, TableChange, TableEntry};
 use crate::textures::{Textures, page_id};
 use crate::working_set::{Node, WorkingSet};
 
@@ -59,8 +58,8 @@ pub struct Pager {
     pub(crate) plan_due: bool,
     pub(crate) pins_changed: bool,
     pub(crate) cancels: VecDeque<PageId>,
-    evicted: Vec<(PageId, Slot)>,
-    settled: Vec<(PageId, Slot)>,
+    pub(crate) evicted: Vec<(PageId, Slot)>,
+    pub(crate) settled: Vec<(PageId, Slot)>,
     events: EventQueue,
     /// The frame from which feedback belongs to a new view.
     cut: Option<u64>,
@@ -393,30 +392,6 @@ impl Pager {
         let ready = |page: &PageId| self.residency.state(*page) == PageState::Ready;
         self.next_upload += left.iter().position(ready).unwrap_or(left.len());
         self.order.get(self.next_upload).copied()
-    }
-
-    /// Replaces `changes` with the page-table changes of the uploads handed out since the last call: evictions first,
-    /// then loads.
-    pub fn take_table_changes(&mut self, changes: &mut Vec<TableChange>) {
-        changes.clear();
-        self.append_table_changes(changes);
-    }
-
-    pub(crate) fn append_table_changes(&mut self, changes: &mut Vec<TableChange>) {
-        for (page, slot) in self.evicted.drain(..) {
-            let left =
-                self.textures.ancestors(page).find_map(|a| self.residency.slot_of(a).map(|slot| (a, slot)));
-            let Some((ancestor, ancestor_slot)) = left else { continue };
-            changes.push(TableChange {
-                page,
-                rule: ChangeRule::Naming(TableEntry::new(page.level(), slot)),
-                entry: TableEntry::new(ancestor.level(), ancestor_slot),
-            });
-        }
-        for (page, slot) in self.settled.drain(..) {
-            let entry = TableEntry::new(page.level(), slot);
-            changes.push(TableChange { page, rule: ChangeRule::Coarser, entry });
-        }
     }
 
     /// The next thing that an application wants to know.

@@ -293,6 +293,11 @@ impl Pagers {
         self.pools.get_mut(usize::from(pool.number())).map(|pool| &mut pool.pager)
     }
 
+    /// Puts something that whoever carries out the decisions has to say among the events.
+    pub fn say(&mut self, event: Event) {
+        self.events.push(event);
+    }
+
     /// The next thing that an application wants to know. The oldest of over a thousand that nobody asks for are dropped, and
     /// [`Event::Lost`] says how many.
     pub fn poll_event(&mut self) -> Option<Event> {

@@ -69,6 +69,17 @@ impl Refreshes {
         self.pages.get(&page).is_some_and(Refresh::is_in_flight)
     }
 
+    /// The page has lost its slot without being evicted: a load of it goes on as a first load. Says whether there is one.
+    pub(crate) fn becomes_first_load(&mut self, page: PageId) -> bool {
+        let Some(Refresh { step: Step::Loading { again }, .. }) = self.pages.remove(&page) else {
+            return false;
+        };
+        if again {
+            self.stale.insert(page);
+        }
+        true
+    }
+
     pub(crate) fn is_queued(&self, page: PageId) -> bool {
         self.pages.get(&page).is_some_and(|refresh| matches!(refresh.step, Step::Queued))
     }

@@ -263,3 +263,22 @@ fn a_refresh_that_fails_leaves_the_old_tile_and_is_tried_again() {
     run(&mut crowd, 200);
     assert!(crowd.is_up_to_date());
 }
+
+#[test]
+fn after_a_lost_device_everything_that_was_here_comes_again() {
+    let (mut crowd, texture) = one_image(400, Path::Still);
+    let pin = crowd.ask(texture, &far_away(), None).unwrap();
+    converge(&mut crowd);
+    let before = crowd.pagers.stats();
+    crowd.change(texture, &Region::whole());
+    run(&mut crowd, 2);
+    crowd.lose_device();
+    let lost = crowd.pagers.stats();
+    assert_eq!((lost.occupied, lost.pinned), (1, 1), "the tail alone is the caller's to put back");
+    run(&mut crowd, 60);
+    let after = crowd.pagers.stats();
+    assert_eq!((after.occupied, after.missing, after.bias_eighths), (before.occupied, 0, 0), "{after:?}");
+    assert_eq!(after.evicted, 0, "nothing gave way");
+    assert_eq!(progress(&crowd, pin).state, TicketState::Done);
+    assert!(crowd.is_up_to_date());
+}

@@ -190,6 +190,9 @@ fn random_crowd(seed: u64) -> Result<(Vec<TicketState>, u64), String> {
         if seed % 4 > 1 && random.chance(0.3) {
             ask_at_random(&mut crowd, &mut random)?;
         }
+        if seed % 8 == 7 && random.chance(0.03) {
+            crowd.lose_device();
+        }
     }
     // Whatever has gone wrong before, views that are held and a loader that is well again come to rest.
     crowd.hold();

@@ -44,7 +44,7 @@ pub enum Error {
     /// The trace could not be recorded to its end.
     #[error("the trace ends early: {0}")]
     Trace(#[from] TraceRecordError),
-    /// The GPU failed. After [`GpuError::DeviceLost`], make a new device and a new [`crate::Textures`].
+    /// The GPU failed. After [`GpuError::DeviceLost`], make a new device and call [`crate::Textures::restore`].
     #[error(transparent)]
     Gpu(#[from] GpuError),
 }

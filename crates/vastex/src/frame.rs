@@ -129,13 +129,19 @@ impl Textures {
     fn replace_feedback_path(&mut self, picture: [u32; 2]) -> Result<(), Error> {
         let target = FeedbackTarget::new(&self.device, picture, FeedbackScale::Reduced)?;
         let readback = Readback::new(&self.device, &target)?;
+        self.forget_feedback_path();
+        self.feedback = Some(FeedbackPath { target, readback });
+        Ok(())
+    }
+
+    /// Gives up the feedback that is under way.
+    pub(crate) fn forget_feedback_path(&mut self) {
         if let Some(lock_step) = &mut self.lock_step {
             lock_step.forget_feedback();
         }
-        if let Some(old) = self.feedback.replace(FeedbackPath { target, readback }) {
+        if let Some(old) = self.feedback.take() {
             self.counters.feedback_bytes_read += old.readback.bytes_read();
         }
-        Ok(())
     }
 
     /// What every pixel of a picture wants, without acting on it: for statistics. Draws as [`Textures::feedback`] does,

@@ -38,6 +38,7 @@ mod lock_step;
 mod pool_settings;
 mod pools;
 mod recorder;
+mod restore;
 mod settings;
 mod settings_file;
 mod stats;

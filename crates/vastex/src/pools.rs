@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use vastex_core::{Description, Layer, LayerFormat, PoolId, PoolLayout, Slot, Stats};
-use vastex_wgpu::{Atlas, BindLayout, Pool, TableBuffers, ViewBuffer, limits};
+use vastex_wgpu::{Atlas, BindLayout, GpuError, Pool, TableBuffers, ViewBuffer, limits};
 
 use crate::error::Error;
 
@@ -69,8 +69,18 @@ pub(crate) struct PoolState {
 }
 
 impl PoolState {
-    /// Takes the memory of a pool for textures like `held`, at most `bytes`.
+    /// Takes the memory of a pool for textures like `held`, at most `bytes`; where the device has not so much, half of it, and so on.
+    /// Says whether that was so.
     pub(crate) fn new(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        bytes: u64,
+        held: &Description,
+    ) -> Result<(PoolState, bool), Error> {
+        halved_until_it_fits(bytes, |bytes| PoolState::of_size(device, queue, bytes, held))
+    }
+
+    fn of_size(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         bytes: u64,
@@ -85,6 +95,15 @@ impl PoolState {
         let tiles = shape.to_string().into();
         tracing::debug!(%tiles, slots = slots.slots(), bytes = slots.bytes(), "a new pool");
         Ok(PoolState { slots, shape, tiles, layers, gpu: Some(gpu), atlases, layouts })
+    }
+
+    /// The same pool on another device, empty.
+    pub(crate) fn restore(&mut self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<(), Error> {
+        let was_there = self.gpu.take().is_some();
+        for layout in &mut self.layouts {
+            *layout = BindLayout::new(device, layout.atlas());
+        }
+        if was_there { self.take_back(device, queue) } else { Ok(()) }
     }
 
     /// Takes the memory anew where it was given back.
@@ -136,5 +155,52 @@ impl PoolState {
         let atlas = self.atlases[layer];
         // There is one for each way in which layers are read.
         self.layouts.iter().find(|layout| layout.atlas() == atlas).unwrap_or(&self.layouts[0])
+    }
+}
+
+/// Makes a pool of `bytes` bytes, or where the device has no memory for that the next that fits of a half, a quarter, and so on.
+/// Says whether it is less than was asked for; where none fits, the first error stands.
+fn halved_until_it_fits<T>(
+    bytes: u64,
+    mut make: impl FnMut(u64) -> Result<T, Error>,
+) -> Result<(T, bool), Error> {
+    let mut first = None;
+    for halvings in 0..u64::BITS {
+        match make(bytes >> halvings) {
+            Ok(made) => return Ok((made, halvings > 0)),
+            Err(error @ Error::Gpu(GpuError::OutOfMemory { .. })) => first = first.or(Some(error)),
+            Err(error) => return Err(first.unwrap_or(error)),
+        }
+    }
+    Err(first.unwrap_or(Error::Gpu(GpuError::OutOfMemory { bytes })))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use vastex_core::PoolError;
+
+    /// A device with memory for `free` bytes, and pools that need at least 100.
+    fn make(free: u64) -> impl FnMut(u64) -> Result<u64, Error> {
+        move |bytes| match bytes {
+            ..100 => Err(Error::Pool(PoolError::TooManyPools)),
+            _ if bytes > free => Err(Error::Gpu(GpuError::OutOfMemory { bytes })),
+            _ => Ok(bytes),
+        }
+    }
+
+    #[test]
+    fn a_pool_is_halved_until_the_device_has_the_memory() {
+        assert_eq!(halved_until_it_fits(1600, make(1600)).unwrap(), (1600, false));
+        assert_eq!(halved_until_it_fits(1600, make(1599)).unwrap(), (800, true));
+        assert_eq!(halved_until_it_fits(1600, make(100)).unwrap(), (100, true));
+    }
+
+    #[test]
+    fn where_none_fits_it_says_what_was_asked_for() {
+        let error = halved_until_it_fits(1600, make(99)).unwrap_err();
+        assert!(matches!(error, Error::Gpu(GpuError::OutOfMemory { bytes: 1600 })), "{error}");
+        let error = halved_until_it_fits(50, make(1600)).unwrap_err();
+        assert!(matches!(error, Error::Pool(PoolError::TooManyPools)), "too small from the start: {error}");
     }
 }

@@ -5,7 +5,8 @@
 use std::sync::Arc;
 
 use vastex_core::{
-    Budgets, Description, Dims, PageId, PageSet, PageState, Pagers, PoolError, PoolId, TableChange, TextureId,
+    Budgets, Description, Dims, Event, PageId, PageSet, PageState, Pagers, PoolError, PoolId, TableChange,
+    TextureId,
 };
 use vastex_tiles::{Loader, RamCache, Tile, TileSource};
 use vastex_wgpu::{
@@ -66,6 +67,13 @@ pub(crate) struct FeedbackPath {
 /// The bind groups of each texture that there is: `groups[texture]`, or `groups[layer]` of a layer that is not the first.
 #[derive(Debug, Default)]
 pub struct BindGroups(Vec<Vec<wgpu::BindGroup>>);
+
+impl BindGroups {
+    /// Those of a texture for which there is a place.
+    pub(crate) fn set(&mut self, texture: TextureId, groups: Vec<wgpu::BindGroup>) {
+        self.0[usize::from(texture.number())] = groups;
+    }
+}
 
 impl std::ops::Index<LayerId> for BindGroups {
     type Output = wgpu::BindGroup;
@@ -156,8 +164,13 @@ impl Textures {
             return Ok(PoolId::new(number));
         }
         let plan = self.settings.pools.plan(stored, held, self.settings.picture);
-        let pool = PoolState::new(&self.device, &self.queue, plan.bytes, held)?;
+        let (pool, is_reduced) = PoolState::new(&self.device, &self.queue, plan.bytes, held)?;
         let id = self.pagers.add_pool(pool.slots.slots(), pool.slots.tile_bytes, plan.mip_bias)?;
+        let (asked, bytes) = (plan.bytes, pool.slots.bytes());
+        if is_reduced {
+            tracing::warn!(tiles = %pool.tiles, asked, bytes, "the device has no memory for a pool of this size");
+            self.pagers.say(Event::PoolReduced { pool: id, asked, bytes });
+        }
         self.pools.push(pool);
         Ok(id)
     }
@@ -179,7 +192,7 @@ impl Textures {
             self.textures.resize_with(number + 1, || None);
             self.groups.0.resize_with(number + 1, Vec::new);
         }
-        self.groups.0[number] = pool.bind_groups(&self.device, &table, &self.view);
+        self.groups.set(texture, pool.bind_groups(&self.device, &table, &self.view));
         self.textures[number] =
             Some(TextureState { description: description.clone(), source: source.clone(), table });
         Ok(texture)
@@ -296,13 +309,13 @@ fn new_loader(threads: usize) -> Result<Loader, Error> {
 }
 
 #[cfg(not(target_family = "wasm"))]
-fn read_tail(source: &dyn TileSource) -> Result<Tile, Error> {
+pub(crate) fn read_tail(source: &dyn TileSource) -> Result<Tile, Error> {
     Ok(pollster::block_on(source.read(source.description().geometry.tail_pos()))?)
 }
 
 /// A browser cannot wait, so the tail must be at hand, as it is for a container once that is open.
 #[cfg(target_family = "wasm")]
-fn read_tail(source: &dyn TileSource) -> Result<Tile, Error> {
+pub(crate) fn read_tail(source: &dyn TileSource) -> Result<Tile, Error> {
     let mut read = source.read(source.description().geometry.tail_pos());
     match read.as_mut().poll(&mut std::task::Context::from_waker(std::task::Waker::noop())) {
         std::task::Poll::Ready(tile) => Ok(tile?),

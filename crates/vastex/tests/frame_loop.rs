@@ -7,7 +7,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use common::{Mapping, PICTURE, Screen, property, settings};
-use vastex::{AddressMode, Error, GpuError, Pace, PageState, PoolSettings, Settings, Textures, TileSource};
+use vastex::{
+    AddressMode, Error, GpuError, LevelRule, Pace, PageState, PoolSettings, Settings, Textures, TileSource,
+};
 use vastex_core::{Description, Dims, Geometry, GeometrySpec, PagePos, PoolError, WantedPage};
 use vastex_tiles::{PropertySource, ReadFuture};
 use vastex_wgpu::test_device::TestDevice;
@@ -65,6 +67,31 @@ impl TileSource for Wrapped {
     fn read(&self, pos: PagePos) -> ReadFuture<'_> {
         *self.reads().entry(pos).or_default() += 1;
         self.source.read(pos)
+    }
+}
+
+#[test]
+fn after_a_lost_device_the_same_picture_comes_on_another() {
+    for pace in [Pace::Realtime, Pace::LockStep { latency_frames: 1 }] {
+        let source = Arc::new(Wrapped::new(small_pages()));
+        let sources: [Arc<dyn TileSource>; 1] = [source.clone()];
+        let mut screen = Screen::new(&sources, Settings { pace, ..settings() });
+        let mapping = around([0.5, 0.5]);
+        screen.set_mapping(0, &mapping);
+        let texture = screen.texture(0);
+        screen.textures.set_levels(texture, LevelRule { finest: 1, ..LevelRule::default() });
+        screen.converge();
+        let (picture, reads) = (screen.picture(), source.repeated_reads());
+        let wanted = screen.feedback_of_every_pixel().pages;
+        screen.gpu.device.destroy();
+        assert!((0..10).any(|_| screen.frame().is_err()));
+        let mut screen = screen.on_another_device();
+        screen.set_mapping(0, &mapping);
+        assert_eq!(screen.textures.stats().pager.occupied, 1, "the tail is there at once");
+        screen.converge();
+        check_resident(&screen, &wanted);
+        assert_eq!(screen.picture(), picture, "{pace:?}");
+        assert_eq!(source.repeated_reads(), reads, "tiles came from the RAM cache");
     }
 }
 

@@ -122,7 +122,10 @@ impl FailedPages {
             match event {
                 Event::Failed { page, why, .. } => drop(self.0.insert(page, why)),
                 Event::Recovered { page, .. } => drop(self.0.remove(&page)),
-                Event::Converged { .. } | Event::Oversubscribed { .. } | Event::Lost { .. } => {}
+                Event::Converged { .. }
+                | Event::Oversubscribed { .. }
+                | Event::PoolReduced { .. }
+                | Event::Lost { .. } => {}
             }
         }
     }

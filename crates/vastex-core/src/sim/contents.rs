@@ -38,6 +38,15 @@ impl Contents {
         self.shown.insert(page, content);
     }
 
+    pub(crate) fn show_as_it_is(&mut self, page: PageId) {
+        self.shown.insert(page, self.now(page));
+    }
+
+    /// Every slot is empty.
+    pub(crate) fn lose(&mut self) {
+        self.shown.clear();
+    }
+
     /// Whether the page is shown as it is now. A tail that was never replaced is as it was in the beginning.
     pub(crate) fn is_shown_as_it_is(&self, page: PageId) -> bool {
         self.shown.get(&page).copied().unwrap_or(0) == self.now(page)

@@ -159,6 +159,19 @@ impl Crowd {
         self.pagers.invalidate(texture, region);
     }
 
+    /// The device is lost, and with it every pool; the tails are put into the new pools, and page tables begin anew.
+    pub fn lose_device(&mut self) {
+        self.pagers.tiles_lost();
+        self.contents.lose();
+        self.pinned.clear(); // they are not all here any more, and that they are is not said again
+        for Member { texture, pool, geometry, table, .. } in &mut self.members {
+            let Some(slot) = self.pagers.pager(*pool).tail_slot(*texture) else { continue };
+            *table = TableImage::new(geometry, slot);
+            let tail = page_id(*texture, geometry, geometry.tail_pos());
+            tail.into_iter().for_each(|tail| self.contents.show_as_it_is(tail));
+        }
+    }
+
     /// Whether every resident page is shown as its content is now.
     pub fn is_up_to_date(&self) -> bool {
         let mut slots = self.pagers.iter().flat_map(|pager| pager.slots().iter().flatten());

@@ -80,8 +80,22 @@ pub struct Screen {
 impl Screen {
     pub fn new(sources: &[Arc<dyn TileSource>], settings: Settings) -> Screen {
         let gpu = TestDevice::new();
+        let mut textures = Textures::new(&gpu.device, &gpu.queue, settings).unwrap();
+        let ids: Vec<TextureId> =
+            sources.iter().map(|source| textures.add(source.clone()).unwrap()).collect();
+        Screen::of(gpu, textures, &ids)
+    }
+
+    /// The same textures on another device, with nothing of the old one. Mappings are to be set again.
+    pub fn on_another_device(mut self) -> Screen {
+        let gpu = TestDevice::new();
+        self.textures.restore(&gpu.device, &gpu.queue).unwrap();
+        let ids: Vec<TextureId> = self.shown.iter().map(|shown| shown.texture).collect();
+        Screen::of(gpu, self.textures, &ids)
+    }
+
+    fn of(gpu: TestDevice, textures: Textures, ids: &[TextureId]) -> Screen {
         let device = &gpu.device;
-        let mut textures = Textures::new(device, &gpu.queue, settings).unwrap();
         let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: None,
             entries: &[wgpu::BindGroupLayoutEntry {
@@ -95,11 +109,10 @@ impl Screen {
                 count: None,
             }],
         });
-        let share = 1.0 / sources.len() as f32;
+        let share = 1.0 / ids.len() as f32;
         let shown: Vec<Shown> = (0..)
-            .zip(sources)
-            .map(|(nth, source)| {
-                let texture = textures.add(source.clone()).unwrap();
+            .zip(ids)
+            .map(|(nth, &texture)| {
                 let uniform = device.create_buffer(&wgpu::BufferDescriptor {
                     label: None,
                     size: 48,

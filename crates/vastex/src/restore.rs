@@ -1,0 +1,50 @@
+//! After a lost device: everything on the GPU is made again, from what the pagers know and the caches and sources have.
+
+use vastex_core::TextureId;
+use vastex_wgpu::{TableBuffers, TableChanger, ViewBuffer};
+
+use crate::error::Error;
+use crate::textures::{Textures, read_tail};
+
+impl Textures {
+    /// Goes on with another device, after [`vastex_wgpu::GpuError::DeviceLost`]: makes the pools and page tables anew and reads
+    /// the tails; in the next frames the tiles of the view come again, from the RAM cache as far as it has them. Textures keep
+    /// their ids, tickets and pins stay, as do levels that were set.
+    ///
+    /// What the application made from the old device it makes again: its pipelines with [`Textures::wgsl`] and
+    /// [`Textures::bind_group_layout`], its own buffers. Fails where the new device is lost as well, or cannot hold what the
+    /// old one could; then it may be called again with another.
+    pub fn restore(&mut self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<(), Error> {
+        (self.device, self.queue) = (device.clone(), queue.clone());
+        self.forget_feedback_path();
+        self.changes.clear();
+        self.pagers.tiles_lost();
+        self.view = ViewBuffer::new(device, queue);
+        self.changer = TableChanger::new(device);
+        for pool in &mut self.pools {
+            pool.restore(device, queue)?;
+        }
+        let textures: Vec<TextureId> = self.iter().collect();
+        textures.into_iter().try_for_each(|texture| self.restore_texture(texture))?;
+        tracing::info!("everything was made again on another device");
+        Ok(())
+    }
+
+    /// Its tail, its page table and its bind groups.
+    fn restore_texture(&mut self, texture: TextureId) -> Result<(), Error> {
+        let number = usize::from(texture.number());
+        let (Some(pool), Some(Some(state))) = (self.pool_of(texture), self.textures.get_mut(number)) else {
+            return Ok(());
+        };
+        let Some(slot) = self.pagers.pager(pool).tail_slot(texture) else { return Ok(()) };
+        let pool = &self.pools[usize::from(pool.number())];
+        // The source gives tiles as the pool holds them.
+        let tail = read_tail(&*state.source)?.decode(state.source.description())?;
+        pool.upload(&self.queue, slot, &tail)?;
+        let (rule, geometry) = (state.table.rule(), &state.description.geometry);
+        state.table = TableBuffers::new(&self.device, &self.queue, geometry, texture, slot)?;
+        state.table.set_rule(&self.queue, rule);
+        self.groups.set(texture, pool.bind_groups(&self.device, &state.table, &self.view));
+        Ok(())
+    }
+}
