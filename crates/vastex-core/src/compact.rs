@@ -109,7 +109,13 @@ impl FeedbackCompactor {
     fn finish(&mut self, frame: u64, feedback: &mut Feedback) {
         let wanted = |seen: &Seen| WantedPage { page: seen.page, pixels: seen.pixels, eighth: seen.eighth };
         feedback.pages.clear();
-        feedback.pages.extend(self.seen[1..].iter().map(wanted));
+        // Within a level pages mostly come in order, and levels one way or the other: turned round, little is left to sort.
+        let levels = self.seen[1..].chunk_by(|a, b| a.page.level() == b.page.level());
+        if self.seen[1..].first().map(|seen| seen.page) > self.seen[1..].last().map(|seen| seen.page) {
+            feedback.pages.extend(levels.rev().flatten().map(wanted));
+        } else {
+            feedback.pages.extend(levels.flatten().map(wanted));
+        }
         feedback.pages.sort_unstable_by_key(|wanted| wanted.page);
         (feedback.frame, feedback.degenerate) = (frame, std::mem::take(&mut self.degenerate));
         self.seen.truncate(1);

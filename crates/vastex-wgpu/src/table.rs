@@ -225,3 +225,36 @@ fn entries_below(geometry: &Geometry, level: u8) -> u32 {
         })
         .sum()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use vastex_core::sim::{Knobs, Path, World};
+
+    /// At most twice the changed entries' own bytes and 64 for each page loaded or evicted, whichever way the camera goes.
+    #[test]
+    fn what_is_sent_is_in_proportion_to_what_changes() {
+        for path in Path::ALL {
+            let knobs = Knobs { slots: 250, ..Knobs::new(path, 1) };
+            let geometry = Geometry::new(knobs.spec).unwrap();
+            let mut world = World::new(knobs).unwrap();
+            let mut moved = 0;
+            for _ in 0..200 {
+                world.step().unwrap();
+                let changes = world.table_changes();
+                if changes.is_empty() {
+                    continue;
+                }
+                let sent = Batch::new(&geometry, changes).bytes().len() as u64;
+                let (entries, pages) = (4 * world.entries_changed, changes.len() as u64);
+                assert!(
+                    sent <= 2 * entries + 64 * pages,
+                    "{path:?}: {sent} bytes for {entries} of entries and {pages} pages"
+                );
+                assert!(sent <= 40 * pages, "{path:?}: {sent} bytes for {pages} pages");
+                moved += pages;
+            }
+            assert!(moved > 50, "{path:?}: {moved} pages came and went");
+        }
+    }
+}

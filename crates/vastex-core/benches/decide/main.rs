@@ -7,6 +7,8 @@
 
 mod compaction;
 mod frame;
+mod plot;
+mod sweep;
 
 use std::time::{Duration, Instant};
 
@@ -15,6 +17,7 @@ const TURNS: usize = 200;
 fn main() {
     compaction::measure();
     frame::measure();
+    sweep::measure();
 }
 
 /// The median, by turns, of the time that each of several pieces of work takes.
