@@ -15,7 +15,8 @@ const WARM_UP: u64 = 1500;
 pub(crate) fn measure() {
     println!("\n## A frame's whole decision\n");
     println!(
-        "A pool of {SLOTS} slots, full; a texture of 262144x131072 texels; medians over {} frames.\n",
+        "A pool of {SLOTS} slots, full; a texture of 262144x131072 texels; medians over {} frames. The slowest frames of a machine\n\
+         that has other work are those that waited for a processor.\n",
         FRAMES - WARM_UP
     );
     println!("| view | wanted pages | loaded a frame | µs a frame | slowest, µs |\n|---|---|---|---|---|");
