@@ -37,7 +37,7 @@ pub use conformance::conformance;
 pub use container::verify_file;
 pub use container::{Container, ContainerError, Fault, Info, Saved, Verification, verify};
 #[cfg(all(feature = "write", not(target_family = "wasm")))]
-pub use container::{ContainerUpdate, ReorderError, UpdateError, Updated, reorder};
+pub use container::{ContainerUpdate, ReorderError, UpdateError, Updated, reorder, rewrite};
 #[cfg(feature = "write")]
 pub use container::{
     ContainerWriter, Left, MergeError, Origin, PartOf, PartWriter, ResumableWriter, TempFile, WriteError,

@@ -47,7 +47,7 @@ pub use output::{TempFile, write_advice};
 pub use part::{PartOf, PartWriter};
 pub use reader::Container;
 #[cfg(all(feature = "write", not(target_family = "wasm")))]
-pub use reorder::{ReorderError, reorder};
+pub use reorder::{ReorderError, reorder, rewrite};
 #[cfg(feature = "write")]
 pub use resume::{Left, Origin, ResumableWriter};
 #[cfg(all(feature = "write", not(target_family = "wasm")))]

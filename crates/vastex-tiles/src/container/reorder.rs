@@ -2,8 +2,8 @@
 //! in the file.
 //!
 //! One pass over an image gives bands of pages from left to right; a view that is as tall as it is wide then reads far
-//! apart. Here each level's tiles are appended along the Z-order curve instead. Encoded bytes are copied as they are, and
-//! what belongs to earlier versions of the file is left out.
+//! apart. Here each level's tiles are appended along the Z-order curve instead. Encoded bytes are copied as they are
+//! ([`reorder`]) or made new on their way ([`rewrite`]), and what belongs to earlier versions of the file is left out.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -12,11 +12,13 @@ use pollster::block_on;
 use vastex_core::PagePos;
 
 use super::error::ContainerError;
+use super::output::TempFile;
 use super::reader::Container;
 use super::writer::{ContainerWriter, WriteError, WriterOptions, Written};
 use crate::encode::{Compression, EncodedTile};
 use crate::hash::{checksum, content_hash};
 use crate::source::{ReadError, TileSource};
+use crate::tile::Tile;
 
 /// Why a container was not rewritten. What was at the output's place is still there.
 #[derive(Debug, thiserror::Error)]
@@ -48,15 +50,48 @@ pub fn reorder(
     input: &Path,
     output: &Path,
     durable: bool,
-    mut progress: impl FnMut(u64, u64) -> ControlFlow<()>,
+    progress: impl FnMut(u64, u64) -> ControlFlow<()>,
 ) -> Result<Written, ReorderError> {
     let container = Container::open_file(input)?;
+    let description = (**container.description()).clone();
+    let options = WriterOptions {
+        compression: Compression::None,
+        durable,
+        filters: container.filters().to_vec(),
+        align: container.align(),
+    };
+    let writer = ContainerWriter::create(output, description, options)?;
+    let raw_len = container.description().tile_bytes();
+    let as_it_is = |tiles: Vec<(PagePos, Tile)>| {
+        let encoded = |(pos, tile): (PagePos, Tile)| {
+            // Tiles are encoded alike in one file, so equal tiles have equal bytes.
+            let key = [&[tile.codec.number()], tile.bytes.as_ref()].concat();
+            let (hash, checksum) = (content_hash(&key), checksum(&tile.bytes));
+            (pos, EncodedTile { tile, hash, checksum, raw_len })
+        };
+        Ok(tiles.into_iter().map(encoded).collect())
+    };
+    rewrite(container, writer, 64, as_it_is, progress)
+}
+
+/// Tiles and the pages to which they belong.
+type Encoded = Vec<(PagePos, EncodedTile)>;
+
+/// Writes the tiles of a container, each level's along the Z-order curve, to one of the same pages; `make` turns so many of them
+/// at a time, or fewer, into those that are written.
+///
+/// `progress` is told how many tiles of how many are written; `Break` cancels. Takes the writer's memory, and 48 bytes a tile
+/// of the finest level.
+pub fn rewrite(
+    container: Container,
+    mut writer: ContainerWriter<TempFile>,
+    at_once: usize,
+    mut make: impl FnMut(Vec<(PagePos, Tile)>) -> Result<Encoded, ReadError>,
+    mut progress: impl FnMut(u64, u64) -> ControlFlow<()>,
+) -> Result<Written, ReorderError> {
     let description = container.description().clone();
     let geometry = &description.geometry;
-    let filters = container.filters().to_vec();
-    let options =
-        WriterOptions { compression: Compression::None, durable, filters, align: container.align() };
-    let mut writer = ContainerWriter::create(output, (*description).clone(), options)?;
+    let failed = |error| ReorderError::Read { name: container.name().into(), error };
     let present = container.present();
     let has_tile = |pos: &PagePos| present.is_none_or(|present| present.contains(*pos));
     let (mut done, total) = (0, container.info().tiles);
@@ -66,19 +101,16 @@ pub fn reorder(
             false => vec![geometry.tail_pos()],
         };
         pages.sort_by_cached_key(|pos| z_order(pos.coords()));
-        for pos in pages {
-            if done % 64 == 0 && progress(done, total).is_break() {
+        for pages in pages.chunks(at_once.max(1)) {
+            if progress(done, total).is_break() {
                 return Err(ReorderError::Cancelled);
             }
-            done += 1;
-            let tile = match block_on(container.read(pos)) {
-                Ok(tile) => tile,
-                Err(error) => return Err(ReorderError::Read { name: container.name().into(), error }),
-            };
-            // Tiles are encoded alike in one file, so equal tiles have equal bytes.
-            let key = [&[tile.codec.number()], tile.bytes.as_ref()].concat();
-            let (hash, checksum) = (content_hash(&key), checksum(&tile.bytes));
-            writer.append(pos, EncodedTile { tile, hash, checksum, raw_len: description.tile_bytes() })?;
+            let read = |&pos: &PagePos| block_on(container.read(pos)).map(|tile| (pos, tile));
+            let tiles: Result<Vec<_>, ReadError> = pages.iter().map(read).collect();
+            for (pos, tile) in tiles.and_then(&mut make).map_err(failed)? {
+                writer.append(pos, tile)?;
+            }
+            done += pages.len() as u64;
         }
     }
     // Some systems replace no file that is open.

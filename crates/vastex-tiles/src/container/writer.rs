@@ -180,6 +180,31 @@ impl ContainerWriter<TempFile> {
         ContainerWriter::new(out, name, description, options)
     }
 
+    /// As [`ContainerWriter::create`], under the temporary name that all builds into the place share: while this one writes
+    /// there, others are refused. What an interrupted one left is removed, unless `keeps_left` asks for
+    /// [`WriteError::OtherBuild`] where that could be gone on with.
+    pub fn claim(
+        path: impl AsRef<Path>,
+        description: Description,
+        options: WriterOptions,
+        keeps_left: bool,
+    ) -> Result<Self, WriteError> {
+        let (path, name) = (path.as_ref(), path.as_ref().display().to_string());
+        let failed = WriteError::io(&name);
+        let mut out = TempFile::claim(path)
+            .map_err(&failed)?
+            .ok_or_else(|| WriteError::InUse { name: name.clone() })?;
+        let journal = out.journal_path();
+        if keeps_left && journal.exists() {
+            return Err(WriteError::OtherBuild { name, of: "other options" });
+        }
+        out.set_keep(false);
+        // Where there is none, there is nothing to remove.
+        let _ = std::fs::remove_file(journal);
+        out.go_on_at(0).map_err(&failed)?;
+        ContainerWriter::new(out, name, description, options)
+    }
+
     /// The temporary name: what a program removes when it is interrupted.
     pub fn temp_path(&self) -> &Path {
         self.out.temp_path()
