@@ -8,7 +8,7 @@ use vastex::Filter;
 use vastex_scenes::{Path, Scene, Shown};
 
 #[cfg(feature = "build")]
-pub(crate) use build::{BuildArgs, Compress, Encode};
+pub(crate) use build::{BuildArgs, Compress};
 pub(crate) use disk_cache::DiskCacheArgs;
 #[cfg(feature = "build")]
 pub(crate) use export::{ExportArgs, FormatName, LayoutName};

@@ -26,6 +26,12 @@ pub(crate) fn say(text: &str) {
     let _ = writeln!(io::stderr(), "vastex: {text}");
 }
 
+/// Says what was left out of an image, or what it cost.
+#[cfg(feature = "build")]
+pub(crate) fn say_of_image(image: &std::path::Path, notice: &vastex_build::Notice) {
+    say(&format!("note: {}: {notice}", image.display()));
+}
+
 /// The whole story of an error on one line. Causes that the message before them tells already are left out.
 pub(crate) fn message(error: &anyhow::Error) -> String {
     let mut message = String::new();

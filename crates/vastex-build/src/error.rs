@@ -108,14 +108,25 @@ pub enum BuildError {
         "no layer has an alpha channel, so none can say which pages are transparent; give a mask instead"
     )]
     NoAlpha,
-    /// Insets are asked for in a part of a container, or in a build that can be resumed.
-    #[error("insets are put in when the texture is whole: build it on one machine and without --resume")]
+    /// Insets are asked for in a part of a container.
+    #[error("insets are put in when the texture is whole: build it on one machine, without --shard")]
     InsetsApart,
     /// The texture is of a kind into which no insets can be put.
     #[error(
-        "no inset can be put into the texture: {0}; build one layer of whole texels, each level from the next finer one"
+        "no inset can be put into the texture: {0}; build each level from the next finer one (--levels-from chain)"
     )]
     InsetTexture(String),
+    /// An inset does not say into which of several layers it goes, or names none that there is.
+    #[error(
+        "{path}: goes into none of the layers {layers}; say into which, as in --inset NAME={path}@X,Y,LEVEL",
+        path = path.display()
+    )]
+    InsetLayer {
+        /// The inset's image.
+        path: PathBuf,
+        /// The layers that there are.
+        layers: String,
+    },
     /// The insets would make the texture too large.
     #[error(
         "{levels} levels finer than {}x{} texels, which an inset asks for, make a texture of more than 2^31 texels a side; \

@@ -11,7 +11,7 @@ use crate::convert::{Conversion, layer_format, possible_formats};
 use crate::error::BuildError;
 use crate::filter::{LayerFilter, LevelsFrom, Meaning};
 use crate::notice::Notice;
-use crate::readers::{Profile, RowReader, in_srgb, open};
+use crate::readers::{ImageHeader, Profile, RowReader, in_srgb, open};
 use crate::stack::LayerPlan;
 use crate::{BuildOptions, fingerprint, place};
 
@@ -97,10 +97,7 @@ impl OpenLayer {
 
     /// What there is to say of what was made of it.
     pub(crate) fn report(&self, plan: &LayerPlan) -> LayerReport {
-        let header = self.reader.header();
-        let mut notices = header.notices.clone();
-        let left = |profile: &Profile| profile.left(header.format, "the layer holds no colours");
-        notices.extend(header.profile.as_ref().and_then(left));
+        let mut notices = notices_of(self.reader.header());
         notices.extend(plan.notices());
         LayerReport { path: self.path.clone(), layer: self.layer.clone(), filter: plan.filter, notices }
     }
@@ -126,10 +123,17 @@ impl OpenLayer {
             filter,
             border_color: options.border_color,
             quality: options.quality,
+            in_blocks: true,
             lost_alpha: false.into(),
             lost_negatives: false.into(),
         })
     }
+}
+
+/// What there is to say of an image before its texels are read.
+pub(crate) fn notices_of(image: &ImageHeader) -> Vec<Notice> {
+    let left = |profile: &Profile| profile.left(image.format, "the layer holds no colours");
+    image.notices.iter().cloned().chain(image.profile.as_ref().and_then(left)).collect()
 }
 
 /// Whether the numbers of a layer are colours, as far as its name and its filter tell.

@@ -53,7 +53,7 @@ pub use inset::Inset;
 pub use layers::{LayerInput, LayerReport};
 pub use notice::Notice;
 pub use readers::{DirectorySource, ImageHeader, PixelFormat, Profile, RowReader, Sample, in_srgb, open};
-pub use replace::{ReplaceError, ReplaceOptions, replace};
+pub use replace::{LayerImage, ReplaceError, ReplaceOptions, Replaced, replace};
 pub use vastex_tiles::{
     Compression, MergeError, PartOf, ReorderError, UpdateError, Updated, WriteError, Written, merge, reorder,
 };
@@ -91,7 +91,7 @@ pub struct BuildOptions {
     pub mask: Option<PathBuf>,
     /// Whether pages that are transparent in all layers with alpha get no tile.
     pub drop_transparent: bool,
-    /// Images that lie over that of the texture, as fine as it or finer. The texture has as many levels more as the finest of
+    /// Images that lie over those of the texture, as fine as they or finer. The texture has as many levels more as the finest of
     /// them needs; where no inset lies, pages of those have no tiles.
     pub insets: Vec<Inset>,
     /// Threads that filter and encode, besides one that reads and one that writes; 0 for as many as there are cores.
@@ -159,7 +159,7 @@ impl Progress for () {
 }
 
 /// What was built.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct BuildReport {
     /// Size of level 0 in texels.
     pub size: [u32; 2],
@@ -185,12 +185,15 @@ pub struct BuildReport {
     pub row_bytes_held: u64,
     /// Bytes of memory that the build could at most have taken, as estimated from the headers.
     pub memory: u64,
+    /// What was left out of insets and what it cost, each with its image; not of those that an interrupted build had put in.
+    pub insets: Vec<(PathBuf, Notice)>,
 }
 
 impl BuildReport {
     /// What was left out of the images, and what it cost.
     pub fn notices(&self) -> impl Iterator<Item = &Notice> {
-        self.layers.iter().flat_map(|layer| &layer.notices)
+        let of_insets = self.insets.iter().map(|(_, notice)| notice);
+        self.layers.iter().flat_map(|layer| &layer.notices).chain(of_insets)
     }
 }
 
@@ -214,24 +217,44 @@ pub fn build<I: Clone + Into<LayerInput>>(
     }
     let mut layers = layers::open_all(inputs.iter().cloned().map(Into::into).collect(), output, options)?;
     match options.insets.as_slice() {
-        [] => make(&mut layers, output, options, 0, progress),
+        [] => {
+            inset::refuse_left(output, options.resume)?;
+            make(&mut layers, output, options, Stage::Whole, progress)
+        }
         _ => inset::build(layers, output, options, progress),
     }
 }
 
-/// Makes a container of the layers, with `finer_levels` levels more, which are empty.
+/// What a container is made for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stage {
+    /// To be what was asked for.
+    Whole,
+    /// To be changed, and then to be made whole: with so many levels more, which are empty, and no layer compressed in blocks.
+    UnderInsets { finer_levels: u8 },
+}
+
+/// Makes a container of the layers.
 fn make(
     layers: &mut [OpenLayer],
     output: &Path,
     options: &BuildOptions,
-    finer_levels: u8,
+    stage: Stage,
     progress: &dyn Progress,
 ) -> Result<BuildReport, BuildError> {
-    let description = layers::describe(layers, options)?;
-    let texture = inset::finer(&description, finer_levels)?;
+    let mut description = layers::describe(layers, options)?;
     let plans: Result<Vec<_>, _> =
         layers.iter().map(|layer| layer.plan(&description.geometry, options)).collect();
-    let (plans, pool) = (plans?, thread_pool(options.threads)?);
+    let (mut plans, pool) = (plans?, thread_pool(options.threads)?);
+    let finer_levels = match stage {
+        Stage::Whole => 0,
+        Stage::UnderInsets { finer_levels } => {
+            plans.iter_mut().for_each(|plan| plan.in_blocks = false);
+            description = inset::without_blocks(&description);
+            finer_levels
+        }
+    };
+    let texture = inset::finer(&description, finer_levels)?;
     let run = match options.part {
         Some(part) => part.run(description.geometry.page_count()),
         None => 0..description.geometry.page_count(),
@@ -256,6 +279,7 @@ fn make(
         None => {
             let origin = Origin { input: same.as_bytes(), options: &[] };
             let writer = ResumableWriter::create(output, texture, writer_options, origin, left)?;
+            inset::remove_left(output);
             let resumed = writer.taken_over();
             job.tiles.start += resumed;
             let sink = Finer { sink: writer, levels: finer_levels };
@@ -264,6 +288,7 @@ fn make(
         Some(part) => {
             let same = same.as_bytes();
             let writer = PartWriter::create(output, texture, &writer_options, part, same, left)?;
+            inset::remove_left(output);
             job.tiles.start += writer.taken_over();
             Work { job: &job, run, memory, progress, resumed: writer.taken_over(), selection }
                 .run(layers, writer)
@@ -313,6 +338,7 @@ impl Work<'_> {
             bytes: written.bytes,
             row_bytes_held,
             memory: self.memory,
+            insets: Vec::new(),
         })
     }
 }

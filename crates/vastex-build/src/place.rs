@@ -22,7 +22,7 @@ pub(crate) fn check(input: &Path, tiles: Option<&Path>, output: &Path) -> Result
 }
 
 /// Where a file is or will be, links followed.
-fn resolved(path: &Path) -> Option<PathBuf> {
+pub(crate) fn resolved(path: &Path) -> Option<PathBuf> {
     if let Ok(found) = path.canonicalize() {
         return Some(found);
     }

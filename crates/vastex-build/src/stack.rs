@@ -6,7 +6,7 @@
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use vastex_core::{Geometry, Layer, PagePos};
+use vastex_core::{Geometry, Layer, LayerFormat, PagePos};
 
 use crate::blocks::{self, Lost, Quality};
 use crate::convert::Conversion;
@@ -24,6 +24,8 @@ pub(crate) struct LayerPlan {
     pub(crate) filter: LayerFilter,
     pub(crate) border_color: [u8; 4],
     pub(crate) quality: Quality,
+    /// Whether a compressed layer is compressed in the tiles; else they hold the texels from which its blocks will be made.
+    pub(crate) in_blocks: bool,
     pub(crate) lost_alpha: AtomicBool,
     pub(crate) lost_negatives: AtomicBool,
 }
@@ -77,15 +79,21 @@ impl LayerPlan {
         }
     }
 
+    /// The format of its share of a tile.
+    pub(crate) fn tile_format(&self) -> LayerFormat {
+        if self.in_blocks { self.layer.format } else { self.layer.format.decoded() }
+    }
+
     /// Bytes of its share of a tile.
     fn tile_bytes(&self) -> usize {
-        let ([width, height, _], side) = (self.geometry.tile(), self.layer.format.block_side());
-        (width / side) as usize * (height / side) as usize * self.layer.format.block_bytes()
+        let ([width, height, _], format) = (self.geometry.tile(), self.tile_format());
+        let side = format.block_side();
+        (width / side) as usize * (height / side) as usize * format.block_bytes()
     }
 
     /// Appends its share of a tile to `bytes`, made of the tile's rows.
     fn finish(&self, rows: &[&[u8]], bytes: &mut Vec<u8>) {
-        if !self.layer.format.is_compressed() {
+        if !self.tile_format().is_compressed() {
             return rows.iter().for_each(|row| bytes.extend_from_slice(row));
         }
         let Lost { negatives } = blocks::encode(self.layer.format, self.quality, rows, bytes);

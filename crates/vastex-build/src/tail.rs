@@ -19,10 +19,20 @@ pub(crate) fn tail_texels(geometry: &Geometry, format: LayerFormat, pyramid: &Py
             let start = (offset[1] + y) as usize * tile_row + offset[0] as usize * texel;
             tile[start..start + row.len()].copy_from_slice(row);
         }
-        let box_of = [0, 1].map(|a| (offset[a] as usize, source.size[a] as usize));
-        extend_to_blocks(&mut tile, tile_row, texel, format.block_side() as usize, box_of);
     }
+    extend_levels(geometry, format, &mut tile);
     tile
+}
+
+/// Makes what lies beside the levels of a tail up to whole blocks of `format`, of whose decoded texels the tile is.
+pub(crate) fn extend_levels(geometry: &Geometry, format: LayerFormat, tile: &mut [u8]) {
+    let texel = format.texel_bytes();
+    for level in geometry.tail().first_level()..=geometry.coarsest() {
+        let (offset, shown) = (geometry.tail().offset(level), geometry.level_box_of_tail(level));
+        let box_of = [0, 1].map(|a| (offset[a] as usize, shown.size[a] as usize));
+        let tile_row = geometry.tile()[0] as usize * texel;
+        extend_to_blocks(tile, tile_row, texel, format.block_side() as usize, box_of);
+    }
 }
 
 /// Repeats the right and lower edge of a box up to whole blocks, so that what is not shown costs no quality. `box_of` has its

@@ -6,73 +6,15 @@ mod common;
 use std::path::{Path, PathBuf};
 
 use bytes::Bytes;
+use common::desk::{Desk, hills, layer, values};
 use common::{texels, tiles, write_png};
-use half::f16;
 use png::{BitDepth, ColorType};
 use vastex_build::{BuildOptions, LayerInput, LevelsFrom, Notice, PartOf, Quality, build, merge};
 use vastex_core::{AddressMode, Description, LayerFormat, PagePos};
 use vastex_tiles::decode_layer;
 
-/// A directory with images.
-struct Desk(tempfile::TempDir);
-
-impl Desk {
-    fn new() -> Desk {
-        Desk(tempfile::tempdir().unwrap())
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    /// An image of 8 bits.
-    fn image(&self, name: &str, size: [u32; 2], color: ColorType, data: &[u8]) -> PathBuf {
-        write_png(&self.path(name), size, color, BitDepth::Eight, data);
-        self.path(name)
-    }
-
-    fn build(&self, inputs: &[LayerInput], options: &BuildOptions) -> PathBuf {
-        build(inputs, &self.path("out.vastex"), options, &()).unwrap();
-        self.path("out.vastex")
-    }
-
-    fn error(&self, inputs: &[LayerInput], options: &BuildOptions) -> String {
-        let error = build(inputs, &self.path("none.vastex"), options, &()).unwrap_err().to_string();
-        assert!(!self.path("none.vastex").exists());
-        error
-    }
-}
-
-fn layer(name: &str, path: &Path, format: Option<LayerFormat>) -> LayerInput {
-    LayerInput { name: name.into(), format, ..path.into() }
-}
-
 fn small_pages() -> BuildOptions {
     BuildOptions { page: 16, border: 4, ..BuildOptions::default() }
-}
-
-/// Hills with a little noise: what block compression is made for.
-fn hills(size: [u32; 2], channels: usize) -> Vec<u8> {
-    let noise = texels((size[0] * size[1]) as usize * channels, 5);
-    let wave = |i: usize| {
-        let (texel, channel) = (i / channels, i % channels);
-        let (x, y) = ((texel % size[0] as usize) as f64, (texel / size[0] as usize) as f64);
-        let height = (x / (9.0 + channel as f64)).sin() + (y / 13.0).cos();
-        (128.0 + 50.0 * height + f64::from(noise[i] % 4)) as u8
-    };
-    (0..noise.len()).map(wave).collect()
-}
-
-/// The number that a texel's channel stands for.
-fn values(format: LayerFormat, texels: &[u8]) -> Vec<f64> {
-    use LayerFormat::*;
-    let two = || texels.as_chunks::<2>().0.iter();
-    match format.decoded() {
-        R8 | Rg8 | Rgba8 | Rgba8Srgb => texels.iter().map(|&v| f64::from(v) / 255.0).collect(),
-        R16 | Rgba16 => two().map(|&v| f64::from(u16::from_le_bytes(v)) / 65535.0).collect(),
-        R16Float | Rgba16Float => two().map(|&v| f16::from_le_bytes(v).to_f64()).collect(),
-        _ => texels.as_chunks::<4>().0.iter().map(|&v| f64::from(f32::from_le_bytes(v))).collect(),
-    }
 }
 
 fn decoded(description: &Description, tile: &[u8]) -> Vec<u8> {

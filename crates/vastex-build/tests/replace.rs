@@ -11,8 +11,7 @@ use png::{BitDepth, ColorType};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use vastex_build::{
-    BuildOptions, Kernel, LayerFilter, LevelsFrom, Meaning, Progress, ReplaceError, ReplaceOptions, Updated,
-    replace,
+    BuildOptions, Kernel, LayerFilter, LevelsFrom, Meaning, Progress, ReplaceError, ReplaceOptions, replace,
 };
 use vastex_core::AddressMode::{self, Border, Clamp, Mirror, Wrap};
 use vastex_tiles::{Compression, Container, FileStore, TileSource, verify};
@@ -73,7 +72,7 @@ fn check(size: [u32; 2], kind: Kind, build: &BuildOptions, regions: &[[u32; 4]])
         let (at, part_size) = ([x, y], [w, h]);
         let part = texels(kind.texel() * (w * h) as usize, 1000 * n + w);
         kind.write(&part_path, part_size, &part);
-        replace(&changed, at, &part_path, &options(), &()).unwrap();
+        replace(&changed, at, &[&part_path], &options(), &()).unwrap();
         put(&mut whole, size, at, &part, part_size, kind.texel());
     }
     assert_sound(&changed);
@@ -169,7 +168,7 @@ fn only_pages_that_show_the_region_are_written() {
         build_file(&input, &options).0
     };
     GREY.write(&part, [8, 8], &[7; 64]);
-    let tiles = |mode, at| replace(&built(mode), at, &part, &options(), &()).unwrap().tiles;
+    let tiles = |mode, at| replace(&built(mode), at, &[&part], &options(), &()).unwrap().updated.tiles;
     // One page of each of 5 levels, and the tail; at a corner of four pages, four of each level that has so many.
     assert_eq!(tiles(Clamp, [24, 24]), 5 + 1);
     assert_eq!(tiles(Clamp, [508, 508]), 4 * 4 + 1 + 1);
@@ -177,9 +176,9 @@ fn only_pages_that_show_the_region_are_written() {
     assert_eq!((tiles(Clamp, [0, 0]), tiles(Wrap, [0, 0])), (5 + 1, 4 * 4 + 1 + 1));
     // The same texels again change nothing.
     let file = built(Clamp);
-    replace(&file, [24, 24], &part, &options(), &()).unwrap();
+    replace(&file, [24, 24], &[&part], &options(), &()).unwrap();
     let before = std::fs::read(&file).unwrap();
-    let again = replace(&file, [24, 24], &part, &options(), &()).unwrap();
+    let again = replace(&file, [24, 24], &[&part], &options(), &()).unwrap().updated;
     assert_eq!((again.tiles, again.bytes_added, again.bytes), (0, 0, before.len() as u64));
     assert!(again.bytes_superseded > 0 && std::fs::read(&file).unwrap() == before);
 }
@@ -193,7 +192,7 @@ fn readers_keep_the_version_that_they_opened() {
     let (file, _) = build_file(&input, &BuildOptions { page: 32, ..BuildOptions::default() });
     let before = tiles(&file).1;
     let reader = Container::open_file(&file).unwrap();
-    let Updated { tiles: replaced, .. } = replace(&file, [90, 80], &part, &options(), &()).unwrap();
+    let replaced = replace(&file, [90, 80], &[&part], &options(), &()).unwrap().updated.tiles;
     for (pos, expected) in &before {
         let tile = pollster::block_on(reader.read(*pos)).unwrap();
         assert!(tile.decode(reader.description()).unwrap() == *expected, "{pos}");
@@ -214,7 +213,7 @@ fn a_damaged_tile_is_named_once_and_the_container_stays() {
     // Of every tile.
     (1400..bytes.len() - 8000).step_by(400).for_each(|at| bytes[at] ^= 1);
     std::fs::write(&file, &bytes).unwrap();
-    let error = replace(&file, [9, 9], &part, &options(), &()).unwrap_err().to_string();
+    let error = replace(&file, [9, 9], &[&part], &options(), &()).unwrap_err().to_string();
     for once in [file.to_str().unwrap(), "level 0", "rebuild the file"] {
         assert_eq!(error.matches(once).count(), 1, "{error}");
     }
@@ -240,7 +239,7 @@ fn what_cannot_be_replaced_is_refused_and_changes_nothing() {
     GREY.write(&part, [20, 20], &texels(400, 2));
     let (file, _) = build_file(&input, &BuildOptions { page: 32, ..BuildOptions::default() });
     let before = std::fs::read(&file).unwrap();
-    let refused = |at, image: &Path| replace(&file, at, image, &options(), &()).unwrap_err().to_string();
+    let refused = |at, image: &Path| replace(&file, at, &[image], &options(), &()).unwrap_err().to_string();
     for at in [[281, 0], [0, 181], [u32::MAX, 0], [300, 200]] {
         let error = refused(at, &part);
         assert!(error.contains("beyond the texture of 300x200"), "{error}");
@@ -249,22 +248,22 @@ fn what_cannot_be_replaced_is_refused_and_changes_nothing() {
     write_png(&rgb, [20, 20], ColorType::Rgb, BitDepth::Eight, &texels(1200, 2));
     assert!(refused([0, 0], &rgb).contains("cannot become the container's r8"));
     assert!(refused([0, 0], &dir.path().join("none.png")).contains("none.png"));
-    let error = replace(&part, [0, 0], &part, &options(), &()).unwrap_err().to_string();
+    let error = replace(&part, [0, 0], &[&part], &options(), &()).unwrap_err().to_string();
     assert!(error.contains("no Vastex container but a PNG image"), "{error}");
     let of_far = dir.path().join("far.png");
     GREY.write(&of_far, [300, 200], &texels(300 * 200, 1));
     for (levels_from, name) in [(LevelsFrom::TwoFiner, "\"box@two\""), (LevelsFrom::Finest, "\"box@zero\"")] {
         let far = BuildOptions { levels_from, page: 32, ..BuildOptions::default() };
         let error =
-            replace(&build_file(&of_far, &far).0, [0, 0], &part, &options(), &()).unwrap_err().to_string();
+            replace(&build_file(&of_far, &far).0, [0, 0], &[&part], &options(), &()).unwrap_err().to_string();
         assert!(error.contains(name) && error.contains("next finer"), "{error}");
     }
     let small = ReplaceOptions { memory_limit: 1000, ..options() };
-    let error = replace(&file, [0, 0], &part, &small, &()).unwrap_err();
+    let error = replace(&file, [0, 0], &[&part], &small, &()).unwrap_err();
     assert!(matches!(error, ReplaceError::Memory { .. }), "{error}");
     for steps in [0, 5, 20, 21] {
         let stop = StopAfter(steps.into());
-        let error = replace(&file, [9, 9], &part, &options(), &stop).unwrap_err();
+        let error = replace(&file, [9, 9], &[&part], &options(), &stop).unwrap_err();
         assert!(matches!(error, ReplaceError::Cancelled), "{error}");
     }
     assert!(std::fs::read(&file).unwrap() == before);

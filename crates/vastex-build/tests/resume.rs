@@ -50,7 +50,7 @@ impl Bench {
         let len = rest.len().min(first.len());
         rest[..len].copy_from_slice(&first[..len]);
         write_png(&dir.path().join("in.png"), size, ColorType::Rgb, BitDepth::Eight, &data);
-        let mut bench = Bench { dir, options, whole: Vec::new(), report: build_nothing() };
+        let mut bench = Bench { dir, options, whole: Vec::new(), report: BuildReport::default() };
         bench.report = bench.build(&bench.options, &()).unwrap();
         bench.whole = fs::read(bench.output()).unwrap();
         bench.expect_names(&["in.png", "out.vastex"]);
@@ -110,23 +110,6 @@ impl Bench {
         );
         self.expect_names(&["in.png", "out.vastex"]);
         fs::remove_file(self.output()).unwrap();
-    }
-}
-
-fn build_nothing() -> BuildReport {
-    BuildReport {
-        size: [0; 2],
-        layers: Vec::new(),
-        levels: 0,
-        texels: 0,
-        tiles: 0,
-        constant_tiles: 0,
-        shared_tiles: 0,
-        absent_tiles: 0,
-        resumed_tiles: 0,
-        bytes: 0,
-        row_bytes_held: 0,
-        memory: 0,
     }
 }
 

@@ -29,7 +29,7 @@ pub(crate) fn containers() -> Result<Vec<Vec<u8>>> {
     fs::write(&image, tiff(40, 24)?)?;
     fs::write(&patch, tiff(9, 7)?)?;
     build(&[&image], &path, &small_build(), &())?;
-    replace(&path, [3, 5], &patch, &ReplaceOptions::default(), &())?;
+    replace(&path, [3, 5], &[&patch], &ReplaceOptions::default(), &())?;
     all.push(fs::read(&path)?);
     Ok(all)
 }

@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 use vastex::{AddressMode, Geometry};
-use vastex_build::{Inset, LayerFilter, LayerInput, LevelsFrom, PartOf};
+use vastex_build::{Inset, LayerFilter, LayerInput, LevelsFrom, PartOf, Quality};
 use vastex_core::{GeometrySpec, LayerFormat, PAGE_TEXELS};
 
-use super::inset::parse_inset;
+use super::inset::{of_layer, parse_inset};
 use super::layer::parse_layer;
 use super::{ClapArgs, named, value_error};
 
@@ -27,7 +27,7 @@ Examples:
   vastex build -o ground.vastex --layer color=c.tif:bc1-srgb --layer normal=n.png:bc5 --layer height=h.png:r16:max
 
 The output appears when it is whole; after an error or Ctrl-C nothing is left behind. With --resume, what was built so far
-stays beside the output (.NAME.partial, .NAME.journal), and the same command goes on with it to the same bytes; after a crash,
+stays beside the output (.NAME.partial, .NAME.journal; with insets .NAME.*.insets), and the same command goes on with it to the same bytes; after a crash,
 too, whether or not that build had --resume. Without --resume a build starts anew.")]
 pub(crate) struct BuildArgs {
     /// The image, or a tile directory: of Gaia Sky, of Celestia (or its .ctx), of Deep Zoom (or its .dzi), of pages
@@ -79,10 +79,11 @@ pub(crate) struct BuildArgs {
     /// Give no tile to pages that are transparent in all layers with alpha
     #[arg(long)]
     pub(crate) drop_transparent: bool,
-    /// An image over IN, as fine as it (LEVEL 0) or LEVEL levels finer, each of which doubles the texels; X,Y are the column and
-    /// row at which it begins, counted in its own texels. Pages of the finer levels are there only where insets are. Once for
-    /// each; finer ones lie over coarser ones, later ones over earlier ones
-    #[arg(long = "inset", value_name = "IMAGE@X,Y,LEVEL", value_parser = parse_inset, conflicts_with_all = ["shard", "resume"])]
+    /// An image over IN, or over that of the layer NAME, as fine as it (LEVEL 0) or LEVEL levels finer, each of which doubles the
+    /// texels; X,Y are the column and row at which it begins, counted in its own texels; over a wrapping edge it goes on at the
+    /// other side. Pages of the finer levels are there only where insets are. Once for each; finer ones lie over coarser ones,
+    /// later ones over earlier ones
+    #[arg(long = "inset", value_name = "[NAME=]IMAGE@X,Y,LEVEL", value_parser = parse_inset, conflicts_with = "shard")]
     pub(crate) insets: Vec<Inset>,
     /// Make only part I of N of the container, for `vastex merge`; each part can be made on a machine of its own
     #[arg(long, value_name = "I/N", value_parser = parse_shard)]
@@ -147,11 +148,29 @@ pub(crate) enum Encode {
     Best,
 }
 
+impl From<Encode> for Quality {
+    fn from(encode: Encode) -> Quality {
+        match encode {
+            Encode::Fast => Quality::Fast,
+            Encode::Normal => Quality::Normal,
+            Encode::Best => Quality::Best,
+        }
+    }
+}
+
 impl BuildArgs {
     /// What is built: the layers, or the image as the one layer.
     pub(crate) fn inputs(&self) -> Vec<LayerInput> {
         let image = self.input.as_ref().map(|path| LayerInput { format: self.format, ..path.into() });
         image.into_iter().chain(self.layers.iter().cloned()).collect()
+    }
+
+    /// The images that lie over those of the layers.
+    pub(crate) fn insets(&self) -> Vec<Inset> {
+        match self.layers.is_empty() {
+            true => self.insets.clone(),
+            false => self.insets.iter().map(of_layer).collect(),
+        }
     }
 
     /// The border must suit the page.

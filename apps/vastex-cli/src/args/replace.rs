@@ -2,7 +2,11 @@
 
 use std::path::PathBuf;
 
+use vastex_build::{LayerImage, LayerInput};
+
 use super::ClapArgs;
+use super::build::Encode;
+use super::layer::parse_layer;
 
 /// What `vastex replace` is told.
 #[derive(Debug, ClapArgs)]
@@ -10,18 +14,29 @@ use super::ClapArgs;
 Examples:
   vastex replace earth.vastex --at 21600,5400 alps.tif
   vastex replace slide.vastex --at 0,0 corner.png --json
+  vastex replace ground.vastex --at 4096,512 --layer color=c.png --layer height=h.png
 
-Only the pages that show the region are written, on all levels, at the end of the file. Whoever has it open goes on
-reading it as it was. After an error, Ctrl-C or a crash it is as it was before; what was replaced stays in the file until it
+Only the pages that show the region are written, on all levels, at the end of the file; layers that are not named keep every
+byte. Images of several layers are of one region: of a layer at half the resolution half the texels. What crosses a wrapping
+edge goes on at the other side. Of layers compressed in blocks, those blocks are encoded again that hold a texel that
+changes, with what the others beside it decode to. Whoever has the file open goes on reading it as it was. After an error, Ctrl-C or a crash it is as it was before; what was replaced stays in the file until it
 is built again.")]
 pub(crate) struct ReplaceArgs {
     /// The container to change
     pub(crate) file: PathBuf,
-    /// Column and row of the finest level at which the image begins
+    /// Column and row of the finest level at which the image begins, in texels of the texture
     #[arg(long, value_name = "X,Y", value_parser = parse_at)]
     pub(crate) at: [u32; 2],
-    /// The image to put there
-    pub(crate) image: PathBuf,
+    /// The image to put there, in a texture of one layer
+    #[arg(required_unless_present = "layers", conflicts_with = "layers")]
+    pub(crate) image: Option<PathBuf>,
+    /// The image for a layer, instead of IMAGE; once for each layer that changes. FORMAT and FILTER, if they are given, must be
+    /// those that the layer has
+    #[arg(long = "layer", value_name = "NAME=FILE[:FORMAT[:FILTER]]", value_parser = parse_layer)]
+    pub(crate) layers: Vec<LayerInput>,
+    /// How well block-compressed layers (bc1 to bc7) are encoded
+    #[arg(long, value_enum, default_value_t = Encode::Normal)]
+    pub(crate) quality: Encode,
     /// Threads that filter and encode [default: one for each core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub(crate) threads: Option<u32>,
@@ -34,6 +49,14 @@ pub(crate) struct ReplaceArgs {
     /// Print one JSON object
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+impl ReplaceArgs {
+    /// What goes where.
+    pub(crate) fn images(&self) -> Vec<LayerImage> {
+        let alone = self.image.iter().map(LayerImage::from);
+        alone.chain(self.layers.iter().cloned().map(LayerImage::from)).collect()
+    }
 }
 
 fn parse_at(text: &str) -> Result<[u32; 2], String> {

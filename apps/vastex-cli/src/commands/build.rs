@@ -8,12 +8,10 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, anyhow};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
-use vastex_build::{
-    BuildError, BuildOptions, BuildReport, LayerReport, Progress, Quality, ReorderError, WriteError,
-};
+use vastex_build::{BuildError, BuildOptions, BuildReport, LayerReport, Progress, ReorderError, WriteError};
 use vastex_tiles::Compression;
 
-use crate::args::{BuildArgs, Compress, Encode};
+use crate::args::{BuildArgs, Compress};
 use crate::report;
 
 /// What a shell expects of a program that Ctrl-C ended.
@@ -53,9 +51,9 @@ pub(crate) fn run(args: &BuildArgs) -> Result<ExitCode> {
     }
     if !args.quiet {
         for layer in &built.layers {
-            let input = layer.path.display();
-            layer.notices.iter().for_each(|notice| report::say(&format!("note: {input}: {notice}")));
+            layer.notices.iter().for_each(|notice| report::say_of_image(&layer.path, notice));
         }
+        built.insets.iter().for_each(|(image, notice)| report::say_of_image(image, notice));
     }
     let summary = Summary::new(args, &built, begin.elapsed());
     if args.json {
@@ -106,11 +104,7 @@ fn options(args: &BuildArgs) -> BuildOptions {
             Compress::Lz4 => Compression::Lz4,
             Compress::Zstd => Compression::Zstd(0),
         },
-        quality: match args.quality {
-            Encode::Fast => Quality::Fast,
-            Encode::Normal => Quality::Normal,
-            Encode::Best => Quality::Best,
-        },
+        quality: args.quality.into(),
         linear: args.linear,
         filter: args.filter,
         levels_from: args.levels_from,
@@ -121,7 +115,7 @@ fn options(args: &BuildArgs) -> BuildOptions {
         align: args.align.unwrap_or(1),
         mask: args.mask.clone(),
         drop_transparent: args.drop_transparent,
-        insets: args.insets.clone(),
+        insets: args.insets(),
         memory_limit: args.memory_mib.map_or(BuildOptions::default().memory_limit, |mib| mib << 20),
         part: args.shard,
         resume: args.resume,

@@ -15,12 +15,13 @@ pub(crate) fn run(args: &ReplaceArgs) -> Result<ExitCode> {
     handle_interrupts()?;
     let options = ReplaceOptions {
         threads: args.threads.unwrap_or(0) as usize,
+        quality: args.quality.into(),
         durable: args.durable,
         ..ReplaceOptions::default()
     };
     let bar = Bar::new(args.quiet);
     let begin = Instant::now();
-    let replaced = vastex_build::replace(&args.file, args.at, &args.image, &options, &bar);
+    let replaced = vastex_build::replace(&args.file, args.at, &args.images(), &options, &bar);
     bar.0.finish_and_clear();
     let replaced = match replaced {
         Err(ReplaceError::Cancelled) => {
@@ -29,13 +30,18 @@ pub(crate) fn run(args: &ReplaceArgs) -> Result<ExitCode> {
         }
         replaced => replaced?,
     };
+    if !args.quiet {
+        replaced.notices.iter().for_each(|(image, notice)| report::say_of_image(image, notice));
+    }
+    let updated = replaced.updated;
     let summary = Summary {
         file: args.file.display().to_string(),
-        tiles: replaced.tiles,
-        bytes_added: replaced.bytes_added,
-        bytes_superseded: replaced.bytes_superseded,
-        bytes: replaced.bytes,
+        tiles: updated.tiles,
+        bytes_added: updated.bytes_added,
+        bytes_superseded: updated.bytes_superseded,
+        bytes: updated.bytes,
         seconds: begin.elapsed().as_secs_f64(),
+        notices: replaced.notices.iter().map(|(_, notice)| notice.to_string()).collect(),
     };
     if args.json {
         report::print_json(&summary)?;
@@ -58,6 +64,7 @@ struct Summary {
     /// Of the file.
     bytes: u64,
     seconds: f64,
+    notices: Vec<String>,
 }
 
 impl Summary {

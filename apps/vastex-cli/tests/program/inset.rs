@@ -63,8 +63,100 @@ fn insets_that_do_not_suit_are_refused() {
         stderr
     };
     assert!(refused("inset.png@500,300", &[], 2).contains("as in rome.png@8192,4096,3"));
-    assert!(refused("inset.png@0,0,1", &["--resume"], 2).contains("--resume"));
     assert!(refused("inset.png@0,0,1", &["--shard", "1/2"], 2).contains("--shard"));
     assert!(refused("inset.png@901,0,2", &[], 1).contains("1200x800 texels at that level"));
     assert!(refused("none.png@0,0,2", &[], 1).contains("none.png"));
+}
+
+/// `ground.vastex`: colours in blocks, and heights at half their resolution.
+fn desk_with_layers() -> Desk {
+    let desk = Desk::new();
+    desk.write_png("color.png", [300, 200]);
+    desk.write_png("height.png", [150, 100]);
+    let args = ["build", "-o", "ground.vastex", "--layer", "color=color.png:bc7-srgb", "--layer"];
+    let more =
+        ["height=height.png:rgba8", "--page", "64", "--border", "8", "--address", "wrap,clamp", "--quiet"];
+    desk.run(&[&args[..], &more].concat()).expect_code(0);
+    desk
+}
+
+#[test]
+fn layers_are_replaced_by_name() {
+    let desk = desk_with_layers();
+    desk.write_png("c.png", [120, 61]);
+    desk.write_png("h.png", [60, 31]);
+    let replace = |args: &[&str], code: i32| {
+        let before = desk.read("ground.vastex");
+        let ended = desk.run(&[&["replace", "ground.vastex"], args].concat()).expect_code(code);
+        assert!(code == 0 || desk.read("ground.vastex") == before);
+        ended.stderr
+    };
+    // Round the edge of 300 columns.
+    let both = ["--layer", "color=c.png", "--layer", "height=h.png:rgba8"];
+    replace(&[&["--at", "240,20", "--json"], &both[..]].concat(), 0);
+    desk.run(&["verify", "ground.vastex"]).expect_code(0);
+    for layer in ["color", "height"] {
+        let args =
+            ["render", "ground.vastex", "--layer-shown", layer, "--size", "160x90", "-o", "p.png", "--json"];
+        assert_eq!(desk.run(&args).expect_code(0).json()["converged"], true);
+    }
+    assert!(replace(&["--at", "0,0", "c.png"], 1).contains("has the layers color, height; say into which"));
+    assert!(replace(&["--at", "0,0", "--layer", "depth=c.png"], 1).contains("no layer \"depth\""));
+    assert!(replace(&[&["--at", "241,20"], &both[..]].concat(), 1).contains("begin at 240,20"));
+    assert!(replace(&["--at", "0,0", "--layer", "color=c.png:bc1"], 1).contains("has bc7-srgb, and not bc1"));
+    assert!(replace(&["--at", "0,0"], 2).contains("IMAGE"));
+    assert!(replace(&["--at", "0,0", "c.png", "--layer", "color=c.png"], 2).contains("cannot be used with"));
+}
+
+#[test]
+fn insets_go_into_layers_by_name() {
+    let desk = desk_with_layers();
+    desk.write_png("in.png", [100, 80]);
+    let build = |insets: &[&str], code: i32| {
+        let args = ["build", "-o", "out.vastex", "--layer", "color=color.png:bc7-srgb", "--layer"];
+        let more = ["height=height.png:rgba8", "--page", "64", "--border", "8", "--address", "wrap,clamp"];
+        let insets: Vec<&str> = insets.iter().flat_map(|inset| ["--inset", *inset]).collect();
+        desk.run(&[&args[..], &more, &insets, &["--json"]].concat()).expect_code(code)
+    };
+    // Of 1200 columns the colours' image has the last 50 and the first 50, of 300 the heights'.
+    let built = build(&["color=in.png@1150,100,2", "height=in.png@250,20,1"], 0).json();
+    assert_eq!(built["size"], serde_json::json!([1200, 800]));
+    desk.run(&["verify", "out.vastex"]).expect_code(0);
+    assert!(build(&["in.png@0,0,1"], 1).stderr.contains("the layers color, height"));
+    assert!(build(&["depth=in.png@0,0,1"], 1).stderr.contains("the layers color, height"));
+}
+
+#[cfg(unix)]
+#[test]
+fn what_a_killed_build_with_insets_left_is_gone_on_with_or_removed() {
+    use crate::resume::signal_after;
+
+    let desk = Desk::new();
+    desk.write_png("world.png", [900, 700]);
+    desk.write_png("a.png", [900, 800]);
+    desk.write_png("b.png", [700, 600]);
+    let names = ["a.png", "b.png", "out.vastex", "world.png"];
+    let insets = ["--inset", "a.png@1500,300,2", "--inset", "b.png@200,100,1", "--quiet"];
+    let build = [&["build", "world.png", "-o", "out.vastex", "--page", "40"], &insets[..]].concat();
+    let resume = [&build[..], &["--resume"]].concat();
+    let begin = std::time::Instant::now();
+    desk.run(&build).expect_code(0);
+    let (took, whole) = (begin.elapsed(), desk.read("out.vastex"));
+    let (mut left, mut killed) = (0, 0);
+    for case in 0..12u32 {
+        std::fs::remove_file(desk.path("out.vastex")).unwrap();
+        let args = if case % 2 == 0 { &build } else { &resume };
+        let ended = signal_after(&desk, args, "KILL", took * (5 + case * 35 % 90) / 100);
+        killed += u32::from(ended.is_some_and(|ended| ended.code.is_none()));
+        left += u32::from(desk.names().iter().any(|name| name.ends_with(".insets")));
+        // Without --resume, with it, and by a build without insets.
+        if case % 3 == 2 {
+            desk.run(&["build", "a.png", "-o", "out.vastex", "--quiet"]).expect_code(0);
+        } else {
+            desk.run(if case % 3 == 0 { &build } else { &resume }).expect_code(0);
+            assert!(desk.read("out.vastex") == whole, "case {case}: other bytes");
+        }
+        assert_eq!(desk.names(), names, "case {case}");
+    }
+    assert!(killed > 6 && left > 2, "{killed} {left}");
 }

@@ -31,7 +31,7 @@ fn desk() -> (Desk, Vec<u8>, Duration) {
 }
 
 /// The signal, by its name, after so long; says whether the program was still there.
-fn signal_after(desk: &Desk, args: &[&str], signal: &str, delay: Duration) -> Option<Ended> {
+pub(crate) fn signal_after(desk: &Desk, args: &[&str], signal: &str, delay: Duration) -> Option<Ended> {
     let mut command = desk.command(args);
     let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     sleep(delay);

@@ -144,7 +144,10 @@ fn a_replaced_region_is_told_and_sound() {
     desk.write_png("part.png", [50, 40]);
     let told =
         desk.run(&["replace", "image.vastex", "--at", "100,30", "part.png", "--json"]).expect_code(0).json();
-    assert_eq!(keys(&told), ["bytes", "bytes_added", "bytes_superseded", "file", "seconds", "tiles"]);
+    assert_eq!(
+        keys(&told),
+        ["bytes", "bytes_added", "bytes_superseded", "file", "notices", "seconds", "tiles"]
+    );
     assert!(told["tiles"].as_u64().unwrap() > 1 && told["bytes_superseded"].as_u64().unwrap() > 0);
     assert_eq!(told["bytes"], desk.read("image.vastex").len());
     let text = desk.run(&["replace", "image.vastex", "--at", "0,0", "part.png"]).expect_code(0).stdout;

@@ -42,18 +42,105 @@ pub enum ReplaceError {
     },
     /// The image reaches beyond the texture.
     #[error(
-        "{path}: {}x{} texels at {},{} reach beyond the texture of {}x{}; choose another place, or cut the image",
+        "{path}: {}x{} texels at {},{} reach beyond {of} of {}x{}; choose another place, or cut the image",
         size[0], size[1], at[0], at[1], texture[0], texture[1], path = path.display()
     )]
     Outside {
         /// The image.
         path: PathBuf,
-        /// Where it should go.
+        /// Where it should go, in texels of the layer.
         at: [u32; 2],
         /// Its size in texels.
         size: [u32; 2],
-        /// Size of level 0 in texels.
+        /// What it reaches beyond.
+        of: String,
+        /// Size of the layer in texels.
         texture: [u32; 2],
+    },
+    /// An image comes without the name of a layer, and there are several.
+    #[error("{name}: has the layers {layers}; say into which of them {path} goes: --layer NAME={path}", path = path.display())]
+    WhichLayer {
+        /// The container.
+        name: String,
+        /// The image.
+        path: PathBuf,
+        /// Its layers.
+        layers: String,
+    },
+    /// The container has no layer of that name.
+    #[error("{name}: has no layer {layer:?}; name one of {layers}")]
+    NoSuchLayer {
+        /// The container.
+        name: String,
+        /// The name asked for.
+        layer: String,
+        /// The layers that it has.
+        layers: String,
+    },
+    /// A layer is given two images.
+    #[error("{path}: the layer {layer:?} has an image already; give one for each layer", path = path.display())]
+    Twice {
+        /// The second image.
+        path: PathBuf,
+        /// The layer.
+        layer: String,
+    },
+    /// A layer is expected to have another format, or another filter.
+    #[error(
+        "{name}: its layer {layer:?} has {is}, and not {not}; leave that out, or build the container again from the whole images"
+    )]
+    Differs {
+        /// The container.
+        name: String,
+        /// Its layer.
+        layer: String,
+        /// Format or filter that it has.
+        is: String,
+        /// Format or filter that was asked for.
+        not: String,
+    },
+    /// A layer at a fraction of the resolution has no texel that begins there.
+    #[error(
+        "{path}: {},{} is no whole texel of the layer {layer:?}, which has one along {scale} of the texture; begin at {},{}          instead, for example", at[0], at[1], before[0], before[1], path = path.display()
+    )]
+    BetweenTexels {
+        /// The image.
+        path: PathBuf,
+        /// Its layer.
+        layer: String,
+        /// Texels of the texture along one of the layer.
+        scale: u32,
+        /// The place asked for, in texels of the texture.
+        at: [u32; 2],
+        /// A place before it that would do.
+        before: [u32; 2],
+    },
+    /// The images are not of one region.
+    #[error(
+        "{path}: has {}x{} texels, and with {of} of {}x{} it must have {}x{}, the layer's share of the same region; scale or cut it",
+        size[0], size[1], region[0], region[1], expected[0], expected[1], path = path.display(), of = of.display()
+    )]
+    Size {
+        /// The image.
+        path: PathBuf,
+        /// Its size in texels.
+        size: [u32; 2],
+        /// The size that it must have.
+        expected: [u32; 2],
+        /// The image that tells the region.
+        of: PathBuf,
+        /// That one's size in texels.
+        region: [u32; 2],
+    },
+    /// A layer is compressed in blocks, and the encoders are not linked.
+    #[error(
+        "{name}: has a layer in {format}, and this was built without the encoders of block-compressed formats (feature bc)"
+    )]
+    NoEncoders {
+        /// The container.
+        name: String,
+        /// The layer's format.
+        format: &'static str,
     },
     /// A tile of the container is needed and cannot be had.
     #[error(transparent)]

@@ -2,112 +2,80 @@
 
 use std::sync::Arc;
 
-use vastex_core::{Description, Dims, Geometry};
+use vastex_core::{Description, Dims};
 
 use super::error::ReplaceError;
 use super::patch::Patch;
-use super::region::{Placed, Region};
+use super::region::{Placed, Region, Strip, strips};
+use super::slice::LayerShape;
 use super::spans::{Axis, Spans};
 use super::{BATCH_BYTES, ReplaceOptions};
 use crate::convert::Conversion;
 use crate::filter::{Filter, LayerFilter, LevelsFrom};
-use crate::layers::is_color;
-use crate::readers::{ImageHeader, RowReader, in_srgb};
-use crate::texel::texel_of_color;
+use crate::layers::{is_color, notices_of};
+use crate::notice::Notice;
+use crate::readers::{ImageHeader, RowReader, in_srgb, open};
 
-/// How the levels of a texture are made again in one place.
+/// What is known of a texture in which regions are replaced.
 pub(crate) struct Rules {
     pub(super) description: Arc<Description>,
-    pub(super) filter: Filter,
-    /// A texel of the border colour.
-    pub(super) color: Vec<u8>,
-    /// Bytes of a texel.
-    pub(super) texel: usize,
-    /// Whether the layer holds colours.
-    is_color: bool,
+    /// Of all layers.
+    pub(super) shapes: Vec<LayerShape>,
+    /// The names of the layers' filters.
+    filters: Vec<String>,
 }
 
 impl Rules {
     /// Those of a texture whose levels the named filters made; an error says why it has none.
     pub(crate) fn new(description: &Arc<Description>, filters: &[String]) -> Result<Rules, String> {
         let geometry = &description.geometry;
-        let [layer] = description.layers.as_slice() else {
-            return Err(format!("it has {} layers", description.layers.len()));
-        };
-        if layer.format.is_compressed() {
-            let what =
-                "its layer is compressed in blocks, and the coarser levels need the texels from before that";
-            return Err(what.into());
-        }
         if geometry.dims() != Dims::D2 {
             return Err("it holds a volume".into());
         }
         if geometry.levels()[1..].iter().any(|level| level.factor != [2, 2, 1]) {
             return Err("its levels do not halve".into());
         }
-        let [name] = filters else {
+        if filters.len() != description.layers.len() {
             return Err("it does not say how its levels were filtered".into());
-        };
-        let filter = name.parse::<LayerFilter>().ok().and_then(|filter| filter.for_format(layer.format).ok());
-        let filter = filter
-            .ok_or_else(|| format!("its levels were made by the filter {name:?}, which is not known"))?;
-        if filter.from != LevelsFrom::Chain {
-            let what = "and only levels made from the next finer one can be made again in one place";
-            return Err(format!("its levels were made by the filter {name:?}, {what}"));
         }
-        Ok(Rules {
-            description: description.clone(),
-            color: texel_of_color(layer.format, description.border_color),
-            texel: layer.format.texel_bytes(),
-            is_color: is_color(layer, Some(filter)),
-            filter: Filter::new(filter, layer.format, 2),
+        let shapes = LayerShape::all(description);
+        Ok(Rules { description: description.clone(), shapes, filters: filters.to_vec() })
+    }
+
+    /// How the levels of one layer are made again in one place; an error says why they cannot be.
+    pub(crate) fn of_layer(&self, number: usize) -> Result<LayerRules, String> {
+        let (shape, name) = (&self.shapes[number], &self.filters[number]);
+        let format = shape.layer.format;
+        let named = name.parse::<LayerFilter>().ok().and_then(|filter| filter.for_format(format).ok());
+        let of = match self.shapes.len() {
+            1 => "its levels".to_string(),
+            _ => format!("the levels of its layer {:?}", shape.layer.name),
+        };
+        let named =
+            named.ok_or_else(|| format!("{of} were made by the filter {name:?}, which is not known"))?;
+        if named.from != LevelsFrom::Chain {
+            let what = "and only levels made from the next finer one can be made again in one place";
+            return Err(format!("{of} were made by the filter {name:?}, {what}"));
+        }
+        Ok(LayerRules {
+            number,
+            shape: shape.clone(),
+            is_color: is_color(&shape.layer, Some(named)),
+            filter: Filter::new(named, format.decoded(), 2),
+            named,
         })
     }
 
-    fn geometry(&self) -> &Geometry {
-        &self.description.geometry
+    /// Bytes of the texels of a tile.
+    pub(super) fn tile_texel_bytes(&self) -> usize {
+        self.shapes.iter().map(LayerShape::texel_bytes).sum::<usize>().max(1)
     }
 
-    pub(super) fn axes(&self, level: u8) -> [Axis; 2] {
-        [0, 1].map(|axis| Axis::new(self.geometry(), level, axis, self.filter.reach))
-    }
-
-    /// The image with its colours as the texture has them, if they are colours.
-    pub(crate) fn colors_of(&self, image: Box<dyn RowReader>) -> Box<dyn RowReader> {
-        if self.is_color { in_srgb(image) } else { image }
-    }
-
-    /// How the image becomes the texture's texels, and which of its level change; an error where it does not suit the texture.
-    pub(crate) fn suits(
-        &self,
-        placed: &Placed<'_>,
-        image: &ImageHeader,
-    ) -> Result<(Conversion, Region), ReplaceError> {
-        let held = self.description.layers[0].format;
-        let conversion = Conversion::new(image, held, self.is_color).ok_or_else(|| ReplaceError::Format {
-            path: placed.image.into(),
-            image: image.format.to_string(),
-            container: held.name(),
-        })?;
-        let (at, size) = (placed.at, [image.width, image.height]);
-        let of_level = self.geometry().level(placed.level).size;
-        let region = Region::new(at, size, [of_level[0], of_level[1]]);
-        let outside = || ReplaceError::Outside {
-            path: placed.image.into(),
-            at,
-            size,
-            texture: [of_level[0], of_level[1]],
-        };
-        Ok((conversion, region.ok_or_else(outside)?))
-    }
-
-    /// The bytes that a replacement takes at most; an error where those are too many. `is_sparse` says whether pages may lack
-    /// tiles.
+    /// The bytes that replacing takes at most with these images; an error where those are too many. `is_sparse` says whether
+    /// pages may lack tiles.
     pub(crate) fn check_memory(
         &self,
-        placed: &Placed<'_>,
-        image: &ImageHeader,
-        region: &Region,
+        images: &[OpenImage<'_>],
         is_sparse: bool,
         options: &ReplaceOptions,
     ) -> Result<u64, ReplaceError> {
@@ -116,27 +84,113 @@ impl Rules {
         /// Tiles of which one is made that gets texels of those beside it, and their ancestors.
         const JOINED_TILES: u64 = 12;
         let limit = options.memory_limit;
-        let index = self.geometry().page_count().saturating_mul(INDEX_BYTES);
-        let tile = self.description.tile_bytes();
+        let index = self.description.geometry.page_count().saturating_mul(INDEX_BYTES);
+        let tile = self.tile_texel_bytes() + self.description.tile_bytes();
         let threads = options.threads_used().min((BATCH_BYTES / tile).max(1)) as u64;
         let tiles = 2 * (BATCH_BYTES.max(tile) as u64);
         let joined = if is_sparse { threads.saturating_mul(JOINED_TILES * tile as u64) } else { 0 };
-        // The level above it has about a quarter.
-        let patch = Patch::bytes_of(&self.held(placed.level, &region.changed), self.texel);
-        let needed = [patch, patch / 2, index, tiles, joined, image.memory];
-        let needed = needed.iter().fold(0u64, |a, &b| a.saturating_add(b));
+        let of_image = |image: &OpenImage<'_>| {
+            let held = image.rules.held(image.placed.level, &image.region().changed);
+            let patch = Patch::bytes_of(&held, image.rules.shape.texel());
+            // The level above it has about a quarter.
+            patch.saturating_add(patch / 2).saturating_add(image.header().memory)
+        };
+        let needed =
+            images.iter().map(of_image).chain([index, tiles, joined]).fold(0u64, u64::saturating_add);
+        let largest = images.iter().max_by_key(|image| of_image(image));
         match needed <= limit {
             true => Ok(needed),
-            false => Err(ReplaceError::Memory { path: placed.image.into(), needed, limit }),
+            false => {
+                let path = largest.map(|image| image.placed.image.into()).unwrap_or_default();
+                Err(ReplaceError::Memory { path, needed, limit })
+            }
         }
+    }
+}
+
+/// How the levels of one layer are made again in one place.
+pub(crate) struct LayerRules {
+    pub(super) number: usize,
+    pub(super) shape: LayerShape,
+    pub(super) filter: Filter,
+    /// The filter by its name.
+    pub(super) named: LayerFilter,
+    /// Whether the layer holds colours.
+    is_color: bool,
+}
+
+impl LayerRules {
+    pub(super) fn axes(&self, level: u8) -> [Axis; 2] {
+        self.shape.axes(level, self.filter.reach)
     }
 
     /// The texels of a level that are held where `changed` ones change: those of which the next level is made.
     pub(super) fn held(&self, level: u8, changed: &[Spans; 2]) -> [Spans; 2] {
         let axes = self.axes(level);
-        match level == self.geometry().coarsest() {
+        match level == self.shape.geometry.coarsest() {
             true => changed.clone(),
             false => [0, 1].map(|a| axes[a].finer(&axes[a].coarser(&changed[a]))),
         }
+    }
+}
+
+/// An image that suits its place in a layer.
+pub(crate) struct OpenImage<'a> {
+    pub(super) placed: Placed<'a>,
+    pub(super) rules: LayerRules,
+    pub(super) reader: Box<dyn RowReader>,
+    pub(super) conversion: Conversion,
+    /// Columns and rows, and where they lie.
+    pub(super) strips: [Vec<Strip>; 2],
+    /// Whether some of the texels read so far are not opaque, and the layer keeps no alpha.
+    pub(super) lost_alpha: bool,
+}
+
+impl<'a> OpenImage<'a> {
+    /// Opens the image; an error where it cannot be read or does not suit the layer.
+    pub(crate) fn open(rules: LayerRules, placed: Placed<'a>) -> Result<OpenImage<'a>, ReplaceError> {
+        let path = || placed.image.to_path_buf();
+        let reader = open(placed.image).map_err(|fault| ReplaceError::Image { path: path(), fault })?;
+        let reader = if rules.is_color { in_srgb(reader) } else { reader };
+        let (image, held) = (reader.header(), rules.shape.layer.format);
+        let conversion = Conversion::new(image, held, rules.is_color).ok_or_else(|| {
+            ReplaceError::Format { path: path(), image: image.format.to_string(), container: held.name() }
+        })?;
+        let (at, size) = (placed.at, [image.width, image.height]);
+        let (geometry, scale) = (&rules.shape.geometry, rules.shape.layer.scale);
+        let of_level = geometry.level(placed.level).size;
+        let strips = [0, 1].map(|a| strips(at[a], size[a], of_level[a], geometry.address()[a]));
+        let [Some(columns), Some(rows)] = strips else {
+            let of = match scale {
+                1 => "the texture".into(),
+                scale => format!("the layer {:?} (1/{scale} of the texture)", rules.shape.layer.name),
+            };
+            return Err(ReplaceError::Outside {
+                path: path(),
+                at,
+                size,
+                of,
+                texture: [of_level[0], of_level[1]],
+            });
+        };
+        Ok(OpenImage { placed, rules, reader, conversion, strips: [columns, rows], lost_alpha: false })
+    }
+
+    pub(crate) fn header(&self) -> &ImageHeader {
+        self.reader.header()
+    }
+
+    /// What there is to say of it when its texels are read.
+    pub(super) fn notices(&self, lost_negatives: bool) -> Vec<Notice> {
+        let (mut notices, format) = (notices_of(self.header()), self.rules.shape.layer.format);
+        notices.extend(self.conversion.decodes().then_some(Notice::StoredAsLight));
+        notices.extend(self.lost_alpha.then_some(Notice::NotOpaque(format)));
+        notices.extend(lost_negatives.then_some(Notice::NegativesClamped(format)));
+        notices
+    }
+
+    /// What it changes of its own level.
+    pub(super) fn region(&self) -> Region {
+        Region::new(&self.strips)
     }
 }

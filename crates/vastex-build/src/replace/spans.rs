@@ -9,7 +9,7 @@ use vastex_core::{AddressMode, Geometry, fold, is_border_color};
 
 use crate::filter::Reach;
 
-/// Texels along one axis of a level: ranges that ascend and do not touch.
+/// Texels (or pages) along one axis of a level: ranges that ascend and do not touch.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Spans(Vec<Range<u32>>);
 
@@ -28,14 +28,14 @@ impl Spans {
         Spans(merged)
     }
 
-    /// The texels of one range.
-    pub(super) fn one(range: Range<u32>) -> Spans {
-        Spans::new(std::iter::once(range))
+    /// The texels of both.
+    pub(super) fn and(&self, other: &Spans) -> Spans {
+        Spans::new(self.0.iter().chain(&other.0).cloned())
     }
 
-    /// These texels and those of one more range.
-    pub(super) fn and(&self, range: Range<u32>) -> Spans {
-        Spans::new(self.0.iter().cloned().chain(std::iter::once(range)))
+    /// The ranges of a coarser grid, one of whose steps is `unit` texels, that hold any of these texels.
+    pub(super) fn in_units(&self, unit: u32) -> Spans {
+        Spans::new(self.0.iter().map(|range| range.start / unit..range.end.div_ceil(unit)))
     }
 
     pub(super) fn ranges(&self) -> &[Range<u32>] {
@@ -124,10 +124,31 @@ impl Axis {
         (texel / self.page, (texel % self.page + self.border) as usize)
     }
 
+    /// The page whose tile is the first to ask for what stands at `texel`, beyond the edges too.
+    pub(super) fn owner(&self, texel: i64) -> u32 {
+        texel.div_euclid(self.page.into()).clamp(0, i64::from(self.pages) - 1) as u32
+    }
+
+    /// The page beside the texel's owner whose tile holds the texel in its border, if there is one.
+    pub(super) fn second_owner(&self, texel: i64) -> Option<u32> {
+        let (owner, border) = (self.owner(texel), i64::from(self.border));
+        let from_page = texel - i64::from(owner) * i64::from(self.page);
+        if (0..border).contains(&from_page) {
+            return owner.checked_sub(1);
+        }
+        let from_next = i64::from(self.page) - from_page;
+        ((1..=border).contains(&from_next) && owner + 1 < self.pages).then(|| owner + 1)
+    }
+
+    /// The place of a texel from the beginning of the tile of a page that holds it.
+    pub(super) fn place_in(&self, texel: i64, page: u32) -> usize {
+        (texel - i64::from(page) * i64::from(self.page) + i64::from(self.border)) as usize
+    }
+
     /// The texels within the payload of some pages.
-    pub(super) fn texels_of(&self, pages: &Range<u32>) -> Range<u32> {
+    pub(super) fn texels_of(&self, pages: &Spans) -> Spans {
         let first = |page: u32| (u64::from(page) * u64::from(self.page)).min(self.size.into()) as u32;
-        first(pages.start)..first(pages.end)
+        Spans::new(pages.ranges().iter().map(|pages| first(pages.start)..first(pages.end)))
     }
 
     /// Whether all of the texels `origin..origin + len` show a changed one.
@@ -238,25 +259,29 @@ mod tests {
 
     use crate::filter::{Filter, Kernel, LayerFilter, Meaning};
 
+    fn one(range: Range<u32>) -> Spans {
+        Spans::new(std::iter::once(range))
+    }
+
     #[test]
     fn at_a_wrapping_odd_edge_the_last_texel_changes_with_the_first() {
         let reach = Reach { factor: 2, first: 0, count: 2 };
         let axis = |mode| Axis { mode, size: 9, page: 9, pages: 1, border: 1, reach };
-        let changed = Spans::one(0..1);
+        let changed = one(0..1);
         assert_eq!(axis(AddressMode::Wrap).coarser(&changed), Spans::new([0..1, 4..5]));
-        assert_eq!(axis(AddressMode::Clamp).coarser(&changed), Spans::one(0..1));
-        assert_eq!(axis(AddressMode::Wrap).finer(&Spans::one(4..5)), Spans::new([0..1, 8..9]));
-        assert_eq!(axis(AddressMode::Mirror).finer(&Spans::one(4..5)), Spans::one(8..9));
+        assert_eq!(axis(AddressMode::Clamp).coarser(&changed), one(0..1));
+        assert_eq!(axis(AddressMode::Wrap).finer(&one(4..5)), Spans::new([0..1, 8..9]));
+        assert_eq!(axis(AddressMode::Mirror).finer(&one(4..5)), one(8..9));
     }
 
     #[test]
     fn a_wide_kernel_looks_round_the_edge() {
         let reach = Reach { factor: 2, first: -5, count: 12 };
         let axis = |mode| Axis { mode, size: 100, page: 9, pages: 1, border: 1, reach };
-        let changed = Spans::one(0..1);
+        let changed = one(0..1);
         assert_eq!(axis(AddressMode::Wrap).coarser(&changed), Spans::new([0..3, 47..50]));
-        assert_eq!(axis(AddressMode::Border).coarser(&changed), Spans::one(0..3));
-        assert_eq!(axis(AddressMode::Wrap).finer(&Spans::one(0..1)), Spans::new([0..7, 95..100]));
+        assert_eq!(axis(AddressMode::Border).coarser(&changed), one(0..3));
+        assert_eq!(axis(AddressMode::Wrap).finer(&one(0..1)), Spans::new([0..7, 95..100]));
     }
 
     proptest! {
@@ -274,7 +299,7 @@ mod tests {
             let filter = LayerFilter::new(kernel, Meaning::Stored);
             let axis = Axis::new(&geometry, 0, 0, Filter::new(filter, LayerFormat::R8, 2).reach);
             let start = start % size;
-            let changed = Spans::one(start..(start + len).min(size));
+            let changed = one(start..(start + len).min(size));
             let sources = |coarse: u32| axis.reach.of(coarse).filter_map(|texel| axis.inside(texel));
             let coarse = (0..size.div_ceil(2)).filter(|&texel| sources(texel).any(|t| changed.contains(t)));
             prop_assert_eq!(coarse.collect::<Vec<_>>(), axis.coarser(&changed).texels().collect::<Vec<_>>());

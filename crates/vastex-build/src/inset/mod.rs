@@ -1,0 +1,292 @@
+//! Images that are finer than the texture in which they lie: a city in full detail on a coarse world.
+//!
+//! The texture gets as many levels more as the finest inset needs, and pages on them only where insets are. It is built
+//! without insets into a file beside the output ([`unfinished`]), each inset is put into that as [`crate::replace()`] does, from
+//! its own level on, and when all are in, the tiles are encoded on their way to where they are asked for ([`encode`]). Until
+//! then no layer is compressed in blocks, so what comes out is what a build of the whole picture gives there too.
+
+mod encode;
+mod unfinished;
+
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use vastex_core::{Description, Geometry, GeometrySpec, PagePos};
+use vastex_tiles::{
+    Compression, Container, ContainerUpdate, ContainerWriter, EncodedTile, WriteError, Written,
+};
+
+use crate::error::BuildError;
+use crate::layers::{self, OpenLayer};
+use crate::pipeline::Sink;
+use crate::replace::{self, OpenImage, Placed, ReplaceError, ReplaceOptions, Replaced, Rules};
+use crate::{BuildOptions, BuildReport, Progress, Stage, make, place};
+use unfinished::Unfinished;
+
+pub(crate) use unfinished::{refuse_left, remove_left};
+
+/// An image that lies over a layer of a texture, and is as fine as it or finer.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Inset {
+    /// The layer's name; nothing for the only one that there is.
+    pub layer: Option<String>,
+    /// The image.
+    pub image: PathBuf,
+    /// Column and row of its upper left texel, counted in its own texels from the upper left of the texture. What crosses a
+    /// wrapping edge goes on at the other side.
+    pub at: [u32; 2],
+    /// How many levels it is finer than the layer's own image: 0 for as fine as that, 1 for twice as fine.
+    pub finer: u8,
+}
+
+/// Makes a container with the insets that the options ask for; there is at least one. Finer ones lie over coarser ones, later
+/// ones over earlier ones.
+pub(crate) fn build(
+    mut layers: Vec<OpenLayer>,
+    output: &Path,
+    options: &BuildOptions,
+    progress: &dyn Progress,
+) -> Result<BuildReport, BuildError> {
+    if options.part.is_some() {
+        return Err(BuildError::InsetsApart);
+    }
+    let finest = finest(&options.insets);
+    let texture = Arc::new(finer(&layers::describe(&layers, options)?, finest)?);
+    let filters = filters(&layers, options)?;
+    let insets = check(&options.insets, &texture, &filters, output, options)?;
+    // Whoever works for hours should know first whether there can be an output; and nobody else builds there meanwhile.
+    let writer_options = options.writer_options(filters);
+    let writer = ContainerWriter::claim(output, (*texture).clone(), writer_options, options.resume)?;
+    let same = unfinished::fingerprint(&layers, &texture, options)?;
+    let mut unfinished = Unfinished::find(output, same, options.resume)?;
+
+    let image_rows = u64::from(texture.geometry.level(finest).size[1]);
+    let rows = image_rows + insets.iter().map(|inset| inset.rows).sum::<u64>();
+    let mut steps = Steps { progress, rows_before: 0, rows, bytes_before: 0 };
+    let mut built = ground(&mut layers, &mut unfinished, options, finest, &steps)?;
+    steps.end(image_rows, built.bytes);
+    for (number, Checked { placed, rows, texels, memory }) in insets.into_iter().enumerate() {
+        built.texels += texels;
+        built.memory = built.memory.max(memory);
+        let is_in = number < unfinished.insets();
+        let replaced = (!is_in).then(|| put(&mut unfinished, placed, options, &steps)).transpose()?;
+        steps.end(rows, replaced.as_ref().map_or(0, |replaced| replaced.updated.bytes_added));
+        built.insets.extend(replaced.into_iter().flat_map(|replaced| replaced.notices));
+    }
+    let (written, negatives) = encode::encode(unfinished.path(), writer, &texture, options, &steps)?;
+    for (layer, notice) in built.layers.iter_mut().zip(negatives) {
+        layer.notices.extend(notice);
+    }
+    unfinished.remove();
+    Ok(report(built, &texture, &written))
+}
+
+/// Makes the texture without its insets, unless an interrupted build had.
+fn ground(
+    layers: &mut [OpenLayer],
+    unfinished: &mut Unfinished,
+    options: &BuildOptions,
+    finer_levels: u8,
+    progress: &dyn Progress,
+) -> Result<BuildReport, BuildError> {
+    if !unfinished.is_built() {
+        // Tiles are written once more, so they are compressed fast and lie close.
+        let options =
+            BuildOptions { compression: Compression::Lz4, align: 1, durable: false, ..options.clone() };
+        let built = make(layers, unfinished.path(), &options, Stage::UnderInsets { finer_levels }, progress)?;
+        unfinished.set_built();
+        return Ok(built);
+    }
+    let description = layers::describe(layers, options)?;
+    let found = Container::open_file(unfinished.path()).map_err(|error| BuildError::Reorder(error.into()))?;
+    let of_layer = |layer: &OpenLayer| Ok(layer.report(&layer.plan(&description.geometry, options)?));
+    let [width, height, _] = description.geometry.size();
+    Ok(BuildReport {
+        layers: layers.iter().map(of_layer).collect::<Result<_, BuildError>>()?,
+        texels: u64::from(width) * u64::from(height),
+        resumed_tiles: found.info().tiles,
+        ..BuildReport::default()
+    })
+}
+
+/// Puts an inset into what is built so far.
+fn put(
+    unfinished: &mut Unfinished,
+    placed: Placed<'_>,
+    options: &BuildOptions,
+    progress: &dyn Progress,
+) -> Result<Replaced, BuildError> {
+    let put = || {
+        let update = ContainerUpdate::open(unfinished.path(), false)?;
+        replace::put(update, placed, Compression::Lz4, &replace_options(options), progress)
+    };
+    let replaced = put().map_err(|error| inset_error(placed, error))?;
+    unfinished.count_inset()?;
+    Ok(replaced)
+}
+
+/// The same texture, with texels where blocks were.
+pub(crate) fn without_blocks(description: &Description) -> Description {
+    let mut plain = description.clone();
+    plain.layers.iter_mut().for_each(|layer| layer.format = layer.format.decoded());
+    plain
+}
+
+/// The same texture with so many levels more, all finer.
+pub(crate) fn finer(description: &Description, levels: u8) -> Result<Description, BuildError> {
+    let geometry = &description.geometry;
+    let size = geometry.size();
+    let larger = |texels: u32| u32::try_from(u64::from(texels) << levels.min(32)).ok();
+    let (Some(width), Some(height)) = (larger(size[0]), larger(size[1])) else {
+        return Err(BuildError::InsetTooFine { levels, size: [size[0], size[1]] });
+    };
+    let spec = GeometrySpec { size: [width, height, size[2]], ..*geometry.spec() };
+    let finer = Description { geometry: Geometry::new(spec)?, ..description.clone() };
+    // A texture so small that its tail has room for more levels has nothing to put into that room.
+    match finer.geometry.tail().first_level() == geometry.tail().first_level() + levels {
+        true => Ok(finer),
+        false => Err(BuildError::InsetInTail { levels, size: [size[0], size[1]] }),
+    }
+}
+
+/// Takes the tiles of a texture as those of one that has so many levels more.
+pub(crate) struct Finer<S> {
+    pub(crate) sink: S,
+    pub(crate) levels: u8,
+}
+
+impl<S> Finer<S> {
+    fn pos(&self, pos: PagePos) -> PagePos {
+        PagePos { level: pos.level + self.levels, ..pos }
+    }
+}
+
+impl<S: Sink> Sink for Finer<S> {
+    fn append(&mut self, pos: PagePos, tile: EncodedTile) -> Result<(), WriteError> {
+        self.sink.append(self.pos(pos), tile)
+    }
+
+    fn skip(&mut self, pos: PagePos) -> Result<(), WriteError> {
+        self.sink.skip(self.pos(pos))
+    }
+
+    fn finish(self) -> Result<Written, WriteError> {
+        self.sink.finish()
+    }
+}
+
+/// An inset that suits its texture.
+struct Checked<'a> {
+    placed: Placed<'a>,
+    rows: u64,
+    texels: u64,
+    /// Bytes of memory that it takes.
+    memory: u64,
+}
+
+/// The insets in the order in which they are put into the texture, if they suit it. Nothing has been built yet.
+fn check<'a>(
+    insets: &'a [Inset],
+    texture: &Arc<Description>,
+    filters: &[String],
+    output: &Path,
+    options: &BuildOptions,
+) -> Result<Vec<Checked<'a>>, BuildError> {
+    let rules = Rules::new(texture, filters).map_err(BuildError::InsetTexture)?;
+    let finest = finest(insets);
+    let check = |inset: &'a Inset| {
+        let layer = layer_of(inset, texture)?;
+        let placed = Placed { image: &inset.image, layer, level: finest - inset.finer, at: inset.at };
+        let of_layer = rules.of_layer(placed.layer).map_err(BuildError::InsetTexture)?;
+        let image = OpenImage::open(of_layer, placed).map_err(|error| inset_error(placed, error))?;
+        let (rows, width) = (u64::from(image.header().height), u64::from(image.header().width));
+        place::check(&inset.image, image.header().tile_directory.as_deref(), output)?;
+        let memory = rules
+            .check_memory(&[image], true, &replace_options(options))
+            .map_err(|error| inset_error(placed, error))?;
+        Ok::<_, BuildError>(Checked { placed, rows, texels: rows * width, memory })
+    };
+    let mut checked = insets.iter().map(check).collect::<Result<Vec<_>, _>>()?;
+    checked.sort_by_key(|inset| std::cmp::Reverse(inset.placed.level));
+    Ok(checked)
+}
+
+/// The number of the layer into which an inset goes.
+fn layer_of(inset: &Inset, texture: &Description) -> Result<usize, BuildError> {
+    let named = |name: &String| texture.layers.iter().position(|layer| layer.name == *name);
+    let found = match (&inset.layer, texture.layers.len()) {
+        (None, 1) => Some(0),
+        (name, _) => name.as_ref().and_then(named),
+    };
+    found.ok_or_else(|| {
+        let names: Vec<&str> = texture.layers.iter().map(|layer| layer.name.as_str()).collect();
+        BuildError::InsetLayer { path: inset.image.clone(), layers: names.join(", ") }
+    })
+}
+
+/// Levels by which the finest inset is finer than the texture's own image.
+fn finest(insets: &[Inset]) -> u8 {
+    insets.iter().map(|inset| inset.finer).max().unwrap_or(0)
+}
+
+fn inset_error(placed: Placed<'_>, error: ReplaceError) -> BuildError {
+    match error {
+        ReplaceError::Image { path, fault } => BuildError::Input { path, fault },
+        ReplaceError::Outside { path, at, size, texture, .. } => {
+            BuildError::InsetOutside { path, at, size, level: placed.level, texture }
+        }
+        ReplaceError::Threads(error) => error,
+        ReplaceError::Cancelled => BuildError::Cancelled,
+        error => BuildError::Inset(Box::new(error)),
+    }
+}
+
+/// Names of the filters of the layers, as a container keeps them.
+fn filters(layers: &[OpenLayer], options: &BuildOptions) -> Result<Vec<String>, BuildError> {
+    layers.iter().map(|layer| Ok(layer.filter(options)?.to_string())).collect()
+}
+
+fn replace_options(options: &BuildOptions) -> ReplaceOptions {
+    let BuildOptions { threads, quality, memory_limit, .. } = *options;
+    ReplaceOptions { threads, quality, durable: false, memory_limit }
+}
+
+/// `built` is what was said of the texture without its insets.
+fn report(built: BuildReport, texture: &Description, written: &Written) -> BuildReport {
+    let [width, height, _] = texture.geometry.size();
+    BuildReport {
+        size: [width, height],
+        levels: texture.geometry.levels().len() as u32,
+        tiles: written.tiles,
+        constant_tiles: written.constant_tiles,
+        shared_tiles: written.shared_tiles,
+        absent_tiles: texture.geometry.page_count().saturating_sub(written.tiles),
+        bytes: written.bytes,
+        ..built
+    }
+}
+
+/// One step of several, for whoever watches.
+struct Steps<'a> {
+    progress: &'a dyn Progress,
+    /// Rows and bytes of the steps that are done.
+    rows_before: u64,
+    bytes_before: u64,
+    /// Of all steps.
+    rows: u64,
+}
+
+impl Steps<'_> {
+    /// The next step begins.
+    fn end(&mut self, rows: u64, bytes: u64) {
+        self.rows_before += rows;
+        self.bytes_before += bytes;
+    }
+}
+
+impl Progress for Steps<'_> {
+    fn advance(&self, rows_done: u64, _: u64, bytes_written: u64) -> ControlFlow<()> {
+        self.progress.advance(self.rows_before + rows_done, self.rows, self.bytes_before + bytes_written)
+    }
+}
