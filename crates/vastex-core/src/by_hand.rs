@@ -1,7 +1,8 @@
 //! What an application asks a pager for by hand: to prefetch, to pin, to refresh.
 //!
 //! What is in view comes first. After it, with half of the in-flight budget and the slots that the view does not need, come
-//! the refreshes of resident pages whose content has changed (those in view before the others), then the prefetches in
+//! the refreshes of resident pages whose content has changed (those in view before the others), what the view is expected to want,
+//! and the prefetches in
 //! their order. Who holds which page is `tickets`' business, what becomes of a refresh `refresh`'s.
 
 use crate::decision::Request;
@@ -122,9 +123,10 @@ impl Pager {
 
     /// Once per frame: ends tickets, and plans what their pages and the refreshes need.
     pub(crate) fn begin_by_hand(&mut self, frame: u64) {
-        if !self.residency.tickets.is_empty() {
-            let mut tickets = std::mem::take(&mut self.residency.tickets);
+        if !self.residency.tickets.is_empty() || !self.residency.expected.is_empty() {
             let mut let_go = Vec::new();
+            self.residency.expected.begin_frame(frame, &mut let_go);
+            let mut tickets = std::mem::take(&mut self.residency.tickets);
             tickets.begin_frame(frame, &self.residency, &mut let_go);
             self.residency.tickets = tickets;
             self.let_go(&let_go);
@@ -173,7 +175,9 @@ impl Pager {
         });
         let mut spare = self.slots_to_spare();
         let mut too_many = Vec::new();
-        for page in self.residency.tickets.pages_in_order() {
+        let mut expected = std::mem::take(&mut self.residency.expected);
+        let in_order = expected.pages_in_order().iter().map(|&(page, _)| page);
+        for page in in_order.chain(self.residency.tickets.pages_in_order()) {
             let is_here = matches!(self.residency.state(page), PageState::Resident(_));
             if is_here || self.residency.is_wanted(page, RecordHint::default()) {
                 continue;
@@ -184,6 +188,7 @@ impl Pager {
                 None => too_many.push(page),
             }
         }
+        self.residency.expected = expected;
         for &page in &self.by_hand {
             self.residency.hold(page);
         }
@@ -194,11 +199,11 @@ impl Pager {
         }
     }
 
-    /// Slots that neither the view needs nor a prefetch holds.
+    /// Slots that neither the view needs nor a prefetch or a prediction holds.
     fn slots_to_spare(&self) -> u32 {
         let in_view = self.set.size_at(self.bias_eighths()) + self.residency.stats.pinned;
-        let held = self.residency.tickets.held();
-        let held = held.filter(|&page| {
+        let expected = self.residency.expected.pages().filter(|&page| !self.residency.tickets.holds(page));
+        let held = self.residency.tickets.held().chain(expected).filter(|&page| {
             !self.residency.is_wanted(page, RecordHint::default())
                 && matches!(self.residency.state(page), PageState::Resident(_))
         });

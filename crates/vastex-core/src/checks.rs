@@ -73,7 +73,8 @@ fn removed_textures_leave_nothing(pager: &Pager) -> Result<(), String> {
     if let Some(record) = gone.find(|record| !is_loading(record)) {
         return Err(format!("{:?} has a state, but its texture was removed", record.page));
     }
-    let asked_for = residency.tickets.held().chain(residency.tickets.pinned());
+    let asked_for =
+        residency.tickets.held().chain(residency.tickets.pinned()).chain(residency.expected.pages());
     let listed = pager.order.iter().chain(&pager.by_hand).copied();
     match listed.chain(asked_for).chain(residency.refreshes.pages()).find(|page| is_gone(&page)) {
         Some(page) => Err(format!("{page:?} is wanted, but its texture was removed")),

@@ -16,6 +16,7 @@ mod compact;
 mod decision;
 mod estimate;
 mod event;
+mod expectation;
 mod feedback;
 mod format;
 mod geometry;

@@ -154,6 +154,7 @@ impl Pager {
         tickets.forget(texture, &self.residency);
         self.residency.tickets = tickets;
         let loads = self.residency.forget(texture);
+        self.residency.expected.forget(texture);
         self.by_hand.retain(|page| page.texture() != texture);
         self.set.forget(texture);
         self.rebuild_set();

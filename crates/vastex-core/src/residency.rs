@@ -30,6 +30,7 @@
 use bytes::Bytes;
 use std::collections::VecDeque;
 
+use crate::expectation::Expectation;
 use crate::page::{PageId, TextureId};
 use crate::page_map::PageMap;
 use crate::pool::{PoolId, Slot};
@@ -89,6 +90,8 @@ pub(crate) struct Residency {
     pub(crate) refreshes: Refreshes,
     /// What the application has asked for by hand.
     pub(crate) tickets: Tickets,
+    /// What the view is expected to want.
+    pub(crate) expected: Expectation,
     evicted_at: PageMap<u64>,
     evictions: VecDeque<(u64, PageId)>,
     /// Counts the working sets worked out so far.
@@ -111,6 +114,7 @@ impl Residency {
             victims: Victims::default(),
             refreshes: Refreshes::default(),
             tickets: Tickets::new(pool),
+            expected: Expectation::default(),
             evicted_at: PageMap::default(),
             evictions: VecDeque::new(),
             pinned_at_round: 0,
@@ -191,14 +195,19 @@ impl Residency {
         newly
     }
 
-    /// A prefetch holds the page, which is not in the working set.
+    /// The page is held, but not in the working set.
     pub(crate) fn hold(&mut self, page: PageId) {
         self.records.get_or_add(page, RecordHint::default()).use_for(self.frame);
     }
 
-    /// Whether a tile that comes for the page has a use: it is in the working set of this round, or a prefetch holds it.
+    /// Whether a tile that comes for the page has a use: it is in the working set of this round, or a prefetch or a prediction holds it.
     pub(crate) fn has_use_for(&self, page: PageId, hint: RecordHint) -> bool {
-        self.is_wanted(page, hint) || self.tickets.holds(page)
+        self.is_wanted(page, hint) || self.is_held(page)
+    }
+
+    /// Whether a prefetch or a prediction holds the page against what is out of view.
+    pub(crate) fn is_held(&self, page: PageId) -> bool {
+        self.tickets.holds(page) || self.expected.holds(page)
     }
 
     /// Whether the page's last load failed; it stays so while the page is tried again.

@@ -11,7 +11,6 @@ use crate::policy::retention::{Candidate, Retention};
 use crate::records::Record;
 use crate::residency::Residency;
 use crate::textures::Textures;
-use crate::tickets::Tickets;
 
 /// The parts of the records that take turns in being looked at.
 const PARTS: usize = 4;
@@ -79,7 +78,7 @@ impl Residency {
         if self.victims.round == self.round
             && let Some(age) = self.age_if_evictable(record)
         {
-            let candidate = candidate(&self.victims.retention, &self.tickets, record.page, age, textures);
+            let candidate = self.candidate(&self.victims.retention, record.page, age, textures);
             self.victims.candidates[0].push(candidate);
         }
     }
@@ -125,22 +124,21 @@ impl Residency {
         let mut candidates = std::mem::take(&mut victims.candidates[part]).into_vec();
         candidates.clear();
         let leaves = victims.out_of_view.iter().filter(|out| !out.has_descendants);
-        let (retention, tickets) = (&victims.retention, &self.tickets);
-        candidates.extend(leaves.map(|out| candidate(retention, tickets, out.page, out.age, textures)));
+        candidates.extend(leaves.map(|out| self.candidate(&victims.retention, out.page, out.age, textures)));
         victims.candidates[part] = BinaryHeap::from(candidates);
         victims.listed[part] = round;
         self.victims = victims;
     }
-}
 
-/// What a prefetch holds goes after everything else, but before the view is left without a slot.
-fn candidate(
-    retention: &Retention,
-    tickets: &Tickets,
-    page: PageId,
-    age: u64,
-    textures: &Textures,
-) -> Candidate<PageId> {
-    let lateness = if tickets.holds(page) { -1.0 } else { retention.lateness(page, age, textures) };
-    Candidate { lateness, level: page.level(), page }
+    /// What is held goes after everything else, but before the view is left without a slot.
+    fn candidate(
+        &self,
+        retention: &Retention,
+        page: PageId,
+        age: u64,
+        textures: &Textures,
+    ) -> Candidate<PageId> {
+        let lateness = if self.is_held(page) { -1.0 } else { retention.lateness(page, age, textures) };
+        Candidate { lateness, level: page.level(), page }
+    }
 }

@@ -226,7 +226,7 @@ fn change_at_random(
     crowd.remove(textures[random.below(textures.len() as u64) as usize])
 }
 
-/// Prefetches, pins, lets go of a ticket, or changes the content of a texture.
+/// Prefetches, pins, lets go of a ticket, expects a view, or changes the content of a texture.
 fn ask_at_random(crowd: &mut Crowd, random: &mut Random) -> Result<(), String> {
     let textures: Vec<TextureId> = crowd.textures().collect();
     let Some(&texture) = textures.get(random.below(1 + textures.len() as u64) as usize) else {
@@ -237,7 +237,8 @@ fn ask_at_random(crowd: &mut Crowd, random: &mut Random) -> Result<(), String> {
     let levels = random.below(6) as u8;
     let region =
         Region::image(x..x + width, y..y + height).on_levels(levels..=levels + random.below(4) as u8);
-    match random.below(4) {
+    match random.below(5) {
+        4 => crowd.expect(texture, crowd.frame + random.below(50)),
         0 => {
             let _may_be_refused = crowd.ask(texture, &region, None);
         }

@@ -1,4 +1,4 @@
-//! What an application asks for by hand: prefetches and pins, as tickets that can be awaited, and content that changes.
+//! What an application asks for by hand: prefetches and pins, as tickets that can be awaited, predictions, and content that changes.
 //!
 //! What comes when, and for how long it stays, `vastex-core` decides; here its tickets become futures that need no runtime.
 
@@ -8,7 +8,7 @@ use std::pin::Pin;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::task::{Context, Poll, Waker};
 
-use vastex_core::{AskError, Progress, Region, TextureId, TicketState, Urgency};
+use vastex_core::{AskError, Feedback, Progress, Region, TextureId, TicketState, Urgency};
 
 use crate::textures::Textures;
 
@@ -145,6 +145,14 @@ impl Textures {
         let was_open = self.pagers.release(ticket.id);
         self.end_tickets();
         was_open
+    }
+
+    /// Says what the view is expected to want when tiles that are asked for now will be here: the feedback of a camera that goes
+    /// on as it does, for as many frames ahead as a tile takes. To be called once per frame, before [`Textures::update`];
+    /// [`crate::CpuFeedback`] makes such a feedback without drawing anything. What is in view comes first, so a prediction
+    /// costs nothing where bandwidth is short; see [`vastex_core::Pager::expect`].
+    pub fn expect(&mut self, feedback: &Feedback) {
+        self.pagers.expect(feedback);
     }
 
     /// The content of a region has changed where it comes from: its resident tiles are read again and replaced where they

@@ -139,6 +139,14 @@ impl Crowd {
         Ok(ticket)
     }
 
+    /// A view of a texture that there is, of any frame of its path, is expected.
+    pub fn expect(&mut self, texture: TextureId, at: u64) {
+        let Some(member) = self.members.iter().find(|member| member.texture == texture) else { return };
+        let view = member.path.view(at);
+        let seen = view.feedback(texture, &member.geometry, self.screen, self.frame, false);
+        self.pagers.expect(&seen);
+    }
+
     /// Lets go of a ticket.
     pub fn release(&mut self, ticket: Ticket) -> Result<(), String> {
         self.pagers.release(ticket);

@@ -9,10 +9,12 @@ mod contents;
 mod crowd;
 mod loader;
 mod random;
+mod sharpness;
 mod world;
 
 pub use camera::{Path, View};
 pub use crowd::Crowd;
 pub use loader::Loads;
 pub use random::Random;
+pub use sharpness::Sharpness;
 pub use world::{Knobs, World};

@@ -16,7 +16,7 @@ use crate::page_set::PageSet;
 use crate::pager::Pager;
 use crate::pool::PoolError;
 use crate::sim::loader::{Loads, Outcome};
-use crate::sim::{Path, Random, View};
+use crate::sim::{Path, Random, Sharpness, View};
 use crate::table::{TableChange, TableEntry, TableImage};
 
 /// Frames between a view and its feedback.
@@ -41,6 +41,8 @@ pub struct Knobs {
     pub bias_rule: BiasRule,
     /// Whether feedback looks at every pixel of every frame.
     pub complete_feedback: bool,
+    /// Frames ahead for which the application predicts what it will see; 0 where it does not.
+    pub lead_frames: u64,
     /// How the camera moves.
     pub path: Path,
     /// Frames after which the camera holds its pose.
@@ -63,6 +65,7 @@ impl Knobs {
             in_flight_tiles: 64,
             bias_rule: BiasRule::Solved,
             complete_feedback: false,
+            lead_frames: 0,
             path,
             hold_after: u64::MAX,
             absent: 0.0,
@@ -92,6 +95,9 @@ pub struct World {
     pub entries_changed: u64,
     /// What is seen, where the camera no longer follows its path.
     look: Option<View>,
+    /// How long the pages in view were missing.
+    pub sharpness: Sharpness,
+    expected: VecDeque<Feedback>,
     in_view: VecDeque<Feedback>,
     newest: Feedback,
     uploaded: Vec<u64>,
@@ -135,6 +141,8 @@ impl World {
             loads_of: BTreeMap::new(),
             entries_changed: 0,
             look: None,
+            sharpness: Sharpness::default(),
+            expected: VecDeque::new(),
             in_view: VecDeque::new(),
             newest: Feedback::default(),
             uploaded: Vec::new(),
@@ -191,12 +199,32 @@ impl World {
             self.pager.observe(&feedback);
             self.newest = feedback;
         }
+        self.predict();
         self.load()?;
         self.upload()?;
+        self.sharpness.note(self.frame, &self.pager);
         while let Some(event) = self.pager.poll_event() {
             self.events.push((self.frame, event));
         }
         self.check_table()
+    }
+
+    /// The feedback of what the camera will see if it goes on as it does, as late as any other.
+    fn predict(&mut self) {
+        let lead = self.knobs.lead_frames;
+        if lead == 0 || self.frame < 3 {
+            return;
+        }
+        let before = [2, 1].map(|ago| self.knobs.path.view((self.frame - ago).min(self.knobs.hold_after)));
+        let expected = self.view().expected(&before, lead + FEEDBACK_FRAMES);
+        let screen = self.knobs.screen;
+        let feedback = expected.feedback(self.texture, &self.geometry, screen, self.frame, false);
+        self.expected.push_back(feedback);
+        if self.expected.front().is_some_and(|feedback| feedback.frame + FEEDBACK_FRAMES <= self.frame)
+            && let Some(feedback) = self.expected.pop_front()
+        {
+            self.pager.expect(&feedback);
+        }
     }
 
     fn load(&mut self) -> Result<(), String> {
