@@ -142,12 +142,12 @@ impl Studio {
         })
     }
 
-    /// Plays a path; `watch` is told of every frame and of every event in it.
+    /// Plays a path; `watch` sees the textures after every frame, and every event in it.
     pub fn run(
         &mut self,
         path: Path,
         until: Until,
-        mut watch: impl FnMut(&FrameStats, Vec<Event>),
+        mut watch: impl FnMut(&Textures, Vec<Event>),
     ) -> Result<Outcome, StudioError> {
         let mut frame = 0;
         loop {
@@ -164,7 +164,8 @@ impl Studio {
                 return Ok(Outcome { converged: stats.converged, stats });
             }
             self.frame(path.pose(self.renderer.scene(), self.renderer.image_aspect(), frame))?;
-            watch(&self.textures.stats(), std::iter::from_fn(|| self.textures.poll_event()).collect());
+            let events = std::iter::from_fn(|| self.textures.poll_event()).collect();
+            watch(&self.textures, events);
             frame += 1;
         }
     }

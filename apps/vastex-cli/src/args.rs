@@ -179,6 +179,7 @@ Examples:
   vastex render /net/slow/earth.vastex --on globe --disk-cache ~/.cache/vastex -o globe.png
   vastex render island.vastex --layer-shown height --range 0,0.2 -o height.png
   vastex render earth.vastex --on globe --camera-path spin --record-trace spin.vxtrace
+  vastex render earth.vastex --on globe --camera-path fly --pool-mib 4 --stats-csv fly.csv --dump-pools
 
 Without --frames it plays the camera path to its end and holds the last pose until everything is loaded; if that does
 not come to pass within 10,000 frames, the picture is written as it is and the exit code is 1.")]
@@ -206,6 +207,15 @@ pub(crate) struct RenderArgs {
     /// Where to write what each frame wanted, for `vastex replay`
     #[arg(long, value_name = "FILE")]
     pub(crate) record_trace: Option<PathBuf>,
+    /// Where to write how each pool stood after each frame, a line for each: docs/telemetry.md names the columns
+    #[arg(long, value_name = "FILE")]
+    pub(crate) stats_csv: Option<PathBuf>,
+    /// The same as a JSON array of objects
+    #[arg(long, value_name = "FILE")]
+    pub(crate) stats_json: Option<PathBuf>,
+    /// Tell what is in each pool at the end: pages by texture and level, the largest first; with --json as `pools`
+    #[arg(long)]
+    pub(crate) dump_pools: bool,
     /// Compare the last picture with one drawn from an ordinary texture
     #[arg(long)]
     pub(crate) compare: bool,

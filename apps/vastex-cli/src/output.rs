@@ -1,4 +1,4 @@
-//! The files that `render` writes, a picture and a trace: whole or not at all.
+//! The files that `render` writes, pictures, traces and statistics: whole or not at all.
 
 use std::fs::{self, OpenOptions};
 use std::io::{self, Write};

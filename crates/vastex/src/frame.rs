@@ -45,6 +45,7 @@ impl Textures {
         self.observe()?;
         self.exchange_with_loader();
         self.upload(encoder)?;
+        self.record_telemetry();
         self.frame += 1;
         Ok(())
     }

@@ -31,6 +31,7 @@ mod by_hand;
 mod cpu;
 mod cpu_feedback;
 mod decoded;
+mod dump;
 mod error;
 mod frame;
 mod layer;
@@ -42,12 +43,14 @@ mod restore;
 mod settings;
 mod settings_file;
 mod stats;
+mod telemetry;
 mod textures;
 
 pub use by_hand::Ticket;
 #[cfg(not(target_family = "wasm"))]
 pub use cpu::CpuTexture;
 pub use cpu_feedback::CpuFeedback;
+pub use dump::{DumpedPool, DumpedTexture, LevelPages, PoolDump};
 pub use error::Error;
 pub use layer::LayerId;
 pub use pool_settings::{PoolRule, PoolSettings, PoolTuning, ScaleGroups};
@@ -55,16 +58,18 @@ pub use pools::PoolStats;
 pub use settings::{Filter, Pace, Settings};
 pub use settings_file::{Platform, SettingsError};
 pub use stats::FrameStats;
+pub use telemetry::{Cell, PoolRecord};
 pub use textures::{BindGroups, Textures};
 pub use vastex_core::shared::JITTER_CYCLE;
 pub use vastex_core::{
     AddressMode, AskError, BiasRule, Box3, Description, Dims, Event, Feedback, Geometry, GeometryError,
-    GeometrySpec, Integrator, Layer, LayerFormat, PageId, PagePos, PageState, PoolEstimate, PoolId, Progress,
-    Region, Stats, TexelPositions, TextureId, TicketState, Trace, Urgency, fold,
+    GeometrySpec, History, Integrator, Layer, LayerFormat, PageId, PagePos, PageState, PoolEstimate,
+    PoolFrame, PoolId, Progress, Region, Stats, TexelPositions, TextureId, TexturePages, TicketState,
+    TimeToSharp, Trace, Urgency, fold,
 };
 pub use vastex_tiles::{
-    Codec, ContainerError, DecodeError, ReadError, ReadFuture, SourceKey, TierStats, Tile, TileSource,
-    decode_layer,
+    Codec, ContainerError, DecodeError, ReadError, ReadFuture, SourceKey, StoreStats, TierStats, Tiers, Tile,
+    TileSource, decode_layer,
 };
 #[cfg(not(target_family = "wasm"))]
 pub use vastex_tiles::{DiskCache, DiskTier, DiskTierError};

@@ -42,6 +42,8 @@ pub struct Settings {
     pub bind_group_index: u32,
     /// How the loop keeps time.
     pub pace: Pace,
+    /// Frames whose telemetry is kept, some 600 bytes for each pool in each; 0 for none.
+    pub telemetry_frames: u64,
 }
 
 impl Default for Settings {
@@ -56,6 +58,7 @@ impl Default for Settings {
             filter: Filter::Trilinear,
             bind_group_index: 0,
             pace: Pace::Realtime,
+            telemetry_frames: 256,
         }
     }
 }

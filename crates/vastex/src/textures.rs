@@ -8,7 +8,7 @@ use vastex_core::{
     Budgets, Description, Dims, Event, PageId, PageSet, PageState, Pagers, PoolError, PoolId, TableChange,
     TextureId,
 };
-use vastex_tiles::{Loader, RamCache, Tile, TileSource};
+use vastex_tiles::{Loader, RamCache, Tiers, Tile, TileSource};
 use vastex_wgpu::{
     BindLayout, FeedbackTarget, LevelRule, Readback, ShaderOptions, TableBuffers, TableChanger, ViewBuffer,
     wgsl,
@@ -23,6 +23,7 @@ use crate::pools::{PoolState, Shape};
 use crate::recorder::Recorder;
 use crate::settings::{Pace, Settings};
 use crate::stats::Counters;
+use crate::telemetry::Telemetry;
 
 /// The virtual textures of a device, and the loop that keeps their pools filled.
 ///
@@ -48,6 +49,7 @@ pub struct Textures {
     /// While a trace is recorded.
     pub(crate) recorder: Option<Recorder>,
     pub(crate) tickets: OpenTickets,
+    pub(crate) telemetry: Telemetry,
 }
 
 pub(crate) struct TextureState {
@@ -56,6 +58,8 @@ pub(crate) struct TextureState {
     /// What the loader reads from, its caches in front.
     pub(crate) source: Arc<dyn TileSource>,
     pub(crate) table: TableBuffers,
+    /// For people.
+    pub(crate) name: Option<Arc<str>>,
 }
 
 /// Where feedback is drawn, and its way back.
@@ -123,6 +127,7 @@ impl Textures {
             counters: Counters::default(),
             recorder: None,
             tickets: OpenTickets::default(),
+            telemetry: Telemetry::new(settings.telemetry_frames),
             settings,
         })
     }
@@ -193,8 +198,8 @@ impl Textures {
             self.groups.0.resize_with(number + 1, Vec::new);
         }
         self.groups.set(texture, pool.bind_groups(&self.device, &table, &self.view));
-        self.textures[number] =
-            Some(TextureState { description: description.clone(), source: source.clone(), table });
+        let (description, source) = (description.clone(), source.clone());
+        self.textures[number] = Some(TextureState { description, table, source, name: None });
         Ok(texture)
     }
 
@@ -210,7 +215,12 @@ impl Textures {
         self.send_cancels();
         self.loader.remove_source(texture);
         let number = usize::from(texture.number());
-        (self.textures[number], self.groups.0[number]) = (None, Vec::new());
+        if let Some(gone) = self.textures[number].take() {
+            let mut tiers = Tiers::default();
+            gone.source.add_tiers(&mut tiers);
+            self.telemetry.note_gone(pool, tiers);
+        }
+        self.groups.0[number] = Vec::new();
         if self.pagers.pager(pool).stats().pinned == 0 {
             self.pools[usize::from(pool.number())].give_back();
         }

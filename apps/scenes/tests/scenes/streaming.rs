@@ -33,8 +33,9 @@ fn too_small_a_pool_makes_the_picture_coarser_and_loads_nothing_twice() {
         let settings = pool(mib);
         let mut studio = Studio::new(gpu(), huge(), Scene::Plane, [1280, 720], settings.clone()).unwrap();
         let mut oversubscribed = 0;
-        let outcome = studio.run(Path::Still, Until::Converged, |stats, events| {
-            check_budgets(stats, &settings);
+        let outcome = studio.run(Path::Still, Until::Converged, |textures, events| {
+            let stats = textures.stats();
+            check_budgets(&stats, &settings);
             assert_eq!(stats.pager.reloaded, 0, "{mib} MiB: {stats:?}");
             assert!(!events.iter().any(|event| matches!(event, Event::Failed { .. })));
             oversubscribed +=
@@ -62,7 +63,8 @@ fn every_path_keeps_its_budgets_and_converges_when_it_holds() {
     for (scene, path) in Scene::ALL.into_iter().flat_map(|scene| Path::ALL.map(|path| (scene, path))) {
         let settings = Settings { in_flight_bytes: 1 << 20, ..pool(4) };
         let mut studio = Studio::new(gpu(), huge(), scene, [320, 180], settings.clone()).unwrap();
-        let outcome = studio.run(path, Until::Converged, |stats, _| check_budgets(stats, &settings)).unwrap();
+        let check = |textures: &vastex::Textures, _| check_budgets(&textures.stats(), &settings);
+        let outcome = studio.run(path, Until::Converged, check).unwrap();
         assert!(outcome.converged, "{scene:?} {path:?}: {:?}", outcome.stats);
     }
 }

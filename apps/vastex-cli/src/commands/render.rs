@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result, bail};
 use serde::Serialize;
-use vastex::{Event, FrameStats, Pace, PageId, PoolSettings, Settings};
+use vastex::{Event, FrameStats, Pace, PageId, PoolDump, PoolSettings, Settings};
 use vastex_core::Dims;
 use vastex_scenes::{Comparison, Gpu, Outcome, ReferenceKind, Studio, Until};
 use vastex_tiles::{DirectStore, DiskTier};
@@ -13,20 +13,16 @@ use vastex_tiles::{DirectStore, DiskTier};
 use crate::args::{RenderArgs, SceneArgs};
 use crate::open::Opened;
 use crate::output::Output;
+use crate::telemetry::StatsExport;
 use crate::{disk_cache, gpu, open, report};
 
 pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode> {
     let source = args.scene.source.display().to_string();
-    let places = [&args.output, &args.record_trace];
-    if places.into_iter().flatten().any(|output| is_same_file(output, &args.scene.source)) {
-        bail!("{source}: is the source as well as the output; choose another name for the output");
-    }
-    if args.output.is_some() && args.output == args.record_trace {
-        bail!("{source}: the picture and the trace would be one file; choose another name for one of them");
-    }
-    let outputs = Outputs {
+    check_places(args)?;
+    let mut outputs = Outputs {
         picture: args.output.as_deref().map(Output::at).transpose()?,
         trace: args.record_trace.as_deref().map(Output::at).transpose()?,
+        stats: StatsExport::new(args)?,
     };
     let Opened { tiles, disk } = open::open(&args.scene)?;
     let gpu = Gpu::headless()?;
@@ -38,8 +34,8 @@ pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode> {
     let settings = Settings { pace, ..settings(&args.scene)? };
     let (shown, SceneArgs { on, size, .. }) = (args.scene.shown(), &args.scene);
     let studio = Studio::showing(&shown, &gpu, tiles, *on, *size, settings);
-    let outcome =
-        draw(args, &mut studio.context(source.clone())?, &outputs, disk.as_deref(), gpu.adapter_name());
+    let mut studio = studio.context(source.clone())?;
+    let outcome = draw(args, &mut studio, &mut outputs, disk.as_deref(), gpu.adapter_name());
     let outcome = outcome.context(source.clone())?;
     if args.frames.is_some() || outcome.converged {
         return Ok(ExitCode::SUCCESS);
@@ -52,26 +48,58 @@ pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode> {
     Ok(ExitCode::FAILURE)
 }
 
-/// What is to be written.
+/// Nothing is written over the source, and no two things into one file.
+fn check_places(args: &RenderArgs) -> Result<()> {
+    let source = args.scene.source.display();
+    let named = [
+        ("picture", &args.output),
+        ("trace", &args.record_trace),
+        ("CSV file", &args.stats_csv),
+        ("JSON file", &args.stats_json),
+    ];
+    let places: Vec<_> =
+        named.into_iter().filter_map(|(what, place)| Some((what, place.as_deref()?))).collect();
+    for (nth, (what, place)) in places.iter().enumerate() {
+        if is_same_file(place, &args.scene.source) {
+            bail!("{source}: is the source as well as the output; choose another name for the output");
+        }
+        if let Some((other, _)) = places[..nth].iter().find(|(_, other)| other == place) {
+            bail!(
+                "{source}: the {other} and the {what} would be one file; choose another name for one of them"
+            );
+        }
+    }
+    Ok(())
+}
+
+/// What is to be written at the end.
 struct Outputs {
     picture: Option<Output>,
     trace: Option<Output>,
+    stats: StatsExport,
 }
 
-/// Plays the path, writes picture and trace, and tells how it went.
+/// Plays the path, writes what is to be written, and tells how it went.
 fn draw(
     args: &RenderArgs,
     studio: &mut Studio,
-    outputs: &Outputs,
+    outputs: &mut Outputs,
     disk: Option<&DiskTier>,
     adapter: String,
 ) -> Result<Outcome> {
+    let shown: Vec<_> = studio.textures().iter().collect();
+    for texture in shown {
+        studio.textures_mut().set_name(texture, args.scene.source.display().to_string());
+    }
     if outputs.trace.is_some() {
         studio.textures_mut().record_trace();
     }
     let until = args.frames.map_or(Until::Converged, Until::Frames);
     let mut failed = FailedPages::default();
-    let outcome = studio.run(args.camera_path, until, |_, events| failed.note(events))?;
+    let outcome = studio.run(args.camera_path, until, |textures, events| {
+        outputs.stats.note(textures);
+        failed.note(events);
+    })?;
     failed.say(&args.scene.source.display().to_string());
     if let Some(output) = &outputs.picture {
         output.write_picture(&studio.picture())?;
@@ -79,9 +107,13 @@ fn draw(
     if let (Some(output), Some(trace)) = (&outputs.trace, studio.textures_mut().take_trace()?) {
         output.write(&trace.to_bytes())?;
     }
+    outputs.stats.write()?;
+    // What is told of the pools is as the last frame left them.
+    let pools = args.dump_pools.then(|| studio.textures().dump_pool_usage());
     let compared = if args.compare { Some(studio.compare()?) } else { None };
     let mut summary = Summary::new(&outcome, studio.share_at_wanted_level()?, adapter, compared);
     summary.disk_cache = disk.map(disk_cache::Summary::new);
+    summary.pools = pools;
     match args.json {
         true => report::print_json(&summary)?,
         false => report::print(&summary.text())?,
@@ -166,6 +198,9 @@ struct Summary {
     disk_cache: Option<disk_cache::Summary>,
     #[serde(flatten)]
     compared: Option<Compared>,
+    /// What `--dump-pools` adds.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pools: Option<PoolDump>,
 }
 
 /// What `--compare` adds.
@@ -207,6 +242,7 @@ impl Summary {
             share_at_wanted_level,
             adapter,
             disk_cache: None,
+            pools: None,
             compared: compared.map(|(comparison, reference)| Compared {
                 psnr_db: comparison.psnr_db,
                 max_error: comparison.max_error,
@@ -249,6 +285,7 @@ impl Summary {
                  {max_error}/255"
             ));
         }
+        rows.extend(self.pools.as_ref().map(PoolDump::to_string));
         rows.join("\n")
     }
 }

@@ -10,4 +10,5 @@ mod replay;
 mod resume;
 mod round_trip;
 mod settings;
+mod telemetry;
 mod tool;

@@ -1,0 +1,48 @@
+//! How each pool stood after each frame of a run, as CSV and as JSON.
+
+use anyhow::Result;
+use vastex::{PoolRecord, Textures};
+
+use crate::args::RenderArgs;
+use crate::output::Output;
+
+/// What is to be written of a run, in the making.
+pub(crate) struct StatsExport {
+    csv: Option<(Output, String)>,
+    json: Option<(Output, Vec<PoolRecord>)>,
+}
+
+impl StatsExport {
+    /// Finds out whether the files can be written.
+    pub(crate) fn new(args: &RenderArgs) -> Result<StatsExport> {
+        let csv = args.stats_csv.as_deref().map(Output::at).transpose()?;
+        let json = args.stats_json.as_deref().map(Output::at).transpose()?;
+        Ok(StatsExport {
+            csv: csv.map(|output| (output, PoolRecord::csv_header())),
+            json: json.map(|output| (output, Vec::new())),
+        })
+    }
+
+    /// A frame has been played.
+    pub(crate) fn note(&mut self, textures: &Textures) {
+        for record in textures.telemetry().newest() {
+            if let Some((_, csv)) = &mut self.csv {
+                record.write_csv(csv);
+            }
+            if let Some((_, records)) = &mut self.json {
+                records.push(*record);
+            }
+        }
+    }
+
+    /// Writes what was noted.
+    pub(crate) fn write(&self) -> Result<()> {
+        if let Some((output, csv)) = &self.csv {
+            output.write(csv.as_bytes())?;
+        }
+        if let Some((output, records)) = &self.json {
+            output.write(&serde_json::to_vec(records)?)?;
+        }
+        Ok(())
+    }
+}
