@@ -140,8 +140,8 @@ const COLUMNS: [Column; 39] = [
     ("in_flight", |record| Cell::Count(record.pager.stats.in_flight.into())),
     ("in_flight_bytes", |record| Cell::Count(record.pager.stats.in_flight_bytes)),
     ("upload_bytes", |record| Cell::Count(record.pager.stats.uploaded_bytes)),
-    ("share_at_wanted", |record| Cell::Real(record.pager.stats.share_at_wanted())),
-    ("levels_short", |record| Cell::Real(record.pager.stats.mean_levels_short())),
+    ("share_at_wanted", |record| of_pixels(record, Stats::share_at_wanted)),
+    ("levels_short", |record| of_pixels(record, Stats::mean_levels_short)),
     ("feedback_age", |record| Cell::of(record.pager.feedback_age)),
     ("sharp_p50", |record| Cell::of(sharp(record, |time| time.p50))),
     ("sharp_p95", |record| Cell::of(sharp(record, |time| time.p95))),
@@ -160,6 +160,11 @@ const COLUMNS: [Column; 39] = [
     ("store_reads", |record| Cell::Count(record.tiers.store.reads)),
     ("store_bytes", |record| Cell::Count(record.tiers.store.bytes)),
 ];
+
+fn of_pixels(record: &PoolRecord, part: fn(&Stats) -> f64) -> Cell {
+    let stats = &record.pager.stats;
+    if stats.pixels == 0 { Cell::Empty } else { Cell::Real(part(stats)) }
+}
 
 fn sharp(record: &PoolRecord, part: fn(TimeToSharp) -> u32) -> Option<u32> {
     record.pager.time_to_sharp.map(part)

@@ -63,10 +63,11 @@ fn the_lines_add_up_to_the_summary() {
         assert!(
             count(row, "locked") <= count(row, "occupied") && count(row, "occupied") <= count(row, "slots")
         );
-        let share: f64 = row["share_at_wanted"].parse().unwrap();
-        assert!((0.0..=1.0).contains(&share), "{row:?}");
+        let share = row["share_at_wanted"].parse::<f64>().ok();
+        assert!(share.is_none_or(|share| (0.0..=1.0).contains(&share)), "{row:?}");
+        assert_eq!(share.is_none(), count(row, "frame") < 2, "nothing has come back before: {row:?}");
     }
-    assert_eq!((&*rows[0]["feedback_age"], &*rows[0]["sharp_p95"]), ("", ""), "nothing has come back yet");
+    assert_eq!((&*rows[0]["feedback_age"], &*rows[0]["sharp_p95"]), ("", ""));
     assert_eq!((&*last["feedback_age"], &*last["sharp_p50"]), ("2", "1"));
 }
 
