@@ -26,7 +26,6 @@ use crate::page_set::PageSet;
 use crate::pool::{PoolError, PoolId, PoolLayout, Slot};
 use crate::residency::{PageState, Residency};
 use crate::shared::JITTER_CYCLE;
-use crate::stats::Stats;
 use crate::textures::{Textures, page_id};
 use crate::working_set::{Node, WorkingSet};
 
@@ -429,26 +428,6 @@ impl Pager {
     /// The pages of the working set that could not be had so far.
     pub fn failed_pages(&self) -> impl Iterator<Item = PageId> + '_ {
         self.order.iter().copied().filter(|&page| self.residency.has_failed(page))
-    }
-
-    /// Totals and gauges.
-    pub fn stats(&self) -> Stats {
-        let pins = self.residency.stats.pinned;
-        let failed = self.failed_pages().count() as u32;
-        let missing =
-            self.order.iter().filter(|&&page| self.residency.slot_of(page).is_none()).count() as u32;
-        let (pixels, shortfall) = (self.set.pixels(), self.set.shortfall());
-        Stats {
-            pixels,
-            pixels_at_wanted: pixels.saturating_sub(shortfall.pixels),
-            levels_short: shortfall.levels,
-            wanted: self.set.size_at(0) + pins,
-            wanted_at_bias: self.set.size_at(self.bias.bias()) + pins,
-            bias_eighths: self.bias.bias(),
-            missing: missing - failed,
-            failed,
-            ..self.residency.stats
-        }
     }
 
     #[cfg(feature = "checks")]

@@ -9,6 +9,8 @@ pub struct Stats {
     pub occupied: u32,
     /// Slots that hold a tail.
     pub pinned: u32,
+    /// Slots that are not given up whatever is in view: those that hold a tail, and those of pages pinned by hand.
+    pub locked: u32,
     /// Pages of the working set at mip bias 0: last jitter cycle, ancestors and pins.
     pub wanted: u32,
     /// Pages of the working set at the bias in force, pins included.
@@ -86,6 +88,7 @@ impl Stats {
             slots: self.slots + other.slots,
             occupied: self.occupied + other.occupied,
             pinned: self.pinned + other.pinned,
+            locked: self.locked + other.locked,
             wanted: self.wanted + other.wanted,
             wanted_at_bias: self.wanted_at_bias + other.wanted_at_bias,
             bias_eighths: self.bias_eighths.max(other.bias_eighths),

@@ -6,6 +6,7 @@
 
 use std::collections::VecDeque;
 
+use crate::page::PageId;
 use crate::pager::Pager;
 use crate::pool::PoolId;
 use crate::stats::Stats;
@@ -39,6 +40,29 @@ pub struct TimeToSharp {
 }
 
 impl Pager {
+    /// Totals and gauges. Costs a visit of each missing page and of each that is pinned by hand.
+    pub fn stats(&self) -> Stats {
+        let pins = self.residency.stats.pinned;
+        let failed = self.failed_pages().count() as u32;
+        let missing =
+            self.order.iter().filter(|&&page| self.residency.slot_of(page).is_none()).count() as u32;
+        let by_hand =
+            |page: &PageId| !self.textures.is_tail(*page) && self.residency.slot_of(*page).is_some();
+        let (pixels, shortfall) = (self.set.pixels(), self.set.shortfall());
+        Stats {
+            locked: pins + self.residency.tickets.pinned().filter(by_hand).count() as u32,
+            pixels,
+            pixels_at_wanted: pixels.saturating_sub(shortfall.pixels),
+            levels_short: shortfall.levels,
+            wanted: self.set.size_at(0) + pins,
+            wanted_at_bias: self.set.size_at(self.bias.bias()) + pins,
+            bias_eighths: self.bias.bias(),
+            missing: missing - failed,
+            failed,
+            ..self.residency.stats
+        }
+    }
+
     /// The frame that has just been played, where `earlier` is what [`Pager::stats`] said after the one before. Costs a visit
     /// of each missing page.
     pub fn frame_since(&self, earlier: &Stats) -> PoolFrame {

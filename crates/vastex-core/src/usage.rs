@@ -22,7 +22,7 @@ pub struct PoolUsage {
     pub slots: u32,
     /// Slots that hold a tile: as many as its textures have pages.
     pub occupied: u32,
-    /// Those of them that hold a tail, and so are never given up.
+    /// Those of them that are not given up whatever is in view: tails, and what is pinned by hand.
     pub locked: u32,
     /// The mip bias in force, in eighths of a level.
     pub bias_eighths: u16,
@@ -56,12 +56,12 @@ impl Pager {
         };
         let mut textures: Vec<TextureUsage> = pages.into_iter().map(of_texture).collect();
         textures.sort_unstable_by_key(|usage| (Reverse(usage.pages), usage.texture));
-        let stats = &self.residency.stats;
+        let stats = self.stats();
         PoolUsage {
             pool: self.pool(),
             slots: stats.slots,
             occupied: stats.occupied,
-            locked: stats.pinned,
+            locked: stats.locked,
             bias_eighths: self.bias_eighths(),
             textures,
         }

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "helpers of tests, which clippy does not take for tests")]
 
 use vastex_core::sim::{Crowd, Knobs, Path, Random, World};
-use vastex_core::{BiasRule, Budgets, GeometrySpec, History, PoolFrame, Stats, TimeToSharp};
+use vastex_core::{BiasRule, Budgets, GeometrySpec, History, PoolFrame, Region, Stats, TimeToSharp};
 
 /// Frames of every pool, recorded as an application does.
 struct Recorder {
@@ -85,7 +85,12 @@ fn what_is_measured_keeps_within_its_bounds() {
     for seed in 0..12 {
         for frame in play(seed, 60).1.history.iter() {
             let stats = &frame.stats;
-            assert!(stats.pinned <= stats.occupied && stats.occupied <= stats.slots, "{frame:?}");
+            assert!(
+                stats.pinned <= stats.locked
+                    && stats.locked <= stats.occupied
+                    && stats.occupied <= stats.slots,
+                "{frame:?}"
+            );
             assert!(stats.wanted_at_bias <= stats.wanted && stats.pixels_at_wanted <= stats.pixels);
             assert!((0.0..=1.0).contains(&stats.share_at_wanted()));
             assert_eq!(stats.levels_short > 0, stats.pixels_at_wanted < stats.pixels, "{frame:?}");
@@ -130,4 +135,25 @@ fn a_view_that_has_converged_is_sharp_to_the_last_pixel() {
     let (stats, bias) = (small.pager.stats(), f64::from(small.pager.bias_eighths()) / 8.0);
     let short = stats.mean_levels_short();
     assert!((short - bias).abs() < 1.0 && short > 0.5, "{short} levels short at a bias of {bias}");
+}
+
+#[test]
+fn what_is_pinned_by_hand_is_locked_while_it_is_there() {
+    let budgets = Budgets { upload_bytes_per_frame: 800, in_flight_bytes: 3200 };
+    let mut crowd = Crowd::new(budgets, [320, 180], 1);
+    let pool = crowd.add_pool(400, 100, Some(BiasRule::Solved)).unwrap();
+    let texture = crowd.add(pool, GeometrySpec::image(16_384, 8192), Path::Still).unwrap();
+    (0..60).for_each(|_| crowd.step().unwrap());
+    assert_eq!(crowd.pagers.stats().locked, 1, "the tail");
+    let region = Region::image(0..512, 0..512).on_levels(0..=0);
+    let ticket = crowd.ask(texture, &region, None).unwrap();
+    let pages = crowd.pagers.progress(ticket).unwrap().pages;
+    assert!(crowd.pagers.stats().locked < 1 + pages, "most of it has yet to come");
+    (0..60).for_each(|_| crowd.step().unwrap());
+    let stats = crowd.pagers.stats();
+    assert_eq!((stats.locked, stats.pinned), (1 + pages, 1), "{stats:?}");
+    assert_eq!(crowd.pagers.pager(pool).usage().locked, stats.locked);
+    crowd.pagers.release(ticket);
+    crowd.step().unwrap();
+    assert_eq!(crowd.pagers.stats().locked, 1);
 }

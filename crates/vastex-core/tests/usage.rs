@@ -26,7 +26,7 @@ fn crowd(slots: u32, seed: u64) -> Crowd {
 fn check(usage: &PoolUsage, crowd: &Crowd) {
     let pager = crowd.pagers.pager(usage.pool);
     let stats = pager.stats();
-    assert_eq!((usage.slots, usage.occupied, usage.locked), (stats.slots, stats.occupied, stats.pinned));
+    assert_eq!((usage.slots, usage.occupied, usage.locked), (stats.slots, stats.occupied, stats.locked));
     assert_eq!(usage.bias_eighths, stats.bias_eighths);
     assert_eq!(usage.occupied, usage.textures.iter().map(|texture| texture.pages).sum::<u32>());
     assert!(usage.textures.is_sorted_by(|a, b| (b.pages, a.texture) <= (a.pages, b.texture)), "{usage:?}");

@@ -30,7 +30,7 @@ pub struct DumpedPool {
     pub slots: u32,
     /// Slots that hold a tile: as many as its textures have pages.
     pub occupied: u32,
-    /// Those of them that are never given up.
+    /// Those of them that are not given up whatever is in view: tails, and what is pinned by hand.
     pub locked: u32,
     /// The mip bias in force, in levels.
     pub bias: f64,

@@ -119,12 +119,12 @@ impl Serialize for Cell {
 type Column = (&'static str, fn(&PoolRecord) -> Cell);
 
 /// In the order of the file. Scripts rely on these names.
-const COLUMNS: [Column; 39] = [
+const COLUMNS: [Column; 40] = [
     ("frame", |record| Cell::Count(record.pager.frame)),
     ("pool", |record| Cell::Count(record.pager.pool.number().into())),
     ("slots", |record| Cell::Count(record.pager.stats.slots.into())),
     ("occupied", |record| Cell::Count(record.pager.stats.occupied.into())),
-    ("locked", |record| Cell::Count(record.pager.stats.pinned.into())),
+    ("locked", |record| Cell::Count(record.pager.stats.locked.into())),
     ("wanted", |record| Cell::Count(record.pager.stats.wanted.into())),
     ("bias", |record| Cell::Real(f64::from(record.pager.stats.bias_eighths) / 8.0)),
     ("uploads", |record| Cell::Count(record.pager.stats.loaded)),
@@ -137,6 +137,7 @@ const COLUMNS: [Column; 39] = [
     ("requests", |record| Cell::Count(record.pager.stats.requests)),
     ("cancelled", |record| Cell::Count(record.pager.stats.cancelled)),
     ("wasted", |record| Cell::Count(record.pager.stats.wasted)),
+    ("refreshes", |record| Cell::Count(record.pager.stats.refreshed)),
     ("in_flight", |record| Cell::Count(record.pager.stats.in_flight.into())),
     ("in_flight_bytes", |record| Cell::Count(record.pager.stats.in_flight_bytes)),
     ("upload_bytes", |record| Cell::Count(record.pager.stats.uploaded_bytes)),

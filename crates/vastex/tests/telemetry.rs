@@ -1,6 +1,10 @@
 //! Telemetry and dumps of the frame loop: their sums are the loop's own counts, while textures come and go.
 
-#![allow(clippy::unwrap_used, reason = "helpers of tests, which clippy does not take for tests")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "helpers of tests, which clippy does not take for tests"
+)]
 
 mod common;
 
@@ -10,11 +14,11 @@ use vastex::{AddressMode, Cell, LevelRule, PoolRecord, PoolSettings, Settings};
 const SIZE: [u32; 2] = [1000, 777];
 
 /// Two textures in a pool that is too small for them, one in a pool of its own.
-fn screen(more: Settings) -> Screen {
+fn screen(more: &Settings) -> Screen {
     let page = |page| property(SIZE, page, AddressMode::Clamp);
     let mut screen = Screen::new(
         &[page(32), page(100), page(32)],
-        Settings { pools: PoolSettings::of_bytes(20 * 108 * 108 * 4), ..more },
+        Settings { pools: PoolSettings::of_bytes(20 * 108 * 108 * 4), ..more.clone() },
     );
     look(&mut screen, 0.3);
     screen
@@ -33,7 +37,7 @@ fn count(record: &PoolRecord, name: &str) -> u64 {
 
 #[test]
 fn every_frame_has_a_record_of_every_pool_and_they_add_up() {
-    let mut screen = screen(Settings { ram_cache_bytes: 100_000, ..settings() });
+    let mut screen = screen(&Settings { ram_cache_bytes: 100_000, ..settings() });
     let mut records: Vec<PoolRecord> = Vec::new();
     for frame in 0..60u32 {
         look(&mut screen, 0.2 + 0.01 * f64::from(frame));
@@ -66,7 +70,7 @@ fn every_frame_has_a_record_of_every_pool_and_they_add_up() {
 #[test]
 fn as_many_frames_are_kept_as_are_asked_for() {
     for telemetry_frames in [0, 1, 7] {
-        let mut screen = screen(Settings { telemetry_frames, ..settings() });
+        let mut screen = screen(&Settings { telemetry_frames, ..settings() });
         (0..12).for_each(|_| drop(screen.frame().unwrap()));
         let frames: Vec<u64> = screen.textures.telemetry().iter().map(|record| record.pager.frame).collect();
         let expected: Vec<u64> = (12 - telemetry_frames..12).flat_map(|frame| [frame; 2]).collect();
@@ -76,7 +80,7 @@ fn as_many_frames_are_kept_as_are_asked_for() {
 
 #[test]
 fn a_dump_accounts_for_every_slot() {
-    let mut screen = screen(settings());
+    let mut screen = screen(&settings());
     let [first, third] = [0, 2].map(|nth| screen.texture(nth));
     assert!(screen.textures.set_name(third, "clouds"));
     screen.textures.set_levels(third, LevelRule { bias: -0.5, finest: 0, coarsest: 5 });
@@ -86,7 +90,7 @@ fn a_dump_accounts_for_every_slot() {
     assert_eq!(dump.pools.len(), 2);
     for (dumped, pool) in dump.pools.iter().zip(&stats.pools) {
         assert_eq!((dumped.slots, dumped.occupied), (pool.pager.slots, pool.pager.occupied));
-        assert_eq!((dumped.locked, dumped.bytes), (pool.pager.pinned, pool.bytes));
+        assert_eq!((dumped.locked, dumped.bytes), (pool.pager.locked, pool.bytes));
         assert_eq!(dumped.bias, f64::from(pool.pager.bias_eighths) / 8.0);
         assert_eq!(dumped.textures.iter().map(|texture| texture.pages).sum::<u32>(), dumped.occupied);
         assert!(dumped.textures.is_sorted_by_key(|texture| std::cmp::Reverse(texture.pages)));
