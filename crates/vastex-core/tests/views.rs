@@ -90,10 +90,15 @@ fn after_a_cut_a_view_is_complete_as_soon_as_the_budget_allows() {
 
 #[test]
 fn with_a_still_view_no_tile_is_loaded_twice_in_any_pool() {
-    for slots in (2..40).chain((40..330).step_by(10)) {
+    for slots in (2..40).chain((40..200).step_by(10)) {
         for complete_feedback in [true, false] {
-            let mut world =
-                World::new(Knobs { slots, complete_feedback, ..Knobs::new(Path::Still, 1) }).unwrap();
+            let mut world = World::new(Knobs {
+                slots,
+                complete_feedback,
+                screen: [320, 180],
+                ..Knobs::new(Path::Still, 1)
+            })
+            .unwrap();
             world.run_until_converged(400).unwrap();
             for _ in 0..50 {
                 world.step().unwrap();
