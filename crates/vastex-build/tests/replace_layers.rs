@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use common::desk::{Desk, assert_neighbours_agree, hills, layer_texels, values};
-use common::{texels, tiles, write_png};
+use common::image::Image;
+use common::{texels, tiles};
 use png::{BitDepth, ColorType};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -17,85 +18,6 @@ use vastex_build::{
 use vastex_core::AddressMode::{Border, Clamp, Mirror, Wrap};
 use vastex_core::{Description, LayerFormat, PagePos};
 use vastex_tiles::{Container, FileStore, TileSource, verify};
-
-/// The image of one layer.
-#[derive(Clone)]
-struct Image {
-    name: &'static str,
-    /// Texels of the texture along one of it.
-    scale: u32,
-    color: ColorType,
-    depth: BitDepth,
-    format: Option<LayerFormat>,
-    filter: Option<LayerFilter>,
-    /// Of the texture.
-    whole: [u32; 2],
-    data: Vec<u8>,
-}
-
-impl Image {
-    fn new(name: &'static str, scale: u32, color: ColorType, whole: [u32; 2]) -> Image {
-        let mut image = Image {
-            name,
-            scale,
-            color,
-            depth: BitDepth::Eight,
-            format: None,
-            filter: None,
-            whole,
-            data: Vec::new(),
-        };
-        let [width, height] = image.size();
-        image.data = texels((width * height) as usize * image.texel(), scale * 77 + width);
-        image
-    }
-
-    fn size(&self) -> [u32; 2] {
-        self.whole.map(|n| n.div_ceil(self.scale))
-    }
-
-    fn texel(&self) -> usize {
-        self.depth as usize / 8 * self.color.samples()
-    }
-
-    /// The whole as a file.
-    fn input(&self, desk: &Desk) -> LayerInput {
-        let path = desk.path(&format!("{}.png", self.name));
-        write_png(&path, self.size(), self.color, self.depth, &self.data);
-        LayerInput { name: self.name.into(), path, format: self.format, filter: self.filter }
-    }
-
-    /// Texels of a region of the texture that crosses wrapping edges, along one axis.
-    fn part_len(&self, axis: usize, at: u32, len: u32) -> u32 {
-        let (end, whole, of) = (at + len, self.whole[axis], |n: u32| n.div_ceil(self.scale));
-        if end <= whole { of(end) - at / self.scale } else { of(whole) - at / self.scale + of(end - whole) }
-    }
-
-    /// Changes a region, given in texels of the texture, of the whole; what goes there as a file.
-    fn change(
-        &mut self,
-        desk: &Desk,
-        at: [u32; 2],
-        len: [u32; 2],
-        new: impl Fn([u32; 2], usize) -> u8,
-    ) -> LayerImage {
-        let size = [0, 1].map(|a| self.part_len(a, at[a], len[a]));
-        let (texel, row) = (self.texel(), self.size()[0]);
-        let mut part = Vec::new();
-        for y in 0..size[1] {
-            for x in 0..size[0] {
-                let bytes: Vec<u8> = (0..texel).map(|byte| new([x, y], byte)).collect();
-                let whole = [x + at[0] / self.scale, y + at[1] / self.scale];
-                let whole = [0, 1].map(|a| whole[a] % self.size()[a]);
-                self.data[(whole[1] * row + whole[0]) as usize * texel..][..texel].copy_from_slice(&bytes);
-                part.extend(bytes);
-            }
-        }
-        let path = desk.path(&format!("{}-part.png", self.name));
-        write_png(&path, size, self.color, self.depth, &part);
-        LayerImage { layer: Some(self.name.into()), path, format: None, filter: None }
-    }
-}
 
 fn inputs(desk: &Desk, images: &[Image]) -> Vec<LayerInput> {
     images.iter().map(|image| image.input(desk)).collect()

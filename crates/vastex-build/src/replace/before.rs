@@ -85,14 +85,8 @@ impl Before {
                 let shows_new = !is_inside && source.is_some_and(is_new);
                 let stored = match self.has(owner) {
                     true => Some(owner),
-                    // What shows a page that lacks a tile, and goes on lacking it, agrees among itself.
-                    false if !made.contains(owner) => {
-                        let holding = columns.pages().flat_map(|x| rows.pages().map(move |y| page(x, y)));
-                        let mut holding: Vec<_> = holding.filter(|&page| self.has(page)).collect();
-                        holding.sort_by_key(|&page| page != pos);
-                        holding.first().copied()
-                    }
-                    false => None,
+                    false if made.contains(owner) => None,
+                    false => self.holding(pos, columns, rows),
                 };
                 match stored {
                     Some(of) if of == pos && !shows_new => {}
@@ -102,6 +96,13 @@ impl Before {
             }
         }
         Ok(slice)
+    }
+
+    /// A page that has a tile, in whose border it holds these texels: the page itself, or else any, since all agree.
+    fn holding(&self, pos: PagePos, columns: &Segment, rows: &Segment) -> Option<PagePos> {
+        let page = |x, y| PagePos::new_2d(pos.level, x, y);
+        let pages = columns.pages().flat_map(|x| rows.pages().map(move |y| page(x, y)));
+        pages.filter(|&page| self.has(page)).min_by_key(|&page| page != pos)
     }
 }
 

@@ -4,6 +4,7 @@
 
 pub mod desk;
 pub mod files;
+pub mod image;
 pub mod profiles;
 
 use std::fs::File;
