@@ -95,6 +95,13 @@ impl Pagers {
         Ok(pool)
     }
 
+    /// Sets the share of a pool's slots that pins may take, in percent; see [`PagerSettings::pin_share`]. Pins that there are stay.
+    pub fn set_pin_share(&mut self, pool: PoolId, percent: u32) {
+        if let Some(pager) = self.pager_mut(pool) {
+            pager.settings.pin_share = percent;
+        }
+    }
+
     /// Adds a texture to a pool under a number of its own; else as [`Pager::add_texture`].
     pub fn add_texture(
         &mut self,

@@ -1,6 +1,6 @@
 //! How large pools are and whether their pictures may become coarser; `vastex.toml` says the same (`settings_file`).
 
-use vastex_core::{BiasRule, Description, LayerFormat, PoolEstimate};
+use vastex_core::{BiasRule, Description, LayerFormat, PagerSettings, PoolEstimate};
 
 /// The settings of all pools.
 ///
@@ -45,6 +45,9 @@ pub struct PoolTuning {
     pub residency_mip_bias: Option<bool>,
     /// How the bias is decided where there may be one; unset, it is solved. All pools whose bias is hunted share the largest.
     pub mip_bias_rule: Option<BiasRule>,
+    /// The share of the slots that pins may take, tails included, in percent, at most [`PagerSettings::MOST_PINS`]; unset,
+    /// [`PagerSettings::PIN_SHARE`].
+    pub pin_share: Option<u32>,
 }
 
 /// The factors of the scale groups, 1 unless set: so that one number makes many pools smaller or larger.
@@ -62,6 +65,7 @@ impl Default for ScaleGroups {
 pub(crate) struct PoolPlan {
     pub(crate) bytes: u64,
     pub(crate) mip_bias: Option<BiasRule>,
+    pub(crate) pin_share: u32,
 }
 
 impl PoolSettings {
@@ -88,6 +92,7 @@ impl PoolSettings {
         PoolPlan {
             bytes: factor.map_or(bytes, |factor| (bytes as f64 * factor) as u64),
             mip_bias: may_be_coarser.then(|| tuning.mip_bias_rule.unwrap_or_default()),
+            pin_share: tuning.pin_share.unwrap_or(PagerSettings::PIN_SHARE),
         }
     }
 }
@@ -111,6 +116,7 @@ impl PoolTuning {
             scale_group: other.scale_group.or(self.scale_group),
             residency_mip_bias: other.residency_mip_bias.or(self.residency_mip_bias),
             mip_bias_rule: other.mip_bias_rule.or(self.mip_bias_rule),
+            pin_share: other.pin_share.or(self.pin_share),
         }
     }
 }

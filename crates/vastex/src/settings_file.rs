@@ -8,7 +8,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 use toml::Spanned;
-use vastex_core::{BiasRule, Integrator, LayerFormat};
+use vastex_core::{BiasRule, Integrator, LayerFormat, PagerSettings};
 
 use crate::pool_settings::{PoolRule, PoolSettings, PoolTuning};
 
@@ -157,6 +157,7 @@ struct RuleOfFile {
     scale_group: Option<ScaleGroup>,
     residency_mip_bias: Option<bool>,
     mip_bias_rule: Option<RuleName>,
+    pin_share: Option<PinShare>,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -167,6 +168,7 @@ struct TuningOfFile {
     scale_group: Option<ScaleGroup>,
     residency_mip_bias: Option<bool>,
     mip_bias_rule: Option<RuleName>,
+    pin_share: Option<PinShare>,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -205,10 +207,14 @@ impl Contents {
 
 impl From<RuleOfFile> for PoolRule {
     fn from(rule: RuleOfFile) -> PoolRule {
-        let RuleOfFile { size_mib, allow_size_scale, scale_group, residency_mip_bias, mip_bias_rule, .. } =
-            rule;
-        let tuning =
-            TuningOfFile { size_mib, allow_size_scale, scale_group, residency_mip_bias, mip_bias_rule };
+        let tuning = TuningOfFile {
+            size_mib: rule.size_mib,
+            allow_size_scale: rule.allow_size_scale,
+            scale_group: rule.scale_group,
+            residency_mip_bias: rule.residency_mip_bias,
+            mip_bias_rule: rule.mip_bias_rule,
+            pin_share: rule.pin_share,
+        };
         PoolRule {
             formats: rule.formats.map(|Formats(formats)| formats),
             tile_min: rule.tile_min,
@@ -226,6 +232,7 @@ impl From<TuningOfFile> for PoolTuning {
             scale_group: tuning.scale_group.map(|ScaleGroup(group)| group),
             residency_mip_bias: tuning.residency_mip_bias,
             mip_bias_rule: tuning.mip_bias_rule.map(BiasRule::from),
+            pin_share: tuning.pin_share.map(|PinShare(percent)| percent),
         }
     }
 }
@@ -296,6 +303,23 @@ impl TryFrom<i64> for ScaleGroup {
         match group {
             0..=2 => Ok(ScaleGroup(group as u8)),
             _ => Err(format!("there is no scale group {group}; there are 0, 1 and 2")),
+        }
+    }
+}
+
+/// In percent.
+#[derive(Debug, Deserialize)]
+#[serde(try_from = "i64")]
+struct PinShare(u32);
+
+impl TryFrom<i64> for PinShare {
+    type Error = String;
+
+    fn try_from(percent: i64) -> Result<PinShare, String> {
+        let most = PagerSettings::MOST_PINS;
+        match u32::try_from(percent).ok().filter(|&percent| percent <= most) {
+            Some(percent) => Ok(PinShare(percent)),
+            None => Err(format!("a pin_share of {percent} percent; give it 0 to {most}")),
         }
     }
 }

@@ -171,6 +171,7 @@ impl Textures {
         let plan = self.settings.pools.plan(stored, held, self.settings.picture);
         let (pool, is_reduced) = PoolState::new(&self.device, &self.queue, plan.bytes, held)?;
         let id = self.pagers.add_pool(pool.slots.slots(), pool.slots.tile_bytes, plan.mip_bias)?;
+        self.pagers.set_pin_share(id, plan.pin_share);
         let (asked, bytes) = (plan.bytes, pool.slots.bytes());
         if is_reduced {
             tracing::warn!(tiles = %pool.tiles, asked, bytes, "the device has no memory for a pool of this size");

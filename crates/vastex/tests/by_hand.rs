@@ -143,3 +143,15 @@ fn content_that_changes_is_shown_in_place_and_is_never_coarser_on_the_way() {
     let after = screen.textures.stats().pager;
     assert_eq!((after.refreshed, after.loaded, after.evicted), (before.occupied.into(), before.loaded, 0));
 }
+
+#[test]
+fn pins_keep_to_their_share_of_the_pool() {
+    let mut settings = settings();
+    settings.pools.read_toml("test", "[default_pool]\nsize_mib = 0.5\npin_share = 10", None).unwrap();
+    let mut screen = Screen::new(&[property(SIZE, 32, AddressMode::Clamp)], settings);
+    let texture = screen.texture(0);
+    let slots = screen.textures.stats().pager.slots;
+    let refused = screen.textures.pin(texture, &Region::image(0..160, 0..160).on_levels(0..=0)).unwrap_err();
+    assert!(matches!(refused, AskError::TooManyPins { most, .. } if most == slots / 10), "{refused}");
+    assert!(screen.textures.pin(texture, &Region::image(0..32, 0..32).on_levels(2..=2)).is_ok());
+}

@@ -82,6 +82,7 @@ fn text_and_code_say_the_same() {
                     scale_group: Some(1),
                     residency_mip_bias: None,
                     mip_bias_rule: None,
+                    pin_share: None,
                 },
                 ..PoolRule::default()
             },
@@ -201,6 +202,8 @@ fn what_is_wrong_is_said_with_its_line_and_a_remedy() {
         ("[[pool]]\nformats = []", 2, "leave formats out"),
         ("[default_pool]\nmip_bias_rule = \"hunted\"", 2, "`integrating`"),
         ("[[pool]]\nscale_group = 3", 2, "0, 1 and 2"),
+        ("[default_pool]\npin_share = 81", 2, "0 to 80"),
+        ("[[pool]]\npin_share = -1", 2, "0 to 80"),
         ("[scale_groups]\n0 = 1\n3 = 1", 3, "`2`"),
         ("[scale_groups]\n0 = 0", 2, "more than 0"),
         ("[[pool]]\ntile_min = 9\ntile_max = 8", 3, "make it larger"),
