@@ -42,9 +42,9 @@ impl Buffers {
     /// From what suits most to what takes least.
     ///
     /// Cutting a row of pages takes long, and the rows in between do not: so many buffers as its rows fill keep the reader
-    /// busy meanwhile. At the end of a batch threads wait for one another, so large ones are best.
+    /// busy meanwhile.
     const ALL: [Buffers; 5] = [
-        Buffers { rows: 16, batches: 1, batch_bytes: 8 << 20 },
+        Buffers { rows: 16, batches: 4, batch_bytes: 2 << 20 },
         Buffers { rows: 3, batches: 4, batch_bytes: 2 << 20 },
         Buffers { rows: 2, batches: 2, batch_bytes: 1 << 20 },
         Buffers { rows: 2, batches: 1, batch_bytes: 256 << 10 },
