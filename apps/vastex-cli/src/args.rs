@@ -179,7 +179,7 @@ Examples:
   vastex render /net/slow/earth.vastex --on globe --disk-cache ~/.cache/vastex -o globe.png
   vastex render island.vastex --layer-shown height --range 0,0.2 -o height.png
   vastex render earth.vastex --on globe --camera-path spin --record-trace spin.vxtrace
-  vastex render earth.vastex --on globe --camera-path fly --pool-mib 4 --stats-csv fly.csv --dump-pools
+  vastex render earth.vastex --on globe --camera-path fly --stats-csv fly.csv --dump-pools
 
 Without --frames it plays the camera path to its end and holds the last pose until everything is loaded; if that does
 not come to pass within 10,000 frames, the picture is written as it is and the exit code is 1.")]
