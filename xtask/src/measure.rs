@@ -27,9 +27,11 @@ pub(crate) struct Run {
     pub(crate) written_mb: f64,
 }
 
-/// Runs a program once, its output removed beforehand so that each run writes a new file.
+/// Runs a program once, its output removed beforehand so that each run writes a new file. What was written before is on the disk
+/// by then, so that nobody waits for another's bytes.
 pub(crate) fn run(program: &str, arguments: &[String], output: &Path) -> Result<Run> {
     remove(output).with_context(|| format!("cannot remove {}", output.display()))?;
+    shell::command("sync").status().context("cannot start sync")?;
     let report = report_path(output);
     let mut command = shell::command(GNU_TIME);
     command.args(["-f", "%U %S %M", "-o"]).arg(&report).arg(program).args(arguments);
