@@ -5,7 +5,8 @@
 //! and the prefetches in
 //! their order. Who holds which page is `tickets`' business, what becomes of a refresh `refresh`'s.
 
-use crate::decision::Request;
+use crate::decision::{Request, Upload};
+use crate::event::Event;
 use crate::page::{PageId, TextureId};
 use crate::pager::Pager;
 use crate::pagers::Pagers;
@@ -232,6 +233,22 @@ impl Pager {
         let _ = self.residency.begin_load(page) || self.residency.begin_refresh(page);
         self.check();
         self.textures.pos(page).map(|(_, pos)| Request { page, pos, rank })
+    }
+
+    /// Puts the new tile of a page over the old one; nothing where none has come for the page.
+    pub(crate) fn upload_refresh(&mut self, page: PageId) -> Option<Upload> {
+        let (slot, bytes, recovered) = self.residency.settle_refresh(page)?;
+        self.bucket.take(self.settings.tile_bytes);
+        if recovered {
+            self.events.push(Event::Recovered { pool: self.pool(), page });
+        }
+        self.check();
+        Some(Upload { page, slot, bytes, evicted: None })
+    }
+
+    /// The best page that is being refreshed and whose new tile is here.
+    pub(crate) fn next_refreshed(&self) -> Option<PageId> {
+        self.by_hand.iter().copied().find(|&page| self.residency.refreshes.is_ready(page))
     }
 
     /// The best of these pages whose tile waits for the upload budget.

@@ -39,7 +39,7 @@ pub struct Pager {
     pub(crate) residency: Residency,
     pub(crate) set: WorkingSet,
     pub(crate) bias: BiasControl,
-    bucket: UploadBucket,
+    pub(crate) bucket: UploadBucket,
     ranking: Ranking,
     /// Missing pages of the working set, best first.
     pub(crate) order: Vec<PageId>,
@@ -59,7 +59,7 @@ pub struct Pager {
     pub(crate) cancels: VecDeque<PageId>,
     pub(crate) evicted: Vec<(PageId, Slot)>,
     pub(crate) settled: Vec<(PageId, Slot)>,
-    events: EventQueue,
+    pub(crate) events: EventQueue,
     /// The frame from which feedback belongs to a new view.
     cut: Option<u64>,
     /// The frame of the newest feedback.
@@ -363,15 +363,13 @@ impl Pager {
         if self.bucket.available() < self.settings.tile_bytes {
             return None;
         }
-        if let Some((slot, bytes, recovered)) = self.residency.settle_refresh(page) {
-            self.bucket.take(self.settings.tile_bytes);
-            if recovered {
-                self.events.push(Event::Recovered { pool: self.pool, page });
-            }
-            self.check();
-            return Some(Upload { page, slot, bytes, evicted: None });
+        if let Some(refreshed) = self.upload_refresh(page) {
+            return Some(refreshed);
         }
-        let (slot, evicted) = self.residency.take_slot(&self.textures)?;
+        let Some((slot, evicted)) = self.residency.take_slot(&self.textures) else {
+            // Every page out of view may be one whose new tile waits for this turn: then it can go.
+            return self.next_refreshed().and_then(|page| self.upload_refresh(page));
+        };
         self.bucket.take(self.settings.tile_bytes);
         let (bytes, recovered) = self.residency.settle(page, slot, &self.textures)?;
         self.evicted.extend(evicted.map(|page| (page, slot)));

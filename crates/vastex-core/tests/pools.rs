@@ -282,3 +282,9 @@ fn random_crowds_hold_together() {
         assert!(ended.contains(&state), "nothing ended as {state:?}, so nothing was tried");
     }
 }
+
+/// New tiles for every page out of view had come when the view needed a slot, and waited for their turn after it.
+#[test]
+fn a_view_gets_its_slot_where_all_others_are_being_refreshed() {
+    random_crowd(554).unwrap();
+}
