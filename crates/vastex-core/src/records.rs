@@ -45,11 +45,22 @@ pub(crate) struct Record {
     pub(crate) retry_at: u64,
     /// The frame since which the page is wanted without a break, if it is.
     pub(crate) since: u64,
+    /// The frame in which its tile was put into a slot.
+    pub(crate) settled_at: u64,
 }
 
 impl Record {
     const fn new(page: PageId) -> Record {
-        Record { page, state: State::Absent, wanted_round: 0, failures: 0, below: 0, retry_at: 0, since: 0 }
+        Record {
+            page,
+            state: State::Absent,
+            wanted_round: 0,
+            failures: 0,
+            below: 0,
+            retry_at: 0,
+            since: 0,
+            settled_at: 0,
+        }
     }
 
     /// There is a use for the page: it is queued where nothing is under way, and nothing is called off that still can go on.

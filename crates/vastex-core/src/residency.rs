@@ -429,6 +429,7 @@ impl Residency {
         let bytes = self.ready.remove(page)?;
         let record = self.records.get_mut(page)?;
         record.state = State::Resident(slot);
+        record.settled_at = self.frame;
         let recovered = std::mem::take(&mut record.failures) > 0;
         if record.wanted_round >= self.round {
             let waited = self.frame - record.since;

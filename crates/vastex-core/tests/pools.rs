@@ -288,3 +288,9 @@ fn random_crowds_hold_together() {
 fn a_view_gets_its_slot_where_all_others_are_being_refreshed() {
     random_crowd(554).unwrap();
 }
+
+/// A tile that came ahead of the view had lost its slot in the frame in which it got it.
+#[test]
+fn what_was_loaded_in_a_frame_is_not_evicted_in_it() {
+    random_crowd(1706).unwrap();
+}
