@@ -1,9 +1,11 @@
 //! What an application asks a pager for by hand: to prefetch, to pin, to refresh.
 //!
 //! What is in view comes first. After it, with half of the in-flight budget and the slots that the view does not need, come
-//! the refreshes of resident pages whose content has changed (those in view before the others), what the view is expected to want,
-//! and the prefetches in
-//! their order. Who holds which page is `tickets`' business, what becomes of a refresh `refresh`'s.
+//! the refreshes of resident pages whose content has changed (those in view before the others), what the view is expected
+//! to want (`expectation`), and the prefetches in their order. Who holds which page is `tickets`' business, what becomes of
+//! a refresh `refresh`'s.
+
+use rustc_hash::FxHashSet;
 
 use crate::decision::{Request, Upload};
 use crate::event::Event;
@@ -175,15 +177,16 @@ impl Pager {
             (!residency.is_wanted(page, RecordHint::default()), std::cmp::Reverse(page.level()), page)
         });
         let mut spare = self.slots_to_spare();
-        let mut too_many = Vec::new();
+        let (mut listed, mut too_many) = (FxHashSet::default(), Vec::new());
         let mut expected = std::mem::take(&mut self.residency.expected);
         let in_order = expected.pages_in_order().iter().map(|&(page, _)| page);
         for page in in_order.chain(self.residency.tickets.pages_in_order()) {
             let is_here = matches!(self.residency.state(page), PageState::Resident(_));
-            if is_here || self.residency.is_wanted(page, RecordHint::default()) {
+            let in_view = self.residency.is_wanted(page, RecordHint::default());
+            // A page may be expected, and be in several tickets: it needs one slot.
+            if is_here || in_view || !listed.insert(page) {
                 continue;
             }
-            // Pages of several tickets are listed twice, and found to be under way the second time.
             match spare.checked_sub(1) {
                 Some(left) => (spare, ()) = (left, self.by_hand.push(page)),
                 None => too_many.push(page),

@@ -166,6 +166,21 @@ fn the_view_takes_the_slots_that_it_needs_and_gives_them_back() {
 }
 
 #[test]
+fn tickets_for_the_same_pages_do_not_get_in_each_others_way() {
+    // Room for the view and for the pages once, but not twice.
+    let (mut crowd, texture) = one_image(60, Path::Still);
+    crowd.loads.latency_frames = 5;
+    let urgency = Some(Urgency { priority: 0, deadline: Some(10_000) });
+    let [first, second] = [(); 2].map(|()| crowd.ask(texture, &far_away(), urgency).unwrap());
+    run(&mut crowd, 200);
+    for ticket in [first, second] {
+        let Progress { resident, pages, .. } = progress(&crowd, ticket);
+        assert_eq!(resident, pages);
+    }
+    assert_eq!(crowd.pagers.stats().cancelled, 0);
+}
+
+#[test]
 fn pins_stay_whatever_the_view_wants_and_the_bias_makes_room_for_them() {
     let (mut crowd, texture) = one_image(60, Path::Spin);
     let pin = crowd.ask(texture, &far_away(), None).unwrap();

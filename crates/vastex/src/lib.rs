@@ -19,7 +19,7 @@
 //! textures.update(&mut encoder)?;                      // observe, load, upload, change tables: never waits
 //! // ... draw the picture with textures.bind_group(earth) ...
 //! queue.submit([encoder.finish()]);
-//! while let Some(event) = textures.poll_event() { /* Converged, Oversubscribed, Failed, Recovered */ }
+//! while let Some(event) = textures.poll_event() { /* Converged, Oversubscribed, Failed, ... */ }
 //! # Ok(()) }
 //! ```
 //!
