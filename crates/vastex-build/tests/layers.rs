@@ -161,11 +161,13 @@ fn blocks_decode_to_what_they_were_made_of() {
 #[test]
 fn neighbours_agree_where_their_borders_are_the_same_blocks() {
     let (desk, size) = (Desk::new(), [100, 70]);
-    for format in LayerFormat::ALL.into_iter().filter(|format| format.is_compressed()) {
+    let formats = || LayerFormat::ALL.into_iter().filter(|format| format.is_compressed());
+    let best = [LayerFormat::Bc1, LayerFormat::Bc3].map(|format| (format, Quality::Best));
+    for (format, quality) in formats().map(|format| (format, Quality::Normal)).chain(best) {
         let color = if format.channels() == 1 { ColorType::Grayscale } else { ColorType::Rgba };
         let data = texels((size[0] * size[1]) as usize * color.samples(), 9);
         let image = desk.image("in.png", size, color, &data);
-        let options = BuildOptions { address: [AddressMode::Wrap; 2], ..small_pages() };
+        let options = BuildOptions { address: [AddressMode::Wrap; 2], quality, ..small_pages() };
         let (description, tiles) = tiles(&desk.build(&[layer("color", &image, Some(format))], &options));
         let tile_of = |pos: PagePos| {
             let tile = tiles.iter().find(|(at, _)| *at == pos);
@@ -188,6 +190,38 @@ fn neighbours_agree_where_their_borders_are_the_same_blocks() {
             }
         }
         assert!(compared > 50);
+    }
+}
+
+/// The mean squared distance of the decoded colours of level 0 from those that the blocks were made of.
+fn mean_square(desk: &Desk, image: &Path, format: LayerFormat, quality: Quality) -> f64 {
+    let options = BuildOptions { quality, ..small_pages() };
+    let [(description, blocks), (_, plain)] = [format, format.decoded()]
+        .map(|format| tiles(&desk.build(&[layer("color", image, Some(format))], &options)));
+    let finest = blocks.iter().zip(&plain).filter(|((pos, _), _)| pos.level == 0);
+    let texels = finest.flat_map(|((_, blocks), (_, plain))| {
+        let pairs = decoded(&description, blocks).into_iter().zip(plain.clone());
+        pairs.map(|(a, b)| f64::from(a.abs_diff(b)).powi(2)).collect::<Vec<_>>()
+    });
+    let squares: Vec<f64> = texels.collect();
+    squares.iter().sum::<f64>() / squares.len() as f64
+}
+
+#[test]
+fn the_best_preset_is_nearer_to_the_image() {
+    let (desk, size) = (Desk::new(), [96, 64]);
+    // Hills with grain: blocks whose colours are near a line, but not on it.
+    let grain = texels((size[0] * size[1]) as usize, 5);
+    let data: Vec<u8> = hills(size, 3)
+        .iter()
+        .zip(grain.iter().flat_map(|grain| [grain; 3]))
+        .map(|(hill, grain)| hill.saturating_add(grain / 8))
+        .collect();
+    let image = desk.image("in.png", size, ColorType::Rgb, &data);
+    for format in [LayerFormat::Bc1Srgb, LayerFormat::Bc3, LayerFormat::Bc7] {
+        let [normal, best] =
+            [Quality::Normal, Quality::Best].map(|quality| mean_square(&desk, &image, format, quality));
+        assert!(best < 0.95 * normal, "{}: {best} against {normal}", format.name());
     }
 }
 

@@ -122,7 +122,7 @@ fn is_window(name: &str) -> bool {
 }
 
 fn is_encoder(name: &str) -> bool {
-    let starts = ["mozjpeg", "zstd", "intel_tex", "ctt-"];
+    let starts = ["mozjpeg", "zstd", "intel_tex", "ctt-", "texpresso"];
     name == "vastex-build" || starts.iter().any(|start| name.starts_with(start))
 }
 

@@ -144,7 +144,7 @@ pub(crate) enum Encode {
     Fast,
     /// Half as fast in bc7, and 0.9 dB better
     Normal,
-    /// A twentieth as fast in bc7, and 1.7 dB better
+    /// A twentieth as fast in bc7, and 1.7 dB better; bc1 and bc3 at 1 megatexel a second and core, and 1.1 dB better
     Best,
 }
 
