@@ -92,6 +92,8 @@ impl crate::pagers::Pagers {
     /// Takes in what a view is expected to want, each pool the pages of its own textures; see [`Pager::expect`].
     pub fn expect(&mut self, feedback: &Feedback) {
         // Each pager drops the pages of textures that are not its own.
-        self.iter_mut().for_each(|pager| pager.expect(feedback));
+        self.with_members(feedback, |pagers, wanted| {
+            pagers.iter_mut().for_each(|pager| pager.expect(wanted));
+        });
     }
 }

@@ -20,6 +20,8 @@ mod expectation;
 mod feedback;
 mod format;
 mod geometry;
+mod groups;
+mod level_rule;
 mod numbers;
 mod order;
 mod page;
@@ -62,6 +64,8 @@ pub use geometry::{
     AddressMode, Geometry, GeometryError, GeometrySpec, Level, MAX_LEVELS, MAX_TEXELS, PAGE_TEXELS,
     TexelPositions,
 };
+pub use groups::{GroupError, GroupId};
+pub use level_rule::LevelRule;
 pub use page::{Dims, PageId, PageIdError, PagePos, TextureId};
 pub use page_set::PageSet;
 pub use pager::Pager;

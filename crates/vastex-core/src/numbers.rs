@@ -1,12 +1,12 @@
-//! The numbers of textures: who has which, and when one may be given again.
+//! The numbers of textures, and of groups: who has which, and when one may be given again.
 //!
 //! A number is in exactly one state. That of a texture which was removed waits until nothing can name the old one any more:
 //! neither feedback that is under way nor a load that the loader has yet to answer.
 //!
 //! | from | to | when |
 //! |---|---|---|
-//! | free | taken | a texture is added |
-//! | taken | leaving | it is removed |
+//! | free | taken, grouped | a texture or a group is added |
+//! | taken, grouped | leaving | it is removed |
 //! | leaving | free | every load has ended, and no feedback is under way from before |
 
 use crate::page::TextureId;
@@ -16,9 +16,11 @@ use crate::pool::PoolId;
 enum State {
     Free,
     Taken(PoolId),
+    /// By a group.
+    Grouped,
     /// `since` is the newest frame whose feedback may name the texture.
     Leaving {
-        pool: PoolId,
+        pool: Option<PoolId>,
         since: u64,
         loads: u32,
     },
@@ -40,11 +42,20 @@ impl Numbers {
 
     /// Gives a number that is free to a texture of a pool.
     pub(crate) fn take(&mut self, texture: TextureId, pool: PoolId) {
+        self.set(texture, State::Taken(pool));
+    }
+
+    /// Gives a number that is free to a group.
+    pub(crate) fn take_for_group(&mut self, number: TextureId) {
+        self.set(number, State::Grouped);
+    }
+
+    fn set(&mut self, texture: TextureId, state: State) {
         let number = usize::from(texture.number());
         if self.states.len() <= number {
             self.states.resize(number + 1, State::Free);
         }
-        self.states[number] = State::Taken(pool);
+        self.states[number] = state;
     }
 
     fn state(&self, texture: TextureId) -> State {
@@ -55,25 +66,26 @@ impl Numbers {
     pub(crate) fn pool_of(&self, texture: TextureId) -> Option<PoolId> {
         match self.state(texture) {
             State::Taken(pool) => Some(pool),
-            State::Free | State::Leaving { .. } => None,
+            State::Free | State::Grouped | State::Leaving { .. } => None,
         }
     }
 
     /// A load of the texture has ended; says in which pool, also after the texture was removed.
     pub(crate) fn load_ended(&mut self, texture: TextureId) -> Option<PoolId> {
         match self.states.get_mut(usize::from(texture.number()))? {
-            State::Free => None,
+            State::Free | State::Grouped => None,
             State::Taken(pool) => Some(*pool),
             State::Leaving { pool, loads, .. } => {
                 *loads = loads.saturating_sub(1);
-                Some(*pool)
+                *pool
             }
         }
     }
 
-    /// The texture was removed in frame `since`, with so many loads under way.
+    /// The texture or group was removed in frame `since`, with so many loads under way.
     pub(crate) fn leave(&mut self, texture: TextureId, since: u64, loads: u32) {
-        if let Some(pool) = self.pool_of(texture) {
+        let pool = self.pool_of(texture);
+        if pool.is_some() || self.state(texture) == State::Grouped {
             self.states[usize::from(texture.number())] = State::Leaving { pool, since, loads };
             self.leaving += 1;
         }

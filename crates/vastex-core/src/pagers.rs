@@ -14,6 +14,7 @@ use crate::decision::{Request, Upload};
 use crate::event::{Event, EventQueue};
 use crate::feedback::{Feedback, WantedPage};
 use crate::geometry::Geometry;
+use crate::groups::Groups;
 use crate::numbers::Numbers;
 use crate::page::{PageId, TextureId};
 use crate::page_set::PageSet;
@@ -39,7 +40,8 @@ pub struct Budgets {
 pub struct Pagers {
     budgets: Budgets,
     pools: Vec<Pool>,
-    numbers: Numbers,
+    pub(crate) numbers: Numbers,
+    pub(crate) groups: Groups,
     bucket: UploadBucket,
     uploads: FairShare,
     requests: FairShare,
@@ -64,6 +66,7 @@ impl Pagers {
             budgets,
             pools: Vec::new(),
             numbers: Numbers::default(),
+            groups: Groups::default(),
             bucket: UploadBucket::new(budgets.upload_bytes_per_frame, 0),
             uploads: FairShare::default(),
             requests: FairShare::default(),
@@ -122,6 +125,7 @@ impl Pagers {
         let Some(pool) = self.numbers.pool_of(texture) else { return false };
         let loads = self.pools[usize::from(pool.number())].pager.remove_texture(texture);
         self.numbers.leave(texture, frame, loads.unwrap_or(0));
+        self.groups.forget(texture);
         true
     }
 
@@ -176,8 +180,13 @@ impl Pagers {
         self.pools.iter_mut().for_each(|pool| pool.pager.view_cut(frame));
     }
 
-    /// Takes in what a view wanted, each pool the pages of its own textures; see [`Pager::observe`].
+    /// Takes in what a view wanted, each pool the pages of its own textures, those of groups among them; see
+    /// [`Pager::observe`].
     pub fn observe(&mut self, feedback: &Feedback) {
+        self.with_members(feedback, Pagers::observe_members);
+    }
+
+    fn observe_members(&mut self, feedback: &Feedback) {
         for pool in &mut self.pools {
             pool.feedback.frame = feedback.frame;
             pool.feedback.pages.clear();
@@ -206,7 +215,8 @@ impl Pagers {
             let textures = &self.pager(self.pool_of(wanted.page.texture())?).textures;
             textures.contains(wanted.page).then(|| textures.present(*wanted))
         };
-        let mut pages: Vec<WantedPage> = feedback.pages.iter().filter_map(standing).collect();
+        let mut pages: Vec<WantedPage> =
+            self.of_members(feedback).pages.iter().filter_map(standing).collect();
         merge_same(&mut pages);
         pages
     }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::feedback::WantedPage;
 use crate::geometry::Geometry;
+use crate::level_rule::LevelRule;
 use crate::page::{PageId, PagePos, TextureId};
 use crate::page_set::PageSet;
 
@@ -19,6 +20,8 @@ struct Texture {
     geometry: Arc<Geometry>,
     /// The pages that have tiles; nothing where all have.
     present: Option<Arc<PageSet>>,
+    /// How its levels are chosen, for groups.
+    rule: LevelRule,
 }
 
 impl Textures {
@@ -35,7 +38,8 @@ impl Textures {
         }
         let is_free = self.textures[number].is_none();
         if is_free {
-            self.textures[number] = Some(Texture { geometry, present });
+            let rule = LevelRule::default().within(&geometry);
+            self.textures[number] = Some(Texture { geometry, present, rule });
             self.count += 1;
         }
         is_free
@@ -60,6 +64,17 @@ impl Textures {
 
     pub(crate) fn geometry(&self, texture: TextureId) -> Option<&Arc<Geometry>> {
         Some(&self.get(texture)?.geometry)
+    }
+
+    /// How the levels of a texture are chosen, within those that it has.
+    pub(crate) fn rule(&self, texture: TextureId) -> Option<LevelRule> {
+        Some(self.get(texture)?.rule)
+    }
+
+    /// Says whether there is such a texture.
+    pub(crate) fn set_rule(&mut self, texture: TextureId, rule: LevelRule) -> bool {
+        let place = self.textures.get_mut(usize::from(texture.number())).and_then(Option::as_mut);
+        place.map(|texture| texture.rule = rule.within(&texture.geometry)).is_some()
     }
 
     /// The pages of all tails.

@@ -11,8 +11,8 @@
 
 use vastex_core::sim::{Crowd, Path, Random};
 use vastex_core::{
-    BiasRule, Budgets, Event, Geometry, GeometrySpec, Pagers, PoolError, PoolId, Region, TextureId,
-    TicketState, Urgency,
+    BiasRule, Budgets, Event, Geometry, GeometrySpec, GroupError, GroupId, LevelRule, Pagers, PoolError,
+    PoolId, Region, TextureId, TicketState, Urgency,
 };
 
 const BUDGETS: Budgets = Budgets { upload_bytes_per_frame: 2000, in_flight_bytes: 20_000 };
@@ -181,8 +181,15 @@ fn random_crowd(seed: u64) -> Result<(Vec<TicketState>, u64), String> {
             add_at_random(&mut crowd, &mut random, pool, page)?;
         }
     }
+    // Of its own, so that the worlds without groups are as they would be.
+    let mut groups = (seed % 3 == 1).then(|| Random::new(!seed));
     for _ in 0..80 {
         crowd.step()?;
+        if let Some(random) = &mut groups
+            && random.chance(0.1)
+        {
+            group_at_random(&mut crowd, random)?;
+        }
         if seed % 2 == 1 && random.chance(0.15) {
             let pool = PoolId::new(random.below(pools) as u16);
             change_at_random(&mut crowd, &mut random, pool, &pages)?;
@@ -224,6 +231,27 @@ fn change_at_random(
         return add_at_random(crowd, random, pool, pages[usize::from(pool.number())]);
     }
     crowd.remove(textures[random.below(textures.len() as u64) as usize])
+}
+
+/// Makes a group of textures of any pools, which have a clamp and bias of chance, or takes one apart.
+fn group_at_random(crowd: &mut Crowd, random: &mut Random) -> Result<(), String> {
+    let groups: Vec<GroupId> = crowd.groups().collect();
+    if let Some(&group) = groups.get(random.below(2 * groups.len() as u64 + 1) as usize) {
+        return crowd.ungroup(group);
+    }
+    let members: Vec<TextureId> = crowd.textures().filter(|_| random.chance(0.4)).collect();
+    for &member in &members {
+        if random.chance(0.7) {
+            continue;
+        }
+        let bias = random.below(33) as f32 / 8.0 - 2.0;
+        let (finest, coarsest) = (random.below(4) as u8, random.below(12) as u8);
+        crowd.pagers.set_levels(member, LevelRule { bias, finest, coarsest });
+    }
+    match crowd.group(&members, Path::ALL[random.below(5) as usize]) {
+        Ok(_) | Err(GroupError::Empty) => Ok(()),
+        Err(error) => Err(error.to_string()),
+    }
 }
 
 /// Prefetches, pins, lets go of a ticket, expects a view, or changes the content of a texture.

@@ -67,9 +67,14 @@ impl Loop {
                 (pagers.add_texture(pool, geometry, present).unwrap().0, geometry)
             })
             .collect();
-        let all = |frame| {
-            textures.iter().flat_map(|&(texture, geometry)| target(texture, geometry, frame)).collect()
-        };
+        // The last is seen with a half of it, of pages half as large, in a pool of its own.
+        let half = GeometrySpec { page: 64, ..GeometrySpec::image(16_384, 8192) };
+        let pool = pagers.add_pool(1150, 50, Some(BiasRule::default())).unwrap();
+        let (half, _) = pagers.add_texture(pool, &Geometry::new(half).unwrap(), None).unwrap();
+        let group = pagers.add_group(&[textures[2].0, half]).unwrap();
+        let seen = [textures[0], textures[1], (group.number(), textures[2].1)];
+        let all =
+            |frame| seen.iter().flat_map(|&(texture, geometry)| target(texture, geometry, frame)).collect();
         Loop {
             pagers,
             targets: (0..LOOP).map(all).collect(),

@@ -22,7 +22,6 @@ mod device;
 mod error;
 mod feedback;
 mod layer;
-mod level_rule;
 mod mapping;
 mod mirror;
 mod pool;
@@ -41,7 +40,6 @@ pub use feedback::{
     FEEDBACK_DEPTH_FORMAT, FEEDBACK_FORMAT, FeedbackScale, FeedbackTarget, FeedbackView, ViewBuffer,
 };
 pub use layer::{held_format, texture_format};
-pub use level_rule::LevelRule;
 pub use pool::Pool;
 pub use raw::RawFeedback;
 pub use readback::Readback;

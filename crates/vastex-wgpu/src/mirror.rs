@@ -4,9 +4,7 @@
 //! structs of the same names, in params.wgsl and table.wgsl.
 
 use bytemuck::{Pod, Zeroable};
-use vastex_core::{AddressMode, Geometry, PoolLayout, Slot, TableLayout, TextureId, shared};
-
-use crate::level_rule::LevelRule;
+use vastex_core::{AddressMode, Geometry, LevelRule, PoolLayout, Slot, TableLayout, TextureId, shared};
 
 /// `VASTEX_ADDRESS_*`: how an address mode is written.
 pub(crate) const fn address_code(mode: AddressMode) -> u32 {

@@ -4,13 +4,12 @@
 //! touches, and why the order within either half is of no matter, is told in `vastex-core` at [`TableChange`].
 
 use vastex_core::{
-    ChangeRule, Geometry, PagePos, Slot, TableChange, TableEntry, TableLayout, TextureId, shared,
+    ChangeRule, Geometry, LevelRule, PagePos, Slot, TableChange, TableEntry, TableLayout, TextureId, shared,
 };
 
 use crate::bind::buffer;
 use crate::device::{alive, compute_pipelines, dispatch_size, storage, uniform};
 use crate::error::GpuError;
-use crate::level_rule::LevelRule;
 use crate::mirror::{Change, ChangesHead, TextureParams};
 use crate::shader;
 

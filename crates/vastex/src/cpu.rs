@@ -6,9 +6,10 @@
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use bytes::Bytes;
-use vastex_core::{ChangeRule, PageId, PagePos, Slot, TableChange, TableEntry, TableImage, TextureId};
+use vastex_core::{
+    ChangeRule, LevelRule, PageId, PagePos, Slot, TableChange, TableEntry, TableImage, TextureId,
+};
 use vastex_tiles::{TileSource, decode_layer};
-use vastex_wgpu::LevelRule;
 use vastex_wgpu::twins::{Sampler, Texture};
 
 use crate::error::Error;

@@ -63,9 +63,9 @@ pub use textures::{BindGroups, Textures};
 pub use vastex_core::shared::JITTER_CYCLE;
 pub use vastex_core::{
     AddressMode, AskError, BiasRule, Box3, Description, Dims, Event, Feedback, Geometry, GeometryError,
-    GeometrySpec, History, Integrator, Layer, LayerFormat, PageId, PagePos, PageState, PoolEstimate,
-    PoolFrame, PoolId, Progress, Region, Stats, TexelPositions, TextureId, TexturePages, TicketState,
-    TimeToSharp, Trace, Urgency, fold,
+    GeometrySpec, GroupError, GroupId, History, Integrator, Layer, LayerFormat, LevelRule, PageId, PagePos,
+    PageState, PoolEstimate, PoolFrame, PoolId, Progress, Region, Stats, TexelPositions, TextureId,
+    TexturePages, TicketState, TimeToSharp, Trace, Urgency, fold,
 };
 pub use vastex_tiles::{
     Codec, ContainerError, DecodeError, ReadError, ReadFuture, SourceKey, StoreStats, TierStats, Tiers, Tile,
@@ -73,7 +73,7 @@ pub use vastex_tiles::{
 };
 #[cfg(not(target_family = "wasm"))]
 pub use vastex_tiles::{DiskCache, DiskTier, DiskTierError};
-pub use vastex_wgpu::{Atlas, GpuError, LevelRule, required_features, texture_format};
+pub use vastex_wgpu::{Atlas, GpuError, required_features, texture_format};
 
 /// Opens a `.vastex` file.
 #[cfg(not(target_family = "wasm"))]

@@ -5,13 +5,12 @@
 use std::sync::Arc;
 
 use vastex_core::{
-    Budgets, Description, Dims, Event, PageId, PageSet, PageState, Pagers, PoolError, PoolId, TableChange,
-    TextureId,
+    Budgets, Description, Dims, Event, LevelRule, PageId, PageSet, PageState, Pagers, PoolError, PoolId,
+    TableChange, TextureId,
 };
 use vastex_tiles::{Loader, RamCache, Tiers, Tile, TileSource};
 use vastex_wgpu::{
-    BindLayout, FeedbackTarget, LevelRule, Readback, ShaderOptions, TableBuffers, TableChanger, ViewBuffer,
-    wgsl,
+    BindLayout, FeedbackTarget, Readback, ShaderOptions, TableBuffers, TableChanger, ViewBuffer, wgsl,
 };
 
 use crate::by_hand::OpenTickets;
@@ -283,12 +282,12 @@ impl Textures {
     pub fn set_levels(&mut self, texture: TextureId, rule: LevelRule) -> bool {
         let Some(Some(state)) = self.textures.get_mut(usize::from(texture.number())) else { return false };
         state.table.set_rule(&self.queue, rule);
-        true
+        self.pagers.set_levels(texture, rule)
     }
 
     /// How the levels of a texture are chosen, within the levels that it has.
     pub fn levels(&self, texture: TextureId) -> Option<LevelRule> {
-        Some(self.textures.get(usize::from(texture.number()))?.as_ref()?.table.rule())
+        self.pagers.levels(texture)
     }
 
     /// The state of a page.

@@ -10,6 +10,7 @@ use crate::bias::BiasRule;
 use crate::event::Event;
 use crate::feedback::{Feedback, Need};
 use crate::geometry::{Geometry, GeometrySpec};
+use crate::groups::{GroupError, GroupId};
 use crate::page::{PageId, TextureId};
 use crate::pagers::{Budgets, Pagers};
 use crate::pool::{PoolError, PoolId, Slot};
@@ -52,6 +53,7 @@ pub struct Crowd {
     /// Whether the cameras hold their poses, and since when.
     held: Option<u64>,
     members: Vec<Member>,
+    groups: Vec<(GroupId, Path)>,
     contents: Contents,
     /// Tickets that have not ended.
     pub tickets: BTreeSet<Ticket>,
@@ -79,6 +81,7 @@ impl Crowd {
             random: Random::new(seed),
             held: None,
             members: Vec::new(),
+            groups: Vec::new(),
             contents: Contents::default(),
             tickets: BTreeSet::new(),
             ended: Vec::new(),
@@ -122,6 +125,22 @@ impl Crowd {
         self.contents.forget(|page| page.texture() == texture);
         self.pinned.retain(|(_, pages)| pages.iter().all(|page| page.texture() != texture));
         self.note_ended()
+    }
+
+    /// Makes a group of textures that there are, seen along `path`; each of them is seen alone as well.
+    pub fn group(&mut self, members: &[TextureId], path: Path) -> Result<GroupId, GroupError> {
+        let group = self.pagers.add_group(members)?;
+        self.groups.push((group, path));
+        Ok(group)
+    }
+
+    /// Takes a group apart, one of those there are.
+    pub fn ungroup(&mut self, group: GroupId) -> Result<(), String> {
+        self.groups.retain(|(other, _)| *other != group);
+        match self.pagers.remove_group(group, self.frame) && !self.pagers.remove_group(group, self.frame) {
+            true => Ok(()),
+            false => Err(format!("frame {}: {group:?} could not be removed, or twice", self.frame)),
+        }
     }
 
     /// Prefetches a region, or pins it.
@@ -186,6 +205,11 @@ impl Crowd {
         slots.all(|&page| self.contents.is_shown_as_it_is(page))
     }
 
+    /// The groups there are.
+    pub fn groups(&self) -> impl Iterator<Item = GroupId> + '_ {
+        self.groups.iter().map(|(group, _)| *group)
+    }
+
     /// The textures there are.
     pub fn textures(&self) -> impl Iterator<Item = TextureId> + '_ {
         self.members.iter().map(|member| member.texture)
@@ -212,7 +236,7 @@ impl Crowd {
             && let Some(feedback) = self.in_view.pop_front()
         {
             self.pagers.observe(&feedback);
-            self.newest = feedback;
+            self.newest = self.pagers.of_members(&feedback);
         }
         self.pagers.feedback_under_way(self.in_view.front().map(|feedback| feedback.frame));
         self.load()?;
@@ -257,6 +281,11 @@ impl Crowd {
         let mut all = Feedback { frame: self.frame, ..Feedback::default() };
         for Member { texture, geometry, path, .. } in &self.members {
             let seen = path.view(at).feedback(*texture, geometry, self.screen, self.frame, false);
+            all.pages.extend(seen.pages);
+        }
+        for (group, path) in &self.groups {
+            let Some(shape) = self.pagers.group_shape(*group) else { continue };
+            let seen = path.view(at).feedback(group.number(), shape, self.screen, self.frame, false);
             all.pages.extend(seen.pages);
         }
         all.pages.sort_unstable();

@@ -11,9 +11,7 @@ mod sample;
 pub use lookup::Place;
 pub use sample::Sampler;
 
-use vastex_core::{Geometry, TableImage, TextureId};
-
-use crate::level_rule::LevelRule;
+use vastex_core::{Geometry, LevelRule, TableImage, TextureId};
 
 /// A virtual texture as shaders know it: `vastex_texture`, `vastex_table`, and of `vastex_pool` and `vastex_view`
 /// what bears on levels and on the layer.

@@ -2,10 +2,10 @@
 
 use bytemuck::{Pod, Zeroable};
 use vastex_core::{
-    AddressMode, Description, Geometry, GeometrySpec, Layer, LayerFormat, Slot, TexelPositions,
+    AddressMode, Description, Geometry, GeometrySpec, Layer, LayerFormat, LevelRule, Slot, TexelPositions,
 };
 use vastex_wgpu::test_device::TestDevice;
-use vastex_wgpu::{Atlas, BindLayout, Filter, LevelRule, ShaderOptions, ViewBuffer, twins, wgsl};
+use vastex_wgpu::{Atlas, BindLayout, Filter, ShaderOptions, ViewBuffer, twins, wgsl};
 
 use crate::common::{GPU, NUMBER, Random, World, read, storage};
 

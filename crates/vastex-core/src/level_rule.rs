@@ -1,6 +1,8 @@
-//! How the level of a texture is chosen before its pool's mip bias; the arithmetic is level.wgsl's.
+//! How the level of a texture is chosen before its pool's mip bias: a clamp of levels and a bias of its own.
+//!
+//! Where a pixel says which page it wants, the arithmetic is that of the shaders; where a group does, that of `groups`.
 
-use vastex_core::Geometry;
+use crate::geometry::Geometry;
 
 /// The level of a texture at mip bias 0 is `min(max(lambda + bias, finest), coarsest)`, `lambda` being how many levels coarser
 /// than level 0 a pixel is. The pool's mip bias comes on top, so memory that is too small may go beyond `coarsest`.
@@ -37,7 +39,7 @@ impl LevelRule {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use vastex_core::GeometrySpec;
+    use crate::geometry::GeometrySpec;
 
     #[test]
     fn a_rule_keeps_to_the_levels_that_there_are() {
