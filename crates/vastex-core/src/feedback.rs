@@ -4,6 +4,7 @@
 
 use crate::page::PageId;
 use crate::shared::STEPS_PER_LEVEL;
+use crate::working_set::merge_same;
 
 /// How sharply a page is needed, in eighths of a level: `8 * level + eighth`. Smaller is sharper.
 ///
@@ -52,4 +53,13 @@ pub struct Feedback {
     pub pages: Vec<WantedPage>,
     /// Pixels whose gradients were zero, infinite or no numbers, which wanted nothing.
     pub degenerate: u32,
+}
+
+impl Feedback {
+    /// The feedback of a frame from pages in any order. Of a page that is named several times the pixels are added, and the sharpest
+    /// need counts.
+    pub fn of_pages(frame: u64, mut pages: Vec<WantedPage>) -> Feedback {
+        merge_same(&mut pages);
+        Feedback { frame, pages, ..Feedback::default() }
+    }
 }

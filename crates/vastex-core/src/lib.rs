@@ -42,6 +42,7 @@ pub mod shared;
 pub mod sim;
 mod space;
 mod stats;
+mod survey;
 mod table;
 mod tail;
 mod telemetry;
@@ -77,6 +78,10 @@ pub use replay::{PoolSize, Replay, ReplayError, ReplaySettings, replay};
 pub use residency::PageState;
 pub use space::{Box3, fold, is_border_color};
 pub use stats::Stats;
+pub use survey::{
+    Camera, FlatSurface, GlobeSurface, Patch, Surface, Survey, SurveySettings, Surveyed, SurveyedObject,
+    SurveyedTexture, UvBox,
+};
 pub use table::{ChangeRule, TableChange, TableEntry, TableImage, TableLayout};
 pub use tail::TailLayout;
 pub use telemetry::{History, PoolFrame, TimeToSharp};
