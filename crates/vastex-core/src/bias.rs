@@ -201,14 +201,14 @@ mod tests {
         let mut control = BiasControl::new(20, Some(BiasRule::Solved));
         let row = |n: u32| (0..n).map(|x| wanted(id, x)).collect::<Vec<_>>();
         let mut set = WorkingSet::new();
-        set.observe(&Feedback { frame: 0, pages: row(32), degenerate: 0 }, &textures);
+        set.observe(&Feedback { frame: 0, pages: row(32), ..Feedback::default() }, &textures);
         set.rebuild(|_, record| (record, false));
         assert!(control.update(&set, 1));
         let risen = control.bias();
         assert!(risen >= 8 && set.size_at(risen) < 18);
         let mut frames = 0;
         while control.bias() == risen {
-            set.observe(&Feedback { frame: 0, pages: row(2), degenerate: 0 }, &textures);
+            set.observe(&Feedback { frame: 0, pages: row(2), ..Feedback::default() }, &textures);
             set.rebuild(|_, record| (record, false));
             assert!(!control.update(&set, 1));
             frames += 1;

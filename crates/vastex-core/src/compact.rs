@@ -70,14 +70,15 @@ impl FeedbackCompactor {
         FeedbackCompactor { table: vec![0; FIRST_SLOTS], seen, last: 0, degenerate: 0 }
     }
 
-    /// Puts what the pixels want into `feedback`, as that of `frame`. A pixel is page id low, page id high, eighth (at most
+    /// Puts what the pixels want into `feedback`, as that of `frame`; of which view it is stays. A pixel is page id low, page id high, eighth (at most
     /// 7) and flag, as `vastex_feedback` wrote it; one that names no page is left out.
     ///
     /// Costs a comparison of each pixel with its neighbour, a look at each run of equal ones, and a sort of the distinct
     /// pages. Allocates only for more distinct pages than ever before.
     pub fn compact(&mut self, frame: u64, pixels: &[Pixel], feedback: &mut Feedback) {
         if pixels.is_empty() {
-            *feedback = Feedback { frame, ..Feedback::default() };
+            feedback.pages.clear();
+            (feedback.frame, feedback.degenerate) = (frame, 0);
             return;
         }
         let (mut start, mut from) = (0, 1);
@@ -258,7 +259,7 @@ mod tests {
         }
         let degenerate = pixels.iter().filter(|pixel| pixel[3] == FEEDBACK_DEGENERATE).count() as u32;
         let pages = pages.into_iter().map(|(page, (pixels, eighth))| WantedPage { page, pixels, eighth });
-        Feedback { frame, pages: pages.collect(), degenerate }
+        Feedback { frame, pages: pages.collect(), degenerate, ..Feedback::default() }
     }
 
     proptest! {

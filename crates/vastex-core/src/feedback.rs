@@ -1,9 +1,10 @@
-//! What the last rendered view wanted: the pages, how sharply, and over how many pixels.
+//! What a rendered view wanted: the pages, how sharply, and over how many pixels.
 //!
 //! How it is drawn, compacted and read back is the GPU crate's business; what follows from it the pager's.
 
 use crate::page::PageId;
 use crate::shared::STEPS_PER_LEVEL;
+use crate::views::ViewId;
 use crate::working_set::merge_same;
 
 /// How sharply a page is needed, in eighths of a level: `8 * level + eighth`. Smaller is sharper.
@@ -44,9 +45,11 @@ pub struct WantedPage {
     pub eighth: u8,
 }
 
-/// The feedback of one frame.
+/// The feedback of one view in one frame.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Feedback {
+    /// The view.
+    pub view: ViewId,
     /// The frame in which it was drawn.
     pub frame: u64,
     /// Distinct pages, in ascending order of page id.
@@ -56,7 +59,7 @@ pub struct Feedback {
 }
 
 impl Feedback {
-    /// The feedback of a frame from pages in any order. Of a page that is named several times the pixels are added, and the sharpest
+    /// The main view's feedback of a frame from pages in any order. Of a page that is named several times the pixels are added, and the sharpest
     /// need counts.
     pub fn of_pages(frame: u64, mut pages: Vec<WantedPage>) -> Feedback {
         merge_same(&mut pages);

@@ -182,8 +182,8 @@ impl Pagers {
     }
 
     fn take_apart(&self, feedback: &Feedback, wanted: &mut Feedback) {
-        let Feedback { frame, pages, degenerate } = wanted;
-        (*frame, *degenerate) = (feedback.frame, feedback.degenerate);
+        let Feedback { view, frame, pages, degenerate } = wanted;
+        (*view, *frame, *degenerate) = (feedback.view, feedback.frame, feedback.degenerate);
         pages.clear();
         for run in feedback.pages.chunk_by(|a, b| a.page.texture() == b.page.texture()) {
             match self.groups.get(run[0].page.texture()) {

@@ -51,6 +51,7 @@ mod tickets;
 mod trace;
 mod usage;
 mod victims;
+mod views;
 mod working_set;
 
 pub use bias::{BiasRule, Integrator};
@@ -88,3 +89,4 @@ pub use telemetry::{History, PoolFrame, TimeToSharp};
 pub use tickets::{AskError, Progress, Ticket, TicketState, Urgency};
 pub use trace::{Trace, TraceError, TraceRecordError};
 pub use usage::{PoolUsage, TextureUsage};
+pub use views::{MAX_VIEWS, ViewError, ViewId};

@@ -87,12 +87,6 @@ impl<V: Default> PageMap<V> {
         *self = kept;
     }
 
-    /// Takes all pages out.
-    pub(crate) fn clear(&mut self) {
-        self.places.fill_with(|| (PageId::NONE, V::default()));
-        self.len = 0;
-    }
-
     #[inline]
     fn find(&self, page: PageId) -> Option<usize> {
         let mask = self.places.len().checked_sub(1)?;
@@ -162,8 +156,6 @@ mod tests {
                     prop_assert_eq!(map.get(page(n)), model.get(&page(n)));
                 }
             }
-            map.clear();
-            prop_assert!(map.is_empty() && (0..40).all(|n| map.get(page(n)).is_none()));
         }
     }
 }

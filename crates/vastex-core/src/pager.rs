@@ -1,6 +1,6 @@
 //! The pager: feedback goes in, decisions come out.
 //!
-//! Each frame: [`Pager::begin_frame`], [`Pager::observe`] for each feedback that has arrived, the loader's results
+//! Each frame: [`Pager::begin_frame`], [`Pager::observe`] for the feedback that has arrived, the loader's results
 //! ([`Pager::tile_ready`], [`Pager::tile_failed`], [`Pager::tile_cancelled`]), then the decisions, as values:
 //! [`Pager::poll_cancel`] and [`Pager::poll_request`] for the loader, [`Pager::poll_upload`] and
 //! [`Pager::take_table_changes`] for the GPU, [`Pager::poll_event`] for the application. It never calls back, and nothing
@@ -25,8 +25,8 @@ use crate::page::{PageId, TextureId};
 use crate::page_set::PageSet;
 use crate::pool::{PoolError, PoolId, PoolLayout, Slot};
 use crate::residency::{PageState, Residency};
-use crate::shared::JITTER_CYCLE;
 use crate::textures::{Textures, page_id};
+use crate::views::ViewId;
 use crate::working_set::{Node, WorkingSet};
 
 /// Decides what is loaded, what is evicted and how coarse the picture is, for the textures of one pool.
@@ -60,12 +60,10 @@ pub struct Pager {
     pub(crate) evicted: Vec<(PageId, Slot)>,
     pub(crate) settled: Vec<(PageId, Slot)>,
     pub(crate) events: EventQueue,
-    /// The frame from which feedback belongs to a new view.
-    cut: Option<u64>,
+    /// Whether what has been taken in begins a new main view.
+    cut: bool,
     /// The frame of the newest feedback.
     pub(crate) newest_feedback: Option<u64>,
-    /// Feedbacks in a row that wanted nothing new and missed nothing.
-    quiet: u32,
     converged: bool,
 }
 
@@ -97,9 +95,8 @@ impl Pager {
             evicted: Vec::new(),
             settled: Vec::new(),
             events: EventQueue::default(),
-            cut: None,
+            cut: false,
             newest_feedback: None,
-            quiet: 0,
             converged: false,
         }
     }
@@ -183,28 +180,41 @@ impl Pager {
         self.begin_by_hand(frame);
     }
 
-    /// The view has jumped: feedback of `frame` and later belongs to a new working set.
-    ///
-    /// A jump that is not declared is noticed where little of the new view was wanted before. So what several views want
-    /// in one frame belongs into one feedback: views that take turns would look like jumps.
-    pub fn view_cut(&mut self, frame: u64) {
-        self.cut = Some(frame);
-    }
-
     /// Takes in what a view wanted: marks what is resident as used and queues the rest.
     ///
     /// Costs a visit of each page of the working set and of the pages now missing.
     pub fn observe(&mut self, feedback: &Feedback) {
-        let declared = self.cut.take_if(|frame| *frame <= feedback.frame).is_some();
-        let cut = declared || self.set.is_jump(feedback, &self.textures);
-        if cut {
-            self.set.restart(&self.textures);
-            self.bias.restart();
+        self.observe_views(std::slice::from_ref(feedback));
+    }
+
+    /// Takes in what several views wanted in a frame, and decides once: what each wanted is in the working set. Feedback of
+    /// a view that there is not is dropped.
+    pub fn observe_views(&mut self, feedbacks: &[Feedback]) {
+        feedbacks.iter().for_each(|feedback| self.take_in(feedback));
+        if !feedbacks.is_empty() {
+            self.decide();
         }
-        self.newest_feedback = Some(feedback.frame);
+    }
+
+    /// The working set follows when it is next worked out.
+    pub(crate) fn take_in(&mut self, feedback: &Feedback) {
+        if self.set.is_cut(feedback, &self.textures) {
+            self.set.restart(feedback.view);
+            // Of other views a cut leaves the bias as it is: the main view would feel it, and they may jump often.
+            if feedback.view == ViewId::MAIN {
+                self.bias.restart();
+                self.cut = true;
+            }
+        }
+        self.newest_feedback = self.newest_feedback.max(Some(feedback.frame));
         self.set.observe(feedback, &self.textures);
+    }
+
+    /// What follows from the feedback that was taken in.
+    pub(crate) fn decide(&mut self) {
         let newly_wanted = self.work_out();
         let in_view = self.set.pages_at(self.bias.bias()).filter(|(_, node)| node.pixels > 0);
+        let cut = std::mem::take(&mut self.cut);
         self.residency.victims.retention.observe(in_view.map(|(page, _)| page), cut, &self.textures);
         self.note_convergence(newly_wanted);
         self.check();
@@ -288,8 +298,7 @@ impl Pager {
 
     fn note_convergence(&mut self, newly_wanted: u32) {
         let quiet = newly_wanted == 0 && self.order.iter().all(|&page| self.residency.has_failed(page));
-        self.quiet = if quiet { self.quiet + 1 } else { 0 };
-        let converged = self.quiet >= JITTER_CYCLE && self.set.feedbacks() == JITTER_CYCLE as usize;
+        let converged = self.set.end_round(quiet);
         if converged && !self.converged {
             self.events.push(Event::Converged { frame: self.residency.frame });
         }
@@ -397,8 +406,9 @@ impl Pager {
         self.events.poll()
     }
 
-    /// Whether, for a whole jitter cycle, no page was newly wanted and none missing at the bias in force. A page that
-    /// has failed counts as answered.
+    /// Whether, for a whole jitter cycle of every view that is being drawn, no page was newly wanted and none missing at the bias
+    /// in force. A page that has failed counts as answered. A view that was not drawn for a jitter cycle of the others is not
+    /// waited for.
     pub fn is_converged(&self) -> bool {
         self.converged
     }

@@ -24,6 +24,7 @@ use crate::residency::PageState;
 use crate::stats::Stats;
 use crate::table::TableChange;
 use crate::tickets::AskError;
+use crate::views::Views;
 use crate::working_set::merge_same;
 
 /// What all pools share.
@@ -40,6 +41,7 @@ pub struct Budgets {
 pub struct Pagers {
     budgets: Budgets,
     pools: Vec<Pool>,
+    pub(crate) views: Views,
     pub(crate) numbers: Numbers,
     pub(crate) groups: Groups,
     bucket: UploadBucket,
@@ -65,6 +67,7 @@ impl Pagers {
         Pagers {
             budgets,
             pools: Vec::new(),
+            views: Views::default(),
             numbers: Numbers::default(),
             groups: Groups::default(),
             bucket: UploadBucket::new(budgets.upload_bytes_per_frame, 0),
@@ -90,6 +93,7 @@ impl Pagers {
         let settings =
             PagerSettings { slots, tile_bytes, upload_bytes_per_frame, in_flight_bytes, mip_bias, pin_share };
         let mut pager = Pager::of_pool(pool, settings);
+        self.views.tell(&mut pager);
         pager.begin_frame(self.frame);
         self.bucket.allow_tile(tile_bytes);
         self.uploads.add();
@@ -175,20 +179,41 @@ impl Pagers {
         }
     }
 
-    /// The view has jumped; see [`Pager::view_cut`].
-    pub fn view_cut(&mut self, frame: u64) {
-        self.pools.iter_mut().for_each(|pool| pool.pager.view_cut(frame));
-    }
-
     /// Takes in what a view wanted, each pool the pages of its own textures, those of groups among them; see
     /// [`Pager::observe`].
     pub fn observe(&mut self, feedback: &Feedback) {
-        self.with_members(feedback, Pagers::observe_members);
+        self.observe_views(std::slice::from_ref(feedback));
     }
 
-    fn observe_members(&mut self, feedback: &Feedback) {
+    /// Takes in what several views wanted in a frame; see [`Pager::observe_views`].
+    pub fn observe_views(&mut self, feedbacks: &[Feedback]) {
+        let mut any = false;
+        for feedback in feedbacks {
+            let is_known = self.knows(feedback);
+            if is_known {
+                self.with_members(feedback, Pagers::take_in);
+            }
+            any |= is_known;
+        }
+        if !any {
+            return;
+        }
+        let shared = self.iter().filter_map(|pager| pager.bias.shared()).max().unwrap_or(0);
+        for Pool { pager, .. } in &mut self.pools {
+            pager.bias.set_shared(shared);
+            pager.decide();
+        }
+        let converged = !self.pools.is_empty() && self.iter().all(Pager::is_converged);
+        if converged && !self.converged {
+            self.events.push(Event::Converged { frame: self.frame });
+        }
+        self.converged = converged;
+    }
+
+    /// Each pool takes in the pages of its own textures.
+    fn take_in(&mut self, feedback: &Feedback) {
         for pool in &mut self.pools {
-            pool.feedback.frame = feedback.frame;
+            (pool.feedback.view, pool.feedback.frame) = (feedback.view, feedback.frame);
             pool.feedback.pages.clear();
         }
         for wanted in &feedback.pages {
@@ -196,16 +221,7 @@ impl Pagers {
                 self.pools[usize::from(pool.number())].feedback.pages.push(*wanted);
             }
         }
-        let shared = self.iter().filter_map(|pager| pager.bias.shared()).max().unwrap_or(0);
-        for Pool { pager, feedback, .. } in &mut self.pools {
-            pager.bias.set_shared(shared);
-            pager.observe(feedback);
-        }
-        let converged = !self.pools.is_empty() && self.iter().all(Pager::is_converged);
-        if converged && !self.converged {
-            self.events.push(Event::Converged { frame: self.frame });
-        }
-        self.converged = converged;
+        self.pools.iter_mut().for_each(|Pool { pager, feedback, .. }| pager.take_in(feedback));
     }
 
     /// What a feedback comes down to, for a trace: the pages that exist, for each without a tile the one that stands for it;

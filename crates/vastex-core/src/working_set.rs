@@ -1,4 +1,7 @@
-//! The working set: the distinct pages that a view wants over one jitter cycle, with their ancestors.
+//! The working set: the distinct pages that views want over one jitter cycle of each, with their ancestors.
+//!
+//! Each view has a window of its own (`window`), and what any of them wants is in the set; how sharply, the sharpest need of any
+//! says. Pixels are counted by the weight of their view.
 //!
 //! Feedback is unbiased and says how sharply each page is needed, so the size of the set is known at every mip bias at
 //! once: a page of level `l`, of whose pixels the sharpest needs `n` eighths, is wanted at every bias below
@@ -8,21 +11,24 @@
 //! Tails are not counted here: they are pinned. Which bias is taken, and when it falls again, is `bias`'s business;
 //! what is loaded first, `order`'s.
 
-use std::collections::VecDeque;
-
 use crate::feedback::{Feedback, Need, WantedPage};
 use crate::page::{PageId, TextureId};
 use crate::page_map::PageMap;
 use crate::records::RecordHint;
-use crate::shared::{JITTER_CYCLE, MAX_LEVELS, STEPS_PER_LEVEL};
+use crate::shared::{MAX_LEVELS, STEPS_PER_LEVEL};
 use crate::textures::Textures;
+use crate::views::{MAX_VIEWS, ViewId, Weight};
+
+use window::{Named, Window};
+
+mod window;
 
 /// Thresholds are at most 8 times the number of levels.
 const THRESHOLDS: usize = (MAX_LEVELS * STEPS_PER_LEVEL) as usize + 1;
 /// Instead of a node's index: there is none.
 const NOWHERE: u32 = u32::MAX;
 
-/// A page of the working set: one that a feedback of the last jitter cycle named, or an ancestor of one.
+/// A page of the working set: one that a feedback of the last jitter cycle of any view named, or an ancestor of one.
 ///
 /// Nodes stay from frame to frame and know their parents, so that working out the set takes no look-up.
 #[derive(Clone, Debug)]
@@ -32,17 +38,22 @@ pub(crate) struct Node {
     parent: u32,
     /// Nodes whose parent it is.
     children: u32,
-    /// Feedbacks of the cycle that named the page.
+    /// Feedbacks of the cycles that named the page.
     named: u32,
     /// Feedback pixels of theirs.
     named_pixels: u32,
-    /// Feedbacks of the cycle in which the sharpest need was so many eighths.
+    /// Of them, those of each window, and the windows that have any, a bit for each.
+    named_by: [u8; MAX_VIEWS],
+    views: u8,
+    /// The windows that named the page or one below it.
+    views_below: u8,
+    /// Feedbacks of the cycles in which the sharpest need was so many eighths.
     feedbacks: [u8; STEPS_PER_LEVEL as usize],
     /// It is wanted at every bias, whatever feedback says.
     is_pinned: bool,
     /// The sharpest need of the page and all that lies below it.
     need: Need,
-    /// Feedback pixels of the page and all that lies below it, over the cycle.
+    /// Feedback pixels of the page and all that lies below it, over the cycles.
     pub(crate) pixels: u32,
     /// Those of them that already show something finer than the page.
     pub(crate) finer: u32,
@@ -60,6 +71,9 @@ impl Node {
             children: 0,
             named: 0,
             named_pixels: 0,
+            named_by: [0; MAX_VIEWS],
+            views: 0,
+            views_below: 0,
             feedbacks: [0; STEPS_PER_LEVEL as usize],
             is_pinned: false,
             need: Need::LEAST,
@@ -88,25 +102,11 @@ impl Node {
     }
 }
 
-/// One entry of a feedback of the cycle.
-#[derive(Clone, Copy, Debug)]
-struct Named {
-    /// The number of the feedback.
-    feedback: u64,
-    node: u32,
-    pixels: u32,
-    eighth: u8,
-}
-
 /// See the head of the file.
 #[derive(Debug)]
 pub(crate) struct WorkingSet {
-    /// What the feedbacks of the cycle named, the oldest first.
-    cycle: VecDeque<Named>,
-    /// Pixels of each feedback of the cycle, those that want tails among them.
-    pixels: VecDeque<u64>,
-    /// Feedbacks ever.
-    observed: u64,
+    /// One for each view; nothing where the view was removed.
+    windows: Vec<Option<Window>>,
     nodes: Vec<Node>,
     index: PageMap<u32>,
     /// The nodes of each level, and of those that have left the set since it was worked out.
@@ -122,7 +122,7 @@ pub(crate) struct WorkingSet {
     standing: Vec<WantedPage>,
 }
 
-/// How much coarser than at mip bias 0 the picture is, by the pixels of the cycle.
+/// How much coarser than at mip bias 0 the picture is, by the pixels of the cycles.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Shortfall {
     /// Feedback pixels whose wanted page is not resident.
@@ -134,9 +134,7 @@ pub(crate) struct Shortfall {
 impl WorkingSet {
     pub(crate) fn new() -> WorkingSet {
         WorkingSet {
-            cycle: VecDeque::new(),
-            pixels: VecDeque::new(),
-            observed: 0,
+            windows: vec![Some(Window::new(ViewId::MAIN, Weight::ONE))],
             nodes: Vec::new(),
             index: PageMap::default(),
             by_level: vec![Vec::new(); MAX_LEVELS as usize],
@@ -147,18 +145,6 @@ impl WorkingSet {
             shortfall: Shortfall::default(),
             standing: Vec::new(),
         }
-    }
-
-    /// Forgets everything but the pins: the view has jumped.
-    pub(crate) fn restart(&mut self, textures: &Textures) {
-        self.pixels.clear();
-        self.cycle.clear();
-        self.index.clear();
-        self.nodes.clear();
-        self.by_level.iter_mut().for_each(Vec::clear);
-        self.left.clear();
-        self.free.clear();
-        self.pin(textures);
     }
 
     /// From the next time that the set is worked out on these pages are wanted at every bias; with a page its ancestors are
@@ -183,9 +169,11 @@ impl WorkingSet {
 
     /// Forgets what was wanted of a texture; the set follows when it is worked out again.
     pub(crate) fn forget(&mut self, texture: TextureId) {
-        let WorkingSet { cycle, nodes, index, left, pins, .. } = self;
+        let WorkingSet { windows, nodes, index, left, pins, .. } = self;
         pins.retain(|page| page.texture() != texture);
-        cycle.retain(|named| nodes[named.node as usize].page.texture() != texture);
+        for window in windows.iter_mut().flatten() {
+            window.cycle.retain(|named| nodes[named.node as usize].page.texture() != texture);
+        }
         index.retain(|page, &node| {
             let is_other = page.texture() != texture;
             if !is_other {
@@ -196,76 +184,62 @@ impl WorkingSet {
         });
     }
 
-    /// Feedbacks now in the set, at most a jitter cycle of them.
-    pub(crate) fn feedbacks(&self) -> usize {
-        self.pixels.len()
-    }
-
-    /// Whether under a quarter of the feedback's pixels fall on pages of the set, their ancestors or descendants.
-    ///
-    /// Only a set of a whole jitter cycle can tell: where pages are smaller than the blocks of pixels that feedback
-    /// stands for, the frames of a cycle see different pages of one view.
-    pub(crate) fn is_jump(&self, feedback: &Feedback, textures: &Textures) -> bool {
-        if self.cycle.is_empty() || self.feedbacks() < JITTER_CYCLE as usize {
-            return false;
-        }
-        let is_named =
-            |page: PageId| self.index.get(page).is_some_and(|&at| self.nodes[at as usize].named > 0);
-        // Mostly a quarter of the pixels is soon found to be near, whatever the rest is.
-        let mut all: u64 = feedback.pages.iter().map(|wanted| u64::from(wanted.pixels)).sum();
-        let mut related = 0;
-        for wanted in &feedback.pages {
-            let is_known = self.index.get(wanted.page).is_some_and(|&at| self.nodes[at as usize].pixels > 0);
-            let pixels = u64::from(wanted.pixels);
-            if !is_known && !textures.contains(wanted.page) {
-                all -= pixels;
-                continue;
-            }
-            let near =
-                is_known || textures.is_tail(wanted.page) || textures.ancestors(wanted.page).any(is_named);
-            related += if near { pixels } else { 0 };
-            if related * 4 >= all {
-                return false;
-            }
-        }
-        related * 4 < all
-    }
-
-    /// Takes in a feedback, and lets go of the one that is a jitter cycle old. Pages that do not exist are dropped.
+    /// Takes in a feedback, and lets go of the one that is a jitter cycle of its view old. Pages that do not exist are dropped, as
+    /// is all of a view that there is not.
     pub(crate) fn observe(&mut self, feedback: &Feedback, textures: &Textures) {
-        self.observed += 1;
-        self.pixels.push_back(feedback.pages.iter().map(|wanted| u64::from(wanted.pixels)).sum());
+        let Some(place) = self.place_of(feedback.view) else { return };
+        let Some(window) = &mut self.windows[place] else { return };
+        let weight = window.weight;
+        window.begin(feedback.pages.iter().map(|wanted| u64::from(weight.of(wanted.pixels))).sum());
         if textures.are_sparse() {
             let mut standing = std::mem::take(&mut self.standing);
             let exists = |wanted: &&WantedPage| textures.contains(wanted.page);
             standing.clear();
             standing.extend(feedback.pages.iter().filter(exists).map(|&wanted| textures.present(wanted)));
             merge_same(&mut standing);
-            self.name(&standing, textures);
+            self.name(place, weight, &standing, textures);
             self.standing = standing;
         } else {
-            self.name(&feedback.pages, textures);
+            self.name(place, weight, &feedback.pages, textures);
         }
         // Last, so that what both name keeps its nodes.
-        if self.feedbacks() > JITTER_CYCLE as usize {
-            self.forget_oldest();
+        while let Some(named) = self.windows[place].as_mut().and_then(Window::next_too_old) {
+            self.unname(place, named);
         }
     }
 
-    fn name(&mut self, pages: &[WantedPage], textures: &Textures) {
+    fn name(&mut self, place: usize, weight: Weight, pages: &[WantedPage], textures: &Textures) {
         for &WantedPage { page, pixels, eighth } in pages {
             let at = match self.index.get(page) {
                 Some(&at) => at,
                 None if textures.contains(page) && !textures.is_tail(page) => self.add(page, textures),
                 None => continue,
             };
-            let (node, eighth) = (&mut self.nodes[at as usize], eighth & 7);
+            let (node, pixels, eighth) = (&mut self.nodes[at as usize], weight.of(pixels), eighth & 7);
             node.named += 1;
             node.named_pixels = node.named_pixels.saturating_add(pixels);
+            node.named_by[place] = node.named_by[place].saturating_add(1);
+            node.views |= 1 << place;
             let count = &mut node.feedbacks[usize::from(eighth)];
             *count = count.saturating_add(1);
-            self.cycle.push_back(Named { feedback: self.observed, node: at, pixels, eighth });
+            if let Some(window) = &mut self.windows[place] {
+                window.name(at, pixels, eighth);
+            }
         }
+    }
+
+    /// An entry leaves the window at `place`.
+    fn unname(&mut self, place: usize, named: Named) {
+        let node = &mut self.nodes[named.node as usize];
+        node.named -= 1;
+        node.named_pixels = node.named_pixels.saturating_sub(named.pixels);
+        node.named_by[place] = node.named_by[place].saturating_sub(1);
+        if node.named_by[place] == 0 {
+            node.views &= !(1 << place);
+        }
+        let count = &mut node.feedbacks[usize::from(named.eighth)];
+        *count = count.saturating_sub(1);
+        self.leave(named.node);
     }
 
     /// The index of the page's node, made where there is none, with those of its ancestors.
@@ -287,19 +261,6 @@ impl WorkingSet {
         self.index.insert(page, at);
         self.by_level[usize::from(page.level())].push(at);
         at
-    }
-
-    fn forget_oldest(&mut self) {
-        let oldest = self.observed + 1 - self.feedbacks() as u64;
-        self.pixels.pop_front();
-        while let Some(named) = self.cycle.pop_front_if(|named| named.feedback <= oldest) {
-            let node = &mut self.nodes[named.node as usize];
-            node.named -= 1;
-            node.named_pixels = node.named_pixels.saturating_sub(named.pixels);
-            let count = &mut node.feedbacks[usize::from(named.eighth)];
-            *count = count.saturating_sub(1);
-            self.leave(named.node);
-        }
     }
 
     /// Takes a node that has no reason to be in the set out of it, then its ancestors.
@@ -330,13 +291,14 @@ impl WorkingSet {
             for &at in level.iter() {
                 let node = &mut nodes[at as usize];
                 (node.need, node.pixels, node.finer) = (node.own_need(), node.named_pixels, 0);
+                node.views_below = node.views;
                 (node.record, node.is_resident) = find(node.page, node.record);
             }
         }
         free.append(left);
         for &at in by_level.iter().flatten() {
             let node = &nodes[at as usize];
-            let Node { parent, need, pixels, is_resident, .. } = *node;
+            let Node { parent, need, pixels, is_resident, views_below, .. } = *node;
             let shown = if is_resident { pixels } else { node.finer };
             histogram[usize::from(node.threshold())] += 1;
             // Each pixel that shows nothing as fine as this page shows something a level coarser at best.
@@ -346,13 +308,14 @@ impl WorkingSet {
                 above.need = above.need.min(need);
                 above.pixels = above.pixels.saturating_add(pixels);
                 above.finer = above.finer.saturating_add(shown);
+                above.views_below |= views_below;
             }
         }
     }
 
-    /// Feedback pixels of the cycle, those that want tails among them.
+    /// Feedback pixels of the cycles, those that want tails among them.
     pub(crate) fn pixels(&self) -> u64 {
-        self.pixels.iter().sum()
+        self.windows().flat_map(|window| &window.pixels).sum()
     }
 
     /// How much coarser than wanted the picture was when the set was worked out.
@@ -391,7 +354,7 @@ impl WorkingSet {
         shown.map(|node| node.page.level()).or_else(tail).unwrap_or(u8::MAX)
     }
 
-    /// The pages that feedback named, with their pixels over the cycle.
+    /// The pages that feedback named, with their pixels over the cycles.
     pub(crate) fn direct_pages(&self) -> impl Iterator<Item = (PageId, u32)> + '_ {
         let named = self.nodes.iter().filter(|node| node.named > 0);
         named.map(|node| (node.page, node.named_pixels))

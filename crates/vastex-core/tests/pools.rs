@@ -9,10 +9,10 @@
     reason = "helpers of tests, which clippy does not take for tests"
 )]
 
-use vastex_core::sim::{Crowd, Path, Random};
+use vastex_core::sim::{Crowd, Path, Random, Watch};
 use vastex_core::{
-    BiasRule, Budgets, Event, Geometry, GeometrySpec, GroupError, GroupId, LevelRule, Pagers, PoolError,
-    PoolId, Region, TextureId, TicketState, Urgency,
+    BiasRule, Budgets, Event, Geometry, GeometrySpec, GroupError, GroupId, LevelRule, MAX_VIEWS, Pagers,
+    PoolError, PoolId, Region, TextureId, TicketState, Urgency, ViewId,
 };
 
 const BUDGETS: Budgets = Budgets { upload_bytes_per_frame: 2000, in_flight_bytes: 20_000 };
@@ -183,6 +183,8 @@ fn random_crowd(seed: u64) -> Result<(Vec<TicketState>, u64), String> {
     }
     // Of its own, so that the worlds without groups are as they would be.
     let mut groups = (seed % 3 == 1).then(|| Random::new(!seed));
+    // Likewise the worlds without views beside the main one.
+    let mut views = Random::new(seed.rotate_left(32));
     for _ in 0..80 {
         crowd.step()?;
         if let Some(random) = &mut groups
@@ -199,6 +201,9 @@ fn random_crowd(seed: u64) -> Result<(Vec<TicketState>, u64), String> {
         }
         if seed % 8 == 7 && random.chance(0.03) {
             crowd.lose_device();
+        }
+        if seed % 3 != 2 && views.chance(0.1) {
+            change_views_at_random(&mut crowd, &mut views);
         }
     }
     // Whatever has gone wrong before, views that are held and a loader that is well again come to rest.
@@ -217,6 +222,20 @@ fn random_crowd(seed: u64) -> Result<(Vec<TicketState>, u64), String> {
         }
     }
     Err(format!("not at rest: {:?}", crowd.pagers.stats()))
+}
+
+/// Adds a view beside the main one, removes one, or lets one pause or look elsewhere, which it may declare.
+fn change_views_at_random(crowd: &mut Crowd, random: &mut Random) {
+    let watch = Watch { ahead: random.below(200), every: random.below(6) };
+    let views: Vec<ViewId> = crowd.views_beside().collect();
+    match views.get(random.below(1 + views.len() as u64) as usize) {
+        None => {
+            let weight = 2f32.powi(random.below(20) as i32 - 10);
+            assert_eq!(crowd.add_view(weight, watch).is_err(), views.len() + 1 == MAX_VIEWS);
+        }
+        Some(&view) if random.chance(0.3) => crowd.remove_view(view),
+        Some(&view) => crowd.change_view(view, watch, random.chance(0.5)),
+    }
 }
 
 /// Removes a texture, or adds one to a pool.

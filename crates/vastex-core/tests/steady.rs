@@ -11,7 +11,7 @@ use vastex_core::shared::FEEDBACK_WANTED;
 use vastex_core::sim::View;
 use vastex_core::{
     BiasRule, Budgets, Feedback, FeedbackCompactor, Geometry, GeometrySpec, PageSet, Pagers, TableChange,
-    TextureId, checks,
+    TextureId, ViewId, checks,
 };
 
 /// Frames of a loop: whole jitter cycles.
@@ -42,7 +42,8 @@ struct Loop {
     pagers: Pagers,
     targets: Vec<Vec<[u32; 4]>>,
     compactor: FeedbackCompactor,
-    feedback: Feedback,
+    /// Of the main view, and of one beside it.
+    feedback: [Feedback; 2],
     changes: Vec<TableChange>,
     frame: u64,
 }
@@ -79,7 +80,7 @@ impl Loop {
             pagers,
             targets: (0..LOOP).map(all).collect(),
             compactor: FeedbackCompactor::new(),
-            feedback: Feedback::default(),
+            feedback: Default::default(),
             changes: Vec::new(),
             frame: 0,
         }
@@ -87,10 +88,15 @@ impl Loop {
 
     fn play_frame(&mut self, tile: &Bytes) {
         self.frame += 1;
-        let target = &self.targets[(self.frame % LOOP) as usize];
-        self.compactor.compact(self.frame, target, &mut self.feedback);
+        let [main, beside] = &mut self.feedback;
+        self.compactor.compact(self.frame, &self.targets[(self.frame % LOOP) as usize], main);
         self.pagers.begin_frame(self.frame);
-        self.pagers.observe(&self.feedback);
+        // The view beside it is some frames ahead and drawn in every fourth.
+        let is_drawn = beside.view != ViewId::MAIN && self.frame.is_multiple_of(4);
+        if is_drawn {
+            self.compactor.compact(self.frame, &self.targets[((self.frame + 8) % LOOP) as usize], beside);
+        }
+        self.pagers.observe_views(&self.feedback[..if is_drawn { 2 } else { 1 }]);
         while let Some(page) = self.pagers.poll_cancel() {
             self.pagers.tile_cancelled(page);
         }
@@ -107,6 +113,18 @@ impl Loop {
 #[test]
 fn a_frame_of_a_loop_allocates_nothing() {
     let mut world = Loop::new();
+    play_rounds(&mut world);
+    assert_eq!(world.pagers.stats().bias_eighths, 0);
+}
+
+#[test]
+fn nor_does_one_of_two_views() {
+    let mut world = Loop::new();
+    world.feedback[1].view = world.pagers.add_view(0.5).unwrap();
+    play_rounds(&mut world);
+}
+
+fn play_rounds(world: &mut Loop) {
     let tile = Bytes::from_static(b"tile");
     // The first round fills the pools, the second is the first with full ones.
     (0..2 * LOOP).for_each(|_| checks::paused(|| world.play_frame(&tile)));
@@ -119,6 +137,6 @@ fn a_frame_of_a_loop_allocates_nothing() {
         let round_of = world.pagers.stats().since(&before);
         let evicted: Vec<u64> = world.pagers.iter().map(|pager| pager.stats().evicted).collect();
         assert!(evicted.iter().all(|&evicted| evicted > LOOP), "{evicted:?}");
-        assert!(round_of.loaded > 20 * LOOP && round_of.bias_eighths == 0, "{round_of:?}");
+        assert!(round_of.loaded > 20 * LOOP, "{round_of:?}");
     }
 }

@@ -2,9 +2,9 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests, which clippy does not take for tests")]
 
-use vastex_core::Event;
 use vastex_core::shared::JITTER_CYCLE;
 use vastex_core::sim::{Knobs, Path, World};
+use vastex_core::{Event, ViewId};
 
 /// Bytes of a tile.
 const TILE: u64 = 100;
@@ -44,7 +44,7 @@ fn world(
 fn cut(world: &mut World, place: u64, is_declared: bool) -> (u64, u64) {
     world.cut_to(Path::Teleport.view(40 * place));
     if is_declared {
-        world.pager.view_cut(world.frame + 1);
+        world.pager.view_cut(ViewId::MAIN, world.frame + 1);
     }
     let before = world.pager.stats().loaded;
     let (mut frames, mut complete) = (0, 0);

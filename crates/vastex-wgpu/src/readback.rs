@@ -256,7 +256,7 @@ impl Gathered {
     fn into_feedback(mut self) -> Feedback {
         self.pages.sort_unstable();
         let degenerate = self.head.map_or(0, |head| head.degenerate);
-        Feedback { frame: self.frame, pages: self.pages, degenerate }
+        Feedback { frame: self.frame, pages: self.pages, degenerate, ..Feedback::default() }
     }
 }
 

@@ -3,7 +3,7 @@
 //!
 //! Nothing is decided here: the pager decides, the loader and the GPU carry out.
 
-use vastex_core::{Event, Feedback, FeedbackCompactor, PageId};
+use vastex_core::{Event, Feedback, FeedbackCompactor, PageId, ViewId};
 use vastex_tiles::{LoadError, Loaded};
 use vastex_wgpu::{FeedbackScale, FeedbackTarget, RawFeedback, Readback};
 
@@ -164,7 +164,7 @@ impl Textures {
 
     /// The view has jumped: what was wanted before says nothing of what is wanted from this frame on.
     pub fn view_cut(&mut self) {
-        self.pagers.view_cut(self.frame);
+        self.pagers.view_cut(ViewId::MAIN, self.frame);
     }
 
     /// The next thing that the application may want to know.

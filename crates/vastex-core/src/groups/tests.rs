@@ -206,7 +206,7 @@ fn a_group_has_the_shape_of_its_largest_member_and_wants_of_all() {
     assert_eq!(pagers.group_members(group), [half, whole, small]);
     // Page 3,1 of level 1: texels 768 to 1024 of level 0, a sixteenth of the width, an eighth of the height.
     let pages = vec![entry(group, PagePos::new_2d(1, 3, 1), 40, 2)];
-    let wanted = pagers.of_members(&Feedback { frame: 5, pages, degenerate: 7 });
+    let wanted = pagers.of_members(&Feedback { frame: 5, pages, degenerate: 7, ..Feedback::default() });
     assert_eq!((wanted.frame, wanted.degenerate), (5, 7));
     let page = PagePos::new_2d;
     let of_small = [(6, 2), (7, 2), (6, 3), (7, 3)].map(|(x, y)| (small, page(0, x, y), 10, 0));

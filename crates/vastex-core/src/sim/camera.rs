@@ -116,7 +116,7 @@ impl View {
         let mut pages: Vec<WantedPage> =
             found.into_iter().map(|(page, (pixels, eighth))| WantedPage { page, pixels, eighth }).collect();
         pages.sort_unstable();
-        Feedback { frame, pages, degenerate: 0 }
+        Feedback { frame, pages, ..Feedback::default() }
     }
 
     /// The page, and the eighth of its level, that one pixel wants; nothing beside the texture.

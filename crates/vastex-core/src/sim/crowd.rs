@@ -1,10 +1,10 @@
 //! Many textures in several pools: the simulated world of [`Pagers`].
 //!
-//! Every texture has a camera of its own; one loader serves all. [`Crowd::step`] plays one frame and checks what must hold:
+//! Every texture has a camera of its own in each view; one loader serves all. [`Crowd::step`] plays one frame and checks what must hold:
 //! the budgets are kept to by all pools together, a pool holds pages of its own textures only, no page in view is evicted,
 //! the page table of every texture leads to what is resident, every ticket ends once, and what is pinned stays.
 
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use crate::bias::BiasRule;
 use crate::event::Event;
@@ -22,9 +22,12 @@ use crate::sim::{Path, Random};
 use crate::table::{TableChange, TableEntry, TableImage};
 use crate::textures::page_id;
 use crate::tickets::{AskError, Progress, Ticket, TicketState, Urgency};
+use crate::views::ViewId;
 
-/// Frames between a view and its feedback.
-const FEEDBACK_FRAMES: u64 = 2;
+mod watch;
+
+use watch::Beside;
+pub use watch::Watch;
 
 /// A texture of the crowd.
 #[derive(Debug)]
@@ -61,8 +64,10 @@ pub struct Crowd {
     pub ended: Vec<(Ticket, Progress)>,
     /// Pins that are all here, with their pages.
     pinned: Vec<(Ticket, Vec<PageId>)>,
+    beside: Vec<Beside>,
     in_view: VecDeque<Feedback>,
-    newest: Feedback,
+    /// The newest feedback of each view.
+    newest: BTreeMap<ViewId, Feedback>,
     largest_tile: u64,
     uploaded: Vec<u64>,
     changes: Vec<TableChange>,
@@ -86,8 +91,9 @@ impl Crowd {
             tickets: BTreeSet::new(),
             ended: Vec::new(),
             pinned: Vec::new(),
+            beside: Vec::new(),
             in_view: VecDeque::new(),
-            newest: Feedback::default(),
+            newest: BTreeMap::new(),
             largest_tile: 0,
             uploaded: Vec::new(),
             changes: Vec::new(),
@@ -123,6 +129,9 @@ impl Crowd {
         }
         self.members.retain(|member| member.texture != texture);
         self.contents.forget(|page| page.texture() == texture);
+        for newest in self.newest.values_mut() {
+            newest.pages.retain(|wanted| wanted.page.texture() != texture);
+        }
         self.pinned.retain(|(_, pages)| pages.iter().all(|page| page.texture() != texture));
         self.note_ended()
     }
@@ -230,14 +239,8 @@ impl Crowd {
         self.frame += 1;
         self.pagers.begin_frame(self.frame);
         self.note_ended()?;
-        let seen = self.see();
-        self.in_view.push_back(seen);
-        if self.in_view.front().is_some_and(|feedback| feedback.frame + FEEDBACK_FRAMES <= self.frame)
-            && let Some(feedback) = self.in_view.pop_front()
-        {
-            self.pagers.observe(&feedback);
-            self.newest = self.pagers.of_members(&feedback);
-        }
+        self.see();
+        self.observe();
         self.pagers.feedback_under_way(self.in_view.front().map(|feedback| feedback.frame));
         self.load()?;
         self.check_in_flight()?;
@@ -273,23 +276,6 @@ impl Crowd {
             Some(page) => Err(format!("frame {}: {page:?} is pinned and has gone", self.frame)),
             None => Ok(()),
         }
-    }
-
-    /// What all cameras want together.
-    fn see(&self) -> Feedback {
-        let at = self.held.unwrap_or(self.frame);
-        let mut all = Feedback { frame: self.frame, ..Feedback::default() };
-        for Member { texture, geometry, path, .. } in &self.members {
-            let seen = path.view(at).feedback(*texture, geometry, self.screen, self.frame, false);
-            all.pages.extend(seen.pages);
-        }
-        for (group, path) in &self.groups {
-            let Some(shape) = self.pagers.group_shape(*group) else { continue };
-            let seen = path.view(at).feedback(group.number(), shape, self.screen, self.frame, false);
-            all.pages.extend(seen.pages);
-        }
-        all.pages.sort_unstable();
-        all
     }
 
     fn load(&mut self) -> Result<(), String> {
@@ -369,7 +355,8 @@ impl Crowd {
         };
         let (geometry, bias) = (&member.geometry, self.pagers.pager(member.pool).bias_eighths());
         let gone = gone.pos(geometry.dims());
-        for wanted in self.newest.pages.iter().filter(|wanted| wanted.page.texture() == member.texture) {
+        let newest = self.newest.values().flat_map(|newest| &newest.pages);
+        for wanted in newest.filter(|wanted| wanted.page.texture() == member.texture) {
             let pos = wanted.page.pos(geometry.dims());
             let level = Need::new(pos.level, wanted.eighth).level_at(bias);
             let at_bias = geometry.ancestor(pos, level.min(geometry.coarsest()));

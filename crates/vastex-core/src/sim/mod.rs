@@ -13,7 +13,7 @@ mod sharpness;
 mod world;
 
 pub use camera::{Path, View};
-pub use crowd::Crowd;
+pub use crowd::{Crowd, Watch};
 pub use loader::Loads;
 pub use random::Random;
 pub use sharpness::Sharpness;

@@ -3,6 +3,8 @@
 use super::*;
 use crate::geometry::{Geometry, GeometrySpec};
 use crate::page::{Dims, PagePos};
+use crate::shared::JITTER_CYCLE;
+use crate::views::ViewError;
 use proptest::prelude::*;
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -44,7 +46,7 @@ proptest! {
             wanted(id, level, x % nx, y % ny, eighth)
         }).collect();
         let mut set = WorkingSet::new();
-        set.observe(&Feedback { frame: 0, pages: list.clone(), degenerate: 0 }, &textures);
+        set.observe(&Feedback { frame: 0, pages: list.clone(), ..Feedback::default() }, &textures);
         set.rebuild(|_, record| (record, false));
         for bias in 0..70 {
             let expected = naive(&list, &geometry, bias);
@@ -75,7 +77,7 @@ proptest! {
         let is_resident =
             |page: PageId| page.to_bits().wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 61 < residents + u64::from(page.level());
         let mut set = WorkingSet::new();
-        set.observe(&Feedback { frame: 0, pages: list.clone(), degenerate: 0 }, &textures);
+        set.observe(&Feedback { frame: 0, pages: list.clone(), ..Feedback::default() }, &textures);
         set.rebuild(|page, record| (record, is_resident(page)));
         let (mut pixels, mut levels) = (0, 0);
         for w in &list {
@@ -96,7 +98,10 @@ proptest! {
 fn a_page_stays_for_one_jitter_cycle() {
     let (textures, id, _) = textures();
     let mut set = WorkingSet::new();
-    set.observe(&Feedback { frame: 0, pages: vec![wanted(id, 2, 1, 1, 3)], degenerate: 0 }, &textures);
+    set.observe(
+        &Feedback { frame: 0, pages: vec![wanted(id, 2, 1, 1, 3)], ..Feedback::default() },
+        &textures,
+    );
     for frame in 1..=JITTER_CYCLE as u64 {
         set.rebuild(|_, record| (record, false));
         assert_eq!(set.size_at(0), 4, "frame {frame}");
@@ -110,7 +115,7 @@ fn a_page_stays_for_one_jitter_cycle() {
 fn a_far_view_is_a_jump_and_a_near_one_is_not() {
     let (textures, id, _) = textures();
     let mut set = WorkingSet::new();
-    let view = |x| Feedback { frame: 0, pages: vec![wanted(id, 0, x, 0, 0)], degenerate: 0 };
+    let view = |x| Feedback { frame: 0, pages: vec![wanted(id, 0, x, 0, 0)], ..Feedback::default() };
     for _ in 0..JITTER_CYCLE {
         assert!(!set.is_jump(&view(40), &textures), "too early to tell");
         set.observe(&view(3), &textures);
@@ -118,6 +123,96 @@ fn a_far_view_is_a_jump_and_a_near_one_is_not() {
     set.rebuild(|_, record| (record, false));
     assert!(!set.is_jump(&view(3), &textures));
     assert!(set.is_jump(&view(40), &textures));
-    let coarser = Feedback { frame: 1, pages: vec![wanted(id, 3, 0, 0, 0)], degenerate: 0 };
+    let coarser = Feedback { frame: 1, pages: vec![wanted(id, 3, 0, 0, 0)], ..Feedback::default() };
     assert!(!set.is_jump(&coarser, &textures), "zooming out is no jump");
+}
+
+/// What several views want is what any of them wants, at every bias; each is judged by its own window.
+mod views {
+    use super::*;
+
+    fn feedback(view: u32, pages: Vec<WantedPage>) -> Feedback {
+        Feedback { view: ViewId::new(view), pages, ..Feedback::default() }
+    }
+
+    fn pages_at(set: &WorkingSet, bias: u16) -> BTreeSet<PageId> {
+        set.pages_at(bias).map(|(page, _)| page).collect()
+    }
+
+    proptest! {
+        #[test]
+        fn the_set_is_the_union_of_the_sets_of_each(
+            frames in prop::collection::vec((0u32..4, any::<u32>(), 0u8..6, 0u8..8), 1..120),
+            weights in prop::array::uniform4(any::<f32>()),
+            removed in 0u32..4,
+            cut in 0u32..4,
+        ) {
+            let (textures, id, geometry) = textures();
+            let mut together = WorkingSet::new();
+            let mut apart: Vec<WorkingSet> = (0..4).map(|_| WorkingSet::new()).collect();
+            for (view, set) in (0u32..).zip(&mut apart) {
+                let weight = Weight::new(weights[view as usize]);
+                let added = together.add_view(ViewId::new(view), weight);
+                prop_assert_eq!(added.is_err(), view == 0, "the main view is there");
+                together.set_weight(ViewId::new(view), weight);
+                let _is_there_for_main = set.add_view(ViewId::new(view), weight);
+                set.set_weight(ViewId::new(view), weight);
+            }
+            for (n, (view, place, level, eighth)) in frames.iter().enumerate() {
+                let [nx, ny, _] = geometry.level(*level).pages;
+                let pages = vec![wanted(id, *level, place % nx, place / nx % ny, *eighth)];
+                together.observe(&feedback(*view, pages.clone()), &textures);
+                apart[*view as usize].observe(&feedback(*view, pages), &textures);
+                if n == frames.len() / 2 {
+                    together.restart(ViewId::new(cut));
+                    apart[cut as usize].restart(ViewId::new(cut));
+                }
+            }
+            if removed > 0 {
+                prop_assert!(together.remove_view(ViewId::new(removed)));
+                apart[removed as usize] = WorkingSet::new();
+            }
+            together.rebuild(|_, record| (record, false));
+            apart.iter_mut().for_each(|set| set.rebuild(|_, record| (record, false)));
+            for bias in [0, 1, 3, 8, 20, 47] {
+                let union: BTreeSet<PageId> = apart.iter().flat_map(|set| pages_at(set, bias)).collect();
+                prop_assert_eq!(together.size_at(bias) as usize, union.len());
+                prop_assert_eq!(pages_at(&together, bias), union);
+            }
+            // The shares of pixels add up.
+            let sum = |of: fn(&WorkingSet) -> u64| apart.iter().map(of).sum::<u64>();
+            prop_assert_eq!(together.pixels(), sum(WorkingSet::pixels));
+            prop_assert_eq!(together.shortfall().pixels, sum(|set| set.shortfall().pixels));
+            prop_assert_eq!(together.shortfall().levels, sum(|set| set.shortfall().levels));
+        }
+    }
+
+    #[test]
+    fn a_jump_is_told_by_the_window_of_its_view() {
+        let (textures, id, _) = textures();
+        let mut set = WorkingSet::new();
+        set.add_view(ViewId::new(5), Weight::ONE).unwrap();
+        let (here, there) = (vec![wanted(id, 0, 3, 0, 0)], vec![wanted(id, 0, 40, 0, 0)]);
+        for _ in 0..JITTER_CYCLE {
+            set.observe(&feedback(0, here.clone()), &textures);
+            set.observe(&feedback(5, there.clone()), &textures);
+        }
+        set.rebuild(|_, record| (record, false));
+        assert!(set.is_cut(&feedback(0, there.clone()), &textures), "though the other view wants it");
+        assert!(!set.is_cut(&feedback(5, there), &textures));
+        assert!(set.is_cut(&feedback(5, here), &textures));
+        assert!(!set.is_cut(&feedback(7, vec![wanted(id, 0, 60, 0, 0)]), &textures), "there is no such view");
+    }
+
+    #[test]
+    fn numbers_and_places_of_views_run_out() {
+        let mut set = WorkingSet::new();
+        for view in 1..MAX_VIEWS as u32 {
+            assert_eq!(set.add_view(ViewId::new(view), Weight::ONE), Ok(()));
+            assert_eq!(set.add_view(ViewId::new(view), Weight::ONE), Err(ViewError::NumberTaken(view)));
+        }
+        assert_eq!(set.add_view(ViewId::new(100), Weight::ONE), Err(ViewError::TooMany));
+        assert!(set.remove_view(ViewId::new(3)) && !set.remove_view(ViewId::new(3)));
+        assert_eq!(set.add_view(ViewId::new(100), Weight::ONE), Ok(()));
+    }
 }
