@@ -68,6 +68,11 @@ impl BiasControl {
         BiasControl { slots, state }
     }
 
+    /// The pool has another size from now on.
+    pub(crate) fn set_slots(&mut self, slots: u32) {
+        self.slots = slots;
+    }
+
     /// The bias in force, in eighths of a level.
     pub(crate) fn bias(&self) -> u16 {
         match &self.state {

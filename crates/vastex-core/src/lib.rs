@@ -37,6 +37,7 @@ mod refresh;
 mod region;
 mod replay;
 mod residency;
+mod resize;
 pub mod shared;
 #[cfg(feature = "sim")]
 pub mod sim;
@@ -77,6 +78,7 @@ pub use pool::{ArrayLimits, PoolError, PoolId, PoolLayout, Slot, SlotPlace};
 pub use region::Region;
 pub use replay::{PoolSize, Replay, ReplayError, ReplaySettings, replay};
 pub use residency::PageState;
+pub use resize::SlotMove;
 pub use space::{Box3, fold, is_border_color};
 pub use stats::Stats;
 pub use survey::{

@@ -396,10 +396,16 @@ impl Residency {
         if let Some(slot) = self.free.pop() {
             return Some((slot, None));
         }
+        let (slot, victim) = self.evict_next(textures)?;
+        Some((slot, Some(victim)))
+    }
+
+    /// Evicts the page that goes next; nothing where none may.
+    pub(crate) fn evict_next(&mut self, textures: &Textures) -> Option<(Slot, PageId)> {
         let victim = self.next_victim(textures)?;
         let slot = self.slot_of(victim)?;
         self.evict(victim, slot, textures);
-        Some((slot, Some(victim)))
+        Some((slot, victim))
     }
 
     fn evict(&mut self, page: PageId, slot: Slot, textures: &Textures) {

@@ -157,6 +157,53 @@ fn a_pool_that_was_full_has_room_after_a_removal() {
     assert!(pager.bias_eighths() < coarse && crowd.pagers.is_converged(), "{:?}", pager.stats());
 }
 
+#[test]
+fn a_pool_grows_and_shrinks_and_keeps_what_is_in_view() {
+    let mut crowd = three_pools([400, 400, 400], BUDGETS);
+    let pool = PoolId::new(1);
+    crowd.hold();
+    run_until_converged(&mut crowd, 400);
+    let before = crowd.pagers.pager(pool).stats();
+    assert!(before.occupied < 300 && before.bias_eighths == 0, "{before:?}");
+    // To a little more than it needs, then to a lot: nothing is loaded for it.
+    for slots in [before.occupied * 5 / 4, 1000] {
+        assert!(crowd.resize(pool, slots).unwrap());
+        (0..40).for_each(|_| crowd.step().unwrap());
+        let after = crowd.pagers.pager(pool).stats();
+        assert_eq!((after.slots, after.bias_eighths, after.loaded), (slots, 0, before.loaded), "{after:?}");
+    }
+    // To a fifth: coarser at once, and sharp again once there is room.
+    assert!(crowd.resize(pool, before.occupied / 5).unwrap());
+    let small = crowd.pagers.pager(pool).stats();
+    assert!(small.bias_eighths > 0 && small.occupied <= before.occupied / 5, "{small:?}");
+    run_until_converged(&mut crowd, 100);
+    assert!(crowd.resize(pool, 400).unwrap());
+    (0..100).for_each(|_| crowd.step().unwrap());
+    let again = crowd.pagers.pager(pool).stats();
+    assert_eq!((again.bias_eighths, again.occupied, again.missing), (0, before.occupied, 0), "{again:?}");
+}
+
+#[test]
+fn a_pool_does_not_shrink_below_its_pins() {
+    let mut crowd = three_pools([400, 400, 400], BUDGETS);
+    let (pool, texture) = (PoolId::new(1), crowd.textures().nth(1).unwrap());
+    assert!(!crowd.resize(pool, 2).unwrap(), "two tails, and nothing to work with");
+    assert!(crowd.resize(pool, 3).unwrap());
+    assert!(crowd.resize(pool, 400).unwrap());
+    let region = Region::image(0..16384, 0..8192).on_levels(3..=3);
+    let ticket = crowd.ask(texture, &region, None).unwrap();
+    (0..100).for_each(|_| crowd.step().unwrap());
+    // With the two tails, four fifths of 215 slots.
+    let pinned = 16 * 8 + 8 * 4 + 4 * 2 + 2;
+    assert_eq!(crowd.pagers.progress(ticket).unwrap().pages, pinned);
+    for (slots, is_enough) in [(150, false), (214, false), (215, true), (260, true)] {
+        assert_eq!(crowd.resize(pool, slots).unwrap(), is_enough, "{slots}");
+        (0..20).for_each(|_| crowd.step().unwrap());
+    }
+    let error = crowd.pagers.resize_pool(pool, 150, &mut Vec::new()).unwrap_err();
+    assert!(matches!(error, PoolError::TooSmall { slots: 150, .. }), "{error}");
+}
+
 /// A world of several pools in which everything is left to chance. Gives how the tickets ended, and how many tiles were
 /// refreshed.
 fn random_crowd(seed: u64) -> Result<(Vec<TicketState>, u64), String> {
@@ -185,6 +232,7 @@ fn random_crowd(seed: u64) -> Result<(Vec<TicketState>, u64), String> {
     let mut groups = (seed % 3 == 1).then(|| Random::new(!seed));
     // Likewise the worlds without views beside the main one.
     let mut views = Random::new(seed.rotate_left(32));
+    let mut sizes = (seed % 5 == 2).then(|| Random::new(!seed));
     for _ in 0..80 {
         crowd.step()?;
         if let Some(random) = &mut groups
@@ -204,6 +252,12 @@ fn random_crowd(seed: u64) -> Result<(Vec<TicketState>, u64), String> {
         }
         if seed % 3 != 2 && views.chance(0.1) {
             change_views_at_random(&mut crowd, &mut views);
+        }
+        if let Some(random) = &mut sizes
+            && random.chance(0.08)
+        {
+            let (pool, bits) = (PoolId::new(random.below(pools) as u16), random.below(9));
+            crowd.resize(pool, random.below(1 << bits) as u32)?;
         }
     }
     // Whatever has gone wrong before, views that are held and a loader that is well again come to rest.

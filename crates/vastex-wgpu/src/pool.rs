@@ -4,7 +4,7 @@
 //! in which format a layer is held `layer`'s. Every layer of a page has the same slot; a layer with a fraction of the
 //! resolution has an array of a fraction of the size.
 
-use vastex_core::{ArrayLimits, Layer, LayerFormat, PoolLayout, Slot, SlotPlace};
+use vastex_core::{ArrayLimits, Layer, LayerFormat, PoolLayout, Slot, SlotMove, SlotPlace};
 
 use crate::device::{alive, guarded, uniform};
 use crate::error::GpuError;
@@ -58,6 +58,11 @@ impl Pool {
         Ok(Pool { layout: *layout, layers, params, bias: 0 })
     }
 
+    /// The mip bias in force, in eighths of a level.
+    pub fn bias(&self) -> u16 {
+        self.bias
+    }
+
     /// Sets the mip bias in force, in eighths of a level. To be called once per frame, before the main pass; costs
     /// an upload of 32 bytes for each scale of the layers where the bias changed, and returns the bytes sent.
     pub fn set_bias(&mut self, queue: &wgpu::Queue, eighths: u16) -> u64 {
@@ -92,6 +97,23 @@ impl Pool {
         Ok(())
     }
 
+    /// Copies tiles of another pool with the same layers into this one, for all commands submitted after `encoder`. Slots that one of
+    /// the pools does not have are left out. Costs a copy for each tile and layer.
+    pub fn copy_from(&self, encoder: &mut wgpu::CommandEncoder, other: &Pool, moves: &[SlotMove]) {
+        let has = |pool: &Pool, slot: Slot| slot.index() < pool.layout.slots();
+        for SlotMove { from, to } in moves.iter().filter(|m| has(other, m.from) && has(self, m.to)) {
+            let (from, to) = (other.layout.place(*from), self.layout.place(*to));
+            for (layer, source) in self.layers.iter().zip(&other.layers) {
+                let [width, height] = layer.tile;
+                encoder.copy_texture_to_texture(
+                    source.copy_info(from),
+                    layer.copy_info(to),
+                    wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+                );
+            }
+        }
+    }
+
     /// Where the slots lie.
     pub fn layout(&self) -> &PoolLayout {
         &self.layout
@@ -120,16 +142,21 @@ impl Pool {
 }
 
 impl LayerArray {
-    fn upload(&self, queue: &wgpu::Queue, place: SlotPlace, bytes: &[u8], row_bytes: u32) {
+    /// Where a slot lies, for copies.
+    fn copy_info(&self, place: SlotPlace) -> wgpu::TexelCopyTextureInfo<'_> {
         let [x, y] = place.origin.map(|n| n / self.scale);
+        wgpu::TexelCopyTextureInfo {
+            texture: &self.texture,
+            mip_level: 0,
+            origin: wgpu::Origin3d { x, y, z: place.image },
+            aspect: wgpu::TextureAspect::All,
+        }
+    }
+
+    fn upload(&self, queue: &wgpu::Queue, place: SlotPlace, bytes: &[u8], row_bytes: u32) {
         let [width, height] = self.tile;
         queue.write_texture(
-            wgpu::TexelCopyTextureInfo {
-                texture: &self.texture,
-                mip_level: 0,
-                origin: wgpu::Origin3d { x, y, z: place.image },
-                aspect: wgpu::TextureAspect::All,
-            },
+            self.copy_info(place),
             bytes,
             wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row_bytes), rows_per_image: None },
             wgpu::Extent3d { width, height, depth_or_array_layers: 1 },

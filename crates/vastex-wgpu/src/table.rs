@@ -43,16 +43,32 @@ impl TableBuffers {
         tail_slot: Slot,
     ) -> Result<TableBuffers, GpuError> {
         alive(device)?;
-        let tail = TableEntry::new(geometry.tail().first_level(), tail_slot).to_bits();
         TableBuffers::check(device, geometry)?;
-        let count = entry_count(geometry);
-        let entries = storage(device, "vastex page table", count * 4);
-        queue.write_buffer(&entries, 0, bytemuck::cast_slice(&vec![tail; count as usize]));
+        let entries = storage(device, "vastex page table", entry_count(geometry) * 4);
         let rule = LevelRule::default().within(geometry);
         let params = TextureParams::new(geometry, texture, tail_slot, &rule);
         let params = uniform(device, queue, "vastex texture", &params);
         let geometry = geometry.clone();
-        Ok(TableBuffers { geometry, texture, tail_slot, rule, params, entries, changes: None })
+        let table = TableBuffers { geometry, texture, tail_slot, rule, params, entries, changes: None };
+        table.lead_to_the_tail(queue);
+        Ok(table)
+    }
+
+    /// Begins anew, with the tail in `tail_slot`, for all commands submitted after this call; returns the bytes sent.
+    pub fn reset(&mut self, queue: &wgpu::Queue, tail_slot: Slot) -> u64 {
+        self.tail_slot = tail_slot;
+        self.set_rule(queue, self.rule);
+        self.lead_to_the_tail(queue);
+        self.entries.size()
+    }
+
+    fn lead_to_the_tail(&self, queue: &wgpu::Queue) {
+        let tail = TableEntry::new(self.geometry.tail().first_level(), self.tail_slot).to_bits();
+        queue.write_buffer(
+            &self.entries,
+            0,
+            bytemuck::cast_slice(&vec![tail; (self.entries.size() / 4) as usize]),
+        );
     }
 
     /// Sets how levels are chosen, as far as the texture has them, for all commands submitted after this call: sampling

@@ -1,6 +1,6 @@
 //! What can go wrong, by what the application can do about it.
 
-use vastex_core::{PagePos, PoolError, TraceRecordError};
+use vastex_core::{PagePos, PoolError, PoolId, TraceRecordError};
 use vastex_tiles::{ContainerError, DecodeError, ReadError};
 use vastex_wgpu::GpuError;
 
@@ -35,6 +35,9 @@ pub enum Error {
     /// The pool is too small for its textures, or the device too small for a tile.
     #[error(transparent)]
     Pool(#[from] PoolError),
+    /// There is no such pool.
+    #[error("there is no pool {}; ids of pools are in the statistics and events of the same textures", .0.number())]
+    NoPool(PoolId),
     /// The texture is a volume; only images can be drawn so far.
     #[error("the texture is a volume, and only images can be drawn so far")]
     Volume,

@@ -5,10 +5,11 @@
 
 use std::sync::Arc;
 
-use vastex_core::{Description, Layer, LayerFormat, PoolId, PoolLayout, Slot, Stats};
+use vastex_core::{Description, Layer, LayerFormat, PoolId, PoolLayout, Slot, SlotMove, Stats};
 use vastex_wgpu::{Atlas, BindLayout, GpuError, Pool, TableBuffers, ViewBuffer, limits};
 
 use crate::error::Error;
+use crate::pool_settings::PoolSettings;
 
 /// What the textures of a pool have in common.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -59,7 +60,9 @@ pub(crate) struct PoolState {
     pub(crate) slots: PoolLayout,
     pub(crate) shape: Shape,
     pub(crate) tiles: Arc<str>,
-    layers: Vec<Layer>,
+    /// The first texture, as its source and as the device has it.
+    stored: Arc<Description>,
+    held: Arc<Description>,
     /// There while there are textures.
     gpu: Option<Pool>,
     /// How each layer is read.
@@ -75,26 +78,61 @@ impl PoolState {
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         bytes: u64,
-        held: &Description,
+        stored: &Arc<Description>,
+        held: &Arc<Description>,
     ) -> Result<(PoolState, bool), Error> {
-        halved_until_it_fits(bytes, |bytes| PoolState::of_size(device, queue, bytes, held))
+        halved_until_it_fits(bytes, |bytes| PoolState::of_size(device, queue, bytes, stored, held))
     }
 
     fn of_size(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         bytes: u64,
-        held: &Description,
+        stored: &Arc<Description>,
+        held: &Arc<Description>,
     ) -> Result<PoolState, Error> {
         let slots = PoolLayout::fit(held, bytes, limits(device))?;
         let gpu = Pool::new(device, queue, &slots, &held.layers)?;
         let atlases: Vec<Atlas> = (0..gpu.layer_count()).map(|layer| gpu.atlas(layer)).collect();
         let used = Atlas::ALL.into_iter().filter(|atlas| atlases.contains(atlas));
         let layouts = used.map(|atlas| BindLayout::new(device, atlas)).collect();
-        let (shape, layers) = (Shape::of(held), held.layers.clone());
+        let (shape, stored, held) = (Shape::of(held), stored.clone(), held.clone());
         let tiles = shape.to_string().into();
         tracing::debug!(%tiles, slots = slots.slots(), bytes = slots.bytes(), "a new pool");
-        Ok(PoolState { slots, shape, tiles, layers, gpu: Some(gpu), atlases, layouts })
+        Ok(PoolState { slots, shape, tiles, stored, held, gpu: Some(gpu), atlases, layouts })
+    }
+
+    /// The same pool as large as `bytes` allow, empty, for the same pipelines; its memory is taken where this one's is.
+    pub(crate) fn resized(
+        &self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        bytes: u64,
+    ) -> Result<PoolState, Error> {
+        let slots = PoolLayout::fit(&self.held, bytes, limits(device))?;
+        let memory = || Pool::new(device, queue, &slots, &self.held.layers);
+        Ok(PoolState {
+            slots,
+            shape: self.shape.clone(),
+            tiles: self.tiles.clone(),
+            stored: self.stored.clone(),
+            held: self.held.clone(),
+            gpu: self.gpu.is_some().then(memory).transpose()?,
+            atlases: self.atlases.clone(),
+            layouts: self.layouts.clone(),
+        })
+    }
+
+    /// Copies the tiles that stay from the pool that this one takes the place of.
+    pub(crate) fn copy_from(&self, encoder: &mut wgpu::CommandEncoder, old: &PoolState, moves: &[SlotMove]) {
+        if let (Some(gpu), Some(old)) = (&self.gpu, &old.gpu) {
+            gpu.copy_from(encoder, old, moves);
+        }
+    }
+
+    /// Bytes that the settings give it for a picture of so many pixels.
+    pub(crate) fn planned(&self, settings: &PoolSettings, picture: [u32; 2]) -> u64 {
+        settings.plan(&self.stored, &self.held, picture).bytes
     }
 
     /// The same pool on another device, empty.
@@ -109,7 +147,7 @@ impl PoolState {
     /// Takes the memory anew where it was given back.
     pub(crate) fn take_back(&mut self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<(), Error> {
         if self.gpu.is_none() {
-            self.gpu = Some(Pool::new(device, queue, &self.slots, &self.layers)?);
+            self.gpu = Some(Pool::new(device, queue, &self.slots, &self.held.layers)?);
         }
         Ok(())
     }

@@ -30,7 +30,7 @@ use crate::telemetry::Telemetry;
 pub struct Textures {
     pub(crate) device: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
-    settings: Settings,
+    pub(crate) settings: Settings,
     pub(crate) view: ViewBuffer,
     pub(crate) feedback: Option<FeedbackPath>,
     pub(crate) changer: TableChanger,
@@ -160,7 +160,7 @@ impl Textures {
     }
 
     /// The pool for textures that the device holds like `held`, a new one where there is none.
-    fn pool_for(&mut self, stored: &Description, held: &Description) -> Result<PoolId, Error> {
+    fn pool_for(&mut self, stored: &Arc<Description>, held: &Arc<Description>) -> Result<PoolId, Error> {
         let shape = Shape::of(held);
         let made = (0..).zip(&mut self.pools).find(|(_, pool)| pool.shape == shape);
         if let Some((number, pool)) = made {
@@ -168,7 +168,7 @@ impl Textures {
             return Ok(PoolId::new(number));
         }
         let plan = self.settings.pools.plan(stored, held, self.settings.picture);
-        let (pool, is_reduced) = PoolState::new(&self.device, &self.queue, plan.bytes, held)?;
+        let (pool, is_reduced) = PoolState::new(&self.device, &self.queue, plan.bytes, stored, held)?;
         let id = self.pagers.add_pool(pool.slots.slots(), pool.slots.tile_bytes, plan.mip_bias)?;
         self.pagers.set_pin_share(id, plan.pin_share);
         let (asked, bytes) = (plan.bytes, pool.slots.bytes());

@@ -195,6 +195,34 @@ impl Crowd {
         self.pagers.invalidate(texture, region);
     }
 
+    /// Gives a pool so many slots, and looks whether every tile that stays is moved, and pins are among them. Says whether
+    /// the pool took them.
+    pub fn resize(&mut self, pool: PoolId, slots: u32) -> Result<bool, String> {
+        let before = self.pagers.pager(pool).slots().to_vec();
+        let mut moves = Vec::new();
+        if self.pagers.resize_pool(pool, slots, &mut moves).is_err() {
+            return Ok(false);
+        }
+        let after = self.pagers.pager(pool).slots();
+        let mut moved = vec![None; slots as usize];
+        moves.iter().for_each(|m| moved[m.to.index() as usize] = before[m.from.index() as usize]);
+        if after != moved {
+            return Err(format!("frame {}: the moves do not say what is in {pool:?}", self.frame));
+        }
+        let mut changes = Vec::new();
+        for Member { texture, geometry, table, .. } in self.members.iter_mut().filter(|m| m.pool == pool) {
+            let pager = self.pagers.pager(pool);
+            let tail = pager.tail_slot(*texture).ok_or("a tail has lost its slot")?;
+            *table = TableImage::new(geometry, tail);
+            pager.resident_changes(*texture, &mut changes);
+            changes.iter().for_each(|change| {
+                table.apply(geometry, change);
+            });
+        }
+        self.check_pins()?;
+        Ok(true)
+    }
+
     /// The device is lost, and with it every pool; the tails are put into the new pools, and page tables begin anew.
     pub fn lose_device(&mut self) {
         self.pagers.tiles_lost();
