@@ -224,15 +224,15 @@ impl Pagers {
         self.pools.iter_mut().for_each(|Pool { pager, feedback, .. }| pager.take_in(feedback));
     }
 
-    /// What a feedback comes down to, for a trace: the pages that exist, for each without a tile the one that stands for it;
-    /// in ascending order, each once.
-    pub fn pages_of(&self, feedback: &Feedback) -> Vec<WantedPage> {
+    /// What the feedback of a frame's views comes down to, for a trace: the pages that exist, for each without a tile the one that
+    /// stands for it; in ascending order, each once.
+    pub fn pages_of(&self, views: &[Feedback]) -> Vec<WantedPage> {
         let standing = |wanted: &WantedPage| {
             let textures = &self.pager(self.pool_of(wanted.page.texture())?).textures;
             textures.contains(wanted.page).then(|| textures.present(*wanted))
         };
-        let mut pages: Vec<WantedPage> =
-            self.of_members(feedback).pages.iter().filter_map(standing).collect();
+        let wanted = views.iter().flat_map(|feedback| self.of_members(feedback).pages);
+        let mut pages: Vec<WantedPage> = wanted.filter_map(|wanted| standing(&wanted)).collect();
         merge_same(&mut pages);
         pages
     }

@@ -1,6 +1,6 @@
 //! What can go wrong, by what the application can do about it.
 
-use vastex_core::{PagePos, PoolError, PoolId, TraceRecordError};
+use vastex_core::{PagePos, PoolError, PoolId, TraceRecordError, ViewError};
 use vastex_tiles::{ContainerError, DecodeError, ReadError};
 use vastex_wgpu::GpuError;
 
@@ -41,6 +41,9 @@ pub enum Error {
     /// The texture is a volume; only images can be drawn so far.
     #[error("the texture is a volume, and only images can be drawn so far")]
     Volume,
+    /// The view could not be added.
+    #[error(transparent)]
+    View(#[from] ViewError),
     /// The system gives no threads to load tiles with.
     #[error("the system gives no threads to load tiles with: {0}")]
     Threads(#[from] std::io::Error),

@@ -46,6 +46,7 @@ mod settings_file;
 mod stats;
 mod telemetry;
 mod textures;
+mod views;
 
 pub use by_hand::Ticket;
 #[cfg(not(target_family = "wasm"))]
@@ -67,7 +68,7 @@ pub use vastex_core::{
     AddressMode, AskError, BiasRule, Box3, Description, Dims, Event, Feedback, Geometry, GeometryError,
     GeometrySpec, GroupError, GroupId, History, Integrator, Layer, LayerFormat, LevelRule, PageId, PagePos,
     PageState, PoolEstimate, PoolFrame, PoolId, Progress, Region, Stats, TexelPositions, TextureId,
-    TexturePages, TicketState, TimeToSharp, Trace, Urgency, fold,
+    TexturePages, TicketState, TimeToSharp, Trace, Urgency, ViewError, ViewId, fold,
 };
 pub use vastex_tiles::{
     Codec, ContainerError, DecodeError, ReadError, ReadFuture, SourceKey, StoreStats, TierStats, Tiers, Tile,
@@ -76,6 +77,7 @@ pub use vastex_tiles::{
 #[cfg(not(target_family = "wasm"))]
 pub use vastex_tiles::{DiskCache, DiskTier, DiskTierError};
 pub use vastex_wgpu::{Atlas, GpuError, required_features, texture_format};
+pub use views::ViewSettings;
 
 /// Opens a `.vastex` file.
 #[cfg(not(target_family = "wasm"))]

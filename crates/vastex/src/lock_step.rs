@@ -5,7 +5,7 @@
 
 use std::collections::{HashMap, HashSet, VecDeque};
 
-use vastex_core::PageId;
+use vastex_core::{PageId, ViewId};
 use vastex_tiles::{LoadError, Loaded, Loader};
 
 /// Frames between a view and its feedback.
@@ -15,8 +15,8 @@ const FEEDBACK_FRAMES: u64 = 2;
 #[derive(Debug)]
 pub(crate) struct LockStep {
     latency_frames: u64,
-    /// Frames whose feedback was recorded and has not been taken.
-    recorded: VecDeque<u64>,
+    /// Frames, and views of them, whose feedback was recorded and has not been taken.
+    recorded: VecDeque<(u64, ViewId)>,
     /// Loads under way, with the frame in which they end.
     loads: VecDeque<(u64, PageId)>,
     /// Results that came before their frame.
@@ -35,19 +35,18 @@ impl LockStep {
         }
     }
 
-    pub(crate) fn feedback_recorded(&mut self, frame: u64) {
-        self.recorded.push_back(frame);
+    pub(crate) fn feedback_recorded(&mut self, frame: u64, view: ViewId) {
+        self.recorded.push_back((frame, view));
     }
 
-    /// Feedback that was under way is given up.
-    pub(crate) fn forget_feedback(&mut self) {
-        self.recorded.clear();
+    /// Feedback of a view that was under way is given up.
+    pub(crate) fn forget_feedback(&mut self, view: ViewId) {
+        self.recorded.retain(|(_, recorded)| *recorded != view);
     }
 
-    /// The frame whose feedback is to be waited for in `frame`, if any is left.
-    pub(crate) fn due_feedback(&mut self, frame: u64) -> Option<u64> {
-        self.recorded.front().filter(|&&recorded| recorded + FEEDBACK_FRAMES <= frame)?;
-        self.recorded.pop_front()
+    /// The frame and the view whose feedback is to be waited for in `frame`, if any is left.
+    pub(crate) fn due_feedback(&mut self, frame: u64) -> Option<(u64, ViewId)> {
+        self.recorded.pop_front_if(|(recorded, _)| *recorded + FEEDBACK_FRAMES <= frame)
     }
 
     pub(crate) fn requested(&mut self, page: PageId, frame: u64) {

@@ -17,16 +17,16 @@ pub(crate) struct Recorder {
 }
 
 impl Recorder {
-    /// Adds a frame's feedback; `textures` are all there are, by number.
-    pub(crate) fn note(&mut self, feedback: &Feedback, pagers: &Pagers, textures: &[Option<TextureState>]) {
+    /// Adds what the views of a frame want together; `textures` are all there are, by number.
+    pub(crate) fn note(&mut self, views: &[Feedback], pagers: &Pagers, textures: &[Option<TextureState>]) {
         if self.failed.is_none() {
-            self.failed = self.add(feedback, pagers, textures).err();
+            self.failed = self.add(views, pagers, textures).err();
         }
     }
 
     fn add(
         &mut self,
-        feedback: &Feedback,
+        views: &[Feedback],
         pagers: &Pagers,
         textures: &[Option<TextureState>],
     ) -> Result<(), TraceRecordError> {
@@ -38,7 +38,7 @@ impl Recorder {
                 *known = Some((description.clone(), number));
             }
         }
-        let pages = pagers.pages_of(feedback);
+        let pages = pagers.pages_of(views);
         let mut pages: Vec<WantedPage> = pages.into_iter().filter_map(|page| self.renumbered(page)).collect();
         pages.sort_unstable();
         self.trace.add_frame(pages)

@@ -82,8 +82,7 @@ impl Textures {
         self.counters.table_bytes_sent +=
             self.changer.apply(device, queue, encoder, &mut state.table, &self.changes)?;
         self.changes.clear();
-        let pool = &self.pools[usize::from(pool.number())];
-        self.groups.set(texture, pool.bind_groups(device, &state.table, &self.view));
+        self.make_bind_groups(texture);
         Ok(())
     }
 }

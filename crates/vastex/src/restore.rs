@@ -1,7 +1,7 @@
 //! After a lost device: everything on the GPU is made again, from what the pagers know and the caches and sources have.
 
 use vastex_core::TextureId;
-use vastex_wgpu::{TableBuffers, TableChanger, ViewBuffer};
+use vastex_wgpu::{TableBuffers, TableChanger};
 
 use crate::error::Error;
 use crate::textures::{Textures, read_tail};
@@ -16,10 +16,9 @@ impl Textures {
     /// old one could; then it may be called again with another.
     pub fn restore(&mut self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<(), Error> {
         (self.device, self.queue) = (device.clone(), queue.clone());
-        self.forget_feedback_path();
         self.changes.clear();
         self.pagers.tiles_lost();
-        self.view = ViewBuffer::new(device, queue);
+        self.restore_views();
         self.changer = TableChanger::new(device);
         for pool in &mut self.pools {
             pool.restore(device, queue)?;
@@ -44,7 +43,7 @@ impl Textures {
         let (rule, geometry) = (state.table.rule(), &state.description.geometry);
         state.table = TableBuffers::new(&self.device, &self.queue, geometry, texture, slot)?;
         state.table.set_rule(&self.queue, rule);
-        self.groups.set(texture, pool.bind_groups(&self.device, &state.table, &self.view));
+        self.make_bind_groups(texture);
         Ok(())
     }
 }

@@ -4,6 +4,7 @@ use vastex_core::{Pager, Stats};
 
 use crate::pools::{PoolState, PoolStats};
 use crate::textures::Textures;
+use crate::views::ViewState;
 
 /// Totals of the loop.
 #[derive(Clone, Copy, Debug, Default)]
@@ -34,14 +35,14 @@ pub struct FrameStats {
     pub table_bytes_sent: u64,
     /// Bytes of feedback brought back so far.
     pub feedback_bytes_read: u64,
-    /// Pixels of the newest feedback whose gradients said nothing.
+    /// Pixels of the newest feedback, of all views together, whose gradients said nothing.
     pub degenerate_pixels: u32,
 }
 
 impl Textures {
     /// How the loop stands.
     pub fn stats(&self) -> FrameStats {
-        let read = self.feedback.as_ref().map_or(0, |path| path.readback.bytes_read());
+        let read = self.views.iter().map(ViewState::bytes_read).sum::<u64>();
         let of_pool = |(pool, pager): (&PoolState, &Pager)| PoolStats {
             pool: pager.pool(),
             tiles: pool.tiles.clone(),

@@ -6,12 +6,10 @@ use std::sync::Arc;
 
 use vastex_core::{
     Budgets, Description, Dims, Event, LevelRule, PageId, PageSet, PageState, Pagers, PoolError, PoolId,
-    TableChange, TextureId,
+    TableChange, TextureId, ViewId,
 };
 use vastex_tiles::{Loader, RamCache, Tiers, Tile, TileSource};
-use vastex_wgpu::{
-    BindLayout, FeedbackTarget, Readback, ShaderOptions, TableBuffers, TableChanger, ViewBuffer, wgsl,
-};
+use vastex_wgpu::{BindLayout, ShaderOptions, TableBuffers, TableChanger, wgsl};
 
 use crate::by_hand::OpenTickets;
 use crate::decoded::{DecodedSource, held_description};
@@ -23,6 +21,7 @@ use crate::recorder::Recorder;
 use crate::settings::{Pace, Settings};
 use crate::stats::Counters;
 use crate::telemetry::Telemetry;
+use crate::views::ViewState;
 
 /// The virtual textures of a device, and the loop that keeps their pools filled.
 ///
@@ -31,15 +30,14 @@ pub struct Textures {
     pub(crate) device: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
     pub(crate) settings: Settings,
-    pub(crate) view: ViewBuffer,
-    pub(crate) feedback: Option<FeedbackPath>,
+    /// The main view, then the others.
+    pub(crate) views: Vec<ViewState>,
     pub(crate) changer: TableChanger,
     /// By number.
     pub(crate) pools: Vec<PoolState>,
     pub(crate) pagers: Pagers,
     /// By number; nothing where the texture was removed.
     pub(crate) textures: Vec<Option<TextureState>>,
-    pub(crate) groups: BindGroups,
     pub(crate) loader: Loader,
     pub(crate) lock_step: Option<LockStep>,
     pub(crate) frame: u64,
@@ -61,20 +59,17 @@ pub(crate) struct TextureState {
     pub(crate) name: Option<Arc<str>>,
 }
 
-/// Where feedback is drawn, and its way back.
-pub(crate) struct FeedbackPath {
-    pub(crate) target: FeedbackTarget,
-    pub(crate) readback: Readback,
-}
-
 /// The bind groups of each texture that there is: `groups[texture]`, or `groups[layer]` of a layer that is not the first.
 #[derive(Debug, Default)]
 pub struct BindGroups(Vec<Vec<wgpu::BindGroup>>);
 
 impl BindGroups {
-    /// Those of a texture for which there is a place.
     pub(crate) fn set(&mut self, texture: TextureId, groups: Vec<wgpu::BindGroup>) {
-        self.0[usize::from(texture.number())] = groups;
+        let number = usize::from(texture.number());
+        if self.0.len() <= number {
+            self.0.resize_with(number + 1, Vec::new);
+        }
+        self.0[number] = groups;
     }
 }
 
@@ -109,8 +104,7 @@ impl Textures {
         Ok(Textures {
             device: device.clone(),
             queue: queue.clone(),
-            view: ViewBuffer::new(device, queue),
-            feedback: None,
+            views: vec![ViewState::new(device, queue, ViewId::MAIN)],
             changer: TableChanger::new(device),
             pools: Vec::new(),
             pagers: Pagers::new(Budgets {
@@ -118,7 +112,6 @@ impl Textures {
                 in_flight_bytes: settings.in_flight_bytes,
             }),
             textures: Vec::new(),
-            groups: BindGroups::default(),
             loader: new_loader(settings.loader_threads)?,
             lock_step,
             frame: 0,
@@ -195,11 +188,10 @@ impl Textures {
         let number = usize::from(texture.number());
         if self.textures.len() <= number {
             self.textures.resize_with(number + 1, || None);
-            self.groups.0.resize_with(number + 1, Vec::new);
         }
-        self.groups.set(texture, pool.bind_groups(&self.device, &table, &self.view));
         let (description, source) = (description.clone(), source.clone());
         self.textures[number] = Some(TextureState { description, table, source, name: None });
+        self.make_bind_groups(texture);
         Ok(texture)
     }
 
@@ -220,7 +212,7 @@ impl Textures {
             gone.source.add_tiers(&mut tiers);
             self.telemetry.note_gone(pool, tiers);
         }
-        self.groups.0[number] = Vec::new();
+        self.views.iter_mut().for_each(|view| view.groups.set(texture, Vec::new()));
         if self.pagers.pager(pool).stats().pinned == 0 {
             self.pools[usize::from(pool.number())].give_back();
         }
@@ -254,9 +246,9 @@ impl Textures {
         self.layout_of(layer.into()).layout()
     }
 
-    /// Everything that the application's shaders need to sample a layer.
+    /// Everything that the application's shaders need to sample a layer, in whichever view.
     pub fn bind_group(&self, layer: impl Into<LayerId>) -> &wgpu::BindGroup {
-        &self.groups[layer.into()]
+        &self.views[0].groups[layer.into()]
     }
 
     /// What is known of a texture.

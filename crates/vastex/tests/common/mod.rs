@@ -7,9 +7,10 @@
     reason = "helpers of tests, which clippy does not take for tests"
 )]
 
+use std::ops::Range;
 use std::sync::Arc;
 
-use vastex::{Error, Event, Feedback, Pace, Settings, TextureId, Textures, TileSource};
+use vastex::{Error, Event, Feedback, Pace, Settings, TextureId, Textures, TileSource, ViewId};
 use vastex_core::{AddressMode, Geometry, GeometrySpec};
 use vastex_tiles::PropertySource;
 use vastex_wgpu::test_device::TestDevice;
@@ -171,11 +172,19 @@ impl Screen {
 
     /// One frame, but for the picture.
     pub fn frame(&mut self) -> Result<Vec<Event>, Error> {
+        let all = 0..self.shown.len();
+        self.frame_of(&[(ViewId::MAIN, PICTURE, all)])
+    }
+
+    /// One frame of views, each with a picture of so many pixels of some of the textures.
+    pub fn frame_of(&mut self, views: &[(ViewId, [u32; 2], Range<usize>)]) -> Result<Vec<Event>, Error> {
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        let shown = &self.shown;
-        self.textures.feedback(&mut encoder, PICTURE, |pass, groups| {
-            draw(pass, shown, |shown| (&shown.wanted, &groups[shown.texture]));
-        })?;
+        for (view, picture, shown) in views {
+            let shown = &self.shown[shown.clone()];
+            self.textures.feedback_of(&mut encoder, *view, *picture, |pass, groups| {
+                draw(pass, shown, |shown| (&shown.wanted, &groups[shown.texture]));
+            })?;
+        }
         self.textures.update(&mut encoder)?;
         self.gpu.queue.submit([encoder.finish()]);
         Ok(std::iter::from_fn(|| self.textures.poll_event()).collect())
