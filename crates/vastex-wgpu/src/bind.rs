@@ -1,4 +1,4 @@
-//! The one bind group through which an application's shaders see a virtual texture.
+//! The one bind group through which an application's shaders see a virtual texture; that of several is `group`'s.
 //!
 //! It holds the texture's parameters and page table, its pool's parameters and the atlas of one layer, and the parameters of the view
 //! that is drawn into a feedback target; the main pass takes the same group and ignores the view.
@@ -36,34 +36,20 @@ pub struct BindLayout {
 impl BindLayout {
     /// A layout for layers that are read as `atlas` says ([`Pool::atlas`]).
     pub fn new(device: &wgpu::Device, atlas: Atlas) -> BindLayout {
-        let sample_type = match atlas {
-            Atlas::Float => wgpu::TextureSampleType::Float { filterable: true },
-            Atlas::Unfiltered => wgpu::TextureSampleType::Float { filterable: false },
-            Atlas::Uint16 | Atlas::Uint16Rgba => wgpu::TextureSampleType::Uint,
-        };
         let entries = [
             entry(TEXTURE, buffer(wgpu::BufferBindingType::Uniform)),
             entry(TABLE, buffer(wgpu::BufferBindingType::Storage { read_only: true })),
             entry(POOL, buffer(wgpu::BufferBindingType::Uniform)),
             entry(VIEW, buffer(wgpu::BufferBindingType::Uniform)),
             entry(SAMPLER, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
-            entry(
-                ATLAS,
-                wgpu::BindingType::Texture {
-                    sample_type,
-                    view_dimension: wgpu::TextureViewDimension::D2Array,
-                    multisampled: false,
-                },
-            ),
+            atlas_entry(ATLAS, atlas),
         ];
         let descriptor = wgpu::BindGroupLayoutDescriptor { label: Some("vastex texture"), entries: &entries };
-        let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
-            label: Some("vastex atlas"),
-            mag_filter: wgpu::FilterMode::Linear,
-            min_filter: wgpu::FilterMode::Linear,
-            ..Default::default()
-        });
-        BindLayout { layout: device.create_bind_group_layout(&descriptor), sampler, atlas }
+        BindLayout {
+            layout: device.create_bind_group_layout(&descriptor),
+            sampler: new_sampler(device),
+            atlas,
+        }
     }
 
     /// For the application's pipeline layouts.
@@ -103,9 +89,30 @@ impl BindLayout {
     }
 }
 
-fn entry(binding: u32, ty: wgpu::BindingType) -> wgpu::BindGroupLayoutEntry {
+pub(crate) fn entry(binding: u32, ty: wgpu::BindingType) -> wgpu::BindGroupLayoutEntry {
     let visibility = wgpu::ShaderStages::VERTEX_FRAGMENT | wgpu::ShaderStages::COMPUTE;
     wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None }
+}
+
+/// The texture array of a layer that is read as `atlas` says.
+pub(crate) fn atlas_entry(binding: u32, atlas: Atlas) -> wgpu::BindGroupLayoutEntry {
+    let sample_type = match atlas {
+        Atlas::Float => wgpu::TextureSampleType::Float { filterable: true },
+        Atlas::Unfiltered => wgpu::TextureSampleType::Float { filterable: false },
+        Atlas::Uint16 | Atlas::Uint16Rgba => wgpu::TextureSampleType::Uint,
+    };
+    let view_dimension = wgpu::TextureViewDimension::D2Array;
+    entry(binding, wgpu::BindingType::Texture { sample_type, view_dimension, multisampled: false })
+}
+
+/// The sampler for atlases that the device filters.
+pub(crate) fn new_sampler(device: &wgpu::Device) -> wgpu::Sampler {
+    device.create_sampler(&wgpu::SamplerDescriptor {
+        label: Some("vastex atlas"),
+        mag_filter: wgpu::FilterMode::Linear,
+        min_filter: wgpu::FilterMode::Linear,
+        ..Default::default()
+    })
 }
 
 /// A whole buffer, bound without a dynamic offset.

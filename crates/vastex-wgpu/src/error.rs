@@ -63,6 +63,29 @@ pub enum GpuError {
         /// Bytes that the device allows.
         max: u64,
     },
+    /// A member of a group cannot have its name.
+    #[error("a member of a group cannot be named {name:?}: {why}")]
+    MemberName {
+        /// The name.
+        name: String,
+        /// Why not.
+        why: &'static str,
+    },
+    /// A group has more textures or layers than a shader can read.
+    #[error(
+        "a group of {textures} textures with {layers} layers: a shader on this device reads at most {max_textures} textures \
+         and {max_layers} layers, less what is the application's own; build textures with several layers, or draw with two groups"
+    )]
+    GroupTooLarge {
+        /// Its textures.
+        textures: usize,
+        /// Their layers that are members.
+        layers: usize,
+        /// Textures that the device allows.
+        max_textures: usize,
+        /// Layers that the device allows.
+        max_layers: usize,
+    },
     /// The picture is larger, or has fewer pixels, than a feedback target on this device can stand for.
     #[error("a feedback target of {width}x{height} pixels is beyond this device's {max} per side, or empty")]
     TargetSize {

@@ -107,7 +107,8 @@ impl FeedbackView {
     fn params(&self) -> ViewParams {
         let (clip_scale, clip_offset) = self.clip_transform();
         let level_offset = -(self.scale.block().ilog2() as f32);
-        ViewParams { clip_scale, clip_offset, level_offset, unused: [0; 3] }
+        // What is beyond the last bits of the frame starts a cycle of turns anew, once in years.
+        ViewParams { clip_scale, clip_offset, level_offset, frame: self.frame as u32, unused: [0; 2] }
     }
 }
 
@@ -121,8 +122,13 @@ pub struct ViewBuffer {
 impl ViewBuffer {
     /// A view that is no feedback: the picture where it is, levels unchanged.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> ViewBuffer {
-        let params =
-            ViewParams { clip_scale: [1.0; 2], clip_offset: [0.0; 2], level_offset: 0.0, unused: [0; 3] };
+        let params = ViewParams {
+            clip_scale: [1.0; 2],
+            clip_offset: [0.0; 2],
+            level_offset: 0.0,
+            frame: 0,
+            unused: [0; 2],
+        };
         ViewBuffer { buffer: uniform(device, queue, "vastex view", &params) }
     }
 

@@ -2,7 +2,7 @@
 //!
 //! Here are a [`Pool`] of tiles in GPU memory, the page table of each texture ([`TableBuffers`]) and the changes that
 //! keep it true ([`TableChanger`]), the text that an application puts before its own shaders ([`wgsl()`]) and the one
-//! bind group that goes with it ([`BindLayout`]), the target into which a view says which pages it wants
+//! bind group that goes with it ([`BindLayout`]; [`group_wgsl()`] and [`GroupLayout`] for several textures at once), the target into which a view says which pages it wants
 //! ([`FeedbackTarget`]), its compaction and its way back ([`Readback`]). All shaders have a naive twin on the CPU
 //! ([`twins`]), which tests compare them with and which stands in where no GPU can.
 //!
@@ -21,6 +21,7 @@ mod compact;
 mod device;
 mod error;
 mod feedback;
+mod group;
 mod layer;
 mod mapping;
 mod mirror;
@@ -39,9 +40,11 @@ pub use error::GpuError;
 pub use feedback::{
     FEEDBACK_DEPTH_FORMAT, FEEDBACK_FORMAT, FeedbackScale, FeedbackTarget, FeedbackView, ViewBuffer,
 };
+pub use group::{GroupLayout, GroupParams};
 pub use layer::{held_format, texture_format};
 pub use pool::Pool;
 pub use raw::RawFeedback;
 pub use readback::Readback;
+pub use shader::group::{GroupMember, GroupShape, group_wgsl};
 pub use shader::{Atlas, Filter, ShaderOptions, wgsl};
 pub use table::{TableBuffers, TableChanger};

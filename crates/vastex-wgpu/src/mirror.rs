@@ -90,11 +90,18 @@ impl TextureParams {
             levels,
         }
     }
+
+    /// Of a group, whose feedback names pages of all levels of a shape.
+    pub(crate) fn of_group(geometry: &Geometry, number: TextureId) -> TextureParams {
+        let rule = LevelRule::default().within(geometry);
+        let params = TextureParams::new(geometry, number, Slot::new(0), &rule);
+        TextureParams { tail_level: u32::from(geometry.coarsest()), ..params }
+    }
 }
 
 /// `VastexPool`.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub(crate) struct PoolParams {
     pub(crate) tile: [u32; 2],
     pub(crate) columns: u32,
@@ -125,7 +132,8 @@ pub(crate) struct ViewParams {
     pub(crate) clip_scale: [f32; 2],
     pub(crate) clip_offset: [f32; 2],
     pub(crate) level_offset: f32,
-    pub(crate) unused: [u32; 3],
+    pub(crate) frame: u32,
+    pub(crate) unused: [u32; 2],
 }
 
 /// `VastexChange`.
@@ -212,7 +220,7 @@ mod tests {
         check(&text, "VastexLevel", size_of::<LevelParams>(), level);
         let pool = offsets!(PoolParams: tile, columns, slots_per_image, texel, bias, layer_scale);
         check(&text, "VastexPool", size_of::<PoolParams>(), pool);
-        let view = offsets!(ViewParams: clip_scale, clip_offset, level_offset, unused);
+        let view = offsets!(ViewParams: clip_scale, clip_offset, level_offset, frame, unused);
         check(&text, "VastexView", size_of::<ViewParams>(), view);
         let texture = offsets!(TextureParams: size, level_count, page, tail_level, border, tail_slot, address, number, bias, finest, coarsest, unused_0, levels);
         check(&text, "VastexTexture", size_of::<TextureParams>(), texture);

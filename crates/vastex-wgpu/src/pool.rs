@@ -134,6 +134,11 @@ impl Pool {
         &self.layers[layer].view
     }
 
+    /// What shaders are told now.
+    pub(crate) fn layer_params(&self, layer: usize) -> PoolParams {
+        PoolParams::new(&self.layout, self.layers[layer].scale, self.bias)
+    }
+
     pub(crate) fn params(&self, layer: usize) -> &wgpu::Buffer {
         let of_layer = |params: &&(u32, wgpu::Buffer)| params.0 == self.layers[layer].scale;
         // There is one for each layer's scale.

@@ -1,7 +1,8 @@
 //! Shader text: plain WGSL modules joined by explicit lists, behind constants generated from Rust.
 //!
 //! There is no preprocessor. What varies is a constant (the filter, the bind group) or which of a few small modules
-//! with the same functions is in the list (how the atlas is read).
+//! with the same functions is in the list (how the atlas is read). For several textures at once the same modules are there once
+//! for each, under names of their own (`group`).
 
 use std::fmt::Write as _;
 
@@ -10,9 +11,14 @@ use vastex_core::{AddressMode, shared};
 use crate::bind;
 use crate::mirror::address_code;
 
+pub(crate) mod group;
+
 const PARAMS: &str = include_str!("wgsl/params.wgsl");
 const BINDINGS: &str = include_str!("wgsl/bindings.wgsl");
+const LAMBDA: &str = include_str!("wgsl/lambda.wgsl");
 const LEVEL: &str = include_str!("wgsl/level.wgsl");
+const POSITION: &str = include_str!("wgsl/position.wgsl");
+const PAGE: &str = include_str!("wgsl/page.wgsl");
 const LOOKUP: &str = include_str!("wgsl/lookup.wgsl");
 const ATLAS_FLOAT: &str = include_str!("wgsl/atlas_float.wgsl");
 const ATLAS_UNFILTERED: &str = include_str!("wgsl/atlas_unfiltered.wgsl");
@@ -20,6 +26,7 @@ const ATLAS_UINT16: &str = include_str!("wgsl/atlas_uint16.wgsl");
 const ATLAS_UINT16_RGBA: &str = include_str!("wgsl/atlas_uint16_rgba.wgsl");
 const TAPS: &str = include_str!("wgsl/taps.wgsl");
 const SAMPLE: &str = include_str!("wgsl/sample.wgsl");
+const VIEW: &str = include_str!("wgsl/view.wgsl");
 const FEEDBACK: &str = include_str!("wgsl/feedback.wgsl");
 const TABLE: &str = include_str!("wgsl/table.wgsl");
 const COMPACT: &str = include_str!("wgsl/compact.wgsl");
@@ -92,19 +99,24 @@ pub struct ShaderOptions {
 /// | `vastex_feedback_grad(uv, ddx, ddy)` | all | the same, from gradients of uv |
 /// | `vastex_feedback_level(uv, level)` | all | the same, for an explicit level |
 /// | `vastex_feedback_clip(clip)` | vertex, feedback pass only | the clip position in the feedback target |
+/// | `vastex_turn(position, count)` | fragment, feedback pass only | see [`crate::group_wgsl()`] |
 ///
 /// `uv` is 0 to 1 over the texture, beyond that by its address modes; x to the right, y downward.
 pub fn wgsl(options: &ShaderOptions) -> String {
-    let atlas: &[&str] = match options.atlas {
+    let mut text = constants();
+    push_constant(&mut text, "GROUP", options.group);
+    push_constant(&mut text, "FILTER", options.filter.code());
+    let shared: &[&str] = &[PARAMS, BINDINGS, LAMBDA, POSITION, VIEW];
+    join(text, &[shared, &[LEVEL, PAGE, LOOKUP], atlas_modules(options.atlas), &[SAMPLE, FEEDBACK]].concat())
+}
+
+fn atlas_modules(atlas: Atlas) -> &'static [&'static str] {
+    match atlas {
         Atlas::Float => &[ATLAS_FLOAT],
         Atlas::Unfiltered => &[ATLAS_UNFILTERED, TAPS],
         Atlas::Uint16 => &[ATLAS_UINT16, TAPS],
         Atlas::Uint16Rgba => &[ATLAS_UINT16_RGBA, TAPS],
-    };
-    let mut text = constants();
-    push_constant(&mut text, "GROUP", options.group);
-    push_constant(&mut text, "FILTER", options.filter.code());
-    join(text, &[&[PARAMS, BINDINGS, LEVEL, LOOKUP], atlas, &[SAMPLE, FEEDBACK]].concat())
+    }
 }
 
 /// The shader that changes page tables.

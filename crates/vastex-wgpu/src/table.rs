@@ -75,8 +75,7 @@ impl TableBuffers {
     /// and feedback alike.
     pub fn set_rule(&mut self, queue: &wgpu::Queue, rule: LevelRule) {
         self.rule = rule.within(&self.geometry);
-        let params = TextureParams::new(&self.geometry, self.texture, self.tail_slot, &self.rule);
-        queue.write_buffer(&self.params, 0, bytemuck::bytes_of(&params));
+        queue.write_buffer(&self.params, 0, bytemuck::bytes_of(&self.texture_params()));
     }
 
     /// How levels are chosen.
@@ -100,6 +99,10 @@ impl TableBuffers {
     /// GPU memory of the table and the parameters; what changes are sent through comes on top.
     pub fn bytes(&self) -> u64 {
         self.entries.size() + self.params.size()
+    }
+
+    pub(crate) fn texture_params(&self) -> TextureParams {
+        TextureParams::new(&self.geometry, self.texture, self.tail_slot, &self.rule)
     }
 
     pub(crate) fn params(&self) -> &wgpu::Buffer {

@@ -20,12 +20,6 @@ fn vastex_feedback_level(uv: vec2<f32>, level: f32) -> vec4<u32> {
     return vastex_feedback_lambda(uv, level, VASTEX_FEEDBACK_WANTED);
 }
 
-// Where a vertex of the picture lies in the feedback target: the picture is fitted to whole pixels of the target and
-// shifted to this frame's jitter.
-fn vastex_feedback_clip(clip: vec4<f32>) -> vec4<f32> {
-    return vec4<f32>(clip.xy * vastex_view.clip_scale + vastex_view.clip_offset * clip.w, clip.zw);
-}
-
 fn vastex_feedback_texel_grad(uv: vec2<f32>, dx: vec2<f32>, dy: vec2<f32>) -> vec4<u32> {
     let ordinary = vastex_degenerate_lambda(dx, dy) == 0.0;
     let flag = select(VASTEX_FEEDBACK_DEGENERATE, VASTEX_FEEDBACK_WANTED, ordinary);

@@ -1,40 +1,7 @@
-// From gradients to a level. Sampling, feedback and any picture that is compared with theirs use these lines.
+// The level of a texture, before its pool's mip bias.
 // CPU twin: twins/level.rs.
-
-const VASTEX_FINEST: f32 = -1024.0;
-const VASTEX_COARSEST: f32 = 1024.0;
-
-// Gradients that say nothing of a level: the lambda that stands for them, or 0 where they are ordinary.
-// Tested by their bits, since WGSL has no isnan.
-fn vastex_degenerate_lambda(dx: vec2<f32>, dy: vec2<f32>) -> f32 {
-    let bits = bitcast<vec4<u32>>(vec4<f32>(dx, dy)) & vec4<u32>(0x7fffffffu);
-    if any(bits >= vec4<u32>(0x7f800000u)) {
-        return VASTEX_COARSEST;
-    }
-    if all(bits == vec4<u32>(0u)) {
-        return VASTEX_FINEST;
-    }
-    return 0.0;
-}
-
-// How many levels coarser than level 0 a pixel is, negative where it is finer.
-// `dx` and `dy` are texels of level 0 along one pixel.
-fn vastex_lambda(dx: vec2<f32>, dy: vec2<f32>) -> f32 {
-    let degenerate = vastex_degenerate_lambda(dx, dy);
-    if degenerate != 0.0 {
-        return degenerate;
-    }
-    let rho_squared = clamp(max(dot(dx, dx), dot(dy, dy)), 1e-30, 1e30);
-    return 0.5 * log2(rho_squared);
-}
 
 // The level at mip bias 0.
 fn vastex_unbiased_level(lambda: f32) -> f32 {
     return min(max(lambda + vastex_texture.bias, vastex_texture.finest), vastex_texture.coarsest);
-}
-
-// The level that is sampled.
-fn vastex_level(lambda: f32) -> f32 {
-    let coarsest = f32(vastex_texture.level_count - 1u);
-    return min(vastex_unbiased_level(lambda) + vastex_pool.bias, coarsest);
 }

@@ -1,55 +1,5 @@
-// From a virtual uv and a level to a texel of the atlas: one read of the page table.
+// From a position and a level to a texel of the atlas: one read of the page table.
 // CPU twin: twins/lookup.rs.
-
-// A texel of level 0, split so that page arithmetic is in whole numbers.
-struct VastexPosition {
-    texel: vec2<u32>,
-    fraction: vec2<f32>, // into the texel, 0 to 1; beyond an edge with a border colour, less or more
-}
-
-// A place in the atlas, in texels of the layer that is sampled.
-struct VastexPlace {
-    image: u32,
-    origin: vec2<u32>,      // the slot's first texel
-    tile_texel: vec2<f32>,  // from there
-    level: u32,             // the level that lies there
-}
-
-// A coordinate folded into 0 to 1 by an address mode; a border colour needs it as it is, so far as it matters.
-fn vastex_folded_uv(uv: f32, mode: u32) -> f32 {
-    switch mode {
-        case VASTEX_ADDRESS_WRAP: {
-            return uv - floor(uv);
-        }
-        case VASTEX_ADDRESS_MIRROR: {
-            let turn = uv - 2.0 * floor(0.5 * uv);
-            return select(turn, 2.0 - turn, turn > 1.0);
-        }
-        case VASTEX_ADDRESS_BORDER: {
-            return clamp(uv, -8.0, 9.0);
-        }
-        default: {
-            return clamp(uv, 0.0, 1.0);
-        }
-    }
-}
-
-fn vastex_position_from_uv(uv: vec2<f32>) -> VastexPosition {
-    let size = vastex_texture.size.xy;
-    let folded = vec2<f32>(
-        vastex_folded_uv(uv.x, vastex_texture.address.x),
-        vastex_folded_uv(uv.y, vastex_texture.address.y),
-    );
-    let texel = folded * vec2<f32>(size);
-    let whole = min(vec2<u32>(max(floor(texel), vec2<f32>(0.0))), size - 1u);
-    return VastexPosition(whole, texel - vec2<f32>(whole));
-}
-
-// The page of a level finer than the tail that covers a texel of level 0.
-fn vastex_page_from_texel(texel: vec2<u32>, level: u32) -> vec2<u32> {
-    let pages = vastex_texture.levels[level].pages.xy;
-    return min(texel / vastex_texture.levels[level].scale.xy / vastex_texture.page.xy, pages - 1u);
-}
 
 // Where a position lies in a level, in the level's texels from `first`, one of them; `from_first` are texels of level 0.
 // Beyond its edges it goes as far as the border colour is mixed with nothing: half of the layer's texel.

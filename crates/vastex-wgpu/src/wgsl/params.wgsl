@@ -47,7 +47,7 @@ struct VastexView {
     clip_scale: vec2<f32>,  // clip.xy * clip_scale + clip_offset * clip.w puts the picture onto the target
     clip_offset: vec2<f32>,
     level_offset: f32,      // levels added because a pixel of the target is larger than one of the picture
+    frame: u32,             // its number, for those that take turns
     unused_0: u32,
     unused_1: u32,
-    unused_2: u32,
 }

@@ -18,6 +18,12 @@ fn vastex_sample_level(uv: vec2<f32>, level: f32) -> vec4<f32> {
     return vastex_sample_lambda(uv, level);
 }
 
+// The level that is sampled.
+fn vastex_level(lambda: f32) -> f32 {
+    let coarsest = f32(vastex_texture.level_count - 1u);
+    return min(vastex_unbiased_level(lambda) + vastex_pool.bias, coarsest);
+}
+
 fn vastex_sample_lambda(uv: vec2<f32>, lambda: f32) -> vec4<f32> {
     let level = vastex_level(lambda);
     let finer = u32(floor(level));

@@ -1,0 +1,288 @@
+//! Shader text for a group: the modules of one texture once for each member, with the member's name in their names.
+//!
+//! In `vastex_sample_grad` the name follows the first word: `vastex_sample_color_grad`. What members share, structs and the
+//! functions that know of no texture, is there once. The modules say `vastex_texture`, `vastex_pool` and `vastex_table`; of a member
+//! these are places in what the group binds.
+
+use std::collections::BTreeSet;
+
+use super::{
+    Atlas, FEEDBACK, Filter, LAMBDA, LEVEL, LOOKUP, PAGE, PARAMS, POSITION, SAMPLE, VIEW, atlas_modules,
+    constants, push_constant,
+};
+use crate::error::GpuError;
+
+/// Bindings of a group; page tables and atlases follow.
+pub(crate) const PARAMS_BINDING: u32 = 0;
+pub(crate) const VIEW_BINDING: u32 = 1;
+pub(crate) const SAMPLER_BINDING: u32 = 2;
+const FIRST_TABLE: u32 = 3;
+
+/// A member of a group, as shaders see it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct GroupMember {
+    /// Its name in the names of functions: lower-case letters, digits and underscores, a letter first.
+    pub name: String,
+    /// Which of the group's textures it is a layer of, counted from 0.
+    pub texture: usize,
+    /// How its atlas is read.
+    pub atlas: Atlas,
+}
+
+/// What the text and the bind group of a group are made for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct GroupShape {
+    members: Vec<GroupMember>,
+    textures: usize,
+    has_feedback: bool,
+}
+
+impl GroupShape {
+    /// Members in the order in which they are bound; where `has_feedback`, `vastex_feedback(uv)` answers for them together.
+    ///
+    /// Fails where a name cannot stand in WGSL, or would make two functions of one name.
+    pub fn new(members: Vec<GroupMember>, has_feedback: bool) -> Result<GroupShape, GpuError> {
+        let refuse = |member: &GroupMember, why| GpuError::MemberName { name: member.name.clone(), why };
+        let mut taken: BTreeSet<String> =
+            names(&[LAMBDA, POSITION, VIEW]).into_iter().map(String::from).collect();
+        if has_feedback {
+            taken.extend(names(&SHAPE_MODULES).into_iter().map(String::from));
+        }
+        for member in &members {
+            let is_letter = |c: char| c.is_ascii_lowercase();
+            let is_fit = |c: char| is_letter(c) || c.is_ascii_digit() || c == '_';
+            if !member.name.starts_with(is_letter) || !member.name.chars().all(is_fit) {
+                let why = "it must be lower-case letters, digits and underscores, a letter first";
+                return Err(refuse(member, why));
+            }
+            let modules = member_modules(member.atlas);
+            if names(&modules).iter().any(|name| !taken.insert(with_member(name, &member.name))) {
+                return Err(refuse(member, "it makes two functions of one name; choose another"));
+            }
+        }
+        let textures = members.iter().map(|member| member.texture + 1).max().unwrap_or(0);
+        Ok(GroupShape { members, textures, has_feedback })
+    }
+
+    /// The members.
+    pub fn members(&self) -> &[GroupMember] {
+        &self.members
+    }
+
+    /// Textures that they are layers of.
+    pub fn textures(&self) -> usize {
+        self.textures
+    }
+
+    pub(crate) fn table_binding(&self, texture: usize) -> u32 {
+        FIRST_TABLE + texture as u32
+    }
+
+    pub(crate) fn atlas_binding(&self, member: usize) -> u32 {
+        FIRST_TABLE + (self.textures + member) as u32
+    }
+}
+
+/// The modules of the group's shape, which feedback of the whole group names pages of.
+const SHAPE_MODULES: [&str; 3] = [LEVEL, PAGE, FEEDBACK];
+
+fn member_modules(atlas: Atlas) -> Vec<&'static str> {
+    [&SHAPE_MODULES[..], &[LOOKUP], atlas_modules(atlas), &[SAMPLE]].concat()
+}
+
+/// The WGSL that an application puts before its own shader that samples a group; the bind group's index as in
+/// [`crate::ShaderOptions`].
+///
+/// For each member `NAME` it has the functions of [`crate::wgsl()`] with the name after the first word: `vastex_sample_NAME(uv)`,
+/// `vastex_sample_NAME_grad(uv, ddx, ddy)`, `vastex_sample_NAME_level(uv, level)`, and `vastex_feedback_NAME(uv)` and its kin for a
+/// member by itself. For all together there are
+///
+/// | function | stages | gives |
+/// |---|---|---|
+/// | `vastex_feedback(uv)`, `_grad`, `_level` | as of one texture | a feedback pixel that serves every member that is sampled at `uv` |
+/// | `vastex_feedback_clip(clip)` | vertex, feedback pass only | the clip position in the feedback target |
+/// | `vastex_turn(position, count)` | fragment, feedback pass only | which of `count` answers this pixel gives in this frame |
+///
+/// `vastex_feedback_level(uv, level)` takes levels of the member with the most texels. `position` is `@builtin(position)`.
+pub fn group_wgsl(group: u32, filter: Filter, shape: &GroupShape) -> String {
+    let mut text = constants();
+    push_constant(&mut text, "GROUP", group);
+    push_constant(&mut text, "FILTER", filter.code());
+    text += &bindings(shape);
+    for module in [PARAMS, LAMBDA, POSITION, VIEW] {
+        text += "\n";
+        text += module;
+    }
+    if shape.has_feedback {
+        let of_shape = |word: &str| (word == "vastex_texture").then(|| "vastex_group.textures[0]".to_owned());
+        SHAPE_MODULES.iter().for_each(|module| push_renamed(&mut text, module, of_shape));
+    }
+    for (nth, member) in shape.members.iter().enumerate() {
+        let modules = member_modules(member.atlas);
+        let own = names(&modules);
+        let renamed = |word: &str| match word {
+            "vastex_texture" => Some(format!("vastex_group.textures[{}]", member.texture + 1)),
+            "vastex_pool" => Some(format!("vastex_group.pools[{nth}]")),
+            "vastex_table" => Some(format!("vastex_table_{}", member.texture)),
+            "VASTEX_BINDING_ATLAS" => Some(shape.atlas_binding(nth).to_string()),
+            _ => own.contains(word).then(|| with_member(word, &member.name)),
+        };
+        modules.iter().for_each(|module| push_renamed(&mut text, module, renamed));
+    }
+    text
+}
+
+/// What the group binds, but for the atlases, which stand with the functions that read them. The shape's parameters come first
+/// among the textures'.
+fn bindings(shape: &GroupShape) -> String {
+    let (textures, pools) = (shape.textures + 1, shape.members.len());
+    let bound = |binding: u32, what: &str| format!("@group(VASTEX_GROUP) @binding({binding}) var{what};\n");
+    let mut text = format!(
+        "\n// The bind group of a group.\n\nstruct VastexGroup {{\n    textures: array<VastexTexture, {textures}>,\n    \
+         pools: array<VastexPool, {pools}>,\n}}\n\n"
+    );
+    text += &bound(PARAMS_BINDING, "<uniform> vastex_group: VastexGroup");
+    text += &bound(VIEW_BINDING, "<uniform> vastex_view: VastexView");
+    text += &bound(SAMPLER_BINDING, " vastex_sampler: sampler");
+    for texture in 0..shape.textures {
+        let table = format!("<storage, read> vastex_table_{texture}: array<u32>");
+        text += &bound(shape.table_binding(texture), &table);
+    }
+    text
+}
+
+/// The names that modules give to functions and to what they bind.
+fn names(modules: &[&'static str]) -> BTreeSet<&'static str> {
+    let declared = |line: &'static str| {
+        let bound = || Some(line.strip_prefix('@')?.split_once(" var ")?.1);
+        let rest = line.strip_prefix("fn ").or_else(bound)?;
+        rest.split(|c: char| !is_of_word(c)).next()
+    };
+    modules.iter().flat_map(|module| module.lines().filter_map(declared)).collect()
+}
+
+/// `vastex_sample_grad` with `color` is `vastex_sample_color_grad`.
+fn with_member(word: &str, member: &str) -> String {
+    let after_prefix = word.find('_').map_or(0, |at| at + 1);
+    let first = word[after_prefix..].find('_').map_or(word.len(), |at| after_prefix + at);
+    format!("{}_{member}{}", &word[..first], &word[first..])
+}
+
+fn push_renamed(text: &mut String, module: &str, renamed: impl Fn(&str) -> Option<String>) {
+    text.push('\n');
+    let mut rest = module;
+    while let Some(first) = rest.find(is_of_word) {
+        let (before, from_word) = rest.split_at(first);
+        let end = from_word.find(|c| !is_of_word(c)).unwrap_or(from_word.len());
+        let (word, after) = from_word.split_at(end);
+        text.push_str(before);
+        text.push_str(&renamed(word).unwrap_or_else(|| word.to_owned()));
+        rest = after;
+    }
+    text.push_str(rest);
+}
+
+fn is_of_word(c: char) -> bool {
+    c.is_ascii_alphanumeric() || c == '_'
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shader::tests::module;
+
+    fn member(name: &str, texture: usize, atlas: Atlas) -> GroupMember {
+        GroupMember { name: name.to_owned(), texture, atlas }
+    }
+
+    /// A color and a height of one texture, a night of another.
+    fn planet(atlas: Atlas) -> GroupShape {
+        let members = vec![
+            member("color", 0, Atlas::Float),
+            member("height", 0, atlas),
+            member("night_2", 1, Atlas::Float),
+        ];
+        GroupShape::new(members, true).unwrap()
+    }
+
+    /// An application that calls the whole public surface of that group.
+    fn application() -> String {
+        let mut sampled = String::new();
+        for name in ["color", "height", "night_2"] {
+            sampled += &format!(
+                "+ vastex_sample_{name}(at.xy) + vastex_sample_{name}_grad(at.xy, at.yx, at.zw) + vastex_sample_{name}_level(at.xy, 1.0)"
+            );
+        }
+        format!(
+            "@vertex fn vertex(@location(0) at: vec4<f32>) -> @builtin(position) vec4<f32> {{
+                return vastex_feedback_clip(at) + vastex_sample_height_level(at.xy, 1.0);
+            }}
+            @fragment fn main_pass(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {{
+                return at {sampled};
+            }}
+            @fragment fn feedback_pass(@builtin(position) at: vec4<f32>) -> @location(0) vec4<u32> {{
+                return vastex_feedback(at.xy) + vastex_feedback_grad(at.xy, at.yx, at.zw)
+                    + vastex_feedback_level(at.xy, 1.0);
+            }}
+            @fragment fn by_turns(@builtin(position) at: vec4<f32>) -> @location(0) vec4<u32> {{
+                let wanted = array(vastex_feedback_color(at.xy), vastex_feedback_night_2_grad(at.yx, at.xy, at.zw));
+                return wanted[vastex_turn(at, 2u)] + vastex_feedback_height_level(at.xy, 0.0);
+            }}"
+        )
+    }
+
+    #[test]
+    fn every_variant_of_the_text_for_groups_is_valid() {
+        for filter in Filter::ALL {
+            for atlas in Atlas::ALL {
+                let module = module(&(group_wgsl(2, filter, &planet(atlas)) + &application()));
+                let mut bound: Vec<_> = module
+                    .global_variables
+                    .iter()
+                    .filter_map(|(_, v)| v.binding)
+                    .map(|b| (b.group, b.binding))
+                    .collect();
+                bound.sort_unstable();
+                // Parameters, view, sampler, two tables, three atlases.
+                assert_eq!(bound, (0..8).map(|binding| (2, binding)).collect::<Vec<_>>());
+            }
+        }
+    }
+
+    #[test]
+    fn without_feedback_of_its_own_a_group_has_that_of_its_members() {
+        let shape =
+            GroupShape::new(vec![member("a", 0, Atlas::Float), member("b", 1, Atlas::Float)], false).unwrap();
+        let text = group_wgsl(0, Filter::Trilinear, &shape);
+        module(&text);
+        assert!(!text.contains("fn vastex_feedback(") && text.contains("fn vastex_feedback_a("));
+    }
+
+    #[test]
+    fn the_name_follows_the_first_word() {
+        assert_eq!(with_member("vastex_sample", "color"), "vastex_sample_color");
+        assert_eq!(with_member("vastex_sample_grad", "color"), "vastex_sample_color_grad");
+        assert!(names(&member_modules(Atlas::Uint16)).contains("vastex_atlas_texel"));
+        assert!(names(&member_modules(Atlas::Float)).contains("vastex_atlas"));
+    }
+
+    #[test]
+    fn names_that_would_not_do_are_refused() {
+        let with = |names: &[&str], has_feedback| {
+            let members = names.iter().map(|name| member(name, 0, Atlas::Float)).collect();
+            GroupShape::new(members, has_feedback)
+        };
+        for bad in ["", "Color", "2nd", "_x", "a b", "farbe\u{e4}", "a;b"] {
+            assert!(
+                matches!(with(&[bad], true), Err(GpuError::MemberName { name, .. }) if name == bad),
+                "{bad}"
+            );
+        }
+        // vastex_feedback_grad is the group's; vastex_sample_a_grad both the first's and the second's.
+        for clash in [&["grad"][..], &["a", "a_grad"], &["a", "b", "a"]] {
+            let error = with(clash, true).unwrap_err().to_string();
+            assert!(error.contains("choose another"), "{error}");
+        }
+        assert!(with(&["grad"], false).is_ok());
+    }
+}

@@ -1,0 +1,19 @@
+// From a virtual uv and a level to a page.
+// CPU twin: twins/lookup.rs.
+
+fn vastex_position_from_uv(uv: vec2<f32>) -> VastexPosition {
+    let size = vastex_texture.size.xy;
+    let folded = vec2<f32>(
+        vastex_folded_uv(uv.x, vastex_texture.address.x),
+        vastex_folded_uv(uv.y, vastex_texture.address.y),
+    );
+    let texel = folded * vec2<f32>(size);
+    let whole = min(vec2<u32>(max(floor(texel), vec2<f32>(0.0))), size - 1u);
+    return VastexPosition(whole, texel - vec2<f32>(whole));
+}
+
+// The page of a level finer than the tail that covers a texel of level 0.
+fn vastex_page_from_texel(texel: vec2<u32>, level: u32) -> vec2<u32> {
+    let pages = vastex_texture.levels[level].pages.xy;
+    return min(texel / vastex_texture.levels[level].scale.xy / vastex_texture.page.xy, pages - 1u);
+}
