@@ -1,6 +1,6 @@
 //! What can go wrong, by what the application can do about it.
 
-use vastex_core::{PagePos, PoolError, PoolId, TraceRecordError, ViewError};
+use vastex_core::{GroupError, PagePos, PoolError, PoolId, TraceRecordError, ViewError};
 use vastex_tiles::{ContainerError, DecodeError, ReadError};
 use vastex_wgpu::GpuError;
 
@@ -50,6 +50,9 @@ pub enum Error {
     /// The trace could not be recorded to its end.
     #[error("the trace ends early: {0}")]
     Trace(#[from] TraceRecordError),
+    /// The textures cannot be a group.
+    #[error(transparent)]
+    Group(#[from] GroupError),
     /// The GPU failed. After [`GpuError::DeviceLost`], make a new device and call [`crate::Textures::restore`].
     #[error(transparent)]
     Gpu(#[from] GpuError),

@@ -81,6 +81,7 @@ impl Textures {
         for (pool, pager) in self.pools.iter_mut().zip(self.pagers.iter()) {
             pool.set_bias(&self.queue, pager.bias_eighths());
         }
+        self.update_groups();
         self.pagers.take_table_changes(&mut self.changes);
         // A stable order: what is decided of one texture stays in sequence.
         self.changes.sort_by_key(|change| change.page.texture());

@@ -157,6 +157,11 @@ impl PoolState {
         self.gpu = None;
     }
 
+    /// There while there are textures.
+    pub(crate) fn gpu(&self) -> Option<&Pool> {
+        self.gpu.as_ref()
+    }
+
     /// Bytes held at the moment.
     pub(crate) fn bytes(&self) -> u64 {
         if self.gpu.is_some() { self.slots.bytes() } else { 0 }

@@ -25,6 +25,7 @@ impl Textures {
         }
         let textures: Vec<TextureId> = self.iter().collect();
         textures.into_iter().try_for_each(|texture| self.restore_texture(texture))?;
+        self.restore_groups()?;
         tracing::info!("everything was made again on another device");
         Ok(())
     }

@@ -5,15 +5,16 @@
 use std::sync::Arc;
 
 use vastex_core::{
-    Budgets, Description, Dims, Event, LevelRule, PageId, PageSet, PageState, Pagers, PoolError, PoolId,
-    TableChange, TextureId, ViewId,
+    Budgets, Description, Dims, Event, GroupId, LevelRule, PageId, PageSet, PageState, Pagers, PoolError,
+    PoolId, TableChange, TextureId, ViewId,
 };
 use vastex_tiles::{Loader, RamCache, Tiers, Tile, TileSource};
-use vastex_wgpu::{BindLayout, ShaderOptions, TableBuffers, TableChanger, wgsl};
+use vastex_wgpu::{BindLayout, ShaderOptions, TableBuffers, TableChanger, group_wgsl, wgsl};
 
 use crate::by_hand::OpenTickets;
 use crate::decoded::{DecodedSource, held_description};
 use crate::error::Error;
+use crate::groups::{GroupState, Sampled};
 use crate::layer::LayerId;
 use crate::lock_step::LockStep;
 use crate::pools::{PoolState, Shape};
@@ -38,6 +39,7 @@ pub struct Textures {
     pub(crate) pagers: Pagers,
     /// By number; nothing where the texture was removed.
     pub(crate) textures: Vec<Option<TextureState>>,
+    pub(crate) groups: Vec<GroupState>,
     pub(crate) loader: Loader,
     pub(crate) lock_step: Option<LockStep>,
     pub(crate) frame: u64,
@@ -59,13 +61,15 @@ pub(crate) struct TextureState {
     pub(crate) name: Option<Arc<str>>,
 }
 
-/// The bind groups of each texture that there is: `groups[texture]`, or `groups[layer]` of a layer that is not the first.
+/// The bind groups of each texture and group that there is: `groups[texture]`, `groups[group]`, or `groups[layer]` of a layer
+/// that is not the first.
 #[derive(Debug, Default)]
 pub struct BindGroups(Vec<Vec<wgpu::BindGroup>>);
 
 impl BindGroups {
-    pub(crate) fn set(&mut self, texture: TextureId, groups: Vec<wgpu::BindGroup>) {
-        let number = usize::from(texture.number());
+    /// Those of a texture's layers, or that of a group, by its number.
+    pub(crate) fn set(&mut self, number: TextureId, groups: Vec<wgpu::BindGroup>) {
+        let number = usize::from(number.number());
         if self.0.len() <= number {
             self.0.resize_with(number + 1, Vec::new);
         }
@@ -78,6 +82,25 @@ impl std::ops::Index<LayerId> for BindGroups {
 
     fn index(&self, layer: LayerId) -> &wgpu::BindGroup {
         &self.0[usize::from(layer.texture().number())][layer.index()]
+    }
+}
+
+impl std::ops::Index<GroupId> for BindGroups {
+    type Output = wgpu::BindGroup;
+
+    fn index(&self, group: GroupId) -> &wgpu::BindGroup {
+        &self.0[usize::from(group.number().number())][0]
+    }
+}
+
+impl std::ops::Index<Sampled> for BindGroups {
+    type Output = wgpu::BindGroup;
+
+    fn index(&self, sampled: Sampled) -> &wgpu::BindGroup {
+        match sampled {
+            Sampled::Layer(layer) => &self[layer],
+            Sampled::Group(group) => &self[group],
+        }
     }
 }
 
@@ -112,6 +135,7 @@ impl Textures {
                 in_flight_bytes: settings.in_flight_bytes,
             }),
             textures: Vec::new(),
+            groups: Vec::new(),
             loader: new_loader(settings.loader_threads)?,
             lock_step,
             frame: 0,
@@ -198,11 +222,13 @@ impl Textures {
     /// Removes a texture. Says whether there was one.
     ///
     /// Its tiles leave the pool, its loads are called off, and its page table, its RAM cache and, where it was the last of its
-    /// pool, the pool's memory are given back, as soon as the GPU and the loader are done with them. Pipelines for the pool
+    /// pool, the pool's memory are given back, as soon as the GPU and the loader are done with them; groups that it is in are
+    /// removed. Pipelines for the pool
     /// stay good. Nothing may be drawn with its bind groups any more, and its id asks for nothing; a texture that is added later
     /// may get the same id, but not before all that could name this one is over.
     pub fn remove(&mut self, texture: TextureId) -> bool {
         let Some(pool) = self.pool_of(texture) else { return false };
+        self.remove_groups_of(texture);
         self.pagers.remove_texture(texture, self.frame);
         self.send_cancels();
         self.loader.remove_source(texture);
@@ -232,23 +258,29 @@ impl Textures {
     }
 
     /// The WGSL that goes before the application's own shader: `vastex_sample(uv)` and its kin, for this layer of all
-    /// textures of its pool. See [`vastex_wgpu::wgsl`].
-    pub fn wgsl(&self, layer: impl Into<LayerId>) -> String {
-        wgsl(&ShaderOptions {
-            group: self.settings.bind_group_index,
-            filter: self.settings.filter,
-            atlas: self.layout_of(layer.into()).atlas(),
-        })
+    /// textures of its pool, as [`vastex_wgpu::wgsl`] says; or `vastex_sample_NAME(uv)` for each member of a group
+    /// ([`vastex_wgpu::group_wgsl`]).
+    pub fn wgsl(&self, sampled: impl Into<Sampled>) -> String {
+        let (group, filter) = (self.settings.bind_group_index, self.settings.filter);
+        match sampled.into() {
+            Sampled::Layer(layer) => {
+                wgsl(&ShaderOptions { group, filter, atlas: self.layout_of(layer).atlas() })
+            }
+            Sampled::Group(id) => group_wgsl(group, filter, self.group(id).shape()),
+        }
     }
 
     /// For the application's pipeline layouts, at [`Settings::bind_group_index`].
-    pub fn bind_group_layout(&self, layer: impl Into<LayerId>) -> &wgpu::BindGroupLayout {
-        self.layout_of(layer.into()).layout()
+    pub fn bind_group_layout(&self, sampled: impl Into<Sampled>) -> &wgpu::BindGroupLayout {
+        match sampled.into() {
+            Sampled::Layer(layer) => self.layout_of(layer).layout(),
+            Sampled::Group(group) => self.group(group).layout(),
+        }
     }
 
-    /// Everything that the application's shaders need to sample a layer, in whichever view.
-    pub fn bind_group(&self, layer: impl Into<LayerId>) -> &wgpu::BindGroup {
-        &self.views[0].groups[layer.into()]
+    /// Everything that the application's shaders need to sample a layer, or a group, in whichever view.
+    pub fn bind_group(&self, sampled: impl Into<Sampled>) -> &wgpu::BindGroup {
+        &self.views[0].groups[sampled.into()]
     }
 
     /// What is known of a texture.
@@ -294,7 +326,7 @@ impl Textures {
 
     /// A texture that there is has a pool.
     #[expect(clippy::expect_used, reason = "an id of another `Textures` is a mistake in the program")]
-    fn layout_of(&self, layer: LayerId) -> &BindLayout {
+    pub(crate) fn layout_of(&self, layer: LayerId) -> &BindLayout {
         let pool = self.pool_of(layer.texture()).expect("a texture of this `Textures`");
         self.pools[usize::from(pool.number())].layout(layer.index())
     }

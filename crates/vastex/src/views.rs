@@ -34,7 +34,7 @@ impl ViewSettings {
 /// What there is on the GPU for a view.
 pub(crate) struct ViewState {
     pub(crate) view: ViewId,
-    params: ViewBuffer,
+    pub(crate) params: ViewBuffer,
     pub(crate) groups: BindGroups,
     path: Option<FeedbackPath>,
     /// Feedback passes so far. The jitter follows them, so that a view that is not drawn in every frame shows all of its pixels too.
@@ -67,12 +67,13 @@ impl ViewState {
 impl Textures {
     /// Adds a view beside the main one: a mirror, a shadow, a second eye, a second window. What any view wants is loaded.
     ///
-    /// Costs a bind group for each layer of each texture, and once it is drawn a feedback target.
+    /// Costs a bind group for each layer of each texture and for each group, and once it is drawn a feedback target.
     pub fn add_view(&mut self, settings: ViewSettings) -> Result<ViewId, Error> {
         let view = self.pagers.add_view(settings.weight)?;
         self.views.push(ViewState::new(&self.device, &self.queue, view));
         let textures: Vec<TextureId> = self.iter().collect();
         textures.into_iter().for_each(|texture| self.make_bind_groups(texture));
+        self.bind_groups_anew();
         Ok(view)
     }
 
@@ -138,8 +139,8 @@ impl Textures {
         Ok(())
     }
 
-    /// What every pixel of a picture wants, without acting on it: for statistics. Draws as [`Textures::feedback`] does,
-    /// at full resolution, and waits for the answer.
+    /// What every pixel of a picture wants, of each texture by itself, without acting on it: for statistics. Draws as
+    /// [`Textures::feedback`] does, at full resolution, and waits for the answer.
     pub fn feedback_of_every_pixel(
         &mut self,
         picture: [u32; 2],
@@ -153,7 +154,7 @@ impl Textures {
         let raw = RawFeedback::read(&self.device, &self.queue, &target)?;
         let mut feedback = Feedback::default();
         FeedbackCompactor::new().compact(self.frame, &raw.pixels, &mut feedback);
-        Ok(feedback)
+        Ok(self.pagers.of_members(&feedback))
     }
 
     /// The feedback that has arrived, or in lock-step that of the frame before the last, in the order of frames.

@@ -5,5 +5,6 @@
 mod common;
 mod errors;
 mod feedback;
+mod groups;
 mod sampling;
 mod tables;

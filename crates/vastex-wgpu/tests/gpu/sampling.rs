@@ -12,8 +12,8 @@ use crate::common::{GPU, NUMBER, Random, World, read, storage};
 /// One call of the shader: by gradients, or at an explicit level.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct Input {
-    uv: [f32; 2],
+pub(crate) struct Input {
+    pub(crate) uv: [f32; 2],
     ddx: [f32; 2],
     ddy: [f32; 2],
     level: f32,
@@ -22,12 +22,12 @@ struct Input {
 
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct Output {
-    color: [f32; 4],
-    feedback: [u32; 4],
+pub(crate) struct Output {
+    pub(crate) color: [f32; 4],
+    pub(crate) feedback: [u32; 4],
 }
 
-const HARNESS: &str = "
+pub(crate) const HARNESS: &str = "
     struct Input { uv: vec2<f32>, ddx: vec2<f32>, ddy: vec2<f32>, level: f32, at_level: u32 }
     struct Output { color: vec4<f32>, feedback: vec4<u32> }
     @group(1) @binding(0) var<storage, read> inputs: array<Input>;
@@ -44,7 +44,7 @@ const HARNESS: &str = "
     }";
 
 /// The shader for one filter and one way to read the atlas.
-struct Harness<'a> {
+pub(crate) struct Harness<'a> {
     gpu: &'a TestDevice,
     filter: Filter,
     layout: BindLayout,
@@ -53,74 +53,25 @@ struct Harness<'a> {
 }
 
 impl<'a> Harness<'a> {
-    fn new(gpu: &'a TestDevice, filter: Filter, atlas: vastex_wgpu::Atlas) -> Harness<'a> {
+    pub(crate) fn new(gpu: &'a TestDevice, filter: Filter, atlas: vastex_wgpu::Atlas) -> Harness<'a> {
         let device = &gpu.device;
         let layout = BindLayout::new(device, atlas);
-        let storage = |read_only| wgpu::BindingType::Buffer {
-            ty: wgpu::BufferBindingType::Storage { read_only },
-            has_dynamic_offset: false,
-            min_binding_size: None,
-        };
-        let visibility = wgpu::ShaderStages::COMPUTE;
-        let data = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: None,
-            entries: &[(0, true), (1, false)].map(|(binding, read_only)| wgpu::BindGroupLayoutEntry {
-                binding,
-                visibility,
-                ty: storage(read_only),
-                count: None,
-            }),
-        });
-        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: None,
-            bind_group_layouts: &[Some(layout.layout()), Some(&data)],
-            immediate_size: 0,
-        });
         let text = wgsl(&ShaderOptions { group: 0, filter, atlas }) + HARNESS;
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: None,
-            source: wgpu::ShaderSource::Wgsl(text.into()),
-        });
-        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: None,
-            layout: Some(&pipeline_layout),
-            module: &module,
-            entry_point: None,
-            compilation_options: Default::default(),
-            cache: None,
-        });
+        let pipeline = pipeline(gpu, layout.layout(), text);
         Harness { gpu, filter, layout, pipeline, view: ViewBuffer::new(device, &gpu.queue) }
     }
 
-    fn run(&self, world: &World, inputs: &[Input]) -> Vec<Output> {
+    pub(crate) fn run(&self, world: &World, layer: usize, inputs: &[Input]) -> Vec<Output> {
         let gpu = self.gpu;
-        let group = self.layout.bind_group(&gpu.device, &world.table, &world.pool, world.index, &self.view);
-        let sent = storage(gpu, bytemuck::cast_slice(inputs));
-        let received = storage(gpu, &vec![0; size_of_val(inputs)]);
-        let data = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: None,
-            layout: &self.pipeline.get_bind_group_layout(1),
-            entries: &[(0, &sent), (1, &received)].map(|(binding, buffer)| wgpu::BindGroupEntry {
-                binding,
-                resource: buffer.as_entire_binding(),
-            }),
-        });
-        let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        let mut pass = encoder.begin_compute_pass(&Default::default());
-        pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(0, &group, &[]);
-        pass.set_bind_group(1, &data, &[]);
-        pass.dispatch_workgroups(inputs.len().div_ceil(64) as u32, 1, 1);
-        drop(pass);
-        gpu.queue.submit([encoder.finish()]);
-        read(gpu, &received)
+        let group = self.layout.bind_group(&gpu.device, &world.table, &world.pool, layer, &self.view);
+        run(gpu, &self.pipeline, &group, inputs)
     }
 
     /// Compares GPU and twin over random and extreme inputs, at a mip bias of the pool in eighths.
     fn check(&self, world: &mut World, bias: u16, seed: u64) {
         world.pool.set_bias(&self.gpu.queue, bias);
         let inputs = inputs(&world.geometry, seed);
-        let outputs = self.run(world, &inputs);
+        let outputs = self.run(world, world.index, &inputs);
         let tile = |slot: Slot| world.tiles[&slot].as_slice();
         let texture = twins::Texture {
             rule: world.table.rule(),
@@ -159,6 +110,72 @@ impl<'a> Harness<'a> {
     }
 }
 
+/// The pipeline of a shader that ends in the harness.
+pub(crate) fn pipeline(
+    gpu: &TestDevice,
+    layout: &wgpu::BindGroupLayout,
+    text: String,
+) -> wgpu::ComputePipeline {
+    let device = &gpu.device;
+    let storage = |read_only| wgpu::BindingType::Buffer {
+        ty: wgpu::BufferBindingType::Storage { read_only },
+        has_dynamic_offset: false,
+        min_binding_size: None,
+    };
+    let visibility = wgpu::ShaderStages::COMPUTE;
+    let data = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: None,
+        entries: &[(0, true), (1, false)].map(|(binding, read_only)| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility,
+            ty: storage(read_only),
+            count: None,
+        }),
+    });
+    let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: None,
+        bind_group_layouts: &[Some(layout), Some(&data)],
+        immediate_size: 0,
+    });
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: None,
+        source: wgpu::ShaderSource::Wgsl(text.into()),
+    });
+    device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: None,
+        layout: Some(&pipeline_layout),
+        module: &module,
+        entry_point: None,
+        compilation_options: Default::default(),
+        cache: None,
+    })
+}
+
+pub(crate) fn run(
+    gpu: &TestDevice,
+    pipeline: &wgpu::ComputePipeline,
+    group: &wgpu::BindGroup,
+    inputs: &[Input],
+) -> Vec<Output> {
+    let sent = storage(gpu, bytemuck::cast_slice(inputs));
+    let received = storage(gpu, &vec![0; size_of_val(inputs)]);
+    let data = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: None,
+        layout: &pipeline.get_bind_group_layout(1),
+        entries: &[(0, &sent), (1, &received)]
+            .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() }),
+    });
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    let mut pass = encoder.begin_compute_pass(&Default::default());
+    pass.set_pipeline(pipeline);
+    pass.set_bind_group(0, group, &[]);
+    pass.set_bind_group(1, &data, &[]);
+    pass.dispatch_workgroups(inputs.len().div_ceil(64) as u32, 1, 1);
+    drop(pass);
+    gpu.queue.submit([encoder.finish()]);
+    read(gpu, &received)
+}
+
 /// Texture units weigh texels in steps of 1/256 per axis, which between black and white is a step of 1/255 each; a single
 /// texel is exact, but for sRGB, which drivers approximate. What they decompress may differ by two such steps, but BC7 and
 /// BC6H, which are exact. BC6H has values up to 65504.
@@ -194,7 +211,8 @@ fn neighbourhood(geometry: &Geometry, input: &Input) -> Vec<([f32; 2], f32)> {
     near
 }
 
-fn inputs(geometry: &Geometry, seed: u64) -> Vec<Input> {
+/// Calls of chance and of extremes.
+pub(crate) fn inputs(geometry: &Geometry, seed: u64) -> Vec<Input> {
     const UV: [f32; 13] = [0.0, -0.0, 1.0, 0.5, 0.25, 0.999_999_9, 1e-7, -1e-7, -0.3, 1.7, -2.0, 3.25, 2.0];
     const GRADIENTS: [f32; 8] = [0.0, 1e-30, 1e30, f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -0.0, 0.125];
     let mut random = Random(seed);

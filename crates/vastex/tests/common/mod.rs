@@ -10,7 +10,9 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use vastex::{Error, Event, Feedback, Pace, Settings, TextureId, Textures, TileSource, ViewId};
+use vastex::{
+    Error, Event, Feedback, GroupId, Pace, Sampled, Settings, TextureId, Textures, TileSource, ViewId,
+};
 use vastex_core::{AddressMode, Geometry, GeometrySpec};
 use vastex_tiles::PropertySource;
 use vastex_wgpu::test_device::TestDevice;
@@ -19,6 +21,8 @@ use vastex_wgpu::test_device::TestDevice;
 pub const PICTURE: [u32; 2] = [160, 120];
 
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+/// What draws a texture.
+pub const SCREEN: &str = include_str!("screen.wgsl");
 /// Frames after which every pixel has been looked at and what it wants has been asked for.
 const JITTER_FRAMES: u32 = 18;
 const PATIENCE_FRAMES: u32 = 600;
@@ -60,7 +64,7 @@ pub fn settings() -> Settings {
 }
 
 struct Shown {
-    texture: TextureId,
+    sampled: Sampled,
     columns: [f32; 2],
     uniform: wgpu::Buffer,
     group: wgpu::BindGroup,
@@ -74,6 +78,7 @@ pub struct Screen {
     pub gpu: TestDevice,
     pub textures: Textures,
     shown: Vec<Shown>,
+    shader: String,
     colour: wgpu::Texture,
     depth: wgpu::Texture,
 }
@@ -82,20 +87,28 @@ impl Screen {
     pub fn new(sources: &[Arc<dyn TileSource>], settings: Settings) -> Screen {
         let gpu = TestDevice::new();
         let mut textures = Textures::new(&gpu.device, &gpu.queue, settings).unwrap();
-        let ids: Vec<TextureId> =
-            sources.iter().map(|source| textures.add(source.clone()).unwrap()).collect();
-        Screen::of(gpu, textures, &ids)
+        let ids: Vec<Sampled> =
+            sources.iter().map(|source| textures.add(source.clone()).unwrap().into()).collect();
+        Screen::of(gpu, textures, &ids, SCREEN)
+    }
+
+    /// What `add` makes of textures, drawn by a shader of its own.
+    pub fn of_group(settings: Settings, shader: &str, add: impl FnOnce(&mut Textures) -> GroupId) -> Screen {
+        let gpu = TestDevice::new();
+        let mut textures = Textures::new(&gpu.device, &gpu.queue, settings).unwrap();
+        let group = add(&mut textures);
+        Screen::of(gpu, textures, &[group.into()], shader)
     }
 
     /// The same textures on another device, with nothing of the old one. Mappings are to be set again.
     pub fn on_another_device(mut self) -> Screen {
         let gpu = TestDevice::new();
         self.textures.restore(&gpu.device, &gpu.queue).unwrap();
-        let ids: Vec<TextureId> = self.shown.iter().map(|shown| shown.texture).collect();
-        Screen::of(gpu, self.textures, &ids)
+        let ids: Vec<Sampled> = self.shown.iter().map(|shown| shown.sampled).collect();
+        Screen::of(gpu, self.textures, &ids, &self.shader)
     }
 
-    fn of(gpu: TestDevice, textures: Textures, ids: &[TextureId]) -> Screen {
+    fn of(gpu: TestDevice, textures: Textures, ids: &[Sampled], shader: &str) -> Screen {
         let device = &gpu.device;
         let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: None,
@@ -113,7 +126,7 @@ impl Screen {
         let share = 1.0 / ids.len() as f32;
         let shown: Vec<Shown> = (0..)
             .zip(ids)
-            .map(|(nth, &texture)| {
+            .map(|(nth, &sampled)| {
                 let uniform = device.create_buffer(&wgpu::BufferDescriptor {
                     label: None,
                     size: 48,
@@ -125,9 +138,9 @@ impl Screen {
                     layout: &layout,
                     entries: &[wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() }],
                 });
-                let [picture, wanted] = pipelines(device, &textures, texture, &layout);
+                let [picture, wanted] = pipelines(device, &textures, sampled, shader, &layout);
                 let columns = [nth as f32 * share, (nth + 1) as f32 * share];
-                Shown { texture, columns, uniform, group, picture, wanted, is_gone: false }
+                Shown { sampled, columns, uniform, group, picture, wanted, is_gone: false }
             })
             .collect();
         let target = |format, usage| {
@@ -144,23 +157,26 @@ impl Screen {
         };
         let colour = target(FORMAT, wgpu::TextureUsages::COPY_SRC);
         let depth = target(Textures::FEEDBACK_DEPTH_FORMAT, wgpu::TextureUsages::empty());
-        Screen { gpu, textures, shown, colour, depth }
+        Screen { gpu, textures, shown, shader: shader.to_owned(), colour, depth }
     }
 
     /// Removes a texture; its column stays empty.
     pub fn remove(&mut self, nth: usize) {
-        assert!(self.textures.remove(self.shown[nth].texture));
+        assert!(self.textures.remove(self.texture(nth)));
         self.shown[nth].is_gone = true;
     }
 
     /// Shows another texture where one was removed, of the same pool.
     pub fn replace(&mut self, nth: usize, source: Arc<dyn TileSource>) {
-        self.shown[nth].texture = self.textures.add(source).unwrap();
+        self.shown[nth].sampled = self.textures.add(source).unwrap().into();
         self.shown[nth].is_gone = false;
     }
 
     pub fn texture(&self, nth: usize) -> TextureId {
-        self.shown[nth].texture
+        match self.shown[nth].sampled {
+            Sampled::Layer(layer) => layer.texture(),
+            Sampled::Group(group) => panic!("{group:?} is no texture"),
+        }
     }
 
     pub fn set_mapping(&mut self, nth: usize, mapping: &Mapping) {
@@ -182,7 +198,7 @@ impl Screen {
         for (view, picture, shown) in views {
             let shown = &self.shown[shown.clone()];
             self.textures.feedback_of(&mut encoder, *view, *picture, |pass, groups| {
-                draw(pass, shown, |shown| (&shown.wanted, &groups[shown.texture]));
+                draw(pass, shown, |shown| (&shown.wanted, &groups[shown.sampled]));
             })?;
         }
         self.textures.update(&mut encoder)?;
@@ -204,7 +220,7 @@ impl Screen {
     pub fn feedback_of_every_pixel(&mut self) -> Feedback {
         let shown = &self.shown;
         let drawn = self.textures.feedback_of_every_pixel(PICTURE, |pass, groups| {
-            draw(pass, shown, |shown| (&shown.wanted, &groups[shown.texture]));
+            draw(pass, shown, |shown| (&shown.wanted, &groups[shown.sampled]));
         });
         drawn.unwrap()
     }
@@ -230,7 +246,7 @@ impl Screen {
             }),
             ..Default::default()
         });
-        draw(&mut pass, &self.shown, |shown| (&shown.picture, self.textures.bind_group(shown.texture)));
+        draw(&mut pass, &self.shown, |shown| (&shown.picture, self.textures.bind_group(shown.sampled)));
         drop(pass);
         let row = (PICTURE[0] * 4).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
         let buffer = self.gpu.device.create_buffer(&wgpu::BufferDescriptor {
@@ -271,16 +287,17 @@ fn draw<'g>(
 fn pipelines(
     device: &wgpu::Device,
     textures: &Textures,
-    texture: TextureId,
+    sampled: Sampled,
+    shader: &str,
     mapping: &wgpu::BindGroupLayout,
 ) -> [wgpu::RenderPipeline; 2] {
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: None,
-        source: wgpu::ShaderSource::Wgsl((textures.wgsl(texture) + include_str!("screen.wgsl")).into()),
+        source: wgpu::ShaderSource::Wgsl((textures.wgsl(sampled) + shader).into()),
     });
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: None,
-        bind_group_layouts: &[Some(textures.bind_group_layout(texture)), Some(mapping)],
+        bind_group_layouts: &[Some(textures.bind_group_layout(sampled)), Some(mapping)],
         immediate_size: 0,
     });
     let depth = wgpu::DepthStencilState {

@@ -1,0 +1,162 @@
+//! A group samples each member as that is sampled alone, and its feedback is that of its shape without a tail.
+
+use vastex_core::{
+    AddressMode, Description, Dims, Geometry, GeometrySpec, Layer, LayerFormat, LevelRule, PageId, TextureId,
+};
+use vastex_wgpu::{
+    Atlas, Filter, GroupLayout, GroupMember, GroupParams, GroupShape, Pool, TableBuffers, ViewBuffer,
+    group_wgsl,
+};
+
+use crate::common::{GPU, World};
+use crate::sampling::{HARNESS, Harness, Input, Output, inputs, pipeline, run};
+
+const NUMBER: TextureId = TextureId::new(1500).unwrap();
+const NAMES: [&str; 4] = ["color", "height", "night", "clouds_2"];
+
+fn image(size: [u32; 2], page: u32, border: u32, layers: &[Layer]) -> Description {
+    let address = [AddressMode::Wrap, AddressMode::Clamp, AddressMode::Clamp];
+    let tail_align = Description::tail_align(layers);
+    let spec = GeometrySpec { page, border, address, tail_align, ..GeometrySpec::image(size[0], size[1]) };
+    Description::new(Geometry::new(spec).unwrap(), layers.to_vec())
+}
+
+/// A color and a height of one texture, and two textures of other sizes, page sizes and formats.
+struct Planet {
+    worlds: [World; 3],
+}
+
+impl Planet {
+    fn new() -> Planet {
+        let layers = [
+            Layer::new("color", LayerFormat::Rgba8Srgb),
+            Layer { scale: 2, ..Layer::new("height", LayerFormat::R32Float) },
+        ];
+        let one = |format| [Layer::new("only", format)];
+        let of = |description: &Description, seed| World::of(&GPU, description, 0, 0.5, seed);
+        let mut worlds = [
+            of(&image([1000, 600], 64, 8, &layers), 3),
+            of(&image([500, 300], 32, 2, &one(LayerFormat::R8)), 4),
+            of(&image([333, 401], 64, 4, &one(LayerFormat::Bc5)), 5),
+        ];
+        for (world, bias) in worlds.iter_mut().zip([0, 5, 9]) {
+            world.pool.set_bias(&GPU.queue, bias);
+        }
+        Planet { worlds }
+    }
+
+    fn tables(&self) -> impl Iterator<Item = &TableBuffers> {
+        self.worlds.iter().map(|world| &world.table)
+    }
+
+    /// The members: which world, and which layer of it.
+    fn members(&self) -> [(&World, usize); 4] {
+        let [earth, night, clouds] = &self.worlds;
+        [(earth, 0), (earth, 1), (night, 0), (clouds, 0)]
+    }
+
+    fn layers(&self) -> impl Iterator<Item = (&Pool, usize)> {
+        self.members().into_iter().map(|(world, layer)| (&world.pool, layer))
+    }
+
+    fn atlas(&self, nth: usize) -> Atlas {
+        let (world, layer) = self.members()[nth];
+        world.pool.atlas(layer)
+    }
+}
+
+struct Group {
+    filter: Filter,
+    layout: GroupLayout,
+    params: GroupParams,
+    group: wgpu::BindGroup,
+}
+
+impl Group {
+    fn new(planet: &Planet, filter: Filter) -> Group {
+        let member = |(nth, texture): (usize, usize)| GroupMember {
+            name: NAMES[nth].to_owned(),
+            texture,
+            atlas: planet.atlas(nth),
+        };
+        let members = [0, 0, 1, 2].into_iter().enumerate().map(member).collect();
+        let layout = GroupLayout::new(&GPU.device, GroupShape::new(members, true).unwrap()).unwrap();
+        let shape = &planet.worlds[0].geometry;
+        let (device, queue) = (&GPU.device, &GPU.queue);
+        let params = GroupParams::new(device, queue, shape, NUMBER, planet.tables(), planet.layers());
+        let view = ViewBuffer::new(device, queue);
+        let group = layout.bind_group(device, &params, planet.tables(), planet.layers(), &view);
+        Group { filter, layout, params, group }
+    }
+
+    /// The harness with other names in the place of `vastex_sample` and `vastex_feedback`.
+    fn run(&self, sample: &str, feedback: &str, inputs: &[Input]) -> Vec<Output> {
+        let harness = HARNESS.replace("vastex_sample", sample).replace("vastex_feedback", feedback);
+        let text = group_wgsl(0, self.filter, self.layout.shape()) + &harness;
+        run(&GPU, &pipeline(&GPU, self.layout.layout(), text), &self.group, inputs)
+    }
+
+    fn check_members(&self, planet: &Planet, inputs: &[Input]) {
+        for (nth, name) in NAMES.into_iter().enumerate() {
+            let (sample, feedback) = (format!("vastex_sample_{name}"), format!("vastex_feedback_{name}"));
+            let outputs = self.run(&sample, &feedback, inputs);
+            let (world, layer) = planet.members()[nth];
+            let alone = Harness::new(&GPU, self.filter, world.pool.atlas(layer)).run(world, layer, inputs);
+            for ((input, output), alone) in inputs.iter().zip(&outputs).zip(&alone) {
+                assert_eq!(
+                    output.color.map(f32::to_bits),
+                    alone.color.map(f32::to_bits),
+                    "{name}: {input:?}"
+                );
+                assert_eq!(output.feedback, alone.feedback, "{name}: {input:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn every_member_is_sampled_as_if_it_were_alone() {
+    let mut planet = Planet::new();
+    let inputs = inputs(&planet.worlds[0].geometry, 31);
+    for filter in Filter::ALL {
+        Group::new(&planet, filter).check_members(&planet, &inputs);
+    }
+    // What changes of textures and pools is told to the group.
+    let mut group = Group::new(&planet, Filter::Trilinear);
+    planet.worlds[1].table.set_rule(&GPU.queue, LevelRule { bias: 1.5, finest: 1, coarsest: 4 });
+    planet.worlds[2].pool.set_bias(&GPU.queue, 13);
+    let sent = group.params.update(&GPU.queue, planet.tables(), planet.layers());
+    assert!(sent > 0 && group.params.update(&GPU.queue, planet.tables(), planet.layers()) == 0);
+    group.check_members(&planet, &inputs);
+}
+
+#[test]
+fn feedback_of_a_group_names_pages_of_every_level_of_its_shape() {
+    let planet = Planet::new();
+    let group = Group::new(&planet, Filter::Trilinear);
+    let (world, geometry) = (&planet.worlds[0], &planet.worlds[0].geometry);
+    let inputs = inputs(geometry, 32);
+    let outputs = group.run("vastex_sample_color", "vastex_feedback", &inputs);
+    let alone = Harness::new(&GPU, Filter::Trilinear, world.pool.atlas(0)).run(world, 0, &inputs);
+    let page = |feedback: [u32; 4]| {
+        PageId::from_bits(u64::from(feedback[1]) << 32 | u64::from(feedback[0])).unwrap()
+    };
+    let mut beyond = [0; 12];
+    for (output, alone) in outputs.iter().zip(&alone) {
+        let (found, known) = (page(output.feedback), page(alone.feedback).pos(Dims::D2));
+        assert_eq!((found.texture(), output.feedback[3]), (NUMBER, alone.feedback[3]));
+        let pos = found.pos(Dims::D2);
+        if geometry.is_tail(known) {
+            // The tail answers for every level from its first on; the group says which.
+            let pages = geometry.level(pos.level).pages;
+            assert!(pos.level >= known.level && pos.x < pages[0] && pos.y < pages[1], "{pos}");
+            beyond[usize::from(pos.level)] += 1;
+        } else {
+            assert_eq!((pos, output.feedback[2]), (known, alone.feedback[2]));
+        }
+    }
+    let (tail, coarsest) = (geometry.tail().first_level(), geometry.coarsest());
+    assert!(tail < coarsest);
+    let tried = &beyond[usize::from(tail)..=usize::from(coarsest)];
+    assert!(tried.iter().all(|&pixels| pixels > 0), "{beyond:?}");
+}
