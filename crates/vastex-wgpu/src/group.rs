@@ -3,7 +3,7 @@
 //! It holds the parameters of all members in one buffer, the page table of each texture, the atlas of each layer, and those of the
 //! view. A page table is bound once for all layers of its texture.
 
-use vastex_core::{Geometry, LevelRule, TextureId};
+use vastex_core::{Geometry, LevelRule, Slot, TextureId};
 
 use crate::bind::{atlas_entry, buffer, entry, new_sampler};
 use crate::error::GpuError;
@@ -89,7 +89,7 @@ pub struct GroupParams {
     buffer: wgpu::Buffer,
     textures: usize,
     /// What was written last, of each texture and of each member.
-    rules: Vec<LevelRule>,
+    rules_and_tails: Vec<(LevelRule, Slot)>,
     pools: Vec<PoolParams>,
 }
 
@@ -116,11 +116,11 @@ impl GroupParams {
             mapped_at_creation: false,
         });
         queue.write_buffer(&buffer, 0, &contents);
-        let rules = tables.iter().map(|table| table.rule()).collect();
-        GroupParams { buffer, textures: textures.len(), rules, pools }
+        let rules_and_tails = tables.iter().map(|table| table.changeable()).collect();
+        GroupParams { buffer, textures: textures.len(), rules_and_tails, pools }
     }
 
-    /// Tells shaders what has changed: how levels of a texture are chosen, a pool's mip bias. To be called once per frame, before
+    /// Tells shaders what has changed: how levels of a texture are chosen, a pool's mip bias or size. To be called once per frame, before
     /// the main pass. Costs a comparison for each texture and member, and returns the bytes sent.
     pub fn update<'a>(
         &mut self,
@@ -134,9 +134,9 @@ impl GroupParams {
             queue.write_buffer(&self.buffer, at as u64, bytes);
             sent += bytes.len() as u64;
         };
-        for ((nth, written), table) in (1..).zip(&mut self.rules).zip(tables) {
-            if *written != table.rule() {
-                *written = table.rule();
+        for ((nth, written), table) in (1..).zip(&mut self.rules_and_tails).zip(tables) {
+            if *written != table.changeable() {
+                *written = table.changeable();
                 write(nth * texture_bytes, bytemuck::bytes_of(&table.texture_params()));
             }
         }

@@ -101,6 +101,11 @@ impl TableBuffers {
         self.entries.size() + self.params.size()
     }
 
+    /// What of its parameters may change.
+    pub(crate) fn changeable(&self) -> (LevelRule, Slot) {
+        (self.rule, self.tail_slot)
+    }
+
     pub(crate) fn texture_params(&self) -> TextureParams {
         TextureParams::new(&self.geometry, self.texture, self.tail_slot, &self.rule)
     }

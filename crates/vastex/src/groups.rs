@@ -177,7 +177,7 @@ impl Textures {
     }
 
     /// Makes the bind groups of all groups, for every view.
-    fn bind_groups_anew(&mut self) {
+    pub(crate) fn bind_groups_anew(&mut self) {
         let bound = Bound { textures: &self.textures, pools: &self.pools, pagers: &self.pagers };
         for GroupState { id, layers, textures, layout, params } in &self.groups {
             for view in &mut self.views {

@@ -25,7 +25,7 @@ impl Textures {
     /// Makes a pool as large as `bytes` allow, between two frames; the picture does not change but for what no longer fits, which
     /// becomes coarser at once, and what now fits, which sharpens as it is loaded.
     ///
-    /// The bind groups of the pool's textures are new ones; pipelines stay good. To be called when what was recorded with
+    /// The bind groups of the pool's textures, and of groups, are new ones; pipelines stay good. To be called when what was recorded with
     /// [`Textures::update`] is submitted. Fails where the device has no memory for the new pool beside the old one
     /// ([`vastex_wgpu::GpuError::OutOfMemory`]), where `bytes` are too few for what is pinned, and where everything is in view and may not become
     /// coarser; the pool is then as it was. Costs a copy of each tile on the GPU, and anew the page tables of the pool's textures.
@@ -45,6 +45,8 @@ impl Textures {
         let old = std::mem::replace(&mut self.pools[number], new);
         let textures: Vec<TextureId> = self.iter().filter(|&id| self.pool_of(id) == Some(pool)).collect();
         textures.into_iter().try_for_each(|texture| self.follow_resize(&mut encoder, pool, texture))?;
+        self.update_groups();
+        self.bind_groups_anew();
         self.queue.submit([encoder.finish()]);
         let PoolResize { before, bytes, .. } = resize;
         tracing::info!(pool = %old.tiles, before, bytes, tiles = moves.len(), "a pool was resized");

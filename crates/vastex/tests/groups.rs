@@ -99,6 +99,20 @@ fn every_member_looks_as_it_does_alone() {
 }
 
 #[test]
+fn a_pool_may_be_resized_under_a_group() {
+    let mut screen = Screen::of_group(settings(), &by_columns(), add_group);
+    check(&mut screen, 2.0, [ALL_LEVELS; 4]);
+    let pools: Vec<_> = screen.textures.stats().pools.iter().map(|pool| (pool.pool, pool.bytes)).collect();
+    let loaded = screen.textures.stats().pager.loaded;
+    for (pool, bytes) in pools {
+        // Of another number of columns and rows, and with the tails in other slots.
+        assert_ne!(screen.textures.resize_pool(pool, bytes * 2 / 3).unwrap().bytes, bytes);
+    }
+    check(&mut screen, 2.0, [ALL_LEVELS; 4]);
+    assert_eq!(screen.textures.stats().pager.loaded, loaded, "tiles are kept");
+}
+
+#[test]
 fn members_keep_their_clamps_and_biases() {
     let mut screen = Screen::of_group(settings(), &by_columns(), add_group);
     let rules = [
