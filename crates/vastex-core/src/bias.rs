@@ -184,6 +184,7 @@ mod tests {
     use crate::feedback::{Feedback, WantedPage};
     use crate::geometry::{Geometry, GeometrySpec};
     use crate::page::{Dims, PageId, PagePos, TextureId};
+    use crate::sharing::ContentId;
     use crate::textures::Textures;
     use std::sync::Arc;
 
@@ -207,14 +208,14 @@ mod tests {
         let row = |n: u32| (0..n).map(|x| wanted(id, x)).collect::<Vec<_>>();
         let mut set = WorkingSet::new();
         set.observe(&Feedback { frame: 0, pages: row(32), ..Feedback::default() }, &textures);
-        set.rebuild(|_, record| (record, false));
+        set.rebuild(|_, record| (record, false), |_| ContentId::NONE);
         assert!(control.update(&set, 1));
         let risen = control.bias();
         assert!(risen >= 8 && set.size_at(risen) < 18);
         let mut frames = 0;
         while control.bias() == risen {
             set.observe(&Feedback { frame: 0, pages: row(2), ..Feedback::default() }, &textures);
-            set.rebuild(|_, record| (record, false));
+            set.rebuild(|_, record| (record, false), |_| ContentId::NONE);
             assert!(!control.update(&set, 1));
             frames += 1;
         }

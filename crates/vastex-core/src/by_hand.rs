@@ -15,8 +15,12 @@ use crate::pagers::Pagers;
 use crate::records::RecordHint;
 use crate::region::{Reach, Region};
 use crate::residency::PageState;
+use crate::sharing::ContentId;
 use crate::textures::page_id;
 use crate::tickets::{Ask, AskError, Progress, Ticket, Urgency};
+
+/// Where pages share slots, so many of them may be asked for at once for each slot of the pool.
+const PAGES_A_SLOT: u64 = 64;
 
 /// Ranks of what was asked for by hand lie beyond those of everything in view.
 const AFTER_VIEW: u64 = 1 << 32;
@@ -45,7 +49,7 @@ impl Pager {
     pub fn pin(&mut self, texture: TextureId, region: &Region) -> Result<Ticket, AskError> {
         let pages = self.pages_of_region(texture, region)?;
         let most = self.settings.pin_slots();
-        let pinned = self.residency.tickets.pinned_with(&pages) + u64::from(self.residency.stats.pinned);
+        let pinned = self.tiles_pinned_with(&pages) + u64::from(self.residency.stats.pinned);
         if pinned > u64::from(most) {
             return Err(AskError::TooManyPins { pages: pinned, most });
         }
@@ -81,12 +85,16 @@ impl Pager {
     /// tiles stay on screen until the new ones are here. The region is that of the texels that have changed; the
     /// tiles that hold one in their borders follow. Says how many pages are concerned.
     ///
+    /// A page that shared its slot with others does so no more, whether its content is now that of others or not: a tile of
+    /// its own is loaded, and the table is changed when that is here. Until its texture is added anew it is like no other.
+    ///
     /// Caches between the source and the pager are the caller's to tell. Costs a visit of each page of the region that
-    /// exists, or of each that has a state, whichever are fewer.
+    /// exists, or of each that has a state, whichever are fewer; of the former where the texture said which pages are the same.
     pub fn invalidate(&mut self, texture: TextureId, region: &Region) -> u32 {
         let Some(geometry) = self.textures.geometry(texture).cloned() else { return 0 };
         let known = self.residency.records.len() as u64;
-        let pages: Vec<PageId> = if region.page_count(&geometry) <= known {
+        let has_contents = self.residency.sharing.has(texture);
+        let pages: Vec<PageId> = if has_contents || region.page_count(&geometry) <= known {
             region.pages(&geometry, Reach::Tile).filter_map(|pos| page_id(texture, &geometry, pos)).collect()
         } else {
             let known = self.residency.records.iter().map(|record| record.page);
@@ -98,6 +106,12 @@ impl Pager {
             pages
         };
         self.plan_due = true;
+        if has_contents {
+            pages.iter().for_each(|&page| {
+                self.residency.sharing.leave(page);
+                self.set.forget_content(page);
+            });
+        }
         pages.into_iter().map(|page| u32::from(self.residency.invalidate(page))).sum()
     }
 
@@ -106,7 +120,11 @@ impl Pager {
     fn pages_of_region(&self, texture: TextureId, region: &Region) -> Result<Vec<PageId>, AskError> {
         let geometry = self.textures.geometry(texture).ok_or(AskError::NoTexture(texture.number()))?;
         let (pages, slots) = (region.page_count(geometry), self.settings.slots - self.residency.stats.pinned);
-        if pages > u64::from(slots) + 1 {
+        let most = match self.residency.sharing.has(texture) {
+            true => u64::from(slots) * PAGES_A_SLOT,
+            false => u64::from(slots) + 1,
+        };
+        if pages > most {
             return Err(AskError::TooManyPages { pages, slots });
         }
         let mut pages = Vec::with_capacity(pages as usize);
@@ -118,10 +136,29 @@ impl Pager {
         pages.retain(|&page| !self.textures.is_tail(page));
         pages.sort_unstable_by_key(|&page| (std::cmp::Reverse(page.level()), page));
         pages.dedup();
-        if pages.len() > slots as usize {
-            return Err(AskError::TooManyPages { pages: pages.len() as u64, slots });
+        let tiles = self.tiles_of(pages.iter().copied());
+        if tiles > u64::from(slots) {
+            return Err(AskError::TooManyPages { pages: tiles, slots });
         }
         Ok(pages)
+    }
+
+    /// Slots that the pages need, each of which comes once: those of one content need one.
+    pub(crate) fn tiles_of(&self, pages: impl Iterator<Item = PageId>) -> u64 {
+        let sharing = &self.residency.sharing;
+        let mut contents = FxHashSet::default();
+        let is_another = |page: &PageId| match sharing.of(*page) {
+            ContentId::NONE => true,
+            content => contents.insert(content),
+        };
+        pages.filter(is_another).count() as u64
+    }
+
+    /// Slots that would be pinned by hand with these pages as well.
+    fn tiles_pinned_with(&self, pages: &[PageId]) -> u64 {
+        let tickets = &self.residency.tickets;
+        let more = pages.iter().copied().filter(|&page| !tickets.pins(page));
+        self.tiles_of(tickets.pinned().chain(more))
     }
 
     /// Once per frame: ends tickets, and plans what their pages and the refreshes need.
@@ -169,30 +206,31 @@ impl Pager {
     /// Lists what comes after everything in view, best first, as far as there are slots.
     pub(crate) fn plan_by_hand(&mut self) {
         self.plan_due = false;
+        std::mem::swap(&mut self.by_hand, &mut self.was_by_hand);
         self.by_hand.clear();
         self.next_by_hand = 0;
-        self.by_hand.extend(self.residency.refreshes.pages());
-        let residency = &self.residency;
-        self.by_hand.sort_unstable_by_key(|&page| {
-            (!residency.is_wanted(page, RecordHint::default()), std::cmp::Reverse(page.level()), page)
-        });
+        self.residency.sharing.plan += 1;
+        self.residency.let_go_of_guests(&self.textures);
         let mut spare = self.slots_to_spare();
+        self.plan_refreshes(&mut spare);
         let (mut listed, mut too_many) = (FxHashSet::default(), Vec::new());
         let mut expected = std::mem::take(&mut self.residency.expected);
+        let tickets = std::mem::take(&mut self.residency.tickets);
         let in_order = expected.pages_in_order().iter().map(|&(page, _)| page);
-        for page in in_order.chain(self.residency.tickets.pages_in_order()) {
+        for page in in_order.chain(tickets.pages_in_order()) {
             let is_here = matches!(self.residency.state(page), PageState::Resident(_));
             let in_view = self.residency.is_wanted(page, RecordHint::default());
             // A page may be expected, and be in several tickets: it needs one slot.
             if is_here || in_view || !listed.insert(page) {
                 continue;
             }
+            let Some(page) = self.residency.load_by_hand_for(page, &self.textures) else { continue };
             match spare.checked_sub(1) {
                 Some(left) => (spare, ()) = (left, self.by_hand.push(page)),
                 None => too_many.push(page),
             }
         }
-        self.residency.expected = expected;
+        (self.residency.expected, self.residency.tickets) = (expected, tickets);
         for &page in &self.by_hand {
             self.residency.hold(page);
         }
@@ -201,15 +239,65 @@ impl Pager {
                 self.drop_load(page);
             }
         }
+        self.let_go_of_carriers();
+        self.say_recovered();
+    }
+
+    /// Lists the refreshes, those in view first. A guest of a slot needs one of its own: in view it is counted with that, else,
+    /// where it stays for its descendants, it takes one of those to spare.
+    fn plan_refreshes(&mut self, spare: &mut u32) {
+        self.by_hand.extend(self.residency.refreshes.pages());
+        let residency = &self.residency;
+        self.by_hand.sort_unstable_by_key(|&page| {
+            (!residency.is_wanted(page, RecordHint::default()), std::cmp::Reverse(page.level()), page)
+        });
+        if residency.sharing.is_empty() {
+            return;
+        }
+        let in_view = self.set.size_at(self.bias_eighths()) + residency.stats.pinned;
+        let view_fits = in_view <= self.settings.slots;
+        self.by_hand.retain(|&page| {
+            if !residency.is_guest(page) || residency.refreshes.is_in_flight(page) {
+                return true;
+            }
+            if residency.is_wanted(page, RecordHint::default()) {
+                return view_fits;
+            }
+            let left = spare.checked_sub(1);
+            *spare = left.unwrap_or(0);
+            left.is_some()
+        });
+    }
+
+    /// Drops what was loaded for another page of the same content that nobody holds any more.
+    fn let_go_of_carriers(&mut self) {
+        if self.residency.sharing.is_empty() {
+            return;
+        }
+        let was_by_hand = std::mem::take(&mut self.was_by_hand);
+        for &page in &was_by_hand {
+            if !self.residency.has_use_for(page, RecordHint::default()) {
+                self.drop_load(page);
+            }
+        }
+        self.was_by_hand = was_by_hand;
     }
 
     /// Slots that neither the view needs nor a prefetch or a prediction holds.
-    fn slots_to_spare(&self) -> u32 {
+    fn slots_to_spare(&mut self) -> u32 {
         let in_view = self.set.size_at(self.bias_eighths()) + self.residency.stats.pinned;
-        let expected = self.residency.expected.pages().filter(|&page| !self.residency.tickets.holds(page));
-        let held = self.residency.tickets.held().chain(expected).filter(|&page| {
-            !self.residency.is_wanted(page, RecordHint::default())
-                && matches!(self.residency.state(page), PageState::Resident(_))
+        let residency = &mut self.residency;
+        let (expected, tickets, sharing) = (&residency.expected, &residency.tickets, &mut residency.sharing);
+        let (records, round, plan) = (&residency.records, residency.round, sharing.plan);
+        let is_out_of_view =
+            |page: PageId| records.get(page).is_some_and(|record| record.age_out_of_view(round).is_some());
+        let expected = expected.pages().filter(|&page| !tickets.holds(page));
+        let held = tickets.held().chain(expected).filter(|&page| {
+            is_out_of_view(page)
+                && sharing.content_of(page).is_none_or(|content| {
+                    // Pages of one content have one slot, which may be in view with others.
+                    content.wanted_round < round && std::mem::replace(&mut content.counted, plan) != plan
+                })
         });
         self.settings.slots.saturating_sub(in_view + held.count() as u32)
     }
@@ -218,7 +306,8 @@ impl Pager {
     pub(crate) fn next_queued_by_hand(&mut self) -> Option<PageId> {
         let left = self.by_hand.get(self.next_by_hand..)?;
         let is_due = |page: &PageId| {
-            self.residency.state(*page) == PageState::Queued || self.residency.refreshes.is_queued(*page)
+            self.residency.state(*page) == PageState::Queued && self.residency.may_load(*page)
+                || self.residency.refreshes.is_queued(*page)
         };
         self.next_by_hand += left.iter().position(is_due).unwrap_or(left.len());
         self.by_hand.get(self.next_by_hand).copied()
@@ -238,20 +327,36 @@ impl Pager {
         self.textures.pos(page).map(|(_, pos)| Request { page, pos, rank })
     }
 
-    /// Puts the new tile of a page over the old one; nothing where none has come for the page.
+    /// Puts the new tile of a page over the old one, or, where that is others' too, into a slot of its own; nothing where none
+    /// has come for the page, or no slot is to be had.
     pub(crate) fn upload_refresh(&mut self, page: PageId) -> Option<Upload> {
+        let mut evicted = None;
+        if self.residency.is_guest(page) && self.residency.refreshes.is_ready(page) {
+            let (slot, gone) = self.residency.take_slot(&self.textures)?;
+            self.residency.move_guest(page, slot);
+            evicted = gone;
+        }
         let (slot, bytes, recovered) = self.residency.settle_refresh(page)?;
         self.bucket.take(self.settings.tile_bytes);
         if recovered {
             self.events.push(Event::Recovered { pool: self.pool(), page });
         }
         self.check();
-        Some(Upload { page, slot, bytes, evicted: None })
+        Some(Upload { page, slot, bytes, evicted })
     }
 
-    /// The best page that is being refreshed and whose new tile is here.
-    pub(crate) fn next_refreshed(&self) -> Option<PageId> {
-        self.by_hand.iter().copied().find(|&page| self.residency.refreshes.is_ready(page))
+    /// No page may be evicted: every one out of view may be one whose new tile waits for its turn after the view. Then it gets
+    /// that, or, where it would need a slot, has to be loaded again, so that it can go.
+    pub(crate) fn make_way(&mut self) -> Option<Upload> {
+        let residency = &self.residency;
+        let is_ready = |page: &&PageId| residency.refreshes.is_ready(**page);
+        let mut ready = self.by_hand.iter().filter(is_ready).copied();
+        if let Some(page) = ready.clone().find(|&page| !residency.is_guest(page)) {
+            return self.upload_refresh(page);
+        }
+        let out_of_view = ready.find(|&page| !residency.is_wanted(page, RecordHint::default()))?;
+        self.residency.invalidate(out_of_view);
+        None
     }
 
     /// The best of these pages whose tile waits for the upload budget.

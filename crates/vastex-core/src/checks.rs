@@ -7,7 +7,9 @@ use rustc_hash::FxHashMap;
 use crate::bias::BiasRule;
 use crate::page::PageId;
 use crate::pager::Pager;
+use crate::pool::Slot;
 use crate::records::{Record, State};
+use crate::residency::Residency;
 
 thread_local! {
     static ARE_PAUSED: Cell<bool> = const { Cell::new(false) };
@@ -32,6 +34,7 @@ pub(crate) fn check(pager: &Pager) {
 
 fn walk(pager: &Pager) -> Result<(), String> {
     slots_and_records_agree(pager)?;
+    contents_are_loaded_once(pager)?;
     flight_is_counted(pager)?;
     removed_textures_leave_nothing(pager)?;
     ancestors_stay(pager)?;
@@ -40,26 +43,59 @@ fn walk(pager: &Pager) -> Result<(), String> {
 
 fn slots_and_records_agree(pager: &Pager) -> Result<(), String> {
     let residency = &pager.residency;
-    let mut resident = 0;
-    for record in residency.records.iter() {
-        let (page, State::Resident(slot)) = (record.page, record.state) else { continue };
-        resident += 1;
-        if residency.slots[slot.index() as usize] != Some(page) {
-            return Err(format!("{page:?} believes to be in {slot:?}, which does not know it"));
+    let (stats, mut pages) = (&residency.stats, vec![0; residency.slots.len()]);
+    pager.resident().for_each(|(_, slot)| pages[slot.index() as usize] += 1);
+    for (slot, (holding, &pages)) in residency.slots.iter().zip(&pages).enumerate() {
+        let content = residency.sharing.get(holding.content);
+        if holding.pages != pages || pages > 1 && content.is_none() {
+            return Err(format!("slot {slot} has {pages} pages: {holding:?}"));
+        }
+        if content.is_some_and(|content| content.slot != Some(Slot::new(slot as u32))) {
+            return Err(format!("slot {slot} holds a content that is elsewhere: {holding:?}, {content:?}"));
         }
     }
-    let occupied = residency.slots.iter().flatten().count();
-    if resident != occupied || occupied as u32 != residency.stats.occupied {
-        return Err(format!(
-            "{resident} pages are resident, {occupied} slots occupied: {:?}",
-            residency.stats
-        ));
+    let (resident, occupied) = (pages.iter().sum::<u32>(), pages.iter().filter(|&&pages| pages > 0).count());
+    if resident != stats.resident || occupied as u32 != stats.occupied {
+        return Err(format!("{resident} pages are resident, {occupied} slots occupied: {stats:?}"));
     }
     if occupied + residency.free.len() != residency.slots.len() {
         return Err(format!("{occupied} slots occupied, {} free", residency.free.len()));
     }
+    if let Some(slot) = residency.free.iter().find(|slot| pages[slot.index() as usize] > 0) {
+        return Err(format!("{slot:?} is free and holds pages"));
+    }
     if let Some(tail) = pager.textures.tails().find(|&tail| residency.slot_of(tail).is_none()) {
         return Err(format!("tail {tail:?} has lost its slot"));
+    }
+    Ok(())
+}
+
+/// A content is in one slot, or on its way by one page, or neither; a resident page shows its content, or waits to be refreshed.
+fn contents_are_loaded_once(pager: &Pager) -> Result<(), String> {
+    let Residency { sharing, slots, refreshes, records, .. } = &pager.residency;
+    for (id, content) in sharing.iter() {
+        let at = content.slot.map(|slot| slots[slot.index() as usize].content);
+        if at.is_some_and(|at| at != id) || at.is_some() && content.carrier != PageId::NONE {
+            return Err(format!("{id:?} is not where it should be, or loaded again: {content:?}"));
+        }
+        let carrier = records.get(content.carrier);
+        if content.carrier != PageId::NONE && (carrier.is_none() || sharing.of(content.carrier) != id) {
+            return Err(format!("{id:?} is carried by a page that knows nothing of it: {content:?}"));
+        }
+    }
+    for record in records.iter() {
+        let (page, id) = (record.page, sharing.of(record.page));
+        let content = sharing.get(id);
+        let is_fine = match record.state {
+            State::Resident(slot) => {
+                slots[slot.index() as usize].content == id || refreshes.pages().any(|other| other == page)
+            }
+            State::Loading(_) | State::Ready => content.is_none_or(|content| content.carrier == page),
+            State::Absent | State::Queued | State::Failed => true,
+        };
+        if !is_fine {
+            return Err(format!("{record:?} has {id:?}: {content:?}"));
+        }
     }
     Ok(())
 }
@@ -99,7 +135,7 @@ fn flight_is_counted(pager: &Pager) -> Result<(), String> {
 
 fn ancestors_stay(pager: &Pager) -> Result<(), String> {
     let mut below: FxHashMap<PageId, u32> = FxHashMap::default();
-    for &page in pager.residency.slots.iter().flatten() {
+    for (page, _) in pager.resident() {
         for ancestor in pager.textures.ancestors(page) {
             *below.entry(ancestor).or_default() += 1;
         }

@@ -27,7 +27,7 @@ pub struct Upload {
     pub slot: Slot,
     /// The tile, all layers.
     pub bytes: Bytes,
-    /// The page that gave up the slot.
+    /// The page that gave up the slot, of several that shared it the last.
     pub evicted: Option<PageId>,
 }
 
@@ -40,9 +40,12 @@ impl Pager {
     }
 
     pub(crate) fn append_table_changes(&mut self, changes: &mut Vec<TableChange>) {
-        for (page, slot) in self.evicted.drain(..) {
-            let left =
-                self.textures.ancestors(page).find_map(|a| self.residency.slot_of(a).map(|slot| (a, slot)));
+        self.join_waiting();
+        let mut evicted = std::mem::take(&mut self.residency.evicted);
+        for (page, slot) in evicted.drain(..) {
+            // The page itself, where it has moved from one slot to another.
+            let line = std::iter::once(page).chain(self.textures.ancestors(page));
+            let left = line.into_iter().find_map(|a| self.residency.slot_of(a).map(|slot| (a, slot)));
             let Some((ancestor, ancestor_slot)) = left else { continue };
             changes.push(TableChange {
                 page,
@@ -50,9 +53,13 @@ impl Pager {
                 entry: TableEntry::new(ancestor.level(), ancestor_slot),
             });
         }
-        for (page, slot) in self.settled.drain(..) {
+        self.residency.evicted = evicted;
+        let mut settled = std::mem::take(&mut self.residency.settled);
+        for page in settled.drain(..) {
+            let Some(slot) = self.residency.slot_of(page) else { continue };
             let entry = TableEntry::new(page.level(), slot);
             changes.push(TableChange { page, rule: ChangeRule::Coarser, entry });
         }
+        self.residency.settled = settled;
     }
 }

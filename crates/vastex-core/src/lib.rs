@@ -25,6 +25,7 @@ mod level_rule;
 mod numbers;
 mod order;
 mod page;
+mod page_contents;
 mod page_map;
 mod page_set;
 mod pager;
@@ -39,8 +40,10 @@ mod replay;
 mod residency;
 mod resize;
 pub mod shared;
+mod sharing;
 #[cfg(feature = "sim")]
 pub mod sim;
+mod slots;
 mod space;
 mod stats;
 mod survey;
@@ -70,6 +73,7 @@ pub use geometry::{
 pub use groups::{GroupError, GroupId};
 pub use level_rule::LevelRule;
 pub use page::{Dims, PageId, PageIdError, PagePos, TextureId};
+pub use page_contents::PageContents;
 pub use page_set::PageSet;
 pub use pager::Pager;
 pub use pagers::{Budgets, Pagers};

@@ -22,8 +22,10 @@ use crate::feedback::Feedback;
 use crate::geometry::Geometry;
 use crate::order::Ranking;
 use crate::page::{PageId, TextureId};
+use crate::page_contents::PageContents;
 use crate::page_set::PageSet;
 use crate::pool::{PoolError, PoolId, PoolLayout, Slot};
+use crate::records::{RecordHint, State};
 use crate::residency::{PageState, Residency};
 use crate::textures::{Textures, page_id};
 use crate::views::ViewId;
@@ -41,8 +43,10 @@ pub struct Pager {
     pub(crate) bias: BiasControl,
     pub(crate) bucket: UploadBucket,
     ranking: Ranking,
-    /// Missing pages of the working set, best first.
+    /// Missing pages of the working set, best first; of those of one content the one that is loaded for all.
     pub(crate) order: Vec<PageId>,
+    /// The others.
+    pub(crate) waiting: Vec<PageId>,
     /// Where the search for the next request goes on.
     next_request: usize,
     /// Where the search for the next upload goes on.
@@ -51,14 +55,14 @@ pub struct Pager {
     room: u32,
     /// What comes after everything in view, best first; see `by_hand`.
     pub(crate) by_hand: Vec<PageId>,
+    /// The last plan, kept for its memory.
+    pub(crate) was_by_hand: Vec<PageId>,
     /// Where the search for the next request among these goes on.
     pub(crate) next_by_hand: usize,
     /// Something has changed for what was asked for by hand.
     pub(crate) plan_due: bool,
     pub(crate) pins_changed: bool,
     pub(crate) cancels: VecDeque<PageId>,
-    pub(crate) evicted: Vec<(PageId, Slot)>,
-    pub(crate) settled: Vec<(PageId, Slot)>,
     pub(crate) events: EventQueue,
     /// Whether what has been taken in begins a new main view.
     cut: bool,
@@ -84,16 +88,16 @@ impl Pager {
             bucket: UploadBucket::new(settings.upload_bytes_per_frame, settings.tile_bytes),
             ranking: Ranking::default(),
             order: Vec::new(),
+            waiting: Vec::new(),
             next_request: 0,
             next_upload: 0,
             room: settings.slots,
             by_hand: Vec::new(),
+            was_by_hand: Vec::new(),
             next_by_hand: 0,
             plan_due: false,
             pins_changed: false,
             cancels: VecDeque::new(),
-            evicted: Vec::new(),
-            settled: Vec::new(),
             events: EventQueue::default(),
             cut: false,
             newest_feedback: None,
@@ -105,12 +109,14 @@ impl Pager {
     /// tile there before it draws.
     ///
     /// `present` are the pages that have tiles, nothing where all have: where another is wanted, its nearest ancestor that has
-    /// one is. A pool that would have no slot left to work with refuses the texture.
+    /// one is. `contents` are the pages that have the same tile, nothing where all differ: those share a load and a slot. A pool
+    /// that would have no slot left to work with refuses the texture.
     pub fn add_texture(
         &mut self,
         texture: TextureId,
         geometry: &Geometry,
         present: Option<Arc<PageSet>>,
+        contents: Option<Arc<PageContents>>,
     ) -> Result<Slot, PoolError> {
         let (settings, needed) = (self.settings, self.textures.count() + PoolLayout::MIN_SLOTS);
         if needed > settings.slots {
@@ -126,9 +132,19 @@ impl Pager {
         }
         let slot = match self.residency.take_free_slot() {
             Some(slot) => slot,
-            None => self.steal_slot().ok_or(PoolError::AllInView { slots: settings.slots })?,
+            None => {
+                let (slot, _) = self
+                    .residency
+                    .take_slot(&self.textures)
+                    .ok_or(PoolError::AllInView { slots: settings.slots })?;
+                slot
+            }
         };
         self.textures.add(texture, Arc::new(geometry.clone()), present);
+        if let Some(contents) = contents {
+            self.residency.sharing.add(texture, geometry.dims(), contents);
+            self.waiting.reserve(settings.slots as usize);
+        }
         if let Some(tail) = page_id(texture, geometry, geometry.tail_pos()) {
             self.residency.pin(tail, slot);
         }
@@ -155,8 +171,9 @@ impl Pager {
         self.set.forget(texture);
         self.rebuild_set();
         self.order.retain(|page| page.texture() != texture);
-        self.evicted.retain(|(page, _)| page.texture() != texture);
-        self.settled.retain(|(page, _)| page.texture() != texture);
+        self.waiting.retain(|page| page.texture() != texture);
+        self.residency.evicted.retain(|(page, _)| page.texture() != texture);
+        self.residency.settled.retain(|page| page.texture() != texture);
         (self.next_request, self.next_upload, self.next_by_hand) = (0, 0, 0);
         self.make_room();
         self.plan_due = true;
@@ -164,13 +181,6 @@ impl Pager {
         self.cancels.extend(loads);
         self.check();
         Some(under_way)
-    }
-
-    /// A slot for a pin in a pool that is full of tiles.
-    fn steal_slot(&mut self) -> Option<Slot> {
-        let (slot, evicted) = self.residency.take_slot(&self.textures)?;
-        self.evicted.extend(evicted.map(|page| (page, slot)));
-        Some(slot)
     }
 
     /// A frame begins. `frame` never falls.
@@ -233,7 +243,7 @@ impl Pager {
 
     fn rebuild_set(&mut self) {
         let residency = &self.residency;
-        self.set.rebuild(|page, record| residency.find(page, record));
+        self.set.rebuild(|page, record| residency.find(page, record), |page| residency.sharing.of(page));
     }
 
     fn update_bias(&mut self) {
@@ -255,8 +265,14 @@ impl Pager {
         let bias = self.bias.bias();
         let was_missing = std::mem::take(&mut self.order);
         self.residency.begin_round();
-        let want = |(page, node): (PageId, &Node)| u32::from(self.residency.want(page, node.record));
+        let want =
+            |(page, node): (PageId, &Node)| u32::from(self.residency.want(page, node.content, node.record));
         let newly = self.set.pages_at(bias).map(want).sum();
+        for page in self.waiting.drain(..) {
+            if !self.residency.has_use_for(page, RecordHint::default()) {
+                self.residency.unwant(page); // the load is another's
+            }
+        }
         // A hint of another page, as after a removal, does no harm.
         for (&page, record) in was_missing.iter().zip(self.ranking.records()) {
             if !self.residency.has_use_for(page, record) {
@@ -268,6 +284,7 @@ impl Pager {
         }
         self.order = was_missing;
         self.ranking.order_missing(&self.set, bias, &self.textures, &mut self.order);
+        self.order_shared();
         (self.next_request, self.next_upload) = (0, 0);
         self.make_room();
         newly
@@ -327,7 +344,9 @@ impl Pager {
     /// The best page that is to be asked for and would find a slot.
     pub(crate) fn next_queued(&mut self) -> Option<PageId> {
         let left = self.order.get(self.next_request..)?;
-        let queued = |page: &PageId| self.residency.state(*page) == PageState::Queued;
+        let queued = |page: &PageId| {
+            self.residency.state(*page) == PageState::Queued && self.residency.may_load(*page)
+        };
         self.next_request += left.iter().position(queued).unwrap_or(left.len());
         self.order.get(self.next_request).copied().filter(|_| self.room > 0)
     }
@@ -372,17 +391,14 @@ impl Pager {
         if self.bucket.available() < self.settings.tile_bytes {
             return None;
         }
-        if let Some(refreshed) = self.upload_refresh(page) {
-            return Some(refreshed);
+        if self.residency.refreshes.is_ready(page) {
+            return self.upload_refresh(page).or_else(|| self.make_way());
         }
         let Some((slot, evicted)) = self.residency.take_slot(&self.textures) else {
-            // Every page out of view may be one whose new tile waits for this turn: then it can go.
-            return self.next_refreshed().and_then(|page| self.upload_refresh(page));
+            return self.make_way();
         };
         self.bucket.take(self.settings.tile_bytes);
         let (bytes, recovered) = self.residency.settle(page, slot, &self.textures)?;
-        self.evicted.extend(evicted.map(|page| (page, slot)));
-        self.settled.push((page, slot));
         if recovered {
             self.events.push(Event::Recovered { pool: self.pool, page });
         }
@@ -423,14 +439,20 @@ impl Pager {
         self.bias.bias()
     }
 
-    /// The state of a page.
+    /// The state of a page; of one that waits for another of the same content, that one's.
     pub fn state(&self, page: PageId) -> PageState {
-        self.residency.state(page)
+        let state = self.residency.state(page);
+        let carrier = self.residency.sharing.carrier_of(page).filter(|_| state == PageState::Queued);
+        carrier.map_or(state, |carrier| self.residency.state(carrier))
     }
 
-    /// The slots of the pool, and the page in each.
-    pub fn slots(&self) -> &[Option<PageId>] {
-        &self.residency.slots
+    /// The pages whose tiles are in slots, tails among them, and the slot of each: the same for pages that share one. In no
+    /// order. Costs a visit of every page that has a state.
+    pub fn resident(&self) -> impl Iterator<Item = (PageId, Slot)> + '_ {
+        self.residency.records.iter().filter_map(|record| match record.state {
+            State::Resident(slot) => Some((record.page, slot)),
+            _ => None,
+        })
     }
 
     /// The pages of the working set that could not be had so far.

@@ -17,6 +17,7 @@ use crate::geometry::Geometry;
 use crate::groups::Groups;
 use crate::numbers::Numbers;
 use crate::page::{PageId, TextureId};
+use crate::page_contents::PageContents;
 use crate::page_set::PageSet;
 use crate::pager::Pager;
 use crate::pool::{PoolError, PoolId, Slot};
@@ -115,9 +116,11 @@ impl Pagers {
         pool: PoolId,
         geometry: &Geometry,
         present: Option<Arc<PageSet>>,
+        contents: Option<Arc<PageContents>>,
     ) -> Result<(TextureId, Slot), PoolError> {
         let texture = self.numbers.first_free().ok_or(PoolError::TooManyTextures)?;
-        let slot = self.pools[usize::from(pool.number())].pager.add_texture(texture, geometry, present)?;
+        let pager = &mut self.pools[usize::from(pool.number())].pager;
+        let slot = pager.add_texture(texture, geometry, present, contents)?;
         self.numbers.take(texture, pool);
         Ok((texture, slot))
     }

@@ -138,7 +138,10 @@ impl Records {
         let at = self.free.pop().unwrap_or(self.records.len() as u32);
         match self.records.get_mut(at as usize) {
             Some(place) => *place = Record::new(page),
-            None => self.records.push(Record::new(page)),
+            None => {
+                self.records.push(Record::new(page));
+                self.free.reserve(self.records.capacity()); // all may go at once; there is nothing in it now
+            }
         }
         self.index.insert(page, at);
         at

@@ -17,8 +17,8 @@ impl Pager {
     ///
     /// Costs a visit of every page that has a state.
     pub fn tiles_lost(&mut self) {
-        self.evicted.clear();
-        self.settled.clear();
+        self.residency.evicted.clear();
+        self.residency.settled.clear();
         self.residency.lose_tiles();
         self.work_out();
         self.plan_by_hand();
@@ -45,10 +45,10 @@ impl Residency {
         let lost: Vec<PageId> =
             self.records.iter().filter(|record| record.is_lost()).map(|r| r.page).collect();
         for page in lost {
-            if let Some(slot) = self.slot_of(page) {
-                self.slots[slot.index() as usize] = None;
+            if let Some(slot) = self.slot_of(page)
+                && self.take_out(slot)
+            {
                 self.free.push(slot);
-                self.stats.occupied -= 1;
             }
             if self.refreshes.is_ready(page) {
                 self.waste_one();
@@ -62,6 +62,7 @@ impl Residency {
             record.below = 0;
             record.state != State::Absent
         });
+        self.sharing.lose_tiles();
         self.victims.clear();
     }
 }

@@ -14,6 +14,8 @@
 //! | `Ready` | - | the upload budget allows it |
 //! | `Queued`, `Failed` | - | the page is evicted |
 //!
+//! A page that shares its slot with others stays in it as well, but gets one of its own with its new tile (`slots`).
+//!
 //! While a tile is in flight the page keeps its slot. A page whose first load is under way when its content changes is loaded
 //! once more when that answers.
 
@@ -220,6 +222,7 @@ impl Residency {
         let Refresh { step: Step::Ready(bytes), failures } = self.refreshes.pages.remove(&page)? else {
             return None;
         };
+        self.take_over(slot);
         self.leave_flight();
         self.stats.refreshed += 1;
         self.stats.uploaded_bytes += self.tile_bytes;

@@ -12,6 +12,7 @@
 //! | `Loading` | `Absent` | it was no longer wanted, and the loader has let go of it | |
 //! | `Ready` | `Resident` | the upload budget allows it | a slot, an upload, perhaps an eviction; frees the in-flight bytes |
 //! | `Ready` | `Absent` | it leaves the working set | the load, wasted |
+//! | `Absent`, `Queued`, `Failed` | `Resident` | its content is in a slot already, as that of another page | |
 //! | `Resident` | `Absent` | another page needs its slot | |
 //! | `Failed` | `Queued` | its time has come, and it is wanted | |
 //!
@@ -20,7 +21,8 @@
 //!
 //! A slot is chosen only when the bytes are here, so a load that fails leaks nothing. A page is not evicted while it
 //! is in the working set at the bias in force, nor while a descendant of it is resident; a tail never. Since the working
-//! set contains the ancestors of its pages and never fills the pool, a victim always exists.
+//! set contains the ancestors of its pages and never fills the pool, a victim always exists. Pages of one content share a load
+//! and a slot (`slots`); that has one more holder with each, and is free when the last is evicted.
 //!
 //! A texture that is removed takes its pages with it, whatever their state; only what the loader has stays `Loading`, called off
 //! and unwanted, until that answers.
@@ -37,6 +39,8 @@ use crate::pool::{PoolId, Slot};
 use crate::records::{Cancel, RecordHint, Records, State};
 use crate::refresh::Refreshes;
 use crate::shared::JITTER_CYCLE;
+use crate::sharing::{ContentId, Sharing};
+use crate::slots::Holding;
 use crate::stats::Stats;
 use crate::telemetry::Waits;
 use crate::textures::Textures;
@@ -49,6 +53,9 @@ const RELOAD_FRAMES: u64 = 60;
 const FIRST_BACK_OFF: u64 = 2 * JITTER_CYCLE as u64;
 /// How often the wait is doubled at most: about five minutes at 60 frames a second.
 const DOUBLINGS: u32 = 9;
+
+/// Pages that leave or get a slot in a frame for which there is memory from the beginning.
+const MOVES: u32 = 1024;
 
 /// Frames until a load is tried again after it and so many before it have failed.
 pub(crate) fn back_off(failures: u32) -> u64 {
@@ -81,9 +88,16 @@ pub(crate) struct Residency {
     pub(crate) records: Records,
     /// The tiles of pages that are `Ready`.
     ready: PageMap<Bytes>,
-    /// The page in each slot.
-    pub(crate) slots: Vec<Option<PageId>>,
+    /// What is in each slot.
+    pub(crate) slots: Vec<Holding>,
     pub(crate) free: Vec<Slot>,
+    /// Which pages have the same content.
+    pub(crate) sharing: Sharing,
+    /// Pages that have left their slots, and those that have come into one, since page tables were told.
+    pub(crate) evicted: Vec<(PageId, Slot)>,
+    pub(crate) settled: Vec<PageId>,
+    /// Pages that had failed, and share a slot now.
+    pub(crate) recovered: Vec<PageId>,
     /// Which of them goes next.
     pub(crate) victims: Victims,
     /// Resident pages whose content has changed.
@@ -92,8 +106,8 @@ pub(crate) struct Residency {
     pub(crate) tickets: Tickets,
     /// What the view is expected to want.
     pub(crate) expected: Expectation,
-    evicted_at: PageMap<u64>,
-    evictions: VecDeque<(u64, PageId)>,
+    pub(crate) evicted_at: PageMap<u64>,
+    pub(crate) evictions: VecDeque<(u64, PageId)>,
     /// Counts the working sets worked out so far.
     pub(crate) round: u64,
     /// Slots that held a tail when the last one was.
@@ -109,8 +123,13 @@ impl Residency {
         Residency {
             records: Records::default(),
             ready: PageMap::default(),
-            slots: vec![None; slots as usize],
+            slots: vec![Holding::FREE; slots as usize],
             free: (0..slots).rev().map(Slot::new).collect(),
+            sharing: Sharing::default(),
+            // How many there are in a frame varies more than what is in the pool.
+            evicted: Vec::with_capacity(slots.min(MOVES) as usize),
+            settled: Vec::with_capacity(slots.min(MOVES) as usize),
+            recovered: Vec::new(),
             victims: Victims::default(),
             refreshes: Refreshes::default(),
             tickets: Tickets::new(pool),
@@ -179,14 +198,16 @@ impl Residency {
     pub(crate) fn pin(&mut self, page: PageId, slot: Slot) {
         let record = self.records.get_or_add(page, RecordHint::default());
         (record.state, record.wanted_round) = (State::Resident(slot), u64::MAX);
-        self.slots[slot.index() as usize] = Some(page);
+        self.put_in(slot, ContentId::NONE);
         self.stats.pinned += 1;
-        self.stats.occupied += 1;
     }
 
     /// The page is in the working set of this round; its record may be where `hint` says. Says whether the page was not in the
     /// last round's.
-    pub(crate) fn want(&mut self, page: PageId, hint: RecordHint) -> bool {
+    pub(crate) fn want(&mut self, page: PageId, content: ContentId, hint: RecordHint) -> bool {
+        if let Some(content) = self.sharing.get_mut(content) {
+            content.wanted_round = self.round;
+        }
         let record = self.records.get_or_add(page, hint);
         let newly = record.wanted_round + 1 != self.round;
         record.wanted_round = self.round;
@@ -200,9 +221,10 @@ impl Residency {
         self.records.get_or_add(page, RecordHint::default()).use_for(self.frame);
     }
 
-    /// Whether a tile that comes for the page has a use: it is in the working set of this round, or a prefetch or a prediction holds it.
+    /// Whether a tile that comes for the page has a use: it is in the working set of this round, or a prefetch or a prediction
+    /// holds it, or another page whose content it carries.
     pub(crate) fn has_use_for(&self, page: PageId, hint: RecordHint) -> bool {
-        self.is_wanted(page, hint) || self.is_held(page)
+        self.is_wanted(page, hint) || self.is_held(page) || self.carries_something_of_use(page)
     }
 
     /// Whether a prefetch or a prediction holds the page against what is out of view.
@@ -210,8 +232,9 @@ impl Residency {
         self.tickets.holds(page) || self.expected.holds(page)
     }
 
-    /// Whether the page's last load failed; it stays so while the page is tried again.
+    /// Whether the last load of the page's content failed; it stays so while that is tried again.
     pub(crate) fn has_failed(&self, page: PageId) -> bool {
+        let page = self.sharing.carrier_of(page).unwrap_or(page);
         self.records.get(page).is_some_and(|record| record.failures > 0)
     }
 
@@ -241,11 +264,17 @@ impl Residency {
     }
 
     /// Back to `Absent`, or, where loads have failed before, to a state that remembers it.
-    fn drop_page(&mut self, page: PageId) {
+    pub(crate) fn drop_page(&mut self, page: PageId) {
         match self.records.get_mut(page) {
             Some(record) if record.failures > 0 => record.state = State::Failed,
-            Some(record) if record.below > 0 => (record.state, record.wanted_round) = (State::Absent, 0),
-            _ => self.records.remove(page),
+            Some(record) if record.below > 0 => {
+                (record.state, record.wanted_round) = (State::Absent, 0);
+                self.sharing.lay_down(page);
+            }
+            _ => {
+                self.records.remove(page);
+                self.sharing.lay_down(page);
+            }
         }
     }
 
@@ -255,6 +284,9 @@ impl Residency {
             return false;
         };
         record.state = State::Loading(Cancel::No);
+        if let Some(content) = self.sharing.content_of(page) {
+            content.carrier = page;
+        }
         self.enter_flight();
         true
     }
@@ -328,13 +360,7 @@ impl Residency {
     /// Forgets everything of a texture, its tail too, but the loads that the loader has: they are called off, and returned.
     pub(crate) fn forget(&mut self, texture: TextureId) -> Vec<PageId> {
         let is_other = |page: &PageId| page.texture() != texture;
-        for (slot, held) in (0..).map(Slot::new).zip(&mut self.slots) {
-            if held.take_if(|page| !is_other(page)).is_some() {
-                self.free.push(slot);
-                self.stats.occupied -= 1;
-            }
-        }
-        let (mut loads, mut ready, mut tails) = (Vec::new(), 0, 0);
+        let (mut loads, mut ready, mut tails, mut left) = (Vec::new(), 0, 0, Vec::new());
         self.records.retain(|record| {
             match &mut record.state {
                 _ if is_other(&record.page) => return true,
@@ -347,12 +373,21 @@ impl Residency {
                     return true;
                 }
                 State::Ready => ready += 1,
-                State::Resident(_) => tails += u32::from(record.wanted_round == u64::MAX),
+                State::Resident(slot) => {
+                    tails += u32::from(record.wanted_round == u64::MAX);
+                    left.push(*slot);
+                }
                 State::Absent | State::Queued | State::Failed => {}
             }
             false
         });
         self.ready.retain(|page, _| is_other(&page));
+        for slot in left {
+            if self.take_out(slot) {
+                self.free.push(slot);
+            }
+        }
+        self.sharing.remove(texture);
         let (refreshing, refreshed) = self.refreshes.forget(texture);
         for &page in &refreshing {
             self.records.get_or_add(page, RecordHint::default()).state = State::Loading(Cancel::Due);
@@ -391,49 +426,31 @@ impl Residency {
         self.stats.in_flight_bytes -= self.tile_bytes;
     }
 
-    /// A slot for a tile that is ready, and the page that gave it up; nothing where no page may be evicted.
-    pub(crate) fn take_slot(&mut self, textures: &Textures) -> Option<(Slot, Option<PageId>)> {
-        if let Some(slot) = self.free.pop() {
-            return Some((slot, None));
-        }
-        let (slot, victim) = self.evict_next(textures)?;
-        Some((slot, Some(victim)))
-    }
-
-    /// Evicts the page that goes next; nothing where none may.
-    pub(crate) fn evict_next(&mut self, textures: &Textures) -> Option<(Slot, PageId)> {
-        let victim = self.next_victim(textures)?;
-        let slot = self.slot_of(victim)?;
-        self.evict(victim, slot, textures);
-        Some((slot, victim))
-    }
-
-    fn evict(&mut self, page: PageId, slot: Slot, textures: &Textures) {
-        self.slots[slot.index() as usize] = None;
-        self.records.remove(page);
-        self.refreshes.evicted(page);
-        for ancestor in textures.ancestors(page) {
-            let Some(record) = self.records.get_mut(ancestor) else { continue };
-            record.below -= 1;
-            if record.below == 0 {
-                let record = *record;
-                if record.state == State::Absent {
-                    self.drop_page(ancestor);
-                }
-                self.note_last_descendant_gone(&record, textures);
-            }
-        }
-        self.evicted_at.insert(page, self.frame);
-        self.evictions.push_back((self.frame, page));
-        self.stats.evicted += 1;
-        self.stats.occupied -= 1;
-    }
-
     /// `Ready -> Resident`, into a slot of [`Residency::take_slot`]; gives the tile's bytes, and whether the page had
     /// failed before.
     pub(crate) fn settle(&mut self, page: PageId, slot: Slot, textures: &Textures) -> Option<(Bytes, bool)> {
         let bytes = self.ready.remove(page)?;
-        let record = self.records.get_mut(page)?;
+        let content = self.sharing.of(page);
+        let was_evicted = match self.sharing.get_mut(content) {
+            Some(content) => {
+                content.carrier = PageId::NONE;
+                content.evicted_at.take().is_some_and(|at| at + RELOAD_FRAMES >= self.frame)
+            }
+            None => self.evicted_at.remove(page).is_some(),
+        };
+        self.put_in(slot, content);
+        let recovered = self.become_resident(page, slot, textures);
+        self.settled.push(page);
+        self.leave_flight();
+        self.stats.loaded += 1;
+        self.stats.uploaded_bytes += self.tile_bytes;
+        self.stats.reloaded += u64::from(was_evicted);
+        Some((bytes, recovered))
+    }
+
+    /// The page's tile is in a slot now. Says whether it had failed before.
+    pub(crate) fn become_resident(&mut self, page: PageId, slot: Slot, textures: &Textures) -> bool {
+        let record = self.records.get_or_add(page, RecordHint::default());
         record.state = State::Resident(slot);
         record.settled_at = self.frame;
         let recovered = std::mem::take(&mut record.failures) > 0;
@@ -445,17 +462,9 @@ impl Residency {
             // What a prefetch has brought is as good as what was in view a moment ago.
             record.wanted_round = self.round - 1;
         }
-        self.slots[slot.index() as usize] = Some(page);
         for ancestor in textures.ancestors(page) {
             self.records.get_or_add(ancestor, RecordHint::default()).below += 1;
         }
-        self.leave_flight();
-        self.stats.occupied += 1;
-        self.stats.loaded += 1;
-        self.stats.uploaded_bytes += self.tile_bytes;
-        if self.evicted_at.remove(page).is_some() {
-            self.stats.reloaded += 1;
-        }
-        Some((bytes, recovered))
+        recovered
     }
 }

@@ -4,6 +4,8 @@
 //! go first, as always; what is left in slots that there are no more moves into free ones. Page tables begin anew, since moved
 //! tiles may be ancestors of any page. That the memory is taken, and tiles are copied, is the GPU crate's business.
 
+use rustc_hash::FxHashMap;
+
 use crate::budget::PagerSettings;
 use crate::page::TextureId;
 use crate::pager::Pager;
@@ -11,6 +13,7 @@ use crate::pagers::Pagers;
 use crate::pool::{PoolError, PoolId, PoolLayout, Slot};
 use crate::records::State;
 use crate::residency::Residency;
+use crate::slots::Holding;
 use crate::table::{ChangeRule, TableChange, TableEntry};
 
 /// A tile that was in one slot and is in another now, or stays where it is while the slot's place in memory moves.
@@ -45,8 +48,8 @@ impl Pager {
             return Err(PoolError::AllInView { slots });
         }
         self.residency.resize(slots, moves);
-        self.evicted.clear();
-        self.settled.clear();
+        self.residency.evicted.clear();
+        self.residency.settled.clear();
         self.work_out();
         self.check();
         Ok(())
@@ -55,7 +58,7 @@ impl Pager {
     /// Slots for what must always be resident, and to work with.
     fn slots_needed(&self) -> u32 {
         let tails = self.residency.stats.pinned;
-        let by_hand = self.residency.tickets.pinned().count() as u32;
+        let by_hand = self.tiles_of(self.residency.tickets.pinned()) as u32;
         let with_room =
             (u64::from(tails + by_hand) * 100).div_ceil(u64::from(PagerSettings::MOST_PINS)) as u32;
         let least = tails.max(1) + PoolLayout::MIN_SLOTS - 1;
@@ -74,22 +77,19 @@ impl Pager {
     fn evict_down_to(&mut self, slots: u32) -> bool {
         self.residency.let_go_of_what_has_settled();
         while self.residency.stats.occupied > slots {
-            let Some((slot, page)) = self.residency.evict_next(&self.textures) else { return false };
+            let Some((slot, _)) = self.residency.evict_next(&self.textures) else { return false };
             self.residency.free.push(slot);
-            self.evicted.push((page, slot));
         }
         true
     }
 
     /// Replaces `changes` with what a page table in which every entry leads to the tail is to be told, so that it leads to what is
-    /// resident. Costs a visit of every slot.
+    /// resident. Costs a visit of every page that has a state.
     pub fn resident_changes(&self, texture: TextureId, changes: &mut Vec<TableChange>) {
-        let slots = (0..).map(Slot::new).zip(self.slots());
-        let own =
-            slots.filter_map(|(slot, page)| Some((slot, page.filter(|page| page.texture() == texture)?)));
-        let finer = own.filter(|(_, page)| !self.textures.is_tail(*page));
+        let own = self.resident().filter(|(page, _)| page.texture() == texture);
+        let finer = own.filter(|(page, _)| !self.textures.is_tail(*page));
         changes.clear();
-        changes.extend(finer.map(|(slot, page)| TableChange {
+        changes.extend(finer.map(|(page, slot)| TableChange {
             page,
             rule: ChangeRule::Coarser,
             entry: TableEntry::new(page.level(), slot),
@@ -122,25 +122,30 @@ impl Residency {
 
     /// Keeps the tiles, of which there are at most `slots`, in the lowest slots.
     fn resize(&mut self, slots: u32, moves: &mut Vec<SlotMove>) {
-        let beyond = self.slots.split_off(self.slots.len().min(slots as usize));
-        let first_beyond = self.slots.len() as u32;
-        self.slots.resize(slots as usize, None);
-        let mut free =
-            (0..).map(Slot::new).zip(&self.slots).filter_map(|(slot, page)| page.is_none().then_some(slot));
-        let stays = (0..).map(Slot::new).zip(&self.slots).filter(|(_, page)| page.is_some());
+        let numbered = |slots: Vec<Holding>| (0..).map(Slot::new).zip(slots);
+        let beyond = numbered(self.slots.clone()).skip(slots as usize);
+        self.slots.resize(slots as usize, Holding::FREE);
+        let stays = numbered(self.slots.clone()).filter(|(_, holding)| *holding != Holding::FREE);
         moves.extend(stays.map(|(slot, _)| SlotMove { from: slot, to: slot }));
-        let lost = (first_beyond..).map(Slot::new).zip(beyond).filter(|(_, page)| page.is_some());
-        let moved: Vec<_> = lost.zip(&mut free).map(|((from, page), to)| (from, page, to)).collect();
-        for (from, page, to) in moved {
-            self.slots[to.index() as usize] = page;
-            if let Some(record) = page.and_then(|page| self.records.get_mut(page)) {
-                record.state = State::Resident(to);
+        let mut free = numbered(self.slots.clone()).filter(|(_, holding)| *holding == Holding::FREE);
+        let mut moved = FxHashMap::default();
+        for (from, holding) in beyond.filter(|(_, holding)| *holding != Holding::FREE) {
+            let Some((to, _)) = free.next() else { break }; // there are as many, so that none is left over
+            *self.holding(to) = holding;
+            if let Some(content) = self.sharing.get_mut(holding.content) {
+                content.slot = Some(to);
             }
+            moved.insert(from, to);
             moves.push(SlotMove { from, to });
         }
-        let empty = (0..).map(Slot::new).zip(&self.slots).filter(|(_, page)| page.is_none());
+        self.records.retain(|record| {
+            if let State::Resident(slot) = &mut record.state {
+                *slot = moved.get(slot).copied().unwrap_or(*slot);
+            }
+            true
+        });
         self.free.clear();
-        self.free.extend(empty.map(|(slot, _)| slot));
+        self.free.extend(free.map(|(slot, _)| slot));
         self.free.reverse(); // the lowest are taken first
         self.victims.clear();
     }

@@ -7,19 +7,21 @@ pub struct Stats {
     pub slots: u32,
     /// Slots that hold a tile.
     pub occupied: u32,
+    /// Pages whose tiles are in slots: more than `occupied`, where pages of the same content share one.
+    pub resident: u32,
     /// Slots that hold a tail.
     pub pinned: u32,
     /// Slots that are not given up whatever is in view: those that hold a tail, and those of pages pinned by hand.
     pub locked: u32,
-    /// Pages of the working set at mip bias 0: last jitter cycle, ancestors and pins.
+    /// Tiles of the working set at mip bias 0: last jitter cycle, ancestors and pins; pages of the same content have one.
     pub wanted: u32,
-    /// Pages of the working set at the bias in force, pins included.
+    /// Tiles of the working set at the bias in force, pins included.
     pub wanted_at_bias: u32,
     /// The mip bias in force, in eighths of a level.
     pub bias_eighths: u16,
-    /// Pages wanted and neither resident nor failed.
+    /// Tiles wanted and neither resident nor failed.
     pub missing: u32,
-    /// Wanted pages that could not be had, so far.
+    /// Wanted tiles that could not be had, so far.
     pub failed: u32,
     /// Tiles with the loader or waiting for the upload budget.
     pub in_flight: u32,
@@ -35,6 +37,8 @@ pub struct Stats {
     pub loaded: u64,
     /// Bytes of those tiles.
     pub uploaded_bytes: u64,
+    /// Pages that became resident because their content was in a slot already: without a load and without an upload.
+    pub shared: u64,
     /// Tiles that lost their slots.
     pub evicted: u64,
     /// Tiles loaded again within 60 frames of their eviction.
@@ -63,6 +67,7 @@ impl Stats {
             failures: self.failures - earlier.failures,
             loaded: self.loaded - earlier.loaded,
             uploaded_bytes: self.uploaded_bytes - earlier.uploaded_bytes,
+            shared: self.shared - earlier.shared,
             evicted: self.evicted - earlier.evicted,
             reloaded: self.reloaded - earlier.reloaded,
             wasted: self.wasted - earlier.wasted,
@@ -87,6 +92,7 @@ impl Stats {
         Stats {
             slots: self.slots + other.slots,
             occupied: self.occupied + other.occupied,
+            resident: self.resident + other.resident,
             pinned: self.pinned + other.pinned,
             locked: self.locked + other.locked,
             wanted: self.wanted + other.wanted,
@@ -101,6 +107,7 @@ impl Stats {
             failures: self.failures + other.failures,
             loaded: self.loaded + other.loaded,
             uploaded_bytes: self.uploaded_bytes + other.uploaded_bytes,
+            shared: self.shared + other.shared,
             evicted: self.evicted + other.evicted,
             reloaded: self.reloaded + other.reloaded,
             wasted: self.wasted + other.wasted,

@@ -113,6 +113,11 @@ impl TableLayout {
         self.levels[usize::from(level)].first
     }
 
+    /// The entry of a page that exists; nothing for a page of the tail.
+    pub fn entry_if_finer(&self, pos: PagePos) -> Option<u64> {
+        (usize::from(pos.level) < self.levels.len()).then(|| self.entry_of(pos))
+    }
+
     /// The entry of a page finer than the tail.
     pub fn entry_of(&self, pos: PagePos) -> u64 {
         let level = &self.levels[usize::from(pos.level)];

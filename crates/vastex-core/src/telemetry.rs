@@ -6,9 +6,10 @@
 
 use std::collections::VecDeque;
 
-use crate::page::PageId;
+use rustc_hash::FxHashSet;
+
 use crate::pager::Pager;
-use crate::pool::PoolId;
+use crate::pool::{PoolId, Slot};
 use crate::stats::Stats;
 
 /// Tiles over which the time to sharp is taken.
@@ -46,11 +47,9 @@ impl Pager {
         let failed = self.failed_pages().count() as u32;
         let missing =
             self.order.iter().filter(|&&page| self.residency.slot_of(page).is_none()).count() as u32;
-        let by_hand =
-            |page: &PageId| !self.textures.is_tail(*page) && self.residency.slot_of(*page).is_some();
         let (pixels, shortfall) = (self.set.pixels(), self.set.shortfall());
         Stats {
-            locked: pins + self.residency.tickets.pinned().filter(by_hand).count() as u32,
+            locked: pins + self.slots_pinned_by_hand(),
             pixels,
             pixels_at_wanted: pixels.saturating_sub(shortfall.pixels),
             levels_short: shortfall.levels,
@@ -61,6 +60,16 @@ impl Pager {
             failed,
             ..self.residency.stats
         }
+    }
+
+    /// Slots of pages that are pinned by hand; tails are none of theirs.
+    fn slots_pinned_by_hand(&self) -> u32 {
+        let pinned = self.residency.tickets.pinned().filter(|&page| !self.textures.is_tail(page));
+        let slots = pinned.filter_map(|page| self.residency.slot_of(page));
+        if self.residency.sharing.is_empty() {
+            return slots.count() as u32;
+        }
+        slots.collect::<FxHashSet<Slot>>().len() as u32
     }
 
     /// The frame that has just been played, where `earlier` is what [`Pager::stats`] said after the one before. Costs a visit

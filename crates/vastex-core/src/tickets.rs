@@ -71,7 +71,7 @@ pub enum AskError {
     /// There is no texture of this number.
     #[error("there is no texture {0}; it was removed, or is one of another device")]
     NoTexture(u16),
-    /// More pages than the pool could ever hold beside its tails.
+    /// More tiles than the pool could ever hold beside its tails; pages of the same content have one.
     #[error(
         "the region has {pages} pages, but the pool has {slots} slots for them; ask for a smaller region or for coarser \
          levels, or make the pool larger"
@@ -82,7 +82,7 @@ pub enum AskError {
         /// Slots that do not hold a tail.
         slots: u32,
     },
-    /// The pins would take more than their share of the pool.
+    /// The pins would take more than their share of the pool; pages of the same content take one slot.
     #[error(
         "with this region {pages} pages were pinned, tails included, but at most {most} of the pool's slots may be; unpin \
          others, pin coarser levels, or raise the share"
@@ -247,10 +247,9 @@ impl Tickets {
         entry.map_or_else(Vec::new, |entry| entry.pages.clone())
     }
 
-    /// How many pages would be pinned with these as well.
-    pub(crate) fn pinned_with(&self, pages: &[PageId]) -> u64 {
-        let more = pages.iter().filter(|page| !self.pinned.contains_key(page)).count();
-        (self.pinned.len() + more) as u64
+    /// Whether the page is pinned.
+    pub(crate) fn pins(&self, page: PageId) -> bool {
+        self.pinned.contains_key(&page)
     }
 
     /// The pages of the prefetches in the order in which they should be loaded. A page may come several times.

@@ -20,8 +20,10 @@ pub struct PoolUsage {
     pub pool: PoolId,
     /// Its slots.
     pub slots: u32,
-    /// Slots that hold a tile: as many as its textures have pages.
+    /// Slots that hold a tile.
     pub occupied: u32,
+    /// Pages whose tiles are in them, which is what its textures have: more than slots where pages of the same content share one.
+    pub pages: u32,
     /// Those of them that are not given up whatever is in view: tails, and what is pinned by hand.
     pub locked: u32,
     /// The mip bias in force, in eighths of a level.
@@ -35,18 +37,18 @@ pub struct PoolUsage {
 pub struct TextureUsage {
     /// The texture.
     pub texture: TextureId,
-    /// Slots that hold its tiles, its tail among them.
+    /// Pages whose tiles are in slots, its tail among them.
     pub pages: u32,
     /// The same by level, finest first, levels without pages left out; the tail counts as its finest level.
     pub levels: Vec<(u8, u32)>,
 }
 
 impl Pager {
-    /// What is in the pool, and of which textures. Costs a visit of every slot, so it is for people and tools, not for each
+    /// What is in the pool, and of which textures. Costs a visit of every page that has a state, so it is for people and tools, not for each
     /// frame.
     pub fn usage(&self) -> PoolUsage {
         let mut pages: FxHashMap<TextureId, [u32; MAX_LEVELS as usize]> = FxHashMap::default();
-        for page in self.slots().iter().flatten() {
+        for (page, _) in self.resident() {
             pages.entry(page.texture()).or_default()[usize::from(page.level())] += 1;
         }
         let of_texture = |(texture, by_level): (TextureId, [u32; MAX_LEVELS as usize])| TextureUsage {
@@ -61,6 +63,7 @@ impl Pager {
             pool: self.pool(),
             slots: stats.slots,
             occupied: stats.occupied,
+            pages: stats.resident,
             locked: stats.locked,
             bias_eighths: self.bias_eighths(),
             textures,
@@ -76,7 +79,7 @@ impl Pager {
             (sums.wanted, sums.resident) = (sums.wanted + wanted, sums.resident + resident);
         };
         self.set.pages_at(0).for_each(|(page, _)| of(page.texture(), 1, 0));
-        self.slots().iter().flatten().for_each(|page| of(page.texture(), 0, 1));
+        self.resident().for_each(|(page, _)| of(page.texture(), 0, 1));
         let mut largest: Vec<TexturePages> = pages.into_values().collect();
         largest.sort_unstable_by_key(|pages| (Reverse(pages.wanted), Reverse(pages.resident), pages.texture));
         largest.truncate(NAMED);

@@ -85,7 +85,7 @@ impl Residency {
 
     /// Rounds since the page was last wanted, if it is resident, out of view and without resident descendants, and no new tile is
     /// under way for its slot.
-    fn age_if_evictable(&self, record: &Record) -> Option<u64> {
+    pub(crate) fn age_if_evictable(&self, record: &Record) -> Option<u64> {
         // A frame's evictions act before its loads, so that a page is not loaded and evicted in one.
         let keeps =
             record.below > 0 || record.settled_at == self.frame || self.refreshes.is_in_flight(record.page);

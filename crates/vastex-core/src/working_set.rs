@@ -16,6 +16,7 @@ use crate::page::{PageId, TextureId};
 use crate::page_map::PageMap;
 use crate::records::RecordHint;
 use crate::shared::{MAX_LEVELS, STEPS_PER_LEVEL};
+use crate::sharing::ContentId;
 use crate::textures::Textures;
 use crate::views::{MAX_VIEWS, ViewId, Weight};
 
@@ -61,6 +62,10 @@ pub(crate) struct Node {
     pub(crate) is_resident: bool,
     /// Where its record was when the set was worked out.
     pub(crate) record: RecordHint,
+    /// What it has in common with other pages, as of then.
+    pub(crate) content: ContentId,
+    /// The content has to be asked for.
+    is_new: bool,
 }
 
 impl Node {
@@ -81,6 +86,8 @@ impl Node {
             finer: 0,
             is_resident: false,
             record: RecordHint::default(),
+            content: ContentId::NONE,
+            is_new: true,
         }
     }
 
@@ -116,7 +123,11 @@ pub(crate) struct WorkingSet {
     free: Vec<u32>,
     /// Pages that are wanted at every bias.
     pins: Vec<PageId>,
+    /// How many tiles have each threshold: of pages of the same content the highest counts.
     histogram: Vec<u32>,
+    /// Times that the set was worked out, and of each content when that was last and the highest threshold then.
+    worked_out: u64,
+    contents: Vec<(u64, u16)>,
     shortfall: Shortfall,
     /// A feedback of sparse textures, kept for its memory.
     standing: Vec<WantedPage>,
@@ -142,6 +153,8 @@ impl WorkingSet {
             free: Vec::new(),
             pins: Vec::new(),
             histogram: vec![0; THRESHOLDS],
+            worked_out: 0,
+            contents: Vec::new(),
             shortfall: Shortfall::default(),
             standing: Vec::new(),
         }
@@ -279,11 +292,17 @@ impl WorkingSet {
 
     /// Works out the set from the feedbacks: every page wanted and every ancestor, once. Costs one visit of each.
     ///
-    /// `find` says where the record of a page is, and whether its tile is in a slot; it is told where the record was.
-    pub(crate) fn rebuild(&mut self, find: impl Fn(PageId, RecordHint) -> (RecordHint, bool)) {
+    /// `find` says where the record of a page is, and whether its tile is in a slot; it is told where the record was. `content_of`
+    /// is asked once for each page that comes into the set.
+    pub(crate) fn rebuild(
+        &mut self,
+        find: impl Fn(PageId, RecordHint) -> (RecordHint, bool),
+        content_of: impl Fn(PageId) -> ContentId,
+    ) {
         self.histogram.fill(0);
         self.shortfall = Shortfall::default();
-        let WorkingSet { nodes, by_level, left, free, histogram, shortfall, .. } = self;
+        self.worked_out += 1;
+        let WorkingSet { nodes, by_level, left, free, histogram, shortfall, contents, worked_out, .. } = self;
         for level in by_level.iter_mut() {
             if !left.is_empty() {
                 level.retain(|&at| nodes[at as usize].is_in_set());
@@ -293,6 +312,9 @@ impl WorkingSet {
                 (node.need, node.pixels, node.finer) = (node.own_need(), node.named_pixels, 0);
                 node.views_below = node.views;
                 (node.record, node.is_resident) = find(node.page, node.record);
+                if std::mem::take(&mut node.is_new) {
+                    node.content = content_of(node.page);
+                }
             }
         }
         free.append(left);
@@ -301,6 +323,9 @@ impl WorkingSet {
             let Node { parent, need, pixels, is_resident, views_below, .. } = *node;
             let shown = if is_resident { pixels } else { node.finer };
             histogram[usize::from(node.threshold())] += 1;
+            if node.content.is_some() {
+                count_once(histogram, contents, node.content, (*worked_out, node.threshold()));
+            }
             // Each pixel that shows nothing as fine as this page shows something a level coarser at best.
             shortfall.levels += u64::from(pixels.saturating_sub(shown));
             shortfall.pixels += if is_resident { 0 } else { u64::from(node.named_pixels) };
@@ -323,12 +348,19 @@ impl WorkingSet {
         self.shortfall
     }
 
-    /// Pages of the set at a bias, in eighths of a level; tails not counted.
+    /// The page has left those that it had its content in common with.
+    pub(crate) fn forget_content(&mut self, page: PageId) {
+        if let Some(&at) = self.index.get(page) {
+            self.nodes[at as usize].is_new = true;
+        }
+    }
+
+    /// Tiles of the set at a bias, in eighths of a level: pages of the same content have one. Tails are not counted.
     pub(crate) fn size_at(&self, bias: u16) -> u32 {
         self.histogram.iter().skip(usize::from(bias) + 1).sum()
     }
 
-    /// The smallest bias, in eighths of a level, at which the set has at most `limit` pages.
+    /// The smallest bias, in eighths of a level, at which the set has at most `limit` tiles.
     pub(crate) fn bias_for(&self, limit: u32) -> u16 {
         let mut size = 0;
         for bias in (0..THRESHOLDS).rev() {
@@ -358,6 +390,26 @@ impl WorkingSet {
     pub(crate) fn direct_pages(&self) -> impl Iterator<Item = (PageId, u32)> + '_ {
         let named = self.nodes.iter().filter(|node| node.named > 0);
         named.map(|node| (node.page, node.named_pixels))
+    }
+}
+
+/// A page of a content, which the histogram counts already, has this threshold; only the highest of the content counts.
+fn count_once(
+    histogram: &mut [u32],
+    contents: &mut Vec<(u64, u16)>,
+    content: ContentId,
+    now @ (worked_out, threshold): (u64, u16),
+) {
+    if contents.len() <= content.index() {
+        contents.resize(content.index() + 1, (0, 0));
+    }
+    let known = &mut contents[content.index()];
+    let (before, highest) = *known;
+    if before != worked_out {
+        *known = now;
+    } else {
+        histogram[usize::from(threshold.min(highest))] -= 1;
+        known.1 = threshold.max(highest);
     }
 }
 

@@ -9,7 +9,7 @@
     reason = "helpers of tests, which clippy does not take for tests"
 )]
 
-use vastex_core::sim::{Crowd, Path, Random, Watch};
+use vastex_core::sim::{Crowd, Path, Random, Watch, contents_of_chance};
 use vastex_core::{
     BiasRule, Budgets, Event, Geometry, GeometrySpec, GroupError, GroupId, LevelRule, MAX_VIEWS, Pagers,
     PoolError, PoolId, Region, TextureId, TicketState, Urgency, ViewId,
@@ -113,11 +113,11 @@ fn numbers_run_out_over_all_pools() {
         (0..2).map(|_| pagers.add_pool(2000, 1, Some(BiasRule::Solved)).unwrap()).collect();
     let tiny = Geometry::new(GeometrySpec::image(1, 1)).unwrap();
     for nth in 0..2047 {
-        let (texture, _) = pagers.add_texture(pools[nth % 2], &tiny, None).unwrap();
+        let (texture, _) = pagers.add_texture(pools[nth % 2], &tiny, None, None).unwrap();
         assert_eq!(pagers.pool_of(texture), Some(pools[nth % 2]));
     }
     assert!(!pagers.has_free_number());
-    assert_eq!(pagers.add_texture(pools[0], &tiny, None), Err(PoolError::TooManyTextures));
+    assert_eq!(pagers.add_texture(pools[0], &tiny, None, None), Err(PoolError::TooManyTextures));
     assert_eq!(pagers.stats().occupied, 2047);
 }
 
@@ -132,7 +132,7 @@ fn a_removed_texture_leaves_its_pool_and_its_number_rests() {
     crowd.remove(gone).unwrap();
     let after = crowd.pagers.pager(pool).stats();
     assert!(after.occupied < before.occupied && after.pinned == before.pinned - 1, "{before:?} {after:?}");
-    assert!(crowd.pagers.pager(pool).slots().iter().flatten().all(|page| page.texture() != gone));
+    assert!(crowd.pagers.pager(pool).resident().all(|(page, _)| page.texture() != gone));
     assert_eq!(crowd.pagers.pool_of(gone), None);
     // Feedback of the frames before is under way: the next texture has another number.
     let next = crowd.add(pool, image(128), Path::Still).unwrap();
@@ -225,7 +225,7 @@ fn random_crowd(seed: u64) -> Result<(Vec<TicketState>, u64), String> {
         let page = 16 + random.below(200) as u32;
         pages.push(page);
         for _ in 0..1 + random.below(4) {
-            add_at_random(&mut crowd, &mut random, pool, page)?;
+            add_at_random(&mut crowd, &mut random, seed, pool, page)?;
         }
     }
     // Of its own, so that the worlds without groups are as they would be.
@@ -242,7 +242,7 @@ fn random_crowd(seed: u64) -> Result<(Vec<TicketState>, u64), String> {
         }
         if seed % 2 == 1 && random.chance(0.15) {
             let pool = PoolId::new(random.below(pools) as u16);
-            change_at_random(&mut crowd, &mut random, pool, &pages)?;
+            change_at_random(&mut crowd, &mut random, seed, pool, &pages)?;
         }
         if seed % 4 > 1 && random.chance(0.3) {
             ask_at_random(&mut crowd, &mut random)?;
@@ -296,12 +296,13 @@ fn change_views_at_random(crowd: &mut Crowd, random: &mut Random) {
 fn change_at_random(
     crowd: &mut Crowd,
     random: &mut Random,
+    seed: u64,
     pool: PoolId,
     pages: &[u32],
 ) -> Result<(), String> {
     let textures: Vec<TextureId> = crowd.textures().collect();
     if textures.is_empty() || random.chance(0.5) {
-        return add_at_random(crowd, random, pool, pages[usize::from(pool.number())]);
+        return add_at_random(crowd, random, seed, pool, pages[usize::from(pool.number())]);
     }
     crowd.remove(textures[random.below(textures.len() as u64) as usize])
 }
@@ -358,12 +359,23 @@ fn ask_at_random(crowd: &mut Crowd, random: &mut Random) -> Result<(), String> {
     Ok(())
 }
 
-/// A texture of chance; a pool that is too small for it says so and is left as it was.
-fn add_at_random(crowd: &mut Crowd, random: &mut Random, pool: PoolId, page: u32) -> Result<(), String> {
+/// A texture of chance; a pool that is too small for it says so and is left as it was. In some crowds pages of a texture, and
+/// of several in a pool, have the same content.
+fn add_at_random(
+    crowd: &mut Crowd,
+    random: &mut Random,
+    seed: u64,
+    pool: PoolId,
+    page: u32,
+) -> Result<(), String> {
     let mut side = || 1 + random.below(1 << 4) as u32 * random.below(1 << 10) as u32;
     let (width, height) = (side(), side());
     let path = Path::ALL[random.below(5) as usize];
-    match crowd.add(pool, GeometrySpec { page, ..GeometrySpec::image(width, height) }, path) {
+    let spec = GeometrySpec { page, ..GeometrySpec::image(width, height) };
+    let share = [0.9, 0.0, 0.0, 0.4, 0.0][(seed % 5) as usize];
+    let place = seed ^ u64::from(width) << 32 ^ u64::from(height);
+    let contents = |geometry: &Geometry| (share > 0.0).then(|| contents_of_chance(geometry, place, share));
+    match crowd.add_with(pool, spec, path, contents) {
         Ok(_) | Err(PoolError::TooSmall { .. } | PoolError::AllInView { .. }) => Ok(()),
         Err(error) => Err(error.to_string()),
     }

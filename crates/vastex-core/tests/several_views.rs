@@ -32,7 +32,7 @@ fn play(crowd: &mut Crowd, frames: u64) {
 }
 
 fn resident(crowd: &Crowd) -> BTreeSet<PageId> {
-    crowd.pagers.iter().flat_map(|pager| pager.slots().iter().flatten().copied()).collect()
+    crowd.pagers.iter().flat_map(|pager| pager.resident().map(|(page, _)| page)).collect()
 }
 
 fn frames_until_converged(crowd: &mut Crowd) -> u64 {

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 use vastex_core::shared::FEEDBACK_WANTED;
-use vastex_core::sim::View;
+use vastex_core::sim::{View, contents_of_chance};
 use vastex_core::{
     BiasRule, Budgets, Feedback, FeedbackCompactor, Geometry, GeometrySpec, PageSet, Pagers, TableChange,
     TextureId, ViewId, checks,
@@ -57,23 +57,25 @@ impl Loop {
         let sparse = PageSet::from_pages(&geometry, |pos| pos.level > 1 || (pos.x + pos.y) % 5 != 0);
         // One pool is large enough for its victims to be looked for in turns.
         let kinds = [
-            (&small_pages, 4500, 100, None),
-            (&geometry, 300, 70, None),
-            (&geometry, 260, 70, Some(Arc::new(sparse))),
+            (&small_pages, 4500, 100, None, 0.0),
+            (&small_pages, 1700, 100, None, 0.7),
+            (&geometry, 300, 70, None, 0.0),
+            (&geometry, 320, 70, Some(Arc::new(sparse)), 0.2),
         ];
         let textures: Vec<(TextureId, &Geometry)> = kinds
             .into_iter()
-            .map(|(geometry, slots, tile_bytes, present)| {
+            .map(|(geometry, slots, tile_bytes, present, share)| {
                 let pool = pagers.add_pool(slots, tile_bytes, Some(BiasRule::default())).unwrap();
-                (pagers.add_texture(pool, geometry, present).unwrap().0, geometry)
+                let contents = (share > 0.0).then(|| Arc::new(contents_of_chance(geometry, 7, share)));
+                (pagers.add_texture(pool, geometry, present, contents).unwrap().0, geometry)
             })
             .collect();
         // The last is seen with a half of it, of pages half as large, in a pool of its own.
         let half = GeometrySpec { page: 64, ..GeometrySpec::image(16_384, 8192) };
         let pool = pagers.add_pool(1150, 50, Some(BiasRule::default())).unwrap();
-        let (half, _) = pagers.add_texture(pool, &Geometry::new(half).unwrap(), None).unwrap();
-        let group = pagers.add_group(&[textures[2].0, half]).unwrap();
-        let seen = [textures[0], textures[1], (group.number(), textures[2].1)];
+        let (half, _) = pagers.add_texture(pool, &Geometry::new(half).unwrap(), None, None).unwrap();
+        let group = pagers.add_group(&[textures[3].0, half]).unwrap();
+        let seen = [textures[0], textures[1], textures[2], (group.number(), textures[3].1)];
         let all =
             |frame| seen.iter().flat_map(|&(texture, geometry)| target(texture, geometry, frame)).collect();
         Loop {
@@ -126,9 +128,9 @@ fn nor_does_one_of_two_views() {
 
 fn play_rounds(world: &mut Loop) {
     let tile = Bytes::from_static(b"tile");
-    // The first round fills the pools, the second is the first with full ones.
-    (0..2 * LOOP).for_each(|_| checks::paused(|| world.play_frame(&tile)));
-    for round in 3..6 {
+    // The first round fills the pools, the second is the first with full ones; where pages share slots it takes one more.
+    (0..3 * LOOP).for_each(|_| checks::paused(|| world.play_frame(&tile)));
+    for round in 4..7 {
         let before = world.pagers.stats();
         for _ in 0..LOOP {
             let counted = allocation_counter::measure(|| checks::paused(|| world.play_frame(&tile)));

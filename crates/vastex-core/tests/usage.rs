@@ -28,12 +28,12 @@ fn check(usage: &PoolUsage, crowd: &Crowd) {
     let stats = pager.stats();
     assert_eq!((usage.slots, usage.occupied, usage.locked), (stats.slots, stats.occupied, stats.locked));
     assert_eq!(usage.bias_eighths, stats.bias_eighths);
-    assert_eq!(usage.occupied, usage.textures.iter().map(|texture| texture.pages).sum::<u32>());
+    assert_eq!(usage.pages, usage.textures.iter().map(|texture| texture.pages).sum::<u32>());
     assert!(usage.textures.is_sorted_by(|a, b| (b.pages, a.texture) <= (a.pages, b.texture)), "{usage:?}");
     for texture in &usage.textures {
         assert_eq!(texture.pages, texture.levels.iter().map(|&(_, pages)| pages).sum::<u32>());
         for &(level, pages) in &texture.levels {
-            let own = pager.slots().iter().flatten().filter(|page| page.texture() == texture.texture);
+            let own = pager.resident().map(|(page, _)| page).filter(|page| page.texture() == texture.texture);
             assert_eq!(own.filter(|page| page.level() == level).count() as u32, pages);
         }
     }

@@ -241,12 +241,12 @@ fn a_texture_that_is_refused_leaves_everything_as_it_was() {
     let mut pager = Pager::new(settings);
     let geometry = vastex_core::Geometry::new(GeometrySpec::image(1000, 1000)).unwrap();
     let number = |number| TextureId::new(number).unwrap();
-    pager.add_texture(number(7), &geometry, None).unwrap();
-    let taken = pager.add_texture(number(7), &geometry, None);
+    pager.add_texture(number(7), &geometry, None, None).unwrap();
+    let taken = pager.add_texture(number(7), &geometry, None, None);
     assert_eq!(taken, Err(PoolError::NumberTaken { number: 7 }));
-    pager.add_texture(number(2), &geometry, None).unwrap();
+    pager.add_texture(number(2), &geometry, None, None).unwrap();
     for _ in 0..3 {
-        let refused = pager.add_texture(number(0), &geometry, None);
+        let refused = pager.add_texture(number(0), &geometry, None, None);
         assert!(matches!(refused, Err(PoolError::TooSmall { needed: 4, .. })));
     }
     assert_eq!(pager.stats().occupied, 2);

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use rustc_hash::FxHashMap;
-use vastex_core::{Description, PagePos, PageSet, Region};
+use vastex_core::{Description, PageContents, PagePos, PageSet, Region};
 
 use crate::source::{ReadFuture, SourceKey, TileSource};
 use crate::tier::{TierStats, Tiers};
@@ -47,6 +47,10 @@ impl<S: TileSource> TileSource for RamCache<S> {
 
     fn present(&self) -> Option<&Arc<PageSet>> {
         self.source.present()
+    }
+
+    fn contents(&self) -> Option<&Arc<PageContents>> {
+        self.source.contents()
     }
 
     fn identity(&self) -> Option<SourceKey> {

@@ -9,15 +9,20 @@ use pollster::block_on;
 use vastex_core::{Box3, Geometry, PagePos};
 
 use crate::source::{ReadError, TileSource};
+use crate::tile::{Codec, Tile};
 
 /// Pages that are checked one by one at most; of larger textures a fixed sample is.
 const SAMPLE: u64 = 256;
+/// Pages that are asked for their contents, contents that are looked at, and pages of each that are read, at most.
+const LOOKED_AT: usize = 1 << 16;
+const CONTENTS: u32 = 64;
+const PAGES_OF_A_CONTENT: u32 = 3;
 /// Decoded tiles that are kept for comparing borders.
 const KEPT_TILES: usize = 32;
 
 /// Checks a source: every page (of a large texture the tail, each level's corners and a fixed sample) reads, decodes,
 /// and reads the same again; borders, those in the tail too, hold the texels that the address modes say; pages that do
-/// not exist are [`ReadError::NoSuchTile`]; dropping a read harms nothing.
+/// not exist are [`ReadError::NoSuchTile`]; pages that are said to have the same content do; dropping a read harms nothing.
 ///
 /// A source lacks just the tiles that are not in its [`TileSource::present`], which has the tail and with a page its
 /// ancestors. Says what is wrong first; never panics unless the source does.
@@ -25,6 +30,7 @@ pub fn conformance(source: &dyn TileSource) -> Result<(), String> {
     let mut check = Check { source, geometry: &source.description().geometry, tiles: HashMap::new() };
     check.descriptions()?;
     check.missing_pages()?;
+    check.contents()?;
     for pos in sample(check.geometry) {
         check.reads(pos)?;
         check.borders(pos)?;
@@ -108,6 +114,31 @@ impl Check<'_> {
             match block_on(self.source.read(pos)) {
                 Err(ReadError::NoSuchTile { pos: named }) if named == pos => {}
                 other => return Err(format!("{pos} does not exist, but reading it gives {other:?}")),
+            }
+        }
+        Ok(())
+    }
+
+    /// The first pages of the first contents have the same texels, those that are constant theirs.
+    fn contents(&mut self) -> Result<(), String> {
+        let Some(contents) = self.source.contents().cloned() else { return Ok(()) };
+        let description = self.source.description().clone();
+        let mut pages: HashMap<u32, (u32, Option<Bytes>)> = HashMap::new();
+        for pos in self.geometry.pages().take(LOOKED_AT).filter(|&pos| self.is_present(pos)) {
+            let Some(content) = contents.of(pos).filter(|&content| content < CONTENTS) else { continue };
+            let (seen, first) = pages.entry(content).or_insert_with(|| {
+                let constant = contents.constant(content).cloned();
+                let tile = constant.map(|bytes| Tile { codec: Codec::Constant, bytes });
+                (0, tile.and_then(|tile| tile.decode(&description).ok()))
+            });
+            *seen += 1;
+            if *seen > PAGES_OF_A_CONTENT {
+                continue;
+            }
+            let texels = self.read(pos)?;
+            if *first.get_or_insert_with(|| texels.clone().unwrap_or_default()) != texels.unwrap_or_default()
+            {
+                return Err(format!("{pos} is said to have content {content}, and has another"));
             }
         }
         Ok(())

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::task::Poll;
 use std::time::Duration;
 
-use vastex_core::{Description, PagePos, PageSet, Region};
+use vastex_core::{Description, PageContents, PagePos, PageSet, Region};
 
 use crate::hash::seeded;
 use crate::source::{MaybeSend, MaybeSync, ReadError, ReadFuture, SourceKey, TileSource};
@@ -112,6 +112,11 @@ where
 
     fn present(&self) -> Option<&Arc<PageSet>> {
         self.source.present()
+    }
+
+    /// As the source says: what goes wrong with a page goes wrong with those for which it is loaded.
+    fn contents(&self) -> Option<&Arc<PageContents>> {
+        self.source.contents()
     }
 
     /// Nothing: what the plan changes is not the source's.

@@ -14,7 +14,7 @@
 
 use std::sync::Arc;
 
-use vastex_core::{Box3, Description, Dims, Geometry, LayerFormat, PagePos, PageSet};
+use vastex_core::{Box3, Description, Dims, Geometry, LayerFormat, PageContents, PagePos, PageSet};
 
 use crate::source::{ReadError, ReadFuture, SourceKey, TileSource};
 use crate::tier::Tiers;
@@ -99,6 +99,11 @@ impl TileSource for PropertySource {
     }
 
     fn present(&self) -> Option<&Arc<PageSet>> {
+        None
+    }
+
+    /// Nothing: every page says where it is.
+    fn contents(&self) -> Option<&Arc<PageContents>> {
         None
     }
 

@@ -4,7 +4,7 @@ use std::future::Future;
 use std::pin::Pin;
 use std::sync::Arc;
 
-use vastex_core::{Description, PagePos, PageSet, Region};
+use vastex_core::{Description, PageContents, PagePos, PageSet, Region};
 
 use crate::hash::content_hash;
 use crate::tier::Tiers;
@@ -99,6 +99,15 @@ pub trait TileSource: MaybeSend + MaybeSync {
         None
     }
 
+    /// Which pages have the same tile, byte for byte, as far as the source knows without reading any: those share a load and a
+    /// slot of the pool. Nothing where it knows of none. The same at every call; the first may cost a visit of each page.
+    ///
+    /// What it says holds until [`TileSource::changed`] names a page: no read before that gives anything else. A page named there
+    /// is taken for one like no other from then on, whatever is said here.
+    fn contents(&self) -> Option<&Arc<PageContents>> {
+        None
+    }
+
     /// What says that these are the tiles which another run read, too; nothing where the source cannot know. The same at
     /// every call, which may cost as much as opening the source did.
     fn identity(&self) -> Option<SourceKey> {
@@ -130,6 +139,10 @@ impl<S: TileSource + ?Sized> TileSource for Arc<S> {
 
     fn present(&self) -> Option<&Arc<PageSet>> {
         (**self).present()
+    }
+
+    fn contents(&self) -> Option<&Arc<PageContents>> {
+        (**self).contents()
     }
 
     fn identity(&self) -> Option<SourceKey> {

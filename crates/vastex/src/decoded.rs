@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use bytes::Bytes;
-use vastex_core::{Description, PagePos, PageSet, Region};
+use vastex_core::{Description, PageContents, PagePos, PageSet, Region};
 use vastex_tiles::{Codec, ReadError, ReadFuture, SourceKey, Tiers, Tile, TileSource, decode_layer};
 use vastex_wgpu::held_format;
 
@@ -21,11 +21,14 @@ pub(crate) fn held_description(stored: &Arc<Description>, features: wgpu::Featur
 pub(crate) struct DecodedSource<S> {
     source: S,
     held: Arc<Description>,
+    contents: Option<Arc<PageContents>>,
 }
 
 impl<S: TileSource> DecodedSource<S> {
     pub(crate) fn new(source: S, held: Arc<Description>) -> DecodedSource<S> {
-        DecodedSource { source, held }
+        // Two colours may be the same as they are stored, and not as they are held; or the other way round.
+        let contents = source.contents().map(|contents| Arc::new(contents.without_constants()));
+        DecodedSource { source, held, contents }
     }
 }
 
@@ -37,6 +40,11 @@ impl<S: TileSource> TileSource for DecodedSource<S> {
 
     fn present(&self) -> Option<&Arc<PageSet>> {
         self.source.present()
+    }
+
+    /// As the source says, but that constants are this texture's alone.
+    fn contents(&self) -> Option<&Arc<PageContents>> {
+        self.contents.as_ref()
     }
 
     /// Nothing: its tiles are made anew in every run.

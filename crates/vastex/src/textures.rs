@@ -5,8 +5,8 @@
 use std::sync::Arc;
 
 use vastex_core::{
-    Budgets, Description, Dims, Event, GroupId, LevelRule, PageId, PageSet, PageState, Pagers, PoolError,
-    PoolId, TableChange, TextureId, ViewId,
+    Budgets, Description, Dims, Event, GroupId, LevelRule, PageId, PageState, Pagers, PoolError, PoolId,
+    TableChange, TextureId, ViewId,
 };
 use vastex_tiles::{Loader, RamCache, Tiers, Tile, TileSource};
 use vastex_wgpu::{BindLayout, ShaderOptions, TableBuffers, TableChanger, group_wgsl, wgsl};
@@ -158,7 +158,6 @@ impl Textures {
             return Err(Error::Volume);
         }
         let held = held_description(&description, self.device.features());
-        let present = source.present().cloned();
         let cached = RamCache::new(source, self.settings.ram_cache_bytes);
         let source: Arc<dyn TileSource> = match held == description {
             true => Arc::new(cached),
@@ -171,7 +170,7 @@ impl Textures {
             return Err(PoolError::TooManyTextures.into());
         }
         let pool = self.pool_for(&description, &held)?;
-        let texture = self.add_to(pool, &description, present, &tail, &source)?;
+        let texture = self.add_to(pool, &description, &tail, &source)?;
         self.loader.add_source(texture, source);
         Ok(texture)
     }
@@ -201,11 +200,11 @@ impl Textures {
         &mut self,
         pool: PoolId,
         description: &Arc<Description>,
-        present: Option<Arc<PageSet>>,
         tail: &[u8],
         source: &Arc<dyn TileSource>,
     ) -> Result<TextureId, Error> {
-        let (texture, slot) = self.pagers.add_texture(pool, &description.geometry, present)?;
+        let (present, contents) = (source.present().cloned(), source.contents().cloned());
+        let (texture, slot) = self.pagers.add_texture(pool, &description.geometry, present, contents)?;
         let pool = &self.pools[usize::from(pool.number())];
         pool.upload(&self.queue, slot, tail)?;
         let table = TableBuffers::new(&self.device, &self.queue, &description.geometry, texture, slot)?;

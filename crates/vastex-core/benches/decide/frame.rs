@@ -69,7 +69,7 @@ impl World {
         });
         let geometry = Geometry::new(GeometrySpec::image(262_144, 131_072)).unwrap();
         let texture = TextureId::new(0).unwrap();
-        pager.add_texture(texture, &geometry, None).unwrap();
+        pager.add_texture(texture, &geometry, None, None).unwrap();
         World { pager, geometry, texture, changes: Vec::new(), tile: Bytes::from(vec![0; 16]) }
     }
 

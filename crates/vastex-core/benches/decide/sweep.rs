@@ -146,7 +146,7 @@ fn play(views: &[Feedback], count: u32, slots: u32) -> Run {
     });
     let (geometry, tile) = (geometry(), Bytes::from_static(b"tile"));
     for n in 0..count {
-        pager.add_texture(texture(n), &geometry, None).unwrap();
+        pager.add_texture(texture(n), &geometry, None, None).unwrap();
     }
     let (mut run, mut times) = (Run::default(), Vec::new());
     let (mut loaded, mut under_way, mut changes) = (HashSet::<PageId>::new(), Vec::new(), Vec::new());

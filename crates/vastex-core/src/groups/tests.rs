@@ -183,7 +183,10 @@ fn three() -> (Pagers, [TextureId; 3]) {
     let mut pagers = Pagers::new(Budgets { upload_bytes_per_frame: 1000, in_flight_bytes: 1000 });
     let pools: Vec<PoolId> = (0..2).map(|_| pagers.add_pool(200, 10, None).unwrap()).collect();
     let mut add = |pool: usize, side, page| {
-        pagers.add_texture(pools[pool], &image([side, side / 2], page, AddressMode::Clamp), None).unwrap().0
+        pagers
+            .add_texture(pools[pool], &image([side, side / 2], page, AddressMode::Clamp), None, None)
+            .unwrap()
+            .0
     };
     let textures = [add(0, 2048, 128), add(0, 4096, 128), add(1, 1024, 32)];
     (pagers, textures)
@@ -285,7 +288,7 @@ fn what_cannot_be_a_group_is_refused() {
     assert_eq!(pagers.add_group(&[group.number()]), Err(GroupError::NoTexture(group.number().number())));
     let pool = pagers.add_pool(20, 10, None).unwrap();
     let volume = Geometry::new(GeometrySpec { page: 16, ..GeometrySpec::volume([40; 3]) }).unwrap();
-    let (volume, _) = pagers.add_texture(pool, &volume, None).unwrap();
+    let (volume, _) = pagers.add_texture(pool, &volume, None, None).unwrap();
     assert_eq!(pagers.add_group(&[half, volume]), Err(GroupError::Mixed));
 }
 

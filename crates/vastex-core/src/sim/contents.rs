@@ -1,45 +1,120 @@
-//! What the tiles of a crowd hold: a number for each page, that of the change which its content saw last.
+//! What the tiles of a crowd hold: a number for each page, that changes with its content, and is the same for pages of which a texture
+//! says so.
 
 use std::collections::BTreeMap;
+use std::hash::{Hash, Hasher};
+use std::sync::Arc;
 
 use bytes::Bytes;
+use rustc_hash::FxHasher;
 
-use crate::page::PageId;
+use crate::geometry::Geometry;
+use crate::page::{Dims, PageId, PagePos, TextureId};
+use crate::page_contents::PageContents;
+use crate::pager::Pager;
+use crate::pool::{PoolId, Slot};
+use crate::resize::SlotMove;
+use crate::sim::Random;
+
+/// Pages along each axis of what has one content, so that neighbours and ancestors have, too.
+const PATCH: u32 = 3;
+
+/// Contents of chance: `share` of a texture's patches of pages are like others, half of them in one of two colours.
+pub fn contents_of_chance(geometry: &Geometry, seed: u64, share: f64) -> PageContents {
+    let colors = ["black", "white"].map(|color| Bytes::from_static(color.as_bytes()));
+    let number_of = |pos: PagePos| {
+        let patch = pos.coords().map(|c| u64::from(c / PATCH));
+        let place = patch.iter().fold(u64::from(pos.level), |n, c| n << 16 ^ c);
+        let mut random = Random::new(seed ^ Random::new(place).bits());
+        let is_color = random.chance(0.5);
+        random.chance(share).then(|| if is_color { random.below(2) } else { 2 + random.below(6) } as u32)
+    };
+    PageContents::new(geometry, colors.to_vec(), 8, number_of)
+}
 
 /// What sources would give, what is under way, and what slots hold.
 #[derive(Debug, Default)]
 pub(crate) struct Contents {
-    now: BTreeMap<PageId, u64>,
-    under_way: BTreeMap<PageId, u64>,
-    shown: BTreeMap<PageId, u64>,
+    same: BTreeMap<TextureId, (Dims, Arc<PageContents>)>,
+    changes: BTreeMap<PageId, u64>,
+    under_way: BTreeMap<PageId, (PoolId, u64)>,
+    shown: BTreeMap<(PoolId, Slot), u64>,
 }
 
 impl Contents {
+    /// A texture whose pages may be the same.
+    pub(crate) fn add(&mut self, texture: TextureId, dims: Dims, same: Arc<PageContents>) {
+        self.same.insert(texture, (dims, same));
+    }
+
+    fn changes(&self, page: PageId) -> u64 {
+        self.changes.get(&page).copied().unwrap_or(0)
+    }
+
+    /// What the page holds after so many changes. Before the first it may hold what others do.
+    fn after(&self, page: PageId, changes: u64) -> u64 {
+        let mut hasher = FxHasher::default();
+        let same = self.same.get(&page.texture()).filter(|_| changes == 0);
+        let number = same.and_then(|(dims, same)| Some((same, same.of(page.pos(*dims))?)));
+        match number {
+            Some((same, number)) => match same.constant(number) {
+                Some(color) => color.hash(&mut hasher),
+                None => (page.texture(), number).hash(&mut hasher),
+            },
+            None => (page, changes).hash(&mut hasher),
+        }
+        hasher.finish()
+    }
+
     fn now(&self, page: PageId) -> u64 {
-        self.now.get(&page).copied().unwrap_or(0)
+        self.after(page, self.changes(page))
     }
 
     pub(crate) fn change(&mut self, page: PageId) {
-        *self.now.entry(page).or_insert(0) += 1;
+        *self.changes.entry(page).or_insert(0) += 1;
     }
 
-    /// A load reads when it begins: the most out of date that a tile can be.
-    pub(crate) fn read(&mut self, page: PageId) {
-        self.under_way.insert(page, self.now(page));
+    /// A load reads when it begins: the most out of date that a tile can be. What is here already, or on its way, is not to be
+    /// loaded again.
+    pub(crate) fn read(&mut self, page: PageId, pager: &Pager) -> Result<(), String> {
+        let (pool, now) = (pager.pool(), self.now(page));
+        let is_same = |&other: &PageId| other != page && self.changes(other) == 0 && self.now(other) == now;
+        let on_its_way = self.under_way.iter().filter(|(_, (at, _))| *at == pool).map(|(other, _)| *other);
+        let there = |other: &PageId| pager.textures.geometry(other.texture()).is_some();
+        if let Some(other) = on_its_way.filter(there).find(is_same) {
+            return Err(format!("{page:?} is being loaded, with {other:?}"));
+        }
+        if self.changes(page) == 0
+            && let Some(other) = pager.resident().map(|(other, _)| other).find(is_same)
+        {
+            return Err(format!("{page:?} is here, with {other:?}"));
+        }
+        self.under_way.insert(page, (pool, now));
+        Ok(())
     }
 
-    pub(crate) fn tile(&mut self, page: PageId) -> Bytes {
-        Bytes::copy_from_slice(&self.under_way.remove(&page).unwrap_or(0).to_le_bytes())
+    pub(crate) fn load_ended(&mut self, page: PageId) -> Bytes {
+        let read = self.under_way.remove(&page).map_or(0, |(_, content)| content);
+        Bytes::copy_from_slice(&read.to_le_bytes())
     }
 
-    pub(crate) fn show(&mut self, page: PageId, tile: &[u8], evicted: Option<PageId>) {
-        evicted.map(|page| self.shown.remove(&page));
+    pub(crate) fn show(&mut self, pool: PoolId, slot: Slot, tile: &[u8]) {
         let content = tile.try_into().map_or(u64::MAX, u64::from_le_bytes);
-        self.shown.insert(page, content);
+        self.shown.insert((pool, slot), content);
     }
 
-    pub(crate) fn show_as_it_is(&mut self, page: PageId) {
-        self.shown.insert(page, self.now(page));
+    pub(crate) fn show_as_it_is(&mut self, pool: PoolId, slot: Slot, page: PageId) {
+        self.shown.insert((pool, slot), self.now(page));
+    }
+
+    /// The pool has other slots, with the tiles of some.
+    pub(crate) fn move_tiles(&mut self, pool: PoolId, moves: &[SlotMove]) {
+        let shown: Vec<_> = moves
+            .iter()
+            .filter_map(|tile| Some(((pool, tile.to), *self.shown.get(&(pool, tile.from))?)))
+            .collect();
+        self.shown.retain(|(other, _), _| *other != pool);
+        self.shown.extend(shown);
     }
 
     /// Every slot is empty.
@@ -47,13 +122,19 @@ impl Contents {
         self.shown.clear();
     }
 
-    /// Whether the page is shown as it is now. A tail that was never replaced is as it was in the beginning.
-    pub(crate) fn is_shown_as_it_is(&self, page: PageId) -> bool {
-        self.shown.get(&page).copied().unwrap_or(0) == self.now(page)
+    /// Whether the slot shows the page, as it is now or was once.
+    pub(crate) fn is_shown(&self, pool: PoolId, slot: Slot, page: PageId) -> bool {
+        let shown = self.shown.get(&(pool, slot));
+        (0..=self.changes(page)).any(|changes| shown == Some(&self.after(page, changes)))
     }
 
-    pub(crate) fn forget(&mut self, is_gone: impl Fn(PageId) -> bool) {
-        self.now.retain(|&page, _| !is_gone(page));
-        self.shown.retain(|&page, _| !is_gone(page));
+    /// Whether the slot shows the page as it is now.
+    pub(crate) fn is_shown_as_it_is(&self, pool: PoolId, slot: Slot, page: PageId) -> bool {
+        self.shown.get(&(pool, slot)) == Some(&self.now(page))
+    }
+
+    pub(crate) fn forget(&mut self, texture: TextureId) {
+        self.same.remove(&texture);
+        self.changes.retain(|page, _| page.texture() != texture);
     }
 }

@@ -5,6 +5,7 @@
 //! the page table of every texture leads to what is resident, every ticket ends once, and what is pinned stays.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::sync::Arc;
 
 use crate::bias::BiasRule;
 use crate::event::Event;
@@ -12,6 +13,7 @@ use crate::feedback::{Feedback, Need};
 use crate::geometry::{Geometry, GeometrySpec};
 use crate::groups::{GroupError, GroupId};
 use crate::page::{PageId, TextureId};
+use crate::page_contents::PageContents;
 use crate::pagers::{Budgets, Pagers};
 use crate::pool::{PoolError, PoolId, Slot};
 use crate::region::{Reach, Region};
@@ -19,7 +21,7 @@ use crate::residency::PageState;
 use crate::sim::contents::Contents;
 use crate::sim::loader::{Loads, Outcome};
 use crate::sim::{Path, Random};
-use crate::table::{TableChange, TableEntry, TableImage};
+use crate::table::{ChangeRule, TableChange, TableEntry, TableImage};
 use crate::textures::page_id;
 use crate::tickets::{AskError, Progress, Ticket, TicketState, Urgency};
 use crate::views::ViewId;
@@ -111,11 +113,28 @@ impl Crowd {
         self.pagers.add_pool(slots, tile_bytes, mip_bias)
     }
 
-    /// Adds a texture, seen along `path`.
+    /// Adds a texture of which every page is like no other, seen along `path`.
     pub fn add(&mut self, pool: PoolId, spec: GeometrySpec, path: Path) -> Result<TextureId, PoolError> {
+        self.add_with(pool, spec, path, |_| None)
+    }
+
+    /// Adds a texture that may say which of its pages are the same.
+    pub fn add_with(
+        &mut self,
+        pool: PoolId,
+        spec: GeometrySpec,
+        path: Path,
+        contents_of: impl FnOnce(&Geometry) -> Option<PageContents>,
+    ) -> Result<TextureId, PoolError> {
         #[expect(clippy::expect_used, reason = "the shape is the test's own")]
         let geometry = Geometry::new(spec).expect("a possible texture");
-        let (texture, tail_slot) = self.pagers.add_texture(pool, &geometry, None)?;
+        let contents = contents_of(&geometry).map(Arc::new);
+        let (texture, tail_slot) = self.pagers.add_texture(pool, &geometry, None, contents.clone())?;
+        if let Some(contents) = contents {
+            self.contents.add(texture, geometry.dims(), contents);
+        }
+        let tail = page_id(texture, &geometry, geometry.tail_pos());
+        tail.into_iter().for_each(|tail| self.contents.show_as_it_is(pool, tail_slot, tail));
         let table = TableImage::new(&geometry, tail_slot);
         self.members.push(Member { texture, pool, geometry, path, table });
         Ok(texture)
@@ -128,7 +147,7 @@ impl Crowd {
             return Err(format!("frame {}: {texture:?} could not be removed, or twice", self.frame));
         }
         self.members.retain(|member| member.texture != texture);
-        self.contents.forget(|page| page.texture() == texture);
+        self.contents.forget(texture);
         for newest in self.newest.values_mut() {
             newest.pages.retain(|wanted| wanted.page.texture() != texture);
         }
@@ -198,17 +217,20 @@ impl Crowd {
     /// Gives a pool so many slots, and looks whether every tile that stays is moved, and pins are among them. Says whether
     /// the pool took them.
     pub fn resize(&mut self, pool: PoolId, slots: u32) -> Result<bool, String> {
-        let before = self.pagers.pager(pool).slots().to_vec();
+        let before: Vec<_> = self.pagers.pager(pool).resident().collect();
         let mut moves = Vec::new();
         if self.pagers.resize_pool(pool, slots, &mut moves).is_err() {
             return Ok(false);
         }
-        let after = self.pagers.pager(pool).slots();
-        let mut moved = vec![None; slots as usize];
-        moves.iter().for_each(|m| moved[m.to.index() as usize] = before[m.from.index() as usize]);
-        if after != moved {
+        let to: BTreeMap<Slot, Slot> = moves.iter().map(|m| (m.from, m.to)).collect();
+        let is_where_it_was_moved = |&(page, slot): &(PageId, Slot)| match self.pagers.state(page) {
+            PageState::Resident(now) => now.index() < slots && to.get(&slot) == Some(&now),
+            _ => true,
+        };
+        if to.len() < moves.len() || !before.iter().all(is_where_it_was_moved) {
             return Err(format!("frame {}: the moves do not say what is in {pool:?}", self.frame));
         }
+        self.contents.move_tiles(pool, &moves);
         let mut changes = Vec::new();
         for Member { texture, geometry, table, .. } in self.members.iter_mut().filter(|m| m.pool == pool) {
             let pager = self.pagers.pager(pool);
@@ -232,14 +254,16 @@ impl Crowd {
             let Some(slot) = self.pagers.pager(*pool).tail_slot(*texture) else { continue };
             *table = TableImage::new(geometry, slot);
             let tail = page_id(*texture, geometry, geometry.tail_pos());
-            tail.into_iter().for_each(|tail| self.contents.show_as_it_is(tail));
+            tail.into_iter().for_each(|tail| self.contents.show_as_it_is(*pool, slot, tail));
         }
     }
 
     /// Whether every resident page is shown as its content is now.
     pub fn is_up_to_date(&self) -> bool {
-        let mut slots = self.pagers.iter().flat_map(|pager| pager.slots().iter().flatten());
-        slots.all(|&page| self.contents.is_shown_as_it_is(page))
+        self.pagers.iter().all(|pager| {
+            let mut resident = pager.resident();
+            resident.all(|(page, slot)| self.contents.is_shown_as_it_is(pager.pool(), slot, page))
+        })
     }
 
     /// The groups there are.
@@ -314,8 +338,9 @@ impl Crowd {
             arrivals.rotate_left(first);
         }
         for (page, outcome) in arrivals {
+            let tile = self.contents.load_ended(page);
             match outcome {
-                Outcome::Tile => self.pagers.tile_ready(page, self.contents.tile(page)),
+                Outcome::Tile => self.pagers.tile_ready(page, tile),
                 Outcome::Failure => self.pagers.tile_failed(page, "simulated"),
                 Outcome::Cancelled => self.pagers.tile_cancelled(page),
             }
@@ -327,7 +352,9 @@ impl Crowd {
             if self.loads.has(request.page) {
                 return Err(format!("frame {}: {:?} is being loaded already", self.frame, request.page));
             }
-            self.contents.read(request.page);
+            let pool = self.pagers.pool_of(request.page.texture()).unwrap_or_default();
+            let read = self.contents.read(request.page, self.pagers.pager(pool));
+            read.map_err(|why| format!("frame {}: {why}", self.frame))?;
             self.loads.begin(request.page, self.frame);
         }
         Ok(())
@@ -337,7 +364,7 @@ impl Crowd {
         let mut bytes = 0;
         while let Some((pool, upload)) = self.pagers.poll_upload() {
             bytes += self.pagers.pager(pool).settings.tile_bytes;
-            self.contents.show(upload.page, &upload.bytes, upload.evicted);
+            self.contents.show(pool, upload.slot, &upload.bytes);
             if let Some(evicted) = upload.evicted {
                 self.check_eviction(evicted)?;
             }
@@ -395,24 +422,28 @@ impl Crowd {
         Ok(())
     }
 
-    /// What is resident of a texture is exactly what its table leads to.
+    /// Every page of a texture leads to what is resident of it and of its ancestors, which is in a slot with its content.
     fn check_table(&self, member: &Member) -> Result<(), String> {
-        let slots = self.pagers.pager(member.pool).slots();
-        let mut in_slot = vec![None; slots.len()];
-        for ((slot, page), in_slot) in (0u32..).zip(slots).zip(&mut in_slot) {
-            let Some(page) = page.filter(|page| page.texture() == member.texture) else { continue };
-            let (entry, pos) =
-                (TableEntry::new(page.level(), Slot::new(slot)), page.pos(member.geometry.dims()));
-            if member.table.lookup(pos) != entry {
-                return Err(format!("frame {}: the table does not lead to {pos}", self.frame));
+        let (geometry, pager) = (&member.geometry, self.pagers.pager(member.pool));
+        let Some(tail_slot) = pager.tail_slot(member.texture) else {
+            return Err(format!("frame {}: {:?} has no tail", self.frame, member.texture));
+        };
+        let mut expected = TableImage::new(geometry, tail_slot);
+        for (page, slot) in pager.resident().filter(|(page, _)| page.texture() == member.texture) {
+            let pos = page.pos(geometry.dims());
+            if !self.contents.is_shown(member.pool, slot, page) {
+                return Err(format!("frame {}: {slot:?} does not show {pos}", self.frame));
             }
-            *in_slot = Some(entry);
+            if !geometry.is_tail(pos) {
+                let entry = TableEntry::new(pos.level, slot);
+                expected.apply(geometry, &TableChange { page, rule: ChangeRule::Coarser, entry });
+            }
         }
-        let is_known = |entry: &TableEntry| in_slot.get(entry.slot().index() as usize) == Some(&Some(*entry));
-        match member.table.entries().iter().all(is_known) {
-            true => Ok(()),
-            false => Err(format!("frame {}: the table names slots that are gone", self.frame)),
+        if expected.entries() == member.table.entries() {
+            return Ok(());
         }
+        let wrong = geometry.pages().find(|&pos| expected.lookup(pos) != member.table.lookup(pos));
+        Err(format!("frame {}: the table is wrong at {wrong:?}", self.frame))
     }
 
     /// A pool holds pages of its own textures, and of no others.
@@ -424,7 +455,9 @@ impl Crowd {
                 .filter(|member| member.pool == pager.pool())
                 .map(|member| member.texture)
                 .collect();
-            if let Some(page) = pager.slots().iter().flatten().find(|page| !own.contains(&page.texture())) {
+            if let Some(page) =
+                pager.resident().map(|(page, _)| page).find(|page| !own.contains(&page.texture()))
+            {
                 return Err(format!("frame {}: {page:?} is in {:?}", self.frame, pager.pool()));
             }
         }

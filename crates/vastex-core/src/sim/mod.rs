@@ -13,6 +13,7 @@ mod sharpness;
 mod world;
 
 pub use camera::{Path, View};
+pub use contents::contents_of_chance;
 pub use crowd::{Crowd, Watch};
 pub use loader::Loads;
 pub use random::Random;

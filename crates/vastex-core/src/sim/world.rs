@@ -128,7 +128,7 @@ impl World {
         });
         #[expect(clippy::expect_used, reason = "0 is a number that a texture may have")]
         let texture = TextureId::new(0).expect("a number");
-        let tail_slot = pager.add_texture(texture, &geometry, present.clone())?;
+        let tail_slot = pager.add_texture(texture, &geometry, present.clone(), None)?;
         Ok(World {
             table: TableImage::new(&geometry, tail_slot),
             knobs,
@@ -305,15 +305,14 @@ impl World {
 
     /// What is resident, by what the pager says of its slots, is exactly what the table leads to.
     fn check_table(&self) -> Result<(), String> {
-        let mut in_slot = vec![None; self.pager.slots().len()];
-        for ((slot, page), in_slot) in (0u32..).zip(self.pager.slots()).zip(&mut in_slot) {
-            let Some(page) = page else { continue };
-            let entry = TableEntry::new(page.level(), crate::Slot::new(slot));
+        let mut in_slot = vec![None; self.knobs.slots as usize];
+        for (page, slot) in self.pager.resident() {
+            let entry = TableEntry::new(page.level(), slot);
             let pos = page.pos(self.geometry.dims());
             if self.table.lookup(pos) != entry {
                 return Err(format!("frame {}: the table does not lead to {pos}", self.frame));
             }
-            *in_slot = Some(entry);
+            in_slot[slot.index() as usize] = Some(entry);
         }
         let is_known = |entry: &TableEntry| in_slot.get(entry.slot().index() as usize) == Some(&Some(*entry));
         match self.table.entries().iter().all(is_known) {

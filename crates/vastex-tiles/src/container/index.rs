@@ -4,7 +4,7 @@
 //! for, so that opening costs no work for each page. Bytes under a right checksum can still lie: no number is trusted.
 
 use bytes::Bytes;
-use vastex_core::{Geometry, PagePos};
+use vastex_core::{Geometry, PageContents, PagePos};
 
 use super::layout::{Extent, Fields, NO_RECORD, Section};
 use crate::tile::Codec;
@@ -221,6 +221,46 @@ impl Index {
     pub(super) fn page_records(&self) -> impl Iterator<Item = Option<u32>> + '_ {
         let (pages, _) = self.pages.as_chunks::<{ PAGE_BYTES as usize }>();
         pages.iter().map(|bytes| Some(u32::from_le_bytes(*bytes)).filter(|&number| number != NO_RECORD))
+    }
+
+    /// The pages that have the same record, and those of one constant colour; nothing where there are none. Costs a visit of each
+    /// page and record.
+    pub(super) fn contents(&self, geometry: &Geometry, order: &PageOrder) -> Option<PageContents> {
+        let mut uses = vec![0u8; self.records() as usize];
+        for record in self.page_records().skip(1).flatten() {
+            if let Some(uses) = uses.get_mut(record as usize) {
+                *uses = uses.saturating_add(1);
+            }
+        }
+        let mut numbers = vec![u32::MAX; uses.len()];
+        let (mut constants, mut count) = (Vec::new(), 0);
+        let used =
+            |least| (0u32..).zip(&uses).filter(move |&(_, &uses)| uses >= least).map(|(record, _)| record);
+        for record in used(1) {
+            if let Some(texel) = self.constant_of(record) {
+                numbers[record as usize] = count;
+                constants.push(texel);
+                count += 1;
+            }
+        }
+        for record in used(2) {
+            let number = &mut numbers[record as usize];
+            if *number == u32::MAX {
+                *number = count;
+                count += 1;
+            }
+        }
+        let number_of = |pos| {
+            let record = self.record_of_page(order.number_of(geometry, pos)?)?;
+            numbers.get(record as usize).copied()
+        };
+        (count > 0).then(|| PageContents::new(geometry, constants, count, number_of))
+    }
+
+    /// The texel of a record that is one of a constant tile.
+    fn constant_of(&self, record: u32) -> Option<Bytes> {
+        let record = self.record(record).ok().filter(|record| record.codec == Codec::Constant)?;
+        self.constant(record.section.extent).ok()
     }
 
     /// The texel of a constant tile.

@@ -2,10 +2,10 @@
 //!
 //! No number of the file is trusted: whatever a range says, it must lie in the file and be no longer than a tile.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use bytes::Bytes;
-use vastex_core::{Description, PagePos, PageSet};
+use vastex_core::{Description, PageContents, PagePos, PageSet};
 
 use super::description::{self, Contents, DescriptionFault};
 use super::error::ContainerError;
@@ -31,6 +31,8 @@ pub struct Container {
     pub(super) order: PageOrder,
     /// The pages that have tiles; nothing where all have.
     present: Option<Arc<PageSet>>,
+    /// Which pages have the same record or constant, once somebody has asked.
+    contents: OnceLock<Option<Arc<PageContents>>>,
     /// The bytes of the coarse tiles, from the header's `coarse_offset` on; empty where they are too many.
     coarse: Bytes,
     reads: StoreCounter,
@@ -59,6 +61,7 @@ impl Container {
             index,
             order,
             present,
+            contents: OnceLock::new(),
             coarse,
             store,
             reads: StoreCounter::default(),
@@ -188,6 +191,12 @@ impl TileSource for Container {
 
     fn present(&self) -> Option<&Arc<PageSet>> {
         self.present.as_ref()
+    }
+
+    /// From the index alone. Keeps 1 byte a page where at most 255 records are shared, else 2 or 4.
+    fn contents(&self) -> Option<&Arc<PageContents>> {
+        let contents = || self.index.contents(&self.description.geometry, &self.order).map(Arc::new);
+        self.contents.get_or_init(contents).as_ref()
     }
 
     /// Goes by the description and the index, which has the checksum of every tile: copies of a file have one identity, a

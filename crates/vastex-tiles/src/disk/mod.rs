@@ -37,7 +37,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
-use vastex_core::{Description, PagePos, PageSet, Region};
+use vastex_core::{Description, PageContents, PagePos, PageSet, Region};
 
 use crate::container::description_bytes;
 use crate::hash::content_hash;
@@ -250,6 +250,10 @@ impl<S: TileSource> TileSource for DiskCache<S> {
 
     fn present(&self) -> Option<&Arc<PageSet>> {
         self.source.present()
+    }
+
+    fn contents(&self) -> Option<&Arc<PageContents>> {
+        self.source.contents()
     }
 
     fn identity(&self) -> Option<SourceKey> {

@@ -158,6 +158,11 @@ impl TileSource for DirectorySource {
         None
     }
 
+    /// Nothing: which files are the same is only known when they have been read.
+    fn contents(&self) -> Option<&Arc<vastex_core::PageContents>> {
+        None
+    }
+
     /// Goes by the names, sizes and times of all files, which are looked up at every call. Nothing where one cannot be.
     fn identity(&self) -> Option<SourceKey> {
         identity(&self.directory).ok()

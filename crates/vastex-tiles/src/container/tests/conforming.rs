@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use pollster::block_on;
 use proptest::prelude::*;
-use vastex_core::{AddressMode, Description, Geometry, GeometrySpec, LayerFormat, PagePos};
+use vastex_core::{AddressMode, Description, Geometry, GeometrySpec, LayerFormat, PageContents, PagePos};
 
 use crate::testing::{container_bytes, image, open};
 use crate::*;
@@ -111,4 +111,80 @@ fn copies_have_one_identity_and_other_tiles_have_another() {
     for others in [bytes(Compression::None, 2), bytes(Compression::Lz4, 1)] {
         assert_ne!(of(others), identity);
     }
+}
+
+/// Tiles of a colour each, or of one that is written twice, or of one that is like no other.
+#[test]
+fn a_container_says_which_pages_have_the_same_record_or_color() {
+    let description = image(600, 400, 24, LayerFormat::R8);
+    let geometry = description.geometry.clone();
+    let bytes = description.tile_bytes();
+    let tile = |pos: PagePos| match (pos.x + 3 * pos.y) % 7 {
+        0..4 => vec![u8::from(pos.x.is_multiple_of(2)); bytes],
+        4 => (0..bytes).map(|n| n as u8).collect(),
+        _ => (0..bytes).map(|n| (n as u32 + 7 * pos.x + 31 * pos.y + u32::from(pos.level)) as u8).collect(),
+    };
+    let mut writer = ContainerWriter::new(
+        std::io::Cursor::new(Vec::new()),
+        "memory",
+        description.clone(),
+        WriterOptions::default(),
+    )
+    .unwrap();
+    for pos in geometry.pages() {
+        writer.append(pos, EncodedTile::new(tile(pos).into(), &description, Compression::Lz4)).unwrap();
+    }
+    let container = Arc::new(open(writer.complete().unwrap().0.into_inner()));
+    let contents = container.contents().unwrap();
+    let mut pages_of = std::collections::BTreeMap::new();
+    let finer = || geometry.pages().filter(|&pos| !geometry.is_tail(pos));
+    finer().for_each(|pos| *pages_of.entry(tile(pos)).or_insert(0) += 1);
+    for (a, b) in finer().zip(finer().skip(5)) {
+        let is_shared = |pos| pages_of[&tile(pos)] > 1 || tile(pos).windows(2).all(|pair| pair[0] == pair[1]);
+        assert_eq!(contents.of(a).is_some(), is_shared(a), "{a}");
+        assert!(
+            contents.of(a).is_none() || (contents.of(a) == contents.of(b)) == (tile(a) == tile(b)),
+            "{a} {b}"
+        );
+        let color = contents.of(a).and_then(|content| contents.constant(content)).map(|texel| texel.to_vec());
+        assert!(color.is_none_or(|texel| tile(a) == texel.repeat(bytes)), "{a}");
+    }
+    let constants = (0..contents.count()).filter(|&content| contents.constant(content).is_some());
+    assert_eq!((constants.count(), contents.constant(2)), (2, None));
+    // What a decorator passes on is what its tiles are; a source that lies is found out.
+    let lies = {
+        let constants = (0..2).filter_map(|n| contents.constant(n).cloned()).collect();
+        PageContents::new(&geometry, constants, contents.count(), |_| Some(0))
+    };
+    // The borders of these tiles are not those of any image, which is found last.
+    assert!(conformance(&container).unwrap_err().contains("texel"));
+    let lying = Lying { source: container.clone(), contents: Arc::new(lies) };
+    let found = conformance(&lying).unwrap_err();
+    assert!(found.contains("is said to have content 0"), "{found}");
+    assert_eq!(RamCache::new(container.clone(), 1000).contents(), container.contents());
+}
+
+struct Lying {
+    source: Arc<Container>,
+    contents: Arc<PageContents>,
+}
+
+impl TileSource for Lying {
+    fn description(&self) -> &Arc<Description> {
+        self.source.description()
+    }
+
+    fn contents(&self) -> Option<&Arc<PageContents>> {
+        Some(&self.contents)
+    }
+
+    fn read(&self, pos: PagePos) -> ReadFuture<'_> {
+        self.source.read(pos)
+    }
+}
+
+#[test]
+fn pages_that_differ_have_nothing_in_common() {
+    let source = PropertySource::new(Geometry::new(GeometrySpec::image(777, 500)).unwrap());
+    assert!(open(property_bytes(&source, Compression::Lz4)).contents().is_none());
 }

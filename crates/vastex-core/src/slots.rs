@@ -1,0 +1,275 @@
+//! Slots, and the pages in them: one, or all resident pages of one content.
+//!
+//! | a page | is in the slot of its content | else |
+//! |---|---|---|
+//! | comes into view, or is to be held, and its content is in a slot | joins it at once: a page-table change, no load, no upload | the best page of the content becomes its carrier, the others wait |
+//! | is evicted | leaves it; the slot is free when the last has left | |
+//! | changes its content (`refresh`) | stays in it as a *guest* until its new tile is here, which then goes into a slot of its own; out of view it is let go of | |
+//!
+//! Which page is evicted is `victims`' business, what contents there are `sharing`'s.
+
+use crate::event::Event;
+use crate::page::PageId;
+use crate::pager::Pager;
+use crate::pool::Slot;
+use crate::records::{RecordHint, State};
+use crate::residency::{PageState, Residency};
+use crate::sharing::ContentId;
+use crate::textures::Textures;
+
+/// What a slot holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Holding {
+    /// Resident pages whose table entries name the slot; none where it is free.
+    pub(crate) pages: u32,
+    /// What all of them have, but for guests; none where it is that of one page alone.
+    pub(crate) content: ContentId,
+}
+
+impl Holding {
+    pub(crate) const FREE: Holding = Holding { pages: 0, content: ContentId::NONE };
+}
+
+impl Residency {
+    pub(crate) fn holding(&mut self, slot: Slot) -> &mut Holding {
+        &mut self.slots[slot.index() as usize]
+    }
+
+    /// A tile goes into an empty slot, for a page.
+    pub(crate) fn put_in(&mut self, slot: Slot, content: ContentId) {
+        *self.holding(slot) = Holding { pages: 1, content };
+        self.stats.occupied += 1;
+        self.stats.resident += 1;
+        if let Some(content) = self.sharing.get_mut(content) {
+            content.slot = Some(slot);
+        }
+    }
+
+    /// A page leaves its slot. Says whether that is free now.
+    pub(crate) fn take_out(&mut self, slot: Slot) -> bool {
+        let holding = self.holding(slot);
+        holding.pages -= 1;
+        let content = holding.content;
+        let is_free = holding.pages == 0;
+        self.stats.resident -= 1;
+        if is_free {
+            *self.holding(slot) = Holding::FREE;
+            self.stats.occupied -= 1;
+            if let Some(content) = self.sharing.get_mut(content) {
+                content.slot = None;
+            }
+        }
+        is_free
+    }
+
+    /// A slot for a tile that is ready, and the last page that gave it up; nothing where no page may be evicted. Of pages that
+    /// share a slot all go, and some may that leave others behind: they come back without a load.
+    pub(crate) fn take_slot(&mut self, textures: &Textures) -> Option<(Slot, Option<PageId>)> {
+        if let Some(slot) = self.free.pop() {
+            return Some((slot, None));
+        }
+        let (slot, victim) = self.evict_next(textures)?;
+        Some((slot, Some(victim)))
+    }
+
+    /// Evicts what goes next until a slot is free; nothing where none may. Says which page was the last.
+    pub(crate) fn evict_next(&mut self, textures: &Textures) -> Option<(Slot, PageId)> {
+        loop {
+            let victim = self.next_victim(textures)?;
+            let slot = self.slot_of(victim)?;
+            if self.evict(victim, slot, textures) {
+                return Some((slot, victim));
+            }
+        }
+    }
+
+    /// Says whether the slot is free now.
+    pub(crate) fn evict(&mut self, page: PageId, slot: Slot, textures: &Textures) -> bool {
+        let content = self.holding(slot).content;
+        let is_free = self.take_out(slot);
+        self.evicted.push((page, slot));
+        self.records.remove(page);
+        self.refreshes.evicted(page);
+        for ancestor in textures.ancestors(page) {
+            let Some(record) = self.records.get_mut(ancestor) else { continue };
+            record.below -= 1;
+            if record.below == 0 {
+                let record = *record;
+                if record.state == State::Absent {
+                    self.drop_page(ancestor);
+                }
+                self.note_last_descendant_gone(&record, textures);
+            }
+        }
+        if is_free {
+            self.stats.evicted += 1;
+            if let Some(content) = self.sharing.get_mut(content) {
+                content.evicted_at = Some(self.frame);
+            } else {
+                self.evicted_at.insert(page, self.frame);
+                self.evictions.push_back((self.frame, page));
+            }
+        }
+        is_free
+    }
+
+    /// Whether a page that is queued is to be asked for: its content is neither here nor under way.
+    pub(crate) fn may_load(&self, page: PageId) -> bool {
+        let content = self.sharing.get(self.sharing.of(page));
+        content.is_none_or(|content| {
+            content.slot.is_none() && (content.carrier == page || content.carrier == PageId::NONE)
+        })
+    }
+
+    /// The page becomes resident where its content is in a slot already. Says whether it has.
+    pub(crate) fn join(&mut self, page: PageId, textures: &Textures) -> bool {
+        let Some(slot) = self.sharing.content_of(page).and_then(|content| content.slot) else { return false };
+        let state = self.records.get_or_add(page, RecordHint::default()).state;
+        if matches!(state, State::Absent | State::Queued | State::Failed) {
+            self.holding(slot).pages += 1;
+            self.stats.resident += 1;
+            self.stats.shared += 1;
+            if self.become_resident(page, slot, textures) {
+                self.recovered.push(page);
+            }
+            self.settled.push(page);
+        }
+        true
+    }
+
+    /// Which page is loaded for one that is missing in view and comes next in the order: itself, or its content's carrier;
+    /// none where its content is here, and it with it, or is listed already.
+    pub(crate) fn load_for(&mut self, page: PageId, textures: &Textures) -> Option<PageId> {
+        if self.join(page, textures) {
+            return None;
+        }
+        let (round, frame) = (self.round, self.frame);
+        let Some(content) = self.sharing.content_of(page) else { return Some(page) };
+        if content.listed_round == round {
+            return None;
+        }
+        content.listed_round = round;
+        let carrier = self.carrier_for(page);
+        if carrier != page {
+            self.records.get_or_add(carrier, RecordHint::default()).use_for(frame);
+        }
+        Some(carrier)
+    }
+
+    /// The carrier of the page's content, or the page where there is none. What the source of one texture cannot give that of
+    /// another may.
+    fn carrier_for(&mut self, page: PageId) -> PageId {
+        let Some(carrier) = self.sharing.carrier_of(page) else { return page };
+        let has_failed = self.records.get(carrier).is_none_or(|record| record.state == State::Failed);
+        if has_failed && carrier.texture() != page.texture() {
+            self.sharing.lay_down(carrier);
+            return page;
+        }
+        carrier
+    }
+
+    /// The same for a page that is to be held, in a plan by hand.
+    pub(crate) fn load_by_hand_for(&mut self, page: PageId, textures: &Textures) -> Option<PageId> {
+        if self.join(page, textures) {
+            return None;
+        }
+        let (round, plan) = (self.round, self.sharing.plan);
+        let Some(content) = self.sharing.content_of(page) else { return Some(page) };
+        if content.wanted_round >= round || content.planned == plan {
+            return None; // it comes with what is in view, or is listed already
+        }
+        content.planned = plan;
+        Some(self.carrier_for(page))
+    }
+
+    /// Whether the content that the page carries has a use, for whichever of its pages.
+    pub(crate) fn carries_something_of_use(&self, page: PageId) -> bool {
+        let content = self.sharing.get(self.sharing.of(page)).filter(|content| content.carrier == page);
+        content.is_some_and(|content| {
+            content.wanted_round >= self.round || content.planned == self.sharing.plan && content.planned > 0
+        })
+    }
+
+    /// Whether the page, which is resident, is in a slot that is not to be written over with what is its own alone.
+    pub(crate) fn is_guest(&self, page: PageId) -> bool {
+        if self.sharing.is_empty() {
+            return false;
+        }
+        let holding = self.slot_of(page).map(|slot| self.slots[slot.index() as usize]);
+        holding.is_some_and(|holding| holding.pages > 1 && holding.content != self.sharing.of(page))
+    }
+
+    /// A page that is alone in its slot is about to write its own tile there.
+    pub(crate) fn take_over(&mut self, slot: Slot) {
+        let content = std::mem::replace(&mut self.holding(slot).content, ContentId::NONE);
+        if let Some(content) = self.sharing.get_mut(content) {
+            content.slot = None;
+        }
+    }
+
+    /// Evicts guests out of view: what they show is out of date, and nobody sees it.
+    pub(crate) fn let_go_of_guests(&mut self, textures: &Textures) {
+        if self.sharing.is_empty() {
+            return;
+        }
+        let mut guests: Vec<PageId> = self.refreshes.pages().filter(|&page| self.is_guest(page)).collect();
+        guests.sort_unstable_by_key(|&page| (page.level(), page)); // descendants first
+        for page in guests {
+            let may_go = self.records.get(page).and_then(|record| self.age_if_evictable(record)).is_some();
+            if let Some(slot) = self.slot_of(page).filter(|_| may_go && self.is_guest(page)) {
+                self.evict(page, slot, textures); // others stay, so the slot is not free
+            }
+        }
+    }
+
+    /// A guest moves into a slot of its own.
+    pub(crate) fn move_guest(&mut self, page: PageId, to: Slot) {
+        let Some(record) = self.records.get_mut(page) else { return };
+        let State::Resident(from) = record.state else { return };
+        record.state = State::Resident(to);
+        self.take_out(from);
+        self.put_in(to, ContentId::NONE);
+        self.evicted.push((page, from));
+    }
+}
+
+impl Pager {
+    /// Of the missing pages of one content leaves the one in the order that is loaded, and none where the content is here.
+    pub(crate) fn order_shared(&mut self) {
+        if self.residency.sharing.is_empty() {
+            return;
+        }
+        let Pager { order, waiting, residency, textures, .. } = self;
+        order.retain_mut(|page| match residency.load_for(*page, textures) {
+            Some(carrier) if carrier == *page => true,
+            Some(carrier) => {
+                waiting.push(std::mem::replace(page, carrier));
+                true
+            }
+            None => {
+                waiting.extend(Some(*page).filter(|&page| residency.state(page) == PageState::Queued));
+                false
+            }
+        });
+        self.say_recovered();
+    }
+
+    /// Pages that wait for a tile which has come join it.
+    pub(crate) fn join_waiting(&mut self) {
+        let Pager { waiting, residency, textures, .. } = self;
+        for &page in waiting.iter() {
+            if residency.state(page) == PageState::Queued {
+                residency.join(page, textures);
+            }
+        }
+        self.say_recovered();
+        self.check();
+    }
+
+    pub(crate) fn say_recovered(&mut self) {
+        let pool = self.pool();
+        for page in self.residency.recovered.drain(..) {
+            self.events.push(Event::Recovered { pool, page });
+        }
+    }
+}
