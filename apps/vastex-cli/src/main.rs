@@ -11,6 +11,7 @@ mod gpu;
 mod open;
 mod output;
 mod report;
+mod shortage;
 mod telemetry;
 #[cfg(feature = "view")]
 mod view;

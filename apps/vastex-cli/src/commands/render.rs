@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result, bail};
 use serde::Serialize;
-use vastex::{Event, FrameStats, Pace, PageId, PoolDump, PoolSettings, Settings};
+use vastex::{Event, FrameStats, Pace, PageId, PoolDump, PoolId, PoolSettings, Settings, Textures};
 use vastex_core::Dims;
 use vastex_scenes::{Comparison, Gpu, Outcome, ReferenceKind, Studio, Until};
 use vastex_tiles::{DirectStore, DiskTier};
@@ -14,7 +14,7 @@ use crate::args::{RenderArgs, SceneArgs};
 use crate::open::Opened;
 use crate::output::Output;
 use crate::telemetry::StatsExport;
-use crate::{disk_cache, gpu, open, report};
+use crate::{disk_cache, gpu, open, report, shortage};
 
 pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode> {
     let source = args.scene.source.display().to_string();
@@ -95,12 +95,12 @@ fn draw(
         studio.textures_mut().record_trace();
     }
     let until = args.frames.map_or(Until::Converged, Until::Frames);
-    let mut failed = FailedPages::default();
+    let mut troubles = Troubles::default();
     let outcome = studio.run(args.camera_path, until, |textures, events| {
         outputs.stats.note(textures);
-        failed.note(events);
+        troubles.note(events);
     })?;
-    failed.say(&args.scene.source.display().to_string());
+    troubles.say(&args.scene.source.display().to_string(), studio.textures());
     if let Some(output) = &outputs.picture {
         output.write_picture(&studio.picture())?;
     }
@@ -144,28 +144,39 @@ fn is_same_file(a: &std::path::Path, b: &std::path::Path) -> bool {
     matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
-/// The pages that failed and have not recovered, and why.
+/// What keeps the picture from being as sharp as it should be.
 #[derive(Default)]
-struct FailedPages(BTreeMap<PageId, String>);
+struct Troubles {
+    /// The pages that failed and have not recovered, and why.
+    failed: BTreeMap<PageId, String>,
+    /// The newest of each pool that is too small.
+    shortages: BTreeMap<PoolId, Event>,
+}
 
-impl FailedPages {
+impl Troubles {
     fn note(&mut self, events: Vec<Event>) {
         for event in events {
             match event {
-                Event::Failed { page, why, .. } => drop(self.0.insert(page, why)),
-                Event::Recovered { page, .. } => drop(self.0.remove(&page)),
-                Event::Converged { .. }
-                | Event::Oversubscribed { .. }
-                | Event::PoolReduced { .. }
-                | Event::Lost { .. } => {}
+                Event::Failed { page, why, .. } => drop(self.failed.insert(page, why)),
+                Event::Recovered { page, .. } => drop(self.failed.remove(&page)),
+                Event::Oversubscribed { pool, .. } | Event::PoolReduced { pool, .. } => {
+                    self.shortages.insert(pool, event);
+                }
+                Event::Converged { .. } | Event::Lost { .. } => {}
             }
         }
     }
 
-    fn say(&self, source: &str) {
-        for (page, why) in &self.0 {
+    fn say(&self, source: &str, textures: &Textures) {
+        for (page, why) in &self.failed {
             let pos = page.pos(Dims::D2);
             report::say(&format!("{source}: {pos} failed, a coarser one is shown instead: {why}"));
+        }
+        // Where the view has come to fit meanwhile, the picture is as it should be.
+        let pools = textures.stats().pools;
+        let coarse = pools.iter().filter(|pool| pool.pager.bias_eighths > 0);
+        for shortage in coarse.filter_map(|pool| shortage::text(self.shortages.get(&pool.pool)?, textures)) {
+            report::say(&format!("{source}: {shortage}"));
         }
     }
 }

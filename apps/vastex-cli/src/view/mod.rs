@@ -21,7 +21,7 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
 use winit::window::{Fullscreen, Window, WindowId};
 
 use crate::args::ViewArgs;
-use crate::open;
+use crate::{open, report};
 use input::{Input, Wish};
 use viewer::{Viewer, Wake};
 
@@ -91,7 +91,7 @@ impl App<'_> {
     /// Draws a frame. A lost device is replaced, with everything that was made from it.
     fn draw(&mut self, events: &ActiveEventLoop) -> Result<()> {
         let pose = &mut self.poses[self.scene as usize];
-        let Some(Open { window, viewer }) = &mut self.open else { return Ok(()) };
+        let Some(Open { viewer, .. }) = &mut self.open else { return Ok(()) };
         let (moved, aspects) = (self.input.motion(Instant::now()), viewer.aspects());
         if let Some(moved) = moved {
             *pose = moved.apply(*pose, aspects);
@@ -104,9 +104,10 @@ impl App<'_> {
         match drawn {
             Err(error) if is_lost(&error) && self.lost_devices < MAX_LOST_DEVICES => {
                 self.lost_devices += 1;
-                let window = window.clone();
-                self.open = None;
-                self.open = Some(Open { viewer: self.viewer(events, &window)?, window });
+                report::say("the graphics device was lost; going on with a new one");
+                let Some(Open { window, viewer }) = self.open.take() else { return Ok(()) };
+                let viewer = viewer.restored(events.owned_display_handle())?;
+                self.open = Some(Open { window, viewer });
             }
             drawn => drawn?,
         }

@@ -14,7 +14,7 @@ use super::input::Aspects;
 use super::surface::Surface;
 use crate::args::SceneArgs;
 use crate::commands::render::settings;
-use crate::{gpu, report};
+use crate::{gpu, report, shortage};
 
 /// Frames after a change of the view in which nothing is taken for settled: feedback is on its way for some, and a
 /// whole jitter cycle belongs to a view.
@@ -47,6 +47,8 @@ pub(super) struct Viewer {
     frames: u64,
     unsettled: u32,
     is_hidden: bool,
+    /// Whether it was said that a pool is too small.
+    is_oversubscribed: bool,
     title: Title,
 }
 
@@ -59,24 +61,17 @@ impl Viewer {
         window: Arc<Window>,
         display: OwnedDisplayHandle,
     ) -> Result<Viewer> {
-        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_with_display_handle_from_env(
-            Box::new(display),
-        ));
-        let surface = instance.create_surface(window.clone()).context(
-            "no graphics driver draws in this window; install a Vulkan driver (on Debian and Ubuntu the software driver is \
-             the package mesa-vulkan-drivers)",
-        )?;
-        let gpu = Gpu::for_surface(instance, Some(&surface))?;
-        gpu::report_refusals(&gpu);
+        let (gpu, surface) = device_for(&window, display)?;
         let mut textures = Textures::new(&gpu.device, &gpu.queue, settings(args)?)?;
         let texture = textures.add(source)?;
+        let name = args.source.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        textures.set_name(texture, name.clone());
         let shown = args.shown();
         let layer = shown.layer_of(&textures, texture)?;
         let look = Look::new(&textures.description(texture).layers[layer.index()], shown.range);
         let surface = Surface::new(&gpu, window.clone(), surface, look.picture_format())?;
         let (device, queue) = (&gpu.device, &gpu.queue);
         let renderer = SceneRenderer::new(device, queue, &textures, layer, look, scene, surface.format());
-        let name = args.source.file_name().unwrap_or_default().to_string_lossy().into_owned();
         Ok(Viewer {
             gpu,
             window,
@@ -89,8 +84,25 @@ impl Viewer {
             frames: 0,
             unsettled: UNSETTLED_FRAMES,
             is_hidden: false,
+            is_oversubscribed: false,
             title: Title::default(),
         })
+    }
+
+    /// Goes on with a device of its own after this one's was lost. What was read stays, and the view is sharp again as soon as it is
+    /// uploaded.
+    pub(super) fn restored(self, display: OwnedDisplayHandle) -> Result<Viewer> {
+        let Viewer { window, mut textures, layer, look, renderer, surface, gpu, .. } = self;
+        let scene = renderer.scene();
+        // A window has one surface at a time.
+        drop((renderer, surface, gpu));
+        let (gpu, surface) = device_for(&window, display)?;
+        textures.restore(&gpu.device, &gpu.queue)?;
+        let surface = Surface::new(&gpu, window.clone(), surface, look.picture_format())?;
+        let (device, queue) = (&gpu.device, &gpu.queue);
+        let renderer = SceneRenderer::new(device, queue, &textures, layer, look, scene, surface.format());
+        let unsettled = UNSETTLED_FRAMES;
+        Ok(Viewer { gpu, window, surface, textures, renderer, unsettled, ..self })
     }
 
     /// Width and height of the view in pixels.
@@ -112,6 +124,10 @@ impl Viewer {
     /// The window has another size.
     pub(super) fn resize(&mut self, size: [u32; 2]) {
         self.surface.resize(size);
+        if let Err(error) = self.textures.set_picture(self.surface.size()) {
+            // The pools are as they were: the picture is drawn all the same, if need be coarser.
+            report::say(&format!("{}: the pools keep their size: {error}", self.name));
+        }
         self.wake();
     }
 
@@ -171,9 +187,16 @@ impl Viewer {
     /// Says what happened, on stderr and in the title.
     fn tell(&mut self) {
         while let Some(event) = self.textures.poll_event() {
-            if let Event::Failed { page, why, .. } = event {
-                let (name, pos) = (&self.name, page.pos(Dims::D2));
+            let name = &self.name;
+            if let Event::Failed { page, why, .. } = &event {
+                let pos = page.pos(Dims::D2);
                 report::say(&format!("{name}: {pos} failed, a coarser one is shown instead: {why}"));
+            }
+            // Once: the title tells how the bias goes on.
+            let is_known = matches!(event, Event::Oversubscribed { .. })
+                && std::mem::replace(&mut self.is_oversubscribed, true);
+            if let Some(shortage) = shortage::text(&event, &self.textures).filter(|_| !is_known) {
+                report::say(&format!("{name}: {shortage}"));
             }
         }
         let stats = self.textures.stats();
@@ -183,6 +206,19 @@ impl Viewer {
             self.window.set_title(&title(&self.name, scene, &stats, is_settled, rate));
         }
     }
+}
+
+/// A device that draws in the window, and the window's surface.
+fn device_for(window: &Arc<Window>, display: OwnedDisplayHandle) -> Result<(Gpu, wgpu::Surface<'static>)> {
+    let instance =
+        wgpu::Instance::new(wgpu::InstanceDescriptor::new_with_display_handle_from_env(Box::new(display)));
+    let surface = instance.create_surface(window.clone()).context(
+        "no graphics driver draws in this window; install a Vulkan driver (on Debian and Ubuntu the software driver is \
+         the package mesa-vulkan-drivers)",
+    )?;
+    let gpu = Gpu::for_surface(instance, Some(&surface))?;
+    gpu::report_refusals(&gpu);
+    Ok((gpu, surface))
 }
 
 fn title(name: &str, scene: &str, stats: &FrameStats, is_settled: bool, rate: f64) -> String {
