@@ -124,11 +124,20 @@ impl Viewer {
     /// The window has another size.
     pub(super) fn resize(&mut self, size: [u32; 2]) {
         self.surface.resize(size);
+        let area = |[width, height]: [u32; 2]| u64::from(width) * u64::from(height);
+        // Smaller pools can wait until nothing of the larger picture is wanted any more.
+        if area(self.surface.size()) > area(self.textures.settings().picture) {
+            self.fit_pools();
+        }
+        self.jumped();
+    }
+
+    /// Makes pools that have no size of their own as large as the picture needs.
+    fn fit_pools(&mut self) {
         if let Err(error) = self.textures.set_picture(self.surface.size()) {
             // The pools are as they were: the picture is drawn all the same, if need be coarser.
             report::say(&format!("{}: the pools keep their size: {error}", self.name));
         }
-        self.wake();
     }
 
     /// The view changes.
@@ -180,6 +189,9 @@ impl Viewer {
         self.surface.present(frame);
         self.frames += 1;
         self.unsettled = self.unsettled.saturating_sub(1);
+        if self.unsettled == 0 && self.textures.settings().picture != self.surface.size() {
+            self.fit_pools();
+        }
         self.tell();
         Ok(())
     }
