@@ -31,7 +31,7 @@ pub fn required_features(adapter: &wgpu::Adapter) -> wgpu::Features {
 }
 
 /// Fails where the device is already lost, so that nothing is made that could not be used without a panic.
-pub(crate) fn alive(device: &wgpu::Device) -> Result<(), GpuError> {
+pub fn alive(device: &wgpu::Device) -> Result<(), GpuError> {
     let probe = device.create_buffer(&wgpu::BufferDescriptor {
         label: Some("vastex probe"),
         size: 4,

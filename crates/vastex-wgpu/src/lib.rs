@@ -35,7 +35,7 @@ pub mod test_device;
 pub mod twins;
 
 pub use bind::BindLayout;
-pub use device::{limits, required_features};
+pub use device::{alive, limits, required_features};
 pub use error::GpuError;
 pub use feedback::{
     FEEDBACK_DEPTH_FORMAT, FEEDBACK_FORMAT, FeedbackScale, FeedbackTarget, FeedbackView, ViewBuffer,

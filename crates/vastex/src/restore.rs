@@ -1,12 +1,18 @@
 //! After a lost device: everything on the GPU is made again, from what the pagers know and the caches and sources have.
 
 use vastex_core::TextureId;
-use vastex_wgpu::{TableBuffers, TableChanger};
+use vastex_wgpu::{TableBuffers, TableChanger, alive};
 
 use crate::error::Error;
 use crate::textures::{Textures, read_tail};
 
 impl Textures {
+    /// Fails with [`vastex_wgpu::GpuError::DeviceLost`] where the device is lost. The frame loop says so by itself; this is for frames that
+    /// do not get as far, as when a window gives no picture. Costs a buffer of 4 bytes.
+    pub fn check_device(&self) -> Result<(), Error> {
+        Ok(alive(&self.device)?)
+    }
+
     /// Goes on with another device, after [`vastex_wgpu::GpuError::DeviceLost`]: makes the pools and page tables anew and reads
     /// the tails; in the next frames the tiles of the view come again, from the RAM cache as far as it has them. Textures keep
     /// their ids, tickets and pins stay, as do levels that were set.

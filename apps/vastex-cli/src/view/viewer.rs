@@ -173,7 +173,11 @@ impl Viewer {
 
     /// Draws and shows a frame, where the window shows any.
     pub(super) fn draw(&mut self, pose: Pose) -> Result<()> {
-        let frame = self.surface.acquire()?;
+        let frame = self.surface.acquire();
+        if !matches!(frame, Ok(Some(_))) {
+            self.textures.check_device()?; // a lost one is the reason, whatever the window says
+        }
+        let frame = frame?;
         self.is_hidden = frame.is_none();
         let Some(frame) = frame else { return Ok(()) };
         self.renderer.set_pose(&self.gpu.queue, &pose, self.aspects()[0]);

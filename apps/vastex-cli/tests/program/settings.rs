@@ -62,3 +62,23 @@ fn what_is_wrong_in_a_settings_file_is_said_with_its_line() {
         assert!(words.iter().all(|word| ended.stderr.contains(word)), "{file}: {ended}");
     }
 }
+
+#[test]
+fn a_pool_that_is_too_small_for_the_view_is_told_of_with_a_remedy() {
+    let desk = Desk::with_container();
+    desk.write("small.toml", b"[default_pool]\nsize_mib = 0.2\n");
+    let render = ["render", "image.vastex", "--size", "320x180", "-o", "out.png"];
+    let small = desk.run(&[&render[..], &["--settings", "small.toml"]].concat()).expect_code(0);
+    let words = [
+        "image.vastex",
+        "of 72x72 texels of rgba8-srgb",
+        "the pool holds 10",
+        "levels coarser",
+        "--pool-mib",
+    ];
+    for words in words {
+        assert!(small.stderr.contains(words), "{words}: {small}");
+    }
+    let ample = desk.run(&[&render[..], &["--force"]].concat()).expect_code(0);
+    assert!(!ample.stderr.contains("coarser"), "{ample}");
+}
