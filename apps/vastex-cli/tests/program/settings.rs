@@ -79,6 +79,6 @@ fn a_pool_that_is_too_small_for_the_view_is_told_of_with_a_remedy() {
     for words in words {
         assert!(small.stderr.contains(words), "{words}: {small}");
     }
-    let ample = desk.run(&[&render[..], &["--force"]].concat()).expect_code(0);
+    let ample = desk.run(&render).expect_code(0);
     assert!(!ample.stderr.contains("coarser"), "{ample}");
 }
