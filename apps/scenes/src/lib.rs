@@ -6,6 +6,7 @@
 mod compare;
 mod cpu_picture;
 mod draw;
+mod estimate;
 mod gpu;
 mod levels;
 mod look;
@@ -19,6 +20,7 @@ mod traced;
 
 pub use compare::{Comparison, Picture};
 pub use draw::{PictureTarget, SceneRenderer, depth_view};
+pub use estimate::{Estimate, Estimating};
 pub use gpu::{Gpu, GpuSetupError};
 pub use levels::LevelError;
 pub use look::{Look, Shown, UnknownLayer};

@@ -9,6 +9,7 @@ use vastex::{CpuTexture, Event, FrameStats, Settings, Textures, TileSource};
 use crate::compare::{Comparison, Picture};
 use crate::cpu_picture::cpu_picture;
 use crate::draw::{PictureTarget, SceneRenderer, depth_view};
+use crate::estimate::Estimating;
 use crate::gpu::Gpu;
 use crate::look::{Look, Shown, UnknownLayer};
 use crate::path::Path;
@@ -82,6 +83,7 @@ pub struct Studio {
     renderer: SceneRenderer,
     size: [u32; 2],
     pose: Pose,
+    estimating: Option<Estimating>,
     colour: wgpu::Texture,
     colour_view: wgpu::TextureView,
     depth_view: wgpu::TextureView,
@@ -133,6 +135,7 @@ impl Studio {
             colour_view: colour.create_view(&Default::default()),
             depth_view: depth_view(&gpu.device, size),
             pose: Pose::first(scene),
+            estimating: None,
             gpu: gpu.clone(),
             textures,
             renderer,
@@ -140,6 +143,11 @@ impl Studio {
             colour,
             source,
         })
+    }
+
+    /// From the next frame on, estimates what the view wants, in place of the feedback pass or beside it.
+    pub fn estimate(&mut self, estimating: Estimating) {
+        self.estimating = Some(estimating);
     }
 
     /// Plays a path; `watch` sees the textures after every frame, and every event in it.
@@ -176,8 +184,14 @@ impl Studio {
         self.renderer.set_pose(&self.gpu.queue, &pose, self.view_aspect());
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let (renderer, layer) = (&self.renderer, self.renderer.layer());
-        self.textures
-            .feedback(&mut encoder, self.size, |pass, groups| renderer.draw_wanted(pass, &groups[layer]))?;
+        if let Some(estimating) = self.estimating {
+            estimating.tell(&mut self.textures, renderer, &pose, self.size);
+        }
+        if self.estimating.is_none_or(|estimating| estimating.beside) {
+            self.textures.feedback(&mut encoder, self.size, |pass, groups| {
+                renderer.draw_wanted(pass, &groups[layer])
+            })?;
+        }
         self.textures.update(&mut encoder)?;
         self.gpu.queue.submit([encoder.finish()]);
         Ok(())

@@ -10,6 +10,7 @@ use vastex_scenes::{Path, Scene, Shown};
 #[cfg(feature = "build")]
 pub(crate) use build::{BuildArgs, Compress};
 pub(crate) use disk_cache::DiskCacheArgs;
+pub(crate) use estimate::EstimateArgs;
 #[cfg(feature = "build")]
 pub(crate) use export::{ExportArgs, FormatName, LayoutName};
 #[cfg(feature = "build")]
@@ -21,6 +22,7 @@ pub(crate) use replay::ReplayArgs;
 #[cfg(feature = "build")]
 mod build;
 mod disk_cache;
+mod estimate;
 #[cfg(feature = "build")]
 mod export;
 #[cfg(feature = "build")]
@@ -180,6 +182,7 @@ Examples:
   vastex render island.vastex --layer-shown height --range 0,0.2 -o height.png
   vastex render earth.vastex --on globe --camera-path spin --record-trace spin.vxtrace
   vastex render earth.vastex --on globe --camera-path fly --stats-csv fly.csv --dump-pools
+  vastex render earth.vastex --on globe --estimate quadtree -o without-feedback.png
 
 Without --frames it plays the camera path to its end and holds the last pose until everything is loaded; if that does
 not come to pass within 10,000 frames, the picture is written as it is and the exit code is 1.")]
@@ -204,6 +207,8 @@ pub(crate) struct RenderArgs {
     /// Where to write the last picture, as PNG
     #[arg(short, long, value_name = "OUT.png")]
     pub(crate) output: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) estimate: EstimateArgs,
     /// Where to write what each frame wanted, for `vastex replay`
     #[arg(long, value_name = "FILE")]
     pub(crate) record_trace: Option<PathBuf>,

@@ -25,6 +25,7 @@ pub use surface::{FlatSurface, GlobeSurface, Patch, Surface, UvBox};
 
 use crate::feedback::Feedback;
 use crate::geometry::Geometry;
+use crate::level_rule::LevelRule;
 use crate::page::{Dims, PagePos, TextureId};
 use look::Look;
 use walk::{Found, walk};
@@ -36,21 +37,20 @@ pub struct SurveyedTexture<'a> {
     pub number: TextureId,
     /// Its shape. Of a volume nothing is wanted.
     pub geometry: &'a Geometry,
-    /// Levels added to every level.
-    pub bias: f32,
-    /// The finest and the coarsest level wanted, after that.
-    pub levels: [u8; 2],
+    /// How its levels are chosen.
+    pub rule: LevelRule,
 }
 
 impl<'a> SurveyedTexture<'a> {
     /// A texture whose levels are chosen as they are needed.
     pub fn new(number: TextureId, geometry: &'a Geometry) -> SurveyedTexture<'a> {
-        SurveyedTexture { number, geometry, bias: 0.0, levels: [0, geometry.coarsest()] }
+        SurveyedTexture { number, geometry, rule: LevelRule::default() }
     }
 
     fn ruled(&self, look: Look) -> Look {
-        let [finest, coarsest] = self.levels.map(f64::from);
-        Look { lambda: (look.lambda + f64::from(self.bias)).max(finest).min(coarsest), ..look }
+        let LevelRule { bias, finest, coarsest } = self.rule.within(self.geometry);
+        let lambda = look.lambda + f64::from(bias);
+        Look { lambda: lambda.max(f64::from(finest)).min(f64::from(coarsest)), ..look }
     }
 }
 

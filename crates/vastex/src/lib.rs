@@ -45,6 +45,7 @@ mod restore;
 mod settings;
 mod settings_file;
 mod stats;
+mod survey;
 mod telemetry;
 mod textures;
 mod views;
@@ -71,6 +72,10 @@ pub use vastex_core::{
     GeometrySpec, GroupError, GroupId, History, Integrator, Layer, LayerFormat, LevelRule, PageId, PagePos,
     PageState, PoolEstimate, PoolFrame, PoolId, Progress, Region, Stats, TexelPositions, TextureId,
     TexturePages, TicketState, TimeToSharp, Trace, Urgency, ViewError, ViewId, fold,
+};
+pub use vastex_core::{
+    Camera, FlatSurface, GlobeSurface, Patch, Surface, Survey, SurveySettings, Surveyed, SurveyedObject,
+    SurveyedTexture, UvBox,
 };
 pub use vastex_tiles::{
     Codec, ContainerError, DecodeError, ReadError, ReadFuture, SourceKey, StoreStats, TierStats, Tiers, Tile,

@@ -5,8 +5,8 @@
 use std::sync::Arc;
 
 use vastex_core::{
-    Budgets, Description, Dims, Event, GroupId, LevelRule, PageId, PageState, Pagers, PoolError, PoolId,
-    TableChange, TextureId, ViewId,
+    Budgets, Description, Dims, Event, Feedback, GroupId, LevelRule, PageId, PageState, Pagers, PoolError,
+    PoolId, TableChange, TextureId, ViewId,
 };
 use vastex_tiles::{Loader, RamCache, Tiers, Tile, TileSource};
 use vastex_wgpu::{BindLayout, ShaderOptions, TableBuffers, TableChanger, group_wgsl, wgsl};
@@ -33,6 +33,8 @@ pub struct Textures {
     pub(crate) settings: Settings,
     /// The main view, then the others.
     pub(crate) views: Vec<ViewState>,
+    /// What the application has said that views want.
+    pub(crate) said: Vec<Feedback>,
     pub(crate) changer: TableChanger,
     /// By number.
     pub(crate) pools: Vec<PoolState>,
@@ -128,6 +130,7 @@ impl Textures {
             device: device.clone(),
             queue: queue.clone(),
             views: vec![ViewState::new(device, queue, ViewId::MAIN)],
+            said: Vec::new(),
             changer: TableChanger::new(device),
             pools: Vec::new(),
             pagers: Pagers::new(Budgets {

@@ -157,7 +157,8 @@ impl Textures {
         Ok(self.pagers.of_members(&feedback))
     }
 
-    /// The feedback that has arrived, or in lock-step that of the frame before the last, in the order of frames.
+    /// The feedback that has arrived, or in lock-step that of the frame before the last, in the order of frames; then what the
+    /// application has said of this one.
     pub(crate) fn arrived_feedback(&mut self) -> Result<Vec<Feedback>, Error> {
         let mut arrived = Vec::new();
         let Textures { views, lock_step, device, queue, frame, .. } = self;
@@ -180,6 +181,7 @@ impl Textures {
                 }
             }
         }
+        arrived.append(&mut self.said);
         Ok(arrived)
     }
 

@@ -91,6 +91,7 @@ fn draw(
     for texture in shown {
         studio.textures_mut().set_name(texture, args.scene.source.display().to_string());
     }
+    args.estimate.estimating().into_iter().for_each(|estimating| studio.estimate(estimating));
     if outputs.trace.is_some() {
         studio.textures_mut().record_trace();
     }

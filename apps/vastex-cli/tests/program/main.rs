@@ -4,6 +4,7 @@
 
 mod bad_input;
 mod disk_cache;
+mod estimates;
 mod export;
 mod inset;
 mod replay;

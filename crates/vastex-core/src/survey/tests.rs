@@ -271,7 +271,8 @@ fn objects_cut_from_a_surface_want_at_least_what_it_wants() {
 fn a_rule_of_levels_holds_in_a_survey_too() {
     let (geometry, camera) = (geometry(), look_at([0.0, -0.1, 0.1], [0.0, 0.4, 0.0]));
     let mut survey = Survey::new(camera, SurveySettings::default());
-    let texture = SurveyedTexture { bias: 1.0, levels: [3, 4], ..SurveyedTexture::new(texture(), &geometry) };
+    let rule = LevelRule { bias: 1.0, finest: 3, coarsest: 4 };
+    let texture = SurveyedTexture { rule, ..SurveyedTexture::new(texture(), &geometry) };
     survey.surface(texture, &plane());
     let levels: Vec<u8> = survey.finish(0).seen.pages.iter().map(|wanted| wanted.page.level()).collect();
     assert!(levels.contains(&3) && levels.iter().all(|level| (3..=4).contains(level)), "{levels:?}");

@@ -1,0 +1,108 @@
+//! What the scenes tell of their surfaces, so that what a view wants can be estimated without a feedback pass.
+
+use vastex::{
+    Camera, FlatSurface, GlobeSurface, Surface, Survey, SurveySettings, Surveyed, SurveyedObject,
+    SurveyedTexture, Textures,
+};
+
+use crate::draw::SceneRenderer;
+use crate::pose::Pose;
+use crate::scene::Scene;
+
+/// A way to know what a view wants without a feedback pass.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Estimate {
+    /// The surface as a grid of objects, each at the level of its nearest point.
+    Distance,
+    /// A walk down the quadtree of the texture's pages.
+    Quadtree,
+}
+
+impl Estimate {
+    /// Every way.
+    pub const ALL: [Estimate; 2] = [Estimate::Distance, Estimate::Quadtree];
+
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Estimate::Distance => "distance",
+            Estimate::Quadtree => "quadtree",
+        }
+    }
+
+    /// What a view of so many pixels wants of a scene's only texture, by the surfaces' ideal shapes.
+    pub fn of_view(
+        self,
+        scene: Scene,
+        pose: &Pose,
+        texture: SurveyedTexture<'_>,
+        picture: [u32; 2],
+        settings: SurveySettings,
+        frame: u64,
+    ) -> Surveyed {
+        let [width, height, _] = texture.geometry.size();
+        let image = width as f32 / height as f32;
+        let matrix = pose.clip_from_world(picture[0] as f32 / picture[1] as f32, image);
+        let mut survey = Survey::new(Camera::new(matrix.to_cols_array_2d(), picture), settings);
+        let surface = surface(scene, f64::from(image));
+        match self {
+            Estimate::Quadtree => survey.surface(texture, &*surface),
+            Estimate::Distance => {
+                for object in SurveyedObject::grid(&*surface, [width, height], OBJECTS) {
+                    survey.object(texture, &object);
+                }
+            }
+        }
+        survey.finish(frame)
+    }
+}
+
+/// How a studio estimates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimating {
+    /// In which way.
+    pub estimate: Estimate,
+    /// Beside feedback, as an expectation, rather than in its place.
+    pub beside: bool,
+    /// How far it goes; what is not seen is expected.
+    pub settings: SurveySettings,
+}
+
+impl Estimating {
+    /// Tells the textures what the view of this frame wants.
+    pub(crate) fn tell(
+        &self,
+        textures: &mut Textures,
+        renderer: &SceneRenderer,
+        pose: &Pose,
+        picture: [u32; 2],
+    ) {
+        let Some(texture) = textures.surveyed(renderer.layer().texture()) else { return };
+        let frame = textures.frame();
+        let found = self.estimate.of_view(renderer.scene(), pose, texture, picture, self.settings, frame);
+        self.hand_over(textures, found);
+    }
+
+    fn hand_over(&self, textures: &mut Textures, Surveyed { seen, unseen }: Surveyed) {
+        match self.beside {
+            true => textures.expect(&seen),
+            false => textures.want(seen),
+        }
+        if !unseen.pages.is_empty() {
+            textures.expect(&unseen);
+        }
+    }
+}
+
+/// Columns and rows of objects that a surface is cut into.
+const OBJECTS: [u32; 2] = [64, 32];
+
+/// The surface of a scene, for an image of `image` (width over height).
+fn surface(scene: Scene, image: f64) -> Box<dyn Surface> {
+    match scene {
+        Scene::Image | Scene::Plane => {
+            Box::new(FlatSurface::new([-1.0, 1.0 / image, 0.0], [[2.0, 0.0, 0.0], [0.0, -2.0 / image, 0.0]]))
+        }
+        Scene::Globe => Box::new(GlobeSurface::sphere([0.0; 3], 1.0)),
+    }
+}
