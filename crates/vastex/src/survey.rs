@@ -5,10 +5,10 @@ use vastex_core::{Feedback, SurveyedTexture, TextureId};
 use crate::textures::Textures;
 
 impl Textures {
-    /// Says what a view wants in this frame (the main view, unless [`Feedback::view`] names another), in place of [`Textures::feedback`]: what a [`crate::Survey`] has found, or anything
-    /// else that knows. It acts in the next [`Textures::update`], without the frames that feedback takes to come back; said
-    /// again before, the last counts. To be said once per frame, since what was not said for a jitter cycle is no longer wanted, and
-    /// only what was said for one can have converged.
+    /// Says what a view wants in this frame, in place of [`Textures::feedback`]: what a [`crate::Survey`] has found, or anything
+    /// else that knows. The main view, unless [`Feedback::view`] names another. It acts in the next [`Textures::update`], without
+    /// the frames that feedback takes to come back; said again before, the last counts. To be said once per frame, since what
+    /// was not said for a jitter cycle is no longer wanted, and only what was said for one can have converged.
     ///
     /// ```no_run
     /// # use vastex::{Camera, GlobeSurface, Survey, SurveySettings};
