@@ -84,9 +84,10 @@ impl Estimating {
     }
 
     fn hand_over(&self, textures: &mut Textures, Surveyed { seen, unseen }: Surveyed) {
-        match self.beside {
-            true => textures.expect(&seen),
-            false => textures.want(seen),
+        if self.beside {
+            textures.expect(&seen);
+        } else {
+            textures.want(seen);
         }
         if !unseen.pages.is_empty() {
             textures.expect(&unseen);

@@ -1,7 +1,7 @@
 //! Traces: what views wanted, frame after frame, to be replayed under any policy.
 //!
 //! A trace holds the shape of every texture, so that a page's ancestors can be walked, and the feedback of every frame: its
-//! pages, their pixels and how sharply they are needed. It does not say what was loaded: that follows from a policy and a
+//! pages, their pixels and how sharply they are needed, and where the camera was. It does not say what was loaded: that follows from a policy and a
 //! pool, and is [`crate::replay()`]'s business. [`Trace::to_bytes`] and [`Trace::from_bytes`] are the file format, which
 //! docs/traces.md describes; reading and writing files is left to others.
 
@@ -10,7 +10,8 @@ mod codec;
 use std::sync::Arc;
 
 use crate::feedback::WantedPage;
-use crate::geometry::{Geometry, GeometryError};
+use crate::file::FileError;
+use crate::geometry::Geometry;
 use crate::page::TextureId;
 use crate::textures::Textures;
 
@@ -19,7 +20,13 @@ use crate::textures::Textures;
 pub struct Trace {
     geometries: Vec<Arc<Geometry>>,
     frames: Vec<Vec<WantedPage>>,
+    /// Where the camera was in each frame, as far as that is known.
+    places: Vec<Option<Place>>,
 }
+
+/// Where a camera is: its position or any other three numbers that say best what it sees, such as longitude, latitude and the
+/// logarithm of the height.
+pub type Place = [f32; 3];
 
 /// Why a frame or a texture cannot become part of a trace.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -56,46 +63,11 @@ pub enum TraceError {
     )]
     NotATrace,
     /// They are of another version.
-    #[error("a trace of version {0}, and this program reads version {ours}; record it again", ours = codec::VERSION)]
+    #[error("a trace of version {0}, and this program reads versions {old} and {new}; record it again", old = codec::WITHOUT_PLACES, new = codec::VERSION)]
     Version(u32),
-    /// They end too soon.
-    #[error("the trace ends within {what}, at byte {at}; it was cut off: copy or record it again")]
-    Truncated {
-        /// Where, in bytes from the beginning.
-        at: usize,
-        /// What was being read.
-        what: &'static str,
-    },
-    /// The checksum does not fit.
-    #[error(
-        "the trace is damaged: its checksum is {found:08x}, {expected:08x} is written at its end; copy or record it again"
-    )]
-    Checksum {
-        /// Of the bytes that are here.
-        found: u32,
-        /// That the last four bytes say.
-        expected: u32,
-    },
-    /// A number is beyond what its field holds.
-    #[error("the trace is damaged at byte {at}: {what} {value} is impossible; record it again")]
-    Value {
-        /// Where, in bytes from the beginning.
-        at: usize,
-        /// What was read.
-        what: &'static str,
-        /// What stands there.
-        value: u64,
-    },
-    /// A texture's shape is impossible.
-    #[error("texture {texture} of the trace, at byte {at}: {error}; record it again")]
-    Geometry {
-        /// The texture, counted from 0.
-        texture: usize,
-        /// Where its shape ends, in bytes from the beginning.
-        at: usize,
-        /// Why.
-        error: GeometryError,
-    },
+    /// They are damaged.
+    #[error("the trace is damaged: {0}; copy or record it again")]
+    Damaged(#[from] FileError),
     /// The parts do not fit one another.
     #[error("the trace is damaged before byte {at}: {error}; record it again")]
     Content {
@@ -122,7 +94,21 @@ impl Trace {
 
     /// Adds what a frame wanted: distinct pages of the trace's textures in ascending order, as feedback lists them.
     pub fn add_frame(&mut self, pages: impl Into<Vec<WantedPage>>) -> Result<(), TraceRecordError> {
-        let (pages, frame) = (pages.into(), self.frames.len());
+        self.add(pages.into(), None)
+    }
+
+    /// The same, and says where the camera was; numbers that are none count as not known.
+    pub fn add_frame_at(
+        &mut self,
+        pages: impl Into<Vec<WantedPage>>,
+        place: Place,
+    ) -> Result<(), TraceRecordError> {
+        let is_known = place.iter().all(|coordinate| coordinate.is_finite());
+        self.add(pages.into(), is_known.then_some(place))
+    }
+
+    fn add(&mut self, pages: Vec<WantedPage>, place: Option<Place>) -> Result<(), TraceRecordError> {
+        let frame = self.frames.len();
         for (entry, wanted) in pages.iter().enumerate() {
             let geometry = self.geometries.get(usize::from(wanted.page.texture().number()));
             if !geometry.is_some_and(|geometry| geometry.contains(wanted.page.pos(geometry.dims()))) {
@@ -133,6 +119,7 @@ impl Trace {
             }
         }
         self.frames.push(pages);
+        self.places.push(place);
         Ok(())
     }
 
@@ -144,6 +131,11 @@ impl Trace {
     /// What each frame wanted.
     pub fn frames(&self) -> &[Vec<WantedPage>] {
         &self.frames
+    }
+
+    /// Where the camera was in each frame, as far as that is known.
+    pub fn places(&self) -> &[Option<Place>] {
+        &self.places
     }
 
     /// The trace as a file's bytes: about 6 for each page of each frame.

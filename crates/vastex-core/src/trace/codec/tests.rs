@@ -3,7 +3,10 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::page::PagePos;
+use crate::feedback::WantedPage;
+use crate::file::{FileError, WORD, crc32, put_geometry};
+use crate::geometry::{AddressMode, Geometry, GeometrySpec};
+use crate::page::{PageId, PagePos};
 
 fn sample() -> Trace {
     let mut trace = Trace::new();
@@ -23,7 +26,7 @@ fn sample() -> Trace {
         wanted(0, PagePos::new_2d(1, 3, 2), u32::MAX, 0),
         wanted(1, PagePos::at(0, [2, 1, 0]), 300, 3),
     ];
-    trace.add_frame(frame).unwrap();
+    trace.add_frame_at(frame, [1.5, -0.25, 3e7]).unwrap();
     trace.add_frame([]).unwrap();
     trace
 }
@@ -76,7 +79,39 @@ fn a_count_without_anything_to_count_is_refused_without_memory_for_it() {
     put(&mut body, 0);
     put(&mut body, u64::MAX);
     let error = Trace::from_bytes(&sealed(&body)).unwrap_err();
-    assert!(matches!(error, TraceError::Truncated { .. }), "{error}");
+    assert!(matches!(error, TraceError::Damaged(FileError::Truncated { .. })), "{error}");
+}
+
+/// The bytes that version 1 had for a trace without places.
+fn version_1(trace: &Trace) -> Vec<u8> {
+    let mut bytes = file::begin(MAGIC, WITHOUT_PLACES);
+    put(&mut bytes, trace.geometries.len() as u64);
+    trace.geometries.iter().for_each(|geometry| put_geometry(&mut bytes, geometry));
+    put(&mut bytes, trace.frames.len() as u64);
+    trace.frames.iter().for_each(|pages| put_pages(&mut bytes, pages));
+    file::seal(bytes)
+}
+
+#[test]
+fn a_trace_of_the_version_before_is_read_without_places() {
+    let trace = sample();
+    let read = Trace::from_bytes(&version_1(&trace)).unwrap();
+    assert_eq!((read.frames(), read.geometries()), (trace.frames(), trace.geometries()));
+    assert_eq!(read.places(), [None, None]);
+    assert_eq!(trace.places(), [Some([1.5, -0.25, 3e7]), None]);
+}
+
+#[test]
+fn a_place_is_made_of_numbers() {
+    let mut trace = sample();
+    trace.add_frame_at([], [0.0, f32::NAN, 0.0]).unwrap();
+    assert_eq!(trace.places()[2], None);
+    let mut body = Trace::new().to_bytes();
+    body.truncate(body.len() - WORD - 1);
+    body.extend([1, 0, 1]); // a frame without pages, with a place
+    [1.0, f32::INFINITY, 0.0].into_iter().for_each(|coordinate| put_float(&mut body, coordinate));
+    let error = Trace::from_bytes(&sealed(&body)).unwrap_err().to_string();
+    assert!(error.contains("coordinate"), "{error}");
 }
 
 proptest! {
