@@ -76,6 +76,15 @@ impl Pose {
         }
     }
 
+    /// Where the camera is, as traces say it: over which point of the surface, and the logarithm of how near, in levels.
+    pub fn place(&self) -> [f32; 3] {
+        match *self {
+            Pose::Image { centre, zoom } => [centre.x, centre.y, zoom.log2()],
+            Pose::Plane { eye, .. } => [eye.x, eye.y, eye.z.abs().max(f32::MIN_POSITIVE).log2()],
+            Pose::Globe { longitude, latitude, altitude } => [longitude, latitude, altitude.log2()],
+        }
+    }
+
     /// The pose after the pointer was dragged by `delta`, in view heights (x right, y down).
     pub fn dragged(self, delta: Vec2, view: f32, image: f32) -> Pose {
         match self {

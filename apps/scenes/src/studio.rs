@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use vastex::{CpuTexture, Event, FrameStats, Settings, Textures, TileSource};
+use vastex::{CpuTexture, Event, FrameStats, PrefetchSets, Settings, Textures, TileSource};
 
 use crate::compare::{Comparison, Picture};
 use crate::cpu_picture::cpu_picture;
@@ -43,6 +43,11 @@ pub enum StudioError {
         /// Pixels per side that the device allows.
         max: u32,
     },
+    /// The prefetch sets were learnt of something else.
+    #[error(
+        "the prefetch sets were learnt of a texture of another shape; learn them from traces of this one"
+    )]
+    OtherTexture,
     /// The picture from an ordinary texture could not be had.
     #[error(transparent)]
     Reference(#[from] ReferenceError),
@@ -84,6 +89,7 @@ pub struct Studio {
     size: [u32; 2],
     pose: Pose,
     estimating: Option<Estimating>,
+    prefetch_sets: Option<PrefetchSets>,
     colour: wgpu::Texture,
     colour_view: wgpu::TextureView,
     depth_view: wgpu::TextureView,
@@ -136,6 +142,7 @@ impl Studio {
             depth_view: depth_view(&gpu.device, size),
             pose: Pose::first(scene),
             estimating: None,
+            prefetch_sets: None,
             gpu: gpu.clone(),
             textures,
             renderer,
@@ -148,6 +155,17 @@ impl Studio {
     /// From the next frame on, estimates what the view wants, in place of the feedback pass or beside it.
     pub fn estimate(&mut self, estimating: Estimating) {
         self.estimating = Some(estimating);
+    }
+
+    /// From the next frame on, expects what was wanted before where the camera is and where it is heading.
+    pub fn prefetch_by(&mut self, sets: PrefetchSets) -> Result<(), StudioError> {
+        let texture = self.textures.description(self.renderer.layer().texture());
+        let of_this = sets.geometries().first().is_some_and(|shape| **shape == texture.geometry);
+        if !of_this {
+            return Err(StudioError::OtherTexture);
+        }
+        self.prefetch_sets = Some(sets);
+        Ok(())
     }
 
     /// Plays a path; `watch` sees the textures after every frame, and every event in it.
@@ -180,6 +198,7 @@ impl Studio {
 
     /// Plays one frame, but for the picture.
     pub fn frame(&mut self, pose: Pose) -> Result<(), StudioError> {
+        self.expect_what_was_learnt(&pose);
         self.pose = pose;
         self.renderer.set_pose(&self.gpu.queue, &pose, self.view_aspect());
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
@@ -189,12 +208,21 @@ impl Studio {
         }
         if self.estimating.is_none_or(|estimating| estimating.beside) {
             self.textures.feedback(&mut encoder, self.size, |pass, groups| {
-                renderer.draw_wanted(pass, &groups[layer])
+                renderer.draw_wanted(pass, &groups[layer]);
             })?;
         }
         self.textures.update(&mut encoder)?;
         self.gpu.queue.submit([encoder.finish()]);
         Ok(())
+    }
+
+    fn expect_what_was_learnt(&mut self, pose: &Pose) {
+        let (place, before) = (pose.place(), self.pose.place());
+        self.textures.set_place(place);
+        if let Some(sets) = &self.prefetch_sets {
+            let step = std::array::from_fn(|axis| place[axis] - before[axis]);
+            self.textures.expect(&sets.expected(place, step, &[self.renderer.layer().texture()]));
+        }
     }
 
     /// The picture of the last frame, from what is in the pool now.

@@ -28,7 +28,7 @@ pub fn trace_of(scene: Scene, path: Path, geometry: &Geometry, picture: [u32; 2]
         });
         // Feedback of a texture names its pages, in order.
         debug_assert!(wanted.pages.iter().all(|wanted| wanted.page.texture() == texture));
-        if trace.add_frame(wanted.pages).is_err() {
+        if trace.add_frame_at(wanted.pages, pose.place()).is_err() {
             break;
         }
     }

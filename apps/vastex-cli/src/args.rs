@@ -13,6 +13,7 @@ pub(crate) use disk_cache::DiskCacheArgs;
 pub(crate) use estimate::EstimateArgs;
 #[cfg(feature = "build")]
 pub(crate) use export::{ExportArgs, FormatName, LayoutName};
+pub(crate) use learn::LearnArgs;
 #[cfg(feature = "build")]
 pub(crate) use merge::MergeArgs;
 #[cfg(feature = "build")]
@@ -29,6 +30,7 @@ mod export;
 mod inset;
 #[cfg(feature = "build")]
 mod layer;
+mod learn;
 #[cfg(feature = "build")]
 mod merge;
 #[cfg(feature = "build")]
@@ -77,6 +79,8 @@ pub(crate) enum Command {
     Render(RenderArgs),
     /// Play a recorded trace under a policy, beside Belady's optimum
     Replay(ReplayArgs),
+    /// Learn from recorded traces which pages are wanted where, to load them ahead
+    Learn(LearnArgs),
     /// Open a window with a scene to move about in
     #[cfg(feature = "view")]
     View(ViewArgs),
@@ -212,6 +216,9 @@ pub(crate) struct RenderArgs {
     /// Where to write what each frame wanted, for `vastex replay`
     #[arg(long, value_name = "FILE")]
     pub(crate) record_trace: Option<PathBuf>,
+    /// Load ahead what was wanted before where the camera is and where it is heading: sets made by `vastex learn`
+    #[arg(long, value_name = "FILE")]
+    pub(crate) prefetch_sets: Option<PathBuf>,
     /// Where to write how each pool stood after each frame, a line for each: docs/telemetry.md names the columns
     #[arg(long, value_name = "FILE")]
     pub(crate) stats_csv: Option<PathBuf>,

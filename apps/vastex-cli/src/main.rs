@@ -44,6 +44,7 @@ fn main() -> ExitCode {
         Command::Verify(args) => commands::verify::run(args),
         Command::Render(args) => commands::render::run(args),
         Command::Replay(args) => commands::replay::run(args),
+        Command::Learn(args) => commands::learn::run(args),
         #[cfg(feature = "view")]
         Command::View(args) => view::run(args),
     };

@@ -31,7 +31,7 @@ impl Textures {
         for views in self.arrived_feedback()?.chunk_by(|a, b| a.frame == b.frame) {
             self.counters.degenerate = views.iter().map(|feedback| feedback.degenerate).sum();
             if let Some(recorder) = &mut self.recorder {
-                recorder.note(views, &self.pagers, &self.textures);
+                recorder.note(views, &self.places, &self.pagers, &self.textures);
             }
             self.pagers.observe_views(views);
         }

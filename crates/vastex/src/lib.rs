@@ -74,8 +74,8 @@ pub use vastex_core::{
     TexturePages, TicketState, TimeToSharp, Trace, Urgency, ViewError, ViewId, fold,
 };
 pub use vastex_core::{
-    Camera, FlatSurface, GlobeSurface, Patch, Surface, Survey, SurveySettings, Surveyed, SurveyedObject,
-    SurveyedTexture, UvBox,
+    Camera, FlatSurface, GlobeSurface, LearnError, LearnSettings, Patch, Place, PrefetchSets, SetsError,
+    Surface, Survey, SurveySettings, Surveyed, SurveyedObject, SurveyedTexture, UvBox,
 };
 pub use vastex_tiles::{
     Codec, ContainerError, DecodeError, ReadError, ReadFuture, SourceKey, StoreStats, TierStats, Tiers, Tile,

@@ -1,8 +1,11 @@
 //! Records what views want, as a trace that can be replayed under any policy.
 
+use std::collections::VecDeque;
 use std::sync::Arc;
 
-use vastex_core::{Description, Feedback, PageId, Pagers, TextureId, Trace, TraceRecordError, WantedPage};
+use vastex_core::{
+    Description, Feedback, PageId, Pagers, Place, TextureId, Trace, TraceRecordError, WantedPage,
+};
 
 use crate::error::Error;
 use crate::textures::{TextureState, Textures};
@@ -16,17 +19,43 @@ pub(crate) struct Recorder {
     failed: Option<TraceRecordError>,
 }
 
+/// Where the camera was in the last frames, as far as the application said so: feedback comes later.
+#[derive(Debug, Default)]
+pub(crate) struct Places(VecDeque<(u64, Place)>);
+
+impl Places {
+    /// Frames that feedback may be late by.
+    const FRAMES: u64 = 64;
+
+    fn note(&mut self, frame: u64, place: Place) {
+        self.0.retain(|&(of, _)| of != frame && of + Self::FRAMES > frame);
+        self.0.push_back((frame, place));
+    }
+
+    fn of(&self, frame: u64) -> Option<Place> {
+        self.0.iter().find(|(of, _)| *of == frame).map(|&(_, place)| place)
+    }
+}
+
 impl Recorder {
     /// Adds what the views of a frame want together; `textures` are all there are, by number.
-    pub(crate) fn note(&mut self, views: &[Feedback], pagers: &Pagers, textures: &[Option<TextureState>]) {
+    pub(crate) fn note(
+        &mut self,
+        views: &[Feedback],
+        places: &Places,
+        pagers: &Pagers,
+        textures: &[Option<TextureState>],
+    ) {
         if self.failed.is_none() {
-            self.failed = self.add(views, pagers, textures).err();
+            let place = views.first().and_then(|feedback| places.of(feedback.frame));
+            self.failed = self.add(views, place, pagers, textures).err();
         }
     }
 
     fn add(
         &mut self,
         views: &[Feedback],
+        place: Option<Place>,
         pagers: &Pagers,
         textures: &[Option<TextureState>],
     ) -> Result<(), TraceRecordError> {
@@ -41,7 +70,10 @@ impl Recorder {
         let pages = pagers.pages_of(views);
         let mut pages: Vec<WantedPage> = pages.into_iter().filter_map(|page| self.renumbered(page)).collect();
         pages.sort_unstable();
-        self.trace.add_frame(pages)
+        match place {
+            Some(place) => self.trace.add_frame_at(pages, place),
+            None => self.trace.add_frame(pages),
+        }
     }
 
     /// The page under its texture's number in the trace.
@@ -63,6 +95,12 @@ impl Recorder {
 }
 
 impl Textures {
+    /// Says where the camera is in this frame, for traces from which prefetch sets are learnt: its position, or any other three
+    /// numbers that say best what it sees. See [`crate::PrefetchSets`].
+    pub fn set_place(&mut self, place: Place) {
+        self.places.note(self.frame, place);
+    }
+
     /// Begins a trace: from now on what each feedback wants is kept. A trace that was under way is dropped.
     pub fn record_trace(&mut self) {
         self.recorder = Some(Recorder::default());

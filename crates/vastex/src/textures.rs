@@ -18,7 +18,7 @@ use crate::groups::{GroupState, Sampled};
 use crate::layer::LayerId;
 use crate::lock_step::LockStep;
 use crate::pools::{PoolState, Shape};
-use crate::recorder::Recorder;
+use crate::recorder::{Places, Recorder};
 use crate::settings::{Pace, Settings};
 use crate::stats::Counters;
 use crate::telemetry::Telemetry;
@@ -49,6 +49,7 @@ pub struct Textures {
     pub(crate) counters: Counters,
     /// While a trace is recorded.
     pub(crate) recorder: Option<Recorder>,
+    pub(crate) places: Places,
     pub(crate) tickets: OpenTickets,
     pub(crate) telemetry: Telemetry,
 }
@@ -145,6 +146,7 @@ impl Textures {
             changes: Vec::new(),
             counters: Counters::default(),
             recorder: None,
+            places: Places::default(),
             tickets: OpenTickets::default(),
             telemetry: Telemetry::new(settings.telemetry_frames),
             settings,

@@ -5,6 +5,7 @@ pub(crate) mod build;
 #[cfg(feature = "build")]
 pub(crate) mod export;
 pub(crate) mod info;
+pub(crate) mod learn;
 #[cfg(feature = "build")]
 pub(crate) mod merge;
 pub(crate) mod render;

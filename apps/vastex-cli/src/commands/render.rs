@@ -5,12 +5,15 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result, bail};
 use serde::Serialize;
-use vastex::{Event, FrameStats, Pace, PageId, PoolDump, PoolId, PoolSettings, Settings, Textures};
+use vastex::{
+    Event, FrameStats, Pace, PageId, PoolDump, PoolId, PoolSettings, PrefetchSets, Settings, Textures,
+};
 use vastex_core::Dims;
 use vastex_scenes::{Comparison, Gpu, Outcome, ReferenceKind, Studio, Until};
 use vastex_tiles::{DirectStore, DiskTier};
 
 use crate::args::{RenderArgs, SceneArgs};
+use crate::commands::replay;
 use crate::open::Opened;
 use crate::output::Output;
 use crate::telemetry::StatsExport;
@@ -24,6 +27,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode> {
         trace: args.record_trace.as_deref().map(Output::at).transpose()?,
         stats: StatsExport::new(args)?,
     };
+    let sets = args.prefetch_sets.as_deref().map(read_sets).transpose()?;
     let Opened { tiles, disk } = open::open(&args.scene)?;
     let gpu = Gpu::headless()?;
     gpu::report_refusals(&gpu);
@@ -35,6 +39,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode> {
     let (shown, SceneArgs { on, size, .. }) = (args.scene.shown(), &args.scene);
     let studio = Studio::showing(&shown, &gpu, tiles, *on, *size, settings);
     let mut studio = studio.context(source.clone())?;
+    sets.map(|sets| studio.prefetch_by(sets)).transpose().context(source.clone())?;
     let outcome = draw(args, &mut studio, &mut outputs, disk.as_deref(), gpu.adapter_name());
     let outcome = outcome.context(source.clone())?;
     if args.frames.is_some() || outcome.converged {
@@ -46,6 +51,11 @@ pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode> {
          --latency-frames"
     ));
     Ok(ExitCode::FAILURE)
+}
+
+fn read_sets(file: &std::path::Path) -> Result<PrefetchSets> {
+    let sets = replay::read_bytes(file).and_then(|bytes| Ok(PrefetchSets::from_bytes(&bytes)?));
+    sets.with_context(|| file.display().to_string())
 }
 
 /// Nothing is written over the source, and no two things into one file.

@@ -33,7 +33,13 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn read(file: &Path) -> Result<Trace> {
+/// A trace from its file.
+pub(crate) fn read(file: &Path) -> Result<Trace> {
+    Ok(Trace::from_bytes(&read_bytes(file)?)?)
+}
+
+/// The bytes of a recorded file.
+pub(crate) fn read_bytes(file: &Path) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let opened = std::fs::File::open(file);
     let read = opened.and_then(|opened| opened.take(MAX_BYTES + 1).read_to_end(&mut bytes));
@@ -41,7 +47,7 @@ fn read(file: &Path) -> Result<Trace> {
     if bytes.len() as u64 > MAX_BYTES {
         bail!("more than {}; record fewer frames", report::bytes(MAX_BYTES));
     }
-    Ok(Trace::from_bytes(&bytes)?)
+    Ok(bytes)
 }
 
 /// What `--json` prints. Scripts rely on these names.

@@ -7,6 +7,7 @@ mod disk_cache;
 mod estimates;
 mod export;
 mod inset;
+mod learn;
 mod replay;
 mod resume;
 mod round_trip;

@@ -6,6 +6,8 @@ use crate::feedback::{Feedback, WantedPage};
 use crate::geometry::Geometry;
 use crate::page::{PageId, PagePos, TextureId};
 use crate::shared::{FEEDBACK_SCALE, JITTER_CYCLE, STEPS_PER_LEVEL};
+use crate::sim::Random;
+use crate::trace::Place;
 
 /// What is seen at one moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,6 +59,27 @@ impl Path {
 }
 
 impl View {
+    /// What a camera sees that follows the path of this one as another hand would: up to a quarter of the view's width beside it,
+    /// and a fifth of a level nearer or farther. 0 keeps to the path; another seed strays in another way.
+    pub fn strayed(self, seed: u64, frame: u64) -> View {
+        if seed == 0 {
+            return self;
+        }
+        let mut random = Random::new(seed);
+        let mut sway = |frames: f64| {
+            let phase = random.below(1000) as f64 / 1000.0;
+            (std::f64::consts::TAU * (frame as f64 / frames + phase)).sin()
+        };
+        let aside = [sway(97.0) + sway(41.0), sway(83.0) + sway(53.0)].map(|sway| sway * self.width / 8.0);
+        let width = self.width * (0.2 * sway(120.0)).exp2();
+        View { centre: [self.centre[0] + aside[0], self.centre[1] + aside[1]], width, ..self }
+    }
+
+    /// Where the camera is, as traces say it: the middle of the view, and its width in levels.
+    pub fn place(&self) -> Place {
+        [self.centre[0] as f32, self.centre[1] as f32, self.width.log2() as f32]
+    }
+
     /// What is expected to be seen in so many frames, by a camera whose last two poses were `before`, the older one first, and
     /// which goes on at the same speed, turn rate and rate of approach.
     pub fn expected(&self, before: &[View; 2], frames: u64) -> View {

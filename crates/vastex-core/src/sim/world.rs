@@ -15,9 +15,11 @@ use crate::page::{PageId, PagePos, TextureId};
 use crate::page_set::PageSet;
 use crate::pager::Pager;
 use crate::pool::PoolError;
+use crate::prefetch_sets::PrefetchSets;
 use crate::sim::loader::{Loads, Outcome};
 use crate::sim::{Path, Random, Sharpness, View};
 use crate::table::{TableChange, TableEntry, TableImage};
+use crate::trace::Trace;
 
 /// Frames between a view and its feedback.
 const FEEDBACK_FRAMES: u64 = 2;
@@ -43,8 +45,12 @@ pub struct Knobs {
     pub complete_feedback: bool,
     /// Frames ahead for which the application predicts what it will see; 0 where it does not.
     pub lead_frames: u64,
+    /// What was learnt where, of the world's texture.
+    pub prefetch_sets: Option<Arc<PrefetchSets>>,
     /// How the camera moves.
     pub path: Path,
+    /// In which way it strays from its path; 0 where it does not.
+    pub stray: u64,
     /// Frames after which the camera holds its pose.
     pub hold_after: u64,
     /// The share of the pages that have no tile; with each, its descendants have none.
@@ -66,11 +72,35 @@ impl Knobs {
             bias_rule: BiasRule::Solved,
             complete_feedback: false,
             lead_frames: 0,
+            prefetch_sets: None,
             path,
+            stray: 0,
             hold_after: u64::MAX,
             absent: 0.0,
             loads: Loads::new(seed),
         }
+    }
+}
+
+impl Knobs {
+    /// What the camera sees in a frame on its way.
+    pub fn view_in(&self, frame: u64) -> View {
+        let frame = frame.min(self.hold_after);
+        self.path.view(frame).strayed(self.stray, frame)
+    }
+
+    /// The trace of so many frames of the camera's way.
+    pub fn trace(&self, frames: u64) -> Trace {
+        let mut trace = Trace::new();
+        let Ok(geometry) = Geometry::new(self.spec) else { return trace };
+        let Ok(texture) = trace.add_texture(geometry.clone()) else { return trace };
+        for frame in 1..=frames {
+            let view = self.view_in(frame);
+            let feedback = view.feedback(texture, &geometry, self.screen, frame, self.complete_feedback);
+            let added = trace.add_frame_at(feedback.pages, view.place());
+            debug_assert_eq!(added, Ok(()), "feedback names pages of the texture in order");
+        }
+        trace
     }
 }
 
@@ -152,7 +182,7 @@ impl World {
 
     /// What the camera sees now.
     pub fn view(&self) -> View {
-        self.look.unwrap_or_else(|| self.knobs.path.view(self.frame.min(self.knobs.hold_after)))
+        self.look.unwrap_or_else(|| self.knobs.view_in(self.frame))
     }
 
     /// Cuts to another view, from the next frame on, and stays there.
@@ -200,6 +230,7 @@ impl World {
             self.newest = feedback;
         }
         self.predict();
+        self.expect_what_was_learnt();
         self.load()?;
         self.upload()?;
         self.sharpness.note(self.frame, &self.pager);
@@ -215,7 +246,7 @@ impl World {
         if lead == 0 || self.frame < 3 {
             return;
         }
-        let before = [2, 1].map(|ago| self.knobs.path.view((self.frame - ago).min(self.knobs.hold_after)));
+        let before = [2, 1].map(|ago| self.knobs.view_in(self.frame - ago));
         let expected = self.view().expected(&before, lead + FEEDBACK_FRAMES);
         let screen = self.knobs.screen;
         let feedback = expected.feedback(self.texture, &self.geometry, screen, self.frame, false);
@@ -225,6 +256,15 @@ impl World {
         {
             self.pager.expect(&feedback);
         }
+    }
+
+    /// What was wanted before where the camera is and where it is heading.
+    fn expect_what_was_learnt(&mut self) {
+        let Some(sets) = &self.knobs.prefetch_sets else { return };
+        let place = self.view().place();
+        let before = self.knobs.view_in(self.frame.saturating_sub(1)).place();
+        let step = std::array::from_fn(|axis| place[axis] - before[axis]);
+        self.pager.expect(&sets.expected(place, step, &[self.texture]));
     }
 
     fn load(&mut self) -> Result<(), String> {
