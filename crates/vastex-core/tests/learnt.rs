@@ -1,6 +1,10 @@
 //! Prefetch sets in the simulated world: learnt on some ways along a path, used on another. docs/policies.md has the figures.
 
-#![allow(clippy::unwrap_used, reason = "helpers of tests, which clippy does not take for tests")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "helpers of tests, which clippy does not take for tests"
+)]
 
 use std::sync::Arc;
 
