@@ -3,7 +3,7 @@
 //! How large the set is at each bias is known at once (`working_set`); here stands which bias is taken, and when it falls. The
 //! rule is chosen with [`BiasRule`]: the solution, or the controller of large engines to measure it against.
 
-use crate::shared::{JITTER_CYCLE, MAX_LEVELS, STEPS_PER_LEVEL};
+use crate::shared::{MAX_LEVELS, STEPS_PER_LEVEL};
 use crate::working_set::WorkingSet;
 
 /// How the mip bias of a pool is decided.
@@ -140,7 +140,7 @@ impl Solved {
         }
         self.calm += 1;
         self.calm_bias = self.calm_bias.max(roomy);
-        if self.calm > JITTER_CYCLE {
+        if self.calm > set.cycle() {
             *self = Solved { bias: self.calm_bias, ..Solved::default() };
         }
         false
@@ -184,6 +184,7 @@ mod tests {
     use crate::feedback::{Feedback, WantedPage};
     use crate::geometry::{Geometry, GeometrySpec};
     use crate::page::{Dims, PageId, PagePos, TextureId};
+    use crate::shared::JITTER_CYCLE;
     use crate::sharing::ContentId;
     use crate::textures::Textures;
     use std::sync::Arc;

@@ -154,6 +154,14 @@ impl Pagers {
         self.pager(self.pool_of(texture)?).textures.rule(texture)
     }
 
+    /// Sets how many entries take turns in a feedback pixel at most, of textures that one material samples and that are no group; 1
+    /// is where no material has several. So many jitter cycles it takes until every pixel has answered for each from all sample
+    /// positions: as long a feedback counts, and as long a view is looked at before it has converged. 15 at most.
+    pub fn set_turns(&mut self, turns: u32) {
+        self.turns = turns;
+        self.iter_mut().for_each(|pager| pager.set.set_turns(turns));
+    }
+
     fn geometry(&self, texture: TextureId) -> Option<&Arc<Geometry>> {
         self.pager(self.pool_of(texture)?).textures.geometry(texture)
     }

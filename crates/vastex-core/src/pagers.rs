@@ -45,6 +45,8 @@ pub struct Pagers {
     pub(crate) views: Views,
     pub(crate) numbers: Numbers,
     pub(crate) groups: Groups,
+    /// Entries that take turns in a feedback pixel at most.
+    pub(crate) turns: u32,
     bucket: UploadBucket,
     uploads: FairShare,
     requests: FairShare,
@@ -71,6 +73,7 @@ impl Pagers {
             views: Views::default(),
             numbers: Numbers::default(),
             groups: Groups::default(),
+            turns: 1,
             bucket: UploadBucket::new(budgets.upload_bytes_per_frame, 0),
             uploads: FairShare::default(),
             requests: FairShare::default(),
@@ -95,6 +98,7 @@ impl Pagers {
             PagerSettings { slots, tile_bytes, upload_bytes_per_frame, in_flight_bytes, mip_bias, pin_share };
         let mut pager = Pager::of_pool(pool, settings);
         self.views.tell(&mut pager);
+        pager.set.set_turns(self.turns);
         pager.begin_frame(self.frame);
         self.bucket.allow_tile(tile_bytes);
         self.uploads.add();

@@ -15,7 +15,7 @@ use crate::feedback::{Feedback, Need, WantedPage};
 use crate::page::{PageId, TextureId};
 use crate::page_map::PageMap;
 use crate::records::RecordHint;
-use crate::shared::{MAX_LEVELS, STEPS_PER_LEVEL};
+use crate::shared::{JITTER_CYCLE, MAX_LEVELS, STEPS_PER_LEVEL};
 use crate::sharing::ContentId;
 use crate::textures::Textures;
 use crate::views::{MAX_VIEWS, ViewId, Weight};
@@ -114,6 +114,8 @@ impl Node {
 pub(crate) struct WorkingSet {
     /// One for each view; nothing where the view was removed.
     windows: Vec<Option<Window>>,
+    /// Feedbacks of a view after which it has been seen whole.
+    cycle: u32,
     nodes: Vec<Node>,
     index: PageMap<u32>,
     /// The nodes of each level, and of those that have left the set since it was worked out.
@@ -145,7 +147,8 @@ pub(crate) struct Shortfall {
 impl WorkingSet {
     pub(crate) fn new() -> WorkingSet {
         WorkingSet {
-            windows: vec![Some(Window::new(ViewId::MAIN, Weight::ONE))],
+            windows: vec![Some(Window::new(ViewId::MAIN, Weight::ONE, JITTER_CYCLE))],
+            cycle: JITTER_CYCLE,
             nodes: Vec::new(),
             index: PageMap::default(),
             by_level: vec![Vec::new(); MAX_LEVELS as usize],

@@ -69,6 +69,8 @@ pub(crate) struct GroupState {
     layers: Vec<LayerId>,
     /// The textures that they are layers of, each once.
     textures: Vec<TextureId>,
+    /// Feedback entries that answer for its members.
+    turns: u32,
     layout: GroupLayout,
     params: GroupParams,
 }
@@ -80,7 +82,8 @@ impl Textures {
     /// Members that are sampled at the same coordinates are served by one feedback entry, `vastex_feedback(uv)`: it is written for
     /// the largest of them, and of the others the pages are loaded that lie beneath, at the level that each one's size, clamp and
     /// bias imply. Members [apart](Member::apart) have entries of their own; since a feedback pixel gives one answer, those of
-    /// several take turns with `vastex_turn`. Which functions a shader calls is told at [`vastex_wgpu::group_wgsl`].
+    /// several take turns with `vastex_turn`, and what is seen counts, and convergence waits, for as many jitter cycles. Which
+    /// functions a shader calls is told at [`vastex_wgpu::group_wgsl`].
     ///
     /// ```no_run
     /// # fn app(textures: &mut vastex::Textures, earth: vastex::TextureId, lights: vastex::TextureId) -> Result<(), vastex::Error> {
@@ -107,7 +110,7 @@ impl Textures {
         let served: Vec<TextureId> = served.collect();
         // Those that nothing answers for together have a number all the same, which no pixel names.
         let id = self.pagers.add_group(if served.is_empty() { &textures } else { &served })?;
-        match self.new_group(id, members, layers, textures, !served.is_empty()) {
+        match self.new_group(id, members, layers, textures) {
             Ok(state) => self.groups.push(state),
             Err(error) => {
                 self.pagers.remove_group(id, self.frame);
@@ -115,6 +118,7 @@ impl Textures {
             }
         }
         self.bind_groups_anew();
+        self.count_turns();
         Ok(id)
     }
 
@@ -124,8 +128,9 @@ impl Textures {
         members: Vec<Member>,
         layers: Vec<LayerId>,
         textures: Vec<TextureId>,
-        has_feedback: bool,
     ) -> Result<GroupState, Error> {
+        let apart = members.iter().filter(|member| member.is_apart).count();
+        let has_feedback = apart < members.len();
         let member = |Member { name, layer, .. }: Member| GroupMember {
             name,
             texture: textures.iter().position(|&texture| texture == layer.texture()).unwrap_or(0),
@@ -135,7 +140,8 @@ impl Textures {
         let layout = GroupLayout::new(&self.device, shape)?;
         let bound = Bound { textures: &self.textures, pools: &self.pools, pagers: &self.pagers };
         let params = bound.params(&self.device, &self.queue, id, &layers, &textures)?;
-        Ok(GroupState { id, layers, textures, layout, params })
+        let turns = (apart + usize::from(has_feedback)) as u32;
+        Ok(GroupState { id, layers, textures, turns, layout, params })
     }
 
     /// Removes a group; its members stay. Says whether there was one. Nothing may be drawn with its bind group any more.
@@ -143,9 +149,16 @@ impl Textures {
         let was_there = self.pagers.remove_group(group, self.frame);
         if was_there {
             self.groups.retain(|state| state.id != group);
+            self.count_turns();
             self.views.iter_mut().for_each(|view| view.groups.set(group.number(), Vec::new()));
         }
         was_there
+    }
+
+    /// As many entries may take turns as the group of most has: those apart, and that of the others together.
+    fn count_turns(&mut self) {
+        let turns = self.groups.iter().map(|state| state.turns).max().unwrap_or(1);
+        self.pagers.set_turns(turns);
     }
 
     /// Groups that have lost a texture cannot be drawn any more.
@@ -168,7 +181,7 @@ impl Textures {
     /// On another device.
     pub(crate) fn restore_groups(&mut self) -> Result<(), Error> {
         let bound = Bound { textures: &self.textures, pools: &self.pools, pagers: &self.pagers };
-        for GroupState { id, layers, textures, layout, params } in &mut self.groups {
+        for GroupState { id, layers, textures, layout, params, .. } in &mut self.groups {
             *layout = GroupLayout::new(&self.device, layout.shape().clone())?;
             *params = bound.params(&self.device, &self.queue, *id, layers, textures)?;
         }
@@ -179,7 +192,7 @@ impl Textures {
     /// Makes the bind groups of all groups, for every view.
     pub(crate) fn bind_groups_anew(&mut self) {
         let bound = Bound { textures: &self.textures, pools: &self.pools, pagers: &self.pagers };
-        for GroupState { id, layers, textures, layout, params } in &self.groups {
+        for GroupState { id, layers, textures, layout, params, .. } in &self.groups {
             for view in &mut self.views {
                 let (tables, members) = (bound.tables(textures), bound.members(layers));
                 let group = layout.bind_group(&self.device, params, tables, members, &view.params);

@@ -300,3 +300,34 @@ fn entries_that_name_nothing_want_nothing() {
     let pages = nowhere.map(|pos| entry(group, pos, 1, 0)).to_vec();
     assert!(pagers.of_members(&Feedback { pages, ..Feedback::default() }).pages.is_empty());
 }
+
+/// In which frames a view has converged of which one page is named in each frame, and another only in every 32nd.
+fn frames_converged(turns: u32, frames: u64) -> Vec<u64> {
+    let (mut pagers, [half, ..]) = three();
+    pagers.set_turns(turns);
+    let page = |x| PageId::new(half, crate::page::Dims::D2, PagePos::new_2d(0, x, 0)).unwrap();
+    let wanted = |x| WantedPage { page: page(x), pixels: 9, eighth: 0 };
+    let mut converged = Vec::new();
+    for frame in 1..=frames {
+        pagers.begin_frame(frame);
+        let pages = if frame % 32 == 1 { vec![wanted(3), wanted(9)] } else { vec![wanted(3)] };
+        pagers.observe(&Feedback { frame, pages, ..Feedback::default() });
+        while let Some(request) = pagers.poll_request() {
+            pagers.tile_ready(request.page, bytes::Bytes::from_static(b"0123456789"));
+        }
+        while pagers.poll_upload().is_some() {}
+        if pagers.is_converged() {
+            converged.push(frame);
+        }
+    }
+    converged
+}
+
+#[test]
+fn where_entries_take_turns_feedback_counts_for_as_many_cycles() {
+    // Alone, what is seen in every second cycle comes and goes, and a cycle without it looks like the end.
+    let alone = frames_converged(1, 160);
+    assert!(alone.contains(&32) && !alone.contains(&33) && !alone.contains(&65), "{alone:?}");
+    let by_turns = frames_converged(2, 160);
+    assert!(by_turns[0] > 32 && by_turns.iter().copied().eq(by_turns[0]..=160), "{by_turns:?}");
+}

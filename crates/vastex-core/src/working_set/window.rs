@@ -12,6 +12,9 @@ use crate::textures::Textures;
 use crate::views::{MAX_VIEWS, ViewError, ViewId, Weight};
 use crate::working_set::WorkingSet;
 
+/// As many as a node can count the feedbacks of.
+const MAX_TURNS: u32 = u8::MAX as u32 / JITTER_CYCLE;
+
 /// One entry of a feedback of the cycle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Named {
@@ -40,12 +43,14 @@ pub(super) struct Window {
     quiet: u32,
     /// Rounds since the view was last drawn.
     rest: u32,
+    /// Feedbacks of a cycle.
+    length: u32,
 }
 
 impl Window {
-    pub(super) fn new(view: ViewId, weight: Weight) -> Window {
+    pub(super) fn new(view: ViewId, weight: Weight, length: u32) -> Window {
         let (cycle, pixels) = (VecDeque::new(), VecDeque::new());
-        Window { view, weight, cycle, pixels, observed: 0, cut: None, quiet: 0, rest: 0 }
+        Window { view, weight, cycle, pixels, observed: 0, cut: None, quiet: 0, rest: 0, length }
     }
 
     /// Feedbacks now in the window, at most a jitter cycle of them.
@@ -54,7 +59,7 @@ impl Window {
     }
 
     pub(super) fn is_whole(&self) -> bool {
-        self.feedbacks() >= JITTER_CYCLE as usize
+        self.feedbacks() >= self.length as usize
     }
 
     pub(super) fn cut_from(&mut self, frame: u64) {
@@ -80,15 +85,14 @@ impl Window {
 
     /// An entry of the feedback that has become too old; to be called until there is none.
     pub(super) fn next_too_old(&mut self) -> Option<Named> {
-        if self.feedbacks() <= JITTER_CYCLE as usize {
-            return None;
-        }
-        let oldest = self.observed + 1 - self.feedbacks() as u64;
-        let named = self.cycle.pop_front_if(|named| named.feedback <= oldest);
-        if named.is_none() {
+        while self.feedbacks() > self.length as usize {
+            let oldest = self.observed + 1 - self.feedbacks() as u64;
+            if let Some(named) = self.cycle.pop_front_if(|named| named.feedback <= oldest) {
+                return Some(named);
+            }
             self.pixels.pop_front();
         }
-        named
+        None
     }
 
     /// A round is over: nothing was newly wanted in it and nothing missing, or something was.
@@ -100,12 +104,12 @@ impl Window {
 
     /// Whether the view is being drawn: neither before its first feedback nor for a jitter cycle of rounds without one.
     pub(super) fn is_drawn(&self) -> bool {
-        self.feedbacks() > 0 && self.rest <= JITTER_CYCLE
+        self.feedbacks() > 0 && self.rest <= self.length
     }
 
     /// Whether a whole cycle of the view was quiet.
     pub(super) fn is_quiet(&self) -> bool {
-        self.quiet >= JITTER_CYCLE && self.is_whole()
+        self.quiet >= self.length && self.is_whole()
     }
 }
 
@@ -120,7 +124,7 @@ impl WorkingSet {
             return Err(ViewError::TooMany);
         }
         self.windows.resize_with(self.windows.len().max(free + 1), || None);
-        self.windows[free] = Some(Window::new(view, weight));
+        self.windows[free] = Some(Window::new(view, weight, self.cycle));
         Ok(())
     }
 
@@ -142,6 +146,18 @@ impl WorkingSet {
         if let Some(window) = self.window_mut(view) {
             window.cut_from(frame);
         }
+    }
+
+    /// Sets how many textures take turns in a feedback pixel at most: so many jitter cycles it takes until each has been answered for
+    /// at every sample position, and so long a feedback counts.
+    pub(crate) fn set_turns(&mut self, turns: u32) {
+        self.cycle = JITTER_CYCLE * turns.clamp(1, MAX_TURNS);
+        self.windows.iter_mut().flatten().for_each(|window| window.length = self.cycle);
+    }
+
+    /// Feedbacks of a view after which it has been seen whole.
+    pub(crate) fn cycle(&self) -> u32 {
+        self.cycle
     }
 
     /// Whether the feedback is the first after a cut of its view: one that was declared, or a jump.
