@@ -1,12 +1,13 @@
 //! What deciding costs on one core: from a raw feedback target to distinct pages, and from these to a frame's decisions.
 //!
 //! `cargo xtask bench decide`. Both sides of a comparison take turns, so that a noisy machine slows both; times are medians
-//! over the turns.
+//! over the turns. Given names of parts (`compaction`, `frame`, `sweep`, `many`), it measures these alone.
 
 #![allow(clippy::print_stdout, clippy::unwrap_used, reason = "a benchmark")]
 
 mod compaction;
 mod frame;
+mod many;
 mod plot;
 mod sweep;
 
@@ -15,9 +16,15 @@ use std::time::{Duration, Instant};
 const TURNS: usize = 200;
 
 fn main() {
-    compaction::measure();
-    frame::measure();
-    sweep::measure();
+    let parts: [(&str, fn()); 4] = [
+        ("compaction", compaction::measure),
+        ("frame", frame::measure),
+        ("sweep", sweep::measure),
+        ("many", many::measure),
+    ];
+    let named: Vec<String> = std::env::args().skip(1).filter(|argument| !argument.starts_with('-')).collect();
+    let is_asked_for = |part: &str| named.is_empty() || named.iter().any(|name| name == part);
+    parts.iter().filter(|(part, _)| is_asked_for(part)).for_each(|(_, measure)| measure());
 }
 
 /// The median, by turns, of the time that each of several pieces of work takes.
