@@ -86,10 +86,11 @@ impl Textures {
     /// functions a shader calls is told at [`vastex_wgpu::group_wgsl`].
     ///
     /// ```no_run
-    /// # fn app(textures: &mut vastex::Textures, earth: vastex::TextureId, lights: vastex::TextureId) -> Result<(), vastex::Error> {
-    /// let planet = textures.add_group([("color", earth), ("night", lights)])?;
-    /// let shader = textures.wgsl(planet) + "@fragment fn shade() { /* ... vastex_sample_color(uv), vastex_sample_night(uv) ... */ }";
-    /// let layout = textures.bind_group_layout(planet);
+    /// # const MY_SHADER: &str = "";
+    /// # fn app(textures: &mut vastex::Textures, [earth, lights, clouds]: [vastex::TextureId; 3]) -> Result<(), vastex::Error> {
+    /// let planet = textures.add_group([("color", earth), ("night", lights), ("clouds", clouds)])?;
+    /// let shader = textures.wgsl(planet) + MY_SHADER;      // calls vastex_sample_color(uv), vastex_sample_night(uv), ...
+    /// let layout = textures.bind_group_layout(planet);     // and each frame: groups[planet], textures.bind_group(planet)
     /// # let _ = (shader, layout);
     /// # Ok(()) }
     /// ```
