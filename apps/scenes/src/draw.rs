@@ -222,7 +222,7 @@ impl PictureTarget<'_> {
     }
 }
 
-fn filled_buffer(
+pub(crate) fn filled_buffer(
     device: &wgpu::Device,
     queue: &wgpu::Queue,
     bytes: &[u8],
@@ -274,14 +274,14 @@ fn shader_text(textures: &Textures, layer: LayerId, look: Look, module: &str) ->
 }
 
 /// What differs between the pipelines of a scene.
-struct PipelineParts<'a> {
-    text: String,
-    entries: [&'static str; 2],
-    formats: &'a [wgpu::TextureFormat],
+pub(crate) struct PipelineParts<'a> {
+    pub(crate) text: String,
+    pub(crate) entries: [&'static str; 2],
+    pub(crate) formats: &'a [wgpu::TextureFormat],
 }
 
 impl PipelineParts<'_> {
-    fn pipeline(
+    pub(crate) fn pipeline(
         self,
         device: &wgpu::Device,
         groups: &[Option<&wgpu::BindGroupLayout>],

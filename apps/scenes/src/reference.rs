@@ -97,7 +97,7 @@ struct Params {
 }
 
 /// One layer as an ordinary texture.
-struct Plain<'a> {
+pub(crate) struct Plain<'a> {
     description: &'a Description,
     layer: &'a Layer,
     /// Of its texels.
@@ -109,7 +109,7 @@ struct Plain<'a> {
 }
 
 impl Plain<'_> {
-    fn new(description: &Description, index: usize) -> Plain<'_> {
+    pub(crate) fn new(description: &Description, index: usize) -> Plain<'_> {
         let layer = &description.layers[index];
         let ([width, height, _], [mode_x, mode_y, _]) =
             (description.geometry.size(), description.geometry.address());
@@ -128,7 +128,7 @@ impl Plain<'_> {
         }
     }
 
-    fn texture(&self, device: &wgpu::Device) -> Result<wgpu::Texture, ReferenceError> {
+    pub(crate) fn texture(&self, device: &wgpu::Device) -> Result<wgpu::Texture, ReferenceError> {
         let filtered = vastex::texture_format(self.format, device.features());
         let filtered = filtered.filter(|(_, atlas)| *atlas == vastex::Atlas::Float);
         let (format, _) = filtered.ok_or(ReferenceError::Format(self.format))?;
@@ -149,7 +149,7 @@ impl Plain<'_> {
         }))
     }
 
-    fn write_level(&self, queue: &wgpu::Queue, texture: &wgpu::Texture, level: u8, image: &[u8]) {
+    pub(crate) fn write_level(&self, queue: &wgpu::Queue, texture: &wgpu::Texture, level: u8, image: &[u8]) {
         const BAND_BYTES: usize = 32 << 20;
         let texel = self.format.texel_bytes();
         let [size_x, size_y, _] = self.shape.level(level).size;
@@ -203,6 +203,57 @@ impl Plain<'_> {
             keeps_positions: u32::from(self.shape.spec().positions == TexelPositions::Kept),
         }
     }
+
+    /// The coarsest level.
+    pub(crate) fn coarsest(&self) -> u8 {
+        self.shape.coarsest()
+    }
+
+    /// What a shader reads it by: texture, sampler, parameters.
+    pub(crate) fn binding_types() -> [wgpu::BindingType; 3] {
+        [
+            wgpu::BindingType::Texture {
+                sample_type: wgpu::TextureSampleType::Float { filterable: true },
+                view_dimension: wgpu::TextureViewDimension::D2,
+                multisampled: false,
+            },
+            wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
+            wgpu::BindingType::Buffer {
+                ty: wgpu::BufferBindingType::Uniform,
+                has_dynamic_offset: false,
+                min_binding_size: None,
+            },
+        ]
+    }
+
+    pub(crate) fn sampler(&self, device: &wgpu::Device) -> wgpu::Sampler {
+        // A mirrored edge needs the texel at the edge once more, which is what a clamped edge gives; before the first texel lies
+        // the end of the padding, where the border colour is.
+        let address = self.shape.address().map(|mode| match mode {
+            AddressMode::Wrap | AddressMode::Border => wgpu::AddressMode::Repeat,
+            AddressMode::Clamp | AddressMode::Mirror => wgpu::AddressMode::ClampToEdge,
+        });
+        device.create_sampler(&wgpu::SamplerDescriptor {
+            label: Some("reference"),
+            address_mode_u: address[0],
+            address_mode_v: address[1],
+            mag_filter: wgpu::FilterMode::Linear,
+            min_filter: wgpu::FilterMode::Linear,
+            mipmap_filter: wgpu::MipmapFilterMode::Nearest,
+            ..Default::default()
+        })
+    }
+
+    pub(crate) fn uniform(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> wgpu::Buffer {
+        let uniform = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("reference"),
+            size: size_of::<Params>() as u64,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        queue.write_buffer(&uniform, 0, bytemuck::bytes_of(&self.params()));
+        uniform
+    }
 }
 
 /// The texel of a level of `size` that texel `at` of `padded` holds, or nothing for the border colour. With wrapped edges
@@ -231,7 +282,7 @@ fn border_texel(format: LayerFormat, color: [u8; 4]) -> Vec<u8> {
 }
 
 fn group_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
-    let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
+    let entry = |(binding, ty)| wgpu::BindGroupLayoutEntry {
         binding,
         visibility: wgpu::ShaderStages::FRAGMENT,
         ty,
@@ -239,25 +290,7 @@ fn group_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     };
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: Some("reference"),
-        entries: &[
-            entry(
-                0,
-                wgpu::BindingType::Texture {
-                    sample_type: wgpu::TextureSampleType::Float { filterable: true },
-                    view_dimension: wgpu::TextureViewDimension::D2,
-                    multisampled: false,
-                },
-            ),
-            entry(1, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
-            entry(
-                2,
-                wgpu::BindingType::Buffer {
-                    ty: wgpu::BufferBindingType::Uniform,
-                    has_dynamic_offset: false,
-                    min_binding_size: None,
-                },
-            ),
-        ],
+        entries: &(0..).zip(Plain::binding_types()).map(entry).collect::<Vec<_>>(),
     })
 }
 
@@ -268,28 +301,7 @@ fn bind(
     texture: &wgpu::Texture,
     plain: &Plain<'_>,
 ) -> wgpu::BindGroup {
-    // A mirrored edge needs the texel at the edge once more, which is what a clamped edge gives; before the first texel lies
-    // the end of the padding, where the border colour is.
-    let address = plain.shape.address().map(|mode| match mode {
-        AddressMode::Wrap | AddressMode::Border => wgpu::AddressMode::Repeat,
-        AddressMode::Clamp | AddressMode::Mirror => wgpu::AddressMode::ClampToEdge,
-    });
-    let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
-        label: Some("reference"),
-        address_mode_u: address[0],
-        address_mode_v: address[1],
-        mag_filter: wgpu::FilterMode::Linear,
-        min_filter: wgpu::FilterMode::Linear,
-        mipmap_filter: wgpu::MipmapFilterMode::Nearest,
-        ..Default::default()
-    });
-    let uniform = device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("reference"),
-        size: size_of::<Params>() as u64,
-        usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-        mapped_at_creation: false,
-    });
-    queue.write_buffer(&uniform, 0, bytemuck::bytes_of(&plain.params()));
+    let (sampler, uniform) = (plain.sampler(device), plain.uniform(device, queue));
     let view = texture.create_view(&Default::default());
     device.create_bind_group(&wgpu::BindGroupDescriptor {
         label: Some("reference"),

@@ -7,6 +7,7 @@ mod estimates;
 mod golden;
 mod layers;
 mod pictures;
+mod planet;
 mod policies;
 mod shaders;
 mod streaming;

@@ -1,0 +1,12 @@
+// The feedback pass of a planet: one entry serves all of its textures.
+
+@vertex
+fn place_feedback(corner: Corner) -> Surface {
+    let clip = planet.clip_from_world * vec4<f32>(corner.position, 1.0);
+    return Surface(vastex_feedback_clip(clip), corner.position, corner.uv);
+}
+
+@fragment
+fn want(surface: Surface) -> @location(0) vec4<u32> {
+    return vastex_feedback(surface.uv);
+}
