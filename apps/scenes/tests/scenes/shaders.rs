@@ -2,7 +2,7 @@
 
 use vastex::{Layer, LayerFormat};
 use vastex_scenes::Look;
-use vastex_wgpu::{Atlas, Filter, ShaderOptions, wgsl};
+use vastex_wgpu::{Atlas, Filter, GroupMember, GroupShape, ShaderOptions, group_wgsl, wgsl};
 
 #[test]
 fn every_shader_is_valid() {
@@ -25,6 +25,32 @@ fn every_shader_is_valid() {
     }
     let wall = include_str!("../../examples/wall/wall.wgsl");
     check(&(wgsl(&ShaderOptions::default()) + wall));
+}
+
+#[test]
+fn the_shaders_of_the_planet_are_valid() {
+    let names = ["color", "height", "night", "clouds"];
+    let member =
+        |(texture, name): (usize, &str)| GroupMember { name: name.to_owned(), texture, atlas: Atlas::Float };
+    let shape = GroupShape::new(names.into_iter().enumerate().map(member).collect(), true).unwrap();
+    let group = group_wgsl(0, Filter::Trilinear, &shape);
+    let planet = include_str!("../../src/wgsl/planet.wgsl").to_owned();
+    let sampled = names.map(|name| {
+        format!(
+            "fn planet_{name}(uv: vec2<f32>, ddx: vec2<f32>, ddy: vec2<f32>) -> vec4<f32> {{
+                return vastex_sample_{name}_grad(uv, ddx, ddy);
+            }}\n"
+        )
+    });
+    let wanted = include_str!("../../src/wgsl/planet_wanted.wgsl");
+    check(&(group.clone() + &sampled.concat() + &planet + wanted));
+    let ordinary = (0..).zip(names).map(|(nth, name): (usize, &str)| {
+        let text = include_str!("../../src/wgsl/planet_reference.wgsl").replace("MEMBER", name);
+        let text = text.replace("TEXTURE_PLACE", &(nth + 1).to_string());
+        let bindings = (3 * nth..).zip(["TEXTURE_BINDING", "SAMPLER_BINDING", "PARAMS_BINDING"]);
+        bindings.fold(text, |text, (binding, what)| text.replace(what, &binding.to_string()))
+    });
+    check(&(group + &ordinary.collect::<String>() + &planet));
 }
 
 fn check(text: &str) {
