@@ -89,7 +89,7 @@ pub struct GroupParams {
     buffer: wgpu::Buffer,
     textures: usize,
     /// What was written last, of each texture and of each member.
-    rules_and_tails: Vec<(LevelRule, Slot)>,
+    written: Vec<(LevelRule, Slot, u8)>,
     pools: Vec<PoolParams>,
 }
 
@@ -116,8 +116,8 @@ impl GroupParams {
             mapped_at_creation: false,
         });
         queue.write_buffer(&buffer, 0, &contents);
-        let rules_and_tails = tables.iter().map(|table| table.changeable()).collect();
-        GroupParams { buffer, textures: textures.len(), rules_and_tails, pools }
+        let written = tables.iter().map(|table| table.changeable()).collect();
+        GroupParams { buffer, textures: textures.len(), written, pools }
     }
 
     /// Tells shaders what has changed: how levels of a texture are chosen, a pool's mip bias or size. To be called once per frame, before
@@ -134,7 +134,7 @@ impl GroupParams {
             queue.write_buffer(&self.buffer, at as u64, bytes);
             sent += bytes.len() as u64;
         };
-        for ((nth, written), table) in (1..).zip(&mut self.rules_and_tails).zip(tables) {
+        for ((nth, written), table) in (1..).zip(&mut self.written).zip(tables) {
             if *written != table.changeable() {
                 *written = table.changeable();
                 write(nth * texture_bytes, bytemuck::bytes_of(&table.texture_params()));

@@ -47,17 +47,18 @@ pub(crate) struct TextureParams {
     pub(crate) bias: f32,
     pub(crate) finest: f32,
     pub(crate) coarsest: f32,
-    pub(crate) unused_0: u32,
+    pub(crate) table_level: u32,
     pub(crate) levels: [LevelParams; shared::MAX_LEVELS as usize],
 }
 
 impl TextureParams {
-    /// `rule` keeps to the levels of the texture.
+    /// `rule` keeps to the levels of the texture; its table has entries from `table_level` on.
     pub(crate) fn new(
         geometry: &Geometry,
         texture: TextureId,
         tail_slot: Slot,
         rule: &LevelRule,
+        table_level: u8,
     ) -> TextureParams {
         let (table, tail) = (TableLayout::new(geometry), geometry.tail());
         let mut levels = [LevelParams::default(); shared::MAX_LEVELS as usize];
@@ -67,10 +68,10 @@ impl TextureParams {
             params.pages = level.pages;
             params.size = level.size;
             params.sample_offset = geometry.sample_offset(index).map(|offset| offset as f32);
-            if index < tail.first_level() {
+            if (table_level..tail.first_level()).contains(&index) {
                 // A table that fits a GPU buffer has fewer than 2^32 entries.
-                params.first_entry = table.first_entry(index) as u32;
-            } else {
+                params.first_entry = (table.first_entry(index) - table.first_entry(table_level)) as u32;
+            } else if index >= tail.first_level() {
                 params.tail_offset = tail.offset(index);
             }
         }
@@ -86,7 +87,7 @@ impl TextureParams {
             bias: rule.bias,
             finest: f32::from(rule.finest),
             coarsest: f32::from(rule.coarsest),
-            unused_0: 0,
+            table_level: u32::from(table_level),
             levels,
         }
     }
@@ -94,7 +95,7 @@ impl TextureParams {
     /// Of a group, whose feedback names pages of all levels of a shape.
     pub(crate) fn of_group(geometry: &Geometry, number: TextureId) -> TextureParams {
         let rule = LevelRule::default().within(geometry);
-        let params = TextureParams::new(geometry, number, Slot::new(0), &rule);
+        let params = TextureParams::new(geometry, number, Slot::new(0), &rule, 0);
         TextureParams { tail_level: u32::from(geometry.coarsest()), ..params }
     }
 }
@@ -222,7 +223,7 @@ mod tests {
         check(&text, "VastexPool", size_of::<PoolParams>(), pool);
         let view = offsets!(ViewParams: clip_scale, clip_offset, level_offset, frame, unused);
         check(&text, "VastexView", size_of::<ViewParams>(), view);
-        let texture = offsets!(TextureParams: size, level_count, page, tail_level, border, tail_slot, address, number, bias, finest, coarsest, unused_0, levels);
+        let texture = offsets!(TextureParams: size, level_count, page, tail_level, border, tail_slot, address, number, bias, finest, coarsest, table_level, levels);
         check(&text, "VastexTexture", size_of::<TextureParams>(), texture);
     }
 

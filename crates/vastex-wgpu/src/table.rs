@@ -13,6 +13,9 @@ use crate::error::GpuError;
 use crate::mirror::{Change, ChangesHead, TextureParams};
 use crate::shader;
 
+/// Entries that a table has from the beginning, where a level has no more.
+const FEW_ENTRIES: u64 = 1024;
+
 /// The page table and the parameters of one texture.
 #[derive(Debug)]
 pub struct TableBuffers {
@@ -20,6 +23,8 @@ pub struct TableBuffers {
     texture: TextureId,
     tail_slot: Slot,
     rule: LevelRule,
+    /// The finest level with entries.
+    finest: u8,
     params: wgpu::Buffer,
     entries: wgpu::Buffer,
     changes: Option<ChangeBuffer>,
@@ -34,7 +39,8 @@ struct ChangeBuffer {
 
 impl TableBuffers {
     /// A table in which every entry leads to the tail, which lies in `tail_slot`, of a texture without a bias of
-    /// its own.
+    /// its own. It has entries for the coarse levels only, some hundreds; before a finer page is loaded it must
+    /// [grow](TableBuffers::grow).
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -44,12 +50,14 @@ impl TableBuffers {
     ) -> Result<TableBuffers, GpuError> {
         alive(device)?;
         TableBuffers::check(device, geometry)?;
-        let entries = storage(device, "vastex page table", entry_count(geometry) * 4);
+        let finest = coarse_level(geometry);
+        let entries = storage(device, "vastex page table", entry_count(geometry, finest) * 4);
         let rule = LevelRule::default().within(geometry);
-        let params = TextureParams::new(geometry, texture, tail_slot, &rule);
+        let params = TextureParams::new(geometry, texture, tail_slot, &rule, finest);
         let params = uniform(device, queue, "vastex texture", &params);
         let geometry = geometry.clone();
-        let table = TableBuffers { geometry, texture, tail_slot, rule, params, entries, changes: None };
+        let table =
+            TableBuffers { geometry, texture, tail_slot, rule, finest, params, entries, changes: None };
         table.lead_to_the_tail(queue);
         Ok(table)
     }
@@ -57,25 +65,45 @@ impl TableBuffers {
     /// Begins anew, with the tail in `tail_slot`, for all commands submitted after this call; returns the bytes sent.
     pub fn reset(&mut self, queue: &wgpu::Queue, tail_slot: Slot) -> u64 {
         self.tail_slot = tail_slot;
-        self.set_rule(queue, self.rule);
+        self.send_params(queue);
         self.lead_to_the_tail(queue);
         self.entries.size()
     }
 
+    /// Whether there are entries for the pages of a level.
+    pub fn has_level(&self, level: u8) -> bool {
+        level >= self.finest
+    }
+
+    /// Makes entries for all levels from `level` on, and begins anew as [`TableBuffers::reset`] does: then whatever is resident is to be
+    /// told, and bind groups are to be made anew. Costs 4 bytes for each entry, once for each level at most; returns the bytes sent.
+    pub fn grow(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, level: u8) -> Result<u64, GpuError> {
+        if self.has_level(level) {
+            return Ok(0);
+        }
+        alive(device)?;
+        self.finest = level;
+        self.entries = storage(device, "vastex page table", entry_count(&self.geometry, level) * 4);
+        self.changes = None; // its bind group names the old entries
+        Ok(self.reset(queue, self.tail_slot))
+    }
+
     fn lead_to_the_tail(&self, queue: &wgpu::Queue) {
         let tail = TableEntry::new(self.geometry.tail().first_level(), self.tail_slot).to_bits();
-        queue.write_buffer(
-            &self.entries,
-            0,
-            bytemuck::cast_slice(&vec![tail; (self.entries.size() / 4) as usize]),
-        );
+        let entries = vec![tail; (self.entries.size() / 4) as usize];
+        queue.write_buffer(&self.entries, 0, bytemuck::cast_slice(&entries));
     }
 
     /// Sets how levels are chosen, as far as the texture has them, for all commands submitted after this call: sampling
     /// and feedback alike.
     pub fn set_rule(&mut self, queue: &wgpu::Queue, rule: LevelRule) {
         self.rule = rule.within(&self.geometry);
-        queue.write_buffer(&self.params, 0, bytemuck::bytes_of(&self.texture_params()));
+        self.send_params(queue);
+    }
+
+    fn send_params(&self, queue: &wgpu::Queue) {
+        let params = self.texture_params();
+        queue.write_buffer(&self.params, 0, bytemuck::bytes_of(&params));
     }
 
     /// How levels are chosen.
@@ -85,7 +113,7 @@ impl TableBuffers {
 
     /// Whether the page table of a texture fits this device; the only thing about a texture that [`TableBuffers::new`] refuses.
     pub fn check(device: &wgpu::Device, geometry: &Geometry) -> Result<(), GpuError> {
-        let entries = entry_count(geometry);
+        let entries = entry_count(geometry, 0);
         let limits = device.limits();
         let (bytes, max) = (entries * 4, limits.max_storage_buffer_binding_size.min(limits.max_buffer_size));
         if bytes > max { Err(GpuError::TableTooLarge { entries, bytes, max }) } else { Ok(()) }
@@ -102,12 +130,12 @@ impl TableBuffers {
     }
 
     /// What of its parameters may change.
-    pub(crate) fn changeable(&self) -> (LevelRule, Slot) {
-        (self.rule, self.tail_slot)
+    pub(crate) fn changeable(&self) -> (LevelRule, Slot, u8) {
+        (self.rule, self.tail_slot, self.finest)
     }
 
     pub(crate) fn texture_params(&self) -> TextureParams {
-        TextureParams::new(&self.geometry, self.texture, self.tail_slot, &self.rule)
+        TextureParams::new(&self.geometry, self.texture, self.tail_slot, &self.rule, self.finest)
     }
 
     pub(crate) fn params(&self) -> &wgpu::Buffer {
@@ -115,9 +143,18 @@ impl TableBuffers {
     }
 }
 
-/// Entries of a texture's table. A binding is never empty, so a texture that is all tail has one that nobody reads.
-fn entry_count(geometry: &Geometry) -> u64 {
-    TableLayout::new(geometry).entries().max(1)
+/// Entries of a texture's table from a level on. A binding is never empty, so a texture that is all tail has one that nobody reads.
+fn entry_count(geometry: &Geometry, finest: u8) -> u64 {
+    let layout = TableLayout::new(geometry);
+    let finer = if finest < geometry.tail().first_level() { layout.first_entry(finest) } else { 0 };
+    (layout.entries() - finer).max(1)
+}
+
+/// The finest level that a table begins with: one of few entries.
+fn coarse_level(geometry: &Geometry) -> u8 {
+    let finer_than_tail = 0..geometry.tail().first_level();
+    let few = finer_than_tail.clone().find(|&level| entry_count(geometry, level) <= FEW_ENTRIES);
+    few.or(finer_than_tail.last()).unwrap_or(0)
 }
 
 /// Carries out changes of page tables; one for all of a device's.
@@ -157,7 +194,7 @@ impl TableChanger {
         if changes.is_empty() {
             return Ok(0);
         }
-        let batch = Batch::new(&table.geometry, changes);
+        let batch = Batch::new(&table.geometry, table.finest, changes);
         let bytes = batch.bytes();
         let sent = bytes.len() as u64;
         let room = match table.changes.take() {
@@ -208,14 +245,14 @@ struct Batch {
 }
 
 impl Batch {
-    fn new(geometry: &Geometry, changes: &[TableChange]) -> Batch {
+    fn new(geometry: &Geometry, finest: u8, changes: &[TableChange]) -> Batch {
         let mut sorted = Vec::with_capacity(changes.len());
         let mut half = |is_half: fn(&ChangeRule) -> bool| {
             let (first, mut chunks) = (sorted.len(), 0);
             for change in changes.iter().filter(|change| is_half(&change.rule)) {
                 let pos = change.page.pos(geometry.dims());
                 sorted.push(record(change, pos, chunks));
-                chunks += entries_below(geometry, pos.level).div_ceil(shared::WORKGROUP);
+                chunks += entries_below(geometry, pos.level, finest).div_ceil(shared::WORKGROUP);
             }
             ((sorted.len() - first) as u32, chunks)
         };
@@ -238,10 +275,10 @@ fn record(change: &TableChange, pos: PagePos, first_chunk: u32) -> Change {
 }
 
 /// Entries that the shader walks for a page of `level`: the page's own, and of each finer level as many as any page
-/// has there. Never more than the table has.
-fn entries_below(geometry: &Geometry, level: u8) -> u32 {
+/// has there, from the level `finest` on. Never more than the table has.
+fn entries_below(geometry: &Geometry, level: u8, finest: u8) -> u32 {
     let page = geometry.level(level);
-    let boxes = geometry.levels()[..=usize::from(level)].iter();
+    let boxes = geometry.levels().get(usize::from(finest)..=usize::from(level)).unwrap_or_default().iter();
     boxes
         .map(|at| {
             (0..3).map(|a| (page.scale[a] / at.scale[a]).min(u64::from(at.pages[a]))).product::<u64>() as u32
@@ -268,7 +305,7 @@ mod tests {
                 if changes.is_empty() {
                     continue;
                 }
-                let sent = Batch::new(&geometry, changes).bytes().len() as u64;
+                let sent = Batch::new(&geometry, 0, changes).bytes().len() as u64;
                 let (entries, pages) = (4 * world.entries_changed, changes.len() as u64);
                 assert!(
                     sent <= 2 * entries + 64 * pages,

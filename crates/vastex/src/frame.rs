@@ -7,7 +7,7 @@ use vastex_core::{Event, PageId};
 use vastex_tiles::{LoadError, Loaded};
 
 use crate::error::Error;
-use crate::textures::{TextureState, Textures};
+use crate::textures::Textures;
 
 impl Textures {
     /// Takes in what has arrived, asks for what is missing, uploads, and changes the page tables. Never waits, unless the
@@ -82,15 +82,7 @@ impl Textures {
             pool.set_bias(&self.queue, pager.bias_eighths());
         }
         self.update_groups();
-        self.pagers.take_table_changes(&mut self.changes);
-        // A stable order: what is decided of one texture stays in sequence.
-        self.changes.sort_by_key(|change| change.page.texture());
-        for changes in self.changes.chunk_by(|a, b| a.page.texture() == b.page.texture()) {
-            let number = usize::from(changes[0].page.texture().number());
-            let Some(TextureState { table, .. }) = &mut self.textures[number] else { continue };
-            self.counters.table_bytes_sent +=
-                self.changer.apply(&self.device, &self.queue, encoder, table, changes)?;
-        }
+        self.change_tables(encoder)?;
         Ok(())
     }
 

@@ -46,6 +46,7 @@ mod settings;
 mod settings_file;
 mod stats;
 mod survey;
+mod tables;
 mod telemetry;
 mod textures;
 mod views;

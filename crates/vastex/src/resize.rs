@@ -44,7 +44,7 @@ impl Textures {
         let resize = PoolResize { before, bytes: new.bytes(), transient: before + new.bytes() };
         let old = std::mem::replace(&mut self.pools[number], new);
         let textures: Vec<TextureId> = self.iter().filter(|&id| self.pool_of(id) == Some(pool)).collect();
-        textures.into_iter().try_for_each(|texture| self.follow_resize(&mut encoder, pool, texture))?;
+        textures.into_iter().try_for_each(|texture| self.begin_table_anew(&mut encoder, pool, texture))?;
         self.update_groups();
         self.bind_groups_anew();
         self.queue.submit([encoder.finish()]);
@@ -67,24 +67,5 @@ impl Textures {
             }
         }
         Ok(resized)
-    }
-
-    /// The page table and the bind groups of a texture whose pool was resized.
-    fn follow_resize(
-        &mut self,
-        encoder: &mut wgpu::CommandEncoder,
-        pool: PoolId,
-        texture: TextureId,
-    ) -> Result<(), Error> {
-        let (pager, state) = (self.pagers.pager(pool), self.textures.get_mut(usize::from(texture.number())));
-        let (Some(slot), Some(Some(state))) = (pager.tail_slot(texture), state) else { return Ok(()) };
-        self.counters.table_bytes_sent += state.table.reset(&self.queue, slot);
-        pager.resident_changes(texture, &mut self.changes);
-        let (device, queue) = (&self.device, &self.queue);
-        self.counters.table_bytes_sent +=
-            self.changer.apply(device, queue, encoder, &mut state.table, &self.changes)?;
-        self.changes.clear();
-        self.make_bind_groups(texture);
-        Ok(())
     }
 }

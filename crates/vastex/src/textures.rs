@@ -155,7 +155,7 @@ impl Textures {
 
     /// Adds a texture: makes a pool if none suits it, and reads the tail, so that there is something to show.
     ///
-    /// Costs one read and the texture's page table, 4 bytes a page. Layers that the device cannot decompress are decoded
+    /// Costs one read and the beginning of the page table, which grows to 4 bytes for each page of the levels that are wanted. Layers that the device cannot decompress are decoded
     /// when they are loaded, and take as much of the pool as their texels.
     pub fn add(&mut self, source: Arc<dyn TileSource>) -> Result<TextureId, Error> {
         let description = source.description().clone();

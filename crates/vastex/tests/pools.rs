@@ -208,6 +208,30 @@ fn a_removed_texture_gives_back_what_it_held_and_the_next_one_takes_its_place() 
     }
 }
 
+#[test]
+fn page_tables_grow_when_the_view_comes_near() {
+    let mut screen = Screen::new(&[property(SIZE, 32, AddressMode::Clamp)], settings());
+    let entries = |levels: std::ops::RangeInclusive<u32>| -> u64 {
+        levels.map(|level| u64::from(SIZE[0].div_ceil(32 << level) * SIZE[1].div_ceil(32 << level))).sum()
+    };
+    let before = screen.textures.stats().table_bytes;
+    screen.set_mapping(0, &Mapping::new(SIZE, [0.5, 0.5], 4.4, 1.0, 0.2));
+    screen.converge();
+    check_level(&column(&screen, 0, 1), 2);
+    assert_eq!(screen.textures.stats().table_bytes, before, "nothing finer came");
+    screen.set_mapping(0, &sharp([0.5, 0.5]));
+    screen.converge();
+    check_level(&column(&screen, 0, 1), 0);
+    check_resident(&mut screen);
+    let grown = screen.textures.stats().table_bytes - before;
+    assert_eq!(
+        grown,
+        4 * entries(0..=0),
+        "the entries of level 0 came to those of the {} others",
+        entries(1..=3)
+    );
+}
+
 /// In real time frames do not wait for tiles, so the test does.
 fn converge_in_either_pace(screen: &mut Screen) {
     let converged = (0..3000).any(|frame| {

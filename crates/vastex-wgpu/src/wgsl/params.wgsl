@@ -28,7 +28,7 @@ struct VastexTexture {
     bias: f32,              // levels added to every level computed from gradients
     finest: f32,            // the finest and the coarsest level wanted
     coarsest: f32,
-    unused_0: u32,
+    table_level: u32,       // the finest level with entries in the page table; nothing finer is resident
     levels: array<VastexLevel, VASTEX_MAX_LEVELS>,
 }
 

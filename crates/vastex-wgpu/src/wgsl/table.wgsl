@@ -41,7 +41,7 @@ fn change_of_chunk(first: u32, count: u32, chunk: u32) -> u32 {
 // counted as a box of as many pages as any page of `level` has below it there; some may lie beyond the texture.
 fn entry_below(change: VastexChange, level: u32, nth: u32) -> u32 {
     var rest = nth;
-    for (var below = level + 1u; below > 0u; below--) {
+    for (var below = level + 1u; below > texture.table_level; below--) {
         let at = texture.levels[below - 1u];
         let ratio = texture.levels[level].scale / at.scale;
         let size = min(ratio, at.pages);

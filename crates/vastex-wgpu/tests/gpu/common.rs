@@ -94,6 +94,7 @@ impl World {
         assert!(layout.slots() as usize >= slots.len(), "{layout:?}");
         let pool = Pool::new(&gpu.device, &gpu.queue, &layout, &description.layers).unwrap();
         let mut table = TableBuffers::new(&gpu.device, &gpu.queue, geometry, NUMBER, slots[0]).unwrap();
+        table.grow(&gpu.device, &gpu.queue, 0).unwrap();
         let mut image = TableImage::new(geometry, slots[0]);
         let mut tiles = BTreeMap::new();
         let mut changes = Vec::new();

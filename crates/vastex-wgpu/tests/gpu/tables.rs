@@ -55,6 +55,7 @@ fn check(geometry: &Geometry, seed: u64) {
     let tail = Slot::new(70_000);
     let changer = TableChanger::new(&gpu.device);
     let mut table = TableBuffers::new(&gpu.device, &gpu.queue, geometry, NUMBER, tail).unwrap();
+    table.grow(&gpu.device, &gpu.queue, 0).unwrap();
     let mut image = TableImage::new(geometry, tail);
     let mut run = Run {
         geometry,
@@ -104,6 +105,52 @@ fn a_table_of_a_volume_follows_too() {
         ..GeometrySpec::image(1, 1)
     };
     check(&Geometry::new(spec).unwrap(), 11);
+}
+
+#[test]
+fn a_table_grows_when_finer_pages_come() {
+    let gpu = &*GPU;
+    let geometry = &Geometry::new(GeometrySpec { page: 32, ..GeometrySpec::image(5000, 3000) }).unwrap();
+    let tail = Slot::new(70_000);
+    let changer = TableChanger::new(&gpu.device);
+    let mut table = TableBuffers::new(&gpu.device, &gpu.queue, geometry, NUMBER, tail).unwrap();
+    let mut image = TableImage::new(geometry, tail);
+    let mut run = Run {
+        geometry,
+        pages: Vec::new(),
+        resident: BTreeMap::from([(geometry.tail_pos(), tail)]),
+        free: (0..400).map(Slot::new).collect(),
+        random: Random(5),
+    };
+    let first = (0..).find(|&level| table.has_level(level)).unwrap();
+    assert!(first >= 2, "levels to grow by");
+    let mut bytes = table.bytes();
+    for finest in (0..=first).rev() {
+        run.pages = geometry.pages().skip(1).filter(|page| page.level >= finest).collect();
+        let sent = table.grow(&gpu.device, &gpu.queue, finest).unwrap();
+        assert_eq!((sent > 0, table.bytes() > bytes), (finest < first, finest < first));
+        assert!(table.has_level(finest) && (finest == 0 || !table.has_level(finest - 1)));
+        bytes = table.bytes();
+        // What is resident is told anew, then the frames go on.
+        let finer = run.resident.iter().filter(|(pos, _)| !geometry.is_tail(**pos));
+        let told: Vec<TableChange> = finer
+            .map(|(&pos, &slot)| run.change(pos, ChangeRule::Coarser, TableEntry::new(pos.level, slot)))
+            .collect();
+        for frame in 0..5 {
+            let changes = if frame == 0 { told.clone() } else { run.frame() };
+            let mut encoder = gpu.device.create_command_encoder(&Default::default());
+            changer.apply(&gpu.device, &gpu.queue, &mut encoder, &mut table, &changes).unwrap();
+            gpu.queue.submit([encoder.finish()]);
+            for change in &changes {
+                image.apply(geometry, change);
+            }
+            let found: Vec<u32> = read(gpu, table.entries());
+            let finer = image.entries().len() - found.len();
+            let expected: Vec<u32> = image.entries()[finer..].iter().map(|entry| entry.to_bits()).collect();
+            assert!(found == expected, "frame {frame} with levels from {finest} on");
+        }
+    }
+    assert!(run.resident.keys().any(|pos| pos.level == 0), "nothing fine was ever resident");
 }
 
 #[test]

@@ -1,0 +1,65 @@
+//! Page tables: what the pagers have changed is carried out, and a table grows when a finer level comes to it.
+
+use vastex_core::{PoolId, Slot, TextureId};
+
+use crate::error::Error;
+use crate::textures::{TextureState, Textures};
+
+impl Textures {
+    /// Carries out the page-table changes of exactly the uploads of this frame.
+    pub(crate) fn change_tables(&mut self, encoder: &mut wgpu::CommandEncoder) -> Result<(), Error> {
+        let mut changes = std::mem::take(&mut self.changes);
+        self.pagers.take_table_changes(&mut changes);
+        // A stable order: what is decided of one texture stays in sequence.
+        changes.sort_by_key(|change| change.page.texture());
+        let mut have_grown = false;
+        for changes in changes.chunk_by(|a, b| a.page.texture() == b.page.texture()) {
+            let texture = changes[0].page.texture();
+            let finest = changes.iter().map(|change| change.page.level()).min().unwrap_or(0);
+            let Some(Some(TextureState { table, .. })) = self.textures.get_mut(usize::from(texture.number()))
+            else {
+                continue;
+            };
+            if table.has_level(finest) {
+                self.counters.table_bytes_sent +=
+                    self.changer.apply(&self.device, &self.queue, encoder, table, changes)?;
+            } else {
+                self.counters.table_bytes_sent += table.grow(&self.device, &self.queue, finest)?;
+                self.tell_table(encoder, texture)?;
+                have_grown = true;
+            }
+        }
+        self.changes = changes;
+        if have_grown {
+            self.update_groups();
+            self.bind_groups_anew();
+        }
+        Ok(())
+    }
+
+    /// Begins the page table of a texture anew, with its tail and all that is resident.
+    pub(crate) fn begin_table_anew(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        pool: PoolId,
+        texture: TextureId,
+    ) -> Result<(), Error> {
+        let slot: Option<Slot> = self.pagers.pager(pool).tail_slot(texture);
+        let state = self.textures.get_mut(usize::from(texture.number()));
+        let (Some(slot), Some(Some(state))) = (slot, state) else { return Ok(()) };
+        self.counters.table_bytes_sent += state.table.reset(&self.queue, slot);
+        self.tell_table(encoder, texture)
+    }
+
+    /// Tells a page table in which every entry leads to the tail what is resident, and binds it.
+    fn tell_table(&mut self, encoder: &mut wgpu::CommandEncoder, texture: TextureId) -> Result<(), Error> {
+        let (pool, state) = (self.pool_of(texture), self.textures.get_mut(usize::from(texture.number())));
+        let (Some(pool), Some(Some(TextureState { table, .. }))) = (pool, state) else { return Ok(()) };
+        let mut resident = Vec::new();
+        self.pagers.pager(pool).resident_changes(texture, &mut resident);
+        self.counters.table_bytes_sent +=
+            self.changer.apply(&self.device, &self.queue, encoder, table, &resident)?;
+        self.make_bind_groups(texture);
+        Ok(())
+    }
+}
