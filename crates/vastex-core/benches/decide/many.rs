@@ -130,7 +130,8 @@ impl Scene {
         // Tails on top, so that the rest is the same for all.
         let pool = pagers.add_pool(slots + textures, tile_bytes, Some(BiasRule::Solved)).unwrap();
         let geometry = Geometry::new(spec).unwrap();
-        let textures = (0..textures).map(|_| pagers.add_texture(pool, &geometry, None, None).unwrap().0).collect();
+        let textures =
+            (0..textures).map(|_| pagers.add_texture(pool, &geometry, None, None).unwrap().0).collect();
         let image = Geometry::new(GeometrySpec::image(SIZE[0], SIZE[1])).unwrap();
         let (under_way, loaded) = (Vec::new(), HashSet::new());
         Scene { pagers, image, textures, names, under_way, loaded, reloads: 0 }
