@@ -20,7 +20,7 @@ pub(crate) const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 struct SceneUniform {
     clip_from_world: Mat4,
     background: Vec4,
-    range: Vec4,
+    range_and_picture: Vec4,
 }
 
 /// A scene with one layer of a texture on it, ready to be drawn.
@@ -39,6 +39,7 @@ pub struct SceneRenderer {
     group_layout: wgpu::BindGroupLayout,
     picture: wgpu::RenderPipeline,
     wanted: wgpu::RenderPipeline,
+    spread: wgpu::RenderPipeline,
     format: wgpu::TextureFormat,
 }
 
@@ -84,6 +85,11 @@ impl SceneRenderer {
             entries: ["place_feedback", "want"],
             formats: &[Textures::FEEDBACK_FORMAT],
         };
+        let spread = PipelineParts {
+            text: text(include_str!("wgsl/texture_space.wgsl")),
+            entries: ["spread", "need"],
+            formats: &[Textures::TEXTURE_SPACE_FORMAT],
+        };
         SceneRenderer {
             scene,
             layer,
@@ -95,6 +101,7 @@ impl SceneRenderer {
             uniform,
             picture: picture.pipeline(device, &groups),
             wanted: wanted.pipeline(device, &groups),
+            spread: spread.blended(device, &groups, Textures::TEXTURE_SPACE_BLEND),
             group,
             group_layout,
             format,
@@ -111,13 +118,14 @@ impl SceneRenderer {
         self.image
     }
 
-    /// Where the camera is in the frame that is about to be drawn; `view` is width over height of the picture.
-    pub fn set_pose(&self, queue: &wgpu::Queue, pose: &Pose, view: f32) {
+    /// Where the camera is in the frame that is about to be drawn, and how many pixels the picture has.
+    pub fn set_pose(&self, queue: &wgpu::Queue, pose: &Pose, picture: [u32; 2]) {
+        let [width, height] = picture.map(|side| side as f32);
         let [black, factor] = self.look.range();
         let uniform = SceneUniform {
-            clip_from_world: pose.clip_from_world(view, self.image),
+            clip_from_world: pose.clip_from_world(width / height, self.image),
             background: BACKGROUND,
-            range: Vec4::new(black, factor, 0.0, 0.0),
+            range_and_picture: Vec4::new(black, factor, width, height),
         };
         queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&uniform));
     }
@@ -125,6 +133,11 @@ impl SceneRenderer {
     /// Draws what the scene wants, into a pass of [`Textures::feedback`].
     pub fn draw_wanted(&self, pass: &mut wgpu::RenderPass<'_>, texture_group: &wgpu::BindGroup) {
         self.draw(pass, &self.wanted, texture_group);
+    }
+
+    /// Draws the level that each part of the texture needs, into a pass of [`Textures::texture_space`].
+    pub fn draw_spread(&self, pass: &mut wgpu::RenderPass<'_>, texture_group: &wgpu::BindGroup) {
+        self.draw(pass, &self.spread, texture_group);
     }
 
     /// Draws the picture.
@@ -281,10 +294,38 @@ pub(crate) struct PipelineParts<'a> {
 }
 
 impl PipelineParts<'_> {
+    /// A pipeline of which the nearest surface stays.
     pub(crate) fn pipeline(
         self,
         device: &wgpu::Device,
         groups: &[Option<&wgpu::BindGroupLayout>],
+    ) -> wgpu::RenderPipeline {
+        let nearest = wgpu::DepthStencilState {
+            format: DEPTH,
+            depth_write_enabled: Some(true),
+            depth_compare: Some(wgpu::CompareFunction::Less),
+            stencil: Default::default(),
+            bias: Default::default(),
+        };
+        self.made(device, groups, Some(nearest), None)
+    }
+
+    /// A pipeline that blends all surfaces.
+    fn blended(
+        self,
+        device: &wgpu::Device,
+        groups: &[Option<&wgpu::BindGroupLayout>],
+        blend: wgpu::BlendState,
+    ) -> wgpu::RenderPipeline {
+        self.made(device, groups, None, Some(blend))
+    }
+
+    fn made(
+        self,
+        device: &wgpu::Device,
+        groups: &[Option<&wgpu::BindGroupLayout>],
+        depth_stencil: Option<wgpu::DepthStencilState>,
+        blend: Option<wgpu::BlendState>,
     ) -> wgpu::RenderPipeline {
         let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some("scene"),
@@ -295,7 +336,8 @@ impl PipelineParts<'_> {
             label: Some("scene"),
             source: wgpu::ShaderSource::Wgsl(self.text.into()),
         });
-        let targets: Vec<_> = self.formats.iter().map(|&format| Some(format.into())).collect();
+        let target = |&format| wgpu::ColorTargetState { blend, ..wgpu::TextureFormat::into(format) };
+        let targets: Vec<_> = self.formats.iter().map(|format| Some(target(format))).collect();
         let attributes = wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x2];
         device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some("scene"),
@@ -311,13 +353,7 @@ impl PipelineParts<'_> {
                 })],
             },
             primitive: wgpu::PrimitiveState::default(),
-            depth_stencil: Some(wgpu::DepthStencilState {
-                format: DEPTH,
-                depth_write_enabled: Some(true),
-                depth_compare: Some(wgpu::CompareFunction::Less),
-                stencil: Default::default(),
-                bias: Default::default(),
-            }),
+            depth_stencil,
             multisample: Default::default(),
             fragment: Some(wgpu::FragmentState {
                 module: &module,

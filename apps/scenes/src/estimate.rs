@@ -16,21 +16,25 @@ pub enum Estimate {
     Distance,
     /// A walk down the quadtree of the texture's pages.
     Quadtree,
+    /// The level drawn in texture space, by the GPU.
+    TextureSpace,
 }
 
 impl Estimate {
     /// Every way.
-    pub const ALL: [Estimate; 2] = [Estimate::Distance, Estimate::Quadtree];
+    pub const ALL: [Estimate; 3] = [Estimate::Distance, Estimate::Quadtree, Estimate::TextureSpace];
 
     /// The name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Estimate::Distance => "distance",
             Estimate::Quadtree => "quadtree",
+            Estimate::TextureSpace => "texture-space",
         }
     }
 
-    /// What a view of so many pixels wants of a scene's only texture, by the surfaces' ideal shapes.
+    /// What a view of so many pixels wants of a scene's only texture, by the surfaces' ideal shapes; nothing where that is not
+    /// for the CPU to say.
     pub fn of_view(
         self,
         scene: Scene,
@@ -39,7 +43,7 @@ impl Estimate {
         picture: [u32; 2],
         settings: SurveySettings,
         frame: u64,
-    ) -> Surveyed {
+    ) -> Option<Surveyed> {
         let [width, height, _] = texture.geometry.size();
         let image = width as f32 / height as f32;
         let matrix = pose.clip_from_world(picture[0] as f32 / picture[1] as f32, image);
@@ -47,13 +51,14 @@ impl Estimate {
         let surface = surface(scene, f64::from(image));
         match self {
             Estimate::Quadtree => survey.surface(texture, &*surface),
+            Estimate::TextureSpace => return None,
             Estimate::Distance => {
                 for object in SurveyedObject::grid(&*surface, [width, height], OBJECTS) {
                     survey.object(texture, &object);
                 }
             }
         }
-        survey.finish(frame)
+        Some(survey.finish(frame))
     }
 }
 
@@ -69,18 +74,27 @@ pub struct Estimating {
 }
 
 impl Estimating {
-    /// Tells the textures what the view of this frame wants.
+    /// Tells the textures what the view of this frame wants; in texture space, what it wanted two frames ago.
     pub(crate) fn tell(
         &self,
         textures: &mut Textures,
+        encoder: &mut wgpu::CommandEncoder,
         renderer: &SceneRenderer,
         pose: &Pose,
         picture: [u32; 2],
-    ) {
-        let Some(texture) = textures.surveyed(renderer.layer().texture()) else { return };
+    ) -> Result<(), vastex::Error> {
+        let (settings, layer) = (self.settings, renderer.layer());
+        let Some(texture) = textures.surveyed(layer.texture()) else { return Ok(()) };
         let frame = textures.frame();
-        let found = self.estimate.of_view(renderer.scene(), pose, texture, picture, self.settings, frame);
-        self.hand_over(textures, found);
+        let mut found = self.estimate.of_view(renderer.scene(), pose, texture, picture, settings, frame);
+        if self.estimate == Estimate::TextureSpace {
+            let seen = textures.texture_space(encoder, layer.texture(), settings, |pass, groups| {
+                renderer.draw_spread(pass, &groups[layer]);
+            })?;
+            found = seen.map(|seen| Surveyed { seen, ..Surveyed::default() });
+        }
+        found.into_iter().for_each(|found| self.hand_over(textures, found));
+        Ok(())
     }
 
     fn hand_over(&self, textures: &mut Textures, Surveyed { seen, unseen }: Surveyed) {

@@ -200,11 +200,11 @@ impl Studio {
     pub fn frame(&mut self, pose: Pose) -> Result<(), StudioError> {
         self.expect_what_was_learnt(&pose);
         self.pose = pose;
-        self.renderer.set_pose(&self.gpu.queue, &pose, self.view_aspect());
+        self.renderer.set_pose(&self.gpu.queue, &pose, self.size);
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let (renderer, layer) = (&self.renderer, self.renderer.layer());
         if let Some(estimating) = self.estimating {
-            estimating.tell(&mut self.textures, renderer, &pose, self.size);
+            estimating.tell(&mut self.textures, &mut encoder, renderer, &pose, self.size)?;
         }
         if self.estimating.is_none_or(|estimating| estimating.beside) {
             self.textures.feedback(&mut encoder, self.size, |pass, groups| {
@@ -251,7 +251,7 @@ impl Studio {
 
     /// The picture of the last frame by the CPU twin of the shaders, at the mip bias in force.
     pub fn cpu_picture(&self) -> Result<Picture, StudioError> {
-        self.renderer.set_pose(&self.gpu.queue, &self.pose, self.view_aspect());
+        self.renderer.set_pose(&self.gpu.queue, &self.pose, self.size);
         let layer = self.renderer.layer();
         let bias = self.textures.bias_eighths(layer.texture());
         let filter = self.textures.settings().filter;
@@ -286,12 +286,8 @@ impl Studio {
         &mut self.textures
     }
 
-    fn view_aspect(&self) -> f32 {
-        self.size[0] as f32 / self.size[1] as f32
-    }
-
     fn draw_and_read(&self, draw: impl FnOnce(&mut wgpu::CommandEncoder, PictureTarget<'_>)) -> Picture {
-        self.renderer.set_pose(&self.gpu.queue, &self.pose, self.view_aspect());
+        self.renderer.set_pose(&self.gpu.queue, &self.pose, self.size);
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         draw(&mut encoder, PictureTarget { colour: &self.colour_view, depth: &self.depth_view });
         Picture { size: self.size, rgba: read_texture(&self.gpu, encoder, &self.colour, 4) }

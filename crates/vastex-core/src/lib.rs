@@ -90,8 +90,8 @@ pub use resize::SlotMove;
 pub use space::{Box3, fold, is_border_color};
 pub use stats::Stats;
 pub use survey::{
-    Camera, FlatSurface, GlobeSurface, Patch, Surface, Survey, SurveySettings, Surveyed, SurveyedObject,
-    SurveyedTexture, UvBox,
+    Camera, FlatSurface, GlobeSurface, LevelImage, Patch, Surface, Survey, SurveySettings, Surveyed,
+    SurveyedObject, SurveyedTexture, UvBox,
 };
 pub use table::{ChangeRule, TableChange, TableEntry, TableImage, TableLayout};
 pub use tail::TailLayout;

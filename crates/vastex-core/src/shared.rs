@@ -32,6 +32,8 @@ pub const FEEDBACK_EMPTY: u32 = 0;
 pub const FEEDBACK_WANTED: u32 = 1;
 /// Feedback flag: the pixel's gradients are zero, infinite or no numbers, so it wants nothing.
 pub const FEEDBACK_DEGENERATE: u32 = 2;
+/// In texture space, what says level 0 with nothing into it; each eighth of a level coarser is one less, and 0 is not seen.
+pub const TEXTURE_SPACE_FINEST: u32 = 255;
 /// Threads of one workgroup of every compute shader.
 pub const WORKGROUP: u32 = 64;
 
@@ -52,5 +54,6 @@ pub const WGSL: &[(&str, u32)] = &[
     ("FEEDBACK_EMPTY", FEEDBACK_EMPTY),
     ("FEEDBACK_WANTED", FEEDBACK_WANTED),
     ("FEEDBACK_DEGENERATE", FEEDBACK_DEGENERATE),
+    ("TEXTURE_SPACE_FINEST", TEXTURE_SPACE_FINEST),
     ("WORKGROUP", WORKGROUP),
 ];

@@ -9,10 +9,11 @@
 //! | [`Survey::surface`] | where each rectangle of its texture lies ([`Surface`]) | each part at its own level, by a walk down the quadtree of pages |
 //! | [`Survey::object`] | a sphere around it, and how densely texels lie on it | all of it at the level of its nearest point |
 //!
-//! What is seen can feed a pager
+//! A third kind is drawn by the GPU, in texture space, and becomes pages here ([`LevelImage`]). What is seen can feed a pager
 //! as feedback does ([`crate::Pager::observe`]), what is not seen as an expectation ([`crate::Pager::expect`]).
 
 mod camera;
+mod levels;
 mod look;
 mod object;
 mod surface;
@@ -20,6 +21,7 @@ mod vector;
 mod walk;
 
 pub use camera::Camera;
+pub use levels::LevelImage;
 pub use object::SurveyedObject;
 pub use surface::{FlatSurface, GlobeSurface, Patch, Surface, UvBox};
 

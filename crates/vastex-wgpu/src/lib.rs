@@ -32,6 +32,7 @@ mod shader;
 mod table;
 #[cfg(feature = "test-device")]
 pub mod test_device;
+mod texture_space;
 pub mod twins;
 
 pub use bind::BindLayout;
@@ -48,3 +49,4 @@ pub use readback::Readback;
 pub use shader::group::{GroupMember, GroupShape, group_wgsl};
 pub use shader::{Atlas, Filter, ShaderOptions, wgsl};
 pub use table::{TableBuffers, TableChanger};
+pub use texture_space::{TEXTURE_SPACE_BLEND, TEXTURE_SPACE_FORMAT, TextureSpace};

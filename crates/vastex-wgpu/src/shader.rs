@@ -28,6 +28,7 @@ const TAPS: &str = include_str!("wgsl/taps.wgsl");
 const SAMPLE: &str = include_str!("wgsl/sample.wgsl");
 const VIEW: &str = include_str!("wgsl/view.wgsl");
 const FEEDBACK: &str = include_str!("wgsl/feedback.wgsl");
+const TEXTURE_SPACE: &str = include_str!("wgsl/texture_space.wgsl");
 const TABLE: &str = include_str!("wgsl/table.wgsl");
 const COMPACT: &str = include_str!("wgsl/compact.wgsl");
 
@@ -99,6 +100,9 @@ pub struct ShaderOptions {
 /// | `vastex_feedback_grad(uv, ddx, ddy)` | all | the same, from gradients of uv |
 /// | `vastex_feedback_level(uv, level)` | all | the same, for an explicit level |
 /// | `vastex_feedback_clip(clip)` | vertex, feedback pass only | the clip position in the feedback target |
+/// | `vastex_texture_space_clip(uv)` | vertex, texture space only | the clip position in texture space |
+/// | `vastex_texture_space(uv, clip, picture)` | fragment, texture space only | the level that a picture needs, `vec4<f32>` |
+/// | `vastex_texture_space_front(uv, clip, picture)` | the same | the same, where the texture is not mirrored |
 /// | `vastex_turn(position, count)` | fragment, feedback pass only | see [`crate::group_wgsl()`] |
 ///
 /// `uv` is 0 to 1 over the texture, beyond that by its address modes; x to the right, y downward.
@@ -107,7 +111,11 @@ pub fn wgsl(options: &ShaderOptions) -> String {
     push_constant(&mut text, "GROUP", options.group);
     push_constant(&mut text, "FILTER", options.filter.code());
     let shared: &[&str] = &[PARAMS, BINDINGS, LAMBDA, POSITION, VIEW];
-    join(text, &[shared, &[LEVEL, PAGE, LOOKUP], atlas_modules(options.atlas), &[SAMPLE, FEEDBACK]].concat())
+    join(
+        text,
+        &[shared, &[LEVEL, PAGE, LOOKUP], atlas_modules(options.atlas), &[SAMPLE, FEEDBACK, TEXTURE_SPACE]]
+            .concat(),
+    )
 }
 
 fn atlas_modules(atlas: Atlas) -> &'static [&'static str] {
@@ -183,6 +191,10 @@ pub(crate) mod tests {
         @fragment fn feedback_pass(@builtin(position) at: vec4<f32>) -> @location(0) vec4<u32> {
             return vastex_feedback(at.xy) + vastex_feedback_grad(at.xy, at.yx, at.zw)
                 + vastex_feedback_level(at.xy, 1.0);
+        }
+        @fragment fn texture_space(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
+            return vastex_texture_space(at.xy, at, at.zw) + vastex_texture_space_front(at.xy, at, at.zw)
+                + vastex_texture_space_clip(at.xy);
         }";
 
     #[test]

@@ -48,6 +48,7 @@ mod stats;
 mod survey;
 mod tables;
 mod telemetry;
+mod texture_space;
 mod textures;
 mod views;
 

@@ -22,6 +22,7 @@ impl Textures {
     /// old one could; then it may be called again with another.
     pub fn restore(&mut self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<(), Error> {
         (self.device, self.queue) = (device.clone(), queue.clone());
+        self.forget_texture_space(None);
         self.changes.clear();
         self.pagers.tiles_lost();
         self.restore_views();

@@ -22,6 +22,7 @@ use crate::recorder::{Places, Recorder};
 use crate::settings::{Pace, Settings};
 use crate::stats::Counters;
 use crate::telemetry::Telemetry;
+use crate::texture_space::TextureSpacePath;
 use crate::views::ViewState;
 
 /// The virtual textures of a device, and the loop that keeps their pools filled.
@@ -50,6 +51,7 @@ pub struct Textures {
     /// While a trace is recorded.
     pub(crate) recorder: Option<Recorder>,
     pub(crate) places: Places,
+    pub(crate) texture_spaces: Vec<TextureSpacePath>,
     pub(crate) tickets: OpenTickets,
     pub(crate) telemetry: Telemetry,
 }
@@ -147,6 +149,7 @@ impl Textures {
             counters: Counters::default(),
             recorder: None,
             places: Places::default(),
+            texture_spaces: Vec::new(),
             tickets: OpenTickets::default(),
             telemetry: Telemetry::new(settings.telemetry_frames),
             settings,
@@ -233,6 +236,7 @@ impl Textures {
     pub fn remove(&mut self, texture: TextureId) -> bool {
         let Some(pool) = self.pool_of(texture) else { return false };
         self.remove_groups_of(texture);
+        self.forget_texture_space(Some(texture));
         self.pagers.remove_texture(texture, self.frame);
         self.send_cancels();
         self.loader.remove_source(texture);

@@ -5,6 +5,7 @@ struct Scene {
     clip_from_world: mat4x4<f32>,
     background: vec4<f32>,
     range: vec2<f32>, // the value that is black, and 1 over its distance from the one that is white
+    picture: vec2<f32>, // size in pixels
 }
 
 @group(1) @binding(0) var<uniform> scene: Scene;

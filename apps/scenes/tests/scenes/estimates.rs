@@ -34,7 +34,7 @@ fn on_the_five_paths_what_feedback_finds_is_estimated() {
             for frame in (0..path.frames()).step_by(16) {
                 let pose = path.pose(scene, 2.0, frame);
                 let settings = SurveySettings::default();
-                let surveyed = estimate.of_view(scene, &pose, texture, PICTURE, settings, frame);
+                let surveyed = estimate.of_view(scene, &pose, texture, PICTURE, settings, frame).unwrap();
                 let in_estimate = set_of(&geometry, &surveyed.seen.pages);
                 let pages = &trace.frames()[frame as usize];
                 for page in pages {

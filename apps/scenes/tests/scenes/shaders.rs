@@ -10,6 +10,7 @@ fn every_shader_is_valid() {
     for module in [
         include_str!("../../src/wgsl/picture.wgsl"),
         include_str!("../../src/wgsl/wanted.wgsl"),
+        include_str!("../../src/wgsl/texture_space.wgsl"),
         include_str!("../../src/wgsl/reference.wgsl"),
         include_str!("../../src/wgsl/coordinates.wgsl"),
     ] {

@@ -180,7 +180,7 @@ impl Viewer {
         let frame = frame?;
         self.is_hidden = frame.is_none();
         let Some(frame) = frame else { return Ok(()) };
-        self.renderer.set_pose(&self.gpu.queue, &pose, self.aspects()[0]);
+        self.renderer.set_pose(&self.gpu.queue, &pose, self.surface.size());
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let (renderer, layer) = (&self.renderer, self.layer);
         self.textures.feedback(&mut encoder, self.surface.size(), |pass, groups| {

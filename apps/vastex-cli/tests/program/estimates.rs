@@ -14,7 +14,7 @@ fn summary(desk: &Desk, more: &str) -> Value {
 fn every_estimate_feeds_the_pager_alone_and_beside_feedback() {
     let desk = Desk::with_container();
     let fed = summary(&desk, "-o fed.png");
-    for estimate in ["distance", "quadtree"] {
+    for estimate in ["distance", "quadtree", "texture-space"] {
         let alone = summary(&desk, &format!("--estimate {estimate} -o {estimate}.png"));
         assert_eq!((&alone["converged"], &alone["feedback_bytes_read"]), (&true.into(), &0.into()));
         assert_eq!(alone["share_at_wanted_level"], 1.0);

@@ -8,3 +8,4 @@ mod feedback;
 mod groups;
 mod sampling;
 mod tables;
+mod texture_space;

@@ -1,0 +1,125 @@
+//! Levels drawn in texture space: what comes back, and that where surfaces overlap the sharpest stays.
+
+use vastex_core::{Geometry, GeometrySpec, LayerFormat, LevelImage, PagePos, WantedPage};
+use vastex_wgpu::{
+    Atlas, BindLayout, Filter, ShaderOptions, TEXTURE_SPACE_BLEND, TEXTURE_SPACE_FORMAT, TextureSpace,
+    ViewBuffer, wgsl,
+};
+
+use crate::common::{GPU, NUMBER, World};
+
+/// A picture of 64x64 pixels. Each instance draws the whole texture into it, at so many times its size; the last one is beside it.
+const SHADER: &str = "
+    struct Spread {
+        @builtin(position) clip: vec4<f32>,
+        @location(0) uv: vec2<f32>,
+        @location(1) in_picture: vec4<f32>,
+    }
+    @vertex fn spread(@builtin(vertex_index) n: u32, @builtin(instance_index) instance: u32) -> Spread {
+        let uv = vec2<f32>(f32(n & 1u), f32(n >> 1u));
+        let size = array<f32, 3>(0.45, 1.8, 1.8)[instance];
+        let aside = array<f32, 3>(0.0, 0.0, 5.0)[instance];
+        let place = vec2<f32>(2.0 * uv.x - 1.0, 1.0 - 2.0 * uv.y) * size + aside;
+        return Spread(vastex_texture_space_clip(uv), uv, vec4<f32>(place, 0.5, 1.0));
+    }
+    @fragment fn need(spread: Spread) -> @location(0) vec4<f32> {
+        return vastex_texture_space(spread.uv, spread.in_picture, vec2<f32>(64.0));
+    }
+    @fragment fn need_front(spread: Spread) -> @location(0) vec4<f32> {
+        return vastex_texture_space_front(spread.uv * vec2<f32>(1.0, -1.0), spread.in_picture, vec2<f32>(64.0));
+    }";
+
+/// What is wanted when these instances are drawn.
+fn drawn(geometry: &Geometry, entry: &str, instances: std::ops::Range<u32>) -> Vec<WantedPage> {
+    let gpu = &*GPU;
+    let world = World::new(gpu, geometry, LayerFormat::Rgba8, 0.0, 7);
+    let layout = BindLayout::new(&gpu.device, Atlas::Float);
+    let view = ViewBuffer::new(&gpu.device, &gpu.queue);
+    let group = layout.bind_group(&gpu.device, &world.table, &world.pool, 0, &view);
+    let options = ShaderOptions { group: 0, filter: Filter::Nearest, atlas: Atlas::Float };
+    let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: None,
+        source: wgpu::ShaderSource::Wgsl((wgsl(&options) + SHADER).into()),
+    });
+    let pipeline_layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: None,
+        bind_group_layouts: &[Some(layout.layout())],
+        immediate_size: 0,
+    });
+    let pipeline = gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: None,
+        layout: Some(&pipeline_layout),
+        vertex: wgpu::VertexState {
+            module: &module,
+            entry_point: Some("spread"),
+            compilation_options: Default::default(),
+            buffers: &[],
+        },
+        primitive: wgpu::PrimitiveState {
+            topology: wgpu::PrimitiveTopology::TriangleStrip,
+            ..Default::default()
+        },
+        depth_stencil: None,
+        multisample: Default::default(),
+        fragment: Some(wgpu::FragmentState {
+            module: &module,
+            entry_point: Some(entry),
+            compilation_options: Default::default(),
+            targets: &[Some(wgpu::ColorTargetState {
+                blend: Some(TEXTURE_SPACE_BLEND),
+                ..TEXTURE_SPACE_FORMAT.into()
+            })],
+        }),
+        multiview_mask: None,
+        cache: None,
+    });
+    let mut target = TextureSpace::new(&gpu.device, geometry).unwrap();
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    let mut pass = target.begin(&mut encoder);
+    pass.set_pipeline(&pipeline);
+    pass.set_bind_group(0, &group, &[]);
+    pass.draw(0..4, instances);
+    drop(pass);
+    assert!(target.record(&mut encoder, 4));
+    gpu.queue.submit([encoder.finish()]);
+    assert!(target.wait(&gpu.device, 3).unwrap().is_none(), "frame 4 is not asked for");
+    let (frame, levels): (u64, LevelImage) = target.wait(&gpu.device, 4).unwrap().unwrap();
+    assert_eq!(frame, 4);
+    assert!(target.poll(&gpu.device).unwrap().is_none(), "it is handed out once");
+    levels.pages(NUMBER, geometry, 1000, frame).pages
+}
+
+#[test]
+fn levels_come_back_and_the_sharpest_of_what_overlaps_stays() {
+    // 256 texels over 28.8 pixels want level 3.15, over 115.2 pixels level 1.15 where they are in the picture.
+    let geometry =
+        Geometry::new(GeometrySpec { page: 16, border: 2, ..GeometrySpec::image(256, 256) }).unwrap();
+    let positions = |instances| -> Vec<PagePos> {
+        let wanted = drawn(&geometry, "need", instances);
+        wanted.iter().map(|wanted| wanted.page.pos(geometry.dims())).collect()
+    };
+    assert!(drawn(&geometry, "need", 0..1).iter().all(|wanted| wanted.eighth == 1));
+    let far = positions(0..1);
+    assert_eq!(far.len(), 4, "the pages of level 3: {far:?}");
+    assert!(far.iter().all(|page| page.level == 3));
+    let near = positions(1..2);
+    // A little more than the middle half of 8 by 8 pages of level 1, and what texels touch that lie across its edge.
+    let inner = |page: &PagePos| page.level == 1 && (2..6).contains(&page.x) && (2..6).contains(&page.y);
+    assert_eq!(near.iter().filter(|page| inner(page)).count(), 16, "{near:?}");
+    assert!(near.len() <= 36 && near.iter().all(|page| page.level == 1), "{near:?}");
+    let both = positions(0..2);
+    assert!(near.iter().all(|page| both.contains(page)), "{both:?}");
+    let rest: Vec<_> = both.iter().filter(|page| !near.contains(page)).collect();
+    assert!(
+        !rest.is_empty() && rest.iter().all(|page| page.level > 1),
+        "what is only in the far one: {both:?}"
+    );
+    assert!(positions(2..3).is_empty(), "it is beside the picture");
+}
+
+#[test]
+fn what_is_seen_from_behind_may_be_left_out() {
+    let geometry =
+        Geometry::new(GeometrySpec { page: 16, border: 2, ..GeometrySpec::image(256, 256) }).unwrap();
+    assert!(drawn(&geometry, "need_front", 0..1).is_empty(), "its uv is mirrored");
+}
