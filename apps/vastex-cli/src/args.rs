@@ -168,6 +168,9 @@ pub(crate) struct SceneArgs {
     /// KiB of tiles copied to the GPU per frame at most
     #[arg(long, default_value_t = 2048, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1 << 22))]
     pub(crate) upload_kib_per_frame: u64,
+    /// Load pages of the same content one by one, each into a slot of its own, to see what sharing saves
+    #[arg(long)]
+    pub(crate) no_sharing: bool,
     /// Read tiles past the system's file cache, several at a time; for containers built with --align
     #[arg(long)]
     pub(crate) direct: bool,

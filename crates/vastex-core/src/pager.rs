@@ -223,6 +223,7 @@ impl Pager {
     /// What follows from the feedback that was taken in.
     pub(crate) fn decide(&mut self) {
         let newly_wanted = self.work_out();
+        self.residency.trim_shared(&self.textures);
         let in_view = self.set.pages_at(self.bias.bias()).filter(|(_, node)| node.pixels > 0);
         let cut = std::mem::take(&mut self.cut);
         self.residency.victims.retention.observe(in_view.map(|(page, _)| page), cut, &self.textures);

@@ -84,6 +84,8 @@ pub(crate) struct Sharing {
     constants: FxHashMap<Bytes, (ContentId, u32)>,
     /// Counts the plans by hand.
     pub(crate) plan: u64,
+    /// Pages to be let go of, kept for its memory.
+    pub(crate) trimmed: Vec<PageId>,
 }
 
 impl Sharing {

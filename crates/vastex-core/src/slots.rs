@@ -3,6 +3,7 @@
 //! | a page | is in the slot of its content | else |
 //! |---|---|---|
 //! | comes into view, or is to be held, and its content is in a slot | joins it at once: a page-table change, no load, no upload | the best page of the content becomes its carrier, the others wait |
+//! | is out of view, and more pages share than there are slots | leaves it, some in each frame, so that memory follows the pool | |
 //! | is evicted | leaves it; the slot is free when the last has left | |
 //! | changes its content (`refresh`) | stays in it as a *guest* until its new tile is here, which then goes into a slot of its own; out of view it is let go of | |
 //!
@@ -12,10 +13,15 @@ use crate::event::Event;
 use crate::page::PageId;
 use crate::pager::Pager;
 use crate::pool::Slot;
-use crate::records::{RecordHint, State};
+use crate::records::{Record, RecordHint, State};
 use crate::residency::{PageState, Residency};
 use crate::sharing::ContentId;
+use crate::stats::Stats;
 use crate::textures::Textures;
+
+/// Pages that share and are let go of in a frame at most, and parts of the records that take turns in being looked at for them.
+const TRIMMED: u32 = 64;
+const TRIM_PARTS: usize = 8;
 
 /// What a slot holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -220,6 +226,33 @@ impl Residency {
                 self.evict(page, slot, textures); // others stay, so the slot is not free
             }
         }
+    }
+
+    /// Lets some pages out of view go that share their slots, where they are more than the pool has slots: they cost a record
+    /// each, and come back without a load.
+    pub(crate) fn trim_shared(&mut self, textures: &Textures) {
+        let Stats { resident, occupied, slots, .. } = self.stats;
+        let excess = (resident - occupied).saturating_sub(slots).min(TRIMMED);
+        if excess == 0 {
+            return;
+        }
+        let mut pages = std::mem::take(&mut self.sharing.trimmed);
+        let part = (self.round % TRIM_PARTS as u64) as usize;
+        let shares = |record: &&Record| match record.state {
+            State::Resident(slot) => self.slots[slot.index() as usize].pages > 1,
+            _ => false,
+        };
+        let may_go = |record: &&Record| self.age_if_evictable(record).is_some() && !self.is_held(record.page);
+        let candidates = self.records.part(part, TRIM_PARTS).filter(shares).filter(may_go);
+        pages.extend(candidates.map(|record| record.page).take(excess as usize));
+        for page in pages.drain(..) {
+            // Of several in a slot the last stays.
+            if let Some(slot) = self.slot_of(page).filter(|slot| self.slots[slot.index() as usize].pages > 1)
+            {
+                self.evict(page, slot, textures);
+            }
+        }
+        self.sharing.trimmed = pages;
     }
 
     /// A guest moves into a slot of its own.

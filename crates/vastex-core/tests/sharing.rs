@@ -267,3 +267,19 @@ fn no_count_leaks_on_long_flights() {
         assert!(stats.shared > 0, "{path:?}: {stats:?}");
     }
 }
+
+/// Pages that cost no slot are not kept for ever.
+#[test]
+fn pages_out_of_view_that_share_are_not_more_than_slots_for_long() {
+    for path in [Path::Fly, Path::Teleport] {
+        let (mut crowd, _) = one_image(10, path, black_but(|_| false));
+        (0..300).for_each(|_| crowd.step().unwrap());
+        let stats = converge(&mut crowd);
+        (0..200).for_each(|_| crowd.step().unwrap());
+        let rested = crowd.pagers.stats();
+        assert_eq!((rested.loaded, rested.occupied), (1, 2), "{path:?}: {rested:?}");
+        assert!(stats.shared > 150, "{path:?}: {stats:?}");
+        // In a picture of 320x180 pixels no more than 60 pages of 64 texels are seen, on some levels.
+        assert!(rested.resident - rested.occupied <= 10 + 120, "{path:?}: {rested:?}");
+    }
+}

@@ -28,8 +28,10 @@ pub struct DumpedPool {
     pub bytes: u64,
     /// Its slots.
     pub slots: u32,
-    /// Slots that hold a tile: as many as its textures have pages.
+    /// Slots that hold a tile.
     pub occupied: u32,
+    /// The pages whose tiles those are: more, where pages of the same content share one.
+    pub pages: u32,
     /// Those of them that are not given up whatever is in view: tails, and what is pinned by hand.
     pub locked: u32,
     /// The mip bias in force, in levels.
@@ -45,7 +47,7 @@ pub struct DumpedTexture {
     pub texture: u16,
     /// The name that the application gave it, if it did.
     pub name: Option<String>,
-    /// Slots that hold its tiles, its tail among them.
+    /// Its pages whose tiles are in slots, its tail among them.
     pub pages: u32,
     /// The same by level, finest first, levels without pages left out; the tail counts as its finest level.
     pub levels: Vec<LevelPages>,
@@ -67,7 +69,7 @@ pub struct LevelPages {
 }
 
 impl Textures {
-    /// What is in the pools, by texture and level. Costs a visit of every slot: for people and tools, not for each frame.
+    /// What is in the pools, by texture and level. Costs a visit of every page that has a state: for people and tools, not for each frame.
     pub fn dump_pool_usage(&self) -> PoolDump {
         let dumped = self.pools.iter().zip(self.pagers.iter()).map(|(pool, pager)| {
             let usage = pager.usage();
@@ -77,6 +79,7 @@ impl Textures {
                 bytes: pool.bytes(),
                 slots: usage.slots,
                 occupied: usage.occupied,
+                pages: usage.pages,
                 locked: usage.locked,
                 bias: f64::from(usage.bias_eighths) / 8.0,
                 textures: usage.textures.into_iter().map(|texture| self.dumped(texture)).collect(),
@@ -123,13 +126,13 @@ impl fmt::Display for PoolDump {
 
 impl fmt::Display for DumpedPool {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let DumpedPool { pool, tiles, slots, occupied, locked, bias, .. } = self;
+        let DumpedPool { pool, tiles, slots, occupied, pages, locked, bias, .. } = self;
         let share = 100.0 * f64::from(*occupied) / f64::from((*slots).max(1));
-        write!(
-            f,
-            "pool {pool}, tiles of {tiles}: {slots} slots, {occupied} occupied ({share:.1} %), {locked} locked; \
-             mip bias {bias}"
-        )?;
+        write!(f, "pool {pool}, tiles of {tiles}: {slots} slots, {occupied} occupied ({share:.1} %)")?;
+        if pages > occupied {
+            write!(f, " by {pages} pages")?;
+        }
+        write!(f, ", {locked} locked; mip bias {bias}")?;
         self.textures.iter().try_for_each(|texture| write!(f, "\n{texture}"))
     }
 }
@@ -167,8 +170,20 @@ mod tests {
         };
         let textures = vec![texture(4, Some("earth"), &[(0, 20), (5, 1)]), texture(0, None, &[(7, 1)])];
         let (tiles, bytes) = ("40x40 texels of rgba8".to_owned(), 6400 * 100);
-        let pool =
-            DumpedPool { pool: 1, tiles, bytes, slots: 88, occupied: 22, locked: 2, bias: 0.125, textures };
+        let pool = DumpedPool {
+            pool: 1,
+            tiles,
+            bytes,
+            slots: 88,
+            occupied: 22,
+            pages: 22,
+            locked: 2,
+            bias: 0.125,
+            textures,
+        };
+        let shared = DumpedPool { occupied: 3, textures: Vec::new(), ..pool.clone() };
+        let (slots, locked) = ("88 slots, 3 occupied (3.4 %) by 22 pages", "2 locked; mip bias 0.125");
+        assert_eq!(shared.to_string(), format!("pool 1, tiles of 40x40 texels of rgba8: {slots}, {locked}"));
         let expected = "pool 1, tiles of 40x40 texels of rgba8: 88 slots, 22 occupied (25.0 %), 2 locked; mip bias 0.125\n     \
                         21 pages of texture 4 (earth): 20 of level 0, 1 of level 5; levels 0 to 7, bias 0.5\n      \
                         1 page of texture 0: 1 of level 7; levels 0 to 7, bias 0.5";

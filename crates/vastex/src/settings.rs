@@ -42,6 +42,9 @@ pub struct Settings {
     pub bind_group_index: u32,
     /// How the loop keeps time.
     pub pace: Pace,
+    /// Whether pages that a source says have the same content ([`crate::TileSource::contents`]) share a load and a slot. To be
+    /// switched off only to see what that saves.
+    pub share_contents: bool,
     /// Frames whose telemetry is kept, some 600 bytes for each pool in each; 0 for none.
     pub telemetry_frames: u64,
 }
@@ -58,6 +61,7 @@ impl Default for Settings {
             filter: Filter::Trilinear,
             bind_group_index: 0,
             pace: Pace::Realtime,
+            share_contents: true,
             telemetry_frames: 256,
         }
     }

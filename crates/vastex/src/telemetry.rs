@@ -119,7 +119,7 @@ impl Serialize for Cell {
 type Column = (&'static str, fn(&PoolRecord) -> Cell);
 
 /// In the order of the file. Scripts rely on these names.
-const COLUMNS: [Column; 40] = [
+const COLUMNS: [Column; 42] = [
     ("frame", |record| Cell::Count(record.pager.frame)),
     ("pool", |record| Cell::Count(record.pager.pool.number().into())),
     ("slots", |record| Cell::Count(record.pager.stats.slots.into())),
@@ -160,6 +160,8 @@ const COLUMNS: [Column; 40] = [
     ("disk_bytes_written", |record| Cell::Count(record.tiers.disk.bytes_written)),
     ("store_reads", |record| Cell::Count(record.tiers.store.reads)),
     ("store_bytes", |record| Cell::Count(record.tiers.store.bytes)),
+    ("resident", |record| Cell::Count(record.pager.stats.resident.into())),
+    ("shared", |record| Cell::Count(record.pager.stats.shared)),
 ];
 
 fn of_pixels(record: &PoolRecord, part: fn(&Stats) -> f64) -> Cell {

@@ -211,7 +211,8 @@ impl Textures {
         tail: &[u8],
         source: &Arc<dyn TileSource>,
     ) -> Result<TextureId, Error> {
-        let (present, contents) = (source.present().cloned(), source.contents().cloned());
+        let contents = if self.settings.share_contents { source.contents().cloned() } else { None };
+        let present = source.present().cloned();
         let (texture, slot) = self.pagers.add_texture(pool, &description.geometry, present, contents)?;
         let pool = &self.pools[usize::from(pool.number())];
         pool.upload(&self.queue, slot, tail)?;

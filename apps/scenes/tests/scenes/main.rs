@@ -10,4 +10,5 @@ mod pictures;
 mod planet;
 mod policies;
 mod shaders;
+mod sharing;
 mod streaming;

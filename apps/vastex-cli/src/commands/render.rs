@@ -145,6 +145,7 @@ pub(crate) fn settings(args: &SceneArgs) -> Result<Settings> {
         picture: args.size,
         upload_bytes_per_frame: args.upload_kib_per_frame << 10,
         filter: args.filter,
+        share_contents: !args.no_sharing,
         // Each thread has one read in flight.
         loader_threads: if args.direct { DirectStore::DEFAULT_DEPTH } else { defaults.loader_threads },
         ..defaults
@@ -201,13 +202,17 @@ struct Summary {
     tiles_evicted: u64,
     /// Loaded again within 60 frames of their eviction.
     tiles_reloaded: u64,
-    /// The working set at mip bias 0.
+    /// The tiles of the working set at mip bias 0: pages of the same content have one.
     pages_wanted: u32,
     pages_resident: u32,
+    /// Those that needed no load, since their content was in a slot already.
+    pages_shared: u64,
     pages_failed: u32,
     pixels_degenerate: u32,
     pool_slots: u32,
+    pool_occupied: u32,
     pool_bytes: u64,
+    bytes_uploaded: u64,
     table_bytes_sent: u64,
     feedback_bytes_read: u64,
     /// Levels.
@@ -253,11 +258,14 @@ impl Summary {
             tiles_evicted: pager.evicted,
             tiles_reloaded: pager.reloaded,
             pages_wanted: pager.wanted,
-            pages_resident: pager.occupied,
+            pages_resident: pager.resident,
+            pages_shared: pager.shared,
             pages_failed: pager.failed,
             pixels_degenerate: outcome.stats.degenerate_pixels,
             pool_slots: pager.slots,
+            pool_occupied: pager.occupied,
             pool_bytes,
+            bytes_uploaded: pager.uploaded_bytes,
             table_bytes_sent,
             feedback_bytes_read,
             mip_bias: f64::from(pager.bias_eighths) / 8.0,
@@ -292,7 +300,8 @@ impl Summary {
                 self.pages_failed
             ),
             format!(
-                "pool: {} slots, {}; mip bias {}; {} of the pixels at the wanted level",
+                "pool: {} of {} slots occupied, {}; mip bias {}; {} of the pixels at the wanted level",
+                self.pool_occupied,
                 self.pool_slots,
                 report::bytes(self.pool_bytes),
                 self.mip_bias,

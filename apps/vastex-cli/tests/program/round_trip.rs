@@ -3,7 +3,7 @@
 use crate::tool::Desk;
 
 /// The keys that scripts rely on.
-const RENDER_KEYS: [&str; 16] = [
+const RENDER_KEYS: [&str; 19] = [
     "converged",
     "frames",
     "tiles_loaded",
@@ -11,10 +11,13 @@ const RENDER_KEYS: [&str; 16] = [
     "tiles_reloaded",
     "pages_wanted",
     "pages_resident",
+    "pages_shared",
     "pages_failed",
     "pixels_degenerate",
     "pool_slots",
+    "pool_occupied",
     "pool_bytes",
+    "bytes_uploaded",
     "table_bytes_sent",
     "feedback_bytes_read",
     "mip_bias",

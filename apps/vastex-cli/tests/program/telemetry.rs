@@ -53,8 +53,12 @@ fn the_lines_add_up_to_the_summary() {
         assert_eq!(sum(column), json[key].as_u64().unwrap(), "{column}");
     }
     let last = rows.last().unwrap();
-    for (column, key) in [("slots", "pool_slots"), ("occupied", "pages_resident"), ("wanted", "pages_wanted")]
-    {
+    for (column, key) in [
+        ("slots", "pool_slots"),
+        ("occupied", "pool_occupied"),
+        ("resident", "pages_resident"),
+        ("wanted", "pages_wanted"),
+    ] {
         assert_eq!(count(last, column), json[key].as_u64().unwrap(), "{column}");
     }
     assert_eq!(last["bias"].parse::<f64>().ok(), json["mip_bias"].as_f64());
@@ -103,8 +107,8 @@ fn the_dump_says_whose_the_slots_are() {
     let number = |value: &Value| value.as_u64().unwrap_or_else(|| panic!("{value}"));
     let sum =
         |values: &Value| values.as_array().unwrap().iter().map(|value| number(&value["pages"])).sum::<u64>();
-    assert_eq!(number(&pool["occupied"]), sum(&pool["textures"]));
-    assert_eq!((number(&pool["occupied"]), number(&pool["locked"])), (number(&json["pages_resident"]), 1));
+    assert_eq!(number(&pool["pages"]), sum(&pool["textures"]));
+    assert_eq!((number(&pool["pages"]), number(&pool["locked"])), (number(&json["pages_resident"]), 1));
     assert_eq!((&pool["slots"], pool["bias"].as_f64()), (&json["pool_slots"], json["mip_bias"].as_f64()));
     let texture = &pool["textures"][0];
     assert_eq!(number(&texture["pages"]), sum(&texture["levels"]));
