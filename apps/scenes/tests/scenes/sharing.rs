@@ -74,7 +74,10 @@ fn a_pool_far_smaller_than_the_texture_shows_what_an_ordinary_texture_does() {
         // Alone, each page takes a load and a slot.
         let (mut alone, without) = shown(&file, scene, path, 4000, false);
         assert_eq!(alone.share_at_wanted_level().unwrap(), 1.0, "{what}");
-        assert_eq!(studio.picture().compare(&alone.picture()).max_error, 0, "{what}");
+        assert!(
+            studio.picture().compare(&alone.picture()).max_error <= 1,
+            "{what}: weights round otherwise in other slots"
+        );
         assert_eq!((without.pager.shared, without.pager.resident), (0, without.pager.occupied), "{what}");
         assert!(without.pager.loaded > 2 * stats.pager.loaded, "{what}: {without:?} {stats:?}");
     }
