@@ -2,9 +2,10 @@
 //!
 //! The picture from an ordinary texture, to compare with, is `reference`'s business.
 
-use glam::{Mat4, Vec4};
+use glam::Vec4;
 use vastex::{LayerId, Textures};
 
+use crate::eye::{Eye, eye_layout};
 use crate::look::Look;
 use crate::pose::Pose;
 use crate::scene::{Scene, Vertex, surface};
@@ -13,15 +14,6 @@ use crate::scene::{Scene, Vertex, surface};
 pub(crate) const BACKGROUND: Vec4 = Vec4::new(0.008, 0.01, 0.014, 1.0);
 /// Depth buffer of every pass that draws a scene.
 pub(crate) const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
-
-/// What the shaders are told about the scene; laid out as `Scene` in surface.wgsl.
-#[repr(C)]
-#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
-struct SceneUniform {
-    clip_from_world: Mat4,
-    background: Vec4,
-    range_and_picture: Vec4,
-}
 
 /// A scene with one layer of a texture on it, ready to be drawn.
 #[derive(Debug)]
@@ -34,8 +26,7 @@ pub struct SceneRenderer {
     vertices: wgpu::Buffer,
     indices: wgpu::Buffer,
     index_count: u32,
-    uniform: wgpu::Buffer,
-    group: wgpu::BindGroup,
+    eye: Eye,
     group_layout: wgpu::BindGroupLayout,
     picture: wgpu::RenderPipeline,
     wanted: wgpu::RenderPipeline,
@@ -61,18 +52,7 @@ impl SceneRenderer {
             filled_buffer(device, queue, bytemuck::cast_slice(&mesh.vertices), wgpu::BufferUsages::VERTEX);
         let indices =
             filled_buffer(device, queue, bytemuck::cast_slice(&mesh.indices), wgpu::BufferUsages::INDEX);
-        let uniform = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("scene"),
-            size: size_of::<SceneUniform>() as u64,
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        let group_layout = uniform_layout(device);
-        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("scene"),
-            layout: &group_layout,
-            entries: &[wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() }],
-        });
+        let group_layout = eye_layout(device);
         let groups = [Some(textures.bind_group_layout(layer)), Some(&group_layout)];
         let text = |module| shader_text(textures, layer, look, module);
         let picture = PipelineParts {
@@ -98,11 +78,10 @@ impl SceneRenderer {
             vertices,
             indices,
             index_count: mesh.indices.len() as u32,
-            uniform,
+            eye: Eye::new(device, &group_layout),
             picture: picture.pipeline(device, &groups),
             wanted: wanted.pipeline(device, &groups),
             spread: spread.blended(device, &groups, Textures::TEXTURE_SPACE_BLEND),
-            group,
             group_layout,
             format,
         }
@@ -120,19 +99,34 @@ impl SceneRenderer {
 
     /// Where the camera is in the frame that is about to be drawn, and how many pixels the picture has.
     pub fn set_pose(&self, queue: &wgpu::Queue, pose: &Pose, picture: [u32; 2]) {
+        self.set_pose_of(&self.eye, queue, pose, picture);
+    }
+
+    /// An eye to draw the scene through from another place in the same encoder.
+    pub fn new_eye(&self, device: &wgpu::Device) -> Eye {
+        Eye::new(device, &self.group_layout)
+    }
+
+    /// Where another eye is in the frame that is about to be drawn.
+    pub fn set_pose_of(&self, eye: &Eye, queue: &wgpu::Queue, pose: &Pose, picture: [u32; 2]) {
         let [width, height] = picture.map(|side| side as f32);
-        let [black, factor] = self.look.range();
-        let uniform = SceneUniform {
-            clip_from_world: pose.clip_from_world(width / height, self.image),
-            background: BACKGROUND,
-            range_and_picture: Vec4::new(black, factor, width, height),
-        };
-        queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&uniform));
+        let matrix = pose.clip_from_world(width / height, self.image);
+        eye.set(queue, matrix, self.look.range(), [width, height]);
     }
 
     /// Draws what the scene wants, into a pass of [`Textures::feedback`].
     pub fn draw_wanted(&self, pass: &mut wgpu::RenderPass<'_>, texture_group: &wgpu::BindGroup) {
-        self.draw(pass, &self.wanted, texture_group);
+        self.draw_wanted_of(&self.eye, pass, texture_group);
+    }
+
+    /// Draws what another eye wants, into a pass of [`Textures::feedback_of`].
+    pub fn draw_wanted_of(
+        &self,
+        eye: &Eye,
+        pass: &mut wgpu::RenderPass<'_>,
+        texture_group: &wgpu::BindGroup,
+    ) {
+        self.draw_through(eye, pass, &self.wanted, texture_group);
     }
 
     /// Draws the level that each part of the texture needs, into a pass of [`Textures::texture_space`].
@@ -151,16 +145,27 @@ impl SceneRenderer {
         self.draw(&mut pass, &self.picture, textures.bind_group(self.layer));
     }
 
-    /// Sets everything that all pipelines of the scene share, and draws.
+    /// Draws by a pipeline of the scene, through its own eye.
     pub(crate) fn draw(
         &self,
         pass: &mut wgpu::RenderPass<'_>,
         pipeline: &wgpu::RenderPipeline,
         texture_group: &wgpu::BindGroup,
     ) {
+        self.draw_through(&self.eye, pass, pipeline, texture_group);
+    }
+
+    /// Sets everything that all pipelines of the scene share, and draws.
+    fn draw_through(
+        &self,
+        eye: &Eye,
+        pass: &mut wgpu::RenderPass<'_>,
+        pipeline: &wgpu::RenderPipeline,
+        texture_group: &wgpu::BindGroup,
+    ) {
         pass.set_pipeline(pipeline);
         pass.set_bind_group(0, texture_group, &[]);
-        pass.set_bind_group(1, &self.group, &[]);
+        pass.set_bind_group(1, &eye.group, &[]);
         pass.set_vertex_buffer(0, self.vertices.slice(..));
         pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
         pass.draw_indexed(0..self.index_count, 0, 0..1);
@@ -264,22 +269,6 @@ pub fn depth_view(device: &wgpu::Device, size: [u32; 2]) -> wgpu::TextureView {
         view_formats: &[],
     });
     texture.create_view(&Default::default())
-}
-
-fn uniform_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
-    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some("scene"),
-        entries: &[wgpu::BindGroupLayoutEntry {
-            binding: 0,
-            visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
-            ty: wgpu::BindingType::Buffer {
-                ty: wgpu::BufferBindingType::Uniform,
-                has_dynamic_offset: false,
-                min_binding_size: None,
-            },
-            count: None,
-        }],
-    })
 }
 
 fn shader_text(textures: &Textures, layer: LayerId, look: Look, module: &str) -> String {

@@ -3,10 +3,12 @@
 //! Everything here is an application of the crate `vastex`, and calls its frame loop unchanged. The words of the command
 //! line and the window are the program's.
 
+mod ahead;
 mod compare;
 mod cpu_picture;
 mod draw;
 mod estimate;
+mod eye;
 mod gpu;
 mod levels;
 mod look;
@@ -19,10 +21,12 @@ mod reference;
 mod scene;
 mod studio;
 mod traced;
+mod views;
 
 pub use compare::{Comparison, Picture};
 pub use draw::{PictureTarget, SceneRenderer, depth_view};
 pub use estimate::{Estimate, Estimating};
+pub use eye::Eye;
 pub use gpu::{Gpu, GpuSetupError};
 pub use levels::LevelError;
 pub use look::{Look, Shown, UnknownLayer};
@@ -33,3 +37,4 @@ pub use reference::{Reference, ReferenceError};
 pub use scene::{Mesh, Scene, Vertex, surface};
 pub use studio::{Outcome, PATIENCE_FRAMES, ReferenceKind, Studio, StudioError, Until};
 pub use traced::trace_of;
+pub use views::Views;

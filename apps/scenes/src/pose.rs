@@ -122,6 +122,17 @@ impl Pose {
         }
     }
 
+    /// Looking the other way: at what lies behind, on the other side of the globe, or at the image's opposite part.
+    pub fn turned_round(self) -> Pose {
+        match self {
+            Pose::Image { centre, zoom } => Pose::Image { centre: Vec2::ONE - centre, zoom },
+            Pose::Plane { eye, yaw, pitch } => Pose::Plane { eye, yaw: yaw + std::f32::consts::PI, pitch },
+            Pose::Globe { longitude, latitude, altitude } => {
+                Pose::Globe { longitude: longitude + std::f32::consts::PI, latitude: -latitude, altitude }
+            }
+        }
+    }
+
     /// The pose after a step of `step` (x to the right, y forward), in units that suit the height above what is seen.
     pub fn walked(self, step: Vec2) -> Pose {
         match self {

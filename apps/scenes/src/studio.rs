@@ -4,12 +4,16 @@
 
 use std::sync::Arc;
 
-use vastex::{CpuTexture, Event, FrameStats, PrefetchSets, Settings, Textures, TileSource};
+use vastex::{
+    CpuTexture, Event, FrameStats, PrefetchSets, Settings, Textures, TileSource, ViewId, ViewSettings,
+};
 
+use crate::ahead::Ahead;
 use crate::compare::{Comparison, Picture};
 use crate::cpu_picture::cpu_picture;
 use crate::draw::{PictureTarget, SceneRenderer, depth_view};
 use crate::estimate::Estimating;
+use crate::eye::Eye;
 use crate::gpu::Gpu;
 use crate::look::{Look, Shown, UnknownLayer};
 use crate::path::Path;
@@ -17,12 +21,13 @@ use crate::pose::Pose;
 use crate::read::read_texture;
 use crate::reference::{Reference, ReferenceError};
 use crate::scene::Scene;
+use crate::views::{Views, side_by_side};
 
 /// Frames after the end of a path within which a view must converge.
 pub const PATIENCE_FRAMES: u64 = 10_000;
 
-/// Frames for which the last pose is held at least: a jitter cycle, and the two after which its feedback acts.
-const HELD_FRAMES: u64 = vastex::JITTER_CYCLE as u64 + 2;
+/// Frames after which feedback acts.
+const FEEDBACK_FRAMES: u64 = 2;
 
 /// Why a picture could not be drawn.
 #[derive(Debug, thiserror::Error)]
@@ -90,10 +95,40 @@ pub struct Studio {
     pose: Pose,
     estimating: Option<Estimating>,
     prefetch_sets: Option<PrefetchSets>,
+    views: Views,
+    /// The second view, if there is one.
+    beside: Option<(ViewId, Eye)>,
+    /// While the camera is looked ahead of.
+    ahead: Option<Ahead>,
+    /// Frames so far.
+    frame: u64,
+    canvas: Canvas,
+    source: Arc<dyn TileSource>,
+}
+
+/// What a view's picture is drawn on.
+struct Canvas {
+    size: [u32; 2],
     colour: wgpu::Texture,
     colour_view: wgpu::TextureView,
     depth_view: wgpu::TextureView,
-    source: Arc<dyn TileSource>,
+}
+
+impl Canvas {
+    fn new(gpu: &Gpu, size: [u32; 2], format: wgpu::TextureFormat) -> Canvas {
+        let colour = gpu.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("picture"),
+            size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+            view_formats: &[],
+        });
+        let colour_view = colour.create_view(&Default::default());
+        Canvas { size, colour, colour_view, depth_view: depth_view(&gpu.device, size) }
+    }
 }
 
 impl Studio {
@@ -127,27 +162,19 @@ impl Studio {
         let look = Look::new(&textures.description(texture).layers[layer.index()], shown.range);
         let format = look.picture_format();
         let renderer = SceneRenderer::new(&gpu.device, &gpu.queue, &textures, layer, look, scene, format);
-        let colour = gpu.device.create_texture(&wgpu::TextureDescriptor {
-            label: Some("picture"),
-            size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format,
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
-            view_formats: &[],
-        });
         Ok(Studio {
-            colour_view: colour.create_view(&Default::default()),
-            depth_view: depth_view(&gpu.device, size),
             pose: Pose::first(scene),
             estimating: None,
             prefetch_sets: None,
+            views: Views::One,
+            beside: None,
+            ahead: None,
+            frame: 0,
+            canvas: Canvas::new(gpu, size, format),
             gpu: gpu.clone(),
             textures,
             renderer,
             size,
-            colour,
             source,
         })
     }
@@ -168,6 +195,25 @@ impl Studio {
         Ok(())
     }
 
+    /// What the pictures show from the next frame on. Two views share the size of the picture.
+    pub fn show(&mut self, views: Views) -> Result<(), StudioError> {
+        if let Some((view, _)) = self.beside.take() {
+            self.textures.remove_view(view);
+        }
+        if views != Views::One {
+            let view = self.textures.add_view(ViewSettings::default().with_weight(views.weight()))?;
+            self.beside = Some((view, self.renderer.new_eye(&self.gpu.device)));
+        }
+        self.views = views;
+        self.canvas = Canvas::new(&self.gpu, views.size_of_each(self.size), self.renderer.format());
+        Ok(())
+    }
+
+    /// Whether what the main view is expected to see is loaded ahead, from the next frame on.
+    pub fn look_ahead(&mut self, ahead: bool) {
+        self.ahead = ahead.then(|| Ahead::new(self.renderer.new_eye(&self.gpu.device)));
+    }
+
     /// Plays a path; `watch` sees the textures after every frame, and every event in it.
     pub fn run(
         &mut self,
@@ -182,7 +228,8 @@ impl Studio {
                 Until::Frames(frames) => frame >= frames,
                 Until::Converged => {
                     // What has converged before the last pose was held for a cycle says nothing of it.
-                    let settled = stats.converged && frame >= path.frames() + HELD_FRAMES;
+                    let held = u64::from(vastex::JITTER_CYCLE) * self.views.every() + FEEDBACK_FRAMES;
+                    let settled = stats.converged && frame >= path.frames() + held;
                     settled || frame >= path.frames() + PATIENCE_FRAMES
                 }
             };
@@ -200,19 +247,38 @@ impl Studio {
     pub fn frame(&mut self, pose: Pose) -> Result<(), StudioError> {
         self.expect_what_was_learnt(&pose);
         self.pose = pose;
-        self.renderer.set_pose(&self.gpu.queue, &pose, self.size);
-        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        let (queue, size) = (&self.gpu.queue, self.canvas.size);
         let (renderer, layer) = (&self.renderer, self.renderer.layer());
+        let (main, beside) = self.views.poses(pose);
+        renderer.set_pose(queue, &main, size);
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         if let Some(estimating) = self.estimating {
-            estimating.tell(&mut self.textures, &mut encoder, renderer, &pose, self.size)?;
+            estimating.tell(&mut self.textures, &mut encoder, renderer, &main, size)?;
         }
         if self.estimating.is_none_or(|estimating| estimating.beside) {
-            self.textures.feedback(&mut encoder, self.size, |pass, groups| {
+            self.textures.feedback(&mut encoder, size, |pass, groups| {
                 renderer.draw_wanted(pass, &groups[layer]);
             })?;
         }
+        if let (Some((view, eye)), Some(pose)) = (&self.beside, beside)
+            && self.views.is_due(self.frame)
+        {
+            renderer.set_pose_of(eye, queue, &pose, size);
+            self.textures.feedback_of(&mut encoder, *view, size, |pass, groups| {
+                renderer.draw_wanted_of(eye, pass, &groups[layer]);
+            })?;
+        }
+        if let Some(ahead) = &mut self.ahead
+            && let Some(expected) = ahead.expect(main, self.textures.frames_ahead())
+        {
+            renderer.set_pose_of(&ahead.eye, queue, &expected, size);
+            self.textures.feedback_expected(&mut encoder, size, |pass, groups| {
+                renderer.draw_wanted_of(&ahead.eye, pass, &groups[layer]);
+            })?;
+        }
         self.textures.update(&mut encoder)?;
-        self.gpu.queue.submit([encoder.finish()]);
+        queue.submit([encoder.finish()]);
+        self.frame += 1;
         Ok(())
     }
 
@@ -251,26 +317,31 @@ impl Studio {
 
     /// The picture of the last frame by the CPU twin of the shaders, at the mip bias in force.
     pub fn cpu_picture(&self) -> Result<Picture, StudioError> {
-        self.renderer.set_pose(&self.gpu.queue, &self.pose, self.size);
         let layer = self.renderer.layer();
         let bias = self.textures.bias_eighths(layer.texture());
         let filter = self.textures.settings().filter;
         let texture = CpuTexture::new(self.source.clone(), layer.index(), filter, bias)
             .with_levels(self.textures.levels(layer.texture()).unwrap_or_default());
-        Ok(cpu_picture(&self.gpu, &self.textures, &self.renderer, &texture, self.size)?)
+        let draw = || cpu_picture(&self.gpu, &self.textures, &self.renderer, &texture, self.canvas.size);
+        let pictures: Vec<Picture> = self.through_each(draw).collect::<Result<_, _>>()?;
+        Ok(side_by_side(&pictures, self.size))
     }
 
     /// Share of the covered pixels whose wanted page, at mip bias 0, is resident. 1 where nothing is covered.
     pub fn share_at_wanted_level(&mut self) -> Result<f64, StudioError> {
-        let (renderer, layer) = (&self.renderer, self.renderer.layer());
-        let feedback = self.textures.feedback_of_every_pixel(self.size, |pass, groups| {
-            renderer.draw_wanted(pass, &groups[layer]);
-        })?;
         let (mut wanted, mut resident) = (0u64, 0u64);
-        for page in &feedback.pages {
-            wanted += u64::from(page.pixels);
-            if matches!(self.textures.state(page.page), vastex::PageState::Resident(_)) {
-                resident += u64::from(page.pixels);
+        let (main, beside) = self.views.poses(self.pose);
+        for pose in std::iter::once(main).chain(beside) {
+            let (renderer, layer) = (&self.renderer, self.renderer.layer());
+            renderer.set_pose(&self.gpu.queue, &pose, self.canvas.size);
+            let feedback = self.textures.feedback_of_every_pixel(self.canvas.size, |pass, groups| {
+                renderer.draw_wanted(pass, &groups[layer]);
+            })?;
+            for page in &feedback.pages {
+                wanted += u64::from(page.pixels);
+                if matches!(self.textures.state(page.page), vastex::PageState::Resident(_)) {
+                    resident += u64::from(page.pixels);
+                }
             }
         }
         Ok(if wanted == 0 { 1.0 } else { resident as f64 / wanted as f64 })
@@ -286,10 +357,24 @@ impl Studio {
         &mut self.textures
     }
 
-    fn draw_and_read(&self, draw: impl FnOnce(&mut wgpu::CommandEncoder, PictureTarget<'_>)) -> Picture {
-        self.renderer.set_pose(&self.gpu.queue, &self.pose, self.size);
-        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        draw(&mut encoder, PictureTarget { colour: &self.colour_view, depth: &self.depth_view });
-        Picture { size: self.size, rgba: read_texture(&self.gpu, encoder, &self.colour, 4) }
+    /// What `draw` gives for each view, with the scene's camera where that view's is.
+    fn through_each<T>(&self, mut draw: impl FnMut() -> T) -> impl Iterator<Item = T> {
+        let (main, beside) = self.views.poses(self.pose);
+        std::iter::once(main).chain(beside).map(move |pose| {
+            self.renderer.set_pose(&self.gpu.queue, &pose, self.canvas.size);
+            draw()
+        })
+    }
+
+    fn draw_and_read(&self, draw: impl Fn(&mut wgpu::CommandEncoder, PictureTarget<'_>)) -> Picture {
+        let Canvas { size, colour, colour_view, depth_view } = &self.canvas;
+        let pictures: Vec<Picture> = self
+            .through_each(|| {
+                let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+                draw(&mut encoder, PictureTarget { colour: colour_view, depth: depth_view });
+                Picture { size: *size, rgba: read_texture(&self.gpu, encoder, colour, 4) }
+            })
+            .collect();
+        side_by_side(&pictures, self.size)
     }
 }

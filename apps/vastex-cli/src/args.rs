@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args as ClapArgs, Parser, Subcommand};
 use vastex::Filter;
-use vastex_scenes::{Path, Scene, Shown};
+use vastex_scenes::{Path, Scene, Shown, Views};
 
 #[cfg(feature = "build")]
 pub(crate) use build::{BuildArgs, Compress};
@@ -187,6 +187,8 @@ Examples:
   vastex render earth.vastex --on plane --pool-mib 4 --compare --json
   vastex render /net/slow/earth.vastex --on globe --disk-cache ~/.cache/vastex -o globe.png
   vastex render island.vastex --layer-shown height --range 0,0.2 -o height.png
+  vastex render earth.vastex --on plane --views stereo --compare -o eyes.png
+  vastex render earth.vastex --on plane --camera-path fly --predict --stats-csv fly.csv
   vastex render earth.vastex --on globe --camera-path spin --record-trace spin.vxtrace
   vastex render earth.vastex --on globe --camera-path fly --stats-csv fly.csv --dump-pools
   vastex render earth.vastex --on globe --estimate quadtree -o without-feedback.png
@@ -199,6 +201,13 @@ pub(crate) struct RenderArgs {
     /// How the camera moves; a path lasts 300 frames (still: 1) and holds its last pose
     #[arg(long, default_value = "still", value_name = "NAME", value_parser = named(&Path::ALL, Path::name))]
     pub(crate) camera_path: Path,
+    /// What the picture shows: one view, or two side by side, with feedback from each: what two eyes see, or what is ahead and what a
+    /// mirror shows of what is behind
+    #[arg(long, default_value = "one", value_name = "VIEWS", value_parser = named(&Views::ALL, Views::name))]
+    pub(crate) views: Views,
+    /// Load ahead what the camera is expected to see if it goes on as it does
+    #[arg(long)]
+    pub(crate) predict: bool,
     /// Draw so many frames
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
     pub(crate) frames: Option<u64>,

@@ -14,6 +14,32 @@ use crate::shared::JITTER_CYCLE;
 /// Frames for which a page stays expected after a feedback has named it.
 const FRAMES: u64 = JITTER_CYCLE as u64;
 
+/// Frames in a row in which the view had to wait for the in-flight budget, after which bandwidth is short.
+const SHORT_AFTER: u32 = 2;
+/// Frames in a row in which it had not, after which bandwidth is no longer short.
+const SPARE_AFTER: u32 = 8;
+
+/// Whether there is bandwidth for more than the view: not where pages in view wait to be asked for since the in-flight budget
+/// is full. It is short soon and spare late, so that a prediction is not drawn in every other frame.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Bandwidth {
+    /// In this frame a page in view was left waiting.
+    pub(crate) view_waits: bool,
+    is_short: bool,
+    /// Frames in a row that were otherwise.
+    otherwise: u32,
+}
+
+impl Bandwidth {
+    pub(crate) fn begin_frame(&mut self) {
+        let waited = std::mem::take(&mut self.view_waits);
+        self.otherwise = if waited == self.is_short { 0 } else { self.otherwise + 1 };
+        if self.otherwise >= if self.is_short { SPARE_AFTER } else { SHORT_AFTER } {
+            (self.is_short, self.otherwise) = (waited, 0);
+        }
+    }
+}
+
 /// The pages that are expected.
 #[derive(Debug, Default)]
 pub(crate) struct Expectation {
@@ -88,6 +114,13 @@ impl Pager {
     }
 }
 
+impl Pager {
+    /// Frames after which 95 % of the last 256 tiles were in their slots, counted from their requests; nothing before the first.
+    pub fn arrival_frames(&self) -> Option<u32> {
+        self.residency.arrivals.percentiles().map(|arrival| arrival.p95)
+    }
+}
+
 impl crate::pagers::Pagers {
     /// Takes in what a view is expected to want, each pool the pages of its own textures; see [`Pager::expect`].
     pub fn expect(&mut self, feedback: &Feedback) {
@@ -95,5 +128,36 @@ impl crate::pagers::Pagers {
         self.with_members(feedback, |pagers, wanted| {
             pagers.iter_mut().for_each(|pager| pager.expect(wanted));
         });
+    }
+
+    /// Whether there is no bandwidth for a prediction, so that drawing one would be for nothing: pages in view have waited
+    /// for the in-flight budget in two frames in a row, and there were no eight in a row since in which they have not.
+    pub fn is_short_of_bandwidth(&self) -> bool {
+        self.bandwidth.is_short
+    }
+
+    /// Frames after which 95 % of the last 256 tiles of each pool were in their slots, counted from their requests; the most of any
+    /// pool, nothing before the first tile. A prediction is best of the view in so many frames, and those that feedback takes.
+    pub fn arrival_frames(&self) -> Option<u32> {
+        self.iter().filter_map(crate::pager::Pager::arrival_frames).max()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bandwidth_is_short_soon_and_spare_late() {
+        let mut bandwidth = Bandwidth::default();
+        let mut play = |view_waits: bool| {
+            bandwidth.view_waits = view_waits;
+            bandwidth.begin_frame();
+            bandwidth.is_short
+        };
+        assert!(!play(true) && !play(false) && !play(true), "a frame alone says nothing");
+        assert!(play(true), "two do");
+        assert!((1..SPARE_AFTER).all(|_| play(false)) && play(true), "not until it was spare for long");
+        assert!((1..SPARE_AFTER).all(|_| play(false)) && !play(false));
     }
 }

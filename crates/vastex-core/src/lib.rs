@@ -23,6 +23,7 @@ mod format;
 mod geometry;
 mod groups;
 mod level_rule;
+mod motion;
 mod numbers;
 mod order;
 mod page;
@@ -75,6 +76,7 @@ pub use geometry::{
 };
 pub use groups::{GroupError, GroupId};
 pub use level_rule::LevelRule;
+pub use motion::Motion;
 pub use page::{Dims, PageId, PageIdError, PagePos, TextureId};
 pub use page_contents::PageContents;
 pub use page_set::PageSet;

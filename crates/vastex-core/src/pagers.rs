@@ -12,6 +12,7 @@ use crate::bias::BiasRule;
 use crate::budget::{FairShare, PagerSettings, UploadBucket};
 use crate::decision::{Request, Upload};
 use crate::event::{Event, EventQueue};
+use crate::expectation::Bandwidth;
 use crate::feedback::{Feedback, WantedPage};
 use crate::geometry::Geometry;
 use crate::groups::Groups;
@@ -25,7 +26,7 @@ use crate::residency::PageState;
 use crate::stats::Stats;
 use crate::table::TableChange;
 use crate::tickets::AskError;
-use crate::views::Views;
+use crate::views::{ViewId, Views};
 use crate::working_set::merge_same;
 
 /// What all pools share.
@@ -43,6 +44,7 @@ pub struct Pagers {
     budgets: Budgets,
     pools: Vec<Pool>,
     pub(crate) views: Views,
+    pub(crate) bandwidth: Bandwidth,
     pub(crate) numbers: Numbers,
     pub(crate) groups: Groups,
     /// Entries that take turns in a feedback pixel at most.
@@ -71,6 +73,7 @@ impl Pagers {
             budgets,
             pools: Vec::new(),
             views: Views::default(),
+            bandwidth: Bandwidth::default(),
             numbers: Numbers::default(),
             groups: Groups::default(),
             turns: 1,
@@ -178,6 +181,7 @@ impl Pagers {
     /// A frame begins. `frame` never falls.
     pub fn begin_frame(&mut self, frame: u64) {
         self.frame = frame;
+        self.bandwidth.begin_frame();
         self.bucket.begin_frame();
         self.collect_events();
         for pool in &mut self.pools {
@@ -192,7 +196,7 @@ impl Pagers {
         self.observe_views(std::slice::from_ref(feedback));
     }
 
-    /// Takes in what several views wanted in a frame; see [`Pager::observe_views`].
+    /// Takes in what several views wanted in a frame, see [`Pager::observe_views`], and what is expected to be wanted.
     pub fn observe_views(&mut self, feedbacks: &[Feedback]) {
         let mut any = false;
         for feedback in feedbacks {
@@ -202,9 +206,14 @@ impl Pagers {
             }
             any |= is_known;
         }
-        if !any {
-            return;
+        if any {
+            self.decide();
         }
+        let expected = feedbacks.iter().filter(|feedback| feedback.view == ViewId::EXPECTED);
+        expected.for_each(|feedback| self.expect(feedback));
+    }
+
+    fn decide(&mut self) {
         let shared = self.iter().filter_map(|pager| pager.bias.shared()).max().unwrap_or(0);
         for Pool { pager, .. } in &mut self.pools {
             pager.bias.set_shared(shared);
@@ -238,7 +247,8 @@ impl Pagers {
             let textures = &self.pager(self.pool_of(wanted.page.texture())?).textures;
             textures.contains(wanted.page).then(|| textures.present(*wanted))
         };
-        let wanted = views.iter().flat_map(|feedback| self.of_members(feedback).pages);
+        let seen = views.iter().filter(|feedback| self.knows(feedback));
+        let wanted = seen.flat_map(|feedback| self.of_members(feedback).pages);
         let mut pages: Vec<WantedPage> = wanted.filter_map(|wanted| standing(&wanted)).collect();
         merge_same(&mut pages);
         pages
@@ -257,6 +267,7 @@ impl Pagers {
         let budget = self.budgets.in_flight_bytes / if in_view.is_some() { 1 } else { 2 };
         // Whose turn it is waits for what it needs, so that small tiles do not keep out large ones.
         if in_flight > 0 && in_flight + tile_bytes > budget {
+            self.bandwidth.view_waits |= in_view.is_some();
             return None;
         }
         self.requests.serve(who, tile_bytes);

@@ -45,6 +45,8 @@ pub(crate) struct Record {
     pub(crate) retry_at: u64,
     /// The frame since which the page is wanted without a break, if it is.
     pub(crate) since: u64,
+    /// The frame in which its load began.
+    pub(crate) asked_at: u64,
     /// The frame in which its tile was put into a slot.
     pub(crate) settled_at: u64,
 }
@@ -59,6 +61,7 @@ impl Record {
             below: 0,
             retry_at: 0,
             since: 0,
+            asked_at: 0,
             settled_at: 0,
         }
     }

@@ -115,6 +115,8 @@ pub(crate) struct Residency {
     pub(crate) frame: u64,
     pub(crate) stats: Stats,
     pub(crate) waits: Waits,
+    /// Frames from the request of a tile to its being in a slot.
+    pub(crate) arrivals: Waits,
     pub(crate) tile_bytes: u64,
 }
 
@@ -141,6 +143,7 @@ impl Residency {
             frame: 0,
             stats: Stats { slots, ..Stats::default() },
             waits: Waits::default(),
+            arrivals: Waits::default(),
             tile_bytes,
         }
     }
@@ -284,6 +287,7 @@ impl Residency {
             return false;
         };
         record.state = State::Loading(Cancel::No);
+        record.asked_at = self.frame;
         if let Some(content) = self.sharing.content_of(page) {
             content.carrier = page;
         }
@@ -439,6 +443,8 @@ impl Residency {
             None => self.evicted_at.remove(page).is_some(),
         };
         self.put_in(slot, content);
+        let asked_at = self.records.get_mut(page).map_or(self.frame, |record| record.asked_at);
+        self.arrivals.note(self.frame - asked_at);
         let recovered = self.become_resident(page, slot, textures);
         self.settled.push(page);
         self.leave_flight();

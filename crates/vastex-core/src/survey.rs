@@ -17,7 +17,7 @@ mod levels;
 mod look;
 mod object;
 mod surface;
-mod vector;
+pub(crate) mod vector;
 mod walk;
 
 pub use camera::Camera;

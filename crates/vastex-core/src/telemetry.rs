@@ -107,7 +107,7 @@ impl Waits {
         self.noted += 1;
     }
 
-    fn percentiles(&self) -> Option<TimeToSharp> {
+    pub(crate) fn percentiles(&self) -> Option<TimeToSharp> {
         let mut sorted = self.frames;
         let sorted = &mut sorted[..self.noted.min(WINDOW)];
         sorted.sort_unstable();

@@ -19,6 +19,9 @@ impl ViewId {
     /// The main view, which is always there.
     pub const MAIN: ViewId = ViewId(0);
 
+    /// What is expected to be seen, which is no view yet: feedback of it goes where [`Pagers::expect`] takes it.
+    pub const EXPECTED: ViewId = ViewId(u32::MAX);
+
     /// The view of this number; 0 is the main view.
     pub const fn new(number: u32) -> ViewId {
         ViewId(number)

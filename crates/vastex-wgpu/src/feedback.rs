@@ -42,6 +42,8 @@ pub enum FeedbackScale {
     /// A block of [`shared::FEEDBACK_SCALE`] pixels per side, of which one is looked at. For every frame.
     #[default]
     Reduced,
+    /// A block of twice as many per side, of which one is looked at: a quarter of the cost. For what is only expected.
+    Coarse,
     /// One. For statistics of a whole picture.
     Full,
 }
@@ -51,6 +53,7 @@ impl FeedbackScale {
     pub const fn block(self) -> u32 {
         match self {
             FeedbackScale::Reduced => shared::FEEDBACK_SCALE,
+            FeedbackScale::Coarse => 2 * shared::FEEDBACK_SCALE,
             FeedbackScale::Full => 1,
         }
     }
@@ -80,6 +83,9 @@ impl FeedbackView {
     pub fn jitter(&self) -> [u32; 2] {
         match self.scale {
             FeedbackScale::Reduced => JITTER[(self.frame % JITTER.len() as u64) as usize],
+            FeedbackScale::Coarse => {
+                JITTER[(self.frame % JITTER.len() as u64) as usize].map(|place| 2 * place)
+            }
             FeedbackScale::Full => [0, 0],
         }
     }
@@ -267,14 +273,16 @@ mod tests {
 
     #[test]
     fn a_target_pixel_looks_at_the_centre_of_one_pixel_of_the_picture() {
-        for picture in [[1280, 720], [13, 7], [1, 1], [8, 9]] {
+        let pictures = [[1280, 720], [13, 7], [1, 1], [8, 9]];
+        let scales = [FeedbackScale::Reduced, FeedbackScale::Coarse];
+        for (picture, scale_of) in pictures.into_iter().flat_map(|p| scales.map(|scale| (p, scale))) {
             for frame in 0..u64::from(shared::JITTER_CYCLE) {
-                let view = FeedbackView::new(picture, FeedbackScale::Reduced, frame);
+                let view = FeedbackView::new(picture, scale_of, frame);
                 let (scale, offset) = view.clip_transform();
                 let (size, jitter) = (view.target_size(), view.jitter());
                 for (axis, up) in [(0, 1.0), (1, -1.0)] {
                     for i in 0..size[axis] {
-                        let seen = 8 * i + jitter[axis];
+                        let seen = scale_of.block() * i + jitter[axis];
                         let ndc = up * (2.0 * (seen as f32 + 0.5) / picture[axis] as f32 - 1.0);
                         let in_target = up * (ndc * scale[axis] + offset[axis]);
                         let pixel = (in_target + 1.0) / 2.0 * size[axis] as f32;

@@ -26,6 +26,7 @@
 //! What is decided is decided in `vastex-core`, what is read is read by `vastex-tiles`, and what happens on the GPU
 //! happens in `vastex-wgpu`; this crate joins them.
 
+mod ahead;
 mod by_hand;
 #[cfg(not(target_family = "wasm"))]
 mod cpu;
@@ -71,8 +72,8 @@ pub use textures::{BindGroups, Textures};
 pub use vastex_core::shared::JITTER_CYCLE;
 pub use vastex_core::{
     AddressMode, AskError, BiasRule, Box3, Description, Dims, Event, Feedback, Geometry, GeometryError,
-    GeometrySpec, GroupError, GroupId, History, Integrator, Layer, LayerFormat, LevelRule, PageId, PagePos,
-    PageState, PoolEstimate, PoolFrame, PoolId, Progress, Region, Stats, TexelPositions, TextureId,
+    GeometrySpec, GroupError, GroupId, History, Integrator, Layer, LayerFormat, LevelRule, Motion, PageId,
+    PagePos, PageState, PoolEstimate, PoolFrame, PoolId, Progress, Region, Stats, TexelPositions, TextureId,
     TexturePages, TicketState, TimeToSharp, Trace, Urgency, ViewError, ViewId, fold,
 };
 pub use vastex_core::{

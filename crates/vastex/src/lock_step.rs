@@ -9,7 +9,7 @@ use vastex_core::{PageId, ViewId};
 use vastex_tiles::{LoadError, Loaded, Loader};
 
 /// Frames between a view and its feedback.
-const FEEDBACK_FRAMES: u64 = 2;
+pub(crate) const FEEDBACK_FRAMES: u64 = 2;
 
 /// See the head of the file.
 #[derive(Debug)]

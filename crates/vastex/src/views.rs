@@ -70,11 +70,16 @@ impl Textures {
     /// Costs a bind group for each layer of each texture and for each group, and once it is drawn a feedback target.
     pub fn add_view(&mut self, settings: ViewSettings) -> Result<ViewId, Error> {
         let view = self.pagers.add_view(settings.weight)?;
+        self.begin_view(view);
+        Ok(view)
+    }
+
+    /// Makes what a view needs but its feedback target.
+    pub(crate) fn begin_view(&mut self, view: ViewId) {
         self.views.push(ViewState::new(&self.device, &self.queue, view));
         let textures: Vec<TextureId> = self.iter().collect();
         textures.into_iter().for_each(|texture| self.make_bind_groups(texture));
         self.bind_groups_anew();
-        Ok(view)
     }
 
     /// Sets how much a pixel of a view counts, from its next feedback on; see [`ViewSettings::weight`]. Says whether there is
@@ -220,7 +225,9 @@ impl Textures {
         if state.is_none_or(|state| state.path.as_ref().is_some_and(fits)) {
             return Ok(());
         }
-        let target = FeedbackTarget::new(&self.device, picture, FeedbackScale::Reduced)?;
+        let is_coarse = view == ViewId::EXPECTED;
+        let scale = if is_coarse { FeedbackScale::Coarse } else { FeedbackScale::Reduced };
+        let target = FeedbackTarget::new(&self.device, picture, scale)?;
         let readback = Readback::new(&self.device, &target)?;
         self.forget_feedback_path(view);
         if let Some(state) = self.views.iter_mut().find(|state| state.view == view) {

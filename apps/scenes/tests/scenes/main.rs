@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "clippy takes helpers of tests for production code")]
 
+mod ahead;
 mod common;
 mod estimates;
 mod golden;
@@ -12,3 +13,4 @@ mod policies;
 mod shaders;
 mod sharing;
 mod streaming;
+mod views;

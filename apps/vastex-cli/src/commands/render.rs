@@ -40,6 +40,8 @@ pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode> {
     let studio = Studio::showing(&shown, &gpu, tiles, *on, *size, settings);
     let mut studio = studio.context(source.clone())?;
     sets.map(|sets| studio.prefetch_by(sets)).transpose().context(source.clone())?;
+    studio.show(args.views).context(source.clone())?;
+    studio.look_ahead(args.predict);
     let outcome = draw(args, &mut studio, &mut outputs, disk.as_deref(), gpu.adapter_name());
     let outcome = outcome.context(source.clone())?;
     if args.frames.is_some() || outcome.converged {

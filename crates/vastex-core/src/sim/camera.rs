@@ -4,6 +4,7 @@ use rustc_hash::FxHashMap;
 
 use crate::feedback::{Feedback, WantedPage};
 use crate::geometry::Geometry;
+use crate::motion::Motion;
 use crate::page::{PageId, PagePos, TextureId};
 use crate::shared::{FEEDBACK_SCALE, JITTER_CYCLE, STEPS_PER_LEVEL};
 use crate::sim::Random;
@@ -83,16 +84,10 @@ impl View {
     /// What is expected to be seen in so many frames, by a camera whose last two poses were `before`, the older one first, and
     /// which goes on at the same speed, turn rate and rate of approach.
     pub fn expected(&self, before: &[View; 2], frames: u64) -> View {
-        let step = |from: &View, to: &View| [0, 1].map(|axis| to.centre[axis] - from.centre[axis]);
-        let (earlier, mut velocity) = (step(&before[0], &before[1]), step(&before[1], self));
-        let cross = earlier[0] * velocity[1] - earlier[1] * velocity[0];
-        let dot = earlier[0] * velocity[0] + earlier[1] * velocity[1];
-        let (sin, cos) = cross.atan2(dot).sin_cos();
-        let mut centre = self.centre;
-        for _ in 0..frames {
-            velocity = [cos * velocity[0] - sin * velocity[1], sin * velocity[0] + cos * velocity[1]];
-            centre = [centre[0] + velocity[0], centre[1] + velocity[1]];
-        }
+        let place = |view: &View| [view.centre[0], view.centre[1], 0.0];
+        let motion = Motion::through([place(&before[0]), place(&before[1]), place(self)]);
+        let [x, y, _] = motion.position_after(frames as f64);
+        let centre = [x, y];
         let width = self.width * (self.width / before[1].width).powf(frames as f64);
         View { centre, width: width.clamp(self.width / 16.0, self.width * 16.0), tilt: self.tilt }
     }
