@@ -76,7 +76,7 @@ pub(crate) enum Command {
     /// Read and check every byte of a container
     Verify(VerifyArgs),
     /// Draw a scene without a window
-    Render(RenderArgs),
+    Render(Box<RenderArgs>),
     /// Play a recorded trace under a policy, beside Belady's optimum
     Replay(ReplayArgs),
     /// Learn from recorded traces which pages are wanted where, to load them ahead
