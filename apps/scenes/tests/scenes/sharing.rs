@@ -23,7 +23,7 @@ fn texel(x: u32, y: u32) -> u8 {
             .wrapping_mul(0xc2b2_ae35)
             .to_be_bytes()[0],
         40_000..700_000 => 60,
-        _ if (x / PAGE + y / PAGE) % 2 == 0 => (x % PAGE * 3 + y % PAGE * 4) as u8,
+        _ if (x / PAGE + y / PAGE).is_multiple_of(2) => (x % PAGE * 3 + y % PAGE * 4) as u8,
         _ => (x % PAGE * 3 + y % PAGE * 4 + 20) as u8,
     }
 }
