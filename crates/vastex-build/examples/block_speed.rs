@@ -1,5 +1,6 @@
 //! What a build of block-compressed tiles costs beside the bare encoder: both encode the same texels, of all levels and
-//! borders, with the same number of threads. The build also reads the image, filters it, and writes.
+//! borders, with the same number of threads: one, which leaves a processor for reading and writing, and one for each processor.
+//! The build also reads the image, filters it, and writes.
 //! `cargo run --release -p vastex-build --example block_speed -- IMAGE [ROUNDS [best]]`
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a measurement that is run by hand")]
 
@@ -10,6 +11,7 @@ use std::path::{Path, PathBuf};
 use clock::{Took, median, time};
 use ctt_bc7f::bindings as bc7f;
 use intel_tex_2::{RgbaSurface, bc1};
+use rayon::ThreadPool;
 use rayon::prelude::*;
 use vastex_build::{BuildOptions, Compression, LayerInput, Quality, build};
 use vastex_core::{Description, LayerFormat, PagePos};
@@ -37,18 +39,26 @@ fn main() {
     }
     let bench = Bench::new(&image);
     println!(
-        "{:.0} megatexels in {} tiles, {} threads, the median of {rounds} rounds.\n",
+        "{:.0} megatexels in {} tiles, {} processors, the median of {rounds} rounds.\n",
         bench.megatexels(),
         bench.pages.len(),
-        bench.threads.current_num_threads()
+        thread_counts()[1]
     );
     println!(
-        "| blocks | bare Mtexel / CPU s | build Mtexel / CPU s | speed, CPU | speed, wall | bare dB | build dB | at least {LEAST_SPEED}, wall |"
+        "| blocks | threads | bare Mtexel / CPU s | build Mtexel / CPU s | speed, CPU | speed, wall | bare dB | build dB | at least {LEAST_SPEED}, wall |"
     );
-    println!("|---|---|---|---|---|---|---|---|");
-    for (name, format, quality) in cases {
-        println!("| {name} | {} |", bench.measure(format, quality, rounds));
+    println!("|---|---|---|---|---|---|---|---|---|");
+    for threads in thread_counts() {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        for (name, format, quality) in &cases {
+            println!("| {name} | {threads} | {} |", bench.measure(*format, *quality, &pool, rounds));
+        }
     }
+}
+
+/// One thread, and one for each processor.
+fn thread_counts() -> [usize; 2] {
+    [1, std::thread::available_parallelism().map_or(2, usize::from)]
 }
 
 /// The texels of an image as a container holds them.
@@ -59,7 +69,6 @@ struct Bench {
     pages: Vec<PagePos>,
     /// Those of all tiles, one below the other.
     texels: Vec<u8>,
-    threads: rayon::ThreadPool,
 }
 
 impl Bench {
@@ -73,8 +82,7 @@ impl Bench {
         let pages: Vec<_> = description.geometry.pages().collect();
         let tile = |pos: &PagePos| read(&container, *pos).to_vec();
         let texels = pages.iter().flat_map(tile).collect();
-        let threads = rayon::ThreadPoolBuilder::new().build().unwrap();
-        Bench { image: image.into(), dir, description, pages, texels, threads }
+        Bench { image: image.into(), dir, description, pages, texels }
     }
 
     fn megatexels(&self) -> f64 {
@@ -82,13 +90,13 @@ impl Bench {
     }
 
     /// A row of the table.
-    fn measure(&self, format: LayerFormat, quality: Quality, rounds: usize) -> String {
+    fn measure(&self, format: LayerFormat, quality: Quality, pool: &ThreadPool, rounds: usize) -> String {
         let blocks_of_encoder = self.in_blocks(format);
         let mut blocks = vec![0; self.texels.len() / TEXEL / BLOCK * format.block_bytes()];
         let rounds: Vec<[Took; 2]> = (0..=rounds)
             .map(|_| {
-                let bare = time(|| self.encode(format, quality, &blocks_of_encoder, &mut blocks));
-                [bare, self.build(format, quality)]
+                let encode = || self.encode(format, quality, &blocks_of_encoder, &mut blocks);
+                [time(|| pool.install(encode)), self.build(format, quality, pool.current_num_threads())]
             })
             .skip(1)
             .collect();
@@ -122,7 +130,7 @@ impl Bench {
         blocks
     }
 
-    /// The encoder and nothing else.
+    /// The encoder and nothing else, by the threads of the pool that this is called in.
     fn encode(&self, format: LayerFormat, quality: Quality, texels: &[u8], blocks: &mut [u8]) {
         let [width, height, _] = self.description.geometry.tile();
         let tile = width as usize * height as usize * TEXEL;
@@ -141,17 +149,14 @@ impl Bench {
         // So many tiles at once that calling the encoder costs nothing.
         let tiles = 64;
         let block_bytes = tile / TEXEL / BLOCK * format.block_bytes();
-        self.threads.install(|| {
-            texels.par_chunks(tiles * tile).zip(blocks.par_chunks_mut(tiles * block_bytes)).for_each(encode);
-        });
+        texels.par_chunks(tiles * tile).zip(blocks.par_chunks_mut(tiles * block_bytes)).for_each(encode);
     }
 
     fn output(&self) -> PathBuf {
         self.dir.path().join("blocks.vastex")
     }
 
-    fn build(&self, format: LayerFormat, quality: Quality) -> Took {
-        let threads = self.threads.current_num_threads();
+    fn build(&self, format: LayerFormat, quality: Quality, threads: usize) -> Took {
         let compression = Compression::None;
         let options = BuildOptions { quality, threads, compression, ..BuildOptions::default() };
         time(|| {
