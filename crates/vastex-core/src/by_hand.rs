@@ -45,11 +45,12 @@ impl Pager {
     /// Loads the pages of a region, with their ancestors, and keeps them until [`Pager::release`]: they are in view, as it
     /// were, at every mip bias.
     ///
-    /// Fails where pins, tails included, would take more than [`crate::PagerSettings::pin_share`] of the slots.
+    /// Fails where pins, tails included, would take more than [`crate::PagerSettings::pin_share`] of the slots. Pages that share a slot
+    /// count one by one, since the content of each may change.
     pub fn pin(&mut self, texture: TextureId, region: &Region) -> Result<Ticket, AskError> {
         let pages = self.pages_of_region(texture, region)?;
         let most = self.settings.pin_slots();
-        let pinned = self.tiles_pinned_with(&pages) + u64::from(self.residency.stats.pinned);
+        let pinned = self.pinned_with(&pages) + u64::from(self.residency.stats.pinned);
         if pinned > u64::from(most) {
             return Err(AskError::TooManyPins { pages: pinned, most });
         }
@@ -154,11 +155,11 @@ impl Pager {
         pages.filter(is_another).count() as u64
     }
 
-    /// Slots that would be pinned by hand with these pages as well.
-    fn tiles_pinned_with(&self, pages: &[PageId]) -> u64 {
+    /// Pages that would be pinned by hand with these as well.
+    fn pinned_with(&self, pages: &[PageId]) -> u64 {
         let tickets = &self.residency.tickets;
-        let more = pages.iter().copied().filter(|&page| !tickets.pins(page));
-        self.tiles_of(tickets.pinned().chain(more))
+        let more = pages.iter().filter(|&&page| !tickets.pins(page)).count();
+        (tickets.pinned().count() + more) as u64
     }
 
     /// Once per frame: ends tickets, and plans what their pages and the refreshes need.

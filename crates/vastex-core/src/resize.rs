@@ -58,7 +58,7 @@ impl Pager {
     /// Slots for what must always be resident, and to work with.
     fn slots_needed(&self) -> u32 {
         let tails = self.residency.stats.pinned;
-        let by_hand = self.tiles_of(self.residency.tickets.pinned()) as u32;
+        let by_hand = self.residency.tickets.pinned().count() as u32;
         let with_room =
             (u64::from(tails + by_hand) * 100).div_ceil(u64::from(PagerSettings::MOST_PINS)) as u32;
         let least = tails.max(1) + PoolLayout::MIN_SLOTS - 1;

@@ -407,3 +407,9 @@ fn a_view_gets_its_slot_where_all_others_are_being_refreshed() {
 fn what_was_loaded_in_a_frame_is_not_evicted_in_it() {
     random_crowd(1706).unwrap();
 }
+
+/// Pins that shared a few slots, as many as might be pinned, got content of their own and had no room.
+#[test]
+fn pins_fit_when_their_contents_change() {
+    random_crowd(4370).unwrap();
+}
