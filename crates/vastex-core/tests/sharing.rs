@@ -150,7 +150,7 @@ fn a_small_pool_becomes_coarser_where_sharing_ends() {
 
 #[test]
 fn one_content_fails_once_and_recovers() {
-    let (mut crowd, texture) = one_image(6, Path::Still, black_but(|_| false));
+    let (mut crowd, texture) = one_image(40, Path::Still, black_but(|_| false));
     crowd.loads.broken = 1.0;
     let ticket = crowd.ask(texture, &Region::whole().on_levels(6..=6), None).unwrap();
     (0..60).for_each(|_| crowd.step().unwrap());
