@@ -19,6 +19,7 @@ const LAMBDA: &str = include_str!("wgsl/lambda.wgsl");
 const LEVEL: &str = include_str!("wgsl/level.wgsl");
 const POSITION: &str = include_str!("wgsl/position.wgsl");
 const PAGE: &str = include_str!("wgsl/page.wgsl");
+const TABLE_BUFFER: &str = include_str!("wgsl/table_buffer.wgsl");
 const LOOKUP: &str = include_str!("wgsl/lookup.wgsl");
 const ATLAS_FLOAT: &str = include_str!("wgsl/atlas_float.wgsl");
 const ATLAS_UNFILTERED: &str = include_str!("wgsl/atlas_unfiltered.wgsl");
@@ -113,8 +114,13 @@ pub fn wgsl(options: &ShaderOptions) -> String {
     let shared: &[&str] = &[PARAMS, BINDINGS, LAMBDA, POSITION, VIEW];
     join(
         text,
-        &[shared, &[LEVEL, PAGE, LOOKUP], atlas_modules(options.atlas), &[SAMPLE, FEEDBACK, TEXTURE_SPACE]]
-            .concat(),
+        &[
+            shared,
+            &[LEVEL, PAGE, TABLE_BUFFER, LOOKUP],
+            atlas_modules(options.atlas),
+            &[SAMPLE, FEEDBACK, TEXTURE_SPACE],
+        ]
+        .concat(),
     )
 }
 

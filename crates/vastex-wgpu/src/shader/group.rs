@@ -7,8 +7,8 @@
 use std::collections::BTreeSet;
 
 use super::{
-    Atlas, FEEDBACK, Filter, LAMBDA, LEVEL, LOOKUP, PAGE, PARAMS, POSITION, SAMPLE, VIEW, atlas_modules,
-    constants, push_constant,
+    Atlas, FEEDBACK, Filter, LAMBDA, LEVEL, LOOKUP, PAGE, PARAMS, POSITION, SAMPLE, TABLE_BUFFER, VIEW,
+    atlas_modules, constants, push_constant,
 };
 use crate::error::GpuError;
 
@@ -87,7 +87,7 @@ impl GroupShape {
 const SHAPE_MODULES: [&str; 3] = [LEVEL, PAGE, FEEDBACK];
 
 fn member_modules(atlas: Atlas) -> Vec<&'static str> {
-    [&SHAPE_MODULES[..], &[LOOKUP], atlas_modules(atlas), &[SAMPLE]].concat()
+    [&SHAPE_MODULES[..], &[TABLE_BUFFER, LOOKUP], atlas_modules(atlas), &[SAMPLE]].concat()
 }
 
 /// The WGSL that an application puts before its own shader that samples a group; the bind group's index as in

@@ -35,7 +35,7 @@ fn vastex_place(position: VastexPosition, wanted: u32) -> VastexPlace {
     let table_level = max(wanted, vastex_texture.table_level);
     let page = vastex_page_from_texel(position.texel, table_level);
     let row = vastex_texture.levels[table_level].pages.x;
-    let entry = vastex_table[vastex_texture.levels[table_level].first_entry + page.y * row + page.x];
+    let entry = vastex_table_entry(vastex_texture.levels[table_level].first_entry + page.y * row + page.x);
     let level = entry >> VASTEX_ENTRY_SLOT_BITS;
     if level >= vastex_texture.tail_level {
         return vastex_place_in_tail(position, level);
