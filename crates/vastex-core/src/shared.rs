@@ -34,6 +34,8 @@ pub const FEEDBACK_WANTED: u32 = 1;
 pub const FEEDBACK_DEGENERATE: u32 = 2;
 /// In texture space, what says level 0 with nothing into it; each eighth of a level coarser is one less, and 0 is not seen.
 pub const TEXTURE_SPACE_FINEST: u32 = 255;
+/// Texels of level 0 that a place in fixed point may be from its anchor, either way.
+pub const FIXED_REACH: u32 = 1 << 30;
 /// Threads of one workgroup of every compute shader.
 pub const WORKGROUP: u32 = 64;
 
@@ -55,5 +57,6 @@ pub const WGSL: &[(&str, u32)] = &[
     ("FEEDBACK_WANTED", FEEDBACK_WANTED),
     ("FEEDBACK_DEGENERATE", FEEDBACK_DEGENERATE),
     ("TEXTURE_SPACE_FINEST", TEXTURE_SPACE_FINEST),
+    ("FIXED_REACH", FIXED_REACH),
     ("WORKGROUP", WORKGROUP),
 ];

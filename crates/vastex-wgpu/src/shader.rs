@@ -27,8 +27,10 @@ const ATLAS_UINT16: &str = include_str!("wgsl/atlas_uint16.wgsl");
 const ATLAS_UINT16_RGBA: &str = include_str!("wgsl/atlas_uint16_rgba.wgsl");
 const TAPS: &str = include_str!("wgsl/taps.wgsl");
 const SAMPLE: &str = include_str!("wgsl/sample.wgsl");
+const SAMPLE_FIXED: &str = include_str!("wgsl/sample_fixed.wgsl");
 const VIEW: &str = include_str!("wgsl/view.wgsl");
 const FEEDBACK: &str = include_str!("wgsl/feedback.wgsl");
+const FEEDBACK_FIXED: &str = include_str!("wgsl/feedback_fixed.wgsl");
 const TEXTURE_SPACE: &str = include_str!("wgsl/texture_space.wgsl");
 const TABLE: &str = include_str!("wgsl/table.wgsl");
 const COMPACT: &str = include_str!("wgsl/compact.wgsl");
@@ -100,13 +102,19 @@ pub struct ShaderOptions {
 /// | `vastex_feedback(uv)` | fragment, uniform control flow | a feedback pixel, `vec4<u32>` |
 /// | `vastex_feedback_grad(uv, ddx, ddy)` | all | the same, from gradients of uv |
 /// | `vastex_feedback_level(uv, level)` | all | the same, for an explicit level |
+/// | `vastex_sample_fixed(anchor, offset)` | fragment, uniform control flow | the texture, at a place in fixed point |
+/// | `vastex_feedback_fixed(anchor, offset)` | fragment, uniform control flow | a feedback pixel for it |
+/// | either with `_grad(.., ddx, ddy)`, `_level(.., level)` | all | the same, from gradients of the offset, or at a level |
 /// | `vastex_feedback_clip(clip)` | vertex, feedback pass only | the clip position in the feedback target |
 /// | `vastex_texture_space_clip(uv)` | vertex, texture space only | the clip position in texture space |
 /// | `vastex_texture_space(uv, clip, picture)` | fragment, texture space only | the level that a picture needs, `vec4<f32>` |
 /// | `vastex_texture_space_front(uv, clip, picture)` | the same | the same, where the texture is not mirrored |
 /// | `vastex_turn(position, count)` | fragment, feedback pass only | see [`crate::group_wgsl()`] |
 ///
-/// `uv` is 0 to 1 over the texture, beyond that by its address modes; x to the right, y downward.
+/// `uv` is 0 to 1 over the texture, beyond that by its address modes; x to the right, y downward. It is for textures of up to
+/// 2^16 texels per axis. In fixed point there is no such limit: `anchor: vec2<u32>` is a texel of level 0, the same for all
+/// corners of a draw, and `offset: vec2<f32>` counts texels of level 0 from its beginning, up to 2^30 either way; beyond the
+/// edges the address modes hold. What is drawn is as exact as the offset: below 2^16 texels, 1/128 of one.
 pub fn wgsl(options: &ShaderOptions) -> String {
     let mut text = constants();
     push_constant(&mut text, "GROUP", options.group);
@@ -118,7 +126,7 @@ pub fn wgsl(options: &ShaderOptions) -> String {
             shared,
             &[LEVEL, PAGE, TABLE_BUFFER, LOOKUP],
             atlas_modules(options.atlas),
-            &[SAMPLE, FEEDBACK, TEXTURE_SPACE],
+            &[SAMPLE, SAMPLE_FIXED, FEEDBACK, FEEDBACK_FIXED, TEXTURE_SPACE],
         ]
         .concat(),
     )
@@ -192,11 +200,15 @@ pub(crate) mod tests {
             return vastex_feedback_clip(at) + vastex_sample_level(at.xy, 1.0);
         }
         @fragment fn main_pass(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
-            return vastex_sample(at.xy) + vastex_sample_grad(at.xy, at.yx, at.zw);
+            return vastex_sample(at.xy) + vastex_sample_grad(at.xy, at.yx, at.zw)
+                + vastex_sample_fixed(vec2<u32>(7u), at.xy) + vastex_sample_fixed_grad(vec2<u32>(7u), at.xy, at.yx, at.zw)
+                + vastex_sample_fixed_level(vec2<u32>(7u), at.xy, 1.0);
         }
         @fragment fn feedback_pass(@builtin(position) at: vec4<f32>) -> @location(0) vec4<u32> {
             return vastex_feedback(at.xy) + vastex_feedback_grad(at.xy, at.yx, at.zw)
-                + vastex_feedback_level(at.xy, 1.0);
+                + vastex_feedback_level(at.xy, 1.0) + vastex_feedback_fixed(vec2<u32>(7u), at.xy)
+                + vastex_feedback_fixed_grad(vec2<u32>(7u), at.xy, at.yx, at.zw)
+                + vastex_feedback_fixed_level(vec2<u32>(7u), at.xy, 1.0);
         }
         @fragment fn texture_space(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
             return vastex_texture_space(at.xy, at, at.zw) + vastex_texture_space_front(at.xy, at, at.zw)

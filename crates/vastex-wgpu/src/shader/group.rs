@@ -7,8 +7,8 @@
 use std::collections::BTreeSet;
 
 use super::{
-    Atlas, FEEDBACK, Filter, LAMBDA, LEVEL, LOOKUP, PAGE, PARAMS, POSITION, SAMPLE, TABLE_BUFFER, VIEW,
-    atlas_modules, constants, push_constant,
+    Atlas, FEEDBACK, FEEDBACK_FIXED, Filter, LAMBDA, LEVEL, LOOKUP, PAGE, PARAMS, POSITION, SAMPLE,
+    SAMPLE_FIXED, TABLE_BUFFER, VIEW, atlas_modules, constants, push_constant,
 };
 use crate::error::GpuError;
 
@@ -84,10 +84,10 @@ impl GroupShape {
 }
 
 /// The modules of the group's shape, which feedback of the whole group names pages of.
-const SHAPE_MODULES: [&str; 3] = [LEVEL, PAGE, FEEDBACK];
+const SHAPE_MODULES: [&str; 4] = [LEVEL, PAGE, FEEDBACK, FEEDBACK_FIXED];
 
 fn member_modules(atlas: Atlas) -> Vec<&'static str> {
-    [&SHAPE_MODULES[..], &[TABLE_BUFFER, LOOKUP], atlas_modules(atlas), &[SAMPLE]].concat()
+    [&SHAPE_MODULES[..], &[TABLE_BUFFER, LOOKUP], atlas_modules(atlas), &[SAMPLE, SAMPLE_FIXED]].concat()
 }
 
 /// The WGSL that an application puts before its own shader that samples a group; the bind group's index as in
@@ -95,11 +95,12 @@ fn member_modules(atlas: Atlas) -> Vec<&'static str> {
 ///
 /// For each member `NAME` it has the functions of [`crate::wgsl()`] with the name after the first word: `vastex_sample_NAME(uv)`,
 /// `vastex_sample_NAME_grad(uv, ddx, ddy)`, `vastex_sample_NAME_level(uv, level)`, and `vastex_feedback_NAME(uv)` and its kin for a
-/// member by itself. For all together there are
+/// member by itself; those in fixed point are `vastex_sample_NAME_fixed(anchor, offset)` and its kin, in texels of that member. For all together there are
 ///
 /// | function | stages | gives |
 /// |---|---|---|
 /// | `vastex_feedback(uv)`, `_grad`, `_level` | as of one texture | a feedback pixel that serves every member that is sampled at `uv` |
+/// | `vastex_feedback_fixed(anchor, offset)`, `_grad`, `_level` | as of one texture | the same, in texels of the member with the most |
 /// | `vastex_feedback_clip(clip)` | vertex, feedback pass only | the clip position in the feedback target |
 /// | `vastex_turn(position, count)` | fragment, feedback pass only | which of `count` answers this pixel gives in this frame |
 ///
@@ -210,7 +211,8 @@ mod tests {
         let mut sampled = String::new();
         for name in ["color", "height", "night_2"] {
             sampled += &format!(
-                "+ vastex_sample_{name}(at.xy) + vastex_sample_{name}_grad(at.xy, at.yx, at.zw) + vastex_sample_{name}_level(at.xy, 1.0)"
+                "+ vastex_sample_{name}(at.xy) + vastex_sample_{name}_grad(at.xy, at.yx, at.zw) + vastex_sample_{name}_level(at.xy, 1.0)
+                + vastex_sample_{name}_fixed(vec2<u32>(9u), at.xy) + vastex_sample_{name}_fixed_level(vec2<u32>(9u), at.xy, 2.0)"
             );
         }
         format!(
@@ -222,11 +224,12 @@ mod tests {
             }}
             @fragment fn feedback_pass(@builtin(position) at: vec4<f32>) -> @location(0) vec4<u32> {{
                 return vastex_feedback(at.xy) + vastex_feedback_grad(at.xy, at.yx, at.zw)
-                    + vastex_feedback_level(at.xy, 1.0);
+                    + vastex_feedback_level(at.xy, 1.0) + vastex_feedback_fixed(vec2<u32>(9u), at.xy);
             }}
             @fragment fn by_turns(@builtin(position) at: vec4<f32>) -> @location(0) vec4<u32> {{
                 let wanted = array(vastex_feedback_color(at.xy), vastex_feedback_night_2_grad(at.yx, at.xy, at.zw));
-                return wanted[vastex_turn(at, 2u)] + vastex_feedback_height_level(at.xy, 0.0);
+                return wanted[vastex_turn(at, 2u)] + vastex_feedback_height_level(at.xy, 0.0)
+                    + vastex_feedback_height_fixed_grad(vec2<u32>(9u), at.xy, at.yx, at.zw);
             }}"
         )
     }

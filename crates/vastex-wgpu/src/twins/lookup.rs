@@ -18,8 +18,8 @@ pub struct Place {
 /// A texel of level 0, and how far into it; beyond an edge with a border colour, less than 0 or more than 1.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Position {
-    texel: [u32; 2],
-    fraction: [f32; 2],
+    pub(super) texel: [u32; 2],
+    pub(super) fraction: [f32; 2],
 }
 
 fn folded_uv(uv: f32, mode: AddressMode) -> f32 {
@@ -51,7 +51,11 @@ impl Texture<'_> {
 
     /// Where the finest resident page that covers `uv` at `wanted`, a level of the texture, has it.
     pub fn place(&self, uv: [f32; 2], wanted: u8) -> Place {
-        let position = self.position_from_uv(uv);
+        self.place_of(self.position_from_uv(uv), wanted)
+    }
+
+    /// `vastex_place`: the same for a position.
+    pub(super) fn place_of(&self, position: Position, wanted: u8) -> Place {
         if wanted >= self.geometry.tail().first_level() {
             return self.place_in_tail(position, wanted);
         }

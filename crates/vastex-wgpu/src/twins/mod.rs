@@ -4,10 +4,12 @@
 //! compare the two on the same inputs; a picture that is beyond a device's limits is compared with the twin alone.
 
 mod feedback;
+mod fixed;
 mod level;
 mod lookup;
 mod sample;
 
+pub use fixed::folded_texel;
 pub use lookup::Place;
 pub use sample::Sampler;
 

@@ -3,7 +3,7 @@
 use vastex_core::{LayerFormat, Slot};
 
 use super::Texture;
-use super::lookup::Place;
+use super::lookup::{Place, Position};
 use crate::shader::Filter;
 
 /// A texture with what is needed to sample it.
@@ -36,15 +36,20 @@ impl Sampler<'_> {
 
     /// `vastex_sample_level`: the same, `level` levels coarser than level 0, biases to be added.
     pub fn sample_level(&self, uv: [f32; 2], level: f32) -> [f32; 4] {
+        self.sample_at(self.texture.position_from_uv(uv), level)
+    }
+
+    /// `vastex_sample_lambda`: at a position.
+    pub(super) fn sample_at(&self, position: Position, level: f32) -> [f32; 4] {
         let level = self.texture.level(level);
         let finer = level.floor() as u8;
-        let place = self.texture.place(uv, finer);
+        let place = self.texture.place_of(position, finer);
         match self.filter {
             Filter::Nearest => self.nearest(place),
             Filter::Bilinear => self.linear(place),
             Filter::Trilinear => {
                 let coarser = (finer + 1).min(self.texture.geometry.coarsest());
-                let blurred = self.linear(self.texture.place(uv, coarser));
+                let blurred = self.linear(self.texture.place_of(position, coarser));
                 mix(self.linear(place), blurred, level - f32::from(finer))
             }
         }

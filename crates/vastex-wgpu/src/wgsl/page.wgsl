@@ -1,4 +1,4 @@
-// From a virtual uv and a level to a page.
+// From a virtual uv, or a place in fixed point, to a position, and on to a page.
 // CPU twin: twins/lookup.rs.
 
 fn vastex_position_from_uv(uv: vec2<f32>) -> VastexPosition {
@@ -10,6 +10,14 @@ fn vastex_position_from_uv(uv: vec2<f32>) -> VastexPosition {
     let texel = folded * vec2<f32>(size);
     let whole = min(vec2<u32>(max(floor(texel), vec2<f32>(0.0))), size - 1u);
     return VastexPosition(whole, texel - vec2<f32>(whole));
+}
+
+// The same for the place `offset` texels of level 0 after the beginning of texel `anchor`.
+fn vastex_position_from_fixed(anchor: vec2<u32>, offset: vec2<f32>) -> VastexPosition {
+    let size = vastex_texture.size.xy;
+    let x = vastex_folded_texel(anchor.x, offset.x, size.x, vastex_texture.address.x);
+    let y = vastex_folded_texel(anchor.y, offset.y, size.y, vastex_texture.address.y);
+    return VastexPosition(vec2<u32>(x.texel, y.texel), vec2<f32>(x.fraction, y.fraction));
 }
 
 // The page of a level finer than the tail that covers a texel of level 0.

@@ -33,3 +33,48 @@ fn vastex_folded_uv(uv: f32, mode: u32) -> f32 {
         }
     }
 }
+
+// A place along one axis: a texel of level 0, and how far into it.
+struct VastexCoordinate {
+    texel: u32,
+    fraction: f32,
+}
+
+// The place `offset` texels after the beginning of texel `anchor`, folded into `size` texels by an address mode. Nothing here
+// overflows: a size has at most 2^31 texels, and an offset reaches VASTEX_FIXED_REACH of them.
+fn vastex_folded_texel(anchor: u32, offset: f32, size: u32, mode: u32) -> VastexCoordinate {
+    let reach = f32(VASTEX_FIXED_REACH);
+    let floored = floor(clamp(offset, -reach, reach));
+    let fraction = clamp(offset, -reach, reach) - floored;
+    let start = min(anchor, size - 1u);
+    let back = u32(max(-floored, 0.0));
+    let is_before = back > start;
+    // Whole texels from the edge: onward from texel 0, or back from it.
+    let steps = select(start - back + u32(max(floored, 0.0)), back - start, is_before);
+    switch mode {
+        case VASTEX_ADDRESS_WRAP: {
+            let rest = steps % size;
+            return VastexCoordinate(select(rest, size - rest, is_before && rest != 0u), fraction);
+        }
+        case VASTEX_ADDRESS_MIRROR: {
+            // Before the edge lies the image of what is after it; every other turn is turned round.
+            let place = select(steps, steps - 1u, is_before);
+            let is_turned = is_before != ((place / size) % 2u == 1u);
+            let rest = place % size;
+            return VastexCoordinate(
+                select(rest, size - 1u - rest, (place / size) % 2u == 1u),
+                select(fraction, 1.0 - fraction, is_turned),
+            );
+        }
+        case VASTEX_ADDRESS_BORDER: {
+            let inside = select(min(steps, size - 1u), 0u, is_before);
+            let beyond = select(f32(steps - inside), -f32(steps), is_before);
+            return VastexCoordinate(inside, beyond + fraction);
+        }
+        default: {
+            let is_after = !is_before && steps >= size;
+            let inside = select(min(steps, size - 1u), 0u, is_before);
+            return VastexCoordinate(inside, select(select(fraction, 1.0, is_after), 0.0, is_before));
+        }
+    }
+}

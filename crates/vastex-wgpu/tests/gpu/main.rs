@@ -5,6 +5,7 @@
 mod common;
 mod errors;
 mod feedback;
+mod fixed;
 mod groups;
 mod sampling;
 mod tables;

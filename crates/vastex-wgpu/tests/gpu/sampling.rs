@@ -151,14 +151,15 @@ pub(crate) fn pipeline(
     })
 }
 
-pub(crate) fn run(
+/// Calls the harness once for each input.
+pub(crate) fn run<I: Pod, O: Pod>(
     gpu: &TestDevice,
     pipeline: &wgpu::ComputePipeline,
     group: &wgpu::BindGroup,
-    inputs: &[Input],
-) -> Vec<Output> {
+    inputs: &[I],
+) -> Vec<O> {
     let sent = storage(gpu, bytemuck::cast_slice(inputs));
-    let received = storage(gpu, &vec![0; size_of_val(inputs)]);
+    let received = storage(gpu, &vec![0; inputs.len() * size_of::<O>()]);
     let data = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
         label: None,
         layout: &pipeline.get_bind_group_layout(1),
@@ -179,7 +180,7 @@ pub(crate) fn run(
 /// Texture units weigh texels in steps of 1/256 per axis, which between black and white is a step of 1/255 each; a single
 /// texel is exact, but for sRGB, which drivers approximate. What they decompress may differ by two such steps, but BC7 and
 /// BC6H, which are exact. BC6H has values up to 65504.
-fn tolerance(format: LayerFormat, filter: Filter) -> f32 {
+pub(crate) fn tolerance(format: LayerFormat, filter: Filter) -> f32 {
     use LayerFormat::{Bc6h, Bc7, Bc7Srgb};
     let weights = match filter {
         Filter::Nearest if format.is_srgb() => 0.5,

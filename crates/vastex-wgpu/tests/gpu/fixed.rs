@@ -1,0 +1,234 @@
+//! Places in fixed point on the GPU against their twins: the folding alone up to 2^31 texels, and what is sampled and wanted.
+
+use bytemuck::{Pod, Zeroable};
+use vastex_core::shared::FIXED_REACH;
+use vastex_core::{AddressMode, Geometry, GeometrySpec, LayerFormat, Slot};
+use vastex_wgpu::test_device::TestDevice;
+use vastex_wgpu::{BindLayout, Filter, ShaderOptions, ViewBuffer, twins, wgsl};
+
+use crate::common::{GPU, NUMBER, Random, World};
+use crate::sampling::{Output, pipeline, run, tolerance};
+
+const MODES: [AddressMode; 4] =
+    [AddressMode::Clamp, AddressMode::Wrap, AddressMode::Mirror, AddressMode::Border];
+
+/// One place along an axis, as the folding harness has it; `mode` counts [`MODES`].
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct Fold {
+    anchor: u32,
+    offset: f32,
+    size: u32,
+    mode: u32,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct Folded {
+    texel: u32,
+    fraction: f32,
+    unused: [u32; 2],
+}
+
+const FOLDING: &str = "
+    const MODES = array<u32, 4>(
+        VASTEX_NONE, VASTEX_ADDRESS_WRAP, VASTEX_ADDRESS_MIRROR, VASTEX_ADDRESS_BORDER);
+    struct Fold { anchor: u32, offset: f32, size: u32, mode: u32 }
+    struct Folded { texel: u32, fraction: f32, unused_0: u32, unused_1: u32 }
+    @group(1) @binding(0) var<storage, read> inputs: array<Fold>;
+    @group(1) @binding(1) var<storage, read_write> outputs: array<Folded>;
+    @compute @workgroup_size(64) fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+        if id.x >= arrayLength(&inputs) { return; }
+        let in = inputs[id.x];
+        var modes = MODES;
+        let at = vastex_folded_texel(in.anchor, in.offset, in.size, modes[in.mode]);
+        outputs[id.x] = Folded(at.texel, at.fraction, 0u, 0u);
+    }";
+
+fn folds(random: &mut Random) -> Vec<Fold> {
+    const SIZES: [u32; 9] = [1, 2, 3, 100, 65_536, (1 << 30) + 1, (1 << 31) - 1, 1 << 31, 2_000_000_011];
+    let reach = FIXED_REACH as f32;
+    let mut folds = Vec::new();
+    for mode in 0..4 {
+        for size in SIZES {
+            for anchor in [0, 1, size / 2, size - 1, size, u32::MAX] {
+                for offset in [
+                    0.0,
+                    -0.0,
+                    0.5,
+                    -0.5,
+                    1.0,
+                    -1.0,
+                    1e-30,
+                    -1e-30,
+                    size as f32,
+                    -(size as f32),
+                    reach,
+                    -reach,
+                    1e30,
+                    -1e30,
+                    f32::INFINITY,
+                    f32::NEG_INFINITY,
+                ] {
+                    folds.push(Fold { anchor, offset, size, mode });
+                }
+            }
+        }
+        for n in 0..4000 {
+            let size = match n % 3 {
+                0 => SIZES[random.below(SIZES.len())],
+                _ => (random.next() as u32 >> random.below(31)).clamp(1, 1 << 31),
+            };
+            let anchor = (random.next() % u64::from(size)) as u32;
+            let far = [4.0, 1e3, 1e5, 1e7, 1.2e9][random.below(5)];
+            folds.push(Fold { anchor, offset: random.between(-far, far), size, mode });
+        }
+    }
+    folds
+}
+
+#[test]
+fn places_fold_as_the_twin_folds_them_up_to_the_largest_texture() {
+    let gpu = &*GPU;
+    let world = World::new(gpu, &Geometry::new(GeometrySpec::image(8, 8)).unwrap(), LayerFormat::R8, 1.0, 1);
+    let layout = BindLayout::new(&gpu.device, world.pool.atlas(0));
+    let text = wgsl(&ShaderOptions { atlas: world.pool.atlas(0), ..ShaderOptions::default() }) + FOLDING;
+    let pipeline = pipeline(gpu, layout.layout(), text);
+    let view = ViewBuffer::new(&gpu.device, &gpu.queue);
+    let group = layout.bind_group(&gpu.device, &world.table, &world.pool, 0, &view);
+    let folds = folds(&mut Random(3));
+    let outputs: Vec<Folded> = run(gpu, &pipeline, &group, &folds);
+    for (fold, found) in folds.iter().zip(outputs) {
+        let mode = MODES[fold.mode as usize];
+        let expected = twins::folded_texel(fold.anchor, fold.offset, fold.size, mode);
+        assert_eq!((found.texel, found.fraction), expected, "{fold:?} {mode:?}");
+        assert!(found.texel < fold.size);
+    }
+}
+
+/// One call of the shader in fixed point: by gradients, or at an explicit level.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct Input {
+    anchor: [u32; 2],
+    offset: [f32; 2],
+    ddx: [f32; 2],
+    ddy: [f32; 2],
+    level: f32,
+    at_level: u32,
+}
+
+const HARNESS: &str = "
+    struct Input {
+        anchor: vec2<u32>, offset: vec2<f32>, ddx: vec2<f32>, ddy: vec2<f32>, level: f32, at_level: u32,
+    }
+    struct Output { color: vec4<f32>, feedback: vec4<u32> }
+    @group(1) @binding(0) var<storage, read> inputs: array<Input>;
+    @group(1) @binding(1) var<storage, read_write> outputs: array<Output>;
+    @compute @workgroup_size(64) fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+        if id.x >= arrayLength(&inputs) { return; }
+        let in = inputs[id.x];
+        if in.at_level == 1u {
+            outputs[id.x] = Output(
+                vastex_sample_fixed_level(in.anchor, in.offset, in.level),
+                vastex_feedback_fixed_level(in.anchor, in.offset, in.level));
+        } else {
+            outputs[id.x] = Output(
+                vastex_sample_fixed_grad(in.anchor, in.offset, in.ddx, in.ddy),
+                vastex_feedback_fixed_grad(in.anchor, in.offset, in.ddx, in.ddy));
+        }
+    }";
+
+fn inputs(geometry: &Geometry, random: &mut Random) -> Vec<Input> {
+    const GRADIENTS: [f32; 8] = [0.0, 1e-30, 1e30, f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -0.0, 0.125];
+    let coarsest = f32::from(geometry.coarsest());
+    let size = geometry.size();
+    let mut inputs = Vec::new();
+    for n in 0..1500 {
+        let anchor = [0, 1].map(|a| match random.below(4) {
+            0 => [0, size[a] - 1][random.below(2)],
+            _ => (random.next() % u64::from(size[a])) as u32,
+        });
+        let far = [3.0, 300.0, 1.5 * size[0] as f32][random.below(3)];
+        let offset = [random.between(-far, far), random.between(-far, far)];
+        let mut gradient = || match random.below(8) {
+            0 => [0, 1].map(|_| GRADIENTS[random.below(GRADIENTS.len())]),
+            _ => {
+                let texels = random.between(-1.5, coarsest + 0.5).exp2();
+                [0, 1].map(|_| random.between(-1.0, 1.0) * texels)
+            }
+        };
+        let (ddx, ddy) = (gradient(), gradient());
+        let level = random.between(-1.0, coarsest + 1.0);
+        inputs.push(Input { anchor, offset, ddx, ddy, level, at_level: n % 2 });
+    }
+    inputs
+}
+
+/// Compares GPU and twin over random inputs; what is near an edge may lie on either side of it.
+fn check(gpu: &TestDevice, world: &World, filter: Filter, seed: u64) {
+    let layout = BindLayout::new(&gpu.device, world.pool.atlas(0));
+    let text = wgsl(&ShaderOptions { group: 0, filter, atlas: world.pool.atlas(0) }) + HARNESS;
+    let pipeline = pipeline(gpu, layout.layout(), text);
+    let view = ViewBuffer::new(&gpu.device, &gpu.queue);
+    let group = layout.bind_group(&gpu.device, &world.table, &world.pool, 0, &view);
+    let inputs = inputs(&world.geometry, &mut Random(seed));
+    let outputs: Vec<Output> = run(gpu, &pipeline, &group, &inputs);
+    let tile = |slot: Slot| world.tiles[&slot].as_slice();
+    let texture = twins::Texture::new(&world.geometry, &world.image, NUMBER);
+    let twin = twins::Sampler { texture, format: world.layer.format, filter, tile: &tile };
+    let tolerance = tolerance(world.layer.format, filter);
+    for (input, output) in inputs.iter().zip(&outputs) {
+        let near = |level: f32, [x, y]: [f32; 2]| {
+            let Input { anchor, offset, ddx, ddy, .. } = *input;
+            let shift = |at: f32, n: f32| at + n * (0.002 + at.abs() * 2.0 * f32::EPSILON);
+            let offset = [shift(offset[0], x), shift(offset[1], y)];
+            match input.at_level {
+                1 => (
+                    twin.sample_fixed_level(anchor, offset, input.level + level),
+                    texture.feedback_fixed_level(anchor, offset, input.level + level),
+                ),
+                _ => {
+                    let nearly = |gradient: [f32; 2]| gradient.map(|texels| texels * level.exp2());
+                    (
+                        twin.sample_fixed_grad(anchor, offset, nearly(ddx), nearly(ddy)),
+                        texture.feedback_fixed_grad(anchor, offset, nearly(ddx), nearly(ddy)),
+                    )
+                }
+            }
+        };
+        let steps = [0.0, -1.0, 1.0];
+        let shifts = || steps.into_iter().flat_map(|x| steps.map(|y| [x, y]));
+        let nearly = || [0.0, -2e-4, 2e-4].into_iter().flat_map(|level| shifts().map(move |at| (level, at)));
+        let is_color =
+            |color: [f32; 4]| color.iter().zip(&output.color).all(|(a, b)| (a - b).abs() <= tolerance);
+        let what = || {
+            format!("{:?}: {input:?} gives {output:?}, not {:?}", world.geometry.spec(), near(0.0, [0.0; 2]))
+        };
+        assert!(nearly().any(|(level, at)| is_color(near(level, at).0)), "{}", what());
+        assert!(nearly().any(|(level, at)| near(level, at).1 == output.feedback), "{}", what());
+    }
+}
+
+#[test]
+fn what_is_sampled_and_wanted_in_fixed_point_agrees_with_the_twin() {
+    for (n, address) in MODES.into_iter().enumerate() {
+        for (m, size) in [[1000, 777], [2100, 37], [1, 1]].into_iter().enumerate() {
+            let spec = GeometrySpec {
+                page: [128, 40][(n + m) % 2],
+                address: [address, MODES[(n + m) % 4], address],
+                ..GeometrySpec::image(size[0], size[1])
+            };
+            let world = World::new(
+                &GPU,
+                &Geometry::new(spec).unwrap(),
+                LayerFormat::Rgba8,
+                [0.4, 0.9][m % 2],
+                (3 * n + m) as u64,
+            );
+            for filter in Filter::ALL {
+                check(&GPU, &world, filter, (n + 7 * m) as u64 + 1);
+            }
+        }
+    }
+}
