@@ -245,7 +245,7 @@ impl Pager {
     }
 
     /// Lists the refreshes, those in view first. A guest of a slot needs one of its own: in view it is counted with that, else,
-    /// where it stays for its descendants, it takes one of those to spare.
+    /// where it stays for its descendants, it takes one of those to spare, or goes with them where there is none.
     fn plan_refreshes(&mut self, spare: &mut u32) {
         self.by_hand.extend(self.residency.refreshes.pages());
         let residency = &self.residency;
@@ -257,6 +257,7 @@ impl Pager {
         }
         let in_view = self.set.size_at(self.bias_eighths()) + residency.stats.pinned;
         let view_fits = in_view <= self.settings.slots;
+        let mut without_room = Vec::new();
         self.by_hand.retain(|&page| {
             if !residency.is_guest(page) || residency.refreshes.is_in_flight(page) {
                 return true;
@@ -264,10 +265,15 @@ impl Pager {
             if residency.is_wanted(page, RecordHint::default()) {
                 return view_fits;
             }
-            let left = spare.checked_sub(1);
-            *spare = left.unwrap_or(0);
-            left.is_some()
+            match spare.checked_sub(1) {
+                Some(left) => *spare = left,
+                None => without_room.push(page),
+            }
+            !without_room.contains(&page)
         });
+        for guest in without_room {
+            self.residency.let_go_of_branch(guest, &self.textures);
+        }
     }
 
     /// Drops what was loaded for another page of the same content that nobody holds any more.
@@ -284,9 +290,11 @@ impl Pager {
         self.was_by_hand = was_by_hand;
     }
 
-    /// Slots that neither the view needs nor a prefetch or a prediction holds.
+    /// Slots that neither the view needs nor a prefetch or a prediction holds. A guest holds none: the slot that it is in is others',
+    /// and one of its own is counted when its refresh is planned.
     fn slots_to_spare(&mut self) -> u32 {
         let in_view = self.set.size_at(self.bias_eighths()) + self.residency.stats.pinned;
+        let guests: FxHashSet<PageId> = self.residency.guests().collect();
         let residency = &mut self.residency;
         let (expected, tickets, sharing) = (&residency.expected, &residency.tickets, &mut residency.sharing);
         let (records, round, plan) = (&residency.records, residency.round, sharing.plan);
@@ -295,6 +303,7 @@ impl Pager {
         let expected = expected.pages().filter(|&page| !tickets.holds(page));
         let held = tickets.held().chain(expected).filter(|&page| {
             is_out_of_view(page)
+                && !guests.contains(&page)
                 && sharing.content_of(page).is_none_or(|content| {
                     // Pages of one content have one slot, which may be in view with others.
                     content.wanted_round < round && std::mem::replace(&mut content.counted, plan) != plan

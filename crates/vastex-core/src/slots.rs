@@ -205,6 +205,11 @@ impl Residency {
         holding.is_some_and(|holding| holding.pages > 1 && holding.content != self.sharing.of(page))
     }
 
+    /// The guests, in no order.
+    pub(crate) fn guests(&self) -> impl Iterator<Item = PageId> + '_ {
+        self.refreshes.pages().filter(|&page| self.is_guest(page))
+    }
+
     /// A page that is alone in its slot is about to write its own tile there.
     pub(crate) fn take_over(&mut self, slot: Slot) {
         let content = std::mem::replace(&mut self.holding(slot).content, ContentId::NONE);
@@ -218,12 +223,35 @@ impl Residency {
         if self.sharing.is_empty() {
             return;
         }
-        let mut guests: Vec<PageId> = self.refreshes.pages().filter(|&page| self.is_guest(page)).collect();
+        let mut guests: Vec<PageId> = self.guests().collect();
         guests.sort_unstable_by_key(|&page| (page.level(), page)); // descendants first
         for page in guests {
             let may_go = self.records.get(page).and_then(|record| self.age_if_evictable(record)).is_some();
             if let Some(slot) = self.slot_of(page).filter(|_| may_go && self.is_guest(page)) {
                 self.evict(page, slot, textures); // others stay, so the slot is not free
+            }
+        }
+    }
+
+    /// Evicts a page out of view with its descendants, held or not, as soon as all of them may go. Costs a visit of every record.
+    pub(crate) fn let_go_of_branch(&mut self, root: PageId, textures: &Textures) {
+        let is_of_branch = |page| page == root || textures.ancestors(page).any(|ancestor| ancestor == root);
+        let resident = self.records.iter().filter(|record| matches!(record.state, State::Resident(_)));
+        let mut branch: Vec<PageId> =
+            resident.map(|record| record.page).filter(|&page| is_of_branch(page)).collect();
+        let is_out_of_view = |record: &Record| record.age_out_of_view(self.round).is_some();
+        let may_go = |&page: &PageId| {
+            self.records.get(page).is_some_and(|record| is_out_of_view(record) && !self.is_busy(record))
+        };
+        if !branch.iter().all(may_go) {
+            return;
+        }
+        branch.sort_unstable_by_key(|&page| (page.level(), page));
+        for page in branch {
+            if let Some(slot) = self.slot_of(page)
+                && self.evict(page, slot, textures)
+            {
+                self.free.push(slot);
             }
         }
     }

@@ -86,10 +86,13 @@ impl Residency {
     /// Rounds since the page was last wanted, if it is resident, out of view and without resident descendants, and no new tile is
     /// under way for its slot.
     pub(crate) fn age_if_evictable(&self, record: &Record) -> Option<u64> {
+        record.age_out_of_view(self.round).filter(|_| record.below == 0 && !self.is_busy(record))
+    }
+
+    /// Whether a tile has come into the page's slot in this frame, or a new one is under way for it.
+    pub(crate) fn is_busy(&self, record: &Record) -> bool {
         // A frame's evictions act before its loads, so that a page is not loaded and evicted in one.
-        let keeps =
-            record.below > 0 || record.settled_at == self.frame || self.refreshes.is_in_flight(record.page);
-        record.age_out_of_view(self.round).filter(|_| !keeps)
+        record.settled_at == self.frame || self.refreshes.is_in_flight(record.page)
     }
 
     /// Lists the part whose turn it is, and those that have missed theirs.

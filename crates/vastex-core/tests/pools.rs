@@ -413,3 +413,9 @@ fn what_was_loaded_in_a_frame_is_not_evicted_in_it() {
 fn pins_fit_when_their_contents_change() {
     random_crowd(4370).unwrap();
 }
+
+/// A pool had no slot for a page of a prefetch whose content had changed, and which stayed for pages below it that were held, too.
+#[test]
+fn a_prefetch_gives_up_what_has_changed_and_has_no_room() {
+    random_crowd(5870).unwrap();
+}
