@@ -323,6 +323,11 @@ impl Pager {
         self.converged = converged;
     }
 
+    /// Whether a load that began now would find no slot.
+    pub(crate) fn has_no_room(&self) -> bool {
+        self.room == 0
+    }
+
     /// The next tile to load, best first, while the in-flight budget allows one.
     pub fn poll_request(&mut self) -> Option<Request> {
         self.poll_request_in_view().or_else(|| self.poll_request_by_hand())
@@ -349,7 +354,7 @@ impl Pager {
             self.residency.state(*page) == PageState::Queued && self.residency.may_load(*page)
         };
         self.next_request += left.iter().position(queued).unwrap_or(left.len());
-        self.order.get(self.next_request).copied().filter(|_| self.room > 0)
+        self.order.get(self.next_request).copied().filter(|_| !self.has_no_room())
     }
 
     /// A load that is no longer worth finishing. The loader answers every request, this one too: with
