@@ -141,8 +141,23 @@ impl SceneRenderer {
         textures: &Textures,
         target: &PictureTarget<'_>,
     ) {
-        let mut pass = target.begin(encoder);
-        self.draw(&mut pass, &self.picture, textures.bind_group(self.layer));
+        self.draw_picture_of(&self.eye, encoder, textures.bind_group(self.layer), target);
+    }
+
+    /// Draws the picture that another eye sees, with the bind group of its view; in [`Textures::main_pass_of`] it says what it wants.
+    pub fn draw_picture_of(
+        &self,
+        eye: &Eye,
+        encoder: &mut wgpu::CommandEncoder,
+        texture_group: &wgpu::BindGroup,
+        target: &PictureTarget<'_>,
+    ) {
+        self.draw_through(eye, &mut target.begin(encoder), &self.picture, texture_group);
+    }
+
+    /// What the scene's own camera sees it through.
+    pub fn eye(&self) -> &Eye {
+        &self.eye
     }
 
     /// Draws by a pipeline of the scene, through its own eye.

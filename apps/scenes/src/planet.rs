@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use glam::{Mat4, Vec2, Vec3};
-use vastex::{FrameStats, GroupId, Settings, TextureId, Textures, TileSource};
+use vastex::{FeedbackWay, FrameStats, GroupId, Settings, TextureId, Textures, TileSource};
 
 use crate::compare::Picture;
 use crate::draw::{PictureTarget, PipelineParts, depth_view, filled_buffer};
@@ -146,6 +146,13 @@ impl Planet {
         self.textures
             .feedback(&mut encoder, self.size, |pass, groups| globe.draw(pass, wanted, &groups[group]))?;
         self.textures.update(&mut encoder)?;
+        if self.textures.feedback_way() == FeedbackWay::Inline {
+            let (size, picture) = (self.size, &self.picture);
+            let target = PictureTarget { colour: &self.colour_view, depth: &self.depth_view };
+            self.textures.main_pass(&mut encoder, size, |encoder, groups| {
+                globe.draw(&mut target.begin(encoder), picture, &groups[group]);
+            })?;
+        }
         self.gpu.queue.submit([encoder.finish()]);
         Ok(self.textures.stats())
     }

@@ -5,7 +5,8 @@
 use std::sync::Arc;
 
 use vastex::{
-    CpuTexture, Event, FrameStats, PrefetchSets, Settings, Textures, TileSource, ViewId, ViewSettings,
+    BindGroups, CpuTexture, Event, Feedback, FeedbackWay, FrameStats, PrefetchSets, Settings, Textures,
+    TileSource, ViewId, ViewSettings,
 };
 
 use crate::ahead::Ahead;
@@ -277,6 +278,18 @@ impl Studio {
             })?;
         }
         self.textures.update(&mut encoder)?;
+        let beside = self.beside.as_ref().filter(|_| self.views.is_due(self.frame));
+        let told = [(ViewId::MAIN, renderer.eye())].into_iter();
+        let told = told.chain(beside.map(|(view, eye)| (*view, eye)));
+        // Otherwise a picture is drawn when it is asked for.
+        let is_told = self.textures.feedback_way() == FeedbackWay::Inline
+            && self.estimating.is_none_or(|estimating| estimating.beside);
+        for (view, eye) in told.filter(|_| is_told) {
+            let Canvas { colour_view: colour, depth_view: depth, .. } = &self.canvas;
+            self.textures.main_pass_of(&mut encoder, view, size, |encoder, groups| {
+                renderer.draw_picture_of(eye, encoder, &groups[layer], &PictureTarget { colour, depth });
+            })?;
+        }
         queue.submit([encoder.finish()]);
         self.frame += 1;
         Ok(())
@@ -332,12 +345,7 @@ impl Studio {
         let (mut wanted, mut resident) = (0u64, 0u64);
         let (main, beside) = self.views.poses(self.pose);
         for pose in std::iter::once(main).chain(beside) {
-            let (renderer, layer) = (&self.renderer, self.renderer.layer());
-            renderer.set_pose(&self.gpu.queue, &pose, self.canvas.size);
-            let feedback = self.textures.feedback_of_every_pixel(self.canvas.size, |pass, groups| {
-                renderer.draw_wanted(pass, &groups[layer]);
-            })?;
-            for page in &feedback.pages {
+            for page in &self.wanted_by_every_pixel(pose)?.pages {
                 wanted += u64::from(page.pixels);
                 if matches!(self.textures.state(page.page), vastex::PageState::Resident(_)) {
                     resident += u64::from(page.pixels);
@@ -345,6 +353,16 @@ impl Studio {
             }
         }
         Ok(if wanted == 0 { 1.0 } else { resident as f64 / wanted as f64 })
+    }
+
+    /// What every pixel of a view wants that has this pose.
+    pub fn wanted_by_every_pixel(&mut self, pose: Pose) -> Result<Feedback, StudioError> {
+        let (renderer, layer) = (&self.renderer, self.renderer.layer());
+        renderer.set_pose(&self.gpu.queue, &pose, self.canvas.size);
+        let draw = |pass: &mut wgpu::RenderPass<'_>, groups: &BindGroups| {
+            renderer.draw_wanted(pass, &groups[layer]);
+        };
+        Ok(self.textures.feedback_of_every_pixel(self.canvas.size, draw)?)
     }
 
     /// The textures, to ask about them.

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args as ClapArgs, Parser, Subcommand};
-use vastex::Filter;
+use vastex::{FeedbackWay, Filter};
 use vastex_scenes::{Path, Scene, Shown, Views};
 
 #[cfg(feature = "build")]
@@ -165,6 +165,10 @@ pub(crate) struct SceneArgs {
     /// How texels are blended
     #[arg(long, default_value = "trilinear", value_parser = named(&Filter::ALL, filter_name))]
     pub(crate) filter: Filter,
+    /// How the view says which pages it wants: by a small pass of its own, by some pixels of the picture itself, or, for adapters
+    /// without compute shaders or storage buffers, by that pass read back whole. By default the best way of the adapter
+    #[arg(long, value_name = "WAY", value_parser = named(&FeedbackWay::ALL, FeedbackWay::name))]
+    pub(crate) feedback: Option<FeedbackWay>,
     /// KiB of tiles copied to the GPU per frame at most
     #[arg(long, default_value_t = 2048, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1 << 22))]
     pub(crate) upload_kib_per_frame: u64,
@@ -187,6 +191,7 @@ Examples:
   vastex render earth.vastex --on plane --pool-mib 4 --compare --json
   vastex render /net/slow/earth.vastex --on globe --disk-cache ~/.cache/vastex -o globe.png
   vastex render island.vastex --layer-shown height --range 0,0.2 -o height.png
+  vastex render earth.vastex --on plane --feedback inline --compare --json
   vastex render earth.vastex --on plane --views stereo --compare -o eyes.png
   vastex render earth.vastex --on plane --camera-path fly --predict --stats-csv fly.csv
   vastex render earth.vastex --on globe --camera-path spin --record-trace spin.vxtrace

@@ -7,6 +7,7 @@ use crate::feedback::ViewBuffer;
 use crate::pool::Pool;
 use crate::shader::Atlas;
 use crate::table::TableBuffers;
+use crate::way::FeedbackWay;
 
 const TEXTURE: u32 = 0;
 const TABLE: u32 = 1;
@@ -14,6 +15,7 @@ const POOL: u32 = 2;
 const VIEW: u32 = 3;
 const SAMPLER: u32 = 4;
 const ATLAS: u32 = 5;
+const CELLS: u32 = 6;
 
 /// The bindings, as (name, value), for the generator of shader text.
 pub(crate) const BINDINGS: &[(&str, u32)] = &[
@@ -23,6 +25,7 @@ pub(crate) const BINDINGS: &[(&str, u32)] = &[
     ("BINDING_VIEW", VIEW),
     ("BINDING_SAMPLER", SAMPLER),
     ("BINDING_ATLAS", ATLAS),
+    ("BINDING_CELLS", CELLS),
 ];
 
 /// The layout of that bind group, for all layers of pools that are read in the same way.
@@ -31,12 +34,14 @@ pub struct BindLayout {
     layout: wgpu::BindGroupLayout,
     sampler: wgpu::Sampler,
     atlas: Atlas,
+    way: FeedbackWay,
 }
 
 impl BindLayout {
-    /// A layout for layers that are read as `atlas` says ([`Pool::atlas`]).
-    pub fn new(device: &wgpu::Device, atlas: Atlas) -> BindLayout {
-        let entries = [
+    /// A layout for layers that are read as `atlas` says ([`Pool::atlas`]), and for shaders made for a way of feedback that the device
+    /// has.
+    pub fn new(device: &wgpu::Device, atlas: Atlas, way: FeedbackWay) -> BindLayout {
+        let mut entries = vec![
             entry(TEXTURE, buffer(wgpu::BufferBindingType::Uniform)),
             entry(TABLE, buffer(wgpu::BufferBindingType::Storage { read_only: true })),
             entry(POOL, buffer(wgpu::BufferBindingType::Uniform)),
@@ -44,11 +49,13 @@ impl BindLayout {
             entry(SAMPLER, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
             atlas_entry(ATLAS, atlas),
         ];
+        entries.extend(cells_entry(CELLS, way));
         let descriptor = wgpu::BindGroupLayoutDescriptor { label: Some("vastex texture"), entries: &entries };
         BindLayout {
             layout: device.create_bind_group_layout(&descriptor),
             sampler: new_sampler(device),
             atlas,
+            way,
         }
     }
 
@@ -62,6 +69,11 @@ impl BindLayout {
         self.atlas
     }
 
+    /// The way of feedback that it is for.
+    pub fn way(&self) -> FeedbackWay {
+        self.way
+    }
+
     /// The bind group of one layer of a texture, by its number in the pool. It stays valid while contents change; a new
     /// pool, page table or view needs a new one. The layer exists and is read as this layout says.
     pub fn bind_group(
@@ -72,19 +84,21 @@ impl BindLayout {
         layer: usize,
         view: &ViewBuffer,
     ) -> wgpu::BindGroup {
-        debug_assert_eq!(pool.atlas(layer), self.atlas);
+        debug_assert_eq!((pool.atlas(layer), view.way()), (self.atlas, self.way));
         let resource = |binding, resource| wgpu::BindGroupEntry { binding, resource };
+        let mut entries = vec![
+            resource(TEXTURE, table.params().as_entire_binding()),
+            resource(TABLE, table.entries().as_entire_binding()),
+            resource(POOL, pool.params(layer).as_entire_binding()),
+            resource(VIEW, view.buffer().as_entire_binding()),
+            resource(SAMPLER, wgpu::BindingResource::Sampler(&self.sampler)),
+            resource(ATLAS, wgpu::BindingResource::TextureView(pool.view(layer))),
+        ];
+        entries.extend(view.cells().map(|cells| resource(CELLS, cells.as_entire_binding())));
         device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("vastex texture"),
             layout: &self.layout,
-            entries: &[
-                resource(TEXTURE, table.params().as_entire_binding()),
-                resource(TABLE, table.entries().as_entire_binding()),
-                resource(POOL, pool.params(layer).as_entire_binding()),
-                resource(VIEW, view.buffer().as_entire_binding()),
-                resource(SAMPLER, wgpu::BindingResource::Sampler(&self.sampler)),
-                resource(ATLAS, wgpu::BindingResource::TextureView(pool.view(layer))),
-            ],
+            entries: &entries,
         })
     }
 }
@@ -103,6 +117,16 @@ pub(crate) fn atlas_entry(binding: u32, atlas: Atlas) -> wgpu::BindGroupLayoutEn
     };
     let view_dimension = wgpu::TextureViewDimension::D2Array;
     entry(binding, wgpu::BindingType::Texture { sample_type, view_dimension, multisampled: false })
+}
+
+/// Where the main pass tells what it wants, if it does.
+pub(crate) fn cells_entry(binding: u32, way: FeedbackWay) -> Option<wgpu::BindGroupLayoutEntry> {
+    (way == FeedbackWay::Inline).then(|| wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::FRAGMENT,
+        ty: buffer(wgpu::BufferBindingType::Storage { read_only: false }),
+        count: None,
+    })
 }
 
 /// The sampler for atlases that the device filters.

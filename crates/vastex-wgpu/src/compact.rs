@@ -6,8 +6,8 @@ use vastex_core::shared;
 
 use crate::bind::buffer;
 use crate::device::{compute_pipelines, dispatch_size, storage};
-use crate::feedback::FeedbackTarget;
 use crate::mirror::{HASH_SLOT_BYTES, ListHead, Wanted};
+use crate::raw::RawTexture;
 use crate::shader;
 
 /// Bytes before the wanted pages of a list.
@@ -35,7 +35,7 @@ pub(crate) struct List {
 }
 
 impl Compactor {
-    pub(crate) fn new(device: &wgpu::Device, target: &FeedbackTarget) -> Compactor {
+    pub(crate) fn new(device: &wgpu::Device, raw: &RawTexture) -> Compactor {
         let bindings = [
             wgpu::BindingType::Texture {
                 sample_type: wgpu::TextureSampleType::Uint,
@@ -48,11 +48,11 @@ impl Compactor {
         let text = shader::compact_wgsl();
         let (layout, [count, append]) =
             compute_pipelines(device, "vastex compaction", text, &bindings, ["count", "append"]);
-        let pixels = target.size()[0] * target.size()[1];
+        let pixels = raw.size()[0] * raw.size()[1];
         // At most half full, so that probe sequences stay short and always end.
         let slot_count = (2 * pixels).next_power_of_two();
         let slots = storage(device, "vastex compaction", u64::from(slot_count) * HASH_SLOT_BYTES);
-        Compactor { layout, count, append, raw: target.raw_view().clone(), slots, slot_count, pixels }
+        Compactor { layout, count, append, raw: raw.view().clone(), slots, slot_count, pixels }
     }
 
     /// The most pages that a list can hold.

@@ -53,6 +53,15 @@ pub(crate) fn guarded<T>(device: &wgpu::Device, bytes: u64, make: impl FnOnce() 
     }
 }
 
+/// Whether the device refuses to make something. Where the answer comes only later, as in a browser, it is taken to be no.
+pub(crate) fn refused<T>(device: &wgpu::Device, make: impl FnOnce() -> T) -> bool {
+    let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
+    let made = make();
+    let refused = matches!(now(scope.pop()), Some(Some(_)));
+    drop(made);
+    refused
+}
+
 /// What a future gives if it is ready at once.
 fn now<T>(future: impl Future<Output = T>) -> Option<T> {
     match std::pin::pin!(future).poll(&mut Context::from_waker(Waker::noop())) {

@@ -50,6 +50,15 @@ pub enum GpuError {
         /// Name of the format.
         format: &'static str,
     },
+    /// The device has not what a way of feedback needs.
+    #[error(
+        "this device cannot gather feedback in the way \"{way}\": it lacks compute shaders, or storage buffers in some stage; \
+         \"raw\" needs neither"
+    )]
+    FeedbackWay {
+        /// Name of the way.
+        way: &'static str,
+    },
     /// The page table of a texture is larger than a buffer that shaders may read.
     #[error(
         "a page table of {entries} entries takes {bytes} bytes, beyond this device's {max} bytes for a storage \

@@ -2,13 +2,16 @@
 //!
 //! A target pixel stands for a block of [`shared::FEEDBACK_SCALE`] pixels per side and looks at one of them, another
 //! each frame: after a jitter cycle every row and column of the block was visited. What is written into a pixel is
-//! the shader's business (feedback.wgsl), how it comes back that of [`crate::Readback`].
+//! the shader's business (feedback.wgsl), how it comes back that of [`crate::Readback`]; where the main pass says it instead, that is
+//! `inline`'s.
 
 use vastex_core::shared;
 
-use crate::device::{alive, uniform};
+use crate::device::{alive, storage, uniform};
 use crate::error::GpuError;
-use crate::mirror::ViewParams;
+use crate::mirror::{CELL_BYTES, ViewParams};
+use crate::raw::RawTexture;
+use crate::way::FeedbackWay;
 
 /// The format of a feedback target, for the application's feedback pipeline.
 pub const FEEDBACK_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint;
@@ -113,33 +116,71 @@ impl FeedbackView {
     fn params(&self) -> ViewParams {
         let (clip_scale, clip_offset) = self.clip_transform();
         let level_offset = -(self.scale.block().ilog2() as f32);
-        // What is beyond the last bits of the frame starts a cycle of turns anew, once in years.
-        ViewParams { clip_scale, clip_offset, level_offset, frame: self.frame as u32, unused: [0; 2] }
+        ViewParams { clip_scale, clip_offset, level_offset, frame: self.frame as u32, ..NO_VIEW }
+    }
+
+    /// For the main pass that says by itself what it wants: its pixels are the picture's.
+    pub(crate) fn inline_params(&self, reversed_depth: bool) -> ViewParams {
+        ViewParams {
+            frame: self.frame as u32,
+            jitter: self.jitter(),
+            columns: self.target_size()[0],
+            cell: self.scale.block(),
+            reversed_depth: u32::from(reversed_depth),
+            ..NO_VIEW
+        }
     }
 }
 
+/// A view that is no feedback: the picture where it is, levels unchanged, nothing asked.
+///
+/// What is beyond the last bits of a frame's number starts a cycle of turns anew, once in years.
+const NO_VIEW: ViewParams = ViewParams {
+    clip_scale: [1.0; 2],
+    clip_offset: [0.0; 2],
+    level_offset: 0.0,
+    frame: 0,
+    jitter: [0; 2],
+    columns: 0,
+    cell: 1,
+    reversed_depth: 0,
+    unused: 0,
+};
+
 /// What shaders know of the view; one for each [`FeedbackTarget`] that is drawn in the same submission. It outlives
-/// targets, so that a resize leaves bind groups as they are.
+/// targets, so that a resize leaves bind groups as they are, but for those of [`crate::InlineTarget`].
 #[derive(Debug)]
 pub struct ViewBuffer {
     buffer: wgpu::Buffer,
+    way: FeedbackWay,
+    /// Where a main pass tells what it wants, where that is the way.
+    cells: Option<wgpu::Buffer>,
 }
 
 impl ViewBuffer {
-    /// A view that is no feedback: the picture where it is, levels unchanged.
-    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> ViewBuffer {
-        let params = ViewParams {
-            clip_scale: [1.0; 2],
-            clip_offset: [0.0; 2],
-            level_offset: 0.0,
-            frame: 0,
-            unused: [0; 2],
-        };
-        ViewBuffer { buffer: uniform(device, queue, "vastex view", &params) }
+    /// A view that is no feedback yet, for shaders made for a way of feedback: the picture where it is, levels unchanged.
+    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, way: FeedbackWay) -> ViewBuffer {
+        // One cell, so that there is something to bind; nothing is asked before there is a target.
+        let cells = || storage(device, "vastex cells", CELL_BYTES);
+        let cells = (way == FeedbackWay::Inline).then(cells);
+        ViewBuffer { buffer: uniform(device, queue, "vastex view", &NO_VIEW), way, cells }
     }
 
-    pub(crate) fn set(&self, queue: &wgpu::Queue, view: &FeedbackView) {
-        queue.write_buffer(&self.buffer, 0, bytemuck::bytes_of(&view.params()));
+    /// The way of feedback of the shaders that see it.
+    pub fn way(&self) -> FeedbackWay {
+        self.way
+    }
+
+    pub(crate) fn set(&self, queue: &wgpu::Queue, params: &ViewParams) {
+        queue.write_buffer(&self.buffer, 0, bytemuck::bytes_of(params));
+    }
+
+    pub(crate) fn set_cells(&mut self, cells: wgpu::Buffer) {
+        self.cells = Some(cells);
+    }
+
+    pub(crate) fn cells(&self) -> Option<&wgpu::Buffer> {
+        self.cells.as_ref()
     }
 
     pub(crate) fn buffer(&self) -> &wgpu::Buffer {
@@ -154,9 +195,7 @@ impl ViewBuffer {
 pub struct FeedbackTarget {
     picture: [u32; 2],
     scale: FeedbackScale,
-    size: [u32; 2],
-    raw: wgpu::Texture,
-    raw_view: wgpu::TextureView,
+    raw: RawTexture,
     depth_view: wgpu::TextureView,
 }
 
@@ -169,29 +208,9 @@ impl FeedbackTarget {
     ) -> Result<FeedbackTarget, GpuError> {
         alive(device)?;
         let size = FeedbackView::new(picture, scale, 0).target_size();
-        let [width, height] = size;
-        let max = device.limits().max_texture_dimension_2d;
-        if size.iter().any(|&side| side == 0 || side > max) {
-            return Err(GpuError::TargetSize { width, height, max });
-        }
-        let texture = |format, usage| {
-            device.create_texture(&wgpu::TextureDescriptor {
-                label: Some("vastex feedback"),
-                size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format,
-                usage: wgpu::TextureUsages::RENDER_ATTACHMENT | usage,
-                view_formats: &[],
-            })
-        };
-        let readable = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_SRC;
-        let raw = texture(FEEDBACK_FORMAT, readable);
-        let depth = texture(FEEDBACK_DEPTH_FORMAT, wgpu::TextureUsages::empty());
-        let whole = wgpu::TextureViewDescriptor::default();
-        let (raw_view, depth_view) = (raw.create_view(&whole), depth.create_view(&whole));
-        Ok(FeedbackTarget { picture, scale, size, raw, raw_view, depth_view })
+        let raw = RawTexture::new(device, size, wgpu::TextureUsages::RENDER_ATTACHMENT)?;
+        let depth = raw.beside(device, FEEDBACK_DEPTH_FORMAT, wgpu::TextureUsages::RENDER_ATTACHMENT);
+        Ok(FeedbackTarget { picture, scale, raw, depth_view: depth.create_view(&Default::default()) })
     }
 
     /// Begins the feedback pass of a frame: clears the target and its depth buffer, points `view` at it, and cuts
@@ -206,11 +225,11 @@ impl FeedbackTarget {
         clear_depth: f32,
     ) -> wgpu::RenderPass<'encoder> {
         let frame_view = FeedbackView::new(self.picture, self.scale, frame);
-        view.set(queue, &frame_view);
+        view.set(queue, &frame_view.params());
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("vastex feedback"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: &self.raw_view,
+                view: self.raw.view(),
                 depth_slice: None,
                 resolve_target: None,
                 ops: wgpu::Operations {
@@ -237,7 +256,7 @@ impl FeedbackTarget {
 
     /// Size in pixels.
     pub fn size(&self) -> [u32; 2] {
-        self.size
+        self.raw.size()
     }
 
     /// Size of the picture that it is for, in pixels.
@@ -245,12 +264,9 @@ impl FeedbackTarget {
         self.picture
     }
 
-    pub(crate) fn raw(&self) -> &wgpu::Texture {
+    /// What is drawn into it, to be read back.
+    pub fn raw(&self) -> &RawTexture {
         &self.raw
-    }
-
-    pub(crate) fn raw_view(&self) -> &wgpu::TextureView {
-        &self.raw_view
     }
 }
 

@@ -5,26 +5,29 @@
 
 use vastex_core::{Geometry, LevelRule, Slot, TextureId};
 
-use crate::bind::{atlas_entry, buffer, entry, new_sampler};
+use crate::bind::{atlas_entry, buffer, cells_entry, entry, new_sampler};
 use crate::error::GpuError;
 use crate::feedback::ViewBuffer;
 use crate::mirror::{PoolParams, TextureParams};
 use crate::pool::Pool;
 use crate::shader::group::{GroupShape, PARAMS_BINDING, SAMPLER_BINDING, VIEW_BINDING};
 use crate::table::TableBuffers;
+use crate::way::FeedbackWay;
 
 /// The layout of that bind group.
 #[derive(Debug)]
 pub struct GroupLayout {
     shape: GroupShape,
+    way: FeedbackWay,
     layout: wgpu::BindGroupLayout,
     sampler: wgpu::Sampler,
 }
 
 impl GroupLayout {
-    /// A layout for groups of this shape. Fails where a shader of the device cannot read so many textures.
-    pub fn new(device: &wgpu::Device, shape: GroupShape) -> Result<GroupLayout, GpuError> {
-        check(&device.limits(), &shape)?;
+    /// A layout for groups of this shape, and for shaders made for a way of feedback that the device has. Fails where a shader of the
+    /// device cannot read so many textures.
+    pub fn new(device: &wgpu::Device, shape: GroupShape, way: FeedbackWay) -> Result<GroupLayout, GpuError> {
+        check(&device.limits(), &shape, way)?;
         let mut entries = vec![
             entry(PARAMS_BINDING, buffer(wgpu::BufferBindingType::Uniform)),
             entry(VIEW_BINDING, buffer(wgpu::BufferBindingType::Uniform)),
@@ -34,9 +37,10 @@ impl GroupLayout {
         entries.extend((0..shape.textures()).map(|texture| entry(shape.table_binding(texture), table)));
         let atlases = (0..).zip(shape.members());
         entries.extend(atlases.map(|(nth, member)| atlas_entry(shape.atlas_binding(nth), member.atlas)));
+        entries.extend(cells_entry(shape.cells_binding(), way));
         let descriptor = wgpu::BindGroupLayoutDescriptor { label: Some("vastex group"), entries: &entries };
         let layout = device.create_bind_group_layout(&descriptor);
-        Ok(GroupLayout { shape, layout, sampler: new_sampler(device) })
+        Ok(GroupLayout { shape, way, layout, sampler: new_sampler(device) })
     }
 
     /// For the application's pipeline layouts.
@@ -47,6 +51,11 @@ impl GroupLayout {
     /// What it was made for.
     pub fn shape(&self) -> &GroupShape {
         &self.shape
+    }
+
+    /// The way of feedback that it is for.
+    pub fn way(&self) -> FeedbackWay {
+        self.way
     }
 
     /// The bind group of textures and layers that match the shape, in its order: a page table for each texture, a pool and the
@@ -75,6 +84,8 @@ impl GroupLayout {
             resource(shape.atlas_binding(nth), wgpu::BindingResource::TextureView(pool.view(layer)))
         };
         entries.extend(members.enumerate().map(atlas));
+        let cells = view.cells().map(|cells| cells.as_entire_binding());
+        entries.extend(cells.map(|cells| resource(shape.cells_binding(), cells)));
         device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("vastex group"),
             layout: &self.layout,
@@ -152,12 +163,14 @@ impl GroupParams {
 }
 
 /// Whether one stage of a shader may read so much.
-fn check(limits: &wgpu::Limits, shape: &GroupShape) -> Result<(), GpuError> {
+fn check(limits: &wgpu::Limits, shape: &GroupShape, way: FeedbackWay) -> Result<(), GpuError> {
     let (textures, layers) = (shape.textures(), shape.members().len());
     let params = limits.max_uniform_buffer_binding_size as usize;
     let most_params = params.saturating_sub(layers * size_of::<PoolParams>()) / size_of::<TextureParams>();
-    let max_textures =
-        (limits.max_storage_buffers_per_shader_stage as usize).min(most_params.saturating_sub(1));
+    // Where the main pass tells what it wants is a buffer, too.
+    let max_tables =
+        limits.max_storage_buffers_per_shader_stage as usize - usize::from(way == FeedbackWay::Inline);
+    let max_textures = max_tables.min(most_params.saturating_sub(1));
     let max_layers = limits.max_sampled_textures_per_shader_stage as usize;
     match textures <= max_textures && layers <= max_layers {
         true => Ok(()),
@@ -183,7 +196,7 @@ mod tests {
 
     #[test]
     fn groups_are_laid_out_alike() {
-        let module = module(&group_wgsl(0, Filter::Trilinear, &shape(2, 3)));
+        let module = module(&group_wgsl(0, Filter::Trilinear, FeedbackWay::Separate, &shape(2, 3)));
         let group = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some("VastexGroup")).unwrap().1;
         let naga::TypeInner::Struct { members, span } = &group.inner else { panic!("no struct") };
         let (texture, pool) = (size_of::<TextureParams>(), size_of::<PoolParams>());
@@ -200,15 +213,19 @@ mod tests {
     #[test]
     fn a_group_that_no_shader_could_read_is_refused_and_says_what_fits() {
         let limits = wgpu::Limits::default();
-        assert!(check(&limits, &shape(8, 16)).is_ok());
-        let error = check(&limits, &shape(9, 9)).unwrap_err();
+        assert!(check(&limits, &shape(8, 16), FeedbackWay::Separate).is_ok());
+        let error = check(&limits, &shape(9, 9), FeedbackWay::Separate).unwrap_err();
         assert!(matches!(
             error,
             GpuError::GroupTooLarge { textures: 9, max_textures: 8, max_layers: 16, .. }
         ));
         assert!(error.to_string().contains("at most 8 textures and 16 layers"), "{error}");
-        assert!(check(&limits, &shape(1, 17)).is_err());
+        assert!(check(&limits, &shape(1, 17), FeedbackWay::Separate).is_err());
+        assert!(check(&limits, &shape(8, 8), FeedbackWay::Inline).is_err());
         let small = wgpu::Limits { max_uniform_buffer_binding_size: 16 << 10, ..limits };
-        assert!(check(&small, &shape(5, 5)).is_ok() && check(&small, &shape(6, 6)).is_err());
+        assert!(
+            check(&small, &shape(5, 5), FeedbackWay::Separate).is_ok()
+                && check(&small, &shape(6, 6), FeedbackWay::Separate).is_err()
+        );
     }
 }

@@ -22,11 +22,14 @@ mod device;
 mod error;
 mod feedback;
 mod group;
+mod inline;
 mod layer;
+mod lists;
 mod mapping;
 mod mirror;
 mod pool;
 mod raw;
+mod raw_ring;
 mod readback;
 mod shader;
 mod table;
@@ -34,6 +37,7 @@ mod table;
 pub mod test_device;
 mod texture_space;
 pub mod twins;
+mod way;
 
 pub use bind::BindLayout;
 pub use device::{alive, limits, required_features};
@@ -42,11 +46,13 @@ pub use feedback::{
     FEEDBACK_DEPTH_FORMAT, FEEDBACK_FORMAT, FeedbackScale, FeedbackTarget, FeedbackView, ViewBuffer,
 };
 pub use group::{GroupLayout, GroupParams};
+pub use inline::InlineTarget;
 pub use layer::{held_format, texture_format};
 pub use pool::Pool;
-pub use raw::RawFeedback;
+pub use raw::{RawFeedback, RawTexture};
 pub use readback::Readback;
 pub use shader::group::{GroupMember, GroupShape, group_wgsl};
 pub use shader::{Atlas, Filter, ShaderOptions, wgsl};
 pub use table::{TableBuffers, TableChanger};
 pub use texture_space::{TEXTURE_SPACE_BLEND, TEXTURE_SPACE_FORMAT, TextureSpace};
+pub use way::FeedbackWay;

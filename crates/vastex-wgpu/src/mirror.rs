@@ -134,7 +134,11 @@ pub(crate) struct ViewParams {
     pub(crate) clip_offset: [f32; 2],
     pub(crate) level_offset: f32,
     pub(crate) frame: u32,
-    pub(crate) unused: [u32; 2],
+    pub(crate) jitter: [u32; 2],
+    pub(crate) columns: u32,
+    pub(crate) cell: u32,
+    pub(crate) reversed_depth: u32,
+    pub(crate) unused: u32,
 }
 
 /// `VastexChange`.
@@ -177,6 +181,12 @@ pub(crate) struct ListHead {
     pub(crate) unused: [u32; 2],
 }
 
+/// Records that a `VastexCell` has room for: of so many surfaces behind one another the nearest is heard for certain.
+pub(crate) const RECORDS: u32 = 8;
+
+/// Bytes of a `VastexCell`, which only the GPU writes.
+pub(crate) const CELL_BYTES: u64 = 16 + RECORDS as u64 * 16;
+
 /// Bytes of a `VastexHashSlot`, which only the GPU writes.
 pub(crate) const HASH_SLOT_BYTES: u64 = 12;
 
@@ -185,6 +195,7 @@ mod tests {
     use super::*;
     use crate::shader;
     use crate::shader::tests::module;
+    use crate::way::FeedbackWay;
     use std::mem::offset_of;
 
     /// Compares one WGSL struct with its mirror: the size of the whole (or, for a head, where the rest begins) and
@@ -221,7 +232,7 @@ mod tests {
         check(&text, "VastexLevel", size_of::<LevelParams>(), level);
         let pool = offsets!(PoolParams: tile, columns, slots_per_image, texel, bias, layer_scale);
         check(&text, "VastexPool", size_of::<PoolParams>(), pool);
-        let view = offsets!(ViewParams: clip_scale, clip_offset, level_offset, frame, unused);
+        let view = offsets!(ViewParams: clip_scale, clip_offset, level_offset, frame, jitter, columns, cell, reversed_depth, unused);
         check(&text, "VastexView", size_of::<ViewParams>(), view);
         let texture = offsets!(TextureParams: size, level_count, page, tail_level, border, tail_slot, address, number, bias, finest, coarsest, table_level, levels);
         check(&text, "VastexTexture", size_of::<TextureParams>(), texture);
@@ -234,6 +245,15 @@ mod tests {
         check(&text, "VastexChange", size_of::<Change>(), change);
         let head = offsets!(ChangesHead: evictions, loads, eviction_chunks, load_chunks);
         check(&text, "VastexChanges", size_of::<ChangesHead>(), head);
+    }
+
+    #[test]
+    fn what_the_main_pass_tells_is_laid_out_alike() {
+        let options = shader::ShaderOptions { feedback: FeedbackWay::Inline, ..Default::default() };
+        for text in [shader::wgsl(&options), shader::inline_wgsl()] {
+            let cell = [("count", 0), ("unused_0", 4), ("unused_1", 8), ("unused_2", 12), ("told", 16)];
+            check(&text, "VastexCell", CELL_BYTES as usize, &cell);
+        }
     }
 
     #[test]

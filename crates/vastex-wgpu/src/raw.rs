@@ -1,9 +1,111 @@
-//! The pixels of a feedback target, read as they are: for statistics of a whole picture, and for tests.
+//! The pixels of a feedback target, one for each cell of a view: where they lie on the GPU, and as they are on the CPU.
+//!
+//! Read whole they serve statistics and tests, and where there is no compute every frame (`raw_ring`).
 
 use crate::device::alive;
 use crate::error::GpuError;
-use crate::feedback::FeedbackTarget;
+use crate::feedback::FEEDBACK_FORMAT;
 use crate::mapping::{Mapping, read_buffer};
+
+/// Bytes of a pixel.
+const PIXEL_BYTES: u32 = 16;
+
+/// The texture that holds the pixels of a feedback target, whichever way they came there.
+#[derive(Clone, Debug)]
+pub struct RawTexture {
+    size: [u32; 2],
+    texture: wgpu::Texture,
+    view: wgpu::TextureView,
+}
+
+impl RawTexture {
+    /// A texture of so many pixels, which something fills by `usage`.
+    pub(crate) fn new(
+        device: &wgpu::Device,
+        size: [u32; 2],
+        usage: wgpu::TextureUsages,
+    ) -> Result<RawTexture, GpuError> {
+        let ([width, height], max) = (size, device.limits().max_texture_dimension_2d);
+        if size.iter().any(|&side| side == 0 || side > max) {
+            return Err(GpuError::TargetSize { width, height, max });
+        }
+        let readable = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_SRC;
+        let texture = new_texture(device, size, FEEDBACK_FORMAT, usage | readable);
+        let view = texture.create_view(&Default::default());
+        Ok(RawTexture { size, texture, view })
+    }
+
+    /// Another texture of the same size.
+    pub(crate) fn beside(
+        &self,
+        device: &wgpu::Device,
+        format: wgpu::TextureFormat,
+        usage: wgpu::TextureUsages,
+    ) -> wgpu::Texture {
+        new_texture(device, self.size, format, usage)
+    }
+
+    /// Size in pixels.
+    pub fn size(&self) -> [u32; 2] {
+        self.size
+    }
+
+    pub(crate) fn view(&self) -> &wgpu::TextureView {
+        &self.view
+    }
+
+    fn row_bytes(&self) -> u32 {
+        (self.size[0] * PIXEL_BYTES).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT)
+    }
+
+    /// Bytes of a buffer that it can be copied into.
+    pub(crate) fn copy_bytes(&self) -> u64 {
+        u64::from(self.row_bytes()) * u64::from(self.size[1])
+    }
+
+    /// Records the copy of all pixels into such a buffer.
+    pub(crate) fn copy_to(&self, encoder: &mut wgpu::CommandEncoder, buffer: &wgpu::Buffer) -> Mapping {
+        let bytes_per_row = Some(self.row_bytes());
+        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row, rows_per_image: None };
+        encoder.copy_texture_to_buffer(
+            self.texture.as_image_copy(),
+            wgpu::TexelCopyBufferInfo { buffer, layout },
+            extent(self.size),
+        );
+        Mapping::on_submit(encoder, buffer, self.copy_bytes())
+    }
+
+    /// The pixels in a copy, row by row.
+    pub(crate) fn pixels(&self, copy: &[u8]) -> Vec<[u32; 4]> {
+        let row = self.size[0] as usize * PIXEL_BYTES as usize;
+        let rows = copy.chunks_exact(self.row_bytes() as usize);
+        rows.flat_map(|bytes| bytes[..row].chunks_exact(PIXEL_BYTES as usize))
+            .map(bytemuck::pod_read_unaligned)
+            .collect()
+    }
+}
+
+fn extent([width, height]: [u32; 2]) -> wgpu::Extent3d {
+    wgpu::Extent3d { width, height, depth_or_array_layers: 1 }
+}
+
+fn new_texture(
+    device: &wgpu::Device,
+    size: [u32; 2],
+    format: wgpu::TextureFormat,
+    usage: wgpu::TextureUsages,
+) -> wgpu::Texture {
+    device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("vastex feedback"),
+        size: extent(size),
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage,
+        view_formats: &[],
+    })
+}
 
 /// The pixels of a feedback target, row by row.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -19,37 +121,17 @@ impl RawFeedback {
     pub fn read(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
-        target: &FeedbackTarget,
+        raw: &RawTexture,
     ) -> Result<RawFeedback, GpuError> {
         alive(device)?;
-        let [width, height] = target.size();
-        let row = (width * 16).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-        let size = u64::from(row) * u64::from(height);
-        let buffer = read_buffer(device, size);
+        let buffer = read_buffer(device, raw.copy_bytes());
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        encoder.copy_texture_to_buffer(
-            target.raw().as_image_copy(),
-            wgpu::TexelCopyBufferInfo {
-                buffer: &buffer,
-                layout: wgpu::TexelCopyBufferLayout {
-                    offset: 0,
-                    bytes_per_row: Some(row),
-                    rows_per_image: None,
-                },
-            },
-            wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-        );
-        let mapping = Mapping::on_submit(&encoder, &buffer, size);
+        let mapping = raw.copy_to(&mut encoder, &buffer);
         queue.submit([encoder.finish()]);
         if !mapping.wait(device)? {
             return Err(GpuError::DeviceLost);
         }
-        let pixels = mapping.read(&buffer, |bytes| {
-            let rows = bytes.chunks_exact(row as usize);
-            rows.flat_map(|row| row[..width as usize * 16].chunks_exact(16))
-                .map(bytemuck::pod_read_unaligned)
-                .collect()
-        })?;
-        Ok(RawFeedback { size: [width, height], pixels })
+        let pixels = mapping.read(&buffer, |bytes| raw.pixels(bytes))?;
+        Ok(RawFeedback { size: raw.size(), pixels })
     }
 }

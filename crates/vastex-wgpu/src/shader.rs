@@ -9,7 +9,8 @@ use std::fmt::Write as _;
 use vastex_core::{AddressMode, shared};
 
 use crate::bind;
-use crate::mirror::address_code;
+use crate::mirror::{RECORDS, address_code};
+use crate::way::FeedbackWay;
 
 pub(crate) mod group;
 
@@ -32,6 +33,10 @@ const VIEW: &str = include_str!("wgsl/view.wgsl");
 const FEEDBACK: &str = include_str!("wgsl/feedback.wgsl");
 const FEEDBACK_FIXED: &str = include_str!("wgsl/feedback_fixed.wgsl");
 const TEXTURE_SPACE: &str = include_str!("wgsl/texture_space.wgsl");
+const TOLD: &str = include_str!("wgsl/told.wgsl");
+const TELL: &str = include_str!("wgsl/tell.wgsl");
+const TELL_NOTHING: &str = include_str!("wgsl/tell_nothing.wgsl");
+const INLINE: &str = include_str!("wgsl/inline.wgsl");
 const TABLE: &str = include_str!("wgsl/table.wgsl");
 const COMPACT: &str = include_str!("wgsl/compact.wgsl");
 
@@ -88,6 +93,8 @@ pub struct ShaderOptions {
     pub filter: Filter,
     /// How the atlas is read.
     pub atlas: Atlas,
+    /// How feedback is gathered.
+    pub feedback: FeedbackWay,
 }
 
 /// The WGSL that an application puts before its own shader.
@@ -105,6 +112,10 @@ pub struct ShaderOptions {
 /// | `vastex_sample_fixed(anchor, offset)` | fragment, uniform control flow | the texture, at a place in fixed point |
 /// | `vastex_feedback_fixed(anchor, offset)` | fragment, uniform control flow | a feedback pixel for it |
 /// | either with `_grad(.., ddx, ddy)`, `_level(.., level)` | all | the same, from gradients of the offset, or at a level |
+/// | `vastex_tell(position, wanted)` | fragment, main pass | nothing; tells such a pixel where feedback is inline |
+/// | `vastex_asked(position)` | fragment, main pass | whether that would tell it in this frame |
+/// | `vastex_keeps(position, opacity)` | fragment | whether a surface that is not opaque is to say here what it wants |
+/// | `vastex_gradients(position, uv)` | fragment, uniform control flow | gradients of uv, exact on flat triangles |
 /// | `vastex_feedback_clip(clip)` | vertex, feedback pass only | the clip position in the feedback target |
 /// | `vastex_texture_space_clip(uv)` | vertex, texture space only | the clip position in texture space |
 /// | `vastex_texture_space(uv, clip, picture)` | fragment, texture space only | the level that a picture needs, `vec4<f32>` |
@@ -115,6 +126,19 @@ pub struct ShaderOptions {
 /// 2^16 texels per axis. In fixed point there is no such limit: `anchor: vec2<u32>` is a texel of level 0, the same for all
 /// corners of a draw, and `offset: vec2<f32>` counts texels of level 0 from its beginning, up to 2^30 either way; beyond the
 /// edges the address modes hold. What is drawn is as exact as the offset: below 2^16 texels, 1/128 of one.
+///
+/// `position` is `@builtin(position)`. What `vastex_tell` is given is best computed only where it is asked for:
+///
+/// ```wgsl
+/// let ddx = dpdx(uv);
+/// let ddy = dpdy(uv);
+/// if vastex_asked(position) {
+///     vastex_tell(position, vastex_feedback_grad(uv, ddx, ddy));
+/// }
+/// ```
+///
+/// after every `discard`, since what is told stays told. In a feedback pass `vastex_gradients` gives gradients that are better than
+/// `vastex_feedback(uv)` finds by itself, between pixels that stand 8 apart; there, a fragment that is not kept is discarded.
 pub fn wgsl(options: &ShaderOptions) -> String {
     let mut text = constants();
     push_constant(&mut text, "GROUP", options.group);
@@ -124,12 +148,20 @@ pub fn wgsl(options: &ShaderOptions) -> String {
         text,
         &[
             shared,
+            tell_modules(options.feedback),
             &[LEVEL, PAGE, TABLE_BUFFER, LOOKUP],
             atlas_modules(options.atlas),
             &[SAMPLE, SAMPLE_FIXED, FEEDBACK, FEEDBACK_FIXED, TEXTURE_SPACE],
         ]
         .concat(),
     )
+}
+
+fn tell_modules(way: FeedbackWay) -> &'static [&'static str] {
+    match way {
+        FeedbackWay::Inline => &[TOLD, TELL],
+        FeedbackWay::Separate | FeedbackWay::Raw => &[TELL_NOTHING],
+    }
 }
 
 fn atlas_modules(atlas: Atlas) -> &'static [&'static str] {
@@ -151,12 +183,18 @@ pub(crate) fn compact_wgsl() -> String {
     join(constants(), &[COMPACT])
 }
 
+/// The shader that makes a feedback target's pixels of what a main pass told.
+pub(crate) fn inline_wgsl() -> String {
+    join(constants(), &[TOLD, INLINE])
+}
+
 fn constants() -> String {
     let mut text = String::new();
     for &(name, value) in shared::WGSL.iter().chain(bind::BINDINGS) {
         push_constant(&mut text, name, value);
     }
     push_constant(&mut text, "NONE", u32::MAX);
+    push_constant(&mut text, "RECORDS", RECORDS);
     let modes = [AddressMode::Wrap, AddressMode::Mirror, AddressMode::Border];
     for (name, mode) in ["WRAP", "MIRROR", "BORDER"].into_iter().zip(modes) {
         push_constant(&mut text, &format!("ADDRESS_{name}"), address_code(mode));
@@ -200,12 +238,16 @@ pub(crate) mod tests {
             return vastex_feedback_clip(at) + vastex_sample_level(at.xy, 1.0);
         }
         @fragment fn main_pass(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
+            if vastex_asked(at) && vastex_keeps(at, 0.5) {
+                vastex_tell(at, vastex_feedback_grad(at.xy, at.yx, at.zw));
+            }
             return vastex_sample(at.xy) + vastex_sample_grad(at.xy, at.yx, at.zw)
                 + vastex_sample_fixed(vec2<u32>(7u), at.xy) + vastex_sample_fixed_grad(vec2<u32>(7u), at.xy, at.yx, at.zw)
                 + vastex_sample_fixed_level(vec2<u32>(7u), at.xy, 1.0);
         }
         @fragment fn feedback_pass(@builtin(position) at: vec4<f32>) -> @location(0) vec4<u32> {
-            return vastex_feedback(at.xy) + vastex_feedback_grad(at.xy, at.yx, at.zw)
+            let along = vastex_gradients(at, at.yx);
+            return vastex_feedback(at.xy) + vastex_feedback_grad(at.xy, along[0], along[1])
                 + vastex_feedback_level(at.xy, 1.0) + vastex_feedback_fixed(vec2<u32>(7u), at.xy)
                 + vastex_feedback_fixed_grad(vec2<u32>(7u), at.xy, at.yx, at.zw)
                 + vastex_feedback_fixed_level(vec2<u32>(7u), at.xy, 1.0);
@@ -219,11 +261,13 @@ pub(crate) mod tests {
     fn every_variant_of_the_text_for_applications_is_valid() {
         for filter in Filter::ALL {
             for atlas in Atlas::ALL {
-                for group in [0, 3] {
-                    let module = module(&(wgsl(&ShaderOptions { group, filter, atlas }) + APPLICATION));
+                for (group, feedback) in [0, 3].into_iter().zip(FeedbackWay::ALL.iter().copied().cycle()) {
+                    let options = ShaderOptions { group, filter, atlas, feedback };
+                    let module = module(&(wgsl(&options) + APPLICATION));
                     let groups: Vec<_> =
                         module.global_variables.iter().filter_map(|(_, v)| Some(v.binding?.group)).collect();
-                    assert_eq!(groups, [group; 6]);
+                    let bound = if feedback == FeedbackWay::Inline { 7 } else { 6 };
+                    assert_eq!(groups, vec![group; bound]);
                 }
             }
         }
@@ -233,5 +277,6 @@ pub(crate) mod tests {
     fn every_shader_of_our_own_is_valid() {
         assert_eq!(module(&table_wgsl()).entry_points.len(), 2);
         assert_eq!(module(&compact_wgsl()).entry_points.len(), 2);
+        assert_eq!(module(&inline_wgsl()).entry_points.len(), 1);
     }
 }

@@ -138,7 +138,7 @@ impl Textures {
             atlas: self.layout_of(layer).atlas(),
         };
         let shape = GroupShape::new(members.into_iter().map(member).collect(), has_feedback)?;
-        let layout = GroupLayout::new(&self.device, shape)?;
+        let layout = GroupLayout::new(&self.device, shape, self.way)?;
         let bound = Bound { textures: &self.textures, pools: &self.pools, pagers: &self.pagers };
         let params = bound.params(&self.device, &self.queue, id, &layers, &textures)?;
         let turns = (apart + usize::from(has_feedback)) as u32;
@@ -183,7 +183,7 @@ impl Textures {
     pub(crate) fn restore_groups(&mut self) -> Result<(), Error> {
         let bound = Bound { textures: &self.textures, pools: &self.pools, pagers: &self.pagers };
         for GroupState { id, layers, textures, layout, params, .. } in &mut self.groups {
-            *layout = GroupLayout::new(&self.device, layout.shape().clone())?;
+            *layout = GroupLayout::new(&self.device, layout.shape().clone(), self.way)?;
             *params = bound.params(&self.device, &self.queue, *id, layers, textures)?;
         }
         self.bind_groups_anew();

@@ -17,7 +17,7 @@
 //! # let mut encoder = device.create_command_encoder(&Default::default());
 //! textures.feedback(&mut encoder, [1280, 720], |pass, groups| draw(pass, &groups[earth]))?; // what is wanted
 //! textures.update(&mut encoder)?;                      // observe, load, upload, change tables: never waits
-//! // ... draw the picture with textures.bind_group(earth) ...
+//! // ... draw the picture with textures.bind_group(earth), or in textures.main_pass(..) for feedback without a pass of its own ...
 //! queue.submit([encoder.finish()]);
 //! while let Some(event) = textures.poll_event() { /* Converged, Oversubscribed, Failed, ... */ }
 //! # Ok(()) }
@@ -34,6 +34,7 @@ mod cpu_feedback;
 mod decoded;
 mod dump;
 mod error;
+mod feedback;
 mod frame;
 mod groups;
 mod layer;
@@ -64,7 +65,7 @@ pub use layer::LayerId;
 pub use pool_settings::{PoolRule, PoolSettings, PoolTuning, ScaleGroups};
 pub use pools::PoolStats;
 pub use resize::PoolResize;
-pub use settings::{Filter, Pace, Settings};
+pub use settings::{FeedbackWay, Filter, Pace, Settings};
 pub use settings_file::{Platform, SettingsError};
 pub use stats::FrameStats;
 pub use telemetry::{Cell, PoolRecord};

@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use vastex_core::{Description, Layer, LayerFormat, PoolId, PoolLayout, Slot, SlotMove, Stats};
-use vastex_wgpu::{Atlas, BindLayout, GpuError, Pool, TableBuffers, ViewBuffer, limits};
+use vastex_wgpu::{Atlas, BindLayout, FeedbackWay, GpuError, Pool, TableBuffers, ViewBuffer, limits};
 
 use crate::error::Error;
 use crate::pool_settings::PoolSettings;
@@ -77,16 +77,18 @@ impl PoolState {
     pub(crate) fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
+        way: FeedbackWay,
         bytes: u64,
         stored: &Arc<Description>,
         held: &Arc<Description>,
     ) -> Result<(PoolState, bool), Error> {
-        halved_until_it_fits(bytes, |bytes| PoolState::of_size(device, queue, bytes, stored, held))
+        halved_until_it_fits(bytes, |bytes| PoolState::of_size(device, queue, way, bytes, stored, held))
     }
 
     fn of_size(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
+        way: FeedbackWay,
         bytes: u64,
         stored: &Arc<Description>,
         held: &Arc<Description>,
@@ -95,7 +97,7 @@ impl PoolState {
         let gpu = Pool::new(device, queue, &slots, &held.layers)?;
         let atlases: Vec<Atlas> = (0..gpu.layer_count()).map(|layer| gpu.atlas(layer)).collect();
         let used = Atlas::ALL.into_iter().filter(|atlas| atlases.contains(atlas));
-        let layouts = used.map(|atlas| BindLayout::new(device, atlas)).collect();
+        let layouts = used.map(|atlas| BindLayout::new(device, atlas, way)).collect();
         let (shape, stored, held) = (Shape::of(held), stored.clone(), held.clone());
         let tiles = shape.to_string().into();
         tracing::debug!(%tiles, slots = slots.slots(), bytes = slots.bytes(), "a new pool");
@@ -136,10 +138,15 @@ impl PoolState {
     }
 
     /// The same pool on another device, empty.
-    pub(crate) fn restore(&mut self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<(), Error> {
+    pub(crate) fn restore(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        way: FeedbackWay,
+    ) -> Result<(), Error> {
         let was_there = self.gpu.take().is_some();
         for layout in &mut self.layouts {
-            *layout = BindLayout::new(device, layout.atlas());
+            *layout = BindLayout::new(device, layout.atlas(), way);
         }
         if was_there { self.take_back(device, queue) } else { Ok(()) }
     }

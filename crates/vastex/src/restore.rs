@@ -4,7 +4,7 @@ use vastex_core::TextureId;
 use vastex_wgpu::{TableBuffers, TableChanger, alive};
 
 use crate::error::Error;
-use crate::textures::{Textures, read_tail};
+use crate::textures::{Textures, feedback_way, read_tail};
 
 impl Textures {
     /// Fails with [`vastex_wgpu::GpuError::DeviceLost`] where the device is lost. The frame loop says so by itself; this is for frames that
@@ -22,13 +22,14 @@ impl Textures {
     /// old one could; then it may be called again with another.
     pub fn restore(&mut self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<(), Error> {
         (self.device, self.queue) = (device.clone(), queue.clone());
+        self.way = feedback_way(device, &self.settings)?;
         self.forget_texture_space(None);
         self.changes.clear();
         self.pagers.tiles_lost();
         self.restore_views();
         self.changer = TableChanger::new(device);
         for pool in &mut self.pools {
-            pool.restore(device, queue)?;
+            pool.restore(device, queue, self.way)?;
         }
         let textures: Vec<TextureId> = self.iter().collect();
         textures.into_iter().try_for_each(|texture| self.restore_texture(texture))?;

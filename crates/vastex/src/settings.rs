@@ -1,6 +1,6 @@
 //! What an application may set, with defaults that suit a desktop.
 
-pub use vastex_wgpu::Filter;
+pub use vastex_wgpu::{FeedbackWay, Filter};
 
 use crate::pool_settings::PoolSettings;
 
@@ -38,6 +38,10 @@ pub struct Settings {
     pub loader_threads: usize,
     /// How texels are blended.
     pub filter: Filter,
+    /// How views say what they want; where nothing is said, the best way that the device has ([`FeedbackWay::best`]).
+    pub feedback: Option<FeedbackWay>,
+    /// Whether nearer is a larger depth in the application's passes: feedback targets are then cleared to 0 instead of 1.
+    pub reversed_depth: bool,
     /// Index of the bind group through which the application's shaders see a texture.
     pub bind_group_index: u32,
     /// How the loop keeps time.
@@ -59,6 +63,8 @@ impl Default for Settings {
             ram_cache_bytes: 64 << 20,
             loader_threads: 2,
             filter: Filter::Trilinear,
+            feedback: None,
+            reversed_depth: false,
             bind_group_index: 0,
             pace: Pace::Realtime,
             share_contents: true,

@@ -9,7 +9,7 @@ use vastex_core::{
     PoolId, TableChange, TextureId, ViewId,
 };
 use vastex_tiles::{Loader, RamCache, Tiers, Tile, TileSource};
-use vastex_wgpu::{BindLayout, ShaderOptions, TableBuffers, TableChanger, group_wgsl, wgsl};
+use vastex_wgpu::{BindLayout, FeedbackWay, ShaderOptions, TableBuffers, TableChanger, group_wgsl, wgsl};
 
 use crate::by_hand::OpenTickets;
 use crate::decoded::{DecodedSource, held_description};
@@ -32,6 +32,8 @@ pub struct Textures {
     pub(crate) device: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
     pub(crate) settings: Settings,
+    /// How views say what they want, on this device.
+    pub(crate) way: FeedbackWay,
     /// The main view, then the others.
     pub(crate) views: Vec<ViewState>,
     /// What the application has said that views want.
@@ -129,10 +131,12 @@ impl Textures {
             Pace::Realtime => None,
             Pace::LockStep { latency_frames } => Some(LockStep::new(latency_frames)),
         };
+        let way = feedback_way(device, &settings)?;
         Ok(Textures {
             device: device.clone(),
             queue: queue.clone(),
-            views: vec![ViewState::new(device, queue, ViewId::MAIN)],
+            way,
+            views: vec![ViewState::new(device, queue, ViewId::MAIN, way)],
             said: Vec::new(),
             changer: TableChanger::new(device),
             pools: Vec::new(),
@@ -192,7 +196,8 @@ impl Textures {
             return Ok(PoolId::new(number));
         }
         let plan = self.settings.pools.plan(stored, held, self.settings.picture);
-        let (pool, is_reduced) = PoolState::new(&self.device, &self.queue, plan.bytes, stored, held)?;
+        let (pool, is_reduced) =
+            PoolState::new(&self.device, &self.queue, self.way, plan.bytes, stored, held)?;
         let id = self.pagers.add_pool(pool.slots.slots(), pool.slots.tile_bytes, plan.mip_bias)?;
         self.pagers.set_pin_share(id, plan.pin_share);
         let (asked, bytes) = (plan.bytes, pool.slots.bytes());
@@ -273,9 +278,10 @@ impl Textures {
         let (group, filter) = (self.settings.bind_group_index, self.settings.filter);
         match sampled.into() {
             Sampled::Layer(layer) => {
-                wgsl(&ShaderOptions { group, filter, atlas: self.layout_of(layer).atlas() })
+                let layout = self.layout_of(layer);
+                wgsl(&ShaderOptions { group, filter, atlas: layout.atlas(), feedback: layout.way() })
             }
-            Sampled::Group(id) => group_wgsl(group, filter, self.group(id).shape()),
+            Sampled::Group(id) => group_wgsl(group, filter, self.way, self.group(id).shape()),
         }
     }
 
@@ -328,6 +334,11 @@ impl Textures {
         self.pagers.state(page)
     }
 
+    /// How views say what they want: as the settings say, or the best that the device has.
+    pub fn feedback_way(&self) -> FeedbackWay {
+        self.way
+    }
+
     /// The settings.
     pub fn settings(&self) -> &Settings {
         &self.settings
@@ -339,6 +350,13 @@ impl Textures {
         let pool = self.pool_of(layer.texture()).expect("a texture of this `Textures`");
         self.pools[usize::from(pool.number())].layout(layer.index())
     }
+}
+
+/// The way of the settings where the device has it, or the best that it has.
+pub(crate) fn feedback_way(device: &wgpu::Device, settings: &Settings) -> Result<FeedbackWay, Error> {
+    let Some(way) = settings.feedback else { return Ok(FeedbackWay::best(device)) };
+    way.check(device)?;
+    Ok(way)
 }
 
 #[cfg(not(target_family = "wasm"))]

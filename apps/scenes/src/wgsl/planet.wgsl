@@ -46,6 +46,9 @@ fn place(corner: Corner) -> Surface {
 fn shade(surface: Surface) -> @location(0) vec4<f32> {
     let ddx = dpdx(surface.uv);
     let ddy = dpdy(surface.uv);
+    if vastex_asked(surface.clip) {
+        vastex_tell(surface.clip, vastex_feedback_grad(surface.uv, ddx, ddy));
+    }
     let ground = planet_color(surface.uv, ddx, ddy).rgb;
     let clouds = planet_clouds(surface.uv, ddx, ddy).r;
     let lights = planet_night(surface.uv, ddx, ddy).r;

@@ -7,5 +7,6 @@ fn place_feedback(corner: Corner) -> Surface {
 
 @fragment
 fn want(surface: Surface) -> @location(0) vec4<u32> {
-    return vastex_feedback(surface.uv);
+    let along = vastex_gradients(surface.clip, surface.uv);
+    return vastex_feedback_grad(surface.uv, along[0], along[1]);
 }

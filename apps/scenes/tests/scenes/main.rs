@@ -5,6 +5,7 @@
 mod ahead;
 mod common;
 mod estimates;
+mod feedback_ways;
 mod golden;
 mod layers;
 mod pictures;

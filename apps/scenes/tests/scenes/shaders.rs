@@ -2,7 +2,7 @@
 
 use vastex::{Layer, LayerFormat};
 use vastex_scenes::Look;
-use vastex_wgpu::{Atlas, Filter, GroupMember, GroupShape, ShaderOptions, group_wgsl, wgsl};
+use vastex_wgpu::{Atlas, FeedbackWay, Filter, GroupMember, GroupShape, ShaderOptions, group_wgsl, wgsl};
 
 #[test]
 fn every_shader_is_valid() {
@@ -19,7 +19,10 @@ fn every_shader_is_valid() {
         {
             for format in [LayerFormat::R8, LayerFormat::Rg8, LayerFormat::Bc6h] {
                 let constants = Look::new(&Layer::new("a", format), None).wgsl();
-                let text = wgsl(&ShaderOptions { group: 0, filter, atlas }) + &constants + surface + module;
+                let text = wgsl(&ShaderOptions { filter, atlas, ..Default::default() })
+                    + &constants
+                    + surface
+                    + module;
                 check(&text);
             }
         }
@@ -34,7 +37,7 @@ fn the_shaders_of_the_planet_are_valid() {
     let member =
         |(texture, name): (usize, &str)| GroupMember { name: name.to_owned(), texture, atlas: Atlas::Float };
     let shape = GroupShape::new(names.into_iter().enumerate().map(member).collect(), true).unwrap();
-    let group = group_wgsl(0, Filter::Trilinear, &shape);
+    let group = group_wgsl(0, Filter::Trilinear, FeedbackWay::Inline, &shape);
     let planet = include_str!("../../src/wgsl/planet.wgsl").to_owned();
     let sampled = names.map(|name| {
         format!(

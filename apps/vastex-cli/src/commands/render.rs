@@ -147,6 +147,7 @@ pub(crate) fn settings(args: &SceneArgs) -> Result<Settings> {
         picture: args.size,
         upload_bytes_per_frame: args.upload_kib_per_frame << 10,
         filter: args.filter,
+        feedback: args.feedback,
         share_contents: !args.no_sharing,
         // Each thread has one read in flight.
         loader_threads: if args.direct { DirectStore::DEFAULT_DEPTH } else { defaults.loader_threads },

@@ -188,7 +188,9 @@ impl Viewer {
         })?;
         self.textures.update(&mut encoder)?;
         let target = PictureTarget { colour: &frame.view, depth: self.surface.depth() };
-        self.renderer.draw_picture(&mut encoder, &self.textures, &target);
+        self.textures.main_pass(&mut encoder, self.surface.size(), |encoder, groups| {
+            renderer.draw_picture_of(renderer.eye(), encoder, &groups[layer], &target);
+        })?;
         self.gpu.queue.submit([encoder.finish()]);
         self.surface.present(frame);
         self.frames += 1;

@@ -8,9 +8,10 @@ use std::collections::BTreeSet;
 
 use super::{
     Atlas, FEEDBACK, FEEDBACK_FIXED, Filter, LAMBDA, LEVEL, LOOKUP, PAGE, PARAMS, POSITION, SAMPLE,
-    SAMPLE_FIXED, TABLE_BUFFER, VIEW, atlas_modules, constants, push_constant,
+    SAMPLE_FIXED, TABLE_BUFFER, TELL, VIEW, atlas_modules, constants, push_constant, tell_modules,
 };
 use crate::error::GpuError;
+use crate::way::FeedbackWay;
 
 /// Bindings of a group; page tables and atlases follow.
 pub(crate) const PARAMS_BINDING: u32 = 0;
@@ -44,7 +45,7 @@ impl GroupShape {
     pub fn new(members: Vec<GroupMember>, has_feedback: bool) -> Result<GroupShape, GpuError> {
         let refuse = |member: &GroupMember, why| GpuError::MemberName { name: member.name.clone(), why };
         let mut taken: BTreeSet<String> =
-            names(&[LAMBDA, POSITION, VIEW]).into_iter().map(String::from).collect();
+            names(&[LAMBDA, POSITION, VIEW, TELL]).into_iter().map(String::from).collect();
         if has_feedback {
             taken.extend(names(&SHAPE_MODULES).into_iter().map(String::from));
         }
@@ -81,6 +82,10 @@ impl GroupShape {
     pub(crate) fn atlas_binding(&self, member: usize) -> u32 {
         FIRST_TABLE + (self.textures + member) as u32
     }
+
+    pub(crate) fn cells_binding(&self) -> u32 {
+        self.atlas_binding(self.members.len())
+    }
 }
 
 /// The modules of the group's shape, which feedback of the whole group names pages of.
@@ -101,18 +106,20 @@ fn member_modules(atlas: Atlas) -> Vec<&'static str> {
 /// |---|---|---|
 /// | `vastex_feedback(uv)`, `_grad`, `_level` | as of one texture | a feedback pixel that serves every member that is sampled at `uv` |
 /// | `vastex_feedback_fixed(anchor, offset)`, `_grad`, `_level` | as of one texture | the same, in texels of the member with the most |
+/// | `vastex_tell(position, wanted)`, `vastex_asked(position)` | fragment, main pass | as of one texture |
+/// | `vastex_keeps(position, opacity)`, `vastex_gradients(position, uv)` | fragment | as of one texture |
 /// | `vastex_feedback_clip(clip)` | vertex, feedback pass only | the clip position in the feedback target |
-/// | `vastex_turn(position, count)` | fragment, feedback pass only | which of `count` answers this pixel gives in this frame |
+/// | `vastex_turn(position, count)` | fragment | which of `count` answers this pixel gives in this frame |
 ///
 /// `vastex_feedback_level(uv, level)` takes levels of the member with the most texels. `position` is `@builtin(position)`.
-pub fn group_wgsl(group: u32, filter: Filter, shape: &GroupShape) -> String {
+pub fn group_wgsl(group: u32, filter: Filter, feedback: FeedbackWay, shape: &GroupShape) -> String {
     let mut text = constants();
     push_constant(&mut text, "GROUP", group);
     push_constant(&mut text, "FILTER", filter.code());
     text += &bindings(shape);
-    for module in [PARAMS, LAMBDA, POSITION, VIEW] {
+    for &module in [PARAMS, LAMBDA, POSITION, VIEW].iter().chain(tell_modules(feedback)) {
         text += "\n";
-        text += module;
+        text += &module.replace("VASTEX_BINDING_CELLS", &shape.cells_binding().to_string());
     }
     if shape.has_feedback {
         let of_shape = |word: &str| (word == "vastex_texture").then(|| "vastex_group.textures[0]".to_owned());
@@ -220,6 +227,7 @@ mod tests {
                 return vastex_feedback_clip(at) + vastex_sample_height_level(at.xy, 1.0);
             }}
             @fragment fn main_pass(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {{
+                vastex_tell(at, vastex_feedback(at.xy));
                 return at {sampled};
             }}
             @fragment fn feedback_pass(@builtin(position) at: vec4<f32>) -> @location(0) vec4<u32> {{
@@ -238,7 +246,9 @@ mod tests {
     fn every_variant_of_the_text_for_groups_is_valid() {
         for filter in Filter::ALL {
             for atlas in Atlas::ALL {
-                let module = module(&(group_wgsl(2, filter, &planet(atlas)) + &application()));
+                let text = |way| group_wgsl(2, filter, way, &planet(atlas)) + &application();
+                module(&text(FeedbackWay::Inline));
+                let module = module(&text(FeedbackWay::Separate));
                 let mut bound: Vec<_> = module
                     .global_variables
                     .iter()
@@ -256,7 +266,7 @@ mod tests {
     fn without_feedback_of_its_own_a_group_has_that_of_its_members() {
         let shape =
             GroupShape::new(vec![member("a", 0, Atlas::Float), member("b", 1, Atlas::Float)], false).unwrap();
-        let text = group_wgsl(0, Filter::Trilinear, &shape);
+        let text = group_wgsl(0, Filter::Trilinear, FeedbackWay::Separate, &shape);
         module(&text);
         assert!(!text.contains("fn vastex_feedback(") && text.contains("fn vastex_feedback_a("));
     }

@@ -42,12 +42,15 @@ struct VastexPool {
     layer_scale: u32,       // texels of the texture along one of the layer: 1, 2 or 4
 }
 
-// The view that is being drawn into a feedback target.
+// The view that is being drawn: into a feedback target or, where feedback is inline, its picture.
 struct VastexView {
     clip_scale: vec2<f32>,  // clip.xy * clip_scale + clip_offset * clip.w puts the picture onto the target
     clip_offset: vec2<f32>,
     level_offset: f32,      // levels added because a pixel of the target is larger than one of the picture
     frame: u32,             // its number, for those that take turns
+    jitter: vec2<u32>,      // inline: which pixel of each cell is asked
+    columns: u32,           // inline: cells along x; 0 where nothing is asked
+    cell: u32,              // pixels per side that give one answer: 1 in a feedback target
+    reversed_depth: u32,    // inline: 1 where nearer is a larger depth
     unused_0: u32,
-    unused_1: u32,
 }

@@ -5,7 +5,7 @@ use vastex_core::{Dims, Feedback, FeedbackCompactor, Geometry, GeometrySpec, Lay
 use vastex_wgpu::test_device::TestDevice;
 use vastex_wgpu::{
     BindLayout, FEEDBACK_DEPTH_FORMAT, FEEDBACK_FORMAT, FeedbackScale, FeedbackTarget, FeedbackView,
-    GpuError, RawFeedback, Readback, ShaderOptions, ViewBuffer, wgsl,
+    FeedbackWay, GpuError, RawFeedback, Readback, ShaderOptions, ViewBuffer, wgsl,
 };
 
 use crate::common::{GPU, NUMBER, Random, World, storage};
@@ -77,8 +77,8 @@ impl Filled {
         let target = FeedbackTarget::new(&gpu.device, size, FeedbackScale::Full).unwrap();
         Filled {
             size,
-            readback: Readback::new(&gpu.device, &target).unwrap(),
-            view: ViewBuffer::new(&gpu.device, &gpu.queue),
+            readback: Readback::new(&gpu.device, target.raw(), FeedbackWay::Separate).unwrap(),
+            view: ViewBuffer::new(&gpu.device, &gpu.queue, FeedbackWay::Separate),
             pipeline: pipeline(gpu, None, FILL.replace("WIDTH", &format!("{}u", size[0]))),
             target,
         }
@@ -131,7 +131,7 @@ fn compaction_agrees_with_that_on_the_cpu() {
     for (frame, pages) in [1, 3, 40, 500, 10_000, 2, 1 << 20].into_iter().enumerate() {
         let pixels = pixels(&mut random, size[0] * size[1], pages);
         assert!(filled.frame(gpu, frame as u64, &pixels));
-        let raw = RawFeedback::read(&gpu.device, &gpu.queue, &filled.target).unwrap();
+        let raw = RawFeedback::read(&gpu.device, &gpu.queue, filled.target.raw()).unwrap();
         assert!(raw.pixels == pixels && raw.size == size);
         let feedback = filled.readback.wait(&gpu.device, &gpu.queue, frame as u64).unwrap();
         assert_eq!(feedback, compacted(frame as u64, &pixels), "{pages} pages");
@@ -145,7 +145,7 @@ fn compaction_agrees_with_that_on_the_cpu() {
     let before = filled.readback.bytes_read();
     filled.readback.wait(&gpu.device, &gpu.queue, 51).unwrap();
     assert!(before > read);
-    assert_eq!(filled.readback.bytes_read() - before, 16 + 12 * (30 + 30 / 4 + 64));
+    assert_eq!(filled.readback.bytes_read() - before, 16 + 12 * (30 + 30 / 4 + 16));
 }
 
 #[test]
@@ -182,7 +182,7 @@ fn a_ring_never_waits_and_gives_frames_in_order() {
 fn commands_that_were_never_submitted_are_not_waited_for() {
     let gpu = &*GPU;
     let target = FeedbackTarget::new(&gpu.device, [64, 64], FeedbackScale::Reduced).unwrap();
-    let mut readback = Readback::new(&gpu.device, &target).unwrap();
+    let mut readback = Readback::new(&gpu.device, target.raw(), FeedbackWay::Separate).unwrap();
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     assert!(readback.record(&mut encoder, 7));
     drop(encoder);
@@ -209,10 +209,10 @@ fn draw_plane(
     scale: FeedbackScale,
     frames: u64,
 ) -> Vec<RawFeedback> {
-    let layout = BindLayout::new(&gpu.device, world.pool.atlas(0));
+    let layout = BindLayout::new(&gpu.device, world.pool.atlas(0), FeedbackWay::Separate);
     let options = ShaderOptions { atlas: world.pool.atlas(0), ..Default::default() };
     let pipeline = pipeline(gpu, Some(&layout), wgsl(&options) + PLANE);
-    let view = ViewBuffer::new(&gpu.device, &gpu.queue);
+    let view = ViewBuffer::new(&gpu.device, &gpu.queue, FeedbackWay::Separate);
     let group = layout.bind_group(&gpu.device, &world.table, &world.pool, 0, &view);
     let target = FeedbackTarget::new(&gpu.device, picture, scale).unwrap();
     let frame = |frame| {
@@ -223,7 +223,7 @@ fn draw_plane(
         pass.draw(0..3, 0..1);
         drop(pass);
         gpu.queue.submit([encoder.finish()]);
-        RawFeedback::read(&gpu.device, &gpu.queue, &target).unwrap()
+        RawFeedback::read(&gpu.device, &gpu.queue, target.raw()).unwrap()
     };
     (0..frames).map(frame).collect()
 }

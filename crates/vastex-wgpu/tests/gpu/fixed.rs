@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use vastex_core::shared::FIXED_REACH;
 use vastex_core::{AddressMode, Geometry, GeometrySpec, LayerFormat, Slot};
 use vastex_wgpu::test_device::TestDevice;
-use vastex_wgpu::{BindLayout, Filter, ShaderOptions, ViewBuffer, twins, wgsl};
+use vastex_wgpu::{BindLayout, FeedbackWay, Filter, ShaderOptions, ViewBuffer, twins, wgsl};
 
 use crate::common::{GPU, NUMBER, Random, World};
 use crate::sampling::{Output, pipeline, run, tolerance};
@@ -91,10 +91,10 @@ fn folds(random: &mut Random) -> Vec<Fold> {
 fn places_fold_as_the_twin_folds_them_up_to_the_largest_texture() {
     let gpu = &*GPU;
     let world = World::new(gpu, &Geometry::new(GeometrySpec::image(8, 8)).unwrap(), LayerFormat::R8, 1.0, 1);
-    let layout = BindLayout::new(&gpu.device, world.pool.atlas(0));
+    let layout = BindLayout::new(&gpu.device, world.pool.atlas(0), FeedbackWay::Separate);
     let text = wgsl(&ShaderOptions { atlas: world.pool.atlas(0), ..ShaderOptions::default() }) + FOLDING;
     let pipeline = pipeline(gpu, layout.layout(), text);
-    let view = ViewBuffer::new(&gpu.device, &gpu.queue);
+    let view = ViewBuffer::new(&gpu.device, &gpu.queue, FeedbackWay::Separate);
     let group = layout.bind_group(&gpu.device, &world.table, &world.pool, 0, &view);
     let folds = folds(&mut Random(3));
     let outputs: Vec<Folded> = run(gpu, &pipeline, &group, &folds);
@@ -167,10 +167,11 @@ fn inputs(geometry: &Geometry, random: &mut Random) -> Vec<Input> {
 
 /// Compares GPU and twin over random inputs; what is near an edge may lie on either side of it.
 fn check(gpu: &TestDevice, world: &World, filter: Filter, seed: u64) {
-    let layout = BindLayout::new(&gpu.device, world.pool.atlas(0));
-    let text = wgsl(&ShaderOptions { group: 0, filter, atlas: world.pool.atlas(0) }) + HARNESS;
+    let layout = BindLayout::new(&gpu.device, world.pool.atlas(0), FeedbackWay::Separate);
+    let text =
+        wgsl(&ShaderOptions { filter, atlas: world.pool.atlas(0), ..ShaderOptions::default() }) + HARNESS;
     let pipeline = pipeline(gpu, layout.layout(), text);
-    let view = ViewBuffer::new(&gpu.device, &gpu.queue);
+    let view = ViewBuffer::new(&gpu.device, &gpu.queue, FeedbackWay::Separate);
     let group = layout.bind_group(&gpu.device, &world.table, &world.pool, 0, &view);
     let inputs = inputs(&world.geometry, &mut Random(seed));
     let outputs: Vec<Output> = run(gpu, &pipeline, &group, &inputs);

@@ -4,8 +4,8 @@ use vastex_core::{
     AddressMode, Description, Dims, Geometry, GeometrySpec, Layer, LayerFormat, LevelRule, PageId, TextureId,
 };
 use vastex_wgpu::{
-    Atlas, Filter, GroupLayout, GroupMember, GroupParams, GroupShape, Pool, TableBuffers, ViewBuffer,
-    group_wgsl,
+    Atlas, FeedbackWay, Filter, GroupLayout, GroupMember, GroupParams, GroupShape, Pool, TableBuffers,
+    ViewBuffer, group_wgsl,
 };
 
 use crate::common::{GPU, World};
@@ -80,11 +80,13 @@ impl Group {
             atlas: planet.atlas(nth),
         };
         let members = [0, 0, 1, 2].into_iter().enumerate().map(member).collect();
-        let layout = GroupLayout::new(&GPU.device, GroupShape::new(members, true).unwrap()).unwrap();
+        let layout =
+            GroupLayout::new(&GPU.device, GroupShape::new(members, true).unwrap(), FeedbackWay::Separate)
+                .unwrap();
         let shape = &planet.worlds[0].geometry;
         let (device, queue) = (&GPU.device, &GPU.queue);
         let params = GroupParams::new(device, queue, shape, NUMBER, planet.tables(), planet.layers());
-        let view = ViewBuffer::new(device, queue);
+        let view = ViewBuffer::new(device, queue, FeedbackWay::Separate);
         let group = layout.bind_group(device, &params, planet.tables(), planet.layers(), &view);
         Group { filter, layout, params, group }
     }
@@ -92,7 +94,7 @@ impl Group {
     /// The harness with other names in the place of `vastex_sample` and `vastex_feedback`.
     fn run(&self, sample: &str, feedback: &str, inputs: &[Input]) -> Vec<Output> {
         let harness = HARNESS.replace("vastex_sample", sample).replace("vastex_feedback", feedback);
-        let text = group_wgsl(0, self.filter, self.layout.shape()) + &harness;
+        let text = group_wgsl(0, self.filter, FeedbackWay::Separate, self.layout.shape()) + &harness;
         run(&GPU, &pipeline(&GPU, self.layout.layout(), text), &self.group, inputs)
     }
 

@@ -10,3 +10,4 @@ mod groups;
 mod sampling;
 mod tables;
 mod texture_space;
+mod ways;

@@ -5,7 +5,7 @@ use vastex_core::{
     AddressMode, Description, Geometry, GeometrySpec, Layer, LayerFormat, LevelRule, Slot, TexelPositions,
 };
 use vastex_wgpu::test_device::TestDevice;
-use vastex_wgpu::{Atlas, BindLayout, Filter, ShaderOptions, ViewBuffer, twins, wgsl};
+use vastex_wgpu::{Atlas, BindLayout, FeedbackWay, Filter, ShaderOptions, ViewBuffer, twins, wgsl};
 
 use crate::common::{GPU, NUMBER, Random, World, read, storage};
 
@@ -55,10 +55,16 @@ pub(crate) struct Harness<'a> {
 impl<'a> Harness<'a> {
     pub(crate) fn new(gpu: &'a TestDevice, filter: Filter, atlas: vastex_wgpu::Atlas) -> Harness<'a> {
         let device = &gpu.device;
-        let layout = BindLayout::new(device, atlas);
-        let text = wgsl(&ShaderOptions { group: 0, filter, atlas }) + HARNESS;
+        let layout = BindLayout::new(device, atlas, FeedbackWay::Separate);
+        let text = wgsl(&ShaderOptions { filter, atlas, ..Default::default() }) + HARNESS;
         let pipeline = pipeline(gpu, layout.layout(), text);
-        Harness { gpu, filter, layout, pipeline, view: ViewBuffer::new(device, &gpu.queue) }
+        Harness {
+            gpu,
+            filter,
+            layout,
+            pipeline,
+            view: ViewBuffer::new(device, &gpu.queue, FeedbackWay::Separate),
+        }
     }
 
     pub(crate) fn run(&self, world: &World, layer: usize, inputs: &[Input]) -> Vec<Output> {

@@ -2,8 +2,8 @@
 
 use vastex_core::{Geometry, GeometrySpec, LayerFormat, LevelImage, PagePos, WantedPage};
 use vastex_wgpu::{
-    Atlas, BindLayout, Filter, ShaderOptions, TEXTURE_SPACE_BLEND, TEXTURE_SPACE_FORMAT, TextureSpace,
-    ViewBuffer, wgsl,
+    Atlas, BindLayout, FeedbackWay, Filter, ShaderOptions, TEXTURE_SPACE_BLEND, TEXTURE_SPACE_FORMAT,
+    TextureSpace, ViewBuffer, wgsl,
 };
 
 use crate::common::{GPU, NUMBER, World};
@@ -33,10 +33,10 @@ const SHADER: &str = "
 fn drawn(geometry: &Geometry, entry: &str, instances: std::ops::Range<u32>) -> Vec<WantedPage> {
     let gpu = &*GPU;
     let world = World::new(gpu, geometry, LayerFormat::Rgba8, 0.0, 7);
-    let layout = BindLayout::new(&gpu.device, Atlas::Float);
-    let view = ViewBuffer::new(&gpu.device, &gpu.queue);
+    let layout = BindLayout::new(&gpu.device, Atlas::Float, FeedbackWay::Separate);
+    let view = ViewBuffer::new(&gpu.device, &gpu.queue, FeedbackWay::Separate);
     let group = layout.bind_group(&gpu.device, &world.table, &world.pool, 0, &view);
-    let options = ShaderOptions { group: 0, filter: Filter::Nearest, atlas: Atlas::Float };
+    let options = ShaderOptions { filter: Filter::Nearest, ..Default::default() };
     let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: None,
         source: wgpu::ShaderSource::Wgsl((wgsl(&options) + SHADER).into()),

@@ -1,0 +1,115 @@
+//! The ways of feedback give the same, and over a jitter cycle find what every pixel wants.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use vastex::{FeedbackWay, Filter, Geometry, PageId, Settings, TileSource};
+use vastex_core::GeometrySpec;
+use vastex_scenes::{Path, Pose, Scene, Studio};
+use vastex_tiles::PropertySource;
+
+use crate::common::{gpu, settings};
+
+const PICTURE: [u32; 2] = [640, 360];
+/// Frames after which the feedback of a whole jitter cycle has come: it acts two frames later.
+const FRAMES: u64 = vastex::JITTER_CYCLE as u64 + 2;
+
+/// Pages, and over how many pixels each is wanted.
+type Wanted = BTreeMap<PageId, u64>;
+
+fn source() -> Arc<dyn TileSource> {
+    let spec = GeometrySpec { page: 64, ..GeometrySpec::image(16384, 8192) };
+    Arc::new(PropertySource::new(Geometry::new(spec).unwrap()))
+}
+
+fn studio(way: FeedbackWay, scene: Scene) -> Studio {
+    let settings = Settings { feedback: Some(way), ..settings(16, Filter::Nearest) };
+    Studio::new(gpu(), source(), scene, PICTURE, settings).unwrap()
+}
+
+/// What the views of a whole jitter cycle want together, and the bytes read back.
+fn cycle(studio: &mut Studio, pose: Pose) -> (Wanted, u64) {
+    studio.textures_mut().record_trace();
+    for _ in 0..FRAMES {
+        studio.frame(pose).unwrap();
+    }
+    let trace = studio.textures_mut().take_trace().unwrap().unwrap();
+    assert_eq!(trace.frames().len() as u64, FRAMES - 2);
+    let mut wanted = Wanted::new();
+    for page in trace.frames().iter().flatten() {
+        *wanted.entry(page.page).or_default() += u64::from(page.pixels);
+    }
+    (wanted, studio.textures().stats().feedback_bytes_read)
+}
+
+/// Share of the pixels of `a` that want another page in `b`.
+fn difference(a: &Wanted, b: &Wanted) -> f64 {
+    let in_both: u64 = a.iter().map(|(page, pixels)| (*pixels).min(b.get(page).copied().unwrap_or(0))).sum();
+    let most = a.values().sum::<u64>().max(b.values().sum());
+    1.0 - in_both as f64 / most as f64
+}
+
+fn poses() -> impl Iterator<Item = (Scene, Path, Pose)> {
+    let paths = [(Path::Still, 0), (Path::Fly, 0), (Path::Zoom, 150)];
+    let of_scene = move |scene| paths.map(move |(path, frame)| (scene, path, path.pose(scene, 2.0, frame)));
+    Scene::ALL.into_iter().flat_map(of_scene)
+}
+
+#[test]
+fn a_jitter_cycle_gives_the_same_in_every_way() {
+    for (scene, path, pose) in poses() {
+        let [separate, inline, raw] = FeedbackWay::ALL.map(|way| cycle(&mut studio(way, scene), pose).0);
+        let line = format!("{}/{}", scene.name(), path.name());
+        println!("{line}: {} pages, inline {:.5}", separate.len(), difference(&separate, &inline));
+        assert!(separate == raw, "{line}: what is read back raw is the same");
+        assert!(difference(&separate, &inline) <= 0.01, "{line}: {}", difference(&separate, &inline));
+    }
+}
+
+#[test]
+fn a_jitter_cycle_finds_what_every_pixel_wants() {
+    for (scene, path, pose) in poses() {
+        for way in FeedbackWay::ALL {
+            let mut studio = studio(way, scene);
+            let (found, _) = cycle(&mut studio, pose);
+            let every = studio.wanted_by_every_pixel(pose).unwrap();
+            let (mut all, mut seen) = (0, 0);
+            for page in &every.pages {
+                all += page.pixels;
+                seen += if found.contains_key(&page.page) { page.pixels } else { 0 };
+            }
+            let share = f64::from(seen) / f64::from(all);
+            println!("{}/{} {}: {share:.5} of {all} pixels", scene.name(), path.name(), way.name());
+            assert!(share >= 0.99, "{}/{} {}: {share}", scene.name(), path.name(), way.name());
+        }
+    }
+}
+
+/// Where a surface turns away from the eye, where it ends, and where its triangles are smaller than pixels, derivatives are taken
+/// beside it. No way asks for a level there that is finer than any that a hundredth of the pixels want.
+#[test]
+fn silhouettes_and_slivers_never_ask_for_fine_levels() {
+    let globe = |altitude| Pose::Globe { longitude: 0.2, latitude: 0.1, altitude };
+    let plane = |pitch| Pose::Plane { eye: glam::Vec3::new(0.0, -0.6, 0.02), yaw: 0.3, pitch };
+    let poses = [
+        (Scene::Globe, globe(0.8)),
+        (Scene::Globe, globe(6.0)),
+        (Scene::Globe, globe(19.0)),
+        (Scene::Plane, plane(0.0)),
+        (Scene::Plane, plane(0.2)),
+    ];
+    for (scene, pose) in poses {
+        for way in FeedbackWay::ALL {
+            let mut studio = studio(way, scene);
+            let every = studio.wanted_by_every_pixel(pose).unwrap();
+            let all: u32 = every.pages.iter().map(|page| page.pixels).sum();
+            let of_level = |level: u8| every.pages.iter().filter(move |page| page.page.level() == level);
+            let pixels = |level| of_level(level).map(|page| page.pixels).sum::<u32>();
+            let finest = (0..32).find(|&level| pixels(level) * 100 > all).unwrap();
+            let (found, _) = cycle(&mut studio, pose);
+            let finer = found.keys().filter(|page| page.level() < finest).count();
+            println!("{pose:?} {}: level {finest} is the finest, of {} pages", way.name(), found.len());
+            assert_eq!(finer, 0, "{pose:?} {}: pages finer than level {finest}", way.name());
+        }
+    }
+}

@@ -1,0 +1,104 @@
+//! Feedback from the main pass: where its pixels tell what they want, and how that becomes the pixels of a feedback target.
+//!
+//! What a pixel tells is the shader's business (tell.wgsl), how the result comes back that of [`crate::Readback`].
+
+use vastex_core::shared;
+
+use crate::bind::buffer;
+use crate::device::{alive, compute_pipelines, dispatch_size, storage};
+use crate::error::GpuError;
+use crate::feedback::{FEEDBACK_FORMAT, FeedbackScale, FeedbackView, ViewBuffer};
+use crate::mirror::CELL_BYTES;
+use crate::raw::RawTexture;
+use crate::shader;
+
+/// Where the main pass of a view tells which pages it wants.
+///
+/// 160 bytes for each cell of 8x8 pixels: two and a half for each pixel of the picture.
+#[derive(Debug)]
+pub struct InlineTarget {
+    picture: [u32; 2],
+    raw: RawTexture,
+    cells: wgpu::Buffer,
+    bind_group: wgpu::BindGroup,
+    settle: wgpu::ComputePipeline,
+}
+
+impl InlineTarget {
+    /// A target for pictures of so many pixels, on a device that has [`crate::FeedbackWay::Inline`].
+    pub fn new(device: &wgpu::Device, picture: [u32; 2]) -> Result<InlineTarget, GpuError> {
+        alive(device)?;
+        let size = FeedbackView::new(picture, FeedbackScale::Reduced, 0).target_size();
+        let raw = RawTexture::new(device, size, wgpu::TextureUsages::STORAGE_BINDING)?;
+        let (bytes, limits) = (u64::from(size[0]) * u64::from(size[1]) * CELL_BYTES, device.limits());
+        if bytes > limits.max_storage_buffer_binding_size.min(limits.max_buffer_size) {
+            let max = limits.max_storage_buffer_binding_size.isqrt() as u32 / CELL_BYTES.isqrt() as u32;
+            return Err(GpuError::TargetSize { width: size[0], height: size[1], max });
+        }
+        let cells = storage(device, "vastex cells", bytes);
+        let bindings = [
+            buffer(wgpu::BufferBindingType::Storage { read_only: false }),
+            wgpu::BindingType::StorageTexture {
+                access: wgpu::StorageTextureAccess::WriteOnly,
+                format: FEEDBACK_FORMAT,
+                view_dimension: wgpu::TextureViewDimension::D2,
+            },
+        ];
+        let (layout, [settle]) =
+            compute_pipelines(device, "vastex inline", shader::inline_wgsl(), &bindings, ["settle"]);
+        let resources = [cells.as_entire_binding(), wgpu::BindingResource::TextureView(raw.view())];
+        let entries: Vec<_> = (0..)
+            .zip(resources)
+            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
+            .collect();
+        let bind_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("vastex inline"),
+            layout: &layout,
+            entries: &entries,
+        });
+        Ok(InlineTarget { picture, raw, cells, bind_group, settle })
+    }
+
+    /// Points a view at the target. Its bind groups are to be made again.
+    pub fn attach(&self, view: &mut ViewBuffer) {
+        view.set_cells(self.cells.clone());
+    }
+
+    /// Before the main pass of a frame: forgets what was told and says which pixels are asked. `reversed_depth` is true where nearer is a
+    /// larger depth.
+    pub fn begin(
+        &self,
+        queue: &wgpu::Queue,
+        encoder: &mut wgpu::CommandEncoder,
+        view: &ViewBuffer,
+        frame: u64,
+        reversed_depth: bool,
+    ) {
+        let frame_view = FeedbackView::new(self.picture, FeedbackScale::Reduced, frame);
+        view.set(queue, &frame_view.inline_params(reversed_depth));
+        encoder.clear_buffer(&self.cells, 0, None);
+    }
+
+    /// After it: makes pixels of what was told, of each cell the nearest.
+    pub fn end(&self, encoder: &mut wgpu::CommandEncoder) {
+        let [columns, rows] = self.raw.size();
+        let [x, y] = dispatch_size((columns * rows).div_ceil(shared::WORKGROUP));
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some("vastex inline"),
+            timestamp_writes: None,
+        });
+        pass.set_bind_group(0, &self.bind_group, &[]);
+        pass.set_pipeline(&self.settle);
+        pass.dispatch_workgroups(x, y, 1);
+    }
+
+    /// Size of the picture that it is for, in pixels.
+    pub fn picture(&self) -> [u32; 2] {
+        self.picture
+    }
+
+    /// What was told, to be read back: a pixel for each cell.
+    pub fn raw(&self) -> &RawTexture {
+        &self.raw
+    }
+}

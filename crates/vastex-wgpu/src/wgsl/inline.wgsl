@@ -1,0 +1,26 @@
+// From what a main pass told to the pixels of a feedback target: of each cell the nearest record, and of those as near the
+// first. Where fragments run that fail the depth test, or in any order, hidden surfaces have told something too.
+
+@group(0) @binding(0) var<storage, read_write> cells: array<VastexCell>;
+@group(0) @binding(1) var raw: texture_storage_2d<rgba32uint, write>;
+
+@compute @workgroup_size(VASTEX_WORKGROUP)
+fn settle(@builtin(global_invocation_id) invocation: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    let size = textureDimensions(raw);
+    let cell = invocation.y * groups.x * VASTEX_WORKGROUP + invocation.x;
+    if cell >= size.x * size.y {
+        return;
+    }
+    var pixel = vec4<u32>(0u);
+    var nearness = 0u;
+    for (var place = 0u; place < min(atomicLoad(&cells[cell].count), VASTEX_RECORDS); place++) {
+        let record = cells[cell].told[place];
+        if place == 0u || record.nearness > nearness {
+            let eighth = record.eighth_and_flag >> VASTEX_FLAG_BITS;
+            let flag = record.eighth_and_flag & ((1u << VASTEX_FLAG_BITS) - 1u);
+            pixel = vec4<u32>(record.page_low, record.page_high, eighth, flag);
+            nearness = record.nearness;
+        }
+    }
+    textureStore(raw, vec2<u32>(cell % size.x, cell / size.x), pixel);
+}

@@ -1,0 +1,271 @@
+//! Feedback from the main pass beside that of a pass of its own: which surface is heard, and whose turn it is.
+
+use vastex_core::shared::JITTER_CYCLE;
+use vastex_core::{Geometry, GeometrySpec, LayerFormat};
+use vastex_wgpu::{
+    BindLayout, FEEDBACK_DEPTH_FORMAT, FEEDBACK_FORMAT, FeedbackScale, FeedbackTarget, FeedbackWay,
+    InlineTarget, RawFeedback, ShaderOptions, ViewBuffer, wgsl,
+};
+
+use crate::common::{GPU, World, storage};
+
+const PICTURE: [u32; 2] = [203, 77];
+const COLOUR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+
+/// Surfaces over the whole picture, in the order in which they are drawn: depth, opacity, and of how many answers each gives one by
+/// turns.
+const SURFACES: &str = "
+    @group(1) @binding(0) var<storage, read> surfaces: array<vec4<f32>>;
+    struct Corner { @builtin(position) clip: vec4<f32>, @location(0) @interpolate(flat) nth: u32 }
+    @vertex fn vertex(@builtin(vertex_index) n: u32, @builtin(instance_index) nth: u32) -> Corner {
+        let at = vec2<f32>(f32(n & 1u) * 4.0 - 1.0, f32(n >> 1u) * 4.0 - 1.0);
+        return Corner(vec4<f32>(at, surfaces[nth].x, 1.0), nth);
+    }
+    fn wanted(corner: Corner) -> vec4<u32> {
+        let turn = vastex_turn(corner.clip, u32(surfaces[corner.nth].z));
+        return vec4<u32>(corner.nth, turn, corner.nth % 8u, VASTEX_FEEDBACK_WANTED);
+    }
+    @fragment fn tell(corner: Corner) -> @location(0) vec4<f32> {
+        if vastex_keeps(corner.clip, surfaces[corner.nth].y) {
+            vastex_tell(corner.clip, wanted(corner));
+        }
+        return vec4<f32>(1.0);
+    }
+    @fragment fn draw(corner: Corner) -> @location(0) vec4<u32> {
+        if !vastex_keeps(corner.clip, surfaces[corner.nth].y) {
+            discard;
+        }
+        return wanted(corner);
+    }";
+
+/// A texture to bind, targets, and a pipeline for each of two ways.
+struct Stage {
+    world: World,
+    layout: BindLayout,
+    drawn: (wgpu::RenderPipeline, FeedbackTarget, ViewBuffer),
+    told: (wgpu::RenderPipeline, InlineTarget, ViewBuffer),
+}
+
+impl Stage {
+    fn new() -> Stage {
+        let (device, queue) = (&GPU.device, &GPU.queue);
+        let geometry = Geometry::new(GeometrySpec { page: 16, ..GeometrySpec::image(64, 64) }).unwrap();
+        let world = World::new(&GPU, &geometry, LayerFormat::R8, 0.5, 1);
+        let layout = BindLayout::new(device, world.pool.atlas(0), FeedbackWay::Inline);
+        let view = || ViewBuffer::new(device, queue, FeedbackWay::Inline);
+        let (mut told_view, told) = (view(), InlineTarget::new(device, PICTURE).unwrap());
+        told.attach(&mut told_view);
+        let drawn = FeedbackTarget::new(device, PICTURE, FeedbackScale::Reduced).unwrap();
+        Stage {
+            drawn: (pipeline(&layout, "draw", FEEDBACK_FORMAT, true), drawn, view()),
+            told: (pipeline(&layout, "tell", COLOUR, false), told, told_view),
+            world,
+            layout,
+        }
+    }
+
+    /// What cells hear of surfaces in a frame: in a pass of its own, whose depth test leaves the nearest, and from a main pass without
+    /// any, whose fragments all run.
+    fn frame(&self, frame: u64, surfaces: &[[f32; 4]], reversed_depth: bool) -> [RawFeedback; 2] {
+        let (device, queue) = (&GPU.device, &GPU.queue);
+        let buffer = storage(&GPU, bytemuck::cast_slice(surfaces));
+        let draw = |pass: &mut wgpu::RenderPass<'_>, pipeline: &wgpu::RenderPipeline, view: &ViewBuffer| {
+            let of_texture = self.layout.bind_group(device, &self.world.table, &self.world.pool, 0, view);
+            let of_surfaces = device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: None,
+                layout: &pipeline.get_bind_group_layout(1),
+                entries: &[wgpu::BindGroupEntry { binding: 0, resource: buffer.as_entire_binding() }],
+            });
+            pass.set_pipeline(pipeline);
+            pass.set_bind_group(0, &of_texture, &[]);
+            pass.set_bind_group(1, &of_surfaces, &[]);
+            pass.draw(0..3, 0..surfaces.len() as u32);
+        };
+        let mut encoder = device.create_command_encoder(&Default::default());
+        let (pipeline, target, view) = &self.drawn;
+        draw(&mut target.begin(queue, &mut encoder, view, frame, 1.0), pipeline, view);
+        let (pipeline, inline, view) = &self.told;
+        inline.begin(queue, &mut encoder, view, frame, reversed_depth);
+        draw(&mut begin_picture(&mut encoder), pipeline, view);
+        inline.end(&mut encoder);
+        queue.submit([encoder.finish()]);
+        [target.raw(), inline.raw()].map(|raw| RawFeedback::read(device, queue, raw).unwrap())
+    }
+}
+
+fn begin_picture(encoder: &mut wgpu::CommandEncoder) -> wgpu::RenderPass<'_> {
+    let colour = GPU.device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: wgpu::Extent3d { width: PICTURE[0], height: PICTURE[1], depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: COLOUR,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
+        view_formats: &[],
+    });
+    encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+            view: &colour.create_view(&Default::default()),
+            depth_slice: None,
+            resolve_target: None,
+            ops: Default::default(),
+        })],
+        ..Default::default()
+    })
+}
+
+fn pipeline(
+    layout: &BindLayout,
+    entry_point: &str,
+    format: wgpu::TextureFormat,
+    has_depth: bool,
+) -> wgpu::RenderPipeline {
+    let device = &GPU.device;
+    let options =
+        ShaderOptions { atlas: layout.atlas(), feedback: FeedbackWay::Inline, ..Default::default() };
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: None,
+        source: wgpu::ShaderSource::Wgsl((wgsl(&options) + SURFACES).into()),
+    });
+    let surfaces = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: None,
+        entries: &[wgpu::BindGroupLayoutEntry {
+            binding: 0,
+            visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
+            ty: wgpu::BindingType::Buffer {
+                ty: wgpu::BufferBindingType::Storage { read_only: true },
+                has_dynamic_offset: false,
+                min_binding_size: None,
+            },
+            count: None,
+        }],
+    });
+    let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: None,
+        bind_group_layouts: &[Some(layout.layout()), Some(&surfaces)],
+        immediate_size: 0,
+    });
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: None,
+        layout: Some(&pipeline_layout),
+        vertex: wgpu::VertexState {
+            module: &module,
+            entry_point: Some("vertex"),
+            compilation_options: Default::default(),
+            buffers: &[],
+        },
+        primitive: Default::default(),
+        depth_stencil: has_depth.then(|| wgpu::DepthStencilState {
+            format: FEEDBACK_DEPTH_FORMAT,
+            depth_write_enabled: Some(true),
+            depth_compare: Some(wgpu::CompareFunction::Less),
+            stencil: Default::default(),
+            bias: Default::default(),
+        }),
+        multisample: Default::default(),
+        fragment: Some(wgpu::FragmentState {
+            module: &module,
+            entry_point: Some(entry_point),
+            compilation_options: Default::default(),
+            targets: &[Some(format.into())],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}
+
+/// An opaque surface that gives one answer.
+fn opaque(depth: f32) -> [f32; 4] {
+    [depth, 1.0, 1.0, 0.0]
+}
+
+#[test]
+fn the_nearest_surface_is_heard_in_whatever_order_they_are_drawn() {
+    let stage = Stage::new();
+    let nearest = |raw: &RawFeedback, nth: u32| {
+        let heard: Vec<_> = raw.pixels.iter().filter(|pixel| pixel[3] != 0).collect();
+        assert!(!heard.is_empty() && heard.iter().all(|pixel| pixel[0] == nth && pixel[2] == nth % 8));
+    };
+    for (frame, depths) in (0..).zip([
+        [0.7, 0.2, 0.5],
+        [0.2, 0.7, 0.5],
+        [0.5, 0.7, 0.2],
+        [0.2, 0.2, 0.9],
+        [0.0, 1.0, 0.5],
+        [0.9, 0.4, 0.4],
+    ]) {
+        let surfaces = depths.map(opaque);
+        let [drawn, told] = stage.frame(frame, &surfaces, false);
+        assert_eq!(drawn, told, "{depths:?}");
+        // Of those that are as near, the first drawn stays, as with a depth test.
+        let first = depths.iter().enumerate().min_by(|a, b| f32::total_cmp(a.1, b.1)).unwrap().0;
+        nearest(&told, first as u32);
+        let [_, reversed] = stage.frame(frame, &surfaces, true);
+        let farthest = depths.iter().enumerate().rev().max_by(|a, b| f32::total_cmp(a.1, b.1)).unwrap().0;
+        nearest(&reversed, farthest as u32);
+    }
+}
+
+#[test]
+fn of_more_surfaces_than_a_cell_has_room_for_those_drawn_first_are_heard() {
+    let stage = Stage::new();
+    let mut surfaces: Vec<_> = (0..40).map(|nth| opaque(0.1 + 0.02 * nth as f32)).collect();
+    let [drawn, told] = stage.frame(3, &surfaces, false);
+    assert_eq!(drawn, told, "the nearest is the first of them");
+    surfaces.reverse();
+    let [drawn, told] = stage.frame(3, &surfaces, false);
+    for (drawn, told) in drawn.pixels.iter().zip(&told.pixels) {
+        assert_eq!((drawn[3], drawn[0]), (told[3], if told[3] == 0 { 0 } else { 39 }));
+        assert_eq!(told[0], if told[3] == 0 { 0 } else { 7 }, "the nearest of eight");
+    }
+}
+
+#[test]
+fn in_a_cycle_what_is_seen_through_is_wanted_and_so_is_what_lies_behind() {
+    let stage = Stage::new();
+    // Three behind one another, drawn from the back: each is seen in half of what is left.
+    for (opacity, shares) in
+        [(0.5, [0.25, 0.25, 0.5]), (0.99, [0.016, 0.109, 0.875]), (0.01, [0.766, 0.109, 0.125])]
+    {
+        let surfaces = [opaque(0.9), [0.6, opacity, 1.0, 0.0], [0.3, opacity, 1.0, 0.0]];
+        let mut heard = [[0u32; 3]; 2];
+        for frame in 0..u64::from(JITTER_CYCLE) {
+            for (raw, heard) in stage.frame(frame, &surfaces, false).iter().zip(&mut heard) {
+                let pixels = raw.pixels.iter().filter(|pixel| pixel[3] != 0);
+                pixels.for_each(|pixel| heard[pixel[0] as usize] += 1);
+            }
+        }
+        for heard in heard {
+            let all = heard.iter().sum::<u32>();
+            for (heard, share) in heard.iter().zip(shares) {
+                let found = f64::from(*heard) / f64::from(all);
+                assert!(
+                    (found - share).abs() < 0.03 && *heard > 0,
+                    "{opacity}: {heard} of {all}, not {share}"
+                );
+            }
+        }
+    }
+    let unseen = [opaque(0.9), [0.3, 0.0, 1.0, 0.0]];
+    let [drawn, told] = stage.frame(0, &unseen, false);
+    assert!(drawn == told && told.pixels.iter().all(|pixel| pixel[0] == 0));
+}
+
+#[test]
+fn turns_are_the_same_in_every_way() {
+    let stage = Stage::new();
+    for count in [2u32, 3, 4, 8] {
+        let mut given = vec![vec![0u32; count as usize]; 26 * 10];
+        for frame in 0..u64::from(JITTER_CYCLE * count) {
+            let [drawn, told] = stage.frame(frame, &[[0.5, 1.0, count as f32, 0.0]], false);
+            assert_eq!(drawn, told, "{count} answers, frame {frame}");
+            for (cell, pixel) in told.pixels.iter().enumerate().filter(|(_, pixel)| pixel[3] != 0) {
+                given[cell][pixel[1] as usize] += 1;
+            }
+        }
+        // Cells that lie within the picture give each answer from every position of the cycle.
+        let whole = given.iter().filter(|given| given.iter().sum::<u32>() == JITTER_CYCLE * count);
+        assert!(whole.clone().count() > 200 && whole.flatten().all(|&given| given == JITTER_CYCLE));
+    }
+}

@@ -1,0 +1,245 @@
+//! Feedback: how a view says what it wants, in a pass of its own or from its main pass, and how that is heard.
+//!
+//! Which way is taken is a setting of the whole ([`FeedbackWay`]); what an application calls is the same for all of them. The views
+//! themselves are `views`' business.
+
+use vastex_core::{Feedback, FeedbackCompactor, ViewId};
+use vastex_wgpu::{
+    FeedbackScale, FeedbackTarget, FeedbackWay, GpuError, InlineTarget, RawFeedback, RawTexture, Readback,
+};
+
+use crate::error::Error;
+use crate::textures::{BindGroups, Textures};
+use crate::views::ViewState;
+
+/// Where feedback of a view is gathered, and its way back.
+pub(crate) struct FeedbackPath {
+    target: Target,
+    readback: Readback,
+}
+
+enum Target {
+    /// By a pass of its own.
+    Drawn(FeedbackTarget),
+    /// From the main pass.
+    Told(InlineTarget),
+}
+
+impl FeedbackPath {
+    pub(crate) fn oldest(&self) -> Option<u64> {
+        self.readback.oldest()
+    }
+
+    pub(crate) fn bytes_read(&self) -> u64 {
+        self.readback.bytes_read()
+    }
+
+    fn picture(&self) -> [u32; 2] {
+        match &self.target {
+            Target::Drawn(target) => target.picture(),
+            Target::Told(target) => target.picture(),
+        }
+    }
+}
+
+impl Target {
+    fn raw(&self) -> &RawTexture {
+        match self {
+            Target::Drawn(target) => target.raw(),
+            Target::Told(target) => target.raw(),
+        }
+    }
+}
+
+impl Textures {
+    /// Draws the main view's feedback pass of this frame, for a picture of so many pixels: `draw` draws the scene with a pipeline
+    /// whose vertex shader ends in `vastex_feedback_clip(clip)` and whose fragment shader returns `vastex_feedback(uv)`, into
+    /// [`Textures::FEEDBACK_FORMAT`] and [`Textures::FEEDBACK_DEPTH_FORMAT`] (cleared to 1, or where depth is reversed to 0).
+    ///
+    /// To be called before [`Textures::update`], once per frame; a frame without it keeps what was wanted. Draws nothing where the way is
+    /// [`FeedbackWay::Inline`]; [`Textures::main_pass`] does it then.
+    pub fn feedback(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        picture: [u32; 2],
+        draw: impl FnOnce(&mut wgpu::RenderPass<'_>, &BindGroups),
+    ) -> Result<(), Error> {
+        self.feedback_of(encoder, ViewId::MAIN, picture, draw)
+    }
+
+    /// Draws the feedback pass of any view, else as [`Textures::feedback`]: at most once per view and frame, with the bind groups
+    /// that `draw` is given, which are this view's. A view need not be drawn in every frame: what it wanted in its last 16 feedbacks
+    /// stays wanted. Draws nothing for a view that there is not.
+    pub fn feedback_of(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        view: ViewId,
+        picture: [u32; 2],
+        draw: impl FnOnce(&mut wgpu::RenderPass<'_>, &BindGroups),
+    ) -> Result<(), Error> {
+        // What is only expected has no main pass.
+        if self.way == FeedbackWay::Inline && view != ViewId::EXPECTED {
+            return Ok(());
+        }
+        self.fit_feedback_path(view, picture)?;
+        let clear_depth = self.clear_depth();
+        let Some(state) = self.views.iter_mut().find(|state| state.view == view) else { return Ok(()) };
+        let ViewState { params, groups, path: Some(path), drawn, .. } = state else { return Ok(()) };
+        let Target::Drawn(target) = &path.target else { return Ok(()) };
+        draw(&mut target.begin(&self.queue, encoder, params, *drawn, clear_depth), groups);
+        self.record_feedback(encoder, view, self.frame);
+        Ok(())
+    }
+
+    /// Draws the main view's picture of so many pixels: `draw` records the passes that the application draws it with. Where the way is
+    /// [`FeedbackWay::Inline`], the picture says by itself what it wants: its fragment shaders call `vastex_tell(position, wanted)`, and it
+    /// begins at the first pixel of its target. Otherwise nothing but `draw` happens, so that an application that calls both this
+    /// and [`Textures::feedback`] serves every way.
+    ///
+    /// To be called after [`Textures::update`], once per frame.
+    pub fn main_pass(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        picture: [u32; 2],
+        draw: impl FnOnce(&mut wgpu::CommandEncoder, &BindGroups),
+    ) -> Result<(), Error> {
+        self.main_pass_of(encoder, ViewId::MAIN, picture, draw)
+    }
+
+    /// Draws any view's picture, else as [`Textures::main_pass`]: at most once per view and frame, with the bind groups that `draw` is
+    /// given, which are this view's. Draws nothing for a view that there is not.
+    pub fn main_pass_of(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        view: ViewId,
+        picture: [u32; 2],
+        draw: impl FnOnce(&mut wgpu::CommandEncoder, &BindGroups),
+    ) -> Result<(), Error> {
+        let is_told = self.way == FeedbackWay::Inline;
+        if is_told {
+            self.fit_feedback_path(view, picture)?;
+        }
+        let reversed_depth = self.settings.reversed_depth;
+        let Some(state) = self.views.iter_mut().find(|state| state.view == view) else { return Ok(()) };
+        let ViewState { params, groups, path, drawn, .. } = state;
+        match path {
+            Some(FeedbackPath { target: Target::Told(target), .. }) if is_told => {
+                target.begin(&self.queue, encoder, params, *drawn, reversed_depth);
+                draw(encoder, groups);
+                target.end(encoder);
+                // The update of its frame is over already.
+                self.record_feedback(encoder, view, self.frame.saturating_sub(1));
+            }
+            _ => draw(encoder, groups),
+        }
+        Ok(())
+    }
+
+    /// Sends what a view's target holds on its way.
+    fn record_feedback(&mut self, encoder: &mut wgpu::CommandEncoder, view: ViewId, frame: u64) {
+        let Some(state) = self.views.iter_mut().find(|state| state.view == view) else { return };
+        state.drawn += 1;
+        let recorded = state.path.as_mut().is_some_and(|path| path.readback.record(encoder, frame));
+        if let Some(lock_step) = self.lock_step.as_mut().filter(|_| recorded) {
+            lock_step.feedback_recorded(frame, view);
+        }
+    }
+
+    fn clear_depth(&self) -> f32 {
+        if self.settings.reversed_depth { 0.0 } else { 1.0 }
+    }
+
+    /// What every pixel of a picture wants, of each texture by itself, without acting on it: for statistics. Draws as
+    /// [`Textures::feedback`] does, whichever the way, at full resolution, and waits for the answer.
+    pub fn feedback_of_every_pixel(
+        &mut self,
+        picture: [u32; 2],
+        draw: impl FnOnce(&mut wgpu::RenderPass<'_>, &BindGroups),
+    ) -> Result<Feedback, Error> {
+        let target = FeedbackTarget::new(&self.device, picture, FeedbackScale::Full)?;
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        let (main, clear_depth) = (&self.views[0], self.clear_depth());
+        let mut pass = target.begin(&self.queue, &mut encoder, &main.params, self.frame, clear_depth);
+        draw(&mut pass, &main.groups);
+        drop(pass);
+        self.queue.submit([encoder.finish()]);
+        let raw = RawFeedback::read(&self.device, &self.queue, target.raw())?;
+        let mut feedback = Feedback::default();
+        FeedbackCompactor::new().compact(self.frame, &raw.pixels, &mut feedback);
+        Ok(self.pagers.of_members(&feedback))
+    }
+
+    /// The feedback that has arrived, or in lock-step that of the frame before the last, in the order of frames; then what the
+    /// application has said of this one.
+    pub(crate) fn arrived_feedback(&mut self) -> Result<Vec<Feedback>, Error> {
+        let mut arrived = Vec::new();
+        let Textures { views, lock_step, device, queue, frame, .. } = self;
+        match lock_step {
+            None => {
+                for state in views {
+                    let Some(path) = &mut state.path else { continue };
+                    while let Some(feedback) = path.readback.poll(device)? {
+                        arrived.push(Feedback { view: state.view, ..feedback });
+                    }
+                }
+                arrived.sort_by_key(|feedback| feedback.frame);
+            }
+            Some(lock_step) => {
+                while let Some((frame, view)) = lock_step.due_feedback(*frame) {
+                    let state = views.iter_mut().find(|state| state.view == view);
+                    let path = state.and_then(|state| state.path.as_mut());
+                    let readback = &mut path.ok_or(GpuError::NoFeedback { frame })?.readback;
+                    arrived.push(Feedback { view, ..readback.wait(device, queue, frame)? });
+                }
+            }
+        }
+        arrived.append(&mut self.said);
+        Ok(arrived)
+    }
+
+    /// The oldest frame of which some view's feedback has yet to come.
+    pub(crate) fn oldest_feedback(&self) -> Option<u64> {
+        self.views.iter().filter_map(ViewState::oldest).min()
+    }
+
+    /// Makes a view's path where there is none for pictures of this size.
+    fn fit_feedback_path(&mut self, view: ViewId, picture: [u32; 2]) -> Result<(), Error> {
+        let state = self.views.iter().find(|state| state.view == view);
+        let fits = |path: &FeedbackPath| path.picture() == picture;
+        if state.is_none_or(|state| state.path.as_ref().is_some_and(fits)) {
+            return Ok(());
+        }
+        let drawn = |scale| Ok(Target::Drawn(FeedbackTarget::new(&self.device, picture, scale)?));
+        let target = match self.way {
+            _ if view == ViewId::EXPECTED => drawn(FeedbackScale::Coarse),
+            FeedbackWay::Inline => Ok(Target::Told(InlineTarget::new(&self.device, picture)?)),
+            FeedbackWay::Separate | FeedbackWay::Raw => drawn(FeedbackScale::Reduced),
+        };
+        let target = target.map_err(Error::Gpu)?;
+        let readback = Readback::new(&self.device, target.raw(), self.way)?;
+        self.forget_feedback_path(view);
+        let Some(state) = self.views.iter_mut().find(|state| state.view == view) else { return Ok(()) };
+        let is_told = if let Target::Told(target) = &target {
+            target.attach(&mut state.params);
+            true
+        } else {
+            false
+        };
+        state.path = Some(FeedbackPath { target, readback });
+        if is_told {
+            self.make_all_bind_groups();
+        }
+        Ok(())
+    }
+
+    /// Gives up the feedback of a view that is under way.
+    pub(crate) fn forget_feedback_path(&mut self, view: ViewId) {
+        if let Some(lock_step) = &mut self.lock_step {
+            lock_step.forget_feedback(view);
+        }
+        if let Some(state) = self.views.iter_mut().find(|state| state.view == view) {
+            self.counters.feedback_bytes_read += state.bytes_read();
+            state.path = None;
+        }
+    }
+}
