@@ -23,6 +23,7 @@ mod file;
 mod format;
 mod geometry;
 mod groups;
+mod hashed_table;
 mod level_rule;
 mod motion;
 mod numbers;
@@ -77,6 +78,7 @@ pub use geometry::{
     TexelPositions,
 };
 pub use groups::{GroupError, GroupId};
+pub use hashed_table::{HashedPlace, HashedTable};
 pub use level_rule::LevelRule;
 pub use motion::Motion;
 pub use page::{Dims, PageId, PageIdError, PagePos, TextureId};
@@ -97,7 +99,7 @@ pub use survey::{
     Camera, FlatSurface, GlobeSurface, LevelImage, Patch, Surface, Survey, SurveySettings, Surveyed,
     SurveyedObject, SurveyedTexture, UvBox,
 };
-pub use table::{ChangeRule, TableChange, TableEntry, TableImage, TableLayout};
+pub use table::{ChangeRule, PageTable, TableChange, TableEntry, TableImage, TableLayout};
 pub use tail::TailLayout;
 pub use telemetry::{History, PoolFrame, TimeToSharp};
 pub use tickets::{AskError, Progress, Ticket, TicketState, Urgency};

@@ -36,6 +36,14 @@ pub const FEEDBACK_DEGENERATE: u32 = 2;
 pub const TEXTURE_SPACE_FINEST: u32 = 255;
 /// Texels of level 0 that a place in fixed point may be from its anchor, either way.
 pub const FIXED_REACH: u32 = 1 << 30;
+/// Places of a hashed page table that a page is looked for in at most.
+pub const HASHED_PROBES: u32 = 32;
+/// Factors by which the hash of a page mixes its bits: odd, with about as many ones as zeros.
+pub const HASH_LOW: u32 = 0x9e37_79b1;
+/// See [`HASH_LOW`].
+pub const HASH_HIGH: u32 = 0x85eb_ca6b;
+/// See [`HASH_LOW`].
+pub const HASH_LAST: u32 = 0xc2b2_ae35;
 /// Threads of one workgroup of every compute shader.
 pub const WORKGROUP: u32 = 64;
 
@@ -58,5 +66,9 @@ pub const WGSL: &[(&str, u32)] = &[
     ("FEEDBACK_DEGENERATE", FEEDBACK_DEGENERATE),
     ("TEXTURE_SPACE_FINEST", TEXTURE_SPACE_FINEST),
     ("FIXED_REACH", FIXED_REACH),
+    ("HASHED_PROBES", HASHED_PROBES),
+    ("HASH_LOW", HASH_LOW),
+    ("HASH_HIGH", HASH_HIGH),
+    ("HASH_LAST", HASH_LAST),
     ("WORKGROUP", WORKGROUP),
 ];

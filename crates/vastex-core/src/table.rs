@@ -1,4 +1,5 @@
-//! The page table: page -> slot, and the changes that keep it true.
+//! The page table: page -> slot, and the changes that keep it true. This is the direct one; that of a texture with more pages than
+//! it is worth an entry each is [`crate::HashedTable`].
 //!
 //! A table has one entry for each page finer than the tail, level after level, row by row. It is filled downward: an
 //! entry without a tile of its own holds that of its nearest resident ancestor, the tail at last, so that a lookup
@@ -54,6 +55,12 @@ impl TableEntry {
     }
 }
 
+/// What leads from pages to slots: [`TableImage`], or [`crate::HashedTable`] where that would be too large.
+pub trait PageTable: std::fmt::Debug + Send + Sync {
+    /// The entry of a page: the slot and level of the finest resident page that covers it.
+    fn lookup(&self, pos: PagePos) -> TableEntry;
+}
+
 /// Which entries at and below the page a change replaces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ChangeRule {
@@ -103,6 +110,9 @@ impl TableLayout {
         TableLayout { levels, entries }
     }
 
+    /// Entries that a direct table is kept for: beyond 4 Mi, 16 MiB, a hashed one takes its place.
+    pub const MOST_DIRECT: u64 = 1 << 22;
+
     /// Entries in the table; 0 where the whole texture is tail.
     pub fn entries(&self) -> u64 {
         self.entries
@@ -142,14 +152,6 @@ impl TableImage {
         TableImage { entries: vec![tail; layout.entries() as usize], layout, tail }
     }
 
-    /// The entry of a page: the slot and level of the finest resident page that covers it.
-    pub fn lookup(&self, pos: PagePos) -> TableEntry {
-        if usize::from(pos.level) >= self.layout.levels.len() {
-            return self.tail;
-        }
-        self.entries[self.layout.entry_of(pos) as usize]
-    }
-
     /// Carries out one change, and says how many entries are others now; costs one visit of each entry at and below the page.
     pub fn apply(&mut self, geometry: &Geometry, change: &TableChange) -> u64 {
         let mut replaced = 0;
@@ -178,6 +180,15 @@ impl TableImage {
     /// All entries, in the order of the layout.
     pub fn entries(&self) -> &[TableEntry] {
         &self.entries
+    }
+}
+
+impl PageTable for TableImage {
+    fn lookup(&self, pos: PagePos) -> TableEntry {
+        if usize::from(pos.level) >= self.layout.levels.len() {
+            return self.tail;
+        }
+        self.entries[self.layout.entry_of(pos) as usize]
     }
 }
 

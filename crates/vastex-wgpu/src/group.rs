@@ -8,7 +8,7 @@ use vastex_core::{Geometry, LevelRule, Slot, TextureId};
 use crate::bind::{atlas_entry, buffer, cells_entry, entry, new_sampler};
 use crate::error::GpuError;
 use crate::feedback::ViewBuffer;
-use crate::mirror::{PoolParams, TextureParams};
+use crate::mirror::{PoolParams, TableParams, TextureParams};
 use crate::pool::Pool;
 use crate::shader::group::{GroupShape, PARAMS_BINDING, SAMPLER_BINDING, VIEW_BINDING};
 use crate::table::TableBuffers;
@@ -100,7 +100,7 @@ pub struct GroupParams {
     buffer: wgpu::Buffer,
     textures: usize,
     /// What was written last, of each texture and of each member.
-    written: Vec<(LevelRule, Slot, u8)>,
+    written: Vec<(LevelRule, Slot, TableParams)>,
     pools: Vec<PoolParams>,
 }
 

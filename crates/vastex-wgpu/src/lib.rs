@@ -33,6 +33,7 @@ mod raw_ring;
 mod readback;
 mod shader;
 mod table;
+mod table_changer;
 #[cfg(feature = "test-device")]
 pub mod test_device;
 mod texture_space;
@@ -53,6 +54,7 @@ pub use raw::{RawFeedback, RawTexture};
 pub use readback::Readback;
 pub use shader::group::{GroupMember, GroupShape, group_wgsl};
 pub use shader::{Atlas, Filter, ShaderOptions, wgsl};
-pub use table::{TableBuffers, TableChanger};
+pub use table::{TableBuffers, TableChoice};
+pub use table_changer::{Applied, TableChanger};
 pub use texture_space::{TEXTURE_SPACE_BLEND, TEXTURE_SPACE_FORMAT, TextureSpace};
 pub use way::FeedbackWay;

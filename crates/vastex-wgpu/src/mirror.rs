@@ -48,19 +48,26 @@ pub(crate) struct TextureParams {
     pub(crate) finest: f32,
     pub(crate) coarsest: f32,
     pub(crate) table_level: u32,
+    pub(crate) table_places: u32,
+    pub(crate) table_seed: u32,
+    pub(crate) unused: [u32; 2],
     pub(crate) levels: [LevelParams; shared::MAX_LEVELS as usize],
 }
 
 impl TextureParams {
-    /// `rule` keeps to the levels of the texture; its table has entries from `table_level` on.
+    /// `rule` keeps to the levels of the texture.
     pub(crate) fn new(
         geometry: &Geometry,
         texture: TextureId,
         tail_slot: Slot,
         rule: &LevelRule,
-        table_level: u8,
+        table: TableParams,
     ) -> TextureParams {
-        let (table, tail) = (TableLayout::new(geometry), geometry.tail());
+        let (layout, tail) = (TableLayout::new(geometry), geometry.tail());
+        let (table_level, [table_places, table_seed]) = match table {
+            TableParams::Direct { finest } => (finest, [0; 2]),
+            TableParams::Hashed { places, seed } => (0, [places, seed]),
+        };
         let mut levels = [LevelParams::default(); shared::MAX_LEVELS as usize];
         for (index, (params, level)) in levels.iter_mut().zip(geometry.levels()).enumerate() {
             let index = index as u8;
@@ -68,9 +75,9 @@ impl TextureParams {
             params.pages = level.pages;
             params.size = level.size;
             params.sample_offset = geometry.sample_offset(index).map(|offset| offset as f32);
-            if (table_level..tail.first_level()).contains(&index) {
-                // A table that fits a GPU buffer has fewer than 2^32 entries.
-                params.first_entry = (table.first_entry(index) - table.first_entry(table_level)) as u32;
+            if (table_level..tail.first_level()).contains(&index) && table_places == 0 {
+                // A direct table that fits a GPU buffer has fewer than 2^32 entries.
+                params.first_entry = (layout.first_entry(index) - layout.first_entry(table_level)) as u32;
             } else if index >= tail.first_level() {
                 params.tail_offset = tail.offset(index);
             }
@@ -88,6 +95,9 @@ impl TextureParams {
             finest: f32::from(rule.finest),
             coarsest: f32::from(rule.coarsest),
             table_level: u32::from(table_level),
+            table_places,
+            table_seed,
+            unused: [0; 2],
             levels,
         }
     }
@@ -95,9 +105,27 @@ impl TextureParams {
     /// Of a group, whose feedback names pages of all levels of a shape.
     pub(crate) fn of_group(geometry: &Geometry, number: TextureId) -> TextureParams {
         let rule = LevelRule::default().within(geometry);
-        let params = TextureParams::new(geometry, number, Slot::new(0), &rule, 0);
+        let nobodys = TableParams::Hashed { places: 1, seed: 0 };
+        let params = TextureParams::new(geometry, number, Slot::new(0), &rule, nobodys);
         TextureParams { tail_level: u32::from(geometry.coarsest()), ..params }
     }
+}
+
+/// How a page table lies in its buffer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum TableParams {
+    /// With entries from a level on.
+    Direct {
+        /// The level.
+        finest: u8,
+    },
+    /// As places of a hash table.
+    Hashed {
+        /// How many.
+        places: u32,
+        /// What hashes begin with.
+        seed: u32,
+    },
 }
 
 /// `VastexPool`.
@@ -161,6 +189,24 @@ pub(crate) struct ChangesHead {
     pub(crate) loads: u32,
     pub(crate) eviction_chunks: u32,
     pub(crate) load_chunks: u32,
+}
+
+/// `VastexWritten`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct Written {
+    pub(crate) place: u32,
+    pub(crate) page_low: u32,
+    pub(crate) page_high: u32,
+    pub(crate) entry: u32,
+}
+
+/// The head of `VastexWrittenPlaces`, before the places themselves.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+pub(crate) struct WrittenHead {
+    pub(crate) count: u32,
+    pub(crate) unused: [u32; 3],
 }
 
 /// `VastexWanted`.
@@ -234,8 +280,13 @@ mod tests {
         check(&text, "VastexPool", size_of::<PoolParams>(), pool);
         let view = offsets!(ViewParams: clip_scale, clip_offset, level_offset, frame, jitter, columns, cell, reversed_depth, unused);
         check(&text, "VastexView", size_of::<ViewParams>(), view);
-        let texture = offsets!(TextureParams: size, level_count, page, tail_level, border, tail_slot, address, number, bias, finest, coarsest, table_level, levels);
-        check(&text, "VastexTexture", size_of::<TextureParams>(), texture);
+        let texture: &[(&str, usize)] = offsets!(TextureParams: size, level_count, page, tail_level, border, tail_slot, address, number, bias, finest, coarsest, table_level, table_places, table_seed);
+        let unused = [
+            ("unused", offset_of!(TextureParams, unused)),
+            ("unused", offset_of!(TextureParams, unused) + 4),
+        ];
+        let levels: &[(&str, usize)] = offsets!(TextureParams: levels);
+        check(&text, "VastexTexture", size_of::<TextureParams>(), &[texture, &unused, levels].concat());
     }
 
     #[test]
@@ -245,6 +296,11 @@ mod tests {
         check(&text, "VastexChange", size_of::<Change>(), change);
         let head = offsets!(ChangesHead: evictions, loads, eviction_chunks, load_chunks);
         check(&text, "VastexChanges", size_of::<ChangesHead>(), head);
+        let written = offsets!(Written: place, page_low, page_high, entry);
+        check(&text, "VastexWritten", size_of::<Written>(), written);
+        let unused = |n: usize| ("unused", offset_of!(WrittenHead, unused) + 4 * n);
+        let head = [("count", 0), unused(0), unused(1), unused(2)];
+        check(&text, "VastexWrittenPlaces", size_of::<WrittenHead>(), &head);
     }
 
     #[test]

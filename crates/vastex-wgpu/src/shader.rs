@@ -21,6 +21,7 @@ const LEVEL: &str = include_str!("wgsl/level.wgsl");
 const POSITION: &str = include_str!("wgsl/position.wgsl");
 const PAGE: &str = include_str!("wgsl/page.wgsl");
 const TABLE_BUFFER: &str = include_str!("wgsl/table_buffer.wgsl");
+const HASHED: &str = include_str!("wgsl/hashed.wgsl");
 const LOOKUP: &str = include_str!("wgsl/lookup.wgsl");
 const ATLAS_FLOAT: &str = include_str!("wgsl/atlas_float.wgsl");
 const ATLAS_UNFILTERED: &str = include_str!("wgsl/atlas_unfiltered.wgsl");
@@ -149,7 +150,7 @@ pub fn wgsl(options: &ShaderOptions) -> String {
         &[
             shared,
             tell_modules(options.feedback),
-            &[LEVEL, PAGE, TABLE_BUFFER, LOOKUP],
+            &[LEVEL, PAGE, TABLE_BUFFER, HASHED, LOOKUP],
             atlas_modules(options.atlas),
             &[SAMPLE, SAMPLE_FIXED, FEEDBACK, FEEDBACK_FIXED, TEXTURE_SPACE],
         ]
@@ -275,7 +276,7 @@ pub(crate) mod tests {
 
     #[test]
     fn every_shader_of_our_own_is_valid() {
-        assert_eq!(module(&table_wgsl()).entry_points.len(), 2);
+        assert_eq!(module(&table_wgsl()).entry_points.len(), 3);
         assert_eq!(module(&compact_wgsl()).entry_points.len(), 2);
         assert_eq!(module(&inline_wgsl()).entry_points.len(), 1);
     }

@@ -3,16 +3,16 @@
 //! The sample positions and the arithmetic are those of the feedback pass; only the surface is asked for instead of
 //! drawn. For traces, which a test makes without a device, and for what looks ahead.
 
-use vastex_core::{AddressMode, Feedback, FeedbackCompactor, Geometry, Slot, TableImage, TextureId};
+use vastex_core::{AddressMode, Feedback, FeedbackCompactor, Geometry, HashedTable, Slot, TextureId};
 use vastex_wgpu::twins::Texture;
 use vastex_wgpu::{FeedbackScale, FeedbackView};
 
-/// A texture, and views of it. Costs 4 bytes for each of its pages.
+/// A texture, of which nothing but the tail is resident, and views of it.
 #[derive(Debug)]
 pub struct CpuFeedback {
     geometry: Geometry,
     number: TextureId,
-    table: TableImage,
+    table: HashedTable,
     compactor: FeedbackCompactor,
     /// uv of the target's pixels and one more row and column; nothing where a pixel shows no surface.
     places: Vec<Option<[f32; 2]>>,
@@ -25,7 +25,7 @@ impl CpuFeedback {
         CpuFeedback {
             geometry: geometry.clone(),
             number,
-            table: TableImage::new(geometry, Slot::new(0)),
+            table: HashedTable::new(geometry, Slot::new(0)),
             compactor: FeedbackCompactor::new(),
             places: Vec::new(),
             pixels: Vec::new(),

@@ -65,7 +65,7 @@ pub use layer::LayerId;
 pub use pool_settings::{PoolRule, PoolSettings, PoolTuning, ScaleGroups};
 pub use pools::PoolStats;
 pub use resize::PoolResize;
-pub use settings::{FeedbackWay, Filter, Pace, Settings};
+pub use settings::{FeedbackWay, Filter, Pace, Settings, TableChoice, TextureSettings};
 pub use settings_file::{Platform, SettingsError};
 pub use stats::FrameStats;
 pub use telemetry::{Cell, PoolRecord};

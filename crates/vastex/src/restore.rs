@@ -50,7 +50,8 @@ impl Textures {
         let tail = read_tail(&*state.source)?.decode(state.source.description())?;
         pool.upload(&self.queue, slot, &tail)?;
         let (rule, geometry) = (state.table.rule(), &state.description.geometry);
-        state.table = TableBuffers::new(&self.device, &self.queue, geometry, texture, slot)?;
+        state.table =
+            TableBuffers::new(&self.device, &self.queue, geometry, texture, slot, state.page_table)?;
         state.table.set_rule(&self.queue, rule);
         self.make_bind_groups(texture);
         Ok(())

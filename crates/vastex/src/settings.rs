@@ -1,6 +1,6 @@
 //! What an application may set, with defaults that suit a desktop.
 
-pub use vastex_wgpu::{FeedbackWay, Filter};
+pub use vastex_wgpu::{FeedbackWay, Filter, TableChoice};
 
 use crate::pool_settings::PoolSettings;
 
@@ -71,4 +71,11 @@ impl Default for Settings {
             telemetry_frames: 256,
         }
     }
+}
+
+/// What may be set of one texture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TextureSettings {
+    /// Which kind of page table it gets; by its size, unless one is to be measured against the other.
+    pub page_table: TableChoice,
 }

@@ -1,4 +1,5 @@
-//! Page tables: what the pagers have changed is carried out, and a table grows when a finer level comes to it.
+//! Page tables: what the pagers have changed is carried out, and a direct one grows when a finer level comes to it, a hashed one
+//! with what is resident.
 
 use vastex_core::{PoolId, Slot, TextureId};
 
@@ -12,7 +13,7 @@ impl Textures {
         self.pagers.take_table_changes(&mut changes);
         // A stable order: what is decided of one texture stays in sequence.
         changes.sort_by_key(|change| change.page.texture());
-        let mut have_grown = false;
+        let mut have_moved = false;
         for changes in changes.chunk_by(|a, b| a.page.texture() == b.page.texture()) {
             let texture = changes[0].page.texture();
             let finest = changes.iter().map(|change| change.page.level()).min().unwrap_or(0);
@@ -21,16 +22,20 @@ impl Textures {
                 continue;
             };
             if table.has_level(finest) {
-                self.counters.table_bytes_sent +=
-                    self.changer.apply(&self.device, &self.queue, encoder, table, changes)?;
+                let applied = self.changer.apply(&self.device, &self.queue, encoder, table, changes)?;
+                self.counters.table_bytes_sent += applied.bytes;
+                if applied.has_moved {
+                    self.make_bind_groups(texture);
+                    have_moved = true;
+                }
             } else {
                 self.counters.table_bytes_sent += table.grow(&self.device, &self.queue, finest)?;
                 self.tell_table(encoder, texture)?;
-                have_grown = true;
+                have_moved = true;
             }
         }
         self.changes = changes;
-        if have_grown {
+        if have_moved {
             self.update_groups();
             self.bind_groups_anew();
         }
@@ -47,7 +52,7 @@ impl Textures {
         let slot: Option<Slot> = self.pagers.pager(pool).tail_slot(texture);
         let state = self.textures.get_mut(usize::from(texture.number()));
         let (Some(slot), Some(Some(state))) = (slot, state) else { return Ok(()) };
-        self.counters.table_bytes_sent += state.table.reset(&self.queue, slot);
+        self.counters.table_bytes_sent += state.table.reset(&self.device, &self.queue, slot);
         self.tell_table(encoder, texture)
     }
 
@@ -57,8 +62,8 @@ impl Textures {
         let (Some(pool), Some(Some(TextureState { table, .. }))) = (pool, state) else { return Ok(()) };
         let mut resident = Vec::new();
         self.pagers.pager(pool).resident_changes(texture, &mut resident);
-        self.counters.table_bytes_sent +=
-            self.changer.apply(&self.device, &self.queue, encoder, table, &resident)?;
+        let applied = self.changer.apply(&self.device, &self.queue, encoder, table, &resident)?;
+        self.counters.table_bytes_sent += applied.bytes;
         self.make_bind_groups(texture);
         Ok(())
     }

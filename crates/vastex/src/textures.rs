@@ -9,7 +9,9 @@ use vastex_core::{
     PoolId, TableChange, TextureId, ViewId,
 };
 use vastex_tiles::{Loader, RamCache, Tiers, Tile, TileSource};
-use vastex_wgpu::{BindLayout, FeedbackWay, ShaderOptions, TableBuffers, TableChanger, group_wgsl, wgsl};
+use vastex_wgpu::{
+    BindLayout, FeedbackWay, ShaderOptions, TableBuffers, TableChanger, TableChoice, group_wgsl, wgsl,
+};
 
 use crate::by_hand::OpenTickets;
 use crate::decoded::{DecodedSource, held_description};
@@ -19,7 +21,7 @@ use crate::layer::LayerId;
 use crate::lock_step::LockStep;
 use crate::pools::{PoolState, Shape};
 use crate::recorder::{Places, Recorder};
-use crate::settings::{Pace, Settings};
+use crate::settings::{Pace, Settings, TextureSettings};
 use crate::stats::Counters;
 use crate::telemetry::Telemetry;
 use crate::texture_space::TextureSpacePath;
@@ -64,6 +66,7 @@ pub(crate) struct TextureState {
     /// What the loader reads from, its caches in front.
     pub(crate) source: Arc<dyn TileSource>,
     pub(crate) table: TableBuffers,
+    pub(crate) page_table: TableChoice,
     /// For people.
     pub(crate) name: Option<Arc<str>>,
 }
@@ -162,9 +165,19 @@ impl Textures {
 
     /// Adds a texture: makes a pool if none suits it, and reads the tail, so that there is something to show.
     ///
-    /// Costs one read and the beginning of the page table, which grows to 4 bytes for each page of the levels that are wanted. Layers that the device cannot decompress are decoded
-    /// when they are loaded, and take as much of the pool as their texels.
+    /// Costs one read and the beginning of the page table, which grows to 4 bytes for each page of the levels that are wanted or, of a
+    /// texture of more than some millions of pages, to 48 or fewer for each page that is resident. Layers that the device cannot
+    /// decompress are decoded when they are loaded, and take as much of the pool as their texels.
     pub fn add(&mut self, source: Arc<dyn TileSource>) -> Result<TextureId, Error> {
+        self.add_with(source, TextureSettings::default())
+    }
+
+    /// The same with settings of its own.
+    pub fn add_with(
+        &mut self,
+        source: Arc<dyn TileSource>,
+        settings: TextureSettings,
+    ) -> Result<TextureId, Error> {
         let description = source.description().clone();
         if description.geometry.dims() == Dims::D3 {
             return Err(Error::Volume);
@@ -177,12 +190,12 @@ impl Textures {
         };
         let tail = read_tail(&*source)?.decode(&held)?;
         // Whatever can be refused is refused before anything changes.
-        TableBuffers::check(&self.device, &description.geometry)?;
+        TableBuffers::check(&self.device, &description.geometry, settings.page_table)?;
         if !self.pagers.has_free_number() {
             return Err(PoolError::TooManyTextures.into());
         }
         let pool = self.pool_for(&description, &held)?;
-        let texture = self.add_to(pool, &description, &tail, &source)?;
+        let texture = self.add_to(pool, &description, &tail, &source, settings)?;
         self.loader.add_source(texture, source);
         Ok(texture)
     }
@@ -215,19 +228,21 @@ impl Textures {
         description: &Arc<Description>,
         tail: &[u8],
         source: &Arc<dyn TileSource>,
+        TextureSettings { page_table }: TextureSettings,
     ) -> Result<TextureId, Error> {
         let contents = if self.settings.share_contents { source.contents().cloned() } else { None };
         let present = source.present().cloned();
         let (texture, slot) = self.pagers.add_texture(pool, &description.geometry, present, contents)?;
         let pool = &self.pools[usize::from(pool.number())];
         pool.upload(&self.queue, slot, tail)?;
-        let table = TableBuffers::new(&self.device, &self.queue, &description.geometry, texture, slot)?;
+        let geometry = &description.geometry;
+        let table = TableBuffers::new(&self.device, &self.queue, geometry, texture, slot, page_table)?;
         let number = usize::from(texture.number());
         if self.textures.len() <= number {
             self.textures.resize_with(number + 1, || None);
         }
         let (description, source) = (description.clone(), source.clone());
-        self.textures[number] = Some(TextureState { description, table, source, name: None });
+        self.textures[number] = Some(TextureState { description, table, page_table, source, name: None });
         self.make_bind_groups(texture);
         Ok(texture)
     }

@@ -8,7 +8,8 @@ use std::time::Duration;
 
 use common::{Mapping, PICTURE, Screen, property, settings};
 use vastex::{
-    AddressMode, Error, GpuError, LevelRule, Pace, PageState, PoolSettings, Settings, Textures, TileSource,
+    AddressMode, Error, GpuError, LevelRule, Pace, PageState, PoolSettings, Settings, TableChoice,
+    TextureSettings, Textures, TileSource,
 };
 use vastex_core::{Description, Dims, Geometry, GeometrySpec, PagePos, PoolError, WantedPage};
 use vastex_tiles::{PropertySource, ReadFuture};
@@ -127,15 +128,16 @@ fn a_texture_that_is_refused_leaves_everything_as_it_was() {
     let device = TestDevice::new();
     let mut textures = Textures::new(&device.device, &device.queue, settings()).unwrap();
     let endless = Geometry::new(GeometrySpec::image(1 << 31, 1 << 31)).unwrap();
+    let direct = TextureSettings { page_table: TableChoice::Direct };
     for _ in 0..2 {
-        let refused = textures.add(Arc::new(PropertySource::new(endless.clone())));
+        let refused = textures.add_with(Arc::new(PropertySource::new(endless.clone())), direct);
         assert!(matches!(refused, Err(Error::Gpu(GpuError::TableTooLarge { .. }))), "{refused:?}");
     }
     // Neither its number nor its pool is kept: the next one is the first.
     let first = textures.add(small_pages()).unwrap();
     assert_eq!((first.number(), textures.stats().pools.len()), (0, 1));
     assert_eq!(textures.description(first).geometry.spec().page, PAGE);
-    let refused = textures.add(Arc::new(PropertySource::new(endless)));
+    let refused = textures.add_with(Arc::new(PropertySource::new(endless)), direct);
     assert!(refused.is_err());
     assert_eq!(textures.add(small_pages()).unwrap().number(), 1);
 }

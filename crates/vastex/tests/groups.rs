@@ -91,7 +91,7 @@ const ALL_LEVELS: LevelRule = LevelRule { bias: 0.0, finest: 0, coarsest: u8::MA
 
 #[test]
 fn every_member_looks_as_it_does_alone() {
-    let mut screen = Screen::of_group(settings(), &by_columns(), add_group);
+    let mut screen = Screen::showing(settings(), &by_columns(), add_group);
     for texels in [0.3, 1.1, 3.0, 11.0, 40.0] {
         check(&mut screen, texels, [ALL_LEVELS; 4]);
     }
@@ -100,7 +100,7 @@ fn every_member_looks_as_it_does_alone() {
 
 #[test]
 fn a_pool_may_be_resized_under_a_group() {
-    let mut screen = Screen::of_group(settings(), &by_columns(), add_group);
+    let mut screen = Screen::showing(settings(), &by_columns(), add_group);
     check(&mut screen, 2.0, [ALL_LEVELS; 4]);
     let pools: Vec<_> = screen.textures.stats().pools.iter().map(|pool| (pool.pool, pool.bytes)).collect();
     let loaded = screen.textures.stats().pager.loaded;
@@ -114,7 +114,7 @@ fn a_pool_may_be_resized_under_a_group() {
 
 #[test]
 fn members_keep_their_clamps_and_biases() {
-    let mut screen = Screen::of_group(settings(), &by_columns(), add_group);
+    let mut screen = Screen::showing(settings(), &by_columns(), add_group);
     let rules = [
         LevelRule { bias: 1.3, ..ALL_LEVELS },
         LevelRule { finest: 2, ..ALL_LEVELS },
@@ -132,7 +132,7 @@ fn members_keep_their_clamps_and_biases() {
 
 #[test]
 fn a_group_outlives_its_device_but_not_its_members() {
-    let screen = Screen::of_group(settings(), &by_columns(), add_group);
+    let screen = Screen::showing(settings(), &by_columns(), add_group);
     let ids: Vec<TextureId> = screen.textures.iter().collect();
     let mut screen = screen;
     screen.set_mapping(0, &mapping(2.0));
@@ -161,7 +161,7 @@ fn members_apart_take_turns() {
         "let wanted = array(vastex_feedback(uv), vastex_feedback_night(uv.yx), vastex_feedback_height(1.0 - uv));
         return wanted[vastex_turn(placed.clip, 3u)];",
     );
-    let mut screen = Screen::of_group(settings(), &shader, |textures| {
+    let mut screen = Screen::showing(settings(), &shader, |textures| {
         let ids = add_all(textures);
         let members = [
             Member::new("color", ids[0]),

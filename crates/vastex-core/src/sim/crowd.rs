@@ -21,7 +21,7 @@ use crate::residency::PageState;
 use crate::sim::contents::Contents;
 use crate::sim::loader::{Loads, Outcome};
 use crate::sim::{Path, Random};
-use crate::table::{ChangeRule, TableChange, TableEntry, TableImage};
+use crate::table::{ChangeRule, PageTable, TableChange, TableEntry, TableImage};
 use crate::textures::page_id;
 use crate::tickets::{AskError, Progress, Ticket, TicketState, Urgency};
 use crate::views::ViewId;

@@ -18,7 +18,7 @@ use crate::pool::PoolError;
 use crate::prefetch_sets::PrefetchSets;
 use crate::sim::loader::{Loads, Outcome};
 use crate::sim::{Path, Random, Sharpness, View};
-use crate::table::{TableChange, TableEntry, TableImage};
+use crate::table::{PageTable, TableChange, TableEntry, TableImage};
 use crate::trace::Trace;
 
 /// Frames between a view and its feedback.

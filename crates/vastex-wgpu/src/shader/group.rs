@@ -7,7 +7,7 @@
 use std::collections::BTreeSet;
 
 use super::{
-    Atlas, FEEDBACK, FEEDBACK_FIXED, Filter, LAMBDA, LEVEL, LOOKUP, PAGE, PARAMS, POSITION, SAMPLE,
+    Atlas, FEEDBACK, FEEDBACK_FIXED, Filter, HASHED, LAMBDA, LEVEL, LOOKUP, PAGE, PARAMS, POSITION, SAMPLE,
     SAMPLE_FIXED, TABLE_BUFFER, TELL, VIEW, atlas_modules, constants, push_constant, tell_modules,
 };
 use crate::error::GpuError;
@@ -92,7 +92,8 @@ impl GroupShape {
 const SHAPE_MODULES: [&str; 4] = [LEVEL, PAGE, FEEDBACK, FEEDBACK_FIXED];
 
 fn member_modules(atlas: Atlas) -> Vec<&'static str> {
-    [&SHAPE_MODULES[..], &[TABLE_BUFFER, LOOKUP], atlas_modules(atlas), &[SAMPLE, SAMPLE_FIXED]].concat()
+    [&SHAPE_MODULES[..], &[TABLE_BUFFER, HASHED, LOOKUP], atlas_modules(atlas), &[SAMPLE, SAMPLE_FIXED]]
+        .concat()
 }
 
 /// The WGSL that an application puts before its own shader that samples a group; the bind group's index as in

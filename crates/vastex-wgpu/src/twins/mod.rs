@@ -13,7 +13,7 @@ pub use fixed::folded_texel;
 pub use lookup::Place;
 pub use sample::Sampler;
 
-use vastex_core::{Geometry, LevelRule, TableImage, TextureId};
+use vastex_core::{Geometry, LevelRule, PageTable, TextureId};
 
 /// A virtual texture as shaders know it: `vastex_texture`, `vastex_table`, and of `vastex_pool` and `vastex_view`
 /// what bears on levels and on the layer.
@@ -22,7 +22,7 @@ pub struct Texture<'a> {
     /// Its shape.
     pub geometry: &'a Geometry,
     /// Its page table.
-    pub table: &'a TableImage,
+    pub table: &'a dyn PageTable,
     /// Its number in page ids.
     pub number: TextureId,
     /// How its levels are chosen, as far as it has them.
@@ -37,7 +37,7 @@ pub struct Texture<'a> {
 
 impl<'a> Texture<'a> {
     /// A texture without biases, drawn at full resolution; a layer that has it, too.
-    pub fn new(geometry: &'a Geometry, table: &'a TableImage, number: TextureId) -> Texture<'a> {
+    pub fn new(geometry: &'a Geometry, table: &'a dyn PageTable, number: TextureId) -> Texture<'a> {
         let rule = LevelRule::default().within(geometry);
         Texture { geometry, table, number, rule, pool_bias: 0, layer_scale: 1, level_offset: 0.0 }
     }

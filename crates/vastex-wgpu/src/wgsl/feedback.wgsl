@@ -39,11 +39,7 @@ fn vastex_feedback_lambda(position: VastexPosition, lambda: f32, flag: u32) -> v
     return vec4<u32>(id, eighth, flag);
 }
 
-// The id of a page of the texture, low half first: x and y of VASTEX_COORD_BITS_2D bits each, level, texture.
+// The id of a page of the texture, low half first.
 fn vastex_page_id(page: vec2<u32>, level: u32) -> vec2<u32> {
-    let low = page.x | page.y << VASTEX_COORD_BITS_2D;
-    let high = page.y >> (32u - VASTEX_COORD_BITS_2D)
-        | level << (VASTEX_LEVEL_SHIFT - 32u)
-        | vastex_texture.number << (VASTEX_TEXTURE_SHIFT - 32u);
-    return vec2<u32>(low, high);
+    return vastex_page_key(page, level) | vec2<u32>(0u, vastex_texture.number << (VASTEX_TEXTURE_SHIFT - 32u));
 }

@@ -1,4 +1,4 @@
-// From a position and a level to a texel of the atlas: one read of the page table.
+// From a position and a level to a texel of the atlas: one read of a direct page table, or a probe of a hashed one.
 // CPU twin: twins/lookup.rs.
 
 // Where a position lies in a level, in the level's texels from `first`, one of them; `from_first` are texels of level 0.
@@ -27,15 +27,23 @@ fn vastex_place_in_tail(position: VastexPosition, wanted: u32) -> VastexPlace {
     return vastex_place_in_slot(vastex_texture.tail_slot, first + texel, level);
 }
 
+// The entry of the finest resident page that covers a texel at `wanted`, a level finer than the tail, or coarser.
+fn vastex_entry(texel: vec2<u32>, wanted: u32) -> u32 {
+    if vastex_texture.table_places != 0u {
+        return vastex_hashed_entry(texel, wanted);
+    }
+    let level = max(wanted, vastex_texture.table_level);
+    let page = vastex_page_from_texel(texel, level);
+    let row = vastex_texture.levels[level].pages.x;
+    return vastex_table_entry(vastex_texture.levels[level].first_entry + page.y * row + page.x);
+}
+
 // Where the finest resident page that covers the position at `wanted`, a level of the texture, has it.
 fn vastex_place(position: VastexPosition, wanted: u32) -> VastexPlace {
     if wanted >= vastex_texture.tail_level {
         return vastex_place_in_tail(position, wanted);
     }
-    let table_level = max(wanted, vastex_texture.table_level);
-    let page = vastex_page_from_texel(position.texel, table_level);
-    let row = vastex_texture.levels[table_level].pages.x;
-    let entry = vastex_table_entry(vastex_texture.levels[table_level].first_entry + page.y * row + page.x);
+    let entry = vastex_entry(position.texel, wanted);
     let level = entry >> VASTEX_ENTRY_SLOT_BITS;
     if level >= vastex_texture.tail_level {
         return vastex_place_in_tail(position, level);

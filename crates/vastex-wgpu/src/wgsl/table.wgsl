@@ -1,5 +1,6 @@
-// Page-table changes: first every eviction, then every load, one invocation for each entry at and below a page.
-// What makes either half independent of its order is told at the head of vastex-core's table.rs.
+// Page-table changes. Of a direct table first every eviction, then every load, one invocation for each entry at and below a page.
+// What makes either half independent of its order is told at the head of vastex-core's table.rs. Of a hashed table the places
+// that have changed, one invocation each.
 
 struct VastexChange {
     x: u32,              // the page, in pages of its level
@@ -18,8 +19,24 @@ struct VastexChanges {
     changes: array<VastexChange>, // evictions, then loads
 }
 
+struct VastexWritten {
+    place: u32,
+    page_low: u32,
+    page_high: u32,
+    entry: u32,
+}
+
+struct VastexWrittenPlaces {
+    count: u32,
+    unused_0: u32,
+    unused_1: u32,
+    unused_2: u32,
+    written: array<VastexWritten>,
+}
+
 @group(0) @binding(0) var<storage, read_write> table: array<atomic<u32>>;
 @group(0) @binding(1) var<storage, read> batch: VastexChanges;
+@group(0) @binding(1) var<storage, read> places: VastexWrittenPlaces;
 @group(0) @binding(2) var<uniform> texture: VastexTexture;
 
 // The change among `count` from `first` on to which a chunk belongs: the last that begins at or before it.
@@ -97,4 +114,20 @@ fn load(
     if index != VASTEX_NONE {
         atomicMin(&table[index], change.entry);
     }
+}
+
+@compute @workgroup_size(VASTEX_WORKGROUP)
+fn write(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let nth = chunk_of(group, groups) * VASTEX_WORKGROUP + lane;
+    if nth >= places.count {
+        return;
+    }
+    let written = places.written[nth];
+    atomicStore(&table[3u * written.place], written.page_low);
+    atomicStore(&table[3u * written.place + 1u], written.page_high);
+    atomicStore(&table[3u * written.place + 2u], written.entry);
 }

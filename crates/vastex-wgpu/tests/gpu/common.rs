@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
 use vastex_core::{
-    ChangeRule, Description, Geometry, Layer, LayerFormat, PageId, PagePos, PoolLayout, Slot, TableChange,
-    TableEntry, TableImage, TextureId,
+    ChangeRule, Description, Geometry, HashedTable, Layer, LayerFormat, PageId, PagePos, PageTable,
+    PoolLayout, Slot, TableChange, TableEntry, TableImage, TableLayout, TextureId,
 };
 use vastex_wgpu::test_device::TestDevice;
-use vastex_wgpu::{Pool, TableBuffers, TableChanger, limits};
+use vastex_wgpu::{Pool, TableBuffers, TableChanger, TableChoice, limits};
 
 /// One device for all tests that leave it whole.
 pub(crate) static GPU: LazyLock<TestDevice> = LazyLock::new(TestDevice::new);
@@ -47,7 +47,7 @@ pub(crate) struct World {
     /// The layer that is sampled, and its number.
     pub(crate) layer: Layer,
     pub(crate) index: usize,
-    pub(crate) image: TableImage,
+    pub(crate) image: Box<dyn PageTable>,
     /// Texels of that layer.
     pub(crate) tiles: BTreeMap<Slot, Vec<u8>>,
     pub(crate) pool: Pool,
@@ -55,7 +55,7 @@ pub(crate) struct World {
 }
 
 impl World {
-    /// A texture of one layer, about `share` of its pages resident, in shuffled slots.
+    /// A texture of one layer, about `share` of its pages resident, in shuffled slots; every other seed has a hashed page table.
     pub(crate) fn new(
         gpu: &TestDevice,
         geometry: &Geometry,
@@ -74,13 +74,27 @@ impl World {
         share: f32,
         seed: u64,
     ) -> World {
+        let mut random = Random(seed | 1);
+        let mut resident: Vec<PagePos> = description.geometry.pages().skip(1).collect();
+        resident.retain(|_| random.unit() < share);
+        // What is sampled is the same through either kind.
+        let choice = [TableChoice::Direct, TableChoice::Hashed][seed as usize % 2];
+        World::with(gpu, description, index, resident, choice, seed)
+    }
+
+    /// The same with these pages resident beside the tail, through a table of a kind.
+    pub(crate) fn with(
+        gpu: &TestDevice,
+        description: &Description,
+        index: usize,
+        mut resident: Vec<PagePos>,
+        choice: TableChoice,
+        seed: u64,
+    ) -> World {
         description.check().unwrap();
         let geometry = &description.geometry;
-        let mut random = Random(seed | 1);
-        let mut resident: Vec<PagePos> = geometry.pages().collect();
-        let tail = resident.remove(0);
-        resident.retain(|_| random.unit() < share);
-        resident.insert(0, tail);
+        let mut random = Random(seed | 2);
+        resident.insert(0, geometry.tail_pos());
         let mut slots: Vec<Slot> = (0..resident.len() as u32 + 3).map(Slot::new).collect();
         for i in (1..slots.len()).rev() {
             slots.swap(i, random.below(i + 1));
@@ -93,9 +107,9 @@ impl World {
             PoolLayout::fit(description, (slots.len() + 2) as u64 * tile_bytes as u64 * 2, limits).unwrap();
         assert!(layout.slots() as usize >= slots.len(), "{layout:?}");
         let pool = Pool::new(&gpu.device, &gpu.queue, &layout, &description.layers).unwrap();
-        let mut table = TableBuffers::new(&gpu.device, &gpu.queue, geometry, NUMBER, slots[0]).unwrap();
+        let mut table =
+            TableBuffers::new(&gpu.device, &gpu.queue, geometry, NUMBER, slots[0], choice).unwrap();
         table.grow(&gpu.device, &gpu.queue, 0).unwrap();
-        let mut image = TableImage::new(geometry, slots[0]);
         let mut tiles = BTreeMap::new();
         let mut changes = Vec::new();
         for (&pos, &slot) in resident.iter().zip(&slots) {
@@ -107,7 +121,6 @@ impl World {
                 let page = PageId::new(NUMBER, geometry.dims(), pos).unwrap();
                 let entry = TableEntry::new(pos.level, slot);
                 changes.push(TableChange { page, rule: ChangeRule::Coarser, entry });
-                image.apply(geometry, changes.last().unwrap());
             }
         }
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
@@ -116,8 +129,23 @@ impl World {
             .unwrap();
         gpu.queue.submit([encoder.finish()]);
         let layer = description.layers[index].clone();
+        let image = image_of(geometry, slots[0], &changes);
         World { geometry: geometry.clone(), layer, index, image, tiles, pool, table }
     }
+}
+
+/// What a table must say after these loads: from a direct image, where there may be one.
+fn image_of(geometry: &Geometry, tail: Slot, changes: &[TableChange]) -> Box<dyn PageTable> {
+    if TableLayout::new(geometry).entries() > TableLayout::MOST_DIRECT {
+        let mut image = HashedTable::new(geometry, tail);
+        image.apply(changes);
+        return Box::new(image);
+    }
+    let mut image = TableImage::new(geometry, tail);
+    changes.iter().for_each(|change| {
+        image.apply(geometry, change);
+    });
+    Box::new(image)
 }
 
 /// A layer's part of a tile, of random texels: floats from 0 to 1, blocks of any content that means something.

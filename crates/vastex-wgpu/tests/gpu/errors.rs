@@ -7,7 +7,7 @@ use vastex_core::{
 use vastex_wgpu::test_device::TestDevice;
 use vastex_wgpu::{
     FeedbackScale, FeedbackTarget, FeedbackWay, GpuError, Pool, RawFeedback, Readback, TableBuffers,
-    TableChanger, ViewBuffer, limits,
+    TableChanger, TableChoice, ViewBuffer, limits,
 };
 
 use crate::common::{GPU, NUMBER};
@@ -46,8 +46,10 @@ fn a_pool_refuses_what_does_not_fit_it() {
 #[test]
 fn a_table_beyond_the_device_is_refused() {
     let geometry = Geometry::new(GeometrySpec::image(1 << 31, 1 << 30)).unwrap();
-    let table = TableBuffers::new(&GPU.device, &GPU.queue, &geometry, NUMBER, Slot::new(0));
-    assert!(matches!(table, Err(GpuError::TableTooLarge { .. })));
+    let table = |choice| TableBuffers::new(&GPU.device, &GPU.queue, &geometry, NUMBER, Slot::new(0), choice);
+    assert!(matches!(table(TableChoice::Direct), Err(GpuError::TableTooLarge { .. })));
+    // So it gets one that fits, unless told otherwise.
+    assert!(table(TableChoice::BySize).unwrap().hashed().is_some());
 }
 
 #[test]
@@ -73,7 +75,8 @@ fn a_lost_device_is_an_error_wherever_something_is_read() {
     };
     let (layout, geometry) = (layout(limits(device)), geometry());
     let pool = Pool::new(device, queue, &layout, &layers(LayerFormat::Rgba8)).unwrap();
-    let mut table = TableBuffers::new(device, queue, &geometry, NUMBER, Slot::new(0)).unwrap();
+    let mut table =
+        TableBuffers::new(device, queue, &geometry, NUMBER, Slot::new(0), TableChoice::BySize).unwrap();
     let changer = TableChanger::new(device);
     record(&mut readback, 1);
     assert!(readback.wait(device, queue, 1).is_ok());
@@ -87,7 +90,7 @@ fn a_lost_device_is_an_error_wherever_something_is_read() {
     // So it is wherever something is made; what only writes to what exists goes on in silence.
     let made = Pool::new(device, queue, &layout, &layers(LayerFormat::Rgba8));
     assert_eq!(made.unwrap_err(), GpuError::DeviceLost);
-    let made = TableBuffers::new(device, queue, &geometry, NUMBER, Slot::new(0));
+    let made = TableBuffers::new(device, queue, &geometry, NUMBER, Slot::new(0), TableChoice::BySize);
     assert_eq!(made.unwrap_err(), GpuError::DeviceLost);
     let made = FeedbackTarget::new(device, [64, 64], FeedbackScale::Reduced);
     assert_eq!(made.unwrap_err(), GpuError::DeviceLost);

@@ -1,10 +1,12 @@
 //! Places in fixed point on the GPU against their twins: the folding alone up to 2^31 texels, and what is sampled and wanted.
 
+use std::collections::BTreeSet;
+
 use bytemuck::{Pod, Zeroable};
 use vastex_core::shared::FIXED_REACH;
-use vastex_core::{AddressMode, Geometry, GeometrySpec, LayerFormat, Slot};
+use vastex_core::{AddressMode, Description, Geometry, GeometrySpec, LayerFormat, PagePos, Slot};
 use vastex_wgpu::test_device::TestDevice;
-use vastex_wgpu::{BindLayout, FeedbackWay, Filter, ShaderOptions, ViewBuffer, twins, wgsl};
+use vastex_wgpu::{BindLayout, FeedbackWay, Filter, ShaderOptions, TableChoice, ViewBuffer, twins, wgsl};
 
 use crate::common::{GPU, NUMBER, Random, World};
 use crate::sampling::{Output, pipeline, run, tolerance};
@@ -139,17 +141,15 @@ const HARNESS: &str = "
         }
     }";
 
-fn inputs(geometry: &Geometry, random: &mut Random) -> Vec<Input> {
+/// Calls of chance and of extremes, around these texels.
+fn inputs(geometry: &Geometry, spots: &[[u32; 2]], random: &mut Random) -> Vec<Input> {
     const GRADIENTS: [f32; 8] = [0.0, 1e-30, 1e30, f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -0.0, 0.125];
     let coarsest = f32::from(geometry.coarsest());
-    let size = geometry.size();
     let mut inputs = Vec::new();
     for n in 0..1500 {
-        let anchor = [0, 1].map(|a| match random.below(4) {
-            0 => [0, size[a] - 1][random.below(2)],
-            _ => (random.next() % u64::from(size[a])) as u32,
-        });
-        let far = [3.0, 300.0, 1.5 * size[0] as f32][random.below(3)];
+        let spot = spots[random.below(spots.len())];
+        let anchor = spot.map(|texel| texel.saturating_add_signed(random.below(64) as i32 - 32));
+        let far = [3.0, 300.0, 60_000.0][random.below(3)];
         let offset = [random.between(-far, far), random.between(-far, far)];
         let mut gradient = || match random.below(8) {
             0 => [0, 1].map(|_| GRADIENTS[random.below(GRADIENTS.len())]),
@@ -166,23 +166,30 @@ fn inputs(geometry: &Geometry, random: &mut Random) -> Vec<Input> {
 }
 
 /// Compares GPU and twin over random inputs; what is near an edge may lie on either side of it.
-fn check(gpu: &TestDevice, world: &World, filter: Filter, seed: u64) {
+fn check(gpu: &TestDevice, world: &World, spots: &[[u32; 2]], filter: Filter, seed: u64) {
     let layout = BindLayout::new(&gpu.device, world.pool.atlas(0), FeedbackWay::Separate);
     let text =
         wgsl(&ShaderOptions { filter, atlas: world.pool.atlas(0), ..ShaderOptions::default() }) + HARNESS;
     let pipeline = pipeline(gpu, layout.layout(), text);
     let view = ViewBuffer::new(&gpu.device, &gpu.queue, FeedbackWay::Separate);
     let group = layout.bind_group(&gpu.device, &world.table, &world.pool, 0, &view);
-    let inputs = inputs(&world.geometry, &mut Random(seed));
+    let inputs = inputs(&world.geometry, spots, &mut Random(seed));
     let outputs: Vec<Output> = run(gpu, &pipeline, &group, &inputs);
     let tile = |slot: Slot| world.tiles[&slot].as_slice();
-    let texture = twins::Texture::new(&world.geometry, &world.image, NUMBER);
+    let texture = twins::Texture::new(&world.geometry, &*world.image, NUMBER);
     let twin = twins::Sampler { texture, format: world.layer.format, filter, tile: &tile };
     let tolerance = tolerance(world.layer.format, filter);
+    let coarsest = f32::from(world.geometry.coarsest());
+    let lambda_of = |dx: [f32; 2], dy: [f32; 2]| {
+        [dx, dy].iter().flatten().map(|texels| texels.abs()).fold(0.0, f32::max).log2()
+    };
     for (input, output) in inputs.iter().zip(&outputs) {
         let near = |level: f32, [x, y]: [f32; 2]| {
             let Input { anchor, offset, ddx, ddy, .. } = *input;
-            let shift = |at: f32, n: f32| at + n * (0.002 + at.abs() * 2.0 * f32::EPSILON);
+            // Where a texel is that of a coarse level, so is what the arithmetic of f32 does not tell apart.
+            let lambda = if input.at_level == 1 { input.level } else { lambda_of(ddx, ddy) };
+            let far = 0.002 + 2e-5 * lambda.clamp(0.0, coarsest).exp2();
+            let shift = |at: f32, n: f32| at + n * (far + at.abs() * 2.0 * f32::EPSILON);
             let offset = [shift(offset[0], x), shift(offset[1], y)];
             match input.at_level {
                 1 => (
@@ -220,16 +227,49 @@ fn what_is_sampled_and_wanted_in_fixed_point_agrees_with_the_twin() {
                 address: [address, MODES[(n + m) % 4], address],
                 ..GeometrySpec::image(size[0], size[1])
             };
-            let world = World::new(
-                &GPU,
-                &Geometry::new(spec).unwrap(),
-                LayerFormat::Rgba8,
-                [0.4, 0.9][m % 2],
-                (3 * n + m) as u64,
-            );
+            let geometry = Geometry::new(spec).unwrap();
+            let (share, seed) = ([0.4, 0.9][m % 2], (3 * n + m) as u64);
+            let world = World::new(&GPU, &geometry, LayerFormat::Rgba8, share, seed);
+            let spots = [[0, 0], [size[0] - 1, size[1] - 1], [size[0] / 2, size[1] / 3]];
             for filter in Filter::ALL {
-                check(&GPU, &world, filter, (n + 7 * m) as u64 + 1);
+                check(&GPU, &world, &spots, filter, (n + 7 * m) as u64 + 1);
             }
+        }
+    }
+}
+
+/// Pages of every level at and beside these texels, some of them missing.
+fn pages_around(geometry: &Geometry, spots: &[[u32; 2]], random: &mut Random) -> Vec<PagePos> {
+    let mut pages = BTreeSet::new();
+    for level in 0..geometry.tail().first_level() {
+        let (scale, page) = (geometry.level(level).scale, geometry.page());
+        for spot in spots {
+            let at = [0, 1].map(|a| (u64::from(spot[a]) / scale[a] / u64::from(page[a])) as u32);
+            for (x, y) in (-1..=1).flat_map(|x| (-1..=1).map(move |y| (x, y))) {
+                let pos = PagePos::new_2d(level, at[0].wrapping_add_signed(x), at[1].wrapping_add_signed(y));
+                if geometry.contains(pos) && random.unit() < 0.6 {
+                    pages.insert(pos);
+                }
+            }
+        }
+    }
+    pages.into_iter().collect()
+}
+
+/// The largest texture, through a hashed table: around its corners and some places in it.
+#[test]
+fn the_largest_texture_is_sampled_to_the_texel() {
+    let last = (1 << 31) - 1;
+    let spots = [[0, 0], [last, last], [last, 0], [1_234_567_891, 987_654_321], [3, 1 << 30]];
+    for (n, address) in MODES.into_iter().enumerate() {
+        let spec = GeometrySpec { address: [address; 3], ..GeometrySpec::image(1 << 31, 1 << 31) };
+        let geometry = Geometry::new(spec).unwrap();
+        let resident = pages_around(&geometry, &spots, &mut Random(n as u64 + 40));
+        let description = Description::one_layer(geometry, LayerFormat::R8);
+        let world = World::with(&GPU, &description, 0, resident, TableChoice::BySize, 77);
+        assert!(world.table.hashed().is_some_and(|table| table.len() > 300));
+        for filter in Filter::ALL {
+            check(&GPU, &world, &spots, filter, n as u64);
         }
     }
 }

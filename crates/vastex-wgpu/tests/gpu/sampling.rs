@@ -83,7 +83,7 @@ impl<'a> Harness<'a> {
             rule: world.table.rule(),
             pool_bias: bias,
             layer_scale: world.layer.scale,
-            ..twins::Texture::new(&world.geometry, &world.image, NUMBER)
+            ..twins::Texture::new(&world.geometry, &*world.image, NUMBER)
         };
         let twin = twins::Sampler { texture, format: world.layer.format, filter: self.filter, tile: &tile };
         let tolerance = tolerance(world.layer.format, self.filter);

@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 
 use vastex_core::{
-    ChangeRule, Dims, Geometry, GeometrySpec, PageId, PagePos, Slot, TableChange, TableEntry, TableImage,
+    ChangeRule, Dims, Geometry, GeometrySpec, HashedTable, PageId, PagePos, PageTable, Slot, TableChange,
+    TableEntry, TableImage,
 };
-use vastex_wgpu::{TableBuffers, TableChanger};
+use vastex_wgpu::{TableBuffers, TableChanger, TableChoice};
 
 use crate::common::{GPU, NUMBER, Random, read};
 
@@ -50,11 +51,17 @@ impl Run<'_> {
     }
 }
 
+/// Direct and hashed, with the same changes.
 fn check(geometry: &Geometry, seed: u64) {
+    check_kind(geometry, seed, TableChoice::Direct);
+    check_kind(geometry, seed, TableChoice::Hashed);
+}
+
+fn check_kind(geometry: &Geometry, seed: u64, choice: TableChoice) {
     let gpu = &*GPU;
     let tail = Slot::new(70_000);
     let changer = TableChanger::new(&gpu.device);
-    let mut table = TableBuffers::new(&gpu.device, &gpu.queue, geometry, NUMBER, tail).unwrap();
+    let mut table = TableBuffers::new(&gpu.device, &gpu.queue, geometry, NUMBER, tail, choice).unwrap();
     table.grow(&gpu.device, &gpu.queue, 0).unwrap();
     let mut image = TableImage::new(geometry, tail);
     let mut run = Run {
@@ -69,11 +76,19 @@ fn check(geometry: &Geometry, seed: u64) {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         let sent = changer.apply(&gpu.device, &gpu.queue, &mut encoder, &mut table, &changes).unwrap();
         gpu.queue.submit([encoder.finish()]);
-        assert_eq!(sent, if changes.is_empty() { 0 } else { 16 + 24 * changes.len() as u64 });
         for change in &changes {
             image.apply(geometry, change);
         }
-        let expected: Vec<u32> = image.entries().iter().map(|entry| entry.to_bits()).collect();
+        let expected: Vec<u32> = match table.hashed() {
+            None => {
+                assert_eq!(sent.bytes, if changes.is_empty() { 0 } else { 16 + 24 * changes.len() as u64 });
+                image.entries().iter().map(|entry| entry.to_bits()).collect()
+            }
+            Some(hashed) => {
+                assert!(geometry.pages().all(|pos| hashed.lookup(pos) == image.lookup(pos)), "frame {frame}");
+                hashed.places().iter().flat_map(|place| place.words()).collect()
+            }
+        };
         let found: Vec<u32> = read(gpu, table.entries());
         assert!(found == expected, "frame {frame} of {:?}: {changes:?}", geometry.spec());
     }
@@ -113,7 +128,8 @@ fn a_table_grows_when_finer_pages_come() {
     let geometry = &Geometry::new(GeometrySpec { page: 32, ..GeometrySpec::image(5000, 3000) }).unwrap();
     let tail = Slot::new(70_000);
     let changer = TableChanger::new(&gpu.device);
-    let mut table = TableBuffers::new(&gpu.device, &gpu.queue, geometry, NUMBER, tail).unwrap();
+    let mut table =
+        TableBuffers::new(&gpu.device, &gpu.queue, geometry, NUMBER, tail, TableChoice::Direct).unwrap();
     let mut image = TableImage::new(geometry, tail);
     let mut run = Run {
         geometry,
@@ -156,6 +172,45 @@ fn a_table_grows_when_finer_pages_come() {
 #[test]
 fn a_texture_that_is_all_tail_has_a_table_that_nobody_reads() {
     let geometry = Geometry::new(GeometrySpec::image(1, 1)).unwrap();
-    let table = TableBuffers::new(&GPU.device, &GPU.queue, &geometry, NUMBER, Slot::new(7)).unwrap();
+    let table =
+        TableBuffers::new(&GPU.device, &GPU.queue, &geometry, NUMBER, Slot::new(7), TableChoice::BySize)
+            .unwrap();
     assert_eq!(read::<u32>(&GPU, table.entries()), [TableEntry::new(0, Slot::new(7)).to_bits()]);
+}
+
+#[test]
+fn a_hashed_table_grows_and_shrinks_with_what_is_resident() {
+    let gpu = &*GPU;
+    let geometry = Geometry::new(GeometrySpec::image(1 << 31, 1 << 31)).unwrap();
+    let tail = Slot::new(9);
+    let (choice, device, queue) = (TableChoice::BySize, &gpu.device, &gpu.queue);
+    let changer = TableChanger::new(device);
+    let mut table = TableBuffers::new(device, queue, &geometry, NUMBER, tail, choice).unwrap();
+    let bytes = table.bytes();
+    let change = |n: u32, rule, heir: Option<TableEntry>| {
+        let pos = PagePos::new_2d(n as u8 % 20, n, (1 << 4) - 1 - n % 16);
+        let own = TableEntry::new(pos.level, Slot::new(n));
+        let page = PageId::new(NUMBER, Dims::D2, pos).unwrap();
+        match heir {
+            None => TableChange { page, rule, entry: own },
+            Some(entry) => TableChange { page, rule: ChangeRule::Naming(own), entry },
+        }
+    };
+    let tail = TableEntry::new(geometry.tail().first_level(), tail);
+    let mut most = 0;
+    let loads = (0..2000).map(|n| change(n, ChangeRule::Coarser, None));
+    let evictions = (0..2000).map(|n| change(n, ChangeRule::Coarser, Some(tail)));
+    let changes: Vec<TableChange> = loads.chain(evictions).collect();
+    for changes in changes.chunks(125) {
+        let mut encoder = device.create_command_encoder(&Default::default());
+        let before = table.bytes();
+        let applied = changer.apply(device, queue, &mut encoder, &mut table, changes).unwrap();
+        queue.submit([encoder.finish()]);
+        assert_eq!(applied.has_moved, table.bytes() != before);
+        let hashed = table.hashed().unwrap();
+        let expected: Vec<u32> = hashed.places().iter().flat_map(|place| place.words()).collect();
+        assert!(read::<u32>(gpu, table.entries()) == expected, "with {} pages", hashed.len());
+        most = most.max(hashed.len());
+    }
+    assert_eq!((most, table.hashed().map(HashedTable::len), table.bytes()), (2000, Some(0), bytes));
 }

@@ -10,9 +10,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use vastex::{
-    Error, Event, Feedback, GroupId, Pace, Sampled, Settings, TextureId, Textures, TileSource, ViewId,
-};
+use vastex::{Error, Event, Feedback, Pace, Sampled, Settings, TextureId, Textures, TileSource, ViewId};
 use vastex_core::{AddressMode, Geometry, GeometrySpec};
 use vastex_tiles::PropertySource;
 use vastex_wgpu::test_device::TestDevice;
@@ -93,11 +91,15 @@ impl Screen {
     }
 
     /// What `add` makes of textures, drawn by a shader of its own.
-    pub fn of_group(settings: Settings, shader: &str, add: impl FnOnce(&mut Textures) -> GroupId) -> Screen {
+    pub fn showing<S: Into<Sampled>>(
+        settings: Settings,
+        shader: &str,
+        add: impl FnOnce(&mut Textures) -> S,
+    ) -> Screen {
         let gpu = TestDevice::new();
         let mut textures = Textures::new(&gpu.device, &gpu.queue, settings).unwrap();
-        let group = add(&mut textures);
-        Screen::of(gpu, textures, &[group.into()], shader)
+        let shown = add(&mut textures).into();
+        Screen::of(gpu, textures, &[shown], shader)
     }
 
     /// The same textures on another device, with nothing of the old one. Mappings are to be set again.
@@ -180,10 +182,16 @@ impl Screen {
     }
 
     pub fn set_mapping(&mut self, nth: usize, mapping: &Mapping) {
+        self.set_anchored(nth, mapping, [0; 2]);
+    }
+
+    /// For a shader in fixed point: the mapping is in texels from the beginning of texel `anchor`.
+    pub fn set_anchored(&mut self, nth: usize, mapping: &Mapping, anchor: [u32; 2]) {
         let shown = &self.shown[nth];
         let picture = PICTURE.map(|side| side as f32);
-        let uniform = [mapping.origin, mapping.along_x, mapping.along_y, picture, shown.columns, [0.0; 2]];
+        let uniform = [mapping.origin, mapping.along_x, mapping.along_y, picture, shown.columns];
         self.gpu.queue.write_buffer(&shown.uniform, 0, bytemuck::bytes_of(&uniform));
+        self.gpu.queue.write_buffer(&shown.uniform, 40, bytemuck::bytes_of(&anchor));
     }
 
     /// One frame, but for the picture.

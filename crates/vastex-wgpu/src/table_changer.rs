@@ -1,0 +1,265 @@
+//! The changes that keep page tables in GPU memory equal to the CPU's image of them.
+//!
+//! Those of a direct table are carried out by two dispatches: every eviction, then every load. Which entries a change
+//! touches, and why the order within either half is of no matter, is told in `vastex-core` at [`TableChange`]. A hashed table
+//! changes on the CPU, and one dispatch writes the places that are others now.
+
+use vastex_core::{ChangeRule, Geometry, HashedTable, PagePos, TableChange, shared};
+
+use crate::bind::buffer;
+use crate::device::{alive, compute_pipelines, dispatch_size, storage};
+use crate::error::GpuError;
+use crate::mirror::{Change, ChangesHead, Written, WrittenHead};
+use crate::shader;
+use crate::table::{Kind, TableBuffers};
+
+/// Where changes are sent to, and the bind group that sees them; made anew when it is too small.
+#[derive(Debug)]
+pub(crate) struct ChangeBuffer {
+    buffer: wgpu::Buffer,
+    bind_group: wgpu::BindGroup,
+}
+
+/// What carrying out changes has done.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Applied {
+    /// Bytes sent to the GPU.
+    pub bytes: u64,
+    /// Whether a hashed table lies elsewhere now: its bind groups are to be made anew.
+    pub has_moved: bool,
+}
+
+/// Carries out changes of page tables; one for all of a device's.
+#[derive(Debug)]
+pub struct TableChanger {
+    layout: wgpu::BindGroupLayout,
+    evict: wgpu::ComputePipeline,
+    load: wgpu::ComputePipeline,
+    write: wgpu::ComputePipeline,
+}
+
+impl TableChanger {
+    /// Compiles the shader.
+    pub fn new(device: &wgpu::Device) -> TableChanger {
+        let bindings = [
+            buffer(wgpu::BufferBindingType::Storage { read_only: false }),
+            buffer(wgpu::BufferBindingType::Storage { read_only: true }),
+            buffer(wgpu::BufferBindingType::Uniform),
+        ];
+        let text = shader::table_wgsl();
+        let (layout, [evict, load, write]) =
+            compute_pipelines(device, "vastex table changes", text, &bindings, ["evict", "load", "write"]);
+        TableChanger { layout, evict, load, write }
+    }
+
+    /// Carries out the changes of one texture in one frame, evictions before loads. To a direct table it sends 24 bytes
+    /// for each change and 16 more; to a hashed one 16 for each place that is another now and 16 more, or all of it where it has
+    /// grown or shrunk. Commands recorded later in the encoder see the new table.
+    ///
+    /// At most once per table and submission: what is sent takes the place of what was sent before.
+    pub fn apply(
+        &self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        encoder: &mut wgpu::CommandEncoder,
+        table: &mut TableBuffers,
+        changes: &[TableChange],
+    ) -> Result<Applied, GpuError> {
+        if changes.is_empty() {
+            return Ok(Applied::default());
+        }
+        let (bytes, steps) = match &mut table.kind {
+            Kind::Direct { finest } => {
+                let batch = Batch::new(&table.geometry, *finest, changes);
+                let ChangesHead { eviction_chunks, load_chunks, .. } = batch.head;
+                (batch.bytes(), vec![(&self.evict, eviction_chunks), (&self.load, load_chunks)])
+            }
+            Kind::Hashed(hashed) => {
+                hashed.apply(changes);
+                let Some(written) = hashed.take_written() else {
+                    alive(device)?;
+                    return Ok(Applied { bytes: table.lie_anew(device, queue), has_moved: true });
+                };
+                let chunks = (written.len() as u32).div_ceil(shared::WORKGROUP);
+                (written_places(hashed, &written), vec![(&self.write, chunks)])
+            }
+        };
+        self.dispatch(device, queue, encoder, table, &bytes, &steps)?;
+        Ok(Applied { bytes: bytes.len() as u64, has_moved: false })
+    }
+
+    /// Sends a batch, and runs over its parts in turn, each of so many workgroups.
+    fn dispatch(
+        &self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        encoder: &mut wgpu::CommandEncoder,
+        table: &mut TableBuffers,
+        bytes: &[u8],
+        steps: &[(&wgpu::ComputePipeline, u32)],
+    ) -> Result<(), GpuError> {
+        let sent = bytes.len() as u64;
+        let room = match table.changes.take() {
+            Some(room) if room.buffer.size() >= sent => room,
+            _ => {
+                alive(device)?;
+                self.change_buffer(device, table, sent.next_power_of_two())
+            }
+        };
+        queue.write_buffer(&room.buffer, 0, bytes);
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some("vastex table changes"),
+            timestamp_writes: None,
+        });
+        pass.set_bind_group(0, &room.bind_group, &[]);
+        for (pipeline, chunks) in steps {
+            let [x, y] = dispatch_size(*chunks);
+            pass.set_pipeline(pipeline);
+            pass.dispatch_workgroups(x, y, 1);
+        }
+        table.changes = Some(room);
+        Ok(())
+    }
+
+    fn change_buffer(&self, device: &wgpu::Device, table: &TableBuffers, size: u64) -> ChangeBuffer {
+        let buffer = storage(device, "vastex table changes", size);
+        let resources = [
+            table.entries().as_entire_binding(),
+            buffer.as_entire_binding(),
+            table.params().as_entire_binding(),
+        ];
+        let entries: Vec<_> = (0..)
+            .zip(resources)
+            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
+            .collect();
+        let bind_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("vastex table changes"),
+            layout: &self.layout,
+            entries: &entries,
+        });
+        ChangeBuffer { buffer, bind_group }
+    }
+}
+
+/// The places of a hashed table that are others now, as the shader reads them.
+fn written_places(table: &HashedTable, written: &[u32]) -> Vec<u8> {
+    let head = WrittenHead { count: written.len() as u32, ..WrittenHead::default() };
+    let record = |&place: &u32| {
+        let [page_low, page_high, entry] = table.places()[place as usize].words();
+        Written { place, page_low, page_high, entry }
+    };
+    let records: Vec<Written> = written.iter().map(record).collect();
+    [bytemuck::bytes_of(&head), bytemuck::cast_slice(&records)].concat()
+}
+
+/// The changes of one frame to a direct table, as the shader reads them.
+struct Batch {
+    head: ChangesHead,
+    changes: Vec<Change>,
+}
+
+impl Batch {
+    fn new(geometry: &Geometry, finest: u8, changes: &[TableChange]) -> Batch {
+        let mut sorted = Vec::with_capacity(changes.len());
+        let mut half = |is_half: fn(&ChangeRule) -> bool| {
+            let (first, mut chunks) = (sorted.len(), 0);
+            for change in changes.iter().filter(|change| is_half(&change.rule)) {
+                let pos = change.page.pos(geometry.dims());
+                sorted.push(record(change, pos, chunks));
+                chunks += entries_below(geometry, pos.level, finest).div_ceil(shared::WORKGROUP);
+            }
+            ((sorted.len() - first) as u32, chunks)
+        };
+        let (evictions, eviction_chunks) = half(|rule| matches!(rule, ChangeRule::Naming(_)));
+        let (loads, load_chunks) = half(|rule| matches!(rule, ChangeRule::Coarser));
+        Batch { head: ChangesHead { evictions, loads, eviction_chunks, load_chunks }, changes: sorted }
+    }
+
+    fn bytes(&self) -> Vec<u8> {
+        [bytemuck::bytes_of(&self.head), bytemuck::cast_slice(&self.changes)].concat()
+    }
+}
+
+fn record(change: &TableChange, pos: PagePos, first_chunk: u32) -> Change {
+    let old = match change.rule {
+        ChangeRule::Naming(old) => old.to_bits(),
+        ChangeRule::Coarser => 0,
+    };
+    Change { x: pos.x, y: pos.y, z: pos.z, old, entry: change.entry.to_bits(), first_chunk }
+}
+
+/// Entries that the shader walks for a page of `level`: the page's own, and of each finer level as many as any page
+/// has there, from the level `finest` on. Never more than the table has.
+fn entries_below(geometry: &Geometry, level: u8, finest: u8) -> u32 {
+    let page = geometry.level(level);
+    let boxes = geometry.levels().get(usize::from(finest)..=usize::from(level)).unwrap_or_default().iter();
+    boxes
+        .map(|at| {
+            (0..3).map(|a| (page.scale[a] / at.scale[a]).min(u64::from(at.pages[a]))).product::<u64>() as u32
+        })
+        .sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use vastex_core::Slot;
+    use vastex_core::sim::{Knobs, Path, World};
+
+    /// At most twice the changed entries' own bytes and 64 for each page loaded or evicted, whichever way the camera goes.
+    #[test]
+    fn what_is_sent_is_in_proportion_to_what_changes() {
+        for path in Path::ALL {
+            let knobs = Knobs { slots: 250, ..Knobs::new(path, 1) };
+            let geometry = Geometry::new(knobs.spec).unwrap();
+            let mut world = World::new(knobs).unwrap();
+            let mut moved = 0;
+            for _ in 0..200 {
+                world.step().unwrap();
+                let changes = world.table_changes();
+                if changes.is_empty() {
+                    continue;
+                }
+                let sent = Batch::new(&geometry, 0, changes).bytes().len() as u64;
+                let (entries, pages) = (4 * world.entries_changed, changes.len() as u64);
+                assert!(
+                    sent <= 2 * entries + 64 * pages,
+                    "{path:?}: {sent} bytes for {entries} of entries and {pages} pages"
+                );
+                assert!(sent <= 40 * pages, "{path:?}: {sent} bytes for {pages} pages");
+                moved += pages;
+            }
+            assert!(moved > 50, "{path:?}: {moved} pages came and went");
+        }
+    }
+
+    /// The same of a hashed table, whose own places are what changes; all of them where it grows.
+    #[test]
+    fn what_is_sent_to_a_hashed_table_is_in_proportion_too() {
+        for path in Path::ALL {
+            let knobs = Knobs { slots: 900, ..Knobs::new(path, 1) };
+            let geometry = Geometry::new(knobs.spec).unwrap();
+            let mut world = World::new(knobs).unwrap();
+            let mut table = HashedTable::new(&geometry, Slot::new(0));
+            table.take_written();
+            let (mut moved, mut grown) = (0, 0);
+            for _ in 0..200 {
+                world.step().unwrap();
+                let before: Vec<_> = table.places().to_vec();
+                table.apply(world.table_changes());
+                let Some(written) = table.take_written() else {
+                    grown += 1;
+                    continue;
+                };
+                let changed = before.iter().zip(table.places()).filter(|(a, b)| a != b).count();
+                let (sent, pages) = (written_places(&table, &written).len(), world.table_changes().len());
+                assert!(
+                    pages == 0 || sent <= 2 * 12 * changed + 64 * pages,
+                    "{path:?}: {sent} bytes for {changed} places and {pages} pages"
+                );
+                moved += pages;
+            }
+            assert!(moved > 50 && grown <= 2, "{path:?}: {moved} pages came and went, {grown} sizes");
+        }
+    }
+}
