@@ -43,7 +43,7 @@ impl BindLayout {
     pub fn new(device: &wgpu::Device, atlas: Atlas, way: FeedbackWay) -> BindLayout {
         let mut entries = vec![
             entry(TEXTURE, buffer(wgpu::BufferBindingType::Uniform)),
-            entry(TABLE, buffer(wgpu::BufferBindingType::Storage { read_only: true })),
+            table_entry(TABLE, way),
             entry(POOL, buffer(wgpu::BufferBindingType::Uniform)),
             entry(VIEW, buffer(wgpu::BufferBindingType::Uniform)),
             entry(SAMPLER, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
@@ -88,7 +88,7 @@ impl BindLayout {
         let resource = |binding, resource| wgpu::BindGroupEntry { binding, resource };
         let mut entries = vec![
             resource(TEXTURE, table.params().as_entire_binding()),
-            resource(TABLE, table.entries().as_entire_binding()),
+            resource(TABLE, table.binding()),
             resource(POOL, pool.params(layer).as_entire_binding()),
             resource(VIEW, view.buffer().as_entire_binding()),
             resource(SAMPLER, wgpu::BindingResource::Sampler(&self.sampler)),
@@ -117,6 +117,17 @@ pub(crate) fn atlas_entry(binding: u32, atlas: Atlas) -> wgpu::BindGroupLayoutEn
     };
     let view_dimension = wgpu::TextureViewDimension::D2Array;
     entry(binding, wgpu::BindingType::Texture { sample_type, view_dimension, multisampled: false })
+}
+
+/// A page table.
+pub(crate) fn table_entry(binding: u32, way: FeedbackWay) -> wgpu::BindGroupLayoutEntry {
+    let in_texture = wgpu::BindingType::Texture {
+        sample_type: wgpu::TextureSampleType::Uint,
+        view_dimension: wgpu::TextureViewDimension::D2,
+        multisampled: false,
+    };
+    let in_buffer = buffer(wgpu::BufferBindingType::Storage { read_only: true });
+    entry(binding, if way == FeedbackWay::Raw { in_texture } else { in_buffer })
 }
 
 /// Where the main pass tells what it wants, if it does.

@@ -5,7 +5,7 @@
 
 use vastex_core::{Geometry, LevelRule, Slot, TextureId};
 
-use crate::bind::{atlas_entry, buffer, cells_entry, entry, new_sampler};
+use crate::bind::{atlas_entry, buffer, cells_entry, entry, new_sampler, table_entry};
 use crate::error::GpuError;
 use crate::feedback::ViewBuffer;
 use crate::mirror::{PoolParams, TableParams, TextureParams};
@@ -33,8 +33,7 @@ impl GroupLayout {
             entry(VIEW_BINDING, buffer(wgpu::BufferBindingType::Uniform)),
             entry(SAMPLER_BINDING, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
         ];
-        let table = buffer(wgpu::BufferBindingType::Storage { read_only: true });
-        entries.extend((0..shape.textures()).map(|texture| entry(shape.table_binding(texture), table)));
+        entries.extend((0..shape.textures()).map(|texture| table_entry(shape.table_binding(texture), way)));
         let atlases = (0..).zip(shape.members());
         entries.extend(atlases.map(|(nth, member)| atlas_entry(shape.atlas_binding(nth), member.atlas)));
         entries.extend(cells_entry(shape.cells_binding(), way));
@@ -75,9 +74,8 @@ impl GroupLayout {
             resource(SAMPLER_BINDING, wgpu::BindingResource::Sampler(&self.sampler)),
         ];
         let shape = &self.shape;
-        let table = |(nth, table): (usize, &'a TableBuffers)| {
-            resource(shape.table_binding(nth), table.entries().as_entire_binding())
-        };
+        let table =
+            |(nth, table): (usize, &'a TableBuffers)| resource(shape.table_binding(nth), table.binding());
         entries.extend(tables.enumerate().map(table));
         let atlas = |(nth, (pool, layer)): (usize, (&'a Pool, usize))| {
             debug_assert_eq!(pool.atlas(layer), shape.members()[nth].atlas);
@@ -167,11 +165,15 @@ fn check(limits: &wgpu::Limits, shape: &GroupShape, way: FeedbackWay) -> Result<
     let (textures, layers) = (shape.textures(), shape.members().len());
     let params = limits.max_uniform_buffer_binding_size as usize;
     let most_params = params.saturating_sub(layers * size_of::<PoolParams>()) / size_of::<TextureParams>();
-    // Where the main pass tells what it wants is a buffer, too.
-    let max_tables =
-        limits.max_storage_buffers_per_shader_stage as usize - usize::from(way == FeedbackWay::Inline);
+    let buffers = limits.max_storage_buffers_per_shader_stage as usize;
+    let sampled = limits.max_sampled_textures_per_shader_stage as usize;
+    // Tables are buffers, and so is where the main pass tells what it wants; or they are textures as layers are.
+    let (max_tables, max_layers) = match way {
+        FeedbackWay::Separate => (buffers, sampled),
+        FeedbackWay::Inline => (buffers.saturating_sub(1), sampled),
+        FeedbackWay::Raw => (sampled.saturating_sub(layers), sampled.saturating_sub(textures)),
+    };
     let max_textures = max_tables.min(most_params.saturating_sub(1));
-    let max_layers = limits.max_sampled_textures_per_shader_stage as usize;
     match textures <= max_textures && layers <= max_layers {
         true => Ok(()),
         false => Err(GpuError::GroupTooLarge { textures, layers, max_textures, max_layers }),

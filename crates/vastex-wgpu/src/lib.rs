@@ -34,6 +34,7 @@ mod readback;
 mod shader;
 mod table;
 mod table_changer;
+mod table_texture;
 #[cfg(feature = "test-device")]
 pub mod test_device;
 mod texture_space;

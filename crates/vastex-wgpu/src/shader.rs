@@ -20,6 +20,7 @@ const LAMBDA: &str = include_str!("wgsl/lambda.wgsl");
 const LEVEL: &str = include_str!("wgsl/level.wgsl");
 const POSITION: &str = include_str!("wgsl/position.wgsl");
 const PAGE: &str = include_str!("wgsl/page.wgsl");
+const TABLE_TEXTURE: &str = include_str!("wgsl/table_texture.wgsl");
 const TABLE_BUFFER: &str = include_str!("wgsl/table_buffer.wgsl");
 const HASHED: &str = include_str!("wgsl/hashed.wgsl");
 const LOOKUP: &str = include_str!("wgsl/lookup.wgsl");
@@ -144,13 +145,15 @@ pub fn wgsl(options: &ShaderOptions) -> String {
     let mut text = constants();
     push_constant(&mut text, "GROUP", options.group);
     push_constant(&mut text, "FILTER", options.filter.code());
+    text.push('\n');
+    text += &table_binding("VASTEX_BINDING_TABLE", "vastex_table", options.feedback);
     let shared: &[&str] = &[PARAMS, BINDINGS, LAMBDA, POSITION, VIEW];
     join(
         text,
         &[
             shared,
             tell_modules(options.feedback),
-            &[LEVEL, PAGE, TABLE_BUFFER, HASHED, LOOKUP],
+            &[LEVEL, PAGE, table_module(options.feedback), HASHED, LOOKUP],
             atlas_modules(options.atlas),
             &[SAMPLE, SAMPLE_FIXED, FEEDBACK, FEEDBACK_FIXED, TEXTURE_SPACE],
         ]
@@ -163,6 +166,19 @@ fn tell_modules(way: FeedbackWay) -> &'static [&'static str] {
         FeedbackWay::Inline => &[TOLD, TELL],
         FeedbackWay::Separate | FeedbackWay::Raw => &[TELL_NOTHING],
     }
+}
+
+/// How a page table is bound, and the module that reads it.
+fn table_binding(binding: impl std::fmt::Display, name: &str, way: FeedbackWay) -> String {
+    let declared = match way {
+        FeedbackWay::Raw => format!("var {name}: texture_2d<u32>"),
+        FeedbackWay::Separate | FeedbackWay::Inline => format!("var<storage, read> {name}: array<u32>"),
+    };
+    format!("@group(VASTEX_GROUP) @binding({binding}) {declared};\n")
+}
+
+fn table_module(way: FeedbackWay) -> &'static str {
+    if way == FeedbackWay::Raw { TABLE_TEXTURE } else { TABLE_BUFFER }
 }
 
 fn atlas_modules(atlas: Atlas) -> &'static [&'static str] {

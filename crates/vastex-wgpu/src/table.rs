@@ -1,13 +1,18 @@
 //! Page tables in GPU memory, of one texture each, direct or hashed.
 //!
-//! How a frame's changes get there is `table_changer`'s business.
+//! They lie in storage buffers or, where there are none, in textures (`table_texture`). How a frame's changes get there is
+//! `table_changer`'s business.
 
-use vastex_core::{Geometry, HashedPlace, HashedTable, LevelRule, Slot, TableEntry, TableLayout, TextureId};
+use vastex_core::{
+    Geometry, HashedPlace, HashedTable, LevelRule, Slot, TableEntry, TableImage, TableLayout, TextureId,
+};
 
 use crate::device::{alive, storage, uniform};
 use crate::error::GpuError;
 use crate::mirror::{TableParams, TextureParams};
 use crate::table_changer::ChangeBuffer;
+use crate::table_texture::TableTexture;
+use crate::way::FeedbackWay;
 
 /// Entries that a direct table has from the beginning, where a level has no more.
 const FEW_ENTRIES: u64 = 1024;
@@ -28,10 +33,10 @@ pub enum TableChoice {
 }
 
 impl TableChoice {
-    fn is_hashed(self, device: &wgpu::Device, geometry: &Geometry) -> bool {
+    fn is_hashed(self, device: &wgpu::Device, geometry: &Geometry, way: FeedbackWay) -> bool {
         let is_large = || {
             let entries = entry_count(geometry, 0);
-            entries > TableLayout::MOST_DIRECT || entries * 4 > most_bytes(device)
+            entries > TableLayout::MOST_DIRECT || entries * 4 > most_bytes(device, way)
         };
         self == TableChoice::Hashed || self == TableChoice::BySize && is_large()
     }
@@ -46,22 +51,29 @@ pub struct TableBuffers {
     rule: LevelRule,
     pub(crate) kind: Kind,
     params: wgpu::Buffer,
-    entries: wgpu::Buffer,
+    pub(crate) entries: Entries,
     pub(crate) changes: Option<ChangeBuffer>,
 }
 
-/// How the entries lie in their buffer.
+/// Where the entries lie.
+#[derive(Debug)]
+pub(crate) enum Entries {
+    Buffer(wgpu::Buffer),
+    Texture(TableTexture),
+}
+
+/// How the entries lie there.
 #[derive(Debug)]
 pub(crate) enum Kind {
-    /// One for each page of the levels from `finest` on.
-    Direct { finest: u8 },
-    /// As the places of this table, which the buffer is a copy of.
+    /// One for each page of the levels from `finest` on; `image` has those of all levels where the CPU changes them.
+    Direct { finest: u8, image: Option<Box<TableImage>> },
+    /// As the places of this table, which the GPU has a copy of.
     Hashed(Box<HashedTable>),
 }
 
 impl TableBuffers {
     /// A table in which every entry leads to the tail, which lies in `tail_slot`, of a texture without a bias of
-    /// its own. A direct one has entries for the coarse levels only, some hundreds; before a finer page is loaded it must
+    /// its own, for shaders made for a way of feedback. A direct one has entries for the coarse levels only, some hundreds; before a finer page is loaded it must
     /// [grow](TableBuffers::grow).
     pub fn new(
         device: &wgpu::Device,
@@ -70,14 +82,17 @@ impl TableBuffers {
         texture: TextureId,
         tail_slot: Slot,
         choice: TableChoice,
+        way: FeedbackWay,
     ) -> Result<TableBuffers, GpuError> {
         alive(device)?;
-        TableBuffers::check(device, geometry, choice)?;
-        let kind = match choice.is_hashed(device, geometry) {
+        TableBuffers::check(device, geometry, choice, way)?;
+        let is_in_texture = way == FeedbackWay::Raw;
+        let image = || Box::new(TableImage::new(geometry, tail_slot));
+        let kind = match choice.is_hashed(device, geometry, way) {
             true => Kind::Hashed(Box::new(HashedTable::new(geometry, tail_slot))),
-            false => Kind::Direct { finest: coarse_level(geometry) },
+            false => Kind::Direct { finest: coarse_level(geometry), image: is_in_texture.then(image) },
         };
-        let entries = storage(device, "vastex page table", kind.bytes(geometry));
+        let entries = Entries::new(device, kind.bytes(geometry), is_in_texture);
         let rule = LevelRule::default().within(geometry);
         let params = TextureParams::new(geometry, texture, tail_slot, &rule, kind.params());
         let params = uniform(device, queue, "vastex texture", &params);
@@ -92,8 +107,11 @@ impl TableBuffers {
     /// be made anew where the table is hashed.
     pub fn reset(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, tail_slot: Slot) -> u64 {
         self.tail_slot = tail_slot;
-        if let Kind::Hashed(table) = &mut self.kind {
-            **table = HashedTable::new(&self.geometry, tail_slot);
+        match &mut self.kind {
+            Kind::Hashed(table) => **table = HashedTable::new(&self.geometry, tail_slot),
+            Kind::Direct { image, .. } => {
+                image.iter_mut().for_each(|image| **image = TableImage::new(&self.geometry, tail_slot));
+            }
         }
         self.lie_anew(device, queue)
     }
@@ -101,7 +119,7 @@ impl TableBuffers {
     /// Whether there are entries for the pages of a level.
     pub fn has_level(&self, level: u8) -> bool {
         match self.kind {
-            Kind::Direct { finest } => level >= finest,
+            Kind::Direct { finest, .. } => level >= finest,
             Kind::Hashed(_) => true,
         }
     }
@@ -113,15 +131,17 @@ impl TableBuffers {
             return Ok(0);
         }
         alive(device)?;
-        self.kind = Kind::Direct { finest: level };
-        Ok(self.lie_anew(device, queue))
+        if let Kind::Direct { finest, .. } = &mut self.kind {
+            *finest = level;
+        }
+        Ok(self.reset(device, queue, self.tail_slot))
     }
 
-    /// Sends all of the table, to a buffer of another size where it needs one, and what shaders are told of it.
+    /// Sends all of the table, to a buffer or texture of another size where it needs one, and what shaders are told of it.
     pub(crate) fn lie_anew(&mut self, device: &wgpu::Device, queue: &wgpu::Queue) -> u64 {
         let bytes = self.kind.bytes(&self.geometry);
-        if bytes != self.entries.size() {
-            self.entries = storage(device, "vastex page table", bytes);
+        if !self.entries.fits(bytes) {
+            self.entries = Entries::new(device, bytes, matches!(self.entries, Entries::Texture(_)));
             self.changes = None; // its bind group names the old entries
         }
         self.send_params(queue);
@@ -130,17 +150,28 @@ impl TableBuffers {
     }
 
     fn send_entries(&mut self, queue: &wgpu::Queue) {
-        let words: Vec<u32> = match &mut self.kind {
-            Kind::Direct { .. } => {
-                let tail = TableEntry::new(self.geometry.tail().first_level(), self.tail_slot).to_bits();
-                vec![tail; (self.entries.size() / 4) as usize]
+        if let Kind::Hashed(table) = &mut self.kind {
+            table.take_written(); // all of it goes
+        }
+        let count = self.kind.bytes(&self.geometry) / 4;
+        let word = |index| self.kind.word(&self.geometry, self.tail_slot, index);
+        match &mut self.entries {
+            Entries::Buffer(buffer) => {
+                let words: Vec<u32> = (0..count).map(word).collect();
+                queue.write_buffer(buffer, 0, bytemuck::cast_slice(&words));
             }
-            Kind::Hashed(table) => {
-                table.take_written(); // all of it goes
-                table.places().iter().flat_map(|place| place.words()).collect()
+            Entries::Texture(texture) => {
+                texture.mark(0, count);
+                self.send_marked(queue);
             }
-        };
-        queue.write_buffer(&self.entries, 0, bytemuck::cast_slice(&words));
+        }
+    }
+
+    /// Sends the rows of a table in a texture in which something has changed; returns their bytes.
+    pub(crate) fn send_marked(&mut self, queue: &wgpu::Queue) -> u64 {
+        let Entries::Texture(texture) = &mut self.entries else { return 0 };
+        let count = self.kind.bytes(&self.geometry) / 4;
+        texture.send(queue, count, |index| self.kind.word(&self.geometry, self.tail_slot, index))
     }
 
     /// Sets how levels are chosen, as far as the texture has them, for all commands submitted after this call: sampling
@@ -162,10 +193,15 @@ impl TableBuffers {
 
     /// Whether the page table of a texture fits this device; the only thing about a texture that [`TableBuffers::new`] refuses. A
     /// hashed one always does.
-    pub fn check(device: &wgpu::Device, geometry: &Geometry, choice: TableChoice) -> Result<(), GpuError> {
+    pub fn check(
+        device: &wgpu::Device,
+        geometry: &Geometry,
+        choice: TableChoice,
+        way: FeedbackWay,
+    ) -> Result<(), GpuError> {
         let entries = entry_count(geometry, 0);
-        let (bytes, max) = (entries * 4, most_bytes(device));
-        match choice.is_hashed(device, geometry) || bytes <= max {
+        let (bytes, max) = (entries * 4, most_bytes(device, way));
+        match choice.is_hashed(device, geometry, way) || bytes <= max {
             true => Ok(()),
             false => Err(GpuError::TableTooLarge { entries, bytes, max }),
         }
@@ -180,14 +216,37 @@ impl TableBuffers {
     }
 
     /// Of a direct table the entries, one `u32` each ([`TableEntry::to_bits`]) in the order of [`TableLayout`]; of a hashed one the
-    /// [words](HashedPlace::words) of its places. Can be copied from.
-    pub fn entries(&self) -> &wgpu::Buffer {
-        &self.entries
+    /// [words](HashedPlace::words) of its places. Can be copied from; nothing where they lie in a texture.
+    pub fn entries(&self) -> Option<&wgpu::Buffer> {
+        match &self.entries {
+            Entries::Buffer(buffer) => Some(buffer),
+            Entries::Texture(_) => None,
+        }
+    }
+
+    /// The texture in which they lie, row after row, where it is one. Can be copied from.
+    pub fn texture(&self) -> Option<&wgpu::Texture> {
+        match &self.entries {
+            Entries::Buffer(_) => None,
+            Entries::Texture(texture) => Some(texture.texture()),
+        }
+    }
+
+    /// The entries as shaders see them.
+    pub(crate) fn binding(&self) -> wgpu::BindingResource<'_> {
+        match &self.entries {
+            Entries::Buffer(buffer) => buffer.as_entire_binding(),
+            Entries::Texture(texture) => wgpu::BindingResource::TextureView(texture.view()),
+        }
     }
 
     /// GPU memory of the table and the parameters; what changes are sent through comes on top.
     pub fn bytes(&self) -> u64 {
-        self.entries.size() + self.params.size()
+        let entries = match &self.entries {
+            Entries::Buffer(buffer) => buffer.size(),
+            Entries::Texture(texture) => texture.bytes(),
+        };
+        entries + self.params.size()
     }
 
     /// What of its parameters may change.
@@ -204,35 +263,74 @@ impl TableBuffers {
     }
 }
 
+impl Entries {
+    fn new(device: &wgpu::Device, bytes: u64, is_in_texture: bool) -> Entries {
+        match is_in_texture {
+            true => Entries::Texture(TableTexture::new(device, bytes)),
+            false => Entries::Buffer(storage(device, "vastex page table", bytes)),
+        }
+    }
+
+    fn fits(&self, bytes: u64) -> bool {
+        match self {
+            Entries::Buffer(buffer) => buffer.size() == bytes,
+            Entries::Texture(texture) => texture.fits(bytes),
+        }
+    }
+}
+
 impl Kind {
+    /// A word of the table; one of a direct table that only the GPU has leads to the tail, as at its beginning.
+    pub(crate) fn word(&self, geometry: &Geometry, tail_slot: Slot, index: u64) -> u32 {
+        match self {
+            Kind::Direct { finest, image } => {
+                let at = (first_entry(geometry, *finest) + index) as usize;
+                let known = image.as_ref().and_then(|image| image.entries().get(at));
+                let tail = || TableEntry::new(geometry.tail().first_level(), tail_slot);
+                known.copied().unwrap_or_else(tail).to_bits()
+            }
+            Kind::Hashed(table) => {
+                let words = HashedPlace::WORDS as u64;
+                table.places()[(index / words) as usize].words()[(index % words) as usize]
+            }
+        }
+    }
+
     fn params(&self) -> TableParams {
         match self {
-            Kind::Direct { finest } => TableParams::Direct { finest: *finest },
+            Kind::Direct { finest, .. } => TableParams::Direct { finest: *finest },
             Kind::Hashed(table) => {
                 TableParams::Hashed { places: table.places().len() as u32, seed: table.seed() }
             }
         }
     }
 
-    fn bytes(&self, geometry: &Geometry) -> u64 {
+    pub(crate) fn bytes(&self, geometry: &Geometry) -> u64 {
         match self {
-            Kind::Direct { finest } => entry_count(geometry, *finest) * 4,
+            Kind::Direct { finest, .. } => entry_count(geometry, *finest) * 4,
             Kind::Hashed(table) => (table.places().len() * PLACE_BYTES) as u64,
         }
     }
 }
 
-/// Bytes of the largest buffer that shaders may read.
-fn most_bytes(device: &wgpu::Device) -> u64 {
+/// Bytes of the largest table that shaders may read.
+fn most_bytes(device: &wgpu::Device, way: FeedbackWay) -> u64 {
+    if way == FeedbackWay::Raw {
+        return TableTexture::most_bytes(device);
+    }
     let limits = device.limits();
     limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
 }
 
 /// Entries of a texture's table from a level on. A binding is never empty, so a texture that is all tail has one that nobody reads.
 fn entry_count(geometry: &Geometry, finest: u8) -> u64 {
-    let layout = TableLayout::new(geometry);
-    let finer = if finest < geometry.tail().first_level() { layout.first_entry(finest) } else { 0 };
-    (layout.entries() - finer).max(1)
+    (TableLayout::new(geometry).entries() - first_entry(geometry, finest)).max(1)
+}
+
+/// The first of them.
+fn first_entry(geometry: &Geometry, finest: u8) -> u64 {
+    let is_finer = finest < geometry.tail().first_level();
+    if is_finer { TableLayout::new(geometry).first_entry(finest) } else { 0 }
 }
 
 /// The finest level that a table begins with: one of few entries.

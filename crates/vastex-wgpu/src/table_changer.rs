@@ -2,7 +2,8 @@
 //!
 //! Those of a direct table are carried out by two dispatches: every eviction, then every load. Which entries a change
 //! touches, and why the order within either half is of no matter, is told in `vastex-core` at [`TableChange`]. A hashed table
-//! changes on the CPU, and one dispatch writes the places that are others now.
+//! changes on the CPU, and one dispatch writes the places that are others now. Tables in textures change on the CPU, too
+//! (`table_texture`).
 
 use vastex_core::{ChangeRule, Geometry, HashedTable, PagePos, TableChange, shared};
 
@@ -12,6 +13,7 @@ use crate::error::GpuError;
 use crate::mirror::{Change, ChangesHead, Written, WrittenHead};
 use crate::shader;
 use crate::table::{Kind, TableBuffers};
+use crate::way::FeedbackWay;
 
 /// Where changes are sent to, and the bind group that sees them; made anew when it is too small.
 #[derive(Debug)]
@@ -32,6 +34,12 @@ pub struct Applied {
 /// Carries out changes of page tables; one for all of a device's.
 #[derive(Debug)]
 pub struct TableChanger {
+    /// For tables in buffers.
+    pipelines: Option<Pipelines>,
+}
+
+#[derive(Debug)]
+struct Pipelines {
     layout: wgpu::BindGroupLayout,
     evict: wgpu::ComputePipeline,
     load: wgpu::ComputePipeline,
@@ -39,22 +47,15 @@ pub struct TableChanger {
 }
 
 impl TableChanger {
-    /// Compiles the shader.
-    pub fn new(device: &wgpu::Device) -> TableChanger {
-        let bindings = [
-            buffer(wgpu::BufferBindingType::Storage { read_only: false }),
-            buffer(wgpu::BufferBindingType::Storage { read_only: true }),
-            buffer(wgpu::BufferBindingType::Uniform),
-        ];
-        let text = shader::table_wgsl();
-        let (layout, [evict, load, write]) =
-            compute_pipelines(device, "vastex table changes", text, &bindings, ["evict", "load", "write"]);
-        TableChanger { layout, evict, load, write }
+    /// Compiles the shader, where the way has one.
+    pub fn new(device: &wgpu::Device, way: FeedbackWay) -> TableChanger {
+        TableChanger { pipelines: (way != FeedbackWay::Raw).then(|| Pipelines::new(device)) }
     }
 
     /// Carries out the changes of one texture in one frame, evictions before loads. To a direct table it sends 24 bytes
     /// for each change and 16 more; to a hashed one 16 for each place that is another now and 16 more, or all of it where it has
-    /// grown or shrunk. Commands recorded later in the encoder see the new table.
+    /// grown or shrunk; to either in a texture the rows in which something is other. Commands recorded later in the encoder see
+    /// the new table, which is one made for the changer's way.
     ///
     /// At most once per table and submission: what is sent takes the place of what was sent before.
     pub fn apply(
@@ -65,11 +66,37 @@ impl TableChanger {
         table: &mut TableBuffers,
         changes: &[TableChange],
     ) -> Result<Applied, GpuError> {
-        if changes.is_empty() {
-            return Ok(Applied::default());
+        match &self.pipelines {
+            _ if changes.is_empty() => Ok(Applied::default()),
+            Some(pipelines) => pipelines.apply(device, queue, encoder, table, changes),
+            None => table.apply_in_texture(device, queue, changes),
         }
+    }
+}
+
+impl Pipelines {
+    fn new(device: &wgpu::Device) -> Pipelines {
+        let bindings = [
+            buffer(wgpu::BufferBindingType::Storage { read_only: false }),
+            buffer(wgpu::BufferBindingType::Storage { read_only: true }),
+            buffer(wgpu::BufferBindingType::Uniform),
+        ];
+        let text = shader::table_wgsl();
+        let (layout, [evict, load, write]) =
+            compute_pipelines(device, "vastex table changes", text, &bindings, ["evict", "load", "write"]);
+        Pipelines { layout, evict, load, write }
+    }
+
+    fn apply(
+        &self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        encoder: &mut wgpu::CommandEncoder,
+        table: &mut TableBuffers,
+        changes: &[TableChange],
+    ) -> Result<Applied, GpuError> {
         let (bytes, steps) = match &mut table.kind {
-            Kind::Direct { finest } => {
+            Kind::Direct { finest, .. } => {
                 let batch = Batch::new(&table.geometry, *finest, changes);
                 let ChangesHead { eviction_chunks, load_chunks, .. } = batch.head;
                 (batch.bytes(), vec![(&self.evict, eviction_chunks), (&self.load, load_chunks)])
@@ -123,11 +150,7 @@ impl TableChanger {
 
     fn change_buffer(&self, device: &wgpu::Device, table: &TableBuffers, size: u64) -> ChangeBuffer {
         let buffer = storage(device, "vastex table changes", size);
-        let resources = [
-            table.entries().as_entire_binding(),
-            buffer.as_entire_binding(),
-            table.params().as_entire_binding(),
-        ];
+        let resources = [table.binding(), buffer.as_entire_binding(), table.params().as_entire_binding()];
         let entries: Vec<_> = (0..)
             .zip(resources)
             .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })

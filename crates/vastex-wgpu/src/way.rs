@@ -49,8 +49,8 @@ impl FeedbackWay {
             FeedbackWay::Raw => true,
             FeedbackWay::Separate => has_compute && buffers >= 2 && has_storage(device, vertex, true),
             FeedbackWay::Inline => {
-                FeedbackWay::Separate.check(device)?;
-                has_storage(device, wgpu::ShaderStages::FRAGMENT, false)
+                FeedbackWay::Separate.check(device).is_ok()
+                    && has_storage(device, wgpu::ShaderStages::FRAGMENT, false)
             }
         };
         if is_there { Ok(()) } else { Err(GpuError::FeedbackWay { way: self.name() }) }

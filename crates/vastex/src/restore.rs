@@ -27,7 +27,7 @@ impl Textures {
         self.changes.clear();
         self.pagers.tiles_lost();
         self.restore_views();
-        self.changer = TableChanger::new(device);
+        self.changer = TableChanger::new(device, self.way);
         for pool in &mut self.pools {
             pool.restore(device, queue, self.way)?;
         }
@@ -50,8 +50,15 @@ impl Textures {
         let tail = read_tail(&*state.source)?.decode(state.source.description())?;
         pool.upload(&self.queue, slot, &tail)?;
         let (rule, geometry) = (state.table.rule(), &state.description.geometry);
-        state.table =
-            TableBuffers::new(&self.device, &self.queue, geometry, texture, slot, state.page_table)?;
+        state.table = TableBuffers::new(
+            &self.device,
+            &self.queue,
+            geometry,
+            texture,
+            slot,
+            state.page_table,
+            self.way,
+        )?;
         state.table.set_rule(&self.queue, rule);
         self.make_bind_groups(texture);
         Ok(())

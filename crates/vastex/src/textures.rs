@@ -141,7 +141,7 @@ impl Textures {
             way,
             views: vec![ViewState::new(device, queue, ViewId::MAIN, way)],
             said: Vec::new(),
-            changer: TableChanger::new(device),
+            changer: TableChanger::new(device, way),
             pools: Vec::new(),
             pagers: Pagers::new(Budgets {
                 upload_bytes_per_frame: settings.upload_bytes_per_frame,
@@ -190,7 +190,7 @@ impl Textures {
         };
         let tail = read_tail(&*source)?.decode(&held)?;
         // Whatever can be refused is refused before anything changes.
-        TableBuffers::check(&self.device, &description.geometry, settings.page_table)?;
+        TableBuffers::check(&self.device, &description.geometry, settings.page_table, self.way)?;
         if !self.pagers.has_free_number() {
             return Err(PoolError::TooManyTextures.into());
         }
@@ -236,7 +236,8 @@ impl Textures {
         let pool = &self.pools[usize::from(pool.number())];
         pool.upload(&self.queue, slot, tail)?;
         let geometry = &description.geometry;
-        let table = TableBuffers::new(&self.device, &self.queue, geometry, texture, slot, page_table)?;
+        let table =
+            TableBuffers::new(&self.device, &self.queue, geometry, texture, slot, page_table, self.way)?;
         let number = usize::from(texture.number());
         if self.textures.len() <= number {
             self.textures.resize_with(number + 1, || None);

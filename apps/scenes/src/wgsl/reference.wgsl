@@ -24,16 +24,16 @@ fn reference_nearest(uv: vec2<f32>, level: u32) -> vec4<f32> {
         let at = (vec2<f32>(position.texel) + position.fraction) * exp2(-f32(level));
         texel = vec2<u32>(floor(at + reference_shift(level)));
     }
-    let size = textureDimensions(reference, level);
+    let size = textureDimensions(reference, i32(level));
     let wraps = vastex_texture.address.xy == vec2<u32>(VASTEX_ADDRESS_WRAP);
-    return textureLoad(reference, select(min(texel, size - 1u), texel % size, wraps), level);
+    return textureLoad(reference, select(min(texel, size - 1u), texel % size, wraps), i32(level));
 }
 
 fn reference_at(uv: vec2<f32>, level: u32) -> vec4<f32> {
     if VASTEX_FILTER == VASTEX_FILTER_NEAREST {
         return reference_nearest(uv, level);
     }
-    let shift = reference_shift(level) / vec2<f32>(textureDimensions(reference, level));
+    let shift = reference_shift(level) / vec2<f32>(textureDimensions(reference, i32(level)));
     return textureSampleLevel(reference, reference_sampler, uv * reference_params.share + shift, f32(level));
 }
 

@@ -27,8 +27,8 @@ fn studio(way: FeedbackWay, scene: Scene) -> Studio {
     Studio::new(gpu(), source(), scene, PICTURE, settings).unwrap()
 }
 
-/// What the views of a whole jitter cycle want together, and the bytes read back.
-fn cycle(studio: &mut Studio, pose: Pose) -> (Wanted, u64) {
+/// What the views of a whole jitter cycle want together.
+fn cycle(studio: &mut Studio, pose: Pose) -> Wanted {
     studio.textures_mut().record_trace();
     for _ in 0..FRAMES {
         studio.frame(pose).unwrap();
@@ -39,7 +39,7 @@ fn cycle(studio: &mut Studio, pose: Pose) -> (Wanted, u64) {
     for page in trace.frames().iter().flatten() {
         *wanted.entry(page.page).or_default() += u64::from(page.pixels);
     }
-    (wanted, studio.textures().stats().feedback_bytes_read)
+    wanted
 }
 
 /// Share of the pixels of `a` that want another page in `b`.
@@ -58,7 +58,7 @@ fn poses() -> impl Iterator<Item = (Scene, Path, Pose)> {
 #[test]
 fn a_jitter_cycle_gives_the_same_in_every_way() {
     for (scene, path, pose) in poses() {
-        let [separate, inline, raw] = FeedbackWay::ALL.map(|way| cycle(&mut studio(way, scene), pose).0);
+        let [separate, inline, raw] = FeedbackWay::ALL.map(|way| cycle(&mut studio(way, scene), pose));
         let line = format!("{}/{}", scene.name(), path.name());
         println!("{line}: {} pages, inline {:.5}", separate.len(), difference(&separate, &inline));
         assert!(separate == raw, "{line}: what is read back raw is the same");
@@ -71,7 +71,7 @@ fn a_jitter_cycle_finds_what_every_pixel_wants() {
     for (scene, path, pose) in poses() {
         for way in FeedbackWay::ALL {
             let mut studio = studio(way, scene);
-            let (found, _) = cycle(&mut studio, pose);
+            let found = cycle(&mut studio, pose);
             let every = studio.wanted_by_every_pixel(pose).unwrap();
             let (mut all, mut seen) = (0, 0);
             for page in &every.pages {
@@ -106,10 +106,37 @@ fn silhouettes_and_slivers_never_ask_for_fine_levels() {
             let of_level = |level: u8| every.pages.iter().filter(move |page| page.page.level() == level);
             let pixels = |level| of_level(level).map(|page| page.pixels).sum::<u32>();
             let finest = (0..32).find(|&level| pixels(level) * 100 > all).unwrap();
-            let (found, _) = cycle(&mut studio, pose);
+            let found = cycle(&mut studio, pose);
             let finer = found.keys().filter(|page| page.level() < finest).count();
             println!("{pose:?} {}: level {finest} is the finest, of {} pages", way.name(), found.len());
             assert_eq!(finer, 0, "{pose:?} {}: pages finer than level {finest}", way.name());
         }
+    }
+}
+
+/// What is read back is in proportion to what is wanted: 12 bytes for each distinct page, and as many again at most.
+#[test]
+fn compacted_feedback_is_read_back_in_proportion_to_its_pages() {
+    for (scene, way) in [(Scene::Plane, FeedbackWay::Separate), (Scene::Globe, FeedbackWay::Inline)] {
+        let mut studio = studio(way, scene);
+        studio.textures_mut().record_trace();
+        let mut read = Vec::new();
+        for frame in 0..60 {
+            let before = studio.textures().stats().feedback_bytes_read;
+            studio.frame(Path::Fly.pose(scene, 2.0, frame)).unwrap();
+            read.push(studio.textures().stats().feedback_bytes_read - before);
+        }
+        let trace = studio.textures_mut().take_trace().unwrap().unwrap();
+        // What a frame wanted is read two frames later.
+        let mut ratios: Vec<f64> = trace
+            .frames()
+            .iter()
+            .zip(&read[2..])
+            .map(|(pages, &read)| read as f64 / (12 * pages.len()) as f64)
+            .collect();
+        ratios.sort_by(f64::total_cmp);
+        let median = ratios[ratios.len() / 2];
+        println!("{} {}: {median:.2} of 12 bytes a page", scene.name(), way.name());
+        assert!((1.0..=2.0).contains(&median), "{} {}: {median}", scene.name(), way.name());
     }
 }

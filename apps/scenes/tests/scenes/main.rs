@@ -6,6 +6,7 @@ mod ahead;
 mod common;
 mod estimates;
 mod feedback_ways;
+mod floor;
 mod golden;
 mod layers;
 mod pictures;

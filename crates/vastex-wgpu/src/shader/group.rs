@@ -8,7 +8,8 @@ use std::collections::BTreeSet;
 
 use super::{
     Atlas, FEEDBACK, FEEDBACK_FIXED, Filter, HASHED, LAMBDA, LEVEL, LOOKUP, PAGE, PARAMS, POSITION, SAMPLE,
-    SAMPLE_FIXED, TABLE_BUFFER, TELL, VIEW, atlas_modules, constants, push_constant, tell_modules,
+    SAMPLE_FIXED, TELL, VIEW, atlas_modules, constants, push_constant, table_binding, table_module,
+    tell_modules,
 };
 use crate::error::GpuError;
 use crate::way::FeedbackWay;
@@ -56,7 +57,8 @@ impl GroupShape {
                 let why = "it must be lower-case letters, digits and underscores, a letter first";
                 return Err(refuse(member, why));
             }
-            let modules = member_modules(member.atlas);
+            // Ways differ in no name.
+            let modules = member_modules(member.atlas, FeedbackWay::Separate);
             if names(&modules).iter().any(|name| !taken.insert(with_member(name, &member.name))) {
                 return Err(refuse(member, "it makes two functions of one name; choose another"));
             }
@@ -91,8 +93,8 @@ impl GroupShape {
 /// The modules of the group's shape, which feedback of the whole group names pages of.
 const SHAPE_MODULES: [&str; 4] = [LEVEL, PAGE, FEEDBACK, FEEDBACK_FIXED];
 
-fn member_modules(atlas: Atlas) -> Vec<&'static str> {
-    [&SHAPE_MODULES[..], &[TABLE_BUFFER, HASHED, LOOKUP], atlas_modules(atlas), &[SAMPLE, SAMPLE_FIXED]]
+fn member_modules(atlas: Atlas, way: FeedbackWay) -> Vec<&'static str> {
+    [&SHAPE_MODULES[..], &[table_module(way), HASHED, LOOKUP], atlas_modules(atlas), &[SAMPLE, SAMPLE_FIXED]]
         .concat()
 }
 
@@ -117,7 +119,7 @@ pub fn group_wgsl(group: u32, filter: Filter, feedback: FeedbackWay, shape: &Gro
     let mut text = constants();
     push_constant(&mut text, "GROUP", group);
     push_constant(&mut text, "FILTER", filter.code());
-    text += &bindings(shape);
+    text += &bindings(shape, feedback);
     for &module in [PARAMS, LAMBDA, POSITION, VIEW].iter().chain(tell_modules(feedback)) {
         text += "\n";
         text += &module.replace("VASTEX_BINDING_CELLS", &shape.cells_binding().to_string());
@@ -127,7 +129,7 @@ pub fn group_wgsl(group: u32, filter: Filter, feedback: FeedbackWay, shape: &Gro
         SHAPE_MODULES.iter().for_each(|module| push_renamed(&mut text, module, of_shape));
     }
     for (nth, member) in shape.members.iter().enumerate() {
-        let modules = member_modules(member.atlas);
+        let modules = member_modules(member.atlas, feedback);
         let own = names(&modules);
         let renamed = |word: &str| match word {
             "vastex_texture" => Some(format!("vastex_group.textures[{}]", member.texture + 1)),
@@ -143,7 +145,7 @@ pub fn group_wgsl(group: u32, filter: Filter, feedback: FeedbackWay, shape: &Gro
 
 /// What the group binds, but for the atlases, which stand with the functions that read them. The shape's parameters come first
 /// among the textures'.
-fn bindings(shape: &GroupShape) -> String {
+fn bindings(shape: &GroupShape, way: FeedbackWay) -> String {
     let (textures, pools) = (shape.textures + 1, shape.members.len());
     let bound = |binding: u32, what: &str| format!("@group(VASTEX_GROUP) @binding({binding}) var{what};\n");
     let mut text = format!(
@@ -154,8 +156,7 @@ fn bindings(shape: &GroupShape) -> String {
     text += &bound(VIEW_BINDING, "<uniform> vastex_view: VastexView");
     text += &bound(SAMPLER_BINDING, " vastex_sampler: sampler");
     for texture in 0..shape.textures {
-        let table = format!("<storage, read> vastex_table_{texture}: array<u32>");
-        text += &bound(shape.table_binding(texture), &table);
+        text += &table_binding(shape.table_binding(texture), &format!("vastex_table_{texture}"), way);
     }
     text
 }
@@ -249,6 +250,7 @@ mod tests {
             for atlas in Atlas::ALL {
                 let text = |way| group_wgsl(2, filter, way, &planet(atlas)) + &application();
                 module(&text(FeedbackWay::Inline));
+                module(&text(FeedbackWay::Raw));
                 let module = module(&text(FeedbackWay::Separate));
                 let mut bound: Vec<_> = module
                     .global_variables
@@ -276,8 +278,8 @@ mod tests {
     fn the_name_follows_the_first_word() {
         assert_eq!(with_member("vastex_sample", "color"), "vastex_sample_color");
         assert_eq!(with_member("vastex_sample_grad", "color"), "vastex_sample_color_grad");
-        assert!(names(&member_modules(Atlas::Uint16)).contains("vastex_atlas_texel"));
-        assert!(names(&member_modules(Atlas::Float)).contains("vastex_atlas"));
+        assert!(names(&member_modules(Atlas::Uint16, FeedbackWay::Raw)).contains("vastex_atlas_texel"));
+        assert!(names(&member_modules(Atlas::Float, FeedbackWay::Raw)).contains("vastex_atlas"));
     }
 
     #[test]

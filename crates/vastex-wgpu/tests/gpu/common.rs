@@ -8,7 +8,7 @@ use vastex_core::{
     PoolLayout, Slot, TableChange, TableEntry, TableImage, TableLayout, TextureId,
 };
 use vastex_wgpu::test_device::TestDevice;
-use vastex_wgpu::{Pool, TableBuffers, TableChanger, TableChoice, limits};
+use vastex_wgpu::{FeedbackWay, Pool, TableBuffers, TableChanger, TableChoice, limits};
 
 /// One device for all tests that leave it whole.
 pub(crate) static GPU: LazyLock<TestDevice> = LazyLock::new(TestDevice::new);
@@ -107,8 +107,16 @@ impl World {
             PoolLayout::fit(description, (slots.len() + 2) as u64 * tile_bytes as u64 * 2, limits).unwrap();
         assert!(layout.slots() as usize >= slots.len(), "{layout:?}");
         let pool = Pool::new(&gpu.device, &gpu.queue, &layout, &description.layers).unwrap();
-        let mut table =
-            TableBuffers::new(&gpu.device, &gpu.queue, geometry, NUMBER, slots[0], choice).unwrap();
+        let mut table = TableBuffers::new(
+            &gpu.device,
+            &gpu.queue,
+            geometry,
+            NUMBER,
+            slots[0],
+            choice,
+            FeedbackWay::Separate,
+        )
+        .unwrap();
         table.grow(&gpu.device, &gpu.queue, 0).unwrap();
         let mut tiles = BTreeMap::new();
         let mut changes = Vec::new();
@@ -124,7 +132,7 @@ impl World {
             }
         }
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        TableChanger::new(&gpu.device)
+        TableChanger::new(&gpu.device, FeedbackWay::Separate)
             .apply(&gpu.device, &gpu.queue, &mut encoder, &mut table, &changes)
             .unwrap();
         gpu.queue.submit([encoder.finish()]);

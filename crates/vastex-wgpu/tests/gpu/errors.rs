@@ -46,7 +46,17 @@ fn a_pool_refuses_what_does_not_fit_it() {
 #[test]
 fn a_table_beyond_the_device_is_refused() {
     let geometry = Geometry::new(GeometrySpec::image(1 << 31, 1 << 30)).unwrap();
-    let table = |choice| TableBuffers::new(&GPU.device, &GPU.queue, &geometry, NUMBER, Slot::new(0), choice);
+    let table = |choice| {
+        TableBuffers::new(
+            &GPU.device,
+            &GPU.queue,
+            &geometry,
+            NUMBER,
+            Slot::new(0),
+            choice,
+            FeedbackWay::Separate,
+        )
+    };
     assert!(matches!(table(TableChoice::Direct), Err(GpuError::TableTooLarge { .. })));
     // So it gets one that fits, unless told otherwise.
     assert!(table(TableChoice::BySize).unwrap().hashed().is_some());
@@ -75,9 +85,17 @@ fn a_lost_device_is_an_error_wherever_something_is_read() {
     };
     let (layout, geometry) = (layout(limits(device)), geometry());
     let pool = Pool::new(device, queue, &layout, &layers(LayerFormat::Rgba8)).unwrap();
-    let mut table =
-        TableBuffers::new(device, queue, &geometry, NUMBER, Slot::new(0), TableChoice::BySize).unwrap();
-    let changer = TableChanger::new(device);
+    let mut table = TableBuffers::new(
+        device,
+        queue,
+        &geometry,
+        NUMBER,
+        Slot::new(0),
+        TableChoice::BySize,
+        FeedbackWay::Separate,
+    )
+    .unwrap();
+    let changer = TableChanger::new(device, FeedbackWay::Separate);
     record(&mut readback, 1);
     assert!(readback.wait(device, queue, 1).is_ok());
     device.destroy();
@@ -90,7 +108,15 @@ fn a_lost_device_is_an_error_wherever_something_is_read() {
     // So it is wherever something is made; what only writes to what exists goes on in silence.
     let made = Pool::new(device, queue, &layout, &layers(LayerFormat::Rgba8));
     assert_eq!(made.unwrap_err(), GpuError::DeviceLost);
-    let made = TableBuffers::new(device, queue, &geometry, NUMBER, Slot::new(0), TableChoice::BySize);
+    let made = TableBuffers::new(
+        device,
+        queue,
+        &geometry,
+        NUMBER,
+        Slot::new(0),
+        TableChoice::BySize,
+        FeedbackWay::Separate,
+    );
     assert_eq!(made.unwrap_err(), GpuError::DeviceLost);
     let made = FeedbackTarget::new(device, [64, 64], FeedbackScale::Reduced);
     assert_eq!(made.unwrap_err(), GpuError::DeviceLost);
