@@ -56,7 +56,7 @@ impl TableEntry {
 }
 
 /// What leads from pages to slots: [`TableImage`], or [`crate::HashedTable`] where that would be too large.
-pub trait PageTable: std::fmt::Debug + Send + Sync {
+pub trait PageTable: std::fmt::Debug {
     /// The entry of a page: the slot and level of the finest resident page that covers it.
     fn lookup(&self, pos: PagePos) -> TableEntry;
 }

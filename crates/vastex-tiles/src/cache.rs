@@ -81,6 +81,11 @@ impl<S: TileSource> TileSource for RamCache<S> {
         })
     }
 
+    fn at_hand(&self, pos: PagePos) -> Option<Tile> {
+        let held = self.held().tiles.get(&pos).map(|(tile, _)| tile.clone());
+        held.or_else(|| self.source.at_hand(pos))
+    }
+
     fn changed(&self, region: &Region) {
         // The source first, so that nothing old is read between the two.
         self.source.changed(region);
@@ -201,6 +206,23 @@ mod tests {
         let cache = RamCache::new(source(), TILE - 1);
         block_on(cache.read(PagePos::new_2d(0, 0, 0))).unwrap();
         assert_eq!(cache.stats(), TierStats { misses: 1, ..TierStats::default() });
+    }
+
+    #[test]
+    fn what_is_at_hand_is_what_is_held_and_counts_as_no_use() {
+        let cache = Arc::new(RamCache::new(RamCache::new(source(), TILE), 2 * TILE));
+        let [a, b, c] = [0, 1, 2].map(|x| PagePos::new_2d(0, x, 0));
+        assert_eq!(cache.at_hand(a), None, "nothing is read for it");
+        for pos in [a, b, c] {
+            block_on(cache.read(pos)).unwrap();
+        }
+        let stats = cache.stats();
+        assert_eq!(cache.at_hand(a), None, "it was evicted from both");
+        assert_eq!(cache.at_hand(b), Some(block_on(source().read(b)).unwrap()));
+        assert_eq!(cache.stats(), stats);
+        block_on(cache.read(a)).unwrap();
+        assert_eq!(cache.at_hand(b), None, "asking has not made it younger");
+        assert!(cache.at_hand(a).is_some());
     }
 
     #[test]

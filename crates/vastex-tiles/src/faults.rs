@@ -157,6 +157,10 @@ where
         })
     }
 
+    fn at_hand(&self, pos: PagePos) -> Option<Tile> {
+        self.source.at_hand(pos)
+    }
+
     fn changed(&self, region: &Region) {
         self.source.changed(region);
     }

@@ -118,6 +118,11 @@ impl TileSource for PropertySource {
         Box::pin(async move { self.tile(pos).ok_or(ReadError::NoSuchTile { pos }) })
     }
 
+    /// Nothing: tiles are made when they are read.
+    fn at_hand(&self, _: PagePos) -> Option<Tile> {
+        None
+    }
+
     fn changed(&self, _: &vastex_core::Region) {}
 }
 

@@ -125,6 +125,12 @@ pub trait TileSource: MaybeSend + MaybeSync {
     /// cancels the read.
     fn read(&self, pos: PagePos) -> ReadFuture<'_>;
 
+    /// The same tile where it is in main memory: never waits, reads nothing and counts as no use. Nothing from sources that keep
+    /// none.
+    fn at_hand(&self, _pos: PagePos) -> Option<Tile> {
+        None
+    }
+
     /// The content of a region has changed where it comes from. Whoever keeps tiles lets go of those that hold a texel of it,
     /// and of reads under way; reads that begin from now on give the new content. Sources that keep nothing do nothing.
     fn changed(&self, region: &Region) {
@@ -155,6 +161,10 @@ impl<S: TileSource + ?Sized> TileSource for Arc<S> {
 
     fn read(&self, pos: PagePos) -> ReadFuture<'_> {
         (**self).read(pos)
+    }
+
+    fn at_hand(&self, pos: PagePos) -> Option<Tile> {
+        (**self).at_hand(pos)
     }
 
     fn changed(&self, region: &Region) {

@@ -163,6 +163,7 @@ impl Textures {
     pub fn invalidate(&mut self, texture: TextureId, region: &Region) -> u32 {
         if let Some(Some(state)) = self.textures.get(usize::from(texture.number())) {
             state.source.changed(region);
+            self.cpu_tiles.forget(texture, &state.description.geometry, region);
         }
         self.pagers.invalidate(texture, region)
     }

@@ -69,6 +69,12 @@ impl<S: TileSource> TileSource for DecodedSource<S> {
         })
     }
 
+    fn at_hand(&self, pos: PagePos) -> Option<Tile> {
+        let stored = self.source.description();
+        let bytes = self.source.at_hand(pos)?.decode(stored).ok()?;
+        Some(Tile { codec: Codec::Raw, bytes: decoded(stored, &self.held, &bytes) })
+    }
+
     fn changed(&self, region: &Region) {
         self.source.changed(region);
     }

@@ -75,8 +75,8 @@ impl Textures {
     /// Carries out the pagers' uploads, then the page-table changes of exactly these.
     fn upload(&mut self, encoder: &mut wgpu::CommandEncoder) -> Result<(), Error> {
         while let Some((pool, upload)) = self.pagers.poll_upload() {
-            let pool = &self.pools[usize::from(pool.number())];
-            pool.upload(&self.queue, upload.slot, &upload.bytes)?;
+            self.pools[usize::from(pool.number())].upload(&self.queue, upload.slot, &upload.bytes)?;
+            self.note_for_cpu(pool, &upload);
         }
         for (pool, pager) in self.pools.iter_mut().zip(self.pagers.iter()) {
             pool.set_bias(&self.queue, pager.bias_eighths());

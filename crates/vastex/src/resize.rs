@@ -42,6 +42,7 @@ impl Textures {
         let mut encoder = self.device.create_command_encoder(&Default::default());
         new.copy_from(&mut encoder, old, &moves);
         let resize = PoolResize { before, bytes: new.bytes(), transient: before + new.bytes() };
+        self.cpu_tiles.moved(pool, &moves);
         let old = std::mem::replace(&mut self.pools[number], new);
         let textures: Vec<TextureId> = self.iter().filter(|&id| self.pool_of(id) == Some(pool)).collect();
         textures.into_iter().try_for_each(|texture| self.begin_table_anew(&mut encoder, pool, texture))?;

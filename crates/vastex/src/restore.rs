@@ -26,6 +26,7 @@ impl Textures {
         self.forget_texture_space(None);
         self.changes.clear();
         self.pagers.tiles_lost();
+        self.cpu_tiles.tiles_lost();
         self.restore_views();
         self.changer = TableChanger::new(device, self.way);
         for pool in &mut self.pools {
@@ -49,6 +50,7 @@ impl Textures {
         // The source gives tiles as the pool holds them.
         let tail = read_tail(&*state.source)?.decode(state.source.description())?;
         pool.upload(&self.queue, slot, &tail)?;
+        state.tail = tail;
         let (rule, geometry) = (state.table.rule(), &state.description.geometry);
         state.table = TableBuffers::new(
             &self.device,

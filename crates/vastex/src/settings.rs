@@ -33,6 +33,9 @@ pub struct Settings {
     pub in_flight_bytes: u64,
     /// Main memory for encoded tiles, in bytes for each texture, so that what was seen before need not be read again.
     pub ram_cache_bytes: u64,
+    /// Main memory for decoded tiles that [`crate::Textures::sample_cpu`] goes through, in bytes for all textures together. Holds
+    /// nothing while nothing is asked.
+    pub cpu_cache_bytes: u64,
     /// Threads that read and decode tiles; at least 1. Each has one read in flight: a source that is read directly from the
     /// disk (`vastex_tiles::Container::open_file_direct`) wants as many as its depth. Without meaning in a browser.
     pub loader_threads: usize,
@@ -61,6 +64,7 @@ impl Default for Settings {
             upload_bytes_per_frame: 2 << 20,
             in_flight_bytes: 16 << 20,
             ram_cache_bytes: 64 << 20,
+            cpu_cache_bytes: 16 << 20,
             loader_threads: 2,
             filter: Filter::Trilinear,
             feedback: None,

@@ -4,6 +4,7 @@
 
 use std::sync::Arc;
 
+use bytes::Bytes;
 use vastex_core::{
     Budgets, Description, Dims, Event, Feedback, GroupId, LevelRule, PageId, PageState, Pagers, PoolError,
     PoolId, TableChange, TextureId, ViewId,
@@ -14,6 +15,7 @@ use vastex_wgpu::{
 };
 
 use crate::by_hand::OpenTickets;
+use crate::cpu_tiles::CpuTiles;
 use crate::decoded::{DecodedSource, held_description};
 use crate::error::Error;
 use crate::groups::{GroupState, Sampled};
@@ -58,6 +60,7 @@ pub struct Textures {
     pub(crate) texture_spaces: Vec<TextureSpacePath>,
     pub(crate) tickets: OpenTickets,
     pub(crate) telemetry: Telemetry,
+    pub(crate) cpu_tiles: CpuTiles,
 }
 
 pub(crate) struct TextureState {
@@ -65,6 +68,8 @@ pub(crate) struct TextureState {
     pub(crate) description: Arc<Description>,
     /// What the loader reads from, its caches in front.
     pub(crate) source: Arc<dyn TileSource>,
+    /// The tail's tile, decoded, so that there is always an answer.
+    pub(crate) tail: Bytes,
     pub(crate) table: TableBuffers,
     pub(crate) page_table: TableChoice,
     /// For people.
@@ -159,6 +164,7 @@ impl Textures {
             texture_spaces: Vec::new(),
             tickets: OpenTickets::default(),
             telemetry: Telemetry::new(settings.telemetry_frames),
+            cpu_tiles: CpuTiles::new(settings.cpu_cache_bytes),
             settings,
         })
     }
@@ -226,7 +232,7 @@ impl Textures {
         &mut self,
         pool: PoolId,
         description: &Arc<Description>,
-        tail: &[u8],
+        tail: &Bytes,
         source: &Arc<dyn TileSource>,
         TextureSettings { page_table }: TextureSettings,
     ) -> Result<TextureId, Error> {
@@ -243,7 +249,9 @@ impl Textures {
             self.textures.resize_with(number + 1, || None);
         }
         let (description, source) = (description.clone(), source.clone());
-        self.textures[number] = Some(TextureState { description, table, page_table, source, name: None });
+        let tail = tail.clone();
+        let state = TextureState { description, table, page_table, source, tail, name: None };
+        self.textures[number] = Some(state);
         self.make_bind_groups(texture);
         Ok(texture)
     }
@@ -259,6 +267,7 @@ impl Textures {
         let Some(pool) = self.pool_of(texture) else { return false };
         self.remove_groups_of(texture);
         self.forget_texture_space(Some(texture));
+        self.cpu_tiles.remove(texture);
         self.pagers.remove_texture(texture, self.frame);
         self.send_cancels();
         self.loader.remove_source(texture);

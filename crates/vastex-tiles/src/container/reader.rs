@@ -215,6 +215,11 @@ impl TileSource for Container {
         Box::pin(self.read_tile(pos))
     }
 
+    /// Nothing: what is kept of opening it is not checked yet.
+    fn at_hand(&self, _: PagePos) -> Option<Tile> {
+        None
+    }
+
     /// An open container goes on reading the version of the file that it opened.
     fn changed(&self, _: &vastex_core::Region) {}
 }

@@ -283,6 +283,11 @@ impl<S: TileSource> TileSource for DiskCache<S> {
         })
     }
 
+    /// What is on the disk is not.
+    fn at_hand(&self, pos: PagePos) -> Option<Tile> {
+        self.source.at_hand(pos)
+    }
+
     fn changed(&self, region: &Region) {
         {
             let mut changed = lock(&self.changed);

@@ -176,6 +176,11 @@ impl TileSource for DirectorySource {
         Box::pin(async move { self.tile(pos) })
     }
 
+    /// Nothing: what is kept are files, and a tile is put together of several.
+    fn at_hand(&self, _: PagePos) -> Option<Tile> {
+        None
+    }
+
     /// Files are read again, wherever the region lies. The levels that the directory lacks stay as they were made when it was
     /// opened.
     fn changed(&self, _: &vastex_core::Region) {
