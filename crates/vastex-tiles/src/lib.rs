@@ -19,6 +19,7 @@ mod encode;
 mod faults;
 mod hash;
 mod loader;
+mod planet;
 mod property;
 mod source;
 mod stores;
@@ -49,6 +50,7 @@ pub use disk::{DiskCache, DiskTier, DiskTierError};
 pub use encode::{Compression, EncodedTile};
 pub use faults::{FaultRates, Faults, Injection};
 pub use loader::{LoadError, Loaded, Loader, LocalLoader};
+pub use planet::{PlanetError, PlanetImage, PlanetSource};
 pub use property::PropertySource;
 pub use source::{MaybeSend, MaybeSync, ReadError, ReadFuture, SourceKey, TileSource};
 #[cfg(not(target_family = "wasm"))]

@@ -4,6 +4,7 @@
 
 mod ahead;
 mod common;
+mod descent;
 mod estimates;
 mod feedback_ways;
 mod floor;

@@ -29,6 +29,7 @@ fn every_shader_is_valid() {
     }
     let wall = include_str!("../../examples/wall/wall.wgsl");
     check(&(wgsl(&ShaderOptions::default()) + wall));
+    check(&(wgsl(&ShaderOptions::default()) + include_str!("../../src/wgsl/descent.wgsl")));
 }
 
 #[test]
