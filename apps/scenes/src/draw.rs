@@ -7,6 +7,7 @@ use vastex::{LayerId, Textures};
 
 use crate::eye::{Eye, eye_layout};
 use crate::look::Look;
+use crate::overlay::no_depth_test;
 use crate::pose::Pose;
 use crate::scene::{Scene, Vertex, surface};
 
@@ -202,6 +203,34 @@ impl SceneRenderer {
         PipelineParts { text, entries, formats }.pipeline(device, &groups)
     }
 
+    /// A pipeline that draws a plan over the whole picture in the place of the scene; one more bind group, if any.
+    pub(crate) fn plan_pipeline(
+        &self,
+        device: &wgpu::Device,
+        textures: &Textures,
+        module: &str,
+        entries: [&'static str; 2],
+        group: Option<&wgpu::BindGroupLayout>,
+    ) -> wgpu::RenderPipeline {
+        let mut groups = vec![Some(textures.bind_group_layout(self.layer)), Some(&self.group_layout)];
+        groups.extend(group.map(Some));
+        let text = shader_text(textures, self.layer, self.look, module);
+        PipelineParts { text, entries, formats: &[self.format] }.plan(device, &groups)
+    }
+
+    /// Draws a plan.
+    pub(crate) fn draw_plan(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        pipeline: &wgpu::RenderPipeline,
+        texture_group: &wgpu::BindGroup,
+    ) {
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(0, texture_group, &[]);
+        pass.set_bind_group(1, &self.eye.group, &[]);
+        pass.draw(0..3, 0..1);
+    }
+
     /// The format of its pictures.
     pub(crate) fn format(&self) -> wgpu::TextureFormat {
         self.format
@@ -311,7 +340,12 @@ impl PipelineParts<'_> {
             stencil: Default::default(),
             bias: Default::default(),
         };
-        self.made(device, groups, Some(nearest), None)
+        self.made(device, groups, &[Some(surface_vertices())], Some(nearest), None)
+    }
+
+    /// A pipeline without vertices, on every pixel whatever is there.
+    fn plan(self, device: &wgpu::Device, groups: &[Option<&wgpu::BindGroupLayout>]) -> wgpu::RenderPipeline {
+        self.made(device, groups, &[], Some(no_depth_test()), None)
     }
 
     /// A pipeline that blends all surfaces.
@@ -321,13 +355,14 @@ impl PipelineParts<'_> {
         groups: &[Option<&wgpu::BindGroupLayout>],
         blend: wgpu::BlendState,
     ) -> wgpu::RenderPipeline {
-        self.made(device, groups, None, Some(blend))
+        self.made(device, groups, &[Some(surface_vertices())], None, Some(blend))
     }
 
     fn made(
         self,
         device: &wgpu::Device,
         groups: &[Option<&wgpu::BindGroupLayout>],
+        vertices: &[Option<wgpu::VertexBufferLayout<'_>>],
         depth_stencil: Option<wgpu::DepthStencilState>,
         blend: Option<wgpu::BlendState>,
     ) -> wgpu::RenderPipeline {
@@ -342,7 +377,6 @@ impl PipelineParts<'_> {
         });
         let target = |&format| wgpu::ColorTargetState { blend, ..wgpu::TextureFormat::into(format) };
         let targets: Vec<_> = self.formats.iter().map(|format| Some(target(format))).collect();
-        let attributes = wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x2];
         device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some("scene"),
             layout: Some(&layout),
@@ -350,11 +384,7 @@ impl PipelineParts<'_> {
                 module: &module,
                 entry_point: Some(self.entries[0]),
                 compilation_options: Default::default(),
-                buffers: &[Some(wgpu::VertexBufferLayout {
-                    array_stride: size_of::<Vertex>() as u64,
-                    step_mode: wgpu::VertexStepMode::Vertex,
-                    attributes: &attributes,
-                })],
+                buffers: vertices,
             },
             primitive: wgpu::PrimitiveState::default(),
             depth_stencil,
@@ -368,5 +398,15 @@ impl PipelineParts<'_> {
             multiview_mask: None,
             cache: None,
         })
+    }
+}
+
+/// How a [`Vertex`] lies in its buffer.
+fn surface_vertices() -> wgpu::VertexBufferLayout<'static> {
+    const ATTRIBUTES: [wgpu::VertexAttribute; 2] = wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x2];
+    wgpu::VertexBufferLayout {
+        array_stride: size_of::<Vertex>() as u64,
+        step_mode: wgpu::VertexStepMode::Vertex,
+        attributes: &ATTRIBUTES,
     }
 }

@@ -5,8 +5,8 @@
 use std::sync::Arc;
 
 use vastex::{
-    BindGroups, CpuTexture, Event, Feedback, FeedbackWay, FrameStats, PrefetchSets, Settings, Textures,
-    TileSource, ViewId, ViewSettings,
+    BindGroups, CpuTexture, Event, Explanation, Feedback, FeedbackWay, FrameStats, PrefetchSets, Settings,
+    Textures, TileSource, ViewId, ViewSettings,
 };
 
 use crate::ahead::Ahead;
@@ -17,6 +17,7 @@ use crate::estimate::Estimating;
 use crate::eye::Eye;
 use crate::gpu::Gpu;
 use crate::look::{Look, Shown, UnknownLayer};
+use crate::overlay::{Overlay, OverlayRenderer};
 use crate::path::Path;
 use crate::pose::Pose;
 use crate::read::read_texture;
@@ -309,6 +310,36 @@ impl Studio {
         self.draw_and_read(|encoder, target| self.renderer.draw_picture(encoder, &self.textures, &target))
     }
 
+    /// An overlay of the last frame in the place of its picture.
+    pub fn overlay(&self, overlay: Overlay) -> Result<Picture, StudioError> {
+        let Gpu { device, queue, .. } = &self.gpu;
+        let mut drawn = OverlayRenderer::new(device, &self.textures, &self.renderer, overlay);
+        let mut pictures = Vec::new();
+        let (main, beside) = self.views.poses(self.pose);
+        for pose in std::iter::once(main).chain(beside) {
+            self.renderer.set_pose(queue, &pose, self.canvas.size);
+            drawn.look(device, queue, &self.textures, &self.renderer, self.canvas.size)?;
+            pictures.push(self.draw_and_read_one(|encoder, target| {
+                drawn.draw(encoder, &self.renderer, &self.textures, &target);
+            }));
+        }
+        Ok(side_by_side(&pictures, self.size))
+    }
+
+    /// Why a pixel of the last frame's picture shows what it shows; nothing where no texture is.
+    pub fn explain(&self, [x, y]: [u32; 2]) -> Result<Vec<Explanation>, StudioError> {
+        let (main, beside) = self.views.poses(self.pose);
+        let (pose, left) = match beside {
+            Some(beside) if x >= self.canvas.size[0] => (beside, self.canvas.size[0]),
+            _ => (main, 0),
+        };
+        let (renderer, layer) = (&self.renderer, self.renderer.layer());
+        renderer.set_pose(&self.gpu.queue, &pose, self.canvas.size);
+        Ok(self.textures.explain_pixel(self.canvas.size, [x - left, y], |pass, groups| {
+            renderer.draw_wanted(pass, &groups[layer]);
+        })?)
+    }
+
     /// How alike the picture of the last frame is to the same scene drawn from an ordinary texture, and how that was drawn.
     pub fn compare(&self) -> Result<(Comparison, ReferenceKind), StudioError> {
         let (device, queue) = (&self.gpu.device, &self.gpu.queue);
@@ -385,14 +416,14 @@ impl Studio {
     }
 
     fn draw_and_read(&self, draw: impl Fn(&mut wgpu::CommandEncoder, PictureTarget<'_>)) -> Picture {
-        let Canvas { size, colour, colour_view, depth_view } = &self.canvas;
-        let pictures: Vec<Picture> = self
-            .through_each(|| {
-                let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-                draw(&mut encoder, PictureTarget { colour: colour_view, depth: depth_view });
-                Picture { size: *size, rgba: read_texture(&self.gpu, encoder, colour, 4) }
-            })
-            .collect();
+        let pictures: Vec<Picture> = self.through_each(|| self.draw_and_read_one(&draw)).collect();
         side_by_side(&pictures, self.size)
+    }
+
+    fn draw_and_read_one(&self, draw: impl Fn(&mut wgpu::CommandEncoder, PictureTarget<'_>)) -> Picture {
+        let Canvas { size, colour, colour_view, depth_view } = &self.canvas;
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        draw(&mut encoder, PictureTarget { colour: colour_view, depth: depth_view });
+        Picture { size: *size, rgba: read_texture(&self.gpu, encoder, colour, 4) }
     }
 }

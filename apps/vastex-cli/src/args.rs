@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args as ClapArgs, Parser, Subcommand};
 use vastex::{FeedbackWay, Filter};
-use vastex_scenes::{Path, Scene, Shown, Views};
+use vastex_scenes::{Overlay, Path, Scene, Shown, Views};
 
 #[cfg(feature = "build")]
 pub(crate) use build::{BuildArgs, Compress};
@@ -172,6 +172,10 @@ pub(crate) struct SceneArgs {
     /// KiB of tiles copied to the GPU per frame at most
     #[arg(long, default_value_t = 2048, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1 << 22))]
     pub(crate) upload_kib_per_frame: u64,
+    /// Draw what the machine does in the place of the picture: the levels shown, the levels wanted, how far one falls short of the
+    /// other, the borders of pages, the feedback as seen, the page table, or the slots of the pool
+    #[arg(long, value_name = "NAME", value_parser = named(&Overlay::ALL, Overlay::name))]
+    pub(crate) overlay: Option<Overlay>,
     /// Load pages of the same content one by one, each into a slot of its own, to see what sharing saves
     #[arg(long)]
     pub(crate) no_sharing: bool,
@@ -196,6 +200,7 @@ Examples:
   vastex render earth.vastex --on plane --camera-path fly --predict --stats-csv fly.csv
   vastex render earth.vastex --on globe --camera-path spin --record-trace spin.vxtrace
   vastex render earth.vastex --on globe --camera-path fly --stats-csv fly.csv --dump-pools
+  vastex render earth.vastex --on plane --frames 12 --overlay deficit -o deficit.png --explain 640,700
   vastex render earth.vastex --on globe --estimate quadtree -o without-feedback.png
 
 Without --frames it plays the camera path to its end and holds the last pose until everything is loaded; if that does
@@ -245,6 +250,10 @@ pub(crate) struct RenderArgs {
     /// Tell what is in each pool at the end: pages by texture and level, the largest first; with --json as `pools`
     #[arg(long)]
     pub(crate) dump_pools: bool,
+    /// Tell why a pixel of the last picture shows what it shows, counted from the top left: the page that it wants, what is shown
+    /// instead and what that waits for; with --json as `explained`
+    #[arg(long, value_name = "X,Y", value_parser = parse_pixel)]
+    pub(crate) explain: Option<[u32; 2]>,
     /// Compare the last picture with one drawn from an ordinary texture
     #[arg(long)]
     pub(crate) compare: bool,
@@ -262,6 +271,12 @@ impl SceneArgs {
 
 impl RenderArgs {
     fn check(&self) -> Result<(), clap::Error> {
+        let [width, height] = self.scene.size;
+        if let Some([x, y]) = self.explain.filter(|&[x, y]| x >= width || y >= height) {
+            return Err(value_error(&format!(
+                "'{x},{y}' for '--explain <X,Y>': the picture has {width}x{height} pixels, counted from 0,0"
+            )));
+        }
         const OTHERS: [&str; 9] = ["jpg", "jpeg", "tif", "tiff", "webp", "bmp", "gif", "exr", "vastex"];
         let Some(output) = &self.output else { return Ok(()) };
         let extension = output.extension().unwrap_or_default().to_string_lossy().to_lowercase();
@@ -289,6 +304,8 @@ Keys and mouse:
   double click   back to the first view, as Home and R
   arrows, WASD   walk
   1 2 3, Tab     image, plane, globe; the next of them
+  O              the next overlay: levels, wanted, deficit, pages, feedback, table, atlas; then the picture again
+  right click    print why the pixel shows what it shows
   F, F11         fill the screen
   Esc, Q         quit")]
 pub(crate) struct ViewArgs {
@@ -327,6 +344,13 @@ fn parse_size(text: &str) -> Result<[u32; 2], String> {
         Some(_) => Err(format!("each side must have 1 to {MAX} pixels")),
         None => Err("write width and height in pixels, as in 1280x720".into()),
     }
+}
+
+/// A place in a picture.
+fn parse_pixel(text: &str) -> Result<[u32; 2], String> {
+    let place =
+        text.split_once(',').and_then(|(x, y)| Some([x.trim().parse().ok()?, y.trim().parse().ok()?]));
+    place.ok_or_else(|| "write column and row of a pixel, as in 640,360".into())
 }
 
 /// Two different numbers; the first may be the larger one, which turns black and white round.
@@ -368,6 +392,14 @@ mod tests {
         assert_eq!(parse_range("1,0"), Ok([1.0, 0.0]));
         for bad in ["", "1", "1,", ",1", "0,0", "nan,1", "0,inf", "1;2", "0,1,2", "1e-40,0"] {
             assert!(parse_range(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn pixels_are_checked() {
+        assert_eq!(parse_pixel("640, 0"), Ok([640, 0]));
+        for bad in ["", "640", "-1,5", "1,2,3", "1x2", "99999999999,1"] {
+            assert!(parse_pixel(bad).is_err(), "{bad}");
         }
     }
 

@@ -7,6 +7,7 @@
 mod args;
 mod commands;
 mod disk_cache;
+mod explained;
 mod gpu;
 mod open;
 mod output;

@@ -104,5 +104,5 @@ pub use tail::TailLayout;
 pub use telemetry::{History, PoolFrame, TimeToSharp};
 pub use tickets::{AskError, Progress, Ticket, TicketState, Urgency};
 pub use trace::{Place, Trace, TraceError, TraceRecordError};
-pub use usage::{PoolUsage, TextureUsage};
+pub use usage::{PoolUsage, SlotUsage, TextureUsage};
 pub use views::{MAX_VIEWS, ViewError, ViewId};

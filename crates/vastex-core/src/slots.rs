@@ -283,12 +283,15 @@ impl Residency {
         self.sharing.trimmed = pages;
     }
 
-    /// A guest moves into a slot of its own.
+    /// A guest moves into a slot of its own; the last in a slot leaves it free.
     pub(crate) fn move_guest(&mut self, page: PageId, to: Slot) {
         let Some(record) = self.records.get_mut(page) else { return };
         let State::Resident(from) = record.state else { return };
         record.state = State::Resident(to);
-        self.take_out(from);
+        // It is alone by now where the others were evicted so that it got the slot.
+        if self.take_out(from) {
+            self.free.push(from);
+        }
         self.put_in(to, ContentId::NONE);
         self.evicted.push((page, from));
     }

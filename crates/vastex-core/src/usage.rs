@@ -5,9 +5,10 @@ use std::cmp::Reverse;
 use rustc_hash::FxHashMap;
 
 use crate::event::TexturePages;
-use crate::page::TextureId;
+use crate::page::{PageId, TextureId};
 use crate::pager::Pager;
 use crate::pool::PoolId;
+use crate::records::RecordHint;
 use crate::shared::MAX_LEVELS;
 
 /// Textures that [`crate::Event::Oversubscribed`] names.
@@ -43,7 +44,37 @@ pub struct TextureUsage {
     pub levels: Vec<(u8, u32)>,
 }
 
+/// What is in a slot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SlotUsage {
+    /// A page whose tile it is; of several of the same content the first by texture, level and place.
+    pub page: PageId,
+    /// Pages whose tile it is.
+    pub pages: u32,
+    /// Whether any of them is in view, at the mip bias in force.
+    pub is_in_view: bool,
+    /// Whether it holds a tail, or what is pinned by hand.
+    pub is_locked: bool,
+}
+
 impl Pager {
+    /// What is in each slot, nothing where it is free. Costs a visit of every page that has a state, as [`Pager::usage`] does.
+    pub fn slots(&self) -> Vec<Option<SlotUsage>> {
+        let mut slots = vec![None; self.settings.slots as usize];
+        for (page, slot) in self.resident() {
+            let is_in_view = self.residency.is_wanted(page, RecordHint::default());
+            let is_locked = self.textures.is_tail(page) || self.residency.tickets.pins(page);
+            let Some(place) = slots.get_mut(slot.index() as usize) else { continue };
+            let usage =
+                place.get_or_insert(SlotUsage { page, pages: 0, is_in_view: false, is_locked: false });
+            usage.page = usage.page.min(page);
+            usage.pages += 1;
+            usage.is_in_view |= is_in_view;
+            usage.is_locked |= is_locked;
+        }
+        slots
+    }
+
     /// What is in the pool, and of which textures. Costs a visit of every page that has a state, so it is for people and tools, not for each
     /// frame.
     pub fn usage(&self) -> PoolUsage {

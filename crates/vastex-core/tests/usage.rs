@@ -30,6 +30,14 @@ fn check(usage: &PoolUsage, crowd: &Crowd) {
     assert_eq!(usage.bias_eighths, stats.bias_eighths);
     assert_eq!(usage.pages, usage.textures.iter().map(|texture| texture.pages).sum::<u32>());
     assert!(usage.textures.is_sorted_by(|a, b| (b.pages, a.texture) <= (a.pages, b.texture)), "{usage:?}");
+    let slots = pager.slots();
+    let taken: Vec<_> = slots.iter().flatten().collect();
+    assert_eq!((slots.len(), taken.len()), (stats.slots as usize, stats.occupied as usize));
+    assert_eq!(taken.iter().map(|slot| slot.pages).sum::<u32>(), usage.pages);
+    assert_eq!(taken.iter().filter(|slot| slot.is_locked).count(), stats.locked as usize);
+    for (page, slot) in pager.resident() {
+        assert!(slots[slot.index() as usize].is_some_and(|usage| usage.page <= page));
+    }
     for texture in &usage.textures {
         assert_eq!(texture.pages, texture.levels.iter().map(|&(_, pages)| pages).sum::<u32>());
         for &(level, pages) in &texture.levels {

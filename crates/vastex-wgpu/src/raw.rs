@@ -50,7 +50,8 @@ impl RawTexture {
         self.size
     }
 
-    pub(crate) fn view(&self) -> &wgpu::TextureView {
+    /// For shaders that show it.
+    pub fn view(&self) -> &wgpu::TextureView {
         &self.view
     }
 

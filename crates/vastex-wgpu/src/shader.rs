@@ -34,6 +34,7 @@ const SAMPLE_FIXED: &str = include_str!("wgsl/sample_fixed.wgsl");
 const VIEW: &str = include_str!("wgsl/view.wgsl");
 const FEEDBACK: &str = include_str!("wgsl/feedback.wgsl");
 const FEEDBACK_FIXED: &str = include_str!("wgsl/feedback_fixed.wgsl");
+const INSPECT: &str = include_str!("wgsl/inspect.wgsl");
 const TEXTURE_SPACE: &str = include_str!("wgsl/texture_space.wgsl");
 const TOLD: &str = include_str!("wgsl/told.wgsl");
 const TELL: &str = include_str!("wgsl/tell.wgsl");
@@ -122,6 +123,8 @@ pub struct ShaderOptions {
 /// | `vastex_texture_space_clip(uv)` | vertex, texture space only | the clip position in texture space |
 /// | `vastex_texture_space(uv, clip, picture)` | fragment, texture space only | the level that a picture needs, `vec4<f32>` |
 /// | `vastex_texture_space_front(uv, clip, picture)` | the same | the same, where the texture is not mirrored |
+/// | `vastex_inspect(uv)` | fragment, uniform control flow | levels wanted and shown, page and place, `VastexInspection` |
+/// | `vastex_inspect_grad(uv, ddx, ddy)` | all | the same, from gradients of uv |
 /// | `vastex_turn(position, count)` | fragment, feedback pass only | see [`crate::group_wgsl()`] |
 ///
 /// `uv` is 0 to 1 over the texture, beyond that by its address modes; x to the right, y downward. It is for textures of up to
@@ -155,7 +158,7 @@ pub fn wgsl(options: &ShaderOptions) -> String {
             tell_modules(options.feedback),
             &[LEVEL, PAGE, table_module(options.feedback), HASHED, LOOKUP],
             atlas_modules(options.atlas),
-            &[SAMPLE, SAMPLE_FIXED, FEEDBACK, FEEDBACK_FIXED, TEXTURE_SPACE],
+            &[SAMPLE, SAMPLE_FIXED, FEEDBACK, FEEDBACK_FIXED, TEXTURE_SPACE, INSPECT],
         ]
         .concat(),
     )
@@ -258,7 +261,9 @@ pub(crate) mod tests {
             if vastex_asked(at) && vastex_keeps(at, 0.5) {
                 vastex_tell(at, vastex_feedback_grad(at.xy, at.yx, at.zw));
             }
-            return vastex_sample(at.xy) + vastex_sample_grad(at.xy, at.yx, at.zw)
+            let inspected = vastex_inspect(at.xy);
+            let slot = vastex_inspect_slot(vastex_inspect_page(inspected.page, inspected.shown), at.xy);
+            return slot + vastex_sample(at.xy) + vastex_sample_grad(at.xy, at.yx, at.zw)
                 + vastex_sample_fixed(vec2<u32>(7u), at.xy) + vastex_sample_fixed_grad(vec2<u32>(7u), at.xy, at.yx, at.zw)
                 + vastex_sample_fixed_level(vec2<u32>(7u), at.xy, 1.0);
         }

@@ -145,7 +145,7 @@ impl Textures {
         }
     }
 
-    fn clear_depth(&self) -> f32 {
+    pub(crate) fn clear_depth(&self) -> f32 {
         if self.settings.reversed_depth { 0.0 } else { 1.0 }
     }
 
@@ -156,13 +156,7 @@ impl Textures {
         picture: [u32; 2],
         draw: impl FnOnce(&mut wgpu::RenderPass<'_>, &BindGroups),
     ) -> Result<Feedback, Error> {
-        let target = FeedbackTarget::new(&self.device, picture, FeedbackScale::Full)?;
-        let mut encoder = self.device.create_command_encoder(&Default::default());
-        let (main, clear_depth) = (&self.views[0], self.clear_depth());
-        let mut pass = target.begin(&self.queue, &mut encoder, &main.params, self.frame, clear_depth);
-        draw(&mut pass, &main.groups);
-        drop(pass);
-        self.queue.submit([encoder.finish()]);
+        let target = self.draw_feedback_to_look_at(picture, FeedbackScale::Full, draw)?;
         let raw = RawFeedback::read(&self.device, &self.queue, target.raw())?;
         let mut feedback = Feedback::default();
         FeedbackCompactor::new().compact(self.frame, &raw.pixels, &mut feedback);

@@ -38,6 +38,7 @@ mod error;
 mod feedback;
 mod frame;
 mod groups;
+mod inspect;
 mod layer;
 mod lock_step;
 mod pool_settings;
@@ -76,10 +77,11 @@ pub use telemetry::{Cell, PoolRecord};
 pub use textures::{BindGroups, Textures};
 pub use vastex_core::shared::JITTER_CYCLE;
 pub use vastex_core::{
-    AddressMode, AskError, BiasRule, Box3, Description, Dims, Event, Feedback, Geometry, GeometryError,
-    GeometrySpec, GroupError, GroupId, History, Integrator, Layer, LayerFormat, LevelRule, Motion, PageId,
-    PagePos, PageState, PoolEstimate, PoolFrame, PoolId, Progress, Region, Stats, TexelPositions, TextureId,
-    TexturePages, TicketState, TimeToSharp, Trace, Urgency, ViewError, ViewId, fold,
+    AddressMode, AskError, BiasRule, Box3, Description, Dims, Event, Explanation, Feedback, Geometry,
+    GeometryError, GeometrySpec, GroupError, GroupId, History, Integrator, Layer, LayerFormat, LevelRule,
+    Motion, PageId, PagePos, PageState, PoolEstimate, PoolFrame, PoolId, Progress, Region, SlotUsage, Stats,
+    Step, TexelPositions, TextureId, TexturePages, TicketState, TimeToSharp, Trace, Urgency, ViewError,
+    ViewId, Wait, fold,
 };
 pub use vastex_core::{
     Camera, FlatSurface, GlobeSurface, LearnError, LearnSettings, Patch, Place, PrefetchSets, SetsError,
@@ -91,7 +93,7 @@ pub use vastex_tiles::{
 };
 #[cfg(not(target_family = "wasm"))]
 pub use vastex_tiles::{DiskCache, DiskTier, DiskTierError};
-pub use vastex_wgpu::{Atlas, GpuError, required_features, texture_format};
+pub use vastex_wgpu::{Atlas, FeedbackTarget, GpuError, required_features, texture_format};
 pub use views::ViewSettings;
 
 /// Opens a `.vastex` file.

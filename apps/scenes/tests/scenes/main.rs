@@ -10,6 +10,7 @@ mod feedback_ways;
 mod floor;
 mod golden;
 mod layers;
+mod overlays;
 mod pictures;
 mod planet;
 mod policies;

@@ -9,11 +9,12 @@ use vastex::{
     Event, FrameStats, Pace, PageId, PoolDump, PoolId, PoolSettings, PrefetchSets, Settings, Textures,
 };
 use vastex_core::Dims;
-use vastex_scenes::{Comparison, Gpu, Outcome, ReferenceKind, Studio, Until};
+use vastex_scenes::{Comparison, Gpu, Outcome, ReferenceKind, Studio, StudioError, Until};
 use vastex_tiles::{DirectStore, DiskTier};
 
 use crate::args::{RenderArgs, SceneArgs};
 use crate::commands::replay;
+use crate::explained::Explained;
 use crate::open::Opened;
 use crate::output::Output;
 use crate::telemetry::StatsExport;
@@ -115,7 +116,9 @@ fn draw(
     })?;
     troubles.say(&args.scene.source.display().to_string(), studio.textures());
     if let Some(output) = &outputs.picture {
-        output.write_picture(&studio.picture())?;
+        let picture =
+            args.scene.overlay.map_or_else(|| Ok(studio.picture()), |overlay| studio.overlay(overlay))?;
+        output.write_picture(&picture)?;
     }
     if let (Some(output), Some(trace)) = (&outputs.trace, studio.textures_mut().take_trace()?) {
         output.write(&trace.to_bytes())?;
@@ -123,10 +126,13 @@ fn draw(
     outputs.stats.write()?;
     // What is told of the pools is as the last frame left them.
     let pools = args.dump_pools.then(|| studio.textures().dump_pool_usage());
+    let explained =
+        args.explain.map(|pixel| Ok::<_, StudioError>((pixel, studio.explain(pixel)?))).transpose()?;
     let compared = if args.compare { Some(studio.compare()?) } else { None };
     let mut summary = Summary::new(&outcome, studio.share_at_wanted_level()?, adapter, compared);
     summary.disk_cache = disk.map(disk_cache::Summary::new);
     summary.pools = pools;
+    summary.explained = explained.map(|(pixel, explained)| Explained::new(pixel, &explained));
     match args.json {
         true => report::print_json(&summary)?,
         false => report::print(&summary.text())?,
@@ -231,6 +237,9 @@ struct Summary {
     /// What `--dump-pools` adds.
     #[serde(skip_serializing_if = "Option::is_none")]
     pools: Option<PoolDump>,
+    /// What `--explain` adds.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    explained: Option<Explained>,
 }
 
 /// What `--compare` adds.
@@ -276,6 +285,7 @@ impl Summary {
             adapter,
             disk_cache: None,
             pools: None,
+            explained: None,
             compared: compared.map(|(comparison, reference)| Compared {
                 psnr_db: comparison.psnr_db,
                 max_error: comparison.max_error,
@@ -320,6 +330,7 @@ impl Summary {
             ));
         }
         rows.extend(self.pools.as_ref().map(PoolDump::to_string));
+        rows.extend(self.explained.as_ref().map(Explained::text));
         rows.join("\n")
     }
 }

@@ -32,6 +32,10 @@ pub(super) enum Wish {
     Reset,
     /// Another scene, or the next.
     Scene(Option<Scene>),
+    /// The next overlay in the place of the picture, or the picture again.
+    Overlay,
+    /// Why the pixel below the pointer shows what it shows, in pixels of the view.
+    Explain([u32; 2]),
     FillScreen,
     /// The picture again: it may be stale.
     Redraw,
@@ -102,6 +106,9 @@ impl Input {
             }
             WindowEvent::MouseInput { state, button: MouseButton::Left, .. } => {
                 self.button(*state == ElementState::Pressed, now)
+            }
+            WindowEvent::MouseInput { state: ElementState::Pressed, button: MouseButton::Right, .. } => {
+                Some(Wish::Explain(self.pointer.max(Vec2::ZERO).to_array().map(|place| place as u32)))
             }
             WindowEvent::MouseWheel { delta, .. } => {
                 let notches = match delta {
@@ -214,6 +221,7 @@ fn wish_of(key: &Key) -> Option<Wish> {
             "q" => Wish::Quit,
             "r" => Wish::Reset,
             "f" => Wish::FillScreen,
+            "o" => Wish::Overlay,
             "1" => Wish::Scene(Some(Scene::Image)),
             "2" => Wish::Scene(Some(Scene::Plane)),
             "3" => Wish::Scene(Some(Scene::Globe)),

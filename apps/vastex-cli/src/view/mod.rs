@@ -152,6 +152,8 @@ impl App<'_> {
                     viewer.show(scene);
                 }
             }
+            Wish::Overlay => viewer.next_overlay(),
+            Wish::Explain(pixel) => viewer.explain(self.poses[scene_index], pixel)?,
             Wish::FillScreen => {
                 let filled = window.fullscreen().is_some();
                 window.set_fullscreen((!filled).then_some(Fullscreen::Borderless(None)));

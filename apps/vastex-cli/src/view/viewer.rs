@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result};
 use vastex::{Event, FrameStats, LayerId, Textures, TileSource};
 use vastex_core::Dims;
-use vastex_scenes::{Gpu, Look, PictureTarget, Pose, Scene, SceneRenderer};
+use vastex_scenes::{Gpu, Look, Overlay, OverlayRenderer, PictureTarget, Pose, Scene, SceneRenderer};
 use winit::event_loop::OwnedDisplayHandle;
 use winit::window::Window;
 
@@ -14,6 +14,7 @@ use super::input::Aspects;
 use super::surface::Surface;
 use crate::args::SceneArgs;
 use crate::commands::render::settings;
+use crate::explained::Explained;
 use crate::{gpu, report, shortage};
 
 /// Frames after a change of the view in which nothing is taken for settled: feedback is on its way for some, and a
@@ -42,6 +43,8 @@ pub(super) struct Viewer {
     layer: LayerId,
     look: Look,
     renderer: SceneRenderer,
+    /// What is drawn in the place of the picture, if anything.
+    overlay: Option<OverlayRenderer>,
     /// Name of the source, for the title.
     name: String,
     frames: u64,
@@ -72,7 +75,9 @@ impl Viewer {
         let surface = Surface::new(&gpu, window.clone(), surface, look.picture_format())?;
         let (device, queue) = (&gpu.device, &gpu.queue);
         let renderer = SceneRenderer::new(device, queue, &textures, layer, look, scene, surface.format());
+        let overlay = args.overlay.map(|overlay| OverlayRenderer::new(device, &textures, &renderer, overlay));
         Ok(Viewer {
+            overlay,
             gpu,
             window,
             surface,
@@ -92,8 +97,8 @@ impl Viewer {
     /// Goes on with a device of its own after this one's was lost. What was read stays, and the view is sharp again as soon as it is
     /// uploaded.
     pub(super) fn restored(self, display: OwnedDisplayHandle) -> Result<Viewer> {
-        let Viewer { window, mut textures, layer, look, renderer, surface, gpu, .. } = self;
-        let scene = renderer.scene();
+        let Viewer { window, mut textures, layer, look, renderer, overlay, surface, gpu, .. } = self;
+        let (scene, overlay) = (renderer.scene(), overlay.map(|overlay| overlay.overlay()));
         // A window has one surface at a time.
         drop((renderer, surface, gpu));
         let (gpu, surface) = device_for(&window, display)?;
@@ -101,8 +106,9 @@ impl Viewer {
         let surface = Surface::new(&gpu, window.clone(), surface, look.picture_format())?;
         let (device, queue) = (&gpu.device, &gpu.queue);
         let renderer = SceneRenderer::new(device, queue, &textures, layer, look, scene, surface.format());
+        let overlay = overlay.map(|overlay| OverlayRenderer::new(device, &textures, &renderer, overlay));
         let unsettled = UNSETTLED_FRAMES;
-        Ok(Viewer { gpu, window, surface, textures, renderer, unsettled, ..self })
+        Ok(Viewer { gpu, window, surface, textures, renderer, overlay, unsettled, ..self })
     }
 
     /// Width and height of the view in pixels.
@@ -157,7 +163,29 @@ impl Viewer {
         let format = self.surface.format();
         self.renderer =
             SceneRenderer::new(device, queue, &self.textures, self.layer, self.look, scene, format);
+        self.draw_overlay(self.overlay.as_ref().map(OverlayRenderer::overlay));
         self.jumped();
+    }
+
+    /// Draws the next overlay in the place of the picture; after the last, the picture.
+    pub(super) fn next_overlay(&mut self) {
+        self.draw_overlay(Overlay::next(self.overlay.as_ref().map(OverlayRenderer::overlay)));
+    }
+
+    fn draw_overlay(&mut self, overlay: Option<Overlay>) {
+        let device = &self.gpu.device;
+        self.overlay =
+            overlay.map(|overlay| OverlayRenderer::new(device, &self.textures, &self.renderer, overlay));
+    }
+
+    /// Prints why a pixel shows what it shows.
+    pub(super) fn explain(&self, pose: Pose, pixel: [u32; 2]) -> Result<()> {
+        let (renderer, layer, size) = (&self.renderer, self.layer, self.surface.size());
+        renderer.set_pose(&self.gpu.queue, &pose, size);
+        let explained = self.textures.explain_pixel(size, pixel, |pass, groups| {
+            renderer.draw_wanted(pass, &groups[layer]);
+        })?;
+        report::print(&Explained::new(pixel, &explained).text())
     }
 
     /// When the next frame is due; `awake` says that the view will change by itself.
@@ -181,8 +209,11 @@ impl Viewer {
         self.is_hidden = frame.is_none();
         let Some(frame) = frame else { return Ok(()) };
         self.renderer.set_pose(&self.gpu.queue, &pose, self.surface.size());
-        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let (renderer, layer) = (&self.renderer, self.layer);
+        if let Some(overlay) = &mut self.overlay {
+            overlay.look(&self.gpu.device, &self.gpu.queue, &self.textures, renderer, self.surface.size())?;
+        }
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         self.textures.feedback(&mut encoder, self.surface.size(), |pass, groups| {
             renderer.draw_wanted(pass, &groups[layer]);
         })?;
@@ -191,6 +222,9 @@ impl Viewer {
         self.textures.main_pass(&mut encoder, self.surface.size(), |encoder, groups| {
             renderer.draw_picture_of(renderer.eye(), encoder, &groups[layer], &target);
         })?;
+        if let Some(overlay) = &self.overlay {
+            overlay.draw(&mut encoder, &self.renderer, &self.textures, &target);
+        }
         self.gpu.queue.submit([encoder.finish()]);
         self.surface.present(frame);
         self.frames += 1;
@@ -220,8 +254,11 @@ impl Viewer {
         let stats = self.textures.stats();
         let is_settled = stats.converged && self.unsettled == 0;
         if let Some(rate) = self.title.due(Instant::now(), is_settled) {
-            let scene = self.renderer.scene().name();
-            self.window.set_title(&title(&self.name, scene, &stats, is_settled, rate));
+            let mut what = self.renderer.scene().name().to_owned();
+            if let Some(overlay) = &self.overlay {
+                what += &format!(", {}", overlay.overlay().name());
+            }
+            self.window.set_title(&title(&self.name, &what, &stats, is_settled, rate));
         }
     }
 }
@@ -239,13 +276,13 @@ fn device_for(window: &Arc<Window>, display: OwnedDisplayHandle) -> Result<(Gpu,
     Ok((gpu, surface))
 }
 
-fn title(name: &str, scene: &str, stats: &FrameStats, is_settled: bool, rate: f64) -> String {
+fn title(name: &str, what: &str, stats: &FrameStats, is_settled: bool, rate: f64) -> String {
     let pager = &stats.pager;
     let pace = if is_settled { "settled".into() } else { format!("{rate:.0} frames/s") };
     let bias = f64::from(pager.bias_eighths) / 8.0;
     let (missing, failed) = (pager.missing, pager.failed);
     let mut text = format!(
-        "{name}, {scene}: {pace}, mip bias {bias:.3}, {} of {} slots in use, {missing} pages missing",
+        "{name}, {what}: {pace}, mip bias {bias:.3}, {} of {} slots in use, {missing} pages missing",
         pager.occupied, pager.slots
     );
     if failed > 0 {

@@ -8,6 +8,7 @@ mod estimates;
 mod export;
 mod inset;
 mod learn;
+mod overlays;
 mod replay;
 mod resume;
 mod round_trip;

@@ -1,3 +1,5 @@
+//! The hashed table against the direct one, and its own promises: probes, load, deletions.
+
 use super::*;
 use crate::geometry::{Geometry, GeometrySpec};
 use crate::sim::{Knobs, Path, World};

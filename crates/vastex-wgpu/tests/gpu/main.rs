@@ -7,6 +7,7 @@ mod errors;
 mod feedback;
 mod fixed;
 mod groups;
+mod inspect;
 mod sampling;
 mod tables;
 mod texture_space;

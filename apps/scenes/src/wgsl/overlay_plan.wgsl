@@ -1,0 +1,9 @@
+// A plan that fills the picture: one triangle, larger than it.
+
+@vertex
+fn fill(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
+    let corner = vec2<f32>(f32(index % 2u), f32(index / 2u)) * 4.0 - 1.0;
+    return vec4<f32>(corner, 0.0, 1.0);
+}
+
+const PLAN_PAPER: vec3<f32> = vec3<f32>(0.008, 0.010, 0.014);

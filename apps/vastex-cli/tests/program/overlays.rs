@@ -1,0 +1,42 @@
+//! `render --overlay` and `--explain`.
+
+use crate::tool::Desk;
+
+fn words(command: &str) -> Vec<&str> {
+    command.split_whitespace().collect()
+}
+
+#[test]
+fn every_overlay_is_another_picture() {
+    let desk = Desk::with_container();
+    let render = "render image.vastex --size 160x90 --on plane";
+    desk.run(&words(&format!("{render} -o plain.png"))).expect_code(0);
+    let mut pictures = vec![desk.read("plain.png")];
+    for overlay in ["levels", "wanted", "deficit", "pages", "feedback", "table", "atlas"] {
+        desk.run(&words(&format!("{render} --overlay {overlay} -o {overlay}.png"))).expect_code(0);
+        pictures.push(desk.read(&format!("{overlay}.png")));
+    }
+    pictures.sort();
+    pictures.dedup();
+    assert_eq!(pictures.len(), 8);
+    desk.run(&words(&format!("{render} --overlay nonsense"))).expect_code(2);
+}
+
+#[test]
+fn a_pixel_says_what_it_wants_and_what_that_waits_for() {
+    let desk = Desk::with_container();
+    let render = "render image.vastex --size 160x90 --on plane --json";
+    let here = desk.run(&words(&format!("{render} --explain 80,85"))).expect_code(0).json();
+    let page = &here["explained"]["pages"][0];
+    assert_eq!((&page["state"], &page["shown"]), (&"resident".into(), &page["at_bias"]));
+    assert!(page["text"].as_str().unwrap().contains("in its slot"), "{page}");
+    let early = desk.run(&words(&format!("{render} --frames 2 --explain 80,85"))).expect_code(0).json();
+    assert_eq!(early["explained"]["pages"][0]["state"], "absent");
+    let beside =
+        desk.run(&words("render image.vastex --size 160x90 --on image --explain 0,45")).expect_code(0);
+    assert!(beside.stdout.contains("no texture is seen there"), "{beside}");
+    for (pixel, why) in [("160,0", "160x90 pixels"), ("1", "column and row"), ("a,b", "column and row")] {
+        let refused = desk.run(&words(&format!("{render} --explain {pixel}"))).expect_code(2);
+        assert!(refused.stderr.contains(why), "{refused}");
+    }
+}

@@ -1,0 +1,45 @@
+// What sampling goes by at a place, for pictures of the machine at work and for an application's own debugging.
+
+struct VastexInspection {
+    wanted: f32,           // the level at mip bias 0
+    level: f32,            // the level that is sampled
+    shown: u32,            // the level whose texels are there, that or a coarser one
+    page: vec2<u32>,       // the page of that level; 0,0 in the tail
+    page_texel: vec2<f32>, // the place in the page, in texels of that level from its first
+}
+
+// At `uv`, at a level computed from screen-space derivatives. Fragment stage, uniform control flow.
+fn vastex_inspect(uv: vec2<f32>) -> VastexInspection {
+    return vastex_inspect_grad(uv, dpdx(uv), dpdy(uv));
+}
+
+// The same with gradients of uv along one pixel, in any stage.
+fn vastex_inspect_grad(uv: vec2<f32>, ddx: vec2<f32>, ddy: vec2<f32>) -> VastexInspection {
+    let size = vec2<f32>(vastex_texture.size.xy);
+    return vastex_inspect_lambda(vastex_position_from_uv(uv), vastex_lambda(ddx * size, ddy * size));
+}
+
+fn vastex_inspect_lambda(position: VastexPosition, lambda: f32) -> VastexInspection {
+    let level = vastex_level(lambda);
+    let shown = vastex_place(position, u32(floor(level))).level;
+    let scale = vastex_texture.levels[shown].scale.xy;
+    var page = vec2<u32>(0u);
+    if shown < vastex_texture.tail_level {
+        page = vastex_page_from_texel(position.texel, shown);
+    }
+    let from_page = position.texel - page * vastex_texture.page.xy * scale;
+    let page_texel = (vec2<f32>(from_page) + position.fraction) / vec2<f32>(scale);
+    return VastexInspection(vastex_unbiased_level(lambda), level, shown, page, page_texel);
+}
+
+// The level of the finest resident page that covers a page of the texture.
+fn vastex_inspect_page(page: vec2<u32>, level: u32) -> u32 {
+    let texel = page * vastex_texture.page.xy * vastex_texture.levels[level].scale.xy;
+    return vastex_place(VastexPosition(min(texel, vastex_texture.size.xy - 1u), vec2<f32>(0.5)), level).level;
+}
+
+// A texel of a slot of the pool, `tile_texel` texels of the texture from the first of its border, 0 to the size of a slot.
+fn vastex_inspect_slot(slot: u32, tile_texel: vec2<f32>) -> vec4<f32> {
+    let last = vec2<f32>(vastex_pool.tile) - 0.5;
+    return vastex_atlas_nearest(vastex_place_in_slot(slot, clamp(tile_texel, vec2<f32>(0.0), last), 0u));
+}

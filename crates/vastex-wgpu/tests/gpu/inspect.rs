@@ -1,0 +1,91 @@
+//! What `vastex_inspect` tells of a place is what the page table leads to there.
+
+use bytemuck::{Pod, Zeroable};
+use vastex_core::{Geometry, GeometrySpec, LayerFormat};
+use vastex_wgpu::{Atlas, BindLayout, FeedbackWay, Filter, ShaderOptions, ViewBuffer, twins, wgsl};
+
+use crate::common::{GPU, NUMBER, Random, World};
+use crate::sampling::{pipeline, run};
+
+/// A place, and texels of level 0 along one pixel there.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct Input {
+    uv: [f32; 2],
+    step: f32,
+    unused: f32,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct Output {
+    wanted: f32,
+    level: f32,
+    shown: u32,
+    of_page: u32,
+    page: [u32; 2],
+    page_texel: [f32; 2],
+}
+
+const HARNESS: &str = "
+    struct Input { uv: vec2<f32>, step: f32, unused: f32 }
+    struct Output { wanted: f32, level: f32, shown: u32, of_page: u32, page: vec2<u32>, page_texel: vec2<f32> }
+    @group(1) @binding(0) var<storage, read> inputs: array<Input>;
+    @group(1) @binding(1) var<storage, read_write> outputs: array<Output>;
+    @compute @workgroup_size(64) fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+        if id.x >= arrayLength(&inputs) { return; }
+        let in = inputs[id.x];
+        let step = in.step / vec2<f32>(vastex_texture.size.xy);
+        let found = vastex_inspect_grad(in.uv, vec2<f32>(step.x, 0.0), vec2<f32>(0.0, step.y));
+        outputs[id.x] = Output(found.wanted, found.level, found.shown, vastex_inspect_page(found.page, found.shown),
+            found.page, found.page_texel);
+    }";
+
+#[test]
+fn places_are_what_the_page_table_says() {
+    let gpu = &*GPU;
+    let layout = BindLayout::new(&gpu.device, Atlas::Float, FeedbackWay::Separate);
+    let view = ViewBuffer::new(&gpu.device, &gpu.queue, FeedbackWay::Separate);
+    let options = ShaderOptions { filter: Filter::Bilinear, ..ShaderOptions::default() };
+    let pipeline = pipeline(gpu, layout.layout(), wgsl(&options) + HARNESS);
+    let mut seen_coarser = 0;
+    for (spec, bias) in [(GeometrySpec::image(1000, 777), 0), (GeometrySpec::image(3000, 200), 12)] {
+        let geometry = Geometry::new(GeometrySpec { page: 32, ..spec }).unwrap();
+        let mut world = World::new(gpu, &geometry, LayerFormat::Rgba8, 0.4, 11);
+        world.pool.set_bias(&gpu.queue, bias);
+        let group = layout.bind_group(&gpu.device, &world.table, &world.pool, 0, &view);
+        let mut random = Random(99);
+        // A little into a level, so that rounding of a logarithm changes nothing.
+        let inputs: Vec<Input> = (0..2000)
+            .map(|_| Input {
+                uv: [random.unit(), random.unit()],
+                step: ((random.below(12) as f32 - 1.0) + 0.3).exp2(),
+                unused: 0.0,
+            })
+            .collect();
+        let outputs: Vec<Output> = run(gpu, &pipeline, &group, &inputs);
+        let twin =
+            twins::Texture { pool_bias: bias, ..twins::Texture::new(&geometry, &*world.image, NUMBER) };
+        for (input, output) in inputs.iter().zip(&outputs) {
+            let lambda = input.step.log2();
+            let (wanted, level) = (twin.unbiased_level(lambda), twin.level(lambda));
+            assert!(
+                (output.wanted - wanted).abs() < 1e-3 && (output.level - level).abs() < 1e-3,
+                "{input:?} {output:?}"
+            );
+            let place = twin.place(input.uv, level as u8);
+            assert_eq!(output.shown, u32::from(place.level), "{input:?} {output:?}");
+            seen_coarser += u32::from(output.shown > level as u32);
+            let at = geometry.level(place.level);
+            let texel = [0, 1].map(|a| input.uv[a] * geometry.size()[a] as f32 / at.scale[a] as f32);
+            let from_first = [0, 1].map(|a| output.page[a] as f32 * 32.0 + output.page_texel[a]);
+            let is_near = from_first.iter().zip(texel).all(|(found, texel)| (found - texel).abs() < 1e-2);
+            assert!(is_near, "{input:?} {output:?}");
+            if place.level < geometry.tail().first_level() {
+                assert!(output.page_texel.iter().all(|texel| (0.0..=32.01).contains(texel)), "{output:?}");
+                assert_eq!(output.of_page, output.shown, "a resident page leads to itself");
+            }
+        }
+    }
+    assert!(seen_coarser > 100, "nothing was missing, so little was tried");
+}
