@@ -169,6 +169,9 @@ pub(crate) struct SceneArgs {
     /// without compute shaders or storage buffers, by that pass read back whole. By default the best way of the adapter
     #[arg(long, value_name = "WAY", value_parser = named(&FeedbackWay::ALL, FeedbackWay::name))]
     pub(crate) feedback: Option<FeedbackWay>,
+    /// KiB of GPU memory up to which a texture is held whole, as an ordinary one that takes no part in paging; 0: none is
+    #[arg(long, default_value_t = 0, value_name = "N", value_parser = clap::value_parser!(u64).range(..=1 << 22))]
+    pub(crate) whole_kib: u64,
     /// KiB of tiles copied to the GPU per frame at most
     #[arg(long, default_value_t = 2048, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1 << 22))]
     pub(crate) upload_kib_per_frame: u64,

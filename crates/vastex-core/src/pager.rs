@@ -118,7 +118,10 @@ impl Pager {
         present: Option<Arc<PageSet>>,
         contents: Option<Arc<PageContents>>,
     ) -> Result<Slot, PoolError> {
-        let (settings, needed) = (self.settings, self.textures.count() + PoolLayout::MIN_SLOTS);
+        // Where all is tail there is nothing to work with.
+        let is_all_tail = geometry.page_count() == 1 && self.textures.are_all_tail();
+        let settings = self.settings;
+        let needed = self.textures.count() + if is_all_tail { 1 } else { PoolLayout::MIN_SLOTS };
         if needed > settings.slots {
             return Err(PoolError::TooSmall {
                 budget: u64::from(settings.slots) * settings.tile_bytes,

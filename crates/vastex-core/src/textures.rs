@@ -53,6 +53,11 @@ impl Textures {
         was_there
     }
 
+    /// Whether there is nothing in any of them but its tail.
+    pub(crate) fn are_all_tail(&self) -> bool {
+        self.textures.iter().flatten().all(|texture| texture.geometry.page_count() == 1)
+    }
+
     /// Textures that there are.
     pub(crate) fn count(&self) -> u32 {
         self.count

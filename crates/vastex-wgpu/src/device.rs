@@ -30,6 +30,22 @@ pub fn required_features(adapter: &wgpu::Adapter) -> wgpu::Features {
     features
 }
 
+/// The limits worth asking the adapter for: WebGPU's, or of an adapter that has less those of OpenGL ES 3.1 or WebGL 2, and whatever
+/// it allows of what pools and page tables are made of. With less than that everything works too: pools are smaller, and
+/// [`crate::FeedbackWay::best`] finds another way.
+pub fn required_limits(adapter: &wgpu::Adapter) -> wgpu::Limits {
+    let has = adapter.limits();
+    let known = [wgpu::Limits::default(), wgpu::Limits::downlevel_defaults()];
+    let within = known.into_iter().find(|limits| limits.check_limits(&has));
+    wgpu::Limits {
+        max_texture_dimension_2d: has.max_texture_dimension_2d,
+        max_texture_array_layers: has.max_texture_array_layers,
+        max_buffer_size: has.max_buffer_size,
+        max_storage_buffer_binding_size: has.max_storage_buffer_binding_size,
+        ..within.unwrap_or_else(wgpu::Limits::downlevel_webgl2_defaults)
+    }
+}
+
 /// Fails where the device is already lost, so that nothing is made that could not be used without a panic.
 pub fn alive(device: &wgpu::Device) -> Result<(), GpuError> {
     let probe = device.create_buffer(&wgpu::BufferDescriptor {

@@ -8,7 +8,8 @@
 //!
 //! This crate never chooses a page and never sees a source: it carries out what `vastex-core`'s pager returns. It
 //! asks a device for nothing beyond WebGPU's default limits, and uses what optional
-//! features there are ([`required_features`]).
+//! features and larger limits there are ([`required_features`], [`required_limits`]); with less, down to WebGL 2's, it takes another
+//! way ([`FeedbackWay`]).
 //! It installs nothing on a device; that one was lost shows as [`GpuError::DeviceLost`] wherever something is read
 //! back.
 //!
@@ -42,7 +43,7 @@ pub mod twins;
 mod way;
 
 pub use bind::BindLayout;
-pub use device::{alive, limits, required_features};
+pub use device::{alive, limits, required_features, required_limits};
 pub use error::GpuError;
 pub use feedback::{
     FEEDBACK_DEPTH_FORMAT, FEEDBACK_FORMAT, FeedbackScale, FeedbackTarget, FeedbackView, ViewBuffer,

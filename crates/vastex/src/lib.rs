@@ -56,6 +56,7 @@ mod telemetry;
 mod texture_space;
 mod textures;
 mod views;
+mod whole;
 
 pub use by_hand::Ticket;
 #[cfg(not(target_family = "wasm"))]
@@ -93,7 +94,7 @@ pub use vastex_tiles::{
 };
 #[cfg(not(target_family = "wasm"))]
 pub use vastex_tiles::{DiskCache, DiskTier, DiskTierError};
-pub use vastex_wgpu::{Atlas, FeedbackTarget, GpuError, required_features, texture_format};
+pub use vastex_wgpu::{Atlas, FeedbackTarget, GpuError, required_features, required_limits, texture_format};
 pub use views::ViewSettings;
 
 /// Opens a `.vastex` file.

@@ -59,6 +59,8 @@ pub(crate) struct PoolState {
     /// Where the slots lie, also while the memory is given back.
     pub(crate) slots: PoolLayout,
     pub(crate) shape: Shape,
+    /// Whether it is for one texture that is held whole.
+    pub(crate) is_whole: bool,
     pub(crate) tiles: Arc<str>,
     /// The first texture, as its source and as the device has it.
     stored: Arc<Description>,
@@ -93,7 +95,32 @@ impl PoolState {
         stored: &Arc<Description>,
         held: &Arc<Description>,
     ) -> Result<PoolState, Error> {
-        let slots = PoolLayout::fit(held, bytes, limits(device))?;
+        PoolState::of_layout(device, queue, way, PoolLayout::fit(held, bytes, limits(device))?, stored, held)
+    }
+
+    /// A pool for one texture that is all tail.
+    pub(crate) fn of_one(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        way: FeedbackWay,
+        stored: &Arc<Description>,
+        held: &Arc<Description>,
+    ) -> Result<PoolState, Error> {
+        let [width, height, _] = held.geometry.tile();
+        let tile_bytes = held.tile_bytes() as u64;
+        let slots = PoolLayout { tile: [width, height], columns: 1, rows: 1, images: 1, tile_bytes };
+        let pool = PoolState::of_layout(device, queue, way, slots, stored, held)?;
+        Ok(PoolState { is_whole: true, ..pool })
+    }
+
+    fn of_layout(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        way: FeedbackWay,
+        slots: PoolLayout,
+        stored: &Arc<Description>,
+        held: &Arc<Description>,
+    ) -> Result<PoolState, Error> {
         let gpu = Pool::new(device, queue, &slots, &held.layers)?;
         let atlases: Vec<Atlas> = (0..gpu.layer_count()).map(|layer| gpu.atlas(layer)).collect();
         let used = Atlas::ALL.into_iter().filter(|atlas| atlases.contains(atlas));
@@ -101,7 +128,7 @@ impl PoolState {
         let (shape, stored, held) = (Shape::of(held), stored.clone(), held.clone());
         let tiles = shape.to_string().into();
         tracing::debug!(%tiles, slots = slots.slots(), bytes = slots.bytes(), "a new pool");
-        Ok(PoolState { slots, shape, tiles, stored, held, gpu: Some(gpu), atlases, layouts })
+        Ok(PoolState { slots, shape, is_whole: false, tiles, stored, held, gpu: Some(gpu), atlases, layouts })
     }
 
     /// The same pool as large as `bytes` allow, empty, for the same pipelines; its memory is taken where this one's is.
@@ -116,6 +143,7 @@ impl PoolState {
         Ok(PoolState {
             slots,
             shape: self.shape.clone(),
+            is_whole: self.is_whole,
             tiles: self.tiles.clone(),
             stored: self.stored.clone(),
             held: self.held.clone(),

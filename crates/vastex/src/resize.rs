@@ -33,6 +33,10 @@ impl Textures {
         let number = usize::from(pool.number());
         let Some(old) = self.pools.get(number) else { return Err(Error::NoPool(pool)) };
         let before = old.bytes();
+        if old.is_whole {
+            // As large as its texture, whatever is asked for.
+            return Ok(PoolResize { before, bytes: before, transient: before });
+        }
         let new = old.resized(&self.device, &self.queue, bytes)?;
         if new.slots == old.slots {
             return Ok(PoolResize { before, bytes: before, transient: before });
@@ -61,7 +65,10 @@ impl Textures {
         self.settings.picture = picture;
         let mut resized = Vec::new();
         for (number, pool) in (0..).map(PoolId::new).zip(0..self.pools.len()) {
-            let PoolState { slots, .. } = &self.pools[pool];
+            let PoolState { slots, is_whole, .. } = &self.pools[pool];
+            if *is_whole {
+                continue;
+            }
             let planned = self.pools[pool].planned(&self.settings.pools, picture);
             if planned.abs_diff(slots.bytes()) * 4 >= slots.bytes() {
                 resized.push((number, self.resize_pool(number, planned)?));

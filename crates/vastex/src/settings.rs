@@ -52,6 +52,10 @@ pub struct Settings {
     /// Whether pages that a source says have the same content ([`crate::TileSource::contents`]) share a load and a slot. To be
     /// switched off only to see what that saves.
     pub share_contents: bool,
+    /// Bytes of GPU memory up to which a texture is held whole, as an ordinary one with all its levels: it takes no part in paging, asks
+    /// for nothing and is sharp from the first frame, and shaders sample it as any other. It is read when it is added. Each has a pool
+    /// of its own, of its own size. 0 for no such textures; sparse ones are none, and in a browser none is.
+    pub whole_bytes: u64,
     /// Frames whose telemetry is kept, some 600 bytes for each pool in each; 0 for none.
     pub telemetry_frames: u64,
 }
@@ -72,6 +76,7 @@ impl Default for Settings {
             bind_group_index: 0,
             pace: Pace::Realtime,
             share_contents: true,
+            whole_bytes: 0,
             telemetry_frames: 256,
         }
     }

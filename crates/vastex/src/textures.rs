@@ -28,6 +28,7 @@ use crate::stats::Counters;
 use crate::telemetry::Telemetry;
 use crate::texture_space::TextureSpacePath;
 use crate::views::ViewState;
+use crate::whole::{WholeSource, whole_description};
 
 /// The virtual textures of a device, and the loop that keeps their pools filled.
 ///
@@ -188,11 +189,16 @@ impl Textures {
         if description.geometry.dims() == Dims::D3 {
             return Err(Error::Volume);
         }
+        let whole = self.whole_of(&*source);
+        let is_whole = whole.is_some();
+        let (description, source): (_, Arc<dyn TileSource>) = match whole {
+            Some(whole) => (whole.clone(), Arc::new(WholeSource::new(source, whole))),
+            None => (description, Arc::new(RamCache::new(source, self.settings.ram_cache_bytes))),
+        };
         let held = held_description(&description, self.device.features());
-        let cached = RamCache::new(source, self.settings.ram_cache_bytes);
         let source: Arc<dyn TileSource> = match held == description {
-            true => Arc::new(cached),
-            false => Arc::new(DecodedSource::new(cached, held.clone())),
+            true => source,
+            false => Arc::new(DecodedSource::new(source, held.clone())),
         };
         let tail = read_tail(&*source)?.decode(&held)?;
         // Whatever can be refused is refused before anything changes.
@@ -200,16 +206,42 @@ impl Textures {
         if !self.pagers.has_free_number() {
             return Err(PoolError::TooManyTextures.into());
         }
-        let pool = self.pool_for(&description, &held)?;
+        let pool = match is_whole {
+            true => self.pool_of_one(&description, &held)?,
+            false => self.pool_for(&description, &held)?,
+        };
         let texture = self.add_to(pool, &description, &tail, &source, settings)?;
         self.loader.add_source(texture, source);
         Ok(texture)
     }
 
+    /// How a texture would be held whole, where it is small enough for that.
+    fn whole_of(&self, source: &dyn TileSource) -> Option<Arc<Description>> {
+        let (most, side) = (self.settings.whole_bytes, self.device.limits().max_texture_dimension_2d);
+        // A browser cannot wait for all of it.
+        let is_all_there = most > 0 && source.present().is_none() && !cfg!(target_family = "wasm");
+        let described = || whole_description(source.description(), self.device.features(), most, side);
+        is_all_there.then(described).flatten()
+    }
+
+    /// A pool for one texture that is held whole: one that has lost its own, or a new one.
+    fn pool_of_one(&mut self, stored: &Arc<Description>, held: &Arc<Description>) -> Result<PoolId, Error> {
+        let shape = Shape::of(held);
+        let is_free = |pool: &PoolState| pool.is_whole && pool.shape == shape && pool.gpu().is_none();
+        if let Some((number, pool)) = (0..).zip(&mut self.pools).find(|(_, pool)| is_free(pool)) {
+            pool.take_back(&self.device, &self.queue)?;
+            return Ok(PoolId::new(number));
+        }
+        let pool = PoolState::of_one(&self.device, &self.queue, self.way, stored, held)?;
+        let id = self.pagers.add_pool(pool.slots.slots(), pool.slots.tile_bytes, None)?;
+        self.pools.push(pool);
+        Ok(id)
+    }
+
     /// The pool for textures that the device holds like `held`, a new one where there is none.
     fn pool_for(&mut self, stored: &Arc<Description>, held: &Arc<Description>) -> Result<PoolId, Error> {
         let shape = Shape::of(held);
-        let made = (0..).zip(&mut self.pools).find(|(_, pool)| pool.shape == shape);
+        let made = (0..).zip(&mut self.pools).find(|(_, pool)| pool.shape == shape && !pool.is_whole);
         if let Some((number, pool)) = made {
             pool.take_back(&self.device, &self.queue)?;
             return Ok(PoolId::new(number));

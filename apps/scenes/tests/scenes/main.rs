@@ -18,3 +18,4 @@ mod shaders;
 mod sharing;
 mod streaming;
 mod views;
+mod whole;

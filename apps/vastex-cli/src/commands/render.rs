@@ -154,6 +154,7 @@ pub(crate) fn settings(args: &SceneArgs) -> Result<Settings> {
         upload_bytes_per_frame: args.upload_kib_per_frame << 10,
         filter: args.filter,
         feedback: args.feedback,
+        whole_bytes: args.whole_kib << 10,
         share_contents: !args.no_sharing,
         // Each thread has one read in flight.
         loader_threads: if args.direct { DirectStore::DEFAULT_DEPTH } else { defaults.loader_threads },

@@ -15,3 +15,4 @@ mod round_trip;
 mod settings;
 mod telemetry;
 mod tool;
+mod ways;

@@ -1,0 +1,37 @@
+//! `render --feedback` and `--whole-kib`: the same picture, whichever way it is made.
+
+use serde_json::Value;
+
+use crate::tool::Desk;
+
+fn summary(desk: &Desk, more: &str) -> Value {
+    let command = format!("render image.vastex --size 320x180 --on plane --camera-path fly --json {more}");
+    let ended = desk.run(&command.split_whitespace().collect::<Vec<_>>()).expect_code(0);
+    serde_json::from_str(&ended.stdout).unwrap()
+}
+
+#[test]
+fn every_way_of_feedback_gives_the_same_picture() {
+    let desk = Desk::with_container();
+    let by_default = summary(&desk, "-o default.png");
+    for way in ["separate", "inline", "raw"] {
+        let summary = summary(&desk, &format!("--feedback {way} -o {way}.png"));
+        for same in ["converged", "tiles_loaded", "pages_wanted", "share_at_wanted_level"] {
+            assert_eq!(summary[same], by_default[same], "{way}: {same}");
+        }
+        assert!(summary["feedback_bytes_read"].as_u64() > Some(0), "{way}");
+        assert!(desk.read(&format!("{way}.png")) == desk.read("default.png"), "{way}: another picture");
+    }
+    let ended = desk.run(&["render", "image.vastex", "--feedback", "guess"]).expect_code(2);
+    assert!(ended.stderr.contains("separate, inline, raw"), "{}", ended.stderr);
+}
+
+#[test]
+fn a_texture_that_fits_asks_for_no_tile() {
+    let desk = Desk::with_container();
+    let whole = summary(&desk, "--whole-kib 1024 --frames 1 --compare");
+    assert_eq!((&whole["tiles_loaded"], &whole["share_at_wanted_level"]), (&0.into(), &1.0.into()));
+    assert!(whole["share_within_1_255"].as_f64() >= Some(0.999), "{whole}");
+    let paged = summary(&desk, "--whole-kib 64");
+    assert!(paged["tiles_loaded"].as_u64() > Some(0), "a texture beyond that is paged");
+}
