@@ -4,6 +4,7 @@
 //! line and the window are the program's.
 
 mod ahead;
+mod clock;
 mod compare;
 mod cpu_picture;
 mod descent;
@@ -27,6 +28,7 @@ mod studio;
 mod traced;
 mod views;
 
+pub use clock::GpuClock;
 pub use compare::{Comparison, Picture};
 pub use descent::Descent;
 pub use draw::{PictureTarget, SceneRenderer, depth_view};
@@ -41,8 +43,8 @@ pub use path::Path;
 pub use planet::{Attribute, Part, Planet};
 pub use planet_image::{PlanetImageError, planet_image};
 pub use pose::Pose;
-pub use reference::{Reference, ReferenceError};
+pub use reference::{Reference, ReferenceError, Taps};
 pub use scene::{Mesh, Scene, Vertex, surface};
-pub use studio::{Outcome, PATIENCE_FRAMES, ReferenceKind, Studio, StudioError, Until};
+pub use studio::{DrawCosts, Outcome, PATIENCE_FRAMES, ReferenceKind, Studio, StudioError, Until};
 pub use traced::trace_of;
 pub use views::Views;

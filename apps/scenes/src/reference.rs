@@ -37,6 +37,15 @@ pub enum ReferenceError {
     Level(#[from] LevelError),
 }
 
+/// Whose taps an ordinary texture is sampled by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Taps {
+    /// Those of the virtual texture, one by one.
+    Same,
+    /// Those of the adapter's own trilinear filter, or of its anisotropic one where the virtual texture's is anisotropic.
+    Adapter,
+}
+
 /// See the head of the file.
 pub struct Reference {
     pipeline: wgpu::RenderPipeline,
@@ -51,6 +60,7 @@ impl Reference {
         textures: &Textures,
         renderer: &SceneRenderer,
         source: &dyn TileSource,
+        taps: Taps,
     ) -> Result<Reference, ReferenceError> {
         if source.present().is_some() {
             return Err(ReferenceError::Sparse);
@@ -62,15 +72,22 @@ impl Reference {
             plain.write_level(queue, &texture, level, &read_level(source, index, level)?);
         }
         let layout = group_layout(device);
+        let (shade, sampler) = match taps {
+            Taps::Same => ("shade_reference", plain.sampler(device)),
+            Taps::Adapter => {
+                ("shade_by_adapter", plain.own_sampler(device, textures.settings().filter.max_taps()))
+            }
+        };
         let pipeline = renderer.other_pipeline(
             device,
             textures,
             include_str!("wgsl/reference.wgsl"),
-            ["place", "shade_reference"],
+            ["place", shade],
             Some(&layout),
             &[renderer.format()],
         );
-        Ok(Reference { pipeline, group: bind(device, queue, &layout, &texture, &plain) })
+        let uniform = plain.uniform(device, queue);
+        Ok(Reference { pipeline, group: bind(device, &layout, &texture, &sampler, &uniform) })
     }
 
     /// Draws the picture.
@@ -226,14 +243,28 @@ impl Plain<'_> {
         ]
     }
 
+    /// A sampler of the levels one by one.
     pub(crate) fn sampler(&self, device: &wgpu::Device) -> wgpu::Sampler {
+        device.create_sampler(&self.sampler_of_levels())
+    }
+
+    /// A sampler that chooses and blends levels itself, with so many taps at most.
+    fn own_sampler(&self, device: &wgpu::Device, taps: u32) -> wgpu::Sampler {
+        device.create_sampler(&wgpu::SamplerDescriptor {
+            mipmap_filter: wgpu::MipmapFilterMode::Linear,
+            anisotropy_clamp: taps as u16, // at most 16
+            ..self.sampler_of_levels()
+        })
+    }
+
+    fn sampler_of_levels(&self) -> wgpu::SamplerDescriptor<'static> {
         // A mirrored edge needs the texel at the edge once more, which is what a clamped edge gives; before the first texel lies
         // the end of the padding, where the border colour is.
         let address = self.shape.address().map(|mode| match mode {
             AddressMode::Wrap | AddressMode::Border => wgpu::AddressMode::Repeat,
             AddressMode::Clamp | AddressMode::Mirror => wgpu::AddressMode::ClampToEdge,
         });
-        device.create_sampler(&wgpu::SamplerDescriptor {
+        wgpu::SamplerDescriptor {
             label: Some("reference"),
             address_mode_u: address[0],
             address_mode_v: address[1],
@@ -241,7 +272,7 @@ impl Plain<'_> {
             min_filter: wgpu::FilterMode::Linear,
             mipmap_filter: wgpu::MipmapFilterMode::Nearest,
             ..Default::default()
-        })
+        }
     }
 
     pub(crate) fn uniform(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> wgpu::Buffer {
@@ -296,19 +327,18 @@ fn group_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
 
 fn bind(
     device: &wgpu::Device,
-    queue: &wgpu::Queue,
     layout: &wgpu::BindGroupLayout,
     texture: &wgpu::Texture,
-    plain: &Plain<'_>,
+    sampler: &wgpu::Sampler,
+    uniform: &wgpu::Buffer,
 ) -> wgpu::BindGroup {
-    let (sampler, uniform) = (plain.sampler(device), plain.uniform(device, queue));
     let view = texture.create_view(&Default::default());
     device.create_bind_group(&wgpu::BindGroupDescriptor {
         label: Some("reference"),
         layout,
         entries: &[
             wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&view) },
-            wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::Sampler(&sampler) },
+            wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::Sampler(sampler) },
             wgpu::BindGroupEntry { binding: 2, resource: uniform.as_entire_binding() },
         ],
     })

@@ -21,9 +21,13 @@ use crate::overlay::{Overlay, OverlayRenderer};
 use crate::path::Path;
 use crate::pose::Pose;
 use crate::read::read_texture;
-use crate::reference::{Reference, ReferenceError};
+use crate::reference::{Reference, ReferenceError, Taps};
 use crate::scene::Scene;
 use crate::views::{Views, side_by_side};
+
+mod costs;
+
+pub use costs::DrawCosts;
 
 /// Frames after the end of a path within which a view must converge.
 pub const PATIENCE_FRAMES: u64 = 10_000;
@@ -344,7 +348,7 @@ impl Studio {
     pub fn compare(&self) -> Result<(Comparison, ReferenceKind), StudioError> {
         let (device, queue) = (&self.gpu.device, &self.gpu.queue);
         let (expected, kind) =
-            match Reference::new(device, queue, &self.textures, &self.renderer, &*self.source) {
+            match Reference::new(device, queue, &self.textures, &self.renderer, &*self.source, Taps::Same) {
                 Ok(reference) => {
                     let picture = self.draw_and_read(|encoder, target| {
                         reference.draw(encoder, &self.renderer, &self.textures, &target);

@@ -162,8 +162,9 @@ pub(crate) struct SceneArgs {
     /// Settings of pools (vastex.toml); may be given several times, and later files override earlier ones
     #[arg(long, value_name = "FILE")]
     pub(crate) settings: Vec<PathBuf>,
-    /// How texels are blended
-    #[arg(long, default_value = "trilinear", value_parser = named(&Filter::ALL, filter_name))]
+    /// How texels are blended: nearest, bilinear, trilinear, anisotropic2 to anisotropic16 (with up to so many taps where the
+    /// surface is seen at a slant), or bicubic (where the image is enlarged)
+    #[arg(long, default_value = "trilinear", value_name = "FILTER")]
     pub(crate) filter: Filter,
     /// How the view says which pages it wants: by a small pass of its own, by some pixels of the picture itself, or, for adapters
     /// without compute shaders or storage buffers, by that pass read back whole. By default the best way of the adapter
@@ -196,6 +197,7 @@ Examples:
   vastex render earth.vastex --on globe -o globe.png
   vastex render earth.vastex --on plane --size 1920x1080 --camera-path fly --frames 120 -o fly.png
   vastex render earth.vastex --on plane --pool-mib 4 --compare --json
+  vastex render earth.vastex --on plane --filter anisotropic8 -o sharp-to-the-horizon.png
   vastex render /net/slow/earth.vastex --on globe --disk-cache ~/.cache/vastex -o globe.png
   vastex render island.vastex --layer-shown height --range 0,0.2 -o height.png
   vastex render earth.vastex --on plane --feedback inline --compare --json
@@ -328,14 +330,6 @@ where
     names.try_map(move |given| {
         all.iter().copied().find(|&value| name(value) == given).ok_or("there is no such value")
     })
-}
-
-fn filter_name(filter: Filter) -> &'static str {
-    match filter {
-        Filter::Nearest => "nearest",
-        Filter::Bilinear => "bilinear",
-        Filter::Trilinear => "trilinear",
-    }
 }
 
 /// Width and height in pixels. The adapter may allow less than what is allowed here.

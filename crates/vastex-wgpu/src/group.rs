@@ -183,9 +183,10 @@ fn check(limits: &wgpu::Limits, shape: &GroupShape, way: FeedbackWay) -> Result<
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::filter::Filter;
+    use crate::shader::Atlas;
     use crate::shader::group::{GroupMember, group_wgsl};
     use crate::shader::tests::module;
-    use crate::shader::{Atlas, Filter};
 
     fn shape(textures: usize, layers: usize) -> GroupShape {
         let member = |nth: usize| GroupMember {

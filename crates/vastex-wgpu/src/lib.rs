@@ -22,6 +22,7 @@ mod compact;
 mod device;
 mod error;
 mod feedback;
+mod filter;
 mod group;
 mod inline;
 mod layer;
@@ -48,6 +49,7 @@ pub use error::GpuError;
 pub use feedback::{
     FEEDBACK_DEPTH_FORMAT, FEEDBACK_FORMAT, FeedbackScale, FeedbackTarget, FeedbackView, ViewBuffer,
 };
+pub use filter::{Filter, MaxTaps, UnknownFilter};
 pub use group::{GroupLayout, GroupParams};
 pub use inline::InlineTarget;
 pub use layer::{held_format, texture_format};
@@ -55,7 +57,7 @@ pub use pool::Pool;
 pub use raw::{RawFeedback, RawTexture};
 pub use readback::Readback;
 pub use shader::group::{GroupMember, GroupShape, group_wgsl};
-pub use shader::{Atlas, Filter, ShaderOptions, wgsl};
+pub use shader::{Atlas, ShaderOptions, wgsl};
 pub use table::{TableBuffers, TableChoice};
 pub use table_changer::{Applied, TableChanger};
 pub use texture_space::{TEXTURE_SPACE_BLEND, TEXTURE_SPACE_FORMAT, TextureSpace};

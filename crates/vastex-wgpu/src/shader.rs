@@ -9,6 +9,7 @@ use std::fmt::Write as _;
 use vastex_core::{AddressMode, shared};
 
 use crate::bind;
+use crate::filter::Filter;
 use crate::mirror::{RECORDS, address_code};
 use crate::way::FeedbackWay;
 
@@ -29,6 +30,11 @@ const ATLAS_UNFILTERED: &str = include_str!("wgsl/atlas_unfiltered.wgsl");
 const ATLAS_UINT16: &str = include_str!("wgsl/atlas_uint16.wgsl");
 const ATLAS_UINT16_RGBA: &str = include_str!("wgsl/atlas_uint16_rgba.wgsl");
 const TAPS: &str = include_str!("wgsl/taps.wgsl");
+const REACH: &str = include_str!("wgsl/reach.wgsl");
+const CUBIC: &str = include_str!("wgsl/cubic.wgsl");
+const FILTER_PLAIN: &str = include_str!("wgsl/filter_plain.wgsl");
+const FILTER_ANISOTROPIC: &str = include_str!("wgsl/filter_anisotropic.wgsl");
+const FILTER_BICUBIC: &str = include_str!("wgsl/filter_bicubic.wgsl");
 const SAMPLE: &str = include_str!("wgsl/sample.wgsl");
 const SAMPLE_FIXED: &str = include_str!("wgsl/sample_fixed.wgsl");
 const VIEW: &str = include_str!("wgsl/view.wgsl");
@@ -42,31 +48,6 @@ const TELL_NOTHING: &str = include_str!("wgsl/tell_nothing.wgsl");
 const INLINE: &str = include_str!("wgsl/inline.wgsl");
 const TABLE: &str = include_str!("wgsl/table.wgsl");
 const COMPACT: &str = include_str!("wgsl/compact.wgsl");
-
-/// How texels are blended.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Filter {
-    /// The nearest texel of the level `floor(level)`.
-    Nearest,
-    /// Four texels of the level `floor(level)`.
-    Bilinear,
-    /// Four texels of each of the two levels around the wanted one.
-    #[default]
-    Trilinear,
-}
-
-impl Filter {
-    /// Every filter.
-    pub const ALL: [Filter; 3] = [Filter::Nearest, Filter::Bilinear, Filter::Trilinear];
-
-    const fn code(self) -> u32 {
-        match self {
-            Filter::Nearest => 0,
-            Filter::Bilinear => 1,
-            Filter::Trilinear => 2,
-        }
-    }
-}
 
 /// How a shader reads the atlas, which follows from the layer's format: [`crate::Pool::atlas`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -107,9 +88,11 @@ pub struct ShaderOptions {
 /// | function | stages | gives |
 /// |---|---|---|
 /// | `vastex_sample(uv)` | fragment, uniform control flow | the texture, `vec4<f32>` |
+/// | `vastex_sample_wrapped(uv)` | fragment, uniform control flow | the same, where uv jumps from 1 to 0 at a seam |
 /// | `vastex_sample_grad(uv, ddx, ddy)` | all | the same, from gradients of uv |
 /// | `vastex_sample_level(uv, level)` | all | the same, at an explicit level |
 /// | `vastex_feedback(uv)` | fragment, uniform control flow | a feedback pixel, `vec4<u32>` |
+/// | `vastex_feedback_wrapped(uv)` | fragment, uniform control flow | the same, for `vastex_sample_wrapped` |
 /// | `vastex_feedback_grad(uv, ddx, ddy)` | all | the same, from gradients of uv |
 /// | `vastex_feedback_level(uv, level)` | all | the same, for an explicit level |
 /// | `vastex_sample_fixed(anchor, offset)` | fragment, uniform control flow | the texture, at a place in fixed point |
@@ -144,13 +127,17 @@ pub struct ShaderOptions {
 ///
 /// after every `discard`, since what is told stays told. In a feedback pass `vastex_gradients` gives gradients that are better than
 /// `vastex_feedback(uv)` finds by itself, between pixels that stand 8 apart; there, a fragment that is not kept is discarded.
+///
+/// A uv that goes on beyond 1, as on a tiled plane, has gradients as it is. One that is folded or computed, so that it jumps from 1
+/// to 0 between two pixels, looks to derivatives like a whole turn within a pixel, which is the coarsest level along the seam:
+/// `_wrapped` takes the shorter way. The two cannot be told apart in a shader, so the application says which it has.
 pub fn wgsl(options: &ShaderOptions) -> String {
     let mut text = constants();
     push_constant(&mut text, "GROUP", options.group);
-    push_constant(&mut text, "FILTER", options.filter.code());
+    push_filter(&mut text, options.filter);
     text.push('\n');
     text += &table_binding("VASTEX_BINDING_TABLE", "vastex_table", options.feedback);
-    let shared: &[&str] = &[PARAMS, BINDINGS, LAMBDA, POSITION, VIEW];
+    let shared: &[&str] = &[PARAMS, BINDINGS, LAMBDA, POSITION, CUBIC, VIEW];
     join(
         text,
         &[
@@ -158,6 +145,7 @@ pub fn wgsl(options: &ShaderOptions) -> String {
             tell_modules(options.feedback),
             &[LEVEL, PAGE, table_module(options.feedback), HASHED, LOOKUP],
             atlas_modules(options.atlas),
+            filter_modules(options.filter),
             &[SAMPLE, SAMPLE_FIXED, FEEDBACK, FEEDBACK_FIXED, TEXTURE_SPACE, INSPECT],
         ]
         .concat(),
@@ -182,6 +170,14 @@ fn table_binding(binding: impl std::fmt::Display, name: &str, way: FeedbackWay) 
 
 fn table_module(way: FeedbackWay) -> &'static str {
     if way == FeedbackWay::Raw { TABLE_TEXTURE } else { TABLE_BUFFER }
+}
+
+fn filter_modules(filter: Filter) -> &'static [&'static str] {
+    match filter {
+        Filter::Nearest | Filter::Bilinear | Filter::Trilinear => &[FILTER_PLAIN],
+        Filter::Anisotropic(_) => &[REACH, FILTER_ANISOTROPIC],
+        Filter::Bicubic => &[REACH, FILTER_BICUBIC],
+    }
 }
 
 fn atlas_modules(atlas: Atlas) -> &'static [&'static str] {
@@ -219,10 +215,17 @@ fn constants() -> String {
     for (name, mode) in ["WRAP", "MIRROR", "BORDER"].into_iter().zip(modes) {
         push_constant(&mut text, &format!("ADDRESS_{name}"), address_code(mode));
     }
-    for (name, filter) in [("NEAREST", Filter::Nearest), ("BILINEAR", Filter::Bilinear)] {
+    for (name, filter) in
+        ["NEAREST", "BILINEAR", "TRILINEAR", "ANISOTROPIC", "BICUBIC"].into_iter().zip(Filter::KINDS)
+    {
         push_constant(&mut text, &format!("FILTER_{name}"), filter.code());
     }
     text
+}
+
+fn push_filter(text: &mut String, filter: Filter) {
+    push_constant(text, "FILTER", filter.code());
+    push_constant(text, "MAX_TAPS", filter.max_taps());
 }
 
 fn push_constant(text: &mut String, name: &str, value: u32) {
@@ -263,13 +266,13 @@ pub(crate) mod tests {
             }
             let inspected = vastex_inspect(at.xy);
             let slot = vastex_inspect_slot(vastex_inspect_page(inspected.page, inspected.shown), at.xy);
-            return slot + vastex_sample(at.xy) + vastex_sample_grad(at.xy, at.yx, at.zw)
+            return slot + vastex_sample(at.xy) + vastex_sample_wrapped(at.xy) + vastex_sample_grad(at.xy, at.yx, at.zw)
                 + vastex_sample_fixed(vec2<u32>(7u), at.xy) + vastex_sample_fixed_grad(vec2<u32>(7u), at.xy, at.yx, at.zw)
                 + vastex_sample_fixed_level(vec2<u32>(7u), at.xy, 1.0);
         }
         @fragment fn feedback_pass(@builtin(position) at: vec4<f32>) -> @location(0) vec4<u32> {
             let along = vastex_gradients(at, at.yx);
-            return vastex_feedback(at.xy) + vastex_feedback_grad(at.xy, along[0], along[1])
+            return vastex_feedback(at.xy) + vastex_feedback_wrapped(at.xy) + vastex_feedback_grad(at.xy, along[0], along[1])
                 + vastex_feedback_level(at.xy, 1.0) + vastex_feedback_fixed(vec2<u32>(7u), at.xy)
                 + vastex_feedback_fixed_grad(vec2<u32>(7u), at.xy, at.yx, at.zw)
                 + vastex_feedback_fixed_level(vec2<u32>(7u), at.xy, 1.0);
@@ -281,7 +284,7 @@ pub(crate) mod tests {
 
     #[test]
     fn every_variant_of_the_text_for_applications_is_valid() {
-        for filter in Filter::ALL {
+        for filter in Filter::KINDS {
             for atlas in Atlas::ALL {
                 for (group, feedback) in [0, 3].into_iter().zip(FeedbackWay::ALL.iter().copied().cycle()) {
                     let options = ShaderOptions { group, filter, atlas, feedback };

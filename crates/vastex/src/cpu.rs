@@ -75,8 +75,9 @@ impl CpuTexture {
         let mut texture = Texture::new(&description.geometry, &self.table, number);
         let layer = &description.layers[self.layer];
         (texture.rule, texture.pool_bias, texture.layer_scale) = (self.rule, self.bias_eighths, layer.scale);
+        texture.filter = self.filter;
         let tile = |slot: Slot| self.tile(slot);
-        let sampler = Sampler { texture, format: layer.format, filter: self.filter, tile: &tile };
+        let sampler = Sampler { texture, format: layer.format, tile: &tile };
         let colour = sampler.sample_grad(uv, ddx, ddy);
         match self.failed.lock().unwrap_or_else(PoisonError::into_inner).take() {
             None => Ok(colour),

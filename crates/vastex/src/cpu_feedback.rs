@@ -5,13 +5,14 @@
 
 use vastex_core::{AddressMode, Feedback, FeedbackCompactor, Geometry, HashedTable, Slot, TextureId};
 use vastex_wgpu::twins::Texture;
-use vastex_wgpu::{FeedbackScale, FeedbackView};
+use vastex_wgpu::{FeedbackScale, FeedbackView, Filter};
 
 /// A texture, of which nothing but the tail is resident, and views of it.
 #[derive(Debug)]
 pub struct CpuFeedback {
     geometry: Geometry,
     number: TextureId,
+    filter: Filter,
     table: HashedTable,
     compactor: FeedbackCompactor,
     /// uv of the target's pixels and one more row and column; nothing where a pixel shows no surface.
@@ -20,16 +21,22 @@ pub struct CpuFeedback {
 }
 
 impl CpuFeedback {
-    /// For a texture with this number.
+    /// For a texture with this number, drawn by a trilinear filter.
     pub fn new(geometry: &Geometry, number: TextureId) -> CpuFeedback {
         CpuFeedback {
             geometry: geometry.clone(),
             number,
+            filter: Filter::default(),
             table: HashedTable::new(geometry, Slot::new(0)),
             compactor: FeedbackCompactor::new(),
             places: Vec::new(),
             pixels: Vec::new(),
         }
+    }
+
+    /// The same drawn by another filter; an anisotropic one wants finer levels.
+    pub fn with_filter(self, filter: Filter) -> CpuFeedback {
+        CpuFeedback { filter, ..self }
     }
 
     /// What a picture of so many pixels wants in a frame. `uv` says where a point of the picture, in pixels from its top
@@ -51,6 +58,7 @@ impl CpuFeedback {
             self.places.extend((0..=covered[0]).map(|x| uv(at(x))));
         }
         let mut texture = Texture::new(&self.geometry, &self.table, self.number);
+        texture.filter = self.filter;
         texture.level_offset = -(block.ilog2() as f32);
         self.pixels.clear();
         for y in 0..covered[1] as usize {

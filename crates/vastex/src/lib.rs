@@ -71,7 +71,9 @@ pub use pool_settings::{PoolRule, PoolSettings, PoolTuning, ScaleGroups};
 pub use pools::PoolStats;
 pub use resize::PoolResize;
 pub use sample_cpu::{CpuSample, CpuSampler};
-pub use settings::{FeedbackWay, Filter, Pace, Settings, TableChoice, TextureSettings};
+pub use settings::{
+    FeedbackWay, Filter, MaxTaps, Pace, Settings, TableChoice, TextureSettings, UnknownFilter,
+};
 pub use settings_file::{Platform, SettingsError};
 pub use stats::FrameStats;
 pub use telemetry::{Cell, PoolRecord};

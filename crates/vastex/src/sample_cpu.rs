@@ -139,10 +139,10 @@ impl CpuSampler<'_> {
         let description = tiles.state.source.description();
         let (geometry, layer) = (&description.geometry, &description.layers[tiles.layer.index()]);
         let mut texture = Texture::new(geometry, tiles, tiles.layer.texture());
-        texture.layer_scale = layer.scale;
         let filter = textures.settings.filter;
+        (texture.filter, texture.layer_scale) = (filter, layer.scale);
         let tile = |slot: Slot| tiles.texels(slot);
-        let value = Sampler { texture, format: layer.format, filter, tile: &tile }.sample_level(uv, level);
+        let value = Sampler { texture, format: layer.format, tile: &tile }.sample_level(uv, level);
         let level = texture.level(level);
         let found = |level: f32| f32::from(texture.place(uv, level as u8).level);
         let finer = found(level.floor());

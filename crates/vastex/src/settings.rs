@@ -1,6 +1,6 @@
 //! What an application may set, with defaults that suit a desktop.
 
-pub use vastex_wgpu::{FeedbackWay, Filter, TableChoice};
+pub use vastex_wgpu::{FeedbackWay, Filter, MaxTaps, TableChoice, UnknownFilter};
 
 use crate::pool_settings::PoolSettings;
 

@@ -1,5 +1,5 @@
-// The same picture from an ordinary mip-mapped texture: the same level, by the same lines, and two explicit levels
-// blended, since drivers approximate their own trilinear filter. The texture is padded to powers of two, so that texel
+// The same picture from an ordinary mip-mapped texture: the same level, by the same lines, the same taps, and two explicit
+// levels blended, since drivers approximate their own trilinear and anisotropic filters. The texture is padded to powers of two, so that texel
 // i of a level covers exactly the texels 2i and 2i+1 of the level before it.
 
 struct Reference {
@@ -29,27 +29,104 @@ fn reference_nearest(uv: vec2<f32>, level: u32) -> vec4<f32> {
     return textureLoad(reference, select(min(texel, size - 1u), texel % size, wraps), i32(level));
 }
 
-fn reference_at(uv: vec2<f32>, level: u32) -> vec4<f32> {
-    if VASTEX_FILTER == VASTEX_FILTER_NEAREST {
-        return reference_nearest(uv, level);
-    }
+fn reference_linear(uv: vec2<f32>, level: u32) -> vec4<f32> {
+    let folded = vec2<f32>(
+        vastex_folded_uv(uv.x, vastex_texture.address.x),
+        vastex_folded_uv(uv.y, vastex_texture.address.y),
+    );
     let shift = reference_shift(level) / vec2<f32>(textureDimensions(reference, i32(level)));
-    return textureSampleLevel(reference, reference_sampler, uv * reference_params.share + shift, f32(level));
+    return textureSampleLevel(reference, reference_sampler, folded * reference_params.share + shift, f32(level));
+}
+
+// Which texel of a level of `size` stands at a whole place, of so many with the padding, whose end has the border colour.
+fn reference_folded(at: i32, size: i32, padded: u32, mode: u32) -> u32 {
+    switch mode {
+        case VASTEX_ADDRESS_WRAP: {
+            return u32((at % size + size) % size);
+        }
+        case VASTEX_ADDRESS_MIRROR: {
+            let turn = (at % (2 * size) + 2 * size) % (2 * size);
+            return u32(min(turn, 2 * size - 1 - turn));
+        }
+        case VASTEX_ADDRESS_BORDER: {
+            return select(padded - 1u, u32(at), at >= 0 && at < size);
+        }
+        default: {
+            return u32(clamp(at, 0, size - 1));
+        }
+    }
+}
+
+// 4x4 texels of a level, read one by one.
+fn reference_cubic(uv: vec2<f32>, level: u32) -> vec4<f32> {
+    let position = vastex_position_from_uv(uv);
+    let layer_scale = reference_params.layer_scale;
+    let scale = vec2<f32>(vastex_texture.levels[level].scale.xy * layer_scale);
+    let at = (vec2<f32>(position.texel) + position.fraction) / scale + reference_shift(level) - 0.5;
+    let first = vec2<i32>(floor(at)) - 1;
+    let x = vastex_cubic_weights(fract(at.x));
+    let y = vastex_cubic_weights(fract(at.y));
+    let size = vec2<i32>((vastex_texture.levels[level].size.xy + layer_scale - 1u) / layer_scale);
+    let padded = textureDimensions(reference, i32(level));
+    var sum = vec4<f32>(0.0);
+    for (var nth = 0; nth < 16; nth++) {
+        let texel = vec2<u32>(
+            reference_folded(first.x + nth % 4, size.x, padded.x, vastex_texture.address.x),
+            reference_folded(first.y + nth / 4, size.y, padded.y, vastex_texture.address.y),
+        );
+        sum += x[nth % 4] * y[nth / 4] * textureLoad(reference, texel, i32(level));
+    }
+    return sum;
+}
+
+fn reference_along(uv: vec2<f32>, footprint: VastexFootprint, taps: u32, level: u32) -> vec4<f32> {
+    var sum = vec4<f32>(0.0);
+    for (var nth = 0u; nth < taps; nth++) {
+        let offset = vastex_tap_offset(footprint.axis, nth, taps) / vec2<f32>(vastex_texture.size.xy);
+        sum += reference_linear(uv + offset, level);
+    }
+    return sum / f32(taps);
+}
+
+fn reference_filtered(uv: vec2<f32>, footprint: VastexFootprint, level: f32, taken: u32) -> vec4<f32> {
+    if VASTEX_FILTER == VASTEX_FILTER_NEAREST {
+        return reference_nearest(uv, taken);
+    }
+    if VASTEX_FILTER == VASTEX_FILTER_ANISOTROPIC {
+        return reference_along(uv, footprint, vastex_tap_count(footprint.axis, level), taken);
+    }
+    if VASTEX_FILTER == VASTEX_FILTER_BICUBIC {
+        // How far a pixel is smaller than a texel of the finest level that is sampled.
+        let finest = vastex_unbiased_level(footprint.lambda) - (footprint.lambda + vastex_texture.bias);
+        return mix(reference_linear(uv, taken), reference_cubic(uv, taken), clamp(finest, 0.0, 1.0));
+    }
+    return reference_linear(uv, taken);
+}
+
+// The same by the adapter's own filter, to see how far its approximations are from it.
+@fragment
+fn shade_by_adapter(surface: Surface) -> @location(0) vec4<f32> {
+    let folded = vec2<f32>(
+        vastex_folded_uv(surface.uv.x, vastex_texture.address.x),
+        vastex_folded_uv(surface.uv.y, vastex_texture.address.y),
+    );
+    let share = reference_params.share;
+    let ddx = dpdx(surface.uv) * share;
+    let ddy = dpdy(surface.uv) * share;
+    return scene_colour(textureSampleGrad(reference, reference_sampler, folded * share, ddx, ddy));
 }
 
 @fragment
 fn shade_reference(surface: Surface) -> @location(0) vec4<f32> {
     let texel = surface.uv * vec2<f32>(vastex_texture.size.xy);
-    let level = vastex_level(vastex_lambda(dpdx(texel), dpdy(texel)));
+    let footprint = vastex_footprint(dpdx(texel), dpdy(texel));
+    let level = vastex_level(footprint.lambda);
     let finer = u32(floor(level));
-    let uv = vec2<f32>(
-        vastex_folded_uv(surface.uv.x, vastex_texture.address.x),
-        vastex_folded_uv(surface.uv.y, vastex_texture.address.y),
-    );
-    let sharp = reference_at(uv, finer);
+    let sharp = reference_filtered(surface.uv, footprint, level, finer);
     if VASTEX_FILTER == VASTEX_FILTER_NEAREST || VASTEX_FILTER == VASTEX_FILTER_BILINEAR {
         return scene_colour(sharp);
     }
     let coarser = min(finer + 1u, vastex_texture.level_count - 1u);
-    return scene_colour(mix(sharp, reference_at(uv, coarser), level - f32(finer)));
+    let blurred = reference_filtered(surface.uv, footprint, level, coarser);
+    return scene_colour(mix(sharp, blurred, level - f32(finer)));
 }

@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 
 use vastex::{AddressMode, Filter, Pace, PoolSettings, Settings, TileSource};
 use vastex_build::{BuildOptions, Compression};
-use vastex_scenes::{Gpu, Path, Scene, Studio, Until};
+use vastex_scenes::{Gpu, Path, Pose, Scene, Studio, Until};
 
 /// The device that all tests of a process share. There is always one: `cargo xtask test` installs a driver.
 pub(crate) fn gpu() -> &'static Gpu {
@@ -39,6 +39,8 @@ impl Image {
             address: self.address,
             compression: Compression::None,
             threads: 1,
+            // Not black, where a step of linear light is thirteen of sRGB.
+            border_color: [150, 110, 120, 255],
             ..BuildOptions::default()
         };
         vastex_build::build(&[input], &output, &options, &()).unwrap();
@@ -94,4 +96,15 @@ pub(crate) fn converged(
     let outcome = studio.run(path, Until::Converged, |_, _| ()).unwrap();
     assert!(outcome.converged, "{scene:?}: {:?}", outcome.stats);
     studio
+}
+
+/// Draws until everything that the pose wants is there.
+pub(crate) fn settle(studio: &mut Studio, pose: Pose) {
+    for frame in 0..2000 {
+        studio.frame(pose).unwrap();
+        if frame > 20 && studio.textures().stats().converged {
+            return;
+        }
+    }
+    panic!("{pose:?} has not converged: {:?}", studio.textures().stats());
 }

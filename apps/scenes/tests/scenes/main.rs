@@ -7,6 +7,7 @@ mod common;
 mod descent;
 mod estimates;
 mod feedback_ways;
+mod filters;
 mod floor;
 mod golden;
 mod layers;

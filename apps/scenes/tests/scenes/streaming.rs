@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
-use crate::common::{Image, converged, gpu, settings};
+use crate::common::{Image, gpu, settings, settle};
+use glam::Vec2;
 use vastex::{Event, Filter, FrameStats, Geometry, Settings, TileSource};
 use vastex_core::GeometrySpec;
-use vastex_scenes::{Path, Scene, Studio, Until};
+use vastex_scenes::{Path, Pose, Scene, Studio, Until};
 use vastex_tiles::{Faults, Injection, PropertySource, ReadError, ReadFuture, Tile};
 
 /// A texture of 16384x8192 texels that takes no space.
@@ -160,13 +161,22 @@ impl TileSource for BrokenBorders {
 fn a_broken_border_does_not_pass_the_comparison() {
     let (_directory, file) = Image::new(1000, 777, 128).build();
     let source = vastex::open(file).unwrap();
-    for (broken, alike) in [(false, true), (true, false)] {
-        let source: Arc<dyn TileSource> =
-            if broken { Arc::new(BrokenBorders(source.clone())) } else { source.clone() };
-        let studio = converged(source, Scene::Image, [640, 360], Path::Still, pool(16));
-        let (comparison, _) = studio.compare().unwrap();
-        let passes = comparison.share_within_1_255 >= 0.999 && comparison.share_beyond_3_255 <= 1e-4;
-        assert_eq!(passes, alike, "{comparison:?}");
+    let close_up = Pose::Image { centre: Vec2::splat(0.5), zoom: 6.0 };
+    for (filter, pose) in [
+        (Filter::Trilinear, Pose::first(Scene::Image)),
+        (Filter::KINDS[3], Pose::first(Scene::Plane)),
+        (Filter::Bicubic, close_up),
+    ] {
+        let scene = if matches!(pose, Pose::Plane { .. }) { Scene::Plane } else { Scene::Image };
+        for (broken, alike) in [(false, true), (true, false)] {
+            let source: Arc<dyn TileSource> =
+                if broken { Arc::new(BrokenBorders(source.clone())) } else { source.clone() };
+            let mut studio = Studio::new(gpu(), source, scene, [320, 180], settings(16, filter)).unwrap();
+            settle(&mut studio, pose);
+            let (comparison, _) = studio.compare().unwrap();
+            let passes = comparison.share_within_1_255 >= 0.999 && comparison.share_beyond_3_255 <= 1e-4;
+            assert_eq!(passes, alike, "{filter}: {comparison:?}");
+        }
     }
 }
 

@@ -7,9 +7,9 @@
 use std::collections::BTreeSet;
 
 use super::{
-    Atlas, FEEDBACK, FEEDBACK_FIXED, Filter, HASHED, LAMBDA, LEVEL, LOOKUP, PAGE, PARAMS, POSITION, SAMPLE,
-    SAMPLE_FIXED, TELL, VIEW, atlas_modules, constants, push_constant, table_binding, table_module,
-    tell_modules,
+    Atlas, CUBIC, FEEDBACK, FEEDBACK_FIXED, Filter, HASHED, LAMBDA, LEVEL, LOOKUP, PAGE, PARAMS, POSITION,
+    SAMPLE, SAMPLE_FIXED, TELL, VIEW, atlas_modules, constants, filter_modules, push_constant, push_filter,
+    table_binding, table_module, tell_modules,
 };
 use crate::error::GpuError;
 use crate::way::FeedbackWay;
@@ -46,7 +46,7 @@ impl GroupShape {
     pub fn new(members: Vec<GroupMember>, has_feedback: bool) -> Result<GroupShape, GpuError> {
         let refuse = |member: &GroupMember, why| GpuError::MemberName { name: member.name.clone(), why };
         let mut taken: BTreeSet<String> =
-            names(&[LAMBDA, POSITION, VIEW, TELL]).into_iter().map(String::from).collect();
+            names(&SHARED_MODULES).into_iter().chain(names(&[TELL])).map(String::from).collect();
         if has_feedback {
             taken.extend(names(&SHAPE_MODULES).into_iter().map(String::from));
         }
@@ -57,8 +57,9 @@ impl GroupShape {
                 let why = "it must be lower-case letters, digits and underscores, a letter first";
                 return Err(refuse(member, why));
             }
-            // Ways differ in no name.
-            let modules = member_modules(member.atlas, FeedbackWay::Separate);
+            // Whatever the filter that the text will be made for; ways of feedback differ in no name.
+            let of = |filter| member_modules(member.atlas, filter, FeedbackWay::Separate);
+            let modules: Vec<_> = Filter::KINDS.into_iter().flat_map(of).collect();
             if names(&modules).iter().any(|name| !taken.insert(with_member(name, &member.name))) {
                 return Err(refuse(member, "it makes two functions of one name; choose another"));
             }
@@ -90,24 +91,27 @@ impl GroupShape {
     }
 }
 
+/// The modules that know of no texture.
+const SHARED_MODULES: [&str; 4] = [LAMBDA, POSITION, CUBIC, VIEW];
+
 /// The modules of the group's shape, which feedback of the whole group names pages of.
 const SHAPE_MODULES: [&str; 4] = [LEVEL, PAGE, FEEDBACK, FEEDBACK_FIXED];
 
-fn member_modules(atlas: Atlas, way: FeedbackWay) -> Vec<&'static str> {
-    [&SHAPE_MODULES[..], &[table_module(way), HASHED, LOOKUP], atlas_modules(atlas), &[SAMPLE, SAMPLE_FIXED]]
-        .concat()
+fn member_modules(atlas: Atlas, filter: Filter, way: FeedbackWay) -> Vec<&'static str> {
+    let (lookup, sample) = ([table_module(way), HASHED, LOOKUP], [SAMPLE, SAMPLE_FIXED]);
+    [&SHAPE_MODULES[..], &lookup, atlas_modules(atlas), filter_modules(filter), &sample].concat()
 }
 
 /// The WGSL that an application puts before its own shader that samples a group; the bind group's index as in
 /// [`crate::ShaderOptions`].
 ///
 /// For each member `NAME` it has the functions of [`crate::wgsl()`] with the name after the first word: `vastex_sample_NAME(uv)`,
-/// `vastex_sample_NAME_grad(uv, ddx, ddy)`, `vastex_sample_NAME_level(uv, level)`, and `vastex_feedback_NAME(uv)` and its kin for a
+/// `vastex_sample_NAME_wrapped(uv)`, `vastex_sample_NAME_grad(uv, ddx, ddy)`, `vastex_sample_NAME_level(uv, level)`, and `vastex_feedback_NAME(uv)` and its kin for a
 /// member by itself; those in fixed point are `vastex_sample_NAME_fixed(anchor, offset)` and its kin, in texels of that member. For all together there are
 ///
 /// | function | stages | gives |
 /// |---|---|---|
-/// | `vastex_feedback(uv)`, `_grad`, `_level` | as of one texture | a feedback pixel that serves every member that is sampled at `uv` |
+/// | `vastex_feedback(uv)`, `_wrapped`, `_grad`, `_level` | as of one texture | a feedback pixel that serves every member that is sampled at `uv` |
 /// | `vastex_feedback_fixed(anchor, offset)`, `_grad`, `_level` | as of one texture | the same, in texels of the member with the most |
 /// | `vastex_tell(position, wanted)`, `vastex_asked(position)` | fragment, main pass | as of one texture |
 /// | `vastex_keeps(position, opacity)`, `vastex_gradients(position, uv)` | fragment | as of one texture |
@@ -118,9 +122,9 @@ fn member_modules(atlas: Atlas, way: FeedbackWay) -> Vec<&'static str> {
 pub fn group_wgsl(group: u32, filter: Filter, feedback: FeedbackWay, shape: &GroupShape) -> String {
     let mut text = constants();
     push_constant(&mut text, "GROUP", group);
-    push_constant(&mut text, "FILTER", filter.code());
+    push_filter(&mut text, filter);
     text += &bindings(shape, feedback);
-    for &module in [PARAMS, LAMBDA, POSITION, VIEW].iter().chain(tell_modules(feedback)) {
+    for &module in [PARAMS].iter().chain(&SHARED_MODULES).chain(tell_modules(feedback)) {
         text += "\n";
         text += &module.replace("VASTEX_BINDING_CELLS", &shape.cells_binding().to_string());
     }
@@ -129,7 +133,7 @@ pub fn group_wgsl(group: u32, filter: Filter, feedback: FeedbackWay, shape: &Gro
         SHAPE_MODULES.iter().for_each(|module| push_renamed(&mut text, module, of_shape));
     }
     for (nth, member) in shape.members.iter().enumerate() {
-        let modules = member_modules(member.atlas, feedback);
+        let modules = member_modules(member.atlas, filter, feedback);
         let own = names(&modules);
         let renamed = |word: &str| match word {
             "vastex_texture" => Some(format!("vastex_group.textures[{}]", member.texture + 1)),
@@ -246,7 +250,7 @@ mod tests {
 
     #[test]
     fn every_variant_of_the_text_for_groups_is_valid() {
-        for filter in Filter::ALL {
+        for filter in Filter::KINDS {
             for atlas in Atlas::ALL {
                 let text = |way| group_wgsl(2, filter, way, &planet(atlas)) + &application();
                 module(&text(FeedbackWay::Inline));
@@ -278,8 +282,9 @@ mod tests {
     fn the_name_follows_the_first_word() {
         assert_eq!(with_member("vastex_sample", "color"), "vastex_sample_color");
         assert_eq!(with_member("vastex_sample_grad", "color"), "vastex_sample_color_grad");
-        assert!(names(&member_modules(Atlas::Uint16, FeedbackWay::Raw)).contains("vastex_atlas_texel"));
-        assert!(names(&member_modules(Atlas::Float, FeedbackWay::Raw)).contains("vastex_atlas"));
+        let modules = |atlas| member_modules(atlas, Filter::Bicubic, FeedbackWay::Raw);
+        assert!(names(&modules(Atlas::Uint16)).contains("vastex_atlas_texel"));
+        assert!(names(&modules(Atlas::Float)).contains("vastex_atlas"));
     }
 
     #[test]

@@ -4,7 +4,7 @@ use vastex_core::shared::{FEEDBACK_DEGENERATE, FEEDBACK_WANTED, STEPS_PER_LEVEL}
 use vastex_core::{PageId, PagePos};
 
 use super::Texture;
-use super::level::{degenerate_lambda, lambda};
+use super::level::degenerate_lambda;
 use super::lookup::Position;
 
 impl Texture<'_> {
@@ -21,7 +21,7 @@ impl Texture<'_> {
     /// `vastex_feedback_texel_grad`: at a position, from gradients in texels.
     pub(super) fn feedback_texel_grad(&self, position: Position, dx: [f32; 2], dy: [f32; 2]) -> [u32; 4] {
         let flag = if degenerate_lambda(dx, dy).is_none() { FEEDBACK_WANTED } else { FEEDBACK_DEGENERATE };
-        self.feedback_lambda(position, lambda(dx, dy) + self.level_offset, flag)
+        self.feedback_lambda(position, self.footprint(dx, dy).lambda + self.level_offset, flag)
     }
 
     /// At a position and an explicit level.

@@ -15,17 +15,18 @@ pub struct Place {
     pub level: u8,
 }
 
-/// A texel of level 0, and how far into it; beyond an edge with a border colour, less than 0 or more than 1.
+/// A texel of level 0, and how far into it; beyond an edge that is clamped or has a border colour, less than 0 or more than 1.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Position {
     pub(super) texel: [u32; 2],
     pub(super) fraction: [f32; 2],
+    /// -1 where a mirrored texture runs backwards, else 1.
+    pub(super) way: [f32; 2],
 }
 
 fn folded_uv(uv: f32, mode: AddressMode) -> f32 {
     match mode {
-        AddressMode::Clamp => uv.clamp(0.0, 1.0),
-        AddressMode::Border => uv.clamp(-8.0, 9.0),
+        AddressMode::Clamp | AddressMode::Border => uv.clamp(-8.0, 9.0),
         AddressMode::Wrap => uv - uv.floor(),
         AddressMode::Mirror => {
             let turn = uv - 2.0 * (0.5 * uv).floor();
@@ -34,12 +35,22 @@ fn folded_uv(uv: f32, mode: AddressMode) -> f32 {
     }
 }
 
+/// Which way a coordinate runs once it is folded.
+fn folded_way(uv: f32, mode: AddressMode) -> f32 {
+    let turn = uv - 2.0 * (0.5 * uv).floor();
+    if mode == AddressMode::Mirror && turn > 1.0 { -1.0 } else { 1.0 }
+}
+
 impl Texture<'_> {
     pub(super) fn position_from_uv(&self, uv: [f32; 2]) -> Position {
         let (size, address) = (self.geometry.size(), self.geometry.address());
         let texel = [0, 1].map(|a| folded_uv(uv[a], address[a]) * size[a] as f32);
         let whole = [0, 1].map(|a| (texel[a].floor() as u32).min(size[a] - 1));
-        Position { texel: whole, fraction: [0, 1].map(|a| texel[a] - whole[a] as f32) }
+        Position {
+            texel: whole,
+            fraction: [0, 1].map(|a| texel[a] - whole[a] as f32),
+            way: [0, 1].map(|a| folded_way(uv[a], address[a])),
+        }
     }
 
     /// The page of a level finer than the tail that covers a position.

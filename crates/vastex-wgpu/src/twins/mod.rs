@@ -7,13 +7,16 @@ mod feedback;
 mod fixed;
 mod level;
 mod lookup;
+mod reach;
 mod sample;
 
-pub use fixed::folded_texel;
+pub use fixed::{Coordinate, folded_texel};
 pub use lookup::Place;
 pub use sample::Sampler;
 
 use vastex_core::{Geometry, LevelRule, PageTable, TextureId};
+
+use crate::filter::Filter;
 
 /// A virtual texture as shaders know it: `vastex_texture`, `vastex_table`, and of `vastex_pool` and `vastex_view`
 /// what bears on levels and on the layer.
@@ -23,6 +26,8 @@ pub struct Texture<'a> {
     pub geometry: &'a Geometry,
     /// Its page table.
     pub table: &'a dyn PageTable,
+    /// How texels are blended, on which the level depends.
+    pub filter: Filter,
     /// Its number in page ids.
     pub number: TextureId,
     /// How its levels are chosen, as far as it has them.
@@ -36,9 +41,18 @@ pub struct Texture<'a> {
 }
 
 impl<'a> Texture<'a> {
-    /// A texture without biases, drawn at full resolution; a layer that has it, too.
+    /// A texture without biases, drawn by a trilinear filter at full resolution; a layer that has it, too.
     pub fn new(geometry: &'a Geometry, table: &'a dyn PageTable, number: TextureId) -> Texture<'a> {
         let rule = LevelRule::default().within(geometry);
-        Texture { geometry, table, number, rule, pool_bias: 0, layer_scale: 1, level_offset: 0.0 }
+        Texture {
+            geometry,
+            table,
+            filter: Filter::default(),
+            number,
+            rule,
+            pool_bias: 0,
+            layer_scale: 1,
+            level_offset: 0.0,
+        }
     }
 }

@@ -1,10 +1,11 @@
-//! Twin of sample.wgsl: nearest, bilinear and trilinear sampling of tiles in memory.
+//! Twin of sample.wgsl, of the filters' modules and of the atlases': sampling of tiles in memory.
 
 use vastex_core::{LayerFormat, Slot};
 
 use super::Texture;
+use super::level::Footprint;
 use super::lookup::{Place, Position};
-use crate::shader::Filter;
+use crate::filter::Filter;
 
 /// A texture with what is needed to sample it.
 pub struct Sampler<'a> {
@@ -12,8 +13,6 @@ pub struct Sampler<'a> {
     pub texture: Texture<'a>,
     /// The format of the sampled layer, as its tiles are given.
     pub format: LayerFormat,
-    /// How texels are blended.
-    pub filter: Filter,
     /// The sampled layer's texels of the tile in a slot, row by row, [decoded](LayerFormat::decoded).
     pub tile: &'a dyn Fn(Slot) -> &'a [u8],
 }
@@ -23,7 +22,6 @@ impl std::fmt::Debug for Sampler<'_> {
         f.debug_struct("Sampler")
             .field("texture", &self.texture)
             .field("format", &self.format)
-            .field("filter", &self.filter)
             .finish_non_exhaustive()
     }
 }
@@ -31,28 +29,83 @@ impl std::fmt::Debug for Sampler<'_> {
 impl Sampler<'_> {
     /// `vastex_sample_grad`: the colour at `uv`, from gradients of uv along one pixel; linear, 0 to 1.
     pub fn sample_grad(&self, uv: [f32; 2], ddx: [f32; 2], ddy: [f32; 2]) -> [f32; 4] {
-        self.sample_level(uv, self.texture.lambda(ddx, ddy))
+        let texture = &self.texture;
+        self.sample_texel_grad(texture.position_from_uv(uv), texture.texels(ddx), texture.texels(ddy))
     }
 
     /// `vastex_sample_level`: the same, `level` levels coarser than level 0, biases to be added.
     pub fn sample_level(&self, uv: [f32; 2], level: f32) -> [f32; 4] {
-        self.sample_at(self.texture.position_from_uv(uv), level)
+        self.sample_position(self.texture.position_from_uv(uv), Footprint::of_level(level))
     }
 
-    /// `vastex_sample_lambda`: at a position.
-    pub(super) fn sample_at(&self, position: Position, level: f32) -> [f32; 4] {
-        let level = self.texture.level(level);
+    /// `vastex_sample_texel_grad`: at a position, from gradients in texels of level 0.
+    pub(super) fn sample_texel_grad(&self, position: Position, dx: [f32; 2], dy: [f32; 2]) -> [f32; 4] {
+        let mut footprint = self.texture.footprint(dx, dy);
+        footprint.axis = [0, 1].map(|a| footprint.axis[a] * position.way[a]);
+        self.sample_position(position, footprint)
+    }
+
+    /// `vastex_sample_position`: what a pixel shows that covers so much around a position.
+    pub(super) fn sample_position(&self, position: Position, footprint: Footprint) -> [f32; 4] {
+        let level = self.texture.level(footprint.lambda);
         let finer = level.floor() as u8;
-        let place = self.texture.place_of(position, finer);
-        match self.filter {
-            Filter::Nearest => self.nearest(place),
-            Filter::Bilinear => self.linear(place),
-            Filter::Trilinear => {
-                let coarser = (finer + 1).min(self.texture.geometry.coarsest());
-                let blurred = self.linear(self.texture.place_of(position, coarser));
-                mix(self.linear(place), blurred, level - f32::from(finer))
-            }
+        let share = level - f32::from(finer);
+        let filtered = |wanted| match self.texture.filter {
+            Filter::Nearest => self.nearest(self.texture.place_of(position, wanted)),
+            Filter::Bilinear | Filter::Trilinear => self.linear(self.texture.place_of(position, wanted)),
+            Filter::Anisotropic(_) => self.along(position, footprint, level, wanted),
+            Filter::Bicubic => self.cubic_or_linear(position, footprint.lambda, wanted),
+        };
+        let is_one_level = matches!(self.texture.filter, Filter::Nearest | Filter::Bilinear);
+        if is_one_level || share == 0.0 {
+            return filtered(finer);
         }
+        mix(filtered(finer), filtered(finer + 1), share)
+    }
+
+    fn along(&self, position: Position, footprint: Footprint, level: f32, wanted: u8) -> [f32; 4] {
+        let texture = &self.texture;
+        let place = texture.place_of(position, wanted);
+        let bounds = texture.tile_bounds(position, place.level);
+        let (mut sum, mut taps) = ([0.0; 4], 0.0);
+        for offset in footprint.taps(level, texture.filter.max_taps()) {
+            let tap = self.linear(texture.place_near(position, place, bounds, offset, wanted));
+            sum = std::array::from_fn(|c| sum[c] + tap[c]);
+            taps += 1.0;
+        }
+        sum.map(|sum| sum / taps)
+    }
+
+    fn cubic_or_linear(&self, position: Position, lambda: f32, wanted: u8) -> [f32; 4] {
+        let texture = &self.texture;
+        let share = (texture.unbiased_level(lambda) - (lambda + texture.rule.bias)).clamp(0.0, 1.0);
+        let place = texture.place_of(position, wanted);
+        if share == 0.0 {
+            self.linear(place)
+        } else {
+            mix(self.linear(place), self.cubic(position, place, wanted), share)
+        }
+    }
+
+    fn cubic(&self, position: Position, place: Place, wanted: u8) -> [f32; 4] {
+        let texture = &self.texture;
+        let centred = place.tile_texel.map(|texel| texel - 0.5);
+        let first = centred.map(|texel| texel.floor() - 1.0);
+        let [x, y] = centred.map(|texel| cubic_weights(texel - texel.floor()));
+        let [low, high] = texture.tile_bounds(position, place.level);
+        let is_within = (0..2).all(|a| first[a] >= low[a] - 0.5 && first[a] + 3.5 < high[a]);
+        let scale = texture.geometry.level(place.level).scale.map(|s| s as f32 * texture.layer_scale as f32);
+        let mut sum = [0.0; 4];
+        for (row, column) in (0..4).flat_map(|row| (0..4).map(move |column| (row, column))) {
+            let texel = [first[0] + column as f32, first[1] + row as f32];
+            let offset = [0, 1].map(|a| (texel[a] + 0.5 - place.tile_texel[a]) * scale[a]);
+            let tap = match is_within {
+                true => self.texel(place.slot, texel),
+                false => self.linear(texture.place_beside(position, offset, wanted)),
+            };
+            sum = std::array::from_fn(|c| sum[c] + x[column] * y[row] * tap[c]);
+        }
+        sum
     }
 
     fn nearest(&self, place: Place) -> [f32; 4] {
@@ -78,6 +131,16 @@ impl Sampler<'_> {
         let first = (y * tile[0] as usize + x) * self.format.texel_bytes();
         decode(self.format, &(self.tile)(slot)[first..][..self.format.texel_bytes()])
     }
+}
+
+/// Weights of the four texels around a place that lies `at`, 0 to 1, between the middle two: the cubic of Catmull and Rom.
+fn cubic_weights(at: f32) -> [f32; 4] {
+    [
+        at * (at * (1.0 - 0.5 * at) - 0.5),
+        at * at * (1.5 * at - 2.5) + 1.0,
+        at * (at * (2.0 - 1.5 * at) + 0.5),
+        at * at * (0.5 * at - 0.5),
+    ]
 }
 
 fn mix(a: [f32; 4], b: [f32; 4], weight: f32) -> [f32; 4] {

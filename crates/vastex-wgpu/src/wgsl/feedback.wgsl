@@ -9,6 +9,12 @@ fn vastex_feedback(uv: vec2<f32>) -> vec4<u32> {
     return vastex_feedback_texel_grad(vastex_position_from_uv(uv), dpdx(texel), dpdy(texel));
 }
 
+// The same for a surface sampled with vastex_sample_wrapped. Fragment stage, uniform control flow.
+fn vastex_feedback_wrapped(uv: vec2<f32>) -> vec4<u32> {
+    let dx = vastex_texels_wrapped(dpdx(uv));
+    return vastex_feedback_texel_grad(vastex_position_from_uv(uv), dx, vastex_texels_wrapped(dpdy(uv)));
+}
+
 // The same with gradients of uv along one pixel of the target.
 fn vastex_feedback_grad(uv: vec2<f32>, ddx: vec2<f32>, ddy: vec2<f32>) -> vec4<u32> {
     let size = vec2<f32>(vastex_texture.size.xy);

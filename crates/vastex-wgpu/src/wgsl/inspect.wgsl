@@ -35,7 +35,8 @@ fn vastex_inspect_lambda(position: VastexPosition, lambda: f32) -> VastexInspect
 // The level of the finest resident page that covers a page of the texture.
 fn vastex_inspect_page(page: vec2<u32>, level: u32) -> u32 {
     let texel = page * vastex_texture.page.xy * vastex_texture.levels[level].scale.xy;
-    return vastex_place(VastexPosition(min(texel, vastex_texture.size.xy - 1u), vec2<f32>(0.5)), level).level;
+    let first = min(texel, vastex_texture.size.xy - 1u);
+    return vastex_place(VastexPosition(first, vec2<f32>(0.5), vec2<f32>(1.0)), level).level;
 }
 
 // A texel of a slot of the pool, `tile_texel` texels of the texture from the first of its border, 0 to the size of a slot.

@@ -9,7 +9,11 @@ fn vastex_position_from_uv(uv: vec2<f32>) -> VastexPosition {
     );
     let texel = folded * vec2<f32>(size);
     let whole = min(vec2<u32>(max(floor(texel), vec2<f32>(0.0))), size - 1u);
-    return VastexPosition(whole, texel - vec2<f32>(whole));
+    let way = vec2<f32>(
+        vastex_folded_way(uv.x, vastex_texture.address.x),
+        vastex_folded_way(uv.y, vastex_texture.address.y),
+    );
+    return VastexPosition(whole, texel - vec2<f32>(whole), way);
 }
 
 // The same for the place `offset` texels of level 0 after the beginning of texel `anchor`.
@@ -17,7 +21,17 @@ fn vastex_position_from_fixed(anchor: vec2<u32>, offset: vec2<f32>) -> VastexPos
     let size = vastex_texture.size.xy;
     let x = vastex_folded_texel(anchor.x, offset.x, size.x, vastex_texture.address.x);
     let y = vastex_folded_texel(anchor.y, offset.y, size.y, vastex_texture.address.y);
-    return VastexPosition(vec2<u32>(x.texel, y.texel), vec2<f32>(x.fraction, y.fraction));
+    return VastexPosition(
+        vec2<u32>(x.texel, y.texel),
+        vec2<f32>(x.fraction, y.fraction),
+        vec2<f32>(x.way, y.way),
+    );
+}
+
+// A difference of uv between neighbours in texels of level 0, along wrapping axes the shorter way round.
+fn vastex_texels_wrapped(difference: vec2<f32>) -> vec2<f32> {
+    let wraps = vastex_texture.address.xy == vec2<u32>(VASTEX_ADDRESS_WRAP);
+    return select(difference, difference - round(difference), wraps) * vec2<f32>(vastex_texture.size.xy);
 }
 
 // The page of a level finer than the tail that covers a texel of level 0.

@@ -4,7 +4,8 @@
 // A texel of level 0, split so that page arithmetic is in whole numbers.
 struct VastexPosition {
     texel: vec2<u32>,
-    fraction: vec2<f32>, // into the texel, 0 to 1; beyond an edge with a border colour, less or more
+    fraction: vec2<f32>, // into the texel, 0 to 1; beyond an edge that is clamped or has a border colour, less or more
+    way: vec2<f32>,      // -1 where a mirrored texture runs backwards, else 1
 }
 
 // A place in the atlas, in texels of the layer that is sampled.
@@ -15,7 +16,8 @@ struct VastexPlace {
     level: u32,             // the level that lies there
 }
 
-// A coordinate folded into 0 to 1 by an address mode; a border colour needs it as it is, so far as it matters.
+// A coordinate folded into 0 to 1 by an address mode. Where nothing repeats it stays as it is, so far as it matters, since taps of
+// a place beyond the edge may lie within.
 fn vastex_folded_uv(uv: f32, mode: u32) -> f32 {
     switch mode {
         case VASTEX_ADDRESS_WRAP: {
@@ -25,19 +27,23 @@ fn vastex_folded_uv(uv: f32, mode: u32) -> f32 {
             let turn = uv - 2.0 * floor(0.5 * uv);
             return select(turn, 2.0 - turn, turn > 1.0);
         }
-        case VASTEX_ADDRESS_BORDER: {
+        default: {
             return clamp(uv, -8.0, 9.0);
         }
-        default: {
-            return clamp(uv, 0.0, 1.0);
-        }
     }
+}
+
+// Which way a coordinate runs once it is folded: -1 where a mirrored texture runs backwards, else 1.
+fn vastex_folded_way(uv: f32, mode: u32) -> f32 {
+    let turn = uv - 2.0 * floor(0.5 * uv);
+    return select(1.0, -1.0, mode == VASTEX_ADDRESS_MIRROR && turn > 1.0);
 }
 
 // A place along one axis: a texel of level 0, and how far into it.
 struct VastexCoordinate {
     texel: u32,
     fraction: f32,
+    way: f32,
 }
 
 // The place `offset` texels after the beginning of texel `anchor`, folded into `size` texels by an address mode. Nothing here
@@ -54,7 +60,7 @@ fn vastex_folded_texel(anchor: u32, offset: f32, size: u32, mode: u32) -> Vastex
     switch mode {
         case VASTEX_ADDRESS_WRAP: {
             let rest = steps % size;
-            return VastexCoordinate(select(rest, size - rest, is_before && rest != 0u), fraction);
+            return VastexCoordinate(select(rest, size - rest, is_before && rest != 0u), fraction, 1.0);
         }
         case VASTEX_ADDRESS_MIRROR: {
             // Before the edge lies the image of what is after it; every other turn is turned round.
@@ -64,17 +70,13 @@ fn vastex_folded_texel(anchor: u32, offset: f32, size: u32, mode: u32) -> Vastex
             return VastexCoordinate(
                 select(rest, size - 1u - rest, (place / size) % 2u == 1u),
                 select(fraction, 1.0 - fraction, is_turned),
+                select(1.0, -1.0, is_turned),
             );
         }
-        case VASTEX_ADDRESS_BORDER: {
+        default: {
             let inside = select(min(steps, size - 1u), 0u, is_before);
             let beyond = select(f32(steps - inside), -f32(steps), is_before);
-            return VastexCoordinate(inside, beyond + fraction);
-        }
-        default: {
-            let is_after = !is_before && steps >= size;
-            let inside = select(min(steps, size - 1u), 0u, is_before);
-            return VastexCoordinate(inside, select(select(fraction, 1.0, is_after), 0.0, is_before));
+            return VastexCoordinate(inside, beyond + fraction, 1.0);
         }
     }
 }

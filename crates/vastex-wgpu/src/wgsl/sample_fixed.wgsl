@@ -15,5 +15,5 @@ fn vastex_sample_fixed_grad(anchor: vec2<u32>, offset: vec2<f32>, ddx: vec2<f32>
 
 // The same `level` levels coarser than level 0, in any stage; the biases of texture and pool are added.
 fn vastex_sample_fixed_level(anchor: vec2<u32>, offset: vec2<f32>, level: f32) -> vec4<f32> {
-    return vastex_sample_lambda(vastex_position_from_fixed(anchor, offset), level);
+    return vastex_sample_position(vastex_position_from_fixed(anchor, offset), VastexFootprint(level, vec2<f32>(0.0)));
 }

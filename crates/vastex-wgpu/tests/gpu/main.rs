@@ -9,6 +9,7 @@ mod fixed;
 mod groups;
 mod inspect;
 mod sampling;
+mod seams;
 mod tables;
 mod texture_space;
 mod ways;

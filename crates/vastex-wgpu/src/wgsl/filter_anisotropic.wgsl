@@ -1,0 +1,30 @@
+// Taps along the longer axis of what a pixel covers, as many at each of the two levels.
+// CPU twin: twins/sample.rs.
+//
+// The tile of the middle has them all but near its edges, where those beyond its border are looked up in their own pages: at most
+// one lookup for each tap, and the same picture for every width of the border.
+
+fn vastex_filtered(position: VastexPosition, footprint: VastexFootprint, level: f32) -> vec4<f32> {
+    let taps = vastex_tap_count(footprint.axis, level);
+    let finer = floor(level);
+    let share = level - finer;
+    // A loop, so that what is in it stands once in the program. With a share there is a coarser level.
+    let levels = select(2u, 1u, share == 0.0);
+    var sum = vec4<f32>(0.0);
+    for (var nth = 0u; nth < levels; nth++) {
+        let weight = select(1.0 - share, share, nth == 1u);
+        sum += weight * vastex_along(position, footprint.axis, taps, u32(finer) + nth);
+    }
+    return sum;
+}
+
+fn vastex_along(position: VastexPosition, axis: vec2<f32>, taps: u32, wanted: u32) -> vec4<f32> {
+    let place = vastex_place(position, wanted);
+    let bounds = vastex_tile_bounds(position, place.level);
+    var sum = vec4<f32>(0.0);
+    for (var nth = 0u; nth < taps; nth++) {
+        let offset = vastex_tap_offset(axis, nth, taps);
+        sum += vastex_atlas_linear(vastex_place_near(position, place, bounds, offset, wanted));
+    }
+    return sum / f32(taps);
+}

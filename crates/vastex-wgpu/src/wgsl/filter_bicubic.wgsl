@@ -1,0 +1,58 @@
+// 4x4 texels where the picture enlarges the texture, blended with one tap where it does so by less than a level.
+// CPU twin: twins/sample.rs.
+
+fn vastex_filtered(position: VastexPosition, footprint: VastexFootprint, level: f32) -> vec4<f32> {
+    let cubic_share = vastex_cubic_share(footprint.lambda);
+    let finer = floor(level);
+    let share = level - finer;
+    // A loop, so that what is in it stands once in the program. With a share there is a coarser level.
+    let levels = select(2u, 1u, share == 0.0);
+    var sum = vec4<f32>(0.0);
+    for (var nth = 0u; nth < levels; nth++) {
+        let weight = select(1.0 - share, share, nth == 1u);
+        sum += weight * vastex_cubic_or_linear(position, cubic_share, u32(finer) + nth);
+    }
+    return sum;
+}
+
+fn vastex_cubic_or_linear(position: VastexPosition, cubic_share: f32, wanted: u32) -> vec4<f32> {
+    let place = vastex_place(position, wanted);
+    var linear = vec4<f32>(0.0);
+    if cubic_share < 1.0 {
+        linear = vastex_atlas_linear(place);
+    }
+    if cubic_share == 0.0 {
+        return linear;
+    }
+    return mix(linear, vastex_cubic(position, place, wanted), cubic_share);
+}
+
+// How much of the cubic: all where a texel of the finest level that is sampled covers two pixels, none where it covers one.
+fn vastex_cubic_share(lambda: f32) -> f32 {
+    return clamp(vastex_unbiased_level(lambda) - (lambda + vastex_texture.bias), 0.0, 1.0);
+}
+
+// 4x4 texels around a place. Those that a narrow border does not have are looked up in their own pages.
+fn vastex_cubic(position: VastexPosition, place: VastexPlace, wanted: u32) -> vec4<f32> {
+    let centred = place.tile_texel - 0.5;
+    let first = floor(centred) - 1.0;
+    let x = vastex_cubic_weights(fract(centred.x));
+    let y = vastex_cubic_weights(fract(centred.y));
+    let bounds = vastex_tile_bounds(position, place.level);
+    let is_within = all(first >= bounds.xy - 0.5) && all(first + 3.5 < bounds.zw);
+    let scale = vec2<f32>(vastex_texture.levels[place.level].scale.xy) * f32(vastex_pool.layer_scale);
+    var sum = vec4<f32>(0.0);
+    for (var row = 0u; row < 4u; row++) {
+        for (var column = 0u; column < 4u; column++) {
+            let texel = first + vec2<f32>(f32(column), f32(row));
+            let weight = x[column] * y[row];
+            if is_within {
+                sum += weight * vastex_atlas_texel(place.origin + vec2<u32>(texel), place.image);
+            } else {
+                let offset = (texel + 0.5 - place.tile_texel) * scale;
+                sum += weight * vastex_atlas_linear(vastex_place_beside(position, offset, wanted));
+            }
+        }
+    }
+    return sum;
+}
