@@ -261,6 +261,11 @@ impl TileSource for PlanetSource {
         Box::pin(async move { self.tile(pos).ok_or(ReadError::NoSuchTile { pos }) })
     }
 
+    /// Nothing: a tile is made when it is read.
+    fn at_hand(&self, _: PagePos) -> Option<Tile> {
+        None
+    }
+
     fn changed(&self, _: &Region) {}
 }
 
