@@ -15,9 +15,9 @@ use vastex_tiles::PropertySource;
 
 const PICTURE: [u32; 2] = [1280, 720];
 /// Frames of the path, every so many of its 300.
-const STEP: u64 = 30;
+const STEP: u64 = 60;
 /// Times that each frame is drawn, of which the shortest counts.
-const TRIES: u32 = 5;
+const TRIES: u32 = 3;
 
 fn main() -> Result<()> {
     let gpu = Gpu::headless()?;
