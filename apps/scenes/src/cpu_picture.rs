@@ -21,14 +21,15 @@ pub(crate) fn cpu_picture(
     texture: &CpuTexture,
     size: [u32; 2],
 ) -> Result<Picture, vastex::Error> {
-    let [uv_and_dx, dy_and_covered] = coordinates(gpu, textures, renderer, size);
+    let [uv_and_dx, dy_covered_and_light] = coordinates(gpu, textures, renderer, size);
     let look = renderer.look();
     let mut rgba = Vec::with_capacity(uv_and_dx.len());
-    for ([u, v, dx_u, dx_v], [dy_u, dy_v, covered, _]) in uv_and_dx.into_iter().zip(dy_and_covered) {
+    for ([u, v, dx_u, dx_v], [dy_u, dy_v, covered, light]) in uv_and_dx.into_iter().zip(dy_covered_and_light)
+    {
         let pixel = if covered == 0.0 {
             [0; 4]
         } else {
-            look.pixel_from_value(texture.sample_grad([u, v], [dx_u, dx_v], [dy_u, dy_v])?)
+            look.pixel_from_value(texture.sample_grad([u, v], [dx_u, dx_v], [dy_u, dy_v])?, light)
         };
         rgba.extend(pixel);
     }
@@ -44,8 +45,14 @@ fn coordinates(
 ) -> [Vec<[f32; 4]>; 2] {
     let device = &gpu.device;
     let text = include_str!("wgsl/coordinates.wgsl");
-    let pipeline =
-        renderer.other_pipeline(device, textures, text, ["place", "tell"], None, &[FORMAT, FORMAT]);
+    let pipeline = renderer.other_pipeline(
+        device,
+        textures,
+        text,
+        [renderer.vertex_entry(), "tell"],
+        None,
+        &[FORMAT, FORMAT],
+    );
     let target = || {
         device.create_texture(&wgpu::TextureDescriptor {
             label: Some("coordinates"),
@@ -85,7 +92,7 @@ fn coordinates(
         }),
         ..Default::default()
     });
-    renderer.draw(&mut pass, &pipeline, textures.bind_group(renderer.layer()));
+    renderer.draw(&mut pass, &pipeline, textures.bind_group(renderer.sampled()));
     drop(pass);
     gpu.queue.submit([encoder.finish()]);
     targets.map(|target| {

@@ -9,7 +9,7 @@ use glam::Mat4;
 use vastex::{FeedbackWay, FrameStats, Settings, TextureId, Textures, TileSource};
 
 use crate::compare::Picture;
-use crate::draw::{PictureTarget, PipelineParts, depth_view, filled_buffer};
+use crate::draw::{Corners, PictureTarget, PipelineParts, depth_view, filled_buffer};
 use crate::globe_grid::{GlobeGrid, GlobePose};
 use crate::gpu::Gpu;
 use crate::planet::FORMAT;
@@ -60,7 +60,8 @@ impl Descent {
         let pipeline = |entries, format| {
             let text = textures.wgsl(texture) + SHADER;
             let groups = [Some(textures.bind_group_layout(texture)), Some(&surface.layout)];
-            PipelineParts { text, entries, formats: &[format] }.pipeline(device, &groups)
+            PipelineParts { text, corners: Corners::Vertices, entries, formats: &[format] }
+                .pipeline(device, &groups)
         };
         let colour = device.create_texture(&wgpu::TextureDescriptor {
             label: Some("descent"),

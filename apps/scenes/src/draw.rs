@@ -3,18 +3,33 @@
 //! The picture from an ordinary texture, to compare with, is `reference`'s business.
 
 use glam::Vec4;
-use vastex::{LayerId, Textures};
+use vastex::{LayerId, Sampled, Textures};
 
 use crate::eye::{Eye, eye_layout};
 use crate::look::Look;
 use crate::overlay::no_depth_test;
+use crate::patches::{Patch, QUADS};
 use crate::pose::Pose;
-use crate::scene::{Scene, Vertex, surface};
+use crate::relief::{Relief, ReliefSurface};
+use crate::scene::{Mesh, Scene, Vertex, grid, surface};
 
 /// What is seen beside the texture.
 pub(crate) const BACKGROUND: Vec4 = Vec4::new(0.008, 0.01, 0.014, 1.0);
 /// Depth buffer of every pass that draws a scene.
 pub(crate) const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+
+/// What is drawn.
+#[derive(Clone, Debug)]
+pub struct Drawn {
+    /// The scene.
+    pub scene: Scene,
+    /// What is on it.
+    pub layer: LayerId,
+    /// How its values become colours.
+    pub look: Look,
+    /// The heights that displace it; without any a terrain is flat.
+    pub relief: Option<Relief>,
+}
 
 /// A scene with one layer of a texture on it, ready to be drawn.
 #[derive(Debug)]
@@ -22,6 +37,7 @@ pub struct SceneRenderer {
     scene: Scene,
     layer: LayerId,
     look: Look,
+    relief: Option<ReliefSurface>,
     /// Width over height of the image.
     image: f32,
     vertices: wgpu::Buffer,
@@ -31,7 +47,8 @@ pub struct SceneRenderer {
     group_layout: wgpu::BindGroupLayout,
     picture: wgpu::RenderPipeline,
     wanted: wgpu::RenderPipeline,
-    spread: wgpu::RenderPipeline,
+    /// Texture space is one texture's, not a group's.
+    spread: Option<wgpu::RenderPipeline>,
     format: wgpu::TextureFormat,
 }
 
@@ -41,36 +58,47 @@ impl SceneRenderer {
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         textures: &Textures,
-        layer: LayerId,
-        look: Look,
-        scene: Scene,
+        drawn: Drawn,
         format: wgpu::TextureFormat,
     ) -> SceneRenderer {
+        let Drawn { scene, layer, look, relief } = drawn;
         let [width, height, _] = textures.description(layer.texture()).geometry.size();
         let image = width as f32 / height as f32;
-        let mesh = surface(scene, image);
+        let relief = relief.map(|relief| relief.surface(scene, image));
+        let mesh = if relief.is_some() { patch_mesh() } else { surface(scene, image) };
         let vertices =
             filled_buffer(device, queue, bytemuck::cast_slice(&mesh.vertices), wgpu::BufferUsages::VERTEX);
         let indices =
             filled_buffer(device, queue, bytemuck::cast_slice(&mesh.indices), wgpu::BufferUsages::INDEX);
         let group_layout = eye_layout(device);
-        let groups = [Some(textures.bind_group_layout(layer)), Some(&group_layout)];
-        let text = |module| shader_text(textures, layer, look, module);
-        let picture = PipelineParts {
-            text: text(include_str!("wgsl/picture.wgsl")),
-            entries: ["place", "shade"],
-            formats: &[format],
+        let sampled = sampled(layer, relief.as_ref());
+        let groups = [Some(textures.bind_group_layout(sampled)), Some(&group_layout)];
+        let parts = |module, entries, format| PipelineParts {
+            text: shader_text(textures, layer, look, relief.as_ref(), module),
+            corners: corners(relief.as_ref()),
+            entries,
+            formats: format,
         };
-        let wanted = PipelineParts {
-            text: text(include_str!("wgsl/wanted.wgsl")),
-            entries: ["place_feedback", "want"],
-            formats: &[Textures::FEEDBACK_FORMAT],
+        let (formats, feedback) = ([format], [Textures::FEEDBACK_FORMAT]);
+        let [picture, wanted] = match &relief {
+            None => [
+                parts(include_str!("wgsl/picture.wgsl"), ["place", "shade"], &formats),
+                parts(include_str!("wgsl/wanted.wgsl"), ["place_feedback", "want"], &feedback),
+            ],
+            Some(_) => [
+                parts("", ["place_relief", "shade_relief"], &formats),
+                parts(
+                    include_str!("wgsl/relief_wanted.wgsl"),
+                    ["place_relief_feedback", "want_relief"],
+                    &feedback,
+                ),
+            ],
         };
-        let spread = PipelineParts {
-            text: text(include_str!("wgsl/texture_space.wgsl")),
-            entries: ["spread", "need"],
-            formats: &[Textures::TEXTURE_SPACE_FORMAT],
-        };
+        let spread = relief.is_none().then(|| {
+            let module = include_str!("wgsl/texture_space.wgsl");
+            let spread = parts(module, ["spread", "need"], &[Textures::TEXTURE_SPACE_FORMAT]);
+            spread.blended(device, &groups, Textures::TEXTURE_SPACE_BLEND)
+        });
         SceneRenderer {
             scene,
             layer,
@@ -79,10 +107,11 @@ impl SceneRenderer {
             vertices,
             indices,
             index_count: mesh.indices.len() as u32,
-            eye: Eye::new(device, &group_layout),
+            eye: Eye::new(device, &group_layout, relief.is_some()),
             picture: picture.pipeline(device, &groups),
             wanted: wanted.pipeline(device, &groups),
-            spread: spread.blended(device, &groups, Textures::TEXTURE_SPACE_BLEND),
+            spread,
+            relief,
             group_layout,
             format,
         }
@@ -98,21 +127,36 @@ impl SceneRenderer {
         self.image
     }
 
-    /// Where the camera is in the frame that is about to be drawn, and how many pixels the picture has.
-    pub fn set_pose(&self, queue: &wgpu::Queue, pose: &Pose, picture: [u32; 2]) {
-        self.set_pose_of(&self.eye, queue, pose, picture);
+    /// What its pipelines sample, and so whose bind group they are drawn with.
+    pub fn sampled(&self) -> Sampled {
+        sampled(self.layer, self.relief.as_ref())
+    }
+
+    /// Where the camera is in the frame that is about to be drawn, and how many pixels the picture has. Over heights it is as far
+    /// above the ground as the pose says, as far as `textures` know the ground.
+    pub fn set_pose(&self, queue: &wgpu::Queue, textures: &Textures, pose: &Pose, picture: [u32; 2]) {
+        self.set_pose_of(&self.eye, queue, textures, pose, picture);
     }
 
     /// An eye to draw the scene through from another place in the same encoder.
     pub fn new_eye(&self, device: &wgpu::Device) -> Eye {
-        Eye::new(device, &self.group_layout)
+        Eye::new(device, &self.group_layout, self.relief.is_some())
     }
 
     /// Where another eye is in the frame that is about to be drawn.
-    pub fn set_pose_of(&self, eye: &Eye, queue: &wgpu::Queue, pose: &Pose, picture: [u32; 2]) {
+    pub fn set_pose_of(
+        &self,
+        eye: &Eye,
+        queue: &wgpu::Queue,
+        textures: &Textures,
+        pose: &Pose,
+        picture: [u32; 2],
+    ) {
         let [width, height] = picture.map(|side| side as f32);
-        let matrix = pose.clip_from_world(width / height, self.image);
-        eye.set(queue, matrix, self.look.range(), [width, height]);
+        let seen = self.relief.as_ref().map(|relief| relief.seen_from(textures, pose, picture));
+        let level = || pose.clip_from_world(width / height, self.image);
+        let matrix = seen.as_ref().map_or_else(level, |seen| seen.clip_from_world);
+        eye.set(queue, matrix, self.look.range(), [width, height], seen.as_ref());
     }
 
     /// Draws what the scene wants, into a pass of [`Textures::feedback`].
@@ -130,9 +174,12 @@ impl SceneRenderer {
         self.draw_through(eye, pass, &self.wanted, texture_group);
     }
 
-    /// Draws the level that each part of the texture needs, into a pass of [`Textures::texture_space`].
+    /// Draws the level that each part of the texture needs, into a pass of [`Textures::texture_space`]; nothing where heights
+    /// displace the scene.
     pub fn draw_spread(&self, pass: &mut wgpu::RenderPass<'_>, texture_group: &wgpu::BindGroup) {
-        self.draw(pass, &self.spread, texture_group);
+        if let Some(spread) = &self.spread {
+            self.draw(pass, spread, texture_group);
+        }
     }
 
     /// Draws the picture.
@@ -142,7 +189,7 @@ impl SceneRenderer {
         textures: &Textures,
         target: &PictureTarget<'_>,
     ) {
-        self.draw_picture_of(&self.eye, encoder, textures.bind_group(self.layer), target);
+        self.draw_picture_of(&self.eye, encoder, textures.bind_group(self.sampled()), target);
     }
 
     /// Draws the picture that another eye sees, with the bind group of its view; in [`Textures::main_pass_of`] it says what it wants.
@@ -182,9 +229,13 @@ impl SceneRenderer {
         pass.set_pipeline(pipeline);
         pass.set_bind_group(0, texture_group, &[]);
         pass.set_bind_group(1, &eye.group, &[]);
-        pass.set_vertex_buffer(0, self.vertices.slice(..));
         pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
-        pass.draw_indexed(0..self.index_count, 0, 0..1);
+        let (corners, instances) = match self.relief {
+            None => (&self.vertices, 1),
+            Some(_) => (&eye.patches, eye.patch_count()),
+        };
+        pass.set_vertex_buffer(0, corners.slice(..));
+        pass.draw_indexed(0..self.index_count, 0, 0..instances);
     }
 
     /// A pipeline that draws the same surface by another shader: its entry points, one more bind group, its targets.
@@ -197,10 +248,21 @@ impl SceneRenderer {
         group: Option<&wgpu::BindGroupLayout>,
         formats: &[wgpu::TextureFormat],
     ) -> wgpu::RenderPipeline {
-        let mut groups = vec![Some(textures.bind_group_layout(self.layer)), Some(&self.group_layout)];
+        let mut groups = vec![Some(textures.bind_group_layout(self.sampled())), Some(&self.group_layout)];
         groups.extend(group.map(Some));
-        let text = shader_text(textures, self.layer, self.look, module);
-        PipelineParts { text, entries, formats }.pipeline(device, &groups)
+        let text = shader_text(textures, self.layer, self.look, self.relief.as_ref(), module);
+        let corners = corners(self.relief.as_ref());
+        PipelineParts { text, corners, entries, formats }.pipeline(device, &groups)
+    }
+
+    /// The entry point of what places the surface in a picture.
+    pub(crate) fn vertex_entry(&self) -> &'static str {
+        if self.relief.is_some() { "place_relief" } else { "place" }
+    }
+
+    /// Whether heights displace the scene.
+    pub fn has_relief(&self) -> bool {
+        self.relief.is_some()
     }
 
     /// A pipeline that draws a plan over the whole picture in the place of the scene; one more bind group, if any.
@@ -214,8 +276,9 @@ impl SceneRenderer {
     ) -> wgpu::RenderPipeline {
         let mut groups = vec![Some(textures.bind_group_layout(self.layer)), Some(&self.group_layout)];
         groups.extend(group.map(Some));
-        let text = shader_text(textures, self.layer, self.look, module);
-        PipelineParts { text, entries, formats: &[self.format] }.plan(device, &groups)
+        let text = shader_text(textures, self.layer, self.look, None, module);
+        let corners = Corners::Vertices;
+        PipelineParts { text, corners, entries, formats: &[self.format] }.plan(device, &groups)
     }
 
     /// Draws a plan.
@@ -315,13 +378,65 @@ pub fn depth_view(device: &wgpu::Device, size: [u32; 2]) -> wgpu::TextureView {
     texture.create_view(&Default::default())
 }
 
-fn shader_text(textures: &Textures, layer: LayerId, look: Look, module: &str) -> String {
-    [&textures.wgsl(layer), look.wgsl().as_str(), include_str!("wgsl/surface.wgsl"), module].join("\n")
+fn sampled(layer: LayerId, relief: Option<&ReliefSurface>) -> Sampled {
+    relief.map_or(layer.into(), |relief| relief.group().into())
+}
+
+fn shader_text(
+    textures: &Textures,
+    layer: LayerId,
+    look: Look,
+    relief: Option<&ReliefSurface>,
+    module: &str,
+) -> String {
+    let ground = relief.map_or_else(|| include_str!("wgsl/unlit.wgsl").to_owned(), ReliefSurface::wgsl);
+    let sampled = sampled(layer, relief);
+    [&textures.wgsl(sampled), &look.wgsl(), include_str!("wgsl/surface.wgsl"), &ground, module].join("\n")
+}
+
+/// The quads of a patch; where its corners are, the vertex stage knows by their numbers.
+fn patch_mesh() -> Mesh {
+    let Mesh { indices, .. } = grid([QUADS; 2], |uv| uv.extend(0.0));
+    Mesh { vertices: Vec::new(), indices }
+}
+
+/// What the vertex stage is given.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Corners {
+    /// Points of a surface.
+    Vertices,
+    /// Patches, whose points are numbered.
+    Patches,
+}
+
+impl Corners {
+    /// How one lies in its buffer.
+    fn layout(self) -> wgpu::VertexBufferLayout<'static> {
+        const VERTEX: [wgpu::VertexAttribute; 2] = wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x2];
+        const PATCH: [wgpu::VertexAttribute; 1] = wgpu::vertex_attr_array![0 => Float32x4];
+        match self {
+            Corners::Vertices => wgpu::VertexBufferLayout {
+                array_stride: size_of::<Vertex>() as u64,
+                step_mode: wgpu::VertexStepMode::Vertex,
+                attributes: &VERTEX,
+            },
+            Corners::Patches => wgpu::VertexBufferLayout {
+                array_stride: size_of::<Patch>() as u64,
+                step_mode: wgpu::VertexStepMode::Instance,
+                attributes: &PATCH,
+            },
+        }
+    }
+}
+
+fn corners(relief: Option<&ReliefSurface>) -> Corners {
+    if relief.is_some() { Corners::Patches } else { Corners::Vertices }
 }
 
 /// What differs between the pipelines of a scene.
 pub(crate) struct PipelineParts<'a> {
     pub(crate) text: String,
+    pub(crate) corners: Corners,
     pub(crate) entries: [&'static str; 2],
     pub(crate) formats: &'a [wgpu::TextureFormat],
 }
@@ -340,7 +455,8 @@ impl PipelineParts<'_> {
             stencil: Default::default(),
             bias: Default::default(),
         };
-        self.made(device, groups, &[Some(surface_vertices())], Some(nearest), None)
+        let corners = self.corners.layout();
+        self.made(device, groups, &[Some(corners)], Some(nearest), None)
     }
 
     /// A pipeline without vertices, on every pixel whatever is there.
@@ -355,7 +471,8 @@ impl PipelineParts<'_> {
         groups: &[Option<&wgpu::BindGroupLayout>],
         blend: wgpu::BlendState,
     ) -> wgpu::RenderPipeline {
-        self.made(device, groups, &[Some(surface_vertices())], None, Some(blend))
+        let corners = self.corners.layout();
+        self.made(device, groups, &[Some(corners)], None, Some(blend))
     }
 
     fn made(
@@ -398,15 +515,5 @@ impl PipelineParts<'_> {
             multiview_mask: None,
             cache: None,
         })
-    }
-}
-
-/// How a [`Vertex`] lies in its buffer.
-fn surface_vertices() -> wgpu::VertexBufferLayout<'static> {
-    const ATTRIBUTES: [wgpu::VertexAttribute; 2] = wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x2];
-    wgpu::VertexBufferLayout {
-        array_stride: size_of::<Vertex>() as u64,
-        step_mode: wgpu::VertexStepMode::Vertex,
-        attributes: &ATTRIBUTES,
     }
 }

@@ -115,7 +115,7 @@ const OBJECTS: [u32; 2] = [64, 32];
 /// The surface of a scene, for an image of `image` (width over height).
 fn surface(scene: Scene, image: f64) -> Box<dyn Surface> {
     match scene {
-        Scene::Image | Scene::Plane => {
+        Scene::Image | Scene::Plane | Scene::Terrain => {
             Box::new(FlatSurface::new([-1.0, 1.0 / image, 0.0], [[2.0, 0.0, 0.0], [0.0, -2.0 / image, 0.0]]))
         }
         Scene::Globe => Box::new(GlobeSurface::sphere([0.0; 3], 1.0)),

@@ -5,6 +5,8 @@
 use vastex::{Layer, LayerId, TextureId, Textures};
 
 use crate::draw::BACKGROUND;
+use crate::relief::{Heights, HeightsError, Relief};
+use crate::scene::Scene;
 
 /// What is shown of a texture.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -14,6 +16,8 @@ pub struct Shown {
     /// The values that are black and white, in what shaders sample: 0 and 1 where nothing is said. For all channels but
     /// alpha; colours that are sRGB-encoded count as the light that they stand for.
     pub range: Option<[f32; 2]>,
+    /// How scenes with heights are displaced: the terrain always, the globe where anything is said of them.
+    pub heights: Heights,
 }
 
 /// There is no layer of that name.
@@ -27,6 +31,21 @@ pub struct UnknownLayer {
 }
 
 impl Shown {
+    /// Whether heights displace a scene.
+    pub fn displaces(&self, scene: Scene) -> bool {
+        scene == Scene::Terrain || scene == Scene::Globe && self.heights.are_wanted()
+    }
+
+    /// The heights of a scene that has any, beside the layer that is shown.
+    pub fn relief_of(
+        &self,
+        scene: Scene,
+        textures: &mut Textures,
+        layer: LayerId,
+    ) -> Result<Option<Relief>, HeightsError> {
+        self.displaces(scene).then(|| Relief::new(textures, layer, &self.heights)).transpose()
+    }
+
     /// Finds the layer in a texture.
     pub fn layer_of(&self, textures: &Textures, texture: TextureId) -> Result<LayerId, UnknownLayer> {
         let Some(name) = &self.layer else { return Ok(texture.into()) };
@@ -93,8 +112,8 @@ impl Look {
         [low, 1.0 / (high - low)]
     }
 
-    /// Twin of `scene_colour` in surface.wgsl, and of what the picture's format then does.
-    pub(crate) fn pixel_from_value(&self, value: [f32; 4]) -> [u8; 4] {
+    /// Twin of `scene_colour` in surface.wgsl on ground that is so light, and of what the picture's format then does.
+    pub(crate) fn pixel_from_value(&self, value: [f32; 4], light: f32) -> [u8; 4] {
         let [low, factor] = self.range();
         let shown = [0, 1, 2].map(|channel: usize| (value[channel] - low) * factor);
         let over = |colour: [f32; 3], alpha: f32| {
@@ -111,7 +130,7 @@ impl Look {
             true => linear * 12.92,
             false => linear,
         };
-        let [r, g, b] = colour.map(|linear| (stored(linear.clamp(0.0, 1.0)) * 255.0).round() as u8);
+        let [r, g, b] = colour.map(|linear| (stored((linear * light).clamp(0.0, 1.0)) * 255.0).round() as u8);
         [r, g, b, 255]
     }
 }
@@ -124,16 +143,16 @@ mod tests {
     #[test]
     fn a_range_stretches_every_channel_but_alpha() {
         let grey = Look::new(&Layer::new("height", LayerFormat::R16), Some([0.25, 0.75]));
-        assert_eq!(grey.pixel_from_value([0.5, 0.0, 0.0, 1.0]), [128, 128, 128, 255]);
-        assert_eq!(grey.pixel_from_value([0.0, 0.0, 0.0, 1.0]), [0, 0, 0, 255]);
+        assert_eq!(grey.pixel_from_value([0.5, 0.0, 0.0, 1.0], 1.0), [128, 128, 128, 255]);
+        assert_eq!(grey.pixel_from_value([0.0, 0.0, 0.0, 1.0], 1.0), [0, 0, 0, 255]);
         let colour = Look::new(&Layer::new("a", LayerFormat::Rgba16Float), Some([0.0, 2.0]));
-        assert_eq!(colour.pixel_from_value([1.0, 2.0, 3.0, 1.0]), [128, 255, 255, 255]);
+        assert_eq!(colour.pixel_from_value([1.0, 2.0, 3.0, 1.0], 1.0), [128, 255, 255, 255]);
     }
 
     #[test]
     fn two_channels_are_grey_with_alpha_in_an_image_and_red_and_green_elsewhere() {
         let pixel = |name| {
-            Look::new(&Layer::new(name, LayerFormat::Rg8), None).pixel_from_value([1.0, 0.5, 0.0, 1.0])
+            Look::new(&Layer::new(name, LayerFormat::Rg8), None).pixel_from_value([1.0, 0.5, 0.0, 1.0], 1.0)
         };
         assert_eq!(pixel("normal"), [255, 128, 0, 255]);
         assert_eq!(pixel("color")[..2], [129, 129]);

@@ -87,14 +87,18 @@ pub struct OverlayRenderer {
 }
 
 impl OverlayRenderer {
-    /// Prepares an overlay for pictures of the renderer's format.
+    /// Prepares an overlay for pictures of the renderer's format. Nothing where heights displace the scene and the overlay is
+    /// drawn on its surface.
     pub fn new(
         device: &wgpu::Device,
         textures: &Textures,
         renderer: &SceneRenderer,
         overlay: Overlay,
-    ) -> OverlayRenderer {
+    ) -> Option<OverlayRenderer> {
         let (module, entry) = overlay.module();
+        if module == SURFACE && renderer.has_relief() {
+            return None;
+        }
         let layout = matches!(overlay, Overlay::Feedback | Overlay::Atlas).then(|| texture_layout(device));
         let pipeline = if module == SURFACE {
             let text = [PALETTE, module].join("\n");
@@ -103,7 +107,7 @@ impl OverlayRenderer {
             let text = [PALETTE, PLAN, module].join("\n");
             renderer.plan_pipeline(device, textures, &text, ["fill", entry], layout.as_ref())
         };
-        OverlayRenderer { overlay, pipeline, layout, read: None }
+        Some(OverlayRenderer { overlay, pipeline, layout, read: None })
     }
 
     /// Which overlay it is.
@@ -124,8 +128,9 @@ impl OverlayRenderer {
         let Some(layout) = &self.layout else { return Ok(()) };
         let layer = renderer.layer();
         let view = if self.overlay == Overlay::Feedback {
-            let target: FeedbackTarget = textures
-                .feedback_to_look_at(picture, |pass, groups| renderer.draw_wanted(pass, &groups[layer]))?;
+            let target: FeedbackTarget = textures.feedback_to_look_at(picture, |pass, groups| {
+                renderer.draw_wanted(pass, &groups[renderer.sampled()])
+            })?;
             target.raw().view().clone()
         } else {
             let slots = textures.slots_beside(layer.texture());

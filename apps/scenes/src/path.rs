@@ -85,6 +85,10 @@ fn low_over(scene: Scene, image: f32, uv: Vec2) -> Pose {
             let ground = Vec3::new(2.0 * uv.x - 1.0, (1.0 - 2.0 * uv.y) / image, 0.0);
             Pose::Plane { eye: ground + Vec3::new(0.0, -0.12, 0.1), yaw: 0.0, pitch: 0.65 }
         }
+        Scene::Terrain => {
+            let ground = Vec3::new(2.0 * uv.x - 1.0, (1.0 - 2.0 * uv.y) / image, 0.0);
+            Pose::Plane { eye: ground + Vec3::new(0.0, -0.12, 0.05), yaw: 0.0, pitch: 0.3 }
+        }
         Scene::Globe => over(uv, 0.25),
     }
 }
@@ -96,7 +100,7 @@ fn zoom(scene: Scene, image: f32, t: f32) -> Pose {
         Scene::Image => {
             Pose::Image { centre: Vec2::splat(0.5).lerp(place, t.min(0.25) * 4.0), zoom: 80f32.powf(t) }
         }
-        Scene::Plane => {
+        Scene::Plane | Scene::Terrain => {
             let height = 1.2 * 0.02f32.powf(t);
             let ground = Vec3::new(2.0 * place.x - 1.0, (1.0 - 2.0 * place.y) / image, 0.0);
             Pose::Plane {

@@ -9,7 +9,7 @@ use glam::{Mat4, Vec2, Vec3};
 use vastex::{FeedbackWay, FrameStats, GroupId, Settings, TextureId, Textures, TileSource};
 
 use crate::compare::Picture;
-use crate::draw::{PictureTarget, PipelineParts, depth_view, filled_buffer};
+use crate::draw::{Corners, PictureTarget, PipelineParts, depth_view, filled_buffer};
 use crate::gpu::Gpu;
 use crate::pose::Pose;
 use crate::read::read_texture;
@@ -110,7 +110,8 @@ impl Planet {
         let pipeline = |module, entries, format| {
             let text = [&textures.wgsl(group), &sampled, GLOBE, module].join("\n");
             let groups = [Some(textures.bind_group_layout(group)), Some(&globe.layout)];
-            PipelineParts { text, entries, formats: &[format] }.pipeline(device, &groups)
+            PipelineParts { text, corners: Corners::Vertices, entries, formats: &[format] }
+                .pipeline(device, &groups)
         };
         let wanted = include_str!("wgsl/planet_wanted.wgsl");
         let colour = device.create_texture(&wgpu::TextureDescriptor {

@@ -1,7 +1,7 @@
 //! A planet drawn from ordinary mip-mapped textures, all of them at once: what its picture is compared with.
 
 use crate::compare::Comparison;
-use crate::draw::PipelineParts;
+use crate::draw::{Corners, PipelineParts};
 use crate::levels::read_level;
 use crate::planet::{Attribute, FORMAT, GLOBE, Planet, function};
 use crate::reference::{Plain, ReferenceError};
@@ -56,7 +56,12 @@ impl Planet {
         let groups = [self.textures.bind_group_layout(self.group), &self.globe.layout, &layout].map(Some);
         let sampled: String = Attribute::ALL.into_iter().map(|attribute| self.sampled(attribute)).collect();
         let text = [&self.textures.wgsl(self.group), &sampled, GLOBE].join("\n");
-        let pipeline = PipelineParts { text, entries: ["place", "shade"], formats: &[FORMAT] };
+        let pipeline = PipelineParts {
+            text,
+            corners: Corners::Vertices,
+            entries: ["place", "shade"],
+            formats: &[FORMAT],
+        };
         let expected = self.picture_by(&pipeline.pipeline(device, &groups), Some(&group));
         Ok(self.picture().compare(&expected))
     }

@@ -17,9 +17,9 @@ pub enum Pose {
         /// How much of the view the whole image fills: 1 fits it in, 10 shows a tenth of it.
         zoom: f32,
     },
-    /// Standing over the rectangle of 2 by 2h/w at z = 0, whose centre is the origin.
+    /// Standing over the rectangle of 2 by 2h/w at z = 0, whose centre is the origin, or over a terrain on it.
     Plane {
-        /// Where the camera is.
+        /// Where the camera is; z from the ground below it.
         eye: Vec3,
         /// Turn to the left from +y, in radians.
         yaw: f32,
@@ -50,12 +50,18 @@ impl Pose {
             Scene::Plane => {
                 Pose::Plane { eye: Vec3::new(0.0, -0.45, 0.29), yaw: 0.0, pitch: std::f32::consts::FRAC_PI_4 }
             }
+            Scene::Terrain => Pose::Plane { eye: Vec3::new(0.0, -0.6, 0.16), yaw: 0.0, pitch: 0.3 },
             Scene::Globe => Pose::Globe { longitude: 0.2, latitude: 0.5, altitude: 1.3 },
         }
     }
 
     /// Clip space from world space. `view` and `image` are width over height.
     pub fn clip_from_world(&self, view: f32, image: f32) -> Mat4 {
+        self.clip_from_world_over(view, image, 0.0)
+    }
+
+    /// The same where the ground below the camera is higher than the surface would be without heights.
+    pub(crate) fn clip_from_world_over(&self, view: f32, image: f32, ground: f32) -> Mat4 {
         match *self {
             Pose::Image { centre, zoom } => {
                 // The image is 2 wide and 2 / image high; the fit leaves no part of it out.
@@ -67,11 +73,24 @@ impl Pose {
             }
             Pose::Plane { eye, yaw, pitch } => {
                 let forward = Vec3::new(-yaw.sin() * pitch.cos(), yaw.cos() * pitch.cos(), -pitch.sin());
-                perspective(view, eye, eye + forward, 0.01 * eye.z.abs().max(0.01), 20.0)
+                let (near, eye) = (0.01 * eye.z.abs().max(0.01), eye + ground * Vec3::Z);
+                perspective(view, eye, eye + forward, near, 20.0)
             }
             Pose::Globe { longitude, latitude, altitude } => {
                 let down = direction(longitude, latitude);
-                perspective(view, down * (1.0 + altitude), Vec3::ZERO, 0.1 * altitude, altitude + 2.0)
+                let eye = down * (1.0 + ground + altitude);
+                perspective(view, eye, Vec3::ZERO, 0.1 * altitude, eye.length() + 1.0)
+            }
+        }
+    }
+
+    /// Where the camera is in the world, the ground below it not being counted.
+    pub(crate) fn eye(&self) -> Vec3 {
+        match *self {
+            Pose::Image { centre, zoom } => (2.0 * centre - 1.0).extend(1.0 / zoom),
+            Pose::Plane { eye, .. } => eye,
+            Pose::Globe { longitude, latitude, altitude } => {
+                direction(longitude, latitude) * (1.0 + altitude)
             }
         }
     }

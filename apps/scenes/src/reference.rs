@@ -100,7 +100,7 @@ impl Reference {
     ) {
         let mut pass = target.begin(encoder);
         pass.set_bind_group(2, &self.group, &[]);
-        renderer.draw(&mut pass, &self.pipeline, textures.bind_group(renderer.layer()));
+        renderer.draw(&mut pass, &self.pipeline, textures.bind_group(renderer.sampled()));
     }
 }
 

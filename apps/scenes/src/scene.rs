@@ -11,11 +11,15 @@ pub enum Scene {
     Plane,
     /// A sphere, the image in plate carrée projection.
     Globe,
+    /// The rectangle, displaced by heights of the texture.
+    Terrain,
 }
 
 impl Scene {
     /// Every scene.
-    pub const ALL: [Scene; 3] = [Scene::Image, Scene::Plane, Scene::Globe];
+    pub const ALL: [Scene; 4] = [Scene::Image, Scene::Plane, Scene::Globe, Scene::Terrain];
+    /// Those that a texture without heights goes on.
+    pub const SMOOTH: [Scene; 3] = [Scene::Image, Scene::Plane, Scene::Globe];
 
     /// The name on the command line.
     pub fn name(self) -> &'static str {
@@ -23,6 +27,7 @@ impl Scene {
             Scene::Image => "image",
             Scene::Plane => "plane",
             Scene::Globe => "globe",
+            Scene::Terrain => "terrain",
         }
     }
 }
@@ -49,10 +54,10 @@ pub struct Mesh {
     pub indices: Vec<u32>,
 }
 
-/// The surface of a scene, for an image of `image` (width over height).
+/// The surface of a scene without heights, for an image of `image` (width over height).
 pub fn surface(scene: Scene, image: f32) -> Mesh {
     match scene {
-        Scene::Image | Scene::Plane => {
+        Scene::Image | Scene::Plane | Scene::Terrain => {
             grid([1, 1], |uv| Vec3::new(2.0 * uv.x - 1.0, (1.0 - 2.0 * uv.y) / image, 0.0))
         }
         Scene::Globe => grid(GLOBE_QUADS, |uv| {
@@ -63,7 +68,7 @@ pub fn surface(scene: Scene, image: f32) -> Mesh {
     }
 }
 
-fn grid(quads: [u32; 2], position_from_uv: impl Fn(Vec2) -> Vec3) -> Mesh {
+pub(crate) fn grid(quads: [u32; 2], position_from_uv: impl Fn(Vec2) -> Vec3) -> Mesh {
     let [columns, rows] = quads;
     let mut mesh = Mesh { vertices: Vec::new(), indices: Vec::new() };
     for y in 0..=rows {

@@ -12,7 +12,7 @@ use vastex::{
 use crate::ahead::Ahead;
 use crate::compare::{Comparison, Picture};
 use crate::cpu_picture::cpu_picture;
-use crate::draw::{PictureTarget, SceneRenderer, depth_view};
+use crate::draw::{Drawn, PictureTarget, SceneRenderer, depth_view};
 use crate::estimate::Estimating;
 use crate::eye::Eye;
 use crate::gpu::Gpu;
@@ -22,6 +22,7 @@ use crate::path::Path;
 use crate::pose::Pose;
 use crate::read::read_texture;
 use crate::reference::{Reference, ReferenceError, Taps};
+use crate::relief::HeightsError;
 use crate::scene::Scene;
 use crate::views::{Views, side_by_side};
 
@@ -44,6 +45,12 @@ pub enum StudioError {
     /// The layer to be shown is not there.
     #[error(transparent)]
     Layer(#[from] UnknownLayer),
+    /// The heights are not there.
+    #[error(transparent)]
+    Heights(#[from] HeightsError),
+    /// The overlay is drawn on surfaces without heights.
+    #[error("this overlay is drawn on surfaces without heights; feedback, table and atlas go with any")]
+    OverlayOnHeights,
     /// The picture is larger than the device's textures.
     #[error("a picture of {width}x{height} pixels: this adapter draws 1 to {max} pixels per side")]
     PictureSize {
@@ -167,7 +174,9 @@ impl Studio {
         let layer = shown.layer_of(&textures, texture)?;
         let look = Look::new(&textures.description(texture).layers[layer.index()], shown.range);
         let format = look.picture_format();
-        let renderer = SceneRenderer::new(&gpu.device, &gpu.queue, &textures, layer, look, scene, format);
+        let relief = shown.relief_of(scene, &mut textures, layer)?;
+        let drawn = Drawn { scene, layer, look, relief };
+        let renderer = SceneRenderer::new(&gpu.device, &gpu.queue, &textures, drawn, format);
         Ok(Studio {
             pose: Pose::first(scene),
             estimating: None,
@@ -254,32 +263,32 @@ impl Studio {
         self.expect_what_was_learnt(&pose);
         self.pose = pose;
         let (queue, size) = (&self.gpu.queue, self.canvas.size);
-        let (renderer, layer) = (&self.renderer, self.renderer.layer());
+        let (renderer, sampled) = (&self.renderer, self.renderer.sampled());
         let (main, beside) = self.views.poses(pose);
-        renderer.set_pose(queue, &main, size);
+        renderer.set_pose(queue, &self.textures, &main, size);
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         if let Some(estimating) = self.estimating {
             estimating.tell(&mut self.textures, &mut encoder, renderer, &main, size)?;
         }
         if self.estimating.is_none_or(|estimating| estimating.beside) {
             self.textures.feedback(&mut encoder, size, |pass, groups| {
-                renderer.draw_wanted(pass, &groups[layer]);
+                renderer.draw_wanted(pass, &groups[sampled]);
             })?;
         }
         if let (Some((view, eye)), Some(pose)) = (&self.beside, beside)
             && self.views.is_due(self.frame)
         {
-            renderer.set_pose_of(eye, queue, &pose, size);
+            renderer.set_pose_of(eye, queue, &self.textures, &pose, size);
             self.textures.feedback_of(&mut encoder, *view, size, |pass, groups| {
-                renderer.draw_wanted_of(eye, pass, &groups[layer]);
+                renderer.draw_wanted_of(eye, pass, &groups[sampled]);
             })?;
         }
         if let Some(ahead) = &mut self.ahead
             && let Some(expected) = ahead.expect(main, self.textures.frames_ahead())
         {
-            renderer.set_pose_of(&ahead.eye, queue, &expected, size);
+            renderer.set_pose_of(&ahead.eye, queue, &self.textures, &expected, size);
             self.textures.feedback_expected(&mut encoder, size, |pass, groups| {
-                renderer.draw_wanted_of(&ahead.eye, pass, &groups[layer]);
+                renderer.draw_wanted_of(&ahead.eye, pass, &groups[sampled]);
             })?;
         }
         self.textures.update(&mut encoder)?;
@@ -292,7 +301,7 @@ impl Studio {
         for (view, eye) in told.filter(|_| is_told) {
             let Canvas { colour_view: colour, depth_view: depth, .. } = &self.canvas;
             self.textures.main_pass_of(&mut encoder, view, size, |encoder, groups| {
-                renderer.draw_picture_of(eye, encoder, &groups[layer], &PictureTarget { colour, depth });
+                renderer.draw_picture_of(eye, encoder, &groups[sampled], &PictureTarget { colour, depth });
             })?;
         }
         queue.submit([encoder.finish()]);
@@ -317,11 +326,12 @@ impl Studio {
     /// An overlay of the last frame in the place of its picture.
     pub fn overlay(&self, overlay: Overlay) -> Result<Picture, StudioError> {
         let Gpu { device, queue, .. } = &self.gpu;
-        let mut drawn = OverlayRenderer::new(device, &self.textures, &self.renderer, overlay);
+        let drawn = OverlayRenderer::new(device, &self.textures, &self.renderer, overlay);
+        let mut drawn = drawn.ok_or(StudioError::OverlayOnHeights)?;
         let mut pictures = Vec::new();
         let (main, beside) = self.views.poses(self.pose);
         for pose in std::iter::once(main).chain(beside) {
-            self.renderer.set_pose(queue, &pose, self.canvas.size);
+            self.renderer.set_pose(queue, &self.textures, &pose, self.canvas.size);
             drawn.look(device, queue, &self.textures, &self.renderer, self.canvas.size)?;
             pictures.push(self.draw_and_read_one(|encoder, target| {
                 drawn.draw(encoder, &self.renderer, &self.textures, &target);
@@ -337,15 +347,20 @@ impl Studio {
             Some(beside) if x >= self.canvas.size[0] => (beside, self.canvas.size[0]),
             _ => (main, 0),
         };
-        let (renderer, layer) = (&self.renderer, self.renderer.layer());
-        renderer.set_pose(&self.gpu.queue, &pose, self.canvas.size);
+        let (renderer, sampled) = (&self.renderer, self.renderer.sampled());
+        renderer.set_pose(&self.gpu.queue, &self.textures, &pose, self.canvas.size);
         Ok(self.textures.explain_pixel(self.canvas.size, [x - left, y], |pass, groups| {
-            renderer.draw_wanted(pass, &groups[layer]);
+            renderer.draw_wanted(pass, &groups[sampled]);
         })?)
     }
 
     /// How alike the picture of the last frame is to the same scene drawn from an ordinary texture, and how that was drawn.
+    ///
+    /// Of a scene that heights displace the colours are compared, on the ground as it is: by the CPU twin.
     pub fn compare(&self) -> Result<(Comparison, ReferenceKind), StudioError> {
+        if self.renderer.has_relief() {
+            return Ok((self.picture().compare(&self.cpu_picture()?), ReferenceKind::Cpu));
+        }
         let (device, queue) = (&self.gpu.device, &self.gpu.queue);
         let (expected, kind) =
             match Reference::new(device, queue, &self.textures, &self.renderer, &*self.source, Taps::Same) {
@@ -392,10 +407,10 @@ impl Studio {
 
     /// What every pixel of a view wants that has this pose.
     pub fn wanted_by_every_pixel(&mut self, pose: Pose) -> Result<Feedback, StudioError> {
-        let (renderer, layer) = (&self.renderer, self.renderer.layer());
-        renderer.set_pose(&self.gpu.queue, &pose, self.canvas.size);
+        let (renderer, sampled) = (&self.renderer, self.renderer.sampled());
+        renderer.set_pose(&self.gpu.queue, &self.textures, &pose, self.canvas.size);
         let draw = |pass: &mut wgpu::RenderPass<'_>, groups: &BindGroups| {
-            renderer.draw_wanted(pass, &groups[layer]);
+            renderer.draw_wanted(pass, &groups[sampled]);
         };
         Ok(self.textures.feedback_of_every_pixel(self.canvas.size, draw)?)
     }
@@ -414,7 +429,7 @@ impl Studio {
     fn through_each<T>(&self, mut draw: impl FnMut() -> T) -> impl Iterator<Item = T> {
         let (main, beside) = self.views.poses(self.pose);
         std::iter::once(main).chain(beside).map(move |pose| {
-            self.renderer.set_pose(&self.gpu.queue, &pose, self.canvas.size);
+            self.renderer.set_pose(&self.gpu.queue, &self.textures, &pose, self.canvas.size);
             draw()
         })
     }

@@ -40,7 +40,7 @@ fn uv_from_clip(scene: Scene, image: f32, world_from_clip: &Mat4, clip: Vec2) ->
     let near = world_from_clip.project_point3(clip.extend(0.0));
     let far = world_from_clip.project_point3(clip.extend(1.0));
     match scene {
-        Scene::Image | Scene::Plane => uv_on_plane(near, far - near, image),
+        Scene::Image | Scene::Plane | Scene::Terrain => uv_on_plane(near, far - near, image),
         Scene::Globe => uv_on_globe(near, (far - near).normalize()),
     }
 }

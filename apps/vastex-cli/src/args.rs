@@ -26,6 +26,7 @@ mod disk_cache;
 mod estimate;
 #[cfg(feature = "build")]
 mod export;
+mod heights;
 #[cfg(feature = "build")]
 mod inset;
 #[cfg(feature = "build")]
@@ -152,6 +153,8 @@ pub(crate) struct SceneArgs {
     /// The values that are black and white, in 0 to 1 where the format holds whole numbers
     #[arg(long, default_value = "0,1", value_name = "LO,HI", value_parser = parse_range, allow_hyphen_values = true)]
     pub(crate) range: [f32; 2],
+    #[command(flatten)]
+    pub(crate) heights: heights::HeightArgs,
     /// Size of the picture in pixels
     #[arg(long, default_value = "1280x720", value_name = "WxH", value_parser = parse_size)]
     pub(crate) size: [u32; 2],
@@ -201,6 +204,7 @@ Examples:
   vastex render /net/slow/earth.vastex --on globe --disk-cache ~/.cache/vastex -o globe.png
   vastex render island.vastex --layer-shown height --range 0,0.2 -o height.png
   vastex render earth.vastex --on plane --feedback inline --compare --json
+  vastex render island.vastex --on terrain --height-scale 0.1 -o island.png
   vastex render earth.vastex --on plane --views stereo --compare -o eyes.png
   vastex render earth.vastex --on plane --camera-path fly --predict --stats-csv fly.csv
   vastex render earth.vastex --on globe --camera-path spin --record-trace spin.vxtrace
@@ -270,7 +274,7 @@ pub(crate) struct RenderArgs {
 impl SceneArgs {
     /// What is shown of the texture.
     pub(crate) fn shown(&self) -> Shown {
-        Shown { layer: self.layer_shown.clone(), range: Some(self.range) }
+        Shown { layer: self.layer_shown.clone(), range: Some(self.range), heights: self.heights.heights() }
     }
 }
 
@@ -283,6 +287,11 @@ impl RenderArgs {
             )));
         }
         const OTHERS: [&str; 9] = ["jpg", "jpeg", "tif", "tiff", "webp", "bmp", "gif", "exr", "vastex"];
+        if self.estimate.estimating().is_some() && self.scene.shown().displaces(self.scene.on) {
+            let kind = clap::error::ErrorKind::ArgumentConflict;
+            let what = "--estimate knows surfaces without heights; leave it out, or the heights";
+            return Err(clap::Error::raw(kind, format!("{what}\n\nFor more information, try '--help'.\n")));
+        }
         let Some(output) = &self.output else { return Ok(()) };
         let extension = output.extension().unwrap_or_default().to_string_lossy().to_lowercase();
         if OTHERS.contains(&extension.as_str()) {
@@ -302,13 +311,14 @@ impl RenderArgs {
 Examples:
   vastex view earth.vastex
   vastex view earth.vastex --on globe --pool-mib 256
+  vastex view island.vastex --on terrain
 
 Keys and mouse:
-  drag           move the image, turn the globe, look about on the plane
+  drag           move the image, turn the globe, look about on the plane and the terrain
   wheel, + and - zoom
   double click   back to the first view, as Home and R
   arrows, WASD   walk
-  1 2 3, Tab     image, plane, globe; the next of them
+  1 2 3 4, Tab   image, plane, globe, terrain; the next of them
   O              the next overlay: levels, wanted, deficit, pages, feedback, table, atlas; then the picture again
   right click    print why the pixel shows what it shows
   F, F11         fill the screen

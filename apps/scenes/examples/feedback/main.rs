@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use anyhow::Result;
 use vastex::{BindGroups, FeedbackWay, Filter, Geometry, GeometrySpec, Settings, Textures};
-use vastex_scenes::{Gpu, Look, Path, PictureTarget, Scene, SceneRenderer, depth_view};
+use vastex_scenes::{Drawn, Gpu, Look, Path, PictureTarget, Scene, SceneRenderer, depth_view};
 use vastex_tiles::PropertySource;
 
 const PICTURE: [u32; 2] = [1280, 720];
@@ -90,7 +90,8 @@ impl<'a> Stage<'a> {
         let texture = textures.add(Arc::new(PropertySource::new(geometry)))?;
         let look = Look::new(&textures.description(texture).layers[0], None);
         let format = look.picture_format();
-        let renderer = SceneRenderer::new(device, queue, &textures, texture.into(), look, scene, format);
+        let drawn = Drawn { scene, layer: texture.into(), look, relief: None };
+        let renderer = SceneRenderer::new(device, queue, &textures, drawn, format);
         let colour = device.create_texture(&wgpu::TextureDescriptor {
             label: Some("picture"),
             size: wgpu::Extent3d { width: PICTURE[0], height: PICTURE[1], depth_or_array_layers: 1 },
@@ -108,8 +109,8 @@ impl<'a> Stage<'a> {
     /// Draws a frame of the path again and again with its feedback, and beside it without, from the same texture.
     fn frame(&mut self, frame: u64, plain: &mut Stage<'_>) -> Result<Cost> {
         let pose = Path::Fly.pose(self.scene, 2.0, frame);
-        self.renderer.set_pose(&self.gpu.queue, &pose, PICTURE);
-        plain.renderer.set_pose(&self.gpu.queue, &pose, PICTURE);
+        self.renderer.set_pose(&self.gpu.queue, &self.textures, &pose, PICTURE);
+        plain.renderer.set_pose(&self.gpu.queue, &plain.textures, &pose, PICTURE);
         let before = self.textures.stats().feedback_bytes_read;
         self.textures.record_trace();
         let (mut with, mut without) = (f64::MAX, f64::MAX);
@@ -129,7 +130,7 @@ impl<'a> Stage<'a> {
     /// Seconds that the GPU takes for the main pass, with feedback or without.
     fn draw(&mut self, with_feedback: bool) -> Result<f64> {
         let Stage { renderer, colour, depth, textures, gpu, .. } = self;
-        let layer = renderer.layer();
+        let sampled = renderer.sampled();
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         textures.update(&mut encoder)?;
         gpu.queue.submit([encoder.finish()]);
@@ -138,11 +139,12 @@ impl<'a> Stage<'a> {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         let target = PictureTarget { colour, depth };
         let picture = |encoder: &mut wgpu::CommandEncoder, groups: &BindGroups| {
-            renderer.draw_picture_of(renderer.eye(), encoder, &groups[layer], &target);
+            renderer.draw_picture_of(renderer.eye(), encoder, &groups[sampled], &target);
         };
         if with_feedback {
-            textures
-                .feedback(&mut encoder, PICTURE, |pass, groups| renderer.draw_wanted(pass, &groups[layer]))?;
+            textures.feedback(&mut encoder, PICTURE, |pass, groups| {
+                renderer.draw_wanted(pass, &groups[sampled]);
+            })?;
             textures.main_pass(&mut encoder, PICTURE, picture)?;
         } else {
             renderer.draw_picture(&mut encoder, textures, &target);

@@ -1,11 +1,23 @@
 // A surface with a virtual texture on it: where its corners lie, and how the texture's value becomes a colour.
 // The text before this one is generated: vastex's own, and the constants of look.rs.
 
+// What displaces a surface with heights; see relief.wgsl.
+struct Relief {
+    eye: vec3<f32>,         // the camera over the surface without heights: as far above it as above the ground
+    scale: f32,             // how high a value of 1 rises
+    spacing: vec2<f32>,     // uv from one vertex to the next, by distance
+    texels: vec2<f32>,      // of the heights, level 0
+    extent: vec2<f32>,      // in the world, for a step of 1 in uv
+    zero: f32,              // the value that is not displaced
+    range_per_side: f32,    // the distance within which a patch is drawn, by its side along u
+}
+
 struct Scene {
     clip_from_world: mat4x4<f32>,
     background: vec4<f32>,
     range: vec2<f32>, // the value that is black, and 1 over its distance from the one that is white
     picture: vec2<f32>, // size in pixels
+    relief: Relief,
 }
 
 @group(1) @binding(0) var<uniform> scene: Scene;

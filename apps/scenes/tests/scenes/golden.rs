@@ -1,4 +1,4 @@
-//! The pictures that the README shows are what the scenes draw, from the real image.
+//! The pictures that the README and the docs show are what the scenes draw, from the real image.
 //!
 //! `VASTEX_ACCEPT=1 cargo test -p vastex-scenes golden` replaces them by what is drawn now.
 
@@ -6,10 +6,11 @@ use std::path::{Path as FilePath, PathBuf};
 
 use vastex::Filter;
 use vastex_build::BuildOptions;
-use vastex_scenes::{Path, Picture, Scene};
+use vastex_scenes::{Path, Picture, Scene, Shown, Studio, Until};
 
-use crate::common::{converged, settings};
+use crate::common::{converged, gpu, settings};
 
+const PICTURE: [u32; 2] = [640, 360];
 /// Bytes that the pictures may take together.
 const BYTE_BUDGET: u64 = 1_000_000;
 /// Adapters differ in how they round filter weights and rasterise the limb of the globe, 45 dB between two software
@@ -43,29 +44,48 @@ fn the_readme_shows_what_is_drawn() {
     let input = repository().join("assets/earth-color-10800x5400.jpg");
     let address = [vastex::AddressMode::Wrap, vastex::AddressMode::Clamp];
     vastex_build::build(&[input], &container, &BuildOptions { address, ..Default::default() }, &()).unwrap();
-    let mut bytes = 0;
-    for (name, scene, path) in [("globe", Scene::Globe, Path::Still), ("close-up", Scene::Globe, Path::Zoom)]
-    {
+    let globe = [("globe", Scene::Globe, Path::Still), ("close-up", Scene::Globe, Path::Zoom)];
+    let globe = globe.map(|(name, scene, path)| {
         let source = vastex::open(&container).unwrap();
-        let mut drawn = converged(source, scene, [640, 360], path, settings(16, Filter::Trilinear)).picture();
-        drawn.rgba.chunks_exact_mut(4).for_each(|pixel| pixel[3] = 255); // a PNG to look at has no holes
-        let golden = repository().join(format!("docs/images/{name}.png"));
-        if std::env::var_os("VASTEX_ACCEPT").is_some() {
-            write_png(&golden, &drawn);
-        }
-        let expected = read_png(&golden).filter(|picture| picture.size == drawn.size);
-        let alike = expected.map(|expected| drawn.compare(&expected));
-        if alike.is_none_or(|alike| alike.psnr_db < MIN_PSNR_DB) {
-            let seen = std::env::temp_dir().join(format!("vastex-{name}.png"));
-            write_png(&seen, &drawn);
-            panic!(
-                "{} is not what is drawn ({alike:?}), see {}; to accept it: VASTEX_ACCEPT=1 cargo test -p vastex-scenes \
-                 golden",
-                golden.display(),
-                seen.display()
-            );
-        }
-        bytes += std::fs::metadata(&golden).unwrap().len();
-    }
+        let drawn = converged(source, scene, PICTURE, path, settings(16, Filter::Trilinear)).picture();
+        check(name, drawn)
+    });
+    let bytes = globe.iter().sum::<u64>() + check("terrain", terrain(directory.path(), address));
     assert!(bytes <= BYTE_BUDGET, "{bytes} bytes of pictures");
+}
+
+/// The Earth's relief, displaced by itself.
+fn terrain(directory: &FilePath, address: [vastex::AddressMode; 2]) -> Picture {
+    let container = directory.join("elevation.vastex");
+    let input = repository().join("assets/earth-elevation-1080x540-u16.png");
+    let options = BuildOptions { address, page: 64, ..Default::default() };
+    vastex_build::build(&[input], &container, &options, &()).unwrap();
+    let source = vastex::open(&container).unwrap();
+    let shown = Shown { range: Some([0.08, 0.27]), ..Shown::default() };
+    let settings = settings(16, Filter::Trilinear);
+    let mut studio = Studio::showing(&shown, gpu(), source, Scene::Terrain, PICTURE, settings).unwrap();
+    assert!(studio.run(Path::Still, Until::Converged, |_, _| ()).unwrap().converged);
+    studio.picture()
+}
+
+/// Compares a picture with the one that is kept, or keeps it. Says how many bytes that has.
+fn check(name: &str, mut drawn: Picture) -> u64 {
+    drawn.rgba.chunks_exact_mut(4).for_each(|pixel| pixel[3] = 255); // a PNG to look at has no holes
+    let golden = repository().join(format!("docs/images/{name}.png"));
+    if std::env::var_os("VASTEX_ACCEPT").is_some() {
+        write_png(&golden, &drawn);
+    }
+    let expected = read_png(&golden).filter(|picture| picture.size == drawn.size);
+    let alike = expected.map(|expected| drawn.compare(&expected));
+    if alike.is_none_or(|alike| alike.psnr_db < MIN_PSNR_DB) {
+        let seen = std::env::temp_dir().join(format!("vastex-{name}.png"));
+        write_png(&seen, &drawn);
+        panic!(
+            "{} is not what is drawn ({alike:?}), see {}; to accept it: VASTEX_ACCEPT=1 cargo test -p vastex-scenes \
+             golden",
+            golden.display(),
+            seen.display()
+        );
+    }
+    std::fs::metadata(&golden).unwrap().len()
 }

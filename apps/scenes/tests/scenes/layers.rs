@@ -148,7 +148,7 @@ fn compare_on(
     path: Path,
     filter: Filter,
 ) -> (Comparison, ReferenceKind) {
-    let shown = Shown { layer: Some(layer.into()), range: None };
+    let shown = Shown { layer: Some(layer.into()), ..Shown::default() };
     let mut studio =
         Studio::showing(&shown, gpu, source, Scene::Plane, [160, 90], settings(16, filter)).unwrap();
     assert!(studio.run(path, Until::Converged, |_, _| ()).unwrap().converged);

@@ -10,6 +10,7 @@ mod feedback_ways;
 mod filters;
 mod floor;
 mod golden;
+mod heights;
 mod layers;
 mod overlays;
 mod pictures;

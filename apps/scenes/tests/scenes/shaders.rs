@@ -22,6 +22,7 @@ fn every_shader_is_valid() {
                 let text = wgsl(&ShaderOptions { filter, atlas, ..Default::default() })
                     + &constants
                     + surface
+                    + include_str!("../../src/wgsl/unlit.wgsl")
                     + module;
                 check(&text);
             }
@@ -56,6 +57,31 @@ fn the_shaders_of_the_planet_are_valid() {
         bindings.fold(text, |text, (binding, what)| text.replace(what, &binding.to_string()))
     });
     check(&(group + &ordinary.collect::<String>() + &planet));
+}
+
+#[test]
+fn the_shaders_of_displaced_surfaces_are_valid() {
+    let look = Look::new(&Layer::new("color", LayerFormat::Rgba8), None).wgsl();
+    for (filter, atlas) in Filter::ALL.into_iter().flat_map(|filter| Atlas::ALL.map(|atlas| (filter, atlas)))
+    {
+        let member = |name: &str, atlas| GroupMember { name: name.to_owned(), texture: 0, atlas };
+        let members = vec![member("color", Atlas::Float), member("height", atlas)];
+        let group = group_wgsl(0, filter, FeedbackWay::Inline, &GroupShape::new(members, true).unwrap());
+        for is_globe in [false, true] {
+            let constants = format!(
+                "const RELIEF_QUADS: u32 = 16u;\nconst RELIEF_MORPH: vec2<f32> = vec2<f32>(0.75, 0.98);\n\
+                 const RELIEF_GLOBE: bool = {is_globe};\n"
+            );
+            let modules = [
+                include_str!("../../src/wgsl/surface.wgsl"),
+                &constants,
+                include_str!("../../src/wgsl/relief.wgsl"),
+                include_str!("../../src/wgsl/relief_wanted.wgsl"),
+                include_str!("../../src/wgsl/coordinates.wgsl"),
+            ];
+            check(&([&group, look.as_str()].concat() + &modules.concat()));
+        }
+    }
 }
 
 fn check(text: &str) {

@@ -61,7 +61,7 @@ fn too_small_a_pool_makes_the_picture_coarser_and_loads_nothing_twice() {
 
 #[test]
 fn every_path_keeps_its_budgets_and_converges_when_it_holds() {
-    for (scene, path) in Scene::ALL.into_iter().flat_map(|scene| Path::ALL.map(|path| (scene, path))) {
+    for (scene, path) in Scene::SMOOTH.into_iter().flat_map(|scene| Path::ALL.map(|path| (scene, path))) {
         let settings = Settings { in_flight_bytes: 1 << 20, ..pool(4) };
         let mut studio = Studio::new(gpu(), huge(), scene, [320, 180], settings.clone()).unwrap();
         let check = |textures: &vastex::Textures, _| check_budgets(&textures.stats(), &settings);

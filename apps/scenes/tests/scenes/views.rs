@@ -11,7 +11,7 @@ const SIZE: [u32; 2] = [320, 180];
 fn both_views_equal_those_of_an_ordinary_texture() {
     let (_directory, file) = Image::new(1000, 777, 128).build();
     for (scene, views) in
-        Scene::ALL.into_iter().flat_map(|scene| [Views::Stereo, Views::Mirror].map(|v| (scene, v)))
+        Scene::SMOOTH.into_iter().flat_map(|scene| [Views::Stereo, Views::Mirror].map(|v| (scene, v)))
     {
         let what = format!("{scene:?} {views:?}");
         let source = vastex::open(&file).unwrap();

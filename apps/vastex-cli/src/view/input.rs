@@ -225,6 +225,7 @@ fn wish_of(key: &Key) -> Option<Wish> {
             "1" => Wish::Scene(Some(Scene::Image)),
             "2" => Wish::Scene(Some(Scene::Plane)),
             "3" => Wish::Scene(Some(Scene::Globe)),
+            "4" => Wish::Scene(Some(Scene::Terrain)),
             _ => return None,
         },
         _ => return None,

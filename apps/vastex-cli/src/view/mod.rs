@@ -55,7 +55,7 @@ struct App<'a> {
     input: Input,
     scene: Scene,
     /// Where the camera is in each scene, in the order of [`Scene::ALL`].
-    poses: [Pose; 3],
+    poses: [Pose; Scene::ALL.len()],
     open: Option<Open>,
     lost_devices: u32,
     outcome: Result<()>,
@@ -146,11 +146,11 @@ impl App<'_> {
                 viewer.jumped();
             }
             Wish::Scene(choice) => {
-                let scene = choice.unwrap_or(Scene::ALL[(scene_index + 1) % Scene::ALL.len()]);
-                if scene != self.scene {
-                    self.scene = scene;
-                    viewer.show(scene);
-                }
+                let next = |step| Scene::ALL[(scene_index + step) % Scene::ALL.len()];
+                let choices =
+                    choice.map_or_else(|| (1..Scene::ALL.len()).map(next).collect(), |one| vec![one]);
+                let shown = choices.into_iter().find(|&scene| scene != self.scene && viewer.show(scene));
+                self.scene = shown.unwrap_or(self.scene);
             }
             Wish::Overlay => viewer.next_overlay(),
             Wish::Explain(pixel) => viewer.explain(self.poses[scene_index], pixel)?,

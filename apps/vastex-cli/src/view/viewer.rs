@@ -6,7 +6,10 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result};
 use vastex::{Event, FrameStats, LayerId, Textures, TileSource};
 use vastex_core::Dims;
-use vastex_scenes::{Gpu, Look, Overlay, OverlayRenderer, PictureTarget, Pose, Scene, SceneRenderer};
+use vastex_scenes::{
+    Drawn, Gpu, HeightsError, Look, Overlay, OverlayRenderer, PictureTarget, Pose, Relief, Scene,
+    SceneRenderer, Shown,
+};
 use winit::event_loop::OwnedDisplayHandle;
 use winit::window::Window;
 
@@ -42,6 +45,9 @@ pub(super) struct Viewer {
     textures: Textures,
     layer: LayerId,
     look: Look,
+    shown: Shown,
+    /// The heights of the texture, once a scene has needed them.
+    relief: Option<Relief>,
     renderer: SceneRenderer,
     /// What is drawn in the place of the picture, if anything.
     overlay: Option<OverlayRenderer>,
@@ -74,8 +80,11 @@ impl Viewer {
         let look = Look::new(&textures.description(texture).layers[layer.index()], shown.range);
         let surface = Surface::new(&gpu, window.clone(), surface, look.picture_format())?;
         let (device, queue) = (&gpu.device, &gpu.queue);
-        let renderer = SceneRenderer::new(device, queue, &textures, layer, look, scene, surface.format());
-        let overlay = args.overlay.map(|overlay| OverlayRenderer::new(device, &textures, &renderer, overlay));
+        let relief = shown.relief_of(scene, &mut textures, layer)?;
+        let drawn = Drawn { scene, layer, look, relief: relief.clone() };
+        let renderer = SceneRenderer::new(device, queue, &textures, drawn, surface.format());
+        let overlay =
+            args.overlay.and_then(|overlay| OverlayRenderer::new(device, &textures, &renderer, overlay));
         Ok(Viewer {
             overlay,
             gpu,
@@ -84,6 +93,8 @@ impl Viewer {
             textures,
             layer,
             look,
+            shown,
+            relief,
             renderer,
             name,
             frames: 0,
@@ -97,18 +108,21 @@ impl Viewer {
     /// Goes on with a device of its own after this one's was lost. What was read stays, and the view is sharp again as soon as it is
     /// uploaded.
     pub(super) fn restored(self, display: OwnedDisplayHandle) -> Result<Viewer> {
-        let Viewer { window, mut textures, layer, look, renderer, overlay, surface, gpu, .. } = self;
+        let Viewer {
+            window, mut textures, layer, look, renderer, overlay, surface, gpu, shown, relief, ..
+        } = self;
         let (scene, overlay) = (renderer.scene(), overlay.map(|overlay| overlay.overlay()));
+        let drawn = Drawn { scene, layer, look, relief: relief.clone().filter(|_| renderer.has_relief()) };
         // A window has one surface at a time.
         drop((renderer, surface, gpu));
         let (gpu, surface) = device_for(&window, display)?;
         textures.restore(&gpu.device, &gpu.queue)?;
         let surface = Surface::new(&gpu, window.clone(), surface, look.picture_format())?;
         let (device, queue) = (&gpu.device, &gpu.queue);
-        let renderer = SceneRenderer::new(device, queue, &textures, layer, look, scene, surface.format());
-        let overlay = overlay.map(|overlay| OverlayRenderer::new(device, &textures, &renderer, overlay));
+        let renderer = SceneRenderer::new(device, queue, &textures, drawn, surface.format());
+        let overlay = overlay.and_then(|overlay| OverlayRenderer::new(device, &textures, &renderer, overlay));
         let unsettled = UNSETTLED_FRAMES;
-        Ok(Viewer { gpu, window, surface, textures, renderer, overlay, unsettled, ..self })
+        Ok(Viewer { gpu, window, surface, textures, renderer, overlay, unsettled, shown, relief, ..self })
     }
 
     /// Width and height of the view in pixels.
@@ -157,14 +171,32 @@ impl Viewer {
         self.wake();
     }
 
-    /// Puts the texture on something else.
-    pub(super) fn show(&mut self, scene: Scene) {
+    /// Puts the texture on something else. Says whether it goes there: a terrain needs heights.
+    pub(super) fn show(&mut self, scene: Scene) -> bool {
+        let relief = match self.relief_of(scene) {
+            Ok(relief) => relief,
+            Err(error) => {
+                report::say(&format!("{}: {error}", self.name));
+                return false;
+            }
+        };
         let (device, queue) = (&self.gpu.device, &self.gpu.queue);
-        let format = self.surface.format();
-        self.renderer =
-            SceneRenderer::new(device, queue, &self.textures, self.layer, self.look, scene, format);
+        let drawn = Drawn { scene, layer: self.layer, look: self.look, relief };
+        self.renderer = SceneRenderer::new(device, queue, &self.textures, drawn, self.surface.format());
         self.draw_overlay(self.overlay.as_ref().map(OverlayRenderer::overlay));
         self.jumped();
+        true
+    }
+
+    /// The heights of a scene that has any; they are looked for once.
+    fn relief_of(&mut self, scene: Scene) -> Result<Option<Relief>, HeightsError> {
+        if !self.shown.displaces(scene) {
+            return Ok(None);
+        }
+        if self.relief.is_none() {
+            self.relief = self.shown.relief_of(scene, &mut self.textures, self.layer)?;
+        }
+        Ok(self.relief.clone())
     }
 
     /// Draws the next overlay in the place of the picture; after the last, the picture.
@@ -175,15 +207,15 @@ impl Viewer {
     fn draw_overlay(&mut self, overlay: Option<Overlay>) {
         let device = &self.gpu.device;
         self.overlay =
-            overlay.map(|overlay| OverlayRenderer::new(device, &self.textures, &self.renderer, overlay));
+            overlay.and_then(|overlay| OverlayRenderer::new(device, &self.textures, &self.renderer, overlay));
     }
 
     /// Prints why a pixel shows what it shows.
     pub(super) fn explain(&self, pose: Pose, pixel: [u32; 2]) -> Result<()> {
-        let (renderer, layer, size) = (&self.renderer, self.layer, self.surface.size());
-        renderer.set_pose(&self.gpu.queue, &pose, size);
+        let (renderer, sampled, size) = (&self.renderer, self.renderer.sampled(), self.surface.size());
+        renderer.set_pose(&self.gpu.queue, &self.textures, &pose, size);
         let explained = self.textures.explain_pixel(size, pixel, |pass, groups| {
-            renderer.draw_wanted(pass, &groups[layer]);
+            renderer.draw_wanted(pass, &groups[sampled]);
         })?;
         report::print(&Explained::new(pixel, &explained).text())
     }
@@ -208,19 +240,19 @@ impl Viewer {
         let frame = frame?;
         self.is_hidden = frame.is_none();
         let Some(frame) = frame else { return Ok(()) };
-        self.renderer.set_pose(&self.gpu.queue, &pose, self.surface.size());
-        let (renderer, layer) = (&self.renderer, self.layer);
+        self.renderer.set_pose(&self.gpu.queue, &self.textures, &pose, self.surface.size());
+        let (renderer, sampled) = (&self.renderer, self.renderer.sampled());
         if let Some(overlay) = &mut self.overlay {
             overlay.look(&self.gpu.device, &self.gpu.queue, &self.textures, renderer, self.surface.size())?;
         }
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         self.textures.feedback(&mut encoder, self.surface.size(), |pass, groups| {
-            renderer.draw_wanted(pass, &groups[layer]);
+            renderer.draw_wanted(pass, &groups[sampled]);
         })?;
         self.textures.update(&mut encoder)?;
         let target = PictureTarget { colour: &frame.view, depth: self.surface.depth() };
         self.textures.main_pass(&mut encoder, self.surface.size(), |encoder, groups| {
-            renderer.draw_picture_of(renderer.eye(), encoder, &groups[layer], &target);
+            renderer.draw_picture_of(renderer.eye(), encoder, &groups[sampled], &target);
         })?;
         if let Some(overlay) = &self.overlay {
             overlay.draw(&mut encoder, &self.renderer, &self.textures, &target);

@@ -6,6 +6,7 @@ mod bad_input;
 mod disk_cache;
 mod estimates;
 mod export;
+mod heights;
 mod inset;
 mod learn;
 mod overlays;
