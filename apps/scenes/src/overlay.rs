@@ -129,7 +129,7 @@ impl OverlayRenderer {
         let layer = renderer.layer();
         let view = if self.overlay == Overlay::Feedback {
             let target: FeedbackTarget = textures.feedback_to_look_at(picture, |pass, groups| {
-                renderer.draw_wanted(pass, &groups[renderer.sampled()])
+                renderer.draw_wanted(pass, &groups[renderer.sampled()]);
             })?;
             target.raw().view().clone()
         } else {
