@@ -30,7 +30,7 @@ impl Studio {
         let reference =
             |taps| Reference::new(device, queue, &self.textures, &self.renderer, &*self.source, taps);
         let (same, own) = (reference(Taps::Same)?, reference(Taps::Adapter)?);
-        self.renderer.set_pose(queue, &self.pose, self.canvas.size);
+        self.renderer.set_pose(queue, &self.textures, &self.pose, self.canvas.size);
         let target = PictureTarget { colour: &self.canvas.colour_view, depth: &self.canvas.depth_view };
         let draws: [&dyn Fn(&mut wgpu::CommandEncoder); 3] = [
             &|encoder| self.renderer.draw_picture(encoder, &self.textures, &target),
