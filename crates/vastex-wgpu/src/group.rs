@@ -185,6 +185,7 @@ mod tests {
     use super::*;
     use crate::filter::Filter;
     use crate::shader::Atlas;
+    use crate::shader::TableKinds;
     use crate::shader::group::{GroupMember, group_wgsl};
     use crate::shader::tests::module;
 
@@ -193,6 +194,7 @@ mod tests {
             name: format!("m{nth}"),
             texture: nth % textures,
             atlas: Atlas::Float,
+            tables: TableKinds::Either,
         };
         GroupShape::new((0..layers).map(member).collect(), true).unwrap()
     }

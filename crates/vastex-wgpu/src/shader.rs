@@ -79,6 +79,31 @@ pub struct ShaderOptions {
     pub atlas: Atlas,
     /// How feedback is gathered.
     pub feedback: FeedbackWay,
+    /// Which page tables there may be.
+    pub tables: TableKinds,
+}
+
+/// The kinds of page tables that a shader reads. One that reads either asks the texture, which is nothing to a GPU but for some
+/// registers, and a quarter of a sample's cost to a software driver.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum TableKinds {
+    /// Direct and hashed.
+    #[default]
+    Either,
+    /// Direct ones alone.
+    Direct,
+    /// Hashed ones alone.
+    Hashed,
+}
+
+impl TableKinds {
+    pub(crate) const fn code(self) -> u32 {
+        match self {
+            TableKinds::Either => 0,
+            TableKinds::Direct => 1,
+            TableKinds::Hashed => 2,
+        }
+    }
 }
 
 /// The WGSL that an application puts before its own shader.
@@ -135,6 +160,7 @@ pub fn wgsl(options: &ShaderOptions) -> String {
     let mut text = constants();
     push_constant(&mut text, "GROUP", options.group);
     push_filter(&mut text, options.filter);
+    push_constant(&mut text, "TABLES", options.tables.code());
     text.push('\n');
     text += &table_binding("VASTEX_BINDING_TABLE", "vastex_table", options.feedback);
     let shared: &[&str] = &[PARAMS, BINDINGS, LAMBDA, POSITION, CUBIC, VIEW];
@@ -210,6 +236,8 @@ fn constants() -> String {
         push_constant(&mut text, name, value);
     }
     push_constant(&mut text, "NONE", u32::MAX);
+    push_constant(&mut text, "TABLES_DIRECT", TableKinds::Direct.code());
+    push_constant(&mut text, "TABLES_HASHED", TableKinds::Hashed.code());
     push_constant(&mut text, "RECORDS", RECORDS);
     let modes = [AddressMode::Wrap, AddressMode::Mirror, AddressMode::Border];
     for (name, mode) in ["WRAP", "MIRROR", "BORDER"].into_iter().zip(modes) {
@@ -286,8 +314,10 @@ pub(crate) mod tests {
     fn every_variant_of_the_text_for_applications_is_valid() {
         for filter in Filter::KINDS {
             for atlas in Atlas::ALL {
-                for (group, feedback) in [0, 3].into_iter().zip(FeedbackWay::ALL.iter().copied().cycle()) {
-                    let options = ShaderOptions { group, filter, atlas, feedback };
+                for (group, feedback) in [0, 1, 2].into_iter().zip(FeedbackWay::ALL.iter().copied().cycle()) {
+                    let tables =
+                        [TableKinds::Either, TableKinds::Direct, TableKinds::Hashed][group as usize % 3];
+                    let options = ShaderOptions { group, filter, atlas, feedback, tables };
                     let module = module(&(wgsl(&options) + APPLICATION));
                     let groups: Vec<_> =
                         module.global_variables.iter().filter_map(|(_, v)| Some(v.binding?.group)).collect();

@@ -10,6 +10,7 @@ use vastex_core::{
 use crate::device::{alive, storage, uniform};
 use crate::error::GpuError;
 use crate::mirror::{TableParams, TextureParams};
+use crate::shader::TableKinds;
 use crate::table_changer::ChangeBuffer;
 use crate::table_texture::TableTexture;
 use crate::way::FeedbackWay;
@@ -33,6 +34,23 @@ pub enum TableChoice {
 }
 
 impl TableChoice {
+    /// The kind that a texture of this shape gets on a device: direct or hashed.
+    pub fn on(self, device: &wgpu::Device, geometry: &Geometry, way: FeedbackWay) -> TableChoice {
+        match self.is_hashed(device, geometry, way) {
+            true => TableChoice::Hashed,
+            false => TableChoice::Direct,
+        }
+    }
+
+    /// What a shader reads of textures of this kind.
+    pub fn kinds(self) -> TableKinds {
+        match self {
+            TableChoice::BySize => TableKinds::Either,
+            TableChoice::Direct => TableKinds::Direct,
+            TableChoice::Hashed => TableKinds::Hashed,
+        }
+    }
+
     fn is_hashed(self, device: &wgpu::Device, geometry: &Geometry, way: FeedbackWay) -> bool {
         let is_large = || {
             let entries = entry_count(geometry, 0);

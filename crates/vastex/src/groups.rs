@@ -136,6 +136,7 @@ impl Textures {
             name,
             texture: textures.iter().position(|&texture| texture == layer.texture()).unwrap_or(0),
             atlas: self.layout_of(layer).atlas(),
+            tables: self.tables_of(layer.texture()),
         };
         let shape = GroupShape::new(members.into_iter().map(member).collect(), has_feedback)?;
         let layout = GroupLayout::new(&self.device, shape, self.way)?;

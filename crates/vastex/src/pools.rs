@@ -6,7 +6,9 @@
 use std::sync::Arc;
 
 use vastex_core::{Description, Layer, LayerFormat, PoolId, PoolLayout, Slot, SlotMove, Stats};
-use vastex_wgpu::{Atlas, BindLayout, FeedbackWay, GpuError, Pool, TableBuffers, ViewBuffer, limits};
+use vastex_wgpu::{
+    Atlas, BindLayout, FeedbackWay, GpuError, Pool, TableBuffers, TableKinds, ViewBuffer, limits,
+};
 
 use crate::error::Error;
 use crate::pool_settings::PoolSettings;
@@ -17,12 +19,15 @@ pub(crate) struct Shape {
     tile: [u32; 3],
     /// Format of each layer, and texels of the texture along one of the layer.
     layers: Vec<(LayerFormat, u32)>,
+    /// Which page tables their shaders read.
+    pub(crate) tables: TableKinds,
 }
 
 impl Shape {
-    pub(crate) fn of(description: &Description) -> Shape {
+    pub(crate) fn of(description: &Description, tables: TableKinds) -> Shape {
         let layer = |layer: &Layer| (layer.format, layer.scale);
-        Shape { tile: description.geometry.tile(), layers: description.layers.iter().map(layer).collect() }
+        let layers = description.layers.iter().map(layer).collect();
+        Shape { tile: description.geometry.tile(), layers, tables }
     }
 }
 
@@ -37,7 +42,7 @@ impl std::fmt::Display for Shape {
                 write!(f, " at 1/{scale}")?;
             }
         }
-        Ok(())
+        if self.tables == TableKinds::Hashed { write!(f, ", many pages") } else { Ok(()) }
     }
 }
 
@@ -83,8 +88,11 @@ impl PoolState {
         bytes: u64,
         stored: &Arc<Description>,
         held: &Arc<Description>,
+        tables: TableKinds,
     ) -> Result<(PoolState, bool), Error> {
-        halved_until_it_fits(bytes, |bytes| PoolState::of_size(device, queue, way, bytes, stored, held))
+        halved_until_it_fits(bytes, |bytes| {
+            PoolState::of_size(device, queue, way, bytes, stored, held, tables)
+        })
     }
 
     fn of_size(
@@ -94,8 +102,10 @@ impl PoolState {
         bytes: u64,
         stored: &Arc<Description>,
         held: &Arc<Description>,
+        tables: TableKinds,
     ) -> Result<PoolState, Error> {
-        PoolState::of_layout(device, queue, way, PoolLayout::fit(held, bytes, limits(device))?, stored, held)
+        let slots = PoolLayout::fit(held, bytes, limits(device))?;
+        PoolState::of_layout(device, queue, way, slots, stored, held, tables)
     }
 
     /// A pool for one texture that is all tail.
@@ -105,11 +115,12 @@ impl PoolState {
         way: FeedbackWay,
         stored: &Arc<Description>,
         held: &Arc<Description>,
+        tables: TableKinds,
     ) -> Result<PoolState, Error> {
         let [width, height, _] = held.geometry.tile();
         let tile_bytes = held.tile_bytes() as u64;
         let slots = PoolLayout { tile: [width, height], columns: 1, rows: 1, images: 1, tile_bytes };
-        let pool = PoolState::of_layout(device, queue, way, slots, stored, held)?;
+        let pool = PoolState::of_layout(device, queue, way, slots, stored, held, tables)?;
         Ok(PoolState { is_whole: true, ..pool })
     }
 
@@ -120,12 +131,13 @@ impl PoolState {
         slots: PoolLayout,
         stored: &Arc<Description>,
         held: &Arc<Description>,
+        tables: TableKinds,
     ) -> Result<PoolState, Error> {
         let gpu = Pool::new(device, queue, &slots, &held.layers)?;
         let atlases: Vec<Atlas> = (0..gpu.layer_count()).map(|layer| gpu.atlas(layer)).collect();
         let used = Atlas::ALL.into_iter().filter(|atlas| atlases.contains(atlas));
         let layouts = used.map(|atlas| BindLayout::new(device, atlas, way)).collect();
-        let (shape, stored, held) = (Shape::of(held), stored.clone(), held.clone());
+        let (shape, stored, held) = (Shape::of(held, tables), stored.clone(), held.clone());
         let tiles = shape.to_string().into();
         tracing::debug!(%tiles, slots = slots.slots(), bytes = slots.bytes(), "a new pool");
         Ok(PoolState { slots, shape, is_whole: false, tiles, stored, held, gpu: Some(gpu), atlases, layouts })

@@ -11,7 +11,8 @@ use vastex_core::{
 };
 use vastex_tiles::{Loader, RamCache, Tiers, Tile, TileSource};
 use vastex_wgpu::{
-    BindLayout, FeedbackWay, ShaderOptions, TableBuffers, TableChanger, TableChoice, group_wgsl, wgsl,
+    BindLayout, FeedbackWay, ShaderOptions, TableBuffers, TableChanger, TableChoice, TableKinds, group_wgsl,
+    wgsl,
 };
 
 use crate::by_hand::OpenTickets;
@@ -202,13 +203,16 @@ impl Textures {
         };
         let tail = read_tail(&*source)?.decode(&held)?;
         // Whatever can be refused is refused before anything changes.
-        TableBuffers::check(&self.device, &description.geometry, settings.page_table, self.way)?;
+        let (device, geometry) = (&self.device, &description.geometry);
+        TableBuffers::check(device, geometry, settings.page_table, self.way)?;
+        let settings = TextureSettings { page_table: settings.page_table.on(device, geometry, self.way) };
         if !self.pagers.has_free_number() {
             return Err(PoolError::TooManyTextures.into());
         }
+        let tables = settings.page_table.kinds();
         let pool = match is_whole {
-            true => self.pool_of_one(&description, &held)?,
-            false => self.pool_for(&description, &held)?,
+            true => self.pool_of_one(&description, &held, tables)?,
+            false => self.pool_for(&description, &held, tables)?,
         };
         let texture = self.add_to(pool, &description, &tail, &source, settings)?;
         self.loader.add_source(texture, source);
@@ -225,22 +229,32 @@ impl Textures {
     }
 
     /// A pool for one texture that is held whole: one that has lost its own, or a new one.
-    fn pool_of_one(&mut self, stored: &Arc<Description>, held: &Arc<Description>) -> Result<PoolId, Error> {
-        let shape = Shape::of(held);
+    fn pool_of_one(
+        &mut self,
+        stored: &Arc<Description>,
+        held: &Arc<Description>,
+        tables: TableKinds,
+    ) -> Result<PoolId, Error> {
+        let shape = Shape::of(held, tables);
         let is_free = |pool: &PoolState| pool.is_whole && pool.shape == shape && pool.gpu().is_none();
         if let Some((number, pool)) = (0..).zip(&mut self.pools).find(|(_, pool)| is_free(pool)) {
             pool.take_back(&self.device, &self.queue)?;
             return Ok(PoolId::new(number));
         }
-        let pool = PoolState::of_one(&self.device, &self.queue, self.way, stored, held)?;
+        let pool = PoolState::of_one(&self.device, &self.queue, self.way, stored, held, tables)?;
         let id = self.pagers.add_pool(pool.slots.slots(), pool.slots.tile_bytes, None)?;
         self.pools.push(pool);
         Ok(id)
     }
 
     /// The pool for textures that the device holds like `held`, a new one where there is none.
-    fn pool_for(&mut self, stored: &Arc<Description>, held: &Arc<Description>) -> Result<PoolId, Error> {
-        let shape = Shape::of(held);
+    fn pool_for(
+        &mut self,
+        stored: &Arc<Description>,
+        held: &Arc<Description>,
+        tables: TableKinds,
+    ) -> Result<PoolId, Error> {
+        let shape = Shape::of(held, tables);
         let made = (0..).zip(&mut self.pools).find(|(_, pool)| pool.shape == shape && !pool.is_whole);
         if let Some((number, pool)) = made {
             pool.take_back(&self.device, &self.queue)?;
@@ -248,7 +262,7 @@ impl Textures {
         }
         let plan = self.settings.pools.plan(stored, held, self.settings.picture);
         let (pool, is_reduced) =
-            PoolState::new(&self.device, &self.queue, self.way, plan.bytes, stored, held)?;
+            PoolState::new(&self.device, &self.queue, self.way, plan.bytes, stored, held, tables)?;
         let id = self.pagers.add_pool(pool.slots.slots(), pool.slots.tile_bytes, plan.mip_bias)?;
         self.pagers.set_pin_share(id, plan.pin_share);
         let (asked, bytes) = (plan.bytes, pool.slots.bytes());
@@ -336,7 +350,8 @@ impl Textures {
         match sampled.into() {
             Sampled::Layer(layer) => {
                 let layout = self.layout_of(layer);
-                wgsl(&ShaderOptions { group, filter, atlas: layout.atlas(), feedback: layout.way() })
+                let tables = self.tables_of(layer.texture());
+                wgsl(&ShaderOptions { group, filter, atlas: layout.atlas(), feedback: layout.way(), tables })
             }
             Sampled::Group(id) => group_wgsl(group, filter, self.way, self.group(id).shape()),
         }
@@ -399,6 +414,12 @@ impl Textures {
     /// The settings.
     pub fn settings(&self) -> &Settings {
         &self.settings
+    }
+
+    /// Which page tables the textures of a pool have, of which this one is.
+    pub(crate) fn tables_of(&self, texture: TextureId) -> TableKinds {
+        let pool = self.pool_of(texture).map(|pool| &self.pools[usize::from(pool.number())]);
+        pool.map_or(TableKinds::Either, |pool| pool.shape.tables)
     }
 
     /// A texture that there is has a pool.

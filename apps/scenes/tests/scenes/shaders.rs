@@ -2,7 +2,9 @@
 
 use vastex::{Layer, LayerFormat};
 use vastex_scenes::Look;
-use vastex_wgpu::{Atlas, FeedbackWay, Filter, GroupMember, GroupShape, ShaderOptions, group_wgsl, wgsl};
+use vastex_wgpu::{
+    Atlas, FeedbackWay, Filter, GroupMember, GroupShape, ShaderOptions, TableKinds, group_wgsl, wgsl,
+};
 
 #[test]
 fn every_shader_is_valid() {
@@ -36,8 +38,12 @@ fn every_shader_is_valid() {
 #[test]
 fn the_shaders_of_the_planet_are_valid() {
     let names = ["color", "height", "night", "clouds"];
-    let member =
-        |(texture, name): (usize, &str)| GroupMember { name: name.to_owned(), texture, atlas: Atlas::Float };
+    let member = |(texture, name): (usize, &str)| GroupMember {
+        name: name.to_owned(),
+        texture,
+        atlas: Atlas::Float,
+        tables: TableKinds::Either,
+    };
     let shape = GroupShape::new(names.into_iter().enumerate().map(member).collect(), true).unwrap();
     let group = group_wgsl(0, Filter::Trilinear, FeedbackWay::Inline, &shape);
     let planet = include_str!("../../src/wgsl/planet.wgsl").to_owned();
@@ -65,7 +71,12 @@ fn the_shaders_of_displaced_surfaces_are_valid() {
     for (filter, atlas) in
         Filter::KINDS.into_iter().flat_map(|filter| Atlas::ALL.map(|atlas| (filter, atlas)))
     {
-        let member = |name: &str, atlas| GroupMember { name: name.to_owned(), texture: 0, atlas };
+        let member = |name: &str, atlas| GroupMember {
+            name: name.to_owned(),
+            texture: 0,
+            atlas,
+            tables: TableKinds::Either,
+        };
         let members = vec![member("color", Atlas::Float), member("height", atlas)];
         let group = group_wgsl(0, filter, FeedbackWay::Inline, &GroupShape::new(members, true).unwrap());
         for is_globe in [false, true] {

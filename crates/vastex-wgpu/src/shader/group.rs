@@ -8,8 +8,8 @@ use std::collections::BTreeSet;
 
 use super::{
     Atlas, CUBIC, FEEDBACK, FEEDBACK_FIXED, Filter, HASHED, LAMBDA, LEVEL, LOOKUP, PAGE, PARAMS, POSITION,
-    SAMPLE, SAMPLE_FIXED, TELL, VIEW, atlas_modules, constants, filter_modules, push_constant, push_filter,
-    table_binding, table_module, tell_modules,
+    SAMPLE, SAMPLE_FIXED, TELL, TableKinds, VIEW, atlas_modules, constants, filter_modules, push_constant,
+    push_filter, table_binding, table_module, tell_modules,
 };
 use crate::error::GpuError;
 use crate::way::FeedbackWay;
@@ -29,6 +29,8 @@ pub struct GroupMember {
     pub texture: usize,
     /// How its atlas is read.
     pub atlas: Atlas,
+    /// Which kind of page table its texture has.
+    pub tables: TableKinds,
 }
 
 /// What the text and the bind group of a group are made for.
@@ -139,6 +141,7 @@ pub fn group_wgsl(group: u32, filter: Filter, feedback: FeedbackWay, shape: &Gro
             "vastex_texture" => Some(format!("vastex_group.textures[{}]", member.texture + 1)),
             "vastex_pool" => Some(format!("vastex_group.pools[{nth}]")),
             "vastex_table" => Some(format!("vastex_table_{}", member.texture)),
+            "VASTEX_TABLES" => Some(format!("{}u", member.tables.code())),
             "VASTEX_BINDING_ATLAS" => Some(shape.atlas_binding(nth).to_string()),
             _ => own.contains(word).then(|| with_member(word, &member.name)),
         };
@@ -206,7 +209,7 @@ mod tests {
     use crate::shader::tests::module;
 
     fn member(name: &str, texture: usize, atlas: Atlas) -> GroupMember {
-        GroupMember { name: name.to_owned(), texture, atlas }
+        GroupMember { name: name.to_owned(), texture, atlas, tables: TableKinds::Either }
     }
 
     /// A color and a height of one texture, a night of another.

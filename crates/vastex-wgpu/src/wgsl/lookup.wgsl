@@ -29,8 +29,10 @@ fn vastex_place_in_tail(position: VastexPosition, wanted: u32) -> VastexPlace {
 
 // The entry of the finest resident page that covers a texel at `wanted`, a level finer than the tail, or coarser.
 fn vastex_entry(texel: vec2<u32>, wanted: u32) -> u32 {
-    if vastex_texture.table_places != 0u {
-        return vastex_hashed_entry(texel, wanted);
+    if VASTEX_TABLES != VASTEX_TABLES_DIRECT {
+        if VASTEX_TABLES == VASTEX_TABLES_HASHED || vastex_texture.table_places != 0u {
+            return vastex_hashed_entry(texel, wanted);
+        }
     }
     let level = max(wanted, vastex_texture.table_level);
     let page = vastex_page_from_texel(texel, level);

@@ -8,7 +8,7 @@ use vastex_core::{
     PoolLayout, Slot, TableChange, TableEntry, TableImage, TableLayout, TextureId,
 };
 use vastex_wgpu::test_device::TestDevice;
-use vastex_wgpu::{FeedbackWay, Pool, TableBuffers, TableChanger, TableChoice, limits};
+use vastex_wgpu::{FeedbackWay, Pool, TableBuffers, TableChanger, TableChoice, TableKinds, limits};
 
 /// One device for all tests that leave it whole.
 pub(crate) static GPU: LazyLock<TestDevice> = LazyLock::new(TestDevice::new);
@@ -55,6 +55,11 @@ pub(crate) struct World {
 }
 
 impl World {
+    /// What its shaders read.
+    pub(crate) fn tables(&self) -> TableKinds {
+        if self.table.hashed().is_some() { TableKinds::Hashed } else { TableKinds::Direct }
+    }
+
     /// A texture of one layer, about `share` of its pages resident, in shuffled slots; every other seed has a hashed page table.
     pub(crate) fn new(
         gpu: &TestDevice,

@@ -78,6 +78,7 @@ impl Group {
             name: NAMES[nth].to_owned(),
             texture,
             atlas: planet.atlas(nth),
+            tables: planet.worlds[texture].tables(),
         };
         let members = [0, 0, 1, 2].into_iter().enumerate().map(member).collect();
         let layout =
