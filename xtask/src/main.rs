@@ -27,7 +27,7 @@ mod window;
 
 use std::process::ExitCode;
 
-use figures::{DECIDE, FETCH, SLOW};
+use figures::{DECIDE, DRAW, FETCH, SLOW};
 use shell::Usage;
 
 const HELP: &str = "\
@@ -44,6 +44,7 @@ Commands:
   bench fetch [--write]    reading and decoding tiles beside bare reads and decoders; into docs/bench-fetch.md
   bench slow [--write]     a disk cache before a source slowed on purpose; into docs/bench-slow.md
   bench decide [--write]   what a frame's decisions cost on one core; into docs/bench-decide.md
+  bench draw [--write]     frames beside those of an ordinary texture, on this machine's adapter; into docs/bench-draw.md
   campaign [--minutes N]   the random tests with ever more cases [default: 10 minutes]
   campaign kills           builds that are killed, resumed and compared
       --count N              builds, each killed one to three times [default: 200]
@@ -90,11 +91,14 @@ fn dispatch(arguments: &[&str]) -> anyhow::Result<()> {
         ["bench", "fetch", options @ ..] => FETCH.bench(options),
         ["bench", "slow", options @ ..] => SLOW.bench(options),
         ["bench", "decide", options @ ..] => DECIDE.bench(options),
-        ["bench", other, ..] => {
-            Err(Usage(format!("no benchmark is called '{other}'; there are: build, decide, fetch, slow"))
-                .into())
+        ["bench", "draw", options @ ..] => DRAW.bench(options),
+        ["bench", other, ..] => Err(Usage(format!(
+            "no benchmark is called '{other}'; there are: build, decide, draw, fetch, slow"
+        ))
+        .into()),
+        ["bench"] => {
+            Err(Usage("which benchmark? There are: build, decide, draw, fetch, slow".to_owned()).into())
         }
-        ["bench"] => Err(Usage("which benchmark? There are: build, decide, fetch, slow".to_owned()).into()),
         ["campaign", "kills", options @ ..] => kills::run(options),
         ["campaign", "flips", options @ ..] => damage::flips(options),
         ["campaign", "fuzz", options @ ..] => damage::fuzz(options),
@@ -115,7 +119,8 @@ mod tests {
             &[][..],
             &["tset"],
             &["bench"],
-            &["bench", "draw"],
+            &["bench", "paint"],
+            &["bench", "draw", "--fast"],
             &["bench", "fetch", "--fast"],
             &["bench", "build", "--runs"],
             &["bench", "build", "--runs", "0"],
