@@ -12,6 +12,12 @@ struct Reference {
 @group(2) @binding(1) var reference_sampler: sampler;
 @group(2) @binding(2) var<uniform> reference_params: Reference;
 
+// Size of a level, padding included. Not asked of the texture: Mesa's software driver answers all pixels of a block with what
+// it is at the level of one of them.
+fn reference_size(level: u32) -> vec2<u32> {
+    return max(textureDimensions(reference) >> vec2<u32>(level), vec2<u32>(1u));
+}
+
 // How far the texels of a level lie before the middle of those that they cover, in texels of the level.
 fn reference_shift(level: u32) -> f32 {
     return f32(reference_params.keeps_positions) * (0.5 - 0.5 * exp2(-f32(level)));
@@ -24,7 +30,7 @@ fn reference_nearest(uv: vec2<f32>, level: u32) -> vec4<f32> {
         let at = (vec2<f32>(position.texel) + position.fraction) * exp2(-f32(level));
         texel = vec2<u32>(floor(at + reference_shift(level)));
     }
-    let size = textureDimensions(reference, i32(level));
+    let size = reference_size(level);
     let wraps = vastex_texture.address.xy == vec2<u32>(VASTEX_ADDRESS_WRAP);
     return textureLoad(reference, select(min(texel, size - 1u), texel % size, wraps), i32(level));
 }
@@ -34,7 +40,7 @@ fn reference_linear(uv: vec2<f32>, level: u32) -> vec4<f32> {
         vastex_folded_uv(uv.x, vastex_texture.address.x),
         vastex_folded_uv(uv.y, vastex_texture.address.y),
     );
-    let shift = reference_shift(level) / vec2<f32>(textureDimensions(reference, i32(level)));
+    let shift = reference_shift(level) / vec2<f32>(reference_size(level));
     return textureSampleLevel(reference, reference_sampler, folded * reference_params.share + shift, f32(level));
 }
 
@@ -67,7 +73,7 @@ fn reference_cubic(uv: vec2<f32>, level: u32) -> vec4<f32> {
     let x = vastex_cubic_weights(fract(at.x));
     let y = vastex_cubic_weights(fract(at.y));
     let size = vec2<i32>((vastex_texture.levels[level].size.xy + layer_scale - 1u) / layer_scale);
-    let padded = textureDimensions(reference, i32(level));
+    let padded = reference_size(level);
     var sum = vec4<f32>(0.0);
     for (var nth = 0; nth < 16; nth++) {
         let texel = vec2<u32>(
