@@ -37,7 +37,7 @@ impl GpuClock {
         self.timestamps.is_some()
     }
 
-    /// How long each of these takes, `rounds` times, one after another in each round: [what][round]. One round before them
+    /// How long each of these takes, `rounds` times, one after another in each round: `[what][round]`. One round before them
     /// is not counted. Waits.
     pub fn in_turns(
         &self,
