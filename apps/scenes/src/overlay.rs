@@ -198,8 +198,7 @@ fn columns(slots: usize, picture: [u32; 2], tile: [u32; 2]) -> u32 {
         rows * tile_aspect * width / f64::from(columns) <= height
     };
     let least = (slots as f64 * width / height * tile_aspect).sqrt().floor().max(1.0) as u32;
-    // Beyond twice as many a row more makes no difference.
-    (least..2 * least + 2).find(fits).unwrap_or(least)
+    (least..).find(fits).unwrap_or(least) // there is one: with more and more columns a row becomes as low as one likes
 }
 
 /// What overlay_atlas.wgsl reads: how many slots there are and in how many columns, then for each how many pages its tile is of, and what
