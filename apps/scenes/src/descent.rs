@@ -9,9 +9,10 @@ use glam::Mat4;
 use vastex::{FeedbackWay, FrameStats, Settings, TextureId, Textures, TileSource};
 
 use crate::compare::Picture;
-use crate::draw::{Corners, PictureTarget, PipelineParts, depth_view, filled_buffer};
+use crate::draw::{PictureTarget, depth_view, filled_buffer};
 use crate::globe_grid::{GlobeGrid, GlobePose};
 use crate::gpu::Gpu;
+use crate::pipeline::{Corners, PipelineParts};
 use crate::planet::FORMAT;
 use crate::read::read_texture;
 

@@ -7,16 +7,14 @@ use vastex::{LayerId, Sampled, Textures};
 
 use crate::eye::{Eye, eye_layout};
 use crate::look::Look;
-use crate::overlay::no_depth_test;
-use crate::patches::{Patch, QUADS};
+use crate::patches::QUADS;
+use crate::pipeline::{Corners, DEPTH, PipelineParts};
 use crate::pose::Pose;
 use crate::relief::{Relief, ReliefSurface};
-use crate::scene::{Mesh, Scene, Vertex, grid, surface};
+use crate::scene::{Mesh, Scene, grid, surface};
 
 /// What is seen beside the texture.
 pub(crate) const BACKGROUND: Vec4 = Vec4::new(0.008, 0.01, 0.014, 1.0);
-/// Depth buffer of every pass that draws a scene.
-pub(crate) const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
 /// What is drawn.
 #[derive(Clone, Debug)]
@@ -400,120 +398,6 @@ fn patch_mesh() -> Mesh {
     Mesh { vertices: Vec::new(), indices }
 }
 
-/// What the vertex stage is given.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Corners {
-    /// Points of a surface.
-    Vertices,
-    /// Patches, whose points are numbered.
-    Patches,
-}
-
-impl Corners {
-    /// How one lies in its buffer.
-    fn layout(self) -> wgpu::VertexBufferLayout<'static> {
-        const VERTEX: [wgpu::VertexAttribute; 2] = wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x2];
-        const PATCH: [wgpu::VertexAttribute; 1] = wgpu::vertex_attr_array![0 => Float32x4];
-        match self {
-            Corners::Vertices => wgpu::VertexBufferLayout {
-                array_stride: size_of::<Vertex>() as u64,
-                step_mode: wgpu::VertexStepMode::Vertex,
-                attributes: &VERTEX,
-            },
-            Corners::Patches => wgpu::VertexBufferLayout {
-                array_stride: size_of::<Patch>() as u64,
-                step_mode: wgpu::VertexStepMode::Instance,
-                attributes: &PATCH,
-            },
-        }
-    }
-}
-
 fn corners(relief: Option<&ReliefSurface>) -> Corners {
     if relief.is_some() { Corners::Patches } else { Corners::Vertices }
-}
-
-/// What differs between the pipelines of a scene.
-pub(crate) struct PipelineParts<'a> {
-    pub(crate) text: String,
-    pub(crate) corners: Corners,
-    pub(crate) entries: [&'static str; 2],
-    pub(crate) formats: &'a [wgpu::TextureFormat],
-}
-
-impl PipelineParts<'_> {
-    /// A pipeline of which the nearest surface stays.
-    pub(crate) fn pipeline(
-        self,
-        device: &wgpu::Device,
-        groups: &[Option<&wgpu::BindGroupLayout>],
-    ) -> wgpu::RenderPipeline {
-        let nearest = wgpu::DepthStencilState {
-            format: DEPTH,
-            depth_write_enabled: Some(true),
-            depth_compare: Some(wgpu::CompareFunction::Less),
-            stencil: Default::default(),
-            bias: Default::default(),
-        };
-        let corners = self.corners.layout();
-        self.made(device, groups, &[Some(corners)], Some(nearest), None)
-    }
-
-    /// A pipeline without vertices, on every pixel whatever is there.
-    fn plan(self, device: &wgpu::Device, groups: &[Option<&wgpu::BindGroupLayout>]) -> wgpu::RenderPipeline {
-        self.made(device, groups, &[], Some(no_depth_test()), None)
-    }
-
-    /// A pipeline that blends all surfaces.
-    fn blended(
-        self,
-        device: &wgpu::Device,
-        groups: &[Option<&wgpu::BindGroupLayout>],
-        blend: wgpu::BlendState,
-    ) -> wgpu::RenderPipeline {
-        let corners = self.corners.layout();
-        self.made(device, groups, &[Some(corners)], None, Some(blend))
-    }
-
-    fn made(
-        self,
-        device: &wgpu::Device,
-        groups: &[Option<&wgpu::BindGroupLayout>],
-        vertices: &[Option<wgpu::VertexBufferLayout<'_>>],
-        depth_stencil: Option<wgpu::DepthStencilState>,
-        blend: Option<wgpu::BlendState>,
-    ) -> wgpu::RenderPipeline {
-        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("scene"),
-            bind_group_layouts: groups,
-            immediate_size: 0,
-        });
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("scene"),
-            source: wgpu::ShaderSource::Wgsl(self.text.into()),
-        });
-        let target = |&format| wgpu::ColorTargetState { blend, ..wgpu::TextureFormat::into(format) };
-        let targets: Vec<_> = self.formats.iter().map(|format| Some(target(format))).collect();
-        device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some("scene"),
-            layout: Some(&layout),
-            vertex: wgpu::VertexState {
-                module: &module,
-                entry_point: Some(self.entries[0]),
-                compilation_options: Default::default(),
-                buffers: vertices,
-            },
-            primitive: wgpu::PrimitiveState::default(),
-            depth_stencil,
-            multisample: Default::default(),
-            fragment: Some(wgpu::FragmentState {
-                module: &module,
-                entry_point: Some(self.entries[1]),
-                compilation_options: Default::default(),
-                targets: &targets,
-            }),
-            multiview_mask: None,
-            cache: None,
-        })
-    }
 }

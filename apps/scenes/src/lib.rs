@@ -18,6 +18,7 @@ mod look;
 mod overlay;
 mod patches;
 mod path;
+mod pipeline;
 mod planet;
 mod planet_image;
 mod planet_reference;

@@ -4,7 +4,7 @@
 
 use vastex::{Error, FeedbackTarget, SlotUsage, Textures};
 
-use crate::draw::{DEPTH, PictureTarget, SceneRenderer};
+use crate::draw::{PictureTarget, SceneRenderer};
 
 /// What is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -239,17 +239,6 @@ fn slots_texture(
     };
     queue.write_texture(texture.as_image_copy(), bytemuck::cast_slice(&states), layout, size);
     texture.create_view(&Default::default())
-}
-
-/// Draws on every pixel, whatever is there.
-pub(crate) fn no_depth_test() -> wgpu::DepthStencilState {
-    wgpu::DepthStencilState {
-        format: DEPTH,
-        depth_write_enabled: Some(false),
-        depth_compare: Some(wgpu::CompareFunction::Always),
-        stencil: Default::default(),
-        bias: Default::default(),
-    }
 }
 
 #[cfg(test)]

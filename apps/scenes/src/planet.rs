@@ -9,8 +9,9 @@ use glam::{Mat4, Vec2, Vec3};
 use vastex::{FeedbackWay, FrameStats, GroupId, Settings, TextureId, Textures, TileSource};
 
 use crate::compare::Picture;
-use crate::draw::{Corners, PictureTarget, PipelineParts, depth_view, filled_buffer};
+use crate::draw::{PictureTarget, depth_view, filled_buffer};
 use crate::gpu::Gpu;
+use crate::pipeline::{Corners, PipelineParts};
 use crate::pose::Pose;
 use crate::read::read_texture;
 use crate::scene::{Scene, surface};

@@ -1,8 +1,8 @@
 //! A planet drawn from ordinary mip-mapped textures, all of them at once: what its picture is compared with.
 
 use crate::compare::Comparison;
-use crate::draw::{Corners, PipelineParts};
 use crate::levels::read_level;
+use crate::pipeline::{Corners, PipelineParts};
 use crate::planet::{Attribute, FORMAT, GLOBE, Planet, function};
 use crate::reference::{Plain, ReferenceError};
 
