@@ -265,11 +265,12 @@ impl Pager {
             if residency.is_wanted(page, RecordHint::default()) {
                 return view_fits;
             }
-            match spare.checked_sub(1) {
+            let left = spare.checked_sub(1);
+            match left {
                 Some(left) => *spare = left,
                 None => without_room.push(page),
             }
-            !without_room.contains(&page)
+            left.is_some()
         });
         for guest in without_room {
             self.residency.let_go_of_branch(guest, &self.textures);
