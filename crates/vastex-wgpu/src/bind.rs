@@ -1,7 +1,7 @@
 //! The one bind group through which an application's shaders see a virtual texture; that of several is `group`'s.
 //!
-//! It holds the texture's parameters and page table, its pool's parameters and the atlas of one layer, and the parameters of the view
-//! that is drawn into a feedback target; the main pass takes the same group and ignores the view.
+//! It holds the texture's parameters and page table, its pool's parameters and the atlas of one layer, where tiles fade in how far they
+//! have, and the parameters of the view that is drawn into a feedback target; the main pass takes the same group and ignores the view.
 
 use crate::feedback::ViewBuffer;
 use crate::pool::Pool;
@@ -16,6 +16,8 @@ const VIEW: u32 = 3;
 const SAMPLER: u32 = 4;
 const ATLAS: u32 = 5;
 const CELLS: u32 = 6;
+/// Only where tiles fade in.
+pub(crate) const FADES: u32 = 7;
 
 /// The bindings, as (name, value), for the generator of shader text.
 pub(crate) const BINDINGS: &[(&str, u32)] = &[
@@ -35,12 +37,19 @@ pub struct BindLayout {
     sampler: wgpu::Sampler,
     atlas: Atlas,
     way: FeedbackWay,
+    fade: bool,
 }
 
 impl BindLayout {
     /// A layout for layers that are read as `atlas` says ([`Pool::atlas`]), and for shaders made for a way of feedback that the device
     /// has.
     pub fn new(device: &wgpu::Device, atlas: Atlas, way: FeedbackWay) -> BindLayout {
+        BindLayout::with_fade(device, atlas, way, false)
+    }
+
+    /// The same for shaders in which tiles fade in where `fade` says so ([`crate::ShaderOptions::fade`]), and pools that have
+    /// [`crate::Fades`].
+    pub fn with_fade(device: &wgpu::Device, atlas: Atlas, way: FeedbackWay, fade: bool) -> BindLayout {
         let mut entries = vec![
             entry(TEXTURE, buffer(wgpu::BufferBindingType::Uniform)),
             table_entry(TABLE, way),
@@ -50,12 +59,14 @@ impl BindLayout {
             atlas_entry(ATLAS, atlas),
         ];
         entries.extend(cells_entry(CELLS, way));
+        entries.extend(fade.then(|| fades_entry(FADES)));
         let descriptor = wgpu::BindGroupLayoutDescriptor { label: Some("vastex texture"), entries: &entries };
         BindLayout {
             layout: device.create_bind_group_layout(&descriptor),
             sampler: new_sampler(device),
             atlas,
             way,
+            fade,
         }
     }
 
@@ -74,8 +85,14 @@ impl BindLayout {
         self.way
     }
 
+    /// Whether tiles fade in in shaders that use this layout.
+    pub fn fade(&self) -> bool {
+        self.fade
+    }
+
     /// The bind group of one layer of a texture, by its number in the pool. It stays valid while contents change; a new
-    /// pool, page table or view needs a new one. The layer exists and is read as this layout says.
+    /// pool, page table or view needs a new one. The layer exists and is read as this layout says; the pool
+    /// has fades where the layout has.
     pub fn bind_group(
         &self,
         device: &wgpu::Device,
@@ -95,6 +112,8 @@ impl BindLayout {
             resource(ATLAS, wgpu::BindingResource::TextureView(pool.view(layer))),
         ];
         entries.extend(view.cells().map(|cells| resource(CELLS, cells.as_entire_binding())));
+        let fades = pool.fades().filter(|_| self.fade);
+        entries.extend(fades.map(|fades| resource(FADES, wgpu::BindingResource::TextureView(fades.view()))));
         device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("vastex texture"),
             layout: &self.layout,
@@ -115,6 +134,13 @@ pub(crate) fn atlas_entry(binding: u32, atlas: Atlas) -> wgpu::BindGroupLayoutEn
         Atlas::Unfiltered => wgpu::TextureSampleType::Float { filterable: false },
         Atlas::Uint16 | Atlas::Uint16Rgba => wgpu::TextureSampleType::Uint,
     };
+    let view_dimension = wgpu::TextureViewDimension::D2Array;
+    entry(binding, wgpu::BindingType::Texture { sample_type, view_dimension, multisampled: false })
+}
+
+/// How far the tiles of a pool have faded in.
+pub(crate) fn fades_entry(binding: u32) -> wgpu::BindGroupLayoutEntry {
+    let sample_type = wgpu::TextureSampleType::Uint;
     let view_dimension = wgpu::TextureViewDimension::D2Array;
     entry(binding, wgpu::BindingType::Texture { sample_type, view_dimension, multisampled: false })
 }

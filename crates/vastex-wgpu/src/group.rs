@@ -5,7 +5,7 @@
 
 use vastex_core::{Geometry, LevelRule, Slot, TextureId};
 
-use crate::bind::{atlas_entry, buffer, cells_entry, entry, new_sampler, table_entry};
+use crate::bind::{atlas_entry, buffer, cells_entry, entry, fades_entry, new_sampler, table_entry};
 use crate::error::GpuError;
 use crate::feedback::ViewBuffer;
 use crate::mirror::{PoolParams, TableParams, TextureParams};
@@ -36,6 +36,9 @@ impl GroupLayout {
         entries.extend((0..shape.textures()).map(|texture| table_entry(shape.table_binding(texture), way)));
         let atlases = (0..).zip(shape.members());
         entries.extend(atlases.map(|(nth, member)| atlas_entry(shape.atlas_binding(nth), member.atlas)));
+        if shape.fade() {
+            entries.extend((0..shape.textures()).map(|texture| fades_entry(shape.fades_binding(texture))));
+        }
         entries.extend(cells_entry(shape.cells_binding(), way));
         let descriptor = wgpu::BindGroupLayoutDescriptor { label: Some("vastex group"), entries: &entries };
         let layout = device.create_bind_group_layout(&descriptor);
@@ -58,7 +61,7 @@ impl GroupLayout {
     }
 
     /// The bind group of textures and layers that match the shape, in its order: a page table for each texture, a pool and the
-    /// layer's number in it for each member. It stays valid while contents change; a new pool, page table or view needs a new one.
+    /// layer's number in it for each member, with fades where the shape has. It stays valid while contents change; a new pool, page table or view needs a new one.
     pub fn bind_group<'a>(
         &self,
         device: &wgpu::Device,
@@ -81,7 +84,17 @@ impl GroupLayout {
             debug_assert_eq!(pool.atlas(layer), shape.members()[nth].atlas);
             resource(shape.atlas_binding(nth), wgpu::BindingResource::TextureView(pool.view(layer)))
         };
-        entries.extend(members.enumerate().map(atlas));
+        let members: Vec<_> = members.collect();
+        entries.extend(members.iter().copied().enumerate().map(atlas));
+        if shape.fade() {
+            // Members that are layers of a texture have its pool in common.
+            let pool_of = |nth| shape.members().iter().position(|member| member.texture == nth);
+            let fades = |nth| Some((nth, members.get(pool_of(nth)?)?.0.fades()?));
+            let fades = (0..shape.textures()).filter_map(fades);
+            entries.extend(fades.map(|(nth, fades)| {
+                resource(shape.fades_binding(nth), wgpu::BindingResource::TextureView(fades.view()))
+            }));
+        }
         let cells = view.cells().map(|cells| cells.as_entire_binding());
         entries.extend(cells.map(|cells| resource(shape.cells_binding(), cells)));
         device.create_bind_group(&wgpu::BindGroupDescriptor {
@@ -167,6 +180,8 @@ fn check(limits: &wgpu::Limits, shape: &GroupShape, way: FeedbackWay) -> Result<
     let most_params = params.saturating_sub(layers * size_of::<PoolParams>()) / size_of::<TextureParams>();
     let buffers = limits.max_storage_buffers_per_shader_stage as usize;
     let sampled = limits.max_sampled_textures_per_shader_stage as usize;
+    // How far tiles have faded in is in a texture, for each pool.
+    let sampled = sampled.saturating_sub(if shape.fade() { textures } else { 0 });
     // Tables are buffers, and so is where the main pass tells what it wants; or they are textures as layers are.
     let (max_tables, max_layers) = match way {
         FeedbackWay::Separate => (buffers, sampled),
@@ -226,6 +241,9 @@ mod tests {
         ));
         assert!(error.to_string().contains("at most 8 textures and 16 layers"), "{error}");
         assert!(check(&limits, &shape(1, 17), FeedbackWay::Separate).is_err());
+        let fading = |layers| shape(8, layers).with_fade(true);
+        assert!(check(&limits, &fading(8), FeedbackWay::Separate).is_ok());
+        assert!(check(&limits, &fading(9), FeedbackWay::Separate).is_err());
         assert!(check(&limits, &shape(8, 8), FeedbackWay::Inline).is_err());
         let small = wgpu::Limits { max_uniform_buffer_binding_size: 16 << 10, ..limits };
         assert!(

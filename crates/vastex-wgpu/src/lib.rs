@@ -21,6 +21,7 @@ mod bind;
 mod compact;
 mod device;
 mod error;
+mod fade;
 mod feedback;
 mod filter;
 mod group;
@@ -46,6 +47,7 @@ mod way;
 pub use bind::BindLayout;
 pub use device::{alive, limits, required_features, required_limits};
 pub use error::GpuError;
+pub use fade::Fades;
 pub use feedback::{
     FEEDBACK_DEPTH_FORMAT, FEEDBACK_FORMAT, FeedbackScale, FeedbackTarget, FeedbackView, ViewBuffer,
 };

@@ -8,6 +8,7 @@ use vastex_core::{ArrayLimits, Layer, LayerFormat, PoolLayout, Slot, SlotMove, S
 
 use crate::device::{alive, guarded, uniform};
 use crate::error::GpuError;
+use crate::fade::Fades;
 use crate::layer::{block_rows, layer_texels, texture_format};
 use crate::mirror::PoolParams;
 use crate::shader::Atlas;
@@ -33,6 +34,7 @@ pub struct Pool {
     /// What shaders are told, once for each scale that a layer has.
     params: Vec<(u32, wgpu::Buffer)>,
     bias: u16,
+    fades: Option<Fades>,
 }
 
 impl Pool {
@@ -55,7 +57,22 @@ impl Pool {
         scales.dedup();
         let params = |scale| uniform(device, queue, "vastex pool", &PoolParams::new(layout, scale, 0));
         let params = scales.into_iter().map(|scale| (scale, params(scale))).collect();
-        Ok(Pool { layout: *layout, layers, params, bias: 0 })
+        Ok(Pool { layout: *layout, layers, params, bias: 0, fades: None })
+    }
+
+    /// The same with tiles that may fade in, for shaders made with [`crate::ShaderOptions::fade`]; costs a byte for each slot.
+    pub fn with_fades(self, device: &wgpu::Device) -> Pool {
+        Pool { fades: Some(Fades::new(device, &self.layout)), ..self }
+    }
+
+    /// How far its tiles have faded in, if they may.
+    pub fn fades(&self) -> Option<&Fades> {
+        self.fades.as_ref()
+    }
+
+    /// The same, to be changed.
+    pub fn fades_mut(&mut self) -> Option<&mut Fades> {
+        self.fades.as_mut()
     }
 
     /// The mip bias in force, in eighths of a level.
@@ -97,9 +114,9 @@ impl Pool {
         Ok(())
     }
 
-    /// Copies tiles of another pool with the same layers into this one, for all commands submitted after `encoder`. Slots that one of
-    /// the pools does not have are left out. Costs a copy for each tile and layer.
-    pub fn copy_from(&self, encoder: &mut wgpu::CommandEncoder, other: &Pool, moves: &[SlotMove]) {
+    /// Copies tiles of another pool with the same layers into this one, for all commands submitted after `encoder`, and how far they have
+    /// faded in, to be [sent](Fades::send). Slots that one of the pools does not have are left out. Costs a copy for each tile and layer.
+    pub fn copy_from(&mut self, encoder: &mut wgpu::CommandEncoder, other: &Pool, moves: &[SlotMove]) {
         let has = |pool: &Pool, slot: Slot| slot.index() < pool.layout.slots();
         for SlotMove { from, to } in moves.iter().filter(|m| has(other, m.from) && has(self, m.to)) {
             let (from, to) = (other.layout.place(*from), self.layout.place(*to));
@@ -111,6 +128,9 @@ impl Pool {
                     wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
                 );
             }
+        }
+        if let (Some(fades), Some(others)) = (&mut self.fades, &other.fades) {
+            fades.follow(others, moves);
         }
     }
 

@@ -32,6 +32,10 @@ const ATLAS_UINT16_RGBA: &str = include_str!("wgsl/atlas_uint16_rgba.wgsl");
 const TAPS: &str = include_str!("wgsl/taps.wgsl");
 const REACH: &str = include_str!("wgsl/reach.wgsl");
 const CUBIC: &str = include_str!("wgsl/cubic.wgsl");
+const SHOWN: &str = include_str!("wgsl/shown.wgsl");
+const SHOWN_REACH: &str = include_str!("wgsl/shown_reach.wgsl");
+const FADE: &str = include_str!("wgsl/fade.wgsl");
+const FADE_REACH: &str = include_str!("wgsl/fade_reach.wgsl");
 const FILTER_PLAIN: &str = include_str!("wgsl/filter_plain.wgsl");
 const FILTER_ANISOTROPIC: &str = include_str!("wgsl/filter_anisotropic.wgsl");
 const FILTER_BICUBIC: &str = include_str!("wgsl/filter_bicubic.wgsl");
@@ -81,6 +85,8 @@ pub struct ShaderOptions {
     pub feedback: FeedbackWay,
     /// Which page tables there may be.
     pub tables: TableKinds,
+    /// Whether tiles fade in ([`crate::Fades`]). Where they do not, the text knows nothing of it.
+    pub fade: bool,
 }
 
 /// The kinds of page tables that a shader reads. One that reads either asks the texture, which is nothing to a GPU but for some
@@ -161,8 +167,14 @@ pub fn wgsl(options: &ShaderOptions) -> String {
     push_constant(&mut text, "GROUP", options.group);
     push_filter(&mut text, options.filter);
     push_constant(&mut text, "TABLES", options.tables.code());
+    if options.fade {
+        push_constant(&mut text, "BINDING_FADES", bind::FADES);
+    }
     text.push('\n');
     text += &table_binding("VASTEX_BINDING_TABLE", "vastex_table", options.feedback);
+    if options.fade {
+        text += &fades_binding("VASTEX_BINDING_FADES", "vastex_fades");
+    }
     let shared: &[&str] = &[PARAMS, BINDINGS, LAMBDA, POSITION, CUBIC, VIEW];
     join(
         text,
@@ -171,7 +183,7 @@ pub fn wgsl(options: &ShaderOptions) -> String {
             tell_modules(options.feedback),
             &[LEVEL, PAGE, table_module(options.feedback), HASHED, LOOKUP],
             atlas_modules(options.atlas),
-            filter_modules(options.filter),
+            &filter_modules(options.filter, options.fade),
             &[SAMPLE, SAMPLE_FIXED, FEEDBACK, FEEDBACK_FIXED, TEXTURE_SPACE, INSPECT],
         ]
         .concat(),
@@ -198,11 +210,17 @@ fn table_module(way: FeedbackWay) -> &'static str {
     if way == FeedbackWay::Raw { TABLE_TEXTURE } else { TABLE_BUFFER }
 }
 
-fn filter_modules(filter: Filter) -> &'static [&'static str] {
+/// How the fades of a pool are bound.
+fn fades_binding(binding: impl std::fmt::Display, name: &str) -> String {
+    format!("@group(VASTEX_GROUP) @binding({binding}) var {name}: texture_2d_array<u32>;\n")
+}
+
+fn filter_modules(filter: Filter, fade: bool) -> Vec<&'static str> {
+    let [shown, shown_reach] = if fade { [FADE, FADE_REACH] } else { [SHOWN, SHOWN_REACH] };
     match filter {
-        Filter::Nearest | Filter::Bilinear | Filter::Trilinear => &[FILTER_PLAIN],
-        Filter::Anisotropic(_) => &[REACH, FILTER_ANISOTROPIC],
-        Filter::Bicubic => &[REACH, FILTER_BICUBIC],
+        Filter::Nearest | Filter::Bilinear | Filter::Trilinear => vec![shown, FILTER_PLAIN],
+        Filter::Anisotropic(_) => vec![REACH, shown, shown_reach, FILTER_ANISOTROPIC],
+        Filter::Bicubic => vec![REACH, shown, shown_reach, FILTER_BICUBIC],
     }
 }
 
@@ -317,14 +335,33 @@ pub(crate) mod tests {
                 for (group, feedback) in [0, 1, 2].into_iter().zip(FeedbackWay::ALL.iter().copied().cycle()) {
                     let tables =
                         [TableKinds::Either, TableKinds::Direct, TableKinds::Hashed][group as usize % 3];
-                    let options = ShaderOptions { group, filter, atlas, feedback, tables };
-                    let module = module(&(wgsl(&options) + APPLICATION));
-                    let groups: Vec<_> =
-                        module.global_variables.iter().filter_map(|(_, v)| Some(v.binding?.group)).collect();
-                    let bound = if feedback == FeedbackWay::Inline { 7 } else { 6 };
-                    assert_eq!(groups, vec![group; bound]);
+                    for fade in [false, true] {
+                        let options = ShaderOptions { group, filter, atlas, feedback, tables, fade };
+                        let module = module(&(wgsl(&options) + APPLICATION));
+                        let bindings = module.global_variables.iter().filter_map(|(_, v)| v.binding);
+                        let groups: Vec<_> = bindings.map(|binding| binding.group).collect();
+                        let bound = 6 + usize::from(feedback == FeedbackWay::Inline) + usize::from(fade);
+                        assert_eq!(groups, vec![group; bound]);
+                    }
                 }
             }
+        }
+    }
+
+    #[test]
+    fn where_tiles_do_not_fade_the_text_knows_nothing_of_it() {
+        for filter in Filter::KINDS {
+            let text = |fade| wgsl(&ShaderOptions { filter, fade, ..Default::default() });
+            let knows = |text: &str| text.contains("vastex_fades") || text.contains("VASTEX_BINDING_FADES");
+            assert!(knows(&text(true)) && !knows(&text(false)), "{filter}");
+            assert!(!text(false).contains("vastex_old_share"), "{filter}");
+        }
+    }
+
+    #[test]
+    fn feedback_is_the_same_whether_tiles_fade_or_not() {
+        for module in [FEEDBACK, FEEDBACK_FIXED, LEVEL, PAGE, VIEW, TELL, INSPECT, TEXTURE_SPACE] {
+            assert!(!module.contains("vastex_shown") && !module.contains("vastex_filtered"));
         }
     }
 

@@ -74,8 +74,10 @@ impl Textures {
 
     /// Carries out the pagers' uploads, then the page-table changes of exactly these.
     fn upload(&mut self, encoder: &mut wgpu::CommandEncoder) -> Result<(), Error> {
+        self.pass_fades();
         while let Some((pool, upload)) = self.pagers.poll_upload() {
             self.pools[usize::from(pool.number())].upload(&self.queue, upload.slot, &upload.bytes)?;
+            self.note_fade(pool, upload.slot);
             self.note_for_cpu(pool, &upload);
         }
         for (pool, pager) in self.pools.iter_mut().zip(self.pagers.iter()) {

@@ -139,6 +139,7 @@ impl Textures {
             tables: self.tables_of(layer.texture()),
         };
         let shape = GroupShape::new(members.into_iter().map(member).collect(), has_feedback)?;
+        let shape = shape.with_fade(self.seen().fade);
         let layout = GroupLayout::new(&self.device, shape, self.way)?;
         let bound = Bound { textures: &self.textures, pools: &self.pools, pagers: &self.pagers };
         let params = bound.params(&self.device, &self.queue, id, &layers, &textures)?;

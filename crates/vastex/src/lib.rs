@@ -35,6 +35,7 @@ mod cpu_tiles;
 mod decoded;
 mod dump;
 mod error;
+mod fades;
 mod feedback;
 mod frame;
 mod groups;

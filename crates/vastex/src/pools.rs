@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use vastex_core::{Description, Layer, LayerFormat, PoolId, PoolLayout, Slot, SlotMove, Stats};
 use vastex_wgpu::{
-    Atlas, BindLayout, FeedbackWay, GpuError, Pool, TableBuffers, TableKinds, ViewBuffer, limits,
+    Atlas, BindLayout, Fades, FeedbackWay, GpuError, Pool, TableBuffers, TableKinds, ViewBuffer, limits,
 };
 
 use crate::error::Error;
@@ -59,6 +59,14 @@ pub struct PoolStats {
     pub pager: Stats,
 }
 
+/// How shaders see pools.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Seen {
+    pub(crate) way: FeedbackWay,
+    /// Whether tiles fade in.
+    pub(crate) fade: bool,
+}
+
 /// A pool's memory, and the layouts of what is bound of it.
 pub(crate) struct PoolState {
     /// Where the slots lie, also while the memory is given back.
@@ -76,6 +84,8 @@ pub(crate) struct PoolState {
     atlases: Vec<Atlas>,
     /// One for each way in which layers are read.
     layouts: Vec<BindLayout>,
+    /// Whether tiles fade in.
+    fade: bool,
 }
 
 impl PoolState {
@@ -84,35 +94,35 @@ impl PoolState {
     pub(crate) fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
-        way: FeedbackWay,
+        seen: Seen,
         bytes: u64,
         stored: &Arc<Description>,
         held: &Arc<Description>,
         tables: TableKinds,
     ) -> Result<(PoolState, bool), Error> {
         halved_until_it_fits(bytes, |bytes| {
-            PoolState::of_size(device, queue, way, bytes, stored, held, tables)
+            PoolState::of_size(device, queue, seen, bytes, stored, held, tables)
         })
     }
 
     fn of_size(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
-        way: FeedbackWay,
+        seen: Seen,
         bytes: u64,
         stored: &Arc<Description>,
         held: &Arc<Description>,
         tables: TableKinds,
     ) -> Result<PoolState, Error> {
         let slots = PoolLayout::fit(held, bytes, limits(device))?;
-        PoolState::of_layout(device, queue, way, slots, stored, held, tables)
+        PoolState::of_layout(device, queue, seen, slots, stored, held, tables)
     }
 
     /// A pool for one texture that is all tail.
     pub(crate) fn of_one(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
-        way: FeedbackWay,
+        seen: Seen,
         stored: &Arc<Description>,
         held: &Arc<Description>,
         tables: TableKinds,
@@ -120,27 +130,39 @@ impl PoolState {
         let [width, height, _] = held.geometry.tile();
         let tile_bytes = held.tile_bytes() as u64;
         let slots = PoolLayout { tile: [width, height], columns: 1, rows: 1, images: 1, tile_bytes };
-        let pool = PoolState::of_layout(device, queue, way, slots, stored, held, tables)?;
+        let pool = PoolState::of_layout(device, queue, seen, slots, stored, held, tables)?;
         Ok(PoolState { is_whole: true, ..pool })
     }
 
     fn of_layout(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
-        way: FeedbackWay,
+        seen: Seen,
         slots: PoolLayout,
         stored: &Arc<Description>,
         held: &Arc<Description>,
         tables: TableKinds,
     ) -> Result<PoolState, Error> {
-        let gpu = Pool::new(device, queue, &slots, &held.layers)?;
+        let Seen { way, fade } = seen;
+        let gpu = memory(device, queue, &slots, held, fade)?;
         let atlases: Vec<Atlas> = (0..gpu.layer_count()).map(|layer| gpu.atlas(layer)).collect();
         let used = Atlas::ALL.into_iter().filter(|atlas| atlases.contains(atlas));
-        let layouts = used.map(|atlas| BindLayout::new(device, atlas, way)).collect();
+        let layouts = used.map(|atlas| BindLayout::with_fade(device, atlas, way, fade)).collect();
         let (shape, stored, held) = (Shape::of(held, tables), stored.clone(), held.clone());
         let tiles = shape.to_string().into();
         tracing::debug!(%tiles, slots = slots.slots(), bytes = slots.bytes(), "a new pool");
-        Ok(PoolState { slots, shape, is_whole: false, tiles, stored, held, gpu: Some(gpu), atlases, layouts })
+        Ok(PoolState {
+            slots,
+            shape,
+            is_whole: false,
+            tiles,
+            stored,
+            held,
+            gpu: Some(gpu),
+            atlases,
+            layouts,
+            fade,
+        })
     }
 
     /// The same pool as large as `bytes` allow, empty, for the same pipelines; its memory is taken where this one's is.
@@ -151,7 +173,7 @@ impl PoolState {
         bytes: u64,
     ) -> Result<PoolState, Error> {
         let slots = PoolLayout::fit(&self.held, bytes, limits(device))?;
-        let memory = || Pool::new(device, queue, &slots, &self.held.layers);
+        let memory = || memory(device, queue, &slots, &self.held, self.fade);
         Ok(PoolState {
             slots,
             shape: self.shape.clone(),
@@ -162,12 +184,18 @@ impl PoolState {
             gpu: self.gpu.is_some().then(memory).transpose()?,
             atlases: self.atlases.clone(),
             layouts: self.layouts.clone(),
+            fade: self.fade,
         })
     }
 
     /// Copies the tiles that stay from the pool that this one takes the place of.
-    pub(crate) fn copy_from(&self, encoder: &mut wgpu::CommandEncoder, old: &PoolState, moves: &[SlotMove]) {
-        if let (Some(gpu), Some(old)) = (&self.gpu, &old.gpu) {
+    pub(crate) fn copy_from(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        old: &PoolState,
+        moves: &[SlotMove],
+    ) {
+        if let (Some(gpu), Some(old)) = (&mut self.gpu, &old.gpu) {
             gpu.copy_from(encoder, old, moves);
         }
     }
@@ -186,7 +214,7 @@ impl PoolState {
     ) -> Result<(), Error> {
         let was_there = self.gpu.take().is_some();
         for layout in &mut self.layouts {
-            *layout = BindLayout::new(device, layout.atlas(), way);
+            *layout = BindLayout::with_fade(device, layout.atlas(), way, self.fade);
         }
         if was_there { self.take_back(device, queue) } else { Ok(()) }
     }
@@ -194,7 +222,7 @@ impl PoolState {
     /// Takes the memory anew where it was given back.
     pub(crate) fn take_back(&mut self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<(), Error> {
         if self.gpu.is_none() {
-            self.gpu = Some(Pool::new(device, queue, &self.slots, &self.held.layers)?);
+            self.gpu = Some(memory(device, queue, &self.slots, &self.held, self.fade)?);
         }
         Ok(())
     }
@@ -207,6 +235,11 @@ impl PoolState {
     /// There while there are textures.
     pub(crate) fn gpu(&self) -> Option<&Pool> {
         self.gpu.as_ref()
+    }
+
+    /// How far its tiles have faded in, where they do.
+    pub(crate) fn fades_mut(&mut self) -> Option<&mut Fades> {
+        self.gpu.as_mut()?.fades_mut()
     }
 
     /// Bytes held at the moment.
@@ -246,6 +279,17 @@ impl PoolState {
         // There is one for each way in which layers are read.
         self.layouts.iter().find(|layout| layout.atlas() == atlas).unwrap_or(&self.layouts[0])
     }
+}
+
+fn memory(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    slots: &PoolLayout,
+    held: &Description,
+    fade: bool,
+) -> Result<Pool, GpuError> {
+    let pool = Pool::new(device, queue, slots, &held.layers)?;
+    Ok(if fade { pool.with_fades(device) } else { pool })
 }
 
 /// Makes a pool of `bytes` bytes, or where the device has no memory for that the next that fits of a half, a quarter, and so on.

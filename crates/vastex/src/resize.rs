@@ -37,7 +37,7 @@ impl Textures {
             // As large as its texture, whatever is asked for.
             return Ok(PoolResize { before, bytes: before, transient: before });
         }
-        let new = old.resized(&self.device, &self.queue, bytes)?;
+        let mut new = old.resized(&self.device, &self.queue, bytes)?;
         if new.slots == old.slots {
             return Ok(PoolResize { before, bytes: before, transient: before });
         }
@@ -52,6 +52,7 @@ impl Textures {
         textures.into_iter().try_for_each(|texture| self.begin_table_anew(&mut encoder, pool, texture))?;
         self.update_groups();
         self.bind_groups_anew();
+        self.send_fades();
         self.queue.submit([encoder.finish()]);
         let PoolResize { before, bytes, .. } = resize;
         tracing::info!(pool = %old.tiles, before, bytes, tiles = moves.len(), "a pool was resized");

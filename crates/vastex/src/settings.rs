@@ -1,5 +1,7 @@
 //! What an application may set, with defaults that suit a desktop.
 
+use std::time::Duration;
+
 pub use vastex_wgpu::{FeedbackWay, Filter, MaxTaps, TableChoice, UnknownFilter};
 
 use crate::pool_settings::PoolSettings;
@@ -41,6 +43,10 @@ pub struct Settings {
     pub loader_threads: usize,
     /// How texels are blended.
     pub filter: Filter,
+    /// How long a tile takes to fade in from what was on screen before; no time for tiles that are there at once. 100 to 300 ms look
+    /// well. It is in the shaders where it is not zero: a read more for each lookup, and while tiles fade what lies beneath them too. How
+    /// time passes says [`crate::Textures::set_frame_time`].
+    pub fade: Duration,
     /// How views say what they want; where nothing is said, the best way that the device has ([`FeedbackWay::best`]).
     pub feedback: Option<FeedbackWay>,
     /// Whether nearer is a larger depth in the application's passes: feedback targets are then cleared to 0 instead of 1.
@@ -71,6 +77,7 @@ impl Default for Settings {
             cpu_cache_bytes: 16 << 20,
             loader_threads: 2,
             filter: Filter::Trilinear,
+            fade: Duration::ZERO,
             feedback: None,
             reversed_depth: false,
             bind_group_index: 0,

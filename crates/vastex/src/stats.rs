@@ -33,6 +33,8 @@ pub struct FrameStats {
     pub table_bytes: u64,
     /// Bytes of page-table changes sent to the GPU so far.
     pub table_bytes_sent: u64,
+    /// Tiles that fade in at the moment: a picture is the last of its view when that has converged and nothing fades.
+    pub fading: usize,
     /// Bytes of feedback brought back so far.
     pub feedback_bytes_read: u64,
     /// Pixels of the newest feedback, of all views together, whose gradients said nothing.
@@ -58,6 +60,7 @@ impl Textures {
             pools,
             table_bytes: self.textures.iter().flatten().map(|texture| texture.table.bytes()).sum(),
             table_bytes_sent: self.counters.table_bytes_sent,
+            fading: self.fading(),
             feedback_bytes_read: self.counters.feedback_bytes_read + read,
             degenerate_pixels: self.counters.degenerate,
         }

@@ -11,6 +11,7 @@ impl Textures {
     pub(crate) fn change_tables(&mut self, encoder: &mut wgpu::CommandEncoder) -> Result<(), Error> {
         let mut changes = std::mem::take(&mut self.changes);
         self.pagers.take_table_changes(&mut changes);
+        self.begin_fades(&changes);
         // A stable order: what is decided of one texture stays in sequence.
         changes.sort_by_key(|change| change.page.texture());
         let mut have_moved = false;

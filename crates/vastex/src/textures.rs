@@ -19,10 +19,11 @@ use crate::by_hand::OpenTickets;
 use crate::cpu_tiles::CpuTiles;
 use crate::decoded::{DecodedSource, held_description};
 use crate::error::Error;
+use crate::fades::FadeState;
 use crate::groups::{GroupState, Sampled};
 use crate::layer::LayerId;
 use crate::lock_step::LockStep;
-use crate::pools::{PoolState, Shape};
+use crate::pools::{PoolState, Seen, Shape};
 use crate::recorder::{Places, Recorder};
 use crate::settings::{Pace, Settings, TextureSettings};
 use crate::stats::Counters;
@@ -63,6 +64,7 @@ pub struct Textures {
     pub(crate) tickets: OpenTickets,
     pub(crate) telemetry: Telemetry,
     pub(crate) cpu_tiles: CpuTiles,
+    pub(crate) fades: FadeState,
 }
 
 pub(crate) struct TextureState {
@@ -167,6 +169,7 @@ impl Textures {
             tickets: OpenTickets::default(),
             telemetry: Telemetry::new(settings.telemetry_frames),
             cpu_tiles: CpuTiles::new(settings.cpu_cache_bytes),
+            fades: FadeState::default(),
             settings,
         })
     }
@@ -241,7 +244,7 @@ impl Textures {
             pool.take_back(&self.device, &self.queue)?;
             return Ok(PoolId::new(number));
         }
-        let pool = PoolState::of_one(&self.device, &self.queue, self.way, stored, held, tables)?;
+        let pool = PoolState::of_one(&self.device, &self.queue, self.seen(), stored, held, tables)?;
         let id = self.pagers.add_pool(pool.slots.slots(), pool.slots.tile_bytes, None)?;
         self.pools.push(pool);
         Ok(id)
@@ -262,7 +265,7 @@ impl Textures {
         }
         let plan = self.settings.pools.plan(stored, held, self.settings.picture);
         let (pool, is_reduced) =
-            PoolState::new(&self.device, &self.queue, self.way, plan.bytes, stored, held, tables)?;
+            PoolState::new(&self.device, &self.queue, self.seen(), plan.bytes, stored, held, tables)?;
         let id = self.pagers.add_pool(pool.slots.slots(), pool.slots.tile_bytes, plan.mip_bias)?;
         self.pagers.set_pin_share(id, plan.pin_share);
         let (asked, bytes) = (plan.bytes, pool.slots.bytes());
@@ -351,7 +354,8 @@ impl Textures {
             Sampled::Layer(layer) => {
                 let layout = self.layout_of(layer);
                 let tables = self.tables_of(layer.texture());
-                wgsl(&ShaderOptions { group, filter, atlas: layout.atlas(), feedback: layout.way(), tables })
+                let (atlas, feedback, fade) = (layout.atlas(), layout.way(), layout.fade());
+                wgsl(&ShaderOptions { group, filter, atlas, feedback, tables, fade })
             }
             Sampled::Group(id) => group_wgsl(group, filter, self.way, self.group(id).shape()),
         }
@@ -414,6 +418,11 @@ impl Textures {
     /// The settings.
     pub fn settings(&self) -> &Settings {
         &self.settings
+    }
+
+    /// How shaders see pools.
+    pub(crate) fn seen(&self) -> Seen {
+        Seen { way: self.way, fade: !self.settings.fade.is_zero() }
     }
 
     /// Which page tables the textures of a pool have, of which this one is.

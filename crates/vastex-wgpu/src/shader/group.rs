@@ -8,8 +8,8 @@ use std::collections::BTreeSet;
 
 use super::{
     Atlas, CUBIC, FEEDBACK, FEEDBACK_FIXED, Filter, HASHED, LAMBDA, LEVEL, LOOKUP, PAGE, PARAMS, POSITION,
-    SAMPLE, SAMPLE_FIXED, TELL, TableKinds, VIEW, atlas_modules, constants, filter_modules, push_constant,
-    push_filter, table_binding, table_module, tell_modules,
+    SAMPLE, SAMPLE_FIXED, TELL, TableKinds, VIEW, atlas_modules, constants, fades_binding, filter_modules,
+    push_constant, push_filter, table_binding, table_module, tell_modules,
 };
 use crate::error::GpuError;
 use crate::way::FeedbackWay;
@@ -39,6 +39,7 @@ pub struct GroupShape {
     members: Vec<GroupMember>,
     textures: usize,
     has_feedback: bool,
+    fade: bool,
 }
 
 impl GroupShape {
@@ -59,15 +60,25 @@ impl GroupShape {
                 let why = "it must be lower-case letters, digits and underscores, a letter first";
                 return Err(refuse(member, why));
             }
-            // Whatever the filter that the text will be made for; ways of feedback differ in no name.
-            let of = |filter| member_modules(member.atlas, filter, FeedbackWay::Separate);
+            // Whatever the filter that the text will be made for, and whether tiles fade in; ways of feedback differ in no name.
+            let of = |filter| member_modules(member.atlas, filter, FeedbackWay::Separate, true);
             let modules: Vec<_> = Filter::KINDS.into_iter().flat_map(of).collect();
             if names(&modules).iter().any(|name| !taken.insert(with_member(name, &member.name))) {
                 return Err(refuse(member, "it makes two functions of one name; choose another"));
             }
         }
         let textures = members.iter().map(|member| member.texture + 1).max().unwrap_or(0);
-        Ok(GroupShape { members, textures, has_feedback })
+        Ok(GroupShape { members, textures, has_feedback, fade: false })
+    }
+
+    /// The same where tiles fade in, or do not, as they do not unless it is said: [`crate::ShaderOptions::fade`].
+    pub fn with_fade(self, fade: bool) -> GroupShape {
+        GroupShape { fade, ..self }
+    }
+
+    /// Whether tiles fade in.
+    pub fn fade(&self) -> bool {
+        self.fade
     }
 
     /// The members.
@@ -88,8 +99,13 @@ impl GroupShape {
         FIRST_TABLE + (self.textures + member) as u32
     }
 
+    /// Of the pool of a texture, one for all its layers; where tiles fade in.
+    pub(crate) fn fades_binding(&self, texture: usize) -> u32 {
+        self.atlas_binding(self.members.len() + texture)
+    }
+
     pub(crate) fn cells_binding(&self) -> u32 {
-        self.atlas_binding(self.members.len())
+        self.atlas_binding(self.members.len() + if self.fade { self.textures } else { 0 })
     }
 }
 
@@ -99,9 +115,9 @@ const SHARED_MODULES: [&str; 4] = [LAMBDA, POSITION, CUBIC, VIEW];
 /// The modules of the group's shape, which feedback of the whole group names pages of.
 const SHAPE_MODULES: [&str; 4] = [LEVEL, PAGE, FEEDBACK, FEEDBACK_FIXED];
 
-fn member_modules(atlas: Atlas, filter: Filter, way: FeedbackWay) -> Vec<&'static str> {
+fn member_modules(atlas: Atlas, filter: Filter, way: FeedbackWay, fade: bool) -> Vec<&'static str> {
     let (lookup, sample) = ([table_module(way), HASHED, LOOKUP], [SAMPLE, SAMPLE_FIXED]);
-    [&SHAPE_MODULES[..], &lookup, atlas_modules(atlas), filter_modules(filter), &sample].concat()
+    [&SHAPE_MODULES[..], &lookup, atlas_modules(atlas), &filter_modules(filter, fade), &sample].concat()
 }
 
 /// The WGSL that an application puts before its own shader that samples a group; the bind group's index as in
@@ -135,12 +151,13 @@ pub fn group_wgsl(group: u32, filter: Filter, feedback: FeedbackWay, shape: &Gro
         SHAPE_MODULES.iter().for_each(|module| push_renamed(&mut text, module, of_shape));
     }
     for (nth, member) in shape.members.iter().enumerate() {
-        let modules = member_modules(member.atlas, filter, feedback);
+        let modules = member_modules(member.atlas, filter, feedback, shape.fade);
         let own = names(&modules);
         let renamed = |word: &str| match word {
             "vastex_texture" => Some(format!("vastex_group.textures[{}]", member.texture + 1)),
             "vastex_pool" => Some(format!("vastex_group.pools[{nth}]")),
             "vastex_table" => Some(format!("vastex_table_{}", member.texture)),
+            "vastex_fades" => Some(format!("vastex_fades_{}", member.texture)),
             "VASTEX_TABLES" => Some(format!("{}u", member.tables.code())),
             "VASTEX_BINDING_ATLAS" => Some(shape.atlas_binding(nth).to_string()),
             _ => own.contains(word).then(|| with_member(word, &member.name)),
@@ -164,6 +181,9 @@ fn bindings(shape: &GroupShape, way: FeedbackWay) -> String {
     text += &bound(SAMPLER_BINDING, " vastex_sampler: sampler");
     for texture in 0..shape.textures {
         text += &table_binding(shape.table_binding(texture), &format!("vastex_table_{texture}"), way);
+        if shape.fade {
+            text += &fades_binding(shape.fades_binding(texture), &format!("vastex_fades_{texture}"));
+        }
     }
     text
 }
@@ -251,23 +271,27 @@ mod tests {
         )
     }
 
+    /// The bindings of bind group 2, in order.
+    fn bound(text: &str) -> Vec<u32> {
+        let module = module(text);
+        let bindings = module.global_variables.iter().filter_map(|(_, v)| v.binding.as_ref());
+        let mut bound: Vec<u32> = bindings.filter(|b| b.group == 2).map(|b| b.binding).collect();
+        bound.sort_unstable();
+        bound
+    }
+
     #[test]
     fn every_variant_of_the_text_for_groups_is_valid() {
         for filter in Filter::KINDS {
             for atlas in Atlas::ALL {
-                let text = |way| group_wgsl(2, filter, way, &planet(atlas)) + &application();
-                module(&text(FeedbackWay::Inline));
-                module(&text(FeedbackWay::Raw));
-                let module = module(&text(FeedbackWay::Separate));
-                let mut bound: Vec<_> = module
-                    .global_variables
-                    .iter()
-                    .filter_map(|(_, v)| v.binding)
-                    .map(|b| (b.group, b.binding))
-                    .collect();
-                bound.sort_unstable();
-                // Parameters, view, sampler, two tables, three atlases.
-                assert_eq!(bound, (0..8).map(|binding| (2, binding)).collect::<Vec<_>>());
+                let text =
+                    |way, fade| group_wgsl(2, filter, way, &planet(atlas).with_fade(fade)) + &application();
+                module(&text(FeedbackWay::Inline, false));
+                module(&text(FeedbackWay::Raw, true));
+                // Parameters, view, sampler, two tables, three atlases; the fades of two pools; and where pixels tell.
+                assert_eq!(bound(&text(FeedbackWay::Separate, false)), (0..8).collect::<Vec<_>>());
+                assert_eq!(bound(&text(FeedbackWay::Separate, true)), (0..10).collect::<Vec<_>>());
+                assert_eq!(bound(&text(FeedbackWay::Inline, true)), (0..11).collect::<Vec<_>>());
             }
         }
     }
@@ -285,7 +309,7 @@ mod tests {
     fn the_name_follows_the_first_word() {
         assert_eq!(with_member("vastex_sample", "color"), "vastex_sample_color");
         assert_eq!(with_member("vastex_sample_grad", "color"), "vastex_sample_color_grad");
-        let modules = |atlas| member_modules(atlas, Filter::Bicubic, FeedbackWay::Raw);
+        let modules = |atlas| member_modules(atlas, Filter::Bicubic, FeedbackWay::Raw, false);
         assert!(names(&modules(Atlas::Uint16)).contains("vastex_atlas_texel"));
         assert!(names(&modules(Atlas::Float)).contains("vastex_atlas"));
     }

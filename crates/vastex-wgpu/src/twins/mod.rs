@@ -3,6 +3,7 @@
 //! They are naive on purpose, so that they can be read beside the WGSL, and do the same arithmetic in `f32`. Tests
 //! compare the two on the same inputs; a picture that is beyond a device's limits is compared with the twin alone.
 
+mod fade;
 mod feedback;
 mod fixed;
 mod level;
@@ -38,10 +39,13 @@ pub struct Texture<'a> {
     pub layer_scale: u32,
     /// Levels added in a feedback pass because its pixels are larger than the picture's.
     pub level_offset: f32,
+    /// How much of what was there before a tile came remains, of 255, by slot ([`crate::Fades::shares`]); of a slot beyond the end
+    /// nothing.
+    pub fades: &'a [u8],
 }
 
 impl<'a> Texture<'a> {
-    /// A texture without biases, drawn by a trilinear filter at full resolution; a layer that has it, too.
+    /// A texture without biases and with all its tiles there, drawn by a trilinear filter at full resolution; a layer that has it, too.
     pub fn new(geometry: &'a Geometry, table: &'a dyn PageTable, number: TextureId) -> Texture<'a> {
         let rule = LevelRule::default().within(geometry);
         Texture {
@@ -53,6 +57,7 @@ impl<'a> Texture<'a> {
             pool_bias: 0,
             layer_scale: 1,
             level_offset: 0.0,
+            fades: &[],
         }
     }
 }

@@ -25,15 +25,15 @@ impl Texture<'_> {
         [0, 1].map(|end| bounds.map(|bound| bound[end]))
     }
 
-    /// The place `offset` texels of level 0 from a position, whose own place and the bounds of whose tile are known.
-    pub(super) fn place_near(
+    /// The place `offset` texels of level 0 from a position, whose own place and the bounds of whose tile are known, where it is in
+    /// that tile.
+    pub(super) fn place_in_tile(
         &self,
         position: Position,
         place: Place,
         [first, last]: [[f32; 2]; 2],
         offset: [f32; 2],
-        wanted: u8,
-    ) -> Place {
+    ) -> Option<Place> {
         let scale = self.geometry.level(place.level).scale;
         let tile_texel =
             [0, 1].map(|a| place.tile_texel[a] + offset[a] / (scale[a] as f32 * self.layer_scale as f32));
@@ -42,15 +42,12 @@ impl Texture<'_> {
             let after = (self.geometry.size()[a] - position.texel[a]) as f32 - position.fraction[a];
             (-before..=after).contains(&offset[a]) && (first[a]..last[a]).contains(&tile_texel[a])
         };
-        if is_near(0) && is_near(1) {
-            return Place { tile_texel, ..place };
-        }
-        self.place_beside(position, offset, wanted)
+        (is_near(0) && is_near(1)).then_some(Place { tile_texel, ..place })
     }
 
-    /// The same, looked up in the page that covers it.
-    pub(super) fn place_beside(&self, position: Position, offset: [f32; 2], wanted: u8) -> Place {
+    /// Where that is beyond the tile, as a position of its own.
+    pub(super) fn position_beside(&self, position: Position, offset: [f32; 2]) -> Position {
         let from_texel = [0, 1].map(|a| position.fraction[a] + offset[a]);
-        self.place_of(self.position_from_fixed(position.texel, from_texel), wanted)
+        self.position_from_fixed(position.texel, from_texel)
     }
 }

@@ -50,12 +50,13 @@ impl Sampler<'_> {
         let level = self.texture.level(footprint.lambda);
         let finer = level.floor() as u8;
         let share = level - f32::from(finer);
-        let filtered = |wanted| match self.texture.filter {
-            Filter::Nearest => self.nearest(self.texture.place_of(position, wanted)),
-            Filter::Bilinear | Filter::Trilinear => self.linear(self.texture.place_of(position, wanted)),
-            Filter::Anisotropic(_) => self.along(position, footprint, level, wanted),
-            Filter::Bicubic => self.cubic_or_linear(position, footprint.lambda, wanted),
+        let taken = |place, wanted| match self.texture.filter {
+            Filter::Nearest => self.nearest(place),
+            Filter::Bilinear | Filter::Trilinear => self.linear(place),
+            Filter::Anisotropic(_) => self.along(position, place, footprint, level, wanted),
+            Filter::Bicubic => self.cubic_or_linear(position, place, footprint.lambda, wanted),
         };
+        let filtered = |wanted| self.texture.shown(position, wanted, |place| taken(place, wanted));
         let is_one_level = matches!(self.texture.filter, Filter::Nearest | Filter::Bilinear);
         if is_one_level || share == 0.0 {
             return filtered(finer);
@@ -63,23 +64,37 @@ impl Sampler<'_> {
         mix(filtered(finer), filtered(finer + 1), share)
     }
 
-    fn along(&self, position: Position, footprint: Footprint, level: f32, wanted: u8) -> [f32; 4] {
+    fn along(
+        &self,
+        position: Position,
+        place: Place,
+        footprint: Footprint,
+        level: f32,
+        wanted: u8,
+    ) -> [f32; 4] {
         let texture = &self.texture;
-        let place = texture.place_of(position, wanted);
         let bounds = texture.tile_bounds(position, place.level);
         let (mut sum, mut taps) = ([0.0; 4], 0.0);
         for offset in footprint.taps(level, texture.filter.max_taps()) {
-            let tap = self.linear(texture.place_near(position, place, bounds, offset, wanted));
+            let tap = match texture.place_in_tile(position, place, bounds, offset) {
+                Some(place) => self.linear(place),
+                None => self.beside(position, offset, wanted),
+            };
             sum = std::array::from_fn(|c| sum[c] + tap[c]);
             taps += 1.0;
         }
         sum.map(|sum| sum / taps)
     }
 
-    fn cubic_or_linear(&self, position: Position, lambda: f32, wanted: u8) -> [f32; 4] {
+    /// One tap `offset` texels of level 0 from a position, in the page that covers it.
+    fn beside(&self, position: Position, offset: [f32; 2], wanted: u8) -> [f32; 4] {
+        let beside = self.texture.position_beside(position, offset);
+        self.texture.shown(beside, wanted, |place| self.linear(place))
+    }
+
+    fn cubic_or_linear(&self, position: Position, place: Place, lambda: f32, wanted: u8) -> [f32; 4] {
         let texture = &self.texture;
         let share = (texture.unbiased_level(lambda) - (lambda + texture.rule.bias)).clamp(0.0, 1.0);
-        let place = texture.place_of(position, wanted);
         if share == 0.0 {
             self.linear(place)
         } else {
@@ -101,7 +116,7 @@ impl Sampler<'_> {
             let offset = [0, 1].map(|a| (texel[a] + 0.5 - place.tile_texel[a]) * scale[a]);
             let tap = match is_within {
                 true => self.texel(place.slot, texel),
-                false => self.linear(texture.place_beside(position, offset, wanted)),
+                false => self.beside(position, offset, wanted),
             };
             sum = std::array::from_fn(|c| sum[c] + x[column] * y[row] * tap[c]);
         }

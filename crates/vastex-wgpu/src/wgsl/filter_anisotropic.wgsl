@@ -5,7 +5,7 @@
 // one lookup for each tap, and the same picture for every width of the border.
 
 fn vastex_filtered(position: VastexPosition, footprint: VastexFootprint, level: f32) -> vec4<f32> {
-    let taps = vastex_tap_count(footprint.axis, level);
+    let taps = VastexTaps(footprint.axis, vastex_tap_count(footprint.axis, level), 0.0);
     let finer = floor(level);
     let share = level - finer;
     // A loop, so that what is in it stands once in the program. With a share there is a coarser level.
@@ -13,18 +13,18 @@ fn vastex_filtered(position: VastexPosition, footprint: VastexFootprint, level: 
     var sum = vec4<f32>(0.0);
     for (var nth = 0u; nth < levels; nth++) {
         let weight = select(1.0 - share, share, nth == 1u);
-        sum += weight * vastex_along(position, footprint.axis, taps, u32(finer) + nth);
+        sum += weight * vastex_shown(position, taps, u32(finer) + nth);
     }
     return sum;
 }
 
-fn vastex_along(position: VastexPosition, axis: vec2<f32>, taps: u32, wanted: u32) -> vec4<f32> {
-    let place = vastex_place(position, wanted);
+// What the filter takes of the tile at a place, and around it.
+fn vastex_taken(position: VastexPosition, place: VastexPlace, taps: VastexTaps, wanted: u32) -> vec4<f32> {
     let bounds = vastex_tile_bounds(position, place.level);
     var sum = vec4<f32>(0.0);
-    for (var nth = 0u; nth < taps; nth++) {
-        let offset = vastex_tap_offset(axis, nth, taps);
-        sum += vastex_atlas_linear(vastex_place_near(position, place, bounds, offset, wanted));
+    for (var nth = 0u; nth < taps.count; nth++) {
+        let offset = vastex_tap_offset(taps.axis, nth, taps.count);
+        sum += vastex_shown_near(position, place, bounds, offset, wanted);
     }
-    return sum / f32(taps);
+    return sum / f32(taps.count);
 }

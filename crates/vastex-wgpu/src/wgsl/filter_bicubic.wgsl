@@ -2,7 +2,7 @@
 // CPU twin: twins/sample.rs.
 
 fn vastex_filtered(position: VastexPosition, footprint: VastexFootprint, level: f32) -> vec4<f32> {
-    let cubic_share = vastex_cubic_share(footprint.lambda);
+    let taps = VastexTaps(vec2<f32>(0.0), 1u, vastex_cubic_share(footprint.lambda));
     let finer = floor(level);
     let share = level - finer;
     // A loop, so that what is in it stands once in the program. With a share there is a coarser level.
@@ -10,21 +10,21 @@ fn vastex_filtered(position: VastexPosition, footprint: VastexFootprint, level: 
     var sum = vec4<f32>(0.0);
     for (var nth = 0u; nth < levels; nth++) {
         let weight = select(1.0 - share, share, nth == 1u);
-        sum += weight * vastex_cubic_or_linear(position, cubic_share, u32(finer) + nth);
+        sum += weight * vastex_shown(position, taps, u32(finer) + nth);
     }
     return sum;
 }
 
-fn vastex_cubic_or_linear(position: VastexPosition, cubic_share: f32, wanted: u32) -> vec4<f32> {
-    let place = vastex_place(position, wanted);
+// What the filter takes of the tile at a place, and around it.
+fn vastex_taken(position: VastexPosition, place: VastexPlace, taps: VastexTaps, wanted: u32) -> vec4<f32> {
     var linear = vec4<f32>(0.0);
-    if cubic_share < 1.0 {
+    if taps.cubic_share < 1.0 {
         linear = vastex_atlas_linear(place);
     }
-    if cubic_share == 0.0 {
+    if taps.cubic_share == 0.0 {
         return linear;
     }
-    return mix(linear, vastex_cubic(position, place, wanted), cubic_share);
+    return mix(linear, vastex_cubic(position, place, wanted), taps.cubic_share);
 }
 
 // How much of the cubic: all where a texel of the finest level that is sampled covers two pixels, none where it covers one.
@@ -50,7 +50,7 @@ fn vastex_cubic(position: VastexPosition, place: VastexPlace, wanted: u32) -> ve
                 sum += weight * vastex_atlas_texel(place.origin + vec2<u32>(texel), place.image);
             } else {
                 let offset = (texel + 0.5 - place.tile_texel) * scale;
-                sum += weight * vastex_atlas_linear(vastex_place_beside(position, offset, wanted));
+                sum += weight * vastex_shown_beside(position, offset, wanted);
             }
         }
     }

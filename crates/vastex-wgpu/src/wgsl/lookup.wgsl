@@ -14,10 +14,11 @@ fn vastex_level_texel(from_first: vec2<f32>, first: vec2<u32>, level: u32) -> ve
 }
 
 fn vastex_place_in_slot(slot: u32, tile_texel: vec2<f32>, level: u32) -> VastexPlace {
-    let cell = slot % vastex_pool.slots_per_image;
-    let origin = vec2<u32>(cell % vastex_pool.columns, cell / vastex_pool.columns) * vastex_pool.tile;
+    let nth = slot % vastex_pool.slots_per_image;
+    let cell = vec2<u32>(nth % vastex_pool.columns, nth / vastex_pool.columns);
+    let origin = cell * vastex_pool.tile / vastex_pool.layer_scale;
     let image = slot / vastex_pool.slots_per_image;
-    return VastexPlace(image, origin / vastex_pool.layer_scale, tile_texel / f32(vastex_pool.layer_scale), level);
+    return VastexPlace(image, cell, origin, tile_texel / f32(vastex_pool.layer_scale), level);
 }
 
 fn vastex_place_in_tail(position: VastexPosition, wanted: u32) -> VastexPlace {

@@ -11,9 +11,17 @@ struct VastexPosition {
 // A place in the atlas, in texels of the layer that is sampled.
 struct VastexPlace {
     image: u32,
+    cell: vec2<u32>,        // the slot's column and row there
     origin: vec2<u32>,      // the slot's first texel
     tile_texel: vec2<f32>,  // from there
     level: u32,             // the level that lies there
+}
+
+// What a filter takes of a level.
+struct VastexTaps {
+    axis: vec2<f32>,        // along which taps lie around the position [texels of level 0]
+    count: u32,             // of them
+    cubic_share: f32,       // of 4x4 texels around the position, the rest of one tap
 }
 
 // A coordinate folded into 0 to 1 by an address mode. Where nothing repeats it stays as it is, so far as it matters, since taps of

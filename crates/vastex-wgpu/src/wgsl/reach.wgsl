@@ -30,18 +30,33 @@ fn vastex_place_near(
     offset: vec2<f32>,
     wanted: u32,
 ) -> VastexPlace {
-    let scale = vec2<f32>(vastex_texture.levels[place.level].scale.xy) * f32(vastex_pool.layer_scale);
-    let tile_texel = place.tile_texel + offset / scale;
-    let before = vec2<f32>(position.texel) + position.fraction;
-    let after = vec2<f32>(vastex_texture.size.xy - position.texel) - position.fraction;
-    let is_inside = all(offset >= -before) && all(offset <= after);
-    if is_inside && all(tile_texel >= bounds.xy) && all(tile_texel < bounds.zw) {
-        return VastexPlace(place.image, place.origin, tile_texel, place.level);
+    let shifted = vastex_place_shifted(place, offset);
+    if vastex_is_in_tile(position, shifted, bounds, offset) {
+        return shifted;
     }
     return vastex_place_beside(position, offset, wanted);
 }
 
+// So far from a place in the slot's image, whatever lies there.
+fn vastex_place_shifted(place: VastexPlace, offset: vec2<f32>) -> VastexPlace {
+    let scale = vec2<f32>(vastex_texture.levels[place.level].scale.xy) * f32(vastex_pool.layer_scale);
+    let tile_texel = place.tile_texel + offset / scale;
+    return VastexPlace(place.image, place.cell, place.origin, tile_texel, place.level);
+}
+
+// Whether that is in the tile, and the tile says what is at that offset.
+fn vastex_is_in_tile(position: VastexPosition, shifted: VastexPlace, bounds: vec4<f32>, offset: vec2<f32>) -> bool {
+    let before = vec2<f32>(position.texel) + position.fraction;
+    let after = vec2<f32>(vastex_texture.size.xy - position.texel) - position.fraction;
+    let is_inside = all(offset >= -before) && all(offset <= after);
+    return is_inside && all(shifted.tile_texel >= bounds.xy) && all(shifted.tile_texel < bounds.zw);
+}
+
 // The same, looked up in the page that covers it.
 fn vastex_place_beside(position: VastexPosition, offset: vec2<f32>, wanted: u32) -> VastexPlace {
-    return vastex_place(vastex_position_from_fixed(position.texel, position.fraction + offset), wanted);
+    return vastex_place(vastex_position_beside(position, offset), wanted);
+}
+
+fn vastex_position_beside(position: VastexPosition, offset: vec2<f32>) -> VastexPosition {
+    return vastex_position_from_fixed(position.texel, position.fraction + offset);
 }

@@ -52,6 +52,8 @@ pub(crate) struct World {
     pub(crate) tiles: BTreeMap<Slot, Vec<u8>>,
     pub(crate) pool: Pool,
     pub(crate) table: TableBuffers,
+    /// What made the table what it is.
+    pub(crate) changes: Vec<TableChange>,
 }
 
 impl World {
@@ -112,17 +114,6 @@ impl World {
             PoolLayout::fit(description, (slots.len() + 2) as u64 * tile_bytes as u64 * 2, limits).unwrap();
         assert!(layout.slots() as usize >= slots.len(), "{layout:?}");
         let pool = Pool::new(&gpu.device, &gpu.queue, &layout, &description.layers).unwrap();
-        let mut table = TableBuffers::new(
-            &gpu.device,
-            &gpu.queue,
-            geometry,
-            NUMBER,
-            slots[0],
-            choice,
-            FeedbackWay::Separate,
-        )
-        .unwrap();
-        table.grow(&gpu.device, &gpu.queue, 0).unwrap();
         let mut tiles = BTreeMap::new();
         let mut changes = Vec::new();
         for (&pos, &slot) in resident.iter().zip(&slots) {
@@ -136,15 +127,33 @@ impl World {
                 changes.push(TableChange { page, rule: ChangeRule::Coarser, entry });
             }
         }
-        let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        TableChanger::new(&gpu.device, FeedbackWay::Separate)
-            .apply(&gpu.device, &gpu.queue, &mut encoder, &mut table, &changes)
-            .unwrap();
-        gpu.queue.submit([encoder.finish()]);
+        let table = table_of(gpu, geometry, slots[0], choice, &changes);
         let layer = description.layers[index].clone();
         let image = image_of(geometry, slots[0], &changes);
-        World { geometry: geometry.clone(), layer, index, image, tiles, pool, table }
+        World { geometry: geometry.clone(), layer, index, image, tiles, pool, table, changes }
     }
+
+    /// The slot of the tail.
+    pub(crate) fn tail_slot(&self) -> Slot {
+        self.image.lookup(self.geometry.tail_pos()).slot()
+    }
+}
+
+/// A page table of every level after these loads.
+pub(crate) fn table_of(
+    gpu: &TestDevice,
+    geometry: &Geometry,
+    tail: Slot,
+    choice: TableChoice,
+    changes: &[TableChange],
+) -> TableBuffers {
+    let (device, queue, way) = (&gpu.device, &gpu.queue, FeedbackWay::Separate);
+    let mut table = TableBuffers::new(device, queue, geometry, NUMBER, tail, choice, way).unwrap();
+    table.grow(device, queue, 0).unwrap();
+    let mut encoder = device.create_command_encoder(&Default::default());
+    TableChanger::new(device, way).apply(device, queue, &mut encoder, &mut table, changes).unwrap();
+    queue.submit([encoder.finish()]);
+    table
 }
 
 /// What a table must say after these loads: from a direct image, where there may be one.

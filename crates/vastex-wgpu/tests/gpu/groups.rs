@@ -9,6 +9,7 @@ use vastex_wgpu::{
 };
 
 use crate::common::{GPU, World};
+use crate::fade::faded;
 use crate::sampling::{HARNESS, Harness, Input, Output, inputs, pipeline, run};
 
 const NUMBER: TextureId = TextureId::new(1500).unwrap();
@@ -24,6 +25,7 @@ fn image(size: [u32; 2], page: u32, border: u32, layers: &[Layer]) -> Descriptio
 /// A color and a height of one texture, and two textures of other sizes, page sizes and formats.
 struct Planet {
     worlds: [World; 3],
+    fade: bool,
 }
 
 impl Planet {
@@ -42,7 +44,13 @@ impl Planet {
         for (world, bias) in worlds.iter_mut().zip([0, 5, 9]) {
             world.pool.set_bias(&GPU.queue, bias);
         }
-        Planet { worlds }
+        Planet { worlds, fade: false }
+    }
+
+    /// The same with tiles that have come at different times.
+    fn fading() -> Planet {
+        let Planet { worlds, .. } = Planet::new();
+        Planet { worlds: worlds.map(|world| faded(world, 7)), fade: true }
     }
 
     fn tables(&self) -> impl Iterator<Item = &TableBuffers> {
@@ -81,9 +89,9 @@ impl Group {
             tables: planet.worlds[texture].tables(),
         };
         let members = [0, 0, 1, 2].into_iter().enumerate().map(member).collect();
+        let group = GroupShape::new(members, true).unwrap();
         let layout =
-            GroupLayout::new(&GPU.device, GroupShape::new(members, true).unwrap(), FeedbackWay::Separate)
-                .unwrap();
+            GroupLayout::new(&GPU.device, group.with_fade(planet.fade), FeedbackWay::Separate).unwrap();
         let shape = &planet.worlds[0].geometry;
         let (device, queue) = (&GPU.device, &GPU.queue);
         let params = GroupParams::new(device, queue, shape, NUMBER, planet.tables(), planet.layers());
@@ -104,7 +112,8 @@ impl Group {
             let (sample, feedback) = (format!("vastex_sample_{name}"), format!("vastex_feedback_{name}"));
             let outputs = self.run(&sample, &feedback, inputs);
             let (world, layer) = planet.members()[nth];
-            let alone = Harness::new(&GPU, self.filter, world.pool.atlas(layer)).run(world, layer, inputs);
+            let alone = Harness::with_fade(&GPU, self.filter, world.pool.atlas(layer), planet.fade);
+            let alone = alone.run(world, layer, inputs);
             for ((input, output), alone) in inputs.iter().zip(&outputs).zip(&alone) {
                 assert_eq!(
                     output.color.map(f32::to_bits),
@@ -131,6 +140,15 @@ fn every_member_is_sampled_as_if_it_were_alone() {
     let sent = group.params.update(&GPU.queue, planet.tables(), planet.layers());
     assert!(sent > 0 && group.params.update(&GPU.queue, planet.tables(), planet.layers()) == 0);
     group.check_members(&planet, &inputs);
+}
+
+#[test]
+fn members_of_several_pools_fade_in_as_if_each_were_alone() {
+    let planet = Planet::fading();
+    let inputs = inputs(&planet.worlds[0].geometry, 33);
+    for filter in [Filter::Trilinear, Filter::Bicubic] {
+        Group::new(&planet, filter).check_members(&planet, &inputs);
+    }
 }
 
 #[test]

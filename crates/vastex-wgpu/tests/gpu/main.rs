@@ -4,6 +4,7 @@
 
 mod common;
 mod errors;
+mod fade;
 mod feedback;
 mod fixed;
 mod groups;

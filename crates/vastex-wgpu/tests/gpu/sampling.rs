@@ -5,7 +5,9 @@ use vastex_core::{
     AddressMode, Description, Geometry, GeometrySpec, Layer, LayerFormat, LevelRule, Slot, TexelPositions,
 };
 use vastex_wgpu::test_device::TestDevice;
-use vastex_wgpu::{Atlas, BindLayout, FeedbackWay, Filter, ShaderOptions, ViewBuffer, twins, wgsl};
+use vastex_wgpu::{
+    Atlas, BindLayout, FeedbackWay, Filter, ShaderOptions, TableBuffers, ViewBuffer, twins, wgsl,
+};
 
 use crate::common::{GPU, NUMBER, Random, World, read, storage};
 
@@ -54,9 +56,19 @@ pub(crate) struct Harness<'a> {
 
 impl<'a> Harness<'a> {
     pub(crate) fn new(gpu: &'a TestDevice, filter: Filter, atlas: vastex_wgpu::Atlas) -> Harness<'a> {
+        Harness::with_fade(gpu, filter, atlas, false)
+    }
+
+    /// Where tiles fade in, or do not.
+    pub(crate) fn with_fade(
+        gpu: &'a TestDevice,
+        filter: Filter,
+        atlas: vastex_wgpu::Atlas,
+        fade: bool,
+    ) -> Harness<'a> {
         let device = &gpu.device;
-        let layout = BindLayout::new(device, atlas, FeedbackWay::Separate);
-        let text = wgsl(&ShaderOptions { filter, atlas, ..Default::default() }) + HARNESS;
+        let layout = BindLayout::with_fade(device, atlas, FeedbackWay::Separate, fade);
+        let text = wgsl(&ShaderOptions { filter, atlas, fade, ..Default::default() }) + HARNESS;
         let pipeline = pipeline(gpu, layout.layout(), text);
         Harness {
             gpu,
@@ -68,13 +80,24 @@ impl<'a> Harness<'a> {
     }
 
     pub(crate) fn run(&self, world: &World, layer: usize, inputs: &[Input]) -> Vec<Output> {
+        self.run_through(&world.table, world, layer, inputs)
+    }
+
+    /// The same through another page table.
+    pub(crate) fn run_through(
+        &self,
+        table: &TableBuffers,
+        world: &World,
+        layer: usize,
+        inputs: &[Input],
+    ) -> Vec<Output> {
         let gpu = self.gpu;
-        let group = self.layout.bind_group(&gpu.device, &world.table, &world.pool, layer, &self.view);
+        let group = self.layout.bind_group(&gpu.device, table, &world.pool, layer, &self.view);
         run(gpu, &self.pipeline, &group, inputs)
     }
 
     /// Compares GPU and twin over random and extreme inputs, at a mip bias of the pool in eighths.
-    fn check(&self, world: &mut World, bias: u16, seed: u64) {
+    pub(crate) fn check(&self, world: &mut World, bias: u16, seed: u64) {
         world.pool.set_bias(&self.gpu.queue, bias);
         let inputs = inputs(&world.geometry, seed);
         let outputs = self.run(world, world.index, &inputs);
@@ -84,6 +107,7 @@ impl<'a> Harness<'a> {
             rule: world.table.rule(),
             pool_bias: bias,
             layer_scale: world.layer.scale,
+            fades: world.pool.fades().map_or(&[], |fades| fades.shares()),
             ..twins::Texture::new(&world.geometry, &*world.image, NUMBER)
         };
         let twin = twins::Sampler { texture, format: world.layer.format, tile: &tile };
@@ -257,7 +281,7 @@ pub(crate) fn inputs(geometry: &Geometry, seed: u64) -> Vec<Input> {
 }
 
 /// The shapes that every filter is tried with.
-fn shapes() -> Vec<Geometry> {
+pub(crate) fn shapes() -> Vec<Geometry> {
     use AddressMode::{Clamp, Mirror, Wrap};
     let mut shapes = Vec::new();
     for (n, (width, height)) in [(1000, 777), (777, 1000), (1, 1), (2100, 37)].into_iter().enumerate() {
