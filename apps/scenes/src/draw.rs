@@ -12,6 +12,7 @@ use crate::pipeline::{Corners, DEPTH, PipelineParts};
 use crate::pose::Pose;
 use crate::relief::{Relief, ReliefSurface};
 use crate::scene::{Mesh, Scene, grid, surface};
+use crate::tiling::Tiling;
 
 /// What is seen beside the texture.
 pub(crate) const BACKGROUND: Vec4 = Vec4::new(0.008, 0.01, 0.014, 1.0);
@@ -27,6 +28,8 @@ pub struct Drawn {
     pub look: Look,
     /// The heights that displace it; without any a terrain is flat.
     pub relief: Option<Relief>,
+    /// How it lies on a surface without heights.
+    pub tiling: Tiling,
 }
 
 /// A scene with one layer of a texture on it, ready to be drawn.
@@ -35,6 +38,7 @@ pub struct SceneRenderer {
     scene: Scene,
     layer: LayerId,
     look: Look,
+    tiling: Tiling,
     relief: Option<ReliefSurface>,
     /// Width over height of the image.
     image: f32,
@@ -59,7 +63,7 @@ impl SceneRenderer {
         drawn: Drawn,
         format: wgpu::TextureFormat,
     ) -> SceneRenderer {
-        let Drawn { scene, layer, look, relief } = drawn;
+        let Drawn { scene, layer, look, relief, tiling } = drawn;
         let [width, height, _] = textures.description(layer.texture()).geometry.size();
         let image = width as f32 / height as f32;
         let relief = relief.map(|relief| relief.surface(scene, image));
@@ -72,7 +76,7 @@ impl SceneRenderer {
         let sampled = sampled(layer, relief.as_ref());
         let groups = [Some(textures.bind_group_layout(sampled)), Some(&group_layout)];
         let parts = |module, entries, format| PipelineParts {
-            text: shader_text(textures, layer, look, relief.as_ref(), module),
+            text: shader_text(textures, layer, (look, tiling), relief.as_ref(), module),
             corners: corners(relief.as_ref()),
             entries,
             formats: format,
@@ -101,6 +105,7 @@ impl SceneRenderer {
             scene,
             layer,
             look,
+            tiling,
             image,
             vertices,
             indices,
@@ -248,7 +253,7 @@ impl SceneRenderer {
     ) -> wgpu::RenderPipeline {
         let mut groups = vec![Some(textures.bind_group_layout(self.sampled())), Some(&self.group_layout)];
         groups.extend(group.map(Some));
-        let text = shader_text(textures, self.layer, self.look, self.relief.as_ref(), module);
+        let text = shader_text(textures, self.layer, (self.look, self.tiling), self.relief.as_ref(), module);
         let corners = corners(self.relief.as_ref());
         PipelineParts { text, corners, entries, formats }.pipeline(device, &groups)
     }
@@ -274,7 +279,7 @@ impl SceneRenderer {
     ) -> wgpu::RenderPipeline {
         let mut groups = vec![Some(textures.bind_group_layout(self.layer)), Some(&self.group_layout)];
         groups.extend(group.map(Some));
-        let text = shader_text(textures, self.layer, self.look, None, module);
+        let text = shader_text(textures, self.layer, (self.look, self.tiling), None, module);
         let corners = Corners::Vertices;
         PipelineParts { text, corners, entries, formats: &[self.format] }.plan(device, &groups)
     }
@@ -383,13 +388,14 @@ fn sampled(layer: LayerId, relief: Option<&ReliefSurface>) -> Sampled {
 fn shader_text(
     textures: &Textures,
     layer: LayerId,
-    look: Look,
+    (look, tiling): (Look, Tiling),
     relief: Option<&ReliefSurface>,
     module: &str,
 ) -> String {
     let ground = relief.map_or_else(|| include_str!("wgsl/unlit.wgsl").to_owned(), ReliefSurface::wgsl);
     let sampled = sampled(layer, relief);
-    [&textures.wgsl(sampled), &look.wgsl(), include_str!("wgsl/surface.wgsl"), &ground, module].join("\n")
+    let constants = look.wgsl() + &tiling.wgsl();
+    [&textures.wgsl(sampled), &constants, include_str!("wgsl/surface.wgsl"), &ground, module].join("\n")
 }
 
 /// The quads of a patch; where its corners are, the vertex stage knows by their numbers.

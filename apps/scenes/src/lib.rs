@@ -28,6 +28,7 @@ mod reference;
 mod relief;
 mod scene;
 mod studio;
+mod tiling;
 mod traced;
 mod views;
 
@@ -50,5 +51,6 @@ pub use reference::{Reference, ReferenceError, Taps};
 pub use relief::{Heights, HeightsError, Relief};
 pub use scene::{Mesh, Scene, Vertex, surface};
 pub use studio::{DrawCosts, Outcome, PATIENCE_FRAMES, ReferenceKind, Studio, StudioError, Until};
+pub use tiling::Tiling;
 pub use traced::trace_of;
 pub use views::Views;

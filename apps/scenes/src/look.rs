@@ -7,6 +7,7 @@ use vastex::{Layer, LayerId, TextureId, Textures};
 use crate::draw::BACKGROUND;
 use crate::relief::{Heights, HeightsError, Relief};
 use crate::scene::Scene;
+use crate::tiling::Tiling;
 
 /// What is shown of a texture.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -18,6 +19,8 @@ pub struct Shown {
     pub range: Option<[f32; 2]>,
     /// How scenes with heights are displaced: the terrain always, the globe where anything is said of them.
     pub heights: Heights,
+    /// How it lies on scenes without heights.
+    pub tiling: Tiling,
 }
 
 /// There is no layer of that name.

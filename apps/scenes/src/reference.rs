@@ -131,9 +131,11 @@ impl Plain<'_> {
         let ([width, height, _], [mode_x, mode_y, _]) =
             (description.geometry.size(), description.geometry.address());
         // The levels of a layer with a fraction of the resolution are as many as the texture's, so its padding is as large.
-        // A border colour needs padding on all levels, down to a texel of it beside the last of the texture.
         let padded = |side: u32, mode| match mode {
+            // On all levels, down to a texel of padding beside the last of the texture.
             AddressMode::Border => 2 << description.geometry.coarsest(),
+            // On all levels a texel after the last one and another before the first, which is where the padding ends.
+            AddressMode::Wrap if !side.is_power_of_two() => 2 * side.next_power_of_two(),
             AddressMode::Clamp | AddressMode::Wrap | AddressMode::Mirror => side.next_power_of_two(),
         };
         Plain {

@@ -175,7 +175,7 @@ impl Studio {
         let look = Look::new(&textures.description(texture).layers[layer.index()], shown.range);
         let format = look.picture_format();
         let relief = shown.relief_of(scene, &mut textures, layer)?;
-        let drawn = Drawn { scene, layer, look, relief };
+        let drawn = Drawn { scene, layer, look, relief, tiling: shown.tiling };
         let renderer = SceneRenderer::new(&gpu.device, &gpu.queue, &textures, drawn, format);
         Ok(Studio {
             pose: Pose::first(scene),
@@ -358,24 +358,28 @@ impl Studio {
     ///
     /// Of a scene that heights displace the colours are compared, on the ground as it is: by the CPU twin.
     pub fn compare(&self) -> Result<(Comparison, ReferenceKind), StudioError> {
+        let (expected, kind) = self.expected_picture()?;
+        Ok((self.picture().compare(&expected), kind))
+    }
+
+    /// The picture that the last frame's is compared with, and how it was drawn.
+    pub fn expected_picture(&self) -> Result<(Picture, ReferenceKind), StudioError> {
         if self.renderer.has_relief() {
-            return Ok((self.picture().compare(&self.cpu_picture()?), ReferenceKind::Cpu));
+            return Ok((self.cpu_picture()?, ReferenceKind::Cpu));
         }
         let (device, queue) = (&self.gpu.device, &self.gpu.queue);
-        let (expected, kind) =
-            match Reference::new(device, queue, &self.textures, &self.renderer, &*self.source, Taps::Same) {
-                Ok(reference) => {
-                    let picture = self.draw_and_read(|encoder, target| {
-                        reference.draw(encoder, &self.renderer, &self.textures, &target);
-                    });
-                    (picture, ReferenceKind::Gpu)
-                }
-                Err(ReferenceError::TooLarge { .. } | ReferenceError::Format(_) | ReferenceError::Sparse) => {
-                    (self.cpu_picture()?, ReferenceKind::Cpu)
-                }
-                Err(error) => return Err(error.into()),
-            };
-        Ok((self.picture().compare(&expected), kind))
+        match Reference::new(device, queue, &self.textures, &self.renderer, &*self.source, Taps::Same) {
+            Ok(reference) => {
+                let picture = self.draw_and_read(|encoder, target| {
+                    reference.draw(encoder, &self.renderer, &self.textures, &target);
+                });
+                Ok((picture, ReferenceKind::Gpu))
+            }
+            Err(ReferenceError::TooLarge { .. } | ReferenceError::Format(_) | ReferenceError::Sparse) => {
+                Ok((self.cpu_picture()?, ReferenceKind::Cpu))
+            }
+            Err(error) => Err(error.into()),
+        }
     }
 
     /// The picture of the last frame by the CPU twin of the shaders, at the mip bias in force.

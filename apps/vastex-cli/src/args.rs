@@ -274,7 +274,8 @@ pub(crate) struct RenderArgs {
 impl SceneArgs {
     /// What is shown of the texture.
     pub(crate) fn shown(&self) -> Shown {
-        Shown { layer: self.layer_shown.clone(), range: Some(self.range), heights: self.heights.heights() }
+        let heights = self.heights.heights();
+        Shown { layer: self.layer_shown.clone(), range: Some(self.range), heights, ..Shown::default() }
     }
 }
 

@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use anyhow::Result;
 use vastex::{BindGroups, FeedbackWay, Filter, Geometry, GeometrySpec, Settings, Textures};
-use vastex_scenes::{Drawn, Gpu, Look, Path, PictureTarget, Scene, SceneRenderer, depth_view};
+use vastex_scenes::{Drawn, Gpu, Look, Path, PictureTarget, Scene, SceneRenderer, Tiling, depth_view};
 use vastex_tiles::PropertySource;
 
 const PICTURE: [u32; 2] = [1280, 720];
@@ -90,7 +90,7 @@ impl<'a> Stage<'a> {
         let texture = textures.add(Arc::new(PropertySource::new(geometry)))?;
         let look = Look::new(&textures.description(texture).layers[0], None);
         let format = look.picture_format();
-        let drawn = Drawn { scene, layer: texture.into(), look, relief: None };
+        let drawn = Drawn { scene, layer: texture.into(), look, relief: None, tiling: Tiling::default() };
         let renderer = SceneRenderer::new(device, queue, &textures, drawn, format);
         let colour = device.create_texture(&wgpu::TextureDescriptor {
             label: Some("picture"),

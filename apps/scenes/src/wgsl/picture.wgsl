@@ -2,6 +2,14 @@
 
 @fragment
 fn shade(surface: Surface) -> @location(0) vec4<f32> {
+    if any(SCENE_FOLDED) {
+        let uv = scene_folded_uv(surface.uv);
+        let wanted = vastex_feedback_wrapped(uv);
+        if vastex_asked(surface.clip) {
+            vastex_tell(surface.clip, wanted);
+        }
+        return scene_colour(vastex_sample_wrapped(uv));
+    }
     let ddx = dpdx(surface.uv);
     let ddy = dpdy(surface.uv);
     if vastex_asked(surface.clip) {

@@ -23,27 +23,6 @@ fn reference_shift(level: u32) -> f32 {
     return f32(reference_params.keeps_positions) * (0.5 - 0.5 * exp2(-f32(level)));
 }
 
-fn reference_nearest(uv: vec2<f32>, level: u32) -> vec4<f32> {
-    let position = vastex_position_from_uv(uv);
-    var texel = position.texel / vastex_texture.levels[level].scale.xy / reference_params.layer_scale;
-    if reference_params.keeps_positions == 1u {
-        let at = (vec2<f32>(position.texel) + position.fraction) * exp2(-f32(level));
-        texel = vec2<u32>(floor(at + reference_shift(level)));
-    }
-    let size = reference_size(level);
-    let wraps = vastex_texture.address.xy == vec2<u32>(VASTEX_ADDRESS_WRAP);
-    return textureLoad(reference, select(min(texel, size - 1u), texel % size, wraps), i32(level));
-}
-
-fn reference_linear(uv: vec2<f32>, level: u32) -> vec4<f32> {
-    let folded = vec2<f32>(
-        vastex_folded_uv(uv.x, vastex_texture.address.x),
-        vastex_folded_uv(uv.y, vastex_texture.address.y),
-    );
-    let shift = reference_shift(level) / vec2<f32>(reference_size(level));
-    return textureSampleLevel(reference, reference_sampler, folded * reference_params.share + shift, f32(level));
-}
-
 // Which texel of a level of `size` stands at a whole place, of so many with the padding, whose end has the border colour.
 fn reference_folded(at: i32, size: i32, padded: u32, mode: u32) -> u32 {
     switch mode {
@@ -61,6 +40,42 @@ fn reference_folded(at: i32, size: i32, padded: u32, mode: u32) -> u32 {
             return u32(clamp(at, 0, size - 1));
         }
     }
+}
+
+fn reference_nearest(uv: vec2<f32>, level: u32) -> vec4<f32> {
+    let position = vastex_position_from_uv(uv);
+    let layer_scale = reference_params.layer_scale;
+    let scale = vastex_texture.levels[level].scale.xy * layer_scale;
+    let inside = vec2<i32>(position.texel / scale);
+    let at = (vec2<f32>(position.texel) + position.fraction) / vec2<f32>(scale) + reference_shift(level);
+    // Inside of the picture whole numbers say which texel it is, unless they are not at the middle of those that they cover.
+    let is_beyond = (position.fraction < vec2<f32>(0.0)) | (position.fraction > vec2<f32>(1.0));
+    let is_measured = is_beyond | vec2<bool>(reference_params.keeps_positions == 1u);
+    let texel = select(inside, vec2<i32>(floor(at)), is_measured);
+    let size = vec2<i32>((vastex_texture.levels[level].size.xy + layer_scale - 1u) / layer_scale);
+    let padded = reference_size(level);
+    let folded = vec2<u32>(
+        reference_folded(texel.x, size.x, padded.x, vastex_texture.address.x),
+        reference_folded(texel.y, size.y, padded.y, vastex_texture.address.y),
+    );
+    return textureLoad(reference, folded, i32(level));
+}
+
+// Where a uv is on the ordinary texture, `shift` from there. Beyond its picture by more than half of what lies there before the
+// picture begins again, a border colour goes on.
+fn reference_uv(uv: vec2<f32>, shift: vec2<f32>) -> vec2<f32> {
+    let folded = vec2<f32>(
+        vastex_folded_uv(uv.x, vastex_texture.address.x),
+        vastex_folded_uv(uv.y, vastex_texture.address.y),
+    );
+    let at = folded * reference_params.share + shift;
+    let has_border = vastex_texture.address.xy == vec2<u32>(VASTEX_ADDRESS_BORDER);
+    return select(at, clamp(at, vec2<f32>(-0.25), vec2<f32>(0.75)), has_border);
+}
+
+fn reference_linear(uv: vec2<f32>, level: u32) -> vec4<f32> {
+    let shift = reference_shift(level) / vec2<f32>(reference_size(level));
+    return textureSampleLevel(reference, reference_sampler, reference_uv(uv, shift), f32(level));
 }
 
 // 4x4 texels of a level, read one by one.
@@ -112,14 +127,10 @@ fn reference_filtered(uv: vec2<f32>, footprint: VastexFootprint, level: f32, tak
 // The same by the adapter's own filter, to see how far its approximations are from it.
 @fragment
 fn shade_by_adapter(surface: Surface) -> @location(0) vec4<f32> {
-    let folded = vec2<f32>(
-        vastex_folded_uv(surface.uv.x, vastex_texture.address.x),
-        vastex_folded_uv(surface.uv.y, vastex_texture.address.y),
-    );
-    let share = reference_params.share;
-    let ddx = dpdx(surface.uv) * share;
-    let ddy = dpdy(surface.uv) * share;
-    return scene_colour(textureSampleGrad(reference, reference_sampler, folded * share, ddx, ddy));
+    let ddx = dpdx(surface.uv) * reference_params.share;
+    let ddy = dpdy(surface.uv) * reference_params.share;
+    let at = reference_uv(surface.uv, vec2<f32>(0.0));
+    return scene_colour(textureSampleGrad(reference, reference_sampler, at, ddx, ddy));
 }
 
 @fragment

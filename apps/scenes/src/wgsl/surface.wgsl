@@ -1,5 +1,5 @@
 // A surface with a virtual texture on it: where its corners lie, and how the texture's value becomes a colour.
-// The text before this one is generated: vastex's own, and the constants of look.rs.
+// The text before this one is generated: vastex's own, and the constants of look.rs and tiling.rs.
 
 // What displaces a surface with heights; see relief.wgsl.
 struct Relief {
@@ -52,7 +52,17 @@ fn scene_clip(corner: Corner) -> vec4<f32> {
     return scene.clip_from_world * vec4<f32>(corner.position, 1.0);
 }
 
+// Where on the texture a corner is. It goes on beyond 0 to 1, without a jump, so that whatever a picture is compared with has none.
+fn scene_texture_uv(corner: Corner) -> vec2<f32> {
+    return corner.uv * SCENE_REPEATS + SCENE_FIRST;
+}
+
+// The same as a shader has it that computes uv in turns, which jumps.
+fn scene_folded_uv(uv: vec2<f32>) -> vec2<f32> {
+    return select(uv, fract(uv), SCENE_FOLDED);
+}
+
 @vertex
 fn place(corner: Corner) -> Surface {
-    return Surface(scene_clip(corner), corner.uv);
+    return Surface(scene_clip(corner), scene_texture_uv(corner));
 }

@@ -2,11 +2,14 @@
 
 @vertex
 fn place_feedback(corner: Corner) -> Surface {
-    return Surface(vastex_feedback_clip(scene_clip(corner)), corner.uv);
+    return Surface(vastex_feedback_clip(scene_clip(corner)), scene_texture_uv(corner));
 }
 
 @fragment
 fn want(surface: Surface) -> @location(0) vec4<u32> {
+    if any(SCENE_FOLDED) {
+        return vastex_feedback_wrapped(scene_folded_uv(surface.uv));
+    }
     let along = vastex_gradients(surface.clip, surface.uv);
     return vastex_feedback_grad(surface.uv, along[0], along[1]);
 }

@@ -16,6 +16,7 @@ mod overlays;
 mod pictures;
 mod planet;
 mod policies;
+mod seams;
 mod shaders;
 mod sharing;
 mod streaming;

@@ -1,7 +1,7 @@
 //! Every shader of the scenes is valid, without a device.
 
 use vastex::{Layer, LayerFormat};
-use vastex_scenes::Look;
+use vastex_scenes::{Look, Tiling};
 use vastex_wgpu::{
     Atlas, FeedbackWay, Filter, GroupMember, GroupShape, ShaderOptions, TableKinds, group_wgsl, wgsl,
 };
@@ -20,7 +20,7 @@ fn every_shader_is_valid() {
             Filter::KINDS.into_iter().flat_map(|filter| Atlas::ALL.map(|atlas| (filter, atlas)))
         {
             for format in [LayerFormat::R8, LayerFormat::Rg8, LayerFormat::Bc6h] {
-                let constants = Look::new(&Layer::new("a", format), None).wgsl();
+                let constants = Look::new(&Layer::new("a", format), None).wgsl() + &Tiling::default().wgsl();
                 let text = wgsl(&ShaderOptions { filter, atlas, ..Default::default() })
                     + &constants
                     + surface
@@ -67,7 +67,7 @@ fn the_shaders_of_the_planet_are_valid() {
 
 #[test]
 fn the_shaders_of_displaced_surfaces_are_valid() {
-    let look = Look::new(&Layer::new("color", LayerFormat::Rgba8), None).wgsl();
+    let look = Look::new(&Layer::new("color", LayerFormat::Rgba8), None).wgsl() + &Tiling::default().wgsl();
     for (filter, atlas) in
         Filter::KINDS.into_iter().flat_map(|filter| Atlas::ALL.map(|atlas| (filter, atlas)))
     {

@@ -81,7 +81,7 @@ impl Viewer {
         let surface = Surface::new(&gpu, window.clone(), surface, look.picture_format())?;
         let (device, queue) = (&gpu.device, &gpu.queue);
         let relief = shown.relief_of(scene, &mut textures, layer)?;
-        let drawn = Drawn { scene, layer, look, relief: relief.clone() };
+        let drawn = Drawn { scene, layer, look, relief: relief.clone(), tiling: shown.tiling };
         let renderer = SceneRenderer::new(device, queue, &textures, drawn, surface.format());
         let overlay =
             args.overlay.and_then(|overlay| OverlayRenderer::new(device, &textures, &renderer, overlay));
@@ -112,7 +112,8 @@ impl Viewer {
             window, mut textures, layer, look, renderer, overlay, surface, gpu, shown, relief, ..
         } = self;
         let (scene, overlay) = (renderer.scene(), overlay.map(|overlay| overlay.overlay()));
-        let drawn = Drawn { scene, layer, look, relief: relief.clone().filter(|_| renderer.has_relief()) };
+        let on_screen = relief.clone().filter(|_| renderer.has_relief());
+        let drawn = Drawn { scene, layer, look, relief: on_screen, tiling: shown.tiling };
         // A window has one surface at a time.
         drop((renderer, surface, gpu));
         let (gpu, surface) = device_for(&window, display)?;
@@ -181,7 +182,7 @@ impl Viewer {
             }
         };
         let (device, queue) = (&self.gpu.device, &self.gpu.queue);
-        let drawn = Drawn { scene, layer: self.layer, look: self.look, relief };
+        let drawn = Drawn { scene, layer: self.layer, look: self.look, relief, tiling: self.shown.tiling };
         self.renderer = SceneRenderer::new(device, queue, &self.textures, drawn, self.surface.format());
         self.draw_overlay(self.overlay.as_ref().map(OverlayRenderer::overlay));
         self.jumped();
