@@ -132,10 +132,8 @@ impl Plain<'_> {
             (description.geometry.size(), description.geometry.address());
         // The levels of a layer with a fraction of the resolution are as many as the texture's, so its padding is as large.
         let padded = |side: u32, mode| match mode {
-            // On all levels, down to a texel of padding beside the last of the texture.
+            // Down to a texel of padding beside the last of the texture.
             AddressMode::Border => 2 << description.geometry.coarsest(),
-            // On all levels a texel after the last one and another before the first, which is where the padding ends.
-            AddressMode::Wrap if !side.is_power_of_two() => 2 * side.next_power_of_two(),
             AddressMode::Clamp | AddressMode::Wrap | AddressMode::Mirror => side.next_power_of_two(),
         };
         Plain {

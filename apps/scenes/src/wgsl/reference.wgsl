@@ -42,23 +42,42 @@ fn reference_folded(at: i32, size: i32, padded: u32, mode: u32) -> u32 {
     }
 }
 
+// Texels of a level without the padding.
+fn reference_texels(level: u32) -> vec2<i32> {
+    let layer_scale = reference_params.layer_scale;
+    return vec2<i32>((vastex_texture.levels[level].size.xy + layer_scale - 1u) / layer_scale);
+}
+
+// The texel that stands at a whole place of a level, inside or beyond its edges.
+fn reference_texel(at: vec2<i32>, level: u32) -> vec4<f32> {
+    let size = reference_texels(level);
+    let padded = reference_size(level);
+    let folded = vec2<u32>(
+        reference_folded(at.x, size.x, padded.x, vastex_texture.address.x),
+        reference_folded(at.y, size.y, padded.y, vastex_texture.address.y),
+    );
+    return textureLoad(reference, folded, i32(level));
+}
+
+// Texels of level 0 along one texel of a level.
+fn reference_scale(level: u32) -> vec2<u32> {
+    return vastex_texture.levels[level].scale.xy * reference_params.layer_scale;
+}
+
+// Where a uv is in a level, in its texels.
+fn reference_place(uv: vec2<f32>, level: u32) -> vec2<f32> {
+    let position = vastex_position_from_uv(uv);
+    let at = vec2<f32>(position.texel) + position.fraction;
+    return at / vec2<f32>(reference_scale(level)) + reference_shift(level);
+}
+
 fn reference_nearest(uv: vec2<f32>, level: u32) -> vec4<f32> {
     let position = vastex_position_from_uv(uv);
-    let layer_scale = reference_params.layer_scale;
-    let scale = vastex_texture.levels[level].scale.xy * layer_scale;
-    let inside = vec2<i32>(position.texel / scale);
-    let at = (vec2<f32>(position.texel) + position.fraction) / vec2<f32>(scale) + reference_shift(level);
     // Inside of the picture whole numbers say which texel it is, unless they are not at the middle of those that they cover.
     let is_beyond = (position.fraction < vec2<f32>(0.0)) | (position.fraction > vec2<f32>(1.0));
     let is_measured = is_beyond | vec2<bool>(reference_params.keeps_positions == 1u);
-    let texel = select(inside, vec2<i32>(floor(at)), is_measured);
-    let size = vec2<i32>((vastex_texture.levels[level].size.xy + layer_scale - 1u) / layer_scale);
-    let padded = reference_size(level);
-    let folded = vec2<u32>(
-        reference_folded(texel.x, size.x, padded.x, vastex_texture.address.x),
-        reference_folded(texel.y, size.y, padded.y, vastex_texture.address.y),
-    );
-    return textureLoad(reference, folded, i32(level));
+    let inside = vec2<i32>(position.texel / reference_scale(level));
+    return reference_texel(select(inside, vec2<i32>(floor(reference_place(uv, level))), is_measured), level);
 }
 
 // Where a uv is on the ordinary texture, `shift` from there. Beyond its picture by more than half of what lies there before the
@@ -74,28 +93,38 @@ fn reference_uv(uv: vec2<f32>, shift: vec2<f32>) -> vec2<f32> {
 }
 
 fn reference_linear(uv: vec2<f32>, level: u32) -> vec4<f32> {
-    let shift = reference_shift(level) / vec2<f32>(reference_size(level));
+    let padded = reference_size(level);
+    // Round a wrapping edge the padding is to have the first texel once more, and where it ends the last one: of a single
+    // texel the sampler gets one of them.
+    let wraps = vastex_texture.address.xy == vec2<u32>(VASTEX_ADDRESS_WRAP);
+    if any(wraps & (padded - vec2<u32>(reference_texels(level)) == vec2<u32>(1u))) {
+        return reference_blended(uv, level);
+    }
+    let shift = reference_shift(level) / vec2<f32>(padded);
     return textureSampleLevel(reference, reference_sampler, reference_uv(uv, shift), f32(level));
+}
+
+// What the sampler does, texel by texel.
+fn reference_blended(uv: vec2<f32>, level: u32) -> vec4<f32> {
+    let at = reference_place(uv, level) - 0.5;
+    let first = vec2<i32>(floor(at));
+    let share = at - floor(at);
+    let upper = mix(
+        reference_texel(first, level), reference_texel(first + vec2<i32>(1, 0), level), share.x);
+    let lower = mix(
+        reference_texel(first + vec2<i32>(0, 1), level), reference_texel(first + vec2<i32>(1, 1), level), share.x);
+    return mix(upper, lower, share.y);
 }
 
 // 4x4 texels of a level, read one by one.
 fn reference_cubic(uv: vec2<f32>, level: u32) -> vec4<f32> {
-    let position = vastex_position_from_uv(uv);
-    let layer_scale = reference_params.layer_scale;
-    let scale = vec2<f32>(vastex_texture.levels[level].scale.xy * layer_scale);
-    let at = (vec2<f32>(position.texel) + position.fraction) / scale + reference_shift(level) - 0.5;
+    let at = reference_place(uv, level) - 0.5;
     let first = vec2<i32>(floor(at)) - 1;
     let x = vastex_cubic_weights(fract(at.x));
     let y = vastex_cubic_weights(fract(at.y));
-    let size = vec2<i32>((vastex_texture.levels[level].size.xy + layer_scale - 1u) / layer_scale);
-    let padded = reference_size(level);
     var sum = vec4<f32>(0.0);
     for (var nth = 0; nth < 16; nth++) {
-        let texel = vec2<u32>(
-            reference_folded(first.x + nth % 4, size.x, padded.x, vastex_texture.address.x),
-            reference_folded(first.y + nth / 4, size.y, padded.y, vastex_texture.address.y),
-        );
-        sum += x[nth % 4] * y[nth / 4] * textureLoad(reference, texel, i32(level));
+        sum += x[nth % 4] * y[nth / 4] * reference_texel(first + vec2<i32>(nth % 4, nth / 4), level);
     }
     return sum;
 }
