@@ -21,6 +21,9 @@ pub struct Heights {
     pub scale: Option<f32>,
     /// The value that is not displaced; else the lowest of the coarse levels.
     pub zero: Option<f32>,
+    /// Whether vertices stay where their patch has them, so that the ground is torn where patches of two sizes meet: to see that tears
+    /// would be seen.
+    pub is_torn: bool,
 }
 
 impl Heights {
@@ -59,6 +62,7 @@ pub struct Relief {
     /// Lowest and highest value that there may be.
     bounds: [f32; 2],
     texels: [u32; 2],
+    is_torn: bool,
 }
 
 /// By how much heights rise that nobody has said a scale for: a twentieth of the globe's radius, of the terrain's width.
@@ -90,6 +94,7 @@ impl Relief {
             span,
             bounds,
             texels: [width, height].map(|side| side.div_ceil(scale)),
+            is_torn: heights.is_torn,
         })
     }
 
@@ -174,7 +179,8 @@ impl ReliefSurface {
 
     /// The constants that relief.wgsl needs before it, and itself.
     pub(crate) fn wgsl(&self) -> String {
-        let [begin, end] = MORPH;
+        // Nothing is drawn at a thousand times its range.
+        let [begin, end] = if self.relief.is_torn { MORPH.map(|share| 1000.0 + share) } else { MORPH };
         let constants = format!(
             "const RELIEF_QUADS: u32 = {QUADS}u;\nconst RELIEF_MORPH: vec2<f32> = vec2<f32>({begin:?}, {end:?});\n\
              const RELIEF_GLOBE: bool = {};\n",

@@ -22,7 +22,12 @@ pub(crate) struct HeightArgs {
 impl HeightArgs {
     /// In the words of the scenes.
     pub(crate) fn heights(&self) -> Heights {
-        Heights { layer: self.height_layer.clone(), scale: self.height_scale, zero: self.height_zero }
+        Heights {
+            layer: self.height_layer.clone(),
+            scale: self.height_scale,
+            zero: self.height_zero,
+            ..Heights::default()
+        }
     }
 }
 
