@@ -191,7 +191,7 @@ fn commands_that_were_never_submitted_are_not_waited_for() {
 }
 
 /// A plane seen in no perspective: uv changes by the same amount from pixel to pixel.
-const PLANE: &str = "
+pub(crate) const PLANE: &str = "
     struct Corner { @builtin(position) clip: vec4<f32>, @location(0) uv: vec2<f32> }
     @vertex fn vertex(@builtin(vertex_index) n: u32) -> Corner {
         let at = vec2<f32>(f32(n & 1u) * 4.0 - 1.0, f32(n >> 1u) * 4.0 - 1.0);

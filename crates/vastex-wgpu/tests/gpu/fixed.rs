@@ -33,7 +33,7 @@ struct Folded {
     unused: u32,
 }
 
-const FOLDING: &str = "
+pub(crate) const FOLDING: &str = "
     const MODES = array<u32, 4>(
         VASTEX_NONE, VASTEX_ADDRESS_WRAP, VASTEX_ADDRESS_MIRROR, VASTEX_ADDRESS_BORDER);
     struct Fold { anchor: u32, offset: f32, size: u32, mode: u32 }
@@ -122,7 +122,7 @@ pub(crate) struct Input {
     at_level: u32,
 }
 
-const HARNESS: &str = "
+pub(crate) const HARNESS: &str = "
     struct Input {
         anchor: vec2<u32>, offset: vec2<f32>, ddx: vec2<f32>, ddy: vec2<f32>, level: f32, at_level: u32,
     }

@@ -27,7 +27,7 @@ struct Output {
     page_texel: [f32; 2],
 }
 
-const HARNESS: &str = "
+pub(crate) const HARNESS: &str = "
     struct Input { uv: vec2<f32>, step: f32, unused: f32 }
     struct Output { wanted: f32, level: f32, shown: u32, of_page: u32, page: vec2<u32>, page_texel: vec2<f32> }
     @group(1) @binding(0) var<storage, read> inputs: array<Input>;

@@ -3,14 +3,18 @@
 #![expect(clippy::unwrap_used, reason = "a test's helpers fail as the test itself does")]
 
 mod common;
+mod drawing;
 mod errors;
+mod exact;
 mod fade;
 mod feedback;
 mod fixed;
 mod groups;
 mod inspect;
+mod reached;
 mod sampling;
 mod seams;
+mod stages;
 mod tables;
 mod texture_space;
 mod ways;

@@ -320,10 +320,16 @@ fn image(page: u32, border: u32, layers: &[Layer]) -> Description {
 
 #[test]
 fn every_format_agrees_with_its_twin() {
+    // Most formats are read in the same way.
+    let mut harnesses: Vec<(Atlas, [Harness<'_>; 5])> = Vec::new();
     for (n, format) in LayerFormat::ALL.into_iter().enumerate() {
         let mut world = World::of(&GPU, &image(64, 4, &[Layer::new("a", format)]), 0, 0.5, n as u64 + 21);
-        for filter in [Filter::Nearest, Filter::Trilinear] {
-            Harness::new(&GPU, filter, world.pool.atlas(0)).check(&mut world, 0, n as u64);
+        let atlas = world.pool.atlas(0);
+        if harnesses.iter().all(|(of, _)| *of != atlas) {
+            harnesses.push((atlas, Filter::KINDS.map(|filter| Harness::new(&GPU, filter, atlas))));
+        }
+        for harness in harnesses.iter().filter(|(of, _)| *of == atlas).flat_map(|(_, harnesses)| harnesses) {
+            harness.check(&mut world, 0, n as u64);
         }
     }
 }

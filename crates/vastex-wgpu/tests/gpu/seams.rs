@@ -1,15 +1,14 @@
 //! A surface that closes on itself, its uv computed in the shader, shows no seam where uv jumps, and wants nothing coarse there.
 
 use vastex_core::{AddressMode, Geometry, GeometrySpec, LayerFormat, PageId};
-use vastex_wgpu::{Atlas, BindLayout, FEEDBACK_FORMAT, FeedbackWay, Filter, ShaderOptions, ViewBuffer, wgsl};
+use vastex_wgpu::{Atlas, BindLayout, FeedbackWay, Filter, ShaderOptions, ViewBuffer, wgsl};
 
-use crate::common::{GPU, World, read};
-
-const SIDE: u32 = 64;
+use crate::common::{GPU, World};
+use crate::drawing::{self, Drawing, SIDE};
 
 /// A disc whose uv is the angle, which jumps on the left, and the distance from the pole near its middle, so that a seam is within blocks of four pixels. `other_side` takes the
 /// gradients there from an angle that jumps on the right.
-const DISC: &str = "
+pub(crate) const DISC: &str = "
     struct Spot { @builtin(position) clip: vec4<f32>, @location(0) at: vec2<f32> }
     struct Shown { @location(0) color: vec4<f32>, @location(1) wanted: vec4<u32> }
     @vertex fn corner(@builtin(vertex_index) n: u32) -> Spot {
@@ -38,91 +37,23 @@ const DISC: &str = "
 /// A pixel: its colour, and the level that it wants in eighths.
 type Pixel = ([f32; 4], u32);
 
-fn drawn(world: &World, filter: Filter, entry: &str) -> Vec<Pixel> {
+fn drawn(world: &World, filter: Filter, entry: &'static str) -> Vec<Pixel> {
     let device = &GPU.device;
     let layout = BindLayout::new(device, Atlas::Float, FeedbackWay::Separate);
     let view = ViewBuffer::new(device, &GPU.queue, FeedbackWay::Separate);
     let group = layout.bind_group(device, &world.table, &world.pool, 0, &view);
-    let text = wgsl(&ShaderOptions { filter, ..ShaderOptions::default() }) + DISC;
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: None,
-        source: wgpu::ShaderSource::Wgsl(text.into()),
-    });
-    let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: None,
-        bind_group_layouts: &[Some(layout.layout())],
-        immediate_size: 0,
-    });
-    let formats = [wgpu::TextureFormat::Rgba32Float, FEEDBACK_FORMAT];
-    let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: None,
-        layout: Some(&pipeline_layout),
-        vertex: wgpu::VertexState {
-            module: &module,
-            entry_point: Some("corner"),
-            compilation_options: Default::default(),
-            buffers: &[],
-        },
-        primitive: wgpu::PrimitiveState {
+    let (colors, wanted) = drawing::drawn(
+        &GPU,
+        &Drawing {
+            text: wgsl(&ShaderOptions { filter, ..ShaderOptions::default() }) + DISC,
+            entries: ["corner", entry],
             topology: wgpu::PrimitiveTopology::TriangleStrip,
-            ..Default::default()
+            vertices: 4,
+            layout: &layout,
+            group: &group,
+            inputs: None,
         },
-        depth_stencil: None,
-        multisample: Default::default(),
-        fragment: Some(wgpu::FragmentState {
-            module: &module,
-            entry_point: Some(entry),
-            compilation_options: Default::default(),
-            targets: &formats.map(|format| Some(format.into())),
-        }),
-        multiview_mask: None,
-        cache: None,
-    });
-    let targets = formats.map(|format| {
-        device.create_texture(&wgpu::TextureDescriptor {
-            label: None,
-            size: wgpu::Extent3d { width: SIDE, height: SIDE, depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format,
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
-            view_formats: &[],
-        })
-    });
-    let views = targets.each_ref().map(|target| target.create_view(&Default::default()));
-    let attachments = views.each_ref().map(|view| {
-        Some(wgpu::RenderPassColorAttachment {
-            view,
-            depth_slice: None,
-            resolve_target: None,
-            ops: Default::default(),
-        })
-    });
-    let mut encoder = device.create_command_encoder(&Default::default());
-    let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-        color_attachments: &attachments,
-        ..Default::default()
-    });
-    pass.set_pipeline(&pipeline);
-    pass.set_bind_group(0, &group, &[]);
-    pass.draw(0..4, 0..1);
-    drop(pass);
-    let buffers = targets.each_ref().map(|target| {
-        let buffer = device.create_buffer(&wgpu::BufferDescriptor {
-            label: None,
-            size: u64::from(SIDE * SIDE * 16),
-            usage: wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        let layout =
-            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(SIDE * 16), rows_per_image: None };
-        let into = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout };
-        encoder.copy_texture_to_buffer(target.as_image_copy(), into, target.size());
-        buffer
-    });
-    GPU.queue.submit([encoder.finish()]);
-    let (colors, wanted) = (read::<[f32; 4]>(&GPU, &buffers[0]), read::<[u32; 4]>(&GPU, &buffers[1]));
+    );
     let level = |[low, high, eighth, _]: [u32; 4]| {
         let page = PageId::from_bits(u64::from(high) << 32 | u64::from(low)).unwrap();
         8 * u32::from(page.pos(vastex_core::Dims::D2).level) + eighth
@@ -151,7 +82,7 @@ fn where_uv_jumps_there_is_no_seam() {
         ..GeometrySpec::image(1024, 512)
     };
     let world = World::new(&GPU, &Geometry::new(spec).unwrap(), LayerFormat::Rgba8, 1.0, 8);
-    for filter in [Filter::Trilinear, Filter::KINDS[3]] {
+    for filter in Filter::KINDS {
         let [wrapped, plain, other] =
             ["wrapped", "plain", "other_side"].map(|entry| drawn(&world, filter, entry));
         assert_eq!(unlike(&wrapped, &other), 0, "{filter}");

@@ -9,7 +9,7 @@ use vastex_wgpu::{
 use crate::common::{GPU, NUMBER, World};
 
 /// A picture of 64x64 pixels. Each instance draws the whole texture into it, at so many times its size; the last one is beside it.
-const SHADER: &str = "
+pub(crate) const SHADER: &str = "
     struct Spread {
         @builtin(position) clip: vec4<f32>,
         @location(0) uv: vec2<f32>,

@@ -14,7 +14,7 @@ const COLOUR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 
 /// Surfaces over the whole picture, in the order in which they are drawn: depth, opacity, and of how many answers each gives one by
 /// turns.
-const SURFACES: &str = "
+pub(crate) const SURFACES: &str = "
     @group(1) @binding(0) var<storage, read> surfaces: array<vec4<f32>>;
     struct Corner { @builtin(position) clip: vec4<f32>, @location(0) @interpolate(flat) nth: u32 }
     @vertex fn vertex(@builtin(vertex_index) n: u32, @builtin(instance_index) nth: u32) -> Corner {
