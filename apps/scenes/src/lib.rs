@@ -50,7 +50,9 @@ pub use pose::Pose;
 pub use reference::{Reference, ReferenceError, Taps};
 pub use relief::{Heights, HeightsError, Relief};
 pub use scene::{Mesh, Scene, Vertex, surface};
-pub use studio::{DrawCosts, Outcome, PATIENCE_FRAMES, ReferenceKind, Studio, StudioError, Until};
+pub use studio::{
+    CostsBeside, DrawCosts, Outcome, PATIENCE_FRAMES, ReferenceKind, Studio, StudioError, Until,
+};
 pub use tiling::Tiling;
 pub use traced::trace_of;
 pub use views::Views;

@@ -28,7 +28,7 @@ use crate::views::{Views, side_by_side};
 
 mod costs;
 
-pub use costs::DrawCosts;
+pub use costs::{CostsBeside, DrawCosts};
 
 /// Frames after the end of a path within which a view must converge.
 pub const PATIENCE_FRAMES: u64 = 10_000;
@@ -76,7 +76,7 @@ pub enum StudioError {
 pub enum Until {
     /// After so many frames.
     Frames(u64),
-    /// When the path is at its end and the view has converged; it gives up [`PATIENCE_FRAMES`] after the end.
+    /// When the path is at its end, the view has converged and no tile fades in any more; it gives up [`PATIENCE_FRAMES`] after the end.
     Converged,
 }
 
@@ -93,7 +93,7 @@ pub enum ReferenceKind {
 /// How a run ended.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
-    /// Whether the last view had converged.
+    /// Whether the last view had converged, with all its tiles there.
     pub converged: bool,
     /// The loop at the end.
     pub stats: FrameStats,
@@ -239,17 +239,18 @@ impl Studio {
         let mut frame = 0;
         loop {
             let stats = self.textures.stats();
+            let converged = stats.converged && stats.fading == 0;
             let done = match until {
                 Until::Frames(frames) => frame >= frames,
                 Until::Converged => {
                     // What has converged before the last pose was held for a cycle says nothing of it.
                     let held = u64::from(vastex::JITTER_CYCLE) * self.views.every() + FEEDBACK_FRAMES;
-                    let settled = stats.converged && frame >= path.frames() + held;
+                    let settled = converged && frame >= path.frames() + held;
                     settled || frame >= path.frames() + PATIENCE_FRAMES
                 }
             };
             if done {
-                return Ok(Outcome { converged: stats.converged, stats });
+                return Ok(Outcome { converged, stats });
             }
             self.frame(path.pose(self.renderer.scene(), self.renderer.image_aspect(), frame))?;
             let events = std::iter::from_fn(|| self.textures.poll_event()).collect();

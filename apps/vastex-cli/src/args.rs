@@ -211,6 +211,7 @@ Examples:
   vastex render earth.vastex --on globe --camera-path fly --stats-csv fly.csv --dump-pools
   vastex render earth.vastex --on plane --frames 12 --overlay deficit -o deficit.png --explain 640,700
   vastex render earth.vastex --on globe --estimate quadtree -o without-feedback.png
+  vastex render earth.vastex --on plane --fade-ms 200 --frames 8 -o fading-in.png
 
 Without --frames it plays the camera path to its end and holds the last pose until everything is loaded; if that does
 not come to pass within 10,000 frames, the picture is written as it is and the exit code is 1.")]
@@ -227,6 +228,9 @@ pub(crate) struct RenderArgs {
     /// Load ahead what the camera is expected to see if it goes on as it does
     #[arg(long)]
     pub(crate) predict: bool,
+    /// Milliseconds in which a tile fades in from what was on screen before, at 60 frames a second; 0: it is there at once
+    #[arg(long, default_value_t = 0, value_name = "N", value_parser = clap::value_parser!(u64).range(..=MOST_FADE_MS))]
+    pub(crate) fade_ms: u64,
     /// Draw so many frames
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
     pub(crate) frames: Option<u64>,
@@ -327,10 +331,17 @@ Keys and mouse:
 pub(crate) struct ViewArgs {
     #[command(flatten)]
     pub(crate) scene: SceneArgs,
+    /// Milliseconds in which a tile fades in from what was on screen before; 0: it is there at once. By default 150, or 0 where a
+    /// processor draws in the place of a GPU
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=MOST_FADE_MS))]
+    pub(crate) fade_ms: Option<u64>,
     /// Close the window after so many frames, for tests
     #[arg(long, value_name = "N", hide = true)]
     pub(crate) exit_after_frames: Option<u64>,
 }
+
+/// A minute.
+const MOST_FADE_MS: u64 = 60_000;
 
 /// One of a few values, by its name.
 fn named<T>(all: &'static [T], name: fn(T) -> &'static str) -> impl TypedValueParser<Value = T>

@@ -10,8 +10,10 @@ use std::time::Duration;
 
 use common::{Mapping, SCREEN, Screen, property, settings};
 use vastex::{
-    AddressMode, Filter, PoolId, PoolSettings, Region, Settings, TableChoice, TextureSettings, TileSource,
+    AddressMode, Codec, Description, Filter, Geometry, GeometrySpec, LayerFormat, PagePos, PoolId,
+    PoolSettings, ReadFuture, Region, Settings, TableChoice, TextureSettings, Tile, TileSource,
 };
+use vastex_core::PageContents;
 
 const SIZE: [u32; 2] = [1000, 777];
 const TILE: u64 = 40 * 40 * 4;
@@ -273,4 +275,64 @@ fn the_members_of_a_group_fade_as_they_do_alone() {
         picture.chunks(160).flat_map(|row| row[..80].to_vec()).collect()
     };
     assert!(left(&half) == left(&alone.picture()) && half != tails);
+}
+
+/// A texture of which every level has one colour, so that all its pages have the same content.
+struct Plain {
+    description: Arc<Description>,
+    contents: Arc<PageContents>,
+}
+
+impl Plain {
+    fn new() -> Arc<Plain> {
+        let spec = GeometrySpec { page: 32, ..GeometrySpec::image(SIZE[0], SIZE[1]) };
+        let description = Description::one_layer(Geometry::new(spec).unwrap(), LayerFormat::Rgba8);
+        let level = |pos: PagePos| Some(u32::from(pos.level));
+        let contents = PageContents::new(&description.geometry, Vec::new(), 16, level);
+        Arc::new(Plain { description: Arc::new(description), contents: Arc::new(contents) })
+    }
+}
+
+impl TileSource for Plain {
+    fn description(&self) -> &Arc<Description> {
+        &self.description
+    }
+
+    fn contents(&self) -> Option<&Arc<PageContents>> {
+        Some(&self.contents)
+    }
+
+    fn read(&self, pos: PagePos) -> ReadFuture<'_> {
+        let bytes = vec![40 * pos.level; self.description.tile_bytes()].into();
+        Box::pin(async move { Ok(Tile { codec: Codec::Raw, bytes }) })
+    }
+}
+
+#[test]
+fn a_page_whose_content_is_there_already_is_there_at_once_and_leaves_the_others_alone() {
+    let mut screen = Screen::new(&[Plain::new()], fading());
+    screen.textures.set_frame_time(Duration::ZERO);
+    screen.set_mapping(0, &around(0.2, 1.1));
+    screen.converge();
+    let stats = screen.textures.stats();
+    let loaded = stats.pager.loaded;
+    assert!(stats.fading as u64 == loaded && stats.pager.shared > 2 * loaded, "{stats:?}");
+    pass(&mut screen, FADE);
+    let picture = screen.picture();
+    // Other pages, one of which then gets a slot of its own.
+    screen.set_mapping(0, &around(0.7, 1.1));
+    let check = |screen: &mut Screen| {
+        for _ in 0..40 {
+            screen.frame().unwrap();
+            assert_eq!(screen.textures.stats().fading, 0);
+        }
+        // A page that a pixel or two see may not have been asked for.
+        let others = screen.picture().iter().zip(&picture).filter(|(a, b)| a != b).count();
+        assert!(others < 10, "{others} pixels: {:?}", screen.textures.stats());
+    };
+    check(&mut screen);
+    assert_eq!(screen.textures.stats().pager.loaded, loaded);
+    assert!(screen.textures.invalidate(screen.texture(0), &Region::image(700..701, 300..301)) > 0);
+    check(&mut screen);
+    assert!(screen.textures.stats().pager.refreshed > 0);
 }

@@ -4,6 +4,7 @@
 
 #![allow(clippy::print_stdout, reason = "the figures are what it is for")]
 
+mod fading;
 mod filters;
 mod world;
 
@@ -11,7 +12,7 @@ use anyhow::Result;
 use vastex_scenes::GpuClock;
 use world::{Bench, gpu};
 
-const SECTIONS: &[fn(&Bench) -> Result<String>] = &[filters::section];
+const SECTIONS: &[fn(&Bench) -> Result<String>] = &[filters::section, fading::section];
 
 fn main() -> Result<()> {
     let gpu = gpu()?;

@@ -1,6 +1,7 @@
 //! What the sections share: the device with its clock, and a texture that is all resident.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use anyhow::{Context, Result, ensure};
 use vastex::{Filter, Geometry, Pace, PoolSettings, Region, Settings, TextureId, TileSource};
@@ -42,6 +43,13 @@ pub(crate) fn picture(gpu: &Gpu) -> [u32; 2] {
 
 /// A view of the texture, of which every page is in the pool, with borders of 8 texels.
 pub(crate) fn resident(bench: &Bench, filter: Filter, scene: Scene, pose: Pose) -> Result<Studio> {
+    let mut studio = new_studio(bench, filter, scene, Duration::ZERO)?;
+    fetch(&mut studio, pose, &Region::whole())?;
+    Ok(studio)
+}
+
+/// The texture, of which nothing is in the pool yet, with tiles that fade in over so much time.
+pub(crate) fn new_studio(bench: &Bench, filter: Filter, scene: Scene, fade: Duration) -> Result<Studio> {
     let address = [AddressMode::Wrap, AddressMode::Clamp, AddressMode::Clamp];
     let spec = GeometrySpec { border: 8, address, ..GeometrySpec::image(SIDE, SIDE / 2) };
     let source: Arc<dyn TileSource> = Arc::new(PropertySource::new(Geometry::new(spec)?));
@@ -50,18 +58,27 @@ pub(crate) fn resident(bench: &Bench, filter: Filter, scene: Scene, pose: Pose) 
         upload_bytes_per_frame: 8 << 20,
         pace: Pace::LockStep { latency_frames: 1 },
         filter,
+        fade,
         ..Settings::default()
     };
-    let mut studio = Studio::new(&bench.gpu, source, scene, picture(&bench.gpu), settings)?;
-    let texture = TextureId::new(0).context("there is a first texture")?;
-    let ticket = studio.textures_mut().pin(texture, &Region::whole())?;
+    Ok(Studio::new(&bench.gpu, source, scene, picture(&bench.gpu), settings)?)
+}
+
+/// The first texture of a studio.
+pub(crate) fn texture() -> Result<TextureId> {
+    TextureId::new(0).context("there is a first texture")
+}
+
+/// Frames until every page of a region is in the pool, where it stays.
+pub(crate) fn fetch(studio: &mut Studio, pose: Pose, region: &Region) -> Result<()> {
+    let ticket = studio.textures_mut().pin(texture()?, region)?;
     for _ in 0..PATIENCE_FRAMES {
         studio.frame(pose)?;
         let progress = ticket.progress();
         if progress.resident == progress.pages {
-            return Ok(studio);
+            return Ok(());
         }
     }
     ensure!(false, "not all pages came: {:?}", ticket.progress());
-    Ok(studio)
+    Ok(())
 }

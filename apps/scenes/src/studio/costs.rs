@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::{Studio, StudioError};
+use super::{Canvas, Studio, StudioError};
 use crate::clock::GpuClock;
 use crate::compare::Comparison;
 use crate::draw::PictureTarget;
@@ -23,7 +23,39 @@ pub struct DrawCosts {
     pub to_adapter: Comparison,
 }
 
+/// What the draw of a view takes beside other studios' views.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CostsBeside {
+    /// The median of this one's.
+    pub of_this: Duration,
+    /// For each of the others the median of its time over this one's, each pair taken in one turn.
+    pub others_to_this: Vec<f64>,
+}
+
 impl Studio {
+    /// Draws the last frame's picture `rounds` times in turns with those of other studios on the same device, from what is in the pools
+    /// now. One view alone of each.
+    pub fn costs_beside(&self, others: &[Studio], clock: &GpuClock, rounds: usize) -> CostsBeside {
+        let all: Vec<&Studio> = std::iter::once(self).chain(others).collect();
+        for studio in &all {
+            studio.renderer.set_pose(&self.gpu.queue, &studio.textures, &studio.pose, studio.canvas.size);
+        }
+        let draw = |studio: &Studio, encoder: &mut wgpu::CommandEncoder| {
+            let Canvas { colour_view: colour, depth_view: depth, .. } = &studio.canvas;
+            studio.renderer.draw_picture(encoder, &studio.textures, &PictureTarget { colour, depth });
+        };
+        let draws: Vec<_> = all.iter().map(|&studio| move |encoder: &mut _| draw(studio, encoder)).collect();
+        let draws: Vec<&dyn Fn(&mut wgpu::CommandEncoder)> = draws.iter().map(|draw| draw as _).collect();
+        let mut taken = clock.in_turns(&self.gpu, &draws, rounds).into_iter();
+        let of_this = taken.next().unwrap_or_default();
+        let to_this = |taken: Vec<Duration>| {
+            let ratios = taken.iter().zip(&of_this).map(|(a, b)| a.as_secs_f64() / b.as_secs_f64());
+            median_of(ratios.collect(), f64::total_cmp)
+        };
+        let others_to_this = taken.map(to_this).collect();
+        CostsBeside { of_this: median(of_this), others_to_this }
+    }
+
     /// Draws the last frame's picture `rounds` times in each way, from what is in the pool now. One view alone.
     pub fn costs(&self, clock: &GpuClock, rounds: usize) -> Result<DrawCosts, StudioError> {
         let (device, queue) = (&self.gpu.device, &self.gpu.queue);

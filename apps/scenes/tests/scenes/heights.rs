@@ -2,6 +2,7 @@
 
 use std::f32::consts::PI;
 use std::sync::Arc;
+use std::time::Duration;
 
 use glam::{Vec2, Vec3};
 use vastex::{
@@ -220,6 +221,28 @@ fn every_way_of_feedback_finds_what_a_terrain_wants() {
     for way in [FeedbackWay::Inline, FeedbackWay::Raw] {
         assert_alike(&picture(way).compare(&separate), &format!("{way:?}"));
     }
+}
+
+#[test]
+fn ground_fades_in_and_ends_where_it_is_without_fading() {
+    let source = Ground::new([AddressMode::Clamp; 2], LayerFormat::R16, rough);
+    let fade = Duration::from_millis(100);
+    let pose = over(0.03, -0.2, 0.05, 0.0, 0.3);
+    let [mut fading, at_once] = [fade, Duration::ZERO].map(|fade| {
+        let settings = Settings { fade, ..settings(16, Filter::Trilinear) };
+        let mut studio =
+            Studio::showing(&shown(0.06), gpu(), source.clone(), Scene::Terrain, PICTURE, settings).unwrap();
+        studio.textures_mut().set_frame_time(Duration::ZERO);
+        converge(&mut studio, pose);
+        studio
+    });
+    assert!(fading.textures().stats().fading > 3 && fading.picture() != at_once.picture());
+    fading.textures_mut().set_frame_time(fade);
+    fading.frame(pose).unwrap();
+    // Where the ground lies, other pages may be in view.
+    converge(&mut fading, pose);
+    assert_eq!(fading.textures().stats().fading, 0);
+    assert_alike(&fading.picture().compare(&at_once.picture()), "all there");
 }
 
 #[test]

@@ -6,6 +6,7 @@ mod ahead;
 mod common;
 mod descent;
 mod estimates;
+mod fade;
 mod feedback_ways;
 mod filters;
 mod floor;

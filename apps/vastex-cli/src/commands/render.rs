@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::process::ExitCode;
+use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 use serde::Serialize;
@@ -36,7 +37,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode> {
         true => Pace::Realtime,
         false => Pace::LockStep { latency_frames: args.latency_frames },
     };
-    let settings = Settings { pace, ..settings(&args.scene)? };
+    let settings = Settings { pace, fade: Duration::from_millis(args.fade_ms), ..settings(&args.scene)? };
     let (shown, SceneArgs { on, size, .. }) = (args.scene.shown(), &args.scene);
     let studio = Studio::showing(&shown, &gpu, tiles, *on, *size, settings);
     let mut studio = studio.context(source.clone())?;

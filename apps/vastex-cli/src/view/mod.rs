@@ -84,7 +84,7 @@ impl App<'_> {
 
     fn viewer(&self, events: &ActiveEventLoop, window: &Arc<Window>) -> Result<Viewer> {
         let display = events.owned_display_handle();
-        Viewer::new(&self.args.scene, self.scene, self.source.clone(), window.clone(), display)
+        Viewer::new(self.args, self.scene, self.source.clone(), window.clone(), display)
             .with_context(|| self.args.scene.source.display().to_string())
     }
 

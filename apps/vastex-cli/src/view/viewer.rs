@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
-use vastex::{Event, FrameStats, LayerId, Textures, TileSource};
+use vastex::{Event, FrameStats, LayerId, Settings, Textures, TileSource};
 use vastex_core::Dims;
 use vastex_scenes::{
     Drawn, Gpu, HeightsError, Look, Overlay, OverlayRenderer, PictureTarget, Pose, Relief, Scene,
@@ -15,7 +15,7 @@ use winit::window::Window;
 
 use super::input::Aspects;
 use super::surface::Surface;
-use crate::args::SceneArgs;
+use crate::args::ViewArgs;
 use crate::commands::render::settings;
 use crate::explained::Explained;
 use crate::{gpu, report, shortage};
@@ -54,6 +54,8 @@ pub(super) struct Viewer {
     /// Name of the source, for the title.
     name: String,
     frames: u64,
+    /// When the last frame was drawn.
+    drawn_at: Option<Instant>,
     unsettled: u32,
     is_hidden: bool,
     /// Whether it was said that a pool is too small.
@@ -64,14 +66,16 @@ pub(super) struct Viewer {
 impl Viewer {
     /// Sets everything up on a device of its own.
     pub(super) fn new(
-        args: &SceneArgs,
+        args: &ViewArgs,
         scene: Scene,
         source: Arc<dyn TileSource>,
         window: Arc<Window>,
         display: OwnedDisplayHandle,
     ) -> Result<Viewer> {
         let (gpu, surface) = device_for(&window, display)?;
-        let mut textures = Textures::new(&gpu.device, &gpu.queue, settings(args)?)?;
+        let (fade, args) = (args.fade_ms.map_or(default_fade(&gpu), Duration::from_millis), &args.scene);
+        let settings = Settings { fade, ..settings(args)? };
+        let mut textures = Textures::new(&gpu.device, &gpu.queue, settings)?;
         let texture = textures.add(source)?;
         let name = args.source.file_name().unwrap_or_default().to_string_lossy().into_owned();
         textures.set_name(texture, name.clone());
@@ -98,6 +102,7 @@ impl Viewer {
             renderer,
             name,
             frames: 0,
+            drawn_at: None,
             unsettled: UNSETTLED_FRAMES,
             is_hidden: false,
             is_oversubscribed: false,
@@ -223,10 +228,10 @@ impl Viewer {
 
     /// When the next frame is due; `awake` says that the view will change by itself.
     pub(super) fn next_frame(&self, awake: bool) -> Wake {
-        let FrameStats { converged, pager, .. } = self.textures.stats();
+        let FrameStats { converged, fading, pager, .. } = self.textures.stats();
         match () {
             () if self.is_hidden => Wake::After(SLOW),
-            () if awake || self.unsettled > 0 || !converged => Wake::Now,
+            () if awake || self.unsettled > 0 || !converged || fading > 0 => Wake::Now,
             () if pager.failed > 0 => Wake::After(SLOW),
             () => Wake::OnEvent,
         }
@@ -245,6 +250,10 @@ impl Viewer {
         let (renderer, sampled) = (&self.renderer, self.renderer.sampled());
         if let Some(overlay) = &mut self.overlay {
             overlay.look(&self.gpu.device, &self.gpu.queue, &self.textures, renderer, self.surface.size())?;
+        }
+        let now = Instant::now();
+        if let Some(before) = self.drawn_at.replace(now) {
+            self.textures.set_frame_time(now.duration_since(before));
         }
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         self.textures.feedback(&mut encoder, self.surface.size(), |pass, groups| {
@@ -285,7 +294,7 @@ impl Viewer {
             }
         }
         let stats = self.textures.stats();
-        let is_settled = stats.converged && self.unsettled == 0;
+        let is_settled = stats.converged && stats.fading == 0 && self.unsettled == 0;
         if let Some(rate) = self.title.due(Instant::now(), is_settled) {
             let mut what = self.renderer.scene().name().to_owned();
             if let Some(overlay) = &self.overlay {
@@ -293,6 +302,14 @@ impl Viewer {
             }
             self.window.set_title(&title(&self.name, &what, &stats, is_settled, rate));
         }
+    }
+}
+
+/// How long a tile fades in where nobody says: not at all where fading costs more than it is worth.
+fn default_fade(gpu: &Gpu) -> Duration {
+    match gpu.adapter.get_info().device_type {
+        wgpu::DeviceType::Cpu => Duration::ZERO,
+        _ => Duration::from_millis(150),
     }
 }
 

@@ -1,4 +1,4 @@
-//! `render --feedback` and `--whole-kib`: the same picture, whichever way it is made.
+//! `render --feedback`, `--whole-kib` and `--fade-ms`: the same picture, whichever way it is made.
 
 use serde_json::Value;
 
@@ -28,6 +28,23 @@ fn every_way_of_feedback_gives_the_same_picture() {
     }
     let ended = desk.run(&["render", "image.vastex", "--feedback", "guess"]).expect_code(2);
     assert!(ended.stderr.contains("separate, inline, raw"), "{}", ended.stderr);
+}
+
+#[test]
+fn a_picture_is_written_when_everything_in_it_has_faded_in() {
+    let desk = Desk::with_container();
+    let frames = |more: &str| summary(&desk, more)["frames"].as_u64().unwrap();
+    let at_once = frames("-o at-once.png");
+    // The path lasts 300 frames, so a tile of its last pose takes as long once more.
+    assert!(frames("--fade-ms 5000 -o faded.png") > at_once);
+    assert!(desk.read("faded.png") == desk.read("at-once.png"), "another picture");
+    let early = |file: &str, more: &str| {
+        summary(&desk, &format!("--frames 6 -o {file} {more}"));
+        desk.read(file)
+    };
+    assert!(early("early.png", "") != early("fading.png", "--fade-ms 5000"));
+    let ended = desk.run(&["render", "image.vastex", "--fade-ms", "60001"]).expect_code(2);
+    assert!(ended.stderr.contains("--fade-ms"), "{}", ended.stderr);
 }
 
 #[test]
