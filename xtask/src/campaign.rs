@@ -1,7 +1,7 @@
 //! `cargo xtask campaign`: the random tests with ever more cases, for as long as they are given.
 //!
-//! Each round doubles the number of simulated worlds and of property cases; the suite itself runs a fixed, small
-//! sample of both.
+//! Each round doubles the number of simulated worlds, of property cases and of pictures by chance; the suite itself runs a fixed,
+//! small sample of each.
 
 use std::time::{Duration, Instant};
 
@@ -11,14 +11,19 @@ use crate::shell::{self, Usage};
 
 /// The crates whose tests are random; the others would only repeat themselves.
 const CRATES: &[&str] = &["vastex-core", "vastex-tiles", "vastex-build"];
+/// The crate of the scenes, and the test of it that is random.
+const PICTURES: [&str; 2] = ["vastex-scenes", "matrix::"];
 const DEFAULT_MINUTES: u64 = 10;
 const FIRST_WORLDS: u64 = 10_000;
 const FIRST_CASES: u64 = 2048;
+const FIRST_PICTURES: u64 = 100;
 
 pub(crate) fn run(options: &[&str]) -> Result<()> {
     let budget = parse(options)?;
     let mut build = shell::cargo("test");
     shell::run(packages(&mut build).arg("--no-run"))?;
+    let mut build = shell::cargo("test");
+    shell::run(pictures(&mut build).arg("--no-run"))?;
     let start = Instant::now();
     for round in 0..32 {
         let round_start = Instant::now();
@@ -34,12 +39,15 @@ pub(crate) fn run(options: &[&str]) -> Result<()> {
 }
 
 fn run_round(round: u32) -> Result<()> {
-    let (worlds, cases) = (FIRST_WORLDS << round, FIRST_CASES << round);
-    println!("\nround {}: {worlds} worlds, {cases} cases of each property", round + 1);
+    let (worlds, cases, drawn) = (FIRST_WORLDS << round, FIRST_CASES << round, FIRST_PICTURES << round);
+    println!("\nround {}: {worlds} worlds, {cases} cases of each property, {drawn} pictures", round + 1);
     let mut test = shell::cargo("test");
     packages(&mut test).env("VASTEX_WORLDS", worlds.to_string()).env("PROPTEST_CASES", cases.to_string());
-    shell::run(&mut test)
-        .with_context(|| format!("round {} found a fault; the test's output says which case", round + 1))
+    let fault = || format!("round {} found a fault; the test's output says which case", round + 1);
+    shell::run(&mut test).with_context(fault)?;
+    let mut test = shell::cargo("test");
+    pictures(&mut test).arg(PICTURES[1]).env("VASTEX_PICTURES", drawn.to_string());
+    shell::run(&mut test).with_context(fault)
 }
 
 fn packages(command: &mut std::process::Command) -> &mut std::process::Command {
@@ -47,6 +55,10 @@ fn packages(command: &mut std::process::Command) -> &mut std::process::Command {
         command.args(["-p", name]);
     }
     command.args(["--lib", "--tests"])
+}
+
+fn pictures(command: &mut std::process::Command) -> &mut std::process::Command {
+    command.args(["-p", PICTURES[0], "--test", "scenes"])
 }
 
 fn parse(options: &[&str]) -> Result<Duration> {

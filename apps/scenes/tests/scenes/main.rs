@@ -13,6 +13,7 @@ mod floor;
 mod golden;
 mod heights;
 mod layers;
+mod matrix;
 mod overlays;
 mod pictures;
 mod planet;
