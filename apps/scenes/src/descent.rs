@@ -15,6 +15,7 @@ use crate::gpu::Gpu;
 use crate::pipeline::{Corners, PipelineParts};
 use crate::planet::FORMAT;
 use crate::read::read_texture;
+use crate::uniform::Uniform;
 
 /// The shader, behind the texture's own.
 const SHADER: &str = include_str!("wgsl/descent.wgsl");
@@ -24,7 +25,7 @@ const FRAMES: u64 = 600;
 /// What the shader is told; laid out as `Descent` in descent.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
-struct Uniform {
+struct DescentUniform {
     clip_from_camera: Mat4,
     anchor: [u32; 2],
     unused: [u32; 2],
@@ -141,8 +142,7 @@ impl Descent {
 struct Surface {
     vertices: wgpu::Buffer,
     indices: wgpu::Buffer,
-    uniform: wgpu::Buffer,
-    group: wgpu::BindGroup,
+    uniform: Uniform,
     layout: wgpu::BindGroupLayout,
 }
 
@@ -153,43 +153,20 @@ impl Surface {
         let nowhere = GlobePose { longitude: 0.0, latitude: 0.0, altitude: 1.0, pitch: 0.0 };
         let mesh = GlobeGrid::new(&nowhere, [2, 1], 1.0).mesh;
         let filled = |bytes, usage| filled_buffer(device, &gpu.queue, bytes, usage);
-        let uniform = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("descent"),
-            size: size_of::<Uniform>() as u64,
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("descent"),
-            entries: &[wgpu::BindGroupLayoutEntry {
-                binding: 0,
-                visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
-                ty: wgpu::BindingType::Buffer {
-                    ty: wgpu::BufferBindingType::Uniform,
-                    has_dynamic_offset: false,
-                    min_binding_size: None,
-                },
-                count: None,
-            }],
-        });
-        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("descent"),
-            layout: &layout,
-            entries: &[wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() }],
-        });
+        let layout = Uniform::layout(device);
+        let uniform = Uniform::new::<DescentUniform>(device, &layout);
         Surface {
             vertices: filled(bytemuck::cast_slice(&mesh.vertices), wgpu::BufferUsages::VERTEX),
             indices: filled(bytemuck::cast_slice(&mesh.indices), wgpu::BufferUsages::INDEX),
             uniform,
-            group,
             layout,
         }
     }
 
     fn set(&self, queue: &wgpu::Queue, grid: &GlobeGrid) {
         let GlobeGrid { mesh, anchor, clip_from_camera } = grid;
-        let uniform = Uniform { clip_from_camera: *clip_from_camera, anchor: *anchor, unused: [0; 2] };
-        queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&uniform));
+        let told = DescentUniform { clip_from_camera: *clip_from_camera, anchor: *anchor, unused: [0; 2] };
+        self.uniform.set(queue, &told);
         queue.write_buffer(&self.vertices, 0, bytemuck::cast_slice(&mesh.vertices));
     }
 
@@ -201,7 +178,7 @@ impl Surface {
     ) {
         pass.set_pipeline(pipeline);
         pass.set_bind_group(0, texture, &[]);
-        pass.set_bind_group(1, &self.group, &[]);
+        pass.set_bind_group(1, &self.uniform.group, &[]);
         pass.set_vertex_buffer(0, self.vertices.slice(..));
         pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
         pass.draw_indexed(0..GlobeGrid::index_count(), 0, 0..1);

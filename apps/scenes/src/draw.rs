@@ -5,7 +5,7 @@
 use glam::Vec4;
 use vastex::{LayerId, Sampled, Textures};
 
-use crate::eye::{Eye, eye_layout};
+use crate::eye::Eye;
 use crate::look::Look;
 use crate::patches::QUADS;
 use crate::pipeline::{Corners, DEPTH, PipelineParts};
@@ -13,6 +13,7 @@ use crate::pose::Pose;
 use crate::relief::{Relief, ReliefSurface};
 use crate::scene::{Mesh, Scene, grid, surface};
 use crate::tiling::Tiling;
+use crate::uniform::Uniform;
 
 /// What is seen beside the texture.
 pub(crate) const BACKGROUND: Vec4 = Vec4::new(0.008, 0.01, 0.014, 1.0);
@@ -72,7 +73,7 @@ impl SceneRenderer {
             filled_buffer(device, queue, bytemuck::cast_slice(&mesh.vertices), wgpu::BufferUsages::VERTEX);
         let indices =
             filled_buffer(device, queue, bytemuck::cast_slice(&mesh.indices), wgpu::BufferUsages::INDEX);
-        let group_layout = eye_layout(device);
+        let group_layout = Uniform::layout(device);
         let sampled = sampled(layer, relief.as_ref());
         let groups = [Some(textures.bind_group_layout(sampled)), Some(&group_layout)];
         let parts = |module, entries, format| PipelineParts {
@@ -231,7 +232,7 @@ impl SceneRenderer {
     ) {
         pass.set_pipeline(pipeline);
         pass.set_bind_group(0, texture_group, &[]);
-        pass.set_bind_group(1, &eye.group, &[]);
+        pass.set_bind_group(1, eye.group(), &[]);
         pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
         let (corners, instances) = match self.relief {
             None => (&self.vertices, 1),
@@ -293,7 +294,7 @@ impl SceneRenderer {
     ) {
         pass.set_pipeline(pipeline);
         pass.set_bind_group(0, texture_group, &[]);
-        pass.set_bind_group(1, &self.eye.group, &[]);
+        pass.set_bind_group(1, self.eye.group(), &[]);
         pass.draw(0..3, 0..1);
     }
 

@@ -10,6 +10,7 @@ use glam::{Mat4, Vec4};
 use crate::draw::BACKGROUND;
 use crate::patches::{MOST_PATCHES, Patch};
 use crate::relief::{ReliefUniform, ReliefView};
+use crate::uniform::Uniform;
 
 /// What the shaders are told about the scene; laid out as `Scene` in surface.wgsl.
 #[repr(C)]
@@ -24,8 +25,7 @@ struct SceneUniform {
 /// See the head of the file. Made by [`crate::SceneRenderer::new_eye`].
 #[derive(Debug)]
 pub struct Eye {
-    uniform: wgpu::Buffer,
-    pub(crate) group: wgpu::BindGroup,
+    uniform: Uniform,
     /// Those of a surface with heights; room for one where it has none.
     pub(crate) patches: wgpu::Buffer,
     patch_count: AtomicU32,
@@ -33,23 +33,15 @@ pub struct Eye {
 
 impl Eye {
     pub(crate) fn new(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, has_relief: bool) -> Eye {
-        let buffer = |size: usize, usage| {
-            device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("scene"),
-                size: size as u64,
-                usage: usage | wgpu::BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            })
-        };
-        let uniform = buffer(size_of::<SceneUniform>(), wgpu::BufferUsages::UNIFORM);
         let patches = if has_relief { MOST_PATCHES } else { 1 } * size_of::<Patch>();
-        let patches = buffer(patches, wgpu::BufferUsages::VERTEX);
-        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("scene"),
-            layout,
-            entries: &[wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() }],
+        let patches = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("patches"),
+            size: patches as u64,
+            usage: wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
         });
-        Eye { uniform, group, patches, patch_count: AtomicU32::new(0) }
+        let uniform = Uniform::new::<SceneUniform>(device, layout);
+        Eye { uniform, patches, patch_count: AtomicU32::new(0) }
     }
 
     /// Where it looks, the range of values, the size of the picture, and what is seen of a surface with heights.
@@ -63,31 +55,18 @@ impl Eye {
     ) {
         let range_and_picture = Vec4::new(black, factor, width, height);
         let (background, relief) = (BACKGROUND, seen.map_or_else(Zeroable::zeroed, |seen| seen.uniform));
-        let uniform = SceneUniform { clip_from_world, background, range_and_picture, relief };
-        queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&uniform));
+        self.uniform.set(queue, &SceneUniform { clip_from_world, background, range_and_picture, relief });
         if let Some(seen) = seen {
             queue.write_buffer(&self.patches, 0, bytemuck::cast_slice(&seen.patches));
             self.patch_count.store(seen.patches.len() as u32, Relaxed);
         }
     }
 
+    pub(crate) fn group(&self) -> &wgpu::BindGroup {
+        &self.uniform.group
+    }
+
     pub(crate) fn patch_count(&self) -> u32 {
         self.patch_count.load(Relaxed)
     }
-}
-
-pub(crate) fn eye_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
-    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some("scene"),
-        entries: &[wgpu::BindGroupLayoutEntry {
-            binding: 0,
-            visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
-            ty: wgpu::BindingType::Buffer {
-                ty: wgpu::BufferBindingType::Uniform,
-                has_dynamic_offset: false,
-                min_binding_size: None,
-            },
-            count: None,
-        }],
-    })
 }

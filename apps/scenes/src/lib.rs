@@ -30,6 +30,7 @@ mod scene;
 mod studio;
 mod tiling;
 mod traced;
+mod uniform;
 mod views;
 
 pub use clock::GpuClock;

@@ -70,6 +70,8 @@ impl Overlay {
 }
 
 const SURFACE: &str = include_str!("wgsl/overlay_surface.wgsl");
+const PLAIN: &str = include_str!("wgsl/overlay_plain.wgsl");
+const RELIEF: &str = include_str!("wgsl/overlay_relief.wgsl");
 const PALETTE: &str = include_str!("wgsl/overlay_palette.wgsl");
 const PLAN: &str = include_str!("wgsl/overlay_plan.wgsl");
 
@@ -87,27 +89,25 @@ pub struct OverlayRenderer {
 }
 
 impl OverlayRenderer {
-    /// Prepares an overlay for pictures of the renderer's format. Nothing where heights displace the scene and the overlay is
-    /// drawn on its surface.
+    /// Prepares an overlay for pictures of the renderer's format.
     pub fn new(
         device: &wgpu::Device,
         textures: &Textures,
         renderer: &SceneRenderer,
         overlay: Overlay,
-    ) -> Option<OverlayRenderer> {
+    ) -> OverlayRenderer {
         let (module, entry) = overlay.module();
-        if module == SURFACE && renderer.has_relief() {
-            return None;
-        }
         let layout = matches!(overlay, Overlay::Feedback | Overlay::Atlas).then(|| texture_layout(device));
         let pipeline = if module == SURFACE {
-            let text = [PALETTE, module].join("\n");
-            renderer.other_pipeline(device, textures, &text, ["place", entry], None, &[renderer.format()])
+            let sampled = if renderer.has_relief() { RELIEF } else { PLAIN };
+            let text = [PALETTE, sampled, module].join("\n");
+            let entries = [renderer.vertex_entry(), entry];
+            renderer.other_pipeline(device, textures, &text, entries, None, &[renderer.format()])
         } else {
             let text = [PALETTE, PLAN, module].join("\n");
             renderer.plan_pipeline(device, textures, &text, ["fill", entry], layout.as_ref())
         };
-        Some(OverlayRenderer { overlay, pipeline, layout, read: None })
+        OverlayRenderer { overlay, pipeline, layout, read: None }
     }
 
     /// Which overlay it is.
@@ -156,17 +156,16 @@ impl OverlayRenderer {
         textures: &Textures,
         target: &PictureTarget<'_>,
     ) {
-        let group = textures.bind_group(renderer.layer());
         let mut pass = target.begin(encoder);
         if let Some(read) = &self.read {
             pass.set_bind_group(2, read, &[]);
         }
         match self.overlay {
             Overlay::Levels | Overlay::Wanted | Overlay::Deficit | Overlay::Pages => {
-                renderer.draw(&mut pass, &self.pipeline, group);
+                renderer.draw(&mut pass, &self.pipeline, textures.bind_group(renderer.sampled()));
             }
             Overlay::Feedback | Overlay::Table | Overlay::Atlas => {
-                renderer.draw_plan(&mut pass, &self.pipeline, group);
+                renderer.draw_plan(&mut pass, &self.pipeline, textures.bind_group(renderer.layer()));
             }
         }
     }

@@ -15,6 +15,7 @@ use crate::pipeline::{Corners, PipelineParts};
 use crate::pose::Pose;
 use crate::read::read_texture;
 use crate::scene::{Scene, surface};
+use crate::uniform::Uniform;
 
 /// The format of pictures.
 pub(crate) const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
@@ -64,7 +65,7 @@ pub type Part = (Attribute, Arc<dyn TileSource>);
 /// What the shaders are told; laid out as `Planet` in planet.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
-struct Uniform {
+struct PlanetUniform {
     clip_from_world: Mat4,
     sun: Vec3,
     relief: f32,
@@ -191,8 +192,7 @@ pub(crate) struct Globe {
     indices: wgpu::Buffer,
     index_count: u32,
     height_texel: Vec2,
-    uniform: wgpu::Buffer,
-    group: wgpu::BindGroup,
+    uniform: Uniform,
     pub(crate) layout: wgpu::BindGroupLayout,
 }
 
@@ -200,50 +200,27 @@ impl Globe {
     fn new(gpu: &Gpu, height_texel: Vec2) -> Globe {
         let (device, mesh) = (&gpu.device, surface(Scene::Globe, 2.0));
         let filled = |bytes, usage| filled_buffer(device, &gpu.queue, bytes, usage);
-        let uniform = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("planet"),
-            size: size_of::<Uniform>() as u64,
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("planet"),
-            entries: &[wgpu::BindGroupLayoutEntry {
-                binding: 0,
-                visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
-                ty: wgpu::BindingType::Buffer {
-                    ty: wgpu::BufferBindingType::Uniform,
-                    has_dynamic_offset: false,
-                    min_binding_size: None,
-                },
-                count: None,
-            }],
-        });
-        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("planet"),
-            layout: &layout,
-            entries: &[wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() }],
-        });
+        let layout = Uniform::layout(device);
+        let uniform = Uniform::new::<PlanetUniform>(device, &layout);
         Globe {
             vertices: filled(bytemuck::cast_slice(&mesh.vertices), wgpu::BufferUsages::VERTEX),
             indices: filled(bytemuck::cast_slice(&mesh.indices), wgpu::BufferUsages::INDEX),
             index_count: mesh.indices.len() as u32,
             height_texel,
             uniform,
-            group,
             layout,
         }
     }
 
     fn look_from(&self, queue: &wgpu::Queue, pose: Pose, size: [u32; 2]) {
-        let uniform = Uniform {
+        let told = PlanetUniform {
             clip_from_world: pose.clip_from_world(size[0] as f32 / size[1] as f32, 2.0),
             sun: SUN.normalize(),
             relief: RELIEF,
             height_texel: self.height_texel,
             unused: [0.0; 2],
         };
-        queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&uniform));
+        self.uniform.set(queue, &told);
     }
 
     fn draw(
@@ -254,7 +231,7 @@ impl Globe {
     ) {
         pass.set_pipeline(pipeline);
         pass.set_bind_group(0, textures, &[]);
-        pass.set_bind_group(1, &self.group, &[]);
+        pass.set_bind_group(1, &self.uniform.group, &[]);
         pass.set_vertex_buffer(0, self.vertices.slice(..));
         pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
         pass.draw_indexed(0..self.index_count, 0, 0..1);

@@ -48,9 +48,6 @@ pub enum StudioError {
     /// The heights are not there.
     #[error(transparent)]
     Heights(#[from] HeightsError),
-    /// The overlay is drawn on surfaces without heights.
-    #[error("this overlay is drawn on surfaces without heights; feedback, table and atlas go with any")]
-    OverlayOnHeights,
     /// The picture is larger than the device's textures.
     #[error("a picture of {width}x{height} pixels: this adapter draws 1 to {max} pixels per side")]
     PictureSize {
@@ -327,8 +324,7 @@ impl Studio {
     /// An overlay of the last frame in the place of its picture.
     pub fn overlay(&self, overlay: Overlay) -> Result<Picture, StudioError> {
         let Gpu { device, queue, .. } = &self.gpu;
-        let drawn = OverlayRenderer::new(device, &self.textures, &self.renderer, overlay);
-        let mut drawn = drawn.ok_or(StudioError::OverlayOnHeights)?;
+        let mut drawn = OverlayRenderer::new(device, &self.textures, &self.renderer, overlay);
         let mut pictures = Vec::new();
         let (main, beside) = self.views.poses(self.pose);
         for pose in std::iter::once(main).chain(beside) {
@@ -388,7 +384,7 @@ impl Studio {
         let layer = self.renderer.layer();
         let bias = self.textures.bias_eighths(layer.texture());
         let filter = self.textures.settings().filter;
-        let texture = CpuTexture::new(self.source.clone(), layer.index(), filter, bias)
+        let texture = CpuTexture::new(self.source.clone(), layer.index(), filter, bias)?
             .with_levels(self.textures.levels(layer.texture()).unwrap_or_default());
         let draw = || cpu_picture(&self.gpu, &self.textures, &self.renderer, &texture, self.canvas.size);
         let pictures: Vec<Picture> = self.through_each(draw).collect::<Result<_, _>>()?;

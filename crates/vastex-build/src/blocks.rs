@@ -11,6 +11,10 @@
 //! | BC6H | the same | how many partitions are tried |
 //! | BC7 | bc7f | how many modes are tried |
 
+use std::ops::Range;
+
+use vastex_core::LayerFormat;
+
 /// How much time block compression may take. Figures are those of `examples/block_speed.rs` on colour of the Earth, for one
 /// core of a server; BC1 and BC3 come to 300 megatexels a second there, with the best preset to 1 and 1.1 dB better.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -31,28 +35,90 @@ pub(crate) struct Lost {
     pub(crate) negatives: bool,
 }
 
+impl Lost {
+    /// What either lost.
+    pub(crate) fn or(self, other: Lost) -> Lost {
+        Lost { negatives: self.negatives || other.negatives }
+    }
+}
+
 /// Whether this build has the encoders.
 pub(crate) const AVAILABLE: bool = cfg!(feature = "bc");
 
+/// Texels along each side of a block.
+pub(crate) const SIDE: usize = 4;
+
+/// The four rows of texels from which a row of blocks is made, equally long.
+#[derive(Clone, Copy)]
+pub(crate) struct Strip<'a> {
+    rows: [&'a [u8]; SIDE],
+    /// Where they lie at equal distances: the memory from the first of them on, and the distance. Some encoders read them
+    /// there, without a copy.
+    spaced: Option<(&'a [u8], usize)>,
+}
+
+impl<'a> Strip<'a> {
+    /// `spaced` is the memory from the beginning of the first row to the end of the last, where they lie in one.
+    pub(crate) fn new(rows: [&'a [u8]; SIDE], spaced: Option<&'a [u8]>) -> Strip<'a> {
+        let distance = |memory: &[u8]| (memory.len() - rows[0].len()) / (SIDE - 1);
+        Strip { rows, spaced: spaced.map(|memory| (memory, distance(memory))) }
+    }
+
+    /// Some of the bytes of each row.
+    pub(crate) fn cut(&self, bytes: Range<usize>) -> Strip<'a> {
+        let cut_memory = |(memory, distance): (&'a [u8], usize)| {
+            (&memory[bytes.start..(SIDE - 1) * distance + bytes.end], distance)
+        };
+        Strip { rows: self.rows.map(|row| &row[bytes.clone()]), spaced: self.spaced.map(cut_memory) }
+    }
+}
+
+/// Appends the blocks of rows of texels in the decoded format of `format`, which is compressed. All rows are equally
+/// long; their number and that of their texels are multiples of 4, and not 0.
+pub(crate) fn encode(format: LayerFormat, quality: Quality, rows: &[&[u8]], blocks: &mut Vec<u8>) -> Lost {
+    let strips = || rows.as_chunks::<SIDE>().0.iter().map(|&rows| Strip::new(rows, None));
+    let texel = format.texel_bytes();
+    if !is_constant(rows, texel) {
+        let of_strip = |strip| encode_strip(format, quality, &strip, blocks);
+        return strips().map(of_strip).fold(Lost::default(), Lost::or);
+    }
+    let start = blocks.len();
+    let corner = strips().map(|strip| strip.cut(0..SIDE * texel)).take(1);
+    let lost =
+        corner.map(|strip| encode_strip(format, quality, &strip, blocks)).fold(Lost::default(), Lost::or);
+    let block = blocks.split_off(start);
+    let count = rows[0].len() / texel / SIDE * (rows.len() / SIDE);
+    (0..count).for_each(|_| blocks.extend_from_slice(&block));
+    lost
+}
+
+/// Whether all texels, of so many bytes, are the same.
+pub(crate) fn is_constant(rows: &[&[u8]], texel: usize) -> bool {
+    // Each texel equals the next exactly if the row equals itself shifted by one.
+    let is_one = |row: &[u8]| row[texel..] == row[..row.len() - texel];
+    rows.iter().all(|row| row[..texel] == rows[0][..texel] && is_one(row))
+}
+
 #[cfg(feature = "bc")]
-pub(crate) use encode::encode;
+pub(crate) use encode::encode_strip;
 
 #[cfg(not(feature = "bc"))]
-pub(crate) fn encode(_: vastex_core::LayerFormat, _: Quality, _: &[&[u8]], _: &mut Vec<u8>) -> Lost {
+pub(crate) fn encode_strip(_: LayerFormat, _: Quality, _: &Strip<'_>, _: &mut Vec<u8>) -> Lost {
     Lost::default()
 }
 
 #[cfg(feature = "bc")]
 mod encode {
+    use std::borrow::Cow;
+
     use ctt_bc7f::bindings as bc7f;
     use half::f16;
     use intel_tex_2::{RSurface, RgSurface, RgbaSurface, bc1, bc3, bc4, bc5, bc6h};
     use texpresso::{Algorithm, COLOUR_WEIGHTS_UNIFORM, Format, Params};
     use vastex_core::LayerFormat;
 
-    use super::{Lost, Quality};
+    use super::{Lost, Quality, SIDE, Strip};
 
-    const SIDE: usize = 4;
     /// Tries every way to sort the texels of a block along a line.
     const CLUSTER_FIT: Params = Params {
         algorithm: Algorithm::ClusterFit,
@@ -60,87 +126,48 @@ mod encode {
         weigh_colour_by_alpha: false,
     };
 
-    /// Appends the blocks of rows of texels in the decoded format of `format`, which is compressed. All rows are equally
-    /// long; their number and that of their texels are multiples of 4, and not 0.
-    pub(crate) fn encode(
+    /// Appends a row of blocks; see [`super::encode`].
+    pub(crate) fn encode_strip(
         format: LayerFormat,
         quality: Quality,
-        rows: &[&[u8]],
+        strip: &Strip<'_>,
         blocks: &mut Vec<u8>,
     ) -> Lost {
-        let (texel, block) = (format.texel_bytes(), format.block_bytes());
-        let width = rows[0].len() / texel;
-        let start = blocks.len();
-        blocks.resize(start + width / SIDE * (rows.len() / SIDE) * block, 0);
-        let out = &mut blocks[start..];
-        let mut texels = Vec::new();
-        if is_constant(rows, texel) {
-            let (first, rest) = out.split_at_mut(block);
-            let corner: Vec<&[u8]> = rows[..SIDE].iter().map(|row| &row[..SIDE * texel]).collect();
-            gather(format, &corner, &mut texels);
-            let lost = encode_row(format, quality, &texels, first);
-            rest.chunks_exact_mut(block).for_each(|block| block.copy_from_slice(first));
-            return lost;
-        }
-        let mut lost = Lost::default();
-        // One row of blocks at a time, so that what is copied stays near the processor.
-        for (rows, out) in rows.chunks_exact(SIDE).zip(out.chunks_exact_mut(width / SIDE * block)) {
-            gather(format, rows, &mut texels);
-            lost.negatives |= encode_row(format, quality, &texels, out).negatives;
-        }
-        lost
-    }
-
-    /// Whether all texels, of so many bytes, are the same.
-    fn is_constant(rows: &[&[u8]], texel: usize) -> bool {
-        // Each texel equals the next exactly if the row equals itself shifted by one.
-        let is_one = |row: &[u8]| row[texel..] == row[..row.len() - texel];
-        rows.iter().all(|row| row[..texel] == rows[0][..texel] && is_one(row))
-    }
-
-    /// The texels of a row of blocks as its encoder wants them: row by row, or for BC7 block by block.
-    fn gather(format: LayerFormat, rows: &[&[u8]], texels: &mut Vec<u8>) {
-        const BLOCK_ROW: usize = SIDE * 4;
-        if !matches!(format, LayerFormat::Bc7 | LayerFormat::Bc7Srgb) {
-            texels.clear();
-            rows.iter().for_each(|row| texels.extend_from_slice(row));
-            return;
-        }
-        texels.resize(SIDE * rows[0].len(), 0);
-        for (y, row) in rows.iter().enumerate() {
-            let blocks = texels.as_chunks_mut::<{ SIDE * BLOCK_ROW }>().0;
-            for (block, from) in blocks.iter_mut().zip(row.as_chunks::<BLOCK_ROW>().0) {
-                block[y * BLOCK_ROW..][..BLOCK_ROW].copy_from_slice(from);
-            }
-        }
-    }
-
-    /// Encodes a row of blocks, of which [`gather`] made the texels.
-    fn encode_row(format: LayerFormat, quality: Quality, texels: &[u8], out: &mut [u8]) -> Lost {
         use LayerFormat::*;
-        let (stride, height) = ((texels.len() / SIDE) as u32, SIDE as u32);
-        let width = stride / format.texel_bytes() as u32;
-        let rgba = |data| RgbaSurface { data, width, height, stride };
+        let (width, height) = (strip.rows[0].len() / format.texel_bytes(), SIDE as u32);
+        let start = blocks.len();
+        blocks.resize(start + width / SIDE * format.block_bytes(), 0);
+        let out = &mut blocks[start..];
         let fit_clusters = |format: Format, texels: &[u8], out: &mut [u8]| {
-            format.compress(texels, width as usize, SIDE, CLUSTER_FIT, out);
+            format.compress(texels, width, SIDE, CLUSTER_FIT, out);
         };
         let mut lost = Lost::default();
+        let best = quality == Quality::Best;
         match format {
-            Bc1 | Bc1Srgb if quality == Quality::Best => fit_clusters(Format::Bc1, &opaque(texels), out),
-            Bc3 | Bc3Srgb if quality == Quality::Best => fit_clusters(Format::Bc3, texels, out),
-            Bc1 | Bc1Srgb => bc1::compress_blocks_into(&rgba(texels), out),
-            Bc3 | Bc3Srgb => bc3::compress_blocks_into(&rgba(texels), out),
-            Bc4 => bc4::compress_blocks_into(&RSurface { data: texels, width, height, stride }, out),
-            Bc5 => bc5::compress_blocks_into(&RgSurface { data: texels, width, height, stride }, out),
+            Bc1 | Bc1Srgb if best => fit_clusters(Format::Bc1, &opaque(&strip.rows.concat()), out),
+            Bc3 | Bc3Srgb if best => fit_clusters(Format::Bc3, &strip.rows.concat(), out),
+            Bc1 | Bc1Srgb | Bc3 | Bc3Srgb | Bc4 | Bc5 => {
+                let (data, stride) = strip.spaced();
+                let (data, width, stride) = (&*data, width as u32, stride as u32);
+                let rgba = RgbaSurface { data, width, height, stride };
+                match format {
+                    Bc1 | Bc1Srgb => bc1::compress_blocks_into(&rgba, out),
+                    Bc3 | Bc3Srgb => bc3::compress_blocks_into(&rgba, out),
+                    Bc4 => bc4::compress_blocks_into(&RSurface { data, width, height, stride }, out),
+                    _ => bc5::compress_blocks_into(&RgSurface { data, width, height, stride }, out),
+                }
+            }
             Bc6h => {
-                let (finite, what) = not_negative(texels);
+                let (finite, what) = not_negative(&strip.rows.concat());
                 lost = what;
                 let settings = match quality {
                     Quality::Fast => bc6h::very_fast_settings(),
                     Quality::Normal => bc6h::basic_settings(),
                     Quality::Best => bc6h::very_slow_settings(),
                 };
-                bc6h::compress_blocks_into(&settings, &rgba(&finite), out);
+                let (width, stride) = (width as u32, (finite.len() / SIDE) as u32);
+                let surface = RgbaSurface { data: &finite, width, height, stride };
+                bc6h::compress_blocks_into(&settings, &surface, out);
             }
             Bc7 | Bc7Srgb => {
                 let flags = match quality {
@@ -148,11 +175,29 @@ mod encode {
                     Quality::Normal => bc7f::cPackBC7FlagDefault,
                     Quality::Best => bc7f::cPackBC7FlagDefaultNonAnalytical,
                 };
-                ctt_bc7f::compress_blocks_into(texels, out, flags);
+                ctt_bc7f::compress_blocks_into(&block_by_block(strip), out, flags);
             }
             R8 | Rg8 | Rgba8 | Rgba8Srgb | R16 | Rgba16 | R16Float | Rgba16Float | R32Float => {}
         }
         lost
+    }
+
+    impl Strip<'_> {
+        /// The rows at equal distances, and the distance.
+        fn spaced(&self) -> (Cow<'_, [u8]>, usize) {
+            let copied = || (Cow::Owned(self.rows.concat()), self.rows[0].len());
+            self.spaced.map_or_else(copied, |(memory, distance)| (Cow::Borrowed(memory), distance))
+        }
+    }
+
+    /// The texels of each block, of four bytes each, one block after the other.
+    fn block_by_block(strip: &Strip<'_>) -> Vec<u8> {
+        let [a, b, c, d] = strip.rows.map(|row| row.as_chunks::<{ SIDE * 4 }>().0);
+        let mut texels = Vec::with_capacity(SIDE * strip.rows[0].len());
+        for (((a, b), c), d) in a.iter().zip(b).zip(c).zip(d) {
+            texels.extend_from_slice([*a, *b, *c, *d].as_flattened());
+        }
+        texels
     }
 
     /// Four channels with an alpha of 255: a block with alpha has fewer colours.

@@ -32,6 +32,7 @@ mod pyramid;
 mod readers;
 mod replace;
 mod rows;
+mod shared;
 mod sparse;
 mod srgb;
 mod stack;

@@ -18,6 +18,7 @@ use vastex_tiles::{Compression, EncodedTile, PartWriter, ResumableWriter, WriteE
 use crate::Progress;
 use crate::error::InputFault;
 use crate::layers::OpenLayer;
+use crate::shared::NEIGHBOURS;
 use crate::sparse::Selection;
 use crate::stack::{self, Bands, LayerPlan, Stack};
 
@@ -278,8 +279,14 @@ impl Job<'_> {
         let wanted = column_of(self.tiles.start)..column_of(self.tiles.end);
         for first in wanted.clone().step_by(batch) {
             let columns = first..wanted.end.min(first.saturating_add(batch as u32));
-            let encode = |x: u32| (bands.pos(x), kept[x as usize].then(|| self.encoded(bands.tile(x))));
-            let tiles = columns.into_par_iter().map(encode).collect();
+            let neighbours = (batch / self.pool.current_num_threads()).clamp(1, NEIGHBOURS);
+            let encode = |first: u32| {
+                let columns = first..columns.end.min(first + neighbours as u32);
+                let tiles = bands.tiles(columns.clone(), kept).into_iter();
+                columns.zip(tiles).map(|(x, tile)| (bands.pos(x), tile.map(|tile| self.encoded(tile))))
+            };
+            let starts: Vec<u32> = columns.clone().step_by(neighbours).collect();
+            let tiles = starts.into_par_iter().flat_map_iter(encode).collect();
             tiles_tx.send(tiles).map_err(|_| OtherStage)?;
         }
         Ok(())

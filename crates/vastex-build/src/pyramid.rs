@@ -14,6 +14,7 @@ use rayon::prelude::*;
 use vastex_core::{AddressMode, Geometry, LayerFormat, PagePos};
 
 use crate::bands::{Bands, late_bands};
+use crate::blocks::{SIDE, Strip};
 use crate::convert::Conversion;
 use crate::descent::{self, Descent, PARALLEL_BYTES, factor, row_orders};
 use crate::filter::{Filter, LayerFilter, LevelsFrom};
@@ -35,10 +36,12 @@ pub(crate) struct Shape<'a> {
 }
 
 impl Shape<'_> {
-    /// Rows of level 0 that are best pushed at once: even, and a function of the width alone.
+    /// Rows of level 0 that are best pushed at once: even, whole blocks if they are more than two, and a function of the
+    /// width alone.
     pub(crate) fn block_rows(self) -> u32 {
         let rows = BLOCK_BYTES / row_bytes(self.geometry, self.format, 0);
-        (rows as u32).clamp(2, 256) & !1
+        let rows = (rows as u32).clamp(2, 256);
+        if rows < SIDE as u32 { 2 } else { rows / SIDE as u32 * SIDE as u32 }
     }
 
     /// Bands at the top of each level that this pyramid can only cut when the level is complete.
@@ -224,9 +227,17 @@ impl<'a> Pyramid<'a> {
     pub(crate) fn cut_band(&mut self, number: u8) -> Option<Band<'_>> {
         let level = &mut self.levels[usize::from(number)];
         let y = level.bands.as_mut()?.next(level.rows.filled())?;
-        let row = |y: Option<u32>| y.map_or(&level.row_beyond[..], |y| level.rows.row(y));
-        let rows = Bands::rows(self.geometry, number, y).map(row).collect();
-        Some(Band { geometry: self.geometry, level: number, y, rows, texel: level.layout.texel })
+        let row = |y: &Option<u32>| y.map_or(&level.row_beyond[..], |y| level.rows.row(y));
+        let numbers: Vec<_> = Bands::rows(self.geometry, number, y).collect();
+        let rows: Vec<_> = numbers.iter().map(row).collect();
+        let strips =
+            numbers.as_chunks::<SIDE>().0.iter().zip(rows.as_chunks::<SIDE>().0).map(|(four, &rows)| {
+                let follow = four.windows(2).all(|two| two[0].map(|y| y + 1) == two[1]);
+                let piece = four[0].filter(|_| follow).and_then(|y| level.rows.piece(y, SIDE as u32));
+                Strip::new(rows, piece)
+            });
+        let strips = strips.collect();
+        Some(Band { geometry: self.geometry, level: number, y, rows, strips, texel: level.layout.texel })
     }
 
     /// Gives up the rows of a level that neither its bands nor coarser levels need any more.
@@ -255,10 +266,17 @@ pub(crate) struct Band<'a> {
     y: u32,
     /// Rows of a tile, from its first to its last.
     rows: Vec<&'a [u8]>,
+    /// The same, four at a time.
+    strips: Vec<Strip<'a>>,
     texel: usize,
 }
 
 impl Band<'_> {
+    /// The texture's shape.
+    pub(crate) fn geometry(&self) -> &Geometry {
+        self.geometry
+    }
+
     /// Pages in the band.
     pub(crate) fn pages(&self) -> u32 {
         self.geometry.level(self.level).pages[0]
@@ -271,17 +289,29 @@ impl Band<'_> {
 
     /// Whether the last quarter of each of its tile's texels is zero: alpha, where a texel has four channels.
     pub(crate) fn is_transparent(&self, x: u32) -> bool {
-        let start = x as usize * self.geometry.page()[0] as usize * self.texel;
-        let len = self.geometry.tile()[0] as usize * self.texel;
+        let bytes = self.bytes(&(x..x + 1));
         let alpha = self.texel - self.texel / 4;
-        let mut texels = self.rows.iter().flat_map(|row| row[start..start + len].chunks_exact(self.texel));
+        let mut texels = self.rows.iter().flat_map(|row| row[bytes.clone()].chunks_exact(self.texel));
         texels.all(|texel| texel[alpha..].iter().all(|&byte| byte == 0))
     }
 
     /// The rows of its tile.
     pub(crate) fn tile_rows(&self, x: u32) -> Vec<&[u8]> {
-        let start = x as usize * self.geometry.page()[0] as usize * self.texel;
-        let len = self.geometry.tile()[0] as usize * self.texel;
-        self.rows.iter().map(|row| &row[start..start + len]).collect()
+        let bytes = self.bytes(&(x..x + 1));
+        self.rows.iter().map(|row| &row[bytes.clone()]).collect()
+    }
+
+    /// Along the tiles of some columns, borders included: the rows of texels from which rows of blocks are made.
+    pub(crate) fn strips(&self, columns: &Range<u32>) -> impl Iterator<Item = Strip<'_>> {
+        let bytes = self.bytes(columns);
+        self.strips.iter().map(move |strip| strip.cut(bytes.clone()))
+    }
+
+    /// Where the tiles of some columns lie in a row.
+    fn bytes(&self, columns: &Range<u32>) -> Range<usize> {
+        let ([page, ..], [border, ..]) = (self.geometry.page(), self.geometry.border());
+        let texels = columns.start as usize * page as usize
+            ..columns.end as usize * page as usize + 2 * border as usize;
+        texels.start * self.texel..texels.end * self.texel
     }
 }

@@ -111,13 +111,26 @@ impl Rows {
 
     /// One row that is filled and not forgotten.
     pub(crate) fn row(&self, y: u32) -> &[u8] {
+        let (block, start) = self.place(y);
+        &block[start..start + self.row_bytes]
+    }
+
+    /// So many rows from `y` on in one piece, if they lie so. They are filled and not forgotten.
+    pub(crate) fn piece(&self, y: u32, count: u32) -> Option<&[u8]> {
+        (y % self.block_rows + count <= self.block_rows).then(|| {
+            let (block, start) = self.place(y);
+            &block[start..start + count as usize * self.row_bytes]
+        })
+    }
+
+    /// The block in which a row lies, and where it begins there.
+    fn place(&self, y: u32) -> (&[u8], usize) {
         let block = y / self.block_rows;
         let rows = match block < self.head_blocks {
             true => &self.head[block as usize],
             false => &self.window[(block - self.first_block) as usize],
         };
-        let start = (y % self.block_rows) as usize * self.row_bytes;
-        &rows[start..start + self.row_bytes]
+        (rows, (y % self.block_rows) as usize * self.row_bytes)
     }
 
     /// The next `rows` rows, at most [`Rows::room`], to be filled by the caller.

@@ -13,6 +13,7 @@ use crate::convert::Conversion;
 use crate::filter::LayerFilter;
 use crate::notice::Notice;
 use crate::pyramid::{Band, Pyramid, Shape};
+use crate::shared::{self, Seams};
 use crate::tail::tail_texels;
 
 /// What becomes of one image.
@@ -96,9 +97,35 @@ impl LayerPlan {
         if !self.tile_format().is_compressed() {
             return rows.iter().for_each(|row| bytes.extend_from_slice(row));
         }
-        let Lost { negatives } = blocks::encode(self.layer.format, self.quality, rows, bytes);
+        self.note(blocks::encode(self.layer.format, self.quality, rows, bytes));
+    }
+
+    fn note(&self, Lost { negatives }: Lost) {
         if negatives {
             self.lost_negatives.store(true, Ordering::Relaxed);
+        }
+    }
+
+    /// Appends its share to each tile that there is, of neighbours from column `first` on.
+    fn finish_tiles(&self, band: &Band<'_>, seams: &Seams, first: u32, tiles: &mut [Option<Vec<u8>>]) {
+        let (format, texel) = (self.layer.format, self.layer.format.texel_bytes());
+        let shares_blocks = self.tile_format().is_compressed() && shared::shares_blocks(&self.geometry);
+        let joins = |(x, tile): (u32, &Option<Vec<u8>>)| {
+            // One block does for the whole of a constant tile.
+            shares_blocks && tile.is_some() && !blocks::is_constant(&band.tile_rows(x), texel)
+        };
+        let joined: Vec<bool> = (first..).zip(tiles.iter()).map(joins).collect();
+        let (mut column, mut rest) = (first, tiles);
+        for run in joined.chunk_by(|one, next| one == next) {
+            let (tiles, others) = rest.split_at_mut(run.len());
+            if run[0] {
+                self.note(seams.encode(format, self.quality, band, column, tiles));
+            } else {
+                let each =
+                    (column..).zip(tiles).filter_map(|(x, tile)| tile.as_mut().map(|bytes| (x, bytes)));
+                each.for_each(|(x, bytes)| self.finish(&band.tile_rows(x), bytes));
+            }
+            (column, rest) = (column + run.len() as u32, others);
         }
     }
 }
@@ -121,7 +148,10 @@ pub(crate) fn block_rows(plans: &[LayerPlan]) -> u32 {
 pub(crate) fn memory(plans: &[LayerPlan]) -> u64 {
     let block = block_rows(plans);
     let late = late_bands(plans);
-    let of_layer = |plan: &LayerPlan| plan.shape().memory(block / plan.layer.scale, late);
+    let of_layer = |plan: &LayerPlan| {
+        plan.shape().memory(block / plan.layer.scale, late)
+            + shared::memory(&plan.geometry, plan.tile_format())
+    };
     plans.iter().map(of_layer).sum()
 }
 
@@ -134,6 +164,8 @@ fn late_bands(plans: &[LayerPlan]) -> u32 {
 pub(crate) struct Stack<'a> {
     plans: &'a [LayerPlan],
     pyramids: Vec<Pyramid<'a>>,
+    /// One for each layer.
+    seams: Vec<Seams>,
 }
 
 impl<'a> Stack<'a> {
@@ -143,7 +175,8 @@ impl<'a> Stack<'a> {
             let rows = block / plan.layer.scale;
             Pyramid::new(plan.shape(), rows, late)
         };
-        Stack { plans, pyramids: plans.iter().map(pyramid).collect() }
+        let seams = plans.iter().map(|plan| Seams::new(&plan.geometry)).collect();
+        Stack { plans, pyramids: plans.iter().map(pyramid).collect(), seams }
     }
 
     /// Takes the next rows of every image, those of [`block_rows`] rows of the texture except at its end.
@@ -161,7 +194,7 @@ impl<'a> Stack<'a> {
             let mut any = false;
             while self.pyramids.iter().all(|pyramid| pyramid.has_band(level)) {
                 let layers = self.pyramids.iter_mut().filter_map(|pyramid| pyramid.cut_band(level));
-                cut(&Bands { plans: self.plans, layers: layers.collect() })?;
+                cut(&Bands { plans: self.plans, seams: &self.seams, layers: layers.collect() })?;
                 any = true;
             }
             if any {
@@ -196,6 +229,7 @@ impl<'a> Stack<'a> {
 /// A row of pages, all of whose rows are there in every layer.
 pub(crate) struct Bands<'a> {
     plans: &'a [LayerPlan],
+    seams: &'a [Seams],
     /// At least one.
     layers: Vec<Band<'a>>,
 }
@@ -222,12 +256,19 @@ impl Bands<'_> {
         with_alpha.into_iter().all(|(_, band)| band.is_transparent(x))
     }
 
-    /// The bytes of its tile.
-    pub(crate) fn tile(&self, x: u32) -> Vec<u8> {
-        let mut bytes = tile_buffer(self.plans);
-        for (plan, band) in self.plans.iter().zip(&self.layers) {
-            plan.finish(&band.tile_rows(x), &mut bytes);
+    /// The rows of its tile in one of the layers.
+    #[cfg(test)]
+    pub(crate) fn rows_of(&self, layer: usize, x: u32) -> Vec<&[u8]> {
+        self.layers[layer].tile_rows(x)
+    }
+
+    /// The bytes of the tiles of these columns, of those that `kept` has.
+    pub(crate) fn tiles(&self, columns: Range<u32>, kept: &[bool]) -> Vec<Option<Vec<u8>>> {
+        let buffer = |x| kept[x as usize].then(|| tile_buffer(self.plans));
+        let mut tiles: Vec<_> = columns.clone().map(buffer).collect();
+        for ((plan, band), seams) in self.plans.iter().zip(&self.layers).zip(self.seams) {
+            plan.finish_tiles(band, seams, columns.start, &mut tiles);
         }
-        bytes
+        tiles
     }
 }

@@ -10,12 +10,10 @@
 use std::sync::Arc;
 
 use vastex_core::{
-    AddressMode, Box3, Description, Geometry, GeometryError, GeometrySpec, LayerFormat, PageContents,
-    PagePos, PageSet, Region,
+    AddressMode, Box3, Description, Geometry, GeometryError, GeometrySpec, LayerFormat, PagePos,
 };
 
-use crate::source::{ReadError, ReadFuture, SourceKey, TileSource};
-use crate::tier::Tiers;
+use crate::source::{ReadError, ReadFuture, TileSource};
 use crate::tile::{Codec, Tile};
 
 /// How much an octave of detail lightens or darkens land, as a share.
@@ -235,38 +233,15 @@ impl PlanetImage {
     }
 }
 
-#[deny(clippy::missing_trait_methods)]
+/// Tiles are made when they are read, faster than they could be kept, and every page has one of its own.
 impl TileSource for PlanetSource {
     fn description(&self) -> &Arc<Description> {
         &self.description
     }
 
-    fn present(&self) -> Option<&Arc<PageSet>> {
-        None
-    }
-
-    /// Nothing: every page has noise of its own.
-    fn contents(&self) -> Option<&Arc<PageContents>> {
-        None
-    }
-
-    /// Nothing: its tiles are made faster than they are kept.
-    fn identity(&self) -> Option<SourceKey> {
-        None
-    }
-
-    fn add_tiers(&self, _tiers: &mut Tiers) {}
-
     fn read(&self, pos: PagePos) -> ReadFuture<'_> {
         Box::pin(async move { self.tile(pos).ok_or(ReadError::NoSuchTile { pos }) })
     }
-
-    /// Nothing: a tile is made when it is read.
-    fn at_hand(&self, _: PagePos) -> Option<Tile> {
-        None
-    }
-
-    fn changed(&self, _: &Region) {}
 }
 
 #[cfg(test)]

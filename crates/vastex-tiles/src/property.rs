@@ -14,10 +14,9 @@
 
 use std::sync::Arc;
 
-use vastex_core::{Box3, Description, Dims, Geometry, LayerFormat, PageContents, PagePos, PageSet};
+use vastex_core::{Box3, Description, Dims, Geometry, LayerFormat, PagePos};
 
-use crate::source::{ReadError, ReadFuture, SourceKey, TileSource};
-use crate::tier::Tiers;
+use crate::source::{ReadError, ReadFuture, TileSource};
 use crate::tile::{Codec, Tile};
 
 /// A source of one RGBA8 layer whose texels say their own level and position.
@@ -92,38 +91,15 @@ fn fill(geometry: &Geometry, level: u8, level_box: Box3, offset: [u32; 3], texel
     }
 }
 
-#[deny(clippy::missing_trait_methods)]
+/// Tiles are made when they are read, faster than they could be kept, and every page has one of its own.
 impl TileSource for PropertySource {
     fn description(&self) -> &Arc<Description> {
         &self.description
     }
 
-    fn present(&self) -> Option<&Arc<PageSet>> {
-        None
-    }
-
-    /// Nothing: every page says where it is.
-    fn contents(&self) -> Option<&Arc<PageContents>> {
-        None
-    }
-
-    /// Nothing: its tiles are made faster than they are kept.
-    fn identity(&self) -> Option<SourceKey> {
-        None
-    }
-
-    fn add_tiers(&self, _tiers: &mut Tiers) {}
-
     fn read(&self, pos: PagePos) -> ReadFuture<'_> {
         Box::pin(async move { self.tile(pos).ok_or(ReadError::NoSuchTile { pos }) })
     }
-
-    /// Nothing: tiles are made when they are read.
-    fn at_hand(&self, _: PagePos) -> Option<Tile> {
-        None
-    }
-
-    fn changed(&self, _: &vastex_core::Region) {}
 }
 
 #[cfg(test)]

@@ -44,6 +44,7 @@ const SAMPLE_FIXED: &str = include_str!("wgsl/sample_fixed.wgsl");
 const VIEW: &str = include_str!("wgsl/view.wgsl");
 const FEEDBACK: &str = include_str!("wgsl/feedback.wgsl");
 const FEEDBACK_FIXED: &str = include_str!("wgsl/feedback_fixed.wgsl");
+const INSPECTION: &str = include_str!("wgsl/inspection.wgsl");
 const INSPECT: &str = include_str!("wgsl/inspect.wgsl");
 const TEXTURE_SPACE: &str = include_str!("wgsl/texture_space.wgsl");
 const TOLD: &str = include_str!("wgsl/told.wgsl");
@@ -175,7 +176,7 @@ pub fn wgsl(options: &ShaderOptions) -> String {
     if options.fade {
         text += &fades_binding("VASTEX_BINDING_FADES", "vastex_fades");
     }
-    let shared: &[&str] = &[PARAMS, BINDINGS, LAMBDA, POSITION, CUBIC, VIEW];
+    let shared: &[&str] = &[PARAMS, BINDINGS, LAMBDA, POSITION, CUBIC, VIEW, INSPECTION];
     join(
         text,
         &[

@@ -34,10 +34,20 @@ pub struct CpuTexture {
 const NUMBER: Option<TextureId> = TextureId::new(0);
 
 impl CpuTexture {
-    /// Layer number `layer` of a texture, which exists, at a mip bias in eighths of a level.
-    pub fn new(source: Arc<dyn TileSource>, layer: usize, filter: Filter, bias_eighths: u16) -> CpuTexture {
+    /// Layer number `layer` of a texture, which exists, at a mip bias in eighths of a level. Fails where the texture has more
+    /// pages than [`CpuTexture::MOST_PAGES`].
+    pub fn new(
+        source: Arc<dyn TileSource>,
+        layer: usize,
+        filter: Filter,
+        bias_eighths: u16,
+    ) -> Result<CpuTexture, Error> {
         let description = source.description().clone();
         let geometry = &description.geometry;
+        if geometry.page_count() > CpuTexture::MOST_PAGES {
+            let (pages, most) = (geometry.page_count(), CpuTexture::MOST_PAGES);
+            return Err(Error::TooManyPages { pages, most });
+        }
         let pages: Vec<PagePos> = geometry.pages().collect();
         let mut table = TableImage::new(geometry, Slot::new(0)); // the tail comes first
         let is_present = |pos| source.present().is_none_or(|present| present.contains(pos));
@@ -49,7 +59,7 @@ impl CpuTexture {
             table.apply(geometry, &TableChange { page, rule: ChangeRule::Coarser, entry });
         }
         let tiles = pages.iter().map(|_| OnceLock::new()).collect();
-        CpuTexture {
+        Ok(CpuTexture {
             rule: LevelRule::default().within(&description.geometry),
             source,
             pages,
@@ -59,8 +69,11 @@ impl CpuTexture {
             filter,
             bias_eighths,
             failed: Mutex::default(),
-        }
+        })
     }
+
+    /// Pages that it lists at most, of 60 bytes each.
+    pub const MOST_PAGES: u64 = 1 << 24;
 
     /// The same with levels chosen by another rule.
     pub fn with_levels(mut self, rule: LevelRule) -> CpuTexture {
@@ -103,5 +116,25 @@ impl CpuTexture {
         let description = self.source.description();
         let bytes = tile.decode(description).map_err(|error| Error::TileDamaged { pos, error })?;
         Ok(decode_layer(description, self.layer, &bytes))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use vastex_tiles::{PlanetImage, PlanetSource};
+
+    #[test]
+    fn a_texture_without_end_is_refused() {
+        let image = || PlanetImage { size: [2, 1], texels: vec![[90, 80, 70, 255]; 2] };
+        let texture = |bits| {
+            let planet = PlanetSource::new(image(), bits).unwrap();
+            CpuTexture::new(Arc::new(planet), 0, Filter::Trilinear, 0)
+        };
+        assert!(texture(12).is_ok());
+        let Err(Error::TooManyPages { pages, most: CpuTexture::MOST_PAGES }) = texture(31) else {
+            panic!("2^31 texels are accepted");
+        };
+        assert!(pages > 1 << 46);
     }
 }

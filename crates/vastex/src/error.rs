@@ -32,6 +32,16 @@ pub enum Error {
     /// The coarsest levels of a texture are not at hand without waiting; in a browser, read them first.
     #[error("the tail is not at hand; open the source until its tail is cached, then add it")]
     TailPending,
+    /// The texture has too many pages for all of them to be listed.
+    #[error(
+        "a texture of {pages} pages is not sampled whole on the CPU, {most} is the most; `Textures::sample_cpu` answers from what is resident"
+    )]
+    TooManyPages {
+        /// Its pages.
+        pages: u64,
+        /// How many there may be.
+        most: u64,
+    },
     /// The pool is too small for its textures, or the device too small for a tile.
     #[error(transparent)]
     Pool(#[from] PoolError),

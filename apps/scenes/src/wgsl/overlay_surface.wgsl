@@ -1,19 +1,16 @@
-// Overlays that colour the surface by what is sampled there.
-
-fn overlay_picture(surface: Surface) -> vec3<f32> {
-    return scene_colour(vastex_sample(surface.uv)).rgb;
-}
+// Overlays that colour the surface by what is sampled there. Before this stands what a scene samples: overlay_plain.wgsl or
+// overlay_relief.wgsl.
 
 @fragment
 fn shade_levels(surface: Surface) -> @location(0) vec4<f32> {
     let picture = overlay_picture(surface);
-    return overlay_over(picture, overlay_level(vastex_inspect(surface.uv).shown));
+    return overlay_over(picture, overlay_level(overlay_inspect(surface).shown));
 }
 
 @fragment
 fn shade_wanted(surface: Surface) -> @location(0) vec4<f32> {
     let picture = overlay_picture(surface);
-    let wanted = vastex_inspect(surface.uv).wanted;
+    let wanted = overlay_inspect(surface).wanted;
     let finer = u32(wanted);
     return overlay_over(picture, mix(overlay_level(finer), overlay_level(finer + 1u), wanted - f32(finer)));
 }
@@ -21,7 +18,7 @@ fn shade_wanted(surface: Surface) -> @location(0) vec4<f32> {
 @fragment
 fn shade_deficit(surface: Surface) -> @location(0) vec4<f32> {
     let picture = overlay_picture(surface);
-    let inspected = vastex_inspect(surface.uv);
+    let inspected = overlay_inspect(surface);
     return overlay_over(picture, overlay_deficit(f32(inspected.shown) - floor(inspected.wanted)));
 }
 
@@ -29,14 +26,9 @@ fn shade_deficit(surface: Surface) -> @location(0) vec4<f32> {
 @fragment
 fn shade_pages(surface: Surface) -> @location(0) vec4<f32> {
     let picture = overlay_picture(surface);
-    let inspected = vastex_inspect(surface.uv);
-    let scale = vec2<f32>(vastex_texture.levels[inspected.shown].scale.xy);
-    let texels_per_pixel = fwidth(surface.uv * vec2<f32>(vastex_texture.size.xy)) / scale;
-    let page = select(
-        vec2<f32>(vastex_texture.page.xy),
-        vec2<f32>(vastex_texture.levels[inspected.shown].size.xy),
-        inspected.shown >= vastex_texture.tail_level,
-    );
+    let inspected = overlay_inspect(surface);
+    let texels_per_pixel = fwidth(surface.uv) * inspected.level_size;
+    let page = inspected.page_size;
     let from_edge = min(inspected.page_texel, page - inspected.page_texel) / max(texels_per_pixel, vec2<f32>(1e-9));
     let is_edge = min(from_edge.x, from_edge.y) < 1.0;
     return vec4<f32>(select(picture, overlay_level(inspected.shown), is_edge), 1.0);

@@ -10,7 +10,7 @@ use vastex::{
     ReadFuture, Settings, Tile, TileSource,
 };
 use vastex_core::Box3;
-use vastex_scenes::{Heights, HeightsError, Picture, Pose, Scene, Shown, Studio, StudioError};
+use vastex_scenes::{Heights, HeightsError, Overlay, Picture, Pose, Scene, Shown, Studio, StudioError};
 use vastex_tiles::Codec;
 
 use crate::common::{gpu, settings};
@@ -255,6 +255,27 @@ fn colours_on_heights_are_those_of_an_ordinary_texture() {
         let mut studio = studio(scene, source.clone(), 0.05);
         converge(&mut studio, pose);
         assert_alike(&studio.compare().unwrap().0, scene.name());
+    }
+}
+
+/// On ground that is all there, nothing is missing of the colours, and each overlay covers what the picture covers.
+#[test]
+fn overlays_go_with_heights() {
+    let source = Ground::new([AddressMode::Wrap, AddressMode::Clamp], LayerFormat::R16, rough);
+    let globe = Pose::Globe { longitude: 3.1, latitude: 0.6, altitude: 0.5 };
+    for (scene, pose) in [(Scene::Terrain, over(0.03, -0.2, 0.05, 0.0, 0.4)), (Scene::Globe, globe)] {
+        let mut studio = studio(scene, source.clone(), 0.05);
+        converge(&mut studio, pose);
+        let picture = studio.picture();
+        for overlay in [Overlay::Levels, Overlay::Wanted, Overlay::Deficit, Overlay::Pages] {
+            let shown = studio.overlay(overlay).unwrap();
+            assert_ne!(shown, picture, "{overlay:?}");
+            assert_eq!(covered_share(&shown), covered_share(&picture), "{overlay:?}");
+        }
+        let deficit = studio.overlay(Overlay::Deficit).unwrap();
+        let covered = || deficit.rgba.chunks_exact(4).filter(|pixel| pixel[3] != 0);
+        let green = covered().filter(|pixel| pixel[1] > pixel[0] && pixel[1] > pixel[2]).count();
+        assert!(green * 100 >= covered().count() * 99, "{green} of {}", covered().count());
     }
 }
 

@@ -304,7 +304,7 @@ fn texels_that_keep_their_positions_line_up_on_all_levels() {
         let texel: fn(u8, [u32; 2], u32) -> f32 =
             |level, [x, _], _| ((x << level) as f32 + 0.5) / SIDE as f32;
         let source = Arc::new(Grain { description: grain.description.clone(), texel });
-        CpuTexture::new(source, 0, Filter::Trilinear, 0)
+        CpuTexture::new(source, 0, Filter::Trilinear, 0).unwrap()
     };
     let error = |texture: &CpuTexture, level: f32| {
         let step = level.exp2() / SIDE as f32;

@@ -87,8 +87,7 @@ impl Viewer {
         let relief = shown.relief_of(scene, &mut textures, layer)?;
         let drawn = Drawn { scene, layer, look, relief: relief.clone(), tiling: shown.tiling };
         let renderer = SceneRenderer::new(device, queue, &textures, drawn, surface.format());
-        let overlay =
-            args.overlay.and_then(|overlay| OverlayRenderer::new(device, &textures, &renderer, overlay));
+        let overlay = args.overlay.map(|overlay| OverlayRenderer::new(device, &textures, &renderer, overlay));
         Ok(Viewer {
             overlay,
             gpu,
@@ -126,7 +125,7 @@ impl Viewer {
         let surface = Surface::new(&gpu, window.clone(), surface, look.picture_format())?;
         let (device, queue) = (&gpu.device, &gpu.queue);
         let renderer = SceneRenderer::new(device, queue, &textures, drawn, surface.format());
-        let overlay = overlay.and_then(|overlay| OverlayRenderer::new(device, &textures, &renderer, overlay));
+        let overlay = overlay.map(|overlay| OverlayRenderer::new(device, &textures, &renderer, overlay));
         let unsettled = UNSETTLED_FRAMES;
         Ok(Viewer { gpu, window, surface, textures, renderer, overlay, unsettled, shown, relief, ..self })
     }
@@ -213,7 +212,7 @@ impl Viewer {
     fn draw_overlay(&mut self, overlay: Option<Overlay>) {
         let device = &self.gpu.device;
         self.overlay =
-            overlay.and_then(|overlay| OverlayRenderer::new(device, &self.textures, &self.renderer, overlay));
+            overlay.map(|overlay| OverlayRenderer::new(device, &self.textures, &self.renderer, overlay));
     }
 
     /// Prints why a pixel shows what it shows.

@@ -7,9 +7,9 @@
 use std::collections::BTreeSet;
 
 use super::{
-    Atlas, CUBIC, FEEDBACK, FEEDBACK_FIXED, Filter, HASHED, LAMBDA, LEVEL, LOOKUP, PAGE, PARAMS, POSITION,
-    SAMPLE, SAMPLE_FIXED, TELL, TableKinds, VIEW, atlas_modules, constants, fades_binding, filter_modules,
-    push_constant, push_filter, table_binding, table_module, tell_modules,
+    Atlas, CUBIC, FEEDBACK, FEEDBACK_FIXED, Filter, HASHED, INSPECT, INSPECTION, LAMBDA, LEVEL, LOOKUP, PAGE,
+    PARAMS, POSITION, SAMPLE, SAMPLE_FIXED, TELL, TableKinds, VIEW, atlas_modules, constants, fades_binding,
+    filter_modules, push_constant, push_filter, table_binding, table_module, tell_modules,
 };
 use crate::error::GpuError;
 use crate::way::FeedbackWay;
@@ -110,13 +110,13 @@ impl GroupShape {
 }
 
 /// The modules that know of no texture.
-const SHARED_MODULES: [&str; 4] = [LAMBDA, POSITION, CUBIC, VIEW];
+const SHARED_MODULES: [&str; 5] = [LAMBDA, POSITION, CUBIC, VIEW, INSPECTION];
 
 /// The modules of the group's shape, which feedback of the whole group names pages of.
 const SHAPE_MODULES: [&str; 4] = [LEVEL, PAGE, FEEDBACK, FEEDBACK_FIXED];
 
 fn member_modules(atlas: Atlas, filter: Filter, way: FeedbackWay, fade: bool) -> Vec<&'static str> {
-    let (lookup, sample) = ([table_module(way), HASHED, LOOKUP], [SAMPLE, SAMPLE_FIXED]);
+    let (lookup, sample) = ([table_module(way), HASHED, LOOKUP], [SAMPLE, SAMPLE_FIXED, INSPECT]);
     [&SHAPE_MODULES[..], &lookup, atlas_modules(atlas), &filter_modules(filter, fade), &sample].concat()
 }
 
@@ -125,7 +125,8 @@ fn member_modules(atlas: Atlas, filter: Filter, way: FeedbackWay, fade: bool) ->
 ///
 /// For each member `NAME` it has the functions of [`crate::wgsl()`] with the name after the first word: `vastex_sample_NAME(uv)`,
 /// `vastex_sample_NAME_wrapped(uv)`, `vastex_sample_NAME_grad(uv, ddx, ddy)`, `vastex_sample_NAME_level(uv, level)`, and `vastex_feedback_NAME(uv)` and its kin for a
-/// member by itself; those in fixed point are `vastex_sample_NAME_fixed(anchor, offset)` and its kin, in texels of that member. For all together there are
+/// member by itself; those in fixed point are `vastex_sample_NAME_fixed(anchor, offset)` and its kin, in texels of that member;
+/// `vastex_inspect_NAME(uv)` and `vastex_inspect_NAME_grad(uv, ddx, ddy)` tell what it is sampled by. For all together there are
 ///
 /// | function | stages | gives |
 /// |---|---|---|
@@ -257,7 +258,8 @@ mod tests {
             }}
             @fragment fn main_pass(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {{
                 vastex_tell(at, vastex_feedback(at.xy));
-                return at {sampled};
+                let inspected = vastex_inspect_color(at.xy);
+                return at {sampled} + vastex_inspect_night_2_grad(at.xy, at.yx, at.zw).level * inspected.page_texel.xyxy;
             }}
             @fragment fn feedback_pass(@builtin(position) at: vec4<f32>) -> @location(0) vec4<u32> {{
                 return vastex_feedback(at.xy) + vastex_feedback_grad(at.xy, at.yx, at.zw)

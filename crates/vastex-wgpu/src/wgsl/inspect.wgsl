@@ -1,13 +1,5 @@
 // What sampling goes by at a place, for pictures of the machine at work and for an application's own debugging.
 
-struct VastexInspection {
-    wanted: f32,           // the level at mip bias 0
-    level: f32,            // the level that is sampled
-    shown: u32,            // the level whose texels are there, that or a coarser one
-    page: vec2<u32>,       // the page of that level; 0,0 in the tail
-    page_texel: vec2<f32>, // the place in the page, in texels of that level from its first
-}
-
 // At `uv`, at a level computed from screen-space derivatives. Fragment stage, uniform control flow.
 fn vastex_inspect(uv: vec2<f32>) -> VastexInspection {
     return vastex_inspect_grad(uv, dpdx(uv), dpdy(uv));
@@ -23,13 +15,17 @@ fn vastex_inspect_lambda(position: VastexPosition, lambda: f32) -> VastexInspect
     let level = vastex_level(lambda);
     let shown = vastex_place(position, u32(floor(level))).level;
     let scale = vastex_texture.levels[shown].scale.xy;
+    let level_size = vec2<f32>(vastex_texture.levels[shown].size.xy);
     var page = vec2<u32>(0u);
+    var page_size = level_size;
     if shown < vastex_texture.tail_level {
         page = vastex_page_from_texel(position.texel, shown);
+        page_size = vec2<f32>(vastex_texture.page.xy);
     }
     let from_page = position.texel - page * vastex_texture.page.xy * scale;
     let page_texel = (vec2<f32>(from_page) + position.fraction) / vec2<f32>(scale);
-    return VastexInspection(vastex_unbiased_level(lambda), level, shown, page, page_texel);
+    let wanted = vastex_unbiased_level(lambda);
+    return VastexInspection(wanted, level, shown, page, page_texel, page_size, level_size);
 }
 
 // The level of the finest resident page that covers a page of the texture.
