@@ -258,8 +258,8 @@ fn constants() -> String {
     push_constant(&mut text, "TABLES_DIRECT", TableKinds::Direct.code());
     push_constant(&mut text, "TABLES_HASHED", TableKinds::Hashed.code());
     push_constant(&mut text, "RECORDS", RECORDS);
-    let modes = [AddressMode::Wrap, AddressMode::Mirror, AddressMode::Border];
-    for (name, mode) in ["WRAP", "MIRROR", "BORDER"].into_iter().zip(modes) {
+    let modes = [AddressMode::Clamp, AddressMode::Wrap, AddressMode::Mirror, AddressMode::Border];
+    for (name, mode) in ["CLAMP", "WRAP", "MIRROR", "BORDER"].into_iter().zip(modes) {
         push_constant(&mut text, &format!("ADDRESS_{name}"), address_code(mode));
     }
     for (name, filter) in

@@ -24,27 +24,22 @@ struct VastexTaps {
     cubic_share: f32,       // of 4x4 texels around the position, the rest of one tap
 }
 
+// No branch here depends on nothing but a uniform: Mesa's software driver makes a shader anew for each draw, and keeps it, if one does.
+
 // A coordinate folded into 0 to 1 by an address mode. Where nothing repeats it stays as it is, so far as it matters, since taps of
 // a place beyond the edge may lie within.
 fn vastex_folded_uv(uv: f32, mode: u32) -> f32 {
-    switch mode {
-        case VASTEX_ADDRESS_WRAP: {
-            return uv - floor(uv);
-        }
-        case VASTEX_ADDRESS_MIRROR: {
-            let turn = uv - 2.0 * floor(0.5 * uv);
-            return select(turn, 2.0 - turn, turn > 1.0);
-        }
-        default: {
-            return clamp(uv, -8.0, 9.0);
-        }
-    }
+    let turn = uv - 2.0 * floor(0.5 * uv);
+    let mirrored = select(turn, 2.0 - turn, turn > 1.0);
+    let repeated = select(uv - floor(uv), mirrored, mode == VASTEX_ADDRESS_MIRROR);
+    let repeats = (mode == VASTEX_ADDRESS_WRAP) | (mode == VASTEX_ADDRESS_MIRROR);
+    return select(clamp(uv, -8.0, 9.0), repeated, repeats);
 }
 
 // Which way a coordinate runs once it is folded: -1 where a mirrored texture runs backwards, else 1.
 fn vastex_folded_way(uv: f32, mode: u32) -> f32 {
     let turn = uv - 2.0 * floor(0.5 * uv);
-    return select(1.0, -1.0, mode == VASTEX_ADDRESS_MIRROR && turn > 1.0);
+    return select(1.0, -1.0, (mode == VASTEX_ADDRESS_MIRROR) & (turn > 1.0));
 }
 
 // A place along one axis: a texel of level 0, and how far into it.
@@ -65,7 +60,8 @@ fn vastex_folded_texel(anchor: u32, offset: f32, size: u32, mode: u32) -> Vastex
     let is_before = back > start;
     // Whole texels from the edge: onward from texel 0, or back from it.
     let steps = select(start - back + u32(max(floored, 0.0)), back - start, is_before);
-    switch mode {
+    // What is inside already is not folded.
+    switch select(mode, VASTEX_ADDRESS_CLAMP, !is_before && steps < size) {
         case VASTEX_ADDRESS_WRAP: {
             let rest = steps % size;
             return VastexCoordinate(select(rest, size - rest, is_before && rest != 0u), fraction, 1.0);
