@@ -68,9 +68,9 @@ pub(crate) const DRAW: Figures = Figures {
     introduction: "\
 # Drawing: what a virtual texture costs beside an ordinary one
 
-Written by `cargo xtask bench draw --write`. Asked for on a GPU at 1920x1080 is a virtual texture at no more than 1.25 times the time of
-an ordinary one with the same taps. A software driver spends its time in filtering and says little of what a GPU would; its
-figures are here for their ratios, in a smaller picture.
+Written by `cargo xtask bench draw --write`, in some three minutes. What is asked for stands with each table, and is meant for a GPU
+at 1920x1080. A software driver runs both sides of every branch and spends its time otherwise than a GPU would; its figures are here for
+their ratios, in smaller pictures.
 ",
 };
 

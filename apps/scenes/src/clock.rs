@@ -4,10 +4,18 @@ use std::time::{Duration, Instant};
 
 use crate::gpu::Gpu;
 
-/// Tells time by the GPU's timestamps, or, where the device has none, by the wall from submitting to having waited.
+/// Tells time by what tells most of the work: the processor time of this process where the adapter is the processor, which a busy
+/// machine disturbs less; the GPU's timestamps; or, where there is neither, the wall from submitting to having waited.
 #[derive(Debug)]
 pub struct GpuClock {
-    timestamps: Option<Timestamps>,
+    hand: Hand,
+}
+
+#[derive(Debug)]
+enum Hand {
+    Processor,
+    Timestamps(Timestamps),
+    Wall,
 }
 
 #[derive(Debug)]
@@ -25,16 +33,27 @@ impl GpuClock {
         if adapter.features().contains(wanted) { wanted } else { wgpu::Features::empty() }
     }
 
-    /// By timestamps where the device has them.
+    /// The best of those that the device has.
     pub fn new(gpu: &Gpu) -> GpuClock {
         let features = GpuClock::features(&gpu.adapter);
-        let has_them = !features.is_empty() && gpu.device.features().contains(features);
-        GpuClock { timestamps: has_them.then(|| Timestamps::new(gpu)) }
+        let is_processor = gpu.adapter.get_info().device_type == wgpu::DeviceType::Cpu;
+        let hand = if is_processor && processor_time().is_some() {
+            Hand::Processor
+        } else if !features.is_empty() && gpu.device.features().contains(features) {
+            Hand::Timestamps(Timestamps::new(gpu))
+        } else {
+            Hand::Wall
+        };
+        GpuClock { hand }
     }
 
-    /// Whether it tells time by timestamps.
-    pub fn has_timestamps(&self) -> bool {
-        self.timestamps.is_some()
+    /// What it tells time by, for people.
+    pub fn told_by(&self) -> &'static str {
+        match self.hand {
+            Hand::Processor => "the processor time of the process",
+            Hand::Timestamps(_) => "the GPU's timestamps",
+            Hand::Wall => "the wall, from submitting to having waited",
+        }
     }
 
     /// How long each of these takes, `rounds` times, one after another in each round: `[what][round]`. One round before them
@@ -57,23 +76,51 @@ impl GpuClock {
         taken
     }
 
-    fn time(&self, gpu: &Gpu, record: &dyn Fn(&mut wgpu::CommandEncoder)) -> Duration {
+    /// How long the GPU takes for what is recorded. Waits.
+    pub fn time(&self, gpu: &Gpu, mut record: impl FnMut(&mut wgpu::CommandEncoder)) -> Duration {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        let Some(timestamps) = &self.timestamps else {
-            record(&mut encoder);
-            let start = Instant::now();
-            gpu.queue.submit([encoder.finish()]);
-            wait(gpu);
-            return start.elapsed();
-        };
-        encoder.write_timestamp(&timestamps.queries, 0);
-        record(&mut encoder);
-        encoder.write_timestamp(&timestamps.queries, 1);
-        encoder.resolve_query_set(&timestamps.queries, 0..2, &timestamps.resolved, 0);
-        encoder.copy_buffer_to_buffer(&timestamps.resolved, 0, &timestamps.read, 0, Timestamps::BYTES);
-        gpu.queue.submit([encoder.finish()]);
-        timestamps.difference(gpu)
+        match &self.hand {
+            Hand::Timestamps(timestamps) => {
+                encoder.write_timestamp(&timestamps.queries, 0);
+                record(&mut encoder);
+                encoder.write_timestamp(&timestamps.queries, 1);
+                encoder.resolve_query_set(&timestamps.queries, 0..2, &timestamps.resolved, 0);
+                encoder.copy_buffer_to_buffer(
+                    &timestamps.resolved,
+                    0,
+                    &timestamps.read,
+                    0,
+                    Timestamps::BYTES,
+                );
+                gpu.queue.submit([encoder.finish()]);
+                timestamps.difference(gpu)
+            }
+            Hand::Processor | Hand::Wall => {
+                record(&mut encoder);
+                let encoder = encoder.finish();
+                let start = (Instant::now(), processor_time());
+                gpu.queue.submit([encoder]);
+                wait(gpu);
+                match (&self.hand, start.1.zip(processor_time())) {
+                    (Hand::Processor, Some((before, after))) => after.saturating_sub(before),
+                    _ => start.0.elapsed(),
+                }
+            }
+        }
     }
+}
+
+/// What this process has had of the processors, where the system says so.
+#[cfg(target_os = "linux")]
+fn processor_time() -> Option<Duration> {
+    let time = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
+    Some(Duration::new(u64::try_from(time.tv_sec).ok()?, u32::try_from(time.tv_nsec).ok()?))
+}
+
+/// What this process has had of the processors, where the system says so.
+#[cfg(not(target_os = "linux"))]
+fn processor_time() -> Option<Duration> {
+    None
 }
 
 impl Timestamps {

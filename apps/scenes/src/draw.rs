@@ -78,7 +78,7 @@ impl SceneRenderer {
         let groups = [Some(textures.bind_group_layout(sampled)), Some(&group_layout)];
         let parts = |module, entries, format| PipelineParts {
             text: shader_text(textures, layer, (look, tiling), relief.as_ref(), module),
-            corners: corners(relief.as_ref()),
+            corners: corners(scene, relief.as_ref()),
             entries,
             formats: format,
         };
@@ -255,7 +255,7 @@ impl SceneRenderer {
         let mut groups = vec![Some(textures.bind_group_layout(self.sampled())), Some(&self.group_layout)];
         groups.extend(group.map(Some));
         let text = shader_text(textures, self.layer, (self.look, self.tiling), self.relief.as_ref(), module);
-        let corners = corners(self.relief.as_ref());
+        let corners = corners(self.scene, self.relief.as_ref());
         PipelineParts { text, corners, entries, formats }.pipeline(device, &groups)
     }
 
@@ -405,6 +405,10 @@ fn patch_mesh() -> Mesh {
     Mesh { vertices: Vec::new(), indices }
 }
 
-fn corners(relief: Option<&ReliefSurface>) -> Corners {
-    if relief.is_some() { Corners::Patches } else { Corners::Vertices }
+fn corners(scene: Scene, relief: Option<&ReliefSurface>) -> Corners {
+    match (relief, scene) {
+        (Some(_), _) => Corners::Patches,
+        (None, Scene::Globe) => Corners::Outside,
+        (None, Scene::Image | Scene::Plane | Scene::Terrain) => Corners::Vertices,
+    }
 }

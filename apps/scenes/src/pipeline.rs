@@ -13,6 +13,9 @@ pub(crate) const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 pub(crate) enum Corners {
     /// Points of a surface.
     Vertices,
+    /// Points of a closed surface, which is seen from outside: its far side is hidden, and would be shaded for nothing where a fragment
+    /// shader that writes something keeps depth from being tested before it.
+    Outside,
     /// Patches, whose points are numbered.
     Patches,
 }
@@ -23,7 +26,7 @@ impl Corners {
         const VERTEX: [wgpu::VertexAttribute; 2] = wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x2];
         const PATCH: [wgpu::VertexAttribute; 1] = wgpu::vertex_attr_array![0 => Float32x4];
         match self {
-            Corners::Vertices => wgpu::VertexBufferLayout {
+            Corners::Vertices | Corners::Outside => wgpu::VertexBufferLayout {
                 array_stride: size_of::<Vertex>() as u64,
                 step_mode: wgpu::VertexStepMode::Vertex,
                 attributes: &VERTEX,
@@ -34,6 +37,11 @@ impl Corners {
                 attributes: &PATCH,
             },
         }
+    }
+
+    /// Which triangles are not drawn.
+    fn hidden(self) -> Option<wgpu::Face> {
+        matches!(self, Corners::Outside).then_some(wgpu::Face::Back)
     }
 }
 
@@ -59,8 +67,8 @@ impl PipelineParts<'_> {
             stencil: Default::default(),
             bias: Default::default(),
         };
-        let corners = self.corners.layout();
-        self.made(device, groups, &[Some(corners)], Some(nearest), None)
+        let (corners, hidden) = (self.corners.layout(), self.corners.hidden());
+        self.made(device, groups, &[Some(corners)], hidden, Some(nearest), None)
     }
 
     /// A pipeline without vertices, on every pixel whatever is there.
@@ -69,7 +77,7 @@ impl PipelineParts<'_> {
         device: &wgpu::Device,
         groups: &[Option<&wgpu::BindGroupLayout>],
     ) -> wgpu::RenderPipeline {
-        self.made(device, groups, &[], Some(no_depth_test()), None)
+        self.made(device, groups, &[], None, Some(no_depth_test()), None)
     }
 
     /// A pipeline that blends all surfaces.
@@ -80,7 +88,7 @@ impl PipelineParts<'_> {
         blend: wgpu::BlendState,
     ) -> wgpu::RenderPipeline {
         let corners = self.corners.layout();
-        self.made(device, groups, &[Some(corners)], None, Some(blend))
+        self.made(device, groups, &[Some(corners)], None, None, Some(blend))
     }
 
     fn made(
@@ -88,6 +96,7 @@ impl PipelineParts<'_> {
         device: &wgpu::Device,
         groups: &[Option<&wgpu::BindGroupLayout>],
         vertices: &[Option<wgpu::VertexBufferLayout<'_>>],
+        cull_mode: Option<wgpu::Face>,
         depth_stencil: Option<wgpu::DepthStencilState>,
         blend: Option<wgpu::BlendState>,
     ) -> wgpu::RenderPipeline {
@@ -111,7 +120,7 @@ impl PipelineParts<'_> {
                 compilation_options: Default::default(),
                 buffers: vertices,
             },
-            primitive: wgpu::PrimitiveState::default(),
+            primitive: wgpu::PrimitiveState { cull_mode, ..Default::default() },
             depth_stencil,
             multisample: Default::default(),
             fragment: Some(wgpu::FragmentState {

@@ -40,8 +40,10 @@ pub enum ReferenceError {
 /// Whose taps an ordinary texture is sampled by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Taps {
-    /// Those of the virtual texture, one by one.
+    /// Those of the virtual texture, one by one, at the edges too.
     Same,
+    /// Those of the virtual texture, at the edges as the sampler has it; bicubic by one. What a price is measured by.
+    Ordinary,
     /// Those of the adapter's own trilinear filter, or of its anisotropic one where the virtual texture's is anisotropic.
     Adapter,
 }
@@ -74,6 +76,7 @@ impl Reference {
         let layout = group_layout(device);
         let (shade, sampler) = match taps {
             Taps::Same => ("shade_reference", plain.sampler(device)),
+            Taps::Ordinary => ("shade_ordinary", plain.sampler(device)),
             Taps::Adapter => {
                 ("shade_by_adapter", plain.own_sampler(device, textures.settings().filter.max_taps()))
             }

@@ -5,7 +5,7 @@
 
 use crate::format::Description;
 use crate::page::TextureId;
-use crate::shared::ENTRY_SLOT_BITS;
+use crate::shared::POOL_SLOTS;
 
 /// A pool among those of one [`crate::Pagers`], counted from 0 in the order in which they were made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -127,7 +127,7 @@ impl PoolLayout {
     /// Slots that a pool needs at least, for each texture in it: its tail, and one to work with.
     pub const MIN_SLOTS: u32 = 2;
 
-    /// The layout with the most slots within `budget` bytes; fails below [`PoolLayout::MIN_SLOTS`].
+    /// The layout with the most slots within `budget` bytes, up to [`POOL_SLOTS`]; fails below [`PoolLayout::MIN_SLOTS`].
     ///
     /// Of the layouts with equally many slots, the one with the fewest images is taken; more than twice as many as are needed only
     /// where with fewer over 5 % of the budget would be wasted.
@@ -138,7 +138,7 @@ impl PoolLayout {
         if per_side == 0 {
             return Err(PoolError::TileTooLarge { tile: width.max(height), max_side: limits.max_side });
         }
-        let affordable = (budget / tile_bytes).min(1 << ENTRY_SLOT_BITS) as u32;
+        let affordable = (budget / tile_bytes).min(u64::from(POOL_SLOTS)) as u32;
         let largest_image = u64::from(per_side) * u64::from(per_side);
         let fewest =
             u64::from(affordable).div_ceil(largest_image).clamp(1, u64::from(limits.max_images)) as u32;
@@ -238,7 +238,7 @@ mod tests {
             prop_assert!(layout.images <= LIMITS.max_images);
             let affordable = (budget / layout.tile_bytes) as u32;
             let largest = (LIMITS.max_side / layout.tile[0]).pow(2) * LIMITS.max_images;
-            prop_assert!(layout.slots() * 100 >= affordable.min(largest) * 90, "{layout:?} wastes slots of {affordable}");
+            prop_assert!(layout.slots() * 100 >= affordable.min(largest).min(POOL_SLOTS) * 90, "{layout:?} wastes slots of {affordable}");
             let last = layout.place(Slot::new(layout.slots() - 1));
             prop_assert_eq!(last.image, layout.images - 1);
             prop_assert!((0..2).all(|a| last.origin[a] + layout.tile[a] <= layout.image_size()[a]));

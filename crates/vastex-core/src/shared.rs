@@ -16,6 +16,8 @@ pub const TEXTURE_BITS: u32 = 11;
 pub const TEXTURE_SHIFT: u32 = 53;
 /// Bits of a slot in a table entry; the level stands above them.
 pub const ENTRY_SLOT_BITS: u32 = 27;
+/// Slots that a pool can have: so many that shaders find a slot's place in single precision.
+pub const POOL_SLOTS: u32 = 1 << 22;
 /// Steps into which feedback divides a level.
 pub const STEPS_PER_LEVEL: u32 = 8;
 /// Bits of such a step.

@@ -200,9 +200,9 @@ mod tests {
     use super::*;
     use crate::filter::Filter;
     use crate::shader::Atlas;
-    use crate::shader::TableKinds;
     use crate::shader::group::{GroupMember, group_wgsl};
     use crate::shader::tests::module;
+    use crate::shader::{PageSides, TableKinds};
 
     fn shape(textures: usize, layers: usize) -> GroupShape {
         let member = |nth: usize| GroupMember {
@@ -210,6 +210,7 @@ mod tests {
             texture: nth % textures,
             atlas: Atlas::Float,
             tables: TableKinds::Either,
+            pages: PageSides::Any,
         };
         GroupShape::new((0..layers).map(member).collect(), true).unwrap()
     }

@@ -59,7 +59,7 @@ pub use pool::Pool;
 pub use raw::{RawFeedback, RawTexture};
 pub use readback::Readback;
 pub use shader::group::{GroupMember, GroupShape, group_wgsl};
-pub use shader::{Atlas, ShaderOptions, TableKinds, wgsl};
+pub use shader::{Atlas, PageSides, ShaderOptions, TableKinds, wgsl};
 pub use table::{TableBuffers, TableChoice};
 pub use table_changer::{Applied, TableChanger};
 pub use texture_space::{TEXTURE_SPACE_BLEND, TEXTURE_SPACE_FORMAT, TextureSpace};

@@ -24,12 +24,39 @@ pub(crate) struct LevelParams {
     pub(crate) first_entry: u32,
     pub(crate) pages: [u32; 3],
     pub(crate) unused_0: u32,
-    pub(crate) tail_offset: [u32; 3],
-    pub(crate) unused_1: u32,
-    pub(crate) size: [u32; 3],
-    pub(crate) unused_2: u32,
-    pub(crate) sample_offset: [f32; 3],
-    pub(crate) unused_3: u32,
+    pub(crate) page_texels: [u32; 2],
+    pub(crate) page_shift: [u32; 2],
+    pub(crate) size: [u32; 2],
+    pub(crate) origin: [f32; 2],
+    pub(crate) inverse_scale: [f32; 2],
+    pub(crate) sample_offset: [f32; 2],
+}
+
+impl LevelParams {
+    /// Of a texture whose tail begins at level `tail`; `first_entry` is the page table's business.
+    fn new(geometry: &Geometry, index: u8, tail: u8) -> LevelParams {
+        let (level, page, border) = (geometry.level(index), geometry.page(), geometry.border());
+        let scale = level.scale.map(|scale| u32::try_from(scale).unwrap_or(u32::MAX));
+        // No texel is beyond 2^31.
+        let (mut page_texels, mut origin) = ([u32::MAX; 2], border);
+        if index < tail {
+            page_texels = [0, 1].map(|a| scale[a].saturating_mul(page[a]));
+        } else if index >= geometry.tail().first_level() {
+            origin = geometry.tile_texel_from_tail_texel(index, [0; 3]);
+        }
+        LevelParams {
+            scale,
+            first_entry: 0,
+            pages: level.pages,
+            unused_0: 0,
+            page_texels,
+            page_shift: page_texels.map(|texels| texels.ilog2()),
+            size: [level.size[0], level.size[1]],
+            origin: [0, 1].map(|a| origin[a] as f32),
+            inverse_scale: [0, 1].map(|a| 1.0 / scale[a] as f32),
+            sample_offset: [0, 1].map(|a| geometry.sample_offset(index)[a] as f32),
+        }
+    }
 }
 
 /// `VastexTexture`.
@@ -69,17 +96,11 @@ impl TextureParams {
             TableParams::Hashed { places, seed } => (0, [places, seed]),
         };
         let mut levels = [LevelParams::default(); shared::MAX_LEVELS as usize];
-        for (index, (params, level)) in levels.iter_mut().zip(geometry.levels()).enumerate() {
-            let index = index as u8;
-            params.scale = level.scale.map(|scale| u32::try_from(scale).unwrap_or(u32::MAX));
-            params.pages = level.pages;
-            params.size = level.size;
-            params.sample_offset = geometry.sample_offset(index).map(|offset| offset as f32);
+        for (index, params) in (0..=geometry.coarsest()).zip(&mut levels) {
+            *params = LevelParams::new(geometry, index, tail.first_level());
             if (table_level..tail.first_level()).contains(&index) && table_places == 0 {
                 // A direct table that fits a GPU buffer has fewer than 2^32 entries.
                 params.first_entry = (layout.first_entry(index) - layout.first_entry(table_level)) as u32;
-            } else if index >= tail.first_level() {
-                params.tail_offset = tail.offset(index);
             }
         }
         TextureParams {
@@ -106,8 +127,12 @@ impl TextureParams {
     pub(crate) fn of_group(geometry: &Geometry, number: TextureId) -> TextureParams {
         let rule = LevelRule::default().within(geometry);
         let nobodys = TableParams::Hashed { places: 1, seed: 0 };
-        let params = TextureParams::new(geometry, number, Slot::new(0), &rule, nobodys);
-        TextureParams { tail_level: u32::from(geometry.coarsest()), ..params }
+        let mut params = TextureParams::new(geometry, number, Slot::new(0), &rule, nobodys);
+        params.tail_level = u32::from(geometry.coarsest());
+        for (index, params) in (0..=geometry.coarsest()).zip(&mut params.levels) {
+            *params = LevelParams::new(geometry, index, geometry.coarsest());
+        }
+        params
     }
 }
 
@@ -133,23 +158,27 @@ pub(crate) enum TableParams {
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub(crate) struct PoolParams {
     pub(crate) tile: [u32; 2],
-    pub(crate) columns: u32,
-    pub(crate) slots_per_image: u32,
+    pub(crate) slots: [u32; 2],
+    pub(crate) inverse_slots: [f32; 2],
     pub(crate) texel: [f32; 2],
     pub(crate) bias: f32,
     pub(crate) layer_scale: u32,
+    pub(crate) layer_share: f32,
+    pub(crate) unused: u32,
 }
 
 impl PoolParams {
     /// Of a layer with one texel along `layer_scale` of the texture's; `bias` is in eighths of a level.
     pub(crate) fn new(layout: &PoolLayout, layer_scale: u32, bias: u16) -> PoolParams {
         PoolParams {
-            tile: layout.tile,
-            columns: layout.columns,
-            slots_per_image: layout.columns * layout.rows,
+            tile: layout.tile.map(|side| side / layer_scale),
+            slots: [layout.columns, layout.rows],
+            inverse_slots: [layout.columns, layout.rows].map(|slots| 1.0 / slots as f32),
             texel: layout.image_size().map(|side| layer_scale as f32 / side as f32),
             bias: f32::from(bias) / shared::STEPS_PER_LEVEL as f32,
             layer_scale,
+            layer_share: 1.0 / layer_scale as f32,
+            unused: 0,
         }
     }
 }
@@ -271,12 +300,29 @@ mod tests {
         ($mirror:ty: $($field:ident),+) => { &[$((stringify!($field), offset_of!($mirror, $field))),+] };
     }
 
+    /// The arithmetic of `vastex_place_in_slot`, beside that of whole numbers: at the ends of every row and image.
+    #[test]
+    fn single_precision_finds_the_place_of_every_slot() {
+        let quotient = |number: u32, inverse: f32| ((number as f32 + 0.5) * inverse) as u32;
+        for by in (1..=2048).chain([4095, 4096, 65_535, 1 << 20, shared::POOL_SLOTS]) {
+            let inverse = 1.0 / by as f32;
+            let few = shared::POOL_SLOTS / by;
+            for multiple in (0..few.min(300)).chain(few.saturating_sub(300)..=few) {
+                let at = multiple * by;
+                for number in [at.saturating_sub(1), at, at + 1] {
+                    assert_eq!(quotient(number, inverse), number / by, "{number} / {by}");
+                }
+            }
+        }
+    }
+
     #[test]
     fn textures_are_laid_out_alike() {
         let text = shader::wgsl(&Default::default());
-        let level = offsets!(LevelParams: scale, first_entry, pages, unused_0, tail_offset, unused_1, size, unused_2, sample_offset, unused_3);
+        let level = offsets!(LevelParams: scale, first_entry, pages, unused_0, page_texels, page_shift, size, origin, inverse_scale, sample_offset);
         check(&text, "VastexLevel", size_of::<LevelParams>(), level);
-        let pool = offsets!(PoolParams: tile, columns, slots_per_image, texel, bias, layer_scale);
+        let pool =
+            offsets!(PoolParams: tile, slots, inverse_slots, texel, bias, layer_scale, layer_share, unused);
         check(&text, "VastexPool", size_of::<PoolParams>(), pool);
         let view = offsets!(ViewParams: clip_scale, clip_offset, level_offset, frame, jitter, columns, cell, reversed_depth, unused);
         check(&text, "VastexView", size_of::<ViewParams>(), view);

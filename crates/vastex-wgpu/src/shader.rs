@@ -6,7 +6,7 @@
 
 use std::fmt::Write as _;
 
-use vastex_core::{AddressMode, shared};
+use vastex_core::{AddressMode, Geometry, Level, shared};
 
 use crate::bind;
 use crate::filter::Filter;
@@ -86,6 +86,8 @@ pub struct ShaderOptions {
     pub feedback: FeedbackWay,
     /// Which page tables there may be.
     pub tables: TableKinds,
+    /// Which pages there may be.
+    pub pages: PageSides,
     /// Whether tiles fade in ([`crate::Fades`]). Where they do not, the text knows nothing of it.
     pub fade: bool,
 }
@@ -109,6 +111,34 @@ impl TableKinds {
             TableKinds::Either => 0,
             TableKinds::Direct => 1,
             TableKinds::Hashed => 2,
+        }
+    }
+}
+
+/// The sides of pages, in texels of level 0, that a shader knows of. One that knows them to be powers of two shifts where another
+/// divides, eight times for a trilinear sample.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum PageSides {
+    /// Whatever they are.
+    #[default]
+    Any,
+    /// Powers of two on every level finer than the tail.
+    PowersOfTwo,
+}
+
+impl PageSides {
+    /// Those of a texture.
+    pub fn of(geometry: &Geometry) -> PageSides {
+        let (finer, page) = (usize::from(geometry.tail().first_level()), geometry.page());
+        let is_fit =
+            |level: &Level| (0..2).all(|a| page[a].is_power_of_two() && level.scale[a].is_power_of_two());
+        if geometry.levels()[..finer].iter().all(is_fit) { PageSides::PowersOfTwo } else { PageSides::Any }
+    }
+
+    pub(crate) const fn code(self) -> u32 {
+        match self {
+            PageSides::Any => 0,
+            PageSides::PowersOfTwo => 1,
         }
     }
 }
@@ -168,6 +198,7 @@ pub fn wgsl(options: &ShaderOptions) -> String {
     push_constant(&mut text, "GROUP", options.group);
     push_filter(&mut text, options.filter);
     push_constant(&mut text, "TABLES", options.tables.code());
+    push_constant(&mut text, "PAGES", options.pages.code());
     if options.fade {
         push_constant(&mut text, "BINDING_FADES", bind::FADES);
     }
@@ -257,6 +288,7 @@ fn constants() -> String {
     push_constant(&mut text, "NONE", u32::MAX);
     push_constant(&mut text, "TABLES_DIRECT", TableKinds::Direct.code());
     push_constant(&mut text, "TABLES_HASHED", TableKinds::Hashed.code());
+    push_constant(&mut text, "PAGES_POWERS_OF_TWO", PageSides::PowersOfTwo.code());
     push_constant(&mut text, "RECORDS", RECORDS);
     let modes = [AddressMode::Clamp, AddressMode::Wrap, AddressMode::Mirror, AddressMode::Border];
     for (name, mode) in ["CLAMP", "WRAP", "MIRROR", "BORDER"].into_iter().zip(modes) {
@@ -336,8 +368,9 @@ pub(crate) mod tests {
                 for (group, feedback) in [0, 1, 2].into_iter().zip(FeedbackWay::ALL.iter().copied().cycle()) {
                     let tables =
                         [TableKinds::Either, TableKinds::Direct, TableKinds::Hashed][group as usize % 3];
+                    let pages = [PageSides::Any, PageSides::PowersOfTwo][group as usize % 2];
                     for fade in [false, true] {
-                        let options = ShaderOptions { group, filter, atlas, feedback, tables, fade };
+                        let options = ShaderOptions { group, filter, atlas, feedback, tables, pages, fade };
                         let module = module(&(wgsl(&options) + APPLICATION));
                         let bindings = module.global_variables.iter().filter_map(|(_, v)| v.binding);
                         let groups: Vec<_> = bindings.map(|binding| binding.group).collect();

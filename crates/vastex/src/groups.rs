@@ -132,11 +132,10 @@ impl Textures {
     ) -> Result<GroupState, Error> {
         let apart = members.iter().filter(|member| member.is_apart).count();
         let has_feedback = apart < members.len();
-        let member = |Member { name, layer, .. }: Member| GroupMember {
-            name,
-            texture: textures.iter().position(|&texture| texture == layer.texture()).unwrap_or(0),
-            atlas: self.layout_of(layer).atlas(),
-            tables: self.tables_of(layer.texture()),
+        let member = |Member { name, layer, .. }: Member| {
+            let texture = textures.iter().position(|&texture| texture == layer.texture()).unwrap_or(0);
+            let (tables, pages) = self.kinds_of(layer.texture());
+            GroupMember { name, texture, atlas: self.layout_of(layer).atlas(), tables, pages }
         };
         let shape = GroupShape::new(members.into_iter().map(member).collect(), has_feedback)?;
         let shape = shape.with_fade(self.seen().fade);

@@ -7,7 +7,8 @@ use std::sync::Arc;
 
 use vastex_core::{Description, Layer, LayerFormat, PoolId, PoolLayout, Slot, SlotMove, Stats};
 use vastex_wgpu::{
-    Atlas, BindLayout, Fades, FeedbackWay, GpuError, Pool, TableBuffers, TableKinds, ViewBuffer, limits,
+    Atlas, BindLayout, Fades, FeedbackWay, GpuError, PageSides, Pool, TableBuffers, TableKinds, ViewBuffer,
+    limits,
 };
 
 use crate::error::Error;
@@ -21,13 +22,16 @@ pub(crate) struct Shape {
     layers: Vec<(LayerFormat, u32)>,
     /// Which page tables their shaders read.
     pub(crate) tables: TableKinds,
+    /// What they know of pages.
+    pub(crate) pages: PageSides,
 }
 
 impl Shape {
     pub(crate) fn of(description: &Description, tables: TableKinds) -> Shape {
         let layer = |layer: &Layer| (layer.format, layer.scale);
         let layers = description.layers.iter().map(layer).collect();
-        Shape { tile: description.geometry.tile(), layers, tables }
+        let pages = PageSides::of(&description.geometry);
+        Shape { tile: description.geometry.tile(), layers, tables, pages }
     }
 }
 

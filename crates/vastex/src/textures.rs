@@ -11,8 +11,8 @@ use vastex_core::{
 };
 use vastex_tiles::{Loader, RamCache, Tiers, Tile, TileSource};
 use vastex_wgpu::{
-    BindLayout, FeedbackWay, ShaderOptions, TableBuffers, TableChanger, TableChoice, TableKinds, group_wgsl,
-    wgsl,
+    BindLayout, FeedbackWay, PageSides, ShaderOptions, TableBuffers, TableChanger, TableChoice, TableKinds,
+    group_wgsl, wgsl,
 };
 
 use crate::by_hand::OpenTickets;
@@ -353,9 +353,9 @@ impl Textures {
         match sampled.into() {
             Sampled::Layer(layer) => {
                 let layout = self.layout_of(layer);
-                let tables = self.tables_of(layer.texture());
+                let (tables, pages) = self.kinds_of(layer.texture());
                 let (atlas, feedback, fade) = (layout.atlas(), layout.way(), layout.fade());
-                wgsl(&ShaderOptions { group, filter, atlas, feedback, tables, fade })
+                wgsl(&ShaderOptions { group, filter, atlas, feedback, tables, pages, fade })
             }
             Sampled::Group(id) => group_wgsl(group, filter, self.way, self.group(id).shape()),
         }
@@ -425,10 +425,10 @@ impl Textures {
         Seen { way: self.way, fade: !self.settings.fade.is_zero() }
     }
 
-    /// Which page tables the textures of a pool have, of which this one is.
-    pub(crate) fn tables_of(&self, texture: TextureId) -> TableKinds {
+    /// Which page tables and pages the textures of a pool have, of which this one is.
+    pub(crate) fn kinds_of(&self, texture: TextureId) -> (TableKinds, PageSides) {
         let pool = self.pool_of(texture).map(|pool| &self.pools[usize::from(pool.number())]);
-        pool.map_or(TableKinds::Either, |pool| pool.shape.tables)
+        pool.map_or_else(Default::default, |pool| (pool.shape.tables, pool.shape.pages))
     }
 
     /// A texture that there is has a pool.

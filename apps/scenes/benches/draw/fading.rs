@@ -8,7 +8,7 @@ use glam::Vec3;
 use vastex::{Filter, LevelRule, MaxTaps, Region};
 use vastex_scenes::{Pose, Scene, Studio};
 
-use crate::world::{Bench, fetch, new_studio, picture, resident, texture};
+use crate::world::{Bench, fetch, new_studio, picture, property, resident, texture};
 
 /// Draws of each kind, in turns.
 const ROUNDS: usize = 15;
@@ -33,12 +33,12 @@ pub(crate) fn section(bench: &Bench) -> Result<String> {
         ("close to it", close, Filter::Bicubic),
     ];
     for (view, pose, filter) in views {
-        let without = resident(bench, filter, Scene::Plane, pose)?;
+        let without = resident(bench, property()?, filter, Scene::Plane, pose)?;
         let mut fading = Vec::new();
         for (at_once, halfway) in
             [(0..=u8::MAX, None), (1..=u8::MAX, Some(0..=0)), (u8::MAX..=u8::MAX, Some(0..=u8::MAX))]
         {
-            let mut studio = new_studio(bench, filter, Scene::Plane, FADE)?;
+            let mut studio = new_studio(bench, property()?, filter, Scene::Plane, FADE)?;
             come(&mut studio, pose, at_once, FADE)?;
             if let Some(levels) = halfway {
                 come(&mut studio, pose, levels, FADE / 2)?;

@@ -5,21 +5,38 @@
 #![allow(clippy::print_stdout, reason = "the figures are what it is for")]
 
 mod fading;
+mod feedback;
 mod filters;
+mod lookups;
+mod operations;
+mod second_level;
+mod sizes;
+mod stage;
+mod tables;
 mod world;
 
 use anyhow::Result;
 use vastex_scenes::GpuClock;
 use world::{Bench, gpu};
 
-const SECTIONS: &[fn(&Bench) -> Result<String>] = &[filters::section, fading::section];
+const SECTIONS: &[fn(&Bench) -> Result<String>] = &[
+    operations::section,
+    filters::section,
+    fading::section,
+    feedback::section,
+    tables::section,
+    second_level::section,
+    sizes::section,
+];
 
 fn main() -> Result<()> {
     let gpu = gpu()?;
     let clock = GpuClock::new(&gpu);
-    let told =
-        if clock.has_timestamps() { "its timestamps" } else { "the wall, from submitting to having waited" };
-    println!("Adapter: {}. Times are told by {told}, and are medians.", gpu.adapter_name());
+    println!(
+        "Adapter: {}. Times are told by {}; each is the least of several, taken in turns.",
+        gpu.adapter_name(),
+        clock.told_by()
+    );
     let bench = Bench { gpu, clock };
     for section in SECTIONS {
         println!("\n{}", section(&bench)?.trim_end());

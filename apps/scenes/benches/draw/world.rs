@@ -1,12 +1,13 @@
-//! What the sections share: the device with its clock, and a texture that is all resident.
+//! What the sections share: the device with its clock, and textures that are all resident.
 
 use std::sync::Arc;
 use std::time::Duration;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail};
 use vastex::{Filter, Geometry, Pace, PoolSettings, Region, Settings, TextureId, TileSource};
+use vastex_build::{BuildOptions, Compression};
 use vastex_core::{AddressMode, GeometrySpec};
-use vastex_scenes::{Gpu, GpuClock, Pose, Scene, Studio};
+use vastex_scenes::{Gpu, GpuClock, Pose, Scene, Studio, planet_image};
 use vastex_tiles::PropertySource;
 
 /// The device and what tells its time.
@@ -15,8 +16,10 @@ pub(crate) struct Bench {
     pub(crate) clock: GpuClock,
 }
 
-/// The texture's side in texels: an ordinary texture of that size is there on every adapter.
+/// The generated texture's side in texels: an ordinary texture of that size is there on every adapter.
 const SIDE: u32 = 4096;
+/// Texels of border: as far as anisotropic filters reach.
+const BORDER: u32 = 8;
 /// Frames within which all of it is in the pool.
 const PATIENCE_FRAMES: u64 = 5000;
 
@@ -35,24 +38,62 @@ pub(crate) fn gpu() -> Result<Gpu> {
 
 /// Pixels of a picture: as many as a screen has, fewer where the adapter is a processor.
 pub(crate) fn picture(gpu: &Gpu) -> [u32; 2] {
-    match gpu.adapter.get_info().device_type {
-        wgpu::DeviceType::Cpu => [320, 180],
-        _ => [1920, 1080],
-    }
+    if is_processor(gpu) { [320, 180] } else { [1920, 1080] }
 }
 
-/// A view of the texture, of which every page is in the pool, with borders of 8 texels.
-pub(crate) fn resident(bench: &Bench, filter: Filter, scene: Scene, pose: Pose) -> Result<Studio> {
-    let mut studio = new_studio(bench, filter, scene, Duration::ZERO)?;
+/// Whether the adapter is a software driver.
+pub(crate) fn is_processor(gpu: &Gpu) -> bool {
+    gpu.adapter.get_info().device_type == wgpu::DeviceType::Cpu
+}
+
+/// A generated texture.
+pub(crate) fn property() -> Result<Arc<dyn TileSource>> {
+    let address = [AddressMode::Wrap, AddressMode::Clamp, AddressMode::Clamp];
+    let spec = GeometrySpec { border: BORDER, address, ..GeometrySpec::image(SIDE, SIDE / 2) };
+    Ok(Arc::new(PropertySource::new(Geometry::new(spec)?)))
+}
+
+/// The Earth, at a quarter of the asset's resolution.
+pub(crate) fn earth() -> Result<Arc<dyn TileSource>> {
+    let asset = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/earth-color-10800x5400.jpg");
+    let directory = tempfile::tempdir()?;
+    let [whole, png, quarter] =
+        ["whole.vastex", "quarter.png", "quarter.vastex"].map(|name| directory.path().join(name));
+    let address = [AddressMode::Wrap, AddressMode::Clamp];
+    let options =
+        BuildOptions { address, border: BORDER, compression: Compression::None, ..Default::default() };
+    vastex_build::build(&[asset], &whole, &options, &())?;
+    let image = planet_image(&*vastex::open(&whole)?)?;
+    let mut encoder = png::Encoder::new(std::fs::File::create(&png)?, image.size[0], image.size[1]);
+    encoder.set_color(png::ColorType::Rgba);
+    encoder.set_compression(png::Compression::Fast);
+    encoder.write_header()?.write_image_data(image.texels.as_flattened())?;
+    vastex_build::build(&[&png], &quarter, &options, &())?;
+    // On Linux the file lives as long as it is open; elsewhere the system clears it away some day.
+    Ok(vastex::open(&quarter)?)
+}
+
+/// A view of a texture, of which every page is in the pool.
+pub(crate) fn resident(
+    bench: &Bench,
+    source: Arc<dyn TileSource>,
+    filter: Filter,
+    scene: Scene,
+    pose: Pose,
+) -> Result<Studio> {
+    let mut studio = new_studio(bench, source, filter, scene, Duration::ZERO)?;
     fetch(&mut studio, pose, &Region::whole())?;
     Ok(studio)
 }
 
-/// The texture, of which nothing is in the pool yet, with tiles that fade in over so much time.
-pub(crate) fn new_studio(bench: &Bench, filter: Filter, scene: Scene, fade: Duration) -> Result<Studio> {
-    let address = [AddressMode::Wrap, AddressMode::Clamp, AddressMode::Clamp];
-    let spec = GeometrySpec { border: 8, address, ..GeometrySpec::image(SIDE, SIDE / 2) };
-    let source: Arc<dyn TileSource> = Arc::new(PropertySource::new(Geometry::new(spec)?));
+/// A texture, of which nothing is in the pool yet, with tiles that fade in over so much time.
+pub(crate) fn new_studio(
+    bench: &Bench,
+    source: Arc<dyn TileSource>,
+    filter: Filter,
+    scene: Scene,
+    fade: Duration,
+) -> Result<Studio> {
     let settings = Settings {
         pools: PoolSettings::of_bytes(160 << 20),
         upload_bytes_per_frame: 8 << 20,
@@ -79,6 +120,5 @@ pub(crate) fn fetch(studio: &mut Studio, pose: Pose, region: &Region) -> Result<
             return Ok(());
         }
     }
-    ensure!(false, "not all pages came: {:?}", ticket.progress());
-    Ok(())
+    bail!("not all pages came: {:?}", ticket.progress())
 }

@@ -13,7 +13,7 @@ fn atlas_state(place: u32) -> u32 {
 
 @fragment
 fn shade_atlas(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
-    let tile = vec2<f32>(vastex_pool.tile);
+    let tile = vec2<f32>(vastex_pool.tile * vastex_pool.layer_scale);
     let columns = atlas_state(1u);
     let cell = scene.picture.x / f32(columns) * vec2<f32>(1.0, tile.y / tile.x);
     let place = at.xy / cell;

@@ -132,7 +132,7 @@ fn reference_cubic(uv: vec2<f32>, level: u32) -> vec4<f32> {
 fn reference_along(uv: vec2<f32>, footprint: VastexFootprint, taps: u32, level: u32) -> vec4<f32> {
     var sum = vec4<f32>(0.0);
     for (var nth = 0u; nth < taps; nth++) {
-        let offset = vastex_tap_offset(footprint.axis, nth, taps) / vec2<f32>(vastex_texture.size.xy);
+        let offset = vastex_tap_offset(footprint.axis / f32(taps), nth, taps) / vec2<f32>(vastex_texture.size.xy);
         sum += reference_linear(uv + offset, level);
     }
     return sum / f32(taps);
@@ -151,6 +151,41 @@ fn reference_filtered(uv: vec2<f32>, footprint: VastexFootprint, level: f32, tak
         return mix(reference_linear(uv, taken), reference_cubic(uv, taken), clamp(finest, 0.0, 1.0));
     }
     return reference_linear(uv, taken);
+}
+
+// As an application samples an ordinary texture: by the same taps, left to the sampler at the edges. What the price of a virtual one is
+// measured by.
+fn ordinary_filtered(uv: vec2<f32>, footprint: VastexFootprint, taps: u32, level: u32) -> vec4<f32> {
+    let share = reference_params.share;
+    if VASTEX_FILTER == VASTEX_FILTER_NEAREST {
+        let size = vec2<f32>(reference_size(level));
+        return textureLoad(reference, vec2<u32>(fract(uv * share) * size), i32(level));
+    }
+    if VASTEX_FILTER == VASTEX_FILTER_ANISOTROPIC {
+        var sum = vec4<f32>(0.0);
+        for (var nth = 0u; nth < taps; nth++) {
+            let offset = vastex_tap_offset(footprint.axis / f32(taps), nth, taps) / vec2<f32>(vastex_texture.size.xy);
+            sum += textureSampleLevel(reference, reference_sampler, (uv + offset) * share, f32(level));
+        }
+        return sum / f32(taps);
+    }
+    return textureSampleLevel(reference, reference_sampler, uv * share, f32(level));
+}
+
+@fragment
+fn shade_ordinary(surface: Surface) -> @location(0) vec4<f32> {
+    let uv = surface.uv;
+    let texel = uv * vec2<f32>(vastex_texture.size.xy);
+    let footprint = vastex_footprint(dpdx(texel), dpdy(texel));
+    let level = vastex_level(footprint.lambda);
+    let taps = vastex_tap_count(footprint.axis, level);
+    let finer = u32(floor(level));
+    let sharp = ordinary_filtered(uv, footprint, taps, finer);
+    if VASTEX_FILTER == VASTEX_FILTER_NEAREST || VASTEX_FILTER == VASTEX_FILTER_BILINEAR {
+        return scene_colour(sharp);
+    }
+    let coarser = min(finer + 1u, vastex_texture.level_count - 1u);
+    return scene_colour(mix(sharp, ordinary_filtered(uv, footprint, taps, coarser), level - f32(finer)));
 }
 
 // The same by the adapter's own filter, to see how far its approximations are from it.

@@ -3,7 +3,8 @@
 use vastex::{Layer, LayerFormat};
 use vastex_scenes::{Look, Tiling};
 use vastex_wgpu::{
-    Atlas, FeedbackWay, Filter, GroupMember, GroupShape, ShaderOptions, TableKinds, group_wgsl, wgsl,
+    Atlas, FeedbackWay, Filter, GroupMember, GroupShape, PageSides, ShaderOptions, TableKinds, group_wgsl,
+    wgsl,
 };
 
 #[test]
@@ -43,6 +44,7 @@ fn the_shaders_of_the_planet_are_valid() {
         texture,
         atlas: Atlas::Float,
         tables: TableKinds::Either,
+        pages: PageSides::PowersOfTwo,
     };
     let shape = GroupShape::new(names.into_iter().enumerate().map(member).collect(), true).unwrap();
     let group = group_wgsl(0, Filter::Trilinear, FeedbackWay::Inline, &shape);
@@ -76,6 +78,7 @@ fn the_shaders_of_displaced_surfaces_are_valid() {
             texture: 0,
             atlas,
             tables: TableKinds::Either,
+            pages: PageSides::PowersOfTwo,
         };
         let members = vec![member("color", Atlas::Float), member("height", atlas)];
         let group = group_wgsl(0, filter, FeedbackWay::Inline, &GroupShape::new(members, true).unwrap());

@@ -8,8 +8,8 @@ use std::collections::BTreeSet;
 
 use super::{
     Atlas, CUBIC, FEEDBACK, FEEDBACK_FIXED, Filter, HASHED, INSPECT, INSPECTION, LAMBDA, LEVEL, LOOKUP, PAGE,
-    PARAMS, POSITION, SAMPLE, SAMPLE_FIXED, TELL, TableKinds, VIEW, atlas_modules, constants, fades_binding,
-    filter_modules, push_constant, push_filter, table_binding, table_module, tell_modules,
+    PARAMS, POSITION, PageSides, SAMPLE, SAMPLE_FIXED, TELL, TableKinds, VIEW, atlas_modules, constants,
+    fades_binding, filter_modules, push_constant, push_filter, table_binding, table_module, tell_modules,
 };
 use crate::error::GpuError;
 use crate::way::FeedbackWay;
@@ -31,6 +31,8 @@ pub struct GroupMember {
     pub atlas: Atlas,
     /// Which kind of page table its texture has.
     pub tables: TableKinds,
+    /// What is known of its texture's pages.
+    pub pages: PageSides,
 }
 
 /// What the text and the bind group of a group are made for.
@@ -148,7 +150,11 @@ pub fn group_wgsl(group: u32, filter: Filter, feedback: FeedbackWay, shape: &Gro
         text += &module.replace("VASTEX_BINDING_CELLS", &shape.cells_binding().to_string());
     }
     if shape.has_feedback {
-        let of_shape = |word: &str| (word == "vastex_texture").then(|| "vastex_group.textures[0]".to_owned());
+        let of_shape = |word: &str| match word {
+            "vastex_texture" => Some("vastex_group.textures[0]".to_owned()),
+            "VASTEX_PAGES" => Some(format!("{}u", PageSides::Any.code())),
+            _ => None,
+        };
         SHAPE_MODULES.iter().for_each(|module| push_renamed(&mut text, module, of_shape));
     }
     for (nth, member) in shape.members.iter().enumerate() {
@@ -160,6 +166,7 @@ pub fn group_wgsl(group: u32, filter: Filter, feedback: FeedbackWay, shape: &Gro
             "vastex_table" => Some(format!("vastex_table_{}", member.texture)),
             "vastex_fades" => Some(format!("vastex_fades_{}", member.texture)),
             "VASTEX_TABLES" => Some(format!("{}u", member.tables.code())),
+            "VASTEX_PAGES" => Some(format!("{}u", member.pages.code())),
             "VASTEX_BINDING_ATLAS" => Some(shape.atlas_binding(nth).to_string()),
             _ => own.contains(word).then(|| with_member(word, &member.name)),
         };
@@ -230,7 +237,13 @@ mod tests {
     use crate::shader::tests::module;
 
     fn member(name: &str, texture: usize, atlas: Atlas) -> GroupMember {
-        GroupMember { name: name.to_owned(), texture, atlas, tables: TableKinds::Either }
+        GroupMember {
+            name: name.to_owned(),
+            texture,
+            atlas,
+            tables: TableKinds::Either,
+            pages: PageSides::Any,
+        }
     }
 
     /// A color and a height of one texture, a night of another.

@@ -1,23 +1,6 @@
-// The same for single taps of filters that reach beyond a tile, `offset` texels of level 0 from a position.
+// The same for single taps of filters that reach beyond a tile, in the page that covers `offset` texels of level 0 from a position.
 // CPU twin: twins/fade.rs.
 
-// In the tile of the position, whose place and bounds are known, if that has it, else in the page that covers it. How far that tile
-// has come counts for all of its taps together; a page beside it has its own.
-fn vastex_shown_near(
-    position: VastexPosition,
-    place: VastexPlace,
-    bounds: vec4<f32>,
-    offset: vec2<f32>,
-    wanted: u32,
-) -> vec4<f32> {
-    let shifted = vastex_place_shifted(place, offset);
-    if vastex_is_in_tile(position, shifted, bounds, offset) {
-        return vastex_atlas_linear(shifted);
-    }
-    return vastex_shown_beside(position, offset, wanted);
-}
-
-// In the page that covers it.
 fn vastex_shown_beside(position: VastexPosition, offset: vec2<f32>, wanted: u32) -> vec4<f32> {
     let beside = vastex_position_beside(position, offset);
     var place = vastex_place(beside, wanted);

@@ -38,21 +38,19 @@ fn vastex_cubic(position: VastexPosition, place: VastexPlace, wanted: u32) -> ve
     let first = floor(centred) - 1.0;
     let x = vastex_cubic_weights(fract(centred.x));
     let y = vastex_cubic_weights(fract(centred.y));
-    let bounds = vastex_tile_bounds(position, place.level);
+    let bounds = vastex_tile_bounds(position, place);
     let is_within = all(first >= bounds.xy - 0.5) && all(first + 3.5 < bounds.zw);
-    let scale = vec2<f32>(vastex_texture.levels[place.level].scale.xy) * f32(vastex_pool.layer_scale);
+    let near = select(0u, 16u, is_within);
     var sum = vec4<f32>(0.0);
-    for (var row = 0u; row < 4u; row++) {
-        for (var column = 0u; column < 4u; column++) {
-            let texel = first + vec2<f32>(f32(column), f32(row));
-            let weight = x[column] * y[row];
-            if is_within {
-                sum += weight * vastex_atlas_texel(place.origin + vec2<u32>(texel), place.image);
-            } else {
-                let offset = (texel + 0.5 - place.tile_texel) * scale;
-                sum += weight * vastex_shown_beside(position, offset, wanted);
-            }
-        }
+    for (var nth = 0u; nth < near; nth++) {
+        let texel = first + vec2<f32>(f32(nth & 3u), f32(nth >> 2u));
+        sum += x[nth & 3u] * y[nth >> 2u] * vastex_atlas_texel(place.origin + vec2<u32>(texel), place.image);
+    }
+    let scale = vec2<f32>(vastex_texture.levels[place.level].scale.xy) * f32(vastex_pool.layer_scale);
+    for (var nth = near; nth < 16u; nth++) {
+        let texel = first + vec2<f32>(f32(nth & 3u), f32(nth >> 2u));
+        let offset = (texel + 0.5 - place.tile_texel) * scale;
+        sum += x[nth & 3u] * y[nth >> 2u] * vastex_shown_beside(position, offset, wanted);
     }
     return sum;
 }

@@ -13,19 +13,15 @@ fn vastex_inspect_grad(uv: vec2<f32>, ddx: vec2<f32>, ddy: vec2<f32>) -> VastexI
 
 fn vastex_inspect_lambda(position: VastexPosition, lambda: f32) -> VastexInspection {
     let level = vastex_level(lambda);
-    let shown = vastex_place(position, u32(floor(level))).level;
-    let scale = vastex_texture.levels[shown].scale.xy;
-    let level_size = vec2<f32>(vastex_texture.levels[shown].size.xy);
-    var page = vec2<u32>(0u);
-    var page_size = level_size;
-    if shown < vastex_texture.tail_level {
-        page = vastex_page_from_texel(position.texel, shown);
-        page_size = vec2<f32>(vastex_texture.page.xy);
-    }
-    let from_page = position.texel - page * vastex_texture.page.xy * scale;
-    let page_texel = (vec2<f32>(from_page) + position.fraction) / vec2<f32>(scale);
+    let place = vastex_place(position, u32(floor(level)));
+    let scale = vec2<f32>(vastex_texture.levels[place.level].scale.xy);
+    let level_size = vec2<f32>(vastex_texture.levels[place.level].size);
+    let is_paged = place.level < vastex_texture.tail_level;
+    let page_size = select(level_size, vec2<f32>(vastex_texture.page.xy), is_paged);
+    let from_page = vastex_texel_in_page(position.texel, place.page, place.level);
+    let page_texel = (vec2<f32>(from_page) + position.fraction) / scale;
     let wanted = vastex_unbiased_level(lambda);
-    return VastexInspection(wanted, level, shown, page, page_texel, page_size, level_size);
+    return VastexInspection(wanted, level, place.level, place.page, page_texel, page_size, level_size);
 }
 
 // The level of the finest resident page that covers a page of the texture.
@@ -37,6 +33,7 @@ fn vastex_inspect_page(page: vec2<u32>, level: u32) -> u32 {
 
 // A texel of a slot of the pool, `tile_texel` texels of the texture from the first of its border, 0 to the size of a slot.
 fn vastex_inspect_slot(slot: u32, tile_texel: vec2<f32>) -> vec4<f32> {
-    let last = vec2<f32>(vastex_pool.tile) - 0.5;
-    return vastex_atlas_nearest(vastex_place_in_slot(slot, clamp(tile_texel, vec2<f32>(0.0), last), 0u));
+    let last = vec2<f32>(vastex_pool.tile * vastex_pool.layer_scale) - 0.5;
+    let within = clamp(tile_texel, vec2<f32>(0.0), last);
+    return vastex_atlas_nearest(vastex_place_in_slot(slot, within, 0u, vec2<u32>(0u)));
 }

@@ -73,7 +73,7 @@ fn vastex_tap_count(axis: vec2<f32>, level: f32) -> u32 {
     return u32(clamp(ceil(texels - 0.0625), 1.0, f32(VASTEX_MAX_TAPS)));
 }
 
-// Where tap `nth` of `taps` lies, from the middle.
-fn vastex_tap_offset(axis: vec2<f32>, nth: u32, taps: u32) -> vec2<f32> {
-    return axis * ((f32(nth) + 0.5) / f32(taps) - 0.5);
+// Where tap `nth` of `taps` lies, from the middle; from one to the next is a step, the axis over their number.
+fn vastex_tap_offset(step: vec2<f32>, nth: u32, taps: u32) -> vec2<f32> {
+    return step * (f32(nth) - 0.5 * f32(taps - 1u));
 }

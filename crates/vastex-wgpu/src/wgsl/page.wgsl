@@ -34,10 +34,20 @@ fn vastex_texels_wrapped(difference: vec2<f32>) -> vec2<f32> {
     return select(difference, difference - round(difference), wraps) * vec2<f32>(vastex_texture.size.xy);
 }
 
-// The page of a level finer than the tail that covers a texel of level 0.
+// The page of a level that covers a texel of level 0; of a level in the tail 0,0.
 fn vastex_page_from_texel(texel: vec2<u32>, level: u32) -> vec2<u32> {
-    let pages = vastex_texture.levels[level].pages.xy;
-    return min(texel / vastex_texture.levels[level].scale.xy / vastex_texture.page.xy, pages - 1u);
+    if VASTEX_PAGES == VASTEX_PAGES_POWERS_OF_TWO {
+        return texel >> vastex_texture.levels[level].page_shift;
+    }
+    return texel / vastex_texture.levels[level].page_texels;
+}
+
+// How far a texel of level 0 lies into that page.
+fn vastex_texel_in_page(texel: vec2<u32>, page: vec2<u32>, level: u32) -> vec2<u32> {
+    if VASTEX_PAGES == VASTEX_PAGES_POWERS_OF_TWO {
+        return texel - (page << vastex_texture.levels[level].page_shift);
+    }
+    return texel - page * vastex_texture.levels[level].page_texels;
 }
 
 // The id of a page without its texture, low half first: x and y of VASTEX_COORD_BITS_2D bits each, level.

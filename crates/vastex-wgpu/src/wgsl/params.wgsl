@@ -7,12 +7,12 @@ struct VastexLevel {
     first_entry: u32,       // where the level's entries begin in the page table
     pages: vec3<u32>,       // pages along each axis
     unused_0: u32,
-    tail_offset: vec3<u32>, // in the tail: where the level's box, border included, begins in the tail's tile [texels]
-    unused_1: u32,
-    size: vec3<u32>,        // of the level [texels]
-    unused_2: u32,
-    sample_offset: vec3<f32>, // added to a position of level 0 divided by the scale [texels], up to a half
-    unused_3: u32,
+    page_texels: vec2<u32>, // texels of level 0 along a page; all there can be in the tail, whose levels are one page
+    page_shift: vec2<u32>,  // their log2, rounded down; 31 in the tail
+    size: vec2<u32>,        // of the level [texels]
+    origin: vec2<f32>,      // in a tile: where the level's payload begins [texels]
+    inverse_scale: vec2<f32>,
+    sample_offset: vec2<f32>, // added to a position of level 0 divided by the scale [texels], up to a half
 }
 
 // One virtual texture.
@@ -38,12 +38,14 @@ struct VastexTexture {
 
 // The pool in which the texture's tiles lie, and the layer of it that is sampled.
 struct VastexPool {
-    tile: vec2<u32>,        // size of a slot [texels of the texture]
-    columns: u32,           // slots along x of an image
-    slots_per_image: u32,
+    tile: vec2<u32>,        // size of a slot [texels of the layer]
+    slots: vec2<u32>,       // along x and y of an image
+    inverse_slots: vec2<f32>,
     texel: vec2<f32>,       // size of one of the layer's texels [atlas uv]
     bias: f32,              // levels added to every level, so that the working set fits
     layer_scale: u32,       // texels of the texture along one of the layer: 1, 2 or 4
+    layer_share: f32,       // its inverse
+    unused_0: u32,
 }
 
 // The view that is being drawn: into a feedback target or, where feedback is inline, its picture.

@@ -15,6 +15,7 @@ struct VastexPlace {
     origin: vec2<u32>,      // the slot's first texel
     tile_texel: vec2<f32>,  // from there
     level: u32,             // the level that lies there
+    page: vec2<u32>,        // the page of that level; 0,0 in the tail
 }
 
 // What a filter takes of a level.

@@ -8,7 +8,9 @@ use vastex_core::{
     PoolLayout, Slot, TableChange, TableEntry, TableImage, TableLayout, TextureId,
 };
 use vastex_wgpu::test_device::TestDevice;
-use vastex_wgpu::{FeedbackWay, Pool, TableBuffers, TableChanger, TableChoice, TableKinds, limits};
+use vastex_wgpu::{
+    FeedbackWay, PageSides, Pool, TableBuffers, TableChanger, TableChoice, TableKinds, limits,
+};
 
 /// One device for all tests that leave it whole.
 pub(crate) static GPU: LazyLock<TestDevice> = LazyLock::new(TestDevice::new);
@@ -60,6 +62,11 @@ impl World {
     /// What its shaders read.
     pub(crate) fn tables(&self) -> TableKinds {
         if self.table.hashed().is_some() { TableKinds::Hashed } else { TableKinds::Direct }
+    }
+
+    /// What its shaders know of its pages.
+    pub(crate) fn pages(&self) -> PageSides {
+        PageSides::of(&self.geometry)
     }
 
     /// A texture of one layer, about `share` of its pages resident, in shuffled slots; every other seed has a hashed page table.

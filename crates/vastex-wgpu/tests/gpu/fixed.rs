@@ -170,8 +170,8 @@ fn inputs(geometry: &Geometry, spots: &[[u32; 2]], random: &mut Random) -> Vec<I
 /// Compares GPU and twin over random inputs; what is near an edge may lie on either side of it.
 fn check(gpu: &TestDevice, world: &World, spots: &[[u32; 2]], filter: Filter, seed: u64) {
     let layout = BindLayout::new(&gpu.device, world.pool.atlas(0), FeedbackWay::Separate);
-    let text =
-        wgsl(&ShaderOptions { filter, atlas: world.pool.atlas(0), ..ShaderOptions::default() }) + HARNESS;
+    let (atlas, pages) = (world.pool.atlas(0), world.pages());
+    let text = wgsl(&ShaderOptions { filter, atlas, pages, ..ShaderOptions::default() }) + HARNESS;
     let pipeline = pipeline(gpu, layout.layout(), text);
     let view = ViewBuffer::new(&gpu.device, &gpu.queue, FeedbackWay::Separate);
     let group = layout.bind_group(&gpu.device, &world.table, &world.pool, 0, &view);

@@ -87,6 +87,7 @@ impl Group {
             texture,
             atlas: planet.atlas(nth),
             tables: planet.worlds[texture].tables(),
+            pages: planet.worlds[texture].pages(),
         };
         let members = [0, 0, 1, 2].into_iter().enumerate().map(member).collect();
         let group = GroupShape::new(members, true).unwrap();
@@ -112,7 +113,7 @@ impl Group {
             let (sample, feedback) = (format!("vastex_sample_{name}"), format!("vastex_feedback_{name}"));
             let outputs = self.run(&sample, &feedback, inputs);
             let (world, layer) = planet.members()[nth];
-            let alone = Harness::with_fade(&GPU, self.filter, world.pool.atlas(layer), planet.fade);
+            let alone = Harness::with_fade(&GPU, self.filter, world, layer, planet.fade);
             let alone = alone.run(world, layer, inputs);
             for ((input, output), alone) in inputs.iter().zip(&outputs).zip(&alone) {
                 assert_eq!(
@@ -158,7 +159,7 @@ fn feedback_of_a_group_names_pages_of_every_level_of_its_shape() {
     let (world, geometry) = (&planet.worlds[0], &planet.worlds[0].geometry);
     let inputs = inputs(geometry, 32);
     let outputs = group.run("vastex_sample_color", "vastex_feedback", &inputs);
-    let alone = Harness::new(&GPU, Filter::Trilinear, world.pool.atlas(0)).run(world, 0, &inputs);
+    let alone = Harness::new(&GPU, Filter::Trilinear, world, 0).run(world, 0, &inputs);
     let page = |feedback: [u32; 4]| {
         PageId::from_bits(u64::from(feedback[1]) << 32 | u64::from(feedback[0])).unwrap()
     };

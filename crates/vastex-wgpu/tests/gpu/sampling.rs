@@ -6,7 +6,7 @@ use vastex_core::{
 };
 use vastex_wgpu::test_device::TestDevice;
 use vastex_wgpu::{
-    Atlas, BindLayout, FeedbackWay, Filter, ShaderOptions, TableBuffers, ViewBuffer, twins, wgsl,
+    Atlas, BindLayout, FeedbackWay, Filter, PageSides, ShaderOptions, TableBuffers, ViewBuffer, twins, wgsl,
 };
 
 use crate::common::{GPU, NUMBER, Random, World, read, storage};
@@ -55,20 +55,32 @@ pub(crate) struct Harness<'a> {
 }
 
 impl<'a> Harness<'a> {
-    pub(crate) fn new(gpu: &'a TestDevice, filter: Filter, atlas: vastex_wgpu::Atlas) -> Harness<'a> {
-        Harness::with_fade(gpu, filter, atlas, false)
+    /// For what is known of a world's pages; tiles do not fade in.
+    pub(crate) fn new(gpu: &'a TestDevice, filter: Filter, world: &World, layer: usize) -> Harness<'a> {
+        Harness::with_fade(gpu, filter, world, layer, false)
     }
 
     /// Where tiles fade in, or do not.
     pub(crate) fn with_fade(
         gpu: &'a TestDevice,
         filter: Filter,
-        atlas: vastex_wgpu::Atlas,
+        world: &World,
+        layer: usize,
+        fade: bool,
+    ) -> Harness<'a> {
+        Harness::of(gpu, filter, world.pool.atlas(layer), world.pages(), fade)
+    }
+
+    pub(crate) fn of(
+        gpu: &'a TestDevice,
+        filter: Filter,
+        atlas: Atlas,
+        pages: PageSides,
         fade: bool,
     ) -> Harness<'a> {
         let device = &gpu.device;
         let layout = BindLayout::with_fade(device, atlas, FeedbackWay::Separate, fade);
-        let text = wgsl(&ShaderOptions { filter, atlas, fade, ..Default::default() }) + HARNESS;
+        let text = wgsl(&ShaderOptions { filter, atlas, pages, fade, ..Default::default() }) + HARNESS;
         let pipeline = pipeline(gpu, layout.layout(), text);
         Harness {
             gpu,
@@ -302,7 +314,7 @@ fn every_filter_agrees_with_its_twin_on_every_shape() {
     for (n, geometry) in shapes.iter().enumerate() {
         let mut world = World::new(&GPU, geometry, LayerFormat::Rgba8, [0.3, 0.8][n % 2], n as u64 + 5);
         for filter in Filter::KINDS {
-            let harness = Harness::new(&GPU, filter, world.pool.atlas(0));
+            let harness = Harness::new(&GPU, filter, &world, 0);
             harness.check(&mut world, [0, 11, 3][n % 3], n as u64 + 77);
         }
     }
@@ -326,7 +338,7 @@ fn every_format_agrees_with_its_twin() {
         let mut world = World::of(&GPU, &image(64, 4, &[Layer::new("a", format)]), 0, 0.5, n as u64 + 21);
         let atlas = world.pool.atlas(0);
         if harnesses.iter().all(|(of, _)| *of != atlas) {
-            harnesses.push((atlas, Filter::KINDS.map(|filter| Harness::new(&GPU, filter, atlas))));
+            harnesses.push((atlas, Filter::KINDS.map(|filter| Harness::new(&GPU, filter, &world, 0))));
         }
         for harness in harnesses.iter().filter(|(of, _)| *of == atlas).flat_map(|(_, harnesses)| harnesses) {
             harness.check(&mut world, 0, n as u64);
@@ -346,7 +358,7 @@ fn values_that_a_device_does_not_filter_stay_exact() {
         let mut world = World::of(&gpu, &image(64, 4, &[Layer::new("a", format)]), 0, 0.5, 3);
         assert_eq!(world.pool.atlas(0), atlas);
         for filter in Filter::KINDS {
-            Harness::new(&gpu, filter, atlas).check(&mut world, 4, 8);
+            Harness::new(&gpu, filter, &world, 0).check(&mut world, 4, 8);
         }
     }
 }
@@ -364,7 +376,7 @@ fn layers_at_a_fraction_of_the_resolution_share_the_slots() {
     for (index, _) in layers.iter().enumerate() {
         let mut world = World::of(&GPU, &description, index, 0.5, index as u64);
         for filter in Filter::KINDS {
-            Harness::new(&GPU, filter, world.pool.atlas(index)).check(&mut world, 5, 9);
+            Harness::new(&GPU, filter, &world, index).check(&mut world, 5, 9);
         }
     }
 }
@@ -382,7 +394,7 @@ fn texels_that_keep_their_positions_and_border_colours_agree_with_the_twin() {
         let geometry = Geometry::new(spec).unwrap();
         let mut world = World::new(&GPU, &geometry, LayerFormat::Rgba8, 0.5, 6);
         for filter in Filter::KINDS {
-            Harness::new(&GPU, filter, world.pool.atlas(0)).check(&mut world, 2, 10);
+            Harness::new(&GPU, filter, &world, 0).check(&mut world, 2, 10);
         }
     }
 }
@@ -390,7 +402,8 @@ fn texels_that_keep_their_positions_and_border_colours_agree_with_the_twin() {
 #[test]
 fn the_levels_of_a_texture_may_be_clamped_and_biased() {
     let geometry = Geometry::new(GeometrySpec { page: 32, ..GeometrySpec::image(500, 390) }).unwrap();
-    let harness = Harness::new(&GPU, Filter::Trilinear, Atlas::Float);
+    // As one that knows nothing of pages.
+    let harness = Harness::of(&GPU, Filter::Trilinear, Atlas::Float, PageSides::Any, false);
     let mut world = World::new(&GPU, &geometry, LayerFormat::Rgba8, 0.5, 5);
     let rules = [(1.75, 0, 9), (-0.625, 0, 9), (0.0, 2, 9), (0.0, 0, 1), (0.3, 1, 3), (-32.0, 3, 3)];
     for (seed, (bias, finest, coarsest)) in (0..).zip(rules) {

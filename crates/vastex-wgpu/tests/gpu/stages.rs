@@ -2,7 +2,7 @@
 //! shader, what is given them.
 
 use vastex_core::{AddressMode, Geometry, GeometrySpec, LayerFormat};
-use vastex_wgpu::{Atlas, BindLayout, FeedbackWay, Filter, ShaderOptions, ViewBuffer, wgsl};
+use vastex_wgpu::{Atlas, BindLayout, FeedbackWay, Filter, PageSides, ShaderOptions, ViewBuffer, wgsl};
 
 use crate::common::{GPU, World, storage};
 use crate::drawing::{Drawing, SIDE, drawn};
@@ -77,7 +77,7 @@ fn every_filter_samples_in_the_vertex_stage_as_in_compute() {
     for filter in Filter::KINDS {
         let (world, layout, text) = world(64, filter);
         let inputs = inputs(&world.geometry, 31);
-        let expected = Harness::new(&GPU, filter, Atlas::Float).run(&world, 0, &inputs);
+        let expected = Harness::of(&GPU, filter, Atlas::Float, PageSides::Any, false).run(&world, 0, &inputs);
         let (colors, wanted) = drawn(
             &GPU,
             &Drawing {

@@ -1,0 +1,90 @@
+//! What feedback costs in each of its ways, beside the main pass, and what it brings back.
+
+use std::fmt::Write as _;
+use std::time::Duration;
+
+use anyhow::{Context, Result};
+use vastex::{FeedbackWay, GeometrySpec, Settings, TableChoice};
+use vastex_scenes::{Path, Scene};
+
+use crate::stage::Stage;
+use crate::world::{Bench, is_processor};
+
+/// Places on the path.
+const PLACES: [u64; 5] = [0, 60, 120, 180, 240];
+/// Times that each is drawn with and without feedback, in turns.
+const ROUNDS: u32 = 8;
+
+pub(crate) fn section(bench: &Bench) -> Result<String> {
+    let size = if is_processor(&bench.gpu) { [1280, 720] } else { [1920, 1080] };
+    let mut page = format!(
+        "## Feedback\n\nWhat it adds to a frame of {}x{}, compaction included, beside a main pass that tells nothing: medians over five\n\
+         places of a flight over 65536x32768 texels. Asked for on a GPU: 5 % of the frame, and 2 times 12 bytes a page.\n\n\
+         | scene | way | main pass ms | feedback ms | of the frame % | pages | read back B | of 12 B a page |\n|---|---|---|---|---|---|---|---|\n",
+        size[0], size[1],
+    );
+    for scene in [Scene::Plane, Scene::Globe] {
+        // The main pass of a shader that tells nothing is what the others are measured by.
+        let stage = |way| {
+            let settings = Settings { feedback: Some(way), ..Settings::default() };
+            Stage::new(bench, size, scene, settings, GeometrySpec::image(65536, 32768), TableChoice::BySize)
+        };
+        let mut plain = stage(FeedbackWay::Separate)?;
+        for way in FeedbackWay::ALL {
+            let mut stage = stage(way)?;
+            let costs = PLACES.map(|frame| cost(frame, scene, &mut stage, &mut plain));
+            let costs = costs.into_iter().collect::<Result<Vec<Cost>>>()?;
+            let median = |of: &dyn Fn(&Cost) -> f64| {
+                let mut values: Vec<f64> = costs.iter().map(of).collect();
+                values.sort_by(f64::total_cmp);
+                values[values.len() / 2]
+            };
+            writeln!(
+                page,
+                "| {} | {} | {:.2} | {:.2} | {:.0} | {} | {} | {:.2} |",
+                scene.name(),
+                way.name(),
+                median(&|cost| 1e3 * cost.main),
+                median(&|cost| 1e3 * cost.feedback),
+                median(&|cost| 1e2 * cost.feedback / (cost.main + cost.feedback)),
+                median(&|cost| cost.pages),
+                median(&|cost| cost.bytes),
+                median(&|cost| cost.bytes / (12.0 * cost.pages.max(1.0)))
+            )?;
+        }
+    }
+    Ok(page)
+}
+
+/// What a frame took, in seconds, and brought back.
+struct Cost {
+    main: f64,
+    feedback: f64,
+    pages: f64,
+    bytes: f64,
+}
+
+/// Draws a frame of the path again and again with its feedback, and beside it one that has none.
+fn cost(frame: u64, scene: Scene, stage: &mut Stage<'_>, plain: &mut Stage<'_>) -> Result<Cost> {
+    let pose = Path::Fly.pose(scene, 2.0, frame);
+    stage.set_pose(&pose);
+    plain.set_pose(&pose);
+    let before = stage.textures.stats().feedback_bytes_read;
+    stage.textures.record_trace();
+    let (mut with, mut without) = (Duration::MAX, Duration::MAX);
+    for _ in 0..ROUNDS {
+        with = with.min(stage.draw(true)?);
+        without = without.min(plain.draw(false)?);
+    }
+    let trace = stage.textures.take_trace()?.context("a trace was recorded")?;
+    let frames = trace.frames().len().max(1) as f64;
+    let pages = trace.frames().iter().map(Vec::len).sum::<usize>() as f64;
+    let bytes = (stage.textures.stats().feedback_bytes_read - before) as f64;
+    let feedback = with.saturating_sub(without).as_secs_f64();
+    Ok(Cost {
+        main: without.as_secs_f64(),
+        feedback,
+        pages: (pages / frames).round(),
+        bytes: (bytes / frames).round(),
+    })
+}

@@ -1,0 +1,201 @@
+//! What a sample asks of a GPU by its own text: fetches and arithmetic in the shader, which no other load on the machine disturbs.
+//!
+//! Counted in naga's form of the text that pipelines are made of, before any driver has made it shorter: both sides of each branch, each
+//! loop once. So a filter with a loop over its taps has the figures of one tap, and anisotropic ones all have the same.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::ops::AddAssign;
+
+use anyhow::{Context, Result};
+use naga::{
+    AddressSpace, BinaryOperator, Block, Expression, Function, Handle, Literal, Module, ScalarKind, Statement,
+};
+use vastex::Filter;
+use vastex_wgpu::{PageSides, ShaderOptions, TableKinds, wgsl};
+
+use crate::world::Bench;
+
+const SAMPLED: &str = "
+    @fragment fn sampled(@location(0) uv: vec2<f32>) -> @location(0) vec4<f32> {
+        return vastex_sample(uv);
+    }
+";
+
+/// What is asked for.
+#[derive(Clone, Copy, Default)]
+struct Operations {
+    /// Reads of a texture, filtered or not.
+    fetches: u32,
+    /// Reads of a page table.
+    table: u32,
+    /// Reads of parameters, words.
+    words: u32,
+    /// Arithmetic, each component for itself.
+    arithmetic: u32,
+    /// Of these divisions of whole numbers, which GPUs have no instruction for.
+    divisions: u32,
+}
+
+impl AddAssign for Operations {
+    fn add_assign(&mut self, other: Operations) {
+        self.fetches += other.fetches;
+        self.table += other.table;
+        self.words += other.words;
+        self.arithmetic += other.arithmetic;
+        self.divisions += other.divisions;
+    }
+}
+
+pub(crate) fn section(_: &Bench) -> Result<String> {
+    let mut page = String::from(
+        "## Operations\n\nWhat `vastex_sample` asks for by its text, whatever the adapter: both sides of each branch, each loop once (so of an\n\
+         anisotropic filter the figures are those of two taps, one looked up apart). Pages whose sides are powers of two, as all that Vastex\n\
+         builds by default, are found by shifts; others by division.\n\n\
+         | filter | pages | fetches | reads of the table | words of parameters | arithmetic | divisions of whole numbers |\n\
+         |---|---|---|---|---|---|---|\n",
+    );
+    for filter in Filter::KINDS {
+        for (name, pages) in [("powers of two", PageSides::PowersOfTwo), ("any", PageSides::Any)] {
+            let options = ShaderOptions { filter, pages, tables: TableKinds::Direct, ..Default::default() };
+            let Operations { fetches, table, words, arithmetic, divisions } = counted(&options)?;
+            writeln!(
+                page,
+                "| {filter} | {name} | {fetches} | {table} | {words} | {arithmetic} | {divisions} |"
+            )?;
+        }
+    }
+    Ok(page)
+}
+
+fn counted(options: &ShaderOptions) -> Result<Operations> {
+    let text = wgsl(options) + SAMPLED;
+    let module = naga::front::wgsl::parse_str(&text)?;
+    let flags = naga::valid::ValidationFlags::all();
+    let info = naga::valid::Validator::new(flags, naga::valid::Capabilities::empty()).validate(&module)?;
+    let entry = module.entry_points.first().context("the text has an entry point")?;
+    let mut counter = Counter { module: &module, info: &info, known: BTreeMap::new() };
+    Ok(counter.of_function(&entry.function, info.get_entry_point(0)))
+}
+
+struct Counter<'a> {
+    module: &'a Module,
+    info: &'a naga::valid::ModuleInfo,
+    known: BTreeMap<usize, Operations>,
+}
+
+impl Counter<'_> {
+    fn of_function(&mut self, function: &Function, info: &naga::valid::FunctionInfo) -> Operations {
+        self.of_block(&function.body, function, info)
+    }
+
+    fn of_block(
+        &mut self,
+        block: &Block,
+        function: &Function,
+        info: &naga::valid::FunctionInfo,
+    ) -> Operations {
+        let mut sum = Operations::default();
+        for statement in block {
+            match statement {
+                Statement::Emit(range) => {
+                    range
+                        .clone()
+                        .for_each(|expression| sum += self.of_expression(expression, function, info));
+                }
+                Statement::Block(block) => sum += self.of_block(block, function, info),
+                Statement::If { condition, accept, reject } => match self.known(*condition, function) {
+                    Some(is_so) => {
+                        let taken = if is_so { accept } else { reject };
+                        sum += self.of_block(taken, function, info);
+                        if let Some(Statement::Return { .. }) = taken.last() {
+                            return sum;
+                        }
+                    }
+                    None => {
+                        [accept, reject].iter().for_each(|side| sum += self.of_block(side, function, info));
+                    }
+                },
+                Statement::Switch { cases, .. } => {
+                    cases.iter().for_each(|case| sum += self.of_block(&case.body, function, info));
+                }
+                Statement::Loop { body, continuing, .. } => {
+                    sum += self.of_block(body, function, info);
+                    sum += self.of_block(continuing, function, info);
+                }
+                Statement::Call { function: called, .. } => sum += self.of_called(*called),
+                _ => (),
+            }
+        }
+        sum
+    }
+
+    /// What a condition on constants of the text comes to, which a driver knows too.
+    fn known(&self, condition: Handle<Expression>, function: &Function) -> Option<bool> {
+        let constant = |expression: Handle<Expression>| match function.expressions[expression] {
+            Expression::Constant(constant) => {
+                match self.module.global_expressions[self.module.constants[constant].init] {
+                    Expression::Literal(literal) => Some(literal),
+                    _ => None,
+                }
+            }
+            Expression::Literal(literal) => Some(literal),
+            _ => None,
+        };
+        match function.expressions[condition] {
+            Expression::Literal(Literal::Bool(known)) => Some(known),
+            Expression::Binary { op: BinaryOperator::Equal, left, right } => {
+                Some(constant(left)? == constant(right)?)
+            }
+            Expression::Binary { op: BinaryOperator::NotEqual, left, right } => {
+                Some(constant(left)? != constant(right)?)
+            }
+            _ => None,
+        }
+    }
+
+    fn of_called(&mut self, called: Handle<Function>) -> Operations {
+        if let Some(known) = self.known.get(&called.index()) {
+            return *known;
+        }
+        let operations = self.of_function(&self.module.functions[called], &self.info[called]);
+        self.known.insert(called.index(), operations);
+        operations
+    }
+
+    fn of_expression(
+        &self,
+        expression: Handle<Expression>,
+        function: &Function,
+        info: &naga::valid::FunctionInfo,
+    ) -> Operations {
+        let inner = info[expression].ty.inner_with(&self.module.types);
+        let components = inner.components().unwrap_or(1);
+        let none = Operations::default();
+        match &function.expressions[expression] {
+            Expression::ImageSample { .. } | Expression::ImageLoad { .. } => {
+                Operations { fetches: 1, ..none }
+            }
+            Expression::Load { pointer } => {
+                match info[*pointer].ty.inner_with(&self.module.types).pointer_space() {
+                    Some(AddressSpace::Storage { .. }) => Operations { table: 1, ..none },
+                    Some(AddressSpace::Uniform) => Operations { words: components, ..none },
+                    _ => none,
+                }
+            }
+            Expression::Binary { op, .. } => {
+                let is_whole = matches!(inner.scalar_kind(), Some(ScalarKind::Uint | ScalarKind::Sint));
+                let is_division = matches!(op, BinaryOperator::Divide | BinaryOperator::Modulo);
+                let divisions = if is_whole && is_division { components } else { 0 };
+                Operations { arithmetic: components, divisions, ..none }
+            }
+            Expression::Unary { .. }
+            | Expression::Math { .. }
+            | Expression::Select { .. }
+            | Expression::Relational { .. }
+            | Expression::Derivative { .. } => Operations { arithmetic: components, ..none },
+            Expression::As { convert: Some(_), .. } => Operations { arithmetic: components, ..none },
+            _ => none,
+        }
+    }
+}

@@ -1,0 +1,83 @@
+//! A scene with a generated texture, drawn frame by frame with or without feedback.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use anyhow::Result;
+use vastex::{BindGroups, Geometry, GeometrySpec, Pace, Settings, TableChoice, TextureSettings, Textures};
+use vastex_scenes::{Drawn, Look, PictureTarget, Pose, Scene, SceneRenderer, depth_view};
+use vastex_tiles::PropertySource;
+
+use crate::world::Bench;
+
+pub(crate) struct Stage<'a> {
+    bench: &'a Bench,
+    size: [u32; 2],
+    pub(crate) textures: Textures,
+    renderer: SceneRenderer,
+    colour: wgpu::TextureView,
+    depth: wgpu::TextureView,
+}
+
+impl<'a> Stage<'a> {
+    pub(crate) fn new(
+        bench: &'a Bench,
+        size: [u32; 2],
+        scene: Scene,
+        settings: Settings,
+        shape: GeometrySpec,
+        page_table: TableChoice,
+    ) -> Result<Stage<'a>> {
+        let (device, queue) = (&bench.gpu.device, &bench.gpu.queue);
+        let settings = Settings { pace: Pace::LockStep { latency_frames: 1 }, ..settings };
+        let mut textures = Textures::new(device, queue, settings)?;
+        let source = PropertySource::new(Geometry::new(shape)?);
+        let texture = textures.add_with(Arc::new(source), TextureSettings { page_table })?;
+        let look = Look::new(&textures.description(texture).layers[0], None);
+        let format = look.picture_format();
+        let drawn = Drawn { scene, layer: texture.into(), look, relief: None, tiling: Default::default() };
+        let renderer = SceneRenderer::new(device, queue, &textures, drawn, format);
+        let colour = device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("picture"),
+            size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
+            view_formats: &[],
+        });
+        let (colour, depth) = (colour.create_view(&Default::default()), depth_view(device, size));
+        Ok(Stage { bench, size, textures, renderer, colour, depth })
+    }
+
+    pub(crate) fn set_pose(&self, pose: &Pose) {
+        self.renderer.set_pose(&self.bench.gpu.queue, &self.textures, pose, self.size);
+    }
+
+    /// Plays a frame; gives what the GPU takes for the picture and, if there is any, its feedback.
+    pub(crate) fn draw(&mut self, with_feedback: bool) -> Result<Duration> {
+        let Stage { renderer, colour, depth, textures, bench, size } = self;
+        let (gpu, sampled) = (&bench.gpu, renderer.sampled());
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        textures.update(&mut encoder)?;
+        gpu.queue.submit([encoder.finish()]);
+        gpu.device.poll(wgpu::PollType::wait_indefinitely())?;
+        let target = PictureTarget { colour, depth };
+        let mut result = Ok(());
+        let taken = bench.clock.time(gpu, |encoder| {
+            if !with_feedback {
+                return renderer.draw_picture(encoder, textures, &target);
+            }
+            let picture = |encoder: &mut wgpu::CommandEncoder, groups: &BindGroups| {
+                renderer.draw_picture_of(renderer.eye(), encoder, &groups[sampled], &target);
+            };
+            let wanted = textures.feedback(encoder, *size, |pass, groups| {
+                renderer.draw_wanted(pass, &groups[sampled]);
+            });
+            result = wanted.and_then(|()| textures.main_pass(encoder, *size, picture));
+        });
+        result?;
+        Ok(taken)
+    }
+}

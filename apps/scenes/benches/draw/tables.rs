@@ -1,0 +1,56 @@
+//! What a lookup costs by the kind of page table: direct and filled downward, direct with a loop up the levels in the shader, hashed;
+//! with everything wanted resident, and with less and less of it. First each alone, then as shaders have them that ask the texture which
+//! kind it has.
+
+use std::fmt::Write as _;
+
+use anyhow::Result;
+use vastex_wgpu::{TableChoice, TableKinds};
+
+use crate::lookups::{Lookups, PICTURE, TEXELS};
+use crate::world::Bench;
+
+/// In the place of `vastex_entry`: the walk up the levels of a table in which a page that is not resident has no entry.
+const LOOP: &str = "
+fn vastex_entry(texel: vec2<u32>, wanted: u32) -> u32 {
+    for (var level = max(wanted, vastex_texture.table_level); level < vastex_texture.tail_level; level++) {
+        let page = vastex_page_from_texel(texel, level);
+        let row = vastex_texture.levels[level].pages.x;
+        let entry = vastex_table_entry(vastex_texture.levels[level].first_entry + page.y * row + page.x);
+        if entry != VASTEX_NONE {
+            return entry;
+        }
+    }
+    return vastex_texture.tail_level << VASTEX_ENTRY_SLOT_BITS | vastex_texture.tail_slot;
+}
+";
+
+pub(crate) fn section(bench: &Bench) -> Result<String> {
+    let lookups = Lookups::new(bench)?;
+    let mut page = format!(
+        "## Page tables\n\nMilliseconds of {}x{} trilinear samples of a texture of {TEXELS}x{TEXELS} texels, with all pages resident and with none finer than\n\
+         a level, as while a view loads; in brackets over the first column. Asked for: hashed at most 1.3 once converged.\n\n\
+         | resident | direct, filled downward | direct, loop in the shader | hashed | either kind: direct | either kind: hashed |\n\
+         |---|---|---|---|---|---|\n",
+        PICTURE[0], PICTURE[1],
+    );
+    for finest in [0, 1, 2, 3, 5] {
+        let resident = lookups.resident(finest);
+        let filled = lookups.table(TableChoice::Direct, &resident)?;
+        let unfilled = lookups.unfilled(&resident)?;
+        let hashed = lookups.table(TableChoice::Hashed, &resident)?;
+        let taken = lookups.measure(&[
+            lookups.case(&filled, TableKinds::Direct, None),
+            lookups.case(&unfilled, TableKinds::Direct, Some(("vastex_entry", LOOP))),
+            lookups.case(&hashed, TableKinds::Hashed, None),
+            lookups.case(&filled, TableKinds::Either, None),
+            lookups.case(&hashed, TableKinds::Either, None),
+        ]);
+        let first = taken[0];
+        let [_, others @ ..] = taken.map(|ms| format!("{ms:.2} ({:.2})", ms / first));
+        let name =
+            if finest == 0 { "everything wanted".to_owned() } else { format!("from level {finest} on") };
+        writeln!(page, "| {name} | {first:.2} | {} |", others.join(" | "))?;
+    }
+    Ok(page)
+}
