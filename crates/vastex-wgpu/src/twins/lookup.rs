@@ -74,35 +74,53 @@ impl Texture<'_> {
         if entry.level() >= self.geometry.tail().first_level() {
             return self.place_in_tail(position, entry.level());
         }
-        let (level, page) = (entry.level(), self.page_from_position(position, entry.level()).coords());
-        let (scale, page_size) = (self.geometry.level(level).scale, self.geometry.page());
-        let border = self.geometry.border();
-        let tile_texel = [0, 1].map(|a| {
-            let page_texel = page[a] * page_size[a];
-            let from_page = (position.texel[a] - page_texel * scale[a] as u32) as f32 + position.fraction[a];
-            border[a] as f32 + self.level_texel(a, from_page, page_texel, level)
-        });
-        self.place_in_slot(entry.slot(), tile_texel, level)
+        self.place_in_slot(entry.slot(), self.tile_texel(position, entry.level()), entry.level())
     }
 
     fn place_in_tail(&self, position: Position, level: u8) -> Place {
-        let first = self.geometry.tile_texel_from_tail_texel(level, [0; 3]);
-        let tile_texel = [0, 1].map(|a| {
-            let texel = position.texel[a] as f32 + position.fraction[a];
-            first[a] as f32 + self.level_texel(a, texel, 0, level)
-        });
-        self.place_in_slot(self.table.lookup(self.geometry.tail_pos()).slot(), tile_texel, level)
+        let slot = self.table.lookup(self.geometry.tail_pos()).slot();
+        self.place_in_slot(slot, self.tile_texel(position, level), level)
     }
 
-    /// Where a position lies in a level along an axis, in the level's texels from `first`, one of them; `from_first` are
-    /// texels of level 0. Beyond the edges it goes as far as the border colour is mixed with nothing.
-    fn level_texel(&self, axis: usize, from_first: f32, first: u32, level: u8) -> f32 {
-        let at = self.geometry.level(level);
-        let end = at.size[axis].next_multiple_of(self.layer_scale) - first;
+    /// `vastex_tile_texel`: where a position lies in the tile of its page of a level, in texels of the texture. Beyond the edges it goes
+    /// as far as the border colour is mixed with nothing.
+    fn tile_texel(&self, position: Position, level: u8) -> [f32; 2] {
+        let (first, page_texel) = self.page_in_tile(position, level);
+        let texel = self.page_texel(position, level);
         let reach = 0.5 * self.layer_scale as f32;
-        let offset = self.geometry.sample_offset(level)[axis] as f32;
-        let texel = from_first / at.scale[axis] as f32 + offset;
-        texel.clamp(-(first as f32) - reach, end as f32 + reach)
+        std::array::from_fn(|a| {
+            let end = self.geometry.level(level).size[a].next_multiple_of(self.layer_scale) - page_texel[a];
+            first[a] as f32 + texel[a].clamp(-(page_texel[a] as f32) - reach, end as f32 + reach)
+        })
+    }
+
+    /// `vastex_free_tile_texel`: the same in texels of the layer, and as far beyond the edges as the position is.
+    pub(super) fn free_tile_texel(&self, position: Position, level: u8) -> [f32; 2] {
+        let (first, _) = self.page_in_tile(position, level);
+        let texel = self.page_texel(position, level);
+        std::array::from_fn(|a| (first[a] as f32 + texel[a]) / self.layer_scale as f32)
+    }
+
+    /// Where a position lies in a level, in the level's texels from the first one of its page.
+    fn page_texel(&self, position: Position, level: u8) -> [f32; 2] {
+        let (at, offset) = (self.geometry.level(level), self.geometry.sample_offset(level));
+        let (_, page_texel) = self.page_in_tile(position, level);
+        std::array::from_fn(|a| {
+            let from_page =
+                (position.texel[a] - page_texel[a] * at.scale[a] as u32) as f32 + position.fraction[a];
+            from_page / at.scale[a] as f32 + offset[a] as f32
+        })
+    }
+
+    /// The first texel of the page that has a position: in its tile, and in the level. The tail's levels are pages of their own.
+    fn page_in_tile(&self, position: Position, level: u8) -> ([u32; 2], [u32; 2]) {
+        if level >= self.geometry.tail().first_level() {
+            let [x, y, _] = self.geometry.tile_texel_from_tail_texel(level, [0; 3]);
+            return ([x, y], [0, 0]);
+        }
+        let (page, size) = (self.page_from_position(position, level).coords(), self.geometry.page());
+        let [x, y, _] = self.geometry.border();
+        ([x, y], [page[0] * size[0], page[1] * size[1]])
     }
 
     fn place_in_slot(&self, slot: Slot, tile_texel: [f32; 2], level: u8) -> Place {

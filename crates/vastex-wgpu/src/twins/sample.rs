@@ -104,7 +104,8 @@ impl Sampler<'_> {
 
     fn cubic(&self, position: Position, place: Place, wanted: u8) -> [f32; 4] {
         let texture = &self.texture;
-        let centred = place.tile_texel.map(|texel| texel - 0.5);
+        let middle = texture.free_tile_texel(position, place.level);
+        let centred = middle.map(|texel| texel - 0.5);
         let first = centred.map(|texel| texel.floor() - 1.0);
         let [x, y] = centred.map(|texel| cubic_weights(texel - texel.floor()));
         let [low, high] = texture.tile_bounds(position, place.level);
@@ -113,7 +114,7 @@ impl Sampler<'_> {
         let mut sum = [0.0; 4];
         for (row, column) in (0..4).flat_map(|row| (0..4).map(move |column| (row, column))) {
             let texel = [first[0] + column as f32, first[1] + row as f32];
-            let offset = [0, 1].map(|a| (texel[a] + 0.5 - place.tile_texel[a]) * scale[a]);
+            let offset = [0, 1].map(|a| (texel[a] + 0.5 - middle[a]) * scale[a]);
             let tap = match is_within {
                 true => self.texel(place.slot, texel),
                 false => self.beside(position, offset, wanted),

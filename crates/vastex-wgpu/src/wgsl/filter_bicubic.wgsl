@@ -32,9 +32,11 @@ fn vastex_cubic_share(lambda: f32) -> f32 {
     return clamp(vastex_unbiased_level(lambda) - (lambda + vastex_texture.bias), 0.0, 1.0);
 }
 
-// 4x4 texels around a place. Those that a narrow border does not have are looked up in their own pages.
+// 4x4 texels around a place. Those that a narrow border does not have are looked up in their own pages, and so are those around a
+// place beyond an edge, where the cubic goes on for a texel and a half.
 fn vastex_cubic(position: VastexPosition, place: VastexPlace, wanted: u32) -> vec4<f32> {
-    let centred = place.tile_texel - 0.5;
+    let middle = vastex_free_tile_texel(position, place.page, place.level);
+    let centred = middle - 0.5;
     let first = floor(centred) - 1.0;
     let x = vastex_cubic_weights(fract(centred.x));
     let y = vastex_cubic_weights(fract(centred.y));
@@ -49,7 +51,7 @@ fn vastex_cubic(position: VastexPosition, place: VastexPlace, wanted: u32) -> ve
     let scale = vec2<f32>(vastex_texture.levels[place.level].scale.xy) * f32(vastex_pool.layer_scale);
     for (var nth = near; nth < 16u; nth++) {
         let texel = first + vec2<f32>(f32(nth & 3u), f32(nth >> 2u));
-        let offset = (texel + 0.5 - place.tile_texel) * scale;
+        let offset = (texel + 0.5 - middle) * scale;
         sum += x[nth & 3u] * y[nth >> 2u] * vastex_shown_beside(position, offset, wanted);
     }
     return sum;

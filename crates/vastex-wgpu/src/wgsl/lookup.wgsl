@@ -1,11 +1,20 @@
 // From a position and a level to a texel of the atlas: one read of a direct page table, or a probe of a hashed one.
 // CPU twin: twins/lookup.rs.
 
+// Where a position lies in the tile of its page of a level, in texels of the layer, and as far beyond the edges of the texture as it is.
+fn vastex_free_tile_texel(position: VastexPosition, page: vec2<u32>, level: u32) -> vec2<f32> {
+    return (vastex_texture.levels[level].origin + vastex_page_texel(position, page, level)) * vastex_pool.layer_share;
+}
+
+// The same from the first texel of the page, in texels of the level.
+fn vastex_page_texel(position: VastexPosition, page: vec2<u32>, level: u32) -> vec2<f32> {
+    let from_page = vec2<f32>(vastex_texel_in_page(position.texel, page, level)) + position.fraction;
+    return from_page * vastex_texture.levels[level].inverse_scale + vastex_texture.levels[level].sample_offset;
+}
+
 // Where a position lies in the tile of its page of a level, in texels of the texture.
 fn vastex_tile_texel(position: VastexPosition, page: vec2<u32>, level: u32) -> vec2<f32> {
-    let from_page = vec2<f32>(vastex_texel_in_page(position.texel, page, level)) + position.fraction;
-    let offset = vastex_texture.levels[level].sample_offset;
-    var texel = from_page * vastex_texture.levels[level].inverse_scale + offset;
+    var texel = vastex_page_texel(position, page, level);
     if any(position.fraction < vec2<f32>(0.0)) || any(position.fraction > vec2<f32>(1.0)) {
         // Beyond the edges of the texture: as far as the border colour is mixed with nothing, half of the layer's texel.
         let layer_texel = vastex_pool.layer_scale; // a power of two
