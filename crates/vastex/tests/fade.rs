@@ -105,7 +105,13 @@ fn a_tile_comes_without_a_change_on_screen_and_ends_as_without_fading() {
         assert!(pair.fading.picture() != pair.at_once.picture(), "{filter}");
         pair.pass(FADE);
         assert_eq!(pair.fading.textures.stats().fading, 0);
-        assert!(pair.fading.picture() == pair.at_once.picture(), "{filter}");
+        // Where taps lie along an axis a driver may round otherwise in another program.
+        let most_off = u8::from(matches!(filter, Filter::Anisotropic(_)));
+        let (ended, at_once) = (pair.fading.picture(), pair.at_once.picture());
+        let off = |(a, b): (&[u8; 4], &[u8; 4])| (0..4).map(|c| a[c].abs_diff(b[c])).max().unwrap();
+        assert!(ended.iter().zip(&at_once).all(|pair| off(pair) <= most_off), "{filter}");
+        let differing = ended.iter().zip(&at_once).filter(|(a, b)| a != b).count();
+        assert!(differing * 100 <= ended.len(), "{filter}: {differing} of {}", ended.len());
     }
 }
 
