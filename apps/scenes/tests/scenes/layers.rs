@@ -169,20 +169,6 @@ fn bare_gpu() -> Gpu {
 /// Blocks of any content have the contrast of noise, and drivers decode some of them with a difference of 2/255.
 const COMPRESSED_PSNR_DB: f64 = 38.0;
 
-/// Trilinear for all, the filters of more taps for a format of each way in which a shader reads texels.
-fn filters_of(format: LayerFormat) -> &'static [Filter] {
-    const MOST: [Filter; 3] = [Filter::Trilinear, Filter::KINDS[3], Filter::Bicubic];
-    let is_of_many = matches!(
-        format,
-        LayerFormat::Rgba8Srgb
-            | LayerFormat::Bc5
-            | LayerFormat::R16
-            | LayerFormat::Rgba16
-            | LayerFormat::R32Float
-    );
-    if is_of_many { &MOST } else { &MOST[..1] }
-}
-
 fn assert_shown(format: LayerFormat, comparison: &Comparison, what: &str) {
     match format.is_compressed() {
         true => assert!(comparison.psnr_db > COMPRESSED_PSNR_DB, "{what}: {format:?} {comparison:?}"),
@@ -195,8 +181,8 @@ fn every_format_equals_an_ordinary_texture() {
     for format in LayerFormat::ALL {
         let layers = [Layer::new("first", LayerFormat::R8), Layer::new("second", format)];
         let source = Grain::new(spec(64, 4, AddressMode::Wrap), &layers);
-        for filter in filters_of(format) {
-            let comparison = compare(source.clone(), "second", Path::Still, *filter);
+        for filter in Filter::KINDS {
+            let comparison = compare(source.clone(), "second", Path::Still, filter);
             assert_shown(format, &comparison, &format!("as it is, {filter}"));
         }
     }
@@ -209,8 +195,8 @@ fn what_a_device_cannot_do_is_done_without_it() {
     for format in [Bc1Srgb, Bc4, Bc5, Bc6h, Bc7, R16, R32Float, Rgba16] {
         let layers = [Layer { scale: 2, ..Layer::new("a", LayerFormat::Bc4) }, Layer::new("b", format)];
         let source = Grain::new(spec(64, 8, AddressMode::Wrap), &layers);
-        for filter in filters_of(format) {
-            let (comparison, kind) = compare_on(&bare, source.clone(), "b", Path::Still, *filter);
+        for filter in Filter::KINDS {
+            let (comparison, kind) = compare_on(&bare, source.clone(), "b", Path::Still, filter);
             // Decoded blocks are ordinary texels; what is filtered in the shader has no ordinary texture.
             let expected = if format.is_compressed() { ReferenceKind::Gpu } else { ReferenceKind::Cpu };
             assert_eq!(kind, expected, "{format:?}");
