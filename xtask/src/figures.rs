@@ -68,7 +68,7 @@ pub(crate) const DRAW: Figures = Figures {
     introduction: "\
 # Drawing: what a virtual texture costs beside an ordinary one
 
-Written by `cargo xtask bench draw --write`, in some three minutes. What is asked for stands with each table, and is meant for a GPU
+Written by `cargo xtask bench draw --write`, in a minute or two. What is asked for stands with each table, and is meant for a GPU
 at 1920x1080. A software driver runs both sides of every branch and spends its time otherwise than a GPU would; its figures are here for
 their ratios, in smaller pictures.
 ",

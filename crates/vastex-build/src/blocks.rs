@@ -76,19 +76,16 @@ impl<'a> Strip<'a> {
 /// Appends the blocks of rows of texels in the decoded format of `format`, which is compressed. All rows are equally
 /// long; their number and that of their texels are multiples of 4, and not 0.
 pub(crate) fn encode(format: LayerFormat, quality: Quality, rows: &[&[u8]], blocks: &mut Vec<u8>) -> Lost {
-    let strips = || rows.as_chunks::<SIDE>().0.iter().map(|&rows| Strip::new(rows, None));
+    let mut strips = rows.as_chunks::<SIDE>().0.iter().map(|&rows| Strip::new(rows, None));
     let texel = format.texel_bytes();
     if !is_constant(rows, texel) {
         let of_strip = |strip| encode_strip(format, quality, &strip, blocks);
-        return strips().map(of_strip).fold(Lost::default(), Lost::or);
+        return strips.map(of_strip).fold(Lost::default(), Lost::or);
     }
-    let start = blocks.len();
-    let corner = strips().map(|strip| strip.cut(0..SIDE * texel)).take(1);
-    let lost =
-        corner.map(|strip| encode_strip(format, quality, &strip, blocks)).fold(Lost::default(), Lost::or);
-    let block = blocks.split_off(start);
-    let count = rows[0].len() / texel / SIDE * (rows.len() / SIDE);
-    (0..count).for_each(|_| blocks.extend_from_slice(&block));
+    let Some(first) = strips.next() else { return Lost::default() };
+    let mut block = Vec::new();
+    let lost = encode_strip(format, quality, &first.cut(0..SIDE * texel), &mut block);
+    blocks.extend(block.repeat(rows[0].len() / texel / SIDE * (rows.len() / SIDE)));
     lost
 }
 

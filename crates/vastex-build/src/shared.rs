@@ -25,7 +25,8 @@ pub(crate) fn memory(geometry: &Geometry, format: LayerFormat) -> u64 {
     if !format.is_compressed() || !shares_blocks(geometry) {
         return 0;
     }
-    let blocks = |level: u8| u64::from(geometry.level(level).pages[0] * geometry.tile()[0]) / SIDE as u64;
+    let blocks =
+        |level: u8| u64::from(geometry.level(level).pages[0]) * u64::from(geometry.tile()[0]) / SIDE as u64;
     let rows = u64::from(2 * geometry.border()[1]) / SIDE as u64;
     (0..geometry.tail().first_level()).map(|level| rows * blocks(level) * format.block_bytes() as u64).sum()
 }

@@ -1,5 +1,5 @@
 //! Tiles that fade in: while time stands still nothing on screen changes, whatever comes and goes; when it has passed the picture is
-//! what it is without fading, to the bit; in between it goes one way.
+//! what it is without fading, to the bit but for a rounding of anisotropic filters; in between it goes one way.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests, which clippy does not take for tests")]
 
