@@ -55,7 +55,7 @@ pub(crate) const DECIDE: Figures = Figures {
 
 Written by `cargo xtask bench decide --write`, the plots too. No GPU and no disk have a part in it; both sides of a comparison
 take turns. Asked for is a decision under 500 µs with 10,000 resident and 2,000 wanted pages. Tests hold that a frame allocates
-nothing in the steady state (`crates/vastex-core/tests/steady.rs`), and how soon a view is complete after a cut (`views.rs` beside it).
+nothing in the steady state (`crates/vastex-core/tests/steady.rs`), and how soon a view is complete after a cut (`suite/views.rs` beside it).
 ",
 };
 

@@ -1,0 +1,10 @@
+//! Tile directories of other programs: written, read as those programs would, and built again.
+
+mod hostile;
+mod lacking;
+mod pictures;
+mod programs;
+mod refusals;
+mod round_trips;
+mod sources;
+mod trees;

@@ -1,0 +1,324 @@
+//! Inputs beyond PNG, JPEG and plain TIFF: OpenEXR, raw files with a description, mosaics, floats.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::common::{texels, write_png};
+use exr::prelude::{
+    AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, IntegerBounds, Layer,
+    LayerAttributes, LineOrder, SmallVec, Vec2, WritableImage, f16,
+};
+use tempfile::TempDir;
+use tiff::encoder::{TiffEncoder, colortype};
+use vastex_build::{ImageHeader, Notice, PixelFormat, Sample, open};
+
+/// All texels of an image, read three rows at a time, and what was said at the end.
+fn read(path: &Path) -> Result<(ImageHeader, Vec<u8>), String> {
+    let mut reader = open(path).map_err(|fault| fault.to_string())?;
+    let (row, height) = (reader.header().row_bytes(), reader.header().height as usize);
+    let mut image = vec![0; row * height];
+    for rows in image.chunks_mut(3 * row) {
+        reader.read_rows(rows).map_err(|fault| fault.to_string())?;
+    }
+    Ok((reader.header().clone(), image))
+}
+
+#[track_caller]
+fn expect_fault(path: &Path, words: &[&str]) {
+    let fault = read(path).map(|(header, _)| header).unwrap_err();
+    for word in words {
+        assert!(fault.contains(word), "{fault} lacks {word}");
+    }
+}
+
+fn desk() -> (TempDir, impl Fn(&str) -> PathBuf) {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().to_owned();
+    (dir, move |name: &str| path.join(name))
+}
+
+const SIZE: [usize; 2] = [37, 45];
+
+fn numbers(seed: f32) -> Vec<f32> {
+    (0..SIZE[0] * SIZE[1]).map(|n| (n as f32 * 0.37 + seed).sin() * 100.0).collect()
+}
+
+fn halves(seed: f32) -> Vec<f16> {
+    numbers(seed).into_iter().map(f16::from_f32).collect()
+}
+
+fn exr_file(path: &Path, encoding: Encoding, channels: Vec<(&str, FlatSamples)>, moved: bool) {
+    let channels: SmallVec<[AnyChannel<FlatSamples>; 4]> =
+        channels.into_iter().map(|(name, samples)| AnyChannel::new(name, samples)).collect();
+    let mut attributes = LayerAttributes::named("");
+    attributes.layer_name = None;
+    if moved {
+        attributes.layer_position = Vec2(5, -2);
+    }
+    let layer = Layer::new((SIZE[0], SIZE[1]), attributes, encoding, AnyChannels::sort(channels));
+    let mut image = Image::from_layer(layer);
+    image.attributes.display_window = match moved {
+        true => IntegerBounds::new((0, 0), (100, 90)),
+        false => IntegerBounds::new((0, 0), (SIZE[0], SIZE[1])),
+    };
+    image.write().to_file(path).unwrap();
+}
+
+fn scan_lines(compression: Compression) -> Encoding {
+    Encoding { compression, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing }
+}
+
+#[test]
+fn exr_of_halves_and_floats_by_rows_and_by_tiles() {
+    let (_dir, path) = desk();
+    let file = path("a.exr");
+    let whole_orders = [
+        Encoding { line_order: LineOrder::Decreasing, ..scan_lines(Compression::ZIP16) },
+        Encoding { blocks: Blocks::Tiles(Vec2(16, 16)), ..scan_lines(Compression::ZIP1) },
+    ];
+    let by_rows = [Compression::Uncompressed, Compression::ZIP16, Compression::RLE].map(scan_lines);
+    for (is_whole, encoding) in by_rows
+        .map(|encoding| (false, encoding))
+        .into_iter()
+        .chain(whole_orders.map(|encoding| (true, encoding)))
+    {
+        let channels = ["R", "G", "B"].into_iter().zip([1.0, 2.0, 3.0]);
+        exr_file(&file, encoding, channels.map(|(n, s)| (n, FlatSamples::F16(halves(s)))).collect(), false);
+        let (header, image) = read(&file).unwrap();
+        let half = PixelFormat::new(3, Sample::F16).unwrap();
+        assert_eq!((header.format, header.linear), (half, true));
+        let [r, g, b] = [halves(1.0), halves(2.0), halves(3.0)];
+        let expected: Vec<u8> =
+            (0..r.len()).flat_map(|n| [r[n], g[n], b[n]]).flat_map(|half| half.to_le_bytes()).collect();
+        assert!(image == expected, "{encoding:?}");
+        // What needs the whole image says so, and how much that is; nothing else is said.
+        match (is_whole, header.notices.as_slice()) {
+            (false, []) => assert!(header.memory < 3 * header.image_bytes()),
+            (true, [Notice::WholeImage { bytes, .. }]) => {
+                assert_eq!(*bytes, expected.len() as u64);
+                assert!(header.memory >= *bytes);
+            }
+            other => panic!("{encoding:?}: {other:?}"),
+        }
+    }
+}
+
+#[test]
+fn exr_of_other_channels_says_what_it_leaves_out() {
+    let (_dir, path) = desk();
+    let file = path("a.exr");
+    let counts: Vec<u32> = (0..(SIZE[0] * SIZE[1]) as u32).map(|n| n * 30_000).collect();
+    let depth = |seed| FlatSamples::F32(numbers(seed));
+    let zip = scan_lines(Compression::ZIP16);
+    exr_file(&file, zip, vec![("depth", FlatSamples::U32(counts.clone()))], false);
+    let (header, image) = read(&file).unwrap();
+    assert_eq!(header.format, PixelFormat::GREY8.with_sample(Sample::F32));
+    assert_eq!(header.notices, [Notice::IntegersRounded]);
+    assert_eq!(image, counts.iter().flat_map(|&n| (n as f32).to_le_bytes()).collect::<Vec<u8>>());
+
+    exr_file(
+        &file,
+        zip,
+        vec![("Y", depth(1.0)), ("A", FlatSamples::F16(halves(2.0))), ("Z", depth(3.0))],
+        true,
+    );
+    let (header, image) = read(&file).unwrap();
+    assert_eq!(header.format, PixelFormat::GREY_ALPHA8.with_sample(Sample::F32));
+    assert_eq!(header.notices.len(), 3);
+    assert!(header.notices.contains(&Notice::DataWindow { at: [5, -2], of: [100, 90] }));
+    assert!(header.notices.contains(&Notice::ChannelsIgnored("Z".into())));
+    assert!(header.notices.contains(&Notice::PremultipliedAlpha));
+    let expected: Vec<u8> = numbers(1.0)
+        .into_iter()
+        .zip(halves(2.0))
+        .flat_map(|(y, a)| [y.to_le_bytes(), a.to_f32().to_le_bytes()].concat())
+        .collect();
+    assert!(image == expected);
+
+    exr_file(&file, zip, vec![("X", depth(1.0)), ("Z", depth(3.0))], false);
+    expect_fault(&file, &["channels X, Z", "R, G, B"]);
+}
+
+#[test]
+fn exr_cut_anywhere_is_refused() {
+    let (_dir, path) = desk();
+    let file = path("a.exr");
+    exr_file(&file, scan_lines(Compression::ZIP16), vec![("Y", FlatSamples::F32(numbers(1.0)))], false);
+    let whole = fs::read(&file).unwrap();
+    for len in (8..whole.len()).step_by(31) {
+        fs::write(&file, &whole[..len]).unwrap();
+        assert!(read(&file).is_err(), "{len} of {}", whole.len());
+    }
+    fs::write(&file, &whole[..whole.len() - 9]).unwrap();
+    expect_fault(&file, &["truncated"]);
+    for at in 4..whole.len().min(400) {
+        let mut broken = whole.clone();
+        broken[at] ^= 0x41;
+        fs::write(&file, &broken).unwrap();
+        // Whatever comes of it, nothing panics.
+        let _ = read(&file);
+    }
+}
+
+#[test]
+fn raw_in_every_order() {
+    let (_dir, path) = desk();
+    let (file, description) = (path("a.raw"), path("a.raw.toml"));
+    let [width, height] = [5usize, 7];
+    let data = texels(width * height * 3 * 2, 9);
+    let expected = |planar: bool, bottom: bool, big: bool| -> Vec<u8> {
+        let sample = |x: usize, y: usize, c: usize| {
+            let y = if bottom { height - 1 - y } else { y };
+            let n = if planar { (c * height + y) * width + x } else { (y * width + x) * 3 + c };
+            let [a, b] = [data[2 * n], data[2 * n + 1]];
+            if big { [b, a] } else { [a, b] }
+        };
+        let places = (0..height).flat_map(|y| (0..width).flat_map(move |x| (0..3).map(move |c| (x, y, c))));
+        places.flat_map(|(x, y, c)| sample(x, y, c)).collect()
+    };
+    fs::write(&file, [&b"head"[..], &data].concat()).unwrap();
+    for (planar, bottom, big) in
+        [(false, false, false), (true, false, true), (false, true, true), (true, true, false)]
+    {
+        let text = format!(
+            "width = 5\nheight = 7\nchannels = 3\nsample = \"f16\"\noffset = 4\norder = \"{}\"\nfirst_row = \"{}\"\nendian = \"{}\"\n",
+            if planar { "planar" } else { "interleaved" },
+            if bottom { "bottom" } else { "top" },
+            if big { "big" } else { "little" },
+        );
+        fs::write(&description, text).unwrap();
+        for named in [&file, &description] {
+            let (header, image) = read(named).unwrap();
+            assert_eq!((header.format, header.linear), (PixelFormat::RGB8.with_sample(Sample::F16), true));
+            assert_eq!(image, expected(planar, bottom, big));
+        }
+    }
+}
+
+#[test]
+fn raw_descriptions_that_lie_are_refused() {
+    let (_dir, path) = desk();
+    let (file, description) = (path("a.raw"), path("a.raw.toml"));
+    fs::write(&file, [0; 24]).unwrap();
+    expect_fault(&file, &["without a description", "width, height"]);
+    for (text, words) in [
+        ("width = 4\nheight = 6\nsample = \"u16\"", &["has 24 bytes", "makes 48"][..]),
+        ("width = 4\nheight = 5\nsample = \"u8\"", &["has 24 bytes", "makes 20"]),
+        ("width = 4294967295\nheight = 4294967295\nsample = \"f32\"\nchannels = 4", &["has 24 bytes"]),
+        ("width = 4\nheight = 6\nsample = \"u8\"\noffset = 9223372036854775807", &["has 24 bytes"]),
+        ("width = 0\nheight = 6\nsample = \"u8\"", &["0x6"]),
+        ("width = 4\nheight = 6\nsample = \"u8\"\nchannels = 5", &["5 channels"]),
+        ("width = 4\nheight = 6\nsample = \"i8\"", &["a.raw.toml", "i8"]),
+        ("width = 4\nheight = 6", &["a.raw.toml", "sample"]),
+        ("width = 4\nheight = 6\nsample = \"u8\"\nskip = 4", &["a.raw.toml", "skip"]),
+    ] {
+        fs::write(&description, text).unwrap();
+        expect_fault(&file, words);
+    }
+}
+
+#[test]
+fn a_mosaic_is_put_together() {
+    let (_dir, path) = desk();
+    let piece = |name: &str, size: [u32; 2], color: png::ColorType, seed: u32| {
+        let data = texels(size[0] as usize * size[1] as usize * color.samples(), seed);
+        write_png(&path(name), size, color, png::BitDepth::Eight, &data);
+        data
+    };
+    let grey = piece("grey.png", [6, 5], png::ColorType::Grayscale, 1);
+    let rgb = piece("a b.png", [4, 4], png::ColorType::Rgb, 2);
+    fs::write(path("m.mosaic"), "vastex mosaic\n# pieces\n0 0 grey.png\n\n4 3 a b.png\n").unwrap();
+    let (header, image) = read(&path("m.mosaic")).unwrap();
+    assert_eq!((header.width, header.height, header.format), (8, 7, PixelFormat::RGBA8));
+    // Rows 0 to 2 lack the right, 5 and 6 the left; the later piece wins where both lie.
+    assert_eq!(header.notices, [Notice::Gaps(5)]);
+    for (n, texel) in image.chunks(4).enumerate() {
+        let (x, y) = (n % 8, n / 8);
+        let expected = if x >= 4 && y >= 3 {
+            let at = ((y - 3) * 4 + x - 4) * 3;
+            [rgb[at], rgb[at + 1], rgb[at + 2], 255]
+        } else if x < 6 && y < 5 {
+            [grey[y * 6 + x], grey[y * 6 + x], grey[y * 6 + x], 255]
+        } else {
+            [0; 4]
+        };
+        assert_eq!(texel, expected, "{x}, {y}");
+    }
+}
+
+#[test]
+fn a_grid_of_names_is_a_mosaic() {
+    let (_dir, path) = desk();
+    let data = texels(50 * 30, 3);
+    for (y, x) in (0..2usize).flat_map(|y| (0..3usize).map(move |x| (y, x))) {
+        let size = [if x == 2 { 10 } else { 20 }, 15];
+        let rows = (0..15).flat_map(|v| &data[(y * 15 + v) * 50 + x * 20..][..size[0]]);
+        let rows: Vec<u8> = rows.copied().collect();
+        let name = path(&format!("t-{y}-{x}.png"));
+        write_png(&name, [size[0] as u32, 15], png::ColorType::Grayscale, png::BitDepth::Eight, &rows);
+    }
+    fs::write(path("m.txt"), "vastex mosaic\ngrid t-{y}-{x}.png\n").unwrap();
+    let (header, image) = read(&path("m.txt")).unwrap();
+    assert_eq!((header.width, header.height, header.notices.as_slice()), (50, 30, &[][..]));
+    assert!(image == data);
+}
+
+#[test]
+fn a_mosaic_names_the_piece_that_is_wrong() {
+    let (_dir, path) = desk();
+    let write = |name: &str, depth| {
+        write_png(
+            &path(name),
+            [4, 4],
+            png::ColorType::Grayscale,
+            depth,
+            &texels(32, 1)[..16 * (depth as usize) / 8],
+        );
+    };
+    write("a.png", png::BitDepth::Eight);
+    write("deep.png", png::BitDepth::Sixteen);
+    fs::write(path("short.png"), &fs::read(path("a.png")).unwrap()[..45]).unwrap();
+    for (lines, words) in [
+        ("", &["without pieces"][..]),
+        ("0 0 a.png\n4 0 gone.png", &["gone.png", "cannot be read"]),
+        ("0 0 a.png\n4 0 short.png", &["short.png", "truncated"]),
+        ("0 0 a.png\n4 0 deep.png", &["deep.png", "one kind"]),
+        ("0 a.png", &["line 2", "X Y FILE"]),
+        ("-1 0 a.png", &["line 2"]),
+        ("0 0", &["line 2"]),
+        ("4294967295 0 a.png", &["texels"]),
+        ("grid a.png", &["{x}"]),
+        ("grid b_{x}_{y}.png", &["b_0_0.png"]),
+    ] {
+        fs::write(path("m.mosaic"), format!("vastex mosaic\n{lines}\n")).unwrap();
+        expect_fault(&path("m.mosaic"), words);
+    }
+}
+
+#[test]
+fn tiff_of_floats() {
+    let (_dir, path) = desk();
+    let file = path("a.tif");
+    let size = [SIZE[0] as u32, SIZE[1] as u32];
+    let singles = numbers(1.0);
+    let mut out = std::io::Cursor::new(Vec::new());
+    TiffEncoder::new(&mut out)
+        .unwrap()
+        .write_image::<colortype::Gray32Float>(size[0], size[1], &singles)
+        .unwrap();
+    fs::write(&file, out.into_inner()).unwrap();
+    let (header, image) = read(&file).unwrap();
+    assert_eq!((header.format, header.notices.len()), (PixelFormat::GREY8.with_sample(Sample::F32), 0));
+    assert!(image == singles.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>());
+
+    let doubles: Vec<f64> = singles.iter().map(|&v| f64::from(v) + 1e-9).collect();
+    let mut out = std::io::Cursor::new(Vec::new());
+    TiffEncoder::new(&mut out)
+        .unwrap()
+        .write_image::<colortype::Gray64Float>(size[0], size[1], &doubles)
+        .unwrap();
+    fs::write(&file, out.into_inner()).unwrap();
+    let (header, image) = read(&file).unwrap();
+    assert!(header.notices.contains(&Notice::DoublesNarrowed));
+    assert!(image == doubles.iter().flat_map(|&v| (v as f32).to_le_bytes()).collect::<Vec<u8>>());
+}

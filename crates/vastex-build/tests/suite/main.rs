@@ -1,0 +1,23 @@
+//! The integration tests of the preparing part, in one program: images in, containers and tile directories out.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests fail by panicking")]
+
+mod bad_input;
+mod colors;
+mod common;
+mod directories;
+mod filters;
+mod inputs;
+mod insets;
+#[cfg(feature = "bc")]
+mod insets_layers;
+#[cfg(feature = "bc")]
+mod layers;
+mod orientation;
+mod parts;
+mod pyramid;
+mod readers;
+mod replace;
+#[cfg(feature = "bc")]
+mod replace_layers;
+mod resume;
+mod sparse;

@@ -1,0 +1,146 @@
+//! Pictures that are stored turned or mirrored come out upright, from every format that can say so.
+
+use crate::common::files::{HandmadeTiff, exif, jpeg, jpeg_with_segment, smooth};
+use crate::common::{texels, write_png};
+use png::{BitDepth, ColorType};
+use vastex_build::{ImageHeader, Notice, open};
+
+/// Taller and wider than what is turned at once, and a multiple of nothing.
+const SIZE: [u32; 2] = [71, 45];
+
+/// Reads a file in portions of 1, 2, 3 ... rows.
+fn read(bytes: &[u8]) -> (ImageHeader, Vec<u8>) {
+    let file = tempfile::NamedTempFile::new().unwrap();
+    std::fs::write(file.path(), bytes).unwrap();
+    let mut reader = open(file.path()).unwrap();
+    let (row, mut left) = (reader.header().row_bytes(), reader.header().height);
+    let (mut image, mut portion) = (Vec::new(), 1);
+    while left > 0 {
+        let count = portion.min(left);
+        let start = image.len();
+        image.resize(start + count as usize * row, 0);
+        reader.read_rows(&mut image[start..]).unwrap();
+        (left, portion) = (left - count, portion + 1);
+    }
+    (reader.header().clone(), image)
+}
+
+fn png(size: [u32; 2], color: ColorType, depth: BitDepth, data: &[u8], orientation: u8) -> Vec<u8> {
+    let file = tempfile::NamedTempFile::new().unwrap();
+    write_png(file.path(), size, color, depth, data);
+    crate::common::files::png_with_chunk(&std::fs::read(file.path()).unwrap(), b"eXIf", &exif(orientation))
+}
+
+/// Where the texel in a stored row and column is seen, in EXIF's words: what side the first row is, and the first column.
+fn place(orientation: u8, [row, column]: [usize; 2], [width, height]: [usize; 2]) -> [usize; 2] {
+    let (right, bottom) = (width - 1, height - 1);
+    match orientation {
+        1 => [column, row],                  // top, left
+        2 => [right - column, row],          // top, right
+        3 => [right - column, bottom - row], // bottom, right
+        4 => [column, bottom - row],         // bottom, left
+        5 => [row, column],                  // left, top
+        6 => [bottom - row, column],         // right, top
+        7 => [bottom - row, right - column], // right, bottom
+        _ => [row, right - column],          // left, bottom
+    }
+}
+
+/// The stored picture, with each texel put where it is seen.
+fn turned(stored: &[u8], texel: usize, orientation: u8) -> Vec<u8> {
+    let [width, height] = SIZE.map(|n| n as usize);
+    let row_texels = if orientation >= 5 { height } else { width };
+    let mut upright = vec![0; stored.len()];
+    for (i, from) in stored.chunks(texel).enumerate() {
+        let [x, y] = place(orientation, [i / width, i % width], [width, height]);
+        upright[(y * row_texels + x) * texel..][..texel].copy_from_slice(from);
+    }
+    upright
+}
+
+/// Checks a file of `SIZE`, made for each orientation.
+fn check(file: impl Fn(u8) -> Vec<u8>) {
+    let (upright, stored) = read(&file(1));
+    assert_eq!(upright.notices, []);
+    let texel = upright.format.texel_bytes();
+    for orientation in 2..=8 {
+        let (header, image) = read(&file(orientation));
+        let [w, h] = SIZE;
+        assert_eq!([header.width, header.height], if orientation >= 5 { [h, w] } else { [w, h] });
+        assert!(image == turned(&stored, texel, orientation), "orientation {orientation}");
+        let bytes = stored.len() as u64;
+        match orientation {
+            2 => {
+                assert_eq!(header.notices, [Notice::Turned(2)]);
+                assert_eq!(header.memory, upright.memory);
+            }
+            _ => {
+                let why = "an image that is stored turned or upside down";
+                assert_eq!(
+                    header.notices,
+                    [Notice::Turned(orientation.into()), Notice::WholeImage { bytes, why }]
+                );
+                assert!(header.memory >= upright.memory + bytes);
+            }
+        }
+    }
+}
+
+/// Turned by hand: `abc` above `def`.
+#[test]
+fn six_texels_in_all_orientations() {
+    for (orientation, expected) in [
+        (1, "abc def"),
+        (2, "cba fed"),
+        (3, "fed cba"),
+        (4, "def abc"),
+        (5, "ad be cf"),
+        (6, "da eb fc"),
+        (7, "fc eb da"),
+        (8, "cf be ad"),
+    ] {
+        let (header, image) =
+            read(&png([3, 2], ColorType::Grayscale, BitDepth::Eight, b"abcdef", orientation));
+        let rows: Vec<_> =
+            image.chunks(header.width as usize).map(|row| std::str::from_utf8(row).unwrap()).collect();
+        assert_eq!(rows.join(" "), expected, "orientation {orientation}");
+    }
+}
+
+#[test]
+fn png_of_every_orientation() {
+    let texel_count = (SIZE[0] * SIZE[1]) as usize;
+    let data = texels(texel_count * 8, 5);
+    check(|o| png(SIZE, ColorType::Rgb, BitDepth::Eight, &data[..3 * texel_count], o));
+    check(|o| png(SIZE, ColorType::Rgba, BitDepth::Sixteen, &data, o));
+}
+
+#[test]
+fn jpeg_of_every_orientation() {
+    let file = jpeg(SIZE, 3, false, &smooth(SIZE, 3));
+    check(|o| jpeg_with_segment(&file, 0xe1, &[b"Exif\0\0", &exif(o)[..]].concat()));
+}
+
+#[test]
+fn tiff_of_every_orientation() {
+    let data = texels((SIZE[0] * SIZE[1]) as usize * 6, 7);
+    for tiled in [false, true] {
+        let chunk = if tiled { [16, 32] } else { [SIZE[0], 7] };
+        check(|o| {
+            let mut file = HandmadeTiff::new(SIZE, &[16, 16, 16], 2, chunk, tiled);
+            file.set(274, o.into());
+            file.cut(SIZE, 6, chunk, &data);
+            file.bytes()
+        });
+    }
+}
+
+#[test]
+fn what_is_no_orientation_is_upright() {
+    let data = texels((SIZE[0] * SIZE[1]) as usize, 9);
+    for orientation in [0, 9, 255] {
+        let (header, image) = read(&png(SIZE, ColorType::Grayscale, BitDepth::Eight, &data, orientation));
+        assert_eq!(header.notices, []);
+        assert!(image == data);
+    }
+}

@@ -1,0 +1,326 @@
+//! Every kind of file that can be read, read in odd portions and compared with what was put in.
+
+use std::io::Cursor;
+use std::path::Path;
+
+use crate::common::files::{HandmadeTiff, crc32, exif, jpeg, jpeg_with_segment, smooth};
+use crate::common::texels;
+use png::{BitDepth, ColorType};
+use tiff::encoder::colortype::{self, ColorType as TiffColor};
+use tiff::encoder::{Compression, DeflateLevel, TiffEncoder, TiffKind, TiffValue};
+use vastex_build::{ImageHeader, Notice, PixelFormat, open};
+
+const SIZE: [u32; 2] = [103, 61];
+
+/// Reads a file in portions of 1, 2, 3 ... rows.
+fn read(bytes: &[u8]) -> (ImageHeader, Vec<u8>) {
+    let file = tempfile::NamedTempFile::new().unwrap();
+    std::fs::write(file.path(), bytes).unwrap();
+    read_file(file.path())
+}
+
+fn read_file(path: &Path) -> (ImageHeader, Vec<u8>) {
+    let mut reader = open(path).unwrap();
+    let (row, mut left) = (reader.header().row_bytes(), reader.header().height);
+    let (mut image, mut portion) = (Vec::new(), 1);
+    while left > 0 {
+        let count = portion.min(left);
+        let start = image.len();
+        image.resize(start + count as usize * row, 0);
+        reader.read_rows(&mut image[start..]).unwrap();
+        (left, portion) = (left - count, portion + 1);
+    }
+    (reader.header().clone(), image)
+}
+
+#[track_caller]
+fn check(file: &[u8], format: PixelFormat, expected: &[u8]) -> Vec<Notice> {
+    let (header, image) = read(file);
+    assert_eq!(([header.width, header.height], header.format), (SIZE, format));
+    assert!(image == expected);
+    header.notices
+}
+
+fn png_file(color: ColorType, depth: BitDepth, data: &[u8], set: impl FnOnce(&mut png::Info<'_>)) -> Vec<u8> {
+    let mut out = Vec::new();
+    let mut info = png::Info::with_size(SIZE[0], SIZE[1]);
+    (info.color_type, info.bit_depth) = (color, depth);
+    set(&mut info);
+    let mut writer = png::Encoder::with_info(&mut out, info).unwrap().write_header().unwrap();
+    writer.write_image_data(data).unwrap();
+    writer.finish().unwrap();
+    out
+}
+
+fn little_endian(big: &[u8]) -> Vec<u8> {
+    big.chunks(2).flat_map(|s| [s[1], s[0]]).collect()
+}
+
+#[test]
+fn png_of_every_colour_type() {
+    use vastex_build::Sample::{U8, U16};
+    for (color, format) in [
+        (ColorType::Grayscale, PixelFormat::GREY8),
+        (ColorType::GrayscaleAlpha, PixelFormat::GREY_ALPHA8),
+        (ColorType::Rgb, PixelFormat::RGB8),
+        (ColorType::Rgba, PixelFormat::RGBA8),
+    ] {
+        let samples = (SIZE[0] * SIZE[1]) as usize * color.samples();
+        let data = texels(2 * samples, 3);
+        let eight = png_file(color, BitDepth::Eight, &data[..samples], |_| ());
+        assert_eq!(check(&eight, format.with_sample(U8), &data[..samples]), []);
+        let sixteen = png_file(color, BitDepth::Sixteen, &data, |_| ());
+        assert_eq!(check(&sixteen, format.with_sample(U16), &little_endian(&data)), []);
+    }
+}
+
+#[test]
+fn png_of_few_bits_and_palettes() {
+    for depth in [BitDepth::One, BitDepth::Two, BitDepth::Four] {
+        let bits = depth as usize;
+        let row = (SIZE[0] as usize * bits).div_ceil(8);
+        let packed = texels(row * SIZE[1] as usize, 7);
+        let values: Vec<u8> = packed
+            .chunks(row)
+            .flat_map(|r| {
+                (0..SIZE[0] as usize)
+                    .map(move |x| r[x * bits / 8] >> (8 - bits - x * bits % 8) & ((1 << bits) - 1))
+            })
+            .collect();
+        let grey: Vec<u8> = values.iter().map(|v| v * (255 / ((1u16 << bits) - 1) as u8)).collect();
+        check(&png_file(ColorType::Grayscale, depth, &packed, |_| ()), PixelFormat::GREY8, &grey);
+
+        let palette: Vec<u8> = texels(3 << bits, 11);
+        let rgb: Vec<u8> = values.iter().flat_map(|&v| palette[usize::from(v) * 3..][..3].to_vec()).collect();
+        let indexed = |info: &mut png::Info<'_>| info.palette = Some(palette.clone().into());
+        check(&png_file(ColorType::Indexed, depth, &packed, indexed), PixelFormat::RGB8, &rgb);
+
+        let rgba: Vec<u8> =
+            values.iter().flat_map(|&v| [&palette[usize::from(v) * 3..][..3], &[v]].concat()).collect();
+        let transparent = |info: &mut png::Info<'_>| {
+            info.palette = Some(palette.clone().into());
+            info.trns = Some((0..1u8 << bits).collect::<Vec<_>>().into());
+        };
+        check(&png_file(ColorType::Indexed, depth, &packed, transparent), PixelFormat::RGBA8, &rgba);
+    }
+}
+
+/// Adam7 by the definition of PNG: seven reduced images, each row unfiltered.
+#[test]
+fn interlaced_png_is_held_whole_and_says_so() {
+    let data = texels((SIZE[0] * SIZE[1]) as usize * 3, 13);
+    let passes =
+        [(0, 0, 8, 8), (4, 0, 8, 8), (0, 4, 4, 8), (2, 0, 4, 4), (0, 2, 2, 4), (1, 0, 2, 2), (0, 1, 1, 2)];
+    let mut raw = Vec::new();
+    for (x0, y0, dx, dy) in passes {
+        for y in (y0..SIZE[1]).step_by(dy) {
+            raw.push(0);
+            (x0..SIZE[0])
+                .step_by(dx)
+                .for_each(|x| raw.extend(&data[((y * SIZE[0] + x) * 3) as usize..][..3]));
+        }
+    }
+    let mut zlib = vec![0x78, 0x01];
+    for (i, block) in raw.chunks(60_000).enumerate() {
+        let (len, last) = (block.len() as u16, (i + 1) * 60_000 >= raw.len());
+        zlib.extend([&[u8::from(last)][..], &len.to_le_bytes(), &(!len).to_le_bytes(), block].concat());
+    }
+    let (mut a, mut b) = (1u32, 0u32);
+    raw.iter().for_each(|&v| (a, b) = ((a + u32::from(v)) % 65521, (b + a + u32::from(v)) % 65521));
+    zlib.extend((b << 16 | a).to_be_bytes());
+    let mut file = b"\x89PNG\r\n\x1a\n".to_vec();
+    let mut chunk = |kind: &[u8; 4], body: &[u8]| {
+        file.extend((body.len() as u32).to_be_bytes());
+        file.extend([&kind[..], body].concat());
+        file.extend(crc32(&[&kind[..], body].concat()).to_be_bytes());
+    };
+    let header = [&SIZE[0].to_be_bytes()[..], &SIZE[1].to_be_bytes(), &[8, 2, 0, 0, 1]].concat();
+    chunk(b"IHDR", &header);
+    chunk(b"IDAT", &zlib);
+    chunk(b"IEND", &[]);
+    let bytes = data.len() as u64;
+    assert_eq!(
+        check(&file, PixelFormat::RGB8, &data),
+        [Notice::WholeImage { bytes, why: "an interlaced PNG" }]
+    );
+}
+
+#[test]
+fn png_takes_colours_as_stored_and_says_which_are_light() {
+    let data = texels((SIZE[0] * SIZE[1]) as usize * 3, 17);
+    let gamma = |scaled| {
+        png_file(ColorType::Rgb, BitDepth::Eight, &data, |info| {
+            info.source_gamma = Some(png::ScaledFloat::from_scaled(scaled));
+        })
+    };
+    assert_eq!(check(&gamma(45_455), PixelFormat::RGB8, &data), []);
+    assert_eq!(check(&gamma(55_555), PixelFormat::RGB8, &data), []);
+    let (header, _) = read(&gamma(100_000));
+    assert_eq!((header.linear, header.notices), (true, vec![]));
+    let profile =
+        png_file(ColorType::Rgb, BitDepth::Eight, &data, |info| info.icc_profile = Some(vec![1; 200].into()));
+    assert_eq!(check(&profile, PixelFormat::RGB8, &data), []);
+    assert!(read(&profile).0.profile.is_some());
+}
+
+#[track_caller]
+fn check_jpeg(channels: u32, progressive: bool) -> Vec<Notice> {
+    let data = smooth(SIZE, channels);
+    let (header, image) = read(&jpeg(SIZE, channels as usize, progressive, &data));
+    assert_eq!([header.width, header.height], SIZE);
+    let worst = image.iter().zip(&data).map(|(a, b)| a.abs_diff(*b)).max();
+    assert!(image.len() == data.len() && worst.unwrap() <= 12, "{worst:?}");
+    header.notices
+}
+
+#[test]
+fn jpeg_by_rows_and_progressive() {
+    assert_eq!(check_jpeg(1, false), []);
+    assert_eq!(check_jpeg(3, false), []);
+    // 13x8 blocks of 64 coefficients of two bytes, three components.
+    let bytes = 13 * 8 * 64 * 2 * 3;
+    assert_eq!(check_jpeg(3, true), [Notice::WholeImage { bytes, why: "a progressive JPEG" }]);
+}
+
+#[test]
+fn jpeg_is_turned_upright_and_gives_its_profile() {
+    let file = jpeg(SIZE, 3, false, &smooth(SIZE, 3));
+    let file = jpeg_with_segment(&file, 0xe2, b"ICC_PROFILE\0\x01\x01ab");
+    let (header, _) = read(&jpeg_with_segment(&file, 0xe1, &[b"Exif\0\0", &exif(6)[..]].concat()));
+    assert_eq!([header.width, header.height], [SIZE[1], SIZE[0]]);
+    assert!(matches!(header.notices[..], [Notice::Turned(6), Notice::WholeImage { .. }]));
+    assert!(header.profile.is_some());
+}
+
+#[test]
+fn jpeg_damaged_in_the_middle_is_told() {
+    // Noise, so that nearly all of the file is compressed data.
+    let mut file = jpeg(SIZE, 3, false, &texels((SIZE[0] * SIZE[1] * 3) as usize, 37));
+    let middle = file.len() / 2;
+    file[middle..middle + 2].copy_from_slice(&[0xff, 0xd9]);
+    let (header, _) = read(&file);
+    assert!(matches!(header.notices[..], [Notice::DamagedInPlaces(n)] if n > 0), "{:?}", header.notices);
+}
+
+fn tiff_file<C: TiffColor, K: TiffKind>(data: &[C::Inner], rows: u32, compression: Compression) -> Vec<u8>
+where
+    [C::Inner]: TiffValue,
+{
+    let mut out = Cursor::new(Vec::new());
+    let mut encoder = TiffEncoder::<_, K>::new_generic(&mut out).unwrap().with_compression(compression);
+    let mut image = encoder.new_image::<C>(SIZE[0], SIZE[1]).unwrap();
+    image.rows_per_strip(rows).unwrap();
+    image.write_data(data).unwrap();
+    out.into_inner()
+}
+
+fn check_tiff<K: TiffKind>() {
+    let texel_count = (SIZE[0] * SIZE[1]) as usize;
+    let bytes = texels(texel_count * 8, 19);
+    let words: Vec<u16> = bytes.chunks(2).map(|s| u16::from_le_bytes([s[0], s[1]])).collect();
+    let deflate = Compression::Deflate(DeflateLevel::Fast);
+    for compression in [Compression::Uncompressed, Compression::Lzw, deflate] {
+        for rows in [1, 7, 40] {
+            let n = texel_count;
+            check(
+                &tiff_file::<colortype::Gray8, K>(&bytes[..n], rows, compression),
+                PixelFormat::GREY8,
+                &bytes[..n],
+            );
+            check(
+                &tiff_file::<colortype::RGB8, K>(&bytes[..3 * n], rows, compression),
+                PixelFormat::RGB8,
+                &bytes[..3 * n],
+            );
+            check(
+                &tiff_file::<colortype::RGBA8, K>(&bytes[..4 * n], rows, compression),
+                PixelFormat::RGBA8,
+                &bytes[..4 * n],
+            );
+            check(
+                &tiff_file::<colortype::Gray16, K>(&words[..n], rows, compression),
+                PixelFormat::GREY16,
+                &bytes[..2 * n],
+            );
+            check(
+                &tiff_file::<colortype::RGB16, K>(&words[..3 * n], rows, compression),
+                PixelFormat::RGB16,
+                &bytes[..6 * n],
+            );
+            check(&tiff_file::<colortype::RGBA16, K>(&words, rows, compression), PixelFormat::RGBA16, &bytes);
+        }
+    }
+}
+
+#[test]
+fn tiff_of_every_colour_and_compression() {
+    check_tiff::<tiff::encoder::TiffKindStandard>();
+}
+
+#[test]
+fn big_tiff_of_every_colour_and_compression() {
+    check_tiff::<tiff::encoder::TiffKindBig>();
+}
+
+#[test]
+fn a_compressed_tiff_of_one_strip_is_held_whole_and_says_so() {
+    let data = texels((SIZE[0] * SIZE[1]) as usize, 23);
+    let strip = |compression| {
+        tiff_file::<colortype::Gray8, tiff::encoder::TiffKindStandard>(&data, SIZE[1], compression)
+    };
+    assert_eq!(check(&strip(Compression::Uncompressed), PixelFormat::GREY8, &data), []);
+    let notices = check(&strip(Compression::Lzw), PixelFormat::GREY8, &data);
+    assert!(matches!(notices[..], [Notice::WholeImage { bytes, .. }] if bytes >= 2 * data.len() as u64));
+}
+
+#[test]
+fn tiff_of_tiles_in_both_byte_orders() {
+    let n = (SIZE[0] * SIZE[1]) as usize;
+    let data = texels(n * 6, 29);
+    for big_endian in [false, true] {
+        for tiled in [false, true] {
+            let chunk = if tiled { [32, 16] } else { [SIZE[0], 16] };
+            let mut file = HandmadeTiff::new(SIZE, &[8, 8, 8], 2, chunk, tiled);
+            file.big_endian = big_endian;
+            file.cut(SIZE, 3, chunk, &data[..3 * n]);
+            check(&file.bytes(), PixelFormat::RGB8, &data[..3 * n]);
+
+            let mut file = HandmadeTiff::new(SIZE, &[16, 16, 16], 2, chunk, tiled);
+            file.big_endian = big_endian;
+            file.cut(SIZE, 6, chunk, &data);
+            let expected = if big_endian { little_endian(&data) } else { data.clone() };
+            check(&file.bytes(), PixelFormat::RGB16, &expected);
+        }
+    }
+}
+
+#[test]
+fn tiff_with_alpha_white_is_zero_orientation_and_jpeg_tiles() {
+    let n = (SIZE[0] * SIZE[1]) as usize;
+    let data = texels(n * 2, 31);
+    let chunk = [SIZE[0], 16];
+    let mut file = HandmadeTiff::new(SIZE, &[8, 8], 1, chunk, false);
+    file.set(338, 1);
+    file.cut(SIZE, 2, chunk, &data);
+    assert_eq!(check(&file.bytes(), PixelFormat::GREY_ALPHA8, &data), [Notice::PremultipliedAlpha]);
+
+    let mut file = HandmadeTiff::new(SIZE, &[8], 0, chunk, false);
+    file.set(274, 3);
+    file.cut(SIZE, 1, chunk, &data[..n]);
+    let inverted: Vec<u8> = data[..n].iter().rev().map(|v| 255 - v).collect();
+    let notices = check(&file.bytes(), PixelFormat::GREY8, &inverted);
+    assert!(matches!(notices[..], [Notice::Turned(3), Notice::WholeImage { .. }]), "{notices:?}");
+
+    let picture = smooth(SIZE, 3);
+    let chunk = [32, 16];
+    let mut file = HandmadeTiff::new(SIZE, &[8, 8, 8], 6, chunk, true);
+    file.set(259, 7);
+    file.cut(SIZE, 3, chunk, &picture);
+    file.chunks = file.chunks.iter().map(|tile| jpeg(chunk, 3, false, tile)).collect();
+    let (header, image) = read(&file.bytes());
+    assert_eq!(header.format, PixelFormat::RGB8);
+    // Padding beyond the right and bottom edge is black, so blocks there ring.
+    let inner = |i: &usize| (i / 3) % (SIZE[0] as usize) < 96 && i / 3 / (SIZE[0] as usize) < 48;
+    let worst = (0..image.len()).filter(inner).map(|i| image[i].abs_diff(picture[i])).max();
+    assert!(worst.unwrap() <= 12, "{worst:?}");
+}

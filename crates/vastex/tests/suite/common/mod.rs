@@ -1,0 +1,340 @@
+//! What the tests of the frame loop share: a screen that shows textures, each by an affine mapping of its own.
+
+#![allow(unreachable_pub, reason = "a module of a test program")]
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use vastex::{Error, Event, Feedback, Pace, Sampled, Settings, TextureId, Textures, TileSource, ViewId};
+use vastex_core::{AddressMode, Geometry, GeometrySpec};
+use vastex_tiles::PropertySource;
+use vastex_wgpu::test_device::TestDevice;
+
+/// Pixels of every picture.
+pub const PICTURE: [u32; 2] = [160, 120];
+
+const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+/// What draws a texture.
+pub const SCREEN: &str = include_str!("screen.wgsl");
+/// Frames after which every pixel has been looked at and what it wants has been asked for.
+const JITTER_FRAMES: u32 = 18;
+const PATIENCE_FRAMES: u32 = 600;
+
+/// `uv = origin + along_x * x + along_y * y` at the centre `(x, y)` of a pixel.
+#[derive(Clone, Copy, Debug)]
+pub struct Mapping {
+    pub origin: [f32; 2],
+    pub along_x: [f32; 2],
+    pub along_y: [f32; 2],
+}
+
+impl Mapping {
+    /// `centre` of the texture in the middle of the picture, turned by `angle` radians; a pixel is `texels` texels of
+    /// level 0 along x and `texels * stretch` along y.
+    pub fn new(size: [u32; 2], centre: [f64; 2], texels: f64, stretch: f64, angle: f64) -> Mapping {
+        let [width, height] = size.map(f64::from);
+        let x = [texels * angle.cos() / width, texels * angle.sin() / height];
+        let y = [-texels * stretch * angle.sin() / width, texels * stretch * angle.cos() / height];
+        let [right, down] = PICTURE.map(|side| f64::from(side) / 2.0);
+        let origin = std::array::from_fn(|a| (centre[a] - x[a] * right - y[a] * down) as f32);
+        Mapping { origin, along_x: x.map(|n| n as f32), along_y: y.map(|n| n as f32) }
+    }
+}
+
+/// A source whose texels say where they are.
+pub fn property(size: [u32; 2], page: u32, address: AddressMode) -> Arc<dyn TileSource> {
+    let spec = GeometrySpec { page, address: [address; 3], ..GeometrySpec::image(size[0], size[1]) };
+    Arc::new(PropertySource::new(Geometry::new(spec).unwrap()))
+}
+
+/// Raw texels, the same pictures every time.
+pub fn settings() -> Settings {
+    Settings {
+        filter: vastex::Filter::Nearest,
+        pace: Pace::LockStep { latency_frames: 1 },
+        ..Settings::default()
+    }
+}
+
+struct Shown {
+    sampled: Sampled,
+    columns: [f32; 2],
+    uniform: wgpu::Buffer,
+    group: wgpu::BindGroup,
+    picture: wgpu::RenderPipeline,
+    wanted: wgpu::RenderPipeline,
+    is_gone: bool,
+}
+
+/// Textures side by side, drawn by the frame loop.
+pub struct Screen {
+    pub gpu: TestDevice,
+    pub textures: Textures,
+    shown: Vec<Shown>,
+    shader: String,
+    colour: wgpu::Texture,
+    depth: wgpu::Texture,
+}
+
+impl Screen {
+    pub fn new(sources: &[Arc<dyn TileSource>], settings: Settings) -> Screen {
+        let gpu = TestDevice::new();
+        let mut textures = Textures::new(&gpu.device, &gpu.queue, settings).unwrap();
+        let ids: Vec<Sampled> =
+            sources.iter().map(|source| textures.add(source.clone()).unwrap().into()).collect();
+        Screen::of(gpu, textures, &ids, SCREEN)
+    }
+
+    /// What `add` makes of textures, drawn by a shader of its own.
+    pub fn showing<S: Into<Sampled>>(
+        settings: Settings,
+        shader: &str,
+        add: impl FnOnce(&mut Textures) -> S,
+    ) -> Screen {
+        let gpu = TestDevice::new();
+        let mut textures = Textures::new(&gpu.device, &gpu.queue, settings).unwrap();
+        let shown = add(&mut textures).into();
+        Screen::of(gpu, textures, &[shown], shader)
+    }
+
+    /// The same textures on another device, with nothing of the old one. Mappings are to be set again.
+    pub fn on_another_device(mut self) -> Screen {
+        let gpu = TestDevice::new();
+        self.textures.restore(&gpu.device, &gpu.queue).unwrap();
+        let ids: Vec<Sampled> = self.shown.iter().map(|shown| shown.sampled).collect();
+        Screen::of(gpu, self.textures, &ids, &self.shader)
+    }
+
+    fn of(gpu: TestDevice, textures: Textures, ids: &[Sampled], shader: &str) -> Screen {
+        let device = &gpu.device;
+        let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: None,
+            entries: &[wgpu::BindGroupLayoutEntry {
+                binding: 0,
+                visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
+                ty: wgpu::BindingType::Buffer {
+                    ty: wgpu::BufferBindingType::Uniform,
+                    has_dynamic_offset: false,
+                    min_binding_size: None,
+                },
+                count: None,
+            }],
+        });
+        let share = 1.0 / ids.len() as f32;
+        let shown: Vec<Shown> = (0..)
+            .zip(ids)
+            .map(|(nth, &sampled)| {
+                let uniform = device.create_buffer(&wgpu::BufferDescriptor {
+                    label: None,
+                    size: 48,
+                    usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+                    mapped_at_creation: false,
+                });
+                let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+                    label: None,
+                    layout: &layout,
+                    entries: &[wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() }],
+                });
+                let [picture, wanted] = pipelines(device, &textures, sampled, shader, &layout);
+                let columns = [nth as f32 * share, (nth + 1) as f32 * share];
+                Shown { sampled, columns, uniform, group, picture, wanted, is_gone: false }
+            })
+            .collect();
+        let target = |format, usage| {
+            device.create_texture(&wgpu::TextureDescriptor {
+                label: None,
+                size: wgpu::Extent3d { width: PICTURE[0], height: PICTURE[1], depth_or_array_layers: 1 },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format,
+                usage: wgpu::TextureUsages::RENDER_ATTACHMENT | usage,
+                view_formats: &[],
+            })
+        };
+        let colour = target(FORMAT, wgpu::TextureUsages::COPY_SRC);
+        let depth = target(Textures::FEEDBACK_DEPTH_FORMAT, wgpu::TextureUsages::empty());
+        Screen { gpu, textures, shown, shader: shader.to_owned(), colour, depth }
+    }
+
+    /// Removes a texture; its column stays empty.
+    pub fn remove(&mut self, nth: usize) {
+        assert!(self.textures.remove(self.texture(nth)));
+        self.shown[nth].is_gone = true;
+    }
+
+    /// Shows another texture where one was removed, of the same pool.
+    pub fn replace(&mut self, nth: usize, source: Arc<dyn TileSource>) {
+        self.shown[nth].sampled = self.textures.add(source).unwrap().into();
+        self.shown[nth].is_gone = false;
+    }
+
+    pub fn texture(&self, nth: usize) -> TextureId {
+        match self.shown[nth].sampled {
+            Sampled::Layer(layer) => layer.texture(),
+            Sampled::Group(group) => panic!("{group:?} is no texture"),
+        }
+    }
+
+    pub fn set_mapping(&mut self, nth: usize, mapping: &Mapping) {
+        self.set_anchored(nth, mapping, [0; 2]);
+    }
+
+    /// For a shader in fixed point: the mapping is in texels from the beginning of texel `anchor`.
+    pub fn set_anchored(&mut self, nth: usize, mapping: &Mapping, anchor: [u32; 2]) {
+        let shown = &self.shown[nth];
+        let picture = PICTURE.map(|side| side as f32);
+        let uniform = [mapping.origin, mapping.along_x, mapping.along_y, picture, shown.columns];
+        self.gpu.queue.write_buffer(&shown.uniform, 0, bytemuck::bytes_of(&uniform));
+        self.gpu.queue.write_buffer(&shown.uniform, 40, bytemuck::bytes_of(&anchor));
+    }
+
+    /// One frame, but for the picture.
+    pub fn frame(&mut self) -> Result<Vec<Event>, Error> {
+        let all = 0..self.shown.len();
+        self.frame_of(&[(ViewId::MAIN, PICTURE, all)])
+    }
+
+    /// One frame of views, each with a picture of so many pixels of some of the textures.
+    pub fn frame_of(&mut self, views: &[(ViewId, [u32; 2], Range<usize>)]) -> Result<Vec<Event>, Error> {
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        for (view, picture, shown) in views {
+            let shown = &self.shown[shown.clone()];
+            self.textures.feedback_of(&mut encoder, *view, *picture, |pass, groups| {
+                draw(pass, shown, |shown| (&shown.wanted, &groups[shown.sampled]));
+            })?;
+        }
+        self.textures.update(&mut encoder)?;
+        self.gpu.queue.submit([encoder.finish()]);
+        Ok(std::iter::from_fn(|| self.textures.poll_event()).collect())
+    }
+
+    /// Frames until nothing is missing, from a view that may be new.
+    pub fn converge(&mut self) {
+        for frame in 0..PATIENCE_FRAMES {
+            self.frame().unwrap();
+            if frame >= JITTER_FRAMES && self.textures.stats().converged {
+                return;
+            }
+        }
+        panic!("not converged: {:?}", self.textures.stats());
+    }
+
+    pub fn feedback_of_every_pixel(&mut self) -> Feedback {
+        let shown = &self.shown;
+        let drawn = self.textures.feedback_of_every_pixel(PICTURE, |pass, groups| {
+            draw(pass, shown, |shown| (&shown.wanted, &groups[shown.sampled]));
+        });
+        drawn.unwrap()
+    }
+
+    /// The picture from what is in the pool now, row by row.
+    pub fn picture(&self) -> Vec<[u8; 4]> {
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        let view = self.colour.create_view(&Default::default());
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &view,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations::default(),
+            })],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &self.depth.create_view(&Default::default()),
+                depth_ops: Some(wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(1.0),
+                    store: wgpu::StoreOp::Discard,
+                }),
+                stencil_ops: None,
+            }),
+            ..Default::default()
+        });
+        draw(&mut pass, &self.shown, |shown| (&shown.picture, self.textures.bind_group(shown.sampled)));
+        drop(pass);
+        let row = (PICTURE[0] * 4).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+        let buffer = self.gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: None,
+            size: u64::from(row * PICTURE[1]),
+            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+            mapped_at_creation: false,
+        });
+        let layout =
+            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: None };
+        let target = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout };
+        encoder.copy_texture_to_buffer(self.colour.as_image_copy(), target, self.colour.size());
+        self.gpu.queue.submit([encoder.finish()]);
+        buffer.map_async(wgpu::MapMode::Read, .., |_| {});
+        self.gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+        let bytes = buffer.get_mapped_range(..).unwrap();
+        let rows = bytes.chunks(row as usize).flat_map(|row| &row[..PICTURE[0] as usize * 4]);
+        let bytes: Vec<u8> = rows.copied().collect();
+        bytemuck::cast_slice(&bytes).to_vec()
+    }
+}
+
+fn draw<'g>(
+    pass: &mut wgpu::RenderPass<'_>,
+    shown: &'g [Shown],
+    with: impl Fn(&'g Shown) -> (&'g wgpu::RenderPipeline, &'g wgpu::BindGroup),
+) {
+    for shown in shown.iter().filter(|shown| !shown.is_gone) {
+        let (pipeline, group) = with(shown);
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(0, group, &[]);
+        pass.set_bind_group(1, &shown.group, &[]);
+        pass.draw(0..4, 0..1);
+    }
+}
+
+/// For the picture, and for the feedback pass.
+fn pipelines(
+    device: &wgpu::Device,
+    textures: &Textures,
+    sampled: Sampled,
+    shader: &str,
+    mapping: &wgpu::BindGroupLayout,
+) -> [wgpu::RenderPipeline; 2] {
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: None,
+        source: wgpu::ShaderSource::Wgsl((textures.wgsl(sampled) + shader).into()),
+    });
+    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: None,
+        bind_group_layouts: &[Some(textures.bind_group_layout(sampled)), Some(mapping)],
+        immediate_size: 0,
+    });
+    let depth = wgpu::DepthStencilState {
+        format: Textures::FEEDBACK_DEPTH_FORMAT,
+        depth_write_enabled: Some(true),
+        depth_compare: Some(wgpu::CompareFunction::Less),
+        stencil: Default::default(),
+        bias: Default::default(),
+    };
+    let passes = [("place", "shade", FORMAT), ("place_feedback", "want", Textures::FEEDBACK_FORMAT)];
+    passes.map(|(place, shade, format)| {
+        device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: None,
+            layout: Some(&layout),
+            vertex: wgpu::VertexState {
+                module: &module,
+                entry_point: Some(place),
+                compilation_options: Default::default(),
+                buffers: &[],
+            },
+            primitive: wgpu::PrimitiveState {
+                topology: wgpu::PrimitiveTopology::TriangleStrip,
+                ..Default::default()
+            },
+            depth_stencil: Some(depth.clone()),
+            multisample: Default::default(),
+            fragment: Some(wgpu::FragmentState {
+                module: &module,
+                entry_point: Some(shade),
+                compilation_options: Default::default(),
+                targets: &[Some(format.into())],
+            }),
+            multiview_mask: None,
+            cache: None,
+        })
+    })
+}

@@ -1,0 +1,17 @@
+//! The integration tests of the whole loop on a GPU, in one program.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests fail by panicking")]
+
+mod by_hand;
+mod common;
+mod example;
+mod fade;
+mod frame_loop;
+mod groups;
+mod page_tables;
+mod pools;
+mod property;
+mod resize;
+mod sample_cpu;
+mod settings;
+mod telemetry;
+mod views;
