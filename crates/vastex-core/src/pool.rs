@@ -126,17 +126,22 @@ pub struct SlotPlace {
 impl PoolLayout {
     /// Slots that a pool needs at least, for each texture in it: its tail, and one to work with.
     pub const MIN_SLOTS: u32 = 2;
+    /// Texels per side of an image at most, unless one tile is larger: a place in a larger image has less than 10 bits below the texel
+    /// in single precision, and a GPU clears a whole image when its first slot is filled.
+    pub const MAX_SIDE: u32 = 8192;
 
     /// The layout with the most slots within `budget` bytes, up to [`POOL_SLOTS`]; fails below [`PoolLayout::MIN_SLOTS`].
     ///
+    /// No side of an image is longer than the device allows, nor than [`PoolLayout::MAX_SIDE`] texels or one tile, whichever is more.
     /// Of the layouts with equally many slots, the one with the fewest images is taken; more than twice as many as are needed only
     /// where with fewer over 5 % of the budget would be wasted.
     pub fn fit(description: &Description, budget: u64, limits: ArrayLimits) -> Result<PoolLayout, PoolError> {
         let [width, height, _] = description.geometry.tile();
         let tile_bytes = description.tile_bytes() as u64;
-        let per_side = limits.max_side / width.max(height);
+        let tile = width.max(height);
+        let per_side = limits.max_side.min(Self::MAX_SIDE.max(tile)) / tile;
         if per_side == 0 {
-            return Err(PoolError::TileTooLarge { tile: width.max(height), max_side: limits.max_side });
+            return Err(PoolError::TileTooLarge { tile, max_side: limits.max_side });
         }
         let affordable = (budget / tile_bytes).min(u64::from(POOL_SLOTS)) as u32;
         let largest_image = u64::from(per_side) * u64::from(per_side);
@@ -226,6 +231,28 @@ mod tests {
             PoolLayout::fit(&description(128), 1 << 20, limits),
             Err(PoolError::TileTooLarge { .. })
         ));
+    }
+
+    /// A device that allows sides of 32768 texels.
+    const WIDE: ArrayLimits = ArrayLimits { max_side: 32768, max_images: 2048 };
+
+    #[test]
+    fn no_image_is_larger_than_8192_texels_whatever_the_device_allows() {
+        let budget = 4 << 30;
+        let layout = PoolLayout::fit(&description(128), budget, WIDE).unwrap();
+        assert!(layout.image_size().into_iter().all(|side| side <= 8192), "{layout:?}");
+        // The same slots, in more images.
+        let affordable = (budget / layout.tile_bytes) as u32;
+        assert!(layout.slots() * 100 >= affordable * 95, "{layout:?} wastes slots of {affordable}");
+        assert!(layout.images > 1, "{layout:?}");
+    }
+
+    #[test]
+    fn the_largest_tile_is_an_image_by_itself() {
+        let spec = GeometrySpec { page: 4096, border: 2048, ..GeometrySpec::image(100_000, 100_000) };
+        let description = Description::one_layer(Geometry::new(spec).unwrap(), LayerFormat::R8);
+        let layout = PoolLayout::fit(&description, 1 << 30, WIDE).unwrap();
+        assert_eq!((layout.image_size(), layout.columns, layout.images), ([8192; 2], 1, 16), "{layout:?}");
     }
 
     proptest! {
