@@ -60,7 +60,7 @@ impl Descent {
         let texture = textures.add(source)?;
         let surface = Surface::new(gpu);
         let pipeline = |entries, format| {
-            let text = textures.wgsl(texture) + SHADER;
+            let text = SHADER.to_owned() + &textures.wgsl(texture);
             let groups = [Some(textures.bind_group_layout(texture)), Some(&surface.layout)];
             PipelineParts { text, corners: Corners::Vertices, entries, formats: &[format] }
                 .pipeline(device, &groups)

@@ -396,7 +396,7 @@ fn shader_text(
     let ground = relief.map_or_else(|| include_str!("wgsl/unlit.wgsl").to_owned(), ReliefSurface::wgsl);
     let sampled = sampled(layer, relief);
     let constants = look.wgsl() + &tiling.wgsl();
-    [&textures.wgsl(sampled), &constants, include_str!("wgsl/surface.wgsl"), &ground, module].join("\n")
+    [module, &ground, include_str!("wgsl/surface.wgsl"), &constants, &textures.wgsl(sampled)].join("\n")
 }
 
 /// The quads of a patch; where its corners are, the vertex stage knows by their numbers.

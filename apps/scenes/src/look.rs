@@ -97,7 +97,7 @@ impl Look {
         }
     }
 
-    /// The constants that surface.wgsl needs before it.
+    /// The constants that surface.wgsl needs beside it.
     pub fn wgsl(&self) -> String {
         [
             ("LOOK", self.channels),

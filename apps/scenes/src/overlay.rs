@@ -100,11 +100,11 @@ impl OverlayRenderer {
         let layout = matches!(overlay, Overlay::Feedback | Overlay::Atlas).then(|| texture_layout(device));
         let pipeline = if module == SURFACE {
             let sampled = if renderer.has_relief() { RELIEF } else { PLAIN };
-            let text = [PALETTE, sampled, module].join("\n");
+            let text = [module, sampled, PALETTE].join("\n");
             let entries = [renderer.vertex_entry(), entry];
             renderer.other_pipeline(device, textures, &text, entries, None, &[renderer.format()])
         } else {
-            let text = [PALETTE, PLAN, module].join("\n");
+            let text = [module, PLAN, PALETTE].join("\n");
             renderer.plan_pipeline(device, textures, &text, ["fill", entry], layout.as_ref())
         };
         OverlayRenderer { overlay, pipeline, layout, read: None }

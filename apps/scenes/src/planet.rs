@@ -110,7 +110,7 @@ impl Planet {
         let sampled: String =
             Attribute::ALL.into_iter().map(|attribute| sampled(attribute, &parts)).collect();
         let pipeline = |module, entries, format| {
-            let text = [&textures.wgsl(group), &sampled, GLOBE, module].join("\n");
+            let text = [GLOBE, module, &sampled, &textures.wgsl(group)].join("\n");
             let groups = [Some(textures.bind_group_layout(group)), Some(&globe.layout)];
             PipelineParts { text, corners: Corners::Vertices, entries, formats: &[format] }
                 .pipeline(device, &groups)

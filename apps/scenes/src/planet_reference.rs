@@ -55,7 +55,7 @@ impl Planet {
         });
         let groups = [self.textures.bind_group_layout(self.group), &self.globe.layout, &layout].map(Some);
         let sampled: String = Attribute::ALL.into_iter().map(|attribute| self.sampled(attribute)).collect();
-        let text = [&self.textures.wgsl(self.group), &sampled, GLOBE].join("\n");
+        let text = [GLOBE, &sampled, &self.textures.wgsl(self.group)].join("\n");
         let pipeline = PipelineParts {
             text,
             corners: Corners::Vertices,

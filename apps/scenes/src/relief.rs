@@ -177,7 +177,7 @@ impl ReliefSurface {
         self.relief.group
     }
 
-    /// The constants that relief.wgsl needs before it, and itself.
+    /// The constants that relief.wgsl needs beside it, and itself.
     pub(crate) fn wgsl(&self) -> String {
         // Nothing is drawn at a thousand times its range.
         let [begin, end] = if self.relief.is_torn { MORPH.map(|share| 1000.0 + share) } else { MORPH };

@@ -24,7 +24,7 @@ impl Default for Tiling {
 }
 
 impl Tiling {
-    /// The constants that surface.wgsl needs before it.
+    /// The constants that surface.wgsl needs beside it.
     pub fn wgsl(&self) -> String {
         let Tiling { repeats, first, folded } = self;
         format!(

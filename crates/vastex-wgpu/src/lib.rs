@@ -1,7 +1,7 @@
 //! The part of Vastex that executes, on a GPU through `wgpu`.
 //!
 //! Here are a [`Pool`] of tiles in GPU memory, the page table of each texture ([`TableBuffers`]) and the changes that
-//! keep it true ([`TableChanger`]), the text that an application puts before its own shaders ([`wgsl()`]) and the one
+//! keep it true ([`TableChanger`]), the text that an application adds to its own shaders ([`wgsl()`]) and the one
 //! bind group that goes with it ([`BindLayout`]; [`group_wgsl()`] and [`GroupLayout`] for several textures at once), the target into which a view says which pages it wants
 //! ([`FeedbackTarget`]), its compaction and its way back ([`Readback`]). All shaders have a naive twin on the CPU
 //! ([`twins`]), which tests compare them with and which stands in where no GPU can.

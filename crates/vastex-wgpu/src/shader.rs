@@ -1,4 +1,4 @@
-//! Shader text: plain WGSL modules joined by explicit lists, behind constants generated from Rust.
+//! Shader text: plain WGSL modules joined by explicit lists, after constants generated from Rust.
 //!
 //! There is no preprocessor. What varies is a constant (the filter, the bind group) or which of a few small modules
 //! with the same functions is in the list (how the atlas is read). For several textures at once the same modules are there once
@@ -143,7 +143,11 @@ impl PageSides {
     }
 }
 
-/// The WGSL that an application puts before its own shader.
+/// The WGSL that an application puts after its own shader: `MY_SHADER.to_owned() + &wgsl(&options)`.
+///
+/// So the application's `enable`, `requires` and `diagnostic` directives, which WGSL has before everything else, stay first, and errors in
+/// its text are reported at its own lines; declarations may stand in any order. The text has no directives of its own and begins on a
+/// line of its own.
 ///
 /// All names begin with `vastex_`, `Vastex` or `VASTEX_`. To be called, by stage and by what is known there:
 ///
@@ -281,7 +285,8 @@ pub(crate) fn inline_wgsl() -> String {
 }
 
 fn constants() -> String {
-    let mut text = String::new();
+    // On a line of its own, whatever the text before it ends with.
+    let mut text = String::from("\n");
     for &(name, value) in shared::WGSL.iter().chain(bind::BINDINGS) {
         push_constant(&mut text, name, value);
     }
@@ -371,7 +376,7 @@ pub(crate) mod tests {
                     let pages = [PageSides::Any, PageSides::PowersOfTwo][group as usize % 2];
                     for fade in [false, true] {
                         let options = ShaderOptions { group, filter, atlas, feedback, tables, pages, fade };
-                        let module = module(&(wgsl(&options) + APPLICATION));
+                        let module = module(&(APPLICATION.to_owned() + &wgsl(&options)));
                         let bindings = module.global_variables.iter().filter_map(|(_, v)| v.binding);
                         let groups: Vec<_> = bindings.map(|binding| binding.group).collect();
                         let bound = 6 + usize::from(feedback == FeedbackWay::Inline) + usize::from(fade);
@@ -379,6 +384,47 @@ pub(crate) mod tests {
                     }
                 }
             }
+        }
+    }
+
+    /// Texts for one texture and for a group of one.
+    fn texts() -> [String; 2] {
+        let member = group::GroupMember {
+            name: "a".to_owned(),
+            texture: 0,
+            atlas: Atlas::Float,
+            tables: TableKinds::Either,
+            pages: PageSides::Any,
+        };
+        let shape = group::GroupShape::new(vec![member], true).unwrap();
+        let group = group::group_wgsl(0, Filter::Trilinear, FeedbackWay::Separate, &shape);
+        [wgsl(&ShaderOptions::default()), group]
+    }
+
+    #[test]
+    fn directives_of_an_application_stay_first() {
+        let directives = "enable f16;\nrequires readonly_and_readwrite_storage_textures;\n\
+                          diagnostic(off, derivative_uniformity);\n";
+        let shader = "@fragment fn shade(@location(0) uv: vec2<f32>) -> @location(0) vec4<f32> {\n\
+                          return vec4<f32>(vec4<f16>(vastex_feedback_level(uv, f32(1.0h)))); }\n\
+                      // a comment without an end of its line";
+        for text in texts() {
+            let parsed = |text: &str| naga::front::wgsl::parse_str(text).map_err(|e| e.emit_to_string(text));
+            let parsed_so = parsed(&(directives.to_owned() + shader + &text));
+            assert!(parsed_so.is_ok(), "{}", parsed_so.unwrap_err());
+            assert!(parsed(&(text + directives + shader)).is_err(), "directives come first in WGSL");
+        }
+    }
+
+    #[test]
+    fn a_mistake_in_an_applications_text_is_told_at_its_own_line() {
+        let shader =
+            "fn fine() -> f32 { return 1.0; }\n\nfn broken() -> f32 {\n    return vastex_no_such(1.0);\n}\n";
+        for text in texts() {
+            let text = shader.to_owned() + &text;
+            let error = naga::front::wgsl::parse_str(&text).unwrap_err();
+            let place = error.location(&text).unwrap();
+            assert_eq!((place.line_number, place.line_position), (4, 12), "{error}");
         }
     }
 

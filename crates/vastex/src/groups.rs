@@ -89,7 +89,7 @@ impl Textures {
     /// # const MY_SHADER: &str = "";
     /// # fn app(textures: &mut vastex::Textures, [earth, lights, clouds]: [vastex::TextureId; 3]) -> Result<(), vastex::Error> {
     /// let planet = textures.add_group([("color", earth), ("night", lights), ("clouds", clouds)])?;
-    /// let shader = textures.wgsl(planet) + MY_SHADER;      // calls vastex_sample_color(uv), vastex_sample_night(uv), ...
+    /// let shader = MY_SHADER.to_owned() + &textures.wgsl(planet);  // calls vastex_sample_color(uv), vastex_sample_night(uv), ...
     /// let layout = textures.bind_group_layout(planet);     // and each frame: groups[planet], textures.bind_group(planet)
     /// # let _ = (shader, layout);
     /// # Ok(()) }

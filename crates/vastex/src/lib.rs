@@ -1,6 +1,6 @@
 //! Huge textures for an existing `wgpu` renderer.
 //!
-//! An application adds a texture of any size, puts a few lines of WGSL before its own shader and calls
+//! An application adds a texture of any size, adds generated WGSL to its own shader and calls
 //! `vastex_sample(uv)` where it called `textureSample`; each frame it draws its scene once more, small, so that
 //! [`Textures`] learns what is in view, and once for the picture. Only the pages that the view touches, at the
 //! resolution at which it touches them, are ever in GPU memory, within a budget of bytes.
@@ -10,7 +10,7 @@
 //! # fn app(device: &wgpu::Device, queue: &wgpu::Queue) -> Result<(), vastex::Error> {
 //! let mut textures = vastex::Textures::new(device, queue, vastex::Settings::default())?;
 //! let earth = textures.add(vastex::open("earth.vastex")?)?;
-//! let shader = textures.wgsl(earth) + "@fragment fn shade() { /* ... vastex_sample(uv) ... */ }";
+//! let shader = "@fragment fn shade() { /* ... vastex_sample(uv) ... */ }".to_owned() + &textures.wgsl(earth);
 //! # let _ = shader;
 //!
 //! // each frame, in the application's own encoder

@@ -345,7 +345,7 @@ impl Textures {
         Some(LayerId::new(texture, index))
     }
 
-    /// The WGSL that goes before the application's own shader: `vastex_sample(uv)` and its kin, for this layer of all
+    /// The WGSL that goes after the application's own shader, whose directives then stay first and whose lines keep their numbers: `vastex_sample(uv)` and its kin, for this layer of all
     /// textures of its pool, as [`vastex_wgpu::wgsl`] says; or `vastex_sample_NAME(uv)` for each member of a group
     /// ([`vastex_wgpu::group_wgsl`]).
     pub fn wgsl(&self, sampled: impl Into<Sampled>) -> String {

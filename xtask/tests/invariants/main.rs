@@ -8,3 +8,4 @@ mod arrows;
 mod sources;
 mod style;
 mod tree;
+mod wgsl;

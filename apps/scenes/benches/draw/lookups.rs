@@ -190,7 +190,7 @@ impl<'a> Lookups<'a> {
         }
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: None,
-            source: wgpu::ShaderSource::Wgsl((text + PICTURE_SHADER).into()),
+            source: wgpu::ShaderSource::Wgsl((PICTURE_SHADER.to_owned() + &text).into()),
         });
         let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: None,

@@ -69,7 +69,7 @@ pub(crate) fn section(_: &Bench) -> Result<String> {
 }
 
 fn counted(options: &ShaderOptions) -> Result<Operations> {
-    let text = wgsl(options) + SAMPLED;
+    let text = SAMPLED.to_owned() + &wgsl(options);
     let module = naga::front::wgsl::parse_str(&text)?;
     let flags = naga::valid::ValidationFlags::all();
     let info = naga::valid::Validator::new(flags, naga::valid::Capabilities::empty()).validate(&module)?;

@@ -147,7 +147,9 @@ fn pipeline(
     let first = first.ok_or_else(|| anyhow::anyhow!("a wall without textures"))?;
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: None,
-        source: wgpu::ShaderSource::Wgsl((textures.wgsl(first) + include_str!("wall.wgsl")).into()),
+        source: wgpu::ShaderSource::Wgsl(
+            (include_str!("wall.wgsl").to_owned() + &textures.wgsl(first)).into(),
+        ),
     });
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: None,

@@ -1,5 +1,5 @@
 // A panel of the wall: a rectangle of the picture with a part of its texture.
-// The text before this one is `Textures::wgsl`.
+// The text after this one is `Textures::wgsl`.
 
 struct Panel {
     place: vec4<f32>, // left, top, right, bottom [clip space]

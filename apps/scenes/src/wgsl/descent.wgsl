@@ -1,5 +1,5 @@
 // A globe seen from between orbit and the ground, sampled in fixed point.
-// The text before this one is generated: vastex's own.
+// The text after this one is generated: vastex's own.
 
 struct Descent {
     clip_from_camera: mat4x4<f32>,

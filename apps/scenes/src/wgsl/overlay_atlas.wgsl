@@ -33,9 +33,9 @@ fn shade_atlas(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
         return vec4<f32>(1.0);
     }
     if from_edge < frame {
-        let is_locked = (state >> 9u & 1u) == 1u;
+        let is_locked = ((state >> 9u) & 1u) == 1u;
         return vec4<f32>(select(overlay_level(state & 255u), vec3<f32>(1.0), is_locked), 1.0);
     }
     let colour = scene_colour(vastex_inspect_slot(slot, (in_cell - frame) / (1.0 - 2.0 * frame) * tile)).rgb;
-    return vec4<f32>(colour * select(0.3, 1.0, (state >> 8u & 1u) == 1u), 1.0);
+    return vec4<f32>(colour * select(0.3, 1.0, ((state >> 8u) & 1u) == 1u), 1.0);
 }

@@ -4,10 +4,10 @@
 @group(2) @binding(0) var overlay_feedback: texture_2d<u32>;
 
 fn overlay_page(id: vec2<u32>) -> vec3<f32> {
-    var hash = (id.x ^ id.y * 0x9e3779b1u) * 0x85ebca6bu;
-    hash = (hash ^ hash >> 15u) * 0xc2b2ae35u;
-    hash = hash ^ hash >> 13u;
-    let channels = vec3<u32>(hash & 255u, hash >> 8u & 255u, hash >> 16u & 255u);
+    var hash = (id.x ^ (id.y * 0x9e3779b1u)) * 0x85ebca6bu;
+    hash = (hash ^ (hash >> 15u)) * 0xc2b2ae35u;
+    hash = hash ^ (hash >> 13u);
+    let channels = vec3<u32>(hash & 255u, (hash >> 8u) & 255u, (hash >> 16u) & 255u);
     return 0.25 + 0.7 * vec3<f32>(channels) / 255.0;
 }
 

@@ -1,4 +1,4 @@
-// Overlays that colour the surface by what is sampled there. Before this stands what a scene samples: overlay_plain.wgsl or
+// Overlays that colour the surface by what is sampled there. After this stands what a scene samples: overlay_plain.wgsl or
 // overlay_relief.wgsl.
 
 @fragment

@@ -1,5 +1,5 @@
 // A planet of several textures under a sun: ground, relief from heights, lights where it is night, clouds.
-// The text before this one is generated: vastex's own, and planet_color, planet_height, planet_night and planet_clouds, each
+// The text after this one is generated: vastex's own, and planet_color, planet_height, planet_night and planet_clouds, each
 // (uv, ddx, ddy) -> vec4, from its member of the group where there is one.
 
 struct Planet {

@@ -1,5 +1,5 @@
 // A surface displaced by heights, in patches that are finer where the camera is nearer: see patches.rs and scene.relief.rs.
-// The text before this one is generated: vastex's own for the members `color` and `height` of a group, constants, surface.wgsl.
+// The text after this one is generated: vastex's own for the members `color` and `height` of a group, constants, surface.wgsl.
 //
 // Everything about a vertex follows from its own uv, so that two patches that share it have it in the same place.
 

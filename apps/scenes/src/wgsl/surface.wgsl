@@ -1,5 +1,5 @@
 // A surface with a virtual texture on it: where its corners lie, and how the texture's value becomes a colour.
-// The text before this one is generated: vastex's own, and the constants of look.rs and tiling.rs.
+// The text after this one is generated: vastex's own, and the constants of look.rs and tiling.rs.
 
 // What displaces a surface with heights; see relief.wgsl.
 struct Relief {

@@ -22,18 +22,16 @@ fn every_shader_is_valid() {
         {
             for format in [LayerFormat::R8, LayerFormat::Rg8, LayerFormat::Bc6h] {
                 let constants = Look::new(&Layer::new("a", format), None).wgsl() + &Tiling::default().wgsl();
-                let text = wgsl(&ShaderOptions { filter, atlas, ..Default::default() })
-                    + &constants
-                    + surface
-                    + include_str!("../../src/wgsl/unlit.wgsl")
-                    + module;
+                let text = [module, include_str!("../../src/wgsl/unlit.wgsl"), surface, &constants].concat()
+                    + &wgsl(&ShaderOptions { filter, atlas, ..Default::default() });
                 check(&text);
             }
         }
     }
     let wall = include_str!("../../examples/wall/wall.wgsl");
-    check(&(wgsl(&ShaderOptions::default()) + wall));
-    check(&(wgsl(&ShaderOptions::default()) + include_str!("../../src/wgsl/descent.wgsl")));
+    check(&(wall.to_owned() + &wgsl(&ShaderOptions::default())));
+    let descent = include_str!("../../src/wgsl/descent.wgsl").to_owned();
+    check(&(descent + &wgsl(&ShaderOptions::default())));
 }
 
 #[test]
@@ -57,14 +55,14 @@ fn the_shaders_of_the_planet_are_valid() {
         )
     });
     let wanted = include_str!("../../src/wgsl/planet_wanted.wgsl");
-    check(&(group.clone() + &sampled.concat() + &planet + wanted));
+    check(&(planet.clone() + wanted + &sampled.concat() + &group));
     let ordinary = (0..).zip(names).map(|(nth, name): (usize, &str)| {
         let text = include_str!("../../src/wgsl/planet_reference.wgsl").replace("MEMBER", name);
         let text = text.replace("TEXTURE_PLACE", &(nth + 1).to_string());
         let bindings = (3 * nth..).zip(["TEXTURE_BINDING", "SAMPLER_BINDING", "PARAMS_BINDING"]);
         bindings.fold(text, |text, (binding, what)| text.replace(what, &binding.to_string()))
     });
-    check(&(group + &ordinary.collect::<String>() + &planet));
+    check(&(planet + &ordinary.collect::<String>() + &group));
 }
 
 #[test]
@@ -94,7 +92,7 @@ fn the_shaders_of_displaced_surfaces_are_valid() {
                 include_str!("../../src/wgsl/relief_wanted.wgsl"),
                 include_str!("../../src/wgsl/coordinates.wgsl"),
             ];
-            check(&([&group, look.as_str()].concat() + &modules.concat()));
+            check(&(modules.concat() + &look + &group));
         }
     }
 }

@@ -122,7 +122,7 @@ fn member_modules(atlas: Atlas, filter: Filter, way: FeedbackWay, fade: bool) ->
     [&SHAPE_MODULES[..], &lookup, atlas_modules(atlas), &filter_modules(filter, fade), &sample].concat()
 }
 
-/// The WGSL that an application puts before its own shader that samples a group; the bind group's index as in
+/// The WGSL that an application puts after its own shader that samples a group, as [`crate::wgsl()`] is put; the bind group's index as in
 /// [`crate::ShaderOptions`].
 ///
 /// For each member `NAME` it has the functions of [`crate::wgsl()`] with the name after the first word: `vastex_sample_NAME(uv)`,
@@ -300,7 +300,7 @@ mod tests {
         for filter in Filter::KINDS {
             for atlas in Atlas::ALL {
                 let text =
-                    |way, fade| group_wgsl(2, filter, way, &planet(atlas).with_fade(fade)) + &application();
+                    |way, fade| application() + &group_wgsl(2, filter, way, &planet(atlas).with_fade(fade));
                 module(&text(FeedbackWay::Inline, false));
                 module(&text(FeedbackWay::Raw, true));
                 // Parameters, view, sampler, two tables, three atlases; the fades of two pools; and where pixels tell.

@@ -33,9 +33,9 @@ fn pixel_at(index: u32) -> vec4<u32> {
 }
 
 fn hash_of(page: vec2<u32>) -> u32 {
-    var hash = (page.x ^ page.y * 0x9e3779b1u) * 0x85ebca6bu;
-    hash = (hash ^ hash >> 15u) * 0xc2b2ae35u;
-    return hash ^ hash >> 13u;
+    var hash = (page.x ^ (page.y * 0x9e3779b1u)) * 0x85ebca6bu;
+    hash = (hash ^ (hash >> 15u)) * 0xc2b2ae35u;
+    return hash ^ (hash >> 13u);
 }
 
 // The slot of a page: the one that a pixel with the same page has, or a free one, claimed now.
@@ -89,5 +89,5 @@ fn append(@builtin(global_invocation_id) invocation: vec3<u32>, @builtin(num_wor
     let page = pixel_at(owner - 1u).xy;
     let eighth = VASTEX_STEPS_PER_LEVEL - atomicLoad(&slots[slot].sharpness);
     let pixels = atomicLoad(&slots[slot].pixels);
-    list.wanted[atomicAdd(&list.pages, 1u)] = VastexWanted(page.x, page.y, pixels << VASTEX_STEP_BITS | eighth);
+    list.wanted[atomicAdd(&list.pages, 1u)] = VastexWanted(page.x, page.y, (pixels << VASTEX_STEP_BITS) | eighth);
 }

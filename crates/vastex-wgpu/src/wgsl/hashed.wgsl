@@ -5,9 +5,9 @@
 // Where the probe sequence of a page begins, before the number of places is taken into account.
 fn vastex_hash(page: vec2<u32>) -> u32 {
     let low = (page.x ^ vastex_texture.table_seed) * VASTEX_HASH_LOW;
-    let both = ((low ^ low >> 16u) ^ page.y) * VASTEX_HASH_HIGH;
-    let mixed = (both ^ both >> 13u) * VASTEX_HASH_LAST;
-    return mixed ^ mixed >> 16u;
+    let both = ((low ^ (low >> 16u)) ^ page.y) * VASTEX_HASH_HIGH;
+    let mixed = (both ^ (both >> 13u)) * VASTEX_HASH_LAST;
+    return mixed ^ (mixed >> 16u);
 }
 
 // The entry of a page if that is resident, else VASTEX_NONE: one probe sequence.
@@ -36,5 +36,5 @@ fn vastex_hashed_entry(texel: vec2<u32>, wanted: u32) -> u32 {
             return entry;
         }
     }
-    return vastex_texture.tail_level << VASTEX_ENTRY_SLOT_BITS | vastex_texture.tail_slot;
+    return (vastex_texture.tail_level << VASTEX_ENTRY_SLOT_BITS) | vastex_texture.tail_slot;
 }

@@ -51,7 +51,7 @@ fn vastex_entry(texel: vec2<u32>, wanted: u32) -> u32 {
 
 // Where the finest resident page that covers the position at `wanted`, a level of the texture, has it.
 fn vastex_place(position: VastexPosition, wanted: u32) -> VastexPlace {
-    var entry = wanted << VASTEX_ENTRY_SLOT_BITS | vastex_texture.tail_slot;
+    var entry = (wanted << VASTEX_ENTRY_SLOT_BITS) | vastex_texture.tail_slot;
     if wanted < vastex_texture.tail_level {
         entry = vastex_entry(position.texel, wanted);
     }

@@ -52,6 +52,6 @@ fn vastex_texel_in_page(texel: vec2<u32>, page: vec2<u32>, level: u32) -> vec2<u
 
 // The id of a page without its texture, low half first: x and y of VASTEX_COORD_BITS_2D bits each, level.
 fn vastex_page_key(page: vec2<u32>, level: u32) -> vec2<u32> {
-    let high = page.y >> (32u - VASTEX_COORD_BITS_2D) | level << (VASTEX_LEVEL_SHIFT - 32u);
-    return vec2<u32>(page.x | page.y << VASTEX_COORD_BITS_2D, high);
+    let high = (page.y >> (32u - VASTEX_COORD_BITS_2D)) | (level << (VASTEX_LEVEL_SHIFT - 32u));
+    return vec2<u32>(page.x | (page.y << VASTEX_COORD_BITS_2D), high);
 }

@@ -21,7 +21,7 @@ fn vastex_tell(position: vec4<f32>, wanted: vec4<u32>) {
     if place < VASTEX_RECORDS {
         let depth = bitcast<u32>(clamp(position.z, 0.0, 1.0));
         let nearness = select(~depth, depth, vastex_view.reversed_depth != 0u);
-        let eighth_and_flag = wanted.z << VASTEX_FLAG_BITS | wanted.w;
+        let eighth_and_flag = (wanted.z << VASTEX_FLAG_BITS) | wanted.w;
         vastex_cells[cell].told[place] = VastexTold(wanted.x, wanted.y, eighth_and_flag, nearness);
     }
 }

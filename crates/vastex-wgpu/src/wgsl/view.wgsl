@@ -27,10 +27,10 @@ fn vastex_keeps(position: vec4<f32>, opacity: f32) -> bool {
     }
     // Surfaces behind one another draw lots of their own.
     let seed = vec4<u32>(vec2<u32>(position.xy), vastex_view.frame, bitcast<u32>(position.z));
-    var lot = seed.x * 0x9e3779b1u ^ seed.y * 0x85ebca6bu ^ seed.z * 0xc2b2ae35u ^ seed.w * 0x27d4eb2fu;
-    lot = (lot ^ lot >> 15u) * 0x2c1b3c6du;
-    lot = (lot ^ lot >> 12u) * 0x297a2d39u;
-    lot = lot ^ lot >> 15u;
+    var lot = (seed.x * 0x9e3779b1u) ^ (seed.y * 0x85ebca6bu) ^ (seed.z * 0xc2b2ae35u) ^ (seed.w * 0x27d4eb2fu);
+    lot = (lot ^ (lot >> 15u)) * 0x2c1b3c6du;
+    lot = (lot ^ (lot >> 12u)) * 0x297a2d39u;
+    lot = lot ^ (lot >> 15u);
     return f32(lot >> 8u) < clamp(opacity, 0.125, 0.875) * f32(1u << 24u);
 }
 

@@ -38,7 +38,7 @@ fn check(gpu: &TestDevice, format: LayerFormat, atlas: Atlas, filter: Filter) {
     let world = World::of(gpu, &description, 0, 1.0, 6);
     assert_eq!(world.pool.atlas(0), atlas);
     let layout = BindLayout::new(&gpu.device, atlas, FeedbackWay::Separate);
-    let text = wgsl(&ShaderOptions { filter, atlas, ..ShaderOptions::default() }) + HARNESS;
+    let text = HARNESS.to_owned() + &wgsl(&ShaderOptions { filter, atlas, ..ShaderOptions::default() });
     let pipeline = pipeline(gpu, layout.layout(), text);
     let view = ViewBuffer::new(&gpu.device, &gpu.queue, FeedbackWay::Separate);
     let group = layout.bind_group(&gpu.device, &world.table, &world.pool, 0, &view);

@@ -211,7 +211,7 @@ fn draw_plane(
 ) -> Vec<RawFeedback> {
     let layout = BindLayout::new(&gpu.device, world.pool.atlas(0), FeedbackWay::Separate);
     let options = ShaderOptions { atlas: world.pool.atlas(0), ..Default::default() };
-    let pipeline = pipeline(gpu, Some(&layout), wgsl(&options) + PLANE);
+    let pipeline = pipeline(gpu, Some(&layout), PLANE.to_owned() + &wgsl(&options));
     let view = ViewBuffer::new(&gpu.device, &gpu.queue, FeedbackWay::Separate);
     let group = layout.bind_group(&gpu.device, &world.table, &world.pool, 0, &view);
     let target = FeedbackTarget::new(&gpu.device, picture, scale).unwrap();

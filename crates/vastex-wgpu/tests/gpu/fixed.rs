@@ -95,7 +95,8 @@ fn places_fold_as_the_twin_folds_them_up_to_the_largest_texture() {
     let gpu = &*GPU;
     let world = World::new(gpu, &Geometry::new(GeometrySpec::image(8, 8)).unwrap(), LayerFormat::R8, 1.0, 1);
     let layout = BindLayout::new(&gpu.device, world.pool.atlas(0), FeedbackWay::Separate);
-    let text = wgsl(&ShaderOptions { atlas: world.pool.atlas(0), ..ShaderOptions::default() }) + FOLDING;
+    let text =
+        FOLDING.to_owned() + &wgsl(&ShaderOptions { atlas: world.pool.atlas(0), ..ShaderOptions::default() });
     let pipeline = pipeline(gpu, layout.layout(), text);
     let view = ViewBuffer::new(&gpu.device, &gpu.queue, FeedbackWay::Separate);
     let group = layout.bind_group(&gpu.device, &world.table, &world.pool, 0, &view);
@@ -171,7 +172,8 @@ fn inputs(geometry: &Geometry, spots: &[[u32; 2]], random: &mut Random) -> Vec<I
 fn check(gpu: &TestDevice, world: &World, spots: &[[u32; 2]], filter: Filter, seed: u64) {
     let layout = BindLayout::new(&gpu.device, world.pool.atlas(0), FeedbackWay::Separate);
     let (atlas, pages) = (world.pool.atlas(0), world.pages());
-    let text = wgsl(&ShaderOptions { filter, atlas, pages, ..ShaderOptions::default() }) + HARNESS;
+    let text =
+        HARNESS.to_owned() + &wgsl(&ShaderOptions { filter, atlas, pages, ..ShaderOptions::default() });
     let pipeline = pipeline(gpu, layout.layout(), text);
     let view = ViewBuffer::new(&gpu.device, &gpu.queue, FeedbackWay::Separate);
     let group = layout.bind_group(&gpu.device, &world.table, &world.pool, 0, &view);

@@ -104,7 +104,7 @@ impl Group {
     /// The harness with other names in the place of `vastex_sample` and `vastex_feedback`.
     fn run(&self, sample: &str, feedback: &str, inputs: &[Input]) -> Vec<Output> {
         let harness = HARNESS.replace("vastex_sample", sample).replace("vastex_feedback", feedback);
-        let text = group_wgsl(0, self.filter, FeedbackWay::Separate, self.layout.shape()) + &harness;
+        let text = harness + &group_wgsl(0, self.filter, FeedbackWay::Separate, self.layout.shape());
         run(&GPU, &pipeline(&GPU, self.layout.layout(), text), &self.group, inputs)
     }
 

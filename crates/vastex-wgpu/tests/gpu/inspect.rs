@@ -47,7 +47,7 @@ fn places_are_what_the_page_table_says() {
     let layout = BindLayout::new(&gpu.device, Atlas::Float, FeedbackWay::Separate);
     let view = ViewBuffer::new(&gpu.device, &gpu.queue, FeedbackWay::Separate);
     let options = ShaderOptions { filter: Filter::Bilinear, ..ShaderOptions::default() };
-    let pipeline = pipeline(gpu, layout.layout(), wgsl(&options) + HARNESS);
+    let pipeline = pipeline(gpu, layout.layout(), HARNESS.to_owned() + &wgsl(&options));
     let mut seen_coarser = 0;
     for (spec, bias) in [(GeometrySpec::image(1000, 777), 0), (GeometrySpec::image(3000, 200), 12)] {
         let geometry = Geometry::new(GeometrySpec { page: 32, ..spec }).unwrap();

@@ -44,7 +44,7 @@ fn every_function_is_reached_by_a_test() {
         let text = wgsl(&options);
         declared.extend(functions(&text, KeepUnused::Yes));
         for shader in SHADERS {
-            let text = format!("{text}const SIDE: u32 = 64u;\n{shader}");
+            let text = format!("{shader}\nconst SIDE: u32 = 64u;\n{text}");
             reached.extend(functions(&text, KeepUnused::No));
         }
     }

@@ -80,7 +80,8 @@ impl<'a> Harness<'a> {
     ) -> Harness<'a> {
         let device = &gpu.device;
         let layout = BindLayout::with_fade(device, atlas, FeedbackWay::Separate, fade);
-        let text = wgsl(&ShaderOptions { filter, atlas, pages, fade, ..Default::default() }) + HARNESS;
+        let text =
+            HARNESS.to_owned() + &wgsl(&ShaderOptions { filter, atlas, pages, fade, ..Default::default() });
         let pipeline = pipeline(gpu, layout.layout(), text);
         Harness {
             gpu,

@@ -45,7 +45,7 @@ fn drawn(world: &World, filter: Filter, entry: &'static str) -> Vec<Pixel> {
     let (colors, wanted) = drawing::drawn(
         &GPU,
         &Drawing {
-            text: wgsl(&ShaderOptions { filter, ..ShaderOptions::default() }) + DISC,
+            text: DISC.to_owned() + &wgsl(&ShaderOptions { filter, ..ShaderOptions::default() }),
             entries: ["corner", entry],
             topology: wgpu::PrimitiveTopology::TriangleStrip,
             vertices: 4,

@@ -81,7 +81,7 @@ fn every_filter_samples_in_the_vertex_stage_as_in_compute() {
         let (colors, wanted) = drawn(
             &GPU,
             &Drawing {
-                text: format!("{text}const SIDE: u32 = {SIDE}u;\n{POINTS}"),
+                text: format!("{POINTS}\nconst SIDE: u32 = {SIDE}u;\n{text}"),
                 entries: ["sampled", "shown"],
                 topology: wgpu::PrimitiveTopology::PointList,
                 vertices: inputs.len() as u32,
@@ -109,7 +109,7 @@ fn what_takes_its_gradients_itself_gives_what_is_given_them() {
         let (colors, wanted) = drawn(
             &GPU,
             &Drawing {
-                text: text + GROUND,
+                text: GROUND.to_owned() + &text,
                 entries: ["corner", "beside"],
                 topology: wgpu::PrimitiveTopology::TriangleStrip,
                 vertices: 4,

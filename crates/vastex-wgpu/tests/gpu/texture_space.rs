@@ -39,7 +39,7 @@ fn drawn(geometry: &Geometry, entry: &str, instances: std::ops::Range<u32>) -> V
     let options = ShaderOptions { filter: Filter::Nearest, ..Default::default() };
     let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: None,
-        source: wgpu::ShaderSource::Wgsl((wgsl(&options) + SHADER).into()),
+        source: wgpu::ShaderSource::Wgsl((SHADER.to_owned() + &wgsl(&options)).into()),
     });
     let pipeline_layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: None,

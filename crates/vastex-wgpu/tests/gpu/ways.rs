@@ -126,7 +126,7 @@ fn pipeline(
         ShaderOptions { atlas: layout.atlas(), feedback: FeedbackWay::Inline, ..Default::default() };
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: None,
-        source: wgpu::ShaderSource::Wgsl((wgsl(&options) + SURFACES).into()),
+        source: wgpu::ShaderSource::Wgsl((SURFACES.to_owned() + &wgsl(&options)).into()),
     });
     let surfaces = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: None,

@@ -1,5 +1,5 @@
 // The application's own shader: a rectangle on the ground, and haze in the distance.
-// The text before this one is `Textures::wgsl`, which brings the functions that begin with vastex_.
+// The text after this one is `Textures::wgsl`, which brings the functions that begin with vastex_.
 
 struct Camera {
     clip_from_world: mat4x4<f32>,

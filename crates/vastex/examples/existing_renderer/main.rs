@@ -86,8 +86,8 @@ struct GroundRenderer {
 impl GroundRenderer {
     fn new(device: &wgpu::Device, textures: &Textures, ground: TextureId) -> GroundRenderer {
         let (camera, camera_layout, camera_group) = headless::uniform(device, size_of::<[Vec4; 7]>() as u64);
-        // Vastex: its text before the application's shader, its bind group at the index given in the settings.
-        let text = textures.wgsl(ground) + include_str!("ground.wgsl");
+        // Vastex: its text after the application's shader, its bind group at the index given in the settings.
+        let text = include_str!("ground.wgsl").to_owned() + &textures.wgsl(ground);
         let groups = [Some(&camera_layout), Some(textures.bind_group_layout(ground))];
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some("ground"),

@@ -109,7 +109,7 @@ impl World {
                 points[id.x] = vastex_sample_level(points[id.x].xy, points[id.x].z);
             }";
         let (device, queue) = (&self.gpu.device, &self.gpu.queue);
-        let text = self.textures.wgsl(self.texture) + HARNESS;
+        let text = HARNESS.to_owned() + &self.textures.wgsl(self.texture);
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: None,
             source: wgpu::ShaderSource::Wgsl(text.into()),

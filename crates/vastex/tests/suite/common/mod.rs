@@ -296,7 +296,7 @@ fn pipelines(
 ) -> [wgpu::RenderPipeline; 2] {
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: None,
-        source: wgpu::ShaderSource::Wgsl((textures.wgsl(sampled) + shader).into()),
+        source: wgpu::ShaderSource::Wgsl((shader.to_owned() + &textures.wgsl(sampled)).into()),
     });
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: None,

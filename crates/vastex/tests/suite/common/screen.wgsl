@@ -1,5 +1,5 @@
 // The texture over the whole picture, or a column of it: uv is an affine function of the pixel.
-// The text before this one is `Textures::wgsl`.
+// The text after this one is `Textures::wgsl`.
 
 struct Mapping {
     origin: vec2<f32>,
