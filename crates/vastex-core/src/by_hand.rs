@@ -14,16 +14,13 @@ use crate::pager::Pager;
 use crate::pagers::Pagers;
 use crate::records::RecordHint;
 use crate::region::{Reach, Region};
-use crate::residency::PageState;
+use crate::residency::{PageState, Residency};
 use crate::sharing::ContentId;
 use crate::textures::page_id;
 use crate::tickets::{Ask, AskError, Progress, Ticket, Urgency};
 
 /// Where pages share slots, so many of them may be asked for at once for each slot of the pool.
 const PAGES_A_SLOT: u64 = 64;
-
-/// Ranks of what was asked for by hand lie beyond those of everything in view.
-const AFTER_VIEW: u64 = 1 << 32;
 
 impl Pager {
     /// Loads the pages of a region, with their ancestors, after everything in view, and keeps them until all are here or, where
@@ -186,6 +183,12 @@ impl Pager {
         }
     }
 
+    /// Whether anything is asked for by hand, listed in the plan or not.
+    pub(crate) fn has_by_hand(&self) -> bool {
+        let Residency { tickets, expected, .. } = &self.residency;
+        !(self.by_hand.is_empty() && tickets.is_empty() && expected.is_empty())
+    }
+
     /// Calls off what is under way for pages that nobody has a use for any more.
     fn let_go(&mut self, pages: &[PageId]) {
         self.plan_due = true;
@@ -232,8 +235,10 @@ impl Pager {
             }
         }
         (self.residency.expected, self.residency.tickets) = (expected, tickets);
-        for &page in &self.by_hand {
+        for place in 0..self.by_hand.len() {
+            let (page, rank) = (self.by_hand[place], self.rank_by_hand(place));
             self.residency.hold(page);
+            self.reranks.note(&self.residency, page, rank);
         }
         for page in too_many {
             if matches!(self.residency.state(page), PageState::Loading | PageState::Ready) {
@@ -331,9 +336,9 @@ impl Pager {
             return None;
         }
         let page = self.next_queued_by_hand()?;
-        let rank = AFTER_VIEW + self.next_by_hand as u64;
+        let rank = self.rank_by_hand(self.next_by_hand);
         self.next_by_hand += 1;
-        let _ = self.residency.begin_load(page) || self.residency.begin_refresh(page);
+        let _ = self.residency.begin_load(page, rank) || self.residency.begin_refresh(page, rank);
         self.check();
         self.textures.pos(page).map(|(_, pos)| Request { page, pos, rank })
     }

@@ -110,7 +110,7 @@ impl Pager {
             shown,
             state: self.state(at_bias),
             wait: self.wait_of(at_bias, record),
-            failures: record.map_or(0, |record| record.failures),
+            failures: record.map_or(0, |record| u32::from(record.failures)),
             is_stale: residency.refreshes.pages().any(|page| page == at_bias),
             in_slot,
             history: self.history_of(at_bias, record),

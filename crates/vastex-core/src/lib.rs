@@ -37,6 +37,7 @@ mod pagers;
 mod policy;
 mod pool;
 mod prefetch_sets;
+mod ranks;
 mod records;
 mod recovery;
 mod refresh;

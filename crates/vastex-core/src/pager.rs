@@ -2,12 +2,12 @@
 //!
 //! Each frame: [`Pager::begin_frame`], [`Pager::observe`] for the feedback that has arrived, the loader's results
 //! ([`Pager::tile_ready`], [`Pager::tile_failed`], [`Pager::tile_cancelled`]), then the decisions, as values:
-//! [`Pager::poll_cancel`] and [`Pager::poll_request`] for the loader, [`Pager::poll_upload`] and
+//! [`Pager::poll_cancel`], [`Pager::poll_rerank`] and [`Pager::poll_request`] for the loader, [`Pager::poll_upload`] and
 //! [`Pager::take_table_changes`] for the GPU, [`Pager::poll_event`] for the application. It never calls back, and nothing
 //! that it does can fail once a texture is in: too little memory makes the picture coarser.
 //!
 //! This file only joins: the set of pages wanted is `working_set`'s, how much coarser it is `bias`'s, the states of pages
-//! `residency`'s, the order of loading `order`'s, the rate of uploads `budget`'s.
+//! `residency`'s, the order of loading `order`'s, what the loader is told of it `ranks`', the rate of uploads `budget`'s.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -25,6 +25,7 @@ use crate::page::{PageId, TextureId};
 use crate::page_contents::PageContents;
 use crate::page_set::PageSet;
 use crate::pool::{PoolError, PoolId, PoolLayout, Slot};
+use crate::ranks::{Band, Reranks, rank_of};
 use crate::records::{RecordHint, State};
 use crate::residency::{PageState, Residency};
 use crate::textures::{Textures, page_id};
@@ -63,6 +64,7 @@ pub struct Pager {
     pub(crate) plan_due: bool,
     pub(crate) pins_changed: bool,
     pub(crate) cancels: VecDeque<PageId>,
+    pub(crate) reranks: Reranks,
     pub(crate) events: EventQueue,
     /// Whether what has been taken in begins a new main view.
     cut: bool,
@@ -98,6 +100,7 @@ impl Pager {
             plan_due: false,
             pins_changed: false,
             cancels: VecDeque::new(),
+            reranks: Reranks::default(),
             events: EventQueue::default(),
             cut: false,
             newest_feedback: None,
@@ -190,6 +193,7 @@ impl Pager {
     pub fn begin_frame(&mut self, frame: u64) {
         self.residency.begin_frame(frame);
         self.bucket.begin_frame();
+        self.reranks.clear();
         self.begin_by_hand(frame);
     }
 
@@ -239,7 +243,7 @@ impl Pager {
         self.rebuild_set();
         self.update_bias();
         let newly_wanted = self.want_pages();
-        if self.plan_due || !self.by_hand.is_empty() {
+        if self.plan_due || self.has_by_hand() {
             self.plan_by_hand();
         }
         newly_wanted
@@ -290,12 +294,13 @@ impl Pager {
         self.ranking.order_missing(&self.set, bias, &self.textures, &mut self.order);
         self.order_shared();
         (self.next_request, self.next_upload) = (0, 0);
+        self.reranks.clear();
         self.make_room();
         newly
     }
 
-    /// Counts the slots that further loads can have, and lets go of tiles in flight that would find none. There is none
-    /// only where the bias may not act: a tile that waited for a slot forever would hold a part of the in-flight budget.
+    /// Counts the slots that further loads can have, lets go of tiles in flight that would find none, and ranks the others. There is
+    /// none only where the bias may not act: a tile that waited for a slot forever would hold a part of the in-flight budget.
     fn make_room(&mut self) {
         let missing = self.order.len() as u32;
         let in_view =
@@ -310,7 +315,10 @@ impl Pager {
             let state = self.residency.state(page);
             in_flight -= u32::from(matches!(state, PageState::Loading | PageState::Ready));
             match state {
-                PageState::Loading | PageState::Ready if self.room > 0 => self.room -= 1,
+                PageState::Loading | PageState::Ready if self.room > 0 => {
+                    self.room -= 1;
+                    self.reranks.note(&self.residency, page, rank_of(Band::View, place));
+                }
                 PageState::Loading | PageState::Ready => self.drop_load(page),
                 _ => {}
             }
@@ -342,10 +350,10 @@ impl Pager {
             return None;
         }
         let page = self.next_queued()?;
-        let rank = self.next_request as u64;
+        let rank = rank_of(Band::View, self.next_request);
         self.next_request += 1;
         self.room -= 1;
-        self.residency.begin_load(page);
+        self.residency.begin_load(page, rank);
         self.check();
         self.textures.pos(page).map(|(_, pos)| Request { page, pos, rank })
     }

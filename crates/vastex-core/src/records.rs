@@ -7,6 +7,7 @@
 use crate::page::PageId;
 use crate::page_map::PageMap;
 use crate::pool::Slot;
+use crate::ranks::RankClass;
 
 /// Whether a load has been called off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,8 +38,10 @@ pub(crate) struct Record {
     pub(crate) state: State,
     /// The last round (see `Residency::begin_round`) whose working set contained the page.
     pub(crate) wanted_round: u64,
-    /// Loads that failed in a row.
-    pub(crate) failures: u32,
+    /// Loads that failed in a row, as far as they can be counted.
+    pub(crate) failures: u16,
+    /// How the loader ranks its load, while there is one.
+    pub(crate) rank: RankClass,
     /// Resident pages below it, at any depth.
     pub(crate) below: u32,
     /// The frame from which on the page may be tried again after failures.
@@ -58,6 +61,7 @@ impl Record {
             state: State::Absent,
             wanted_round: 0,
             failures: 0,
+            rank: RankClass::BEST,
             below: 0,
             retry_at: 0,
             since: 0,

@@ -24,7 +24,8 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::page::{PageId, TextureId};
 use crate::pool::Slot;
-use crate::records::State;
+use crate::ranks::RankClass;
+use crate::records::{RecordHint, State};
 use crate::residency::{Residency, back_off};
 
 #[derive(Debug)]
@@ -80,6 +81,10 @@ impl Refreshes {
             self.stale.insert(page);
         }
         true
+    }
+
+    pub(crate) fn is_loading(&self, page: PageId) -> bool {
+        self.pages.get(&page).is_some_and(|refresh| matches!(refresh.step, Step::Loading { .. }))
     }
 
     pub(crate) fn is_queued(&self, page: PageId) -> bool {
@@ -169,11 +174,12 @@ impl Residency {
         }
     }
 
-    /// `Queued -> Loading`.
-    pub(crate) fn begin_refresh(&mut self, page: PageId) -> bool {
+    /// `Queued -> Loading`, asked for with this rank.
+    pub(crate) fn begin_refresh(&mut self, page: PageId, rank: u64) -> bool {
         let is_queued = self.refreshes.is_queued(page);
         if let Some(refresh) = self.refreshes.pages.get_mut(&page).filter(|_| is_queued) {
             refresh.step = Step::Loading { again: false };
+            self.records.get_or_add(page, RecordHint::default()).rank = RankClass::of(rank);
             self.enter_flight();
         }
         is_queued

@@ -36,6 +36,7 @@ use crate::expectation::Expectation;
 use crate::page::{PageId, TextureId};
 use crate::page_map::PageMap;
 use crate::pool::{PoolId, Slot};
+use crate::ranks::RankClass;
 use crate::records::{Cancel, RecordHint, Records, State};
 use crate::refresh::Refreshes;
 use crate::shared::JITTER_CYCLE;
@@ -281,13 +282,13 @@ impl Residency {
         }
     }
 
-    /// `Queued -> Loading`.
-    pub(crate) fn begin_load(&mut self, page: PageId) -> bool {
+    /// `Queued -> Loading`, asked for with this rank.
+    pub(crate) fn begin_load(&mut self, page: PageId, rank: u64) -> bool {
         let Some(record) = self.records.get_mut(page).filter(|r| r.state == State::Queued) else {
             return false;
         };
         record.state = State::Loading(Cancel::No);
-        record.asked_at = self.frame;
+        (record.asked_at, record.rank) = (self.frame, RankClass::of(rank));
         if let Some(content) = self.sharing.content_of(page) {
             content.carrier = page;
         }
@@ -334,8 +335,8 @@ impl Residency {
         if !matches!(record.state, State::Loading(_)) {
             return self.refresh_failed(page).unwrap_or(false);
         }
-        let wait = back_off(record.failures);
-        record.failures += 1;
+        let wait = back_off(u32::from(record.failures));
+        record.failures = record.failures.saturating_add(1);
         record.retry_at = frame + wait;
         record.state = State::Failed;
         let first = record.failures == 1;

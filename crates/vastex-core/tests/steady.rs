@@ -4,14 +4,15 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests, which clippy does not take for tests")]
 
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 use bytes::Bytes;
 use vastex_core::shared::FEEDBACK_WANTED;
 use vastex_core::sim::{View, contents_of_chance};
 use vastex_core::{
-    BiasRule, Budgets, Feedback, FeedbackCompactor, Geometry, GeometrySpec, PageSet, Pagers, TableChange,
-    TextureId, ViewId, checks,
+    BiasRule, Budgets, Feedback, FeedbackCompactor, Geometry, GeometrySpec, PageId, PageSet, Pagers,
+    TableChange, TextureId, ViewId, checks,
 };
 
 /// Frames of a loop: whole jitter cycles.
@@ -46,6 +47,10 @@ struct Loop {
     feedback: [Feedback; 2],
     changes: Vec<TableChange>,
     frame: u64,
+    /// Frames that a load takes, those under way, and how many of them were ranked anew.
+    latency_frames: u64,
+    under_way: VecDeque<(u64, PageId)>,
+    reranked: u64,
 }
 
 impl Loop {
@@ -85,6 +90,9 @@ impl Loop {
             feedback: Default::default(),
             changes: Vec::new(),
             frame: 0,
+            latency_frames: 0,
+            under_way: VecDeque::new(),
+            reranked: 0,
         }
     }
 
@@ -100,10 +108,17 @@ impl Loop {
         }
         self.pagers.observe_views(&self.feedback[..if is_drawn { 2 } else { 1 }]);
         while let Some(page) = self.pagers.poll_cancel() {
+            self.under_way.retain(|(_, loading)| *loading != page);
             self.pagers.tile_cancelled(page);
         }
+        while self.pagers.poll_rerank().is_some() {
+            self.reranked += 1;
+        }
         while let Some(request) = self.pagers.poll_request() {
-            self.pagers.tile_ready(request.page, tile.clone());
+            self.under_way.push_back((self.frame + self.latency_frames, request.page));
+        }
+        while let Some((_, page)) = self.under_way.pop_front_if(|(due, _)| *due <= self.frame) {
+            self.pagers.tile_ready(page, tile.clone());
         }
         while self.pagers.poll_upload().is_some() {}
         self.pagers.take_table_changes(&mut self.changes);
@@ -124,6 +139,14 @@ fn nor_does_one_of_two_views() {
     let mut world = Loop::new();
     world.feedback[1].view = world.pagers.add_view(0.5).unwrap();
     play_rounds(&mut world);
+}
+
+#[test]
+fn nor_does_one_in_which_loads_are_ranked_anew() {
+    let mut world = Loop::new();
+    world.latency_frames = 3;
+    play_rounds(&mut world);
+    assert!(world.reranked > 3 * LOOP, "{}", world.reranked);
 }
 
 fn play_rounds(world: &mut Loop) {

@@ -10,6 +10,8 @@ mod native;
 mod queue;
 
 #[cfg(test)]
+mod rank_tests;
+#[cfg(test)]
 mod tests;
 
 use std::sync::Arc;

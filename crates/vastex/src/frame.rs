@@ -54,6 +54,9 @@ impl Textures {
             }
         }
         self.send_cancels();
+        while let Some(request) = self.pagers.poll_rerank() {
+            self.loader.rerank(request.page, request.rank);
+        }
         while let Some(request) = self.pagers.poll_request() {
             self.loader.request(request.page, request.rank);
             if let Some(lock_step) = &mut self.lock_step {

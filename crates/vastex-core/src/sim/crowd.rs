@@ -348,6 +348,9 @@ impl Crowd {
         while let Some(page) = self.pagers.poll_cancel() {
             self.loads.cancel(page);
         }
+        while let Some(request) = self.pagers.poll_rerank() {
+            self.loads.rerank(request.page, request.rank);
+        }
         while let Some(request) = self.pagers.poll_request() {
             if self.loads.has(request.page) {
                 return Err(format!("frame {}: {:?} is being loaded already", self.frame, request.page));
@@ -355,9 +358,25 @@ impl Crowd {
             let pool = self.pagers.pool_of(request.page.texture()).unwrap_or_default();
             let read = self.contents.read(request.page, self.pagers.pager(pool));
             read.map_err(|why| format!("frame {}: {why}", self.frame))?;
-            self.loads.begin(request.page, self.frame);
+            self.loads.request(request.page, request.rank);
         }
-        Ok(())
+        self.begin_loads()
+    }
+
+    /// No page in view, in whichever pool, waits for one that is not.
+    fn begin_loads(&mut self) -> Result<(), String> {
+        let begun = self.loads.begin(self.frame);
+        let is_in_view = |page: &PageId| {
+            let pool = self.pagers.pool_of(page.texture());
+            pool.is_some_and(|pool| self.pagers.pager(pool).residency.is_for_view(*page))
+        };
+        let ahead = begun.iter().find(|page| !is_in_view(page));
+        match ahead.and_then(|ahead| Some((ahead, self.loads.waiting().find(is_in_view)?))) {
+            Some((ahead, waits)) => {
+                Err(format!("frame {}: {waits:?} is in view and waits for {ahead:?}", self.frame))
+            }
+            None => Ok(()),
+        }
     }
 
     fn upload(&mut self) -> Result<(), String> {

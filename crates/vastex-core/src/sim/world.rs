@@ -121,6 +121,8 @@ pub struct World {
     pub events: Vec<(u64, Event)>,
     /// How often the tile of each page was put into a slot.
     pub loads_of: BTreeMap<PageId, u32>,
+    /// Loads that were ranked anew while the loader had them.
+    pub reranked: u64,
     /// Entries of the page table that the changes of the last frame replaced.
     pub entries_changed: u64,
     /// What is seen, where the camera no longer follows its path.
@@ -169,6 +171,7 @@ impl World {
             frame: 0,
             events: Vec::new(),
             loads_of: BTreeMap::new(),
+            reranked: 0,
             entries_changed: 0,
             look: None,
             sharpness: Sharpness::default(),
@@ -278,13 +281,30 @@ impl World {
         while let Some(page) = self.pager.poll_cancel() {
             self.knobs.loads.cancel(page);
         }
+        while let Some(request) = self.pager.poll_rerank() {
+            self.knobs.loads.rerank(request.page, request.rank);
+            self.reranked += 1;
+        }
         while let Some(request) = self.pager.poll_request() {
             if !self.has_tile(request.pos) {
                 return Err(format!("frame {}: {} has no tile and was asked for", self.frame, request.pos));
             }
-            self.knobs.loads.begin(request.page, self.frame);
+            self.knobs.loads.request(request.page, request.rank);
         }
-        Ok(())
+        self.begin_loads()
+    }
+
+    /// No page in view waits for one that is not.
+    fn begin_loads(&mut self) -> Result<(), String> {
+        let begun = self.knobs.loads.begin(self.frame);
+        let is_in_view = |page: &PageId| self.pager.residency.is_for_view(*page);
+        let ahead = begun.iter().find(|page| !is_in_view(page));
+        match ahead.and_then(|ahead| Some((ahead, self.knobs.loads.waiting().find(is_in_view)?))) {
+            Some((ahead, waits)) => {
+                Err(format!("frame {}: {waits:?} is in view and waits for {ahead:?}", self.frame))
+            }
+            None => Ok(()),
+        }
     }
 
     fn has_tile(&self, pos: PagePos) -> bool {

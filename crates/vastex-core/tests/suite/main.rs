@@ -12,6 +12,7 @@ mod explain;
 mod learnt;
 mod pools;
 mod prediction;
+mod ranks;
 mod several_views;
 mod sharing;
 mod telemetry;

@@ -208,6 +208,10 @@ fn random_crowd(seed: u64) -> Result<(Vec<TicketState>, u64), String> {
     let mut crowd = Crowd::new(budgets, screen, seed);
     crowd.loads.latency_frames = random.below(10);
     crowd.loads.tiles_per_frame = 1 + random.below(40) as usize;
+    // Not of the same chance, so that the rest of each crowd is as it would be.
+    let mut lanes = Random::new(seed ^ 0x1a4e5);
+    crowd.loads.lanes =
+        [1 + lanes.below(4), 4 + lanes.below(30), 64, u64::MAX][lanes.below(4) as usize] as usize;
     (crowd.loads.failing, crowd.loads.slow) = if random.chance(0.5) { (0.2, 0.2) } else { (0.0, 0.0) };
     let pools = 1 + random.below(5);
     let mut pages = Vec::new();

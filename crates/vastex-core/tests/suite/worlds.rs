@@ -182,6 +182,10 @@ fn random_world(seed: u64) -> Result<(), String> {
     let loads = &mut knobs.loads;
     loads.latency_frames = random.below(20);
     loads.tiles_per_frame = 1 + random.below(40) as usize;
+    // Not of the same chance, so that the rest of each world is as it would be.
+    let mut other = Random::new(!seed);
+    loads.lanes = [1 + other.below(4), 4 + other.below(30), 64, u64::MAX][other.below(4) as usize] as usize;
+    knobs.lead_frames = if other.chance(0.5) { 1 + other.below(20) } else { 0 };
     (loads.broken, loads.failing, loads.slow) = match random.below(3) {
         0 => (0.0, 0.0, 0.0),
         1 => (0.05, 0.0, 0.1),

@@ -51,6 +51,12 @@ impl LocalLoader {
         self.queue.request(page, rank);
     }
 
+    /// Gives a page that is queued another rank. One that is being read stays as it is, and nothing happens where the page is not
+    /// requested or has ended already.
+    pub fn rerank(&mut self, page: PageId, rank: u64) {
+        self.queue.rerank(page, rank);
+    }
+
     /// Calls a request off. It ends as [`LoadError::Cancelled`] at once; a read under way is dropped. Nothing happens
     /// where the page is not requested or has ended already.
     pub fn cancel(&mut self, page: PageId) {

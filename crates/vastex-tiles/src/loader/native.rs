@@ -79,6 +79,12 @@ impl Loader {
         self.shared.work.notify_one();
     }
 
+    /// Gives a page that is queued another rank. One that is being read stays as it is, and nothing happens where the page is not
+    /// requested or has ended already, so that what ends meanwhile is not read twice.
+    pub fn rerank(&mut self, page: PageId, rank: u64) {
+        self.shared.lock().queue.rerank(page, rank);
+    }
+
     /// Calls a request off. It ends as [`LoadError::Cancelled`]: at once if it was not begun, else when its read ends,
     /// whose result is dropped. Nothing happens where the page is not requested or has ended already.
     pub fn cancel(&mut self, page: PageId) {

@@ -64,13 +64,18 @@ impl Queue {
     pub(super) fn request(&mut self, page: PageId, rank: u64) {
         match self.states.get_mut(&page) {
             None => self.enqueue(page, rank),
-            Some(State::Queued(turn)) => {
-                self.turns.remove(turn);
-                turn.0 = rank;
-                self.turns.insert(*turn, page);
-            }
+            Some(State::Queued(_)) => self.rerank(page, rank),
             Some(State::Running { called_off: true, again }) => *again = Some(rank),
             Some(State::Running { called_off: false, .. }) => {}
+        }
+    }
+
+    /// Moves a page where it is queued; one that is running, has ended or was never requested stays as it is.
+    pub(super) fn rerank(&mut self, page: PageId, rank: u64) {
+        if let Some(State::Queued(turn)) = self.states.get_mut(&page) {
+            self.turns.remove(turn);
+            turn.0 = rank;
+            self.turns.insert(*turn, page);
         }
     }
 
