@@ -117,7 +117,7 @@ impl Descent {
         self.textures.feedback(&mut encoder, self.size, |pass, groups| {
             surface.draw(pass, wanted, &groups[texture]);
         })?;
-        self.textures.update(&mut encoder)?;
+        self.textures.update()?;
         self.gpu.queue.submit([encoder.finish()]);
         Ok(self.textures.stats())
     }

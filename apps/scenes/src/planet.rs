@@ -148,7 +148,7 @@ impl Planet {
         let (globe, wanted, group) = (&self.globe, &self.wanted, self.group);
         self.textures
             .feedback(&mut encoder, self.size, |pass, groups| globe.draw(pass, wanted, &groups[group]))?;
-        self.textures.update(&mut encoder)?;
+        self.textures.update()?;
         if self.textures.feedback_way() == FeedbackWay::Inline {
             let (size, picture) = (self.size, &self.picture);
             let target = PictureTarget { colour: &self.colour_view, depth: &self.depth_view };

@@ -289,7 +289,7 @@ impl Studio {
                 renderer.draw_wanted_of(&ahead.eye, pass, &groups[sampled]);
             })?;
         }
-        self.textures.update(&mut encoder)?;
+        self.textures.update()?;
         let beside = self.beside.as_ref().filter(|_| self.views.is_due(self.frame));
         let told = [(ViewId::MAIN, renderer.eye())].into_iter();
         let told = told.chain(beside.map(|(view, eye)| (*view, eye)));

@@ -13,7 +13,7 @@ use crate::geometry::Geometry;
 use crate::level_rule::LevelRule;
 use crate::page::TextureId;
 use crate::pagers::Pagers;
-use crate::working_set::merge_same;
+use crate::working_set::{WorkingSet, merge_same};
 
 mod overlap;
 #[cfg(test)]
@@ -160,6 +160,11 @@ impl Pagers {
     pub fn set_turns(&mut self, turns: u32) {
         self.turns = turns;
         self.iter_mut().for_each(|pager| pager.set.set_turns(turns));
+    }
+
+    /// Feedbacks of a view after which it has been seen whole: a jitter cycle for each of the turns.
+    pub fn feedback_cycle(&self) -> u32 {
+        WorkingSet::cycle_of(self.turns)
     }
 
     fn geometry(&self, texture: TextureId) -> Option<&Arc<Geometry>> {

@@ -15,12 +15,36 @@ pub(crate) const HEAD_BYTES: u64 = size_of::<ListHead>() as u64;
 /// Bytes of one wanted page.
 pub(crate) const WANTED_BYTES: u64 = size_of::<Wanted>() as u64;
 
-/// Compacts one feedback target into lists of its own size.
-#[derive(Debug)]
-pub(crate) struct Compactor {
+/// How feedback is compacted on a device, whatever the target.
+#[derive(Clone, Debug)]
+pub(crate) struct CompactionPipelines {
     layout: wgpu::BindGroupLayout,
     count: wgpu::ComputePipeline,
     append: wgpu::ComputePipeline,
+}
+
+impl CompactionPipelines {
+    pub(crate) fn new(device: &wgpu::Device) -> CompactionPipelines {
+        let bindings = [
+            wgpu::BindingType::Texture {
+                sample_type: wgpu::TextureSampleType::Uint,
+                view_dimension: wgpu::TextureViewDimension::D2,
+                multisampled: false,
+            },
+            buffer(wgpu::BufferBindingType::Storage { read_only: false }),
+            buffer(wgpu::BufferBindingType::Storage { read_only: false }),
+        ];
+        let text = shader::compact_wgsl();
+        let (layout, [count, append]) =
+            compute_pipelines(device, "vastex compaction", text, &bindings, ["count", "append"]);
+        CompactionPipelines { layout, count, append }
+    }
+}
+
+/// Compacts one feedback target into lists of its own size.
+#[derive(Debug)]
+pub(crate) struct Compactor {
+    pipelines: CompactionPipelines,
     raw: wgpu::TextureView,
     slots: wgpu::Buffer,
     slot_count: u32,
@@ -35,24 +59,12 @@ pub(crate) struct List {
 }
 
 impl Compactor {
-    pub(crate) fn new(device: &wgpu::Device, raw: &RawTexture) -> Compactor {
-        let bindings = [
-            wgpu::BindingType::Texture {
-                sample_type: wgpu::TextureSampleType::Uint,
-                view_dimension: wgpu::TextureViewDimension::D2,
-                multisampled: false,
-            },
-            buffer(wgpu::BufferBindingType::Storage { read_only: false }),
-            buffer(wgpu::BufferBindingType::Storage { read_only: false }),
-        ];
-        let text = shader::compact_wgsl();
-        let (layout, [count, append]) =
-            compute_pipelines(device, "vastex compaction", text, &bindings, ["count", "append"]);
+    pub(crate) fn new(device: &wgpu::Device, pipelines: &CompactionPipelines, raw: &RawTexture) -> Compactor {
         let pixels = raw.size()[0] * raw.size()[1];
         // At most half full, so that probe sequences stay short and always end.
         let slot_count = (2 * pixels).next_power_of_two();
         let slots = storage(device, "vastex compaction", u64::from(slot_count) * HASH_SLOT_BYTES);
-        Compactor { layout, count, append, raw: raw.view().clone(), slots, slot_count, pixels }
+        Compactor { pipelines: pipelines.clone(), raw: raw.view().clone(), slots, slot_count, pixels }
     }
 
     /// The most pages that a list can hold.
@@ -78,7 +90,7 @@ impl Compactor {
             .collect();
         let bind_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("vastex compaction"),
-            layout: &self.layout,
+            layout: &self.pipelines.layout,
             entries: &entries,
         });
         List { buffer, bind_group }
@@ -93,7 +105,8 @@ impl Compactor {
             timestamp_writes: None,
         });
         pass.set_bind_group(0, &list.bind_group, &[]);
-        for (pipeline, invocations) in [(&self.count, self.pixels), (&self.append, self.slot_count)] {
+        let CompactionPipelines { count, append, .. } = &self.pipelines;
+        for (pipeline, invocations) in [(count, self.pixels), (append, self.slot_count)] {
             let [x, y] = dispatch_size(invocations.div_ceil(shared::WORKGROUP));
             pass.set_pipeline(pipeline);
             pass.dispatch_workgroups(x, y, 1);

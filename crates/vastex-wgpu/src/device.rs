@@ -57,6 +57,12 @@ pub fn alive(device: &wgpu::Device) -> Result<(), GpuError> {
     probe.get_mapped_range_mut(..).map(|_| ()).map_err(|_| GpuError::DeviceLost)
 }
 
+/// Lets the device call back what is due, so that it shows what has come back from it. Never waits. To be called once per frame, before
+/// [`crate::Readback::poll`]; a submission of commands does the same.
+pub fn poll(device: &wgpu::Device) -> Result<(), GpuError> {
+    crate::mapping::poll_device(device, wgpu::PollType::Poll)
+}
+
 /// Makes something of `bytes` bytes that may be too large for the device's memory, and says so.
 ///
 /// In a browser the answer comes only later; there the device reports it as an uncaptured error.
@@ -141,6 +147,8 @@ pub(crate) fn compute_pipelines<const N: usize>(
         label: Some(label),
         source: wgpu::ShaderSource::Wgsl(text.into()),
     });
+    #[cfg(feature = "test-device")]
+    crate::test_device::count_compute_pipelines(N as u32);
     let pipelines = entry_points.map(|entry_point| {
         device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: Some(label),

@@ -147,8 +147,8 @@ const NO_VIEW: ViewParams = ViewParams {
     unused: 0,
 };
 
-/// What shaders know of the view; one for each [`FeedbackTarget`] that is drawn in the same submission. It outlives
-/// targets, so that a resize leaves bind groups as they are, but for those of [`crate::InlineTarget`].
+/// What shaders know of the view. It is set by commands, so that it is each frame's own however many are recorded before the first of
+/// them is submitted. It outlives targets, so that a resize leaves bind groups as they are, but for those of [`crate::InlineTarget`].
 #[derive(Debug)]
 pub struct ViewBuffer {
     buffer: wgpu::Buffer,
@@ -171,8 +171,22 @@ impl ViewBuffer {
         self.way
     }
 
-    pub(crate) fn set(&self, queue: &wgpu::Queue, params: &ViewParams) {
-        queue.write_buffer(&self.buffer, 0, bytemuck::bytes_of(params));
+    /// Sets what the commands recorded after this see, until it is set again: commands that are submitted before or after them, or
+    /// never, make no difference. Costs a buffer of 48 bytes, which goes with the commands.
+    pub(crate) fn set(&self, device: &wgpu::Device, encoder: &mut wgpu::CommandEncoder, params: &ViewParams) {
+        let bytes = bytemuck::bytes_of(params);
+        let source = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("vastex view"),
+            size: bytes.len() as u64,
+            usage: wgpu::BufferUsages::MAP_WRITE | wgpu::BufferUsages::COPY_SRC,
+            mapped_at_creation: true,
+        });
+        // On a lost device there is nothing to write to, which whoever reads feedback is told.
+        let Ok(mut mapped) = source.get_mapped_range_mut(..) else { return };
+        mapped.copy_from_slice(bytes);
+        drop(mapped);
+        source.unmap();
+        encoder.copy_buffer_to_buffer(&source, 0, &self.buffer, 0, bytes.len() as u64);
     }
 
     pub(crate) fn set_cells(&mut self, cells: wgpu::Buffer) {
@@ -218,14 +232,14 @@ impl FeedbackTarget {
     /// [`FEEDBACK_DEPTH_FORMAT`], and leaves viewport and scissor as they are.
     pub fn begin<'encoder>(
         &self,
-        queue: &wgpu::Queue,
+        device: &wgpu::Device,
         encoder: &'encoder mut wgpu::CommandEncoder,
         view: &ViewBuffer,
         frame: u64,
         clear_depth: f32,
     ) -> wgpu::RenderPass<'encoder> {
         let frame_view = FeedbackView::new(self.picture, self.scale, frame);
-        view.set(queue, &frame_view.params());
+        view.set(device, encoder, &frame_view.params());
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("vastex feedback"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {

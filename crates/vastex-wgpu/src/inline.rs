@@ -12,6 +12,32 @@ use crate::mirror::CELL_BYTES;
 use crate::raw::RawTexture;
 use crate::shader;
 
+/// How what is told becomes feedback on a device, whatever the target.
+#[derive(Clone, Debug)]
+pub struct InlinePipelines {
+    layout: wgpu::BindGroupLayout,
+    forget: wgpu::ComputePipeline,
+    settle: wgpu::ComputePipeline,
+}
+
+impl InlinePipelines {
+    /// Compiles the shader, on a device that has [`crate::FeedbackWay::Inline`].
+    pub fn new(device: &wgpu::Device) -> InlinePipelines {
+        let bindings = [
+            buffer(wgpu::BufferBindingType::Storage { read_only: false }),
+            wgpu::BindingType::StorageTexture {
+                access: wgpu::StorageTextureAccess::WriteOnly,
+                format: FEEDBACK_FORMAT,
+                view_dimension: wgpu::TextureViewDimension::D2,
+            },
+        ];
+        let text = shader::inline_wgsl();
+        let (layout, [forget, settle]) =
+            compute_pipelines(device, "vastex inline", text, &bindings, ["forget", "settle"]);
+        InlinePipelines { layout, forget, settle }
+    }
+}
+
 /// Where the main pass of a view tells which pages it wants.
 ///
 /// 160 bytes for each cell of 8x8 pixels: two and a half for each pixel of the picture.
@@ -21,12 +47,16 @@ pub struct InlineTarget {
     raw: RawTexture,
     cells: wgpu::Buffer,
     bind_group: wgpu::BindGroup,
-    settle: wgpu::ComputePipeline,
+    pipelines: InlinePipelines,
 }
 
 impl InlineTarget {
-    /// A target for pictures of so many pixels, on a device that has [`crate::FeedbackWay::Inline`].
-    pub fn new(device: &wgpu::Device, picture: [u32; 2]) -> Result<InlineTarget, GpuError> {
+    /// A target for pictures of so many pixels.
+    pub fn new(
+        device: &wgpu::Device,
+        pipelines: &InlinePipelines,
+        picture: [u32; 2],
+    ) -> Result<InlineTarget, GpuError> {
         alive(device)?;
         let size = FeedbackView::new(picture, FeedbackScale::Reduced, 0).target_size();
         let raw = RawTexture::new(device, size, wgpu::TextureUsages::STORAGE_BINDING)?;
@@ -36,16 +66,6 @@ impl InlineTarget {
             return Err(GpuError::TargetSize { width: size[0], height: size[1], max });
         }
         let cells = storage(device, "vastex cells", bytes);
-        let bindings = [
-            buffer(wgpu::BufferBindingType::Storage { read_only: false }),
-            wgpu::BindingType::StorageTexture {
-                access: wgpu::StorageTextureAccess::WriteOnly,
-                format: FEEDBACK_FORMAT,
-                view_dimension: wgpu::TextureViewDimension::D2,
-            },
-        ];
-        let (layout, [settle]) =
-            compute_pipelines(device, "vastex inline", shader::inline_wgsl(), &bindings, ["settle"]);
         let resources = [cells.as_entire_binding(), wgpu::BindingResource::TextureView(raw.view())];
         let entries: Vec<_> = (0..)
             .zip(resources)
@@ -53,10 +73,10 @@ impl InlineTarget {
             .collect();
         let bind_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("vastex inline"),
-            layout: &layout,
+            layout: &pipelines.layout,
             entries: &entries,
         });
-        Ok(InlineTarget { picture, raw, cells, bind_group, settle })
+        Ok(InlineTarget { picture, raw, cells, bind_group, pipelines: pipelines.clone() })
     }
 
     /// Points a view at the target. Its bind groups are to be made again.
@@ -64,23 +84,28 @@ impl InlineTarget {
         view.set_cells(self.cells.clone());
     }
 
-    /// Before the main pass of a frame: forgets what was told and says which pixels are asked. `reversed_depth` is true where nearer is a
-    /// larger depth.
+    /// Before the main pass of a frame: forgets what was told and says which pixels are asked, of all that is recorded between here and
+    /// [`InlineTarget::end`]. `reversed_depth` is true where nearer is a larger depth. Writes 4 bytes for each cell.
     pub fn begin(
         &self,
-        queue: &wgpu::Queue,
+        device: &wgpu::Device,
         encoder: &mut wgpu::CommandEncoder,
         view: &ViewBuffer,
         frame: u64,
         reversed_depth: bool,
     ) {
         let frame_view = FeedbackView::new(self.picture, FeedbackScale::Reduced, frame);
-        view.set(queue, &frame_view.inline_params(reversed_depth));
-        encoder.clear_buffer(&self.cells, 0, None);
+        view.set(device, encoder, &frame_view.inline_params(reversed_depth));
+        self.run(encoder, &self.pipelines.forget);
     }
 
     /// After it: makes pixels of what was told, of each cell the nearest.
     pub fn end(&self, encoder: &mut wgpu::CommandEncoder) {
+        self.run(encoder, &self.pipelines.settle);
+    }
+
+    /// One invocation for each cell.
+    fn run(&self, encoder: &mut wgpu::CommandEncoder, pipeline: &wgpu::ComputePipeline) {
         let [columns, rows] = self.raw.size();
         let [x, y] = dispatch_size((columns * rows).div_ceil(shared::WORKGROUP));
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
@@ -88,7 +113,7 @@ impl InlineTarget {
             timestamp_writes: None,
         });
         pass.set_bind_group(0, &self.bind_group, &[]);
-        pass.set_pipeline(&self.settle);
+        pass.set_pipeline(pipeline);
         pass.dispatch_workgroups(x, y, 1);
     }
 

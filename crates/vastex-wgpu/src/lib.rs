@@ -45,7 +45,7 @@ pub mod twins;
 mod way;
 
 pub use bind::BindLayout;
-pub use device::{alive, limits, required_features, required_limits};
+pub use device::{alive, limits, poll, required_features, required_limits};
 pub use error::GpuError;
 pub use fade::Fades;
 pub use feedback::{
@@ -53,11 +53,11 @@ pub use feedback::{
 };
 pub use filter::{Filter, MaxTaps, UnknownFilter};
 pub use group::{GroupLayout, GroupParams};
-pub use inline::InlineTarget;
+pub use inline::{InlinePipelines, InlineTarget};
 pub use layer::{held_format, texture_format};
 pub use pool::Pool;
 pub use raw::{RawFeedback, RawTexture};
-pub use readback::Readback;
+pub use readback::{Readback, ReadbackPipelines};
 pub use shader::group::{GroupMember, GroupShape, group_wgsl};
 pub use shader::{Atlas, PageSides, ShaderOptions, TableKinds, wgsl};
 pub use table::{TableBuffers, TableChoice};

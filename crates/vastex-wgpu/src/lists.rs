@@ -1,18 +1,21 @@
 //! The way of compacted feedback back to the CPU: a ring of lists.
 //!
-//! Of a frame's list as many entries are copied as the last known count suggests; what is left over is copied with
-//! the next frame.
+//! Of a frame's list at least [`LEAST_ENTRIES`] are copied, and more where the last known count suggests it; what is left over is copied
+//! with the next frame. A place whose commands were dropped is free again at once. One whose commands are kept, while those of later
+//! frames are done, is overtaken: nothing waits for it, and where its room is needed it is given up.
 
 use vastex_core::{Feedback, PageId, WantedPage, shared};
 
-use crate::compact::{Compactor, HEAD_BYTES, List, WANTED_BYTES};
+use crate::compact::{CompactionPipelines, Compactor, HEAD_BYTES, List, WANTED_BYTES};
 use crate::error::GpuError;
-use crate::mapping::{Mapping, poll_device, read_buffer};
+use crate::mapping::{Answer, Mapping, read_buffer};
 use crate::mirror::{ListHead, Wanted};
 use crate::raw::RawTexture;
+use crate::readback::RING;
 
-/// Frames whose feedback can be under way at once.
-const RING: usize = 4;
+/// Entries that are copied at least, 48 KiB of them: after a cut of the camera the last count says nothing, and a second copy comes a
+/// whole way later.
+pub(crate) const LEAST_ENTRIES: u32 = 4096;
 /// Entries that are copied beyond what the last count suggests, for what a move of the camera brings.
 const SPARE: u32 = 16;
 
@@ -23,6 +26,11 @@ pub(crate) struct ListRing {
     ring: Vec<Place>,
     last_count: u32,
     bytes_read: u64,
+    /// The newest frame of which something has arrived.
+    newest: Option<u64>,
+    /// The newest frame that was handed out.
+    taken: Option<u64>,
+    lost: Vec<u64>,
 }
 
 /// One place of the ring.
@@ -58,39 +66,58 @@ struct Gathered {
 }
 
 impl ListRing {
-    pub(crate) fn new(device: &wgpu::Device, raw: &RawTexture) -> ListRing {
-        let compactor = Compactor::new(device, raw);
-        let place = |_| Place {
-            list: compactor.list(device),
-            mapped: read_buffer(device, compactor.list_bytes()),
-            state: State::Free,
-        };
-        let ring = (0..RING).map(place).collect();
-        ListRing { compactor, ring, last_count: 0, bytes_read: 0 }
+    pub(crate) fn new(device: &wgpu::Device, pipelines: &CompactionPipelines, raw: &RawTexture) -> ListRing {
+        let compactor = Compactor::new(device, pipelines, raw);
+        let ring = (0..RING).map(|_| Place::new(device, &compactor)).collect();
+        let (newest, taken, lost) = (None, None, Vec::new());
+        ListRing { compactor, ring, last_count: 0, bytes_read: 0, newest, taken, lost }
     }
 
-    pub(crate) fn record(&mut self, encoder: &mut wgpu::CommandEncoder, frame: u64) -> bool {
+    pub(crate) fn record(
+        &mut self,
+        device: &wgpu::Device,
+        encoder: &mut wgpu::CommandEncoder,
+        frame: u64,
+    ) -> bool {
+        self.let_go_of_dropped();
         for place in &mut self.ring {
             place.copy_left_over(encoder);
         }
         let suggested = self.last_count.saturating_add(self.last_count / 4).saturating_add(SPARE);
-        let entries = suggested.min(self.compactor.capacity());
-        let Some(place) = self.ring.iter_mut().find(|place| matches!(place.state, State::Free)) else {
+        let entries = suggested.max(LEAST_ENTRIES).min(self.compactor.capacity());
+        let Some(place) = self.free_place(device) else {
             tracing::debug!(frame, "no room for feedback; the GPU is behind");
             return false;
         };
+        let place = &mut self.ring[place];
         self.compactor.record(encoder, &place.list);
         let gathered = Gathered { frame, head: None, pages: Vec::new(), entries: 0 };
         place.copy(encoder, gathered, 0, HEAD_BYTES, entries);
         true
     }
 
-    pub(crate) fn poll(&mut self, device: &wgpu::Device) -> Result<Option<Feedback>, GpuError> {
-        poll_device(device, wgpu::PollType::Poll)?;
-        self.advance()?;
-        let oldest =
-            self.ring.iter_mut().filter(|place| place.frame().is_some()).min_by_key(|place| place.frame());
-        Ok(oldest.and_then(Place::take))
+    /// A place that is free, or another in the place of one that was overtaken; its commands keep their own.
+    fn free_place(&mut self, device: &wgpu::Device) -> Option<usize> {
+        let is_free = |place: &Place| matches!(place.state, State::Free);
+        if let Some(free) = self.ring.iter().position(is_free) {
+            return Some(free);
+        }
+        let overtaken = self.ring.iter().position(|place| place.is_overtaken_by(self.newest))?;
+        self.lost.extend(self.ring[overtaken].frame());
+        self.ring[overtaken] = Place::new(device, &self.compactor);
+        Some(overtaken)
+    }
+
+    pub(crate) fn poll(&mut self) -> Result<Option<Feedback>, GpuError> {
+        for place in 0..self.ring.len() {
+            self.advance(place)?;
+        }
+        let newest = self.newest;
+        let in_order =
+            self.ring.iter_mut().filter(|place| place.frame().is_some() && !place.is_overtaken_by(newest));
+        let feedback = in_order.min_by_key(|place| place.frame()).and_then(Place::take);
+        self.taken = self.taken.max(feedback.as_ref().map(|feedback| feedback.frame));
+        Ok(feedback)
     }
 
     pub(crate) fn wait(
@@ -106,16 +133,14 @@ impl ListRing {
         loop {
             // The other frames are left alone: what they leave over would go with commands that are not submitted when
             // they in turn are waited for.
+            self.ring[index].wait(device, queue)?;
+            self.advance(index)?;
             let place = &mut self.ring[index];
-            place.wait(device)?;
-            if let Some(arrived) = place.advance()? {
-                self.bytes_read += arrived.bytes;
-                self.last_count = arrived.count;
-            }
             if let Some(feedback) = place.take() {
+                self.taken = self.taken.max(Some(frame));
                 return Ok(feedback);
             }
-            if matches!(place.state, State::Copying { .. }) {
+            if !matches!(place.state, State::LeftOver(_)) {
                 return Err(missing);
             }
             let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
@@ -124,23 +149,42 @@ impl ListRing {
         }
     }
 
+    pub(crate) fn is_under_way(&self, frame: u64) -> bool {
+        self.ring.iter().any(|place| place.frame() == Some(frame))
+    }
+
     pub(crate) fn oldest(&self) -> Option<u64> {
-        self.ring.iter().filter_map(Place::frame).min()
+        let in_order = self.ring.iter().filter(|place| !place.is_overtaken_by(self.newest));
+        in_order.filter_map(Place::frame).min()
+    }
+
+    pub(crate) fn take_lost(&mut self) -> Vec<u64> {
+        self.let_go_of_dropped();
+        std::mem::take(&mut self.lost)
     }
 
     pub(crate) fn bytes_read(&self) -> u64 {
         self.bytes_read
     }
 
-    /// Takes in every copy that has arrived.
-    fn advance(&mut self) -> Result<(), GpuError> {
-        for place in &mut self.ring {
-            if let Some(arrived) = place.advance()? {
-                self.bytes_read += arrived.bytes;
-                self.last_count = arrived.count;
-            }
+    /// Takes in the copy of a place, if it has arrived.
+    fn advance(&mut self, place: usize) -> Result<(), GpuError> {
+        self.lost.extend(self.ring[place].let_go_if_dropped());
+        let place = &mut self.ring[place];
+        let Some(arrived) = place.advance()? else { return Ok(()) };
+        self.bytes_read += arrived.bytes;
+        self.last_count = arrived.count;
+        self.newest = self.newest.max(place.frame());
+        // What is submitted after a later frame was taken in says nothing new.
+        if place.frame() <= self.taken {
+            self.lost.extend(place.frame());
+            place.state = State::Free;
         }
         Ok(())
+    }
+
+    fn let_go_of_dropped(&mut self) {
+        self.lost.extend(self.ring.iter_mut().filter_map(Place::let_go_if_dropped));
     }
 }
 
@@ -151,6 +195,38 @@ struct Arrived {
 }
 
 impl Place {
+    fn new(device: &wgpu::Device, compactor: &Compactor) -> Place {
+        let mapped = read_buffer(device, compactor.list_bytes());
+        Place { list: compactor.list(device), mapped, state: State::Free }
+    }
+
+    /// Whether nothing of its frame is there while something of a later one is.
+    fn is_overtaken_by(&self, newest: Option<u64>) -> bool {
+        match &self.state {
+            State::Copying { gathered, .. } => gathered.head.is_none() && Some(gathered.frame) < newest,
+            _ => false,
+        }
+    }
+
+    /// Where the commands of its copy were dropped: gives its frame up, or copies again what is left over. Gives the frame that was
+    /// given up.
+    fn let_go_if_dropped(&mut self) -> Option<u64> {
+        let State::Copying { mapping, .. } = &self.state else { return None };
+        if mapping.answer() != Ok(Answer::Dropped) {
+            return None;
+        }
+        let State::Copying { gathered, .. } = std::mem::replace(&mut self.state, State::Free) else {
+            return None;
+        };
+        match gathered.head {
+            None => Some(gathered.frame),
+            Some(_) => {
+                self.state = State::LeftOver(gathered);
+                None
+            }
+        }
+    }
+
     fn frame(&self) -> Option<u64> {
         match &self.state {
             State::Free => None,
@@ -196,9 +272,9 @@ impl Place {
     }
 
     /// Waits for the copy under way, if there is one.
-    fn wait(&self, device: &wgpu::Device) -> Result<(), GpuError> {
+    fn wait(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<(), GpuError> {
         match &self.state {
-            State::Copying { mapping, .. } => mapping.wait(device).map(|_| ()),
+            State::Copying { mapping, .. } => mapping.wait(device, queue, &self.mapped).map(|_| ()),
             _ => Ok(()),
         }
     }
@@ -206,7 +282,7 @@ impl Place {
     /// Takes in the copy under way, if it has arrived.
     fn advance(&mut self) -> Result<Option<Arrived>, GpuError> {
         let State::Copying { mapping, .. } = &self.state else { return Ok(None) };
-        if !mapping.arrived()? {
+        if mapping.answer()? != Answer::Mapped {
             return Ok(None);
         }
         let State::Copying { mut gathered, entries, mapping } =

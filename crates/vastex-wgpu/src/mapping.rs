@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::time::Duration;
 
+use crate::device::refused;
 use crate::error::GpuError;
 
 /// A buffer on its way to being readable.
@@ -13,42 +14,83 @@ pub(crate) struct Mapping {
     size: u64,
 }
 
+/// What has become of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Answer {
+    /// Nothing yet: the commands are not submitted, or not done.
+    None,
+    /// The bytes are there.
+    Mapped,
+    /// The commands were dropped, and can be submitted no more.
+    Dropped,
+}
+
+/// What the encoder keeps until its commands are done. It is dropped with the encoder where they never are.
+struct Teller(Arc<AtomicU8>);
+
+impl Teller {
+    fn tell(self, is_mapped: bool) {
+        self.0.store(if is_mapped { Mapping::MAPPED } else { Mapping::FAILED }, Ordering::Release);
+    }
+}
+
+impl Drop for Teller {
+    fn drop(&mut self) {
+        // One that has told something keeps to it.
+        let _ =
+            self.0.compare_exchange(Mapping::NONE, Mapping::DROPPED, Ordering::Release, Ordering::Relaxed);
+    }
+}
+
 impl Mapping {
+    const NONE: u8 = 0;
     const MAPPED: u8 = 1;
     const FAILED: u8 = 2;
+    const DROPPED: u8 = 3;
     /// Milliseconds that an answer may be in the hands of another thread.
     const PATIENCE: u32 = 1000;
 
     /// Maps the first `size` bytes once the encoder's commands are submitted and done.
     pub(crate) fn on_submit(encoder: &wgpu::CommandEncoder, buffer: &wgpu::Buffer, size: u64) -> Mapping {
-        let answer = Arc::new(AtomicU8::new(0));
-        let told = Arc::clone(&answer);
+        let answer = Arc::new(AtomicU8::new(Self::NONE));
+        let teller = Teller(Arc::clone(&answer));
         encoder.map_buffer_on_submit(buffer, wgpu::MapMode::Read, 0..size, move |result| {
-            told.store(if result.is_ok() { Self::MAPPED } else { Self::FAILED }, Ordering::Release);
+            teller.tell(result.is_ok());
         });
         Mapping { answer, size }
     }
 
-    /// Whether the bytes are there. A buffer used as here fails to be mapped only when its device is lost.
-    pub(crate) fn arrived(&self) -> Result<bool, GpuError> {
+    /// What has become of it. A buffer used as here fails to be mapped only when its device is lost.
+    pub(crate) fn answer(&self) -> Result<Answer, GpuError> {
         match self.answer.load(Ordering::Acquire) {
-            Self::MAPPED => Ok(true),
+            Self::MAPPED => Ok(Answer::Mapped),
             Self::FAILED => Err(GpuError::DeviceLost),
-            _ => Ok(false),
+            Self::DROPPED => Ok(Answer::Dropped),
+            _ => Ok(Answer::None),
         }
     }
 
-    /// Waits until the GPU is done; whether the bytes are there, which they are if the commands were submitted.
-    pub(crate) fn wait(&self, device: &wgpu::Device) -> Result<bool, GpuError> {
-        poll_device(device, wgpu::PollType::wait_indefinitely())?;
+    /// Waits until the GPU is done, if the commands were submitted, and says what has become of it.
+    pub(crate) fn wait(
+        &self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        buffer: &wgpu::Buffer,
+    ) -> Result<Answer, GpuError> {
+        if self.answer()? == Answer::None {
+            poll_device(device, wgpu::PollType::wait_indefinitely())?;
+        }
+        if self.answer()? == Answer::None && !is_submitted(device, queue, buffer) {
+            return Ok(Answer::None);
+        }
         // Where another thread polls the same device, the answer may be in its hands for a moment longer.
         for _ in 0..Self::PATIENCE {
-            if self.arrived()? {
-                return Ok(true);
+            if self.answer()? != Answer::None {
+                break;
             }
             std::thread::sleep(Duration::from_millis(1));
         }
-        Ok(false)
+        self.answer()
     }
 
     /// Bytes that are mapped.
@@ -68,6 +110,15 @@ impl Mapping {
         buffer.unmap();
         Ok(value)
     }
+}
+
+/// Whether commands that map this buffer were submitted: from then on no other commands may use it. Where they were not, it is cleared.
+fn is_submitted(device: &wgpu::Device, queue: &wgpu::Queue, buffer: &wgpu::Buffer) -> bool {
+    refused(device, || {
+        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        encoder.clear_buffer(buffer, 0, Some(wgpu::COPY_BUFFER_ALIGNMENT));
+        queue.submit([encoder.finish()]);
+    })
 }
 
 /// A buffer that the GPU copies into and the CPU reads.

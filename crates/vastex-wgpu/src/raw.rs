@@ -5,7 +5,7 @@
 use crate::device::alive;
 use crate::error::GpuError;
 use crate::feedback::FEEDBACK_FORMAT;
-use crate::mapping::{Mapping, read_buffer};
+use crate::mapping::{Answer, Mapping, read_buffer};
 
 /// Bytes of a pixel.
 const PIXEL_BYTES: u32 = 16;
@@ -129,7 +129,7 @@ impl RawFeedback {
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let mapping = raw.copy_to(&mut encoder, &buffer);
         queue.submit([encoder.finish()]);
-        if !mapping.wait(device)? {
+        if mapping.wait(device, queue, &buffer)? != Answer::Mapped {
             return Err(GpuError::DeviceLost);
         }
         let pixels = mapping.read(&buffer, |bytes| raw.pixels(bytes))?;

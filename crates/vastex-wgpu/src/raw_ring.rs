@@ -3,19 +3,20 @@
 use vastex_core::{Feedback, FeedbackCompactor};
 
 use crate::error::GpuError;
-use crate::mapping::{Mapping, poll_device, read_buffer};
+use crate::mapping::{Answer, Mapping, read_buffer};
 use crate::raw::RawTexture;
+use crate::readback::RING;
 
-/// Frames whose feedback can be under way at once.
-const RING: usize = 4;
-
-/// Brings a target back, frame after frame. 16 bytes a pixel, in each of four buffers.
+/// Brings a target back, frame after frame. 16 bytes a pixel, in each of [`RING`] buffers.
 #[derive(Debug)]
 pub(crate) struct RawRing {
     raw: RawTexture,
     ring: Vec<Place>,
     compactor: FeedbackCompactor,
     bytes_read: u64,
+    /// The newest frame that was handed out.
+    taken: Option<u64>,
+    lost: Vec<u64>,
 }
 
 /// One place of the ring.
@@ -26,49 +27,115 @@ struct Place {
 }
 
 impl Place {
+    fn new(device: &wgpu::Device, raw: &RawTexture) -> Place {
+        Place { mapped: read_buffer(device, raw.copy_bytes()), under_way: None }
+    }
+
     fn frame(&self) -> Option<u64> {
         self.under_way.as_ref().map(|(frame, _)| *frame)
+    }
+
+    fn has_arrived(&self) -> bool {
+        self.under_way.as_ref().is_some_and(|(_, mapping)| mapping.answer() == Ok(Answer::Mapped))
     }
 }
 
 impl RawRing {
     pub(crate) fn new(device: &wgpu::Device, raw: &RawTexture) -> RawRing {
-        let place = |_| Place { mapped: read_buffer(device, raw.copy_bytes()), under_way: None };
-        let ring = (0..RING).map(place).collect();
-        RawRing { raw: raw.clone(), ring, compactor: FeedbackCompactor::new(), bytes_read: 0 }
+        let ring = (0..RING).map(|_| Place::new(device, raw)).collect();
+        let (taken, lost) = (None, Vec::new());
+        RawRing { raw: raw.clone(), ring, compactor: FeedbackCompactor::new(), bytes_read: 0, taken, lost }
     }
 
-    pub(crate) fn record(&mut self, encoder: &mut wgpu::CommandEncoder, frame: u64) -> bool {
-        let Some(place) = self.ring.iter_mut().find(|place| place.under_way.is_none()) else {
+    pub(crate) fn record(
+        &mut self,
+        device: &wgpu::Device,
+        encoder: &mut wgpu::CommandEncoder,
+        frame: u64,
+    ) -> bool {
+        self.let_go_of_dropped();
+        let Some(place) = self.free_place(device) else {
             tracing::debug!(frame, "no room for feedback; the GPU is behind");
             return false;
         };
+        let place = &mut self.ring[place];
         place.under_way = Some((frame, self.raw.copy_to(encoder, &place.mapped)));
         true
     }
 
-    pub(crate) fn poll(&mut self, device: &wgpu::Device) -> Result<Option<Feedback>, GpuError> {
-        poll_device(device, wgpu::PollType::Poll)?;
+    /// A place that is free, or another in the place of one that was overtaken; its commands keep their own.
+    fn free_place(&mut self, device: &wgpu::Device) -> Option<usize> {
+        if let Some(free) = self.ring.iter().position(|place| place.under_way.is_none()) {
+            return Some(free);
+        }
+        let newest = self.newest();
+        let is_overtaken = |place: &Place| !place.has_arrived() && place.frame() < newest;
+        let overtaken = self.ring.iter().position(is_overtaken)?;
+        self.lost.extend(self.ring[overtaken].frame());
+        self.ring[overtaken] = Place::new(device, &self.raw);
+        Some(overtaken)
+    }
+
+    /// The newest frame that has arrived.
+    fn newest(&self) -> Option<u64> {
+        let arrived = self.ring.iter().filter(|place| place.has_arrived()).filter_map(Place::frame);
+        arrived.max().max(self.taken)
+    }
+
+    pub(crate) fn poll(&mut self) -> Result<Option<Feedback>, GpuError> {
+        self.let_go_of_dropped();
         match self.oldest() {
             Some(frame) => self.take(frame),
             None => Ok(None),
         }
     }
 
-    pub(crate) fn wait(&mut self, device: &wgpu::Device, frame: u64) -> Result<Feedback, GpuError> {
-        let of_frame = self.ring.iter().filter_map(|place| place.under_way.as_ref());
-        if let Some((_, mapping)) = of_frame.into_iter().find(|(of, _)| *of == frame) {
-            mapping.wait(device)?;
+    pub(crate) fn wait(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        frame: u64,
+    ) -> Result<Feedback, GpuError> {
+        if let Some(place) = self.ring.iter().find(|place| place.frame() == Some(frame))
+            && let Some((_, mapping)) = &place.under_way
+        {
+            mapping.wait(device, queue, &place.mapped)?;
         }
+        self.let_go_of_dropped();
         self.take(frame)?.ok_or(GpuError::NoFeedback { frame })
     }
 
+    pub(crate) fn is_under_way(&self, frame: u64) -> bool {
+        self.ring.iter().any(|place| place.frame() == Some(frame))
+    }
+
+    /// The oldest frame under way that no later one has overtaken.
     pub(crate) fn oldest(&self) -> Option<u64> {
-        self.ring.iter().filter_map(Place::frame).min()
+        let newest = self.newest();
+        let in_order = self.ring.iter().filter(|place| place.has_arrived() || place.frame() > newest);
+        in_order.filter_map(Place::frame).min()
+    }
+
+    pub(crate) fn take_lost(&mut self) -> Vec<u64> {
+        self.let_go_of_dropped();
+        std::mem::take(&mut self.lost)
     }
 
     pub(crate) fn bytes_read(&self) -> u64 {
         self.bytes_read
+    }
+
+    /// Frees the places whose commands were dropped, and those that were submitted after a later frame was taken.
+    fn let_go_of_dropped(&mut self) {
+        for place in &mut self.ring {
+            let is_late = place.has_arrived() && place.frame() <= self.taken;
+            let gone =
+                place.under_way.take_if(|(_, mapping)| is_late || mapping.answer() == Ok(Answer::Dropped));
+            if is_late {
+                place.mapped.unmap();
+            }
+            self.lost.extend(gone.map(|(frame, _)| frame));
+        }
     }
 
     /// The feedback of a frame, if it has arrived.
@@ -76,13 +143,14 @@ impl RawRing {
         let Some(place) = self.ring.iter_mut().find(|place| place.frame() == Some(frame)) else {
             return Ok(None);
         };
-        let Some((_, mapping)) = place.under_way.take_if(|(_, mapping)| mapping.arrived() != Ok(false))
-        else {
+        let is_there = |(_, mapping): &mut (u64, Mapping)| mapping.answer() != Ok(Answer::None);
+        let Some((_, mapping)) = place.under_way.take_if(is_there) else {
             return Ok(None);
         };
-        mapping.arrived()?;
+        mapping.answer()?;
         let pixels = mapping.read(&place.mapped, |bytes| self.raw.pixels(bytes))?;
         self.bytes_read += mapping.size();
+        self.taken = self.taken.max(Some(frame));
         let mut feedback = Feedback::default();
         self.compactor.compact(frame, &pixels, &mut feedback);
         Ok(Some(feedback))

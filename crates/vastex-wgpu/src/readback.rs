@@ -5,12 +5,16 @@
 
 use vastex_core::Feedback;
 
+use crate::compact::CompactionPipelines;
 use crate::device::alive;
 use crate::error::GpuError;
 use crate::lists::ListRing;
 use crate::raw::RawTexture;
 use crate::raw_ring::RawRing;
 use crate::way::FeedbackWay;
+
+/// Frames whose feedback can be under way at once: what a GPU is behind by, and what an application records ahead.
+pub(crate) const RING: usize = 6;
 
 /// Compacts the feedback of one target, frame after frame, and brings it back.
 #[derive(Debug)]
@@ -24,40 +28,56 @@ enum Ring {
     Raw(RawRing),
 }
 
+/// What brings feedback back on a device; one for all targets. Compiles a shader where the way has one.
+#[derive(Clone, Debug)]
+pub struct ReadbackPipelines(Option<CompactionPipelines>);
+
+impl ReadbackPipelines {
+    /// For a way that the device has.
+    pub fn new(device: &wgpu::Device, way: FeedbackWay) -> ReadbackPipelines {
+        ReadbackPipelines((way != FeedbackWay::Raw).then(|| CompactionPipelines::new(device)))
+    }
+}
+
 impl Readback {
-    /// A ring for one target; a new target needs a new ring, and what was under way in the old one is given up. The way is one that
-    /// the device has.
-    pub fn new(device: &wgpu::Device, raw: &RawTexture, way: FeedbackWay) -> Result<Readback, GpuError> {
+    /// A ring for one target; a new target needs a new ring, and what was under way in the old one is given up.
+    pub fn new(
+        device: &wgpu::Device,
+        pipelines: &ReadbackPipelines,
+        raw: &RawTexture,
+    ) -> Result<Readback, GpuError> {
         alive(device)?;
-        let ring = match way {
-            FeedbackWay::Separate | FeedbackWay::Inline => Ring::Lists(ListRing::new(device, raw)),
-            FeedbackWay::Raw => Ring::Raw(RawRing::new(device, raw)),
+        let ring = match &pipelines.0 {
+            Some(pipelines) => Ring::Lists(ListRing::new(device, pipelines, raw)),
+            None => Ring::Raw(RawRing::new(device, raw)),
         };
         Ok(Readback { ring })
     }
 
     /// Records what brings the target's pixels back, as they then are. `frame` grows from call to call.
     ///
-    /// Returns whether there was room: where the GPU is several frames behind, a frame's feedback is left out rather
-    /// than waited for. The commands must be submitted, in the order of frames: what never is holds its place forever.
-    pub fn record(&mut self, encoder: &mut wgpu::CommandEncoder, frame: u64) -> bool {
+    /// Returns whether there was room: where the GPU is several frames behind, a frame's feedback is left out rather than waited for. Where
+    /// the commands are dropped instead of submitted the frame's feedback is lost ([`Readback::take_lost`]), as it is where they are
+    /// submitted after those of a later frame have come back.
+    pub fn record(&mut self, device: &wgpu::Device, encoder: &mut wgpu::CommandEncoder, frame: u64) -> bool {
         match &mut self.ring {
-            Ring::Lists(ring) => ring.record(encoder, frame),
-            Ring::Raw(ring) => ring.record(encoder, frame),
+            Ring::Lists(ring) => ring.record(device, encoder, frame),
+            Ring::Raw(ring) => ring.record(device, encoder, frame),
         }
     }
 
-    /// The feedback of the oldest frame under way, if it has arrived whole. Never waits; to be called until it
-    /// gives nothing.
-    pub fn poll(&mut self, device: &wgpu::Device) -> Result<Option<Feedback>, GpuError> {
+    /// The feedback of the oldest frame under way, if it has arrived whole. Never waits; to be called until it gives nothing. What has
+    /// arrived shows when the device is [polled](crate::poll).
+    pub fn poll(&mut self) -> Result<Option<Feedback>, GpuError> {
         match &mut self.ring {
-            Ring::Lists(ring) => ring.poll(device),
-            Ring::Raw(ring) => ring.poll(device),
+            Ring::Lists(ring) => ring.poll(),
+            Ring::Raw(ring) => ring.poll(),
         }
     }
 
-    /// The feedback of one frame, recorded and submitted before. Blocks until it has arrived whole; left-over
-    /// entries are fetched by a submission of their own. Not for browsers, where nothing can be waited for.
+    /// The feedback of one frame, recorded and submitted before. Blocks until it has arrived whole; left-over entries are fetched by a
+    /// submission of their own. Fails with [`GpuError::NoFeedback`] where its commands were not submitted. Not for browsers, where nothing
+    /// can be waited for.
     pub fn wait(
         &mut self,
         device: &wgpu::Device,
@@ -66,11 +86,27 @@ impl Readback {
     ) -> Result<Feedback, GpuError> {
         match &mut self.ring {
             Ring::Lists(ring) => ring.wait(device, queue, frame),
-            Ring::Raw(ring) => ring.wait(device, frame),
+            Ring::Raw(ring) => ring.wait(device, queue, frame),
         }
     }
 
-    /// The oldest frame whose feedback is under way or has not been taken.
+    /// Whether feedback of a frame may still come.
+    pub fn is_under_way(&self, frame: u64) -> bool {
+        match &self.ring {
+            Ring::Lists(ring) => ring.is_under_way(frame),
+            Ring::Raw(ring) => ring.is_under_way(frame),
+        }
+    }
+
+    /// The frames whose feedback was lost since the last call, in any order: of each the place in the ring is free again.
+    pub fn take_lost(&mut self) -> Vec<u64> {
+        match &mut self.ring {
+            Ring::Lists(ring) => ring.take_lost(),
+            Ring::Raw(ring) => ring.take_lost(),
+        }
+    }
+
+    /// The oldest frame whose feedback is to come or has not been taken.
     pub fn oldest(&self) -> Option<u64> {
         match &self.ring {
             Ring::Lists(ring) => ring.oldest(),

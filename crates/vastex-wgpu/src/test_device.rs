@@ -1,5 +1,20 @@
 //! A device for tests: whatever adapter there is, at WebGPU's default limits.
 
+use std::cell::Cell;
+
+thread_local! {
+    static COMPUTE_PIPELINES: Cell<u32> = const { Cell::new(0) };
+}
+
+/// Compute pipelines that this thread has made so far through this crate.
+pub fn compute_pipelines() -> u32 {
+    COMPUTE_PIPELINES.get()
+}
+
+pub(crate) fn count_compute_pipelines(made: u32) {
+    COMPUTE_PIPELINES.set(COMPUTE_PIPELINES.get() + made);
+}
+
 /// What a test needs of a GPU.
 #[derive(Debug)]
 pub struct TestDevice {

@@ -6,7 +6,7 @@ use vastex_core::{Geometry, LevelImage};
 
 use crate::device::alive;
 use crate::error::GpuError;
-use crate::mapping::{Mapping, poll_device, read_buffer};
+use crate::mapping::{Answer, Mapping, read_buffer};
 
 /// The format of a target, for the application's pipeline.
 pub const TEXTURE_SPACE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R8Unorm;
@@ -82,9 +82,12 @@ impl TextureSpace {
         })
     }
 
-    /// Records the copy of what was drawn; it must be submitted. `frame` grows from call to call. Returns whether there was room:
-    /// where the GPU is several frames behind, a frame is left out rather than waited for.
+    /// Records the copy of what was drawn. `frame` grows from call to call. Returns whether there was room: where the GPU is several frames
+    /// behind, a frame is left out rather than waited for. Where the commands are dropped, their frame is left out too.
     pub fn record(&mut self, encoder: &mut wgpu::CommandEncoder, frame: u64) -> bool {
+        for place in &mut self.ring {
+            place.under_way.take_if(|(_, mapping)| mapping.answer() == Ok(Answer::Dropped));
+        }
         let Some(place) = self.ring.iter_mut().find(|place| place.under_way.is_none()) else { return false };
         encoder.copy_texture_to_buffer(
             self.target.as_image_copy(),
@@ -103,16 +106,23 @@ impl TextureSpace {
         true
     }
 
-    /// The newest levels that have arrived since they were asked for last, with their frame. Never waits.
-    pub fn poll(&mut self, device: &wgpu::Device) -> Result<Option<(u64, LevelImage)>, GpuError> {
-        poll_device(device, wgpu::PollType::Poll)?;
+    /// The newest levels that have arrived since they were asked for last, with their frame. Never waits; what has arrived
+    /// shows when the device is [polled](crate::poll).
+    pub fn poll(&mut self) -> Result<Option<(u64, LevelImage)>, GpuError> {
         self.newest(u64::MAX)
     }
 
     /// The newest levels of `frame` or before. Blocks until they have arrived. Not for browsers, where nothing can be waited for.
-    pub fn wait(&mut self, device: &wgpu::Device, frame: u64) -> Result<Option<(u64, LevelImage)>, GpuError> {
-        for (_, mapping) in self.ring.iter().filter_map(|place| place.under_way.as_ref()) {
-            mapping.wait(device)?;
+    pub fn wait(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        frame: u64,
+    ) -> Result<Option<(u64, LevelImage)>, GpuError> {
+        for place in &self.ring {
+            if let Some((_, mapping)) = place.under_way.as_ref().filter(|(of, _)| *of <= frame) {
+                mapping.wait(device, queue, &place.mapped)?;
+            }
         }
         self.newest(frame)
     }
@@ -122,7 +132,7 @@ impl TextureSpace {
         let mut newest: Option<(u64, LevelImage)> = None;
         for place in &mut self.ring {
             let Some((frame, mapping)) = place.under_way.take() else { continue };
-            if frame > last || !mapping.arrived()? {
+            if frame > last || mapping.answer()? != Answer::Mapped {
                 place.under_way = Some((frame, mapping));
                 continue;
             }

@@ -35,7 +35,7 @@ impl Textures {
     /// let motion = vastex::Motion::through([before[0], before[1], now]);
     /// let then = motion.position_after(textures.frames_ahead() as f64);
     /// textures.feedback_expected(encoder, [1280, 720], |pass, groups| draw(pass, &groups[earth], then))?;
-    /// textures.update(encoder)?;
+    /// textures.update()?;
     /// # Ok(()) }
     /// ```
     pub fn feedback_expected(

@@ -170,7 +170,7 @@ impl Textures {
 
     /// Whether, for a whole jitter cycle, no page was newly wanted and none was missing, in any pool.
     pub fn is_converged(&self) -> bool {
-        self.pagers.is_converged()
+        self.has_converged()
     }
 
     /// Frames so far: the number of the frame that the next [`Textures::update`] plays.

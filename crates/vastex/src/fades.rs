@@ -52,7 +52,7 @@ impl Textures {
         }
     }
 
-    /// Pages come into the page tables. What begins is sent with what goes on.
+    /// Pages come into the page tables.
     pub(crate) fn begin_fades(&mut self, changes: &[TableChange]) {
         if !self.fades.uploaded.is_empty() {
             for TableChange { page, entry, .. } in
@@ -66,7 +66,6 @@ impl Textures {
                 }
             }
         }
-        self.send_fades();
     }
 
     /// Tells the GPU what has changed.

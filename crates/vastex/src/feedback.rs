@@ -5,12 +5,29 @@
 
 use vastex_core::{Feedback, FeedbackCompactor, ViewId};
 use vastex_wgpu::{
-    FeedbackScale, FeedbackTarget, FeedbackWay, GpuError, InlineTarget, RawFeedback, RawTexture, Readback,
+    FeedbackScale, FeedbackTarget, FeedbackWay, GpuError, InlinePipelines, InlineTarget, RawFeedback,
+    RawTexture, Readback, ReadbackPipelines, poll,
 };
 
 use crate::error::Error;
 use crate::textures::{BindGroups, Textures};
 use crate::views::ViewState;
+
+/// What gathers feedback on a device, whatever the view and its size.
+pub(crate) struct FeedbackPipelines {
+    readback: ReadbackPipelines,
+    /// Where the way is to tell it.
+    inline: Option<InlinePipelines>,
+}
+
+impl FeedbackPipelines {
+    pub(crate) fn new(device: &wgpu::Device, way: FeedbackWay) -> FeedbackPipelines {
+        FeedbackPipelines {
+            readback: ReadbackPipelines::new(device, way),
+            inline: (way == FeedbackWay::Inline).then(|| InlinePipelines::new(device)),
+        }
+    }
+}
 
 /// Where feedback of a view is gathered, and its way back.
 pub(crate) struct FeedbackPath {
@@ -84,9 +101,9 @@ impl Textures {
         self.fit_feedback_path(view, picture)?;
         let clear_depth = self.clear_depth();
         let Some(state) = self.views.iter_mut().find(|state| state.view == view) else { return Ok(()) };
-        let ViewState { params, groups, path: Some(path), drawn, .. } = state else { return Ok(()) };
+        let ViewState { params, groups, path: Some(path), cycle, .. } = state else { return Ok(()) };
         let Target::Drawn(target) = &path.target else { return Ok(()) };
-        draw(&mut target.begin(&self.queue, encoder, params, *drawn, clear_depth), groups);
+        draw(&mut target.begin(&self.device, encoder, params, cycle.pass(), clear_depth), groups);
         self.record_feedback(encoder, view, self.frame);
         Ok(())
     }
@@ -121,10 +138,10 @@ impl Textures {
         }
         let reversed_depth = self.settings.reversed_depth;
         let Some(state) = self.views.iter_mut().find(|state| state.view == view) else { return Ok(()) };
-        let ViewState { params, groups, path, drawn, .. } = state;
+        let ViewState { params, groups, path, cycle, .. } = state;
         match path {
             Some(FeedbackPath { target: Target::Told(target), .. }) if is_told => {
-                target.begin(&self.queue, encoder, params, *drawn, reversed_depth);
+                target.begin(&self.device, encoder, params, cycle.pass(), reversed_depth);
                 draw(encoder, groups);
                 target.end(encoder);
                 // The update of its frame is over already.
@@ -138,10 +155,15 @@ impl Textures {
     /// Sends what a view's target holds on its way.
     fn record_feedback(&mut self, encoder: &mut wgpu::CommandEncoder, view: ViewId, frame: u64) {
         let Some(state) = self.views.iter_mut().find(|state| state.view == view) else { return };
-        state.drawn += 1;
-        let recorded = state.path.as_mut().is_some_and(|path| path.readback.record(encoder, frame));
-        if let Some(lock_step) = self.lock_step.as_mut().filter(|_| recorded) {
-            lock_step.feedback_recorded(frame, view);
+        let Some(path) = &mut state.path else { return };
+        let recorded = path.readback.record(&self.device, encoder, frame);
+        // What was dropped meanwhile may have had the same frame: that comes first.
+        path.readback.take_lost().into_iter().for_each(|lost| state.cycle.lose(lost));
+        if recorded {
+            state.cycle.record(frame);
+            if let Some(lock_step) = &mut self.lock_step {
+                lock_step.feedback_recorded(frame, view);
+            }
         }
     }
 
@@ -166,29 +188,69 @@ impl Textures {
     /// The feedback that has arrived, or in lock-step that of the frame before the last, in the order of frames; then what the
     /// application has said of this one.
     pub(crate) fn arrived_feedback(&mut self) -> Result<Vec<Feedback>, Error> {
-        let mut arrived = Vec::new();
-        let Textures { views, lock_step, device, queue, frame, .. } = self;
-        match lock_step {
-            None => {
-                for state in views {
-                    let Some(path) = &mut state.path else { continue };
-                    while let Some(feedback) = path.readback.poll(device)? {
-                        arrived.push(Feedback { view: state.view, ..feedback });
-                    }
-                }
-                arrived.sort_by_key(|feedback| feedback.frame);
-            }
-            Some(lock_step) => {
-                while let Some((frame, view)) = lock_step.due_feedback(*frame) {
-                    let state = views.iter_mut().find(|state| state.view == view);
-                    let path = state.and_then(|state| state.path.as_mut());
-                    let readback = &mut path.ok_or(GpuError::NoFeedback { frame })?.readback;
-                    arrived.push(Feedback { view, ..readback.wait(device, queue, frame)? });
-                }
-            }
+        let mut arrived = match self.lock_step {
+            None => self.polled_feedback()?,
+            Some(_) => self.awaited_feedback()?,
+        };
+        let length = u64::from(self.pagers.feedback_cycle());
+        for state in &mut self.views {
+            let of_view = arrived.iter().filter(|feedback| feedback.view == state.view);
+            of_view.for_each(|feedback| state.cycle.come(feedback.frame, length));
+            let lost = state.path.iter_mut().flat_map(|path| path.readback.take_lost());
+            lost.for_each(|frame| state.cycle.lose(frame));
         }
         arrived.append(&mut self.said);
         Ok(arrived)
+    }
+
+    fn polled_feedback(&mut self) -> Result<Vec<Feedback>, Error> {
+        self.poll_device()?;
+        self.is_polled = false; // the next frame polls again
+        let mut arrived = Vec::new();
+        for state in &mut self.views {
+            let Some(path) = &mut state.path else { continue };
+            while let Some(feedback) = path.readback.poll()? {
+                arrived.push(Feedback { view: state.view, ..feedback });
+            }
+        }
+        arrived.sort_by_key(|feedback| feedback.frame);
+        Ok(arrived)
+    }
+
+    /// What is due. Feedback whose commands were dropped is left out; that of commands which are not submitted yet comes in the first frame
+    /// in which they are.
+    fn awaited_feedback(&mut self) -> Result<Vec<Feedback>, Error> {
+        let Textures { views, lock_step: Some(lock_step), device, queue, frame, .. } = self else {
+            return Ok(Vec::new());
+        };
+        let (mut arrived, mut late) = (Vec::new(), Vec::new());
+        while let Some((of, view)) = lock_step.due_feedback(*frame) {
+            let state = views.iter_mut().find(|state| state.view == view);
+            let Some(path) = state.and_then(|state| state.path.as_mut()) else { continue };
+            match path.readback.wait(device, queue, of) {
+                Ok(feedback) => arrived.push(Feedback { view, ..feedback }),
+                Err(GpuError::NoFeedback { .. }) if path.readback.is_under_way(of) => late.push((of, view)),
+                Err(GpuError::NoFeedback { .. }) => {}
+                Err(error) => return Err(error.into()),
+            }
+        }
+        lock_step.feedback_is_late(late);
+        Ok(arrived)
+    }
+
+    /// Sees what has come back from the GPU, once per frame.
+    pub(crate) fn poll_device(&mut self) -> Result<(), Error> {
+        if !std::mem::replace(&mut self.is_polled, true) {
+            poll(&self.device)?;
+        }
+        Ok(())
+    }
+
+    /// Whether every view that is drawn has been looked at at every sample position, and all that follows is on the GPU.
+    pub(crate) fn is_seen_whole(&self) -> bool {
+        let length = u64::from(self.pagers.feedback_cycle());
+        let mut views = self.views.iter().filter(|state| state.view != ViewId::EXPECTED);
+        self.undone.is_empty() && views.all(|state| state.cycle.is_seen_whole(self.frame, length))
     }
 
     /// The oldest frame of which some view's feedback has yet to come.
@@ -206,11 +268,13 @@ impl Textures {
         let drawn = |scale| Ok(Target::Drawn(FeedbackTarget::new(&self.device, picture, scale)?));
         let target = match self.way {
             _ if view == ViewId::EXPECTED => drawn(FeedbackScale::Coarse),
-            FeedbackWay::Inline => Ok(Target::Told(InlineTarget::new(&self.device, picture)?)),
-            FeedbackWay::Separate | FeedbackWay::Raw => drawn(FeedbackScale::Reduced),
+            _ => match &self.pipelines.inline {
+                Some(inline) => Ok(Target::Told(InlineTarget::new(&self.device, inline, picture)?)),
+                None => drawn(FeedbackScale::Reduced),
+            },
         };
         let target = target.map_err(Error::Gpu)?;
-        let readback = Readback::new(&self.device, target.raw(), self.way)?;
+        let readback = Readback::new(&self.device, &self.pipelines.readback, target.raw())?;
         self.forget_feedback_path(view);
         let Some(state) = self.views.iter_mut().find(|state| state.view == view) else { return Ok(()) };
         let is_told = if let Target::Told(target) = &target {
@@ -234,6 +298,7 @@ impl Textures {
         if let Some(state) = self.views.iter_mut().find(|state| state.view == view) {
             self.counters.feedback_bytes_read += state.bytes_read();
             state.path = None;
+            state.cycle.begin_anew();
         }
     }
 }

@@ -1,26 +1,56 @@
 //! The frame loop: what is wanted, what has arrived, what changes on the GPU. There is one, and everything that shows a
 //! virtual texture calls it. How views say what they want is `views`' business.
 //!
-//! Nothing is decided here: the pager decides, the loader and the GPU carry out.
+//! Nothing is decided here: the pager decides, the loader and the GPU carry out. What the GPU is to do in a frame is submitted here too, all
+//! of it at once: what can fail comes first, and touches nothing that a picture reads; then tiles, page tables, fades, biases and
+//! parameters change together.
 
-use vastex_core::{Event, PageId};
+use std::collections::BTreeSet;
+
+use vastex_core::{Event, PageId, PoolId, TextureId, Upload};
 use vastex_tiles::{LoadError, Loaded};
 
 use crate::error::Error;
 use crate::textures::Textures;
 
+/// What the pagers have decided and the GPU has not been told. Empty between two frames, but where one failed midway.
+#[derive(Debug, Default)]
+pub(crate) struct Undone {
+    /// In the order in which they were decided.
+    pub(crate) uploads: Vec<(PoolId, Upload)>,
+    /// Textures whose page tables were being changed; where that was not submitted, each begins anew with what is resident.
+    pub(crate) tables: BTreeSet<TextureId>,
+}
+
+impl Undone {
+    pub(crate) fn is_empty(&self) -> bool {
+        self.uploads.is_empty() && self.tables.is_empty()
+    }
+
+    /// A texture is removed.
+    pub(crate) fn forget(&mut self, texture: TextureId) {
+        self.uploads.retain(|(_, upload)| upload.page.texture() != texture);
+        self.tables.remove(&texture);
+    }
+}
+
 impl Textures {
     /// Takes in what has arrived, asks for what is missing, uploads, and changes the page tables. Never waits, unless the
     /// pace is lock-step.
     ///
-    /// To be called once per frame, before anything is drawn with [`Textures::bind_group`]: tiles are replaced when the
-    /// encoder's commands begin.
-    pub fn update(&mut self, encoder: &mut wgpu::CommandEncoder) -> Result<(), Error> {
+    /// To be called once per frame. What it changes it submits by itself, so that everything that is submitted after it shows the
+    /// new state, whenever it was recorded, and no command buffer of the application's has to be submitted for it: any may be dropped.
+    /// [Bind groups](Textures::bind_group) may be others afterwards.
+    ///
+    /// It fails where the device is lost ([`vastex_wgpu::GpuError::DeviceLost`]) or has no memory for a page table that grows; then pictures are
+    /// as they were, and the next call does what this one could not.
+    pub fn update(&mut self) -> Result<(), Error> {
         self.pagers.begin_frame(self.frame);
         self.follow_tickets();
         self.observe()?;
         self.exchange_with_loader();
-        self.upload(encoder)?;
+        self.take_uploads();
+        self.carry_out()?;
         self.record_telemetry();
         self.frame += 1;
         Ok(())
@@ -75,25 +105,56 @@ impl Textures {
         }
     }
 
-    /// Carries out the pagers' uploads, then the page-table changes of exactly these.
-    fn upload(&mut self, encoder: &mut wgpu::CommandEncoder) -> Result<(), Error> {
+    /// Takes the pagers' uploads of this frame.
+    fn take_uploads(&mut self) {
         self.pass_fades();
         while let Some((pool, upload)) = self.pagers.poll_upload() {
-            self.pools[usize::from(pool.number())].upload(&self.queue, upload.slot, &upload.bytes)?;
             self.note_fade(pool, upload.slot);
             self.note_for_cpu(pool, &upload);
+            self.undone.uploads.push((pool, upload));
         }
+    }
+
+    /// Carries out the uploads that were taken and the page-table changes of exactly these, in one submission. Where it fails nothing that a
+    /// picture reads has changed, and the next call carries out the same and what has come to it.
+    pub(crate) fn carry_out(&mut self) -> Result<(), Error> {
+        let mut encoder = self
+            .device
+            .create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("vastex update") });
+        let moved = self.change_tables(&mut encoder)?;
+        for (pool, upload) in &self.undone.uploads {
+            self.pools[usize::from(pool.number())].upload(&self.queue, upload.slot, &upload.bytes)?;
+        }
+        self.send_fades();
         for (pool, pager) in self.pools.iter_mut().zip(self.pagers.iter()) {
             pool.set_bias(&self.queue, pager.bias_eighths());
         }
         self.update_groups();
-        self.change_tables(encoder)?;
+        self.queue.submit([encoder.finish()]);
+        self.undone.uploads.clear();
+        self.undone.tables.clear();
+        self.bind_moved_tables(&moved);
         Ok(())
     }
 
     /// The next thing that the application may want to know.
     pub fn poll_event(&mut self) -> Option<Event> {
-        self.pagers.poll_event()
+        loop {
+            self.converged.take_if(|_| !self.pagers.is_converged());
+            if self.converged.is_some() && self.is_seen_whole() {
+                return self.converged.take();
+            }
+            match self.pagers.poll_event()? {
+                // Some pixels have not been looked at: their feedback was lost.
+                event @ Event::Converged { .. } if !self.is_seen_whole() => self.converged = Some(event),
+                event => return Some(event),
+            }
+        }
+    }
+
+    /// Whether nothing is missing in the views, and all of them has been seen.
+    pub(crate) fn has_converged(&self) -> bool {
+        self.pagers.is_converged() && self.is_seen_whole()
     }
 
     /// The pages in view that could not be had so far.

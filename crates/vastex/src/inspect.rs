@@ -64,7 +64,7 @@ impl Textures {
         let target = FeedbackTarget::new(&self.device, picture, scale)?;
         let mut encoder = self.device.create_command_encoder(&Default::default());
         let (main, clear_depth) = (&self.views[0], self.clear_depth());
-        let mut pass = target.begin(&self.queue, &mut encoder, &main.params, self.frame, clear_depth);
+        let mut pass = target.begin(&self.device, &mut encoder, &main.params, self.frame, clear_depth);
         draw(&mut pass, &main.groups);
         drop(pass);
         self.queue.submit([encoder.finish()]);

@@ -16,7 +16,7 @@
 //! // each frame, in the application's own encoder
 //! # let mut encoder = device.create_command_encoder(&Default::default());
 //! textures.feedback(&mut encoder, [1280, 720], |pass, groups| draw(pass, &groups[earth]))?; // what is wanted
-//! textures.update(&mut encoder)?;                      // observe, load, upload, change tables: never waits
+//! textures.update()?;                                  // observe, load, upload, change tables: never waits
 //! // ... draw the picture with textures.bind_group(earth), or in textures.main_pass(..) for feedback without a pass of its own ...
 //! queue.submit([encoder.finish()]);
 //! while let Some(event) = textures.poll_event() { /* Converged, Oversubscribed, Failed, ... */ }
@@ -32,6 +32,7 @@ mod by_hand;
 mod cpu;
 mod cpu_feedback;
 mod cpu_tiles;
+mod cycle;
 mod decoded;
 mod dump;
 mod error;

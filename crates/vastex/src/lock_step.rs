@@ -49,6 +49,11 @@ impl LockStep {
         self.recorded.pop_front_if(|(recorded, _)| *recorded + FEEDBACK_FRAMES <= frame)
     }
 
+    /// Feedback that was due but whose commands are not submitted stays due.
+    pub(crate) fn feedback_is_late(&mut self, late: Vec<(u64, ViewId)>) {
+        late.into_iter().rev().for_each(|recorded| self.recorded.push_front(recorded));
+    }
+
     pub(crate) fn requested(&mut self, page: PageId, frame: u64) {
         self.loads.push_back((frame + self.latency_frames, page));
     }

@@ -25,8 +25,7 @@ impl Textures {
     /// Makes a pool as large as `bytes` allow, between two frames; the picture does not change but for what no longer fits, which
     /// becomes coarser at once, and what now fits, which sharpens as it is loaded.
     ///
-    /// The bind groups of the pool's textures, and of groups, are new ones; pipelines stay good. To be called when what was recorded with
-    /// [`Textures::update`] is submitted. Fails where the device has no memory for the new pool beside the old one
+    /// The bind groups of the pool's textures, and of groups, are new ones; pipelines stay good. Fails where the device has no memory for the new pool beside the old one
     /// ([`vastex_wgpu::GpuError::OutOfMemory`]), where `bytes` are too few for what is pinned, and where everything is in view and may not become
     /// coarser; the pool is then as it was. Costs a copy of each tile on the GPU, and anew the page tables of the pool's textures.
     pub fn resize_pool(&mut self, pool: PoolId, bytes: u64) -> Result<PoolResize, Error> {
@@ -37,6 +36,9 @@ impl Textures {
             // As large as its texture, whatever is asked for.
             return Ok(PoolResize { before, bytes: before, transient: before });
         }
+        // What a frame could not do speaks of slots as they are.
+        self.carry_out()?;
+        let old = &self.pools[number];
         let mut new = old.resized(&self.device, &self.queue, bytes)?;
         if new.slots == old.slots {
             return Ok(PoolResize { before, bytes: before, transient: before });
@@ -45,15 +47,15 @@ impl Textures {
         self.pagers.resize_pool(pool, new.slots.slots(), &mut moves)?;
         let mut encoder = self.device.create_command_encoder(&Default::default());
         new.copy_from(&mut encoder, old, &moves);
+        self.queue.submit([encoder.finish()]);
         let resize = PoolResize { before, bytes: new.bytes(), transient: before + new.bytes() };
         self.cpu_tiles.moved(pool, &moves);
         let old = std::mem::replace(&mut self.pools[number], new);
-        let textures: Vec<TextureId> = self.iter().filter(|&id| self.pool_of(id) == Some(pool)).collect();
-        textures.into_iter().try_for_each(|texture| self.begin_table_anew(&mut encoder, pool, texture))?;
-        self.update_groups();
-        self.bind_groups_anew();
-        self.send_fades();
-        self.queue.submit([encoder.finish()]);
+        // From here on the pool is the new one for the pager and for the GPU. Its tables follow; where that fails, in the next frame.
+        let of_pool = |id: &TextureId| self.pool_of(*id) == Some(pool);
+        let textures: Vec<TextureId> = self.iter().filter(of_pool).collect();
+        self.undone.tables.extend(textures);
+        self.carry_out()?;
         let PoolResize { before, bytes, .. } = resize;
         tracing::info!(pool = %old.tiles, before, bytes, tiles = moves.len(), "a pool was resized");
         Ok(resize)

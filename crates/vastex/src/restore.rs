@@ -4,6 +4,8 @@ use vastex_core::TextureId;
 use vastex_wgpu::{TableBuffers, TableChanger, alive};
 
 use crate::error::Error;
+use crate::feedback::FeedbackPipelines;
+use crate::frame::Undone;
 use crate::textures::{Textures, feedback_way, read_tail};
 
 impl Textures {
@@ -24,11 +26,12 @@ impl Textures {
         (self.device, self.queue) = (device.clone(), queue.clone());
         self.way = feedback_way(device, &self.settings)?;
         self.forget_texture_space(None);
-        self.changes.clear();
+        self.undone = Undone::default();
         self.pagers.tiles_lost();
         self.cpu_tiles.tiles_lost();
         self.restore_views();
         self.changer = TableChanger::new(device, self.way);
+        self.pipelines = FeedbackPipelines::new(device, self.way);
         for pool in &mut self.pools {
             pool.restore(device, queue, self.way)?;
         }

@@ -55,7 +55,7 @@ impl Textures {
         FrameStats {
             frame: self.frame,
             pager: self.pagers.stats(),
-            converged: self.pagers.is_converged(),
+            converged: self.has_converged(),
             pool_bytes: pools.iter().map(|pool| pool.bytes).sum(),
             pools,
             table_bytes: self.textures.iter().flatten().map(|texture| texture.table.bytes()).sum(),

@@ -39,6 +39,9 @@ impl Textures {
         settings: SurveySettings,
         draw: impl FnOnce(&mut wgpu::RenderPass<'_>, &BindGroups),
     ) -> Result<Option<Feedback>, Error> {
+        if self.settings.pace == Pace::Realtime {
+            self.poll_device()?;
+        }
         let Some(Some(state)) = self.textures.get(usize::from(texture.number())) else { return Ok(None) };
         let geometry = &state.description.geometry;
         let place = match self.texture_spaces.iter().position(|path| path.texture == texture) {
@@ -51,8 +54,8 @@ impl Textures {
         };
         let path = &mut self.texture_spaces[place];
         let arrived = match (self.settings.pace, self.frame.checked_sub(LATENCY)) {
-            (Pace::Realtime, _) => path.target.poll(&self.device)?,
-            (Pace::LockStep { .. }, Some(frame)) => path.target.wait(&self.device, frame)?,
+            (Pace::Realtime, _) => path.target.poll()?,
+            (Pace::LockStep { .. }, Some(frame)) => path.target.wait(&self.device, &self.queue, frame)?,
             (Pace::LockStep { .. }, None) => None,
         };
         if let Some((frame, levels)) = arrived {

@@ -20,6 +20,8 @@ use crate::cpu_tiles::CpuTiles;
 use crate::decoded::{DecodedSource, held_description};
 use crate::error::Error;
 use crate::fades::FadeState;
+use crate::feedback::FeedbackPipelines;
+use crate::frame::Undone;
 use crate::groups::{GroupState, Sampled};
 use crate::layer::LayerId;
 use crate::lock_step::LockStep;
@@ -46,6 +48,7 @@ pub struct Textures {
     /// What the application has said that views want.
     pub(crate) said: Vec<Feedback>,
     pub(crate) changer: TableChanger,
+    pub(crate) pipelines: FeedbackPipelines,
     /// By number.
     pub(crate) pools: Vec<PoolState>,
     pub(crate) pagers: Pagers,
@@ -55,6 +58,12 @@ pub struct Textures {
     pub(crate) loader: Loader,
     pub(crate) lock_step: Option<LockStep>,
     pub(crate) frame: u64,
+    /// Whether the device has been polled since the last update.
+    pub(crate) is_polled: bool,
+    /// That the pagers have converged, while some of a view has not been seen.
+    pub(crate) converged: Option<Event>,
+    pub(crate) undone: Undone,
+    /// Kept for its memory.
     pub(crate) changes: Vec<TableChange>,
     pub(crate) counters: Counters,
     /// While a trace is recorded.
@@ -151,6 +160,7 @@ impl Textures {
             views: vec![ViewState::new(device, queue, ViewId::MAIN, way)],
             said: Vec::new(),
             changer: TableChanger::new(device, way),
+            pipelines: FeedbackPipelines::new(device, way),
             pools: Vec::new(),
             pagers: Pagers::new(Budgets {
                 upload_bytes_per_frame: settings.upload_bytes_per_frame,
@@ -161,6 +171,9 @@ impl Textures {
             loader: new_loader(settings.loader_threads)?,
             lock_step,
             frame: 0,
+            is_polled: false,
+            converged: None,
+            undone: Undone::default(),
             changes: Vec::new(),
             counters: Counters::default(),
             recorder: None,
@@ -317,6 +330,7 @@ impl Textures {
         self.remove_groups_of(texture);
         self.forget_texture_space(Some(texture));
         self.cpu_tiles.remove(texture);
+        self.undone.forget(texture);
         self.pagers.remove_texture(texture, self.frame);
         self.send_cancels();
         self.loader.remove_source(texture);
@@ -370,6 +384,11 @@ impl Textures {
     }
 
     /// Everything that the application's shaders need to sample a layer, or a group, in whichever view.
+    ///
+    /// It is another one after an [update](Textures::update) in which a page table grew, and wherever it is said that bind groups are new:
+    /// [`Textures::resize_pool`], [`Textures::set_picture`], [`Textures::restore`] and, where feedback is [inline](FeedbackWay::Inline), a
+    /// picture of another size. So ask for it in each frame, after the update, and keep neither it nor a render bundle that names it;
+    /// two that are `==` are the same.
     pub fn bind_group(&self, sampled: impl Into<Sampled>) -> &wgpu::BindGroup {
         &self.views[0].groups[sampled.into()]
     }

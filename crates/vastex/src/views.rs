@@ -6,6 +6,7 @@
 use vastex_core::{TextureId, ViewId};
 use vastex_wgpu::{FeedbackWay, ViewBuffer};
 
+use crate::cycle::Cycle;
 use crate::error::Error;
 use crate::feedback::FeedbackPath;
 use crate::textures::{BindGroups, Textures};
@@ -38,8 +39,8 @@ pub(crate) struct ViewState {
     pub(crate) params: ViewBuffer,
     pub(crate) groups: BindGroups,
     pub(crate) path: Option<FeedbackPath>,
-    /// Feedback passes so far. The jitter follows them, so that a view that is not drawn in every frame shows all of its pixels too.
-    pub(crate) drawn: u64,
+    /// The jitter follows the view's own feedback, so that one that is not drawn in every frame shows all of its pixels too.
+    pub(crate) cycle: Cycle,
 }
 
 impl ViewState {
@@ -50,7 +51,7 @@ impl ViewState {
         way: FeedbackWay,
     ) -> ViewState {
         let (params, groups) = (ViewBuffer::new(device, queue, way), BindGroups::default());
-        ViewState { view, params, groups, path: None, drawn: 0 }
+        ViewState { view, params, groups, path: None, cycle: Cycle::default() }
     }
 
     /// The oldest frame whose feedback has yet to come.
@@ -104,6 +105,9 @@ impl Textures {
     /// A view has jumped. What the others want stays.
     pub fn view_cut_of(&mut self, view: ViewId) {
         self.pagers.view_cut(view, self.frame);
+        if let Some(state) = self.views.iter_mut().find(|state| state.view == view) {
+            state.cycle.begin_anew();
+        }
     }
 
     /// Makes every bind group of every view anew.
@@ -131,9 +135,9 @@ impl Textures {
         for place in 0..self.views.len() {
             let view = self.views[place].view;
             self.forget_feedback_path(view);
-            let drawn = self.views[place].drawn;
+            let cycle = std::mem::take(&mut self.views[place].cycle);
             self.views[place] =
-                ViewState { drawn, ..ViewState::new(&self.device, &self.queue, view, self.way) };
+                ViewState { cycle, ..ViewState::new(&self.device, &self.queue, view, self.way) };
         }
     }
 }

@@ -59,9 +59,7 @@ impl<'a> Stage<'a> {
     pub(crate) fn draw(&mut self, with_feedback: bool) -> Result<Duration> {
         let Stage { renderer, colour, depth, textures, bench, size } = self;
         let (gpu, sampled) = (&bench.gpu, renderer.sampled());
-        let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        textures.update(&mut encoder)?;
-        gpu.queue.submit([encoder.finish()]);
+        textures.update()?;
         gpu.device.poll(wgpu::PollType::wait_indefinitely())?;
         let target = PictureTarget { colour, depth };
         let mut result = Ok(());

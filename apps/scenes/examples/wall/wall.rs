@@ -99,7 +99,7 @@ impl Wall {
             draw(pass, wanted, panels, |texture| &groups[texture]);
         })?;
         let feedback = clock.lap();
-        self.textures.update(&mut encoder)?;
+        self.textures.update()?;
         let update = clock.lap();
         self.gpu.queue.submit([encoder.finish()]);
         while self.textures.poll_event().is_some() {}

@@ -188,7 +188,7 @@ fn an_open_window_may_change_its_size_in_any_frame() {
         for _ in 0..4 {
             let mut encoder = gpu().device.create_command_encoder(&Default::default());
             textures.feedback(&mut encoder, size, |_, _| ()).unwrap();
-            textures.update(&mut encoder).unwrap();
+            textures.update().unwrap();
             gpu().queue.submit([encoder.finish()]);
         }
     }

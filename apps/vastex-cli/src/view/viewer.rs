@@ -258,7 +258,7 @@ impl Viewer {
         self.textures.feedback(&mut encoder, self.surface.size(), |pass, groups| {
             renderer.draw_wanted(pass, &groups[sampled]);
         })?;
-        self.textures.update(&mut encoder)?;
+        self.textures.update()?;
         let target = PictureTarget { colour: &frame.view, depth: self.surface.depth() };
         self.textures.main_pass(&mut encoder, self.surface.size(), |encoder, groups| {
             renderer.draw_picture_of(renderer.eye(), encoder, &groups[sampled], &target);

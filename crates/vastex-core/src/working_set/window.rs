@@ -151,8 +151,13 @@ impl WorkingSet {
     /// Sets how many textures take turns in a feedback pixel at most: so many jitter cycles it takes until each has been answered for
     /// at every sample position, and so long a feedback counts.
     pub(crate) fn set_turns(&mut self, turns: u32) {
-        self.cycle = JITTER_CYCLE * turns.clamp(1, MAX_TURNS);
+        self.cycle = WorkingSet::cycle_of(turns);
         self.windows.iter_mut().flatten().for_each(|window| window.length = self.cycle);
+    }
+
+    /// Feedbacks after which a view has been seen whole where so many textures take turns.
+    pub(crate) fn cycle_of(turns: u32) -> u32 {
+        JITTER_CYCLE * turns.clamp(1, MAX_TURNS)
     }
 
     /// Feedbacks of a view after which it has been seen whole.

@@ -4,6 +4,16 @@
 @group(0) @binding(0) var<storage, read_write> cells: array<VastexCell>;
 @group(0) @binding(1) var raw: texture_storage_2d<rgba32uint, write>;
 
+// Before the main pass. Records beyond a cell's count nobody reads, so that they stay as they are.
+@compute @workgroup_size(VASTEX_WORKGROUP)
+fn forget(@builtin(global_invocation_id) invocation: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    let cell = invocation.y * groups.x * VASTEX_WORKGROUP + invocation.x;
+    if cell < arrayLength(&cells) {
+        atomicStore(&cells[cell].count, 0u);
+    }
+}
+
+// After it.
 @compute @workgroup_size(VASTEX_WORKGROUP)
 fn settle(@builtin(global_invocation_id) invocation: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let size = textureDimensions(raw);

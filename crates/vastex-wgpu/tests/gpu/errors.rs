@@ -6,8 +6,8 @@ use vastex_core::{
 };
 use vastex_wgpu::test_device::TestDevice;
 use vastex_wgpu::{
-    FeedbackScale, FeedbackTarget, FeedbackWay, GpuError, Pool, RawFeedback, Readback, TableBuffers,
-    TableChanger, TableChoice, ViewBuffer, limits,
+    FeedbackScale, FeedbackTarget, FeedbackWay, GpuError, Pool, RawFeedback, Readback, ReadbackPipelines,
+    TableBuffers, TableChanger, TableChoice, ViewBuffer, limits,
 };
 
 use crate::common::{GPU, NUMBER};
@@ -76,11 +76,12 @@ fn a_lost_device_is_an_error_wherever_something_is_read() {
     let (device, queue) = (&gpu.device, &gpu.queue);
     let target = FeedbackTarget::new(device, [64, 64], FeedbackScale::Reduced).unwrap();
     let view = ViewBuffer::new(device, queue, FeedbackWay::Separate);
-    let mut readback = Readback::new(device, target.raw(), FeedbackWay::Separate).unwrap();
+    let pipelines = ReadbackPipelines::new(device, FeedbackWay::Separate);
+    let mut readback = Readback::new(device, &pipelines, target.raw()).unwrap();
     let record = |readback: &mut Readback, frame| {
         let mut encoder = device.create_command_encoder(&Default::default());
-        drop(target.begin(queue, &mut encoder, &view, frame, 1.0));
-        assert!(readback.record(&mut encoder, frame));
+        drop(target.begin(device, &mut encoder, &view, frame, 1.0));
+        assert!(readback.record(device, &mut encoder, frame));
         queue.submit([encoder.finish()]);
     };
     let (layout, geometry) = (layout(limits(device)), geometry());
@@ -102,7 +103,8 @@ fn a_lost_device_is_an_error_wherever_something_is_read() {
     record(&mut readback, 2);
     assert_eq!(readback.wait(device, queue, 2), Err(GpuError::DeviceLost));
     record(&mut readback, 3);
-    assert_eq!(readback.poll(device), Err(GpuError::DeviceLost));
+    let polled = vastex_wgpu::poll(device).and_then(|()| readback.poll());
+    assert_eq!(polled, Err(GpuError::DeviceLost));
     assert_eq!(RawFeedback::read(device, queue, target.raw()), Err(GpuError::DeviceLost));
 
     // So it is wherever something is made; what only writes to what exists goes on in silence.
@@ -120,7 +122,7 @@ fn a_lost_device_is_an_error_wherever_something_is_read() {
     assert_eq!(made.unwrap_err(), GpuError::DeviceLost);
     let made = FeedbackTarget::new(device, [64, 64], FeedbackScale::Reduced);
     assert_eq!(made.unwrap_err(), GpuError::DeviceLost);
-    assert_eq!(Readback::new(device, target.raw(), FeedbackWay::Separate).unwrap_err(), GpuError::DeviceLost);
+    assert_eq!(Readback::new(device, &pipelines, target.raw()).unwrap_err(), GpuError::DeviceLost);
     pool.upload(queue, Slot::new(0), &vec![0; layout.tile_bytes as usize]).unwrap();
     let page = PageId::new(NUMBER, geometry.dims(), PagePos::new_2d(0, 1, 1)).unwrap();
     let change = TableChange { page, rule: ChangeRule::Coarser, entry: TableEntry::new(0, Slot::new(1)) };

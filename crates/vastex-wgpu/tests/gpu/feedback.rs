@@ -5,7 +5,7 @@ use vastex_core::{Dims, Feedback, FeedbackCompactor, Geometry, GeometrySpec, Lay
 use vastex_wgpu::test_device::TestDevice;
 use vastex_wgpu::{
     BindLayout, FEEDBACK_DEPTH_FORMAT, FEEDBACK_FORMAT, FeedbackScale, FeedbackTarget, FeedbackView,
-    FeedbackWay, GpuError, RawFeedback, Readback, ShaderOptions, ViewBuffer, wgsl,
+    FeedbackWay, GpuError, RawFeedback, Readback, ReadbackPipelines, ShaderOptions, ViewBuffer, wgsl,
 };
 
 use crate::common::{GPU, NUMBER, Random, World, storage};
@@ -53,6 +53,11 @@ fn pipeline(gpu: &TestDevice, layout: Option<&BindLayout>, text: String) -> wgpu
     })
 }
 
+fn readback(gpu: &TestDevice, target: &FeedbackTarget) -> Readback {
+    let pipelines = ReadbackPipelines::new(&gpu.device, FeedbackWay::Separate);
+    Readback::new(&gpu.device, &pipelines, target.raw()).unwrap()
+}
+
 /// Writes given pixels into a target.
 const FILL: &str = "
     @group(0) @binding(0) var<storage, read> pixels: array<vec4<u32>>;
@@ -70,6 +75,8 @@ struct Filled {
     readback: Readback,
     view: ViewBuffer,
     pipeline: wgpu::RenderPipeline,
+    /// A frame that has found no room.
+    unheard: Option<wgpu::CommandEncoder>,
 }
 
 impl Filled {
@@ -77,15 +84,30 @@ impl Filled {
         let target = FeedbackTarget::new(&gpu.device, size, FeedbackScale::Full).unwrap();
         Filled {
             size,
-            readback: Readback::new(&gpu.device, target.raw(), FeedbackWay::Separate).unwrap(),
+            readback: readback(gpu, &target),
             view: ViewBuffer::new(&gpu.device, &gpu.queue, FeedbackWay::Separate),
             pipeline: pipeline(gpu, None, FILL.replace("WIDTH", &format!("{}u", size[0]))),
             target,
+            unheard: None,
         }
     }
 
     /// One frame: the pixels, compaction, the copy. Returns whether there was room in the ring.
     fn frame(&mut self, gpu: &TestDevice, frame: u64, pixels: &[[u32; 4]]) -> bool {
+        let recorded = self.recorded(gpu, frame, pixels);
+        let room = recorded.is_some();
+        // What is left over of other frames goes with this one, whether or not it has found room.
+        gpu.queue.submit(recorded.or_else(|| self.unheard.take()).map(wgpu::CommandEncoder::finish));
+        room
+    }
+
+    /// The same without submitting it; nothing where there was no room.
+    fn recorded(
+        &mut self,
+        gpu: &TestDevice,
+        frame: u64,
+        pixels: &[[u32; 4]],
+    ) -> Option<wgpu::CommandEncoder> {
         assert_eq!(pixels.len() as u32, self.size[0] * self.size[1]);
         let buffer = storage(gpu, bytemuck::cast_slice(pixels));
         let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
@@ -94,14 +116,18 @@ impl Filled {
             entries: &[wgpu::BindGroupEntry { binding: 0, resource: buffer.as_entire_binding() }],
         });
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        let mut pass = self.target.begin(&gpu.queue, &mut encoder, &self.view, frame, 1.0);
+        let mut pass = self.target.begin(&gpu.device, &mut encoder, &self.view, frame, 1.0);
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &group, &[]);
         pass.draw(0..3, 0..1);
         drop(pass);
-        let room = self.readback.record(&mut encoder, frame);
-        gpu.queue.submit([encoder.finish()]);
-        room
+        match self.readback.record(&gpu.device, &mut encoder, frame) {
+            true => Some(encoder),
+            false => {
+                self.unheard = Some(encoder);
+                None
+            }
+        }
     }
 }
 
@@ -145,27 +171,29 @@ fn compaction_agrees_with_that_on_the_cpu() {
     let before = filled.readback.bytes_read();
     filled.readback.wait(&gpu.device, &gpu.queue, 51).unwrap();
     assert!(before > read);
-    assert_eq!(filled.readback.bytes_read() - before, 16 + 12 * (30 + 30 / 4 + 16));
+    assert_eq!(filled.readback.bytes_read() - before, 16 + 12 * 4096, "48 KiB, since there are fewer");
 }
 
 #[test]
 fn a_ring_never_waits_and_gives_frames_in_order() {
-    let (gpu, size) = (&*GPU, [40, 30]);
+    let (gpu, size) = (&*GPU, [150, 60]);
     let (mut filled, mut random) = (Filled::new(gpu, size), Random(9));
     let mut expected = Vec::new();
-    for frame in 0..5 {
-        let pixels = pixels(&mut random, size[0] * size[1], 600);
+    for frame in 0..7 {
+        let pixels = pixels(&mut random, size[0] * size[1], 20_000);
         let room = filled.frame(gpu, frame, &pixels);
-        assert_eq!(room, frame < 4, "the fifth frame finds the ring full");
+        assert_eq!(room, frame < 6, "the seventh frame finds the ring full");
         if room {
             expected.push(compacted(frame, &pixels));
         }
     }
     let mut found = Vec::new();
     let blank = pixels(&mut random, size[0] * size[1], 1);
-    // 600 pages do not fit the first copy; what is left over comes with frames that find no room themselves.
-    for frame in 5..2000 {
-        while let Some(feedback) = filled.readback.poll(&gpu.device).unwrap() {
+    // So many pages do not fit the first copy; what is left over comes with frames that find no room themselves.
+    assert!(expected.iter().all(|feedback| feedback.pages.len() > 4096));
+    for frame in 7..2000 {
+        vastex_wgpu::poll(&gpu.device).unwrap();
+        while let Some(feedback) = filled.readback.poll().unwrap() {
             found.push(feedback);
         }
         if found.len() >= expected.len() {
@@ -173,21 +201,124 @@ fn a_ring_never_waits_and_gives_frames_in_order() {
         }
         filled.frame(gpu, frame, &blank);
     }
-    assert_eq!(found[..4], expected);
+    assert_eq!(found[..6], expected);
     let missing = filled.readback.wait(&gpu.device, &gpu.queue, 3);
     assert_eq!(missing, Err(GpuError::NoFeedback { frame: 3 }));
 }
 
+/// An encoder with a frame's feedback in it, of pixels that all want one page.
+fn recorded(filled: &mut Filled, gpu: &TestDevice, frame: u64) -> Option<wgpu::CommandEncoder> {
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    drop(filled.target.begin(&gpu.device, &mut encoder, &filled.view, frame, 1.0));
+    filled.readback.record(&gpu.device, &mut encoder, frame).then_some(encoder)
+}
+
+fn in_each_way(test: impl Fn(&mut Filled, &TestDevice)) {
+    for way in [FeedbackWay::Separate, FeedbackWay::Raw] {
+        let mut filled = Filled::new(&GPU, [64, 64]);
+        let pipelines = ReadbackPipelines::new(&GPU.device, way);
+        filled.readback = Readback::new(&GPU.device, &pipelines, filled.target.raw()).unwrap();
+        test(&mut filled, &GPU);
+    }
+}
+
+fn submit(gpu: &TestDevice, encoder: wgpu::CommandEncoder) {
+    gpu.queue.submit([encoder.finish()]);
+    gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+}
+
+fn frames(filled: &mut Filled) -> Vec<u64> {
+    std::iter::from_fn(|| filled.readback.poll().unwrap()).map(|feedback| feedback.frame).collect()
+}
+
 #[test]
 fn commands_that_were_never_submitted_are_not_waited_for() {
-    let gpu = &*GPU;
-    let target = FeedbackTarget::new(&gpu.device, [64, 64], FeedbackScale::Reduced).unwrap();
-    let mut readback = Readback::new(&gpu.device, target.raw(), FeedbackWay::Separate).unwrap();
-    let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    assert!(readback.record(&mut encoder, 7));
-    drop(encoder);
-    let waited = readback.wait(&gpu.device, &gpu.queue, 7);
-    assert_eq!(waited, Err(GpuError::NoFeedback { frame: 7 }));
+    in_each_way(|filled, gpu| {
+        let encoder = recorded(filled, gpu, 7).unwrap();
+        let missing = Err(GpuError::NoFeedback { frame: 7 });
+        assert_eq!(filled.readback.wait(&gpu.device, &gpu.queue, 7), missing);
+        assert!(filled.readback.is_under_way(7), "it may still be submitted");
+        gpu.queue.submit([encoder.finish()]);
+        assert_eq!(filled.readback.wait(&gpu.device, &gpu.queue, 7).unwrap().frame, 7);
+        drop(recorded(filled, gpu, 8).unwrap());
+        assert_eq!(filled.readback.wait(&gpu.device, &gpu.queue, 8), Err(GpuError::NoFeedback { frame: 8 }));
+        assert!(!filled.readback.is_under_way(8));
+        assert_eq!((filled.readback.take_lost(), filled.readback.oldest()), (vec![8], None));
+    });
+}
+
+/// Whether the encoder, or the command buffer that it has become, is dropped, the place is free for the next frame.
+#[test]
+fn commands_that_are_dropped_give_their_place_back() {
+    in_each_way(|filled, gpu| {
+        for frame in 0..40 {
+            let encoder = recorded(filled, gpu, frame).expect("there is room");
+            match frame % 2 {
+                0 => drop(encoder),
+                _ => drop(encoder.finish()),
+            }
+        }
+        assert_eq!(filled.readback.take_lost(), (0..40).collect::<Vec<u64>>());
+        submit(gpu, recorded(filled, gpu, 40).unwrap());
+        assert_eq!(frames(filled), [40]);
+    });
+}
+
+/// Commands that are kept hold up nobody. Submitted late, what they bring is older than what is known, and is dropped.
+#[test]
+fn commands_that_are_kept_are_overtaken() {
+    in_each_way(|filled, gpu| {
+        let mut kept: Vec<_> = (0..6).map(|frame| recorded(filled, gpu, frame).unwrap()).collect();
+        assert!(recorded(filled, gpu, 6).is_none(), "the ring is full of what may be submitted");
+        submit(gpu, kept.remove(3));
+        assert_eq!(frames(filled), [3]);
+        // Those before it were overtaken, those after it were not.
+        submit(gpu, kept.pop().unwrap());
+        assert_eq!(frames(filled), [5]);
+        // However many are kept.
+        for frame in 6..20 {
+            let encoder = recorded(filled, gpu, frame).expect("there is room");
+            if frame % 3 == 0 {
+                kept.push(encoder);
+                continue;
+            }
+            submit(gpu, encoder);
+            assert_eq!(frames(filled), [frame]);
+        }
+        kept.drain(..2).for_each(|late| submit(gpu, late));
+        submit(gpu, recorded(filled, gpu, 20).unwrap());
+        assert_eq!(frames(filled), [20]);
+        drop(kept);
+        let mut lost = filled.readback.take_lost();
+        lost.sort_unstable();
+        assert_eq!(lost, [0, 1, 2, 4, 6, 9, 12, 15, 18]);
+        assert_eq!(filled.readback.oldest(), None);
+    });
+}
+
+/// After a cut from few pages to many the first list comes whole, as soon as any other: three frames later.
+#[test]
+fn after_a_cut_the_first_feedback_comes_as_soon_as_any_other() {
+    const LATENCY: usize = 3;
+    let (gpu, size) = (&*GPU, [201, 67]);
+    let (mut filled, mut random) = (Filled::new(gpu, size), Random(5));
+    // Commands that the GPU has not come to are as those that are not submitted.
+    let (mut behind, mut came) = (std::collections::VecDeque::new(), Vec::new());
+    for frame in 0..20 {
+        let pages = if frame < 10 { 100 } else { 3000 };
+        let pixels = pixels(&mut random, size[0] * size[1], pages);
+        behind.push_back(filled.recorded(gpu, frame, &pixels).expect("there is room").finish());
+        if behind.len() > LATENCY {
+            gpu.queue.submit(behind.pop_front());
+            gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+        }
+        while let Some(feedback) = filled.readback.poll().unwrap() {
+            came.push((feedback.frame, frame - feedback.frame, feedback.pages.len()));
+        }
+    }
+    assert_eq!(came.len(), 20 - LATENCY);
+    assert!(came.iter().all(|&(_, late, _)| late == LATENCY as u64), "{came:?}");
+    assert!(came[10].2 > 2000, "{came:?}");
 }
 
 /// A plane seen in no perspective: uv changes by the same amount from pixel to pixel.
@@ -217,7 +348,7 @@ fn draw_plane(
     let target = FeedbackTarget::new(&gpu.device, picture, scale).unwrap();
     let frame = |frame| {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        let mut pass = target.begin(&gpu.queue, &mut encoder, &view, frame, 1.0);
+        let mut pass = target.begin(&gpu.device, &mut encoder, &view, frame, 1.0);
         pass.set_pipeline(&pipeline);
         pass.set_bind_group(0, &group, &[]);
         pass.draw(0..3, 0..1);

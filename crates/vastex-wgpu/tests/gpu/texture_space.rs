@@ -82,10 +82,10 @@ fn drawn(geometry: &Geometry, entry: &str, instances: std::ops::Range<u32>) -> V
     drop(pass);
     assert!(target.record(&mut encoder, 4));
     gpu.queue.submit([encoder.finish()]);
-    assert!(target.wait(&gpu.device, 3).unwrap().is_none(), "frame 4 is not asked for");
-    let (frame, levels): (u64, LevelImage) = target.wait(&gpu.device, 4).unwrap().unwrap();
+    assert!(target.wait(&gpu.device, &gpu.queue, 3).unwrap().is_none(), "frame 4 is not asked for");
+    let (frame, levels): (u64, LevelImage) = target.wait(&gpu.device, &gpu.queue, 4).unwrap().unwrap();
     assert_eq!(frame, 4);
-    assert!(target.poll(&gpu.device).unwrap().is_none(), "it is handed out once");
+    assert!(target.poll().unwrap().is_none(), "it is handed out once");
     levels.pages(NUMBER, geometry, 1000, frame).pages
 }
 

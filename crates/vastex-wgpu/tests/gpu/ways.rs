@@ -4,7 +4,7 @@ use vastex_core::shared::JITTER_CYCLE;
 use vastex_core::{Geometry, GeometrySpec, LayerFormat};
 use vastex_wgpu::{
     BindLayout, FEEDBACK_DEPTH_FORMAT, FEEDBACK_FORMAT, FeedbackScale, FeedbackTarget, FeedbackWay,
-    InlineTarget, RawFeedback, ShaderOptions, ViewBuffer, wgsl,
+    InlinePipelines, InlineTarget, RawFeedback, ShaderOptions, ViewBuffer, wgsl,
 };
 
 use crate::common::{GPU, World, storage};
@@ -53,7 +53,8 @@ impl Stage {
         let world = World::new(&GPU, &geometry, LayerFormat::R8, 0.5, 1);
         let layout = BindLayout::new(device, world.pool.atlas(0), FeedbackWay::Inline);
         let view = || ViewBuffer::new(device, queue, FeedbackWay::Inline);
-        let (mut told_view, told) = (view(), InlineTarget::new(device, PICTURE).unwrap());
+        let (mut told_view, told) =
+            (view(), InlineTarget::new(device, &InlinePipelines::new(device), PICTURE).unwrap());
         told.attach(&mut told_view);
         let drawn = FeedbackTarget::new(device, PICTURE, FeedbackScale::Reduced).unwrap();
         Stage {
@@ -83,9 +84,9 @@ impl Stage {
         };
         let mut encoder = device.create_command_encoder(&Default::default());
         let (pipeline, target, view) = &self.drawn;
-        draw(&mut target.begin(queue, &mut encoder, view, frame, 1.0), pipeline, view);
+        draw(&mut target.begin(device, &mut encoder, view, frame, 1.0), pipeline, view);
         let (pipeline, inline, view) = &self.told;
-        inline.begin(queue, &mut encoder, view, frame, reversed_depth);
+        inline.begin(device, &mut encoder, view, frame, reversed_depth);
         draw(&mut begin_picture(&mut encoder), pipeline, view);
         inline.end(&mut encoder);
         queue.submit([encoder.finish()]);

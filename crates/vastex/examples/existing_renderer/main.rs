@@ -55,7 +55,7 @@ pub(crate) fn render(source: Arc<dyn TileSource>, size: [u32; 2]) -> anyhow::Res
         textures.feedback(&mut encoder, size, |pass, groups| {
             renderer.draw(pass, &renderer.wanted, &groups[ground]);
         })?;
-        textures.update(&mut encoder)?;
+        textures.update()?;
 
         let mut pass = target.begin(&mut encoder, SKY);
         renderer.draw(&mut pass, &renderer.picture, textures.bind_group(ground));

@@ -166,7 +166,7 @@ fn a_loop_without_textures_is_harmless() {
         for _ in 0..5 {
             let mut encoder = gpu.device.create_command_encoder(&Default::default());
             textures.feedback(&mut encoder, PICTURE, |_, _| ()).unwrap();
-            textures.update(&mut encoder).unwrap();
+            textures.update().unwrap();
             gpu.queue.submit([encoder.finish()]);
             textures.view_cut();
             assert!(textures.poll_event().is_none());

@@ -3,6 +3,7 @@
 
 mod by_hand;
 mod common;
+mod dropped;
 mod example;
 mod fade;
 mod frame_loop;

@@ -87,9 +87,7 @@ impl World {
     fn load(&mut self, region: &Region) {
         let ticket = self.textures.pin(self.texture, region).unwrap();
         for _ in 0..200 {
-            let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-            self.textures.update(&mut encoder).unwrap();
-            self.gpu.queue.submit([encoder.finish()]);
+            self.textures.update().unwrap();
         }
         let progress = ticket.progress();
         assert_eq!(progress.resident, progress.pages);

@@ -204,9 +204,33 @@ impl Screen {
                 draw(pass, shown, |shown| (&shown.wanted, &groups[shown.sampled]));
             })?;
         }
-        self.textures.update(&mut encoder)?;
+        self.textures.update()?;
         self.gpu.queue.submit([encoder.finish()]);
         Ok(std::iter::from_fn(|| self.textures.poll_event()).collect())
+    }
+
+    /// The feedback pass of a frame, not yet submitted.
+    pub fn record_wanted(&mut self, picture: [u32; 2]) -> wgpu::CommandEncoder {
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        let shown = &self.shown;
+        let recorded = self.textures.feedback(&mut encoder, picture, |pass, groups| {
+            draw(pass, shown, |shown| (&shown.wanted, &groups[shown.sampled]));
+        });
+        recorded.unwrap();
+        encoder
+    }
+
+    /// The picture of a frame, which may say what it wants; not yet submitted. Its target is the screen's, whatever the picture's size.
+    pub fn record_picture(&mut self, picture: [u32; 2]) -> wgpu::CommandEncoder {
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        let (shown, colour) = (&self.shown, self.colour.create_view(&Default::default()));
+        let depth = self.depth.create_view(&Default::default());
+        let recorded = self.textures.main_pass(&mut encoder, picture, |encoder, groups| {
+            let mut pass = begin_picture(encoder, &colour, &depth);
+            draw(&mut pass, shown, |shown| (&shown.picture, &groups[shown.sampled]));
+        });
+        recorded.unwrap();
+        encoder
     }
 
     /// Frames until nothing is missing, from a view that may be new.
@@ -232,23 +256,8 @@ impl Screen {
     pub fn picture(&self) -> Vec<[u8; 4]> {
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let view = self.colour.create_view(&Default::default());
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: &view,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations::default(),
-            })],
-            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: &self.depth.create_view(&Default::default()),
-                depth_ops: Some(wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(1.0),
-                    store: wgpu::StoreOp::Discard,
-                }),
-                stencil_ops: None,
-            }),
-            ..Default::default()
-        });
+        let depth = self.depth.create_view(&Default::default());
+        let mut pass = begin_picture(&mut encoder, &view, &depth);
         draw(&mut pass, &self.shown, |shown| (&shown.picture, self.textures.bind_group(shown.sampled)));
         drop(pass);
         let row = (PICTURE[0] * 4).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
@@ -270,6 +279,30 @@ impl Screen {
         let bytes: Vec<u8> = rows.copied().collect();
         bytemuck::cast_slice(&bytes).to_vec()
     }
+}
+
+fn begin_picture<'encoder>(
+    encoder: &'encoder mut wgpu::CommandEncoder,
+    colour: &wgpu::TextureView,
+    depth: &wgpu::TextureView,
+) -> wgpu::RenderPass<'encoder> {
+    encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+            view: colour,
+            depth_slice: None,
+            resolve_target: None,
+            ops: wgpu::Operations::default(),
+        })],
+        depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+            view: depth,
+            depth_ops: Some(wgpu::Operations {
+                load: wgpu::LoadOp::Clear(1.0),
+                store: wgpu::StoreOp::Discard,
+            }),
+            stencil_ops: None,
+        }),
+        ..Default::default()
+    })
 }
 
 fn draw<'g>(

@@ -1,0 +1,173 @@
+//! Command buffers that are dropped, recorded ahead, or submitted in parts: later pictures are right, and nothing is said to have converged
+//! that has not.
+
+use vastex::{AddressMode, FeedbackWay, PoolSettings, Settings};
+use vastex_wgpu::test_device::compute_pipelines;
+
+use crate::common::{Mapping, PICTURE, SCREEN, Screen, property, settings};
+
+const SIZE: [u32; 2] = [4000, 3000];
+const TILE: u64 = 72 * 72 * 4;
+/// Frames in which a view comes right whatever was dropped before.
+const PATIENCE: u32 = 300;
+
+/// The screen's shader, whose picture tells what it wants.
+pub(crate) fn telling() -> String {
+    let from = "    return vastex_sample(uv_from_pixel(placed));";
+    assert!(SCREEN.contains(from));
+    let to = "    vastex_tell(placed.clip, vastex_feedback(uv_from_pixel(placed)));\n";
+    SCREEN.replace(from, &format!("{to}{from}"))
+}
+
+pub(crate) fn screen(way: FeedbackWay, tiles: u64) -> Screen {
+    let settings = Settings {
+        feedback: Some(way),
+        pools: PoolSettings::of_bytes(tiles * TILE),
+        upload_bytes_per_frame: 6 * TILE,
+        ..settings()
+    };
+    Screen::showing(settings, &telling(), |textures| {
+        textures.add(property(SIZE, 64, AddressMode::Clamp)).unwrap()
+    })
+}
+
+/// Views that have little in common, from coarse to level 0.
+pub(crate) fn pose(nth: u32) -> Mapping {
+    let centre = [[0.3, 0.4], [0.7, 0.6], [0.5, 0.3], [0.25, 0.7], [0.6, 0.35]][nth as usize % 5];
+    let texels = [1.1, 5.0, 0.9, 2.3][nth as usize % 4];
+    Mapping::new(SIZE, centre, texels, 1.0, 0.3 * f64::from(nth))
+}
+
+/// The picture of a view in which nothing is missing.
+fn sharp(screen: &mut Screen, nth: u32) -> Vec<[u8; 4]> {
+    screen.set_mapping(0, &pose(nth));
+    screen.textures.view_cut();
+    screen.settle(|_| false, |_| {});
+    screen.picture()
+}
+
+/// Which of a frame's command buffers are dropped.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Dropped {
+    Wanted,
+    Picture,
+    Both,
+    EverySecond,
+}
+
+impl Dropped {
+    /// `part` is 0 for the feedback pass, 1 for the picture.
+    fn is(self, frame: u32, part: usize) -> bool {
+        match self {
+            Dropped::Wanted => part == 0,
+            Dropped::Picture => part == 1,
+            Dropped::Both => true,
+            Dropped::EverySecond => frame % 2 == 1,
+        }
+    }
+}
+
+fn whatever_is_dropped(way: FeedbackWay) {
+    let (mut control, mut screen) = (screen(way, 400), screen(way, 400));
+    let kinds = [Dropped::Wanted, Dropped::Picture, Dropped::Both, Dropped::EverySecond];
+    let cases = kinds.into_iter().flat_map(|kind| [0, 2, 5].map(|begin| (kind, begin)));
+    for ((kind, begin), nth) in cases.zip(0..) {
+        let expected = sharp(&mut control, nth);
+        screen.set_mapping(0, &pose(nth));
+        screen.textures.view_cut();
+        // Ten frames in a row from some frame on, as the view loads; then all are submitted.
+        let dropped = |part: (u32, usize)| (begin..begin + 10).contains(&part.0) && kind.is(part.0, part.1);
+        screen.settle(dropped, |screen| {
+            if screen.textures.stats().converged && screen.textures.is_converged() {
+                assert!(screen.picture() == expected, "{way:?} {kind:?} from {begin}: said to be sharp");
+            }
+        });
+        assert!(screen.picture() == expected, "{way:?} {kind:?} from {begin}");
+        assert_eq!(screen.textures.stats().pager.missing, 0);
+    }
+}
+
+#[test]
+fn whatever_is_dropped_of_a_pass_of_its_own_the_picture_comes_right() {
+    whatever_is_dropped(FeedbackWay::Separate);
+}
+
+#[test]
+fn whatever_is_dropped_of_inline_feedback_the_picture_comes_right() {
+    whatever_is_dropped(FeedbackWay::Inline);
+}
+
+#[test]
+fn whatever_is_dropped_of_raw_feedback_the_picture_comes_right() {
+    whatever_is_dropped(FeedbackWay::Raw);
+}
+
+/// As a window that shows nothing for a while does.
+#[test]
+fn ten_times_in_a_row_takes_no_more_frames_than_once() {
+    for way in FeedbackWay::ALL {
+        let frames = |dropped: u32| {
+            let mut screen = screen(way, 400);
+            screen.set_mapping(0, &pose(0));
+            screen.settle(|(frame, _)| frame < dropped, |_| {}) - dropped
+        };
+        let [none, ten] = [0, 10].map(frames);
+        assert!(ten <= none + 2, "{way:?}: {ten} frames after ten that were dropped, {none} otherwise");
+    }
+}
+
+/// No compute pipeline is made for a picture of another size, or another view.
+#[test]
+fn compute_pipelines_are_made_once_for_a_device() {
+    for way in FeedbackWay::ALL {
+        let mut screen = screen(way, 400);
+        screen.set_mapping(0, &pose(0));
+        let before = compute_pipelines();
+        for step in 0..100 {
+            let size = [640 + step * 1280 / 99, 360 + step * 720 / 99];
+            screen.frame_of_size(size);
+        }
+        screen.textures.add_view(vastex::ViewSettings::default()).unwrap();
+        assert_eq!(compute_pipelines(), before, "{way:?}");
+    }
+}
+
+impl Screen {
+    /// Frames of the view as it stands, each in a command buffer for the feedback pass and one for the picture, until all of it is there: how many
+    /// it took. `is_dropped` says of a frame and its part whether it is dropped, `look` looks after each frame.
+    fn settle(
+        &mut self,
+        is_dropped: impl Fn((u32, usize)) -> bool,
+        mut look: impl FnMut(&mut Screen),
+    ) -> u32 {
+        let mut converged = false;
+        for frame in 0..PATIENCE {
+            self.frame_in_parts(PICTURE, |part| is_dropped((frame, part)));
+            look(self);
+            while let Some(event) = self.textures.poll_event() {
+                converged |= matches!(event, vastex::Event::Converged { .. });
+            }
+            let was_dropped = is_dropped((frame, 0)) || is_dropped((frame, 1));
+            if converged && self.textures.is_converged() && frame > 20 && !was_dropped {
+                return frame;
+            }
+        }
+        panic!("not converged: {:?}", self.textures.stats());
+    }
+
+    fn frame_of_size(&mut self, size: [u32; 2]) {
+        self.frame_in_parts(size, |_| false);
+    }
+
+    fn frame_in_parts(&mut self, size: [u32; 2], is_dropped: impl Fn(usize) -> bool) {
+        let wanted = self.record_wanted(size);
+        if !is_dropped(0) {
+            self.gpu.queue.submit([wanted.finish()]);
+        }
+        self.textures.update().unwrap();
+        let picture = self.record_picture(size);
+        if !is_dropped(1) {
+            self.gpu.queue.submit([picture.finish()]);
+        }
+    }
+}
