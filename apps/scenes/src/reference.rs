@@ -78,7 +78,7 @@ impl Reference {
             Taps::Same => ("shade_reference", plain.sampler(device)),
             Taps::Ordinary => ("shade_ordinary", plain.sampler(device)),
             Taps::Adapter => {
-                ("shade_by_adapter", plain.own_sampler(device, textures.settings().filter.max_taps()))
+                ("shade_by_adapter", plain.own_sampler(device, textures.filter(renderer.layer()).max_taps()))
             }
         };
         let pipeline = renderer.other_pipeline(

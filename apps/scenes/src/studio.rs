@@ -383,7 +383,7 @@ impl Studio {
     pub fn cpu_picture(&self) -> Result<Picture, StudioError> {
         let layer = self.renderer.layer();
         let bias = self.textures.bias_eighths(layer.texture());
-        let filter = self.textures.settings().filter;
+        let filter = self.textures.filter(layer);
         let texture = CpuTexture::new(self.source.clone(), layer.index(), filter, bias)?
             .with_levels(self.textures.levels(layer.texture()).unwrap_or_default());
         let draw = || cpu_picture(&self.gpu, &self.textures, &self.renderer, &texture, self.canvas.size);

@@ -177,15 +177,20 @@ pub(crate) fn describe(layers: &[OpenLayer], options: &BuildOptions) -> Result<D
     let [x, y] = options.address;
     let wraps = layers.iter().any(|layer| layer.reader.header().wraps);
     let x = if wraps && x == AddressMode::Clamp { AddressMode::Wrap } else { x };
-    let filters: Result<Vec<_>, _> = layers.iter().map(|layer| layer.filter(options)).collect();
-    let layers: Vec<_> = layers.iter().map(|layer| layer.layer.clone()).collect();
+    let filters: Vec<LayerFilter> =
+        layers.iter().map(|layer| layer.filter(options)).collect::<Result<_, _>>()?;
+    let described = |(layer, filter): (&OpenLayer, &LayerFilter)| Layer {
+        is_mixable: filter.kernel.may_mix(),
+        ..layer.layer.clone()
+    };
+    let layers: Vec<_> = layers.iter().zip(&filters).map(described).collect();
     let geometry = Geometry::new(GeometrySpec {
         dims: Dims::D2,
         size: [size[0], size[1], 1],
         page: options.page,
         border: options.border,
         address: [x, y, AddressMode::Clamp],
-        positions: LayerFilter::common_positions(&filters?)?,
+        positions: LayerFilter::common_positions(&filters)?,
         tail_align: Description::tail_align(&layers),
     })?;
     let description =

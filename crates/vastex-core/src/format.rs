@@ -174,12 +174,15 @@ pub struct Layer {
     pub format: LayerFormat,
     /// Texels of the texture along one texel of the layer: 1, 2 or 4.
     pub scale: u32,
+    /// Whether a value between two texels' means something, as with colours and heights. Where it does not, as with labels and
+    /// numbers of objects, each pixel shows one texel as it is stored, whatever the filter, and tiles do not fade in.
+    pub is_mixable: bool,
 }
 
 impl Layer {
-    /// A layer at the texture's resolution.
+    /// A layer at the texture's resolution, of values that may be mixed.
     pub fn new(name: impl Into<String>, format: LayerFormat) -> Layer {
-        Layer { name: name.into(), format, scale: 1 }
+        Layer { name: name.into(), format, scale: 1, is_mixable: true }
     }
 }
 

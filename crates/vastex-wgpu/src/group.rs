@@ -211,6 +211,8 @@ mod tests {
             atlas: Atlas::Float,
             tables: TableKinds::Either,
             pages: PageSides::Any,
+            filter: None,
+            fades: true,
         };
         GroupShape::new((0..layers).map(member).collect(), true).unwrap()
     }

@@ -18,6 +18,7 @@ pub(crate) mod group;
 const PARAMS: &str = include_str!("wgsl/params.wgsl");
 const BINDINGS: &str = include_str!("wgsl/bindings.wgsl");
 const LAMBDA: &str = include_str!("wgsl/lambda.wgsl");
+const FOOTPRINT: &str = include_str!("wgsl/footprint.wgsl");
 const LEVEL: &str = include_str!("wgsl/level.wgsl");
 const POSITION: &str = include_str!("wgsl/position.wgsl");
 const PAGE: &str = include_str!("wgsl/page.wgsl");
@@ -217,7 +218,7 @@ pub fn wgsl(options: &ShaderOptions) -> String {
         &[
             shared,
             tell_modules(options.feedback),
-            &[LEVEL, PAGE, table_module(options.feedback), HASHED, LOOKUP],
+            &[FOOTPRINT, LEVEL, PAGE, table_module(options.feedback), HASHED, LOOKUP],
             atlas_modules(options.atlas),
             &filter_modules(options.filter, options.fade),
             &[SAMPLE, SAMPLE_FIXED, FEEDBACK, FEEDBACK_FIXED, TEXTURE_SPACE, INSPECT],
@@ -395,6 +396,8 @@ pub(crate) mod tests {
             atlas: Atlas::Float,
             tables: TableKinds::Either,
             pages: PageSides::Any,
+            filter: None,
+            fades: true,
         };
         let shape = group::GroupShape::new(vec![member], true).unwrap();
         let group = group::group_wgsl(0, Filter::Trilinear, FeedbackWay::Separate, &shape);

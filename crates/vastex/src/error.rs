@@ -60,6 +60,14 @@ pub enum Error {
     /// The trace could not be recorded to its end.
     #[error("the trace ends early: {0}")]
     Trace(#[from] TraceRecordError),
+    /// A filter is set for a layer that the texture does not have.
+    #[error("there is no layer {name:?} to set a filter for; the texture has {layers}")]
+    FilterLayer {
+        /// The name.
+        name: String,
+        /// The names that there are.
+        layers: String,
+    },
     /// The textures cannot be a group.
     #[error(transparent)]
     Group(#[from] GroupError),

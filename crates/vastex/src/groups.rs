@@ -6,6 +6,7 @@ use vastex_wgpu::{GroupLayout, GroupMember, GroupParams, GroupShape, Pool, Table
 use crate::error::Error;
 use crate::layer::LayerId;
 use crate::pools::PoolState;
+use crate::settings::Sampling;
 use crate::textures::{TextureState, Textures};
 
 /// A member of a group: a layer, and the name that shaders know it by.
@@ -135,7 +136,9 @@ impl Textures {
         let member = |Member { name, layer, .. }: Member| {
             let texture = textures.iter().position(|&texture| texture == layer.texture()).unwrap_or(0);
             let (tables, pages) = self.kinds_of(layer.texture());
-            GroupMember { name, texture, atlas: self.layout_of(layer).atlas(), tables, pages }
+            let Sampling { filter, fades } = self.sampling_of(layer);
+            let atlas = self.layout_of(layer).atlas();
+            GroupMember { name, texture, atlas, tables, pages, filter: Some(filter), fades }
         };
         let shape = GroupShape::new(members.into_iter().map(member).collect(), has_feedback)?;
         let shape = shape.with_fade(self.seen().fade);

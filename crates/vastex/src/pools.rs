@@ -13,13 +13,14 @@ use vastex_wgpu::{
 
 use crate::error::Error;
 use crate::pool_settings::PoolSettings;
+use crate::settings::Sampling;
 
 /// What the textures of a pool have in common.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Shape {
     tile: [u32; 3],
-    /// Format of each layer, and texels of the texture along one of the layer.
-    layers: Vec<(LayerFormat, u32)>,
+    /// Format of each layer, texels of the texture along one of the layer, and how it is sampled.
+    layers: Vec<(LayerFormat, u32, Sampling)>,
     /// Which page tables their shaders read.
     pub(crate) tables: TableKinds,
     /// What they know of pages.
@@ -27,11 +28,21 @@ pub(crate) struct Shape {
 }
 
 impl Shape {
-    pub(crate) fn of(description: &Description, tables: TableKinds) -> Shape {
-        let layer = |layer: &Layer| (layer.format, layer.scale);
+    /// `sampling` says how each layer is sampled.
+    pub(crate) fn of(
+        description: &Description,
+        tables: TableKinds,
+        sampling: impl Fn(&Layer) -> Sampling,
+    ) -> Shape {
+        let layer = |layer: &Layer| (layer.format, layer.scale, sampling(layer));
         let layers = description.layers.iter().map(layer).collect();
         let pages = PageSides::of(&description.geometry);
         Shape { tile: description.geometry.tile(), layers, tables, pages }
+    }
+
+    /// How the layer with this number, which exists, is sampled.
+    pub(crate) fn sampling(&self, layer: usize) -> Sampling {
+        self.layers[layer].2
     }
 }
 
@@ -39,11 +50,14 @@ impl std::fmt::Display for Shape {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let [width, height, _] = self.tile;
         write!(f, "{width}x{height} texels of ")?;
-        for (nth, (format, scale)) in self.layers.iter().enumerate() {
+        for (nth, (format, scale, sampling)) in self.layers.iter().enumerate() {
             let separator = if nth == 0 { "" } else { ", " };
             write!(f, "{separator}{}", format.name())?;
             if *scale != 1 {
                 write!(f, " at 1/{scale}")?;
+            }
+            if !sampling.fades {
+                f.write_str(", not mixed")?;
             }
         }
         if self.tables == TableKinds::Hashed { write!(f, ", many pages") } else { Ok(()) }
@@ -102,10 +116,10 @@ impl PoolState {
         bytes: u64,
         stored: &Arc<Description>,
         held: &Arc<Description>,
-        tables: TableKinds,
+        shape: Shape,
     ) -> Result<(PoolState, bool), Error> {
         halved_until_it_fits(bytes, |bytes| {
-            PoolState::of_size(device, queue, seen, bytes, stored, held, tables)
+            PoolState::of_size(device, queue, seen, bytes, stored, held, shape.clone())
         })
     }
 
@@ -116,10 +130,10 @@ impl PoolState {
         bytes: u64,
         stored: &Arc<Description>,
         held: &Arc<Description>,
-        tables: TableKinds,
+        shape: Shape,
     ) -> Result<PoolState, Error> {
         let slots = PoolLayout::fit(held, bytes, limits(device))?;
-        PoolState::of_layout(device, queue, seen, slots, stored, held, tables)
+        PoolState::of_layout(device, queue, seen, slots, stored, held, shape)
     }
 
     /// A pool for one texture that is all tail.
@@ -129,12 +143,12 @@ impl PoolState {
         seen: Seen,
         stored: &Arc<Description>,
         held: &Arc<Description>,
-        tables: TableKinds,
+        shape: Shape,
     ) -> Result<PoolState, Error> {
         let [width, height, _] = held.geometry.tile();
         let tile_bytes = held.tile_bytes() as u64;
         let slots = PoolLayout { tile: [width, height], columns: 1, rows: 1, images: 1, tile_bytes };
-        let pool = PoolState::of_layout(device, queue, seen, slots, stored, held, tables)?;
+        let pool = PoolState::of_layout(device, queue, seen, slots, stored, held, shape)?;
         Ok(PoolState { is_whole: true, ..pool })
     }
 
@@ -145,14 +159,14 @@ impl PoolState {
         slots: PoolLayout,
         stored: &Arc<Description>,
         held: &Arc<Description>,
-        tables: TableKinds,
+        shape: Shape,
     ) -> Result<PoolState, Error> {
         let Seen { way, fade } = seen;
         let gpu = memory(device, queue, &slots, held, fade)?;
         let atlases: Vec<Atlas> = (0..gpu.layer_count()).map(|layer| gpu.atlas(layer)).collect();
         let used = Atlas::ALL.into_iter().filter(|atlas| atlases.contains(atlas));
         let layouts = used.map(|atlas| BindLayout::with_fade(device, atlas, way, fade)).collect();
-        let (shape, stored, held) = (Shape::of(held, tables), stored.clone(), held.clone());
+        let (stored, held) = (stored.clone(), held.clone());
         let tiles = shape.to_string().into();
         tracing::debug!(%tiles, slots = slots.slots(), bytes = slots.bytes(), "a new pool");
         Ok(PoolState {

@@ -139,7 +139,7 @@ impl CpuSampler<'_> {
         let description = tiles.state.source.description();
         let (geometry, layer) = (&description.geometry, &description.layers[tiles.layer.index()]);
         let mut texture = Texture::new(geometry, tiles, tiles.layer.texture());
-        let filter = textures.settings.filter;
+        let filter = textures.filter(tiles.layer);
         (texture.filter, texture.layer_scale) = (filter, layer.scale);
         let tile = |slot: Slot| tiles.texels(slot);
         let value = Sampler { texture, format: layer.format, tile: &tile }.sample_level(uv, level);

@@ -1,7 +1,9 @@
 //! What an application may set, with defaults that suit a desktop.
 
+use std::collections::BTreeMap;
 use std::time::Duration;
 
+use vastex_core::Layer;
 pub use vastex_wgpu::{FeedbackWay, Filter, MaxTaps, TableChoice, UnknownFilter};
 
 use crate::pool_settings::PoolSettings;
@@ -41,7 +43,7 @@ pub struct Settings {
     /// Threads that read and decode tiles; at least 1. Each has one read in flight: a source that is read directly from the
     /// disk (`vastex_tiles::Container::open_file_direct`) wants as many as its depth. Without meaning in a browser.
     pub loader_threads: usize,
-    /// How texels are blended.
+    /// How texels are blended, of layers whose values may be mixed. [`TextureSettings::filters`] says it of single layers.
     pub filter: Filter,
     /// How long a tile takes to fade in from what was on screen before; no time for tiles that are there at once. 100 to 300 ms look
     /// well. It is in the shaders where it is not zero: a read more for each lookup, and while tiles fade what lies beneath them too. How
@@ -90,8 +92,38 @@ impl Default for Settings {
 }
 
 /// What may be set of one texture.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct TextureSettings {
     /// Which kind of page table it gets; by its size, unless one is to be measured against the other.
     pub page_table: TableChoice,
+    /// How the texels of single layers are blended, by the layers' names. The others are blended by [`Settings::filter`], but for those
+    /// whose values may not be mixed ([`vastex_core::Layer::is_mixable`]): of them each pixel shows one texel, and their tiles do not fade
+    /// in. Textures whose layers are not blended alike do not share a pool.
+    pub filters: BTreeMap<String, Filter>,
+}
+
+/// How a layer is sampled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Sampling {
+    pub(crate) filter: Filter,
+    /// Whether its tiles fade in where [`Settings::fade`] says that tiles do.
+    pub(crate) fades: bool,
+}
+
+impl TextureSettings {
+    /// How a layer is sampled where others are by `filter`.
+    pub(crate) fn sampling(&self, layer: &Layer, filter: Filter) -> Sampling {
+        match self.filters.get(&layer.name) {
+            // Values that a filter may mix may be mixed with those of a coarser tile, too.
+            Some(&filter) => Sampling { filter, fades: layer.is_mixable || filter != Filter::Nearest },
+            None if layer.is_mixable => Sampling { filter, fades: true },
+            None => Sampling { filter: Filter::Nearest, fades: false },
+        }
+    }
+
+    /// The name of a filter's layer that is none of these.
+    pub(crate) fn unknown_layer(&self, layers: &[Layer]) -> Option<&str> {
+        let is_unknown = |name: &&String| layers.iter().all(|layer| layer.name != **name);
+        self.filters.keys().find(is_unknown).map(String::as_str)
+    }
 }

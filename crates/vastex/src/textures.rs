@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 use vastex_core::{
-    Budgets, Description, Dims, Event, Feedback, GroupId, LevelRule, PageId, PageState, Pagers, PoolError,
-    PoolId, TableChange, TextureId, ViewId,
+    Budgets, Description, Dims, Event, Feedback, GroupId, Layer, LevelRule, PageId, PageState, Pagers,
+    PoolError, PoolId, TableChange, TextureId, ViewId,
 };
 use vastex_tiles::{Loader, RamCache, Tiers, Tile, TileSource};
 use vastex_wgpu::{
@@ -27,7 +27,7 @@ use crate::layer::LayerId;
 use crate::lock_step::LockStep;
 use crate::pools::{PoolState, Seen, Shape};
 use crate::recorder::{Places, Recorder};
-use crate::settings::{Pace, Settings, TextureSettings};
+use crate::settings::{Filter, Pace, Sampling, Settings, TextureSettings};
 use crate::stats::Counters;
 use crate::telemetry::Telemetry;
 use crate::texture_space::TextureSpacePath;
@@ -212,6 +212,10 @@ impl Textures {
             Some(whole) => (whole.clone(), Arc::new(WholeSource::new(source, whole))),
             None => (description, Arc::new(RamCache::new(source, self.settings.ram_cache_bytes))),
         };
+        if let Some(name) = settings.unknown_layer(&description.layers) {
+            let names: Vec<&str> = description.layers.iter().map(|layer| &*layer.name).collect();
+            return Err(Error::FilterLayer { name: name.into(), layers: names.join(", ") });
+        }
         let held = held_description(&description, self.device.features());
         let source: Arc<dyn TileSource> = match held == description {
             true => source,
@@ -221,16 +225,17 @@ impl Textures {
         // Whatever can be refused is refused before anything changes.
         let (device, geometry) = (&self.device, &description.geometry);
         TableBuffers::check(device, geometry, settings.page_table, self.way)?;
-        let settings = TextureSettings { page_table: settings.page_table.on(device, geometry, self.way) };
+        let page_table = settings.page_table.on(device, geometry, self.way);
         if !self.pagers.has_free_number() {
             return Err(PoolError::TooManyTextures.into());
         }
-        let tables = settings.page_table.kinds();
+        let sampling = |layer: &Layer| settings.sampling(layer, self.settings.filter);
+        let shape = Shape::of(&held, page_table.kinds(), sampling);
         let pool = match is_whole {
-            true => self.pool_of_one(&description, &held, tables)?,
-            false => self.pool_for(&description, &held, tables)?,
+            true => self.pool_of_one(&description, &held, shape)?,
+            false => self.pool_for(&description, &held, shape)?,
         };
-        let texture = self.add_to(pool, &description, &tail, &source, settings)?;
+        let texture = self.add_to(pool, &description, &tail, &source, page_table)?;
         self.loader.add_source(texture, source);
         Ok(texture)
     }
@@ -249,15 +254,14 @@ impl Textures {
         &mut self,
         stored: &Arc<Description>,
         held: &Arc<Description>,
-        tables: TableKinds,
+        shape: Shape,
     ) -> Result<PoolId, Error> {
-        let shape = Shape::of(held, tables);
         let is_free = |pool: &PoolState| pool.is_whole && pool.shape == shape && pool.gpu().is_none();
         if let Some((number, pool)) = (0..).zip(&mut self.pools).find(|(_, pool)| is_free(pool)) {
             pool.take_back(&self.device, &self.queue)?;
             return Ok(PoolId::new(number));
         }
-        let pool = PoolState::of_one(&self.device, &self.queue, self.seen(), stored, held, tables)?;
+        let pool = PoolState::of_one(&self.device, &self.queue, self.seen(), stored, held, shape)?;
         let id = self.pagers.add_pool(pool.slots.slots(), pool.slots.tile_bytes, None)?;
         self.pools.push(pool);
         Ok(id)
@@ -268,9 +272,8 @@ impl Textures {
         &mut self,
         stored: &Arc<Description>,
         held: &Arc<Description>,
-        tables: TableKinds,
+        shape: Shape,
     ) -> Result<PoolId, Error> {
-        let shape = Shape::of(held, tables);
         let made = (0..).zip(&mut self.pools).find(|(_, pool)| pool.shape == shape && !pool.is_whole);
         if let Some((number, pool)) = made {
             pool.take_back(&self.device, &self.queue)?;
@@ -278,7 +281,7 @@ impl Textures {
         }
         let plan = self.settings.pools.plan(stored, held, self.settings.picture);
         let (pool, is_reduced) =
-            PoolState::new(&self.device, &self.queue, self.seen(), plan.bytes, stored, held, tables)?;
+            PoolState::new(&self.device, &self.queue, self.seen(), plan.bytes, stored, held, shape)?;
         let id = self.pagers.add_pool(pool.slots.slots(), pool.slots.tile_bytes, plan.mip_bias)?;
         self.pagers.set_pin_share(id, plan.pin_share);
         let (asked, bytes) = (plan.bytes, pool.slots.bytes());
@@ -296,7 +299,7 @@ impl Textures {
         description: &Arc<Description>,
         tail: &Bytes,
         source: &Arc<dyn TileSource>,
-        TextureSettings { page_table }: TextureSettings,
+        page_table: TableChoice,
     ) -> Result<TextureId, Error> {
         let contents = if self.settings.share_contents { source.contents().cloned() } else { None };
         let present = source.present().cloned();
@@ -363,16 +366,24 @@ impl Textures {
     /// textures of its pool, as [`vastex_wgpu::wgsl`] says; or `vastex_sample_NAME(uv)` for each member of a group
     /// ([`vastex_wgpu::group_wgsl`]).
     pub fn wgsl(&self, sampled: impl Into<Sampled>) -> String {
-        let (group, filter) = (self.settings.bind_group_index, self.settings.filter);
+        let group = self.settings.bind_group_index;
         match sampled.into() {
             Sampled::Layer(layer) => {
                 let layout = self.layout_of(layer);
                 let (tables, pages) = self.kinds_of(layer.texture());
-                let (atlas, feedback, fade) = (layout.atlas(), layout.way(), layout.fade());
+                let (atlas, feedback) = (layout.atlas(), layout.way());
+                let Sampling { filter, fades } = self.sampling_of(layer);
+                let fade = layout.fade() && fades;
                 wgsl(&ShaderOptions { group, filter, atlas, feedback, tables, pages, fade })
             }
-            Sampled::Group(id) => group_wgsl(group, filter, self.way, self.group(id).shape()),
+            Sampled::Group(id) => group_wgsl(group, self.settings.filter, self.way, self.group(id).shape()),
         }
+    }
+
+    /// How the texels of a layer are blended: as was asked for when its texture was added, by [`Settings::filter`], or, where its values
+    /// may not be mixed, not at all.
+    pub fn filter(&self, layer: impl Into<LayerId>) -> Filter {
+        self.sampling_of(layer.into()).filter
     }
 
     /// For the application's pipeline layouts, at [`Settings::bind_group_index`].
@@ -450,11 +461,20 @@ impl Textures {
         pool.map_or_else(Default::default, |pool| (pool.shape.tables, pool.shape.pages))
     }
 
+    /// How a layer is sampled, which is the same for all textures of its pool.
+    pub(crate) fn sampling_of(&self, layer: LayerId) -> Sampling {
+        self.pool_of_layer(layer).shape.sampling(layer.index())
+    }
+
+    pub(crate) fn layout_of(&self, layer: LayerId) -> &BindLayout {
+        self.pool_of_layer(layer).layout(layer.index())
+    }
+
     /// A texture that there is has a pool.
     #[expect(clippy::expect_used, reason = "an id of another `Textures` is a mistake in the program")]
-    pub(crate) fn layout_of(&self, layer: LayerId) -> &BindLayout {
+    fn pool_of_layer(&self, layer: LayerId) -> &PoolState {
         let pool = self.pool_of(layer.texture()).expect("a texture of this `Textures`");
-        self.pools[usize::from(pool.number())].layout(layer.index())
+        &self.pools[usize::from(pool.number())]
     }
 }
 

@@ -32,7 +32,8 @@ impl<'a> Stage<'a> {
         let settings = Settings { pace: Pace::LockStep { latency_frames: 1 }, ..settings };
         let mut textures = Textures::new(device, queue, settings)?;
         let source = PropertySource::new(Geometry::new(shape)?);
-        let texture = textures.add_with(Arc::new(source), TextureSettings { page_table })?;
+        let texture =
+            textures.add_with(Arc::new(source), TextureSettings { page_table, ..Default::default() })?;
         let look = Look::new(&textures.description(texture).layers[0], None);
         let format = look.picture_format();
         let drawn = Drawn { scene, layer: texture.into(), look, relief: None, tiling: Default::default() };

@@ -14,7 +14,7 @@ struct Ordinary_MEMBER {
 fn planet_MEMBER(uv: vec2<f32>, ddx: vec2<f32>, ddy: vec2<f32>) -> vec4<f32> {
     let texture = vastex_group.textures[TEXTURE_PLACE];
     let size = vec2<f32>(texture.size.xy);
-    let level = vastex_level_MEMBER(vastex_lambda(ddx * size, ddy * size));
+    let level = vastex_level_MEMBER(vastex_lambda_MEMBER(ddx * size, ddy * size));
     let folded = vec2<f32>(vastex_folded_uv(uv.x, texture.address.x), vastex_folded_uv(uv.y, texture.address.y));
     let at = folded * ordinary_params_MEMBER.share;
     let sharp = textureSampleLevel(ordinary_MEMBER, ordinary_sampler_MEMBER, at, floor(level));

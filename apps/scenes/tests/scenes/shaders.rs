@@ -43,6 +43,8 @@ fn the_shaders_of_the_planet_are_valid() {
         atlas: Atlas::Float,
         tables: TableKinds::Either,
         pages: PageSides::PowersOfTwo,
+        filter: None,
+        fades: true,
     };
     let shape = GroupShape::new(names.into_iter().enumerate().map(member).collect(), true).unwrap();
     let group = group_wgsl(0, Filter::Trilinear, FeedbackWay::Inline, &shape);
@@ -77,6 +79,8 @@ fn the_shaders_of_displaced_surfaces_are_valid() {
             atlas,
             tables: TableKinds::Either,
             pages: PageSides::PowersOfTwo,
+            filter: None,
+            fades: true,
         };
         let members = vec![member("color", Atlas::Float), member("height", atlas)];
         let group = group_wgsl(0, filter, FeedbackWay::Inline, &GroupShape::new(members, true).unwrap());

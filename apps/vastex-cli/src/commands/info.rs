@@ -137,16 +137,19 @@ struct LayerSummary {
     scale: u32,
     /// What made the coarser levels, where the file says.
     filter: Option<String>,
+    /// Whether its values may be mixed where they are sampled.
+    mixable: bool,
     /// Of the layer in a tile, decoded.
     tile_bytes: usize,
 }
 
 impl LayerSummary {
     fn text(&self) -> String {
-        let LayerSummary { name, format, scale, tile_bytes, .. } = self;
+        let LayerSummary { name, format, scale, mixable, tile_bytes, .. } = self;
         let scale = if *scale == 1 { String::new() } else { format!(" at 1/{scale}") };
         let filter = self.filter.as_ref().map(|name| format!(", filter {name}")).unwrap_or_default();
-        format!("{name} ({format}{scale}{filter}, {tile_bytes} bytes a tile)")
+        let mixed = if *mixable { "" } else { ", not mixed" };
+        format!("{name} ({format}{scale}{filter}{mixed}, {tile_bytes} bytes a tile)")
     }
 }
 
@@ -177,6 +180,7 @@ impl Summary {
             format: layer.format.name(),
             scale: layer.scale,
             filter: filters.get(number).cloned(),
+            mixable: layer.is_mixable,
             tile_bytes: info.description.layer_bytes(layer),
         };
         let [none, lz4, zstd] = info.stored_by_codec;

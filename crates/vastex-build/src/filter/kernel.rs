@@ -75,6 +75,11 @@ impl Kernel {
         matches!(self, Kernel::Min | Kernel::Max | Kernel::Majority | Kernel::Nearest)
     }
 
+    /// Whether values that it is meant for may be mixed where they are sampled: not where it picks because a mixture would mean nothing.
+    pub const fn may_mix(self) -> bool {
+        !matches!(self, Kernel::Majority | Kernel::Nearest)
+    }
+
     /// Whether the kernel has an odd number of texels and so keeps their positions.
     pub const fn is_odd(self) -> bool {
         matches!(self, Kernel::Gauss3 | Kernel::Sharpen5)

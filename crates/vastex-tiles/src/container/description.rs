@@ -21,6 +21,10 @@ const OPTIONAL: u32 = 1 << 31;
 const FILTERS: u32 = OPTIONAL | 3;
 /// The section that says at which multiples tiles begin; only where they do.
 const ALIGN: u32 = OPTIONAL | 4;
+/// The section that says of each layer whether its values may be mixed; only where the filters do not say so.
+const MIXING: u32 = OPTIONAL | 5;
+/// The filters of layers whose values may not be mixed.
+const PICKING_FILTERS: [&str; 2] = ["majority", "nearest"];
 /// Layers that a texture may have.
 const MAX_LAYERS: u32 = 256;
 /// The multiples at which tiles may begin, besides 1.
@@ -75,6 +79,10 @@ pub(super) fn encode(description: &Description, filters: &[String], align: u32) 
     if align != 1 {
         sections.push((ALIGN, align.to_le_bytes().into()));
     }
+    let mixable: Vec<bool> = description.layers.iter().map(|layer| layer.is_mixable).collect();
+    if mixable != mixable_by(filters, mixable.len()) {
+        sections.push((MIXING, mixable.into_iter().map(u8::from).collect()));
+    }
     let mut bytes = Vec::new();
     for (number, section) in sections {
         bytes.extend(number.to_le_bytes());
@@ -82,6 +90,12 @@ pub(super) fn encode(description: &Description, filters: &[String], align: u32) 
         bytes.extend(section);
     }
     bytes
+}
+
+/// Whether the values of each of so many layers may be mixed, as far as their filters say.
+fn mixable_by(filters: &[String], layers: usize) -> Vec<bool> {
+    let picks = |layer: usize| filters.get(layer).is_some_and(|name| PICKING_FILTERS.contains(&&**name));
+    (0..layers).map(|layer| !picks(layer)).collect()
 }
 
 #[cfg(any(feature = "write", not(target_family = "wasm")))]
@@ -173,7 +187,7 @@ fn format_number(format: LayerFormat) -> u32 {
 /// Reads a description and sees to it that this crate can handle the texture.
 pub(super) fn decode(bytes: &[u8]) -> Result<Contents, DescriptionFault> {
     let (mut geometry, mut layers, mut more, mut last) = (None, None, None, None);
-    let (mut filters, mut align) = (Vec::new(), 1);
+    let (mut filters, mut align, mut mixing) = (Vec::new(), 1, None);
     let mut fields = Fields::new(bytes);
     while !fields.is_empty() {
         let (number, len) = (fields.u32()?, fields.u32()?);
@@ -188,6 +202,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Contents, DescriptionFault> {
             MORE => more = Some(decode_more(section)?),
             FILTERS => filters = decode_filters(section)?,
             ALIGN => align = decode_align(section)?,
+            MIXING => mixing = Some(decode_mixing(section)?),
             _ if number & OPTIONAL != 0 => {}
             _ => {
                 return Err(DescriptionFault::Unsupported(format!(
@@ -198,9 +213,15 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Contents, DescriptionFault> {
     }
     match (geometry, layers) {
         (Some(geometry), Some(layers)) => {
-            let description = describe(geometry, layers, more)?;
+            let mut description = describe(geometry, layers, more)?;
             check(&description)?;
             check_filters(&description, &filters)?;
+            let mixable = mixing.unwrap_or_else(|| mixable_by(&filters, description.layers.len()));
+            let (said, layers) = (mixable.len(), description.layers.len());
+            if said != layers {
+                return Err(format!("of {said} layers it says whether they may be mixed, of {layers}").into());
+            }
+            description.layers.iter_mut().zip(mixable).for_each(|(layer, is)| layer.is_mixable = is);
             Ok(Contents { description, filters, align })
         }
         _ => Err("the geometry or the layers are missing".to_string().into()),
@@ -337,6 +358,16 @@ pub(super) fn check_filters(description: &Description, filters: &[String]) -> Re
     }
 }
 
+fn decode_mixing(section: &[u8]) -> Result<Vec<bool>, DescriptionFault> {
+    let decoded = |byte: &u8| match byte {
+        0 | 1 => Ok(*byte == 1),
+        other => {
+            Err(format!("whether a layer may be mixed is said by {other}, which is neither 0 nor 1").into())
+        }
+    };
+    section.iter().map(decoded).collect()
+}
+
 fn decode_align(section: &[u8]) -> Result<u32, DescriptionFault> {
     let bytes = section.try_into().map_err(|_| format!("an alignment of {} bytes", section.len()))?;
     let align = u32::from_le_bytes(bytes);
@@ -390,99 +421,4 @@ pub(super) fn check(description: &Description) -> Result<(), String> {
 
 #[cfg(test)]
 #[cfg(feature = "write")]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-
-    fn description() -> Description {
-        Description::one_layer(Geometry::new(GeometrySpec::image(1000, 777)).unwrap(), LayerFormat::R16)
-    }
-
-    fn contents(filters: &[&str]) -> Contents {
-        let filters = filters.iter().map(ToString::to_string).collect();
-        Contents { description: description(), filters, align: 1 }
-    }
-
-    fn bytes(filters: &[&str]) -> Vec<u8> {
-        let Contents { description, filters, align } = contents(filters);
-        encode(&description, &filters, align)
-    }
-
-    #[test]
-    fn a_description_reads_as_it_was_written() {
-        assert_eq!(decode(&bytes(&[])), Ok(contents(&[])));
-        assert_eq!(decode(&bytes(&["box"])), Ok(contents(&["box"])));
-        assert!(matches!(decode(&bytes(&["box", "box"])), Err(DescriptionFault::Damaged(_))));
-    }
-
-    #[test]
-    fn what_is_unusual_is_read_as_it_was_written() {
-        let spec = GeometrySpec { tail_align: 8, ..GeometrySpec::image(1000, 777) };
-        let layers = vec![
-            Layer::new("color", LayerFormat::Bc7Srgb),
-            Layer { scale: 2, ..Layer::new("height", LayerFormat::R16) },
-        ];
-        let description = Description {
-            border_color: [1, 2, 3, 4],
-            ..Description::new(Geometry::new(spec).unwrap(), layers)
-        };
-        assert_eq!(decode(&encode(&description, &[], 1)).map(|c| c.description), Ok(description));
-        let spec = GeometrySpec { positions: TexelPositions::Kept, ..GeometrySpec::image(1000, 777) };
-        let description = Description::one_layer(Geometry::new(spec).unwrap(), LayerFormat::R8);
-        assert_eq!(decode(&encode(&description, &[], 1)).map(|c| c.description), Ok(description));
-    }
-
-    #[test]
-    fn unknown_sections_are_passed_over_only_if_they_say_so() {
-        let mut bytes = bytes(&["box"]);
-        bytes.extend([9, 0, 0, 0x80, 2, 0, 0, 0, 1, 2]);
-        assert_eq!(decode(&bytes), Ok(contents(&["box"])));
-        // The same section without the bit stands before the filters, since sections ascend.
-        let mut bytes = encode(&description(), &[], 1);
-        bytes.extend([9, 0, 0, 0, 2, 0, 0, 0, 1, 2]);
-        let fault = decode(&bytes).unwrap_err();
-        assert_eq!(fault, DescriptionFault::Unsupported("section 9 of the description is not known".into()));
-    }
-
-    #[test]
-    fn only_alignments_that_disks_ask_for_are_stated() {
-        for align in [4096, 1 << 16] {
-            let bytes = encode(&description(), &[], align);
-            assert_eq!(decode(&bytes), Ok(Contents { align, ..contents(&[]) }));
-        }
-        for align in [0, 2, 2048, 5000, 1 << 17, u32::MAX] {
-            assert!(check_align(align).is_err());
-            assert!(matches!(decode(&encode(&description(), &[], align)), Err(DescriptionFault::Damaged(_))));
-        }
-    }
-
-    #[test]
-    fn every_truncation_is_refused() {
-        let (bytes, required) = (bytes(&["box"]), encode(&description(), &[], 1).len());
-        for len in (0..bytes.len()).filter(|&len| len != required) {
-            assert!(decode(&bytes[..len]).is_err(), "{len}");
-        }
-    }
-
-    #[test]
-    fn textures_too_large_for_a_container_are_refused_with_the_remedy() {
-        let refused = |spec| {
-            check(&Description::one_layer(Geometry::new(spec).unwrap(), LayerFormat::Rgba8)).unwrap_err()
-        };
-        let volume =
-            GeometrySpec { dims: Dims::D3, size: [9000; 3], page: 4096, ..GeometrySpec::image(1, 1) };
-        assert!(refused(volume).ends_with("use smaller pages"));
-        assert!(refused(GeometrySpec::image(1 << 31, 1 << 31)).ends_with("use larger pages"));
-    }
-
-    proptest! {
-        #[test]
-        fn altered_bytes_never_panic(at: prop::sample::Index, value: u8, tail in prop::collection::vec(any::<u8>(), 0..20)) {
-            let mut bytes = bytes(&["box"]);
-            let at = at.index(bytes.len());
-            bytes[at] = value;
-            bytes.extend(tail);
-            let _ = decode(&bytes);
-        }
-    }
-}
+mod tests;

@@ -7,9 +7,10 @@
 use std::collections::BTreeSet;
 
 use super::{
-    Atlas, CUBIC, FEEDBACK, FEEDBACK_FIXED, Filter, HASHED, INSPECT, INSPECTION, LAMBDA, LEVEL, LOOKUP, PAGE,
-    PARAMS, POSITION, PageSides, SAMPLE, SAMPLE_FIXED, TELL, TableKinds, VIEW, atlas_modules, constants,
-    fades_binding, filter_modules, push_constant, push_filter, table_binding, table_module, tell_modules,
+    Atlas, CUBIC, FEEDBACK, FEEDBACK_FIXED, FOOTPRINT, Filter, HASHED, INSPECT, INSPECTION, LAMBDA, LEVEL,
+    LOOKUP, PAGE, PARAMS, POSITION, PageSides, SAMPLE, SAMPLE_FIXED, TELL, TableKinds, VIEW, atlas_modules,
+    constants, fades_binding, filter_modules, push_constant, push_filter, table_binding, table_module,
+    tell_modules,
 };
 use crate::error::GpuError;
 use crate::way::FeedbackWay;
@@ -33,6 +34,10 @@ pub struct GroupMember {
     pub tables: TableKinds,
     /// What is known of its texture's pages.
     pub pages: PageSides,
+    /// How its texels are blended, where that is not the group's filter.
+    pub filter: Option<Filter>,
+    /// Whether its tiles fade in where the group's do; those of a layer whose values may not be mixed do not.
+    pub fades: bool,
 }
 
 /// What the text and the bind group of a group are made for.
@@ -115,7 +120,7 @@ impl GroupShape {
 const SHARED_MODULES: [&str; 5] = [LAMBDA, POSITION, CUBIC, VIEW, INSPECTION];
 
 /// The modules of the group's shape, which feedback of the whole group names pages of.
-const SHAPE_MODULES: [&str; 4] = [LEVEL, PAGE, FEEDBACK, FEEDBACK_FIXED];
+const SHAPE_MODULES: [&str; 5] = [FOOTPRINT, LEVEL, PAGE, FEEDBACK, FEEDBACK_FIXED];
 
 fn member_modules(atlas: Atlas, filter: Filter, way: FeedbackWay, fade: bool) -> Vec<&'static str> {
     let (lookup, sample) = ([table_module(way), HASHED, LOOKUP], [SAMPLE, SAMPLE_FIXED, INSPECT]);
@@ -139,11 +144,15 @@ fn member_modules(atlas: Atlas, filter: Filter, way: FeedbackWay, fade: bool) ->
 /// | `vastex_feedback_clip(clip)` | vertex, feedback pass only | the clip position in the feedback target |
 /// | `vastex_turn(position, count)` | fragment | which of `count` answers this pixel gives in this frame |
 ///
-/// `vastex_feedback_level(uv, level)` takes levels of the member with the most texels. `position` is `@builtin(position)`.
+/// `vastex_feedback_level(uv, level)` takes levels of the member with the most texels. `position` is `@builtin(position)`. Texels are
+/// blended by `filter`, but for members with [one of their own](GroupMember::filter); feedback for all together asks for the level that
+/// the filter with the most taps among theirs needs, which is the finest.
 pub fn group_wgsl(group: u32, filter: Filter, feedback: FeedbackWay, shape: &GroupShape) -> String {
     let mut text = constants();
     push_constant(&mut text, "GROUP", group);
-    push_filter(&mut text, filter);
+    let filter_of = |member: &GroupMember| member.filter.unwrap_or(filter);
+    let finest = shape.members.iter().map(filter_of).max_by_key(|filter| filter.max_taps());
+    push_filter(&mut text, finest.unwrap_or(filter));
     text += &bindings(shape, feedback);
     for &module in [PARAMS].iter().chain(&SHARED_MODULES).chain(tell_modules(feedback)) {
         text += "\n";
@@ -158,7 +167,8 @@ pub fn group_wgsl(group: u32, filter: Filter, feedback: FeedbackWay, shape: &Gro
         SHAPE_MODULES.iter().for_each(|module| push_renamed(&mut text, module, of_shape));
     }
     for (nth, member) in shape.members.iter().enumerate() {
-        let modules = member_modules(member.atlas, filter, feedback, shape.fade);
+        let filter = filter_of(member);
+        let modules = member_modules(member.atlas, filter, feedback, shape.fade && member.fades);
         let own = names(&modules);
         let renamed = |word: &str| match word {
             "vastex_texture" => Some(format!("vastex_group.textures[{}]", member.texture + 1)),
@@ -167,6 +177,8 @@ pub fn group_wgsl(group: u32, filter: Filter, feedback: FeedbackWay, shape: &Gro
             "vastex_fades" => Some(format!("vastex_fades_{}", member.texture)),
             "VASTEX_TABLES" => Some(format!("{}u", member.tables.code())),
             "VASTEX_PAGES" => Some(format!("{}u", member.pages.code())),
+            "VASTEX_FILTER" => Some(format!("{}u", filter.code())),
+            "VASTEX_MAX_TAPS" => Some(format!("{}u", filter.max_taps())),
             "VASTEX_BINDING_ATLAS" => Some(shape.atlas_binding(nth).to_string()),
             _ => own.contains(word).then(|| with_member(word, &member.name)),
         };
@@ -243,6 +255,8 @@ mod tests {
             atlas,
             tables: TableKinds::Either,
             pages: PageSides::Any,
+            filter: None,
+            fades: true,
         }
     }
 
@@ -308,6 +322,31 @@ mod tests {
                 assert_eq!(bound(&text(FeedbackWay::Separate, true)), (0..10).collect::<Vec<_>>());
                 assert_eq!(bound(&text(FeedbackWay::Inline, true)), (0..11).collect::<Vec<_>>());
             }
+        }
+    }
+
+    #[test]
+    fn a_member_that_may_not_be_mixed_is_read_nearest_by_a_text_that_knows_no_fading() {
+        let labels =
+            GroupMember { filter: Some(Filter::Nearest), fades: false, ..member("label", 0, Atlas::Float) };
+        let members = vec![member("color", 0, Atlas::Float), labels];
+        for filter in Filter::KINDS {
+            let shape = GroupShape::new(members.clone(), true).unwrap().with_fade(true);
+            let text = group_wgsl(0, filter, FeedbackWay::Separate, &shape);
+            module(&text);
+            // The body of a function, as far as the next line that is a brace alone.
+            let body = |name: &str| {
+                let (_, from) = text.split_once(&format!("fn {name}(")).unwrap();
+                from.split_once("\n}").unwrap().0.to_owned()
+            };
+            let taps = |name: &str| body(name).contains(&format!("{}u == 1u", filter.max_taps()));
+            assert!(taps("vastex_footprint_color"), "{filter}");
+            assert!(body("vastex_footprint_label").contains("if 1u == 1u"), "{filter}");
+            // What is asked for together is what the finest needs.
+            assert!(text.contains(&format!("const VASTEX_MAX_TAPS: u32 = {}u;", filter.max_taps())));
+            assert!(body("vastex_taken_label").contains("vastex_atlas_label_nearest(place)"), "{filter}");
+            assert!(body("vastex_shown_color").contains("vastex_old_color_share"), "{filter}");
+            assert!(!text.contains("vastex_old_label_share"), "{filter}");
         }
     }
 

@@ -88,6 +88,8 @@ impl Group {
             atlas: planet.atlas(nth),
             tables: planet.worlds[texture].tables(),
             pages: planet.worlds[texture].pages(),
+            filter: None,
+            fades: true,
         };
         let members = [0, 0, 1, 2].into_iter().enumerate().map(member).collect();
         let group = GroupShape::new(members, true).unwrap();

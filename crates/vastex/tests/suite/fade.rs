@@ -174,7 +174,7 @@ fn sharp_and_tail(mapping: &Mapping) -> [Vec<[u8; 4]>; 2] {
 fn either_kind_of_page_table_fades_alike() {
     let mut screens = [TableChoice::Direct, TableChoice::Hashed].map(|page_table| {
         Screen::showing(Settings { filter: Filter::Trilinear, ..fading() }, SCREEN, |textures| {
-            textures.add_with(source(), TextureSettings { page_table }).unwrap()
+            textures.add_with(source(), TextureSettings { page_table, ..Default::default() }).unwrap()
         })
     });
     for frame in 0..40 {

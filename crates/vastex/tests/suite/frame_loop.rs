@@ -126,9 +126,9 @@ fn a_texture_that_is_refused_leaves_everything_as_it_was() {
     let device = TestDevice::new();
     let mut textures = Textures::new(&device.device, &device.queue, settings()).unwrap();
     let endless = Geometry::new(GeometrySpec::image(1 << 31, 1 << 31)).unwrap();
-    let direct = TextureSettings { page_table: TableChoice::Direct };
+    let direct = TextureSettings { page_table: TableChoice::Direct, ..Default::default() };
     for _ in 0..2 {
-        let refused = textures.add_with(Arc::new(PropertySource::new(endless.clone())), direct);
+        let refused = textures.add_with(Arc::new(PropertySource::new(endless.clone())), direct.clone());
         assert!(matches!(refused, Err(Error::Gpu(GpuError::TableTooLarge { .. }))), "{refused:?}");
     }
     // Neither its number nor its pool is kept: the next one is the first.

@@ -8,6 +8,7 @@ mod example;
 mod fade;
 mod frame_loop;
 mod groups;
+mod mixing;
 mod page_tables;
 mod pools;
 mod property;

@@ -32,7 +32,7 @@ fn fixed() -> String {
 
 fn screen(source: Arc<dyn TileSource>, settings: Settings, page_table: TableChoice, shader: &str) -> Screen {
     Screen::showing(settings, shader, |textures| {
-        textures.add_with(source, TextureSettings { page_table }).unwrap()
+        textures.add_with(source, TextureSettings { page_table, ..Default::default() }).unwrap()
     })
 }
 
