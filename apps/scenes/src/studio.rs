@@ -338,7 +338,7 @@ impl Studio {
     }
 
     /// Why a pixel of the last frame's picture shows what it shows; nothing where no texture is.
-    pub fn explain(&self, [x, y]: [u32; 2]) -> Result<Vec<Explanation>, StudioError> {
+    pub fn explain(&mut self, [x, y]: [u32; 2]) -> Result<Vec<Explanation>, StudioError> {
         let (main, beside) = self.views.poses(self.pose);
         let (pose, left) = match beside {
             Some(beside) if x >= self.canvas.size[0] => (beside, self.canvas.size[0]),
@@ -346,9 +346,10 @@ impl Studio {
         };
         let (renderer, sampled) = (&self.renderer, self.renderer.sampled());
         renderer.set_pose(&self.gpu.queue, &self.textures, &pose, self.canvas.size);
-        Ok(self.textures.explain_pixel(self.canvas.size, [x - left, y], |pass, groups| {
+        self.textures.explain_pixel(self.canvas.size, [x - left, y], |pass, groups| {
             renderer.draw_wanted(pass, &groups[sampled]);
-        })?)
+        })?;
+        Ok(self.textures.wait_explained()?.map(|explained| explained.explanations).unwrap_or_default())
     }
 
     /// How alike the picture of the last frame is to the same scene drawn from an ordinary texture, and how that was drawn.

@@ -68,16 +68,32 @@ pub struct FeedbackView {
     picture: [u32; 2],
     scale: FeedbackScale,
     frame: u64,
+    /// The one that is looked at, where it is one.
+    pixel: Option<[u32; 2]>,
 }
 
 impl FeedbackView {
     /// The view of a picture of so many pixels, in a frame.
     pub const fn new(picture: [u32; 2], scale: FeedbackScale, frame: u64) -> FeedbackView {
-        FeedbackView { picture, scale, frame }
+        FeedbackView { picture, scale, frame, pixel: None }
+    }
+
+    /// The view of one pixel of a picture, which lies within it. Its target has the four pixels that take their gradients together, so
+    /// that the pixel wants what it wants in a view of the whole picture.
+    pub const fn of_pixel(picture: [u32; 2], pixel: [u32; 2], frame: u64) -> FeedbackView {
+        FeedbackView { picture, scale: FeedbackScale::Full, frame, pixel: Some(pixel) }
+    }
+
+    /// The first pixel of the picture that the target of one pixel shows.
+    fn window([x, y]: [u32; 2]) -> [u32; 2] {
+        [x / 2 * 2, y / 2 * 2]
     }
 
     /// Size of the target in pixels: enough to cover the picture.
     pub fn target_size(&self) -> [u32; 2] {
+        if self.pixel.is_some() {
+            return [2; 2];
+        }
         self.picture.map(|side| side.div_ceil(self.scale.block()))
     }
 
@@ -97,6 +113,10 @@ impl FeedbackView {
     /// `clip.xy * scale + offset * clip.w`. The centre of each target pixel then lies on the centre of the picture's
     /// pixel that it looks at. In WGSL `vastex_feedback_clip` does this.
     pub fn clip_transform(&self) -> ([f32; 2], [f32; 2]) {
+        if let Some(first) = self.pixel.map(FeedbackView::window) {
+            let [x, y] = self.picture.map(|side| side as f32 / 2.0);
+            return ([x, y], [x - first[0] as f32 - 1.0, first[1] as f32 + 1.0 - y]);
+        }
         let (block, size, jitter) = (self.scale.block() as f32, self.target_size(), self.jitter());
         let axis = |a: usize, direction: f32| {
             let (pixels, covered) = (self.picture[a] as f32, block * size[a] as f32);
@@ -111,6 +131,20 @@ impl FeedbackView {
     pub fn covered(&self) -> [u32; 2] {
         let (block, jitter) = (self.scale.block(), self.jitter());
         [0, 1].map(|a| self.picture[a].saturating_sub(jitter[a]).div_ceil(block))
+    }
+
+    /// Where the target is drawn into in this frame: its first column and row, and how many.
+    fn scissor(&self) -> [u32; 4] {
+        match self.pixel {
+            Some(pixel) => {
+                let first = FeedbackView::window(pixel);
+                [pixel[0] - first[0], pixel[1] - first[1], 1, 1]
+            }
+            None => {
+                let [columns, rows] = self.covered();
+                [0, 0, columns, rows]
+            }
+        }
     }
 
     fn params(&self) -> ViewParams {
@@ -209,6 +243,8 @@ impl ViewBuffer {
 pub struct FeedbackTarget {
     picture: [u32; 2],
     scale: FeedbackScale,
+    /// The one that it is for, where it is one.
+    pixel: Option<[u32; 2]>,
     raw: RawTexture,
     depth_view: wgpu::TextureView,
 }
@@ -220,11 +256,24 @@ impl FeedbackTarget {
         picture: [u32; 2],
         scale: FeedbackScale,
     ) -> Result<FeedbackTarget, GpuError> {
+        FeedbackTarget::of_view(device, FeedbackView::new(picture, scale, 0))
+    }
+
+    /// A target for one pixel of pictures of so many pixels, which lies within them; [`crate::PixelReadback`] reads it.
+    pub fn of_pixel(
+        device: &wgpu::Device,
+        picture: [u32; 2],
+        pixel: [u32; 2],
+    ) -> Result<FeedbackTarget, GpuError> {
+        FeedbackTarget::of_view(device, FeedbackView::of_pixel(picture, pixel, 0))
+    }
+
+    fn of_view(device: &wgpu::Device, view: FeedbackView) -> Result<FeedbackTarget, GpuError> {
         alive(device)?;
-        let size = FeedbackView::new(picture, scale, 0).target_size();
+        let (FeedbackView { picture, scale, pixel, .. }, size) = (view, view.target_size());
         let raw = RawTexture::new(device, size, wgpu::TextureUsages::RENDER_ATTACHMENT)?;
         let depth = raw.beside(device, FEEDBACK_DEPTH_FORMAT, wgpu::TextureUsages::RENDER_ATTACHMENT);
-        Ok(FeedbackTarget { picture, scale, raw, depth_view: depth.create_view(&Default::default()) })
+        Ok(FeedbackTarget { picture, scale, pixel, raw, depth_view: depth.create_view(&Default::default()) })
     }
 
     /// Begins the feedback pass of a frame: clears the target and its depth buffer, points `view` at it, and cuts
@@ -238,7 +287,7 @@ impl FeedbackTarget {
         frame: u64,
         clear_depth: f32,
     ) -> wgpu::RenderPass<'encoder> {
-        let frame_view = FeedbackView::new(self.picture, self.scale, frame);
+        let frame_view = self.view(frame);
         view.set(device, encoder, &frame_view.params());
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("vastex feedback"),
@@ -263,9 +312,20 @@ impl FeedbackTarget {
             occlusion_query_set: None,
             multiview_mask: None,
         });
-        let [columns, rows] = frame_view.covered();
-        pass.set_scissor_rect(0, 0, columns, rows);
+        let [x, y, columns, rows] = frame_view.scissor();
+        pass.set_scissor_rect(x, y, columns, rows);
         pass
+    }
+
+    fn view(&self, frame: u64) -> FeedbackView {
+        let FeedbackTarget { picture, scale, pixel, .. } = *self;
+        FeedbackView { picture, scale, frame, pixel }
+    }
+
+    /// Where the one pixel that it is for lies in it.
+    pub(crate) fn place_of_pixel(&self) -> [u32; 2] {
+        let [x, y, ..] = self.view(0).scissor();
+        [x, y]
     }
 
     /// Size in pixels.
@@ -323,6 +383,26 @@ mod tests {
                         assert_eq!(i < view.covered()[axis], seen < picture[axis]);
                     }
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn the_view_of_a_pixel_has_it_where_its_gradients_are_those_of_the_whole_picture() {
+        for picture in [[1280, 720], [13, 7], [1, 1], [8191, 4097]] {
+            for pixel in [[0, 0], [picture[0] - 1, picture[1] - 1], [picture[0] / 2, picture[1] / 3]] {
+                let view = FeedbackView::of_pixel(picture, pixel, 3);
+                let ((scale, offset), size) = (view.clip_transform(), view.target_size());
+                let [x, y, columns, rows] = view.scissor();
+                assert_eq!((columns, rows, size), (1, 1, [2, 2]));
+                assert_eq!([x, y], pixel.map(|at| at % 2), "its place among four is that in the picture");
+                for (axis, up, place) in [(0, 1.0, x), (1, -1.0, y)] {
+                    let ndc = up * (2.0 * (pixel[axis] as f32 + 0.5) / picture[axis] as f32 - 1.0);
+                    let in_target = up * (ndc * scale[axis] + offset[axis]);
+                    let found = (in_target + 1.0) / 2.0 * size[axis] as f32;
+                    assert!((found - (place as f32 + 0.5)).abs() < 1e-2, "{picture:?} {pixel:?}: {found}");
+                }
+                assert_eq!(view.params().level_offset, 0.0);
             }
         }
     }

@@ -8,7 +8,7 @@ use crate::feedback::FEEDBACK_FORMAT;
 use crate::mapping::{Answer, Mapping, read_buffer};
 
 /// Bytes of a pixel.
-const PIXEL_BYTES: u32 = 16;
+pub(crate) const PIXEL_BYTES: u32 = 16;
 
 /// The texture that holds the pixels of a feedback target, whichever way they came there.
 #[derive(Clone, Debug)]
@@ -74,6 +74,23 @@ impl RawTexture {
             extent(self.size),
         );
         Mapping::on_submit(encoder, buffer, self.copy_bytes())
+    }
+
+    /// Records the copy of one pixel into a buffer of [`PIXEL_BYTES`].
+    pub(crate) fn copy_pixel_to(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        buffer: &wgpu::Buffer,
+        [x, y]: [u32; 2],
+    ) -> Mapping {
+        let origin = wgpu::Origin3d { x, y, z: 0 };
+        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: None, rows_per_image: None };
+        encoder.copy_texture_to_buffer(
+            wgpu::TexelCopyTextureInfo { origin, ..self.texture.as_image_copy() },
+            wgpu::TexelCopyBufferInfo { buffer, layout },
+            extent([1, 1]),
+        );
+        Mapping::on_submit(encoder, buffer, PIXEL_BYTES.into())
     }
 
     /// The pixels in a copy, row by row.

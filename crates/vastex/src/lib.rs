@@ -68,6 +68,7 @@ pub use cpu_tiles::CpuStats;
 pub use dump::{DumpedPool, DumpedTexture, LevelPages, PoolDump};
 pub use error::Error;
 pub use groups::{Member, Sampled};
+pub use inspect::ExplainedPixel;
 pub use layer::LayerId;
 pub use pool_settings::{PoolRule, PoolSettings, PoolTuning, ScaleGroups};
 pub use pools::PoolStats;

@@ -27,6 +27,7 @@ impl Textures {
         self.way = feedback_way(device, &self.settings)?;
         self.forget_texture_space(None);
         self.undone = Undone::default();
+        self.asked_pixels.clear();
         self.pagers.tiles_lost();
         self.cpu_tiles.tiles_lost();
         self.restore_views();

@@ -23,11 +23,12 @@ use crate::fades::FadeState;
 use crate::feedback::FeedbackPipelines;
 use crate::frame::Undone;
 use crate::groups::{GroupState, Sampled};
+use crate::inspect::AskedPixels;
 use crate::layer::LayerId;
 use crate::lock_step::LockStep;
 use crate::pools::{PoolState, Seen, Shape};
 use crate::recorder::{Places, Recorder};
-use crate::settings::{Filter, Pace, Sampling, Settings, TextureSettings};
+use crate::settings::{Pace, Sampling, Settings, TextureSettings};
 use crate::stats::Counters;
 use crate::telemetry::Telemetry;
 use crate::texture_space::TextureSpacePath;
@@ -74,6 +75,7 @@ pub struct Textures {
     pub(crate) telemetry: Telemetry,
     pub(crate) cpu_tiles: CpuTiles,
     pub(crate) fades: FadeState,
+    pub(crate) asked_pixels: AskedPixels,
 }
 
 pub(crate) struct TextureState {
@@ -183,6 +185,7 @@ impl Textures {
             telemetry: Telemetry::new(settings.telemetry_frames),
             cpu_tiles: CpuTiles::new(settings.cpu_cache_bytes),
             fades: FadeState::default(),
+            asked_pixels: AskedPixels::default(),
             settings,
         })
     }
@@ -356,12 +359,6 @@ impl Textures {
         numbers.filter_map(|(number, _)| TextureId::new(number))
     }
 
-    /// The layer of that name, if the texture has one.
-    pub fn layer(&self, texture: TextureId, name: &str) -> Option<LayerId> {
-        let index = self.description(texture).layers.iter().position(|layer| layer.name == name)?;
-        Some(LayerId::new(texture, index))
-    }
-
     /// The WGSL that goes after the application's own shader, whose directives then stay first and whose lines keep their numbers: `vastex_sample(uv)` and its kin, for this layer of all
     /// textures of its pool, as [`vastex_wgpu::wgsl`] says; or `vastex_sample_NAME(uv)` for each member of a group
     /// ([`vastex_wgpu::group_wgsl`]).
@@ -378,12 +375,6 @@ impl Textures {
             }
             Sampled::Group(id) => group_wgsl(group, self.settings.filter, self.way, self.group(id).shape()),
         }
-    }
-
-    /// How the texels of a layer are blended: as was asked for when its texture was added, by [`Settings::filter`], or, where its values
-    /// may not be mixed, not at all.
-    pub fn filter(&self, layer: impl Into<LayerId>) -> Filter {
-        self.sampling_of(layer.into()).filter
     }
 
     /// For the application's pipeline layouts, at [`Settings::bind_group_index`].
@@ -461,18 +452,13 @@ impl Textures {
         pool.map_or_else(Default::default, |pool| (pool.shape.tables, pool.shape.pages))
     }
 
-    /// How a layer is sampled, which is the same for all textures of its pool.
-    pub(crate) fn sampling_of(&self, layer: LayerId) -> Sampling {
-        self.pool_of_layer(layer).shape.sampling(layer.index())
-    }
-
     pub(crate) fn layout_of(&self, layer: LayerId) -> &BindLayout {
         self.pool_of_layer(layer).layout(layer.index())
     }
 
     /// A texture that there is has a pool.
     #[expect(clippy::expect_used, reason = "an id of another `Textures` is a mistake in the program")]
-    fn pool_of_layer(&self, layer: LayerId) -> &PoolState {
+    pub(crate) fn pool_of_layer(&self, layer: LayerId) -> &PoolState {
         let pool = self.pool_of(layer.texture()).expect("a texture of this `Textures`");
         &self.pools[usize::from(pool.number())]
     }

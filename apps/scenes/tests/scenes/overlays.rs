@@ -29,13 +29,13 @@ fn is_green([r, g, b]: [u8; 3]) -> bool {
 fn a_view_that_has_converged_lacks_nothing_and_one_that_has_not_is_said_to() {
     let (_directory, file) = Image::new(2000, 1500, 64).build();
     let open = || vastex::open(&file).unwrap();
-    let sharp = studio(open(), settings(16, Filter::Trilinear), None);
+    let mut sharp = studio(open(), settings(16, Filter::Trilinear), None);
     let deficit = sharp.overlay(Overlay::Deficit).unwrap();
     let covered = count(&deficit, |_| true);
     assert!(covered > 1000, "the plane is in view");
     assert_eq!(count(&deficit, is_green), covered);
     // In its first frame nothing but the tail is there: no pixel that wants a page has it.
-    let blurred = studio(open(), settings(16, Filter::Trilinear), Some(1));
+    let mut blurred = studio(open(), settings(16, Filter::Trilinear), Some(1));
     assert!(count(&blurred.overlay(Overlay::Deficit).unwrap(), is_green) < covered / 10);
     // Too small a pool lacks what its mip bias says.
     let pools = PoolSettings::of_bytes(12 * 72 * 72 * 4);
@@ -72,7 +72,7 @@ fn a_pixel_is_explained_as_the_pager_has_it() {
     let (_directory, file) = Image::new(2000, 1500, 64).build();
     let open = || vastex::open(&file).unwrap();
     let ground = [SIZE[0] / 2, SIZE[1] - 5];
-    let sharp = studio(open(), settings(16, Filter::Trilinear), None);
+    let mut sharp = studio(open(), settings(16, Filter::Trilinear), None);
     let told = sharp.explain(ground).unwrap();
     let [told] = told.as_slice() else { panic!("one texture is there: {told:?}") };
     assert_eq!((told.wait, told.shown), (None, told.at_bias));
@@ -81,7 +81,7 @@ fn a_pixel_is_explained_as_the_pager_has_it() {
     let mut globe = Studio::new(gpu(), open(), Scene::Globe, SIZE, settings(16, Filter::Trilinear)).unwrap();
     globe.run(Path::Still, Until::Frames(1), |_, _| ()).unwrap();
     assert!(globe.explain([0, 0]).unwrap().is_empty(), "the sky");
-    let blurred = studio(open(), settings(16, Filter::Trilinear), Some(3));
+    let mut blurred = studio(open(), settings(16, Filter::Trilinear), Some(3));
     let told = &blurred.explain(ground).unwrap()[0];
     assert!(told.wait.is_some() && told.shown.level() > told.at_bias.level(), "{told}");
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
-use vastex::{Event, FrameStats, LayerId, Settings, Textures, TileSource};
+use vastex::{Event, ExplainedPixel, FrameStats, LayerId, Settings, Textures, TileSource};
 use vastex_core::Dims;
 use vastex_scenes::{
     Drawn, Gpu, HeightsError, Look, Overlay, OverlayRenderer, PictureTarget, Pose, Relief, Scene,
@@ -215,14 +215,22 @@ impl Viewer {
             overlay.map(|overlay| OverlayRenderer::new(device, &self.textures, &self.renderer, overlay));
     }
 
-    /// Prints why a pixel shows what it shows.
-    pub(super) fn explain(&self, pose: Pose, pixel: [u32; 2]) -> Result<()> {
+    /// Asks why a pixel shows what it shows; one of the next frames prints it.
+    pub(super) fn explain(&mut self, pose: Pose, pixel: [u32; 2]) -> Result<()> {
         let (renderer, sampled, size) = (&self.renderer, self.renderer.sampled(), self.surface.size());
         renderer.set_pose(&self.gpu.queue, &self.textures, &pose, size);
-        let explained = self.textures.explain_pixel(size, pixel, |pass, groups| {
+        self.textures.explain_pixel(size, pixel, |pass, groups| {
             renderer.draw_wanted(pass, &groups[sampled]);
         })?;
-        report::print(&Explained::new(pixel, &explained).text())
+        Ok(())
+    }
+
+    /// Prints the answers that have arrived.
+    fn print_explained(&mut self) -> Result<()> {
+        while let Some(ExplainedPixel { pixel, explanations }) = self.textures.poll_explained()? {
+            report::print(&Explained::new(pixel, &explanations).text())?;
+        }
+        Ok(())
     }
 
     /// When the next frame is due; `awake` says that the view will change by itself.
@@ -230,7 +238,9 @@ impl Viewer {
         let FrameStats { converged, fading, pager, .. } = self.textures.stats();
         match () {
             () if self.is_hidden => Wake::After(SLOW),
-            () if awake || self.unsettled > 0 || !converged || fading > 0 => Wake::Now,
+            // Frames look for answers, also where nothing moves.
+            () if awake || self.textures.asked_pixels() > 0 => Wake::Now,
+            () if self.unsettled > 0 || !converged || fading > 0 => Wake::Now,
             () if pager.failed > 0 => Wake::After(SLOW),
             () => Wake::OnEvent,
         }
@@ -268,6 +278,7 @@ impl Viewer {
         }
         self.gpu.queue.submit([encoder.finish()]);
         self.surface.present(frame);
+        self.print_explained()?;
         self.frames += 1;
         self.unsettled = self.unsettled.saturating_sub(1);
         if self.unsettled == 0 && self.textures.settings().picture != self.surface.size() {

@@ -5,6 +5,7 @@ mod by_hand;
 mod common;
 mod dropped;
 mod example;
+mod explain;
 mod fade;
 mod frame_loop;
 mod groups;

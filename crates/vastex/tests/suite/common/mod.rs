@@ -252,6 +252,14 @@ impl Screen {
         drawn.unwrap()
     }
 
+    /// Asks why a pixel shows what it shows.
+    pub fn explain(&mut self, pixel: [u32; 2]) -> Result<(), Error> {
+        let shown = &self.shown;
+        self.textures.explain_pixel(PICTURE, pixel, |pass, groups| {
+            draw(pass, shown, |shown| (&shown.wanted, &groups[shown.sampled]));
+        })
+    }
+
     /// The picture from what is in the pool now, row by row.
     pub fn picture(&self) -> Vec<[u8; 4]> {
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
