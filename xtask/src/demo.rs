@@ -7,8 +7,9 @@ use std::process::Command;
 
 use anyhow::{Context, Result};
 
-use crate::{setup, shell};
+use crate::{demo_program, setup, shell};
 
+const PROGRAM: &str = "vastex-cli";
 const IMAGE: &str = "assets/earth-color-10800x5400.jpg";
 const CONTAINER: &str = "target/demo/earth.vastex";
 
@@ -19,20 +20,39 @@ const PICTURES: &[(&str, &str, &[&str])] = &[
 ];
 
 pub(crate) fn run() -> Result<()> {
+    let has_display = has_display();
+    println!("{}", plan(has_display));
     setup::ensure(&setup::C_COMPILER)?;
     setup::ensure(&setup::GRAPHICS_DRIVER)?;
     std::fs::create_dir_all(shell::root().join("target/demo")).context("cannot create target/demo")?;
-    println!("\nbuilding the program (some minutes the first time), then the container from the real image");
+    println!("\n1. compiling the program, unless it is compiled already");
+    let mut compile = shell::cargo("build");
+    shell::run(compile.args(["-p", PROGRAM]).args(demo_program::features(has_display)))?;
+    println!("\n2. making the container");
     // The Earth goes round, so its left and right edges are neighbours.
     shell::run(vastex().args(["build", IMAGE, "-o", CONTAINER, "--address", "wrap,clamp"]))?;
-    if has_display() {
-        println!("\nopening the window; close it to end");
+    if has_display {
+        println!("\n3. opening the window; close it to end");
         match shell::run(vastex().args(["view", CONTAINER, "--on", "globe"])) {
             Ok(()) => return Ok(()),
-            Err(error) => println!("{error:#}\nno window could be opened; rendering pictures instead"),
+            Err(error) => println!("{error:#}\nno window could be opened, so pictures are drawn instead"),
         }
     }
+    println!("\n3. drawing the pictures");
     render()
+}
+
+/// What will happen, and how long it takes.
+fn plan(has_display: bool) -> String {
+    let shown = match has_display {
+        true => "3. opens a window with it on a globe: drag turns it, the wheel zooms",
+        false => "3. draws two pictures of it, since there is no display here: some seconds",
+    };
+    format!(
+        "This shows {IMAGE} as a virtual texture. It\n\
+         1. compiles the program: about 5 minutes on two processor cores the first time, at once from then on\n\
+         2. makes the container {CONTAINER} of the image: some seconds\n{shown}\n"
+    )
 }
 
 fn render() -> Result<()> {
@@ -48,11 +68,10 @@ fn render() -> Result<()> {
     Ok(())
 }
 
-/// The program, in the same profile as the suite, so that neither compiles what the other has compiled.
+/// The program, compiled by the same profile as in the suite, so that neither compiles libraries that the other has compiled.
 fn vastex() -> Command {
-    let mut command = shell::cargo("run");
-    command.args(["-p", "vastex-cli", "--"]);
-    command
+    let program = shell::target_dir().join("debug").join(format!("vastex{}", std::env::consts::EXE_SUFFIX));
+    shell::command(&program.to_string_lossy())
 }
 
 fn has_display() -> bool {

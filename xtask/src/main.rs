@@ -11,6 +11,7 @@ mod block_speed;
 mod campaign;
 mod damage;
 mod demo;
+mod demo_program;
 mod figures;
 mod gaia_sky;
 mod inputs;
@@ -37,6 +38,7 @@ Usage: cargo xtask <COMMAND>
 
 Commands:
   test [STEP]..            the whole suite with its set-up, or only the steps named
+  test -p CRATE [WORD]     the tests of one crate, or those of them whose names contain a word
   demo                     the real Earth as a virtual texture: in a window where there is a display, else as pictures
   bench build [OPTIONS]    preparing data beside libvips, in the same run
       --runs N               interleaved runs of each program [default: 5]
@@ -58,6 +60,7 @@ Commands:
 Examples:
   cargo xtask test
   cargo xtask test format clippy
+  cargo xtask test -p vastex-core bias
   cargo xtask bench build --runs 9 --write
 
 Exit codes: 0 done, 1 something failed, 2 the command line is wrong.
@@ -131,6 +134,9 @@ mod tests {
             &["campaign", "fuzz", "--minutes"],
             &["demo", "mars"],
             &["test", "tset"],
+            &["test", "-p"],
+            &["test", "-p", "vastex-moon"],
+            &["test", "-p", "vastex", "a", "b"],
         ] {
             let error = dispatch(arguments).unwrap_err();
             assert!(error.is::<Usage>(), "{arguments:?}: {error:#}");

@@ -1,7 +1,9 @@
-//! `cargo xtask test`: the whole suite as a list of steps, each timed, with a table at the end.
+//! `cargo xtask test`: the whole suite as a list of steps, each timed, with a table at the end; or the tests of one crate.
 //!
 //! A step that fails does not keep the later ones from running, so that one run shows all that is wrong.
 
+use std::fs;
+use std::process::Command;
 use std::time::{Duration, Instant};
 
 use anyhow::{Result, bail};
@@ -32,8 +34,11 @@ const STEPS: &[Step] = &[
     Step { name: "wasm", what: "the crates of the browser compile for it", run: wasm::check },
 ];
 
-/// Runs the steps named, or all.
+/// Runs the steps named, or all; or, after `-p`, the tests of a crate.
 pub(crate) fn run(names: &[&str]) -> Result<()> {
+    if let ["-p" | "--package", names @ ..] = names {
+        return one_crate(names);
+    }
     if let Some(unknown) = names.iter().find(|name| STEPS.iter().all(|step| step.name != **name)) {
         let known: Vec<&str> = STEPS.iter().map(|step| step.name).collect();
         return Err(Usage(format!("no step is called '{unknown}'; there are: {}", known.join(", "))).into());
@@ -41,29 +46,105 @@ pub(crate) fn run(names: &[&str]) -> Result<()> {
     let mut rows = Vec::new();
     for step in STEPS.iter().filter(|step| names.is_empty() || names.contains(&step.name)) {
         println!("\n== {}: {} ==", step.name, step.what);
-        let start = Instant::now();
+        let start = Clock::now();
         let result = (step.run)();
         let time = start.elapsed();
         if let Err(error) = &result {
             eprintln!("error: {error:#}");
         }
-        println!("== {} took {} ==", step.name, seconds(time));
+        println!("== {} took {} ==", step.name, seconds(time.wall));
         rows.push((step.name, time, result));
     }
     summarise(&rows)
 }
 
-fn summarise(rows: &[(&str, Duration, Result<Outcome>)]) -> Result<()> {
-    println!("\n{:<8} {:>9}  result", "step", "time");
+/// The tests of one crate, or those of them whose names contain a word.
+fn one_crate(names: &[&str]) -> Result<()> {
+    let known = crates()?;
+    let (name, filter) = match names {
+        [name] => (*name, None),
+        [name, filter] => (*name, Some(*filter)),
+        _ => {
+            return Err(Usage(format!(
+                "-p takes a crate and perhaps a word; there are: {}",
+                known.join(", ")
+            ))
+            .into());
+        }
+    };
+    if !known.iter().any(|known| known == name) {
+        return Err(Usage(format!("no crate is called '{name}'; there are: {}", known.join(", "))).into());
+    }
+    setup::ensure(&setup::C_COMPILER)?;
+    setup::ensure(&setup::GRAPHICS_DRIVER)?;
+    let mut command = cargo_test();
+    command.args(["-p", name]).args(filter);
+    shell::run(&mut command)
+}
+
+/// The names of the packages of the workspace.
+fn crates() -> Result<Vec<String>> {
+    let mut names = vec!["xtask".to_owned()];
+    for folder in ["crates", "apps"] {
+        for entry in fs::read_dir(shell::root().join(folder))? {
+            let manifest = fs::read_to_string(entry?.path().join("Cargo.toml"))?;
+            let name = manifest.lines().find_map(|line| line.strip_prefix("name = "));
+            names.extend(name.map(|name| name.trim_matches('"').to_owned()));
+        }
+    }
+    names.sort();
+    Ok(names)
+}
+
+/// When something began, by the clock and by the processor time of the programs that have ended since.
+struct Clock {
+    wall: Instant,
+    processor: Option<Duration>,
+}
+
+/// How long something took.
+#[derive(Clone, Copy, Debug)]
+struct Time {
+    wall: Duration,
+    /// Of all processors together; unknown where the system does not say.
+    processor: Option<Duration>,
+}
+
+impl Clock {
+    fn now() -> Clock {
+        Clock { wall: Instant::now(), processor: processor_time() }
+    }
+
+    fn elapsed(&self) -> Time {
+        let processor = processor_time().zip(self.processor).map(|(now, then)| now.saturating_sub(then));
+        Time { wall: self.wall.elapsed(), processor }
+    }
+}
+
+/// Processor time of all programs that were started here and have ended, by Linux's account.
+fn processor_time() -> Option<Duration> {
+    let stat = fs::read_to_string("/proc/self/stat").ok()?;
+    // The name, in parentheses, may contain anything. After it the 14th and 15th field are hundredths of a second.
+    let fields: Vec<&str> = stat.rsplit_once(')')?.1.split_whitespace().collect();
+    let ticks: u64 =
+        [13, 14].iter().map(|&field| fields.get(field)?.parse::<u64>().ok()).sum::<Option<u64>>()?;
+    Some(Duration::from_millis(10 * ticks))
+}
+
+fn summarise(rows: &[(&str, Time, Result<Outcome>)]) -> Result<()> {
+    println!("\n{:<8} {:>9} {:>10}  result", "step", "time", "processor");
+    let processor = |time: Option<Duration>| time.map_or_else(|| "-".to_owned(), seconds);
     for (name, time, result) in rows {
         let result = match result {
             Ok(Outcome::Passed) => "ok".to_owned(),
             Ok(Outcome::Skipped(why)) => format!("SKIPPED: {why}"),
             Err(error) => format!("FAILED: {}", start_of(&error.to_string())),
         };
-        println!("{name:<8} {:>9}  {result}", seconds(*time));
+        println!("{name:<8} {:>9} {:>10}  {result}", seconds(time.wall), processor(time.processor));
     }
-    println!("{:<8} {:>9}", "all", seconds(rows.iter().map(|(_, time, _)| *time).sum()));
+    let all = rows.iter().map(|(_, time, _)| time.wall).sum();
+    let all_processor = rows.iter().map(|(_, time, _)| time.processor).sum();
+    println!("{:<8} {:>9} {:>10}", "all", seconds(all), processor(all_processor));
     let failed: Vec<&str> =
         rows.iter().filter(|(_, _, result)| result.is_err()).map(|(name, _, _)| *name).collect();
     if !failed.is_empty() {
@@ -110,8 +191,37 @@ fn docs() -> Result<Outcome> {
 
 /// One invocation for the whole workspace, so that features unify and nothing is compiled twice.
 fn tests() -> Result<Outcome> {
+    shell::run(cargo_test().args(["--workspace", "--no-fail-fast"])).map(|()| Outcome::Passed)
+}
+
+fn cargo_test() -> Command {
     let mut command = shell::cargo("test");
     // The suite is the same sample each time; campaigns take others.
-    command.env("PROPTEST_RNG_SEED", "1").args(["--workspace", "--no-fail-fast"]);
-    shell::run(&mut command).map(|()| Outcome::Passed)
+    command.env("PROPTEST_RNG_SEED", "1");
+    command
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_crates_are_those_of_the_workspace() {
+        let crates = crates().unwrap();
+        for name in ["vastex", "vastex-cli", "vastex-core", "vastex-scenes", "xtask"] {
+            assert!(crates.iter().any(|known| known == name), "{name} of {crates:?}");
+        }
+    }
+
+    #[test]
+    fn processor_time_is_that_of_programs_which_have_ended() {
+        if !cfg!(target_os = "linux") {
+            return;
+        }
+        let clock = Clock::now();
+        shell::output(shell::command("sh").args(["-c", "i=0; while [ $i -lt 200000 ]; do i=$((i+1)); done"]))
+            .unwrap();
+        let time = clock.elapsed();
+        assert!(time.processor.unwrap() > Duration::ZERO, "{time:?}");
+    }
 }

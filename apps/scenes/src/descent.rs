@@ -9,7 +9,7 @@ use glam::Mat4;
 use vastex::{FeedbackWay, FrameStats, Settings, TextureId, Textures, TileSource};
 
 use crate::compare::Picture;
-use crate::draw::{PictureTarget, depth_view, filled_buffer};
+use crate::draw::{BACKGROUND, PictureTarget, depth_view, filled_buffer};
 use crate::globe_grid::{GlobeGrid, GlobePose};
 use crate::gpu::Gpu;
 use crate::pipeline::{Corners, PipelineParts};
@@ -126,7 +126,7 @@ impl Descent {
     pub fn picture(&self) -> Picture {
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let target = PictureTarget { colour: &self.colour_view, depth: &self.depth_view };
-        let mut pass = target.begin(&mut encoder);
+        let mut pass = target.begin(&mut encoder, BACKGROUND);
         self.surface.draw(&mut pass, &self.picture, self.textures.bind_group(self.texture));
         drop(pass);
         Picture { size: self.size, rgba: read_texture(&self.gpu, encoder, &self.colour, 4) }

@@ -126,6 +126,11 @@ impl SceneRenderer {
         self.scene
     }
 
+    /// What is drawn where no surface is, in the values of its pictures.
+    pub(crate) fn background(&self) -> Vec4 {
+        self.look.background()
+    }
+
     /// Width over height of the image.
     pub fn image_aspect(&self) -> f32 {
         self.image
@@ -160,7 +165,7 @@ impl SceneRenderer {
         let seen = self.relief.as_ref().map(|relief| relief.seen_from(textures, pose, picture));
         let level = || pose.clip_from_world(width / height, self.image);
         let matrix = seen.as_ref().map_or_else(level, |seen| seen.clip_from_world);
-        eye.set(queue, matrix, self.look.range(), [width, height], seen.as_ref());
+        eye.set(queue, matrix, &self.look, [width, height], seen.as_ref());
     }
 
     /// Draws what the scene wants, into a pass of [`Textures::feedback`].
@@ -204,7 +209,7 @@ impl SceneRenderer {
         texture_group: &wgpu::BindGroup,
         target: &PictureTarget<'_>,
     ) {
-        self.draw_through(eye, &mut target.begin(encoder), &self.picture, texture_group);
+        self.draw_through(eye, &mut target.begin(encoder, self.background()), &self.picture, texture_group);
     }
 
     /// What the scene's own camera sees it through.
@@ -325,8 +330,12 @@ pub struct PictureTarget<'a> {
 
 impl PictureTarget<'_> {
     /// A pass that begins with the background, its alpha 0, which says "not covered".
-    pub(crate) fn begin<'e>(&self, encoder: &'e mut wgpu::CommandEncoder) -> wgpu::RenderPass<'e> {
-        let [r, g, b, _] = BACKGROUND.as_dvec4().to_array();
+    pub(crate) fn begin<'e>(
+        &self,
+        encoder: &'e mut wgpu::CommandEncoder,
+        background: Vec4,
+    ) -> wgpu::RenderPass<'e> {
+        let [r, g, b, _] = background.as_dvec4().to_array();
         encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("scene picture"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use bytemuck::Zeroable;
 use glam::{Mat4, Vec4};
 
-use crate::draw::BACKGROUND;
+use crate::look::Look;
 use crate::patches::{MOST_PATCHES, Patch};
 use crate::relief::{ReliefUniform, ReliefView};
 use crate::uniform::Uniform;
@@ -49,12 +49,14 @@ impl Eye {
         &self,
         queue: &wgpu::Queue,
         clip_from_world: Mat4,
-        [black, factor]: [f32; 2],
+        look: &Look,
         [width, height]: [f32; 2],
         seen: Option<&ReliefView>,
     ) {
+        let [black, factor] = look.range();
         let range_and_picture = Vec4::new(black, factor, width, height);
-        let (background, relief) = (BACKGROUND, seen.map_or_else(Zeroable::zeroed, |seen| seen.uniform));
+        let (background, relief) =
+            (look.background(), seen.map_or_else(Zeroable::zeroed, |seen| seen.uniform));
         self.uniform.set(queue, &SceneUniform { clip_from_world, background, range_and_picture, relief });
         if let Some(seen) = seen {
             queue.write_buffer(&self.patches, 0, bytemuck::cast_slice(&seen.patches));

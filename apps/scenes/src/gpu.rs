@@ -33,10 +33,11 @@ pub struct Gpu {
 }
 
 impl Gpu {
-    /// A device without a window. `WGPU_BACKEND` may name the interfaces to look for adapters behind: `vulkan`, `gl` ...
+    /// A device without a window, of Vulkan where that has an adapter. `WGPU_BACKEND` may name the interfaces to look for adapters
+    /// behind: `vulkan`, `gl` ...
     pub fn headless() -> Result<Gpu, GpuSetupError> {
         let described = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
-        Gpu::for_surface(wgpu::Instance::new(described), None)
+        Gpu::for_surface(pollster::block_on(vastex::instance_for(described)), None)
     }
 
     /// A device that can show pictures in a window or, without one, only draw them.

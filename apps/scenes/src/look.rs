@@ -2,6 +2,7 @@
 //!
 //! The shaders' part of it is `scene_colour` in surface.wgsl; its twin for pictures that the CPU makes is here.
 
+use glam::Vec4;
 use vastex::{Layer, LayerId, TextureId, Textures};
 
 use crate::draw::BACKGROUND;
@@ -109,6 +110,14 @@ impl Look {
         .concat()
     }
 
+    /// What is behind the surface, as pictures of [`Look::picture_format`] are given it: it looks the same behind every layer.
+    pub(crate) fn background(&self) -> Vec4 {
+        match self.is_srgb {
+            true => BACKGROUND, // light, which the format encodes
+            false => BACKGROUND.truncate().map(srgb_from_linear).extend(BACKGROUND.w),
+        }
+    }
+
     /// Offset and factor of the range, as `scene.range` has them.
     pub(crate) fn range(&self) -> [f32; 2] {
         let [low, high] = self.range;
@@ -119,8 +128,9 @@ impl Look {
     pub(crate) fn pixel_from_value(&self, value: [f32; 4], light: f32) -> [u8; 4] {
         let [low, factor] = self.range();
         let shown = [0, 1, 2].map(|channel: usize| (value[channel] - low) * factor);
+        let background = self.background();
         let over = |colour: [f32; 3], alpha: f32| {
-            std::array::from_fn(|channel| BACKGROUND[channel] * (1.0 - alpha) + colour[channel] * alpha)
+            std::array::from_fn(|channel| background[channel] * (1.0 - alpha) + colour[channel] * alpha)
         };
         let colour: [f32; 3] = match self.channels {
             Channels::Grey => [shown[0]; 3],
@@ -128,14 +138,15 @@ impl Look {
             Channels::RedGreen => [shown[0], shown[1], 0.0],
             Channels::Colour => over(shown, value[3]),
         };
-        let stored = |linear: f32| match self.is_srgb {
-            true if linear > 0.003_130_8 => 1.055 * linear.powf(1.0 / 2.4) - 0.055,
-            true => linear * 12.92,
-            false => linear,
-        };
-        let [r, g, b] = colour.map(|linear| (stored((linear * light).clamp(0.0, 1.0)) * 255.0).round() as u8);
+        let stored = |value: f32| if self.is_srgb { srgb_from_linear(value) } else { value };
+        let [r, g, b] = colour.map(|value| (stored((value * light).clamp(0.0, 1.0)) * 255.0).round() as u8);
         [r, g, b, 255]
     }
+}
+
+/// The sRGB-encoded value of an amount of light.
+fn srgb_from_linear(linear: f32) -> f32 {
+    if linear > 0.003_130_8 { 1.055 * linear.powf(1.0 / 2.4) - 0.055 } else { linear * 12.92 }
 }
 
 #[cfg(test)]
@@ -158,6 +169,6 @@ mod tests {
             Look::new(&Layer::new(name, LayerFormat::Rg8), None).pixel_from_value([1.0, 0.5, 0.0, 1.0], 1.0)
         };
         assert_eq!(pixel("normal"), [255, 128, 0, 255]);
-        assert_eq!(pixel("color")[..2], [129, 129]);
+        assert_eq!(pixel("color")[..2], [138, 140]);
     }
 }

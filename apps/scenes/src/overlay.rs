@@ -156,7 +156,7 @@ impl OverlayRenderer {
         textures: &Textures,
         target: &PictureTarget<'_>,
     ) {
-        let mut pass = target.begin(encoder);
+        let mut pass = target.begin(encoder, renderer.background());
         if let Some(read) = &self.read {
             pass.set_bind_group(2, read, &[]);
         }

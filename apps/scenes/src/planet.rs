@@ -9,7 +9,7 @@ use glam::{Mat4, Vec2, Vec3};
 use vastex::{FeedbackWay, FrameStats, GroupId, Settings, TextureId, Textures, TileSource};
 
 use crate::compare::Picture;
-use crate::draw::{PictureTarget, depth_view, filled_buffer};
+use crate::draw::{BACKGROUND, PictureTarget, depth_view, filled_buffer};
 use crate::gpu::Gpu;
 use crate::pipeline::{Corners, PipelineParts};
 use crate::pose::Pose;
@@ -153,7 +153,7 @@ impl Planet {
             let (size, picture) = (self.size, &self.picture);
             let target = PictureTarget { colour: &self.colour_view, depth: &self.depth_view };
             self.textures.main_pass(&mut encoder, size, |encoder, groups| {
-                globe.draw(&mut target.begin(encoder), picture, &groups[group]);
+                globe.draw(&mut target.begin(encoder, BACKGROUND), picture, &groups[group]);
             })?;
         }
         self.gpu.queue.submit([encoder.finish()]);
@@ -173,7 +173,7 @@ impl Planet {
     ) -> Picture {
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let target = PictureTarget { colour: &self.colour_view, depth: &self.depth_view };
-        let mut pass = target.begin(&mut encoder);
+        let mut pass = target.begin(&mut encoder, BACKGROUND);
         pass.set_bind_group(2, more, &[]);
         self.globe.draw(&mut pass, pipeline, self.textures.bind_group(self.group));
         drop(pass);

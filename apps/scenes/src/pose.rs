@@ -84,6 +84,14 @@ impl Pose {
         }
     }
 
+    /// Pixels of a picture along a texel of level 0 of an image of so many; nothing where perspective makes them differ.
+    pub fn magnification(&self, picture: [u32; 2], image: [u32; 2]) -> Option<f64> {
+        let Pose::Image { zoom, .. } = *self else { return None };
+        // What of the image fits into the picture at a zoom of 1.
+        let fitting = |axis: usize| f64::from(picture[axis].max(1)) / f64::from(image[axis].max(1));
+        Some(f64::from(zoom) * fitting(0).min(fitting(1)))
+    }
+
     /// Where the camera is in the world, the ground below it not being counted.
     pub(crate) fn eye(&self) -> Vec3 {
         match *self {
@@ -184,6 +192,16 @@ mod tests {
     fn on_screen(pose: Pose, view: f32, image: f32, world: Vec3) -> Vec2 {
         let clip = pose.clip_from_world(view, image) * world.extend(1.0);
         Vec2::new(clip.x, clip.y) / clip.w
+    }
+
+    #[test]
+    fn the_magnification_is_that_of_the_picture() {
+        let pose = |zoom| Pose::Image { centre: Vec2::splat(0.5), zoom };
+        assert_eq!(pose(1.0).magnification([1000, 1000], [2000, 1000]), Some(0.5), "fitted by its width");
+        assert_eq!(pose(3.0).magnification([1000, 250], [2000, 1000]), Some(0.75), "and by its height");
+        let halves = on_screen(pose(3.0), 4.0, 2.0, Vec3::new(1.0, 0.5, 0.0)).y; // half the image, in half views
+        assert!((halves * 250.0 / 1000.0 - 0.75).abs() < 1e-5, "as the matrix has it: {halves}");
+        assert_eq!(Pose::first(Scene::Globe).magnification([1000, 1000], [2000, 1000]), None);
     }
 
     #[test]

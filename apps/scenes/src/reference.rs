@@ -101,7 +101,7 @@ impl Reference {
         textures: &Textures,
         target: &PictureTarget<'_>,
     ) {
-        let mut pass = target.begin(encoder);
+        let mut pass = target.begin(encoder, renderer.background());
         pass.set_bind_group(2, &self.group, &[]);
         renderer.draw(&mut pass, &self.pipeline, textures.bind_group(renderer.sampled()));
     }

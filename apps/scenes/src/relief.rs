@@ -41,8 +41,8 @@ pub enum HeightsError {
     Layer(#[from] UnknownLayer),
     /// None was named, and none can be told by itself.
     #[error(
-        "no layer of heights: a terrain takes the one called \"height\", or one of one channel that is shown; name it with \
-         --height-layer (the layers are {})", .0.join(", ")
+        "a terrain needs a layer of heights: build with --layer height=..., or name one with --height-layer (the layers are {})",
+        .0.join(", ")
     )]
     None(Vec<String>),
     /// The library said so.

@@ -1,11 +1,12 @@
 //! The words of the command line, their defaults, and which values make sense.
 
-use std::path::PathBuf;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use clap::{Args as ClapArgs, Parser, Subcommand};
+use clap::{Args as ClapArgs, CommandFactory, Parser, Subcommand};
 use vastex::{FeedbackWay, Filter};
-use vastex_scenes::{Overlay, Path, Scene, Shown, Views};
+use vastex_scenes::{Overlay, Path as CameraPath, Scene, Shown, Views};
 
 #[cfg(feature = "build")]
 pub(crate) use build::{BuildArgs, Compress};
@@ -53,9 +54,26 @@ const EXAMPLES: &str = "\
 Examples:
   vastex build earth.jpg -o earth.vastex --address wrap,clamp
   vastex view earth.vastex --on globe
+  vastex earth.vastex                                  # as `vastex view earth.vastex`
   vastex render earth.vastex --on plane --size 1920x1080 -o plane.png
 
 Exit codes: 0 done; 1 something is wrong with the input or the machine; 2 with the command line; 130 ended by Ctrl-C";
+
+/// The command line, with `view` put before a file that stands where a command does.
+pub(crate) fn with_view(mut args: Vec<OsString>) -> Vec<OsString> {
+    let first = args.iter().skip(1).position(|arg| !arg.to_string_lossy().starts_with('-'));
+    if let Some(place) = first.map(|place| place + 1).filter(|_| cfg!(feature = "view")) {
+        let named = args[place].to_string_lossy();
+        let is_command = named == "help" || Args::command().find_subcommand(&*named).is_some();
+        // Something like a path need not be there: `view` says what is wrong with it.
+        let is_file =
+            named.contains(['.', '/', std::path::MAIN_SEPARATOR]) || Path::new(&args[place]).exists();
+        if !is_command && is_file {
+            args.insert(place, "view".into());
+        }
+    }
+    args
+}
 
 /// What to do.
 #[derive(Debug, Subcommand)]
@@ -179,7 +197,7 @@ pub(crate) struct SceneArgs {
     /// KiB of tiles copied to the GPU per frame at most
     #[arg(long, default_value_t = 2048, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1 << 22))]
     pub(crate) upload_kib_per_frame: u64,
-    /// Draw what the machine does in the place of the picture: the levels shown, the levels wanted, how far one falls short of the
+    /// Draw a diagnostic overlay instead of the picture: the levels shown, the levels wanted, how far one falls short of the
     /// other, the borders of pages, the feedback as seen, the page table, or the slots of the pool
     #[arg(long, value_name = "NAME", value_parser = named(&Overlay::ALL, Overlay::name))]
     pub(crate) overlay: Option<Overlay>,
@@ -213,14 +231,14 @@ Examples:
   vastex render earth.vastex --on globe --estimate quadtree -o without-feedback.png
   vastex render earth.vastex --on plane --fade-ms 200 --frames 8 -o fading-in.png
 
-Without --frames it plays the camera path to its end and holds the last pose until everything is loaded; if that does
-not come to pass within 10,000 frames, the picture is written as it is and the exit code is 1.")]
+Without --frames it plays the camera path to its end and holds the last pose until everything is loaded; if not
+everything is loaded within 10,000 frames, the picture is written as it is and the exit code is 1.")]
 pub(crate) struct RenderArgs {
     #[command(flatten)]
     pub(crate) scene: SceneArgs,
     /// How the camera moves; a path lasts 300 frames (still: 1) and holds its last pose
-    #[arg(long, default_value = "still", value_name = "NAME", value_parser = named(&Path::ALL, Path::name))]
-    pub(crate) camera_path: Path,
+    #[arg(long, default_value = "still", value_name = "NAME", value_parser = named(&CameraPath::ALL, CameraPath::name))]
+    pub(crate) camera_path: CameraPath,
     /// What the picture shows: one view, or two side by side, with feedback from each: what two eyes see, or what is ahead and what a
     /// mirror shows of what is behind
     #[arg(long, default_value = "one", value_name = "VIEWS", value_parser = named(&Views::ALL, Views::name))]
@@ -263,8 +281,8 @@ pub(crate) struct RenderArgs {
     /// Tell what is in each pool at the end: pages by texture and level, the largest first; with --json as `pools`
     #[arg(long)]
     pub(crate) dump_pools: bool,
-    /// Tell why a pixel of the last picture shows what it shows, counted from the top left: the page that it wants, what is shown
-    /// instead and what that waits for; with --json as `explained`
+    /// Explain a pixel of the last picture, counted from the top left: the page that it wants, what is shown instead and what that
+    /// waits for; with --json as `explained`
     #[arg(long, value_name = "X,Y", value_parser = parse_pixel)]
     pub(crate) explain: Option<[u32; 2]>,
     /// Compare the last picture with one drawn from an ordinary texture
@@ -325,7 +343,7 @@ Keys and mouse:
   arrows, WASD   walk
   1 2 3 4, Tab   image, plane, globe, terrain; the next of them
   O              the next overlay: levels, wanted, deficit, pages, feedback, table, atlas; then the picture again
-  right click    print why the pixel shows what it shows
+  right click    explain the pixel: in the title, and in full on stdout
   F, F11         fill the screen
   Esc, Q         quit")]
 pub(crate) struct ViewArgs {
@@ -396,9 +414,26 @@ fn value_error(what: &str) -> clap::Error {
 
 #[cfg(test)]
 mod tests {
-    use clap::CommandFactory;
-
     use super::*;
+
+    #[cfg(feature = "view")]
+    #[test]
+    fn a_file_in_the_place_of_a_command_is_viewed() {
+        let cases = [
+            ("vastex earth.vastex --on globe", "vastex view earth.vastex --on globe"),
+            ("vastex -v tiles/", "vastex -v view tiles/"),
+            ("vastex src", "vastex view src"),
+            ("vastex render earth.vastex", "vastex render earth.vastex"),
+            ("vastex help", "vastex help"),
+            ("vastex veiw earth.vastex", "vastex veiw earth.vastex"),
+            ("vastex --help", "vastex --help"),
+            ("vastex", "vastex"),
+        ];
+        for (given, meant) in cases {
+            let split = |line: &str| line.split(' ').map(OsString::from).collect::<Vec<_>>();
+            assert_eq!(with_view(split(given)), split(meant), "{given}");
+        }
+    }
 
     #[test]
     fn the_definition_is_sound() {

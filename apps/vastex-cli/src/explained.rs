@@ -43,6 +43,18 @@ impl Explained {
         Explained { pixel, pages: explained.iter().map(ExplainedPage::new).collect() }
     }
 
+    /// The most important of it, on one line.
+    #[cfg(feature = "view")]
+    pub(crate) fn line(&self) -> String {
+        let [x, y] = self.pixel;
+        let Some(page) = self.pages.first() else {
+            return format!("pixel {x},{y}: no texture is seen there");
+        };
+        let said: Vec<&str> = page.text.lines().take(2).collect();
+        let said = said.join(", ");
+        format!("pixel {x},{y} {}", said.split_once(": ").map_or(said.as_str(), |(_, said)| said))
+    }
+
     pub(crate) fn text(&self) -> String {
         let [x, y] = self.pixel;
         let mut text = format!("pixel {x},{y}");

@@ -11,6 +11,7 @@ mod explained;
 mod gpu;
 mod open;
 mod output;
+mod progress;
 mod report;
 mod shortage;
 mod telemetry;
@@ -24,9 +25,13 @@ use clap::Parser;
 use args::{Args, Command};
 #[cfg(unix)]
 use signal_hook::consts::SIGXFSZ;
+use tracing_subscriber::Layer;
+use tracing_subscriber::filter::{LevelFilter, Targets};
+use tracing_subscriber::layer::SubscriberExt;
+use tracing_subscriber::util::SubscriberInitExt;
 
 fn main() -> ExitCode {
-    let args = Args::parse();
+    let args = Args::parse_from(args::with_view(std::env::args_os().collect()));
     if let Err(error) = args.check() {
         error.exit();
     }
@@ -66,8 +71,12 @@ fn survive_file_limits() {
 
 /// Logs go to stderr: warnings of Vastex, and more for each `-v`; `RUST_LOG` has the last word.
 fn start_log(verbose: u8) {
-    let level = ["warn", "info", "debug", "trace"][usize::from(verbose.min(3))];
-    let filter = tracing_subscriber::EnvFilter::try_from_default_env()
-        .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new(format!("error,vastex={level}")));
-    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).init();
+    let level = [LevelFilter::WARN, LevelFilter::INFO, LevelFilter::DEBUG, LevelFilter::TRACE];
+    let level = level[usize::from(verbose.min(3))];
+    let asked = std::env::var("RUST_LOG").ok().filter(|asked| !asked.is_empty());
+    let targets = asked.and_then(|asked| asked.parse::<Targets>().ok());
+    let targets = targets
+        .unwrap_or_else(|| Targets::new().with_default(LevelFilter::ERROR).with_target("vastex", level));
+    let lines = tracing_subscriber::fmt::layer().with_writer(std::io::stderr);
+    tracing_subscriber::registry().with(lines.with_filter(targets)).init();
 }

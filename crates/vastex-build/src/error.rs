@@ -12,6 +12,15 @@ use vastex_tiles::{ReorderError, WriteError};
 use crate::filter::FilterError;
 use crate::replace::ReplaceError;
 
+/// What a person can do about a file that the system does not give.
+fn unreadable(error: &io::Error) -> String {
+    match error.kind() {
+        io::ErrorKind::NotFound => "there is no such file; check the path".into(),
+        io::ErrorKind::PermissionDenied => "the file may not be read; change its permissions".into(),
+        _ => format!("cannot be read: {error}"),
+    }
+}
+
 /// Why nothing was built. No file is left behind, unless what was built so far is to be resumed.
 #[derive(Debug, thiserror::Error)]
 pub enum BuildError {
@@ -219,14 +228,14 @@ impl From<WriteError> for BuildError {
 #[derive(Debug, thiserror::Error)]
 pub enum InputFault {
     /// The file cannot be opened or read.
-    #[error("cannot be read: {0}; check the path and your rights to it")]
+    #[error("{}", unreadable(.0))]
     Io(#[from] io::Error),
     /// It is a device or a pipe, of which nobody knows whether it ever ends.
     #[error("is a device or a pipe; name an image file")]
     NotAFile,
     /// It is a directory, and none with tiles.
     #[error(
-        "is a directory without tiles that are known here; name an image file, the directory of tiles itself, or its .dzi or .ctx file"
+        "no tile layout recognised in this directory; name an image file, the directory of tiles itself, or its .dzi or .ctx file"
     )]
     Directory,
     /// It is a file where the tiles of a directory are asked for.
@@ -253,7 +262,7 @@ pub enum InputFault {
     #[error("is empty; name an image file")]
     Empty,
     /// It begins like text.
-    #[error("is a text file, not an image; JPEG, PNG and TIFF can be read")]
+    #[error("is a text file, not an image; JPEG, PNG, TIFF, OpenEXR, raw files and mosaics can be read")]
     Text,
     /// It is what is made here of images.
     #[error(

@@ -1,6 +1,6 @@
 //! The part of Vastex that prepares: from an image file to a `.vastex` container, in one pass over its rows.
 //!
-//! [`build`] reads JPEG, PNG and TIFF row by row, makes every level, cuts tiles with their borders and drives
+//! [`build`] reads images, raw files, mosaics and tile directories row by row, makes every level, cuts tiles with their borders and drives
 //! the container's writer. Memory follows the width of the image, never its height; what a file makes
 //! impossible to read by rows is reported as a [`Notice`]. The bytes written depend on the image and the options, and
 //! not on the number of threads.

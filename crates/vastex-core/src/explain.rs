@@ -178,22 +178,23 @@ impl fmt::Display for Explanation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Explanation { wanted, at_bias, shown, bias_eighths, frame, .. } = self;
         let texture = wanted.page.texture().number();
-        write!(f, "texture {texture} in pool {}: {} is wanted", self.pool.number(), Named(wanted.page))?;
-        if wanted.eighth > 0 {
-            write!(f, ", {}/8 towards the next coarser level", wanted.eighth)?;
-        }
+        let level = f64::from(wanted.page.level()) + f64::from(wanted.eighth) / 8.0;
+        let (pool, pos) = (self.pool.number(), wanted.page.pos(Dims::D2));
+        write!(f, "texture {texture} in pool {pool}: wants level {level} (page {},{})", pos.x, pos.y)?;
         if at_bias != &wanted.page {
-            write!(f, "; {} instead, ", Named(*at_bias))?;
             match bias_eighths {
-                0 => write!(f, "since that has no tile")?,
-                _ => write!(f, "at a mip bias of {}", f64::from(*bias_eighths) / 8.0)?,
+                0 => write!(f, ", which has no tile; {} stands for it", Named(*at_bias))?,
+                _ => {
+                    let bias = f64::from(*bias_eighths) / 8.0;
+                    write!(f, ", at a mip bias of {bias} {}", Named(*at_bias))?;
+                }
             }
         }
-        let coarser = shown.level() - at_bias.level();
-        match coarser {
-            0 => write!(f, "\nshown: that page")?,
+        match shown.level() - at_bias.level() {
+            0 if at_bias == &wanted.page => write!(f, "\nshown at full sharpness")?,
+            0 => write!(f, "\nshown: {}", Named(*shown))?,
             1 => write!(f, "\nshown: {}, a level coarser", Named(*shown))?,
-            _ => write!(f, "\nshown: {}, {coarser} levels coarser", Named(*shown))?,
+            coarser => write!(f, "\nshown: {}, {coarser} levels coarser", Named(*shown))?,
         }
         write!(f, "\nstate in frame {frame}: {}", self.state_text())?;
         self.history.iter().try_for_each(|(frame, step)| write!(f, "\n  frame {frame}: {step}"))

@@ -85,7 +85,7 @@ pub(crate) fn parts() -> Result<Vec<Vec<u8>>> {
     Ok(all)
 }
 
-/// Images of every format that is read.
+/// Small images: grey TIFF, plain and deflated, PNG and JPEG.
 pub(crate) fn images() -> Result<Vec<Vec<u8>>> {
     let mut all = vec![tiff(20, 14)?, tiff_deflate(20, 14)?];
     for format in [TileFormat::Png, TileFormat::Jpeg] {

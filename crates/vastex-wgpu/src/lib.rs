@@ -26,6 +26,7 @@ mod feedback;
 mod filter;
 mod group;
 mod inline;
+mod instance;
 mod layer;
 mod lists;
 mod mapping;
@@ -55,6 +56,7 @@ pub use feedback::{
 pub use filter::{Filter, MaxTaps, UnknownFilter};
 pub use group::{GroupLayout, GroupParams};
 pub use inline::{InlinePipelines, InlineTarget};
+pub use instance::instance_for;
 pub use layer::{held_format, texture_format};
 pub use pixel::PixelReadback;
 pub use pool::Pool;

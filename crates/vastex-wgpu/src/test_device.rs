@@ -36,7 +36,8 @@ impl TestDevice {
     /// A device with the features that `choose` asks the adapter for.
     #[expect(clippy::panic, reason = "a test without an adapter must fail, and say what to do")]
     pub fn with_features(choose: impl Fn(&wgpu::Adapter) -> wgpu::Features) -> TestDevice {
-        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+        let described = wgpu::InstanceDescriptor::new_without_display_handle();
+        let instance = pollster::block_on(crate::instance_for(described));
         let request = instance.request_adapter(&wgpu::RequestAdapterOptions::default());
         let adapter = pollster::block_on(request).unwrap_or_else(|error| {
             panic!(

@@ -6,13 +6,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, anyhow};
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 use serde::Serialize;
 use vastex_build::{BuildError, BuildOptions, BuildReport, LayerReport, Progress, ReorderError, WriteError};
 use vastex_tiles::Compression;
 
 use crate::args::{BuildArgs, Compress};
-use crate::report;
+use crate::{progress, report};
 
 /// What a shell expects of a program that Ctrl-C ended.
 pub(crate) const INTERRUPTED: u8 = 130;
@@ -32,6 +32,10 @@ pub(crate) fn is_interrupted() -> bool {
 
 pub(crate) fn run(args: &BuildArgs) -> Result<ExitCode> {
     handle_interrupts()?;
+    if !args.quiet && args.output.is_file() {
+        let output = args.output.display();
+        report::say(&format!("note: {output}: is there already, and is replaced once the new one is whole"));
+    }
     let bar = Bar::new(args.quiet);
     let begin = Instant::now();
     let built = vastex_build::build(&args.inputs(), &args.output, &options(args), &bar);
@@ -75,11 +79,7 @@ fn advise_to_resume(args: &BuildArgs, error: BuildError) -> anyhow::Error {
 
 /// Writes the container along a curve, in its own place; false where it was interrupted.
 fn reorder(args: &BuildArgs) -> Result<bool> {
-    let bar = if args.quiet { ProgressBar::hidden() } else { ProgressBar::new(0) };
-    if let Ok(style) = ProgressStyle::with_template("{bar:32} {percent:>3} %  reordering tile {pos} of {len}")
-    {
-        bar.set_style(style);
-    }
+    let bar = progress::bar(args.quiet, "reordering ", "tile");
     let reordered = vastex_build::reorder(&args.output, &args.output, args.durable, |done, total| {
         bar.set_length(total);
         bar.set_position(done);
@@ -127,12 +127,7 @@ pub(crate) struct Bar(pub(crate) ProgressBar);
 
 impl Bar {
     pub(crate) fn new(hidden: bool) -> Bar {
-        let bar = if hidden { ProgressBar::hidden() } else { ProgressBar::new(0) };
-        let template = "{bar:32} {percent:>3} %  row {pos} of {len}, {per_sec}  {msg}  {eta} left";
-        if let Ok(style) = ProgressStyle::with_template(template) {
-            bar.set_style(style);
-        }
-        Bar(bar)
+        Bar(progress::bar(hidden, "", "row"))
     }
 }
 
@@ -140,9 +135,7 @@ impl Progress for Bar {
     fn advance(&self, rows_done: u64, rows_total: u64, bytes_written: u64) -> ControlFlow<()> {
         self.0.set_length(rows_total);
         self.0.set_position(rows_done);
-        let rate = bytes_written as f64 / self.0.elapsed().as_secs_f64().max(0.001);
-        let (written, rate) = (report::bytes(bytes_written), report::bytes(rate as u64));
-        self.0.set_message(format!("{written} written, {rate}/s"));
+        self.0.set_message(format!(", {} written", report::bytes(bytes_written)));
         if is_interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 }
@@ -241,18 +234,24 @@ impl Summary {
         let layers =
             self.layers.iter().map(|layer| layer.text(self.layers.len() == 1)).collect::<Vec<_>>().join(", ");
         let (bytes, rate) = (report::bytes(self.bytes), self.mpix_per_s);
-        let (constant, shared) = (self.constant_tiles, self.shared_tiles);
-        let resumed = match self.resumed_tiles {
-            0 => String::new(),
-            tiles => format!(", {tiles} taken over from an interrupted build"),
-        };
+        let kinds = [
+            (self.constant_tiles, "of one colour"),
+            (self.shared_tiles, "duplicates"),
+            (self.resumed_tiles, "taken over from an interrupted build"),
+        ];
+        let kinds: Vec<String> = kinds
+            .into_iter()
+            .filter(|&(count, _)| count > 0)
+            .map(|(count, kind)| format!("{count} {kind}"))
+            .collect();
+        let kinds = if kinds.is_empty() { String::new() } else { format!(" ({})", kinds.join(", ")) };
         let absent = match self.absent_tiles {
             0 => String::new(),
             pages => format!("; {pages} pages without a tile"),
         };
         format!(
-            "{output}: {width}x{height} texels of {layers} in {levels} levels; {tiles} tiles, of them {constant} of one \
-             colour and {shared} stored once with others{resumed}{absent}; {bytes} in {seconds:.1} s, {rate:.0} Mpix/s"
+            "{output}: {width}x{height} texels of {layers} in {levels} levels; {tiles} tiles{kinds}{absent}; {bytes} in \
+             {seconds:.1} s, {rate:.0} Mpix/s"
         )
     }
 }

@@ -5,22 +5,16 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use anyhow::Result;
-use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 use vastex_build::MergeError;
 
 use super::build::{INTERRUPTED, handle_interrupts, is_interrupted};
 use crate::args::MergeArgs;
-use crate::report;
+use crate::{progress, report};
 
 pub(crate) fn run(args: &MergeArgs) -> Result<ExitCode> {
     handle_interrupts()?;
-    let bar = if args.quiet { ProgressBar::hidden() } else { ProgressBar::new(0) };
-    if let Ok(style) =
-        ProgressStyle::with_template("{bar:32} {percent:>3} %  tile {pos} of {len}, {per_sec}  {eta} left")
-    {
-        bar.set_style(style);
-    }
+    let bar = progress::bar(args.quiet, "", "tile");
     let begin = Instant::now();
     let merged = vastex_build::merge(&args.parts, &args.output, args.durable, |done, total| {
         bar.set_length(total);

@@ -254,6 +254,8 @@ struct Compared {
     share_beyond_3_255: f64,
     /// What drew the picture to compare with.
     reference: &'static str,
+    /// Levels by which that picture is coarser than what is wanted: the mip bias, which is in force in both.
+    reference_mip_bias: f64,
 }
 
 impl Summary {
@@ -297,6 +299,7 @@ impl Summary {
                     ReferenceKind::Gpu => "gpu",
                     ReferenceKind::Cpu => "cpu",
                 },
+                reference_mip_bias: f64::from(pager.bias_eighths) / 8.0,
             }),
         }
     }
@@ -326,8 +329,12 @@ impl Summary {
         rows.extend(self.disk_cache.as_ref().map(disk_cache::Summary::text));
         if let Some(Compared { psnr_db, max_error, share_within_1_255, reference, .. }) = &self.compared {
             let within = report::percent(*share_within_1_255);
+            let biased = match self.mip_bias {
+                0.0 => String::new(),
+                bias => format!(", drawn {bias} levels coarser than wanted as well"),
+            };
             rows.push(format!(
-                "beside an ordinary texture ({reference}): {psnr_db:.1} dB, {within} within 1/255, largest error \
+                "beside an ordinary texture ({reference}{biased}): {psnr_db:.1} dB, {within} within 1/255, largest error \
                  {max_error}/255"
             ));
         }

@@ -3,20 +3,14 @@
 use std::process::ExitCode;
 
 use anyhow::Result;
-use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 use vastex_tiles::{Verification, verify_file};
 
 use crate::args::VerifyArgs;
-use crate::report;
+use crate::{progress, report};
 
 pub(crate) fn run(args: &VerifyArgs) -> Result<ExitCode> {
-    let bar = if args.quiet { ProgressBar::hidden() } else { ProgressBar::new(0) };
-    if let Ok(style) =
-        ProgressStyle::with_template("{bar:32} {percent:>3} %  {pos} of {len} tiles, {per_sec}")
-    {
-        bar.set_style(style);
-    }
+    let bar = progress::bar(args.quiet, "", "tile");
     let found = verify_file(&args.file, |done, total| {
         bar.set_length(total);
         bar.set_position(done);

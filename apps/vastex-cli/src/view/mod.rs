@@ -5,13 +5,14 @@
 
 mod input;
 mod surface;
+mod title;
 mod viewer;
 
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, anyhow};
 use vastex::{GpuError, TileSource};
 use vastex_scenes::{Pose, Scene};
 use winit::application::ApplicationHandler;
@@ -30,10 +31,13 @@ const MAX_LOST_DEVICES: u32 = 3;
 
 pub(crate) fn run(args: &ViewArgs) -> Result<ExitCode> {
     let source = open::open(&args.scene)?.tiles;
-    let events = EventLoop::new().context(
-        "no window can be opened; run this where there is a display (DISPLAY or WAYLAND_DISPLAY names it), or draw to a \
-         file with `vastex render`",
-    )?;
+    let events = EventLoop::new().map_err(|error| {
+        anyhow!(
+            "no window can be opened; run this where there is a display (DISPLAY or WAYLAND_DISPLAY names it), or draw to a \
+             file with `vastex render`: {}",
+            without_place(&error.to_string())
+        )
+    })?;
     let mut app = App {
         args,
         source,
@@ -46,6 +50,12 @@ pub(crate) fn run(args: &ViewArgs) -> Result<ExitCode> {
     };
     events.run_app(&mut app).context("the window system broke off")?;
     app.outcome.map(|()| ExitCode::SUCCESS)
+}
+
+/// What winit says without the line of its source that says it.
+fn without_place(error: &str) -> &str {
+    let said = error.strip_prefix("os error at ").and_then(|placed| placed.split_once(": "));
+    said.map_or(error, |(_, why)| why)
 }
 
 /// The program between its events.
@@ -74,9 +84,10 @@ impl App<'_> {
             .with_title("vastex")
             .with_inner_size(PhysicalSize::new(width, height))
             .with_min_inner_size(PhysicalSize::new(64, 64));
-        let window = events
-            .create_window(attributes)
-            .context("no window can be opened; draw to a file with `vastex render`")?;
+        let window = events.create_window(attributes).map_err(|error| {
+            let why = without_place(&error.to_string()).to_owned();
+            anyhow!("no window can be opened; draw to a file with `vastex render`: {why}")
+        })?;
         let window = Arc::new(window);
         self.open = Some(Open { viewer: self.viewer(events, &window)?, window });
         Ok(())
@@ -147,10 +158,18 @@ impl App<'_> {
             }
             Wish::Scene(choice) => {
                 let next = |step| Scene::ALL[(scene_index + step) % Scene::ALL.len()];
-                let choices =
-                    choice.map_or_else(|| (1..Scene::ALL.len()).map(next).collect(), |one| vec![one]);
-                let shown = choices.into_iter().find(|&scene| scene != self.scene && viewer.show(scene));
-                self.scene = shown.unwrap_or(self.scene);
+                match choice {
+                    Some(scene) if scene != self.scene => match viewer.show(scene) {
+                        Ok(()) => self.scene = scene,
+                        Err(error) => viewer.notify(&error.to_string()),
+                    },
+                    Some(_) => {}
+                    // The next that there is.
+                    None => {
+                        let mut others = (1..Scene::ALL.len()).map(next);
+                        self.scene = others.find(|&scene| viewer.show(scene).is_ok()).unwrap_or(self.scene);
+                    }
+                }
             }
             Wish::Overlay => viewer.next_overlay(),
             Wish::Explain(pixel) => viewer.explain(self.poses[scene_index], pixel)?,
@@ -197,7 +216,7 @@ impl ApplicationHandler for App<'_> {
     }
 
     fn about_to_wait(&mut self, events: &ActiveEventLoop) {
-        let Some(open) = &self.open else { return };
+        let Some(open) = &mut self.open else { return };
         let awake = self.input.is_moving() || self.args.exit_after_frames.is_some();
         events.set_control_flow(match open.viewer.next_frame(awake) {
             Wake::Now => {
@@ -214,5 +233,17 @@ impl ApplicationHandler for App<'_> {
     fn exiting(&mut self, _: &ActiveEventLoop) {
         // The surface must go before the connection to the window system does.
         self.open = None;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_error_names_a_place_of_the_machine_that_built_the_program() {
+        let error = "os error at /home/builder/.cargo/registry/winit/mod.rs:765: no display is named";
+        assert_eq!(without_place(error), "no display is named");
+        assert_eq!(without_place("no display is named"), "no display is named");
     }
 }

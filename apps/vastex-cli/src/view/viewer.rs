@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
-use vastex::{Event, ExplainedPixel, FrameStats, LayerId, Settings, Textures, TileSource};
+use vastex::{Event, ExplainedPixel, FrameStats, LayerId, PoolStats, Settings, Textures, TileSource};
 use vastex_core::Dims;
 use vastex_scenes::{
     Drawn, Gpu, HeightsError, Look, Overlay, OverlayRenderer, PictureTarget, Pose, Relief, Scene,
@@ -15,6 +15,7 @@ use winit::window::Window;
 
 use super::input::Aspects;
 use super::surface::Surface;
+use super::title::{Scale, Shown as TitleParts, Title};
 use crate::args::ViewArgs;
 use crate::commands::render::settings;
 use crate::explained::Explained;
@@ -25,8 +26,6 @@ use crate::{gpu, report, shortage};
 const UNSETTLED_FRAMES: u32 = 24;
 /// Between two frames of a window that shows nothing, or that only waits for tiles to be tried again.
 const SLOW: Duration = Duration::from_millis(250);
-/// Between two titles.
-const TITLE_EVERY: Duration = Duration::from_millis(250);
 
 /// When the next frame is due.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,12 +53,14 @@ pub(super) struct Viewer {
     /// Name of the source, for the title.
     name: String,
     frames: u64,
-    /// When the last frame was drawn.
+    /// When the last frame was drawn, and whether the next follows without a pause.
     drawn_at: Option<Instant>,
+    is_busy: bool,
     unsettled: u32,
     is_hidden: bool,
-    /// Whether it was said that a pool is too small.
-    is_oversubscribed: bool,
+    /// That a pool is too small, until the view has settled and it is said; it is said once.
+    shortage: Option<Event>,
+    is_shortage_told: bool,
     title: Title,
 }
 
@@ -102,9 +103,11 @@ impl Viewer {
             name,
             frames: 0,
             drawn_at: None,
+            is_busy: false,
             unsettled: UNSETTLED_FRAMES,
             is_hidden: false,
-            is_oversubscribed: false,
+            shortage: None,
+            is_shortage_told: false,
             title: Title::default(),
         })
     }
@@ -176,21 +179,21 @@ impl Viewer {
         self.wake();
     }
 
-    /// Puts the texture on something else. Says whether it goes there: a terrain needs heights.
-    pub(super) fn show(&mut self, scene: Scene) -> bool {
-        let relief = match self.relief_of(scene) {
-            Ok(relief) => relief,
-            Err(error) => {
-                report::say(&format!("{}: {error}", self.name));
-                return false;
-            }
-        };
+    /// Says something to the person at the window, in its title and on stderr.
+    pub(super) fn notify(&mut self, notice: &str) {
+        report::say(&format!("{}: {notice}", self.name));
+        self.title.notify(notice.to_owned(), Instant::now());
+    }
+
+    /// Puts the texture on something else. It may not go there: a terrain needs heights.
+    pub(super) fn show(&mut self, scene: Scene) -> Result<(), HeightsError> {
+        let relief = self.relief_of(scene)?;
         let (device, queue) = (&self.gpu.device, &self.gpu.queue);
         let drawn = Drawn { scene, layer: self.layer, look: self.look, relief, tiling: self.shown.tiling };
         self.renderer = SceneRenderer::new(device, queue, &self.textures, drawn, self.surface.format());
         self.draw_overlay(self.overlay.as_ref().map(OverlayRenderer::overlay));
         self.jumped();
-        true
+        Ok(())
     }
 
     /// The heights of a scene that has any; they are looked for once.
@@ -215,7 +218,7 @@ impl Viewer {
             overlay.map(|overlay| OverlayRenderer::new(device, &self.textures, &self.renderer, overlay));
     }
 
-    /// Asks why a pixel shows what it shows; one of the next frames prints it.
+    /// Asks why a pixel shows what it shows; one of the next frames tells it.
     pub(super) fn explain(&mut self, pose: Pose, pixel: [u32; 2]) -> Result<()> {
         let (renderer, sampled, size) = (&self.renderer, self.renderer.sampled(), self.surface.size());
         renderer.set_pose(&self.gpu.queue, &self.textures, &pose, size);
@@ -225,25 +228,36 @@ impl Viewer {
         Ok(())
     }
 
-    /// Prints the answers that have arrived.
+    /// Tells the answers that have arrived: in the title, and in full on stdout.
     fn print_explained(&mut self) -> Result<()> {
         while let Some(ExplainedPixel { pixel, explanations }) = self.textures.poll_explained()? {
-            report::print(&Explained::new(pixel, &explanations).text())?;
+            let explained = Explained::new(pixel, &explanations);
+            self.title.notify(explained.line(), Instant::now());
+            report::print(&explained.text())?;
         }
         Ok(())
     }
 
     /// When the next frame is due; `awake` says that the view will change by itself.
-    pub(super) fn next_frame(&self, awake: bool) -> Wake {
-        let FrameStats { converged, fading, pager, .. } = self.textures.stats();
-        match () {
+    pub(super) fn next_frame(&mut self, awake: bool) -> Wake {
+        let stats = self.textures.stats();
+        let wake = match () {
             () if self.is_hidden => Wake::After(SLOW),
             // Frames look for answers, also where nothing moves.
             () if awake || self.textures.asked_pixels() > 0 => Wake::Now,
-            () if self.unsettled > 0 || !converged || fading > 0 => Wake::Now,
-            () if pager.failed > 0 => Wake::After(SLOW),
-            () => Wake::OnEvent,
-        }
+            () if !self.is_settled(&stats) => Wake::Now,
+            () if stats.pager.failed > 0 => Wake::After(SLOW),
+            () => self.title.notice_left(Instant::now()).map_or(Wake::OnEvent, Wake::After),
+        };
+        self.is_busy = wake == Wake::Now;
+        wake
+    }
+
+    /// Whether the picture stays as it is: everything is there, and no mip bias is about to fall.
+    fn is_settled(&self, stats: &FrameStats) -> bool {
+        let is_falling = |pool: &PoolStats| pool.pager.bias_eighths > 0 && shortage::fits(&pool.pager);
+        let at_rest = stats.converged && stats.fading == 0 && self.unsettled == 0;
+        at_rest && !stats.pools.iter().any(is_falling)
     }
 
     /// Draws and shows a frame, where the window shows any.
@@ -263,6 +277,9 @@ impl Viewer {
         let now = Instant::now();
         if let Some(before) = self.drawn_at.replace(now) {
             self.textures.set_frame_time(now.duration_since(before));
+            if self.is_busy {
+                self.title.count_frame(now.duration_since(before));
+            }
         }
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         self.textures.feedback(&mut encoder, self.surface.size(), |pass, groups| {
@@ -284,33 +301,48 @@ impl Viewer {
         if self.unsettled == 0 && self.textures.settings().picture != self.surface.size() {
             self.fit_pools();
         }
-        self.tell();
+        self.tell(pose);
         Ok(())
     }
 
     /// Says what happened, on stderr and in the title.
-    fn tell(&mut self) {
+    fn tell(&mut self, pose: Pose) {
         while let Some(event) = self.textures.poll_event() {
-            let name = &self.name;
-            if let Event::Failed { page, why, .. } = &event {
-                let pos = page.pos(Dims::D2);
-                report::say(&format!("{name}: {pos} failed, a coarser one is shown instead: {why}"));
-            }
-            // Once: the title tells how the bias goes on.
-            let is_known = matches!(event, Event::Oversubscribed { .. })
-                && std::mem::replace(&mut self.is_oversubscribed, true);
-            if let Some(shortage) = shortage::text(&event, &self.textures).filter(|_| !is_known) {
-                report::say(&format!("{name}: {shortage}"));
+            match &event {
+                Event::Failed { page, why, .. } => {
+                    let (name, pos) = (&self.name, page.pos(Dims::D2));
+                    report::say(&format!("{name}: {pos} failed, a coarser one is shown instead: {why}"));
+                }
+                // A view that moves wants for a moment what it leaves as well as what it comes to.
+                Event::Oversubscribed { .. } => self.shortage = Some(event),
+                event => {
+                    if let Some(shortage) = shortage::text(event, &self.textures) {
+                        self.notify(&shortage);
+                    }
+                }
             }
         }
         let stats = self.textures.stats();
-        let is_settled = stats.converged && stats.fading == 0 && self.unsettled == 0;
-        if let Some(rate) = self.title.due(Instant::now(), is_settled) {
-            let mut what = self.renderer.scene().name().to_owned();
-            if let Some(overlay) = &self.overlay {
-                what += &format!(", {}", overlay.overlay().name());
+        let is_settled = self.is_settled(&stats);
+        if is_settled && !self.is_shortage_told {
+            let event = self.shortage.take().and_then(|event| shortage::at_rest(event, &stats.pools));
+            if let Some(text) = event.and_then(|event| shortage::text(&event, &self.textures)) {
+                self.is_shortage_told = true;
+                self.notify(&text);
             }
-            self.window.set_title(&title(&self.name, &what, &stats, is_settled, rate));
+        }
+        let [width, height, _] = self.textures.description(self.layer.texture()).geometry.size();
+        let scale = pose.magnification(self.surface.size(), [width, height]);
+        let shown = TitleParts {
+            name: &self.name,
+            size: [width, height],
+            scene: scale.map_or_else(|| Scale::On(self.renderer.scene().name()), Scale::Even),
+            overlay: self.overlay.as_ref().map(|overlay| overlay.overlay().name()),
+            stats: &stats,
+            is_settled,
+        };
+        if let Some(title) = self.title.due(Instant::now(), &shown) {
+            self.window.set_title(title);
         }
     }
 }
@@ -325,8 +357,8 @@ fn default_fade(gpu: &Gpu) -> Duration {
 
 /// A device that draws in the window, and the window's surface.
 fn device_for(window: &Arc<Window>, display: OwnedDisplayHandle) -> Result<(Gpu, wgpu::Surface<'static>)> {
-    let instance =
-        wgpu::Instance::new(wgpu::InstanceDescriptor::new_with_display_handle_from_env(Box::new(display)));
+    let described = wgpu::InstanceDescriptor::new_with_display_handle_from_env(Box::new(display));
+    let instance = pollster::block_on(vastex::instance_for(described));
     let surface = instance.create_surface(window.clone()).context(
         "no graphics driver draws in this window; install a Vulkan driver (on Debian and Ubuntu the software driver is \
          the package mesa-vulkan-drivers)",
@@ -334,57 +366,4 @@ fn device_for(window: &Arc<Window>, display: OwnedDisplayHandle) -> Result<(Gpu,
     let gpu = Gpu::for_surface(instance, Some(&surface))?;
     gpu::report_refusals(&gpu);
     Ok((gpu, surface))
-}
-
-fn title(name: &str, what: &str, stats: &FrameStats, is_settled: bool, rate: f64) -> String {
-    let pager = &stats.pager;
-    let pace = if is_settled { "settled".into() } else { format!("{rate:.0} frames/s") };
-    let bias = f64::from(pager.bias_eighths) / 8.0;
-    let (missing, failed) = (pager.missing, pager.failed);
-    let mut text = format!(
-        "{name}, {what}: {pace}, mip bias {bias:.3}, {} of {} slots in use, {missing} pages missing",
-        pager.occupied, pager.slots
-    );
-    if failed > 0 {
-        text.push_str(&format!(", {failed} failed"));
-    }
-    text
-}
-
-/// When the title is due, and the rate of frames since the last.
-#[derive(Default)]
-struct Title {
-    since: Option<Instant>,
-    frames: u32,
-    was_settled: bool,
-}
-
-impl Title {
-    /// Counts a frame. Frames per second if the title should change now.
-    fn due(&mut self, now: Instant, is_settled: bool) -> Option<f64> {
-        self.frames += 1;
-        let since = *self.since.get_or_insert(now);
-        let passed = now.duration_since(since);
-        if passed < TITLE_EVERY && is_settled == self.was_settled {
-            return None;
-        }
-        let rate = f64::from(self.frames) / passed.as_secs_f64().max(1e-3);
-        *self = Title { since: Some(now), frames: 0, was_settled: is_settled };
-        Some(rate)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_title_comes_four_times_a_second_and_when_the_view_settles() {
-        let (mut title, begin) = (Title::default(), Instant::now());
-        let due: Vec<_> =
-            (0..=50).filter_map(|n| title.due(begin + n * Duration::from_millis(10), false)).collect();
-        assert_eq!(due.len(), 2, "{due:?}");
-        assert!(due.iter().all(|rate| (95.0..=106.0).contains(rate)), "{due:?}");
-        assert!(title.due(begin + Duration::from_millis(510), true).is_some());
-    }
 }

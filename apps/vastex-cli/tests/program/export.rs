@@ -95,7 +95,7 @@ fn what_cannot_be_exported_is_refused_and_leaves_nothing() {
     let desk = Desk::with_container();
     let before = desk.names();
     for (args, code, says) in [
-        (&["image.png", "--layout", "deepzoom", "-o", "out"][..], 1, "no Vastex container"),
+        (&["image.png", "--layout", "deepzoom", "-o", "out"][..], 1, "not a Vastex container"),
         (&["none.vastex", "--layout", "deepzoom", "-o", "out"], 1, "no such file"),
         (&["image.vastex", "--layout", "deepzoom", "-o", "image.png"], 1, "choose another"),
         (&["image.vastex", "--layout", "gaiasky", "-o", "out", "--tile-size", "100"], 2, "powers of two"),

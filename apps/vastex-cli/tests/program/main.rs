@@ -17,3 +17,4 @@ mod settings;
 mod telemetry;
 mod tool;
 mod ways;
+mod words;

@@ -24,8 +24,8 @@ const RENDER_KEYS: [&str; 19] = [
     "share_at_wanted_level",
     "adapter",
 ];
-const COMPARE_KEYS: [&str; 5] =
-    ["psnr_db", "max_error", "share_within_1_255", "share_beyond_3_255", "reference"];
+const COMPARE_KEYS: [&str; 6] =
+    ["psnr_db", "max_error", "share_within_1_255", "share_beyond_3_255", "reference", "reference_mip_bias"];
 
 fn keys(json: &serde_json::Value) -> Vec<&str> {
     let mut keys: Vec<_> = json.as_object().unwrap().keys().map(String::as_str).collect();

@@ -72,9 +72,9 @@ fn a_pool_that_is_too_small_for_the_view_is_told_of_with_a_remedy() {
     let words = [
         "image.vastex",
         "of 72x72 texels of rgba8-srgb",
-        "the pool holds 10",
+        "has room for 9",
         "levels coarser",
-        "--pool-mib",
+        "--pool-mib 1 or more",
     ];
     for words in words {
         assert!(small.stderr.contains(words), "{words}: {small}");

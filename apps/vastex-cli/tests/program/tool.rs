@@ -56,6 +56,24 @@ impl Desk {
         encoder.write_header().unwrap().write_image_data(&texels).unwrap();
     }
 
+    /// A grey image without two tiles alike.
+    pub(crate) fn write_grey_png(&self, name: &str, [width, height]: [u32; 2]) {
+        let file = std::fs::File::create(self.path(name)).unwrap();
+        let mut encoder = png::Encoder::new(file, width, height);
+        encoder.set_color(png::ColorType::Grayscale);
+        let texels: Vec<u8> =
+            (0..width * height).map(|n| (n % width * 100 / width + n / width * 150 / height) as u8).collect();
+        encoder.write_header().unwrap().write_image_data(&texels).unwrap();
+    }
+
+    /// The pixels of a picture that the program wrote.
+    pub(crate) fn read_rgb(&self, name: &str) -> Vec<[u8; 3]> {
+        let mut reader = png::Decoder::new(std::io::Cursor::new(self.read(name))).read_info().unwrap();
+        let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+        reader.next_frame(&mut pixels).unwrap();
+        pixels.chunks_exact(3).map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect()
+    }
+
     /// Every name in the directory, hidden ones too.
     pub(crate) fn names(&self) -> Vec<String> {
         let entries = std::fs::read_dir(self.dir.path()).unwrap();

@@ -280,7 +280,7 @@ fn a_mosaic_names_the_piece_that_is_wrong() {
     fs::write(path("short.png"), &fs::read(path("a.png")).unwrap()[..45]).unwrap();
     for (lines, words) in [
         ("", &["without pieces"][..]),
-        ("0 0 a.png\n4 0 gone.png", &["gone.png", "cannot be read"]),
+        ("0 0 a.png\n4 0 gone.png", &["gone.png", "there is no such file"]),
         ("0 0 a.png\n4 0 short.png", &["short.png", "truncated"]),
         ("0 0 a.png\n4 0 deep.png", &["deep.png", "one kind"]),
         ("0 a.png", &["line 2", "X Y FILE"]),

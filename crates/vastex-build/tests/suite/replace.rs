@@ -246,7 +246,7 @@ fn what_cannot_be_replaced_is_refused_and_changes_nothing() {
     assert!(refused([0, 0], &rgb).contains("cannot become the container's r8"));
     assert!(refused([0, 0], &dir.path().join("none.png")).contains("none.png"));
     let error = replace(&part, [0, 0], &[&part], &options(), &()).unwrap_err().to_string();
-    assert!(error.contains("no Vastex container but a PNG image"), "{error}");
+    assert!(error.contains("not a Vastex container (it is a PNG image)"), "{error}");
     let of_far = dir.path().join("far.png");
     GREY.write(&of_far, [300, 200], &texels(300 * 200, 1));
     for (levels_from, name) in [(LevelsFrom::TwoFiner, "\"box@two\""), (LevelsFrom::Finest, "\"box@zero\"")] {

@@ -11,11 +11,11 @@ pub enum ContainerError {
     #[error(transparent)]
     Store(#[from] StoreError),
     /// The file is something else.
-    #[error("{name}: this is no Vastex container but {found}; make one of it with `vastex build`")]
+    #[error("{name}: not a Vastex container ({found}){}", remedy(found))]
     Foreign {
         /// The file or URL.
         name: String,
-        /// What the file seems to be.
+        /// What the file seems to be, as "it is a JPEG image".
         found: String,
     },
     /// The file is one part of a container, made with others by `vastex build --shard`.
@@ -47,7 +47,7 @@ pub enum ContainerError {
         what: String,
     },
     /// The file ends too early.
-    #[error("{name}: the file has {len} bytes of {expected}; copy it anew, or build it again")]
+    #[error("{name}: truncated: {len} of {expected} bytes; copy it again, or build it again")]
     Truncated {
         /// The file or URL.
         name: String,
@@ -93,27 +93,32 @@ fn part_of(bytes: &[u8]) -> Option<[u32; 2]> {
     Some([part, parts])
 }
 
+/// What to do with a file that is no container: images can become one.
+fn remedy(found: &str) -> &'static str {
+    if found.ends_with(" image") { "; make one of it with `vastex build`" } else { "" }
+}
+
 /// What a file that begins so probably is.
 fn guess(bytes: &[u8]) -> &'static str {
     const KNOWN: [(&[u8], &str); 7] = [
-        (b"\x89PNG", "a PNG image"),
-        (b"\xff\xd8\xff", "a JPEG image"),
-        (b"II*\0", "a TIFF image"),
-        (b"MM\0*", "a TIFF image"),
-        (b"II+\0", "a BigTIFF image"),
-        (b"MM\0+", "a BigTIFF image"),
-        (b"PK\x03\x04", "a ZIP archive"),
+        (b"\x89PNG", "it is a PNG image"),
+        (b"\xff\xd8\xff", "it is a JPEG image"),
+        (b"II*\0", "it is a TIFF image"),
+        (b"MM\0*", "it is a TIFF image"),
+        (b"II+\0", "it is a BigTIFF image"),
+        (b"MM\0+", "it is a BigTIFF image"),
+        (b"PK\x03\x04", "it is a ZIP archive"),
     ];
     if let Some((_, what)) = KNOWN.iter().find(|(magic, _)| bytes.starts_with(magic)) {
         return what;
     }
     if bytes.iter().all(|&byte| byte == 0) {
-        return "zeros";
+        return "it is all zeros";
     }
     let head = &bytes[..bytes.len().min(256)];
     let is_text = |byte: &u8| matches!(byte, b'\t' | b'\n' | b'\r' | 0x20..=0x7e | 0x80..);
     if head.iter().all(is_text) && head.iter().filter(|byte| byte.is_ascii()).count() * 2 >= head.len() {
-        return "text";
+        return "it is a text file";
     }
-    "something else"
+    "of a kind that is not known"
 }

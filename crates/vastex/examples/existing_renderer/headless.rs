@@ -18,7 +18,8 @@ pub(crate) struct Headless {
 
 impl Headless {
     pub(crate) fn new([width, height]: [u32; 2]) -> anyhow::Result<Headless> {
-        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+        let described = wgpu::InstanceDescriptor::new_without_display_handle();
+        let instance = pollster::block_on(vastex::instance_for(described));
         let adapter = pollster::block_on(instance.request_adapter(&Default::default()))?;
         let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
             required_features: vastex::required_features(&adapter),

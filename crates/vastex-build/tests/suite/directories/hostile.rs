@@ -50,12 +50,14 @@ fn rewrite(path: &Path, from: &str, to: &str) {
 
 #[test]
 fn what_is_no_tile_directory_is_refused() {
-    check("void", &["void: is a directory without tiles"], |at| fs::create_dir(at("void")).unwrap());
-    check("deep", &["is a directory without tiles"], |at| fs::create_dir_all(at("deep/level0")).unwrap());
+    check("void", &["void: no tile layout recognised in this directory"], |at| {
+        fs::create_dir(at("void")).unwrap()
+    });
+    check("deep", &["no tile layout recognised"], |at| fs::create_dir_all(at("deep/level0")).unwrap());
     check("notes.dzi", &["notes.dzi: is a text file"], |at| {
         fs::write(at("notes.dzi"), "dear reader").unwrap();
     });
-    check("zoom/zoom_files", &["is a directory without tiles", ".dzi"], |at| {
+    check("zoom/zoom_files", &["no tile layout recognised", ".dzi"], |at| {
         fs::create_dir(at("zoom/zoom_files/15")).unwrap();
     });
     check("earth", &["Deep Zoom", "Gaia Sky"], |at| {
@@ -109,11 +111,11 @@ fn broken_tiles_are_named() {
             fs::write(at(&name), "<Image TileSize=\"1\"/>").unwrap();
         });
     }
-    check("earth", &["level1/tx_3_0.png", "is a directory"], |at| {
+    check("earth", &["level1/tx_3_0.png", "this directory"], |at| {
         fs::remove_file(at("earth/level1/tx_3_0.png")).unwrap();
         fs::create_dir(at("earth/level1/tx_3_0.png")).unwrap();
     });
-    check("zoom", &["8/2_1.png", "cannot be read"], |at| {
+    check("zoom", &["8/2_1.png", "there is no such file"], |at| {
         fs::remove_file(at("zoom/zoom_files/8/2_1.png")).unwrap();
     });
     check("proto", &["has no page of the finest level"], |at| {
@@ -227,7 +229,7 @@ fn descriptions_that_lie_are_refused() {
     check(dzi, &["finest level", "zoom_files/20"], |at| {
         rewrite(&at(dzi), "Width=\"256\" Height=\"128\"", "Width=\"1000000\" Height=\"1000000\"");
     });
-    check(dzi, &["zoom_files/8/3_3.png", "cannot be read"], |at| {
+    check(dzi, &["zoom_files/8/3_3.png", "there is no such file"], |at| {
         rewrite(&at(dzi), "Height=\"128\"", "Height=\"250\"");
     });
     check(dzi, &["0_0.png", "has 65x65 texels where"], |at| {

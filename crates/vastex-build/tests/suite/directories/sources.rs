@@ -138,9 +138,9 @@ fn what_is_no_directory_is_refused_with_a_remedy() {
     };
     desk.rgb([20, 10]);
     assert!(message("image.png").contains("vastex build IMAGE"));
-    assert!(message("nothing").contains("nothing: cannot be read"));
+    assert!(message("nothing").contains("nothing: there is no such file"));
     fs::create_dir(desk.path("empty")).unwrap();
-    assert!(message("empty").contains("directory without tiles"));
+    assert!(message("empty").contains("no tile layout recognised"));
 }
 
 #[test]

@@ -1,0 +1,175 @@
+//! The title of the window: what is shown and how large, and for some seconds what there is to say to a person.
+//!
+//! It is told what happens and says when the title changes; the window is its owner's.
+
+use std::time::{Duration, Instant};
+
+use vastex::FrameStats;
+
+/// Between two titles.
+const EVERY: Duration = Duration::from_millis(250);
+/// As long a notice stays.
+const NOTICE: Duration = Duration::from_secs(6);
+
+/// What the title is made of.
+pub(super) struct Shown<'a> {
+    /// Name of the source.
+    pub(super) name: &'a str,
+    /// Width and height of the image in texels.
+    pub(super) size: [u32; 2],
+    /// Name of the scene, or how large its texels are where all are alike.
+    pub(super) scene: Scale,
+    /// Name of the overlay, if one is drawn.
+    pub(super) overlay: Option<&'static str>,
+    pub(super) stats: &'a FrameStats,
+    pub(super) is_settled: bool,
+}
+
+/// How large the image is seen.
+pub(super) enum Scale {
+    /// Pixels per texel.
+    Even(f64),
+    /// It lies on this.
+    On(&'static str),
+}
+
+/// See the head of the file.
+#[derive(Default)]
+pub(super) struct Title {
+    text: String,
+    changed_at: Option<Instant>,
+    notice: Option<(String, Instant)>,
+    /// Frames that followed another without a pause since the rate was worked out, and the time that they took.
+    frames: u32,
+    busy: Duration,
+    rate: f64,
+}
+
+impl Title {
+    /// Says something to the person at the window.
+    pub(super) fn notify(&mut self, notice: String, now: Instant) {
+        self.notice = Some((notice, now + NOTICE));
+    }
+
+    /// How long a notice stays; nothing where there is none.
+    pub(super) fn notice_left(&self, now: Instant) -> Option<Duration> {
+        self.notice.as_ref().map(|(_, until)| until.saturating_duration_since(now))
+    }
+
+    /// A frame was drawn so long after the last one, between which nobody slept.
+    pub(super) fn count_frame(&mut self, since_last: Duration) {
+        self.frames += 1;
+        self.busy += since_last;
+        if self.busy >= EVERY {
+            self.rate = f64::from(self.frames) / self.busy.as_secs_f64();
+            (self.frames, self.busy) = (0, Duration::ZERO);
+        }
+    }
+
+    /// The title if it should change now.
+    pub(super) fn due(&mut self, now: Instant, shown: &Shown<'_>) -> Option<&str> {
+        if self.notice.as_ref().is_some_and(|(_, until)| now >= *until) {
+            self.notice = None;
+        }
+        let text = match &self.notice {
+            Some((notice, _)) => format!("{} – {notice}", shown.name),
+            None => self.usual(shown),
+        };
+        let is_early = self.changed_at.is_some_and(|changed| now.duration_since(changed) < EVERY);
+        // The last title before a pause is right.
+        if text == self.text || is_early && !shown.is_settled && self.notice.is_none() {
+            return None;
+        }
+        (self.text, self.changed_at) = (text, Some(now));
+        Some(&self.text)
+    }
+
+    fn usual(&self, shown: &Shown<'_>) -> String {
+        let Shown { name, size: [width, height], stats, is_settled, .. } = shown;
+        let pager = &stats.pager;
+        if let Some(overlay) = shown.overlay {
+            let bias = f64::from(pager.bias_eighths) / 8.0;
+            let pace = if *is_settled { "settled".to_owned() } else { format!("{:.0} frames/s", self.rate) };
+            return format!(
+                "{name} – {overlay} – {pace}, {} of {} slots in use, {} pages missing, mip bias {bias}",
+                pager.occupied, pager.slots, pager.missing
+            );
+        }
+        let scale = match shown.scene {
+            Scale::On(scene) => scene.to_owned(),
+            Scale::Even(scale) if scale < 0.1 => format!("{:.2} %", 100.0 * scale),
+            Scale::Even(scale) => format!("{:.0} %", 100.0 * scale),
+        };
+        let mut text = format!("{name} – {scale} – {width}×{height}");
+        match pager.failed {
+            0 => {}
+            1 => text += " – 1 tile failed",
+            failed => text += &format!(" – {failed} tiles failed"),
+        }
+        if !*is_settled && pager.missing > 0 {
+            text += " – loading";
+        }
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shown<'a>(stats: &'a FrameStats, scene: Scale) -> Shown<'a> {
+        Shown { name: "earth.vastex", size: [10800, 5400], scene, overlay: None, stats, is_settled: true }
+    }
+
+    fn missing(missing: u32) -> FrameStats {
+        let mut stats = FrameStats::default();
+        stats.pager.missing = missing;
+        stats
+    }
+
+    #[test]
+    fn the_title_says_what_is_shown_and_how_large() {
+        let (mut title, now, stats) = (Title::default(), Instant::now(), missing(0));
+        let mut text = |shown: &Shown<'_>| title.due(now, shown).map(str::to_owned);
+        assert_eq!(text(&shown(&stats, Scale::Even(0.12))).unwrap(), "earth.vastex – 12 % – 10800×5400");
+        assert_eq!(text(&shown(&stats, Scale::Even(0.12))), None, "it is there already");
+        assert_eq!(text(&shown(&stats, Scale::Even(0.0042))).unwrap(), "earth.vastex – 0.42 % – 10800×5400");
+        assert_eq!(text(&shown(&stats, Scale::On("globe"))).unwrap(), "earth.vastex – globe – 10800×5400");
+        let overlay = text(&Shown { overlay: Some("levels"), ..shown(&stats, Scale::On("globe")) }).unwrap();
+        assert!(overlay.contains("levels") && overlay.contains("of 0 slots in use"), "{overlay}");
+    }
+
+    #[test]
+    fn the_title_changes_four_times_a_second_and_when_the_view_settles() {
+        let (mut title, begin) = (Title::default(), Instant::now());
+        let at = |ms: u64| begin + Duration::from_millis(ms);
+        let (loading, done) = (missing(3), missing(0));
+        let moving =
+            |stats, percent| Shown { is_settled: false, ..shown(stats, Scale::Even(f64::from(percent))) };
+        let changes = (0..=50).filter(|n| title.due(at(10 * n), &moving(&loading, *n as u32)).is_some());
+        assert_eq!(changes.count(), 3, "at 0, 250 and 500 ms");
+        assert!(title.due(at(501), &moving(&loading, 99)).is_none());
+        let settled = title.due(at(510), &shown(&done, Scale::Even(0.5))).unwrap();
+        assert_eq!(settled, "earth.vastex – 50 % – 10800×5400");
+    }
+
+    #[test]
+    fn a_notice_stays_for_some_seconds() {
+        let (mut title, begin, stats) = (Title::default(), Instant::now(), missing(0));
+        let usual = shown(&stats, Scale::On("globe"));
+        assert!(title.due(begin, &usual).is_some());
+        title.notify("a terrain needs heights".into(), begin);
+        assert_eq!(title.due(begin, &usual).unwrap(), "earth.vastex – a terrain needs heights");
+        assert_eq!(title.notice_left(begin), Some(NOTICE));
+        assert!(title.due(begin + NOTICE / 2, &usual).is_none());
+        assert_eq!(title.due(begin + NOTICE, &usual).unwrap(), "earth.vastex – globe – 10800×5400");
+        assert_eq!(title.notice_left(begin + NOTICE), None);
+    }
+
+    #[test]
+    fn pauses_are_no_slow_frames() {
+        let mut title = Title::default();
+        (0..30).for_each(|_| title.count_frame(Duration::from_millis(10)));
+        assert!((99.0..=101.0).contains(&title.rate), "{}", title.rate);
+    }
+}
