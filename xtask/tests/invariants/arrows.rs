@@ -82,7 +82,7 @@ fn the_gpu_crates_and_their_tests_build_without_a_window() -> Result<()> {
 fn the_viewer_links_no_encoder() -> Result<()> {
     let program = std::fs::read_to_string(root().join("apps/vastex-cli/Cargo.toml"))?;
     let features: Vec<&str> =
-        features_of(&program).filter(|name| !["default", "build"].contains(name)).collect();
+        features_of(&program).filter(|name| !["default", "build", "bc"].contains(name)).collect();
     let without_build = format!("--features={}", features.join(","));
     refuse(&["-p", "vastex-cli", "--no-default-features", &without_build], is_encoder)
 }

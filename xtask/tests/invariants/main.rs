@@ -5,6 +5,7 @@
 
 mod absences;
 mod arrows;
+mod demo;
 mod sources;
 mod style;
 mod tree;
