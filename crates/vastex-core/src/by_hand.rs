@@ -90,9 +90,20 @@ impl Pager {
     /// exists, or of each that has a state, whichever are fewer; of the former where the texture said which pages are the same.
     pub fn invalidate(&mut self, texture: TextureId, region: &Region) -> u32 {
         let Some(geometry) = self.textures.geometry(texture).cloned() else { return 0 };
+        self.plan_due = true;
+        if self.residency.sharing.has(texture) {
+            let mut concerned = 0;
+            // As many as there are, so they are not listed.
+            for pos in region.pages(&geometry, Reach::Tile) {
+                let Some(page) = page_id(texture, &geometry, pos) else { continue };
+                self.residency.sharing.leave(page);
+                self.set.forget_content(page);
+                concerned += u32::from(self.residency.invalidate(page));
+            }
+            return concerned;
+        }
         let known = self.residency.records.len() as u64;
-        let has_contents = self.residency.sharing.has(texture);
-        let pages: Vec<PageId> = if has_contents || region.page_count(&geometry) <= known {
+        let pages: Vec<PageId> = if region.page_count(&geometry) <= known {
             region.pages(&geometry, Reach::Tile).filter_map(|pos| page_id(texture, &geometry, pos)).collect()
         } else {
             let known = self.residency.records.iter().map(|record| record.page);
@@ -103,13 +114,6 @@ impl Pager {
             pages.sort_unstable(); // the order of a map is not the same on every machine
             pages
         };
-        self.plan_due = true;
-        if has_contents {
-            pages.iter().for_each(|&page| {
-                self.residency.sharing.leave(page);
-                self.set.forget_content(page);
-            });
-        }
         pages.into_iter().map(|page| u32::from(self.residency.invalidate(page))).sum()
     }
 
@@ -167,6 +171,7 @@ impl Pager {
             let mut tickets = std::mem::take(&mut self.residency.tickets);
             tickets.begin_frame(frame, &self.residency, &mut let_go);
             self.residency.tickets = tickets;
+            let_go.sort_unstable(); // the order of a map is not the same on every machine
             self.let_go(&let_go);
             self.plan_due = true;
         }
@@ -175,7 +180,9 @@ impl Pager {
             self.plan_due = true;
         }
         if std::mem::take(&mut self.pins_changed) {
-            self.set.set_pins(self.residency.tickets.pinned(), &self.textures);
+            let mut pinned: Vec<PageId> = self.residency.tickets.pinned().collect();
+            pinned.sort_unstable(); // as above
+            self.set.set_pins(pinned, &self.textures);
             self.work_out();
         }
         if self.plan_due {
@@ -212,7 +219,7 @@ impl Pager {
         self.plan_due = false;
         std::mem::swap(&mut self.by_hand, &mut self.was_by_hand);
         self.by_hand.clear();
-        self.next_by_hand = 0;
+        (self.next_by_hand, self.next_upload_by_hand) = (0, 0);
         self.residency.sharing.plan += 1;
         self.residency.let_go_of_guests(&self.textures);
         let mut spare = self.slots_to_spare();
@@ -277,9 +284,7 @@ impl Pager {
             }
             left.is_some()
         });
-        for guest in without_room {
-            self.residency.let_go_of_branch(guest, &self.textures);
-        }
+        self.residency.let_go_of_branches(&without_room, &self.textures);
     }
 
     /// Drops what was loaded for another page of the same content that nobody holds any more.
@@ -376,14 +381,16 @@ impl Pager {
     }
 
     /// The best of these pages whose tile waits for the upload budget.
-    pub(crate) fn next_ready_by_hand(&self) -> Option<PageId> {
-        if self.residency.stats.in_flight == 0 {
+    pub(crate) fn next_ready_by_hand(&mut self) -> Option<PageId> {
+        if !self.residency.has_ready() && !self.residency.refreshes.any_ready() {
             return None;
         }
-        let is_ready = |page: &&PageId| {
-            self.residency.state(**page) == PageState::Ready || self.residency.refreshes.is_ready(**page)
+        let left = self.by_hand.get(self.next_upload_by_hand..)?;
+        let is_ready = |page: &PageId| {
+            self.residency.state(*page) == PageState::Ready || self.residency.refreshes.is_ready(*page)
         };
-        self.by_hand.iter().find(is_ready).copied()
+        self.next_upload_by_hand += left.iter().position(is_ready).unwrap_or(left.len());
+        self.by_hand.get(self.next_upload_by_hand).copied()
     }
 }
 

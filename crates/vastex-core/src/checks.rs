@@ -124,6 +124,9 @@ fn flight_is_counted(pager: &Pager) -> Result<(), String> {
     let first_loads = pager.residency.records.iter().filter(|record| in_flight(&record.state)).count();
     let count = (first_loads + pager.residency.refreshes.in_flight()) as u64;
     let bytes = count * settings.tile_bytes;
+    if !pager.residency.refreshes.ready_are_counted() {
+        return Err("the new tiles that wait are miscounted".into());
+    }
     if count != u64::from(stats.in_flight) || bytes != stats.in_flight_bytes {
         return Err(format!("{count} tiles are in flight: {stats:?}"));
     }

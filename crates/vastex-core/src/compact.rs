@@ -169,9 +169,9 @@ impl FeedbackCompactor {
     /// The slot that has the page, or the free one where it belongs. The table is never more than half full.
     fn find(&self, page: PageId) -> usize {
         let mask = self.table.len() - 1;
-        // Fibonacci hashing: the high bits of the product depend on all bits of the page.
+        // Fibonacci hashing: the highest bits of the product depend on all bits of the page, and no others on the texture's number.
         let hash = page.to_bits().wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        let mut slot = (hash >> 32) as usize & mask;
+        let mut slot = (hash >> (u64::BITS - self.table.len().trailing_zeros())) as usize;
         while self.table[slot] != 0 && self.seen[self.table[slot] as usize].page != page {
             slot = (slot + 1) & mask;
         }

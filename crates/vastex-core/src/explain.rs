@@ -28,7 +28,12 @@ pub enum Wait {
     /// The loader has it.
     Loader,
     /// Another page has the same content, and its tile is under way for both.
-    Carrier(PageId),
+    Carrier {
+        /// That page.
+        page: PageId,
+        /// Whether it is of an image or of a volume.
+        dims: Dims,
+    },
     /// Its tile is here, and so many others come before it as the upload budget allows.
     Upload {
         /// Tiles that come before it.
@@ -61,6 +66,8 @@ pub struct Explanation {
     pub pool: PoolId,
     /// The frame of which this is true.
     pub frame: u64,
+    /// Whether the texture is an image or a volume.
+    pub dims: Dims,
     /// What is wanted at mip bias 0, and how far into its level, in eighths.
     pub wanted: WantedPage,
     /// The pool's mip bias, in eighths of a level.
@@ -89,6 +96,7 @@ impl Pager {
         if !self.textures.contains(wanted.page) {
             return None;
         }
+        let dims = self.textures.geometry(wanted.page.texture())?.dims();
         let residency = &self.residency;
         let bias_eighths = self.bias_eighths();
         let level = Need::new(wanted.page.level(), wanted.eighth).level_at(bias_eighths);
@@ -104,6 +112,7 @@ impl Pager {
         Some(Explanation {
             pool: self.pool(),
             frame: residency.frame,
+            dims,
             wanted,
             bias_eighths,
             at_bias,
@@ -132,8 +141,8 @@ impl Pager {
             State::Ready => {
                 Some(Wait::Upload { before: before(&|&other| residency.state(other) == PageState::Ready) })
             }
-            State::Queued => Some(match residency.sharing.carrier_of(page) {
-                Some(carrier) => Wait::Carrier(carrier),
+            State::Queued => Some(match self.carrier_of(page) {
+                Some((page, dims)) => Wait::Carrier { page, dims },
                 None if self.has_no_room() => Wait::Slot,
                 None => Wait::Request {
                     before: before(&|&other| {
@@ -142,6 +151,12 @@ impl Pager {
                 },
             }),
         }
+    }
+
+    /// The page that is loaded in the page's place, if that is another one, and of what texture.
+    fn carrier_of(&self, page: PageId) -> Option<(PageId, Dims)> {
+        let carrier = self.residency.sharing.carrier_of(page)?;
+        Some((carrier, self.textures.geometry(carrier.texture())?.dims()))
     }
 
     fn history_of(&self, page: PageId, record: Option<&Record>) -> Vec<(u64, Step)> {
@@ -176,25 +191,29 @@ impl Pagers {
 
 impl fmt::Display for Explanation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Explanation { wanted, at_bias, shown, bias_eighths, frame, .. } = self;
+        let Explanation { dims, wanted, at_bias, shown, bias_eighths, frame, .. } = self;
         let texture = wanted.page.texture().number();
         let level = f64::from(wanted.page.level()) + f64::from(wanted.eighth) / 8.0;
-        let (pool, pos) = (self.pool.number(), wanted.page.pos(Dims::D2));
-        write!(f, "texture {texture} in pool {pool}: wants level {level} (page {},{})", pos.x, pos.y)?;
+        let (pool, pos) = (self.pool.number(), wanted.page.pos(*dims));
+        write!(f, "texture {texture} in pool {pool}: wants level {level} (page {},{}", pos.x, pos.y)?;
+        if pos.z != 0 {
+            write!(f, ",{}", pos.z)?;
+        }
+        write!(f, ")")?;
         if at_bias != &wanted.page {
             match bias_eighths {
-                0 => write!(f, ", which has no tile; {} stands for it", Named(*at_bias))?,
+                0 => write!(f, ", which has no tile; {} stands for it", at_bias.pos(*dims))?,
                 _ => {
                     let bias = f64::from(*bias_eighths) / 8.0;
-                    write!(f, ", at a mip bias of {bias} {}", Named(*at_bias))?;
+                    write!(f, ", at a mip bias of {bias} {}", at_bias.pos(*dims))?;
                 }
             }
         }
         match shown.level() - at_bias.level() {
             0 if at_bias == &wanted.page => write!(f, "\nshown at full sharpness")?,
-            0 => write!(f, "\nshown: {}", Named(*shown))?,
-            1 => write!(f, "\nshown: {}, a level coarser", Named(*shown))?,
-            coarser => write!(f, "\nshown: {}, {coarser} levels coarser", Named(*shown))?,
+            0 => write!(f, "\nshown: {}", shown.pos(*dims))?,
+            1 => write!(f, "\nshown: {}, a level coarser", shown.pos(*dims))?,
+            coarser => write!(f, "\nshown: {}, {coarser} levels coarser", shown.pos(*dims))?,
         }
         write!(f, "\nstate in frame {frame}: {}", self.state_text())?;
         self.history.iter().try_for_each(|(frame, step)| write!(f, "\n  frame {frame}: {step}"))
@@ -214,8 +233,8 @@ impl Explanation {
             }
             Some(Wait::Slot) => "queued; waiting for a slot: all are in view".into(),
             Some(Wait::Loader) => "loading; waiting for the loader".into(),
-            Some(Wait::Carrier(page)) => {
-                format!("queued; waiting for {}, which has the same content", Named(page))
+            Some(Wait::Carrier { page, dims }) => {
+                format!("queued; waiting for {}, which has the same content", page.pos(dims))
             }
             Some(Wait::Upload { before }) => {
                 format!("loaded, {} to upload; waiting for upload budget", ordinal(before))
@@ -240,15 +259,6 @@ impl fmt::Display for Step {
             Step::Asked => "asked for",
             Step::Settled => "in its slot",
         })
-    }
-}
-
-/// The level and coordinates of an image's page.
-struct Named(PageId);
-
-impl fmt::Display for Named {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.0.pos(Dims::D2))
     }
 }
 

@@ -18,6 +18,7 @@ mod estimate;
 mod event;
 mod expectation;
 mod explain;
+mod failures;
 mod feedback;
 mod file;
 mod format;

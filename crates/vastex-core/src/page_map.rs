@@ -89,6 +89,9 @@ impl<V: Default> PageMap<V> {
 
     #[inline]
     fn find(&self, page: PageId) -> Option<usize> {
+        if page == PageId::NONE {
+            return None; // free places are of no page
+        }
         let mask = self.places.len().checked_sub(1)?;
         let mut at = self.home(page);
         loop {
@@ -103,9 +106,9 @@ impl<V: Default> PageMap<V> {
     /// Where the search for a page begins.
     #[inline]
     fn home(&self, page: PageId) -> usize {
-        // Fibonacci hashing: the high bits of the product depend on all bits of the page.
+        // Fibonacci hashing: the highest bits of the product depend on all bits of the page, and no others on the texture's number.
         let hash = page.to_bits().wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        (hash >> 32) as usize & (self.places.len() - 1)
+        (hash >> (u64::BITS - self.places.len().trailing_zeros())) as usize
     }
 
     fn put(&mut self, page: PageId, value: V) {
@@ -133,6 +136,21 @@ mod tests {
     use proptest::prelude::*;
     use std::collections::BTreeMap;
 
+    /// The same page of each texture had one home.
+    #[test]
+    fn pages_of_many_textures_lie_near_their_homes() {
+        let mut map = PageMap::default();
+        for texture in 0..2000u64 {
+            for level in 3..6u64 {
+                map.insert(PageId::from_bits(texture << 53 | level << 48).unwrap(), ());
+            }
+        }
+        let mask = map.places.len() - 1;
+        let probes = map.places.iter().enumerate().filter(|(_, (page, ()))| *page != PageId::NONE);
+        let probes: usize = probes.map(|(at, (page, ()))| at.wrapping_sub(map.home(*page)) & mask).sum();
+        assert!(probes < 2 * map.len(), "{probes} probes beside the first for {} pages", map.len());
+    }
+
     proptest! {
         #[test]
         fn it_is_a_map(steps in prop::collection::vec((0u64..40, 0u8..8, any::<u32>()), 0..400)) {
@@ -152,6 +170,7 @@ mod tests {
                     }
                 }
                 prop_assert_eq!((map.len(), map.is_empty()), (model.len(), model.is_empty()));
+                prop_assert!(map.get(PageId::NONE).is_none() && map.remove(PageId::NONE).is_none());
                 for n in 0..40 {
                     prop_assert_eq!(map.get(page(n)), model.get(&page(n)));
                 }

@@ -60,6 +60,8 @@ pub struct Pager {
     pub(crate) was_by_hand: Vec<PageId>,
     /// Where the search for the next request among these goes on.
     pub(crate) next_by_hand: usize,
+    /// Where the search for the next upload among these goes on.
+    pub(crate) next_upload_by_hand: usize,
     /// Something has changed for what was asked for by hand.
     pub(crate) plan_due: bool,
     pub(crate) pins_changed: bool,
@@ -97,6 +99,7 @@ impl Pager {
             by_hand: Vec::new(),
             was_by_hand: Vec::new(),
             next_by_hand: 0,
+            next_upload_by_hand: 0,
             plan_due: false,
             pins_changed: false,
             cancels: VecDeque::new(),
@@ -180,7 +183,8 @@ impl Pager {
         self.waiting.retain(|page| page.texture() != texture);
         self.residency.evicted.retain(|(page, _)| page.texture() != texture);
         self.residency.settled.retain(|page| page.texture() != texture);
-        (self.next_request, self.next_upload, self.next_by_hand) = (0, 0, 0);
+        (self.next_request, self.next_upload) = (0, 0);
+        (self.next_by_hand, self.next_upload_by_hand) = (0, 0);
         self.make_room();
         self.plan_due = true;
         let under_way = loads.len() as u32;
@@ -382,7 +386,7 @@ impl Pager {
     /// The tile of a request is here, decoded: all layers, [`PagerSettings::tile_bytes`] bytes.
     pub fn tile_ready(&mut self, page: PageId, bytes: Bytes) {
         self.residency.loaded(page, bytes);
-        self.next_upload = 0;
+        (self.next_upload, self.next_upload_by_hand) = (0, 0);
         self.check();
     }
 

@@ -101,6 +101,12 @@ impl Default for RecordHint {
 /// Records that lie side by side in a part of them.
 const PART_CHUNK: usize = 16;
 
+#[cfg(test)]
+std::thread_local! {
+    /// Records that walks over all of them have visited, on this thread.
+    pub(crate) static VISITED: std::cell::Cell<usize> = const { std::cell::Cell::new(0) };
+}
+
 /// See the head of the file.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Records {
@@ -114,7 +120,7 @@ impl Records {
     /// Where the page's record is.
     pub(crate) fn find(&self, page: PageId, hint: RecordHint) -> Option<RecordHint> {
         match self.records.get(hint.0 as usize) {
-            Some(record) if record.page == page => Some(hint),
+            Some(record) if record.page == page && page != PageId::NONE => Some(hint),
             _ => self.index.get(page).map(|&at| RecordHint(at)),
         }
     }
@@ -186,6 +192,8 @@ impl Records {
 
     /// All records.
     pub(crate) fn iter(&self) -> impl Iterator<Item = &Record> {
+        #[cfg(test)]
+        VISITED.set(VISITED.get() + self.records.len());
         self.records.iter().filter(|record| record.page != PageId::NONE)
     }
 }

@@ -58,6 +58,8 @@ impl Refresh {
 #[derive(Debug, Default)]
 pub(crate) struct Refreshes {
     pages: FxHashMap<PageId, Refresh>,
+    /// Those of them that are `Ready`.
+    ready: u32,
     /// Pages whose first load is under way and will bring what is out of date.
     stale: FxHashSet<PageId>,
 }
@@ -74,7 +76,7 @@ impl Refreshes {
 
     /// The page has lost its slot without being evicted: a load of it goes on as a first load. Says whether there is one.
     pub(crate) fn becomes_first_load(&mut self, page: PageId) -> bool {
-        let Some(Refresh { step: Step::Loading { again }, .. }) = self.pages.remove(&page) else {
+        let Some(Refresh { step: Step::Loading { again }, .. }) = self.remove(page) else {
             return false;
         };
         if again {
@@ -95,6 +97,24 @@ impl Refreshes {
         self.pages.get(&page).is_some_and(|refresh| matches!(refresh.step, Step::Ready(_)))
     }
 
+    /// Whether any tile waits for the upload budget.
+    pub(crate) fn any_ready(&self) -> bool {
+        self.ready > 0
+    }
+
+    fn remove(&mut self, page: PageId) -> Option<Refresh> {
+        let refresh = self.pages.remove(&page)?;
+        self.ready -= u32::from(matches!(refresh.step, Step::Ready(_)));
+        Some(refresh)
+    }
+
+    /// Whether the tiles that wait for the upload budget are counted right.
+    #[cfg(feature = "checks")]
+    pub(crate) fn ready_are_counted(&self) -> bool {
+        let ready = self.pages.values().filter(|refresh| matches!(refresh.step, Step::Ready(_)));
+        ready.count() as u32 == self.ready
+    }
+
     /// Tiles with the loader or waiting for the upload budget.
     #[cfg(feature = "checks")]
     pub(crate) fn in_flight(&self) -> usize {
@@ -108,7 +128,7 @@ impl Refreshes {
 
     /// The page has lost its slot.
     pub(crate) fn evicted(&mut self, page: PageId) {
-        self.pages.remove(&page);
+        self.remove(page);
     }
 
     /// Whether what a load has brought for a page that is not resident is out of date. Asked once.
@@ -129,6 +149,7 @@ impl Refreshes {
             }
             !goes
         });
+        self.ready -= ready;
         (loading, ready)
     }
 }
@@ -160,6 +181,7 @@ impl Residency {
             step @ Step::Failed { .. } => *step = Step::Queued,
             step @ Step::Ready(_) => {
                 *step = Step::Queued;
+                self.refreshes.ready -= 1;
                 self.waste_one();
             }
         }
@@ -197,6 +219,7 @@ impl Residency {
             self.waste_one();
         } else {
             refresh.step = Step::Ready(bytes.clone());
+            self.refreshes.ready += 1;
         }
         true
     }
@@ -225,7 +248,7 @@ impl Residency {
     /// Ends a refresh whose tile waited for the upload budget: the slot, what goes into it, and whether it had failed before.
     pub(crate) fn settle_refresh(&mut self, page: PageId) -> Option<(Slot, Bytes, bool)> {
         let slot = self.slot_of(page).filter(|_| self.refreshes.is_ready(page))?;
-        let Refresh { step: Step::Ready(bytes), failures } = self.refreshes.pages.remove(&page)? else {
+        let Refresh { step: Step::Ready(bytes), failures } = self.refreshes.remove(page)? else {
             return None;
         };
         self.take_over(slot);

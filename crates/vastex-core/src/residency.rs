@@ -17,7 +17,7 @@
 //! | `Failed` | `Queued` | its time has come, and it is wanted | |
 //!
 //! A page that has failed goes back to `Failed` where another would become `Absent`, so that its failures are not
-//! forgotten until a load succeeds: a record for each page that could not be had.
+//! forgotten until a load succeeds, or it is out of view for long (`failures`).
 //!
 //! A slot is chosen only when the bytes are here, so a load that fails leaks nothing. A page is not evicted while it
 //! is in the working set at the bias in force, nor while a descendant of it is resident; a tail never. Since the working
@@ -33,6 +33,7 @@ use bytes::Bytes;
 use std::collections::VecDeque;
 
 use crate::expectation::Expectation;
+use crate::failures::Failures;
 use crate::page::{PageId, TextureId};
 use crate::page_map::PageMap;
 use crate::pool::{PoolId, Slot};
@@ -107,6 +108,7 @@ pub(crate) struct Residency {
     pub(crate) tickets: Tickets,
     /// What the view is expected to want.
     pub(crate) expected: Expectation,
+    pub(crate) failing: Failures,
     pub(crate) evicted_at: PageMap<u64>,
     pub(crate) evictions: VecDeque<(u64, PageId)>,
     /// Counts the working sets worked out so far.
@@ -137,6 +139,7 @@ impl Residency {
             refreshes: Refreshes::default(),
             tickets: Tickets::new(pool),
             expected: Expectation::default(),
+            failing: Failures::default(),
             evicted_at: PageMap::default(),
             evictions: VecDeque::new(),
             pinned_at_round: 0,
@@ -152,6 +155,7 @@ impl Residency {
     /// Sets the clock, and forgets evictions that a load can no longer undo in time.
     pub(crate) fn begin_frame(&mut self, frame: u64) {
         self.frame = frame;
+        self.forget_failures();
         while let Some(&(at, page)) = self.evictions.front().filter(|(at, _)| at + RELOAD_FRAMES < frame) {
             self.evictions.pop_front();
             if self.evicted_at.get(page) == Some(&at) {
@@ -339,7 +343,9 @@ impl Residency {
         record.failures = record.failures.saturating_add(1);
         record.retry_at = frame + wait;
         record.state = State::Failed;
-        let first = record.failures == 1;
+        let (failures, retry_at) = (record.failures, record.retry_at);
+        let first = failures == 1;
+        self.failing.note(page, failures, frame, retry_at);
         self.stats.failures += 1;
         self.leave_flight();
         first

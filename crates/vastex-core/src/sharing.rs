@@ -70,6 +70,32 @@ struct Shares {
     dims: Dims,
     /// The number in the pool of each content.
     ids: Vec<ContentId>,
+    left: Marks,
+}
+
+/// Pages that are like no other any more, by their places: a bit for each, in blocks of which there are those that have one. The
+/// contents that the source has said stay as they are, in its memory.
+#[derive(Debug, Default)]
+struct Marks(FxHashMap<usize, [u64; Marks::WORDS]>);
+
+impl Marks {
+    const WORDS: usize = 8;
+    const BITS: usize = 64;
+
+    fn split(place: usize) -> (usize, usize, u32) {
+        let word = place / Marks::BITS;
+        (word / Marks::WORDS, word % Marks::WORDS, (place % Marks::BITS) as u32)
+    }
+
+    fn has(&self, place: usize) -> bool {
+        let (block, word, bit) = Marks::split(place);
+        self.0.get(&block).is_some_and(|words| words[word] >> bit & 1 == 1)
+    }
+
+    fn add(&mut self, place: usize) {
+        let (block, word, bit) = Marks::split(place);
+        self.0.entry(block).or_default()[word] |= 1 << bit;
+    }
 }
 
 /// See the head of the file.
@@ -130,7 +156,7 @@ impl Sharing {
             self.textures.resize_with(number + 1, || None);
         }
         let ids = (0..pages.count()).map(|content| self.id_of(pages.constant(content))).collect();
-        self.textures[number] = Some(Shares { pages, dims, ids });
+        self.textures[number] = Some(Shares { pages, dims, ids, left: Marks::default() });
         self.count += 1;
     }
 
@@ -180,8 +206,10 @@ impl Sharing {
     /// The page is like no other from now on.
     pub(crate) fn leave(&mut self, page: PageId) {
         self.lay_down(page);
-        if let Some(Some(shares)) = self.textures.get_mut(usize::from(page.texture().number())) {
-            Arc::make_mut(&mut shares.pages).leave(page.pos(shares.dims)); // copied the first time
+        if let Some(Some(shares)) = self.textures.get_mut(usize::from(page.texture().number()))
+            && let Some(place) = shares.place_of_shared(page)
+        {
+            shares.left.add(place);
         }
     }
 
@@ -207,7 +235,15 @@ impl Sharing {
 impl Shares {
     #[inline]
     fn of(&self, page: PageId) -> ContentId {
-        let content = self.pages.of(page.pos(self.dims));
+        let place = self.place_of_shared(page);
+        let content = place.and_then(|place| self.pages.at(place));
         content.map_or(ContentId::NONE, |content| self.ids[content as usize])
+    }
+
+    /// The place of a page that is like others, in the order of all.
+    #[inline]
+    fn place_of_shared(&self, page: PageId) -> Option<usize> {
+        let place = self.pages.place(page.pos(self.dims))?;
+        (self.pages.at(place).is_some() && !self.left.has(place)).then_some(place)
     }
 }

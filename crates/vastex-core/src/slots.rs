@@ -9,6 +9,8 @@
 //!
 //! Which page is evicted is `victims`' business, what contents there are `sharing`'s.
 
+use rustc_hash::FxHashMap;
+
 use crate::event::Event;
 use crate::page::PageId;
 use crate::pager::Pager;
@@ -233,21 +235,45 @@ impl Residency {
         }
     }
 
-    /// Evicts a page out of view with its descendants, held or not, as soon as all of them may go. Costs a visit of every record.
-    pub(crate) fn let_go_of_branch(&mut self, root: PageId, textures: &Textures) {
-        let is_of_branch = |page| page == root || textures.ancestors(page).any(|ancestor| ancestor == root);
-        let resident = self.records.iter().filter(|record| matches!(record.state, State::Resident(_)));
-        let mut branch: Vec<PageId> =
-            resident.map(|record| record.page).filter(|&page| is_of_branch(page)).collect();
+    /// Evicts each of these pages, out of view, with its descendants, held or not, where all of them may go. Costs one visit of every
+    /// record for all of them together.
+    pub(crate) fn let_go_of_branches(&mut self, roots: &[PageId], textures: &Textures) {
+        if roots.is_empty() {
+            return;
+        }
+        // Each with its root's place among the roots, the finest first, so that descendants go before their ancestors.
+        let mut branches: Vec<(usize, u8, PageId)> = Vec::new();
+        let places: FxHashMap<PageId, usize> = roots.iter().copied().zip(0..).collect();
+        let has_descendants = |page: &PageId| self.records.get(*page).is_some_and(|record| record.below > 0);
+        if roots.iter().any(has_descendants) {
+            let coarsest = roots.iter().map(|root| root.level()).max().unwrap_or(0);
+            for record in self.records.iter().filter(|record| matches!(record.state, State::Resident(_))) {
+                let line = std::iter::once(record.page).chain(textures.ancestors(record.page));
+                let above = line.take_while(|page| page.level() <= coarsest);
+                let of_roots = above.filter_map(|page| places.get(&page));
+                branches.extend(of_roots.map(|&root| (root, record.page.level(), record.page)));
+            }
+            branches.sort_unstable();
+        } else {
+            branches.extend(roots.iter().zip(0..).map(|(&page, root)| (root, page.level(), page)));
+        }
+        for branch in branches.chunk_by(|a, b| a.0 == b.0) {
+            self.let_go_of_branch(branch, textures);
+        }
+    }
+
+    fn let_go_of_branch(&mut self, branch: &[(usize, u8, PageId)], textures: &Textures) {
         let is_out_of_view = |record: &Record| record.age_out_of_view(self.round).is_some();
-        let may_go = |&page: &PageId| {
-            self.records.get(page).is_some_and(|record| is_out_of_view(record) && !self.is_busy(record))
+        // What has gone with another branch does not count.
+        let may_go = |&(_, _, page): &(usize, u8, PageId)| {
+            self.records.get(page).is_none_or(|record| {
+                !matches!(record.state, State::Resident(_)) || is_out_of_view(record) && !self.is_busy(record)
+            })
         };
         if !branch.iter().all(may_go) {
             return;
         }
-        branch.sort_unstable_by_key(|&page| (page.level(), page));
-        for page in branch {
+        for &(_, _, page) in branch {
             if let Some(slot) = self.slot_of(page)
                 && self.evict(page, slot, textures)
             {
@@ -335,5 +361,59 @@ impl Pager {
         for page in self.residency.recovered.drain(..) {
             self.events.push(Event::Recovered { pool, page });
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{Geometry, GeometrySpec};
+    use crate::page::{Dims, PagePos, TextureId};
+    use crate::pool::PoolId;
+    use crate::records::VISITED;
+    use std::sync::Arc;
+
+    fn page(level: u8, x: u32, y: u32) -> PageId {
+        PageId::new(TextureId::new(0).unwrap(), Dims::D2, PagePos::new_2d(level, x, y)).unwrap()
+    }
+
+    /// It was a walk for each of them, in every frame in which they found no room.
+    #[test]
+    fn branches_go_together_in_one_walk_but_for_those_in_view() {
+        let (mut textures, mut residency) = (Textures::default(), Residency::new(PoolId::default(), 1400, 1));
+        let geometry = Arc::new(Geometry::new(GeometrySpec::image(4096, 4096)).unwrap());
+        textures.add(TextureId::new(0).unwrap(), geometry, None);
+        residency.begin_frame(1);
+        residency.begin_round();
+        for level in (0..=4u8).rev() {
+            let side = 32 >> level;
+            for (x, y) in (0..side).flat_map(|y| (0..side).map(move |x| (x, y))) {
+                let slot = residency.take_free_slot().unwrap();
+                residency.put_in(slot, ContentId::NONE);
+                residency.become_resident(page(level, x, y), slot, &textures);
+            }
+        }
+        residency.begin_frame(2);
+        residency.begin_round();
+        residency.want(page(0, 0, 0), ContentId::NONE, RecordHint::default());
+        let before = residency.stats.resident;
+        let roots: Vec<PageId> = (0..8).flat_map(|y| (0..8).map(move |x| page(2, x, y))).collect();
+        VISITED.set(0);
+        residency.let_go_of_branches(&roots, &textures);
+        assert!(VISITED.get() <= before as usize + 64, "{} visits of {before} records", VISITED.get());
+        assert_eq!(before - residency.stats.resident, 63 * (1 + 4 + 16));
+        assert!(
+            is_here(&residency, page(2, 0, 0)) && is_here(&residency, page(0, 3, 3)),
+            "all of a branch stays"
+        );
+        assert!(!is_here(&residency, page(2, 1, 0)) && is_here(&residency, page(3, 1, 0)));
+        // Without descendants there is nothing to walk for.
+        VISITED.set(0);
+        residency.let_go_of_branches(&[page(3, 1, 0)], &textures);
+        assert_eq!((VISITED.get(), is_here(&residency, page(3, 1, 0))), (0, false));
+    }
+
+    fn is_here(residency: &Residency, page: PageId) -> bool {
+        residency.slot_of(page).is_some()
     }
 }

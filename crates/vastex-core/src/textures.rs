@@ -13,6 +13,9 @@ use crate::page_set::PageSet;
 pub(crate) struct Textures {
     textures: Vec<Option<Texture>>,
     count: u32,
+    /// Those with pages that have no tile, and those with pages beside their tail.
+    sparse: u32,
+    with_pages: u32,
 }
 
 #[derive(Clone, Debug)]
@@ -22,6 +25,16 @@ struct Texture {
     present: Option<Arc<PageSet>>,
     /// How its levels are chosen, for groups.
     rule: LevelRule,
+}
+
+impl Texture {
+    fn is_sparse(&self) -> bool {
+        self.present.is_some()
+    }
+
+    fn has_pages(&self) -> bool {
+        self.geometry.page_count() > 1
+    }
 }
 
 impl Textures {
@@ -39,8 +52,11 @@ impl Textures {
         let is_free = self.textures[number].is_none();
         if is_free {
             let rule = LevelRule::default().within(&geometry);
-            self.textures[number] = Some(Texture { geometry, present, rule });
+            let texture = Texture { geometry, present, rule };
             self.count += 1;
+            self.sparse += u32::from(texture.is_sparse());
+            self.with_pages += u32::from(texture.has_pages());
+            self.textures[number] = Some(texture);
         }
         is_free
     }
@@ -48,14 +64,16 @@ impl Textures {
     /// Forgets a texture. Says whether it was there.
     pub(crate) fn remove(&mut self, texture: TextureId) -> bool {
         let place = self.textures.get_mut(usize::from(texture.number()));
-        let was_there = place.and_then(Option::take).is_some();
-        self.count -= u32::from(was_there);
-        was_there
+        let Some(gone) = place.and_then(Option::take) else { return false };
+        self.count -= 1;
+        self.sparse -= u32::from(gone.is_sparse());
+        self.with_pages -= u32::from(gone.has_pages());
+        true
     }
 
     /// Whether there is nothing in any of them but its tail.
     pub(crate) fn are_all_tail(&self) -> bool {
-        self.textures.iter().flatten().all(|texture| texture.geometry.page_count() == 1)
+        self.with_pages == 0
     }
 
     /// Textures that there are.
@@ -114,7 +132,7 @@ impl Textures {
 
     /// Whether any page of any texture has no tile.
     pub(crate) fn are_sparse(&self) -> bool {
-        self.textures.iter().flatten().any(|texture| texture.present.is_some())
+        self.sparse > 0
     }
 
     /// Whether the page is a tail. The page exists.

@@ -15,6 +15,10 @@ use crate::page::{PageId, TextureId};
 use crate::pool::PoolId;
 use crate::residency::{PageState, Residency};
 
+/// Tickets that have ended and are kept however long nobody asks for them, and the frames for which all others are.
+const KEPT: usize = 1024;
+const KEPT_FRAMES: u64 = 60;
+
 /// Stands for what was asked for; see [`crate::Pagers::prefetch`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Ticket {
@@ -121,7 +125,9 @@ pub(crate) struct Tickets {
     held: FxHashMap<PageId, u32>,
     /// Open pins of each page.
     pinned: FxHashMap<PageId, u32>,
-    ended: VecDeque<(Ticket, Progress)>,
+    /// Those that have ended and nobody has asked for yet, with the frame in which they did.
+    ended: VecDeque<(u64, Ticket, Progress)>,
+    frame: u64,
 }
 
 impl Tickets {
@@ -129,6 +135,7 @@ impl Tickets {
         Tickets { pool, ..Tickets::default() }
     }
 
+    /// Whether none is open.
     pub(crate) fn is_empty(&self) -> bool {
         self.open.is_empty()
     }
@@ -158,7 +165,7 @@ impl Tickets {
             if progress.state == TicketState::Open {
                 progress.state = TicketState::Released;
             }
-            self.ended.push_back((ticket, progress));
+            self.ended.push_back((self.frame, ticket, progress));
         }
         Some((ask, self.close(ticket.number)))
     }
@@ -194,6 +201,8 @@ impl Tickets {
     ///
     /// Costs a visit of each page of the open tickets.
     pub(crate) fn begin_frame(&mut self, frame: u64, residency: &Residency, let_go: &mut Vec<PageId>) {
+        self.frame = frame;
+        self.drop_what_nobody_asks_for();
         let mut over = Vec::new();
         for (&number, entry) in &mut self.open {
             let mut progress = progress_of(entry, residency);
@@ -206,13 +215,22 @@ impl Tickets {
             if !entry.is_done && (is_done || is_late) {
                 entry.is_done = is_done;
                 progress.state = if is_done { TicketState::Done } else { TicketState::Late };
-                self.ended.push_back((Ticket { pool: self.pool, number }, progress));
+                self.ended.push_back((frame, Ticket { pool: self.pool, number }, progress));
             }
             if is_late || (entry.is_done && deadline.is_none()) {
                 over.push(number);
             }
         }
         over.into_iter().for_each(|number| let_go.extend(self.close(number)));
+    }
+
+    /// Of tickets that have ended over a second ago, keeps so many: an application that never asks has memory for its open ones.
+    fn drop_what_nobody_asks_for(&mut self) {
+        while self.ended.len() > KEPT
+            && self.ended.front().is_some_and(|(ended, ..)| ended + KEPT_FRAMES < self.frame)
+        {
+            self.ended.pop_front();
+        }
     }
 
     /// How far a ticket is that has not ended.
@@ -222,7 +240,7 @@ impl Tickets {
 
     /// A ticket that has ended, or a pin whose pages are all here, and how; each is said once.
     pub(crate) fn poll_ended(&mut self) -> Option<(Ticket, Progress)> {
-        self.ended.pop_front()
+        self.ended.pop_front().map(|(_, ticket, progress)| (ticket, progress))
     }
 
     /// Whether a prefetch holds the page.

@@ -165,14 +165,14 @@ impl WorkingSet {
 
     /// From the next time that the set is worked out on these pages are wanted at every bias; with a page its ancestors are
     /// given, but no tails.
-    pub(crate) fn set_pins(&mut self, pages: impl Iterator<Item = PageId>, textures: &Textures) {
+    pub(crate) fn set_pins(&mut self, pages: Vec<PageId>, textures: &Textures) {
         for page in std::mem::take(&mut self.pins) {
             if let Some(&at) = self.index.get(page) {
                 self.nodes[at as usize].is_pinned = false;
                 self.leave(at);
             }
         }
-        self.pins.extend(pages);
+        self.pins = pages;
         self.pin(textures);
     }
 

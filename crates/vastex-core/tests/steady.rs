@@ -1,4 +1,5 @@
-//! In the steady state a frame's decision allocates nothing: not the pagers, and not the compaction of feedback.
+//! In the steady state a frame's decision allocates nothing: not the pagers, and not the compaction of feedback. And whatever comes and
+//! goes, memory does not grow with the frames.
 //!
 //! Cameras go round loops, and the pools hold less than what lies along them, so that every frame loads, uploads and evicts.
 
@@ -11,8 +12,8 @@ use bytes::Bytes;
 use vastex_core::shared::FEEDBACK_WANTED;
 use vastex_core::sim::{View, contents_of_chance};
 use vastex_core::{
-    BiasRule, Budgets, Feedback, FeedbackCompactor, Geometry, GeometrySpec, PageId, PageSet, Pagers,
-    TableChange, TextureId, ViewId, checks,
+    BiasRule, Budgets, Dims, Feedback, FeedbackCompactor, Geometry, GeometrySpec, PageContents, PageId,
+    PagePos, PageSet, Pagers, PoolId, Region, TableChange, TextureId, Urgency, ViewId, WantedPage, checks,
 };
 
 /// Frames of a loop: whole jitter cycles.
@@ -164,4 +165,130 @@ fn play_rounds(world: &mut Loop) {
         assert!(evicted.iter().all(|&evicted| evicted > LOOP), "{evicted:?}");
         assert!(round_of.loaded > 20 * LOOP, "{round_of:?}");
     }
+}
+
+/// Textures that come and go, a view that never comes back, pages that cannot be had, predictions, prefetches whose ends nobody asks for,
+/// contents that change: for as long as one likes.
+struct Flight {
+    pagers: Pagers,
+    pool: PoolId,
+    image: Geometry,
+    ground: TextureId,
+    passing: Option<TextureId>,
+    contents: Arc<PageContents>,
+    under_way: VecDeque<(u64, PageId)>,
+    changes: Vec<TableChange>,
+    frame: u64,
+}
+
+impl Flight {
+    fn new() -> Flight {
+        let mut pagers = Pagers::new(Budgets { upload_bytes_per_frame: 12, in_flight_bytes: 40 });
+        let pool = pagers.add_pool(160, 1, Some(BiasRule::Solved)).unwrap();
+        let ground = Geometry::new(GeometrySpec::image(1 << 20, 1 << 16)).unwrap();
+        let (ground, _) = pagers.add_texture(pool, &ground, None, None).unwrap();
+        let image = Geometry::new(GeometrySpec::image(4096, 4096)).unwrap();
+        let contents = Arc::new(contents_of_chance(&image, 7, 0.4));
+        let (under_way, changes) = (VecDeque::new(), Vec::new());
+        Flight { pagers, pool, image, ground, passing: None, contents, under_way, changes, frame: 0 }
+    }
+
+    /// Nine pages along a way over all of the ground, and four of what passes.
+    fn feedback(&self, frame: u64) -> Feedback {
+        let page = |texture, x, y| PageId::new(texture, Dims::D2, PagePos::new_2d(0, x, y)).unwrap();
+        let (along, row) = ((frame / 3) as u32, 3 * (frame / 3 / 8000) as u32);
+        let ground = (0..9).map(|n| page(self.ground, (along + n % 3) % 8000, row + n / 3));
+        let at = frame as u32 % 40 / 4;
+        let passing = self
+            .passing
+            .into_iter()
+            .flat_map(|texture| (0..4).map(move |n| page(texture, 2 * at + n % 2, 2 * at + n / 2)));
+        let pages = ground.chain(passing).map(|page| WantedPage { page, pixels: 9, eighth: 0 });
+        Feedback::of_pages(frame, pages.collect())
+    }
+
+    fn play_frame(&mut self) {
+        self.frame += 1;
+        let frame = self.frame;
+        self.pagers.begin_frame(frame);
+        self.come_and_go();
+        self.pagers.observe(&self.feedback(frame));
+        self.pagers.feedback_under_way(None);
+        if frame.is_multiple_of(4) {
+            self.pagers.expect(&self.feedback(frame + 12));
+        }
+        while let Some(page) = self.pagers.poll_cancel() {
+            self.under_way.retain(|(_, loading)| *loading != page);
+            self.pagers.tile_cancelled(page);
+        }
+        while self.pagers.poll_rerank().is_some() {}
+        while let Some(request) = self.pagers.poll_request() {
+            self.under_way.push_back((frame + 2, request.page));
+        }
+        while let Some((_, page)) = self.under_way.pop_front_if(|(due, _)| *due <= frame) {
+            match page.to_bits().wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 61 {
+                0 | 1 => self.pagers.tile_failed(page, "none"),
+                _ => self.pagers.tile_ready(page, Bytes::from_static(b"tile")),
+            }
+        }
+        while self.pagers.poll_upload().is_some() {}
+        self.pagers.take_table_changes(&mut self.changes);
+    }
+
+    fn come_and_go(&mut self) {
+        let frame = self.frame;
+        if frame.is_multiple_of(40) {
+            if let Some(gone) = self.passing.take() {
+                self.pagers.remove_texture(gone, frame);
+            }
+            let contents = Some(self.contents.clone());
+            self.passing = Some(self.pagers.add_texture(self.pool, &self.image, None, contents).unwrap().0);
+        }
+        let Some(passing) = self.passing else { return };
+        let side = frame as u32 % 3000;
+        let part = Region::image(side..side + 400, side..side + 200);
+        match frame % 40 {
+            7 | 27 => {
+                let urgency = Urgency { priority: 0, deadline: Some(frame + 9) };
+                self.pagers.prefetch(passing, &part, urgency).unwrap();
+            }
+            13 => drop(self.pagers.invalidate(passing, &part)),
+            _ => {}
+        }
+    }
+}
+
+#[test]
+fn memory_is_flat_over_a_hundred_thousand_frames_of_coming_and_going() {
+    let mut flight = Flight::new();
+    let mut play = |frames: u64| {
+        let work = || (0..frames).for_each(|_| checks::paused(|| flight.play_frame()));
+        allocation_counter::measure(work).bytes_current
+    };
+    // Until every table has been as large as it ever is.
+    let first = play(40_000);
+    let rest = play(60_000);
+    assert!(rest <= 16 << 10, "{first} bytes in the first 40,000 frames, {rest} more in the rest");
+    let stats = flight.pagers.stats();
+    assert!(stats.failures > 50_000 && stats.evicted > 100_000 && stats.shared > 1000, "{stats:?}");
+}
+
+/// What a source says of a texture's pages is a number for each: up to gigabytes, which it and the pager share.
+#[test]
+fn content_that_changes_copies_no_page_list() {
+    let image = Geometry::new(GeometrySpec { page: 16, ..GeometrySpec::image(16_384, 16_384) }).unwrap();
+    let contents = Arc::new(PageContents::new(&image, Vec::new(), 300, |pos| Some(pos.x % 300)));
+    let mut pagers = Pagers::new(Budgets { upload_bytes_per_frame: 1, in_flight_bytes: 1 });
+    let pool = pagers.add_pool(100, 1, Some(BiasRule::Solved)).unwrap();
+    let (texture, _) = pagers.add_texture(pool, &image, None, Some(contents)).unwrap();
+    let part = Region::image(0..64, 0..64);
+    let mut invalidate = |region: &Region| {
+        allocation_counter::measure(|| assert!(checks::paused(|| pagers.invalidate(texture, region)) <= 1))
+    };
+    let counted = invalidate(&part);
+    assert!(counted.bytes_total < 64 << 10, "{counted:?}");
+    // Nor does all of it take more than a fraction: two bytes a page had been copied, and eight listed.
+    let counted = invalidate(&Region::whole());
+    let pages = image.page_count();
+    assert!(counted.bytes_max < pages, "{counted:?} for {pages} pages");
 }

@@ -1,11 +1,12 @@
 //! What deciding costs on one core: from a raw feedback target to distinct pages, and from these to a frame's decisions.
 //!
 //! `cargo xtask bench decide`. Both sides of a comparison take turns, so that a noisy machine slows both; times are medians
-//! over the turns. Given names of parts (`compaction`, `frame`, `sweep`, `many`), it measures these alone.
+//! over the turns. Given names of parts (`compaction`, `frame`, `sweep`, `many`, `crowded`), it measures these alone.
 
 #![allow(clippy::print_stdout, clippy::unwrap_used, reason = "a benchmark")]
 
 mod compaction;
+mod crowded;
 mod frame;
 mod many;
 mod plot;
@@ -16,11 +17,12 @@ use std::time::{Duration, Instant};
 const TURNS: usize = 200;
 
 fn main() {
-    let parts: [(&str, fn()); 4] = [
+    let parts: [(&str, fn()); 5] = [
         ("compaction", compaction::measure),
         ("frame", frame::measure),
         ("sweep", sweep::measure),
         ("many", many::measure),
+        ("crowded", crowded::measure),
     ];
     let named: Vec<String> = std::env::args().skip(1).filter(|argument| !argument.starts_with('-')).collect();
     let is_asked_for = |part: &str| named.is_empty() || named.iter().any(|name| name == part);

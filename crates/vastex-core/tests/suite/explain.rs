@@ -125,3 +125,16 @@ fn what_is_told_is_true_of_every_page_in_view() {
         assert!(waited > 0 || path == Path::Still, "{path:?}: nothing ever waited, so nothing was tried");
     }
 }
+
+#[test]
+fn pages_of_volumes_are_named_with_all_their_coordinates() {
+    let mut pager = pager(10 * TILE, 100 * TILE);
+    let volume = TextureId::new(7).unwrap();
+    let geometry = Geometry::new(GeometrySpec { page: 16, ..GeometrySpec::volume([200, 200, 200]) }).unwrap();
+    pager.add_texture(volume, &geometry, None, None).unwrap();
+    let pos = PagePos { level: 0, x: 1, y: 2, z: 3 };
+    let page = PageId::new(volume, Dims::D3, pos).unwrap();
+    see(&mut pager, 1, &[page]);
+    let text = explained(&pager, page).to_string();
+    assert!(text.contains("level 0 page 1,2,3 is wanted"), "{text}");
+}

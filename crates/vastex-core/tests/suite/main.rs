@@ -7,6 +7,7 @@
 )]
 
 mod bias;
+mod bounds;
 mod by_hand;
 mod explain;
 mod learnt;
