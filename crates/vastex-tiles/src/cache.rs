@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use rustc_hash::FxHashMap;
 use vastex_core::{Description, PageContents, PagePos, PageSet, Region};
 
+use crate::limit::ReadLimit;
 use crate::source::{ReadFuture, SourceKey, TileSource};
 use crate::tier::{TierStats, Tiers};
 use crate::tile::Tile;
@@ -55,6 +56,10 @@ impl<S: TileSource> TileSource for RamCache<S> {
 
     fn identity(&self) -> Option<SourceKey> {
         self.source.identity()
+    }
+
+    fn read_limit(&self) -> Option<&Arc<ReadLimit>> {
+        self.source.read_limit()
     }
 
     fn add_tiers(&self, tiers: &mut Tiers) {

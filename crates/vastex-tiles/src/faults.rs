@@ -9,6 +9,7 @@ use std::time::Duration;
 use vastex_core::{Description, PageContents, PagePos, PageSet, Region};
 
 use crate::hash::seeded;
+use crate::limit::ReadLimit;
 use crate::source::{MaybeSend, MaybeSync, ReadError, ReadFuture, SourceKey, TileSource};
 use crate::tier::Tiers;
 use crate::tile::Tile;
@@ -122,6 +123,10 @@ where
     /// Nothing: what the plan changes is not the source's.
     fn identity(&self) -> Option<SourceKey> {
         None
+    }
+
+    fn read_limit(&self) -> Option<&Arc<ReadLimit>> {
+        self.source.read_limit()
     }
 
     fn add_tiers(&self, tiers: &mut Tiers) {

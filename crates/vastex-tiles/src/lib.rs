@@ -9,6 +9,7 @@
 #[cfg(feature = "blocks")]
 mod blocks;
 mod cache;
+mod clock;
 #[cfg(not(target_family = "wasm"))]
 mod conformance;
 mod container;
@@ -18,6 +19,7 @@ mod disk;
 mod encode;
 mod faults;
 mod hash;
+mod limit;
 mod loader;
 mod planet;
 mod property;
@@ -32,6 +34,7 @@ mod tile;
 #[cfg(feature = "blocks")]
 pub use blocks::{decode_blocks, decode_layer};
 pub use cache::RamCache;
+pub use clock::{Clock, SystemClock};
 #[cfg(not(target_family = "wasm"))]
 pub use conformance::conformance;
 #[cfg(not(target_family = "wasm"))]
@@ -49,7 +52,8 @@ pub use disk::{DiskCache, DiskTier, DiskTierError};
 #[cfg(feature = "write")]
 pub use encode::{Compression, EncodedTile};
 pub use faults::{FaultRates, Faults, Injection};
-pub use loader::{LoadError, Loaded, Loader, LocalLoader};
+pub use limit::{LimitedSource, ReadLimit};
+pub use loader::{LoadError, Loaded, Loader, LoaderSettings, LocalLoader};
 pub use planet::{PlanetError, PlanetImage, PlanetSource};
 pub use property::PropertySource;
 pub use source::{MaybeSend, MaybeSync, ReadError, ReadFuture, SourceKey, TileSource};

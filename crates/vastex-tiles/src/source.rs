@@ -7,6 +7,7 @@ use std::sync::Arc;
 use vastex_core::{Description, PageContents, PagePos, PageSet, Region};
 
 use crate::hash::content_hash;
+use crate::limit::ReadLimit;
 use crate::tier::Tiers;
 use crate::tile::Tile;
 
@@ -114,6 +115,12 @@ pub trait TileSource: MaybeSend + MaybeSync {
         None
     }
 
+    /// How many reads of it may be under way at once, where a [`LimitedSource`](crate::LimitedSource) says so; a loader has a
+    /// limit of its own for sources without one. The same at every call.
+    fn read_limit(&self) -> Option<&Arc<ReadLimit>> {
+        None
+    }
+
     /// Adds what the source and those behind it have done so far and hold: a cache its own figures, the last one what it read.
     ///
     /// Called each frame, so it should cost no more than a look at counters.
@@ -121,8 +128,8 @@ pub trait TileSource: MaybeSend + MaybeSync {
 
     /// The tile of a page finer than the tail, or the tail's (at [`vastex_core::Geometry::tail_pos`]), still encoded.
     ///
-    /// A buffered local read never suspends; a direct one does, so that several can be in flight. Dropping the future
-    /// cancels the read.
+    /// A local read never suspends: it blocks the thread that polls it. One over a network suspends, and takes no thread while
+    /// it waits. Dropping the future cancels the read.
     fn read(&self, pos: PagePos) -> ReadFuture<'_>;
 
     /// The same tile where it is in main memory: never waits, reads nothing and counts as no use. Nothing from sources that keep
@@ -153,6 +160,10 @@ impl<S: TileSource + ?Sized> TileSource for Arc<S> {
 
     fn identity(&self) -> Option<SourceKey> {
         (**self).identity()
+    }
+
+    fn read_limit(&self) -> Option<&Arc<ReadLimit>> {
+        (**self).read_limit()
     }
 
     fn add_tiers(&self, tiers: &mut Tiers) {

@@ -7,7 +7,9 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 use vastex_core::{Description, PageContents, PagePos, PageSet, Region};
-use vastex_tiles::{Codec, ReadError, ReadFuture, SourceKey, Tiers, Tile, TileSource, decode_layer};
+use vastex_tiles::{
+    Codec, ReadError, ReadFuture, ReadLimit, SourceKey, Tiers, Tile, TileSource, decode_layer,
+};
 use vastex_wgpu::held_format;
 
 /// The texture as a device with these features holds it: the same where it can hold every layer as it is.
@@ -50,6 +52,10 @@ impl<S: TileSource> TileSource for DecodedSource<S> {
     /// Nothing: its tiles are made anew in every run.
     fn identity(&self) -> Option<SourceKey> {
         None
+    }
+
+    fn read_limit(&self) -> Option<&Arc<ReadLimit>> {
+        self.source.read_limit()
     }
 
     fn add_tiers(&self, tiers: &mut Tiers) {

@@ -94,8 +94,8 @@ pub use vastex_core::{
     Surface, Survey, SurveySettings, Surveyed, SurveyedObject, SurveyedTexture, UvBox,
 };
 pub use vastex_tiles::{
-    Codec, ContainerError, DecodeError, PlanetError, PlanetImage, PlanetSource, ReadError, ReadFuture,
-    SourceKey, StoreStats, TierStats, Tiers, Tile, TileSource, decode_layer,
+    Codec, ContainerError, DecodeError, LimitedSource, PlanetError, PlanetImage, PlanetSource, ReadError,
+    ReadFuture, ReadLimit, SourceKey, StoreStats, TierStats, Tiers, Tile, TileSource, decode_layer,
 };
 #[cfg(not(target_family = "wasm"))]
 pub use vastex_tiles::{DiskCache, DiskTier, DiskTierError};

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use vastex_core::Layer;
+use vastex_tiles::LoaderSettings;
 pub use vastex_wgpu::{FeedbackWay, Filter, MaxTaps, TableChoice, UnknownFilter};
 
 use crate::pool_settings::PoolSettings;
@@ -40,9 +41,23 @@ pub struct Settings {
     /// Main memory for decoded tiles that [`crate::Textures::sample_cpu`] goes through, in bytes for all textures together. Holds
     /// nothing while nothing is asked.
     pub cpu_cache_bytes: u64,
-    /// Threads that read and decode tiles; at least 1. Each has one read in flight: a source that is read directly from the
-    /// disk (`vastex_tiles::Container::open_file_direct`) wants as many as its depth. Without meaning in a browser.
+    /// Reads of tiles that may be at work at once, decoding included; at least 1, each with a thread. A read that waits for a network,
+    /// or blocks its thread for over a quarter of a second, gives its place to another. A source that is read directly from the disk
+    /// (`vastex_tiles::Container::open_file_direct`) wants as many as the disk likes reads at once. Without meaning in a browser.
     pub loader_threads: usize,
+    /// Reads of one texture's source that may be under way at once; at least 1, and at least as many as there are threads. Sources
+    /// that lie in one place should share a limit ([`crate::LimitedSource`]), which then counts instead.
+    pub reads_at_once: usize,
+    /// How long the read of a tile may take. Then it counts as failed ([`crate::Event::Failed`], retried with back-off) and nothing
+    /// waits for it any more. A source of which as many reads as it may have at once have had no answer fails at once from then on,
+    /// but for one read at a time that finds out whether it answers again.
+    ///
+    /// With [`Pace::LockStep`], where every load is waited for, a frame waits up to this long for a source that does not answer, and
+    /// its pictures are those of pages that failed.
+    pub read_time_out: Duration,
+    /// Without threads, in a browser: how long a frame decodes tiles. It always decodes one, if there is one to decode, and so
+    /// takes up to one tile longer. Without meaning natively, where the loader's threads decode.
+    pub decode_time_per_frame: Duration,
     /// How texels are blended, of layers whose values may be mixed. [`TextureSettings::filters`] says it of single layers.
     pub filter: Filter,
     /// How long a tile takes to fade in from what was on screen before; no time for tiles that are there at once. 100 to 300 ms look
@@ -70,6 +85,7 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Settings {
+        let loader = LoaderSettings::default();
         Settings {
             pools: PoolSettings::default(),
             picture: [1920, 1080],
@@ -77,7 +93,10 @@ impl Default for Settings {
             in_flight_bytes: 16 << 20,
             ram_cache_bytes: 64 << 20,
             cpu_cache_bytes: 16 << 20,
-            loader_threads: 2,
+            loader_threads: loader.threads,
+            reads_at_once: loader.reads_at_once,
+            read_time_out: loader.time_out,
+            decode_time_per_frame: loader.decode_time,
             filter: Filter::Trilinear,
             fade: Duration::ZERO,
             feedback: None,
@@ -87,6 +106,18 @@ impl Default for Settings {
             share_contents: true,
             whole_bytes: 0,
             telemetry_frames: 256,
+        }
+    }
+}
+
+impl Settings {
+    /// Those that concern the loader.
+    pub(crate) fn of_loader(&self) -> LoaderSettings {
+        LoaderSettings {
+            threads: self.loader_threads,
+            reads_at_once: self.reads_at_once,
+            time_out: self.read_time_out,
+            decode_time: self.decode_time_per_frame,
         }
     }
 }

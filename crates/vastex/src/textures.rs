@@ -9,7 +9,7 @@ use vastex_core::{
     Budgets, Description, Dims, Event, Feedback, GroupId, Layer, LevelRule, PageId, PageState, Pagers,
     PoolError, PoolId, TableChange, TextureId, ViewId,
 };
-use vastex_tiles::{Loader, RamCache, Tiers, Tile, TileSource};
+use vastex_tiles::{Loader, RamCache, SystemClock, Tiers, Tile, TileSource};
 use vastex_wgpu::{
     BindLayout, FeedbackWay, PageSides, ShaderOptions, TableBuffers, TableChanger, TableChoice, TableKinds,
     group_wgsl, wgsl,
@@ -170,7 +170,7 @@ impl Textures {
             }),
             textures: Vec::new(),
             groups: Vec::new(),
-            loader: new_loader(settings.loader_threads)?,
+            loader: Loader::with(settings.of_loader(), Arc::new(SystemClock::new()))?,
             lock_step,
             frame: 0,
             is_polled: false,
@@ -469,16 +469,6 @@ pub(crate) fn feedback_way(device: &wgpu::Device, settings: &Settings) -> Result
     let Some(way) = settings.feedback else { return Ok(FeedbackWay::best(device)) };
     way.check(device)?;
     Ok(way)
-}
-
-#[cfg(not(target_family = "wasm"))]
-fn new_loader(threads: usize) -> Result<Loader, Error> {
-    Ok(Loader::new(threads)?)
-}
-
-#[cfg(target_family = "wasm")]
-fn new_loader(threads: usize) -> Result<Loader, Error> {
-    Ok(Loader::new(threads)?)
 }
 
 #[cfg(not(target_family = "wasm"))]

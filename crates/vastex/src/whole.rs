@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use vastex_core::{Description, Dims, Geometry, GeometrySpec, Layer, PageContents, PagePos, PageSet, Region};
-use vastex_tiles::{Codec, ReadError, ReadFuture, SourceKey, Tiers, Tile, TileSource};
+use vastex_tiles::{Codec, ReadError, ReadFuture, ReadLimit, SourceKey, Tiers, Tile, TileSource};
 use vastex_wgpu::held_format;
 
 /// The description of the same texture with all levels in its tail, for pages as small as that allows; nothing where the tile would take
@@ -146,6 +146,10 @@ impl TileSource for WholeSource {
     /// Nothing: its tile is made anew in every run.
     fn identity(&self) -> Option<SourceKey> {
         None
+    }
+
+    fn read_limit(&self) -> Option<&Arc<ReadLimit>> {
+        self.source.read_limit()
     }
 
     fn add_tiers(&self, tiers: &mut Tiers) {

@@ -12,6 +12,7 @@ use super::error::ContainerError;
 use super::header::Header;
 use super::index::{Index, PageOrder, Record};
 use super::layout::{Extent, HEADER_BYTES, MAX_COARSE_BYTES, OPENING_BYTES, Section};
+use crate::limit::ReadLimit;
 use crate::source::{ReadError, ReadFuture, SourceKey, TileSource};
 use crate::stores::{Store, StoreError};
 use crate::tier::{StoreCounter, Tiers};
@@ -205,6 +206,10 @@ impl TileSource for Container {
         let Header { description, index, .. } = &self.header;
         let sections = [description, index].map(|Section { extent, checksum }| [extent.len, *checksum]);
         Some(SourceKey::of(sections.as_flattened().iter().flat_map(|n| n.to_le_bytes()).collect::<Vec<_>>()))
+    }
+
+    fn read_limit(&self) -> Option<&Arc<ReadLimit>> {
+        None
     }
 
     fn add_tiers(&self, tiers: &mut Tiers) {

@@ -41,6 +41,7 @@ use vastex_core::{Description, PageContents, PagePos, PageSet, Region};
 
 use crate::container::description_bytes;
 use crate::hash::content_hash;
+use crate::limit::ReadLimit;
 use crate::source::{ReadFuture, SourceKey, TileSource};
 use crate::tier::{TierStats, Tiers};
 use crate::tile::Tile;
@@ -258,6 +259,10 @@ impl<S: TileSource> TileSource for DiskCache<S> {
 
     fn identity(&self) -> Option<SourceKey> {
         self.source.identity()
+    }
+
+    fn read_limit(&self) -> Option<&Arc<ReadLimit>> {
+        self.source.read_limit()
     }
 
     fn add_tiers(&self, tiers: &mut Tiers) {

@@ -1,31 +1,56 @@
 //! The loader on threads.
+//!
+//! A thread carries out one read at a time, to its end: there are as many reads under way as threads busy, and no other threads
+//! behind them. Reads that are *at work* have places, of which there are as many as the settings say. A read that waits for
+//! something else *lends* its place: at once where it suspends, after [`PATIENCE`] where it blocks its thread. Another thread then has
+//! the place, and is made if need be. So what others may do does not depend on when a read comes back, or whether it does.
+//!
+//! Time passes when the loader is polled. A read that is overdue by then has lost its request and its place; its thread is told to
+//! drop it, which it does at once if it is suspended, and else when it comes back. Nobody waits for that: no thread is ever joined.
 
+use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::pin::pin;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::thread::JoinHandle;
-use std::{io, thread};
+use std::task::{Context, Poll, Wake, Waker};
+use std::thread::{self, Thread};
+use std::time::Duration;
+use std::{io, mem};
 
-use bytes::Bytes;
 use vastex_core::{PageId, TextureId};
 
-use super::queue::{Job, Queue};
-use super::{LoadError, Loaded, load};
+use super::queue::{Job, Outcome, Queue, ReadId};
+use super::{LoadError, Loaded, LoaderSettings, load};
+use crate::clock::{Clock, SystemClock};
 use crate::source::TileSource;
 
-/// Reads and decodes tiles on a bounded number of threads, best rank first.
+/// How long a read may block its thread before it lends its place. A disk that seeks answers much sooner.
+const PATIENCE: Duration = Duration::from_millis(250);
+/// How often the clock is looked at, at most.
+const LOOK_EVERY: Duration = Duration::from_millis(5);
+/// How long a thread that is one too many waits for work before it ends.
+const LINGER: Duration = Duration::from_secs(10);
+/// With so many places lent only sources without a read under way may begin one.
+const CROWD: usize = 256;
+/// The most places that are ever lent: each is a thread.
+const MOST_LENT: usize = 4096;
+
+/// Reads and decodes tiles on threads, best rank first.
 ///
-/// A thread waits for the read that it has under way: where a source can have several in flight, as a
-/// [`DirectStore`](crate::DirectStore) can, as many are as there are threads.
+/// A source that is slow or does not answer keeps nothing from the others: its reads take places of its own, up to its limit, and
+/// end as [`LoadError::Overdue`]; see [`LoaderSettings`].
 ///
-/// Every request ends exactly once: loaded, failed or cancelled. Dropping the loader waits for the reads under way and
-/// ends its threads.
+/// Every request ends exactly once: loaded, failed or cancelled. When the end of a request is polled, its source is not in use for
+/// it any more, unless it was overdue. Dropping the loader waits for nothing: threads end by themselves, each with the read that
+/// it has under way, and keep that read's source until then.
 pub struct Loader {
     shared: Arc<Shared>,
-    threads: Vec<JoinHandle<()>>,
 }
 
-#[derive(Default)]
 struct Shared {
+    settings: LoaderSettings,
+    clock: Arc<dyn Clock>,
     state: Mutex<State>,
     /// Signalled when there may be something to start.
     work: Condvar,
@@ -33,10 +58,57 @@ struct Shared {
     ended: Condvar,
 }
 
-#[derive(Default)]
 struct State {
     queue: Queue,
+    /// Reads that were begun and have not come back; each has a thread.
+    reads: BTreeMap<ReadId, Busy>,
+    /// Threads that there are, whatever they do.
+    threads: usize,
+    /// Places lent, by so many of the reads.
+    lent: usize,
+    looked: Duration,
+    /// Whether it was said that there are no more threads.
+    said: bool,
     stopping: bool,
+}
+
+/// A thread with a read.
+struct Busy {
+    signal: Arc<Signal>,
+    has_lent: bool,
+}
+
+/// What wakes the thread of a read.
+struct Signal {
+    thread: Thread,
+    is_woken: AtomicBool,
+    /// Nobody wants the read any more.
+    is_dropped: AtomicBool,
+}
+
+impl Wake for Signal {
+    fn wake(self: Arc<Self>) {
+        self.is_woken.store(true, Ordering::Release);
+        self.thread.unpark();
+    }
+}
+
+impl Signal {
+    fn drop_read(&self) {
+        self.is_dropped.store(true, Ordering::Release);
+        self.thread.unpark();
+    }
+
+    /// Waits until the read may go on. Says whether it is still wanted.
+    fn wait(&self) -> bool {
+        while !self.is_dropped.load(Ordering::Acquire) {
+            if self.is_woken.swap(false, Ordering::AcqRel) {
+                return true;
+            }
+            thread::park();
+        }
+        false
+    }
 }
 
 impl Shared {
@@ -47,35 +119,60 @@ impl Shared {
 }
 
 impl Loader {
-    /// A loader with so many threads (at least 1), each of which has one tile under way. Fails where the system gives
-    /// no thread.
+    /// A loader with so many reads at work at once (at least 1). Fails where the system gives no thread.
     pub fn new(threads: usize) -> io::Result<Loader> {
-        let mut loader = Loader { shared: Arc::default(), threads: Vec::new() };
-        for n in 0..threads.max(1) {
-            let shared = loader.shared.clone();
-            let thread = thread::Builder::new().name(format!("vastex load {n}")).spawn(move || work(&shared));
-            loader.threads.push(thread?);
-        }
+        let settings = LoaderSettings { threads, ..LoaderSettings::default() };
+        Loader::with(settings, Arc::new(SystemClock::new()))
+    }
+
+    /// A loader with these settings, for which time passes as `clock` says. Fails where the system gives no thread.
+    pub fn with(settings: LoaderSettings, clock: Arc<dyn Clock>) -> io::Result<Loader> {
+        let settings = LoaderSettings { threads: settings.threads.max(1), ..settings };
+        let state = State {
+            queue: Queue::new(settings),
+            reads: BTreeMap::new(),
+            threads: 0,
+            lent: 0,
+            looked: clock.now(),
+            said: false,
+            stopping: false,
+        };
+        let (state, work, ended) = (Mutex::new(state), Condvar::new(), Condvar::new());
+        let loader = Loader { shared: Arc::new(Shared { settings, clock, state, work, ended }) };
+        let mut state = loader.shared.lock();
+        (0..settings.threads).try_for_each(|_| loader.shared.add_thread(&mut state))?;
+        drop(state);
         Ok(loader)
     }
 
     /// Gives a texture its source, in place of the one it had; requests that were for that one are cancelled.
     pub fn add_source(&mut self, texture: TextureId, source: Arc<dyn TileSource>) {
-        self.shared.lock().queue.add_source(texture, source);
+        let mut state = self.shared.lock();
+        let gone = state.queue.add_source(texture, source);
         self.shared.ended.notify_all();
+        drop(state);
+        // Outside the lock: what goes with a source is the source's business.
+        drop(gone);
     }
 
     /// Takes a texture's source away and cancels its requests.
     pub fn remove_source(&mut self, texture: TextureId) {
-        self.shared.lock().queue.remove_source(texture);
+        let mut state = self.shared.lock();
+        let gone = state.queue.remove_source(texture);
         self.shared.ended.notify_all();
+        drop(state);
+        drop(gone);
     }
 
     /// Asks for a page; the lowest rank is loaded first, the oldest request among equals.
     ///
-    /// A page that is queued already gets the new rank, and one result. One that is being read stays as it is.
+    /// A page that is queued already gets the new rank, and one result. One that is being read stays as it is. A request of a
+    /// source that does not answer fails at once.
     pub fn request(&mut self, page: PageId, rank: u64) {
-        self.shared.lock().queue.request(page, rank);
+        let now = self.shared.clock.now();
+        let mut state = self.shared.lock();
+        state.queue.request(page, rank, now);
+        self.shared.staff(&mut state);
         self.shared.work.notify_one();
     }
 
@@ -85,31 +182,38 @@ impl Loader {
         self.shared.lock().queue.rerank(page, rank);
     }
 
-    /// Calls a request off. It ends as [`LoadError::Cancelled`]: at once if it was not begun, else when its read ends,
-    /// whose result is dropped. Nothing happens where the page is not requested or has ended already.
+    /// Calls a request off. It ends as [`LoadError::Cancelled`]: at once if it was not begun, soon if its read is suspended, else
+    /// when its read ends, whose result is dropped. Nothing happens where the page is not requested or has ended already.
     pub fn cancel(&mut self, page: PageId) {
-        self.shared.lock().queue.cancel(page);
+        let mut state = self.shared.lock();
+        if let Some(read) = state.queue.cancel(page) {
+            state.drop_read(read);
+        }
         self.shared.ended.notify_all();
     }
 
-    /// A request that has ended, if there is one. Never waits.
+    /// A request that has ended, if there is one. Never waits for a read.
     pub fn poll(&mut self) -> Option<Loaded> {
-        self.shared.lock().queue.poll()
+        let mut state = self.shared.lock();
+        self.shared.look_at_clock(&mut state);
+        state.queue.poll()
     }
 
-    /// The next request to end; waits for it. Nothing where no request is outstanding.
+    /// The next request to end; waits for it, but no longer than a read may take. Nothing where no request is outstanding.
     ///
     /// With several threads the order in which requests end is not fixed.
     pub fn wait(&mut self) -> Option<Loaded> {
         let mut state = self.shared.lock();
         loop {
+            self.shared.look_at_clock(&mut state);
             if let Some(loaded) = state.queue.poll() {
                 return Some(loaded);
             }
             if state.queue.is_idle() {
                 return None;
             }
-            state = self.shared.ended.wait(state).unwrap_or_else(PoisonError::into_inner);
+            let waited = self.shared.ended.wait_timeout(state, PATIENCE);
+            state = waited.unwrap_or_else(PoisonError::into_inner).0;
         }
     }
 
@@ -121,47 +225,154 @@ impl Loader {
 
 impl Drop for Loader {
     fn drop(&mut self) {
-        self.shared.lock().stopping = true;
+        let mut state = self.shared.lock();
+        state.stopping = true;
+        state.reads.values().for_each(|busy| busy.signal.drop_read());
+        let queue = mem::replace(&mut state.queue, Queue::new(self.shared.settings));
+        drop(state);
         self.shared.work.notify_all();
-        for thread in self.threads.drain(..) {
-            if thread.join().is_err() {
-                tracing::error!("a loader thread panicked");
-            }
+        // The sources, outside the lock.
+        drop(queue);
+    }
+}
+
+impl State {
+    fn drop_read(&self, read: ReadId) {
+        if let Some(busy) = self.reads.get(&read) {
+            busy.signal.drop_read();
+        }
+    }
+
+    /// Whether a read may be begun: there is a place, and something to do.
+    fn can_start(&self, places: usize) -> bool {
+        self.reads.len() < places + self.lent && self.queue.has_next()
+    }
+
+    /// Lends the place of a read to another, if it has one and not too many have been lent.
+    fn lend(&mut self, read: ReadId) {
+        let is_alone = self.queue.under_way_beside(read) <= 1;
+        let most = if is_alone { MOST_LENT } else { CROWD };
+        if self.lent < most
+            && let Some(busy) = self.reads.get_mut(&read)
+            && !mem::replace(&mut busy.has_lent, true)
+        {
+            self.lent += 1;
+            self.queue.set_crowded(self.lent >= CROWD);
         }
     }
 }
 
-/// What each thread does until the loader is dropped.
-fn work(shared: &Shared) {
-    while let Some(job) = next_job(shared) {
-        let page = job.page;
-        let result = run(job);
-        shared.lock().queue.finish(page, result);
-        shared.ended.notify_all();
+impl Shared {
+    /// One more thread.
+    fn add_thread(self: &Arc<Self>, state: &mut State) -> io::Result<()> {
+        let shared = self.clone();
+        thread::Builder::new().name("vastex load".into()).spawn(move || work(&shared))?;
+        state.threads += 1;
+        Ok(())
+    }
+
+    /// Sees to it that somebody begins what may be begun: one more thread, which does the same when it has a read.
+    fn staff(self: &Arc<Self>, state: &mut State) {
+        // A thread without a read looks for one before it rests.
+        if state.threads == state.reads.len()
+            && state.can_start(self.settings.threads)
+            && let Err(error) = self.add_thread(state)
+            && !mem::replace(&mut state.said, true)
+        {
+            tracing::warn!("no further thread to load tiles with, for reads that wait: {error}");
+        }
+    }
+
+    /// Gives up what is overdue by now, and lends the places of those who block their thread.
+    fn look_at_clock(self: &Arc<Self>, state: &mut State) {
+        let now = self.clock.now();
+        if now.saturating_sub(state.looked) < LOOK_EVERY {
+            return;
+        }
+        state.looked = now;
+        for read in state.queue.set_time(now) {
+            state.drop_read(read);
+        }
+        let slow: Vec<_> = state.queue.begun_before(PATIENCE.min(self.settings.time_out)).collect();
+        slow.into_iter().for_each(|read| state.lend(read));
+        self.staff(state);
+        self.work.notify_all();
     }
 }
 
-fn next_job(shared: &Shared) -> Option<Job> {
+/// What each thread does until the loader is dropped, or it is one too many.
+fn work(shared: &Arc<Shared>) {
+    while let Some((job, signal)) = next_job(shared) {
+        let read = job.read;
+        let outcome = run(shared, job, &signal);
+        let mut state = shared.lock();
+        if let Some(Busy { has_lent: true, .. }) = state.reads.remove(&read) {
+            state.lent -= 1;
+            let is_crowded = state.lent >= CROWD;
+            state.queue.set_crowded(is_crowded);
+        }
+        state.queue.finish(read, outcome);
+        shared.ended.notify_all();
+        // The place is free, or there may be others that wait for room in the lane.
+        shared.work.notify_one();
+    }
+}
+
+fn next_job(shared: &Arc<Shared>) -> Option<(Job, Arc<Signal>)> {
     let mut state = shared.lock();
     loop {
         if state.stopping {
             return None;
         }
-        if let Some(job) = state.queue.start_next() {
-            return Some(job);
+        let job = match state.can_start(shared.settings.threads) {
+            true => state.queue.start_next(shared.clock.now()),
+            false => None,
+        };
+        if let Some(job) = job {
+            let signal = Arc::new(Signal {
+                thread: thread::current(),
+                is_woken: AtomicBool::new(false),
+                is_dropped: AtomicBool::new(false),
+            });
+            state.reads.insert(job.read, Busy { signal: signal.clone(), has_lent: false });
+            // There may be more to begin than threads were woken or made for.
+            shared.staff(&mut state);
+            return Some((job, signal));
         }
-        // Requests without a source may just have ended.
-        shared.ended.notify_all();
-        state = shared.work.wait(state).unwrap_or_else(PoisonError::into_inner);
+        let waited = shared.work.wait_timeout(state, LINGER).unwrap_or_else(PoisonError::into_inner);
+        state = waited.0;
+        if waited.1.timed_out() && state.threads - state.lent > shared.settings.threads {
+            state.threads -= 1;
+            return None;
+        }
     }
 }
 
-fn run(job: Job) -> Result<Bytes, LoadError> {
-    let Job { pos, source, .. } = job;
+fn run(shared: &Arc<Shared>, job: Job, signal: &Arc<Signal>) -> Outcome {
+    let Job { read, pos, source } = job;
     // A source is not used after a panic of this read other than through its own locks, which know of it.
-    catch_unwind(AssertUnwindSafe(|| pollster::block_on(load(source, pos)))).unwrap_or_else(|panic| {
+    catch_unwind(AssertUnwindSafe(|| {
+        let mut load = pin!(load(source, pos));
+        let waker = Waker::from(signal.clone());
+        let mut context = Context::from_waker(&waker);
+        loop {
+            if let Poll::Ready(result) = load.as_mut().poll(&mut context) {
+                return Outcome::Answered(result);
+            }
+            {
+                let mut state = shared.lock();
+                state.lend(read);
+                shared.staff(&mut state);
+            }
+            shared.work.notify_one();
+            if !signal.wait() {
+                return Outcome::Dropped;
+            }
+        }
+    }))
+    .unwrap_or_else(|panic| {
         let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
         let message = text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default();
-        Err(LoadError::Panicked { pos, message })
+        Outcome::Answered(Err(LoadError::Panicked { pos, message }))
     })
 }

@@ -2,70 +2,126 @@
 //!
 //! | state | entered by | left by |
 //! |---|---|---|
-//! | queued | a request | its turn; `cancel`, which ends it at once |
-//! | running | its turn | the end of the read |
-//! | running, called off | `cancel` | the end of the read, whose result is dropped |
+//! | queued | a request | its turn; `cancel`, which ends it at once; the silence of its lane |
+//! | running | its turn | the end of the read, or its being overdue |
+//! | running, called off | `cancel` | the same; its result is dropped |
 //! | finished | any end | being polled |
 //!
-//! A page that is requested again while a called-off read of it still runs is queued again after that.
+//! A page that is requested again while a called-off read of it still runs is queued again after that. A request ends when its
+//! read is overdue; the read itself is under way, and counts in its lane, until it comes back.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
+use std::time::Duration;
 
 use bytes::Bytes;
 use rustc_hash::FxHashMap;
 use vastex_core::{PageId, PagePos, TextureId};
 
-use super::{LoadError, Loaded};
+use super::lanes::{LaneId, Lanes, Turn};
+use super::{LoadError, Loaded, LoaderSettings};
 use crate::source::TileSource;
 
-/// Where a queued request stands: by rank, and by arrival among equals.
-type Turn = (u64, u64);
+/// Names a read that was begun; later ones have larger numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct ReadId(u64);
 
 enum State {
     Queued(Turn),
-    Running { called_off: bool, again: Option<u64> },
+    Running { read: ReadId, called_off: bool, again: Option<u64> },
 }
 
-/// A read to be started.
+/// A read to be carried out.
 pub(super) struct Job {
-    pub(super) page: PageId,
+    pub(super) read: ReadId,
     pub(super) pos: PagePos,
     pub(super) source: Arc<dyn TileSource>,
 }
 
-#[derive(Default)]
+/// What has become of a read.
+pub(super) enum Outcome {
+    /// The source has answered.
+    Answered(Result<Bytes, LoadError>),
+    /// The read was dropped before it had.
+    Dropped,
+}
+
+/// A read that has not come back.
+struct Read {
+    page: PageId,
+    pos: PagePos,
+    lane: LaneId,
+    begun: Duration,
+    is_overdue: bool,
+}
+
+struct Source {
+    source: Arc<dyn TileSource>,
+    lane: LaneId,
+}
+
 pub(super) struct Queue {
-    sources: FxHashMap<TextureId, Arc<dyn TileSource>>,
+    settings: LoaderSettings,
+    sources: FxHashMap<TextureId, Source>,
+    lanes: Lanes,
     states: FxHashMap<PageId, State>,
-    turns: BTreeMap<Turn, PageId>,
+    /// In the order in which they were begun.
+    reads: BTreeMap<ReadId, Read>,
+    begun: u64,
     arrivals: u64,
     finished: VecDeque<Loaded>,
+    /// As it was said last.
+    now: Duration,
 }
 
 impl Queue {
-    pub(super) fn add_source(&mut self, texture: TextureId, source: Arc<dyn TileSource>) {
-        self.remove_source(texture);
-        self.sources.insert(texture, source);
+    pub(super) fn new(settings: LoaderSettings) -> Queue {
+        Queue {
+            settings,
+            sources: FxHashMap::default(),
+            lanes: Lanes::default(),
+            states: FxHashMap::default(),
+            reads: BTreeMap::new(),
+            begun: 0,
+            arrivals: 0,
+            finished: VecDeque::new(),
+            now: Duration::ZERO,
+        }
+    }
+
+    /// What was `remove_source`d, to be dropped where no lock is held.
+    pub(super) fn add_source(
+        &mut self,
+        texture: TextureId,
+        source: Arc<dyn TileSource>,
+    ) -> Option<Arc<dyn TileSource>> {
+        let before = self.remove_source(texture);
+        let most = self.settings.reads_at_once.max(self.settings.threads);
+        let lane = self.lanes.enter(source.read_limit(), most);
+        self.sources.insert(texture, Source { source, lane });
+        before
     }
 
     /// Cancels every request of the texture. Reads under way keep the source until they end.
-    pub(super) fn remove_source(&mut self, texture: TextureId) {
-        self.sources.remove(&texture);
+    pub(super) fn remove_source(&mut self, texture: TextureId) -> Option<Arc<dyn TileSource>> {
         let mut pages: Vec<_> =
             self.states.keys().copied().filter(|page| page.texture() == texture).collect();
         pages.sort_unstable();
         for page in pages {
             self.cancel(page);
         }
+        let Source { source, lane } = self.sources.remove(&texture)?;
+        self.lanes.leave(lane);
+        Some(source)
     }
 
     /// Queues a page, or moves it where it is queued already; one that is running stays as it is.
-    pub(super) fn request(&mut self, page: PageId, rank: u64) {
+    pub(super) fn request(&mut self, page: PageId, rank: u64, now: Duration) {
+        self.now = self.now.max(now);
         match self.states.get_mut(&page) {
             None => self.enqueue(page, rank),
             Some(State::Queued(_)) => self.rerank(page, rank),
-            Some(State::Running { called_off: true, again }) => *again = Some(rank),
+            Some(State::Running { called_off: true, again, .. }) => *again = Some(rank),
             Some(State::Running { called_off: false, .. }) => {}
         }
     }
@@ -73,55 +129,94 @@ impl Queue {
     /// Moves a page where it is queued; one that is running, has ended or was never requested stays as it is.
     pub(super) fn rerank(&mut self, page: PageId, rank: u64) {
         if let Some(State::Queued(turn)) = self.states.get_mut(&page) {
-            self.turns.remove(turn);
+            let before = *turn;
             turn.0 = rank;
-            self.turns.insert(*turn, page);
+            let after = *turn;
+            if let Some(Source { lane, .. }) = self.sources.get(&page.texture()) {
+                self.lanes.unqueue(*lane, before);
+                self.lanes.queue(*lane, after, page);
+            }
         }
     }
 
+    /// Queues a page, unless it can only fail: then it ends here.
     fn enqueue(&mut self, page: PageId, rank: u64) {
+        let Some(Source { source, lane }) = self.sources.get(&page.texture()) else {
+            return self.end(page, Err(LoadError::NoSource { texture: page.texture().number() }));
+        };
+        if let Err(reads) = self.lanes.admits(*lane, self.now) {
+            let pos = page.pos(source.description().geometry.dims());
+            return self.end(page, Err(self.silent(pos, reads)));
+        }
         let turn = (rank, self.arrivals);
         self.arrivals += 1;
-        self.turns.insert(turn, page);
+        self.lanes.queue(*lane, turn, page);
         self.states.insert(page, State::Queued(turn));
     }
 
-    pub(super) fn cancel(&mut self, page: PageId) {
-        match self.states.get_mut(&page) {
-            Some(State::Queued(turn)) => {
-                self.turns.remove(turn);
+    fn silent(&self, pos: PagePos, reads: usize) -> LoadError {
+        LoadError::SourceSilent { pos, reads, time_out: self.settings.time_out }
+    }
+
+    /// Calls a request off. The read that may be dropped, where it is under way.
+    pub(super) fn cancel(&mut self, page: PageId) -> Option<ReadId> {
+        match self.states.get_mut(&page)? {
+            State::Queued(turn) => {
+                let turn = *turn;
+                if let Some(Source { lane, .. }) = self.sources.get(&page.texture()) {
+                    self.lanes.unqueue(*lane, turn);
+                }
                 self.states.remove(&page);
                 self.end(page, Err(LoadError::Cancelled));
+                None
             }
-            Some(State::Running { called_off: called_off @ false, .. }) => *called_off = true,
-            Some(State::Running { again, .. }) => {
-                let waiting = again.take();
-                if waiting.is_some() {
+            State::Running { called_off: called_off @ false, read, .. } => {
+                *called_off = true;
+                Some(*read)
+            }
+            State::Running { again, .. } => {
+                if again.take().is_some() {
                     self.end(page, Err(LoadError::Cancelled));
                 }
+                None
             }
-            None => {}
         }
     }
 
-    /// Takes the next request in its turn; those without a source end here.
-    pub(super) fn start_next(&mut self) -> Option<Job> {
-        while let Some((_, page)) = self.turns.pop_first() {
-            let Some(source) = self.sources.get(&page.texture()) else {
-                self.states.remove(&page);
-                self.end(page, Err(LoadError::NoSource { texture: page.texture().number() }));
-                continue;
+    /// Whether a read may be begun.
+    #[cfg(not(target_family = "wasm"))]
+    pub(super) fn has_next(&self) -> bool {
+        self.lanes.has_next()
+    }
+
+    /// Begins the read of the request whose turn it is, among those whose lane has room.
+    pub(super) fn start_next(&mut self, now: Duration) -> Option<Job> {
+        self.now = self.now.max(now);
+        let (lane, page) = self.lanes.begin_next()?;
+        let Source { source, .. } = self.sources.get(&page.texture())?;
+        let (source, pos) = (source.clone(), page.pos(source.description().geometry.dims()));
+        self.begun += 1;
+        let read = ReadId(self.begun);
+        self.reads.insert(read, Read { page, pos, lane, begun: self.now, is_overdue: false });
+        self.states.insert(page, State::Running { read, called_off: false, again: None });
+        Some(Job { read, pos, source })
+    }
+
+    /// A read has come back. Its request ends with it, unless it was overdue and has ended before.
+    pub(super) fn finish(&mut self, read: ReadId, outcome: Outcome) {
+        let Some(Read { page, lane, is_overdue, .. }) = self.reads.remove(&read) else { return };
+        self.lanes.end(lane, is_overdue, matches!(outcome, Outcome::Answered(_)));
+        if !is_overdue {
+            let result = match outcome {
+                Outcome::Answered(result) => result,
+                Outcome::Dropped => Err(LoadError::Cancelled),
             };
-            let pos = page.pos(source.description().geometry.dims());
-            self.states.insert(page, State::Running { called_off: false, again: None });
-            return Some(Job { page, pos, source: source.clone() });
+            self.end_running(page, result);
         }
-        None
     }
 
-    /// Ends a read that was started.
-    pub(super) fn finish(&mut self, page: PageId, result: Result<Bytes, LoadError>) {
-        let Some(State::Running { called_off, again }) = self.states.remove(&page) else { return };
+    fn end_running(&mut self, page: PageId, result: Result<Bytes, LoadError>) {
+        let Some(State::Running { called_off, again, .. }) = self.states.remove(&page) else { return };
         self.end(page, if called_off { Err(LoadError::Cancelled) } else { result });
         if let Some(rank) = again {
             self.enqueue(page, rank);
@@ -130,6 +225,59 @@ impl Queue {
 
     fn end(&mut self, page: PageId, result: Result<Bytes, LoadError>) {
         self.finished.push_back(Loaded { page, result });
+    }
+
+    /// Says what time it is. Reads that are overdue by that, once for each: their requests have ended, and they may be dropped.
+    pub(super) fn set_time(&mut self, now: Duration) -> Vec<ReadId> {
+        self.now = self.now.max(now);
+        let now = self.now;
+        let due = |read: &Read| now.saturating_sub(read.begun) >= self.settings.time_out;
+        let overdue: Vec<_> = self
+            .reads
+            .iter()
+            .take_while(|(_, read)| read.is_overdue || due(read))
+            .filter(|(_, read)| !read.is_overdue)
+            .map(|(id, read)| (*id, read.page, read.pos, read.lane))
+            .collect();
+        for &(id, page, pos, lane) in &overdue {
+            self.reads.entry(id).and_modify(|read| read.is_overdue = true);
+            let (failing, reads) = self.lanes.overdue(lane, now);
+            self.end_running(page, Err(LoadError::Overdue { pos, time_out: self.settings.time_out }));
+            failing.into_iter().for_each(|page| self.fail_queued(page, reads));
+        }
+        overdue.into_iter().map(|(id, ..)| id).collect()
+    }
+
+    /// Says whether there are so many reads under way that only lanes without any may begin one.
+    #[cfg(not(target_family = "wasm"))]
+    pub(super) fn set_crowded(&mut self, is_crowded: bool) {
+        for (page, reads) in self.lanes.set_crowded(is_crowded) {
+            self.fail_queued(page, reads);
+        }
+    }
+
+    /// Ends a request that its lane has given up.
+    fn fail_queued(&mut self, page: PageId, reads: usize) {
+        let Some(Source { source, .. }) = self.sources.get(&page.texture()) else { return };
+        let pos = page.pos(source.description().geometry.dims());
+        if matches!(self.states.get(&page), Some(State::Queued(_))) {
+            self.states.remove(&page);
+            self.end(page, Err(self.silent(pos, reads)));
+        }
+    }
+
+    /// Reads that have not come back and were begun so long ago, and of those that are not overdue the number that their lane has
+    /// under way.
+    #[cfg(not(target_family = "wasm"))]
+    pub(super) fn begun_before(&self, age: Duration) -> impl Iterator<Item = ReadId> + '_ {
+        let old = move |read: &&Read| self.now.saturating_sub(read.begun) >= age;
+        self.reads.iter().take_while(move |(_, read)| old(&read)).map(|(id, _)| *id)
+    }
+
+    /// How many reads the lane of a read has under way, itself among them.
+    #[cfg(not(target_family = "wasm"))]
+    pub(super) fn under_way_beside(&self, read: ReadId) -> usize {
+        self.reads.get(&read).map_or(0, |read| self.lanes.under_way(read.lane))
     }
 
     pub(super) fn poll(&mut self) -> Option<Loaded> {
@@ -149,8 +297,9 @@ impl Queue {
         self.states.is_empty()
     }
 
-    /// Whether a read that is running was called off.
-    pub(super) fn is_called_off(&self, page: PageId) -> bool {
-        matches!(self.states.get(&page), Some(State::Running { called_off: true, .. }))
+    /// Whether a read that has not come back was called off.
+    pub(super) fn is_called_off(&self, read: ReadId) -> bool {
+        let state = self.reads.get(&read).and_then(|read| self.states.get(&read.page));
+        matches!(state, Some(State::Running { called_off: true, read: running, .. }) if *running == read)
     }
 }

@@ -11,7 +11,8 @@ use vastex_core::{
     TextureId, Urgency, ViewId, WantedPage,
 };
 
-use super::{LoadError, Loader};
+use super::tests::FakeClock;
+use super::{LoadError, Loader, LoaderSettings};
 use crate::property::PropertySource;
 use crate::source::{ReadFuture, TileSource};
 
@@ -129,7 +130,9 @@ impl Run {
         let mut pagers = Pagers::new(Budgets { upload_bytes_per_frame: 1000, in_flight_bytes: 300 });
         let pool = pagers.add_pool(3000, 1, Some(BiasRule::Solved)).unwrap();
         pagers.add_texture(pool, &geometry, None, None).unwrap();
-        let mut loader = Loader::new(threads).unwrap();
+        // No time passes for it: reads that are held back here are none that are slow.
+        let settings = LoaderSettings { threads, ..LoaderSettings::default() };
+        let mut loader = Loader::with(settings, Arc::new(FakeClock::default())).unwrap();
         loader.add_source(texture(), source.clone());
         Run {
             pagers,

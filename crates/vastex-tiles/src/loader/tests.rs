@@ -1,17 +1,61 @@
 //! Both loaders keep the same promises; what only threads can break is tested on threads.
+//!
+//! Nothing here waits without a limit: what does not come fails after [`DEADLINE`], which is far beyond what any machine needs.
+
+mod frames;
+mod silence;
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Condvar, Mutex};
-use std::time::Duration;
+use std::sync::{Arc, Condvar, Mutex, mpsc};
+use std::time::{Duration, Instant};
 
 use proptest::prelude::*;
 use vastex_core::{Description, Dims, Geometry, GeometrySpec, PageId, PagePos, TextureId};
 
-use super::{LoadError, Loaded, Loader};
+use super::{LoadError, Loaded, Loader, LoaderSettings};
+use crate::clock::Clock;
 use crate::faults::{FaultRates, Faults, Injection};
 use crate::property::PropertySource;
 use crate::source::{ReadFuture, TileSource};
+
+/// What takes longer than this never comes.
+const DEADLINE: Duration = Duration::from_secs(120);
+
+/// Looks every millisecond until there is something.
+fn until<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
+    let start = Instant::now();
+    loop {
+        if let Some(found) = look() {
+            return found;
+        }
+        assert!(start.elapsed() < DEADLINE, "{what}: nothing in {DEADLINE:?}");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+}
+
+/// Does something that might never end, on a thread of its own.
+fn in_time<T: Send + 'static>(what: &str, work: impl FnOnce() -> T + Send + 'static) -> T {
+    let (done, end) = mpsc::channel();
+    std::thread::spawn(move || drop(done.send(work())));
+    end.recv_timeout(DEADLINE).unwrap_or_else(|error| panic!("{what}: {error}"))
+}
+
+/// A clock that stands still until it is told to go on.
+#[derive(Default)]
+pub(super) struct FakeClock(Mutex<Duration>);
+
+impl FakeClock {
+    fn pass(&self, time: Duration) {
+        *self.0.lock().unwrap() += time;
+    }
+}
+
+impl Clock for FakeClock {
+    fn now(&self) -> Duration {
+        *self.0.lock().unwrap()
+    }
+}
 
 fn source() -> PropertySource {
     PropertySource::new(Geometry::new(GeometrySpec { page: 10, ..GeometrySpec::image(300, 300) }).unwrap())
@@ -49,9 +93,7 @@ impl Gated {
     }
 
     fn wait_until_begun(&self, reads: usize) {
-        while self.begun.lock().unwrap().len() < reads {
-            std::thread::sleep(Duration::from_millis(1));
-        }
+        until("reads begin", || (self.begun.lock().unwrap().len() >= reads).then_some(()));
     }
 }
 
@@ -62,7 +104,8 @@ impl TileSource for Gated {
 
     fn read(&self, pos: PagePos) -> ReadFuture<'_> {
         self.begun.lock().unwrap().push(pos.x);
-        drop(self.opened.wait_while(self.open.lock().unwrap(), |open| !*open).unwrap());
+        let waited = self.opened.wait_timeout_while(self.open.lock().unwrap(), DEADLINE, |open| !*open);
+        assert!(*waited.unwrap().0, "nobody opens the gate");
         self.inner.read(pos)
     }
 }
@@ -259,7 +302,9 @@ impl TileSource for Counting {
 #[test]
 fn so_many_reads_are_under_way_and_no_more() {
     let counting = Arc::new(Counting(source(), AtomicUsize::new(0), AtomicUsize::new(0)));
-    let mut loader = Loader::new(3).unwrap();
+    // No time passes, so that none is slow on a slow machine.
+    let settings = LoaderSettings { threads: 3, ..LoaderSettings::default() };
+    let mut loader = Loader::with(settings, Arc::new(FakeClock::default())).unwrap();
     loader.add_source(texture(0), counting.clone());
     (0..40).for_each(|x| loader.request(page(x), 0));
     assert_eq!(drain(&mut loader).len(), 40);
@@ -274,5 +319,18 @@ fn threads_end_with_the_loader() {
     loader.add_source(texture(0), source.clone());
     (0..100).for_each(|x| loader.request(page(x), 0));
     drop(loader);
-    assert_eq!(Arc::strong_count(&source), 1);
+    until("reads under way end", || (Arc::strong_count(&source) == 1).then_some(()));
+}
+
+#[test]
+fn a_source_is_free_when_its_last_request_has_ended() {
+    let source = Arc::new(source());
+    for _ in 0..50 {
+        let mut loader = Loader::new(4).unwrap();
+        loader.add_source(texture(0), source.clone());
+        (0..20).for_each(|x| loader.request(page(x), 0));
+        assert_eq!(drain(&mut loader).len(), 20);
+        drop(loader);
+        assert_eq!(Arc::strong_count(&source), 1);
+    }
 }

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use vastex_core::{AddressMode, Box3, Description, Dims, Geometry, GeometrySpec, PagePos, fold};
-use vastex_tiles::{Codec, ReadError, ReadFuture, SourceKey, Tiers, Tile, TileSource};
+use vastex_tiles::{Codec, ReadError, ReadFuture, ReadLimit, SourceKey, Tiers, Tile, TileSource};
 
 use super::identity::identity;
 use super::kept::KeptTiles;
@@ -166,6 +166,10 @@ impl TileSource for DirectorySource {
     /// Goes by the names, sizes and times of all files, which are looked up at every call. Nothing where one cannot be.
     fn identity(&self) -> Option<SourceKey> {
         identity(&self.directory).ok()
+    }
+
+    fn read_limit(&self) -> Option<&Arc<ReadLimit>> {
+        None
     }
 
     fn add_tiers(&self, tiers: &mut Tiers) {

@@ -1,0 +1,209 @@
+//! Lanes: the sources that share a limit of reads, what is requested of them, and how they have answered.
+//!
+//! A lane is *silent* when as many of its reads as it may have at once were overdue since the last one that answered, or are
+//! overdue and have not returned. A silent lane's requests fail at once, so that they keep nothing from others, but for one read
+//! at a time that looks whether it answers again: after a pause of a second, and twice as long after each such read in vain, up
+//! to about a minute. Any read that answers, however late, ends the silence.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+use std::time::Duration;
+
+use rustc_hash::FxHashMap;
+use vastex_core::PageId;
+
+use crate::limit::ReadLimit;
+
+/// Where a queued request stands: by rank, and by arrival among equals.
+pub(super) type Turn = (u64, u64);
+
+/// Names a lane; never given twice.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(super) struct LaneId(u64);
+
+const FIRST_PAUSE: Duration = Duration::from_secs(1);
+const LONGEST_PAUSE: Duration = Duration::from_secs(64);
+
+struct Lane {
+    /// Reads at once.
+    most: usize,
+    queued: BTreeMap<Turn, PageId>,
+    /// Reads that were begun and have not come back, those that are overdue among them.
+    under_way: usize,
+    overdue: usize,
+    /// Reads that went overdue since one answered.
+    unanswered: usize,
+    /// When a silent lane is asked again.
+    ask_at: Duration,
+    pause: Duration,
+    sources: usize,
+    /// Kept, so that no other limit has its address.
+    limit: Option<Arc<ReadLimit>>,
+}
+
+impl Lane {
+    /// The turn of the request that would be begun next, if one may be.
+    fn head(&self) -> Option<Turn> {
+        let (&turn, _) = self.queued.first_key_value()?;
+        (self.under_way < self.most).then_some(turn)
+    }
+
+    fn is_silent(&self, is_crowded: bool) -> bool {
+        self.unanswered >= self.most || self.overdue >= self.most || is_crowded && self.overdue > 0
+    }
+}
+
+#[derive(Default)]
+pub(super) struct Lanes {
+    lanes: FxHashMap<LaneId, Lane>,
+    /// Of lanes whose limit several sources share, by the limit's address.
+    shared: FxHashMap<usize, LaneId>,
+    /// The heads of all lanes that have one.
+    heads: BTreeSet<(Turn, LaneId)>,
+    made: u64,
+    /// Set while there are so many reads under way that only a lane without any may begin one.
+    is_crowded: bool,
+}
+
+impl Lanes {
+    /// The lane of a source that comes, which has `limit`, or else at most `most` reads at once.
+    pub(super) fn enter(&mut self, limit: Option<&Arc<ReadLimit>>, most: usize) -> LaneId {
+        let address = limit.map(|limit| Arc::as_ptr(limit).addr());
+        let known = address.and_then(|address| self.shared.get(&address).copied());
+        let id = known.unwrap_or_else(|| {
+            self.made += 1;
+            let lane = Lane {
+                most: limit.map_or(most, |limit| limit.reads()).max(1),
+                queued: BTreeMap::new(),
+                under_way: 0,
+                overdue: 0,
+                unanswered: 0,
+                ask_at: Duration::ZERO,
+                pause: FIRST_PAUSE,
+                sources: 0,
+                limit: limit.cloned(),
+            };
+            self.lanes.insert(LaneId(self.made), lane);
+            address.map(|address| self.shared.insert(address, LaneId(self.made)));
+            LaneId(self.made)
+        });
+        self.change(id, |lane| lane.sources += 1);
+        id
+    }
+
+    /// A source goes, whose requests have ended.
+    pub(super) fn leave(&mut self, id: LaneId) {
+        self.change(id, |lane| lane.sources -= 1);
+    }
+
+    /// Changes a lane and what follows from it: its head, and whether it is needed any more.
+    fn change<R>(&mut self, id: LaneId, change: impl FnOnce(&mut Lane) -> R) -> Option<R> {
+        let lane = self.lanes.get_mut(&id)?;
+        let before = lane.head();
+        let result = change(lane);
+        let after = lane.head();
+        if before != after {
+            before.map(|turn| self.heads.remove(&(turn, id)));
+            after.map(|turn| self.heads.insert((turn, id)));
+        }
+        if lane.sources == 0 && lane.under_way == 0 && lane.queued.is_empty() {
+            let limit = self.lanes.remove(&id).and_then(|lane| lane.limit);
+            limit.map(|limit| self.shared.remove(&Arc::as_ptr(&limit).addr()));
+        }
+        Some(result)
+    }
+
+    /// Whether a request may be queued now. If not, so many reads have had no answer.
+    pub(super) fn admits(&self, id: LaneId, now: Duration) -> Result<(), usize> {
+        let Some(lane) = self.lanes.get(&id).filter(|lane| lane.is_silent(self.is_crowded)) else {
+            return Ok(());
+        };
+        let nothing_is_awaited = lane.queued.is_empty() && lane.under_way == lane.overdue;
+        let may_begin = lane.under_way < if self.is_crowded { 1 } else { lane.most };
+        match nothing_is_awaited && may_begin && now >= lane.ask_at {
+            true => Ok(()),
+            false => Err(lane.unanswered.max(lane.overdue)),
+        }
+    }
+
+    pub(super) fn queue(&mut self, id: LaneId, turn: Turn, page: PageId) {
+        self.change(id, |lane| lane.queued.insert(turn, page));
+    }
+
+    pub(super) fn unqueue(&mut self, id: LaneId, turn: Turn) {
+        self.change(id, |lane| lane.queued.remove(&turn));
+    }
+
+    fn next(&self) -> Option<LaneId> {
+        let may_begin =
+            |id: &LaneId| !self.is_crowded || self.lanes.get(id).is_some_and(|l| l.under_way == 0);
+        self.heads.iter().map(|(_, id)| *id).find(may_begin)
+    }
+
+    /// Whether a read may be begun.
+    pub(super) fn has_next(&self) -> bool {
+        self.next().is_some()
+    }
+
+    /// Begins the read of the request whose turn it is.
+    pub(super) fn begin_next(&mut self) -> Option<(LaneId, PageId)> {
+        let id = self.next()?;
+        let first = self.change(id, |lane| {
+            lane.under_way += 1;
+            lane.queued.pop_first()
+        });
+        first.flatten().map(|(_, page)| (id, page))
+    }
+
+    /// A read has come back. It `answered` unless it was given up and dropped.
+    pub(super) fn end(&mut self, id: LaneId, was_overdue: bool, answered: bool) {
+        self.change(id, |lane| {
+            lane.under_way -= 1;
+            lane.overdue -= usize::from(was_overdue);
+            if answered {
+                (lane.unanswered, lane.pause) = (0, FIRST_PAUSE);
+            }
+        });
+    }
+
+    /// A read that has not come back is overdue. The requests that fail with it, where the lane is silent now, and the number of
+    /// reads that have had no answer.
+    pub(super) fn overdue(&mut self, id: LaneId, now: Duration) -> (Vec<PageId>, usize) {
+        let is_crowded = self.is_crowded;
+        let failing = self.change(id, |lane| {
+            (lane.overdue, lane.unanswered) = (lane.overdue + 1, lane.unanswered + 1);
+            if !lane.is_silent(is_crowded) {
+                return (Vec::new(), 0);
+            }
+            lane.ask_at = now + lane.pause;
+            lane.pause = (2 * lane.pause).min(LONGEST_PAUSE);
+            let failing = std::mem::take(&mut lane.queued).into_values().collect();
+            (failing, lane.unanswered.max(lane.overdue))
+        });
+        failing.unwrap_or_default()
+    }
+
+    /// Says whether there are so many reads under way that only lanes without any may begin one. The requests that fail by that: of
+    /// lanes that owe an answer; and how many each owes.
+    pub(super) fn set_crowded(&mut self, is_crowded: bool) -> Vec<(PageId, usize)> {
+        if std::mem::replace(&mut self.is_crowded, is_crowded) == is_crowded || !is_crowded {
+            return Vec::new();
+        }
+        let owing = self.lanes.iter().filter(|(_, lane)| lane.overdue > 0 && !lane.queued.is_empty());
+        let mut owing: Vec<LaneId> = owing.map(|(id, _)| *id).collect();
+        owing.sort_unstable();
+        let failing = owing.into_iter().filter_map(|id| {
+            self.change(id, |lane| {
+                let owed = lane.overdue;
+                std::mem::take(&mut lane.queued).into_values().map(move |page| (page, owed))
+            })
+        });
+        failing.flatten().collect()
+    }
+
+    /// Reads of a lane that were begun and have not come back.
+    #[cfg(not(target_family = "wasm"))]
+    pub(super) fn under_way(&self, id: LaneId) -> usize {
+        self.lanes.get(&id).map_or(0, |lane| lane.under_way)
+    }
+}
