@@ -2,6 +2,7 @@
 
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Duration;
 
 use serde::Serialize;
 use vastex::TileSource;
@@ -39,6 +40,8 @@ pub(crate) struct Summary {
     misses: u64,
     evictions: u64,
     failures: u64,
+    /// Not kept since the disk was slower than what was read.
+    skipped: u64,
     tiles: u64,
     /// Of all its files.
     bytes: u64,
@@ -48,9 +51,11 @@ pub(crate) struct Summary {
 
 impl Summary {
     pub(crate) fn new(tier: &DiskTier) -> Summary {
-        let TierStats { hits, misses, evictions, failures, tiles, bytes, bytes_read, bytes_written } =
+        // So that what is told is what a later run finds. A disk that takes longer is not waited for.
+        tier.flush(Duration::from_secs(2));
+        let TierStats { hits, misses, evictions, failures, skipped, tiles, bytes, bytes_read, bytes_written } =
             tier.stats();
-        Summary { hits, misses, evictions, failures, tiles, bytes, bytes_read, bytes_written }
+        Summary { hits, misses, evictions, failures, skipped, tiles, bytes, bytes_read, bytes_written }
     }
 
     pub(crate) fn text(&self) -> String {
@@ -61,6 +66,9 @@ impl Summary {
             format!("disk cache: {hits} of {reads} reads, {evictions} evicted; holds {tiles} tiles, {bytes}");
         if *failures > 0 {
             text += &format!("; {failures} failures");
+        }
+        if self.skipped > 0 {
+            text += &format!("; {} not kept, since the disk is slower than the source", self.skipped);
         }
         text
     }

@@ -17,6 +17,8 @@ pub struct TierStats {
     pub evictions: u64,
     /// Times that the tier could not keep a tile, or could not give one that it had kept. Always 0 in memory.
     pub failures: u64,
+    /// Tiles that were not kept since too many waited to be: the tier is slower than what is read. Always 0 in memory.
+    pub skipped: u64,
     /// Tiles held.
     pub tiles: u64,
     /// Bytes held, what keeping them costs included; never more than the budget.
@@ -85,6 +87,7 @@ impl TierStats {
             misses: self.misses.saturating_sub(earlier.misses),
             evictions: self.evictions.saturating_sub(earlier.evictions),
             failures: self.failures.saturating_sub(earlier.failures),
+            skipped: self.skipped.saturating_sub(earlier.skipped),
             tiles: self.tiles,
             bytes: self.bytes,
             bytes_read: self.bytes_read.saturating_sub(earlier.bytes_read),
@@ -130,7 +133,9 @@ impl StoreCounter {
 
 impl AddAssign for TierStats {
     fn add_assign(&mut self, other: TierStats) {
-        let TierStats { hits, misses, evictions, failures, tiles, bytes, bytes_read, bytes_written } = other;
+        let TierStats { hits, misses, evictions, failures, skipped, tiles, bytes, bytes_read, bytes_written } =
+            other;
+        self.skipped += skipped;
         self.hits += hits;
         self.misses += misses;
         self.evictions += evictions;

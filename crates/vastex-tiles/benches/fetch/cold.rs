@@ -1,12 +1,14 @@
-//! Tiles from a cold disk: direct reads, so many in flight, beside buffered ones from as many threads.
+//! Tiles from a cold disk, by a loader: direct reads beside buffered ones, with so many threads.
+//!
+//! `VASTEX_CONTAINER` names a container to read instead of the one that is made; its tiles must be aligned.
 
 use std::fs::File;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use rustix::fs::{Advice, fadvise};
-use vastex_core::{Description, Geometry, GeometrySpec, LayerFormat, PagePos};
-use vastex_tiles::{Compression, Container, ContainerWriter, EncodedTile, TileSource, WriterOptions};
+use vastex_core::{Description, Dims, Geometry, GeometrySpec, LayerFormat, PageId, PagePos, TextureId};
+use vastex_tiles::{Compression, Container, ContainerWriter, EncodedTile, Loader, TileSource, WriterOptions};
 
 use crate::{PAGE, median, scattered, seconds};
 
@@ -14,45 +16,74 @@ use crate::{PAGE, median, scattered, seconds};
 const SIDE: u32 = 128 * PAGE;
 const TURNS: usize = 7;
 const TILES_A_TURN: usize = 1000;
-const DEPTHS: [usize; 4] = [1, 4, 8, 16];
+const THREADS: [usize; 4] = [1, 4, 8, 16];
 
 pub(crate) fn measure() {
     // Beside what is built: a directory for temporary files may lie in memory.
     let directory = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).unwrap();
-    let path = directory.path().join("cold.vastex");
-    write(&path);
+    let path = std::env::var_os("VASTEX_CONTAINER").map_or_else(
+        || {
+            let path = directory.path().join("cold.vastex");
+            write(&path);
+            path
+        },
+        PathBuf::from,
+    );
     let file = File::open(&path).unwrap();
     // What is not on the disk yet cannot be dropped from the cache.
     file.sync_all().unwrap();
-    let buffered = Container::open_file(&path).unwrap();
-    let direct = DEPTHS.map(|depth| Container::open_file_direct(&path, depth).unwrap());
-    let gigabytes = file.metadata().unwrap().len() as f64 / 1e9;
+    let buffered = Arc::new(Container::open_file(&path).unwrap());
+    let direct = THREADS.map(|threads| Arc::new(open_direct(&path, threads)));
+    let megabytes = file.metadata().unwrap().len() as f64 / 1e6;
+    let pages = scattered(&buffered);
+    let tiles = TILES_A_TURN.min(pages.len());
     println!(
-        "\nfile of {gigabytes:.1} GB on the disk alone, {TURNS} turns of {TILES_A_TURN} tiles at random; medians\n"
+        "\nfile of {megabytes:.0} MB on the disk alone, {TURNS} turns of {tiles} tiles at random; medians\n"
     );
-    if !direct.iter().all(Container::is_direct) {
+    if !direct.iter().all(|direct| direct.is_direct()) {
         println!("(the file system refuses direct reads: what is called direct is buffered, too)\n");
     }
-    println!("| reads at a time | buffered | direct | ratio |\n|---|---|---|---|");
-    let pages = scattered(&buffered);
+    println!("| threads | buffered | direct | ratio | CPU a tile, buffered | CPU a tile, direct |");
+    println!("|---|---|---|---|---|---|");
     let mut next = 0;
-    let mut rates = DEPTHS.map(|_| (Vec::new(), Vec::new()));
+    let mut measured = THREADS.map(|_| [(); 2].map(|()| (Vec::new(), Vec::new())));
     for _ in 0..TURNS {
-        for ((depth, direct), rates) in DEPTHS.into_iter().zip(&direct).zip(&mut rates) {
-            for (container, rates) in [(&buffered, &mut rates.0), (direct, &mut rates.1)] {
-                let range: Vec<_> = (next..next + TILES_A_TURN).map(|n| pages[n % pages.len()]).collect();
-                next += TILES_A_TURN;
+        for ((threads, direct), measured) in THREADS.into_iter().zip(&direct).zip(&mut measured) {
+            for (container, (rates, costs)) in [&buffered, direct].into_iter().zip(measured) {
+                let range: Vec<_> = (next..next + tiles).map(|n| pages[n % pages.len()]).collect();
+                next += tiles;
                 fadvise(&file, 0, None, Advice::DontNeed).unwrap();
-                let bytes = (TILES_A_TURN * container.description().tile_bytes()) as f64;
-                rates.push(bytes / 1e6 / seconds(|| read(container, &range, depth)));
+                let before = cpu_seconds();
+                rates.push(tiles as f64 / seconds(|| load(container, &range, threads)));
+                costs.push((cpu_seconds() - before) / tiles as f64 * 1e6);
             }
         }
     }
-    for (depth, (buffered, direct)) in DEPTHS.into_iter().zip(rates) {
+    let megabytes = buffered.description().tile_bytes() as f64 / 1e6;
+    for (threads, [buffered, direct]) in THREADS.into_iter().zip(measured) {
         let ratio =
-            median(buffered.iter().zip(&direct).map(|(buffered, direct)| direct / buffered).collect());
-        println!("| {depth} | {:.0} MB/s | {:.0} MB/s | {ratio:.2} |", median(buffered), median(direct));
+            median(buffered.0.iter().zip(&direct.0).map(|(buffered, direct)| direct / buffered).collect());
+        let rates = [buffered.0, direct.0].map(|rates| median(rates) * megabytes);
+        let costs = [buffered.1, direct.1].map(median);
+        println!(
+            "| {threads} | {:.0} MB/s | {:.0} MB/s | {ratio:.2} | {:.0} us | {:.0} us |",
+            rates[0], rates[1], costs[0], costs[1]
+        );
     }
+}
+
+fn open_direct(path: &Path, threads: usize) -> Container {
+    Container::open_file_direct(path, threads).unwrap()
+}
+
+/// User and system time of all threads so far.
+fn cpu_seconds() -> f64 {
+    /// Of those that Linux tells programs, whatever it counts in itself.
+    const TICKS_A_SECOND: f64 = 100.0;
+    let stat = std::fs::read_to_string("/proc/self/stat").unwrap();
+    // The name, in brackets, may have any character.
+    let fields: Vec<&str> = stat[stat.rfind(')').unwrap()..].split(' ').collect();
+    fields[12..14].iter().map(|ticks| ticks.parse::<f64>().unwrap()).sum::<f64>() / TICKS_A_SECOND
 }
 
 /// Aligned tiles of 64 KiB, no two alike.
@@ -70,15 +101,15 @@ fn write(path: &Path) {
     writer.finish().unwrap();
 }
 
-/// All of the pages, so many at a time.
-fn read(container: &Container, pages: &[PagePos], at_a_time: usize) {
-    std::thread::scope(|scope| {
-        for part in pages.chunks(pages.len().div_ceil(at_a_time)) {
-            scope.spawn(move || {
-                for &pos in part {
-                    std::hint::black_box(pollster::block_on(container.read(pos)).unwrap());
-                }
-            });
-        }
-    });
+/// All of the pages, read and decoded by a loader.
+fn load(container: &Arc<Container>, pages: &[PagePos], threads: usize) {
+    let texture = TextureId::new(0).unwrap();
+    let mut loader = Loader::new(threads).unwrap();
+    loader.add_source(texture, container.clone());
+    for (rank, &pos) in (0..).zip(pages) {
+        loader.request(PageId::new(texture, Dims::D2, pos).unwrap(), rank);
+    }
+    while let Some(loaded) = loader.wait() {
+        loaded.result.unwrap();
+    }
 }

@@ -21,11 +21,17 @@
 //! - **One process** has a directory at a time; a second one is refused when it opens it. Where a file system has no locks,
 //!   nobody is kept out: two processes then cost each other entries and exceed the budget, but get no wrong byte.
 //!
-//! A hit costs a look-up, a read and a checksum on the thread that reads; a miss besides the source's read a decode and a
-//! write. Memory: about 250 bytes a tile. What the files are, `segment` and `entry` say; how room is made, `shelf`.
+//! - **Delivered first, kept after.** A read ends with the source's; a thread of the tier's own checks, writes and makes room, and no
+//!   read waits for that. Up to 16 MiB of tiles wait to be kept; where the disk is slower than that, tiles are not kept and counted
+//!   as `skipped`. [`DiskTier::flush`] waits for what waits; dropping the tier does so for up to two seconds.
+//!
+//! A hit costs a look-up, a read and a checksum on the thread that reads; a miss besides the source's read the handing over, and on
+//! the tier's thread a decode and a write. Memory: about 250 bytes a tile, and what waits. What the files are, `segment` and `entry`
+//! say; how room is made, `shelf`; who writes, `keep`.
 
 mod entry;
 mod index;
+mod keep;
 mod medium;
 mod segment;
 mod shelf;
@@ -36,6 +42,7 @@ use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
 use vastex_core::{Description, PageContents, PagePos, PageSet, Region};
 
@@ -47,14 +54,14 @@ use crate::tier::{TierStats, Tiers};
 use crate::tile::Tile;
 use entry::EntryKey;
 use index::{Index, Place};
+use keep::{Delivered, Keep, MOST_WAITING};
 use medium::{Directory, Medium};
 use shelf::{Shelf, lock};
 
 /// The file by which processes keep each other out. It stays empty.
 const LOCK: &str = "vastex.lock";
-/// Tiles that are not kept after a first failure; after each further one in a row twice as many.
-const FIRST_PAUSE: u32 = 64;
-const LONGEST_PAUSE: u32 = 1 << 16;
+/// How long a tier that is dropped waits for what is still to be kept.
+const LAST_WAIT: Duration = Duration::from_secs(2);
 /// Regions that are remembered as changed; with more, all of a source counts as changed.
 const MOST_REGIONS: usize = 64;
 
@@ -81,24 +88,13 @@ pub enum DiskTierError {
 
 /// A directory that holds tiles of any number of sources within a budget of bytes; see the [`DiskCache`]s before them.
 ///
-/// Has the files `vastex.lock`, `*.tiles` and `*.heads` of that directory and touches no others.
+/// Has the files `vastex.lock`, `*.tiles` and `*.heads` of that directory and touches no others. Has a thread, which writes; dropping
+/// the tier waits until what was read is kept, but no longer than two seconds: a disk that does not answer then has the thread and
+/// the directory until it does.
 pub struct DiskTier {
     name: String,
-    index: Mutex<Index>,
-    /// Held while files are written. Who holds it may take the index's lock, not the other way round.
-    keeper: Mutex<Keeper>,
-    /// Locked as long as it is open.
-    _lock: Option<File>,
-}
-
-/// The files, and whether anything is written to them just now.
-struct Keeper {
-    shelf: Shelf,
-    /// Tiles that are yet to be left out.
-    pause: u32,
-    next_pause: u32,
-    /// Whether a failure was logged.
-    said: bool,
+    index: Arc<Mutex<Index>>,
+    keep: Arc<Keep>,
 }
 
 impl DiskTier {
@@ -116,16 +112,26 @@ impl DiskTier {
         let lock = lock_directory(path).map_err(unusable)?;
         let lock = lock.ok_or_else(|| DiskTierError::InUse { directory: directory.clone() })?;
         let medium = Box::new(Directory(PathBuf::from(path)));
-        let tier = DiskTier::on(medium, directory.clone(), budget).map_err(unusable)?;
-        Ok(DiskTier { _lock: Some(lock), ..tier })
+        DiskTier::on(medium, directory.clone(), budget, Some(lock), MOST_WAITING).map_err(unusable)
     }
 
-    /// A tier on any medium.
-    fn on(medium: Box<dyn Medium>, name: String, budget: u64) -> io::Result<DiskTier> {
-        let index = Mutex::default();
+    /// A tier on any medium, with at most so many bytes waiting to be kept.
+    fn on(
+        medium: Box<dyn Medium>,
+        name: String,
+        budget: u64,
+        lock: Option<File>,
+        most_waiting: u64,
+    ) -> io::Result<DiskTier> {
+        let index = Arc::<Mutex<Index>>::default();
         let shelf = Shelf::open(medium, budget, &index)?;
-        let keeper = Mutex::new(Keeper { shelf, pause: 0, next_pause: FIRST_PAUSE, said: false });
-        Ok(DiskTier { name, index, keeper, _lock: None })
+        let keep = Keep::start(name.clone(), index.clone(), shelf, lock, most_waiting)?;
+        Ok(DiskTier { name, index, keep })
+    }
+
+    /// Waits until every tile that was read so far is kept, or `most` is over; says whether it is. What is left is kept later.
+    pub fn flush(&self, most: Duration) -> bool {
+        self.keep.flush(most)
     }
 
     /// What the tier has done in this run for all sources, and what it holds: the bytes are the lengths of its files. Never waits
@@ -159,32 +165,11 @@ impl DiskTier {
         index.count(key, |stats| stats.misses += 1);
         None
     }
+}
 
-    /// Keeps a tile, unless keeping has failed of late.
-    fn keep(&self, key: EntryKey, tile: &Tile) {
-        let mut keeper = lock(&self.keeper);
-        // Another thread may have read it at the same time.
-        if lock(&self.index).contains(&key) {
-            return;
-        }
-        if keeper.pause > 0 {
-            keeper.pause -= 1;
-            return;
-        }
-        let Err(error) = keeper.shelf.keep(&self.index, key, tile) else {
-            keeper.next_pause = FIRST_PAUSE;
-            return;
-        };
-        lock(&self.index).count(&key, |stats| stats.failures += 1);
-        keeper.pause = keeper.next_pause;
-        keeper.next_pause = (2 * keeper.next_pause).min(LONGEST_PAUSE);
-        if !keeper.said {
-            keeper.said = true;
-            let name = &self.name;
-            tracing::warn!(
-                "{name}: the disk cache cannot keep tiles: {error}; they are read from their source"
-            );
-        }
+impl Drop for DiskTier {
+    fn drop(&mut self) {
+        self.keep.stop(LAST_WAIT);
     }
 }
 
@@ -217,7 +202,7 @@ pub struct DiskCache<S> {
     /// Of the source's key and its description.
     entries_of: u128,
     /// What has changed since: the entries are of before.
-    changed: Mutex<Vec<Region>>,
+    changed: Arc<Mutex<Vec<Region>>>,
 }
 
 impl<S: TileSource> DiskCache<S> {
@@ -228,7 +213,7 @@ impl<S: TileSource> DiskCache<S> {
     pub fn new(source: S, tier: Arc<DiskTier>, key: SourceKey) -> DiskCache<S> {
         let mut bytes = key.0.to_le_bytes().to_vec();
         bytes.extend(description_bytes(source.description()));
-        DiskCache { entries_of: content_hash(&bytes), source, tier, changed: Mutex::default() }
+        DiskCache { entries_of: content_hash(&bytes), source, tier, changed: Arc::default() }
     }
 
     /// Whether the entries of a page may be of before a change.
@@ -280,9 +265,11 @@ impl<S: TileSource> TileSource for DiskCache<S> {
                 return Ok(tile);
             }
             let tile = self.source.read(pos).await?;
-            // It may have changed while it was read.
-            if !self.has_changed(pos) && tile.decode(self.source.description()).is_ok() {
-                self.tier.keep(key, &tile);
+            // It may have changed while it was read, and may yet before it is kept.
+            if !self.has_changed(pos) {
+                let (tile, description) = (tile.clone(), self.source.description().clone());
+                let changed = self.changed.clone();
+                self.tier.keep.hand_over(Delivered { key, tile, description, changed });
             }
             Ok(tile)
         })

@@ -24,6 +24,8 @@ const LEAST_SEGMENT: u64 = 64 << 10;
 const MOST_SEGMENTS: usize = 2 * SEGMENTS as usize;
 /// Bytes that a second chance is given to at a time: one thread copies them.
 const MOST_COPIED: u64 = 32 << 20;
+/// Entries that are looked at behind the index's lock at a time, so that readers get it in between.
+const KEYS_AT_A_TIME: usize = 256;
 
 /// The segments, within a budget of bytes that their files have together.
 pub(super) struct Shelf {
@@ -130,7 +132,8 @@ impl Shelf {
     fn make_room(&mut self, index: &Mutex<Index>) -> io::Result<()> {
         let Some(oldest) = self.segments.front() else { return Ok(()) };
         let mut left = (oldest.bytes() / 2).min(MOST_COPIED);
-        let used = lock(index).used_in(oldest.number, &oldest.keys);
+        let keys = oldest.keys.chunks(KEYS_AT_A_TIME);
+        let used: Vec<Place> = keys.flat_map(|keys| lock(index).used_in(oldest.number, keys)).collect();
         // Read now: the room of the segment is needed for writing them.
         let kept: Vec<(Place, Tile)> = used
             .into_iter()
@@ -163,7 +166,9 @@ impl Shelf {
     fn remove_oldest(&mut self, index: &Mutex<Index>, copied: &FxHashSet<EntryKey>) -> io::Result<()> {
         let Some(oldest) = self.segments.front() else { return Ok(()) };
         segment::remove(&*self.medium, oldest.number)?;
-        lock(index).remove_segment(oldest.number, &oldest.keys, copied);
+        for keys in oldest.keys.chunks(KEYS_AT_A_TIME) {
+            lock(index).remove_segment(oldest.number, keys, copied);
+        }
         self.segments.pop_front();
         lock(index).set_bytes(self.bytes());
         Ok(())

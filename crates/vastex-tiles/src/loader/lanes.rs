@@ -96,7 +96,7 @@ impl Lanes {
         self.change(id, |lane| lane.sources -= 1);
     }
 
-    /// Changes a lane and what follows from it: its head, and whether it is needed any more.
+    /// Changes a lane, and what follows from that: its head, and whether it is needed any more.
     fn change<R>(&mut self, id: LaneId, change: impl FnOnce(&mut Lane) -> R) -> Option<R> {
         let lane = self.lanes.get_mut(&id)?;
         let before = lane.head();
@@ -141,6 +141,7 @@ impl Lanes {
     }
 
     /// Whether a read may be begun.
+    #[cfg(not(target_family = "wasm"))]
     pub(super) fn has_next(&self) -> bool {
         self.next().is_some()
     }
@@ -185,6 +186,7 @@ impl Lanes {
 
     /// Says whether there are so many reads under way that only lanes without any may begin one. The requests that fail by that: of
     /// lanes that owe an answer; and how many each owes.
+    #[cfg(not(target_family = "wasm"))]
     pub(super) fn set_crowded(&mut self, is_crowded: bool) -> Vec<(PageId, usize)> {
         if std::mem::replace(&mut self.is_crowded, is_crowded) == is_crowded || !is_crowded {
             return Vec::new();

@@ -89,7 +89,7 @@ impl Queue {
         }
     }
 
-    /// What was `remove_source`d, to be dropped where no lock is held.
+    /// Gives a texture its source. The one that it had before is to be dropped where no lock is held.
     pub(super) fn add_source(
         &mut self,
         texture: TextureId,
@@ -266,8 +266,7 @@ impl Queue {
         }
     }
 
-    /// Reads that have not come back and were begun so long ago, and of those that are not overdue the number that their lane has
-    /// under way.
+    /// Reads that were begun so long ago and have not come back.
     #[cfg(not(target_family = "wasm"))]
     pub(super) fn begun_before(&self, age: Duration) -> impl Iterator<Item = ReadId> + '_ {
         let old = move |read: &&Read| self.now.saturating_sub(read.begun) >= age;

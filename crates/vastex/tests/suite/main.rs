@@ -16,5 +16,6 @@ mod property;
 mod resize;
 mod sample_cpu;
 mod settings;
+mod slow_sources;
 mod telemetry;
 mod views;

@@ -21,6 +21,7 @@ fn what_has_changed_is_read_from_the_source_and_not_kept() {
     cache.changed(&corner());
     let before = tier.stats();
     block_on(cache.read(page(0))).unwrap();
+    flush(&tier);
     let after = tier.stats();
     assert_eq!((after.hits, after.bytes_written), (before.hits, before.bytes_written));
     assert!(read(&cache, elsewhere), "nothing else is concerned");
@@ -41,5 +42,23 @@ fn what_was_read_while_it_changed_is_not_kept() {
     assert!(under_way.as_mut().poll(&mut context).is_pending());
     cache.changed(&corner());
     assert!(under_way.as_mut().poll(&mut context).is_ready());
+    flush(&tier);
     assert_eq!(tier.stats().tiles, 0);
+}
+
+#[test]
+fn what_changed_while_it_waited_to_be_kept_is_not() {
+    let disk = MemoryDisk::default();
+    let tier = open(&disk, 1 << 20);
+    let cache = cached(&tier);
+    disk.stall(true);
+    for n in [3, 0, 5] {
+        block_on(cache.read(page(n))).unwrap();
+    }
+    cache.changed(&corner());
+    disk.stall(false);
+    flush(&tier);
+    assert_eq!(tier.stats().tiles, 2);
+    drop((cache, tier));
+    assert_eq!(hits(&cached(&open(&disk, 1 << 20)), [3, 0, 5]), 2);
 }

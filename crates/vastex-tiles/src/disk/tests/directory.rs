@@ -42,6 +42,7 @@ fn a_cache_in_a_directory_conforms_and_says_what_its_files_say() {
     for budget in [100 << 10, 30 << 10] {
         let tier = Arc::new(DiskTier::open(directory.path(), budget).unwrap());
         assert_eq!(conformance(&cached(&tier)), Ok(()));
+        flush(&tier);
         let files = std::fs::read_dir(directory.path()).unwrap().map(|entry| entry.unwrap());
         let bytes: u64 = files.map(|entry| entry.metadata().unwrap().len()).sum();
         assert_eq!(tier.stats().bytes, bytes);
@@ -101,6 +102,7 @@ fn sources_in_one_directory_keep_apart() {
     for cache in &caches {
         block_on(cache.read(page(0))).unwrap();
     }
+    flush(&tier);
     assert_eq!((tier.stats().misses, tier.stats().tiles), (3, 3));
     for cache in &caches {
         assert_eq!(conformance(&**cache), Ok(()));
@@ -117,7 +119,9 @@ fn a_process_killed_at_any_moment_leaves_nothing_wrong_and_no_lock() {
             .stdout(Stdio::null())
             .spawn()
             .unwrap();
+        let start = Instant::now();
         while !directory.path().join("begun").exists() {
+            assert!(start.elapsed() < DEADLINE, "it does not begin");
             std::thread::sleep(Duration::from_millis(1));
         }
         std::thread::sleep(Duration::from_millis(3 * kill));

@@ -1,8 +1,8 @@
-//! A disk in memory that fills up, is killed in the middle of a write, becomes read-only or loses its files.
+//! A disk in memory that fills up, stalls, is killed in the middle of a write, becomes read-only or loses its files.
 
 use std::collections::BTreeMap;
 use std::io;
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 
 use crate::disk::medium::{Medium, MediumFile};
 
@@ -10,7 +10,16 @@ pub(super) type Files = BTreeMap<String, Vec<u8>>;
 
 /// Cheap to clone: all clones are one disk.
 #[derive(Clone, Default)]
-pub(super) struct MemoryDisk(Arc<Mutex<State>>);
+pub(super) struct MemoryDisk(Arc<(Mutex<State>, Stall)>);
+
+/// While it is set, nothing that is to be changed comes to an end; reading goes on.
+#[derive(Default)]
+struct Stall {
+    is_set: Mutex<bool>,
+    cleared: Condvar,
+    /// Changes that wait, or have waited.
+    waited: Mutex<u64>,
+}
 
 #[derive(Default)]
 struct State {
@@ -70,6 +79,28 @@ impl MemoryDisk {
         self.state().troubles = troubles;
     }
 
+    /// Lets every change wait from now on, or no longer.
+    pub(super) fn stall(&self, is_set: bool) {
+        *self.0.1.is_set.lock().unwrap() = is_set;
+        self.0.1.cleared.notify_all();
+    }
+
+    /// How many changes have waited since the disk was made.
+    pub(super) fn waited(&self) -> u64 {
+        *self.0.1.waited.lock().unwrap()
+    }
+
+    fn wait_for_stall(&self) {
+        let stall = &self.0.1;
+        let mut is_set = stall.is_set.lock().unwrap();
+        if *is_set {
+            *stall.waited.lock().unwrap() += 1;
+        }
+        while *is_set {
+            is_set = stall.cleared.wait(is_set).unwrap();
+        }
+    }
+
     /// The most bytes that all files have had together since this was last asked.
     pub(super) fn most_bytes(&self) -> u64 {
         std::mem::take(&mut self.state().most_bytes)
@@ -81,7 +112,7 @@ impl MemoryDisk {
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
-        self.0.lock().unwrap()
+        self.0.0.lock().unwrap()
     }
 }
 
@@ -134,6 +165,7 @@ impl Medium for MemoryDisk {
     }
 
     fn remove(&self, name: &str) -> io::Result<()> {
+        self.wait_for_stall();
         let mut state = self.state();
         state.change()?;
         state.names.remove(name).map(drop).ok_or(io::ErrorKind::NotFound.into())
@@ -159,6 +191,7 @@ impl MediumFile for OpenFile {
     }
 
     fn write_at(&self, bytes: &[u8], offset: u64) -> io::Result<()> {
+        self.disk.wait_for_stall();
         let mut state = self.disk.state();
         let sixteenths = state.begin_change()? as usize;
         let mut count = bytes.len() * sixteenths / 16;

@@ -6,14 +6,17 @@ mod damage;
 mod directory;
 mod memory_disk;
 mod random;
+mod slow;
 mod troubles;
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use pollster::block_on;
 use vastex_core::{Geometry, GeometrySpec, PagePos};
 
 use crate::disk::entry::HEAD_BYTES;
+use crate::disk::keep::MOST_WAITING;
 use crate::disk::{DiskCache, DiskTier, lock};
 use crate::faults::{Faults, Injection};
 use crate::property::PropertySource;
@@ -39,8 +42,20 @@ fn key() -> SourceKey {
 }
 
 fn open(disk: &MemoryDisk, budget: u64) -> Arc<DiskTier> {
-    Arc::new(DiskTier::on(Box::new(disk.clone()), "memory".into(), budget).unwrap())
+    open_with(disk, budget, MOST_WAITING)
 }
+
+fn open_with(disk: &MemoryDisk, budget: u64, most_waiting: u64) -> Arc<DiskTier> {
+    Arc::new(DiskTier::on(Box::new(disk.clone()), "memory".into(), budget, None, most_waiting).unwrap())
+}
+
+/// Waits until all that was read is kept.
+fn flush(tier: &DiskTier) {
+    assert!(tier.flush(DEADLINE), "nothing is kept in {DEADLINE:?}");
+}
+
+/// What takes longer than this never comes.
+const DEADLINE: Duration = Duration::from_secs(120);
 
 /// A source that counts its reads, behind a cache.
 type Counted = DiskCache<Arc<Faults<PropertySource, fn(PagePos, u32) -> Option<Injection>>>>;
@@ -50,11 +65,12 @@ fn cached(tier: &Arc<DiskTier>) -> Counted {
     DiskCache::new(Arc::new(Faults::new(source(), counting)), tier.clone(), key())
 }
 
-/// Reads a page and compares it; says whether the tier had it.
+/// Reads a page, compares it and lets it be kept; says whether the tier had it.
 fn read(cache: &Counted, pos: PagePos) -> bool {
     let before = cache.tier.stats();
     let tile = block_on(cache.read(pos)).unwrap();
     assert_eq!(tile, block_on(source().read(pos)).unwrap(), "{pos}");
+    flush(&cache.tier);
     let after = cache.tier.stats();
     assert_eq!(after.hits + after.misses, before.hits + before.misses + 1);
     after.hits > before.hits

@@ -71,6 +71,7 @@ proptest! {
                     let cache = DiskCache::new(other_source(), tier.clone(), SourceKey::of("other"));
                     let expected = block_on(other_source().read(page(n))).unwrap();
                     prop_assert_eq!(block_on(cache.read(page(n))).unwrap(), expected);
+                    flush(&tier);
                 }
                 Step::Flip { file, at, bits } => {
                     let files: Vec<_> = disk.files().into_iter().filter(|(_, bytes)| !bytes.is_empty()).collect();

@@ -1,7 +1,7 @@
 //! Disks that are full, read-only or gone: the source answers, and the cache goes on when it can.
 
 use super::*;
-use crate::disk::FIRST_PAUSE;
+use crate::disk::keep::FIRST_PAUSE;
 use crate::tile::{Codec, Tile};
 use memory_disk::Troubles;
 
@@ -84,6 +84,7 @@ fn what_does_not_decode_and_errors_are_not_kept() {
     let cache = DiskCache::new(faults.clone(), tier.clone(), key());
     for _ in 0..6 {
         drop(block_on(cache.read(page(0))));
+        flush(&tier);
     }
     assert_eq!((faults.reads(), tier.stats().hits), (4, 2));
     assert_eq!(block_on(cache.read(page(0))).unwrap(), block_on(source().read(page(0))).unwrap());

@@ -1,0 +1,165 @@
+//! Sources that do not answer: the others' pictures come all the same, their own pages are reported, and the program can end.
+//!
+//! Reads that should come may be overdue on a slow machine; then they are tried again, so that nothing here depends on its speed.
+
+use std::collections::BTreeSet;
+use std::sync::{Arc, Condvar, Mutex, mpsc};
+use std::time::{Duration, Instant};
+
+use vastex::{AddressMode, Event, Pace, PageState, Settings, TileSource};
+use vastex_core::{Description, PagePos};
+use vastex_tiles::ReadFuture;
+
+use crate::common::{Mapping, Screen, property, settings};
+
+const SIZE: [u32; 2] = [1000, 777];
+const PAGE: u32 = 32;
+const TILE_BYTES: u64 = 40 * 40 * 4;
+/// What takes longer than this never comes.
+const DEADLINE: Duration = Duration::from_secs(240);
+
+#[derive(Clone, Copy, Debug)]
+enum How {
+    /// The future suspends and is never woken.
+    Suspends,
+    /// The read blocks its thread.
+    Blocks,
+}
+
+/// A source that gives its tail, and then nothing until it is told to.
+struct Hung {
+    source: Arc<dyn TileSource>,
+    how: How,
+    answers: Mutex<bool>,
+    told: Condvar,
+}
+
+impl Hung {
+    fn new(how: How) -> Arc<Hung> {
+        let source = property(SIZE, PAGE, AddressMode::Clamp);
+        Arc::new(Hung { source, how, answers: Mutex::new(false), told: Condvar::new() })
+    }
+
+    fn answer(&self) {
+        *self.answers.lock().unwrap() = true;
+        self.told.notify_all();
+    }
+}
+
+impl TileSource for Hung {
+    fn description(&self) -> &Arc<Description> {
+        self.source.description()
+    }
+
+    fn read(&self, pos: PagePos) -> ReadFuture<'_> {
+        Box::pin(async move {
+            let is_tail = pos == self.description().geometry.tail_pos();
+            match self.how {
+                _ if is_tail => {}
+                How::Suspends if !*self.answers.lock().unwrap() => std::future::pending().await,
+                How::Suspends => {}
+                How::Blocks => drop(self.told.wait_while(self.answers.lock().unwrap(), |answers| !*answers)),
+            }
+            self.source.read(pos).await
+        })
+    }
+}
+
+/// The first texture hangs, the second one does not.
+fn screen(hung: &Arc<Hung>, settings: Settings) -> Screen {
+    let sources: [Arc<dyn TileSource>; 2] = [hung.clone(), property(SIZE, PAGE, AddressMode::Clamp)];
+    let mut screen = Screen::new(&sources, settings);
+    let mapping = Mapping::new(SIZE, [0.5, 0.5], 1.1, 1.0, 0.2);
+    (0..2).for_each(|nth| screen.set_mapping(nth, &mapping));
+    screen
+}
+
+/// Whether all that the second texture certainly wants is there.
+fn second_is_sharp(screen: &Screen, wanted: &[vastex_core::WantedPage]) -> bool {
+    let texture = screen.texture(1);
+    let mut of_it = wanted.iter().filter(|wanted| wanted.page.texture() == texture && wanted.pixels > 64);
+    of_it.clone().count() > 5
+        && of_it.all(|wanted| matches!(screen.textures.state(wanted.page), PageState::Resident(_)))
+}
+
+/// The program can end: this does, though reads have not.
+fn drop_in_time(screen: Screen) {
+    let (done, end) = mpsc::channel();
+    std::thread::spawn(move || {
+        drop(screen);
+        done.send(())
+    });
+    end.recv_timeout(DEADLINE).unwrap();
+}
+
+#[test]
+fn other_textures_converge_and_each_page_that_hangs_is_said_once() {
+    for how in [How::Suspends, How::Blocks] {
+        let hung = Hung::new(how);
+        // As few bytes in flight as those that hang hold all at once.
+        let limits = Settings {
+            pace: Pace::Realtime,
+            in_flight_bytes: 6 * TILE_BYTES,
+            read_time_out: Duration::from_millis(100),
+            ..settings()
+        };
+        let mut screen = screen(&hung, limits);
+        let wanted = screen.feedback_of_every_pixel().pages;
+        let (start, mut failed) = (Instant::now(), BTreeSet::new());
+        loop {
+            for event in screen.frame().unwrap() {
+                if let Event::Failed { page, why, .. } = event
+                    && page.texture() == screen.texture(0)
+                {
+                    assert!(why.contains("no answer within 100ms"), "{why}");
+                    assert!(failed.insert(page), "{how:?}: {page:?} was said twice");
+                }
+            }
+            if second_is_sharp(&screen, &wanted) && failed.len() > 5 && screen.textures.stats().converged {
+                break;
+            }
+            assert!(start.elapsed() < DEADLINE, "{how:?}: {:?}", screen.textures.stats());
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        // When it answers again, it comes by itself.
+        hung.answer();
+        while !screen.textures.failed_pages().is_empty() {
+            screen.frame().unwrap();
+            assert!(start.elapsed() < DEADLINE, "{how:?}: {:?}", screen.textures.failed_pages());
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        drop_in_time(screen);
+    }
+}
+
+#[test]
+fn textures_are_dropped_without_those_that_hang() {
+    for (how, pace) in [(How::Suspends, Pace::Realtime), (How::Blocks, Pace::Realtime)] {
+        let hung = Hung::new(how);
+        let mut screen = screen(&hung, Settings { pace, ..settings() });
+        // Until reads hang, and long before they are overdue.
+        (0..30).for_each(|_| drop(screen.frame().unwrap()));
+        drop_in_time(screen);
+        hung.answer();
+    }
+}
+
+#[test]
+fn lock_step_waits_for_the_time_out_and_no_longer() {
+    for how in [How::Suspends, How::Blocks] {
+        let hung = Hung::new(how);
+        let mut screen = screen(&hung, Settings { read_time_out: Duration::from_millis(50), ..settings() });
+        let wanted = screen.feedback_of_every_pixel().pages;
+        // Enough frames for those to be tried again that a slow machine made overdue, and those that hang to fail again and again.
+        let is_sharp = (0..2000).any(|_| {
+            screen.frame().unwrap();
+            second_is_sharp(&screen, &wanted) && screen.textures.stats().converged
+        });
+        assert!(is_sharp, "{how:?}: {:?}", screen.textures.stats());
+        let first = screen.texture(0);
+        assert!(screen.textures.failed_pages().iter().all(|page| page.texture() == first));
+        assert!(!screen.textures.failed_pages().is_empty());
+        drop_in_time(screen);
+        hung.answer();
+    }
+}
