@@ -45,7 +45,7 @@ pub use container::{ContainerUpdate, ReorderError, UpdateError, Updated, reorder
 #[cfg(feature = "write")]
 pub use container::{
     ContainerWriter, Left, MergeError, Origin, PartOf, PartWriter, ResumableWriter, TempFile, WriteError,
-    WriterOptions, Written, merge, write_advice,
+    WriterOptions, Written, merge, remove_abandoned, write_advice,
 };
 #[cfg(not(target_family = "wasm"))]
 pub use disk::{DiskCache, DiskTier, DiskTierError};

@@ -119,6 +119,12 @@ impl PoolSettings {
 }
 
 fn read_text(path: &Path) -> io::Result<String> {
+    // Looked at before it is opened: opening a pipe would wait for a writer.
+    let found = std::fs::metadata(path)?;
+    if !found.is_file() {
+        let what = if found.is_dir() { "it is a directory" } else { "it is a device or a pipe" };
+        return Err(io::Error::other(format!("{what}; name a file")));
+    }
     let mut text = String::new();
     let read = File::open(path)?.take(MAX_BYTES + 1).read_to_string(&mut text)?;
     match read as u64 > MAX_BYTES {

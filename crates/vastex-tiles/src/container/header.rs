@@ -125,6 +125,17 @@ impl Header {
     }
 }
 
+impl Header {
+    /// The whole copy of the version before this one, if there is one; `bytes` are those of both copies.
+    pub(super) fn before(&self, bytes: &[u8]) -> Option<Header> {
+        let whole = copies(bytes).map(Header::decode).into_iter().flatten();
+        // Of a version that came before, everything lies before the end of this one.
+        whole
+            .filter(|header| header.sequence < self.sequence && header.file_len <= self.file_len)
+            .max_by_key(|header| header.sequence)
+    }
+}
+
 /// Both copies, each cut where the bytes end.
 pub(super) fn copies(bytes: &[u8]) -> [&[u8]; 2] {
     let size = HEADER_COPY_BYTES as usize;

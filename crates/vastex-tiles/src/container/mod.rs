@@ -42,7 +42,7 @@ pub use info::{Info, Saved};
 #[cfg(feature = "write")]
 pub use merge::{MergeError, merge};
 #[cfg(feature = "write")]
-pub use output::{TempFile, write_advice};
+pub use output::{TempFile, remove_abandoned, write_advice};
 #[cfg(feature = "write")]
 pub use part::{PartOf, PartWriter};
 pub use reader::Container;

@@ -1,7 +1,8 @@
 //! A file that appears whole or not at all: written under a temporary name beside its place, renamed when done.
 //!
-//! There are two kinds of temporary names: one of its own for each file, of which nothing is left behind, and the one
-//! that all builds into a place share, so that a later build finds what an interrupted one had written.
+//! There are two kinds of temporary names: one of its own for each file, of which nothing is left behind but by a process that
+//! is killed, and the one that all builds into a place share, so that a later build finds what an interrupted one had
+//! written. What killed processes left under names of the first kind goes with the next that writes to the same place.
 
 use std::ffi::OsString;
 use std::fs::{self, File, OpenOptions, TryLockError};
@@ -26,11 +27,21 @@ impl TempFile {
     pub(super) fn create(target: &Path) -> io::Result<TempFile> {
         static COUNT: AtomicU32 = AtomicU32::new(0);
         let target = checked_target(target)?;
+        remove_abandoned(&target);
         loop {
             let count = COUNT.fetch_add(1, Ordering::Relaxed);
             let temp = beside(&target, &format!("{}-{count}.partial", std::process::id()));
             match OpenOptions::new().write(true).create_new(true).open(&temp) {
-                Ok(file) => return Ok(TempFile::new(file, temp, target, false)),
+                Ok(file) => {
+                    // Says that it is at work. Where the file system has no locks, nobody removes what others left.
+                    let lock = file.try_lock();
+                    // Before it was locked, another process may have taken it for left behind.
+                    let is_lost = matches!(lock, Err(TryLockError::WouldBlock))
+                        || (lock.is_ok() && !is_still_at(&file, &temp)?);
+                    if !is_lost {
+                        return Ok(TempFile::new(file, temp, target, false));
+                    }
+                }
                 // Left behind by a process of the same number that was killed.
                 Err(e) if e.kind() == io::ErrorKind::AlreadyExists => {}
                 Err(e) => return Err(e),
@@ -110,6 +121,40 @@ impl TempFile {
         }
         Ok(())
     }
+}
+
+/// Removes the files and directories that killed processes left beside `target` under names of their own,
+/// `.NAME.PROCESS-COUNT.partial`. Whoever is at work holds a lock on his; where there are no locks, all stay.
+pub fn remove_abandoned(target: &Path) {
+    let (Some(name), Some(directory)) = (target.file_name(), target.parent()) else { return };
+    let directory = if directory.as_os_str().is_empty() { Path::new(".") } else { directory };
+    // Where the directory cannot be read, nothing is found; what cannot be removed is in nobody's way.
+    let Ok(entries) = fs::read_dir(directory) else { return };
+    let left = entries
+        .flatten()
+        .filter(|entry| is_own_name(&entry.file_name().to_string_lossy(), &name.to_string_lossy()));
+    for entry in left {
+        let Ok(kind) = entry.file_type() else { continue };
+        // A pipe would be waited for.
+        if !(kind.is_file() || kind.is_dir()) {
+            continue;
+        }
+        let path = entry.path();
+        let Ok(file) = File::open(&path) else { continue };
+        if file.try_lock().is_ok() && matches!(is_still_at(&file, &path), Ok(true)) {
+            let _ = if kind.is_dir() { fs::remove_dir_all(&path) } else { fs::remove_file(&path) };
+        }
+    }
+}
+
+/// Whether a name is `.OF.PROCESS-COUNT.partial`.
+fn is_own_name(name: &str, of: &str) -> bool {
+    let rest = name
+        .strip_prefix('.')
+        .and_then(|rest| rest.strip_prefix(of)?.strip_prefix('.')?.strip_suffix(".partial"));
+    let is_number = |digits: &str| !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit());
+    rest.and_then(|rest| rest.split_once('-'))
+        .is_some_and(|(process, count)| is_number(process) && is_number(count))
 }
 
 /// Where the file will stand: what a link leads to is replaced, not the link.
@@ -206,5 +251,50 @@ impl Write for TempFile {
 impl Seek for TempFile {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         self.file.seek(to)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_their_own_are_told() {
+        assert!(is_own_name(".a.vastex.12-0.partial", "a.vastex"));
+        for other in [
+            ".a.vastex.partial",
+            ".a.vastex.12.partial",
+            ".a.vastex.-0.partial",
+            ".a.vastex.x-0.partial",
+            ".b.a.vastex.12-0.partial",
+            "a.vastex.12-0.partial",
+            ".a.vastex.12-0.partial.b",
+        ] {
+            assert!(!is_own_name(other, "a.vastex"), "{other}");
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn what_killed_processes_left_goes_and_what_others_write_stays() {
+        let dir = tempfile::tempdir().unwrap();
+        let at = |name: &str| dir.path().join(name);
+        for name in [".out.1-0.partial", ".out.4000000-17.partial", ".out.partial", ".other.1-0.partial"] {
+            fs::write(at(name), b"left").unwrap();
+        }
+        fs::create_dir(at(".out.2-0.partial")).unwrap();
+        fs::write(at(".out.2-0.partial/tile"), b"left").unwrap();
+        let first = TempFile::create(&at("out")).unwrap();
+        let second = TempFile::create(&at("out")).unwrap();
+        let mut names: Vec<_> = fs::read_dir(dir.path()).unwrap().map(|e| e.unwrap().path()).collect();
+        names.sort();
+        let mut expected = vec![
+            at(".other.1-0.partial"),
+            at(".out.partial"),
+            first.temp_path().into(),
+            second.temp_path().into(),
+        ];
+        expected.sort();
+        assert_eq!(names, expected);
     }
 }

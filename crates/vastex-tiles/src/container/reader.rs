@@ -41,11 +41,29 @@ pub struct Container {
 
 impl Container {
     /// Opens a container: one read for header and description, one for the coarse tiles and the index.
+    ///
+    /// Where the description or the index of the newest version is damaged, the version before it is opened, if that is whole.
     pub async fn open(store: Arc<dyn Store>) -> Result<Container, ContainerError> {
-        let name = store.name();
         let opening = store.read(0, store.len().min(OPENING_BYTES) as usize).await?;
-        let header = Header::newest(name, &opening[..opening.len().min(HEADER_BYTES as usize)], store.len())?;
-        let Contents { description, filters, align } = read_description(&*store, &header, &opening).await?;
+        let copies = &opening[..opening.len().min(HEADER_BYTES as usize)];
+        let header = Header::newest(store.name(), copies, store.len())?;
+        let error = match Container::open_version(store.clone(), header, &opening).await {
+            Err(error @ ContainerError::Damaged { .. }) => error,
+            opened => return opened,
+        };
+        let Some(before) = header.before(copies) else { return Err(error) };
+        let Ok(container) = Container::open_version(store, before, &opening).await else { return Err(error) };
+        tracing::warn!(%error, "the newest version is damaged, so the one before it is read");
+        Ok(container)
+    }
+
+    /// Opens the version of which a header tells; `opening` are the first bytes of the file.
+    async fn open_version(
+        store: Arc<dyn Store>,
+        header: Header,
+        opening: &Bytes,
+    ) -> Result<Container, ContainerError> {
+        let Contents { description, filters, align } = read_description(&*store, &header, opening).await?;
         let order = PageOrder::new(&description.geometry);
         let (coarse, index) = read_coarse_and_index(&*store, &header, order.pages()).await?;
         let present = index.lacks_pages().then(|| {

@@ -72,6 +72,17 @@ impl Medium for File {
     }
 }
 
+/// For what a change waits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Waits {
+    /// For nothing: a loss of power may cost the file.
+    Never,
+    /// For the disk to have all that is appended, before the header is overwritten.
+    BeforeTheHeader,
+    /// Then for the header as well.
+    Durable,
+}
+
 /// One change of a container, from its version now to the next. Dropped without [`ContainerUpdate::commit`], it leaves
 /// the file as it was.
 ///
@@ -79,7 +90,9 @@ impl Medium for File {
 pub struct ContainerUpdate {
     out: Box<dyn Medium>,
     old: Arc<Container>,
-    durable: bool,
+    waits: Waits,
+    /// The highest number of a version when the change began.
+    newest: u64,
     /// Those of the version before, then the new ones.
     records: Vec<Record>,
     old_records: usize,
@@ -100,19 +113,21 @@ pub struct ContainerUpdate {
 impl ContainerUpdate {
     /// Opens a local file for one change, and keeps other programs from changing it meanwhile where the system can.
     ///
-    /// `durable` waits for the disk before and after the header is overwritten, so that a loss of power leaves a
-    /// whole version too.
+    /// The end of the change waits for the disk to have what was appended before it overwrites the header, so that a loss of
+    /// power leaves a whole version; `durable` waits for the header as well, so that it is the new one.
     pub fn open(path: impl AsRef<Path>, durable: bool) -> Result<ContainerUpdate, UpdateError> {
         let path = path.as_ref();
         let name = path.display().to_string();
         // Opened for reading first: that names what is no container, and never waits for a pipe.
         let store = FileStore::open(path).map_err(ContainerError::from)?;
         block_on(Container::open(Arc::new(store)))?;
-        let file = OpenOptions::new()
-            .read(true)
-            .write(true)
-            .open(path)
-            .map_err(|error| WriteError::Io { name: name.clone(), error })?;
+        let mut options = OpenOptions::new();
+        options.read(true).write(true);
+        keep_other_writers_out(&mut options);
+        let file = options.open(path).map_err(|error| match is_kept_out(&error) {
+            true => UpdateError::Busy { name: name.clone() },
+            false => WriteError::Io { name: name.clone(), error }.into(),
+        })?;
         // On other systems a lock keeps readers out as well. A file system without locks has none to ask for.
         if cfg!(unix) && matches!(file.try_lock(), Err(std::fs::TryLockError::WouldBlock)) {
             return Err(UpdateError::Busy { name });
@@ -136,8 +151,10 @@ impl ContainerUpdate {
         if pages.iter().any(|&number| number != NO_RECORD && number as usize >= records.len()) {
             return Err(in_index("a page names a record that does not exist".into()).into());
         }
+        let newest = newest_of(&old)?;
         Ok(ContainerUpdate {
-            durable,
+            waits: if durable { Waits::Durable } else { Waits::BeforeTheHeader },
+            newest,
             old_records: records.len(),
             records,
             record_of_content: FxHashMap::default(),
@@ -151,6 +168,24 @@ impl ContainerUpdate {
             old,
             out,
         })
+    }
+
+    /// Waits for nothing: for a file that is given up where power is lost, as one that is a step on the way to another.
+    pub fn without_waiting(mut self) -> ContainerUpdate {
+        self.waits = Waits::Never;
+        self
+    }
+
+    /// Whether nobody else has changed the file since this change began, as a file system without locks allows.
+    fn is_alone(&self) -> Result<bool, ContainerError> {
+        Ok(newest_of(&self.old)? == self.newest)
+    }
+
+    fn check_alone(&self) -> Result<(), UpdateError> {
+        match self.is_alone()? {
+            true => Ok(()),
+            false => Err(UpdateError::Busy { name: self.old.name().into() }),
+        }
     }
 
     /// The version before.
@@ -217,6 +252,7 @@ impl ContainerUpdate {
         let index_bytes = index::encode(&records, &superseded, &self.pages, &constants);
         let index = Section::of(self.offset, &index_bytes);
         self.put(&index_bytes)?;
+        self.check_alone()?;
         let (slot, newest) = self.free_copy()?;
         let description = self.old.header.description;
         let file_len = self.offset;
@@ -303,9 +339,7 @@ impl ContainerUpdate {
 
     /// The offset of the header copy that nobody needs, and the highest sequence number there is.
     fn free_copy(&self) -> Result<(u64, u64), UpdateError> {
-        let bytes = block_on(self.old.store.read(0, HEADER_BYTES as usize)).map_err(ContainerError::from)?;
-        let copies = header::copies(&bytes).map(Header::decode);
-        let newest = copies.iter().flatten().map(|header| header.sequence).max().unwrap_or(0);
+        let (copies, newest) = (header_copies(&self.old)?, self.newest);
         let a_is_needed = copies[0].as_ref() == Ok(&self.old.header);
         if newest == u64::MAX {
             return Err(self.damaged_index("no further version can be numbered"));
@@ -318,7 +352,7 @@ impl ContainerUpdate {
         let name = self.old.name().to_string();
         let failed = |error| WriteError::Io { name: name.clone(), error };
         self.out.flush().map_err(failed)?;
-        if self.durable {
+        if self.waits != Waits::Never {
             self.out.sync().map_err(failed)?;
         }
         self.flipping = true;
@@ -327,7 +361,7 @@ impl ContainerUpdate {
             .and_then(|_| self.out.write_all(&header.encode()))
             .and_then(|()| self.out.flush())
             .map_err(failed)?;
-        if self.durable {
+        if self.waits == Waits::Durable {
             self.out.sync().map_err(failed)?;
         }
         Ok(())
@@ -342,6 +376,9 @@ impl ContainerUpdate {
     /// Appends bytes; gives back where they lie.
     fn put(&mut self, bytes: &[u8]) -> Result<u64, WriteError> {
         let (offset, old_len) = (self.offset, self.old.header.file_len);
+        if offset == old_len && !self.is_alone().unwrap_or(false) {
+            return Err(WriteError::InUse { name: self.old.name().into() });
+        }
         let mut write = || {
             if offset == old_len {
                 // What an interrupted change left behind.
@@ -360,9 +397,43 @@ impl ContainerUpdate {
     }
 }
 
+/// Both header copies as they are now.
+fn header_copies(container: &Container) -> Result<[Result<Header, header::CopyFault>; 2], ContainerError> {
+    let bytes = block_on(container.store.read(0, HEADER_BYTES as usize))?;
+    Ok(header::copies(&bytes).map(Header::decode))
+}
+
+/// The highest number of a version that a header copy has now.
+fn newest_of(container: &Container) -> Result<u64, ContainerError> {
+    let copies = header_copies(container)?;
+    Ok(copies.iter().flatten().map(|header| header.sequence).max().unwrap_or(0))
+}
+
+/// Where locks would keep readers out, nobody else may open the file for writing meanwhile.
+#[cfg(windows)]
+fn keep_other_writers_out(options: &mut OpenOptions) {
+    use std::os::windows::fs::OpenOptionsExt;
+    const FILE_SHARE_READ: u32 = 1;
+    const FILE_SHARE_DELETE: u32 = 4;
+    options.share_mode(FILE_SHARE_READ | FILE_SHARE_DELETE);
+}
+
+#[cfg(not(windows))]
+fn keep_other_writers_out(_: &mut OpenOptions) {}
+
+/// Whether the system says that another program has the file open for writing.
+fn is_kept_out(error: &io::Error) -> bool {
+    const ERROR_SHARING_VIOLATION: i32 = 32;
+    cfg!(windows) && error.raw_os_error() == Some(ERROR_SHARING_VIOLATION)
+}
+
 impl Drop for ContainerUpdate {
     fn drop(&mut self) {
         if self.flipping {
+            return;
+        }
+        // What another program has made the file's is not cut, nor anything where that cannot be told.
+        if !self.is_alone().unwrap_or(false) {
             return;
         }
         if let Err(error) = self.out.truncate(self.old.header.file_len) {

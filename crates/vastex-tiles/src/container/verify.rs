@@ -118,8 +118,12 @@ async fn check_header_copies(store: &dyn Store, newest: &Header, found: &mut Ver
     for (n, copy) in header::copies(&bytes).into_iter().enumerate() {
         let place = format!("header copy {} at {}", ["A", "B"][n], n as u64 * HEADER_COPY_BYTES);
         match Header::decode(copy) {
-            Ok(header) if header.sequence > newest.sequence => {
+            Ok(header) if header.sequence > newest.sequence && header.file_len > store.len() => {
                 found.add(place, format!("the file has {} bytes of {}", store.len(), header.file_len));
+            }
+            Ok(header) if header.sequence > newest.sequence => {
+                let fault = "its version cannot be opened, so the one before it is read and was checked";
+                found.add(place, fault);
             }
             Ok(header) if header.sequence == newest.sequence && header != *newest => {
                 found.add(place, "it differs from the other copy of the same number");

@@ -283,3 +283,33 @@ fn while_a_file_is_changed_the_version_before_is_verified() {
     verify_file(&path, |_, _| refusal = ContainerUpdate::open(&path, false).err()).unwrap();
     assert!(matches!(refusal, Some(UpdateError::Busy { .. })), "{refusal:?}");
 }
+
+/// As on a file system without locks.
+#[test]
+fn of_two_changes_at_once_the_second_is_refused_and_cuts_nothing() {
+    let description = image(150, 90, 16, LayerFormat::Rgba8);
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("c.vastex");
+    std::fs::write(&path, container_bytes(&description, Compression::Lz4, 1)).unwrap();
+    let begin = || {
+        let file = std::fs::OpenOptions::new().read(true).write(true).open(&path).unwrap();
+        ContainerUpdate::new(Box::new(file), Arc::new(Container::open_file(&path).unwrap()), false).unwrap()
+    };
+    let give = |update: &mut ContainerUpdate, seed: u64| {
+        let pos = PagePos::new_2d(0, 1, 1);
+        let tile = EncodedTile::new(texels(&description, pos, seed).into(), &description, Compression::Lz4);
+        update.replace(pos, tile)
+    };
+    let (mut first, mut second, third) = (begin(), begin(), begin());
+    give(&mut first, 2).unwrap();
+    first.commit().unwrap();
+    let after = std::fs::read(&path).unwrap();
+    let refused = give(&mut second, 3).and_then(|()| second.commit().map(drop)).unwrap_err();
+    assert!(
+        matches!(refused, UpdateError::Busy { .. } | UpdateError::Write(WriteError::InUse { .. })),
+        "{refused}"
+    );
+    drop(third);
+    assert!(std::fs::read(&path).unwrap() == after);
+    assert_eq!(faults(after), []);
+}

@@ -75,3 +75,33 @@ fn a_change_that_was_cut_off_leaves_the_version_before_it() {
     unflipped[..HEADER_BYTES as usize].copy_from_slice(&first[..HEADER_BYTES as usize]);
     assert_eq!(open(unflipped).header.sequence, 1);
 }
+
+#[test]
+fn where_the_newest_version_is_damaged_the_one_before_it_is_read() {
+    let (first, changed) = changed();
+    let newest = open(changed.clone()).header;
+    for at in [newest.index.extent.offset, newest.index.extent.offset + newest.index.extent.len - 1] {
+        let mut bytes = changed.clone();
+        bytes[at as usize] ^= 1;
+        let container = open(bytes.clone());
+        assert_eq!((container.header.sequence, container.header.file_len), (1, first.len() as u64));
+        for pos in container.description().geometry.pages() {
+            let tile = block_on(container.read(pos)).unwrap().decode(container.description()).unwrap();
+            assert_eq!(tile, texels(container.description(), pos, 11));
+        }
+        // Whoever looks closer hears of it.
+        let faults = faults(bytes);
+        assert!(faults.iter().any(|fault| fault.fault.contains("cannot be opened")), "{faults:?}");
+    }
+    // Without a version before, and where that is damaged too, the damage is told.
+    let mut only = first.clone();
+    let at = only.len() - 1;
+    only[at] ^= 1;
+    let error = block_on(Container::open(memory(only))).map(drop).unwrap_err();
+    assert!(error.to_string().contains("the index"), "{error}");
+    let mut both = changed;
+    let old = open(first).header.index.extent.offset as usize;
+    (both[old], both[newest.index.extent.offset as usize]) =
+        (!both[old], !both[newest.index.extent.offset as usize]);
+    assert!(block_on(Container::open(memory(both))).is_err());
+}
