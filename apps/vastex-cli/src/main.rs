@@ -18,6 +18,7 @@ mod telemetry;
 #[cfg(feature = "view")]
 mod view;
 
+use std::io::IsTerminal;
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -77,6 +78,8 @@ fn start_log(verbose: u8) {
     let targets = asked.and_then(|asked| asked.parse::<Targets>().ok());
     let targets = targets
         .unwrap_or_else(|| Targets::new().with_default(LevelFilter::ERROR).with_target("vastex", level));
-    let lines = tracing_subscriber::fmt::layer().with_writer(std::io::stderr);
+    // Colour codes are for people, not for files.
+    let is_terminal = std::io::stderr().is_terminal();
+    let lines = tracing_subscriber::fmt::layer().with_ansi(is_terminal).with_writer(std::io::stderr);
     tracing_subscriber::registry().with(lines.with_filter(targets)).init();
 }

@@ -57,7 +57,20 @@ impl Output {
 
     fn refusal(&self, error: &io::Error) -> anyhow::Error {
         let target = self.target.display();
-        anyhow!("{target}: cannot be written: {error}; free space or choose another place")
+        anyhow!("{target}: cannot be written: {error}; {}", remedy(error))
+    }
+}
+
+/// What to do where the system said so of a write.
+fn remedy(error: &io::Error) -> &'static str {
+    match error.kind() {
+        io::ErrorKind::NotFound => "its directory does not exist: make it, or choose another place",
+        io::ErrorKind::PermissionDenied => {
+            "you may not write there: change the permissions, or choose another place"
+        }
+        io::ErrorKind::ReadOnlyFilesystem => "the file system is read-only; choose another place",
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => "free space or choose another place",
+        _ => "choose another place",
     }
 }
 
@@ -73,4 +86,19 @@ fn encode(picture: &Picture) -> Result<Vec<u8>> {
     writer.write_image_data(&rgb)?;
     writer.finish()?;
     Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_a_full_disk_asks_for_space() {
+        let says = |kind: io::ErrorKind| remedy(&kind.into());
+        assert!(says(io::ErrorKind::StorageFull).contains("free space"));
+        for kind in [io::ErrorKind::ReadOnlyFilesystem, io::ErrorKind::PermissionDenied, io::ErrorKind::Other]
+        {
+            assert!(!says(kind).contains("space") && says(kind).contains("choose another place"));
+        }
+    }
 }

@@ -7,9 +7,11 @@
 //! | RGB, RGBA, 8 bits | `RGBA8`, sRGB unless the file says linear: exact; without alpha it is 255 |
 //! | any other of 16 bits | `RGBA16`, in linear light |
 //! | any other float | `RGBA16F`, to the nearest |
+//! | signed whole numbers, which stand for themselves | as floats: 8 bits `R16F`, 16 and 32 bits `R32F` |
 //!
 //! Any image can become any layer of four channels (grey then stands in all colours), any but grey one of two (the first
-//! two channels), and grey alone one of one channel. Numbers are 0 to 1, rounded to the nearest that the layer can hold.
+//! two channels), and grey alone one of one channel. Numbers are 0 to 1, rounded to the nearest that the layer can hold; of signed
+//! ones the whole range of the file's samples becomes 0 to 1 in a layer of whole numbers, so that 16 bits stay exact in `R16`.
 //!
 //! Formats with sRGB in their name hold stored colours. No format of 16 bits does, so colour that a file holds
 //! sRGB-encoded is decoded on its way into one: 16 bits of light are finer than 8 stored ones everywhere, and than 16
@@ -66,6 +68,8 @@ pub(crate) struct Conversion {
     /// Not compressed.
     layer: LayerFormat,
     curve: Curve,
+    /// The range of numbers that becomes 0 to 1; nothing where it is 0 to 1 already, or the layer holds them as they are.
+    range: Option<[i64; 2]>,
     /// Whether the image has alpha and the layer keeps none.
     drops_alpha: bool,
 }
@@ -89,7 +93,8 @@ impl Conversion {
             LayerFormat::Bc1 | LayerFormat::Bc1Srgb | LayerFormat::Bc6h => false,
             _ => format.channels() >= usize::from(image.channels()),
         };
-        Conversion { image, layer, curve, drops_alpha: image.has_alpha() && !keeps_alpha }
+        let range = header.range.filter(|_| !is_float(layer));
+        Conversion { image, layer, curve, range, drops_alpha: image.has_alpha() && !keeps_alpha }
     }
 
     /// To the format that [`layer_format`] gives, as colour.
@@ -100,6 +105,11 @@ impl Conversion {
     /// Whether sRGB-encoded colour becomes light.
     pub(crate) fn decodes(&self) -> bool {
         self.curve == Curve::Decode
+    }
+
+    /// The range of the image's numbers that becomes 0 to 1.
+    pub(crate) fn range(&self) -> Option<[i64; 2]> {
+        self.range
     }
 
     /// Whether rows of the image have transparency that the layer does not keep.
@@ -123,8 +133,17 @@ impl Conversion {
             Sample::U8 if self.image.channels() == 3 && self.is_eight_bits() => opaque(layer, image),
             Sample::U8 => self.read(layer, image, |[v]: [u8; 1]| f32::from(v) / 255.0),
             Sample::U16 => self.read(layer, image, |v| f32::from(u16::from_le_bytes(v)) / 65535.0),
-            Sample::F16 => self.read(layer, image, |v| f16::from_le_bytes(v).to_f32()),
-            Sample::F32 => self.read(layer, image, f32::from_le_bytes),
+            Sample::F16 => self.read(layer, image, |v| self.share(f16::from_le_bytes(v).to_f32())),
+            Sample::F32 => self.read(layer, image, |v| self.share(f32::from_le_bytes(v))),
+        }
+    }
+
+    /// Where a number lies in the range that becomes 0 to 1.
+    fn share(&self, value: f32) -> f32 {
+        match self.range {
+            // The difference is exact where the number is.
+            Some([least, most]) => (value - least as f32) / (most - least) as f32,
+            None => value,
         }
     }
 
@@ -181,6 +200,10 @@ impl Conversion {
             }
         }
     }
+}
+
+fn is_float(format: LayerFormat) -> bool {
+    matches!(format, LayerFormat::R16Float | LayerFormat::Rgba16Float | LayerFormat::R32Float)
 }
 
 /// The nearest whole number for 0 to 1; for what is no number, 0.
@@ -301,6 +324,22 @@ mod tests {
                 let header = header(PixelFormat::new(channels, sample).unwrap(), false);
                 assert!(Conversion::new(&header, layer_format(&header), true).is_some());
             }
+        }
+    }
+
+    #[test]
+    fn signed_numbers_fill_the_range_of_whole_ones_and_stay_themselves_in_floats() {
+        let image = PixelFormat::GREY8.with_sample(Sample::F32);
+        let header = ImageHeader { range: Some([-32768, 32767]), ..header(image, false) };
+        let words = Conversion::new(&header, LayerFormat::R16, false).unwrap();
+        let singles = Conversion::new(&header, LayerFormat::R32Float, false).unwrap();
+        assert_eq!((words.range(), singles.range()), (Some([-32768, 32767]), None));
+        for v in i16::MIN..=i16::MAX {
+            let (number, mut word, mut single) = (f32::from(v).to_le_bytes(), [0; 2], [0; 4]);
+            words.row(&mut word, &number);
+            singles.row(&mut single, &number);
+            assert_eq!(i32::from(u16::from_le_bytes(word)), i32::from(v) + 32768);
+            assert_eq!(single, number);
         }
     }
 }

@@ -17,8 +17,17 @@ fn unreadable(error: &io::Error) -> String {
     match error.kind() {
         io::ErrorKind::NotFound => "there is no such file; check the path".into(),
         io::ErrorKind::PermissionDenied => "the file may not be read; change its permissions".into(),
+        _ if is_too_many_open(error) => {
+            format!("cannot be read: {error}; let the program open more files (`ulimit -n`)")
+        }
         _ => format!("cannot be read: {error}"),
     }
+}
+
+/// Whether so many files are open that the system opens no further one, for this program or at all.
+fn is_too_many_open(error: &io::Error) -> bool {
+    const TOO_MANY_OPEN: [i32; 2] = [24, 23];
+    cfg!(unix) && error.raw_os_error().is_some_and(|number| TOO_MANY_OPEN.contains(&number))
 }
 
 /// Why nothing was built. No file is left behind, unless what was built so far is to be resumed.
@@ -49,22 +58,6 @@ pub enum BuildError {
         error: LayerError,
         /// What to do.
         remedy: String,
-    },
-    /// A layer's image has another size than the others.
-    #[error(
-        "{path}: has {}x{} texels, and {of} has {}x{}; an image of a layer must have the size of the largest, or its half or \
-         quarter, rounded up: scale it",
-        size[0], size[1], whole[0], whole[1], path = path.display(), of = of.display()
-    )]
-    LayerSize {
-        /// The image.
-        path: PathBuf,
-        /// Its size in texels.
-        size: [u32; 2],
-        /// The largest image.
-        of: PathBuf,
-        /// Its size in texels.
-        whole: [u32; 2],
     },
     /// An image cannot become a layer of the format asked for.
     #[error("{path}: holds {image}, which cannot become {format}; choose one of {possible}", path = path.display())]
@@ -98,8 +91,8 @@ pub enum BuildError {
         /// What to do.
         remedy: &'static str,
     },
-    /// The output would overwrite the input.
-    #[error("{}: is the input as well as the output; choose another name for the output", .0.display())]
+    /// The output would overwrite a file of an input: the image, its description, a piece of a mosaic, a mask, an inset.
+    #[error("{}: is read as an input, and the output would replace it; choose another name for the output", .0.display())]
     SameFile(PathBuf),
     /// The output would lie among the tiles of the input.
     #[error(
@@ -279,6 +272,15 @@ pub enum InputFault {
     #[error("is truncated: it ends {place}; copy or download it again")]
     Truncated {
         /// Where in the image it ends.
+        place: String,
+    },
+    /// The compressed data of the picture end or make no sense, and all that follows would be made up.
+    #[error(
+        "is damaged {place}: its data end there or make no sense, and the rest would be a guess; copy or download it again, or \
+         take it as it is (--tolerant)"
+    )]
+    Guess {
+        /// Where in the image.
         place: String,
     },
     /// Its bytes make no sense.

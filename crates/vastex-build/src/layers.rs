@@ -11,7 +11,7 @@ use crate::convert::{Conversion, layer_format, possible_formats};
 use crate::error::BuildError;
 use crate::filter::{LayerFilter, LevelsFrom, Meaning};
 use crate::notice::Notice;
-use crate::readers::{ImageHeader, Profile, RowReader, in_srgb, open};
+use crate::readers::{ImageHeader, Opened, Profile, RowReader, Scaled, in_srgb, open_with_files};
 use crate::stack::LayerPlan;
 use crate::{BuildOptions, fingerprint, place};
 
@@ -52,6 +52,8 @@ pub struct LayerReport {
 /// An image that is open, and the layer that it makes.
 pub(crate) struct OpenLayer {
     pub(crate) path: PathBuf,
+    /// All that is read of it.
+    files: Vec<PathBuf>,
     pub(crate) reader: Box<dyn RowReader>,
     pub(crate) layer: Layer,
     /// As asked for.
@@ -63,8 +65,13 @@ pub(crate) struct OpenLayer {
 impl OpenLayer {
     fn open(input: LayerInput, output: &Path, options: &BuildOptions) -> Result<OpenLayer, BuildError> {
         let LayerInput { name, path, format, filter } = input;
-        let mut reader = open(&path).map_err(|fault| BuildError::Input { path: path.clone(), fault })?;
-        place::check(&path, reader.header().tile_directory.as_deref(), output)?;
+        let opened =
+            open_with_files(&path).map_err(|fault| BuildError::Input { path: path.clone(), fault })?;
+        let Opened { mut reader, files } = opened;
+        if options.tolerant {
+            reader.tolerate();
+        }
+        place::check(&files, output)?;
         let filter = filter.or(options.filter);
         let of_format = |format| Layer::new(name.clone(), format);
         let is_color = is_color(&of_format(format.unwrap_or_else(|| layer_format(reader.header()))), filter);
@@ -76,7 +83,7 @@ impl OpenLayer {
         if layer.format.is_compressed() && !blocks::AVAILABLE {
             return Err(BuildError::NoEncoders(layer.format.name()));
         }
-        Ok(OpenLayer { path, reader, layer, filter, is_color })
+        Ok(OpenLayer { path, files, reader, layer, filter, is_color })
     }
 
     fn size(&self) -> [u32; 2] {
@@ -150,22 +157,29 @@ pub(crate) fn open_all(
 ) -> Result<Vec<OpenLayer>, BuildError> {
     let open = |input| OpenLayer::open(input, output, options);
     let layers: Result<Vec<_>, _> = inputs.into_iter().map(open).collect();
-    let mut layers = layers?;
+    let layers = layers?;
     let texels = |layer: &OpenLayer| layer.size().map(u64::from).iter().product::<u64>();
     // Among equals the first.
     let Some(largest) = layers.iter().rev().max_by_key(|layer| texels(layer)) else { return Ok(layers) };
-    let (whole, of) = (largest.size(), largest.path.clone());
-    for layer in &mut layers {
+    let whole = largest.size();
+    let fit = |mut layer: OpenLayer| {
         let size = layer.size();
-        let scale = [1, 2, 4].into_iter().find(|&scale| whole.map(|n| n.div_ceil(scale)) == size);
-        layer.layer.scale = scale.ok_or_else(|| BuildError::LayerSize {
-            path: layer.path.clone(),
-            size,
-            of: of.clone(),
-            whole,
-        })?;
-    }
-    Ok(layers)
+        let sizes = [1, 2, 4].map(|scale| (scale, whole.map(|n| n.div_ceil(scale))));
+        let distance = |to: [u32; 2]| -> f64 {
+            (0..2).map(|axis| (f64::from(to[axis]) / f64::from(size[axis])).ln().abs()).sum()
+        };
+        // Among those that are as near the finest.
+        let nearest = sizes.into_iter().min_by(|(_, a), (_, b)| distance(*a).total_cmp(&distance(*b)));
+        if let Some((scale, to)) = nearest {
+            layer.layer.scale = scale;
+            if to != size {
+                let wraps = options.address[0] == AddressMode::Wrap || layer.reader.header().wraps;
+                layer.reader = Box::new(Scaled::new(layer.reader, to, scale, layer.is_color, wraps));
+            }
+        }
+        layer
+    };
+    Ok(layers.into_iter().map(fit).collect())
 }
 
 /// The texture that the layers make.
@@ -203,19 +217,35 @@ pub(crate) fn describe(layers: &[OpenLayer], options: &BuildOptions) -> Result<D
 }
 
 /// What the parts of a build, or a build and the one that it resumes, must have in common besides the description.
-pub(crate) fn fingerprint(layers: &[OpenLayer], options: &BuildOptions) -> Result<String, BuildError> {
-    let input = |layer: &OpenLayer| -> std::io::Result<[u64; 2]> {
-        let tiles = layer.reader.header().tile_directory.as_deref();
-        Ok([fingerprint::fingerprint(&layer.path)?, tiles.map_or(Ok(0), fingerprint::fingerprint)?])
+pub(crate) struct Same {
+    /// Wherever the inputs lie: for parts, which may come from several machines.
+    pub(crate) anywhere: String,
+    /// Of these very files, which nobody has changed.
+    pub(crate) here: String,
+}
+
+/// Of all that is read, the mask and the insets included, and of the options and the version that decide what becomes of it.
+pub(crate) fn fingerprint(layers: &[OpenLayer], options: &BuildOptions) -> Result<Same, BuildError> {
+    let of_input = |path: &Path, files: &[PathBuf]| {
+        let failed = |error: std::io::Error| BuildError::Input { path: path.into(), fault: error.into() };
+        fingerprint::fingerprint(files).map_err(failed)
     };
-    let of_layer = |layer: &OpenLayer| {
-        input(layer).map_err(|error| BuildError::Input { path: layer.path.clone(), fault: error.into() })
-    };
-    let inputs: Vec<_> = layers.iter().map(of_layer).collect::<Result<_, _>>()?;
-    let of_mask = |path: &PathBuf| {
-        let failed = |error: std::io::Error| BuildError::Input { path: path.clone(), fault: error.into() };
-        fingerprint::fingerprint(path).map_err(failed)
-    };
-    let mask = options.mask.as_ref().map(of_mask).transpose()?;
-    Ok(format!("{:?}", (inputs, options.compression, options.quality, mask, options.drop_transparent)))
+    let of_others = options.mask.iter().chain(options.insets.iter().map(|inset| &inset.image));
+    let mut inputs = Vec::with_capacity(layers.len());
+    for layer in layers {
+        inputs.push(of_input(&layer.path, &layer.files)?);
+    }
+    for path in of_others {
+        let opened =
+            open_with_files(path).map_err(|fault| BuildError::Input { path: path.clone(), fault })?;
+        inputs.push(of_input(path, &opened.files)?);
+    }
+    let contents: Vec<u64> = inputs.iter().map(|input| input.contents).collect();
+    let times: Vec<u64> = inputs.iter().map(|input| input.times).collect();
+    let BuildOptions { compression, quality, drop_transparent, tolerant, .. } = options;
+    let masked = options.mask.is_some();
+    let version = env!("CARGO_PKG_VERSION");
+    let anywhere =
+        format!("{:?}", (version, contents, compression, quality, masked, drop_transparent, tolerant));
+    Ok(Same { here: format!("{anywhere} {times:?}"), anywhere })
 }

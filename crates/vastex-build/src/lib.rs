@@ -38,6 +38,7 @@ mod srgb;
 mod stack;
 mod straight;
 mod tail;
+mod tent;
 mod texel;
 
 use std::ops::{ControlFlow, Range};
@@ -92,6 +93,9 @@ pub struct BuildOptions {
     pub mask: Option<PathBuf>,
     /// Whether pages that are transparent in all layers with alpha get no tile.
     pub drop_transparent: bool,
+    /// Whether images whose compressed data are damaged or end early are taken for what can be made of them, with a notice;
+    /// else they are errors. Only JPEG can be gone on with.
+    pub tolerant: bool,
     /// Images that lie over those of the texture, as fine as they or finer. The texture has as many levels more as the finest of
     /// them needs; where no inset lies, pages of those have no tiles.
     pub insets: Vec<Inset>,
@@ -128,6 +132,7 @@ impl Default for BuildOptions {
             border_color: [0; 4],
             mask: None,
             drop_transparent: false,
+            tolerant: false,
             insets: Vec::new(),
             threads: 0,
             durable: false,
@@ -201,7 +206,7 @@ impl BuildReport {
 /// Makes a container of the images in `inputs`: a path for the one layer `color`, or a [`LayerInput`] for each layer.
 ///
 /// The largest image has the texture's size; every other has that too, or half or a quarter of it, rounded up, and is stored
-/// at that share of the resolution. The file appears at `output`, over what was there, when it is whole; after an error or a
+/// at that share of the resolution. One of another size is resampled to the nearest of these, with a notice. The file appears at `output`, over what was there, when it is whole; after an error or a
 /// cancellation nothing is left behind, unless [`BuildOptions::resume`] asks for it. Takes one pass over the images, in step
 /// with one another, and memory as [`BuildReport::memory`] says.
 pub fn build<I: Clone + Into<LayerInput>>(
@@ -214,7 +219,9 @@ pub fn build<I: Clone + Into<LayerInput>>(
         return Err(BuildError::NoInput);
     }
     if let Some(mask) = &options.mask {
-        place::check(mask, None, output)?;
+        let opened = readers::open_with_files(mask);
+        let opened = opened.map_err(|fault| BuildError::Input { path: mask.clone(), fault })?;
+        place::check(&opened.files, output)?;
     }
     let mut layers = layers::open_all(inputs.iter().cloned().map(Into::into).collect(), output, options)?;
     match options.insets.as_slice() {
@@ -278,7 +285,7 @@ fn make(
     let same = layers::fingerprint(layers, options)?;
     let built = match options.part {
         None => {
-            let origin = Origin { input: same.as_bytes(), options: &[] };
+            let origin = Origin { input: same.here.as_bytes(), options: &[] };
             let writer = ResumableWriter::create(output, texture, writer_options, origin, left)?;
             inset::remove_left(output);
             let resumed = writer.taken_over();
@@ -287,7 +294,7 @@ fn make(
             Work { job: &job, run, memory, progress, resumed, selection }.run(layers, sink)
         }
         Some(part) => {
-            let same = same.as_bytes();
+            let same = same.anywhere.as_bytes();
             let writer = PartWriter::create(output, texture, &writer_options, part, same, left)?;
             inset::remove_left(output);
             job.tiles.start += writer.taken_over();

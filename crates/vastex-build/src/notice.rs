@@ -21,6 +21,8 @@ pub enum Notice {
     NotOpaque(LayerFormat),
     /// The format keeps no negative numbers, and there were some.
     NegativesClamped(LayerFormat),
+    /// Signed numbers of this range became 0 to 1, since the layer's format holds whole numbers only.
+    RangeScaled([i64; 2]),
     /// Floats of 64 bits became ones of 32.
     DoublesNarrowed,
     /// Whole numbers beyond 2^24 were rounded to what a 32-bit float can hold.
@@ -52,7 +54,7 @@ pub enum Notice {
         /// Why, as in "since it is for CMYK".
         why: &'static str,
     },
-    /// Colours are multiplied by alpha in the file and are taken as they are.
+    /// Colours are multiplied by alpha in the file, and were divided by it, both as they are stored.
     PremultipliedAlpha,
     /// The compressed data are damaged in so many places, and the decoder went on with what it could make of them.
     DamagedInPlaces(u32),
@@ -77,6 +79,15 @@ pub enum Notice {
         from: [u32; 2],
         /// Size of the grid's finest level.
         to: [u32; 2],
+    },
+    /// The image of a layer has a size that no layer of the texture can have, so it was resampled to the nearest that one can.
+    LayerResampled {
+        /// Size of the image.
+        from: [u32; 2],
+        /// Size of the layer.
+        to: [u32; 2],
+        /// Texels of the texture along one of the layer.
+        scale: u32,
     },
     /// The image format of the tiles has no transparency, and some texels are not opaque.
     AlphaDropped,
@@ -116,6 +127,9 @@ impl fmt::Display for Notice {
             Notice::Gaps(rows) => {
                 write!(f, "{rows} rows have places where no piece lies: transparent, or black without alpha")
             }
+            Notice::RangeScaled([least, most]) => {
+                write!(f, "numbers from {least} to {most} are stored as 0 to 1; r32f holds them as they are")
+            }
             Notice::DoublesNarrowed => write!(f, "64-bit floats are stored with 32 bits"),
             Notice::Turned(o) => {
                 let how = match o {
@@ -140,7 +154,10 @@ impl fmt::Display for Notice {
                 )
             }
             Notice::PremultipliedAlpha => {
-                write!(f, "colours are premultiplied by alpha in the file and are taken as they are")
+                write!(
+                    f,
+                    "the file holds colours multiplied by alpha; they are divided by it, as they are stored"
+                )
             }
             Notice::DamagedInPlaces(n) => {
                 write!(f, "the compressed data are damaged in {n} places; the picture there is a guess")
@@ -161,6 +178,14 @@ impl fmt::Display for Notice {
             }
             Notice::ResampledToGrid { from: [w, h], to: [x, y] } => {
                 write!(f, "the layout's grid cannot hold {w}x{h} texels: resampled to {x}x{y}")
+            }
+            Notice::LayerResampled { from: [w, h], to: [x, y], scale } => {
+                let share = ["all", "half", "a quarter"][scale.ilog2().min(2) as usize];
+                write!(
+                    f,
+                    "its {w}x{h} texels are no half or quarter of the largest image's: resampled to {x}x{y}, {share} of them \
+                     along each side"
+                )
             }
             Notice::AlphaDropped => write!(f, "transparency is left out, which JPEG cannot keep"),
             Notice::PartEndsAtLevel(level) => {

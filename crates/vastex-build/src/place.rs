@@ -4,21 +4,21 @@ use std::path::{Path, PathBuf};
 
 use crate::error::BuildError;
 
-/// Refuses an output that is the input, or lies in a directory of it: `input` itself where it is one, or the directory
-/// of the tiles that it tells of.
-pub(crate) fn check(input: &Path, tiles: Option<&Path>, output: &Path) -> Result<(), BuildError> {
+/// Refuses an output that is one of the files of an input, or lies in one of its directories of tiles.
+pub(crate) fn check(files: &[PathBuf], output: &Path) -> Result<(), BuildError> {
     // Where there is no such directory, the writer says so.
     let Some(output_at) = resolved(output) else { return Ok(()) };
-    let is_within = |directory: &Path| {
-        directory.is_dir() && directory.canonicalize().is_ok_and(|at| output_at.starts_with(at))
-    };
-    if input.canonicalize().is_ok_and(|input| input == output_at) {
-        return Err(BuildError::SameFile(input.into()));
+    for file in files {
+        // What cannot be found any more is nothing that could be overwritten; reading it says so.
+        let Ok(at) = file.canonicalize() else { continue };
+        if at == output_at {
+            return Err(BuildError::SameFile(file.clone()));
+        }
+        if output_at.starts_with(&at) && at.is_dir() {
+            return Err(BuildError::AmongTiles { output: output.into(), directory: file.clone() });
+        }
     }
-    match [Some(input), tiles].into_iter().flatten().find(|directory| is_within(directory)) {
-        Some(directory) => Err(BuildError::AmongTiles { output: output.into(), directory: directory.into() }),
-        None => Ok(()),
-    }
+    Ok(())
 }
 
 /// Where a file is or will be, links followed.

@@ -64,6 +64,7 @@ impl LayerPlan {
         if self.conversion.decodes() {
             notices.push(Notice::StoredAsLight);
         }
+        notices.extend(self.conversion.range().map(Notice::RangeScaled));
         if self.lost_alpha.load(Ordering::Relaxed) {
             notices.push(Notice::NotOpaque(format));
         }

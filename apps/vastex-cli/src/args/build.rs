@@ -33,7 +33,7 @@ pub(crate) struct BuildArgs {
     /// The image, or a tile directory: of Gaia Sky, of Celestia (or its .ctx), of Deep Zoom (or its .dzi), of pages
     #[arg(value_name = "IN", required_unless_present = "layers", conflicts_with = "layers")]
     pub(crate) input: Option<PathBuf>,
-    /// A layer, instead of IN; once for each. Images have one size, or half or a quarter of the largest. FILE may hold
+    /// A layer, instead of IN; once for each. Images have one size, or half or a quarter of the largest; others are resampled to the nearest of these. FILE may hold
     /// colons: only the name of a format at its end counts, and that of a filter after it (empty for the usual format, as in
     /// height=h.png::max)
     #[arg(long = "layer", value_name = "NAME=FILE[:FORMAT[:FILTER]]", value_parser = parse_layer)]
@@ -106,6 +106,9 @@ pub(crate) struct BuildArgs {
     /// [default: 16384]
     #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u64).range(1..=1 << 40))]
     pub(crate) memory_mib: Option<u64>,
+    /// Take JPEG files that are damaged or end early for what can be made of them, with a note, instead of refusing them
+    #[arg(long)]
+    pub(crate) tolerant: bool,
     /// Wait until the disk has everything
     #[arg(long)]
     pub(crate) durable: bool,

@@ -40,7 +40,10 @@ pub(crate) struct ReplaceArgs {
     /// Threads that filter and encode [default: one for each core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub(crate) threads: Option<u32>,
-    /// Wait until the disk has everything, so that a loss of power leaves a whole version too
+    /// Take JPEG files that are damaged or end early for what can be made of them, with a note, instead of refusing them
+    #[arg(long)]
+    pub(crate) tolerant: bool,
+    /// Wait until the disk has the new version; a loss of power leaves a whole version in any case
     #[arg(long)]
     pub(crate) durable: bool,
     /// Print nothing but errors

@@ -20,9 +20,23 @@ pub(crate) const INTERRUPTED: u8 = 130;
 /// Set by Ctrl-C and its like; the build asks for it between rows.
 static INTERRUPT: AtomicBool = AtomicBool::new(false);
 
-/// Lets Ctrl-C and its like stop the work at the next row.
+/// Lets Ctrl-C and its like stop the work at the next row; a second one ends the program at once, and what it leaves goes
+/// with the next run.
 pub(crate) fn handle_interrupts() -> Result<()> {
-    ctrlc::set_handler(|| INTERRUPT.store(true, Ordering::Relaxed)).context("Ctrl-C cannot be handled")
+    let interrupt = || {
+        if INTERRUPT.swap(true, Ordering::Relaxed) {
+            end_now();
+        }
+    };
+    ctrlc::set_handler(interrupt).context("Ctrl-C cannot be handled")
+}
+
+/// Ends the program without waiting for anything, such as a thread that writes to a dead disk.
+fn end_now() -> ! {
+    #[cfg(unix)]
+    signal_hook::low_level::exit(INTERRUPTED.into());
+    #[cfg(not(unix))]
+    std::process::exit(INTERRUPTED.into());
 }
 
 /// Whether the work should stop.
@@ -115,6 +129,7 @@ fn options(args: &BuildArgs) -> BuildOptions {
         align: args.align.unwrap_or(1),
         mask: args.mask.clone(),
         drop_transparent: args.drop_transparent,
+        tolerant: args.tolerant,
         insets: args.insets(),
         memory_limit: args.memory_mib.map_or(BuildOptions::default().memory_limit, |mib| mib << 20),
         part: args.shard,

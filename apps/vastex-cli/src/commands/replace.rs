@@ -17,6 +17,7 @@ pub(crate) fn run(args: &ReplaceArgs) -> Result<ExitCode> {
         threads: args.threads.unwrap_or(0) as usize,
         quality: args.quality.into(),
         durable: args.durable,
+        tolerant: args.tolerant,
         ..ReplaceOptions::default()
     };
     let bar = Bar::new(args.quiet);

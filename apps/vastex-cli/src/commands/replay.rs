@@ -40,10 +40,17 @@ pub(crate) fn read(file: &Path) -> Result<Trace> {
 
 /// The bytes of a recorded file.
 pub(crate) fn read_bytes(file: &Path) -> Result<Vec<u8>> {
+    let unreadable = "it cannot be read; check the name and who may read it";
+    // Looked at before it is opened: opening a pipe would wait for a writer, and a device need not end.
+    let found = std::fs::metadata(file).context(unreadable)?;
+    if !found.is_file() {
+        let what = if found.is_dir() { "a directory" } else { "a device or a pipe" };
+        bail!("this is {what}; name a file");
+    }
     let mut bytes = Vec::new();
     let opened = std::fs::File::open(file);
     let read = opened.and_then(|opened| opened.take(MAX_BYTES + 1).read_to_end(&mut bytes));
-    read.context("it cannot be read; check the name and who may read it")?;
+    read.context(unreadable)?;
     if bytes.len() as u64 > MAX_BYTES {
         bail!("more than {}; record fewer frames", report::bytes(MAX_BYTES));
     }

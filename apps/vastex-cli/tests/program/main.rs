@@ -7,6 +7,8 @@ mod disk_cache;
 mod estimates;
 mod export;
 mod heights;
+#[cfg(unix)]
+mod hostile;
 mod inset;
 mod learn;
 mod overlays;

@@ -147,9 +147,12 @@ fn what_another_build_left_is_refused_with_the_remedy() {
     for word in ["out.vastex", "other options", "build without --resume"] {
         assert!(other.stderr.contains(word), "{other}");
     }
+    let time = desk.path("big.png").metadata().unwrap().modified().unwrap();
     desk.write_png("big.png", [2000, 1601]);
     desk.run(&resume).expect_code(1);
     desk.write_png("big.png", [2000, 1600]);
+    // The same bytes, but who knows: only the same time tells that nobody touched them.
+    std::fs::File::options().write(true).open(desk.path("big.png")).unwrap().set_modified(time).unwrap();
     desk.run(&resume).expect_code(0);
     assert!(desk.read("out.vastex") == whole);
 }

@@ -1,11 +1,12 @@
-//! A directory that appears whole or not at all: filled under a temporary name beside its place, renamed when done.
+//! A directory that appears whole or not at all: filled under a temporary name beside its place, renamed when done. What
+//! killed processes left beside a place goes with the next export into it.
 
 use std::ffi::OsString;
-use std::fs;
+use std::fs::{self, File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use vastex_tiles::write_advice;
+use vastex_tiles::{remove_abandoned, write_advice};
 
 use super::ExportError;
 
@@ -15,6 +16,8 @@ pub(super) struct NewDirectory {
     temp: PathBuf,
     target: PathBuf,
     in_place: bool,
+    /// Locked, which says that somebody is at work here; nothing where the system has no handles or no locks of directories.
+    _lock: Option<File>,
 }
 
 impl NewDirectory {
@@ -25,13 +28,31 @@ impl NewDirectory {
         let resolved = resolved(target).map_err(&refused)?;
         let target = resolved.as_path();
         let name = target.file_name().ok_or_else(|| refused("this names no directory; add a name".into()))?;
+        remove_abandoned(target);
         for count in 0u32.. {
             let mut temp_name = OsString::from(".");
             temp_name.push(name);
             temp_name.push(format!(".{}-{count}.partial", std::process::id()));
             let temp = target.with_file_name(temp_name);
             match fs::create_dir(&temp) {
-                Ok(()) => return Ok(NewDirectory { temp, target: target.into(), in_place: false }),
+                Ok(()) => {
+                    let handle = File::open(&temp).ok();
+                    let lock = handle.as_ref().map(File::try_lock);
+                    // Before it was locked, another process may have taken it for left behind.
+                    let is_lost = match lock {
+                        Some(Ok(())) => !temp.is_dir(),
+                        Some(Err(TryLockError::WouldBlock)) => true,
+                        Some(Err(TryLockError::Error(_))) | None => false,
+                    };
+                    if !is_lost {
+                        return Ok(NewDirectory {
+                            temp,
+                            target: target.into(),
+                            in_place: false,
+                            _lock: handle,
+                        });
+                    }
+                }
                 // Left behind by a process of the same number that was killed, or another export of this one.
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
                 Err(error) => return Err(refused(format!("cannot be made: {}", write_advice(&error)))),

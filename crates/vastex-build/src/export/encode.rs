@@ -23,6 +23,23 @@ pub(super) fn fits_jpeg(layer: LayerFormat) -> bool {
     matches!(layer, LayerFormat::R8 | LayerFormat::Rgba8 | LayerFormat::Rgba8Srgb)
 }
 
+/// Whether a layer's texels can be PNG: integers of 8 and 16 bits.
+pub(super) fn fits_png(layer: LayerFormat) -> bool {
+    color_of(layer).is_some()
+}
+
+/// The kind of PNG that holds a layer's texels.
+fn color_of(layer: LayerFormat) -> Option<(ColorType, BitDepth)> {
+    match layer {
+        LayerFormat::R8 => Some((ColorType::Grayscale, BitDepth::Eight)),
+        LayerFormat::R16 => Some((ColorType::Grayscale, BitDepth::Sixteen)),
+        LayerFormat::Rg8 => Some((ColorType::GrayscaleAlpha, BitDepth::Eight)),
+        LayerFormat::Rgba8 | LayerFormat::Rgba8Srgb => Some((ColorType::Rgba, BitDepth::Eight)),
+        LayerFormat::Rgba16 => Some((ColorType::Rgba, BitDepth::Sixteen)),
+        _ => None,
+    }
+}
+
 impl Encoder {
     /// The ending of a tile's file name.
     pub(super) fn extension(&self) -> &'static str {
@@ -51,21 +68,16 @@ impl Encoder {
     }
 
     fn png(&self, texels: &[u8], size: [u32; 2], is_rgb: bool) -> Result<Vec<u8>, png::EncodingError> {
-        let (color, depth) = match self.layer {
-            LayerFormat::R8 => (ColorType::Grayscale, BitDepth::Eight),
-            LayerFormat::R16 => (ColorType::Grayscale, BitDepth::Sixteen),
-            LayerFormat::Rg8 => (ColorType::GrayscaleAlpha, BitDepth::Eight),
-            LayerFormat::Rgba8 | LayerFormat::Rgba8Srgb if is_rgb => (ColorType::Rgb, BitDepth::Eight),
-            LayerFormat::Rgba8 | LayerFormat::Rgba8Srgb => (ColorType::Rgba, BitDepth::Eight),
-            LayerFormat::Rgba16 => (ColorType::Rgba, BitDepth::Sixteen),
-            other => return Err(png::EncodingError::IoError(unsupported(other))),
+        let Some((color, depth)) = color_of(self.layer) else {
+            return Err(png::EncodingError::IoError(unsupported(self.layer)));
         };
+        let color = if is_rgb { ColorType::Rgb } else { color };
         let mut file = Vec::new();
         let mut encoder = png::Encoder::new(&mut file, size[0], size[1]);
         encoder.set_color(color);
         encoder.set_depth(depth);
         encoder.set_compression(png::Compression::Fast);
-        if self.layer == LayerFormat::Rgba8 {
+        if matches!(self.layer, LayerFormat::Rgba8 | LayerFormat::Rgba16) {
             // Says that the colours are linear.
             encoder.set_source_gamma(ScaledFloat::new(1.0));
         }

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use bytes::Bytes;
+use rayon::ThreadPool;
 use rayon::prelude::*;
 use vastex_core::{Description, Geometry, LayerFormat, PagePos};
 use vastex_tiles::{TileSource, decode_layer};
@@ -15,8 +16,8 @@ use crate::magnify::magnified;
 #[derive(Clone, Debug)]
 pub(super) struct LayerOf {
     index: usize,
-    /// Of its texels, decoded.
-    format: LayerFormat,
+    /// As the texture stores it.
+    stored: LayerFormat,
     geometry: Geometry,
 }
 
@@ -32,17 +33,30 @@ impl LayerOf {
             return Err(ExportError::Options(why));
         };
         let geometry = description.geometry.of_layer(layer.scale);
-        Ok(LayerOf { index, format: layer.format.decoded(), geometry })
+        Ok(LayerOf { index, stored: layer.format, geometry })
     }
 
+    /// Of its texels, decoded.
     pub(super) fn format(&self) -> LayerFormat {
-        self.format
+        self.stored.decoded()
+    }
+
+    /// Of the tiles in the texture.
+    pub(super) fn stored_format(&self) -> LayerFormat {
+        self.stored
     }
 
     /// The levels, pages and borders that the layer sees.
     pub(super) fn geometry(&self) -> &Geometry {
         &self.geometry
     }
+}
+
+/// Who does the work of an export, and who says whether it goes on.
+pub(super) struct Work<'a> {
+    pub(super) pool: &'a ThreadPool,
+    /// Asked on the thread that exports, between any two pieces of work.
+    pub(super) go_on: &'a dyn Fn() -> Result<(), ExportError>,
 }
 
 /// Rows without padding, one after the other.
@@ -53,8 +67,8 @@ pub(super) trait RowSource: Send + Sync {
     /// Bytes of a texel.
     fn texel_bytes(&self) -> usize;
 
-    /// Appends the next row or rows. There are some left.
-    fn append(&mut self, rows: &mut Vec<u8>) -> Result<(), ExportError>;
+    /// Appends the next row or rows, whole. There are some left.
+    fn append(&mut self, rows: &mut Vec<u8>, work: &Work<'_>) -> Result<(), ExportError>;
 }
 
 /// A level as the texture holds it.
@@ -124,11 +138,12 @@ impl RowSource for StoredLevel<'_> {
     }
 
     fn texel_bytes(&self) -> usize {
-        self.layer.format.texel_bytes()
+        self.layer.format().texel_bytes()
     }
 
-    fn append(&mut self, rows: &mut Vec<u8>) -> Result<(), ExportError> {
-        let (tiles, count) = self.tiles()?;
+    fn append(&mut self, rows: &mut Vec<u8>, work: &Work<'_>) -> Result<(), ExportError> {
+        (work.go_on)()?;
+        let (tiles, count) = work.pool.install(|| self.tiles())?;
         let (texel, side) = (self.texel_bytes(), self.layer.geometry.tile()[0] as usize);
         let stride = self.size()[0] as usize * texel;
         let first = rows.len();
@@ -167,11 +182,13 @@ impl<'a> Window<'a> {
     }
 
     /// Reads up to the end of `rows` and forgets what lies before them.
-    pub(super) fn hold(&mut self, rows: Range<u32>) -> Result<(), ExportError> {
+    pub(super) fn hold(&mut self, rows: Range<u32>, work: &Work<'_>) -> Result<(), ExportError> {
         let row_bytes = self.row_bytes();
         while self.first + ((self.held.len() / row_bytes) as u32) < rows.end {
             self.forget_before(rows.start);
-            self.source.append(&mut self.held)?;
+            let before = self.held.len();
+            self.source.append(&mut self.held, work)?;
+            debug_assert!(self.held.len() > before && self.held.len().is_multiple_of(row_bytes));
         }
         self.forget_before(rows.start);
         Ok(())

@@ -19,14 +19,17 @@ use std::path::{Path, PathBuf};
 
 use rayon::ThreadPool;
 use rayon::prelude::*;
-use vastex_core::{Geometry, LayerFormat, PagePos, PageSet};
+use vastex_core::{Geometry, PagePos, PageSet};
 use vastex_tiles::{DecodeError, ReadError, TileSource};
 
 use crate::{BuildError, Notice, Progress};
 use directory::NewDirectory;
 use encode::Encoder;
-use level_rows::{LayerOf, Window};
+use level_rows::{LayerOf, Window, Work};
 use plan::{LevelPlan, Plan};
+
+/// Tiles of a row that are written before anybody is asked whether to go on.
+const AT_ONCE: usize = 64;
 
 /// Whose tile directory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,7 +58,7 @@ pub enum TileFormat {
 pub struct ExportOptions {
     /// Whose directory is made.
     pub layout: Layout,
-    /// By default JPEG where the texels can be that, PNG for the rest and for the prototype.
+    /// By default JPEG where the texels can be that, PNG for the rest and for the prototype. Floats can be neither.
     pub format: Option<TileFormat>,
     /// Quality of JPEG, 1 to 100. From 90 on, colour is kept at full resolution.
     pub quality: u8,
@@ -163,7 +166,7 @@ pub fn export(
 ) -> Result<ExportReport, ExportError> {
     let description = source.description();
     let layer = LayerOf::new(description, options.layer.as_deref())?;
-    let format = tile_format(options, layer.format())?;
+    let format = tile_format(options, &layer)?;
     let name = name_of(target)?;
     let plan = plan(layer.geometry(), options, format, name)?;
     let pool = crate::thread_pool(options.threads).map_err(ExportError::Threads)?;
@@ -205,15 +208,23 @@ fn plan(
     }
 }
 
-fn tile_format(options: &ExportOptions, layer: LayerFormat) -> Result<TileFormat, ExportError> {
-    let fits_jpeg = encode::fits_jpeg(layer);
+/// The image format of tiles; refused where none can hold the layer's texels.
+fn tile_format(options: &ExportOptions, layer: &LayerOf) -> Result<TileFormat, ExportError> {
+    let (name, decoded) = (layer.stored_format().name(), layer.format());
+    if !encode::fits_png(decoded) {
+        return refuse(&format!(
+            "texels of {name} are floats, which no image format of tiles holds; export another layer, or one that was built \
+             with 16 bits (r16 or rgba16)"
+        ));
+    }
+    let fits_jpeg = encode::fits_jpeg(decoded);
     match (options.layout, options.format) {
         (Layout::Prototype, Some(TileFormat::Jpeg)) => {
             refuse("the prototype's pages are PNG; leave out the format, or choose another layout")
         }
         (Layout::Prototype, _) | (_, Some(TileFormat::Png)) => Ok(TileFormat::Png),
         (_, Some(TileFormat::Jpeg)) if !fits_jpeg => {
-            refuse(&format!("JPEG cannot hold texels of {}; choose PNG", layer.name()))
+            refuse(&format!("JPEG cannot hold texels of {name}; choose PNG"))
         }
         (_, Some(TileFormat::Jpeg)) => Ok(TileFormat::Jpeg),
         (_, None) => Ok(if fits_jpeg { TileFormat::Jpeg } else { TileFormat::Png }),
@@ -263,19 +274,19 @@ fn write_levels<'a>(
         tiles.directory.make(&level.directory)?;
         let mut window = window_of(level);
         for row in level.rows.clone() {
-            if progress.advance(written.rows, total, written.bytes) == ControlFlow::Break(()) {
-                return Err(ExportError::Cancelled);
-            }
-            let done = pool.install(|| {
-                window.hold(level.texel_rows(row))?;
-                tiles.write_row(level, row, &window)
-            })?;
-            written.tiles += done.len() as u64;
-            written.rows += u64::from(level.step);
-            for (bytes, dropped_alpha) in done {
+            let before = written;
+            let go_on = || match progress.advance(before.rows, total, before.bytes) {
+                ControlFlow::Break(()) => Err(ExportError::Cancelled),
+                ControlFlow::Continue(()) => Ok(()),
+            };
+            let work = Work { pool, go_on: &go_on };
+            window.hold(level.texel_rows(row), &work)?;
+            for (bytes, dropped_alpha) in tiles.write_row(level, row, &window, &work)? {
+                written.tiles += 1;
                 written.bytes += bytes;
                 written.dropped_alpha |= dropped_alpha;
             }
+            written.rows += u64::from(level.step);
         }
     }
     match progress.advance(total, total, written.bytes) {
@@ -299,6 +310,7 @@ impl Tiles<'_> {
         level: &LevelPlan,
         row: u32,
         window: &Window<'_>,
+        work: &Work<'_>,
     ) -> Result<Vec<(u64, bool)>, ExportError> {
         let write = |column: u32| {
             let rectangle = level.rectangle(column, row);
@@ -315,6 +327,15 @@ impl Tiles<'_> {
             let own = |(geometry, present)| level.has_texels(column, row, geometry, present);
             !level.may_lack_tiles || self.present.is_none_or(own)
         };
-        level.columns.clone().into_par_iter().filter(has_texels).map(write).collect()
+        let mut written = Vec::with_capacity(level.columns.len());
+        for first in level.columns.clone().step_by(AT_ONCE) {
+            (work.go_on)()?;
+            let columns = first..level.columns.end.min(first + AT_ONCE as u32);
+            let tiles = || {
+                columns.into_par_iter().filter(has_texels).map(write).collect::<Result<Vec<_>, ExportError>>()
+            };
+            written.extend(work.pool.install(tiles)?);
+        }
+        Ok(written)
     }
 }

@@ -1,7 +1,8 @@
 //! Rows of another size, for grids that cannot hold a texture's own.
 //!
-//! A tent as wide as the larger of both texels, along each axis. Colour is blended in linear light and weighted by
-//! alpha, everything else as it is. What lies west of the first column is the last one: only planets are resampled.
+//! A tent as wide as the larger of both texels, along each axis. Colour is blended in linear light, which 16 bits hold as it
+//! is, and weighted by alpha, everything else as it is. What lies west of the first column is the last one: only planets are
+//! resampled. Only formats that tiles can hold come here: integers of 8 and 16 bits.
 
 use std::sync::LazyLock;
 
@@ -9,7 +10,8 @@ use rayon::prelude::*;
 use vastex_core::LayerFormat;
 
 use super::ExportError;
-use super::level_rows::{RowSource, Window};
+use super::level_rows::{RowSource, Window, Work};
+use crate::tent::Taps;
 
 /// Rows that are made side by side.
 const BATCH: u32 = 16;
@@ -24,12 +26,6 @@ pub(super) struct Resampled<'a> {
     next_row: u32,
 }
 
-/// A run of texels and the weight of each; the weights' sum is 1.
-struct Taps {
-    first: i64,
-    weights: Vec<f32>,
-}
-
 impl<'a> Resampled<'a> {
     pub(super) fn new(from: Window<'a>, format: LayerFormat, size: [u32; 2]) -> Resampled<'a> {
         let columns = (0..size[0]).map(|x| Taps::new(x, size[0], from.size()[0])).collect();
@@ -38,7 +34,7 @@ impl<'a> Resampled<'a> {
 
     fn row(&self, taps: &Taps) -> Vec<u8> {
         let [width, height] = self.from.size().map(i64::from);
-        let channels = channels(self.format);
+        let channels = self.format.channels();
         let mut blended = vec![0f32; width as usize * channels];
         for (y, weight) in (taps.first..).zip(&taps.weights) {
             let row = self.from.row(y.clamp(0, height - 1) as u32);
@@ -66,40 +62,18 @@ impl RowSource for Resampled<'_> {
         self.format.texel_bytes()
     }
 
-    fn append(&mut self, rows: &mut Vec<u8>) -> Result<(), ExportError> {
+    fn append(&mut self, rows: &mut Vec<u8>, work: &Work<'_>) -> Result<(), ExportError> {
         let height = self.from.size()[1];
         let end = self.size[1].min(self.next_row + BATCH);
         let taps: Vec<_> = (self.next_row..end).map(|y| Taps::new(y, self.size[1], height)).collect();
         let inside = |y: i64| y.clamp(0, i64::from(height) - 1) as u32;
         if let (Some(first), Some(last)) = (taps.first(), taps.last()) {
-            let last = last.first + last.weights.len() as i64 - 1;
-            self.from.hold(inside(first.first)..inside(last) + 1)?;
+            self.from.hold(inside(first.first)..inside(last.last()) + 1, work)?;
         }
-        let made: Vec<_> = taps.par_iter().map(|taps| self.row(taps)).collect();
+        let made: Vec<_> = work.pool.install(|| taps.par_iter().map(|taps| self.row(taps)).collect());
         made.iter().for_each(|row| rows.extend_from_slice(row));
         self.next_row = end;
         Ok(())
-    }
-}
-
-impl Taps {
-    /// For texel `at` of `to` texels, made of `from`.
-    fn new(at: u32, to: u32, from: u32) -> Taps {
-        let scale = f64::from(from) / f64::from(to);
-        let (center, radius) = ((f64::from(at) + 0.5) * scale - 0.5, scale.max(1.0));
-        let first = (center - radius).ceil() as i64;
-        let last = (center + radius).floor() as i64;
-        let weights: Vec<f64> =
-            (first..=last).map(|i| (1.0 - (i as f64 - center).abs() / radius).max(0.0)).collect();
-        let sum: f64 = weights.iter().sum();
-        Taps { first, weights: weights.iter().map(|weight| (weight / sum) as f32).collect() }
-    }
-}
-
-fn channels(format: LayerFormat) -> usize {
-    match format {
-        LayerFormat::R16 => 1,
-        other => other.texel_bytes(),
     }
 }
 
@@ -109,6 +83,17 @@ fn accumulate(sum: &mut [f32], row: &[u8], format: LayerFormat, weight: f32) {
         LayerFormat::R16 => {
             for (sum, sample) in sum.iter_mut().zip(row.as_chunks::<2>().0) {
                 *sum += weight * f32::from(u16::from_le_bytes(*sample));
+            }
+        }
+        LayerFormat::Rgba16 => {
+            for (sum, texel) in sum.as_chunks_mut::<4>().0.iter_mut().zip(row.as_chunks::<8>().0) {
+                let [r, g, b, a] =
+                    std::array::from_fn(|c| f32::from(u16::from_le_bytes([texel[2 * c], texel[2 * c + 1]])));
+                let alpha = weight * a;
+                for (sum, value) in sum.iter_mut().zip([r, g, b]) {
+                    *sum += alpha * (value / 65535.0);
+                }
+                sum[3] += alpha;
             }
         }
         LayerFormat::Rgba8 | LayerFormat::Rgba8Srgb => {
@@ -131,8 +116,15 @@ fn accumulate(sum: &mut [f32], row: &[u8], format: LayerFormat, weight: f32) {
 
 fn encode(out: &mut Vec<u8>, texel: [f32; 4], format: LayerFormat) {
     let byte = |value: f32| (value + 0.5) as u8;
+    let word = |value: f32| ((value + 0.5) as u16).to_le_bytes();
     match format {
-        LayerFormat::R16 => out.extend_from_slice(&((texel[0] + 0.5) as u16).to_le_bytes()),
+        LayerFormat::R16 => out.extend_from_slice(&word(texel[0])),
+        LayerFormat::Rgba16 => {
+            let alpha = texel[3];
+            let light = |c: usize| if alpha > 0.0 { texel[c] / alpha } else { 0.0 };
+            out.extend([0, 1, 2].map(|c| word(light(c) * 65535.0)).as_flattened());
+            out.extend(word(alpha));
+        }
         LayerFormat::R8 => out.push(byte(texel[0])),
         LayerFormat::Rgba8 | LayerFormat::Rgba8Srgb => {
             let alpha = texel[3];
@@ -183,7 +175,7 @@ mod tests {
             self.format.texel_bytes()
         }
 
-        fn append(&mut self, rows: &mut Vec<u8>) -> Result<(), ExportError> {
+        fn append(&mut self, rows: &mut Vec<u8>, _: &Work<'_>) -> Result<(), ExportError> {
             rows.append(&mut self.texels);
             Ok(())
         }
@@ -193,8 +185,9 @@ mod tests {
         let rows = Window::new(Box::new(Rows { size: from, format, texels }));
         let mut resampled = Resampled::new(rows, format, to);
         let mut out = Vec::new();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
         while resampled.next_row < to[1] {
-            resampled.append(&mut out).unwrap();
+            resampled.append(&mut out, &Work { pool: &pool, go_on: &|| Ok(()) }).unwrap();
         }
         out
     }
@@ -206,6 +199,8 @@ mod tests {
             (LayerFormat::R16, &[0x34, 0x12]),
             (LayerFormat::Rgba8, &[1, 128, 255, 9]),
             (LayerFormat::Rgba8Srgb, &[3, 128, 250, 255]),
+            (LayerFormat::Rg8, &[3, 250]),
+            (LayerFormat::Rgba16, &[3, 0, 0x34, 0x12, 0xff, 0xff, 0x01, 0x80]),
         ] {
             for to in [[8, 4], [10, 7], [5, 40], [3, 2]] {
                 let out = resampled(format, [7, 5], texel.repeat(35), to);
@@ -228,5 +223,17 @@ mod tests {
         assert_eq!(out, [188, 188, 188, 255]);
         let out = resampled(LayerFormat::Rgba8, [2, 1], [[200, 0, 0, 255], [0, 99, 0, 0]].concat(), [1, 1]);
         assert_eq!(out, [200, 0, 0, 128]);
+    }
+
+    #[test]
+    fn sixteen_bits_are_blended_as_they_are_and_by_alpha() {
+        let words = |texels: &[[u16; 4]]| {
+            texels.as_flattened().iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>()
+        };
+        let out = resampled(LayerFormat::Rgba16, [2, 1], words(&[[0, 0, 0, 65535], [65535; 4]]), [1, 1]);
+        assert_eq!(out, words(&[[32768, 32768, 32768, 65535]]));
+        let texels = words(&[[50_001, 7, 0, 65535], [0, 9000, 0, 0]]);
+        let out = resampled(LayerFormat::Rgba16, [2, 1], texels, [1, 1]);
+        assert_eq!(out, words(&[[50_001, 7, 0, 32768]]));
     }
 }

@@ -118,7 +118,7 @@ fn put(
     progress: &dyn Progress,
 ) -> Result<Replaced, BuildError> {
     let put = || {
-        let update = ContainerUpdate::open(unfinished.path(), false)?;
+        let update = ContainerUpdate::open(unfinished.path(), false)?.without_waiting();
         replace::put(update, placed, Compression::Lz4, &replace_options(options), progress)
     };
     let replaced = put().map_err(|error| inset_error(placed, error))?;
@@ -201,7 +201,7 @@ fn check<'a>(
         let of_layer = rules.of_layer(placed.layer).map_err(BuildError::InsetTexture)?;
         let image = OpenImage::open(of_layer, placed).map_err(|error| inset_error(placed, error))?;
         let (rows, width) = (u64::from(image.header().height), u64::from(image.header().width));
-        place::check(&inset.image, image.header().tile_directory.as_deref(), output)?;
+        place::check(&image.files, output)?;
         let memory = rules
             .check_memory(&[image], true, &replace_options(options))
             .map_err(|error| inset_error(placed, error))?;
@@ -248,8 +248,8 @@ fn filters(layers: &[OpenLayer], options: &BuildOptions) -> Result<Vec<String>, 
 }
 
 fn replace_options(options: &BuildOptions) -> ReplaceOptions {
-    let BuildOptions { threads, quality, memory_limit, .. } = *options;
-    ReplaceOptions { threads, quality, durable: false, memory_limit }
+    let BuildOptions { threads, quality, memory_limit, tolerant, .. } = *options;
+    ReplaceOptions { threads, quality, durable: false, memory_limit, tolerant }
 }
 
 /// `built` is what was said of the texture without its insets.

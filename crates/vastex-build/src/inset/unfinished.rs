@@ -11,7 +11,7 @@ use vastex_tiles::WriteError;
 
 use crate::error::BuildError;
 use crate::layers::{self, OpenLayer};
-use crate::{BuildOptions, fingerprint as of_file, place};
+use crate::{BuildOptions, place};
 
 /// Stands for all that decides the bytes of a texture with insets.
 pub(super) fn fingerprint(
@@ -19,16 +19,11 @@ pub(super) fn fingerprint(
     texture: &Description,
     options: &BuildOptions,
 ) -> Result<u64, BuildError> {
-    let image = |inset: &crate::Inset| {
-        let failed =
-            |error: std::io::Error| BuildError::Input { path: inset.image.clone(), fault: error.into() };
-        of_file::fingerprint(&inset.image).map_err(failed)
-    };
-    let insets = options.insets.iter().map(|inset| Ok((&inset.layer, inset.at, inset.finer, image(inset)?)));
-    let insets = insets.collect::<Result<Vec<_>, BuildError>>()?;
+    // What their files hold is part of the fingerprint of all inputs.
+    let insets: Vec<_> = options.insets.iter().map(|inset| (&inset.layer, inset.at, inset.finer)).collect();
     let filters = super::filters(layers, options)?;
-    let same = layers::fingerprint(layers, options)?;
-    let all = (env!("CARGO_PKG_VERSION"), same, texture, filters, options.align, insets);
+    let same = layers::fingerprint(layers, options)?.here;
+    let all = (same, texture, filters, options.align, insets);
     Ok(XxHash3_64::oneshot(format!("{all:?}").as_bytes()))
 }
 

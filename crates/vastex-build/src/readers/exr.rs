@@ -3,6 +3,7 @@
 //! Read are R, G and B with A, or Y with A, or one channel of any name, of the first part; its data window is the picture.
 //! 16-bit floats stay so where all channels have them; else, and for whole numbers, there are 32 bits.
 
+use std::collections::HashSet;
 use std::fs::File;
 use std::io::{BufReader, ErrorKind};
 
@@ -14,6 +15,7 @@ use exr::meta::attribute::{LineOrder, SampleType};
 use exr::meta::header::Header;
 use exr::meta::{BlockDescription, MetaData};
 
+use super::alpha::unpremultiply;
 use super::{ImageHeader, PixelFormat, RowReader, Sample, buffered};
 use crate::error::{InputFault, near_row};
 use crate::notice::Notice;
@@ -118,14 +120,16 @@ impl ExrReader {
             let len = usize::try_from(self.header.image_bytes())
                 .map_err(|_| unsupported("an image of a size that no memory holds", "split it"))?;
             self.band = vec![0; len];
-            let (mut missing, total) = (self.header.image_bytes(), self.header.format.texel_bytes() as u64);
+            let mut missing = u64::from(self.header.width) * u64::from(self.header.height);
+            // Blocks lie on a grid, so one that begins where none did covers texels that none did.
+            let mut places = HashSet::new();
             while missing > 0 {
                 let block = self.next_block()?;
-                let bytes = block.index.pixel_size.area() as u64 * total;
-                missing = missing
-                    .checked_sub(bytes)
-                    .filter(|_| bytes > 0)
-                    .ok_or_else(|| damaged(near_row(0, self.header.height), "a block is stored twice"))?;
+                let Vec2(x, y) = block.index.pixel_position;
+                let rest = missing.checked_sub(block.index.pixel_size.area() as u64);
+                missing = rest.filter(|rest| *rest < missing && places.insert((x, y))).ok_or_else(|| {
+                    damaged(near_row(y as u32, self.header.height), "a block is stored twice")
+                })?;
                 self.layout.place(&block, &mut self.band, self.header.width as usize, 0);
             }
             return Ok(());
@@ -155,6 +159,9 @@ impl RowReader for ExrReader {
                 start = 0;
             }
             row.copy_from_slice(&self.band[start..start + row_bytes]);
+            if self.header.format.has_alpha() {
+                unpremultiply(self.header.format, row);
+            }
             self.next_row += 1;
         }
         if self.next_row == self.header.height {

@@ -1,8 +1,10 @@
 //! JPEG, by rows with libjpeg; progressive files through their coefficients.
 //!
-//! libjpeg only warns when a file ends early and fills the rest with grey. So its source, [`EndIsError`], fails where
-//! the file ends, and the decoder never asks beyond a whole file's end. Damage in the middle is told as a notice,
-//! where the decoder sees it. libjpeg's errors unwind: they are caught here.
+//! libjpeg only warns where the data make no sense or end before the picture does, and fills the rest with grey. So a
+//! warning among the picture's data is an error, and its source, [`EndIsError`], fails where the file ends; the decoder
+//! never asks beyond a whole file's end. Who [tolerates](RowReader::tolerate) damage gets what the decoder makes of it, and a
+//! notice. Warnings of the header and of what follows the last row leave the picture whole: they are a notice always.
+//! libjpeg's errors unwind: they are caught here.
 
 use std::cell::Cell;
 use std::fs::File;
@@ -34,8 +36,14 @@ pub(super) struct JpegReader {
     state: State,
     ended: Rc<Cell<bool>>,
     next_row: u32,
+    /// Whether the picture's data may be damaged.
+    tolerates: bool,
+    /// Whether the whole picture is decoded before the first row is given out.
+    is_decoded_first: bool,
     /// Places where the decoder found the data damaged and went on.
     faults: u32,
+    /// Whether the picture could not be trusted beyond the rows that are given out.
+    is_guess: bool,
 }
 
 impl JpegReader {
@@ -54,6 +62,7 @@ impl JpegReader {
         };
         let mut header = ImageHeader::new(found.width.into(), found.height.into(), format)?;
         header.memory = 64 * header.row_bytes() as u64;
+        let is_decoded_first = found.progressive || !found.interleaved;
         if found.progressive {
             header.hold_whole_image(found.coefficient_bytes(), "a progressive JPEG");
         } else if !found.interleaved {
@@ -63,11 +72,25 @@ impl JpegReader {
         header.profile = found.profile;
         let mut file = file.into_inner();
         file.rewind()?;
-        Ok(JpegReader { header, state: State::Opened(file), ended: Rc::default(), next_row: 0, faults: 0 })
+        Ok(JpegReader {
+            header,
+            state: State::Opened(file),
+            ended: Rc::default(),
+            next_row: 0,
+            tolerates: false,
+            is_decoded_first,
+            faults: 0,
+            is_guess: false,
+        })
     }
 
     fn start(&self, file: File) -> io::Result<Box<Decoder>> {
-        let source = EndIsError { inner: buffered(file), ended: self.ended.clone() };
+        let source = EndIsError {
+            inner: buffered(file),
+            ended: self.ended.clone(),
+            // The one kind for which the decoder makes up an end of its own.
+            kind: if self.tolerates { io::ErrorKind::UnexpectedEof } else { io::ErrorKind::Other },
+        };
         let decoder = Decompress::with_err(handlers()).from_reader(source)?;
         let color = match self.header.format {
             PixelFormat::GREY8 => ColorSpace::JCS_GRAYSCALE,
@@ -79,12 +102,17 @@ impl JpegReader {
     /// Reads rows, with libjpeg's unwinding going through.
     fn decode(&mut self, rows: &mut [u8]) -> io::Result<()> {
         let mut decoder = match std::mem::replace(&mut self.state, State::Done) {
-            State::Opened(file) => self.start(file)?,
+            State::Opened(file) => {
+                let decoder = self.start(file)?;
+                self.note_warnings(self.is_decoded_first)?;
+                decoder
+            }
             State::Decoding(decoder) => decoder,
             State::Done => return Err(io::Error::other("read beyond the last row")),
         };
         for row in rows.chunks_exact_mut(self.header.row_bytes()) {
             decoder.read_scanlines_into::<u8>(row)?;
+            self.note_warnings(true)?;
             self.next_row += 1;
         }
         if self.next_row == self.header.height {
@@ -97,6 +125,14 @@ impl JpegReader {
 }
 
 impl JpegReader {
+    /// Takes the warnings since the last call. Those of the picture's data are an error, unless they are tolerated.
+    fn note_warnings(&mut self, of_picture: bool) -> io::Result<()> {
+        let warnings = take_warnings();
+        self.faults = self.faults.saturating_add(warnings);
+        self.is_guess = of_picture && warnings > 0 && !self.tolerates;
+        if self.is_guess { Err(io::Error::other("its data are damaged")) } else { Ok(()) }
+    }
+
     /// Once everything is read, says how much of it was damaged.
     fn note_faults(&mut self) {
         if self.faults > 0 && self.next_row == self.header.height {
@@ -110,6 +146,10 @@ impl RowReader for JpegReader {
         &self.header
     }
 
+    fn tolerate(&mut self) {
+        self.tolerates = true;
+    }
+
     fn read_rows(&mut self, rows: &mut [u8]) -> Result<(), InputFault> {
         take_warnings();
         let result = catch_unwind(AssertUnwindSafe(|| self.decode(rows)));
@@ -121,6 +161,7 @@ impl RowReader for JpegReader {
                 return Ok(());
             }
             _ if self.ended.get() => return Err(InputFault::Truncated { place }),
+            _ if self.is_guess => return Err(InputFault::Guess { place }),
             Ok(Err(e)) => e.to_string(),
             Err(payload) if payload.is::<Fatal>() => "it cannot be decoded".into(),
             Err(payload) => resume_unwind(payload),
@@ -133,6 +174,8 @@ impl RowReader for JpegReader {
 struct EndIsError<R> {
     inner: R,
     ended: Rc<Cell<bool>>,
+    /// Of the error.
+    kind: io::ErrorKind,
 }
 
 impl<R: BufRead> Read for EndIsError<R> {
@@ -146,8 +189,7 @@ impl<R: BufRead> BufRead for EndIsError<R> {
         let buf = self.inner.fill_buf()?;
         if buf.is_empty() {
             self.ended.set(true);
-            // Any kind but UnexpectedEof, for which the decoder would make up an end of its own.
-            return Err(io::Error::other("the file ends"));
+            return Err(io::Error::new(self.kind, "the file ends"));
         }
         Ok(buf)
     }

@@ -4,6 +4,7 @@
 //! what it will cost from the header alone, before it allocates anything that depends on them. What becomes of
 //! the rows is [`crate::convert`]'s and [`crate::pyramid`]'s business.
 
+mod alpha;
 mod color;
 pub(crate) mod directory;
 mod exif;
@@ -12,11 +13,14 @@ mod jpeg;
 mod jpeg_errors;
 mod jpeg_header;
 mod mosaic;
+mod open_files;
 mod oriented;
 mod pixel;
 mod png;
 mod raw;
+mod scaled;
 mod tiff;
+mod tiff_samples;
 mod ycbcr;
 
 use std::fs::File;
@@ -31,6 +35,7 @@ use crate::notice::Notice;
 pub use color::{Profile, in_srgb};
 pub use directory::source::DirectorySource;
 pub use pixel::{PixelFormat, Sample};
+pub(crate) use scaled::Scaled;
 
 /// What is known of an image from its header.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -43,6 +48,9 @@ pub struct ImageHeader {
     pub format: PixelFormat,
     /// Whether the file says that its colours are linear, not sRGB-encoded.
     pub linear: bool,
+    /// The least and the greatest number that the file's samples can be, where they are signed whole numbers, which rows hold as
+    /// floats. A layer of whole numbers holds this range as 0 to 1.
+    pub range: Option<[i64; 2]>,
     /// What the file says of its colours besides, which the rows do not follow; see [`in_srgb`].
     pub profile: Option<Profile>,
     /// How the rows are stored, as EXIF numbers it; 1, upright, once they are given out by [`open`].
@@ -73,6 +81,7 @@ impl ImageHeader {
             height: h,
             format,
             linear: false,
+            range: None,
             profile: None,
             orientation: 1,
             wraps: false,
@@ -117,25 +126,50 @@ pub trait RowReader {
         None
     }
 
+    /// Takes a damaged picture for what can be made of it, where the decoder can go on, and tells of that with a notice; without
+    /// this, damage is an error. To be asked for before the first row.
+    fn tolerate(&mut self) {}
+
     /// Fills `rows` with the next rows, tightly packed. Its length is a whole number of rows and no more than are
     /// left. The last row is only given out when the file is whole. After an error the reader is of no further use.
     fn read_rows(&mut self, rows: &mut [u8]) -> Result<(), InputFault>;
+}
+
+/// An open image, and all that is read for its rows.
+pub(crate) struct Opened {
+    pub(crate) reader: Box<dyn RowReader>,
+    /// Every file, descriptions included, and every directory of tiles; none twice.
+    pub(crate) files: Vec<PathBuf>,
 }
 
 /// Opens an image by its first bytes, or a tile directory by what is in it. The rows are upright, and their colours as
 /// they are stored: [`in_srgb`] converts them. Reads headers and lists of files and, to see
 /// whether tiles have borders, the roots of a planet.
 pub fn open(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {
+    open_with_files(path).map(|opened| opened.reader)
+}
+
+/// Opens an image as [`open`] does, and says which files it is made of.
+pub(crate) fn open_with_files(path: &Path) -> Result<Opened, InputFault> {
     if std::fs::metadata(path)?.is_dir() {
-        return directory::open_directory(path);
+        return Ok(of_directory(path, directory::open_directory(path)?));
     }
     match open_file_of_texels(path) {
         Err(InputFault::Text) => match mosaic::open(path)? {
-            Some(mosaic) => Ok(Box::new(mosaic)),
-            None => directory::open_description(path)?.ok_or(InputFault::Text),
+            Some(mosaic) => Ok(Opened { files: mosaic.files(path), reader: Box::new(mosaic) }),
+            None => directory::open_description(path)?
+                .map(|reader| of_directory(path, reader))
+                .ok_or(InputFault::Text),
         },
-        opened => opened,
+        opened => Ok(Opened { reader: opened?, files: files_of_texels(path) }),
     }
+}
+
+/// The rows of a tile directory, which `path` is or describes.
+fn of_directory(path: &Path, reader: Box<dyn RowReader>) -> Opened {
+    let mut files = vec![path.to_owned()];
+    files.extend(reader.header().tile_directory.clone().filter(|directory| directory != path));
+    Opened { reader, files }
 }
 
 /// Opens an image by its first bytes, or a raw one by the description beside it.
@@ -143,6 +177,14 @@ fn open_file_of_texels(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {
     match raw::find(path) {
         Some(found) => Ok(Box::new(raw::RawReader::new(&found)?)),
         None => open_image(path),
+    }
+}
+
+/// The files that [`open_file_of_texels`] reads.
+fn files_of_texels(path: &Path) -> Vec<PathBuf> {
+    match raw::find(path) {
+        Some(found) => vec![raw::description_of(&found), found],
+        None => vec![path.to_owned()],
     }
 }
 

@@ -15,13 +15,17 @@
 //! ```
 //!
 //! Where pieces overlap, later lines win; where none lies, the picture is transparent, or black without alpha. Only the
-//! pieces of the rows that are being read are open.
+//! pieces of the rows that are being read are open; where those are more than the system lets a program open, the others are
+//! decoded whole when they begin.
 
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use super::directory::{common, in_tile, widen};
-use super::{ImageHeader, Profile, RowReader, open_file, open_file_of_texels};
+use super::open_files::OpenFiles;
+use super::{ImageHeader, Profile, RowReader, files_of_texels, open_file, open_file_of_texels};
 use crate::error::InputFault;
 use crate::notice::Notice;
 
@@ -37,7 +41,16 @@ struct Piece {
     path: PathBuf,
     at: [u32; 2],
     header: ImageHeader,
-    reader: Option<Box<dyn RowReader>>,
+    /// Whether it is decoded whole when its first row is read, so that no file stays open.
+    is_held: bool,
+    rows: Option<PieceRows>,
+}
+
+/// The rows of a piece that are still to come.
+enum PieceRows {
+    Open(Box<dyn RowReader>),
+    /// All rows, and where the next one begins.
+    Held(Vec<u8>, usize),
 }
 
 /// The picture that the pieces make.
@@ -52,6 +65,10 @@ pub(super) struct MosaicReader {
     row: Vec<u8>,
     next_row: u32,
     rows_with_gaps: u64,
+    /// Whether damaged pieces are taken for what can be made of them.
+    tolerates: bool,
+    /// As many as pieces may be open at once.
+    _open_files: OpenFiles,
 }
 
 /// Opens the mosaic that a text file describes, and looks at every piece; nothing where the text is something else.
@@ -138,7 +155,7 @@ impl Piece {
     fn new(path: PathBuf, at: [u32; 2]) -> Result<Piece, InputFault> {
         let opened = open_file_of_texels(&path).map_err(|fault| in_tile(&path, fault))?;
         let header = opened.header().clone();
-        Ok(Piece { path, at, header, reader: None })
+        Ok(Piece { path, at, header, is_held: false, rows: None })
     }
 
     fn size(&self) -> [u32; 2] {
@@ -150,29 +167,51 @@ impl Piece {
         top..top + u64::from(self.header.height)
     }
 
+    /// Opens the file, or decodes all of it.
+    fn open(&self, tolerates: bool) -> Result<PieceRows, InputFault> {
+        let mut reader = open_file_of_texels(&self.path)?;
+        let kind = |header: &ImageHeader| (header.width, header.height, header.format);
+        if kind(reader.header()) != kind(&self.header) {
+            return Err(layout("was changed while it was read".into(), "build again"));
+        }
+        if tolerates {
+            reader.tolerate();
+        }
+        if !self.is_held {
+            return Ok(PieceRows::Open(reader));
+        }
+        let too_large =
+            || layout("has more texels than memory holds".into(), "allow more open files (ulimit -n)");
+        let len = usize::try_from(self.header.image_bytes()).map_err(|_| too_large())?;
+        let mut rows = Vec::new();
+        rows.try_reserve_exact(len).map_err(|_| too_large())?;
+        rows.resize(len, 0);
+        reader.read_rows(&mut rows)?;
+        Ok(PieceRows::Held(rows, 0))
+    }
+
     /// Fills `row` with the next row; opens the file before the first and closes it after the last.
-    fn read(&mut self, row: &mut [u8], is_last: bool) -> Result<(), InputFault> {
-        let reader = match &mut self.reader {
-            Some(reader) => reader,
-            None => {
-                let opened = open_file_of_texels(&self.path)?;
-                if (opened.header().width, opened.header().format) != (self.header.width, self.header.format)
-                {
-                    return Err(layout("was changed while it was read".into(), "build again"));
-                }
-                self.reader.insert(opened)
-            }
+    fn read(&mut self, row: &mut [u8], is_last: bool, tolerates: bool) -> Result<(), InputFault> {
+        let rows = match self.rows.take() {
+            Some(rows) => rows,
+            None => self.open(tolerates)?,
         };
-        reader.read_rows(row)?;
+        match self.rows.insert(rows) {
+            PieceRows::Open(reader) => reader.read_rows(row)?,
+            PieceRows::Held(rows, next) => {
+                row.copy_from_slice(&rows[*next..*next + row.len()]);
+                *next += row.len();
+            }
+        }
         if is_last {
-            self.reader = None;
+            self.rows = None;
         }
         Ok(())
     }
 }
 
 impl MosaicReader {
-    fn new(pieces: Vec<Piece>) -> Result<MosaicReader, InputFault> {
+    fn new(mut pieces: Vec<Piece>) -> Result<MosaicReader, InputFault> {
         let Some(first) = pieces.first() else {
             return Err(layout("is a mosaic without pieces".into(), "add lines 'X Y FILE'"));
         };
@@ -190,6 +229,7 @@ impl MosaicReader {
         let mut header = ImageHeader::new(size[0], size[1], format)?;
         header.linear = linear;
         header.profile = profile(&mut header.notices, &pieces);
+        let open_files = hold_too_many(&mut pieces, OpenFiles::reserve);
         header.memory = memory(&pieces);
         for piece in &pieces {
             for notice in &piece.header.notices {
@@ -201,7 +241,27 @@ impl MosaicReader {
         let mut waiting: Vec<usize> = (0..pieces.len()).collect();
         waiting.sort_by_key(|&piece| std::cmp::Reverse(pieces[piece].at[1]));
         let (present, row) = (Vec::new(), Vec::new());
-        Ok(MosaicReader { header, pieces, waiting, present, row, next_row: 0, rows_with_gaps: 0 })
+        Ok(MosaicReader {
+            header,
+            pieces,
+            waiting,
+            present,
+            row,
+            next_row: 0,
+            rows_with_gaps: 0,
+            tolerates: false,
+            _open_files: open_files,
+        })
+    }
+
+    /// The text that describes the mosaic, and all files of its pieces.
+    pub(super) fn files(&self, text: &Path) -> Vec<PathBuf> {
+        let mut files: Vec<PathBuf> =
+            self.pieces.iter().flat_map(|piece| files_of_texels(&piece.path)).collect();
+        files.sort_unstable();
+        files.dedup();
+        files.insert(0, text.to_owned());
+        files
     }
 
     /// Finds the pieces of the next row.
@@ -223,7 +283,9 @@ impl MosaicReader {
             let piece = &mut self.pieces[number];
             self.row.resize(piece.header.row_bytes(), 0);
             let is_last = y + 1 == piece.rows().end;
-            piece.read(&mut self.row, is_last).map_err(|fault| in_tile(&piece.path, fault))?;
+            piece
+                .read(&mut self.row, is_last, self.tolerates)
+                .map_err(|fault| in_tile(&piece.path, fault))?;
             let own = piece.header.format;
             let target = &mut row[piece.at[0] as usize * texel..][..piece.header.width as usize * texel];
             for (to, from) in target.chunks_exact_mut(texel).zip(self.row.chunks_exact(own.texel_bytes())) {
@@ -252,11 +314,40 @@ fn profile(notices: &mut Vec<Notice>, pieces: &[Piece]) -> Option<Profile> {
     None
 }
 
+/// Decides which pieces are held whole, since there may not be as many files open at once as there are pieces in a row;
+/// `reserve` says how many of those that would be wanted there may be.
+fn hold_too_many(pieces: &mut [Piece], reserve: impl FnOnce(usize) -> OpenFiles) -> OpenFiles {
+    let mut by_row: Vec<usize> = (0..pieces.len()).collect();
+    by_row.sort_by_key(|&number| pieces[number].at[1]);
+    // Marks the pieces for which there is no room among so many, and says how many are open at once.
+    let mut mark = |most: usize| {
+        // Where those that are open end; the first to end is popped first.
+        let (mut ends, mut wanted) = (BinaryHeap::new(), 0);
+        for &number in &by_row {
+            let rows = pieces[number].rows();
+            while ends.peek().is_some_and(|&Reverse(end)| end <= rows.start) {
+                ends.pop();
+            }
+            pieces[number].is_held = ends.len() >= most;
+            if ends.len() < most {
+                ends.push(Reverse(rows.end));
+                wanted = wanted.max(ends.len());
+            }
+        }
+        wanted
+    };
+    let open_files = reserve(mark(usize::MAX));
+    mark(open_files.count());
+    open_files
+}
+
 /// Bytes that the pieces of any one row take, at most.
 fn memory(pieces: &[Piece]) -> u64 {
     let mut events: Vec<(u64, bool, u64)> = Vec::with_capacity(2 * pieces.len());
     for piece in pieces {
-        let bytes = piece.header.memory.saturating_add(2 * piece.header.row_bytes() as u64);
+        let held = if piece.is_held { piece.header.image_bytes() } else { 0 };
+        let bytes =
+            piece.header.memory.saturating_add(2 * piece.header.row_bytes() as u64).saturating_add(held);
         // Pieces that end go before those that begin.
         events.extend([(piece.rows().start, true, bytes), (piece.rows().end, false, bytes)]);
     }
@@ -274,6 +365,10 @@ impl RowReader for MosaicReader {
         &self.header
     }
 
+    fn tolerate(&mut self) {
+        self.tolerates = true;
+    }
+
     fn read_rows(&mut self, rows: &mut [u8]) -> Result<(), InputFault> {
         rows.chunks_exact_mut(self.header.row_bytes()).try_for_each(|row| self.read_row(row))?;
         if self.next_row == self.header.height && self.rows_with_gaps > 0 {
@@ -285,4 +380,31 @@ impl RowReader for MosaicReader {
 
 fn layout(why: String, remedy: &'static str) -> InputFault {
     InputFault::Layout { why, remedy }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::readers::PixelFormat;
+
+    fn piece(at: [u32; 2], size: [u64; 2]) -> Piece {
+        let header = ImageHeader::new(size[0], size[1], PixelFormat::RGB8).unwrap();
+        Piece { path: PathBuf::new(), at, header, is_held: false, rows: None }
+    }
+
+    #[test]
+    fn pieces_beyond_the_open_files_are_held_and_counted() {
+        let column = |x| [piece([x, 0], [10, 20]), piece([x, 20], [10, 20])];
+        let mut pieces: Vec<Piece> = [0, 10, 20].into_iter().flat_map(column).collect();
+        let held = |pieces: &[Piece]| pieces.iter().filter(|piece| piece.is_held).count();
+        let open_files = hold_too_many(&mut pieces, |wanted| {
+            assert_eq!(wanted, 3);
+            OpenFiles::for_test(3)
+        });
+        assert_eq!((open_files.count(), held(&pieces), memory(&pieces)), (3, 0, 3 * 60));
+        hold_too_many(&mut pieces, |_| OpenFiles::for_test(1));
+        assert_eq!((held(&pieces), memory(&pieces)), (4, 3 * 60 + 2 * 600));
+        hold_too_many(&mut pieces, |_| OpenFiles::for_test(0));
+        assert_eq!((held(&pieces), memory(&pieces)), (6, 3 * 660));
+    }
 }

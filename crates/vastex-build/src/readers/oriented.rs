@@ -125,6 +125,10 @@ impl RowReader for Oriented {
         &self.header
     }
 
+    fn tolerate(&mut self) {
+        self.inner.tolerate();
+    }
+
     fn read_rows(&mut self, rows: &mut [u8]) -> Result<(), InputFault> {
         let (row_bytes, texel) = (self.header.row_bytes(), self.header.format.texel_bytes());
         if self.turn.needs_all() {

@@ -3,7 +3,7 @@
 //! Palettes and samples of fewer than 8 bits are expanded, transparent colours become alpha.
 
 use std::fs::File;
-use std::io::{BufReader, Read, Seek};
+use std::io::{BufReader, Read, Seek, SeekFrom};
 
 use png::{BitDepth, ColorType, Decoder, DecodingError, Info, Limits, Reader, Transformations};
 
@@ -16,8 +16,16 @@ const LINEAR_GAMMA: u32 = 100_000;
 /// The code points of sRGB: those of BT.709's primaries, and of its own curve.
 const SRGB_CODE_POINTS: (u8, u8) = (1, 13);
 
-/// Memory that the decoder may take for itself: rows as stored, and a profile.
-const DECODER_BYTES: usize = 1 << 30;
+/// Memory that the decoder may take for a row as it is stored.
+const ROW_BYTES: u64 = 1 << 30;
+/// What it may take besides: for a profile, and for the chunk in which that is compressed.
+const PROFILE_BYTES: u64 = 32 << 20;
+/// Bytes of a profile that are too few to count.
+const USUAL_PROFILE_BYTES: u64 = 64 << 10;
+/// Bytes that a texel has at most.
+const TEXEL_BYTES: u64 = 8;
+/// Chunks before the picture among which a profile is looked for.
+const MAX_CHUNKS: u32 = 10_000;
 
 /// A PNG file.
 pub(super) struct PngReader {
@@ -31,8 +39,11 @@ pub(super) struct PngReader {
 
 impl PngReader {
     pub(super) fn new(mut file: File) -> Result<PngReader, InputFault> {
-        check_size(&mut file)?;
-        let mut decoder = Decoder::new_with_limits(buffered(file), Limits { bytes: DECODER_BYTES });
+        let width = check_size(&mut file)?;
+        let has_profile = has_profile(&mut file)?;
+        let limit = (u64::from(width) * TEXEL_BYTES).min(ROW_BYTES) + PROFILE_BYTES;
+        let limits = Limits { bytes: usize::try_from(limit).unwrap_or(usize::MAX) };
+        let mut decoder = Decoder::new_with_limits(buffered(file), limits);
         decoder.set_transformations(Transformations::EXPAND);
         decoder.set_ignore_text_chunk(true);
         let reader = decoder.read_info().map_err(|e| fault(e, "in the header".into()))?;
@@ -48,8 +59,10 @@ impl PngReader {
         let info = reader.info();
         let mut header = ImageHeader::new(info.width.into(), info.height.into(), format)?;
         // The decoder keeps a window of the deflate stream and two rows.
-        header.memory = (256 << 10) + 4 * header.row_bytes() as u64;
-        note(&mut header, info);
+        let profile_len = info.icc_profile.as_ref().map_or(0, |profile| profile.len() as u64);
+        let large_profile = profile_len.saturating_sub(USUAL_PROFILE_BYTES);
+        header.memory = (256 << 10) + 4 * header.row_bytes() as u64 + 2 * large_profile;
+        note(&mut header, info, has_profile);
         let interlaced = info.interlaced;
         if interlaced {
             header.hold_whole_image(header.image_bytes(), "an interlaced PNG");
@@ -108,8 +121,9 @@ impl RowReader for PngReader {
     }
 }
 
-/// Refuses an image without texels; of anything else that is wrong with the header the decoder tells. Goes back to the start.
-fn check_size(file: &mut File) -> Result<(), InputFault> {
+/// Refuses an image without texels; of anything else that is wrong with the header the decoder tells. Gives the width, as far
+/// as there is one, and goes back to the start.
+fn check_size(file: &mut File) -> Result<u32, InputFault> {
     let mut start = Vec::with_capacity(24);
     file.by_ref().take(24).read_to_end(&mut start)?;
     file.rewind()?;
@@ -120,12 +134,34 @@ fn check_size(file: &mut File) -> Result<(), InputFault> {
         if width == 0 || height == 0 {
             return Err(InputFault::NoTexels { width: width.into(), height: height.into() });
         }
+        return Ok(width);
     }
-    Ok(())
+    Ok(0)
+}
+
+/// Whether there is a profile before the picture: of one that it cannot read, the decoder says nothing. Goes back to the start.
+fn has_profile(file: &mut File) -> Result<bool, InputFault> {
+    const SIGNATURE_BYTES: u64 = 8;
+    let mut at = SIGNATURE_BYTES;
+    let mut found = false;
+    for _ in 0..MAX_CHUNKS {
+        let mut start = Vec::with_capacity(8);
+        file.seek(SeekFrom::Start(at))?;
+        file.by_ref().take(8).read_to_end(&mut start)?;
+        let &[l3, l2, l1, l0, ref kind @ ..] = &start[..] else { break };
+        found |= kind == b"iCCP";
+        if found || kind == b"IDAT" {
+            break;
+        }
+        // The length, the kind and a checksum besides what the chunk holds.
+        at += 12 + u64::from(u32::from_be_bytes([l3, l2, l1, l0]));
+    }
+    file.rewind()?;
+    Ok(found)
 }
 
 /// What the file says of its colours, unless that is sRGB in so many words: of several chunks, the one that counts.
-fn profile(info: &Info<'_>) -> Option<Profile> {
+fn profile(info: &Info<'_>, has_profile: bool) -> Option<Profile> {
     if let Some(points) = info.coding_independent_code_points {
         let (primaries, transfer) = (points.color_primaries, points.transfer_function);
         let is_plain = points.is_video_full_range_image && points.matrix_coefficients == 0;
@@ -134,6 +170,10 @@ fn profile(info: &Info<'_>) -> Option<Profile> {
     }
     if let Some(bytes) = &info.icc_profile {
         return Some(Profile::icc(bytes.as_ref()));
+    }
+    if has_profile {
+        // Damaged, or too large to be one.
+        return Some(Profile::icc([]));
     }
     if info.srgb.is_some() {
         return None;
@@ -145,9 +185,9 @@ fn profile(info: &Info<'_>) -> Option<Profile> {
 }
 
 /// Says what of the header is not followed.
-fn note(header: &mut ImageHeader, info: &Info<'_>) {
-    header.profile = profile(info);
-    if info.coding_independent_code_points.is_none() && info.icc_profile.is_none() && info.srgb.is_none() {
+fn note(header: &mut ImageHeader, info: &Info<'_>, has_profile: bool) {
+    header.profile = profile(info, has_profile);
+    if info.coding_independent_code_points.is_none() && !has_profile && info.srgb.is_none() {
         let is_light = info.gama_chunk.is_some_and(|gamma| gamma.into_scaled() == LINEAR_GAMMA);
         header.linear = is_light && header.format.channels() > 1;
     }

@@ -89,6 +89,13 @@ pub(super) fn find(path: &Path) -> Option<PathBuf> {
     is_raw(&raw).then_some(raw)
 }
 
+/// Where the description of a raw file is.
+pub(super) fn description_of(raw: &Path) -> PathBuf {
+    let mut path = raw.as_os_str().to_owned();
+    path.push(".toml");
+    path.into()
+}
+
 /// A raw file.
 pub(super) struct RawReader {
     header: ImageHeader,
@@ -172,9 +179,7 @@ impl RowReader for RawReader {
 }
 
 fn read_description(raw: &Path) -> Result<Description, InputFault> {
-    let mut path = raw.as_os_str().to_owned();
-    path.push(".toml");
-    let path = PathBuf::from(path);
+    let path = description_of(raw);
     let in_description = |fault| InputFault::Tile { path: path.clone(), fault: Box::new(fault) };
     if !path.is_file() {
         std::fs::metadata(raw)?;

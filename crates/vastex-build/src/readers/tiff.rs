@@ -1,6 +1,8 @@
-//! TIFF and BigTIFF, 8 and 16 bits and floats, by strips or rows of tiles; uncompressed strips straight from the file.
+//! TIFF and BigTIFF, 8 and 16 bits, signed numbers and floats, by strips or rows of tiles; uncompressed strips straight from
+//! the file.
 //!
-//! One strip or one row of tiles is held decoded. A compressed file of one strip is therefore held whole.
+//! One strip or one row of tiles is held decoded, of all planes where channels lie in planes. A compressed file of one
+//! strip is therefore held whole. Signed numbers stand for themselves, as floats; see [`super::ImageHeader::range`].
 
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
@@ -10,6 +12,10 @@ use tiff::decoder::{ChunkType, Decoder, Limits};
 use tiff::tags::{ByteOrder, Tag};
 use tiff::{ColorType, TiffError};
 
+use super::alpha::unpremultiply;
+use super::tiff_samples::{
+    COMPRESSION_JPEG, COMPRESSION_NONE, FLOAT, SIGNED, Stored, most_from_a_byte, place_row,
+};
 use super::ycbcr::rgb_from_ycbcr;
 use super::{ImageHeader, PixelFormat, Profile, RowReader, Sample, buffered};
 use crate::error::{InputFault, near_row};
@@ -17,12 +23,10 @@ use crate::notice::Notice;
 
 /// Bytes that one tag of the header may have: the largest are colour profiles, and the list of the strips.
 const MAX_TAG_BYTES: usize = 16 << 20;
-const COMPRESSION_NONE: u16 = 1;
-const COMPRESSION_JPEG: u16 = 7;
 const WHITE_IS_ZERO: u16 = 0;
-/// Values of SampleFormat.
+/// A value of SampleFormat.
 const UNSIGNED: u16 = 1;
-const FLOAT: u16 = 3;
+const PLANAR: u16 = 2;
 const ASSOCIATED_ALPHA: u16 = 1;
 
 /// A TIFF file, its first image.
@@ -30,6 +34,7 @@ pub(super) struct TiffReader {
     header: ImageHeader,
     chunks: Chunks,
     access: Access,
+    is_premultiplied: bool,
     next_row: u32,
 }
 
@@ -42,8 +47,9 @@ struct Chunks {
     offsets: Vec<u64>,
     lengths: Vec<u64>,
     file_len: u64,
-    /// Bytes in the file for each byte handed out: 2 where samples are 64-bit floats.
-    stored_scale: usize,
+    stored: Stored,
+    /// Planes, one after the other; 1 where channels are side by side.
+    planes: u32,
 }
 
 enum Access {
@@ -65,6 +71,8 @@ struct Band {
     first_row: u32,
     rows: Vec<u8>,
     tile: Vec<u8>,
+    /// Whether a number was too large to stay exact.
+    rounded: bool,
 }
 
 impl TiffReader {
@@ -78,18 +86,17 @@ impl TiffReader {
         let (format, is_ycbcr) = pixel_format(color, &tags)?;
         let (width, height) = decoder.dimensions().map_err(in_header)?;
         let mut header = ImageHeader::new(width.into(), height.into(), format)?;
-        note(&mut header, &mut decoder, &tags)?;
+        let is_premultiplied = note(&mut header, &mut decoder, &tags)?;
         let strips = decoder.get_chunk_type() == ChunkType::Strip;
-        let mut chunks = Chunks::read(&mut decoder, &file, &header, strips)?;
-        if tags.bits == 64 {
-            chunks.stored_scale = 2;
-            header.notices.push(Notice::DoublesNarrowed);
-        }
+        let chunks = Chunks::read(&mut decoder, &file, &header, &tags, strips)?;
+        header.notices.extend((chunks.stored == Stored::Double).then_some(Notice::DoublesNarrowed));
         let raw = strips
             && tags.compression == COMPRESSION_NONE
             && tags.predictor == 1
             && tags.photometric != WHITE_IS_ZERO
             && !is_ycbcr
+            && chunks.planes == 1
+            && chunks.stored == Stored::AsItIs
             && tags.samples as usize * usize::from(tags.bits) == format.texel_bytes() * 8
             && (tags.bits == 8 || decoder.byte_order() == ByteOrder::LittleEndian);
         let access = if raw {
@@ -97,14 +104,18 @@ impl TiffReader {
             Access::Raw { file, position: u64::MAX }
         } else {
             let band = u64::from(chunks.rows.min(height)).saturating_mul(header.row_bytes() as u64);
-            // A band, one tile of it beside it, and what is being decoded.
-            header.memory = band
-                .saturating_mul(1 + chunks.stored_scale as u64)
-                .saturating_add(*chunks.lengths.iter().max().unwrap_or(&0));
+            // A band, one tile of it beside it as it is stored, and what is being decoded.
+            let sample = header.format.sample();
+            let stored =
+                band.div_ceil(sample.bytes() as u64).saturating_mul(chunks.stored.bytes(sample) as u64);
+            header.memory =
+                band.saturating_add(stored).saturating_add(*chunks.lengths.iter().max().unwrap_or(&0));
             if strips && chunks.rows >= height {
-                header
-                    .notices
-                    .push(Notice::WholeImage { bytes: header.memory, why: "a compressed TIFF of one strip" });
+                let why = match tags.compression {
+                    COMPRESSION_NONE => "a TIFF of one strip whose samples must be converted",
+                    _ => "a compressed TIFF of one strip",
+                };
+                header.notices.push(Notice::WholeImage { bytes: header.memory, why });
             }
             let mut limits = Limits::unlimited();
             limits.ifd_value_size = 64 << 20;
@@ -114,7 +125,7 @@ impl TiffReader {
                 band: Band::default(),
             }
         };
-        Ok(TiffReader { header, chunks, access, next_row: 0 })
+        Ok(TiffReader { header, chunks, access, is_premultiplied, next_row: 0 })
     }
 }
 
@@ -125,7 +136,7 @@ impl RowReader for TiffReader {
 
     fn read_rows(&mut self, rows: &mut [u8]) -> Result<(), InputFault> {
         let row_bytes = self.header.row_bytes();
-        let mut rest = rows;
+        let mut rest = &mut *rows;
         while !rest.is_empty() {
             // As many rows as there are left in this strip or row of tiles.
             let in_chunk = self.chunks.rows - self.next_row % self.chunks.rows;
@@ -152,6 +163,15 @@ impl RowReader for TiffReader {
             self.next_row += count as u32;
             rest = later;
         }
+        if self.is_premultiplied {
+            unpremultiply(self.header.format, rows);
+        }
+        if let Access::Decoded { band, .. } = &mut self.access
+            && self.next_row == self.header.height
+            && std::mem::take(&mut band.rounded)
+        {
+            self.header.notices.push(Notice::IntegersRounded);
+        }
         Ok(())
     }
 }
@@ -161,6 +181,7 @@ impl Chunks {
         decoder: &mut Decoder<BufReader<File>>,
         file: &File,
         header: &ImageHeader,
+        tags: &Tags,
         strips: bool,
     ) -> Result<Chunks, InputFault> {
         let (offsets, lengths) = match strips {
@@ -172,21 +193,49 @@ impl Chunks {
         let (chunk_width, rows) = decoder.chunk_dimensions();
         let columns = if strips { 1 } else { header.width.div_ceil(chunk_width.max(1)) };
         let rows = if rows == 0 { header.height } else { rows };
-        let count = u64::from(header.height.div_ceil(rows)) * u64::from(columns);
+        let planes = if tags.planar == PLANAR { u32::from(tags.samples.max(1)) } else { 1 };
+        let count = u64::from(header.height.div_ceil(rows)) * u64::from(columns) * u64::from(planes);
         if chunk_width == 0 || (offsets.len() as u64) < count || (lengths.len() as u64) < count {
             let why = format!("it lists {} strips or tiles of {count}", offsets.len().min(lengths.len()));
             return Err(InputFault::Damaged { place: "in the header".into(), why });
         }
-        Ok(Chunks { rows, columns, offsets, lengths, file_len: file.metadata()?.len(), stored_scale: 1 })
+        let stored = Stored::new(tags.sample_format, tags.bits);
+        let chunks =
+            Chunks { rows, columns, offsets, lengths, file_len: file.metadata()?.len(), stored, planes };
+        // The first strip or tile lies within the picture, or the picture within it.
+        let texels = u64::from(chunk_width.min(header.width)) * u64::from(rows.min(header.height));
+        let samples = if planes > 1 { 1 } else { u64::from(tags.samples) };
+        let bytes = texels.saturating_mul(samples * u64::from(tags.bits)) / 8;
+        // Of what is not compressed some writers state no length; strips of that are read as far as there are any.
+        let is_plain = tags.compression == COMPRESSION_NONE;
+        let stored = if is_plain { chunks.file_len } else { chunks.lengths[0] };
+        if !(is_plain && strips) && bytes > stored.saturating_mul(most_from_a_byte(tags.compression)) {
+            let why = format!("its first strip or tile has {stored} bytes, which cannot hold {bytes}");
+            return Err(InputFault::Damaged { place: "in the header".into(), why });
+        }
+        Ok(chunks)
+    }
+
+    /// Strips or tiles of one plane.
+    fn count_per_plane(&self, header: &ImageHeader) -> u64 {
+        u64::from(header.height.div_ceil(self.rows)) * u64::from(self.columns)
+    }
+
+    /// The number of a strip or tile, of a plane and a column, that holds `row`.
+    fn number(&self, plane: u32, row: u32, column: u32, header: &ImageHeader) -> u32 {
+        let per_plane = self.count_per_plane(header) as u32;
+        plane * per_plane + row / self.rows * self.columns + column
     }
 
     /// Whether all that holds `row` lies within the file.
     fn check(&self, row: u32, header: &ImageHeader) -> Result<(), InputFault> {
-        let first = (row / self.rows * self.columns) as usize;
-        for chunk in first..first + self.columns as usize {
-            let end = self.offsets[chunk].checked_add(self.lengths[chunk]);
-            if end.is_none_or(|end| end > self.file_len) {
-                return Err(InputFault::Truncated { place: near_row(row, header.height) });
+        for plane in 0..self.planes {
+            for column in 0..self.columns {
+                let chunk = self.number(plane, row, column, header) as usize;
+                let end = self.offsets[chunk].checked_add(self.lengths[chunk]);
+                if end.is_none_or(|end| end > self.file_len) {
+                    return Err(InputFault::Truncated { place: near_row(row, header.height) });
+                }
             }
         }
         Ok(())
@@ -219,37 +268,46 @@ impl Band {
         chunks.check(first_row, header)?;
         let place = near_row(first_row, header.height);
         let (row_bytes, texel) = (header.row_bytes(), header.format.texel_bytes());
+        let (sample, planes) = (header.format.sample(), chunks.planes as usize);
+        // What lies side by side in a plane: a texel, or one sample of it.
+        let (unit, stored_unit) = match planes {
+            1 => (texel, usize::from(header.format.channels()) * chunks.stored.bytes(sample)),
+            _ => (sample.bytes(), chunks.stored.bytes(sample)),
+        };
         let row_count = chunks.rows.min(header.height - first_row);
         self.first_row = first_row;
         self.rows.resize(row_count as usize * row_bytes, 0);
-        let mut left = 0;
-        for column in 0..chunks.columns {
-            let chunk = first_row / chunks.rows * chunks.columns + column;
-            let (width, height) = decoder.chunk_data_dimensions(chunk);
-            let layout = decoder.image_chunk_buffer_layout(chunk).map_err(|e| fault(e, &place))?;
-            let tile_row = width as usize * texel;
-            let stored_row = tile_row * chunks.stored_scale;
-            if height != row_count || layout.complete_len != stored_row * height as usize {
-                return Err(InputFault::Damaged {
-                    place,
-                    why: "a strip or tile has an unexpected size".into(),
-                });
-            }
-            let direct = chunks.columns == 1 && chunks.stored_scale == 1;
-            let target = if direct { &mut self.rows } else { &mut self.tile };
-            target.resize(layout.complete_len, 0);
-            decoder.read_chunk_bytes(chunk, target).map_err(|e| fault(e, &place))?;
-            if !direct {
-                let stored = self.tile.chunks_exact(stored_row);
-                for (row, tile) in self.rows.chunks_exact_mut(row_bytes).zip(stored) {
-                    let to = &mut row[left..left + tile_row];
-                    match chunks.stored_scale {
-                        1 => to.copy_from_slice(tile),
-                        _ => singles_from_doubles(to, tile),
+        // Planes of samples that are no part of the picture are passed over.
+        for plane in 0..chunks.planes.min(header.format.channels().into()) {
+            let mut left = 0;
+            for column in 0..chunks.columns {
+                let chunk = chunks.number(plane, first_row, column, header);
+                let (width, height) = decoder.chunk_data_dimensions(chunk);
+                let layout = decoder.image_chunk_buffer_layout(chunk).map_err(|e| fault(e, &place))?;
+                let stored_row = width as usize * stored_unit;
+                // The decoder counts what pads the last rows of later planes among their rows.
+                let is_expected = height == row_count || (plane > 0 && height > row_count);
+                if !is_expected || layout.complete_len != stored_row * height as usize {
+                    return Err(InputFault::Damaged {
+                        place,
+                        why: "a strip or tile has an unexpected size".into(),
+                    });
+                }
+                let direct = chunks.columns == 1 && planes == 1 && chunks.stored == Stored::AsItIs;
+                let target = if direct { &mut self.rows } else { &mut self.tile };
+                target.resize(layout.complete_len, 0);
+                decoder.read_chunk_bytes(chunk, target).map_err(|e| fault(e, &place))?;
+                let tile_row = width as usize * texel;
+                if !direct {
+                    let stored = self.tile.chunks_exact(stored_row.max(1));
+                    for (row, tile) in self.rows.chunks_exact_mut(row_bytes).zip(stored) {
+                        let texels = row[left..left + tile_row].chunks_exact_mut(texel);
+                        let to = texels.map(|texel| &mut texel[plane as usize * unit..][..unit]);
+                        self.rounded |= place_row(to, tile, chunks.stored, sample);
                     }
                 }
+                left += tile_row;
             }
-            left += tile_row;
         }
         if cfg!(target_endian = "big") {
             self.rows.chunks_exact_mut(header.format.sample().bytes()).for_each(<[u8]>::reverse);
@@ -292,10 +350,10 @@ impl Tags {
 fn pixel_format(color: ColorType, tags: &Tags) -> Result<(PixelFormat, bool), InputFault> {
     let unsupported = |what: String| InputFault::Unsupported {
         what,
-        remedy: "convert it to grey, RGB or RGBA of 8 or 16 unsigned bits or of floats, interleaved",
+        remedy: "convert it to grey, RGB or RGBA of 8 or 16 bits, of signed numbers or of floats",
     };
-    if tags.planar != 1 && tags.samples > 1 {
-        return Err(unsupported("channels in separate planes".into()));
+    if tags.planar == PLANAR && tags.compression == COMPRESSION_JPEG {
+        return Err(unsupported("channels in separate planes, as JPEG".into()));
     }
     let (channels, bits, is_ycbcr) = match color {
         ColorType::Gray(bits) => (PixelFormat::GREY8, bits, false),
@@ -311,28 +369,23 @@ fn pixel_format(color: ColorType, tags: &Tags) -> Result<(PixelFormat, bool), In
     let sample = match (tags.sample_format, bits) {
         (UNSIGNED, 8) => Sample::U8,
         (UNSIGNED, 16) => Sample::U16,
+        (SIGNED, 8) => Sample::F16,
+        (SIGNED, 16 | 32) => Sample::F32,
         (FLOAT, 16) => Sample::F16,
         (FLOAT, 32 | 64) => Sample::F32,
-        (UNSIGNED, _) => return Err(unsupported(format!("samples of {bits} bits"))),
+        (UNSIGNED | SIGNED, _) => return Err(unsupported(format!("samples of {bits} bits"))),
         (FLOAT, _) => return Err(unsupported(format!("floats of {bits} bits"))),
-        _ => return Err(unsupported("samples that are signed or complex".into())),
+        _ => return Err(unsupported("samples that are complex or of no known kind".into())),
     };
     Ok((channels.with_sample(sample), is_ycbcr))
 }
 
-/// 32-bit floats from 64-bit ones, both as the machine has them.
-fn singles_from_doubles(singles: &mut [u8], doubles: &[u8]) {
-    for (to, from) in singles.as_chunks_mut::<4>().0.iter_mut().zip(doubles.as_chunks::<8>().0) {
-        *to = (f64::from_ne_bytes(*from) as f32).to_ne_bytes();
-    }
-}
-
-/// Says what of the file is not followed.
+/// Says what of the file is not followed, and whether its colours are multiplied by alpha.
 fn note(
     header: &mut ImageHeader,
     decoder: &mut Decoder<BufReader<File>>,
     tags: &Tags,
-) -> Result<(), InputFault> {
+) -> Result<bool, InputFault> {
     let in_header = |e| fault(e, "in the header");
     let orientation = decoder.find_tag_unsigned::<u16>(Tag::Orientation).map_err(in_header)?;
     header.orientation = orientation.unwrap_or(1);
@@ -347,7 +400,11 @@ fn note(
         matches!(tags.samples, 2 | 4) && extra.is_some_and(|e| e.first() == Some(&ASSOCIATED_ALPHA));
     header.notices.extend(premultiplied.then_some(Notice::PremultipliedAlpha));
     header.notices.extend(decoder.more_images().then_some(Notice::FurtherImagesIgnored));
-    Ok(())
+    if tags.sample_format == SIGNED {
+        let most = (1i64 << (tags.bits.clamp(1, 64) - 1)) - 1;
+        header.range = Some([-most - 1, most]);
+    }
+    Ok(premultiplied)
 }
 
 fn fault(error: TiffError, place: &str) -> InputFault {

@@ -44,15 +44,23 @@ pub struct ReplaceOptions {
     pub threads: usize,
     /// How well the blocks of compressed layers are encoded; the same as for the container gives the same blocks.
     pub quality: Quality,
-    /// Whether to wait for the disk, so that a loss of power leaves a whole version too.
+    /// Whether to wait until the disk has the new version. A loss of power leaves a whole version in any case.
     pub durable: bool,
     /// Bytes of memory beyond which an image is refused before anything is allocated.
     pub memory_limit: u64,
+    /// Whether images whose compressed data are damaged or end early are taken for what can be made of them.
+    pub tolerant: bool,
 }
 
 impl Default for ReplaceOptions {
     fn default() -> ReplaceOptions {
-        ReplaceOptions { threads: 0, quality: Quality::default(), durable: false, memory_limit: 16 << 30 }
+        ReplaceOptions {
+            threads: 0,
+            quality: Quality::default(),
+            durable: false,
+            memory_limit: 16 << 30,
+            tolerant: false,
+        }
     }
 }
 
@@ -140,6 +148,9 @@ fn run(
     options: &ReplaceOptions,
     progress: &dyn Progress,
 ) -> Result<Replaced, ReplaceError> {
+    if options.tolerant {
+        images.iter_mut().for_each(|image| image.reader.tolerate());
+    }
     let old = update.container().clone();
     let is_sparse = old.present().is_some();
     // Pages that get their first tile get all layers.

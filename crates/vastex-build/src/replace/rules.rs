@@ -1,5 +1,6 @@
 //! Of which containers a region can be replaced, by which images, and at what cost.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use vastex_core::{Description, Dims};
@@ -14,7 +15,7 @@ use crate::convert::Conversion;
 use crate::filter::{Filter, LayerFilter, LevelsFrom};
 use crate::layers::{is_color, notices_of};
 use crate::notice::Notice;
-use crate::readers::{ImageHeader, RowReader, in_srgb, open};
+use crate::readers::{ImageHeader, Opened, RowReader, in_srgb, open_with_files};
 
 /// What is known of a texture in which regions are replaced.
 pub(crate) struct Rules {
@@ -139,6 +140,8 @@ pub(crate) struct OpenImage<'a> {
     pub(super) placed: Placed<'a>,
     pub(super) rules: LayerRules,
     pub(super) reader: Box<dyn RowReader>,
+    /// All that is read of it.
+    pub(crate) files: Vec<PathBuf>,
     pub(super) conversion: Conversion,
     /// Columns and rows, and where they lie.
     pub(super) strips: [Vec<Strip>; 2],
@@ -150,7 +153,8 @@ impl<'a> OpenImage<'a> {
     /// Opens the image; an error where it cannot be read or does not suit the layer.
     pub(crate) fn open(rules: LayerRules, placed: Placed<'a>) -> Result<OpenImage<'a>, ReplaceError> {
         let path = || placed.image.to_path_buf();
-        let reader = open(placed.image).map_err(|fault| ReplaceError::Image { path: path(), fault })?;
+        let opened = open_with_files(placed.image);
+        let Opened { reader, files } = opened.map_err(|fault| ReplaceError::Image { path: path(), fault })?;
         let reader = if rules.is_color { in_srgb(reader) } else { reader };
         let (image, held) = (reader.header(), rules.shape.layer.format);
         let conversion = Conversion::new(image, held, rules.is_color).ok_or_else(|| {
@@ -173,7 +177,7 @@ impl<'a> OpenImage<'a> {
                 texture: [of_level[0], of_level[1]],
             });
         };
-        Ok(OpenImage { placed, rules, reader, conversion, strips: [columns, rows], lost_alpha: false })
+        Ok(OpenImage { placed, rules, reader, files, conversion, strips: [columns, rows], lost_alpha: false })
     }
 
     pub(crate) fn header(&self) -> &ImageHeader {
@@ -184,6 +188,7 @@ impl<'a> OpenImage<'a> {
     pub(super) fn notices(&self, lost_negatives: bool) -> Vec<Notice> {
         let (mut notices, format) = (notices_of(self.header()), self.rules.shape.layer.format);
         notices.extend(self.conversion.decodes().then_some(Notice::StoredAsLight));
+        notices.extend(self.conversion.range().map(Notice::RangeScaled));
         notices.extend(self.lost_alpha.then_some(Notice::NotOpaque(format)));
         notices.extend(lost_negatives.then_some(Notice::NegativesClamped(format)));
         notices

@@ -369,3 +369,16 @@ fn layers_of_colours_are_converted_and_others_are_not() {
     let report = build(&[layer("normal", Some(LayerFormat::Rgba8))], &output, &options, &()).unwrap();
     assert_eq!(report.layers[0].notices, []);
 }
+
+#[test]
+fn a_profile_that_swells_is_not_followed_and_takes_no_memory() {
+    let file = png_with_profile(&vec![0; 64 << 20]);
+    assert!(file.len() < 1 << 20, "{}", file.len());
+    let (header, image) = read(&file);
+    assert!(image == cube8());
+    assert!(matches!(header.notices[..], [Notice::ProfileIgnored { .. }]), "{:?}", header.notices);
+    assert!(header.memory < 1 << 20, "{}", header.memory);
+    // Of one that is read, what it takes counts.
+    let large = png_with_profile(&vec![0; 20 << 20]);
+    assert!(read(&large).0.memory > 39 << 20);
+}

@@ -131,7 +131,8 @@ fn exr_of_other_channels_says_what_it_leaves_out() {
     let expected: Vec<u8> = numbers(1.0)
         .into_iter()
         .zip(halves(2.0))
-        .flat_map(|(y, a)| [y.to_le_bytes(), a.to_f32().to_le_bytes()].concat())
+        .map(|(y, a)| [if a.to_f32() > 0.0 { y / a.to_f32() } else { y }, a.to_f32()])
+        .flat_map(|texel| texel.map(f32::to_le_bytes).concat())
         .collect();
     assert!(image == expected);
 

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::common::desk::{Desk, hills, layer, values};
+use crate::common::desk::{Desk, hills, layer, layer_texels, values};
 use crate::common::{texels, tiles, write_png};
 use bytes::Bytes;
 use png::{BitDepth, ColorType};
@@ -338,12 +338,7 @@ fn layers_that_do_not_suit_are_refused_with_a_remedy() {
     let image = |name: &str, size: [u32; 2]| {
         desk.image(name, size, ColorType::Grayscale, &texels((size[0] * size[1]) as usize, 1))
     };
-    let (whole, third) = (image("whole.png", [90, 60]), image("third.png", [30, 20]));
-    let two = |path: &Path| [layer("color", &whole, None), layer("height", path, None)];
-    let error = desk.error(&two(&third), &small_pages());
-    for says in ["third.png", "30x20", "whole.png", "90x60", "half", "scale it"] {
-        assert!(error.contains(says), "{error}");
-    }
+    let whole = image("whole.png", [90, 60]);
     let twice = [layer("a", &whole, None), layer("a", &whole, None)];
     assert!(desk.error(&twice, &small_pages()).contains("two layers are called \"a\""));
     let odd = BuildOptions { page: 50, border: 3, ..BuildOptions::default() };
@@ -351,4 +346,50 @@ fn layers_that_do_not_suit_are_refused_with_a_remedy() {
     assert!(error.contains("pages of 52 with borders of 4"), "{error}");
     let error = desk.error(&[layer("a", &whole, Some(LayerFormat::Bc5))], &small_pages());
     assert!(error.contains("cannot become bc5") && error.contains("r8, rgba8"), "{error}");
+}
+
+#[test]
+fn an_image_of_another_size_is_resampled_to_the_nearest_layer() {
+    let desk = Desk::new();
+    let whole = desk.image("whole.png", [90, 61], ColorType::Rgb, &texels(90 * 61 * 3, 1));
+    // Planes, so that whatever size they have, the texel at a place is known.
+    let slope = |name: &str, [width, height]: [u32; 2]| {
+        let at = |n: u32, of: u32| (f64::from(n) + 0.5) / f64::from(of);
+        let value = |n: u32| 50.0 + 100.0 * at(n % width, width) + 60.0 * at(n / width, height);
+        let data: Vec<u8> = (0..width * height).map(|n| value(n).round() as u8).collect();
+        desk.image(name, [width, height], ColorType::Grayscale, &data)
+    };
+    for (size, scale, to) in [
+        ([30u32, 20u32], 4, [23, 16]),
+        ([88, 61], 1, [90, 61]),
+        ([100, 50], 1, [90, 61]),
+        ([50, 30], 2, [45, 31]),
+        ([9, 6], 4, [23, 16]),
+    ] {
+        let image = slope("height.png", size);
+        let inputs = [layer("color", &whole, None), layer("height", &image, None)];
+        let report = build(&inputs, &desk.path("out.vastex"), &small_pages(), &()).unwrap();
+        assert_eq!(report.layers[1].layer.scale, scale);
+        assert_eq!(report.layers[1].notices, [Notice::LayerResampled { from: size, to, scale }]);
+        assert!(report.layers[0].notices.is_empty());
+        let (description, tiles) = tiles(&desk.path("out.vastex"));
+        let (geometry, page) = (&description.geometry, description.geometry.page()[0] / scale);
+        let border = geometry.border()[0] / scale;
+        let side = description.geometry.tile()[0] / scale;
+        for (pos, tile) in tiles.iter().filter(|(pos, _)| pos.level == 0 && !geometry.is_tail(*pos)) {
+            let texels = layer_texels(&description, 1, tile);
+            let inside = |n: u32, axis: usize| n > 2 && n + 3 < to[axis];
+            for (x, y) in (0..page).flat_map(|y| (0..page).map(move |x| (x, y))) {
+                let [u, v] = [pos.x * page + x, pos.y * page + y];
+                // At the edges the outermost texels go on, so that the slope ends.
+                if !inside(u, 0) || !inside(v, 1) || size[0] < 20 {
+                    continue;
+                }
+                let at = |n: u32, axis: usize| (f64::from(n) + 0.5) / f64::from(to[axis]);
+                let expected = 50.0 + 100.0 * at(u, 0) + 60.0 * at(v, 1);
+                let got = f64::from(texels[((y + border) * side + x + border) as usize]);
+                assert!((got - expected).abs() < 2.0, "{size:?} {u},{v}: {got}, expected {expected}");
+            }
+        }
+    }
 }

@@ -20,4 +20,6 @@ mod replace;
 #[cfg(feature = "bc")]
 mod replace_layers;
 mod resume;
+mod same_input;
 mod sparse;
+mod tiff_kinds;

@@ -10,10 +10,10 @@ use tiff::encoder::colortype::{self, ColorType as TiffColor};
 use tiff::encoder::{Compression, DeflateLevel, TiffEncoder, TiffKind, TiffValue};
 use vastex_build::{ImageHeader, Notice, PixelFormat, open};
 
-const SIZE: [u32; 2] = [103, 61];
+pub(crate) const SIZE: [u32; 2] = [103, 61];
 
 /// Reads a file in portions of 1, 2, 3 ... rows.
-fn read(bytes: &[u8]) -> (ImageHeader, Vec<u8>) {
+pub(crate) fn read(bytes: &[u8]) -> (ImageHeader, Vec<u8>) {
     let file = tempfile::NamedTempFile::new().unwrap();
     std::fs::write(file.path(), bytes).unwrap();
     read_file(file.path())
@@ -34,7 +34,7 @@ fn read_file(path: &Path) -> (ImageHeader, Vec<u8>) {
 }
 
 #[track_caller]
-fn check(file: &[u8], format: PixelFormat, expected: &[u8]) -> Vec<Notice> {
+pub(crate) fn check(file: &[u8], format: PixelFormat, expected: &[u8]) -> Vec<Notice> {
     let (header, image) = read(file);
     assert_eq!(([header.width, header.height], header.format), (SIZE, format));
     assert!(image == expected);
@@ -192,14 +192,69 @@ fn jpeg_is_turned_upright_and_gives_its_profile() {
     assert!(header.profile.is_some());
 }
 
+/// The rows and notices, or the fault, of a JPEG.
+fn read_jpeg(file: &[u8], tolerates: bool) -> Result<(ImageHeader, Vec<u8>), String> {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("a.jpg");
+    std::fs::write(&path, file).unwrap();
+    let mut reader = open(&path).map_err(|fault| fault.to_string())?;
+    if tolerates {
+        reader.tolerate();
+    }
+    let mut image = vec![0; reader.header().image_bytes() as usize];
+    let row = reader.header().row_bytes();
+    image
+        .chunks_mut(7 * row)
+        .try_for_each(|rows| reader.read_rows(rows))
+        .map_err(|fault| fault.to_string())?;
+    Ok((reader.header().clone(), image))
+}
+
 #[test]
-fn jpeg_damaged_in_the_middle_is_told() {
+fn jpeg_that_lacks_data_is_an_error_unless_it_is_tolerated() {
     // Noise, so that nearly all of the file is compressed data.
-    let mut file = jpeg(SIZE, 3, false, &texels((SIZE[0] * SIZE[1] * 3) as usize, 37));
-    let middle = file.len() / 2;
-    file[middle..middle + 2].copy_from_slice(&[0xff, 0xd9]);
-    let (header, _) = read(&file);
-    assert!(matches!(header.notices[..], [Notice::DamagedInPlaces(n)] if n > 0), "{:?}", header.notices);
+    let noise = texels((SIZE[0] * SIZE[1] * 3) as usize, 37);
+    for progressive in [false, true] {
+        let file = jpeg(SIZE, 3, progressive, &noise);
+        let (_, whole) = read_jpeg(&file, false).unwrap();
+        let half = &file[..file.len() / 2];
+        let cut = [half, &[0xff, 0xd9]].concat();
+        let mut holed = file.clone();
+        holed[file.len() / 2..][..2].copy_from_slice(&[0xff, 0xd9]);
+        for damaged in [cut.clone(), holed] {
+            let fault = read_jpeg(&damaged, false).unwrap_err();
+            assert!(fault.contains("its data end there") && fault.contains("--tolerant"), "{fault}");
+            let (header, image) = read_jpeg(&damaged, true).unwrap();
+            assert!(
+                header.notices.iter().any(|notice| matches!(notice, Notice::DamagedInPlaces(n) if *n > 0))
+            );
+            // What comes before the damage is as it was: all of the first rows, if rows come in turn.
+            assert!(progressive || image[..whole.len() / 4] == whole[..whole.len() / 4]);
+        }
+        // Without an end of its own, too.
+        assert!(read_jpeg(half, false).unwrap_err().contains("truncated"));
+        let (_, image) = read_jpeg(half, true).unwrap();
+        assert!(image == read_jpeg(&cut, true).unwrap().1);
+        // What follows the last row leaves the picture whole, where rows come in turn.
+        let end = file.len() - 2;
+        let trailing = [&file[..end], &[1, 2, 3, 4, 0xff, 0xd9]].concat();
+        assert!(read_jpeg(&trailing, progressive).unwrap().1 == whole);
+    }
+}
+
+#[test]
+fn a_jpeg_of_nothing_but_a_claim_fails_at_its_first_rows() {
+    let mut file = jpeg([16, 16], 3, false, &texels(16 * 16 * 3, 1));
+    let frame = file.windows(2).position(|marker| marker == [0xff, 0xc0]).unwrap();
+    file[frame + 5..frame + 9].copy_from_slice(&[0xff, 0xdc, 0xff, 0xdc]);
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("a.jpg");
+    std::fs::write(&path, file).unwrap();
+    let mut reader = open(&path).unwrap();
+    assert_eq!([reader.header().width, reader.header().height], [65500; 2]);
+    let mut row = vec![0; reader.header().row_bytes()];
+    let rows = (0..32).take_while(|_| reader.read_rows(&mut row).is_ok()).count();
+    assert!(rows < 32, "{rows}");
 }
 
 fn tiff_file<C: TiffColor, K: TiffKind>(data: &[C::Inner], rows: u32, compression: Compression) -> Vec<u8>
@@ -302,7 +357,14 @@ fn tiff_with_alpha_white_is_zero_orientation_and_jpeg_tiles() {
     let mut file = HandmadeTiff::new(SIZE, &[8, 8], 1, chunk, false);
     file.set(338, 1);
     file.cut(SIZE, 2, chunk, &data);
-    assert_eq!(check(&file.bytes(), PixelFormat::GREY_ALPHA8, &data), [Notice::PremultipliedAlpha]);
+    let divided: Vec<u8> = data
+        .chunks(2)
+        .flat_map(|texel| {
+            let [v, a] = [texel[0], texel[1]].map(u32::from);
+            [if a == 0 { v } else { ((v * 255 + a / 2) / a).min(255) } as u8, texel[1]]
+        })
+        .collect();
+    assert_eq!(check(&file.bytes(), PixelFormat::GREY_ALPHA8, &divided), [Notice::PremultipliedAlpha]);
 
     let mut file = HandmadeTiff::new(SIZE, &[8], 0, chunk, false);
     file.set(274, 3);

@@ -4,6 +4,7 @@ use std::cell::Cell;
 use std::fs;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime};
 
 use crate::common::{texels, write_png};
 use png::{BitDepth, ColorType};
@@ -236,11 +237,16 @@ fn what_is_left_of_another_build_is_refused_and_stays() {
     assert!(
         refused(BuildOptions { compression: Compression::Lz4, ..pages_of(16) }).contains("other options")
     );
-    let image = fs::read(bench.path("in.png")).unwrap();
+    let (image, changed) =
+        (fs::read(bench.path("in.png")).unwrap(), bench.path("in.png").metadata().unwrap());
     let other = texels(3 * 300 * 260, 77);
     write_png(&bench.path("in.png"), [300, 260], ColorType::Rgb, BitDepth::Eight, &other);
     assert!(refused(pages_of(16)).contains("the input has changed"));
+    // The same bytes at another time may be others where nobody looked.
     fs::write(bench.path("in.png"), image).unwrap();
+    set_time(&bench.path("in.png"), changed.modified().unwrap() + Duration::from_secs(1));
+    assert!(refused(pages_of(16)).contains("the input has changed"));
+    set_time(&bench.path("in.png"), changed.modified().unwrap());
     let report = bench.build(&BuildOptions { resume: true, durable: true, ..pages_of(16) }, &()).unwrap();
     assert_eq!(report.resumed_tiles, report.tiles);
     bench.expect_whole(&report);
@@ -345,4 +351,8 @@ fn parts_are_gone_on_with_too() {
         let error = bench.build(&other, &()).unwrap_err().to_string();
         assert!(error.contains("of another image, part or options; build without --resume"), "{error}");
     }
+}
+
+fn set_time(path: &Path, time: SystemTime) {
+    fs::File::options().write(true).open(path).unwrap().set_modified(time).unwrap();
 }

@@ -71,6 +71,10 @@ impl RowReader for Managed {
         self.inner.present(geometry)
     }
 
+    fn tolerate(&mut self) {
+        self.inner.tolerate();
+    }
+
     fn read_rows(&mut self, rows: &mut [u8]) -> Result<(), InputFault> {
         self.inner.read_rows(rows)?;
         self.header.add_notices_of(self.inner.header(), &mut self.seen);

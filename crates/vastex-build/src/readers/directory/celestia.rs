@@ -12,8 +12,8 @@ use crate::notice::Notice;
 const SIDES: std::ops::RangeInclusive<u32> = 64..=16384;
 /// Levels that Celestia looks for.
 const LEVELS: u32 = 13;
-/// The largest `BaseSplit`.
-const MAX_BASE: u32 = 17;
+/// The largest `BaseSplit`: every tile of the coarsest level must be there, and that one has 131,072 already.
+const MAX_BASE: u32 = 8;
 
 /// What a `.ctx` file says.
 #[derive(Debug, PartialEq, Eq)]
@@ -50,18 +50,6 @@ pub(super) fn open(path: &Path, text: &str) -> Result<Source, InputFault> {
         if !tiles.is_empty() {
             levels.insert(level, tiles);
         }
-    }
-    if context.base + levels.keys().next_back().copied().unwrap_or(0) > 24
-        || (context.base > 8 && !levels.is_empty())
-    {
-        return Err(InputFault::Layout {
-            why: format!(
-                "has a BaseSplit of {}, so its coarsest level alone has {} tiles",
-                context.base,
-                2u64 << (2 * context.base)
-            ),
-            remedy: "give it coarser levels, down to a BaseSplit of 8 at most",
-        });
     }
     let tree = Quadtree::new(&directory, levels, context.base, SIDES)?;
     let texels = tree.texels()?;
@@ -107,10 +95,15 @@ fn parse(text: &str) -> Result<Context, InputFault> {
     }
     let directory = values.get("ImageDirectory").ok_or_else(|| wrong("names no ImageDirectory".into()))?;
     let base = values.get("BaseSplit").unwrap_or(&"0");
-    let base = base.parse().ok().filter(|base| *base <= MAX_BASE);
+    let parsed = base.parse().ok().filter(|base| *base <= MAX_BASE);
     Ok(Context {
         directory: directory.to_string(),
-        base: base.ok_or_else(|| wrong(format!("has a BaseSplit that is none of 0 to {MAX_BASE}")))?,
+        base: parsed.ok_or_else(|| {
+            let base = base.escape_debug();
+            wrong(format!(
+                "has the BaseSplit '{base}'; 0 to {MAX_BASE} can be read, so give it coarser levels"
+            ))
+        })?,
         extension: values.get("TileType").unwrap_or(&"dds").to_string(),
         prefix: values.get("TilePrefix").unwrap_or(&"tx_").to_string(),
     })
@@ -160,7 +153,8 @@ mod tests {
             ("VirtualTexture {", "no '}'"),
             ("VirtualTexture { ImageDirectory \"a", "no '}'"),
             ("VirtualTexture { BaseSplit 1 }", "names no ImageDirectory"),
-            ("VirtualTexture { ImageDirectory \"a\" BaseSplit 18 }", "BaseSplit"),
+            ("VirtualTexture { ImageDirectory \"a\" BaseSplit 9 }", "BaseSplit '9'; 0 to 8"),
+            ("VirtualTexture { ImageDirectory \"a\" BaseSplit 99 }", "BaseSplit '99'; 0 to 8"),
             ("VirtualTexture { ImageDirectory \"a\" BaseSplit \"é\" }", "BaseSplit"),
         ] {
             let error = parse(text).unwrap_err().to_string();

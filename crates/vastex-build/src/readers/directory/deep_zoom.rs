@@ -142,7 +142,7 @@ fn parse(text: &str) -> Result<Manifest, InputFault> {
     if extension.contains(['/', '\\', '.']) {
         return Err(wrong(format!("has the Format '{}', which is no file ending", extension.escape_debug())));
     }
-    if *tile == 0 || *overlap > *tile || tile.saturating_add(2 * overlap.min(tile)) > MAX_SIDE {
+    if *tile == 0 || *overlap > *tile || tile.saturating_add(overlap.saturating_mul(2)) > MAX_SIDE {
         return Err(wrong(format!(
             "has tiles of {tile} texels with an overlap of {overlap}; a tile has 1 to {MAX_SIDE}, an overlap no more than it"
         )));
@@ -205,5 +205,7 @@ mod tests {
             let error = parse(&text).unwrap_err().to_string();
             assert!(error.contains(says), "{to}: {error}");
         }
+        let largest = GOOD.replace("'254'", "'4294967295'").replace("\"1\" ", "\"4294967295\" ");
+        assert!(parse(&largest).unwrap_err().to_string().contains("tiles of 4294967295 texels"));
     }
 }

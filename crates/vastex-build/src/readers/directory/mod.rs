@@ -193,6 +193,10 @@ impl RowReader for DirectoryReader {
         self.grid.present(geometry)
     }
 
+    fn tolerate(&mut self) {
+        self.decoded.tolerate();
+    }
+
     fn read_rows(&mut self, rows: &mut [u8]) -> Result<(), InputFault> {
         let row_bytes = self.header.row_bytes();
         for target in rows.chunks_exact_mut(row_bytes) {

@@ -30,6 +30,8 @@ pub(super) struct Decoded {
     path: PathBuf,
     size: [u32; 2],
     texels: Vec<u8>,
+    /// Whether the file may be damaged.
+    tolerates: bool,
 }
 
 /// The header of a tile's file.
@@ -53,6 +55,11 @@ pub(in crate::readers) fn common(a: PixelFormat, b: PixelFormat) -> Option<Pixel
 }
 
 impl Decoded {
+    /// Takes damaged files for what can be made of them.
+    pub(super) fn tolerate(&mut self) {
+        self.tolerates = true;
+    }
+
     /// Decodes the file of a piece, unless it was the last one asked for.
     pub(super) fn load(&mut self, piece: &Piece, format: PixelFormat) -> Result<(), InputFault> {
         if self.path == piece.path && !self.texels.is_empty() {
@@ -84,6 +91,10 @@ impl Decoded {
                 "convert all tiles to one kind",
             ));
         }
+        if self.tolerates {
+            image.tolerate();
+        }
+        let header = image.header();
         let mut stored = vec![0; header.row_bytes() * header.height as usize];
         image.read_rows(&mut stored)?;
         if own == format {

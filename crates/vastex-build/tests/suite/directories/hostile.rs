@@ -240,7 +240,7 @@ fn descriptions_that_lie_are_refused() {
     check("earth/earth.ctx", &["tiles of type 'dds'", "TileType"], |at| {
         rewrite(&at("earth/earth.ctx"), "\"png\"", "\"dds\"");
     });
-    check("earth/earth.ctx", &["BaseSplit of 17"], |at| {
+    check("earth/earth.ctx", &["BaseSplit '17'", "0 to 8"], |at| {
         rewrite(&at("earth/earth.ctx"), "BaseSplit 0", "BaseSplit 17");
     });
     check("earth/earth.ctx", &["lacks the root tile of column 0, row 1"], |at| {

@@ -1,5 +1,6 @@
 //! Tile directories of other programs: written, read as those programs would, and built again.
 
+mod exports;
 mod hostile;
 mod lacking;
 mod pictures;
