@@ -72,6 +72,12 @@ impl HashedTable {
 
     /// Carries out changes, evictions before loads, as [`crate::TableImage`] does one by one.
     pub fn apply(&mut self, changes: &[TableChange]) {
+        self.evict(changes);
+        self.load(changes);
+    }
+
+    /// Carries out the evictions alone. The places stay as many as they are, and where they are.
+    pub fn evict(&mut self, changes: &[TableChange]) {
         for TableChange { page, rule, entry } in changes {
             let ChangeRule::Naming(old) = *rule else { continue };
             match self.find(key(*page)) {
@@ -82,6 +88,10 @@ impl HashedTable {
                 _ => {}
             }
         }
+    }
+
+    /// Carries out the loads, for which there may have to be more places, or fewer where pages have gone.
+    pub fn load(&mut self, changes: &[TableChange]) {
         for TableChange { page, rule, entry } in changes {
             if *rule == ChangeRule::Coarser && self.find(key(*page)).is_err() {
                 self.insert(HashedPlace { page: key(*page), entry: entry.to_bits() });

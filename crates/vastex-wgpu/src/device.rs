@@ -109,6 +109,21 @@ pub(crate) fn uniform<T: bytemuck::Pod>(
     buffer
 }
 
+/// Whole words to be copied by commands, for which no later write takes their place; nothing on a lost device.
+pub(crate) fn staged(device: &wgpu::Device, label: &str, bytes: &[u8]) -> Option<wgpu::Buffer> {
+    let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(label),
+        size: bytes.len() as u64,
+        usage: wgpu::BufferUsages::MAP_WRITE | wgpu::BufferUsages::COPY_SRC,
+        mapped_at_creation: true,
+    });
+    let mut mapped = buffer.get_mapped_range_mut(..).ok()?;
+    mapped.copy_from_slice(bytes);
+    drop(mapped);
+    buffer.unmap();
+    Some(buffer)
+}
+
 /// A storage buffer that is cleared, written and copied, but never mapped.
 pub(crate) fn storage(device: &wgpu::Device, label: &str, size: u64) -> wgpu::Buffer {
     device.create_buffer(&wgpu::BufferDescriptor {

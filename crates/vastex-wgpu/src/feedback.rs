@@ -7,7 +7,7 @@
 
 use vastex_core::shared;
 
-use crate::device::{alive, storage, uniform};
+use crate::device::{alive, staged, storage, uniform};
 use crate::error::GpuError;
 use crate::mirror::{CELL_BYTES, ViewParams};
 use crate::raw::RawTexture;
@@ -209,17 +209,8 @@ impl ViewBuffer {
     /// never, make no difference. Costs a buffer of 48 bytes, which goes with the commands.
     pub(crate) fn set(&self, device: &wgpu::Device, encoder: &mut wgpu::CommandEncoder, params: &ViewParams) {
         let bytes = bytemuck::bytes_of(params);
-        let source = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("vastex view"),
-            size: bytes.len() as u64,
-            usage: wgpu::BufferUsages::MAP_WRITE | wgpu::BufferUsages::COPY_SRC,
-            mapped_at_creation: true,
-        });
-        // On a lost device there is nothing to write to, which whoever reads feedback is told.
-        let Ok(mut mapped) = source.get_mapped_range_mut(..) else { return };
-        mapped.copy_from_slice(bytes);
-        drop(mapped);
-        source.unmap();
+        // A lost device shows where feedback is read.
+        let Some(source) = staged(device, "vastex view", bytes) else { return };
         encoder.copy_buffer_to_buffer(&source, 0, &self.buffer, 0, bytes.len() as u64);
     }
 

@@ -7,7 +7,7 @@ use vastex_core::{
     Geometry, HashedPlace, HashedTable, LevelRule, Slot, TableEntry, TableImage, TableLayout, TextureId,
 };
 
-use crate::device::{alive, storage, uniform};
+use crate::device::{alive, guarded, storage, uniform};
 use crate::error::GpuError;
 use crate::mirror::{TableParams, TextureParams};
 use crate::shader::TableKinds;
@@ -92,7 +92,7 @@ pub(crate) enum Kind {
 impl TableBuffers {
     /// A table in which every entry leads to the tail, which lies in `tail_slot`, of a texture without a bias of
     /// its own, for shaders made for a way of feedback. A direct one has entries for the coarse levels only, some hundreds; before a finer page is loaded it must
-    /// [grow](TableBuffers::grow).
+    /// [grow](crate::TableChanger::grow).
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -110,28 +110,15 @@ impl TableBuffers {
             true => Kind::Hashed(Box::new(HashedTable::new(geometry, tail_slot))),
             false => Kind::Direct { finest: coarse_level(geometry), image: is_in_texture.then(image) },
         };
-        let entries = Entries::new(device, kind.bytes(geometry), is_in_texture);
+        let entries = Entries::new(device, kind.bytes(geometry), is_in_texture)?;
         let rule = LevelRule::default().within(geometry);
         let params = TextureParams::new(geometry, texture, tail_slot, &rule, kind.params());
         let params = uniform(device, queue, "vastex texture", &params);
         let geometry = geometry.clone();
         let mut table =
             TableBuffers { geometry, texture, tail_slot, rule, kind, params, entries, changes: None };
-        table.send_entries(queue);
+        table.send_all(queue);
         Ok(table)
-    }
-
-    /// Begins anew, with the tail in `tail_slot`, for all commands submitted after this call; returns the bytes sent. Bind groups are to
-    /// be made anew where the table is hashed.
-    pub fn reset(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, tail_slot: Slot) -> u64 {
-        self.tail_slot = tail_slot;
-        match &mut self.kind {
-            Kind::Hashed(table) => **table = HashedTable::new(&self.geometry, tail_slot),
-            Kind::Direct { image, .. } => {
-                image.iter_mut().for_each(|image| **image = TableImage::new(&self.geometry, tail_slot));
-            }
-        }
-        self.lie_anew(device, queue)
     }
 
     /// Whether there are entries for the pages of a level.
@@ -142,54 +129,77 @@ impl TableBuffers {
         }
     }
 
-    /// Makes entries for all levels from `level` on, and begins anew as [`TableBuffers::reset`] does: then whatever is resident is to be
-    /// told, and bind groups are to be made anew. Costs 4 bytes for each entry, once for each level at most; returns the bytes sent.
-    pub fn grow(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, level: u8) -> Result<u64, GpuError> {
-        if self.has_level(level) {
-            return Ok(0);
-        }
+    /// Takes another buffer or texture, and other parameters, for a table with `tail_slot` and, where it is direct, entries from level
+    /// `finest` on, in which every entry leads to the tail; they are to be filled. What was recorded with the old ones keeps them. Where it
+    /// fails everything stays as it is.
+    pub(crate) fn lie_anew(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        tail_slot: Slot,
+        finest: u8,
+    ) -> Result<(), GpuError> {
+        let kind = match &self.kind {
+            Kind::Direct { image, .. } => {
+                let anew = || Box::new(TableImage::new(&self.geometry, tail_slot));
+                Kind::Direct { finest, image: image.is_some().then(anew) }
+            }
+            Kind::Hashed(_) => Kind::Hashed(Box::new(HashedTable::new(&self.geometry, tail_slot))),
+        };
+        self.lie_elsewhere(device, queue, tail_slot, Some(kind))
+    }
+
+    /// The same for what a hashed table holds now, whose places are others.
+    pub(crate) fn lie_elsewhere(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        tail_slot: Slot,
+        kind: Option<Kind>,
+    ) -> Result<(), GpuError> {
         alive(device)?;
-        if let Kind::Direct { finest, .. } = &mut self.kind {
-            *finest = level;
+        let bytes = kind.as_ref().unwrap_or(&self.kind).bytes(&self.geometry);
+        let entries = Entries::new(device, bytes, matches!(self.entries, Entries::Texture(_)))?;
+        if let Some(kind) = kind {
+            self.kind = kind;
         }
-        Ok(self.reset(device, queue, self.tail_slot))
+        (self.tail_slot, self.entries) = (tail_slot, entries);
+        self.params = uniform(device, queue, "vastex texture", &self.texture_params());
+        self.changes = None; // its bind group names the old ones
+        Ok(())
     }
 
-    /// Sends all of the table, to a buffer or texture of another size where it needs one, and what shaders are told of it.
-    pub(crate) fn lie_anew(&mut self, device: &wgpu::Device, queue: &wgpu::Queue) -> u64 {
-        let bytes = self.kind.bytes(&self.geometry);
-        if !self.entries.fits(bytes) {
-            self.entries = Entries::new(device, bytes, matches!(self.entries, Entries::Texture(_)));
-            self.changes = None; // its bind group names the old entries
+    /// The finest level with entries, of a direct table.
+    pub(crate) fn finest(&self) -> u8 {
+        match self.kind {
+            Kind::Direct { finest, .. } => finest,
+            Kind::Hashed(_) => 0,
         }
-        self.send_params(queue);
-        self.send_entries(queue);
-        bytes
     }
 
-    fn send_entries(&mut self, queue: &wgpu::Queue) {
+    /// Sends all of a table that nothing reads yet, for all commands submitted after this call.
+    pub(crate) fn send_all(&mut self, queue: &wgpu::Queue) -> u64 {
         if let Kind::Hashed(table) = &mut self.kind {
             table.take_written(); // all of it goes
         }
         let count = self.kind.bytes(&self.geometry) / 4;
-        let word = |index| self.kind.word(&self.geometry, self.tail_slot, index);
+        let words = self.kind.words(&self.geometry, self.tail_slot);
         match &mut self.entries {
             Entries::Buffer(buffer) => {
-                let words: Vec<u32> = (0..count).map(word).collect();
-                queue.write_buffer(buffer, 0, bytemuck::cast_slice(&words));
+                queue.write_buffer(buffer, 0, bytemuck::cast_slice(&words.range(0..count)));
+                count * 4
             }
-            Entries::Texture(texture) => {
-                texture.mark(0, count);
-                self.send_marked(queue);
-            }
+            Entries::Texture(texture) => texture.write_all(queue, &words),
         }
     }
 
-    /// Sends the rows of a table in a texture in which something has changed; returns their bytes.
-    pub(crate) fn send_marked(&mut self, queue: &wgpu::Queue) -> u64 {
-        let Entries::Texture(texture) = &mut self.entries else { return 0 };
-        let count = self.kind.bytes(&self.geometry) / 4;
-        texture.send(queue, count, |index| self.kind.word(&self.geometry, self.tail_slot, index))
+    /// Records the rows of a table in a texture in which something has changed; returns their bytes.
+    pub(crate) fn send_marked(&mut self, device: &wgpu::Device, encoder: &mut wgpu::CommandEncoder) -> u64 {
+        let words = self.kind.words(&self.geometry, self.tail_slot);
+        match &mut self.entries {
+            Entries::Buffer(_) => 0,
+            Entries::Texture(texture) => texture.send(device, encoder, &words),
+        }
     }
 
     /// Sets how levels are chosen, as far as the texture has them, for all commands submitted after this call: sampling
@@ -267,6 +277,10 @@ impl TableBuffers {
         entries + self.params.size()
     }
 
+    pub(crate) fn tail_slot(&self) -> Slot {
+        self.tail_slot
+    }
+
     /// What of its parameters may change.
     pub(crate) fn changeable(&self) -> (LevelRule, Slot, TableParams) {
         (self.rule, self.tail_slot, self.kind.params())
@@ -282,35 +296,25 @@ impl TableBuffers {
 }
 
 impl Entries {
-    fn new(device: &wgpu::Device, bytes: u64, is_in_texture: bool) -> Entries {
-        match is_in_texture {
+    fn new(device: &wgpu::Device, bytes: u64, is_in_texture: bool) -> Result<Entries, GpuError> {
+        guarded(device, bytes, || match is_in_texture {
             true => Entries::Texture(TableTexture::new(device, bytes)),
             false => Entries::Buffer(storage(device, "vastex page table", bytes)),
-        }
-    }
-
-    fn fits(&self, bytes: u64) -> bool {
-        match self {
-            Entries::Buffer(buffer) => buffer.size() == bytes,
-            Entries::Texture(texture) => texture.fits(bytes),
-        }
+        })
     }
 }
 
 impl Kind {
-    /// A word of the table; one of a direct table that only the GPU has leads to the tail, as at its beginning.
-    pub(crate) fn word(&self, geometry: &Geometry, tail_slot: Slot, index: u64) -> u32 {
+    /// The words of the table; those of a direct table that only the GPU has lead to the tail, as at its beginning.
+    pub(crate) fn words(&self, geometry: &Geometry, tail_slot: Slot) -> Words<'_> {
         match self {
-            Kind::Direct { finest, image } => {
-                let at = (first_entry(geometry, *finest) + index) as usize;
-                let known = image.as_ref().and_then(|image| image.entries().get(at));
-                let tail = || TableEntry::new(geometry.tail().first_level(), tail_slot);
-                known.copied().unwrap_or_else(tail).to_bits()
+            Kind::Direct { finest, image: Some(image) } => {
+                Words::Image(&image.entries()[first_entry(geometry, *finest) as usize..])
             }
-            Kind::Hashed(table) => {
-                let words = HashedPlace::WORDS as u64;
-                table.places()[(index / words) as usize].words()[(index % words) as usize]
+            Kind::Direct { image: None, .. } => {
+                Words::Tail(TableEntry::new(geometry.tail().first_level(), tail_slot).to_bits())
             }
+            Kind::Hashed(table) => Words::Places(table.places()),
         }
     }
 
@@ -328,6 +332,33 @@ impl Kind {
             Kind::Direct { finest, .. } => entry_count(geometry, *finest) * 4,
             Kind::Hashed(table) => (table.places().len() * PLACE_BYTES) as u64,
         }
+    }
+}
+
+/// What a table holds, word by word.
+pub(crate) enum Words<'a> {
+    Image(&'a [TableEntry]),
+    Tail(u32),
+    Places(&'a [HashedPlace]),
+}
+
+impl Words<'_> {
+    /// Some of them, and zeros beyond the last, where nobody looks.
+    pub(crate) fn range(&self, range: std::ops::Range<u64>) -> Vec<u32> {
+        let (begin, count) = (range.start as usize, (range.end - range.start) as usize);
+        let mut words: Vec<u32> = match self {
+            Words::Tail(tail) => vec![*tail; count],
+            Words::Image(entries) => {
+                entries.iter().skip(begin).take(count).map(|entry| entry.to_bits()).collect()
+            }
+            Words::Places(places) => {
+                let first = begin / HashedPlace::WORDS;
+                let words = places.iter().skip(first).flat_map(|place| place.words());
+                words.skip(begin % HashedPlace::WORDS).take(count).collect()
+            }
+        };
+        words.resize(count, 0);
+        words
     }
 }
 

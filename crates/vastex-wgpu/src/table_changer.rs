@@ -5,7 +5,7 @@
 //! changes on the CPU, and one dispatch writes the places that are others now. Tables in textures change on the CPU, too
 //! (`table_texture`).
 
-use vastex_core::{ChangeRule, Geometry, HashedTable, PagePos, TableChange, shared};
+use vastex_core::{ChangeRule, Geometry, HashedTable, PagePos, Slot, TableChange, shared};
 
 use crate::bind::buffer;
 use crate::device::{alive, compute_pipelines, dispatch_size, storage};
@@ -14,6 +14,9 @@ use crate::mirror::{Change, ChangesHead, Written, WrittenHead};
 use crate::shader;
 use crate::table::{Kind, TableBuffers};
 use crate::way::FeedbackWay;
+
+/// Bytes of a buffer for changes at least.
+const LEAST_ROOM: u64 = 1024;
 
 /// Where changes are sent to, and the bind group that sees them; made anew when it is too small.
 #[derive(Debug)]
@@ -27,7 +30,8 @@ pub(crate) struct ChangeBuffer {
 pub struct Applied {
     /// Bytes sent to the GPU.
     pub bytes: u64,
-    /// Whether a hashed table lies elsewhere now: its bind groups are to be made anew.
+    /// Whether a hashed table lies elsewhere now: its bind groups are to be made anew. What was recorded with the old ones shows what it did,
+    /// until further changes are submitted.
     pub has_moved: bool,
 }
 
@@ -41,6 +45,7 @@ pub struct TableChanger {
 #[derive(Debug)]
 struct Pipelines {
     layout: wgpu::BindGroupLayout,
+    fill: wgpu::ComputePipeline,
     evict: wgpu::ComputePipeline,
     load: wgpu::ComputePipeline,
     write: wgpu::ComputePipeline,
@@ -69,8 +74,71 @@ impl TableChanger {
         match &self.pipelines {
             _ if changes.is_empty() => Ok(Applied::default()),
             Some(pipelines) => pipelines.apply(device, queue, encoder, table, changes),
-            None => table.apply_in_texture(device, queue, changes),
+            None => table.apply_in_texture(device, queue, encoder, changes),
         }
+    }
+
+    /// Makes entries for all levels of a table from `level` on, where it has fewer: it begins anew elsewhere, and is told what is
+    /// `resident`. Bind groups are to be made anew. What was recorded with the old ones, and is submitted before further changes are, shows
+    /// what it did, since `changes` are carried out to the old table as well.
+    ///
+    /// Costs 4 bytes of memory for each entry, filled on the GPU. Returns the bytes sent. Where it fails the table is to begin anew
+    /// ([`TableChanger::begin_anew`]).
+    #[expect(clippy::too_many_arguments, reason = "the device's three, and two lists of changes")]
+    pub fn grow(
+        &self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        encoder: &mut wgpu::CommandEncoder,
+        table: &mut TableBuffers,
+        level: u8,
+        changes: &[TableChange],
+        resident: &[TableChange],
+    ) -> Result<u64, GpuError> {
+        let old = self.apply(device, queue, encoder, table, changes)?;
+        if table.has_level(level) {
+            return Ok(old.bytes);
+        }
+        let tail_slot = table.tail_slot();
+        Ok(old.bytes + self.fill(device, queue, encoder, table, tail_slot, level, resident)?)
+    }
+
+    /// Lets a table begin anew elsewhere, with the tail in `tail_slot` and what is `resident`, with entries for their levels and those that it
+    /// had. Bind groups are to be made anew; what was recorded with the old ones keeps the old table as it is. Returns the bytes sent.
+    pub fn begin_anew(
+        &self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        encoder: &mut wgpu::CommandEncoder,
+        table: &mut TableBuffers,
+        tail_slot: Slot,
+        resident: &[TableChange],
+    ) -> Result<u64, GpuError> {
+        let levels = resident.iter().map(|change| change.page.level());
+        let finest = levels.fold(table.finest(), u8::min);
+        self.fill(device, queue, encoder, table, tail_slot, finest, resident)
+    }
+
+    #[expect(clippy::too_many_arguments, reason = "as those who call it")]
+    fn fill(
+        &self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        encoder: &mut wgpu::CommandEncoder,
+        table: &mut TableBuffers,
+        tail_slot: Slot,
+        finest: u8,
+        resident: &[TableChange],
+    ) -> Result<u64, GpuError> {
+        table.lie_anew(device, queue, tail_slot, finest)?;
+        let filled = match (&self.pipelines, &table.kind) {
+            (Some(pipelines), Kind::Direct { .. }) => {
+                pipelines.fill(device, encoder, table);
+                0
+            }
+            _ => table.send_all(queue),
+        };
+        Ok(filled + self.apply(device, queue, encoder, table, resident)?.bytes)
     }
 }
 
@@ -82,9 +150,10 @@ impl Pipelines {
             buffer(wgpu::BufferBindingType::Uniform),
         ];
         let text = shader::table_wgsl();
-        let (layout, [evict, load, write]) =
-            compute_pipelines(device, "vastex table changes", text, &bindings, ["evict", "load", "write"]);
-        Pipelines { layout, evict, load, write }
+        let steps = ["fill", "evict", "load", "write"];
+        let (layout, [fill, evict, load, write]) =
+            compute_pipelines(device, "vastex table changes", text, &bindings, steps);
+        Pipelines { layout, fill, evict, load, write }
     }
 
     fn apply(
@@ -102,17 +171,42 @@ impl Pipelines {
                 (batch.bytes(), vec![(&self.evict, eviction_chunks), (&self.load, load_chunks)])
             }
             Kind::Hashed(hashed) => {
-                hashed.apply(changes);
-                let Some(written) = hashed.take_written() else {
-                    alive(device)?;
-                    return Ok(Applied { bytes: table.lie_anew(device, queue), has_moved: true });
+                hashed.evict(changes);
+                let mut written = hashed.take_written().unwrap_or_default();
+                let evicted = written_places(hashed, &written);
+                hashed.load(changes);
+                let chunks = |places: &[u32]| (places.len() as u32).div_ceil(shared::WORKGROUP);
+                let Some(loaded) = hashed.take_written() else {
+                    // What was recorded before keeps the old places, without what has left its slot.
+                    let steps = [(&self.write, chunks(&written))];
+                    self.dispatch(device, queue, encoder, table, &evicted, &steps)?;
+                    table.lie_elsewhere(device, queue, table.tail_slot(), None)?;
+                    let bytes = evicted.len() as u64 + table.send_all(queue);
+                    return Ok(Applied { bytes, has_moved: true });
                 };
-                let chunks = (written.len() as u32).div_ceil(shared::WORKGROUP);
-                (written_places(hashed, &written), vec![(&self.write, chunks)])
+                written.extend(loaded);
+                written.sort_unstable();
+                written.dedup();
+                (written_places(hashed, &written), vec![(&self.write, chunks(&written))])
             }
         };
         self.dispatch(device, queue, encoder, table, &bytes, &steps)?;
         Ok(Applied { bytes: bytes.len() as u64, has_moved: false })
+    }
+
+    /// Lets every entry of a table lead to the tail.
+    fn fill(&self, device: &wgpu::Device, encoder: &mut wgpu::CommandEncoder, table: &mut TableBuffers) {
+        let entries = (table.kind.bytes(&table.geometry) / 4) as u32;
+        let room = table.changes.take().unwrap_or_else(|| self.change_buffer(device, table, LEAST_ROOM));
+        let [x, y] = dispatch_size(entries.div_ceil(shared::WORKGROUP));
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some("vastex page table"),
+            timestamp_writes: None,
+        });
+        pass.set_bind_group(0, &room.bind_group, &[]);
+        pass.set_pipeline(&self.fill);
+        pass.dispatch_workgroups(x, y, 1);
+        table.changes = Some(room);
     }
 
     /// Sends a batch, and runs over its parts in turn, each of so many workgroups.
@@ -130,7 +224,7 @@ impl Pipelines {
             Some(room) if room.buffer.size() >= sent => room,
             _ => {
                 alive(device)?;
-                self.change_buffer(device, table, sent.next_power_of_two())
+                self.change_buffer(device, table, sent.next_power_of_two().max(LEAST_ROOM))
             }
         };
         queue.write_buffer(&room.buffer, 0, bytes);
@@ -226,7 +320,6 @@ fn entries_below(geometry: &Geometry, level: u8, finest: u8) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use vastex_core::Slot;
     use vastex_core::sim::{Knobs, Path, World};
 
     /// At most twice the changed entries' own bytes and 64 for each page loaded or evicted, whichever way the camera goes.

@@ -5,8 +5,9 @@
 
 use vastex_core::{Geometry, HashedPlace, PagePos, TableChange, TableLayout};
 
+use crate::device::{alive, staged};
 use crate::error::GpuError;
-use crate::table::{Entries, Kind, TableBuffers};
+use crate::table::{Entries, Kind, TableBuffers, Words};
 use crate::table_changer::Applied;
 
 /// Words of a row at least, so that small tables are not sent in many pieces.
@@ -49,11 +50,6 @@ impl TableTexture {
         4 * side * (1 << side.ilog2())
     }
 
-    /// Whether it is as large as it should be for so many bytes.
-    pub(crate) fn fits(&self, bytes: u64) -> bool {
-        self.size == texture_size(bytes / 4)
-    }
-
     /// Words from `first` on are to be sent.
     pub(crate) fn mark(&mut self, first: u64, count: u64) {
         let [low, high] =
@@ -61,40 +57,62 @@ impl TableTexture {
         self.is_changed[low..=high].fill(true);
     }
 
-    /// Sends the rows that are marked, for all commands submitted after this call; there are `count` words. Returns the bytes sent.
-    pub(crate) fn send(&mut self, queue: &wgpu::Queue, count: u64, word: impl Fn(u64) -> u32) -> u64 {
+    /// Records copies of the rows that are marked, and returns their bytes.
+    pub(crate) fn send(
+        &mut self,
+        device: &wgpu::Device,
+        encoder: &mut wgpu::CommandEncoder,
+        words: &Words<'_>,
+    ) -> u64 {
         let (mut sent, mut row) = (0, 0);
         for run in self.is_changed.chunk_by(|a, b| a == b) {
             let rows = row..row + run.len() as u32;
             row = rows.end;
-            if run[0] {
-                sent += self.send_rows(queue, count, &word, rows);
+            if !run[0] {
+                continue;
             }
+            let bytes = self.rows(words, &rows);
+            sent += bytes.len() as u64 * 4;
+            // A lost device shows where the frame begins.
+            let Some(buffer) = staged(device, "vastex page table", bytemuck::cast_slice(&bytes)) else {
+                continue;
+            };
+            let source = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout: self.layout() };
+            encoder.copy_buffer_to_texture(source, self.at(rows.start), self.extent_of(&rows));
         }
         self.is_changed.fill(false);
         sent
     }
 
-    fn send_rows(
-        &self,
-        queue: &wgpu::Queue,
-        count: u64,
-        word: impl Fn(u64) -> u32,
-        rows: std::ops::Range<u32>,
-    ) -> u64 {
-        let [begin, end] = [rows.start, rows.end].map(|row| u64::from(row) * u64::from(self.size[0]));
-        // Beyond the last word nobody looks.
-        let words: Vec<u32> = (begin..end).map(|index| if index < count { word(index) } else { 0 }).collect();
-        let bytes: &[u8] = bytemuck::cast_slice(&words);
-        let origin = wgpu::Origin3d { x: 0, y: rows.start, z: 0 };
-        let bytes_per_row = Some(self.size[0] * 4);
-        queue.write_texture(
-            wgpu::TexelCopyTextureInfo { origin, ..self.texture.as_image_copy() },
-            bytes,
-            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row, rows_per_image: None },
-            extent([self.size[0], rows.end - rows.start]),
-        );
+    /// Writes all rows, for all commands submitted after this call, and returns their bytes. For a texture that nothing reads yet.
+    pub(crate) fn write_all(&mut self, queue: &wgpu::Queue, words: &Words<'_>) -> u64 {
+        let rows = 0..self.size[1];
+        let bytes = self.rows(words, &rows);
+        let bytes: &[u8] = bytemuck::cast_slice(&bytes);
+        queue.write_texture(self.at(0), bytes, self.layout(), self.extent_of(&rows));
+        self.is_changed.fill(false);
         bytes.len() as u64
+    }
+
+    fn rows(&self, words: &Words<'_>, rows: &std::ops::Range<u32>) -> Vec<u32> {
+        let [begin, end] = [rows.start, rows.end].map(|row| u64::from(row) * u64::from(self.size[0]));
+        words.range(begin..end)
+    }
+
+    fn at(&self, row: u32) -> wgpu::TexelCopyTextureInfo<'_> {
+        wgpu::TexelCopyTextureInfo {
+            origin: wgpu::Origin3d { x: 0, y: row, z: 0 },
+            ..self.texture.as_image_copy()
+        }
+    }
+
+    /// Rows are at least [`LEAST_WIDTH`] words, and a power of two, as copies from buffers need them.
+    fn layout(&self) -> wgpu::TexelCopyBufferLayout {
+        wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(self.size[0] * 4), rows_per_image: None }
+    }
+
+    fn extent_of(&self, rows: &std::ops::Range<u32>) -> wgpu::Extent3d {
+        extent([self.size[0], rows.end - rows.start])
     }
 
     pub(crate) fn texture(&self) -> &wgpu::Texture {
@@ -116,8 +134,10 @@ impl TableBuffers {
         &mut self,
         device: &wgpu::Device,
         queue: &wgpu::Queue,
+        encoder: &mut wgpu::CommandEncoder,
         changes: &[TableChange],
     ) -> Result<Applied, GpuError> {
+        alive(device)?;
         let Entries::Texture(texture) = &mut self.entries else { return Ok(Applied::default()) };
         match &mut self.kind {
             Kind::Direct { finest, image } => {
@@ -129,15 +149,26 @@ impl TableBuffers {
                 }
             }
             Kind::Hashed(hashed) => {
-                hashed.apply(changes);
-                let Some(written) = hashed.take_written() else {
-                    return Ok(Applied { bytes: self.lie_anew(device, queue), has_moved: true });
-                };
                 let words = HashedPlace::WORDS as u64;
+                hashed.evict(changes);
+                let evicted = hashed.take_written().unwrap_or_default();
+                evicted.iter().for_each(|&place| texture.mark(u64::from(place) * words, words));
+                let bytes = self.send_marked(device, encoder);
+                let (Entries::Texture(texture), Kind::Hashed(hashed)) = (&mut self.entries, &mut self.kind)
+                else {
+                    return Ok(Applied::default());
+                };
+                hashed.load(changes);
+                let Some(written) = hashed.take_written() else {
+                    // What was recorded before keeps the old places, without what has left its slot.
+                    self.lie_elsewhere(device, queue, self.tail_slot(), None)?;
+                    return Ok(Applied { bytes: bytes + self.send_all(queue), has_moved: true });
+                };
                 written.iter().for_each(|&place| texture.mark(u64::from(place) * words, words));
+                return Ok(Applied { bytes: bytes + self.send_marked(device, encoder), has_moved: false });
             }
         }
-        Ok(Applied { bytes: self.send_marked(queue), has_moved: false })
+        Ok(Applied { bytes: self.send_marked(device, encoder), has_moved: false })
     }
 }
 

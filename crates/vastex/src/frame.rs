@@ -42,6 +42,10 @@ impl Textures {
     /// new state, whenever it was recorded, and no command buffer of the application's has to be submitted for it: any may be dropped.
     /// [Bind groups](Textures::bind_group) may be others afterwards.
     ///
+    /// Commands may be recorded ahead: what was recorded after one update and is submitted after the next, but before the one after that, shows
+    /// what is there then, and right. That holds where a page table has grown meanwhile or a pool was resized, too, though not for
+    /// textures that were removed.
+    ///
     /// It fails where the device is lost ([`vastex_wgpu::GpuError::DeviceLost`]) or has no memory for a page table that grows; then pictures are
     /// as they were, and the next call does what this one could not.
     pub fn update(&mut self) -> Result<(), Error> {
@@ -122,6 +126,7 @@ impl Textures {
             .device
             .create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("vastex update") });
         let moved = self.change_tables(&mut encoder)?;
+        self.renew_groups_of(&moved)?;
         for (pool, upload) in &self.undone.uploads {
             self.pools[usize::from(pool.number())].upload(&self.queue, upload.slot, &upload.bytes)?;
         }

@@ -183,6 +183,18 @@ impl Textures {
         }
     }
 
+    /// Gives the groups that these textures are in parameters of their own, beside those that recorded commands read: their page tables, or
+    /// pools, are others now.
+    pub(crate) fn renew_groups_of(&mut self, moved: &[TextureId]) -> Result<(), Error> {
+        let bound = Bound { textures: &self.textures, pools: &self.pools, pagers: &self.pagers };
+        for GroupState { id, layers, textures, params, .. } in &mut self.groups {
+            if textures.iter().any(|texture| moved.contains(texture)) {
+                *params = bound.params(&self.device, &self.queue, *id, layers, textures)?;
+            }
+        }
+        Ok(())
+    }
+
     /// On another device.
     pub(crate) fn restore_groups(&mut self) -> Result<(), Error> {
         let bound = Bound { textures: &self.textures, pools: &self.pools, pagers: &self.pagers };
@@ -196,8 +208,18 @@ impl Textures {
 
     /// Makes the bind groups of all groups, for every view.
     pub(crate) fn bind_groups_anew(&mut self) {
+        self.bind_groups_where(|_| true);
+    }
+
+    /// Makes the bind groups of the groups that these textures are in.
+    pub(crate) fn bind_groups_of(&mut self, moved: &[TextureId]) {
+        self.bind_groups_where(|state| state.textures.iter().any(|texture| moved.contains(texture)));
+    }
+
+    fn bind_groups_where(&mut self, is_to_be_made: impl Fn(&GroupState) -> bool) {
         let bound = Bound { textures: &self.textures, pools: &self.pools, pagers: &self.pagers };
-        for GroupState { id, layers, textures, layout, params, .. } in &self.groups {
+        for state in self.groups.iter().filter(|state| is_to_be_made(state)) {
+            let GroupState { id, layers, textures, layout, params, .. } = state;
             for view in &mut self.views {
                 let (tables, members) = (bound.tables(textures), bound.members(layers));
                 let group = layout.bind_group(&self.device, params, tables, members, &view.params);

@@ -1,7 +1,7 @@
 //! Page tables: what the pagers have changed is carried out, and a direct one grows when a finer level comes to it, a hashed one
 //! with what is resident.
 
-use vastex_core::{Slot, TextureId};
+use vastex_core::{TableChange, TextureId};
 
 use crate::error::Error;
 use crate::textures::{TextureState, Textures};
@@ -42,8 +42,15 @@ impl Textures {
                     moved.push(texture);
                 }
             } else {
-                self.counters.table_bytes_sent += table.grow(&self.device, &self.queue, finest)?;
-                self.tell_table(encoder, texture)?;
+                let resident = self.resident_pages(texture);
+                let Some(Some(TextureState { table, .. })) =
+                    self.textures.get_mut(usize::from(texture.number()))
+                else {
+                    continue;
+                };
+                let (device, queue) = (&self.device, &self.queue);
+                let sent = self.changer.grow(device, queue, encoder, table, finest, changes, &resident)?;
+                self.counters.table_bytes_sent += sent;
                 moved.push(texture);
             }
         }
@@ -54,10 +61,7 @@ impl Textures {
     /// Makes the bind groups of tables that lie elsewhere now.
     pub(crate) fn bind_moved_tables(&mut self, moved: &[TextureId]) {
         moved.iter().for_each(|&texture| self.make_bind_groups(texture));
-        if !moved.is_empty() {
-            self.update_groups();
-            self.bind_groups_anew();
-        }
+        self.bind_groups_of(moved);
     }
 
     /// Begins the page table of a texture anew, with its tail and all that is resident.
@@ -66,22 +70,22 @@ impl Textures {
         encoder: &mut wgpu::CommandEncoder,
         texture: TextureId,
     ) -> Result<(), Error> {
-        let Some(pool) = self.pool_of(texture) else { return Ok(()) };
-        let slot: Option<Slot> = self.pagers.pager(pool).tail_slot(texture);
+        let slot = self.pool_of(texture).and_then(|pool| self.pagers.pager(pool).tail_slot(texture));
+        let resident = self.resident_pages(texture);
         let state = self.textures.get_mut(usize::from(texture.number()));
-        let (Some(slot), Some(Some(state))) = (slot, state) else { return Ok(()) };
-        self.counters.table_bytes_sent += state.table.reset(&self.device, &self.queue, slot);
-        self.tell_table(encoder, texture)
+        let (Some(slot), Some(Some(TextureState { table, .. }))) = (slot, state) else { return Ok(()) };
+        let (device, queue) = (&self.device, &self.queue);
+        let sent = self.changer.begin_anew(device, queue, encoder, table, slot, &resident)?;
+        self.counters.table_bytes_sent += sent;
+        Ok(())
     }
 
-    /// Tells a page table in which every entry leads to the tail what is resident.
-    fn tell_table(&mut self, encoder: &mut wgpu::CommandEncoder, texture: TextureId) -> Result<(), Error> {
-        let (pool, state) = (self.pool_of(texture), self.textures.get_mut(usize::from(texture.number())));
-        let (Some(pool), Some(Some(TextureState { table, .. }))) = (pool, state) else { return Ok(()) };
+    /// What a page table in which every entry leads to the tail is to be told.
+    fn resident_pages(&self, texture: TextureId) -> Vec<TableChange> {
         let mut resident = Vec::new();
-        self.pagers.pager(pool).resident_changes(texture, &mut resident);
-        let applied = self.changer.apply(&self.device, &self.queue, encoder, table, &resident)?;
-        self.counters.table_bytes_sent += applied.bytes;
-        Ok(())
+        if let Some(pool) = self.pool_of(texture) {
+            self.pagers.pager(pool).resident_changes(texture, &mut resident);
+        }
+        resident
     }
 }

@@ -143,20 +143,17 @@ impl<'a> Lookups<'a> {
             choice,
             FeedbackWay::Separate,
         )?;
-        table.grow(device, queue, 0)?;
         let change = |&(pos, entry): &(PagePos, TableEntry)| {
             let page = PageId::new(self.number, geometry.dims(), pos).context("a page of the texture")?;
             Ok(TableChange { page, rule: ChangeRule::Coarser, entry })
         };
         let changes = resident.iter().map(change).collect::<Result<Vec<TableChange>>>()?;
         let mut encoder = device.create_command_encoder(&Default::default());
-        TableChanger::new(device, FeedbackWay::Separate).apply(
-            device,
-            queue,
-            &mut encoder,
-            &mut table,
-            &changes,
-        )?;
+        let changer = TableChanger::new(device, FeedbackWay::Separate);
+        changer.grow(device, queue, &mut encoder, &mut table, 0, &[], &[])?;
+        queue.submit([encoder.finish()]);
+        let mut encoder = device.create_command_encoder(&Default::default());
+        changer.apply(device, queue, &mut encoder, &mut table, &changes)?;
         queue.submit([encoder.finish()]);
         Ok(table)
     }

@@ -80,6 +80,19 @@ fn chunk_of(group: vec3<u32>, groups: vec3<u32>) -> u32 {
     return group.y * groups.x + group.x;
 }
 
+// A direct table begins: every entry leads to the tail.
+@compute @workgroup_size(VASTEX_WORKGROUP)
+fn fill(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let index = chunk_of(group, groups) * VASTEX_WORKGROUP + lane;
+    if index < arrayLength(&table) {
+        atomicStore(&table[index], (texture.tail_level << VASTEX_ENTRY_SLOT_BITS) | texture.tail_slot);
+    }
+}
+
 @compute @workgroup_size(VASTEX_WORKGROUP)
 fn evict(
     @builtin(workgroup_id) group: vec3<u32>,

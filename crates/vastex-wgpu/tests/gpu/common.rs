@@ -156,9 +156,12 @@ pub(crate) fn table_of(
 ) -> TableBuffers {
     let (device, queue, way) = (&gpu.device, &gpu.queue, FeedbackWay::Separate);
     let mut table = TableBuffers::new(device, queue, geometry, NUMBER, tail, choice, way).unwrap();
-    table.grow(device, queue, 0).unwrap();
     let mut encoder = device.create_command_encoder(&Default::default());
-    TableChanger::new(device, way).apply(device, queue, &mut encoder, &mut table, changes).unwrap();
+    let changer = TableChanger::new(device, way);
+    changer.grow(device, queue, &mut encoder, &mut table, 0, &[], changes).unwrap();
+    if table.hashed().is_some() {
+        changer.apply(device, queue, &mut encoder, &mut table, changes).unwrap();
+    }
     queue.submit([encoder.finish()]);
     table
 }

@@ -6,8 +6,8 @@ use vastex_wgpu::test_device::compute_pipelines;
 
 use crate::common::{Mapping, PICTURE, SCREEN, Screen, property, settings};
 
-const SIZE: [u32; 2] = [4000, 3000];
-const TILE: u64 = 72 * 72 * 4;
+pub(crate) const SIZE: [u32; 2] = [4000, 3000];
+pub(crate) const TILE: u64 = 72 * 72 * 4;
 /// Frames in which a view comes right whatever was dropped before.
 const PATIENCE: u32 = 300;
 
@@ -135,7 +135,7 @@ fn compute_pipelines_are_made_once_for_a_device() {
 impl Screen {
     /// Frames of the view as it stands, each in a command buffer for the feedback pass and one for the picture, until all of it is there: how many
     /// it took. `is_dropped` says of a frame and its part whether it is dropped, `look` looks after each frame.
-    fn settle(
+    pub(crate) fn settle(
         &mut self,
         is_dropped: impl Fn((u32, usize)) -> bool,
         mut look: impl FnMut(&mut Screen),

@@ -1,6 +1,7 @@
 //! The integration tests of the whole loop on a GPU, in one program.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests fail by panicking")]
 
+mod ahead;
 mod by_hand;
 mod common;
 mod dropped;

@@ -13,6 +13,9 @@ use vastex_wgpu::test_device::TestDevice;
 /// Pixels of every picture.
 pub const PICTURE: [u32; 2] = [160, 120];
 
+/// Bytes of a row of a picture that is copied.
+const ROW: u32 = (PICTURE[0] * 4).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 /// What draws a texture.
 pub const SCREEN: &str = include_str!("screen.wgsl");
@@ -268,22 +271,32 @@ impl Screen {
         let mut pass = begin_picture(&mut encoder, &view, &depth);
         draw(&mut pass, &self.shown, |shown| (&shown.picture, self.textures.bind_group(shown.sampled)));
         drop(pass);
-        let row = (PICTURE[0] * 4).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+        let buffer = self.copy_picture(&mut encoder);
+        self.gpu.queue.submit([encoder.finish()]);
+        self.read_copy(&buffer)
+    }
+
+    /// Records a copy of the picture that the commands before have drawn.
+    pub fn copy_picture(&self, encoder: &mut wgpu::CommandEncoder) -> wgpu::Buffer {
         let buffer = self.gpu.device.create_buffer(&wgpu::BufferDescriptor {
             label: None,
-            size: u64::from(row * PICTURE[1]),
+            size: u64::from(ROW * PICTURE[1]),
             usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
             mapped_at_creation: false,
         });
         let layout =
-            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: None };
+            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(ROW), rows_per_image: None };
         let target = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout };
         encoder.copy_texture_to_buffer(self.colour.as_image_copy(), target, self.colour.size());
-        self.gpu.queue.submit([encoder.finish()]);
+        buffer
+    }
+
+    /// Such a picture, once its commands are submitted.
+    pub fn read_copy(&self, buffer: &wgpu::Buffer) -> Vec<[u8; 4]> {
         buffer.map_async(wgpu::MapMode::Read, .., |_| {});
         self.gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
         let bytes = buffer.get_mapped_range(..).unwrap();
-        let rows = bytes.chunks(row as usize).flat_map(|row| &row[..PICTURE[0] as usize * 4]);
+        let rows = bytes.chunks(ROW as usize).flat_map(|row| &row[..PICTURE[0] as usize * 4]);
         let bytes: Vec<u8> = rows.copied().collect();
         bytemuck::cast_slice(&bytes).to_vec()
     }
