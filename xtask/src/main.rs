@@ -1,4 +1,4 @@
-//! What a person types in a clone of Vastex: `cargo xtask test | demo | bench | campaign`.
+//! What a person types in a clone of Vastex: `cargo xtask test | shaders | demo | bench | campaign`.
 //!
 //! It drives other programs (cargo, the package manager, libvips) and says what it does; whatever can be asserted
 //! about the code itself is a test under `tests/` and not a command here. It stays small and free of heavy
@@ -8,6 +8,7 @@
 
 mod bench;
 mod block_speed;
+mod browser;
 mod campaign;
 mod damage;
 mod demo;
@@ -20,10 +21,12 @@ mod land_mask;
 mod measure;
 mod python;
 mod setup;
+mod shaders;
 mod shapes;
 mod shell;
 mod test;
 mod wasm;
+mod wgsl;
 mod window;
 
 use std::process::ExitCode;
@@ -39,6 +42,7 @@ Usage: cargo xtask <COMMAND>
 Commands:
   test [STEP]..            the whole suite with its set-up, or only the steps named
   test -p CRATE [WORD]     the tests of one crate, or those of them whose names contain a word
+  shaders DIR              every shader text that the project can hand to a device, one file each
   demo                     the real Earth as a virtual texture: in a window where there is a display, else as pictures
   bench build [OPTIONS]    preparing data beside libvips, in the same run
       --runs N               interleaved runs of each program [default: 5]
@@ -90,6 +94,7 @@ fn dispatch(arguments: &[&str]) -> anyhow::Result<()> {
         }
         ["test", steps @ ..] => test::run(steps),
         ["demo"] => demo::run(),
+        ["shaders", arguments @ ..] => shaders::run(arguments),
         ["bench", "build", options @ ..] => bench::build(options),
         ["bench", "fetch", options @ ..] => FETCH.bench(options),
         ["bench", "slow", options @ ..] => SLOW.bench(options),
@@ -133,6 +138,9 @@ mod tests {
             &["campaign", "fuzz", "--target", "moon"],
             &["campaign", "fuzz", "--minutes"],
             &["demo", "mars"],
+            &["shaders"],
+            &["shaders", "--fast"],
+            &["shaders", "a", "b"],
             &["test", "tset"],
             &["test", "-p"],
             &["test", "-p", "vastex-moon"],

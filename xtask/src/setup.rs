@@ -47,6 +47,14 @@ pub(crate) const VIRTUAL_DISPLAY: Need = Need {
     elsewhere: "Xvfb with xvfb-run, and libxkbcommon-x11",
 };
 
+pub(crate) const BROWSER: Need = Need {
+    what: "Chromium",
+    why: "every shader is handed to a browser, which refuses what other compilers take",
+    present: || crate::browser::program().is_some(),
+    debian: &["chromium"],
+    elsewhere: "Chromium or Chrome",
+};
+
 pub(crate) const VIPS: Need = Need {
     what: "libvips' programs",
     why: "the benchmark runs beside them",

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Result, bail};
 
 use crate::shell::Usage;
-use crate::{setup, shell, wasm, window};
+use crate::{browser, setup, shaders, shell, wasm, window};
 
 /// How a step ended that did not fail.
 pub(crate) enum Outcome {
@@ -30,6 +30,12 @@ const STEPS: &[Step] = &[
     Step { name: "clippy", what: "no lint fires anywhere", run: clippy },
     Step { name: "docs", what: "every link in the documentation leads somewhere", run: docs },
     Step { name: "tests", what: "every test, example and invariant", run: tests },
+    Step {
+        name: "shaders",
+        what: "every shader is WGSL, and every one that a test used is known",
+        run: shaders::check,
+    },
+    Step { name: "browser", what: "a browser takes every shader", run: browser::check },
     Step { name: "window", what: "the program's window opens", run: window::check },
     Step { name: "wasm", what: "the crates of the browser compile for it", run: wasm::check },
 ];
@@ -191,7 +197,10 @@ fn docs() -> Result<Outcome> {
 
 /// One invocation for the whole workspace, so that features unify and nothing is compiled twice.
 fn tests() -> Result<Outcome> {
-    shell::run(cargo_test().args(["--workspace", "--no-fail-fast"])).map(|()| Outcome::Passed)
+    shaders::forget()?;
+    let mut command = cargo_test();
+    command.env(shaders::LOG, shaders::handed_over()).args(["--workspace", "--no-fail-fast"]);
+    shell::run(&mut command).map(|()| Outcome::Passed)
 }
 
 fn cargo_test() -> Command {

@@ -26,7 +26,7 @@ pub(crate) fn mixed(text: &str) -> Vec<Mixed> {
     // One expression for each depth of brackets.
     let mut open = vec![Expression::default()];
     for (line, token) in tokens(text) {
-        let at_end = |open: &mut Vec<Expression>, mixed: &mut Vec<Mixed>| {
+        let at_end = |open: &mut Vec<Expression<'_>>, mixed: &mut Vec<Mixed>| {
             mixed.extend(open.last_mut().and_then(|expression| std::mem::take(expression).fault()));
         };
         match token {

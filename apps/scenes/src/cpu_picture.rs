@@ -44,15 +44,8 @@ fn coordinates(
     size: [u32; 2],
 ) -> [Vec<[f32; 4]>; 2] {
     let device = &gpu.device;
-    let text = include_str!("wgsl/coordinates.wgsl");
-    let pipeline = renderer.other_pipeline(
-        device,
-        textures,
-        text,
-        [renderer.vertex_entry(), "tell"],
-        None,
-        &[FORMAT, FORMAT],
-    );
+    let pipeline =
+        renderer.other_pipeline(device, textures, [renderer.vertex_entry(), "tell"], None, &[FORMAT, FORMAT]);
     let target = || {
         device.create_texture(&wgpu::TextureDescriptor {
             label: Some("coordinates"),

@@ -15,10 +15,9 @@ use crate::gpu::Gpu;
 use crate::pipeline::{Corners, PipelineParts};
 use crate::planet::FORMAT;
 use crate::read::read_texture;
+use crate::shaders;
 use crate::uniform::Uniform;
 
-/// The shader, behind the texture's own.
-const SHADER: &str = include_str!("wgsl/descent.wgsl");
 /// Frames of the path down.
 const FRAMES: u64 = 600;
 
@@ -59,10 +58,11 @@ impl Descent {
         let mut textures = Textures::new(device, &gpu.queue, settings)?;
         let texture = textures.add(source)?;
         let surface = Surface::new(gpu);
+        let text = shaders::descent(&textures.wgsl(texture));
+        let module = &vastex::shader_module(device, Some("descent"), text);
         let pipeline = |entries, format| {
-            let text = SHADER.to_owned() + &textures.wgsl(texture);
             let groups = [Some(textures.bind_group_layout(texture)), Some(&surface.layout)];
-            PipelineParts { text, corners: Corners::Vertices, entries, formats: &[format] }
+            PipelineParts { module, constants: &[], corners: Corners::Vertices, entries, formats: &[format] }
                 .pipeline(device, &groups)
         };
         let colour = device.create_texture(&wgpu::TextureDescriptor {

@@ -3,7 +3,7 @@
 //! The picture from an ordinary texture, to compare with, is `reference`'s business.
 
 use glam::Vec4;
-use vastex::{LayerId, Sampled, Textures};
+use vastex::{LayerId, Sampled, Textures, shader_module};
 
 use crate::eye::Eye;
 use crate::look::Look;
@@ -12,6 +12,7 @@ use crate::pipeline::{Corners, DEPTH, PipelineParts};
 use crate::pose::Pose;
 use crate::relief::{Relief, ReliefSurface};
 use crate::scene::{Mesh, Scene, grid, surface};
+use crate::shaders;
 use crate::tiling::Tiling;
 use crate::uniform::Uniform;
 
@@ -52,6 +53,9 @@ pub struct SceneRenderer {
     wanted: wgpu::RenderPipeline,
     /// Texture space is one texture's, not a group's.
     spread: Option<wgpu::RenderPipeline>,
+    /// Every entry point that draws the scene.
+    module: wgpu::ShaderModule,
+    constants: Vec<(&'static str, f64)>,
     format: wgpu::TextureFormat,
 }
 
@@ -76,30 +80,27 @@ impl SceneRenderer {
         let group_layout = Uniform::layout(device);
         let sampled = sampled(layer, relief.as_ref());
         let groups = [Some(textures.bind_group_layout(sampled)), Some(&group_layout)];
-        let parts = |module, entries, format| PipelineParts {
-            text: shader_text(textures, layer, (look, tiling), relief.as_ref(), module),
+        let vastex = textures.wgsl(sampled);
+        let text = if relief.is_some() { shaders::relief(&vastex) } else { shaders::flat(&vastex) };
+        let module = shader_module(device, Some("scene"), text);
+        let constants = constants(look, tiling, relief.as_ref());
+        let parts = |entries, formats| PipelineParts {
+            module: &module,
+            constants: &constants,
             corners: corners(scene, relief.as_ref()),
             entries,
-            formats: format,
+            formats,
         };
         let (formats, feedback) = ([format], [Textures::FEEDBACK_FORMAT]);
         let [picture, wanted] = match &relief {
-            None => [
-                parts(include_str!("wgsl/picture.wgsl"), ["place", "shade"], &formats),
-                parts(include_str!("wgsl/wanted.wgsl"), ["place_feedback", "want"], &feedback),
-            ],
+            None => [parts(["place", "shade"], &formats), parts(["place_feedback", "want"], &feedback)],
             Some(_) => [
-                parts("", ["place_relief", "shade_relief"], &formats),
-                parts(
-                    include_str!("wgsl/relief_wanted.wgsl"),
-                    ["place_relief_feedback", "want_relief"],
-                    &feedback,
-                ),
+                parts(["place_relief", "shade_relief"], &formats),
+                parts(["place_relief_feedback", "want_relief"], &feedback),
             ],
         };
         let spread = relief.is_none().then(|| {
-            let module = include_str!("wgsl/texture_space.wgsl");
-            let spread = parts(module, ["spread", "need"], &[Textures::TEXTURE_SPACE_FORMAT]);
+            let spread = parts(["spread", "need"], &[Textures::TEXTURE_SPACE_FORMAT]);
             spread.blended(device, &groups, Textures::TEXTURE_SPACE_BLEND)
         });
         SceneRenderer {
@@ -115,6 +116,8 @@ impl SceneRenderer {
             picture: picture.pipeline(device, &groups),
             wanted: wanted.pipeline(device, &groups),
             spread,
+            constants,
+            module,
             relief,
             group_layout,
             format,
@@ -247,21 +250,20 @@ impl SceneRenderer {
         pass.draw_indexed(0..self.index_count, 0, 0..instances);
     }
 
-    /// A pipeline that draws the same surface by another shader: its entry points, one more bind group, its targets.
+    /// A pipeline that draws the same surface by other entry points: one more bind group, its targets.
     pub(crate) fn other_pipeline(
         &self,
         device: &wgpu::Device,
         textures: &Textures,
-        module: &str,
         entries: [&'static str; 2],
         group: Option<&wgpu::BindGroupLayout>,
         formats: &[wgpu::TextureFormat],
     ) -> wgpu::RenderPipeline {
         let mut groups = vec![Some(textures.bind_group_layout(self.sampled())), Some(&self.group_layout)];
         groups.extend(group.map(Some));
-        let text = shader_text(textures, self.layer, (self.look, self.tiling), self.relief.as_ref(), module);
         let corners = corners(self.scene, self.relief.as_ref());
-        PipelineParts { text, corners, entries, formats }.pipeline(device, &groups)
+        let (module, constants) = (&self.module, &self.constants);
+        PipelineParts { module, constants, corners, entries, formats }.pipeline(device, &groups)
     }
 
     /// The entry point of what places the surface in a picture.
@@ -279,15 +281,17 @@ impl SceneRenderer {
         &self,
         device: &wgpu::Device,
         textures: &Textures,
-        module: &str,
         entries: [&'static str; 2],
         group: Option<&wgpu::BindGroupLayout>,
     ) -> wgpu::RenderPipeline {
         let mut groups = vec![Some(textures.bind_group_layout(self.layer)), Some(&self.group_layout)];
         groups.extend(group.map(Some));
-        let text = shader_text(textures, self.layer, (self.look, self.tiling), None, module);
+        // A plan is of a texture, not of the group that a scene with heights samples.
+        let flat = || shader_module(device, Some("plan"), shaders::flat(&textures.wgsl(self.layer)));
+        let module = if self.relief.is_some() { &flat() } else { &self.module };
+        let constants = &constants(self.look, self.tiling, None);
         let corners = Corners::Vertices;
-        PipelineParts { text, corners, entries, formats: &[self.format] }.plan(device, &groups)
+        PipelineParts { module, constants, corners, entries, formats: &[self.format] }.plan(device, &groups)
     }
 
     /// Draws a plan.
@@ -395,17 +399,10 @@ fn sampled(layer: LayerId, relief: Option<&ReliefSurface>) -> Sampled {
     relief.map_or(layer.into(), |relief| relief.group().into())
 }
 
-fn shader_text(
-    textures: &Textures,
-    layer: LayerId,
-    (look, tiling): (Look, Tiling),
-    relief: Option<&ReliefSurface>,
-    module: &str,
-) -> String {
-    let ground = relief.map_or_else(|| include_str!("wgsl/unlit.wgsl").to_owned(), ReliefSurface::wgsl);
-    let sampled = sampled(layer, relief);
-    let constants = look.wgsl() + &tiling.wgsl();
-    [module, &ground, include_str!("wgsl/surface.wgsl"), &constants, &textures.wgsl(sampled)].join("\n")
+/// What the pipelines of a scene are made with.
+fn constants(look: Look, tiling: Tiling, relief: Option<&ReliefSurface>) -> Vec<(&'static str, f64)> {
+    let of_relief = relief.map(ReliefSurface::constants).into_iter().flatten();
+    look.constants().into_iter().chain(tiling.constants()).chain(of_relief).collect()
 }
 
 /// The quads of a patch; where its corners are, the vertex stage knows by their numbers.

@@ -27,6 +27,7 @@ mod read;
 mod reference;
 mod relief;
 mod scene;
+pub mod shaders;
 mod studio;
 mod tiling;
 mod traced;

@@ -98,16 +98,16 @@ impl Look {
         }
     }
 
-    /// The constants that surface.wgsl needs beside it.
-    pub fn wgsl(&self) -> String {
-        [
-            ("LOOK", self.channels),
-            ("GREY", Channels::Grey),
-            ("GREY_ALPHA", Channels::GreyAlpha),
-            ("RED_GREEN", Channels::RedGreen),
-        ]
-        .map(|(name, channels)| format!("const SCENE_{name}: u32 = {}u;\n", channels as u32))
-        .concat()
+    /// The numbers that surface.wgsl has for what channels mean.
+    pub(crate) fn wgsl() -> String {
+        [("GREY", Channels::Grey), ("GREY_ALPHA", Channels::GreyAlpha), ("RED_GREEN", Channels::RedGreen)]
+            .map(|(name, channels)| format!("const SCENE_{name}: u32 = {}u;\n", channels as u32))
+            .concat()
+    }
+
+    /// What pipelines with surface.wgsl are made with.
+    pub(crate) fn constants(&self) -> [(&'static str, f64); 1] {
+        [("SCENE_LOOK", f64::from(self.channels as u32))]
     }
 
     /// What is behind the surface, as pictures of [`Look::picture_format`] are given it: it looks the same behind every layer.

@@ -56,24 +56,19 @@ impl Overlay {
         Overlay::ALL.get(place).copied()
     }
 
-    fn module(self) -> (&'static str, &'static str) {
+    /// Its entry point, and whether it colours the surface; else it is a plan.
+    fn entry(self) -> (&'static str, bool) {
         match self {
-            Overlay::Levels => (SURFACE, "shade_levels"),
-            Overlay::Wanted => (SURFACE, "shade_wanted"),
-            Overlay::Deficit => (SURFACE, "shade_deficit"),
-            Overlay::Pages => (SURFACE, "shade_pages"),
-            Overlay::Feedback => (include_str!("wgsl/overlay_feedback.wgsl"), "shade_feedback"),
-            Overlay::Table => (include_str!("wgsl/overlay_table.wgsl"), "shade_table"),
-            Overlay::Atlas => (include_str!("wgsl/overlay_atlas.wgsl"), "shade_atlas"),
+            Overlay::Levels => ("shade_levels", true),
+            Overlay::Wanted => ("shade_wanted", true),
+            Overlay::Deficit => ("shade_deficit", true),
+            Overlay::Pages => ("shade_pages", true),
+            Overlay::Feedback => ("shade_feedback", false),
+            Overlay::Table => ("shade_table", false),
+            Overlay::Atlas => ("shade_atlas", false),
         }
     }
 }
-
-const SURFACE: &str = include_str!("wgsl/overlay_surface.wgsl");
-const PLAIN: &str = include_str!("wgsl/overlay_plain.wgsl");
-const RELIEF: &str = include_str!("wgsl/overlay_relief.wgsl");
-const PALETTE: &str = include_str!("wgsl/overlay_palette.wgsl");
-const PLAN: &str = include_str!("wgsl/overlay_plan.wgsl");
 
 /// Texels in a row of the texture that tells the state of the slots.
 const TEXELS_IN_A_ROW: u32 = 1024;
@@ -96,16 +91,13 @@ impl OverlayRenderer {
         renderer: &SceneRenderer,
         overlay: Overlay,
     ) -> OverlayRenderer {
-        let (module, entry) = overlay.module();
+        let (entry, is_on_surface) = overlay.entry();
         let layout = matches!(overlay, Overlay::Feedback | Overlay::Atlas).then(|| texture_layout(device));
-        let pipeline = if module == SURFACE {
-            let sampled = if renderer.has_relief() { RELIEF } else { PLAIN };
-            let text = [module, sampled, PALETTE].join("\n");
+        let pipeline = if is_on_surface {
             let entries = [renderer.vertex_entry(), entry];
-            renderer.other_pipeline(device, textures, &text, entries, None, &[renderer.format()])
+            renderer.other_pipeline(device, textures, entries, None, &[renderer.format()])
         } else {
-            let text = [module, PLAN, PALETTE].join("\n");
-            renderer.plan_pipeline(device, textures, &text, ["fill", entry], layout.as_ref())
+            renderer.plan_pipeline(device, textures, ["fill", entry], layout.as_ref())
         };
         OverlayRenderer { overlay, pipeline, layout, read: None }
     }

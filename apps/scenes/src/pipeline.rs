@@ -47,7 +47,9 @@ impl Corners {
 
 /// What differs between the pipelines of a scene.
 pub(crate) struct PipelineParts<'a> {
-    pub(crate) text: String,
+    pub(crate) module: &'a wgpu::ShaderModule,
+    /// What the module's overridable constants are.
+    pub(crate) constants: &'a [(&'static str, f64)],
     pub(crate) corners: Corners,
     pub(crate) entries: [&'static str; 2],
     pub(crate) formats: &'a [wgpu::TextureFormat],
@@ -105,28 +107,26 @@ impl PipelineParts<'_> {
             bind_group_layouts: groups,
             immediate_size: 0,
         });
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("scene"),
-            source: wgpu::ShaderSource::Wgsl(self.text.into()),
-        });
+        let compilation_options =
+            wgpu::PipelineCompilationOptions { constants: self.constants, ..Default::default() };
         let target = |&format| wgpu::ColorTargetState { blend, ..wgpu::TextureFormat::into(format) };
         let targets: Vec<_> = self.formats.iter().map(|format| Some(target(format))).collect();
         device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some("scene"),
             layout: Some(&layout),
             vertex: wgpu::VertexState {
-                module: &module,
+                module: self.module,
                 entry_point: Some(self.entries[0]),
-                compilation_options: Default::default(),
+                compilation_options: compilation_options.clone(),
                 buffers: vertices,
             },
             primitive: wgpu::PrimitiveState { cull_mode, ..Default::default() },
             depth_stencil,
             multisample: Default::default(),
             fragment: Some(wgpu::FragmentState {
-                module: &module,
+                module: self.module,
                 entry_point: Some(self.entries[1]),
-                compilation_options: Default::default(),
+                compilation_options,
                 targets: &targets,
             }),
             multiview_mask: None,

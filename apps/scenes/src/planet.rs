@@ -15,12 +15,11 @@ use crate::pipeline::{Corners, PipelineParts};
 use crate::pose::Pose;
 use crate::read::read_texture;
 use crate::scene::{Scene, surface};
+use crate::shaders;
 use crate::uniform::Uniform;
 
 /// The format of pictures.
 pub(crate) const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
-/// What every pipeline has after the functions that sample.
-pub(crate) const GLOBE: &str = include_str!("wgsl/planet.wgsl");
 
 /// What a texture of a planet says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -107,15 +106,14 @@ impl Planet {
             parts.iter().map(|(_, source)| textures.add(source.clone())).collect::<Result<_, _>>()?;
         let group = textures.add_group(parts.iter().map(|(part, _)| part.name()).zip(ids))?;
         let globe = Globe::new(gpu, height_texel(&parts));
-        let sampled: String =
-            Attribute::ALL.into_iter().map(|attribute| sampled(attribute, &parts)).collect();
-        let pipeline = |module, entries, format| {
-            let text = [GLOBE, module, &sampled, &textures.wgsl(group)].join("\n");
+        let attributes: Vec<Attribute> = parts.iter().map(|(part, _)| *part).collect();
+        let text = shaders::planet(&textures.wgsl(group), &attributes);
+        let module = &vastex::shader_module(device, Some("planet"), text);
+        let pipeline = |entries, format| {
             let groups = [Some(textures.bind_group_layout(group)), Some(&globe.layout)];
-            PipelineParts { text, corners: Corners::Vertices, entries, formats: &[format] }
+            PipelineParts { module, constants: &[], corners: Corners::Vertices, entries, formats: &[format] }
                 .pipeline(device, &groups)
         };
-        let wanted = include_str!("wgsl/planet_wanted.wgsl");
         let colour = device.create_texture(&wgpu::TextureDescriptor {
             label: Some("planet"),
             size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
@@ -127,8 +125,8 @@ impl Planet {
             view_formats: &[],
         });
         Ok(Planet {
-            picture: pipeline("", ["place", "shade"], FORMAT),
-            wanted: pipeline(wanted, ["place_feedback", "want"], Textures::FEEDBACK_FORMAT),
+            picture: pipeline(["place", "shade"], FORMAT),
+            wanted: pipeline(["place_feedback", "want"], Textures::FEEDBACK_FORMAT),
             colour_view: colour.create_view(&Default::default()),
             depth_view: depth_view(device, size),
             gpu: gpu.clone(),
@@ -236,23 +234,6 @@ impl Globe {
         pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
         pass.draw_indexed(0..self.index_count, 0, 0..1);
     }
-}
-
-/// The function by which planet.wgsl samples an attribute.
-fn sampled(attribute: Attribute, parts: &[Part]) -> String {
-    let name = attribute.name();
-    let value = match parts.iter().any(|(part, _)| *part == attribute) {
-        true => format!("vastex_sample_{name}_grad(uv, ddx, ddy)"),
-        false => attribute.without().to_owned(),
-    };
-    function(name, &value)
-}
-
-/// The same with any body.
-pub(crate) fn function(name: &str, value: &str) -> String {
-    format!(
-        "fn planet_{name}(uv: vec2<f32>, ddx: vec2<f32>, ddy: vec2<f32>) -> vec4<f32> {{\n    return {value};\n}}\n"
-    )
 }
 
 /// uv of a texel of the heights.

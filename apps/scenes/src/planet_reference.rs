@@ -3,11 +3,9 @@
 use crate::compare::Comparison;
 use crate::levels::read_level;
 use crate::pipeline::{Corners, PipelineParts};
-use crate::planet::{Attribute, FORMAT, GLOBE, Planet, function};
+use crate::planet::{Attribute, FORMAT, Planet};
 use crate::reference::{Plain, ReferenceError};
-
-/// Bindings that a member takes.
-const BINDINGS: u32 = 3;
+use crate::shaders;
 
 impl Planet {
     /// How alike the picture of the last frame is to that from an ordinary texture in the place of each virtual one.
@@ -54,26 +52,16 @@ impl Planet {
             entries: &entries,
         });
         let groups = [self.textures.bind_group_layout(self.group), &self.globe.layout, &layout].map(Some);
-        let sampled: String = Attribute::ALL.into_iter().map(|attribute| self.sampled(attribute)).collect();
-        let text = [GLOBE, &sampled, &self.textures.wgsl(self.group)].join("\n");
+        let attributes: Vec<Attribute> = self.parts.iter().map(|(part, _)| *part).collect();
+        let text = shaders::ordinary_planet(&self.textures.wgsl(self.group), &attributes);
         let pipeline = PipelineParts {
-            text,
+            module: &vastex::shader_module(device, Some("ordinary planet"), text),
+            constants: &[],
             corners: Corners::Vertices,
             entries: ["place", "shade"],
             formats: &[FORMAT],
         };
         let expected = self.picture_by(&pipeline.pipeline(device, &groups), Some(&group));
         Ok(self.picture().compare(&expected))
-    }
-
-    /// The function by which planet.wgsl samples an attribute, from its ordinary texture. Parts are the group's textures in
-    /// their order, its shape before them.
-    fn sampled(&self, attribute: Attribute) -> String {
-        let place = (0..).zip(&self.parts).find(|(_, (part, _))| *part == attribute);
-        let Some((place, _)) = place else { return function(attribute.name(), attribute.without()) };
-        let bindings = ["TEXTURE_BINDING", "SAMPLER_BINDING", "PARAMS_BINDING"];
-        let text = include_str!("wgsl/planet_reference.wgsl").replace("MEMBER", attribute.name());
-        let text = text.replace("TEXTURE_PLACE", &(place + 1).to_string());
-        (place * BINDINGS..).zip(bindings).fold(text, |text, (n, name)| text.replace(name, &n.to_string()))
     }
 }

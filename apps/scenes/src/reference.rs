@@ -81,14 +81,8 @@ impl Reference {
                 ("shade_by_adapter", plain.own_sampler(device, textures.filter(renderer.layer()).max_taps()))
             }
         };
-        let pipeline = renderer.other_pipeline(
-            device,
-            textures,
-            include_str!("wgsl/reference.wgsl"),
-            ["place", shade],
-            Some(&layout),
-            &[renderer.format()],
-        );
+        let pipeline =
+            renderer.other_pipeline(device, textures, ["place", shade], Some(&layout), &[renderer.format()]);
         let uniform = plain.uniform(device, queue);
         Ok(Reference { pipeline, group: bind(device, &layout, &texture, &sampler, &uniform) })
     }

@@ -7,7 +7,7 @@ use glam::{Mat4, Vec2, Vec3};
 use vastex::{GroupId, LayerFormat, LayerId, TextureId, Textures};
 
 use crate::look::UnknownLayer;
-use crate::patches::{Base, Frustum, MORPH, Patch, Patches, QUADS};
+use crate::patches::{Base, Frustum, MORPH, Patch, Patches};
 use crate::pose::Pose;
 use crate::scene::Scene;
 
@@ -177,16 +177,15 @@ impl ReliefSurface {
         self.relief.group
     }
 
-    /// The constants that relief.wgsl needs beside it, and itself.
-    pub(crate) fn wgsl(&self) -> String {
+    /// What pipelines with relief.wgsl are made with.
+    pub(crate) fn constants(&self) -> [(&'static str, f64); 3] {
         // Nothing is drawn at a thousand times its range.
         let [begin, end] = if self.relief.is_torn { MORPH.map(|share| 1000.0 + share) } else { MORPH };
-        let constants = format!(
-            "const RELIEF_QUADS: u32 = {QUADS}u;\nconst RELIEF_MORPH: vec2<f32> = vec2<f32>({begin:?}, {end:?});\n\
-             const RELIEF_GLOBE: bool = {};\n",
-            self.base == Base::Globe
-        );
-        constants + include_str!("wgsl/relief.wgsl")
+        [
+            ("RELIEF_MORPH_BEGIN", begin.into()),
+            ("RELIEF_MORPH_END", end.into()),
+            ("RELIEF_GLOBE", f64::from(u8::from(self.base == Base::Globe))),
+        ]
     }
 
     /// What a camera sees that is so far above the ground as its pose says, in a picture of so many pixels.

@@ -24,13 +24,16 @@ impl Default for Tiling {
 }
 
 impl Tiling {
-    /// The constants that surface.wgsl needs beside it.
-    pub fn wgsl(&self) -> String {
-        let Tiling { repeats, first, folded } = self;
-        format!(
-            "const SCENE_REPEATS: vec2<f32> = vec2<f32>({:?}, {:?});\nconst SCENE_FIRST: vec2<f32> = vec2<f32>({:?}, {:?});\n\
-             const SCENE_FOLDED: vec2<bool> = vec2<bool>({}, {});\n",
-            repeats.x, repeats.y, first.x, first.y, folded.x, folded.y
-        )
+    /// What pipelines with surface.wgsl are made with.
+    pub(crate) fn constants(&self) -> [(&'static str, f64); 6] {
+        let Tiling { repeats, first, folded } = *self;
+        [
+            ("SCENE_REPEATS_U", repeats.x.into()),
+            ("SCENE_REPEATS_V", repeats.y.into()),
+            ("SCENE_FIRST_U", first.x.into()),
+            ("SCENE_FIRST_V", first.y.into()),
+            ("SCENE_FOLDS_U", f64::from(u8::from(folded.x))),
+            ("SCENE_FOLDS_V", f64::from(u8::from(folded.y))),
+        ]
     }
 }

@@ -6,6 +6,7 @@ use std::task::{Context, Poll, Waker};
 use vastex_core::ArrayLimits;
 
 use crate::error::GpuError;
+use crate::module::shader_module;
 
 /// What the device allows for texture arrays: what a [`vastex_core::PoolLayout`] is made with.
 pub fn limits(device: &wgpu::Device) -> ArrayLimits {
@@ -158,10 +159,7 @@ pub(crate) fn compute_pipelines<const N: usize>(
         bind_group_layouts: &[Some(&group)],
         immediate_size: 0,
     });
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: Some(label),
-        source: wgpu::ShaderSource::Wgsl(text.into()),
-    });
+    let module = shader_module(device, Some(label), text);
     #[cfg(feature = "test-device")]
     crate::test_device::count_compute_pipelines(N as u32);
     let pipelines = entry_points.map(|entry_point| {

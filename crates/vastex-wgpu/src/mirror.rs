@@ -271,21 +271,63 @@ mod tests {
     use crate::shader;
     use crate::shader::tests::module;
     use crate::way::FeedbackWay;
+    use naga::{ScalarKind, TypeInner};
     use std::mem::offset_of;
 
+    /// A field of a mirror: its name, its offset, and what its numbers are, where it has any.
+    type Field = (&'static str, usize, Option<ScalarKind>);
+
+    /// What the numbers of a type are.
+    trait Numbers {
+        const KIND: Option<ScalarKind>;
+    }
+
+    impl Numbers for u32 {
+        const KIND: Option<ScalarKind> = Some(ScalarKind::Uint);
+    }
+
+    impl Numbers for f32 {
+        const KIND: Option<ScalarKind> = Some(ScalarKind::Float);
+    }
+
+    impl Numbers for LevelParams {
+        const KIND: Option<ScalarKind> = None;
+    }
+
+    impl<T: Numbers, const N: usize> Numbers for [T; N] {
+        const KIND: Option<ScalarKind> = T::KIND;
+    }
+
+    fn kind<M, F: Numbers>(_: fn(&M) -> &F) -> Option<ScalarKind> {
+        F::KIND
+    }
+
+    /// What the numbers of a WGSL type are; nothing of a struct.
+    fn kind_of(module: &naga::Module, ty: naga::Handle<naga::Type>) -> Option<ScalarKind> {
+        match module.types[ty].inner {
+            TypeInner::Scalar(scalar) | TypeInner::Vector { scalar, .. } | TypeInner::Atomic(scalar) => {
+                Some(scalar.kind)
+            }
+            TypeInner::Array { base, .. } => kind_of(module, base),
+            _ => None,
+        }
+    }
+
     /// Compares one WGSL struct with its mirror: the size of the whole (or, for a head, where the rest begins) and
-    /// the offset of each member, in order.
-    fn check(text: &str, name: &str, size: usize, offsets: &[(&str, usize)]) {
+    /// the offset of each member, in order, and whether it is of whole numbers or of floats.
+    fn check(text: &str, name: &str, size: usize, offsets: &[Field]) {
         let module = module(text);
         let mut types = module.types.iter().filter(|(_, ty)| ty.name.as_deref() == Some(name));
-        let Some((_, naga::Type { inner: naga::TypeInner::Struct { members, span }, .. })) = types.next()
-        else {
+        let Some((_, naga::Type { inner: TypeInner::Struct { members, span }, .. })) = types.next() else {
             panic!("{name} is no struct of the shader");
         };
-        for (member, (field, offset)) in members.iter().zip(offsets) {
+        for (member, (field, offset, kind)) in members.iter().zip(offsets) {
             let member_name = member.name.as_deref().unwrap();
             assert!(member_name.starts_with(field), "{name}: {member_name} stands where Rust has {field}");
             assert_eq!(member.offset as usize, *offset, "{name}.{field}");
+            if kind.is_some() {
+                assert_eq!(kind_of(&module, member.ty), *kind, "the numbers of {name}.{field}");
+            }
         }
         match members.get(offsets.len()) {
             None => assert_eq!(*span as usize, size, "size of {name}"),
@@ -297,7 +339,11 @@ mod tests {
     }
 
     macro_rules! offsets {
-        ($mirror:ty: $($field:ident),+) => { &[$((stringify!($field), offset_of!($mirror, $field))),+] };
+        ($mirror:ty: $($field:ident),+) => { &[$((
+            stringify!($field),
+            offset_of!($mirror, $field),
+            kind(|mirror: &$mirror| &mirror.$field),
+        )),+] };
     }
 
     /// The arithmetic of `vastex_place_in_slot`, beside that of whole numbers: at the ends of every row and image.
@@ -326,12 +372,12 @@ mod tests {
         check(&text, "VastexPool", size_of::<PoolParams>(), pool);
         let view = offsets!(ViewParams: clip_scale, clip_offset, level_offset, frame, jitter, columns, cell, reversed_depth, unused);
         check(&text, "VastexView", size_of::<ViewParams>(), view);
-        let texture: &[(&str, usize)] = offsets!(TextureParams: size, level_count, page, tail_level, border, tail_slot, address, number, bias, finest, coarsest, table_level, table_places, table_seed);
+        let texture: &[Field] = offsets!(TextureParams: size, level_count, page, tail_level, border, tail_slot, address, number, bias, finest, coarsest, table_level, table_places, table_seed);
         let unused = [
-            ("unused", offset_of!(TextureParams, unused)),
-            ("unused", offset_of!(TextureParams, unused) + 4),
+            ("unused", offset_of!(TextureParams, unused), None),
+            ("unused", offset_of!(TextureParams, unused) + 4, None),
         ];
-        let levels: &[(&str, usize)] = offsets!(TextureParams: levels);
+        let levels: &[Field] = offsets!(TextureParams: levels);
         check(&text, "VastexTexture", size_of::<TextureParams>(), &[texture, &unused, levels].concat());
     }
 
@@ -344,8 +390,8 @@ mod tests {
         check(&text, "VastexChanges", size_of::<ChangesHead>(), head);
         let written = offsets!(Written: place, page_low, page_high, entry);
         check(&text, "VastexWritten", size_of::<Written>(), written);
-        let unused = |n: usize| ("unused", offset_of!(WrittenHead, unused) + 4 * n);
-        let head = [("count", 0), unused(0), unused(1), unused(2)];
+        let unused = |n: usize| ("unused", offset_of!(WrittenHead, unused) + 4 * n, None);
+        let head = [("count", 0, Some(ScalarKind::Uint)), unused(0), unused(1), unused(2)];
         check(&text, "VastexWrittenPlaces", size_of::<WrittenHead>(), &head);
     }
 
@@ -353,7 +399,9 @@ mod tests {
     fn what_the_main_pass_tells_is_laid_out_alike() {
         let options = shader::ShaderOptions { feedback: FeedbackWay::Inline, ..Default::default() };
         for text in [shader::wgsl(&options), shader::inline_wgsl()] {
-            let cell = [("count", 0), ("unused_0", 4), ("unused_1", 8), ("unused_2", 12), ("told", 16)];
+            let head = [("count", 0), ("unused_0", 4), ("unused_1", 8), ("unused_2", 12)]
+                .map(|(name, offset)| (name, offset, Some(ScalarKind::Uint)));
+            let cell = [&head[..], &[("told", 16, None)]].concat();
             check(&text, "VastexCell", CELL_BYTES as usize, &cell);
         }
     }
@@ -363,14 +411,27 @@ mod tests {
         let text = shader::compact_wgsl();
         let wanted = offsets!(Wanted: page_low, page_high, pixels_and_eighth);
         check(&text, "VastexWanted", size_of::<Wanted>(), wanted);
-        let unused = [("unused", offset_of!(ListHead, unused)), ("unused", offset_of!(ListHead, unused) + 4)];
-        let head: &[(&str, usize)] = offsets!(ListHead: pages, degenerate);
+        let unused = [0, 4].map(|at| ("unused", offset_of!(ListHead, unused) + at, None));
+        let head: &[Field] = offsets!(ListHead: pages, degenerate);
         check(&text, "VastexList", size_of::<ListHead>(), &[head, &unused].concat());
         check(
             &text,
             "VastexHashSlot",
             HASH_SLOT_BYTES as usize,
-            &[("owner", 0), ("pixels", 4), ("sharpness", 8)],
+            &[("owner", 0), ("pixels", 4), ("sharpness", 8)]
+                .map(|(name, offset)| (name, offset, Some(ScalarKind::Uint))),
         );
+    }
+
+    #[test]
+    #[should_panic(expected = "the numbers of Swapped.second")]
+    fn a_float_in_the_place_of_a_whole_number_is_found() {
+        struct Swapped {
+            first: f32,
+            second: f32,
+        }
+        let text = "struct Swapped { first: f32, second: u32 }
+            @group(0) @binding(0) var<uniform> swapped: Swapped;";
+        check(text, "Swapped", 8, offsets!(Swapped: first, second));
     }
 }

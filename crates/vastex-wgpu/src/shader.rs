@@ -270,6 +270,11 @@ fn atlas_modules(atlas: Atlas) -> &'static [&'static str] {
     }
 }
 
+/// The texts of the compute shaders that this crate itself hands to a device, with their names.
+pub fn compute_texts() -> [(&'static str, String); 3] {
+    [("table", table_wgsl()), ("compact", compact_wgsl()), ("inline", inline_wgsl())]
+}
+
 /// The shader that changes page tables.
 pub(crate) fn table_wgsl() -> String {
     join(constants(), &[PARAMS, TABLE])

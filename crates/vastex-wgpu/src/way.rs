@@ -33,27 +33,54 @@ impl FeedbackWay {
         }
     }
 
-    /// The best way for a device: [`FeedbackWay::Separate`] wherever there are compute shaders and storage buffers for every stage.
+    /// The best way for a device: [`FeedbackWay::Separate`] wherever there are compute shaders and storage buffers for every stage. In a
+    /// browser, which answers later than it is asked, that is as the limits say; who knows better says so in the settings.
     pub fn best(device: &wgpu::Device) -> FeedbackWay {
         if FeedbackWay::Separate.check(device).is_ok() { FeedbackWay::Separate } else { FeedbackWay::Raw }
     }
 
-    /// Fails where the device has not what the way needs. Costs a bind group layout.
+    /// Fails where the device has not what the way needs. Costs a bind group layout; in a browser nothing.
     pub fn check(self, device: &wgpu::Device) -> Result<(), GpuError> {
         let limits = device.limits();
+        let stages =
+            if cfg!(target_family = "wasm") { Stages::by_limits(&limits) } else { Stages::tried(device) };
+        if self.is_there(&limits, stages) { Ok(()) } else { Err(GpuError::FeedbackWay { way: self.name() }) }
+    }
+
+    fn is_there(self, limits: &wgpu::Limits, stages: Stages) -> bool {
         let has_compute = limits.max_compute_invocations_per_workgroup >= vastex_core::shared::WORKGROUP;
-        let buffers = limits.max_storage_buffers_per_shader_stage;
-        let vertex = wgpu::ShaderStages::VERTEX_FRAGMENT;
-        // What an adapter lacks beside its limits is asked for by trying.
-        let is_there = match self {
+        let has_buffers = limits.max_storage_buffers_per_shader_stage >= 2;
+        let is_separate = has_compute && has_buffers && stages.read_by_vertices;
+        match self {
             FeedbackWay::Raw => true,
-            FeedbackWay::Separate => has_compute && buffers >= 2 && has_storage(device, vertex, true),
-            FeedbackWay::Inline => {
-                FeedbackWay::Separate.check(device).is_ok()
-                    && has_storage(device, wgpu::ShaderStages::FRAGMENT, false)
-            }
-        };
-        if is_there { Ok(()) } else { Err(GpuError::FeedbackWay { way: self.name() }) }
+            FeedbackWay::Separate => is_separate,
+            FeedbackWay::Inline => is_separate && stages.written_by_fragments,
+        }
+    }
+}
+
+/// Which stages see storage buffers, for which adapters have no limits.
+#[derive(Clone, Copy, Debug)]
+struct Stages {
+    read_by_vertices: bool,
+    written_by_fragments: bool,
+}
+
+impl Stages {
+    /// As the device has it, which is asked by trying.
+    fn tried(device: &wgpu::Device) -> Stages {
+        Stages {
+            read_by_vertices: has_storage(device, wgpu::ShaderStages::VERTEX_FRAGMENT, true),
+            written_by_fragments: has_storage(device, wgpu::ShaderStages::FRAGMENT, false),
+        }
+    }
+
+    /// As a browser has it. One whose adapters may lack them in some stages (WebGPU's compatibility mode) has fewer for each stage
+    /// than every other.
+    fn by_limits(limits: &wgpu::Limits) -> Stages {
+        let most = wgpu::Limits::default().max_storage_buffers_per_shader_stage;
+        let is_whole = limits.max_storage_buffers_per_shader_stage >= most;
+        Stages { read_by_vertices: is_whole, written_by_fragments: is_whole }
     }
 }
 
@@ -63,4 +90,40 @@ fn has_storage(device: &wgpu::Device, visibility: wgpu::ShaderStages, read_only:
     let entry = wgpu::BindGroupLayoutEntry { binding: 0, visibility, ty, count: None };
     let descriptor = wgpu::BindGroupLayoutDescriptor { label: Some("vastex probe"), entries: &[entry] };
     !refused(device, || device.create_bind_group_layout(&descriptor))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The ways that a browser with these limits has.
+    fn ways(limits: &wgpu::Limits) -> Vec<FeedbackWay> {
+        let stages = Stages::by_limits(limits);
+        FeedbackWay::ALL.into_iter().filter(|way| way.is_there(limits, stages)).collect()
+    }
+
+    #[test]
+    fn in_a_browser_limits_alone_say_which_ways_there_are() {
+        let default = wgpu::Limits::default();
+        assert_eq!(ways(&default), FeedbackWay::ALL);
+        // WebGPU's compatibility mode has 4 storage buffers for each stage, and maybe none for vertices.
+        let compatible = wgpu::Limits { max_storage_buffers_per_shader_stage: 4, ..default.clone() };
+        assert_eq!(ways(&compatible), [FeedbackWay::Raw]);
+        let no_compute = wgpu::Limits { max_compute_invocations_per_workgroup: 0, ..default };
+        assert_eq!(ways(&no_compute), [FeedbackWay::Raw]);
+        assert_eq!(ways(&wgpu::Limits::downlevel_webgl2_defaults()), [FeedbackWay::Raw]);
+    }
+
+    #[test]
+    fn what_a_device_lacks_beside_its_limits_counts_too() {
+        let limits = wgpu::Limits::default();
+        let stages = Stages { read_by_vertices: true, written_by_fragments: false };
+        assert!(
+            FeedbackWay::Separate.is_there(&limits, stages) && !FeedbackWay::Inline.is_there(&limits, stages)
+        );
+        let stages = Stages { read_by_vertices: false, written_by_fragments: true };
+        assert!(
+            FeedbackWay::ALL.iter().all(|way| way.is_there(&limits, stages) == (*way == FeedbackWay::Raw))
+        );
+    }
 }

@@ -45,6 +45,11 @@ pub enum Error {
     /// The pool is too small for its textures, or the device too small for a tile.
     #[error(transparent)]
     Pool(#[from] PoolError),
+    /// Lock-step waits for the GPU, which a browser does not let a page do.
+    #[error(
+        "frames cannot be played in lock-step in a browser, where nothing may be waited for; set `pace` to `Pace::Realtime`"
+    )]
+    LockStepInBrowser,
     /// There is no such pool.
     #[error("there is no pool {}; ids of pools are in the statistics and events of the same textures", .0.number())]
     NoPool(PoolId),

@@ -8,6 +8,9 @@ use std::collections::{HashMap, HashSet, VecDeque};
 use vastex_core::{PageId, ViewId};
 use vastex_tiles::{LoadError, Loaded, Loader};
 
+use crate::error::Error;
+use crate::settings::Pace;
+
 /// Frames between a view and its feedback.
 pub(crate) const FEEDBACK_FRAMES: u64 = 2;
 
@@ -25,7 +28,16 @@ pub(crate) struct LockStep {
 }
 
 impl LockStep {
-    pub(crate) fn new(latency_frames: u64) -> LockStep {
+    /// What waits for feedback and loads; nothing in real time. A browser lets nothing be waited for.
+    pub(crate) fn of(pace: Pace, in_browser: bool) -> Result<Option<LockStep>, Error> {
+        match pace {
+            Pace::Realtime => Ok(None),
+            Pace::LockStep { .. } if in_browser => Err(Error::LockStepInBrowser),
+            Pace::LockStep { latency_frames } => Ok(Some(LockStep::new(latency_frames))),
+        }
+    }
+
+    fn new(latency_frames: u64) -> LockStep {
         LockStep {
             latency_frames: latency_frames.max(1),
             recorded: VecDeque::new(),
@@ -78,5 +90,21 @@ impl LockStep {
             due.push(loaded);
         }
         due
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lock_step_is_refused_in_a_browser() {
+        let is_waited =
+            |pace, in_browser| LockStep::of(pace, in_browser).map(|lock_step| lock_step.is_some());
+        let paced = Pace::LockStep { latency_frames: 1 };
+        assert!(matches!(is_waited(Pace::Realtime, true), Ok(false)));
+        assert!(matches!(is_waited(paced, false), Ok(true)));
+        let error = is_waited(paced, true).unwrap_err();
+        assert!(matches!(error, Error::LockStepInBrowser) && error.to_string().contains("Pace::Realtime"));
     }
 }

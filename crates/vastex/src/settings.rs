@@ -16,7 +16,8 @@ pub enum Pace {
     #[default]
     Realtime,
     /// The same frames give the same pictures on every machine: the feedback of frame `n` acts in frame `n + 2`, and a
-    /// load takes a whole number of frames and is waited for. For tests and for rendering to files.
+    /// load takes a whole number of frames and is waited for. For tests and for rendering to files; not in a browser, where nothing
+    /// may be waited for.
     LockStep {
         /// Frames that a load takes, at least 1.
         latency_frames: u64,
@@ -64,7 +65,8 @@ pub struct Settings {
     /// well. It is in the shaders where it is not zero: a read more for each lookup, and while tiles fade what lies beneath them too. How
     /// time passes says [`crate::Textures::set_frame_time`].
     pub fade: Duration,
-    /// How views say what they want; where nothing is said, the best way that the device has ([`FeedbackWay::best`]).
+    /// How views say what they want; where nothing is said, the best way that the device has ([`FeedbackWay::best`]). In a browser what is
+    /// said here is believed, whatever the limits are.
     pub feedback: Option<FeedbackWay>,
     /// Whether nearer is a larger depth in the application's passes: feedback targets are then cleared to 0 instead of 1.
     pub reversed_depth: bool,

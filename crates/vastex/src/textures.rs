@@ -28,7 +28,7 @@ use crate::layer::LayerId;
 use crate::lock_step::LockStep;
 use crate::pools::{PoolState, Seen, Shape};
 use crate::recorder::{Places, Recorder};
-use crate::settings::{Pace, Sampling, Settings, TextureSettings};
+use crate::settings::{Sampling, Settings, TextureSettings};
 use crate::stats::Counters;
 use crate::telemetry::Telemetry;
 use crate::texture_space::TextureSpacePath;
@@ -148,12 +148,10 @@ impl Textures {
     /// The format of the depth buffer of that target.
     pub const FEEDBACK_DEPTH_FORMAT: wgpu::TextureFormat = vastex_wgpu::FEEDBACK_DEPTH_FORMAT;
 
-    /// No textures yet, on the application's own device.
+    /// No textures yet, on the application's own device. Fails where the device lacks what the settings ask for, and in a browser for
+    /// [`crate::Pace::LockStep`].
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, settings: Settings) -> Result<Textures, Error> {
-        let lock_step = match settings.pace {
-            Pace::Realtime => None,
-            Pace::LockStep { latency_frames } => Some(LockStep::new(latency_frames)),
-        };
+        let lock_step = LockStep::of(settings.pace, cfg!(target_family = "wasm"))?;
         let way = feedback_way(device, &settings)?;
         Ok(Textures {
             device: device.clone(),
@@ -467,7 +465,10 @@ impl Textures {
 /// The way of the settings where the device has it, or the best that it has.
 pub(crate) fn feedback_way(device: &wgpu::Device, settings: &Settings) -> Result<FeedbackWay, Error> {
     let Some(way) = settings.feedback else { return Ok(FeedbackWay::best(device)) };
-    way.check(device)?;
+    // A browser's limits do not say all that its device has; there the setting is believed.
+    if !cfg!(target_family = "wasm") {
+        way.check(device)?;
+    }
     Ok(way)
 }
 

@@ -9,7 +9,7 @@ use glam::Vec3;
 use vastex::{Filter, MaxTaps};
 use vastex_scenes::{Pose, Scene};
 
-use crate::world::{Bench, earth, picture, property, resident};
+use crate::world::{Bench, earth, picture, property, resident, verdict};
 
 /// Draws of each kind, in turns.
 const ROUNDS: usize = 25;
@@ -32,12 +32,18 @@ pub(crate) fn section(bench: &Bench) -> Result<String> {
         .map(|filter| ("along the ground", GROUND, filter))
         .chain([Filter::Trilinear, Filter::Bicubic].map(|filter| ("close to it", CLOSE, filter)));
     let ms = |taken: Duration| taken.as_secs_f64() * 1e3;
+    let mut verdicts = String::new();
     for (view, pose, filter) in views {
         let costs = resident(bench, property()?, filter, Scene::Plane, pose)?.costs(&bench.clock, ROUNDS)?;
         let (own, ordinary, by_adapter) = (ms(costs.of_virtual), ms(costs.of_ordinary), ms(costs.of_adapter));
         let ratio = own / ordinary;
         writeln!(page, "| {view} | {filter} | {own:.2} | {ordinary:.2} | {ratio:.2} | {by_adapter:.2} |")?;
+        if ["trilinear", "anisotropic8"].contains(&filter.to_string().as_str()) {
+            let what = format!("a frame of {filter} {view}, of an ordinary texture's");
+            verdicts += &verdict(&bench.gpu, &what, ratio, ASKED);
+        }
     }
+    page += &verdicts;
     page += "\nHow alike the picture is to that of the adapter's own filter, on the Earth (2700x1350 texels of \
              `assets/earth-color-10800x5400.jpg`):\n\n\
              | scene | filter | dB | pixels within 1/255 | beyond 3/255 |\n|---|---|---|---|---|\n";

@@ -11,9 +11,10 @@ use vastex_core::{
 use vastex_scenes::Gpu;
 use vastex_wgpu::{
     BindLayout, FeedbackWay, Filter, PageSides, Pool, ShaderOptions, TableBuffers, TableChanger, TableChoice,
-    TableKinds, ViewBuffer, limits, wgsl,
+    TableKinds, ViewBuffer, limits, shader_module, wgsl,
 };
 
+use crate::texts::{self, Own};
 use crate::world::Bench;
 
 const NUMBER: u16 = 3;
@@ -23,19 +24,6 @@ pub(crate) const TEXELS: u32 = 1 << 13;
 pub(crate) const PICTURE: [u32; 2] = [320, 192];
 /// Runs of each, in turns, of which the fastest counts.
 const RUNS: usize = 60;
-
-/// A plane seen aslant: from magnified below to some levels up above.
-const PICTURE_SHADER: &str = "
-    @group(1) @binding(0) var<storage, read_write> pixels: array<vec4<f32>>;
-    @compute @workgroup_size(8, 8) fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-        let size = vec2<f32>(320.0, 192.0);
-        let at = vec2<f32>(id.xy) / size;
-        let depth = 1.0 / (0.06 + at.y);
-        let uv = vec2<f32>(0.5 + (at.x - 0.5) * depth * 0.055, 0.05 + 0.055 * depth);
-        let along = depth * 0.055 / size.x;
-        pixels[id.y * 320u + id.x] =
-            vastex_sample_grad(uv, vec2<f32>(along, 0.0), vec2<f32>(0.0, along * depth * 0.6));
-    }";
 
 /// The texture, and what shaders bind of it.
 pub(crate) struct Lookups<'a> {
@@ -172,7 +160,7 @@ impl<'a> Lookups<'a> {
     }
 
     /// A pipeline whose text has a function of its own in the place of that name.
-    pub(crate) fn case(&self, table: &TableBuffers, tables: TableKinds, own: Option<(&str, &str)>) -> Case {
+    pub(crate) fn case(&self, table: &TableBuffers, tables: TableKinds, own: Option<Own>) -> Case {
         let device = &self.gpu.device;
         let options = ShaderOptions {
             filter: Filter::Trilinear,
@@ -181,14 +169,7 @@ impl<'a> Lookups<'a> {
             pages: PageSides::of(&self.description.geometry),
             ..ShaderOptions::default()
         };
-        let mut text = wgsl(&options);
-        if let Some((name, function)) = own {
-            text = text.replace(&format!("fn {name}("), &format!("fn other_{name}(")) + function;
-        }
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: None,
-            source: wgpu::ShaderSource::Wgsl((PICTURE_SHADER.to_owned() + &text).into()),
-        });
+        let module = shader_module(device, None, texts::picture(&wgsl(&options), own));
         let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: None,
             bind_group_layouts: &[Some(self.layout.layout()), Some(&self.data)],

@@ -13,11 +13,12 @@ mod second_level;
 mod sizes;
 mod stage;
 mod tables;
+mod texts;
 mod world;
 
 use anyhow::Result;
 use vastex_scenes::GpuClock;
-use world::{Bench, gpu};
+use world::{Bench, VERDICT, gpu};
 
 const SECTIONS: &[fn(&Bench) -> Result<String>] = &[
     operations::section,
@@ -38,8 +39,15 @@ fn main() -> Result<()> {
         clock.told_by()
     );
     let bench = Bench { gpu, clock };
+    let mut verdicts = Vec::new();
     for section in SECTIONS {
-        println!("\n{}", section(&bench)?.trim_end());
+        let page = section(&bench)?;
+        verdicts.extend(page.lines().filter(|line| line.starts_with(VERDICT)).map(str::to_owned));
+        println!("\n{}", page.trim_end());
+    }
+    println!("\n## Verdicts\n\nOne for each thing that is asked of a GPU.\n");
+    for verdict in verdicts {
+        println!("- {}", verdict.trim_start_matches(VERDICT));
     }
     Ok(())
 }

@@ -8,22 +8,8 @@ use anyhow::Result;
 use vastex_wgpu::{TableChoice, TableKinds};
 
 use crate::lookups::{Lookups, PICTURE, TEXELS};
+use crate::texts::Own;
 use crate::world::Bench;
-
-/// In the place of `vastex_entry`: the walk up the levels of a table in which a page that is not resident has no entry.
-const LOOP: &str = "
-fn vastex_entry(texel: vec2<u32>, wanted: u32) -> u32 {
-    for (var level = max(wanted, vastex_texture.table_level); level < vastex_texture.tail_level; level++) {
-        let page = vastex_page_from_texel(texel, level);
-        let row = vastex_texture.levels[level].pages.x;
-        let entry = vastex_table_entry(vastex_texture.levels[level].first_entry + page.y * row + page.x);
-        if entry != VASTEX_NONE {
-            return entry;
-        }
-    }
-    return vastex_texture.tail_level << VASTEX_ENTRY_SLOT_BITS | vastex_texture.tail_slot;
-}
-";
 
 pub(crate) fn section(bench: &Bench) -> Result<String> {
     let lookups = Lookups::new(bench)?;
@@ -41,7 +27,7 @@ pub(crate) fn section(bench: &Bench) -> Result<String> {
         let hashed = lookups.table(TableChoice::Hashed, &resident)?;
         let taken = lookups.measure(&[
             lookups.case(&filled, TableKinds::Direct, None),
-            lookups.case(&unfilled, TableKinds::Direct, Some(("vastex_entry", LOOP))),
+            lookups.case(&unfilled, TableKinds::Direct, Some(Own::Loop)),
             lookups.case(&hashed, TableKinds::Hashed, None),
             lookups.case(&filled, TableKinds::Either, None),
             lookups.case(&hashed, TableKinds::Either, None),

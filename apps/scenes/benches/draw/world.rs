@@ -46,6 +46,16 @@ pub(crate) fn is_processor(gpu: &Gpu) -> bool {
     gpu.adapter.get_info().device_type == wgpu::DeviceType::Cpu
 }
 
+/// What begins a verdict, on a line of its own.
+pub(crate) const VERDICT: &str = "Verdict: ";
+
+/// Whether the largest of what was found is within what is asked for of a GPU.
+pub(crate) fn verdict(gpu: &Gpu, what: &str, found: f64, asked: f64) -> String {
+    let driver = if is_processor(gpu) { " (a software driver, of which it is not asked)" } else { "" };
+    let verdict = if found <= asked { "HOLDS" } else { "MISSED" };
+    format!("\n{VERDICT}{verdict}: {what}: {found:.2}, at most {asked} asked for{driver}\n")
+}
+
 /// A generated texture.
 pub(crate) fn property() -> Result<Arc<dyn TileSource>> {
     let address = [AddressMode::Wrap, AddressMode::Clamp, AddressMode::Clamp];

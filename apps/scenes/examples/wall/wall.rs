@@ -145,12 +145,8 @@ fn pipeline(
     panel: &wgpu::BindGroupLayout,
 ) -> Result<wgpu::RenderPipeline> {
     let first = first.ok_or_else(|| anyhow::anyhow!("a wall without textures"))?;
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: None,
-        source: wgpu::ShaderSource::Wgsl(
-            (include_str!("wall.wgsl").to_owned() + &textures.wgsl(first)).into(),
-        ),
-    });
+    let module =
+        vastex::shader_module(device, None, include_str!("wall.wgsl").to_owned() + &textures.wgsl(first));
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: None,
         bind_group_layouts: &[Some(textures.bind_group_layout(first)), Some(panel)],

@@ -2,7 +2,7 @@
 
 @fragment
 fn shade(surface: Surface) -> @location(0) vec4<f32> {
-    if any(SCENE_FOLDED) {
+    if SCENE_FOLDS_U || SCENE_FOLDS_V {
         let uv = scene_folded_uv(surface.uv);
         let wanted = vastex_feedback_wrapped(uv);
         if vastex_asked(surface.clip) {

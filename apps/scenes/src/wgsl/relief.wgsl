@@ -3,6 +3,12 @@
 //
 // Everything about a vertex follows from its own uv, so that two patches that share it have it in the same place.
 
+// Shares of a patch's range between which its vertices move to the next coarser grid; see patches.rs.
+override RELIEF_MORPH_BEGIN: f32;
+override RELIEF_MORPH_END: f32;
+// Whether the surface is the unit sphere.
+override RELIEF_GLOBE: bool;
+
 struct PatchCorner {
     @builtin(vertex_index) index: u32,
     @location(0) origin_and_side: vec4<f32>, // of the patch [uv]
@@ -66,7 +72,7 @@ fn relief_uv(corner: PatchCorner) -> vec2<f32> {
     let uv = corner.origin_and_side.xy + side * vec2<f32>(at) / f32(RELIEF_QUADS);
     let coarse = uv - side * vec2<f32>(at & vec2<u32>(1u)) / f32(RELIEF_QUADS);
     let share = relief_distance(uv) / (scene.relief.range_per_side * side.x);
-    let morph = clamp((share - RELIEF_MORPH.x) / (RELIEF_MORPH.y - RELIEF_MORPH.x), 0.0, 1.0);
+    let morph = clamp((share - RELIEF_MORPH_BEGIN) / (RELIEF_MORPH_END - RELIEF_MORPH_BEGIN), 0.0, 1.0);
     return select(uv + (coarse - uv) * morph, coarse, morph == 1.0);
 }
 

@@ -1,5 +1,15 @@
 // A surface with a virtual texture on it: where its corners lie, and how the texture's value becomes a colour.
-// The text after this one is generated: vastex's own, and the constants of look.rs and tiling.rs.
+// The text after this one is generated: vastex's own, and constants.
+
+// What channels mean, SCENE_GREY and its kin; see look.rs.
+override SCENE_LOOK: u32;
+// How the texture lies on the surface; see tiling.rs.
+override SCENE_REPEATS_U: f32;
+override SCENE_REPEATS_V: f32;
+override SCENE_FIRST_U: f32;
+override SCENE_FIRST_V: f32;
+override SCENE_FOLDS_U: bool;
+override SCENE_FOLDS_V: bool;
 
 // What displaces a surface with heights; see relief.wgsl.
 struct Relief {
@@ -54,12 +64,12 @@ fn scene_clip(corner: Corner) -> vec4<f32> {
 
 // Where on the texture a corner is. It goes on beyond 0 to 1, without a jump, so that whatever a picture is compared with has none.
 fn scene_texture_uv(corner: Corner) -> vec2<f32> {
-    return corner.uv * SCENE_REPEATS + SCENE_FIRST;
+    return corner.uv * vec2<f32>(SCENE_REPEATS_U, SCENE_REPEATS_V) + vec2<f32>(SCENE_FIRST_U, SCENE_FIRST_V);
 }
 
 // The same as a shader has it that computes uv in turns, which jumps.
 fn scene_folded_uv(uv: vec2<f32>) -> vec2<f32> {
-    return select(uv, fract(uv), SCENE_FOLDED);
+    return select(uv, fract(uv), vec2<bool>(SCENE_FOLDS_U, SCENE_FOLDS_V));
 }
 
 @vertex

@@ -7,7 +7,7 @@ fn place_feedback(corner: Corner) -> Surface {
 
 @fragment
 fn want(surface: Surface) -> @location(0) vec4<u32> {
-    if any(SCENE_FOLDED) {
+    if SCENE_FOLDS_U || SCENE_FOLDS_V {
         return vastex_feedback_wrapped(scene_folded_uv(surface.uv));
     }
     let along = vastex_gradients(surface.clip, surface.uv);

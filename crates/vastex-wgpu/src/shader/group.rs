@@ -368,6 +368,50 @@ mod tests {
         assert!(names(&modules(Atlas::Float)).contains("vastex_atlas"));
     }
 
+    /// What `names` takes line by line from the modules is all that naga finds declared in them.
+    #[test]
+    fn all_functions_and_bindings_of_a_member_have_its_name() {
+        for filter in Filter::KINDS {
+            for atlas in Atlas::ALL {
+                for way in FeedbackWay::ALL {
+                    for fade in [false, true] {
+                        let options =
+                            crate::ShaderOptions { filter, atlas, feedback: way, fade, ..Default::default() };
+                        let module = module(&crate::wgsl(&options));
+                        let functions =
+                            module.functions.iter().filter_map(|(_, function)| function.name.clone());
+                        let globals =
+                            module.global_variables.iter().filter_map(|(_, global)| global.name.clone());
+                        let declared: BTreeSet<String> = functions.chain(globals).collect();
+                        let mut known: BTreeSet<String> = names(&member_modules(atlas, filter, way, fade))
+                            .into_iter()
+                            .map(String::from)
+                            .collect();
+                        known.extend(names(&SHARED_MODULES).into_iter().map(String::from));
+                        known.extend(names(tell_modules(way)).into_iter().map(String::from));
+                        // What is bound at places that a group numbers, or once for all members.
+                        let bound = [
+                            "vastex_texture",
+                            "vastex_pool",
+                            "vastex_view",
+                            "vastex_sampler",
+                            "vastex_table",
+                            "vastex_fades",
+                            "vastex_cells",
+                        ];
+                        known.extend(bound.map(String::from));
+                        // Texture space is one texture's, and no group's.
+                        let unknown: Vec<&String> = declared
+                            .difference(&known)
+                            .filter(|name| !name.starts_with("vastex_texture_space"))
+                            .collect();
+                        assert!(unknown.is_empty(), "{filter} {atlas:?} {way:?}: {unknown:?}");
+                    }
+                }
+            }
+        }
+    }
+
     #[test]
     fn names_that_would_not_do_are_refused() {
         let with = |names: &[&str], has_feedback| {

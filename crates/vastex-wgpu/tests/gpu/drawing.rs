@@ -93,10 +93,7 @@ fn pipeline(
     inputs: &wgpu::BindGroupLayout,
     formats: [wgpu::TextureFormat; 2],
 ) -> wgpu::RenderPipeline {
-    let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: None,
-        source: wgpu::ShaderSource::Wgsl(drawing.text.clone().into()),
-    });
+    let module = vastex_wgpu::shader_module(&gpu.device, None, drawing.text.clone());
     let layouts = [Some(drawing.layout.layout()), Some(inputs)];
     let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: None,

@@ -11,12 +11,14 @@ use vastex_wgpu::{
 use crate::common::{GPU, NUMBER, Random, World, storage};
 
 /// A pipeline that draws one triangle over the whole picture into a feedback target.
-fn pipeline(gpu: &TestDevice, layout: Option<&BindLayout>, text: String) -> wgpu::RenderPipeline {
+fn pipeline(
+    gpu: &TestDevice,
+    layout: Option<&BindLayout>,
+    text: String,
+    constants: &[(&str, f64)],
+) -> wgpu::RenderPipeline {
     let device = &gpu.device;
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: None,
-        source: wgpu::ShaderSource::Wgsl(text.into()),
-    });
+    let module = vastex_wgpu::shader_module(device, None, text);
     let layout = layout.map(|layout| {
         device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: None,
@@ -45,7 +47,7 @@ fn pipeline(gpu: &TestDevice, layout: Option<&BindLayout>, text: String) -> wgpu
         fragment: Some(wgpu::FragmentState {
             module: &module,
             entry_point: None,
-            compilation_options: Default::default(),
+            compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
             targets: &[Some(FEEDBACK_FORMAT.into())],
         }),
         multiview_mask: None,
@@ -59,14 +61,7 @@ fn readback(gpu: &TestDevice, target: &FeedbackTarget) -> Readback {
 }
 
 /// Writes given pixels into a target.
-const FILL: &str = "
-    @group(0) @binding(0) var<storage, read> pixels: array<vec4<u32>>;
-    @vertex fn vertex(@builtin(vertex_index) n: u32) -> @builtin(position) vec4<f32> {
-        return vec4<f32>(f32(n & 1u) * 4.0 - 1.0, f32(n >> 1u) * 4.0 - 1.0, 0.5, 1.0);
-    }
-    @fragment fn fragment(@builtin(position) at: vec4<f32>) -> @location(0) vec4<u32> {
-        return pixels[u32(at.y) * WIDTH + u32(at.x)];
-    }";
+const FILL: &str = include_str!("wgsl/fill.wgsl");
 
 /// A target, its ring, and a way to put any pixels into it.
 struct Filled {
@@ -86,7 +81,7 @@ impl Filled {
             size,
             readback: readback(gpu, &target),
             view: ViewBuffer::new(&gpu.device, &gpu.queue, FeedbackWay::Separate),
-            pipeline: pipeline(gpu, None, FILL.replace("WIDTH", &format!("{}u", size[0]))),
+            pipeline: pipeline(gpu, None, FILL.to_owned(), &[("WIDTH", size[0].into())]),
             target,
             unheard: None,
         }
@@ -322,16 +317,7 @@ fn after_a_cut_the_first_feedback_comes_as_soon_as_any_other() {
 }
 
 /// A plane seen in no perspective: uv changes by the same amount from pixel to pixel.
-pub(crate) const PLANE: &str = "
-    struct Corner { @builtin(position) clip: vec4<f32>, @location(0) uv: vec2<f32> }
-    @vertex fn vertex(@builtin(vertex_index) n: u32) -> Corner {
-        let at = vec2<f32>(f32(n & 1u) * 4.0 - 1.0, f32(n >> 1u) * 4.0 - 1.0);
-        let turned = vec2<f32>(0.83 * at.x - 0.31 * at.y, 0.29 * at.x + 0.77 * at.y);
-        return Corner(vastex_feedback_clip(vec4<f32>(at * 2.0, 1.0, 2.0)), turned * 0.34 + vec2<f32>(0.4937, 0.5219));
-    }
-    @fragment fn fragment(in: Corner) -> @location(0) vec4<u32> {
-        return vastex_feedback(in.uv);
-    }";
+pub(crate) const PLANE: &str = include_str!("wgsl/plane.wgsl");
 
 fn draw_plane(
     gpu: &TestDevice,
@@ -342,7 +328,7 @@ fn draw_plane(
 ) -> Vec<RawFeedback> {
     let layout = BindLayout::new(&gpu.device, world.pool.atlas(0), FeedbackWay::Separate);
     let options = ShaderOptions { atlas: world.pool.atlas(0), ..Default::default() };
-    let pipeline = pipeline(gpu, Some(&layout), PLANE.to_owned() + &wgsl(&options));
+    let pipeline = pipeline(gpu, Some(&layout), PLANE.to_owned() + &wgsl(&options), &[]);
     let view = ViewBuffer::new(&gpu.device, &gpu.queue, FeedbackWay::Separate);
     let group = layout.bind_group(&gpu.device, &world.table, &world.pool, 0, &view);
     let target = FeedbackTarget::new(&gpu.device, picture, scale).unwrap();

@@ -33,20 +33,7 @@ struct Folded {
     unused: u32,
 }
 
-pub(crate) const FOLDING: &str = "
-    const MODES = array<u32, 4>(
-        VASTEX_NONE, VASTEX_ADDRESS_WRAP, VASTEX_ADDRESS_MIRROR, VASTEX_ADDRESS_BORDER);
-    struct Fold { anchor: u32, offset: f32, size: u32, mode: u32 }
-    struct Folded { texel: u32, fraction: f32, way: f32, unused: u32 }
-    @group(1) @binding(0) var<storage, read> inputs: array<Fold>;
-    @group(1) @binding(1) var<storage, read_write> outputs: array<Folded>;
-    @compute @workgroup_size(64) fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-        if id.x >= arrayLength(&inputs) { return; }
-        let in = inputs[id.x];
-        var modes = MODES;
-        let at = vastex_folded_texel(in.anchor, in.offset, in.size, modes[in.mode]);
-        outputs[id.x] = Folded(at.texel, at.fraction, at.way, 0u);
-    }";
+pub(crate) const FOLDING: &str = include_str!("wgsl/folding.wgsl");
 
 fn folds(random: &mut Random) -> Vec<Fold> {
     const SIZES: [u32; 9] = [1, 2, 3, 100, 65_536, (1 << 30) + 1, (1 << 31) - 1, 1 << 31, 2_000_000_011];
@@ -123,26 +110,7 @@ pub(crate) struct Input {
     at_level: u32,
 }
 
-pub(crate) const HARNESS: &str = "
-    struct Input {
-        anchor: vec2<u32>, offset: vec2<f32>, ddx: vec2<f32>, ddy: vec2<f32>, level: f32, at_level: u32,
-    }
-    struct Output { color: vec4<f32>, feedback: vec4<u32> }
-    @group(1) @binding(0) var<storage, read> inputs: array<Input>;
-    @group(1) @binding(1) var<storage, read_write> outputs: array<Output>;
-    @compute @workgroup_size(64) fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-        if id.x >= arrayLength(&inputs) { return; }
-        let in = inputs[id.x];
-        if in.at_level == 1u {
-            outputs[id.x] = Output(
-                vastex_sample_fixed_level(in.anchor, in.offset, in.level),
-                vastex_feedback_fixed_level(in.anchor, in.offset, in.level));
-        } else {
-            outputs[id.x] = Output(
-                vastex_sample_fixed_grad(in.anchor, in.offset, in.ddx, in.ddy),
-                vastex_feedback_fixed_grad(in.anchor, in.offset, in.ddx, in.ddy));
-        }
-    }";
+pub(crate) const HARNESS: &str = include_str!("wgsl/fixed.wgsl");
 
 /// Calls of chance and of extremes, around these texels.
 fn inputs(geometry: &Geometry, spots: &[[u32; 2]], random: &mut Random) -> Vec<Input> {

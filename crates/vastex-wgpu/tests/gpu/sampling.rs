@@ -29,21 +29,7 @@ pub(crate) struct Output {
     pub(crate) feedback: [u32; 4],
 }
 
-pub(crate) const HARNESS: &str = "
-    struct Input { uv: vec2<f32>, ddx: vec2<f32>, ddy: vec2<f32>, level: f32, at_level: u32 }
-    struct Output { color: vec4<f32>, feedback: vec4<u32> }
-    @group(1) @binding(0) var<storage, read> inputs: array<Input>;
-    @group(1) @binding(1) var<storage, read_write> outputs: array<Output>;
-    @compute @workgroup_size(64) fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-        if id.x >= arrayLength(&inputs) { return; }
-        let in = inputs[id.x];
-        if in.at_level == 1u {
-            outputs[id.x] = Output(vastex_sample_level(in.uv, in.level), vastex_feedback_level(in.uv, in.level));
-        } else {
-            outputs[id.x] = Output(
-                vastex_sample_grad(in.uv, in.ddx, in.ddy), vastex_feedback_grad(in.uv, in.ddx, in.ddy));
-        }
-    }";
+pub(crate) const HARNESS: &str = include_str!("wgsl/harness.wgsl");
 
 /// The shader for one filter and one way to read the atlas.
 pub(crate) struct Harness<'a> {
@@ -187,10 +173,7 @@ pub(crate) fn pipeline(
         bind_group_layouts: &[Some(layout), Some(&data)],
         immediate_size: 0,
     });
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: None,
-        source: wgpu::ShaderSource::Wgsl(text.into()),
-    });
+    let module = vastex_wgpu::shader_module(device, None, text);
     device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
         label: None,
         layout: Some(&pipeline_layout),

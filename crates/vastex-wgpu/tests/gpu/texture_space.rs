@@ -9,25 +9,7 @@ use vastex_wgpu::{
 use crate::common::{GPU, NUMBER, World};
 
 /// A picture of 64x64 pixels. Each instance draws the whole texture into it, at so many times its size; the last one is beside it.
-pub(crate) const SHADER: &str = "
-    struct Spread {
-        @builtin(position) clip: vec4<f32>,
-        @location(0) uv: vec2<f32>,
-        @location(1) in_picture: vec4<f32>,
-    }
-    @vertex fn spread(@builtin(vertex_index) n: u32, @builtin(instance_index) instance: u32) -> Spread {
-        let uv = vec2<f32>(f32(n & 1u), f32(n >> 1u));
-        let size = array<f32, 3>(0.45, 1.8, 1.8)[instance];
-        let aside = array<f32, 3>(0.0, 0.0, 5.0)[instance];
-        let place = vec2<f32>(2.0 * uv.x - 1.0, 1.0 - 2.0 * uv.y) * size + aside;
-        return Spread(vastex_texture_space_clip(uv), uv, vec4<f32>(place, 0.5, 1.0));
-    }
-    @fragment fn need(spread: Spread) -> @location(0) vec4<f32> {
-        return vastex_texture_space(spread.uv, spread.in_picture, vec2<f32>(64.0));
-    }
-    @fragment fn need_front(spread: Spread) -> @location(0) vec4<f32> {
-        return vastex_texture_space_front(spread.uv * vec2<f32>(1.0, -1.0), spread.in_picture, vec2<f32>(64.0));
-    }";
+pub(crate) const SHADER: &str = include_str!("wgsl/texture_space.wgsl");
 
 /// What is wanted when these instances are drawn.
 fn drawn(geometry: &Geometry, entry: &str, instances: std::ops::Range<u32>) -> Vec<WantedPage> {
@@ -37,10 +19,7 @@ fn drawn(geometry: &Geometry, entry: &str, instances: std::ops::Range<u32>) -> V
     let view = ViewBuffer::new(&gpu.device, &gpu.queue, FeedbackWay::Separate);
     let group = layout.bind_group(&gpu.device, &world.table, &world.pool, 0, &view);
     let options = ShaderOptions { filter: Filter::Nearest, ..Default::default() };
-    let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: None,
-        source: wgpu::ShaderSource::Wgsl((SHADER.to_owned() + &wgsl(&options)).into()),
-    });
+    let module = vastex_wgpu::shader_module(&gpu.device, None, SHADER.to_owned() + &wgsl(&options));
     let pipeline_layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: None,
         bind_group_layouts: &[Some(layout.layout())],

@@ -89,10 +89,7 @@ impl GroundRenderer {
         // Vastex: its text after the application's shader, its bind group at the index given in the settings.
         let text = include_str!("ground.wgsl").to_owned() + &textures.wgsl(ground);
         let groups = [Some(&camera_layout), Some(textures.bind_group_layout(ground))];
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("ground"),
-            source: wgpu::ShaderSource::Wgsl(text.into()),
-        });
+        let module = vastex::shader_module(device, Some("ground"), text);
         let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some("ground"),
             bind_group_layouts: &groups,

@@ -4,20 +4,13 @@
 use vastex::{AddressMode, FeedbackWay, PoolSettings, Settings};
 use vastex_wgpu::test_device::compute_pipelines;
 
-use crate::common::{Mapping, PICTURE, SCREEN, Screen, property, settings};
+use crate::common::texts::telling;
+use crate::common::{Mapping, PICTURE, Screen, property, settings};
 
 pub(crate) const SIZE: [u32; 2] = [4000, 3000];
 pub(crate) const TILE: u64 = 72 * 72 * 4;
 /// Frames in which a view comes right whatever was dropped before.
 const PATIENCE: u32 = 300;
-
-/// The screen's shader, whose picture tells what it wants.
-pub(crate) fn telling() -> String {
-    let from = "    return vastex_sample(uv_from_pixel(placed));";
-    assert!(SCREEN.contains(from));
-    let to = "    vastex_tell(placed.clip, vastex_feedback(uv_from_pixel(placed)));\n";
-    SCREEN.replace(from, &format!("{to}{from}"))
-}
 
 pub(crate) fn screen(way: FeedbackWay, tiles: u64) -> Screen {
     let settings = Settings {

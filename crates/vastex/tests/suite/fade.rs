@@ -4,6 +4,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use crate::common::texts::halves;
 use crate::common::{Mapping, SCREEN, Screen, property, settings};
 use vastex::{
     AddressMode, Codec, Description, Filter, Geometry, GeometrySpec, LayerFormat, PagePos, PoolId,
@@ -249,15 +250,9 @@ fn content_that_changes_takes_the_place_of_what_was_there_at_once() {
 
 #[test]
 fn the_members_of_a_group_fade_as_they_do_alone() {
-    let shader = SCREEN.replace(
-        "return vastex_sample(uv_from_pixel(placed));",
-        "let uv = uv_from_pixel(placed);
-        let others = vastex_sample_second(uv) * 0.5 + vastex_sample_again(uv) * 0.5;
-        return select(others, vastex_sample_first(uv), placed.pixel.x < 80.0);",
-    );
     let mapping = around(0.4, 1.1);
     let settings = || Settings { filter: Filter::Trilinear, ..fading() };
-    let mut group = Screen::showing(settings(), &shader, |textures| {
+    let mut group = Screen::showing(settings(), &halves(), |textures| {
         let [first, second] =
             [source(), property(SIZE, 64, AddressMode::Wrap)].map(|s| textures.add(s).unwrap());
         textures.add_group([("first", first), ("second", second), ("again", second)]).unwrap()

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use crate::common::{Mapping, PICTURE, SCREEN, Screen, property, settings};
+use crate::common::texts::{NAMES, apart, by_columns};
+use crate::common::{Mapping, PICTURE, Screen, property, settings};
 use vastex::{
     AddressMode, Error, GpuError, GroupError, GroupId, LevelRule, Member, PageState, Settings, TextureId,
     Textures, TileSource,
@@ -12,7 +13,6 @@ use vastex_wgpu::test_device::TestDevice;
 /// The largest is not the first; sizes that divide it and one that does not, pages of three sizes.
 const SIZES: [([u32; 2], u32); 4] =
     [([1000, 800], 32), ([4000, 3200], 128), ([1700, 1360], 64), ([500, 400], 128)];
-const NAMES: [&str; 4] = ["color", "night", "clouds", "height"];
 
 fn sources() -> [Arc<dyn TileSource>; 4] {
     SIZES.map(|(size, page)| property(size, page, AddressMode::Wrap))
@@ -25,27 +25,6 @@ fn add_all(textures: &mut Textures) -> Vec<TextureId> {
 fn add_group(textures: &mut Textures) -> GroupId {
     let ids = add_all(textures);
     textures.add_group(NAMES.into_iter().zip(ids)).unwrap()
-}
-
-/// The shader of the screen with other answers: `shown`, one for each column of the picture, and `wanted`, of `uv`.
-fn shader(shown: [&str; 4], wanted: &str) -> String {
-    let by_column = format!(
-        "let uv = uv_from_pixel(placed);
-        let shown = array({});
-        return shown[u32(placed.pixel.x) * 4u / {}u];",
-        shown.join(", "),
-        PICTURE[0]
-    );
-    let wanted = format!("let uv = uv_from_pixel(placed);\n{wanted}");
-    SCREEN
-        .replace("return vastex_sample(uv_from_pixel(placed));", &by_column)
-        .replace("return vastex_feedback(uv_from_pixel(placed));", &wanted)
-}
-
-/// A column of the picture for each member.
-fn by_columns() -> String {
-    let shown = NAMES.map(|name| format!("vastex_sample_{name}(uv)"));
-    shader(shown.each_ref().map(String::as_str), "return vastex_feedback(uv);")
 }
 
 /// Level 0 of the largest along a pixel of the picture.
@@ -142,18 +121,7 @@ fn a_group_outlives_its_device_but_not_its_members() {
 
 #[test]
 fn members_apart_take_turns() {
-    // Two textures at coordinates of their own, and two that one entry serves.
-    let shader = shader(
-        [
-            "vastex_sample_color(uv)",
-            "vastex_sample_clouds(uv)",
-            "vastex_sample_night(uv.yx)",
-            "vastex_sample_height(1.0 - uv)",
-        ],
-        "let wanted = array(vastex_feedback(uv), vastex_feedback_night(uv.yx), vastex_feedback_height(1.0 - uv));
-        return wanted[vastex_turn(placed.clip, 3u)];",
-    );
-    let mut screen = Screen::showing(settings(), &shader, |textures| {
+    let mut screen = Screen::showing(settings(), &apart(), |textures| {
         let ids = add_all(textures);
         let members = [
             Member::new("color", ids[0]),

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::common::texts::fixed;
 use crate::common::{Mapping, PICTURE, SCREEN, Screen, property, settings};
 use vastex::{
     AddressMode, FrameStats, PoolId, PoolSettings, Settings, TableChoice, TextureSettings, TileSource,
@@ -11,24 +12,6 @@ use vastex_tiles::PropertySource;
 
 /// Bytes of a tile of the property image.
 const TILE: u64 = 136 * 136 * 4;
-
-/// The shader of the screen, with places in fixed point.
-fn fixed() -> String {
-    let replaced = [
-        ("columns: vec4<f32>,", "columns: vec2<f32>, anchor: vec2<u32>,"),
-        (
-            "along: vec4<f32>,\n}",
-            "along: vec4<f32>,\n    @location(3) @interpolate(flat) anchor: vec2<u32>,\n}",
-        ),
-        ("mapping.origin, along)", "mapping.origin, along, mapping.anchor)"),
-        ("vastex_sample(", "vastex_sample_fixed(placed.anchor, "),
-        ("vastex_feedback(", "vastex_feedback_fixed(placed.anchor, "),
-    ];
-    replaced.into_iter().fold(SCREEN.to_owned(), |text, (from, to)| {
-        assert!(text.contains(from), "{from}");
-        text.replace(from, to)
-    })
-}
 
 fn screen(source: Arc<dyn TileSource>, settings: Settings, page_table: TableChoice, shader: &str) -> Screen {
     Screen::showing(settings, shader, |textures| {

@@ -100,18 +100,9 @@ impl World {
 
     /// What the GPU says at each of these points and levels.
     fn on_gpu(&self, inputs: &[[f32; 4]]) -> Vec<[f32; 4]> {
-        const HARNESS: &str = "
-            @group(1) @binding(0) var<storage, read_write> points: array<vec4<f32>>;
-            @compute @workgroup_size(64) fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-                if id.x >= arrayLength(&points) { return; }
-                points[id.x] = vastex_sample_level(points[id.x].xy, points[id.x].z);
-            }";
         let (device, queue) = (&self.gpu.device, &self.gpu.queue);
-        let text = HARNESS.to_owned() + &self.textures.wgsl(self.texture);
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: None,
-            source: wgpu::ShaderSource::Wgsl(text.into()),
-        });
+        let text = crate::common::texts::POINTS.to_owned() + &self.textures.wgsl(self.texture);
+        let module = vastex_wgpu::shader_module(device, None, text);
         let storage = wgpu::BindGroupLayoutEntry {
             binding: 0,
             visibility: wgpu::ShaderStages::COMPUTE,

@@ -2,6 +2,8 @@
 
 #![allow(unreachable_pub, reason = "a module of a test program")]
 
+pub mod texts;
+
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -10,15 +12,12 @@ use vastex_core::{AddressMode, Geometry, GeometrySpec};
 use vastex_tiles::PropertySource;
 use vastex_wgpu::test_device::TestDevice;
 
-/// Pixels of every picture.
-pub const PICTURE: [u32; 2] = [160, 120];
+pub use texts::{PICTURE, SCREEN};
 
 /// Bytes of a row of a picture that is copied.
 const ROW: u32 = (PICTURE[0] * 4).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
 
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
-/// What draws a texture.
-pub const SCREEN: &str = include_str!("screen.wgsl");
 /// Frames after which every pixel has been looked at and what it wants has been asked for.
 const JITTER_FRAMES: u32 = 18;
 const PATIENCE_FRAMES: u32 = 600;
@@ -348,10 +347,7 @@ fn pipelines(
     shader: &str,
     mapping: &wgpu::BindGroupLayout,
 ) -> [wgpu::RenderPipeline; 2] {
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: None,
-        source: wgpu::ShaderSource::Wgsl((shader.to_owned() + &textures.wgsl(sampled)).into()),
-    });
+    let module = vastex_wgpu::shader_module(device, None, shader.to_owned() + &textures.wgsl(sampled));
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: None,
         bind_group_layouts: &[Some(textures.bind_group_layout(sampled)), Some(mapping)],

@@ -1,0 +1,131 @@
+//! Every shader text of the project: writing them, and the step of the suite that holds them to WGSL.
+//!
+//! Which there are is known to the example `shaders` of the scenes, which makes them by the functions that make them for a device. This
+//! program has no dependency that could, so it runs that.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+
+use crate::shell::{self, Usage};
+use crate::test::Outcome;
+use crate::wgsl;
+
+/// Names a directory into which the tests' programs write every shader text that they hand to a device.
+pub(crate) const LOG: &str = "VASTEX_SHADER_LOG";
+
+/// `cargo xtask shaders DIR`.
+pub(crate) fn run(arguments: &[&str]) -> Result<()> {
+    match arguments {
+        [directory] if !directory.starts_with('-') => write(&std::env::current_dir()?.join(directory)),
+        _ => {
+            Err(Usage("shaders takes one directory to write into: cargo xtask shaders DIR".to_owned()).into())
+        }
+    }
+}
+
+/// Writes every text into a directory, which is made where there is none.
+pub(crate) fn write(directory: &Path) -> Result<()> {
+    // As the suite builds it, so that nothing is compiled twice.
+    let mut command = shell::cargo("run");
+    command.args(["--quiet", "-p", "vastex-scenes", "--example", "shaders", "--"]).arg(directory);
+    shell::run(&mut command)
+}
+
+/// Where the suite has them.
+pub(crate) fn written() -> PathBuf {
+    shell::target_dir().join("shaders")
+}
+
+/// Where the suite's tests say which texts they hand to a device.
+pub(crate) fn handed_over() -> PathBuf {
+    shell::target_dir().join("shaders-handed-over")
+}
+
+/// The step: all texts are written, each is held to WGSL's grammar of operators, and those that tests handed to a device are among them.
+pub(crate) fn check() -> Result<Outcome> {
+    remove(&written())?;
+    write(&written())?;
+    let texts = texts(&written())?;
+    let mut faults = Vec::new();
+    for (name, text) in &texts {
+        faults.extend(wgsl::mixed(text).iter().map(|fault| format!("{name}, {fault}")));
+    }
+    if !faults.is_empty() {
+        let first: Vec<&str> = faults.iter().take(10).map(String::as_str).collect();
+        bail!("{} places are no WGSL, such as\n{}", faults.len(), first.join("\n"));
+    }
+    println!("{} texts are WGSL as far as operators go", texts.len());
+    if handed_over().is_dir() {
+        compare(texts)?;
+    } else {
+        println!("no test has handed a text to a device before this step");
+    }
+    Ok(Outcome::Passed)
+}
+
+/// What tests handed to a device must be among these.
+fn compare(known: Vec<(String, String)>) -> Result<()> {
+    let known: BTreeSet<String> = known.into_iter().map(|(_, text)| text).collect();
+    let directory = handed_over();
+    let handed_over = texts(&directory)?;
+    let unknown: Vec<&(String, String)> =
+        handed_over.iter().filter(|(_, text)| !known.contains(text)).collect();
+    if let Some((name, text)) = unknown.first() {
+        bail!(
+            "{} of {} shader texts that tests handed to a device are not among those that `cargo xtask shaders` writes; \
+             add them to apps/scenes/examples/shaders/list.rs. They lie in {}; {name} has\n{}",
+            unknown.len(),
+            handed_over.len(),
+            directory.display(),
+            told(text)
+        );
+    }
+    println!(
+        "all {} texts that tests handed to a device are among the {} written",
+        handed_over.len(),
+        known.len()
+    );
+    Ok(())
+}
+
+/// Forgets what earlier runs handed over.
+pub(crate) fn forget() -> Result<()> {
+    remove(&handed_over())
+}
+
+/// What a text says of the options that it was made for, and how it begins.
+fn told(text: &str) -> String {
+    let options = ["GROUP", "FILTER", "MAX_TAPS", "TABLES", "PAGES", "BINDING_FADES"];
+    let is_option =
+        |line: &&str| options.iter().any(|name| line.starts_with(&format!("const VASTEX_{name}:")));
+    let lines = text.lines().filter(is_option).chain(text.lines().take(12));
+    lines.map(|line| format!("    {line}\n")).collect()
+}
+
+fn remove(directory: &Path) -> Result<()> {
+    match std::fs::remove_dir_all(directory) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+            Err(error).with_context(|| format!("cannot remove {}", directory.display()))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// The texts in a directory, with their names, in order.
+pub(crate) fn texts(directory: &Path) -> Result<Vec<(String, String)>> {
+    let mut texts = Vec::new();
+    let entries =
+        std::fs::read_dir(directory).with_context(|| format!("cannot read {}", directory.display()))?;
+    for entry in entries {
+        let path = entry?.path();
+        if path.extension().is_some_and(|extension| extension == "wgsl") {
+            let text =
+                std::fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
+            texts.push((path.file_name().unwrap_or_default().to_string_lossy().into_owned(), text));
+        }
+    }
+    texts.sort_unstable();
+    Ok(texts)
+}
