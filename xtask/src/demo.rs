@@ -23,6 +23,7 @@ pub(crate) fn run() -> Result<()> {
     let has_display = has_display();
     println!("{}", plan(has_display));
     setup::ensure(&setup::C_COMPILER)?;
+    setup::ensure_if_possible(&setup::NASM);
     setup::ensure(&setup::GRAPHICS_DRIVER)?;
     std::fs::create_dir_all(shell::root().join("target/demo")).context("cannot create target/demo")?;
     println!("\n1. compiling the program, unless it is compiled already");

@@ -174,6 +174,7 @@ fn set_up() -> Result<Outcome> {
     setup::ensure_component("fmt", "rustfmt")?;
     setup::ensure_component("clippy", "clippy")?;
     setup::ensure(&setup::C_COMPILER)?;
+    setup::ensure_if_possible(&setup::NASM);
     setup::ensure(&setup::GRAPHICS_DRIVER)?;
     Ok(Outcome::Passed)
 }

@@ -114,6 +114,25 @@ fn truncated_images_name_the_row() {
     assert!(error.contains("truncated: it ends near row 80 of 200"), "{error}");
 }
 
+/// The decoder finds out after the header, deep in its own code, and unwinds from there: again and again, in many threads.
+#[test]
+fn jpeg_that_names_no_table() {
+    let mut bytes = good_jpeg();
+    let scan = bytes.windows(2).position(|w| w == [0xff, 0xda]).unwrap();
+    // The tables of the scan's first component: none of these numbers was defined.
+    bytes[scan + 6] = 0x33;
+    std::thread::scope(|scope| {
+        for _ in 0..4 {
+            scope.spawn(|| {
+                for _ in 0..25 {
+                    let error = error_of("a.jpg", &bytes, &BuildOptions::default());
+                    assert!(error.contains("a.jpg: is damaged near row 0 of 200"), "{error}");
+                }
+            });
+        }
+    });
+}
+
 #[test]
 fn progressive_jpeg_truncated() {
     let bytes = jpeg(SIZE, 3, true, &smooth(SIZE, 3));
