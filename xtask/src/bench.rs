@@ -104,6 +104,7 @@ pub(crate) fn build(options: &[&str]) -> Result<()> {
     }
     let parts = [
         block_speed::compare(&BLOCKS.make(&directory)?, options.runs)?,
+        block_speed::encoders_at_work(&BLOCKS.make(&directory)?)?,
         shapes::compare(&directory, &vastex())?,
         land_mask::measure(&directory, &vastex(), options.runs)?,
         gaia_sky::compare(&directory, &vastex(), options.runs)?,

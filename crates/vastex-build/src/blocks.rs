@@ -58,6 +58,11 @@ pub(crate) struct Strip<'a> {
 }
 
 impl<'a> Strip<'a> {
+    /// Bytes of each of its rows.
+    pub(crate) fn row_bytes(&self) -> usize {
+        self.rows[0].len()
+    }
+
     /// `spaced` is the memory from the beginning of the first row to the end of the last, where they lie in one.
     pub(crate) fn new(rows: [&'a [u8]; SIDE], spaced: Option<&'a [u8]>) -> Strip<'a> {
         let distance = |memory: &[u8]| (memory.len() - rows[0].len()) / (SIDE - 1);
@@ -73,9 +78,32 @@ impl<'a> Strip<'a> {
     }
 }
 
+/// What appends a row of blocks in a compressed format to others, of the strip of texels above which it lies.
+pub(crate) type StripEncoder = fn(LayerFormat, Quality, &Strip<'_>, &mut Vec<u8>) -> Lost;
+
+/// The encoder of builds: [`encode_strip`], but where one is being measured.
+pub(crate) fn encoder() -> StripEncoder {
+    #[cfg(all(feature = "bc", any(test, feature = "measure")))]
+    if let Some(encoder) = crate::measure::encoder() {
+        return encoder;
+    }
+    encode_strip
+}
+
 /// Appends the blocks of rows of texels in the decoded format of `format`, which is compressed. All rows are equally
 /// long; their number and that of their texels are multiples of 4, and not 0.
 pub(crate) fn encode(format: LayerFormat, quality: Quality, rows: &[&[u8]], blocks: &mut Vec<u8>) -> Lost {
+    encode_with(encode_strip, format, quality, rows, blocks)
+}
+
+/// As [`encode`], by another encoder.
+pub(crate) fn encode_with(
+    encode_strip: StripEncoder,
+    format: LayerFormat,
+    quality: Quality,
+    rows: &[&[u8]],
+    blocks: &mut Vec<u8>,
+) -> Lost {
     let mut strips = rows.as_chunks::<SIDE>().0.iter().map(|&rows| Strip::new(rows, None));
     let texel = format.texel_bytes();
     if !is_constant(rows, texel) {

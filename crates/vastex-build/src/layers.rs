@@ -130,6 +130,7 @@ impl OpenLayer {
             filter,
             border_color: options.border_color,
             quality: options.quality,
+            encoder: blocks::encoder(),
             in_blocks: true,
             lost_alpha: false.into(),
             lost_negatives: false.into(),

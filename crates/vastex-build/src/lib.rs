@@ -25,6 +25,9 @@ mod inset;
 mod layers;
 mod layout;
 mod magnify;
+#[cfg(all(feature = "bc", any(test, feature = "measure")))]
+#[doc(hidden)]
+pub mod measure;
 mod notice;
 mod pipeline;
 mod place;

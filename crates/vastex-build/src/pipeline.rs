@@ -3,15 +3,21 @@
 //! The caller's thread reads rows; a pool of threads turns them into levels and tiles and encodes those; one
 //! thread appends them to the container. Bounded queues between them keep memory bounded, and every stage keeps the
 //! order, so the bytes do not depend on the number of threads.
+//!
+//! One thread of the pool, the cutter, drives it. It hands tiles out in portions, which the others encode, and goes on making
+//! levels meanwhile; where it would have to wait it encodes too. What is appended next is a promise: the queue to the
+//! writer holds them in the order of writing, whichever is kept first.
 
+use std::collections::VecDeque;
+use std::convert::Infallible;
 use std::ops::{ControlFlow, Range};
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
+use std::sync::mpsc::{Receiver, Sender, SyncSender, TryRecvError, TrySendError, channel, sync_channel};
 use std::thread;
 
-use rayon::ThreadPool;
-use rayon::prelude::*;
+use rayon::{ScopeFifo, ThreadPool, Yield};
 use vastex_core::{Description, PagePos};
 use vastex_tiles::{Compression, EncodedTile, PartWriter, ResumableWriter, WriteError, Written};
 
@@ -27,10 +33,12 @@ use crate::stack::{self, Bands, LayerPlan, Stack};
 pub(crate) struct Buffers {
     /// Buffers of rows between reading and filtering.
     rows: usize,
-    /// Batches of tiles between encoding and writing.
-    batches: usize,
-    /// Bytes of the tiles that are encoded side by side, before they are compressed.
-    batch_bytes: usize,
+    /// How many buffers of rows are filtered while tiles of the rows before them are still being encoded.
+    ahead: u32,
+    /// Bytes of the tiles between cutting and writing, before they are compressed.
+    tile_bytes: usize,
+    /// Bytes of the tiles that one thread cuts and encodes at a time, before they are compressed.
+    portion_bytes: usize,
 }
 
 impl Default for Buffers {
@@ -41,20 +49,19 @@ impl Default for Buffers {
 
 impl Buffers {
     /// From what suits most to what takes least.
-    ///
-    /// Cutting a row of pages takes long, and the rows in between do not: so many buffers as its rows fill keep the reader
-    /// busy meanwhile.
     const ALL: [Buffers; 5] = [
-        Buffers { rows: 16, batches: 4, batch_bytes: 2 << 20 },
-        Buffers { rows: 3, batches: 4, batch_bytes: 2 << 20 },
-        Buffers { rows: 2, batches: 2, batch_bytes: 1 << 20 },
-        Buffers { rows: 2, batches: 1, batch_bytes: 256 << 10 },
-        Buffers { rows: 1, batches: 1, batch_bytes: 1 },
+        Buffers { rows: 8, ahead: 4, tile_bytes: 8 << 20, portion_bytes: 256 << 10 },
+        Buffers { rows: 3, ahead: 2, tile_bytes: 8 << 20, portion_bytes: 256 << 10 },
+        Buffers { rows: 2, ahead: 1, tile_bytes: 4 << 20, portion_bytes: 256 << 10 },
+        Buffers { rows: 2, ahead: 0, tile_bytes: 1 << 20, portion_bytes: 64 << 10 },
+        Buffers { rows: 1, ahead: 0, tile_bytes: 1, portion_bytes: 1 },
     ];
 }
 
 /// Pages in the order of writing, with their tiles if they have any.
-type Batch = Vec<(PagePos, Option<EncodedTile>)>;
+type Portion = Vec<(PagePos, Option<EncodedTile>)>;
+/// A portion that is being made, or that nobody will make since another stage failed.
+type Promise = Receiver<Portion>;
 /// Rows of every layer's image, as many as lie along the same rows of the texture.
 type LayerRows = Vec<Vec<u8>>;
 
@@ -133,8 +140,22 @@ pub(crate) struct Done<S> {
 struct OtherStage;
 
 impl Job<'_> {
-    fn batch_tiles(&self) -> usize {
-        (self.buffers.batch_bytes / self.description.tile_bytes()).max(self.pool.current_num_threads())
+    /// Tiles that one thread cuts and encodes at a time.
+    fn portion_tiles(&self) -> usize {
+        (self.buffers.portion_bytes / self.description.tile_bytes()).clamp(1, NEIGHBOURS)
+    }
+
+    /// Portions between cutting and writing: at least two for each thread, one that it makes and one that it makes next.
+    fn portions(&self) -> usize {
+        let bytes = self.portion_tiles() * self.description.tile_bytes();
+        (self.buffers.tile_bytes / bytes).max(2 * self.pool.current_num_threads())
+    }
+
+    /// Buffers of rows that are filtered while tiles of the rows before them are encoded: none where one buffer makes several rows
+    /// of pages, which are enough to share.
+    fn ahead(&self) -> u32 {
+        let [_, page, _] = self.description.geometry.page();
+        if stack::block_rows(self.plans) < 2 * page { self.buffers.ahead } else { 0 }
     }
 
     /// Takes the largest buffers with which all that the pipeline holds comes to at most `limit` bytes, or the smallest.
@@ -153,11 +174,11 @@ impl Job<'_> {
         let row_bytes =
             |plan: &LayerPlan| u64::from(block / plan.layer.scale) * plan.image_row_bytes() as u64;
         let rows = self.buffers.rows as u64 * self.plans.iter().map(row_bytes).sum::<u64>();
-        // One batch is being made, its tiles cut as well as compressed, and one is being written.
-        let batches = (self.buffers.batches + 3) as u64
-            * self.batch_tiles() as u64
-            * self.description.tile_bytes() as u64;
-        stack::memory(self.plans) + rows + batches
+        // Besides those in the queue, one portion waits to enter it and one is being written; what each thread makes is there
+        // twice while it is being made.
+        let portions = (self.portions() + 2 + self.pool.current_num_threads()) as u64;
+        let tiles = portions * self.portion_tiles() as u64 * self.description.tile_bytes() as u64;
+        stack::memory(self.plans, self.ahead()) + rows + tiles
     }
 
     /// Runs a whole build, up to the last tile.
@@ -170,7 +191,7 @@ impl Job<'_> {
     ) -> Result<Done<S>, Stopped> {
         let (rows_tx, rows_rx) = sync_channel(self.buffers.rows);
         let (spare_tx, spare_rx) = channel();
-        let (tiles_tx, tiles_rx) = sync_channel(self.buffers.batches);
+        let (tiles_tx, tiles_rx) = sync_channel(self.portions());
         let written = AtomicU64::new(0);
         for _ in 0..self.buffers.rows {
             // The other end is in this function, so nothing can fail.
@@ -181,7 +202,7 @@ impl Job<'_> {
             let written = &written;
             let writing = scope.spawn(move || append_tiles(sink, &tiles_rx, written));
             let cutting = scope.spawn(move || {
-                self.pool.install(move || self.cut_tiles(selection, &rows_rx, &spare_tx, &tiles_tx))
+                self.pool.install(move || self.cut_tiles(selection, rows_rx, &spare_tx, &tiles_tx))
             });
             let read = self.read(layers, &rows_tx, &spare_rx, progress, written);
             drop(rows_tx);
@@ -231,65 +252,19 @@ impl Job<'_> {
     }
 
     /// Filters rows and cuts tiles until the rows end or the last tile that is wanted is made; says how many bytes of
-    /// rows it held.
+    /// rows it held. Is called in the pool, and returns when every tile is made.
     fn cut_tiles(
         &self,
-        mut selection: Selection,
-        rows_rx: &Receiver<LayerRows>,
+        selection: Selection,
+        rows_rx: Receiver<LayerRows>,
         spare_tx: &Sender<LayerRows>,
-        tiles_tx: &SyncSender<Batch>,
+        tiles_tx: &SyncSender<Promise>,
     ) -> Result<u64, OtherStage> {
-        let mut stack = Stack::new(self.plans);
-        let mut first_tile = 0;
-        for rows in rows_rx {
-            stack.push(&rows);
-            // Nobody waits for it once everything is read.
-            let _ = spare_tx.send(rows);
-            stack.cut_ready(|bands| {
-                let kept = selection.kept(bands);
-                self.encode(bands, &kept, first_tile, tiles_tx)?;
-                first_tile += u64::from(bands.pages());
-                Ok(())
-            })?;
-            if first_tile >= self.tiles.end {
-                return Ok(stack.allocated());
-            }
-        }
-        if !stack.is_complete() {
-            return Err(OtherStage);
-        }
-        if self.tiles.contains(&first_tile) {
-            let (pos, tail) = (self.description.geometry.tail_pos(), self.encoded(stack.tail()));
-            tiles_tx.send(vec![(pos, Some(tail))]).map_err(|_| OtherStage)?;
-        }
-        Ok(stack.allocated())
-    }
-
-    /// Encodes what is wanted of a row of pages whose first tile is number `first_tile` in the order of writing; `kept` says
-    /// which of them have one.
-    fn encode(
-        &self,
-        bands: &Bands<'_>,
-        kept: &[bool],
-        first_tile: u64,
-        tiles_tx: &SyncSender<Batch>,
-    ) -> Result<(), OtherStage> {
-        let batch = self.batch_tiles();
-        let column_of = |tile: u64| tile.saturating_sub(first_tile).min(bands.pages().into()) as u32;
-        let wanted = column_of(self.tiles.start)..column_of(self.tiles.end);
-        for first in wanted.clone().step_by(batch) {
-            let columns = first..wanted.end.min(first.saturating_add(batch as u32));
-            let neighbours = (batch / self.pool.current_num_threads()).clamp(1, NEIGHBOURS);
-            let encode = |first: u32| {
-                let columns = first..columns.end.min(first + neighbours as u32);
-                let tiles = bands.tiles(columns.clone(), kept).into_iter();
-                columns.zip(tiles).map(|(x, tile)| (bands.pos(x), tile.map(|tile| self.encoded(tile))))
-            };
-            let starts: Vec<u32> = columns.clone().step_by(neighbours).collect();
-            let tiles = starts.into_par_iter().flat_map_iter(encode).collect();
-            tiles_tx.send(tiles).map_err(|_| OtherStage)?;
-        }
-        Ok(())
+        rayon::scope_fifo(move |scope| {
+            let (held, first_tile) = (VecDeque::new(), 0);
+            let mut cutter = Cutter { job: self, scope, selection, tiles_tx, held, pushed: 0, first_tile };
+            cutter.cut(&rows_rx, spare_tx)
+        })
     }
 
     fn encoded(&self, tile: Vec<u8>) -> EncodedTile {
@@ -297,13 +272,135 @@ impl Job<'_> {
     }
 }
 
+/// The thread of the pool that makes levels and hands out tiles.
+struct Cutter<'a, 'scope> {
+    job: &'scope Job<'scope>,
+    scope: &'a ScopeFifo<'scope>,
+    selection: Selection,
+    tiles_tx: &'a SyncSender<Promise>,
+    /// After how many pushes rows of pages were cut whose tiles are still being made, the oldest first. Nothing is ever sent: the
+    /// other end is dropped with the rows.
+    held: VecDeque<(u64, Receiver<Infallible>)>,
+    /// Buffers of rows that were filtered.
+    pushed: u64,
+    /// Number of the next row's first tile, in the order of writing.
+    first_tile: u64,
+}
+
+impl<'scope> Cutter<'_, 'scope> {
+    fn cut(
+        &mut self,
+        rows_rx: &Receiver<LayerRows>,
+        spare_tx: &Sender<LayerRows>,
+    ) -> Result<u64, OtherStage> {
+        let mut stack = Stack::new(self.job.plans);
+        while let Some(rows) = next_rows(rows_rx) {
+            self.wait_for_held_rows();
+            stack.push(&rows);
+            self.pushed += 1;
+            // Nobody waits for it once everything is read.
+            let _ = spare_tx.send(rows);
+            stack.cut_ready(|bands| self.hand_out(bands))?;
+            if self.first_tile >= self.job.tiles.end {
+                return Ok(stack.allocated());
+            }
+        }
+        if !stack.is_complete() {
+            return Err(OtherStage);
+        }
+        if self.job.tiles.contains(&self.first_tile) {
+            let (made_tx, made_rx) = channel();
+            self.promise(made_rx)?;
+            let pos = self.job.description.geometry.tail_pos();
+            // The writer may have failed.
+            let _ = made_tx.send(vec![(pos, Some(self.job.encoded(stack.tail())))]);
+        }
+        Ok(stack.allocated())
+    }
+
+    /// Hands out what is wanted of a row of pages.
+    fn hand_out(&mut self, bands: Bands<'scope>) -> Result<(), OtherStage> {
+        let (job, first_tile, pages) = (self.job, self.first_tile, bands.pages());
+        self.first_tile += u64::from(pages);
+        let kept = self.selection.kept(&bands);
+        let column_of = |tile: u64| tile.saturating_sub(first_tile).min(pages.into()) as u32;
+        let wanted = column_of(job.tiles.start)..column_of(job.tiles.end);
+        let portion = job.portion_tiles();
+        let (held_tx, held_rx) = channel();
+        let shared = Arc::new((bands, kept, held_tx));
+        self.held.push_back((self.pushed, held_rx));
+        for first in wanted.clone().step_by(portion) {
+            let columns = first..wanted.end.min(first + portion as u32);
+            let ((made_tx, made_rx), shared) = (channel(), shared.clone());
+            self.promise(made_rx)?;
+            self.scope.spawn_fifo(move |_| {
+                let (bands, kept, _) = &*shared;
+                let tiles = bands.tiles(columns.clone(), kept).into_iter();
+                let encoded = tiles.map(|tile| tile.map(|tile| job.encoded(tile)));
+                // The writer may have failed.
+                let _ = made_tx.send(columns.map(|x| bands.pos(x)).zip(encoded).collect());
+            });
+        }
+        Ok(())
+    }
+
+    /// Tells the writer what comes next; works while there is no room for it.
+    fn promise(&self, mut made: Promise) -> Result<(), OtherStage> {
+        loop {
+            match self.tiles_tx.try_send(made) {
+                Ok(()) => return Ok(()),
+                Err(TrySendError::Disconnected(_)) => return Err(OtherStage),
+                Err(TrySendError::Full(back)) if works() => made = back,
+                Err(TrySendError::Full(back)) => return self.tiles_tx.send(back).map_err(|_| OtherStage),
+            }
+        }
+    }
+
+    /// Works until the rows that are being encoded are as few as there is memory for.
+    fn wait_for_held_rows(&mut self) {
+        while let Some((pushed, held)) = self.held.front() {
+            let is_held = matches!(held.try_recv(), Err(TryRecvError::Empty));
+            if is_held && self.pushed - pushed < self.job.ahead().into() {
+                return;
+            }
+            if is_held && works() {
+                continue;
+            }
+            if is_held {
+                // Others are at the last of them.
+                let _ = held.recv();
+            }
+            self.held.pop_front();
+        }
+    }
+}
+
+/// The next rows; works while there are none. Nothing at the end.
+fn next_rows(rows_rx: &Receiver<LayerRows>) -> Option<LayerRows> {
+    loop {
+        match rows_rx.try_recv() {
+            Ok(rows) => return Some(rows),
+            Err(TryRecvError::Disconnected) => return None,
+            Err(TryRecvError::Empty) if works() => {}
+            Err(TryRecvError::Empty) => return rows_rx.recv().ok(),
+        }
+    }
+}
+
+/// Does a piece of the pool's work; false where none waits.
+fn works() -> bool {
+    rayon::yield_now() == Some(Yield::Executed)
+}
+
 fn append_tiles<S: Sink>(
     mut sink: S,
-    tiles_rx: &Receiver<Batch>,
+    tiles_rx: &Receiver<Promise>,
     written: &AtomicU64,
 ) -> Result<S, WriteError> {
-    for batch in tiles_rx {
-        for (pos, tile) in batch {
+    for promise in tiles_rx {
+        // Who made it has panicked; the cutter tells.
+        let Ok(portion) = promise.recv() else { break };
+        for (pos, tile) in portion {
             match tile {
                 Some(tile) => {
                     written.fetch_add(tile.tile().bytes.len() as u64, Ordering::Relaxed);

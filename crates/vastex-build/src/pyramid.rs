@@ -19,7 +19,7 @@ use crate::convert::Conversion;
 use crate::descent::{self, Descent, PARALLEL_BYTES, factor, row_orders};
 use crate::filter::{Filter, LayerFilter, LevelsFrom};
 use crate::layout::{RowLayout, row_bytes};
-use crate::rows::{RowOrder, Rows};
+use crate::rows::{Row, RowOrder, Rows};
 use crate::straight::{self, Straight};
 use crate::texel::texel_of_color;
 
@@ -50,9 +50,10 @@ impl Shape<'_> {
         late_bands(self.geometry, first.unwrap_or(0))
     }
 
-    /// Bytes that a pyramid holds at most, of which `block` rows are pushed at once and `late` bands cut last. A
-    /// function of the width and of the pages, but not of the height.
-    pub(crate) fn memory(self, block: u32, late: u32) -> u64 {
+    /// Bytes that a pyramid holds at most, of which `block` rows are pushed at once and `late` bands cut last, and into which
+    /// `ahead` times so many rows are pushed while bands that were cut before are held. A function of the width and of the
+    /// pages, but not of the height.
+    pub(crate) fn memory(self, block: u32, late: u32, ahead: u32) -> u64 {
         let geometry = self.geometry;
         let tail = geometry.tail().first_level();
         let orders = row_orders(geometry, self.filter);
@@ -65,7 +66,13 @@ impl Shape<'_> {
             let window = tile + looks_back + self.head_rows(&orders, level, late) + 2 * reach + 4 * block;
             let height = geometry.level(level).size[1];
             let rows = if level >= tail { height } else { window.min(height.next_multiple_of(block)) };
-            made + u64::from(rows) * row_bytes(geometry, self.format, level) as u64
+            // Blocks that come while others are held, and copies of those of which rows are held.
+            let newer = (ahead * block).checked_shr(level.into()).unwrap_or(0);
+            let beside = match ahead {
+                1.. if level < tail => newer.div_ceil(block) + newer / geometry.page()[1] + 2,
+                _ => 0,
+            };
+            made + u64::from(rows + beside * block) * row_bytes(geometry, self.format, level) as u64
         };
         (0..=geometry.coarsest()).map(of_level).sum()
     }
@@ -120,7 +127,7 @@ struct LevelRows<'a> {
     /// Nothing for a level of the tail.
     bands: Option<Bands<'a>>,
     /// A row of the border colour; empty where that stands neither above nor below.
-    row_beyond: Vec<u8>,
+    row_beyond: Row,
 }
 
 impl<'a> Pyramid<'a> {
@@ -147,7 +154,7 @@ impl<'a> Pyramid<'a> {
                 head,
                 descent,
                 bands: (!in_tail).then(|| Bands::new(geometry, level, *order, late)),
-                row_beyond,
+                row_beyond: Row::alone(row_beyond),
             }
         };
         let levels = (0..).zip(&orders).map(level_rows).collect();
@@ -223,21 +230,14 @@ impl<'a> Pyramid<'a> {
         level.bands.as_ref().is_some_and(|bands| bands.is_ready(level.rows.filled()))
     }
 
-    /// The next band of a level, if it has all its rows; it counts as cut from here on.
-    pub(crate) fn cut_band(&mut self, number: u8) -> Option<Band<'_>> {
+    /// The next band of a level, if it has all its rows; it counts as cut from here on. Its rows stay as they are for as long
+    /// as it is held, whatever is pushed and forgotten meanwhile.
+    pub(crate) fn cut_band(&mut self, number: u8) -> Option<Band<'a>> {
         let level = &mut self.levels[usize::from(number)];
         let y = level.bands.as_mut()?.next(level.rows.filled())?;
-        let row = |y: &Option<u32>| y.map_or(&level.row_beyond[..], |y| level.rows.row(y));
-        let numbers: Vec<_> = Bands::rows(self.geometry, number, y).collect();
-        let rows: Vec<_> = numbers.iter().map(row).collect();
-        let strips =
-            numbers.as_chunks::<SIDE>().0.iter().zip(rows.as_chunks::<SIDE>().0).map(|(four, &rows)| {
-                let follow = four.windows(2).all(|two| two[0].map(|y| y + 1) == two[1]);
-                let piece = four[0].filter(|_| follow).and_then(|y| level.rows.piece(y, SIDE as u32));
-                Strip::new(rows, piece)
-            });
-        let strips = strips.collect();
-        Some(Band { geometry: self.geometry, level: number, y, rows, strips, texel: level.layout.texel })
+        let row = |y: Option<u32>| y.map_or_else(|| level.row_beyond.clone(), |y| level.rows.held(y));
+        let rows = Bands::rows(self.geometry, number, y).map(row).collect();
+        Some(Band { geometry: self.geometry, level: number, y, rows, texel: level.layout.texel })
     }
 
     /// Gives up the rows of a level that neither its bands nor coarser levels need any more.
@@ -255,7 +255,7 @@ impl<'a> Pyramid<'a> {
     /// The rows of a level of the tail, once it is complete, or what stands above and below it; for [`crate::tail`].
     pub(crate) fn tail_row(&self, level: u8, y: Option<u32>) -> &[u8] {
         let level = &self.levels[usize::from(level)];
-        y.map_or(&level.row_beyond[..], |y| level.rows.row(y))
+        y.map_or(level.row_beyond.bytes(), |y| level.rows.row(y))
     }
 }
 
@@ -265,15 +265,13 @@ pub(crate) struct Band<'a> {
     level: u8,
     y: u32,
     /// Rows of a tile, from its first to its last.
-    rows: Vec<&'a [u8]>,
-    /// The same, four at a time.
-    strips: Vec<Strip<'a>>,
+    rows: Vec<Row>,
     texel: usize,
 }
 
-impl Band<'_> {
+impl<'a> Band<'a> {
     /// The texture's shape.
-    pub(crate) fn geometry(&self) -> &Geometry {
+    pub(crate) fn geometry(&self) -> &'a Geometry {
         self.geometry
     }
 
@@ -291,20 +289,23 @@ impl Band<'_> {
     pub(crate) fn is_transparent(&self, x: u32) -> bool {
         let bytes = self.bytes(&(x..x + 1));
         let alpha = self.texel - self.texel / 4;
-        let mut texels = self.rows.iter().flat_map(|row| row[bytes.clone()].chunks_exact(self.texel));
+        let mut texels = self.rows.iter().flat_map(|row| row.bytes()[bytes.clone()].chunks_exact(self.texel));
         texels.all(|texel| texel[alpha..].iter().all(|&byte| byte == 0))
     }
 
     /// The rows of its tile.
     pub(crate) fn tile_rows(&self, x: u32) -> Vec<&[u8]> {
         let bytes = self.bytes(&(x..x + 1));
-        self.rows.iter().map(|row| &row[bytes.clone()]).collect()
+        self.rows.iter().map(|row| &row.bytes()[bytes.clone()]).collect()
     }
 
     /// Along the tiles of some columns, borders included: the rows of texels from which rows of blocks are made.
-    pub(crate) fn strips(&self, columns: &Range<u32>) -> impl Iterator<Item = Strip<'_>> {
+    pub(crate) fn strips(&self, columns: &Range<u32>) -> Vec<Strip<'_>> {
         let bytes = self.bytes(columns);
-        self.strips.iter().map(move |strip| strip.cut(bytes.clone()))
+        let fours = self.rows.as_chunks::<SIDE>().0.iter();
+        fours
+            .map(|rows| Strip::new(rows.each_ref().map(Row::bytes), Row::joined(rows)).cut(bytes.clone()))
+            .collect()
     }
 
     /// Where the tiles of some columns lie in a row.

@@ -2,9 +2,12 @@
 //! needs them again.
 //!
 //! Rows lie in blocks that are used again once nothing needs them, so memory follows the width of the level and never
-//! its height.
+//! its height. Tiles are encoded while the rows below them are made: whoever holds a row ([`Row`]) keeps its block as it
+//! is, and rows that come into such a block go into a copy of it.
 
 use std::collections::VecDeque;
+use std::ops::Range;
+use std::sync::Arc;
 
 /// The order in which the rows of a level are made: from row `first` to the last, then those before it.
 ///
@@ -35,6 +38,34 @@ impl RowOrder {
     }
 }
 
+/// A row that stays as it is for as long as this is held.
+#[derive(Clone, Debug)]
+pub(crate) struct Row {
+    block: Arc<Vec<u8>>,
+    /// Where it lies in the block.
+    bytes: Range<usize>,
+}
+
+impl Row {
+    /// A row of its own.
+    pub(crate) fn alone(bytes: Vec<u8>) -> Row {
+        Row { bytes: 0..bytes.len(), block: Arc::new(bytes) }
+    }
+
+    /// Its bytes.
+    pub(crate) fn bytes(&self) -> &[u8] {
+        &self.block[self.bytes.clone()]
+    }
+
+    /// The bytes of rows that follow one another in one block without a gap; nothing where these do not.
+    pub(crate) fn joined(rows: &[Row]) -> Option<&[u8]> {
+        let follows =
+            |two: &[Row]| Arc::ptr_eq(&two[0].block, &two[1].block) && two[0].bytes.end == two[1].bytes.start;
+        let (first, last) = (rows.first()?, rows.last()?);
+        rows.windows(2).all(follows).then(|| &first.block[first.bytes.start..last.bytes.end])
+    }
+}
+
 /// Rows of one level, filled in their order.
 pub(crate) struct Rows {
     order: RowOrder,
@@ -42,12 +73,13 @@ pub(crate) struct Rows {
     block_rows: u32,
     block_bytes: usize,
     /// Blocks that are kept to the end.
-    head: Vec<Vec<u8>>,
+    head: Vec<Arc<Vec<u8>>>,
     head_blocks: u32,
-    window: VecDeque<Vec<u8>>,
+    window: VecDeque<Arc<Vec<u8>>>,
     /// Number of the window's first block.
     first_block: u32,
-    spare: Vec<Vec<u8>>,
+    /// Blocks of rows that are forgotten here; some may still hold them.
+    spare: Vec<Arc<Vec<u8>>>,
     filled: u32,
     allocated: u64,
 }
@@ -115,16 +147,14 @@ impl Rows {
         &block[start..start + self.row_bytes]
     }
 
-    /// So many rows from `y` on in one piece, if they lie so. They are filled and not forgotten.
-    pub(crate) fn piece(&self, y: u32, count: u32) -> Option<&[u8]> {
-        (y % self.block_rows + count <= self.block_rows).then(|| {
-            let (block, start) = self.place(y);
-            &block[start..start + count as usize * self.row_bytes]
-        })
+    /// One row that is filled and not forgotten, to be held.
+    pub(crate) fn held(&self, y: u32) -> Row {
+        let (block, start) = self.place(y);
+        Row { block: block.clone(), bytes: start..start + self.row_bytes }
     }
 
     /// The block in which a row lies, and where it begins there.
-    fn place(&self, y: u32) -> (&[u8], usize) {
+    fn place(&self, y: u32) -> (&Arc<Vec<u8>>, usize) {
         let block = y / self.block_rows;
         let rows = match block < self.head_blocks {
             true => &self.head[block as usize],
@@ -147,18 +177,37 @@ impl Rows {
             self.window.push_back(fresh);
         }
         self.filled += rows;
-        let target = match block < self.head_blocks {
-            true => &mut self.head[block as usize],
-            false => &mut self.window[(block - self.first_block) as usize],
-        };
-        &mut target[row as usize * self.row_bytes..(row + rows) as usize * self.row_bytes]
+        self.unshare(block);
+        let bytes = row as usize * self.row_bytes..(row + rows) as usize * self.row_bytes;
+        // Nobody else holds it, so nothing is copied here.
+        &mut Arc::make_mut(self.block_mut(block))[bytes]
     }
 
-    fn fresh(&mut self) -> Vec<u8> {
-        self.spare.pop().unwrap_or_else(|| {
-            self.allocated += self.block_bytes as u64;
-            vec![0; self.block_bytes]
-        })
+    fn block_mut(&mut self, block: u32) -> &mut Arc<Vec<u8>> {
+        match block < self.head_blocks {
+            true => &mut self.head[block as usize],
+            false => &mut self.window[(block - self.first_block) as usize],
+        }
+    }
+
+    /// Puts a copy in the place of a block that others hold rows of.
+    fn unshare(&mut self, block: u32) {
+        if Arc::get_mut(self.block_mut(block)).is_none() {
+            let mut copy = self.fresh();
+            let place = self.block_mut(block);
+            Arc::make_mut(&mut copy).copy_from_slice(place);
+            let held = std::mem::replace(place, copy);
+            self.spare.push(held);
+        }
+    }
+
+    /// A block of which nobody holds a row.
+    fn fresh(&mut self) -> Arc<Vec<u8>> {
+        if let Some(unused) = self.spare.iter_mut().position(|block| Arc::get_mut(block).is_some()) {
+            return self.spare.swap_remove(unused);
+        }
+        self.allocated += self.block_bytes as u64;
+        Arc::new(vec![0; self.block_bytes])
     }
 
     /// Gives up the rows before `y`, except the first ones.
@@ -186,6 +235,39 @@ mod tests {
             }
         }
         assert!(rows.allocated() <= 6 * 8, "{}", rows.allocated());
+    }
+
+    #[test]
+    fn a_row_that_is_held_stays_as_it_is() {
+        let mut rows = Rows::new(RowOrder::from_top(64), 2, 4, 0);
+        let mut held: VecDeque<(u32, Row)> = VecDeque::new();
+        for y in 0..64u32 {
+            rows.grow(1).copy_from_slice(&(y as u16).to_le_bytes());
+            held.push_back((y, rows.held(y)));
+            rows.forget_before(y);
+            // The row before is in the same block, or in a copy of it.
+            assert!(y % 4 == 0 || rows.row(y - 1) == (y as u16 - 1).to_le_bytes());
+            for (y, row) in &held {
+                assert_eq!(row.bytes(), (*y as u16).to_le_bytes());
+            }
+            if held.len() == 6 {
+                held.pop_front();
+            }
+        }
+        // Blocks come back when nobody holds a row of them: six at most are held, one is being filled.
+        assert!(rows.allocated() <= 7 * 8, "{}", rows.allocated());
+    }
+
+    #[test]
+    fn rows_in_one_block_are_one_piece() {
+        let mut rows = Rows::new(RowOrder::from_top(8), 2, 4, 0);
+        rows.grow(4).copy_from_slice(&[0, 0, 1, 1, 2, 2, 3, 3]);
+        rows.grow(4).fill(9);
+        let of = |numbers: &[u32]| numbers.iter().map(|&y| rows.held(y)).collect::<Vec<_>>();
+        assert_eq!(Row::joined(&of(&[1, 2, 3])), Some(&[1, 1, 2, 2, 3, 3][..]));
+        assert_eq!(Row::joined(&of(&[2, 2, 3])), None);
+        assert_eq!(Row::joined(&of(&[3, 4])), None);
+        assert_eq!(Row::joined(&of(&[1, 3])), None);
     }
 
     #[test]

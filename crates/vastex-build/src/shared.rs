@@ -5,15 +5,19 @@
 //! that the tiles below begin with are kept for them. The bytes are the same: a block depends on its own texels alone.
 
 use std::ops::Range;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use rayon::prelude::*;
 use vastex_core::{Geometry, LayerFormat};
 
-use crate::blocks::{Lost, Quality, SIDE, encode_strip};
+use crate::blocks::{Lost, SIDE, Strip};
 use crate::pyramid::Band;
 
-/// Tiles of one row of pages that are encoded together.
+/// Tiles of one row of pages that are encoded together at most.
 pub(crate) const NEIGHBOURS: usize = 8;
+
+/// Texels that one thread encodes of them at a time, at least, while others may help.
+const PIECE_TEXELS: usize = 1 << 15;
 
 /// Whether tiles of such pages share whole blocks.
 pub(crate) fn shares_blocks(geometry: &Geometry) -> bool {
@@ -32,74 +36,111 @@ pub(crate) fn memory(geometry: &Geometry, format: LayerFormat) -> u64 {
 }
 
 /// What was last encoded of each level of a layer, as far as the next row of pages shows it too.
+///
+/// A thread takes what it needs, encodes, and puts back what it made: no lock is held meanwhile. Where the tile above is
+/// still being encoded, its blocks are made once more.
 pub(crate) struct Seams {
-    /// By level, then by [`NEIGHBOURS`] columns, which one thread at a time encodes.
+    /// By level, then by column.
     levels: Vec<Vec<Mutex<Seam>>>,
 }
 
-/// Rows of blocks under some tiles.
+/// Rows of blocks under a tile.
 #[derive(Default)]
 struct Seam {
-    /// The row of pages that begins with them, and its columns.
+    /// The row of pages that begins with them.
     below: u32,
-    columns: Range<u32>,
     blocks: Vec<u8>,
 }
 
 impl Seams {
     pub(crate) fn new(geometry: &Geometry) -> Seams {
-        let seams = |level| {
-            let columns = geometry.level(level).pages[0] as usize;
-            (0..columns.div_ceil(NEIGHBOURS)).map(|_| Mutex::default()).collect()
-        };
+        let seams = |level| (0..geometry.level(level).pages[0]).map(|_| Mutex::default()).collect();
         Seams { levels: (0..geometry.tail().first_level()).map(seams).collect() }
     }
 
     /// Appends its blocks to each of some neighbouring tiles of a band, from column `first` on, all of which are there.
-    /// Pages are whole blocks.
+    /// Pages are whole blocks. `encode` appends a row of blocks.
     pub(crate) fn encode(
         &self,
         format: LayerFormat,
-        quality: Quality,
+        encode: impl Fn(&Strip<'_>, &mut Vec<u8>) -> Lost + Sync,
         band: &Band<'_>,
         first: u32,
         tiles: &mut [Option<Vec<u8>>],
     ) -> Lost {
         let (geometry, pos) = (band.geometry(), band.pos(first));
-        let columns = first..first + tiles.len() as u32;
-        let bytes = |texels: u32| texels as usize / SIDE * format.block_bytes();
-        let (page, tile) = (bytes(geometry.page()[0]), bytes(geometry.tile()[0]));
-        let row_bytes = page * (tiles.len() - 1) + tile;
-        let own_rows = geometry.page()[1] as usize / SIDE;
-        let mut seam = self.levels[usize::from(pos.level)][first as usize / NEIGHBOURS]
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
-        let known = seam.take(pos.y, &columns);
-        let mut known = known.chunks_exact(row_bytes);
-        let (mut lost, mut made) = (Lost::default(), Vec::new());
-        for (y, strip) in band.strips(&columns).enumerate() {
-            let row = known.next().unwrap_or_else(|| {
-                made.clear();
-                lost = lost.or(encode_strip(format, quality, &strip, &mut made));
-                &made
-            });
-            for (i, of_tile) in tiles.iter_mut().flatten().enumerate() {
-                of_tile.extend_from_slice(&row[i * page..][..tile]);
+        let rows = |texels: u32| texels as usize / SIDE;
+        let tile_row = rows(geometry.tile()[0]) * format.block_bytes();
+        let (shared, own) = (rows(2 * geometry.border()[1]), rows(geometry.page()[1]));
+        let seams = &self.levels[usize::from(pos.level)][first as usize..][..tiles.len()];
+        let mut known: Vec<Vec<u8>> = seams.iter().map(|seam| lock(seam).take(pos.y)).collect();
+        let encoder = Rows { format, encode, band };
+        let (mut lost, mut column) = (Lost::default(), first as usize);
+        for run in known.chunk_by(|one, next| one.is_empty() == next.is_empty()) {
+            let tiles = &mut tiles[column - first as usize..][..run.len()];
+            if run[0].is_empty() {
+                lost = lost.or(encoder.append(column as u32, 0..shared, tiles));
+            } else {
+                let each = tiles.iter_mut().flatten().zip(run);
+                each.for_each(|(tile, blocks)| tile.extend_from_slice(blocks));
             }
-            if y >= own_rows {
-                seam.blocks.extend_from_slice(row);
-            }
+            column += run.len();
         }
-        (seam.below, seam.columns) = (pos.y + 1, columns);
+        lost = lost.or(encoder.append(first, shared..shared + own, tiles));
+        for ((seam, tile), blocks) in seams.iter().zip(tiles.iter().flatten()).zip(&mut known) {
+            blocks.clear();
+            blocks.extend_from_slice(&tile[tile.len() - shared * tile_row..]);
+            *lock(seam) = Seam { below: pos.y + 1, blocks: std::mem::take(blocks) };
+        }
         lost
     }
 }
 
 impl Seam {
-    /// The rows of blocks with which tiles begin, if they are known; nothing is kept.
-    fn take(&mut self, y: u32, columns: &Range<u32>) -> Vec<u8> {
-        let blocks = std::mem::take(&mut self.blocks);
-        if self.below == y && self.columns == *columns { blocks } else { Vec::new() }
+    /// The rows of blocks with which the tile in row `y` begins, if they are known; nothing is kept.
+    fn take(&mut self, y: u32) -> Vec<u8> {
+        let mut blocks = std::mem::take(&mut self.blocks);
+        if self.below != y {
+            blocks.clear();
+        }
+        blocks
+    }
+}
+
+fn lock(seam: &Mutex<Seam>) -> MutexGuard<'_, Seam> {
+    seam.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// What makes rows of blocks along a band.
+struct Rows<'a, E> {
+    format: LayerFormat,
+    encode: E,
+    band: &'a Band<'a>,
+}
+
+impl<E: Fn(&Strip<'_>, &mut Vec<u8>) -> Lost + Sync> Rows<'_, E> {
+    /// Appends some rows of its blocks to each of some neighbouring tiles, from column `first` on. Threads that have nothing
+    /// else to do help.
+    fn append(&self, first: u32, rows: Range<usize>, tiles: &mut [Option<Vec<u8>>]) -> Lost {
+        let geometry = self.band.geometry();
+        let bytes = |texels: u32| texels as usize / SIDE * self.format.block_bytes();
+        let (page, tile) = (bytes(geometry.page()[0]), bytes(geometry.tile()[0]));
+        let row_bytes = page * (tiles.len() - 1) + tile;
+        let strips = self.band.strips(&(first..first + tiles.len() as u32));
+        let strips = &strips[rows];
+        let texels = strips.first().map_or(1, |strip| SIDE * strip.row_bytes() / self.format.texel_bytes());
+        let make = |strips: &[Strip<'_>]| {
+            let mut blocks = Vec::with_capacity(strips.len() * row_bytes);
+            let made = strips.iter().map(|strip| (self.encode)(strip, &mut blocks));
+            (made.fold(Lost::default(), Lost::or), blocks)
+        };
+        let pieces: Vec<_> = strips.par_chunks((PIECE_TEXELS / texels).max(1)).map(make).collect();
+        for row in pieces.iter().flat_map(|(_, blocks)| blocks.chunks_exact(row_bytes)) {
+            for (i, of_tile) in tiles.iter_mut().flatten().enumerate() {
+                of_tile.extend_from_slice(&row[i * page..][..tile]);
+            }
+        }
+        pieces.iter().map(|(lost, _)| *lost).fold(Lost::default(), Lost::or)
     }
 }
 
@@ -112,7 +153,7 @@ mod tests {
     use vastex_core::{AddressMode, GeometrySpec, Layer};
 
     use super::*;
-    use crate::blocks;
+    use crate::blocks::{self, Quality};
     use crate::convert::Conversion;
     use crate::readers::{ImageHeader, PixelFormat};
     use crate::stack::{self, LayerPlan, Stack};
@@ -129,6 +170,7 @@ mod tests {
             filter: "box".parse().unwrap(),
             border_color: [9, 8, 7, 255],
             quality: Quality::Normal,
+            encoder: blocks::encoder(),
             in_blocks: true,
             lost_alpha: false.into(),
             lost_negatives: false.into(),

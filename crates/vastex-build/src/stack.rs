@@ -4,11 +4,12 @@
 //! layers one after the other, those of compressed ones encoded here, borders included.
 
 use std::ops::Range;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use vastex_core::{Geometry, Layer, LayerFormat, PagePos};
 
-use crate::blocks::{self, Lost, Quality};
+use crate::blocks::{self, Lost, Quality, Strip, StripEncoder};
 use crate::convert::Conversion;
 use crate::filter::LayerFilter;
 use crate::notice::Notice;
@@ -25,6 +26,8 @@ pub(crate) struct LayerPlan {
     pub(crate) filter: LayerFilter,
     pub(crate) border_color: [u8; 4],
     pub(crate) quality: Quality,
+    /// What makes its blocks.
+    pub(crate) encoder: StripEncoder,
     /// Whether a compressed layer is compressed in the tiles; else they hold the texels from which its blocks will be made.
     pub(crate) in_blocks: bool,
     pub(crate) lost_alpha: AtomicBool,
@@ -98,7 +101,7 @@ impl LayerPlan {
         if !self.tile_format().is_compressed() {
             return rows.iter().for_each(|row| bytes.extend_from_slice(row));
         }
-        self.note(blocks::encode(self.layer.format, self.quality, rows, bytes));
+        self.note(blocks::encode_with(self.encoder, self.layer.format, self.quality, rows, bytes));
     }
 
     fn note(&self, Lost { negatives }: Lost) {
@@ -109,7 +112,7 @@ impl LayerPlan {
 
     /// Appends its share to each tile that there is, of neighbours from column `first` on.
     fn finish_tiles(&self, band: &Band<'_>, seams: &Seams, first: u32, tiles: &mut [Option<Vec<u8>>]) {
-        let (format, texel) = (self.layer.format, self.layer.format.texel_bytes());
+        let texel = self.layer.format.texel_bytes();
         let shares_blocks = self.tile_format().is_compressed() && shared::shares_blocks(&self.geometry);
         let joins = |(x, tile): (u32, &Option<Vec<u8>>)| {
             // One block does for the whole of a constant tile.
@@ -120,7 +123,10 @@ impl LayerPlan {
         for run in joined.chunk_by(|one, next| one == next) {
             let (tiles, others) = rest.split_at_mut(run.len());
             if run[0] {
-                self.note(seams.encode(format, self.quality, band, column, tiles));
+                let encode = |strip: &Strip<'_>, blocks: &mut Vec<u8>| {
+                    (self.encoder)(self.layer.format, self.quality, strip, blocks)
+                };
+                self.note(seams.encode(self.layer.format, encode, band, column, tiles));
             } else {
                 let each =
                     (column..).zip(tiles).filter_map(|(x, tile)| tile.as_mut().map(|bytes| (x, bytes)));
@@ -145,12 +151,13 @@ pub(crate) fn block_rows(plans: &[LayerPlan]) -> u32 {
     (rows / unit * unit).max(unit)
 }
 
-/// Bytes that all pyramids hold at most.
-pub(crate) fn memory(plans: &[LayerPlan]) -> u64 {
+/// Bytes that all pyramids hold at most, where so many times [`block_rows`] rows are pushed while bands that were cut before
+/// are held.
+pub(crate) fn memory(plans: &[LayerPlan], ahead: u32) -> u64 {
     let block = block_rows(plans);
     let late = late_bands(plans);
     let of_layer = |plan: &LayerPlan| {
-        plan.shape().memory(block / plan.layer.scale, late)
+        plan.shape().memory(block / plan.layer.scale, late, ahead)
             + shared::memory(&plan.geometry, plan.tile_format())
     };
     plans.iter().map(of_layer).sum()
@@ -166,7 +173,7 @@ pub(crate) struct Stack<'a> {
     plans: &'a [LayerPlan],
     pyramids: Vec<Pyramid<'a>>,
     /// One for each layer.
-    seams: Vec<Seams>,
+    seams: Arc<Vec<Seams>>,
 }
 
 impl<'a> Stack<'a> {
@@ -177,7 +184,7 @@ impl<'a> Stack<'a> {
             Pyramid::new(plan.shape(), rows, late)
         };
         let seams = plans.iter().map(|plan| Seams::new(&plan.geometry)).collect();
-        Stack { plans, pyramids: plans.iter().map(pyramid).collect(), seams }
+        Stack { plans, pyramids: plans.iter().map(pyramid).collect(), seams: Arc::new(seams) }
     }
 
     /// Takes the next rows of every image, those of [`block_rows`] rows of the texture except at its end.
@@ -189,13 +196,13 @@ impl<'a> Stack<'a> {
     }
 
     /// Hands every row of pages that is ready in all layers to `cut`, the finest level first. Stops at the first error.
-    pub(crate) fn cut_ready<E>(&mut self, mut cut: impl FnMut(&Bands<'_>) -> Result<(), E>) -> Result<(), E> {
+    pub(crate) fn cut_ready<E>(&mut self, mut cut: impl FnMut(Bands<'a>) -> Result<(), E>) -> Result<(), E> {
         let Some(geometry) = self.plans.first().map(|plan| &plan.geometry) else { return Ok(()) };
         for level in 0..geometry.tail().first_level() {
             let mut any = false;
             while self.pyramids.iter().all(|pyramid| pyramid.has_band(level)) {
                 let layers = self.pyramids.iter_mut().filter_map(|pyramid| pyramid.cut_band(level));
-                cut(&Bands { plans: self.plans, seams: &self.seams, layers: layers.collect() })?;
+                cut(Bands { plans: self.plans, seams: self.seams.clone(), layers: layers.collect() })?;
                 any = true;
             }
             if any {
@@ -227,10 +234,10 @@ impl<'a> Stack<'a> {
     }
 }
 
-/// A row of pages, all of whose rows are there in every layer.
+/// A row of pages, all of whose rows are there in every layer, and stay as they are for as long as this is held.
 pub(crate) struct Bands<'a> {
     plans: &'a [LayerPlan],
-    seams: &'a [Seams],
+    seams: Arc<Vec<Seams>>,
     /// At least one.
     layers: Vec<Band<'a>>,
 }
@@ -267,7 +274,7 @@ impl Bands<'_> {
     pub(crate) fn tiles(&self, columns: Range<u32>, kept: &[bool]) -> Vec<Option<Vec<u8>>> {
         let buffer = |x| kept[x as usize].then(|| tile_buffer(self.plans));
         let mut tiles: Vec<_> = columns.clone().map(buffer).collect();
-        for ((plan, band), seams) in self.plans.iter().zip(&self.layers).zip(self.seams) {
+        for ((plan, band), seams) in self.plans.iter().zip(&self.layers).zip(&*self.seams) {
             plan.finish_tiles(band, seams, columns.start, &mut tiles);
         }
         tiles
