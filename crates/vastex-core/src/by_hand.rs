@@ -337,7 +337,7 @@ impl Pager {
     /// The next of these tiles to load, while half of the in-flight budget allows one.
     pub(crate) fn poll_request_by_hand(&mut self) -> Option<Request> {
         let in_flight = self.residency.stats.in_flight_bytes;
-        if in_flight > 0 && in_flight + self.settings.tile_bytes > self.settings.in_flight_bytes / 2 {
+        if in_flight > 0 && in_flight + self.residency.flight_bytes > self.settings.in_flight_bytes / 2 {
             return None;
         }
         let page = self.next_queued_by_hand()?;

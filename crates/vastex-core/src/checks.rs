@@ -123,14 +123,15 @@ fn flight_is_counted(pager: &Pager) -> Result<(), String> {
     let in_flight = |state: &State| matches!(state, State::Loading(_) | State::Ready);
     let first_loads = pager.residency.records.iter().filter(|record| in_flight(&record.state)).count();
     let count = (first_loads + pager.residency.refreshes.in_flight()) as u64;
-    let bytes = count * settings.tile_bytes;
+    let flight_bytes = pager.residency.flight_bytes;
+    let bytes = count * flight_bytes;
     if !pager.residency.refreshes.ready_are_counted() {
         return Err("the new tiles that wait are miscounted".into());
     }
     if count != u64::from(stats.in_flight) || bytes != stats.in_flight_bytes {
         return Err(format!("{count} tiles are in flight: {stats:?}"));
     }
-    if bytes > settings.in_flight_bytes.max(settings.tile_bytes) {
+    if bytes > settings.in_flight_bytes.max(flight_bytes) {
         return Err(format!("{bytes} bytes in flight of {} allowed", settings.in_flight_bytes));
     }
     Ok(())

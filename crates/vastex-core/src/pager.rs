@@ -350,7 +350,7 @@ impl Pager {
 
     fn poll_request_in_view(&mut self) -> Option<Request> {
         let in_flight = self.residency.stats.in_flight_bytes;
-        if in_flight > 0 && in_flight + self.settings.tile_bytes > self.settings.in_flight_bytes {
+        if in_flight > 0 && in_flight + self.residency.flight_bytes > self.settings.in_flight_bytes {
             return None;
         }
         let page = self.next_queued()?;

@@ -117,6 +117,16 @@ impl Pagers {
         }
     }
 
+    /// Sets the bytes that each tile of a pool takes from its request until it is in a slot, where that is more than its own: what the
+    /// in-flight budget counts. To be called before anything is asked for.
+    pub fn set_flight_bytes(&mut self, pool: PoolId, bytes: u64) {
+        if let Some(pager) = self.pager_mut(pool) {
+            let residency = &mut pager.residency;
+            residency.flight_bytes = bytes;
+            residency.stats.in_flight_bytes = bytes * u64::from(residency.stats.in_flight);
+        }
+    }
+
     /// Adds a texture to a pool under a number of its own; else as [`Pager::add_texture`].
     pub fn add_texture(
         &mut self,
@@ -263,10 +273,11 @@ impl Pagers {
         let who =
             in_view.or_else(|| requests.next(|pool| pools[pool].pager.next_queued_by_hand().is_some()))?;
         let tile_bytes = pools[who].pager.settings.tile_bytes;
+        let flight_bytes = pools[who].pager.residency.flight_bytes;
         let in_flight = self.in_flight_bytes();
         let budget = self.budgets.in_flight_bytes / if in_view.is_some() { 1 } else { 2 };
         // Whose turn it is waits for what it needs, so that small tiles do not keep out large ones.
-        if in_flight > 0 && in_flight + tile_bytes > budget {
+        if in_flight > 0 && in_flight + flight_bytes > budget {
             self.bandwidth.view_waits |= in_view.is_some();
             return None;
         }

@@ -121,6 +121,8 @@ pub(crate) struct Residency {
     /// Frames from the request of a tile to its being in a slot.
     pub(crate) arrivals: Waits,
     pub(crate) tile_bytes: u64,
+    /// Bytes that a tile takes from its request until it is in a slot.
+    pub(crate) flight_bytes: u64,
 }
 
 impl Residency {
@@ -149,6 +151,7 @@ impl Residency {
             waits: Waits::default(),
             arrivals: Waits::default(),
             tile_bytes,
+            flight_bytes: tile_bytes,
         }
     }
 
@@ -417,7 +420,7 @@ impl Residency {
     pub(crate) fn enter_flight(&mut self) {
         self.stats.requests += 1;
         self.stats.in_flight += 1;
-        self.stats.in_flight_bytes += self.tile_bytes;
+        self.stats.in_flight_bytes += self.flight_bytes;
     }
 
     /// A tile that was in flight is of no use.
@@ -434,7 +437,7 @@ impl Residency {
 
     pub(crate) fn leave_flight(&mut self) {
         self.stats.in_flight -= 1;
-        self.stats.in_flight_bytes -= self.tile_bytes;
+        self.stats.in_flight_bytes -= self.flight_bytes;
     }
 
     /// `Ready -> Resident`, into a slot of [`Residency::take_slot`]; gives the tile's bytes, and whether the page had

@@ -24,6 +24,7 @@ mod loader;
 mod planet;
 mod property;
 mod source;
+mod staging;
 mod stores;
 #[cfg(test)]
 #[cfg(feature = "write")]
@@ -57,6 +58,7 @@ pub use loader::{LoadError, Loaded, Loader, LoaderSettings, LocalLoader};
 pub use planet::{PlanetError, PlanetImage, PlanetSource};
 pub use property::PropertySource;
 pub use source::{MaybeSend, MaybeSync, ReadError, ReadFuture, SourceKey, TileSource};
+pub use staging::{Room, Staged, StagedSource, Staging};
 #[cfg(not(target_family = "wasm"))]
 pub use stores::{DirectStore, FileStore};
 pub use stores::{MemoryStore, Store, StoreError, StoreFuture};

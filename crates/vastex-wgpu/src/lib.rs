@@ -17,6 +17,7 @@
 //! [`Readback::poll`] or [`Readback::wait`], then, for what the pager returns, [`Pool::upload`],
 //! [`TableChanger::apply`] and [`Pool::set_bias`], and the scene's main pass.
 
+mod belt;
 mod bind;
 mod compact;
 mod device;
@@ -47,6 +48,7 @@ mod texture_space;
 pub mod twins;
 mod way;
 
+pub use belt::{Belt, BeltCounts, BeltLayout, BeltTile};
 pub use bind::BindLayout;
 pub use device::{alive, limits, poll, required_features, required_limits};
 pub use error::GpuError;

@@ -4,8 +4,11 @@
 //! in which format a layer is held `layer`'s. Every layer of a page has the same slot; a layer with a fraction of the
 //! resolution has an array of a fraction of the size.
 
+use std::sync::Arc;
+
 use vastex_core::{ArrayLimits, Layer, LayerFormat, PoolLayout, Slot, SlotMove, SlotPlace};
 
+use crate::belt::{BeltLayout, BeltTile};
 use crate::device::{alive, guarded, uniform};
 use crate::error::GpuError;
 use crate::fade::Fades;
@@ -31,6 +34,8 @@ struct LayerArray {
 pub struct Pool {
     layout: PoolLayout,
     layers: Vec<LayerArray>,
+    /// How its tiles lie on a belt.
+    belt: Arc<BeltLayout>,
     /// What shaders are told, once for each scale that a layer has.
     params: Vec<(u32, wgpu::Buffer)>,
     bias: u16,
@@ -49,6 +54,7 @@ impl Pool {
     ) -> Result<Pool, GpuError> {
         alive(device)?;
         check(device, layout, layers)?;
+        let belt = Arc::new(BeltLayout::new(layout.tile, layers).unwrap_or_default());
         let arrays = || layers.iter().map(|layer| layer_array(device, layout, layer)).collect();
         let layers: Result<Vec<LayerArray>, GpuError> = guarded(device, layout.bytes(), arrays)?;
         let layers = layers?;
@@ -57,7 +63,7 @@ impl Pool {
         scales.dedup();
         let params = |scale| uniform(device, queue, "vastex pool", &PoolParams::new(layout, scale, 0));
         let params = scales.into_iter().map(|scale| (scale, params(scale))).collect();
-        Ok(Pool { layout: *layout, layers, params, bias: 0, fades: None })
+        Ok(Pool { layout: *layout, layers, belt, params, bias: 0, fades: None })
     }
 
     /// The same with tiles that may fade in, for shaders made with [`crate::ShaderOptions::fade`]; costs a byte for each slot.
@@ -97,9 +103,7 @@ impl Pool {
     /// Puts a tile into a slot: its layers one after the other, each row by row without padding. It is there for all
     /// commands submitted after this call.
     pub fn upload(&self, queue: &wgpu::Queue, slot: Slot, tile: &[u8]) -> Result<(), GpuError> {
-        if slot.index() >= self.layout.slots() {
-            return Err(GpuError::NoSuchSlot { slot: slot.index(), slots: self.layout.slots() });
-        }
+        self.check_slot(slot)?;
         if tile.len() as u64 != self.layout.tile_bytes {
             return Err(GpuError::TileBytes { got: tile.len() as u64, expected: self.layout.tile_bytes });
         }
@@ -112,6 +116,45 @@ impl Pool {
             layer.upload(queue, place, bytes, row_bytes);
         }
         Ok(())
+    }
+
+    /// The same for a tile that lies on a belt, for all commands submitted after `encoder`: a copy for each layer, and nothing is made
+    /// or copied on the CPU. The tile is kept until these commands are submitted.
+    pub fn upload_from(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        slot: Slot,
+        tile: &BeltTile,
+    ) -> Result<(), GpuError> {
+        self.check_slot(slot)?;
+        if *tile.layout() != *self.belt {
+            return Err(GpuError::TileBytes {
+                got: tile.layout().tile_bytes(),
+                expected: self.layout.tile_bytes,
+            });
+        }
+        let (place, buffer) = (self.layout.place(slot), tile.buffer());
+        for (layer, part) in self.layers.iter().zip(self.belt.parts()) {
+            let [width, height] = layer.tile;
+            let bytes_per_row = Some(part.padded_row_bytes);
+            let layout = wgpu::TexelCopyBufferLayout { offset: part.to, bytes_per_row, rows_per_image: None };
+            encoder.copy_buffer_to_texture(
+                wgpu::TexelCopyBufferInfo { buffer, layout },
+                layer.copy_info(place),
+                wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+            );
+        }
+        Ok(())
+    }
+
+    /// How its tiles lie on a [belt](crate::Belt).
+    pub fn belt_layout(&self) -> &Arc<BeltLayout> {
+        &self.belt
+    }
+
+    fn check_slot(&self, slot: Slot) -> Result<(), GpuError> {
+        let slots = self.layout.slots();
+        if slot.index() < slots { Ok(()) } else { Err(GpuError::NoSuchSlot { slot: slot.index(), slots }) }
     }
 
     /// Copies tiles of another pool with the same layers into this one, for all commands submitted after `encoder`, and how far they have

@@ -127,15 +127,15 @@ impl Textures {
             .create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("vastex update") });
         let moved = self.change_tables(&mut encoder)?;
         self.renew_groups_of(&moved)?;
-        for (pool, upload) in &self.undone.uploads {
-            self.pools[usize::from(pool.number())].upload(&self.queue, upload.slot, &upload.bytes)?;
-        }
+        let copied = self.copy_tiles(&mut encoder)?;
         self.send_fades();
         for (pool, pager) in self.pools.iter_mut().zip(self.pagers.iter()) {
             pool.set_bias(&self.queue, pager.bias_eighths());
         }
         self.update_groups();
         self.queue.submit([encoder.finish()]);
+        // From here on rooms on the belt may be given back.
+        drop(copied);
         self.undone.uploads.clear();
         self.undone.tables.clear();
         self.bind_moved_tables(&moved);

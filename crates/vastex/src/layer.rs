@@ -2,6 +2,7 @@
 
 use vastex_core::TextureId;
 
+use crate::pools::Seen;
 use crate::settings::{Filter, Sampling};
 use crate::textures::Textures;
 
@@ -52,5 +53,10 @@ impl Textures {
     /// How a layer is sampled, which is the same for all textures of its pool.
     pub(crate) fn sampling_of(&self, layer: LayerId) -> Sampling {
         self.pool_of_layer(layer).shape.sampling(layer.index())
+    }
+
+    /// How shaders see pools.
+    pub(crate) fn seen(&self) -> Seen {
+        Seen { way: self.way, fade: !self.settings.fade.is_zero() }
     }
 }

@@ -57,6 +57,7 @@ mod tables;
 mod telemetry;
 mod texture_space;
 mod textures;
+mod uploads;
 mod views;
 mod whole;
 
@@ -75,12 +76,13 @@ pub use pools::PoolStats;
 pub use resize::PoolResize;
 pub use sample_cpu::{CpuSample, CpuSampler};
 pub use settings::{
-    FeedbackWay, Filter, MaxTaps, Pace, Settings, TableChoice, TextureSettings, UnknownFilter,
+    FeedbackWay, Filter, MaxTaps, Pace, Settings, TableChoice, TextureSettings, UnknownFilter, UploadWay,
 };
 pub use settings_file::{Platform, SettingsError};
 pub use stats::FrameStats;
 pub use telemetry::{Cell, PoolRecord};
 pub use textures::{BindGroups, Textures};
+pub use uploads::UploadStats;
 pub use vastex_core::shared::JITTER_CYCLE;
 pub use vastex_core::{
     AddressMode, AskError, BiasRule, Box3, Description, Dims, Event, Explanation, Feedback, Geometry,

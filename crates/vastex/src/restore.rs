@@ -28,6 +28,7 @@ impl Textures {
         self.forget_texture_space(None);
         self.undone = Undone::default();
         self.asked_pixels.clear();
+        self.uploads.begin_anew(device, &self.settings);
         self.pagers.tiles_lost();
         self.cpu_tiles.tiles_lost();
         self.restore_views();

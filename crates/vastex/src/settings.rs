@@ -24,6 +24,21 @@ pub enum Pace {
     },
 }
 
+/// How tiles get from main memory to the GPU.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum UploadWay {
+    /// By a belt where that is better: in real time, with Vulkan, Metal and Direct3D 12. In lock-step, where the same frames are to come
+    /// everywhere, through the queue.
+    #[default]
+    Best,
+    /// Through the queue: `wgpu` makes a buffer for each layer of each tile, in the frame that uploads it.
+    Queue,
+    /// By a belt: the loader's threads put tiles, when they are decoded, into mapped memory that the GPU copies from, and a frame records a
+    /// copy for each layer. It takes main memory of up to [`Settings::in_flight_bytes`] and a few frames' uploads. In a browser there
+    /// is none.
+    Belt,
+}
+
 /// The settings of a [`crate::Textures`]. Every budget is an upper bound that is never exceeded.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
@@ -35,8 +50,10 @@ pub struct Settings {
     /// Bytes copied to the GPU per frame, to all pools together, which get equal parts. A small budget makes a view sharpen later; one below a tile still gets there.
     pub upload_bytes_per_frame: u64,
     /// Bytes of tiles being loaded or waiting for the upload budget, of all pools together; at least one tile is always
-    /// allowed.
+    /// allowed. A tile that goes by a belt ([`Settings::uploads`]) counts with its room there, too.
     pub in_flight_bytes: u64,
+    /// How tiles get to the GPU.
+    pub uploads: UploadWay,
     /// Main memory for encoded tiles, in bytes for each texture, so that what was seen before need not be read again.
     pub ram_cache_bytes: u64,
     /// Main memory for decoded tiles that [`crate::Textures::sample_cpu`] goes through, in bytes for all textures together. Holds
@@ -93,6 +110,7 @@ impl Default for Settings {
             picture: [1920, 1080],
             upload_bytes_per_frame: 2 << 20,
             in_flight_bytes: 16 << 20,
+            uploads: UploadWay::Best,
             ram_cache_bytes: 64 << 20,
             cpu_cache_bytes: 16 << 20,
             loader_threads: loader.threads,

@@ -26,12 +26,13 @@ use crate::groups::{GroupState, Sampled};
 use crate::inspect::AskedPixels;
 use crate::layer::LayerId;
 use crate::lock_step::LockStep;
-use crate::pools::{PoolState, Seen, Shape};
+use crate::pools::{PoolState, Shape};
 use crate::recorder::{Places, Recorder};
 use crate::settings::{Sampling, Settings, TextureSettings};
 use crate::stats::Counters;
 use crate::telemetry::Telemetry;
 use crate::texture_space::TextureSpacePath;
+use crate::uploads::UploadState;
 use crate::views::ViewState;
 use crate::whole::{WholeSource, whole_description};
 
@@ -76,6 +77,7 @@ pub struct Textures {
     pub(crate) cpu_tiles: CpuTiles,
     pub(crate) fades: FadeState,
     pub(crate) asked_pixels: AskedPixels,
+    pub(crate) uploads: UploadState,
 }
 
 pub(crate) struct TextureState {
@@ -184,6 +186,7 @@ impl Textures {
             cpu_tiles: CpuTiles::new(settings.cpu_cache_bytes),
             fades: FadeState::default(),
             asked_pixels: AskedPixels::default(),
+            uploads: UploadState::new(device, &settings),
             settings,
         })
     }
@@ -236,6 +239,7 @@ impl Textures {
             true => self.pool_of_one(&description, &held, shape)?,
             false => self.pool_for(&description, &held, shape)?,
         };
+        let source = self.staged(pool, source);
         let texture = self.add_to(pool, &description, &tail, &source, page_table)?;
         self.loader.add_source(texture, source);
         Ok(texture)
@@ -437,11 +441,6 @@ impl Textures {
     /// The settings.
     pub fn settings(&self) -> &Settings {
         &self.settings
-    }
-
-    /// How shaders see pools.
-    pub(crate) fn seen(&self) -> Seen {
-        Seen { way: self.way, fade: !self.settings.fade.is_zero() }
     }
 
     /// Which page tables and pages the textures of a pool have, of which this one is.

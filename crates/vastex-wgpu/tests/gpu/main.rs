@@ -2,6 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test's helpers fail as the test itself does")]
 
+mod belt;
 mod common;
 mod drawing;
 mod errors;

@@ -19,4 +19,5 @@ mod sample_cpu;
 mod settings;
 mod slow_sources;
 mod telemetry;
+mod uploads;
 mod views;
