@@ -70,7 +70,7 @@ fn a_page_is_followed_from_the_first_look_to_its_slot() {
     assert_eq!((here.wait, here.shown, here.in_slot), (None, asked[0], 1));
     assert_eq!(here.history, [(5, Step::Wanted), (5, Step::Asked), (6, Step::Settled)]);
     let text = here.to_string();
-    assert!(text.contains("shown: that page") && text.ends_with("frame 6: in its slot"), "{text}");
+    assert!(text.contains("shown at full sharpness") && text.ends_with("frame 6: in its slot"), "{text}");
 }
 
 #[test]
@@ -136,5 +136,5 @@ fn pages_of_volumes_are_named_with_all_their_coordinates() {
     let page = PageId::new(volume, Dims::D3, pos).unwrap();
     see(&mut pager, 1, &[page]);
     let text = explained(&pager, page).to_string();
-    assert!(text.contains("level 0 page 1,2,3 is wanted"), "{text}");
+    assert!(text.contains("wants level 0 (page 1,2,3)"), "{text}");
 }
