@@ -158,10 +158,11 @@ pub(crate) fn table_of(
     let mut table = TableBuffers::new(device, queue, geometry, NUMBER, tail, choice, way).unwrap();
     let mut encoder = device.create_command_encoder(&Default::default());
     let changer = TableChanger::new(device, way);
-    changer.grow(device, queue, &mut encoder, &mut table, 0, &[], changes).unwrap();
-    if table.hashed().is_some() {
-        changer.apply(device, queue, &mut encoder, &mut table, changes).unwrap();
-    }
+    changer.grow(device, queue, &mut encoder, &mut table, 0, &[], &[]).unwrap();
+    queue.submit([encoder.finish()]);
+    // A table that has all levels from the beginning, or is hashed, did not grow.
+    let mut encoder = device.create_command_encoder(&Default::default());
+    changer.apply(device, queue, &mut encoder, &mut table, changes).unwrap();
     queue.submit([encoder.finish()]);
     table
 }
