@@ -45,7 +45,7 @@ pub(crate) fn read_bytes(file: &Path) -> Result<Vec<u8>> {
     let found = std::fs::metadata(file).context(unreadable)?;
     if !found.is_file() {
         let what = if found.is_dir() { "a directory" } else { "a device or a pipe" };
-        bail!("this is {what}; name a file");
+        bail!("it cannot be read: this is {what}; name a file");
     }
     let mut bytes = Vec::new();
     let opened = std::fs::File::open(file);
