@@ -14,6 +14,7 @@ mod sizes;
 mod stage;
 mod tables;
 mod texts;
+mod uploads;
 mod world;
 
 use anyhow::Result;
@@ -28,6 +29,7 @@ const SECTIONS: &[fn(&Bench) -> Result<String>] = &[
     tables::section,
     second_level::section,
     sizes::section,
+    uploads::section,
 ];
 
 fn main() -> Result<()> {
