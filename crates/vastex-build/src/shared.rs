@@ -75,18 +75,20 @@ impl Seams {
         let seams = &self.levels[usize::from(pos.level)][first as usize..][..tiles.len()];
         let mut known: Vec<Vec<u8>> = seams.iter().map(|seam| lock(seam).take(pos.y)).collect();
         let encoder = Rows { format, encode, band };
+        // Rows that are made apart from the others; none where nothing is known, since more threads can share more rows.
+        let apart = if known.iter().all(Vec::is_empty) { 0 } else { shared };
         let (mut lost, mut column) = (Lost::default(), first as usize);
         for run in known.chunk_by(|one, next| one.is_empty() == next.is_empty()) {
             let tiles = &mut tiles[column - first as usize..][..run.len()];
             if run[0].is_empty() {
-                lost = lost.or(encoder.append(column as u32, 0..shared, tiles));
+                lost = lost.or(encoder.append(column as u32, 0..apart, tiles));
             } else {
                 let each = tiles.iter_mut().flatten().zip(run);
                 each.for_each(|(tile, blocks)| tile.extend_from_slice(blocks));
             }
             column += run.len();
         }
-        lost = lost.or(encoder.append(first, shared..shared + own, tiles));
+        lost = lost.or(encoder.append(first, apart..shared + own, tiles));
         for ((seam, tile), blocks) in seams.iter().zip(tiles.iter().flatten()).zip(&mut known) {
             blocks.clear();
             blocks.extend_from_slice(&tile[tile.len() - shared * tile_row..]);
