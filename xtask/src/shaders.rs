@@ -5,6 +5,7 @@
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use anyhow::{Context, Result, bail};
 
@@ -27,9 +28,12 @@ pub(crate) fn run(arguments: &[&str]) -> Result<()> {
 
 /// Writes every text into a directory, which is made where there is none.
 pub(crate) fn write(directory: &Path) -> Result<()> {
-    // As the suite builds it, so that nothing is compiled twice.
-    let mut command = shell::cargo("run");
-    command.args(["--quiet", "-p", "vastex-scenes", "--example", "shaders", "--"]).arg(directory);
+    // Of the whole workspace, as the suite builds it: what a crate alone would be built with is compiled anew.
+    shell::run(shell::cargo("build").args(["--quiet", "--workspace", "--example", "shaders"]))?;
+    let program =
+        shell::target_dir().join("debug/examples").join(format!("shaders{}", std::env::consts::EXE_SUFFIX));
+    let mut command = Command::new(program);
+    command.arg(directory);
     shell::run(&mut command)
 }
 
