@@ -11,6 +11,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use bytes::Bytes;
 use vastex_core::{Description, PageContents, PagePos, PageSet, Region};
 
+use crate::limit::ReadLimit;
 use crate::source::{ReadFuture, SourceKey, TileSource};
 use crate::tier::Tiers;
 use crate::tile::{Codec, Tile};
@@ -144,6 +145,10 @@ impl<S: TileSource> TileSource for StagedSource<S> {
         self.source.identity()
     }
 
+    fn read_limit(&self) -> Option<&Arc<ReadLimit>> {
+        self.source.read_limit()
+    }
+
     fn add_tiers(&self, tiers: &mut Tiers) {
         self.source.add_tiers(tiers);
     }
@@ -168,6 +173,7 @@ impl<S: TileSource> TileSource for StagedSource<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::limit::LimitedSource;
     use crate::loader::Loader;
     use crate::property::PropertySource;
     use vastex_core::{Dims, Geometry, GeometrySpec, PageId, TextureId};
@@ -229,6 +235,16 @@ mod tests {
         assert_eq!((staged.tiles(), shelf.taken()), (0, 1));
         drop(room);
         assert_eq!(shelf.taken(), 0);
+    }
+
+    #[test]
+    fn the_limit_of_a_source_is_that_of_the_staged_one() {
+        let (shelf, staged, source) = world(9);
+        assert!(source.read_limit().is_none());
+        let limit = ReadLimit::new(3);
+        let limited = Arc::new(LimitedSource::new(source, limit.clone()));
+        let source = StagedSource::new(limited, shelf, staged);
+        assert!(source.read_limit().is_some_and(|found| Arc::ptr_eq(found, &limit)));
     }
 
     #[test]
