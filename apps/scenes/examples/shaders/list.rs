@@ -227,6 +227,7 @@ fn tests(visit: &mut Visit<'_>) {
     let separate = Options { ways: vec![FeedbackWay::Separate], ..plain };
     alone(visit, "test-sample_cpu", &separate, |vastex| vastex_tests::POINTS.to_owned() + vastex);
     groups_of_vastex_tests(visit);
+    mixing_of_vastex_tests(visit);
 }
 
 /// A colour and a height of one texture, and two textures, each member called as one alone is, and the group's feedback.
@@ -276,6 +277,24 @@ fn groups_of_vastex_tests(visit: &mut Visit<'_>) {
             .map(|(name, texture)| member(options, name, texture, (None, true)))
             .to_vec();
         visit(&format!("test-halves-{}", name_of(options)), vastex_tests::halves() + &group(options, halves));
+    });
+}
+
+/// Two layers of a texture, of which one may not be mixed.
+fn mixing_of_vastex_tests(visit: &mut Visit<'_>) {
+    let (atlases, filters) = (vec![Atlas::Float], vec![Filter::KINDS[3]]);
+    let options = Options { atlases, filters, fades: vec![false], ..Options::all() };
+    options.each(|options| {
+        let members = || {
+            vec![
+                member(options, "value", 0, (None, true)),
+                member(options, "label", 0, (Some(Filter::Nearest), false)),
+            ]
+        };
+        for wanted in 0..2 {
+            let text = vastex_tests::two_filters(wanted) + &group(options, members());
+            visit(&format!("test-mixing-{wanted}-{}", name_of(options)), text);
+        }
     });
 }
 

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use crate::common::texts::two_filters;
 use crate::common::{Mapping, SCREEN, Screen, settings};
 use vastex::{
     Description, Error, Feedback, Filter, Geometry, GeometrySpec, Layer, LayerFormat, LayerId, PagePos,
@@ -148,26 +149,12 @@ fn whoever_asks_for_a_filter_gets_it() {
 #[test]
 fn in_a_group_each_member_has_its_own_filter() {
     let filter = Filter::KINDS[3];
-    // Each member in half of the picture, and what it wants by itself there.
-    let shader = SCREEN
-        .replace(
-            "return vastex_sample(uv_from_pixel(placed));",
-            "let uv = uv_from_pixel(placed);
-            let shown = array(vastex_sample_value(uv), vastex_sample_label(uv));
-            return shown[u32(placed.pixel.x) / 80u];",
-        )
-        .replace(
-            "return vastex_feedback(uv_from_pixel(placed));",
-            "let uv = uv_from_pixel(placed);
-            let wanted = array(vastex_feedback_value(uv), vastex_feedback_label(uv));
-            return wanted[WANTED];",
-        );
     let alone = ["value", "label"].map(|name| {
         let mut screen = alone(of(filter), true, &TextureSettings::default(), name);
         seen(&mut screen)
     });
     for (wanted, of_member) in (0..).zip(&alone) {
-        let shader = shader.replace("WANTED", &format!("{wanted}"));
+        let shader = two_filters(wanted);
         let mut screen = Screen::showing(of(filter), &shader, |textures| {
             let texture = textures.add(Labels::new(true)).unwrap();
             let member = |name| (name, textures.layer(texture, name).unwrap());

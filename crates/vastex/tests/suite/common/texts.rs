@@ -75,6 +75,21 @@ pub fn halves() -> String {
     )
 }
 
+/// Each of two members, which are not blended alike, in a half of the picture, and what one of them wants by itself.
+pub fn two_filters(wanted: usize) -> String {
+    let shown = "let uv = uv_from_pixel(placed);
+            let shown = array(vastex_sample_value(uv), vastex_sample_label(uv));
+            return shown[u32(placed.pixel.x) / 80u];";
+    let wanted = format!(
+        "let uv = uv_from_pixel(placed);
+            let wanted = array(vastex_feedback_value(uv), vastex_feedback_label(uv));
+            return wanted[{wanted}];"
+    );
+    SCREEN
+        .replace("return vastex_sample(uv_from_pixel(placed));", shown)
+        .replace("return vastex_feedback(uv_from_pixel(placed));", &wanted)
+}
+
 /// The screen's shader, whose picture tells what it wants.
 pub fn telling() -> String {
     let from = "    return vastex_sample(uv_from_pixel(placed));";
