@@ -29,13 +29,13 @@ fn is_green([r, g, b]: [u8; 3]) -> bool {
 fn a_view_that_has_converged_lacks_nothing_and_one_that_has_not_is_said_to() {
     let (_directory, file) = Image::new(2000, 1500, 64).build();
     let open = || vastex::open(&file).unwrap();
-    let mut sharp = studio(open(), settings(16, Filter::Trilinear), None);
+    let sharp = studio(open(), settings(16, Filter::Trilinear), None);
     let deficit = sharp.overlay(Overlay::Deficit).unwrap();
     let covered = count(&deficit, |_| true);
     assert!(covered > 1000, "the plane is in view");
     assert_eq!(count(&deficit, is_green), covered);
     // In its first frame nothing but the tail is there: no pixel that wants a page has it.
-    let mut blurred = studio(open(), settings(16, Filter::Trilinear), Some(1));
+    let blurred = studio(open(), settings(16, Filter::Trilinear), Some(1));
     assert!(count(&blurred.overlay(Overlay::Deficit).unwrap(), is_green) < covered / 10);
     // Too small a pool lacks what its mip bias says.
     let pools = PoolSettings::of_bytes(12 * 72 * 72 * 4);
