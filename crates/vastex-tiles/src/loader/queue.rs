@@ -270,7 +270,7 @@ impl Queue {
     #[cfg(not(target_family = "wasm"))]
     pub(super) fn begun_before(&self, age: Duration) -> impl Iterator<Item = ReadId> + '_ {
         let old = move |read: &&Read| self.now.saturating_sub(read.begun) >= age;
-        self.reads.iter().take_while(move |(_, read)| old(&read)).map(|(id, _)| *id)
+        self.reads.iter().take_while(move |(_, read)| old(read)).map(|(id, _)| *id)
     }
 
     /// How many reads the lane of a read has under way, itself among them.
