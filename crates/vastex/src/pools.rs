@@ -116,7 +116,7 @@ impl PoolState {
         bytes: u64,
         stored: &Arc<Description>,
         held: &Arc<Description>,
-        shape: Shape,
+        shape: &Shape,
     ) -> Result<(PoolState, bool), Error> {
         halved_until_it_fits(bytes, |bytes| {
             PoolState::of_size(device, queue, seen, bytes, stored, held, shape.clone())

@@ -201,6 +201,7 @@ impl Textures {
     }
 
     /// The same with settings of its own.
+    #[expect(clippy::needless_pass_by_value, reason = "settings are handed over, as in every call that takes them")]
     pub fn add_with(
         &mut self,
         source: Arc<dyn TileSource>,
@@ -237,7 +238,7 @@ impl Textures {
         let shape = Shape::of(&held, page_table.kinds(), sampling);
         let pool = match is_whole {
             true => self.pool_of_one(&description, &held, shape)?,
-            false => self.pool_for(&description, &held, shape)?,
+            false => self.pool_for(&description, &held, &shape)?,
         };
         let source = self.staged(pool, source);
         let texture = self.add_to(pool, &description, &tail, &source, page_table)?;
@@ -277,9 +278,9 @@ impl Textures {
         &mut self,
         stored: &Arc<Description>,
         held: &Arc<Description>,
-        shape: Shape,
+        shape: &Shape,
     ) -> Result<PoolId, Error> {
-        let made = (0..).zip(&mut self.pools).find(|(_, pool)| pool.shape == shape && !pool.is_whole);
+        let made = (0..).zip(&mut self.pools).find(|(_, pool)| pool.shape == *shape && !pool.is_whole);
         if let Some((number, pool)) = made {
             pool.take_back(&self.device, &self.queue)?;
             return Ok(PoolId::new(number));
