@@ -201,7 +201,10 @@ impl Textures {
     }
 
     /// The same with settings of its own.
-    #[expect(clippy::needless_pass_by_value, reason = "settings are handed over, as in every call that takes them")]
+    #[expect(
+        clippy::needless_pass_by_value,
+        reason = "settings are handed over, as in every call that takes them"
+    )]
     pub fn add_with(
         &mut self,
         source: Arc<dyn TileSource>,
