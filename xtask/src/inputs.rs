@@ -51,7 +51,7 @@ impl Input {
         }
         match self {
             Input::Earth | Input::EarthJpeg => {
-                shell::run(shell::command("vips").args(["copy", EARTH]).arg(&path))?
+                shell::run(shell::command("vips").args(["copy", EARTH]).arg(&path))?;
             }
             Input::Mirrored { across: 0, down: 0 } => {
                 let size = ["8192", "--height", "4096", "--size", "force"];

@@ -361,7 +361,7 @@ fn tiff_with_alpha_white_is_zero_orientation_and_jpeg_tiles() {
         .chunks(2)
         .flat_map(|texel| {
             let [v, a] = [texel[0], texel[1]].map(u32::from);
-            [if a == 0 { v } else { ((v * 255 + a / 2) / a).min(255) } as u8, texel[1]]
+            [(v * 255 + a / 2).checked_div(a).map_or(v, |quotient| quotient.min(255)) as u8, texel[1]]
         })
         .collect();
     assert_eq!(check(&file.bytes(), PixelFormat::GREY_ALPHA8, &divided), [Notice::PremultipliedAlpha]);

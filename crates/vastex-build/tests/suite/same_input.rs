@@ -81,8 +81,8 @@ fn options() -> BuildOptions {
 fn expect_told(desk: &Desk, input: &LayerInput, options: &BuildOptions, file: &str, change: &dyn Fn()) {
     let (kept, output) = (desk.keep(file), desk.at("out.vastex"));
     let resume = BuildOptions { resume: true, ..options.clone() };
-    let build =
-        |options: &BuildOptions, progress: &dyn Progress| build(&[input.clone()], &output, options, progress);
+    let input = std::slice::from_ref(input);
+    let build = |options: &BuildOptions, progress: &dyn Progress| build(input, &output, options, progress);
     assert!(matches!(build(&resume, &Stop), Err(BuildError::Cancelled)));
     change();
     let error = build(&resume, &()).unwrap_err().to_string();

@@ -51,7 +51,7 @@ fn rewrite(path: &Path, from: &str, to: &str) {
 #[test]
 fn what_is_no_tile_directory_is_refused() {
     check("void", &["void: no tile layout recognised in this directory"], |at| {
-        fs::create_dir(at("void")).unwrap()
+        fs::create_dir(at("void")).unwrap();
     });
     check("deep", &["no tile layout recognised"], |at| fs::create_dir_all(at("deep/level0")).unwrap());
     check("notes.dzi", &["notes.dzi: is a text file"], |at| {
