@@ -1,3 +1,5 @@
+//! Descriptions as bytes: what is written is read again, and what is damaged or lies is refused.
+
 use super::*;
 use proptest::prelude::*;
 
