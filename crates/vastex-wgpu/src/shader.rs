@@ -457,6 +457,6 @@ pub(crate) mod tests {
     fn every_shader_of_our_own_is_valid() {
         assert_eq!(module(&table_wgsl()).entry_points.len(), 4);
         assert_eq!(module(&compact_wgsl()).entry_points.len(), 2);
-        assert_eq!(module(&inline_wgsl()).entry_points.len(), 1);
+        assert_eq!(module(&inline_wgsl()).entry_points.len(), 2);
     }
 }
