@@ -1,3 +1,5 @@
+// Trilinear filtering with one lookup, as if a slot held a second level, to be measured beside two lookups.
+
 @group(1) @binding(1) var second_atlas: texture_2d_array<f32>;
 @group(1) @binding(2) var second_sampler: sampler;
 fn vastex_filtered(position: VastexPosition, footprint: VastexFootprint, level: f32) -> vec4<f32> {

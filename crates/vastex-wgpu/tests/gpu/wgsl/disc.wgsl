@@ -1,3 +1,5 @@
+// A texture turned round a disc, where uv jumps between neighbouring pixels.
+
 struct Spot { @builtin(position) clip: vec4<f32>, @location(0) at: vec2<f32> }
 struct Shown { @location(0) color: vec4<f32>, @location(1) wanted: vec4<u32> }
 @vertex fn corner(@builtin(vertex_index) n: u32) -> Spot {

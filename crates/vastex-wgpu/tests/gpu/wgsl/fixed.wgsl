@@ -1,3 +1,5 @@
+// Calls every function that takes fixed-point positions at points from a buffer.
+
 struct Input {
     anchor: vec2<u32>, offset: vec2<f32>, ddx: vec2<f32>, ddy: vec2<f32>, level: f32, at_level: u32,
 }

@@ -1,3 +1,5 @@
+// Folds fixed-point positions by the address modes, for every case of a buffer.
+
 const MODES = array<u32, 4>(
     VASTEX_NONE, VASTEX_ADDRESS_WRAP, VASTEX_ADDRESS_MIRROR, VASTEX_ADDRESS_BORDER);
 struct Fold { anchor: u32, offset: f32, size: u32, mode: u32 }

@@ -1,3 +1,5 @@
+// A ground whose fragments sample in every way that a fragment stage can.
+
 struct Spot { @builtin(position) clip: vec4<f32>, @location(0) uv: vec2<f32> }
 struct Shown { @location(0) color: vec4<f32>, @location(1) feedback: vec4<u32> }
 @vertex fn corner(@builtin(vertex_index) n: u32) -> Spot {

@@ -1,3 +1,5 @@
+// Samples at points from a buffer by an explicit level.
+
 struct Input { uv: vec2<f32>, ddx: vec2<f32>, ddy: vec2<f32>, level: f32, at_level: u32 }
 struct Output { color: vec4<f32>, feedback: vec4<u32> }
 @group(1) @binding(0) var<storage, read> inputs: array<Input>;

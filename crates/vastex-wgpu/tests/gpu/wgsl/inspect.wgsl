@@ -1,3 +1,5 @@
+// Says of points from a buffer what the shader sees of the page table there.
+
 struct Input { uv: vec2<f32>, step: f32, unused: f32 }
 struct Output { wanted: f32, level: f32, shown: u32, of_page: u32, page: vec2<u32>, page_texel: vec2<f32> }
 @group(1) @binding(0) var<storage, read> inputs: array<Input>;

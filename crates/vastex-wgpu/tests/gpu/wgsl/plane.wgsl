@@ -1,3 +1,5 @@
+// A plane that fills the target and writes feedback.
+
 struct Corner { @builtin(position) clip: vec4<f32>, @location(0) uv: vec2<f32> }
 @vertex fn vertex(@builtin(vertex_index) n: u32) -> Corner {
     let at = vec2<f32>(f32(n & 1u) * 4.0 - 1.0, f32(n >> 1u) * 4.0 - 1.0);

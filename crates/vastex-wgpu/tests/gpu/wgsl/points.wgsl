@@ -1,3 +1,5 @@
+// Points that are sampled in the vertex stage and shown by the fragment stage.
+
 struct Input { uv: vec2<f32>, ddx: vec2<f32>, ddy: vec2<f32>, level: f32, at_level: u32 }
 struct Point {
     @builtin(position) clip: vec4<f32>,

@@ -1,3 +1,5 @@
+// Surfaces one behind another, which report what they want in each way of feedback.
+
 @group(1) @binding(0) var<storage, read> surfaces: array<vec4<f32>>;
 struct Corner { @builtin(position) clip: vec4<f32>, @location(0) @interpolate(flat) nth: u32 }
 @vertex fn vertex(@builtin(vertex_index) n: u32, @builtin(instance_index) nth: u32) -> Corner {

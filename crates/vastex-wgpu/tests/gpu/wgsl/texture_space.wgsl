@@ -1,3 +1,5 @@
+// Instances spread out in the space of their texture, for estimates there.
+
 struct Spread {
     @builtin(position) clip: vec4<f32>,
     @location(0) uv: vec2<f32>,
