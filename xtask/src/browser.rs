@@ -17,8 +17,9 @@ use crate::{setup, shaders, shell};
 
 const PAGE: &str = include_str!("browser.html");
 /// Entry points of the compute shaders, by the file that has their text.
-const COMPUTED: &str = r#"[["library-table", "evict"], ["library-table", "load"], ["library-table", "write"],
-    ["library-compact", "count"], ["library-compact", "append"], ["library-inline", "settle"]]"#;
+const COMPUTED: &str = r#"[["library-table", "fill"], ["library-table", "evict"], ["library-table", "load"],
+    ["library-table", "write"], ["library-compact", "count"], ["library-compact", "append"],
+    ["library-inline", "forget"], ["library-inline", "settle"]]"#;
 /// Bytes of texts in one answer.
 const BATCH: usize = 4 << 20;
 /// The browser is given up after so long without a word of it.
