@@ -245,12 +245,14 @@ impl Run {
 
 #[test]
 fn no_page_in_view_waits_for_one_that_is_not() {
+    let mut stale = Vec::new();
     for threads in [1, 2, 4] {
         let run = Run::new(threads, true).run();
         assert_eq!(run.out_of_turn, 0, "of {} reads on {threads} threads", run.looked_at);
         assert!(run.reranked > 20 && run.looked_at > 100, "{} of {}", run.reranked, run.looked_at);
-        // The same, if the first rank of a page were its last.
-        let stale = Run::new(threads, false).run();
-        assert!(stale.out_of_turn > 0, "{threads} threads: nothing was tried");
+        // The same, if the first rank of a page were its last. How many reads are out of turn then depends on how threads take turns.
+        stale.push(Run::new(threads, false).run().out_of_turn);
     }
+    println!("reads out of turn with the first ranks: {stale:?}");
+    assert!(stale.iter().sum::<usize>() > 0, "nothing was tried");
 }
