@@ -1,7 +1,8 @@
 //! The step that hands every shader text to a browser: headless Chromium, which holds them to WGSL as browsers do.
 //!
 //! A page from a server of this program's own, on localhost, makes a module of each text and a pipeline of each kind, and posts back what
-//! it was told. Where there is no browser and none can be installed the step is skipped, loudly; where CI runs it fails.
+//! it was told. A browser checks shaders on one thread, so that there are several, each of which takes the next texts that nobody has.
+//! Where there is no browser and none can be installed the step is skipped, loudly; where CI runs it fails.
 
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Write};
@@ -21,7 +22,9 @@ const COMPUTED: &str = r#"[["library-table", "fill"], ["library-table", "evict"]
     ["library-table", "write"], ["library-compact", "count"], ["library-compact", "append"],
     ["library-inline", "forget"], ["library-inline", "settle"]]"#;
 /// Bytes of texts in one answer.
-const BATCH: usize = 4 << 20;
+const BATCH: usize = 1 << 20;
+/// Browsers at work at once, at most; each needs some 500 MiB.
+const BROWSERS: usize = 4;
 /// The browser is given up after so long without a word of it.
 const PATIENCE: Duration = Duration::from_secs(180);
 /// Faults that are shown.
@@ -41,22 +44,33 @@ pub(crate) fn check() -> Result<Outcome> {
     let texts: BTreeMap<String, String> = shaders::texts(&shaders::written())?.into_iter().collect();
     let listener = TcpListener::bind("127.0.0.1:0").context("cannot listen on localhost")?;
     listener.set_nonblocking(true)?;
-    let profile = shell::target_dir().join("browser-profile");
-    let _ = std::fs::remove_dir_all(&profile);
     let page = format!("http://127.0.0.1:{}/", listener.local_addr()?.port());
-    let mut browser = Browser(start(&profile, &page)?);
+    let at_once = std::thread::available_parallelism().map_or(1, usize::from).min(BROWSERS);
+    let mut browsers = (0..at_once).map(|nth| Browser::start(nth, &page)).collect::<Result<Vec<_>>>()?;
     let mut told = Told::new(&texts);
-    told.listen(&listener, &mut browser.0)?;
+    told.listen(&listener, &mut browsers)?;
     if !told.wrong.is_empty() {
         let shown: Vec<&str> = told.wrong.iter().take(SHOWN).map(String::as_str).collect();
         bail!("the browser has {} complaints, such as\n{}", told.wrong.len(), shown.join("\n"));
     }
-    println!("{} of {} texts taken without a word", told.done.unwrap_or_default(), texts.len());
+    if told.modules != texts.len() {
+        bail!("the browser has made {} modules of {} texts", told.modules, texts.len());
+    }
+    println!("{at_once} browsers took all {} texts without a word; each said:", texts.len());
+    told.done.iter().for_each(|done| println!("  {done}"));
     Ok(Outcome::Passed)
 }
 
 /// Ends with this.
 struct Browser(Child);
+
+impl Browser {
+    fn start(nth: usize, page: &str) -> Result<Browser> {
+        let profile = shell::target_dir().join(format!("browser-profile-{nth}"));
+        let _ = std::fs::remove_dir_all(&profile);
+        start(&profile, page).map(Browser)
+    }
+}
 
 impl Drop for Browser {
     fn drop(&mut self) {
@@ -94,12 +108,18 @@ fn start(profile: &Path, page: &str) -> Result<Child> {
     command.spawn().with_context(|| format!("cannot start {name}"))
 }
 
-/// What the page asks for, and what it has said.
+/// What the pages ask for, and what they have said.
 struct Told<'a> {
     texts: &'a BTreeMap<String, String>,
+    /// Not taken yet.
     batches: Vec<Vec<(&'a str, &'a str)>>,
+    /// How many of the pipelines, which the page numbers, are taken.
+    pipelines: usize,
+    /// How many modules the pages say they have made.
+    modules: usize,
     wrong: Vec<String>,
-    done: Option<String>,
+    /// What each page said at its end.
+    done: Vec<String>,
 }
 
 impl<'a> Told<'a> {
@@ -115,14 +135,14 @@ impl<'a> Told<'a> {
                 batch.push((name.as_str(), text.as_str()));
             }
         }
-        Told { texts, batches, wrong: Vec::new(), done: None }
+        Told { texts, batches, pipelines: 0, modules: 0, wrong: Vec::new(), done: Vec::new() }
     }
 
-    /// Until the page is done, or nothing is heard of it any more.
-    fn listen(&mut self, listener: &TcpListener, browser: &mut Child) -> Result<()> {
+    /// Until every page is done, or nothing is heard of them any more.
+    fn listen(&mut self, listener: &TcpListener, browsers: &mut [Browser]) -> Result<()> {
         let mut heard = Instant::now();
         let mut last = "that it has begun".to_owned();
-        while self.done.is_none() {
+        while self.done.len() < browsers.len() {
             match listener.accept() {
                 Ok((stream, _)) => {
                     heard = Instant::now();
@@ -138,8 +158,10 @@ impl<'a> Told<'a> {
                             PATIENCE.as_secs()
                         );
                     }
-                    if let Some(status) = browser.try_wait()? {
-                        bail!("the browser has ended ({status}); the last was {last}");
+                    for browser in &mut *browsers {
+                        if let Some(status) = browser.0.try_wait()? {
+                            bail!("the browser has ended ({status}); the last was {last}");
+                        }
                     }
                     std::thread::sleep(Duration::from_millis(5));
                 }
@@ -168,26 +190,33 @@ impl<'a> Told<'a> {
     fn respond(&mut self, path: &str, body: &str) -> (&'static str, &'static str, String) {
         let plain = |text: String| ("200 OK", "text/plain; charset=utf-8", text);
         let missing = ("404 Not Found", "text/plain", String::new());
-        if let Some(nth) = path.strip_prefix("/texts/") {
-            let Some(batch) = nth.parse().ok().and_then(|nth: usize| self.batches.get(nth)) else {
-                return ("204 No Content", "text/plain", String::new());
-            };
-            return plain(batch.iter().map(|(name, text)| format!("{name}\u{1}{text}\u{1}")).collect());
-        }
         if let Some(name) = path.strip_prefix("/text/") {
             return self.texts.get(name).map_or(missing, |text| plain(text.clone()));
         }
         match path {
             "/" => ("200 OK", "text/html; charset=utf-8", PAGE.replace("COMPUTED_ENTRIES", COMPUTED)),
+            "/take/texts" => match self.batches.pop() {
+                Some(batch) => {
+                    plain(batch.iter().map(|(name, text)| format!("{name}\u{1}{text}\u{1}")).collect())
+                }
+                None => ("204 No Content", "text/plain", String::new()),
+            },
+            "/take/pipeline" => {
+                self.pipelines += 1;
+                plain((self.pipelines - 1).to_string())
+            }
+            "/made" => {
+                self.modules += body.parse().unwrap_or(0);
+                plain(String::new())
+            }
             "/wrong" => {
                 self.wrong.push(body.to_owned());
                 plain(String::new())
             }
             "/done" => {
-                self.done = Some(body.to_owned());
+                self.done.push(body.to_owned());
                 plain(String::new())
             }
-            "/alive" => plain(String::new()),
             _ => missing,
         }
     }
@@ -235,16 +264,27 @@ mod tests {
     }
 
     #[test]
-    fn every_text_is_in_one_batch() {
-        let texts = (0..40).map(|n| (format!("{n}.wgsl"), "x".repeat(BATCH / 7))).collect();
+    fn every_text_is_taken_once() {
+        let texts: BTreeMap<String, String> =
+            (0..40).map(|n| (format!("{n}.wgsl"), "x".repeat(BATCH / 7))).collect();
         let mut told = Told::new(&texts);
-        assert!(told.batches.len() > 3);
-        assert_eq!(told.batches.concat().len(), texts.len());
-        let last = told.batches.len();
-        assert_eq!(told.respond(&format!("/texts/{last}"), "").0, "204 No Content");
+        let mut taken = Vec::new();
+        loop {
+            let (status, _, batch) = told.respond("/take/texts", "");
+            if status == "204 No Content" {
+                break;
+            }
+            taken.extend(batch.split('\u{1}').step_by(2).filter(|name| !name.is_empty()).map(str::to_owned));
+        }
+        taken.sort();
+        assert_eq!(taken, texts.keys().cloned().collect::<Vec<_>>());
+        assert_eq!(told.respond("/take/pipeline", "").2, "0");
+        assert_eq!(told.respond("/take/pipeline", "").2, "1");
         assert_eq!(told.respond("/text/none.wgsl", "").0, "404 Not Found");
+        told.respond("/made", "17");
+        told.respond("/made", "3");
         told.respond("/wrong", "a: b");
         told.respond("/done", "all");
-        assert_eq!((told.wrong.len(), told.done.as_deref()), (1, Some("all")));
+        assert_eq!((told.modules, told.wrong.len(), told.done), (20, 1, vec!["all".to_owned()]));
     }
 }

@@ -35,11 +35,10 @@ fn every_scene_of_every_shape_equals_an_ordinary_texture() {
 
 #[test]
 fn close_up_and_every_filter() {
-    for filter in Filter::KINDS {
-        for scene in Scene::SMOOTH {
-            let image = Image::new(1000, 777, 128);
-            assert_alike(&compare(image, scene, Path::Zoom, filter), &format!("{filter:?} {scene:?}"));
-        }
+    // Each filter in one scene, and in each scene one filter at least.
+    for (filter, scene) in Filter::KINDS.into_iter().zip(Scene::SMOOTH.into_iter().cycle()) {
+        let image = Image::new(1000, 777, 128);
+        assert_alike(&compare(image, scene, Path::Zoom, filter), &format!("{filter:?} {scene:?}"));
     }
 }
 

@@ -314,9 +314,11 @@ fn image(page: u32, border: u32, layers: &[Layer]) -> Description {
     Description::new(Geometry::new(spec).unwrap(), layers.to_vec())
 }
 
+/// By the filter that most use, and by another in turn: most formats are read in the same way, and by every filter elsewhere.
 #[test]
 fn every_format_agrees_with_its_twin() {
-    // Most formats are read in the same way.
+    const MOST_USED: usize = 2;
+    assert_eq!(Filter::KINDS[MOST_USED], Filter::Trilinear);
     let mut harnesses: Vec<(Atlas, [Harness<'_>; 5])> = Vec::new();
     for (n, format) in LayerFormat::ALL.into_iter().enumerate() {
         let mut world = World::of(&GPU, &image(64, 4, &[Layer::new("a", format)]), 0, 0.5, n as u64 + 21);
@@ -324,8 +326,10 @@ fn every_format_agrees_with_its_twin() {
         if harnesses.iter().all(|(of, _)| *of != atlas) {
             harnesses.push((atlas, Filter::KINDS.map(|filter| Harness::new(&GPU, filter, &world, 0))));
         }
-        for harness in harnesses.iter().filter(|(of, _)| *of == atlas).flat_map(|(_, harnesses)| harnesses) {
-            harness.check(&mut world, 0, n as u64);
+        for (_, harnesses) in harnesses.iter().filter(|(of, _)| *of == atlas) {
+            for nth in [MOST_USED, [0, 1, 3, 4][n % 4]] {
+                harnesses[nth].check(&mut world, 0, n as u64);
+            }
         }
     }
 }
