@@ -1,6 +1,8 @@
-//! Tiles from a cold disk, by a loader: direct reads beside buffered ones, with so many threads.
+//! Tiles from a cold disk, by a loader: direct reads beside buffered ones, with so many reads at once.
 //!
-//! `VASTEX_CONTAINER` names a container to read instead of the one that is made; its tiles must be aligned.
+//! Buffered reads take a thread each of those that the loader is told to have; of direct ones the container says how many there may
+//! be, to a loader with its usual threads. `VASTEX_CONTAINER` names a container to read instead of the one that is made; its tiles
+//! must be aligned.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -8,7 +10,10 @@ use std::sync::Arc;
 
 use rustix::fs::{Advice, fadvise};
 use vastex_core::{Description, Dims, Geometry, GeometrySpec, LayerFormat, PageId, PagePos, TextureId};
-use vastex_tiles::{Compression, Container, ContainerWriter, EncodedTile, Loader, TileSource, WriterOptions};
+use vastex_tiles::{
+    Compression, Container, ContainerWriter, EncodedTile, Loader, LoaderSettings, SystemClock, TileSource,
+    WriterOptions,
+};
 
 use crate::{PAGE, median, scattered, seconds};
 
@@ -16,7 +21,7 @@ use crate::{PAGE, median, scattered, seconds};
 const SIDE: u32 = 128 * PAGE;
 const TURNS: usize = 7;
 const TILES_A_TURN: usize = 1000;
-const THREADS: [usize; 4] = [1, 4, 8, 16];
+const READS: [usize; 6] = [1, 2, 4, 8, 16, 32];
 
 pub(crate) fn measure() {
     // Beside what is built: a directory for temporary files may lie in memory.
@@ -33,47 +38,45 @@ pub(crate) fn measure() {
     // What is not on the disk yet cannot be dropped from the cache.
     file.sync_all().unwrap();
     let buffered = Arc::new(Container::open_file(&path).unwrap());
-    let direct = THREADS.map(|threads| Arc::new(open_direct(&path, threads)));
+    let direct = READS.map(|reads| Arc::new(Container::open_file_direct(&path, reads).unwrap()));
     let megabytes = file.metadata().unwrap().len() as f64 / 1e6;
     let pages = scattered(&buffered);
     let tiles = TILES_A_TURN.min(pages.len());
+    let kib = buffered.description().tile_bytes() / 1024;
     println!(
-        "\nfile of {megabytes:.0} MB on the disk alone, {TURNS} turns of {tiles} tiles at random; medians\n"
+        "\ntiles of {kib} KiB, file of {megabytes:.0} MB on the disk alone, {TURNS} turns of {tiles} tiles at random; medians\n"
     );
     if !direct.iter().all(|direct| direct.is_direct()) {
         println!("(the file system refuses direct reads: what is called direct is buffered, too)\n");
     }
-    println!("| threads | buffered | direct | ratio | CPU a tile, buffered | CPU a tile, direct |");
+    println!("| reads at once | buffered | direct | ratio | CPU a tile, buffered | CPU a tile, direct |");
     println!("|---|---|---|---|---|---|");
     let mut next = 0;
-    let mut measured = THREADS.map(|_| [(); 2].map(|()| (Vec::new(), Vec::new())));
+    let mut measured = READS.map(|_| [(); 2].map(|()| (Vec::new(), Vec::new())));
     for _ in 0..TURNS {
-        for ((threads, direct), measured) in THREADS.into_iter().zip(&direct).zip(&mut measured) {
-            for (container, (rates, costs)) in [&buffered, direct].into_iter().zip(measured) {
+        for ((reads, direct), measured) in READS.into_iter().zip(&direct).zip(&mut measured) {
+            let usual = LoaderSettings { reads_at_once: reads, ..LoaderSettings::default() };
+            let sides = [(&buffered, LoaderSettings { threads: reads, ..usual }), (direct, usual)];
+            for ((container, settings), (rates, costs)) in sides.into_iter().zip(measured) {
                 let range: Vec<_> = (next..next + tiles).map(|n| pages[n % pages.len()]).collect();
                 next += tiles;
                 fadvise(&file, 0, None, Advice::DontNeed).unwrap();
                 let before = cpu_seconds();
-                rates.push(tiles as f64 / seconds(|| load(container, &range, threads)));
+                rates.push(tiles as f64 / seconds(|| load(container, &range, settings)));
                 costs.push((cpu_seconds() - before) / tiles as f64 * 1e6);
             }
         }
     }
-    let megabytes = buffered.description().tile_bytes() as f64 / 1e6;
-    for (threads, [buffered, direct]) in THREADS.into_iter().zip(measured) {
+    for (reads, [buffered, direct]) in READS.into_iter().zip(measured) {
         let ratio =
             median(buffered.0.iter().zip(&direct.0).map(|(buffered, direct)| direct / buffered).collect());
-        let rates = [buffered.0, direct.0].map(|rates| median(rates) * megabytes);
+        let rates = [buffered.0, direct.0].map(median);
         let costs = [buffered.1, direct.1].map(median);
         println!(
-            "| {threads} | {:.0} MB/s | {:.0} MB/s | {ratio:.2} | {:.0} us | {:.0} us |",
+            "| {reads} | {:.0} tiles/s | {:.0} tiles/s | {ratio:.2} | {:.0} us | {:.0} us |",
             rates[0], rates[1], costs[0], costs[1]
         );
     }
-}
-
-fn open_direct(path: &Path, threads: usize) -> Container {
-    Container::open_file_direct(path, threads).unwrap()
 }
 
 /// User and system time of all threads so far.
@@ -102,9 +105,9 @@ fn write(path: &Path) {
 }
 
 /// All of the pages, read and decoded by a loader.
-fn load(container: &Arc<Container>, pages: &[PagePos], threads: usize) {
+fn load(container: &Arc<Container>, pages: &[PagePos], settings: LoaderSettings) {
     let texture = TextureId::new(0).unwrap();
-    let mut loader = Loader::new(threads).unwrap();
+    let mut loader = Loader::with(settings, Arc::new(SystemClock::new())).unwrap();
     loader.add_source(texture, container.clone());
     for (rank, &pos) in (0..).zip(pages) {
         loader.request(PageId::new(texture, Dims::D2, pos).unwrap(), rank);
