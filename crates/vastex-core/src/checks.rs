@@ -141,6 +141,10 @@ fn flight_is_counted(pager: &Pager) -> Result<(), String> {
     if count != u64::from(stats.in_flight) || bytes != stats.in_flight_bytes {
         return Err(format!("{count} tiles are in flight: {stats:?}"));
     }
+    let by_texture = pager.residency.flight.by_texture().map(|(_, tiles)| tiles).sum::<u32>();
+    if by_texture != stats.in_flight {
+        return Err(format!("the textures have {by_texture} tiles in flight: {stats:?}"));
+    }
     if bytes > settings.in_flight_bytes.max(flight_bytes) {
         return Err(format!("{bytes} bytes in flight of {} allowed", settings.in_flight_bytes));
     }

@@ -21,6 +21,7 @@ mod explain;
 mod failures;
 mod feedback;
 mod file;
+mod flight;
 mod format;
 mod geometry;
 mod groups;

@@ -7,7 +7,8 @@
 //! that it does can fail once a texture is in: too little memory makes the picture coarser.
 //!
 //! This file only joins: the set of pages wanted is `working_set`'s, how much coarser it is `bias`'s, the states of pages
-//! `residency`'s, the order of loading `order`'s, what the loader is told of it `ranks`', the rate of uploads `budget`'s.
+//! `residency`'s, the order of loading `order`'s, what the loader is told of it `ranks`', the rate of uploads `budget`'s, each texture's
+//! share of what is in flight `flight`'s.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -19,6 +20,7 @@ use crate::budget::{PagerSettings, UploadBucket};
 use crate::decision::{Request, Upload};
 use crate::event::{Event, EventQueue};
 use crate::feedback::Feedback;
+use crate::flight::Beside;
 use crate::geometry::Geometry;
 use crate::order::Ranking;
 use crate::page::{PageId, TextureId};
@@ -49,7 +51,11 @@ pub struct Pager {
     /// The others.
     pub(crate) waiting: Vec<PageId>,
     /// Where the search for the next request goes on.
-    next_request: usize,
+    pub(crate) next_request: usize,
+    /// The first place that was passed over since its texture has its share of what is in flight.
+    pub(crate) held_back: Option<usize>,
+    /// What shares the budget.
+    pub(crate) beside: Beside,
     /// Where the search for the next upload goes on.
     next_upload: usize,
     /// Slots that no page in view and no tile in flight has a claim to: so many more loads find one.
@@ -94,6 +100,8 @@ impl Pager {
             order: Vec::new(),
             waiting: Vec::new(),
             next_request: 0,
+            held_back: None,
+            beside: Beside::default(),
             next_upload: 0,
             room: settings.slots,
             by_hand: Vec::new(),
@@ -183,7 +191,7 @@ impl Pager {
         self.waiting.retain(|page| page.texture() != texture);
         self.residency.evicted.retain(|(page, _)| page.texture() != texture);
         self.residency.settled.retain(|page| page.texture() != texture);
-        (self.next_request, self.next_upload) = (0, 0);
+        (self.next_request, self.held_back, self.next_upload) = (0, None, 0);
         (self.next_by_hand, self.next_upload_by_hand) = (0, 0);
         self.make_room();
         self.plan_due = true;
@@ -198,6 +206,7 @@ impl Pager {
         self.residency.begin_frame(frame);
         self.bucket.begin_frame();
         self.reranks.clear();
+        self.look_again();
         self.begin_by_hand(frame);
     }
 
@@ -297,7 +306,7 @@ impl Pager {
         self.order = was_missing;
         self.ranking.order_missing(&self.set, bias, &self.textures, &mut self.order);
         self.order_shared();
-        (self.next_request, self.next_upload) = (0, 0);
+        (self.next_request, self.held_back, self.next_upload) = (0, None, 0);
         self.reranks.clear();
         self.make_room();
         newly
@@ -360,16 +369,6 @@ impl Pager {
         self.residency.begin_load(page, rank);
         self.check();
         self.textures.pos(page).map(|(_, pos)| Request { page, pos, rank })
-    }
-
-    /// The best page that is to be asked for and would find a slot.
-    pub(crate) fn next_queued(&mut self) -> Option<PageId> {
-        let left = self.order.get(self.next_request..)?;
-        let queued = |page: &PageId| {
-            self.residency.state(*page) == PageState::Queued && self.residency.may_load(*page)
-        };
-        self.next_request += left.iter().position(queued).unwrap_or(left.len());
-        self.order.get(self.next_request).copied().filter(|_| !self.has_no_room())
     }
 
     /// A load that is no longer worth finishing. The loader answers every request, this one too: with

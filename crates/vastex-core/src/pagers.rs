@@ -14,6 +14,7 @@ use crate::decision::{Request, Upload};
 use crate::event::{Event, EventQueue};
 use crate::expectation::Bandwidth;
 use crate::feedback::{Feedback, WantedPage};
+use crate::flight::Beside;
 use crate::geometry::Geometry;
 use crate::groups::Groups;
 use crate::numbers::Numbers;
@@ -266,10 +267,13 @@ impl Pagers {
 
     /// The next tile to load, while the in-flight budget allows one. Its rank compares with those of all pools.
     ///
-    /// What is in view of any pool comes before what was asked for by hand of any, which has half of the budget.
+    /// What is in view of any pool comes before what was asked for by hand of any, which has half of the budget. Where several textures
+    /// have pages, none holds so much of it that others cannot begin: a page whose texture has its share is passed over.
     pub fn poll_request(&mut self) -> Option<Request> {
+        self.tell_beside();
         let Pagers { requests, pools, .. } = self;
         let in_view = requests.next(|pool| pools[pool].pager.next_queued().is_some());
+        self.bandwidth.view_waits |= pools.iter().any(|pool| pool.pager.held_back.is_some());
         let who =
             in_view.or_else(|| requests.next(|pool| pools[pool].pager.next_queued_by_hand().is_some()))?;
         let tile_bytes = pools[who].pager.settings.tile_bytes;
@@ -283,6 +287,18 @@ impl Pagers {
         }
         self.requests.serve(who, tile_bytes);
         self.pools[who].pager.poll_request()
+    }
+
+    /// Tells each pool what is in the others.
+    fn tell_beside(&mut self) {
+        let (in_flight_bytes, textures) =
+            (self.in_flight_bytes(), self.iter().map(|pager| pager.textures.with_pages()).sum::<u32>());
+        for pager in self.iter_mut() {
+            pager.beside = Beside {
+                in_flight_bytes: in_flight_bytes - pager.residency.stats.in_flight_bytes,
+                textures: textures - pager.textures.with_pages(),
+            };
+        }
     }
 
     fn in_flight_bytes(&self) -> u64 {

@@ -34,6 +34,7 @@ use std::collections::VecDeque;
 
 use crate::expectation::Expectation;
 use crate::failures::Failures;
+use crate::flight::Flight;
 use crate::page::{PageId, TextureId};
 use crate::page_map::PageMap;
 use crate::pool::{PoolId, Slot};
@@ -123,6 +124,7 @@ pub(crate) struct Residency {
     pub(crate) tile_bytes: u64,
     /// Bytes that a tile takes from its request until it is in a slot.
     pub(crate) flight_bytes: u64,
+    pub(crate) flight: Flight,
 }
 
 impl Residency {
@@ -152,6 +154,7 @@ impl Residency {
             arrivals: Waits::default(),
             tile_bytes,
             flight_bytes: tile_bytes,
+            flight: Flight::default(),
         }
     }
 
@@ -267,7 +270,7 @@ impl Residency {
             State::Loading(Cancel::No) => record.state = State::Loading(Cancel::Due),
             State::Ready => {
                 self.ready.remove(page);
-                self.waste_one();
+                self.waste_one(page.texture());
                 self.drop_page(page);
             }
             State::Absent | State::Loading(_) | State::Resident(_) | State::Failed => {}
@@ -299,7 +302,7 @@ impl Residency {
         if let Some(content) = self.sharing.content_of(page) {
             content.carrier = page;
         }
-        self.enter_flight();
+        self.enter_flight(page.texture());
         true
     }
 
@@ -327,7 +330,7 @@ impl Residency {
             return true;
         }
         record.state = State::Queued;
-        self.waste_one();
+        self.waste_one(page.texture());
         if !wanted {
             self.drop_page(page);
         }
@@ -350,7 +353,7 @@ impl Residency {
         let first = failures == 1;
         self.failing.note(page, failures, frame, retry_at);
         self.stats.failures += 1;
-        self.leave_flight();
+        self.leave_flight(page.texture());
         first
     }
 
@@ -365,7 +368,7 @@ impl Residency {
         }
         record.state = State::Queued;
         self.stats.cancelled += 1;
-        self.leave_flight();
+        self.leave_flight(page.texture());
         if !wanted {
             self.drop_page(page);
         }
@@ -407,7 +410,7 @@ impl Residency {
             self.records.get_or_add(page, RecordHint::default()).state = State::Loading(Cancel::Due);
         }
         loads.extend(refreshing);
-        (0..ready + refreshed).for_each(|_| self.waste_one());
+        (0..ready + refreshed).for_each(|_| self.waste_one(texture));
         self.stats.pinned -= tails;
         self.evicted_at.retain(|page, _| is_other(&page));
         self.evictions.retain(|(_, page)| is_other(page));
@@ -417,27 +420,10 @@ impl Residency {
         loads
     }
 
-    pub(crate) fn enter_flight(&mut self) {
-        self.stats.requests += 1;
-        self.stats.in_flight += 1;
-        self.stats.in_flight_bytes += self.flight_bytes;
-    }
-
-    /// A tile that was in flight is of no use.
-    pub(crate) fn waste_one(&mut self) {
-        self.stats.wasted += 1;
-        self.leave_flight();
-    }
-
     /// The tile of a page that waited for a slot is out of date.
     pub(crate) fn discard_ready(&mut self, page: PageId) {
         self.ready.remove(page);
-        self.waste_one();
-    }
-
-    pub(crate) fn leave_flight(&mut self) {
-        self.stats.in_flight -= 1;
-        self.stats.in_flight_bytes -= self.flight_bytes;
+        self.waste_one(page.texture());
     }
 
     /// `Ready -> Resident`, into a slot of [`Residency::take_slot`]; gives the tile's bytes, and whether the page had
@@ -457,7 +443,7 @@ impl Residency {
         self.arrivals.note(self.frame - asked_at);
         let recovered = self.become_resident(page, slot, textures);
         self.settled.push(page);
-        self.leave_flight();
+        self.leave_flight(page.texture());
         self.stats.loaded += 1;
         self.stats.uploaded_bytes += self.tile_bytes;
         self.stats.reloaded += u64::from(was_evicted);

@@ -76,6 +76,11 @@ impl Textures {
         self.with_pages == 0
     }
 
+    /// Textures with pages beside their tail.
+    pub(crate) fn with_pages(&self) -> u32 {
+        self.with_pages
+    }
+
     /// Textures that there are.
     pub(crate) fn count(&self) -> u32 {
         self.count

@@ -1,7 +1,7 @@
 //! A loader with so many lanes: what waits is begun best rank first, takes a whole number of frames in its lane, arrives as the
-//! bandwidth allows, and fails when it is told to.
+//! bandwidth allows, and fails when it is told to. Loads of a texture that is silent never end, and take no lane.
 
-use crate::page::PageId;
+use crate::page::{PageId, TextureId};
 use crate::sim::Random;
 
 /// Lanes where nothing else is said.
@@ -37,6 +37,8 @@ pub struct Loads {
     running: Vec<Running>,
     /// Those that were called off before a lane took them.
     called_off: Vec<PageId>,
+    /// Those that never end.
+    lost: Vec<PageId>,
     requests: u64,
     random: Random,
     /// Loads that can be under way at once, at least 1.
@@ -51,6 +53,8 @@ pub struct Loads {
     pub failing: f64,
     /// Share of the loads that take ten times as long.
     pub slow: f64,
+    /// Textures whose loads never end from now on.
+    pub silent: Vec<TextureId>,
 }
 
 impl Loads {
@@ -59,6 +63,7 @@ impl Loads {
             waiting: Vec::new(),
             running: Vec::new(),
             called_off: Vec::new(),
+            lost: Vec::new(),
             requests: 0,
             random: Random::new(seed),
             lanes: LANES,
@@ -67,6 +72,7 @@ impl Loads {
             broken: 0.0,
             failing: 0.0,
             slow: 0.0,
+            silent: Vec::new(),
         }
     }
 
@@ -76,6 +82,9 @@ impl Loads {
     }
 
     pub(crate) fn request(&mut self, page: PageId, rank: u64) {
+        if self.silent.contains(&page.texture()) {
+            return self.lost.push(page);
+        }
         self.requests += 1;
         self.waiting.push(((rank, self.requests), page));
     }
@@ -119,11 +128,14 @@ impl Loads {
 
     pub(crate) fn has(&self, page: PageId) -> bool {
         let running = self.running.iter().map(|running| running.page);
-        self.waiting().chain(running).chain(self.called_off.iter().copied()).any(|loading| loading == page)
+        self.waiting()
+            .chain(running)
+            .chain(self.called_off.iter().chain(&self.lost).copied())
+            .any(|loading| loading == page)
     }
 
     pub(crate) fn under_way(&self) -> usize {
-        self.waiting.len() + self.running.len() + self.called_off.len()
+        self.waiting.len() + self.running.len() + self.called_off.len() + self.lost.len()
     }
 
     /// What arrives in a frame, best rank first. A load that was cancelled in its lane is let go of at once or, half the time, was too

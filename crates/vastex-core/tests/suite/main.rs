@@ -10,6 +10,7 @@ mod bias;
 mod bounds;
 mod by_hand;
 mod explain;
+mod fair_share;
 mod learnt;
 mod pools;
 mod prediction;
