@@ -70,7 +70,7 @@ fn render() -> Result<()> {
 }
 
 /// The program, compiled by the same profile as in the suite, so that neither compiles libraries that the other has compiled.
-fn vastex() -> Command {
+pub(crate) fn vastex() -> Command {
     let program = shell::target_dir().join("debug").join(format!("vastex{}", std::env::consts::EXE_SUFFIX));
     shell::command(&program.to_string_lossy())
 }

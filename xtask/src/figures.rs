@@ -2,9 +2,16 @@
 //!
 //! What is measured, and beside what, is theirs; here stand the commands and the pages of docs/.
 
+use std::path::PathBuf;
+
 use anyhow::{Context, Result};
 
 use crate::shell::{self, Usage};
+use crate::{demo, demo_program, setup};
+
+/// What is read from a cold disk: the real Earth, each tile where the disk can read it directly.
+const EARTH: [&str; 7] =
+    ["build", "assets/earth-color-10800x5400.jpg", "--align", "4K", "--page", "120", "--compress=none"];
 
 /// A benchmark of a crate, which prints its figures as a part of a page.
 pub(crate) struct Figures {
@@ -13,6 +20,8 @@ pub(crate) struct Figures {
     /// The profile that it is built with.
     profile: &'static str,
     report: &'static str,
+    /// Whether it is given a container of the real Earth.
+    reads_earth: bool,
     introduction: &'static str,
 }
 
@@ -21,14 +30,17 @@ pub(crate) const FETCH: Figures = Figures {
     package: "vastex-tiles",
     profile: "bench",
     report: "docs/bench-fetch.md",
+    reads_earth: true,
     introduction: "\
 # Fetching tiles: a container beside bare reads and decoders
 
 Written by `cargo xtask bench fetch --write`. A read of a container is the look-up, the positioned read into
 fresh memory, and the checksum; the bare read is the positioned read into fresh memory alone.
 
-The second table is of tiles that the system's cache does not hold (on Linux alone): dropped from it before each
-turn, and read by so many threads, through the cache or directly with as many reads in flight.
+The second table is of tiles of the real Earth that the system's cache does not hold (on Linux alone): they are dropped from it before each
+turn, and read in no order, through the cache by so many threads of a loader, or directly (`--direct`). Of a container that is read
+directly so many reads go on at once as it was opened for, by as many threads, whatever number the loader was told to have; each thread
+reads and decodes a tile, and no others stand behind it.
 ",
 };
 
@@ -37,6 +49,7 @@ pub(crate) const SLOW: Figures = Figures {
     package: "vastex-tiles",
     profile: "bench",
     report: "docs/bench-slow.md",
+    reads_earth: false,
     introduction: "\
 # Slow sources: what a disk cache is worth
 
@@ -50,6 +63,7 @@ pub(crate) const DECIDE: Figures = Figures {
     package: "vastex-core",
     profile: "bench",
     report: "docs/bench-decide.md",
+    reads_earth: false,
     introduction: "\
 # Deciding: what a frame's decisions cost on one core
 
@@ -65,6 +79,7 @@ pub(crate) const DRAW: Figures = Figures {
     // What is measured runs on the GPU, for which the suite's build will do.
     profile: "dev",
     report: "docs/bench-draw.md",
+    reads_earth: false,
     introduction: "\
 # Drawing: what a virtual texture costs beside an ordinary one
 
@@ -85,6 +100,9 @@ impl Figures {
             }
         };
         let mut command = shell::cargo("bench");
+        if self.reads_earth {
+            command.env("VASTEX_CONTAINER", aligned_earth()?);
+        }
         if write {
             command.env("VASTEX_PLOTS", shell::root().join("docs"));
         }
@@ -106,4 +124,20 @@ impl Figures {
         }
         Ok(())
     }
+}
+
+/// Makes the container, unless it is there already, by the program as the demo compiles it.
+fn aligned_earth() -> Result<PathBuf> {
+    let directory = shell::root().join("target/bench");
+    let path = directory.join("earth-aligned.vastex");
+    if !path.exists() {
+        setup::ensure(&setup::C_COMPILER)?;
+        setup::ensure_if_possible(&setup::NASM);
+        std::fs::create_dir_all(&directory)
+            .with_context(|| format!("cannot create {}", directory.display()))?;
+        let mut compile = shell::cargo("build");
+        shell::run(compile.args(["-p", "vastex-cli"]).args(demo_program::features(false)))?;
+        shell::run(demo::vastex().args(EARTH).arg("-o").arg(&path))?;
+    }
+    Ok(path)
 }

@@ -4,10 +4,9 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use rustc_hash::FxHashMap;
-use vastex_core::{Description, PageContents, PagePos, PageSet, Region};
+use vastex_core::{Description, PagePos, Region};
 
-use crate::limit::ReadLimit;
-use crate::source::{ReadFuture, SourceKey, TileSource};
+use crate::source::{ReadFuture, TileSource};
 use crate::tier::{TierStats, Tiers};
 use crate::tile::Tile;
 
@@ -40,26 +39,13 @@ impl<S> RamCache<S> {
     }
 }
 
-#[deny(clippy::missing_trait_methods)]
 impl<S: TileSource> TileSource for RamCache<S> {
+    fn behind(&self) -> Option<&dyn TileSource> {
+        Some(&self.source)
+    }
+
     fn description(&self) -> &Arc<Description> {
         self.source.description()
-    }
-
-    fn present(&self) -> Option<&Arc<PageSet>> {
-        self.source.present()
-    }
-
-    fn contents(&self) -> Option<&Arc<PageContents>> {
-        self.source.contents()
-    }
-
-    fn identity(&self) -> Option<SourceKey> {
-        self.source.identity()
-    }
-
-    fn read_limit(&self) -> Option<&Arc<ReadLimit>> {
-        self.source.read_limit()
     }
 
     fn add_tiers(&self, tiers: &mut Tiers) {

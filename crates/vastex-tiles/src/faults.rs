@@ -6,12 +6,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::task::Poll;
 use std::time::Duration;
 
-use vastex_core::{Description, PageContents, PagePos, PageSet, Region};
+use vastex_core::{Description, PagePos};
 
 use crate::hash::seeded;
-use crate::limit::ReadLimit;
 use crate::source::{MaybeSend, MaybeSync, ReadError, ReadFuture, SourceKey, TileSource};
-use crate::tier::Tiers;
 use crate::tile::Tile;
 
 /// One way of going wrong.
@@ -101,36 +99,22 @@ impl<S> Faults<S, ()> {
     }
 }
 
-#[deny(clippy::missing_trait_methods)]
 impl<S, P> TileSource for Faults<S, P>
 where
     S: TileSource,
     P: Fn(PagePos, u32) -> Option<Injection> + MaybeSend + MaybeSync,
 {
+    fn behind(&self) -> Option<&dyn TileSource> {
+        Some(&self.source)
+    }
+
     fn description(&self) -> &Arc<Description> {
         self.source.description()
-    }
-
-    fn present(&self) -> Option<&Arc<PageSet>> {
-        self.source.present()
-    }
-
-    /// As the source says: what goes wrong with a page goes wrong with those for which it is loaded.
-    fn contents(&self) -> Option<&Arc<PageContents>> {
-        self.source.contents()
     }
 
     /// Nothing: what the plan changes is not the source's.
     fn identity(&self) -> Option<SourceKey> {
         None
-    }
-
-    fn read_limit(&self) -> Option<&Arc<ReadLimit>> {
-        self.source.read_limit()
-    }
-
-    fn add_tiers(&self, tiers: &mut Tiers) {
-        self.source.add_tiers(tiers);
     }
 
     fn read(&self, pos: PagePos) -> ReadFuture<'_> {
@@ -160,14 +144,6 @@ where
                 Some(Injection::Panic) => panic!("a planned panic"),
             }
         })
-    }
-
-    fn at_hand(&self, pos: PagePos) -> Option<Tile> {
-        self.source.at_hand(pos)
-    }
-
-    fn changed(&self, region: &Region) {
-        self.source.changed(region);
     }
 }
 

@@ -5,11 +5,9 @@ use std::future::poll_fn;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::task::{Poll, Waker};
 
-use vastex_core::{Description, PageContents, PagePos, PageSet, Region};
+use vastex_core::{Description, PagePos};
 
-use crate::source::{ReadFuture, SourceKey, TileSource};
-use crate::tier::Tiers;
-use crate::tile::Tile;
+use crate::source::{ReadFuture, TileSource};
 
 /// At most so many reads at once, of all [`LimitedSource`]s that have it.
 ///
@@ -18,6 +16,7 @@ use crate::tile::Tile;
 #[derive(Debug)]
 pub struct ReadLimit {
     reads: usize,
+    is_blocking: bool,
     state: Mutex<State>,
 }
 
@@ -32,12 +31,23 @@ struct State {
 impl ReadLimit {
     /// A limit of so many reads, at least 1.
     pub fn new(reads: usize) -> Arc<ReadLimit> {
-        Arc::new(ReadLimit { reads: reads.max(1), state: Mutex::default() })
+        Arc::new(ReadLimit { reads: reads.max(1), is_blocking: false, state: Mutex::default() })
+    }
+
+    /// The same for reads that block their threads and compute nothing meanwhile, as those of a disk do: a loader then has as many
+    /// threads for them, beside those that it is told to have.
+    pub fn blocking(reads: usize) -> Arc<ReadLimit> {
+        Arc::new(ReadLimit { reads: reads.max(1), is_blocking: true, state: Mutex::default() })
     }
 
     /// Reads that may be under way at once.
     pub fn reads(&self) -> usize {
         self.reads
+    }
+
+    /// Whether it is one of reads that block their threads; see [`ReadLimit::blocking`].
+    pub fn is_blocking(&self) -> bool {
+        self.is_blocking
     }
 
     /// Reads that are under way now.
@@ -51,7 +61,7 @@ impl ReadLimit {
     }
 
     /// Waits until a read may begin. It ends when the permit is dropped.
-    async fn permit(&self) -> Permit<'_> {
+    pub(crate) async fn permit(&self) -> Permit<'_> {
         let mut waiting = Waiting { limit: self, number: None };
         poll_fn(|context| {
             let mut state = self.state();
@@ -101,7 +111,8 @@ impl Drop for Waiting<'_> {
     }
 }
 
-struct Permit<'a>(&'a ReadLimit);
+/// A read that is under way, until this is dropped.
+pub(crate) struct Permit<'a>(&'a ReadLimit);
 
 impl Drop for Permit<'_> {
     fn drop(&mut self) {
@@ -128,30 +139,17 @@ impl<S: TileSource> LimitedSource<S> {
     }
 }
 
-#[deny(clippy::missing_trait_methods)]
 impl<S: TileSource> TileSource for LimitedSource<S> {
+    fn behind(&self) -> Option<&dyn TileSource> {
+        Some(&self.source)
+    }
+
     fn description(&self) -> &Arc<Description> {
         self.source.description()
     }
 
-    fn present(&self) -> Option<&Arc<PageSet>> {
-        self.source.present()
-    }
-
-    fn contents(&self) -> Option<&Arc<PageContents>> {
-        self.source.contents()
-    }
-
-    fn identity(&self) -> Option<SourceKey> {
-        self.source.identity()
-    }
-
     fn read_limit(&self) -> Option<&Arc<ReadLimit>> {
         Some(&self.limit)
-    }
-
-    fn add_tiers(&self, tiers: &mut Tiers) {
-        self.source.add_tiers(tiers);
     }
 
     fn read(&self, pos: PagePos) -> ReadFuture<'_> {
@@ -159,14 +157,6 @@ impl<S: TileSource> TileSource for LimitedSource<S> {
             let _permit = self.limit.permit().await;
             self.source.read(pos).await
         })
-    }
-
-    fn at_hand(&self, pos: PagePos) -> Option<Tile> {
-        self.source.at_hand(pos)
-    }
-
-    fn changed(&self, region: &Region) {
-        self.source.changed(region);
     }
 }
 

@@ -35,10 +35,11 @@ pub use native::Loader;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LoaderSettings {
     /// Reads that may be at work at once, at least 1, each with a thread. One that suspends, or takes over a quarter of a
-    /// second, gives its place to another, up to `reads_at_once` of its source. Without meaning where there are no threads.
+    /// second, gives its place to another, up to `reads_at_once` of its source; one of a source whose reads block
+    /// ([`ReadLimit::blocking`](crate::ReadLimit::blocking)) takes no place. Without meaning where there are no threads.
     pub threads: usize,
-    /// Reads of one source that may be under way at once, at least 1 and at least as many as there are threads. A source behind
-    /// a [`LimitedSource`](crate::LimitedSource) has that limit instead.
+    /// Reads of one source that may be under way at once, at least 1 and at least as many as there are threads. A source that has a
+    /// limit ([`TileSource::read_limit`]) has that instead.
     pub reads_at_once: usize,
     /// How long a read may take. Then its request fails with [`LoadError::Overdue`], and nobody waits for it any more.
     pub time_out: Duration,

@@ -93,11 +93,17 @@ pub trait TileSource: MaybeSend + MaybeSync {
     /// The texture that the source holds. The same at every call.
     fn description(&self) -> &Arc<Description>;
 
+    /// The source whose tiles these are, where this one only stands before it: whatever is not answered here is answered by that
+    /// one. A source whose tiles are others answers for itself.
+    fn behind(&self) -> Option<&dyn TileSource> {
+        None
+    }
+
     /// The pages that have tiles, the tail among them; nothing where all have, as in most sources. The same at every call.
     ///
     /// A page of this set is never [`ReadError::NoSuchTile`], any other always is.
     fn present(&self) -> Option<&Arc<PageSet>> {
-        None
+        self.behind()?.present()
     }
 
     /// Which pages have the same tile, byte for byte, as far as the source knows without reading any: those share a load and a
@@ -106,25 +112,27 @@ pub trait TileSource: MaybeSend + MaybeSync {
     /// What it says holds until [`TileSource::changed`] names a page: no read before that gives anything else. A page named there
     /// is taken for one like no other from then on, whatever is said here.
     fn contents(&self) -> Option<&Arc<PageContents>> {
-        None
+        self.behind()?.contents()
     }
 
     /// What says that these are the tiles which another run read, too; nothing where the source cannot know. The same at
     /// every call, which may cost as much as opening the source did.
     fn identity(&self) -> Option<SourceKey> {
-        None
+        self.behind()?.identity()
     }
 
-    /// How many reads of it may be under way at once, where a [`LimitedSource`](crate::LimitedSource) says so; a loader has a
-    /// limit of its own for sources without one. The same at every call.
+    /// How many reads of it may be under way at once, where a [`LimitedSource`](crate::LimitedSource) or the source itself says so; a
+    /// loader has a limit of its own for sources without one. The same at every call.
     fn read_limit(&self) -> Option<&Arc<ReadLimit>> {
-        None
+        self.behind()?.read_limit()
     }
 
     /// Adds what the source and those behind it have done so far and hold: a cache its own figures, the last one what it read.
     ///
     /// Called each frame, so it should cost no more than a look at counters.
-    fn add_tiers(&self, _tiers: &mut Tiers) {}
+    fn add_tiers(&self, tiers: &mut Tiers) {
+        self.behind().into_iter().for_each(|behind| behind.add_tiers(tiers));
+    }
 
     /// The tile of a page finer than the tail, or the tail's (at [`vastex_core::Geometry::tail_pos`]), still encoded.
     ///
@@ -134,20 +142,24 @@ pub trait TileSource: MaybeSend + MaybeSync {
 
     /// The same tile where it is in main memory: never waits, reads nothing and counts as no use. Nothing from sources that keep
     /// none.
-    fn at_hand(&self, _pos: PagePos) -> Option<Tile> {
-        None
+    fn at_hand(&self, pos: PagePos) -> Option<Tile> {
+        self.behind()?.at_hand(pos)
     }
 
     /// The content of a region has changed where it comes from. Whoever keeps tiles lets go of those that hold a texel of it,
     /// and of reads under way; reads that begin from now on give the new content. Sources that keep nothing do nothing.
     fn changed(&self, region: &Region) {
-        let _ = region;
+        self.behind().into_iter().for_each(|behind| behind.changed(region));
     }
 }
 
 impl<S: TileSource + ?Sized> TileSource for Arc<S> {
     fn description(&self) -> &Arc<Description> {
         (**self).description()
+    }
+
+    fn behind(&self) -> Option<&dyn TileSource> {
+        (**self).behind()
     }
 
     fn present(&self) -> Option<&Arc<PageSet>> {
@@ -180,5 +192,115 @@ impl<S: TileSource + ?Sized> TileSource for Arc<S> {
 
     fn changed(&self, region: &Region) {
         (**self).changed(region);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Mutex;
+
+    use vastex_core::{Dims, Geometry, GeometrySpec};
+
+    use super::*;
+    use crate::property::PropertySource;
+    use crate::tier::TierStats;
+
+    /// Answers everything otherwise than a source that knows nothing.
+    struct Knowing {
+        pages: PropertySource,
+        present: Arc<PageSet>,
+        contents: Arc<PageContents>,
+        limit: Arc<ReadLimit>,
+        changed: Mutex<Vec<Region>>,
+    }
+
+    #[deny(clippy::missing_trait_methods)]
+    impl TileSource for Knowing {
+        fn description(&self) -> &Arc<Description> {
+            self.pages.description()
+        }
+
+        fn behind(&self) -> Option<&dyn TileSource> {
+            None
+        }
+
+        fn present(&self) -> Option<&Arc<PageSet>> {
+            Some(&self.present)
+        }
+
+        fn contents(&self) -> Option<&Arc<PageContents>> {
+            Some(&self.contents)
+        }
+
+        fn identity(&self) -> Option<SourceKey> {
+            Some(SourceKey::of("knowing"))
+        }
+
+        fn read_limit(&self) -> Option<&Arc<ReadLimit>> {
+            Some(&self.limit)
+        }
+
+        fn add_tiers(&self, tiers: &mut Tiers) {
+            tiers.ram += TierStats { hits: 3, ..TierStats::default() };
+        }
+
+        fn read(&self, pos: PagePos) -> ReadFuture<'_> {
+            self.pages.read(pos)
+        }
+
+        fn at_hand(&self, pos: PagePos) -> Option<Tile> {
+            pollster::block_on(self.pages.read(pos)).ok()
+        }
+
+        fn changed(&self, region: &Region) {
+            self.changed.lock().unwrap().push(region.clone());
+        }
+    }
+
+    /// A decorator that says nothing by itself.
+    struct Before<S>(S);
+
+    impl<S: TileSource> TileSource for Before<S> {
+        fn behind(&self) -> Option<&dyn TileSource> {
+            Some(&self.0)
+        }
+
+        fn description(&self) -> &Arc<Description> {
+            self.0.description()
+        }
+
+        fn read(&self, pos: PagePos) -> ReadFuture<'_> {
+            self.0.read(pos)
+        }
+    }
+
+    #[test]
+    fn what_a_decorator_does_not_answer_the_source_behind_it_does() {
+        let spec = GeometrySpec { page: 8, border: 1, ..GeometrySpec::image(100, 100) };
+        let geometry = Geometry::new(spec).unwrap();
+        assert_eq!(geometry.dims(), Dims::D2);
+        let source = Arc::new(Knowing {
+            present: Arc::new(PageSet::from_pages(&geometry, |_| true)),
+            contents: Arc::new(PageContents::new(&geometry, Vec::new(), 1, |_| Some(0))),
+            limit: ReadLimit::new(7),
+            changed: Mutex::default(),
+            pages: PropertySource::new(geometry.clone()),
+        });
+        let before = Before(Before(source.clone()));
+        assert!(Arc::ptr_eq(before.present().unwrap(), &source.present));
+        assert!(Arc::ptr_eq(before.contents().unwrap(), &source.contents));
+        assert!(Arc::ptr_eq(before.read_limit().unwrap(), &source.limit));
+        assert_eq!(before.identity(), source.identity());
+        let mut tiers = Tiers::default();
+        before.add_tiers(&mut tiers);
+        assert_eq!(tiers.ram.hits, 3);
+        assert_eq!(
+            before.at_hand(geometry.tail_pos()).unwrap().bytes,
+            source.at_hand(geometry.tail_pos()).unwrap().bytes
+        );
+        before.changed(&Region::whole());
+        assert_eq!(*source.changed.lock().unwrap(), [Region::whole()]);
+        // One without any before it knows nothing.
+        assert!(source.pages.at_hand(geometry.tail_pos()).is_none() && source.pages.read_limit().is_none());
     }
 }

@@ -9,11 +9,9 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use bytes::Bytes;
-use vastex_core::{Description, PageContents, PagePos, PageSet, Region};
+use vastex_core::{Description, PagePos};
 
-use crate::limit::ReadLimit;
-use crate::source::{ReadFuture, SourceKey, TileSource};
-use crate::tier::Tiers;
+use crate::source::{ReadFuture, TileSource};
 use crate::tile::{Codec, Tile};
 
 /// Memory that tiles are put into before they are uploaded.
@@ -127,30 +125,13 @@ impl<S: TileSource> StagedSource<S> {
     }
 }
 
-#[deny(clippy::missing_trait_methods)]
 impl<S: TileSource> TileSource for StagedSource<S> {
+    fn behind(&self) -> Option<&dyn TileSource> {
+        Some(&self.source)
+    }
+
     fn description(&self) -> &Arc<Description> {
         self.source.description()
-    }
-
-    fn present(&self) -> Option<&Arc<PageSet>> {
-        self.source.present()
-    }
-
-    fn contents(&self) -> Option<&Arc<PageContents>> {
-        self.source.contents()
-    }
-
-    fn identity(&self) -> Option<SourceKey> {
-        self.source.identity()
-    }
-
-    fn read_limit(&self) -> Option<&Arc<ReadLimit>> {
-        self.source.read_limit()
-    }
-
-    fn add_tiers(&self, tiers: &mut Tiers) {
-        self.source.add_tiers(tiers);
     }
 
     /// The tail is uploaded once, when the texture is added, and is not staged.
@@ -160,20 +141,12 @@ impl<S: TileSource> TileSource for StagedSource<S> {
         }
         Box::pin(async move { Ok(self.staged(self.source.read(pos).await?)) })
     }
-
-    fn at_hand(&self, pos: PagePos) -> Option<Tile> {
-        self.source.at_hand(pos)
-    }
-
-    fn changed(&self, region: &Region) {
-        self.source.changed(region);
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::limit::LimitedSource;
+    use crate::limit::{LimitedSource, ReadLimit};
     use crate::loader::Loader;
     use crate::property::PropertySource;
     use vastex_core::{Dims, Geometry, GeometrySpec, PageId, TextureId};

@@ -36,6 +36,11 @@ impl<S: TileSource> DecodedSource<S> {
 
 #[deny(clippy::missing_trait_methods)]
 impl<S: TileSource> TileSource for DecodedSource<S> {
+    /// Nothing: its tiles are others, so it answers for itself throughout.
+    fn behind(&self) -> Option<&dyn TileSource> {
+        None
+    }
+
     fn description(&self) -> &Arc<Description> {
         &self.held
     }

@@ -131,6 +131,11 @@ struct Part {
 
 #[deny(clippy::missing_trait_methods)]
 impl TileSource for WholeSource {
+    /// Nothing: its tiles are others, so it answers for itself throughout.
+    fn behind(&self) -> Option<&dyn TileSource> {
+        None
+    }
+
     fn description(&self) -> &Arc<Description> {
         &self.whole
     }

@@ -97,8 +97,7 @@ impl Container {
     /// Opens a local file whose tiles are read directly from the disk, at most `depth` (1 to 64) at a time, if they are
     /// aligned to its block and the file system allows it; else as [`Container::open_file`] does.
     ///
-    /// [`Container::is_direct`] tells which. As many reads are in flight as are waited for at once: a loader needs as
-    /// many threads.
+    /// [`Container::is_direct`] tells which. A loader has threads for as many reads, whatever number it is told to have.
     #[cfg(not(target_family = "wasm"))]
     pub fn open_file_direct(
         path: impl AsRef<std::path::Path>,
@@ -204,6 +203,10 @@ impl Container {
 
 #[deny(clippy::missing_trait_methods)]
 impl TileSource for Container {
+    fn behind(&self) -> Option<&dyn TileSource> {
+        None
+    }
+
     fn description(&self) -> &Arc<Description> {
         &self.description
     }
@@ -226,8 +229,9 @@ impl TileSource for Container {
         Some(SourceKey::of(sections.as_flattened().iter().flat_map(|n| n.to_le_bytes()).collect::<Vec<_>>()))
     }
 
+    /// The store's: of one that is read directly, as many as it was opened with.
     fn read_limit(&self) -> Option<&Arc<ReadLimit>> {
-        None
+        self.store.read_limit()
     }
 
     fn add_tiers(&self, tiers: &mut Tiers) {

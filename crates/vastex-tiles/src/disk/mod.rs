@@ -44,11 +44,10 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use vastex_core::{Description, PageContents, PagePos, PageSet, Region};
+use vastex_core::{Description, PagePos, Region};
 
 use crate::container::description_bytes;
 use crate::hash::content_hash;
-use crate::limit::ReadLimit;
 use crate::source::{ReadFuture, SourceKey, TileSource};
 use crate::tier::{TierStats, Tiers};
 use crate::tile::Tile;
@@ -228,26 +227,13 @@ impl<S: TileSource> DiskCache<S> {
     }
 }
 
-#[deny(clippy::missing_trait_methods)]
 impl<S: TileSource> TileSource for DiskCache<S> {
+    fn behind(&self) -> Option<&dyn TileSource> {
+        Some(&self.source)
+    }
+
     fn description(&self) -> &Arc<Description> {
         self.source.description()
-    }
-
-    fn present(&self) -> Option<&Arc<PageSet>> {
-        self.source.present()
-    }
-
-    fn contents(&self) -> Option<&Arc<PageContents>> {
-        self.source.contents()
-    }
-
-    fn identity(&self) -> Option<SourceKey> {
-        self.source.identity()
-    }
-
-    fn read_limit(&self) -> Option<&Arc<ReadLimit>> {
-        self.source.read_limit()
     }
 
     fn add_tiers(&self, tiers: &mut Tiers) {
@@ -273,11 +259,6 @@ impl<S: TileSource> TileSource for DiskCache<S> {
             }
             Ok(tile)
         })
-    }
-
-    /// What is on the disk is not.
-    fn at_hand(&self, pos: PagePos) -> Option<Tile> {
-        self.source.at_hand(pos)
     }
 
     fn changed(&self, region: &Region) {

@@ -2,8 +2,11 @@
 //!
 //! A thread carries out one read at a time, to its end: there are as many reads under way as threads busy, and no other threads
 //! behind them. Reads that are *at work* have places, of which there are as many as the settings say. A read that waits for
-//! something else *lends* its place: at once where it suspends, after [`PATIENCE`] where it blocks its thread. Another thread then has
-//! the place, and is made if need be. So what others may do does not depend on when a read comes back, or whether it does.
+//! something else *lends* its place: from its beginning where its source says that reads block ([`ReadLimit::blocking`]), as those
+//! past the system's cache do; else at once where it suspends, and after [`PATIENCE`] where it blocks its thread. Another thread then
+//! has the place, and is made if need be. So what others may do does not depend on when a read comes back, or whether it does.
+//!
+//! [`ReadLimit::blocking`]: crate::ReadLimit::blocking
 //!
 //! Time passes when the loader is polled. A read that is overdue by then has lost its request and its place; its thread is told to
 //! drop it, which it does at once if it is suspended, and else when it comes back. Nobody waits for that: no thread is ever joined.
@@ -335,6 +338,9 @@ fn next_job(shared: &Arc<Shared>) -> Option<(Job, Arc<Signal>)> {
                 is_dropped: AtomicBool::new(false),
             });
             state.reads.insert(job.read, Busy { signal: signal.clone(), has_lent: false });
+            if state.queue.is_blocking(job.read) {
+                state.lend(job.read);
+            }
             // There may be more to begin than threads were woken or made for.
             shared.staff(&mut state);
             return Some((job, signal));

@@ -273,6 +273,12 @@ impl Queue {
         self.reads.iter().take_while(move |(_, read)| old(read)).map(|(id, _)| *id)
     }
 
+    /// Whether a read that was begun is one of those that block their threads, as its source says.
+    #[cfg(not(target_family = "wasm"))]
+    pub(super) fn is_blocking(&self, read: ReadId) -> bool {
+        self.reads.get(&read).is_some_and(|read| self.lanes.is_blocking(read.lane))
+    }
+
     /// How many reads the lane of a read has under way, itself among them.
     #[cfg(not(target_family = "wasm"))]
     pub(super) fn under_way_beside(&self, read: ReadId) -> usize {

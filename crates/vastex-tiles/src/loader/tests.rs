@@ -2,6 +2,7 @@
 //!
 //! Nothing here waits without a limit: what does not come fails after [`DEADLINE`], which is far beyond what any machine needs.
 
+mod blocking;
 mod frames;
 mod silence;
 

@@ -1,29 +1,30 @@
 //! A local file as a store, read past the system's page cache where the system allows it.
 //!
-//! Direct reads take whole blocks to a place in memory that begins at a block: ranges are widened to blocks, and each
-//! thread keeps a buffer that is aligned. What the file system refuses to read directly is read through the cache.
+//! Direct reads take whole blocks to a place in memory that begins at a block: ranges are widened to blocks, and the file
+//! keeps buffers that are aligned, one for each read under way. What the file system refuses to read directly is read through the
+//! cache. Here are no threads: a read is carried out by whoever waits for it, and the limit tells loaders how many may do so at once.
 
 use std::fs::File;
 use std::path::Path;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::{io, num::NonZeroU32};
 
 use bytes::Bytes;
 
 use super::file::{FileStore, read_some_at, reserve};
-use super::in_flight::InFlight;
 use super::{Store, StoreError, StoreFuture};
+use crate::limit::ReadLimit;
 
 /// The least block that is read: the page of most memories, and no smaller than the sectors of most disks.
 #[cfg(any(target_os = "linux", test))]
 const LEAST_BLOCK: u32 = 4096;
 /// The most bytes of one read; longer ranges take several, so that the buffers stay small.
 const MOST_BYTES: usize = 1 << 20;
-/// The most reads in flight: no disk gains by more.
+/// The most reads at once: no disk gains by more.
 const MOST_DEPTH: usize = 64;
 
-/// A local file, read directly from the disk with several reads in flight.
+/// A local file, read directly from the disk with several reads at once.
 ///
 /// What is read leaves no copy in the system's page cache, so that a file far larger than memory does not push out what
 /// is worth keeping; what is read twice comes from the disk twice. Tiles in a container that is aligned to the block
@@ -32,14 +33,15 @@ const MOST_DEPTH: usize = 64;
 #[derive(Debug)]
 pub struct DirectStore {
     buffered: Arc<FileStore>,
-    direct: Option<(Arc<DirectFile>, InFlight)>,
+    direct: Option<DirectFile>,
 }
 
 impl DirectStore {
-    /// Reads in flight that suit a solid-state disk.
+    /// Reads at once that suit a solid-state disk.
     pub const DEFAULT_DEPTH: usize = 8;
 
-    /// Opens a file with at most `depth` reads (1 to 64) in flight, each of which takes a thread and up to 1 MiB.
+    /// Opens a file with at most `depth` reads (1 to 64) at once. Each blocks the thread that polls it and takes up to 1 MiB; further
+    /// ones wait without a thread. A loader has threads for as many ([`Store::read_limit`]).
     ///
     /// Fails where a [`FileStore`] does; that the file cannot be read directly is no failure.
     pub fn open(path: impl AsRef<Path>, depth: usize) -> Result<DirectStore, StoreError> {
@@ -49,22 +51,14 @@ impl DirectStore {
 
     /// For the file at `path` that `buffered` has opened.
     pub(crate) fn beside(buffered: Arc<FileStore>, path: &Path, depth: usize) -> DirectStore {
-        let direct = DirectFile::open(&buffered, path).and_then(|file| {
-            let file = Arc::new(file);
-            let reads = InFlight::start(depth.clamp(1, MOST_DEPTH), || {
-                let (file, mut buffer) = (file.clone(), Vec::new());
-                move |offset, len| file.read(&mut buffer, offset, len)
-            });
-            let reads = reads.ok_or_else(|| io::Error::other("the system gives no threads"))?;
-            Ok((file, reads))
-        });
+        let direct = DirectFile::open(&buffered, path, depth);
         let direct = direct.inspect_err(|e| tracing::info!("{}: no direct reads: {e}", buffered.name())).ok();
         DirectStore { buffered, direct }
     }
 
     /// Bytes that direct reads are widened to multiples of; nothing where there are none.
     pub fn block_bytes(&self) -> Option<NonZeroU32> {
-        self.direct.as_ref().map(|(file, _)| file.block)
+        self.direct.as_ref().map(|file| file.block)
     }
 }
 
@@ -83,12 +77,16 @@ impl Store for DirectStore {
     }
 
     fn is_direct(&self) -> bool {
-        self.direct.as_ref().is_some_and(|(file, _)| !file.refused.load(Ordering::Relaxed))
+        self.direct.as_ref().is_some_and(|file| !file.refused.load(Ordering::Relaxed))
+    }
+
+    fn read_limit(&self) -> Option<&Arc<ReadLimit>> {
+        self.direct.as_ref().map(|file| &file.limit)
     }
 
     fn read(&self, offset: u64, len: usize) -> StoreFuture<'_> {
         match &self.direct {
-            Some((_, reads)) => Box::pin(reads.read(offset, len)),
+            Some(file) => Box::pin(file.read(offset, len)),
             None => self.buffered.read(offset, len),
         }
     }
@@ -102,19 +100,41 @@ struct DirectFile {
     block: NonZeroU32,
     /// Set when the file system refuses a read after all; nothing is read directly from then on.
     refused: AtomicBool,
+    limit: Arc<ReadLimit>,
+    /// Those that no read has at the moment: as many as there were reads at once, at most.
+    buffers: Mutex<Vec<Vec<u8>>>,
 }
 
 impl DirectFile {
     /// Fails where a block cannot be read directly; tries one.
-    fn open(buffered: &Arc<FileStore>, path: &Path) -> io::Result<DirectFile> {
+    fn open(buffered: &Arc<FileStore>, path: &Path, depth: usize) -> io::Result<DirectFile> {
         let (file, block) = open_direct(buffered.file(), path)?;
-        let file = DirectFile { buffered: buffered.clone(), file, block, refused: AtomicBool::new(false) };
+        let file = DirectFile::of(buffered.clone(), file, block, depth);
         file.read_piece(&mut Vec::new(), 0, 1, &mut Vec::new())?;
         Ok(file)
     }
 
+    fn of(buffered: Arc<FileStore>, file: File, block: NonZeroU32, depth: usize) -> DirectFile {
+        let (refused, limit) = (AtomicBool::new(false), ReadLimit::blocking(depth.clamp(1, MOST_DEPTH)));
+        DirectFile { buffered, file, block, refused, limit, buffers: Mutex::default() }
+    }
+
+    /// As [`DirectFile::read_now`], when fewer reads are under way than may be.
+    async fn read(&self, offset: u64, len: usize) -> Result<Bytes, StoreError> {
+        let _permit = self.limit.permit().await;
+        let mut buffer = self.buffers().pop().unwrap_or_default();
+        let read = self.read_now(&mut buffer, offset, len);
+        self.buffers().push(buffer);
+        read
+    }
+
+    /// Nothing that is done behind the lock can panic half-way.
+    fn buffers(&self) -> MutexGuard<'_, Vec<Vec<u8>>> {
+        self.buffers.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     /// Exactly `len` bytes from `offset` on; through the cache whatever cannot be had directly, errors included.
-    fn read(&self, buffer: &mut Vec<u8>, offset: u64, len: usize) -> Result<Bytes, StoreError> {
+    fn read_now(&self, buffer: &mut Vec<u8>, offset: u64, len: usize) -> Result<Bytes, StoreError> {
         let lies_within = offset.checked_add(len as u64).is_some_and(|end| end <= self.buffered.len());
         if !lies_within || self.refused.load(Ordering::Relaxed) {
             return self.buffered.read_now(offset, len);
@@ -233,8 +253,8 @@ mod tests {
         std::fs::write(&other, vec![255; 10_000]).unwrap();
         let (buffered, file) = (Arc::new(FileStore::open(&path).unwrap()), File::open(&other).unwrap());
         let block = NonZeroU32::new(LEAST_BLOCK).unwrap();
-        let file = DirectFile { buffered, file, block, refused: AtomicBool::new(false) };
-        let read = || file.read(&mut Vec::new(), 5000, 3000).unwrap();
+        let file = DirectFile::of(buffered, file, block, 1);
+        let read = || pollster::block_on(file.read(5000, 3000)).unwrap();
         assert_eq!(read(), vec![255; 3000], "read directly: from the other file, here");
         file.note(&io::ErrorKind::UnexpectedEof.into());
         assert_eq!(read(), vec![255; 3000]);

@@ -3,10 +3,12 @@
 use std::fs::File;
 use std::io;
 use std::path::Path;
+use std::sync::Arc;
 
 use bytes::Bytes;
 
 use super::{Store, StoreError, StoreFuture};
+use crate::limit::ReadLimit;
 
 /// A local file, read at positions: any number of threads at once, without a lock.
 #[derive(Debug)]
@@ -89,6 +91,10 @@ impl Store for FileStore {
 
     fn is_direct(&self) -> bool {
         false
+    }
+
+    fn read_limit(&self) -> Option<&Arc<ReadLimit>> {
+        None
     }
 
     fn read(&self, offset: u64, len: usize) -> StoreFuture<'_> {

@@ -1,8 +1,11 @@
 //! Bytes in memory as a store: what tests read, and what a program has fetched itself.
 
+use std::sync::Arc;
+
 use bytes::Bytes;
 
 use super::{Store, StoreError, StoreFuture};
+use crate::limit::ReadLimit;
 
 /// Bytes in memory.
 #[derive(Clone, Debug)]
@@ -34,6 +37,10 @@ impl Store for MemoryStore {
 
     fn is_direct(&self) -> bool {
         false
+    }
+
+    fn read_limit(&self) -> Option<&Arc<ReadLimit>> {
+        None
     }
 
     fn read(&self, offset: u64, len: usize) -> StoreFuture<'_> {

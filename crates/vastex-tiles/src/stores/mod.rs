@@ -7,17 +7,17 @@
 mod direct;
 #[cfg(not(target_family = "wasm"))]
 mod file;
-#[cfg(not(target_family = "wasm"))]
-mod in_flight;
 mod memory;
 #[cfg(test)]
 mod tests;
 
 use std::future::Future;
 use std::pin::Pin;
+use std::sync::Arc;
 
 use bytes::Bytes;
 
+use crate::limit::ReadLimit;
 use crate::source::{MaybeSend, MaybeSync};
 
 #[cfg(not(target_family = "wasm"))]
@@ -76,6 +76,11 @@ pub trait Store: MaybeSend + MaybeSync {
     /// Whether reads go to the disk itself, past the system's page cache.
     fn is_direct(&self) -> bool {
         false
+    }
+
+    /// How many reads may be under way at once, where the store says so; it keeps to that by itself. The same at every call.
+    fn read_limit(&self) -> Option<&Arc<ReadLimit>> {
+        None
     }
 
     /// Exactly `len` bytes from `offset` on, or an error. `len` is at most the store's length: the caller has checked.

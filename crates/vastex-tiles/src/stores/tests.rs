@@ -87,6 +87,29 @@ fn direct_reads_that_are_dropped_hinder_no_other() {
 }
 
 #[test]
+fn no_more_direct_reads_are_under_way_than_the_store_says() {
+    let dir = tempfile::tempdir().unwrap();
+    let (path, bytes) = (dir.path().join("bytes"), pattern(20_000));
+    std::fs::write(&path, &bytes).unwrap();
+    assert!(FileStore::open(&path).unwrap().read_limit().is_none());
+    for (depth, reads) in [(0, 1), (3, 3), (usize::MAX, 64)] {
+        let store = DirectStore::open(&path, depth).unwrap();
+        let Some(limit) = store.read_limit() else {
+            assert!(!store.is_direct());
+            eprintln!("SKIPPED: no file is read directly in {}", dir.path().display());
+            return;
+        };
+        assert_eq!((limit.reads(), limit.is_blocking()), (reads, true));
+        let permits: Vec<_> = (0..reads).map(|_| block_on(limit.permit())).collect();
+        let mut read = store.read(77, 5000);
+        assert!(read.as_mut().poll(&mut Context::from_waker(Waker::noop())).is_pending());
+        drop(permits);
+        assert_eq!(block_on(read).unwrap(), bytes[77..5077]);
+        assert_eq!(limit.under_way(), 0);
+    }
+}
+
+#[test]
 fn a_file_that_shrinks_is_an_error() {
     let dir = tempfile::tempdir().unwrap();
     let open_both = |path: &Path| -> [Box<dyn Store>; 2] {

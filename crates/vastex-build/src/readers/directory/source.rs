@@ -150,6 +150,10 @@ fn read_error(pos: PagePos, fault: &InputFault) -> ReadError {
 
 #[deny(clippy::missing_trait_methods)]
 impl TileSource for DirectorySource {
+    fn behind(&self) -> Option<&dyn TileSource> {
+        None
+    }
+
     fn description(&self) -> &Arc<Description> {
         &self.description
     }

@@ -41,7 +41,9 @@ fn a_loader_with_several_reads_in_flight_gets_every_tile() {
     let path = dir.path().join("a.vastex");
     std::fs::write(&path, aligned_bytes(&description, Compression::Lz4, 5, 4096)).unwrap();
     let container = Arc::new(Container::open_file_direct(&path, DirectStore::DEFAULT_DEPTH).unwrap());
-    let mut loader = Loader::new(DirectStore::DEFAULT_DEPTH).unwrap();
+    let limit = container.read_limit().map(|limit| (limit.reads(), limit.is_blocking()));
+    assert_eq!(limit, container.is_direct().then_some((DirectStore::DEFAULT_DEPTH, true)));
+    let mut loader = Loader::new(1).unwrap();
     let texture = TextureId::new(0).unwrap();
     loader.add_source(texture, container.clone());
     let pages: Vec<_> = description.geometry.pages().collect();
