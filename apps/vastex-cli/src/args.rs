@@ -35,6 +35,7 @@ mod layer;
 mod learn;
 #[cfg(feature = "build")]
 mod merge;
+mod reading;
 #[cfg(feature = "build")]
 mod replace;
 mod replay;
@@ -180,7 +181,7 @@ pub(crate) struct SceneArgs {
     /// picture of this size needs
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
     pub(crate) pool_mib: Option<u64>,
-    /// Settings of pools (vastex.toml); may be given several times, and later files override earlier ones
+    /// Settings of pools and of reading (vastex.toml); may be given several times, and later files override earlier ones
     #[arg(long, value_name = "FILE")]
     pub(crate) settings: Vec<PathBuf>,
     /// How texels are blended: nearest, bilinear, trilinear, anisotropic2 to anisotropic16 (with up to so many taps where the
@@ -207,6 +208,8 @@ pub(crate) struct SceneArgs {
     /// Read tiles past the system's file cache, several at a time; for containers built with --align
     #[arg(long)]
     pub(crate) direct: bool,
+    #[command(flatten)]
+    pub(crate) reading: reading::ReadingArgs,
     #[command(flatten)]
     pub(crate) disk_cache: DiskCacheArgs,
 }

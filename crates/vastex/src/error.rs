@@ -1,7 +1,9 @@
 //! What can go wrong, by what the application can do about it.
 
+use std::time::Duration;
+
 use vastex_core::{GroupError, PagePos, PoolError, PoolId, TraceRecordError, ViewError};
-use vastex_tiles::{ContainerError, DecodeError, ReadError};
+use vastex_tiles::{ContainerError, DecodeError, LoadError, ReadError};
 use vastex_wgpu::GpuError;
 
 /// Why a call failed. A tile that cannot be had is no error but an [`crate::Event`].
@@ -18,6 +20,21 @@ pub enum Error {
         "the tail cannot be decoded, so the texture cannot be shown: {0}; rebuild the file, or copy it anew"
     )]
     TailDamaged(#[from] DecodeError),
+    /// The coarsest levels of a texture have not come in the time that reads may take.
+    #[error(
+        "the source of {}x{} texels has not given its tail within {time_out:?}, so the texture cannot be shown; check the disk or \
+         the network that its tiles come from, or let reads take longer (`Settings::read_time_out`)",
+        size[0], size[1]
+    )]
+    TailOverdue {
+        /// Width and height of the texture.
+        size: [u32; 2],
+        /// How long it was waited for.
+        time_out: Duration,
+    },
+    /// Reading the coarsest levels of a texture ended otherwise than reads should.
+    #[error("the tail cannot be read, so the texture cannot be shown: {0}")]
+    TailFailed(LoadError),
     /// A tile could not be read.
     #[error(transparent)]
     Tile(ReadError),

@@ -54,6 +54,7 @@ mod settings_file;
 mod stats;
 mod survey;
 mod tables;
+mod tail;
 mod telemetry;
 mod texture_space;
 mod textures;

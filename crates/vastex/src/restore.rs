@@ -6,7 +6,8 @@ use vastex_wgpu::{TableBuffers, TableChanger, alive};
 use crate::error::Error;
 use crate::feedback::FeedbackPipelines;
 use crate::frame::Undone;
-use crate::textures::{Textures, feedback_way, read_tail};
+use crate::tail;
+use crate::textures::{Textures, feedback_way};
 
 impl Textures {
     /// Fails with [`vastex_wgpu::GpuError::DeviceLost`] where the device is lost. The frame loop says so by itself; this is for frames that
@@ -53,7 +54,7 @@ impl Textures {
         let Some(slot) = self.pagers.pager(pool).tail_slot(texture) else { return Ok(()) };
         let pool = &self.pools[usize::from(pool.number())];
         // The source gives tiles as the pool holds them.
-        let tail = read_tail(&*state.source)?.decode(state.source.description())?;
+        let tail = tail::read(&state.source, state.tail_time)?;
         pool.upload(&self.queue, slot, &tail)?;
         state.tail = tail;
         let (rule, geometry) = (state.table.rule(), &state.description.geometry);

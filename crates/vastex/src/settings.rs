@@ -50,7 +50,8 @@ pub struct Settings {
     /// Bytes copied to the GPU per frame, to all pools together, which get equal parts. A small budget makes a view sharpen later; one below a tile still gets there.
     pub upload_bytes_per_frame: u64,
     /// Bytes of tiles being loaded or waiting for the upload budget, of all pools together; at least one tile is always
-    /// allowed. A tile that goes by a belt ([`Settings::uploads`]) counts with its room there, too.
+    /// allowed. Where several textures have pages, none holds so much that others could not begin: one whose loads do not end half. A tile
+    /// that goes by a belt ([`Settings::uploads`]) counts with its room there, too.
     pub in_flight_bytes: u64,
     /// How tiles get to the GPU.
     pub uploads: UploadWay,
@@ -60,11 +61,12 @@ pub struct Settings {
     /// nothing while nothing is asked.
     pub cpu_cache_bytes: u64,
     /// Reads of tiles that may be at work at once, decoding included; at least 1, each with a thread. A read that waits for a network,
-    /// or blocks its thread for over a quarter of a second, gives its place to another. A source that is read directly from the disk
-    /// (`vastex_tiles::Container::open_file_direct`) wants as many as the disk likes reads at once. Without meaning in a browser.
+    /// or blocks its thread for over a quarter of a second, gives its place to another. Reads that block by their source's
+    /// own account ([`crate::ReadLimit::blocking`]), as those directly from the disk do (`vastex_tiles::Container::open_file_direct`), take
+    /// no place. Without meaning in a browser.
     pub loader_threads: usize,
     /// Reads of one texture's source that may be under way at once; at least 1, and at least as many as there are threads. Sources
-    /// that lie in one place should share a limit ([`crate::LimitedSource`]), which then counts instead.
+    /// that lie in one place should share a limit ([`crate::LimitedSource`]), which then counts instead, as does a source's own.
     pub reads_at_once: usize,
     /// How long the read of a tile may take. Then it counts as failed ([`crate::Event::Failed`], retried with back-off) and nothing
     /// waits for it any more. A source of which as many reads as it may have at once have had no answer fails at once from then on,

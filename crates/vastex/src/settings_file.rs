@@ -1,6 +1,9 @@
-//! `vastex.toml`: the settings of pools, laid over those that there are. [`PoolSettings`] says what they mean.
+//! `vastex.toml`: the settings of pools and of reading, laid over those that there are. [`PoolSettings`] and [`Settings`] say what
+//! they mean.
 //!
 //! Within a file the section of the platform comes after the rest, so it has the last word; of several files the later has.
+
+mod reading;
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -11,6 +14,8 @@ use toml::Spanned;
 use vastex_core::{BiasRule, Integrator, LayerFormat, PagerSettings};
 
 use crate::pool_settings::{PoolRule, PoolSettings, PoolTuning};
+use crate::settings::Settings;
+use reading::ReadingOfFile;
 
 /// A settings file is no longer than this, in bytes.
 const MAX_BYTES: u64 = 1 << 20;
@@ -77,7 +82,7 @@ impl Platform {
     }
 }
 
-impl PoolSettings {
+impl Settings {
     /// Lays a file over these settings, with its section for this platform.
     pub fn read(&mut self, path: impl AsRef<Path>) -> Result<(), SettingsError> {
         let path = path.as_ref();
@@ -94,15 +99,24 @@ impl PoolSettings {
         text: &str,
         platform: Option<Platform>,
     ) -> Result<(), SettingsError> {
-        let parsed = Contents::parse(text).map_err(|(at, fault)| SettingsError::Invalid {
-            file: file.into(),
-            line: text.as_bytes().iter().take(at).filter(|&&byte| byte == b'\n').count() + 1,
-            fault,
-        })?;
-        let Contents { pool, default_pool, scale_groups, platform: platforms } = parsed;
-        self.lay_over(Section { pool, default_pool, scale_groups });
-        let own = platforms.into_iter().filter(|(name, _)| Some(*name) == platform);
-        own.for_each(|(_, section)| self.lay_over(section));
+        for mut section in sections(file, text, platform)? {
+            section.reading.take().into_iter().for_each(|reading| reading.lay_over(self));
+            self.pools.lay_over(section);
+        }
+        Ok(())
+    }
+}
+
+impl PoolSettings {
+    /// Lays what a text says of pools over these settings, with its section for a platform; errors call it `file`. What it says of
+    /// other things is looked at and left out ([`Settings::read_toml`] takes it). Where it fails, the settings are as they were.
+    pub fn read_toml(
+        &mut self,
+        file: &str,
+        text: &str,
+        platform: Option<Platform>,
+    ) -> Result<(), SettingsError> {
+        sections(file, text, platform)?.into_iter().for_each(|section| self.lay_over(section));
         Ok(())
     }
 
@@ -116,6 +130,19 @@ impl PoolSettings {
             *factor = set.map_or(*factor, |Factor(factor)| factor);
         }
     }
+}
+
+/// What a text says, of all platforms and then of this one.
+fn sections(file: &str, text: &str, platform: Option<Platform>) -> Result<Vec<Section>, SettingsError> {
+    let parsed = Contents::parse(text).map_err(|(at, fault)| SettingsError::Invalid {
+        file: file.into(),
+        line: text.as_bytes().iter().take(at).filter(|&&byte| byte == b'\n').count() + 1,
+        fault,
+    })?;
+    let Contents { pool, default_pool, scale_groups, reading, platform: platforms } = parsed;
+    let own = platforms.into_iter().filter(|(name, _)| Some(*name) == platform);
+    let of_all = Section { pool, default_pool, scale_groups, reading };
+    Ok([of_all].into_iter().chain(own.map(|(_, section)| section)).collect())
 }
 
 fn read_text(path: &Path) -> io::Result<String> {
@@ -140,6 +167,7 @@ struct Contents {
     pool: Vec<RuleOfFile>,
     default_pool: Option<TuningOfFile>,
     scale_groups: Option<ScaleGroupsOfFile>,
+    reading: Option<ReadingOfFile>,
     platform: std::collections::BTreeMap<Platform, Section>,
 }
 
@@ -150,6 +178,7 @@ struct Section {
     pool: Vec<RuleOfFile>,
     default_pool: Option<TuningOfFile>,
     scale_groups: Option<ScaleGroupsOfFile>,
+    reading: Option<ReadingOfFile>,
 }
 
 #[derive(Debug, Default, Deserialize)]

@@ -3,13 +3,14 @@
 //! What happens each frame is `frame`'s business.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use bytes::Bytes;
 use vastex_core::{
     Budgets, Description, Dims, Event, Feedback, GroupId, Layer, LevelRule, PageId, PageState, Pagers,
     PoolError, PoolId, TableChange, TextureId, ViewId,
 };
-use vastex_tiles::{Loader, RamCache, SystemClock, Tiers, Tile, TileSource};
+use vastex_tiles::{Loader, RamCache, SystemClock, Tiers, TileSource};
 use vastex_wgpu::{
     BindLayout, FeedbackWay, PageSides, ShaderOptions, TableBuffers, TableChanger, TableChoice, TableKinds,
     group_wgsl, wgsl,
@@ -30,6 +31,7 @@ use crate::pools::{PoolState, Shape};
 use crate::recorder::{Places, Recorder};
 use crate::settings::{Sampling, Settings, TextureSettings};
 use crate::stats::Counters;
+use crate::tail;
 use crate::telemetry::Telemetry;
 use crate::texture_space::TextureSpacePath;
 use crate::uploads::UploadState;
@@ -87,6 +89,8 @@ pub(crate) struct TextureState {
     pub(crate) source: Arc<dyn TileSource>,
     /// The tail's tile, decoded, so that there is always an answer.
     pub(crate) tail: Bytes,
+    /// How long reading it may take.
+    pub(crate) tail_time: Duration,
     pub(crate) table: TableBuffers,
     pub(crate) page_table: TableChoice,
     /// For people.
@@ -191,7 +195,8 @@ impl Textures {
         })
     }
 
-    /// Adds a texture: makes a pool if none suits it, and reads the tail, so that there is something to show.
+    /// Adds a texture: makes a pool if none suits it, and reads the tail, so that there is something to show. It waits for that no longer
+    /// than [`Settings::read_time_out`] ([`Error::TailOverdue`]).
     ///
     /// Costs one read and the beginning of the page table, which grows to 4 bytes for each page of the levels that are wanted or, of a
     /// texture of more than some millions of pages, to 48 or fewer for each page that is resident. Layers that the device cannot
@@ -216,6 +221,9 @@ impl Textures {
         }
         let whole = self.whole_of(&*source);
         let is_whole = whole.is_some();
+        // What is held whole is read by one read of its tail.
+        let reads = if is_whole { description.geometry.page_count() } else { 1 };
+        let tail_time = self.settings.read_time_out.saturating_mul(u32::try_from(reads).unwrap_or(u32::MAX));
         let (description, source): (_, Arc<dyn TileSource>) = match whole {
             Some(whole) => (whole.clone(), Arc::new(WholeSource::new(source, whole))),
             None => (description, Arc::new(RamCache::new(source, self.settings.ram_cache_bytes))),
@@ -229,7 +237,7 @@ impl Textures {
             true => source,
             false => Arc::new(DecodedSource::new(source, held.clone())),
         };
-        let tail = read_tail(&*source)?.decode(&held)?;
+        let tail = tail::read(&source, tail_time)?;
         // Whatever can be refused is refused before anything changes.
         let (device, geometry) = (&self.device, &description.geometry);
         TableBuffers::check(device, geometry, settings.page_table, self.way)?;
@@ -245,6 +253,8 @@ impl Textures {
         };
         let source = self.staged(pool, source);
         let texture = self.add_to(pool, &description, &tail, &source, page_table)?;
+        let added = self.textures[usize::from(texture.number())].as_mut();
+        added.into_iter().for_each(|state| state.tail_time = tail_time);
         self.loader.add_source(texture, source);
         Ok(texture)
     }
@@ -323,8 +333,8 @@ impl Textures {
             self.textures.resize_with(number + 1, || None);
         }
         let (description, source) = (description.clone(), source.clone());
-        let tail = tail.clone();
-        let state = TextureState { description, table, page_table, source, tail, name: None };
+        let (tail, tail_time) = (tail.clone(), self.settings.read_time_out);
+        let state = TextureState { description, table, page_table, source, tail, tail_time, name: None };
         self.textures[number] = Some(state);
         self.make_bind_groups(texture);
         Ok(texture)
@@ -473,19 +483,4 @@ pub(crate) fn feedback_way(device: &wgpu::Device, settings: &Settings) -> Result
         way.check(device)?;
     }
     Ok(way)
-}
-
-#[cfg(not(target_family = "wasm"))]
-pub(crate) fn read_tail(source: &dyn TileSource) -> Result<Tile, Error> {
-    Ok(pollster::block_on(source.read(source.description().geometry.tail_pos()))?)
-}
-
-/// A browser cannot wait, so the tail must be at hand, as it is for a container once that is open.
-#[cfg(target_family = "wasm")]
-pub(crate) fn read_tail(source: &dyn TileSource) -> Result<Tile, Error> {
-    let mut read = source.read(source.description().geometry.tail_pos());
-    match read.as_mut().poll(&mut std::task::Context::from_waker(std::task::Waker::noop())) {
-        std::task::Poll::Ready(tile) => Ok(tile?),
-        std::task::Poll::Pending => Err(Error::TailPending),
-    }
 }

@@ -6,12 +6,10 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 use serde::Serialize;
-use vastex::{
-    Event, FrameStats, Pace, PageId, PoolDump, PoolId, PoolSettings, PrefetchSets, Settings, Textures,
-};
+use vastex::{Event, FrameStats, Pace, PageId, PoolDump, PoolId, PrefetchSets, Settings, Textures};
 use vastex_core::Dims;
 use vastex_scenes::{Comparison, Gpu, Outcome, ReferenceKind, Studio, StudioError, Until};
-use vastex_tiles::{DirectStore, DiskTier};
+use vastex_tiles::DiskTier;
 
 use crate::args::{RenderArgs, SceneArgs};
 use crate::commands::replay;
@@ -143,24 +141,21 @@ fn draw(
 
 /// What every scene is set up with, in a window or without.
 pub(crate) fn settings(args: &SceneArgs) -> Result<Settings> {
-    let defaults = Settings::default();
-    let mut pools = PoolSettings::default();
-    args.settings.iter().try_for_each(|file| pools.read(file))?;
-    if let Some(mib) = args.pool_mib {
-        pools.set_bytes(mib << 20);
-    }
-    Ok(Settings {
-        pools,
+    let mut settings = Settings {
         picture: args.size,
         upload_bytes_per_frame: args.upload_kib_per_frame << 10,
         filter: args.filter,
         feedback: args.feedback,
         whole_bytes: args.whole_kib << 10,
         share_contents: !args.no_sharing,
-        // Each thread has one read in flight.
-        loader_threads: if args.direct { DirectStore::DEFAULT_DEPTH } else { defaults.loader_threads },
-        ..defaults
-    })
+        ..Settings::default()
+    };
+    args.settings.iter().try_for_each(|file| settings.read(file))?;
+    if let Some(mib) = args.pool_mib {
+        settings.pools.set_bytes(mib << 20);
+    }
+    args.reading.lay_over(&mut settings);
+    Ok(settings)
 }
 
 fn is_same_file(a: &std::path::Path, b: &std::path::Path) -> bool {

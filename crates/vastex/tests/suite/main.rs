@@ -14,6 +14,7 @@ mod mixing;
 mod page_tables;
 mod pools;
 mod property;
+mod ranks;
 mod resize;
 mod sample_cpu;
 mod settings;

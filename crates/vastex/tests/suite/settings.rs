@@ -1,5 +1,7 @@
 //! Settings of pools, from text: what they give, and what is said where they are wrong.
 
+use std::time::Duration;
+
 use crate::common::{Mapping, Screen, property, settings};
 use vastex::{
     AddressMode, BiasRule, Event, Integrator, LayerFormat, Platform, PoolEstimate, PoolRule, PoolSettings,
@@ -88,6 +90,37 @@ fn text_and_code_say_the_same() {
     };
     assert_eq!(parsed(&[FIRST], Some(Platform::Linux)), in_code);
     assert_eq!(parsed(&[""], None), PoolSettings::default());
+}
+
+#[test]
+fn a_file_says_how_tiles_are_read() {
+    let text = "[reading]\nreads_at_once = 3\nread_time_out_s = 2.5\n[default_pool]\nsize_mib = 3\n\
+                [platform.web.reading]\ndecode_time_per_frame_ms = 0.5\nreads_at_once = 6\nloader_threads = 9\n";
+    let read = |platform| {
+        let mut settings = Settings { loader_threads: 4, ..Settings::default() };
+        settings.read_toml("vastex.toml", text, platform).unwrap();
+        assert_eq!(settings.pools.default_pool.bytes, Some(3 << 20));
+        let Settings { loader_threads, reads_at_once, read_time_out, decode_time_per_frame, .. } = settings;
+        (loader_threads, reads_at_once, read_time_out, decode_time_per_frame)
+    };
+    let usual = Settings::default();
+    let time_out = Duration::from_millis(2500);
+    assert_eq!(read(Some(Platform::Linux)), (4, 3, time_out, usual.decode_time_per_frame));
+    assert_eq!(read(Some(Platform::Web)), (9, 6, time_out, Duration::from_micros(500)));
+    assert_eq!(parsed(&[text], None).default_pool.bytes, Some(3 << 20), "pools alone leave the rest out");
+    for (line, words) in [
+        ("reads_at_once = 0", "give it 1 to 4096"),
+        ("loader_threads = -1", "give it 1 to 4096"),
+        ("read_time_out_s = 0", "give it 0.001 to 86400"),
+        ("decode_time_per_frame_ms = nan", "give it 0 to 1000"),
+        ("read_time_out = 3", "read_time_out_s"),
+    ] {
+        let mut settings = Settings::default();
+        let error = settings.read_toml("vastex.toml", &format!("[reading]\n{line}\n"), None).unwrap_err();
+        let error = error.to_string();
+        assert!(error.starts_with("vastex.toml:2: ") && error.contains(words), "{error}");
+        assert_eq!(settings, Settings::default());
+    }
 }
 
 #[test]
@@ -217,7 +250,7 @@ fn what_is_wrong_is_said_with_its_line_and_a_remedy() {
 fn a_file_that_cannot_be_read_is_named() {
     let directory = std::env::temp_dir();
     for path in [directory.join("there is no such vastex.toml"), directory] {
-        let error = PoolSettings::default().read(&path).unwrap_err().to_string();
+        let error = Settings::default().read(&path).unwrap_err().to_string();
         assert!(error.starts_with(&path.display().to_string()), "{error}");
     }
 }

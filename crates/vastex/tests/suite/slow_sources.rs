@@ -6,9 +6,10 @@ use std::collections::BTreeSet;
 use std::sync::{Arc, Condvar, Mutex, mpsc};
 use std::time::{Duration, Instant};
 
-use vastex::{AddressMode, Event, Pace, PageState, Settings, TileSource};
+use vastex::{AddressMode, Error, Event, Pace, PageState, Settings, Textures, TileSource};
 use vastex_core::{Description, PagePos};
 use vastex_tiles::ReadFuture;
+use vastex_wgpu::test_device::TestDevice;
 
 use crate::common::{Mapping, Screen, property, settings};
 
@@ -26,10 +27,11 @@ enum How {
     Blocks,
 }
 
-/// A source that gives its tail, and then nothing until it is told to.
+/// A source that gives its tail, if any, and then nothing until it is told to.
 struct Hung {
     source: Arc<dyn TileSource>,
     how: How,
+    gives_tail: bool,
     answers: Mutex<bool>,
     told: Condvar,
 }
@@ -37,7 +39,13 @@ struct Hung {
 impl Hung {
     fn new(how: How) -> Arc<Hung> {
         let source = property(SIZE, PAGE, AddressMode::Clamp);
-        Arc::new(Hung { source, how, answers: Mutex::new(false), told: Condvar::new() })
+        Arc::new(Hung { source, how, gives_tail: true, answers: Mutex::new(false), told: Condvar::new() })
+    }
+
+    /// One that gives nothing at all.
+    fn without_tail(how: How) -> Arc<Hung> {
+        let source = property(SIZE, PAGE, AddressMode::Clamp);
+        Arc::new(Hung { source, how, gives_tail: false, answers: Mutex::new(false), told: Condvar::new() })
     }
 
     fn answer(&self) {
@@ -55,7 +63,7 @@ impl TileSource for Hung {
         Box::pin(async move {
             let is_tail = pos == self.description().geometry.tail_pos();
             match self.how {
-                _ if is_tail => {}
+                _ if is_tail && self.gives_tail => {}
                 How::Suspends if !*self.answers.lock().unwrap() => std::future::pending().await,
                 How::Suspends => {}
                 How::Blocks => drop(self.told.wait_while(self.answers.lock().unwrap(), |answers| !*answers)),
@@ -132,6 +140,29 @@ fn other_textures_converge_and_each_page_that_hangs_is_said_once() {
     }
 }
 
+/// Nothing is ever overdue here: what hangs holds its part of what may be in flight, and no more.
+#[test]
+fn other_textures_are_sharp_before_anything_is_overdue() {
+    let hung = Hung::new(How::Suspends);
+    let limits = Settings {
+        pace: Pace::Realtime,
+        in_flight_bytes: 6 * TILE_BYTES,
+        read_time_out: Duration::from_secs(3600),
+        ..settings()
+    };
+    let mut screen = screen(&hung, limits);
+    let wanted = screen.feedback_of_every_pixel().pages;
+    let start = Instant::now();
+    while !second_is_sharp(&screen, &wanted) {
+        let events = screen.frame().unwrap();
+        assert!(!events.iter().any(|event| matches!(event, Event::Failed { .. })), "{events:?}");
+        assert!(start.elapsed() < DEADLINE, "{:?}", screen.textures.stats());
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    assert!(screen.textures.stats().pager.in_flight_bytes >= 3 * TILE_BYTES, "what hangs is under way");
+    drop_in_time(screen);
+}
+
 #[test]
 fn textures_are_dropped_without_those_that_hang() {
     for (how, pace) in [(How::Suspends, Pace::Realtime), (How::Blocks, Pace::Realtime)] {
@@ -162,4 +193,55 @@ fn lock_step_waits_for_the_time_out_and_no_longer() {
         drop_in_time(screen);
         hung.answer();
     }
+}
+
+#[test]
+fn a_tail_that_does_not_come_is_an_error_in_time() {
+    for how in [How::Suspends, How::Blocks] {
+        let hung = Hung::without_tail(how);
+        let time_out = Duration::from_millis(50);
+        let (done, end) = mpsc::channel();
+        let source = hung.clone();
+        std::thread::spawn(move || {
+            let gpu = TestDevice::new();
+            let limits = Settings { read_time_out: time_out, ..settings() };
+            let mut textures = Textures::new(&gpu.device, &gpu.queue, limits).unwrap();
+            let error = textures.add(source).unwrap_err();
+            assert_eq!(textures.iter().count(), 0);
+            done.send((error, textures)).unwrap();
+        });
+        let (error, textures) = end.recv_timeout(DEADLINE).unwrap();
+        assert!(matches!(error, Error::TailOverdue { size: SIZE, time_out: after } if after == time_out));
+        let said = error.to_string();
+        for words in ["1000x777 texels", "within 50ms", "check the disk or the network", "read_time_out"] {
+            assert!(said.contains(words), "{words}: {said}");
+        }
+        // When it answers, it may come.
+        hung.answer();
+        let mut textures = textures;
+        let start = Instant::now();
+        while let Err(error) = textures.add(hung.clone()) {
+            assert!(matches!(error, Error::TailOverdue { .. }) && start.elapsed() < DEADLINE, "{error}");
+        }
+    }
+}
+
+struct Panics(Arc<dyn TileSource>);
+
+impl TileSource for Panics {
+    fn description(&self) -> &Arc<Description> {
+        self.0.description()
+    }
+
+    fn read(&self, _: PagePos) -> ReadFuture<'_> {
+        panic!("on purpose")
+    }
+}
+
+#[test]
+fn a_source_that_panics_over_its_tail_is_an_error() {
+    let gpu = TestDevice::new();
+    let mut textures = Textures::new(&gpu.device, &gpu.queue, settings()).unwrap();
+    let error = textures.add(Arc::new(Panics(property(SIZE, PAGE, AddressMode::Clamp)))).unwrap_err();
+    assert!(matches!(error, Error::TailFailed(_)) && error.to_string().contains("on purpose"), "{error}");
 }
