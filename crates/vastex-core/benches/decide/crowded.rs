@@ -28,7 +28,9 @@ pub(crate) fn measure() {
          {SIDE}x{SIDE} texels in a pool of {SLOTS} tiles beside the tails. The two take turns; medians of {DECISIONS} decisions.\n",
         Crowded::few().new_pages()
     );
-    println!("| textures | wanted | failures remembered | evictions a frame | µs a decision | of that with few |");
+    println!(
+        "| textures | wanted | failures remembered | evictions a frame | µs a decision | of that with few |"
+    );
     println!("|---|---|---|---|---|---|");
     let mut scenes = [Crowded::few(), Crowded::many()];
     scenes.iter_mut().for_each(Crowded::prepare);
