@@ -138,6 +138,11 @@ impl OpenLayer {
     }
 }
 
+/// Bytes that the readers of all layers hold besides, where so many pieces of each image are decoded ahead.
+pub(crate) fn memory_ahead(layers: &[OpenLayer], pieces: usize) -> u64 {
+    layers.iter().fold(0, |sum: u64, layer| sum.saturating_add(layer.reader.memory_ahead(pieces)))
+}
+
 /// What there is to say of an image before its texels are read.
 pub(crate) fn notices_of(image: &ImageHeader) -> Vec<Notice> {
     let left = |profile: &Profile| profile.left(image.format, "the layer holds no colours");

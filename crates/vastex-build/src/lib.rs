@@ -22,6 +22,7 @@ mod export;
 mod filter;
 mod fingerprint;
 mod inset;
+mod layer_rows;
 mod layers;
 mod layout;
 mod magnify;
@@ -46,6 +47,7 @@ mod texel;
 
 use std::ops::{ControlFlow, Range};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use vastex_core::AddressMode;
 use vastex_tiles::{Left, Origin, PartWriter, ResumableWriter, WriterOptions};
@@ -57,7 +59,9 @@ pub use filter::{FilterError, Kernel, LayerFilter, LevelsFrom, Meaning};
 pub use inset::Inset;
 pub use layers::{LayerInput, LayerReport};
 pub use notice::Notice;
-pub use readers::{DirectorySource, ImageHeader, PixelFormat, Profile, RowReader, Sample, in_srgb, open};
+pub use readers::{
+    DirectorySource, Helpers, ImageHeader, PixelFormat, Profile, RowReader, Sample, in_srgb, open,
+};
 pub use replace::{LayerImage, ReplaceError, ReplaceOptions, Replaced, replace};
 pub use vastex_tiles::{
     Compression, MergeError, PartOf, ReorderError, UpdateError, Updated, WriteError, Written, merge, reorder,
@@ -102,7 +106,8 @@ pub struct BuildOptions {
     /// Images that lie over those of the texture, as fine as they or finer. The texture has as many levels more as the finest of
     /// them needs; where no inset lies, pages of those have no tiles.
     pub insets: Vec<Inset>,
-    /// Threads that filter and encode, besides one that reads and one that writes; 0 for as many as there are cores.
+    /// Threads that filter and encode, and decode pieces of the images where they have nothing else to do, besides one that reads each
+    /// layer and one that writes; 0 for as many as there are cores.
     pub threads: usize,
     /// Whether to wait at the end until the disk has everything.
     pub durable: bool,
@@ -256,7 +261,7 @@ fn make(
     let mut description = layers::describe(layers, options)?;
     let plans: Result<Vec<_>, _> =
         layers.iter().map(|layer| layer.plan(&description.geometry, options)).collect();
-    let (mut plans, pool) = (plans?, thread_pool(options.threads)?);
+    let (mut plans, pool) = (plans?, Arc::new(thread_pool(options.threads)?));
     let finer_levels = match stage {
         Stage::Whole => 0,
         Stage::UnderInsets { finer_levels } => {
@@ -277,6 +282,9 @@ fn make(
         tiles: run.clone(),
         pool: &pool,
         buffers: Buffers::default(),
+        ahead_bytes: std::array::from_fn(|pieces| {
+            layers::memory_ahead(layers, pieces * pool.current_num_threads())
+        }),
     };
     let memory = fit_memory(layers, &mut job, texture.geometry.page_count(), options.memory_limit)?;
     let selection = sparse::select(layers, &plans, &description.geometry, options)?;

@@ -1,7 +1,8 @@
 //! Reading, filtering and writing at the same time.
 //!
-//! The caller's thread reads rows; a pool of threads turns them into levels and tiles and encodes those; one
-//! thread appends them to the container. Bounded queues between them keep memory bounded, and every stage keeps the
+//! The caller's thread reads rows, those of further layers on a thread for each; a pool of threads turns them into levels and
+//! tiles and encodes those, and decodes pieces of the images ahead where it has nothing else to do; one
+//! thread appends tiles to the container. Bounded queues between them keep memory bounded, and every stage keeps the
 //! order, so the bytes do not depend on the number of threads.
 //!
 //! One thread of the pool, the cutter, drives it. It hands tiles out in portions, which the others encode, and goes on making
@@ -11,7 +12,7 @@
 use std::collections::VecDeque;
 use std::convert::Infallible;
 use std::ops::{ControlFlow, Range};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, Sender, SyncSender, TryRecvError, TrySendError, channel, sync_channel};
@@ -23,7 +24,9 @@ use vastex_tiles::{Compression, EncodedTile, PartWriter, ResumableWriter, WriteE
 
 use crate::Progress;
 use crate::error::InputFault;
+use crate::layer_rows::LayerReaders;
 use crate::layers::OpenLayer;
+use crate::readers::Helpers;
 use crate::shared::NEIGHBOURS;
 use crate::sparse::Selection;
 use crate::stack::{self, Bands, LayerPlan, Stack};
@@ -39,6 +42,8 @@ pub(crate) struct Buffers {
     tile_bytes: usize,
     /// Bytes of the tiles that one thread cuts and encodes at a time, before they are compressed.
     portion_bytes: usize,
+    /// Pieces of each image that are decoded ahead, for each thread.
+    pieces: usize,
 }
 
 impl Default for Buffers {
@@ -50,13 +55,16 @@ impl Default for Buffers {
 impl Buffers {
     /// From what suits most to what takes least.
     const ALL: [Buffers; 5] = [
-        Buffers { rows: 8, ahead: 4, tile_bytes: 8 << 20, portion_bytes: 256 << 10 },
-        Buffers { rows: 3, ahead: 2, tile_bytes: 8 << 20, portion_bytes: 256 << 10 },
-        Buffers { rows: 2, ahead: 1, tile_bytes: 4 << 20, portion_bytes: 256 << 10 },
-        Buffers { rows: 2, ahead: 0, tile_bytes: 1 << 20, portion_bytes: 64 << 10 },
-        Buffers { rows: 1, ahead: 0, tile_bytes: 1, portion_bytes: 1 },
+        Buffers { rows: 8, ahead: 4, tile_bytes: 8 << 20, portion_bytes: 256 << 10, pieces: 2 },
+        Buffers { rows: 3, ahead: 2, tile_bytes: 8 << 20, portion_bytes: 256 << 10, pieces: 1 },
+        Buffers { rows: 2, ahead: 1, tile_bytes: 4 << 20, portion_bytes: 256 << 10, pieces: 0 },
+        Buffers { rows: 2, ahead: 0, tile_bytes: 1 << 20, portion_bytes: 64 << 10, pieces: 0 },
+        Buffers { rows: 1, ahead: 0, tile_bytes: 1, portion_bytes: 1, pieces: 0 },
     ];
 }
+
+/// What [`Buffers`] have of pieces at most.
+pub(crate) const MOST_PIECES: usize = 2;
 
 /// Pages in the order of writing, with their tiles if they have any.
 type Portion = Vec<(PagePos, Option<EncodedTile>)>;
@@ -74,8 +82,10 @@ pub(crate) struct Job<'a> {
     /// Which tiles are made, by their place in the order of writing: all of them or those of one part, without those
     /// that an interrupted build had made.
     pub(crate) tiles: Range<u64>,
-    pub(crate) pool: &'a ThreadPool,
+    pub(crate) pool: &'a Arc<ThreadPool>,
     pub(crate) buffers: Buffers,
+    /// Bytes that the readers hold besides, where so many pieces are decoded ahead for each thread.
+    pub(crate) ahead_bytes: [u64; MOST_PIECES + 1],
 }
 
 /// Where tiles go, one after the other.
@@ -168,7 +178,7 @@ impl Job<'_> {
         }
     }
 
-    /// Bytes that the pipeline holds at most, the readers' own and the index of the container not counted.
+    /// Bytes that the pipeline holds at most, what the readers hold without help and the index of the container not counted.
     pub(crate) fn memory(&self) -> u64 {
         let block = stack::block_rows(self.plans);
         let row_bytes =
@@ -178,7 +188,8 @@ impl Job<'_> {
         // twice while it is being made.
         let portions = (self.portions() + 2 + self.pool.current_num_threads()) as u64;
         let tiles = portions * self.portion_tiles() as u64 * self.description.tile_bytes() as u64;
-        stack::memory(self.plans, self.ahead()) + rows + tiles
+        let ahead = self.ahead_bytes[self.buffers.pieces];
+        (stack::memory(self.plans, self.ahead()) + rows + tiles).saturating_add(ahead)
     }
 
     /// Runs a whole build, up to the last tile.
@@ -217,7 +228,7 @@ impl Job<'_> {
         })
     }
 
-    /// Reads all images, each in turn as far as the same rows of the texture.
+    /// Reads all images, each as far as the same rows of the texture.
     fn read(
         &self,
         layers: &mut [OpenLayer],
@@ -226,29 +237,36 @@ impl Job<'_> {
         progress: &dyn Progress,
         written: &AtomicU64,
     ) -> Result<(), Stopped> {
+        let pieces = self.buffers.pieces * self.pool.current_num_threads();
+        let helpers = Helpers::new(self.pool.clone(), pieces);
+        layers.iter_mut().for_each(|layer| layer.reader.take_help(&helpers));
         let height = self.description.geometry.size()[1];
         let block = stack::block_rows(self.plans);
         let (mut spare, mut done) = (Vec::new(), 0);
-        while done < height {
-            let now = progress.advance(done.into(), height.into(), written.load(Ordering::Relaxed));
-            if now == ControlFlow::Break(()) {
-                return Err(Stopped::Cancelled);
+        thread::scope(|scope| {
+            let readers = layers.iter_mut().map(|layer| (layer.path.as_path(), &mut *layer.reader));
+            let mut readers = LayerReaders::new(readers, scope);
+            while done < height {
+                let now = progress.advance(done.into(), height.into(), written.load(Ordering::Relaxed));
+                if now == ControlFlow::Break(()) {
+                    return Err(Stopped::Cancelled);
+                }
+                // What came back last is filled first: it is still near the processor.
+                spare.extend(spare_rx.try_iter());
+                let Some(mut rows) = spare.pop().or_else(|| spare_rx.recv().ok()) else { return Ok(()) };
+                let block = done..done + block.min(height - done);
+                for (plan, rows) in self.plans.iter().zip(&mut rows) {
+                    rows.resize(plan.rows(&block) as usize * plan.image_row_bytes(), 0);
+                }
+                let failed = |(path, fault): (&Path, _)| Stopped::Input { path: path.into(), fault };
+                readers.read(&mut rows).map_err(failed)?;
+                if rows_tx.send(rows).is_err() {
+                    return Ok(());
+                }
+                done = block.end;
             }
-            // What came back last is filled first: it is still near the processor.
-            spare.extend(spare_rx.try_iter());
-            let Some(mut rows) = spare.pop().or_else(|| spare_rx.recv().ok()) else { return Ok(()) };
-            let block = done..done + block.min(height - done);
-            for ((layer, plan), rows) in layers.iter_mut().zip(self.plans).zip(&mut rows) {
-                rows.resize(plan.rows(&block) as usize * plan.image_row_bytes(), 0);
-                let failed = |fault| Stopped::Input { path: layer.path.clone(), fault };
-                layer.reader.read_rows(rows).map_err(failed)?;
-            }
-            if rows_tx.send(rows).is_err() {
-                return Ok(());
-            }
-            done = block.end;
-        }
-        Ok(())
+            Ok(())
+        })
     }
 
     /// Filters rows and cuts tiles until the rows end or the last tile that is wanted is made; says how many bytes of

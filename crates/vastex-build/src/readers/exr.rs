@@ -1,13 +1,15 @@
 //! OpenEXR: scan lines from the top by blocks of rows; any other order, and tiles, through the whole image.
 //!
-//! Read are R, G and B with A, or Y with A, or one channel of any name, of the first part; its data window is the picture.
+//! Blocks are read one after the other, and decompressed several at once where there is help. Read are R, G and B with A, or Y with A, or one channel of any name, of the first part; its data window is the picture.
 //! 16-bit floats stay so where all channels have them; else, and for whole numbers, there are 32 bits.
 
 use std::collections::HashSet;
 use std::fs::File;
 use std::io::{BufReader, ErrorKind};
+use std::sync::Arc;
 
 use exr::block::UncompressedBlock;
+use exr::block::chunk::Chunk;
 use exr::block::reader::{AllChunksReader, Reader};
 use exr::error::Error;
 use exr::math::Vec2;
@@ -15,6 +17,7 @@ use exr::meta::attribute::{LineOrder, SampleType};
 use exr::meta::header::Header;
 use exr::meta::{BlockDescription, MetaData};
 
+use super::ahead::{Ahead, Helpers};
 use super::alpha::unpremultiply;
 use super::{ImageHeader, PixelFormat, RowReader, Sample, buffered};
 use crate::error::{InputFault, near_row};
@@ -28,15 +31,41 @@ const MAX_EXACT: u32 = 1 << 24;
 /// An OpenEXR file.
 pub(super) struct ExrReader {
     header: ImageHeader,
-    meta: MetaData,
     chunks: AllChunksReader<BufReader<File>>,
-    layout: Layout,
+    decoding: Arc<Decoding>,
+    ahead: Ahead<Result<Option<Block>, BlockFault>>,
+    /// Whether there are no more chunks, or none that can be read.
+    has_ended: bool,
     /// Whether all blocks are read before the first row is given out.
     whole: bool,
     /// Rows from `first_row` on, as they are given out.
     band: Vec<u8>,
     first_row: u32,
     next_row: u32,
+    /// Whether a number was too large to stay exact.
+    rounded: bool,
+}
+
+/// What makes blocks of what the file holds.
+struct Decoding {
+    meta: MetaData,
+    layout: Layout,
+    size: [usize; 2],
+}
+
+/// A block of the picture, its texels as they are given out.
+struct Block {
+    at: [usize; 2],
+    size: [usize; 2],
+    texels: Vec<u8>,
+    rounded: bool,
+}
+
+/// Why there is no block. Its place is known to who asks for it.
+enum BlockFault {
+    Ended,
+    DoesNotFit,
+    Exr(Error),
 }
 
 /// Where the channels of the picture lie in a block.
@@ -45,7 +74,6 @@ struct Layout {
     /// Bytes of all channels of the file, for one texel.
     stored_texel: usize,
     format: PixelFormat,
-    rounded: bool,
 }
 
 struct Channel {
@@ -83,33 +111,58 @@ impl ExrReader {
             };
             header.hold_whole_image(header.image_bytes(), why);
         }
+        let count = first.chunk_count as u64;
         let chunks = reader.all_chunks(false).map_err(in_header)?;
-        let (band, whole) = (Vec::new(), !in_order);
-        Ok(ExrReader { header, meta, chunks, layout, whole, band, first_row: 0, next_row: 0 })
+        let size = [header.width as usize, header.height as usize];
+        Ok(ExrReader {
+            header,
+            chunks,
+            decoding: Arc::new(Decoding { meta, layout, size }),
+            ahead: Ahead::new(count, 3 * block as u64),
+            has_ended: false,
+            whole: !in_order,
+            band: Vec::new(),
+            first_row: 0,
+            next_row: 0,
+            rounded: false,
+        })
+    }
+
+    /// Reads chunks of the picture, as many as there is room for, and gives them to whoever decompresses them.
+    fn ask(&mut self) {
+        while self.ahead.has_room() && !self.has_ended {
+            match self.chunks.next() {
+                Some(Ok(chunk)) if chunk.layer_index != 0 => {}
+                Some(Ok(chunk)) => {
+                    let decoding = self.decoding.clone();
+                    self.ahead.push(move || decoding.block(chunk));
+                }
+                ended => {
+                    let error = ended.and_then(Result::err);
+                    self.ahead.push(move || Err(error.map_or(BlockFault::Ended, BlockFault::Exr)));
+                    self.has_ended = true;
+                }
+            }
+        }
     }
 
     /// The next block of the picture, whatever its place.
-    fn next_block(&mut self) -> Result<UncompressedBlock, InputFault> {
-        let place = || near_row(self.next_row, self.header.height);
+    fn next_block(&mut self) -> Result<Block, InputFault> {
         loop {
-            let chunk = self.chunks.next().ok_or_else(|| InputFault::Truncated { place: place() })?;
-            let chunk = chunk.map_err(|error| fault(error, place()))?;
-            if chunk.layer_index != 0 {
-                continue;
+            self.ask();
+            let place = near_row(self.next_row, self.header.height);
+            match self.ahead.next().unwrap_or(Err(BlockFault::Ended)) {
+                Ok(Some(block)) => {
+                    self.rounded |= block.rounded;
+                    return Ok(block);
+                }
+                Ok(None) => {}
+                Err(BlockFault::Ended) => return Err(InputFault::Truncated { place }),
+                Err(BlockFault::DoesNotFit) => {
+                    return Err(damaged(place, "a block does not fit the picture"));
+                }
+                Err(BlockFault::Exr(error)) => return Err(fault(error, place)),
             }
-            let block = UncompressedBlock::decompress_chunk(chunk, &self.meta, false);
-            let block = block.map_err(|error| fault(error, place()))?;
-            if block.index.level != Vec2(0, 0) {
-                continue;
-            }
-            let (Vec2(x, y), Vec2(width, height)) = (block.index.pixel_position, block.index.pixel_size);
-            let fits = x.checked_add(width).is_some_and(|end| end <= self.header.width as usize)
-                && y.checked_add(height).is_some_and(|end| end <= self.header.height as usize)
-                && block.data.len() == width * height * self.layout.stored_texel;
-            if fits {
-                return Ok(block);
-            }
-            return Err(damaged(place(), "a block does not fit the picture"));
         }
     }
 
@@ -125,22 +178,24 @@ impl ExrReader {
             let mut places = HashSet::new();
             while missing > 0 {
                 let block = self.next_block()?;
-                let Vec2(x, y) = block.index.pixel_position;
-                let rest = missing.checked_sub(block.index.pixel_size.area() as u64);
+                let [x, y] = block.at;
+                let rest = missing.checked_sub((block.size[0] * block.size[1]) as u64);
                 missing = rest.filter(|rest| *rest < missing && places.insert((x, y))).ok_or_else(|| {
                     damaged(near_row(y as u32, self.header.height), "a block is stored twice")
                 })?;
-                self.layout.place(&block, &mut self.band, self.header.width as usize, 0);
+                let texel = self.header.format.texel_bytes();
+                let rows = self.band.chunks_exact_mut(self.header.width as usize * texel).skip(y);
+                for (row, texels) in rows.zip(block.texels.chunks_exact(block.size[0] * texel)) {
+                    row[x * texel..][..texels.len()].copy_from_slice(texels);
+                }
             }
             return Ok(());
         }
-        let block = self.next_block()?;
-        let (Vec2(x, y), Vec2(width, height)) = (block.index.pixel_position, block.index.pixel_size);
+        let Block { at: [x, y], size: [width, height], texels, .. } = self.next_block()?;
         if x != 0 || y != self.next_row as usize || width != self.header.width as usize || height == 0 {
             return Err(damaged(near_row(self.next_row, self.header.height), "its rows are out of order"));
         }
-        self.band.resize(height * self.header.row_bytes(), 0);
-        self.layout.place(&block, &mut self.band, width, y);
+        self.band = texels;
         Ok(())
     }
 }
@@ -148,6 +203,14 @@ impl ExrReader {
 impl RowReader for ExrReader {
     fn header(&self) -> &ImageHeader {
         &self.header
+    }
+
+    fn memory_ahead(&self, pieces: usize) -> u64 {
+        self.ahead.memory(pieces)
+    }
+
+    fn take_help(&mut self, helpers: &Helpers) {
+        self.ahead.take_help(helpers);
     }
 
     fn read_rows(&mut self, rows: &mut [u8]) -> Result<(), InputFault> {
@@ -167,7 +230,7 @@ impl RowReader for ExrReader {
         if self.next_row == self.header.height {
             self.band = Vec::new();
             self.first_row = self.next_row;
-            if std::mem::take(&mut self.layout.rounded) {
+            if std::mem::take(&mut self.rounded) {
                 self.header.notices.push(Notice::IntegersRounded);
             }
         }
@@ -211,17 +274,16 @@ impl Layout {
             .ok_or_else(|| unsupported("more than four channels", "keep R, G, B and A"))?;
         let stored_texel = list.iter().map(|channel| bytes(channel.sample_type)).sum();
         let ignored = (0..list.len()).filter(|n| !chosen.contains(n)).map(|n| list[n].name.to_string());
-        Ok((Layout { channels, stored_texel, format, rounded: false }, ignored.collect()))
+        Ok((Layout { channels, stored_texel, format }, ignored.collect()))
     }
 
-    /// Writes a block into rows of `width` texels, of which the first is row `top` of the picture.
-    fn place(&mut self, block: &UncompressedBlock, rows: &mut [u8], width: usize, top: usize) {
-        let (Vec2(x, y), Vec2(columns, _)) = (block.index.pixel_position, block.index.pixel_size);
+    /// The texels of a block, row by row, and whether a number was too large to stay exact.
+    fn texels(&self, block: &UncompressedBlock) -> (Vec<u8>, bool) {
+        let Vec2(columns, rows) = block.index.pixel_size;
         let (texel, sample) = (self.format.texel_bytes(), self.format.sample());
-        let stored_row = columns * self.stored_texel;
-        for (n, stored) in block.data.chunks_exact(stored_row.max(1)).enumerate() {
-            let start = ((y + n - top) * width + x) * texel;
-            let row = &mut rows[start..start + columns * texel];
+        let (mut texels, mut rounded) = (vec![0; rows * columns * texel], false);
+        let stored_rows = block.data.chunks_exact((columns * self.stored_texel).max(1));
+        for (row, stored) in texels.chunks_exact_mut((columns * texel).max(1)).zip(stored_rows) {
             for (c, channel) in self.channels.iter().enumerate() {
                 let stored = &stored[channel.before * columns..];
                 let targets =
@@ -244,13 +306,33 @@ impl Layout {
                     SampleType::U32 => {
                         for (to, from) in targets.zip(stored.as_chunks::<4>().0) {
                             let whole = u32::from_ne_bytes(*from);
-                            self.rounded |= whole > MAX_EXACT;
+                            rounded |= whole > MAX_EXACT;
                             to.copy_from_slice(&(whole as f32).to_le_bytes());
                         }
                     }
                 }
             }
         }
+        (texels, rounded)
+    }
+}
+
+impl Decoding {
+    /// The block that a chunk of the picture holds; nothing where it is one of a coarser level.
+    fn block(&self, chunk: Chunk) -> Result<Option<Block>, BlockFault> {
+        let block = UncompressedBlock::decompress_chunk(chunk, &self.meta, false).map_err(BlockFault::Exr)?;
+        if block.index.level != Vec2(0, 0) {
+            return Ok(None);
+        }
+        let (Vec2(x, y), Vec2(width, height)) = (block.index.pixel_position, block.index.pixel_size);
+        let fits = x.checked_add(width).is_some_and(|end| end <= self.size[0])
+            && y.checked_add(height).is_some_and(|end| end <= self.size[1])
+            && block.data.len() == width * height * self.layout.stored_texel;
+        if !fits {
+            return Err(BlockFault::DoesNotFit);
+        }
+        let (texels, rounded) = self.layout.texels(&block);
+        Ok(Some(Block { at: [x, y], size: [width, height], texels, rounded }))
     }
 }
 

@@ -6,11 +6,11 @@
 //! notice. Warnings of the header and of what follows the last row leave the picture whole: they are a notice always.
 //! libjpeg's errors unwind: they are caught here.
 
-use std::cell::Cell;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek};
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
-use std::rc::Rc;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use mozjpeg::ColorSpace;
 use mozjpeg::decompress::{Decompress, DecompressStarted};
@@ -22,10 +22,19 @@ use crate::notice::Notice;
 
 type Decoder = DecompressStarted<EndIsError<BufReader<File>>>;
 
+/// A decoder that other threads may go on with.
+struct Movable(Box<Decoder>);
+
+// SAFETY: libjpeg keeps all its state in the object, and that owns all that its pointers lead to: its memory, the source, which can
+// be sent, and the handlers, which are functions. It has no thread of its own. Warnings are counted by the thread that decodes,
+// which takes them before it returns.
+#[allow(unsafe_code, reason = "several layers are read at once, each on a thread")]
+unsafe impl Send for Movable {}
+
 enum State {
     /// Nothing is allocated yet.
     Opened(File),
-    Decoding(Box<Decoder>),
+    Decoding(Movable),
     /// Read to the end, or failed.
     Done,
 }
@@ -34,7 +43,7 @@ enum State {
 pub(super) struct JpegReader {
     header: ImageHeader,
     state: State,
-    ended: Rc<Cell<bool>>,
+    ended: Arc<AtomicBool>,
     next_row: u32,
     /// Whether the picture's data may be damaged.
     tolerates: bool,
@@ -75,7 +84,7 @@ impl JpegReader {
         Ok(JpegReader {
             header,
             state: State::Opened(file),
-            ended: Rc::default(),
+            ended: Arc::default(),
             next_row: 0,
             tolerates: false,
             is_decoded_first,
@@ -107,7 +116,7 @@ impl JpegReader {
                 self.note_warnings(self.is_decoded_first)?;
                 decoder
             }
-            State::Decoding(decoder) => decoder,
+            State::Decoding(Movable(decoder)) => decoder,
             State::Done => return Err(io::Error::other("read beyond the last row")),
         };
         for row in rows.chunks_exact_mut(self.header.row_bytes()) {
@@ -118,7 +127,7 @@ impl JpegReader {
         if self.next_row == self.header.height {
             decoder.finish()
         } else {
-            self.state = State::Decoding(decoder);
+            self.state = State::Decoding(Movable(decoder));
             Ok(())
         }
     }
@@ -160,7 +169,7 @@ impl RowReader for JpegReader {
                 self.note_faults();
                 return Ok(());
             }
-            _ if self.ended.get() => return Err(InputFault::Truncated { place }),
+            _ if self.ended.load(Ordering::Relaxed) => return Err(InputFault::Truncated { place }),
             _ if self.is_guess => return Err(InputFault::Guess { place }),
             Ok(Err(e)) => e.to_string(),
             Err(payload) if payload.is::<Fatal>() => "it cannot be decoded".into(),
@@ -173,7 +182,7 @@ impl RowReader for JpegReader {
 /// A source that fails at its end, and remembers that it was asked for more.
 struct EndIsError<R> {
     inner: R,
-    ended: Rc<Cell<bool>>,
+    ended: Arc<AtomicBool>,
     /// Of the error.
     kind: io::ErrorKind,
 }
@@ -188,7 +197,7 @@ impl<R: BufRead> BufRead for EndIsError<R> {
     fn fill_buf(&mut self) -> io::Result<&[u8]> {
         let buf = self.inner.fill_buf()?;
         if buf.is_empty() {
-            self.ended.set(true);
+            self.ended.store(true, Ordering::Relaxed);
             return Err(io::Error::new(self.kind, "the file ends"));
         }
         Ok(buf)

@@ -4,11 +4,14 @@
 //! what it will cost from the header alone, before it allocates anything that depends on them. What becomes of
 //! the rows is [`crate::convert`]'s and [`crate::pyramid`]'s business.
 
+mod ahead;
 mod alpha;
 mod color;
 pub(crate) mod directory;
 mod exif;
 mod exr;
+#[cfg(test)]
+mod helped;
 mod jpeg;
 mod jpeg_errors;
 mod jpeg_header;
@@ -17,9 +20,11 @@ mod open_files;
 mod oriented;
 mod pixel;
 mod png;
+mod positioned;
 mod raw;
 mod scaled;
 mod tiff;
+mod tiff_chunks;
 mod tiff_samples;
 mod ycbcr;
 
@@ -32,6 +37,9 @@ use vastex_core::{Geometry, PageSet};
 use crate::error::InputFault;
 use crate::notice::Notice;
 
+pub use ahead::Helpers;
+#[cfg(test)]
+pub(crate) use ahead::{Watch, tests::Meeting};
 pub use color::{Profile, in_srgb};
 pub use directory::source::DirectorySource;
 pub use pixel::{PixelFormat, Sample};
@@ -115,7 +123,7 @@ impl ImageHeader {
 }
 
 /// An image that is read once, from the top row to the bottom one.
-pub trait RowReader {
+pub trait RowReader: Send {
     /// What is known from the header.
     fn header(&self) -> &ImageHeader;
 
@@ -129,6 +137,18 @@ pub trait RowReader {
     /// Takes a damaged picture for what can be made of it, where the decoder can go on, and tells of that with a notice; without
     /// this, damage is an error. To be asked for before the first row.
     fn tolerate(&mut self) {}
+
+    /// Bytes that it holds besides, where helpers decode so many pieces of the image ahead of the rows.
+    fn memory_ahead(&self, pieces: usize) -> u64 {
+        let _ = pieces;
+        0
+    }
+
+    /// Lets others help to decode, where the image can be decoded in pieces. Rows and faults are the same. To be called before
+    /// the first row.
+    fn take_help(&mut self, helpers: &Helpers) {
+        let _ = helpers;
+    }
 
     /// Fills `rows` with the next rows, tightly packed. Its length is a whole number of rows and no more than are
     /// left. The last row is only given out when the file is whole. After an error the reader is of no further use.

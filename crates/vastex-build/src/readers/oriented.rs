@@ -3,6 +3,7 @@
 //! Mirrored left to right is a matter of each row. For every other orientation the first upright row is made of the last
 //! stored row, or of all of them, so the whole image is held.
 
+use super::ahead::Helpers;
 use super::{ImageHeader, RowReader};
 use crate::error::InputFault;
 use crate::notice::Notice;
@@ -127,6 +128,14 @@ impl RowReader for Oriented {
 
     fn tolerate(&mut self) {
         self.inner.tolerate();
+    }
+
+    fn memory_ahead(&self, pieces: usize) -> u64 {
+        self.inner.memory_ahead(pieces)
+    }
+
+    fn take_help(&mut self, helpers: &Helpers) {
+        self.inner.take_help(helpers);
     }
 
     fn read_rows(&mut self, rows: &mut [u8]) -> Result<(), InputFault> {

@@ -7,6 +7,7 @@ use std::collections::VecDeque;
 
 use half::f16;
 
+use super::ahead::Helpers;
 use super::{ImageHeader, RowReader, Sample};
 use crate::error::InputFault;
 use crate::notice::Notice;
@@ -132,6 +133,14 @@ impl RowReader for Scaled {
 
     fn tolerate(&mut self) {
         self.inner.tolerate();
+    }
+
+    fn memory_ahead(&self, pieces: usize) -> u64 {
+        self.inner.memory_ahead(pieces)
+    }
+
+    fn take_help(&mut self, helpers: &Helpers) {
+        self.inner.take_help(helpers);
     }
 
     fn read_rows(&mut self, rows: &mut [u8]) -> Result<(), InputFault> {

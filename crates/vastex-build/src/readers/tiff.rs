@@ -1,24 +1,25 @@
 //! TIFF and BigTIFF, 8 and 16 bits, signed numbers and floats, by strips or rows of tiles; uncompressed strips straight from
 //! the file.
 //!
-//! One strip or one row of tiles is held decoded, of all planes where channels lie in planes. A compressed file of one
-//! strip is therefore held whole. Signed numbers stand for themselves, as floats; see [`super::ImageHeader::range`].
+//! One strip or one row of tiles is held decoded, of all planes where channels lie in planes ([`super::tiff_chunks`]), and with
+//! help some more. A compressed file of one strip is therefore held whole. Signed numbers stand for themselves, as floats; see [`super::ImageHeader::range`].
 
 use std::fs::File;
-use std::io::{self, BufReader, Read, Seek, SeekFrom};
+use std::io::{self, Read, Seek, SeekFrom};
+use std::sync::Arc;
 
 use tiff::decoder::ifd::Value;
-use tiff::decoder::{ChunkType, Decoder, Limits};
+use tiff::decoder::{ChunkType, Limits};
 use tiff::tags::{ByteOrder, Tag};
 use tiff::{ColorType, TiffError};
 
+use super::ahead::Helpers;
 use super::alpha::unpremultiply;
-use super::tiff_samples::{
-    COMPRESSION_JPEG, COMPRESSION_NONE, FLOAT, SIGNED, Stored, most_from_a_byte, place_row,
-};
-use super::ycbcr::rgb_from_ycbcr;
-use super::{ImageHeader, PixelFormat, Profile, RowReader, Sample, buffered};
-use crate::error::{InputFault, near_row};
+use super::positioned::Positioned;
+use super::tiff_chunks::{Bands, Chunks, PLANAR, TiffDecoder, open_decoder};
+use super::tiff_samples::{COMPRESSION_JPEG, COMPRESSION_NONE, FLOAT, SIGNED, Stored};
+use super::{ImageHeader, PixelFormat, Profile, RowReader, Sample};
+use crate::error::InputFault;
 use crate::notice::Notice;
 
 /// Bytes that one tag of the header may have: the largest are colour profiles, and the list of the strips.
@@ -26,61 +27,30 @@ const MAX_TAG_BYTES: usize = 16 << 20;
 const WHITE_IS_ZERO: u16 = 0;
 /// A value of SampleFormat.
 const UNSIGNED: u16 = 1;
-const PLANAR: u16 = 2;
 const ASSOCIATED_ALPHA: u16 = 1;
 
 /// A TIFF file, its first image.
 pub(super) struct TiffReader {
     header: ImageHeader,
-    chunks: Chunks,
+    chunks: Arc<Chunks>,
     access: Access,
     is_premultiplied: bool,
     next_row: u32,
 }
 
-/// How the image is cut into strips or tiles, and where they lie.
-struct Chunks {
-    /// Rows of a strip or tile.
-    rows: u32,
-    /// Tiles along a row; 1 for strips.
-    columns: u32,
-    offsets: Vec<u64>,
-    lengths: Vec<u64>,
-    file_len: u64,
-    stored: Stored,
-    /// Planes, one after the other; 1 where channels are side by side.
-    planes: u32,
-}
-
 enum Access {
     /// Uncompressed strips whose samples need no change.
-    Raw {
-        file: File,
-        position: u64,
-    },
-    Decoded {
-        decoder: Box<Decoder<BufReader<File>>>,
-        is_ycbcr: bool,
-        band: Band,
-    },
-}
-
-/// The rows of one strip, or of one row of tiles.
-#[derive(Default)]
-struct Band {
-    first_row: u32,
-    rows: Vec<u8>,
-    tile: Vec<u8>,
-    /// Whether a number was too large to stay exact.
-    rounded: bool,
+    Raw(Positioned),
+    Decoded(Box<Bands>),
 }
 
 impl TiffReader {
     pub(super) fn new(file: File) -> Result<TiffReader, InputFault> {
         let in_header = |e| fault(e, "in the header");
+        let file = Arc::new(file);
         let mut limits = Limits::default();
         limits.ifd_value_size = MAX_TAG_BYTES;
-        let mut decoder = Decoder::new(buffered(file.try_clone()?)).map_err(in_header)?.with_limits(limits);
+        let mut decoder = open_decoder(&file)?.with_limits(limits);
         let color = decoder.colortype().map_err(in_header)?;
         let tags = Tags::read(&mut decoder).map_err(in_header)?;
         let (format, is_ycbcr) = pixel_format(color, &tags)?;
@@ -99,17 +69,16 @@ impl TiffReader {
             && chunks.stored == Stored::AsItIs
             && tags.samples as usize * usize::from(tags.bits) == format.texel_bytes() * 8
             && (tags.bits == 8 || decoder.byte_order() == ByteOrder::LittleEndian);
+        let chunks = Arc::new(chunks);
         let access = if raw {
-            // The decoder shares the file's position; from here on it is gone.
-            Access::Raw { file, position: u64::MAX }
+            Access::Raw(Positioned::new(file))
         } else {
             let band = u64::from(chunks.rows.min(height)).saturating_mul(header.row_bytes() as u64);
             // A band, one tile of it beside it as it is stored, and what is being decoded.
             let sample = header.format.sample();
             let stored =
                 band.div_ceil(sample.bytes() as u64).saturating_mul(chunks.stored.bytes(sample) as u64);
-            header.memory =
-                band.saturating_add(stored).saturating_add(*chunks.lengths.iter().max().unwrap_or(&0));
+            header.memory = band.saturating_add(stored).saturating_add(chunks.longest());
             if strips && chunks.rows >= height {
                 let why = match tags.compression {
                     COMPRESSION_NONE => "a TIFF of one strip whose samples must be converted",
@@ -117,13 +86,7 @@ impl TiffReader {
                 };
                 header.notices.push(Notice::WholeImage { bytes: header.memory, why });
             }
-            let mut limits = Limits::unlimited();
-            limits.ifd_value_size = 64 << 20;
-            Access::Decoded {
-                decoder: Box::new(decoder.with_limits(limits)),
-                is_ycbcr,
-                band: Band::default(),
-            }
+            Access::Decoded(Box::new(Bands::new(chunks.clone(), file, decoder, is_ycbcr)))
         };
         Ok(TiffReader { header, chunks, access, is_premultiplied, next_row: 0 })
     }
@@ -132,6 +95,19 @@ impl TiffReader {
 impl RowReader for TiffReader {
     fn header(&self) -> &ImageHeader {
         &self.header
+    }
+
+    fn memory_ahead(&self, pieces: usize) -> u64 {
+        match &self.access {
+            Access::Raw(_) => 0,
+            Access::Decoded(bands) => bands.memory_ahead(pieces),
+        }
+    }
+
+    fn take_help(&mut self, helpers: &Helpers) {
+        if let Access::Decoded(bands) = &mut self.access {
+            bands.take_help(helpers);
+        }
     }
 
     fn read_rows(&mut self, rows: &mut [u8]) -> Result<(), InputFault> {
@@ -143,22 +119,12 @@ impl RowReader for TiffReader {
             let count = (rest.len() / row_bytes).min(in_chunk as usize);
             let (now, later) = std::mem::take(&mut rest).split_at_mut(count * row_bytes);
             match &mut self.access {
-                Access::Raw { file, position } => {
-                    self.chunks.check(self.next_row, &self.header)?;
-                    read_raw(file, position, self.chunks.raw_offset(self.next_row, row_bytes), now)
-                        .map_err(|e| fault(e.into(), &near_row(self.next_row, self.header.height)))?;
+                Access::Raw(file) => {
+                    self.chunks.check(self.next_row)?;
+                    read_raw(file, self.chunks.raw_offset(self.next_row, row_bytes), now)
+                        .map_err(|e| fault(e.into(), &self.chunks.place(self.next_row)))?;
                 }
-                Access::Decoded { decoder, is_ycbcr, band } => {
-                    let first_row = self.next_row - self.next_row % self.chunks.rows;
-                    if band.rows.is_empty() || band.first_row != first_row {
-                        band.read(first_row, decoder, &self.chunks, &self.header)?;
-                        if *is_ycbcr {
-                            rgb_from_ycbcr(&mut band.rows);
-                        }
-                    }
-                    let start = (self.next_row - first_row) as usize * row_bytes;
-                    now.copy_from_slice(&band.rows[start..start + now.len()]);
-                }
+                Access::Decoded(bands) => bands.read(self.next_row, now)?,
             }
             self.next_row += count as u32;
             rest = later;
@@ -166,9 +132,9 @@ impl RowReader for TiffReader {
         if self.is_premultiplied {
             unpremultiply(self.header.format, rows);
         }
-        if let Access::Decoded { band, .. } = &mut self.access
+        if let Access::Decoded(bands) = &mut self.access
             && self.next_row == self.header.height
-            && std::mem::take(&mut band.rounded)
+            && std::mem::take(&mut bands.rounded)
         {
             self.header.notices.push(Notice::IntegersRounded);
         }
@@ -176,159 +142,24 @@ impl RowReader for TiffReader {
     }
 }
 
-impl Chunks {
-    fn read(
-        decoder: &mut Decoder<BufReader<File>>,
-        file: &File,
-        header: &ImageHeader,
-        tags: &Tags,
-        strips: bool,
-    ) -> Result<Chunks, InputFault> {
-        let (offsets, lengths) = match strips {
-            true => (Tag::StripOffsets, Tag::StripByteCounts),
-            false => (Tag::TileOffsets, Tag::TileByteCounts),
-        };
-        let mut list = |tag| decoder.get_tag_u64_vec(tag).map_err(|e| fault(e, "in the header"));
-        let (offsets, lengths) = (list(offsets)?, list(lengths)?);
-        let (chunk_width, rows) = decoder.chunk_dimensions();
-        let columns = if strips { 1 } else { header.width.div_ceil(chunk_width.max(1)) };
-        let rows = if rows == 0 { header.height } else { rows };
-        let planes = if tags.planar == PLANAR { u32::from(tags.samples.max(1)) } else { 1 };
-        let count = u64::from(header.height.div_ceil(rows)) * u64::from(columns) * u64::from(planes);
-        if chunk_width == 0 || (offsets.len() as u64) < count || (lengths.len() as u64) < count {
-            let why = format!("it lists {} strips or tiles of {count}", offsets.len().min(lengths.len()));
-            return Err(InputFault::Damaged { place: "in the header".into(), why });
-        }
-        let stored = Stored::new(tags.sample_format, tags.bits);
-        let chunks =
-            Chunks { rows, columns, offsets, lengths, file_len: file.metadata()?.len(), stored, planes };
-        // The first strip or tile lies within the picture, or the picture within it.
-        let texels = u64::from(chunk_width.min(header.width)) * u64::from(rows.min(header.height));
-        let samples = if planes > 1 { 1 } else { u64::from(tags.samples) };
-        let bytes = texels.saturating_mul(samples * u64::from(tags.bits)) / 8;
-        // Of what is not compressed some writers state no length; strips of that are read as far as there are any.
-        let is_plain = tags.compression == COMPRESSION_NONE;
-        let stored = if is_plain { chunks.file_len } else { chunks.lengths[0] };
-        if !(is_plain && strips) && bytes > stored.saturating_mul(most_from_a_byte(tags.compression)) {
-            let why = format!("its first strip or tile has {stored} bytes, which cannot hold {bytes}");
-            return Err(InputFault::Damaged { place: "in the header".into(), why });
-        }
-        Ok(chunks)
-    }
-
-    /// Strips or tiles of one plane.
-    fn count_per_plane(&self, header: &ImageHeader) -> u64 {
-        u64::from(header.height.div_ceil(self.rows)) * u64::from(self.columns)
-    }
-
-    /// The number of a strip or tile, of a plane and a column, that holds `row`.
-    fn number(&self, plane: u32, row: u32, column: u32, header: &ImageHeader) -> u32 {
-        let per_plane = self.count_per_plane(header) as u32;
-        plane * per_plane + row / self.rows * self.columns + column
-    }
-
-    /// Whether all that holds `row` lies within the file.
-    fn check(&self, row: u32, header: &ImageHeader) -> Result<(), InputFault> {
-        for plane in 0..self.planes {
-            for column in 0..self.columns {
-                let chunk = self.number(plane, row, column, header) as usize;
-                let end = self.offsets[chunk].checked_add(self.lengths[chunk]);
-                if end.is_none_or(|end| end > self.file_len) {
-                    return Err(InputFault::Truncated { place: near_row(row, header.height) });
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// Where `row` lies in a file of uncompressed strips.
-    fn raw_offset(&self, row: u32, row_bytes: usize) -> u64 {
-        let in_strip = u64::from(row % self.rows) * row_bytes as u64;
-        self.offsets[(row / self.rows) as usize].saturating_add(in_strip)
-    }
-}
-
-fn read_raw(file: &mut File, position: &mut u64, offset: u64, rows: &mut [u8]) -> io::Result<()> {
-    if *position != offset {
-        file.seek(SeekFrom::Start(offset))?;
-    }
-    file.read_exact(rows)?;
-    *position = offset + rows.len() as u64;
-    Ok(())
-}
-
-impl Band {
-    fn read(
-        &mut self,
-        first_row: u32,
-        decoder: &mut Decoder<BufReader<File>>,
-        chunks: &Chunks,
-        header: &ImageHeader,
-    ) -> Result<(), InputFault> {
-        chunks.check(first_row, header)?;
-        let place = near_row(first_row, header.height);
-        let (row_bytes, texel) = (header.row_bytes(), header.format.texel_bytes());
-        let (sample, planes) = (header.format.sample(), chunks.planes as usize);
-        // What lies side by side in a plane: a texel, or one sample of it.
-        let (unit, stored_unit) = match planes {
-            1 => (texel, usize::from(header.format.channels()) * chunks.stored.bytes(sample)),
-            _ => (sample.bytes(), chunks.stored.bytes(sample)),
-        };
-        let row_count = chunks.rows.min(header.height - first_row);
-        self.first_row = first_row;
-        self.rows.resize(row_count as usize * row_bytes, 0);
-        // Planes of samples that are no part of the picture are passed over.
-        for plane in 0..chunks.planes.min(header.format.channels().into()) {
-            let mut left = 0;
-            for column in 0..chunks.columns {
-                let chunk = chunks.number(plane, first_row, column, header);
-                let (width, height) = decoder.chunk_data_dimensions(chunk);
-                let layout = decoder.image_chunk_buffer_layout(chunk).map_err(|e| fault(e, &place))?;
-                let stored_row = width as usize * stored_unit;
-                // The decoder counts what pads the last rows of later planes among their rows.
-                let is_expected = height == row_count || (plane > 0 && height > row_count);
-                if !is_expected || layout.complete_len != stored_row * height as usize {
-                    return Err(InputFault::Damaged {
-                        place,
-                        why: "a strip or tile has an unexpected size".into(),
-                    });
-                }
-                let direct = chunks.columns == 1 && planes == 1 && chunks.stored == Stored::AsItIs;
-                let target = if direct { &mut self.rows } else { &mut self.tile };
-                target.resize(layout.complete_len, 0);
-                decoder.read_chunk_bytes(chunk, target).map_err(|e| fault(e, &place))?;
-                let tile_row = width as usize * texel;
-                if !direct {
-                    let stored = self.tile.chunks_exact(stored_row.max(1));
-                    for (row, tile) in self.rows.chunks_exact_mut(row_bytes).zip(stored) {
-                        let texels = row[left..left + tile_row].chunks_exact_mut(texel);
-                        let to = texels.map(|texel| &mut texel[plane as usize * unit..][..unit]);
-                        self.rounded |= place_row(to, tile, chunks.stored, sample);
-                    }
-                }
-                left += tile_row;
-            }
-        }
-        if cfg!(target_endian = "big") {
-            self.rows.chunks_exact_mut(header.format.sample().bytes()).for_each(<[u8]>::reverse);
-        }
-        Ok(())
-    }
+fn read_raw(file: &mut Positioned, offset: u64, rows: &mut [u8]) -> io::Result<()> {
+    file.seek(SeekFrom::Start(offset))?;
+    file.read_exact(rows)
 }
 
 /// The tags that decide how the image is read.
-struct Tags {
-    samples: u16,
-    bits: u8,
-    sample_format: u16,
-    planar: u16,
-    compression: u16,
+pub(super) struct Tags {
+    pub(super) samples: u16,
+    pub(super) bits: u8,
+    pub(super) sample_format: u16,
+    pub(super) planar: u16,
+    pub(super) compression: u16,
     predictor: u16,
     photometric: u16,
 }
 
 impl Tags {
-    fn read(decoder: &mut Decoder<BufReader<File>>) -> Result<Tags, TiffError> {
+    fn read(decoder: &mut TiffDecoder) -> Result<Tags, TiffError> {
         let mut tag = |tag, default| {
             // Of several equal values, one per sample, the first.
             let found = decoder.find_tag_unsigned_vec::<u16>(tag)?;
@@ -381,11 +212,7 @@ fn pixel_format(color: ColorType, tags: &Tags) -> Result<(PixelFormat, bool), In
 }
 
 /// Says what of the file is not followed, and whether its colours are multiplied by alpha.
-fn note(
-    header: &mut ImageHeader,
-    decoder: &mut Decoder<BufReader<File>>,
-    tags: &Tags,
-) -> Result<bool, InputFault> {
+fn note(header: &mut ImageHeader, decoder: &mut TiffDecoder, tags: &Tags) -> Result<bool, InputFault> {
     let in_header = |e| fault(e, "in the header");
     let orientation = decoder.find_tag_unsigned::<u16>(Tag::Orientation).map_err(in_header)?;
     header.orientation = orientation.unwrap_or(1);
@@ -407,7 +234,7 @@ fn note(
     Ok(premultiplied)
 }
 
-fn fault(error: TiffError, place: &str) -> InputFault {
+pub(super) fn fault(error: TiffError, place: &str) -> InputFault {
     match error {
         TiffError::IoError(e) if e.kind() == io::ErrorKind::UnexpectedEof => {
             InputFault::Truncated { place: place.into() }

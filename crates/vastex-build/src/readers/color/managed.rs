@@ -1,4 +1,6 @@
 //! The rows of a picture in sRGB, whatever its profile.
+//!
+//! Rows are read one after the other, and converted some at a time, on several threads where there is help.
 
 use std::sync::Arc;
 
@@ -8,12 +10,15 @@ use vastex_core::{Geometry, PageSet};
 use super::meaning::{Meaning, NoMeaning, srgb};
 use crate::error::{InputFault, near_row};
 use crate::notice::Notice;
+use crate::readers::ahead::{Ahead, Helpers, Spare};
 use crate::readers::{ImageHeader, PixelFormat, RowReader, Sample};
 
 /// What a profile may change and still count as changing nothing: one and a half steps of 8 bits.
 const UNCHANGED: u16 = 385;
 /// Bytes that tables of a conversion take, about, besides those of the profile.
 const TABLE_BYTES: u64 = 2 << 20;
+/// Bytes of the rows that are converted at a time.
+const PIECE_BYTES: usize = 256 << 10;
 /// What a table of the profile takes once it is floats, for each of its bytes.
 const TABLE_SCALE: u64 = 4;
 
@@ -28,15 +33,16 @@ pub fn in_srgb(inner: Box<dyn RowReader>) -> Box<dyn RowReader> {
         Ok(conversion) => Ok((conversion, meaning.name)),
         Err(why) => Err(NoMeaning { name: meaning.name, why }),
     });
-    let converter = match found {
+    let pieces = match found {
         Ok((Conversion { is_linear, converter }, from)) => {
             header.linear = is_linear;
-            if converter.is_some() {
+            converter.map(|converter| {
                 header.notices.push(Notice::ConvertedToSrgb { from, is_linear });
+                let pieces = Pieces::new(converter, &header);
                 let tables = TABLE_BYTES + TABLE_SCALE * profile.bytes();
-                header.memory = header.memory.saturating_add(tables + 4 * header.row_bytes() as u64);
-            }
-            converter
+                header.memory = header.memory.saturating_add(tables + 2 * pieces.bytes);
+                pieces
+            })
         }
         Err(NoMeaning { name, why }) => {
             header.notices.push(Notice::ProfileIgnored { name, why });
@@ -44,7 +50,7 @@ pub fn in_srgb(inner: Box<dyn RowReader>) -> Box<dyn RowReader> {
         }
     };
     let seen = inner.header().notices.len();
-    Box::new(Managed { inner, header, converter, next_row: 0, seen })
+    Box::new(Managed { inner, header, pieces, seen })
 }
 
 /// Whether an image of that kind is in sRGB already, or in its light, by what its profile says.
@@ -56,8 +62,7 @@ struct Managed {
     inner: Box<dyn RowReader>,
     header: ImageHeader,
     /// Nothing where the profile changes nothing or cannot be followed.
-    converter: Option<Converter>,
-    next_row: u32,
+    pieces: Option<Pieces>,
     /// Notices of `inner` that are among the own ones.
     seen: usize,
 }
@@ -75,18 +80,98 @@ impl RowReader for Managed {
         self.inner.tolerate();
     }
 
-    fn read_rows(&mut self, rows: &mut [u8]) -> Result<(), InputFault> {
-        self.inner.read_rows(rows)?;
-        self.header.add_notices_of(self.inner.header(), &mut self.seen);
-        let row_bytes = self.header.row_bytes();
-        if let Some(converter) = &mut self.converter {
-            rows.chunks_exact_mut(row_bytes).try_for_each(|row| converter.row(row)).map_err(|error| {
-                let place = near_row(self.next_row, self.header.height);
-                InputFault::Damaged { place, why: format!("its colours cannot be converted: {error}") }
-            })?;
+    fn memory_ahead(&self, pieces: usize) -> u64 {
+        let own = self.pieces.as_ref().map_or(0, |own| own.ahead.memory(pieces));
+        own.saturating_add(self.inner.memory_ahead(pieces))
+    }
+
+    fn take_help(&mut self, helpers: &Helpers) {
+        self.inner.take_help(helpers);
+        if let Some(own) = &mut self.pieces {
+            own.ahead.take_help(helpers);
         }
-        self.next_row += (rows.len() / row_bytes) as u32;
+    }
+
+    fn read_rows(&mut self, rows: &mut [u8]) -> Result<(), InputFault> {
+        match &mut self.pieces {
+            Some(pieces) => pieces.read(&mut *self.inner, &self.header, rows)?,
+            None => self.inner.read_rows(rows)?,
+        }
+        self.header.add_notices_of(self.inner.header(), &mut self.seen);
         Ok(())
+    }
+}
+
+/// Rows that are being converted, some at a time.
+struct Pieces {
+    converter: Arc<Converter>,
+    ahead: Ahead<Result<Vec<u8>, InputFault>>,
+    /// Rows that are converted at a time, and the bytes that they take meanwhile.
+    rows: u32,
+    bytes: u64,
+    buffers: Arc<Spare<Vec<u8>>>,
+    /// Rows that are read of the image; all where it is damaged.
+    read: u32,
+    /// Rows that are converted, of which so many bytes are given out.
+    now: Vec<u8>,
+    given: usize,
+}
+
+impl Pieces {
+    fn new(converter: Converter, header: &ImageHeader) -> Pieces {
+        let rows = (PIECE_BYTES / header.row_bytes()).clamp(1, header.height as usize) as u32;
+        // The rows, and one as it is converted.
+        let bytes = (u64::from(rows) + 4) * header.row_bytes() as u64;
+        let ahead = Ahead::new(header.height.div_ceil(rows).into(), bytes);
+        let (converter, buffers) = (Arc::new(converter), Arc::default());
+        Pieces { converter, ahead, rows, bytes, buffers, read: 0, now: Vec::new(), given: 0 }
+    }
+
+    fn read(
+        &mut self,
+        inner: &mut dyn RowReader,
+        header: &ImageHeader,
+        rows: &mut [u8],
+    ) -> Result<(), InputFault> {
+        let mut rest = rows;
+        while !rest.is_empty() {
+            if self.given == self.now.len() {
+                self.ask(inner, header);
+                let ended = || Err(InputFault::Truncated { place: near_row(self.read, header.height) });
+                let next = self.ahead.next().unwrap_or_else(ended)?;
+                self.buffers.give(std::mem::replace(&mut self.now, next));
+                self.given = 0;
+            }
+            let count = rest.len().min(self.now.len() - self.given);
+            let (to, later) = rest.split_at_mut(count);
+            to.copy_from_slice(&self.now[self.given..self.given + count]);
+            self.given += count;
+            rest = later;
+        }
+        Ok(())
+    }
+
+    /// Reads rows, as many as there is room for, and gives them to whoever converts them.
+    fn ask(&mut self, inner: &mut dyn RowReader, header: &ImageHeader) {
+        while self.ahead.has_room() && self.read < header.height {
+            let (first, count) = (self.read, self.rows.min(header.height - self.read));
+            let mut rows = self.buffers.take().unwrap_or_default();
+            rows.resize(count as usize * header.row_bytes(), 0);
+            if let Err(fault) = inner.read_rows(&mut rows) {
+                self.read = header.height;
+                self.ahead.push(move || Err(fault));
+                return;
+            }
+            self.read += count;
+            let (converter, row_bytes, height) = (self.converter.clone(), header.row_bytes(), header.height);
+            self.ahead.push(move || match converter.rows(&mut rows, row_bytes) {
+                Ok(()) => Ok(rows),
+                Err(error) => Err(InputFault::Damaged {
+                    place: near_row(first, height),
+                    why: format!("its colours cannot be converted: {error}"),
+                }),
+            });
+        }
     }
 }
 
@@ -174,8 +259,6 @@ enum Converter {
     Color {
         transform: Arc<Transform16BitExecutor>,
         is_8: bool,
-        row: Vec<u16>,
-        converted: Vec<u16>,
     },
 }
 
@@ -200,35 +283,36 @@ impl Converter {
             (true, sample) => Converter::Color {
                 transform: profile.create_transform_16bit(layout, target, layout, options())?,
                 is_8: sample == Sample::U8,
-                row: Vec::new(),
-                converted: Vec::new(),
             },
         })
     }
 
-    fn row(&mut self, texels: &mut [u8]) -> Result<(), CmsError> {
+    fn rows(&self, rows: &mut [u8], row_bytes: usize) -> Result<(), CmsError> {
         match self {
             Converter::Grey8 { table, channels } => {
-                texels.iter_mut().step_by(*channels).for_each(|v| *v = table[usize::from(*v)]);
+                rows.iter_mut().step_by(*channels).for_each(|v| *v = table[usize::from(*v)]);
             }
             Converter::Grey16 { table, channels } => {
-                for v in texels.as_chunks_mut::<2>().0.iter_mut().step_by(*channels) {
+                for v in rows.as_chunks_mut::<2>().0.iter_mut().step_by(*channels) {
                     *v = table[usize::from(u16::from_le_bytes(*v))].to_le_bytes();
                 }
             }
-            Converter::Color { transform, is_8, row, converted } => {
-                row.clear();
-                match is_8 {
-                    true => row.extend(texels.iter().map(|&v| u16::from(v) * 257)),
-                    false => row.extend(texels.as_chunks::<2>().0.iter().map(|v| u16::from_le_bytes(*v))),
-                }
-                converted.resize(row.len(), 0);
-                transform.transform(row, converted)?;
-                if *is_8 {
-                    texels.iter_mut().zip(converted).for_each(|(to, from)| *to = nearest8(*from));
-                } else {
-                    let samples = texels.as_chunks_mut::<2>().0.iter_mut();
-                    samples.zip(converted).for_each(|(to, from)| *to = from.to_le_bytes());
+            Converter::Color { transform, is_8 } => {
+                let (mut row, mut converted) = (Vec::new(), Vec::new());
+                for texels in rows.chunks_exact_mut(row_bytes) {
+                    row.clear();
+                    match is_8 {
+                        true => row.extend(texels.iter().map(|&v| u16::from(v) * 257)),
+                        false => row.extend(texels.as_chunks::<2>().0.iter().map(|v| u16::from_le_bytes(*v))),
+                    }
+                    converted.resize(row.len(), 0);
+                    transform.transform(&row, &mut converted)?;
+                    if *is_8 {
+                        texels.iter_mut().zip(&converted).for_each(|(to, from)| *to = nearest8(*from));
+                    } else {
+                        let samples = texels.as_chunks_mut::<2>().0.iter_mut();
+                        samples.zip(&converted).for_each(|(to, from)| *to = from.to_le_bytes());
+                    }
                 }
             }
         }

@@ -1,8 +1,8 @@
 //! Tile directories of other programs, read as the image that their finest level is.
 //!
 //! [`open_directory`] and [`open_description`] find out by content which layout they have been given; each layout has a
-//! module, which turns it into a [`Grid`] of cells on each level. [`DirectoryReader`] decodes one row of cells of the finest
-//! level at a time, so memory follows the width of the image; [`source`] reads all levels, page by page.
+//! module, which turns it into a [`Grid`] of cells on each level. [`DirectoryReader`] puts together one row of cells of the finest
+//! level at a time, so memory follows the width of the image; with help it decodes some files ahead. [`source`] reads all levels, page by page.
 
 mod celestia;
 mod deep_zoom;
@@ -20,6 +20,7 @@ use std::path::{Path, PathBuf};
 
 use vastex_core::{Geometry, PageSet};
 
+use super::ahead::{Ahead, Helpers};
 use super::{ImageHeader, PixelFormat, Profile, RowReader, open_file};
 use crate::error::InputFault;
 use crate::notice::Notice;
@@ -80,7 +81,14 @@ struct DirectoryReader {
     /// One row of cells, once the first is asked for.
     band: Vec<u8>,
     next_row: u32,
+    /// The newest file; cells that follow one another may come from one coarse tile.
     decoded: Decoded,
+    ahead: Ahead<Result<Decoded, InputFault>>,
+    /// Cells whose files somebody was asked for, row by row, and the file of the last of them.
+    asked: u64,
+    asked_path: PathBuf,
+    /// Whether the files may be damaged.
+    tolerates: bool,
 }
 
 /// Opens a directory by what is in it.
@@ -161,12 +169,23 @@ fn reader(source: Source) -> Result<Box<dyn RowReader>, InputFault> {
     let band = u64::from(source.grid.cell().min(header.height)).saturating_mul(header.row_bytes() as u64);
     header.memory = band.saturating_add(source.texels.memory);
     header.notices.extend(source.notices);
-    let (grid, band, next_row, decoded) = (source.grid, Vec::new(), 0, Decoded::default());
-    Ok(Box::new(DirectoryReader { header, grid, band, next_row, decoded }))
+    let cells = [header.width, header.height].map(|n| u64::from(n.div_ceil(source.grid.cell())));
+    let ahead = Ahead::new(cells[0] * cells[1], source.texels.memory);
+    Ok(Box::new(DirectoryReader {
+        header,
+        grid: source.grid,
+        band: Vec::new(),
+        next_row: 0,
+        decoded: Decoded::default(),
+        ahead,
+        asked: 0,
+        asked_path: PathBuf::new(),
+        tolerates: false,
+    }))
 }
 
 impl DirectoryReader {
-    /// Decodes the row of cells that begins at the next row.
+    /// Puts together the row of cells that begins at the next row.
     fn load_band(&mut self) -> Result<(), InputFault> {
         let (cell, stride) = (self.grid.cell(), self.header.row_bytes());
         let texel_bytes = self.header.format.texel_bytes();
@@ -175,12 +194,32 @@ impl DirectoryReader {
         self.band.resize(rows as usize * stride, 0);
         for column in 0..self.header.width.div_ceil(cell) {
             let piece = self.grid.piece(0, column, row);
-            self.decoded.load(&piece, self.header.format)?;
+            if !self.decoded.is_of(&piece) {
+                self.ask();
+                let format = self.header.format;
+                let next = self.ahead.next();
+                self.decoded = next.unwrap_or_else(|| Decoded::of(&piece, format, self.tolerates))?;
+            }
             let width = cell.min(self.header.width - column * cell);
             let start = column as usize * cell as usize * texel_bytes;
             self.decoded.copy(&mut self.band[start..], stride, [width, rows], &piece, texel_bytes);
         }
         Ok(())
+    }
+
+    /// Gives files to whoever decodes them, as many as there is room for.
+    fn ask(&mut self) {
+        let cell = self.grid.cell();
+        let [columns, rows] = [self.header.width, self.header.height].map(|n| u64::from(n.div_ceil(cell)));
+        while self.ahead.has_room() && self.asked < columns * rows {
+            let piece = self.grid.piece(0, (self.asked % columns) as u32, (self.asked / columns) as u32);
+            self.asked += 1;
+            if piece.path != self.asked_path {
+                self.asked_path.clone_from(&piece.path);
+                let (format, tolerates) = (self.header.format, self.tolerates);
+                self.ahead.push(move || Decoded::of(&piece, format, tolerates));
+            }
+        }
     }
 }
 
@@ -194,7 +233,15 @@ impl RowReader for DirectoryReader {
     }
 
     fn tolerate(&mut self) {
-        self.decoded.tolerate();
+        self.tolerates = true;
+    }
+
+    fn memory_ahead(&self, pieces: usize) -> u64 {
+        self.ahead.memory(pieces)
+    }
+
+    fn take_help(&mut self, helpers: &Helpers) {
+        self.ahead.take_help(helpers);
     }
 
     fn read_rows(&mut self, rows: &mut [u8]) -> Result<(), InputFault> {

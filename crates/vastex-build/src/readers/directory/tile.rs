@@ -55,14 +55,21 @@ pub(in crate::readers) fn common(a: PixelFormat, b: PixelFormat) -> Option<Pixel
 }
 
 impl Decoded {
-    /// Takes damaged files for what can be made of them.
-    pub(super) fn tolerate(&mut self) {
-        self.tolerates = true;
+    /// The file of a piece, which is taken for what can be made of it where that `tolerates` damage.
+    pub(super) fn of(piece: &Piece, format: PixelFormat, tolerates: bool) -> Result<Decoded, InputFault> {
+        let mut decoded = Decoded { tolerates, ..Decoded::default() };
+        decoded.load(piece, format)?;
+        Ok(decoded)
+    }
+
+    /// Whether it is the file of a piece.
+    pub(super) fn is_of(&self, piece: &Piece) -> bool {
+        self.path == piece.path && !self.texels.is_empty()
     }
 
     /// Decodes the file of a piece, unless it was the last one asked for.
     pub(super) fn load(&mut self, piece: &Piece, format: PixelFormat) -> Result<(), InputFault> {
-        if self.path == piece.path && !self.texels.is_empty() {
+        if self.is_of(piece) {
             return Ok(());
         }
         self.path.clone_from(&piece.path);
