@@ -99,7 +99,7 @@ pub(crate) struct BuildArgs {
     /// Begin every tile at a multiple of so many bytes, for direct I/O: a power of two, 4096 to 65536 or 4K to 64K
     #[arg(long, value_name = "BYTES", value_parser = parse_align)]
     pub(crate) align: Option<u32>,
-    /// Threads that filter and encode [default: one for each core]
+    /// Threads that decode, filter and encode [default: one for each core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub(crate) threads: Option<u32>,
     /// Take no more memory than this: buffers become smaller, and what cannot be built so is refused before it begins

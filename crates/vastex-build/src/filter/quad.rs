@@ -160,7 +160,11 @@ fn color(
 ) {
     let pairs = upper.as_chunks::<8>().0.iter().zip(lower.as_chunks::<8>().0);
     for (to, (a, b)) in coarse.as_chunks_mut::<4>().0.iter_mut().zip(pairs) {
-        if a[3] & a[7] & b[3] & b[7] == 255 {
+        let two = u64::from_le_bytes(*a);
+        if a == b && two == two.rotate_left(32) {
+            // Four of one kind are that one, which water and sky mostly are.
+            *to = (two as u32).to_le_bytes();
+        } else if a[3] & a[7] & b[3] & b[7] == 255 {
             let mean = |c: usize| {
                 encode((decode(a[c]) + decode(a[c + 4]) + decode(b[c]) + decode(b[c + 4]) + 2) >> 2)
             };
@@ -234,6 +238,25 @@ mod tests {
             let mut out = [0; 4];
             filter.row(&mut out, &upper, &lower);
             assert_eq!(out, [expected, expected, expected, 255]);
+        }
+    }
+
+    #[test]
+    fn four_of_one_kind_are_that_one() {
+        for value in 0..=255u8 {
+            for alpha in [0, 1, 128, 255] {
+                let texel = [value, 255 - value, value / 2, alpha];
+                let row = [texel; 2].concat();
+                // One that differs by nothing but a transparent texel goes the long way.
+                for filter in [Quad::LinearColor, Quad::SrgbColor] {
+                    let mut out = [0; 4];
+                    filter.row(&mut out, &row, &row);
+                    assert_eq!(out, texel);
+                    let odd = [texel, [7, 7, 7, 0]].concat();
+                    filter.row(&mut out, &row, &odd);
+                    assert!(alpha == 0 || out[..3] == texel[..3], "{out:?} {texel:?}");
+                }
+            }
         }
     }
 

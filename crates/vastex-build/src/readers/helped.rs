@@ -21,7 +21,7 @@ use self::files::HandmadeTiff;
 use super::{Helpers, Meeting, RowReader, in_srgb, open};
 use crate::{BuildError, BuildOptions, LayerInput, Progress, build};
 
-const SIZE: [u32; 2] = [1024, 480];
+const SIZE: [u32; 2] = [1024, 384];
 const TILE: u32 = 128;
 const PIECES: usize = 6;
 
@@ -188,7 +188,7 @@ fn the_first_damage_ends_the_rows_whoever_finds_it() {
         let path = desk.path(name);
         let alone = rows(opened(&path));
         assert!(alone.1.is_some(), "{name} is not damaged");
-        for _ in 0..3 {
+        for _ in 0..2 {
             let mut reader = opened(&path);
             reader.take_help(&Helpers::watched(3, PIECES, Arc::new(|| {})));
             let helped = rows(reader);
