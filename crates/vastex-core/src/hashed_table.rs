@@ -57,6 +57,8 @@ pub struct HashedTable {
     seed: u32,
     /// Places written since they were last asked for, some more than once; nothing where all of them may have been.
     written: Option<Vec<u32>>,
+    /// The table as it lay before its places became others, since they were last asked for.
+    before: Option<Box<HashedTable>>,
 }
 
 impl HashedTable {
@@ -67,7 +69,8 @@ impl HashedTable {
     pub fn new(geometry: &Geometry, tail_slot: Slot) -> HashedTable {
         let tail = TableEntry::new(geometry.tail().first_level(), tail_slot);
         let places = vec![HashedPlace::FREE; HashedTable::FEWEST];
-        HashedTable { geometry: geometry.clone(), tail, places, pages: 0, seed: 0, written: None }
+        let geometry = geometry.clone();
+        HashedTable { geometry, tail, places, pages: 0, seed: 0, written: None, before: None }
     }
 
     /// Carries out changes, evictions before loads, as [`crate::TableImage`] does one by one.
@@ -131,10 +134,18 @@ impl HashedTable {
     /// Which places were written since the last call, in ascending order; nothing where all may have been, and be of another number,
     /// as it is of a new table.
     pub fn take_written(&mut self) -> Option<Vec<u32>> {
+        self.before = None;
         let mut written = self.written.replace(Vec::new())?;
         written.sort_unstable();
         written.dedup();
         Some(written)
+    }
+
+    /// The table as it lay before its places became of another number, if they have since [`HashedTable::take_written`], which is to be
+    /// called after this: what it says was written goes to whoever still reads the old places. It is as true of what has left as the new
+    /// one, and takes further [evictions](HashedTable::evict).
+    pub fn take_before(&mut self) -> Option<HashedTable> {
+        self.before.take().map(|before| *before)
     }
 
     /// Where the page is, or would be; a table with free places alone is never without.
@@ -205,12 +216,17 @@ impl HashedTable {
 
     /// Begins anew with so many places, or more until every page is near its home.
     fn hash_anew(&mut self, places: usize) {
-        let pages: Vec<HashedPlace> = self.places.iter().copied().filter(|place| !place.is_free()).collect();
-        self.written = None;
-        self.seed = self.seed.wrapping_add(1);
-        self.places = vec![HashedPlace::FREE; places];
-        self.pages = 0;
-        pages.into_iter().for_each(|place| self.insert(place));
+        let (count, seed) = (std::mem::take(&mut self.pages), self.seed);
+        let old = std::mem::replace(&mut self.places, vec![HashedPlace::FREE; places]);
+        self.seed = seed.wrapping_add(1);
+        let written = self.written.take();
+        old.iter().filter(|place| !place.is_free()).for_each(|&place| self.insert(place));
+        if written.is_some() {
+            let (geometry, tail) = (self.geometry.clone(), self.tail);
+            let before =
+                HashedTable { geometry, tail, places: old, pages: count, seed, written, before: None };
+            self.before = Some(Box::new(before));
+        }
     }
 }
 

@@ -49,6 +49,10 @@ pub fn required_limits(adapter: &wgpu::Adapter) -> wgpu::Limits {
 
 /// Fails where the device is already lost, so that nothing is made that could not be used without a panic.
 pub fn alive(device: &wgpu::Device) -> Result<(), GpuError> {
+    #[cfg(feature = "test-device")]
+    if crate::test_device::is_to_fail() {
+        return Err(GpuError::DeviceLost);
+    }
     let probe = device.create_buffer(&wgpu::BufferDescriptor {
         label: Some("vastex probe"),
         size: 4,
@@ -68,6 +72,10 @@ pub fn poll(device: &wgpu::Device) -> Result<(), GpuError> {
 ///
 /// In a browser the answer comes only later; there the device reports it as an uncaptured error.
 pub(crate) fn guarded<T>(device: &wgpu::Device, bytes: u64, make: impl FnOnce() -> T) -> Result<T, GpuError> {
+    #[cfg(feature = "test-device")]
+    if crate::test_device::is_to_fail() {
+        return Err(GpuError::OutOfMemory { bytes });
+    }
     let scope = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
     let made = make();
     match now(scope.pop()) {

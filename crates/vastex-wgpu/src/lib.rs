@@ -41,6 +41,7 @@ mod readback;
 mod shader;
 mod table;
 mod table_changer;
+mod table_growth;
 mod table_texture;
 #[cfg(feature = "test-device")]
 pub mod test_device;

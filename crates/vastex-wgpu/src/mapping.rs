@@ -133,5 +133,7 @@ pub(crate) fn read_buffer(device: &wgpu::Device, size: u64) -> wgpu::Buffer {
 
 /// Lets the device call back what is due; waits where `poll` says so.
 pub(crate) fn poll_device(device: &wgpu::Device, poll: wgpu::PollType) -> Result<(), GpuError> {
+    #[cfg(feature = "test-device")]
+    crate::test_device::count_poll();
     device.poll(poll).map(|_| ()).map_err(|_| GpuError::DeviceLost)
 }

@@ -91,16 +91,16 @@ impl TextureParams {
         table: TableParams,
     ) -> TextureParams {
         let (layout, tail) = (TableLayout::new(geometry), geometry.tail());
-        let (table_level, [table_places, table_seed]) = match table {
-            TableParams::Direct { finest } => (finest, [0; 2]),
-            TableParams::Hashed { places, seed } => (0, [places, seed]),
+        let (table_level, begin, [table_places, table_seed]) = match table {
+            TableParams::Direct { finest, begin } => (finest, begin, [0; 2]),
+            TableParams::Hashed { places, seed } => (0, 0, [places, seed]),
         };
         let mut levels = [LevelParams::default(); shared::MAX_LEVELS as usize];
         for (index, params) in (0..=geometry.coarsest()).zip(&mut levels) {
             *params = LevelParams::new(geometry, index, tail.first_level());
             if (table_level..tail.first_level()).contains(&index) && table_places == 0 {
                 // A direct table that fits a GPU buffer has fewer than 2^32 entries.
-                params.first_entry = (layout.first_entry(index) - layout.first_entry(table_level)) as u32;
+                params.first_entry = (layout.first_entry(index) - layout.first_entry(begin)) as u32;
             }
         }
         TextureParams {
@@ -141,8 +141,10 @@ impl TextureParams {
 pub(crate) enum TableParams {
     /// With entries from a level on.
     Direct {
-        /// The level.
+        /// The finest level that is filled.
         finest: u8,
+        /// The finest that there is room for.
+        begin: u8,
     },
     /// As places of a hash table.
     Hashed {

@@ -12,6 +12,7 @@ use crate::error::GpuError;
 use crate::mirror::{TableParams, TextureParams};
 use crate::shader::TableKinds;
 use crate::table_changer::ChangeBuffer;
+use crate::table_growth::Growth;
 use crate::table_texture::TableTexture;
 use crate::way::FeedbackWay;
 
@@ -71,6 +72,7 @@ pub struct TableBuffers {
     params: wgpu::Buffer,
     pub(crate) entries: Entries,
     pub(crate) changes: Option<ChangeBuffer>,
+    pub(crate) growth: Growth,
 }
 
 /// Where the entries lie.
@@ -83,8 +85,9 @@ pub(crate) enum Entries {
 /// How the entries lie there.
 #[derive(Debug)]
 pub(crate) enum Kind {
-    /// One for each page of the levels from `finest` on; `image` has those of all levels where the CPU changes them.
-    Direct { finest: u8, image: Option<Box<TableImage>> },
+    /// One for each page of the levels from `begin` on, of which those from `finest` on are filled; `image` has those of all levels where the
+    /// CPU changes them.
+    Direct { finest: u8, begin: u8, image: Option<Box<TableImage>> },
     /// As the places of this table, which the GPU has a copy of.
     Hashed(Box<HashedTable>),
 }
@@ -108,73 +111,101 @@ impl TableBuffers {
         let image = || Box::new(TableImage::new(geometry, tail_slot));
         let kind = match choice.is_hashed(device, geometry, way) {
             true => Kind::Hashed(Box::new(HashedTable::new(geometry, tail_slot))),
-            false => Kind::Direct { finest: coarse_level(geometry), image: is_in_texture.then(image) },
+            false => Kind::direct(coarse_level(geometry), is_in_texture.then(image)),
         };
+        let growth = Growth::to(kind.finest());
         let entries = Entries::new(device, kind.bytes(geometry), is_in_texture)?;
         let rule = LevelRule::default().within(geometry);
         let params = TextureParams::new(geometry, texture, tail_slot, &rule, kind.params());
         let params = uniform(device, queue, "vastex texture", &params);
         let geometry = geometry.clone();
+        let changes = None;
         let mut table =
-            TableBuffers { geometry, texture, tail_slot, rule, kind, params, entries, changes: None };
+            TableBuffers { geometry, texture, tail_slot, rule, kind, params, entries, changes, growth };
         table.send_all(queue);
         Ok(table)
     }
 
-    /// Whether there are entries for the pages of a level.
+    /// Whether there are entries for the pages of a level, or will be: see [`TableBuffers::is_growing`].
     pub fn has_level(&self, level: u8) -> bool {
-        match self.kind {
-            Kind::Direct { finest, .. } => level >= finest,
-            Kind::Hashed(_) => true,
-        }
+        level >= self.growth.level()
     }
 
     /// Takes another buffer or texture, and other parameters, for a table with `tail_slot` and, where it is direct, entries from level
-    /// `finest` on, in which every entry leads to the tail; they are to be filled. What was recorded with the old ones keeps them. Where it
-    /// fails everything stays as it is.
+    /// `finest` on, in which every entry leads to the tail; they are to be filled. Gives the table as it lay before: what was recorded with
+    /// that keeps it. Where it fails everything stays as it is.
     pub(crate) fn lie_anew(
         &mut self,
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         tail_slot: Slot,
         finest: u8,
-    ) -> Result<(), GpuError> {
+    ) -> Result<TableBuffers, GpuError> {
         let kind = match &self.kind {
             Kind::Direct { image, .. } => {
                 let anew = || Box::new(TableImage::new(&self.geometry, tail_slot));
-                Kind::Direct { finest, image: image.is_some().then(anew) }
+                Kind::direct(finest, image.is_some().then(anew))
             }
             Kind::Hashed(_) => Kind::Hashed(Box::new(HashedTable::new(&self.geometry, tail_slot))),
         };
-        self.lie_elsewhere(device, queue, tail_slot, Some(kind))
+        self.lie_elsewhere(device, queue, tail_slot, kind)
     }
 
-    /// The same for what a hashed table holds now, whose places are others.
+    /// The same for a table that holds this.
     pub(crate) fn lie_elsewhere(
         &mut self,
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         tail_slot: Slot,
-        kind: Option<Kind>,
-    ) -> Result<(), GpuError> {
+        kind: Kind,
+    ) -> Result<TableBuffers, GpuError> {
         alive(device)?;
-        let bytes = kind.as_ref().unwrap_or(&self.kind).bytes(&self.geometry);
-        let entries = Entries::new(device, bytes, matches!(self.entries, Entries::Texture(_)))?;
-        if let Some(kind) = kind {
-            self.kind = kind;
-        }
-        (self.tail_slot, self.entries) = (tail_slot, entries);
-        self.params = uniform(device, queue, "vastex texture", &self.texture_params());
-        self.changes = None; // its bind group names the old ones
-        Ok(())
+        let is_in_texture = matches!(self.entries, Entries::Texture(_));
+        let entries = Entries::new(device, kind.bytes(&self.geometry), is_in_texture)?;
+        Ok(self.take_place(device, queue, entries, kind, tail_slot))
     }
 
-    /// The finest level with entries, of a direct table.
-    pub(crate) fn finest(&self) -> u8 {
-        match self.kind {
-            Kind::Direct { finest, .. } => finest,
-            Kind::Hashed(_) => 0,
+    /// Puts what a table lies in and holds in the place of what it did, which it gives.
+    pub(crate) fn take_place(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        entries: Entries,
+        kind: Kind,
+        tail_slot: Slot,
+    ) -> TableBuffers {
+        use std::mem::replace;
+        let growth = Growth::to(kind.finest());
+        let kind = replace(&mut self.kind, kind);
+        let tail_slot = replace(&mut self.tail_slot, tail_slot);
+        let params = uniform(device, queue, "vastex texture", &self.texture_params());
+        TableBuffers {
+            geometry: self.geometry.clone(),
+            texture: self.texture,
+            rule: self.rule,
+            kind,
+            tail_slot,
+            params: replace(&mut self.params, params),
+            entries: replace(&mut self.entries, entries),
+            changes: self.changes.take(), // its bind group names what was there
+            growth: replace(&mut self.growth, growth),
         }
+    }
+
+    /// A hashed table whose places have become others, which were `before`, lies elsewhere; gives what lies where it lay.
+    pub(crate) fn hash_elsewhere(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        before: HashedTable,
+    ) -> Result<TableBuffers, GpuError> {
+        let now = std::mem::replace(&mut self.kind, Kind::Hashed(Box::new(before)));
+        self.lie_elsewhere(device, queue, self.tail_slot, now)
+    }
+
+    /// The finest level that shaders look up: all of its entries are there. 0 of a hashed table.
+    pub fn finest(&self) -> u8 {
+        self.kind.finest()
     }
 
     /// Sends all of a table that nothing reads yet, for all commands submitted after this call.
@@ -305,12 +336,22 @@ impl Entries {
 }
 
 impl Kind {
+    /// Of entries that are all filled.
+    fn direct(finest: u8, image: Option<Box<TableImage>>) -> Kind {
+        Kind::Direct { finest, begin: finest, image }
+    }
+
+    fn finest(&self) -> u8 {
+        match self {
+            Kind::Direct { finest, .. } => *finest,
+            Kind::Hashed(_) => 0,
+        }
+    }
+
     /// The words of the table; those of a direct table that only the GPU has lead to the tail, as at its beginning.
     pub(crate) fn words(&self, geometry: &Geometry, tail_slot: Slot) -> Words<'_> {
         match self {
-            Kind::Direct { finest, image: Some(image) } => {
-                Words::Image(&image.entries()[first_entry(geometry, *finest) as usize..])
-            }
+            Kind::Direct { begin, image: Some(image), .. } => Words::of(image, geometry, *begin),
             Kind::Direct { image: None, .. } => {
                 Words::Tail(TableEntry::new(geometry.tail().first_level(), tail_slot).to_bits())
             }
@@ -320,7 +361,7 @@ impl Kind {
 
     fn params(&self) -> TableParams {
         match self {
-            Kind::Direct { finest, .. } => TableParams::Direct { finest: *finest },
+            Kind::Direct { finest, begin, .. } => TableParams::Direct { finest: *finest, begin: *begin },
             Kind::Hashed(table) => {
                 TableParams::Hashed { places: table.places().len() as u32, seed: table.seed() }
             }
@@ -329,7 +370,7 @@ impl Kind {
 
     pub(crate) fn bytes(&self, geometry: &Geometry) -> u64 {
         match self {
-            Kind::Direct { finest, .. } => entry_count(geometry, *finest) * 4,
+            Kind::Direct { begin, .. } => entry_count(geometry, *begin) * 4,
             Kind::Hashed(table) => (table.places().len() * PLACE_BYTES) as u64,
         }
     }
@@ -342,7 +383,12 @@ pub(crate) enum Words<'a> {
     Places(&'a [HashedPlace]),
 }
 
-impl Words<'_> {
+impl<'a> Words<'a> {
+    /// The entries of an image from a level on.
+    pub(crate) fn of(image: &'a TableImage, geometry: &Geometry, begin: u8) -> Words<'a> {
+        Words::Image(&image.entries()[first_entry(geometry, begin) as usize..])
+    }
+
     /// Some of them, and zeros beyond the last, where nobody looks.
     pub(crate) fn range(&self, range: std::ops::Range<u64>) -> Vec<u32> {
         let (begin, count) = (range.start as usize, (range.end - range.start) as usize);
@@ -372,12 +418,12 @@ fn most_bytes(device: &wgpu::Device, way: FeedbackWay) -> u64 {
 }
 
 /// Entries of a texture's table from a level on. A binding is never empty, so a texture that is all tail has one that nobody reads.
-fn entry_count(geometry: &Geometry, finest: u8) -> u64 {
+pub(crate) fn entry_count(geometry: &Geometry, finest: u8) -> u64 {
     (TableLayout::new(geometry).entries() - first_entry(geometry, finest)).max(1)
 }
 
 /// The first of them.
-fn first_entry(geometry: &Geometry, finest: u8) -> u64 {
+pub(crate) fn first_entry(geometry: &Geometry, finest: u8) -> u64 {
     let is_finer = finest < geometry.tail().first_level();
     if is_finer { TableLayout::new(geometry).first_entry(finest) } else { 0 }
 }

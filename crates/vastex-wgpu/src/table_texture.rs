@@ -21,10 +21,12 @@ pub(crate) struct TableTexture {
     size: [u32; 2],
     /// Of each row, whether it is to be sent.
     is_changed: Vec<bool>,
+    /// Rows at the beginning that nothing reads yet, and that are sent by and by.
+    unsent: u32,
 }
 
 impl TableTexture {
-    /// A texture for so many bytes, of which all are to be sent.
+    /// A texture for so many bytes, of which nothing has been sent.
     pub(crate) fn new(device: &wgpu::Device, bytes: u64) -> TableTexture {
         let size = texture_size(bytes / 4);
         let texture = device.create_texture(&wgpu::TextureDescriptor {
@@ -40,7 +42,7 @@ impl TableTexture {
             view_formats: &[],
         });
         let view = texture.create_view(&Default::default());
-        TableTexture { texture, view, size, is_changed: vec![true; size[1] as usize] }
+        TableTexture { texture, view, size, is_changed: vec![false; size[1] as usize], unsent: size[1] }
     }
 
     /// Bytes of the largest table that a device can have in a texture.
@@ -57,31 +59,65 @@ impl TableTexture {
         self.is_changed[low..=high].fill(true);
     }
 
-    /// Records copies of the rows that are marked, and returns their bytes.
+    /// Records copies of the rows that are marked, but for those that are unsent, and returns their bytes.
     pub(crate) fn send(
         &mut self,
         device: &wgpu::Device,
         encoder: &mut wgpu::CommandEncoder,
         words: &Words<'_>,
     ) -> u64 {
-        let (mut sent, mut row) = (0, 0);
-        for run in self.is_changed.chunk_by(|a, b| a == b) {
+        let (mut sent, mut row) = (0, self.unsent);
+        for run in self.is_changed[self.unsent as usize..].chunk_by(|a, b| a == b) {
             let rows = row..row + run.len() as u32;
             row = rows.end;
-            if !run[0] {
-                continue;
+            if run[0] {
+                sent += self.send_rows(device, encoder, words, &rows);
             }
-            let bytes = self.rows(words, &rows);
-            sent += bytes.len() as u64 * 4;
-            // A lost device shows where the frame begins.
-            let Some(buffer) = staged(device, "vastex page table", bytemuck::cast_slice(&bytes)) else {
-                continue;
-            };
-            let source = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout: self.layout() };
-            encoder.copy_buffer_to_texture(source, self.at(rows.start), self.extent_of(&rows));
         }
         self.is_changed.fill(false);
         sent
+    }
+
+    /// Records a copy of the last unsent rows, as many as `budget` bytes are, one at least where it is not 0; takes them from it and returns
+    /// their bytes.
+    pub(crate) fn send_more(
+        &mut self,
+        device: &wgpu::Device,
+        encoder: &mut wgpu::CommandEncoder,
+        words: &Words<'_>,
+        budget: &mut u64,
+    ) -> u64 {
+        let row_bytes = 4 * u64::from(self.size[0]);
+        let rows = budget.div_ceil(row_bytes).min(u64::from(self.unsent)) as u32;
+        if rows == 0 {
+            return 0;
+        }
+        let rows = self.unsent - rows..self.unsent;
+        self.unsent = rows.start;
+        let sent = self.send_rows(device, encoder, words, &rows);
+        *budget = budget.saturating_sub(sent);
+        sent
+    }
+
+    /// The first word that has been sent.
+    pub(crate) fn first_sent(&self) -> u64 {
+        u64::from(self.unsent) * u64::from(self.size[0])
+    }
+
+    fn send_rows(
+        &self,
+        device: &wgpu::Device,
+        encoder: &mut wgpu::CommandEncoder,
+        words: &Words<'_>,
+        rows: &std::ops::Range<u32>,
+    ) -> u64 {
+        let bytes = self.rows(words, rows);
+        // A lost device shows where the frame begins.
+        if let Some(buffer) = staged(device, "vastex page table", bytemuck::cast_slice(&bytes)) {
+            let source = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout: self.layout() };
+            encoder.copy_buffer_to_texture(source, self.at(rows.start), self.extent_of(rows));
+        }
+        bytes.len() as u64 * 4
     }
 
     /// Writes all rows, for all commands submitted after this call, and returns their bytes. For a texture that nothing reads yet.
@@ -91,6 +127,7 @@ impl TableTexture {
         let bytes: &[u8] = bytemuck::cast_slice(&bytes);
         queue.write_texture(self.at(0), bytes, self.layout(), self.extent_of(&rows));
         self.is_changed.fill(false);
+        self.unsent = 0;
         bytes.len() as u64
     }
 
@@ -138,42 +175,73 @@ impl TableBuffers {
         changes: &[TableChange],
     ) -> Result<Applied, GpuError> {
         alive(device)?;
-        let Entries::Texture(texture) = &mut self.entries else { return Ok(Applied::default()) };
         match &mut self.kind {
-            Kind::Direct { finest, image } => {
-                for change in changes {
-                    let changed = image.as_mut().map_or(0, |image| image.apply(&self.geometry, change));
-                    if changed > 0 {
-                        mark_below(texture, &self.geometry, *finest, change);
-                    }
-                }
+            Kind::Direct { image, .. } => {
+                let is_other = |change: &&TableChange| {
+                    image.as_mut().is_some_and(|image| image.apply(&self.geometry, change) > 0)
+                };
+                let changed: Vec<TableChange> = changes.iter().filter(is_other).copied().collect();
+                self.mark(&changed);
+                self.growth.mark(&self.geometry, &changed);
             }
             Kind::Hashed(hashed) => {
-                let words = HashedPlace::WORDS as u64;
-                hashed.evict(changes);
-                let evicted = hashed.take_written().unwrap_or_default();
-                evicted.iter().for_each(|&place| texture.mark(u64::from(place) * words, words));
-                let bytes = self.send_marked(device, encoder);
-                let (Entries::Texture(texture), Kind::Hashed(hashed)) = (&mut self.entries, &mut self.kind)
-                else {
-                    return Ok(Applied::default());
-                };
-                hashed.load(changes);
-                let Some(written) = hashed.take_written() else {
-                    // What was recorded before keeps the old places, without what has left its slot.
-                    self.lie_elsewhere(device, queue, self.tail_slot(), None)?;
-                    return Ok(Applied { bytes: bytes + self.send_all(queue), has_moved: true });
-                };
-                written.iter().for_each(|&place| texture.mark(u64::from(place) * words, words));
-                return Ok(Applied { bytes: bytes + self.send_marked(device, encoder), has_moved: false });
+                hashed.apply(changes);
+                if let Some(before) = hashed.take_before() {
+                    let mut before = self.hash_elsewhere(device, queue, before)?;
+                    before.mark_written();
+                    let bytes = before.send_marked(device, encoder) + self.send_all(queue);
+                    return Ok(Applied { bytes, before: Some(Box::new(before)) });
+                }
+                self.mark_written();
             }
         }
-        Ok(Applied { bytes: self.send_marked(device, encoder), has_moved: false })
+        Ok(Applied { bytes: self.send_marked(device, encoder), before: None })
+    }
+
+    /// See [`crate::TableChanger::follow`].
+    pub(crate) fn follow_in_texture(
+        &mut self,
+        device: &wgpu::Device,
+        encoder: &mut wgpu::CommandEncoder,
+        now: &TableBuffers,
+        changes: &[TableChange],
+    ) -> u64 {
+        match (&mut self.kind, &now.kind) {
+            (Kind::Direct { begin, .. }, Kind::Direct { image: Some(image), .. }) => {
+                let words = Words::of(image, &self.geometry, *begin);
+                self.mark(changes);
+                let Entries::Texture(texture) = &mut self.entries else { return 0 };
+                texture.send(device, encoder, &words)
+            }
+            (Kind::Hashed(hashed), _) => {
+                hashed.evict(changes);
+                self.mark_written();
+                self.send_marked(device, encoder)
+            }
+            _ => 0,
+        }
+    }
+
+    /// Marks what these changes of a direct table may have changed.
+    fn mark(&mut self, changes: &[TableChange]) {
+        if let (Entries::Texture(texture), Kind::Direct { begin, .. }) = (&mut self.entries, &self.kind) {
+            changes.iter().for_each(|change| mark_below(texture, &self.geometry, *begin, change));
+        }
+    }
+
+    /// Marks the places of a hashed table that were written.
+    fn mark_written(&mut self) {
+        let (Entries::Texture(texture), Kind::Hashed(hashed)) = (&mut self.entries, &mut self.kind) else {
+            return;
+        };
+        let words = HashedPlace::WORDS as u64;
+        let written = hashed.take_written().unwrap_or_default();
+        written.iter().for_each(|&place| texture.mark(u64::from(place) * words, words));
     }
 }
 
 /// Marks what a change of a direct table may have changed: the entries at and below its page, of the levels from `finest` on.
-fn mark_below(texture: &mut TableTexture, geometry: &Geometry, finest: u8, change: &TableChange) {
+pub(crate) fn mark_below(texture: &mut TableTexture, geometry: &Geometry, finest: u8, change: &TableChange) {
     let (layout, pos) = (TableLayout::new(geometry), change.page.pos(geometry.dims()));
     let begin = layout.first_entry(finest);
     for level in finest..=pos.level {

@@ -39,6 +39,26 @@ impl FeedbackWay {
         if FeedbackWay::Separate.check(device).is_ok() { FeedbackWay::Separate } else { FeedbackWay::Raw }
     }
 
+    /// The way that was asked for, if the device has it; where none was, [the best](FeedbackWay::best). In a browser whoever asks is believed,
+    /// since its limits do not say all that its device has.
+    pub fn choose(asked: Option<FeedbackWay>, device: &wgpu::Device) -> Result<FeedbackWay, GpuError> {
+        let best = || FeedbackWay::best(device);
+        FeedbackWay::chosen(asked, cfg!(target_family = "wasm"), best, |way| way.check(device))
+    }
+
+    fn chosen(
+        asked: Option<FeedbackWay>,
+        in_browser: bool,
+        best: impl FnOnce() -> FeedbackWay,
+        check: impl FnOnce(FeedbackWay) -> Result<(), GpuError>,
+    ) -> Result<FeedbackWay, GpuError> {
+        match asked {
+            None => Ok(best()),
+            Some(way) if in_browser => Ok(way),
+            Some(way) => check(way).map(|()| way),
+        }
+    }
+
     /// Fails where the device has not what the way needs. Costs a bind group layout; in a browser nothing.
     pub fn check(self, device: &wgpu::Device) -> Result<(), GpuError> {
         let limits = device.limits();
@@ -112,6 +132,26 @@ mod tests {
         let no_compute = wgpu::Limits { max_compute_invocations_per_workgroup: 0, ..default };
         assert_eq!(ways(&no_compute), [FeedbackWay::Raw]);
         assert_eq!(ways(&wgpu::Limits::downlevel_webgl2_defaults()), [FeedbackWay::Raw]);
+    }
+
+    /// Whatever its limits say; elsewhere what the device has not is refused.
+    #[test]
+    fn in_a_browser_a_setting_overrides_what_limits_say() {
+        let compatible = wgpu::Limits { max_storage_buffers_per_shader_stage: 4, ..wgpu::Limits::default() };
+        let chosen = |asked, in_browser| {
+            let has = ways(&compatible);
+            let best = || {
+                if has.contains(&FeedbackWay::Separate) { FeedbackWay::Separate } else { FeedbackWay::Raw }
+            };
+            let refused = |way: FeedbackWay| GpuError::FeedbackWay { way: way.name() };
+            let check = |way| if has.contains(&way) { Ok(()) } else { Err(refused(way)) };
+            FeedbackWay::chosen(asked, in_browser, best, check)
+        };
+        assert_eq!(chosen(None, true), Ok(FeedbackWay::Raw));
+        for way in FeedbackWay::ALL {
+            assert_eq!(chosen(Some(way), true), Ok(way));
+            assert_eq!(chosen(Some(way), false).is_ok(), way == FeedbackWay::Raw);
+        }
     }
 
     #[test]

@@ -250,7 +250,9 @@ impl Textures {
     pub(crate) fn is_seen_whole(&self) -> bool {
         let length = u64::from(self.pagers.feedback_cycle());
         let mut views = self.views.iter().filter(|state| state.view != ViewId::EXPECTED);
-        self.undone.is_empty() && views.all(|state| state.cycle.is_seen_whole(self.frame, length))
+        self.undone.is_empty()
+            && self.moving.is_empty()
+            && views.all(|state| state.cycle.is_seen_whole(self.frame, length))
     }
 
     /// The oldest frame of which some view's feedback has yet to come.
@@ -265,6 +267,7 @@ impl Textures {
         if state.is_none_or(|state| state.path.as_ref().is_some_and(fits)) {
             return Ok(());
         }
+        self.catch_up()?;
         let drawn = |scale| Ok(Target::Drawn(FeedbackTarget::new(&self.device, picture, scale)?));
         let target = match self.way {
             _ if view == ViewId::EXPECTED => drawn(FeedbackScale::Coarse),

@@ -26,12 +26,6 @@ impl Undone {
     pub(crate) fn is_empty(&self) -> bool {
         self.uploads.is_empty() && self.tables.is_empty()
     }
-
-    /// A texture is removed.
-    pub(crate) fn forget(&mut self, texture: TextureId) {
-        self.uploads.retain(|(_, upload)| upload.page.texture() != texture);
-        self.tables.remove(&texture);
-    }
 }
 
 impl Textures {
@@ -42,12 +36,14 @@ impl Textures {
     /// new state, whenever it was recorded, and no command buffer of the application's has to be submitted for it: any may be dropped.
     /// [Bind groups](Textures::bind_group) may be others afterwards.
     ///
-    /// Commands may be recorded ahead: what was recorded after one update and is submitted after the next, but before the one after that, shows
-    /// what is there then, and right. That holds where a page table has grown meanwhile or a pool was resized, too, though not for
-    /// textures that were removed.
+    /// Commands may be recorded ahead, by two frames: what was recorded after one update and is submitted after one or two more, but before
+    /// the third, shows what is there then, and right. That holds where page tables have grown meanwhile or pools were resized, too. Of a
+    /// texture that was removed such commands show whatever is in its slots by then, each time a texel of the pool; all that they show
+    /// beside it is right.
     ///
     /// It fails where the device is lost ([`vastex_wgpu::GpuError::DeviceLost`]) or has no memory for a page table that grows; then pictures are
-    /// as they were, and the next call does what this one could not.
+    /// as they were, and the next call does what this one could not. What was recorded before a call that failed is to be submitted before the
+    /// next, or drawn anew.
     pub fn update(&mut self) -> Result<(), Error> {
         self.pagers.begin_frame(self.frame);
         self.follow_tickets();
@@ -140,6 +136,23 @@ impl Textures {
         self.undone.tables.clear();
         self.bind_moved_tables(&moved);
         Ok(())
+    }
+
+    /// Does what a frame could not do, where one could not: before bind groups are made, since page tables may be others already.
+    pub(crate) fn catch_up(&mut self) -> Result<(), Error> {
+        if self.undone.is_empty() { Ok(()) } else { self.carry_out() }
+    }
+
+    /// A texture of a pool was removed. What was to be uploaded for it is, where others share the slot.
+    pub(crate) fn forget_undone(&mut self, texture: TextureId, pool: PoolId) {
+        self.moving.forget(texture);
+        self.undone.tables.remove(&texture);
+        if self.undone.uploads.iter().any(|(_, upload)| upload.page.texture() == texture) {
+            let slots = self.pagers.pager(pool).slots();
+            let is_taken =
+                |upload: &Upload| slots.get(upload.slot.index() as usize).is_some_and(Option::is_some);
+            self.undone.uploads.retain(|(_, upload)| upload.page.texture() != texture || is_taken(upload));
+        }
     }
 
     /// The next thing that the application may want to know.

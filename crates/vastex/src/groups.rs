@@ -83,7 +83,9 @@ impl Textures {
     /// Members that are sampled at the same coordinates are served by one feedback entry, `vastex_feedback(uv)`: it is written for
     /// the largest of them, and of the others the pages are loaded that lie beneath, at the level that each one's size, clamp and
     /// bias imply. Members [apart](Member::apart) have entries of their own; since a feedback pixel gives one answer, those of
-    /// several take turns with `vastex_turn`, and what is seen counts, and convergence waits, for as many jitter cycles. Which
+    /// several take turns with `vastex_turn`, and what is seen counts, and convergence waits, for as many jitter cycles. What one entry asks
+    /// for is what the filter needs that needs the finest: beside an anisotropic member one that is sampled nearest has pages up to three levels finer
+    /// than it shows, where the view is at a slant; if it is of another texture, and that is too much, it is to be a member apart. Which
     /// functions a shader calls is told at [`vastex_wgpu::group_wgsl`].
     ///
     /// ```no_run
@@ -102,6 +104,7 @@ impl Textures {
         &mut self,
         members: impl IntoIterator<Item = M>,
     ) -> Result<GroupId, Error> {
+        self.catch_up()?;
         let members: Vec<Member> = members.into_iter().map(Into::into).collect();
         let layers: Vec<LayerId> = members.iter().map(|member| member.layer).collect();
         for layer in &layers {

@@ -27,7 +27,8 @@ impl Textures {
     ///
     /// The bind groups of the pool's textures, and of groups, are new ones; pipelines stay good. Fails where the device has no memory for the new pool beside the old one
     /// ([`vastex_wgpu::GpuError::OutOfMemory`]), where `bytes` are too few for what is pinned, and where everything is in view and may not become
-    /// coarser; the pool is then as it was. Costs a copy of each tile on the GPU, and anew the page tables of the pool's textures.
+    /// coarser; the pool is then as it was. Where there is no memory for a page table after that, pictures are as they were, and the next
+    /// [update](Textures::update) goes on with the new pool. Costs a copy of each tile on the GPU, and anew the page tables of the pool's textures.
     pub fn resize_pool(&mut self, pool: PoolId, bytes: u64) -> Result<PoolResize, Error> {
         let number = usize::from(pool.number());
         let Some(old) = self.pools.get(number) else { return Err(Error::NoPool(pool)) };

@@ -1,13 +1,14 @@
 //! After a lost device: everything on the GPU is made again, from what the pagers know and the caches and sources have.
 
 use vastex_core::TextureId;
-use vastex_wgpu::{TableBuffers, TableChanger, alive};
+use vastex_wgpu::{FeedbackWay, TableBuffers, TableChanger, alive};
 
 use crate::error::Error;
 use crate::feedback::FeedbackPipelines;
 use crate::frame::Undone;
+use crate::tables::MovingTables;
 use crate::tail;
-use crate::textures::{Textures, feedback_way};
+use crate::textures::Textures;
 
 impl Textures {
     /// Fails with [`vastex_wgpu::GpuError::DeviceLost`] where the device is lost. The frame loop says so by itself; this is for frames that
@@ -25,9 +26,10 @@ impl Textures {
     /// old one could; then it may be called again with another.
     pub fn restore(&mut self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<(), Error> {
         (self.device, self.queue) = (device.clone(), queue.clone());
-        self.way = feedback_way(device, &self.settings)?;
+        self.way = FeedbackWay::choose(self.settings.feedback, device)?;
         self.forget_texture_space(None);
         self.undone = Undone::default();
+        self.moving = MovingTables::default();
         self.asked_pixels.clear();
         self.uploads.begin_anew(device, &self.settings);
         self.pagers.tiles_lost();

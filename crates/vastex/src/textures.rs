@@ -31,6 +31,7 @@ use crate::pools::{PoolState, Shape};
 use crate::recorder::{Places, Recorder};
 use crate::settings::{Sampling, Settings, TextureSettings};
 use crate::stats::Counters;
+use crate::tables::MovingTables;
 use crate::tail;
 use crate::telemetry::Telemetry;
 use crate::texture_space::TextureSpacePath;
@@ -67,6 +68,7 @@ pub struct Textures {
     /// That the pagers have converged, while some of a view has not been seen.
     pub(crate) converged: Option<Event>,
     pub(crate) undone: Undone,
+    pub(crate) moving: MovingTables,
     /// Kept for its memory.
     pub(crate) changes: Vec<TableChange>,
     pub(crate) counters: Counters,
@@ -158,7 +160,7 @@ impl Textures {
     /// [`crate::Pace::LockStep`].
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, settings: Settings) -> Result<Textures, Error> {
         let lock_step = LockStep::of(settings.pace, cfg!(target_family = "wasm"))?;
-        let way = feedback_way(device, &settings)?;
+        let way = FeedbackWay::choose(settings.feedback, device)?;
         Ok(Textures {
             device: device.clone(),
             queue: queue.clone(),
@@ -180,6 +182,7 @@ impl Textures {
             is_polled: false,
             converged: None,
             undone: Undone::default(),
+            moving: MovingTables::default(),
             changes: Vec::new(),
             counters: Counters::default(),
             recorder: None,
@@ -352,8 +355,8 @@ impl Textures {
         self.remove_groups_of(texture);
         self.forget_texture_space(Some(texture));
         self.cpu_tiles.remove(texture);
-        self.undone.forget(texture);
         self.pagers.remove_texture(texture, self.frame);
+        self.forget_undone(texture, pool);
         self.send_cancels();
         self.loader.remove_source(texture);
         let number = usize::from(texture.number());
@@ -473,14 +476,4 @@ impl Textures {
         let pool = self.pool_of(layer.texture()).expect("a texture of this `Textures`");
         &self.pools[usize::from(pool.number())]
     }
-}
-
-/// The way of the settings where the device has it, or the best that it has.
-pub(crate) fn feedback_way(device: &wgpu::Device, settings: &Settings) -> Result<FeedbackWay, Error> {
-    let Some(way) = settings.feedback else { return Ok(FeedbackWay::best(device)) };
-    // A browser's limits do not say all that its device has; there the setting is believed.
-    if !cfg!(target_family = "wasm") {
-        way.check(device)?;
-    }
-    Ok(way)
 }

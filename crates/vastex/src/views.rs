@@ -70,6 +70,7 @@ impl Textures {
     ///
     /// Costs a bind group for each layer of each texture and for each group, and once it is drawn a feedback target.
     pub fn add_view(&mut self, settings: ViewSettings) -> Result<ViewId, Error> {
+        self.catch_up()?;
         let view = self.pagers.add_view(settings.weight)?;
         self.begin_view(view);
         Ok(view)

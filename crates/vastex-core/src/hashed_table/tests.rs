@@ -143,6 +143,41 @@ fn what_was_written_is_told_once_and_a_new_size_tells_all() {
     assert!(table.places.len() > HashedTable::FEWEST);
 }
 
+/// Whoever reads the places as they lay before a growth is told what has left since.
+#[test]
+fn what_was_before_a_growth_goes_on_without_what_leaves() {
+    let geometry = endless();
+    let page = |n: u32| PagePos::new_2d(0, n, n / 3);
+    let mut table = HashedTable::new(&geometry, Slot::new(0));
+    table.take_written();
+    let loads = |range: std::ops::Range<u32>| -> Vec<TableChange> {
+        range.map(|n| load(&geometry, page(n), n)).collect()
+    };
+    table.apply(&loads(0..400));
+    table.take_written();
+    let mut copy = table.places.clone();
+    // Some leave in the batch in which it grows, by more than one size.
+    let mut changes: Vec<TableChange> = (0..100).map(|n| evict(&geometry, page(n), n, table.tail)).collect();
+    changes.extend(loads(400..3000));
+    table.apply(&changes);
+    let mut before = table.take_before().unwrap();
+    assert!(
+        table.take_before().is_none() && table.take_written().is_none() && table.places.len() > copy.len()
+    );
+    for leave in [0..100, 100..200, 500..600] {
+        if leave.start > 0 {
+            let leaves: Vec<TableChange> =
+                leave.clone().map(|n| evict(&geometry, page(n), n, table.tail)).collect();
+            before.evict(&leaves);
+        }
+        let written = before.take_written().unwrap();
+        written.iter().for_each(|&at| copy[at as usize] = before.places[at as usize]);
+        assert!(copy == before.places);
+        assert!(leave.into_iter().all(|n| before.lookup(page(n)) == table.tail));
+    }
+    assert!((200..400).all(|n| before.lookup(page(n)).slot() == Slot::new(n)));
+}
+
 /// Changes as the pager makes them, whichever way the camera goes; pages that move between slots among them.
 #[test]
 fn it_follows_the_pager_as_a_direct_table_does() {

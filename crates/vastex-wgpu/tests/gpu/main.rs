@@ -11,6 +11,7 @@ mod fade;
 mod feedback;
 mod fixed;
 mod groups;
+mod growth;
 mod inspect;
 mod reached;
 mod sampling;

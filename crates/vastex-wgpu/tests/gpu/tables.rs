@@ -60,7 +60,7 @@ fn check(geometry: &Geometry, seed: u64) {
 }
 
 /// What the GPU has of a table, wherever it lies.
-fn words(table: &TableBuffers) -> Vec<u32> {
+pub(crate) fn words(table: &TableBuffers) -> Vec<u32> {
     let gpu = &*GPU;
     let Some(texture) = table.texture() else { return read(gpu, table.entries().unwrap()) };
     let size = texture.size();
@@ -89,6 +89,9 @@ fn grow(
 ) {
     let mut encoder = GPU.device.create_command_encoder(&Default::default());
     changer.grow(&GPU.device, &GPU.queue, &mut encoder, table, level, changes, resident).unwrap();
+    // In a texture it is sent by and by.
+    let mut budget = u64::MAX;
+    changer.go_on(&GPU.device, &GPU.queue, &mut encoder, table, &mut budget).unwrap();
     GPU.queue.submit([encoder.finish()]);
 }
 
@@ -272,34 +275,24 @@ fn a_table_that_grows_tells_the_old_one_what_has_changed() {
     }
 }
 
-/// 4 Mi entries begin in under 2 ms of the processor's time, since the GPU fills them: it is measured for the calling thread alone.
-#[cfg(target_os = "linux")]
+/// 4 Mi entries are filled by the GPU: what is sent, and what the processor does, follows from the changes alone.
 #[test]
-fn a_large_table_costs_the_processor_next_to_nothing() {
+fn a_large_table_is_filled_on_the_gpu() {
     let gpu = &*GPU;
     // 2048 x 2048 pages of the finest level.
     let geometry = &Geometry::new(GeometrySpec { page: 8, ..GeometrySpec::image(16384, 16384) }).unwrap();
     let (tail, way) = (Slot::new(5), FeedbackWay::Separate);
     let changer = TableChanger::new(&gpu.device, way);
-    let busy = || {
-        // The kernel counts when a thread goes to sleep.
-        std::thread::sleep(std::time::Duration::from_millis(1));
-        let stat = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap();
-        stat.split_whitespace().next().unwrap().parse::<u64>().unwrap()
-    };
     let (device, queue) = (&gpu.device, &gpu.queue);
-    let new = || TableBuffers::new(device, queue, geometry, NUMBER, tail, TableChoice::Direct, way).unwrap();
-    let spent = (0..8).map(|_| {
-        let (mut table, mut encoder) = (new(), device.create_command_encoder(&Default::default()));
-        let before = busy();
-        changer.grow(device, queue, &mut encoder, &mut table, 0, &[], &[]).unwrap();
-        busy() - before
-    });
-    let least = spent.min().unwrap();
-    println!("{least} ns");
-    assert!((1000..2_000_000).contains(&least), "{least} ns");
-    let mut table = new();
-    grow(&changer, &mut table, 0, &[], &[]);
+    let mut table =
+        TableBuffers::new(device, queue, geometry, NUMBER, tail, TableChoice::Direct, way).unwrap();
+    let mut encoder = device.create_command_encoder(&Default::default());
+    let before = std::time::Instant::now();
+    let applied = changer.grow(device, queue, &mut encoder, &mut table, 0, &[], &[]).unwrap();
+    println!("{:?}", before.elapsed());
+    queue.submit([encoder.finish()]);
+    assert_eq!(applied.bytes, 0);
+    assert!(applied.before.is_some() && !table.is_growing() && table.finest() == 0);
     assert!(table.bytes() > 4 * (4 << 20));
     let entries: Vec<u32> = read(gpu, table.entries().unwrap());
     let expected = TableEntry::new(geometry.tail().first_level(), tail).to_bits();
@@ -351,7 +344,7 @@ fn a_hashed_table_grows_and_shrinks_with_what_is_resident() {
         let before = table.bytes();
         let applied = changer.apply(device, queue, &mut encoder, &mut table, changes).unwrap();
         queue.submit([encoder.finish()]);
-        assert_eq!(applied.has_moved, table.bytes() != before);
+        assert_eq!(applied.before.is_some(), table.bytes() != before);
         let hashed = table.hashed().unwrap();
         let expected: Vec<u32> = hashed.places().iter().flat_map(|place| place.words()).collect();
         assert!(words(&table) == expected, "with {} pages", hashed.len());

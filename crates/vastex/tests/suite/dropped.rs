@@ -2,17 +2,17 @@
 //! that has not.
 
 use vastex::{AddressMode, FeedbackWay, PoolSettings, Settings};
-use vastex_wgpu::test_device::compute_pipelines;
+use vastex_wgpu::test_device::{compute_pipelines, polls};
 
 use crate::common::texts::telling;
 use crate::common::{Mapping, PICTURE, Screen, property, settings};
 
-pub(crate) const SIZE: [u32; 2] = [4000, 3000];
-pub(crate) const TILE: u64 = 72 * 72 * 4;
+const SIZE: [u32; 2] = [4000, 3000];
+const TILE: u64 = 72 * 72 * 4;
 /// Frames in which a view comes right whatever was dropped before.
 const PATIENCE: u32 = 300;
 
-pub(crate) fn screen(way: FeedbackWay, tiles: u64) -> Screen {
+fn screen(way: FeedbackWay, tiles: u64) -> Screen {
     let settings = Settings {
         feedback: Some(way),
         pools: PoolSettings::of_bytes(tiles * TILE),
@@ -25,7 +25,7 @@ pub(crate) fn screen(way: FeedbackWay, tiles: u64) -> Screen {
 }
 
 /// Views that have little in common, from coarse to level 0.
-pub(crate) fn pose(nth: u32) -> Mapping {
+fn pose(nth: u32) -> Mapping {
     let centre = [[0.3, 0.4], [0.7, 0.6], [0.5, 0.3], [0.25, 0.7], [0.6, 0.35]][nth as usize % 5];
     let texels = [1.1, 5.0, 0.9, 2.3][nth as usize % 4];
     Mapping::new(SIZE, centre, texels, 1.0, 0.3 * f64::from(nth))
@@ -122,6 +122,27 @@ fn compute_pipelines_are_made_once_for_a_device() {
         }
         screen.textures.add_view(vastex::ViewSettings::default()).unwrap();
         assert_eq!(compute_pipelines(), before, "{way:?}");
+    }
+}
+
+/// However many views there are, and however much is under way.
+#[test]
+fn the_device_is_polled_once_a_frame() {
+    for way in FeedbackWay::ALL {
+        let settings = Settings { feedback: Some(way), ..Settings::default() };
+        let mut screen = Screen::showing(settings, &telling(), |textures| {
+            textures.add(property(SIZE, 64, AddressMode::Clamp)).unwrap()
+        });
+        screen.set_mapping(0, &pose(0));
+        let others = [(); 2].map(|()| screen.textures.add_view(vastex::ViewSettings::default()).unwrap());
+        for frame in 0..12 {
+            let views = others.map(|view| (view, PICTURE, 0..1));
+            let before = polls();
+            screen.frame_of(&views).unwrap();
+            let wanted = screen.record_wanted(PICTURE);
+            screen.gpu.queue.submit([wanted.finish()]);
+            assert_eq!(polls() - before, 1, "{way:?}: frame {frame}");
+        }
     }
 }
 

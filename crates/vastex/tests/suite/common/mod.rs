@@ -93,10 +93,19 @@ impl Screen {
         shader: &str,
         add: impl FnOnce(&mut Textures) -> S,
     ) -> Screen {
+        Screen::showing_all(settings, shader, |textures| vec![add(textures)])
+    }
+
+    /// The same of several, each in a column.
+    pub fn showing_all<S: Into<Sampled>>(
+        settings: Settings,
+        shader: &str,
+        add: impl FnOnce(&mut Textures) -> Vec<S>,
+    ) -> Screen {
         let gpu = TestDevice::new();
         let mut textures = Textures::new(&gpu.device, &gpu.queue, settings).unwrap();
-        let shown = add(&mut textures).into();
-        Screen::of(gpu, textures, &[shown], shader)
+        let shown: Vec<Sampled> = add(&mut textures).into_iter().map(Into::into).collect();
+        Screen::of(gpu, textures, &shown, shader)
     }
 
     /// The same textures on another device, with nothing of the old one. Mappings are to be set again.
@@ -167,7 +176,12 @@ impl Screen {
 
     /// Shows another texture where one was removed, of the same pool.
     pub fn replace(&mut self, nth: usize, source: Arc<dyn TileSource>) {
-        self.shown[nth].sampled = self.textures.add(source).unwrap().into();
+        self.replace_with(nth, |textures| textures.add(source).unwrap().into());
+    }
+
+    /// The same of one that is added otherwise.
+    pub fn replace_with(&mut self, nth: usize, add: impl FnOnce(&mut Textures) -> Sampled) {
+        self.shown[nth].sampled = add(&mut self.textures);
         self.shown[nth].is_gone = false;
     }
 
@@ -264,6 +278,13 @@ impl Screen {
 
     /// The picture from what is in the pool now, row by row.
     pub fn picture(&self) -> Vec<[u8; 4]> {
+        let (encoder, buffer) = self.record_copy();
+        self.gpu.queue.submit([encoder.finish()]);
+        self.read_copy(&buffer)
+    }
+
+    /// The picture with what is bound now, which says nothing of what it wants, and a copy of it; not yet submitted.
+    pub fn record_copy(&self) -> (wgpu::CommandEncoder, wgpu::Buffer) {
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let view = self.colour.create_view(&Default::default());
         let depth = self.depth.create_view(&Default::default());
@@ -271,8 +292,7 @@ impl Screen {
         draw(&mut pass, &self.shown, |shown| (&shown.picture, self.textures.bind_group(shown.sampled)));
         drop(pass);
         let buffer = self.copy_picture(&mut encoder);
-        self.gpu.queue.submit([encoder.finish()]);
-        self.read_copy(&buffer)
+        (encoder, buffer)
     }
 
     /// Records a copy of the picture that the commands before have drawn.

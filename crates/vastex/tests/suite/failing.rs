@@ -1,0 +1,145 @@
+//! A device that refuses: whatever fails midway of `update` and `resize_pool` is not counted as done, pictures are meanwhile what they were, and
+//! what comes later is right.
+
+use vastex::{Error, Event, PoolId, Textures};
+use vastex_wgpu::GpuError;
+use vastex_wgpu::test_device::fail_after;
+
+use crate::common::{PICTURE, Screen};
+use crate::moving::{Case, beside, flight, wrong_pixels};
+
+const POOL: PoolId = PoolId::new(0);
+const FRAMES: u32 = 60;
+
+/// Does something that may fail until it does not: once at each of its steps that can, before each of which `look` sees how things are. How
+/// often it failed.
+fn fail_everywhere(
+    screen: &mut Screen,
+    mut act: impl FnMut(&mut Textures) -> Result<(), Error>,
+    mut look: impl FnMut(&mut Screen),
+) -> u32 {
+    for step in 0.. {
+        fail_after(Some(step));
+        let done = act(&mut screen.textures);
+        let is_left = fail_after(None);
+        match done {
+            Ok(()) => {
+                assert!(is_left, "what failed is an error");
+                return step;
+            }
+            Err(error) => assert!(
+                matches!(error, Error::Gpu(GpuError::DeviceLost | GpuError::OutOfMemory { .. })) && !is_left,
+                "{error}"
+            ),
+        }
+        assert!(step < 40, "it never comes to an end");
+        look(screen);
+    }
+    0
+}
+
+fn fails_midway(case: Case) {
+    let mut screen = case.screen(70);
+    let mut failures = [0; 2];
+    for frame in 0..FRAMES {
+        let size = match frame {
+            25 => Some(110),
+            40 => Some(60),
+            _ => None,
+        };
+        let before = screen.picture();
+        let mapping_before = flight(frame.saturating_sub(1));
+        if let Some(tiles) = size {
+            let resize =
+                |textures: &mut Textures| textures.resize_pool(POOL, case.pool_bytes(tiles)).map(drop);
+            failures[1] += fail_everywhere(&mut screen, resize, |screen| {
+                assert!(screen.picture() == before, "{case:?}: frame {frame}, while it is resized");
+            });
+            assert_eq!(wrong_pixels(&screen.picture(), 0, &mapping_before), 0, "{case:?}: frame {frame}");
+        }
+        let mapping = flight(frame);
+        screen.set_mapping(0, &mapping);
+        let wanted = screen.record_wanted(PICTURE);
+        screen.gpu.queue.submit([wanted.finish()]);
+        let before = screen.picture();
+        let mut is_caught_up = false;
+        failures[0] += fail_everywhere(&mut screen, Textures::update, |screen| {
+            assert!(is_caught_up || screen.picture() == before, "{case:?}: frame {frame}");
+            assert!(!screen.textures.is_converged(), "{case:?}: frame {frame}");
+            // What binds page tables meanwhile does first what the frame could not.
+            if frame % 5 == 4 {
+                let view = screen.textures.add_view(vastex::ViewSettings::default()).unwrap();
+                assert!(screen.textures.remove_view(view));
+                is_caught_up = true;
+                assert_eq!(wrong_pixels(&screen.picture(), 0, &mapping), 0, "{case:?}: frame {frame}, bound");
+            }
+        });
+        let picture = screen.record_picture(PICTURE);
+        screen.gpu.queue.submit([picture.finish()]);
+        let picture = screen.picture();
+        let wrong = [wrong_pixels(&picture, 0, &mapping), wrong_pixels(&picture, 1, &beside())];
+        assert_eq!(wrong, [0, 0], "{case:?}: frame {frame}");
+    }
+    assert!(failures[0] > 4 && failures[1] > 4, "{case:?}: {failures:?} failures");
+    screen.textures.resize_pool(POOL, case.pool_bytes(400)).unwrap();
+    let mut control = case.screen(400);
+    for screen in [&mut screen, &mut control] {
+        screen.set_mapping(0, &flight(FRAMES));
+        screen.textures.view_cut();
+        screen.settle(|_| false, |_| {});
+    }
+    check_counts(&screen, case);
+    assert!(screen.picture() == control.picture(), "{case:?}");
+}
+
+/// Telemetry has a record of each frame, and all of them together are what has happened.
+fn check_counts(screen: &Screen, case: Case) {
+    let textures = &screen.textures;
+    let stats = textures.stats();
+    assert_eq!(stats.pager.missing, 0, "{case:?}: {stats:?}");
+    let records: Vec<_> = textures.telemetry().iter().map(|record| record.pager).collect();
+    let frames: Vec<u64> = records.iter().map(|record| record.frame).collect();
+    assert!(frames.iter().copied().eq(0..stats.frame), "{case:?}: {frames:?}");
+    let sum = |of: fn(&vastex::Stats) -> u64| records.iter().map(|record| of(&record.stats)).sum::<u64>();
+    let counted = [sum(|s| s.loaded), sum(|s| s.evicted), sum(|s| s.uploaded_bytes), sum(|s| s.requests)];
+    let of = &stats.pager;
+    assert_eq!(counted, [of.loaded, of.evicted, of.uploaded_bytes, of.requests], "{case:?}");
+}
+
+#[test]
+fn what_fails_midway_is_not_counted_as_done() {
+    Case::all().for_each(fails_midway);
+}
+
+/// What was to be uploaded when a texture was removed goes with it, and the others come right.
+#[test]
+fn a_texture_may_be_removed_after_a_frame_that_failed() {
+    for case in Case::all() {
+        let mut screen = case.screen(70);
+        let mut removed = 0;
+        for frame in 0..40 {
+            screen.set_mapping(0, &flight(frame));
+            let wanted = screen.record_wanted(PICTURE);
+            screen.gpu.queue.submit([wanted.finish()]);
+            fail_after(Some(0));
+            let failed = screen.textures.update().is_err();
+            fail_after(None);
+            if failed {
+                if removed < 3 {
+                    screen.remove(1);
+                    screen.replace_with(1, |textures| case.add(textures, 1));
+                    screen.set_mapping(1, &beside());
+                    removed += 1;
+                }
+                screen.textures.update().unwrap();
+            }
+            let picture = screen.picture();
+            let wrong = [wrong_pixels(&picture, 0, &flight(frame)), wrong_pixels(&picture, 1, &beside())];
+            assert_eq!(wrong, [0, 0], "{case:?}: frame {frame}");
+        }
+        assert!(removed > 0, "{case:?}: nothing failed");
+        while let Some(event) = screen.textures.poll_event() {
+            assert!(!matches!(event, Event::Failed { .. }), "{event:?}");
+        }
+    }
+}
