@@ -4,6 +4,7 @@
 
 use std::ffi::OsString;
 use std::fmt;
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -64,6 +65,26 @@ pub(crate) fn run(command: &mut Command) -> Result<()> {
         bail!("`{}` failed ({status})", line(command));
     }
     Ok(())
+}
+
+/// The same, and gives the lines that it said on standard error, which are shown as they come.
+pub(crate) fn run_and_hear(command: &mut Command) -> Result<Vec<String>> {
+    println!("$ {}", line(command));
+    let mut child = command
+        .stderr(Stdio::piped())
+        .spawn()
+        .with_context(|| format!("cannot start `{}`", line(command)))?;
+    let mut said = Vec::new();
+    for text in child.stderr.take().map(BufReader::new).into_iter().flat_map(BufRead::lines) {
+        let text = text?;
+        eprintln!("{text}");
+        said.push(text);
+    }
+    let status = child.wait()?;
+    if !status.success() {
+        bail!("`{}` failed ({status})", line(command));
+    }
+    Ok(said)
 }
 
 /// What a program prints on its standard output; fails where it fails.

@@ -7,7 +7,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 
 use crate::test::Outcome;
 use crate::{setup, shell};
@@ -39,9 +39,22 @@ pub(crate) fn check() -> Result<Outcome> {
         for name in CRATES {
             command.args(["-p", name]);
         }
-        shell::run(command.args(features))?;
+        let said = shell::run_and_hear(command.args(features))?;
+        let warned: Vec<&str> = said.iter().map(String::as_str).filter(|line| is_warned(line)).collect();
+        if !warned.is_empty() {
+            bail!(
+                "what the browser gets is compiled with warnings, which clippy does not see:\n{}",
+                warned.join("\n")
+            );
+        }
     }
     Ok(Outcome::Passed)
+}
+
+/// Whether cargo says that one of the crates has warnings, as it does also where nothing was compiled anew.
+fn is_warned(line: &str) -> bool {
+    let rest = line.strip_prefix("warning: `").and_then(|rest| rest.split_once('`'));
+    rest.is_some_and(|(name, rest)| CRATES.contains(&name) && rest.contains("generated"))
 }
 
 /// What is there already comes first, then what rustup brings, then what apt brings.
@@ -88,4 +101,21 @@ fn cargo_check(toolchain: &Toolchain) -> Command {
         command.env("CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER", linker().unwrap_or("wasm-ld"));
     }
     command
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_crate_with_warnings_is_told_from_others_and_from_the_warnings_themselves() {
+        assert!(is_warned(
+            "warning: `vastex` (lib) generated 4 warnings (run `cargo fix` to apply 1 suggestion)"
+        ));
+        assert!(is_warned("warning: `vastex-wgpu` (lib) generated 1 warning"));
+        assert!(
+            !is_warned("warning: `other` (lib) generated 4 warnings")
+                && !is_warned("warning: unused variable: `vastex`")
+        );
+    }
 }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 #[cfg(not(target_family = "wasm"))]
 use std::sync::{Mutex, PoisonError};
 
-use vastex_core::PoolId;
+use vastex_core::{PoolId, Upload};
 use vastex_tiles::TileSource;
 #[cfg(not(target_family = "wasm"))]
 use vastex_tiles::{Room, Staged, StagedSource, Staging};
@@ -15,10 +15,14 @@ use vastex_tiles::{Room, Staged, StagedSource, Staging};
 use vastex_wgpu::{Belt, BeltLayout, BeltTile};
 
 use crate::error::Error;
-use crate::settings::{Pace, Settings, UploadWay};
+use crate::pools::PoolState;
+use crate::settings::Settings;
+#[cfg(not(target_family = "wasm"))]
+use crate::settings::{Pace, UploadWay};
 use crate::textures::Textures;
 
 /// Bytes of rooms beside those of tiles in flight: of tiles that the GPU is copying, in frames' budgets of uploads, padded.
+#[cfg(not(target_family = "wasm"))]
 const FRAMES_BEHIND: u64 = 6;
 
 /// Where tiles are put on their way.
@@ -146,33 +150,55 @@ pub struct UploadStats {
     pub rooms_made: u64,
 }
 
-/// What a frame's commands copy from, to be kept until they are submitted.
+/// A tile that a frame's commands copy from, to be kept until they are submitted. In a browser there is none.
 #[cfg(not(target_family = "wasm"))]
-pub(crate) type Copied = Vec<Arc<BeltTile>>;
+pub(crate) type Copied = Arc<BeltTile>;
 #[cfg(target_family = "wasm")]
-pub(crate) type Copied = Vec<()>;
+pub(crate) type Copied = std::convert::Infallible;
 
 impl Textures {
     /// Puts the tiles that were taken into their slots: by commands those that lie on the belt, through the queue, and so before these
     /// commands, the others. Of several for one slot the last.
-    pub(crate) fn copy_tiles(&self, encoder: &mut wgpu::CommandEncoder) -> Result<Copied, Error> {
+    pub(crate) fn copy_tiles(&self, encoder: &mut wgpu::CommandEncoder) -> Result<Vec<Copied>, Error> {
         let uploads = &self.undone.uploads;
-        let mut copied = Copied::new();
+        let mut copied = Vec::new();
         for (nth, (pool, upload)) in uploads.iter().enumerate() {
-            let is_same = |(of, other): &(_, vastex_core::Upload)| of == pool && other.slot == upload.slot;
+            let is_same = |(of, other): &(_, Upload)| of == pool && other.slot == upload.slot;
             if uploads[nth + 1..].iter().any(is_same) {
                 continue;
             }
             let pool = &self.pools[usize::from(pool.number())];
-            #[cfg(not(target_family = "wasm"))]
-            if let (Some(tile), Some(gpu)) = (self.uploads.on_belt(&upload.bytes), pool.gpu()) {
-                gpu.upload_from(encoder, upload.slot, &tile)?;
-                copied.push(tile);
-                continue;
+            match self.copy_from_belt(encoder, pool, upload)? {
+                Some(tile) => copied.push(tile),
+                None => pool.upload(&self.queue, upload.slot, &upload.bytes)?,
             }
-            pool.upload(&self.queue, upload.slot, &upload.bytes)?;
         }
         Ok(copied)
+    }
+
+    /// Records the copy of a tile that lies on the belt.
+    #[cfg(not(target_family = "wasm"))]
+    fn copy_from_belt(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        pool: &PoolState,
+        upload: &Upload,
+    ) -> Result<Option<Copied>, Error> {
+        let (Some(tile), Some(gpu)) = (self.uploads.on_belt(&upload.bytes), pool.gpu()) else {
+            return Ok(None);
+        };
+        gpu.upload_from(encoder, upload.slot, &tile)?;
+        Ok(Some(tile))
+    }
+
+    #[cfg(target_family = "wasm")]
+    fn copy_from_belt(
+        &self,
+        _encoder: &mut wgpu::CommandEncoder,
+        _pool: &PoolState,
+        _upload: &Upload,
+    ) -> Result<Option<Copied>, Error> {
+        Ok(None)
     }
 
     /// The source of a texture of a pool as the loader reads it.
