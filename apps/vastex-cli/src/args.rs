@@ -184,7 +184,7 @@ pub(crate) struct SceneArgs {
     /// Settings of pools and of reading (vastex.toml); may be given several times, and later files override earlier ones
     #[arg(long, value_name = "FILE")]
     pub(crate) settings: Vec<PathBuf>,
-    /// How texels are blended: nearest, bilinear, trilinear, anisotropic2 to anisotropic16 (with up to so many taps where the
+    /// How texels are blended: nearest, bilinear, trilinear, anisotropic2, 4, 8 or 16 (with up to so many taps where the
     /// surface is seen at a slant), or bicubic (where the image is enlarged)
     #[arg(long, default_value = "trilinear", value_name = "FILTER")]
     pub(crate) filter: Filter,

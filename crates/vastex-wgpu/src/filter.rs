@@ -56,21 +56,24 @@ impl Filter {
     }
 }
 
-/// How many taps an anisotropic filter takes at most: 2 to 16.
+/// How many taps an anisotropic filter takes at most: 2, 4, 8 or 16.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct MaxTaps(u8);
 
 impl MaxTaps {
-    /// Nothing for less than 2 and more than 16.
+    /// Every number that there is.
+    pub const ALL: [MaxTaps; 4] = [MaxTaps(2), MaxTaps(4), MaxTaps(8), MaxTaps(16)];
+
+    /// Nothing for other numbers: each is a shader text of its own.
     ///
     /// ```
     /// use vastex_wgpu::MaxTaps;
     /// assert_eq!(MaxTaps::new(8).map(MaxTaps::get), Some(8));
-    /// assert!([0, 1, 17].into_iter().all(|taps| MaxTaps::new(taps).is_none()));
+    /// assert!([0, 1, 3, 6, 17, 32].into_iter().all(|taps| MaxTaps::new(taps).is_none()));
     /// ```
     pub const fn new(taps: u8) -> Option<MaxTaps> {
         match taps {
-            2..=16 => Some(MaxTaps(taps)),
+            2 | 4 | 8 | 16 => Some(MaxTaps(taps)),
             _ => None,
         }
     }
@@ -98,25 +101,30 @@ impl fmt::Display for Filter {
 
 /// A name that is none of a filter's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("a filter is one of nearest, bilinear, trilinear, anisotropic2 to anisotropic16, bicubic")]
+#[error(
+    "a filter is one of nearest, bilinear, trilinear, anisotropic2, anisotropic4, anisotropic8, anisotropic16, bicubic"
+)]
 pub struct UnknownFilter;
 
 impl FromStr for Filter {
     type Err = UnknownFilter;
 
-    /// `nearest`, `bilinear`, `trilinear`, `anisotropic2` to `anisotropic16`, `bicubic`.
+    /// `nearest`, `bilinear`, `trilinear`, `anisotropic2`, `anisotropic4`, `anisotropic8`, `anisotropic16`, `bicubic`.
     ///
     /// ```
     /// use vastex_wgpu::Filter;
     /// let filter: Filter = "anisotropic8".parse().unwrap();
     /// assert_eq!((filter.max_taps(), filter.to_string().as_str()), (8, "anisotropic8"));
-    /// assert!(["anisotropic", "anisotropic1", "anisotropic08", "anisotropic+8", "anisotropic17", "Nearest", ""]
+    /// assert!(["anisotropic", "anisotropic1", "anisotropic5", "anisotropic08", "anisotropic+8", "anisotropic32", "Nearest", ""]
     ///     .into_iter()
     ///     .all(|name| name.parse::<Filter>().is_err()));
     /// ```
     fn from_str(name: &str) -> Result<Filter, UnknownFilter> {
         let plain = [Filter::Nearest, Filter::Bilinear, Filter::Trilinear, Filter::Bicubic];
-        let anisotropic = (2..=16).filter_map(MaxTaps::new).map(Filter::Anisotropic);
-        plain.into_iter().chain(anisotropic).find(|filter| filter.to_string() == name).ok_or(UnknownFilter)
+        plain
+            .into_iter()
+            .chain(MaxTaps::ALL.map(Filter::Anisotropic))
+            .find(|filter| filter.to_string() == name)
+            .ok_or(UnknownFilter)
     }
 }

@@ -74,9 +74,10 @@ impl Options {
     }
 }
 
-/// A filter of every kind, and other numbers of taps.
+/// Every filter.
 fn all_filters() -> Vec<Filter> {
-    let others = [2, 3, 4, 16].into_iter().filter_map(MaxTaps::new).map(Filter::Anisotropic);
+    let anisotropic = MaxTaps::ALL.into_iter().map(Filter::Anisotropic);
+    let others = anisotropic.filter(|filter| !Filter::KINDS.contains(filter));
     Filter::KINDS.into_iter().chain(others).collect()
 }
 
@@ -98,16 +99,22 @@ fn alone(visit: &mut Visit<'_>, name: &str, options: &Options, text: impl Fn(&st
 
 fn scenes(visit: &mut Visit<'_>) {
     alone(visit, "scene", &Options { filters: all_filters(), ..Options::all() }, shaders::flat);
-    // Colour and heights are layers of one texture. Either may be one whose values may not be mixed; both are so where the filter is.
+    // Colour and heights are layers of one texture. Each may be one whose values may not be mixed: labels in formats that every device
+    // filters, over heights of 8 or 16 bits.
     let nearest = (Some(Filter::Nearest), false);
     let plain = (None, true);
-    Options::all().each(|options| {
+    Options { filters: all_filters(), ..Options::all() }.each(|options| {
         for heights in Atlas::ALL {
-            let mixed =
-                [("", plain, plain), ("-color_nearest", nearest, plain), ("-height_nearest", plain, nearest)];
+            let mixed = [
+                ("", plain, plain),
+                ("-color_nearest", nearest, plain),
+                ("-height_nearest", plain, nearest),
+                ("-both_nearest", nearest, nearest),
+            ];
+            let may_be_labels =
+                options.atlas == Atlas::Float && matches!(heights, Atlas::Float | Atlas::Uint16);
             for (name, color, height) in mixed {
-                if name.is_empty() || options.atlas == Atlas::Float && options.pages == PageSides::PowersOfTwo
-                {
+                if name.is_empty() || may_be_labels {
                     let members = vec![
                         member(options, "color", 0, color),
                         GroupMember { atlas: heights, ..member(options, "height", 0, height) },
@@ -280,19 +287,17 @@ fn groups_of_vastex_tests(visit: &mut Visit<'_>) {
     });
 }
 
-/// Two layers of a texture, of which one may not be mixed.
+/// Two layers of a texture, or of two, of which one may not be mixed.
 fn mixing_of_vastex_tests(visit: &mut Visit<'_>) {
     let (atlases, filters) = (vec![Atlas::Float], vec![Filter::KINDS[3]]);
     let options = Options { atlases, filters, fades: vec![false], ..Options::all() };
     options.each(|options| {
-        let members = || {
-            vec![
+        for (wanted, texture) in [(0, 0), (1, 0), (2, 1)] {
+            let members = vec![
                 member(options, "value", 0, (None, true)),
-                member(options, "label", 0, (Some(Filter::Nearest), false)),
-            ]
-        };
-        for wanted in 0..2 {
-            let text = vastex_tests::two_filters(wanted) + &group(options, members());
+                member(options, "label", texture, (Some(Filter::Nearest), false)),
+            ];
+            let text = vastex_tests::two_filters(wanted) + &group(options, members);
             visit(&format!("test-mixing-{wanted}-{}", name_of(options)), text);
         }
     });

@@ -171,6 +171,44 @@ fn in_a_group_each_member_has_its_own_filter() {
     }
 }
 
+/// One answer for members that are not blended alike is that of the filter that needs the finest levels. The others look as they do alone;
+/// they have pages that are finer than what they show, by three levels at most.
+#[test]
+fn together_members_are_asked_for_what_the_finest_of_their_filters_needs() {
+    let filter = Filter::KINDS[3];
+    let expected = seen(&mut alone(of(filter), true, &TextureSettings::default(), "label"));
+    let mut screen = Screen::showing(of(filter), &two_filters(2), |textures| {
+        let [value, label] = ["value", "label"].map(|name| {
+            let texture = textures.add(Labels::new(true)).unwrap();
+            textures.layer(texture, name).unwrap()
+        });
+        Sampled::Group(textures.add_group([("value", value), ("label", label)]).unwrap())
+    });
+    let right = |picture: &[[u8; 4]]| -> Vec<[u8; 4]> {
+        picture.chunks(160).flat_map(|row| row[80..].to_vec()).collect()
+    };
+    let geometry = &Labels::new(true).0.geometry;
+    let mut is_finer = false;
+    for ((picture, feedback), (alone, wanted)) in seen(&mut screen).iter().zip(&expected) {
+        assert!(right(picture) == right(alone));
+        let of_label = feedback.pages.iter().filter(|wanted| wanted.page.texture().number() == 1);
+        let asked: Vec<PagePos> = of_label.map(|wanted| wanted.page.pos(geometry.dims())).collect();
+        let needed: Vec<PagePos> =
+            wanted.pages.iter().map(|wanted| wanted.page.pos(geometry.dims())).collect();
+        let finest = |pages: &[PagePos]| pages.iter().map(|page| page.level).min().unwrap();
+        let levels = finest(&needed) - finest(&asked);
+        assert!(levels <= 3, "{levels} levels finer");
+        is_finer |= levels > 0;
+        for page in needed {
+            let is_below = |pos: &PagePos| {
+                std::iter::successors(Some(*pos), |&pos| geometry.parent(pos)).any(|above| above == page)
+            };
+            assert!(asked.iter().any(is_below), "{page} is needed and not asked for");
+        }
+    }
+    assert!(is_finer, "an anisotropic filter needs finer levels where it looks at a slant");
+}
+
 #[test]
 fn the_cpu_does_not_mix_them_either() {
     let mut labels = alone(of(Filter::Trilinear), true, &TextureSettings::default(), "label");

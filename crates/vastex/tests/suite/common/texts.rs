@@ -75,14 +75,15 @@ pub fn halves() -> String {
     )
 }
 
-/// Each of two members, which are not blended alike, in a half of the picture, and what one of them wants by itself.
+/// Each of two members, which are not blended alike, in a half of the picture, and what one of them wants by itself, or (2) both
+/// together.
 pub fn two_filters(wanted: usize) -> String {
     let shown = "let uv = uv_from_pixel(placed);
             let shown = array(vastex_sample_value(uv), vastex_sample_label(uv));
             return shown[u32(placed.pixel.x) / 80u];";
     let wanted = format!(
         "let uv = uv_from_pixel(placed);
-            let wanted = array(vastex_feedback_value(uv), vastex_feedback_label(uv));
+            let wanted = array(vastex_feedback_value(uv), vastex_feedback_label(uv), vastex_feedback(uv));
             return wanted[{wanted}];"
     );
     SCREEN
