@@ -33,6 +33,21 @@ fn wgpu_chooses_no_page_and_sees_no_source() -> Result<()> {
     Ok(())
 }
 
+/// What a right click asks comes in a later frame (`Textures::poll_explained`).
+#[test]
+fn no_frame_of_the_window_waits_for_the_gpu() -> Result<()> {
+    const WAITS: &[&str] = &["wait_explained", "feedback_of_every_pixel", "wait_indefinitely", "PollType"];
+    let mut polls = 0;
+    for source in files_under("apps/vastex-cli/src/view", &["rs"])? {
+        let text = production(&source.text);
+        let found = identifiers(&text).find(|name| WAITS.contains(name));
+        ensure!(found.is_none(), "{} names {found:?}, which waits", source.path);
+        polls += identifiers(&text).filter(|name| *name == "poll_explained").count();
+    }
+    ensure!(polls == 1, "answers to right clicks are looked for {polls} times in a frame");
+    Ok(())
+}
+
 #[test]
 fn no_shader_declares_a_shared_constant_by_hand() -> Result<()> {
     let shared = std::fs::read_to_string(root().join("crates/vastex-core/src/shared.rs"))?;

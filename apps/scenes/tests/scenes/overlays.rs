@@ -44,27 +44,128 @@ fn a_view_that_has_converged_lacks_nothing_and_one_that_has_not_is_said_to() {
     assert!(count(&coarse.overlay(Overlay::Deficit).unwrap(), is_green) < covered / 2);
 }
 
-/// Overlays that say the same of a scene in different ways agree, and none is empty.
+/// Light of a pixel, scaled so that the brightest channel is 1: its hue.
+fn hue(pixel: &[u8]) -> [f64; 3] {
+    let light = |encoded: u8| {
+        let n = f64::from(encoded) / 255.0;
+        if n <= 0.04045 { n / 12.92 } else { ((n + 0.055) / 1.055).powf(2.4) }
+    };
+    scaled([light(pixel[0]), light(pixel[1]), light(pixel[2])])
+}
+
+fn scaled(light: [f64; 3]) -> [f64; 3] {
+    let most = light.into_iter().fold(1e-9, f64::max);
+    light.map(|n| n / most)
+}
+
+fn are_alike(a: [f64; 3], b: [f64; 3]) -> bool {
+    (0..3).all(|c| (a[c] - b[c]).abs() < 0.04)
+}
+
+/// The hue that docs/overlays.md gives a level, or one between two levels.
+fn of_level(level: f64) -> [f64; 3] {
+    const COLORS: [[f64; 3]; 8] = [
+        [0.90, 0.16, 0.22],
+        [0.96, 0.52, 0.12],
+        [0.95, 0.85, 0.20],
+        [0.35, 0.75, 0.25],
+        [0.20, 0.78, 0.78],
+        [0.22, 0.45, 0.90],
+        [0.55, 0.30, 0.85],
+        [0.90, 0.40, 0.75],
+    ];
+    let (below, part) = (level.floor() as usize % 8, level.fract());
+    scaled(std::array::from_fn(|c| COLORS[below][c] * (1.0 - part) + COLORS[(below + 1) % 8][c] * part))
+}
+
+/// The level of a picture's hue, of those that there are here.
+fn level_of(pixel: &[u8]) -> Option<u8> {
+    (0..8).find(|&level| are_alike(hue(pixel), of_level(f64::from(level))))
+}
+
+/// Overlays of levels say of each place what the pager says of it, while a view loads and when it has.
 #[test]
-fn every_overlay_shows_something() {
+fn overlays_of_levels_say_what_is_shown_and_wanted() {
+    let (_directory, file) = Image::new(2000, 1500, 64).build();
+    let (mut met, mut short) = (std::collections::BTreeSet::new(), 0);
+    for frames in [Some(3), None] {
+        let mut studio = studio(vastex::open(&file).unwrap(), settings(16, Filter::Trilinear), frames);
+        let [levels, wanted] =
+            [Overlay::Levels, Overlay::Wanted].map(|overlay| studio.overlay(overlay).unwrap());
+        for (y, x) in (30..SIZE[1]).step_by(11).flat_map(|y| (3..SIZE[0]).step_by(29).map(move |x| (y, x))) {
+            let told = studio.explain([x, y]).unwrap();
+            let Some(told) = told.first() else { continue };
+            let at = ((y * SIZE[0] + x) * 4) as usize;
+            assert_eq!(level_of(&levels.rgba[at..]), Some(told.shown.level()), "{x},{y}: {told}");
+            met.insert(told.shown.level());
+            short += u32::from(told.shown.level() > told.at_bias.level());
+            // Explanations know eighths of levels.
+            let level = f64::from(told.wanted.page.level()) + f64::from(told.wanted.eighth) / 8.0;
+            let near = (-4..=12).map(|n| (level + f64::from(n) / 32.0).max(0.0));
+            let is_wanted = near.map(of_level).any(|expected| are_alike(hue(&wanted.rgba[at..]), expected));
+            assert!(is_wanted, "{x},{y}: {:?} is not level {level}: {told}", &wanted.rgba[at..at + 3]);
+        }
+    }
+    assert!(met.len() > 2 && short > 10, "levels {met:?}, {short} places that lack some");
+}
+
+/// What plans and lines have to show, and nothing but that.
+#[test]
+fn plans_show_the_machine_in_the_colours_that_are_documented() {
     let (_directory, file) = Image::new(2000, 1500, 64).build();
     let studio = studio(vastex::open(&file).unwrap(), settings(16, Filter::Trilinear), None);
-    let picture = studio.picture();
-    let colours = |picture: &Picture| {
-        let pixels = picture.rgba.chunks_exact(4).filter(|pixel| pixel[3] == 255);
-        pixels.collect::<std::collections::BTreeSet<_>>().len()
+    let [picture, levels, pages, feedback, table, atlas] = [
+        studio.picture(),
+        studio.overlay(Overlay::Levels).unwrap(),
+        studio.overlay(Overlay::Pages).unwrap(),
+        studio.overlay(Overlay::Feedback).unwrap(),
+        studio.overlay(Overlay::Table).unwrap(),
+        studio.overlay(Overlay::Atlas).unwrap(),
+    ];
+    let pixels = |picture: &Picture| -> Vec<[u8; 3]> {
+        picture.rgba.chunks_exact(4).map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect()
     };
-    for overlay in Overlay::ALL {
-        let shown = studio.overlay(overlay).unwrap();
-        assert_ne!(shown, picture, "{overlay:?}");
-        assert!(colours(&shown) > 5, "{overlay:?} has {} colours", colours(&shown));
-    }
-    // Lines are few, and everything else is the picture.
-    let pages = studio.overlay(Overlay::Pages).unwrap();
-    let as_in_picture =
-        pages.rgba.chunks_exact(4).zip(picture.rgba.chunks_exact(4)).filter(|(a, b)| a == b).count();
     let all = (SIZE[0] * SIZE[1]) as usize;
-    assert!((all / 2..all).contains(&as_in_picture), "{as_in_picture} of {all}");
+    // Lines are few and in the hue of a level, and everything else is the picture.
+    let lines: Vec<[u8; 3]> = pixels(&pages)
+        .into_iter()
+        .zip(pixels(&picture))
+        .filter_map(|(line, below)| (line != below).then_some(line))
+        .collect();
+    assert!((100..all / 2).contains(&lines.len()), "{} of {all}", lines.len());
+    assert!(lines.iter().all(|line| level_of(line).is_some()));
+    // A block of 8 pixels a side for each pixel of the target, and colours for pages.
+    let feedback = pixels(&feedback);
+    let block = |n: usize| {
+        let (x, y) = (n % SIZE[0] as usize / 8 * 8, n / SIZE[0] as usize / 8 * 8);
+        feedback[y * SIZE[0] as usize + x]
+    };
+    assert!((0..all).all(|n| feedback[n] == block(n)), "blocks are of one colour");
+    let paper = *pixels(&table).last().unwrap(); // below the level 0 of a table is nothing
+    let hues = |of: &[[u8; 3]]| -> usize {
+        let hues: std::collections::BTreeSet<_> = of
+            .iter()
+            .filter(|pixel| **pixel != paper)
+            .map(|pixel| hue(pixel).map(|n| (n * 8.0) as u8))
+            .collect();
+        hues.len()
+    };
+    assert!(hues(&feedback) > 8, "{} pages", hues(&feedback));
+    // Bright where a page is resident, dim where a coarser one stands for it; nothing else but paper.
+    let on_table = pixels(&table).into_iter().filter(|pixel| *pixel != paper).collect::<Vec<_>>();
+    assert!(on_table.len() > all / 3 && on_table.iter().all(|pixel| level_of(pixel).is_some()));
+    // What the ground shows is resident, so it has its own entries and slots.
+    let ground = &pixels(&levels)[all / 2..];
+    let shown: std::collections::BTreeSet<u8> = ground.iter().filter_map(|pixel| level_of(pixel)).collect();
+    assert!(shown.len() > 1, "{shown:?}");
+    let has = |of: &[[u8; 3]], level: &u8| of.iter().any(|pixel| level_of(pixel) == Some(*level));
+    assert!(shown.iter().all(|level| has(&on_table, level)), "{shown:?} in the table");
+    // The tail is locked, so there is white; there are frames in the hues of levels, and slots that are free.
+    let atlas = pixels(&atlas);
+    assert!(atlas.contains(&[255; 3]));
+    assert!(shown.iter().all(|level| has(&atlas, level)), "{shown:?} in the pool");
+    let is_dark = |pixel: &[u8; 3]| pixel[0] < pixel[2] && pixel[2] < 90 && *pixel != paper;
+    assert!(atlas.iter().filter(|pixel| is_dark(pixel)).count() > 100, "16 MiB are more than the view needs");
 }
 
 #[test]
