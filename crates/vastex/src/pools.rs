@@ -183,14 +183,18 @@ impl PoolState {
         })
     }
 
-    /// The same pool as large as `bytes` allow, empty, for the same pipelines; its memory is taken where this one's is.
+    /// Where the slots of the same pool would lie if it were as large as `bytes` allow.
+    pub(crate) fn fit(&self, device: &wgpu::Device, bytes: u64) -> Result<PoolLayout, Error> {
+        Ok(PoolLayout::fit(&self.held, bytes, limits(device))?)
+    }
+
+    /// The same pool with other slots, empty, for the same pipelines; its memory is taken where this one's is.
     pub(crate) fn resized(
         &self,
         device: &wgpu::Device,
         queue: &wgpu::Queue,
-        bytes: u64,
+        slots: PoolLayout,
     ) -> Result<PoolState, Error> {
-        let slots = PoolLayout::fit(&self.held, bytes, limits(device))?;
         let memory = || memory(device, queue, &slots, &self.held, self.fade);
         Ok(PoolState {
             slots,

@@ -40,10 +40,11 @@ impl Textures {
         // What a frame could not do speaks of slots as they are.
         self.carry_out()?;
         let old = &self.pools[number];
-        let mut new = old.resized(&self.device, &self.queue, bytes)?;
-        if new.slots == old.slots {
+        let slots = old.fit(&self.device, bytes)?;
+        if slots == old.slots {
             return Ok(PoolResize { before, bytes: before, transient: before });
         }
+        let mut new = old.resized(&self.device, &self.queue, slots)?;
         let mut moves = Vec::new();
         self.pagers.resize_pool(pool, new.slots.slots(), &mut moves)?;
         let mut encoder = self.device.create_command_encoder(&Default::default());

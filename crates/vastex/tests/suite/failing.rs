@@ -133,6 +133,8 @@ fn a_texture_may_be_removed_after_a_frame_that_failed() {
                 }
                 screen.textures.update().unwrap();
             }
+            let picture = screen.record_picture(PICTURE);
+            screen.gpu.queue.submit([picture.finish()]);
             let picture = screen.picture();
             let wrong = [wrong_pixels(&picture, 0, &flight(frame)), wrong_pixels(&picture, 1, &beside())];
             assert_eq!(wrong, [0, 0], "{case:?}: frame {frame}");
