@@ -15,7 +15,7 @@ fn planet_MEMBER(uv: vec2<f32>, ddx: vec2<f32>, ddy: vec2<f32>) -> vec4<f32> {
     let texture = vastex_group.textures[TEXTURE_PLACE];
     let size = vec2<f32>(texture.size.xy);
     let level = vastex_level_MEMBER(vastex_lambda_MEMBER(ddx * size, ddy * size));
-    let folded = vec2<f32>(vastex_folded_uv(uv.x, texture.address.x), vastex_folded_uv(uv.y, texture.address.y));
+    let folded = vec2<f32>(vastex_folded(uv.x, texture.address.x).x, vastex_folded(uv.y, texture.address.y).x);
     let at = folded * ordinary_params_MEMBER.share;
     let sharp = textureSampleLevel(ordinary_MEMBER, ordinary_sampler_MEMBER, at, floor(level));
     let coarser = min(floor(level) + 1.0, f32(texture.level_count - 1u));

@@ -84,8 +84,8 @@ fn reference_nearest(uv: vec2<f32>, level: u32) -> vec4<f32> {
 // picture begins again, a border colour goes on.
 fn reference_uv(uv: vec2<f32>, shift: vec2<f32>) -> vec2<f32> {
     let folded = vec2<f32>(
-        vastex_folded_uv(uv.x, vastex_texture.address.x),
-        vastex_folded_uv(uv.y, vastex_texture.address.y),
+        vastex_folded(uv.x, vastex_texture.address.x).x,
+        vastex_folded(uv.y, vastex_texture.address.y).x,
     );
     let at = folded * reference_params.share + shift;
     let has_border = vastex_texture.address.xy == vec2<u32>(VASTEX_ADDRESS_BORDER);

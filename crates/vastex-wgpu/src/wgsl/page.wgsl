@@ -3,17 +3,11 @@
 
 fn vastex_position_from_uv(uv: vec2<f32>) -> VastexPosition {
     let size = vastex_texture.size.xy;
-    let folded = vec2<f32>(
-        vastex_folded_uv(uv.x, vastex_texture.address.x),
-        vastex_folded_uv(uv.y, vastex_texture.address.y),
-    );
-    let texel = folded * vec2<f32>(size);
+    let x = vastex_folded(uv.x, vastex_texture.address.x);
+    let y = vastex_folded(uv.y, vastex_texture.address.y);
+    let texel = vec2<f32>(x.x, y.x) * vec2<f32>(size);
     let whole = min(vec2<u32>(max(floor(texel), vec2<f32>(0.0))), size - 1u);
-    let way = vec2<f32>(
-        vastex_folded_way(uv.x, vastex_texture.address.x),
-        vastex_folded_way(uv.y, vastex_texture.address.y),
-    );
-    return VastexPosition(whole, texel - vec2<f32>(whole), way);
+    return VastexPosition(whole, texel - vec2<f32>(whole), vec2<f32>(x.y, y.y));
 }
 
 // The same for the place `offset` texels of level 0 after the beginning of texel `anchor`.

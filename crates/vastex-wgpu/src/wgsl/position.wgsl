@@ -25,22 +25,20 @@ struct VastexTaps {
     cubic_share: f32,       // of 4x4 texels around the position, the rest of one tap
 }
 
-// No branch here depends on nothing but a uniform: Mesa's software driver makes a shader anew for each draw, and keeps it, if one does.
-
-// A coordinate folded into 0 to 1 by an address mode. Where nothing repeats it stays as it is, so far as it matters, since taps of
-// a place beyond the edge may lie within.
-fn vastex_folded_uv(uv: f32, mode: u32) -> f32 {
-    let turn = uv - 2.0 * floor(0.5 * uv);
-    let mirrored = select(turn, 2.0 - turn, turn > 1.0);
-    let repeated = select(uv - floor(uv), mirrored, mode == VASTEX_ADDRESS_MIRROR);
-    let repeats = (mode == VASTEX_ADDRESS_WRAP) | (mode == VASTEX_ADDRESS_MIRROR);
-    return select(clamp(uv, -8.0, 9.0), repeated, repeats);
-}
-
-// Which way a coordinate runs once it is folded: -1 where a mirrored texture runs backwards, else 1.
-fn vastex_folded_way(uv: f32, mode: u32) -> f32 {
-    let turn = uv - 2.0 * floor(0.5 * uv);
-    return select(1.0, -1.0, (mode == VASTEX_ADDRESS_MIRROR) & (turn > 1.0));
+// A coordinate folded into 0 to 1 by an address mode, and which way it runs then: -1 where a mirrored texture runs backwards, else 1. Where
+// nothing repeats it stays as it is, so far as it matters, since taps of a place beyond the edge may lie within.
+//
+// What follows from the mode is the same for a draw: a GPU finds it once for all pixels, and what is left for each of them has no case.
+fn vastex_folded(uv: f32, mode: u32) -> vec2<f32> {
+    let mirrors = mode == VASTEX_ADDRESS_MIRROR;
+    let repeats = mirrors | (mode == VASTEX_ADDRESS_WRAP);
+    let reach = select(vec2<f32>(-8.0, 9.0), vec2<f32>(-1e30, 1e30), repeats);
+    let period = select(1.0, 2.0, mirrors);
+    let periods_in_one = select(select(0.0, 1.0, repeats), 0.5, mirrors);
+    let turn = select(16.0, 1.0, mirrors); // where it turns back; beyond reach where it does not
+    let near = clamp(uv, reach.x, reach.y);
+    let within = near - period * floor(near * periods_in_one);
+    return vec2<f32>(min(within, 2.0 * turn - within), select(1.0, -1.0, within > turn));
 }
 
 // A place along one axis: a texel of level 0, and how far into it.
