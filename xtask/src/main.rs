@@ -13,6 +13,7 @@ mod campaign;
 mod damage;
 mod demo;
 mod demo_program;
+mod drivers;
 mod figures;
 mod gaia_sky;
 mod inputs;

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Result, bail};
 
 use crate::shell::Usage;
-use crate::{browser, setup, shaders, shell, wasm, window};
+use crate::{browser, drivers, setup, shaders, shell, wasm, window};
 
 /// How a step ended that did not fail.
 pub(crate) enum Outcome {
@@ -30,6 +30,7 @@ const STEPS: &[Step] = &[
     Step { name: "clippy", what: "no lint fires anywhere", run: clippy },
     Step { name: "docs", what: "every link in the documentation leads somewhere", run: docs },
     Step { name: "tests", what: "every test, example and invariant", run: tests },
+    Step { name: "drivers", what: "a second driver draws the same", run: drivers::check },
     Step {
         name: "shaders",
         what: "every shader is WGSL, and every one that a test used is known",
@@ -204,7 +205,8 @@ fn tests() -> Result<Outcome> {
     shell::run(&mut command).map(|()| Outcome::Passed)
 }
 
-fn cargo_test() -> Command {
+/// The tests, each of chance the same sample.
+pub(crate) fn cargo_test() -> Command {
     let mut command = shell::cargo("test");
     // The suite is the same sample each time; campaigns take others.
     command.env("PROPTEST_RNG_SEED", "1");

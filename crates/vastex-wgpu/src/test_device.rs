@@ -2,6 +2,9 @@
 
 use std::cell::Cell;
 
+/// Names the adapter that tests are to run on, or a part of its name; the variable that wgpu's own tools go by.
+const ADAPTER: &str = "WGPU_ADAPTER_NAME";
+
 thread_local! {
     static COMPUTE_PIPELINES: Cell<u32> = const { Cell::new(0) };
     static POLLS: Cell<u32> = const { Cell::new(0) };
@@ -39,6 +42,20 @@ pub(crate) fn is_to_fail() -> bool {
     left == Some(0)
 }
 
+/// Panics where tests are to run on another adapter, so that what is said to have been tested on one driver was not drawn by another.
+#[expect(clippy::panic, reason = "a test on the wrong adapter must fail")]
+pub fn check_adapter(info: &wgpu::AdapterInfo) {
+    if let Some(name) = std::env::var_os(ADAPTER)
+        && !is_called(info, &name.to_string_lossy())
+    {
+        panic!("{ADAPTER} asks for {}, and the adapter is {} ({})", name.display(), info.name, info.driver);
+    }
+}
+
+fn is_called(info: &wgpu::AdapterInfo, name: &str) -> bool {
+    info.name.to_lowercase().contains(&name.to_lowercase())
+}
+
 /// What a test needs of a GPU.
 #[derive(Debug)]
 pub struct TestDevice {
@@ -68,6 +85,7 @@ impl TestDevice {
                 "no GPU adapter, not even in software ({error}); run `cargo xtask test`, which installs one"
             )
         });
+        check_adapter(&adapter.get_info());
         let request = adapter.request_device(&wgpu::DeviceDescriptor {
             label: Some("vastex test"),
             required_features: choose(&adapter),

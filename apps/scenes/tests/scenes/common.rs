@@ -6,11 +6,16 @@ use std::sync::{Arc, OnceLock};
 use vastex::{AddressMode, Filter, Pace, PoolSettings, Settings, TileSource};
 use vastex_build::{BuildOptions, Compression};
 use vastex_scenes::{Gpu, Path, Pose, Scene, Studio, Until};
+use vastex_wgpu::test_device::check_adapter;
 
 /// The device that all tests of a process share. There is always one: `cargo xtask test` installs a driver.
 pub(crate) fn gpu() -> &'static Gpu {
     static GPU: OnceLock<Gpu> = OnceLock::new();
-    GPU.get_or_init(|| Gpu::headless().unwrap_or_else(|why| panic!("{why}; `cargo xtask test` installs one")))
+    GPU.get_or_init(|| {
+        let gpu = Gpu::headless().unwrap_or_else(|why| panic!("{why}; `cargo xtask test` installs one"));
+        check_adapter(&gpu.adapter.get_info());
+        gpu
+    })
 }
 
 /// What an image is made and built with.

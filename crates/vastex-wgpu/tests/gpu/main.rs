@@ -4,6 +4,7 @@
 
 mod belt;
 mod common;
+mod device;
 mod drawing;
 mod errors;
 mod exact;
