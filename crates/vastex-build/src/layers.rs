@@ -11,7 +11,7 @@ use crate::convert::{Conversion, layer_format, possible_formats};
 use crate::error::BuildError;
 use crate::filter::{LayerFilter, LevelsFrom, Meaning};
 use crate::notice::Notice;
-use crate::readers::{ImageHeader, Opened, Profile, RowReader, Scaled, in_srgb, open_with_files};
+use crate::readers::{Blend, ImageHeader, Opened, Profile, RowReader, Scaled, in_srgb, open_with_files};
 use crate::stack::LayerPlan;
 use crate::{BuildOptions, fingerprint, place};
 
@@ -102,6 +102,17 @@ impl OpenLayer {
         Ok(filter.for_format(*format)?)
     }
 
+    /// What mixing its texels means.
+    fn blend(&self, options: &BuildOptions) -> Result<Blend, BuildError> {
+        let filter = self.filter(options)?;
+        Ok(match filter.meaning {
+            _ if !filter.kernel.may_mix() => Blend::Pick,
+            Meaning::Normal => Blend::Normal,
+            _ if self.is_color => Blend::Color,
+            _ => Blend::Stored,
+        })
+    }
+
     /// What there is to say of what was made of it.
     pub(crate) fn report(&self, plan: &LayerPlan) -> LayerReport {
         let mut notices = notices_of(self.reader.header());
@@ -180,12 +191,13 @@ pub(crate) fn open_all(
             layer.layer.scale = scale;
             if to != size {
                 let wraps = options.address[0] == AddressMode::Wrap || layer.reader.header().wraps;
-                layer.reader = Box::new(Scaled::new(layer.reader, to, scale, layer.is_color, wraps));
+                let blend = layer.blend(options)?;
+                layer.reader = Box::new(Scaled::new(layer.reader, to, scale, blend, wraps));
             }
         }
-        layer
+        Ok(layer)
     };
-    Ok(layers.into_iter().map(fit).collect())
+    layers.into_iter().map(fit).collect()
 }
 
 /// The texture that the layers make.

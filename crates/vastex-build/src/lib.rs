@@ -163,6 +163,11 @@ pub trait Progress {
     /// `rows_done` of `rows_total` rows are read and `bytes_written` bytes of tiles are written. `Break` cancels the
     /// build, which then leaves nothing behind, unless it can be resumed.
     fn advance(&self, rows_done: u64, rows_total: u64, bytes_written: u64) -> ControlFlow<()>;
+
+    /// What is known of an image before its first row is read, such as what it costs; also among what the report says at the end.
+    fn note(&self, image: &Path, notice: &Notice) {
+        let _ = (image, notice);
+    }
 }
 
 /// Nobody watches, nobody cancels.
@@ -288,6 +293,10 @@ fn make(
     };
     let memory = fit_memory(layers, &mut job, texture.geometry.page_count(), options.memory_limit)?;
     let selection = sparse::select(layers, &plans, &description.geometry, options)?;
+    for layer in layers.iter() {
+        let notices = layers::notices_of(layer.reader.header());
+        notices.iter().for_each(|notice| progress.note(&layer.path, notice));
+    }
     let filters: Vec<String> = plans.iter().map(|plan| plan.filter.to_string()).collect();
     let writer_options = options.writer_options(filters);
     let rows = u64::from(description.geometry.size()[1]);
@@ -380,13 +389,17 @@ fn fit_memory(layers: &[OpenLayer], job: &mut Job<'_>, pages: u64, limit: u64) -
     if needed <= limit {
         return Ok(needed);
     }
-    let remedy = if readers > limit / 2 {
-        "convert it to a TIFF of many strips or of tiles, stored upright, which can be read by rows"
-    } else {
-        "the image is too wide or has too many pages; use larger pages, or split it"
-    };
     let greediest = layers.iter().max_by_key(|layer| layer.reader.header().memory);
     let path = greediest.map(|layer| layer.path.clone()).unwrap_or_default();
+    let remedy = match greediest.filter(|_| readers > limit / 2).map(|layer| layer.reader.header()) {
+        None => "the image is too wide or has too many pages; use larger pages, or split it",
+        Some(header) if header.tile_directory.is_some() => {
+            "a row of its tiles is held at once; make it anew with smaller tiles, or allow more memory"
+        }
+        Some(_) => {
+            "convert it to a TIFF of many strips or of tiles, stored upright, which can be read by rows"
+        }
+    };
     Err(BuildError::Memory { path, needed, limit, remedy })
 }
 

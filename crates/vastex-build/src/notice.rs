@@ -58,6 +58,8 @@ pub enum Notice {
     PremultipliedAlpha,
     /// The compressed data are damaged in so many places, and the decoder went on with what it could make of them.
     DamagedInPlaces(u32),
+    /// So many bytes of the file belong to nothing; the decoder passed over them, and the picture is whole.
+    StrayBytes(u32),
     /// The file holds further images or frames.
     FurtherImagesIgnored,
     /// A level's directory has a name that a tool wrote by mistake.
@@ -71,8 +73,13 @@ pub enum Notice {
     IgnoredLevel(String),
     /// The tiles repeat a texel of their neighbours on each side; it is not part of the picture.
     BorderedTiles,
-    /// So many tiles of the finest level are missing; the texels of their ancestors stand in.
-    TilesFromAncestors(u64),
+    /// Tiles of the finest level are missing; the texels of their ancestors stand in.
+    TilesFromAncestors {
+        /// How many.
+        missing: u64,
+        /// How many the level has when it is whole.
+        of: u64,
+    },
     /// The texture does not have a size that the grid of the layout can hold, so each level was resampled to it.
     ResampledToGrid {
         /// Size of the texture.
@@ -162,6 +169,12 @@ impl fmt::Display for Notice {
             Notice::DamagedInPlaces(n) => {
                 write!(f, "the compressed data are damaged in {n} places; the picture there is a guess")
             }
+            Notice::StrayBytes(n) => {
+                write!(
+                    f,
+                    "{n} bytes before the file's end belong to nothing; the picture is whole without them"
+                )
+            }
             Notice::FurtherImagesIgnored => write!(f, "only the first image of the file is read"),
             Notice::MisnamedLevel { name, level } => {
                 write!(f, "the directory '{name}' is misnamed and taken for level {level}")
@@ -173,8 +186,12 @@ impl fmt::Display for Notice {
                 )
             }
             Notice::BorderedTiles => write!(f, "the tiles have borders of one texel, which are cut off"),
-            Notice::TilesFromAncestors(n) => {
-                write!(f, "{n} tiles of the finest level are missing; their ancestors' texels stand in")
+            Notice::TilesFromAncestors { missing, of } => {
+                write!(
+                    f,
+                    "{missing} of the {of} tiles of the finest level are missing; their ancestors' texels stand in, magnified, so \
+                     that the texture is as large as if all were there"
+                )
             }
             Notice::ResampledToGrid { from: [w, h], to: [x, y] } => {
                 write!(f, "the layout's grid cannot hold {w}x{h} texels: resampled to {x}x{y}")

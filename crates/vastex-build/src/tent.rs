@@ -19,6 +19,12 @@ impl Taps {
         Taps { first, weights: weights.iter().map(|weight| (weight / sum) as f32).collect() }
     }
 
+    /// For the same, the one texel in whose middle, or next to it, the middle of texel `at` lies.
+    pub(crate) fn nearest(at: u32, to: u32, from: u32) -> Taps {
+        let first = (2 * u64::from(at) + 1) * u64::from(from) / (2 * u64::from(to));
+        Taps { first: first as i64, weights: vec![1.0] }
+    }
+
     /// The texels with their weights.
     pub(crate) fn iter(&self) -> impl Iterator<Item = (i64, f32)> {
         (self.first..).zip(self.weights.iter().copied())

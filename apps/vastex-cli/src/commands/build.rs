@@ -1,6 +1,8 @@
 //! `vastex build`: drives `vastex-build`, shows how far it is, and lets it clean up when it is interrupted.
 
+use std::cell::RefCell;
 use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -8,7 +10,9 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, anyhow};
 use indicatif::ProgressBar;
 use serde::Serialize;
-use vastex_build::{BuildError, BuildOptions, BuildReport, LayerReport, Progress, ReorderError, WriteError};
+use vastex_build::{
+    BuildError, BuildOptions, BuildReport, LayerReport, Notice, Progress, ReorderError, WriteError,
+};
 use vastex_tiles::Compression;
 
 use crate::args::{BuildArgs, Compress};
@@ -50,10 +54,10 @@ pub(crate) fn run(args: &BuildArgs) -> Result<ExitCode> {
         let output = args.output.display();
         report::say(&format!("note: {output}: is there already, and is replaced once the new one is whole"));
     }
-    let bar = Bar::new(args.quiet);
+    let watch = Watch { bar: Bar::new(args.quiet), is_quiet: args.quiet, said: RefCell::default() };
     let begin = Instant::now();
-    let built = vastex_build::build(&args.inputs(), &args.output, &options(args), &bar);
-    bar.0.finish_and_clear();
+    let built = vastex_build::build(&args.inputs(), &args.output, &options(args), &watch);
+    watch.bar.0.finish_and_clear();
     let built = match built {
         Err(BuildError::Cancelled) => {
             report::say(match args.resume {
@@ -67,12 +71,10 @@ pub(crate) fn run(args: &BuildArgs) -> Result<ExitCode> {
     if args.reorder && !reorder(args)? {
         return Ok(ExitCode::from(INTERRUPTED));
     }
-    if !args.quiet {
-        for layer in &built.layers {
-            layer.notices.iter().for_each(|notice| report::say_of_image(&layer.path, notice));
-        }
-        built.insets.iter().for_each(|(image, notice)| report::say_of_image(image, notice));
+    for layer in &built.layers {
+        layer.notices.iter().for_each(|notice| watch.note(&layer.path, notice));
     }
+    built.insets.iter().for_each(|(image, notice)| watch.note(image, notice));
     let summary = Summary::new(args, &built, begin.elapsed());
     if args.json {
         report::print_json(&summary)?;
@@ -152,6 +154,28 @@ impl Progress for Bar {
         self.0.set_position(rows_done);
         self.0.set_message(format!(", {} written", report::bytes(bytes_written)));
         if is_interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+}
+
+/// A progress bar, and what is said of the images: each thing once, as soon as it is known.
+struct Watch {
+    bar: Bar,
+    is_quiet: bool,
+    said: RefCell<Vec<(PathBuf, Notice)>>,
+}
+
+impl Progress for Watch {
+    fn advance(&self, rows_done: u64, rows_total: u64, bytes_written: u64) -> ControlFlow<()> {
+        self.bar.advance(rows_done, rows_total, bytes_written)
+    }
+
+    fn note(&self, image: &Path, notice: &Notice) {
+        let mut said = self.said.borrow_mut();
+        if self.is_quiet || said.iter().any(|(path, other)| path == image && other == notice) {
+            return;
+        }
+        self.bar.0.suspend(|| report::say_of_image(image, notice));
+        said.push((image.into(), notice.clone()));
     }
 }
 

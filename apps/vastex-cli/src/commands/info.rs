@@ -31,7 +31,7 @@ pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode> {
 }
 
 /// Says what a tile directory is good for, if that is what was named.
-fn refuse(path: &Path, error: ContainerError) -> Result<Container> {
+pub(super) fn refuse<T>(path: &Path, error: ContainerError) -> Result<T> {
     if open::is_directory_of_tiles(path) {
         bail!(
             "{}: is a directory of tiles and no container; `vastex build` makes one of it, and `vastex view` shows it as it is",

@@ -16,7 +16,7 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<ExitCode> {
         bar.set_position(done);
     });
     bar.finish_and_clear();
-    let found = found?;
+    let found = found.or_else(|error| super::info::refuse(&args.file, error))?;
     let file = args.file.display();
     if !args.quiet {
         notes(&found).iter().for_each(|note| report::say(&format!("note: {file}: {note}")));

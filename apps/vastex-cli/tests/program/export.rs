@@ -20,8 +20,10 @@ fn every_layout_is_written_and_built_again() {
         assert_eq!(wraps, resampled, "planets wrap, images do not: {info}");
     }
     for layout in ["gaiasky", "deepzoom", "deepzoom/deepzoom.dzi"] {
-        let refused = desk.run(&["info", layout]).expect_code(1).stderr;
-        assert!(refused.contains(layout) && refused.contains("`vastex build`"), "{refused}");
+        for command in ["info", "verify"] {
+            let refused = desk.run(&[command, layout]).expect_code(1).stderr;
+            assert!(refused.contains(layout) && refused.contains("`vastex build`"), "{refused}");
+        }
     }
     desk.run(&["build", "celestia/celestia.ctx", "-o", "again.vastex"]).expect_code(0);
     desk.run(&["build", "deepzoom/deepzoom.dzi", "-o", "again.vastex"]).expect_code(0);

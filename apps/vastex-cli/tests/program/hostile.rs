@@ -1,5 +1,8 @@
 //! What people and machines do to a program: pipes where files belong, few open files, damaged images, impatience.
 
+use std::io::Write;
+use std::os::fd::OwnedFd;
+use std::os::unix::net::UnixStream;
 use std::process::{Command, Stdio};
 
 use crate::tool::{Desk, Ended};
@@ -74,44 +77,96 @@ fn exports_of_sixteen_bits_and_floats_end() {
     }
 }
 
-#[test]
-fn an_impatient_second_signal_ends_the_program_too() {
-    let desk = Desk::new();
-    desk.write_png("big.png", [3000, 3000]);
-    let args = ["build", "big.png", "-o", "out.vastex", "--page", "40", "--quiet"];
-    let mut command = desk.command(&args);
-    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    // Once there is something to lose, the program listens.
-    let has_begun = || desk.path(".out.vastex.partial").exists() || desk.path("out.vastex").exists();
-    for _ in 0..30_000 {
-        if has_begun() {
-            break;
-        }
-        std::thread::sleep(std::time::Duration::from_millis(1));
+/// A pipe as stdout that is full and that nobody reads: whoever prints waits for ever.
+fn full_pipe() -> (UnixStream, Stdio) {
+    let (reader, mut writer) = UnixStream::pair().unwrap();
+    writer.set_nonblocking(true).unwrap();
+    while writer.write(&[b'x'; 4096]).is_ok() {}
+    while writer.write(b"x").is_ok() {}
+    writer.set_nonblocking(false).unwrap();
+    (reader, OwnedFd::from(writer).into())
+}
+
+/// Waits for something that a program does.
+#[track_caller]
+fn wait_for(what: &str, mut is_so: impl FnMut() -> bool) {
+    let begin = std::time::Instant::now();
+    while !is_so() {
+        assert!(begin.elapsed() < std::time::Duration::from_secs(300), "no {what}");
+        std::thread::sleep(std::time::Duration::from_millis(2));
     }
-    let number = child.id().to_string();
-    for signal in ["INT", "TERM"] {
-        // It may have ended by the first.
-        let _ = Command::new("kill").args(["-s", signal, &number]).stderr(Stdio::null()).status();
-    }
-    let ended = Ended::of(&child.wait_with_output().unwrap());
-    assert!(matches!(ended.code, Some(130 | 0)), "{ended}");
-    // Whatever it left goes with the next run.
-    desk.run(&args).expect_code(0);
-    assert_eq!(desk.names(), ["big.png", "out.vastex"]);
 }
 
 #[test]
+fn a_second_signal_ends_a_program_that_cannot_heed_the_first() {
+    let desk = Desk::new();
+    desk.write_png("image.png", [30, 20]);
+    let args = ["build", "image.png", "-o", "out.vastex"];
+    let (_unread, stdout) = full_pipe();
+    let mut child = desk.command(&args).stdout(stdout).stderr(Stdio::null()).spawn().unwrap();
+    // From here on it prints what it has done, and asks for no signal any more.
+    wait_for("container", || desk.path("out.vastex").exists());
+    let number = child.id().to_string();
+    let send = |signal| Command::new("kill").args(["-s", signal, &number]).stderr(Stdio::null()).status();
+    assert!(send("INT").unwrap().success());
+    // Not pending any more, and not the end.
+    let status = || std::fs::read_to_string(format!("/proc/{number}/status")).unwrap_or_default();
+    if cfg!(target_os = "linux") {
+        wait_for("signal taken", || status().lines().any(|line| line == "ShdPnd:\t0000000000000000"));
+    }
+    assert!(child.try_wait().unwrap().is_none(), "the first signal ended it");
+    assert!(send("TERM").unwrap().success());
+    let mut code = None;
+    wait_for("end", || {
+        code = child.try_wait().unwrap();
+        code.is_some()
+    });
+    assert_eq!(code.unwrap().code(), Some(130));
+}
+
+/// The first example of docs/heights.md, with images of the same kinds and a tenth as large.
+#[test]
 fn the_two_images_of_the_guide_become_one_terrain() {
     let desk = Desk::new();
+    let guide = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/heights.md");
+    let guide = std::fs::read_to_string(guide).unwrap();
+    let example = guide.lines().find(|line| line.starts_with("vastex build ")).unwrap();
+    for image in ["assets/earth-color-10800x5400.jpg", "assets/earth-elevation-1080x540-u16.png"] {
+        assert!(example.contains(image), "{example}");
+    }
+    std::fs::create_dir(desk.path("assets")).unwrap();
     desk.write_png("color.png", [1080, 540]);
-    desk.write_png("height.png", [108, 54]);
-    let args =
-        ["build", "-o", "i.vastex", "--layer", "color=color.png", "--layer", "height=height.png:rgba8"];
-    let built = desk.run(&[&args[..], &["--json"]].concat()).expect_code(0).json();
-    assert_eq!((&built["layers"][0]["scale"], &built["layers"][1]["scale"]), (&1.into(), &4.into()));
+    desk.run(&["build", "color.png", "-o", "color.vastex"]).expect_code(0);
+    let export = ["export", "color.vastex", "--layout", "deepzoom", "--tile-size", "2000", "-o", "zoom"];
+    desk.run(&export).expect_code(0);
+    desk.write("assets/earth-color-10800x5400.jpg", &desk.read("zoom/zoom_files/11/0_0.jpg"));
+    let heights: Vec<u8> =
+        (0..108 * 54u32).flat_map(|n| (n * 11 + 500).to_be_bytes()[2..].to_vec()).collect();
+    desk.write_png_of("assets/earth-elevation-1080x540-u16.png", [108, 54], &heights);
+    let args: Vec<&str> = example.split_whitespace().skip(1).chain(["--json"]).collect();
+    let built = desk.run(&args).expect_code(0).json();
+    let (color, height) = (&built["layers"][0], &built["layers"][1]);
+    assert_eq!((&color["format"], &color["scale"]), (&"rgba8-srgb".into(), &1.into()));
+    assert_eq!((&height["format"], &height["scale"]), (&"r16".into(), &4.into()));
     let says =
         |notice: &serde_json::Value| notice.as_str().unwrap().contains("resampled to 270x135, a quarter");
     assert!(built["notices"].as_array().unwrap().iter().any(says), "{built}");
-    desk.run(&["verify", "i.vastex"]).expect_code(0);
+    desk.run(&["verify", "earth.vastex"]).expect_code(0);
+    let render = ["render", "earth.vastex", "--on", "terrain", "--size", "96x64", "--json", "-o", "t.png"];
+    assert_eq!(desk.run(&render).expect_code(0).json()["converged"], true);
+}
+
+/// What is known from the headers is said once, whenever it is said.
+#[test]
+fn a_notice_is_said_once() {
+    let desk = Desk::new();
+    for name in ["level0/tx_0_0.png", "level0/tx_1_0.png", "level2/tx_3_1.png"] {
+        std::fs::create_dir_all(desk.path("planet").join(name).parent().unwrap()).unwrap();
+        desk.write_png(&format!("planet/{name}"), [16, 16]);
+    }
+    let ended = desk.run(&["build", "planet", "-o", "p.vastex"]).expect_code(0);
+    let said = ended.stderr.lines().filter(|line| line.contains("31 of the 32 tiles of the finest level"));
+    assert_eq!(said.count(), 1, "{ended}");
+    let quiet = desk.run(&["build", "planet", "-o", "p.vastex", "--quiet"]).expect_code(0);
+    assert_eq!(quiet.stderr, "");
 }

@@ -132,17 +132,17 @@ fn what_a_killed_build_with_insets_left_is_gone_on_with_or_removed() {
     use crate::resume::signal_at;
 
     let desk = Desk::new();
-    desk.write_png("world.png", [900, 700]);
-    desk.write_png("a.png", [900, 800]);
-    desk.write_png("b.png", [700, 600]);
+    desk.write_png("world.png", [700, 540]);
+    desk.write_png("a.png", [700, 600]);
+    desk.write_png("b.png", [540, 460]);
     let names = ["a.png", "b.png", "out.vastex", "world.png"];
-    let insets = ["--inset", "a.png@1500,300,2", "--inset", "b.png@200,100,1", "--quiet"];
+    let insets = ["--inset", "a.png@1200,240,2", "--inset", "b.png@160,80,1", "--quiet"];
     let build = [&["build", "world.png", "-o", "out.vastex", "--page", "40"], &insets[..]].concat();
     let resume = [&build[..], &["--resume"]].concat();
     desk.run(&build).expect_code(0);
     let whole = desk.read("out.vastex");
     let mut left = 0;
-    for case in 0..12u32 {
+    for case in 0..9u32 {
         std::fs::remove_file(desk.path("out.vastex")).unwrap();
         let args = if case % 2 == 0 { &build } else { &resume };
         let share = u64::from(5 + case * 35 % 90);
@@ -158,5 +158,5 @@ fn what_a_killed_build_with_insets_left_is_gone_on_with_or_removed() {
         }
         assert_eq!(desk.names(), names, "case {case}");
     }
-    assert!(left > 2, "{left}");
+    assert!(left > 1, "{left}");
 }

@@ -24,7 +24,7 @@ const BUILD: &[&str] =
 /// A desk with `big.png`, and the bytes of its container.
 fn desk() -> (Desk, Vec<u8>) {
     let desk = Desk::new();
-    desk.write_png("big.png", [2000, 1600]);
+    desk.write_png("big.png", [1500, 1200]);
     desk.run(BUILD).expect_code(0);
     let whole = desk.read("out.vastex");
     std::fs::remove_file(desk.path("out.vastex")).unwrap();
@@ -148,9 +148,9 @@ fn what_another_build_left_is_refused_with_the_remedy() {
         assert!(other.stderr.contains(word), "{other}");
     }
     let time = desk.path("big.png").metadata().unwrap().modified().unwrap();
-    desk.write_png("big.png", [2000, 1601]);
+    desk.write_png("big.png", [1500, 1201]);
     desk.run(&resume).expect_code(1);
-    desk.write_png("big.png", [2000, 1600]);
+    desk.write_png("big.png", [1500, 1200]);
     // The same bytes, but who knows: only the same time tells that nobody touched them.
     std::fs::File::options().write(true).open(desk.path("big.png")).unwrap().set_modified(time).unwrap();
     desk.run(&resume).expect_code(0);

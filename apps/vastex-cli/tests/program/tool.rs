@@ -66,6 +66,15 @@ impl Desk {
         encoder.write_header().unwrap().write_image_data(&texels).unwrap();
     }
 
+    /// A grey image of 16 bits, of big-endian numbers.
+    pub(crate) fn write_png_of(&self, name: &str, [width, height]: [u32; 2], texels: &[u8]) {
+        let file = std::fs::File::create(self.path(name)).unwrap();
+        let mut encoder = png::Encoder::new(file, width, height);
+        encoder.set_color(png::ColorType::Grayscale);
+        encoder.set_depth(png::BitDepth::Sixteen);
+        encoder.write_header().unwrap().write_image_data(texels).unwrap();
+    }
+
     /// The pixels of a picture that the program wrote.
     pub(crate) fn read_rgb(&self, name: &str) -> Vec<[u8; 3]> {
         let mut reader = png::Decoder::new(std::io::Cursor::new(self.read(name))).read_info().unwrap();
@@ -100,6 +109,8 @@ impl Ended {
         let ended =
             Ended { code: output.status.code(), stdout: text(&output.stdout), stderr: text(&output.stderr) };
         assert!(!ended.stderr.contains("panicked"), "{ended}");
+        // Nobody sees it in colour.
+        assert!(!ended.stderr.contains('\x1b'), "{ended}");
         ended
     }
 

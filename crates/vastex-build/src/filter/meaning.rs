@@ -109,7 +109,7 @@ impl Meaning {
 }
 
 /// A vector of length 1; what has no direction points along z.
-fn unit([x, y, z]: [f32; 3]) -> [f32; 3] {
+pub(crate) fn unit([x, y, z]: [f32; 3]) -> [f32; 3] {
     let length = (x * x + y * y + z * z).sqrt();
     if length > 1e-6 { [x / length, y / length, z / length] } else { [0.0, 0.0, 1.0] }
 }

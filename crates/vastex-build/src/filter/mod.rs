@@ -20,6 +20,7 @@ use vastex_core::{LayerFormat, TexelPositions};
 pub use kernel::Kernel;
 pub(crate) use kernel::{Stretched, Taps};
 pub use meaning::Meaning;
+pub(crate) use meaning::unit;
 pub(crate) use quad::Quad;
 use separable::Separable;
 pub(crate) use separable::{finished, prepared};

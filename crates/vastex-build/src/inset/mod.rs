@@ -21,7 +21,7 @@ use crate::error::BuildError;
 use crate::layers::{self, OpenLayer};
 use crate::pipeline::Sink;
 use crate::replace::{self, OpenImage, Placed, ReplaceError, ReplaceOptions, Replaced, Rules};
-use crate::{BuildOptions, BuildReport, Progress, Stage, make, place};
+use crate::{BuildOptions, BuildReport, Notice, Progress, Stage, make, place};
 use unfinished::Unfinished;
 
 pub(crate) use unfinished::{refuse_left, remove_left};
@@ -288,5 +288,9 @@ impl Steps<'_> {
 impl Progress for Steps<'_> {
     fn advance(&self, rows_done: u64, _: u64, bytes_written: u64) -> ControlFlow<()> {
         self.progress.advance(self.rows_before + rows_done, self.rows, self.bytes_before + bytes_written)
+    }
+
+    fn note(&self, image: &Path, notice: &Notice) {
+        self.progress.note(image, notice);
     }
 }

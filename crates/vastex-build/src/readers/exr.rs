@@ -3,7 +3,6 @@
 //! Blocks are read one after the other, and decompressed several at once where there is help. Read are R, G and B with A, or Y with A, or one channel of any name, of the first part; its data window is the picture.
 //! 16-bit floats stay so where all channels have them; else, and for whole numbers, there are 32 bits.
 
-use std::collections::HashSet;
 use std::fs::File;
 use std::io::{BufReader, ErrorKind};
 use std::sync::Arc;
@@ -19,6 +18,7 @@ use exr::meta::{BlockDescription, MetaData};
 
 use super::ahead::{Ahead, Helpers};
 use super::alpha::unpremultiply;
+use super::exr_blocks::{Places, decompress};
 use super::{ImageHeader, PixelFormat, RowReader, Sample, buffered};
 use crate::error::{InputFault, near_row};
 use crate::notice::Notice;
@@ -110,6 +110,7 @@ impl ExrReader {
                 BlockDescription::Tiles(_) => "an OpenEXR file of tiles",
             };
             header.hold_whole_image(header.image_bytes(), why);
+            header.memory += Places::of(first).bytes();
         }
         let count = first.chunk_count as u64;
         let chunks = reader.all_chunks(false).map_err(in_header)?;
@@ -174,13 +175,12 @@ impl ExrReader {
                 .map_err(|_| unsupported("an image of a size that no memory holds", "split it"))?;
             self.band = vec![0; len];
             let mut missing = u64::from(self.header.width) * u64::from(self.header.height);
-            // Blocks lie on a grid, so one that begins where none did covers texels that none did.
-            let mut places = HashSet::new();
+            let mut places = Places::of(&self.decoding.meta.headers[0]);
             while missing > 0 {
                 let block = self.next_block()?;
                 let [x, y] = block.at;
                 let rest = missing.checked_sub((block.size[0] * block.size[1]) as u64);
-                missing = rest.filter(|rest| *rest < missing && places.insert((x, y))).ok_or_else(|| {
+                missing = rest.filter(|rest| *rest < missing && places.insert([x, y])).ok_or_else(|| {
                     damaged(near_row(y as u32, self.header.height), "a block is stored twice")
                 })?;
                 let texel = self.header.format.texel_bytes();
@@ -320,7 +320,7 @@ impl Layout {
 impl Decoding {
     /// The block that a chunk of the picture holds; nothing where it is one of a coarser level.
     fn block(&self, chunk: Chunk) -> Result<Option<Block>, BlockFault> {
-        let block = UncompressedBlock::decompress_chunk(chunk, &self.meta, false).map_err(BlockFault::Exr)?;
+        let block = decompress(chunk, &self.meta).map_err(BlockFault::Exr)?;
         if block.index.level != Vec2(0, 0) {
             return Ok(None);
         }

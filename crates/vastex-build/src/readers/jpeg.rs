@@ -3,7 +3,8 @@
 //! libjpeg only warns where the data make no sense or end before the picture does, and fills the rest with grey. So a
 //! warning among the picture's data is an error, and its source, [`EndIsError`], fails where the file ends; the decoder
 //! never asks beyond a whole file's end. Who [tolerates](RowReader::tolerate) damage gets what the decoder makes of it, and a
-//! notice. Warnings of the header and of what follows the last row leave the picture whole: they are a notice always.
+//! notice. Warnings of the header, of what follows the last row and of bytes before the file's end leave the picture whole: they
+//! are a notice always.
 //! libjpeg's errors unwind: they are caught here.
 
 use std::fs::File;
@@ -15,7 +16,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use mozjpeg::ColorSpace;
 use mozjpeg::decompress::{Decompress, DecompressStarted};
 
-use super::jpeg_errors::{Fatal, handlers, take_warnings};
+use super::jpeg_errors::{Fatal, handlers, take_stray_bytes, take_warnings};
 use super::{ImageHeader, PixelFormat, RowReader, buffered, jpeg_header};
 use crate::error::{InputFault, near_row};
 use crate::notice::Notice;
@@ -51,6 +52,8 @@ pub(super) struct JpegReader {
     is_decoded_first: bool,
     /// Places where the decoder found the data damaged and went on.
     faults: u32,
+    /// Bytes that belong to nothing.
+    stray_bytes: u32,
     /// Whether the picture could not be trusted beyond the rows that are given out.
     is_guess: bool,
 }
@@ -89,6 +92,7 @@ impl JpegReader {
             tolerates: false,
             is_decoded_first,
             faults: 0,
+            stray_bytes: 0,
             is_guess: false,
         })
     }
@@ -144,8 +148,10 @@ impl JpegReader {
 
     /// Once everything is read, says how much of it was damaged.
     fn note_faults(&mut self) {
-        if self.faults > 0 && self.next_row == self.header.height {
-            self.header.notices.push(Notice::DamagedInPlaces(self.faults));
+        if self.next_row == self.header.height {
+            let stray = (self.stray_bytes > 0).then_some(Notice::StrayBytes(self.stray_bytes));
+            let damaged = (self.faults > 0).then_some(Notice::DamagedInPlaces(self.faults));
+            self.header.notices.extend(stray.into_iter().chain(damaged));
         }
     }
 }
@@ -160,9 +166,10 @@ impl RowReader for JpegReader {
     }
 
     fn read_rows(&mut self, rows: &mut [u8]) -> Result<(), InputFault> {
-        take_warnings();
+        (take_warnings(), take_stray_bytes());
         let result = catch_unwind(AssertUnwindSafe(|| self.decode(rows)));
         self.faults = self.faults.saturating_add(take_warnings());
+        self.stray_bytes = self.stray_bytes.saturating_add(take_stray_bytes());
         let place = near_row(self.next_row, self.header.height);
         let why = match result {
             Ok(Ok(())) => {

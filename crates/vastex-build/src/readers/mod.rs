@@ -10,6 +10,7 @@ mod color;
 pub(crate) mod directory;
 mod exif;
 mod exr;
+mod exr_blocks;
 #[cfg(test)]
 mod helped;
 mod jpeg;
@@ -43,7 +44,7 @@ pub(crate) use ahead::{Watch, tests::Meeting};
 pub use color::{Profile, in_srgb};
 pub use directory::source::DirectorySource;
 pub use pixel::{PixelFormat, Sample};
-pub(crate) use scaled::Scaled;
+pub(crate) use scaled::{Blend, Scaled};
 
 /// What is known of an image from its header.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -242,7 +242,7 @@ fn altered_files_never_panic() {
         (state >> 8) as usize % below
     };
     for (number, file) in files.iter().enumerate() {
-        for round in 0..150 {
+        for round in 0..50 {
             let mut altered = file.clone();
             for _ in 0..1 + random(3) {
                 // Headers and directories are at the ends, and there most of what decides.

@@ -238,7 +238,12 @@ fn check_levels(path: &std::path::Path, filter: LayerFilter) {
                 for (found, expected) in coarse.at(address, [x, y]).iter().zip(expected) {
                     let off = (found - expected.clamp(0.0, 1.0)).abs() * steps;
                     // Light has 16 bits, and colour the least weight of 2^-20: both show where alpha is faint.
-                    let most = if filter.meaning == Meaning::LinearColor { 0.6 } else { 0.51 };
+                    // Sums of a hundred 32-bit floats are off by hundredths of a step of 16 bits.
+                    let most = match filter.meaning {
+                        Meaning::LinearColor => 0.6,
+                        _ if steps > 255.0 => 0.53,
+                        _ => 0.51,
+                    };
                     assert!(off < most, "{filter} {address:?} level {number} ({x}, {y}): {off} steps off");
                 }
             }
@@ -278,7 +283,7 @@ fn filters(meanings: &[Meaning]) -> Vec<LayerFilter> {
 fn check_all(color: ColorType, depth: BitDepth, meanings: &[Meaning]) {
     let dir = tempfile::tempdir().unwrap();
     let input = dir.path().join("in.png");
-    for (size, page) in [([61, 47], 8), ([12, 90], 16), ([5, 3], 8)] {
+    for (size, page) in [([37, 29], 8), ([10, 50], 16), ([5, 3], 8)] {
         let bytes = depth as usize / 8 * color.samples() * (size[0] * size[1]) as usize;
         write_png(&input, size, color, depth, &texels(bytes, size[0]));
         for filter in filters(meanings) {
@@ -310,7 +315,7 @@ fn every_kernel_makes_what_the_slow_way_makes_of_colour() {
 fn the_bytes_depend_on_no_number_of_threads() {
     let dir = tempfile::tempdir().unwrap();
     let input = dir.path().join("in.png");
-    write_png(&input, [700, 500], ColorType::Rgb, BitDepth::Eight, &texels(700 * 500 * 3, 5));
+    write_png(&input, [350, 250], ColorType::Rgb, BitDepth::Eight, &texels(350 * 250 * 3, 5));
     for filter in ["kaiser-linear", "sharpen5", "majority", "gauss4-linear@two", "lanczos-linear@zero"] {
         let built = [1, 2, 5].map(|threads| {
             let options = BuildOptions { threads, ..options(filter, [Mirror, Wrap], 30) };
@@ -339,7 +344,12 @@ fn one_value_stays_on_all_levels() {
 #[test]
 fn memory_does_not_grow_with_the_height_for_wide_kernels() {
     let dir = tempfile::tempdir().unwrap();
-    let input = dir.path().join("in.png");
+    let inputs = [3_000u32, 15_000].map(|height| {
+        let input = dir.path().join(format!("{height}.png"));
+        let data = texels(32 * height as usize, 9);
+        write_png(&input, [32, height], ColorType::Grayscale, BitDepth::Eight, &data);
+        input
+    });
     for (filter, address) in [
         ("kaiser", Wrap),
         ("lanczos", Mirror),
@@ -349,15 +359,8 @@ fn memory_does_not_grow_with_the_height_for_wide_kernels() {
         ("gauss3@zero", Mirror),
         ("box@zero", Clamp),
     ] {
-        let held = [5_000u32, 50_000].map(|height| {
-            write_png(
-                &input,
-                [64, height],
-                ColorType::Grayscale,
-                BitDepth::Eight,
-                &texels(64 * height as usize, 9),
-            );
-            let report = build_file(&input, &options(filter, [address; 2], 16)).1;
+        let held = [0, 1].map(|n: usize| {
+            let report = build_file(&inputs[n], &options(filter, [address; 2], 16)).1;
             assert!(report.row_bytes_held <= report.memory, "{filter}");
             report.row_bytes_held
         });

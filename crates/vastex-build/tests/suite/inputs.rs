@@ -296,6 +296,24 @@ fn a_mosaic_names_the_piece_that_is_wrong() {
     }
 }
 
+/// Pieces are opened when their rows come, and may be others by then.
+#[test]
+fn a_piece_that_changes_its_size_meanwhile_is_refused() {
+    let (_dir, path) = desk();
+    let piece = |height: u32| {
+        let data = texels(8 * height as usize, 3);
+        write_png(&path("p.png"), [8, height], png::ColorType::Grayscale, png::BitDepth::Eight, &data);
+    };
+    fs::write(path("m.txt"), "vastex mosaic\n0 0 p.png\n").unwrap();
+    for height in [5, 7] {
+        piece(6);
+        let mut reader = open(&path("m.txt")).unwrap();
+        piece(height);
+        let fault = reader.read_rows(&mut [0; 8]).unwrap_err().to_string();
+        assert!(fault.contains("p.png: was changed while it was read"), "{fault}");
+    }
+}
+
 #[test]
 fn tiff_of_floats() {
     let (_dir, path) = desk();

@@ -393,3 +393,37 @@ fn an_image_of_another_size_is_resampled_to_the_nearest_layer() {
         }
     }
 }
+
+/// Vectors are as long as they were, and no label is made up.
+#[test]
+fn resampled_normals_and_labels_stay_what_they_are() {
+    let desk = Desk::new();
+    let whole = desk.image("whole.png", [90, 61], ColorType::Rgb, &texels(90 * 61 * 3, 1));
+    // Steep and turning from texel to texel, so that a plain mean would be much shorter.
+    let vector = |n: u32| {
+        let (turn, rise) = (f64::from(n) * 2.4, 0.3);
+        [turn.cos() * (1.0f64 - rise * rise).sqrt(), turn.sin() * (1.0f64 - rise * rise).sqrt(), rise]
+    };
+    let stored = |n: u32| vector(n).map(|v| (127.5 * v + 128.0) as u8);
+    let normals: Vec<u8> = (0..30 * 20).flat_map(stored).collect();
+    let labels: Vec<u8> = (0..30 * 20).map(|n: u32| [3, 90, 200][(n % 7 % 3) as usize]).collect();
+    let inputs = [
+        layer("color", &whole, None),
+        layer("normal", &desk.image("n.png", [30, 20], ColorType::Rgb, &normals), None),
+        layer("label", &desk.image("l.png", [30, 20], ColorType::Grayscale, &labels), None),
+    ];
+    let (description, tiles) = tiles(&desk.build(&inputs, &small_pages()));
+    let (mut vectors, mut picked) = (0, 0);
+    for (pos, tile) in tiles.iter().filter(|(pos, _)| pos.level == 0 && !description.geometry.is_tail(*pos)) {
+        for texel in layer_texels(&description, 1, tile).as_chunks::<4>().0 {
+            let length: f64 = texel[..3].iter().map(|v| (f64::from(*v) / 127.5 - 1.0).powi(2)).sum();
+            assert!((length.sqrt() - 1.0).abs() < 0.02, "{pos}: {texel:?}");
+            vectors += 1;
+        }
+        for label in layer_texels(&description, 2, tile) {
+            assert!([3, 90, 200].contains(&label), "{pos}: {label}");
+            picked += 1;
+        }
+    }
+    assert!(vectors > 500 && picked == vectors, "{vectors} {picked}");
+}

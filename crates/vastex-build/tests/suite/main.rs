@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests fail by panicking")]
 
 mod bad_input;
+mod bombs;
 mod colors;
 mod common;
 mod directories;

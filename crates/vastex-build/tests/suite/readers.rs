@@ -235,10 +235,14 @@ fn jpeg_that_lacks_data_is_an_error_unless_it_is_tolerated() {
         assert!(read_jpeg(half, false).unwrap_err().contains("truncated"));
         let (_, image) = read_jpeg(half, true).unwrap();
         assert!(image == read_jpeg(&cut, true).unwrap().1);
-        // What follows the last row leaves the picture whole, where rows come in turn.
+        // What belongs to nothing before the end leaves the picture whole.
         let end = file.len() - 2;
         let trailing = [&file[..end], &[1, 2, 3, 4, 0xff, 0xd9]].concat();
-        assert!(read_jpeg(&trailing, progressive).unwrap().1 == whole);
+        let (header, image) = read_jpeg(&trailing, false).unwrap();
+        assert!(image == whole);
+        let is_stray = |notice: &&Notice| matches!(notice, Notice::StrayBytes(_));
+        assert_eq!(header.notices.iter().filter(is_stray).count(), 1, "{:?}", header.notices);
+        assert!(!header.notices.iter().any(|notice| matches!(notice, Notice::DamagedInPlaces(_))));
     }
 }
 
@@ -326,6 +330,12 @@ fn a_compressed_tiff_of_one_strip_is_held_whole_and_says_so() {
     assert_eq!(check(&strip(Compression::Uncompressed), PixelFormat::GREY8, &data), []);
     let notices = check(&strip(Compression::Lzw), PixelFormat::GREY8, &data);
     assert!(matches!(notices[..], [Notice::WholeImage { bytes, .. }] if bytes >= 2 * data.len() as u64));
+    // White is zero: not compressed, but no sample stays as it is.
+    let mut converted = HandmadeTiff::new(SIZE, &[8], 0, SIZE, false);
+    converted.chunks = vec![data.iter().map(|v| 255 - v).collect()];
+    let notices = check(&converted.bytes(), PixelFormat::GREY8, &data);
+    let why = "a TIFF of one strip whose samples must be converted";
+    assert!(matches!(notices[..], [Notice::WholeImage { why: said, .. }] if said == why), "{notices:?}");
 }
 
 #[test]

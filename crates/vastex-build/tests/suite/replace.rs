@@ -126,7 +126,7 @@ fn region(size: [u32; 2], shares: [u32; 4]) -> [u32; 4] {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 120, rng_seed: RngSeed::Fixed(8), failure_persistence: None, ..Default::default() })]
+    #![proptest_config(ProptestConfig { cases: 80, rng_seed: RngSeed::Fixed(8), failure_persistence: None, ..Default::default() })]
 
     #[test]
     fn replaced_regions_are_what_a_build_makes(

@@ -158,12 +158,14 @@ fn whatever_is_left_of_partial_file_and_journal_the_bytes_are_the_same() {
 fn many_interruptions_in_a_row_end_in_the_same_bytes() {
     let mut dice = Dice(2);
     let zero = BuildOptions { filter: Some("kaiser@zero".parse().unwrap()), ..pages_of(40) };
-    let benches = [pages_of(40), zero].map(|options| Bench::new([500, 2400], options));
+    // The wide kernel looks far, so a small image is slow enough.
+    let benches = [([300, 1500], pages_of(40)), ([100, 900], zero)];
+    let benches = benches.map(|(size, options)| (size[1], Bench::new(size, options)));
     let mut taken_over = Vec::new();
     for case in 0..6 {
-        let bench = &benches[case / 4];
+        let (height, bench) = &benches[case / 4];
         for _ in 0..1 + dice.below(4) {
-            bench.interrupt(dice.below(2400) as u64);
+            bench.interrupt(dice.below(*height as usize) as u64);
             if case % 2 == 1 {
                 let victim = &bench.left()[dice.below(2)];
                 damage(victim, &mut dice);
@@ -192,9 +194,9 @@ impl Progress for CopyAt<'_> {
 
 #[test]
 fn what_a_killed_build_leaves_is_gone_on_with_even_if_nobody_meant_to_resume_it() {
-    let bench = Bench::new([700, 3000], pages_of(32));
+    let bench = Bench::new([350, 1500], pages_of(32));
     let mut taken_over = 0;
-    for rows in [0, 800, 1500, 2300, 3000] {
+    for rows in [0, 400, 750, 1150, 1500] {
         bench.build(&bench.options, &CopyAt(&bench, rows, Cell::new(false))).unwrap();
         fs::remove_file(bench.output()).unwrap();
         for (path, name) in bench.left().iter().zip(["partial", "journal"]) {

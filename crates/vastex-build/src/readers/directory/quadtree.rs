@@ -104,12 +104,13 @@ impl Quadtree {
     /// As a grid of cells, with what is worth telling.
     pub(super) fn into_grid(self, mut notices: Vec<Notice>) -> (Box<dyn Grid>, Vec<Notice>) {
         let present = self.levels[&self.finest].len() as u64;
-        let missing = self.columns() * self.rows() - present;
+        let of = self.columns() * self.rows();
+        let missing = of - present;
         if self.border > 0 {
             notices.push(Notice::BorderedTiles);
         }
         if missing > 0 {
-            notices.push(Notice::TilesFromAncestors(missing));
+            notices.push(Notice::TilesFromAncestors { missing, of });
         }
         (Box::new(self), notices)
     }

@@ -57,14 +57,14 @@ fn deep_zoom_gives_the_pages_of_the_container() {
 #[test]
 fn the_prototype_gives_them_and_what_it_lacks_is_filtered() {
     let desk = Desk::new();
-    export(&desk, [1100, 513], false, ExportOptions::new(Layout::Prototype));
-    expect_the_pages_of(&desk, "tree", [1100, 513]);
+    export(&desk, [1030, 130], false, ExportOptions::new(Layout::Prototype));
+    expect_the_pages_of(&desk, "tree", [1030, 130]);
     for level in 1..3 {
         for (x, y) in [(0, 0), (1, 0)] {
             let _ = fs::remove_file(desk.path(&format!("tree/pages/{level}_{x}_{y}.png")));
         }
     }
-    expect_the_pages_of(&desk, "tree", [1100, 513]);
+    expect_the_pages_of(&desk, "tree", [1030, 130]);
 }
 
 #[test]

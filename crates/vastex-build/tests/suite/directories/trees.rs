@@ -79,7 +79,7 @@ fn the_ancestor_stands_in_for_a_missing_tile() {
     let middle = tile(&planet, "level1/tx_3_1.png", Rgb, 3);
     let fine = tile(&planet, "level3/tx_5_2.png", Rgb, 4);
     let header = vastex_build::open(&planet).unwrap().header().clone();
-    assert_eq!(header.notices, [Notice::TilesFromAncestors(16 * 8 - 1)]);
+    assert_eq!(header.notices, [Notice::TilesFromAncestors { missing: 16 * 8 - 1, of: 16 * 8 }]);
     let read = levels(&desk.build("planet", "planet.vastex"));
     assert_eq!(read[0].size, [16 * SIDE, 8 * SIDE]);
     for y in 0..8 * SIDE {

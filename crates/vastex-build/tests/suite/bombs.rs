@@ -1,0 +1,163 @@
+//! Small files that claim much: refused when they are opened or before anything is allocated for them, with a remedy that
+//! suits them; and what is known to cost much is told before it is done.
+
+use std::cell::RefCell;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+
+use exr::prelude::{
+    AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, Layer, LayerAttributes,
+    LineOrder, SmallVec, Vec2, WritableImage, f16,
+};
+use png::{BitDepth, ColorType};
+use vastex_build::{BuildError, BuildOptions, Notice, Progress, build, open};
+
+use crate::common::{texels, write_png};
+
+struct Desk(tempfile::TempDir);
+
+impl Desk {
+    fn new() -> Desk {
+        Desk(tempfile::tempdir().unwrap())
+    }
+
+    fn at(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    /// What a build says that may take so many MiB and is refused.
+    fn refused(&self, input: &str, mib: u64) -> String {
+        let options = BuildOptions { memory_limit: mib << 20, ..BuildOptions::default() };
+        let error = build(&[self.at(input)], &self.at("out.vastex"), &options, &()).unwrap_err();
+        assert!(matches!(error, BuildError::Memory { .. }), "{error}");
+        assert!(!self.at("out.vastex").exists());
+        error.to_string()
+    }
+
+    /// A planet of tiles of `side` texels: the roots, and one tile of a level, which makes that the finest.
+    fn lone_tile(&self, side: u32, level: u32) {
+        let tile = |name: &str| {
+            let path = self.at("planet").join(name);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            let data = texels((side * side) as usize, 3);
+            write_png(&path, [side; 2], ColorType::Grayscale, BitDepth::Eight, &data);
+        };
+        ["level0/tx_0_0.png", "level0/tx_1_0.png", &format!("level{level}/tx_3_1.png")]
+            .iter()
+            .for_each(|name| tile(name));
+    }
+}
+
+/// A PNG that says how many rows it has, and whether they come in seven passes; it has none.
+fn png_of(width: u32, height: u32, is_interlaced: bool) -> Vec<u8> {
+    let mut file = b"\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR".to_vec();
+    let says = [8, 2, 0, 0, u8::from(is_interlaced)];
+    file.extend([&width.to_be_bytes()[..], &height.to_be_bytes(), &says].concat());
+    let crc = crate::common::files::crc32(&file[12..]);
+    file.extend(crc.to_be_bytes());
+    file.extend(b"\0\0\0\x04IDAT\x78\x01\x01\0\0\0\0\0");
+    file
+}
+
+/// An OpenEXR image of one channel in tiles.
+fn exr_of_tiles(size: usize, tile: usize) -> Vec<u8> {
+    let numbers = (0..size * size).map(|n| f16::from_f32(n as f32)).collect();
+    let channels: SmallVec<[AnyChannel<FlatSamples>; 4]> =
+        [AnyChannel::new("Y", FlatSamples::F16(numbers))].into_iter().collect();
+    let encoding = Encoding {
+        compression: Compression::Uncompressed,
+        blocks: Blocks::Tiles(Vec2(tile, tile)),
+        line_order: LineOrder::Increasing,
+    };
+    let mut attributes = LayerAttributes::named("");
+    attributes.layer_name = None;
+    let layer = Layer::new((size, size), attributes, encoding, AnyChannels::sort(channels));
+    let mut out = std::io::Cursor::new(Vec::new());
+    Image::from_layer(layer).write().to_buffered(&mut out).unwrap();
+    out.into_inner()
+}
+
+/// As many blocks as texels: which of them were read takes a bit each, and is counted.
+#[test]
+fn exr_of_a_block_for_each_texel_takes_what_it_says() {
+    const SIZE: usize = 96;
+    let desk = Desk::new();
+    let path = desk.at("a.exr");
+    let file = exr_of_tiles(SIZE, 1);
+    std::fs::write(&path, &file).unwrap();
+    let mut reader = open(&path).unwrap();
+    let (image, block) = (2 * SIZE * SIZE, 2);
+    assert_eq!(reader.header().memory as usize, image + 3 * block + SIZE * SIZE / 8);
+    let mut rows = vec![0; image];
+    reader.read_rows(&mut rows).unwrap();
+    let numbers = rows.as_chunks::<2>().0.iter().map(|half| f16::from_le_bytes(*half).to_f32());
+    assert!(numbers.eq((0..SIZE * SIZE).map(|n| f16::from_f32(n as f32).to_f32())));
+}
+
+#[test]
+fn exr_that_has_a_block_twice_is_refused() {
+    let desk = Desk::new();
+    let (path, mut file) = (desk.at("a.exr"), exr_of_tiles(40, 16));
+    // Column, row and level of the second tile, and its bytes.
+    let second = [[1u32, 0, 0, 0].map(u32::to_le_bytes).concat(), 512u32.to_le_bytes().to_vec()].concat();
+    let at = file.windows(second.len()).position(|bytes| bytes == second).unwrap();
+    file[at] = 0;
+    std::fs::write(&path, &file).unwrap();
+    let mut reader = open(&path).unwrap();
+    let mut rows = vec![0; reader.header().image_bytes() as usize];
+    let fault = reader.read_rows(&mut rows).unwrap_err().to_string();
+    assert!(fault.contains("a block is stored twice"), "{fault}");
+}
+
+/// A piece that must be held whole counts, however narrow it is.
+#[test]
+fn a_mosaic_counts_what_its_pieces_claim() {
+    let desk = Desk::new();
+    std::fs::write(desk.at("m.txt"), "vastex mosaic\n0 0 tall.png\n64 0 other.png\n").unwrap();
+    write_png(&desk.at("other.png"), [64, 3], ColorType::Rgb, BitDepth::Eight, &texels(64 * 3 * 3, 1));
+    std::fs::write(desk.at("tall.png"), png_of(64, 4_000_000, true)).unwrap();
+    let error = desk.refused("m.txt", 300);
+    assert!(error.contains("m.txt: needs") && error.contains("can be read by rows"), "{error}");
+    // One that comes row by row may be as tall as it likes, and is found to have no rows.
+    std::fs::write(desk.at("tall.png"), png_of(64, 4_000_000, false)).unwrap();
+    let options = BuildOptions { memory_limit: 300 << 20, ..BuildOptions::default() };
+    let error = build(&[desk.at("m.txt")], &desk.at("out.vastex"), &options, &()).unwrap_err().to_string();
+    assert!(error.contains("tall.png") && error.contains("row 0 of 4000000"), "{error}");
+}
+
+#[test]
+fn a_directory_of_tiles_that_are_too_large_is_told_what_helps() {
+    let desk = Desk::new();
+    desk.lone_tile(64, 10);
+    let error = desk.refused("planet", 24);
+    assert!(error.contains("make it anew with smaller tiles"), "{error}");
+    assert!(!error.contains("TIFF"), "{error}");
+}
+
+/// Remembers what is said, and stops the build before the first row.
+#[derive(Default)]
+struct Listener(RefCell<Vec<(PathBuf, Notice)>>);
+
+impl Progress for Listener {
+    fn advance(&self, rows_done: u64, _: u64, bytes_written: u64) -> ControlFlow<()> {
+        assert_eq!((rows_done, bytes_written), (0, 0));
+        ControlFlow::Break(())
+    }
+
+    fn note(&self, image: &Path, notice: &Notice) {
+        self.0.borrow_mut().push((image.into(), notice.clone()));
+    }
+}
+
+/// One tile of a fine level makes a texture of that whole level: lawful, and seldom meant.
+#[test]
+fn what_a_lone_deep_tile_costs_is_told_before_the_work() {
+    let desk = Desk::new();
+    desk.lone_tile(16, 5);
+    let (planet, listener) = (desk.at("planet"), Listener::default());
+    let error = build(&[&planet], &desk.at("out.vastex"), &BuildOptions::default(), &listener).unwrap_err();
+    assert!(matches!(error, BuildError::Cancelled), "{error}");
+    let missing = Notice::TilesFromAncestors { missing: 64 * 32 - 1, of: 64 * 32 };
+    assert!(missing.to_string().contains("2047 of the 2048 tiles"), "{missing}");
+    assert_eq!(listener.0.into_inner(), [(planet, missing)]);
+}
