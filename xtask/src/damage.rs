@@ -14,7 +14,19 @@ use crate::shell::{self, Usage};
 const DEFAULT_FLIPS: u64 = 10_000;
 const DEFAULT_MINUTES: u64 = 30;
 /// As vastex-fuzz names them.
-const TARGETS: [&str; 7] = ["container", "part", "image", "deep_zoom", "gaia_sky", "celestia", "prototype"];
+const TARGETS: [&str; 11] = [
+    "container",
+    "part",
+    "image",
+    "profile",
+    "raw",
+    "mosaic",
+    "deep_zoom",
+    "gaia_sky",
+    "celestia",
+    "prototype",
+    "export",
+];
 
 pub(crate) fn flips(options: &[&str]) -> Result<()> {
     let count = match options {

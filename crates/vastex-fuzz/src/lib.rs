@@ -16,6 +16,6 @@ mod targets;
 mod tree;
 
 pub use mutate::mutate;
-pub use run::{Limit, Ran, run};
+pub use run::{Failure, Harm, Limit, PATIENCE, Ran, run};
 pub use targets::{TARGETS, Target};
 pub use tree::Tree;

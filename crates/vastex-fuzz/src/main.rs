@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
-use vastex_fuzz::{Limit, TARGETS, Target, run};
+use vastex_fuzz::{Harm, Limit, PATIENCE, TARGETS, Target, run};
 
 const HELP: &str = "\
 Usage: vastex-fuzz TARGET [--minutes M | --cases N] [--seed S]
@@ -47,14 +47,19 @@ fn fuzz(arguments: &[String]) -> Result<()> {
             _ => bail!("unknown option {option}\n\n{HELP}"),
         }
     }
-    let ran = run(target, seed, limit)?;
-    let Some((case, input)) = ran.failed else {
+    let ran = run(target, seed, limit, PATIENCE)?;
+    let Some(failure) = ran.failed else {
         println!("{name}: {} cases passed", ran.cases);
         return Ok(());
     };
+    let case = failure.case;
     let path = std::env::temp_dir().join(format!("vastex-fuzz-{name}-{seed}-{case}"));
-    std::fs::write(&path, input).with_context(|| path.display().to_string())?;
-    bail!("{name}: case {case} of seed {seed} failed; `vastex-fuzz {name} --replay {}`", path.display());
+    std::fs::write(&path, failure.input).with_context(|| path.display().to_string())?;
+    let what = match failure.harm {
+        Harm::Panics => "failed",
+        Harm::Hangs => "does not come to an end",
+    };
+    bail!("{name}: case {case} of seed {seed} {what}; `vastex-fuzz {name} --replay {}`", path.display());
 }
 
 fn write_seeds(target: &Target, directory: &PathBuf) -> Result<()> {

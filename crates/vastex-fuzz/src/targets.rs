@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use anyhow::Result;
 use pollster::block_on;
-use vastex_build::{BuildOptions, build, open};
+use vastex_build::{BuildOptions, ExportOptions, Layout, build, export, open};
 use vastex_tiles::{Container, MemoryStore, ReadError, TileSource, merge, verify};
 
 use crate::seeds;
@@ -37,8 +37,8 @@ pub struct Target {
     pub name: &'static str,
     /// What its bytes are.
     pub form: Form,
-    check: fn(&[u8]),
-    seeds: fn() -> Result<Vec<Vec<u8>>>,
+    pub(crate) check: fn(&[u8]),
+    pub(crate) seeds: fn() -> Result<Vec<Vec<u8>>>,
 }
 
 /// All targets.
@@ -46,10 +46,14 @@ pub const TARGETS: &[Target] = &[
     Target { name: "container", form: Form::File, check: container, seeds: seeds::containers },
     Target { name: "part", form: Form::Tree, check: parts, seeds: seeds::parts },
     Target { name: "image", form: Form::File, check: image, seeds: seeds::images },
+    Target { name: "profile", form: Form::File, check: image, seeds: seeds::profiles },
+    Target { name: "raw", form: Form::Tree, check: described, seeds: seeds::raws },
+    Target { name: "mosaic", form: Form::Tree, check: described, seeds: seeds::mosaics },
     Target { name: "deep_zoom", form: Form::Tree, check: directory, seeds: seeds::deep_zoom },
     Target { name: "gaia_sky", form: Form::Tree, check: directory, seeds: seeds::gaia_sky },
     Target { name: "celestia", form: Form::Tree, check: directory, seeds: seeds::celestia },
     Target { name: "prototype", form: Form::Tree, check: directory, seeds: seeds::prototype },
+    Target { name: "export", form: Form::File, check: exported, seeds: seeds::exports },
 ];
 
 impl Target {
@@ -128,9 +132,22 @@ fn image(bytes: &[u8]) {
     with_directory(&tree, |root, out| build_at(&root.join("image"), out));
 }
 
+/// Descriptions that one tree is built of.
+const MAX_DESCRIPTIONS: usize = 2;
+
+/// Builds what files in a directory describe: raw files by either name, mosaics.
+fn described(bytes: &[u8]) {
+    let tree = Tree::decode(bytes);
+    with_directory(&tree, |root, out| {
+        let describes = |name: &&String| [".raw", ".toml", ".txt"].iter().any(|end| name.ends_with(end));
+        for name in tree.files.iter().map(|(name, _)| name).filter(describes).take(MAX_DESCRIPTIONS) {
+            build_at(&root.join(name), out);
+        }
+    });
+}
+
 /// Builds the directory, and what describes it.
 fn directory(bytes: &[u8]) {
-    const MAX_DESCRIPTIONS: usize = 2;
     let tree = Tree::decode(bytes);
     with_directory(&tree, |root, out| {
         build_at(root, out);
@@ -158,6 +175,59 @@ fn build_at(input: &Path, out: &Path) {
     check_output(out, built.map(drop).map_err(|error| error.to_string()), Deep::Yes);
 }
 
+/// Exports every layer to every layout. What is written must read as the image that it is said to be.
+fn exported(bytes: &[u8]) {
+    const LAYOUTS: [(Layout, Option<u32>); 4] = [
+        (Layout::GaiaSky, Some(16)),
+        (Layout::Celestia, Some(64)),
+        (Layout::DeepZoom, Some(16)),
+        (Layout::Prototype, None),
+    ];
+    /// The grid of a planet holds twice as many texels as its longer side has, squared.
+    const MAX_SIDE: u32 = 128;
+    const MAX_LAYERS: usize = 2;
+    let store = Arc::new(MemoryStore::new("fuzz", bytes.to_vec()));
+    let Ok(container) = block_on(Container::open(store)) else { return };
+    let description = container.description().clone();
+    let is_slow = description.geometry.size().iter().any(|side| *side > MAX_SIDE)
+        || description.tile_bytes() > MAX_TILE_BYTES
+        || description.geometry.page_count() > MAX_PAGES;
+    if is_slow {
+        return;
+    }
+    for layer in description.layers.iter().take(MAX_LAYERS) {
+        for (layout, tile_size) in LAYOUTS {
+            let layer = Some(layer.name.clone());
+            let options = ExportOptions { tile_size, layer, threads: 1, ..ExportOptions::new(layout) };
+            with_directory(&Tree::default(), |_, out| export_to(out, &container, &options));
+        }
+    }
+}
+
+fn export_to(out: &Path, container: &Container, options: &ExportOptions) {
+    let target = out.join("tiles");
+    match export(container, &target, options, &()) {
+        Ok(report) => {
+            let read = read_all(&target);
+            // Texels can be such that Gaia Sky's tiles look as if they had borders.
+            let expected = if options.layout == Layout::GaiaSky { read.clone() } else { Ok(report.size) };
+            assert!(read.is_ok() && read == expected, "{:?}: {read:?} {:?}", options.layout, report.size);
+            let _ = fs::remove_dir_all(&target);
+        }
+        Err(error) => assert!(!error.to_string().is_empty()),
+    }
+    check_empty(out);
+}
+
+/// The size of the image, once all of its rows are read.
+fn read_all(path: &Path) -> Result<[u32; 2], String> {
+    let mut reader = open(path).map_err(|fault| fault.to_string())?;
+    let size = [reader.header().width, reader.header().height];
+    let mut row = vec![0; reader.header().row_bytes()];
+    (0..size[1]).try_for_each(|_| reader.read_rows(&mut row)).map_err(|fault| fault.to_string())?;
+    Ok(size)
+}
+
 /// Whether tiles must decode: those of a part come from others, who sealed them.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Deep {
@@ -177,6 +247,10 @@ fn check_output(out: &Path, made: Result<(), String>, deep: Deep) {
         Err(message) => assert!(!message.is_empty()),
     }
     let _ = fs::remove_file(&path);
+    check_empty(out);
+}
+
+fn check_empty(out: &Path) {
     let left = fs::read_dir(out).map_or(0, Iterator::count);
     assert_eq!(left, 0, "something was left behind");
 }
@@ -197,4 +271,51 @@ fn with_directory(tree: &Tree, work: impl FnOnce(&Path, &Path)) {
 fn temporary() -> std::io::Result<tempfile::TempDir> {
     const MEMORY: &str = "/dev/shm";
     tempfile::tempdir_in(MEMORY).or_else(|_| tempfile::tempdir())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A seed that a reader refuses is no way into it: what is damaged must have been read before.
+    #[test]
+    fn every_seed_is_sound() {
+        for target in TARGETS {
+            for (n, seed) in target.seeds().unwrap().iter().enumerate() {
+                let tree = match target.form {
+                    Form::Tree => Tree::decode(seed),
+                    Form::File => Tree { files: vec![("file".to_owned(), seed.clone())] },
+                };
+                with_directory(&tree, |root, out| {
+                    let made = read_seed(target.name, &tree, root, &out.join("out.vastex"));
+                    made.unwrap_or_else(|error| panic!("{} {n}: {error}", target.name));
+                });
+            }
+        }
+    }
+
+    fn read_seed(target: &str, tree: &Tree, root: &Path, out: &Path) -> Result<()> {
+        let names: Vec<&String> = tree.files.iter().map(|(name, _)| name).collect();
+        match target {
+            "container" | "export" => {
+                let store = Arc::new(MemoryStore::new("seed", tree.files[0].1.clone()));
+                assert!(is_sound(&store));
+                block_on(Container::open(store))?;
+            }
+            "part" => {
+                let paths: Vec<_> = names.iter().map(|name| root.join(name)).collect();
+                merge(&paths, out, false, |_, _| ControlFlow::Continue(()))?;
+            }
+            _ => {
+                let describes = |name: &&&String| {
+                    [".dzi", ".ctx", ".txt", ".raw"].iter().any(|end| name.ends_with(end)) || **name == "file"
+                };
+                // The directory where nothing describes it, and the prototype's has its size beside it.
+                let described = names.iter().find(describes).filter(|_| target != "prototype");
+                let input = described.map_or(root.to_owned(), |name| root.join(name));
+                build(&[input], out, &BuildOptions { threads: 1, ..BuildOptions::default() }, &())?;
+            }
+        }
+        Ok(())
+    }
 }
