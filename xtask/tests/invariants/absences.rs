@@ -48,6 +48,41 @@ fn no_frame_of_the_window_waits_for_the_gpu() -> Result<()> {
     Ok(())
 }
 
+/// Core's suite names, by their types, the steps of a frame that cannot fail. What a frame does stands in these files.
+#[test]
+fn all_that_a_frame_asks_of_the_pagers_is_among_what_cannot_fail() -> Result<()> {
+    const FRAME: [&str; 9] =
+        ["ahead", "feedback", "frame", "recorder", "stats", "tables", "telemetry", "uploads", "views"];
+    /// Views come and go between frames.
+    const BETWEEN_FRAMES: [&str; 3] = ["add_view", "remove_view", "set_weight"];
+    let listed = std::fs::read_to_string(root().join("crates/vastex-core/tests/suite/worlds.rs"))?;
+    let mut asked = 0;
+    for file in FRAME {
+        let path = format!("crates/vastex/src/{file}.rs");
+        let text = production(&std::fs::read_to_string(root().join(&path))?);
+        for name in ["pagers.", "pager.", "pager(pool)."].iter().flat_map(|of| called_on(&text, of)) {
+            let is_listed =
+                [format!("::{name};"), format!("pagers.{name}()")].iter().any(|part| listed.contains(part));
+            ensure!(
+                is_listed || BETWEEN_FRAMES.contains(&name),
+                "{path} calls {name}; worlds.rs does not say in nothing_that_a_frame_does_can_fail that it cannot fail"
+            );
+            asked += 1;
+        }
+    }
+    ensure!(asked > 20, "a frame asks only {asked} things of the pagers; this test looks in the wrong files");
+    Ok(())
+}
+
+/// The methods that a text calls on something of that name.
+fn called_on<'a>(text: &'a str, of: &'a str) -> impl Iterator<Item = &'a str> {
+    text.match_indices(of).filter_map(move |(at, _)| {
+        let rest = &text[at + of.len()..];
+        let name = identifiers(rest).next().filter(|name| rest.starts_with(name))?;
+        rest[name.len()..].starts_with('(').then_some(name)
+    })
+}
+
 #[test]
 fn no_shader_declares_a_shared_constant_by_hand() -> Result<()> {
     let shared = std::fs::read_to_string(root().join("crates/vastex-core/src/shared.rs"))?;

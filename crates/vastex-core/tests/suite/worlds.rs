@@ -7,8 +7,8 @@ use bytes::Bytes;
 use vastex_core::sim::{Knobs, Path, Random, World};
 use vastex_core::{
     BiasRule, Dims, Event, Feedback, GeometrySpec, PageId, PageState, Pager, PagerSettings, Pagers,
-    PoolError, PoolId, Progress, Region, Request, Stats, TableChange, TextureId, Ticket, Upload, ViewId,
-    WantedPage,
+    PoolError, PoolFrame, PoolId, Progress, Region, Request, Slot, Stats, TableChange, TextureId, Ticket,
+    Upload, ViewId, WantedPage,
 };
 
 fn knobs(path: Path) -> Knobs {
@@ -236,7 +236,7 @@ fn random_worlds_hold_together() {
 }
 
 /// "It never fails" is kept by the types: this does not compile once a step of the frame returns a `Result`. Of each of both kinds of
-/// pagers, all that a frame calls.
+/// pagers, all that a frame calls; that none is left out is for the invariants of xtask to see.
 macro_rules! never_fails {
     ($pager:ident, $upload:ty) => {
         let _: fn(&mut $pager, u64) = $pager::begin_frame;
@@ -266,12 +266,25 @@ macro_rules! never_fails {
 fn nothing_that_a_frame_does_can_fail() {
     never_fails!(Pager, Upload);
     let _: fn(&Pager) -> u16 = Pager::bias_eighths;
+    let _: fn(&Pager) -> PoolId = Pager::pool;
+    let _: fn(&Pager, &Stats) -> PoolFrame = Pager::frame_since;
+    let _: fn(&Pager, TextureId) -> Option<Slot> = Pager::tail_slot;
+    let _: fn(&Pager, TextureId, &mut Vec<TableChange>) = Pager::resident_changes;
     never_fails!(Pagers, (PoolId, Upload));
     let _: fn(&mut Pagers, Option<u64>) = Pagers::feedback_under_way;
     let _: fn(&Pagers) -> bool = Pagers::is_short_of_bandwidth;
     let _: fn(&Pagers) -> Option<u32> = Pagers::arrival_frames;
     let _: fn(&Pagers, &[Feedback]) -> Vec<WantedPage> = Pagers::pages_of;
     let _: fn(&mut Pagers, Event) = Pagers::say;
+    let _: fn(&mut Pagers, PoolId, u64) = Pagers::set_flight_bytes;
+    let _: fn(&Pagers, Ticket) -> Option<Progress> = Pagers::progress;
+    let _: fn(&Pagers) -> u32 = Pagers::feedback_cycle;
+    let _: fn(&Pagers, &Feedback) -> Feedback = Pagers::of_members;
+    let _: fn(&Pagers, TextureId) -> Option<PoolId> = Pagers::pool_of;
+    let _: fn(&Pagers, PoolId) -> &Pager = Pagers::pager;
+    // What these give has no name; that they give one after the other is their promise.
+    let _ = |pagers: &Pagers| pagers.iter().map(Pager::stats).last();
+    let _ = |pagers: &Pagers| -> Vec<PageId> { pagers.failed_pages().collect() };
 }
 
 #[test]
