@@ -152,9 +152,10 @@ fn nor_does_one_in_which_loads_are_ranked_anew() {
 
 fn play_rounds(world: &mut Loop) {
     let tile = Bytes::from_static(b"tile");
-    // The first round fills the pools, the second is the first with full ones; where pages share slots it takes one more.
-    (0..3 * LOOP).for_each(|_| checks::paused(|| world.play_frame(&tile)));
-    for round in 4..7 {
+    // The first round fills the pools, the second is the first with full ones; where pages share slots, and textures what is in flight,
+    // it takes some more until what waits in a frame has been at its most.
+    (0..5 * LOOP).for_each(|_| checks::paused(|| world.play_frame(&tile)));
+    for round in 6..9 {
         let before = world.pagers.stats();
         for _ in 0..LOOP {
             let counted = allocation_counter::measure(|| checks::paused(|| world.play_frame(&tile)));

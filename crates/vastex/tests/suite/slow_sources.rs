@@ -159,7 +159,7 @@ fn other_textures_are_sharp_before_anything_is_overdue() {
         assert!(start.elapsed() < DEADLINE, "{:?}", screen.textures.stats());
         std::thread::sleep(Duration::from_millis(1));
     }
-    assert!(screen.textures.stats().pager.in_flight_bytes >= 3 * TILE_BYTES, "what hangs is under way");
+    assert!(screen.textures.stats().pager.in_flight > 0, "what hangs is under way");
     drop_in_time(screen);
 }
 
