@@ -7,12 +7,12 @@ use vastex::{Dims, FeedbackWay, PoolId, TableChoice};
 use vastex_tiles::PropertySource;
 
 use crate::common::{Mapping, PICTURE, Screen};
-use crate::moving::{Case, beside, columns, flight, wrong_pixels};
+use crate::moving::{Case, SIZES, beside, columns, flight, wrong_in_all, wrong_pixels};
 
 const POOL: PoolId = PoolId::new(0);
 /// Frames that are recorded before the first of them is submitted, at most.
 const AHEAD: usize = 2;
-const FRAMES: u32 = 90;
+const FRAMES: u32 = 72;
 
 /// A frame as it was recorded.
 struct Recorded {
@@ -117,11 +117,62 @@ fn recorded_ahead(case: Case) {
 }
 
 #[test]
-fn frames_are_recorded_ahead_with_direct_tables() {
+fn frames_are_recorded_ahead_whatever_comes_and_goes() {
     FeedbackWay::ALL.into_iter().for_each(|way| recorded_ahead(Case { way, tables: TableChoice::Direct }));
+    recorded_ahead(Case { way: FeedbackWay::Separate, tables: TableChoice::Hashed });
+}
+
+/// Places that are far apart, each seen at level 1.
+fn place(nth: u32) -> Mapping {
+    let [x, y] = [nth % 4, nth / 4].map(f64::from);
+    Mapping::new(SIZES[0], [0.15 + 0.22 * x, 0.2 + 0.28 * y], 2.2, 1.0, 0.1)
+}
+
+/// In a pool that is full a table grows, and what leaves slots then and thereafter is in view of commands that were recorded before.
+fn grows_in_a_full_pool(case: Case) {
+    // A hashed table grows beyond 512 pages.
+    let (tiles, places) = if case.tables == TableChoice::Hashed { (520, 10) } else { (60, 4) };
+    let mut screen = case.of_one(tiles);
+    let (mut behind, mut moves, mut checked) = (VecDeque::new(), Vec::new(), 0);
+    let mut bind_group = screen.textures.bind_group(screen.texture(0)).clone();
+    for frame in 0..places * 10 + 12 {
+        let nth = (frame / 10).min(places - 1);
+        // At the last place down to level 0, as a direct table has not been before.
+        let looked_at = match frame / 10 {
+            tens if tens < places => place(nth),
+            _ => Mapping::new(SIZES[0], [0.4, 0.45], 0.9, 1.0, 0.1),
+        };
+        if frame % 10 == 0 {
+            screen.textures.view_cut();
+        }
+        screen.set_mapping(0, &looked_at);
+        behind.push_back(record(&mut screen, None));
+        let now = screen.textures.bind_group(screen.texture(0)).clone();
+        if now != bind_group {
+            moves.push(frame);
+            bind_group = now;
+        }
+        if behind.len() <= AHEAD {
+            continue;
+        }
+        let Recorded { wanted, picture, again, copies: [_, copy], .. } = behind.pop_front().unwrap();
+        let queue = &screen.gpu.queue;
+        queue.submit([wanted.finish(), picture.finish()]);
+        // Where the camera was before, some of what was there has left its slot since.
+        if moves.last().is_none_or(|moved| frame <= moved + 2) && frame > 20 {
+            let before = place((nth + places - 1 - frame % 2) % places);
+            screen.set_mapping(0, &before);
+            screen.gpu.queue.submit([again.finish()]);
+            let wrong = wrong_in_all(&screen.read_copy(&copy), &before);
+            assert_eq!(wrong, 0, "{case:?}: frame {frame}, moved in {moves:?}");
+            checked += 1;
+        }
+    }
+    let stats = screen.textures.stats();
+    assert!(!moves.is_empty() && checked > 2 && stats.pager.evicted > 20, "{case:?}: {moves:?} {stats:?}");
 }
 
 #[test]
-fn frames_are_recorded_ahead_with_hashed_tables() {
-    FeedbackWay::ALL.into_iter().for_each(|way| recorded_ahead(Case { way, tables: TableChoice::Hashed }));
+fn a_table_that_grows_in_a_full_pool_is_followed_by_the_one_before() {
+    Case::all().for_each(grows_in_a_full_pool);
 }

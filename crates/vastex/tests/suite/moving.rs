@@ -44,19 +44,30 @@ impl Case {
         textures.add_with(source, settings).unwrap().into()
     }
 
-    /// Both textures, seen as in the first frame.
-    pub(crate) fn screen(self, tiles: u64) -> Screen {
-        let settings = Settings {
+    fn settings(self, pool_bytes: u64) -> Settings {
+        Settings {
             feedback: Some(self.way),
-            pools: PoolSettings::of_bytes(self.pool_bytes(tiles)),
+            pools: PoolSettings::of_bytes(pool_bytes),
             upload_bytes_per_frame: self.pool_bytes(6),
             ..settings()
-        };
+        }
+    }
+
+    /// Both textures, seen as in the first frame.
+    pub(crate) fn screen(self, tiles: u64) -> Screen {
+        let settings = self.settings(self.pool_bytes(tiles));
         let mut screen = Screen::showing_all(settings, &telling(), |textures| {
             (0..2).map(|nth| self.add(textures, nth)).collect()
         });
         screen.set_mapping(1, &beside());
         screen
+    }
+
+    /// The first texture alone, in a pool of exactly so many tiles.
+    pub(crate) fn of_one(self, tiles: u64) -> Screen {
+        let side = u64::from(self.page()) + 8;
+        let settings = self.settings(tiles * side * side * 4);
+        Screen::showing(settings, &telling(), |textures| self.add(textures, 0))
     }
 }
 
@@ -82,6 +93,15 @@ pub(crate) fn columns(nth: usize) -> Range<u32> {
 /// How many pixels of a texture show something else than the texel where they are, at whatever level; those within 1/50 of an edge may be
 /// either.
 pub(crate) fn wrong_pixels(picture: &[[u8; 4]], nth: usize, mapping: &Mapping) -> usize {
+    wrong_among(picture, nth, mapping, &columns(nth))
+}
+
+/// The same where the first texture is all over the picture.
+pub(crate) fn wrong_in_all(picture: &[[u8; 4]], mapping: &Mapping) -> usize {
+    wrong_among(picture, 0, mapping, &(0..PICTURE[0]))
+}
+
+fn wrong_among(picture: &[[u8; 4]], nth: usize, mapping: &Mapping, columns: &Range<u32>) -> usize {
     let is_wrong = |(n, colour): (u32, &[u8; 4])| {
         let (level, shown) = PropertySource::texel_from_color(Dims::D2, *colour);
         let at = [n % PICTURE[0], n / PICTURE[0]].map(|pixel| f64::from(pixel) + 0.5);
@@ -93,6 +113,6 @@ pub(crate) fn wrong_pixels(picture: &[[u8; 4]], nth: usize, mapping: &Mapping) -
         let is_near_edge = texel.iter().any(|texel| (texel - texel.round()).abs() < 0.02);
         level > 12 || !is_near_edge && (0..2).any(|a| texel[a].floor() as i64 % 4096 != i64::from(shown[a]))
     };
-    let is_shown = |n: u32| columns(nth).contains(&(n % PICTURE[0]));
+    let is_shown = |n: u32| columns.contains(&(n % PICTURE[0]));
     (0..).zip(picture).filter(|&(n, colour)| is_shown(n) && is_wrong((n, colour))).count()
 }
