@@ -3,6 +3,7 @@
 //! What is measured, and beside what, is theirs; here stand the commands and the pages of docs/.
 
 use std::path::PathBuf;
+use std::process::Stdio;
 
 use anyhow::{Context, Result};
 
@@ -16,18 +17,21 @@ const EARTH: [&str; 7] =
 /// A benchmark of a crate, which prints its figures as a part of a page.
 pub(crate) struct Figures {
     pub(crate) name: &'static str,
-    package: &'static str,
+    /// Of which packages cargo is to build: features follow from it.
+    packages: &'static [&'static str],
     /// The profile that it is built with.
     profile: &'static str,
     report: &'static str,
     /// Whether it is given a container of the real Earth.
     reads_earth: bool,
     introduction: &'static str,
+    /// Whether parts of it may be run alone, by their names.
+    sections: bool,
 }
 
 pub(crate) const FETCH: Figures = Figures {
     name: "fetch",
-    package: "vastex-tiles",
+    packages: &["-p", "vastex-tiles"],
     profile: "bench",
     report: "docs/bench-fetch.md",
     reads_earth: true,
@@ -42,11 +46,12 @@ turn, and read in no order, through the cache by so many threads of a loader, or
 directly so many reads go on at once as it was opened for, by as many threads, whatever number the loader was told to have; each thread
 reads and decodes a tile, and no others stand behind it.
 ",
+    sections: false,
 };
 
 pub(crate) const SLOW: Figures = Figures {
     name: "slow",
-    package: "vastex-tiles",
+    packages: &["-p", "vastex-tiles"],
     profile: "bench",
     report: "docs/bench-slow.md",
     reads_earth: false,
@@ -56,11 +61,12 @@ pub(crate) const SLOW: Figures = Figures {
 Written by `cargo xtask bench slow --write`. The source makes its tiles in memory and is slowed on purpose; the cache is
 [the disk tier](disk-cache.md), on the disk that the crates are built on. A later run opens the cache anew and reads the same pages.
 ",
+    sections: false,
 };
 
 pub(crate) const DECIDE: Figures = Figures {
     name: "decide",
-    package: "vastex-core",
+    packages: &["-p", "vastex-core"],
     profile: "bench",
     report: "docs/bench-decide.md",
     reads_earth: false,
@@ -71,30 +77,35 @@ Written by `cargo xtask bench decide --write`, the plots too. No GPU and no disk
 take turns. Asked for is a decision under 500 µs with 10,000 resident and 2,000 wanted pages. Tests hold that a frame allocates
 nothing in the steady state (`crates/vastex-core/tests/steady.rs`), and how soon a view is complete after a cut (`suite/views.rs` beside it).
 ",
+    sections: false,
 };
 
 pub(crate) const DRAW: Figures = Figures {
     name: "draw",
-    package: "vastex-scenes",
     // What is measured runs on the GPU, for which the suite's build will do.
+    packages: &["--workspace"],
     profile: "dev",
     report: "docs/bench-draw.md",
     reads_earth: false,
     introduction: "\
 # Drawing: what a virtual texture costs beside an ordinary one
 
-Written by `cargo xtask bench draw --write`, in a minute or two. What is asked for stands with each table, and is meant for a GPU
-at 1920x1080. A software driver runs both sides of every branch and spends its time otherwise than a GPU would; its figures are here for
-their ratios, in smaller pictures.
+Written by `cargo xtask bench draw --write`, which needs nobody and takes a few minutes on any adapter. What is asked for stands with each table,
+is meant for a GPU at 1920x1080, and is judged at the end, a line each. A software driver runs both sides of every branch and spends its
+time otherwise than a GPU would; its figures are here for their ratios, in smaller pictures, and its verdicts say nothing of a GPU.
 ",
+    sections: true,
 };
 
 impl Figures {
-    /// Runs the benchmark and prints its figures; with `--write`, keeps them.
+    /// Runs the benchmark and prints its figures; with `--write`, keeps them. Of one that has sections, those that are named.
     pub(crate) fn bench(&self, options: &[&str]) -> Result<()> {
-        let write = match options {
-            [] => false,
-            ["--write"] => true,
+        let (write, sections) = match options {
+            ["--write"] => (true, &[][..]),
+            sections if self.sections && !sections.iter().any(|name| name.starts_with('-')) => {
+                (false, sections)
+            }
+            [] => (false, &[][..]),
             [other, ..] => {
                 return Err(Usage(format!("bench {} has no option '{other}'", self.name)).into());
             }
@@ -106,15 +117,10 @@ impl Figures {
         if write {
             command.env("VASTEX_PLOTS", shell::root().join("docs"));
         }
-        let figures = shell::output(command.args([
-            "--quiet",
-            "--profile",
-            self.profile,
-            "-p",
-            self.package,
-            "--bench",
-            self.name,
-        ]))?;
+        command.args(["--quiet", "--profile", self.profile]).args(self.packages);
+        command.args(["--bench", self.name, "--"]).args(sections);
+        // How far it is, and what is wrong.
+        let figures = shell::output(command.stderr(Stdio::inherit()))?;
         println!("{figures}");
         if write {
             let path = shell::root().join(self.report);

@@ -51,7 +51,9 @@ Commands:
   bench fetch [--write]    reading and decoding tiles beside bare reads and decoders; into docs/bench-fetch.md
   bench slow [--write]     a disk cache before a source slowed on purpose; into docs/bench-slow.md
   bench decide [--write]   what a frame's decisions cost on one core; into docs/bench-decide.md
-  bench draw [--write]     frames beside those of an ordinary texture, on this machine's adapter; into docs/bench-draw.md
+  bench draw [--write]     frames beside those of an ordinary texture, on this machine's adapter, with a verdict for each thing that
+                           is asked of a GPU; into docs/bench-draw.md
+  bench draw SECTION..     only these: operations, filters, fading, feedback, tables, second_level, sizes, uploads
   campaign [--minutes N]   the random tests with ever more cases [default: 10 minutes]
   campaign kills           builds that are killed, resumed and compared
       --count N              builds, each killed one to three times [default: 200]

@@ -67,6 +67,11 @@ impl BeltLayout {
         self.tile_bytes
     }
 
+    /// Whether such a tile costs a frame less by a belt than through the queue: where its layers have [`Belt::LEAST_COPY`] on average.
+    pub fn is_worth_it(&self) -> bool {
+        self.tile_bytes >= Belt::LEAST_COPY * self.parts.len() as u64
+    }
+
     pub(crate) fn parts(&self) -> &[Part] {
         &self.parts
     }
@@ -107,6 +112,10 @@ pub struct BeltCounts {
 }
 
 impl Belt {
+    /// Bytes of a copy below which a frame takes as long for it by a belt as through the queue, by the figures of docs/bench-draw.md:
+    /// what it costs is to record it, and the loader's threads would copy it for nothing.
+    pub const LEAST_COPY: u64 = 32 << 10;
+
     /// A belt without rooms yet; they will take `limit` bytes at most.
     pub fn new(device: &wgpu::Device, limit: u64) -> Belt {
         Belt(Arc::new(Shared { device: device.clone(), limit, state: Mutex::default() }))

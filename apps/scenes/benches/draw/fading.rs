@@ -8,13 +8,13 @@ use glam::Vec3;
 use vastex::{Filter, LevelRule, MaxTaps, Region};
 use vastex_scenes::{Pose, Scene, Studio};
 
-use crate::world::{Bench, fetch, new_studio, picture, property, resident, texture};
+use crate::world::{Bench, Part, fetch, new_studio, picture, property, resident, texture};
 
 /// Draws of each kind, in turns.
 const ROUNDS: usize = 15;
 const FADE: Duration = Duration::from_millis(200);
 
-pub(crate) fn section(bench: &Bench) -> Result<String> {
+pub(crate) fn section(bench: &Bench) -> Result<Part> {
     let [width, height] = picture(&bench.gpu);
     let mut page = format!(
         "## Tiles that fade in\n\nA frame of {width}x{height} of a texture of which every page is resident, without fading, and times that with\n\
@@ -52,7 +52,7 @@ pub(crate) fn section(bench: &Bench) -> Result<String> {
         }
         page.push('\n');
     }
-    Ok(page)
+    Ok((page, Vec::new()))
 }
 
 /// All tiles of some levels, all of them come at once so much time ago.

@@ -9,7 +9,7 @@ use glam::Vec3;
 use vastex::{Filter, MaxTaps};
 use vastex_scenes::{Pose, Scene};
 
-use crate::world::{Bench, earth, picture, property, resident, verdict};
+use crate::world::{Bench, Part, Verdict, earth, picture, property, resident};
 
 /// Draws of each kind, in turns.
 const ROUNDS: usize = 25;
@@ -19,7 +19,7 @@ const ASKED: f64 = 1.25;
 const GROUND: Pose = Pose::Plane { eye: Vec3::new(0.1, -0.9, 0.12), yaw: 0.2, pitch: 0.25 };
 const CLOSE: Pose = Pose::Plane { eye: Vec3::new(0.1, -0.3, 0.004), yaw: 0.2, pitch: 1.2 };
 
-pub(crate) fn section(bench: &Bench) -> Result<String> {
+pub(crate) fn section(bench: &Bench) -> Result<Part> {
     let [width, height] = picture(&bench.gpu);
     let mut page = format!(
         "## Filters\n\nA frame of {width}x{height} of a texture of which every page is resident, beside an ordinary mip-mapped texture\n\
@@ -32,7 +32,7 @@ pub(crate) fn section(bench: &Bench) -> Result<String> {
         .map(|filter| ("along the ground", GROUND, filter))
         .chain([Filter::Trilinear, Filter::Bicubic].map(|filter| ("close to it", CLOSE, filter)));
     let ms = |taken: Duration| taken.as_secs_f64() * 1e3;
-    let mut verdicts = String::new();
+    let mut verdicts = Vec::new();
     for (view, pose, filter) in views {
         let costs = resident(bench, property()?, filter, Scene::Plane, pose)?.costs(&bench.clock, ROUNDS)?;
         let (own, ordinary, by_adapter) = (ms(costs.of_virtual), ms(costs.of_ordinary), ms(costs.of_adapter));
@@ -40,10 +40,9 @@ pub(crate) fn section(bench: &Bench) -> Result<String> {
         writeln!(page, "| {view} | {filter} | {own:.2} | {ordinary:.2} | {ratio:.2} | {by_adapter:.2} |")?;
         if ["trilinear", "anisotropic8"].contains(&filter.to_string().as_str()) {
             let what = format!("a frame of {filter} {view}, of an ordinary texture's");
-            verdicts += &verdict(&bench.gpu, &what, ratio, ASKED);
+            verdicts.push(Verdict::at_most(ASKED, what, ratio));
         }
     }
-    page += &verdicts;
     page += "\nHow alike the picture is to that of the adapter's own filter, on the Earth (2700x1350 texels of \
              `assets/earth-color-10800x5400.jpg`):\n\n\
              | scene | filter | dB | pixels within 1/255 | beyond 3/255 |\n|---|---|---|---|---|\n";
@@ -57,7 +56,7 @@ pub(crate) fn section(bench: &Bench) -> Result<String> {
             writeln!(page, "| {name} | {filter} | {:.1} | {within:.2} % | {beyond:.2} % |", alike.psnr_db)?;
         }
     }
-    Ok(page)
+    Ok((page, verdicts))
 }
 
 fn anisotropic() -> impl Iterator<Item = Filter> {

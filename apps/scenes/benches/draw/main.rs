@@ -2,7 +2,11 @@
 //!
 //! Each section is a file and gives its part as text; a new one is added to `SECTIONS`. What is compared is drawn in turns.
 
-#![allow(clippy::print_stdout, reason = "the figures are what it is for")]
+#![allow(
+    clippy::print_stdout,
+    clippy::print_stderr,
+    reason = "the figures are what it is for, and how far it is"
+)]
 
 mod fading;
 mod feedback;
@@ -17,22 +21,28 @@ mod texts;
 mod uploads;
 mod world;
 
-use anyhow::Result;
-use vastex_scenes::GpuClock;
-use world::{Bench, VERDICT, gpu};
+use std::time::Instant;
 
-const SECTIONS: &[fn(&Bench) -> Result<String>] = &[
-    operations::section,
-    filters::section,
-    fading::section,
-    feedback::section,
-    tables::section,
-    second_level::section,
-    sizes::section,
-    uploads::section,
+use anyhow::{Result, bail};
+use vastex_scenes::GpuClock;
+use world::{Bench, Part, gpu, is_processor};
+
+type Section = fn(&Bench) -> Result<Part>;
+
+const SECTIONS: &[(&str, Section)] = &[
+    ("operations", operations::section),
+    ("filters", filters::section),
+    ("fading", fading::section),
+    ("feedback", feedback::section),
+    ("tables", tables::section),
+    ("second_level", second_level::section),
+    ("sizes", sizes::section),
+    ("uploads", uploads::section),
 ];
 
+/// All sections, or those that are named.
 fn main() -> Result<()> {
+    let names = named()?;
     let gpu = gpu()?;
     let clock = GpuClock::new(&gpu);
     println!(
@@ -42,14 +52,36 @@ fn main() -> Result<()> {
     );
     let bench = Bench { gpu, clock };
     let mut verdicts = Vec::new();
-    for section in SECTIONS {
-        let page = section(&bench)?;
-        verdicts.extend(page.lines().filter(|line| line.starts_with(VERDICT)).map(str::to_owned));
-        println!("\n{}", page.trim_end());
+    for (name, section) in SECTIONS {
+        if names.is_empty() || names.iter().any(|named| named == name) {
+            let start = Instant::now();
+            let (page, of_section) = section(&bench)?;
+            eprintln!("{name}: {:.0} s", start.elapsed().as_secs_f64());
+            println!("\n{}", page.trim_end());
+            verdicts.extend(of_section);
+        }
     }
-    println!("\n## Verdicts\n\nOne for each thing that is asked of a GPU.\n");
-    for verdict in verdicts {
-        println!("- {}", verdict.trim_start_matches(VERDICT));
-    }
+    println!("\n## Verdicts\n\n{}\n", about_verdicts(is_processor(&bench.gpu)));
+    verdicts.iter().for_each(|verdict| println!("- {verdict}"));
     Ok(())
+}
+
+fn named() -> Result<Vec<String>> {
+    // Cargo itself says `--bench`.
+    let names: Vec<String> =
+        std::env::args().skip(1).filter(|argument| !argument.starts_with("--")).collect();
+    if let Some(unknown) = names.iter().find(|name| SECTIONS.iter().all(|(known, _)| known != name)) {
+        let known: Vec<&str> = SECTIONS.iter().map(|(name, _)| *name).collect();
+        bail!("no section is called '{unknown}'; there are: {}", known.join(", "));
+    }
+    Ok(names)
+}
+
+fn about_verdicts(of_processor: bool) -> &'static str {
+    if of_processor {
+        "What is asked is asked of a GPU. This adapter is a software driver, so these verdicts say nothing of any GPU; they are here so that \
+         the lines are known to be printed."
+    } else {
+        "One for each thing that is asked of a GPU."
+    }
 }

@@ -14,7 +14,7 @@ use naga::{
 use vastex::Filter;
 use vastex_wgpu::{PageSides, ShaderOptions, TableKinds, wgsl};
 
-use crate::world::Bench;
+use crate::world::{Bench, Part};
 
 const SAMPLED: &str = "
     @fragment fn sampled(@location(0) uv: vec2<f32>) -> @location(0) vec4<f32> {
@@ -47,7 +47,7 @@ impl AddAssign for Operations {
     }
 }
 
-pub(crate) fn section(_: &Bench) -> Result<String> {
+pub(crate) fn section(_: &Bench) -> Result<Part> {
     let mut page = String::from(
         "## Operations\n\nWhat `vastex_sample` asks for by its text, whatever the adapter: both sides of each branch, each loop once (so of an\n\
          anisotropic filter the figures are those of two taps, one looked up apart). Pages whose sides are powers of two, as all that Vastex\n\
@@ -65,7 +65,7 @@ pub(crate) fn section(_: &Bench) -> Result<String> {
             )?;
         }
     }
-    Ok(page)
+    Ok((page, Vec::new()))
 }
 
 fn counted(options: &ShaderOptions) -> Result<Operations> {

@@ -5,20 +5,21 @@ use vastex_wgpu::{TableChoice, TableKinds};
 
 use crate::lookups::Lookups;
 use crate::texts::Own;
-use crate::world::Bench;
+use crate::world::{Bench, Part};
 
-pub(crate) fn section(bench: &Bench) -> Result<String> {
+pub(crate) fn section(bench: &Bench) -> Result<Part> {
     let lookups = Lookups::new(bench)?;
     let table = lookups.table(TableChoice::Direct, &lookups.resident(0))?;
     let [two, one] = lookups.measure(&[
         lookups.case(&table, TableKinds::Direct, None),
         lookups.case(&table, TableKinds::Direct, Some(Own::OneLookup)),
     ]);
-    Ok(format!(
+    let page = format!(
         "## A second level in each slot\n\nThe samples of the section before, everything resident, beside one lookup in an atlas whose slots hold the next level too\n\
          ([what came of it](second-level.md)).\n\n\
          | | ms | of two lookups | pool memory and uploads |\n|---|---|---|---|\n\
          | two lookups | {two:.2} | 1.00 | 1.00 |\n| one, by the hardware's trilinear | {one:.2} | {:.2} | 1.25 |\n",
         one / two
-    ))
+    );
+    Ok((page, Vec::new()))
 }

@@ -9,7 +9,7 @@ use vastex::{GeometrySpec, PoolSettings, Settings, TableChoice};
 use vastex_scenes::{Pose, Scene};
 
 use crate::stage::Stage;
-use crate::world::{Bench, picture, verdict};
+use crate::world::{Bench, Part, Verdict, picture};
 
 /// Frames within which the view converges.
 const PATIENCE_FRAMES: u64 = 400;
@@ -29,6 +29,8 @@ const CASES: [(u32, TableChoice); 8] = [
 
 /// Of the frame of the first size, that of any other at most, on a GPU.
 const ASKED: f64 = 1.1;
+/// Of the least GPU memory with hashed tables from 2^16 texels on, the most at most.
+const ASKED_MEMORY: f64 = 1.05;
 
 /// A case that has converged, with the bytes that all that is its own takes.
 struct Converged<'a> {
@@ -37,7 +39,7 @@ struct Converged<'a> {
     least: Duration,
 }
 
-pub(crate) fn section(bench: &Bench) -> Result<String> {
+pub(crate) fn section(bench: &Bench) -> Result<Part> {
     let mut page = String::from(
         "## Sizes\n\nThe same view along a plane of textures of any size, in a pool of 32 MiB, once converged. Asked for on a GPU: the same\n\
          frame cost within 10 % per kind of table; with hashed tables all GPU memory within 5 % from 2^16 on.\n\n\
@@ -69,13 +71,17 @@ pub(crate) fn section(bench: &Bench) -> Result<String> {
         )?;
         dearest = dearest.max(case.least.as_secs_f64() / first.as_secs_f64());
     }
-    page += &verdict(
-        &bench.gpu,
-        "a frame of the dearest size, of the first of its kind of table",
-        dearest,
-        ASKED,
-    );
-    Ok(page)
+    let what = "a frame of the dearest size, of the first of its kind of table";
+    let mut verdicts = vec![Verdict::at_most(ASKED, what, dearest)];
+    let large =
+        CASES.iter().zip(&cases).filter(|((bits, table), _)| *bits >= 16 && *table == TableChoice::Hashed);
+    let bytes: Vec<f64> = large.map(|(_, case)| case.bytes as f64).collect();
+    let (least, most) = bytes.iter().fold((f64::MAX, 0.0), |(least, most), &n| (n.min(least), n.max(most)));
+    if least > 0.0 {
+        let what = "GPU memory of the size that takes most with a hashed table, of that which takes least, from 2^16 on";
+        verdicts.push(Verdict::at_most(ASKED_MEMORY, what, most / least));
+    }
+    Ok((page, verdicts))
 }
 
 fn converged(bench: &Bench, bits: u32, table: TableChoice) -> Result<Converged<'_>> {

@@ -1,5 +1,6 @@
 //! What the sections share: the device with its clock, and textures that are all resident.
 
+use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -46,14 +47,29 @@ pub(crate) fn is_processor(gpu: &Gpu) -> bool {
     gpu.adapter.get_info().device_type == wgpu::DeviceType::Cpu
 }
 
-/// What begins a verdict, on a line of its own.
-pub(crate) const VERDICT: &str = "Verdict: ";
+/// What a section gives: its part of the page, and whether what it asks for holds.
+pub(crate) type Part = (String, Vec<Verdict>);
 
-/// Whether the largest of what was found is within what is asked for of a GPU.
-pub(crate) fn verdict(gpu: &Gpu, what: &str, found: f64, asked: f64) -> String {
-    let driver = if is_processor(gpu) { " (a software driver, of which it is not asked)" } else { "" };
-    let verdict = if found <= asked { "HOLDS" } else { "MISSED" };
-    format!("\n{VERDICT}{verdict}: {what}: {found:.2}, at most {asked} asked for{driver}\n")
+/// Whether something that is asked for holds.
+pub(crate) struct Verdict {
+    what: String,
+    found: f64,
+    asked: f64,
+}
+
+impl Verdict {
+    /// What was found is to be `asked` at most.
+    pub(crate) fn at_most(asked: f64, what: impl Into<String>, found: f64) -> Verdict {
+        Verdict { what: what.into(), found, asked }
+    }
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Verdict { what, found, asked } = self;
+        let verdict = if found <= asked { "HOLDS" } else { "MISSED" };
+        write!(f, "{verdict}: {what}: {found:.2}, where at most {asked} is asked for")
+    }
 }
 
 /// A generated texture.

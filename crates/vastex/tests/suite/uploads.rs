@@ -1,6 +1,7 @@
 //! Tiles by the belt and through the queue: the same pictures, within the same budgets, and nothing left behind.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use crate::common::{Mapping, SCREEN, Screen, property, settings};
 use vastex::{
@@ -83,6 +84,23 @@ fn every_frame_is_the_same_by_the_belt_and_through_the_queue() {
     }
 }
 
+/// In real time, tiles that a frame uploads for less that way; the others are as well off in the queue.
+#[test]
+fn the_belt_is_for_tiles_that_are_better_off_there() {
+    for (page, is_by_belt) in [(64, false), (120, true)] {
+        let settings = Settings { pace: Pace::Realtime, ..by(UploadWay::Best) };
+        let mut screen = Screen::new(&[property(SIZE, page, AddressMode::Clamp)], settings);
+        screen.set_mapping(0, &mapping(1.0, 0.5));
+        let came = (0..3000).any(|_| {
+            screen.frame().unwrap();
+            std::thread::sleep(Duration::from_millis(1));
+            screen.textures.stats().pager.loaded > 10
+        });
+        let stats = screen.textures.upload_stats();
+        assert!(came && (stats.by_belt > 0) == is_by_belt, "pages of {page}: {stats:?}");
+    }
+}
+
 #[test]
 fn after_the_first_frames_no_room_is_made_and_the_budget_holds() {
     let budget = 1 << 20;
@@ -121,7 +139,12 @@ fn on_another_device(pace: Pace) -> Screen {
     screen.set_mapping(0, &mapping(0.8, 0.4));
     (0..6).for_each(|_| drop(screen.frame().unwrap()));
     screen.gpu.device.destroy();
-    assert!((0..20).any(|_| screen.frame().is_err()));
+    // In real time a frame that has nothing to upload does not see it.
+    let is_lost = |_| {
+        std::thread::sleep(Duration::from_millis(1));
+        screen.frame().is_err()
+    };
+    assert!((0..5000).any(is_lost));
     let mut screen = screen.on_another_device();
     screen.set_mapping(0, &mapping(0.8, 0.4));
     screen
