@@ -112,8 +112,9 @@ pub struct BeltCounts {
 }
 
 impl Belt {
-    /// Bytes of a copy below which a frame takes as long for it by a belt as through the queue, by the figures of docs/bench-draw.md:
-    /// what it costs is to record it, and the loader's threads would copy it for nothing.
+    /// Bytes of a copy below which tiles go through the queue. Of a frame's time there, the belt took 0.99 to 1.00 for copies of 9 and 18 KiB
+    /// and 0.77 to 0.83 for 72 and 144 KiB, in one run; in another, in the suite's profile on a busy machine, twice as long for all of
+    /// them. To be measured again on a quiet one and on a GPU: `cargo xtask bench draw uploads`.
     pub const LEAST_COPY: u64 = 32 << 10;
 
     /// A belt without rooms yet; they will take `limit` bytes at most.

@@ -61,8 +61,10 @@ fn main() -> Result<()> {
             verdicts.extend(of_section);
         }
     }
-    println!("\n## Verdicts\n\n{}\n", about_verdicts(is_processor(&bench.gpu)));
-    verdicts.iter().for_each(|verdict| println!("- {verdict}"));
+    if !verdicts.is_empty() {
+        println!("\n## Verdicts\n\n{}\n", about_verdicts(is_processor(&bench.gpu)));
+        verdicts.iter().for_each(|verdict| println!("- {verdict}"));
+    }
     Ok(())
 }
 
