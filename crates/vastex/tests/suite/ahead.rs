@@ -12,7 +12,7 @@ use crate::moving::{Case, SIZES, beside, columns, flight, wrong_in_all, wrong_pi
 const POOL: PoolId = PoolId::new(0);
 /// Frames that are recorded before the first of them is submitted, at most.
 const AHEAD: usize = 2;
-const FRAMES: u32 = 72;
+const FRAMES: u32 = 66;
 
 /// A frame as it was recorded.
 struct Recorded {
@@ -106,20 +106,24 @@ fn recorded_ahead(case: Case) {
     assert!(grown > 0 && stats.pager.evicted > 100, "{case:?}: {grown} growths, {stats:?}");
     assert!(outlived > 0, "no picture of what was removed was submitted afterwards");
     drop(behind);
-    let mut control = case.screen(400);
     screen.textures.resize_pool(POOL, case.pool_bytes(400)).unwrap();
-    for screen in [&mut screen, &mut control] {
+    let settled = |screen: &mut Screen| {
         screen.set_mapping(0, &flight(FRAMES));
         screen.textures.view_cut();
         screen.settle(|_| false, |_| {});
+        screen.picture()
+    };
+    let picture = settled(&mut screen);
+    assert_eq!(wrong_pixels(&picture, 0, &flight(FRAMES)), 0, "{case:?}");
+    // A screen takes longer to make than all of its frames.
+    if case.way == FeedbackWay::Separate {
+        assert!(picture == settled(&mut case.screen(400)), "{case:?}");
     }
-    assert!(screen.picture() == control.picture(), "{case:?}");
 }
 
 #[test]
 fn frames_are_recorded_ahead_whatever_comes_and_goes() {
-    FeedbackWay::ALL.into_iter().for_each(|way| recorded_ahead(Case { way, tables: TableChoice::Direct }));
-    recorded_ahead(Case { way: FeedbackWay::Separate, tables: TableChoice::Hashed });
+    Case::all().for_each(recorded_ahead);
 }
 
 /// Places that are far apart, each seen at level 1.
@@ -174,5 +178,6 @@ fn grows_in_a_full_pool(case: Case) {
 
 #[test]
 fn a_table_that_grows_in_a_full_pool_is_followed_by_the_one_before() {
-    Case::all().for_each(grows_in_a_full_pool);
+    // What feedback tells inline is sampled as otherwise.
+    Case::all().filter(|case| case.way != FeedbackWay::Inline).for_each(grows_in_a_full_pool);
 }
