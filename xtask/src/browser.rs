@@ -5,7 +5,7 @@
 //! Where there is no browser and none can be installed the step is skipped, loudly; where CI runs it fails.
 
 use std::collections::BTreeMap;
-use std::io::{BufRead, BufReader, Write};
+use std::io::{BufRead, BufReader, ErrorKind, Write};
 use std::net::{TcpListener, TcpStream};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -142,36 +142,47 @@ impl<'a> Told<'a> {
     fn listen(&mut self, listener: &TcpListener, browsers: &mut [Browser]) -> Result<()> {
         let mut heard = Instant::now();
         let mut last = "that it has begun".to_owned();
+        let mut silent = Vec::new();
         while self.done.len() < browsers.len() {
-            match listener.accept() {
-                Ok((stream, _)) => {
-                    heard = Instant::now();
-                    // A connection that breaks is the browser's to make again.
-                    if let Ok(asked) = self.answer(stream) {
-                        last = asked;
-                    }
-                }
-                Err(error) if error.kind() == std::io::ErrorKind::WouldBlock => {
-                    if heard.elapsed() > PATIENCE {
-                        bail!(
-                            "the browser has said nothing for {} s; the last was {last}",
-                            PATIENCE.as_secs()
-                        );
-                    }
-                    for browser in &mut *browsers {
-                        if let Some(status) = browser.0.try_wait()? {
-                            bail!("the browser has ended ({status}); the last was {last}");
-                        }
-                    }
-                    std::thread::sleep(Duration::from_millis(5));
-                }
-                Err(error) => return Err(error).context("cannot listen to the browser"),
+            if let Some(asked) = self.hear(listener, &mut silent)? {
+                (heard, last) = (Instant::now(), asked);
+                continue;
             }
+            if heard.elapsed() > PATIENCE {
+                bail!("the browser has said nothing for {} s; the last was {last}", PATIENCE.as_secs());
+            }
+            for browser in &mut *browsers {
+                if let Some(status) = browser.0.try_wait()? {
+                    bail!("the browser has ended ({status}); the last was {last}");
+                }
+            }
+            std::thread::sleep(Duration::from_millis(5));
         }
         Ok(())
     }
 
-    /// One request; says what it was.
+    /// Answers whoever has asked something; says what was asked last. Browsers also make connections that they may need later: those
+    /// on which nothing came yet are `silent`, and nobody waits for them.
+    fn hear(&mut self, listener: &TcpListener, silent: &mut Vec<TcpStream>) -> Result<Option<String>> {
+        match listener.accept() {
+            Ok((stream, _)) => silent.extend(stream.set_nonblocking(true).is_ok().then_some(stream)),
+            Err(error) if error.kind() == ErrorKind::WouldBlock => {}
+            Err(error) => return Err(error).context("cannot listen to the browser"),
+        }
+        let mut last = None;
+        for stream in std::mem::take(silent) {
+            match stream.peek(&mut [0]) {
+                Ok(0) => {}
+                // A connection that breaks is the browser's to make again.
+                Ok(_) => last = self.answer(stream).ok().or(last),
+                Err(error) if error.kind() == ErrorKind::WouldBlock => silent.push(stream),
+                Err(_) => {}
+            }
+        }
+        Ok(last)
+    }
+
+    /// One request, of which something is there; says what it was.
     fn answer(&mut self, mut stream: TcpStream) -> Result<String> {
         stream.set_nonblocking(false)?;
         stream.set_read_timeout(Some(Duration::from_secs(30)))?;
@@ -261,6 +272,22 @@ mod tests {
         assert_eq!(request(&mut told.as_bytes()).unwrap(), ("/wrong".to_owned(), "hello".to_owned()));
         assert!(request(&mut "".as_bytes()).is_err());
         assert!(request(&mut "POST / HTTP/1.1\r\nContent-Length: 99999999\r\n\r\n".as_bytes()).is_err());
+    }
+
+    #[test]
+    fn a_connection_on_which_nothing_comes_keeps_nobody_waiting() {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        listener.set_nonblocking(true).unwrap();
+        let at = listener.local_addr().unwrap();
+        let (_idle, mut asking) = (TcpStream::connect(at).unwrap(), TcpStream::connect(at).unwrap());
+        asking.write_all(b"POST /done HTTP/1.1\r\nContent-Length: 3\r\n\r\nall").unwrap();
+        let texts = BTreeMap::new();
+        let (mut told, mut silent, begun) = (Told::new(&texts), Vec::new(), Instant::now());
+        while told.done.is_empty() && begun.elapsed() < Duration::from_secs(20) {
+            told.hear(&listener, &mut silent).unwrap();
+        }
+        assert_eq!((told.done, silent.len()), (vec!["all".to_owned()], 1));
+        assert!(begun.elapsed() < Duration::from_secs(20));
     }
 
     #[test]

@@ -87,7 +87,7 @@ pub(crate) fn check() -> Result<Outcome> {
     command.args(["--exact", "--show-output"]).args(SAMPLE);
     command.env("VK_DRIVER_FILES", &manifest).env("VK_ICD_FILENAMES", &manifest);
     command.env(ADAPTER, NAME).env(PICTURES[0], PICTURES[1]).env(shaders::LOG, shaders::handed_over());
-    let told = shell::output(&mut command)?;
+    let told = shell::output_shown(&mut command, std::io::stdout())?;
     let adapter = told.lines().find_map(|line| line.strip_prefix("adapter: "));
     let adapter = adapter.context("no test has said which adapter it had")?;
     let missing = missing(&told);

@@ -61,7 +61,8 @@ Commands:
       --count N              bits [default: 10000]
   campaign fuzz            damaged files for every reader; by cargo-fuzz where that is installed
       --minutes M            for each target [default: 30]
-      --target T             only this one: container, part, image, deep_zoom, gaia_sky, celestia, prototype
+      --target T             only this one: container, part, image, profile, raw, mosaic, deep_zoom, gaia_sky,
+                             celestia, prototype, export
   help                     this text
 
 Examples:

@@ -4,7 +4,7 @@
 
 use std::ffi::OsString;
 use std::fmt;
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -87,6 +87,28 @@ pub(crate) fn run_and_hear(command: &mut Command) -> Result<Vec<String>> {
     Ok(said)
 }
 
+/// Runs a program and gives what it prints on its standard output, each line of which is shown as it comes, also where it fails then.
+pub(crate) fn output_shown(command: &mut Command, mut shown: impl Write) -> Result<String> {
+    let mut child = command
+        .stdout(Stdio::piped())
+        .spawn()
+        .with_context(|| format!("cannot start `{}`", line(command)))?;
+    let (mut printed, mut text) = (String::new(), Vec::new());
+    if let Some(stdout) = child.stdout.take() {
+        let mut stdout = BufReader::new(stdout);
+        while stdout.read_until(b'\n', &mut text)? > 0 {
+            shown.write_all(&text)?;
+            printed.push_str(&String::from_utf8_lossy(&text));
+            text.clear();
+        }
+    }
+    let status = child.wait()?;
+    if !status.success() {
+        bail!("`{}` failed ({status})", line(command));
+    }
+    Ok(printed)
+}
+
 /// What a program prints on its standard output; fails where it fails.
 pub(crate) fn output(command: &mut Command) -> Result<String> {
     let output = command.output().with_context(|| format!("cannot start `{}`", line(command)))?;
@@ -121,4 +143,19 @@ fn line(command: &Command) -> String {
             format!("{line} {argument}")
         }
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[cfg(unix)]
+    #[test]
+    fn what_a_program_printed_before_it_failed_is_shown() {
+        let mut shown = Vec::new();
+        let mut script = |text| output_shown(command("sh").args(["-c", text]), &mut shown);
+        assert_eq!(script("printf 'one\ntwo'").unwrap(), "one\ntwo");
+        assert!(script("echo; echo FAILED; exit 3").unwrap_err().to_string().contains("failed"));
+        assert_eq!(String::from_utf8_lossy(&shown), "one\ntwo\nFAILED\n");
+    }
 }

@@ -93,6 +93,8 @@ fn linker() -> Option<&'static str> {
 fn cargo_check(toolchain: &Toolchain) -> Command {
     let mut command = shell::cargo("check");
     command.args(["--target", TARGET, "--target-dir"]).arg(shell::target_dir().join("wasm"));
+    // What it says is read here, whatever the terminal shows.
+    command.env("CARGO_TERM_COLOR", "never");
     // Nothing of it is ever run, so nothing is optimised: that halves the time of the standard library.
     command.args(["--config", "profile.dev.opt-level=0"]);
     command.args(["--config", "profile.dev.package.\"*\".opt-level=0"]);
@@ -106,6 +108,13 @@ fn cargo_check(toolchain: &Toolchain) -> Command {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_cargo_says_has_no_colours_that_would_hide_warnings() {
+        let command = cargo_check(&Toolchain::Own);
+        let mut set = command.get_envs().filter(|(name, _)| *name == "CARGO_TERM_COLOR");
+        assert!(set.next().is_some_and(|(_, colour)| colour.is_some_and(|colour| colour == "never")));
+    }
 
     #[test]
     fn a_crate_with_warnings_is_told_from_others_and_from_the_warnings_themselves() {

@@ -76,7 +76,7 @@ mod tests {
 
     const THREADS: usize = 4;
     /// How long an encoder waits for the others, where they never come.
-    const PATIENCE: Duration = Duration::from_secs(20);
+    const PATIENCE: Duration = Duration::from_secs(240);
 
     /// Encoders at work, the most that ever were, and whether somebody has lost patience.
     static AT_WORK: Mutex<(usize, usize, bool)> = Mutex::new((0, 0, false));

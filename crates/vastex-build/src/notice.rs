@@ -58,7 +58,8 @@ pub enum Notice {
     PremultipliedAlpha,
     /// The compressed data are damaged in so many places, and the decoder went on with what it could make of them.
     DamagedInPlaces(u32),
-    /// So many bytes of the file belong to nothing; the decoder passed over them, and the picture is whole.
+    /// So few bytes before the end of the file belong to nothing. The decoder passed over them: the picture is whole if somebody put
+    /// them there, and damaged if its data are.
     StrayBytes(u32),
     /// The file holds further images or frames.
     FurtherImagesIgnored,
@@ -170,10 +171,7 @@ impl fmt::Display for Notice {
                 write!(f, "the compressed data are damaged in {n} places; the picture there is a guess")
             }
             Notice::StrayBytes(n) => {
-                write!(
-                    f,
-                    "{n} bytes before the file's end belong to nothing; the picture is whole without them"
-                )
+                write!(f, "{n} bytes before the file's end belong to nothing; the picture may be damaged")
             }
             Notice::FurtherImagesIgnored => write!(f, "only the first image of the file is read"),
             Notice::MisnamedLevel { name, level } => {

@@ -82,10 +82,19 @@ impl UploadBucket {
     }
 }
 
+/// What one of those that share a budget has to be served.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Claim {
+    Nothing,
+    /// Something, but others keep it from waiting for its turn.
+    HeldBack,
+    Waits,
+}
+
 /// Whose turn it is where several share one budget: who has had the fewest bytes.
 ///
 /// Among those that wait all the time no two differ by more than the largest amount served at once. Who does not wait
-/// saves nothing up.
+/// saves nothing up, unless others hold it back.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct FairShare {
     served: Vec<u64>,
@@ -97,17 +106,25 @@ impl FairShare {
         self.served.push(self.served.iter().copied().min().unwrap_or(0));
     }
 
-    /// Whose turn it is among those that wait.
+    /// Whose turn it is among those that wait; nobody is held back.
     pub(crate) fn next(&mut self, mut is_waiting: impl FnMut(usize) -> bool) -> Option<usize> {
+        self.next_of(0, |who| if is_waiting(who) { Claim::Waits } else { Claim::Nothing })
+    }
+
+    /// Whose turn it is among those that wait. Who is held back saves up to `credit` bytes. Asks for each claim twice.
+    pub(crate) fn next_of(&mut self, credit: u64, mut claim_of: impl FnMut(usize) -> Claim) -> Option<usize> {
         let mut first: Option<usize> = None;
-        for who in (0..self.served.len()).filter(|&who| is_waiting(who)) {
+        for who in (0..self.served.len()).filter(|&who| claim_of(who) == Claim::Waits) {
             if first.is_none_or(|first| self.served[who] < self.served[first]) {
                 first = Some(who);
             }
         }
         // Nobody was served less than the first of those that wait: they who did not wait had nothing to be served.
         let least = self.served[first?];
-        self.served.iter_mut().for_each(|served| *served = (*served).max(least));
+        for (who, served) in self.served.iter_mut().enumerate() {
+            let saved = if claim_of(who) == Claim::HeldBack { credit } else { 0 };
+            *served = (*served).max(least.saturating_sub(saved));
+        }
         first
     }
 
@@ -121,6 +138,24 @@ impl FairShare {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    #[test]
+    fn who_is_held_back_is_served_later_and_who_had_nothing_is_not() {
+        for (claim, credit, expected) in
+            [(Claim::HeldBack, 1000, 60), (Claim::HeldBack, 20, 20), (Claim::Nothing, 1000, 0)]
+        {
+            let mut share = FairShare::default();
+            (0..2).for_each(|_| share.add());
+            for _ in 0..6 {
+                let next = share.next_of(credit, |who| if who == 0 { Claim::Waits } else { claim });
+                assert_eq!(next, Some(0));
+                share.serve(0, 10);
+            }
+            // The last turn is what it was not told of.
+            let _ = share.next_of(credit, |who| if who == 0 { Claim::Waits } else { claim });
+            assert_eq!(share.served[0] - share.served[1], expected, "{claim:?}, {credit} bytes of credit");
+        }
+    }
 
     proptest! {
         #[test]

@@ -1,6 +1,7 @@
 //! Walks every structure of the pager and panics where an invariant is broken. For tests; not in release builds.
 
 use std::cell::Cell;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rustc_hash::FxHashMap;
 
@@ -16,8 +17,20 @@ const VISITS: usize = 256;
 
 thread_local! {
     static ARE_PAUSED: Cell<bool> = const { Cell::new(false) };
-    /// Visits that steps without a check have left to a later one.
-    static SAVED: Cell<usize> = const { Cell::new(0) };
+}
+
+/// Visits that a pager's steps without a check have left to a later one. Each pager has its own, so that none uses up those of others.
+#[derive(Debug, Default)]
+pub(crate) struct Savings(AtomicUsize);
+
+impl Savings {
+    /// Whether, after another step, a check of so many visits is due.
+    fn is_due(&self, visits: usize) -> bool {
+        let saved = self.0.load(Ordering::Relaxed) + VISITS;
+        let is_due = saved >= visits;
+        self.0.store(if is_due { 0 } else { saved }, Ordering::Relaxed);
+        is_due
+    }
 }
 
 /// Does `work` without checks, on this thread: for a test of what the pager itself costs.
@@ -34,10 +47,9 @@ pub(crate) fn check(pager: &Pager) {
     if !cfg!(debug_assertions) || ARE_PAUSED.get() {
         return;
     }
-    let (visits, saved) = (pager.residency.records.len(), SAVED.get() + VISITS);
-    let is_due = saved >= visits;
-    SAVED.set(if is_due { 0 } else { saved });
-    if is_due && let Err(broken) = walk(pager) {
+    if pager.savings.is_due(pager.residency.records.len())
+        && let Err(broken) = walk(pager)
+    {
         panic!("an invariant of the pager is broken: {broken}");
     }
 }
@@ -141,9 +153,19 @@ fn flight_is_counted(pager: &Pager) -> Result<(), String> {
     if count != u64::from(stats.in_flight) || bytes != stats.in_flight_bytes {
         return Err(format!("{count} tiles are in flight: {stats:?}"));
     }
-    let by_texture = pager.residency.flight.by_texture().map(|(_, tiles)| tiles).sum::<u32>();
-    if by_texture != stats.in_flight {
-        return Err(format!("the textures have {by_texture} tiles in flight: {stats:?}"));
+    let (of_textures, for_view) = pager.residency.flight.totals();
+    if of_textures != stats.in_flight {
+        return Err(format!("the textures have {of_textures} tiles in flight: {stats:?}"));
+    }
+    let mut counted = 0;
+    for record in pager.residency.records.iter().filter(|record| record.for_view) {
+        counted += 1;
+        if !in_flight(&record.state) {
+            return Err(format!("{record:?} is not in flight"));
+        }
+    }
+    if counted != for_view {
+        return Err(format!("{counted} tiles are in flight for the view, not {for_view}: {stats:?}"));
     }
     if bytes > settings.in_flight_bytes.max(flight_bytes) {
         return Err(format!("{bytes} bytes in flight of {} allowed", settings.in_flight_bytes));
@@ -179,4 +201,19 @@ fn working_set_fits(pager: &Pager) -> Result<(), String> {
         return Err(format!("the working set does not fit: {stats:?}"));
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_large_pager_is_checked_beside_small_ones() {
+        let [small, large] = [(); 2].map(|()| Savings::default());
+        let checked = (0..100).filter(|_| {
+            assert!(small.is_due(VISITS) && small.is_due(1));
+            large.is_due(10 * VISITS)
+        });
+        assert_eq!(checked.count(), 10);
+    }
 }

@@ -34,6 +34,9 @@ use crate::textures::{Textures, page_id};
 use crate::views::ViewId;
 use crate::working_set::{Node, WorkingSet};
 
+/// Loads given up at once for which there is room from the start: that is seldom exceeded, so frames allocate nothing for more of them.
+const CANCELS: usize = 64;
+
 /// Decides what is loaded, what is evicted and how coarse the picture is, for the textures of one pool.
 #[derive(Debug)]
 pub struct Pager {
@@ -79,6 +82,8 @@ pub struct Pager {
     /// The frame of the newest feedback.
     pub(crate) newest_feedback: Option<u64>,
     converged: bool,
+    #[cfg(feature = "checks")]
+    pub(crate) savings: crate::checks::Savings,
 }
 
 impl Pager {
@@ -110,12 +115,14 @@ impl Pager {
             next_upload_by_hand: 0,
             plan_due: false,
             pins_changed: false,
-            cancels: VecDeque::new(),
+            cancels: VecDeque::with_capacity(CANCELS),
             reranks: Reranks::default(),
             events: EventQueue::default(),
             cut: false,
             newest_feedback: None,
             converged: false,
+            #[cfg(feature = "checks")]
+            savings: crate::checks::Savings::default(),
         }
     }
 

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use bytes::Bytes;
 
 use crate::bias::BiasRule;
-use crate::budget::{FairShare, PagerSettings, UploadBucket};
+use crate::budget::{Claim, FairShare, PagerSettings, UploadBucket};
 use crate::decision::{Request, Upload};
 use crate::event::{Event, EventQueue};
 use crate::expectation::Bandwidth;
@@ -65,6 +65,17 @@ struct Pool {
     feedback: Feedback,
     /// A tile waits for a slot that is not to be had in this frame.
     is_stuck: bool,
+}
+
+impl Pool {
+    /// Its claim to the in-flight budget for what `next` finds, where only tiles that take fewer bytes than so many go on.
+    fn claim(&mut self, below: u64, next: fn(&mut Pager) -> Option<PageId>) -> Claim {
+        match next(&mut self.pager).is_some() {
+            true if self.pager.residency.flight_bytes < below => Claim::Waits,
+            false if self.pager.held_back.is_none() => Claim::Nothing,
+            _ => Claim::HeldBack,
+        }
+    }
 }
 
 impl Pagers {
@@ -271,22 +282,42 @@ impl Pagers {
     /// have pages, none holds so much of it that others cannot begin: a page whose texture has its share is passed over.
     pub fn poll_request(&mut self) -> Option<Request> {
         self.tell_beside();
-        let Pagers { requests, pools, .. } = self;
-        let in_view = requests.next(|pool| pools[pool].pager.next_queued().is_some());
-        self.bandwidth.view_waits |= pools.iter().any(|pool| pool.pager.held_back.is_some());
-        let who =
-            in_view.or_else(|| requests.next(|pool| pools[pool].pager.next_queued_by_hand().is_some()))?;
-        let tile_bytes = pools[who].pager.settings.tile_bytes;
-        let flight_bytes = pools[who].pager.residency.flight_bytes;
-        let in_flight = self.in_flight_bytes();
-        let budget = self.budgets.in_flight_bytes / if in_view.is_some() { 1 } else { 2 };
-        // Whose turn it is waits for what it needs, so that small tiles do not keep out large ones.
-        if in_flight > 0 && in_flight + flight_bytes > budget {
-            self.bandwidth.view_waits |= in_view.is_some();
-            return None;
+        let mut below = u64::MAX;
+        loop {
+            let (who, is_in_view) = self.whose_request(below)?;
+            let Pager { settings, residency, .. } = &self.pools[who].pager;
+            let (tile_bytes, flight_bytes) = (settings.tile_bytes, residency.flight_bytes);
+            let in_flight = self.in_flight_bytes();
+            let budget = self.budgets.in_flight_bytes / if is_in_view { 1 } else { 2 };
+            if in_flight == 0 || in_flight + flight_bytes <= budget {
+                self.requests.serve(who, tile_bytes);
+                return self.pools[who].pager.poll_request();
+            }
+            // Whose turn it is waits for what it needs, so that small tiles do not keep out large ones; but not for what nobody answers.
+            let unanswered: u64 = self.iter().map(|pager| pager.residency.unanswered_bytes()).sum();
+            let is_to_be_had = unanswered == 0 || unanswered + flight_bytes <= budget;
+            if is_to_be_had || !is_in_view || self.pools[who].pager.is_alone() {
+                self.bandwidth.view_waits |= is_in_view;
+                return None;
+            }
+            below = flight_bytes;
         }
-        self.requests.serve(who, tile_bytes);
-        self.pools[who].pager.poll_request()
+    }
+
+    /// The pool whose turn it is to ask for a tile that takes fewer bytes than so many, and whether for one in view.
+    fn whose_request(&mut self, below: u64) -> Option<(usize, bool)> {
+        // A pool that others hold back catches up when they do not. One whose source is silent is held back for long: so much and no more.
+        let credit = self.budgets.in_flight_bytes;
+        let Pagers { requests, pools, bandwidth, .. } = self;
+        let in_view = requests.next_of(credit, |pool| pools[pool].claim(below, Pager::next_queued));
+        for pool in pools.iter_mut() {
+            bandwidth.view_waits |= pool.pager.residency.flight.take_view_waits();
+        }
+        if let Some(who) = in_view {
+            return Some((who, true));
+        }
+        let by_hand = requests.next_of(credit, |pool| pools[pool].claim(below, Pager::next_queued_by_hand));
+        by_hand.map(|who| (who, false))
     }
 
     /// Tells each pool what is in the others.

@@ -51,6 +51,11 @@ impl RankClass {
         RankClass((rank >> PLACE_BITS) as u8 * RankClass::OF_BAND + (u64::BITS - place.leading_zeros()) as u8)
     }
 
+    /// Whether it is of a page in view that is missing.
+    pub(crate) fn is_for_view(self) -> bool {
+        self.band() == Band::View as u8
+    }
+
     fn band(self) -> u8 {
         self.0 / RankClass::OF_BAND
     }
@@ -112,6 +117,9 @@ impl Pager {
             let Some((_, pos)) = self.textures.pos(page).filter(|_| is_due) else { continue };
             if let Some(record) = self.residency.records.get_mut(page) {
                 record.rank = RankClass::of(rank);
+            }
+            if RankClass::of(rank).is_for_view() {
+                self.residency.fly_for_view(page);
             }
             return Some(Request { page, pos, rank });
         }

@@ -42,6 +42,8 @@ pub(crate) struct Record {
     pub(crate) failures: u16,
     /// How the loader ranks its load, while there is one.
     pub(crate) rank: RankClass,
+    /// Its tile is in flight, and was asked for when the page was in view, or was in view with the loader.
+    pub(crate) for_view: bool,
     /// Resident pages below it, at any depth.
     pub(crate) below: u32,
     /// The frame from which on the page may be tried again after failures.
@@ -62,6 +64,7 @@ impl Record {
             wanted_round: 0,
             failures: 0,
             rank: RankClass::BEST,
+            for_view: false,
             below: 0,
             retry_at: 0,
             since: 0,

@@ -51,7 +51,7 @@ impl Residency {
                 self.free.push(slot);
             }
             if self.refreshes.is_ready(page) {
-                self.waste_one(page.texture());
+                self.waste_one(page);
             }
             let is_loading = self.refreshes.becomes_first_load(page);
             if let Some(record) = self.records.get_mut(page) {

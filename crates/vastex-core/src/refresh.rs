@@ -182,7 +182,7 @@ impl Residency {
             step @ Step::Ready(_) => {
                 *step = Step::Queued;
                 self.refreshes.ready -= 1;
-                self.waste_one(page.texture());
+                self.waste_one(page);
             }
         }
     }
@@ -216,7 +216,7 @@ impl Residency {
         let Some(refresh) = self.loading_refresh(page) else { return false };
         if matches!(refresh.step, Step::Loading { again: true }) {
             refresh.step = Step::Queued;
-            self.waste_one(page.texture());
+            self.waste_one(page);
         } else {
             refresh.step = Step::Ready(bytes.clone());
             self.refreshes.ready += 1;
@@ -232,7 +232,7 @@ impl Residency {
         refresh.failures += 1;
         let first = refresh.failures == 1;
         self.stats.failures += 1;
-        self.leave_flight(page.texture());
+        self.leave_flight(page);
         Some(first)
     }
 
@@ -241,7 +241,7 @@ impl Residency {
         let Some(refresh) = self.loading_refresh(page) else { return false };
         refresh.step = Step::Queued;
         self.stats.cancelled += 1;
-        self.leave_flight(page.texture());
+        self.leave_flight(page);
         true
     }
 
@@ -252,7 +252,7 @@ impl Residency {
             return None;
         };
         self.take_over(slot);
-        self.leave_flight(page.texture());
+        self.leave_flight(page);
         self.stats.refreshed += 1;
         self.stats.uploaded_bytes += self.tile_bytes;
         Some((slot, bytes, failures > 0))

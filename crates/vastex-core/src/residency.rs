@@ -270,7 +270,7 @@ impl Residency {
             State::Loading(Cancel::No) => record.state = State::Loading(Cancel::Due),
             State::Ready => {
                 self.ready.remove(page);
-                self.waste_one(page.texture());
+                self.waste_one(page);
                 self.drop_page(page);
             }
             State::Absent | State::Loading(_) | State::Resident(_) | State::Failed => {}
@@ -303,6 +303,9 @@ impl Residency {
             content.carrier = page;
         }
         self.enter_flight(page.texture());
+        if RankClass::of(rank).is_for_view() {
+            self.fly_for_view(page);
+        }
         true
     }
 
@@ -327,10 +330,11 @@ impl Residency {
         if wanted && !is_stale {
             record.state = State::Ready;
             self.ready.insert(page, bytes);
+            self.flight.note_answer(page.texture(), self.frame);
             return true;
         }
         record.state = State::Queued;
-        self.waste_one(page.texture());
+        self.waste_one(page);
         if !wanted {
             self.drop_page(page);
         }
@@ -353,7 +357,7 @@ impl Residency {
         let first = failures == 1;
         self.failing.note(page, failures, frame, retry_at);
         self.stats.failures += 1;
-        self.leave_flight(page.texture());
+        self.leave_flight(page);
         first
     }
 
@@ -368,7 +372,7 @@ impl Residency {
         }
         record.state = State::Queued;
         self.stats.cancelled += 1;
-        self.leave_flight(page.texture());
+        self.leave_flight(page);
         if !wanted {
             self.drop_page(page);
         }
@@ -377,7 +381,7 @@ impl Residency {
     /// Forgets everything of a texture, its tail too, but the loads that the loader has: they are called off, and returned.
     pub(crate) fn forget(&mut self, texture: TextureId) -> Vec<PageId> {
         let is_other = |page: &PageId| page.texture() != texture;
-        let (mut loads, mut ready, mut tails, mut left) = (Vec::new(), 0, 0, Vec::new());
+        let (mut loads, mut ready, mut for_view, mut tails, mut left) = (Vec::new(), 0, 0, 0, Vec::new());
         self.records.retain(|record| {
             match &mut record.state {
                 _ if is_other(&record.page) => return true,
@@ -389,7 +393,10 @@ impl Residency {
                     loads.push(record.page);
                     return true;
                 }
-                State::Ready => ready += 1,
+                State::Ready => {
+                    ready += 1;
+                    for_view += u32::from(record.for_view);
+                }
                 State::Resident(slot) => {
                     tails += u32::from(record.wanted_round == u64::MAX);
                     left.push(*slot);
@@ -410,7 +417,8 @@ impl Residency {
             self.records.get_or_add(page, RecordHint::default()).state = State::Loading(Cancel::Due);
         }
         loads.extend(refreshing);
-        (0..ready + refreshed).for_each(|_| self.waste_one(texture));
+        self.stats.wasted += u64::from(ready + refreshed);
+        self.leave_flight_of(texture, ready + refreshed, for_view);
         self.stats.pinned -= tails;
         self.evicted_at.retain(|page, _| is_other(&page));
         self.evictions.retain(|(_, page)| is_other(page));
@@ -423,7 +431,7 @@ impl Residency {
     /// The tile of a page that waited for a slot is out of date.
     pub(crate) fn discard_ready(&mut self, page: PageId) {
         self.ready.remove(page);
-        self.waste_one(page.texture());
+        self.waste_one(page);
     }
 
     /// `Ready -> Resident`, into a slot of [`Residency::take_slot`]; gives the tile's bytes, and whether the page had
@@ -443,7 +451,7 @@ impl Residency {
         self.arrivals.note(self.frame - asked_at);
         let recovered = self.become_resident(page, slot, textures);
         self.settled.push(page);
-        self.leave_flight(page.texture());
+        self.leave_flight(page);
         self.stats.loaded += 1;
         self.stats.uploaded_bytes += self.tile_bytes;
         self.stats.reloaded += u64::from(was_evicted);

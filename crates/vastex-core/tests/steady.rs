@@ -92,7 +92,7 @@ impl Loop {
             changes: Vec::new(),
             frame: 0,
             latency_frames: 0,
-            under_way: VecDeque::new(),
+            under_way: VecDeque::with_capacity(1 << 10),
             reranked: 0,
         }
     }

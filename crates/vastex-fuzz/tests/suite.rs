@@ -10,8 +10,8 @@ fn here(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
 }
 
-/// Reads all that stands in `regressions/NAME`, and so many damaged inputs: a hundred or more of each seed, and in all what takes
-/// a core some twenty seconds. `cargo xtask campaign fuzz` goes on from there.
+/// Reads all that stands in `regressions/NAME`, and so many damaged inputs: a hundred or more of each seed, but for profiles.
+/// `cargo xtask campaign fuzz` goes on from there.
 fn sample(name: &str, cases: u64) {
     let target = Target::named(name).unwrap();
     let regressions = here("regressions").join(name);

@@ -34,8 +34,10 @@ impl ReadLimit {
         Arc::new(ReadLimit { reads: reads.max(1), is_blocking: false, state: Mutex::default() })
     }
 
-    /// The same for reads that block their threads and compute nothing meanwhile, as those of a disk do: a loader then has as many
-    /// threads for them, beside those that it is told to have.
+    /// The same for reads that block their threads, as those past the system's cache do: a loader then has as many threads for them,
+    /// beside those that it is told to have. These threads decode what they have read, too, so as many tiles may be decoded at once as
+    /// reads come back together. That holds behind other limits as well ([`TileSource::blocks`]). While 256 of a
+    /// loader's reads block or wait, a source begins one only where it has none under way.
     pub fn blocking(reads: usize) -> Arc<ReadLimit> {
         Arc::new(ReadLimit { reads: reads.max(1), is_blocking: true, state: Mutex::default() })
     }

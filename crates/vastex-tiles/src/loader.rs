@@ -36,7 +36,8 @@ pub use native::Loader;
 pub struct LoaderSettings {
     /// Reads that may be at work at once, at least 1, each with a thread. One that suspends, or takes over a quarter of a
     /// second, gives its place to another, up to `reads_at_once` of its source; one of a source whose reads block
-    /// ([`ReadLimit::blocking`](crate::ReadLimit::blocking)) takes no place. Without meaning where there are no threads.
+    /// ([`TileSource::blocks`]) takes no place. While 256 reads have none, a source begins one only where none of it is under
+    /// way. Without meaning where there are no threads.
     pub threads: usize,
     /// Reads of one source that may be under way at once, at least 1 and at least as many as there are threads. A source that has a
     /// limit ([`TileSource::read_limit`]) has that instead.

@@ -127,6 +127,13 @@ pub trait TileSource: MaybeSend + MaybeSync {
         self.behind()?.read_limit()
     }
 
+    /// Whether its reads block their threads, as those past the system's cache do: by its own limit ([`ReadLimit::blocking`]), or as the
+    /// source behind it says, however many limits stand before that. A loader then has threads for them. The same at every call.
+    fn blocks(&self) -> bool {
+        self.read_limit().is_some_and(|limit| limit.is_blocking())
+            || self.behind().is_some_and(|behind| behind.blocks())
+    }
+
     /// Adds what the source and those behind it have done so far and hold: a cache its own figures, the last one what it read.
     ///
     /// Called each frame, so it should cost no more than a look at counters.
@@ -176,6 +183,10 @@ impl<S: TileSource + ?Sized> TileSource for Arc<S> {
 
     fn read_limit(&self) -> Option<&Arc<ReadLimit>> {
         (**self).read_limit()
+    }
+
+    fn blocks(&self) -> bool {
+        (**self).blocks()
     }
 
     fn add_tiers(&self, tiers: &mut Tiers) {
@@ -240,6 +251,10 @@ mod tests {
             Some(&self.limit)
         }
 
+        fn blocks(&self) -> bool {
+            true
+        }
+
         fn add_tiers(&self, tiers: &mut Tiers) {
             tiers.ram += TierStats { hits: 3, ..TierStats::default() };
         }
@@ -290,6 +305,7 @@ mod tests {
         assert!(Arc::ptr_eq(before.present().unwrap(), &source.present));
         assert!(Arc::ptr_eq(before.contents().unwrap(), &source.contents));
         assert!(Arc::ptr_eq(before.read_limit().unwrap(), &source.limit));
+        assert!(before.blocks() && !source.pages.blocks());
         assert_eq!(before.identity(), source.identity());
         let mut tiers = Tiers::default();
         before.add_tiers(&mut tiers);

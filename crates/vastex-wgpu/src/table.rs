@@ -299,13 +299,14 @@ impl TableBuffers {
         }
     }
 
-    /// GPU memory of the table and the parameters; what changes are sent through comes on top.
+    /// GPU memory of the table, of the larger one that it is to lie in if there is one, and of the parameters; what changes are sent
+    /// through comes on top.
     pub fn bytes(&self) -> u64 {
         let entries = match &self.entries {
             Entries::Buffer(buffer) => buffer.size(),
             Entries::Texture(texture) => texture.bytes(),
         };
-        entries + self.params.size()
+        entries + self.growth.bytes() + self.params.size()
     }
 
     pub(crate) fn tail_slot(&self) -> Slot {

@@ -31,6 +31,11 @@ impl Growth {
         self.level
     }
 
+    /// GPU memory of what is being filled beside the table.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.beside.as_ref().map_or(0, |(texture, _)| texture.bytes())
+    }
+
     /// Entries from a level on are wanted.
     pub(crate) fn begin(&mut self, level: u8) {
         self.level = self.level.min(level);

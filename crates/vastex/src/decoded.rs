@@ -63,6 +63,10 @@ impl<S: TileSource> TileSource for DecodedSource<S> {
         self.source.read_limit()
     }
 
+    fn blocks(&self) -> bool {
+        self.source.blocks()
+    }
+
     fn add_tiers(&self, tiers: &mut Tiers) {
         self.source.add_tiers(tiers);
     }

@@ -1,4 +1,4 @@
-//! After a lost device: everything on the GPU is made again, from what the pagers know and the caches and sources have.
+//! After a lost device: everything on the GPU is made again, from what the pagers know and main memory has.
 
 use vastex_core::TextureId;
 use vastex_wgpu::{FeedbackWay, TableBuffers, TableChanger, alive};
@@ -7,7 +7,6 @@ use crate::error::Error;
 use crate::feedback::FeedbackPipelines;
 use crate::frame::Undone;
 use crate::tables::MovingTables;
-use crate::tail;
 use crate::textures::Textures;
 
 impl Textures {
@@ -17,9 +16,9 @@ impl Textures {
         Ok(alive(&self.device)?)
     }
 
-    /// Goes on with another device, after [`vastex_wgpu::GpuError::DeviceLost`]: makes the pools and page tables anew and reads
-    /// the tails; in the next frames the tiles of the view come again, from the RAM cache as far as it has them. Textures keep
-    /// their ids, tickets and pins stay, as do levels that were set.
+    /// Goes on with another device, after [`vastex_wgpu::GpuError::DeviceLost`]: makes the pools and page tables anew and puts
+    /// the tails there, which are in main memory, so that it waits for no source; in the next frames the tiles of the view come
+    /// again, from the RAM cache as far as it has them. Textures keep their ids, tickets and pins stay, as do levels that were set.
     ///
     /// What the application made from the old device it makes again: its pipelines with [`Textures::wgsl`] and
     /// [`Textures::bind_group_layout`], its own buffers. Fails where the new device is lost as well, or cannot hold what the
@@ -55,10 +54,8 @@ impl Textures {
         };
         let Some(slot) = self.pagers.pager(pool).tail_slot(texture) else { return Ok(()) };
         let pool = &self.pools[usize::from(pool.number())];
-        // The source gives tiles as the pool holds them.
-        let tail = tail::read(&state.source, state.tail_time)?;
-        pool.upload(&self.queue, slot, &tail)?;
-        state.tail = tail;
+        // It is as the pool holds tiles, and the newest that was to be uploaded.
+        pool.upload(&self.queue, slot, &state.tail)?;
         let (rule, geometry) = (state.table.rule(), &state.description.geometry);
         state.table = TableBuffers::new(
             &self.device,

@@ -29,7 +29,8 @@ pub struct FrameStats {
     pub pool_bytes: u64,
     /// Each pool, in the order of their numbers.
     pub pools: Vec<PoolStats>,
-    /// Bytes of all page tables in GPU memory.
+    /// Bytes of all page tables in GPU memory. Where one grows or lies elsewhere that is twice for a while: what is being filled and, for
+    /// commands that were recorded before, what was there count, too.
     pub table_bytes: u64,
     /// Bytes of page-table changes sent to the GPU so far.
     pub table_bytes_sent: u64,
@@ -52,13 +53,14 @@ impl Textures {
             pager: pager.stats(),
         };
         let pools: Vec<_> = self.pools.iter().zip(self.pagers.iter()).map(of_pool).collect();
+        let tables = self.textures.iter().flatten().map(|texture| texture.table.bytes()).sum::<u64>();
         FrameStats {
             frame: self.frame,
             pager: self.pagers.stats(),
             converged: self.has_converged(),
             pool_bytes: pools.iter().map(|pool| pool.bytes).sum(),
             pools,
-            table_bytes: self.textures.iter().flatten().map(|texture| texture.table.bytes()).sum(),
+            table_bytes: tables + self.moving.bytes(),
             table_bytes_sent: self.counters.table_bytes_sent,
             fading: self.fading(),
             feedback_bytes_read: self.counters.feedback_bytes_read + read,

@@ -30,6 +30,11 @@ impl MovingTables {
         self.growing.remove(&texture);
     }
 
+    /// GPU memory of tables as they lay before.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.before.iter().map(|(.., before)| before.bytes()).sum()
+    }
+
     /// Whether everything is where it is looked up.
     pub(crate) fn is_empty(&self) -> bool {
         self.growing.is_empty()

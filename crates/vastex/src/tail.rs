@@ -1,22 +1,28 @@
-//! The tail of a texture that comes: it is waited for, since without it there is nothing to show, but no longer than reads may take.
+//! The tail of a texture that comes: it is waited for, since without it there is nothing to show, but no longer than reads may take. Of a
+//! texture that is held whole, whose tail is many reads, no longer than each of them may take.
 
 use std::sync::Arc;
 use std::time::Duration;
 
 use bytes::Bytes;
-use vastex_tiles::TileSource;
+use vastex_tiles::{Clock, TileSource};
 
 use crate::error::Error;
 
-/// The texels of the tail, by a loader of its own, whose thread is left to itself where the source does not answer.
+/// The texels of the tail, by a loader of its own, whose thread is left to itself where the source does not answer in time, as `clock`
+/// tells it.
 #[cfg(not(target_family = "wasm"))]
-pub(crate) fn read(source: &Arc<dyn TileSource>, time_out: Duration) -> Result<Bytes, Error> {
+pub(crate) fn read(
+    source: &Arc<dyn TileSource>,
+    time_out: Duration,
+    clock: &Arc<dyn Clock>,
+) -> Result<Bytes, Error> {
     use vastex_core::{PageId, TextureId};
-    use vastex_tiles::{LoadError, Loader, LoaderSettings, ReadError, SystemClock};
+    use vastex_tiles::{LoadError, Loader, LoaderSettings, ReadError};
 
     let geometry = &source.description().geometry;
     let settings = LoaderSettings { threads: 1, time_out, ..LoaderSettings::default() };
-    let mut loader = Loader::with(settings, Arc::new(SystemClock::new()))?;
+    let mut loader = Loader::with(settings, clock.clone())?;
     let tail = TextureId::new(0).and_then(|texture| {
         Some((texture, PageId::new(texture, geometry.dims(), geometry.tail_pos()).ok()?))
     });
@@ -39,7 +45,7 @@ pub(crate) fn read(source: &Arc<dyn TileSource>, time_out: Duration) -> Result<B
 
 /// A browser cannot wait, so the tail must be at hand, as it is for a container once that is open.
 #[cfg(target_family = "wasm")]
-pub(crate) fn read(source: &Arc<dyn TileSource>, _: Duration) -> Result<Bytes, Error> {
+pub(crate) fn read(source: &Arc<dyn TileSource>, _: Duration, _: &Arc<dyn Clock>) -> Result<Bytes, Error> {
     let mut read = source.read(source.description().geometry.tail_pos());
     match read.as_mut().poll(&mut std::task::Context::from_waker(std::task::Waker::noop())) {
         std::task::Poll::Ready(tile) => Ok(tile?.decode(source.description())?),

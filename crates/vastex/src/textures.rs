@@ -3,14 +3,13 @@
 //! What happens each frame is `frame`'s business.
 
 use std::sync::Arc;
-use std::time::Duration;
 
 use bytes::Bytes;
 use vastex_core::{
     Budgets, Description, Dims, Event, Feedback, GroupId, Layer, LevelRule, PageId, PageState, Pagers,
     PoolError, PoolId, TableChange, TextureId, ViewId,
 };
-use vastex_tiles::{Loader, RamCache, SystemClock, Tiers, TileSource};
+use vastex_tiles::{Clock, Loader, RamCache, SystemClock, Tiers, TileSource};
 use vastex_wgpu::{
     BindLayout, FeedbackWay, PageSides, ShaderOptions, TableBuffers, TableChanger, TableChoice, TableKinds,
     group_wgsl, wgsl,
@@ -89,10 +88,8 @@ pub(crate) struct TextureState {
     pub(crate) description: Arc<Description>,
     /// What the loader reads from, its caches in front.
     pub(crate) source: Arc<dyn TileSource>,
-    /// The tail's tile, decoded, so that there is always an answer.
+    /// The tail's tile as the pool holds it, so that there is always an answer, also for another device.
     pub(crate) tail: Bytes,
-    /// How long reading it may take.
-    pub(crate) tail_time: Duration,
     pub(crate) table: TableBuffers,
     pub(crate) page_table: TableChoice,
     /// For people.
@@ -199,7 +196,11 @@ impl Textures {
     }
 
     /// Adds a texture: makes a pool if none suits it, and reads the tail, so that there is something to show. It waits for that no longer
-    /// than [`Settings::read_time_out`] ([`Error::TailOverdue`]).
+    /// than [`Settings::read_time_out`] ([`Error::TailOverdue`]), or than that for each further page of a texture that is held whole
+    /// ([`Settings::whole_bytes`]).
+    ///
+    /// A read that is given up so and blocks its thread keeps that thread, and the source, until it comes back: each further call
+    /// for a source that does not answer begins one more, so let some time pass between two.
     ///
     /// Costs one read and the beginning of the page table, which grows to 4 bytes for each page of the levels that are wanted or, of a
     /// texture of more than some millions of pages, to 48 or fewer for each page that is resident. Layers that the device cannot
@@ -224,12 +225,17 @@ impl Textures {
         }
         let whole = self.whole_of(&*source);
         let is_whole = whole.is_some();
-        // What is held whole is read by one read of its tail.
-        let reads = if is_whole { description.geometry.page_count() } else { 1 };
-        let tail_time = self.settings.read_time_out.saturating_mul(u32::try_from(reads).unwrap_or(u32::MAX));
-        let (description, source): (_, Arc<dyn TileSource>) = match whole {
-            Some(whole) => (whole.clone(), Arc::new(WholeSource::new(source, whole))),
-            None => (description, Arc::new(RamCache::new(source, self.settings.ram_cache_bytes))),
+        let (description, source, clock): (_, Arc<dyn TileSource>, Arc<dyn Clock>) = match whole {
+            Some(whole) => {
+                let source = WholeSource::new(source, whole.clone());
+                // All of its pages are one read, which may take as long as pages come.
+                let clock = source.progress().clone();
+                (whole, Arc::new(source), clock)
+            }
+            None => {
+                let source = RamCache::new(source, self.settings.ram_cache_bytes);
+                (description, Arc::new(source), Arc::new(SystemClock::new()))
+            }
         };
         if let Some(name) = settings.unknown_layer(&description.layers) {
             let names: Vec<&str> = description.layers.iter().map(|layer| &*layer.name).collect();
@@ -240,7 +246,7 @@ impl Textures {
             true => source,
             false => Arc::new(DecodedSource::new(source, held.clone())),
         };
-        let tail = tail::read(&source, tail_time)?;
+        let tail = tail::read(&source, self.settings.read_time_out, &clock)?;
         // Whatever can be refused is refused before anything changes.
         let (device, geometry) = (&self.device, &description.geometry);
         TableBuffers::check(device, geometry, settings.page_table, self.way)?;
@@ -256,8 +262,6 @@ impl Textures {
         };
         let source = self.staged(pool, source);
         let texture = self.add_to(pool, &description, &tail, &source, page_table)?;
-        let added = self.textures[usize::from(texture.number())].as_mut();
-        added.into_iter().for_each(|state| state.tail_time = tail_time);
         self.loader.add_source(texture, source);
         Ok(texture)
     }
@@ -336,8 +340,8 @@ impl Textures {
             self.textures.resize_with(number + 1, || None);
         }
         let (description, source) = (description.clone(), source.clone());
-        let (tail, tail_time) = (tail.clone(), self.settings.read_time_out);
-        let state = TextureState { description, table, page_table, source, tail, tail_time, name: None };
+        let tail = tail.clone();
+        let state = TextureState { description, table, page_table, source, tail, name: None };
         self.textures[number] = Some(state);
         self.make_bind_groups(texture);
         Ok(texture)

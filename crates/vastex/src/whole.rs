@@ -3,10 +3,13 @@
 //! What is all tail has one tile, which is resident from the beginning and stays: an ordinary texture with its levels beside one another,
 //! sampled by the same shaders, without a page table that anybody reads and without a page that anybody asks for.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
 use vastex_core::{Description, Dims, Geometry, GeometrySpec, Layer, PageContents, PagePos, PageSet, Region};
-use vastex_tiles::{Codec, ReadError, ReadFuture, ReadLimit, SourceKey, Tiers, Tile, TileSource};
+use vastex_tiles::{
+    Clock, Codec, ReadError, ReadFuture, ReadLimit, SourceKey, SystemClock, Tiers, Tile, TileSource,
+};
 use vastex_wgpu::held_format;
 
 /// The description of the same texture with all levels in its tail, for pages as small as that allows; nothing where the tile would take
@@ -50,16 +53,57 @@ fn held_bytes(description: &Description, features: wgpu::Features) -> u64 {
     held.tile_bytes() as u64
 }
 
+/// How long pages have kept one waiting: a clock that tells the longest time so far without a page, and stands still while they come
+/// sooner than that. What is overdue by it has had no page for so long.
+pub(crate) struct Progress {
+    clock: Arc<dyn Clock>,
+    since: Mutex<Since>,
+}
+
+struct Since {
+    /// When the last page came.
+    page: Duration,
+    longest: Duration,
+}
+
+impl Progress {
+    fn new(clock: Arc<dyn Clock>) -> Progress {
+        let since = Since { page: clock.now(), longest: Duration::ZERO };
+        Progress { clock, since: Mutex::new(since) }
+    }
+
+    fn page_came(&self) {
+        let now = self.clock.now();
+        self.since.lock().unwrap_or_else(PoisonError::into_inner).page = now;
+    }
+}
+
+impl Clock for Progress {
+    fn now(&self) -> Duration {
+        let now = self.clock.now();
+        let mut since = self.since.lock().unwrap_or_else(PoisonError::into_inner);
+        since.longest = since.longest.max(now.saturating_sub(since.page));
+        since.longest
+    }
+}
+
 /// A source with one tile, made of all those of `source`.
 pub(crate) struct WholeSource {
     source: Arc<dyn TileSource>,
     whole: Arc<Description>,
+    progress: Arc<Progress>,
 }
 
 impl WholeSource {
     /// `whole` is what [`whole_description`] made of the source's.
     pub(crate) fn new(source: Arc<dyn TileSource>, whole: Arc<Description>) -> WholeSource {
-        WholeSource { source, whole }
+        let progress = Arc::new(Progress::new(Arc::new(SystemClock::new())));
+        WholeSource { source, whole, progress }
+    }
+
+    /// The clock for reads of it.
+    pub(crate) fn progress(&self) -> &Arc<Progress> {
+        &self.progress
     }
 
     async fn whole_tile(&self) -> Result<Vec<u8>, ReadError> {
@@ -70,7 +114,9 @@ impl WholeSource {
                 place: "a texture that is read whole".into(),
                 fault: error.to_string(),
             };
-            let tile = self.source.read(pos).await?.decode(stored).map_err(damaged)?;
+            let tile = self.source.read(pos).await?;
+            self.progress.page_came();
+            let tile = tile.decode(stored).map_err(damaged)?;
             for part in self.parts(pos) {
                 (0..stored.layers.len()).for_each(|layer| self.copy(layer, &part, &tile, &mut whole));
             }
@@ -157,6 +203,10 @@ impl TileSource for WholeSource {
         self.source.read_limit()
     }
 
+    fn blocks(&self) -> bool {
+        self.source.blocks()
+    }
+
     fn add_tiers(&self, tiers: &mut Tiers) {
         self.source.add_tiers(tiers);
     }
@@ -225,6 +275,33 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[derive(Default)]
+    struct Hand(Mutex<Duration>);
+
+    impl Clock for Hand {
+        fn now(&self) -> Duration {
+            *self.0.lock().unwrap()
+        }
+    }
+
+    #[test]
+    fn no_time_passes_while_pages_come_as_fast_as_before() {
+        let hand = Arc::new(Hand::default());
+        let progress = Progress::new(hand.clone());
+        let after = |seconds| {
+            *hand.0.lock().unwrap() += Duration::from_secs(seconds);
+            progress.now().as_secs()
+        };
+        assert_eq!(after(3), 3);
+        for _ in 0..10 {
+            progress.page_came();
+            assert_eq!([after(1), after(1), after(1)], [3; 3]);
+        }
+        assert_eq!([after(4), after(5)], [7, 12]);
+        progress.page_came();
+        assert_eq!([after(11), after(2)], [12, 13]);
     }
 
     #[test]

@@ -206,32 +206,41 @@ fn tests(visit: &mut Visit<'_>) {
             include_str!(concat!("../../../../crates/vastex-wgpu/tests/gpu/wgsl/", $name, ".wgsl"))
         };
     }
-    let options = Options::of_tests();
-    for (name, text) in [
-        ("disc", of_gpu_tests!("disc")),
-        ("plane", of_gpu_tests!("plane")),
-        ("ground", of_gpu_tests!("ground")),
-        ("inspect", of_gpu_tests!("inspect")),
-        ("texture_space", of_gpu_tests!("texture_space")),
-        ("folding", of_gpu_tests!("folding")),
-        ("fixed", of_gpu_tests!("fixed")),
-        ("exact", of_gpu_tests!("exact")),
-        ("harness", of_gpu_tests!("harness")),
+    let all = Options::of_tests();
+    // Most tests are of one or two options; those of what is sampled are of all.
+    let plain = Options {
+        atlases: vec![Atlas::Float],
+        pages: vec![PageSides::Any],
+        fades: vec![false],
+        ..all.clone()
+    };
+    let of = |filter| Options { filters: vec![filter], ..plain.clone() };
+    for (name, options, text) in [
+        ("disc", plain.clone(), of_gpu_tests!("disc")),
+        ("plane", of(Filter::Trilinear), of_gpu_tests!("plane")),
+        ("ground", plain.clone(), of_gpu_tests!("ground")),
+        ("inspect", of(Filter::Bilinear), of_gpu_tests!("inspect")),
+        ("texture_space", of(Filter::Nearest), of_gpu_tests!("texture_space")),
+        ("folding", of(Filter::Trilinear), of_gpu_tests!("folding")),
+        ("fixed", Options { pages: all.pages.clone(), ..plain.clone() }, of_gpu_tests!("fixed")),
+        ("exact", Options { atlases: Atlas::ALL.to_vec(), ..plain.clone() }, of_gpu_tests!("exact")),
+        ("harness", all.clone(), of_gpu_tests!("harness")),
     ] {
         alone(visit, &format!("test-{name}"), &options, |vastex| text.to_owned() + vastex);
     }
     let points = of_gpu_tests!("points");
-    alone(visit, "test-points", &options, |vastex| format!("{points}\nconst SIDE: u32 = 64u;\n{vastex}"));
-    let inline = Options { ways: vec![FeedbackWay::Inline], ..options };
+    alone(visit, "test-points", &plain, |vastex| format!("{points}\nconst SIDE: u32 = 64u;\n{vastex}"));
+    let inline = Options { ways: vec![FeedbackWay::Inline], ..of(Filter::Trilinear) };
     alone(visit, "test-surfaces", &inline, |vastex| of_gpu_tests!("surfaces").to_owned() + vastex);
     visit("test-fill", of_gpu_tests!("fill").to_owned());
     groups_of_gpu_tests(visit, of_gpu_tests!("harness"));
-    alone(visit, "test-screen", &Options::all(), |vastex| vastex_tests::SCREEN.to_owned() + vastex);
-    let nearest = Options { filters: vec![Filter::Nearest], ..Options::all() };
-    alone(visit, "test-telling", &nearest, |vastex| vastex_tests::telling() + vastex);
-    let plain = Options { fades: vec![false], ..Options::all() };
-    alone(visit, "test-screen_fixed", &plain, |vastex| vastex_tests::fixed() + vastex);
-    let separate = Options { ways: vec![FeedbackWay::Separate], ..plain };
+    let screen = Options { atlases: vec![Atlas::Float], ..Options::all() };
+    alone(visit, "test-screen", &screen, |vastex| vastex_tests::SCREEN.to_owned() + vastex);
+    let telling = Options { filters: vec![Filter::Nearest, Filter::Trilinear], ..screen.clone() };
+    alone(visit, "test-telling", &telling, |vastex| vastex_tests::telling() + vastex);
+    let fixed = Options { filters: vec![Filter::Nearest], fades: vec![false], ..screen.clone() };
+    alone(visit, "test-screen_fixed", &fixed, |vastex| vastex_tests::fixed() + vastex);
+    let separate = Options { ways: vec![FeedbackWay::Separate], fades: vec![false], ..Options::all() };
     alone(visit, "test-sample_cpu", &separate, |vastex| vastex_tests::POINTS.to_owned() + vastex);
     groups_of_vastex_tests(visit);
     mixing_of_vastex_tests(visit);
@@ -255,6 +264,10 @@ fn groups_of_gpu_tests(visit: &mut Visit<'_>, harness: &str) {
         let text = group(options, [0, 0, 1, 2].into_iter().enumerate().map(member).collect());
         for sampled in names {
             for wanted in [format!("vastex_feedback_{sampled}"), "vastex_feedback".to_owned()] {
+                // What the whole group wants is looked at once.
+                if wanted == "vastex_feedback" && sampled != "color" {
+                    continue;
+                }
                 let harness = harness
                     .replace("vastex_sample", &format!("vastex_sample_{sampled}"))
                     .replace("vastex_feedback", &wanted);

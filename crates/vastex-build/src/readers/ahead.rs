@@ -212,7 +212,7 @@ pub(crate) mod tests {
     use super::*;
 
     /// How long somebody waits for the others, where they never come.
-    const PATIENCE: Duration = Duration::from_secs(20);
+    const PATIENCE: Duration = Duration::from_secs(240);
 
     /// Counts those who are at work at once: everybody stays until so many have been there together.
     #[derive(Default)]

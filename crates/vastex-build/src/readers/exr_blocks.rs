@@ -1,18 +1,17 @@
 //! Blocks of an OpenEXR file: decompressed, whatever their bytes are, and counted.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
-
 use exr::block::UncompressedBlock;
 use exr::block::chunk::Chunk;
 use exr::error::{Error, Result};
 use exr::meta::header::Header;
 use exr::meta::{BlockDescription, MetaData};
 
+use super::quiet;
+
 /// Decompresses a block. The library's decoders panic at some damaged ones: that is an error here like any other.
 pub(super) fn decompress(chunk: Chunk, meta: &MetaData) -> Result<UncompressedBlock> {
     // Nothing of what a decoder that panicked was given is used afterwards.
-    let decompressed =
-        catch_unwind(AssertUnwindSafe(|| UncompressedBlock::decompress_chunk(chunk, meta, false)));
+    let decompressed = quiet::catch(|| UncompressedBlock::decompress_chunk(chunk, meta, false));
     decompressed.unwrap_or_else(|_| Err(Error::Invalid("compressed data".into())))
 }
 

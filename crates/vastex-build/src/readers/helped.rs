@@ -257,6 +257,29 @@ fn pieces_count_as_memory_and_are_given_up_where_there_is_little() {
 }
 
 #[test]
+fn a_false_length_takes_neither_memory_nor_help() {
+    let desk = Desk::new();
+    desk.handmade("false.tif", [TILE; 2], true, 1);
+    let memory = |name| {
+        let reader = opened(&desk.path(name));
+        (reader.header().memory, reader.memory_ahead(PIECES))
+    };
+    let (held, ahead) = memory("false.tif");
+    let mut bytes = fs::read(desk.path("false.tif")).unwrap();
+    // The last of the lengths, all of which are those of a whole tile.
+    let length = (TILE * TILE * 3).to_le_bytes();
+    let lengths = [length, length].concat();
+    let at = bytes.windows(8).rposition(|two| two == lengths).unwrap() + 4;
+    bytes[at..at + 4].fill(0xff);
+    fs::write(desk.path("false.tif"), &bytes).unwrap();
+    let (false_held, false_ahead) = memory("false.tif");
+    assert!(ahead > 0 && false_ahead >= ahead, "{false_ahead} {ahead}");
+    assert!(false_held <= held + bytes.len() as u64, "{false_held} {held}");
+    let error = bytes_of(&desk, &[input(&desk, "false.tif")], &BuildOptions::default()).unwrap_err();
+    assert!(error.to_string().contains("truncated"), "{error}");
+}
+
+#[test]
 fn a_build_that_is_helped_can_be_cancelled() {
     struct Impatient;
     impl Progress for Impatient {

@@ -3,8 +3,7 @@
 //! libjpeg only warns where the data make no sense or end before the picture does, and fills the rest with grey. So a
 //! warning among the picture's data is an error, and its source, [`EndIsError`], fails where the file ends; the decoder
 //! never asks beyond a whole file's end. Who [tolerates](RowReader::tolerate) damage gets what the decoder makes of it, and a
-//! notice. Warnings of the header, of what follows the last row and of bytes before the file's end leave the picture whole: they
-//! are a notice always.
+//! notice. Warnings of the header, of what follows the last row and of a few bytes before the file's end are a notice always.
 //! libjpeg's errors unwind: they are caught here.
 
 use std::fs::File;
@@ -52,7 +51,7 @@ pub(super) struct JpegReader {
     is_decoded_first: bool,
     /// Places where the decoder found the data damaged and went on.
     faults: u32,
-    /// Bytes that belong to nothing.
+    /// Bytes that belong to nothing, as far as they are few.
     stray_bytes: u32,
     /// Whether the picture could not be trusted beyond the rows that are given out.
     is_guess: bool,
@@ -166,7 +165,8 @@ impl RowReader for JpegReader {
     }
 
     fn read_rows(&mut self, rows: &mut [u8]) -> Result<(), InputFault> {
-        (take_warnings(), take_stray_bytes());
+        take_warnings();
+        take_stray_bytes();
         let result = catch_unwind(AssertUnwindSafe(|| self.decode(rows)));
         self.faults = self.faults.saturating_add(take_warnings());
         self.stray_bytes = self.stray_bytes.saturating_add(take_stray_bytes());

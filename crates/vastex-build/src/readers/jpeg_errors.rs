@@ -1,7 +1,8 @@
 //! libjpeg's errors and warnings: errors unwind up to the reader, warnings are counted.
 //!
-//! A warning means that the compressed data are damaged and that libjpeg goes on with what it could make of them. But where it
-//! only passes over bytes before the marker that ends the file, nothing is lost: all data of the picture are decoded by then.
+//! A warning means that the compressed data are damaged and that libjpeg goes on with what it could make of them. Where it passes
+//! over bytes before the marker that ends the file, somebody may have put them there, or the data are damaged and it took fewer
+//! of them than there are for the whole picture. So only a few such bytes are no warning.
 
 use std::cell::Cell;
 use std::os::raw::{c_int, c_long};
@@ -11,6 +12,8 @@ use mozjpeg_sys::{JWRN_EXTRANEOUS_DATA, jpeg_common_struct, jpeg_error_mgr, msg_
 
 /// The marker that ends a file.
 const END_OF_IMAGE: u32 = 0xd9;
+/// More bytes before it are a warning like any other.
+const MOST_STRAY_BYTES: u32 = 16;
 
 thread_local! {
     /// Warnings of the decoder that runs on this thread, since they were last taken.
@@ -68,13 +71,15 @@ extern "C-unwind" fn count(decoder: &mut jpeg_common_struct, level: c_int) {
     }
 }
 
-/// The bytes that the decoder warns of, if it passed over them before the end of the file.
+/// The bytes that the decoder warns of, if they are few that it passed over before the end of the file.
 #[allow(unsafe_code, reason = "libjpeg says which warning it is behind a raw pointer only")]
 fn stray_bytes(decoder: &jpeg_common_struct) -> Option<u32> {
     // SAFETY: this is called by libjpeg, which calls through that very pointer; nobody else has the handlers meanwhile.
     let said = unsafe { decoder.err.as_ref() }?;
     let [bytes, marker, ..] = said.msg_parm._bindgen_data_;
-    (said.msg_code == JWRN_EXTRANEOUS_DATA && marker == END_OF_IMAGE).then_some(bytes)
+    let are_stray =
+        said.msg_code == JWRN_EXTRANEOUS_DATA && marker == END_OF_IMAGE && bytes <= MOST_STRAY_BYTES;
+    are_stray.then_some(bytes)
 }
 
 extern "C-unwind" fn be_silent(_: &mut jpeg_common_struct) {}

@@ -22,6 +22,7 @@ mod oriented;
 mod pixel;
 mod png;
 mod positioned;
+mod quiet;
 mod raw;
 mod scaled;
 mod tiff;

@@ -26,6 +26,8 @@ pub(super) const PLANAR: u16 = 2;
 const RUN_BYTES: u64 = 64 << 10;
 /// Bytes that a decoder reads of the file at once.
 const BUFFER_BYTES: usize = 256 << 10;
+/// Bytes that a decoder holds of each entry of the lists of strips or tiles, at most.
+const LIST_BYTES: u64 = 48;
 /// Bytes that the decoder may take for one tag while rows are read, where the header was in order.
 const MAX_TAG_BYTES: usize = 64 << 20;
 
@@ -97,9 +99,9 @@ impl Chunks {
         Ok(chunks)
     }
 
-    /// Bytes of the longest as it is stored.
+    /// Bytes of the longest as it is stored. One that claims more than the file has is never read.
     pub(super) fn longest(&self) -> u64 {
-        *self.lengths.iter().max().unwrap_or(&0)
+        self.lengths.iter().max().map_or(0, |longest| self.file_len.min(*longest))
     }
 
     /// The number of a strip or tile, of a plane and a column, that holds `row`.
@@ -263,7 +265,7 @@ pub(super) struct Bands {
 impl Bands {
     /// `decoder` is at the first image of the file.
     pub(super) fn new(chunks: Arc<Chunks>, file: Arc<File>, decoder: TiffDecoder, is_ycbcr: bool) -> Bands {
-        let lists = 16 * chunks.offsets.len() as u64;
+        let lists = LIST_BYTES * chunks.offsets.len() as u64;
         let decoded = chunks.decoded_bytes().saturating_add(RUN_BYTES);
         // What is decoded, what that is made of, and a decoder.
         let bytes = decoded.saturating_add(chunks.longest()).saturating_add(lists + BUFFER_BYTES as u64);

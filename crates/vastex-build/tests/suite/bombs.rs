@@ -128,8 +128,8 @@ fn a_mosaic_counts_what_its_pieces_claim() {
 #[test]
 fn a_directory_of_tiles_that_are_too_large_is_told_what_helps() {
     let desk = Desk::new();
-    desk.lone_tile(64, 10);
-    let error = desk.refused("planet", 24);
+    desk.lone_tile(512, 5);
+    let error = desk.refused("planet", 20);
     assert!(error.contains("make it anew with smaller tiles"), "{error}");
     assert!(!error.contains("TIFF"), "{error}");
 }

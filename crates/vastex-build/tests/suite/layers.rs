@@ -409,7 +409,7 @@ fn resampled_normals_and_labels_stay_what_they_are() {
     let labels: Vec<u8> = (0..30 * 20).map(|n: u32| [3, 90, 200][(n % 7 % 3) as usize]).collect();
     let inputs = [
         layer("color", &whole, None),
-        layer("normal", &desk.image("n.png", [30, 20], ColorType::Rgb, &normals), None),
+        layer("normal", &desk.image("n.png", [30, 20], ColorType::Rgb, &normals), Some(LayerFormat::Rgba8)),
         layer("label", &desk.image("l.png", [30, 20], ColorType::Grayscale, &labels), None),
     ];
     let (description, tiles) = tiles(&desk.build(&inputs, &small_pages()));

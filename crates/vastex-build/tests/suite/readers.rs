@@ -235,14 +235,59 @@ fn jpeg_that_lacks_data_is_an_error_unless_it_is_tolerated() {
         assert!(read_jpeg(half, false).unwrap_err().contains("truncated"));
         let (_, image) = read_jpeg(half, true).unwrap();
         assert!(image == read_jpeg(&cut, true).unwrap().1);
-        // What belongs to nothing before the end leaves the picture whole.
-        let end = file.len() - 2;
-        let trailing = [&file[..end], &[1, 2, 3, 4, 0xff, 0xd9]].concat();
-        let (header, image) = read_jpeg(&trailing, false).unwrap();
-        assert!(image == whole);
-        let is_stray = |notice: &&Notice| matches!(notice, Notice::StrayBytes(_));
-        assert_eq!(header.notices.iter().filter(is_stray).count(), 1, "{:?}", header.notices);
-        assert!(!header.notices.iter().any(|notice| matches!(notice, Notice::DamagedInPlaces(_))));
+    }
+}
+
+#[test]
+fn few_bytes_before_the_end_of_a_jpeg_are_stray_and_more_are_damage() {
+    let noise = texels((SIZE[0] * SIZE[1] * 3) as usize, 37);
+    for progressive in [false, true] {
+        let file = jpeg(SIZE, 3, progressive, &noise);
+        let (_, whole) = read_jpeg(&file, false).unwrap();
+        let data = &file[..file.len() - 2];
+        let trailing = |count: u8| [data, &(1..=count).collect::<Vec<_>>(), &[0xff, 0xd9]].concat();
+        let told = |header: &ImageHeader| {
+            let is_stray = |notice: &Notice| matches!(notice, Notice::StrayBytes(n) if *n <= 16);
+            let is_damage = |notice: &Notice| matches!(notice, Notice::DamagedInPlaces(1));
+            (header.notices.iter().any(is_stray), header.notices.iter().any(is_damage))
+        };
+        let (header, image) = read_jpeg(&trailing(12), false).unwrap();
+        assert!(image == whole && told(&header) == (true, false), "{:?}", header.notices);
+        // The decoder looks a few bytes ahead, which it does not count.
+        let many = trailing(40);
+        match read_jpeg(&many, false) {
+            Ok((header, _)) => {
+                assert!(!progressive && told(&header) == (false, true), "{:?}", header.notices);
+            }
+            Err(fault) => assert!(progressive && fault.contains("--tolerant"), "{fault}"),
+        }
+        let (header, image) = read_jpeg(&many, true).unwrap();
+        assert!(image == whole && told(&header) == (false, true), "{:?}", header.notices);
+    }
+}
+
+/// Nothing can tell of every flipped bit, as JPEG has no checksums. But no note says that a picture is whole which is not.
+#[test]
+fn what_is_told_of_a_jpeg_with_a_flipped_bit_is_that_it_may_be_damaged() {
+    for progressive in [false, true] {
+        let file = jpeg([32, 32], 3, progressive, &texels(32 * 32 * 3, 41));
+        let (sound, whole) = read_jpeg(&file, false).unwrap();
+        // The last scan begins last of all segments.
+        let scan = file.windows(2).rposition(|marker| marker == [0xff, 0xda]).unwrap() + 14;
+        let (mut differ, mut told) = (0, 0);
+        for at in (scan..file.len() - 2).step_by(((file.len() - scan) / 60).max(1)) {
+            let mut damaged = file.clone();
+            damaged[at] ^= 1 << (at % 8);
+            let Ok((header, image)) = read_jpeg(&damaged, false) else {
+                (differ, told) = (differ + 1, told + 1);
+                continue;
+            };
+            let notes: Vec<_> = header.notices[sound.notices.len()..].iter().map(Notice::to_string).collect();
+            assert!(notes.iter().all(|note| note.contains("damaged")), "at {at}: {notes:?}");
+            differ += usize::from(image != whole);
+            told += usize::from(!notes.is_empty());
+        }
+        assert!(differ > 0 && (progressive || told > 0), "{progressive}: {differ} {told}");
     }
 }
 

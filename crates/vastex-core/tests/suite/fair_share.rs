@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use vastex_core::sim::{Crowd, Path};
 use vastex_core::{
-    BiasRule, Budgets, Dims, Feedback, Geometry, GeometrySpec, PageId, PagePos, Pagers, PoolId, TextureId,
-    WantedPage,
+    BiasRule, Budgets, Dims, Feedback, Geometry, GeometrySpec, PageId, PagePos, Pagers, PoolId, Region,
+    TextureId, Urgency, WantedPage,
 };
 
 const TILE_BYTES: u64 = 100;
@@ -147,4 +147,86 @@ fn textures_that_are_all_tail_share_nothing() {
     pagers.begin_frame(1);
     pagers.observe(&Feedback { frame: 1, pages, ..Feedback::default() });
     assert_eq!(std::iter::from_fn(|| pagers.poll_request()).count(), 4);
+}
+
+/// What a texture has in flight by hand is not what it holds in view.
+#[test]
+fn a_page_in_view_does_not_wait_for_prefetches_of_its_own_texture() {
+    let mut pagers = Pagers::new(BUDGETS);
+    let pool = pagers.add_pool(200, TILE_BYTES, None).unwrap();
+    let geometry = Geometry::new(image()).unwrap();
+    let [texture, _] = [(); 2].map(|()| pagers.add_texture(pool, &geometry, None, None).unwrap().0);
+    let far_away = Region::image(0..512, 0..512).on_levels(0..=0);
+    pagers.prefetch(texture, &far_away, Urgency::default()).unwrap();
+    pagers.begin_frame(1);
+    let by_hand = std::iter::from_fn(|| pagers.poll_request()).count() as u64;
+    assert_eq!(by_hand, TILES_IN_FLIGHT / 2);
+    let page = |x| PageId::new(texture, Dims::D2, PagePos::new_2d(0, x, 100)).unwrap();
+    let pages = (200..208).map(|x| WantedPage { page: page(x), pixels: 64, eighth: 0 }).collect();
+    pagers.begin_frame(2);
+    pagers.observe(&Feedback { frame: 2, pages, ..Feedback::default() });
+    let in_view = std::iter::from_fn(|| pagers.poll_request()).count() as u64;
+    assert_eq!(in_view, TILES_IN_FLIGHT / 4, "half of what the prefetch leaves");
+}
+
+#[test]
+fn a_texture_that_does_not_answer_does_not_say_that_bandwidth_is_short() {
+    let (mut crowd, textures) = crowd(&[0, 1]);
+    let is_short = (0..12).any(|_| {
+        crowd.step().unwrap();
+        crowd.pagers.is_short_of_bandwidth()
+    });
+    assert!(is_short, "both are answered and want more than there is");
+    let (mut crowd, expected) = (crowd_with_silent(&[0, 1]), sharp(&[0, 1]));
+    frames_until(&mut crowd, textures[1], &expected[1], 200);
+    (0..100).for_each(|_| crowd.step().unwrap());
+    let stats = crowd.pagers.stats();
+    assert_eq!(stats.in_flight_bytes, BUDGETS.in_flight_bytes / 2, "the first one is held back");
+    assert!(!crowd.pagers.is_short_of_bandwidth(), "nobody else wants anything: {stats:?}");
+}
+
+/// As [`crowd`], with a first texture that is never answered.
+fn crowd_with_silent(pools: &[usize]) -> Crowd {
+    let (mut crowd, textures) = crowd(pools);
+    crowd.loads.silent = vec![textures[0]];
+    crowd
+}
+
+/// Pools of tiles of so many bytes, each with a still view of a texture; the textures.
+fn pools_of(tile_bytes: &[u64], budgets: Budgets) -> (Crowd, Vec<TextureId>) {
+    let mut crowd = Crowd::new(budgets, [320, 180], 1);
+    let textures = tile_bytes.iter().map(|&tile_bytes| {
+        let pool = crowd.add_pool(2000, tile_bytes, Some(BiasRule::Solved)).unwrap();
+        crowd.add(pool, image(), Path::Still).unwrap()
+    });
+    let textures = textures.collect();
+    crowd.hold();
+    (crowd, textures)
+}
+
+/// A tile of nearly the whole budget holds back the small ones, and these catch up.
+#[test]
+fn large_tiles_and_small_ones_get_the_same_bytes() {
+    let largest = 1400;
+    let budgets = Budgets { upload_bytes_per_frame: 300, in_flight_bytes: 1600 };
+    let (mut crowd, _) = pools_of(&[200, largest, 100], budgets);
+    (0..32).for_each(|_| crowd.step().unwrap());
+    let uploaded: Vec<u64> = crowd.pagers.iter().map(|pager| pager.stats().uploaded_bytes).collect();
+    let (least, most) = (uploaded.iter().min().unwrap(), uploaded.iter().max().unwrap());
+    assert!(*least >= largest && most - least <= largest * 3 / 2, "{uploaded:?}");
+}
+
+/// What a dead texture holds is not to be had, so nobody waits behind a tile that needs it.
+#[test]
+fn a_tile_too_large_for_what_a_dead_texture_leaves_does_not_stop_smaller_ones() {
+    let large = BUDGETS.in_flight_bytes / 2 + TILE_BYTES;
+    let expected = sharp(&[0, 1, 2]);
+    let (mut crowd, textures) = pools_of(&[TILE_BYTES, TILE_BYTES, large], BUDGETS);
+    crowd.loads.silent = vec![textures[0]];
+    frames_until(&mut crowd, textures[1], &expected[1], 300);
+    let stats = crowd.pagers.stats();
+    assert!(
+        stats.in_flight_bytes + large > BUDGETS.in_flight_bytes,
+        "the large tile finds no room: {stats:?}"
+    );
 }

@@ -1,14 +1,14 @@
 //! The pager in the simulated world: what must hold for any camera, loader and pool.
 //!
 //! `World::step` itself checks the budgets, the evictions and the page table at every frame, and the `checks` feature
-//! walks every structure after every step. `VASTEX_WORLDS` says how many random worlds are played.
+//! walks every structure after every step (of large pagers, after some). `VASTEX_WORLDS` says how many random worlds are played.
 
 use bytes::Bytes;
 use vastex_core::sim::{Knobs, Path, Random, World};
 use vastex_core::{
     BiasRule, Dims, Event, Feedback, GeometrySpec, PageId, PageState, Pager, PagerSettings, Pagers,
-    PoolError, PoolFrame, PoolId, Progress, Region, Request, Slot, Stats, TableChange, TextureId, Ticket,
-    Upload, ViewId, WantedPage,
+    PoolError, PoolFrame, PoolId, Progress, Region, Request, Slot, SlotUsage, Stats, TableChange, TextureId,
+    Ticket, Upload, ViewId, WantedPage,
 };
 
 fn knobs(path: Path) -> Knobs {
@@ -267,6 +267,7 @@ fn nothing_that_a_frame_does_can_fail() {
     never_fails!(Pager, Upload);
     let _: fn(&Pager) -> u16 = Pager::bias_eighths;
     let _: fn(&Pager) -> PoolId = Pager::pool;
+    let _: fn(&Pager) -> Vec<Option<SlotUsage>> = Pager::slots;
     let _: fn(&Pager, &Stats) -> PoolFrame = Pager::frame_since;
     let _: fn(&Pager, TextureId) -> Option<Slot> = Pager::tail_slot;
     let _: fn(&Pager, TextureId, &mut Vec<TableChange>) = Pager::resident_changes;

@@ -51,6 +51,9 @@ struct PngKind {
     is_interlaced: bool,
 }
 
+/// Its type and what it holds.
+type Chunk<'a> = (&'a [u8; 4], &'a [u8]);
+
 const GREY: PngKind = PngKind { depth: 8, color: 0, channels: 1, is_interlaced: false };
 const PALETTE: PngKind = PngKind { depth: 4, color: 3, channels: 1, is_interlaced: false };
 const RGB: PngKind = PngKind { depth: 8, color: 2, channels: 3, is_interlaced: false };
@@ -58,7 +61,7 @@ const GREY_ALPHA: PngKind = PngKind { depth: 8, color: 4, channels: 2, is_interl
 const RGBA: PngKind = PngKind { depth: 16, color: 6, channels: 4, is_interlaced: false };
 
 fn pngs() -> Vec<Vec<u8>> {
-    let kinds: [(PngKind, &[(&[u8; 4], &[u8])]); 9] = [
+    let kinds: [(PngKind, &[Chunk<'_>]); 9] = [
         (GREY, &[]),
         (PngKind { depth: 1, ..GREY }, &[]),
         (PALETTE, &[(b"PLTE", &[7; 48]), (b"tRNS", &[0, 99])]),
@@ -77,11 +80,11 @@ pub(super) fn png_of(size: [u32; 2], channels: u32) -> Vec<u8> {
     png_sized(size, if channels == 1 { GREY } else { RGB }, &[])
 }
 
-fn png(kind: PngKind, chunks: &[(&[u8; 4], &[u8])]) -> Vec<u8> {
+fn png(kind: PngKind, chunks: &[Chunk<'_>]) -> Vec<u8> {
     png_sized(SIZE, kind, chunks)
 }
 
-fn png_sized(size: [u32; 2], kind: PngKind, chunks: &[(&[u8; 4], &[u8])]) -> Vec<u8> {
+fn png_sized(size: [u32; 2], kind: PngKind, chunks: &[Chunk<'_>]) -> Vec<u8> {
     const ADAM7: [[u32; 4]; 7] =
         [[0, 0, 8, 8], [4, 0, 8, 8], [0, 4, 4, 8], [2, 0, 4, 4], [0, 2, 2, 4], [1, 0, 2, 2], [0, 1, 1, 2]];
     let passes = if kind.is_interlaced { &ADAM7[..] } else { &[[0, 0, 1, 1]] };

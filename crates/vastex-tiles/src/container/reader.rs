@@ -234,6 +234,10 @@ impl TileSource for Container {
         self.store.read_limit()
     }
 
+    fn blocks(&self) -> bool {
+        self.store.read_limit().is_some_and(|limit| limit.is_blocking())
+    }
+
     fn add_tiers(&self, tiers: &mut Tiers) {
         tiers.store += self.reads.stats();
     }

@@ -203,13 +203,6 @@ impl Lanes {
         failing.flatten().collect()
     }
 
-    /// Whether the lane's limit is one of reads that block their threads.
-    #[cfg(not(target_family = "wasm"))]
-    pub(super) fn is_blocking(&self, id: LaneId) -> bool {
-        let limit = self.lanes.get(&id).and_then(|lane| lane.limit.as_ref());
-        limit.is_some_and(|limit| limit.is_blocking())
-    }
-
     /// Reads of a lane that were begun and have not come back.
     #[cfg(not(target_family = "wasm"))]
     pub(super) fn under_way(&self, id: LaneId) -> usize {

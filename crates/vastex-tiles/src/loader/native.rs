@@ -2,11 +2,9 @@
 //!
 //! A thread carries out one read at a time, to its end: there are as many reads under way as threads busy, and no other threads
 //! behind them. Reads that are *at work* have places, of which there are as many as the settings say. A read that waits for
-//! something else *lends* its place: from its beginning where its source says that reads block ([`ReadLimit::blocking`]), as those
+//! something else *lends* its place: from its beginning where its source says that reads block ([`TileSource::blocks`]), as those
 //! past the system's cache do; else at once where it suspends, and after [`PATIENCE`] where it blocks its thread. Another thread then
 //! has the place, and is made if need be. So what others may do does not depend on when a read comes back, or whether it does.
-//!
-//! [`ReadLimit::blocking`]: crate::ReadLimit::blocking
 //!
 //! Time passes when the loader is polled. A read that is overdue by then has lost its request and its place; its thread is told to
 //! drop it, which it does at once if it is suspended, and else when it comes back. Nobody waits for that: no thread is ever joined.
@@ -34,7 +32,8 @@ const PATIENCE: Duration = Duration::from_millis(250);
 const LOOK_EVERY: Duration = Duration::from_millis(5);
 /// How long a thread that is one too many waits for work before it ends.
 const LINGER: Duration = Duration::from_secs(10);
-/// With so many places lent only sources without a read under way may begin one.
+/// With so many places lent only sources without a read under way may begin one. Places of reads that block by their source's account
+/// count, however well they go: of 32 sources with 8 such reads each no more than 256 are under way at once, but one of each source is.
 const CROWD: usize = 256;
 /// The most places that are ever lent: each is a thread.
 const MOST_LENT: usize = 4096;

@@ -58,6 +58,9 @@ struct Read {
 struct Source {
     source: Arc<dyn TileSource>,
     lane: LaneId,
+    /// Whether its reads block their threads, as it says ([`TileSource::blocks`]).
+    #[cfg(not(target_family = "wasm"))]
+    blocks: bool,
 }
 
 pub(super) struct Queue {
@@ -98,7 +101,15 @@ impl Queue {
         let before = self.remove_source(texture);
         let most = self.settings.reads_at_once.max(self.settings.threads);
         let lane = self.lanes.enter(source.read_limit(), most);
-        self.sources.insert(texture, Source { source, lane });
+        #[cfg(not(target_family = "wasm"))]
+        let blocks = source.blocks();
+        let source = Source {
+            source,
+            lane,
+            #[cfg(not(target_family = "wasm"))]
+            blocks,
+        };
+        self.sources.insert(texture, source);
         before
     }
 
@@ -110,7 +121,7 @@ impl Queue {
         for page in pages {
             self.cancel(page);
         }
-        let Source { source, lane } = self.sources.remove(&texture)?;
+        let Source { source, lane, .. } = self.sources.remove(&texture)?;
         self.lanes.leave(lane);
         Some(source)
     }
@@ -141,7 +152,7 @@ impl Queue {
 
     /// Queues a page, unless it can only fail: then it ends here.
     fn enqueue(&mut self, page: PageId, rank: u64) {
-        let Some(Source { source, lane }) = self.sources.get(&page.texture()) else {
+        let Some(Source { source, lane, .. }) = self.sources.get(&page.texture()) else {
             return self.end(page, Err(LoadError::NoSource { texture: page.texture().number() }));
         };
         if let Err(reads) = self.lanes.admits(*lane, self.now) {
@@ -273,10 +284,11 @@ impl Queue {
         self.reads.iter().take_while(move |(_, read)| old(read)).map(|(id, _)| *id)
     }
 
-    /// Whether a read that was begun is one of those that block their threads, as its source says.
+    /// Whether a read that was just begun is one of those that block their threads, as its source says.
     #[cfg(not(target_family = "wasm"))]
     pub(super) fn is_blocking(&self, read: ReadId) -> bool {
-        self.reads.get(&read).is_some_and(|read| self.lanes.is_blocking(read.lane))
+        let source = self.reads.get(&read).and_then(|read| self.sources.get(&read.page.texture()));
+        source.is_some_and(|source| source.blocks)
     }
 
     /// How many reads the lane of a read has under way, itself among them.

@@ -3,6 +3,7 @@
 //! Reads that should come may be overdue on a slow machine; then they are tried again, so that nothing here depends on its speed.
 
 use std::collections::BTreeSet;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, mpsc};
 use std::time::{Duration, Instant};
 
@@ -31,21 +32,22 @@ enum How {
 struct Hung {
     source: Arc<dyn TileSource>,
     how: How,
-    gives_tail: bool,
+    gives_tail: AtomicBool,
     answers: Mutex<bool>,
     told: Condvar,
 }
 
 impl Hung {
     fn new(how: How) -> Arc<Hung> {
-        let source = property(SIZE, PAGE, AddressMode::Clamp);
-        Arc::new(Hung { source, how, gives_tail: true, answers: Mutex::new(false), told: Condvar::new() })
+        let (source, gives_tail) = (property(SIZE, PAGE, AddressMode::Clamp), AtomicBool::new(true));
+        Arc::new(Hung { source, how, gives_tail, answers: Mutex::new(false), told: Condvar::new() })
     }
 
     /// One that gives nothing at all.
     fn without_tail(how: How) -> Arc<Hung> {
-        let source = property(SIZE, PAGE, AddressMode::Clamp);
-        Arc::new(Hung { source, how, gives_tail: false, answers: Mutex::new(false), told: Condvar::new() })
+        let hung = Hung::new(how);
+        hung.gives_tail.store(false, Ordering::SeqCst);
+        hung
     }
 
     fn answer(&self) {
@@ -63,7 +65,7 @@ impl TileSource for Hung {
         Box::pin(async move {
             let is_tail = pos == self.description().geometry.tail_pos();
             match self.how {
-                _ if is_tail && self.gives_tail => {}
+                _ if is_tail && self.gives_tail.load(Ordering::SeqCst) => {}
                 How::Suspends if !*self.answers.lock().unwrap() => std::future::pending().await,
                 How::Suspends => {}
                 How::Blocks => drop(self.told.wait_while(self.answers.lock().unwrap(), |answers| !*answers)),
@@ -224,6 +226,39 @@ fn a_tail_that_does_not_come_is_an_error_in_time() {
             assert!(matches!(error, Error::TailOverdue { .. }) && start.elapsed() < DEADLINE, "{error}");
         }
     }
+}
+
+/// All of its pages are one read then, which may take as long as they come; the first that does not ends it.
+#[test]
+fn a_texture_held_whole_is_waited_for_no_longer_than_one_page() {
+    let (gpu, time_out) = (TestDevice::new(), Duration::from_millis(200));
+    let limits = Settings { read_time_out: time_out, whole_bytes: 64 << 20, ..settings() };
+    let mut textures = Textures::new(&gpu.device, &gpu.queue, limits).unwrap();
+    let hung = Hung::new(How::Suspends);
+    assert!(hung.description().geometry.page_count() > 500);
+    let error = textures.add(hung).unwrap_err();
+    assert!(matches!(error, Error::TailOverdue { time_out: after, .. } if after == time_out), "{error}");
+}
+
+#[test]
+fn another_device_is_gone_on_with_though_a_source_hangs() {
+    let hung = Hung::new(How::Blocks);
+    let time_out = Duration::from_secs(20);
+    let limits = Settings { pace: Pace::Realtime, ram_cache_bytes: 0, read_time_out: time_out, ..settings() };
+    let mut screen = Screen::new(&[hung.clone() as Arc<dyn TileSource>], limits);
+    let picture = |screen: &mut Screen| {
+        screen.set_mapping(0, &Mapping::new(SIZE, [0.5, 0.5], 1.1, 1.0, 0.2));
+        screen.frame().unwrap();
+        screen.picture()
+    };
+    let before = picture(&mut screen);
+    assert!(before.iter().any(|colour| *colour != before[0]), "the tail is seen");
+    // From here on it gives no tail, either, and no cache has it.
+    hung.gives_tail.store(false, Ordering::SeqCst);
+    let mut screen = screen.on_another_device();
+    assert!(picture(&mut screen) == before);
+    drop_in_time(screen);
+    hung.answer();
 }
 
 struct Panics(Arc<dyn TileSource>);

@@ -176,6 +176,10 @@ impl TileSource for DirectorySource {
         None
     }
 
+    fn blocks(&self) -> bool {
+        false
+    }
+
     fn add_tiers(&self, tiers: &mut Tiers) {
         tiers.store += self.levels.kept.reads();
     }

@@ -43,6 +43,8 @@ fn a_loader_with_several_reads_in_flight_gets_every_tile() {
     let container = Arc::new(Container::open_file_direct(&path, DirectStore::DEFAULT_DEPTH).unwrap());
     let limit = container.read_limit().map(|limit| (limit.reads(), limit.is_blocking()));
     assert_eq!(limit, container.is_direct().then_some((DirectStore::DEFAULT_DEPTH, true)));
+    let limited = LimitedSource::new(container.clone(), ReadLimit::new(2));
+    assert_eq!([container.blocks(), limited.blocks()], [container.is_direct(); 2]);
     let mut loader = Loader::new(1).unwrap();
     let texture = TextureId::new(0).unwrap();
     loader.add_source(texture, container.clone());

@@ -48,6 +48,24 @@ fn as_many_reads_block_at_once_as_the_source_says_whatever_the_threads() {
     }
 }
 
+/// A limit that says nothing of blocking stands before the one that does: it says how many, and no more.
+#[test]
+fn reads_block_behind_another_limit_and_caches_as_well() {
+    const READS: usize = 4;
+    let settings = LoaderSettings { threads: 1, reads_at_once: 2, ..LoaderSettings::default() };
+    let mut loader = Loader::with(settings, Arc::new(FakeClock::default())).unwrap();
+    let (under_way, most) = (AtomicUsize::new(0), AtomicUsize::new(0));
+    let together = Arc::new(Together { inner: source(), meet: Barrier::new(READS), under_way, most });
+    let blocking = LimitedSource::new(together.clone(), ReadLimit::blocking(2 * READS));
+    let limited = LimitedSource::new(crate::RamCache::new(blocking, 1 << 20), ReadLimit::new(READS));
+    assert!(limited.blocks() && !limited.read_limit().unwrap().is_blocking());
+    loader.add_source(texture(0), Arc::new(limited));
+    (0..2 * READS as u32).for_each(|x| loader.request(page(x), 0));
+    let ends = in_time("all of them come back", move || drain(&mut loader));
+    assert!(ends.len() == 2 * READS && ends.values().flatten().all(|end| end == "1296"), "{ends:?}");
+    assert_eq!(together.most.load(Ordering::SeqCst), READS);
+}
+
 #[test]
 fn reads_that_block_leave_the_threads_to_others() {
     let settings = LoaderSettings { threads: 1, ..LoaderSettings::default() };
