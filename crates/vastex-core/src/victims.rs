@@ -119,6 +119,8 @@ impl Residency {
         debug_assert!(textures.count() == self.stats.pinned);
         let (mut victims, round, parts) = (std::mem::take(&mut self.victims), self.round, self.parts());
         victims.out_of_view.clear();
+        // At once, for parts are of about one size: growing with them would allocate in a frame now and then.
+        victims.out_of_view.reserve(2 * self.slots.len() / parts as usize + 1);
         victims.out_of_view.extend(self.records.part(part, parts as usize).filter_map(|record| {
             let age = record.age_out_of_view(round)?;
             Some(OutOfView { page: record.page, age, has_descendants: record.below > 0 })
