@@ -1,7 +1,7 @@
 //! The step that hands every shader text to a browser: headless Chromium, which holds them to WGSL as browsers do.
 //!
 //! A page from a server of this program's own, on localhost, makes a module of each text and a pipeline of each kind, and posts back what
-//! it was told. A browser checks shaders on one thread, so that there are several, each of which takes the next texts that nobody has.
+//! it was told. A browser checks shaders on one thread, so several run at once, and each takes the next texts that nobody has.
 //! Where there is no browser and none can be installed the step is skipped, loudly; where CI runs it fails.
 
 use std::collections::BTreeMap;

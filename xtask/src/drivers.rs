@@ -13,10 +13,11 @@ use crate::{setup, shaders, shell};
 
 /// What the adapter's name has, and no other's.
 const NAME: &str = "SwiftShader";
-/// By which tests are told that their devices must be of an adapter of that name, and which one prints the name of the one that it has.
+/// Tells tests the name that their adapter must have.
 const ADAPTER: &str = "WGPU_ADAPTER_NAME";
+/// The test that prints the adapter's name.
 const NAMING: &str = "device::the_adapter_is_the_one_that_is_asked_for";
-/// Where Chromium lies, beside the places that its own command leads to.
+/// Where distributions put Chromium's libraries.
 const PLACES: &[&str] =
     &["/usr/lib/chromium", "/usr/lib64/chromium-browser", "/opt/google/chrome", "/usr/lib/chromium-browser"];
 const LIBRARY: &str = "libvk_swiftshader.so";

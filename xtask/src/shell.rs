@@ -67,8 +67,8 @@ pub(crate) fn run(command: &mut Command) -> Result<()> {
     Ok(())
 }
 
-/// The same, and gives the lines that it said on standard error, which are shown as they come.
-pub(crate) fn run_and_hear(command: &mut Command) -> Result<Vec<String>> {
+/// Runs a command as [`run`] does, and returns the lines of its standard error, which are shown as they come.
+pub(crate) fn run_with_stderr(command: &mut Command) -> Result<Vec<String>> {
     println!("$ {}", line(command));
     let mut child = command
         .stderr(Stdio::piped())

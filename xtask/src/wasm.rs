@@ -39,7 +39,7 @@ pub(crate) fn check() -> Result<Outcome> {
         for name in CRATES {
             command.args(["-p", name]);
         }
-        let said = shell::run_and_hear(command.args(features))?;
+        let said = shell::run_with_stderr(command.args(features))?;
         let warned: Vec<&str> = said.iter().map(String::as_str).filter(|line| is_warned(line)).collect();
         if !warned.is_empty() {
             bail!(

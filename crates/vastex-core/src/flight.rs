@@ -2,7 +2,7 @@
 //!
 //! A tile takes its bytes of the in-flight budget from its request until it is in a slot. A source that does not answer keeps them
 //! until its reads are overdue, so no texture may hold so many that others cannot begin. Where several textures have pages, a texture
-//! that holds anything for the view begins a load in view only while, with it, it holds no more for the view than was left free. So one
+//! that holds anything for the view begins a load in view only if it then holds no more bytes for the view than were free before. So one
 //! texture that never gives anything back holds half of the budget, several at once leave as much as each of them holds, and those that
 //! come one after the other leave half, a quarter and so on: always more than nothing, until a tile no longer fits.
 //!
@@ -138,7 +138,8 @@ impl Residency {
 }
 
 impl Pager {
-    /// The best page that is to be asked for, would find a slot, and is of a texture that has not its share of what is in flight.
+    /// The best queued page that would find a slot and whose texture may hold more of the in-flight budget. Costs a look at each page that is
+    /// passed over, again in each frame.
     pub(crate) fn next_queued(&mut self) -> Option<PageId> {
         let (first, left) = (self.next_request, self.order.get(self.next_request..)?);
         let (mut held_back, mut view_waits) = (None, false);

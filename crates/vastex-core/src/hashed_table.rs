@@ -141,7 +141,7 @@ impl HashedTable {
         Some(written)
     }
 
-    /// The table as it lay before its places became of another number, if they have since [`HashedTable::take_written`], which is to be
+    /// The table as it lay before its number of places changed, if they have since [`HashedTable::take_written`], which is to be
     /// called after this: what it says was written goes to whoever still reads the old places. It is as true of what has left as the new
     /// one, and takes further [evictions](HashedTable::evict).
     pub fn take_before(&mut self) -> Option<HashedTable> {

@@ -67,7 +67,7 @@ impl BeltLayout {
         self.tile_bytes
     }
 
-    /// Whether such a tile costs a frame less by a belt than through the queue: where its layers have [`Belt::LEAST_COPY`] on average.
+    /// Whether such a tile goes by a belt by default: where its layers have [`Belt::LEAST_COPY`] bytes or more on average.
     pub fn is_worth_it(&self) -> bool {
         self.tile_bytes >= Belt::LEAST_COPY * self.parts.len() as u64
     }
@@ -112,9 +112,8 @@ pub struct BeltCounts {
 }
 
 impl Belt {
-    /// Bytes of a copy below which tiles go through the queue. Of a frame's time there, the belt took 0.99 to 1.00 for copies of 9 and 18 KiB
-    /// and 0.77 to 0.83 for 72 and 144 KiB, in one run; in another, in the suite's profile on a busy machine, twice as long for all of
-    /// them. To be measured again on a quiet one and on a GPU: `cargo xtask bench draw uploads`.
+    /// Bytes of a copy, on average over a tile's layers, from which on tiles go by the belt by default. The bound is provisional: two runs of
+    /// `cargo xtask bench draw uploads` on busy machines contradict each other (docs/bench-draw.md).
     pub const LEAST_COPY: u64 = 32 << 10;
 
     /// A belt without rooms yet; they will take `limit` bytes at most.

@@ -151,7 +151,7 @@ impl TableBuffers {
         self.lie_elsewhere(device, queue, tail_slot, kind)
     }
 
-    /// The same for a table that holds this.
+    /// Moves the table to memory of its own for a table of this kind, and returns the former one. What `kind` holds is what the table holds then.
     pub(crate) fn lie_elsewhere(
         &mut self,
         device: &wgpu::Device,
@@ -165,7 +165,7 @@ impl TableBuffers {
         Ok(self.take_place(device, queue, entries, kind, tail_slot))
     }
 
-    /// Puts what a table lies in and holds in the place of what it did, which it gives.
+    /// Replaces the table's memory and contents, and returns the former ones.
     pub(crate) fn take_place(
         &mut self,
         device: &wgpu::Device,

@@ -30,8 +30,8 @@ pub(crate) struct ChangeBuffer {
 pub struct Applied {
     /// Bytes sent to the GPU.
     pub bytes: u64,
-    /// Where a table lies elsewhere now, so that its bind groups are to be made anew, the table as it lay before, with these changes. What was
-    /// recorded with the old bind groups shows what it did for as long as that [follows](TableChanger::follow).
+    /// The table as it lay before, if it has moved: its bind groups are then to be made anew. It has these changes already. What was recorded
+    /// with the old bind groups stays right for as long as the old table [follows](TableChanger::follow).
     pub before: Option<Box<TableBuffers>>,
 }
 
@@ -127,7 +127,7 @@ impl TableChanger {
     }
 
     /// Takes further changes to a table as it lay before ([`Applied::before`]), so that what was recorded with it shows no tile that has left its
-    /// slot. `table` has the same changes, since as long as the other follows.
+    /// slot. `table` must have been given the same changes ever since it moved.
     pub fn follow(
         &self,
         device: &wgpu::Device,

@@ -1,4 +1,5 @@
-//! A device for tests: whatever adapter there is, at WebGPU's default limits.
+//! What tests have of a device: one to test on (whatever adapter there is, at WebGPU's default limits), counts of what was made on it, and
+//! failures at chosen steps.
 
 use std::cell::Cell;
 
@@ -29,8 +30,8 @@ pub(crate) fn count_poll() {
     POLLS.set(POLLS.get() + 1);
 }
 
-/// Lets a step of this thread fail that can: after so many others, once. Such a step asks whether a device is lost, or takes memory of it.
-/// Nothing lets none fail, and what it gives says whether one was still to do so.
+/// Makes one step on this thread fail, after `steps` others; `None` clears that. A step is a check for a lost device, or an allocation on it.
+/// Returns whether an earlier failure was still to come.
 pub fn fail_after(steps: Option<u32>) -> bool {
     STEPS_TO_FAILURE.replace(steps).is_some()
 }

@@ -251,7 +251,7 @@ impl Textures {
         let length = u64::from(self.pagers.feedback_cycle());
         let mut views = self.views.iter().filter(|state| state.view != ViewId::EXPECTED);
         self.undone.is_empty()
-            && self.moving.is_empty()
+            && self.moving.is_settled()
             && views.all(|state| state.cycle.is_seen_whole(self.frame, length))
     }
 

@@ -138,12 +138,12 @@ impl Textures {
         Ok(())
     }
 
-    /// Does what a frame could not do, where one could not: before bind groups are made, since page tables may be others already.
+    /// Carries out what the last update failed to do. To be called before bind groups are made, since page tables may lie elsewhere by then.
     pub(crate) fn catch_up(&mut self) -> Result<(), Error> {
         if self.undone.is_empty() { Ok(()) } else { self.carry_out() }
     }
 
-    /// A texture of a pool was removed. What was to be uploaded for it is, where others share the slot.
+    /// Forgets what was still to be done for a texture of a pool that was removed. An upload stays where another texture shares its slot.
     pub(crate) fn forget_undone(&mut self, texture: TextureId, pool: PoolId) {
         self.moving.forget(texture);
         self.undone.tables.remove(&texture);

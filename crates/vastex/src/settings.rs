@@ -50,7 +50,8 @@ pub struct Settings {
     /// Bytes copied to the GPU per frame, to all pools together, which get equal parts. A small budget makes a view sharpen later; one below a tile still gets there.
     pub upload_bytes_per_frame: u64,
     /// Bytes of tiles being loaded or waiting for the upload budget, of all pools together; at least one tile is always
-    /// allowed. Where several textures have pages, none holds so much that others could not begin: one whose loads do not end half. A tile
+    /// allowed. Where several textures have pages, none holds so much that others could not begin: a texture whose loads never
+    /// end holds at most half. A tile
     /// that goes by a belt ([`Settings::uploads`]) counts with its room there, too.
     pub in_flight_bytes: u64,
     /// How tiles get to the GPU.

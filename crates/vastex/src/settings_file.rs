@@ -108,18 +108,6 @@ impl Settings {
 }
 
 impl PoolSettings {
-    /// Lays what a text says of pools over these settings, with its section for a platform; errors call it `file`. What it says of
-    /// other things is looked at and left out ([`Settings::read_toml`] takes it). Where it fails, the settings are as they were.
-    pub fn read_toml(
-        &mut self,
-        file: &str,
-        text: &str,
-        platform: Option<Platform>,
-    ) -> Result<(), SettingsError> {
-        sections(file, text, platform)?.into_iter().for_each(|section| self.lay_over(section));
-        Ok(())
-    }
-
     fn lay_over(&mut self, section: Section) {
         if let Some(tuning) = section.default_pool {
             self.default_pool = self.default_pool.overridden_by(tuning.into());

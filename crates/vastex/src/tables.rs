@@ -35,8 +35,8 @@ impl MovingTables {
         self.before.iter().map(|(.., before)| before.bytes()).sum()
     }
 
-    /// Whether everything is where it is looked up.
-    pub(crate) fn is_empty(&self) -> bool {
+    /// Whether every table has been sent whole. Old tables that are still followed do not count.
+    pub(crate) fn is_settled(&self) -> bool {
         self.growing.is_empty()
     }
 }

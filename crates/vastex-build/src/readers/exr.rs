@@ -1,6 +1,7 @@
 //! OpenEXR: scan lines from the top by blocks of rows; any other order, and tiles, through the whole image.
 //!
-//! Blocks are read one after the other, and decompressed several at once where there is help. Read are R, G and B with A, or Y with A, or one channel of any name, of the first part; its data window is the picture.
+//! Blocks are read one after the other, and decompressed several at once where there is help. Channels R, G and B with A, or Y with A, or
+//! one of any name, are read of the first part; its data window is the picture.
 //! 16-bit floats stay so where all channels have them; else, and for whole numbers, there are 32 bits.
 
 use std::fs::File;

@@ -27,7 +27,7 @@ pub(crate) enum Blend {
     Color,
     /// As vectors, which are made as long as one again.
     Normal,
-    /// Not at all.
+    /// Not mixed: each texel is the nearest one of the image.
     Pick,
 }
 
@@ -36,7 +36,7 @@ pub(crate) struct Scaled {
     inner: Box<dyn RowReader>,
     header: ImageHeader,
     mix: Mix,
-    /// Those of one of so many texels that are made of so many.
+    /// The taps of a new texel: its number along an axis, the number of new texels there, and that of the image's.
     taps: fn(u32, u32, u32) -> Taps,
     /// For each column those of the image that it is made of.
     columns: Vec<Taps>,

@@ -1,6 +1,6 @@
 //! Sound inputs to start from, small and made here: containers, parts, images and tile directories of every kind that is read.
 //!
-//! What [`images`] and [`tiffs`] make by hand is what the encoders at hand do not write.
+//! The modules `images` and `tiffs` make by hand what the encoders do not write.
 
 mod containers;
 mod images;

@@ -28,7 +28,7 @@ struct VastexTexture {
     bias: f32,              // levels added to every level computed from gradients
     finest: f32,            // the finest and the coarsest level wanted
     coarsest: f32,
-    table_level: u32,       // the finest level with entries in the page table; nothing finer is resident
+    table_level: u32,       // the finest level that is looked up in the page table; nothing finer is resident, or the table still grows
     table_places: u32,      // of a hashed page table, a power of two; 0 where it is direct
     table_seed: u32,        // what the hashes of its pages begin with
     unused_0: u32,

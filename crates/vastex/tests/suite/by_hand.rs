@@ -143,7 +143,7 @@ fn content_that_changes_is_shown_in_place_and_is_never_coarser_on_the_way() {
 #[test]
 fn pins_keep_to_their_share_of_the_pool() {
     let mut settings = settings();
-    settings.pools.read_toml("test", "[default_pool]\nsize_mib = 0.5\npin_share = 10", None).unwrap();
+    settings.read_toml("test", "[default_pool]\nsize_mib = 0.5\npin_share = 10", None).unwrap();
     let mut screen = Screen::new(&[property(SIZE, 32, AddressMode::Clamp)], settings);
     let texture = screen.texture(0);
     let slots = screen.textures.stats().pager.slots;

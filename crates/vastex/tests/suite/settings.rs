@@ -38,9 +38,9 @@ residency_mip_bias = false
 "#;
 
 fn parsed(texts: &[&str], platform: Option<Platform>) -> PoolSettings {
-    let mut settings = PoolSettings::default();
+    let mut settings = Settings::default();
     texts.iter().for_each(|text| settings.read_toml("vastex.toml", text, platform).unwrap());
-    settings
+    settings.pools
 }
 
 /// Bytes of the pool that a texture of these pages gets.
@@ -238,11 +238,11 @@ fn what_is_wrong_is_said_with_its_line_and_a_remedy() {
         ("a\nb = ", 1, "="),
     ];
     for (text, line, remedy) in cases {
-        let mut settings = PoolSettings::default();
+        let mut settings = Settings::default();
         let error = settings.read_toml("my.toml", text, None).unwrap_err().to_string();
         assert!(error.starts_with(&format!("my.toml:{line}: ")), "{text:?}: {error}");
         assert!(error.contains(remedy) && !error.contains('\n'), "{text:?}: {error}");
-        assert_eq!(settings, PoolSettings::default());
+        assert_eq!(settings.pools, PoolSettings::default());
     }
 }
 
