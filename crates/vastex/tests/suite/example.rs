@@ -6,6 +6,7 @@ mod existing_renderer;
 
 use std::sync::Arc;
 
+use crate::common::tiles::parts_of_tile;
 use glam::{Vec2, Vec3};
 use vastex::{
     Description, Geometry, GeometrySpec, Layer, LayerFormat, PagePos, ReadFuture, Tile, TileSource,
@@ -70,13 +71,7 @@ impl TileSource for Shade {
 
     fn read(&self, pos: PagePos) -> ReadFuture<'_> {
         let (geometry, mut tile) = (&self.0.geometry, vec![255; self.0.tile_bytes()]);
-        match geometry.is_tail(pos) {
-            true => (geometry.tail().first_level()..=geometry.coarsest()).for_each(|level| {
-                let (of_level, offset) = (geometry.level_box_of_tail(level), geometry.tail().offset(level));
-                self.fill(level, of_level, offset, &mut tile);
-            }),
-            false => self.fill(pos.level, geometry.level_box_of_tile(pos), [0; 3], &mut tile),
-        }
+        parts_of_tile(geometry, pos, |level, of_level, offset| self.fill(level, of_level, offset, &mut tile));
         Box::pin(async move { Ok(Tile { codec: Codec::Raw, bytes: tile.into() }) })
     }
 }

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::common::tiles::parts_of_tile;
 use vastex::{
     AddressMode, CpuSample, Description, Filter, Geometry, GeometrySpec, LayerFormat, Pace, PagePos,
     PoolSettings, ReadFuture, Region, Settings, TextureId, Textures, Tile, TileSource,
@@ -53,13 +54,7 @@ impl TileSource for Hills {
 
     fn read(&self, pos: PagePos) -> ReadFuture<'_> {
         let (geometry, mut tile) = (&self.0.geometry, vec![0; self.0.tile_bytes()]);
-        match geometry.is_tail(pos) {
-            true => (geometry.tail().first_level()..=geometry.coarsest()).for_each(|level| {
-                let (of_level, offset) = (geometry.level_box_of_tail(level), geometry.tail().offset(level));
-                self.fill(level, of_level, offset, &mut tile);
-            }),
-            false => self.fill(pos.level, geometry.level_box_of_tile(pos), [0; 3], &mut tile),
-        }
+        parts_of_tile(geometry, pos, |level, of_level, offset| self.fill(level, of_level, offset, &mut tile));
         Box::pin(async move { Ok(Tile { codec: Codec::Raw, bytes: tile.into() }) })
     }
 }

@@ -3,6 +3,7 @@
 #![allow(unreachable_pub, reason = "a module of a test program")]
 
 pub mod texts;
+pub mod tiles;
 
 use std::ops::Range;
 use std::sync::Arc;
