@@ -3,9 +3,9 @@
 
 use std::collections::BTreeMap;
 
-use crate::page::PageId;
-use crate::pager::Pager;
+use crate::pager::pool::Pager;
 use crate::residency::PageState;
+use crate::texture::page::PageId;
 
 /// Times to sharp of the pages that came into view.
 #[derive(Clone, Debug, Default)]
