@@ -43,6 +43,7 @@ pub use table::hashed_table::{HashedPlace, HashedTable};
 pub use table::pool::{ArrayLimits, PoolError, PoolId, PoolLayout, Slot, SlotPlace};
 pub use table::{ChangeRule, PageTable, TableChange, TableEntry, TableImage};
 pub use texture::format::{Description, Layer, LayerError, LayerFormat};
+pub use texture::geometry::tail::TailLayout;
 pub use texture::geometry::{
     AddressMode, Geometry, GeometryError, GeometrySpec, Level, MAX_LEVELS, MAX_TEXELS, PAGE_TEXELS,
     TexelPositions,
@@ -54,7 +55,6 @@ pub use texture::page_contents::PageContents;
 pub use texture::page_set::PageSet;
 pub use texture::region::Region;
 pub use texture::space::{Box3, fold, is_border_color};
-pub use texture::tail::TailLayout;
 pub use wanted::compact::FeedbackCompactor;
 pub use wanted::feedback::{Feedback, Need, WantedPage};
 pub use wanted::groups::{GroupError, GroupId};

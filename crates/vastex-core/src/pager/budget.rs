@@ -112,8 +112,8 @@ const SPARE_AFTER: u32 = 8;
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Bandwidth {
     /// In this frame a page in view was left waiting.
-    pub(crate) view_waits: bool,
-    pub(crate) is_short: bool,
+    pub(super) view_waits: bool,
+    pub(super) is_short: bool,
     /// Frames in a row that were otherwise.
     otherwise: u32,
 }
@@ -126,6 +126,15 @@ impl Bandwidth {
             (self.is_short, self.otherwise) = (waited, 0);
         }
     }
+}
+
+/// What is in other pools that share the budget.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Beside {
+    /// Bytes in flight.
+    pub(super) in_flight_bytes: u64,
+    /// Textures that have pages to ask for.
+    pub(super) textures: u32,
 }
 
 #[cfg(test)]

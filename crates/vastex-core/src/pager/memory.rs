@@ -26,23 +26,22 @@ impl Pager {
         }
         let before = self.settings.slots;
         self.set_slots(slots);
-        if !self.evict_down_to(slots) {
+        if !self.residency.evict_down_to(slots, &self.textures) {
             self.set_slots(before);
             self.check();
             return Err(PoolError::AllInView { slots });
         }
         self.residency.resize(slots, moves);
-        self.residency.evicted.clear();
-        self.residency.settled.clear();
-        self.work_out();
+        self.residency.forget_table_changes();
+        self.recompute();
         self.check();
         Ok(())
     }
 
     /// Slots for what must always be resident, and to work with.
     fn slots_needed(&self) -> u32 {
-        let tails = self.residency.stats.pinned;
-        let by_hand = self.residency.tickets.pinned().count() as u32;
+        let tails = self.residency.tails();
+        let by_hand = self.claims.pinned().count() as u32;
         let with_room =
             (u64::from(tails + by_hand) * 100).div_ceil(u64::from(PagerSettings::MOST_PINS)) as u32;
         let least = tails.max(1) + PoolLayout::MIN_SLOTS - 1;
@@ -51,20 +50,10 @@ impl Pager {
 
     fn set_slots(&mut self, slots: u32) {
         self.settings.slots = slots;
-        self.residency.stats.slots = slots;
+        self.residency.set_slots(slots);
         self.bias.set_slots(slots);
         self.plan_due = true;
-        self.work_out();
-    }
-
-    /// Evicts until so many slots hold all that is left. Says whether that could be done.
-    fn evict_down_to(&mut self, slots: u32) -> bool {
-        self.residency.let_go_of_what_has_settled();
-        while self.residency.stats.occupied > slots {
-            let Some((slot, _)) = self.residency.evict_next(&self.textures) else { return false };
-            self.residency.free.push(slot);
-        }
-        true
+        self.recompute();
     }
 }
 
@@ -87,10 +76,9 @@ impl Pager {
     ///
     /// Costs a visit of every page that has a state.
     pub fn tiles_lost(&mut self) {
-        self.residency.evicted.clear();
-        self.residency.settled.clear();
+        self.residency.forget_table_changes();
         self.residency.lose_tiles();
-        self.work_out();
+        self.recompute();
         self.plan_by_hand();
         self.check();
     }

@@ -6,11 +6,13 @@
 
 pub(crate) mod bias;
 pub(crate) mod budget;
+pub(crate) mod claims;
 pub(crate) mod decision;
 pub(crate) mod event;
 pub(crate) mod groups;
 pub(crate) mod in_flight;
 pub(crate) mod inspect;
+pub(crate) mod membership;
 pub(crate) mod memory;
 pub(crate) mod order;
 pub(crate) mod pool;
@@ -30,10 +32,9 @@ use std::sync::Arc;
 use bytes::Bytes;
 
 use crate::pager::bias::BiasRule;
-use crate::pager::budget::{Bandwidth, Claim, FairShare, UploadBucket};
+use crate::pager::budget::{Bandwidth, Beside, Claim, FairShare, UploadBucket};
 use crate::pager::decision::{Request, Upload};
 use crate::pager::event::{Event, EventQueue};
-use crate::pager::in_flight::Beside;
 use crate::pager::pool::Pager;
 use crate::pager::settings::PagerSettings;
 use crate::pager::texture_ids::Numbers;
@@ -66,14 +67,14 @@ pub struct Budgets {
 pub struct Pagers {
     budgets: Budgets,
     pools: Vec<Pool>,
-    pub(crate) views: Views,
-    pub(crate) bandwidth: Bandwidth,
-    pub(crate) numbers: Numbers,
-    pub(crate) groups: Groups,
+    views: Views,
+    bandwidth: Bandwidth,
+    numbers: Numbers,
+    groups: Groups,
     /// What a feedback with entries of groups comes to, kept for its memory.
     members_wanted: Feedback,
     /// Entries that take turns in a feedback pixel at most.
-    pub(crate) turns: u32,
+    turns: u32,
     bucket: UploadBucket,
     uploads: FairShare,
     requests: FairShare,
@@ -95,7 +96,7 @@ impl Pool {
     /// Its claim to the in-flight budget for what `next` finds, where only tiles that take fewer bytes than so many go on.
     fn claim(&mut self, below: u64, next: fn(&mut Pager) -> Option<PageId>) -> Claim {
         match next(&mut self.pager).is_some() {
-            true if self.pager.residency.flight_bytes < below => Claim::Waits,
+            true if self.pager.residency.flight_bytes() < below => Claim::Waits,
             false if self.pager.held_back.is_none() => Claim::Nothing,
             _ => Claim::HeldBack,
         }
@@ -158,9 +159,7 @@ impl Pagers {
     /// in-flight budget counts. To be called before anything is asked for.
     pub fn set_flight_bytes(&mut self, pool: PoolId, bytes: u64) {
         if let Some(pager) = self.pager_mut(pool) {
-            let residency = &mut pager.residency;
-            residency.flight_bytes = bytes;
-            residency.stats.in_flight_bytes = bytes * u64::from(residency.stats.in_flight);
+            pager.residency.set_flight_bytes(bytes);
         }
     }
 
@@ -249,7 +248,7 @@ impl Pagers {
         for feedback in feedbacks {
             let is_known = self.knows(feedback);
             if is_known {
-                self.with_members(feedback, Pagers::take_in);
+                self.with_members(feedback, Pagers::ingest);
             }
             any |= is_known;
         }
@@ -274,7 +273,7 @@ impl Pagers {
     }
 
     /// Each pool takes in the pages of its own textures.
-    fn take_in(&mut self, feedback: &Feedback) {
+    fn ingest(&mut self, feedback: &Feedback) {
         for pool in &mut self.pools {
             (pool.feedback.view, pool.feedback.frame) = (feedback.view, feedback.frame);
             pool.feedback.pages.clear();
@@ -284,7 +283,7 @@ impl Pagers {
                 self.pools[usize::from(pool.number())].feedback.pages.push(*wanted);
             }
         }
-        self.pools.iter_mut().for_each(|Pool { pager, feedback, .. }| pager.take_in(feedback));
+        self.pools.iter_mut().for_each(|Pool { pager, feedback, .. }| pager.ingest(feedback));
     }
 
     /// What the feedback of a frame's views comes down to, for a trace: the pages that exist, for each without a tile the one that
@@ -311,7 +310,7 @@ impl Pagers {
         loop {
             let (who, is_in_view) = self.whose_request(below)?;
             let Pager { settings, residency, .. } = &self.pools[who].pager;
-            let (tile_bytes, flight_bytes) = (settings.tile_bytes, residency.flight_bytes);
+            let (tile_bytes, flight_bytes) = (settings.tile_bytes, residency.flight_bytes());
             let in_flight = self.in_flight_bytes();
             let budget = self.budgets.in_flight_bytes / if is_in_view { 1 } else { 2 };
             if in_flight == 0 || in_flight + flight_bytes <= budget {
@@ -336,7 +335,7 @@ impl Pagers {
         let Pagers { requests, pools, bandwidth, .. } = self;
         let in_view = requests.next_of(credit, |pool| pools[pool].claim(below, Pager::next_queued));
         for pool in pools.iter_mut() {
-            bandwidth.view_waits |= pool.pager.residency.flight.take_view_waits();
+            bandwidth.view_waits |= pool.pager.residency.take_view_waits();
         }
         if let Some(who) = in_view {
             return Some((who, true));
@@ -351,14 +350,19 @@ impl Pagers {
             (self.in_flight_bytes(), self.iter().map(|pager| pager.textures.with_pages()).sum::<u32>());
         for pager in self.iter_mut() {
             pager.beside = Beside {
-                in_flight_bytes: in_flight_bytes - pager.residency.stats.in_flight_bytes,
+                in_flight_bytes: in_flight_bytes - pager.residency.stats().in_flight_bytes,
                 textures: textures - pager.textures.with_pages(),
             };
         }
     }
 
     fn in_flight_bytes(&self) -> u64 {
-        self.iter().map(|pager| pager.residency.stats.in_flight_bytes).sum()
+        self.iter().map(|pager| pager.residency.stats().in_flight_bytes).sum()
+    }
+
+    /// A load that the loader should move within its queue; see [`Pager::poll_rerank`]. Its rank compares with those of all pools.
+    pub fn poll_rerank(&mut self) -> Option<Request> {
+        self.iter_mut().find_map(Pager::poll_rerank)
     }
 
     /// A load that is no longer worth finishing; see [`Pager::poll_cancel`].

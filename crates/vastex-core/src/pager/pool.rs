@@ -11,28 +11,25 @@
 //! share of what is in flight `flight`'s.
 
 use std::collections::VecDeque;
-use std::sync::Arc;
 
 use bytes::Bytes;
 
 use crate::pager::bias::BiasControl;
-use crate::pager::budget::UploadBucket;
+use crate::pager::budget::{Beside, UploadBucket};
+use crate::pager::claims::Claims;
 use crate::pager::decision::{Request, Upload};
 use crate::pager::event::{Event, EventQueue};
-use crate::pager::in_flight::Beside;
+#[cfg(feature = "checks")]
+use crate::pager::inspect::savings::Savings;
 use crate::pager::order::Ranking;
 use crate::pager::reranks::Reranks;
 use crate::pager::settings::PagerSettings;
 use crate::pager::working_set::{Node, WorkingSet};
 use crate::residency::rank::{Band, rank_of};
-use crate::residency::records::{RecordHint, State};
+use crate::residency::records::RecordHint;
 use crate::residency::{PageState, Residency};
-use crate::table::pool::{PoolError, PoolId, PoolLayout, Slot};
-use crate::texture::geometry::Geometry;
-use crate::texture::geometry::page_id;
+use crate::table::pool::{PoolId, Slot};
 use crate::texture::page::{PageId, TextureId};
-use crate::texture::page_contents::PageContents;
-use crate::texture::page_set::PageSet;
 use crate::texture::textures::Textures;
 use crate::wanted::feedback::Feedback;
 use crate::wanted::view::ViewId;
@@ -45,48 +42,50 @@ const CANCELS: usize = 64;
 pub struct Pager {
     /// The pool that events name.
     pool: PoolId,
-    pub(crate) settings: PagerSettings,
-    pub(crate) textures: Textures,
-    pub(crate) residency: Residency,
-    pub(crate) set: WorkingSet,
-    pub(crate) bias: BiasControl,
-    pub(crate) bucket: UploadBucket,
+    pub(super) settings: PagerSettings,
+    pub(super) textures: Textures,
+    pub(super) residency: Residency,
+    /// What the application, and predictions, hold pages by.
+    pub(super) claims: Claims,
+    pub(super) set: WorkingSet,
+    pub(super) bias: BiasControl,
+    pub(super) bucket: UploadBucket,
     ranking: Ranking,
     /// Missing pages of the working set, best first; of those of one content the one that is loaded for all.
-    pub(crate) order: Vec<PageId>,
+    pub(super) order: Vec<PageId>,
     /// The others.
-    pub(crate) waiting: Vec<PageId>,
+    pub(super) waiting: Vec<PageId>,
     /// Where the search for the next request goes on.
-    pub(crate) next_request: usize,
+    pub(super) next_request: usize,
     /// The first place that was passed over since its texture has its share of what is in flight.
-    pub(crate) held_back: Option<usize>,
+    pub(super) held_back: Option<usize>,
     /// What shares the budget.
-    pub(crate) beside: Beside,
+    pub(super) beside: Beside,
     /// Where the search for the next upload goes on.
-    next_upload: usize,
+    pub(super) next_upload: usize,
     /// Slots that no page in view and no tile in flight has a claim to: so many more loads find one.
-    room: u32,
+    pub(super) room: u32,
     /// What comes after everything in view, best first; see `by_hand`.
-    pub(crate) by_hand: Vec<PageId>,
+    pub(super) by_hand: Vec<PageId>,
     /// The last plan, kept for its memory.
-    pub(crate) was_by_hand: Vec<PageId>,
+    pub(super) was_by_hand: Vec<PageId>,
     /// Where the search for the next request among these goes on.
-    pub(crate) next_by_hand: usize,
+    pub(super) next_by_hand: usize,
     /// Where the search for the next upload among these goes on.
-    pub(crate) next_upload_by_hand: usize,
+    pub(super) next_upload_by_hand: usize,
     /// Something has changed for what was asked for by hand.
-    pub(crate) plan_due: bool,
-    pub(crate) pins_changed: bool,
-    pub(crate) cancels: VecDeque<PageId>,
-    pub(crate) reranks: Reranks,
-    pub(crate) events: EventQueue,
+    pub(super) plan_due: bool,
+    pub(super) pins_changed: bool,
+    pub(super) cancels: VecDeque<PageId>,
+    pub(super) reranks: Reranks,
+    pub(super) events: EventQueue,
     /// Whether what has been taken in begins a new main view.
     cut: bool,
     /// The frame of the newest feedback.
-    pub(crate) newest_feedback: Option<u64>,
+    pub(super) newest_feedback: Option<u64>,
     converged: bool,
     #[cfg(feature = "checks")]
-    pub(crate) savings: crate::pager::inspect::checks::Savings,
+    pub(super) savings: Savings,
 }
 
 impl Pager {
@@ -100,7 +99,8 @@ impl Pager {
             pool,
             settings,
             textures: Textures::default(),
-            residency: Residency::new(pool, settings.slots, settings.tile_bytes),
+            residency: Residency::new(settings.slots, settings.tile_bytes),
+            claims: Claims::new(pool),
             set: WorkingSet::new(),
             bias: BiasControl::new(settings.slots, settings.mip_bias),
             bucket: UploadBucket::new(settings.upload_bytes_per_frame, settings.tile_bytes),
@@ -125,90 +125,8 @@ impl Pager {
             newest_feedback: None,
             converged: false,
             #[cfg(feature = "checks")]
-            savings: crate::pager::inspect::checks::Savings::default(),
+            savings: Savings::default(),
         }
-    }
-
-    /// Adds a texture under a number that is free and pins its tail, whose slot is returned: the caller puts the tail's
-    /// tile there before it draws.
-    ///
-    /// `present` are the pages that have tiles, nothing where all have: where another is wanted, its nearest ancestor that has
-    /// one is. `contents` are the pages that have the same tile, nothing where all differ: those share a load and a slot. A pool
-    /// that would have no slot left to work with refuses the texture.
-    pub fn add_texture(
-        &mut self,
-        texture: TextureId,
-        geometry: &Geometry,
-        present: Option<Arc<PageSet>>,
-        contents: Option<Arc<PageContents>>,
-    ) -> Result<Slot, PoolError> {
-        // Where all is tail there is nothing to work with.
-        let is_all_tail = geometry.page_count() == 1 && self.textures.are_all_tail();
-        let settings = self.settings;
-        let needed = self.textures.count() + if is_all_tail { 1 } else { PoolLayout::MIN_SLOTS };
-        if needed > settings.slots {
-            return Err(PoolError::TooSmall {
-                budget: u64::from(settings.slots) * settings.tile_bytes,
-                slots: settings.slots,
-                tile_bytes: settings.tile_bytes,
-                needed,
-            });
-        }
-        if self.textures.geometry(texture).is_some() {
-            return Err(PoolError::NumberTaken { number: texture.number() });
-        }
-        let slot = match self.residency.take_free_slot() {
-            Some(slot) => slot,
-            None => {
-                let (slot, _) = self
-                    .residency
-                    .take_slot(&self.textures)
-                    .ok_or(PoolError::AllInView { slots: settings.slots })?;
-                slot
-            }
-        };
-        self.textures.add(texture, Arc::new(geometry.clone()), present);
-        if let Some(contents) = contents {
-            self.residency.sharing.add(texture, geometry.dims(), contents);
-            self.waiting.reserve(settings.slots as usize);
-        }
-        if let Some(tail) = page_id(texture, geometry, geometry.tail_pos()) {
-            self.residency.pin(tail, slot);
-        }
-        self.room = self.room.saturating_sub(1);
-        self.check();
-        Ok(slot)
-    }
-
-    /// Removes a texture: its tiles and its tail give up their slots, what is in flight is called off. Says how many loads the
-    /// loader has yet to answer, or nothing where there is no such texture. The number may be given to another texture when
-    /// they are answered and no feedback under way names this one.
-    ///
-    /// Its page table is the caller's, and is not told of. Costs a visit of every page that has a state.
-    pub fn remove_texture(&mut self, texture: TextureId) -> Option<u32> {
-        if !self.textures.remove(texture) {
-            return None;
-        }
-        let mut tickets = std::mem::take(&mut self.residency.tickets);
-        tickets.forget(texture, &self.residency);
-        self.residency.tickets = tickets;
-        let loads = self.residency.forget(texture);
-        self.residency.expected.forget(texture);
-        self.by_hand.retain(|page| page.texture() != texture);
-        self.set.forget(texture);
-        self.rebuild_set();
-        self.order.retain(|page| page.texture() != texture);
-        self.waiting.retain(|page| page.texture() != texture);
-        self.residency.evicted.retain(|(page, _)| page.texture() != texture);
-        self.residency.settled.retain(|page| page.texture() != texture);
-        (self.next_request, self.held_back, self.next_upload) = (0, None, 0);
-        (self.next_by_hand, self.next_upload_by_hand) = (0, 0);
-        self.make_room();
-        self.plan_due = true;
-        let under_way = loads.len() as u32;
-        self.cancels.extend(loads);
-        self.check();
-        Some(under_way)
     }
 
     /// A frame begins. `frame` never falls.
@@ -230,14 +148,14 @@ impl Pager {
     /// Takes in what several views wanted in a frame, and decides once: what each wanted is in the working set. Feedback of
     /// a view that there is not is dropped.
     pub fn observe_views(&mut self, feedbacks: &[Feedback]) {
-        feedbacks.iter().for_each(|feedback| self.take_in(feedback));
+        feedbacks.iter().for_each(|feedback| self.ingest(feedback));
         if !feedbacks.is_empty() {
             self.decide();
         }
     }
 
     /// The working set follows when it is next worked out.
-    pub(crate) fn take_in(&mut self, feedback: &Feedback) {
+    pub(crate) fn ingest(&mut self, feedback: &Feedback) {
         if self.set.is_cut(feedback, &self.textures) {
             self.set.restart(feedback.view);
             // Of other views a cut leaves the bias as it is: the main view would feel it, and they may jump often.
@@ -252,17 +170,17 @@ impl Pager {
 
     /// What follows from the feedback that was taken in.
     pub(crate) fn decide(&mut self) {
-        let newly_wanted = self.work_out();
+        let newly_wanted = self.recompute();
         self.residency.trim_shared(&self.textures);
         let in_view = self.set.pages_at(self.bias.bias()).filter(|(_, node)| node.pixels > 0);
         let cut = std::mem::take(&mut self.cut);
-        self.residency.victims.retention.observe(in_view.map(|(page, _)| page), cut, &self.textures);
+        self.residency.observe_view(in_view.map(|(page, _)| page), cut, &self.textures);
         self.note_convergence(newly_wanted);
         self.check();
     }
 
     /// Works out the set and the bias, and what follows for every page; says how many pages were not in the last set.
-    pub(crate) fn work_out(&mut self) -> u32 {
+    pub(crate) fn recompute(&mut self) -> u32 {
         self.rebuild_set();
         self.update_bias();
         let newly_wanted = self.want_pages();
@@ -272,19 +190,19 @@ impl Pager {
         newly_wanted
     }
 
-    fn rebuild_set(&mut self) {
+    pub(super) fn rebuild_set(&mut self) {
         let residency = &self.residency;
-        self.set.rebuild(|page, record| residency.find(page, record), |page| residency.sharing.of(page));
+        self.set.rebuild(|page, record| residency.find(page, record), |page| residency.sharing().of(page));
     }
 
     fn update_bias(&mut self) {
-        let pins = self.residency.stats.pinned;
+        let pins = self.residency.tails();
         if self.bias.update(&self.set, pins) {
             self.events.push(Event::Oversubscribed {
                 pool: self.pool,
                 wanted: self.set.size_at(0) + pins,
                 slots: self.settings.slots,
-                occupied: self.residency.stats.occupied,
+                occupied: self.residency.stats().occupied,
                 bias_eighths: self.bias.bias(),
                 largest: self.largest_textures(),
             });
@@ -324,12 +242,11 @@ impl Pager {
 
     /// Counts the slots that further loads can have, lets go of tiles in flight that would find none, and ranks the others. There is
     /// none only where the bias may not act: a tile that waited for a slot forever would hold a part of the in-flight budget.
-    fn make_room(&mut self) {
+    pub(super) fn make_room(&mut self) {
         let missing = self.order.len() as u32;
-        let in_view =
-            self.set.size_at(self.bias.bias()).saturating_sub(missing) + self.residency.stats.pinned;
+        let in_view = self.set.size_at(self.bias.bias()).saturating_sub(missing) + self.residency.tails();
         self.room = self.settings.slots.saturating_sub(in_view);
-        let mut in_flight = self.residency.stats.in_flight;
+        let mut in_flight = self.residency.stats().in_flight;
         for place in 0..self.order.len() {
             if in_flight == 0 {
                 break;
@@ -360,7 +277,7 @@ impl Pager {
         let quiet = newly_wanted == 0 && self.order.iter().all(|&page| self.residency.has_failed(page));
         let converged = self.set.end_round(quiet);
         if converged && !self.converged {
-            self.events.push(Event::Converged { frame: self.residency.frame });
+            self.events.push(Event::Converged { frame: self.residency.frame() });
         }
         self.converged = converged;
     }
@@ -376,8 +293,8 @@ impl Pager {
     }
 
     fn poll_request_in_view(&mut self) -> Option<Request> {
-        let in_flight = self.residency.stats.in_flight_bytes;
-        if in_flight > 0 && in_flight + self.residency.flight_bytes > self.settings.in_flight_bytes {
+        let in_flight = self.residency.stats().in_flight_bytes;
+        if in_flight > 0 && in_flight + self.residency.flight_bytes() > self.settings.in_flight_bytes {
             return None;
         }
         let page = self.next_queued()?;
@@ -386,6 +303,17 @@ impl Pager {
         self.room -= 1;
         self.residency.begin_load(page, rank);
         self.check();
+        self.textures.pos(page).map(|(_, pos)| Request { page, pos, rank })
+    }
+
+    /// A load that the loader has and should move within its queue: the request again, with the rank that it has from now on. What
+    /// the loader has begun or ended already stays as it is, and each load is answered once all the same.
+    ///
+    /// To be asked for in each frame before [`Pager::poll_request`]; what is left when the next decision is made is forgotten, and
+    /// comes again if it still holds.
+    pub fn poll_rerank(&mut self) -> Option<Request> {
+        let (page, rank) = self.reranks.pop(&self.residency)?;
+        self.residency.rerank(page, rank);
         self.textures.pos(page).map(|(_, pos)| Request { page, pos, rank })
     }
 
@@ -429,7 +357,7 @@ impl Pager {
         if self.bucket.available() < self.settings.tile_bytes {
             return None;
         }
-        if self.residency.refreshes.is_ready(page) {
+        if self.residency.refreshes().is_ready(page) {
             return self.upload_refresh(page).or_else(|| self.make_way());
         }
         let Some((slot, evicted)) = self.residency.take_slot(&self.textures) else {
@@ -477,32 +405,46 @@ impl Pager {
         self.bias.bias()
     }
 
+    /// Bytes of each of its tiles.
+    #[cfg(feature = "sim")]
+    pub(crate) fn tile_bytes(&self) -> u64 {
+        self.settings.tile_bytes
+    }
+
+    /// Returns true if there is such a texture.
+    #[cfg(feature = "sim")]
+    pub(crate) fn has_texture(&self, texture: TextureId) -> bool {
+        self.textures.geometry(texture).is_some()
+    }
+
+    /// Returns true if the page's tile is for what is in view.
+    #[cfg(feature = "sim")]
+    pub(crate) fn is_for_view(&self, page: PageId) -> bool {
+        self.residency.is_for_view(page)
+    }
+
+    /// The pages of the working set at the bias in force.
+    #[cfg(feature = "sim")]
+    pub(crate) fn pages_in_view(&self) -> impl Iterator<Item = PageId> + '_ {
+        self.set.pages_at(self.bias.bias()).map(|(page, _)| page)
+    }
+
     /// The state of a page; of one that waits for another of the same content, that one's.
     pub fn state(&self, page: PageId) -> PageState {
         let state = self.residency.state(page);
-        let carrier = self.residency.sharing.carrier_of(page).filter(|_| state == PageState::Queued);
-        carrier.map_or(state, |carrier| self.residency.state(carrier))
+        let representative =
+            self.residency.sharing().representative_of(page).filter(|_| state == PageState::Queued);
+        representative.map_or(state, |representative| self.residency.state(representative))
     }
 
     /// The pages whose tiles are in slots, tails among them, and the slot of each: the same for pages that share one. In no
     /// order. Costs a visit of every page that has a state.
     pub fn resident(&self) -> impl Iterator<Item = (PageId, Slot)> + '_ {
-        self.residency.records.iter().filter_map(|record| match record.state {
-            State::Resident(slot) => Some((record.page, slot)),
-            _ => None,
-        })
+        self.residency.resident()
     }
 
     /// The pages of the working set that could not be had so far.
     pub fn failed_pages(&self) -> impl Iterator<Item = PageId> + '_ {
         self.order.iter().copied().filter(|&page| self.residency.has_failed(page))
     }
-
-    #[cfg(feature = "checks")]
-    pub(crate) fn check(&self) {
-        crate::pager::inspect::checks::check(self);
-    }
-
-    #[cfg(not(feature = "checks"))]
-    pub(crate) fn check(&self) {}
 }

@@ -6,33 +6,28 @@
 
 use rustc_hash::FxHashMap;
 
-use crate::pager::pool::Pager;
 use crate::shader_constants::JITTER_CYCLE;
 use crate::texture::page::{PageId, TextureId};
-use crate::wanted::feedback::{Feedback, Need};
 
 /// Frames for which a page stays expected after a feedback has named it.
 const FRAMES: u64 = JITTER_CYCLE as u64;
 
 /// The pages that are expected.
 #[derive(Debug, Default)]
-pub(crate) struct Expectation {
+pub(crate) struct Prediction {
     /// The frame in which each was named last, and its pixels then.
     pages: FxHashMap<PageId, (u64, u32)>,
     /// Kept for its memory.
     ordered: Vec<(PageId, u32)>,
 }
 
-impl Expectation {
+impl Prediction {
     pub(crate) fn is_empty(&self) -> bool {
         self.pages.is_empty()
     }
 
-    pub(crate) fn holds(&self, page: PageId) -> bool {
-        self.pages.contains_key(&page)
-    }
-
     /// The pages, in no order.
+    #[cfg(feature = "checks")]
     pub(crate) fn pages(&self) -> impl Iterator<Item = PageId> + '_ {
         self.pages.keys().copied()
     }
@@ -60,52 +55,12 @@ impl Expectation {
         self.pages.retain(|page, _| page.texture() != texture);
     }
 
-    fn name(&mut self, page: PageId, frame: u64, pixels: u32) {
-        let entry = self.pages.entry(page).or_insert((frame, 0));
-        *entry = if entry.0 == frame { (frame, entry.1.saturating_add(pixels)) } else { (frame, pixels) };
-    }
-}
-
-impl Pager {
-    /// Takes in what the view is expected to want when tiles that are asked for now will be here. To be called as often as there
-    /// is a prediction, best once per frame after [`Pager::observe`]; what was not named for a jitter cycle is let go of.
-    ///
-    /// A prediction that is wrong costs slots of pages out of view, and what bandwidth the view does not need. Costs a visit of
-    /// each page named and of its ancestors, and in each frame of each page expected.
-    pub fn expect(&mut self, feedback: &Feedback) {
-        let (frame, bias) = (self.residency.frame, self.bias_eighths());
-        for wanted in feedback.pages.iter().filter(|wanted| self.textures.contains(wanted.page)) {
-            let level = Need::new(wanted.page.level(), wanted.eighth).level_at(bias);
-            let line = std::iter::once(wanted.page).chain(self.textures.ancestors(wanted.page));
-            for page in line.skip_while(|page| page.level() < level) {
-                let page = self.textures.present_page(page);
-                if !self.textures.is_tail(page) {
-                    self.residency.expected.name(page, frame, wanted.pixels);
-                }
-            }
+    /// Returns true if the page was not expected before.
+    pub(crate) fn name(&mut self, page: PageId, frame: u64, pixels: u32) -> bool {
+        let before = self.pages.insert(page, (frame, pixels));
+        if let Some((_, others)) = before.filter(|&(named, _)| named == frame) {
+            self.pages.insert(page, (frame, others.saturating_add(pixels)));
         }
-        self.plan_due = true;
-    }
-}
-
-impl crate::pager::Pagers {
-    /// Takes in what a view is expected to want, each pool the pages of its own textures; see [`Pager::expect`].
-    pub fn expect(&mut self, feedback: &Feedback) {
-        // Each pager drops the pages of textures that are not its own.
-        self.with_members(feedback, |pagers, wanted| {
-            pagers.iter_mut().for_each(|pager| pager.expect(wanted));
-        });
-    }
-
-    /// Whether there is no bandwidth for a prediction, so that drawing one would be for nothing: pages in view have waited
-    /// for the in-flight budget in two frames in a row, and there were no eight in a row since in which they have not.
-    pub fn is_short_of_bandwidth(&self) -> bool {
-        self.bandwidth.is_short
-    }
-
-    /// Frames after which 95 % of the last 256 tiles of each pool were in their slots, counted from their requests; the most of any
-    /// pool, nothing before the first tile. A prediction is best of the view in so many frames, and those that feedback takes.
-    pub fn arrival_frames(&self) -> Option<u32> {
-        self.iter().filter_map(crate::pager::pool::Pager::arrival_frames).max()
+        before.is_none()
     }
 }

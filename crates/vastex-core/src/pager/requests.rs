@@ -12,12 +12,14 @@ use crate::pager::decision::{Request, Upload};
 use crate::pager::event::Event;
 use crate::pager::pool::Pager;
 use crate::pager::tickets::{Ask, AskError, Progress, Ticket, Urgency};
+use crate::residency::PageState;
+use crate::residency::rank::{Band, rank_of};
 use crate::residency::records::RecordHint;
 use crate::residency::sharing::ContentId;
-use crate::residency::{PageState, Residency};
 use crate::texture::geometry::page_id;
 use crate::texture::page::{PageId, TextureId};
 use crate::texture::region::{Reach, Region};
+use crate::wanted::feedback::{Feedback, Need};
 
 /// Where pages share slots, so many of them may be asked for at once for each slot of the pool.
 const PAGES_A_SLOT: u64 = 64;
@@ -36,7 +38,7 @@ impl Pager {
     ) -> Result<Ticket, AskError> {
         let pages = self.pages_of_region(texture, region)?;
         self.plan_due = true;
-        Ok(self.residency.tickets.open(Ask::Prefetch(urgency), texture, pages))
+        Ok(self.claims.open(Ask::Prefetch(urgency), texture, pages, &mut self.residency))
     }
 
     /// Loads the pages of a region, with their ancestors, and keeps them until [`Pager::release`]: they are in view, as it
@@ -47,20 +49,17 @@ impl Pager {
     pub fn pin(&mut self, texture: TextureId, region: &Region) -> Result<Ticket, AskError> {
         let pages = self.pages_of_region(texture, region)?;
         let most = self.settings.pin_slots();
-        let pinned = self.pinned_with(&pages) + u64::from(self.residency.stats.pinned);
+        let pinned = self.pinned_with(&pages) + u64::from(self.residency.tails());
         if pinned > u64::from(most) {
             return Err(AskError::TooManyPins { pages: pinned, most });
         }
         self.pins_changed = true;
-        Ok(self.residency.tickets.open(Ask::Pin, texture, pages))
+        Ok(self.claims.open(Ask::Pin, texture, pages, &mut self.residency))
     }
 
     /// Cancels a prefetch, or unpins. Says whether the ticket was open. What has been loaded stays until its slot is needed.
     pub fn release(&mut self, ticket: Ticket) -> bool {
-        let mut tickets = std::mem::take(&mut self.residency.tickets);
-        let released = tickets.release(ticket, &self.residency);
-        self.residency.tickets = tickets;
-        match released {
+        match self.claims.release(ticket, &mut self.residency) {
             Some((Ask::Pin, _)) => self.pins_changed = true,
             Some((Ask::Prefetch(_), pages)) => self.let_go(&pages),
             None => return false,
@@ -68,15 +67,35 @@ impl Pager {
         true
     }
 
+    /// Takes in what the view is expected to want when tiles that are asked for now will be here. To be called as often as there
+    /// is a prediction, best once per frame after [`Pager::observe`]; what was not named for a jitter cycle is let go of.
+    ///
+    /// A prediction that is wrong costs slots of pages out of view, and what bandwidth the view does not need. Costs a visit of
+    /// each page named and of its ancestors, and in each frame of each page expected.
+    pub fn expect(&mut self, feedback: &Feedback) {
+        let bias = self.bias_eighths();
+        for wanted in feedback.pages.iter().filter(|wanted| self.textures.contains(wanted.page)) {
+            let level = Need::new(wanted.page.level(), wanted.eighth).level_at(bias);
+            let line = std::iter::once(wanted.page).chain(self.textures.ancestors(wanted.page));
+            for page in line.skip_while(|page| page.level() < level) {
+                let page = self.textures.present_page(page);
+                if !self.textures.is_tail(page) {
+                    self.claims.expect(page, wanted.pixels, &mut self.residency);
+                }
+            }
+        }
+        self.plan_due = true;
+    }
+
     /// How far a ticket is; nothing where it has ended.
     pub fn progress(&self, ticket: Ticket) -> Option<Progress> {
-        self.residency.tickets.progress(ticket, &self.residency)
+        self.claims.progress(ticket, &self.residency)
     }
 
     /// A ticket that has ended, or a pin whose pages are all here for the first time, and how. Each is said once, after
     /// [`Pager::begin_frame`] has found it so.
     pub fn poll_ended(&mut self) -> Option<(Ticket, Progress)> {
-        self.residency.tickets.poll_ended()
+        self.claims.poll_ended()
     }
 
     /// The content of a region has changed: what is resident of it is loaded again and replaced where it is, so that the old
@@ -91,23 +110,22 @@ impl Pager {
     pub fn invalidate(&mut self, texture: TextureId, region: &Region) -> u32 {
         let Some(geometry) = self.textures.geometry(texture).cloned() else { return 0 };
         self.plan_due = true;
-        if self.residency.sharing.has(texture) {
+        if self.residency.sharing().has(texture) {
             let mut concerned = 0;
             // As many as there are, so they are not listed.
             for pos in region.pages(&geometry, Reach::Tile) {
                 let Some(page) = page_id(texture, &geometry, pos) else { continue };
-                self.residency.sharing.leave(page);
+                self.residency.leave_content(page);
                 self.set.forget_content(page);
                 concerned += u32::from(self.residency.invalidate(page));
             }
             return concerned;
         }
-        let known = self.residency.records.len() as u64;
+        let known = self.residency.known() as u64;
         let pages: Vec<PageId> = if region.page_count(&geometry) <= known {
             region.pages(&geometry, Reach::Tile).filter_map(|pos| page_id(texture, &geometry, pos)).collect()
         } else {
-            let known = self.residency.records.iter().map(|record| record.page);
-            let known = known.filter(|page| page.texture() == texture);
+            let known = self.residency.known_pages().filter(|page| page.texture() == texture);
             let mut pages: Vec<_> = known
                 .filter(|page| region.touches(&geometry, page.pos(geometry.dims()), Reach::Tile))
                 .collect();
@@ -121,8 +139,8 @@ impl Pager {
     /// it always is here.
     fn pages_of_region(&self, texture: TextureId, region: &Region) -> Result<Vec<PageId>, AskError> {
         let geometry = self.textures.geometry(texture).ok_or(AskError::NoTexture(texture.number()))?;
-        let (pages, slots) = (region.page_count(geometry), self.settings.slots - self.residency.stats.pinned);
-        let most = match self.residency.sharing.has(texture) {
+        let (pages, slots) = (region.page_count(geometry), self.settings.slots - self.residency.tails());
+        let most = match self.residency.sharing().has(texture) {
             true => u64::from(slots) * PAGES_A_SLOT,
             false => u64::from(slots) + 1,
         };
@@ -147,7 +165,7 @@ impl Pager {
 
     /// Slots that the pages need, each of which comes once: those of one content need one.
     pub(crate) fn tiles_of(&self, pages: impl Iterator<Item = PageId>) -> u64 {
-        let sharing = &self.residency.sharing;
+        let sharing = self.residency.sharing();
         let mut contents = FxHashSet::default();
         let is_another = |page: &PageId| match sharing.of(*page) {
             ContentId::NONE => true,
@@ -158,32 +176,28 @@ impl Pager {
 
     /// Pages that would be pinned by hand with these as well.
     fn pinned_with(&self, pages: &[PageId]) -> u64 {
-        let tickets = &self.residency.tickets;
-        let more = pages.iter().filter(|&&page| !tickets.pins(page)).count();
-        (tickets.pinned().count() + more) as u64
+        let more = pages.iter().filter(|&&page| !self.claims.pins(page)).count();
+        (self.claims.pinned().count() + more) as u64
     }
 
     /// Once per frame: ends tickets, and plans what their pages and the refreshes need.
     pub(crate) fn begin_by_hand(&mut self, frame: u64) {
-        if !self.residency.tickets.is_empty() || !self.residency.expected.is_empty() {
+        if !self.claims.are_none() {
             let mut let_go = Vec::new();
-            self.residency.expected.begin_frame(frame, &mut let_go);
-            let mut tickets = std::mem::take(&mut self.residency.tickets);
-            tickets.begin_frame(frame, &self.residency, &mut let_go);
-            self.residency.tickets = tickets;
+            self.claims.begin_frame(frame, &mut self.residency, &mut let_go);
             let_go.sort_unstable(); // the order of a map is not the same on every machine
             self.let_go(&let_go);
             self.plan_due = true;
         }
-        if !self.residency.refreshes.is_empty() {
+        if !self.residency.refreshes().is_empty() {
             self.residency.retry_refreshes();
             self.plan_due = true;
         }
         if std::mem::take(&mut self.pins_changed) {
-            let mut pinned: Vec<PageId> = self.residency.tickets.pinned().collect();
+            let mut pinned: Vec<PageId> = self.claims.pinned().collect();
             pinned.sort_unstable(); // as above
             self.set.set_pins(pinned, &self.textures);
-            self.work_out();
+            self.recompute();
         }
         if self.plan_due {
             self.plan_by_hand();
@@ -192,8 +206,7 @@ impl Pager {
 
     /// Whether anything is asked for by hand, listed in the plan or not.
     pub(crate) fn has_by_hand(&self) -> bool {
-        let Residency { tickets, expected, .. } = &self.residency;
-        !(self.by_hand.is_empty() && tickets.is_empty() && expected.is_empty())
+        !(self.by_hand.is_empty() && self.claims.are_none())
     }
 
     /// Calls off what is under way for pages that nobody has a use for any more.
@@ -212,15 +225,12 @@ impl Pager {
         std::mem::swap(&mut self.by_hand, &mut self.was_by_hand);
         self.by_hand.clear();
         (self.next_by_hand, self.next_upload_by_hand) = (0, 0);
-        self.residency.sharing.plan += 1;
-        self.residency.let_go_of_guests(&self.textures);
+        self.residency.begin_plan();
+        self.residency.evict_stale_sharers(&self.textures);
         let mut spare = self.slots_to_spare();
         self.plan_refreshes(&mut spare);
         let (mut listed, mut too_many) = (FxHashSet::default(), Vec::new());
-        let mut expected = std::mem::take(&mut self.residency.expected);
-        let tickets = std::mem::take(&mut self.residency.tickets);
-        let in_order = expected.pages_in_order().iter().map(|&(page, _)| page);
-        for page in in_order.chain(tickets.pages_in_order()) {
+        for page in self.claims.pages_in_order() {
             let is_here = matches!(self.residency.state(page), PageState::Resident(_));
             let in_view = self.residency.is_wanted(page, RecordHint::default());
             // A page may be expected, and be in several tickets: it needs one slot.
@@ -233,7 +243,6 @@ impl Pager {
                 None => too_many.push(page),
             }
         }
-        (self.residency.expected, self.residency.tickets) = (expected, tickets);
         for place in 0..self.by_hand.len() {
             let (page, rank) = (self.by_hand[place], self.rank_by_hand(place));
             self.residency.hold(page);
@@ -244,26 +253,26 @@ impl Pager {
                 self.drop_load(page);
             }
         }
-        self.let_go_of_carriers();
-        self.say_recovered();
+        self.release_representatives();
+        self.emit_recovered();
     }
 
-    /// Lists the refreshes, those in view first. A guest of a slot needs one of its own: in view it is counted with that, else,
+    /// Lists the refreshes, those in view first. A stale sharer of a slot needs one of its own: in view it is counted with that, else,
     /// where it stays for its descendants, it takes one of those to spare, or goes with them where there is none.
     fn plan_refreshes(&mut self, spare: &mut u32) {
-        self.by_hand.extend(self.residency.refreshes.pages());
+        self.by_hand.extend(self.residency.refreshes().pages());
         let residency = &self.residency;
         self.by_hand.sort_unstable_by_key(|&page| {
             (!residency.is_wanted(page, RecordHint::default()), std::cmp::Reverse(page.level()), page)
         });
-        if residency.sharing.is_empty() {
+        if residency.sharing().is_empty() {
             return;
         }
-        let in_view = self.set.size_at(self.bias_eighths()) + residency.stats.pinned;
+        let in_view = self.set.size_at(self.bias_eighths()) + residency.tails();
         let view_fits = in_view <= self.settings.slots;
         let mut without_room = Vec::new();
         self.by_hand.retain(|&page| {
-            if !residency.is_guest(page) || residency.refreshes.is_in_flight(page) {
+            if !residency.is_stale_sharer(page) || residency.refreshes().is_in_flight(page) {
                 return true;
             }
             if residency.is_wanted(page, RecordHint::default()) {
@@ -276,12 +285,12 @@ impl Pager {
             }
             left.is_some()
         });
-        self.residency.let_go_of_branches(&without_room, &self.textures);
+        self.residency.evict_branches(&without_room, &self.textures);
     }
 
     /// Drops what was loaded for another page of the same content that nobody holds any more.
-    fn let_go_of_carriers(&mut self) {
-        if self.residency.sharing.is_empty() {
+    fn release_representatives(&mut self) {
+        if self.residency.sharing().is_empty() {
             return;
         }
         let was_by_hand = std::mem::take(&mut self.was_by_hand);
@@ -293,26 +302,10 @@ impl Pager {
         self.was_by_hand = was_by_hand;
     }
 
-    /// Slots that neither the view needs nor a prefetch or a prediction holds. A guest holds none: the slot that it is in is others',
-    /// and one of its own is counted when its refresh is planned.
+    /// Slots that neither the view needs nor claimed pages are in.
     fn slots_to_spare(&mut self) -> u32 {
-        let in_view = self.set.size_at(self.bias_eighths()) + self.residency.stats.pinned;
-        let guests: FxHashSet<PageId> = self.residency.guests().collect();
-        let residency = &mut self.residency;
-        let (expected, tickets, sharing) = (&residency.expected, &residency.tickets, &mut residency.sharing);
-        let (records, round, plan) = (&residency.records, residency.round, sharing.plan);
-        let is_out_of_view =
-            |page: PageId| records.get(page).is_some_and(|record| record.age_out_of_view(round).is_some());
-        let expected = expected.pages().filter(|&page| !tickets.holds(page));
-        let held = tickets.held().chain(expected).filter(|&page| {
-            is_out_of_view(page)
-                && !guests.contains(&page)
-                && sharing.content_of(page).is_none_or(|content| {
-                    // Pages of one content have one slot, which may be in view with others.
-                    content.wanted_round < round && std::mem::replace(&mut content.counted, plan) != plan
-                })
-        });
-        self.settings.slots.saturating_sub(in_view + held.count() as u32)
+        let in_view = self.set.size_at(self.bias_eighths()) + self.residency.tails();
+        self.settings.slots.saturating_sub(in_view + self.residency.slots_claimed())
     }
 
     /// The best of these pages that is to be asked for.
@@ -320,16 +313,27 @@ impl Pager {
         let left = self.by_hand.get(self.next_by_hand..)?;
         let is_due = |page: &PageId| {
             self.residency.state(*page) == PageState::Queued && self.residency.may_load(*page)
-                || self.residency.refreshes.is_queued(*page)
+                || self.residency.refreshes().is_queued(*page)
         };
         self.next_by_hand += left.iter().position(is_due).unwrap_or(left.len());
         self.by_hand.get(self.next_by_hand).copied()
     }
 
+    /// The rank of a place among what comes after what is missing in view.
+    pub(crate) fn rank_by_hand(&self, place: usize) -> u64 {
+        let is_in_view = |page: &PageId| self.residency.is_wanted(*page, RecordHint::default());
+        let band = if self.by_hand.get(place).is_some_and(is_in_view) {
+            Band::RefreshInView
+        } else {
+            Band::AfterView
+        };
+        rank_of(band, place)
+    }
+
     /// The next of these tiles to load, while half of the in-flight budget allows one.
     pub(crate) fn poll_request_by_hand(&mut self) -> Option<Request> {
-        let in_flight = self.residency.stats.in_flight_bytes;
-        if in_flight > 0 && in_flight + self.residency.flight_bytes > self.settings.in_flight_bytes / 2 {
+        let in_flight = self.residency.stats().in_flight_bytes;
+        if in_flight > 0 && in_flight + self.residency.flight_bytes() > self.settings.in_flight_bytes / 2 {
             return None;
         }
         let page = self.next_queued_by_hand()?;
@@ -344,9 +348,9 @@ impl Pager {
     /// has come for the page, or no slot is to be had.
     pub(crate) fn upload_refresh(&mut self, page: PageId) -> Option<Upload> {
         let mut evicted = None;
-        if self.residency.is_guest(page) && self.residency.refreshes.is_ready(page) {
+        if self.residency.is_stale_sharer(page) && self.residency.refreshes().is_ready(page) {
             let (slot, gone) = self.residency.take_slot(&self.textures)?;
-            self.residency.move_guest(page, slot);
+            self.residency.move_stale_sharer(page, slot);
             evicted = gone;
         }
         let (slot, bytes, recovered) = self.residency.settle_refresh(page)?;
@@ -362,9 +366,9 @@ impl Pager {
     /// that, or, where it would need a slot, has to be loaded again, so that it can go.
     pub(crate) fn make_way(&mut self) -> Option<Upload> {
         let residency = &self.residency;
-        let is_ready = |page: &&PageId| residency.refreshes.is_ready(**page);
+        let is_ready = |page: &&PageId| residency.refreshes().is_ready(**page);
         let mut ready = self.by_hand.iter().filter(is_ready).copied();
-        if let Some(page) = ready.clone().find(|&page| !residency.is_guest(page)) {
+        if let Some(page) = ready.clone().find(|&page| !residency.is_stale_sharer(page)) {
             return self.upload_refresh(page);
         }
         let out_of_view = ready.find(|&page| !residency.is_wanted(page, RecordHint::default()))?;
@@ -374,12 +378,12 @@ impl Pager {
 
     /// The best of these pages whose tile waits for the upload budget.
     pub(crate) fn next_ready_by_hand(&mut self) -> Option<PageId> {
-        if !self.residency.has_ready() && !self.residency.refreshes.any_ready() {
+        if !self.residency.has_ready() && !self.residency.refreshes().any_ready() {
             return None;
         }
         let left = self.by_hand.get(self.next_upload_by_hand..)?;
         let is_ready = |page: &PageId| {
-            self.residency.state(*page) == PageState::Ready || self.residency.refreshes.is_ready(*page)
+            self.residency.state(*page) == PageState::Ready || self.residency.refreshes().is_ready(*page)
         };
         self.next_upload_by_hand += left.iter().position(is_ready).unwrap_or(left.len());
         self.by_hand.get(self.next_upload_by_hand).copied()
@@ -421,11 +425,31 @@ impl Pagers {
     #[cfg(feature = "sim")]
     pub(crate) fn pages_of_pin(&self, ticket: Ticket) -> Vec<PageId> {
         let pager = self.iter().nth(usize::from(ticket.pool().number()));
-        pager.map_or_else(Vec::new, |pager| pager.residency.tickets.pages_of_pin(ticket))
+        pager.map_or_else(Vec::new, |pager| pager.claims.pages_of_pin(ticket))
     }
 
     /// The content of a region has changed; see [`Pager::invalidate`].
     pub fn invalidate(&mut self, texture: TextureId, region: &Region) -> u32 {
         self.pager_of(texture).map_or(0, |pager| pager.invalidate(texture, region))
+    }
+
+    /// Takes in what a view is expected to want, each pool the pages of its own textures; see [`Pager::expect`].
+    pub fn expect(&mut self, feedback: &Feedback) {
+        // Each pager drops the pages of textures that are not its own.
+        self.with_members(feedback, |pagers, wanted| {
+            pagers.iter_mut().for_each(|pager| pager.expect(wanted));
+        });
+    }
+
+    /// Whether there is no bandwidth for a prediction, so that drawing one would be for nothing: pages in view have waited
+    /// for the in-flight budget in two frames in a row, and there were no eight in a row since in which they have not.
+    pub fn is_short_of_bandwidth(&self) -> bool {
+        self.bandwidth.is_short
+    }
+
+    /// Frames after which 95 % of the last 256 tiles of each pool were in their slots, counted from their requests; the most of any
+    /// pool, nothing before the first tile. A prediction is best of the view in so many frames, and those that feedback takes.
+    pub fn arrival_frames(&self) -> Option<u32> {
+        self.iter().filter_map(Pager::arrival_frames).max()
     }
 }

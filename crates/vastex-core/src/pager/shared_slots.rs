@@ -7,14 +7,14 @@ use crate::residency::PageState;
 impl Pager {
     /// Of the missing pages of one content leaves the one in the order that is loaded, and none where the content is here.
     pub(crate) fn order_shared(&mut self) {
-        if self.residency.sharing.is_empty() {
+        if self.residency.sharing().is_empty() {
             return;
         }
         let Pager { order, waiting, residency, textures, .. } = self;
         order.retain_mut(|page| match residency.load_for(*page, textures) {
-            Some(carrier) if carrier == *page => true,
-            Some(carrier) => {
-                waiting.push(std::mem::replace(page, carrier));
+            Some(representative) if representative == *page => true,
+            Some(representative) => {
+                waiting.push(std::mem::replace(page, representative));
                 true
             }
             None => {
@@ -22,7 +22,7 @@ impl Pager {
                 false
             }
         });
-        self.say_recovered();
+        self.emit_recovered();
     }
 
     /// Pages that wait for a tile which has come join it.
@@ -33,13 +33,13 @@ impl Pager {
                 residency.join(page, textures);
             }
         }
-        self.say_recovered();
+        self.emit_recovered();
         self.check();
     }
 
-    pub(crate) fn say_recovered(&mut self) {
+    pub(crate) fn emit_recovered(&mut self) {
         let pool = self.pool();
-        for page in self.residency.recovered.drain(..) {
+        for page in self.residency.drain_recovered() {
             self.events.push(Event::Recovered { pool, page });
         }
     }

@@ -16,26 +16,7 @@ impl Pager {
 
     pub(crate) fn append_table_changes(&mut self, changes: &mut Vec<TableChange>) {
         self.join_waiting();
-        let mut evicted = std::mem::take(&mut self.residency.evicted);
-        for (page, slot) in evicted.drain(..) {
-            // The page itself, where it has moved from one slot to another.
-            let line = std::iter::once(page).chain(self.textures.ancestors(page));
-            let left = line.into_iter().find_map(|a| self.residency.slot_of(a).map(|slot| (a, slot)));
-            let Some((ancestor, ancestor_slot)) = left else { continue };
-            changes.push(TableChange {
-                page,
-                rule: ChangeRule::Naming(TableEntry::new(page.level(), slot)),
-                entry: TableEntry::new(ancestor.level(), ancestor_slot),
-            });
-        }
-        self.residency.evicted = evicted;
-        let mut settled = std::mem::take(&mut self.residency.settled);
-        for page in settled.drain(..) {
-            let Some(slot) = self.residency.slot_of(page) else { continue };
-            let entry = TableEntry::new(page.level(), slot);
-            changes.push(TableChange { page, rule: ChangeRule::Coarser, entry });
-        }
-        self.residency.settled = settled;
+        self.residency.drain_table_changes(&self.textures, changes);
     }
 
     /// Replaces `changes` with what a page table in which every entry leads to the tail is to be told, so that it leads to what is

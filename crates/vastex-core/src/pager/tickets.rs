@@ -6,7 +6,7 @@
 //! | pin | with what is in view, which it is counted as | against everything, at every mip bias | `Released` |
 //!
 //! With a page come its ancestors, so that a page which comes into view is not alone. A page that could not be had counts as
-//! answered. Which tile is loaded next, and into which slot it goes, is decided in `by_hand`.
+//! answered. Which tile is loaded next, and into which slot it goes, is decided in `requests`.
 
 use rustc_hash::FxHashMap;
 use std::collections::{BTreeMap, VecDeque};
@@ -121,8 +121,6 @@ pub(crate) struct Tickets {
     pool: PoolId,
     next: u64,
     open: BTreeMap<u64, Entry>,
-    /// Open prefetches that hold each page.
-    held: FxHashMap<PageId, u32>,
     /// Open pins of each page.
     pinned: FxHashMap<PageId, u32>,
     /// Those that have ended and nobody has asked for yet, with the frame in which they did.
@@ -142,19 +140,13 @@ impl Tickets {
 
     /// Opens a ticket for pages of one texture, each once, coarsest first.
     pub(crate) fn open(&mut self, ask: Ask, texture: TextureId, pages: Vec<PageId>) -> Ticket {
-        let count = self.counts(ask);
-        pages.iter().for_each(|&page| *count.entry(page).or_insert(0) += 1);
+        if ask == Ask::Pin {
+            pages.iter().for_each(|&page| *self.pinned.entry(page).or_insert(0) += 1);
+        }
         let number = self.next;
         self.next += 1;
         self.open.insert(number, Entry { ask, texture, pages, is_done: false });
         Ticket { pool: self.pool, number }
-    }
-
-    fn counts(&mut self, ask: Ask) -> &mut FxHashMap<PageId, u32> {
-        match ask {
-            Ask::Prefetch(_) => &mut self.held,
-            Ask::Pin => &mut self.pinned,
-        }
     }
 
     /// Lets go of a ticket. Says what it was, and its pages; nothing where it had ended.
@@ -172,29 +164,21 @@ impl Tickets {
 
     fn close(&mut self, number: u64) -> Vec<PageId> {
         let Some(Entry { ask, pages, .. }) = self.open.remove(&number) else { return Vec::new() };
-        let counts = self.counts(ask);
-        for page in &pages {
-            if let Some(count) = counts.get_mut(page) {
+        for page in pages.iter().filter(|_| ask == Ask::Pin) {
+            if let Some(count) = self.pinned.get_mut(page) {
                 *count -= 1;
                 if *count == 0 {
-                    counts.remove(page);
+                    self.pinned.remove(page);
                 }
             }
         }
         pages
     }
 
-    /// Lets go of all tickets of a texture, which is about to go.
-    pub(crate) fn forget(&mut self, texture: TextureId, residency: &Residency) {
-        let numbers: Vec<u64> = self
-            .open
-            .iter()
-            .filter(|(_, entry)| entry.texture == texture)
-            .map(|(&number, _)| number)
-            .collect();
-        for number in numbers {
-            self.release(Ticket { pool: self.pool, number }, residency);
-        }
+    /// The open tickets of a texture.
+    pub(crate) fn of_texture(&self, texture: TextureId) -> Vec<Ticket> {
+        let own = self.open.iter().filter(|(_, entry)| entry.texture == texture);
+        own.map(|(&number, _)| Ticket { pool: self.pool, number }).collect()
     }
 
     /// Ends what is done or late, and adds the pages that are let go of by that to `let_go`.
@@ -243,16 +227,6 @@ impl Tickets {
         self.ended.pop_front().map(|(_, ticket, progress)| (ticket, progress))
     }
 
-    /// Whether a prefetch holds the page.
-    pub(crate) fn holds(&self, page: PageId) -> bool {
-        self.held.contains_key(&page)
-    }
-
-    /// The pages that prefetches hold, each once.
-    pub(crate) fn held(&self) -> impl Iterator<Item = PageId> + '_ {
-        self.held.keys().copied()
-    }
-
     /// The pages that are pinned, each once.
     pub(crate) fn pinned(&self) -> impl Iterator<Item = PageId> + '_ {
         self.pinned.keys().copied()
@@ -268,6 +242,12 @@ impl Tickets {
     /// Whether the page is pinned.
     pub(crate) fn pins(&self, page: PageId) -> bool {
         self.pinned.contains_key(&page)
+    }
+
+    /// The pages of the open prefetches, as often as they hold each.
+    #[cfg(feature = "checks")]
+    pub(crate) fn prefetched(&self) -> impl Iterator<Item = PageId> + '_ {
+        self.open.values().filter(|entry| entry.ask != Ask::Pin).flat_map(|entry| entry.pages.iter().copied())
     }
 
     /// The pages of the prefetches in the order in which they should be loaded. A page may come several times.

@@ -27,7 +27,7 @@ impl Pager {
     pub fn remove_view(&mut self, view: ViewId) -> bool {
         let removed = view != ViewId::MAIN && self.set.remove_view(view);
         if removed {
-            self.work_out();
+            self.recompute();
             self.check();
         }
         removed

@@ -118,7 +118,7 @@ pub(crate) fn put_float(bytes: &mut Vec<u8>, value: f32) {
 
 pub(crate) struct Reader<'a> {
     bytes: &'a [u8],
-    pub(crate) at: usize,
+    pub(super) at: usize,
 }
 
 impl<'a> Reader<'a> {

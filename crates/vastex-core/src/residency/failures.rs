@@ -10,6 +10,7 @@ use std::collections::BinaryHeap;
 
 use crate::residency::Residency;
 use crate::residency::records::{RecordHint, State};
+use crate::shader_constants::JITTER_CYCLE;
 use crate::texture::page::PageId;
 
 /// Failures that are remembered at most, beside those of pages in view or held.
@@ -18,6 +19,16 @@ const MOST: usize = 32_768;
 const LOOKED_AT: usize = 1024;
 /// Frames until a page is looked at again that is in use.
 const AGAIN: u64 = 1024;
+
+/// Frames that a tile which failed once waits before it is tried again; doubled at each further failure.
+const FIRST_BACK_OFF: u64 = 2 * JITTER_CYCLE as u64;
+/// How often the wait is doubled at most: about five minutes at 60 frames a second.
+const DOUBLINGS: u32 = 9;
+
+/// Frames until a load is tried again after it and so many before it have failed.
+pub(crate) fn back_off(failures: u32) -> u64 {
+    FIRST_BACK_OFF << failures.min(DOUBLINGS)
+}
 
 /// When each failure may be forgotten, soonest first: the frame, the page, and how often it had failed in a row by then.
 #[derive(Debug, Default)]
@@ -66,7 +77,6 @@ mod tests {
     use super::*;
     use crate::residency::PageState;
     use crate::residency::sharing::ContentId;
-    use crate::table::pool::PoolId;
     use crate::texture::page::{Dims, PagePos, TextureId};
 
     fn page(n: u32) -> PageId {
@@ -85,7 +95,7 @@ mod tests {
 
     #[test]
     fn a_failure_out_of_view_is_forgotten_after_twice_its_back_off() {
-        let mut residency = Residency::new(PoolId::default(), 10, 1);
+        let mut residency = Residency::new(10, 1);
         residency.begin_frame(1);
         fail(&mut residency, page(7));
         let PageState::Failed { until } = residency.state(page(7)) else { panic!("it has not failed") };
@@ -100,7 +110,7 @@ mod tests {
 
     #[test]
     fn one_in_view_is_not_forgotten_and_each_failure_waits_longer() {
-        let mut residency = Residency::new(PoolId::default(), 10, 1);
+        let mut residency = Residency::new(10, 1);
         for frame in 1..5000 {
             residency.begin_frame(frame);
             residency.begin_round();
@@ -116,7 +126,7 @@ mod tests {
 
     #[test]
     fn a_flight_over_a_dead_source_leaves_a_bounded_number_behind() {
-        let mut residency = Residency::new(PoolId::default(), 10, 1);
+        let mut residency = Residency::new(10, 1);
         for n in 0..60_000 {
             residency.begin_frame(1 + u64::from(n) / 2000); // 2,000 in each frame
             fail(&mut residency, page(n));

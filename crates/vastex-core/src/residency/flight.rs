@@ -22,17 +22,17 @@ use crate::texture::page::{PageId, TextureId};
 const PATIENCE: u64 = 64;
 
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct OfTexture {
+struct OfTexture {
     /// Tiles in flight.
     tiles: u32,
     /// Those of them that are for the view, or were.
-    pub(crate) for_view: u32,
+    for_view: u32,
     /// The frame in which a load was last answered or a tile left, or in which the first of those in flight was asked for.
     answered_at: u64,
 }
 
 impl OfTexture {
-    pub(crate) fn is_answered(self, frame: u64) -> bool {
+    fn is_answered(self, frame: u64) -> bool {
         self.answered_at + PATIENCE > frame
     }
 }
@@ -42,11 +42,11 @@ impl OfTexture {
 pub(crate) struct Flight {
     textures: Vec<OfTexture>,
     /// A page was passed over whose texture is being answered.
-    pub(crate) view_waits: bool,
+    view_waits: bool,
 }
 
 impl Flight {
-    pub(crate) fn of(&self, texture: TextureId) -> OfTexture {
+    fn of(&self, texture: TextureId) -> OfTexture {
         self.textures.get(usize::from(texture.number())).copied().unwrap_or_default()
     }
 
@@ -68,14 +68,36 @@ impl Flight {
     pub(crate) fn note_answer(&mut self, texture: TextureId, frame: u64) {
         self.of_mut(texture).answered_at = frame;
     }
-
-    /// Whether a page was passed over whose texture is being answered. Says so once.
-    pub(crate) fn take_view_waits(&mut self) -> bool {
-        std::mem::take(&mut self.view_waits)
-    }
 }
 
 impl Residency {
+    /// Bytes that a tile takes from its request until it is in a slot.
+    pub(crate) fn flight_bytes(&self) -> u64 {
+        self.flight_bytes
+    }
+
+    /// Sets these bytes.
+    pub(crate) fn set_flight_bytes(&mut self, bytes: u64) {
+        self.flight_bytes = bytes;
+        self.stats.in_flight_bytes = bytes * u64::from(self.stats.in_flight);
+    }
+
+    /// Bytes in flight of a texture that are for the view, or were.
+    pub(crate) fn bytes_for_view(&self, texture: TextureId) -> u64 {
+        u64::from(self.flight.of(texture).for_view) * self.flight_bytes
+    }
+
+    /// A page of the texture was passed over, since that has its share of the in-flight budget. The view waits for it, unless nothing of
+    /// the texture was answered for long.
+    pub(crate) fn note_passed_over(&mut self, texture: TextureId) {
+        self.flight.view_waits |= self.flight.of(texture).is_answered(self.frame);
+    }
+
+    /// Returns true if a page was passed over whose texture is being answered, since the last call.
+    pub(crate) fn take_view_waits(&mut self) -> bool {
+        std::mem::take(&mut self.flight.view_waits)
+    }
+
     pub(crate) fn enter_flight(&mut self, texture: TextureId) {
         let of = self.flight.of_mut(texture);
         if of.tiles == 0 {

@@ -29,9 +29,14 @@
 //!
 //! Which pages are wanted, in which order, and which page gives up its slot (`victims`) is decided elsewhere; here the moves are made and counted.
 
+#[cfg(feature = "checks")]
+mod checks;
+mod claimed;
 pub(crate) mod failures;
 pub(crate) mod flight;
 pub(crate) mod foresight;
+pub(crate) mod loads;
+mod moves;
 pub(crate) mod page_map;
 pub(crate) mod rank;
 pub(crate) mod records;
@@ -45,41 +50,30 @@ pub(crate) mod stats;
 pub(crate) mod victims;
 pub(crate) mod waits;
 
-use bytes::Bytes;
 use std::collections::VecDeque;
+use std::sync::Arc;
 
-use crate::pager::prediction::Expectation;
-use crate::pager::tickets::Tickets;
+use bytes::Bytes;
+
+use crate::residency::claimed::Claimed;
 use crate::residency::failures::Failures;
 use crate::residency::flight::Flight;
+use crate::residency::moves::Moves;
 use crate::residency::page_map::PageMap;
-use crate::residency::rank::RankClass;
-use crate::residency::records::{Cancel, RecordHint, Records, State};
+use crate::residency::records::{Cancel, Record, RecordHint, Records, State};
 use crate::residency::refresh::Refreshes;
 use crate::residency::sharing::{ContentId, Sharing};
-use crate::residency::slots::Holding;
+use crate::residency::slots::SlotUse;
 use crate::residency::stats::Stats;
 use crate::residency::victims::Victims;
 use crate::residency::waits::Waits;
-use crate::shader_constants::JITTER_CYCLE;
-use crate::table::pool::{PoolId, Slot};
-use crate::texture::page::{PageId, TextureId};
+use crate::table::pool::Slot;
+use crate::texture::page::{Dims, PageId, TextureId};
+use crate::texture::page_contents::PageContents;
 use crate::texture::textures::Textures;
 
 /// Frames within which a tile loaded again after its eviction counts as reloaded.
 const RELOAD_FRAMES: u64 = 60;
-/// Frames that a tile which failed once waits before it is tried again; doubled at each further failure.
-const FIRST_BACK_OFF: u64 = 2 * JITTER_CYCLE as u64;
-/// How often the wait is doubled at most: about five minutes at 60 frames a second.
-const DOUBLINGS: u32 = 9;
-
-/// Pages that leave or get a slot in a frame for which there is memory from the beginning.
-const MOVES: u32 = 1024;
-
-/// Frames until a load is tried again after it and so many before it have failed.
-pub(crate) fn back_off(failures: u32) -> u64 {
-    FIRST_BACK_OFF << failures.min(DOUBLINGS)
-}
 
 /// The state of a page, as an application sees it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -101,68 +95,74 @@ pub enum PageState {
     },
 }
 
+/// What has happened to a page, each in its frame.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct PageHistory {
+    /// Since then it is in the working set without a break.
+    pub(crate) wanted_since: Option<u64>,
+    /// Its load was asked for.
+    pub(crate) asked_at: Option<u64>,
+    /// Its tile came into its slot.
+    pub(crate) settled_at: Option<u64>,
+    /// Loads of it that failed in a row.
+    pub(crate) failures: u32,
+}
+
 /// See the head of the file.
 #[derive(Debug)]
 pub(crate) struct Residency {
-    pub(crate) records: Records,
+    records: Records,
     /// The tiles of pages that are `Ready`.
     ready: PageMap<Bytes>,
     /// What is in each slot.
-    pub(crate) slots: Vec<Holding>,
-    pub(crate) free: Vec<Slot>,
+    slots: Vec<SlotUse>,
+    free: Vec<Slot>,
     /// Which pages have the same content.
-    pub(crate) sharing: Sharing,
-    /// Pages that have left their slots, and those that have come into one, since page tables were told.
-    pub(crate) evicted: Vec<(PageId, Slot)>,
-    pub(crate) settled: Vec<PageId>,
-    /// Pages that had failed, and share a slot now.
-    pub(crate) recovered: Vec<PageId>,
-    /// Which of them goes next.
-    pub(crate) victims: Victims,
+    sharing: Sharing,
+    /// What page tables have yet to be told of.
+    moves: Moves,
+    /// Which page gives up its slot next.
+    victims: Victims,
     /// Resident pages whose content has changed.
-    pub(crate) refreshes: Refreshes,
-    /// What the application has asked for by hand.
-    pub(crate) tickets: Tickets,
-    /// What the view is expected to want.
-    pub(crate) expected: Expectation,
-    pub(crate) failing: Failures,
-    pub(crate) evicted_at: PageMap<u64>,
-    pub(crate) evictions: VecDeque<(u64, PageId)>,
-    /// Counts the working sets worked out so far.
-    pub(crate) round: u64,
+    refreshes: Refreshes,
+    /// Pages held against what is out of view.
+    claimed: Claimed,
+    failing: Failures,
+    /// The frame in which a page was evicted, and the evictions in order.
+    evicted_at: PageMap<u64>,
+    evictions: VecDeque<(u64, PageId)>,
+    /// Counts the working sets worked out so far: the unit of all ages.
+    round: u64,
     /// Slots that held a tail when the last one was.
-    pub(crate) pinned_at_round: u32,
-    pub(crate) frame: u64,
-    pub(crate) stats: Stats,
-    pub(crate) waits: Waits,
+    tails_at_round: u32,
+    frame: u64,
+    stats: Stats,
+    /// Frames from the feedback that wanted a page to its tile being in a slot.
+    waits: Waits,
     /// Frames from the request of a tile to its being in a slot.
-    pub(crate) arrivals: Waits,
-    pub(crate) tile_bytes: u64,
+    arrivals: Waits,
+    tile_bytes: u64,
     /// Bytes that a tile takes from its request until it is in a slot.
-    pub(crate) flight_bytes: u64,
-    pub(crate) flight: Flight,
+    flight_bytes: u64,
+    flight: Flight,
 }
 
 impl Residency {
-    pub(crate) fn new(pool: PoolId, slots: u32, tile_bytes: u64) -> Residency {
+    pub(crate) fn new(slots: u32, tile_bytes: u64) -> Residency {
         Residency {
             records: Records::default(),
             ready: PageMap::default(),
-            slots: vec![Holding::FREE; slots as usize],
+            slots: vec![SlotUse::FREE; slots as usize],
             free: (0..slots).rev().map(Slot::new).collect(),
             sharing: Sharing::default(),
-            // How many there are in a frame varies more than what is in the pool.
-            evicted: Vec::with_capacity(slots.min(MOVES) as usize),
-            settled: Vec::with_capacity(slots.min(MOVES) as usize),
-            recovered: Vec::new(),
+            moves: Moves::new(slots),
             victims: Victims::default(),
             refreshes: Refreshes::default(),
-            tickets: Tickets::new(pool),
-            expected: Expectation::default(),
+            claimed: Claimed::default(),
             failing: Failures::default(),
             evicted_at: PageMap::default(),
             evictions: VecDeque::new(),
-            pinned_at_round: 0,
+            tails_at_round: 0,
             round: 1, // so that a new record, of round 0, is new in the first round that is told
             frame: 0,
             stats: Stats { slots, ..Stats::default() },
@@ -189,7 +189,7 @@ impl Residency {
     /// A new working set is about to be told by [`Residency::want`].
     pub(crate) fn begin_round(&mut self) {
         self.round += 1;
-        self.pinned_at_round = self.stats.pinned;
+        self.tails_at_round = self.stats.pinned;
     }
 
     pub(crate) fn state(&self, page: PageId) -> PageState {
@@ -204,11 +204,117 @@ impl Residency {
         }
     }
 
+    /// The slot that the page's tile is in.
     pub(crate) fn slot_of(&self, page: PageId) -> Option<Slot> {
-        match self.records.get(page)?.state {
-            State::Resident(slot) => Some(slot),
+        self.records.slot_of(page)
+    }
+
+    /// The pages whose tiles are in slots, and the slot of each. Costs a visit of every record.
+    pub(crate) fn resident(&self) -> impl Iterator<Item = (PageId, Slot)> + '_ {
+        self.records.iter().filter_map(|record| match record.state {
+            State::Resident(slot) => Some((record.page, slot)),
             _ => None,
+        })
+    }
+
+    /// What has happened to a page, as far as it is known.
+    pub(crate) fn history(&self, page: PageId) -> PageHistory {
+        let Some(record) = self.records.get(page) else { return PageHistory::default() };
+        let is_here = matches!(record.state, State::Resident(_));
+        let was_asked = is_here || matches!(record.state, State::Loading(_) | State::Ready);
+        PageHistory {
+            wanted_since: (record.wanted_round >= self.round).then_some(record.since),
+            // A page that came into a slot with others was never asked for.
+            asked_at: (was_asked && record.asked_at > 0).then_some(record.asked_at),
+            settled_at: is_here.then_some(record.settled_at),
+            failures: u32::from(record.failures),
         }
+    }
+
+    /// Pages of which anything is known.
+    pub(crate) fn known(&self) -> usize {
+        self.records.len()
+    }
+
+    /// The pages of which anything is known, in no order.
+    pub(crate) fn known_pages(&self) -> impl Iterator<Item = PageId> + '_ {
+        self.records.iter().map(|record| record.page)
+    }
+
+    /// Pages in the page's slot, itself included; 0 where it is in none.
+    pub(crate) fn pages_in_slot_of(&self, page: PageId) -> u32 {
+        self.slot_of(page).map_or(0, |slot| self.slots[slot.index() as usize].pages)
+    }
+
+    /// The frame in which the page's tile lost its slot, where that is remembered.
+    pub(crate) fn evicted_at(&self, page: PageId) -> Option<u64> {
+        let of_content = || self.sharing.get(self.sharing.of(page)).and_then(|content| content.evicted_at);
+        self.evicted_at.get(page).copied().or_else(of_content)
+    }
+
+    /// What is counted and measured so far.
+    pub(crate) fn stats(&self) -> &Stats {
+        &self.stats
+    }
+
+    /// Slots that hold a tail.
+    pub(crate) fn tails(&self) -> u32 {
+        self.stats.pinned
+    }
+
+    /// The frame that has begun.
+    pub(crate) fn frame(&self) -> u64 {
+        self.frame
+    }
+
+    /// Which pages have the same content.
+    pub(crate) fn sharing(&self) -> &Sharing {
+        &self.sharing
+    }
+
+    /// Resident pages whose content has changed.
+    pub(crate) fn refreshes(&self) -> &Refreshes {
+        &self.refreshes
+    }
+
+    /// Frames from the feedback that wanted a page to its tile being in a slot.
+    pub(crate) fn waits(&self) -> &Waits {
+        &self.waits
+    }
+
+    /// Frames from the request of a tile to its being in a slot.
+    pub(crate) fn arrivals(&self) -> &Waits {
+        &self.arrivals
+    }
+
+    /// Takes note of what the view wants at the bias in force, ancestors included; `cut` where it has jumped.
+    pub(crate) fn observe_view(
+        &mut self,
+        pages: impl Iterator<Item = PageId>,
+        cut: bool,
+        textures: &Textures,
+    ) {
+        self.victims.retention.observe(pages, cut, textures);
+    }
+
+    /// A texture says which of its pages are the same.
+    pub(crate) fn add_contents(&mut self, texture: TextureId, dims: Dims, contents: Arc<PageContents>) {
+        self.sharing.add(texture, dims, contents);
+    }
+
+    /// The page is like no other from now on.
+    pub(crate) fn leave_content(&mut self, page: PageId) {
+        self.sharing.leave(page);
+    }
+
+    /// A plan of what comes after the view begins.
+    pub(crate) fn begin_plan(&mut self) {
+        self.sharing.plan += 1;
+    }
+
+    /// Page tables begin anew: they are not told of what has moved so far.
+    pub(crate) fn forget_table_changes(&mut self) {
+        self.moves.forget_tables();
     }
 
     /// Where the page's record is, if it has one, and whether its tile is in a slot.
@@ -225,9 +331,9 @@ impl Residency {
     }
 
     /// Puts a tail into a slot for good.
-    pub(crate) fn pin(&mut self, page: PageId, slot: Slot) {
+    pub(crate) fn put_tail(&mut self, page: PageId, slot: Slot) {
         let record = self.records.get_or_add(page, RecordHint::default());
-        (record.state, record.wanted_round) = (State::Resident(slot), u64::MAX);
+        (record.state, record.wanted_round) = (State::Resident(slot), Record::TAIL);
         self.put_in(slot, ContentId::NONE);
         self.stats.pinned += 1;
     }
@@ -254,17 +360,12 @@ impl Residency {
     /// Whether a tile that comes for the page has a use: it is in the working set of this round, or a prefetch or a prediction
     /// holds it, or another page whose content it carries.
     pub(crate) fn has_use_for(&self, page: PageId, hint: RecordHint) -> bool {
-        self.is_wanted(page, hint) || self.is_held(page) || self.carries_something_of_use(page)
-    }
-
-    /// Whether a prefetch or a prediction holds the page against what is out of view.
-    pub(crate) fn is_held(&self, page: PageId) -> bool {
-        self.tickets.holds(page) || self.expected.holds(page)
+        self.is_wanted(page, hint) || self.is_claimed(page) || self.represents_something_of_use(page)
     }
 
     /// Whether the last load of the page's content failed; it stays so while that is tried again.
     pub(crate) fn has_failed(&self, page: PageId) -> bool {
-        let page = self.sharing.carrier_of(page).unwrap_or(page);
+        let page = self.sharing.representative_of(page).unwrap_or(page);
         self.records.get(page).is_some_and(|record| record.failures > 0)
     }
 
@@ -299,98 +400,12 @@ impl Residency {
             Some(record) if record.failures > 0 => record.state = State::Failed,
             Some(record) if record.below > 0 => {
                 (record.state, record.wanted_round) = (State::Absent, 0);
-                self.sharing.lay_down(page);
+                self.sharing.release_representative(page);
             }
             _ => {
                 self.records.remove(page);
-                self.sharing.lay_down(page);
+                self.sharing.release_representative(page);
             }
-        }
-    }
-
-    /// `Queued -> Loading`, asked for with this rank.
-    pub(crate) fn begin_load(&mut self, page: PageId, rank: u64) -> bool {
-        let Some(record) = self.records.get_mut(page).filter(|r| r.state == State::Queued) else {
-            return false;
-        };
-        record.state = State::Loading(Cancel::No);
-        (record.asked_at, record.rank) = (self.frame, RankClass::of(rank));
-        if let Some(content) = self.sharing.content_of(page) {
-            content.carrier = page;
-        }
-        self.enter_flight(page.texture());
-        if RankClass::of(rank).is_for_view() {
-            self.fly_for_view(page);
-        }
-        true
-    }
-
-    /// Hands out a cancellation that is due.
-    pub(crate) fn send_cancel(&mut self, page: PageId) -> bool {
-        let Some(record) = self.records.get_mut(page) else { return false };
-        let due = record.state == State::Loading(Cancel::Due);
-        if due {
-            record.state = State::Loading(Cancel::Sent);
-        }
-        due
-    }
-
-    /// `Loading -> Ready`, or `Absent` where the page is no longer wanted. Says whether it is `Ready`.
-    pub(crate) fn loaded(&mut self, page: PageId, bytes: Bytes) -> bool {
-        let wanted = self.has_use_for(page, RecordHint::default());
-        let is_stale = self.refreshes.take_stale(page);
-        let Some(record) = self.records.get_mut(page) else { return false };
-        if !matches!(record.state, State::Loading(_)) {
-            return self.refresh_loaded(page, &bytes);
-        }
-        if wanted && !is_stale {
-            record.state = State::Ready;
-            self.ready.insert(page, bytes);
-            self.flight.note_answer(page.texture(), self.frame);
-            return true;
-        }
-        record.state = State::Queued;
-        self.waste_one(page);
-        if !wanted {
-            self.drop_page(page);
-        }
-        false
-    }
-
-    /// `Loading -> Failed`. Says whether this is the first failure in a row.
-    pub(crate) fn load_failed(&mut self, page: PageId) -> bool {
-        let frame = self.frame;
-        self.refreshes.take_stale(page);
-        let Some(record) = self.records.get_mut(page) else { return false };
-        if !matches!(record.state, State::Loading(_)) {
-            return self.refresh_failed(page).unwrap_or(false);
-        }
-        let wait = back_off(u32::from(record.failures));
-        record.failures = record.failures.saturating_add(1);
-        record.retry_at = frame + wait;
-        record.state = State::Failed;
-        let (failures, retry_at) = (record.failures, record.retry_at);
-        let first = failures == 1;
-        self.failing.note(page, failures, frame, retry_at);
-        self.stats.failures += 1;
-        self.leave_flight(page);
-        first
-    }
-
-    /// The loader has let go of a load: `Loading -> Absent`, or `Queued` where the page is wanted again.
-    pub(crate) fn load_cancelled(&mut self, page: PageId) {
-        let wanted = self.has_use_for(page, RecordHint::default());
-        self.refreshes.take_stale(page);
-        let Some(record) = self.records.get_mut(page) else { return };
-        if !matches!(record.state, State::Loading(_)) {
-            self.refresh_cancelled(page);
-            return;
-        }
-        record.state = State::Queued;
-        self.stats.cancelled += 1;
-        self.leave_flight(page);
-        if !wanted {
-            self.drop_page(page);
         }
     }
 
@@ -399,6 +414,7 @@ impl Residency {
         let is_other = |page: &PageId| page.texture() != texture;
         let (mut loads, mut ready, mut for_view, mut tails, mut left) = (Vec::new(), 0, 0, 0, Vec::new());
         self.records.retain(|record| {
+            let is_tail = record.is_tail();
             match &mut record.state {
                 _ if is_other(&record.page) => return true,
                 State::Loading(cancel) => {
@@ -414,7 +430,7 @@ impl Residency {
                     for_view += u32::from(record.for_view);
                 }
                 State::Resident(slot) => {
-                    tails += u32::from(record.wanted_round == u64::MAX);
+                    tails += u32::from(is_tail);
                     left.push(*slot);
                 }
                 State::Absent | State::Queued | State::Failed => {}
@@ -436,61 +452,13 @@ impl Residency {
         self.stats.wasted += u64::from(ready + refreshed);
         self.leave_flight_of(texture, ready + refreshed, for_view);
         self.stats.pinned -= tails;
+        self.moves.forget(texture);
+        self.claimed.forget(texture);
         self.evicted_at.retain(|page, _| is_other(&page));
         self.evictions.retain(|(_, page)| is_other(page));
         self.victims.clear();
         self.victims.retention.forget(texture);
         loads.sort_unstable();
         loads
-    }
-
-    /// The tile of a page that waited for a slot is out of date.
-    pub(crate) fn discard_ready(&mut self, page: PageId) {
-        self.ready.remove(page);
-        self.waste_one(page);
-    }
-
-    /// `Ready -> Resident`, into a slot of [`Residency::take_slot`]; gives the tile's bytes, and whether the page had
-    /// failed before.
-    pub(crate) fn settle(&mut self, page: PageId, slot: Slot, textures: &Textures) -> Option<(Bytes, bool)> {
-        let bytes = self.ready.remove(page)?;
-        let content = self.sharing.of(page);
-        let was_evicted = match self.sharing.get_mut(content) {
-            Some(content) => {
-                content.carrier = PageId::NONE;
-                content.evicted_at.take().is_some_and(|at| at + RELOAD_FRAMES >= self.frame)
-            }
-            None => self.evicted_at.remove(page).is_some(),
-        };
-        self.put_in(slot, content);
-        let asked_at = self.records.get_mut(page).map_or(self.frame, |record| record.asked_at);
-        self.arrivals.note(self.frame - asked_at);
-        let recovered = self.become_resident(page, slot, textures);
-        self.settled.push(page);
-        self.leave_flight(page);
-        self.stats.loaded += 1;
-        self.stats.uploaded_bytes += self.tile_bytes;
-        self.stats.reloaded += u64::from(was_evicted);
-        Some((bytes, recovered))
-    }
-
-    /// The page's tile is in a slot now. Says whether it had failed before.
-    pub(crate) fn become_resident(&mut self, page: PageId, slot: Slot, textures: &Textures) -> bool {
-        let record = self.records.get_or_add(page, RecordHint::default());
-        record.state = State::Resident(slot);
-        record.settled_at = self.frame;
-        let recovered = std::mem::take(&mut record.failures) > 0;
-        if record.wanted_round >= self.round {
-            let waited = self.frame - record.since;
-            self.waits.note(waited);
-            self.stats.waited_frames += waited;
-        } else {
-            // What a prefetch has brought is as good as what was in view a moment ago.
-            record.wanted_round = self.round - 1;
-        }
-        for ancestor in textures.ancestors(page) {
-            self.records.get_or_add(ancestor, RecordHint::default()).below += 1;
-        }
-        recovered
     }
 }

@@ -5,12 +5,6 @@
 //! a band, where the class of the place is a better one. The classes are the places 0, 1, 2 to 3, 4 to 7 and so on, so that a load
 //! gets another rank a few times at most, however often the order is made anew.
 
-use crate::residency::Residency;
-#[cfg(feature = "sim")]
-use crate::residency::records::RecordHint;
-use crate::residency::records::{Cancel, State};
-use crate::texture::page::PageId;
-
 /// Bits of a rank that are the place; those above are the band.
 const PLACE_BITS: u32 = 32;
 
@@ -54,29 +48,8 @@ impl RankClass {
     }
 
     /// Whether a load of this class is to be ranked anew when its rank would be of the class `now`.
-    fn gives_way_to(self, now: RankClass) -> bool {
+    pub(crate) fn gives_way_to(self, now: RankClass) -> bool {
         now < self || now.band() != self.band()
-    }
-}
-
-impl Residency {
-    /// Whether the loader has the page, not called off, with a rank that this one should replace.
-    pub(crate) fn is_ranked_worse(&self, page: PageId, rank: u64) -> bool {
-        let Some(record) = self.records.get(page) else { return false };
-        let is_loading = match record.state {
-            State::Loading(cancel) => cancel == Cancel::No,
-            State::Resident(_) => self.refreshes.is_loading(page),
-            _ => false,
-        };
-        is_loading && record.rank.gives_way_to(RankClass::of(rank))
-    }
-
-    /// Whether the page's tile is for what is in view: the page itself, or another of its content that it is loaded for.
-    #[cfg(feature = "sim")]
-    pub(crate) fn is_for_view(&self, page: PageId) -> bool {
-        let content = self.sharing.get(self.sharing.of(page)).filter(|content| content.carrier == page);
-        self.is_wanted(page, RecordHint::default())
-            || content.is_some_and(|content| content.wanted_round >= self.round)
     }
 }
 

@@ -34,29 +34,36 @@ pub(crate) enum State {
 /// What is known of a page.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Record {
-    pub(crate) page: PageId,
-    pub(crate) state: State,
+    pub(super) page: PageId,
+    pub(super) state: State,
     /// The last round (see `Residency::begin_round`) whose working set contained the page.
-    pub(crate) wanted_round: u64,
+    pub(super) wanted_round: u64,
     /// Loads that failed in a row, as far as they can be counted.
-    pub(crate) failures: u16,
+    pub(super) failures: u16,
     /// How the loader ranks its load, while there is one.
-    pub(crate) rank: RankClass,
+    pub(super) rank: RankClass,
     /// Its tile is in flight, and was asked for when the page was in view, or was in view with the loader.
-    pub(crate) for_view: bool,
+    pub(super) for_view: bool,
     /// Resident pages below it, at any depth.
-    pub(crate) below: u32,
+    pub(super) below: u32,
     /// The frame from which on the page may be tried again after failures.
-    pub(crate) retry_at: u64,
+    pub(super) retry_at: u64,
     /// The frame since which the page is wanted without a break, if it is.
-    pub(crate) since: u64,
+    pub(super) since: u64,
     /// The frame in which its load began.
-    pub(crate) asked_at: u64,
+    pub(super) asked_at: u64,
     /// The frame in which its tile was put into a slot.
-    pub(crate) settled_at: u64,
+    pub(super) settled_at: u64,
 }
 
 impl Record {
+    /// The round in which a tail was wanted last: it always is.
+    pub(super) const TAIL: u64 = u64::MAX;
+
+    pub(super) fn is_tail(&self) -> bool {
+        self.wanted_round == Record::TAIL
+    }
+
     const fn new(page: PageId) -> Record {
         Record {
             page,
@@ -135,6 +142,14 @@ impl Records {
 
     pub(crate) fn get(&self, page: PageId) -> Option<&Record> {
         self.index.get(page).map(|&at| &self.records[at as usize])
+    }
+
+    /// The slot that the page's tile is in.
+    pub(crate) fn slot_of(&self, page: PageId) -> Option<Slot> {
+        match self.get(page)?.state {
+            State::Resident(slot) => Some(slot),
+            _ => None,
+        }
     }
 
     pub(crate) fn get_mut(&mut self, page: PageId) -> Option<&mut Record> {

@@ -9,8 +9,9 @@ use crate::texture::page::PageId;
 impl Residency {
     /// `Resident -> Absent` for all but the tails. A refresh that the loader has becomes the page's first load.
     pub(crate) fn lose_tiles(&mut self) {
+        let resident = self.records.iter().filter(|record| matches!(record.state, State::Resident(_)));
         let lost: Vec<PageId> =
-            self.records.iter().filter(|record| record.is_lost()).map(|r| r.page).collect();
+            resident.filter(|record| !record.is_tail()).map(|record| record.page).collect();
         for page in lost {
             if let Some(slot) = self.slot_of(page)
                 && self.take_out(slot)
@@ -31,11 +32,5 @@ impl Residency {
         });
         self.sharing.lose_tiles();
         self.victims.clear();
-    }
-}
-
-impl crate::residency::records::Record {
-    fn is_lost(&self) -> bool {
-        matches!(self.state, State::Resident(_)) && self.wanted_round != u64::MAX
     }
 }

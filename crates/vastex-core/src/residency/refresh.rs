@@ -22,9 +22,10 @@
 use bytes::Bytes;
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use crate::residency::Residency;
+use crate::residency::failures::back_off;
 use crate::residency::rank::RankClass;
 use crate::residency::records::{RecordHint, State};
-use crate::residency::{Residency, back_off};
 use crate::table::pool::Slot;
 use crate::texture::page::{PageId, TextureId};
 

@@ -7,8 +7,9 @@ use rustc_hash::FxHashMap;
 
 use crate::residency::Residency;
 use crate::residency::records::State;
-use crate::residency::slots::Holding;
+use crate::residency::slots::SlotUse;
 use crate::table::pool::Slot;
+use crate::texture::textures::Textures;
 
 /// A tile that was in one slot and is in another now, or stays where it is while the slot's place in memory moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,8 +21,23 @@ pub struct SlotMove {
 }
 
 impl Residency {
+    /// The pool has so many slots from now on, as far as what is counted goes; [`Residency::resize`] follows.
+    pub(crate) fn set_slots(&mut self, slots: u32) {
+        self.stats.slots = slots;
+    }
+
+    /// Evicts until so many slots hold all that is left. Returns false if that cannot be done.
+    pub(crate) fn evict_down_to(&mut self, slots: u32, textures: &Textures) -> bool {
+        self.allow_eviction_of_settled();
+        while self.stats.occupied > slots {
+            let Some((slot, _)) = self.evict_next(textures) else { return false };
+            self.free.push(slot);
+        }
+        true
+    }
+
     /// What got its slot in this frame may lose it in it: page tables begin anew, so there is no order to keep.
-    pub(crate) fn let_go_of_what_has_settled(&mut self) {
+    fn allow_eviction_of_settled(&mut self) {
         let before = self.frame.wrapping_sub(1);
         self.records.retain(|record| {
             record.settled_at = if record.settled_at == self.frame { before } else { record.settled_at };
@@ -31,17 +47,17 @@ impl Residency {
 
     /// Keeps the tiles, of which there are at most `slots`, in the lowest slots.
     pub(crate) fn resize(&mut self, slots: u32, moves: &mut Vec<SlotMove>) {
-        let numbered = |slots: Vec<Holding>| (0..).map(Slot::new).zip(slots);
+        let numbered = |slots: Vec<SlotUse>| (0..).map(Slot::new).zip(slots);
         let beyond = numbered(self.slots.clone()).skip(slots as usize);
-        self.slots.resize(slots as usize, Holding::FREE);
-        let stays = numbered(self.slots.clone()).filter(|(_, holding)| *holding != Holding::FREE);
+        self.slots.resize(slots as usize, SlotUse::FREE);
+        let stays = numbered(self.slots.clone()).filter(|(_, slot_use)| *slot_use != SlotUse::FREE);
         moves.extend(stays.map(|(slot, _)| SlotMove { from: slot, to: slot }));
-        let mut free = numbered(self.slots.clone()).filter(|(_, holding)| *holding == Holding::FREE);
+        let mut free = numbered(self.slots.clone()).filter(|(_, slot_use)| *slot_use == SlotUse::FREE);
         let mut moved = FxHashMap::default();
-        for (from, holding) in beyond.filter(|(_, holding)| *holding != Holding::FREE) {
+        for (from, slot_use) in beyond.filter(|(_, slot_use)| *slot_use != SlotUse::FREE) {
             let Some((to, _)) = free.next() else { break }; // there are as many, so that none is left over
-            *self.holding(to) = holding;
-            if let Some(content) = self.sharing.get_mut(holding.content) {
+            *self.slot_use(to) = slot_use;
+            if let Some(content) = self.sharing.get_mut(slot_use.content) {
                 content.slot = Some(to);
             }
             moved.insert(from, to);

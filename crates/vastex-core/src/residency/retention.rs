@@ -58,7 +58,7 @@ impl Retention {
     }
 
     /// Frames until a page last wanted `age` frames ago is thought to be wanted again. The page with the most goes first.
-    pub(crate) fn lateness(&self, page: PageId, age: u64, textures: &Textures) -> f64 {
+    pub(crate) fn reuse_distance(&self, page: PageId, age: u64, textures: &Textures) -> f64 {
         if age >= self.reserve_age {
             return RESERVE_BACK;
         }
@@ -74,14 +74,25 @@ impl Retention {
 /// A page that may be evicted, greater where it goes sooner: the latest, among equals the finest.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Candidate<P> {
-    pub(crate) lateness: f64,
-    pub(crate) level: u8,
-    pub(crate) page: P,
+    reuse_distance: f64,
+    level: u8,
+    page: P,
+}
+
+impl<P: Copy> Candidate<P> {
+    /// A page of this level that is thought to be wanted again after so long.
+    pub(crate) fn new(reuse_distance: f64, level: u8, page: P) -> Candidate<P> {
+        Candidate { reuse_distance, level, page }
+    }
+
+    pub(crate) fn page(&self) -> P {
+        self.page
+    }
 }
 
 impl<P: Ord> Ord for Candidate<P> {
     fn cmp(&self, other: &Candidate<P>) -> Ordering {
-        let by_lateness = self.lateness.total_cmp(&other.lateness);
+        let by_lateness = self.reuse_distance.total_cmp(&other.reuse_distance);
         by_lateness.then(other.level.cmp(&self.level)).then_with(|| other.page.cmp(&self.page))
     }
 }
@@ -129,7 +140,7 @@ mod tests {
     #[test]
     fn what_the_view_approaches_is_back_before_what_it_passes_and_that_before_what_it_left() {
         let (retention, textures) = flown(32); // to columns 51 to 54
-        let late = |x, y| retention.lateness(page(x, y), 5, &textures);
+        let late = |x, y| retention.reuse_distance(page(x, y), 5, &textures);
         assert!(!retention.is_still());
         assert_eq!(late(52, 21).round(), 0.0, "in view");
         assert!(late(55, 21) < late(60, 21), "{} {}", late(55, 21), late(60, 21));
@@ -142,11 +153,11 @@ mod tests {
     fn the_reserve_is_what_left_first_and_yields_to_what_is_back_soon() {
         let (mut retention, textures) = flown(32);
         retention.size_reserve(1..=100, 100);
-        assert_eq!(retention.lateness(page(20, 20), 80, &textures), RESERVE_BACK);
-        assert!(retention.lateness(page(49, 21), 60, &textures) > RESERVE_BACK);
-        assert!(retention.lateness(page(55, 21), 60, &textures) < RESERVE_BACK);
+        assert_eq!(retention.reuse_distance(page(20, 20), 80, &textures), RESERVE_BACK);
+        assert!(retention.reuse_distance(page(49, 21), 60, &textures) > RESERVE_BACK);
+        assert!(retention.reuse_distance(page(55, 21), 60, &textures) < RESERVE_BACK);
         retention.size_reserve(1..=100, 2);
-        assert!(retention.lateness(page(20, 20), 100, &textures) > RESERVE_BACK, "no slot to spare");
+        assert!(retention.reuse_distance(page(20, 20), 100, &textures) > RESERVE_BACK, "no slot to spare");
     }
 
     #[test]
@@ -154,6 +165,6 @@ mod tests {
         let (mut retention, textures) = flown(32);
         retention.forget(TEXTURE);
         assert!(retention.is_still());
-        assert_eq!(retention.lateness(page(49, 21), 5, &textures), 5.0);
+        assert_eq!(retention.reuse_distance(page(49, 21), 5, &textures), 5.0);
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! What [`PageContents`] numbers within a texture has here a number of the pool: constants of the same bytes have one for all textures.
 //! Pages of one content need one load and one slot. The page that stands for the others while its tile is asked for, loaded,
-//! failed or waits for the upload budget is the content's *carrier*; the others wait, and have its state for whoever asks.
+//! failed or waits for the upload budget is the content's *representative*; the others wait, and have its state for whoever asks.
 //! A page whose content has changed leaves for good: it is like no other until its texture is added anew.
 //!
 //! A pool whose textures say nothing of contents has nothing here, and pays a look at an empty list.
@@ -37,24 +37,24 @@ impl ContentId {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Content {
     /// Where its tile is.
-    pub(crate) slot: Option<Slot>,
+    pub(super) slot: Option<Slot>,
     /// [`PageId::NONE`] where none is.
-    pub(crate) carrier: PageId,
+    pub(super) representative: PageId,
     /// The last round whose working set had a page of it.
-    pub(crate) wanted_round: u64,
+    pub(super) wanted_round: u64,
     /// The last round whose order of loading had it.
-    pub(crate) listed_round: u64,
+    pub(super) listed_round: u64,
     /// The last plan by hand that loads it, and the last that has counted its slot.
-    pub(crate) planned: u64,
-    pub(crate) counted: u64,
+    pub(super) planned: u64,
+    pub(super) counted: u64,
     /// The frame in which its tile lost its slot.
-    pub(crate) evicted_at: Option<u64>,
+    pub(super) evicted_at: Option<u64>,
 }
 
 impl Content {
     const NEW: Content = Content {
         slot: None,
-        carrier: PageId::NONE,
+        representative: PageId::NONE,
         wanted_round: 0,
         listed_round: 0,
         planned: 0,
@@ -109,9 +109,9 @@ pub(crate) struct Sharing {
     /// The content of each constant, and the textures that have it.
     constants: FxHashMap<Bytes, (ContentId, u32)>,
     /// Counts the plans by hand.
-    pub(crate) plan: u64,
+    pub(super) plan: u64,
     /// Pages to be let go of, kept for its memory.
-    pub(crate) trimmed: Vec<PageId>,
+    pub(super) trimmed: Vec<PageId>,
 }
 
 impl Sharing {
@@ -144,9 +144,9 @@ impl Sharing {
     }
 
     /// The page that is loaded in the page's place, if that is another one.
-    pub(crate) fn carrier_of(&self, page: PageId) -> Option<PageId> {
-        let carrier = self.get(self.of(page))?.carrier;
-        (carrier != page && carrier != PageId::NONE).then_some(carrier)
+    pub(crate) fn representative_of(&self, page: PageId) -> Option<PageId> {
+        let representative = self.get(self.of(page))?.representative;
+        (representative != page && representative != PageId::NONE).then_some(representative)
     }
 
     /// Adds a texture.
@@ -183,8 +183,8 @@ impl Sharing {
         self.count -= 1;
         for (number, id) in (0..).zip(ids) {
             let content = &mut self.contents[id.index()];
-            if content.carrier != PageId::NONE && content.carrier.texture() == texture {
-                content.carrier = PageId::NONE;
+            if content.representative != PageId::NONE && content.representative.texture() == texture {
+                content.representative = PageId::NONE;
             }
             let texel = pages.constant(number);
             let others = texel.and_then(|texel| self.constants.get_mut(texel)).map_or(0, |(_, textures)| {
@@ -205,7 +205,7 @@ impl Sharing {
 
     /// The page is like no other from now on.
     pub(crate) fn leave(&mut self, page: PageId) {
-        self.lay_down(page);
+        self.release_representative(page);
         if let Some(Some(shares)) = self.textures.get_mut(usize::from(page.texture().number()))
             && let Some(place) = shares.place_of_shared(page)
         {
@@ -214,9 +214,9 @@ impl Sharing {
     }
 
     /// The page carries nothing any more: whichever page of the content comes first carries it next.
-    pub(crate) fn lay_down(&mut self, page: PageId) {
-        if let Some(content) = self.content_of(page).filter(|content| content.carrier == page) {
-            content.carrier = PageId::NONE;
+    pub(crate) fn release_representative(&mut self, page: PageId) {
+        if let Some(content) = self.content_of(page).filter(|content| content.representative == page) {
+            content.representative = PageId::NONE;
         }
     }
 

@@ -2,10 +2,10 @@
 //!
 //! | a page | is in the slot of its content | else |
 //! |---|---|---|
-//! | comes into view, or is to be held, and its content is in a slot | joins it at once: a page-table change, no load, no upload | the best page of the content becomes its carrier, the others wait |
+//! | comes into view, or is to be held, and its content is in a slot | joins it at once: a page-table change, no load, no upload | the best page of the content becomes its representative, the others wait |
 //! | is out of view, and more pages share than there are slots | leaves it, some in each frame, so that memory follows the pool | |
 //! | is evicted | leaves it; the slot is free when the last has left | |
-//! | changes its content (`refresh`) | stays in it as a *guest* until its new tile is here, which then goes into a slot of its own; out of view it is let go of | |
+//! | changes its content (`refresh`) | stays in it as a *stale sharer* until its new tile is here, which then goes into a slot of its own; out of view it is let go of | |
 //!
 //! Which page is evicted is `victims`' business, what contents there are `sharing`'s.
 
@@ -25,25 +25,25 @@ const TRIM_PARTS: usize = 8;
 
 /// What a slot holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Holding {
+pub(crate) struct SlotUse {
     /// Resident pages whose table entries name the slot; none where it is free.
-    pub(crate) pages: u32,
-    /// What all of them have, but for guests; none where it is that of one page alone.
-    pub(crate) content: ContentId,
+    pub(super) pages: u32,
+    /// What all of them have, but for stale sharers; none where it is that of one page alone.
+    pub(super) content: ContentId,
 }
 
-impl Holding {
-    pub(crate) const FREE: Holding = Holding { pages: 0, content: ContentId::NONE };
+impl SlotUse {
+    pub(crate) const FREE: SlotUse = SlotUse { pages: 0, content: ContentId::NONE };
 }
 
 impl Residency {
-    pub(crate) fn holding(&mut self, slot: Slot) -> &mut Holding {
+    pub(crate) fn slot_use(&mut self, slot: Slot) -> &mut SlotUse {
         &mut self.slots[slot.index() as usize]
     }
 
     /// A tile goes into an empty slot, for a page.
     pub(crate) fn put_in(&mut self, slot: Slot, content: ContentId) {
-        *self.holding(slot) = Holding { pages: 1, content };
+        *self.slot_use(slot) = SlotUse { pages: 1, content };
         self.stats.occupied += 1;
         self.stats.resident += 1;
         if let Some(content) = self.sharing.get_mut(content) {
@@ -53,13 +53,13 @@ impl Residency {
 
     /// A page leaves its slot. Says whether that is free now.
     pub(crate) fn take_out(&mut self, slot: Slot) -> bool {
-        let holding = self.holding(slot);
-        holding.pages -= 1;
-        let content = holding.content;
-        let is_free = holding.pages == 0;
+        let slot_use = self.slot_use(slot);
+        slot_use.pages -= 1;
+        let content = slot_use.content;
+        let is_free = slot_use.pages == 0;
         self.stats.resident -= 1;
         if is_free {
-            *self.holding(slot) = Holding::FREE;
+            *self.slot_use(slot) = SlotUse::FREE;
             self.stats.occupied -= 1;
             if let Some(content) = self.sharing.get_mut(content) {
                 content.slot = None;
@@ -91,9 +91,9 @@ impl Residency {
 
     /// Says whether the slot is free now.
     pub(crate) fn evict(&mut self, page: PageId, slot: Slot, textures: &Textures) -> bool {
-        let content = self.holding(slot).content;
+        let content = self.slot_use(slot).content;
         let is_free = self.take_out(slot);
-        self.evicted.push((page, slot));
+        self.moves.evicted.push((page, slot));
         self.records.remove(page);
         self.refreshes.evicted(page);
         for ancestor in textures.ancestors(page) {
@@ -123,7 +123,8 @@ impl Residency {
     pub(crate) fn may_load(&self, page: PageId) -> bool {
         let content = self.sharing.get(self.sharing.of(page));
         content.is_none_or(|content| {
-            content.slot.is_none() && (content.carrier == page || content.carrier == PageId::NONE)
+            content.slot.is_none()
+                && (content.representative == page || content.representative == PageId::NONE)
         })
     }
 
@@ -132,18 +133,18 @@ impl Residency {
         let Some(slot) = self.sharing.content_of(page).and_then(|content| content.slot) else { return false };
         let state = self.records.get_or_add(page, RecordHint::default()).state;
         if matches!(state, State::Absent | State::Queued | State::Failed) {
-            self.holding(slot).pages += 1;
+            self.slot_use(slot).pages += 1;
             self.stats.resident += 1;
             self.stats.shared += 1;
             if self.become_resident(page, slot, textures) {
-                self.recovered.push(page);
+                self.moves.recovered.push(page);
             }
-            self.settled.push(page);
+            self.moves.settled.push(page);
         }
         true
     }
 
-    /// Which page is loaded for one that is missing in view and comes next in the order: itself, or its content's carrier;
+    /// Which page is loaded for one that is missing in view and comes next in the order: itself, or its content's representative;
     /// none where its content is here, and it with it, or is listed already.
     pub(crate) fn load_for(&mut self, page: PageId, textures: &Textures) -> Option<PageId> {
         if self.join(page, textures) {
@@ -155,23 +156,23 @@ impl Residency {
             return None;
         }
         content.listed_round = round;
-        let carrier = self.carrier_for(page);
-        if carrier != page {
-            self.records.get_or_add(carrier, RecordHint::default()).use_for(frame);
+        let representative = self.representative_for(page);
+        if representative != page {
+            self.records.get_or_add(representative, RecordHint::default()).use_for(frame);
         }
-        Some(carrier)
+        Some(representative)
     }
 
-    /// The carrier of the page's content, or the page where there is none. What the source of one texture cannot give that of
+    /// The representative of the page's content, or the page where there is none. What the source of one texture cannot give that of
     /// another may.
-    fn carrier_for(&mut self, page: PageId) -> PageId {
-        let Some(carrier) = self.sharing.carrier_of(page) else { return page };
-        let has_failed = self.records.get(carrier).is_none_or(|record| record.state == State::Failed);
-        if has_failed && carrier.texture() != page.texture() {
-            self.sharing.lay_down(carrier);
+    fn representative_for(&mut self, page: PageId) -> PageId {
+        let Some(representative) = self.sharing.representative_of(page) else { return page };
+        let has_failed = self.records.get(representative).is_none_or(|record| record.state == State::Failed);
+        if has_failed && representative.texture() != page.texture() {
+            self.sharing.release_representative(representative);
             return page;
         }
-        carrier
+        representative
     }
 
     /// The same for a page that is to be held, in a plan by hand.
@@ -185,49 +186,50 @@ impl Residency {
             return None; // it comes with what is in view, or is listed already
         }
         content.planned = plan;
-        Some(self.carrier_for(page))
+        Some(self.representative_for(page))
     }
 
     /// Whether the content that the page carries has a use, for whichever of its pages.
-    pub(crate) fn carries_something_of_use(&self, page: PageId) -> bool {
-        let content = self.sharing.get(self.sharing.of(page)).filter(|content| content.carrier == page);
+    pub(crate) fn represents_something_of_use(&self, page: PageId) -> bool {
+        let content =
+            self.sharing.get(self.sharing.of(page)).filter(|content| content.representative == page);
         content.is_some_and(|content| {
             content.wanted_round >= self.round || content.planned == self.sharing.plan && content.planned > 0
         })
     }
 
     /// Whether the page, which is resident, is in a slot that is not to be written over with what is its own alone.
-    pub(crate) fn is_guest(&self, page: PageId) -> bool {
+    pub(crate) fn is_stale_sharer(&self, page: PageId) -> bool {
         if self.sharing.is_empty() {
             return false;
         }
-        let holding = self.slot_of(page).map(|slot| self.slots[slot.index() as usize]);
-        holding.is_some_and(|holding| holding.pages > 1 && holding.content != self.sharing.of(page))
+        let slot_use = self.slot_of(page).map(|slot| self.slots[slot.index() as usize]);
+        slot_use.is_some_and(|slot_use| slot_use.pages > 1 && slot_use.content != self.sharing.of(page))
     }
 
-    /// The guests, in no order.
-    pub(crate) fn guests(&self) -> impl Iterator<Item = PageId> + '_ {
-        self.refreshes.pages().filter(|&page| self.is_guest(page))
+    /// The stale sharers, in no order.
+    pub(crate) fn stale_sharers(&self) -> impl Iterator<Item = PageId> + '_ {
+        self.refreshes.pages().filter(|&page| self.is_stale_sharer(page))
     }
 
     /// A page that is alone in its slot is about to write its own tile there.
     pub(crate) fn take_over(&mut self, slot: Slot) {
-        let content = std::mem::replace(&mut self.holding(slot).content, ContentId::NONE);
+        let content = std::mem::replace(&mut self.slot_use(slot).content, ContentId::NONE);
         if let Some(content) = self.sharing.get_mut(content) {
             content.slot = None;
         }
     }
 
-    /// Evicts guests out of view: what they show is out of date, and nobody sees it.
-    pub(crate) fn let_go_of_guests(&mut self, textures: &Textures) {
+    /// Evicts stale sharers out of view: what they show is out of date, and nobody sees it.
+    pub(crate) fn evict_stale_sharers(&mut self, textures: &Textures) {
         if self.sharing.is_empty() {
             return;
         }
-        let mut guests: Vec<PageId> = self.guests().collect();
-        guests.sort_unstable_by_key(|&page| (page.level(), page)); // descendants first
-        for page in guests {
+        let mut stale: Vec<PageId> = self.stale_sharers().collect();
+        stale.sort_unstable_by_key(|&page| (page.level(), page)); // descendants first
+        for page in stale {
             let may_go = self.records.get(page).and_then(|record| self.age_if_evictable(record)).is_some();
-            if let Some(slot) = self.slot_of(page).filter(|_| may_go && self.is_guest(page)) {
+            if let Some(slot) = self.slot_of(page).filter(|_| may_go && self.is_stale_sharer(page)) {
                 self.evict(page, slot, textures); // others stay, so the slot is not free
             }
         }
@@ -235,7 +237,7 @@ impl Residency {
 
     /// Evicts each of these pages, out of view, with its descendants, held or not, where all of them may go. Costs one visit of every
     /// record for all of them together.
-    pub(crate) fn let_go_of_branches(&mut self, roots: &[PageId], textures: &Textures) {
+    pub(crate) fn evict_branches(&mut self, roots: &[PageId], textures: &Textures) {
         if roots.is_empty() {
             return;
         }
@@ -256,11 +258,11 @@ impl Residency {
             branches.extend(roots.iter().zip(0..).map(|(&page, root)| (root, page.level(), page)));
         }
         for branch in branches.chunk_by(|a, b| a.0 == b.0) {
-            self.let_go_of_branch(branch, textures);
+            self.evict_branch(branch, textures);
         }
     }
 
-    fn let_go_of_branch(&mut self, branch: &[(usize, u8, PageId)], textures: &Textures) {
+    fn evict_branch(&mut self, branch: &[(usize, u8, PageId)], textures: &Textures) {
         let is_out_of_view = |record: &Record| record.age_out_of_view(self.round).is_some();
         // What has gone with another branch does not count.
         let may_go = |&(_, _, page): &(usize, u8, PageId)| {
@@ -294,7 +296,8 @@ impl Residency {
             State::Resident(slot) => self.slots[slot.index() as usize].pages > 1,
             _ => false,
         };
-        let may_go = |record: &&Record| self.age_if_evictable(record).is_some() && !self.is_held(record.page);
+        let may_go =
+            |record: &&Record| self.age_if_evictable(record).is_some() && !self.is_claimed(record.page);
         let candidates = self.records.part(part, TRIM_PARTS).filter(shares).filter(may_go);
         pages.extend(candidates.map(|record| record.page).take(excess as usize));
         for page in pages.drain(..) {
@@ -307,8 +310,8 @@ impl Residency {
         self.sharing.trimmed = pages;
     }
 
-    /// A guest moves into a slot of its own; the last in a slot leaves it free.
-    pub(crate) fn move_guest(&mut self, page: PageId, to: Slot) {
+    /// A stale sharer moves into a slot of its own; the last in a slot leaves it free.
+    pub(crate) fn move_stale_sharer(&mut self, page: PageId, to: Slot) {
         let Some(record) = self.records.get_mut(page) else { return };
         let State::Resident(from) = record.state else { return };
         record.state = State::Resident(to);
@@ -317,7 +320,7 @@ impl Residency {
             self.free.push(from);
         }
         self.put_in(to, ContentId::NONE);
-        self.evicted.push((page, from));
+        self.moves.evicted.push((page, from));
     }
 }
 
@@ -325,7 +328,6 @@ impl Residency {
 mod tests {
     use super::*;
     use crate::residency::records::VISITED;
-    use crate::table::pool::PoolId;
     use crate::texture::geometry::{Geometry, GeometrySpec};
     use crate::texture::page::{Dims, PagePos, TextureId};
     use std::sync::Arc;
@@ -337,7 +339,7 @@ mod tests {
     /// It was a walk for each of them, in every frame in which they found no room.
     #[test]
     fn branches_go_together_in_one_walk_but_for_those_in_view() {
-        let (mut textures, mut residency) = (Textures::default(), Residency::new(PoolId::default(), 1400, 1));
+        let (mut textures, mut residency) = (Textures::default(), Residency::new(1400, 1));
         let geometry = Arc::new(Geometry::new(GeometrySpec::image(4096, 4096)).unwrap());
         textures.add(TextureId::new(0).unwrap(), geometry, None);
         residency.begin_frame(1);
@@ -356,7 +358,7 @@ mod tests {
         let before = residency.stats.resident;
         let roots: Vec<PageId> = (0..8).flat_map(|y| (0..8).map(move |x| page(2, x, y))).collect();
         VISITED.set(0);
-        residency.let_go_of_branches(&roots, &textures);
+        residency.evict_branches(&roots, &textures);
         assert!(VISITED.get() <= before as usize + 64, "{} visits of {before} records", VISITED.get());
         assert_eq!(before - residency.stats.resident, 63 * (1 + 4 + 16));
         assert!(
@@ -366,7 +368,7 @@ mod tests {
         assert!(!is_here(&residency, page(2, 1, 0)) && is_here(&residency, page(3, 1, 0)));
         // Without descendants there is nothing to walk for.
         VISITED.set(0);
-        residency.let_go_of_branches(&[page(3, 1, 0)], &textures);
+        residency.evict_branches(&[page(3, 1, 0)], &textures);
         assert_eq!((VISITED.get(), is_here(&residency, page(3, 1, 0))), (0, false));
     }
 

@@ -20,7 +20,7 @@ const FEW_RECORDS: usize = 4096;
 /// What is known of pages out of view, and the candidates of a round.
 #[derive(Debug, Default)]
 pub(crate) struct Victims {
-    pub(crate) retention: Retention,
+    pub(super) retention: Retention,
     /// Of each part of the records.
     candidates: [BinaryHeap<Candidate<PageId>>; PARTS],
     /// The round in which each part was listed.
@@ -49,7 +49,7 @@ impl Victims {
     /// The best candidate of all parts.
     fn pop(&mut self) -> Option<PageId> {
         let best = self.candidates.iter_mut().max_by(|a, b| a.peek().cmp(&b.peek()));
-        best.and_then(BinaryHeap::pop).map(|candidate| candidate.page)
+        best.and_then(BinaryHeap::pop).map(|candidate| candidate.page())
     }
 }
 
@@ -145,7 +145,8 @@ impl Residency {
         age: u64,
         textures: &Textures,
     ) -> Candidate<PageId> {
-        let lateness = if self.is_held(page) { -1.0 } else { retention.lateness(page, age, textures) };
-        Candidate { lateness, level: page.level(), page }
+        let reuse_distance =
+            if self.is_claimed(page) { -1.0 } else { retention.reuse_distance(page, age, textures) };
+        Candidate::new(reuse_distance, page.level(), page)
     }
 }

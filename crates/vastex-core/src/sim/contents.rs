@@ -80,7 +80,7 @@ impl Contents {
         let (pool, now) = (pager.pool(), self.now(page));
         let is_same = |&other: &PageId| other != page && self.changes(other) == 0 && self.now(other) == now;
         let on_its_way = self.under_way.iter().filter(|(_, (at, _))| *at == pool).map(|(other, _)| *other);
-        let there = |other: &PageId| pager.textures.geometry(other.texture()).is_some();
+        let there = |other: &PageId| pager.has_texture(other.texture());
         if let Some(other) = on_its_way.filter(there).find(is_same) {
             return Err(format!("{page:?} is being loaded, with {other:?}"));
         }

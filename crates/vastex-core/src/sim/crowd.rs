@@ -368,7 +368,7 @@ impl Crowd {
         let begun = self.loads.begin(self.frame);
         let is_in_view = |page: &PageId| {
             let pool = self.pagers.pool_of(page.texture());
-            pool.is_some_and(|pool| self.pagers.pager(pool).residency.is_for_view(*page))
+            pool.is_some_and(|pool| self.pagers.pager(pool).is_for_view(*page))
         };
         let ahead = begun.iter().find(|page| !is_in_view(page));
         match ahead.and_then(|ahead| Some((ahead, self.loads.waiting().find(is_in_view)?))) {
@@ -382,7 +382,7 @@ impl Crowd {
     fn upload(&mut self) -> Result<(), String> {
         let mut bytes = 0;
         while let Some((pool, upload)) = self.pagers.poll_upload() {
-            bytes += self.pagers.pager(pool).settings.tile_bytes;
+            bytes += self.pagers.pager(pool).tile_bytes();
             self.contents.show(pool, upload.slot, &upload.bytes);
             if let Some(evicted) = upload.evicted {
                 self.check_eviction(evicted)?;

@@ -297,7 +297,7 @@ impl World {
     /// No page in view waits for one that is not.
     fn begin_loads(&mut self) -> Result<(), String> {
         let begun = self.knobs.loads.begin(self.frame);
-        let is_in_view = |page: &PageId| self.pager.residency.is_for_view(*page);
+        let is_in_view = |page: &PageId| self.pager.is_for_view(*page);
         let ahead = begun.iter().find(|page| !is_in_view(page));
         match ahead.and_then(|ahead| Some((ahead, self.knobs.loads.waiting().find(is_in_view)?))) {
             Some((ahead, waits)) => {

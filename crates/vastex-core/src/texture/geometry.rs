@@ -5,9 +5,11 @@
 //! parent. Nothing here assumes a power of two. Where texels lie inside tiles is [`crate::space`]'s business, how the
 //! coarsest levels share one tile [`crate::tail`]'s.
 
+pub(crate) mod tail;
+
 use crate::shader_constants;
+use crate::texture::geometry::tail::TailLayout;
 use crate::texture::page::{Dims, PageId, PagePos, TextureId};
-use crate::texture::tail::TailLayout;
 
 /// Levels that a texture can have.
 pub const MAX_LEVELS: usize = shader_constants::MAX_LEVELS as usize;

@@ -9,5 +9,4 @@ pub(crate) mod page_contents;
 pub(crate) mod page_set;
 pub(crate) mod region;
 pub(crate) mod space;
-pub(crate) mod tail;
 pub(crate) mod textures;

@@ -5,7 +5,7 @@
 //! measures. What the position is of (a point in the world, a point of an image, a longitude and a latitude) is the
 //! application's business, as is how its camera turns to look.
 
-use crate::wanted::vector::{Vec3, angle, cross, dot, length, less};
+use crate::wanted::vector::{Vec3, angle, cross, dot, length, sub_scaled};
 
 /// A position that moves at an even speed along a line, or along a circle or a screw where the velocity turns.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -22,7 +22,7 @@ pub struct Motion {
 impl Motion {
     /// The motion that has led through three positions in as many frames, the oldest first.
     pub fn through([first, second, now]: [[f64; 3]; 3]) -> Motion {
-        let [before, step] = [less(second, 1.0, first), less(now, 1.0, second)];
+        let [before, step] = [sub_scaled(second, 1.0, first), sub_scaled(now, 1.0, second)];
         let axis = cross(before, step);
         let rate = if length(axis) > 0.0 { angle(before, step) / length(axis) } else { 0.0 };
         let turn = axis.map(|n| n * rate);
@@ -40,9 +40,9 @@ impl Motion {
         // Along the arc: how far ahead, and how far towards the side to which it turns.
         let (ahead, aside) =
             if angle.abs() < 1e-6 { (frames, 0.0) } else { (angle.sin() / rate, (1.0 - angle.cos()) / rate) };
-        let Some(axis) = self.axis() else { return less(self.position, -frames, self.velocity) };
+        let Some(axis) = self.axis() else { return sub_scaled(self.position, -frames, self.velocity) };
         let along = axis.map(|n| n * dot(axis, self.velocity));
-        let across = less(self.velocity, 1.0, along);
+        let across = sub_scaled(self.velocity, 1.0, along);
         let side = cross(axis, across);
         std::array::from_fn(|n| self.position[n] + along[n] * frames + across[n] * ahead + side[n] * aside)
     }
@@ -68,7 +68,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn is_near(a: Vec3, b: Vec3, within: f64) -> bool {
-        length(less(a, 1.0, b)) <= within
+        length(sub_scaled(a, 1.0, b)) <= within
     }
 
     #[test]
@@ -102,7 +102,7 @@ mod tests {
             let motion = Motion::through([at(-2.0), at(-1.0), at(0.0)]);
             prop_assert!(is_near(motion.position_after(frames), at(frames), 1e-6));
             // What looks along the way goes on doing so.
-            let step = less(at(frames + 1e-6), 1.0, at(frames - 1e-6)).map(|n| n / 2e-6);
+            let step = sub_scaled(at(frames + 1e-6), 1.0, at(frames - 1e-6)).map(|n| n / 2e-6);
             prop_assert!(is_near(motion.turned(motion.velocity, frames), step, 1e-6));
         }
     }

@@ -16,7 +16,7 @@ pub(crate) fn length(a: Vec3) -> f64 {
 }
 
 /// `a - factor * b`.
-pub(crate) fn less(a: Vec3, factor: f64, b: Vec3) -> Vec3 {
+pub(crate) fn sub_scaled(a: Vec3, factor: f64, b: Vec3) -> Vec3 {
     std::array::from_fn(|axis| a[axis] - factor * b[axis])
 }
 

@@ -13,7 +13,7 @@ pub(crate) trait Rank {
 
     /// How late the page, which is not in the frame's set, is thought to be wanted again. The latest goes first, among
     /// equals the finest.
-    fn lateness(&self, page: u32, pool: &Pool<'_>) -> f64;
+    fn reuse_distance(&self, page: u32, pool: &Pool<'_>) -> f64;
 }
 
 /// Follows a rank: lists the candidates when the first victim of a frame is needed, and gives them in order.
@@ -38,7 +38,7 @@ impl<R: Rank> Ranked<R> {
     }
 
     fn candidate(&self, page: u32, pool: &Pool<'_>) -> Candidate<u32> {
-        Candidate { lateness: self.rank.lateness(page, pool), level: pool.pages().level(page), page }
+        Candidate::new(self.rank.reuse_distance(page, pool), pool.pages().level(page), page)
     }
 }
 
@@ -55,15 +55,15 @@ impl<R: Rank> Evictor for Ranked<R> {
             self.list(pool);
         }
         while let Some(candidate) = self.candidates.pop() {
-            if pool.may_evict(candidate.page) {
+            if pool.may_evict(candidate.page()) {
                 // Without it, its ancestors may have no descendant left.
-                for ancestor in pool.pages().ancestors(candidate.page) {
+                for ancestor in pool.pages().ancestors(candidate.page()) {
                     if pool.may_evict_after(ancestor) {
                         let ancestor = self.candidate(ancestor, pool);
                         self.candidates.push(ancestor);
                     }
                 }
-                return Some(candidate.page);
+                return Some(candidate.page());
             }
         }
         None
@@ -74,7 +74,7 @@ impl<R: Rank> Evictor for Ranked<R> {
 pub(crate) struct LeastRecent;
 
 impl Rank for LeastRecent {
-    fn lateness(&self, page: u32, pool: &Pool<'_>) -> f64 {
+    fn reuse_distance(&self, page: u32, pool: &Pool<'_>) -> f64 {
         pool.age(page) as f64
     }
 }
@@ -83,7 +83,7 @@ impl Rank for LeastRecent {
 pub(crate) struct LevelFirst;
 
 impl Rank for LevelFirst {
-    fn lateness(&self, page: u32, pool: &Pool<'_>) -> f64 {
+    fn reuse_distance(&self, page: u32, pool: &Pool<'_>) -> f64 {
         pool.age(page) as f64 - f64::from(pool.pages().level(page)) * pool.frames() as f64
     }
 }
@@ -115,7 +115,7 @@ impl Rank for Farthest {
         }
     }
 
-    fn lateness(&self, page: u32, _pool: &Pool<'_>) -> f64 {
+    fn reuse_distance(&self, page: u32, _pool: &Pool<'_>) -> f64 {
         self.uses[page as usize].last().map_or(f64::INFINITY, |&frame| frame as f64)
     }
 }

@@ -67,12 +67,12 @@ impl Rank for Vastex {
         self.retention.size_reserve(out_of_view, pool.slots() - pool.set().len());
     }
 
-    fn lateness(&self, page: u32, pool: &Pool<'_>) -> f64 {
+    fn reuse_distance(&self, page: u32, pool: &Pool<'_>) -> f64 {
         let age = pool.age(page);
         if let Some(frames) = self.frames_until_cycle(page, age, pool.frame()) {
             return frames - LATER; // before all that only may come back
         }
-        self.retention.lateness(pool.pages().id(page), age, pool.pages().textures())
+        self.retention.reuse_distance(pool.pages().id(page), age, pool.pages().textures())
     }
 }
 

@@ -8,7 +8,6 @@ use std::fmt;
 use crate::pager::Pagers;
 use crate::pager::pool::Pager;
 use crate::residency::PageState;
-use crate::residency::records::{Record, RecordHint, State};
 use crate::table::pool::PoolId;
 use crate::texture::page::{Dims, PageId};
 use crate::wanted::feedback::{Need, WantedPage};
@@ -106,42 +105,39 @@ impl Pager {
         let mut covers = std::iter::once(at_bias).chain(self.textures.ancestors(at_bias));
         let is_here = |page: &PageId| residency.slot_of(*page).is_some();
         let shown = covers.find(is_here)?;
-        let record = residency.records.get(at_bias);
-        let in_slot =
-            residency.slot_of(at_bias).map_or(0, |slot| residency.slots[slot.index() as usize].pages);
+        let in_slot = residency.pages_in_slot_of(at_bias);
         Some(Explanation {
             pool: self.pool(),
-            frame: residency.frame,
+            frame: residency.frame(),
             dims,
             wanted,
             bias_eighths,
             at_bias,
             shown,
             state: self.state(at_bias),
-            wait: self.wait_of(at_bias, record),
-            failures: record.map_or(0, |record| u32::from(record.failures)),
-            is_stale: residency.refreshes.pages().any(|page| page == at_bias),
+            wait: self.wait_of(at_bias),
+            failures: residency.history(at_bias).failures,
+            is_stale: residency.refreshes().pages().any(|page| page == at_bias),
             in_slot,
-            history: self.history_of(at_bias, record),
+            history: self.history_of(at_bias),
         })
     }
 
-    fn wait_of(&self, page: PageId, record: Option<&Record>) -> Option<Wait> {
+    fn wait_of(&self, page: PageId) -> Option<Wait> {
         let residency = &self.residency;
         let before = |is_before: &dyn Fn(&PageId) -> bool| {
             let listed = self.order.iter().chain(&self.by_hand);
             listed.take_while(|&&other| other != page).filter(|&other| is_before(other)).count() as u32
         };
-        let Some(record) = record else { return Some(Wait::Feedback) };
-        match record.state {
-            State::Resident(_) => None,
-            State::Absent => Some(Wait::Feedback),
-            State::Loading(_) => Some(Wait::Loader),
-            State::Failed => Some(Wait::Retry { at: record.retry_at }),
-            State::Ready => {
+        match residency.state(page) {
+            PageState::Resident(_) => None,
+            PageState::Absent => Some(Wait::Feedback),
+            PageState::Loading => Some(Wait::Loader),
+            PageState::Failed { until } => Some(Wait::Retry { at: until }),
+            PageState::Ready => {
                 Some(Wait::Upload { before: before(&|&other| residency.state(other) == PageState::Ready) })
             }
-            State::Queued => Some(match self.carrier_of(page) {
+            PageState::Queued => Some(match self.representative_of(page) {
                 Some((page, dims)) => Wait::Carrier { page, dims },
                 None if self.has_no_room() => Wait::Slot,
                 None => Wait::Request {
@@ -154,27 +150,19 @@ impl Pager {
     }
 
     /// The page that is loaded in the page's place, if that is another one, and of what texture.
-    fn carrier_of(&self, page: PageId) -> Option<(PageId, Dims)> {
-        let carrier = self.residency.sharing.carrier_of(page)?;
-        Some((carrier, self.textures.geometry(carrier.texture())?.dims()))
+    fn representative_of(&self, page: PageId) -> Option<(PageId, Dims)> {
+        let representative = self.residency.sharing().representative_of(page)?;
+        Some((representative, self.textures.geometry(representative.texture())?.dims()))
     }
 
-    fn history_of(&self, page: PageId, record: Option<&Record>) -> Vec<(u64, Step)> {
-        let residency = &self.residency;
-        let evicted = residency.evicted_at.get(page).copied();
-        let of_content =
-            residency.sharing.get(residency.sharing.of(page)).and_then(|content| content.evicted_at);
-        let is_tail = self.textures.is_tail(page);
-        let mut steps: Vec<_> =
-            evicted.or(of_content).map(|frame| (frame, Step::Evicted)).into_iter().collect();
-        if let Some(record) = record.filter(|_| !is_tail) {
-            let is_wanted = residency.is_wanted(page, RecordHint::default());
-            let was_asked = matches!(record.state, State::Loading(_) | State::Ready | State::Resident(_));
-            let is_here = matches!(record.state, State::Resident(_));
-            steps.extend(is_wanted.then_some((record.since, Step::Wanted)));
-            // A page that came into a slot with others was never asked for.
-            steps.extend((was_asked && record.asked_at > 0).then_some((record.asked_at, Step::Asked)));
-            steps.extend(is_here.then_some((record.settled_at, Step::Settled)));
+    fn history_of(&self, page: PageId) -> Vec<(u64, Step)> {
+        let mut steps = Vec::new();
+        steps.extend(self.residency.evicted_at(page).map(|frame| (frame, Step::Evicted)));
+        if !self.textures.is_tail(page) {
+            let history = self.residency.history(page);
+            steps.extend(history.wanted_since.map(|frame| (frame, Step::Wanted)));
+            steps.extend(history.asked_at.map(|frame| (frame, Step::Asked)));
+            steps.extend(history.settled_at.map(|frame| (frame, Step::Settled)));
         }
         steps.sort_unstable();
         steps

@@ -3,5 +3,13 @@
 #[cfg(feature = "checks")]
 pub mod checks;
 pub(crate) mod explain;
+#[cfg(feature = "checks")]
+pub(crate) mod savings;
 pub(crate) mod telemetry;
 pub(crate) mod usage;
+
+#[cfg(not(feature = "checks"))]
+impl crate::pager::pool::Pager {
+    /// Without the feature `checks` nothing is checked.
+    pub(crate) fn check(&self) {}
+}

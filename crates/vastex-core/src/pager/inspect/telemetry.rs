@@ -31,7 +31,7 @@ pub struct PoolFrame {
 impl Pager {
     /// Totals and gauges. Costs a visit of each missing page and of each that is pinned by hand.
     pub fn stats(&self) -> Stats {
-        let pins = self.residency.stats.pinned;
+        let pins = self.residency.tails();
         let failed = self.failed_pages().count() as u32;
         let missing =
             self.order.iter().filter(|&&page| self.residency.slot_of(page).is_none()).count() as u32;
@@ -46,15 +46,15 @@ impl Pager {
             bias_eighths: self.bias.bias(),
             missing: missing - failed,
             failed,
-            ..self.residency.stats
+            ..*self.residency.stats()
         }
     }
 
     /// Slots of pages that are pinned by hand; tails are none of theirs.
     fn slots_pinned_by_hand(&self) -> u32 {
-        let pinned = self.residency.tickets.pinned().filter(|&page| !self.textures.is_tail(page));
+        let pinned = self.claims.pinned().filter(|&page| !self.textures.is_tail(page));
         let slots = pinned.filter_map(|page| self.residency.slot_of(page));
-        if self.residency.sharing.is_empty() {
+        if self.residency.sharing().is_empty() {
             return slots.count() as u32;
         }
         slots.collect::<FxHashSet<Slot>>().len() as u32
@@ -63,19 +63,19 @@ impl Pager {
     /// The frame that has just been played, where `earlier` is what [`Pager::stats`] said after the one before. Costs a visit
     /// of each missing page.
     pub fn frame_since(&self, earlier: &Stats) -> PoolFrame {
-        let frame = self.residency.frame;
+        let frame = self.residency.frame();
         PoolFrame {
             frame,
             pool: self.pool(),
             stats: self.stats().since(earlier),
             feedback_age: self.newest_feedback.map(|newest| frame.saturating_sub(newest)),
-            time_to_sharp: self.residency.waits.percentiles(),
+            time_to_sharp: self.residency.waits().percentiles(),
         }
     }
 
     /// Frames after which 95 % of the last 256 tiles were in their slots, counted from their requests; nothing before the first.
     pub fn arrival_frames(&self) -> Option<u32> {
-        self.residency.arrivals.percentiles().map(|arrival| arrival.p95)
+        self.residency.arrivals().percentiles().map(|arrival| arrival.p95)
     }
 }
 

@@ -63,7 +63,7 @@ impl Pager {
         let mut slots = vec![None; self.settings.slots as usize];
         for (page, slot) in self.resident() {
             let is_in_view = self.residency.is_wanted(page, RecordHint::default());
-            let is_locked = self.textures.is_tail(page) || self.residency.tickets.pins(page);
+            let is_locked = self.textures.is_tail(page) || self.claims.pins(page);
             let Some(place) = slots.get_mut(slot.index() as usize) else { continue };
             let usage =
                 place.get_or_insert(SlotUsage { page, pages: 0, is_in_view: false, is_locked: false });

@@ -55,15 +55,15 @@ pub(crate) struct Node {
     /// The sharpest need of the page and all that lies below it.
     need: Need,
     /// Feedback pixels of the page and all that lies below it, over the cycles.
-    pub(crate) pixels: u32,
+    pub(in crate::pager) pixels: u32,
     /// Those of them that already show something finer than the page.
-    pub(crate) finer: u32,
+    pub(in crate::pager) finer: u32,
     /// Whether its tile is in a slot.
-    pub(crate) is_resident: bool,
+    pub(in crate::pager) is_resident: bool,
     /// Where its record was when the set was worked out.
-    pub(crate) record: RecordHint,
+    pub(in crate::pager) record: RecordHint,
     /// What it has in common with other pages, as of then.
-    pub(crate) content: ContentId,
+    pub(in crate::pager) content: ContentId,
     /// The content has to be asked for.
     is_new: bool,
 }
@@ -139,9 +139,9 @@ pub(crate) struct WorkingSet {
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Shortfall {
     /// Feedback pixels whose wanted page is not resident.
-    pub(crate) pixels: u64,
+    pub(in crate::pager) pixels: u64,
     /// Levels by which what is resident is coarser than what they want, summed over them.
-    pub(crate) levels: u64,
+    pub(in crate::pager) levels: u64,
 }
 
 impl WorkingSet {

@@ -1,6 +1,6 @@
 //! The camera of a survey: what a matrix says of where things are in a picture, and how large they are there.
 
-use crate::wanted::vector::{Vec3, angle, cross, dot, length, less};
+use crate::wanted::vector::{Vec3, angle, cross, dot, length, sub_scaled};
 
 /// A camera, told by the matrix that the picture is drawn with. To survey a model in its own space, give
 /// `clip_from_world * world_from_model`.
@@ -32,7 +32,7 @@ impl Camera {
         let across = |axis: usize| {
             let square = dot(forward, forward);
             let along = if square > 0.0 { dot(rows[axis], forward) / square } else { 0.0 };
-            length(less(rows[axis], along, forward)) * half_picture[axis]
+            length(sub_scaled(rows[axis], along, forward)) * half_picture[axis]
         };
         Camera {
             rows,
@@ -74,7 +74,7 @@ impl Camera {
     /// From the eye to a point; the direction of sight where the projection is parallel.
     pub(super) fn ray(&self, point: Vec3) -> Vec3 {
         match self.eye {
-            Some(eye) => less(point, 1.0, eye),
+            Some(eye) => sub_scaled(point, 1.0, eye),
             None => cross(self.rows[0], self.rows[1]),
         }
     }
@@ -83,7 +83,7 @@ impl Camera {
     #[cfg(test)]
     pub(super) fn ray_through(&self, place: [f64; 2]) -> Vec3 {
         let [x, y] = [2.0 * place[0] - 1.0, 1.0 - 2.0 * place[1]];
-        let ray = cross(less(self.rows[0], x, self.rows[3]), less(self.rows[1], y, self.rows[3]));
+        let ray = cross(sub_scaled(self.rows[0], x, self.rows[3]), sub_scaled(self.rows[1], y, self.rows[3]));
         if dot(self.rows[3], ray) < 0.0 { ray.map(|n| -n) } else { ray }
     }
 
@@ -101,7 +101,7 @@ impl Camera {
     pub(super) fn half_angle(&self, centre: Vec3, radius: f64) -> f64 {
         match self.eye {
             Some(eye) => {
-                let distance = length(less(centre, 1.0, eye));
+                let distance = length(sub_scaled(centre, 1.0, eye));
                 if radius >= distance { std::f64::consts::PI } else { (radius / distance).asin() }
             }
             None => 0.0,
@@ -124,7 +124,7 @@ impl Camera {
     pub(super) fn nearest_w(&self, centre: Vec3, radius: f64) -> f64 {
         let by_depth = self.w(centre) - radius * self.w_per_unit();
         match self.eye {
-            Some(eye) => by_depth.max(self.least_w * (length(less(centre, 1.0, eye)) - radius)),
+            Some(eye) => by_depth.max(self.least_w * (length(sub_scaled(centre, 1.0, eye)) - radius)),
             None => by_depth,
         }
     }
@@ -132,7 +132,7 @@ impl Camera {
     /// The same for a camera that may turn to any point of the sphere.
     pub(super) fn nearest_w_turned(&self, centre: Vec3, radius: f64) -> f64 {
         match self.eye {
-            Some(eye) => self.w_per_unit() * (length(less(centre, 1.0, eye)) - radius),
+            Some(eye) => self.w_per_unit() * (length(sub_scaled(centre, 1.0, eye)) - radius),
             None => self.w(centre),
         }
     }
@@ -142,7 +142,7 @@ impl Camera {
         let w = self.w(point);
         [0, 1].map(|row| {
             let place = self.clip(row, point) / w;
-            dot(less(self.rows[row], place, self.rows[3]), along) / w * self.half_picture[row]
+            dot(sub_scaled(self.rows[row], place, self.rows[3]), along) / w * self.half_picture[row]
         })
     }
 }
@@ -156,14 +156,14 @@ fn eye(rows: &[Vec3; 4], offsets: &[f64; 4]) -> Option<Vec3> {
         return None;
     }
     let parts = [(offsets[0], cross(y, w)), (offsets[1], cross(w, x)), (offsets[3], cross(x, y))];
-    let sum = parts.iter().fold([0.0; 3], |sum, &(offset, part)| less(sum, offset, part));
+    let sum = parts.iter().fold([0.0; 3], |sum, &(offset, part)| sub_scaled(sum, offset, part));
     Some(sum.map(|coordinate| coordinate / volume))
 }
 
 /// Clip w at distance 1 along the rays through the corners of the picture, the least of them.
 fn least_w(rows: &[Vec3; 4]) -> f64 {
     let corner = |x: f64, y: f64| {
-        let ray = cross(less(rows[0], x, rows[3]), less(rows[1], y, rows[3]));
+        let ray = cross(sub_scaled(rows[0], x, rows[3]), sub_scaled(rows[1], y, rows[3]));
         if length(ray) > 0.0 { dot(rows[3], ray).abs() / length(ray) } else { 0.0 }
     };
     let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0)];
@@ -190,7 +190,7 @@ mod tests {
     fn the_eye_is_found_and_what_is_before_it_seen() {
         let camera = looking_along_x();
         let eye = camera.eye().unwrap();
-        assert!(length(less(eye, 1.0, [1.0, 2.0, 3.0])) < 1e-6, "{eye:?}");
+        assert!(length(sub_scaled(eye, 1.0, [1.0, 2.0, 3.0])) < 1e-6, "{eye:?}");
         assert!(camera.sees([5.0, 2.0, 3.0], 0.0));
         assert!(!camera.sees([-5.0, 2.0, 3.0], 1.0) && camera.sees([-5.0, 2.0, 3.0], 7.0));
         // The left edge of the view is at y = 2 + 16/9 of the distance.

@@ -124,7 +124,7 @@ impl Surface for GlobeSurface {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::wanted::vector::{angle, less};
+    use crate::wanted::vector::{angle, sub_scaled};
     use proptest::prelude::*;
 
     fn on_globe(globe: &GlobeSurface, [u, v]: [f64; 2]) -> [f64; 3] {
@@ -150,7 +150,7 @@ mod tests {
             let patch = globe.patch([corner, end]);
             let at = [0, 1].map(|a| corner[a] + (end[a] - corner[a]) * inside[a]);
             let point = on_globe(&globe, at);
-            prop_assert!(length(less(point, 1.0, patch.centre)) <= patch.radius + 1e-9);
+            prop_assert!(length(sub_scaled(point, 1.0, patch.centre)) <= patch.radius + 1e-9);
             let turned = angle(normal(&globe, point), patch.facing.unwrap());
             prop_assert!(turned <= patch.bend + 1e-6, "{turned} > {}", patch.bend);
             for axis in 0..2 {
@@ -158,7 +158,7 @@ mod tests {
                 let step = 1e-6;
                 let mut next = at;
                 next[axis] += if at[axis] < 0.5 { step } else { -step };
-                let moved = length(less(on_globe(&globe, next), 1.0, point)) / step;
+                let moved = length(sub_scaled(on_globe(&globe, next), 1.0, point)) / step;
                 let most = patch.stretch * length(patch.along[axis]);
                 prop_assert!(moved <= most * 1.001 + 1e-3, "{axis}: {moved} > {most}");
             }
@@ -175,7 +175,7 @@ mod tests {
             for corner in [[0, 0], [0, 1], [1, 0], [1, 1]] {
                 let [s, t] = [uv[corner[0]][0], uv[corner[1]][1]];
                 let point = std::array::from_fn(|n| flat.origin[n] + s * u[n] + t * v[n]);
-                prop_assert!(length(less(point, 1.0, patch.centre)) <= patch.radius + 1e-9);
+                prop_assert!(length(sub_scaled(point, 1.0, patch.centre)) <= patch.radius + 1e-9);
             }
         }
     }

@@ -7,14 +7,14 @@ use rustc_hash::FxHashMap;
 
 use super::*;
 use crate::texture::geometry::GeometrySpec;
-use crate::wanted::vector::{cross, dot, length, less};
+use crate::wanted::vector::{cross, dot, length, sub_scaled};
 
 const PICTURE: [u32; 2] = [320, 180];
 
 /// A camera at `eye` that looks at `target`, z up, with a vertical field of view of 60 degrees.
 fn look_at(eye: [f64; 3], target: [f64; 3]) -> Camera {
     let unit = |a: [f64; 3]| a.map(|n| n / length(a));
-    let forward = unit(less(target, 1.0, eye));
+    let forward = unit(sub_scaled(target, 1.0, eye));
     let right = unit(cross(forward, [0.0, 0.0, 1.0]));
     let up = cross(right, forward);
     let focal = 1.0 / (FRAC_PI_3 / 2.0).tan();
@@ -41,7 +41,7 @@ type Hit = fn([f64; 3], [f64; 3]) -> Option<[f64; 2]>;
 /// A plane of 2 by 1 at z = 0 around the origin.
 fn hit_plane(eye: [f64; 3], ray: [f64; 3]) -> Option<[f64; 2]> {
     let steps = -eye[2] / ray[2];
-    let at = less(eye, -steps, ray);
+    let at = sub_scaled(eye, -steps, ray);
     let uv = [(at[0] + 1.0) / 2.0, 0.5 - at[1]];
     (steps > 0.0 && uv.iter().all(|uv| (0.0..1.0).contains(uv))).then_some(uv)
 }
@@ -54,7 +54,7 @@ fn hit_globe(eye: [f64; 3], ray: [f64; 3]) -> Option<[f64; 2]> {
     if depth_squared < 0.0 || closest < 0.0 {
         return None;
     }
-    let at = less(eye, -(closest - depth_squared.sqrt()), ray);
+    let at = sub_scaled(eye, -(closest - depth_squared.sqrt()), ray);
     Some([at[1].atan2(at[0]) / TAU + 0.5, 0.5 - at[2].clamp(-1.0, 1.0).asin() / PI])
 }
 
