@@ -10,10 +10,10 @@ use std::time::Duration;
 use bytes::Bytes;
 use vastex_core::{PageId, TextureId};
 
+use super::clock::{Clock, SystemClock};
 use super::queue::{Outcome, Queue, ReadId};
 use super::{LoadError, Loaded, LoaderSettings, load};
-use crate::clock::{Clock, SystemClock};
-use crate::source::TileSource;
+use crate::sources::TileSource;
 
 /// Only ever polled where it was made, so it need not be `Send`.
 type Read = Pin<Box<dyn Future<Output = Result<Bytes, LoadError>>>>;

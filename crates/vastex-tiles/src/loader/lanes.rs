@@ -12,7 +12,7 @@ use std::time::Duration;
 use rustc_hash::FxHashMap;
 use vastex_core::PageId;
 
-use crate::limit::ReadLimit;
+use crate::stores::ReadLimit;
 
 /// Where a queued request stands: by rank, and by arrival among equals.
 pub(super) type Turn = (u64, u64);

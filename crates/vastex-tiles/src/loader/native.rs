@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::pin::pin;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 use std::task::{Context, Poll, Wake, Waker};
 use std::thread::{self, Thread};
 use std::time::Duration;
@@ -21,10 +21,11 @@ use std::{io, mem};
 
 use vastex_core::{PageId, TextureId};
 
+use super::clock::{Clock, SystemClock};
 use super::queue::{Job, Outcome, Queue, ReadId};
 use super::{LoadError, Loaded, LoaderSettings, load};
-use crate::clock::{Clock, SystemClock};
-use crate::source::TileSource;
+use crate::ground::sync::{lock, wait_at_most};
+use crate::sources::TileSource;
 
 /// How long a read may block its thread before it lends its place. A disk that seeks answers much sooner.
 const PATIENCE: Duration = Duration::from_millis(250);
@@ -114,9 +115,9 @@ impl Signal {
 }
 
 impl Shared {
-    /// Sources run outside the lock, and their panics are caught; so nothing is ever half done behind it.
+    /// Sources run outside the lock, and their panics are caught, so that the state is always whole.
     fn lock(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.state)
     }
 }
 
@@ -214,8 +215,7 @@ impl Loader {
             if state.queue.is_idle() {
                 return None;
             }
-            let waited = self.shared.ended.wait_timeout(state, PATIENCE);
-            state = waited.unwrap_or_else(PoisonError::into_inner).0;
+            state = wait_at_most(&self.shared.ended, state, PATIENCE).0;
         }
     }
 
@@ -344,9 +344,9 @@ fn next_job(shared: &Arc<Shared>) -> Option<(Job, Arc<Signal>)> {
             shared.staff(&mut state);
             return Some((job, signal));
         }
-        let waited = shared.work.wait_timeout(state, LINGER).unwrap_or_else(PoisonError::into_inner);
-        state = waited.0;
-        if waited.1.timed_out() && state.threads - state.lent > shared.settings.threads {
+        let (locked, has_timed_out) = wait_at_most(&shared.work, state, LINGER);
+        state = locked;
+        if has_timed_out && state.threads - state.lent > shared.settings.threads {
             state.threads -= 1;
             return None;
         }

@@ -20,7 +20,7 @@ use vastex_core::{PageId, PagePos, TextureId};
 
 use super::lanes::{LaneId, Lanes, Turn};
 use super::{LoadError, Loaded, LoaderSettings};
-use crate::source::TileSource;
+use crate::sources::TileSource;
 
 /// Names a read that was begun; later ones have larger numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -7,14 +7,14 @@
 use std::fs::File;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::{io, num::NonZeroU32};
 
 use bytes::Bytes;
 
 use super::file::{FileStore, read_some_at, reserve};
-use super::{Store, StoreError, StoreFuture};
-use crate::limit::ReadLimit;
+use super::{ReadLimit, Store, StoreError, StoreFuture};
+use crate::ground::sync::lock;
 
 /// The least block that is read: the page of most memories, and no smaller than the sectors of most disks.
 #[cfg(any(target_os = "linux", test))]
@@ -122,15 +122,10 @@ impl DirectFile {
     /// As [`DirectFile::read_now`], when fewer reads are under way than may be.
     async fn read(&self, offset: u64, len: usize) -> Result<Bytes, StoreError> {
         let _permit = self.limit.permit().await;
-        let mut buffer = self.buffers().pop().unwrap_or_default();
+        let mut buffer = lock(&self.buffers).pop().unwrap_or_default();
         let read = self.read_now(&mut buffer, offset, len);
-        self.buffers().push(buffer);
+        lock(&self.buffers).push(buffer);
         read
-    }
-
-    /// Nothing that is done behind the lock can panic half-way.
-    fn buffers(&self) -> MutexGuard<'_, Vec<Vec<u8>>> {
-        self.buffers.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Exactly `len` bytes from `offset` on; through the cache whatever cannot be had directly, errors included.

@@ -7,8 +7,7 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 
-use super::{Store, StoreError, StoreFuture};
-use crate::limit::ReadLimit;
+use super::{ReadLimit, Store, StoreError, StoreFuture};
 
 /// A local file, read at positions: any number of threads at once, without a lock.
 #[derive(Debug)]

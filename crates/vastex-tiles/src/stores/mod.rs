@@ -7,6 +7,7 @@
 mod direct;
 #[cfg(not(target_family = "wasm"))]
 mod file;
+mod limit;
 mod memory;
 #[cfg(test)]
 mod tests;
@@ -17,8 +18,7 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 
-use crate::limit::ReadLimit;
-use crate::source::{MaybeSend, MaybeSync};
+use crate::ground::sync::{MaybeSend, MaybeSync};
 
 #[cfg(not(target_family = "wasm"))]
 pub use direct::DirectStore;
@@ -26,6 +26,7 @@ pub use direct::DirectStore;
 pub use file::FileStore;
 #[cfg(not(target_family = "wasm"))]
 pub(crate) use file::read_at;
+pub use limit::ReadLimit;
 pub use memory::MemoryStore;
 
 /// Why a store could not be opened or read.

@@ -54,7 +54,7 @@ fn direct_reads_of_any_range_at_once_from_many_threads() {
             let (store, bytes) = (&store, &bytes);
             scope.spawn(move || {
                 for n in 0..200 {
-                    let random = crate::hash::seeded(thread, &u64::to_le_bytes(n));
+                    let random = crate::ground::hash::seeded(thread, &u64::to_le_bytes(n));
                     let offset = random as usize % bytes.len();
                     let len = (random >> 32) as usize % (bytes.len() - offset).min(20_000);
                     assert_eq!(

@@ -8,8 +8,8 @@ use bytes::Bytes;
 use pollster::block_on;
 use vastex_core::{Description, Layer, LayerFormat, PagePos};
 
-use crate::hash::seeded;
-use crate::testing::{aligned_bytes, container_bytes, image, memory, open, texels};
+use crate::ground::hash::seeded;
+use crate::testing::textures::{aligned_bytes, container_bytes, image, memory, open, texels};
 use crate::*;
 
 const SEED: u64 = 0x5eed;
@@ -116,6 +116,6 @@ fn the_files_have_what_they_are_named_for() {
         let info = container.info();
         assert!(info.constant_tiles > 0 && info.stored_tiles > 3, "{}: {info:?}", file.name);
         let changed = file.name.starts_with("changed");
-        assert_eq!(container.index.superseded().unwrap().is_empty(), !changed, "{}", file.name);
+        assert_eq!(container.index().superseded().unwrap().is_empty(), !changed, "{}", file.name);
     }
 }

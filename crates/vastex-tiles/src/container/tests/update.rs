@@ -8,8 +8,8 @@ use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use vastex_core::{Description, LayerFormat, PagePos};
 
-use crate::container::update::Medium;
-use crate::testing::{any_description, container_bytes, image, memory, open, texels};
+use crate::container::write::update::Medium;
+use crate::testing::textures::{any_description, container_bytes, image, memory, open, texels};
 use crate::*;
 
 /// A file in memory that remembers what it was after every write, and after a part of it.

@@ -3,7 +3,8 @@
 use std::collections::BTreeSet;
 
 use super::*;
-use crate::limit::{LimitedSource, ReadLimit};
+use crate::sources::LimitedSource;
+use crate::stores::ReadLimit;
 
 const TIME_OUT: Duration = Duration::from_secs(30);
 /// Long enough for any number of reads to lend their places, and no read's time-out.

@@ -1,0 +1,195 @@
+//! Keeping tiles after they were delivered: a queue of bounded memory, and the thread that writes what waits in it.
+//!
+//! The thread alone has the files that are written, so making room holds up nobody who reads.
+
+use std::collections::VecDeque;
+use std::fs::File;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard};
+use std::time::{Duration, Instant};
+use std::{io, thread};
+
+use vastex_core::{Description, Region};
+
+use super::entry::EntryKey;
+use super::index::Index;
+use super::shelf::Shelf;
+use crate::ground::sync::{lock, wait, wait_at_most};
+use crate::tile::Tile;
+
+/// Tiles that are not kept after a first failure; after each further one in a row twice as many.
+pub(super) const FIRST_PAUSE: u32 = 64;
+const LONGEST_PAUSE: u32 = 1 << 16;
+/// Bytes of tiles that wait to be kept; what comes beyond is not kept.
+pub(super) const MOST_WAITING: u64 = 16 << 20;
+
+/// A tile that was delivered and is to be kept.
+pub(super) struct Delivered {
+    pub(super) key: EntryKey,
+    pub(super) tile: Tile,
+    /// Of its source: what does not decode by it is not kept.
+    pub(super) description: Arc<Description>,
+    /// What has changed of its source: nor is what was read before.
+    pub(super) changed: Arc<Mutex<Vec<Region>>>,
+}
+
+impl Delivered {
+    fn is_to_be_kept(&self) -> bool {
+        let geometry = &self.description.geometry;
+        let has_changed = lock(&self.changed).iter().any(|region| region.concerns(geometry, self.key.pos));
+        !has_changed && self.tile.decode(&self.description).is_ok()
+    }
+}
+
+/// What waits, and for whom.
+pub(super) struct Keep {
+    name: String,
+    index: Arc<Mutex<Index>>,
+    state: Mutex<State>,
+    /// Signalled at every change of the state.
+    changed: Condvar,
+}
+
+#[derive(Default)]
+struct State {
+    waiting: VecDeque<Delivered>,
+    bytes: u64,
+    most_bytes: u64,
+    is_writing: bool,
+    stopping: bool,
+    /// The files are closed.
+    has_ended: bool,
+}
+
+/// What the thread has: the files, and how they fared.
+pub(super) struct Keeper {
+    shelf: Shelf,
+    /// Tiles that are yet to be left out.
+    pause: u32,
+    next_pause: u32,
+    /// Whether a failure was logged.
+    said: bool,
+    /// Locked as long as it is open.
+    _lock: Option<File>,
+}
+
+impl Keep {
+    /// Begins to keep what is handed over, in `shelf`, with at most so many bytes waiting. Fails where the system gives no thread.
+    pub(super) fn start(
+        name: String,
+        index: Arc<Mutex<Index>>,
+        shelf: Shelf,
+        lock: Option<File>,
+        most_bytes: u64,
+    ) -> io::Result<Arc<Keep>> {
+        let state = Mutex::new(State { most_bytes, ..State::default() });
+        let keep = Arc::new(Keep { name, index, state, changed: Condvar::new() });
+        let keeper = Keeper { shelf, pause: 0, next_pause: FIRST_PAUSE, said: false, _lock: lock };
+        let own = keep.clone();
+        thread::Builder::new().name("vastex keep".into()).spawn(move || own.run(keeper))?;
+        Ok(keep)
+    }
+
+    fn wait_while<'a>(
+        &self,
+        state: MutexGuard<'a, State>,
+        most: Duration,
+        busy: impl Fn(&State) -> bool,
+    ) -> MutexGuard<'a, State> {
+        let end = Instant::now().checked_add(most);
+        let mut state = state;
+        while busy(&state) {
+            let left = end.map_or(most, |end| end.saturating_duration_since(Instant::now()));
+            if left.is_zero() {
+                break;
+            }
+            state = wait_at_most(&self.changed, state, left).0;
+        }
+        state
+    }
+
+    /// Has a tile kept when its turn comes. Never waits: where too many bytes wait it is not kept.
+    pub(super) fn hand_over(&self, delivered: Delivered) {
+        let len = delivered.tile.bytes.len() as u64;
+        let mut state = lock(&self.state);
+        if !state.waiting.is_empty() && state.bytes + len > state.most_bytes {
+            drop(state);
+            return lock(&self.index).count(&delivered.key, |stats| stats.skipped += 1);
+        }
+        state.bytes += len;
+        state.waiting.push_back(delivered);
+        self.changed.notify_all();
+    }
+
+    /// Waits until nothing waits to be kept, or so long; says which.
+    pub(super) fn flush(&self, most: Duration) -> bool {
+        let is_busy = |state: &State| !state.has_ended && (state.is_writing || !state.waiting.is_empty());
+        !is_busy(&self.wait_while(lock(&self.state), most, is_busy))
+    }
+
+    /// Keeps what waits, as far as that takes so long, and closes the files. A disk that does not answer is left to the thread.
+    pub(super) fn stop(&self, most: Duration) {
+        let mut state = lock(&self.state);
+        state.stopping = true;
+        self.changed.notify_all();
+        let mut state = self.wait_while(state, most, |state| !state.has_ended);
+        state.waiting.clear();
+        state.bytes = 0;
+    }
+
+    /// What the thread does.
+    fn run(&self, mut keeper: Keeper) {
+        while let Some(delivered) = self.next() {
+            keeper.keep(&self.name, &self.index, &delivered);
+        }
+        drop(keeper);
+        lock(&self.state).has_ended = true;
+        self.changed.notify_all();
+    }
+
+    fn next(&self) -> Option<Delivered> {
+        let mut state = lock(&self.state);
+        state.is_writing = false;
+        self.changed.notify_all();
+        loop {
+            if let Some(delivered) = state.waiting.pop_front() {
+                state.bytes -= delivered.tile.bytes.len() as u64;
+                state.is_writing = true;
+                return Some(delivered);
+            }
+            if state.stopping {
+                return None;
+            }
+            state = wait(&self.changed, state);
+        }
+    }
+}
+
+impl Keeper {
+    /// Keeps a tile, unless keeping has failed of late.
+    fn keep(&mut self, name: &str, index: &Mutex<Index>, delivered: &Delivered) {
+        let Delivered { key, tile, .. } = delivered;
+        // It may have been read twice at the same time.
+        if lock(index).contains(key) {
+            return;
+        }
+        if self.pause > 0 {
+            self.pause -= 1;
+            return;
+        }
+        if !delivered.is_to_be_kept() {
+            return;
+        }
+        let Err(error) = self.shelf.keep(index, *key, tile) else {
+            self.next_pause = FIRST_PAUSE;
+            return;
+        };
+        lock(index).count(key, |stats| stats.failures += 1);
+        self.pause = self.next_pause;
+        self.next_pause = (2 * self.next_pause).min(LONGEST_PAUSE);
+        if !std::mem::replace(&mut self.said, true) {
+            tracing::warn!(
+                "{name}: the disk cache cannot keep tiles: {error}; they are read from their source"
+            );
+        }
+    }
+}
