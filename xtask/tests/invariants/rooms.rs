@@ -1,0 +1,152 @@
+//! The rooms of each crate: which folder may import from which, and that files import each other in no circle.
+//!
+//! A room is a folder or a file at the top of a crate's `src`, or an inner folder that a table names. A table lists each
+//! room with the rooms that it imports from. `imports` reads the sources; the tables are here, one file a crate.
+
+mod build;
+mod core;
+mod imports;
+mod tiles;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use anyhow::{Result, ensure};
+
+use imports::{Crate, circles, parent_and_child};
+
+/// A room, and the rooms that it imports from. Names have slashes: `pager/inspect`.
+pub(crate) type Room = (&'static str, &'static [&'static str]);
+
+/// The crates whose rooms are written down.
+const CRATES: &[(&str, &[Room])] = &[
+    ("crates/vastex-core", core::ROOMS),
+    ("crates/vastex-tiles", tiles::ROOMS),
+    ("crates/vastex-build", build::ROOMS),
+];
+
+#[test]
+fn every_arrow_between_rooms_is_written_down() -> Result<()> {
+    let mut wrong = Vec::new();
+    for (directory, rooms) in CRATES.iter().filter(|(_, rooms)| !rooms.is_empty()) {
+        wrong.extend(
+            faults(&Crate::read(directory)?, rooms).into_iter().map(|fault| format!("{directory}: {fault}")),
+        );
+    }
+    ensure!(wrong.is_empty(), "{}", wrong.join("\n"));
+    Ok(())
+}
+
+/// The crates that have no table, with the circles of files that each still has.
+const WITHOUT_TABLE: &[(&str, &[&str])] = &[
+    (
+        "crates/vastex-wgpu",
+        &[
+            "belt bind feedback layer pool raw shader table table_changer table_growth table_texture way",
+            "device mapping test_device",
+            "lists raw_ring readback",
+        ],
+    ),
+    (
+        "crates/vastex",
+        &[
+            "by_hand cpu_tiles fades feedback frame groups inspect layer recorder stats tables telemetry texture_space \
+           textures uploads views",
+        ],
+    ),
+    ("crates/vastex-fuzz", &["seeds/images seeds/tiffs"]),
+    ("apps/scenes", &["draw eye look planet relief shaders"]),
+    ("apps/vastex-cli", &["disk_cache open"]),
+    ("xtask", &["browser drivers setup shaders test wasm window"]),
+];
+
+#[test]
+fn no_files_import_each_other_in_a_circle() -> Result<()> {
+    let with_table = CRATES.iter().filter(|(_, rooms)| !rooms.is_empty());
+    let crates = with_table.map(|(directory, _)| (*directory, &[][..])).chain(WITHOUT_TABLE.iter().copied());
+    for (directory, known) in crates {
+        let found: Vec<String> =
+            circles(&Crate::read(directory)?.arrows()).iter().map(|circle| circle.join(" ")).collect();
+        ensure!(found == known, "{directory}: circles of files, parents and children left out: {found:#?}");
+    }
+    Ok(())
+}
+
+/// What a crate does that its table does not say, and what the table says that the crate does not do.
+fn faults(source: &Crate, rooms: &[Room]) -> Vec<String> {
+    let mut faults = Vec::new();
+    let table: BTreeMap<&str, &[&str]> = rooms.iter().copied().collect();
+    let room_of = |file: &str| {
+        let within = |room: &&&str| {
+            file == **room || file.strip_prefix(**room).is_some_and(|rest| rest.starts_with('/'))
+        };
+        table.keys().filter(within).max_by_key(|room| room.len()).copied()
+    };
+    let mut used = BTreeSet::new();
+    let mut inhabited = BTreeSet::new();
+    for file in source.files() {
+        match room_of(file) {
+            Some(room) => drop(inhabited.insert(room)),
+            None => faults.push(format!("{file} is in no room of the table")),
+        }
+    }
+    for (from, to) in source.arrows() {
+        let (Some(from_room), Some(to_room)) = (room_of(&from), room_of(&to)) else { continue };
+        if from_room == to_room {
+            continue;
+        }
+        if table[from_room].contains(&to_room) {
+            used.insert((from_room, to_room));
+        } else {
+            faults.push(format!(
+                "{from} imports from {to}, but {from_room} -> {to_room} is no arrow of the table"
+            ));
+        }
+    }
+    for (room, arrows) in rooms {
+        if !inhabited.contains(room) {
+            faults.push(format!("the room {room} of the table has no file"));
+        }
+        let unused = arrows.iter().filter(|to| !used.contains(&(*room, **to)));
+        faults.extend(
+            unused.map(|to| format!("no file uses the arrow {room} -> {to}: take it out of the table")),
+        );
+    }
+    let arrows = rooms.iter().flat_map(|(from, to)| to.iter().map(|to| (from.to_string(), (*to).to_owned())));
+    for circle in circles(&arrows.collect()) {
+        faults.push(format!("rooms in a circle: {}", circle.join(" <-> ")));
+    }
+    faults
+}
+
+#[test]
+fn a_table_that_differs_from_the_code_is_found() {
+    let code = [
+        ("lib", "mod a; mod b; pub use a::A;"),
+        ("a", "pub(crate) mod inner; pub struct A;"),
+        ("a/inner", "use super::A; use crate::b::B;"),
+        ("b", "pub struct B;"),
+    ];
+    let source = Crate::of(code.map(|(file, text)| (file.to_owned(), text.to_owned())));
+    let whole: &[Room] = &[("lib", &["a"]), ("a", &["b"]), ("b", &[])];
+    assert_eq!(faults(&source, whole), Vec::<String>::new());
+    let found = |rooms: &[Room]| faults(&source, rooms).join("\n");
+    assert!(found(&[("lib", &["a"]), ("a", &[]), ("b", &[])]).contains("a/inner imports from b"));
+    assert!(
+        found(&[("lib", &["a", "b"]), ("a", &["b"]), ("b", &[])]).contains("no file uses the arrow lib -> b")
+    );
+    assert!(found(&[("lib", &["a"]), ("a", &["b"])]).contains("b is in no room"));
+    assert!(
+        found(&[("lib", &["a"]), ("a", &["b"]), ("b", &[]), ("c", &[])])
+            .contains("c of the table has no file")
+    );
+    assert!(found(&[("lib", &["a"]), ("a", &["b"]), ("b", &["a"])]).contains("rooms in a circle: a <-> b"));
+}
+
+#[test]
+fn parents_and_children_may_know_each_other() {
+    assert!(parent_and_child("pager", "pager/pool"));
+    assert!(parent_and_child("pager/pool", "pager"));
+    assert!(parent_and_child("lib", "pager/pool"));
+    assert!(!parent_and_child("pager/pool", "pager/bias"));
+    assert!(!parent_and_child("page", "pager"));
+}

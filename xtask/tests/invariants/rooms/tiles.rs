@@ -1,0 +1,5 @@
+//! The rooms of vastex-tiles, in the order in which data flows; each with those that it imports from.
+
+use super::Room;
+
+pub(super) const ROOMS: &[Room] = &[];
