@@ -1,8 +1,9 @@
 //! The part of Vastex that fetches.
 //!
-//! A [`Store`] is where bytes lie; a [`TileSource`] turns a page into a tile. Sources are the `.vastex` [`Container`], sources
-//! that generate their tiles, and decorators that cache, limit and stage the tiles of another source or inject faults into its
-//! reads. The [`Loader`] reads and decodes tiles on its threads, in the order in which the pager asks for them.
+//! A [`Store`] is where bytes lie; a [`TileSource`] turns a page into a tile. Sources are the `.vastex`
+//! [`Container`], sources that generate their tiles, and decorators that cache, limit and stage the tiles of
+//! another source or inject faults into its reads. The [`Loader`] reads and decodes tiles on its threads, in
+//! the order in which the pager asks for them.
 //!
 //! This crate does not decide what is loaded (`vastex-core` does) and never sees a GPU.
 

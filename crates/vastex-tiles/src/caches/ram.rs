@@ -10,12 +10,14 @@ use crate::ground::sync::lock;
 use crate::sources::{ReadFuture, TierStats, Tiers, TileSource};
 use crate::tile::Tile;
 
-/// What keeping a tile costs besides its bytes, so that a budget holds for constant tiles too.
+/// The cost of keeping a tile besides its bytes, so that the budget holds for constant tiles too.
 const ENTRY_BYTES: u64 = 128;
 
-/// A decorator that keeps the tiles used last, still encoded, within a budget of bytes that holds at every instant.
+/// A decorator that keeps the most recently used tiles of a source in memory, still encoded, within a budget
+/// of bytes that holds at every instant.
 ///
-/// A hit costs a look-up under a lock. A tile larger than the whole budget is passed through; errors are not kept.
+/// A hit costs a look-up under a lock. A tile larger than the whole budget is passed through; errors are not
+/// kept.
 pub struct RamCache<S> {
     source: S,
     budget: u64,
@@ -23,12 +25,12 @@ pub struct RamCache<S> {
 }
 
 impl<S> RamCache<S> {
-    /// A cache of at most `budget` bytes before `source`.
+    /// Puts a cache of at most `budget` bytes before `source`.
     pub fn new(source: S, budget: u64) -> RamCache<S> {
         RamCache { source, budget, held: Mutex::default() }
     }
 
-    /// What the cache has done so far, and what it holds; each tile counts 128 bytes besides its own.
+    /// What the cache has done so far, and what it holds; each tile counts 128 bytes in addition to its own.
     pub fn stats(&self) -> TierStats {
         lock(&self.held).stats
     }
@@ -84,13 +86,13 @@ impl<S: TileSource> TileSource for RamCache<S> {
     }
 }
 
-/// The tiles, and the order in which they were used last.
+/// The tiles, and the order of their last uses.
 #[derive(Default)]
 struct Held {
     tiles: FxHashMap<PagePos, (Tile, u64)>,
     by_use: BTreeMap<u64, PagePos>,
     uses: u64,
-    /// Times that content has changed.
+    /// How many times content has changed.
     changes: u64,
     stats: TierStats,
 }

@@ -1,4 +1,5 @@
-//! Sharing between threads: the one way in which this crate locks, and `Send` and `Sync` that ask for nothing in a browser.
+//! Sharing between threads: the one way in which this crate locks, and `Send` and `Sync` that ask for nothing
+//! in a browser.
 
 #[cfg(not(target_family = "wasm"))]
 use std::sync::Condvar;
@@ -28,8 +29,8 @@ pub trait MaybeSync {}
 #[cfg(target_family = "wasm")]
 impl<T: ?Sized> MaybeSync for T {}
 
-/// Locks a mutex, also after a thread panicked while it held the lock: whatever this crate does behind a lock either
-/// cannot panic half-way or leaves the state whole.
+/// Locks a mutex, also after a thread panicked while it held the lock: whatever this crate does behind a lock
+/// either cannot panic half-way or leaves the state whole.
 pub(crate) fn lock<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

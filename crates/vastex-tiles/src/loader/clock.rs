@@ -1,4 +1,4 @@
-//! Time, for what waits on others: the loader's time-out and what a frame may cost.
+//! Time, by which the loader knows that a read is overdue and that a frame's time is up.
 
 use std::time::Duration;
 
@@ -9,13 +9,14 @@ use web_time::Instant;
 
 use crate::ground::sync::{MaybeSend, MaybeSync};
 
-/// Tells how much time has passed. A loader asks it instead of the system, so that tests can say what time it is.
+/// Tells how much time has passed. A loader asks its clock instead of the system, so that tests can set the
+/// time.
 pub trait Clock: MaybeSend + MaybeSync {
-    /// Time since some fixed moment; never less than before.
+    /// The time since some fixed moment; never less than at an earlier call.
     fn now(&self) -> Duration;
 }
 
-/// The system's monotonic clock; in a browser `performance.now()`.
+/// The system's monotonic clock; in a browser, `performance.now()`.
 #[derive(Clone, Copy, Debug)]
 pub struct SystemClock(Instant);
 

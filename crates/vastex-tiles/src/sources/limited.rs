@@ -1,4 +1,5 @@
-//! A decorator that lets only so many reads of a source be under way at once. What counts them is [`ReadLimit`]'s business.
+//! A decorator that lets only so many reads of a source be under way at once. Reads are counted by
+//! [`ReadLimit`].
 
 use std::sync::Arc;
 
@@ -7,11 +8,13 @@ use vastex_core::{Description, PagePos};
 use super::{ReadFuture, TileSource};
 use crate::stores::ReadLimit;
 
-/// A decorator that lets only so many reads of a source be under way at once; the others wait, without a thread.
+/// A decorator that lets only so many reads of a source be under way at once; further reads wait, without a
+/// thread.
 ///
-/// It belongs behind caches, so that what they have waits for nothing: `RamCache(DiskCache(LimitedSource(source)))`. The
-/// [`Loader`](crate::Loader) knows of it ([`TileSource::read_limit`]) and begins no more reads than can go on, so that those which
-/// wait stay in its order.
+/// It belongs behind caches, so that a tile in a cache waits for nothing:
+/// `RamCache(DiskCache(LimitedSource(source)))`. The [`Loader`](crate::Loader) asks for the limit
+/// ([`TileSource::read_limit`]) and begins no more reads than can go on, so that requests beyond the limit
+/// stay in its order.
 #[derive(Debug)]
 pub struct LimitedSource<S> {
     source: S,
@@ -19,7 +22,8 @@ pub struct LimitedSource<S> {
 }
 
 impl<S: TileSource> LimitedSource<S> {
-    /// `source`, with at most as many reads at once as `limit` allows all those that share it.
+    /// Puts `limit` before `source`: at most as many reads at once as the limit allows all sources that share
+    /// it.
     pub fn new(source: S, limit: Arc<ReadLimit>) -> LimitedSource<S> {
         LimitedSource { source, limit }
     }
@@ -127,7 +131,8 @@ mod tests {
                 }
                 prop_assert!(limit.under_way() <= most);
             }
-            // From here on only those are polled that were woken, as an executor does; the first poll counts as a wake.
+            // From here on only those are polled that were woken, as an executor does; the first poll counts
+            // as a wake.
             for waker in &wakers {
                 waker.0.fetch_add(1, Ordering::SeqCst);
             }

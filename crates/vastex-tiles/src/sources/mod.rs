@@ -1,4 +1,7 @@
-//! What every source of tiles can do.
+//! What turns pages into tiles: the trait of all sources, sources that generate their tiles, and decorators
+//! that limit and stage the tiles of another source.
+//!
+//! Sources that read files are the business of `container`, decorators that keep tiles that of `caches`.
 
 mod limited;
 mod planet;
@@ -23,7 +26,8 @@ pub use property::PropertySource;
 pub use staged::{Room, Staged, StagedSource, Staging};
 pub use tiers::{StoreCounter, StoreStats, TierStats, Tiers};
 
-/// Why a tile could not be read. It concerns this tile alone; another read of it may succeed.
+/// Why a tile could not be read. The error concerns this tile alone; another read of the same tile may
+/// succeed.
 #[derive(Clone, Debug, thiserror::Error)]
 pub enum ReadError {
     /// The page does not exist in this texture, or the source holds no tile for it.
@@ -54,22 +58,24 @@ pub enum ReadError {
     },
 }
 
-/// A read under way. Dropping it cancels the read.
+/// A read of a tile under way. Dropping the future cancels the read.
 #[cfg(not(target_family = "wasm"))]
 pub type ReadFuture<'a> = Pin<Box<dyn Future<Output = Result<Tile, ReadError>> + Send + 'a>>;
-/// A read under way. Dropping it cancels the read.
+/// A read of a tile under way. Dropping the future cancels the read.
 #[cfg(target_family = "wasm")]
 pub type ReadFuture<'a> = Pin<Box<dyn Future<Output = Result<Tile, ReadError>> + 'a>>;
 
-/// What two sources have in common only if they give the same tiles, byte for byte, in this run and in any other.
+/// Names what a source holds: two sources have the same key only if they give the same tiles, byte for byte,
+/// in this run and in any other.
 ///
-/// What is kept longer than a run goes by it. It guards against chance, not against bytes made on purpose to be mistaken
-/// for others.
+/// Whatever outlives a run, such as a disk cache, is filed under the key. It guards against chance, not
+/// against bytes made on purpose to be mistaken for others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct SourceKey(u128);
 
 impl SourceKey {
-    /// The key that goes with these bytes: a name with a version, or whatever changes when the tiles do.
+    /// The key that follows from these bytes: a name with a version, or whatever else changes when the tiles
+    /// do.
     pub fn of(bytes: impl AsRef<[u8]>) -> SourceKey {
         SourceKey(content_hash(bytes.as_ref()))
     }
@@ -83,74 +89,84 @@ impl SourceKey {
 
 /// Turns pages into tiles.
 ///
-/// A source is shared by threads. It never blocks another read for longer than its own takes, and never panics on bad
-/// data: an error concerns one tile. `conformance` checks an implementation.
+/// A source is shared by threads. A read never blocks another read for longer than its own time, and never
+/// panics on bad data: an error concerns one tile. `conformance` checks an implementation.
 pub trait TileSource: MaybeSend + MaybeSync {
     /// The texture that the source holds. The same at every call.
     fn description(&self) -> &Arc<Description>;
 
-    /// The source whose tiles these are, where this one only stands before it: whatever is not answered here is answered by that
-    /// one. A source whose tiles are others answers for itself.
+    /// The source behind this one, if this source is a decorator: whatever a decorator does not answer is
+    /// answered by the source behind it. `None` for a source that has tiles of its own, or other tiles than
+    /// the source from which it reads.
     fn behind(&self) -> Option<&dyn TileSource> {
         None
     }
 
-    /// The pages that have tiles, the tail among them; nothing where all have, as in most sources. The same at every call.
+    /// The pages that have tiles, the tail among them, or `None` if all pages have tiles, as in most sources.
+    /// The same at every call.
     ///
-    /// A page of this set is never [`ReadError::NoSuchTile`], any other always is.
+    /// Reading a page of this set never fails with [`ReadError::NoSuchTile`]; reading any other page always
+    /// does.
     fn present(&self) -> Option<&Arc<PageSet>> {
         self.behind()?.present()
     }
 
-    /// Which pages have the same tile, byte for byte, as far as the source knows without reading any: those share a load and a
-    /// slot of the pool. Nothing where it knows of none. The same at every call; the first may cost a visit of each page.
+    /// Which pages have the same tile, byte for byte, as far as the source knows without reading a tile, or
+    /// `None` if it knows of no such pages. Pages with the same content share one load and one slot of the
+    /// pool. The same at every call; the first call may visit each page.
     ///
-    /// What it says holds until [`TileSource::changed`] names a page: no read before that gives anything else. A page named there
-    /// is taken for one like no other from then on, whatever is said here.
+    /// The answer holds for a page until [`TileSource::changed`] names the page. From then on the page is
+    /// taken to be like no other, whatever the answer says.
     fn contents(&self) -> Option<&Arc<PageContents>> {
         self.behind()?.contents()
     }
 
-    /// What says that these are the tiles which another run read, too; nothing where the source cannot know. The same at
-    /// every call, which may cost as much as opening the source did.
+    /// The key under which these tiles can be found again in another run, or `None` if the source cannot know
+    /// that its tiles are the same then. The same at every call, which may cost as much as opening the source
+    /// did.
     fn identity(&self) -> Option<SourceKey> {
         self.behind()?.identity()
     }
 
-    /// How many reads of it may be under way at once, where a [`LimitedSource`](crate::LimitedSource) or the source itself says so; a
-    /// loader has a limit of its own for sources without one. The same at every call.
+    /// The limit of reads of this source under way at once, if the source or a
+    /// [`LimitedSource`](crate::LimitedSource) has one. A loader has a limit of its own for sources without
+    /// one. The same at every call.
     fn read_limit(&self) -> Option<&Arc<ReadLimit>> {
         self.behind()?.read_limit()
     }
 
-    /// Whether its reads block their threads, as those past the system's cache do: by its own limit ([`ReadLimit::blocking`]), or as the
-    /// source behind it says, however many limits stand before that. A loader then has threads for them. The same at every call.
+    /// Returns true if reads of this source block their threads, as reads past the system's cache do: by its
+    /// own limit ([`ReadLimit::blocking`]), or because the source behind it says so, however many limits
+    /// stand in between. A loader then has additional threads for these reads. The same at every call.
     fn blocks(&self) -> bool {
         self.read_limit().is_some_and(|limit| limit.is_blocking())
             || self.behind().is_some_and(|behind| behind.blocks())
     }
 
-    /// Adds what the source and those behind it have done so far and hold: a cache its own figures, the last one what it read.
+    /// Adds to `tiers` what the source and the sources behind it have done so far and what they hold: caches
+    /// add their own figures, the last source adds its reads of the store.
     ///
     /// Called each frame, so it should cost no more than a look at counters.
     fn add_tiers(&self, tiers: &mut Tiers) {
         self.behind().into_iter().for_each(|behind| behind.add_tiers(tiers));
     }
 
-    /// The tile of a page finer than the tail, or the tail's (at [`vastex_core::Geometry::tail_pos`]), still encoded.
+    /// Reads a tile, still encoded: that of a page finer than the tail, or the tail (at
+    /// [`vastex_core::Geometry::tail_pos`]).
     ///
-    /// A local read never suspends: it blocks the thread that polls it. One over a network suspends, and takes no thread while
-    /// it waits. Dropping the future cancels the read.
+    /// A local read never suspends: it blocks the thread that polls it. A read over a network suspends and
+    /// takes no thread while it waits. Dropping the future cancels the read.
     fn read(&self, pos: PagePos) -> ReadFuture<'_>;
 
-    /// The same tile where it is in main memory: never waits, reads nothing and counts as no use. Nothing from sources that keep
-    /// none.
+    /// The tile of a page if it is in main memory, or `None` if it is not, or if the source keeps no tiles in
+    /// memory. Never waits, reads nothing and does not count as a use.
     fn at_hand(&self, pos: PagePos) -> Option<Tile> {
         self.behind()?.at_hand(pos)
     }
 
-    /// The content of a region has changed where it comes from. Whoever keeps tiles lets go of those that hold a texel of it,
-    /// and of reads under way; reads that begin from now on give the new content. Sources that keep nothing do nothing.
+    /// Says that the content of a region has changed where it comes from. Caches drop the tiles that hold a
+    /// texel of the region, and do not keep what reads under way bring; reads that begin from now on give the
+    /// new content. The default hands the call on to the source behind.
     fn changed(&self, region: &Region) {
         self.behind().into_iter().for_each(|behind| behind.changed(region));
     }

@@ -1,11 +1,13 @@
-//! A generated planet: an image of the whole of it, and below the image's texels detail that goes on down to any size.
+//! A generated planet: an image of the whole planet, and detail below the image's texels that goes on down to
+//! any size.
 //!
-//! Every page is made when it is read, from where it is alone, so the texture may have 2^31 texels round the equator (on the Earth,
-//! 2 cm each) and takes no more memory than the image. Detail is noise in octaves, each with cells of twice the size of the one
-//! before; a level has those whose cells are two of its texels or more, so that a level is what is left of the next finer one.
-//! Cells are found in whole numbers: what is beside each other fits, across pages and round the date line.
+//! A page is generated when it is read, from its position alone, so that the texture may have 2^31 texels
+//! round the equator (on the Earth, 2 cm each) and takes no more memory than the image. Detail is noise in
+//! octaves, each with cells twice as large as those of the octave before. A level shows the octaves whose
+//! cells are at least two of its texels wide, so that it looks like the next finer level seen from farther
+//! off. Cells are found by integer arithmetic, so that neighbours fit across pages and round the date line.
 //!
-//! How it is drawn is an application's business.
+//! How the planet is drawn is an application's business.
 
 use std::sync::Arc;
 
@@ -18,7 +20,7 @@ use crate::tile::{Codec, Tile};
 
 /// How much an octave of detail lightens or darkens land, as a share.
 const CONTRAST: f32 = 0.13;
-/// The same at sea.
+/// How much an octave of detail lightens or darkens the sea, as a share.
 const CONTRAST_AT_SEA: f32 = 0.02;
 
 /// An image of a whole planet in plate carrée projection, sRGB with alpha, row by row.
@@ -26,33 +28,34 @@ const CONTRAST_AT_SEA: f32 = 0.02;
 pub struct PlanetImage {
     /// Width and height in texels.
     pub size: [u32; 2],
-    /// Its texels.
+    /// The texels, row by row from the north.
     pub texels: Vec<[u8; 4]>,
 }
 
 /// Why a planet cannot be made.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PlanetError {
-    /// The image has no texels, or another number of them than its size says.
+    /// The number of texels is 0, or not the product of width and height.
     #[error("an image of {}x{} with {texels} texels", size[0], size[1])]
     Image {
-        /// Its size.
+        /// Width and height of the image in texels.
         size: [u32; 2],
-        /// Its texels.
+        /// Texels that the image has.
         texels: usize,
     },
     /// The planet would have too many texels, or too few.
     #[error("a planet of 2^{bits} texels round the equator: there must be 2^8 to 2^31")]
     Size {
-        /// The binary logarithm.
+        /// The binary logarithm of the texels round the equator.
         bits: u32,
     },
-    /// Its geometry is refused.
+    /// A texture cannot have this shape.
     #[error(transparent)]
     Geometry(#[from] GeometryError),
 }
 
-/// See the head of the file. One layer, RGBA8 in sRGB.
+/// A source that generates a planet from an image: one layer, RGBA8 in sRGB. Each page is generated when it
+/// is read, so that the texture may be far larger than memory.
 #[derive(Clone, Debug)]
 pub struct PlanetSource {
     description: Arc<Description>,
@@ -86,7 +89,8 @@ impl PlanetSource {
         Ok(PlanetSource { description: Arc::new(description), images: Arc::new(images), coarsest_octave })
     }
 
-    /// Colours of texels of a level that exist: every column of every row.
+    /// The colours of texels of a level: each of `columns` in each of `rows`, row by row. All of these texels
+    /// exist.
     pub fn colors(&self, level: u8, columns: &[u32], rows: &[u32]) -> Vec<[u8; 4]> {
         let mut detail = vec![0.0; columns.len() * rows.len()];
         for octave in u32::from(level) + 1..=self.coarsest_octave {
@@ -158,8 +162,8 @@ impl PlanetSource {
     }
 }
 
-/// The cells that coordinates lie in, 2^`shift` texels each: the noise at how many places is needed, and for each coordinate the
-/// first of its two among these and how much the second counts.
+/// The cells of 2^`shift` texels that coordinates lie in. Returns the corners at which noise is needed, and
+/// for each coordinate the index of the first of its two corners and the weight of the second.
 fn cells(coords: &[u32], shift: u32, beyond: impl Fn(u32) -> u32) -> (Vec<u32>, Vec<(usize, f32)>) {
     let mut corners: Vec<u32> = Vec::new();
     let size = f64::from(1u32 << shift);
@@ -193,7 +197,7 @@ fn shaded([red, green, blue, alpha]: [f32; 4], detail: f32) -> [u8; 4] {
 }
 
 impl PlanetImage {
-    /// The next coarser level; none where there is a texel alone.
+    /// The next coarser level, or `None` for a level of one texel.
     fn halved(&self) -> Option<PlanetImage> {
         if self.size == [1, 1] {
             return None;
@@ -212,7 +216,8 @@ impl PlanetImage {
         self.texels[y as usize * self.size[0] as usize + x as usize]
     }
 
-    /// The two texels beside a place along an axis, 0 to 1, round the planet or as far as the poles, and how much the second counts.
+    /// The two texels beside a position along an axis (0 to 1), round the planet or as far as the poles, and
+    /// the weight of the second.
     fn taps(&self, axis: usize, place: f64) -> ([u32; 2], f32) {
         let at = place * f64::from(self.size[axis]) - 0.5;
         let first = at.floor();
@@ -233,7 +238,7 @@ impl PlanetImage {
     }
 }
 
-/// Tiles are made when they are read, faster than they could be kept, and every page has one of its own.
+/// Tiles are generated when they are read, faster than they could be kept, and every page has a tile.
 impl TileSource for PlanetSource {
     fn description(&self) -> &Arc<Description> {
         &self.description
@@ -263,7 +268,8 @@ mod tests {
             let tile = |x: u32, y: u32| source.tile(PagePos::new_2d(0, x, y)).unwrap().bytes;
             for (left, right) in [(0, 1), (side - 1, 0), (side / 2 - 1, side / 2)] {
                 let (left, right) = (tile(left, side / 4), tile(right, side / 4));
-                // The last payload columns of the left one are the border of the right one, and the other way round.
+                // The last payload columns of the left one are the border of the right one, and the other way
+                // round.
                 for y in 0..136 {
                     let at = |tile: &[u8], x: usize| tile[(y * 136 + x) * 4..][..4].to_vec();
                     assert_eq!(at(&left, 128), at(&right, 0), "2^{bits}, row {y}");

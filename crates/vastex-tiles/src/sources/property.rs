@@ -1,7 +1,7 @@
-//! The generated source: every texel says its own level and position.
+//! A generated source for tests: every texel's colour is its own level and position.
 //!
-//! A picture drawn from it can be checked texel by texel: a colour names the texel that it came from. Borders, edges and
-//! the tail are laid out as in every other source, so that a wrong one shows.
+//! A picture drawn from it can be checked texel by texel: a colour names the texel that it came from.
+//! Borders, edges and the tail are laid out as in every other source, so that a wrong texel shows.
 //!
 //! | channel | image | volume |
 //! |---|---|---|
@@ -10,7 +10,8 @@
 //! | blue | x, bits 8 to 11; above them y, bits 8 to 11 | z, bits 0 to 7 |
 //! | alpha | 255 - level | 255 - level |
 //!
-//! So texels are told apart in images up to 4096 and volumes up to 256 texels per side; beyond that positions repeat.
+//! Texels are told apart in images up to 4096 and volumes up to 256 texels per side; beyond that positions
+//! repeat.
 
 use std::sync::Arc;
 
@@ -19,7 +20,7 @@ use vastex_core::{Box3, Description, Dims, Geometry, LayerFormat, PagePos};
 use super::{ReadError, ReadFuture, TileSource};
 use crate::tile::{Codec, Tile};
 
-/// A source of one RGBA8 layer whose texels say their own level and position.
+/// A source of one RGBA8 layer in which the colour of a texel is its own level and position.
 #[derive(Clone, Debug)]
 pub struct PropertySource {
     description: Arc<Description>,
@@ -91,7 +92,7 @@ fn fill(geometry: &Geometry, level: u8, level_box: Box3, offset: [u32; 3], texel
     }
 }
 
-/// Tiles are made when they are read, faster than they could be kept, and every page has one of its own.
+/// Tiles are generated when they are read, faster than they could be kept, and every page has a tile.
 impl TileSource for PropertySource {
     fn description(&self) -> &Arc<Description> {
         &self.description

@@ -1,8 +1,9 @@
-//! Tiles on their way to a GPU: a decorator that puts each tile, decoded, where its upload is taken from, on the thread that loads it.
+//! A decorator that copies each decoded tile to memory from which a GPU uploads, on the thread that loads the
+//! tile.
 //!
-//! Whose memory that is, and how rows lie in it, is the business of [`Staging`]; here it is known that there is one. A tile goes on as bytes
-//! all the same, so whoever passes it on, keeps or drops it knows nothing of this; [`Staged`] finds what was put aside for it as long
-//! as these bytes are there, and when the last of them is dropped, wherever that is, the room is free again.
+//! Whose memory that is, and how rows lie in it, is the business of [`Staging`]. A tile still goes on as
+//! bytes, so that whoever passes it on, keeps or drops it need not know of staging. [`Staged`] finds the room
+//! of a tile by these bytes; when the last clone of the bytes is dropped, the room is free again.
 
 use std::any::Any;
 use std::collections::HashMap;
@@ -17,19 +18,20 @@ use crate::tile::{Codec, Tile};
 
 /// Memory that tiles are put into before they are uploaded.
 pub trait Staging: Send + Sync {
-    /// Puts the bytes of a decoded tile there. Gives nothing where there is no room at the moment, and never waits for any: the tile is
-    /// uploaded from its own bytes then.
+    /// Copies the bytes of a decoded tile and returns their room, or `None` if there is no room at the
+    /// moment: the tile is then uploaded from its own bytes. Never waits for room.
     fn stage(&self, tile: &[u8]) -> Option<Room>;
 }
 
-/// What holds a tile; when it is dropped the room is free.
+/// Memory that holds a staged tile; free again when the last clone is dropped.
 pub type Room = Arc<dyn Any + Send + Sync>;
 
-/// The tiles that are staged at the moment, of all sources that share it.
+/// All tiles that are staged at the moment, shared by the [`StagedSource`]s that stage into the same memory.
 #[derive(Clone, Default)]
 pub struct Staged(Arc<Mutex<Rooms>>);
 
-/// By the address of a tile's bytes, and the number of the room: several tiles may have the same bytes in memory.
+/// Rooms by the address of a tile's bytes, each with a number: several tiles may have the same bytes in
+/// memory.
 #[derive(Default)]
 struct Rooms {
     by_address: HashMap<usize, Vec<(u64, Room)>>,
@@ -37,19 +39,20 @@ struct Rooms {
 }
 
 impl Staged {
-    /// What holds the tile that these bytes are, if it is staged. The bytes are those that a [`StagedSource`] gave, or clones of them.
+    /// The room of a staged tile, or `None` if the tile is not staged. `tile` are the bytes that a
+    /// [`StagedSource`] gave, or a clone of them.
     pub fn room_of(&self, tile: &Bytes) -> Option<Room> {
         let rooms = lock(&self.0);
         let (_, room) = rooms.by_address.get(&address(tile))?.last()?;
         Some(room.clone())
     }
 
-    /// Tiles that are staged.
+    /// The number of tiles that are staged.
     pub fn tiles(&self) -> usize {
         lock(&self.0).by_address.values().map(Vec::len).sum()
     }
 
-    /// The same bytes, for which `room_of` finds the room until they are dropped.
+    /// The same bytes; [`Staged::room_of`] finds the room until they are dropped.
     fn holding(&self, tile: Bytes, room: Room) -> Bytes {
         let mut rooms = lock(&self.0);
         let number = rooms.made;
@@ -98,7 +101,7 @@ impl Drop for Held {
     }
 }
 
-/// A source whose tiles are decoded and staged as they are read.
+/// A decorator that decodes and stages the tiles of a source as they are read.
 pub struct StagedSource<S> {
     source: S,
     staging: Arc<dyn Staging>,
@@ -106,12 +109,14 @@ pub struct StagedSource<S> {
 }
 
 impl<S: TileSource> StagedSource<S> {
-    /// `staging` is for tiles of this source, as its description says that they are.
+    /// Puts staging before `source`. `staging` takes tiles of the size that the source's description says;
+    /// `staged` finds them again.
     pub fn new(source: S, staging: Arc<dyn Staging>, staged: Staged) -> StagedSource<S> {
         StagedSource { source, staging, staged }
     }
 
-    /// What does not decode goes on as it is, so that whoever decodes it says what is wrong with it.
+    /// Decodes and stages a tile. A tile that does not decode goes on as it is, so that the error comes from
+    /// whoever decodes it.
     fn staged(&self, tile: Tile) -> Tile {
         let Ok(bytes) = tile.decode(self.description()) else { return tile };
         let bytes = match self.staging.stage(&bytes) {

@@ -1,36 +1,39 @@
-//! What a tier counts: the same figures for the RAM cache and the disk cache, so that they can stand side by side, and fewer for
-//! the store behind them.
+//! What caches and stores count. The RAM cache and the disk cache count the same figures, so that they can
+//! stand side by side; a store counts fewer.
 //!
-//! Each source adds its own to [`Tiers`] and hands on to the one behind it: see [`TileSource::add_tiers`](crate::TileSource::add_tiers).
+//! Each source adds its figures to [`Tiers`] and hands on to the source behind it: see
+//! [`TileSource::add_tiers`](crate::TileSource::add_tiers).
 
 use std::ops::{Add, AddAssign};
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
-/// What a tier has done so far, and what it holds. Those of several tiers add up.
+/// What a tier (a cache) has done so far, and what it holds. The figures of several tiers add up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TierStats {
-    /// Reads answered from the tier.
+    /// Reads that the tier answered.
     pub hits: u64,
-    /// Reads passed on to the source.
+    /// Reads that the tier passed on to its source.
     pub misses: u64,
-    /// Tiles given up for others.
+    /// Tiles that were dropped to make room for others.
     pub evictions: u64,
-    /// Times that the tier could not keep a tile, or could not give one that it had kept. Always 0 in memory.
+    /// Times that the tier could not store a tile, or could not give a tile that it had stored. Always 0 in
+    /// memory.
     pub failures: u64,
-    /// Tiles that were not kept since too many waited to be: the tier is slower than what is read. Always 0 in memory.
+    /// Tiles that were not stored because too many were waiting to be: the tier is slower than its source.
+    /// Always 0 in memory.
     pub skipped: u64,
-    /// Tiles held.
+    /// Tiles that the tier holds.
     pub tiles: u64,
-    /// Bytes held, what keeping them costs included; never more than the budget.
+    /// Bytes that the tier holds, the cost of keeping tiles included; never more than the budget.
     pub bytes: u64,
-    /// Encoded bytes of the tiles that were answered from the tier.
+    /// Encoded bytes of the tiles that the tier answered with.
     pub bytes_read: u64,
     /// Encoded bytes of the tiles that were put into the tier.
     pub bytes_written: u64,
 }
 
 impl TierStats {
-    /// The share of the reads that the tier answered, 0 to 1; 0 where there were none.
+    /// The share of the reads that the tier answered, 0 to 1; 0 if there were none.
     pub fn hit_share(&self) -> f64 {
         self.hits as f64 / (self.hits + self.misses).max(1) as f64
     }
@@ -38,28 +41,29 @@ impl TierStats {
 
 /// What the tiers behind GPU memory have done so far, and what they hold.
 ///
-/// Threads count while they read, so two runs that are alike in all that they show may differ in the frame of a read.
+/// Threads count while they read, so that two runs that show the same may count a read in different frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tiers {
     /// Encoded tiles in main memory.
     pub ram: TierStats,
-    /// Tiles of slow stores on a disk.
+    /// Tiles of slow sources on a disk.
     pub disk: TierStats,
-    /// Where the tiles come from.
+    /// What was read of the stores from which tiles come.
     pub store: StoreStats,
 }
 
 /// What has been read of stores.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StoreStats {
-    /// Reads of tiles, or of the files that tiles are put together from; what is kept from opening a source needs none.
+    /// Reads of tiles, or of the files from which tiles are put together. A tile that was kept when its
+    /// source was opened needs none.
     pub reads: u64,
-    /// Bytes that came.
+    /// Bytes that these reads brought.
     pub bytes: u64,
 }
 
 impl Tiers {
-    /// What is counted, from an earlier moment on; what is held, as it stands.
+    /// The figures since `earlier`: what was done since then, and what is held now.
     pub fn since(self, earlier: &Tiers) -> Tiers {
         Tiers {
             ram: self.ram.since(&earlier.ram),
@@ -71,7 +75,7 @@ impl Tiers {
         }
     }
 
-    /// What has been done, without what is held: of a source that is gone.
+    /// What was done, without what is held: the figures of a source that is gone.
     pub fn done(mut self) -> Tiers {
         for tier in [&mut self.ram, &mut self.disk] {
             (tier.tiles, tier.bytes) = (0, 0);
@@ -111,7 +115,7 @@ impl AddAssign for StoreStats {
     }
 }
 
-/// Counts what a source reads of its store, whichever thread does.
+/// Counts what a source reads of its store, on whichever thread.
 #[derive(Debug, Default)]
 pub struct StoreCounter {
     reads: AtomicU64,
@@ -119,7 +123,7 @@ pub struct StoreCounter {
 }
 
 impl StoreCounter {
-    /// A read has brought so many bytes.
+    /// Counts a read that brought so many bytes.
     pub fn note(&self, bytes: u64) {
         self.reads.fetch_add(1, Relaxed);
         self.bytes.fetch_add(bytes, Relaxed);

@@ -1,4 +1,5 @@
-//! How many reads of one place may be under way at once. Stores and sources in one place share a limit.
+//! How many reads of one place may be under way at once. Stores and sources that lie in one place share a
+//! limit.
 
 use std::collections::BTreeMap;
 use std::future::poll_fn;
@@ -7,10 +8,11 @@ use std::task::{Poll, Waker};
 
 use crate::ground::sync::lock;
 
-/// At most so many reads at once, of all stores and [`LimitedSource`](crate::LimitedSource)s that have it.
+/// A bound on the reads under way at once, over all stores and [`LimitedSource`](crate::LimitedSource)s that
+/// share it.
 ///
-/// Sources that lie in one place (a server, a network drive, a disk that seeks) should share one, since a place that does not
-/// answer one of them answers none.
+/// Sources that lie in one place (a server, a network drive, a disk that seeks) should share one limit, since
+/// a place that does not answer one source answers none.
 #[derive(Debug)]
 pub struct ReadLimit {
     reads: usize,
@@ -27,15 +29,16 @@ struct State {
 }
 
 impl ReadLimit {
-    /// A limit of so many reads, at least 1.
+    /// A limit of `reads` reads at once, at least 1.
     pub fn new(reads: usize) -> Arc<ReadLimit> {
         Arc::new(ReadLimit { reads: reads.max(1), is_blocking: false, state: Mutex::default() })
     }
 
-    /// The same for reads that block their threads, as those past the system's cache do: a loader then has as many threads for them,
-    /// beside those that it is told to have. These threads decode what they have read, too, so as many tiles may be decoded at once as
-    /// reads come back together. That holds behind other limits as well ([`TileSource::blocks`](crate::TileSource::blocks)). While 256 of a
-    /// loader's reads block or wait, a source begins one only where it has none under way.
+    /// A limit for reads that block their threads, as reads past the system's cache do: a loader then has
+    /// `reads` threads for them, in addition to the threads that it is told to have, also if other limits
+    /// stand before this one ([`TileSource::blocks`](crate::TileSource::blocks)). These threads also decode
+    /// what they have read, so that up to `reads` tiles may be decoded at once. While 256 of a loader's reads
+    /// block or wait, a source begins a read only if it has none under way.
     pub fn blocking(reads: usize) -> Arc<ReadLimit> {
         Arc::new(ReadLimit { reads: reads.max(1), is_blocking: true, state: Mutex::default() })
     }
@@ -45,17 +48,17 @@ impl ReadLimit {
         self.reads
     }
 
-    /// Whether it is one of reads that block their threads; see [`ReadLimit::blocking`].
+    /// Returns true if the limit is one of reads that block their threads, made by [`ReadLimit::blocking`].
     pub fn is_blocking(&self) -> bool {
         self.is_blocking
     }
 
-    /// Reads that are under way now.
+    /// The number of reads that are under way now.
     pub fn under_way(&self) -> usize {
         lock(&self.state).under_way
     }
 
-    /// Waits until a read may begin. It ends when the permit is dropped.
+    /// Waits until a read may begin. The read counts as ended when the permit is dropped.
     pub(crate) async fn permit(&self) -> Permit<'_> {
         let mut waiting = Waiting { limit: self, number: None };
         poll_fn(|context| {
@@ -85,7 +88,7 @@ impl ReadLimit {
     }
 }
 
-/// A place among those that wait; it is given up when the read begins or is dropped.
+/// A turn among the reads that wait, given up when the read begins or is dropped.
 struct Waiting<'a> {
     limit: &'a ReadLimit,
     number: Option<u64>,
@@ -106,7 +109,7 @@ impl Drop for Waiting<'_> {
     }
 }
 
-/// A read that is under way, until this is dropped.
+/// Counts a read as under way until it is dropped.
 pub(crate) struct Permit<'a>(&'a ReadLimit);
 
 impl Drop for Permit<'_> {

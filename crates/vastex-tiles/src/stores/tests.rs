@@ -148,7 +148,8 @@ fn what_is_no_readable_file_is_refused_with_the_remedy() {
     assert!(refused(&empty).contains("is empty"));
 }
 
-/// Files of the system itself are made when they are read: there is no disk behind them, and direct reads are refused.
+/// Files of the system itself are made when they are read: there is no disk behind them, and direct reads are
+/// refused.
 #[test]
 #[cfg(target_os = "linux")]
 fn where_the_file_system_refuses_direct_reads_they_are_buffered() {

@@ -1,4 +1,4 @@
-//! What every source must keep, as a function that anybody's source can be put to.
+//! What every source must keep, as a function that tests any source.
 
 use std::collections::HashMap;
 use std::pin::pin;
@@ -13,19 +13,21 @@ use crate::tile::{Codec, Tile};
 
 /// Pages that are checked one by one at most; of larger textures a fixed sample is.
 const SAMPLE: u64 = 256;
-/// Pages that are asked for their contents, contents that are looked at, and pages of each that are read, at most.
+/// Limits on the check of contents: pages that are asked for their contents, contents that are looked at, and
+/// pages of each content that are read.
 const LOOKED_AT: usize = 1 << 16;
 const CONTENTS: u32 = 64;
 const PAGES_OF_A_CONTENT: u32 = 3;
 /// Decoded tiles that are kept for comparing borders.
 const KEPT_TILES: usize = 32;
 
-/// Checks a source: every page (of a large texture the tail, each level's corners and a fixed sample) reads, decodes,
-/// and reads the same again; borders, those in the tail too, hold the texels that the address modes say; pages that do
-/// not exist are [`ReadError::NoSuchTile`]; pages that are said to have the same content do; dropping a read harms nothing.
+/// Tests that a source keeps the promises of [`TileSource`]. Every page (of a large texture the tail, each
+/// level's corners and a fixed sample) reads, decodes, and reads the same again. Borders, those in the tail
+/// included, hold the texels that the address modes say. Reading a page that does not exist fails with
+/// [`ReadError::NoSuchTile`]. Pages that are said to have the same content do. Dropping a read harms nothing.
 ///
-/// A source lacks just the tiles that are not in its [`TileSource::present`], which has the tail and with a page its
-/// ancestors. Says what is wrong first; never panics unless the source does.
+/// A source may lack only the tiles that are not in its [`TileSource::present`], which has the tail, and with
+/// each page its ancestors. Returns the first fault found; never panics unless the source does.
 pub fn conformance(source: &dyn TileSource) -> Result<(), String> {
     let mut check = Check { source, geometry: &source.description().geometry, tiles: HashMap::new() };
     check.descriptions()?;
@@ -119,7 +121,8 @@ impl Check<'_> {
         Ok(())
     }
 
-    /// The first pages of the first contents have the same texels, those that are constant theirs.
+    /// Checks that the first pages of the first contents have the same texels, and those of constant contents
+    /// the constant.
     fn contents(&mut self) -> Result<(), String> {
         let Some(contents) = self.source.contents().cloned() else { return Ok(()) };
         let description = self.source.description().clone();
@@ -144,7 +147,7 @@ impl Check<'_> {
         Ok(())
     }
 
-    /// The texels of a page, or nothing where the source lacks it.
+    /// The texels of a page, or `None` if the source lacks it.
     fn tile(&mut self, pos: PagePos) -> Result<Option<Bytes>, String> {
         if let Some(tile) = self.tiles.get(&pos) {
             return Ok(tile.clone());
@@ -195,7 +198,8 @@ impl Check<'_> {
         Ok(())
     }
 
-    /// Every texel of a box in the tile is the one that it stands for, in the tile that has that in its payload.
+    /// Checks that every texel of a box in the tile is the one that it stands for, in the tile that has that
+    /// texel in its payload.
     fn border(
         &mut self,
         pos: PagePos,
@@ -233,7 +237,8 @@ impl Check<'_> {
         Ok(())
     }
 
-    /// The page that has a texel of a level in its payload, and where in its tile.
+    /// The page that has a texel of a level in its payload, and the position of the texel in that page's
+    /// tile.
     fn owner(&self, pos: PagePos, level: u8, inside: [u32; 3]) -> (PagePos, [u32; 3]) {
         if self.geometry.is_tail(pos) {
             return (pos, self.geometry.tile_texel_from_tail_texel(level, inside));
@@ -244,8 +249,8 @@ impl Check<'_> {
         (owner, self.geometry.tile_texel_from_page_texel(page_texel))
     }
 
-    /// One texel of every layer of the full resolution that is not compressed: of others, one tile's border is not made of
-    /// what another's payload is made of, texel by texel.
+    /// One texel of every layer that has the full resolution and is not compressed. In other layers, the
+    /// border of a tile is not made texel by texel of what its neighbour's payload is made of.
     fn texel(&self, tile: &Bytes, tile_texel: [u32; 3]) -> Vec<u8> {
         let [width, height, _] = self.geometry.tile().map(|n| n as usize);
         let [x, y, z] = tile_texel.map(|n| n as usize);

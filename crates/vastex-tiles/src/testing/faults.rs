@@ -1,4 +1,4 @@
-//! A source that goes wrong as planned. For tests of everything that stands behind a source.
+//! A source with planned faults, for tests of everything that stands before a source.
 
 use std::collections::HashMap;
 use std::future::poll_fn;
@@ -13,18 +13,18 @@ use crate::ground::sync::{MaybeSend, MaybeSync, lock};
 use crate::sources::{ReadError, ReadFuture, SourceKey, TileSource};
 use crate::tile::Tile;
 
-/// One way of going wrong.
+/// A planned fault of one read.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Injection {
-    /// The store gives an error.
+    /// The store fails.
     Fail,
-    /// There is no such tile.
+    /// The source has no such tile.
     NoSuchTile,
     /// The tile lacks its last byte, so that it does not decode.
     Corrupt,
-    /// Another tile comes in its place.
+    /// Another tile comes instead.
     Replace(Tile),
-    /// The read takes so much longer, on the thread that reads. Not for browsers, where nothing may wait.
+    /// The read takes so much longer, and blocks its thread. Not for browsers, where nothing may wait.
     Delay(Duration),
     /// The read suspends so many times before it goes on.
     Suspend(u32),
@@ -32,22 +32,23 @@ pub enum Injection {
     Panic,
 }
 
-/// How often what goes wrong, from 0 (never) to 1 (always), for [`Faults::seeded`].
+/// How often each fault happens, from 0 (never) to 1 (always), for [`Faults::seeded`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FaultRates {
     /// Share of reads that fail.
     pub fail: f64,
     /// Share of reads that give a corrupt tile.
     pub corrupt: f64,
-    /// Share of reads that suspend, and how many times.
+    /// Share of reads that suspend, and how many times each suspends.
     pub suspend: (f64, u32),
-    /// Share of reads that are slow, and how slow.
+    /// Share of reads that are slow, and how much longer each takes.
     pub delay: (f64, Duration),
 }
 
 /// A decorator that injects faults and delays into the reads of a source.
 ///
-/// The plan is asked with the page and the number of the attempt at it, from 0 on, and so is the same in every run.
+/// The plan is asked with the page and the number of the attempt at it, counted from 0, so that faults are
+/// the same in every run.
 pub struct Faults<S, P> {
     source: S,
     plan: P,
@@ -55,12 +56,12 @@ pub struct Faults<S, P> {
 }
 
 impl<S, P: Fn(PagePos, u32) -> Option<Injection>> Faults<S, P> {
-    /// Injects what `plan` says.
+    /// Puts faults before `source`: `plan` says which read goes wrong, and how.
     pub fn new(source: S, plan: P) -> Faults<S, P> {
         Faults { source, plan, attempts: Mutex::default() }
     }
 
-    /// Reads begun so far, over all pages.
+    /// The number of reads begun so far, over all pages.
     pub fn reads(&self) -> u64 {
         lock(&self.attempts).values().copied().map(u64::from).sum()
     }
@@ -76,7 +77,7 @@ impl<S, P: Fn(PagePos, u32) -> Option<Injection>> Faults<S, P> {
 }
 
 impl<S> Faults<S, ()> {
-    /// Injects at random, but the same for the same seed, page and attempt.
+    /// Puts random faults before `source`, which are the same for the same seed, page and attempt.
     pub fn seeded(
         source: S,
         seed: u64,
@@ -112,7 +113,7 @@ where
         self.source.description()
     }
 
-    /// Nothing: what the plan changes is not the source's.
+    /// `None`: the tiles are not the source's where the plan changes them.
     fn identity(&self) -> Option<SourceKey> {
         None
     }

@@ -1,4 +1,5 @@
-//! For tests: what every source must keep (`conformance`), and a source that goes wrong as planned (`faults`).
+//! For tests: what every source must keep (`conformance`), and a source that goes wrong as planned
+//! (`faults`).
 
 #[cfg(not(target_family = "wasm"))]
 mod conformance;

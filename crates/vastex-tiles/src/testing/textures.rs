@@ -16,8 +16,8 @@ pub(crate) fn image(width: u32, height: u32, page: u32, format: LayerFormat) -> 
     Description::one_layer(Geometry::new(spec).unwrap(), format)
 }
 
-/// Images and volumes of odd sizes, pages of 8 to 300 texels, all formats, one to three layers of any resolution, all address
-/// modes.
+/// Images and volumes of odd sizes, pages of 8 to 300 texels, all formats, one to three layers of any
+/// resolution, all address modes.
 pub(crate) fn any_description() -> impl Strategy<Value = Description> {
     let address = prop::sample::select(vec![
         AddressMode::Clamp,
@@ -36,7 +36,8 @@ pub(crate) fn any_description() -> impl Strategy<Value = Description> {
             });
             let layers: Vec<_> = layers.collect();
             let tail_align = Description::tail_align(&layers);
-            // Whole blocks of every layer: 16 texels suit all; where nothing asks for them, any size is tried.
+            // Whole blocks of every layer: 16 texels suit all; where nothing asks for them, any size is
+            // tried.
             let unit = layers.iter().map(|layer| layer.scale * layer.format.block_side()).max().unwrap_or(1);
             let border = if unit == 1 { border } else { unit };
             let page = (if volume { 8 + page % 10 } else { page }).next_multiple_of(unit).max(2 * border);

@@ -1,8 +1,8 @@
-//! Block-compressed layers as texels, for whoever has no GPU to read them: export, the CPU's comparison, adapters without
-//! these formats.
+//! Block-compressed layers as texels, for whoever has no GPU to read them: export, comparison on the CPU,
+//! adapters without these formats.
 //!
-//! Decoding is another crate's; here is which decoder a format takes and where its texels go. Encoding is
-//! `vastex-build`'s business.
+//! Another crate decodes the blocks; this file says which decoder a format takes and where its texels go.
+//! Encoding blocks is the business of `vastex-build`.
 
 use bytes::Bytes;
 use vastex_core::{Description, LayerFormat};
@@ -12,11 +12,11 @@ const SIDE: usize = 4;
 /// 1 as a 16-bit float.
 const ONE_HALF_FLOAT: u16 = 0x3c00;
 
-/// The texels of layer number `index` of a tile: row by row, in the layer's [decoded format](LayerFormat::decoded), as large
-/// as [`Description::layer_tile`] says.
+/// The texels of layer number `index` of a tile: row by row, in the layer's [decoded
+/// format](LayerFormat::decoded), as large as [`Description::layer_tile`] says.
 ///
-/// `tile` has the texture's [`Description::tile_bytes`] bytes. Of a layer that is not compressed this shares the tile's
-/// bytes and costs nothing; a compressed one takes 5 to 30 ns a texel.
+/// `tile` has the texture's [`Description::tile_bytes`] bytes. A layer that is not compressed shares the
+/// tile's bytes and costs nothing; a compressed layer takes 5 to 30 ns a texel.
 ///
 /// # Panics
 /// If there is no such layer, or the tile is too short for it.
@@ -29,9 +29,9 @@ pub fn decode_layer(description: &Description, index: usize, tile: &Bytes) -> By
     decode_blocks(layer.format, &tile[range], [width, height]).into()
 }
 
-/// The texels of an image of `size` texels, a multiple of 4 along both axes: row by row, in the
-/// [decoded format](LayerFormat::decoded). Blocks that are missing at the end leave zeros. Of a format that is not compressed,
-/// the bytes as they are.
+/// Decodes the blocks of an image of `size` texels, a multiple of 4 along both axes: row by row, in the
+/// [decoded format](LayerFormat::decoded). Blocks that are missing at the end leave zeros. If the format is
+/// not compressed, returns the bytes as they are.
 pub fn decode_blocks(format: LayerFormat, blocks: &[u8], size: [u32; 2]) -> Vec<u8> {
     let Some(decode) = decoder(format) else { return blocks.to_vec() };
     let texel = format.texel_bytes();

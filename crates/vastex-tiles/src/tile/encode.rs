@@ -1,6 +1,7 @@
-//! Encoding tiles: what threads do side by side before the container's writer appends in order.
+//! Encoding tiles, which threads do side by side before the container's writer appends the tiles in order.
 //!
-//! Which tiles are stored once is the writer's business; the content hash that it needs is taken here.
+//! The content hash by which identical tiles are found is taken here; which tiles are stored once is the
+//! writer's business.
 
 use bytes::Bytes;
 use vastex_core::Description;
@@ -11,18 +12,19 @@ use crate::ground::hash::{checksum, content_hash};
 /// How tiles are compressed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Compression {
-    /// Not at all.
+    /// Not compressed.
     None,
-    /// LZ4: decoded at several GB/s.
+    /// LZ4, which is decoded at several GB/s.
     #[default]
     Lz4,
-    /// Zstandard at this level, 1 to 22 (0: its default): smaller, decoded at about 1 GB/s.
+    /// Zstandard at this level, 1 to 22 (0: the default level): smaller than LZ4, decoded at about 1 GB/s.
     ///
-    /// Where no C is compiled (wasm) the level is not heeded.
+    /// In a browser, where no C is compiled, the level has no effect.
     Zstd(i32),
 }
 
-/// A tile encoded for a container, with the hash by which identical tiles are found and the checksum of its bytes.
+/// A tile encoded for a container, with the hash by which identical tiles are found and the checksum of its
+/// bytes.
 #[derive(Clone, Debug)]
 pub struct EncodedTile {
     tile: Tile,
@@ -34,16 +36,17 @@ pub struct EncodedTile {
 impl EncodedTile {
     /// Encodes the texels of one tile: all layers, `description.tile_bytes()` bytes.
     ///
-    /// Constant tiles become one block of each layer (one texel where it is not compressed); where compression does not help, the texels are kept as they
-    /// are, without a copy. Pure and free of locks: call it from as many threads as there are.
+    /// A constant tile becomes one block of each layer (one texel if the layer is not compressed). If
+    /// compression does not help, the texels are kept as they are, without a copy. Pure and free of locks:
+    /// call it from as many threads as there are.
     pub fn new(texels: Bytes, description: &Description, compression: Compression) -> EncodedTile {
         let (content, raw_len) = (content_hash(&texels), texels.len());
         let tile = Tile::encode(texels, description, compression);
         EncodedTile { checksum: checksum(&tile.bytes), tile, content, raw_len }
     }
 
-    /// A tile that was encoded before: `content` is equal for identical tiles alone, `checksum` that of the encoded bytes,
-    /// `raw_len` the length of the decoded ones.
+    /// A tile that was encoded before: `content` is equal for identical tiles alone, `checksum` that of the
+    /// encoded bytes, `raw_len` the length of the decoded ones.
     pub(crate) fn encoded_before(tile: Tile, content: u128, checksum: u64, raw_len: usize) -> EncodedTile {
         EncodedTile { tile, content, checksum, raw_len }
     }
@@ -70,7 +73,8 @@ impl EncodedTile {
 }
 
 impl Tile {
-    /// Encodes the texels of one tile: as a constant, compressed, or where that does not help as they are.
+    /// Encodes the texels of one tile: as a constant, compressed, or as they are if compression does not
+    /// help.
     pub fn encode(texels: Bytes, description: &Description, compression: Compression) -> Tile {
         if let Some(blocks) = constant_blocks(&texels, description) {
             return Tile { codec: Codec::Constant, bytes: blocks.into() };
@@ -87,7 +91,8 @@ impl Tile {
     }
 }
 
-/// One block of each layer (a texel where it is not compressed), where all of a layer are the same.
+/// One block of each layer (a texel if the layer is not compressed), or `None` unless all blocks of each
+/// layer are the same.
 fn constant_blocks(texels: &[u8], description: &Description) -> Option<Vec<u8>> {
     if texels.is_empty() || texels.len() != description.tile_bytes() {
         return None;
@@ -106,7 +111,7 @@ fn constant_blocks(texels: &[u8], description: &Description) -> Option<Vec<u8>> 
     Some(constant)
 }
 
-/// Nothing where the encoder refuses; the tile is then stored as it is.
+/// `None` if the encoder refuses; the tile is then stored as it is.
 #[cfg(not(target_family = "wasm"))]
 fn zstd_compress(texels: &[u8], level: i32) -> Option<Vec<u8>> {
     zstd::bulk::compress(texels, level).ok()

@@ -1,7 +1,9 @@
-//! A tile as its source hands it out: encoded, and how to decode it.
+//! What a tile is: encoded bytes, and how they are decoded. `encode` makes tiles of texels, `blocks` reads
+//! layers of compressed blocks.
 //!
-//! A tile's decoded bytes are its layers one after the other, each row by row without padding. Where the encoded bytes
-//! come from and whether they are whole is their source's business; decoding trusts none of them.
+//! A tile's decoded bytes are its layers one after the other, each row by row without padding. Where the
+//! encoded bytes come from, and that they are complete, is the business of the source; decoding trusts no
+//! byte.
 
 #[cfg(feature = "blocks")]
 mod blocks;
@@ -16,15 +18,17 @@ pub use blocks::{decode_blocks, decode_layer};
 #[cfg(feature = "write")]
 pub use encode::{Compression, EncodedTile};
 
-/// Bytes that a decoded tile may have: 1 GiB. Sources with larger tiles are refused when they are opened or written.
+/// Bytes that a decoded tile may have: 1 GiB. Sources with larger tiles are refused when they are opened or
+/// written.
 pub const MAX_TILE_BYTES: u64 = 1 << 30;
 
 /// How the bytes of a tile are encoded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Codec {
-    /// As they are.
+    /// The bytes are those of the decoded tile.
     Raw,
-    /// Every texel is the same; the bytes are one texel of each layer.
+    /// All texels of each layer are the same; the bytes are one texel of each layer, or one block if the
+    /// layer is compressed.
     Constant,
     /// One LZ4 block, without a frame.
     Lz4,
@@ -79,9 +83,9 @@ pub struct Tile {
 }
 
 impl Tile {
-    /// The texels: all layers, one after the other, `description.tile_bytes()` bytes.
+    /// Decodes the tile into its texels: all layers, one after the other, `description.tile_bytes()` bytes.
     ///
-    /// A raw tile is not copied. Fails where the bytes do not decode to exactly that many.
+    /// A raw tile is not copied. Fails if the bytes do not decode to exactly that many.
     pub fn decode(&self, description: &Description) -> Result<Bytes, DecodeError> {
         let expected = description.tile_bytes();
         let decoded = match self.codec {

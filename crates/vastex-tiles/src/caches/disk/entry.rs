@@ -68,8 +68,8 @@ impl Head {
         bytes
     }
 
-    /// Nothing where the bytes are not those of a head, or of one whose tile does not lie in a segment of `segment_len`
-    /// bytes.
+    /// Reads a head. `None` unless the bytes are those of a head whose tile lies in a segment of
+    /// `segment_len` bytes.
     pub(super) fn decode(bytes: &[u8; HEAD_BYTES], segment_len: u64) -> Option<Head> {
         let (checked, stated) = bytes.split_at(CHECKED);
         if seeded(VERSION, checked).to_le_bytes() != stated {

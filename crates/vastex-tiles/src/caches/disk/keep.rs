@@ -1,6 +1,7 @@
-//! Keeping tiles after they were delivered: a queue of bounded memory, and the thread that writes what waits in it.
+//! Storing tiles after they were delivered: a queue of bounded memory, and the thread that writes what waits
+//! in it.
 //!
-//! The thread alone has the files that are written, so making room holds up nobody who reads.
+//! Only this thread writes files, so that making room never holds up a reader.
 
 use std::collections::VecDeque;
 use std::fs::File;
@@ -16,19 +17,19 @@ use super::shelf::Shelf;
 use crate::ground::sync::{lock, wait, wait_at_most};
 use crate::tile::Tile;
 
-/// Tiles that are not kept after a first failure; after each further one in a row twice as many.
+/// Tiles that are left out after a first failure to write; after each further failure in a row twice as many.
 pub(super) const FIRST_PAUSE: u32 = 64;
 const LONGEST_PAUSE: u32 = 1 << 16;
-/// Bytes of tiles that wait to be kept; what comes beyond is not kept.
+/// Bytes of tiles that may wait to be stored; tiles beyond that are not stored.
 pub(super) const MOST_WAITING: u64 = 16 << 20;
 
-/// A tile that was delivered and is to be kept.
+/// A tile that was delivered and is to be stored.
 pub(super) struct Delivered {
     pub(super) key: EntryKey,
     pub(super) tile: Tile,
-    /// Of its source: what does not decode by it is not kept.
+    /// The description of the tile's source: a tile that does not decode by it is not stored.
     pub(super) description: Arc<Description>,
-    /// What has changed of its source: nor is what was read before.
+    /// The regions of the source that have changed: a tile that was read before the change is not stored.
     pub(super) changed: Arc<Mutex<Vec<Region>>>,
 }
 
@@ -40,7 +41,7 @@ impl Delivered {
     }
 }
 
-/// What waits, and for whom.
+/// The queue of tiles to be stored, shared by those who deliver and by the thread.
 pub(super) struct Keep {
     name: String,
     index: Arc<Mutex<Index>>,
@@ -56,24 +57,25 @@ struct State {
     most_bytes: u64,
     is_writing: bool,
     stopping: bool,
-    /// The files are closed.
+    /// Set when the files are closed.
     has_ended: bool,
 }
 
-/// What the thread has: the files, and how they fared.
+/// What the thread owns: the files, and how writing them has gone.
 pub(super) struct Keeper {
     shelf: Shelf,
-    /// Tiles that are yet to be left out.
+    /// How many further tiles are left out.
     pause: u32,
     next_pause: u32,
-    /// Whether a failure was logged.
+    /// Set once a failure was logged.
     said: bool,
-    /// Locked as long as it is open.
+    /// The lock on the directory, held as long as the file is open.
     _lock: Option<File>,
 }
 
 impl Keep {
-    /// Begins to keep what is handed over, in `shelf`, with at most so many bytes waiting. Fails where the system gives no thread.
+    /// Starts to store what is handed over in `shelf`, with at most `most_bytes` waiting. Fails if the system
+    /// gives no thread.
     pub(super) fn start(
         name: String,
         index: Arc<Mutex<Index>>,
@@ -107,7 +109,8 @@ impl Keep {
         state
     }
 
-    /// Has a tile kept when its turn comes. Never waits: where too many bytes wait it is not kept.
+    /// Queues a tile to be stored. Never waits: if too many bytes are waiting, the tile is not stored and
+    /// counted as skipped.
     pub(super) fn hand_over(&self, delivered: Delivered) {
         let len = delivered.tile.bytes.len() as u64;
         let mut state = lock(&self.state);
@@ -120,13 +123,14 @@ impl Keep {
         self.changed.notify_all();
     }
 
-    /// Waits until nothing waits to be kept, or so long; says which.
+    /// Waits until no tile waits to be stored, at most for `most`. Returns true if none waits.
     pub(super) fn flush(&self, most: Duration) -> bool {
         let is_busy = |state: &State| !state.has_ended && (state.is_writing || !state.waiting.is_empty());
         !is_busy(&self.wait_while(lock(&self.state), most, is_busy))
     }
 
-    /// Keeps what waits, as far as that takes so long, and closes the files. A disk that does not answer is left to the thread.
+    /// Stores what waits, at most for `most`, and closes the files. A disk that does not answer in time is
+    /// left to the thread.
     pub(super) fn stop(&self, most: Duration) {
         let mut state = lock(&self.state);
         state.stopping = true;
@@ -136,7 +140,7 @@ impl Keep {
         state.bytes = 0;
     }
 
-    /// What the thread does.
+    /// The loop of the thread.
     fn run(&self, mut keeper: Keeper) {
         while let Some(delivered) = self.next() {
             keeper.keep(&self.name, &self.index, &delivered);
@@ -165,7 +169,7 @@ impl Keep {
 }
 
 impl Keeper {
-    /// Keeps a tile, unless keeping has failed of late.
+    /// Stores a tile, unless writing has failed of late.
     fn keep(&mut self, name: &str, index: &Mutex<Index>, delivered: &Delivered) {
         let Delivered { key, tile, .. } = delivered;
         // It may have been read twice at the same time.

@@ -1,4 +1,5 @@
-//! The files of a disk cache, as little as it asks of them, so that tests can stand in for a disk that goes wrong.
+//! The files of a disk cache, as little as it asks of them, so that tests can stand in for a disk that goes
+//! wrong.
 
 use std::fs::{self, File, OpenOptions};
 use std::io;

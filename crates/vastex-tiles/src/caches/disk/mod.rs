@@ -1,33 +1,37 @@
 //! The disk tier: encoded tiles of slow sources, kept in a directory beyond the end of the program.
 //!
-//! For sources that take longer than a local disk: other media, network file systems, whatever must be computed. A
-//! [`DiskTier`] is one directory with one budget; any number of sources share it, each behind its own [`DiskCache`].
+//! It is meant for sources that are slower than a local disk: other media, network file systems, tiles that
+//! must be computed. A [`DiskTier`] is one directory with one budget; any number of sources share it, each
+//! behind its own [`DiskCache`].
 //!
-//! What holds:
+//! The contract:
 //!
-//! - **No wrong byte.** An entry is served only if head and tile have their checksums and the head names this source and
-//!   this page. What is damaged is dropped and read from the source anew.
+//! - **No wrong byte.** An entry is served only if head and tile have their checksums and the head names this
+//!   source and this page. A damaged entry is dropped and its tile read from the source anew.
 //! - **No other source's byte.** An entry belongs to a [`SourceKey`] and a description. A source that has no
-//!   [`TileSource::identity`] needs a key from the caller, who must see that it changes when the tiles do.
-//! - **No old byte.** Of what a source says has changed nothing is served or kept any more in this run; in the next one the source
-//!   has another key.
-//! - **The budget** holds at every instant: it counts the lengths of all files, and room is made before anything is written.
-//!   What was read since it was written is given up last.
-//! - **Any crash** loses at most the entry that was being written; nothing must be repaired. Nothing is synced to the disk,
-//!   so a loss of power may cost more entries, none of which is served.
-//! - **Any failure** of the disk (full, read-only, gone) is counted and logged once, never an error of a read: the source
-//!   answers. After a failed write the next ones are left out, 64 at first and twice as many each time; on a disk that is
-//!   full, older tiles give way first.
-//! - **One process** has a directory at a time; a second one is refused when it opens it. Where a file system has no locks,
-//!   nobody is kept out: two processes then cost each other entries and exceed the budget, but get no wrong byte.
+//!   [`TileSource::identity`] needs a key from the caller, who must see to it that the key changes when the
+//!   tiles do.
+//! - **No old byte.** When a source says that a region has changed, no entry of the region is served or
+//!   stored any more in this run; in the next run the source has another key.
+//! - **The budget** holds at every instant: it counts the lengths of all files, and room is made before
+//!   anything is written. Entries that were read since they were written are dropped last.
+//! - **A crash** at any moment loses at most the entry that was being written, and nothing must be repaired.
+//!   Files are not synced to the disk, so that a loss of power may cost more entries, none of which is
+//!   served.
+//! - **A failure** of the disk (full, read-only, gone) is counted and logged once, and never an error of a
+//!   read: the source answers. After a failed write the next tiles are left out, 64 at first and twice as
+//!   many each time; on a disk that is full, older tiles give way first.
+//! - **One process** has a directory at a time; a second one is refused when it opens the directory. A file
+//!   system without locks keeps nobody out: two processes then cost each other entries and exceed the budget,
+//!   but get no wrong byte.
+//! - **Delivered first, stored after.** A read ends when the source's read ends; a thread of the tier checks,
+//!   writes and makes room, and no read waits for that. Up to 16 MiB of tiles wait to be stored; if the disk
+//!   is slower than that, tiles are not stored and counted as `skipped`. [`DiskTier::flush`] waits for the
+//!   tiles that wait; dropping the tier does so for up to two seconds.
 //!
-//! - **Delivered first, kept after.** A read ends with the source's; a thread of the tier's own checks, writes and makes room, and no
-//!   read waits for that. Up to 16 MiB of tiles wait to be kept; where the disk is slower than that, tiles are not kept and counted
-//!   as `skipped`. [`DiskTier::flush`] waits for what waits; dropping the tier does so for up to two seconds.
-//!
-//! A hit costs a look-up, a read and a checksum on the thread that reads; a miss besides the source's read the handing over, and on
-//! the tier's thread a decode and a write. Memory: about 250 bytes a tile, and what waits. What the files are, `segment` and `entry`
-//! say; how room is made, `shelf`; who writes, `keep`.
+//! A hit costs a look-up, a read and a checksum on the thread that reads. A miss costs the source's read and
+//! the handing over, and on the tier's thread a decode and a write. Memory: about 250 bytes a tile, and the
+//! tiles that wait. `segment` and `entry` describe the files, `shelf` makes room, `keep` writes.
 
 mod entry;
 mod index;
@@ -52,7 +56,7 @@ use crate::ground::sync::lock;
 use crate::sources::{ReadFuture, SourceKey, TierStats, Tiers, TileSource};
 use crate::tile::Tile;
 use entry::EntryKey;
-use index::{Index, Place};
+use index::{Index, Location};
 use keep::{Delivered, Keep, MOST_WAITING};
 use medium::{Directory, Medium};
 use shelf::Shelf;
@@ -67,7 +71,7 @@ const MOST_REGIONS: usize = 64;
 /// Why a directory cannot be a disk cache.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DiskTierError {
-    /// It is one already.
+    /// Another process has the directory.
     #[error(
         "{directory}: is in use as a disk cache; wait until the other program ends, or name another directory"
     )]
@@ -75,7 +79,7 @@ pub enum DiskTierError {
         /// The directory.
         directory: String,
     },
-    /// It cannot be written or read.
+    /// The directory cannot be written or read.
     #[error("{directory}: cannot be a disk cache: {error}; name another directory, or remove this one")]
     Unusable {
         /// The directory.
@@ -85,11 +89,13 @@ pub enum DiskTierError {
     },
 }
 
-/// A directory that holds tiles of any number of sources within a budget of bytes; see the [`DiskCache`]s before them.
+/// A directory that holds tiles of any number of sources within a budget of bytes. Each source stands behind
+/// its own [`DiskCache`].
 ///
-/// Has the files `vastex.lock`, `*.tiles` and `*.heads` of that directory and touches no others. Has a thread, which writes; dropping
-/// the tier waits until what was read is kept, but no longer than two seconds: a disk that does not answer then has the thread and
-/// the directory until it does.
+/// The tier owns the files `vastex.lock`, `*.tiles` and `*.heads` of the directory and touches no others. A
+/// thread of the tier writes them. Dropping the tier waits until all tiles that were read are stored, but no
+/// longer than two seconds: a disk that does not answer then keeps the thread and the directory until it
+/// does.
 pub struct DiskTier {
     name: String,
     index: Arc<Mutex<Index>>,
@@ -99,8 +105,8 @@ pub struct DiskTier {
 impl DiskTier {
     /// Opens a directory, or makes it, and takes up what earlier runs left there, up to `budget` bytes.
     ///
-    /// Reads 64 bytes for each tile. Fails where another process has the directory or it cannot be written; an application
-    /// then does without.
+    /// Reads 64 bytes for each tile. Fails if another process has the directory, or if it cannot be written;
+    /// an application then does without a disk cache.
     pub fn open(directory: impl AsRef<Path>, budget: u64) -> Result<DiskTier, DiskTierError> {
         let path = directory.as_ref();
         let directory = path.display().to_string();
@@ -114,7 +120,7 @@ impl DiskTier {
         DiskTier::on(medium, directory.clone(), budget, Some(lock), MOST_WAITING).map_err(unusable)
     }
 
-    /// A tier on any medium, with at most so many bytes waiting to be kept.
+    /// A tier on any medium, with at most `most_waiting` bytes waiting to be stored.
     fn on(
         medium: Box<dyn Medium>,
         name: String,
@@ -128,24 +134,25 @@ impl DiskTier {
         Ok(DiskTier { name, index, keep })
     }
 
-    /// Waits until every tile that was read so far is kept, or `most` is over; says whether it is. What is left is kept later.
+    /// Waits until every tile that was read so far is stored, at most for `most`. Returns true if all are;
+    /// the others are stored later.
     pub fn flush(&self, most: Duration) -> bool {
         self.keep.flush(most)
     }
 
-    /// What the tier has done in this run for all sources, and what it holds: the bytes are the lengths of its files. Never waits
-    /// for the disk.
+    /// What the tier has done in this run for all sources, and what it holds: the bytes are the lengths of
+    /// its files. Never waits for the disk.
     pub fn stats(&self) -> TierStats {
         lock(&self.index).total()
     }
 
-    /// The tile of an entry, if there is a sound one.
+    /// The tile of an entry, or `None` if there is no sound one.
     fn find(&self, key: &EntryKey) -> Option<Tile> {
-        let place = lock(&self.index).find(key);
+        let location = lock(&self.index).find(key);
         // Read without the lock: others go on meanwhile.
-        let tile = place.as_ref().map(Place::read);
+        let tile = location.as_ref().map(Location::read);
         let mut index = lock(&self.index);
-        match (tile, place) {
+        match (tile, location) {
             (Some(Ok(tile)), _) => {
                 index.count(key, |stats| {
                     stats.hits += 1;
@@ -153,8 +160,8 @@ impl DiskTier {
                 });
                 return Some(tile);
             }
-            (Some(Err(why)), Some(place)) => {
-                index.drop_damaged(&place);
+            (Some(Err(why)), Some(location)) => {
+                index.drop_damaged(&location);
                 index.count(key, |stats| stats.failures += 1);
                 let (name, pos) = (&self.name, key.pos);
                 tracing::info!("{name}: {pos}: {why}; it is read from the source anew");
@@ -181,7 +188,7 @@ impl std::fmt::Debug for DiskTier {
     }
 }
 
-/// A lock on the directory, which is made if need be; nothing where another process has it.
+/// Makes the directory if need be and locks it; `None` if another process has it.
 fn lock_directory(directory: &Path) -> io::Result<Option<File>> {
     fs::create_dir_all(directory)?;
     let file = OpenOptions::new().write(true).create(true).truncate(false).open(directory.join(LOCK))?;
@@ -194,34 +201,36 @@ fn lock_directory(directory: &Path) -> io::Result<Option<File>> {
 
 /// A decorator that keeps the tiles of a source in a [`DiskTier`], and so beyond the end of the program.
 ///
-/// A tile that does not decode is handed on but not kept, so that the next read may fare better; errors are not kept.
+/// A tile that does not decode is handed on but not stored, so that the next read may fare better; errors are
+/// not stored.
 pub struct DiskCache<S> {
     source: S,
     tier: Arc<DiskTier>,
-    /// Of the source's key and its description.
+    /// The hash of the source's key and description, under which its entries are filed.
     entries_of: u128,
-    /// What has changed since: the entries are of before.
+    /// Regions that have changed in this run: their entries are older than the change.
     changed: Arc<Mutex<Vec<Region>>>,
 }
 
 impl<S: TileSource> DiskCache<S> {
-    /// A cache before `source`, in `tier`.
+    /// Puts a cache before `source`, in `tier`.
     ///
-    /// `key` is the source's [`TileSource::identity`] where it has one, else one that the caller vouches for: under the same
-    /// key and the same description the tiles must be the same in every run.
+    /// `key` is the source's [`TileSource::identity`] if it has one, else a key that the caller vouches for:
+    /// under the same key and the same description the tiles must be the same in every run.
     pub fn new(source: S, tier: Arc<DiskTier>, key: SourceKey) -> DiskCache<S> {
         let mut bytes = key.to_bits().to_le_bytes().to_vec();
         bytes.extend(description_bytes(source.description()));
         DiskCache { entries_of: content_hash(&bytes), source, tier, changed: Arc::default() }
     }
 
-    /// Whether the entries of a page may be of before a change.
+    /// Returns true if the entries of a page may be older than a change.
     fn has_changed(&self, pos: PagePos) -> bool {
         let geometry = &self.description().geometry;
         lock(&self.changed).iter().any(|region| region.concerns(geometry, pos))
     }
 
-    /// What the tier has done for this source, and what it holds of it: a tile counts 64 bytes besides its own.
+    /// What the tier has done for this source, and what it holds of it: a tile counts 64 bytes in addition to
+    /// its own.
     pub fn stats(&self) -> TierStats {
         lock(&self.tier.index).of_source(self.entries_of)
     }

@@ -1,13 +1,13 @@
 //! A segment: two files that only grow, one of tiles end to end, one of their heads.
 //!
-//! A tile is written before its head, so a head never stands before its tile; where the machine lost power it may all the
-//! same, and the checksum tells.
+//! A tile is written before its head, so that there is no head without its tile. After a loss of power there
+//! may be one all the same, which the checksum of the tile shows.
 
 use std::io;
 use std::sync::Arc;
 
 use super::entry::{EntryKey, HEAD_BYTES, Head};
-use super::index::Place;
+use super::index::Location;
 use super::medium::{Medium, MediumFile};
 use crate::ground::hash::checksum;
 use crate::tile::Tile;
@@ -22,27 +22,29 @@ pub(super) fn names(number: u64) -> [String; 2] {
     [format!("{number:016x}.tiles"), format!("{number:016x}.heads")]
 }
 
-/// The segment that a file of that name belongs to; nothing where it is none of ours.
+/// The number of the segment to which a file of this name belongs, or `None` if the name is none that a
+/// segment writes.
 pub(super) fn number_of(name: &str) -> Option<u64> {
     let digits = name.strip_suffix(".tiles").or_else(|| name.strip_suffix(".heads"))?;
     let number = u64::from_str_radix(digits, 16).ok()?;
     (digits.len() == DIGITS && names(number).iter().any(|own| own == name)).then_some(number)
 }
 
-/// What both files have, in bytes, and whose tiles they are.
+/// The two files of a segment with their lengths, and the keys of its entries.
 pub(super) struct Segment {
     pub(super) number: u64,
     tiles: Arc<dyn MediumFile>,
-    /// Open as long as anything may be written.
+    /// Open as long as the segment may grow.
     heads: Option<Arc<dyn MediumFile>>,
     tiles_len: u64,
     heads_len: u64,
-    /// Of all entries ever written, in their order; some may lie elsewhere by now.
+    /// The keys of all entries ever written, in order; some of these entries may lie in other segments by
+    /// now.
     pub(super) keys: Vec<EntryKey>,
 }
 
 impl Segment {
-    /// An empty one.
+    /// Creates an empty segment.
     pub(super) fn create(medium: &dyn Medium, number: u64) -> io::Result<Segment> {
         let [of_tiles, of_heads] = names(number);
         let tiles = medium.open(&of_tiles, true)?;
@@ -50,14 +52,15 @@ impl Segment {
         Ok(Segment { number, tiles, heads: Some(heads), tiles_len: 0, heads_len: 0, keys: Vec::new() })
     }
 
-    /// One that is there, and its entries in the order in which they were written. What is damaged is left out.
-    pub(super) fn open(medium: &dyn Medium, number: u64) -> io::Result<(Segment, Vec<Place>)> {
+    /// Opens a segment that exists, and lists its entries in the order in which they were written, without
+    /// damaged ones.
+    pub(super) fn open(medium: &dyn Medium, number: u64) -> io::Result<(Segment, Vec<Location>)> {
         let [tiles, heads] = names(number).map(|name| medium.open(&name, false));
         let (tiles, heads) = (tiles?, heads?);
         let (tiles_len, mut heads_len) = (tiles.len()?, heads.len()?);
-        let places: Vec<_> = sound_heads(&*heads, tiles_len)?
+        let locations: Vec<_> = sound_heads(&*heads, tiles_len)?
             .into_iter()
-            .map(|head| Place::new(number, tiles.clone(), head))
+            .map(|head| Location::new(number, tiles.clone(), head))
             .collect();
         // What the last write left of a head gives way to the next.
         let torn = heads_len % HEAD_BYTES as u64;
@@ -66,27 +69,27 @@ impl Segment {
         if can_grow {
             heads_len -= torn;
         }
-        let keys = places.iter().map(|place| place.head.key).collect();
-        Ok((Segment { number, tiles, heads, tiles_len, heads_len, keys }, places))
+        let keys = locations.iter().map(|location| location.head.key).collect();
+        Ok((Segment { number, tiles, heads, tiles_len, heads_len, keys }, locations))
     }
 
-    /// Nothing more is written to it.
+    /// Ends the growth of the segment.
     pub(super) fn seal(&mut self) {
         self.heads = None;
     }
 
-    /// Bytes of both files; where these are not known, the most that they can be.
+    /// Bytes of both files. After a failed write, the most that they can be.
     pub(super) fn bytes(&self) -> u64 {
         self.tiles_len + self.heads_len
     }
 
-    /// Whether so many bytes more may be written, of a segment that should have no more than `target`.
+    /// Returns true if `bytes` more may be written to the segment, which should have no more than `target`.
     pub(super) fn has_room(&self, bytes: u64, target: u64) -> bool {
         self.heads.is_some() && (self.bytes() == 0 || self.bytes().saturating_add(bytes) <= target)
     }
 
-    /// Writes an entry. Where that fails, the segment is as it was, or sealed.
-    pub(super) fn append(&mut self, key: EntryKey, tile: &Tile, len: u32) -> io::Result<Place> {
+    /// Writes an entry. If that fails, the segment is as it was, or sealed.
+    pub(super) fn append(&mut self, key: EntryKey, tile: &Tile, len: u32) -> io::Result<Location> {
         let heads = self.heads.clone().ok_or_else(|| io::Error::other("the segment is sealed"))?;
         let (offset, checksum) = (self.tiles_len, checksum(&tile.bytes));
         let head = Head { key, codec: tile.codec, offset, len, checksum };
@@ -106,11 +109,11 @@ impl Segment {
         }
         written?;
         self.keys.push(key);
-        Ok(Place::new(self.number, self.tiles.clone(), head))
+        Ok(Location::new(self.number, self.tiles.clone(), head))
     }
 }
 
-/// Removes what there is of a segment's files.
+/// Removes the files of a segment, as far as they exist.
 pub(super) fn remove(medium: &dyn Medium, number: u64) -> io::Result<()> {
     names(number).iter().rev().try_for_each(|name| match medium.remove(name) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),

@@ -1,8 +1,8 @@
-//! All segments of a disk cache, oldest first: room is made before anything is written, and never more taken than there is.
+//! All segments of a disk cache, oldest first, within one budget: room is made before anything is written.
 //!
-//! Room is made by a clock whose hand is the oldest segment: what was read since it was written there goes to the newest
-//! one, up to a half of the segment; the rest goes with the segment. So the bytes written are at most twice those of new
-//! tiles.
+//! Room is made by the clock algorithm, whose hand is the oldest segment: entries that were read since they
+//! were written are copied to the newest segment, up to half of the segment's bytes, and the rest is dropped
+//! with it. So at most twice the bytes of new tiles are written.
 
 use std::collections::{BTreeSet, VecDeque};
 use std::io;
@@ -11,21 +11,21 @@ use std::sync::Mutex;
 use rustc_hash::FxHashSet;
 
 use super::entry::{EntryKey, HEAD_BYTES};
-use super::index::{Index, Place};
+use super::index::{Index, Location};
 use super::medium::Medium;
 use super::segment::{self, Segment};
 use crate::ground::sync::lock;
 use crate::tile::Tile;
 
-/// A segment has this part of the budget, so that giving one up costs little of what is kept.
+/// Each segment gets this part of the budget, so that dropping one costs little of what is kept.
 const SEGMENTS: u64 = 64;
-/// The least that a segment is made for, in bytes.
+/// The smallest size of a segment in bytes.
 const LEAST_SEGMENT: u64 = 64 << 10;
-/// Segments that there may be: each is an open file.
+/// The most segments: each keeps a file open.
 const MOST_SEGMENTS: usize = 2 * SEGMENTS as usize;
-/// Bytes that a second chance is given to at a time: one thread copies them.
+/// The most bytes that are copied when a segment is dropped.
 const MOST_COPIED: u64 = 32 << 20;
-/// Entries that are looked at behind the index's lock at a time, so that readers get it in between.
+/// Entries that are looked at under one lock of the index, so that readers get the lock in between.
 const KEYS_AT_A_TIME: usize = 256;
 
 /// The segments, within a budget of bytes that their files have together.
@@ -37,8 +37,8 @@ pub(super) struct Shelf {
 }
 
 impl Shelf {
-    /// Takes up what earlier runs left. Reads the heads, 64 bytes a tile; removes what holds nothing and what is beyond the
-    /// budget.
+    /// Opens the segments that earlier runs left. Reads the heads, 64 bytes a tile; removes empty segments
+    /// and what is beyond the budget.
     pub(super) fn open(medium: Box<dyn Medium>, budget: u64, index: &Mutex<Index>) -> io::Result<Shelf> {
         let numbers: BTreeSet<u64> =
             medium.names()?.iter().filter_map(|name| segment::number_of(name)).collect();
@@ -46,8 +46,8 @@ impl Shelf {
         let mut shelf = Shelf { medium, segments: VecDeque::new(), budget, next_number };
         for number in numbers {
             match Segment::open(&*shelf.medium, number) {
-                Ok((segment, places)) if !places.is_empty() => {
-                    places.into_iter().for_each(|place| lock(index).put(place));
+                Ok((segment, locations)) if !locations.is_empty() => {
+                    locations.into_iter().for_each(|location| lock(index).put(location));
                     shelf.push(segment);
                 }
                 // One that holds nothing, or half of one.
@@ -65,7 +65,7 @@ impl Shelf {
         Ok(shelf)
     }
 
-    /// A newest segment: the one before it has had its last entry.
+    /// Adds a newest segment and seals the one before it.
     fn push(&mut self, segment: Segment) {
         if let Some(before) = self.segments.back_mut() {
             before.seal();
@@ -78,7 +78,7 @@ impl Shelf {
         self.segments.iter().map(Segment::bytes).sum()
     }
 
-    /// Puts a tile in. Nothing happens where it is larger than the whole budget.
+    /// Stores a tile. A tile larger than the whole budget is not stored.
     pub(super) fn keep(&mut self, index: &Mutex<Index>, key: EntryKey, tile: &Tile) -> io::Result<()> {
         let Some((len, need)) = need(tile).filter(|(_, need)| *need <= self.budget) else { return Ok(()) };
         while self.bytes() + need > self.budget {
@@ -124,25 +124,25 @@ impl Shelf {
         Ok(())
     }
 
-    /// Gives up the oldest segment but for what of it was used.
+    /// Drops the oldest segment; entries of it that were used are copied.
     fn make_room(&mut self, index: &Mutex<Index>) -> io::Result<()> {
         let Some(oldest) = self.segments.front() else { return Ok(()) };
         let mut left = (oldest.bytes() / 2).min(MOST_COPIED);
         let keys = oldest.keys.chunks(KEYS_AT_A_TIME);
-        let used: Vec<Place> = keys.flat_map(|keys| lock(index).used_in(oldest.number, keys)).collect();
+        let used: Vec<Location> = keys.flat_map(|keys| lock(index).used_in(oldest.number, keys)).collect();
         // Read now: the room of the segment is needed for writing them.
-        let kept: Vec<(Place, Tile)> = used
+        let kept: Vec<(Location, Tile)> = used
             .into_iter()
-            .filter_map(|place| {
-                let tile = place.read().ok()?;
+            .filter_map(|location| {
+                let tile = location.read().ok()?;
                 left = left.checked_sub(need(&tile)?.1)?;
-                Some((place, tile))
+                Some((location, tile))
             })
             .collect();
-        let copied = kept.iter().map(|(place, _)| place.head.key).collect();
+        let copied = kept.iter().map(|(location, _)| location.head.key).collect();
         self.remove_oldest(index, &copied)?;
-        for (n, (place, tile)) in kept.iter().enumerate() {
-            if let Err(error) = self.append(index, place.head.key, tile, place.head.len) {
+        for (n, (location, tile)) in kept.iter().enumerate() {
+            if let Err(error) = self.append(index, location.head.key, tile, location.head.len) {
                 let mut index = lock(index);
                 kept[n..]
                     .iter()
@@ -153,12 +153,13 @@ impl Shelf {
         Ok(())
     }
 
-    /// Gives up the oldest segment.
+    /// Drops the oldest segment with all its entries.
     fn give_up_oldest(&mut self, index: &Mutex<Index>) -> io::Result<()> {
         self.remove_oldest(index, &FxHashSet::default())
     }
 
-    /// Removes the oldest segment, of which some entries are about to be copied. Where its files cannot be removed, it stays.
+    /// Removes the oldest segment, of which some entries are about to be copied. A segment whose files cannot
+    /// be removed stays.
     fn remove_oldest(&mut self, index: &Mutex<Index>, copied: &FxHashSet<EntryKey>) -> io::Result<()> {
         let Some(oldest) = self.segments.front() else { return Ok(()) };
         segment::remove(&*self.medium, oldest.number)?;
@@ -171,13 +172,13 @@ impl Shelf {
     }
 }
 
-/// Bytes of a tile, and those of its entry; nothing where it is none that can be kept.
+/// Bytes of a tile and of its entry, or `None` if no entry can hold the tile.
 fn need(tile: &Tile) -> Option<(u32, u64)> {
     let len = u32::try_from(tile.bytes.len()).ok().filter(|len| *len > 0)?;
     Some((len, u64::from(len) + HEAD_BYTES as u64))
 }
 
-/// Whether room on the disk is what is missing.
+/// Returns true if the disk is full.
 fn is_full(error: &io::Error) -> bool {
     matches!(error.kind(), io::ErrorKind::QuotaExceeded | io::ErrorKind::StorageFull)
 }

@@ -1,16 +1,16 @@
-//! What can be wrong with a container as a whole. What is wrong with one tile is a [`crate::ReadError`].
+//! What can be wrong with a container as a whole. A fault of one tile is a [`crate::ReadError`].
 
 use crate::stores::StoreError;
 
 use super::layout::{Fields, PART_MAGIC, VERSION};
 
-/// Why a container cannot be opened. Every message names the file, the place and what to do.
+/// Why a container cannot be opened. Every message names the file, the place in it, and the remedy.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ContainerError {
     /// The store could not be opened or read.
     #[error(transparent)]
     Store(#[from] StoreError),
-    /// The file is something else.
+    /// The file is no container.
     #[error("{name}: not a Vastex container ({found}){}", remedy(found))]
     Foreign {
         /// The file or URL.
@@ -23,12 +23,12 @@ pub enum ContainerError {
     Part {
         /// The file or URL.
         name: String,
-        /// Which part, from 1 on, as it says.
+        /// The number of the part, counted from 1, as the file states it.
         part: u32,
-        /// How many there are, as it says.
+        /// The number of parts, as the file states it.
         parts: u32,
     },
-    /// The file is of a version that cannot be read here.
+    /// The file is of a version that this program cannot read.
     #[error(
         "{name}: the container is of version {version}, this program reads version {VERSION}; update it, or build the file again"
     )]
@@ -38,12 +38,12 @@ pub enum ContainerError {
         /// The file's version.
         version: u32,
     },
-    /// The file needs something that is not known here.
+    /// The file needs something that this program does not know.
     #[error("{name}: {what}; update this program, or build the file again")]
     Unsupported {
         /// The file or URL.
         name: String,
-        /// What is not known.
+        /// What this program does not know.
         what: String,
     },
     /// The file ends too early.
@@ -51,9 +51,9 @@ pub enum ContainerError {
     Truncated {
         /// The file or URL.
         name: String,
-        /// Bytes that it has.
+        /// Bytes that the file has.
         len: u64,
-        /// Bytes that it should have at least.
+        /// Bytes that the file should have at least.
         expected: u64,
     },
     /// Bytes of the file are not those that were written.
@@ -61,7 +61,7 @@ pub enum ContainerError {
     Damaged {
         /// The file or URL.
         name: String,
-        /// Where in it.
+        /// Where in the file.
         place: String,
         /// What is wrong there.
         fault: String,
@@ -77,7 +77,7 @@ impl ContainerError {
         ContainerError::Truncated { name: name.into(), len, expected }
     }
 
-    /// For a file whose first bytes are `bytes`.
+    /// The error for a file that begins with `bytes`, which are not those of a container.
     pub(crate) fn foreign(name: &str, bytes: &[u8]) -> ContainerError {
         match part_of(bytes) {
             Some([part, parts]) => ContainerError::Part { name: name.into(), part, parts },
@@ -86,7 +86,7 @@ impl ContainerError {
     }
 }
 
-/// Number and count, if a file that begins so is a part.
+/// Number and count of a part, or `None` if a file that begins so is no part.
 fn part_of(bytes: &[u8]) -> Option<[u32; 2]> {
     let mut fields = Fields::new(bytes.strip_prefix(&PART_MAGIC)?);
     let [_version, part, parts] = [fields.u32().ok()?, fields.u32().ok()?, fields.u32().ok()?];

@@ -1,7 +1,7 @@
 //! The header: two copies, of which the newest whole one says where everything else lies.
 //!
-//! A new version of a file is appended first; then the older copy is overwritten with a higher sequence number. So
-//! a reader always finds one whole version.
+//! A new version of a file is appended first; then the older copy is overwritten with a higher sequence
+//! number. So a reader always finds one whole version.
 
 use super::error::ContainerError;
 use super::layout::{
@@ -45,7 +45,7 @@ impl Header {
         copy
     }
 
-    /// Reads one copy of [`HEADER_COPY_BYTES`] bytes; says what is wrong with it otherwise.
+    /// Reads one copy of [`HEADER_COPY_BYTES`] bytes, or returns what is wrong with it.
     pub(crate) fn decode(copy: &[u8]) -> Result<Header, CopyFault> {
         let damaged = CopyFault::Damaged;
         let mut fields = Fields::new(copy);
@@ -79,7 +79,7 @@ impl Header {
         })
     }
 
-    /// Whether everything lies in the file that the header speaks of, in order.
+    /// Fails unless everything lies in the file, in order.
     fn check(&self) -> Result<(), String> {
         let (description, index) = (self.description.extent, self.index.extent);
         let body = HEADER_BYTES..self.file_len;
@@ -125,7 +125,8 @@ impl Header {
 }
 
 impl Header {
-    /// The whole copy of the version before this one, if there is one; `bytes` are those of both copies.
+    /// The whole copy of the version before this one, or `None` if there is none; `bytes` are those of both
+    /// copies.
     pub(crate) fn before(&self, bytes: &[u8]) -> Option<Header> {
         let whole = copies(bytes).map(Header::decode).into_iter().flatten();
         // Of a version that came before, everything lies before the end of this one.

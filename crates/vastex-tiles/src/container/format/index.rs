@@ -1,7 +1,8 @@
 //! The index: which record each page has, and where each record's bytes lie.
 //!
-//! A page costs 4 bytes and a distinct tile 24. A reader keeps the bytes as they are and looks up what it is asked
-//! for, so that opening costs no work for each page. Bytes under a right checksum can still lie: no number is trusted.
+//! A page costs 4 bytes and a distinct tile 24. A reader keeps the bytes as they are and looks up what it is
+//! asked for, so that opening costs no work for each page. Bytes under a right checksum can still lie: no
+//! number is trusted.
 
 use bytes::Bytes;
 use vastex_core::{Geometry, PageContents, PagePos};
@@ -133,9 +134,9 @@ pub(crate) struct Index {
 }
 
 impl Index {
-    /// Bytes that the index of so many pages has at most, in a file with so many bytes before it: those of each page, of
-    /// a record for each, of a constant for each, and of the superseded extents, which are themselves longer than what
-    /// the index keeps of them.
+    /// Bytes that the index of so many pages has at most, in a file with so many bytes before it: those of
+    /// each page, of a record for each, of a constant for each, and of the superseded extents, which are
+    /// themselves longer than what the index keeps of them.
     pub(crate) fn longest(pages: u64, bytes_before: u64) -> u64 {
         const CONSTANT_BYTES: u64 = 1024;
         let of_pages = pages.saturating_mul(PAGE_BYTES + RECORD_BYTES + CONSTANT_BYTES);
@@ -180,26 +181,26 @@ impl Index {
         }
     }
 
-    /// The number of a page's record, or nothing where the page has no tile.
+    /// The number of a page's record, or `None` if the page has no tile.
     pub(crate) fn record_of_page(&self, page: u64) -> Option<u32> {
         let (pages, _) = self.pages.as_chunks::<{ PAGE_BYTES as usize }>();
         let bytes = pages.get(usize::try_from(page).ok()?)?;
         Some(u32::from_le_bytes(*bytes)).filter(|&number| number != NO_RECORD)
     }
 
-    /// Whether any page has no tile.
+    /// Returns true if a page has no tile.
     pub(crate) fn lacks_pages(&self) -> bool {
         self.page_records().any(|record| record.is_none())
     }
 
-    /// The record number of each page that has a tile, in order.
+    /// The record number of each page, in the order of their numbers; `None` for a page without a tile.
     pub(crate) fn page_records(&self) -> impl Iterator<Item = Option<u32>> + '_ {
         let (pages, _) = self.pages.as_chunks::<{ PAGE_BYTES as usize }>();
         pages.iter().map(|bytes| Some(u32::from_le_bytes(*bytes)).filter(|&number| number != NO_RECORD))
     }
 
-    /// The pages that have the same record, and those of one constant colour; nothing where there are none. Costs a visit of each
-    /// page and record.
+    /// The pages that have the same record, and those of one constant colour, or `None` if there are no such
+    /// pages. Costs a visit of each page and record.
     pub(crate) fn contents(&self, geometry: &Geometry, order: &PageOrder) -> Option<PageContents> {
         let mut uses = vec![0u8; self.records() as usize];
         for record in self.page_records().skip(1).flatten() {
@@ -232,7 +233,7 @@ impl Index {
         (count > 0).then(|| PageContents::new(geometry, constants, count, number_of))
     }
 
-    /// The texel of a record that is one of a constant tile.
+    /// The texel of a record, or `None` if the record is not that of a constant tile.
     fn constant_of(&self, record: u32) -> Option<Bytes> {
         let record = self.record(record).ok().filter(|record| record.codec == Codec::Constant)?;
         self.constant(record.section.extent).ok()

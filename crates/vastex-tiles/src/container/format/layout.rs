@@ -1,10 +1,12 @@
 //! Numbers and small helpers of the container format; `docs/format.md` says the same for other readers.
 //!
-//! Everything is little-endian. What the numbers are arranged into stands in `header`, `description` and `index`.
+//! Everything is little-endian. What the numbers are arranged into stands in `header`, `description` and
+//! `index`.
 
 use crate::ground::hash::checksum;
 
-/// The first bytes of every header copy. The high bit and the line ends show a transfer that took the file for text.
+/// The first bytes of every header copy. The high bit and the line ends show a transfer that took the file
+/// for text.
 pub(crate) const MAGIC: [u8; 8] = *b"\x89VTX\r\n\x1a\n";
 /// The first bytes of a part of a container.
 pub(crate) const PART_MAGIC: [u8; 8] = *b"\x89VTXPART";
@@ -33,12 +35,12 @@ pub(crate) struct Extent {
 }
 
 impl Extent {
-    /// One past the last byte; nothing where that is beyond 2^64.
+    /// One past the last byte, or `None` if that is beyond 2^64.
     pub(crate) fn end(self) -> Option<u64> {
         self.offset.checked_add(self.len)
     }
 
-    /// Whether the range lies in `range` of the file.
+    /// Returns true if the range lies in `range` of the file.
     pub(crate) fn lies_within(self, range: std::ops::Range<u64>) -> bool {
         self.offset >= range.start && self.end().is_some_and(|end| end <= range.end)
     }

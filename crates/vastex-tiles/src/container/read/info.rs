@@ -9,7 +9,7 @@ use crate::tile::Codec;
 
 /// What is in a container.
 ///
-/// Every tile is stored on its own, constant, or shared: `tiles = stored_tiles + constant_tiles + shared_tiles`.
+/// Every tile is stored, constant, or shared: `tiles = stored_tiles + constant_tiles + shared_tiles`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Info {
     /// Levels, pages, borders and layers.
@@ -24,37 +24,38 @@ pub struct Info {
     pub pages: u64,
     /// Pages that have a tile.
     pub tiles: u64,
-    /// Pages that have a tile on each level finer than the tail, the finest first, and then the tail itself.
+    /// Pages that have a tile, for each level finer than the tail, finest first, and then for the tail.
     pub tiles_by_level: Vec<u64>,
     /// Tiles that have bytes of their own.
     pub stored_tiles: u64,
     /// Tiles that are one colour, kept in the index.
     pub constant_tiles: u64,
-    /// Tiles whose bytes are those of another, stored once.
+    /// Tiles whose bytes are those of another tile, stored once.
     pub shared_tiles: u64,
-    /// Stored tiles as they are, compressed with LZ4, and with Zstandard.
+    /// Stored tiles by codec: raw, LZ4, Zstandard.
     pub stored_by_codec: [u64; 3],
     /// Bytes of the stored tiles.
     pub stored_bytes: u64,
-    /// Bytes of all tiles, decoded.
+    /// Bytes of all tiles after decoding.
     pub raw_bytes: u64,
 }
 
-/// Bytes that tiles would have taken, each stored on its own and as it is decoded.
+/// Bytes that a container does not need, compared with storing every tile on its own as it is decoded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Saved {
-    /// By pages that have no tile.
+    /// Bytes saved by pages that have no tile.
     pub absent: u64,
-    /// By tiles that are one colour.
+    /// Bytes saved by tiles that are one colour.
     pub constant: u64,
-    /// By tiles whose bytes are those of another.
+    /// Bytes saved by tiles whose bytes are those of another tile.
     pub shared: u64,
-    /// By compression of those that are stored; nothing where the compressed ones came out larger.
+    /// Bytes saved by compressing the stored tiles; 0 if compression made them larger.
     pub compression: u64,
 }
 
 impl Info {
-    /// What leaving out, colours, sharing and compression saved: with [`Info::stored_bytes`] that is what all pages take decoded.
+    /// What was saved by leaving out, constant colours, sharing and compression. Together with
+    /// [`Info::stored_bytes`] that is what all pages take decoded.
     pub fn saved(&self) -> Saved {
         let decoded = |tiles: u64| tiles.saturating_mul(self.description.tile_bytes() as u64);
         Saved {
@@ -72,9 +73,9 @@ impl Info {
 }
 
 impl Container {
-    /// Counts what is in the container; costs a look at each page's number, and no read.
+    /// Counts what is in the container. Costs a look at each page's number, and no read.
     ///
-    /// Records that cannot be read are left out; `verify` reports them.
+    /// Records that cannot be read are left out; [`verify`](super::verify()) reports them.
     pub fn info(&self) -> Info {
         let mut info = Info {
             description: Description::clone(self.description()),

@@ -1,7 +1,8 @@
 //! Reading a container: opened with two reads, then one read for each tile.
 //!
-//! No number of the file is trusted: whatever a range says, it must lie in the file and be no longer than a tile. `info` counts
-//! what is in a container, `verify` checks every byte of one. What the bytes mean is the business of `format`.
+//! No number of the file is trusted: whatever a range says, it must lie in the file and be no longer than a
+//! tile. `info` counts what is in a container, `verify` checks every byte of one. What the bytes mean is the
+//! business of `format`.
 
 mod info;
 mod verify;
@@ -27,8 +28,8 @@ pub use verify::{Fault, Verification, verify};
 
 /// A `.vastex` container, open for reading.
 ///
-/// Keeps 4 bytes a page, 24 a distinct tile, and the coarse tiles in memory; one bit a page more where some have no tile. A
-/// tile whose page has an ancestor without one counts as missing.
+/// Keeps 4 bytes a page, 24 a distinct tile, and the coarse tiles in memory, and one bit a page more if some
+/// pages have no tile. A tile whose page has an ancestor without a tile counts as missing.
 pub struct Container {
     store: Arc<dyn Store>,
     header: Header,
@@ -37,11 +38,12 @@ pub struct Container {
     align: u32,
     index: Index,
     order: PageOrder,
-    /// The pages that have tiles; nothing where all have.
+    /// The pages that have tiles, or `None` if all have.
     present: Option<Arc<PageSet>>,
-    /// Which pages have the same record or constant, once somebody has asked.
+    /// Which pages have the same record or constant; determined at the first call of `contents`.
     contents: OnceLock<Option<Arc<PageContents>>>,
-    /// The bytes of the coarse tiles, from the header's `coarse_offset` on; empty where they are too many.
+    /// The bytes of the coarse tiles, from the header's `coarse_offset` on; empty if there are too many to
+    /// keep.
     coarse: Bytes,
     reads: StoreCounter,
 }
@@ -49,7 +51,8 @@ pub struct Container {
 impl Container {
     /// Opens a container: one read for header and description, one for the coarse tiles and the index.
     ///
-    /// Where the description or the index of the newest version is damaged, the version before it is opened, if that is whole.
+    /// If the description or the index of the newest version is damaged, the version before it is opened, if
+    /// that is whole.
     pub async fn open(store: Arc<dyn Store>) -> Result<Container, ContainerError> {
         let opening = store.read(0, store.len().min(OPENING_BYTES) as usize).await?;
         let copies = &opening[..opening.len().min(HEADER_BYTES as usize)];
@@ -64,7 +67,7 @@ impl Container {
         Ok(container)
     }
 
-    /// Opens the version of which a header tells; `opening` are the first bytes of the file.
+    /// Opens the version that a header describes; `opening` are the first bytes of the file.
     async fn open_version(
         store: Arc<dyn Store>,
         header: Header,
@@ -101,10 +104,11 @@ impl Container {
         pollster::block_on(Container::open(Arc::new(store)))
     }
 
-    /// Opens a local file whose tiles are read directly from the disk, at most `depth` (1 to 64) at a time, if they are
-    /// aligned to its block and the file system allows it; else as [`Container::open_file`] does.
+    /// Opens a local file whose tiles are read directly from the disk, at most `depth` (1 to 64) at a time.
+    /// If tiles are not aligned to the disk's block, or the file system refuses direct reads, opens it as
+    /// [`Container::open_file`] does; [`Container::is_direct`] tells which.
     ///
-    /// [`Container::is_direct`] tells which. A loader has threads for as many reads, whatever number it is told to have.
+    /// A loader has threads for as many reads, in addition to the number that it is told to have.
     #[cfg(not(target_family = "wasm"))]
     pub fn open_file_direct(
         path: impl AsRef<std::path::Path>,
@@ -123,24 +127,25 @@ impl Container {
         Ok(container)
     }
 
-    /// Whether tiles are read past the system's page cache, as [`Store::is_direct`] says.
+    /// Returns true if tiles are read past the system's page cache, as [`Store::is_direct`] says.
     pub fn is_direct(&self) -> bool {
         self.store.is_direct()
     }
 
-    /// What to call the container in messages: a path or a URL.
+    /// The name of the container in messages: a path or a URL.
     pub fn name(&self) -> &str {
         self.store.name()
     }
 
-    /// The name of the filter that made the levels of each layer; empty where the file does not say.
+    /// The name of the filter that made the levels of each layer; empty if the file does not say.
     ///
-    /// What a name means is the builder's business; a region can only be replaced where it is known.
+    /// What a name means is the builder's business: a region of a texture can be replaced only if its filters
+    /// are known.
     pub fn filters(&self) -> &[String] {
         &self.filters
     }
 
-    /// Every tile in the file begins at a multiple of so many bytes; 1 where nothing is said of that.
+    /// Every tile in the file begins at a multiple of so many bytes; 1 if the file states no alignment.
     pub fn align(&self) -> u32 {
         self.align
     }
@@ -192,7 +197,7 @@ impl Container {
         Ok(Tile { codec: record.codec, bytes })
     }
 
-    /// Whether a record's range can be one: in the file, and no longer than a tile.
+    /// Fails unless a record's range lies in the file and is no longer than a tile.
     pub(in crate::container) fn check_record(&self, record: &Record) -> Result<(), String> {
         let extent = record.section.extent;
         if record.codec == Codec::Constant {
@@ -242,21 +247,21 @@ impl TileSource for Container {
         self.present.as_ref()
     }
 
-    /// From the index alone. Keeps 1 byte a page where at most 255 records are shared, else 2 or 4.
+    /// Determined from the index alone. Keeps 1 byte a page if at most 255 records are shared, else 2 or 4.
     fn contents(&self) -> Option<&Arc<PageContents>> {
         let contents = || self.index.contents(&self.description.geometry, &self.order).map(Arc::new);
         self.contents.get_or_init(contents).as_ref()
     }
 
-    /// Goes by the description and the index, which has the checksum of every tile: copies of a file have one identity, a
-    /// file that was changed has another.
+    /// Follows from the description and the index, which has the checksum of every tile: copies of a file
+    /// have one identity, and a file that was changed has another.
     fn identity(&self) -> Option<SourceKey> {
         let Header { description, index, .. } = &self.header;
         let sections = [description, index].map(|Section { extent, checksum }| [extent.len, *checksum]);
         Some(SourceKey::of(sections.as_flattened().iter().flat_map(|n| n.to_le_bytes()).collect::<Vec<_>>()))
     }
 
-    /// The store's: of one that is read directly, as many as it was opened with.
+    /// The limit of the store: for a file that is read directly, the `depth` with which it was opened.
     fn read_limit(&self) -> Option<&Arc<ReadLimit>> {
         self.store.read_limit()
     }
@@ -273,7 +278,7 @@ impl TileSource for Container {
         Box::pin(self.read_tile(pos))
     }
 
-    /// Nothing: what is kept of opening it is not checked yet.
+    /// Always `None`: the tiles that are kept from opening the file are not checked yet.
     fn at_hand(&self, _: PagePos) -> Option<Tile> {
         None
     }

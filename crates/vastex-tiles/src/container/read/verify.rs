@@ -1,7 +1,8 @@
 //! Reads and checks everything in a container, and reports every fault.
 //!
-//! Every byte of the file is in a header copy, the description, a tile, the index or a superseded range, each under a
-//! checksum, or lies between them and must be zero. Bytes after the end that the newest version states belong to none.
+//! Every byte of the file is in a header copy, the description, a tile, the index or a superseded range, each
+//! under a checksum, or lies between these and must be zero. Bytes after the end that the newest version
+//! states belong to no version.
 
 #[cfg(not(target_family = "wasm"))]
 use std::path::Path;
@@ -31,7 +32,7 @@ pub struct Fault {
     pub fault: String,
 }
 
-/// What a walk over a whole container found.
+/// What the verification of a container found.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Verification {
     /// Everything that is wrong, in the order in which it was found. Empty for a sound file.
@@ -40,11 +41,11 @@ pub struct Verification {
     pub records: u64,
     /// Bytes of the file.
     pub bytes: u64,
-    /// Of them, those after the end of the newest version: what an interrupted change, or one under way, has appended.
-    /// They harm nobody, and the next change cuts them off.
+    /// Bytes after the end of the newest version, appended by a change that was interrupted or is under way.
+    /// They do no harm, and the next change cuts them off.
     pub leftover_bytes: u64,
-    /// Whether another program was changing the file, so that only the version before was checked, and the header copy
-    /// that is overwritten was not. [`verify_file`] finds that out.
+    /// True if another program was changing the file: then the version before was checked, and the header
+    /// copy that is being overwritten was not. Only [`verify_file`] can tell.
     pub being_changed: bool,
 }
 
@@ -54,19 +55,19 @@ impl Verification {
     }
 }
 
-/// Reads and checks every byte of a container; costs one read and one decoding of every distinct tile.
+/// Reads and checks every byte of a container. Costs one read and one decoding of every distinct tile.
 ///
-/// `progress` is told how many records of how many have been read. Where header, description or index cannot be used at
-/// all, what lies behind them cannot be checked, and the faults say so. The bytes must not change meanwhile; for a file,
-/// [`verify_file`] sees to that.
+/// `progress` gets the number of records that have been read, and of all records. If header, description or
+/// index cannot be used at all, what depends on them cannot be checked, and the faults say so. The bytes must
+/// not change meanwhile; [`verify_file`] sees to that for a file.
 pub async fn verify(store: Arc<dyn Store>, progress: impl FnMut(u64, u64)) -> Verification {
     verify_version(store, false, progress).await
 }
 
-/// Reads and checks a local file as [`verify`] does, and keeps other programs from changing it meanwhile where the system
-/// can. Where one is changing it already, the version before is checked.
+/// Reads and checks a local file as [`verify`] does, and keeps other programs from changing it meanwhile if
+/// the system can. If a program is changing it already, the version before is checked.
 ///
-/// Fails where the file cannot be opened, or is no container.
+/// Fails if the file cannot be opened, or is no container.
 #[cfg(not(target_family = "wasm"))]
 pub fn verify_file(
     path: impl AsRef<Path>,
@@ -134,7 +135,7 @@ async fn check_header_copies(store: &dyn Store, newest: &Header, found: &mut Ver
     }
 }
 
-/// Every page names a record or nothing, every record is named, and the tail is there.
+/// Checks that every page names a record or none, every record is named, and the tail is there.
 fn check_pages(container: &Container, found: &mut Verification) {
     let mut named = vec![false; container.index.records() as usize];
     let geometry = &container.description().geometry;
@@ -151,7 +152,7 @@ fn check_pages(container: &Container, found: &mut Verification) {
     }
 }
 
-/// Reads and decodes every record; gives back where they lie.
+/// Reads and decodes every record; returns where they lie.
 async fn check_records(
     container: &Container,
     found: &mut Verification,
@@ -174,7 +175,7 @@ async fn check_records(
     extents
 }
 
-/// Where the record lies in the file, constants nowhere; with a fault, as far as that is known.
+/// Where a record lies in the file, or `None` for a constant; with a fault, as far as the range is known.
 async fn check_record(
     container: &Container,
     number: u32,

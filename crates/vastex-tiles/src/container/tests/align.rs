@@ -1,4 +1,5 @@
-//! Containers whose tiles begin at multiples of what disks ask for, also when they are changed, joined or rewritten.
+//! Containers whose tiles begin at multiples of what disks ask for, also when they are changed, joined or
+//! rewritten.
 
 use std::io::Cursor;
 use std::ops::ControlFlow;
@@ -71,7 +72,8 @@ fn changing_and_rewriting_keep_the_alignment() {
     check(std::fs::read(&path).unwrap(), ALIGN);
 }
 
-/// A file that states an alignment and does not keep to it: direct reads would take other bytes, so verify says so.
+/// A file that states an alignment and does not keep to it: direct reads would take other bytes, so verify
+/// says so.
 #[test]
 fn a_tile_elsewhere_than_stated_is_reported() {
     let bytes = aligned_bytes(&description(), Compression::Lz4, 5, ALIGN);

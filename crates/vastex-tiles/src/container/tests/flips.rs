@@ -1,6 +1,8 @@
-//! Single bits flipped in containers of every kind: each is reported, none makes a reader panic or give other texels.
+//! Single bits flipped in containers of every kind: each is reported, none makes a reader panic or give other
+//! texels.
 //!
-//! The suite takes a seeded sample; `VASTEX_FLIPS` says how many, for campaigns. `damage` flips every bit of one file.
+//! The suite takes a seeded sample; `VASTEX_FLIPS` says how many, for campaigns. `damage` flips every bit of
+//! one file.
 
 use std::sync::Arc;
 
@@ -98,7 +100,8 @@ fn a_flipped_bit_is_reported_and_never_seen_in_texels() {
         let file = &files[flip % files.len()];
         let mut bytes = file.bytes.clone();
         let mut bit = seeded(SEED, &(flip as u64).to_le_bytes()) as usize % (bytes.len() * 8);
-        // The zeros of gaps and headers would take most: every second flip goes to the next byte that says something.
+        // The zeros of gaps and headers would take most: every second flip goes to the next byte that says
+        // something.
         if flip / files.len() % 2 == 1 {
             bit += bytes[bit / 8..].iter().position(|&byte| byte != 0).unwrap_or(0) * 8;
         }

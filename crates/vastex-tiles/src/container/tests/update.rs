@@ -1,4 +1,5 @@
-//! Files changed in place: the new tiles are read, the old ones stay, and a change cut off at any write changes nothing.
+//! Files changed in place: the new tiles are read, the old ones stay, and a change cut off at any write
+//! changes nothing.
 
 use std::io::{self, Seek, SeekFrom, Write};
 use std::sync::{Arc, Mutex};

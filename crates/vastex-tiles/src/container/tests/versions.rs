@@ -1,4 +1,5 @@
-//! A file that was changed in place, as the format allows: the newest whole version is read, every byte still checked.
+//! A file that was changed in place, as the format allows: the newest whole version is read, every byte still
+//! checked.
 
 use pollster::block_on;
 use vastex_core::LayerFormat;

@@ -4,7 +4,7 @@ use vastex_core::PagePos;
 
 use super::output::write_advice;
 
-/// Why a container cannot be written. The temporary file is gone when this is seen, unless it was to be kept.
+/// Why a container cannot be written. By then the temporary file is removed, unless it was to be kept.
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
     /// The file cannot be created, written or put in its place.
@@ -30,7 +30,7 @@ pub enum WriteError {
         name: String,
         /// The page.
         pos: PagePos,
-        /// What is wrong with it.
+        /// What is wrong with the tile.
         fault: String,
     },
     /// The tail is missing, without which a texture cannot be shown; or an earlier write failed.
@@ -54,10 +54,10 @@ pub enum WriteError {
     OtherBuild {
         /// The file.
         name: String,
-        /// What that build was of.
+        /// What the interrupted build was of.
         of: &'static str,
     },
-    /// Whoever asked for the file no longer wants it.
+    /// The function that is told of progress asked to stop.
     #[error("{name}: cancelled")]
     Cancelled {
         /// The file.
@@ -66,7 +66,7 @@ pub enum WriteError {
 }
 
 impl WriteError {
-    /// Makes an error of what the system said about the file `name`.
+    /// Turns an error of the system into one that names the file.
     pub(super) fn io(name: &str) -> impl Fn(std::io::Error) -> WriteError + use<> {
         let name = name.to_owned();
         move |error| WriteError::Io { name: name.clone(), error }

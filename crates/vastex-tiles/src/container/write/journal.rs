@@ -1,9 +1,10 @@
-//! The journal of a build: which tiles the partial file beside it has, so that a killed build can be gone on with.
+//! The journal of a build: which tiles the partial file beside it has, so that a killed build can be resumed.
 //!
-//! After a head with fingerprints of all that decides the bytes stands one small record for each appended tile, with the
-//! bytes of those that the partial file gets at its end only. A journal promises nothing: whoever takes tiles over checks
-//! every one of them, so it needs no particular order of writing and no waiting for the disk. It is of use on the
-//! machine that wrote it and to the version of the program that wrote it.
+//! After a head with fingerprints of everything that decides the bytes stands one small record for each
+//! appended tile, with the bytes of those tiles that are written to the partial file at its end only. A
+//! journal promises nothing: whoever resumes checks every tile, so that writing a journal needs no particular
+//! order and no waiting for the disk. A journal is of use on the machine and to the version of the program
+//! that wrote it.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
@@ -35,7 +36,7 @@ impl Head {
         bytes
     }
 
-    /// Nothing where the head is torn or damaged; a version that is not known counts as other options.
+    /// `None` if the head is torn or damaged. A version that is not known counts as other options.
     fn decode(bytes: &[u8]) -> Option<Head> {
         let (checked, stated) = bytes.split_at_checked(HEAD_BYTES - 8)?;
         if !checked.starts_with(&MAGIC) || stated != checksum(checked).to_le_bytes() {
@@ -66,8 +67,8 @@ impl Journal {
         Ok(journal)
     }
 
-    /// The journal that an interrupted build left at `path`, which is kept when dropped, and its head; nothing where there
-    /// is none, or none that got as far as its first tile.
+    /// Opens the journal that an interrupted build left at `path`, which is kept when dropped, and reads its
+    /// head. `None` if there is no journal, or none that got as far as its first tile.
     pub(super) fn open(path: PathBuf) -> io::Result<Option<(Journal, Head)>> {
         let mut file = match OpenOptions::new().read(true).write(true).open(&path) {
             Ok(file) => file,
@@ -111,7 +112,7 @@ impl Journal {
         Ok(())
     }
 
-    /// Whether the file stays when it is dropped.
+    /// Sets that the file stays when the journal is dropped.
     pub(super) fn set_keep(&mut self, keep: bool) {
         self.keep = keep;
     }
@@ -140,7 +141,8 @@ pub(super) struct Records {
 }
 
 impl Records {
-    /// The next record and the reader of the bytes that may follow it; nothing where there is no sound one.
+    /// The next record, or `None` if there is no sound one. The bytes that may follow the record are read
+    /// from [`Records::bytes`].
     pub(super) fn next(&mut self, raw_len: usize) -> io::Result<Option<TileHead>> {
         TileHead::read_sound(&mut self.file, raw_len)
     }
@@ -150,7 +152,7 @@ impl Records {
         &mut self.file
     }
 
-    /// Says that the last record counts, with so many bytes behind it.
+    /// Accepts the last record, which has so many bytes behind it.
     pub(super) fn accept(&mut self, bytes: u64) {
         self.offset += TileHead::BYTES as u64 + bytes;
     }

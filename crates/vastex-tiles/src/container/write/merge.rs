@@ -1,6 +1,7 @@
 //! Joining the parts of a container into the file that one build would have written.
 //!
-//! Which parts there are and how one is written stands in `part`. Nothing here is decoded: joining copies bytes.
+//! Which parts there are and how one is written stands in `part`. Nothing here is decoded: joining copies
+//! bytes.
 
 use std::fs::File;
 use std::io::{BufReader, Read};
@@ -19,7 +20,7 @@ use crate::container::format::layout::PART_MAGIC;
 use crate::ground::hash::checksum;
 use crate::tile::{Compression, EncodedTile};
 
-/// Why parts cannot be joined. Nothing is left behind.
+/// Why parts cannot be joined. Nothing is left at the output's place.
 #[derive(Debug, thiserror::Error)]
 pub enum MergeError {
     /// A part cannot be read.
@@ -30,7 +31,7 @@ pub enum MergeError {
         /// What the system said.
         error: std::io::Error,
     },
-    /// It is a directory, a device or a pipe, of which nobody knows whether it ever ends.
+    /// The part is a directory, a device or a pipe, which may never end.
     #[error("{}: is a directory, a device or a pipe; name the file that `vastex build --shard` made", .0.display())]
     NotAFile(PathBuf),
     /// The file is no part, or not as it was written.
@@ -41,7 +42,7 @@ pub enum MergeError {
         /// What is wrong with it.
         fault: String,
     },
-    /// No parts, or not all, or one twice.
+    /// There are no parts, some are missing, or one is named twice.
     #[error("{0}")]
     Set(String),
     /// Two parts do not belong together.
@@ -50,9 +51,9 @@ pub enum MergeError {
         one = one.display(), other = other.display()
     )]
     Mismatch {
-        /// One of them.
+        /// One of the two parts.
         one: PathBuf,
-        /// The other one.
+        /// The other part.
         other: PathBuf,
         /// In what they differ.
         what: &'static str,
@@ -63,14 +64,16 @@ pub enum MergeError {
     /// The container cannot be written.
     #[error(transparent)]
     Output(#[from] WriteError),
-    /// `progress` asked to stop.
+    /// The function that is told of progress asked to stop.
     #[error("cancelled")]
     Cancelled,
 }
 
-/// Joins all parts of a container, in any order, into the file at `output`: the very bytes that one build writes.
+/// Joins all parts of a container, in any order, into the file at `output`: the same bytes that one build
+/// writes.
 ///
-/// `progress` is told how many tiles of how many are joined; `Break` cancels. Memory is what the writer needs.
+/// `progress` gets the number of tiles that are joined, and of all tiles; `Break` cancels. Takes the memory
+/// of a [`ContainerWriter`].
 pub fn merge(
     parts: &[impl AsRef<Path>],
     output: &Path,
@@ -117,7 +120,7 @@ pub fn merge(
     Ok(writer.finish()?)
 }
 
-/// All parts of one container, each once; `readers` are sorted by their numbers.
+/// Fails unless `readers`, which are sorted by number, are all parts of one container, each once.
 fn check_set(readers: &[PartReader]) -> Result<(), MergeError> {
     let Some(first) = readers.first() else {
         return Err(MergeError::Set("no parts: name all parts of one container".into()));

@@ -1,8 +1,9 @@
-//! Writing containers. A file is made by one writer, whole (`writer`), with resumption (`journal`, `resume`) or in parts that
-//! are joined (`part`, `merge`), under a temporary name until it is complete (`output`). A file that exists is changed in
-//! place (`update`) or rewritten in another order (`reorder`).
+//! Writing containers. A file is made by one writer, whole (`writer`), with resumption (`journal`, `resume`)
+//! or in parts that are joined (`part`, `merge`), under a temporary name until it is complete (`output`). A
+//! file that exists is changed in place (`update`) or rewritten in another order (`reorder`).
 //!
-//! What the bytes mean is the business of `format`; which tiles there are, and in what order, that of the builder.
+//! What the bytes mean is the business of `format`; which tiles there are, and in what order, that of the
+//! builder.
 
 mod error;
 mod journal;

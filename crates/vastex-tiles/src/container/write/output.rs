@@ -1,8 +1,9 @@
-//! A file that appears whole or not at all: written under a temporary name beside its place, renamed when done.
+//! A file that appears whole or not at all: written under a temporary name beside its place, renamed when
+//! done.
 //!
-//! There are two kinds of temporary names: one of its own for each file, of which nothing is left behind but by a process that
-//! is killed, and the one that all builds into a place share, so that a later build finds what an interrupted one had
-//! written. What killed processes left under names of the first kind goes with the next that writes to the same place.
+//! There are two kinds of temporary names. A name of its own for each file leaves something behind only if
+//! the process is killed, and that is removed by the next writer to the same place. The name that all builds
+//! into one place share keeps what an interrupted build had written, so that a later build finds it.
 
 use std::ffi::OsString;
 use std::fs::{self, File, OpenOptions, TryLockError};
@@ -10,10 +11,12 @@ use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// Bytes collected before they are handed to the system. What is larger is handed over as it is, without a copy.
+/// Bytes collected before they are handed to the system. What is larger is handed over as it is, without a
+/// copy.
 const BUFFER_BYTES: usize = 64 << 10;
 
-/// A file being written under a temporary name. Removed when dropped, unless it was put in its place or is to be kept.
+/// A file being written under a temporary name. Removed when dropped, unless it was put in its place or is to
+/// be kept.
 #[derive(Debug)]
 pub struct TempFile {
     file: BufWriter<File>,
@@ -23,7 +26,8 @@ pub struct TempFile {
 }
 
 impl TempFile {
-    /// Creates the temporary file in the directory of `target`; fails where that could not be written at the end.
+    /// Creates a temporary file with a name of its own, in the directory of `target`. Fails if `target` could
+    /// not be written at the end.
     pub(super) fn create(target: &Path) -> io::Result<TempFile> {
         static COUNT: AtomicU32 = AtomicU32::new(0);
         let target = checked_target(target)?;
@@ -33,7 +37,8 @@ impl TempFile {
             let temp = beside(&target, &format!("{}-{count}.partial", std::process::id()));
             match OpenOptions::new().write(true).create_new(true).open(&temp) {
                 Ok(file) => {
-                    // Says that it is at work. Where the file system has no locks, nobody removes what others left.
+                    // Says that it is at work. Where the file system has no locks, nobody removes what others
+                    // left.
                     let lock = file.try_lock();
                     // Before it was locked, another process may have taken it for left behind.
                     let is_lost = matches!(lock, Err(TryLockError::WouldBlock))
@@ -49,10 +54,10 @@ impl TempFile {
         }
     }
 
-    /// Opens the temporary file that all builds into `target` share, with what an interrupted one left in it; nothing
-    /// where another process has it. Where the file system has no locks, nobody is kept out.
+    /// Opens the temporary file that all builds into `target` share, with what an interrupted build left in
+    /// it. `None` if another process has it; a file system without locks keeps nobody out.
     ///
-    /// A file with bytes in it is kept when dropped, until [`TempFile::set_keep`] says otherwise.
+    /// A file that has bytes is kept when dropped, until [`TempFile::set_keep`] says otherwise.
     pub(super) fn claim(target: &Path) -> io::Result<Option<TempFile>> {
         let target = checked_target(target)?;
         let temp = beside(&target, "partial");
@@ -77,7 +82,7 @@ impl TempFile {
         TempFile { file: BufWriter::with_capacity(BUFFER_BYTES, file), temp, target, keep }
     }
 
-    /// The temporary name: what a program removes when it is interrupted.
+    /// The temporary name, which a program removes when it is interrupted.
     pub fn temp_path(&self) -> &Path {
         &self.temp
     }
@@ -87,7 +92,7 @@ impl TempFile {
         beside(&self.target, "journal")
     }
 
-    /// Whether the file stays when it is dropped.
+    /// Sets that the file stays when it is dropped.
     pub(super) fn set_keep(&mut self, keep: bool) {
         self.keep = keep;
     }
@@ -95,20 +100,21 @@ impl TempFile {
     /// Leaves `len` bytes and goes on behind them.
     pub(super) fn go_on_at(&mut self, len: u64) -> io::Result<()> {
         self.file.flush()?;
-        // Only where there is something to cut: ext4 writes a file that was ever cut to nothing to the disk when it is closed.
+        // Only where there is something to cut: ext4 writes a file that was ever cut to nothing to the disk
+        // when it is closed.
         if self.file.get_ref().metadata()?.len() != len {
             self.file.get_ref().set_len(len)?;
         }
         self.file.seek(SeekFrom::Start(len)).map(drop)
     }
 
-    /// Reads a claimed file from byte `offset` on; writing goes on after [`TempFile::go_on_at`] only.
+    /// Reads a claimed file from byte `offset` on. Writing continues only after [`TempFile::go_on_at`].
     pub(super) fn reader_at(&mut self, offset: u64) -> io::Result<impl Read + use<>> {
         self.file.seek(SeekFrom::Start(offset))?;
         Ok(BufReader::with_capacity(BUFFER_BYTES, self.file.get_ref().try_clone()?))
     }
 
-    /// Puts the file in its place, over what was there; `durable` waits until the disk has it.
+    /// Puts the file in its place, replacing what was there; `durable` waits until the disk has it.
     pub(super) fn put_in_place(mut self, durable: bool) -> io::Result<()> {
         self.file.flush()?;
         if durable {
@@ -124,7 +130,8 @@ impl TempFile {
 }
 
 /// Removes the files and directories that killed processes left beside `target` under names of their own,
-/// `.NAME.PROCESS-COUNT.partial`. Whoever is at work holds a lock on his; where there are no locks, all stay.
+/// `.NAME.PROCESS-COUNT.partial`. Processes at work hold locks on theirs; on a file system without locks, all
+/// are left alone.
 pub fn remove_abandoned(target: &Path) {
     let (Some(name), Some(directory)) = (target.file_name(), target.parent()) else { return };
     let directory = if directory.as_os_str().is_empty() { Path::new(".") } else { directory };
@@ -147,7 +154,7 @@ pub fn remove_abandoned(target: &Path) {
     }
 }
 
-/// Whether a name is `.OF.PROCESS-COUNT.partial`.
+/// Returns true if a name is `.OF.PROCESS-COUNT.partial`.
 fn is_own_name(name: &str, of: &str) -> bool {
     let rest = name
         .strip_prefix('.')
@@ -157,7 +164,7 @@ fn is_own_name(name: &str, of: &str) -> bool {
         .is_some_and(|(process, count)| is_number(process) && is_number(count))
 }
 
-/// Where the file will stand: what a link leads to is replaced, not the link.
+/// The path at which the file will stand. If `target` is a link, what it leads to is replaced, not the link.
 fn checked_target(target: &Path) -> io::Result<PathBuf> {
     if target.file_name().is_none() {
         return Err(io::Error::other("this names no file; add a file name"));
@@ -181,7 +188,7 @@ fn beside(target: &Path, suffix: &str) -> PathBuf {
     target.with_file_name(name)
 }
 
-/// Whether the open file is the one that the path leads to.
+/// Returns true if the open file is the one to which the path leads.
 #[cfg(unix)]
 fn is_still_at(file: &File, path: &Path) -> io::Result<bool> {
     use std::os::unix::fs::MetadataExt;
@@ -199,7 +206,7 @@ fn is_still_at(_: &File, _: &Path) -> io::Result<bool> {
     Ok(true)
 }
 
-/// What the system said when something could not be written, and what to do about it.
+/// The message of a failed write, and what to do about it.
 pub fn write_advice(error: &io::Error) -> String {
     let remedy = match error.kind() {
         // Said here, remedy included.
@@ -219,7 +226,7 @@ pub fn write_advice(error: &io::Error) -> String {
     format!("{error}; {remedy}")
 }
 
-/// Makes the new name durable too.
+/// Waits until the disk has the new name.
 fn sync_directory_of(path: &Path) -> io::Result<()> {
     if !cfg!(unix) {
         return Ok(());

@@ -1,9 +1,11 @@
-//! Parts of a container, made on different machines and joined into the file that one machine would have written.
+//! Parts of a container, made on different machines and joined into the file that one machine would have
+//! written.
 //!
-//! A container depends on its tiles and on the order in which they are appended, and on nothing else. A part holds
-//! a run of that order: encoded tiles with their content hashes, so that joining parts (`merge`) is copying bytes. Which
-//! run, and what order, is the builder's business. A part is its own journal: each tile says what it is and is checked
-//! before an interrupted part is gone on with. `docs/format.md` describes the file.
+//! A container depends on its tiles and on the order in which they are appended, and on nothing else. A part
+//! holds a run of that order: encoded tiles with their content hashes, so that joining parts (`merge`) only
+//! copies bytes. Which run, and what order, is the builder's business. A part is its own journal: each tile
+//! has a head with its checksum, which is checked before an interrupted part is resumed. `docs/format.md`
+//! describes the file.
 
 use std::fs;
 use std::io::{self, Read, Write};
@@ -31,19 +33,19 @@ pub(super) const HEAD_BYTES: usize = 64;
 /// Which part of a container a file is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PartOf {
-    /// Counted from 1.
+    /// The number of the part, counted from 1.
     pub part: u32,
-    /// How many there are.
+    /// The number of parts.
     pub parts: u32,
 }
 
 impl PartOf {
-    /// Part `part` of `parts`; nothing unless `part` is 1 to `parts`.
+    /// Part `part` of `parts`, or `None` unless `part` is 1 to `parts`.
     pub fn new(part: u32, parts: u32) -> Option<PartOf> {
         (1..=parts).contains(&part).then_some(PartOf { part, parts })
     }
 
-    /// The run of `tiles` tiles in the order of writing that this part holds: the first, and one past the last.
+    /// The tiles that this part holds, out of `tiles` in the order of writing.
     pub fn run(self, tiles: u64) -> std::ops::Range<u64> {
         let bound = |part: u32| (u128::from(tiles) * u128::from(part) / u128::from(self.parts)) as u64;
         bound(self.part - 1)..bound(self.part)
@@ -88,7 +90,7 @@ pub(super) struct FixedHead {
 }
 
 impl FixedHead {
-    /// Says what is wrong with the bytes.
+    /// Reads the fixed head, or returns what is wrong with it.
     pub(super) fn decode(bytes: &[u8]) -> Result<FixedHead, String> {
         let (checked, stated) = bytes.split_at_checked(HEAD_BYTES - 8).ok_or("it ends too early")?;
         let mut fields = Fields::new(checked);
@@ -115,7 +117,7 @@ impl FixedHead {
     }
 }
 
-/// Writes one part. Nothing is at the file's place until it is finished.
+/// Writes one part of a container. The file appears at its place when it is finished, and not before.
 #[derive(Debug)]
 pub struct PartWriter {
     out: TempFile,
@@ -129,9 +131,9 @@ pub struct PartWriter {
 }
 
 impl PartWriter {
-    /// Begins a part that [`PartWriter::finish`] will put at `path`, or goes on with one. `fingerprint` stands for
-    /// everything that the tiles of all parts depend on besides the description: parts with different ones are never
-    /// joined, and none is gone on with.
+    /// Begins a part that [`PartWriter::finish`] will put at `path`, or resumes one. `fingerprint` stands for
+    /// everything that the tiles of all parts depend on besides the description: parts with different
+    /// fingerprints are never joined, and a part with another fingerprint is not resumed.
     pub fn create(
         path: impl AsRef<Path>,
         description: Description,
@@ -158,7 +160,7 @@ impl PartWriter {
         Ok(part)
     }
 
-    /// Goes on with what an interrupted writer left, or starts anew.
+    /// Resumes what an interrupted writer left, or starts anew.
     fn begin(&mut self, head: &[u8], left: Left<'_>) -> Result<(), WriteError> {
         let failed = WriteError::io(&self.name);
         self.written.bytes = head.len() as u64;
@@ -183,7 +185,7 @@ impl PartWriter {
         self.out.go_on_at(0).and_then(|()| self.out.write_all(head)).map_err(failed)
     }
 
-    /// Counts the tiles that are whole and sound, and cuts the file off behind them.
+    /// Counts the tiles that are whole and sound, and cuts the file off after them.
     fn take_over(
         &mut self,
         partial: &mut impl Read,
@@ -202,8 +204,8 @@ impl PartWriter {
         self.out.go_on_at(self.written.bytes).map_err(failed)
     }
 
-    /// Pages of which an interrupted writer had said what their tiles are, or that they have none; the first ones, which must not
-    /// come again.
+    /// How many pages, from the first of the run on, were taken over from an interrupted writer, those
+    /// without a tile included. They must not be appended again.
     pub fn taken_over(&self) -> u64 {
         self.taken_over
     }
@@ -213,7 +215,8 @@ impl PartWriter {
         &self.description
     }
 
-    /// Appends a tile: those of the part's run, in the order of writing, but for pages that are [skipped](PartWriter::skip).
+    /// Appends a tile. Tiles come in the order of writing, and pages without a tile are
+    /// [skipped](PartWriter::skip).
     pub fn append(&mut self, pos: PagePos, tile: &EncodedTile) -> Result<(), WriteError> {
         let refuse = |fault: &str| WriteError::Tile { name: self.name.clone(), pos, fault: fault.into() };
         let page = self.order.number_of(&self.description.geometry, pos);
@@ -231,7 +234,7 @@ impl PartWriter {
         Ok(())
     }
 
-    /// Says that the next page of the part's run has no tile.
+    /// Notes that the next page of the part's run has no tile.
     pub fn skip(&mut self, pos: PagePos) -> Result<(), WriteError> {
         let page = self.order.number_of(&self.description.geometry, pos);
         let Some(page) = page.filter(|_| self.missing > 0) else {
@@ -251,7 +254,7 @@ impl PartWriter {
         self.written.bytes += TileHead::BYTES as u64 + tile.len;
     }
 
-    /// Puts the part in its place.
+    /// Puts the part in its place. Fails if tiles of the run are missing.
     pub fn finish(self) -> Result<Written, WriteError> {
         if self.missing > 0 {
             return Err(WriteError::Incomplete {
@@ -265,7 +268,7 @@ impl PartWriter {
     }
 }
 
-/// The next tile of a part; nothing where there is no whole and sound one.
+/// The next tile of a part, or `None` if there is no whole and sound one.
 fn sound_tile(partial: &mut impl Read, raw_len: usize) -> io::Result<Option<TileHead>> {
     let Some(head) = TileHead::read_sound(partial, raw_len)? else { return Ok(None) };
     Ok(head.read_sound_bytes(partial)?.map(|_| head))

@@ -1,9 +1,10 @@
-//! Rewriting a container along a space-filling curve, so that tiles near each other in the image lie near each other
-//! in the file.
+//! Rewriting a container along a space-filling curve, so that tiles near each other in the image lie near
+//! each other in the file.
 //!
-//! One pass over an image gives bands of pages from left to right; a view that is as tall as it is wide then reads far
-//! apart. Here each level's tiles are appended along the Z-order curve instead. Encoded bytes are copied as they are
-//! ([`reorder`]) or made new on their way ([`rewrite`]), and what belongs to earlier versions of the file is left out.
+//! A build makes one pass over an image and so writes bands of pages from left to right; a view that is as
+//! tall as wide then reads from places far apart. Here the tiles of each level are appended along the Z-order
+//! curve instead. Encoded bytes are copied as they are ([`reorder`]) or encoded anew on the way
+//! ([`rewrite`]), and what belongs to earlier versions of the file is left out.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -24,7 +25,7 @@ use crate::tile::{Compression, EncodedTile};
 /// Why a container was not rewritten. What was at the output's place is still there.
 #[derive(Debug, thiserror::Error)]
 pub enum ReorderError {
-    /// It cannot be opened.
+    /// The container cannot be opened.
     #[error(transparent)]
     Open(#[from] ContainerError),
     /// A tile cannot be read.
@@ -38,15 +39,16 @@ pub enum ReorderError {
     /// The output cannot be written.
     #[error(transparent)]
     Output(#[from] WriteError),
-    /// `progress` asked to stop.
+    /// The function that is told of progress asked to stop.
     #[error("cancelled")]
     Cancelled,
 }
 
-/// Writes the container at `input` anew to `output`, which may be the same, each level's tiles along the Z-order curve.
+/// Writes the container at `input` anew to `output`, which may be the same path: the tiles of each level
+/// along the Z-order curve.
 ///
-/// `progress` is told how many tiles of how many are written; `Break` cancels. Reads every tile once and decodes none;
-/// takes the writer's memory, and 48 bytes a tile of the finest level.
+/// `progress` gets the number of tiles that are written, and of all tiles; `Break` cancels. Reads every tile
+/// once and decodes none. Takes the memory of a [`ContainerWriter`], and 48 bytes a tile of the finest level.
 pub fn reorder(
     input: &Path,
     output: &Path,
@@ -78,11 +80,11 @@ pub fn reorder(
 /// Tiles and the pages to which they belong.
 type Encoded = Vec<(PagePos, EncodedTile)>;
 
-/// Writes the tiles of a container, each level's along the Z-order curve, to one of the same pages; `make` turns so many of them
-/// at a time, or fewer, into those that are written.
+/// Writes the tiles of a container, those of each level along the Z-order curve, to a container of the same
+/// pages. `make` turns tiles, up to `at_once` at a time, into those that are written.
 ///
-/// `progress` is told how many tiles of how many are written; `Break` cancels. Takes the writer's memory, and 48 bytes a tile
-/// of the finest level.
+/// `progress` gets the number of tiles that are written, and of all tiles; `Break` cancels. Takes the memory
+/// of a [`ContainerWriter`], and 48 bytes a tile of the finest level.
 pub fn rewrite(
     container: Container,
     mut writer: ContainerWriter<TempFile>,
@@ -119,7 +121,7 @@ pub fn rewrite(
     Ok(writer.finish()?)
 }
 
-/// The place of a page along the curve: the bits of its coordinates in turn, x lowest.
+/// The position of a page along the curve: the bits of its coordinates in turn, x lowest.
 fn z_order(coords: [u32; 3]) -> u128 {
     let bit = |axis: usize, n: u32| u128::from(coords[axis] >> n & 1) << (3 * n + axis as u32);
     (0..32).flat_map(|n| (0..3).map(move |axis| (axis, n))).map(|(axis, n)| bit(axis, n)).sum()

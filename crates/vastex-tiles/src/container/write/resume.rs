@@ -1,10 +1,11 @@
-//! Writing a container so that a killed build can be gone on with: a partial file under a name that all builds into its
-//! place share, and a journal beside it.
+//! Writing a container so that a killed build can be resumed: a partial file under a name that all builds
+//! into its place share, and a journal beside it.
 //!
-//! Taking over is appending once more what the journal tells of, in its order, without writing the bytes that are in
-//! the partial file already; so the writer is in the very state in which it was after the last of these tiles, and the file
-//! becomes the one that an uninterrupted build writes. Every tile is checked; the first one that is not as it was
-//! written ends the taking over. Making the tiles that follow is the builder's business.
+//! Resuming appends again every tile that the journal has, in its order, without writing the bytes that are
+//! in the partial file already. So the writer reaches the state in which it was after the last of these
+//! tiles, and the file becomes the one that an uninterrupted build writes. Every tile is checked; the first
+//! tile that is not as it was written ends the taking over. Making the tiles that follow is the builder's
+//! business.
 
 use std::io::{Read, Seek};
 use std::ops::ControlFlow;
@@ -17,38 +18,40 @@ use super::error::WriteError;
 use super::journal::{Head, Journal, Records};
 use super::output::TempFile;
 use super::tile_head::TileHead;
-use super::writer::{ContainerWriter, Place, WriterOptions, Written};
+use super::writer::{ContainerWriter, Destination, WriterOptions, Written};
 use crate::container::format::description;
 use crate::ground::hash::checksum;
 use crate::tile::EncodedTile;
 
-/// Bytes of tiles after which the journal is brought up to date; so many are made anew at most.
+/// Bytes of tiles after which the journal is brought up to date: the most that a resumed build makes anew.
 const TILE_BYTES: u64 = 4 << 20;
 /// Bytes that wait for the journal at most.
 const JOURNAL_BYTES: usize = 1 << 16;
 
-/// What decides the tiles of a build besides its description and writer options.
+/// What decides the tiles of a build, in addition to its description and writer options.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Origin<'a> {
-    /// Stands for the input: other bytes where the input is another one.
+    /// Bytes that differ if the input differs.
     pub input: &'a [u8],
-    /// Stands for all that the builder does to it.
+    /// Bytes that differ if the builder treats the input differently.
     pub options: &'a [u8],
 }
 
-/// What to do with what an interrupted build left, and what to leave when this one is interrupted.
+/// What to do with what an interrupted build left, and what to leave if this build is interrupted.
 pub enum Left<'a> {
-    /// It is removed; nothing is left but by a process that is killed.
+    /// Removes what was left, and leaves nothing unless the process is killed.
     Removed,
-    /// It is gone on with; if the writer is dropped unfinished, what is written stays. The function is told from time to
-    /// time how many bytes have been taken over; `Break` ends it with [`WriteError::Cancelled`] and leaves everything
-    /// as it was.
+    /// Resumes what was left; if the writer is dropped unfinished, what is written stays. The function gets,
+    /// from time to time, the number of bytes that have been taken over; `Break` ends with
+    /// [`WriteError::Cancelled`] and leaves everything as it was.
     Resumed(&'a mut dyn FnMut(u64) -> ControlFlow<()>),
 }
 
-/// Writes one container from the beginning, or goes on where an interrupted writer stopped; the bytes are the same.
+/// Writes one container from the beginning, or resumes where an interrupted writer stopped; the bytes are the
+/// same.
 ///
-/// Nothing is at the file's place until it is finished. Needs what [`ContainerWriter`] needs.
+/// The file appears at its place when it is finished, and not before. Takes the memory of a
+/// [`ContainerWriter`].
 #[derive(Debug)]
 pub struct ResumableWriter {
     // Dropped in this order: first the tiles are written, then the records of them.
@@ -62,9 +65,10 @@ pub struct ResumableWriter {
 }
 
 impl ResumableWriter {
-    /// Begins a container that [`ResumableWriter::finish`] will put at `path`, over what is there, or goes on with it.
+    /// Begins a container that [`ResumableWriter::finish`] will put at `path`, replacing what is there, or
+    /// resumes it.
     ///
-    /// Reads what is taken over once. Fails with [`WriteError::OtherBuild`] where that is of another origin.
+    /// Reads once what is taken over. Fails with [`WriteError::OtherBuild`] if that is of another origin.
     pub fn create(
         path: impl AsRef<Path>,
         description: Description,
@@ -108,13 +112,13 @@ impl ResumableWriter {
         Ok(writer)
     }
 
-    /// Pages of which an interrupted writer had said what their tiles are, or that they have none; the first ones, which need
-    /// not come again.
+    /// How many pages, from the first on, were taken over from an interrupted writer, those without a tile
+    /// included. They need not be appended again.
     pub fn taken_over(&self) -> u64 {
         self.taken_over
     }
 
-    /// Appends a tile; each page once. One that was taken over is passed over.
+    /// Appends a tile; each page once. A tile that was taken over is ignored.
     pub fn append(&mut self, pos: PagePos, tile: EncodedTile) -> Result<(), WriteError> {
         let page = match self.writer.page(pos) {
             Some((_, true)) if self.taken_over > 0 => return Ok(()),
@@ -123,9 +127,9 @@ impl ResumableWriter {
             None => return self.writer.append(pos, tile),
         };
         let head = TileHead::of(page, &tile);
-        let place = self.writer.place(pos.level, head.hash, head.codec);
+        let destination = self.writer.destination(pos.level, head.hash, head.codec);
         // Cloning bytes counts a reference.
-        let bytes = if place == Place::Memory { tile.tile().bytes.clone() } else { Bytes::new() };
+        let bytes = if destination == Destination::Memory { tile.tile().bytes.clone() } else { Bytes::new() };
         self.writer.append(pos, tile)?;
         self.journal.note(&head, &bytes);
         let unjournalled = self.writer.offset() - self.journalled;
@@ -135,7 +139,7 @@ impl ResumableWriter {
         Ok(())
     }
 
-    /// Says that a page has no tile, so that whoever goes on knows that it was thought of.
+    /// Notes that a page has no tile, so that a resumed build need not look at it again.
     pub fn skip(&mut self, pos: PagePos) -> Result<(), WriteError> {
         if let Some((page, false)) = self.writer.page(pos) {
             self.journal.note(&TileHead::absent(page), &[]);
@@ -146,7 +150,8 @@ impl ResumableWriter {
         Ok(())
     }
 
-    /// Writes what was held back, the index and the header, puts the file in its place and removes the journal.
+    /// Writes what was held back, the index and the header, puts the file in its place and removes the
+    /// journal.
     pub fn finish(mut self) -> Result<Written, WriteError> {
         let failed = WriteError::io(&self.name);
         // So that what is written stays whole if the end cannot be written.
@@ -157,7 +162,8 @@ impl ResumableWriter {
         Ok(written)
     }
 
-    /// First the tiles, then their records: what the journal tells of is there if only the process dies.
+    /// Writes first the tiles, then their records: what the journal says is in the file, if only the process
+    /// dies.
     fn bring_journal_up_to_date(&mut self) -> Result<(), WriteError> {
         use std::io::Write;
         self.writer.out_mut().flush().map_err(WriteError::io(&self.name))?;
@@ -166,7 +172,7 @@ impl ResumableWriter {
         Ok(())
     }
 
-    /// Appends what the journal tells of and the partial file has; cuts both off behind that.
+    /// Appends the tiles that the journal and the partial file have; cuts both off after that.
     fn take_over(&mut self, go_on: &mut dyn FnMut(u64) -> ControlFlow<()>) -> Result<(), WriteError> {
         let (failed, of_journal) = (WriteError::io(&self.name), WriteError::io(&self.journal.name()));
         let begin = self.writer.offset();
@@ -192,15 +198,15 @@ impl ResumableWriter {
             records.accept(0);
             return Ok(true);
         }
-        let place = self.writer.place(pos.level, head.hash, head.codec);
-        let bytes = match place {
-            Place::Known => Some(Bytes::new()),
-            Place::Memory => head.read_sound_bytes(records.bytes())?,
-            Place::File if !skip_gap(partial, self.writer.gap().len())? => None,
-            Place::File => head.read_sound_bytes(partial)?,
+        let destination = self.writer.destination(pos.level, head.hash, head.codec);
+        let bytes = match destination {
+            Destination::Known => Some(Bytes::new()),
+            Destination::Memory => head.read_sound_bytes(records.bytes())?,
+            Destination::File if !skip_gap(partial, self.writer.gap().len())? => None,
+            Destination::File => head.read_sound_bytes(partial)?,
         };
         let Some(bytes) = bytes else { return Ok(false) };
-        let behind_record = if place == Place::Memory { head.len } else { 0 };
+        let behind_record = if destination == Destination::Memory { head.len } else { 0 };
         // Refused where the page has a tile, which no writer notes twice.
         let appended = self.writer.take_over(pos, head.with_bytes(bytes, raw_len)).is_ok();
         if appended {
@@ -210,14 +216,14 @@ impl ResumableWriter {
     }
 }
 
-/// Passes over the zeros before a tile; whether they are all there.
+/// Reads past the zeros before a tile. Returns true if all of them are there.
 fn skip_gap(partial: &mut impl Read, len: usize) -> std::io::Result<bool> {
     let mut gap = Vec::with_capacity(len);
     partial.take(len as u64).read_to_end(&mut gap)?;
     Ok(gap.len() == len && gap.iter().all(|&byte| byte == 0))
 }
 
-/// The journal beside the partial file; nothing where there is none.
+/// Opens the journal beside the partial file, or returns `None` if there is none.
 fn open_journal(name: &str, out: &TempFile, head: Head) -> Result<Option<Journal>, WriteError> {
     let path = out.journal_path();
     let shown = path.display().to_string();
@@ -232,7 +238,7 @@ fn open_journal(name: &str, out: &TempFile, head: Head) -> Result<Option<Journal
     Err(WriteError::OtherBuild { name: name.into(), of })
 }
 
-/// How long the disk has to have everything changes no byte; all else does.
+/// The fingerprints of a build. [`WriterOptions::durable`] changes no byte; all else does.
 fn head_of(description: &Description, options: &WriterOptions, origin: Origin<'_>) -> Head {
     let deciding = WriterOptions { durable: false, ..options.clone() };
     let description = description::encode(description, &options.filters, options.align);

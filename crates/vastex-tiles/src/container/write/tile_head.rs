@@ -8,16 +8,16 @@ use crate::container::format::layout::Fields;
 use crate::ground::hash::checksum;
 use crate::tile::{Codec, EncodedTile, Tile};
 
-/// A tile without its bytes, or that a page has none.
+/// A tile without its bytes, or the note that a page has none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct TileHead {
     /// The number of its page in the index's order.
     pub(super) page: u64,
-    /// By which identical tiles are found.
+    /// The hash by which identical tiles are found.
     pub(super) hash: u128,
-    /// Of the encoded bytes.
+    /// The checksum of the encoded bytes.
     pub(super) checksum: u64,
-    /// Encoded bytes; 0 where the page has no tile.
+    /// The number of encoded bytes; 0 if the page has no tile.
     pub(super) len: u64,
     pub(super) codec: Codec,
 }
@@ -37,12 +37,12 @@ impl TileHead {
         }
     }
 
-    /// Says that a page has no tile.
+    /// The head that notes that a page has no tile.
     pub(super) fn absent(page: u64) -> TileHead {
         TileHead { page, hash: 0, checksum: checksum(&[]), len: 0, codec: Codec::Raw }
     }
 
-    /// Whether the page has no tile.
+    /// Returns true if the page has no tile.
     pub(super) fn is_absent(&self) -> bool {
         self.len == 0
     }
@@ -59,7 +59,7 @@ impl TileHead {
         bytes
     }
 
-    /// Fails where the bytes are not those of a head, or of one of a tile that decodes to more than `raw_len` bytes.
+    /// Reads a head. Fails unless the bytes are those of a head whose tile has at most `raw_len` bytes.
     pub(super) fn decode(bytes: &[u8; TileHead::BYTES], raw_len: usize) -> Result<TileHead, String> {
         let (checked, stated) = bytes.split_at(48);
         if checksum(checked).to_le_bytes() != stated {
@@ -80,20 +80,20 @@ impl TileHead {
         Ok(head)
     }
 
-    /// The tile with its `bytes`, of which [`TileHead::checksum`] is known to be right.
+    /// The tile with its `bytes`, whose checksum has been compared with [`TileHead::checksum`].
     pub(super) fn with_bytes(self, bytes: Bytes, raw_len: usize) -> EncodedTile {
         let tile = Tile { codec: self.codec, bytes };
         EncodedTile::encoded_before(tile, self.hash, self.checksum, raw_len)
     }
 
-    /// Reads the head that an interrupted writer left next; nothing where there is no whole and sound one.
+    /// Reads the next head that an interrupted writer left, or `None` if there is no whole and sound one.
     pub(super) fn read_sound(from: &mut impl Read, raw_len: usize) -> io::Result<Option<TileHead>> {
         let mut bytes = [0; TileHead::BYTES];
         let whole = fills(from, &mut bytes)?;
         Ok(whole.then(|| TileHead::decode(&bytes, raw_len).ok()).flatten())
     }
 
-    /// Reads the tile's bytes; nothing where they are not whole and sound.
+    /// Reads the tile's bytes, or `None` if they are not whole and sound.
     pub(super) fn read_sound_bytes(&self, from: &mut impl Read) -> io::Result<Option<Bytes>> {
         // At most those of a decoded tile.
         let mut bytes = vec![0; self.len as usize];
@@ -102,7 +102,7 @@ impl TileHead {
     }
 }
 
-/// Whether there were enough bytes.
+/// Fills `bytes`. Returns false if there are not enough.
 fn fills(from: &mut impl Read, bytes: &mut [u8]) -> io::Result<bool> {
     match from.read_exact(bytes) {
         Ok(()) => Ok(true),

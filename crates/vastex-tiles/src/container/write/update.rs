@@ -1,8 +1,9 @@
-//! Changing a container in place: new tiles and a new index are appended, then one header copy is overwritten.
+//! Changing a container in place: new tiles and a new index are appended, then one header copy is
+//! overwritten.
 //!
 //! Until that last write the other copy describes the version before, and no byte of that version is ever
-//! written over: who reads it goes on reading it, and a change that is cut off leaves it whole. What a page's new
-//! texels are is the builder's business.
+//! overwritten: a program that reads it goes on reading it, and a change that is cut off leaves it whole.
+//! What a page's new texels are is the builder's business.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, Seek, SeekFrom, Write};
@@ -28,13 +29,13 @@ use crate::tile::{Codec, EncodedTile, Tile};
 /// Why a container was not changed. It is as it was before.
 #[derive(Debug, thiserror::Error)]
 pub enum UpdateError {
-    /// It cannot be opened, or is damaged where the change needs it.
+    /// The container cannot be opened, or is damaged where the change needs it.
     #[error(transparent)]
     Open(#[from] ContainerError),
-    /// It cannot be written, or a tile does not belong there.
+    /// The container cannot be written, or a tile does not belong there.
     #[error(transparent)]
     Write(#[from] WriteError),
-    /// Another program is changing or verifying it.
+    /// Another program is changing or verifying the container.
     #[error("{name}: another program is changing or verifying it now; wait until that is done")]
     Busy {
         /// The file.
@@ -49,7 +50,7 @@ pub struct Updated {
     pub tiles: u64,
     /// Bytes by which the file grew.
     pub bytes_added: u64,
-    /// Bytes of the file that belong to earlier versions only; building it again gives them back.
+    /// Bytes of the file that belong to earlier versions only; building the file again gives them back.
     pub bytes_superseded: u64,
     /// Bytes of the file.
     pub bytes: u64,
@@ -73,28 +74,29 @@ impl Medium for File {
     }
 }
 
-/// For what a change waits.
+/// What a change waits for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Waits {
-    /// For nothing: a loss of power may cost the file.
+    /// Nothing: a loss of power may cost the file.
     Never,
-    /// For the disk to have all that is appended, before the header is overwritten.
+    /// The disk has all that is appended, before the header is overwritten.
     BeforeTheHeader,
-    /// Then for the header as well.
+    /// In addition the disk has the header.
     Durable,
 }
 
-/// One change of a container, from its version now to the next. Dropped without [`ContainerUpdate::commit`], it leaves
-/// the file as it was.
+/// One change of a container, from its present version to the next. If it is dropped without
+/// [`ContainerUpdate::commit`], the file stays as it was.
 ///
-/// Needs 4 bytes a page and 48 a distinct tile of the file, and holds the coarse tiles, about 1 MiB, back.
+/// Takes 4 bytes a page and 48 a distinct tile of the file, and holds the coarse tiles, about 1 MiB, back
+/// until the end.
 pub struct ContainerUpdate {
     out: Box<dyn Medium>,
     old: Arc<Container>,
     waits: Waits,
-    /// The highest number of a version when the change began.
+    /// The highest sequence number of a header copy when the change began.
     newest: u64,
-    /// Those of the version before, then the new ones.
+    /// The records of the version before, then the new ones.
     records: Vec<Record>,
     old_records: usize,
     record_of_content: FxHashMap<u128, u32>,
@@ -104,18 +106,20 @@ pub struct ContainerUpdate {
     held_level: u8,
     /// Bytes of new coarse tiles, by record.
     held: FxHashMap<u32, Bytes>,
-    /// Where the next bytes go; nothing has been written while it is the old length.
+    /// Where the next bytes go. As long as it is the old length, nothing has been written.
     offset: u64,
-    /// The header is being overwritten, or was: the file must not be cut any more.
+    /// Set when the header is about to be overwritten: from then on the file must not be cut.
     flipping: bool,
     tiles: u64,
 }
 
 impl ContainerUpdate {
-    /// Opens a local file for one change, and keeps other programs from changing it meanwhile where the system can.
+    /// Opens a local file for one change, and keeps other programs from changing it meanwhile if the system
+    /// can.
     ///
-    /// The end of the change waits for the disk to have what was appended before it overwrites the header, so that a loss of
-    /// power leaves a whole version; `durable` waits for the header as well, so that it is the new one.
+    /// The end of the change waits until the disk has what was appended before it overwrites the header, so
+    /// that a loss of power leaves a whole version; `durable` waits for the header too, so that the whole
+    /// version is the new one.
     pub fn open(path: impl AsRef<Path>, durable: bool) -> Result<ContainerUpdate, UpdateError> {
         let path = path.as_ref();
         let name = path.display().to_string();
@@ -171,13 +175,15 @@ impl ContainerUpdate {
         })
     }
 
-    /// Waits for nothing: for a file that is given up where power is lost, as one that is a step on the way to another.
+    /// Makes the change wait for no disk: for a file that may be lost with power, such as an intermediate
+    /// step on the way to another file.
     pub fn without_waiting(mut self) -> ContainerUpdate {
         self.waits = Waits::Never;
         self
     }
 
-    /// Whether nobody else has changed the file since this change began, as a file system without locks allows.
+    /// Returns true if nobody else has changed the file since this change began, as is possible on a file
+    /// system without locks.
     fn is_alone(&self) -> Result<bool, ContainerError> {
         Ok(newest_of(&self.old)? == self.newest)
     }
@@ -189,7 +195,7 @@ impl ContainerUpdate {
         }
     }
 
-    /// The version before.
+    /// The container as it was before the change.
     pub fn container(&self) -> &Arc<Container> {
         &self.old
     }
@@ -236,8 +242,8 @@ impl ContainerUpdate {
         Ok(number)
     }
 
-    /// Appends the coarse tiles and the new index, and makes this version the file's. Where no page has a new tile, the
-    /// version before stays, and what an interrupted change left behind it is cut off.
+    /// Appends the coarse tiles and the new index, and makes the new version the current one. If no page has
+    /// a new tile, the version before stays, and what an interrupted change left after it is cut off.
     pub fn commit(mut self) -> Result<Updated, UpdateError> {
         let (old_len, coarse_offset) = (self.old.header().file_len, self.offset);
         let mut superseded = self.old.index().superseded().map_err(|fault| self.damaged_index(&fault))?;
@@ -265,7 +271,7 @@ impl ContainerUpdate {
         })
     }
 
-    /// Writes the tiles of the coarse levels one beside the other before the index, those that did not change too, so
+    /// Writes the tiles of the coarse levels next to each other before the index, unchanged ones included, so
     /// that opening stays two reads.
     fn put_coarse_tiles(&mut self, superseded: &mut Vec<Section>) -> Result<(), UpdateError> {
         let geometry = &self.old.description().geometry;
@@ -298,8 +304,8 @@ impl ContainerUpdate {
         Ok(bytes)
     }
 
-    /// Renumbers the records that a page still names, and gathers the texels of those that are constant. The others
-    /// are superseded.
+    /// Renumbers the records that a page still names, and gathers the texels of constant ones. All other
+    /// records are superseded.
     fn drop_unused(&mut self, superseded: &mut Vec<Section>) -> Result<(Vec<Record>, Vec<u8>), UpdateError> {
         let mut new_number = vec![NO_RECORD; self.records.len()];
         for &number in self.pages.iter().filter(|&&number| number != NO_RECORD) {
@@ -337,7 +343,7 @@ impl ContainerUpdate {
         Ok(Bytes::copy_from_slice(&self.constants[first..first + extent.len as usize]))
     }
 
-    /// The offset of the header copy that nobody needs, and the highest sequence number there is.
+    /// The offset of the header copy that is not needed, and the highest sequence number.
     fn free_copy(&self) -> Result<(u64, u64), UpdateError> {
         let (copies, newest) = (header_copies(&self.old)?, self.newest);
         let a_is_needed = copies[0].as_ref() == Ok(self.old.header());
@@ -367,13 +373,13 @@ impl ContainerUpdate {
         Ok(())
     }
 
-    /// Appends a tile, aligned as those that are there; gives back where it lies.
+    /// Appends a tile with the file's alignment; returns where it lies.
     fn put_tile(&mut self, bytes: &[u8]) -> Result<u64, WriteError> {
         self.put(gap_before(self.offset, self.old.align()))?;
         self.put(bytes)
     }
 
-    /// Appends bytes; gives back where they lie.
+    /// Appends bytes; returns where they lie.
     fn put(&mut self, bytes: &[u8]) -> Result<u64, WriteError> {
         let (offset, old_len) = (self.offset, self.old.header().file_len);
         if offset == old_len && !self.is_alone().unwrap_or(false) {
@@ -409,7 +415,7 @@ fn newest_of(container: &Container) -> Result<u64, ContainerError> {
     Ok(copies.iter().flatten().map(|header| header.sequence).max().unwrap_or(0))
 }
 
-/// Where locks would keep readers out, nobody else may open the file for writing meanwhile.
+/// Where locks would keep readers out, keeps others from opening the file for writing instead.
 #[cfg(windows)]
 fn keep_other_writers_out(options: &mut OpenOptions) {
     use std::os::windows::fs::OpenOptionsExt;
@@ -421,7 +427,7 @@ fn keep_other_writers_out(options: &mut OpenOptions) {
 #[cfg(not(windows))]
 fn keep_other_writers_out(_: &mut OpenOptions) {}
 
-/// Whether the system says that another program has the file open for writing.
+/// Returns true if the error says that another program has the file open for writing.
 fn is_kept_out(error: &io::Error) -> bool {
     const ERROR_SHARING_VIOLATION: i32 = 32;
     cfg!(windows) && error.raw_os_error() == Some(ERROR_SHARING_VIOLATION)

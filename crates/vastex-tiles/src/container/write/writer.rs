@@ -1,8 +1,8 @@
 //! Writing a container: tiles are appended as they come; coarse tiles, index and header follow at the end.
 //!
-//! Encoding and hashing ([`EncodedTile::new`]) is for as many threads as there are; [`ContainerWriter::append`] is the
-//! serial part: it finds identical tiles and copies bytes. The file depends on the tiles and the order in which they
-//! are appended, and on nothing else.
+//! Encoding and hashing ([`EncodedTile::new`]) is for as many threads as there are;
+//! [`ContainerWriter::append`] is the serial part: it finds identical tiles and copies bytes. The file
+//! depends on the tiles and the order in which they are appended, and on nothing else.
 
 use std::io::{Seek, SeekFrom, Write};
 use std::path::Path;
@@ -19,7 +19,8 @@ use crate::container::format::index::{self, PageOrder, Record};
 use crate::container::format::layout::{Extent, HEADER_BYTES, NO_RECORD, Section};
 use crate::tile::{Codec, Compression, EncodedTile, Tile};
 
-/// Decoded bytes of the coarse tiles that are held back, so that they lie together before the index. The tail always is.
+/// Decoded bytes of the coarse tiles that are held back, so that they lie together before the index. The tail
+/// is always held back.
 const HELD_BYTES: u64 = 1 << 20;
 
 /// How a container is written.
@@ -27,12 +28,14 @@ const HELD_BYTES: u64 = 1 << 20;
 pub struct WriterOptions {
     /// How [`ContainerWriter::write_tile`] compresses.
     pub compression: Compression,
-    /// The name of the filter that makes the levels of each layer, for [`crate::Container::filters`]; or none.
+    /// The name of the filter that makes the levels of each layer, for [`crate::Container::filters`]; or
+    /// empty.
     pub filters: Vec<String>,
-    /// Whether to wait at the end until the disk has everything.
+    /// If true, finishing waits until the disk has everything.
     pub durable: bool,
-    /// Every tile in the file begins at a multiple of so many bytes, for direct I/O: 1 (the default) for no alignment, or
-    /// a power of two from 4096 to 65,536. Costs half of that for each distinct tile.
+    /// Every tile in the file begins at a multiple of so many bytes, for direct I/O: 1 (the default) for no
+    /// alignment, or a power of two from 4096 to 65,536. Costs on average half of that for each distinct
+    /// tile.
     pub align: u32,
 }
 
@@ -43,7 +46,7 @@ impl Default for WriterOptions {
 }
 
 impl WriterOptions {
-    /// Fails where a container cannot hold the texture, or the options do not suit it.
+    /// Fails if a container cannot hold the texture, or if the options do not suit it.
     pub(super) fn check(&self, description: &Description) -> Result<(), String> {
         description::check(description)?;
         description::check_filters(description, &self.filters)?;
@@ -54,11 +57,11 @@ impl WriterOptions {
 /// What was written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Written {
-    /// Tiles, of which some are constant or shared.
+    /// All tiles, constant and shared ones included.
     pub tiles: u64,
-    /// Tiles kept as their colour.
+    /// Tiles of one colour, kept in the index.
     pub constant_tiles: u64,
-    /// Tiles whose bytes are those of an earlier one.
+    /// Tiles whose bytes are those of an earlier tile.
     pub shared_tiles: u64,
     /// Bytes of the file.
     pub bytes: u64,
@@ -66,18 +69,20 @@ pub struct Written {
 
 /// Where the bytes of a tile go.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Place {
-    /// They are there already: another tile has the same.
+pub(super) enum Destination {
+    /// The bytes are there already: another tile has the same.
     Known,
-    /// They stay in memory until the end.
+    /// The bytes stay in memory until the end.
     Memory,
-    /// Next in the file.
+    /// The bytes are appended to the file.
     File,
 }
 
-/// Writes one container. Nothing is at the file's place until it is finished, nothing is left behind if it is not.
+/// Writes one container. The file appears at its place when it is finished, and not before; a writer that is
+/// dropped leaves nothing behind.
 ///
-/// Needs 4 bytes a page and some 60 a distinct tile, and holds about 1 MiB of coarse tiles back.
+/// Takes 4 bytes a page and about 60 a distinct tile, and holds about 1 MiB of coarse tiles back until the
+/// end.
 #[derive(Debug)]
 pub struct ContainerWriter<W> {
     out: W,
@@ -111,9 +116,10 @@ impl ContainerWriter<TempFile> {
         ContainerWriter::new(out, name, description, options)
     }
 
-    /// As [`ContainerWriter::create`], under the temporary name that all builds into the place share: while this one writes
-    /// there, others are refused. What an interrupted one left is removed, unless `keeps_left` asks for
-    /// [`WriteError::OtherBuild`] where that could be gone on with.
+    /// Begins a container as [`ContainerWriter::create`] does, but under the temporary name that all builds
+    /// into the place share: while this one writes there, others are refused. Removes what an interrupted
+    /// build left, unless `keeps_left` is true and the build could be resumed: then fails with
+    /// [`WriteError::OtherBuild`].
     pub fn claim(
         path: impl AsRef<Path>,
         description: Description,
@@ -136,7 +142,7 @@ impl ContainerWriter<TempFile> {
         ContainerWriter::new(out, name, description, options)
     }
 
-    /// The temporary name: what a program removes when it is interrupted.
+    /// The temporary name, which a program removes when it is interrupted.
     pub fn temp_path(&self) -> &Path {
         self.out.temp_path()
     }
@@ -151,7 +157,7 @@ impl ContainerWriter<TempFile> {
 }
 
 impl<W: Write + Seek> ContainerWriter<W> {
-    /// Begins a container in `out`, which is empty; `name` is what messages call it.
+    /// Begins a container in `out`, which is empty; messages call it `name`.
     pub fn new(
         out: W,
         name: impl Into<String>,
@@ -209,7 +215,8 @@ impl<W: Write + Seek> ContainerWriter<W> {
         self.add(pos, tile, ContainerWriter::put)
     }
 
-    /// Appends a tile whose bytes, where their place is [`Place::File`], are in the file already at [`Self::offset`].
+    /// Appends a tile whose bytes, if their destination is [`Destination::File`], are in the file already, at
+    /// [`Self::offset`].
     pub(super) fn take_over(&mut self, pos: PagePos, tile: EncodedTile) -> Result<(), WriteError> {
         self.add(pos, tile, |writer, bytes| {
             writer.offset += bytes.len() as u64;
@@ -257,12 +264,12 @@ impl<W: Write + Seek> ContainerWriter<W> {
         // There are fewer records than pages, which are at most 2^31.
         let number = self.records.len() as u32;
         let Tile { codec, bytes } = tile.tile().clone();
-        let place = self.place(level, tile.content(), codec);
+        let destination = self.destination(level, tile.content(), codec);
         let extent = |offset| Extent { offset, len: bytes.len() as u64 };
         let extent = if codec == Codec::Constant {
             self.constants.extend_from_slice(&bytes);
             extent((self.constants.len() - bytes.len()) as u64)
-        } else if place == Place::Memory {
+        } else if destination == Destination::Memory {
             self.held.push((page, number, bytes.clone()));
             extent(0)
         } else {
@@ -276,17 +283,17 @@ impl<W: Write + Seek> ContainerWriter<W> {
     }
 
     /// Where the bytes of the tile go that is appended next.
-    pub(super) fn place(&self, level: u8, hash: u128, codec: Codec) -> Place {
+    pub(super) fn destination(&self, level: u8, hash: u128, codec: Codec) -> Destination {
         if self.record_of_content.contains_key(&hash) {
-            Place::Known
+            Destination::Known
         } else if codec == Codec::Constant || level >= self.held_level {
-            Place::Memory
+            Destination::Memory
         } else {
-            Place::File
+            Destination::File
         }
     }
 
-    /// The number of a page in the index's order, and whether it has a tile; nothing where there is no such page.
+    /// The number of a page in the index, and true if it has a tile; `None` if there is no such page.
     pub(super) fn page(&self, pos: PagePos) -> Option<(u64, bool)> {
         let page = self.order.number_of(&self.description.geometry, pos)?;
         Some((page, self.pages[page as usize] != NO_RECORD))
@@ -312,7 +319,7 @@ impl<W: Write + Seek> ContainerWriter<W> {
         &mut self.out
     }
 
-    /// Writes what was held back, the index and the header; gives `out` back.
+    /// Writes what was held back, the index and the header; returns `out`.
     pub fn complete(mut self) -> Result<(W, Written), WriteError> {
         let incomplete = |missing| WriteError::Incomplete { name: self.name.clone(), missing };
         if self.broken {
@@ -338,7 +345,7 @@ impl<W: Write + Seek> ContainerWriter<W> {
         Ok((self.out, self.written))
     }
 
-    /// Both copies say the same in a new file.
+    /// Writes both header copies, which are equal in a new file.
     fn put_header(&mut self, header: &Header) -> Result<(), WriteError> {
         let copies = header.encode().repeat(2);
         self.out

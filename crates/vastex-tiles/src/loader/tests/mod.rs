@@ -1,6 +1,7 @@
 //! Both loaders keep the same promises; what only threads can break is tested on threads.
 //!
-//! Nothing here waits without a limit: what does not come fails after [`DEADLINE`], which is far beyond what any machine needs.
+//! Nothing here waits without a limit: what does not come fails after [`DEADLINE`], which is far beyond what
+//! any machine needs.
 
 mod blocking;
 mod frames;
@@ -175,7 +176,8 @@ macro_rules! promises {
                 fn every_request_ends_exactly_once(ops in prop::collection::vec((0u32..12, 0u8..8), 0..200), seed: u64) {
                     let rates = FaultRates { fail: 0.1, corrupt: 0.1, suspend: (0.4, 3), ..FaultRates::default() };
                     let mut loader = loader(Faults::seeded(source(), seed, rates));
-                    // Requests and ends of each page; a request counts while none is open that could still be loaded.
+                    // Requests and ends of each page; a request counts while none is open that could still be
+                    // loaded.
                     let mut open = BTreeMap::<PageId, i32>::new();
                     let mut cancelled = BTreeMap::<PageId, bool>::new();
                     for (x, op) in ops {

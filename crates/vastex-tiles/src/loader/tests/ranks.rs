@@ -1,5 +1,5 @@
-//! A pager and the loader's threads together: no page in view waits for one that is not. Decided by the order in which the source
-//! is read, one read after the other; time plays no part.
+//! A pager and the loader's threads together: no page in view waits for one that is not. Decided by the order
+//! in which the source is read, one read after the other; time plays no part.
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -227,7 +227,8 @@ impl Run {
     fn run(mut self) -> Run {
         for frame in 1..=FRAMES {
             self.play(frame);
-            // Threads that were idle have begun while requests were still coming; that is no fault of anybody's.
+            // Threads that were idle have begun while requests were still coming; that is no fault of
+            // anybody's.
             let before = self.out_of_turn;
             self.settle();
             self.look();
@@ -250,7 +251,8 @@ fn no_page_in_view_waits_for_one_that_is_not() {
         let run = Run::new(threads, true).run();
         assert_eq!(run.out_of_turn, 0, "of {} reads on {threads} threads", run.looked_at);
         assert!(run.reranked > 20 && run.looked_at > 100, "{} of {}", run.reranked, run.looked_at);
-        // The same, if the first rank of a page were its last. How many reads are out of turn then depends on how threads take turns.
+        // The same, if the first rank of a page were its last. How many reads are out of turn then depends on
+        // how threads take turns.
         stale.push(Run::new(threads, false).run().out_of_turn);
     }
     println!("reads out of turn with the first ranks: {stale:?}");

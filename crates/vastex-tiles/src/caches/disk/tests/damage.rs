@@ -68,8 +68,8 @@ fn half_a_segment_and_files_of_others_are_no_obstacle() {
     }
 }
 
-/// Killed at every change of the disk, with nothing, a part and all of it done. The budget forces segments to be given
-/// up on the way, and tiles that were used to be copied.
+/// Killed at every change of the disk, with nothing, a part and all of it done. The budget forces segments to
+/// be given up on the way, and tiles that were used to be copied.
 #[test]
 fn a_program_killed_at_any_write_leaves_nothing_wrong() {
     let run = |disk: &MemoryDisk| {

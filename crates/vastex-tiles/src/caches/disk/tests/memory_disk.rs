@@ -1,4 +1,5 @@
-//! A disk in memory that fills up, stalls, is killed in the middle of a write, becomes read-only or loses its files.
+//! A disk in memory that fills up, stalls, is killed in the middle of a write, becomes read-only or loses its
+//! files.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -38,7 +39,8 @@ pub(super) struct Troubles {
     pub(super) capacity: Option<u64>,
     /// Bytes that a file may have.
     pub(super) longest_file: Option<u64>,
-    /// Changes that are still made; of the next, if it is a write, only so many sixteenths are, and nothing is after it.
+    /// Changes that are still made; of the next, if it is a write, only so many sixteenths are, and nothing
+    /// is after it.
     pub(super) killed_after: Option<(u64, u64)>,
     /// Nothing can be made, written, cut off or removed.
     pub(super) read_only: bool,

@@ -1,4 +1,5 @@
-//! Disk caches: what every test of them shares. Each file asks one question of the contract at the head of `disk`.
+//! Disk caches: what every test of them shares. Each file asks one question of the contract at the head of
+//! `disk`.
 
 mod budget;
 mod changes;

@@ -1,4 +1,5 @@
-//! The description as bytes: sections, each with its number and its length, so that later versions can add some.
+//! The description as bytes: sections, each with its number and its length, so that later versions can add
+//! some.
 //!
 //! A reader passes over a section that it does not know if the section's number says that it may.
 
@@ -13,32 +14,32 @@ use crate::tile::MAX_TILE_BYTES;
 const GEOMETRY: u32 = 1;
 /// The section that holds the layers.
 const LAYERS: u32 = 2;
-/// The section that holds what the first two have no room for; only where something of it is not as usual.
+/// The section that holds what the first two have no room for. Left out if all of it is as usual.
 const MORE: u32 = 3;
 /// Set in the number of a section that a reader may pass over.
 const OPTIONAL: u32 = 1 << 31;
-/// The section that says how each layer was filtered. What is only read can do without.
+/// The section with the filter of each layer. A program that only reads can do without it.
 const FILTERS: u32 = OPTIONAL | 3;
-/// The section that says at which multiples tiles begin; only where they do.
+/// The section with the alignment of tiles. Left out if tiles are not aligned.
 const ALIGN: u32 = OPTIONAL | 4;
-/// The section that says of each layer whether its values may be mixed; only where the filters do not say so.
+/// The section that says of each layer if its values may be mixed. Left out if the filters say the same.
 const MIXING: u32 = OPTIONAL | 5;
 /// The filters of layers whose values may not be mixed.
 const PICKING_FILTERS: [&str; 2] = ["majority", "nearest"];
-/// Layers that a texture may have.
+/// The most layers that a texture may have.
 const MAX_LAYERS: u32 = 256;
 /// The multiples at which tiles may begin, besides 1.
 const ALIGN_BYTES: std::ops::RangeInclusive<u32> = 4 << 10..=64 << 10;
-/// Bytes that the name of a layer or of a filter may have.
+/// The most bytes that the name of a layer or of a filter may have.
 const MAX_NAME_BYTES: u32 = 256;
 
 /// Why a description cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum DescriptionFault {
-    /// It says what this version never writes.
+    /// The bytes are none that this version writes.
     #[error("{0}")]
     Damaged(String),
-    /// It needs a newer reader.
+    /// The description needs a newer reader.
     #[error("{0}")]
     Unsupported(String),
 }
@@ -49,22 +50,22 @@ impl From<String> for DescriptionFault {
     }
 }
 
-/// What a file says of itself.
+/// What a file says about itself.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Contents {
     pub(crate) description: Description,
-    /// The name of each layer's filter; empty where the file does not say.
+    /// The name of each layer's filter; empty if the file names none.
     pub(crate) filters: Vec<String>,
-    /// Every tile in the file begins at a multiple of so many bytes; 1 where the file does not say.
+    /// Every tile in the file begins at a multiple of so many bytes; 1 if the file states no alignment.
     pub(crate) align: u32,
 }
 
-/// What a description says, as bytes that are the same in every run.
+/// A description as bytes that are the same in every run.
 pub(crate) fn bytes(description: &Description) -> Vec<u8> {
     encode(description, &[], 1)
 }
 
-/// The description as bytes; `filters` has one name for each layer, or none at all.
+/// A description as bytes; `filters` has one name for each layer, or none at all.
 pub(crate) fn encode(description: &Description, filters: &[String], align: u32) -> Vec<u8> {
     let mut sections =
         vec![(GEOMETRY, geometry_bytes(&description.geometry)), (LAYERS, layer_bytes(&description.layers))];
@@ -90,7 +91,7 @@ pub(crate) fn encode(description: &Description, filters: &[String], align: u32) 
     bytes
 }
 
-/// Whether the values of each of so many layers may be mixed, as far as their filters say.
+/// For each layer, true if its values may be mixed, as far as filters say.
 fn mixable_by(filters: &[String], layers: usize) -> Vec<bool> {
     let picks = |layer: usize| filters.get(layer).is_some_and(|name| PICKING_FILTERS.contains(&&**name));
     (0..layers).map(|layer| !picks(layer)).collect()
@@ -121,8 +122,8 @@ fn geometry_bytes(geometry: &Geometry) -> Vec<u8> {
     bytes
 }
 
-/// Whether texels keep their positions, the tail is aligned unusually, there is a border colour, or a layer has a fraction
-/// of the resolution.
+/// Returns true if texels keep their positions, the tail is aligned unusually, there is a border colour, or a
+/// layer has a fraction of the resolution.
 fn has_more(description: &Description) -> bool {
     let spec = description.geometry.spec();
     spec.positions != TexelPositions::Centered
@@ -153,7 +154,7 @@ fn layer_bytes(layers: &[Layer]) -> Vec<u8> {
     bytes
 }
 
-/// The number of a format in a file: its place in this list, from 1 on.
+/// The number of a format in a file.
 fn format_number(format: LayerFormat) -> u32 {
     match format {
         LayerFormat::R8 => 1,
@@ -177,7 +178,7 @@ fn format_number(format: LayerFormat) -> u32 {
     }
 }
 
-/// Reads a description and sees to it that this crate can handle the texture.
+/// Reads a description and checks that this crate can handle the texture.
 pub(crate) fn decode(bytes: &[u8]) -> Result<Contents, DescriptionFault> {
     let (mut geometry, mut layers, mut more, mut last) = (None, None, None, None);
     let (mut filters, mut align, mut mixing) = (Vec::new(), 1, None);
@@ -242,7 +243,7 @@ fn describe(
     Ok(description)
 }
 
-/// What the section of that name says.
+/// The section [`MORE`], decoded.
 struct More {
     positions: TexelPositions,
     tail_align: u32,
@@ -337,7 +338,7 @@ fn decode_filters(section: &[u8]) -> Result<Vec<String>, DescriptionFault> {
     Ok(filters)
 }
 
-/// There is a filter for each layer, or none is named.
+/// Fails unless there is a filter for each layer, or none at all.
 pub(crate) fn check_filters(description: &Description, filters: &[String]) -> Result<(), String> {
     let (layers, named) = (description.layers.len(), filters.len());
     if named != 0 && named != layers {
@@ -369,7 +370,7 @@ fn decode_align(section: &[u8]) -> Result<u32, DescriptionFault> {
     Ok(check.map(|()| align)?)
 }
 
-/// What disks ask for of direct reads, or 1 for no alignment.
+/// Fails unless `align` is 1, for no alignment, or one that disks ask for in direct reads.
 pub(crate) fn check_align(align: u32) -> Result<(), String> {
     if align == 1 || (align.is_power_of_two() && ALIGN_BYTES.contains(&align)) {
         return Ok(());
@@ -380,7 +381,7 @@ pub(crate) fn check_align(align: u32) -> Result<(), String> {
     ))
 }
 
-/// Fails where a texture is valid but larger than a container can hold; the message says what to change.
+/// Fails if a texture is valid but larger than a container can hold; the message says what to change.
 pub(crate) fn check(description: &Description) -> Result<(), String> {
     let layers = &description.layers;
     if layers.is_empty() || layers.len() > MAX_LAYERS as usize {
