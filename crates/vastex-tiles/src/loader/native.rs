@@ -74,7 +74,7 @@ struct State {
     lent: usize,
     looked: Duration,
     /// Set once the lack of further threads was logged.
-    said: bool,
+    has_logged: bool,
     stopping: bool,
 }
 
@@ -143,7 +143,7 @@ impl Loader {
             threads: 0,
             lent: 0,
             looked: clock.now(),
-            said: false,
+            has_logged: false,
             stopping: false,
         };
         let (state, work, ended) = (Mutex::new(state), Condvar::new(), Condvar::new());
@@ -288,7 +288,7 @@ impl Shared {
         if state.threads == state.reads.len()
             && state.can_start(self.settings.threads)
             && let Err(error) = self.add_thread(state)
-            && !mem::replace(&mut state.said, true)
+            && !mem::replace(&mut state.has_logged, true)
         {
             tracing::warn!("no further thread to load tiles with, for reads that wait: {error}");
         }

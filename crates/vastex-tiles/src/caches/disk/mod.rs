@@ -31,16 +31,16 @@
 //!
 //! A hit costs a look-up, a read and a checksum on the thread that reads. A miss costs the source's read and
 //! the handing over, and on the tier's thread a decode and a write. Memory: about 250 bytes a tile, and the
-//! tiles that wait. `segment` and `entry` describe the files, `shelf` makes room, `keep` writes.
+//! tiles that wait. `segment` and `entry` describe the files, `shelf` makes room, `write_queue` writes.
 
 mod entry;
 mod index;
-mod keep;
 mod medium;
 mod segment;
 mod shelf;
 #[cfg(test)]
 mod tests;
+mod write_queue;
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io;
@@ -57,9 +57,9 @@ use crate::sources::{ReadFuture, SourceKey, TierStats, Tiers, TileSource};
 use crate::tile::Tile;
 use entry::EntryKey;
 use index::{Index, Location};
-use keep::{Delivered, Keep, MOST_WAITING};
 use medium::{Directory, Medium};
 use shelf::Shelf;
+use write_queue::{Delivered, MOST_WAITING, WriteQueue};
 
 /// The file by which processes keep each other out. It stays empty.
 const LOCK: &str = "vastex.lock";
@@ -99,7 +99,7 @@ pub enum DiskTierError {
 pub struct DiskTier {
     name: String,
     index: Arc<Mutex<Index>>,
-    keep: Arc<Keep>,
+    queue: Arc<WriteQueue>,
 }
 
 impl DiskTier {
@@ -130,14 +130,14 @@ impl DiskTier {
     ) -> io::Result<DiskTier> {
         let index = Arc::<Mutex<Index>>::default();
         let shelf = Shelf::open(medium, budget, &index)?;
-        let keep = Keep::start(name.clone(), index.clone(), shelf, lock, most_waiting)?;
-        Ok(DiskTier { name, index, keep })
+        let queue = WriteQueue::start(name.clone(), index.clone(), shelf, lock, most_waiting)?;
+        Ok(DiskTier { name, index, queue })
     }
 
     /// Waits until every tile that was read so far is stored, at most for `most`. Returns true if all are;
     /// the others are stored later.
     pub fn flush(&self, most: Duration) -> bool {
-        self.keep.flush(most)
+        self.queue.flush(most)
     }
 
     /// What the tier has done in this run for all sources, and what it holds: the bytes are the lengths of
@@ -175,7 +175,7 @@ impl DiskTier {
 
 impl Drop for DiskTier {
     fn drop(&mut self) {
-        self.keep.stop(LAST_WAIT);
+        self.queue.stop(LAST_WAIT);
     }
 }
 
@@ -264,7 +264,7 @@ impl<S: TileSource> TileSource for DiskCache<S> {
             if !self.has_changed(pos) {
                 let (tile, description) = (tile.clone(), self.source.description().clone());
                 let changed = self.changed.clone();
-                self.tier.keep.hand_over(Delivered { key, tile, description, changed });
+                self.tier.queue.hand_over(Delivered { key, tile, description, changed });
             }
             Ok(tile)
         })

@@ -17,7 +17,7 @@ use pollster::block_on;
 use vastex_core::{Geometry, GeometrySpec, PagePos};
 
 use crate::caches::disk::entry::HEAD_BYTES;
-use crate::caches::disk::keep::MOST_WAITING;
+use crate::caches::disk::write_queue::MOST_WAITING;
 use crate::caches::disk::{DiskCache, DiskTier, lock};
 use crate::sources::PropertySource;
 use crate::sources::{SourceKey, TileSource};

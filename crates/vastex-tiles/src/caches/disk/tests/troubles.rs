@@ -1,7 +1,7 @@
 //! Disks that are full, read-only or gone: the source answers, and the cache goes on when it can.
 
 use super::*;
-use crate::caches::disk::keep::FIRST_PAUSE;
+use crate::caches::disk::write_queue::FIRST_PAUSE;
 use crate::tile::{Codec, Tile};
 use memory_disk::Troubles;
 

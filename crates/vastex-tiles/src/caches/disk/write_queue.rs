@@ -42,7 +42,7 @@ impl Delivered {
 }
 
 /// The queue of tiles to be stored, shared by those who deliver and by the thread.
-pub(super) struct Keep {
+pub(super) struct WriteQueue {
     name: String,
     index: Arc<Mutex<Index>>,
     state: Mutex<State>,
@@ -62,18 +62,18 @@ struct State {
 }
 
 /// What the thread owns: the files, and how writing them has gone.
-pub(super) struct Keeper {
+pub(super) struct Writer {
     shelf: Shelf,
     /// How many further tiles are left out.
     pause: u32,
     next_pause: u32,
     /// Set once a failure was logged.
-    said: bool,
+    has_logged: bool,
     /// The lock on the directory, held as long as the file is open.
     _lock: Option<File>,
 }
 
-impl Keep {
+impl WriteQueue {
     /// Starts to store what is handed over in `shelf`, with at most `most_bytes` waiting. Fails if the system
     /// gives no thread.
     pub(super) fn start(
@@ -82,13 +82,13 @@ impl Keep {
         shelf: Shelf,
         lock: Option<File>,
         most_bytes: u64,
-    ) -> io::Result<Arc<Keep>> {
+    ) -> io::Result<Arc<WriteQueue>> {
         let state = Mutex::new(State { most_bytes, ..State::default() });
-        let keep = Arc::new(Keep { name, index, state, changed: Condvar::new() });
-        let keeper = Keeper { shelf, pause: 0, next_pause: FIRST_PAUSE, said: false, _lock: lock };
-        let own = keep.clone();
-        thread::Builder::new().name("vastex keep".into()).spawn(move || own.run(keeper))?;
-        Ok(keep)
+        let queue = Arc::new(WriteQueue { name, index, state, changed: Condvar::new() });
+        let writer = Writer { shelf, pause: 0, next_pause: FIRST_PAUSE, has_logged: false, _lock: lock };
+        let own = queue.clone();
+        thread::Builder::new().name("vastex keep".into()).spawn(move || own.run(writer))?;
+        Ok(queue)
     }
 
     fn wait_while<'a>(
@@ -141,11 +141,11 @@ impl Keep {
     }
 
     /// The loop of the thread.
-    fn run(&self, mut keeper: Keeper) {
+    fn run(&self, mut writer: Writer) {
         while let Some(delivered) = self.next() {
-            keeper.keep(&self.name, &self.index, &delivered);
+            writer.keep(&self.name, &self.index, &delivered);
         }
-        drop(keeper);
+        drop(writer);
         lock(&self.state).has_ended = true;
         self.changed.notify_all();
     }
@@ -168,7 +168,7 @@ impl Keep {
     }
 }
 
-impl Keeper {
+impl Writer {
     /// Stores a tile, unless writing has failed of late.
     fn keep(&mut self, name: &str, index: &Mutex<Index>, delivered: &Delivered) {
         let Delivered { key, tile, .. } = delivered;
@@ -190,7 +190,7 @@ impl Keeper {
         lock(index).count(key, |stats| stats.failures += 1);
         self.pause = self.next_pause;
         self.next_pause = (2 * self.next_pause).min(LONGEST_PAUSE);
-        if !std::mem::replace(&mut self.said, true) {
+        if !std::mem::replace(&mut self.has_logged, true) {
             tracing::warn!(
                 "{name}: the disk cache cannot keep tiles: {error}; they are read from their source"
             );
