@@ -114,7 +114,7 @@ fn a_process_killed_at_any_moment_leaves_nothing_wrong_and_no_lock() {
     let directory = tempfile::tempdir().unwrap();
     for kill in 0..12 {
         let mut child = Command::new(std::env::current_exe().unwrap())
-            .args(["--exact", "--ignored", "disk::tests::directory::fill_until_killed"])
+            .args(["--exact", "--ignored", "caches::disk::tests::directory::fill_until_killed"])
             .env(KILLED_IN, directory.path())
             .stdout(Stdio::null())
             .spawn()
