@@ -84,7 +84,7 @@ pub use stats::FrameStats;
 pub use telemetry::{Cell, PoolRecord};
 pub use textures::{BindGroups, Textures};
 pub use uploads::UploadStats;
-pub use vastex_core::shared::JITTER_CYCLE;
+pub use vastex_core::shader_constants::JITTER_CYCLE;
 pub use vastex_core::{
     AddressMode, AskError, BiasRule, Box3, Description, Dims, Event, Explanation, Feedback, Geometry,
     GeometryError, GeometrySpec, GroupError, GroupId, History, Integrator, Layer, LayerFormat, LevelRule,

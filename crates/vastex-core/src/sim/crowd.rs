@@ -7,24 +7,24 @@
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
-use crate::bias::BiasRule;
-use crate::event::Event;
-use crate::feedback::{Feedback, Need};
-use crate::geometry::{Geometry, GeometrySpec};
-use crate::groups::{GroupError, GroupId};
-use crate::page::{PageId, TextureId};
-use crate::page_contents::PageContents;
-use crate::pagers::{Budgets, Pagers};
-use crate::pool::{PoolError, PoolId, Slot};
-use crate::region::{Reach, Region};
+use crate::pager::bias::BiasRule;
+use crate::pager::event::Event;
+use crate::pager::tickets::{AskError, Progress, Ticket, TicketState, Urgency};
+use crate::pager::{Budgets, Pagers};
 use crate::residency::PageState;
 use crate::sim::contents::Contents;
 use crate::sim::loader::{Loads, Outcome};
 use crate::sim::{Path, Random};
+use crate::table::pool::{PoolError, PoolId, Slot};
 use crate::table::{ChangeRule, PageTable, TableChange, TableEntry, TableImage};
-use crate::textures::page_id;
-use crate::tickets::{AskError, Progress, Ticket, TicketState, Urgency};
-use crate::views::ViewId;
+use crate::texture::geometry::page_id;
+use crate::texture::geometry::{Geometry, GeometrySpec};
+use crate::texture::page::{PageId, TextureId};
+use crate::texture::page_contents::PageContents;
+use crate::texture::region::{Reach, Region};
+use crate::wanted::feedback::{Feedback, Need};
+use crate::wanted::groups::{GroupError, GroupId};
+use crate::wanted::view::ViewId;
 
 mod watch;
 
@@ -368,7 +368,7 @@ impl Crowd {
         let begun = self.loads.begin(self.frame);
         let is_in_view = |page: &PageId| {
             let pool = self.pagers.pool_of(page.texture());
-            pool.is_some_and(|pool| self.pagers.pager(pool).residency.is_for_view(*page))
+            pool.is_some_and(|pool| self.pagers.pager(pool).is_for_view(*page))
         };
         let ahead = begun.iter().find(|page| !is_in_view(page));
         match ahead.and_then(|ahead| Some((ahead, self.loads.waiting().find(is_in_view)?))) {
@@ -382,7 +382,7 @@ impl Crowd {
     fn upload(&mut self) -> Result<(), String> {
         let mut bytes = 0;
         while let Some((pool, upload)) = self.pagers.poll_upload() {
-            bytes += self.pagers.pager(pool).settings.tile_bytes;
+            bytes += self.pagers.pager(pool).tile_bytes();
             self.contents.show(pool, upload.slot, &upload.bytes);
             if let Some(evicted) = upload.evicted {
                 self.check_eviction(evicted)?;

@@ -1,8 +1,8 @@
 //! A loader with so many lanes: what waits is begun best rank first, takes a whole number of frames in its lane, arrives as the
 //! bandwidth allows, and fails when it is told to. Loads of a texture that is silent never end, and take no lane.
 
-use crate::page::{PageId, TextureId};
 use crate::sim::Random;
+use crate::texture::page::{PageId, TextureId};
 
 /// Lanes where nothing else is said.
 const LANES: usize = 64;

@@ -5,21 +5,21 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 
-use crate::bias::BiasRule;
-use crate::budget::PagerSettings;
-use crate::decision::Upload;
-use crate::event::Event;
-use crate::feedback::{Feedback, Need};
-use crate::geometry::{Geometry, GeometrySpec};
-use crate::page::{PageId, PagePos, TextureId};
-use crate::page_set::PageSet;
-use crate::pager::Pager;
-use crate::pool::PoolError;
-use crate::prefetch_sets::PrefetchSets;
+use crate::pager::bias::BiasRule;
+use crate::pager::decision::Upload;
+use crate::pager::event::Event;
+use crate::pager::pool::Pager;
+use crate::pager::settings::PagerSettings;
+use crate::record::prefetch_sets::PrefetchSets;
+use crate::record::trace::Trace;
 use crate::sim::loader::{Loads, Outcome};
 use crate::sim::{Path, Random, Sharpness, View};
+use crate::table::pool::PoolError;
 use crate::table::{PageTable, TableChange, TableEntry, TableImage};
-use crate::trace::Trace;
+use crate::texture::geometry::{Geometry, GeometrySpec};
+use crate::texture::page::{PageId, PagePos, TextureId};
+use crate::texture::page_set::PageSet;
+use crate::wanted::feedback::{Feedback, Need};
 
 /// Frames between a view and its feedback.
 const FEEDBACK_FRAMES: u64 = 2;
@@ -297,7 +297,7 @@ impl World {
     /// No page in view waits for one that is not.
     fn begin_loads(&mut self) -> Result<(), String> {
         let begun = self.knobs.loads.begin(self.frame);
-        let is_in_view = |page: &PageId| self.pager.residency.is_for_view(*page);
+        let is_in_view = |page: &PageId| self.pager.is_for_view(*page);
         let ahead = begun.iter().find(|page| !is_in_view(page));
         match ahead.and_then(|ahead| Some((ahead, self.knobs.loads.waiting().find(is_in_view)?))) {
             Some((ahead, waits)) => {
