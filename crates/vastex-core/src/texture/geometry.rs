@@ -5,6 +5,7 @@
 //! parent. Nothing here assumes a power of two. Where texels lie inside tiles is [`crate::space`]'s business, how the
 //! coarsest levels share one tile [`crate::tail`]'s.
 
+pub(crate) mod codec;
 pub(crate) mod tail;
 
 use crate::shader_constants;
