@@ -117,7 +117,7 @@ impl Geometry {
     }
 }
 
-fn number_of<T: PartialEq>(values: &[T], value: T) -> u8 {
+fn number_of<T: PartialEq + Copy>(values: &[T], value: T) -> u8 {
     values.iter().position(|known| *known == value).unwrap_or(0) as u8
 }
 
