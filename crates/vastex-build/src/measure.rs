@@ -1,32 +1,14 @@
 //! Measuring the pipeline and not the encoders: builds whose encoder is another one, for tests and for
 //! `examples/encoders_at_work.rs`.
 
-use std::cell::Cell;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use vastex_core::LayerFormat;
 
-use crate::blocks::{Lost, Quality, SIDE, Strip, StripEncoder};
+use crate::texels::blocks::{Lost, Quality, SIDE, Strip, with_encoder};
 use crate::{BuildError, BuildOptions, LayerInput, build};
-
-thread_local! {
-    static ENCODER: Cell<Option<StripEncoder>> = const { Cell::new(None) };
-}
-
-/// What encodes in place of the format's encoder, in builds that this thread asks for.
-pub(crate) fn encoder() -> Option<StripEncoder> {
-    ENCODER.get()
-}
-
-/// Runs something with another encoder in place.
-pub(crate) fn with_encoder<R>(encoder: StripEncoder, run: impl FnOnce() -> R) -> R {
-    ENCODER.set(Some(encoder));
-    let result = run();
-    ENCODER.set(None);
-    result
-}
 
 /// Texels that [`slow`] encodes in a second: as many as the slowest of the real encoders.
 const TEXELS_PER_SECOND: f64 = 7e6;

@@ -9,8 +9,7 @@ use vastex_core::{Description, Geometry, LayerFormat, PagePos};
 use vastex_tiles::{TileSource, decode_layer};
 
 use super::ExportError;
-use super::plan::Rectangle;
-use crate::magnify::magnified;
+use crate::texels::magnify::magnified;
 
 /// The layer that is exported, as a texture of its own.
 #[derive(Clone, Debug)]
@@ -159,6 +158,13 @@ impl RowSource for StoredLevel<'_> {
         self.next_row += count;
         Ok(())
     }
+}
+
+/// A rectangle of texels of a level, which may reach beyond it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Rectangle {
+    pub(super) origin: [i64; 2],
+    pub(super) size: [u32; 2],
 }
 
 /// Some rows of a level; it moves down only.

@@ -22,7 +22,9 @@ use rayon::prelude::*;
 use vastex_core::{Geometry, PagePos, PageSet};
 use vastex_tiles::{DecodeError, ReadError, TileSource};
 
-use crate::{BuildError, Notice, Progress};
+use crate::image::Notice;
+use crate::progress::Progress;
+use crate::threads::{self, ThreadsError};
 use directory::NewDirectory;
 use encode::Encoder;
 use level_rows::{LayerOf, Window, Work};
@@ -149,7 +151,7 @@ pub enum ExportError {
     },
     /// The threads cannot be started.
     #[error(transparent)]
-    Threads(BuildError),
+    Threads(#[from] ThreadsError),
     /// [`Progress`] asked to stop.
     #[error("cancelled")]
     Cancelled,
@@ -169,7 +171,7 @@ pub fn export(
     let format = tile_format(options, &layer)?;
     let name = name_of(target)?;
     let plan = plan(layer.geometry(), options, format, name)?;
-    let pool = crate::thread_pool(options.threads).map_err(ExportError::Threads)?;
+    let pool = threads::pool(options.threads)?;
     let directory = NewDirectory::create(target)?;
     let encoder = Encoder { format, layer: layer.format(), quality: options.quality.clamp(1, 100) };
     let present = source.present().map(|present| (layer.geometry(), &**present));

@@ -10,7 +10,7 @@ use vastex_core::Geometry;
 
 use super::plan::{LevelPlan, Plan, Reach};
 use super::{ExportError, ExportOptions, Layout, TileFormat, refuse};
-use crate::Notice;
+use crate::image::Notice;
 
 /// Texels of a tile, where the texture has so many.
 const TILE: u32 = 512;

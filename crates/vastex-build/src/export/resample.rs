@@ -11,7 +11,7 @@ use vastex_core::LayerFormat;
 
 use super::ExportError;
 use super::level_rows::{RowSource, Window, Work};
-use crate::tent::Taps;
+use crate::texels::tent::Taps;
 
 /// Rows that are made side by side.
 const BATCH: u32 = 16;

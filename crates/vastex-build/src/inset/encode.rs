@@ -12,11 +12,12 @@ use vastex_tiles::{
 };
 
 use super::Steps;
-use crate::blocks::{self, Lost};
-use crate::error::BuildError;
-use crate::notice::Notice;
-use crate::tail::extend_levels;
-use crate::{BuildOptions, Progress, thread_pool};
+use crate::build::{BuildError, BuildOptions};
+use crate::image::Notice;
+use crate::progress::Progress;
+use crate::texels::blocks::{self, Lost};
+use crate::threads;
+use crate::tile::tail::extend_levels;
 
 /// Bytes of texels that are encoded side by side.
 const BATCH_BYTES: usize = 8 << 20;
@@ -39,7 +40,7 @@ pub(super) fn encode(
         options,
         negatives: texture.layers.iter().map(|_| false.into()).collect(),
     };
-    let pool = thread_pool(options.threads)?;
+    let pool = threads::pool(options.threads)?;
     let make = |tiles: Vec<(PagePos, Tile)>| {
         let encoded = |(pos, tile): (PagePos, Tile)| {
             let texels = tile.decode(&source).map_err(|error| ReadError::Damaged {

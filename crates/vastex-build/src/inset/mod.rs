@@ -9,36 +9,19 @@ mod encode;
 mod unfinished;
 
 use std::ops::ControlFlow;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
-use vastex_core::{Description, Geometry, GeometrySpec, PagePos};
-use vastex_tiles::{
-    Compression, Container, ContainerUpdate, ContainerWriter, EncodedTile, WriteError, Written,
-};
+use vastex_core::Description;
+use vastex_tiles::{Compression, Container, ContainerUpdate, ContainerWriter, Written};
 
-use crate::error::BuildError;
-use crate::layers::{self, OpenLayer};
-use crate::pipeline::Sink;
+use crate::build::finer::finer;
+use crate::build::layers::{self, OpenLayer};
+use crate::build::{self, BuildError, BuildOptions, BuildReport, Inset, Stage, place};
+use crate::image::Notice;
+use crate::progress::Progress;
 use crate::replace::{self, OpenImage, Placed, ReplaceError, ReplaceOptions, Replaced, Rules};
-use crate::{BuildOptions, BuildReport, Notice, Progress, Stage, make, place};
 use unfinished::Unfinished;
-
-pub(crate) use unfinished::{refuse_left, remove_left};
-
-/// An image that lies over a layer of a texture, and is as fine as it or finer.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Inset {
-    /// The layer's name; nothing for the only one that there is.
-    pub layer: Option<String>,
-    /// The image.
-    pub image: PathBuf,
-    /// Column and row of its upper left texel, counted in its own texels from the upper left of the texture. What crosses a
-    /// wrapping edge goes on at the other side.
-    pub at: [u32; 2],
-    /// How many levels it is finer than the layer's own image: 0 for as fine as that, 1 for twice as fine.
-    pub finer: u8,
-}
 
 /// Makes a container with the insets that the options ask for; there is at least one. Finer ones lie over coarser ones, later
 /// ones over earlier ones.
@@ -94,7 +77,8 @@ fn ground(
         // Tiles are written once more, so they are compressed fast and lie close.
         let options =
             BuildOptions { compression: Compression::Lz4, align: 1, durable: false, ..options.clone() };
-        let built = make(layers, unfinished.path(), &options, Stage::UnderInsets { finer_levels }, progress)?;
+        let built =
+            build::run(layers, unfinished.path(), &options, Stage::UnderInsets { finer_levels }, progress)?;
         unfinished.set_built();
         return Ok(built);
     }
@@ -124,56 +108,6 @@ fn put(
     let replaced = put().map_err(|error| inset_error(placed, error))?;
     unfinished.count_inset()?;
     Ok(replaced)
-}
-
-/// The same texture, with texels where blocks were.
-pub(crate) fn without_blocks(description: &Description) -> Description {
-    let mut plain = description.clone();
-    plain.layers.iter_mut().for_each(|layer| layer.format = layer.format.decoded());
-    plain
-}
-
-/// The same texture with so many levels more, all finer.
-pub(crate) fn finer(description: &Description, levels: u8) -> Result<Description, BuildError> {
-    let geometry = &description.geometry;
-    let size = geometry.size();
-    let larger = |texels: u32| u32::try_from(u64::from(texels) << levels.min(32)).ok();
-    let (Some(width), Some(height)) = (larger(size[0]), larger(size[1])) else {
-        return Err(BuildError::InsetTooFine { levels, size: [size[0], size[1]] });
-    };
-    let spec = GeometrySpec { size: [width, height, size[2]], ..*geometry.spec() };
-    let finer = Description { geometry: Geometry::new(spec)?, ..description.clone() };
-    // A texture so small that its tail has room for more levels has nothing to put into that room.
-    match finer.geometry.tail().first_level() == geometry.tail().first_level() + levels {
-        true => Ok(finer),
-        false => Err(BuildError::InsetInTail { levels, size: [size[0], size[1]] }),
-    }
-}
-
-/// Takes the tiles of a texture as those of one that has so many levels more.
-pub(crate) struct Finer<S> {
-    pub(crate) sink: S,
-    pub(crate) levels: u8,
-}
-
-impl<S> Finer<S> {
-    fn pos(&self, pos: PagePos) -> PagePos {
-        PagePos { level: pos.level + self.levels, ..pos }
-    }
-}
-
-impl<S: Sink> Sink for Finer<S> {
-    fn append(&mut self, pos: PagePos, tile: EncodedTile) -> Result<(), WriteError> {
-        self.sink.append(self.pos(pos), tile)
-    }
-
-    fn skip(&mut self, pos: PagePos) -> Result<(), WriteError> {
-        self.sink.skip(self.pos(pos))
-    }
-
-    fn finish(self) -> Result<Written, WriteError> {
-        self.sink.finish()
-    }
 }
 
 /// An inset that suits its texture.
@@ -236,7 +170,7 @@ fn inset_error(placed: Placed<'_>, error: ReplaceError) -> BuildError {
         ReplaceError::Outside { path, at, size, texture, .. } => {
             BuildError::InsetOutside { path, at, size, level: placed.level, texture }
         }
-        ReplaceError::Threads(error) => error,
+        ReplaceError::Threads(error) => error.into(),
         ReplaceError::Cancelled => BuildError::Cancelled,
         error => BuildError::Inset(Box::new(error)),
     }

@@ -12,7 +12,7 @@ use super::error::ReplaceError;
 use super::region::PageBox;
 use super::slice::{LayerShape, Slice};
 use super::spans::Axis;
-use crate::magnify::magnified;
+use crate::texels::magnify::magnified;
 
 /// The version before a change.
 pub(super) struct Before(Arc<Container>);

@@ -25,9 +25,10 @@ use vastex_tiles::{Compression, Container, ContainerUpdate, TileSource, Updated}
 pub use error::ReplaceError;
 pub use input::LayerImage;
 
-use crate::blocks::{self, Quality};
-use crate::notice::Notice;
-use crate::{Progress, thread_pool};
+use crate::image::Notice;
+use crate::progress::Progress;
+use crate::texels::blocks::{self, Quality};
+use crate::threads;
 use before::Before;
 use run::Replacement;
 
@@ -60,16 +61,6 @@ impl Default for ReplaceOptions {
             durable: false,
             memory_limit: 16 << 30,
             tolerant: false,
-        }
-    }
-}
-
-impl ReplaceOptions {
-    /// Threads that are there.
-    fn threads_used(&self) -> usize {
-        match self.threads {
-            0 => std::thread::available_parallelism().map_or(1, usize::from),
-            n => n,
         }
     }
 }
@@ -161,7 +152,7 @@ fn run(
         return Err(ReplaceError::NoEncoders { name: old.name().into(), format: format.name() });
     }
     rules.check_memory(&images, is_sparse, options)?;
-    let pool = thread_pool(options.threads).map_err(ReplaceError::Threads)?;
+    let pool = threads::pool(options.threads)?;
     let (before, quality) = (Before::new(old), options.quality);
     let lost_negatives = rules.shapes.iter().map(|_| false.into()).collect();
     let replacement = Replacement { pool: &pool, before, rules, compression, quality, lost_negatives };

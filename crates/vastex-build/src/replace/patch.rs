@@ -6,7 +6,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::spans::{Axis, Run, Spans};
-use crate::filter::Filter;
+use crate::texels::filter::Filter;
 
 /// Texels of one level: some columns of some rows.
 pub(super) struct Patch {

@@ -11,11 +11,10 @@ use super::region::{Placed, Region, Strip, strips};
 use super::slice::LayerShape;
 use super::spans::{Axis, Spans};
 use super::{BATCH_BYTES, ReplaceOptions};
-use crate::convert::Conversion;
-use crate::filter::{Filter, LayerFilter, LevelsFrom};
-use crate::layers::{is_color, notices_of};
-use crate::notice::Notice;
-use crate::readers::{ImageHeader, Opened, RowReader, in_srgb, open_with_files};
+use crate::image::{ImageHeader, Notice, Opened, RowReader, in_srgb, open_with_files};
+use crate::texels::convert::Conversion;
+use crate::texels::filter::{Filter, LayerFilter, LevelsFrom};
+use crate::threads;
 
 /// What is known of a texture in which regions are replaced.
 pub(crate) struct Rules {
@@ -61,7 +60,7 @@ impl Rules {
         Ok(LayerRules {
             number,
             shape: shape.clone(),
-            is_color: is_color(&shape.layer, Some(named)),
+            is_color: LayerFilter::is_of_color(Some(named), &shape.layer),
             filter: Filter::new(named, format.decoded(), 2),
             named,
         })
@@ -87,7 +86,7 @@ impl Rules {
         let limit = options.memory_limit;
         let index = self.description.geometry.page_count().saturating_mul(INDEX_BYTES);
         let tile = self.tile_texel_bytes() + self.description.tile_bytes();
-        let threads = options.threads_used().min((BATCH_BYTES / tile).max(1)) as u64;
+        let threads = threads::count(options.threads).min((BATCH_BYTES / tile).max(1)) as u64;
         let tiles = 2 * (BATCH_BYTES.max(tile) as u64);
         let joined = if is_sparse { threads.saturating_mul(JOINED_TILES * tile as u64) } else { 0 };
         let of_image = |image: &OpenImage<'_>| {
@@ -186,7 +185,7 @@ impl<'a> OpenImage<'a> {
 
     /// What there is to say of it when its texels are read.
     pub(super) fn notices(&self, lost_negatives: bool) -> Vec<Notice> {
-        let (mut notices, format) = (notices_of(self.header()), self.rules.shape.layer.format);
+        let (mut notices, format) = (self.header().notices_of_layer(), self.rules.shape.layer.format);
         notices.extend(self.conversion.decodes().then_some(Notice::StoredAsLight));
         notices.extend(self.conversion.range().map(Notice::RangeScaled));
         notices.extend(self.lost_alpha.then_some(Notice::NotOpaque(format)));

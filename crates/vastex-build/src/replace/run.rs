@@ -18,9 +18,9 @@ use super::region::{PageBox, Region};
 use super::rules::{LayerRules, OpenImage, Rules};
 use super::slice::{LayerShape, Slice};
 use super::spans::{Axis, Piece, Run, Spans};
-use crate::Progress;
-use crate::blocks::Quality;
-use crate::filter::Reach;
+use crate::progress::Progress;
+use crate::texels::blocks::Quality;
+use crate::texels::filter::Reach;
 
 /// Layers that do not change have no next level to be made.
 const NO_REACH: Reach = Reach { factor: 2, first: 0, count: 2 };

@@ -11,10 +11,10 @@ use vastex_tiles::decode_blocks;
 
 use super::patch::Patch;
 use super::spans::{Axis, Run};
-use crate::blocks::{self, Lost, Quality};
-use crate::filter::Reach;
-use crate::tail::extend_levels;
-use crate::texel::{Light, decode, texel_of_color};
+use crate::texels::blocks::{self, Lost, Quality};
+use crate::texels::filter::Reach;
+use crate::texels::texel::{Light, decode, texel_of_color};
+use crate::tile::tail::extend_levels;
 
 /// What a layer's texels are, and where they lie.
 #[derive(Clone, Debug)]

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use vastex_core::{AddressMode, Geometry, fold, is_border_color};
 
-use crate::filter::Reach;
+use crate::texels::filter::Reach;
 
 /// Texels (or pages) along one axis of a level: ranges that ascend and do not touch.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -257,7 +257,7 @@ mod tests {
     use proptest::prelude::*;
     use vastex_core::{GeometrySpec, LayerFormat, PagePos};
 
-    use crate::filter::{Filter, Kernel, LayerFilter, Meaning};
+    use crate::texels::filter::{Filter, Kernel, LayerFilter, Meaning};
 
     fn one(range: Range<u32>) -> Spans {
         Spans::new(std::iter::once(range))
