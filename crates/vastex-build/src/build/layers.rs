@@ -80,10 +80,10 @@ impl OpenLayer {
         })
     }
 
-    /// What there is to say of what was made of it.
+    /// What there is to say of what was made of it, besides what is found while tiles are made.
     pub(crate) fn report(&self, plan: &LayerPlan) -> LayerReport {
         let mut notices = self.reader.header().notices_of_layer();
-        notices.extend(plan.notices());
+        notices.extend(plan.conversion.notices());
         LayerReport { path: self.path.clone(), layer: self.layer.clone(), filter: plan.filter, notices }
     }
 
@@ -107,11 +107,6 @@ impl OpenLayer {
             conversion,
             filter,
             border_color: options.border_color,
-            quality: options.quality,
-            encoder: blocks::encoder(),
-            in_blocks: true,
-            lost_alpha: false.into(),
-            lost_negatives: false.into(),
         })
     }
 }

@@ -3,6 +3,7 @@
 use super::error::BuildError;
 use super::layers::OpenLayer;
 use super::pipeline::Job;
+use crate::tile::INDEX_BYTES;
 
 /// Makes buffers as small as the limit asks for, with a container of `pages`, and says what a build then takes at most; an error
 /// where that is too much all the same. Nothing has been allocated yet.
@@ -12,8 +13,6 @@ pub(super) fn fit_memory(
     pages: u64,
     limit: u64,
 ) -> Result<u64, BuildError> {
-    /// What the container's writer keeps for each tile.
-    const INDEX_BYTES: u64 = 64;
     /// What the program takes that does nothing yet, its code and the stacks of its threads included.
     const PROGRAM_BYTES: u64 = 16 << 20;
     /// What an allocator wastes at most, as a share of what is asked of it.

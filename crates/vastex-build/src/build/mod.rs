@@ -27,6 +27,7 @@ use crate::image::open_with_files;
 use crate::progress::Progress;
 use crate::texels::LayerInput;
 use crate::threads;
+use crate::tile::TileEncoder;
 use finer::{Finer, finer, without_blocks};
 use layers::OpenLayer;
 use memory::fit_memory;
@@ -73,11 +74,10 @@ pub(crate) fn run(
     let mut description = layers::describe(layers, options)?;
     let plans: Result<Vec<_>, _> =
         layers.iter().map(|layer| layer.plan(&description.geometry, options)).collect();
-    let (mut plans, pool) = (plans?, Arc::new(threads::pool(options.threads)?));
+    let (plans, pool) = (plans?, Arc::new(threads::pool(options.threads)?));
     let finer_levels = match stage {
         Stage::Whole => 0,
         Stage::UnderInsets { finer_levels } => {
-            plans.iter_mut().for_each(|plan| plan.in_blocks = false);
             description = without_blocks(&description);
             finer_levels
         }
@@ -87,11 +87,11 @@ pub(crate) fn run(
         Some(part) => part.run(description.geometry.page_count()),
         None => 0..description.geometry.page_count(),
     };
+    let encoder = TileEncoder::new(description.into(), options.compression, options.quality);
+    let geometry = &encoder.description().geometry;
     let mut job = Job {
-        description: &description,
         plans: &plans,
-        compression: options.compression,
-        tiles: run.clone(),
+        encoder: &encoder,
         pool: &pool,
         buffers: Buffers::default(),
         ahead_bytes: std::array::from_fn(|pieces| {
@@ -99,14 +99,14 @@ pub(crate) fn run(
         }),
     };
     let memory = fit_memory(layers, &mut job, texture.geometry.page_count(), options.memory_limit)?;
-    let selection = sparse::select(layers, &plans, &description.geometry, options)?;
+    let selection = sparse::select(layers, &plans, geometry, options)?;
     for layer in layers.iter() {
         let notices = layer.reader.header().notices_of_layer();
         notices.iter().for_each(|notice| progress.note(&layer.path, notice));
     }
     let filters: Vec<String> = plans.iter().map(|plan| plan.filter.to_string()).collect();
     let writer_options = options.writer_options(filters);
-    let rows = u64::from(description.geometry.size()[1]);
+    let rows = u64::from(geometry.size()[1]);
     let mut go_on = |bytes| progress.advance(0, rows, bytes);
     let left = if options.resume { Left::Resumed(&mut go_on) } else { Left::Removed };
     let same = layers::fingerprint(layers, options)?;
@@ -116,7 +116,6 @@ pub(crate) fn run(
             let writer = ResumableWriter::create(output, texture, writer_options, origin, left)?;
             leftovers::remove(output);
             let resumed = writer.taken_over();
-            job.tiles.start += resumed;
             let sink = Finer { sink: writer, levels: finer_levels };
             Work { job: &job, run, memory, progress, resumed, selection }.run(layers, sink)
         }
@@ -124,13 +123,17 @@ pub(crate) fn run(
             let same = same.anywhere.as_bytes();
             let writer = PartWriter::create(output, texture, &writer_options, part, same, left)?;
             leftovers::remove(output);
-            job.tiles.start += writer.taken_over();
-            Work { job: &job, run, memory, progress, resumed: writer.taken_over(), selection }
-                .run(layers, writer)
+            let resumed = writer.taken_over();
+            Work { job: &job, run, memory, progress, resumed, selection }.run(layers, writer)
         }
     };
-    let reports = layers.iter().zip(&plans).map(|(layer, plan)| layer.report(plan));
-    built.map(|report| BuildReport { layers: reports.collect(), ..report })
+    let (mut built, findings) = (built?, encoder.into_findings());
+    for (number, (layer, plan)) in layers.iter().zip(&plans).enumerate() {
+        let mut report = layer.report(plan);
+        report.notices.extend(findings.notices(number, plan.layer.format));
+        built.layers.push(report);
+    }
+    Ok(built)
 }
 
 /// A build that is ready to begin.
@@ -140,7 +143,7 @@ struct Work<'a> {
     run: Range<u64>,
     memory: u64,
     progress: &'a dyn Progress,
-    /// Tiles that are taken over.
+    /// How many of its tiles are taken over.
     resumed: u64,
     selection: Selection,
 }
@@ -148,13 +151,16 @@ struct Work<'a> {
 impl Work<'_> {
     /// What is said of the layers is left to others.
     fn run(self, layers: &mut [OpenLayer], sink: impl Sink) -> Result<BuildReport, BuildError> {
-        let Done { sink, bytes, row_bytes_held } =
-            self.job.run(layers, self.selection, sink, self.progress).map_err(|stopped| match stopped {
+        let tiles = self.run.start + self.resumed..self.run.end;
+        let Done { sink, bytes, row_bytes_held } = self
+            .job
+            .run(layers, tiles, self.selection, sink, self.progress)
+            .map_err(|stopped| match stopped {
                 Stopped::Input { path, fault } => BuildError::Input { path, fault },
                 Stopped::Output(error) => BuildError::Output(error),
                 Stopped::Cancelled => BuildError::Cancelled,
             })?;
-        let geometry = &self.job.description.geometry;
+        let geometry = &self.job.encoder.description().geometry;
         let [width, height, _] = geometry.size();
         if self.progress.advance(height.into(), height.into(), bytes).is_break() {
             return Err(BuildError::Cancelled);

@@ -20,7 +20,7 @@ use std::thread;
 
 use rayon::{ScopeFifo, ThreadPool, Yield};
 use vastex_core::{Description, PagePos};
-use vastex_tiles::{Compression, EncodedTile, PartWriter, ResumableWriter, WriteError, Written};
+use vastex_tiles::{EncodedTile, PartWriter, ResumableWriter, WriteError, Written};
 
 use super::layer_rows::LayerReaders;
 use super::layers::OpenLayer;
@@ -29,6 +29,7 @@ use crate::image::{Helpers, InputFault};
 use crate::progress::Progress;
 use crate::pyramid::shared::NEIGHBOURS;
 use crate::pyramid::stack::{self, Bands, LayerPlan, Stack};
+use crate::tile::TileEncoder;
 
 /// How much waits between the stages. It decides speed and memory, never bytes.
 #[derive(Clone, Copy, Debug)]
@@ -74,13 +75,9 @@ type LayerRows = Vec<Vec<u8>>;
 
 /// What a build does to the rows.
 pub(crate) struct Job<'a> {
-    pub(crate) description: &'a Description,
     /// One for each layer.
     pub(crate) plans: &'a [LayerPlan],
-    pub(crate) compression: Compression,
-    /// Which tiles are made, by their place in the order of writing: all of them or those of one part, without those
-    /// that an interrupted build had made.
-    pub(crate) tiles: Range<u64>,
+    pub(crate) encoder: &'a TileEncoder,
     pub(crate) pool: &'a Arc<ThreadPool>,
     pub(crate) buffers: Buffers,
     /// Bytes that the readers hold besides, where so many pieces are decoded ahead for each thread.
@@ -149,21 +146,25 @@ pub(crate) struct Done<S> {
 struct OtherStage;
 
 impl Job<'_> {
+    fn description(&self) -> &Description {
+        self.encoder.description()
+    }
+
     /// Tiles that one thread cuts and encodes at a time.
     fn portion_tiles(&self) -> usize {
-        (self.buffers.portion_bytes / self.description.tile_bytes()).clamp(1, NEIGHBOURS)
+        (self.buffers.portion_bytes / self.description().tile_bytes()).clamp(1, NEIGHBOURS)
     }
 
     /// Portions between cutting and writing: at least two for each thread, one that it makes and one that it makes next.
     fn portions(&self) -> usize {
-        let bytes = self.portion_tiles() * self.description.tile_bytes();
+        let bytes = self.portion_tiles() * self.description().tile_bytes();
         (self.buffers.tile_bytes / bytes).max(2 * self.pool.current_num_threads())
     }
 
     /// Buffers of rows that are filtered while tiles of the rows before them are encoded: none where one buffer makes several rows
     /// of pages, which are enough to share.
     fn ahead(&self) -> u32 {
-        let [_, page, _] = self.description.geometry.page();
+        let [_, page, _] = self.description().geometry.page();
         if stack::block_rows(self.plans) < 2 * page { self.buffers.ahead } else { 0 }
     }
 
@@ -186,15 +187,16 @@ impl Job<'_> {
         // Besides those in the queue, one portion waits to enter it and one is being written; what each thread makes is there
         // twice while it is being made.
         let portions = (self.portions() + 2 + self.pool.current_num_threads()) as u64;
-        let tiles = portions * self.portion_tiles() as u64 * self.description.tile_bytes() as u64;
+        let tiles = portions * self.portion_tiles() as u64 * self.description().tile_bytes() as u64;
         let ahead = self.ahead_bytes[self.buffers.pieces];
-        (stack::memory(self.plans, self.ahead()) + rows + tiles).saturating_add(ahead)
+        (stack::memory(self.plans, self.encoder, self.ahead()) + rows + tiles).saturating_add(ahead)
     }
 
-    /// Runs a whole build, up to the last tile.
+    /// Runs a whole build, up to the last of `tiles`: those that are made, by their index in the order of writing.
     pub(crate) fn run<S: Sink>(
         &self,
         layers: &mut [OpenLayer],
+        tiles: Range<u64>,
         selection: Selection,
         sink: S,
         progress: &dyn Progress,
@@ -212,7 +214,7 @@ impl Job<'_> {
             let written = &written;
             let writing = scope.spawn(move || append_tiles(sink, &tiles_rx, written));
             let cutting = scope.spawn(move || {
-                self.pool.install(move || self.cut_tiles(selection, rows_rx, &spare_tx, &tiles_tx))
+                self.pool.install(move || self.cut_tiles(tiles, selection, rows_rx, &spare_tx, &tiles_tx))
             });
             let read = self.read(layers, &rows_tx, &spare_rx, progress, written);
             drop(rows_tx);
@@ -239,7 +241,7 @@ impl Job<'_> {
         let pieces = self.buffers.pieces * self.pool.current_num_threads();
         let helpers = Helpers::new(self.pool.clone(), pieces);
         layers.iter_mut().for_each(|layer| layer.reader.take_help(&helpers));
-        let height = self.description.geometry.size()[1];
+        let height = self.description().geometry.size()[1];
         let block = stack::block_rows(self.plans);
         let (mut spare, mut done) = (Vec::new(), 0);
         thread::scope(|scope| {
@@ -272,6 +274,7 @@ impl Job<'_> {
     /// rows it held. Is called in the pool, and returns when every tile is made.
     fn cut_tiles(
         &self,
+        tiles: Range<u64>,
         selection: Selection,
         rows_rx: Receiver<LayerRows>,
         spare_tx: &Sender<LayerRows>,
@@ -279,13 +282,10 @@ impl Job<'_> {
     ) -> Result<u64, OtherStage> {
         rayon::scope_fifo(move |scope| {
             let (held, first_tile) = (VecDeque::new(), 0);
-            let mut cutter = Cutter { job: self, scope, selection, tiles_tx, held, pushed: 0, first_tile };
+            let mut cutter =
+                Cutter { job: self, scope, tiles, selection, tiles_tx, held, pushed: 0, first_tile };
             cutter.cut(&rows_rx, spare_tx)
         })
-    }
-
-    fn encoded(&self, tile: Vec<u8>) -> EncodedTile {
-        EncodedTile::new(tile.into(), self.description, self.compression)
     }
 }
 
@@ -293,6 +293,8 @@ impl Job<'_> {
 struct Cutter<'a, 'scope> {
     job: &'scope Job<'scope>,
     scope: &'a ScopeFifo<'scope>,
+    /// The tiles that are made, by their index in the order of writing.
+    tiles: Range<u64>,
     selection: Selection,
     tiles_tx: &'a SyncSender<Promise>,
     /// After how many pushes rows of pages were cut whose tiles are still being made, the oldest first. Nothing is ever sent: the
@@ -310,7 +312,7 @@ impl<'scope> Cutter<'_, 'scope> {
         rows_rx: &Receiver<LayerRows>,
         spare_tx: &Sender<LayerRows>,
     ) -> Result<u64, OtherStage> {
-        let mut stack = Stack::new(self.job.plans);
+        let mut stack = Stack::new(self.job.plans, self.job.encoder);
         while let Some(rows) = next_rows(rows_rx) {
             self.wait_for_held_rows();
             stack.push(&rows);
@@ -318,19 +320,19 @@ impl<'scope> Cutter<'_, 'scope> {
             // Nobody waits for it once everything is read.
             let _ = spare_tx.send(rows);
             stack.cut_ready(|bands| self.hand_out(bands))?;
-            if self.first_tile >= self.job.tiles.end {
+            if self.first_tile >= self.tiles.end {
                 return Ok(stack.allocated());
             }
         }
         if !stack.is_complete() {
             return Err(OtherStage);
         }
-        if self.job.tiles.contains(&self.first_tile) {
+        if self.tiles.contains(&self.first_tile) {
             let (made_tx, made_rx) = channel();
             self.promise(made_rx)?;
-            let pos = self.job.description.geometry.tail_pos();
+            let pos = self.job.description().geometry.tail_pos();
             // The writer may have failed.
-            let _ = made_tx.send(vec![(pos, Some(self.job.encoded(stack.tail())))]);
+            let _ = made_tx.send(vec![(pos, Some(self.job.encoder.tile(stack.tail())))]);
         }
         Ok(stack.allocated())
     }
@@ -341,7 +343,7 @@ impl<'scope> Cutter<'_, 'scope> {
         self.first_tile += u64::from(pages);
         let kept = self.selection.kept(&bands);
         let column_of = |tile: u64| tile.saturating_sub(first_tile).min(pages.into()) as u32;
-        let wanted = column_of(job.tiles.start)..column_of(job.tiles.end);
+        let wanted = column_of(self.tiles.start)..column_of(self.tiles.end);
         let portion = job.portion_tiles();
         let (held_tx, held_rx) = channel();
         let shared = Arc::new((bands, kept, held_tx));
@@ -353,7 +355,7 @@ impl<'scope> Cutter<'_, 'scope> {
             self.scope.spawn_fifo(move |_| {
                 let (bands, kept, _) = &*shared;
                 let tiles = bands.tiles(columns.clone(), kept).into_iter();
-                let encoded = tiles.map(|tile| tile.map(|tile| job.encoded(tile)));
+                let encoded = tiles.map(|tile| tile.map(|tile| job.encoder.tile(tile)));
                 // The writer may have failed.
                 let _ = made_tx.send(columns.map(|x| bands.pos(x)).zip(encoded).collect());
             });

@@ -57,9 +57,9 @@ pub(crate) fn build(
         steps.end(rows, replaced.as_ref().map_or(0, |replaced| replaced.updated.bytes_added));
         built.insets.extend(replaced.into_iter().flat_map(|replaced| replaced.notices));
     }
-    let (written, negatives) = encode::encode(unfinished.path(), writer, &texture, options, &steps)?;
-    for (layer, notice) in built.layers.iter_mut().zip(negatives) {
-        layer.notices.extend(notice);
+    let (written, findings) = encode::encode(unfinished.path(), writer, &texture, options, &steps)?;
+    for (number, layer) in built.layers.iter_mut().enumerate() {
+        layer.notices.extend(findings.notices(number, layer.layer.format));
     }
     unfinished.remove();
     Ok(report(built, &texture, &written))

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use vastex_core::{Geometry, LayerFormat};
 
 use super::Band;
-use crate::texels::blocks::{Lost, SIDE, Strip};
+use crate::texels::blocks::{SIDE, Strip};
 
 /// Tiles of one row of pages that are encoded together at most.
 pub(crate) const NEIGHBOURS: usize = 8;
@@ -63,11 +63,11 @@ impl Seams {
     pub(crate) fn encode(
         &self,
         format: LayerFormat,
-        encode: impl Fn(&Strip<'_>, &mut Vec<u8>) -> Lost + Sync,
+        encode: impl Fn(&Strip<'_>, &mut Vec<u8>) + Sync,
         band: &Band<'_>,
         first: u32,
         tiles: &mut [Option<Vec<u8>>],
-    ) -> Lost {
+    ) {
         let (geometry, pos) = (band.geometry(), band.pos(first));
         let rows = |texels: u32| texels as usize / SIDE;
         let tile_row = rows(geometry.tile()[0]) * format.block_bytes();
@@ -77,24 +77,23 @@ impl Seams {
         let encoder = Rows { format, encode, band };
         // Rows that are made apart from the others; none where nothing is known, since more threads can share more rows.
         let apart = if known.iter().all(Vec::is_empty) { 0 } else { shared };
-        let (mut lost, mut column) = (Lost::default(), first as usize);
+        let mut column = first as usize;
         for run in known.chunk_by(|one, next| one.is_empty() == next.is_empty()) {
             let tiles = &mut tiles[column - first as usize..][..run.len()];
             if run[0].is_empty() {
-                lost = lost.or(encoder.append(column as u32, 0..apart, tiles));
+                encoder.append(column as u32, 0..apart, tiles);
             } else {
                 let each = tiles.iter_mut().flatten().zip(run);
                 each.for_each(|(tile, blocks)| tile.extend_from_slice(blocks));
             }
             column += run.len();
         }
-        lost = lost.or(encoder.append(first, apart..shared + own, tiles));
+        encoder.append(first, apart..shared + own, tiles);
         for ((seam, tile), blocks) in seams.iter().zip(tiles.iter().flatten()).zip(&mut known) {
             blocks.clear();
             blocks.extend_from_slice(&tile[tile.len() - shared * tile_row..]);
             *lock(seam) = Seam { below: pos.y + 1, blocks: std::mem::take(blocks) };
         }
-        lost
     }
 }
 
@@ -120,10 +119,10 @@ struct Rows<'a, E> {
     band: &'a Band<'a>,
 }
 
-impl<E: Fn(&Strip<'_>, &mut Vec<u8>) -> Lost + Sync> Rows<'_, E> {
+impl<E: Fn(&Strip<'_>, &mut Vec<u8>) + Sync> Rows<'_, E> {
     /// Appends some rows of its blocks to each of some neighbouring tiles, from column `first` on. Threads that have nothing
     /// else to do help.
-    fn append(&self, first: u32, rows: Range<usize>, tiles: &mut [Option<Vec<u8>>]) -> Lost {
+    fn append(&self, first: u32, rows: Range<usize>, tiles: &mut [Option<Vec<u8>>]) {
         let geometry = self.band.geometry();
         let bytes = |texels: u32| texels as usize / SIDE * self.format.block_bytes();
         let (page, tile) = (bytes(geometry.page()[0]), bytes(geometry.tile()[0]));
@@ -133,16 +132,15 @@ impl<E: Fn(&Strip<'_>, &mut Vec<u8>) -> Lost + Sync> Rows<'_, E> {
         let texels = strips.first().map_or(1, |strip| SIDE * strip.row_bytes() / self.format.texel_bytes());
         let make = |strips: &[Strip<'_>]| {
             let mut blocks = Vec::with_capacity(strips.len() * row_bytes);
-            let made = strips.iter().map(|strip| (self.encode)(strip, &mut blocks));
-            (made.fold(Lost::default(), Lost::or), blocks)
+            strips.iter().for_each(|strip| (self.encode)(strip, &mut blocks));
+            blocks
         };
-        let pieces: Vec<_> = strips.par_chunks((PIECE_TEXELS / texels).max(1)).map(make).collect();
-        for row in pieces.iter().flat_map(|(_, blocks)| blocks.chunks_exact(row_bytes)) {
+        let pieces: Vec<Vec<u8>> = strips.par_chunks((PIECE_TEXELS / texels).max(1)).map(make).collect();
+        for row in pieces.iter().flat_map(|blocks| blocks.chunks_exact(row_bytes)) {
             for (i, of_tile) in tiles.iter_mut().flatten().enumerate() {
                 of_tile.extend_from_slice(&row[i * page..][..tile]);
             }
         }
-        pieces.iter().map(|(lost, _)| *lost).fold(Lost::default(), Lost::or)
     }
 }
 
@@ -152,13 +150,15 @@ mod tests {
     use std::convert::Infallible;
 
     use proptest::prelude::*;
-    use vastex_core::{AddressMode, GeometrySpec, Layer};
+    use vastex_core::{AddressMode, Description, GeometrySpec, Layer};
+    use vastex_tiles::Compression;
 
     use super::*;
     use crate::image::{ImageHeader, PixelFormat};
     use crate::pyramid::stack::{self, LayerPlan, Stack};
     use crate::texels::blocks::{self, Quality};
     use crate::texels::convert::Conversion;
+    use crate::tile::TileEncoder;
 
     /// What an image of bytes becomes.
     fn plan(geometry: Geometry, format: LayerFormat) -> LayerPlan {
@@ -171,11 +171,6 @@ mod tests {
             geometry,
             filter: "box".parse().unwrap(),
             border_color: [9, 8, 7, 255],
-            quality: Quality::Normal,
-            encoder: blocks::encoder(),
-            in_blocks: true,
-            lost_alpha: false.into(),
-            lost_negatives: false.into(),
         }
     }
 
@@ -206,7 +201,10 @@ mod tests {
         ) {
             let spec = GeometrySpec { page, border, address: [mode; 3], ..GeometrySpec::image(width, height) };
             let plans = [plan(Geometry::new(spec).unwrap(), format)];
-            let mut stack = Stack::new(&plans);
+            let layers = plans.iter().map(|plan| plan.layer.clone()).collect();
+            let description = Description::new(plans[0].geometry.clone(), layers);
+            let encoder = TileEncoder::new(description.into(), Compression::None, Quality::Normal);
+            let mut stack = Stack::new(&plans, &encoder);
             let row_bytes = plans[0].image_row_bytes();
             let image = image(seed, row_bytes, height, constant_rows);
             for rows in image.chunks(row_bytes * stack::block_rows(&plans) as usize) {
@@ -217,7 +215,7 @@ mod tests {
                         let columns = first..bands.pages().min(first + NEIGHBOURS as u32);
                         for (x, tile) in columns.clone().zip(bands.tiles(columns, &kept)) {
                             let mut alone = Vec::new();
-                            blocks::encode(format, Quality::Normal, &bands.rows_of(0, x), &mut alone);
+                            blocks::encode(blocks::encode_strip, format, Quality::Normal, &bands.rows_of(0, x), &mut alone);
                             assert_eq!(tile, kept[x as usize].then_some(alone), "{:?}", bands.pos(x));
                         }
                     }

@@ -5,17 +5,16 @@
 
 use std::ops::Range;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
-use vastex_core::{Geometry, Layer, LayerFormat, PagePos};
+use vastex_core::{Geometry, Layer, PagePos};
 
 use super::shared::{self, Seams};
 use super::tail::tail_texels;
 use super::{Band, Pyramid, Shape};
-use crate::image::Notice;
-use crate::texels::blocks::{self, Lost, Quality, Strip, StripEncoder};
+use crate::texels::blocks::{self, Strip};
 use crate::texels::convert::Conversion;
 use crate::texels::filter::LayerFilter;
+use crate::tile::TileEncoder;
 
 /// What becomes of one image.
 pub(crate) struct LayerPlan {
@@ -25,13 +24,6 @@ pub(crate) struct LayerPlan {
     pub(crate) conversion: Conversion,
     pub(crate) filter: LayerFilter,
     pub(crate) border_color: [u8; 4],
-    pub(crate) quality: Quality,
-    /// What makes its blocks.
-    pub(crate) encoder: StripEncoder,
-    /// Whether a compressed layer is compressed in the tiles; else they hold the texels from which its blocks will be made.
-    pub(crate) in_blocks: bool,
-    pub(crate) lost_alpha: AtomicBool,
-    pub(crate) lost_negatives: AtomicBool,
 }
 
 impl LayerPlan {
@@ -59,87 +51,6 @@ impl LayerPlan {
     pub(crate) fn has_alpha(&self) -> bool {
         self.layer.format.decoded().channels() == 4
     }
-
-    /// What has been left out so far.
-    pub(crate) fn notices(&self) -> Vec<Notice> {
-        let format = self.layer.format;
-        let mut notices = Vec::new();
-        if self.conversion.decodes() {
-            notices.push(Notice::StoredAsLight);
-        }
-        notices.extend(self.conversion.range().map(Notice::RangeScaled));
-        if self.lost_alpha.load(Ordering::Relaxed) {
-            notices.push(Notice::NotOpaque(format));
-        }
-        if self.lost_negatives.load(Ordering::Relaxed) {
-            notices.push(Notice::NegativesClamped(format));
-        }
-        notices
-    }
-
-    /// Looks at rows of the image: of a tile, some texels may lie beyond the edge.
-    fn note_lost_alpha(&self, image_rows: &[u8]) {
-        if !self.lost_alpha.load(Ordering::Relaxed) && self.conversion.loses_alpha_of(image_rows) {
-            self.lost_alpha.store(true, Ordering::Relaxed);
-        }
-    }
-
-    /// The format of its share of a tile.
-    pub(crate) fn tile_format(&self) -> LayerFormat {
-        if self.in_blocks { self.layer.format } else { self.layer.format.decoded() }
-    }
-
-    /// Bytes of its share of a tile.
-    fn tile_bytes(&self) -> usize {
-        let ([width, height, _], format) = (self.geometry.tile(), self.tile_format());
-        let side = format.block_side();
-        (width / side) as usize * (height / side) as usize * format.block_bytes()
-    }
-
-    /// Appends its share of a tile to `bytes`, made of the tile's rows.
-    fn finish(&self, rows: &[&[u8]], bytes: &mut Vec<u8>) {
-        if !self.tile_format().is_compressed() {
-            return rows.iter().for_each(|row| bytes.extend_from_slice(row));
-        }
-        self.note(blocks::encode_with(self.encoder, self.layer.format, self.quality, rows, bytes));
-    }
-
-    fn note(&self, Lost { negatives }: Lost) {
-        if negatives {
-            self.lost_negatives.store(true, Ordering::Relaxed);
-        }
-    }
-
-    /// Appends its share to each tile that there is, of neighbours from column `first` on.
-    fn finish_tiles(&self, band: &Band<'_>, seams: &Seams, first: u32, tiles: &mut [Option<Vec<u8>>]) {
-        let texel = self.layer.format.texel_bytes();
-        let shares_blocks = self.tile_format().is_compressed() && shared::shares_blocks(&self.geometry);
-        let joins = |(x, tile): (u32, &Option<Vec<u8>>)| {
-            // One block does for the whole of a constant tile.
-            shares_blocks && tile.is_some() && !blocks::is_constant(&band.tile_rows(x), texel)
-        };
-        let joined: Vec<bool> = (first..).zip(tiles.iter()).map(joins).collect();
-        let (mut column, mut rest) = (first, tiles);
-        for run in joined.chunk_by(|one, next| one == next) {
-            let (tiles, others) = rest.split_at_mut(run.len());
-            if run[0] {
-                let encode = |strip: &Strip<'_>, blocks: &mut Vec<u8>| {
-                    (self.encoder)(self.layer.format, self.quality, strip, blocks)
-                };
-                self.note(seams.encode(self.layer.format, encode, band, column, tiles));
-            } else {
-                let each =
-                    (column..).zip(tiles).filter_map(|(x, tile)| tile.as_mut().map(|bytes| (x, bytes)));
-                each.for_each(|(x, bytes)| self.finish(&band.tile_rows(x), bytes));
-            }
-            (column, rest) = (column + run.len() as u32, others);
-        }
-    }
-}
-
-/// An empty buffer for the bytes of a tile.
-fn tile_buffer(plans: &[LayerPlan]) -> Vec<u8> {
-    Vec::with_capacity(plans.iter().map(LayerPlan::tile_bytes).sum())
 }
 
 /// Rows of the texture that are best pushed at once: a whole, even number of rows of each layer, and a function of the
@@ -153,14 +64,14 @@ pub(crate) fn block_rows(plans: &[LayerPlan]) -> u32 {
 
 /// Bytes that all pyramids hold at most, where so many times [`block_rows`] rows are pushed while bands that were cut before
 /// are held.
-pub(crate) fn memory(plans: &[LayerPlan], ahead: u32) -> u64 {
+pub(crate) fn memory(plans: &[LayerPlan], encoder: &TileEncoder, ahead: u32) -> u64 {
     let block = block_rows(plans);
     let late = late_bands(plans);
-    let of_layer = |plan: &LayerPlan| {
+    let of_layer = |(number, plan): (usize, &LayerPlan)| {
         plan.shape().memory(block / plan.layer.scale, late, ahead)
-            + shared::memory(&plan.geometry, plan.tile_format())
+            + shared::memory(&plan.geometry, encoder.format(number))
     };
-    plans.iter().map(of_layer).sum()
+    plans.iter().enumerate().map(of_layer).sum()
 }
 
 /// Rows of pages at the top of each level that are cut last, in all layers alike.
@@ -171,26 +82,28 @@ fn late_bands(plans: &[LayerPlan]) -> u32 {
 /// The pyramids of all layers.
 pub(crate) struct Stack<'a> {
     plans: &'a [LayerPlan],
+    encoder: &'a TileEncoder,
     pyramids: Vec<Pyramid<'a>>,
     /// One for each layer.
     seams: Arc<Vec<Seams>>,
 }
 
 impl<'a> Stack<'a> {
-    pub(crate) fn new(plans: &'a [LayerPlan]) -> Stack<'a> {
+    pub(crate) fn new(plans: &'a [LayerPlan], encoder: &'a TileEncoder) -> Stack<'a> {
         let (block, late) = (block_rows(plans), late_bands(plans));
         let pyramid = |plan: &'a LayerPlan| {
             let rows = block / plan.layer.scale;
             Pyramid::new(plan.shape(), rows, late)
         };
         let seams = plans.iter().map(|plan| Seams::new(&plan.geometry)).collect();
-        Stack { plans, pyramids: plans.iter().map(pyramid).collect(), seams: Arc::new(seams) }
+        Stack { plans, encoder, pyramids: plans.iter().map(pyramid).collect(), seams: Arc::new(seams) }
     }
 
     /// Takes the next rows of every image, those of [`block_rows`] rows of the texture except at its end.
     pub(crate) fn push(&mut self, rows: &[Vec<u8>]) {
-        for ((pyramid, plan), rows) in self.pyramids.iter_mut().zip(self.plans).zip(rows) {
-            plan.note_lost_alpha(rows);
+        let layers = self.pyramids.iter_mut().zip(self.plans).zip(rows);
+        for (number, ((pyramid, plan), rows)) in layers.enumerate() {
+            self.encoder.findings().look_at(number, &plan.conversion, rows);
             pyramid.push(rows, &plan.conversion);
         }
     }
@@ -202,7 +115,8 @@ impl<'a> Stack<'a> {
             let mut any = false;
             while self.pyramids.iter().all(|pyramid| pyramid.has_band(level)) {
                 let layers = self.pyramids.iter_mut().filter_map(|pyramid| pyramid.cut_band(level));
-                cut(Bands { plans: self.plans, seams: self.seams.clone(), layers: layers.collect() })?;
+                let (seams, layers) = (self.seams.clone(), layers.collect());
+                cut(Bands { plans: self.plans, encoder: self.encoder, seams, layers })?;
                 any = true;
             }
             if any {
@@ -224,11 +138,11 @@ impl<'a> Stack<'a> {
 
     /// The bytes of the tail's tile. Every row must have been pushed.
     pub(crate) fn tail(&self) -> Vec<u8> {
-        let mut bytes = tile_buffer(self.plans);
-        for (plan, pyramid) in self.plans.iter().zip(&self.pyramids) {
+        let mut bytes = tile_buffer(self.encoder);
+        for (number, (plan, pyramid)) in self.plans.iter().zip(&self.pyramids).enumerate() {
             let texels = tail_texels(&plan.geometry, plan.layer.format, pyramid);
             let row_bytes = plan.geometry.tile()[0] as usize * plan.layer.format.texel_bytes();
-            plan.finish(&texels.chunks_exact(row_bytes).collect::<Vec<_>>(), &mut bytes);
+            self.encoder.append(number, &texels.chunks_exact(row_bytes).collect::<Vec<_>>(), &mut bytes);
         }
         bytes
     }
@@ -237,6 +151,7 @@ impl<'a> Stack<'a> {
 /// A row of pages, all of whose rows are there in every layer, and stay as they are for as long as this is held.
 pub(crate) struct Bands<'a> {
     plans: &'a [LayerPlan],
+    encoder: &'a TileEncoder,
     seams: Arc<Vec<Seams>>,
     /// At least one.
     layers: Vec<Band<'a>>,
@@ -272,11 +187,40 @@ impl Bands<'_> {
 
     /// The bytes of the tiles of these columns, of those that `kept` has.
     pub(crate) fn tiles(&self, columns: Range<u32>, kept: &[bool]) -> Vec<Option<Vec<u8>>> {
-        let buffer = |x| kept[x as usize].then(|| tile_buffer(self.plans));
+        let buffer = |x| kept[x as usize].then(|| tile_buffer(self.encoder));
         let mut tiles: Vec<_> = columns.clone().map(buffer).collect();
-        for ((plan, band), seams) in self.plans.iter().zip(&self.layers).zip(&*self.seams) {
-            plan.finish_tiles(band, seams, columns.start, &mut tiles);
-        }
+        (0..self.layers.len()).for_each(|number| self.append_layer(number, columns.start, &mut tiles));
         tiles
     }
+
+    /// Appends a layer's share to each tile that there is, of neighbours from column `first` on.
+    fn append_layer(&self, number: usize, first: u32, tiles: &mut [Option<Vec<u8>>]) {
+        let (band, seams, format) = (&self.layers[number], &self.seams[number], self.encoder.format(number));
+        let shares_blocks = format.is_compressed() && shared::shares_blocks(band.geometry());
+        let joins = |(x, tile): (u32, &Option<Vec<u8>>)| {
+            // One block does for the whole of a constant tile.
+            shares_blocks && tile.is_some() && !blocks::is_constant(&band.tile_rows(x), format.texel_bytes())
+        };
+        let joined: Vec<bool> = (first..).zip(tiles.iter()).map(joins).collect();
+        let (mut column, mut rest) = (first, tiles);
+        for run in joined.chunk_by(|one, next| one == next) {
+            let (tiles, others) = rest.split_at_mut(run.len());
+            if run[0] {
+                let encode = |strip: &Strip<'_>, blocks: &mut Vec<u8>| {
+                    self.encoder.append_strip(number, strip, blocks);
+                };
+                seams.encode(format, encode, band, column, tiles);
+            } else {
+                let each =
+                    (column..).zip(tiles).filter_map(|(x, tile)| tile.as_mut().map(|bytes| (x, bytes)));
+                each.for_each(|(x, bytes)| self.encoder.append(number, &band.tile_rows(x), bytes));
+            }
+            (column, rest) = (column + run.len() as u32, others);
+        }
+    }
+}
+
+/// An empty buffer for the bytes of a tile.
+fn tile_buffer(encoder: &TileEncoder) -> Vec<u8> {
+    Vec::with_capacity(encoder.description().tile_bytes())
 }

@@ -18,7 +18,6 @@ mod slice;
 mod spans;
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::Ordering;
 
 use vastex_tiles::{Compression, Container, ContainerUpdate, TileSource, Updated};
 
@@ -29,6 +28,7 @@ use crate::image::Notice;
 use crate::progress::Progress;
 use crate::texels::blocks::{self, Quality};
 use crate::threads;
+use crate::tile::TileEncoder;
 use before::Before;
 use run::Replacement;
 
@@ -153,14 +153,16 @@ fn run(
     }
     rules.check_memory(&images, is_sparse, options)?;
     let pool = threads::pool(options.threads)?;
-    let (before, quality) = (Before::new(old), options.quality);
-    let lost_negatives = rules.shapes.iter().map(|_| false.into()).collect();
-    let replacement = Replacement { pool: &pool, before, rules, compression, quality, lost_negatives };
+    let encoder = TileEncoder::new(rules.description.clone(), compression, options.quality);
+    let replacement = Replacement { pool: &pool, before: Before::new(old), rules, encoder };
     replacement.run(&mut update, &mut images, progress)?;
     let of_image = |image: &OpenImage<'_>| {
-        let negatives = replacement.lost_negatives[image.rules.number].load(Ordering::Relaxed);
         let path = image.placed.image.to_path_buf();
-        image.notices(negatives).into_iter().map(move |notice| (path.clone(), notice)).collect::<Vec<_>>()
+        image
+            .notices(replacement.encoder.findings())
+            .into_iter()
+            .map(move |notice| (path.clone(), notice))
+            .collect::<Vec<_>>()
     };
     let notices = images.iter().flat_map(of_image).collect();
     Ok(Replaced { updated: update.commit()?, notices })

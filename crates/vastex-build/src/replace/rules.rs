@@ -15,6 +15,7 @@ use crate::image::{ImageHeader, Notice, Opened, RowReader, in_srgb, open_with_fi
 use crate::texels::convert::Conversion;
 use crate::texels::filter::{Filter, LayerFilter, LevelsFrom};
 use crate::threads;
+use crate::tile::{Findings, INDEX_BYTES};
 
 /// What is known of a texture in which regions are replaced.
 pub(crate) struct Rules {
@@ -79,8 +80,6 @@ impl Rules {
         is_sparse: bool,
         options: &ReplaceOptions,
     ) -> Result<u64, ReplaceError> {
-        /// What the index of the container takes for each page.
-        const INDEX_BYTES: u64 = 64;
         /// Tiles of which one is made that gets texels of those beside it, and their ancestors.
         const JOINED_TILES: u64 = 12;
         let limit = options.memory_limit;
@@ -144,8 +143,6 @@ pub(crate) struct OpenImage<'a> {
     pub(super) conversion: Conversion,
     /// Columns and rows, and where they lie.
     pub(super) strips: [Vec<Strip>; 2],
-    /// Whether some of the texels read so far are not opaque, and the layer keeps no alpha.
-    pub(super) lost_alpha: bool,
 }
 
 impl<'a> OpenImage<'a> {
@@ -176,7 +173,7 @@ impl<'a> OpenImage<'a> {
                 texture: [of_level[0], of_level[1]],
             });
         };
-        Ok(OpenImage { placed, rules, reader, files, conversion, strips: [columns, rows], lost_alpha: false })
+        Ok(OpenImage { placed, rules, reader, files, conversion, strips: [columns, rows] })
     }
 
     pub(crate) fn header(&self) -> &ImageHeader {
@@ -184,12 +181,10 @@ impl<'a> OpenImage<'a> {
     }
 
     /// What there is to say of it when its texels are read.
-    pub(super) fn notices(&self, lost_negatives: bool) -> Vec<Notice> {
-        let (mut notices, format) = (self.header().notices_of_layer(), self.rules.shape.layer.format);
-        notices.extend(self.conversion.decodes().then_some(Notice::StoredAsLight));
-        notices.extend(self.conversion.range().map(Notice::RangeScaled));
-        notices.extend(self.lost_alpha.then_some(Notice::NotOpaque(format)));
-        notices.extend(lost_negatives.then_some(Notice::NegativesClamped(format)));
+    pub(super) fn notices(&self, findings: &Findings) -> Vec<Notice> {
+        let mut notices = self.header().notices_of_layer();
+        notices.extend(self.conversion.notices());
+        notices.extend(findings.notices(self.rules.number, self.rules.shape.layer.format));
         notices
     }
 

@@ -11,9 +11,9 @@ use vastex_tiles::decode_blocks;
 
 use super::patch::Patch;
 use super::spans::{Axis, Run};
-use crate::texels::blocks::{self, Lost, Quality};
 use crate::texels::filter::Reach;
 use crate::texels::texel::{Light, decode, texel_of_color};
+use crate::tile::TileEncoder;
 use crate::tile::tail::extend_levels;
 
 /// What a layer's texels are, and where they lie.
@@ -184,23 +184,20 @@ impl<'a> Slice<'a> {
         extend_levels(&self.shape.geometry, self.shape.layer.format, &mut self.texels);
     }
 
-    /// Writes the part into its place in a tile; says what its blocks cannot hold.
-    pub(super) fn finish(mut self, quality: Quality, part: &mut [u8]) -> Lost {
-        let mut lost = Lost::default();
+    /// Writes the part, which is the layer's of that number, into its place in a tile.
+    pub(super) fn finish(mut self, encoder: &TileEncoder, layer: usize, part: &mut [u8]) {
         if self.states.is_empty() {
-            part.copy_from_slice(&self.texels);
-            return lost;
+            return part.copy_from_slice(&self.texels);
         }
         let across = self.shape.side() / self.shape.block_side();
         for row in 0..self.states.len() / across {
-            lost.negatives |= self.encode_row(row, quality).negatives;
+            self.encode_row(row, encoder, layer);
         }
         part.copy_from_slice(&self.blocks);
-        lost
     }
 
     /// Encodes the blocks of a row that are new. One of which only some texels are stays as it was where [`GAIN`] says so.
-    fn encode_row(&mut self, row: usize, quality: Quality) -> Lost {
+    fn encode_row(&mut self, row: usize, encoder: &TileEncoder, layer: usize) {
         let (side, texel) = (self.shape.block_side(), self.shape.texel());
         let (format, bytes) = (self.shape.layer.format, self.shape.layer.format.block_bytes());
         let (across, pitch) = (self.shape.side() / side, self.shape.side() * texel);
@@ -208,7 +205,7 @@ impl<'a> Slice<'a> {
         let columns = (0..across).filter(|&column| states[column].new != 0 || !states[column].is_stored);
         let columns: Vec<usize> = columns.collect();
         if columns.is_empty() {
-            return Lost::default();
+            return;
         }
         // The texels of these blocks alone, side by side.
         let texels = self.texels[row * side * pitch..][..side * pitch].chunks_exact(pitch);
@@ -218,7 +215,7 @@ impl<'a> Slice<'a> {
             .collect();
         let rows: Vec<&[u8]> = gathered.iter().map(Vec::as_slice).collect();
         let mut encoded = Vec::new();
-        let lost = blocks::encode(format, quality, &rows, &mut encoded);
+        encoder.append(layer, &rows, &mut encoded);
         for (n, (column, encoded)) in columns.iter().zip(encoded.chunks_exact(bytes)).enumerate() {
             let stored = &mut self.blocks[(row * across + column) * bytes..][..bytes];
             let error = |block: &[u8]| {
@@ -231,7 +228,6 @@ impl<'a> Slice<'a> {
                 stored.copy_from_slice(encoded);
             }
         }
-        lost
     }
 }
 

@@ -106,12 +106,7 @@ pub(crate) fn with_encoder<R>(encoder: StripEncoder, run: impl FnOnce() -> R) ->
 
 /// Appends the blocks of rows of texels in the decoded format of `format`, which is compressed. All rows are equally
 /// long; their number and that of their texels are multiples of 4, and not 0.
-pub(crate) fn encode(format: LayerFormat, quality: Quality, rows: &[&[u8]], blocks: &mut Vec<u8>) -> Lost {
-    encode_with(encode_strip, format, quality, rows, blocks)
-}
-
-/// As [`encode`], by another encoder.
-pub(crate) fn encode_with(
+pub(crate) fn encode(
     encode_strip: StripEncoder,
     format: LayerFormat,
     quality: Quality,

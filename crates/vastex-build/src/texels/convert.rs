@@ -21,7 +21,7 @@ use half::f16;
 use vastex_core::LayerFormat;
 
 use super::srgb::{linear_from_srgb, srgb_from_linear};
-use crate::image::{ImageHeader, PixelFormat, Sample};
+use crate::image::{ImageHeader, Notice, PixelFormat, Sample};
 
 /// The format that holds an image best.
 pub(crate) fn layer_format(header: &ImageHeader) -> LayerFormat {
@@ -102,14 +102,10 @@ impl Conversion {
         Conversion::to(header, layer_format(header), true)
     }
 
-    /// Whether sRGB-encoded colour becomes light.
-    pub(crate) fn decodes(&self) -> bool {
-        self.curve == Curve::Decode
-    }
-
-    /// The range of the image's numbers that becomes 0 to 1.
-    pub(crate) fn range(&self) -> Option<[i64; 2]> {
-        self.range
+    /// What there is to say of it.
+    pub(crate) fn notices(&self) -> impl Iterator<Item = Notice> + use<> {
+        let as_light = (self.curve == Curve::Decode).then_some(Notice::StoredAsLight);
+        as_light.into_iter().chain(self.range.map(Notice::RangeScaled))
     }
 
     /// Whether rows of the image have transparency that the layer does not keep.
@@ -292,7 +288,7 @@ mod tests {
         let mut layer = [0; 8];
         data.row(&mut layer, &[half; 3].concat());
         assert_eq!(layer[..6], [half; 3].concat());
-        assert!(!data.decodes());
+        assert_eq!(data.notices().next(), None);
     }
 
     #[test]
@@ -333,7 +329,7 @@ mod tests {
         let header = ImageHeader { range: Some([-32768, 32767]), ..header(image, false) };
         let words = Conversion::new(&header, LayerFormat::R16, false).unwrap();
         let singles = Conversion::new(&header, LayerFormat::R32Float, false).unwrap();
-        assert_eq!((words.range(), singles.range()), (Some([-32768, 32767]), None));
+        assert_eq!((words.range, singles.range), (Some([-32768, 32767]), None));
         for v in i16::MIN..=i16::MAX {
             let (number, mut word, mut single) = (f32::from(v).to_le_bytes(), [0; 2], [0; 4]);
             words.row(&mut word, &number);
