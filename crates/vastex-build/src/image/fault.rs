@@ -97,6 +97,13 @@ pub enum InputFault {
     },
 }
 
+impl InputFault {
+    /// A tile directory, a mosaic or a raw file is not laid out as its reader expects.
+    pub(crate) fn layout(why: impl Into<String>, remedy: &'static str) -> InputFault {
+        InputFault::Layout { why: why.into(), remedy }
+    }
+}
+
 /// Where a reader was, for messages: before row `row`, counted from 0 at the top, of `height`.
 pub(crate) fn near_row(row: u32, height: u32) -> String {
     format!("near row {row} of {height}")

@@ -81,7 +81,7 @@ pub(super) fn open(path: &Path) -> Result<Option<MosaicReader>, InputFault> {
         return Ok(None);
     }
     if bytes.len() as u64 > MAX_TEXT {
-        return Err(layout("is a mosaic of more than 16 MiB of text".into(), "split it"));
+        return Err(InputFault::layout("is a mosaic of more than 16 MiB of text", "split it"));
     }
     let directory = path.parent().unwrap_or(Path::new(""));
     let mut pieces = Vec::new();
@@ -104,11 +104,15 @@ fn piece(directory: &Path, line: &str, number: usize) -> Result<Piece, InputFaul
     let mut place = || words.next()?.parse().ok();
     let (Some(x), Some(y)) = (place(), place()) else {
         let why = format!("has '{line}' in line {number}");
-        return Err(layout(why, "a line is 'X Y FILE', with X and Y in texels, or 'grid PATTERN'"));
+        return Err(InputFault::layout(
+            why,
+            "a line is 'X Y FILE', with X and Y in texels, or 'grid PATTERN'",
+        ));
     };
     let name = words.next().map(str::trim).filter(|name| !name.is_empty());
-    let name =
-        name.ok_or_else(|| layout(format!("names no file in line {number}"), "a line is 'X Y FILE'"))?;
+    let name = name.ok_or_else(|| {
+        InputFault::layout(format!("names no file in line {number}"), "a line is 'X Y FILE'")
+    })?;
     Piece::new(directory.join(name), [x, y])
 }
 
@@ -116,7 +120,7 @@ fn piece(directory: &Path, line: &str, number: usize) -> Result<Piece, InputFaul
 fn grid(directory: &Path, pattern: &str) -> Result<Vec<Piece>, InputFault> {
     if !pattern.contains("{x}") || !pattern.contains("{y}") {
         let why = format!("has the grid '{pattern}'");
-        return Err(layout(why, "a pattern holds {x} and {y}, as in tile_{x}_{y}.png"));
+        return Err(InputFault::layout(why, "a pattern holds {x} and {y}, as in tile_{x}_{y}.png"));
     }
     let path = |x: u32, y: u32| {
         directory.join(pattern.replace("{x}", &x.to_string()).replace("{y}", &y.to_string()))
@@ -125,7 +129,7 @@ fn grid(directory: &Path, pattern: &str) -> Result<Vec<Piece>, InputFault> {
     let rows = (0..MAX_GRID).take_while(|&y| path(0, y).is_file()).count() as u32;
     if columns == 0 {
         let why = format!("has the grid '{pattern}', but there is no {}", path(0, 0).display());
-        return Err(layout(why, "number columns and rows from 0"));
+        return Err(InputFault::layout(why, "number columns and rows from 0"));
     }
     let mut pieces: Vec<Piece> = Vec::new();
     let mut at = [0u32; 2];
@@ -141,7 +145,10 @@ fn grid(directory: &Path, pattern: &str) -> Result<Vec<Piece>, InputFault> {
             if !fits(0) || !fits(1) {
                 let ([w, h], [cw, ch]) = (piece.size(), cell);
                 let why = format!("has {w}x{h} texels in a grid of {cw}x{ch}");
-                return Err(in_tile(&piece.path, layout(why, "only the last column and row may be smaller")));
+                return Err(in_tile(
+                    &piece.path,
+                    InputFault::layout(why, "only the last column and row may be smaller"),
+                ));
             }
             at[0] = at[0].saturating_add(cell[0]);
             pieces.push(piece);
@@ -172,7 +179,7 @@ impl Piece {
         let mut reader = open_file_of_texels(&self.path)?;
         let kind = |header: &ImageHeader| (header.width, header.height, header.format);
         if kind(reader.header()) != kind(&self.header) {
-            return Err(layout("was changed while it was read".into(), "build again"));
+            return Err(InputFault::layout("was changed while it was read", "build again"));
         }
         if tolerates {
             reader.tolerate();
@@ -181,7 +188,7 @@ impl Piece {
             return Ok(PieceRows::Open(reader));
         }
         let too_large =
-            || layout("has more texels than memory holds".into(), "allow more open files (ulimit -n)");
+            || InputFault::layout("has more texels than memory holds", "allow more open files (ulimit -n)");
         let len = usize::try_from(self.header.image_bytes()).map_err(|_| too_large())?;
         let mut rows = Vec::new();
         rows.try_reserve_exact(len).map_err(|_| too_large())?;
@@ -213,7 +220,7 @@ impl Piece {
 impl MosaicReader {
     fn new(mut pieces: Vec<Piece>) -> Result<MosaicReader, InputFault> {
         let Some(first) = pieces.first() else {
-            return Err(layout("is a mosaic without pieces".into(), "add lines 'X Y FILE'"));
+            return Err(InputFault::layout("is a mosaic without pieces", "add lines 'X Y FILE'"));
         };
         let (mut format, linear) = (first.header.format, first.header.linear);
         let mut size = [0u64; 2];
@@ -221,7 +228,7 @@ impl MosaicReader {
             let own = piece.header.format;
             format = common(format, own).filter(|_| piece.header.linear == linear).ok_or_else(|| {
                 let why = format!("holds {own} texels that do not go with the {format} ones before it");
-                in_tile(&piece.path, layout(why, "convert all pieces to one kind"))
+                in_tile(&piece.path, InputFault::layout(why, "convert all pieces to one kind"))
             })?;
             size =
                 [0, 1].map(|axis| size[axis].max(u64::from(piece.at[axis]) + u64::from(piece.size()[axis])));
@@ -376,10 +383,6 @@ impl RowReader for MosaicReader {
         }
         Ok(())
     }
-}
-
-fn layout(why: String, remedy: &'static str) -> InputFault {
-    InputFault::Layout { why, remedy }
 }
 
 #[cfg(test)]

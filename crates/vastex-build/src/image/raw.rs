@@ -117,7 +117,10 @@ impl RawReader {
             SampleName::F32 => Sample::F32,
         };
         let format = PixelFormat::new(description.channels, sample).ok_or_else(|| {
-            layout(format!("is described to have {} channels", description.channels), "1 to 4 are possible")
+            InputFault::layout(
+                format!("is described to have {} channels", description.channels),
+                "1 to 4 are possible",
+            )
         })?;
         let mut header = ImageHeader::new(description.width.into(), description.height.into(), format)?;
         header.linear = description.linear.unwrap_or(sample.is_float());
@@ -126,7 +129,7 @@ impl RawReader {
             (file.metadata()?.len(), description.offset.saturating_add(header.image_bytes()));
         if len != expected {
             let why = format!("has {len} bytes where its description makes {expected}");
-            return Err(layout(
+            return Err(InputFault::layout(
                 why,
                 "correct width, height, channels, sample or offset in the .toml file beside it",
             ));
@@ -184,17 +187,13 @@ fn read_description(raw: &Path) -> Result<Description, InputFault> {
     if !path.is_file() {
         std::fs::metadata(raw)?;
         let why = format!("is a raw file without a description, {}", path.display());
-        return Err(layout(why, "write one: width, height, channels, sample"));
+        return Err(InputFault::layout(why, "write one: width, height, channels, sample"));
     }
     let mut text = String::new();
     let file = open_file(&path).map_err(in_description)?;
     file.take(MAX_TEXT).read_to_string(&mut text).map_err(|error| in_description(error.into()))?;
     toml::from_str(&text).map_err(|error| {
         let why = format!("describes no raw file: {}", error.to_string().trim_end().replace('\n', " "));
-        in_description(layout(why, "correct it"))
+        in_description(InputFault::layout(why, "correct it"))
     })
-}
-
-fn layout(why: String, remedy: &'static str) -> InputFault {
-    InputFault::Layout { why, remedy }
 }

@@ -5,16 +5,16 @@ use half::f16;
 use crate::image::{PixelFormat, Sample};
 
 /// Along one axis: which texels of the coarse level each fine one lies between.
-pub(super) struct Taps {
+pub(super) struct Between {
     first: u32,
     len: u32,
     shift: u32,
 }
 
-impl Taps {
+impl Between {
     /// For `len` texels from `first` on, of a level `shift` levels finer.
-    pub(super) fn new(first: u32, len: u32, shift: u32) -> Taps {
-        Taps { first, len, shift }
+    pub(super) fn new(first: u32, len: u32, shift: u32) -> Between {
+        Between { first, len, shift }
     }
 
     /// The nearest coarse texel before the middle of fine texel `n`, and how far behind that one's middle it lies.
@@ -35,8 +35,15 @@ impl Taps {
     }
 }
 
-/// Fills a rectangle, whose rows are `stride` bytes apart, from the coarse texels that the taps need.
-pub(super) fn fill(target: &mut [u8], stride: usize, format: PixelFormat, coarse: &[u8], x: &Taps, y: &Taps) {
+/// Fills a rectangle, whose rows are `stride` bytes apart, from the coarse texels that both axes need.
+pub(super) fn fill(
+    target: &mut [u8],
+    stride: usize,
+    format: PixelFormat,
+    coarse: &[u8],
+    x: &Between,
+    y: &Between,
+) {
     let (texel, bytes) = (format.texel_bytes(), format.sample().bytes());
     let at = |row: usize, column: usize| &coarse[(row * x.count() as usize + column) * texel..][..texel];
     for (n, row) in (0..y.len).zip(target.chunks_mut(stride)) {
@@ -81,7 +88,7 @@ mod tests {
     #[test]
     fn a_ramp_stays_a_ramp() {
         // Coarse texels -1, 0, 1, 2 of the ramp 100 + 80 n; fine ones are 20 apart, two levels down.
-        let (x, y) = (Taps::new(0, 8, 2), Taps::new(0, 1, 2));
+        let (x, y) = (Between::new(0, 8, 2), Between::new(0, 1, 2));
         assert_eq!((x.origin(), x.count(), y.origin(), y.count()), (-1, 4, -1, 2));
         let coarse = [20, 100, 180, 250, 20, 100, 180, 250];
         let mut fine = [0; 8];
@@ -91,7 +98,7 @@ mod tests {
 
     #[test]
     fn every_kind_of_sample_is_interpolated() {
-        let taps = || Taps::new(1, 1, 1);
+        let axis = || Between::new(1, 1, 1);
         for (sample, low, high, expected) in [
             (Sample::U16, vec![0, 16], vec![0, 32], vec![0, 20]),
             (
@@ -110,7 +117,7 @@ mod tests {
             let coarse = [low.clone(), high.clone(), low, high].concat();
             let mut fine = vec![0; sample.bytes()];
             let format = PixelFormat::GREY8.with_sample(sample);
-            fill(&mut fine, sample.bytes(), format, &coarse, &taps(), &taps());
+            fill(&mut fine, sample.bytes(), format, &coarse, &axis(), &axis());
             assert_eq!(fine, expected, "{sample:?}");
         }
     }

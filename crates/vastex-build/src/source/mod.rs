@@ -287,7 +287,7 @@ impl Levels {
             decoded.copy(target, stride, size, &piece, self.format.texel_bytes());
             return Ok(());
         }
-        let [x, y] = [0, 1].map(|axis| interpolate::Taps::new(first[axis], size[axis], piece.shift));
+        let [x, y] = [0, 1].map(|axis| interpolate::Between::new(first[axis], size[axis], piece.shift));
         let coarse = self.texels(level + piece.shift, [x.origin(), y.origin()], [x.count(), y.count()])?;
         interpolate::fill(target, stride, self.format, &coarse, &x, &y);
         Ok(())

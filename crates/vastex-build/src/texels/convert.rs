@@ -21,6 +21,7 @@ use half::f16;
 use vastex_core::LayerFormat;
 
 use super::srgb::{linear_from_srgb, srgb_from_linear};
+use super::texel::{is_float, whole};
 use crate::image::{ImageHeader, Notice, PixelFormat, Sample};
 
 /// The format that holds an image best.
@@ -196,15 +197,6 @@ impl Conversion {
             }
         }
     }
-}
-
-fn is_float(format: LayerFormat) -> bool {
-    matches!(format, LayerFormat::R16Float | LayerFormat::Rgba16Float | LayerFormat::R32Float)
-}
-
-/// The nearest whole number for 0 to 1; for what is no number, 0.
-fn whole(value: f32, last: f32) -> u16 {
-    (value.clamp(0.0, 1.0) * last + 0.5) as u16
 }
 
 /// Red, green and blue of 8 bits, without alpha.

@@ -3,14 +3,15 @@
 //! Nothing here knows of pages or levels; where rows come from is [`crate::image`]'s business, which level they belong to
 //! [`crate::pyramid`]'s.
 
+pub(crate) mod blend;
 pub(crate) mod blocks;
 pub(crate) mod convert;
 pub(crate) mod filter;
 pub(crate) mod input;
 pub(crate) mod magnify;
 pub(crate) mod scaled;
-pub(crate) mod srgb;
-pub(crate) mod tent;
+mod srgb;
+pub(crate) mod taps;
 pub(crate) mod texel;
 
 pub use blocks::Quality;

@@ -7,13 +7,11 @@ use std::collections::VecDeque;
 
 use half::f16;
 
-use super::filter::unit;
+use super::filter::{LEAST_WEIGHT, unit};
 use super::srgb::{linear_from_srgb, srgb_from_linear};
-use super::tent::Taps;
+use super::taps::Taps;
+use super::texel::{each, each_back, finite, whole};
 use crate::image::{Helpers, ImageHeader, InputFault, Notice, RowReader, Sample};
-
-/// Added to alpha as a weight, so that colours of what is transparent count where nothing else is there.
-const LEAST_WEIGHT: f32 = 1.0 / (1 << 20) as f32;
 
 /// How texels of a layer are mixed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -268,13 +266,12 @@ impl Mix {
         match self.sample {
             Sample::U8 => values.iter_mut().zip(stored).for_each(|(to, v)| *to = f32::from(*v) / 255.0),
             Sample::U16 => each(values, stored, |v| f32::from(u16::from_le_bytes(v)) / 65535.0),
-            Sample::F16 => each(values, stored, |v| finite(f16::from_le_bytes(v).to_f32())),
-            Sample::F32 => each(values, stored, |v| finite(f32::from_le_bytes(v))),
+            Sample::F16 => each(values, stored, |v| finite(f16::from_le_bytes(v).to_f32(), f32::MAX)),
+            Sample::F32 => each(values, stored, |v| finite(f32::from_le_bytes(v), f32::MAX)),
         }
     }
 
     fn encode(self, values: &[f32], row: &mut [u8]) {
-        let whole = |v: f32, most: f32| (v.clamp(0.0, 1.0) * most + 0.5) as u16;
         match self.sample {
             Sample::U8 => row.iter_mut().zip(values).for_each(|(to, v)| *to = whole(*v, 255.0) as u8),
             Sample::U16 => each_back(row, values, |v| whole(v, 65535.0).to_le_bytes()),
@@ -282,19 +279,6 @@ impl Mix {
             Sample::F32 => each_back(row, values, f32::to_le_bytes),
         }
     }
-}
-
-/// What is no number counts as 0, what is infinite as the largest number, so that one bad texel does not spread.
-fn finite(value: f32) -> f32 {
-    if value.is_nan() { 0.0 } else { value.clamp(f32::MIN, f32::MAX) }
-}
-
-fn each<const B: usize>(values: &mut [f32], row: &[u8], decode: impl Fn([u8; B]) -> f32) {
-    values.iter_mut().zip(row.as_chunks::<B>().0).for_each(|(to, &from)| *to = decode(from));
-}
-
-fn each_back<const B: usize>(row: &mut [u8], values: &[f32], encode: impl Fn(f32) -> [u8; B]) {
-    row.as_chunks_mut::<B>().0.iter_mut().zip(values).for_each(|(to, &from)| *to = encode(from));
 }
 
 #[cfg(test)]

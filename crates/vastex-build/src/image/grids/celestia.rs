@@ -77,7 +77,7 @@ impl Context {
 }
 
 fn parse(text: &str) -> Result<Context, InputFault> {
-    let wrong = |why: String| InputFault::Layout { why, remedy: "correct the .ctx file" };
+    let wrong = |why: String| InputFault::layout(why, "correct the .ctx file");
     let mut tokens = tokens(text).skip(1);
     if tokens.next() != Some("{") {
         return Err(wrong("has no '{' behind VirtualTexture".into()));

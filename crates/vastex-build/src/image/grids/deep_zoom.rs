@@ -165,7 +165,7 @@ fn attribute(element: &BytesStart<'_>, name: &str) -> Result<String, InputFault>
 }
 
 fn wrong(why: String) -> InputFault {
-    InputFault::Layout { why, remedy: "correct the .dzi file, or make the image anew" }
+    InputFault::layout(why, "correct the .dzi file, or make the image anew")
 }
 
 #[cfg(test)]

@@ -36,7 +36,7 @@ pub(super) fn open(directory: &Path) -> Result<Source, InputFault> {
                     other.display(),
                     path.display()
                 );
-                return Err(InputFault::Layout { why, remedy: "remove one of them" });
+                return Err(InputFault::layout(why, "remove one of them"));
             }
         }
         if !tiles.is_empty() {

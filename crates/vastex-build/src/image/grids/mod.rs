@@ -289,7 +289,7 @@ fn shared_texels<'a>(sample: impl IntoIterator<Item = &'a Path>) -> Result<Texel
         texels.memory = texels.memory.max(memory);
         texels.format = tile::common(texels.format, format).ok_or_else(|| {
             let why = format!("holds {format} texels while other tiles store theirs differently");
-            tile::in_tile(path, InputFault::Layout { why, remedy: "convert all tiles to one kind" })
+            tile::in_tile(path, InputFault::layout(why, "convert all tiles to one kind"))
         })?;
     }
     shared.ok_or(InputFault::Directory)

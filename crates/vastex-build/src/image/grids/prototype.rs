@@ -50,8 +50,8 @@ pub(super) fn open(pages: &Path) -> Result<Source, InputFault> {
     }
     let beyond = |at: &[u32; 2]| at.iter().any(|&n| n >= (1 << 31) / PAGE);
     if let Some((_, path)) = finest.iter().find(|(at, _)| beyond(at)) {
-        let why = "is named for texels beyond 2^31 of a side".into();
-        return Err(in_tile(path, InputFault::Layout { why, remedy: "rename or remove it" }));
+        let why = "is named for texels beyond 2^31 of a side";
+        return Err(in_tile(path, InputFault::layout(why, "rename or remove it")));
     }
     let counts = [0, 1].map(|axis| finest.keys().map(|at: &[u32; 2]| at[axis]).max());
     let [Some(columns), Some(rows)] = counts else {
@@ -63,7 +63,7 @@ pub(super) fn open(pages: &Path) -> Result<Source, InputFault> {
     let (columns, rows) = (u64::from(columns) + 1, u64::from(rows) + 1);
     if finest.len() as u64 != columns.saturating_mul(rows) {
         let why = format!("has {} of the {columns}x{rows} pages of its finest level", finest.len());
-        return Err(InputFault::Layout { why, remedy: "copy the missing pages" });
+        return Err(InputFault::layout(why, "copy the missing pages"));
     }
     let size = size(pages, [columns, rows])?;
     let sample: Vec<_> = finest.values().step_by(finest.len().div_ceil(16)).map(PathBuf::as_path).collect();
@@ -96,7 +96,7 @@ fn size(pages: &Path, counts: [u64; 2]) -> Result<[u32; 2], InputFault> {
                     full[0],
                     full[1]
                 );
-                in_tile(&path, InputFault::Layout { why, remedy: "correct it, as in 1000x777, or remove it" })
+                in_tile(&path, InputFault::layout(why, "correct it, as in 1000x777, or remove it"))
             })?
         }
     };

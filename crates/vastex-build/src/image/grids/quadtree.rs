@@ -69,11 +69,11 @@ impl Quadtree {
                 "has {side}x{} texels; a tile is a square of {low} to {high}, a power of two",
                 header.height
             );
-            return Err(in_tile(first, InputFault::Layout { why, remedy: "cut the image anew" }));
+            return Err(in_tile(first, InputFault::layout(why, "cut the image anew")));
         }
         if u64::from(side) << (base + finest + 1) > 1 << 31 {
             let why = format!("has a level {finest} of more than 2^31 texels: {}", directory.display());
-            return Err(InputFault::Layout { why, remedy: "remove the finest levels" });
+            return Err(InputFault::layout(why, "remove the finest levels"));
         }
         Ok(Quadtree { levels, base, finest, side, border: 0 })
     }
@@ -224,7 +224,7 @@ pub(super) fn level_directories(
         };
         if level >= MAX_LEVELS {
             let why = format!("has a directory '{name}'; levels are numbered 0 to {}", MAX_LEVELS - 1);
-            return Err(InputFault::Layout { why, remedy: "remove or rename it" });
+            return Err(InputFault::layout(why, "remove or rename it"));
         }
         if misnamed {
             notices.push(Notice::MisnamedLevel { name: name.to_string(), level });
@@ -232,7 +232,7 @@ pub(super) fn level_directories(
         if let Some(other) = levels.insert(level, path.clone()) {
             let other = other.file_name().unwrap_or_default().to_string_lossy().into_owned();
             let why = format!("has two directories for level {level}: '{other}' and '{name}'");
-            return Err(InputFault::Layout { why, remedy: "remove one of them" });
+            return Err(InputFault::layout(why, "remove one of them"));
         }
     }
     Ok((levels, notices))
@@ -244,10 +244,7 @@ fn check_inside(depth: u32, tiles: &Tiles) -> Result<(), InputFault> {
         None => Ok(()),
         Some((_, path)) => {
             let why = format!("lies outside its level's grid of {columns}x{rows} tiles");
-            Err(in_tile(
-                path,
-                InputFault::Layout { why, remedy: "move it to the level where it belongs, or remove it" },
-            ))
+            Err(in_tile(path, InputFault::layout(why, "move it to the level where it belongs, or remove it")))
         }
     }
 }

@@ -87,13 +87,13 @@ impl Decoded {
         let (found, own) = ([header.width, header.height], header.format);
         if found != piece.size {
             let ([w, h], [x, y]) = (found, piece.size);
-            return Err(layout(
+            return Err(InputFault::layout(
                 format!("has {w}x{h} texels where {x}x{y} are expected"),
                 "make the tiles anew, all of one size",
             ));
         }
         if common(own, format) != Some(format) && own != format {
-            return Err(layout(
+            return Err(InputFault::layout(
                 format!("holds {own} texels while other tiles hold {format}"),
                 "convert all tiles to one kind",
             ));
@@ -164,10 +164,6 @@ pub(crate) fn widen(to: &mut [u8], from: &[u8], sample: Sample) {
             (false, _) => channel(n),
         });
     }
-}
-
-fn layout(why: String, remedy: &'static str) -> InputFault {
-    InputFault::Layout { why, remedy }
 }
 
 /// A fault with the tile in which it is.

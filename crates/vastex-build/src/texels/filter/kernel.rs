@@ -35,9 +35,9 @@ pub enum Kernel {
 }
 
 /// The weights of texels side by side: texel `factor * i + first` is the first that texel `i` of the coarser level is made of.
-pub(crate) struct Taps {
+pub(crate) struct Weights {
     pub(crate) first: i64,
-    pub(crate) weights: Vec<f64>,
+    pub(crate) each: Vec<f64>,
 }
 
 /// Texels of the coarser level from the middle of a windowed sinc to its end.
@@ -103,11 +103,11 @@ impl Kernel {
     }
 
     /// The weights for a factor, as [`Kernel::stretched`], all at once.
-    pub(crate) fn taps(self, factor: u32) -> Taps {
+    pub(crate) fn weights(self, factor: u32) -> Weights {
         let stretched = self.stretched(factor);
         let sum = stretched.sum();
-        let weights = (0..stretched.count).map(|tap| stretched.weight(tap) / sum).collect();
-        Taps { first: stretched.first, weights }
+        let each = (0..stretched.count).map(|tap| stretched.weight(tap) / sum).collect();
+        Weights { first: stretched.first, each }
     }
 }
 
@@ -201,10 +201,10 @@ mod tests {
     #[test]
     fn weights_are_those_of_the_books() {
         let check = |kernel: Kernel, factor, first, expected: &[f64]| {
-            let taps = kernel.taps(factor);
+            let weights = kernel.weights(factor);
             let sum: f64 = expected.iter().sum();
             let expected: Vec<f64> = expected.iter().map(|weight| weight / sum).collect();
-            assert_eq!((taps.first, taps.weights), (first, expected), "{kernel:?} {factor}");
+            assert_eq!((weights.first, weights.each), (first, expected), "{kernel:?} {factor}");
         };
         check(Kernel::Box, 2, 0, &[1.0, 1.0]);
         check(Kernel::Box, 4, 0, &[1.0; 4]);
@@ -219,7 +219,7 @@ mod tests {
     fn every_kernel_is_symmetric_about_its_middle_and_sums_to_one() {
         for kernel in Kernel::ALL.into_iter().filter(|&kernel| kernel != Kernel::Nearest) {
             for factor in [2, 4, 8, 64] {
-                let Taps { first, weights } = kernel.taps(factor);
+                let Weights { first, each: weights } = kernel.weights(factor);
                 let middle = 2 * first + weights.len() as i64 - 1;
                 let expected = if kernel.is_odd() { 0 } else { i64::from(factor) - 1 };
                 assert_eq!(middle, expected, "{kernel:?} {factor}");

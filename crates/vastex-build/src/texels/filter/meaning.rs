@@ -2,6 +2,8 @@
 
 use vastex_core::LayerFormat;
 
+use crate::texels::texel::is_float;
+
 /// What the values of a layer are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Meaning {
@@ -17,7 +19,7 @@ pub enum Meaning {
 
 /// Added to alpha as a weight, so that the colours of texels that are all transparent count alike. Too little to show
 /// beside the least alpha that a format of 8 bits holds.
-const LEAST_WEIGHT: f32 = 1.0 / (1 << 20) as f32;
+pub(crate) const LEAST_WEIGHT: f32 = 1.0 / (1 << 20) as f32;
 
 impl Meaning {
     /// All of them.
@@ -112,10 +114,6 @@ impl Meaning {
 pub(crate) fn unit([x, y, z]: [f32; 3]) -> [f32; 3] {
     let length = (x * x + y * y + z * z).sqrt();
     if length > 1e-6 { [x / length, y / length, z / length] } else { [0.0, 0.0, 1.0] }
-}
-
-fn is_float(format: LayerFormat) -> bool {
-    matches!(format, LayerFormat::R16Float | LayerFormat::Rgba16Float | LayerFormat::R32Float)
 }
 
 #[cfg(test)]

@@ -18,9 +18,10 @@ use std::str::FromStr;
 use vastex_core::{Layer, LayerFormat, TexelPositions};
 
 pub use kernel::Kernel;
-pub(crate) use kernel::{Stretched, Taps};
+pub(crate) use kernel::Stretched;
+use kernel::Weights;
 pub use meaning::Meaning;
-pub(crate) use meaning::unit;
+pub(crate) use meaning::{LEAST_WEIGHT, unit};
 pub(crate) use quad::Quad;
 use separable::Separable;
 pub(crate) use separable::{finished, prepared};
@@ -216,11 +217,11 @@ pub(crate) enum Method {
 impl Filter {
     /// For texels of a format (one that is not compressed), each made from `factor` times `factor` and what lies around.
     pub(crate) fn new(filter: LayerFilter, format: LayerFormat, factor: u32) -> Filter {
-        let taps = filter.kernel.taps(factor);
-        let reach = Reach { factor, first: taps.first, count: taps.weights.len() as u32 };
+        let weights = filter.kernel.weights(factor);
+        let reach = Reach { factor, first: weights.first, count: weights.each.len() as u32 };
         let method = match Quad::new(filter, format).filter(|_| factor == 2) {
             Some(quad) => Method::Quad(quad),
-            None => Method::Separable(Separable::new(filter, format, factor, &taps)),
+            None => Method::Separable(Separable::new(filter, format, factor, &weights)),
         };
         Filter { reach, method }
     }

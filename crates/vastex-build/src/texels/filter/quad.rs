@@ -12,7 +12,7 @@
 use vastex_core::LayerFormat;
 
 use super::{Kernel, LayerFilter, Meaning};
-use crate::texels::texel::SRGB;
+use crate::texels::srgb::SRGB;
 
 /// How one texel is made from four.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

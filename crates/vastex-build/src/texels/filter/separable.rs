@@ -5,7 +5,7 @@
 
 use vastex_core::LayerFormat;
 
-use super::{Kernel, LayerFilter, Meaning, Taps};
+use super::{Kernel, LayerFilter, Meaning, Weights};
 use crate::texels::texel::{Light, decode, encode};
 
 /// A kernel and a meaning, for one format.
@@ -25,13 +25,13 @@ enum Mix {
 }
 
 impl Separable {
-    pub(super) fn new(filter: LayerFilter, format: LayerFormat, factor: u32, taps: &Taps) -> Separable {
+    pub(super) fn new(filter: LayerFilter, format: LayerFormat, factor: u32, weights: &Weights) -> Separable {
         let mix = match filter.kernel {
             Kernel::Min => Mix::Min,
             Kernel::Max => Mix::Max,
             _ => Mix::Sum,
         };
-        let weights = taps.weights.iter().map(|&weight| weight as f32).collect();
+        let weights = weights.each.iter().map(|&weight| weight as f32).collect();
         Separable { format, meaning: filter.meaning, mix, factor: factor as usize, weights }
     }
 
