@@ -1,15 +1,15 @@
 //! The part of Vastex that prepares: from an image file to a `.vastex` container, in one pass over its rows.
 //!
-//! [`build()`] reads images, raw files, mosaics and tile directories row by row, makes every level, cuts tiles with their borders and
-//! drives the container's writer. Memory follows the width of the image, never its height; what a file makes
-//! impossible to read by rows is reported as a [`Notice`]. The bytes written depend on the image and the options, and
-//! not on the number of threads.
+//! [`build()`] reads images, raw files, mosaics and tile directories row by row, makes every level, cuts
+//! tiles with their borders and drives the container's writer. Memory follows the width of the image, never
+//! its height; what a file makes impossible to read by rows is reported as a [`Notice`]. The bytes written
+//! depend on the image and the options, and not on the number of threads.
 //!
-//! [`replace()`] puts an image into a region of a container that was built here, on all levels; [`build()`] puts an [`Inset`] into
-//! the texture in the same way, on levels that exist only where insets are.
+//! [`replace()`] puts an image into a region of a container that was built here, on all levels; [`build()`]
+//! puts an [`Inset`] into the texture in the same way, on levels that exist only where insets are.
 //!
-//! [`export()`] goes the other way: from a texture to the tile directories of other programs, which [`build()`]
-//! reads too, and a [`DirectorySource`] shows without a build.
+//! [`export()`] goes the other way: from a texture to the tile directories of other programs, which
+//! [`build()`] reads too, and a [`DirectorySource`] shows without a build.
 //!
 //! Not here: the container's bytes (`vastex-tiles`), the shape of levels, pages and borders (`vastex-core`).
 
@@ -44,14 +44,16 @@ pub use vastex_tiles::{
     Compression, MergeError, PartOf, ReorderError, UpdateError, Updated, WriteError, Written, merge, reorder,
 };
 
-/// Makes a container of the images in `inputs`: a path for the one layer `color`, or a [`LayerInput`] for each layer.
+/// Makes a container of the images in `inputs`: a path for the one layer `color`, or a [`LayerInput`] for
+/// each layer.
 ///
-/// The largest image has the texture's size; every other has that too, or half or a quarter of it, rounded up, and is stored
-/// at that share of the resolution. One of another size is resampled to the nearest of these, with a notice.
+/// The largest image has the texture's size; every other has that too, or half or a quarter of it, rounded
+/// up, and is stored at that share of the resolution. One of another size is resampled to the nearest of
+/// these, with a notice.
 ///
-/// The file appears at `output`, over what was there, when it is whole; after an error or a cancellation nothing is left behind,
-/// unless [`BuildOptions::resume`] asks for it. Takes one pass over the images, in step with one another, and memory as
-/// [`BuildReport::memory`] says.
+/// The file appears at `output`, over what was there, when it is whole; after an error or a cancellation
+/// nothing is left behind, unless [`BuildOptions::resume`] asks for it. Takes one pass over the images, in
+/// step with one another, and memory as [`BuildReport::memory`] says.
 pub fn build<I: Clone + Into<LayerInput>>(
     inputs: &[I],
     output: &Path,

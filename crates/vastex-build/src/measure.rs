@@ -24,8 +24,8 @@ struct Done {
     all: Duration,
 }
 
-/// Sleeps for as long as a slow encoder takes, so that as many can be at work at once as there are threads, however few
-/// processors there are. All blocks are zero.
+/// Sleeps for as long as a slow encoder takes, so that as many can be at work at once as there are threads,
+/// however few processors there are. All blocks are zero.
 fn slow(format: LayerFormat, _: Quality, strip: &Strip<'_>, blocks: &mut Vec<u8>) -> Lost {
     let from = Instant::now();
     let texels = strip.row_bytes() / format.texel_bytes();
@@ -39,8 +39,8 @@ fn slow(format: LayerFormat, _: Quality, strip: &Strip<'_>, blocks: &mut Vec<u8>
     Lost::default()
 }
 
-/// How many encoders were at work at once, as the mean from the first strip to the last, when an image is built in blocks by so
-/// many threads. One measurement at a time.
+/// How many encoders were at work at once, as the mean from the first strip to the last, when an image is
+/// built in blocks by so many threads. One measurement at a time.
 pub fn encoders_at_work(image: &Path, output: &Path, page: u32, threads: usize) -> Result<f64, BuildError> {
     let take = || DONE.lock().unwrap_or_else(PoisonError::into_inner).take();
     take();

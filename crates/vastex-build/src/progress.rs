@@ -5,19 +5,21 @@ use std::path::Path;
 
 use crate::image::Notice;
 
-/// Told how far a build is, and asked whether to go on. Called on the thread that called [`crate::build()`].
+/// Gets reports of how far a build, a replacement or an export is, and may stop it. Called on the thread that
+/// called [`crate::build()`] or its like.
 pub trait Progress {
-    /// `rows_done` of `rows_total` rows are read and `bytes_written` bytes of tiles are written. `Break` cancels the
-    /// build, which then leaves nothing behind, unless it can be resumed.
+    /// `rows_done` of `rows_total` rows are read and `bytes_written` bytes of tiles are written. `Break`
+    /// cancels the build, which then leaves nothing behind, unless it can be resumed.
     fn advance(&self, rows_done: u64, rows_total: u64, bytes_written: u64) -> ControlFlow<()>;
 
-    /// What is known of an image before its first row is read, such as what it costs; also among what the report says at the end.
+    /// A notice of an image that is known before the image's first row is read, such as what reading it
+    /// costs. The report at the end has it too.
     fn note(&self, image: &Path, notice: &Notice) {
         let _ = (image, notice);
     }
 }
 
-/// Nobody watches, nobody cancels.
+/// For callers that neither watch nor cancel.
 impl Progress for () {
     fn advance(&self, _: u64, _: u64, _: u64) -> ControlFlow<()> {
         ControlFlow::Continue(())

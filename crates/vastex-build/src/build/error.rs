@@ -1,7 +1,7 @@
 //! What can go wrong with a build, and what the reader of the message can do about it.
 //!
-//! What is wrong with an input file, its reader says; [`BuildError`] adds the file's name. What goes wrong with the output is
-//! the container writer's to say.
+//! What is wrong with an input file, its reader says; [`BuildError`] adds the file's name. What goes wrong
+//! with the output is the container writer's to say.
 
 use std::path::PathBuf;
 
@@ -74,7 +74,8 @@ pub enum BuildError {
         /// What to do.
         remedy: &'static str,
     },
-    /// The output would overwrite a file of an input: the image, its description, a piece of a mosaic, a mask, an inset.
+    /// The output would overwrite a file of an input: the image, its description, a piece of a mosaic, a
+    /// mask, an inset.
     #[error("{}: is read as an input, and the output would replace it; choose another name for the output", .0.display())]
     SameFile(PathBuf),
     /// The output would lie among the tiles of the input.

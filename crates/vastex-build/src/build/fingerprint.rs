@@ -1,10 +1,11 @@
-//! What tells one input from another without reading all of it: parts that are made on different machines, and a build
-//! that goes on later, must come from the same image.
+//! What tells one input from another without reading all of it: parts that are made on different machines,
+//! and a build that goes on later, must come from the same image.
 //!
-//! An input is every file that is read for it: of a raw file the description too, of a mosaic the text and all pieces.
-//! Between machines names, lengths and a sample of the bytes count; times and places do not, since copies are the same image. A
-//! change that keeps all lengths and falls between the samples goes unseen there. On one machine the times of the last
-//! change count as well. `docs/format.md` says the same for other writers.
+//! An input is every file that is read for it: of a raw file the description too, of a mosaic the text and
+//! all pieces. Between machines names, lengths and a sample of the bytes count; times and places do not,
+//! since copies are the same image. A change that keeps all lengths and falls between the samples goes unseen
+//! there. On one machine the times of the last change count as well. `docs/format.md` says the same for other
+//! writers.
 
 use std::fs::{self, File, Metadata};
 use std::hash::Hasher;
@@ -36,9 +37,9 @@ pub(crate) struct Fingerprint {
 
 /// Of an input that is made of these files, and of directories with all that is in them.
 ///
-/// Does not depend on where the input lies, or on the order in which a file system lists files. Files in directories whose
-/// names begin with a dot do not count. Reads at most 256 KiB of a single file, 16 KiB or more of each of many, and of a
-/// directory the lengths and times of all files and 16 of them so.
+/// Does not depend on where the input lies, or on the order in which a file system lists files. Files in
+/// directories whose names begin with a dot do not count. Reads at most 256 KiB of a single file, 16 KiB or
+/// more of each of many, and of a directory the lengths and times of all files and 16 of them so.
 pub(crate) fn fingerprint(files: &[PathBuf]) -> io::Result<Fingerprint> {
     let [mut contents, mut times] = [XxHash3_64::new(), XxHash3_64::new()];
     let blocks = (ALL_BLOCKS / (files.len() as u64).max(1)).clamp(FEWEST_BLOCKS, BLOCKS);
@@ -74,7 +75,8 @@ fn add_time(hash: &mut XxHash3_64, found: &Metadata) {
     add_number(hash, since.subsec_nanos().into());
 }
 
-/// The files in a directory and those below: what to call each from the first directory on, what is known of it, and its path.
+/// The files in a directory and those below: what to call each from the first directory on, what is known of
+/// it, and its path.
 fn list(
     directory: &Path,
     name: &str,

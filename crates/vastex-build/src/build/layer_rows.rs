@@ -11,8 +11,8 @@ type Reader<'l> = &'l mut (dyn RowReader + 'static);
 /// An image, to be named where it is damaged, and what reads it.
 type Image<'l> = (&'l Path, Reader<'l>);
 
-/// The images of all layers: the first is read by the caller, each other one by a thread of its own, or by the caller too where the
-/// system gives no thread.
+/// The images of all layers: the first is read by the caller, each other one by a thread of its own, or by
+/// the caller too where the system gives no thread.
 pub(crate) struct LayerReaders<'l> {
     first: Option<Image<'l>>,
     others: Vec<(&'l Path, Source<'l>)>,
@@ -37,7 +37,8 @@ impl<'l> Source<'l> {
         'l: 'scope,
     {
         let ((asked, asked_rx), (filled_tx, filled)) = (channel::<Vec<u8>>(), channel());
-        // The reader follows once there is a thread: what cannot be started is lost with all that it was given.
+        // The reader follows once there is a thread: what cannot be started is lost with all that it was
+        // given.
         let (give, given) = channel::<Reader<'l>>();
         let started = builder.spawn_scoped(scope, move || {
             let Ok(reader) = given.recv() else { return };
@@ -87,7 +88,8 @@ impl<'l> LayerReaders<'l> {
         LayerReaders { first, others: others.collect() }
     }
 
-    /// Fills a buffer for each layer with its next rows. Of several faults the first layer's counts; a reader's panic goes on here.
+    /// Fills a buffer for each layer with its next rows. Of several faults the first layer's counts; a
+    /// reader's panic goes on here.
     pub(crate) fn read(&mut self, rows: &mut [Vec<u8>]) -> Result<(), (&'l Path, InputFault)> {
         let Some((first, others)) = rows.split_first_mut() else { return Ok(()) };
         for ((_, source), rows) in self.others.iter().zip(&mut *others) {

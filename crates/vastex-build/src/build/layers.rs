@@ -184,7 +184,8 @@ pub(crate) fn describe(layers: &[OpenLayer], options: &BuildOptions) -> Result<D
     Ok(description)
 }
 
-/// What the parts of a build, or a build and the one that it resumes, must have in common besides the description.
+/// What the parts of a build, or a build and the one that it resumes, must have in common besides the
+/// description.
 pub(crate) struct Same {
     /// Wherever the inputs lie: for parts, which may come from several machines.
     pub(crate) anywhere: String,
@@ -192,7 +193,8 @@ pub(crate) struct Same {
     pub(crate) here: String,
 }
 
-/// Of all that is read, the mask and the insets included, and of the options and the version that decide what becomes of it.
+/// Of all that is read, the mask and the insets included, and of the options and the version that decide what
+/// becomes of it.
 pub(crate) fn fingerprint(layers: &[OpenLayer], options: &BuildOptions) -> Result<Same, BuildError> {
     let of_input = |path: &Path, files: &[PathBuf]| {
         let failed = |error: std::io::Error| BuildError::Input { path: path.into(), fault: error.into() };

@@ -1,5 +1,5 @@
-//! The files in which textures wait for their insets, `.NAME.FINGERPRINT-INSETS.insets` beside the output: their names, and what
-//! becomes of those that interrupted builds left.
+//! The files in which textures wait for their insets, `.NAME.FINGERPRINT-INSETS.insets` beside the output:
+//! their names, and what becomes of those that interrupted builds left.
 
 use std::path::{Path, PathBuf};
 
@@ -61,7 +61,8 @@ pub(crate) fn all(output: &Path) -> Vec<Leftover> {
     entries.flatten().filter_map(found).collect()
 }
 
-/// The fingerprint and the insets that a file's name tells of, if it is one of the output `of`, and whether it is whole.
+/// The fingerprint and the insets that a file's name tells of, if it is one of the output `of`, and whether
+/// it is whole.
 fn parse(name: &str, of: &str) -> Option<(u64, usize, bool)> {
     let suffixes = [(".insets", true), (".insets.partial", false), (".insets.journal", false)];
     let (rest, is_whole) =

@@ -5,8 +5,8 @@ use super::layers::OpenLayer;
 use super::pipeline::Job;
 use crate::tile::INDEX_BYTES;
 
-/// Makes buffers as small as the limit asks for, with a container of `pages`, and says what a build then takes at most; an error
-/// where that is too much all the same. Nothing has been allocated yet.
+/// Makes buffers as small as the limit asks for, with a container of `pages`, and says what a build then
+/// takes at most; an error where that is too much all the same. Nothing has been allocated yet.
 pub(super) fn fit_memory(
     layers: &[OpenLayer],
     job: &mut Job<'_>,

@@ -1,4 +1,5 @@
-//! One build: images opened as layers, read and filtered in step, and cut into tiles on their way to a container.
+//! One build: images opened as layers, read and filtered in step, and cut into tiles on their way to a
+//! container.
 
 pub(crate) mod error;
 pub(crate) mod finer;
@@ -56,7 +57,8 @@ pub(crate) fn open(
 pub(crate) enum Stage {
     /// To be what was asked for.
     Whole,
-    /// To be changed, and then to be made whole: with so many levels more, which are empty, and no layer compressed in blocks.
+    /// To be changed, and then to be made whole: with so many levels more, which are empty, and no layer
+    /// compressed in blocks.
     UnderInsets { finer_levels: u8 },
 }
 

@@ -19,46 +19,50 @@ pub struct BuildOptions {
     pub compression: Compression,
     /// How well block-compressed layers are encoded.
     pub quality: Quality,
-    /// Whether colour is filtered in linear light and weighted by alpha, where no filter says otherwise; else every channel
-    /// as it is stored.
+    /// Whether colour is filtered in linear light and weighted by alpha, where no filter says otherwise; else
+    /// every channel as it is stored.
     pub linear: bool,
-    /// How levels are made, of layers that do not say so themselves; nothing for what suits each layer's name and format
+    /// The filter of layers that name none of their own. `None` picks what suits each layer's name and format
     /// ([`LayerFilter::for_layer`]).
     pub filter: Option<LayerFilter>,
     /// From which level each level is made, where no filter says otherwise.
     pub levels_from: LevelsFrom,
-    /// What lies beyond the edges, in x and in y. Where this says clamp, the tiles of a planet wrap in x all the same.
+    /// What lies beyond the edges, in x and in y. Planet tile directories always wrap in x, even if this is
+    /// [`AddressMode::Clamp`].
     pub address: [AddressMode; 2],
     /// What lies beyond an edge of [`AddressMode::Border`]: red, green, blue, alpha, as a layer stores them.
     pub border_color: [u8; 4],
-    /// An image of the texture's shape, of any size: where it is black or transparent, pages get no tile, and their nearest
-    /// ancestors stand in for them. Nothing for tiles everywhere.
+    /// An image of the texture's shape, of any size. Pages where it is black or transparent get no tile, and
+    /// their nearest ancestors stand in for them. `None` gives every page a tile.
     pub mask: Option<PathBuf>,
     /// Whether pages that are transparent in all layers with alpha get no tile.
     pub drop_transparent: bool,
-    /// Whether images whose compressed data are damaged or end early are taken for what can be made of them, with a notice;
-    /// else they are errors. Only JPEG can be gone on with.
+    /// Whether JPEG images whose compressed data are damaged or end early are read as far as the decoder can,
+    /// with a notice. Otherwise they are errors, as damage in every other format always is.
     pub tolerant: bool,
-    /// Images that lie over those of the texture, as fine as they or finer. The texture has as many levels more as the finest of
-    /// them needs; where no inset lies, pages of those have no tiles.
+    /// Images that lie over those of the layers, as fine as they or finer. The texture gets as many further
+    /// levels as the finest inset needs; pages of these levels have tiles only where an inset lies.
     pub insets: Vec<Inset>,
-    /// Threads that filter and encode, and decode pieces of the images where they have nothing else to do, besides one that reads each
-    /// layer and one that writes; 0 for as many as there are cores.
+    /// Threads that filter and encode; when they have nothing else to do, they decode pieces of the images.
+    /// One thread for each layer, which reads it, and one that writes are not counted. 0 starts one for each
+    /// core.
     pub threads: usize,
     /// Whether to wait at the end until the disk has everything.
     pub durable: bool,
-    /// Every tile begins at a multiple of so many bytes, for direct I/O: 1 for no alignment, or a power of two from
-    /// 4096 to 65,536.
+    /// Every tile begins at a multiple of this many bytes, for direct I/O: a power of two from 4096 to
+    /// 65,536, or 1 for no alignment.
     pub align: u32,
-    /// Bytes of memory that a build may take: where it could take more its buffers become smaller, and where that is not
-    /// enough the image is refused before anything is allocated.
+    /// Bytes of memory that a build may take. If it could take more, its buffers become smaller; if that is
+    /// not enough, the image is refused before anything is allocated.
     pub memory_limit: u64,
-    /// Whether only a part of the container is made, which [`crate::merge`] joins with the others to the very bytes of the whole.
+    /// The part of the container that is made, or `None` for all of it. [`crate::merge`] joins all parts to
+    /// the very bytes of a build of the whole.
     ///
     /// Every part reads the image up to its own last tile, and encodes and writes its own tiles only.
     pub part: Option<PartOf>,
-    /// Whether to go on with what an interrupted build of the same image and options left beside the output, and to leave
-    /// what is written there if this one is interrupted or fails. The bytes are those of one build.
+    /// Whether to go on with what an interrupted build of the same images and options left beside the output,
+    /// and to leave what is written there if this build is interrupted or fails. The container gets the bytes
+    /// of one build without a break.
     pub resume: bool,
 }
 
@@ -97,13 +101,14 @@ impl BuildOptions {
 /// An image that lies over a layer of a texture, and is as fine as it or finer.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Inset {
-    /// The layer's name; nothing for the only one that there is.
+    /// The layer's name. `None` stands for the only layer of the texture.
     pub layer: Option<String>,
     /// The image.
     pub image: PathBuf,
-    /// Column and row of its upper left texel, counted in its own texels from the upper left of the texture. What crosses a
-    /// wrapping edge goes on at the other side.
+    /// Column and row of the image's upper left texel, counted in the image's own texels from the upper left
+    /// of the texture. What crosses a wrapping edge goes on at the other side.
     pub at: [u32; 2],
-    /// How many levels it is finer than the layer's own image: 0 for as fine as that, 1 for twice as fine.
+    /// By how many levels the image is finer than the layer's own: 0 if it is as fine, 1 if it is twice as
+    /// fine.
     pub finer: u8,
 }

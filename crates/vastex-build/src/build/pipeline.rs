@@ -1,13 +1,13 @@
 //! Reading, filtering and writing at the same time.
 //!
-//! The caller's thread reads rows, those of further layers on a thread for each; a pool of threads turns them into levels and
-//! tiles and encodes those, and decodes pieces of the images ahead where it has nothing else to do; one
-//! thread appends tiles to the container. Bounded queues between them keep memory bounded, and every stage keeps the
-//! order, so the bytes do not depend on the number of threads.
+//! The caller's thread reads rows, those of further layers on a thread for each; a pool of threads turns them
+//! into levels and tiles and encodes those, and decodes pieces of the images ahead where it has nothing else
+//! to do; one thread appends tiles to the container. Bounded queues between them keep memory bounded, and
+//! every stage keeps the order, so the bytes do not depend on the number of threads.
 //!
-//! One thread of the pool, the cutter, drives it. It hands tiles out in portions, which the others encode, and goes on making
-//! levels meanwhile; where it would have to wait it encodes too. What is appended next is a promise: the queue to the
-//! writer holds them in the order of writing, whichever is kept first.
+//! One thread of the pool, the cutter, drives it. It hands tiles out in portions, which the others encode,
+//! and goes on making levels meanwhile; where it would have to wait it encodes too. What is appended next is
+//! a promise: the queue to the writer holds them in the order of writing, whichever is kept first.
 
 use std::collections::VecDeque;
 use std::convert::Infallible;
@@ -155,20 +155,22 @@ impl Job<'_> {
         (self.buffers.portion_bytes / self.description().tile_bytes()).clamp(1, NEIGHBOURS)
     }
 
-    /// Portions between cutting and writing: at least two for each thread, one that it makes and one that it makes next.
+    /// Portions between cutting and writing: at least two for each thread, one that it makes and one that it
+    /// makes next.
     fn portions(&self) -> usize {
         let bytes = self.portion_tiles() * self.description().tile_bytes();
         (self.buffers.tile_bytes / bytes).max(2 * self.pool.current_num_threads())
     }
 
-    /// Buffers of rows that are filtered while tiles of the rows before them are encoded: none where one buffer makes several rows
-    /// of pages, which are enough to share.
+    /// Buffers of rows that are filtered while tiles of the rows before them are encoded: none where one
+    /// buffer makes several rows of pages, which are enough to share.
     fn ahead(&self) -> u32 {
         let [_, page, _] = self.description().geometry.page();
         if stack::block_rows(self.plans) < 2 * page { self.buffers.ahead } else { 0 }
     }
 
-    /// Takes the largest buffers with which all that the pipeline holds comes to at most `limit` bytes, or the smallest.
+    /// Takes the largest buffers with which all that the pipeline holds comes to at most `limit` bytes, or
+    /// the smallest.
     pub(crate) fn fit(&mut self, limit: u64) {
         for buffers in Buffers::ALL {
             self.buffers = buffers;
@@ -178,21 +180,23 @@ impl Job<'_> {
         }
     }
 
-    /// Bytes that the pipeline holds at most, what the readers hold without help and the index of the container not counted.
+    /// Bytes that the pipeline holds at most, what the readers hold without help and the index of the
+    /// container not counted.
     pub(crate) fn memory(&self) -> u64 {
         let block = stack::block_rows(self.plans);
         let row_bytes =
             |plan: &LayerPlan| u64::from(block / plan.layer.scale) * plan.image_row_bytes() as u64;
         let rows = self.buffers.rows as u64 * self.plans.iter().map(row_bytes).sum::<u64>();
-        // Besides those in the queue, one portion waits to enter it and one is being written; what each thread makes is there
-        // twice while it is being made.
+        // Besides those in the queue, one portion waits to enter it and one is being written; what each
+        // thread makes is there twice while it is being made.
         let portions = (self.portions() + 2 + self.pool.current_num_threads()) as u64;
         let tiles = portions * self.portion_tiles() as u64 * self.description().tile_bytes() as u64;
         let ahead = self.ahead_bytes[self.buffers.pieces];
         (stack::memory(self.plans, self.encoder, self.ahead()) + rows + tiles).saturating_add(ahead)
     }
 
-    /// Runs a whole build, up to the last of `tiles`: those that are made, by their index in the order of writing.
+    /// Runs a whole build, up to the last of `tiles`: those that are made, by their index in the order of
+    /// writing.
     pub(crate) fn run<S: Sink>(
         &self,
         layers: &mut [OpenLayer],
@@ -270,8 +274,8 @@ impl Job<'_> {
         })
     }
 
-    /// Filters rows and cuts tiles until the rows end or the last tile that is wanted is made; says how many bytes of
-    /// rows it held. Is called in the pool, and returns when every tile is made.
+    /// Filters rows and cuts tiles until the rows end or the last tile that is wanted is made; says how many
+    /// bytes of rows it held. Is called in the pool, and returns when every tile is made.
     fn cut_tiles(
         &self,
         tiles: Range<u64>,
@@ -297,8 +301,8 @@ struct Cutter<'a, 'scope> {
     tiles: Range<u64>,
     selection: Selection,
     tiles_tx: &'a SyncSender<Promise>,
-    /// After how many pushes rows of pages were cut whose tiles are still being made, the oldest first. Nothing is ever sent: the
-    /// other end is dropped with the rows.
+    /// After how many pushes rows of pages were cut whose tiles are still being made, the oldest first.
+    /// Nothing is ever sent: the other end is dropped with the rows.
     held: VecDeque<(u64, Receiver<Infallible>)>,
     /// Buffers of rows that were filtered.
     pushed: u64,

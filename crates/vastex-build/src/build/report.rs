@@ -16,11 +16,11 @@ pub struct BuildReport {
     pub levels: u32,
     /// What was made of each image, in the order of the inputs.
     pub layers: Vec<LayerReport>,
-    /// Texels that were read, the largest image's of all layers and the insets'.
+    /// Texels that were read: those of the largest image and of all insets.
     pub texels: u64,
     /// Tiles, the tail counted as one.
     pub tiles: u64,
-    /// Tiles that are kept as their colour.
+    /// Tiles of one colour, of which the container keeps the colour only.
     pub constant_tiles: u64,
     /// Tiles whose bytes are those of an earlier one.
     pub shared_tiles: u64,
@@ -34,12 +34,13 @@ pub struct BuildReport {
     pub row_bytes_held: u64,
     /// Bytes of memory that the build could at most have taken, as estimated from the headers.
     pub memory: u64,
-    /// What was left out of insets and what it cost, each with its image; not of those that an interrupted build had put in.
+    /// Notices of insets, each with the inset's image. Insets that an interrupted build had put in have none
+    /// here.
     pub insets: Vec<(PathBuf, Notice)>,
 }
 
 impl BuildReport {
-    /// What was left out of the images, and what it cost.
+    /// The notices of all layers and all insets.
     pub fn notices(&self) -> impl Iterator<Item = &Notice> {
         let of_insets = self.insets.iter().map(|(_, notice)| notice);
         self.layers.iter().flat_map(|layer| &layer.notices).chain(of_insets)
@@ -55,6 +56,6 @@ pub struct LayerReport {
     pub layer: Layer,
     /// The filter that made its levels.
     pub filter: LayerFilter,
-    /// What was left out of the image, and what it cost.
+    /// What was left out of the image, and what reading it cost.
     pub notices: Vec<Notice>,
 }

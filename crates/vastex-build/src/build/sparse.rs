@@ -1,8 +1,9 @@
 //! Which pages get a tile: all of them, unless a mask or transparency says that nobody will look at some.
 //!
-//! A page of level 0 is left out where the mask marks nothing of it, or where its tile, border included, is transparent; a
-//! coarser one where all that it covers is. So the pages that are left form a tree, and whoever asks for a page without a
-//! tile is shown its nearest ancestor. What an image file means as a mask stands here, reading it in `readers`.
+//! A page of level 0 is left out where the mask marks nothing of it, or where its tile, border included, is
+//! transparent; a coarser one where all that it covers is. So the pages that are left form a tree, and
+//! whoever asks for a page without a tile is shown its nearest ancestor. What an image file means as a mask
+//! stands here, reading it in `readers`.
 
 use rayon::prelude::*;
 use vastex_core::{Geometry, PagePos, PageSet};
@@ -57,7 +58,8 @@ impl Selection {
         Selection { allowed, needed: drop_transparent.then(|| PageSet::new(geometry)) }
     }
 
-    /// Which pages of a row of them get a tile. Rows come in the order in which they are cut, so children before parents.
+    /// Which pages of a row of them get a tile. Rows come in the order in which they are cut, so children
+    /// before parents.
     pub(crate) fn kept(&mut self, bands: &Bands<'_>) -> Vec<bool> {
         let columns = 0..bands.pages();
         let transparent: Vec<bool> = match self.needed {
@@ -68,8 +70,8 @@ impl Selection {
         columns.map(|x| self.keeps(geometry, bands.pos(x), || transparent[x as usize])).collect()
     }
 
-    /// Whether a page gets a tile. Every page that has children must be asked for after them; `is_transparent` is called
-    /// where nothing else decides.
+    /// Whether a page gets a tile. Every page that has children must be asked for after them;
+    /// `is_transparent` is called where nothing else decides.
     fn keeps(&mut self, geometry: &Geometry, pos: PagePos, is_transparent: impl FnOnce() -> bool) -> bool {
         if self.allowed.as_ref().is_some_and(|allowed| !allowed.contains(pos)) {
             return false;
@@ -93,10 +95,11 @@ impl Selection {
     }
 }
 
-/// The pages of which the mask marks anything, with their ancestors. Takes one pass over the mask, and a bit for each page.
+/// The pages of which the mask marks anything, with their ancestors. Takes one pass over the mask, and a bit
+/// for each page.
 ///
-/// A texel of the mask marks what it covers where it is not black and not transparent. The mask has the texture's size, or any
-/// other of the same shape.
+/// A texel of the mask marks what it covers where it is not black and not transparent. The mask has the
+/// texture's size, or any other of the same shape.
 pub(crate) fn pages_from_mask(mask: &mut dyn RowReader, geometry: &Geometry) -> Result<PageSet, InputFault> {
     let (format, size) = (mask.header().format, [mask.header().width, mask.header().height]);
     let [width, height, _] = geometry.size();

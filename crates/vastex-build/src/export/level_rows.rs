@@ -214,8 +214,8 @@ impl<'a> Window<'a> {
         &self.held[start..start + self.row_bytes()]
     }
 
-    /// A rectangle whose rows are held. Beyond the edges it repeats the edge or, in x, where the level `wraps`, goes on
-    /// at the other side.
+    /// A rectangle whose rows are held. Beyond the edges it repeats the edge or, in x, where the level
+    /// `wraps`, goes on at the other side.
     pub(super) fn cut(&self, Rectangle { origin, size }: Rectangle, wraps: bool) -> Vec<u8> {
         let (texel, [width, height]) = (self.source.texel_bytes(), self.size().map(i64::from));
         let mut cut = Vec::with_capacity(size[0] as usize * size[1] as usize * texel);

@@ -1,8 +1,8 @@
 //! Rows of another size, for grids that cannot hold a texture's own.
 //!
-//! Which texels make one, and with what weights, [`Taps`] say; how they are mixed, [`crate::texels::blend`]. What lies west of the
-//! first column is the last one: only planets are resampled. Only formats that tiles can hold come here: integers of 8 and 16
-//! bits.
+//! Which texels make one, and with what weights, [`Taps`] say; how they are mixed, [`crate::texels::blend`].
+//! What lies west of the first column is the last one: only planets are resampled. Only formats that tiles
+//! can hold come here: integers of 8 and 16 bits.
 
 use rayon::prelude::*;
 use vastex_core::LayerFormat;

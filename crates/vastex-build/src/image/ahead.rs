@@ -1,9 +1,11 @@
-//! Pieces of an image that are decoded ahead of the rows, by whoever has nothing else to do, and given out in their order.
+//! Pieces of an image that are decoded ahead of the rows, by whoever has nothing else to do, and given out in
+//! their order.
 //!
-//! Reading is mostly decoding, and strips, tiles and blocks, or rows whose colours are converted, are decoded each by itself. A
-//! reader says what there is to do, as far as there is room ([`Ahead::has_room`], [`Ahead::push`]), and takes the results
-//! in the same order ([`Ahead::next`]). Idle threads of a build's pool do the pieces; the thread that reads does them too
-//! where it would have to wait, so nothing depends on anybody's help. Without help a piece is done when it is asked for.
+//! Reading is mostly decoding, and strips, tiles and blocks, or rows whose colours are converted, are decoded
+//! each by itself. A reader says what there is to do, as far as there is room ([`Ahead::has_room`],
+//! [`Ahead::push`]), and takes the results in the same order ([`Ahead::next`]). Idle threads of a build's
+//! pool do the pieces; the thread that reads does them too where it would have to wait, so nothing depends on
+//! anybody's help. Without help a piece is done when it is asked for.
 
 use std::collections::VecDeque;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
@@ -115,7 +117,8 @@ impl<R: Send + 'static> Ahead<R> {
         Ahead { helpers: None, places: VecDeque::new(), count, bytes }
     }
 
-    /// Of `pieces` that could be decoded ahead, how many are: all but the one that is asked for, while they do not take too much.
+    /// Of `pieces` that could be decoded ahead, how many are: all but the one that is asked for, while they
+    /// do not take too much.
     fn limited(&self, pieces: usize) -> usize {
         let most = (MOST_BYTES / self.bytes.max(1)).min(self.count.saturating_sub(1));
         pieces.min(usize::try_from(most).unwrap_or(usize::MAX))

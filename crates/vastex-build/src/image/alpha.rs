@@ -1,15 +1,15 @@
-//! Colours that a file holds multiplied by alpha, divided by it again: layers hold colours as they are where nothing is
-//! transparent, and filters weight them by alpha themselves.
+//! Colours that a file holds multiplied by alpha, divided by it again: layers hold colours as they are where
+//! nothing is transparent, and filters weight them by alpha themselves.
 
 use half::f16;
 
 use crate::image::{PixelFormat, Sample};
 
-/// Divides the colours of texels by their alpha, as the file stores both: whoever writes such a file multiplies the numbers
-/// that he stores, so sRGB-encoded ones are divided before they become light.
+/// Divides the colours of texels by their alpha, as the file stores both: whoever writes such a file
+/// multiplies the numbers that he stores, so sRGB-encoded ones are divided before they become light.
 ///
-/// Where alpha is 0 or less, colours stay as they are; what would come out beyond the range of the samples becomes the largest.
-/// The format has alpha.
+/// Where alpha is 0 or less, colours stay as they are; what would come out beyond the range of the samples
+/// becomes the largest. The format has alpha.
 pub(super) fn unpremultiply(format: PixelFormat, texels: &mut [u8]) {
     let bytes = format.texel_bytes();
     match format.sample() {

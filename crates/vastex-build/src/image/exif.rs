@@ -1,6 +1,7 @@
 //! The one thing that is read from EXIF data: the orientation, which `oriented` follows.
 
-/// The orientation in EXIF data that begins with its TIFF header; nothing where there is none or it makes no sense.
+/// The orientation in EXIF data that begins with its TIFF header; nothing where there is none or it makes no
+/// sense.
 pub(super) fn orientation(exif: &[u8]) -> Option<u16> {
     let big = match exif.get(..4)? {
         [b'I', b'I', 42, 0] => false,

@@ -21,16 +21,17 @@ pub struct ImageHeader {
     pub format: PixelFormat,
     /// Whether the file says that its colours are linear, not sRGB-encoded.
     pub linear: bool,
-    /// The least and the greatest number that the file's samples can be, where they are signed whole numbers, which rows hold as
-    /// floats. A layer of whole numbers holds this range as 0 to 1.
+    /// The least and the greatest number that the file's samples can be, where they are signed whole numbers,
+    /// which rows hold as floats. A layer of whole numbers holds this range as 0 to 1.
     pub range: Option<[i64; 2]>,
-    /// What the file says of its colours besides, which the rows do not follow; see [`crate::in_srgb`].
+    /// The colour profile of the file, if it has one. The rows do not follow it; [`crate::in_srgb`] makes
+    /// rows that do.
     pub profile: Option<Profile>,
     /// How the rows are stored, as EXIF numbers it; 1, upright, once they are given out by [`crate::open`].
     pub(crate) orientation: u16,
     /// Whether the first column is the last one's neighbour, as on a planet.
     pub wraps: bool,
-    /// Bytes that the reader holds while it reads, besides what it is given to fill.
+    /// Bytes that the reader holds while it reads, the buffers that its caller gives it to fill not counted.
     pub memory: u64,
     /// The directory in which its tiles lie, if it has any.
     pub tile_directory: Option<PathBuf>,
@@ -74,8 +75,8 @@ impl ImageHeader {
         (self.row_bytes() as u64).saturating_mul(u64::from(self.height))
     }
 
-    /// What there is to say before its texels are read, the profile included, where a layer that holds no colours does not
-    /// follow it.
+    /// What there is to say before its texels are read, the profile included, where a layer that holds no
+    /// colours does not follow it.
     pub(crate) fn notices_of_layer(&self) -> Vec<Notice> {
         let left = |profile: &Profile| profile.left(self.format, "the layer holds no colours");
         self.notices.iter().cloned().chain(self.profile.as_ref().and_then(left)).collect()
@@ -87,7 +88,8 @@ impl ImageHeader {
         self.notices.push(Notice::WholeImage { bytes, why });
     }
 
-    /// Takes over what is new among the notices of the reader behind, of which `seen` were taken over already.
+    /// Takes over what is new among the notices of the reader behind, of which `seen` were taken over
+    /// already.
     pub(crate) fn add_notices_of(&mut self, inner: &ImageHeader, seen: &mut usize) {
         self.notices.extend(inner.notices.iter().skip(*seen).cloned());
         *seen = inner.notices.len();
@@ -99,30 +101,32 @@ pub trait RowReader: Send {
     /// What is known from the header.
     fn header(&self) -> &ImageHeader;
 
-    /// The pages of a texture of that shape for which there are texels of their own; nothing where there are all. Where there
-    /// are none, the rows repeat coarser ones.
+    /// The pages of a texture of that shape for which the image has texels of their own, or `None` if it has
+    /// them for all. For other pages the rows repeat coarser texels.
     fn present(&self, geometry: &Geometry) -> Option<PageSet> {
         let _ = geometry;
         None
     }
 
-    /// Takes a damaged picture for what can be made of it, where the decoder can go on, and tells of that with a notice; without
-    /// this, damage is an error. To be asked for before the first row.
+    /// Lets the reader go on after damage where its decoder can, with a notice instead of an error. To be
+    /// called before the first row.
     fn tolerate(&mut self) {}
 
-    /// Bytes that it holds besides, where helpers decode so many pieces of the image ahead of the rows.
+    /// Bytes that the reader holds besides [`ImageHeader::memory`] when helpers decode `pieces` pieces of the
+    /// image ahead of the rows.
     fn memory_ahead(&self, pieces: usize) -> u64 {
         let _ = pieces;
         0
     }
 
-    /// Lets others help to decode, where the image can be decoded in pieces. Rows and faults are the same. To be called before
-    /// the first row.
+    /// Lets others help to decode, where the image can be decoded in pieces. Rows and faults are the same. To
+    /// be called before the first row.
     fn take_help(&mut self, helpers: &Helpers) {
         let _ = helpers;
     }
 
-    /// Fills `rows` with the next rows, tightly packed. Its length is a whole number of rows and no more than are
-    /// left. The last row is only given out when the file is whole. After an error the reader is of no further use.
+    /// Fills `rows` with the next rows, tightly packed. Its length is a whole number of rows and no more than
+    /// are left. The last row is only given out when the file is whole. After an error the reader is of no
+    /// further use.
     fn read_rows(&mut self, rows: &mut [u8]) -> Result<(), InputFault>;
 }

@@ -1,7 +1,8 @@
 //! Image files, mosaics and tile directories, read row by row from the top.
 //!
-//! [`open()`] picks the reader. A reader tells size, texels and what it will cost from the header alone, before it allocates anything
-//! that depends on them ([`header`]). What becomes of the rows is [`crate::texels`]' and [`crate::pyramid`]'s business.
+//! [`open()`] picks the reader. A reader tells size, texels and what it will cost from the header alone,
+//! before it allocates anything that depends on them ([`header`]). What becomes of the rows is
+//! [`crate::texels`]' and [`crate::pyramid`]'s business.
 
 mod ahead;
 mod alpha;

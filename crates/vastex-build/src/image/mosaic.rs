@@ -14,9 +14,9 @@
 //! grid tile_{x}_{y}.png
 //! ```
 //!
-//! Where pieces overlap, later lines win; where none lies, the picture is transparent, or black without alpha. Only the
-//! pieces of the rows that are being read are open; where those are more than the system lets a program open, the others are
-//! decoded whole when they begin.
+//! Where pieces overlap, later lines win; where none lies, the picture is transparent, or black without
+//! alpha. Only the pieces of the rows that are being read are open; where those are more than the system lets
+//! a program open, the others are decoded whole when they begin.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -71,7 +71,8 @@ pub(super) struct MosaicReader {
     _open_files: OpenFiles,
 }
 
-/// Opens the mosaic that a text file describes, and looks at every piece; nothing where the text is something else.
+/// Opens the mosaic that a text file describes, and looks at every piece; nothing where the text is something
+/// else.
 pub(super) fn open(path: &Path) -> Result<Option<MosaicReader>, InputFault> {
     let mut bytes = Vec::new();
     open_file(path)?.take(MAX_TEXT + 1).read_to_end(&mut bytes)?;
@@ -321,8 +322,8 @@ fn profile(notices: &mut Vec<Notice>, pieces: &[Piece]) -> Option<Profile> {
     None
 }
 
-/// Decides which pieces are held whole, since there may not be as many files open at once as there are pieces in a row;
-/// `reserve` says how many of those that would be wanted there may be.
+/// Decides which pieces are held whole, since there may not be as many files open at once as there are pieces
+/// in a row; `reserve` says how many of those that would be wanted there may be.
 fn hold_too_many(pieces: &mut [Piece], reserve: impl FnOnce(usize) -> OpenFiles) -> OpenFiles {
     let mut by_row: Vec<usize> = (0..pieces.len()).collect();
     by_row.sort_by_key(|&number| pieces[number].at[1]);

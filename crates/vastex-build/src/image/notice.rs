@@ -4,7 +4,8 @@ use std::fmt;
 
 use vastex_core::LayerFormat;
 
-/// Something that whoever asked for the build should know. Its `Display` is one sentence without the file's name.
+/// Something that whoever asked for the build should know. Its `Display` is one sentence without the file's
+/// name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Notice {
@@ -36,7 +37,8 @@ pub enum Notice {
         /// Size of the display window in texels.
         of: [u64; 2],
     },
-    /// So many rows of a mosaic have places where no piece lies; they are transparent, or black without alpha.
+    /// So many rows of a mosaic have places where no piece lies; they are transparent, or black without
+    /// alpha.
     Gaps(u64),
     /// The picture was turned or mirrored as the file asks; the value is EXIF's, 2 to 8.
     Turned(u16),
@@ -56,10 +58,11 @@ pub enum Notice {
     },
     /// Colours are multiplied by alpha in the file, and were divided by it, both as they are stored.
     PremultipliedAlpha,
-    /// The compressed data are damaged in so many places, and the decoder went on with what it could make of them.
+    /// The compressed data are damaged in so many places, and the decoder went on with what it could make of
+    /// them.
     DamagedInPlaces(u32),
-    /// So few bytes before the end of the file belong to nothing. The decoder passed over them: the picture is whole if somebody put
-    /// them there, and damaged if its data are.
+    /// So few bytes before the end of the file belong to nothing. The decoder passed over them: the picture
+    /// is whole if somebody put them there, and damaged if its data are.
     StrayBytes(u32),
     /// The file holds further images or frames.
     FurtherImagesIgnored,
@@ -81,14 +84,16 @@ pub enum Notice {
         /// How many the level has when it is whole.
         of: u64,
     },
-    /// The texture does not have a size that the grid of the layout can hold, so each level was resampled to it.
+    /// The texture does not have a size that the grid of the layout can hold, so each level was resampled to
+    /// it.
     ResampledToGrid {
         /// Size of the texture.
         from: [u32; 2],
         /// Size of the grid's finest level.
         to: [u32; 2],
     },
-    /// The image of a layer has a size that no layer of the texture can have, so it was resampled to the nearest that one can.
+    /// The image of a layer has a size that no layer of the texture can have, so it was resampled to the
+    /// nearest that one can.
     LayerResampled {
         /// Size of the image.
         from: [u32; 2],

@@ -14,8 +14,8 @@ pub(crate) struct Opened {
     pub(crate) files: Vec<PathBuf>,
 }
 
-/// Opens an image by its first bytes, or a tile directory by what is in it. The rows are upright, and their colours as
-/// they are stored: [`crate::in_srgb`] converts them. Reads headers and lists of files and, to see
+/// Opens an image by its first bytes, or a tile directory by what is in it. The rows are upright, and their
+/// colours as they are stored: [`crate::in_srgb`] converts them. Reads headers and lists of files and, to see
 /// whether tiles have borders, the roots of a planet.
 pub fn open(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {
     open_with_files(path).map(|opened| opened.reader)

@@ -12,8 +12,8 @@ static RESERVED: AtomicUsize = AtomicUsize::new(0);
 pub(super) struct OpenFiles(usize);
 
 impl OpenFiles {
-    /// As many of the `wanted` ones as there are. Raises this program's limit first, where that is too low and the system
-    /// lets it.
+    /// As many of the `wanted` ones as there are. Raises this program's limit first, where that is too low
+    /// and the system lets it.
     pub(super) fn reserve(wanted: usize) -> OpenFiles {
         let limit = limit_for(RESERVED.load(Ordering::Relaxed).saturating_add(wanted).saturating_add(OTHERS));
         let mut count = 0;

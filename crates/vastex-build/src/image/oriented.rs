@@ -1,7 +1,7 @@
 //! Pictures that are stored turned or mirrored, upright.
 //!
-//! Mirrored left to right is a matter of each row. For every other orientation the first upright row is made of the last
-//! stored row, or of all of them, so the whole image is held.
+//! Mirrored left to right is a matter of each row. For every other orientation the first upright row is made
+//! of the last stored row, or of all of them, so the whole image is held.
 
 use crate::image::{Helpers, ImageHeader, InputFault, Notice, RowReader};
 

@@ -1,5 +1,5 @@
-//! Opens one image file, by its first bytes and not by its name; only raw files, which have no first bytes of their own, are
-//! known by the description beside them.
+//! Opens one image file, by its first bytes and not by its name; only raw files, which have no first bytes of
+//! their own, are known by the description beside them.
 
 use std::io::{self, Read, Seek};
 use std::path::{Path, PathBuf};

@@ -122,8 +122,8 @@ impl RowReader for PngReader {
     }
 }
 
-/// Refuses an image without texels; of anything else that is wrong with the header the decoder tells. Gives the width, as far
-/// as there is one, and goes back to the start.
+/// Refuses an image without texels; of anything else that is wrong with the header the decoder tells. Gives
+/// the width, as far as there is one, and goes back to the start.
 fn check_size(file: &mut File) -> Result<u32, InputFault> {
     let mut start = Vec::with_capacity(24);
     file.by_ref().take(24).read_to_end(&mut start)?;
@@ -140,7 +140,8 @@ fn check_size(file: &mut File) -> Result<u32, InputFault> {
     Ok(0)
 }
 
-/// Whether there is a profile before the picture: of one that it cannot read, the decoder says nothing. Goes back to the start.
+/// Whether there is a profile before the picture: of one that it cannot read, the decoder says nothing. Goes
+/// back to the start.
 fn has_profile(file: &mut File) -> Result<bool, InputFault> {
     const SIGNATURE_BYTES: u64 = 8;
     let mut at = SIGNATURE_BYTES;
@@ -161,7 +162,8 @@ fn has_profile(file: &mut File) -> Result<bool, InputFault> {
     Ok(found)
 }
 
-/// What the file says of its colours, unless that is sRGB in so many words: of several chunks, the one that counts.
+/// What the file says of its colours, unless that is sRGB in so many words: of several chunks, the one that
+/// counts.
 fn profile(info: &Info<'_>, has_profile: bool) -> Option<Profile> {
     if let Some(points) = info.coding_independent_code_points {
         let (primaries, transfer) = (points.color_primaries, points.transfer_function);

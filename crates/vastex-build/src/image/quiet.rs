@@ -1,7 +1,8 @@
 //! Panics of other people's decoders that become errors here: caught, and nothing is printed of them.
 //!
-//! What is printed of a panic is the hook's business, and there is one hook for the whole program. So the first call puts one in front
-//! of whatever hook there is, which says nothing while its thread is in here, and hands on everything else.
+//! What is printed of a panic is the hook's business, and there is one hook for the whole program. So the
+//! first call puts one in front of whatever hook there is, which says nothing while its thread is in here,
+//! and hands on everything else.
 
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
@@ -15,8 +16,8 @@ thread_local! {
 
 static HOOK: Once = Once::new();
 
-/// Runs something that may panic, without a word. Nothing that it was given may be used after a panic. A hook that the program
-/// sets later is asked as ever.
+/// Runs something that may panic, without a word. Nothing that it was given may be used after a panic. A hook
+/// that the program sets later is asked as ever.
 pub(super) fn catch<R>(run: impl FnOnce() -> R) -> thread::Result<R> {
     // Hooks cannot be changed while a thread unwinds.
     if !thread::panicking() {

@@ -1,4 +1,5 @@
-//! Tests of reading with help: that it is truly done at once, gives the same rows, the same faults and the same containers.
+//! Tests of reading with help: that it is truly done at once, gives the same rows, the same faults and the
+//! same containers.
 
 #[path = "../../tests/suite/common/files.rs"]
 #[allow(dead_code, unreachable_pub, reason = "shared with the other test program, which uses all of it")]

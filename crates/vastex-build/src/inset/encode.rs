@@ -1,4 +1,5 @@
-//! The last step of a texture with insets: its tiles, compressed as they were asked for, on their way to the output.
+//! The last step of a texture with insets: its tiles, compressed as they were asked for, on their way to the
+//! output.
 
 use std::borrow::Cow;
 use std::path::Path;
@@ -22,8 +23,8 @@ use crate::tile::{Findings, TileEncoder};
 /// Bytes of texels that are encoded side by side.
 const BATCH_BYTES: usize = 8 << 20;
 
-/// Writes the container at `unfinished`, no layer of which is compressed in blocks, as `texture`, along the curve; says what was
-/// found.
+/// Writes the container at `unfinished`, no layer of which is compressed in blocks, as `texture`, along the
+/// curve; says what was found.
 pub(super) fn encode(
     unfinished: &Path,
     writer: ContainerWriter<TempFile>,

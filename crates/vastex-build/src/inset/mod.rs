@@ -1,9 +1,10 @@
 //! Images that are finer than the texture in which they lie: a city in full detail on a coarse world.
 //!
-//! The texture gets as many levels more as the finest inset needs, and pages on them only where insets are. It is built
-//! without insets into a file beside the output ([`unfinished`]), each inset is put into that as [`crate::replace()`] does, from
-//! its own level on, and when all are in, the tiles are encoded on their way to where they are asked for ([`encode`]). Until
-//! then no layer is compressed in blocks, so what comes out is what a build of the whole picture gives there too.
+//! The texture gets as many levels more as the finest inset needs, and pages on them only where insets are.
+//! It is built without insets into a file beside the output ([`unfinished`]), each inset is put into that as
+//! [`crate::replace()`] does, from its own level on, and when all are in, the tiles are encoded on their way
+//! to where they are asked for ([`encode`]). Until then no layer is compressed in blocks, so what comes out
+//! is what a build of the whole picture gives there too.
 
 mod encode;
 mod unfinished;
@@ -23,8 +24,8 @@ use crate::progress::Progress;
 use crate::replace::{self, OpenImage, Placed, ReplaceError, ReplaceOptions, Replaced, Rules};
 use unfinished::Unfinished;
 
-/// Makes a container with the insets that the options ask for; there is at least one. Finer ones lie over coarser ones, later
-/// ones over earlier ones.
+/// Makes a container with the insets that the options ask for; there is at least one. Finer ones lie over
+/// coarser ones, later ones over earlier ones.
 pub(crate) fn build(
     mut layers: Vec<OpenLayer>,
     output: &Path,
@@ -38,7 +39,8 @@ pub(crate) fn build(
     let texture = Arc::new(finer(&layers::describe(&layers, options)?, finest)?);
     let filters = filters(&layers, options)?;
     let insets = check(&options.insets, &texture, &filters, output, options)?;
-    // Whoever works for hours should know first whether there can be an output; and nobody else builds there meanwhile.
+    // Whoever works for hours should know first whether there can be an output; and nobody else builds there
+    // meanwhile.
     let writer_options = options.writer_options(filters);
     let writer = ContainerWriter::claim(output, (*texture).clone(), writer_options, options.resume)?;
     let same = unfinished::fingerprint(&layers, &texture, options)?;
@@ -119,7 +121,8 @@ struct Checked<'a> {
     memory: u64,
 }
 
-/// The insets in the order in which they are put into the texture, if they suit it. Nothing has been built yet.
+/// The insets in the order in which they are put into the texture, if they suit it. Nothing has been built
+/// yet.
 fn check<'a>(
     insets: &'a [Inset],
     texture: &Arc<Description>,

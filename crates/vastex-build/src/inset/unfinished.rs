@@ -1,7 +1,8 @@
 //! The file in which a texture waits for its insets, beside the output.
 //!
-//! Its name ([`leftovers`]) says of which build it is and how many insets are in it, so that a build that was killed can be gone on with. It
-//! belongs to whoever has claimed the output's place; where nobody goes on with it, whoever builds there next removes it.
+//! Its name ([`leftovers`]) says of which build it is and how many insets are in it, so that a build that was
+//! killed can be gone on with. It belongs to whoever has claimed the output's place; where nobody goes on
+//! with it, whoever builds there next removes it.
 
 use std::path::{Path, PathBuf};
 
@@ -38,8 +39,8 @@ pub(super) struct Unfinished {
 }
 
 impl Unfinished {
-    /// What an interrupted build of the same fingerprint left, if `resume` says so, or nothing yet; all else is removed. The
-    /// caller has claimed the output's place.
+    /// What an interrupted build of the same fingerprint left, if `resume` says so, or nothing yet; all else
+    /// is removed. The caller has claimed the output's place.
     pub(super) fn find(output: &Path, fingerprint: u64, resume: bool) -> Result<Unfinished, BuildError> {
         let output = place::resolved(output).unwrap_or_else(|| output.into());
         if !resume {

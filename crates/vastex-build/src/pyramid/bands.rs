@@ -1,9 +1,9 @@
 //! Rows of pages of one level: in which order they are cut, and which rows each of them needs.
 //!
-//! Bands are cut from the top as soon as their last row is there. Where the vertical edge wraps, the first band
-//! needs the level's last rows and so is cut last (with others, where they show rows that are made last), and the last
-//! bands need the level's first rows, which are held until then. Where the edge mirrors, the last band looks back one
-//! band further.
+//! Bands are cut from the top as soon as their last row is there. Where the vertical edge wraps, the first
+//! band needs the level's last rows and so is cut last (with others, where they show rows that are made
+//! last), and the last bands need the level's first rows, which are held until then. Where the edge mirrors,
+//! the last band looks back one band further.
 
 use vastex_core::{AddressMode, Geometry, PagePos, fold, is_border_color};
 
@@ -55,8 +55,8 @@ impl<'a> Bands<'a> {
         Some(band)
     }
 
-    /// The rows of the level along a tile of a band, from the tile's first row to its last; nothing where the border
-    /// colour stands.
+    /// The rows of the level along a tile of a band, from the tile's first row to its last; nothing where the
+    /// border colour stands.
     pub(crate) fn rows(geometry: &Geometry, level: u8, band: u32) -> impl Iterator<Item = Option<u32>> {
         let (mode, height) = (geometry.address()[1], geometry.level(level).size[1]);
         let rows = geometry.level_box_of_tile(PagePos::new_2d(level, 0, band));
@@ -101,7 +101,8 @@ pub(crate) fn row_at(mode: AddressMode, y: i64, height: u32) -> Option<u32> {
     (!is_border_color(mode, y, height)).then(|| fold(mode, y, height))
 }
 
-/// Bands at the top that can only be cut when a level is complete, where up to `first` of its rows are made last.
+/// Bands at the top that can only be cut when a level is complete, where up to `first` of its rows are made
+/// last.
 pub(crate) fn late_bands(geometry: &Geometry, first: u32) -> u32 {
     match geometry.address()[1] {
         AddressMode::Wrap => (first + geometry.border()[1]).div_ceil(geometry.page()[1]).max(1),

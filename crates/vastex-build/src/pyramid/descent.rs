@@ -20,8 +20,8 @@ pub(crate) fn factor(from: LevelsFrom, level: u8) -> u32 {
     1 << (level - from.source(level))
 }
 
-/// The order in which the rows of each level are made. Where a wrapping edge puts a level's last rows before its first,
-/// the rows that are made of those come last.
+/// The order in which the rows of each level are made. Where a wrapping edge puts a level's last rows before
+/// its first, the rows that are made of those come last.
 pub(crate) fn row_orders(geometry: &Geometry, filter: LayerFilter) -> Vec<RowOrder> {
     let mut orders: Vec<RowOrder> = Vec::new();
     for level in 0..=geometry.coarsest() {

@@ -1,4 +1,5 @@
-//! Rows with what lies beyond their ends: as they are stored, so that a tile's row is one copy, and as filters want them.
+//! Rows with what lies beyond their ends: as they are stored, so that a tile's row is one copy, and as
+//! filters want them.
 
 use std::ops::Range;
 
@@ -23,7 +24,8 @@ pub(crate) struct RowLayout {
     pub(crate) texel: usize,
     /// Texels before the first one of the level.
     left: usize,
-    /// For each padding texel, left ones first, the texel of the stored row that it repeats, or the border colour.
+    /// For each padding texel, left ones first, the texel of the stored row that it repeats, or the border
+    /// colour.
     sources: Vec<Option<u32>>,
     /// A texel of the border colour.
     color: Vec<u8>,

@@ -1,12 +1,12 @@
 //! All levels of a texture from one pass over the rows of the finest.
 //!
-//! Rows go in at the top ([`Pyramid::push`]); each level takes rows of a finer one to make its own ([`descent`]), or
-//! all take those of level 0 ([`straight`]); and as soon as a band of pages has all its rows, borders included, its
-//! tiles can be cut ([`Pyramid::cut_band`]). A row is stored with what the address mode puts to its left and right
-//! ([`layout`]), so that a tile's row is one copy.
+//! Rows go in at the top ([`Pyramid::push`]); each level takes rows of a finer one to make its own
+//! ([`descent`]), or all take those of level 0 ([`straight`]); and as soon as a band of pages has all its
+//! rows, borders included, its tiles can be cut ([`Pyramid::cut_band`]). A row is stored with what the
+//! address mode puts to its left and right ([`layout`]), so that a tile's row is one copy.
 //!
-//! Which of the bands that are ready is cut when, and what the layers of a tile have to do with one another, is
-//! [`stack`]'s business.
+//! Which of the bands that are ready is cut when, and what the layers of a tile have to do with one another,
+//! is [`stack`]'s business.
 
 mod bands;
 mod descent;
@@ -45,8 +45,8 @@ pub(crate) struct Shape<'a> {
 }
 
 impl Shape<'_> {
-    /// Rows of level 0 that are best pushed at once: even, whole blocks if they are more than two, and a function of the
-    /// width alone.
+    /// Rows of level 0 that are best pushed at once: even, whole blocks if they are more than two, and a
+    /// function of the width alone.
     pub(crate) fn block_rows(self) -> u32 {
         let rows = BLOCK_BYTES / row_bytes(self.geometry, self.format, 0);
         let rows = (rows as u32).clamp(2, 256);
@@ -59,9 +59,9 @@ impl Shape<'_> {
         late_bands(self.geometry, first.unwrap_or(0))
     }
 
-    /// Bytes that a pyramid holds at most, of which `block` rows are pushed at once and `late` bands cut last, and into which
-    /// `ahead` times so many rows are pushed while bands that were cut before are held. A function of the width and of the
-    /// pages, but not of the height.
+    /// Bytes that a pyramid holds at most, of which `block` rows are pushed at once and `late` bands cut
+    /// last, and into which `ahead` times so many rows are pushed while bands that were cut before are held.
+    /// A function of the width and of the pages, but not of the height.
     pub(crate) fn memory(self, block: u32, late: u32, ahead: u32) -> u64 {
         let geometry = self.geometry;
         let tail = geometry.tail().first_level();
@@ -140,8 +140,8 @@ struct LevelRows<'a> {
 }
 
 impl<'a> Pyramid<'a> {
-    /// For pushes of `block_rows` rows, which is even. `late` is at least [`Shape::late_bands`], and the same for all
-    /// layers of a texture.
+    /// For pushes of `block_rows` rows, which is even. `late` is at least [`Shape::late_bands`], and the same
+    /// for all layers of a texture.
     pub(crate) fn new(shape: Shape<'a>, block_rows: u32, late: u32) -> Pyramid<'a> {
         let Shape { geometry, format, filter, border_color } = shape;
         let (orders, color) = (row_orders(geometry, filter), texel_of_color(format, border_color));
@@ -184,8 +184,8 @@ impl<'a> Pyramid<'a> {
         rows + self.straight.as_ref().map_or(0, Straight::allocated)
     }
 
-    /// Takes the next rows of the image, which are as many as [`Pyramid::new`] was told except at its end, and makes of
-    /// them what can be made of all coarser levels.
+    /// Takes the next rows of the image, which are as many as [`Pyramid::new`] was told except at its end,
+    /// and makes of them what can be made of all coarser levels.
     pub(crate) fn push(&mut self, image_rows: &[u8], conversion: &Conversion) {
         let level = &mut self.levels[0];
         let image_row_bytes = level.layout.width * conversion.image_texel_bytes();
@@ -239,8 +239,8 @@ impl<'a> Pyramid<'a> {
         level.bands.as_ref().is_some_and(|bands| bands.is_ready(level.rows.filled()))
     }
 
-    /// The next band of a level, if it has all its rows; it counts as cut from here on. Its rows stay as they are for as long
-    /// as it is held, whatever is pushed and forgotten meanwhile.
+    /// The next band of a level, if it has all its rows; it counts as cut from here on. Its rows stay as they
+    /// are for as long as it is held, whatever is pushed and forgotten meanwhile.
     pub(crate) fn cut_band(&mut self, number: u8) -> Option<Band<'a>> {
         let level = &mut self.levels[usize::from(number)];
         let y = level.bands.as_mut()?.next(level.rows.filled())?;
@@ -308,7 +308,8 @@ impl<'a> Band<'a> {
         self.rows.iter().map(|row| &row.bytes()[bytes.clone()]).collect()
     }
 
-    /// Along the tiles of some columns, borders included: the rows of texels from which rows of blocks are made.
+    /// Along the tiles of some columns, borders included: the rows of texels from which rows of blocks are
+    /// made.
     pub(crate) fn strips(&self, columns: &Range<u32>) -> Vec<Strip<'_>> {
         let bytes = self.bytes(columns);
         let fours = self.rows.as_chunks::<SIDE>().0.iter();

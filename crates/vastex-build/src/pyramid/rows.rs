@@ -1,9 +1,9 @@
-//! The rows of one level that are still needed: a window that moves down, and the first rows where the bottom edge
-//! needs them again.
+//! The rows of one level that are still needed: a window that moves down, and the first rows where the bottom
+//! edge needs them again.
 //!
-//! Rows lie in blocks that are used again once nothing needs them, so memory follows the width of the level and never
-//! its height. Tiles are encoded while the rows below them are made: whoever holds a row ([`Row`]) keeps its block as it
-//! is, and rows that come into such a block go into a copy of it.
+//! Rows lie in blocks that are used again once nothing needs them, so memory follows the width of the level
+//! and never its height. Tiles are encoded while the rows below them are made: whoever holds a row ([`Row`])
+//! keeps its block as it is, and rows that come into such a block go into a copy of it.
 
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -85,8 +85,8 @@ pub(crate) struct Rows {
 }
 
 impl Rows {
-    /// For rows of `row_bytes` each, in blocks of `block_rows`. The first `head_rows` are never forgotten; those that come
-    /// last in the order are among them.
+    /// For rows of `row_bytes` each, in blocks of `block_rows`. The first `head_rows` are never forgotten;
+    /// those that come last in the order are among them.
     pub(crate) fn new(order: RowOrder, row_bytes: usize, block_rows: u32, head_rows: u32) -> Rows {
         let head_blocks = head_rows.max(order.first).div_ceil(block_rows);
         Rows {

@@ -1,8 +1,9 @@
 //! Blocks that neighbouring tiles share, made once.
 //!
-//! Where pages are whole blocks, the blocks of a tile's border are blocks of the tile beside it too. Tiles beside one another
-//! are encoded in long rows of blocks, which encoders that take several blocks at a time also like; the rows of blocks
-//! that the tiles below begin with are kept for them. The bytes are the same: a block depends on its own texels alone.
+//! Where pages are whole blocks, the blocks of a tile's border are blocks of the tile beside it too. Tiles
+//! beside one another are encoded in long rows of blocks, which encoders that take several blocks at a time
+//! also like; the rows of blocks that the tiles below begin with are kept for them. The bytes are the same: a
+//! block depends on its own texels alone.
 
 use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -37,8 +38,8 @@ pub(crate) fn memory(geometry: &Geometry, format: LayerFormat) -> u64 {
 
 /// What was last encoded of each level of a layer, as far as the next row of pages shows it too.
 ///
-/// A thread takes what it needs, encodes, and puts back what it made: no lock is held meanwhile. Where the tile above is
-/// still being encoded, its blocks are made once more.
+/// A thread takes what it needs, encodes, and puts back what it made: no lock is held meanwhile. Where the
+/// tile above is still being encoded, its blocks are made once more.
 pub(crate) struct Seams {
     /// By level, then by column.
     levels: Vec<Vec<Mutex<Seam>>>,
@@ -58,8 +59,8 @@ impl Seams {
         Seams { levels: (0..geometry.tail().first_level()).map(seams).collect() }
     }
 
-    /// Appends its blocks to each of some neighbouring tiles of a band, from column `first` on, all of which are there.
-    /// Pages are whole blocks. `encode` appends a row of blocks.
+    /// Appends its blocks to each of some neighbouring tiles of a band, from column `first` on, all of which
+    /// are there. Pages are whole blocks. `encode` appends a row of blocks.
     pub(crate) fn encode(
         &self,
         format: LayerFormat,
@@ -75,7 +76,8 @@ impl Seams {
         let seams = &self.levels[usize::from(pos.level)][first as usize..][..tiles.len()];
         let mut known: Vec<Vec<u8>> = seams.iter().map(|seam| lock(seam).take(pos.y)).collect();
         let encoder = Rows { format, encode, band };
-        // Rows that are made apart from the others; none where nothing is known, since more threads can share more rows.
+        // Rows that are made apart from the others; none where nothing is known, since more threads can share
+        // more rows.
         let apart = if known.iter().all(Vec::is_empty) { 0 } else { shared };
         let mut column = first as usize;
         for run in known.chunk_by(|one, next| one.is_empty() == next.is_empty()) {
@@ -120,8 +122,8 @@ struct Rows<'a, E> {
 }
 
 impl<E: Fn(&Strip<'_>, &mut Vec<u8>) + Sync> Rows<'_, E> {
-    /// Appends some rows of its blocks to each of some neighbouring tiles, from column `first` on. Threads that have nothing
-    /// else to do help.
+    /// Appends some rows of its blocks to each of some neighbouring tiles, from column `first` on. Threads
+    /// that have nothing else to do help.
     fn append(&self, first: u32, rows: Range<usize>, tiles: &mut [Option<Vec<u8>>]) {
         let geometry = self.band.geometry();
         let bytes = |texels: u32| texels as usize / SIDE * self.format.block_bytes();

@@ -1,7 +1,7 @@
 //! All layers of a texture at once: a pyramid for each, whose rows of pages are cut together into tiles.
 //!
-//! A layer at a fraction of the resolution has that fraction of the rows, and the same rows of pages. A tile's bytes are its
-//! layers one after the other, those of compressed ones encoded here, borders included.
+//! A layer at a fraction of the resolution has that fraction of the rows, and the same rows of pages. A
+//! tile's bytes are its layers one after the other, those of compressed ones encoded here, borders included.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -53,8 +53,8 @@ impl LayerPlan {
     }
 }
 
-/// Rows of the texture that are best pushed at once: a whole, even number of rows of each layer, and a function of the
-/// texture's shape and layers alone.
+/// Rows of the texture that are best pushed at once: a whole, even number of rows of each layer, and a
+/// function of the texture's shape and layers alone.
 pub(crate) fn block_rows(plans: &[LayerPlan]) -> u32 {
     let unit = 2 * plans.iter().map(|plan| plan.layer.scale).max().unwrap_or(1);
     let of_layer = |plan: &LayerPlan| plan.layer.scale * plan.shape().block_rows();
@@ -62,8 +62,8 @@ pub(crate) fn block_rows(plans: &[LayerPlan]) -> u32 {
     (rows / unit * unit).max(unit)
 }
 
-/// Bytes that all pyramids hold at most, where so many times [`block_rows`] rows are pushed while bands that were cut before
-/// are held.
+/// Bytes that all pyramids hold at most, where so many times [`block_rows`] rows are pushed while bands that
+/// were cut before are held.
 pub(crate) fn memory(plans: &[LayerPlan], encoder: &TileEncoder, ahead: u32) -> u64 {
     let block = block_rows(plans);
     let late = late_bands(plans);
@@ -108,7 +108,8 @@ impl<'a> Stack<'a> {
         }
     }
 
-    /// Hands every row of pages that is ready in all layers to `cut`, the finest level first. Stops at the first error.
+    /// Hands every row of pages that is ready in all layers to `cut`, the finest level first. Stops at the
+    /// first error.
     pub(crate) fn cut_ready<E>(&mut self, mut cut: impl FnMut(Bands<'a>) -> Result<(), E>) -> Result<(), E> {
         let Some(geometry) = self.plans.first().map(|plan| &plan.geometry) else { return Ok(()) };
         for level in 0..geometry.tail().first_level() {
@@ -148,7 +149,8 @@ impl<'a> Stack<'a> {
     }
 }
 
-/// A row of pages, all of whose rows are there in every layer, and stay as they are for as long as this is held.
+/// A row of pages, all of whose rows are there in every layer, and stay as they are for as long as this is
+/// held.
 pub(crate) struct Bands<'a> {
     plans: &'a [LayerPlan],
     encoder: &'a TileEncoder,
@@ -173,7 +175,8 @@ impl Bands<'_> {
         self.layers[0].pos(x)
     }
 
-    /// Whether its tile is transparent, border included, in every layer that has an alpha channel. At least one has.
+    /// Whether its tile is transparent, border included, in every layer that has an alpha channel. At least
+    /// one has.
     pub(crate) fn is_transparent(&self, x: u32) -> bool {
         let with_alpha = self.plans.iter().zip(&self.layers).filter(|(plan, _)| plan.has_alpha());
         with_alpha.into_iter().all(|(_, band)| band.is_transparent(x))

@@ -1,13 +1,14 @@
 //! Levels made straight from level 0, in one pass: sums that stay open while its rows pass by.
 //!
-//! Each row of level 0 is mixed along itself down to the width of every coarser level, and what comes out is added,
-//! weighted, to each row of that level that it is part of. A row is rounded once, when its last part has come. Sums
-//! are of 64-bit floats, since thousands of texels go into one, and take their parts in the order of level 0's rows, so
-//! they depend on no number of threads.
+//! Each row of level 0 is mixed along itself down to the width of every coarser level, and what comes out is
+//! added, weighted, to each row of that level that it is part of. A row is rounded once, when its last part
+//! has come. Sums are of 64-bit floats, since thousands of texels go into one, and take their parts in the
+//! order of level 0's rows, so they depend on no number of threads.
 //!
-//! Open are as many rows of a level as its kernel is wide, those that a batch of rows adds, and where the vertical edge
-//! wraps the last ones from the beginning, for the first rows of level 0 are part of them. So memory follows the width
-//! and never the height; weights across the rows, which are as many as level 0 has, are computed when they are wanted.
+//! Open are as many rows of a level as its kernel is wide, those that a batch of rows adds, and where the
+//! vertical edge wraps the last ones from the beginning, for the first rows of level 0 are part of them. So
+//! memory follows the width and never the height; weights across the rows, which are as many as level 0 has,
+//! are computed when they are wanted.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -229,7 +230,8 @@ impl Down {
 struct Columns {
     width: usize,
     factor: usize,
-    /// What texels of the level are made of that look beyond no edge: from `factor` times their number plus `first` on.
+    /// What texels of the level are made of that look beyond no edge: from `factor` times their number plus
+    /// `first` on.
     first: i64,
     weights: Vec<f64>,
     inner: Range<usize>,
@@ -261,7 +263,8 @@ impl Columns {
         let is_inner = |x: &usize| start(*x) >= 0 && start(*x) + kernel.count <= i64::from(size);
         let first_inner = (0..width).find(is_inner).unwrap_or(width);
         let inner = first_inner..first_inner + (first_inner..width).take_while(is_inner).count();
-        // One after the other: the kernels of the coarsest levels are as long as the longer axis, which need not be this.
+        // One after the other: the kernels of the coarsest levels are as long as the longer axis, which need
+        // not be this.
         let weight = |tap| kernel.weight(tap) / sum;
         let all = (0..if inner.is_empty() { 0 } else { kernel.count }).map(weight);
         let outer: Vec<usize> = (0..inner.start).chain(inner.end..width).collect();

@@ -1,5 +1,5 @@
-//! The tile of the tail: every level of it with its border, at the place that core gives it; zero in between, but for
-//! the rest of a box's last blocks.
+//! The tile of the tail: every level of it with its border, at the place that core gives it; zero in between,
+//! but for the rest of a box's last blocks.
 
 use vastex_core::{Geometry, LayerFormat};
 

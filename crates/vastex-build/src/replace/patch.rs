@@ -1,5 +1,5 @@
-//! The texels of one level that a replacement holds: those that change, and around them those of which the next level
-//! is made.
+//! The texels of one level that a replacement holds: those that change, and around them those of which the
+//! next level is made.
 
 use std::ops::Range;
 
@@ -47,8 +47,8 @@ impl Patch {
         &mut self.bytes[place]
     }
 
-    /// Makes the texels `changed` from those of the finer level, whose axes are `axes`. `color` is a texel of the border
-    /// colour.
+    /// Makes the texels `changed` from those of the finer level, whose axes are `axes`. `color` is a texel of
+    /// the border colour.
     pub(super) fn filter_from(
         &mut self,
         finer: &Patch,

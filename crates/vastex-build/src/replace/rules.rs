@@ -72,8 +72,8 @@ impl Rules {
         self.shapes.iter().map(LayerShape::texel_bytes).sum::<usize>().max(1)
     }
 
-    /// The bytes that replacing takes at most with these images; an error where those are too many. `is_sparse` says whether
-    /// pages may lack tiles.
+    /// The bytes that replacing takes at most with these images; an error where those are too many.
+    /// `is_sparse` says whether pages may lack tiles.
     pub(crate) fn check_memory(
         &self,
         images: &[OpenImage<'_>],
@@ -123,7 +123,8 @@ impl LayerRules {
         self.shape.axes(level, self.filter.reach)
     }
 
-    /// The texels of a level that are held where `changed` ones change: those of which the next level is made.
+    /// The texels of a level that are held where `changed` ones change: those of which the next level is
+    /// made.
     pub(super) fn held(&self, level: u8, changed: &[Spans; 2]) -> [Spans; 2] {
         let axes = self.axes(level);
         match level == self.shape.geometry.coarsest() {

@@ -56,7 +56,8 @@ impl Replacement<'_> {
         &self.rules.description.geometry
     }
 
-    /// Replaces the pages of all levels from that of the images on, which all belong to one level. At least one image.
+    /// Replaces the pages of all levels from that of the images on, which all belong to one level. At least
+    /// one image.
     pub(super) fn run(
         &self,
         update: &mut ContainerUpdate,
@@ -148,7 +149,8 @@ impl Replacement<'_> {
         Ok(patch)
     }
 
-    /// Fills what does not change within one page from what it shows before. All of a level of the tail counts as one page.
+    /// Fills what does not change within one page from what it shows before. All of a level of the tail
+    /// counts as one page.
     fn fill_unchanged(
         &self,
         patch: &mut Patch,
@@ -192,7 +194,8 @@ impl Replacement<'_> {
         slice.finish(&self.encoder, change.rules.number, part);
     }
 
-    /// Writes the new tiles of a level finer than the tail; `advance` is told bytes written, and whether to go on.
+    /// Writes the new tiles of a level finer than the tail; `advance` is told bytes written, and whether to
+    /// go on.
     fn replace_pages(
         &self,
         update: &mut ContainerUpdate,
@@ -223,8 +226,8 @@ impl Replacement<'_> {
         Ok(())
     }
 
-    /// The pages that get a new tile if it differs from theirs: of those that have one or get their first (in `made`), all
-    /// that show a texel that changes, or one of a page in `made`.
+    /// The pages that get a new tile if it differs from theirs: of those that have one or get their first (in
+    /// `made`), all that show a texel that changes, or one of a page in `made`.
     fn pages(&self, level: u8, changes: &[Change<'_>], made: Option<&PageBox>) -> Vec<PagePos> {
         let mut found = BTreeSet::new();
         let mut add = |[columns, rows]: [Vec<u32>; 2]| {
@@ -244,8 +247,8 @@ impl Replacement<'_> {
         positions.filter(|&pos| self.before.has(pos) || made.is_some_and(|made| made.contains(pos))).collect()
     }
 
-    /// A page's tile with the new texels; nothing where it is the one that it has. `made` are pages of the level, of which
-    /// some get their first tile.
+    /// A page's tile with the new texels; nothing where it is the one that it has. `made` are pages of the
+    /// level, of which some get their first tile.
     fn new_tile(
         &self,
         pos: PagePos,

@@ -1,7 +1,8 @@
 //! One layer's part of a tile while texels of it change.
 //!
-//! What is not touched keeps the bytes that it has. Of a layer compressed in blocks, only those blocks are encoded again that
-//! hold a texel that changed: what the others lost when they were made is all that they ever lose.
+//! What is not touched keeps the bytes that it has. Of a layer compressed in blocks, only those blocks are
+//! encoded again that hold a texel that changed: what the others lost when they were made is all that they
+//! ever lose.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -77,8 +78,8 @@ impl LayerShape {
     }
 }
 
-/// How much nearer to what it should be a block of which only some texels are new must become to be encoded again: the others
-/// lose a little each time, and the same change again and again shall soon change nothing.
+/// How much nearer to what it should be a block of which only some texels are new must become to be encoded
+/// again: the others lose a little each time, and the same change again and again shall soon change nothing.
 const GAIN: f64 = 2.0;
 
 /// What has happened to a block.
@@ -142,8 +143,8 @@ impl<'a> Slice<'a> {
         }
     }
 
-    /// Takes the blocks that hold any texel of a box from another tile's `part`, where the box begins at `from`. The texels
-    /// are left to the caller.
+    /// Takes the blocks that hold any texel of a box from another tile's `part`, where the box begins at
+    /// `from`. The texels are left to the caller.
     pub(super) fn take_blocks(
         &mut self,
         part: &[u8],
@@ -196,7 +197,8 @@ impl<'a> Slice<'a> {
         part.copy_from_slice(&self.blocks);
     }
 
-    /// Encodes the blocks of a row that are new. One of which only some texels are stays as it was where [`GAIN`] says so.
+    /// Encodes the blocks of a row that are new. One of which only some texels are stays as it was where
+    /// [`GAIN`] says so.
     fn encode_row(&mut self, row: usize, encoder: &TileEncoder, layer: usize) {
         let (side, texel) = (self.shape.block_side(), self.shape.texel());
         let (format, bytes) = (self.shape.layer.format, self.shape.layer.format.block_bytes());

@@ -1,7 +1,7 @@
 //! What says that the files of a directory are those that another run read: their names, sizes and times.
 //!
-//! No file is opened. A file that is overwritten with as many bytes within one tick of the file system's clock stays
-//! unnoticed, as it does to every program that goes by times.
+//! No file is opened. A file that is overwritten with as many bytes within one tick of the file system's
+//! clock stays unnoticed, as it does to every program that goes by times.
 
 use std::ffi::OsString;
 use std::fs;

@@ -17,7 +17,8 @@ impl Between {
         Between { first, len, shift }
     }
 
-    /// The nearest coarse texel before the middle of fine texel `n`, and how far behind that one's middle it lies.
+    /// The nearest coarse texel before the middle of fine texel `n`, and how far behind that one's middle it
+    /// lies.
     fn tap(&self, n: u32) -> (i64, f32) {
         // In halves of fine texels, counted from the middle of coarse texel 0.
         let (position, coarse) = (2 * i64::from(self.first + n) + 1 - (1 << self.shift), 2i64 << self.shift);

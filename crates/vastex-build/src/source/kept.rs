@@ -18,8 +18,8 @@ const MOST: u64 = 256;
 /// A file that is decoded, or being decoded by whoever holds the lock.
 type Slot = Arc<Mutex<Option<Arc<Decoded>>>>;
 
-/// Decoded files, the newest first. The list is never locked while a file is decoded; who needs a file that is being
-/// decoded waits for that one alone.
+/// Decoded files, the newest first. The list is never locked while a file is decoded; who needs a file that
+/// is being decoded waits for that one alone.
 pub(super) struct KeptTiles {
     capacity: usize,
     slots: Mutex<VecDeque<(PathBuf, Slot)>>,
@@ -34,7 +34,8 @@ impl KeptTiles {
         KeptTiles { capacity, slots: Mutex::default(), reads: StoreCounter::default() }
     }
 
-    /// The file of a piece. A file that cannot be decoded is forgotten, so that the next one who asks tries again.
+    /// The file of a piece. A file that cannot be decoded is forgotten, so that the next one who asks tries
+    /// again.
     pub(super) fn load(&self, piece: &Piece, format: PixelFormat) -> Result<Arc<Decoded>, InputFault> {
         let slot = self.slot(piece);
         let mut found = lock(&slot);

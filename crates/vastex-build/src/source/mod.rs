@@ -1,9 +1,9 @@
 //! Tile directories as sources of tiles: any page of any level, straight from the directory's own files.
 //!
-//! Pages and cells need not have the same size: a page is put together from the cells that it overlaps, its borders from
-//! those that lie around it. Where a level has no tile of its own, its ancestor's texels are interpolated; levels that
-//! are coarser than the directory's coarsest are filtered when it is opened. What a directory is, its layout's
-//! module says; which files are kept decoded, [`kept`].
+//! Pages and cells need not have the same size: a page is put together from the cells that it overlaps, its
+//! borders from those that lie around it. Where a level has no tile of its own, its ancestor's texels are
+//! interpolated; levels that are coarser than the directory's coarsest are filtered when it is opened. What a
+//! directory is, its layout's module says; which files are kept decoded, [`kept`].
 
 mod identity;
 mod interpolate;
@@ -31,8 +31,9 @@ const MAX_MADE_BYTES: u64 = 256 << 20;
 
 /// The tiles of a directory of Gaia Sky, Celestia, Deep Zoom or the prototype, as pages of 128 or 256 texels.
 ///
-/// A file that cannot be read is an error of the pages that need it, and is tried again when they are asked for again.
-/// Holds up to 64 MiB of decoded files and, in full, the levels that are coarser than the directory's.
+/// A file that cannot be read is an error of the pages that need it, and is tried again when they are asked
+/// for again. Holds up to 64 MiB of decoded files and, in full, the levels that are coarser than the
+/// directory's.
 pub struct DirectorySource {
     description: Arc<Description>,
     /// Where the tiles are.
@@ -61,8 +62,8 @@ pub enum SourceError {
 }
 
 impl DirectorySource {
-    /// Opens a directory, or the `.dzi` or `.ctx` file that describes one. Reads headers and lists of files and, where the
-    /// directory does not go down to one texel, its coarsest level.
+    /// Opens a directory, or the `.dzi` or `.ctx` file that describes one. Reads headers and lists of files
+    /// and, where the directory does not go down to one texel, its coarsest level.
     pub fn open(path: impl AsRef<Path>) -> Result<DirectorySource, SourceError> {
         let path = path.as_ref();
         let at_path = |fault| SourceError::Input { path: path.into(), fault };
@@ -188,7 +189,8 @@ impl TileSource for DirectorySource {
         None
     }
 
-    /// Goes by the names, sizes and times of all files, which are looked up at every call. Nothing where one cannot be.
+    /// Goes by the names, sizes and times of all files, which are looked up at every call. Nothing where one
+    /// cannot be.
     fn identity(&self) -> Option<SourceKey> {
         identity(&self.directory).ok()
     }
@@ -214,8 +216,8 @@ impl TileSource for DirectorySource {
         None
     }
 
-    /// Files are read again, wherever the region lies. The levels that the directory lacks stay as they were made when it was
-    /// opened.
+    /// Files are read again, wherever the region lies. The levels that the directory lacks stay as they were
+    /// made when it was opened.
     fn changed(&self, _: &vastex_core::Region) {
         self.levels.kept.forget();
     }

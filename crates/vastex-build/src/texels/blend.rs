@@ -1,8 +1,8 @@
 //! Stored texels of integers as sums of others, each with its weight; all weights of a sum come to 1.
 //!
-//! Colour is blended in linear light and weighted by alpha, everything else as it is stored. Levels are made by
-//! [`super::filter`] instead, and images of another size by [`super::scaled`]: each rounds in its own way, on which the bytes of
-//! what it makes depend.
+//! Colour is blended in linear light and weighted by alpha, everything else as it is stored. Levels are made
+//! by [`super::filter`] instead, and images of another size by [`super::scaled`]: each rounds in its own way,
+//! on which the bytes of what it makes depend.
 
 use vastex_core::LayerFormat;
 

@@ -1,8 +1,8 @@
 //! Block compression: the texels of a tile as the blocks that GPUs read.
 //!
-//! A block's bytes depend on its 16 texels alone, so neighbouring tiles, whose borders are the same texels on whole blocks,
-//! decode there to the same texels. The encoders are other crates' and are linked with the feature `bc` only; decoding
-//! is `vastex-tiles`' business.
+//! A block's bytes depend on its 16 texels alone, so neighbouring tiles, whose borders are the same texels on
+//! whole blocks, decode there to the same texels. The encoders are other crates' and are linked with the
+//! feature `bc` only; decoding is `vastex-tiles`' business.
 //!
 //! | format | encoder | what [`Quality`] changes |
 //! |---|---|---|
@@ -15,8 +15,9 @@ use std::ops::Range;
 
 use vastex_core::LayerFormat;
 
-/// How much time block compression may take. Figures are those of `examples/block_speed.rs` on colour of the Earth, for one
-/// core of a server; BC1 and BC3 come to 300 megatexels a second there, with the best preset to 1 and 1.1 dB better.
+/// How much time block compression may take. Figures are those of `examples/block_speed.rs` on colour of the
+/// Earth, for one core of a server; BC1 and BC3 come to 300 megatexels a second there, with the best preset
+/// to 1 and 1.1 dB better.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Quality {
     /// BC7 at 140 megatexels a second.
@@ -52,8 +53,8 @@ pub(crate) const SIDE: usize = 4;
 #[derive(Clone, Copy)]
 pub(crate) struct Strip<'a> {
     rows: [&'a [u8]; SIDE],
-    /// Where they lie at equal distances: the memory from the first of them on, and the distance. Some encoders read them
-    /// there, without a copy.
+    /// Where they lie at equal distances: the memory from the first of them on, and the distance. Some
+    /// encoders read them there, without a copy.
     spaced: Option<(&'a [u8], usize)>,
 }
 
@@ -63,7 +64,8 @@ impl<'a> Strip<'a> {
         self.rows[0].len()
     }
 
-    /// `spaced` is the memory from the beginning of the first row to the end of the last, where they lie in one.
+    /// `spaced` is the memory from the beginning of the first row to the end of the last, where they lie in
+    /// one.
     pub(crate) fn new(rows: [&'a [u8]; SIDE], spaced: Option<&'a [u8]>) -> Strip<'a> {
         let distance = |memory: &[u8]| (memory.len() - rows[0].len()) / (SIDE - 1);
         Strip { rows, spaced: spaced.map(|memory| (memory, distance(memory))) }
@@ -104,8 +106,8 @@ pub(crate) fn with_encoder<R>(encoder: StripEncoder, run: impl FnOnce() -> R) ->
     result
 }
 
-/// Appends the blocks of rows of texels in the decoded format of `format`, which is compressed. All rows are equally
-/// long; their number and that of their texels are multiples of 4, and not 0.
+/// Appends the blocks of rows of texels in the decoded format of `format`, which is compressed. All rows are
+/// equally long; their number and that of their texels are multiples of 4, and not 0.
 pub(crate) fn encode(
     encode_strip: StripEncoder,
     format: LayerFormat,
@@ -239,8 +241,8 @@ mod encode {
         texels.as_chunks::<4>().0.iter().flat_map(|&[r, g, b, _]| [r, g, b, 255]).collect()
     }
 
-    /// Four channels of 16-bit floats as the format can hold them: 0 for what is negative or no number, the greatest finite
-    /// one for what is greater.
+    /// Four channels of 16-bit floats as the format can hold them: 0 for what is negative or no number, the
+    /// greatest finite one for what is greater.
     fn not_negative(texels: &[u8]) -> (Vec<u8>, Lost) {
         let mut lost = Lost::default();
         let mut finite = Vec::with_capacity(texels.len());

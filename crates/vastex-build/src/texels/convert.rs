@@ -9,13 +9,15 @@
 //! | any other float | `RGBA16F`, to the nearest |
 //! | signed whole numbers, which stand for themselves | as floats: 8 bits `R16F`, 16 and 32 bits `R32F` |
 //!
-//! Any image can become any layer of four channels (grey then stands in all colours), any but grey one of two (the first
-//! two channels), and grey alone one of one channel. Numbers are 0 to 1, rounded to the nearest that the layer can hold; of signed
-//! ones the whole range of the file's samples becomes 0 to 1 in a layer of whole numbers, so that 16 bits stay exact in `R16`.
+//! Any image can become any layer of four channels (grey then stands in all colours), any but grey one of two
+//! (the first two channels), and grey alone one of one channel. Numbers are 0 to 1, rounded to the nearest
+//! that the layer can hold; of signed ones the whole range of the file's samples becomes 0 to 1 in a layer of
+//! whole numbers, so that 16 bits stay exact in `R16`.
 //!
-//! Formats with sRGB in their name hold stored colours. No format of 16 bits does, so colour that a file holds
-//! sRGB-encoded is decoded on its way into one: 16 bits of light are finer than 8 stored ones everywhere, and than 16
-//! stored ones but for the darkest. Formats of 8 bits without sRGB take every value as it is: they are for data.
+//! Formats with sRGB in their name hold stored colours. No format of 16 bits does, so colour that a file
+//! holds sRGB-encoded is decoded on its way into one: 16 bits of light are finer than 8 stored ones
+//! everywhere, and than 16 stored ones but for the darkest. Formats of 8 bits without sRGB take every value
+//! as it is: they are for data.
 
 use half::f16;
 use vastex_core::LayerFormat;
@@ -69,15 +71,16 @@ pub(crate) struct Conversion {
     /// Not compressed.
     layer: LayerFormat,
     curve: Curve,
-    /// The range of numbers that becomes 0 to 1; nothing where it is 0 to 1 already, or the layer holds them as they are.
+    /// The range of numbers that becomes 0 to 1; nothing where it is 0 to 1 already, or the layer holds them
+    /// as they are.
     range: Option<[i64; 2]>,
     /// Whether the image has alpha and the layer keeps none.
     drops_alpha: bool,
 }
 
 impl Conversion {
-    /// To the texels from which a layer of `format` is made; nothing where the image has too many channels for it, or too
-    /// few. `is_color` false takes numbers that are no colours as they are.
+    /// To the texels from which a layer of `format` is made; nothing where the image has too many channels
+    /// for it, or too few. `is_color` false takes numbers that are no colours as they are.
     pub(crate) fn new(header: &ImageHeader, format: LayerFormat, is_color: bool) -> Option<Conversion> {
         is_possible(header.format, format).then(|| Conversion::to(header, format, is_color))
     }

@@ -6,17 +6,17 @@ use vastex_core::LayerFormat;
 
 use super::filter::LayerFilter;
 
-/// An image, and what layer is made of it.
+/// An image, and the layer that is made of it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LayerInput {
     /// The layer's name, which tells it from the others of its texture.
     pub name: String,
     /// The image, or a tile directory.
     pub path: PathBuf,
-    /// The format of the layer; nothing for the one that holds the image best.
+    /// The format of the layer. `None` picks the one that holds the image best.
     pub format: Option<LayerFormat>,
-    /// How its levels are made; nothing for what [`crate::BuildOptions::filter`] says or, where that says nothing, what suits the
-    /// layer's name and format.
+    /// How the layer's levels are made. `None` takes [`crate::BuildOptions::filter`]; if that is `None` too,
+    /// the filter that suits the layer's name and format.
     pub filter: Option<LayerFilter>,
 }
 

@@ -1,11 +1,12 @@
 //! A tile that is missing, made of its nearest ancestor's: each texel repeated over those that it covers.
 //!
-//! So the levels above such a tile are, filtered again, what they were. Which ancestor is the nearest, the caller knows.
+//! So the levels above such a tile are, filtered again, what they were. Which ancestor is the nearest, the
+//! caller knows.
 
 use vastex_core::{Box3, Geometry, PagePos};
 
-/// The texels of the tile of `pos`, as those of `ancestor` show them, whose tile has `texels` of `texel_bytes` each. An image's;
-/// `pos` is finer than the tail, `ancestor` covers it and may be the tail.
+/// The texels of the tile of `pos`, as those of `ancestor` show them, whose tile has `texels` of
+/// `texel_bytes` each. An image's; `pos` is finer than the tail, `ancestor` covers it and may be the tail.
 pub(crate) fn magnified(
     geometry: &Geometry,
     pos: PagePos,
@@ -37,7 +38,8 @@ pub(crate) fn magnified(
     out
 }
 
-/// The texel of the box `shown` that covers texel `i` of the box `tile`, of a level that is finer by `factor`.
+/// The texel of the box `shown` that covers texel `i` of the box `tile`, of a level that is finer by
+/// `factor`.
 fn source_texel(tile: Box3, i: u32, factor: u64, shown: Box3, axis: usize) -> usize {
     let covering = (tile.origin[axis] + i64::from(i)).div_euclid(factor as i64);
     (covering - shown.origin[axis]).clamp(0, i64::from(shown.size[axis]) - 1) as usize

@@ -1,7 +1,8 @@
-//! Texels and what is done to them: from an image's to a layer's, mixed, resampled, magnified, and compressed in blocks.
+//! Texels and what is done to them: from an image's to a layer's, mixed, resampled, magnified, and compressed
+//! in blocks.
 //!
-//! Nothing here knows of pages or levels; where rows come from is [`crate::image`]'s business, which level they belong to
-//! [`crate::pyramid`]'s.
+//! Nothing here knows of pages or levels; where rows come from is [`crate::image`]'s business, which level
+//! they belong to [`crate::pyramid`]'s.
 
 pub(crate) mod blend;
 pub(crate) mod blocks;

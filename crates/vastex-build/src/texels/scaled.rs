@@ -1,7 +1,8 @@
 //! An image in another size: for layers of a texture whose images do not fit one another.
 //!
-//! A tent as wide as the larger of both texels, along rows first, so that what is held are rows of the new width. [`Blend`] says
-//! what mixing means for a layer: for labels, say, nothing, and then each texel is the nearest one.
+//! A tent as wide as the larger of both texels, along rows first, so that what is held are rows of the new
+//! width. [`Blend`] says what mixing means for a layer: for labels, say, nothing, and then each texel is the
+//! nearest one.
 
 use std::collections::VecDeque;
 
@@ -31,7 +32,8 @@ pub(crate) struct Scaled {
     inner: Box<dyn RowReader>,
     header: ImageHeader,
     mix: Mix,
-    /// The taps of a new texel: its number along an axis, the number of new texels there, and that of the image's.
+    /// The taps of a new texel: its number along an axis, the number of new texels there, and that of the
+    /// image's.
     taps: fn(u32, u32, u32) -> Taps,
     /// For each column those of the image that it is made of.
     columns: Vec<Taps>,
@@ -60,7 +62,8 @@ struct Mix {
 }
 
 impl Scaled {
-    /// `inner` in the size `to`, which is a texture's, divided by `scale`. Where it `wraps`, the first column follows the last.
+    /// `inner` in the size `to`, which is a texture's, divided by `scale`. Where it `wraps`, the first column
+    /// follows the last.
     pub(crate) fn new(
         inner: Box<dyn RowReader>,
         to: [u32; 2],
@@ -246,7 +249,8 @@ impl Mix {
         if self.is_weighted { texel[self.channels - 1].max(0.0) + LEAST_WEIGHT } else { 1.0 }
     }
 
-    /// The vector that a texel stands for: whole numbers of 0 to 1 are -1 to 1, of two channels the third is found.
+    /// The vector that a texel stands for: whole numbers of 0 to 1 are -1 to 1, of two channels the third is
+    /// found.
     fn make_vector(self, texel: &mut [f32]) {
         let vector = |value: f32| if self.sample.is_float() { value / self.unit } else { 2.0 * value - 1.0 };
         let stored = self.channels.min(3);

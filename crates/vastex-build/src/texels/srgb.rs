@@ -1,7 +1,9 @@
-//! The transfer curve of sRGB: between a colour as it is stored and the light that it stands for. Nobody else computes it.
+//! The transfer curve of sRGB: between a colour as it is stored and the light that it stands for. Nobody else
+//! computes it.
 //!
-//! Floats go through [`linear_from_srgb`] and [`srgb_from_linear`], which take 65,536 steps of either and give a float. Whole
-//! numbers go through [`SRGB`], whose light has 16 bits. Both round as they always did: the bytes of containers depend on it.
+//! Floats go through [`linear_from_srgb`] and [`srgb_from_linear`], which take 65,536 steps of either and
+//! give a float. Whole numbers go through [`SRGB`], whose light has 16 bits. Both round as they always did:
+//! the bytes of containers depend on it.
 
 use std::sync::LazyLock;
 

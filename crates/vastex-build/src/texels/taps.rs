@@ -1,4 +1,5 @@
-//! Which texels of a row or a column make one of another size, and with what weights: a tent as wide as the larger of both texels.
+//! Which texels of a row or a column make one of another size, and with what weights: a tent as wide as the
+//! larger of both texels.
 
 /// A run of texels and the weight of each; the weights' sum is 1. It may reach beyond the edges.
 pub(crate) struct Taps {

@@ -1,10 +1,10 @@
 //! Rows of texels as floats, and back: for whatever mixes them.
 //!
-//! - Integers stand for 0 to 1; every value comes back as it was. What lies outside is brought to the nearest end.
-//! - sRGB-encoded channels come as they are stored or as light, of which 16 bits are kept; alpha is never encoded.
-//! - Floats stand for themselves, of 16 bits exactly. What is no number counts as 0, what is infinite as the largest
-//!   number of the format, so that one bad texel does not spread over a level; nothing else than numbers is
-//!   made either.
+//! - Integers stand for 0 to 1; every value comes back as it was. Values outside become the nearest end.
+//! - sRGB-encoded channels come as they are stored or as light, of which 16 bits are kept; alpha is never
+//!   encoded.
+//! - Floats stand for themselves, those of 16 bits exactly. NaN counts as 0, infinity as the largest number of
+//!   the format, so that one bad texel does not spread over a level; neither is ever made.
 
 use half::f16;
 use vastex_core::LayerFormat;
@@ -41,7 +41,8 @@ pub(crate) fn decode(format: LayerFormat, light: Light, row: &[u8], values: &mut
     }
 }
 
-/// A row of texels of a format that is not compressed, each channel rounded to the nearest that the format has.
+/// A row of texels of a format that is not compressed, each channel rounded to the nearest that the format
+/// has.
 pub(crate) fn encode(format: LayerFormat, light: Light, values: &[f32], row: &mut [u8]) {
     match format {
         LayerFormat::R16 | LayerFormat::Rgba16 => {

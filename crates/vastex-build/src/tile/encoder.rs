@@ -9,7 +9,8 @@ use vastex_tiles::{Compression, EncodedTile};
 use super::findings::Findings;
 use crate::texels::blocks::{self, Lost, Quality, Strip, StripEncoder};
 
-/// Makes tiles of one texture: a layer's share from the layer's texels, the tile from the shares of all layers.
+/// Makes tiles of one texture: a layer's share from the layer's texels, the tile from the shares of all
+/// layers.
 pub(crate) struct TileEncoder {
     /// Says in which format each layer is stored.
     description: Arc<Description>,
@@ -40,8 +41,8 @@ impl TileEncoder {
         self.description.layers[layer].format
     }
 
-    /// Appends texels of a layer to `bytes`, as tiles store them: rows that are equally long, and of a compressed layer whole
-    /// blocks.
+    /// Appends texels of a layer to `bytes`, as tiles store them: rows that are equally long, and of a
+    /// compressed layer whole blocks.
     pub(crate) fn append(&self, layer: usize, rows: &[&[u8]], bytes: &mut Vec<u8>) {
         let format = self.format(layer);
         if !format.is_compressed() {

@@ -1,4 +1,5 @@
-//! What was found out of a texture's layers while tiles were made: what their formats cannot hold, and images had.
+//! What was found out of a texture's layers while tiles were made: what their formats cannot hold, and images
+//! had.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 

@@ -7,5 +7,6 @@ pub(crate) mod tail;
 pub(crate) use encoder::TileEncoder;
 pub(crate) use findings::Findings;
 
-/// Bytes of memory that the index of a container takes for each page, while it is written and while it is read.
+/// Bytes of memory that the index of a container takes for each page, while it is written and while it is
+/// read.
 pub(crate) const INDEX_BYTES: u64 = 64;

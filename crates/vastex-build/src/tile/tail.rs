@@ -2,7 +2,8 @@
 
 use vastex_core::{Geometry, LayerFormat};
 
-/// Makes what lies beside the levels of a tail up to whole blocks of `format`, of whose decoded texels the tile is.
+/// Makes what lies beside the levels of a tail up to whole blocks of `format`, of whose decoded texels the
+/// tile is.
 pub(crate) fn extend_levels(geometry: &Geometry, format: LayerFormat, tile: &mut [u8]) {
     let texel = format.texel_bytes();
     for level in geometry.tail().first_level()..=geometry.coarsest() {
@@ -13,8 +14,8 @@ pub(crate) fn extend_levels(geometry: &Geometry, format: LayerFormat, tile: &mut
     }
 }
 
-/// Repeats the right and lower edge of a box up to whole blocks, so that what is not shown costs no quality. `box_of` has its
-/// first texel and its size along x and y.
+/// Repeats the right and lower edge of a box up to whole blocks, so that what is not shown costs no quality.
+/// `box_of` has its first texel and its size along x and y.
 fn extend_to_blocks(
     tile: &mut [u8],
     tile_row: usize,

@@ -5,9 +5,10 @@
 //! | JPEG, TIFF | an ICC profile |
 //! | PNG | code points (`cICP`), else an ICC profile, else a gamma and primaries (`gAMA`, `cHRM`) |
 //!
-//! Readers only say what is there; [`in_srgb`] follows it, for pictures. A profile is judged by what it does: one that
-//! leaves colours as they are is sRGB, whatever its name, and one that leaves greys as they are when the result is light
-//! is linear. The arithmetic is that of `moxcms`, without its paths for single processors, so the bytes are the same on all.
+//! Readers only say what is there; [`in_srgb`] follows it, for pictures. A profile is judged by what it does:
+//! one that leaves colours as they are is sRGB, whatever its name, and one that leaves greys as they are when
+//! the result is light is linear. The arithmetic is that of `moxcms`, without its paths for single
+//! processors, so the bytes are the same on all.
 
 mod managed;
 mod meaning;
@@ -44,8 +45,8 @@ enum Stored {
 }
 
 impl Profile {
-    /// What there is to say where the numbers of an image of that kind are taken as they are; nothing where the profile
-    /// would not change them.
+    /// What there is to say where the numbers of an image of that kind are taken as they are; nothing where
+    /// the profile would not change them.
     pub(crate) fn left(&self, format: PixelFormat, why: &'static str) -> Option<Notice> {
         let name = match self.meaning() {
             Ok(meaning) if managed::changes_nothing(&meaning, format) => return None,

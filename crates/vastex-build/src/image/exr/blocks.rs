@@ -8,15 +8,16 @@ use exr::meta::{BlockDescription, MetaData};
 
 use crate::image::quiet;
 
-/// Decompresses a block. The library's decoders panic at some damaged ones: that is an error here like any other.
+/// Decompresses a block. The library's decoders panic at some damaged ones: that is an error here like any
+/// other.
 pub(super) fn decompress(chunk: Chunk, meta: &MetaData) -> Result<UncompressedBlock> {
     // Nothing of what a decoder that panicked was given is used afterwards.
     let decompressed = quiet::catch(|| UncompressedBlock::decompress_chunk(chunk, meta, false));
     decompressed.unwrap_or_else(|_| Err(Error::Invalid("compressed data".into())))
 }
 
-/// Which blocks were read, a bit for each: blocks lie on a grid, so one that begins in a cell where none did covers texels that
-/// none did. There may be as many as texels.
+/// Which blocks were read, a bit for each: blocks lie on a grid, so one that begins in a cell where none did
+/// covers texels that none did. There may be as many as texels.
 pub(super) struct Places {
     block: [usize; 2],
     columns: usize,

@@ -1,7 +1,7 @@
 //! OpenEXR: scan lines from the top by blocks of rows; any other order, and tiles, through the whole image.
 //!
-//! Blocks are read one after the other, and decompressed several at once where there is help. Channels R, G and B with A, or Y with A, or
-//! one of any name, are read of the first part; its data window is the picture.
+//! Blocks are read one after the other, and decompressed several at once where there is help. Channels R, G
+//! and B with A, or Y with A, or one of any name, are read of the first part; its data window is the picture.
 //! 16-bit floats stay so where all channels have them; else, and for whole numbers, there are 32 bits.
 
 mod blocks;
@@ -132,7 +132,8 @@ impl ExrReader {
         })
     }
 
-    /// Reads chunks of the picture, as many as there is room for, and gives them to whoever decompresses them.
+    /// Reads chunks of the picture, as many as there is room for, and gives them to whoever decompresses
+    /// them.
     fn ask(&mut self) {
         while self.ahead.has_room() && !self.has_ended {
             match self.chunks.next() {

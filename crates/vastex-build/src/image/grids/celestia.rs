@@ -1,4 +1,5 @@
-//! Celestia's virtual textures: a `.ctx` file that tells of a directory `level<i>/<prefix><column>_<row>.<type>`.
+//! Celestia's virtual textures: a `.ctx` file that tells of a directory
+//! `level<i>/<prefix><column>_<row>.<type>`.
 
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;

@@ -1,4 +1,5 @@
-//! Gaia Sky's directories: `levelN/tx_COLUMN_ROW.jpg`, with or without a border of one texel inside each tile.
+//! Gaia Sky's directories: `levelN/tx_COLUMN_ROW.jpg`, with or without a border of one texel inside each
+//! tile.
 
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;

@@ -1,9 +1,9 @@
 //! Tile directories of other programs, read as the image that their finest level is.
 //!
-//! [`open_directory`] and [`open_description`] find out by content which layout they have been given; each layout has a
-//! module, which turns it into a [`Grid`] of cells on each level. [`DirectoryReader`] puts together one row of cells of the finest
-//! level at a time, so memory follows the width of the image; with help it decodes some
-//! files ahead. All levels, page by page, are read by [`crate::source`].
+//! [`open_directory`] and [`open_description`] find out by content which layout they have been given; each
+//! layout has a module, which turns it into a [`Grid`] of cells on each level. [`DirectoryReader`] puts
+//! together one row of cells of the finest level at a time, so memory follows the width of the image; with
+//! help it decodes some files ahead. All levels, page by page, are read by [`crate::source`].
 
 mod celestia;
 mod deep_zoom;
@@ -26,8 +26,8 @@ pub(crate) use tile::{common, in_tile, widen};
 /// Bytes that a file which describes a directory may have.
 const MAX_TEXT: u64 = 1 << 20;
 
-/// The levels of a directory as grids of cells, of which the last of a row or column may be smaller. Level 0 is the
-/// finest; each further one has half as many texels, rounded up.
+/// The levels of a directory as grids of cells, of which the last of a row or column may be smaller. Level 0
+/// is the finest; each further one has half as many texels, rounded up.
 pub(crate) trait Grid: Send + Sync {
     /// Texels of the image.
     fn size(&self) -> [u64; 2];
@@ -132,7 +132,8 @@ pub(crate) fn look_at_directory(path: &Path) -> Result<Source, InputFault> {
     }
 }
 
-/// Looks at what a text file that was found in a directory describes; a fault names it, or the tile that has it.
+/// Looks at what a text file that was found in a directory describes; a fault names it, or the tile that has
+/// it.
 fn look_at_found(path: &Path) -> Result<Source, InputFault> {
     let found = look_at_description(path).and_then(|found| found.ok_or(InputFault::Text));
     found.map_err(|fault| match fault {
@@ -271,8 +272,8 @@ fn read_text(path: &Path, limit: u64) -> Result<String, InputFault> {
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
-/// A number in a name, written in digits only. One that is too large becomes the largest, which lies outside every grid,
-/// so that it is refused and not passed over.
+/// A number in a name, written in digits only. One that is too large becomes the largest, which lies outside
+/// every grid, so that it is refused and not passed over.
 fn number(digits: &str) -> Option<u32> {
     let is_number = !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit());
     is_number.then(|| digits.parse().unwrap_or(u32::MAX))

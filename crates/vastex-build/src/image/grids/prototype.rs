@@ -1,7 +1,8 @@
-//! The pages of the prototype: `pages/{lod}_{x}_{y}.png`, 512 texels of payload within 2 of border on each side.
+//! The pages of the prototype: `pages/{lod}_{x}_{y}.png`, 512 texels of payload within 2 of border on each
+//! side.
 //!
-//! Pages are always full, and nothing of the layout tells where the image ends within the last of them. So a file
-//! `size.txt` beside `pages/`, as in `1000x777`, may say it.
+//! Pages are always full, and nothing of the layout tells where the image ends within the last of them. So a
+//! file `size.txt` beside `pages/`, as in `1000x777`, may say it.
 
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};

@@ -1,8 +1,8 @@
 //! Trees of planet tiles, two square roots side by side, as Gaia Sky and Celestia read them.
 //!
-//! Level `l` has `2 * 2^(base + l)` columns and half as many rows; level 0 is the coarsest, column 0 west, row 0
-//! north. Levels may be partial: where a tile is missing, its nearest ancestor's texels stand in, each for a square of
-//! texels, so that filtering makes that ancestor again.
+//! Level `l` has `2 * 2^(base + l)` columns and half as many rows; level 0 is the coarsest, column 0 west,
+//! row 0 north. Levels may be partial: where a tile is missing, its nearest ancestor's texels stand in, each
+//! for a square of texels, so that filtering makes that ancestor again.
 
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
@@ -191,8 +191,8 @@ impl Grid for Quadtree {
     }
 }
 
-/// The number of a level's directory, and whether its name is one that a tool wrote by mistake: `level055` for
-/// `level05`.
+/// The number of a level's directory, and whether its name is one that a tool wrote by mistake: `level055`
+/// for `level05`.
 pub(super) fn level_number(name: &str) -> Option<(u32, bool)> {
     let digits = name.strip_prefix("level").unwrap_or(name);
     if digits.is_empty() || !digits.bytes().all(|b| b.is_ascii_digit()) {

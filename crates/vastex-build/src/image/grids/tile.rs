@@ -1,7 +1,7 @@
 //! One tile of a directory: found, checked and decoded to the format that all tiles of the directory share.
 //!
-//! Programs write each tile as suits it, so one directory may hold grey, colour and transparent tiles. All are
-//! brought to one [`common`] format; what would lose something is refused.
+//! Programs write each tile as suits it, so one directory may hold grey, colour and transparent tiles. All
+//! are brought to one [`common`] format; what would lose something is refused.
 
 use std::path::{Path, PathBuf};
 
@@ -46,8 +46,8 @@ pub(crate) fn common(a: PixelFormat, b: PixelFormat) -> Option<PixelFormat> {
         return None;
     }
     let channels = match a.channels().max(b.channels()) {
-        // Grey and alpha of one tile and the colours of another both go into four channels; and so does all colour,
-        // since any further tile may have alpha.
+        // Grey and alpha of one tile and the colours of another both go into four channels; and so does all
+        // colour, since any further tile may have alpha.
         3 | 4 => 4,
         n => n,
     };

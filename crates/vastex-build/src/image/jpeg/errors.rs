@@ -1,8 +1,9 @@
 //! libjpeg's errors and warnings: errors unwind up to the reader, warnings are counted.
 //!
-//! A warning means that the compressed data are damaged and that libjpeg goes on with what it could make of them. Where it passes
-//! over bytes before the marker that ends the file, somebody may have put them there, or the data are damaged and it took fewer
-//! of them than there are for the whole picture. So only a few such bytes are no warning.
+//! A warning means that the compressed data are damaged and that libjpeg goes on with what it could make of
+//! them. Where it passes over bytes before the marker that ends the file, somebody may have put them there,
+//! or the data are damaged and it took fewer of them than there are for the whole picture. So only a few such
+//! bytes are no warning.
 
 use std::cell::Cell;
 use std::os::raw::{c_int, c_long};
@@ -74,7 +75,8 @@ extern "C-unwind" fn count(decoder: &mut jpeg_common_struct, level: c_int) {
 /// The bytes that the decoder warns of, if they are few that it passed over before the end of the file.
 #[allow(unsafe_code, reason = "libjpeg says which warning it is behind a raw pointer only")]
 fn stray_bytes(decoder: &jpeg_common_struct) -> Option<u32> {
-    // SAFETY: this is called by libjpeg, which calls through that very pointer; nobody else has the handlers meanwhile.
+    // SAFETY: this is called by libjpeg, which calls through that very pointer; nobody else has the handlers
+    // meanwhile.
     let said = unsafe { decoder.err.as_ref() }?;
     let [bytes, marker, ..] = said.msg_parm._bindgen_data_;
     let are_stray =

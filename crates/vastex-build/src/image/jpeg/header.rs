@@ -1,7 +1,8 @@
-//! The markers of a JPEG file up to its first scan: size, components, how it must be read, orientation, profile.
+//! The markers of a JPEG file up to its first scan: size, components, how it must be read, orientation,
+//! profile.
 //!
-//! The decoder would tell some of this too, but only by setting itself up; and whether a file can be read by rows it
-//! does not tell at all.
+//! The decoder would tell some of this too, but only by setting itself up; and whether a file can be read by
+//! rows it does not tell at all.
 
 use std::collections::BTreeMap;
 use std::io::{self, BufRead};

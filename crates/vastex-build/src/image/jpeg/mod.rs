@@ -1,10 +1,10 @@
 //! JPEG, by rows with libjpeg; progressive files through their coefficients.
 //!
-//! libjpeg only warns where the data make no sense or end before the picture does, and fills the rest with grey. So a
-//! warning among the picture's data is an error, and its source, [`EndIsError`], fails where the file ends; the decoder
-//! never asks beyond a whole file's end. Who [tolerates](RowReader::tolerate) damage gets what the decoder makes of it, and a
-//! notice. Warnings of the header, of what follows the last row and of a few bytes before the file's end are a notice always.
-//! libjpeg's errors unwind: they are caught here.
+//! libjpeg only warns where the data make no sense or end before the picture does, and fills the rest with
+//! grey. So a warning among the picture's data is an error, and its source, [`EndIsError`], fails where the
+//! file ends; the decoder never asks beyond a whole file's end. Who [tolerates](RowReader::tolerate) damage
+//! gets what the decoder makes of it, and a notice. Warnings of the header, of what follows the last row and
+//! of a few bytes before the file's end are a notice always. libjpeg's errors unwind: they are caught here.
 
 mod errors;
 mod header;
@@ -28,9 +28,9 @@ type Decoder = DecompressStarted<EndIsError<BufReader<File>>>;
 /// A decoder that other threads may go on with.
 struct Movable(Box<Decoder>);
 
-// SAFETY: libjpeg keeps all its state in the object, and that owns all that its pointers lead to: its memory, the source, which can
-// be sent, and the handlers, which are functions. It has no thread of its own. Warnings are counted by the thread that decodes,
-// which takes them before it returns.
+// SAFETY: libjpeg keeps all its state in the object, and that owns all that its pointers lead to: its memory,
+// the source, which can be sent, and the handlers, which are functions. It has no thread of its own. Warnings
+// are counted by the thread that decodes, which takes them before it returns.
 #[allow(unsafe_code, reason = "several layers are read at once, each on a thread")]
 unsafe impl Send for Movable {}
 
@@ -140,7 +140,8 @@ impl JpegReader {
 }
 
 impl JpegReader {
-    /// Takes the warnings since the last call. Those of the picture's data are an error, unless they are tolerated.
+    /// Takes the warnings since the last call. Those of the picture's data are an error, unless they are
+    /// tolerated.
     fn note_warnings(&mut self, of_picture: bool) -> io::Result<()> {
         let warnings = take_warnings();
         self.faults = self.faults.saturating_add(warnings);

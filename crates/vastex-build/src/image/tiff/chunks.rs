@@ -1,7 +1,8 @@
-//! The strips or tiles of a TIFF file: where they lie, and decoding them, several at once where there is help.
+//! The strips or tiles of a TIFF file: where they lie, and decoding them, several at once where there is
+//! help.
 //!
-//! Each thread that decodes has a decoder of its own on the same file. What comes of them is put together to rows, in order, by
-//! the thread that reads.
+//! Each thread that decodes has a decoder of its own on the same file. What comes of them is put together to
+//! rows, in order, by the thread that reads.
 
 use std::fs::File;
 use std::io::BufReader;
@@ -89,7 +90,8 @@ impl Chunks {
         let texels = u64::from(width) * u64::from(rows.min(header.height));
         let samples = if planes > 1 { 1 } else { u64::from(tags.samples) };
         let bytes = texels.saturating_mul(samples * u64::from(tags.bits)) / 8;
-        // Of what is not compressed some writers state no length; strips of that are read as far as there are any.
+        // Of what is not compressed some writers state no length; strips of that are read as far as there are
+        // any.
         let is_plain = tags.compression == COMPRESSION_NONE;
         let stored = if is_plain { chunks.file_len } else { chunks.lengths[0] };
         if !(is_plain && strips) && bytes > stored.saturating_mul(most_from_a_byte(tags.compression)) {
@@ -140,7 +142,8 @@ impl Chunks {
         self.planes.min(self.format.channels().into())
     }
 
-    /// Bytes of what lies side by side in a plane, a texel or one sample of it: as it is given out, and as it is stored.
+    /// Bytes of what lies side by side in a plane, a texel or one sample of it: as it is given out, and as it
+    /// is stored.
     fn unit(&self) -> (usize, usize) {
         let sample = self.format.sample();
         match self.planes {
@@ -160,8 +163,8 @@ impl Chunks {
         bands * u64::from(self.planes_read()) * u64::from(self.columns)
     }
 
-    /// The first row, the plane and the number of the strip or tile that is read after `n` others: band by band, and in each plane
-    /// by plane.
+    /// The first row, the plane and the number of the strip or tile that is read after `n` others: band by
+    /// band, and in each plane by plane.
     fn nth(&self, n: u64) -> (u32, u32, u32) {
         let (columns, planes) = (u64::from(self.columns), u64::from(self.planes_read()));
         let (band, plane, column) = (n / (columns * planes), n / columns % planes, n % columns);
@@ -285,7 +288,8 @@ impl Bands {
         self.ahead.take_help(helpers);
     }
 
-    /// Fills `rows` with those from `row` on, all of which lie in one strip or row of tiles: the last one's, or the next one.
+    /// Fills `rows` with those from `row` on, all of which lie in one strip or row of tiles: the last one's,
+    /// or the next one.
     pub(super) fn read(&mut self, row: u32, rows: &mut [u8]) -> Result<(), InputFault> {
         let chunks = self.decoding.chunks.clone();
         let first_row = row - row % chunks.rows;

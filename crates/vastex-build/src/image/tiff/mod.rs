@@ -1,8 +1,9 @@
-//! TIFF and BigTIFF, 8 and 16 bits, signed numbers and floats, by strips or rows of tiles; uncompressed strips straight from
-//! the file.
+//! TIFF and BigTIFF, 8 and 16 bits, signed numbers and floats, by strips or rows of tiles; uncompressed
+//! strips straight from the file.
 //!
-//! One strip or one row of tiles is held decoded, of all planes where channels lie in planes ([`chunks`]), and with
-//! help some more. A compressed file of one strip is therefore held whole. Signed numbers stand for themselves, as floats; see [`ImageHeader::range`].
+//! One strip or one row of tiles is held decoded, of all planes where channels lie in planes ([`chunks`]),
+//! and with help some more. A compressed file of one strip is therefore held whole. Signed numbers stand for
+//! themselves, as floats; see [`ImageHeader::range`].
 
 mod chunks;
 mod samples;

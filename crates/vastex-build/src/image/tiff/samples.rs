@@ -1,4 +1,5 @@
-//! What the samples of a TIFF file are before they are handed out, and how much of them a byte of the file can hold.
+//! What the samples of a TIFF file are before they are handed out, and how much of them a byte of the file
+//! can hold.
 
 use crate::image::Sample;
 
@@ -50,14 +51,16 @@ pub(super) fn most_from_a_byte(compression: u16) -> u64 {
         8 | 32946 => 1032,
         // LZW: a code of 9 bits or more stands for 4,096 bytes at most.
         5 => 4096,
-        // Of JPEG a block of 64 samples takes two bits at least, with colours at a quarter of the resolution or less.
+        // Of JPEG a block of 64 samples takes two bits at least, with colours at a quarter of the resolution
+        // or less.
         COMPRESSION_JPEG | 6 => 2048,
         // Zstandard and others: a block of 128 KiB of one byte takes four.
         _ => 1 << 16,
     }
 }
 
-/// Puts a decoded row where it belongs, both as the machine has them, `to` in pieces; says whether a number was rounded.
+/// Puts a decoded row where it belongs, both as the machine has them, `to` in pieces; says whether a number
+/// was rounded.
 pub(super) fn place_row<'a>(
     to: impl Iterator<Item = &'a mut [u8]>,
     stored: &[u8],

@@ -1,8 +1,8 @@
 //! Kernels: the weights of the texels along one axis that make one of a coarser level.
 //!
-//! Each is given for a factor of two. Stretched to another factor, a box, Gauss or sharpening kernel of even size repeats
-//! its weights, one of odd size is drawn with straight lines between them, and a windowed sinc is evaluated anew. The
-//! weights' sum is always 1.
+//! Each is given for a factor of two. Stretched to another factor, a box, Gauss or sharpening kernel of even
+//! size repeats its weights, one of odd size is drawn with straight lines between them, and a windowed sinc
+//! is evaluated anew. The weights' sum is always 1.
 
 use std::f64::consts::PI;
 
@@ -28,13 +28,15 @@ pub enum Kernel {
     Min,
     /// The largest value of the four.
     Max,
-    /// The texel that is met most often among the four; of several the smallest, its bytes read as a little-endian number.
+    /// The texel that is met most often among the four; of several the smallest, its bytes read as a
+    /// little-endian number.
     Majority,
     /// The first of the four texels.
     Nearest,
 }
 
-/// The weights of texels side by side: texel `factor * i + first` is the first that texel `i` of the coarser level is made of.
+/// The weights of texels side by side: texel `factor * i + first` is the first that texel `i` of the coarser
+/// level is made of.
 pub(crate) struct Weights {
     pub(crate) first: i64,
     pub(crate) each: Vec<f64>,
@@ -69,13 +71,14 @@ impl Kernel {
         }
     }
 
-    /// Whether a texel is one of those that it is made of and no mixture. (Two steps of `min` or `max` are the same as one
-    /// of twice the factor.)
+    /// Whether a texel is one of those that it is made of and no mixture. (Two steps of `min` or `max` are
+    /// the same as one of twice the factor.)
     pub const fn picks(self) -> bool {
         matches!(self, Kernel::Min | Kernel::Max | Kernel::Majority | Kernel::Nearest)
     }
 
-    /// Whether values that it is meant for may be mixed where they are sampled: not where it picks because a mixture would mean nothing.
+    /// Whether values that it is meant for may be mixed where they are sampled: not where it picks because a
+    /// mixture would mean nothing.
     pub const fn may_mix(self) -> bool {
         !matches!(self, Kernel::Majority | Kernel::Nearest)
     }
@@ -111,8 +114,8 @@ impl Kernel {
     }
 }
 
-/// A kernel stretched to a factor: its weights one at a time, as large factors want them. Texel `factor * i + first` is
-/// the first of `count` that texel `i` of the coarser level is made of.
+/// A kernel stretched to a factor: its weights one at a time, as large factors want them. Texel
+/// `factor * i + first` is the first of `count` that texel `i` of the coarser level is made of.
 #[derive(Clone, Copy)]
 pub(crate) struct Stretched {
     pub(crate) first: i64,
@@ -126,7 +129,8 @@ pub(crate) struct Stretched {
 enum Weigh {
     /// An even number of weights, each given to `factor / 2` texels.
     Repeated(&'static [f64]),
-    /// An odd number of weights, `factor / 2` texels apart, with straight lines between them and down to 0 on both sides.
+    /// An odd number of weights, `factor / 2` texels apart, with straight lines between them and down to 0 on
+    /// both sides.
     Drawn(&'static [f64]),
     /// A sinc under this window of -1 to 1.
     Sinc(fn(f64) -> f64),

@@ -12,13 +12,13 @@ pub enum Meaning {
     Stored,
     /// Colour: mixed as light where it is sRGB-encoded, and weighted by alpha.
     LinearColor,
-    /// Vectors of length 1: mixed as such and made as long again. Values of 0 to 1 stand for -1 to 1, floats for
-    /// themselves; of two channels the third is found, and is not negative; a fourth is mixed by itself.
+    /// Vectors of length 1: mixed as such and made as long again. Values of 0 to 1 stand for -1 to 1, floats
+    /// for themselves; of two channels the third is found, and is not negative; a fourth is mixed by itself.
     Normal,
 }
 
-/// Added to alpha as a weight, so that the colours of texels that are all transparent count alike. Too little to show
-/// beside the least alpha that a format of 8 bits holds.
+/// Added to alpha as a weight, so that the colours of texels that are all transparent count alike. Too little
+/// to show beside the least alpha that a format of 8 bits holds.
 pub(crate) const LEAST_WEIGHT: f32 = 1.0 / (1 << 20) as f32;
 
 impl Meaning {
@@ -89,7 +89,8 @@ impl Meaning {
                 for (to, &[r, g, b, weight]) in
                     values.as_chunks_mut::<4>().0.iter_mut().zip(mixed.as_chunks::<4>().0)
                 {
-                    // Kernels with negative weights can leave less than nothing; colour and alpha then have the same sign.
+                    // Kernels with negative weights can leave less than nothing; colour and alpha then have
+                    // the same sign.
                     let part = if weight.abs() >= LEAST_WEIGHT / 2.0 { 1.0 / weight } else { 0.0 };
                     *to = [r * part, g * part, b * part, (weight - LEAST_WEIGHT).max(0.0)];
                 }

@@ -1,9 +1,9 @@
-//! How the texels of a level are made from those of a finer one: a kernel (how far a texel looks, and how it weighs what it
-//! sees), a meaning (what the values are), and the level that it looks at.
+//! How the texels of a level are made from those of a finer one: a kernel (how far a texel looks, and how it
+//! weighs what it sees), a meaning (what the values are), and the level that it looks at.
 //!
-//! [`LayerFilter`] is the name of such a filter, as a container stores it. [`Filter`] is the same made ready for a format
-//! and a factor: either the integer arithmetic of [`quad`] on 2x2 texels, or the general one of [`separable`].
-//! Weights stand in [`kernel`], what is done to values before and after in [`meaning`].
+//! [`LayerFilter`] is the name of such a filter, as a container stores it. [`Filter`] is the same made ready
+//! for a format and a factor: either the integer arithmetic of [`quad`] on 2x2 texels, or the general one of
+//! [`separable`]. Weights stand in [`kernel`], what is done to values before and after in [`meaning`].
 //!
 //! Where rows come from, and what lies beyond the edges, is the pyramid's business.
 
@@ -26,7 +26,8 @@ pub(crate) use quad::Quad;
 use separable::Separable;
 pub(crate) use separable::{finished, prepared};
 
-/// How the levels of one layer are made. Written and read as `KERNEL[-MEANING][@LEVELS]`: `box-linear`, `kaiser@two`.
+/// How the levels of one layer are made. Written and read as `KERNEL[-MEANING][@LEVELS]`: `box-linear`,
+/// `kaiser@two`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct LayerFilter {
     /// How far a texel looks, and how it weighs what it sees.
@@ -104,11 +105,12 @@ impl LayerFilter {
         LayerFilter { kernel, meaning, from: LevelsFrom::Chain }
     }
 
-    /// What suits a layer of which nothing but its name and its format are known: vectors are averaged as such, labels
-    /// are picked, colour is mixed as light (unless `linear` is false) and everything else as it is.
+    /// What suits a layer of which nothing but its name and its format are known: vectors are averaged as
+    /// such, labels are picked, colour is mixed as light (unless `linear` is false) and everything else as it
+    /// is.
     ///
-    /// A name means something by how it begins: `normal`; `label`, `mask`, `class`, `id`; `height`, `elevation`, `depth`,
-    /// `displacement`, `roughness`, `metal`, `occlusion`.
+    /// A name means something by how it begins: `normal`; `label`, `mask`, `class`, `id`; `height`,
+    /// `elevation`, `depth`, `displacement`, `roughness`, `metal`, `occlusion`.
     pub fn for_layer(name: &str, format: LayerFormat, linear: bool) -> LayerFilter {
         let name = name.to_ascii_lowercase();
         let is_any = |words: &[&str]| words.iter().any(|word| name.starts_with(word));
@@ -128,8 +130,8 @@ impl LayerFilter {
         LayerFilter::new(kernel, meaning)
     }
 
-    /// Whether the numbers of a layer that has this filter are colours, as far as the layer's name and format tell; `None` for the
-    /// filter that suits both.
+    /// Whether the numbers of a layer that has this filter are colours, as far as the layer's name and format
+    /// tell; `None` for the filter that suits both.
     pub(crate) fn is_of_color(filter: Option<LayerFilter>, layer: &Layer) -> bool {
         let usual = LayerFilter::for_layer(&layer.name, layer.format, true);
         usual.meaning == Meaning::LinearColor && filter.is_none_or(|filter| filter.meaning != Meaning::Normal)
@@ -215,7 +217,8 @@ pub(crate) enum Method {
 }
 
 impl Filter {
-    /// For texels of a format (one that is not compressed), each made from `factor` times `factor` and what lies around.
+    /// For texels of a format (one that is not compressed), each made from `factor` times `factor` and what
+    /// lies around.
     pub(crate) fn new(filter: LayerFilter, format: LayerFormat, factor: u32) -> Filter {
         let weights = filter.kernel.weights(factor);
         let reach = Reach { factor, first: weights.first, count: weights.each.len() as u32 };
@@ -226,7 +229,8 @@ impl Filter {
         Filter { reach, method }
     }
 
-    /// A row of the coarser level, from the rows that it is made of, each of which holds all texels that it is made of.
+    /// A row of the coarser level, from the rows that it is made of, each of which holds all texels that it
+    /// is made of.
     pub(crate) fn row(&self, coarse: &mut [u8], rows: &[&[u8]]) {
         match &self.method {
             Method::Quad(quad) => {
@@ -243,8 +247,8 @@ impl Filter {
     }
 }
 
-/// Which texels along an axis one of the coarser level is made of: `count` of them, from `factor` times its index plus `first`
-/// on.
+/// Which texels along an axis one of the coarser level is made of: `count` of them, from `factor` times its
+/// index plus `first` on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Reach {
     pub(crate) factor: u32,

@@ -1,7 +1,7 @@
 //! Any kernel, on any format: along each row in 32-bit floats, then across the rows, rounded once at the end.
 //!
-//! A texel is the result of the same operations in the same order whoever asks for it, so it depends neither on
-//! threads nor on which rows are made together.
+//! A texel is the result of the same operations in the same order whoever asks for it, so it depends neither
+//! on threads nor on which rows are made together.
 
 use vastex_core::LayerFormat;
 
@@ -45,7 +45,8 @@ impl Separable {
         self.meaning.channels(self.format)
     }
 
-    /// `texels` coarse texels along one row, which holds all that they are made of, as floats for [`Separable::across`].
+    /// `texels` coarse texels along one row, which holds all that they are made of, as floats for
+    /// [`Separable::across`].
     pub(crate) fn along(&self, row: &[u8], texels: usize) -> Vec<f32> {
         let prepared = prepared(self.format, self.meaning, row);
         let mut line = vec![0.0; texels * self.channels()];
