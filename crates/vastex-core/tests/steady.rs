@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use bytes::Bytes;
-use vastex_core::shared::FEEDBACK_WANTED;
+use vastex_core::shader_constants::FEEDBACK_WANTED;
 use vastex_core::sim::{View, contents_of_chance};
 use vastex_core::{
     BiasRule, Budgets, Dims, Feedback, FeedbackCompactor, Geometry, GeometrySpec, PageContents, PageId,

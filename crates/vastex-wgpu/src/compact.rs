@@ -2,7 +2,7 @@
 //!
 //! The same on the CPU is [`vastex_core::FeedbackCompactor`].
 
-use vastex_core::shared;
+use vastex_core::shader_constants;
 
 use crate::bind::buffer;
 use crate::device::{compute_pipelines, dispatch_size, storage};
@@ -107,7 +107,7 @@ impl Compactor {
         pass.set_bind_group(0, &list.bind_group, &[]);
         let CompactionPipelines { count, append, .. } = &self.pipelines;
         for (pipeline, invocations) in [(count, self.pixels), (append, self.slot_count)] {
-            let [x, y] = dispatch_size(invocations.div_ceil(shared::WORKGROUP));
+            let [x, y] = dispatch_size(invocations.div_ceil(shader_constants::WORKGROUP));
             pass.set_pipeline(pipeline);
             pass.dispatch_workgroups(x, y, 1);
         }

@@ -1,11 +1,11 @@
 //! Where a view says which pages it wants: the feedback target, and how the picture is put onto it.
 //!
-//! A target pixel stands for a block of [`shared::FEEDBACK_SCALE`] pixels per side and looks at one of them, another
+//! A target pixel stands for a block of [`shader_constants::FEEDBACK_SCALE`] pixels per side and looks at one of them, another
 //! each frame: after a jitter cycle every row and column of the block was visited. What is written into a pixel is
 //! the shader's business (feedback.wgsl), how it comes back that of [`crate::Readback`]; where the main pass says it instead, that is
 //! `inline`'s.
 
-use vastex_core::shared;
+use vastex_core::shader_constants;
 
 use crate::device::{alive, staged, storage, uniform};
 use crate::error::GpuError;
@@ -20,7 +20,7 @@ pub const FEEDBACK_DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Dept
 
 /// Which pixel of its block a target pixel looks at, frame after frame: a lattice in which each row and each column
 /// has two, ordered so that those of a few frames lie far apart.
-const JITTER: [[u32; 2]; shared::JITTER_CYCLE as usize] = [
+const JITTER: [[u32; 2]; shader_constants::JITTER_CYCLE as usize] = [
     [4, 4],
     [0, 0],
     [4, 0],
@@ -42,7 +42,7 @@ const JITTER: [[u32; 2]; shared::JITTER_CYCLE as usize] = [
 /// How many pixels of the picture a pixel of the target stands for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum FeedbackScale {
-    /// A block of [`shared::FEEDBACK_SCALE`] pixels per side, of which one is looked at. For every frame.
+    /// A block of [`shader_constants::FEEDBACK_SCALE`] pixels per side, of which one is looked at. For every frame.
     #[default]
     Reduced,
     /// A block of twice as many per side, of which one is looked at: a quarter of the cost. For what is only expected.
@@ -55,8 +55,8 @@ impl FeedbackScale {
     /// Pixels of the picture per side for which a pixel of the target stands.
     pub const fn block(self) -> u32 {
         match self {
-            FeedbackScale::Reduced => shared::FEEDBACK_SCALE,
-            FeedbackScale::Coarse => 2 * shared::FEEDBACK_SCALE,
+            FeedbackScale::Reduced => shader_constants::FEEDBACK_SCALE,
+            FeedbackScale::Coarse => 2 * shader_constants::FEEDBACK_SCALE,
             FeedbackScale::Full => 1,
         }
     }
@@ -342,11 +342,11 @@ mod tests {
     #[test]
     fn the_jitter_visits_every_row_and_every_column() {
         for axis in 0..2 {
-            let mut visits = [0; shared::FEEDBACK_SCALE as usize];
+            let mut visits = [0; shader_constants::FEEDBACK_SCALE as usize];
             for position in JITTER {
                 visits[position[axis] as usize] += 1;
             }
-            assert_eq!(visits, [2; shared::FEEDBACK_SCALE as usize]);
+            assert_eq!(visits, [2; shader_constants::FEEDBACK_SCALE as usize]);
         }
         let distinct: std::collections::BTreeSet<_> = JITTER.into_iter().collect();
         assert_eq!(distinct.len(), JITTER.len());
@@ -357,7 +357,7 @@ mod tests {
         let pictures = [[1280, 720], [13, 7], [1, 1], [8, 9]];
         let scales = [FeedbackScale::Reduced, FeedbackScale::Coarse];
         for (picture, scale_of) in pictures.into_iter().flat_map(|p| scales.map(|scale| (p, scale))) {
-            for frame in 0..u64::from(shared::JITTER_CYCLE) {
+            for frame in 0..u64::from(shader_constants::JITTER_CYCLE) {
                 let view = FeedbackView::new(picture, scale_of, frame);
                 let (scale, offset) = view.clip_transform();
                 let (size, jitter) = (view.target_size(), view.jitter());

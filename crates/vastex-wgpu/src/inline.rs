@@ -2,7 +2,7 @@
 //!
 //! What a pixel tells is the shader's business (tell.wgsl), how the result comes back that of [`crate::Readback`].
 
-use vastex_core::shared;
+use vastex_core::shader_constants;
 
 use crate::bind::buffer;
 use crate::device::{alive, compute_pipelines, dispatch_size, storage};
@@ -107,7 +107,7 @@ impl InlineTarget {
     /// One invocation for each cell.
     fn run(&self, encoder: &mut wgpu::CommandEncoder, pipeline: &wgpu::ComputePipeline) {
         let [columns, rows] = self.raw.size();
-        let [x, y] = dispatch_size((columns * rows).div_ceil(shared::WORKGROUP));
+        let [x, y] = dispatch_size((columns * rows).div_ceil(shader_constants::WORKGROUP));
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some("vastex inline"),
             timestamp_writes: None,

@@ -4,7 +4,7 @@
 //! with the next frame. A place whose commands were dropped is free again at once. One whose commands are kept, while those of later
 //! frames are done, is overtaken: nothing waits for it, and where its room is needed it is given up.
 
-use vastex_core::{Feedback, PageId, WantedPage, shared};
+use vastex_core::{Feedback, PageId, WantedPage, shader_constants};
 
 use crate::compact::{CompactionPipelines, Compactor, HEAD_BYTES, List, WANTED_BYTES};
 use crate::error::GpuError;
@@ -327,6 +327,6 @@ impl Gathered {
 /// An entry of the list, or nothing where a shader wrote what is no page.
 fn page_from_wanted(wanted: Wanted) -> Option<WantedPage> {
     let page = PageId::from_bits(u64::from(wanted.page_high) << 32 | u64::from(wanted.page_low))?;
-    let eighth = (wanted.pixels_and_eighth & (shared::STEPS_PER_LEVEL - 1)) as u8;
-    Some(WantedPage { page, pixels: wanted.pixels_and_eighth >> shared::STEP_BITS, eighth })
+    let eighth = (wanted.pixels_and_eighth & (shader_constants::STEPS_PER_LEVEL - 1)) as u8;
+    Some(WantedPage { page, pixels: wanted.pixels_and_eighth >> shader_constants::STEP_BITS, eighth })
 }

@@ -4,7 +4,9 @@
 //! structs of the same names, in params.wgsl and table.wgsl.
 
 use bytemuck::{Pod, Zeroable};
-use vastex_core::{AddressMode, Geometry, LevelRule, PoolLayout, Slot, TableLayout, TextureId, shared};
+use vastex_core::{
+    AddressMode, Geometry, LevelRule, PoolLayout, Slot, TableLayout, TextureId, shader_constants,
+};
 
 /// `VASTEX_ADDRESS_*`: how an address mode is written.
 pub(crate) const fn address_code(mode: AddressMode) -> u32 {
@@ -78,7 +80,7 @@ pub(crate) struct TextureParams {
     pub(crate) table_places: u32,
     pub(crate) table_seed: u32,
     pub(crate) unused: [u32; 2],
-    pub(crate) levels: [LevelParams; shared::MAX_LEVELS as usize],
+    pub(crate) levels: [LevelParams; shader_constants::MAX_LEVELS as usize],
 }
 
 impl TextureParams {
@@ -95,7 +97,7 @@ impl TextureParams {
             TableParams::Direct { finest, begin } => (finest, begin, [0; 2]),
             TableParams::Hashed { places, seed } => (0, 0, [places, seed]),
         };
-        let mut levels = [LevelParams::default(); shared::MAX_LEVELS as usize];
+        let mut levels = [LevelParams::default(); shader_constants::MAX_LEVELS as usize];
         for (index, params) in (0..=geometry.coarsest()).zip(&mut levels) {
             *params = LevelParams::new(geometry, index, tail.first_level());
             if (table_level..tail.first_level()).contains(&index) && table_places == 0 {
@@ -177,7 +179,7 @@ impl PoolParams {
             slots: [layout.columns, layout.rows],
             inverse_slots: [layout.columns, layout.rows].map(|slots| 1.0 / slots as f32),
             texel: layout.image_size().map(|side| layer_scale as f32 / side as f32),
-            bias: f32::from(bias) / shared::STEPS_PER_LEVEL as f32,
+            bias: f32::from(bias) / shader_constants::STEPS_PER_LEVEL as f32,
             layer_scale,
             layer_share: 1.0 / layer_scale as f32,
             unused: 0,
@@ -352,9 +354,9 @@ mod tests {
     #[test]
     fn single_precision_finds_the_place_of_every_slot() {
         let quotient = |number: u32, inverse: f32| ((number as f32 + 0.5) * inverse) as u32;
-        for by in (1..=2048).chain([4095, 4096, 65_535, 1 << 20, shared::POOL_SLOTS]) {
+        for by in (1..=2048).chain([4095, 4096, 65_535, 1 << 20, shader_constants::POOL_SLOTS]) {
             let inverse = 1.0 / by as f32;
-            let few = shared::POOL_SLOTS / by;
+            let few = shader_constants::POOL_SLOTS / by;
             for multiple in (0..few.min(300)).chain(few.saturating_sub(300)..=few) {
                 let at = multiple * by;
                 for number in [at.saturating_sub(1), at, at + 1] {

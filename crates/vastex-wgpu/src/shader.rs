@@ -6,7 +6,7 @@
 
 use std::fmt::Write as _;
 
-use vastex_core::{AddressMode, Geometry, Level, shared};
+use vastex_core::{AddressMode, Geometry, Level, shader_constants};
 
 use crate::bind;
 use crate::filter::Filter;
@@ -293,7 +293,7 @@ pub(crate) fn inline_wgsl() -> String {
 fn constants() -> String {
     // On a line of its own, whatever the text before it ends with.
     let mut text = String::from("\n");
-    for &(name, value) in shared::WGSL.iter().chain(bind::BINDINGS) {
+    for &(name, value) in shader_constants::WGSL.iter().chain(bind::BINDINGS) {
         push_constant(&mut text, name, value);
     }
     push_constant(&mut text, "NONE", u32::MAX);

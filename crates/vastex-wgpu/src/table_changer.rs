@@ -5,7 +5,7 @@
 //! changes on the CPU, and one dispatch writes the places that are others now. Tables in textures change on the CPU, too
 //! (`table_texture`).
 
-use vastex_core::{ChangeRule, Geometry, HashedTable, PagePos, Slot, TableChange, shared};
+use vastex_core::{ChangeRule, Geometry, HashedTable, PagePos, Slot, TableChange, shader_constants};
 
 use crate::bind::buffer;
 use crate::device::{alive, compute_pipelines, dispatch_size, storage};
@@ -243,7 +243,7 @@ impl Pipelines {
         if written.is_empty() {
             return Ok(0);
         }
-        let steps = [(&self.write, (written.len() as u32).div_ceil(shared::WORKGROUP))];
+        let steps = [(&self.write, (written.len() as u32).div_ceil(shader_constants::WORKGROUP))];
         let bytes = written_places(hashed, &written);
         self.dispatch(device, queue, encoder, table, &bytes, &steps)
     }
@@ -252,7 +252,7 @@ impl Pipelines {
     fn fill(&self, device: &wgpu::Device, encoder: &mut wgpu::CommandEncoder, table: &mut TableBuffers) {
         let entries = (table.kind.bytes(&table.geometry) / 4) as u32;
         let room = table.changes.take().unwrap_or_else(|| self.change_buffer(device, table, LEAST_ROOM));
-        let [x, y] = dispatch_size(entries.div_ceil(shared::WORKGROUP));
+        let [x, y] = dispatch_size(entries.div_ceil(shader_constants::WORKGROUP));
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some("vastex page table"),
             timestamp_writes: None,
@@ -337,7 +337,7 @@ impl Batch {
             for change in changes.iter().filter(|change| is_half(&change.rule)) {
                 let pos = change.page.pos(geometry.dims());
                 sorted.push(record(change, pos, chunks));
-                chunks += entries_below(geometry, pos.level, finest).div_ceil(shared::WORKGROUP);
+                chunks += entries_below(geometry, pos.level, finest).div_ceil(shader_constants::WORKGROUP);
             }
             ((sorted.len() - first) as u32, chunks)
         };

@@ -68,7 +68,8 @@ impl FeedbackWay {
     }
 
     fn is_there(self, limits: &wgpu::Limits, stages: Stages) -> bool {
-        let has_compute = limits.max_compute_invocations_per_workgroup >= vastex_core::shared::WORKGROUP;
+        let has_compute =
+            limits.max_compute_invocations_per_workgroup >= vastex_core::shader_constants::WORKGROUP;
         let has_buffers = limits.max_storage_buffers_per_shader_stage >= 2;
         let is_separate = has_compute && has_buffers && stages.read_by_vertices;
         match self {

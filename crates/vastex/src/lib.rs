@@ -84,7 +84,7 @@ pub use stats::FrameStats;
 pub use telemetry::{Cell, PoolRecord};
 pub use textures::{BindGroups, Textures};
 pub use uploads::UploadStats;
-pub use vastex_core::shared::JITTER_CYCLE;
+pub use vastex_core::shader_constants::JITTER_CYCLE;
 pub use vastex_core::{
     AddressMode, AskError, BiasRule, Box3, Description, Dims, Event, Explanation, Feedback, Geometry,
     GeometryError, GeometrySpec, GroupError, GroupId, History, Integrator, Layer, LayerFormat, LevelRule,
@@ -103,8 +103,8 @@ pub use vastex_tiles::{
 #[cfg(not(target_family = "wasm"))]
 pub use vastex_tiles::{DiskCache, DiskTier, DiskTierError};
 pub use vastex_wgpu::{
-    Atlas, FeedbackTarget, GpuError, instance_for, required_features, required_limits, shader_module,
-    texture_format,
+    Atlas, FeedbackTarget, GpuError, instance_for, only_needed, required_features, required_limits,
+    shader_module, texture_format,
 };
 pub use views::ViewSettings;
 

@@ -85,11 +85,11 @@ fn called_on<'a>(text: &'a str, of: &'a str) -> impl Iterator<Item = &'a str> {
 
 #[test]
 fn no_shader_declares_a_shared_constant_by_hand() -> Result<()> {
-    let shared = std::fs::read_to_string(root().join("crates/vastex-core/src/shared.rs"))?;
+    let shared = std::fs::read_to_string(root().join("crates/vastex-core/src/shader_constants.rs"))?;
     let shared: Vec<&str> = constants(&shared).collect();
     ensure!(
         shared.len() > 5,
-        "the shared constants have moved; this test looks for them in core's shared.rs"
+        "the shared constants have moved; this test looks for them in core's shader_constants.rs"
     );
     for source in files(&["wgsl"])? {
         let text = code(&source.text);
@@ -97,7 +97,7 @@ fn no_shader_declares_a_shared_constant_by_hand() -> Result<()> {
             let plain = name.strip_prefix("VASTEX_").unwrap_or(name);
             ensure!(
                 !shared.contains(&plain),
-                "{} declares {name}, which is generated from core's shared.rs",
+                "{} declares {name}, which is generated from core's shader_constants.rs",
                 source.path
             );
         }

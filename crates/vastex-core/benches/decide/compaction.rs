@@ -3,7 +3,7 @@
 use std::hint::black_box;
 
 use rustc_hash::FxHashSet;
-use vastex_core::shared::{FEEDBACK_SCALE, FEEDBACK_WANTED};
+use vastex_core::shader_constants::{FEEDBACK_SCALE, FEEDBACK_WANTED};
 use vastex_core::sim::Path;
 use vastex_core::{Feedback, FeedbackCompactor, Geometry, GeometrySpec, TextureId};
 

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::time::Instant;
 
 use bytes::Bytes;
-use vastex_core::shared::{FEEDBACK_WANTED, JITTER_CYCLE};
+use vastex_core::shader_constants::{FEEDBACK_WANTED, JITTER_CYCLE};
 use vastex_core::sim::{Path, View};
 use vastex_core::{
     BiasRule, Budgets, Dims, Feedback, FeedbackCompactor, Geometry, GeometrySpec, GroupId, PageId, PagePos,

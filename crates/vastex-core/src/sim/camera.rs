@@ -2,13 +2,13 @@
 
 use rustc_hash::FxHashMap;
 
-use crate::feedback::{Feedback, WantedPage};
-use crate::geometry::Geometry;
-use crate::motion::Motion;
-use crate::page::{PageId, PagePos, TextureId};
-use crate::shared::{FEEDBACK_SCALE, JITTER_CYCLE, STEPS_PER_LEVEL};
+use crate::record::trace::Place;
+use crate::shader_constants::{FEEDBACK_SCALE, JITTER_CYCLE, STEPS_PER_LEVEL};
 use crate::sim::Random;
-use crate::trace::Place;
+use crate::texture::geometry::Geometry;
+use crate::texture::page::{PageId, PagePos, TextureId};
+use crate::wanted::feedback::{Feedback, WantedPage};
+use crate::wanted::motion::Motion;
 
 /// What is seen at one moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -206,6 +206,6 @@ impl Row {
     fn page(&self, texture: TextureId, geometry: &Geometry, x: u32) -> Option<PageId> {
         let pos = PagePos { x, ..self.page };
         let pos = if geometry.is_tail(pos) { geometry.tail_pos() } else { pos };
-        crate::textures::page_id(texture, geometry, pos)
+        crate::texture::geometry::page_id(texture, geometry, pos)
     }
 }

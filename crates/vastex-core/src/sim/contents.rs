@@ -8,13 +8,13 @@ use std::sync::Arc;
 use bytes::Bytes;
 use rustc_hash::FxHasher;
 
-use crate::geometry::Geometry;
-use crate::page::{Dims, PageId, PagePos, TextureId};
-use crate::page_contents::PageContents;
-use crate::pager::Pager;
-use crate::pool::{PoolId, Slot};
-use crate::resize::SlotMove;
+use crate::pager::pool::Pager;
+use crate::residency::resize::SlotMove;
 use crate::sim::Random;
+use crate::table::pool::{PoolId, Slot};
+use crate::texture::geometry::Geometry;
+use crate::texture::page::{Dims, PageId, PagePos, TextureId};
+use crate::texture::page_contents::PageContents;
 
 /// Pages along each axis of what has one content, so that neighbours and ancestors have, too.
 const PATCH: u32 = 3;
@@ -80,7 +80,7 @@ impl Contents {
         let (pool, now) = (pager.pool(), self.now(page));
         let is_same = |&other: &PageId| other != page && self.changes(other) == 0 && self.now(other) == now;
         let on_its_way = self.under_way.iter().filter(|(_, (at, _))| *at == pool).map(|(other, _)| *other);
-        let there = |other: &PageId| pager.textures.geometry(other.texture()).is_some();
+        let there = |other: &PageId| pager.has_texture(other.texture());
         if let Some(other) = on_its_way.filter(there).find(is_same) {
             return Err(format!("{page:?} is being loaded, with {other:?}"));
         }

@@ -7,24 +7,24 @@
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
-use crate::bias::BiasRule;
-use crate::event::Event;
-use crate::feedback::{Feedback, Need};
-use crate::geometry::{Geometry, GeometrySpec};
-use crate::groups::{GroupError, GroupId};
-use crate::page::{PageId, TextureId};
-use crate::page_contents::PageContents;
-use crate::pagers::{Budgets, Pagers};
-use crate::pool::{PoolError, PoolId, Slot};
-use crate::region::{Reach, Region};
+use crate::pager::bias::BiasRule;
+use crate::pager::event::Event;
+use crate::pager::tickets::{AskError, Progress, Ticket, TicketState, Urgency};
+use crate::pager::{Budgets, Pagers};
 use crate::residency::PageState;
 use crate::sim::contents::Contents;
 use crate::sim::loader::{Loads, Outcome};
-use crate::sim::{Path, Random};
+use crate::sim::{Log, Path, Random};
+use crate::table::pool::{PoolError, PoolId, Slot};
 use crate::table::{ChangeRule, PageTable, TableChange, TableEntry, TableImage};
-use crate::textures::page_id;
-use crate::tickets::{AskError, Progress, Ticket, TicketState, Urgency};
-use crate::views::ViewId;
+use crate::texture::geometry::page_id;
+use crate::texture::geometry::{Geometry, GeometrySpec};
+use crate::texture::page::{PageId, TextureId};
+use crate::texture::page_contents::PageContents;
+use crate::texture::region::{Reach, Region};
+use crate::wanted::feedback::{Feedback, Need};
+use crate::wanted::groups::{GroupError, GroupId};
+use crate::wanted::view::ViewId;
 
 mod watch;
 
@@ -52,6 +52,8 @@ pub struct Crowd {
     pub frame: u64,
     /// Everything that the pagers said, with the frame.
     pub events: Vec<(u64, Event)>,
+    /// What the pagers decided and told, where somebody wants it.
+    pub log: Log,
     budgets: Budgets,
     screen: [u32; 2],
     random: Random,
@@ -83,6 +85,7 @@ impl Crowd {
             loads: Loads::new(seed),
             frame: 0,
             events: Vec::new(),
+            log: Log::default(),
             budgets,
             screen,
             random: Random::new(seed),
@@ -133,6 +136,7 @@ impl Crowd {
         if let Some(contents) = contents {
             self.contents.add(texture, geometry.dims(), contents);
         }
+        self.log.texture(texture, geometry.dims(), pool, tail_slot);
         let tail = page_id(texture, &geometry, geometry.tail_pos());
         tail.into_iter().for_each(|tail| self.contents.show_as_it_is(pool, tail_slot, tail));
         let table = TableImage::new(&geometry, tail_slot);
@@ -182,6 +186,7 @@ impl Crowd {
             Some(urgency) => self.pagers.prefetch(texture, region, urgency),
             None => self.pagers.pin(texture, region),
         }?;
+        self.log.asked(ticket);
         self.tickets.insert(ticket);
         Ok(ticket)
     }
@@ -211,7 +216,8 @@ impl Crowd {
             let page = page_id(texture, &member.geometry, pos);
             page.into_iter().for_each(|page| self.contents.change(page));
         }
-        self.pagers.invalidate(texture, region);
+        let changed = self.pagers.invalidate(texture, region);
+        self.log.line(format_args!("texture {} changed {changed} pages", texture.number()));
     }
 
     /// Gives a pool so many slots, and looks whether every tile that stays is moved, and pins are among them. Says whether
@@ -222,6 +228,7 @@ impl Crowd {
         if self.pagers.resize_pool(pool, slots, &mut moves).is_err() {
             return Ok(false);
         }
+        self.log.moved(pool, slots, &moves);
         let to: BTreeMap<Slot, Slot> = moves.iter().map(|m| (m.from, m.to)).collect();
         let is_where_it_was_moved = |&(page, slot): &(PageId, Slot)| match self.pagers.state(page) {
             PageState::Resident(now) => now.index() < slots && to.get(&slot) == Some(&now),
@@ -248,6 +255,7 @@ impl Crowd {
     /// The device is lost, and with it every pool; the tails are put into the new pools, and page tables begin anew.
     pub fn lose_device(&mut self) {
         self.pagers.tiles_lost();
+        self.log.line(format_args!("device lost"));
         self.contents.lose();
         self.pinned.clear(); // they are not all here any more, and that they are is not said again
         for Member { texture, pool, geometry, table, .. } in &mut self.members {
@@ -289,6 +297,7 @@ impl Crowd {
     /// Plays one frame.
     pub fn step(&mut self) -> Result<(), String> {
         self.frame += 1;
+        self.log.frame(self.frame);
         self.pagers.begin_frame(self.frame);
         self.note_ended()?;
         self.see();
@@ -297,7 +306,9 @@ impl Crowd {
         self.load()?;
         self.check_in_flight()?;
         self.upload()?;
+        self.pagers.iter().for_each(|pager| self.log.bias(pager.pool(), pager.bias_eighths()));
         while let Some(event) = self.pagers.poll_event() {
+            self.log.event(&event);
             self.events.push((self.frame, event));
         }
         self.members.iter().try_for_each(|member| self.check_table(member))?;
@@ -308,6 +319,7 @@ impl Crowd {
     /// Takes note of tickets that have ended, each once, and of pins that are all here.
     fn note_ended(&mut self) -> Result<(), String> {
         while let Some((ticket, progress)) = self.pagers.poll_ended() {
+            self.log.ended(ticket, &progress);
             let all_here = progress.resident + progress.failed == progress.pages;
             if !self.tickets.remove(&ticket) || (progress.state == TicketState::Done) != all_here {
                 return Err(format!("frame {}: {ticket:?} ended twice or wrongly: {progress:?}", self.frame));
@@ -338,6 +350,7 @@ impl Crowd {
             arrivals.rotate_left(first);
         }
         for (page, outcome) in arrivals {
+            self.log.arrived(page, outcome);
             let tile = self.contents.load_ended(page);
             match outcome {
                 Outcome::Tile => self.pagers.tile_ready(page, tile),
@@ -346,10 +359,12 @@ impl Crowd {
             }
         }
         while let Some(page) = self.pagers.poll_cancel() {
+            self.log.cancel(page);
             self.loads.cancel(page);
         }
         while let Some(request) = self.pagers.poll_rerank() {
             self.loads.rerank(request.page, request.rank);
+            self.log.rerank(request.page, &self.loads);
         }
         while let Some(request) = self.pagers.poll_request() {
             if self.loads.has(request.page) {
@@ -359,6 +374,7 @@ impl Crowd {
             let read = self.contents.read(request.page, self.pagers.pager(pool));
             read.map_err(|why| format!("frame {}: {why}", self.frame))?;
             self.loads.request(request.page, request.rank);
+            self.log.request(request.page, &self.loads);
         }
         self.begin_loads()
     }
@@ -366,9 +382,10 @@ impl Crowd {
     /// No page in view, in whichever pool, waits for one that is not.
     fn begin_loads(&mut self) -> Result<(), String> {
         let begun = self.loads.begin(self.frame);
+        begun.iter().for_each(|page| self.log.begun(*page));
         let is_in_view = |page: &PageId| {
             let pool = self.pagers.pool_of(page.texture());
-            pool.is_some_and(|pool| self.pagers.pager(pool).residency.is_for_view(*page))
+            pool.is_some_and(|pool| self.pagers.pager(pool).is_for_view(*page))
         };
         let ahead = begun.iter().find(|page| !is_in_view(page));
         match ahead.and_then(|ahead| Some((ahead, self.loads.waiting().find(is_in_view)?))) {
@@ -382,7 +399,8 @@ impl Crowd {
     fn upload(&mut self) -> Result<(), String> {
         let mut bytes = 0;
         while let Some((pool, upload)) = self.pagers.poll_upload() {
-            bytes += self.pagers.pager(pool).settings.tile_bytes;
+            bytes += self.pagers.pager(pool).tile_bytes();
+            self.log.upload(pool, &upload);
             self.contents.show(pool, upload.slot, &upload.bytes);
             if let Some(evicted) = upload.evicted {
                 self.check_eviction(evicted)?;
@@ -391,6 +409,7 @@ impl Crowd {
         self.uploaded.push(bytes);
         self.check_upload_budget()?;
         self.pagers.take_table_changes(&mut self.changes);
+        self.log.table_changes(&self.changes);
         for Member { texture, geometry, table, .. } in &mut self.members {
             let own = self.changes.iter().filter(|change| change.page.texture() == *texture);
             own.for_each(|change| {
@@ -468,12 +487,8 @@ impl Crowd {
     /// A pool holds pages of its own textures, and of no others.
     fn check_owners(&self) -> Result<(), String> {
         for pager in self.pagers.iter() {
-            let own: BTreeSet<TextureId> = self
-                .members
-                .iter()
-                .filter(|member| member.pool == pager.pool())
-                .map(|member| member.texture)
-                .collect();
+            let own = self.members.iter().filter(|member| member.pool == pager.pool());
+            let own: BTreeSet<TextureId> = own.map(|member| member.texture).collect();
             if let Some(page) =
                 pager.resident().map(|(page, _)| page).find(|page| !own.contains(&page.texture()))
             {

@@ -1,8 +1,8 @@
 //! A loader with so many lanes: what waits is begun best rank first, takes a whole number of frames in its lane, arrives as the
 //! bandwidth allows, and fails when it is told to. Loads of a texture that is silent never end, and take no lane.
 
-use crate::page::{PageId, TextureId};
 use crate::sim::Random;
+use crate::texture::page::{PageId, TextureId};
 
 /// Lanes where nothing else is said.
 const LANES: usize = 64;
@@ -124,6 +124,12 @@ impl Loads {
     /// The pages that no lane has taken yet.
     pub(crate) fn waiting(&self) -> impl Iterator<Item = PageId> + '_ {
         self.waiting.iter().map(|(_, page)| *page)
+    }
+
+    /// How many others come before a page of those that no lane has taken yet.
+    pub(crate) fn place(&self, page: PageId) -> Option<usize> {
+        let (own, _) = self.waiting.iter().find(|(_, other)| *other == page)?;
+        Some(self.waiting.iter().filter(|(turn, _)| turn < own).count())
     }
 
     pub(crate) fn has(&self, page: PageId) -> bool {

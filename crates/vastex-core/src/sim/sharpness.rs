@@ -3,9 +3,9 @@
 
 use std::collections::BTreeMap;
 
-use crate::page::PageId;
-use crate::pager::Pager;
+use crate::pager::pool::Pager;
 use crate::residency::PageState;
+use crate::texture::page::PageId;
 
 /// Times to sharp of the pages that came into view.
 #[derive(Clone, Debug, Default)]
@@ -19,7 +19,7 @@ impl Sharpness {
     /// Takes note of the working set at the bias in force after a frame.
     pub(crate) fn note(&mut self, frame: u64, pager: &Pager) {
         let mut now = BTreeMap::new();
-        for (page, _) in pager.set.pages_at(pager.bias_eighths()) {
+        for page in pager.pages_in_view() {
             let is_here = matches!(pager.state(page), PageState::Resident(_));
             let since = match self.in_view.get(&page) {
                 Some(None) => None,

@@ -5,21 +5,21 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 
-use crate::bias::BiasRule;
-use crate::budget::PagerSettings;
-use crate::decision::Upload;
-use crate::event::Event;
-use crate::feedback::{Feedback, Need};
-use crate::geometry::{Geometry, GeometrySpec};
-use crate::page::{PageId, PagePos, TextureId};
-use crate::page_set::PageSet;
-use crate::pager::Pager;
-use crate::pool::PoolError;
-use crate::prefetch_sets::PrefetchSets;
+use crate::pager::bias::BiasRule;
+use crate::pager::decision::Upload;
+use crate::pager::event::Event;
+use crate::pager::pool::Pager;
+use crate::pager::settings::PagerSettings;
+use crate::record::prefetch_sets::PrefetchSets;
+use crate::record::trace::Trace;
 use crate::sim::loader::{Loads, Outcome};
-use crate::sim::{Path, Random, Sharpness, View};
+use crate::sim::{Log, Path, Random, Sharpness, View};
+use crate::table::pool::PoolError;
 use crate::table::{PageTable, TableChange, TableEntry, TableImage};
-use crate::trace::Trace;
+use crate::texture::geometry::{Geometry, GeometrySpec};
+use crate::texture::page::{PageId, PagePos, TextureId};
+use crate::texture::page_set::PageSet;
+use crate::wanted::feedback::{Feedback, Need};
 
 /// Frames between a view and its feedback.
 const FEEDBACK_FRAMES: u64 = 2;
@@ -121,6 +121,8 @@ pub struct World {
     pub events: Vec<(u64, Event)>,
     /// How often the tile of each page was put into a slot.
     pub loads_of: BTreeMap<PageId, u32>,
+    /// What the pager decided and told, where somebody wants it.
+    pub log: Log,
     /// Loads that were ranked anew while the loader had them.
     pub reranked: u64,
     /// Entries of the page table that the changes of the last frame replaced.
@@ -171,6 +173,7 @@ impl World {
             frame: 0,
             events: Vec::new(),
             loads_of: BTreeMap::new(),
+            log: Log::default(),
             reranked: 0,
             entries_changed: 0,
             look: None,
@@ -181,6 +184,14 @@ impl World {
             uploaded: Vec::new(),
             changes: Vec::new(),
         })
+    }
+
+    /// Keeps lines of what the pager decides and tells; to be called before the first frame.
+    pub fn begin_log(&mut self) {
+        self.log.begin();
+        if let Some(tail) = self.pager.tail_slot(self.texture) {
+            self.log.texture(self.texture, self.geometry.dims(), self.pager.pool(), tail);
+        }
     }
 
     /// What the camera sees now.
@@ -217,6 +228,7 @@ impl World {
     /// Plays one frame.
     pub fn step(&mut self) -> Result<(), String> {
         self.frame += 1;
+        self.log.frame(self.frame);
         self.pager.begin_frame(self.frame);
         let (screen, complete) = (self.knobs.screen, self.knobs.complete_feedback);
         self.in_view.push_back(self.view().feedback(
@@ -237,7 +249,9 @@ impl World {
         self.load()?;
         self.upload()?;
         self.sharpness.note(self.frame, &self.pager);
+        self.log.bias(self.pager.pool(), self.pager.bias_eighths());
         while let Some(event) = self.pager.poll_event() {
+            self.log.event(&event);
             self.events.push((self.frame, event));
         }
         self.check_table()
@@ -272,6 +286,7 @@ impl World {
 
     fn load(&mut self) -> Result<(), String> {
         for (page, outcome) in self.knobs.loads.arrivals(self.frame) {
+            self.log.arrived(page, outcome);
             match outcome {
                 Outcome::Tile => self.pager.tile_ready(page, Bytes::from_static(b"tile")),
                 Outcome::Failure => self.pager.tile_failed(page, "simulated"),
@@ -279,10 +294,12 @@ impl World {
             }
         }
         while let Some(page) = self.pager.poll_cancel() {
+            self.log.cancel(page);
             self.knobs.loads.cancel(page);
         }
         while let Some(request) = self.pager.poll_rerank() {
             self.knobs.loads.rerank(request.page, request.rank);
+            self.log.rerank(request.page, &self.knobs.loads);
             self.reranked += 1;
         }
         while let Some(request) = self.pager.poll_request() {
@@ -290,6 +307,7 @@ impl World {
                 return Err(format!("frame {}: {} has no tile and was asked for", self.frame, request.pos));
             }
             self.knobs.loads.request(request.page, request.rank);
+            self.log.request(request.page, &self.knobs.loads);
         }
         self.begin_loads()
     }
@@ -297,7 +315,8 @@ impl World {
     /// No page in view waits for one that is not.
     fn begin_loads(&mut self) -> Result<(), String> {
         let begun = self.knobs.loads.begin(self.frame);
-        let is_in_view = |page: &PageId| self.pager.residency.is_for_view(*page);
+        begun.iter().for_each(|page| self.log.begun(*page));
+        let is_in_view = |page: &PageId| self.pager.is_for_view(*page);
         let ahead = begun.iter().find(|page| !is_in_view(page));
         match ahead.and_then(|ahead| Some((ahead, self.knobs.loads.waiting().find(is_in_view)?))) {
             Some((ahead, waits)) => {
@@ -323,12 +342,14 @@ impl World {
         let mut bytes = 0;
         while let Some(upload) = self.pager.poll_upload() {
             bytes += self.knobs.tile_bytes;
+            self.log.upload(self.pager.pool(), &upload);
             *self.loads_of.entry(upload.page).or_default() += 1;
             self.check_eviction(&upload)?;
         }
         self.uploaded.push(bytes);
         self.check_upload_budget()?;
         self.pager.take_table_changes(&mut self.changes);
+        self.log.table_changes(&self.changes);
         let changes = self.changes.iter();
         self.entries_changed = changes.map(|change| self.table.apply(&self.geometry, change)).sum();
         Ok(())

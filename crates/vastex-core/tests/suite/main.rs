@@ -8,13 +8,14 @@
 
 mod bias;
 mod bounds;
-mod by_hand;
 mod explain;
 mod fair_share;
+mod groups;
 mod learnt;
 mod pools;
 mod prediction;
 mod ranks;
+mod requests;
 mod several_views;
 mod sharing;
 mod telemetry;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use vastex_core::shared::JITTER_CYCLE;
+use vastex_core::shader_constants::JITTER_CYCLE;
 use vastex_core::sim::{Crowd, Path, Watch};
 use vastex_core::{
     BiasRule, Budgets, Event, Feedback, GeometrySpec, MAX_VIEWS, PageId, PageState, Pagers, ViewError,

@@ -1,6 +1,6 @@
 //! How soon a view is complete, and at what price: after a cut, and while the camera stands.
 
-use vastex_core::shared::JITTER_CYCLE;
+use vastex_core::shader_constants::JITTER_CYCLE;
 use vastex_core::sim::{Knobs, Path, World};
 use vastex_core::{Event, ViewId};
 

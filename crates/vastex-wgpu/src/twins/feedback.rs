@@ -1,6 +1,6 @@
 //! Twin of feedback.wgsl: the page that a pixel wants at mip bias 0.
 
-use vastex_core::shared::{FEEDBACK_DEGENERATE, FEEDBACK_WANTED, STEPS_PER_LEVEL};
+use vastex_core::shader_constants::{FEEDBACK_DEGENERATE, FEEDBACK_WANTED, STEPS_PER_LEVEL};
 use vastex_core::{PageId, PagePos};
 
 use super::Texture;

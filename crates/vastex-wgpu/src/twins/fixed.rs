@@ -1,7 +1,7 @@
 //! Twin of sample_fixed.wgsl and feedback_fixed.wgsl: a place that is given as a whole-numbered anchor and an offset from it.
 
 use vastex_core::AddressMode;
-use vastex_core::shared::FIXED_REACH;
+use vastex_core::shader_constants::FIXED_REACH;
 
 use super::level::Footprint;
 use super::lookup::Position;

@@ -1,6 +1,6 @@
 //! Twin of lambda.wgsl, footprint.wgsl and level.wgsl: from gradients to what a pixel covers, and to a level.
 
-use vastex_core::shared::STEPS_PER_LEVEL;
+use vastex_core::shader_constants::STEPS_PER_LEVEL;
 
 use super::Texture;
 

@@ -1,6 +1,6 @@
 //! Feedback from the target to the CPU: what is drawn, its compaction, the ring.
 
-use vastex_core::shared::{FEEDBACK_DEGENERATE, FEEDBACK_EMPTY, FEEDBACK_WANTED, JITTER_CYCLE};
+use vastex_core::shader_constants::{FEEDBACK_DEGENERATE, FEEDBACK_EMPTY, FEEDBACK_WANTED, JITTER_CYCLE};
 use vastex_core::{Dims, Feedback, FeedbackCompactor, Geometry, GeometrySpec, LayerFormat, PageId, PagePos};
 use vastex_wgpu::test_device::TestDevice;
 use vastex_wgpu::{

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use bytemuck::{Pod, Zeroable};
-use vastex_core::shared::FIXED_REACH;
+use vastex_core::shader_constants::FIXED_REACH;
 use vastex_core::{AddressMode, Description, Geometry, GeometrySpec, LayerFormat, PagePos, Slot};
 use vastex_wgpu::test_device::TestDevice;
 use vastex_wgpu::{BindLayout, FeedbackWay, Filter, ShaderOptions, TableChoice, ViewBuffer, twins, wgsl};

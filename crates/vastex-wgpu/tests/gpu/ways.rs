@@ -1,6 +1,6 @@
 //! Feedback from the main pass beside that of a pass of its own: which surface is heard, and whose turn it is.
 
-use vastex_core::shared::JITTER_CYCLE;
+use vastex_core::shader_constants::JITTER_CYCLE;
 use vastex_core::{Geometry, GeometrySpec, LayerFormat};
 use vastex_wgpu::{
     BindLayout, FEEDBACK_DEPTH_FORMAT, FEEDBACK_FORMAT, FeedbackScale, FeedbackTarget, FeedbackWay,

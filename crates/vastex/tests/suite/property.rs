@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use crate::common::{Mapping, PICTURE, Screen, property, settings};
 use vastex::{AddressMode, PageId, PagePos, PageState, PoolSettings, Settings};
-use vastex_core::{Dims, shared};
+use vastex_core::{Dims, shader_constants};
 use vastex_tiles::PropertySource;
 
 const SIZES: [[u32; 2]; 3] = [[1000, 777], [777, 1000], [1, 1]];
@@ -136,7 +136,7 @@ fn check_requests(screen: &mut Screen, oracle: &Oracle<'_>) {
         }
     }
     let feedback = screen.feedback_of_every_pixel();
-    let steps = shared::STEPS_PER_LEVEL as u8;
+    let steps = shader_constants::STEPS_PER_LEVEL as u8;
     let exact_eighth = (oracle.exact_level(0.0) * f64::from(steps)).floor() as u8;
     let eighth = (exact_eighth - level.min(oracle.tail_level) * steps).min(steps - 1);
     let mut total = 0;
@@ -198,7 +198,8 @@ fn a_pool_too_small_moves_every_pixel_to_the_level_of_its_bias() {
         screen.set_mapping(0, mapping);
         screen.converge();
         let oracle = Oracle { size, page, address, tail_level, mapping };
-        let bias = f64::from(screen.textures.stats().pager.bias_eighths) / f64::from(shared::STEPS_PER_LEVEL);
+        let bias = f64::from(screen.textures.stats().pager.bias_eighths)
+            / f64::from(shader_constants::STEPS_PER_LEVEL);
         assert!(bias > 0.0, "{:?}", screen.textures.stats());
         let level = oracle.level(bias);
         assert!(level > oracle.level(0.0), "a bias of {bias} levels");

@@ -1,8 +1,8 @@
 //! Who looks at a crowd: the main view in every frame, others beside it as often as they like.
 
-use crate::feedback::Feedback;
 use crate::sim::crowd::{Crowd, Member};
-use crate::views::{ViewError, ViewId};
+use crate::wanted::feedback::Feedback;
+use crate::wanted::view::{ViewError, ViewId};
 
 /// Frames between a view and its feedback.
 const FEEDBACK_FRAMES: u64 = 2;

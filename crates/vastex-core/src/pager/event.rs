@@ -1,0 +1,135 @@
+//! What an application wants to know, and the queue in which it waits to be asked for.
+
+use std::collections::VecDeque;
+
+use crate::table::pool::PoolId;
+use crate::texture::page::{PageId, TextureId};
+
+/// Something that happened; see [`crate::Pagers::poll_event`].
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Event {
+    /// For a whole jitter cycle no page was newly wanted, and none was missing at the bias in force, in any pool.
+    Converged {
+        /// The frame.
+        frame: u64,
+    },
+    /// The pool's working set does not fit; said when the bias rises.
+    Oversubscribed {
+        /// The pool.
+        pool: PoolId,
+        /// Pages of the working set at bias 0, with their ancestors and the pins.
+        wanted: u32,
+        /// Slots of the pool.
+        slots: u32,
+        /// Slots that hold a tile; the pool's residency is the share that they are of all.
+        occupied: u32,
+        /// The bias now in force, in eighths of a level.
+        bias_eighths: u16,
+        /// The textures that want most, at most three, largest first.
+        largest: Vec<TexturePages>,
+    },
+    /// The device had no memory for a pool of the size that was asked for, so that it was made smaller.
+    PoolReduced {
+        /// The pool.
+        pool: PoolId,
+        /// Bytes asked for.
+        asked: u64,
+        /// Bytes that it has.
+        bytes: u64,
+    },
+    /// A tile could not be had; said once, until it recovers. It is tried again with back-off, its ancestor stays on screen.
+    Failed {
+        /// The pool of its texture.
+        pool: PoolId,
+        /// The page.
+        page: PageId,
+        /// What its source said.
+        why: String,
+    },
+    /// A tile that had failed is here.
+    Recovered {
+        /// The pool of its texture.
+        pool: PoolId,
+        /// The page.
+        page: PageId,
+    },
+    /// Nobody asked for events for so long that the oldest were dropped.
+    Lost {
+        /// How many.
+        events: u64,
+    },
+}
+
+/// The part of a pool that one texture takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TexturePages {
+    /// The texture.
+    pub texture: TextureId,
+    /// Its pages in the working set at bias 0, its tail not counted.
+    pub wanted: u32,
+    /// Slots that hold its tiles, its tail among them.
+    pub resident: u32,
+}
+
+/// Events that nobody has asked for yet. The oldest are dropped where they would be too many, and that is an event too.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct EventQueue {
+    events: VecDeque<Event>,
+    lost: u64,
+}
+
+impl EventQueue {
+    /// Events that can wait.
+    pub(crate) const CAPACITY: usize = 1024;
+
+    pub(crate) fn push(&mut self, event: Event) {
+        match event {
+            Event::Lost { events } => self.lost += events,
+            event => {
+                if self.events.len() == EventQueue::CAPACITY {
+                    self.events.pop_front();
+                    self.lost += 1;
+                }
+                self.events.push_back(event);
+            }
+        }
+    }
+
+    /// The next event; first of all that some were lost.
+    pub(crate) fn poll(&mut self) -> Option<Event> {
+        match std::mem::take(&mut self.lost) {
+            0 => self.events.pop_front(),
+            events => Some(Event::Lost { events }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn frames(queue: &mut EventQueue) -> Vec<Event> {
+        std::iter::from_fn(|| queue.poll()).collect()
+    }
+
+    #[test]
+    fn events_that_nobody_asks_for_do_not_pile_up() {
+        let (mut queue, all) = (EventQueue::default(), EventQueue::CAPACITY as u64 + 5);
+        (0..all).for_each(|frame| queue.push(Event::Converged { frame }));
+        let mut expected = vec![Event::Lost { events: 5 }];
+        expected.extend((5..all).map(|frame| Event::Converged { frame }));
+        assert_eq!(frames(&mut queue), expected);
+        queue.push(Event::Converged { frame: all });
+        assert_eq!(frames(&mut queue), [Event::Converged { frame: all }], "a loss is said once");
+    }
+
+    #[test]
+    fn what_one_queue_lost_the_next_one_says() {
+        let (mut first, mut second) = (EventQueue::default(), EventQueue::default());
+        (0..EventQueue::CAPACITY as u64 + 3).for_each(|frame| first.push(Event::Converged { frame }));
+        (0..4).for_each(|frame| second.push(Event::Converged { frame }));
+        frames(&mut first).into_iter().for_each(|event| second.push(event));
+        assert_eq!(second.poll(), Some(Event::Lost { events: 3 + 4 }));
+        assert_eq!(second.poll(), Some(Event::Converged { frame: 3 }), "the oldest that is left");
+    }
+}

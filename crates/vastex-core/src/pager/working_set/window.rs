@@ -1,0 +1,239 @@
+//! What one view wanted over its last jitter cycle: its window of the working set.
+//!
+//! A view that is not drawn for a while keeps its window, and one that jumps leaves those of the others as they are. What the
+//! windows come to is `working_set`'s.
+
+use std::collections::VecDeque;
+
+use crate::pager::working_set::WorkingSet;
+use crate::shader_constants::JITTER_CYCLE;
+use crate::texture::page::PageId;
+use crate::texture::textures::Textures;
+use crate::wanted::feedback::Feedback;
+use crate::wanted::view::{MAX_VIEWS, ViewError, ViewId, Weight};
+
+/// As many as a node can count the feedbacks of.
+const MAX_TURNS: u32 = u8::MAX as u32 / JITTER_CYCLE;
+
+/// One entry of a feedback of the cycle.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Named {
+    /// The number of the feedback.
+    feedback: u64,
+    pub(super) node: u32,
+    /// By the view's weight then.
+    pub(super) pixels: u32,
+    pub(super) eighth: u8,
+}
+
+/// See the head of the file.
+#[derive(Debug)]
+pub(super) struct Window {
+    pub(super) view: ViewId,
+    pub(super) weight: Weight,
+    /// What the feedbacks of the cycle named, the oldest first.
+    pub(super) cycle: VecDeque<Named>,
+    /// Pixels of each feedback of the cycle, those that want tails among them.
+    pub(super) pixels: VecDeque<u64>,
+    /// Feedbacks ever.
+    observed: u64,
+    /// The frame from which feedback shows something else than before.
+    cut: Option<u64>,
+    /// Feedbacks in a row after which nothing was newly wanted and nothing missing.
+    quiet: u32,
+    /// Rounds since the view was last drawn.
+    rest: u32,
+    /// Feedbacks of a cycle.
+    length: u32,
+}
+
+impl Window {
+    pub(super) fn new(view: ViewId, weight: Weight, length: u32) -> Window {
+        let (cycle, pixels) = (VecDeque::new(), VecDeque::new());
+        Window { view, weight, cycle, pixels, observed: 0, cut: None, quiet: 0, rest: 0, length }
+    }
+
+    /// Feedbacks now in the window, at most a jitter cycle of them.
+    pub(super) fn feedbacks(&self) -> usize {
+        self.pixels.len()
+    }
+
+    pub(super) fn is_whole(&self) -> bool {
+        self.feedbacks() >= self.length as usize
+    }
+
+    pub(super) fn cut_from(&mut self, frame: u64) {
+        self.cut = Some(frame);
+    }
+
+    /// Whether a cut was declared that the feedback of this frame is the first to show.
+    pub(super) fn take_cut(&mut self, frame: u64) -> bool {
+        self.cut.take_if(|cut| *cut <= frame).is_some()
+    }
+
+    /// A feedback of so many pixels begins.
+    pub(super) fn begin(&mut self, pixels: u64) {
+        self.observed += 1;
+        self.rest = 0;
+        self.pixels.push_back(pixels);
+    }
+
+    /// The feedback names a page.
+    pub(super) fn name(&mut self, node: u32, pixels: u32, eighth: u8) {
+        self.cycle.push_back(Named { feedback: self.observed, node, pixels, eighth });
+    }
+
+    /// An entry of the feedback that has become too old; to be called until there is none.
+    pub(super) fn next_too_old(&mut self) -> Option<Named> {
+        while self.feedbacks() > self.length as usize {
+            let oldest = self.observed + 1 - self.feedbacks() as u64;
+            if let Some(named) = self.cycle.pop_front_if(|named| named.feedback <= oldest) {
+                return Some(named);
+            }
+            self.pixels.pop_front();
+        }
+        None
+    }
+
+    /// A round is over: nothing was newly wanted in it and nothing missing, or something was.
+    pub(super) fn end_round(&mut self, quiet: bool) {
+        let drawn = u32::from(self.rest == 0);
+        self.quiet = if quiet { self.quiet.saturating_add(drawn) } else { 0 };
+        self.rest = self.rest.saturating_add(1);
+    }
+
+    /// Whether the view is being drawn: neither before its first feedback nor for a jitter cycle of rounds without one.
+    pub(super) fn is_drawn(&self) -> bool {
+        self.feedbacks() > 0 && self.rest <= self.length
+    }
+
+    /// Whether a whole cycle of the view was quiet.
+    pub(super) fn is_quiet(&self) -> bool {
+        self.quiet >= self.length && self.is_whole()
+    }
+}
+
+impl WorkingSet {
+    /// Makes a window for a view.
+    pub(crate) fn add_view(&mut self, view: ViewId, weight: Weight) -> Result<(), ViewError> {
+        if self.place_of(view).is_some() {
+            return Err(ViewError::NumberTaken(view.number()));
+        }
+        let free = self.windows.iter().position(Option::is_none).unwrap_or(self.windows.len());
+        if free >= MAX_VIEWS {
+            return Err(ViewError::TooMany);
+        }
+        self.windows.resize_with(self.windows.len().max(free + 1), || None);
+        self.windows[free] = Some(Window::new(view, weight, self.cycle));
+        Ok(())
+    }
+
+    /// Says whether there was such a view; the set follows when it is worked out again.
+    pub(crate) fn remove_view(&mut self, view: ViewId) -> bool {
+        let Some(place) = self.place_of(view) else { return false };
+        self.restart(view);
+        self.windows[place] = None;
+        true
+    }
+
+    pub(crate) fn set_weight(&mut self, view: ViewId, weight: Weight) -> bool {
+        let window = self.window_mut(view);
+        window.map(|window| window.weight = weight).is_some()
+    }
+
+    /// Feedback of the view from this frame on shows something else.
+    pub(crate) fn view_cut(&mut self, view: ViewId, frame: u64) {
+        if let Some(window) = self.window_mut(view) {
+            window.cut_from(frame);
+        }
+    }
+
+    /// Sets how many textures take turns in a feedback pixel at most: so many jitter cycles it takes until each has been answered for
+    /// at every sample position, and so long a feedback counts.
+    pub(crate) fn set_turns(&mut self, turns: u32) {
+        self.cycle = WorkingSet::cycle_of(turns);
+        self.windows.iter_mut().flatten().for_each(|window| window.length = self.cycle);
+    }
+
+    /// Feedbacks after which a view has been seen whole where so many textures take turns.
+    pub(crate) fn cycle_of(turns: u32) -> u32 {
+        JITTER_CYCLE * turns.clamp(1, MAX_TURNS)
+    }
+
+    /// Feedbacks of a view after which it has been seen whole.
+    pub(crate) fn cycle(&self) -> u32 {
+        self.cycle
+    }
+
+    /// Whether the feedback is the first after a cut of its view: one that was declared, or a jump.
+    pub(crate) fn is_cut(&mut self, feedback: &Feedback, textures: &Textures) -> bool {
+        let window = self.window_mut(feedback.view);
+        window.is_some_and(|window| window.take_cut(feedback.frame)) || self.is_jump(feedback, textures)
+    }
+
+    /// Forgets what a view wanted: it has jumped.
+    pub(crate) fn restart(&mut self, view: ViewId) {
+        let Some(place) = self.place_of(view) else { return };
+        while let Some(named) = self.windows[place].as_mut().and_then(|window| window.cycle.pop_front()) {
+            self.unname(place, named);
+        }
+        if let Some(window) = &mut self.windows[place] {
+            window.pixels.clear();
+        }
+    }
+
+    pub(super) fn windows(&self) -> impl Iterator<Item = &Window> {
+        self.windows.iter().flatten()
+    }
+
+    pub(super) fn place_of(&self, view: ViewId) -> Option<usize> {
+        self.windows.iter().position(|window| window.as_ref().is_some_and(|window| window.view == view))
+    }
+
+    fn window_mut(&mut self, view: ViewId) -> Option<&mut Window> {
+        self.windows.iter_mut().flatten().find(|window| window.view == view)
+    }
+
+    /// Whether under a quarter of the feedback's pixels fall on pages of its view's window, their ancestors or descendants.
+    ///
+    /// Only a window of a whole jitter cycle can tell: where pages are smaller than the blocks of pixels that feedback
+    /// stands for, the frames of a cycle see different pages of one view.
+    pub(crate) fn is_jump(&self, feedback: &Feedback, textures: &Textures) -> bool {
+        let Some((place, window)) =
+            self.place_of(feedback.view).and_then(|place| Some((place, self.windows[place].as_ref()?)))
+        else {
+            return false;
+        };
+        if window.cycle.is_empty() || !window.is_whole() {
+            return false;
+        }
+        let node = |page: PageId| self.index.get(page).map(|&at| &self.nodes[at as usize]);
+        let is_named = |page: PageId| node(page).is_some_and(|node| node.views >> place & 1 == 1);
+        // Mostly a quarter of the pixels is soon found to be near, whatever the rest is.
+        let mut all: u64 = feedback.pages.iter().map(|wanted| u64::from(wanted.pixels)).sum();
+        let mut related = 0;
+        for wanted in &feedback.pages {
+            let is_known = node(wanted.page).is_some_and(|node| node.views_below >> place & 1 == 1);
+            let pixels = u64::from(wanted.pixels);
+            if !is_known && !textures.contains(wanted.page) {
+                all -= pixels;
+                continue;
+            }
+            let near =
+                is_known || textures.is_tail(wanted.page) || textures.ancestors(wanted.page).any(is_named);
+            related += if near { pixels } else { 0 };
+            if related * 4 >= all {
+                return false;
+            }
+        }
+        related * 4 < all
+    }
+
+    /// Takes note of whether nothing was newly wanted and nothing missing after the feedbacks taken in since the last time; says
+    /// whether that was so for a whole jitter cycle of every view that is being drawn.
+    pub(crate) fn end_round(&mut self, quiet: bool) -> bool {
+        self.windows.iter_mut().flatten().for_each(|window| window.end_round(quiet));
+        let mut drawn = self.windows().filter(|window| window.is_drawn()).peekable();
+        drawn.peek().is_some() && drawn.all(Window::is_quiet)
+    }
+}

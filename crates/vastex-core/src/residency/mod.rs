@@ -1,0 +1,464 @@
+//! Residency: the state of every page, and which tile is in which slot.
+//!
+//! A page is in exactly one state. Pages without a record (`records`) are `Absent`.
+//!
+//! | from | to | when | costs |
+//! |---|---|---|---|
+//! | `Absent` | `Queued` | it enters the working set at the bias in force | a record |
+//! | `Queued` | `Loading` | the loader takes it | a load, and a tile's bytes of the in-flight budget |
+//! | `Queued` | `Absent` | it leaves the working set | |
+//! | `Loading` | `Ready` | its bytes are here, and it is still wanted | |
+//! | `Loading` | `Failed` | the source could not give it | |
+//! | `Loading` | `Absent` | it was no longer wanted, and the loader has let go of it | |
+//! | `Ready` | `Resident` | the upload budget allows it | a slot, an upload, perhaps an eviction; frees the in-flight bytes |
+//! | `Ready` | `Absent` | it leaves the working set | the load, wasted |
+//! | `Absent`, `Queued`, `Failed` | `Resident` | its content is in a slot already, as that of another page | |
+//! | `Resident` | `Absent` | another page needs its slot | |
+//! | `Failed` | `Queued` | its time has come, and it is wanted | |
+//!
+//! A page that has failed goes back to `Failed` where another would become `Absent`, so that its failures are not
+//! forgotten until a load succeeds, or it is out of view for long (`failures`).
+//!
+//! A slot is chosen only when the bytes are here, so a load that fails leaks nothing. A page is not evicted while it
+//! is in the working set at the bias in force, nor while a descendant of it is resident; a tail never. Since the working
+//! set contains the ancestors of its pages and never fills the pool, a victim always exists. Pages of one content share a load
+//! and a slot (`slots`); that has one more holder with each, and is free when the last is evicted.
+//!
+//! A texture that is removed takes its pages with it, whatever their state; only what the loader has stays `Loading`, called off
+//! and unwanted, until that answers.
+//!
+//! Which pages are wanted, in which order, and which page gives up its slot (`victims`) is decided elsewhere; here the moves are made and counted.
+
+#[cfg(feature = "checks")]
+mod checks;
+mod claimed;
+pub(crate) mod failures;
+pub(crate) mod flight;
+pub(crate) mod foresight;
+pub(crate) mod loads;
+mod moves;
+pub(crate) mod page_map;
+pub(crate) mod rank;
+pub(crate) mod records;
+pub(crate) mod recovery;
+pub(crate) mod refresh;
+pub(crate) mod resize;
+pub(crate) mod retention;
+pub(crate) mod sharing;
+pub(crate) mod slots;
+pub(crate) mod stats;
+pub(crate) mod victims;
+pub(crate) mod waits;
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use bytes::Bytes;
+
+use crate::residency::claimed::Claimed;
+use crate::residency::failures::Failures;
+use crate::residency::flight::Flight;
+use crate::residency::moves::Moves;
+use crate::residency::page_map::PageMap;
+use crate::residency::records::{Cancel, Record, RecordHint, Records, State};
+use crate::residency::refresh::Refreshes;
+use crate::residency::sharing::{ContentId, Sharing};
+use crate::residency::slots::SlotUse;
+use crate::residency::stats::Stats;
+use crate::residency::victims::Victims;
+use crate::residency::waits::Waits;
+use crate::table::pool::Slot;
+use crate::texture::page::{Dims, PageId, TextureId};
+use crate::texture::page_contents::PageContents;
+use crate::texture::textures::Textures;
+
+/// Frames within which a tile loaded again after its eviction counts as reloaded.
+const RELOAD_FRAMES: u64 = 60;
+
+/// The state of a page, as an application sees it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PageState {
+    /// Not wanted, not here.
+    Absent,
+    /// Wanted; not yet asked for.
+    Queued,
+    /// The loader has it.
+    Loading,
+    /// Its bytes are here and wait for the upload budget.
+    Ready,
+    /// Its tile is in a slot.
+    Resident(Slot),
+    /// Its source could not give it; it is tried again from this frame on.
+    Failed {
+        /// The first frame in which it may be tried again.
+        until: u64,
+    },
+}
+
+/// What has happened to a page, each in its frame.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct PageHistory {
+    /// Since then it is in the working set without a break.
+    pub(crate) wanted_since: Option<u64>,
+    /// Its load was asked for.
+    pub(crate) asked_at: Option<u64>,
+    /// Its tile came into its slot.
+    pub(crate) settled_at: Option<u64>,
+    /// Loads of it that failed in a row.
+    pub(crate) failures: u32,
+}
+
+/// See the head of the file.
+#[derive(Debug)]
+pub(crate) struct Residency {
+    records: Records,
+    /// The tiles of pages that are `Ready`.
+    ready: PageMap<Bytes>,
+    /// What is in each slot.
+    slots: Vec<SlotUse>,
+    free: Vec<Slot>,
+    /// Which pages have the same content.
+    sharing: Sharing,
+    /// What page tables have yet to be told of.
+    moves: Moves,
+    /// Which page gives up its slot next.
+    victims: Victims,
+    /// Resident pages whose content has changed.
+    refreshes: Refreshes,
+    /// Pages held against what is out of view.
+    claimed: Claimed,
+    failing: Failures,
+    /// The frame in which a page was evicted, and the evictions in order.
+    evicted_at: PageMap<u64>,
+    evictions: VecDeque<(u64, PageId)>,
+    /// Counts the working sets worked out so far: the unit of all ages.
+    round: u64,
+    /// Slots that held a tail when the last one was.
+    tails_at_round: u32,
+    frame: u64,
+    stats: Stats,
+    /// Frames from the feedback that wanted a page to its tile being in a slot.
+    waits: Waits,
+    /// Frames from the request of a tile to its being in a slot.
+    arrivals: Waits,
+    tile_bytes: u64,
+    /// Bytes that a tile takes from its request until it is in a slot.
+    flight_bytes: u64,
+    flight: Flight,
+}
+
+impl Residency {
+    pub(crate) fn new(slots: u32, tile_bytes: u64) -> Residency {
+        Residency {
+            records: Records::default(),
+            ready: PageMap::default(),
+            slots: vec![SlotUse::FREE; slots as usize],
+            free: (0..slots).rev().map(Slot::new).collect(),
+            sharing: Sharing::default(),
+            moves: Moves::new(slots),
+            victims: Victims::default(),
+            refreshes: Refreshes::default(),
+            claimed: Claimed::default(),
+            failing: Failures::default(),
+            evicted_at: PageMap::default(),
+            evictions: VecDeque::new(),
+            tails_at_round: 0,
+            round: 1, // so that a new record, of round 0, is new in the first round that is told
+            frame: 0,
+            stats: Stats { slots, ..Stats::default() },
+            waits: Waits::default(),
+            arrivals: Waits::default(),
+            tile_bytes,
+            flight_bytes: tile_bytes,
+            flight: Flight::default(),
+        }
+    }
+
+    /// Sets the clock, and forgets evictions that a load can no longer undo in time.
+    pub(crate) fn begin_frame(&mut self, frame: u64) {
+        self.frame = frame;
+        self.forget_failures();
+        while let Some(&(at, page)) = self.evictions.front().filter(|(at, _)| at + RELOAD_FRAMES < frame) {
+            self.evictions.pop_front();
+            if self.evicted_at.get(page) == Some(&at) {
+                self.evicted_at.remove(page);
+            }
+        }
+    }
+
+    /// A new working set is about to be told by [`Residency::want`].
+    pub(crate) fn begin_round(&mut self) {
+        self.round += 1;
+        self.tails_at_round = self.stats.pinned;
+    }
+
+    pub(crate) fn state(&self, page: PageId) -> PageState {
+        let Some(record) = self.records.get(page) else { return PageState::Absent };
+        match record.state {
+            State::Absent => PageState::Absent,
+            State::Queued => PageState::Queued,
+            State::Loading(_) => PageState::Loading,
+            State::Ready => PageState::Ready,
+            State::Resident(slot) => PageState::Resident(slot),
+            State::Failed => PageState::Failed { until: record.retry_at },
+        }
+    }
+
+    /// The slot that the page's tile is in.
+    pub(crate) fn slot_of(&self, page: PageId) -> Option<Slot> {
+        self.records.slot_of(page)
+    }
+
+    /// The pages whose tiles are in slots, and the slot of each. Costs a visit of every record.
+    pub(crate) fn resident(&self) -> impl Iterator<Item = (PageId, Slot)> + '_ {
+        self.records.iter().filter_map(|record| match record.state {
+            State::Resident(slot) => Some((record.page, slot)),
+            _ => None,
+        })
+    }
+
+    /// What has happened to a page, as far as it is known.
+    pub(crate) fn history(&self, page: PageId) -> PageHistory {
+        let Some(record) = self.records.get(page) else { return PageHistory::default() };
+        let is_here = matches!(record.state, State::Resident(_));
+        let was_asked = is_here || matches!(record.state, State::Loading(_) | State::Ready);
+        PageHistory {
+            wanted_since: (record.wanted_round >= self.round).then_some(record.since),
+            // A page that came into a slot with others was never asked for.
+            asked_at: (was_asked && record.asked_at > 0).then_some(record.asked_at),
+            settled_at: is_here.then_some(record.settled_at),
+            failures: u32::from(record.failures),
+        }
+    }
+
+    /// Pages of which anything is known.
+    pub(crate) fn known(&self) -> usize {
+        self.records.len()
+    }
+
+    /// The pages of which anything is known, in no order.
+    pub(crate) fn known_pages(&self) -> impl Iterator<Item = PageId> + '_ {
+        self.records.iter().map(|record| record.page)
+    }
+
+    /// Pages in the page's slot, itself included; 0 where it is in none.
+    pub(crate) fn pages_in_slot_of(&self, page: PageId) -> u32 {
+        self.slot_of(page).map_or(0, |slot| self.slots[slot.index() as usize].pages)
+    }
+
+    /// The frame in which the page's tile lost its slot, where that is remembered.
+    pub(crate) fn evicted_at(&self, page: PageId) -> Option<u64> {
+        let of_content = || self.sharing.get(self.sharing.of(page)).and_then(|content| content.evicted_at);
+        self.evicted_at.get(page).copied().or_else(of_content)
+    }
+
+    /// What is counted and measured so far.
+    pub(crate) fn stats(&self) -> &Stats {
+        &self.stats
+    }
+
+    /// Slots that hold a tail.
+    pub(crate) fn tails(&self) -> u32 {
+        self.stats.pinned
+    }
+
+    /// The frame that has begun.
+    pub(crate) fn frame(&self) -> u64 {
+        self.frame
+    }
+
+    /// Which pages have the same content.
+    pub(crate) fn sharing(&self) -> &Sharing {
+        &self.sharing
+    }
+
+    /// Resident pages whose content has changed.
+    pub(crate) fn refreshes(&self) -> &Refreshes {
+        &self.refreshes
+    }
+
+    /// Frames from the feedback that wanted a page to its tile being in a slot.
+    pub(crate) fn waits(&self) -> &Waits {
+        &self.waits
+    }
+
+    /// Frames from the request of a tile to its being in a slot.
+    pub(crate) fn arrivals(&self) -> &Waits {
+        &self.arrivals
+    }
+
+    /// Takes note of what the view wants at the bias in force, ancestors included; `cut` where it has jumped.
+    pub(crate) fn observe_view(
+        &mut self,
+        pages: impl Iterator<Item = PageId>,
+        cut: bool,
+        textures: &Textures,
+    ) {
+        self.victims.retention.observe(pages, cut, textures);
+    }
+
+    /// A texture says which of its pages are the same.
+    pub(crate) fn add_contents(&mut self, texture: TextureId, dims: Dims, contents: Arc<PageContents>) {
+        self.sharing.add(texture, dims, contents);
+    }
+
+    /// The page is like no other from now on.
+    pub(crate) fn leave_content(&mut self, page: PageId) {
+        self.sharing.leave(page);
+    }
+
+    /// A plan of what comes after the view begins.
+    pub(crate) fn begin_plan(&mut self) {
+        self.sharing.plan += 1;
+    }
+
+    /// Page tables begin anew: they are not told of what has moved so far.
+    pub(crate) fn forget_table_changes(&mut self) {
+        self.moves.forget_tables();
+    }
+
+    /// Where the page's record is, if it has one, and whether its tile is in a slot.
+    pub(crate) fn find(&self, page: PageId, hint: RecordHint) -> (RecordHint, bool) {
+        match self.records.find(page, hint) {
+            Some(found) => (found, matches!(self.records.at(found).state, State::Resident(_))),
+            None => (RecordHint::default(), false),
+        }
+    }
+
+    /// A slot that holds nothing.
+    pub(crate) fn take_free_slot(&mut self) -> Option<Slot> {
+        self.free.pop()
+    }
+
+    /// Puts a tail into a slot for good.
+    pub(crate) fn put_tail(&mut self, page: PageId, slot: Slot) {
+        let record = self.records.get_or_add(page, RecordHint::default());
+        (record.state, record.wanted_round) = (State::Resident(slot), Record::TAIL);
+        self.put_in(slot, ContentId::NONE);
+        self.stats.pinned += 1;
+    }
+
+    /// The page is in the working set of this round; its record may be where `hint` says. Says whether the page was not in the
+    /// last round's.
+    pub(crate) fn want(&mut self, page: PageId, content: ContentId, hint: RecordHint) -> bool {
+        if let Some(content) = self.sharing.get_mut(content) {
+            content.wanted_round = self.round;
+        }
+        let record = self.records.get_or_add(page, hint);
+        let newly = record.wanted_round + 1 != self.round;
+        record.wanted_round = self.round;
+        record.since = if newly { self.frame } else { record.since };
+        record.use_for(self.frame);
+        newly
+    }
+
+    /// The page is held, but not in the working set.
+    pub(crate) fn hold(&mut self, page: PageId) {
+        self.records.get_or_add(page, RecordHint::default()).use_for(self.frame);
+    }
+
+    /// Whether a tile that comes for the page has a use: it is in the working set of this round, or a prefetch or a prediction
+    /// holds it, or another page whose content it carries.
+    pub(crate) fn has_use_for(&self, page: PageId, hint: RecordHint) -> bool {
+        self.is_wanted(page, hint) || self.is_claimed(page) || self.represents_something_of_use(page)
+    }
+
+    /// Whether the last load of the page's content failed; it stays so while that is tried again.
+    pub(crate) fn has_failed(&self, page: PageId) -> bool {
+        let page = self.sharing.representative_of(page).unwrap_or(page);
+        self.records.get(page).is_some_and(|record| record.failures > 0)
+    }
+
+    /// Whether the page is in the working set of this round; its record may be where `hint` says.
+    pub(crate) fn is_wanted(&self, page: PageId, hint: RecordHint) -> bool {
+        self.records.find(page, hint).is_some_and(|at| self.records.at(at).wanted_round >= self.round)
+    }
+
+    /// Whether a tile waits for a slot.
+    pub(crate) fn has_ready(&self) -> bool {
+        !self.ready.is_empty()
+    }
+
+    /// The page is not resident and has left the working set: it is dropped, or its load called off.
+    pub(crate) fn unwant(&mut self, page: PageId) {
+        let Some(record) = self.records.get_mut(page) else { return };
+        match record.state {
+            State::Queued => self.drop_page(page),
+            State::Loading(Cancel::No) => record.state = State::Loading(Cancel::Due),
+            State::Ready => {
+                self.ready.remove(page);
+                self.waste_one(page);
+                self.drop_page(page);
+            }
+            State::Absent | State::Loading(_) | State::Resident(_) | State::Failed => {}
+        }
+    }
+
+    /// Back to `Absent`, or, where loads have failed before, to a state that remembers it.
+    pub(crate) fn drop_page(&mut self, page: PageId) {
+        match self.records.get_mut(page) {
+            Some(record) if record.failures > 0 => record.state = State::Failed,
+            Some(record) if record.below > 0 => {
+                (record.state, record.wanted_round) = (State::Absent, 0);
+                self.sharing.release_representative(page);
+            }
+            _ => {
+                self.records.remove(page);
+                self.sharing.release_representative(page);
+            }
+        }
+    }
+
+    /// Forgets everything of a texture, its tail too, but the loads that the loader has: they are called off, and returned.
+    pub(crate) fn forget(&mut self, texture: TextureId) -> Vec<PageId> {
+        let is_other = |page: &PageId| page.texture() != texture;
+        let (mut loads, mut ready, mut for_view, mut tails, mut left) = (Vec::new(), 0, 0, 0, Vec::new());
+        self.records.retain(|record| {
+            let is_tail = record.is_tail();
+            match &mut record.state {
+                _ if is_other(&record.page) => return true,
+                State::Loading(cancel) => {
+                    if *cancel == Cancel::No {
+                        *cancel = Cancel::Due;
+                    }
+                    (record.wanted_round, record.failures, record.below) = (0, 0, 0);
+                    loads.push(record.page);
+                    return true;
+                }
+                State::Ready => {
+                    ready += 1;
+                    for_view += u32::from(record.for_view);
+                }
+                State::Resident(slot) => {
+                    tails += u32::from(is_tail);
+                    left.push(*slot);
+                }
+                State::Absent | State::Queued | State::Failed => {}
+            }
+            false
+        });
+        self.ready.retain(|page, _| is_other(&page));
+        for slot in left {
+            if self.take_out(slot) {
+                self.free.push(slot);
+            }
+        }
+        self.sharing.remove(texture);
+        let (refreshing, refreshed) = self.refreshes.forget(texture);
+        for &page in &refreshing {
+            self.records.get_or_add(page, RecordHint::default()).state = State::Loading(Cancel::Due);
+        }
+        loads.extend(refreshing);
+        self.stats.wasted += u64::from(ready + refreshed);
+        self.leave_flight_of(texture, ready + refreshed, for_view);
+        self.stats.pinned -= tails;
+        self.moves.forget(texture);
+        self.claimed.forget(texture);
+        self.evicted_at.retain(|page, _| is_other(&page));
+        self.evictions.retain(|(_, page)| is_other(page));
+        self.victims.clear();
+        self.victims.retention.forget(texture);
+        loads.sort_unstable();
+        loads
+    }
+}

@@ -1,0 +1,86 @@
+//! Ranks: where a load belongs in the loader's queue.
+//!
+//! A rank is the place of a page in the order of loading, within the band of what it is for. A record keeps the class of the rank that
+//! the loader has, so that it can be told where the right one is another: where the band changes, at once and in both directions; within
+//! a band, where the class of the place is a better one. The classes are the places 0, 1, 2 to 3, 4 to 7 and so on, so that a load
+//! gets another rank a few times at most, however often the order is made anew.
+
+/// Bits of a rank that are the place; those above are the band.
+const PLACE_BITS: u32 = 32;
+
+/// What a load is for. Every rank of a band is better than any of the next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Band {
+    /// A page in view that is missing.
+    View,
+    /// A page in view that is resident, whose content has changed.
+    RefreshInView,
+    /// What comes after everything in view.
+    AfterView,
+}
+
+/// The rank of a place in a band.
+pub(crate) fn rank_of(band: Band, place: usize) -> u64 {
+    (band as u64) << PLACE_BITS | place as u64
+}
+
+/// A rank, coarsely: its band, and the power of two of its place. A lower one is better.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct RankClass(u8);
+
+impl RankClass {
+    pub(crate) const BEST: RankClass = RankClass(0);
+    /// Classes of the places of a band.
+    const OF_BAND: u8 = 64;
+
+    pub(crate) fn of(rank: u64) -> RankClass {
+        let place = rank & ((1 << PLACE_BITS) - 1);
+        RankClass((rank >> PLACE_BITS) as u8 * RankClass::OF_BAND + (u64::BITS - place.leading_zeros()) as u8)
+    }
+
+    /// Whether it is of a page in view that is missing.
+    pub(crate) fn is_for_view(self) -> bool {
+        self.band() == Band::View as u8
+    }
+
+    fn band(self) -> u8 {
+        self.0 / RankClass::OF_BAND
+    }
+
+    /// Whether a load of this class is to be ranked anew when its rank would be of the class `now`.
+    pub(crate) fn gives_way_to(self, now: RankClass) -> bool {
+        now < self || now.band() != self.band()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_rank_of_a_band_is_better_than_any_of_the_next_and_so_is_its_class() {
+        let bands = [Band::View, Band::RefreshInView, Band::AfterView];
+        let places = [0, 1, 2, 3, 4, 1000, u32::MAX as usize];
+        let ranks: Vec<u64> =
+            bands.iter().flat_map(|&band| places.map(|place| rank_of(band, place))).collect();
+        assert!(ranks.is_sorted_by(|a, b| a < b));
+        assert!(ranks.is_sorted_by_key(|&rank| RankClass::of(rank)));
+        for (a, b) in ranks.chunks(places.len()).zip(ranks.chunks(places.len()).skip(1)) {
+            assert!(RankClass::of(a[places.len() - 1]) < RankClass::of(b[0]));
+        }
+    }
+
+    #[test]
+    fn a_load_is_ranked_anew_where_its_band_changes_or_its_place_halves() {
+        let class = |band, place| RankClass::of(rank_of(band, place));
+        let moves =
+            |from: (Band, usize), to: (Band, usize)| class(from.0, from.1).gives_way_to(class(to.0, to.1));
+        assert!(
+            moves((Band::AfterView, 0), (Band::View, 900)) && moves((Band::View, 0), (Band::AfterView, 900))
+        );
+        assert!(moves((Band::View, 100), (Band::View, 50)) && moves((Band::View, 1), (Band::View, 0)));
+        assert!(!moves((Band::View, 100), (Band::View, 64)), "not for a few places");
+        assert!(!moves((Band::View, 3), (Band::View, 100)), "what is better than it should be comes sooner");
+        assert!(!moves((Band::View, 7), (Band::View, 7)));
+    }
+}

@@ -1,0 +1,268 @@
+//! The page table of a texture with too many pages for an entry each: a hash table of what is resident.
+//!
+//! Its memory follows the pages that are resident, not those that there are. A page that is resident is found by one probe
+//! sequence; for one that is not, a lookup goes up its ancestors, with one sequence for each, to the tail at last, which needs no
+//! entry. Pages that share a slot have an entry each.
+//!
+//! | | |
+//! |---|---|
+//! | places | a power of two, at least [`HashedTable::FEWEST`], each with a page and an entry, or free |
+//! | where a page is | in the first free place from its home on; home is a hash of its id without the texture |
+//! | load | at most half; a table that grows or shrinks is filled to a quarter or less |
+//! | probe sequence | at most `HASHED_PROBES` places: where a page would lie farther from home, the table grows and hashes anew |
+//! | a page that leaves | closes the gap behind it, so that nothing is ever marked as gone |
+//!
+//! The same changes in the same order give the same places. A GPU keeps a copy of the places, and is sent those that have changed.
+
+use crate::shader_constants::{
+    HASH_HIGH, HASH_LAST, HASH_LOW, HASHED_PROBES, LEVEL_BITS, LEVEL_SHIFT, TEXTURE_SHIFT,
+};
+use crate::table::pool::Slot;
+use crate::table::{ChangeRule, PageTable, TableChange, TableEntry};
+use crate::texture::geometry::Geometry;
+use crate::texture::page::{PageId, PagePos, TextureId};
+
+const _: () =
+    assert!(LEVEL_SHIFT + LEVEL_BITS == TEXTURE_SHIFT, "a page id without its texture ends with the level");
+
+/// A page and where its tile is, as a GPU reads it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct HashedPlace {
+    /// The page's id without its texture.
+    page: [u32; 2],
+    entry: u32,
+}
+
+impl HashedPlace {
+    /// Nobody's. No page has such a high half.
+    const FREE: HashedPlace = HashedPlace { page: [u32::MAX; 2], entry: u32::MAX };
+    /// Words that it takes.
+    pub const WORDS: usize = 3;
+
+    fn is_free(self) -> bool {
+        self == HashedPlace::FREE
+    }
+
+    /// The low and the high half of the page, and the entry; all ones where it is free.
+    pub fn words(self) -> [u32; HashedPlace::WORDS] {
+        [self.page[0], self.page[1], self.entry]
+    }
+}
+
+/// See the head of the file.
+#[derive(Clone, Debug)]
+pub struct HashedTable {
+    geometry: Geometry,
+    tail: TableEntry,
+    places: Vec<HashedPlace>,
+    pages: usize,
+    seed: u32,
+    /// Places written since they were last asked for, some more than once; nothing where all of them may have been.
+    written: Option<Vec<u32>>,
+    /// The table as it lay before its places became others, since they were last asked for.
+    before: Option<Box<HashedTable>>,
+}
+
+impl HashedTable {
+    /// Places of a table that leads to the tail alone.
+    pub const FEWEST: usize = 1024;
+
+    /// A table in which every page leads to the tail, which lies in `tail_slot`.
+    pub fn new(geometry: &Geometry, tail_slot: Slot) -> HashedTable {
+        let tail = TableEntry::new(geometry.tail().first_level(), tail_slot);
+        let places = vec![HashedPlace::FREE; HashedTable::FEWEST];
+        let geometry = geometry.clone();
+        HashedTable { geometry, tail, places, pages: 0, seed: 0, written: None, before: None }
+    }
+
+    /// Carries out changes, evictions before loads, as [`crate::TableImage`] does one by one.
+    pub fn apply(&mut self, changes: &[TableChange]) {
+        self.evict(changes);
+        self.load(changes);
+    }
+
+    /// Carries out the evictions alone. The places stay as many as they are, and where they are.
+    pub fn evict(&mut self, changes: &[TableChange]) {
+        for TableChange { page, rule, entry } in changes {
+            let ChangeRule::Naming(old) = *rule else { continue };
+            match self.find(key(*page)) {
+                Ok(at) if self.places[at].entry == old.to_bits() && entry.level() == page.level() => {
+                    self.write(at, HashedPlace { page: key(*page), entry: entry.to_bits() });
+                }
+                Ok(at) if self.places[at].entry == old.to_bits() => self.remove(at),
+                _ => {}
+            }
+        }
+    }
+
+    /// Carries out the loads, for which there may have to be more places, or fewer where pages have gone.
+    pub fn load(&mut self, changes: &[TableChange]) {
+        for TableChange { page, rule, entry } in changes {
+            if *rule == ChangeRule::Coarser && self.find(key(*page)).is_err() {
+                self.insert(HashedPlace { page: key(*page), entry: entry.to_bits() });
+            }
+        }
+        if self.places.len() > HashedTable::FEWEST && self.pages * 16 < self.places.len() {
+            self.hash_anew(roomy(self.pages));
+        }
+    }
+
+    /// Pages that have an entry.
+    pub fn len(&self) -> usize {
+        self.pages
+    }
+
+    /// Whether everything leads to the tail.
+    pub fn is_empty(&self) -> bool {
+        self.pages == 0
+    }
+
+    /// All places, a power of two of them.
+    pub fn places(&self) -> &[HashedPlace] {
+        &self.places
+    }
+
+    /// What hashes begin with; others with each time that the places are others.
+    pub fn seed(&self) -> u32 {
+        self.seed
+    }
+
+    /// Places from the home of the farthest page to where it is, both counted; 0 where there is none.
+    pub fn longest_probe(&self) -> usize {
+        let taken = self.places.iter().enumerate().filter(|(_, place)| !place.is_free());
+        taken.map(|(at, place)| self.distance(place.page, at) + 1).max().unwrap_or(0)
+    }
+
+    /// Which places were written since the last call, in ascending order; nothing where all may have been, and be of another number,
+    /// as it is of a new table.
+    pub fn take_written(&mut self) -> Option<Vec<u32>> {
+        self.before = None;
+        let mut written = self.written.replace(Vec::new())?;
+        written.sort_unstable();
+        written.dedup();
+        Some(written)
+    }
+
+    /// The table as it lay before its number of places changed, if they have since [`HashedTable::take_written`], which is to be
+    /// called after this: what it says was written goes to whoever still reads the old places. It is as true of what has left as the new
+    /// one, and takes further [evictions](HashedTable::evict).
+    pub fn take_before(&mut self) -> Option<HashedTable> {
+        self.before.take().map(|before| *before)
+    }
+
+    /// Where the page is, or would be; a table with free places alone is never without.
+    fn find(&self, page: [u32; 2]) -> Result<usize, usize> {
+        let mask = self.places.len() - 1;
+        let mut at = self.home(page);
+        loop {
+            let place = self.places[at];
+            if place.is_free() {
+                return Err(at);
+            }
+            if place.page == page {
+                return Ok(at);
+            }
+            at = (at + 1) & mask;
+        }
+    }
+
+    fn home(&self, page: [u32; 2]) -> usize {
+        hash(page, self.seed) as usize & (self.places.len() - 1)
+    }
+
+    fn distance(&self, page: [u32; 2], at: usize) -> usize {
+        at.wrapping_sub(self.home(page)) & (self.places.len() - 1)
+    }
+
+    fn write(&mut self, at: usize, place: HashedPlace) {
+        self.places[at] = place;
+        if let Some(written) = &mut self.written {
+            written.push(at as u32);
+        }
+    }
+
+    /// Puts in a page that is not there.
+    fn insert(&mut self, place: HashedPlace) {
+        let is_full = (self.pages + 1) * 2 > self.places.len();
+        match self.find(place.page) {
+            Err(at) if !is_full && self.distance(place.page, at) < HASHED_PROBES as usize => {
+                self.write(at, place);
+                self.pages += 1;
+            }
+            _ => {
+                self.hash_anew(self.places.len() * 2);
+                self.insert(place);
+            }
+        }
+    }
+
+    /// Frees a place, and closes the gap: of those behind it up to the next free one, each comes forward that is not before its
+    /// home then.
+    fn remove(&mut self, mut gap: usize) {
+        let mask = self.places.len() - 1;
+        let mut at = gap;
+        loop {
+            at = (at + 1) & mask;
+            let place = self.places[at];
+            if place.is_free() {
+                break;
+            }
+            if self.distance(place.page, at) >= (at.wrapping_sub(gap) & mask) {
+                self.write(gap, place);
+                gap = at;
+            }
+        }
+        self.write(gap, HashedPlace::FREE);
+        self.pages -= 1;
+    }
+
+    /// Begins anew with so many places, or more until every page is near its home.
+    fn hash_anew(&mut self, places: usize) {
+        let (count, seed) = (std::mem::take(&mut self.pages), self.seed);
+        let old = std::mem::replace(&mut self.places, vec![HashedPlace::FREE; places]);
+        self.seed = seed.wrapping_add(1);
+        let written = self.written.take();
+        old.iter().filter(|place| !place.is_free()).for_each(|&place| self.insert(place));
+        if written.is_some() {
+            let (geometry, tail) = (self.geometry.clone(), self.tail);
+            let before =
+                HashedTable { geometry, tail, places: old, pages: count, seed, written, before: None };
+            self.before = Some(Box::new(before));
+        }
+    }
+}
+
+impl PageTable for HashedTable {
+    fn lookup(&self, pos: PagePos) -> TableEntry {
+        let line = std::iter::successors(Some(pos), |&pos| self.geometry.parent(pos));
+        let finer = line.take_while(|&pos| !self.geometry.is_tail(pos));
+        let own = |pos| {
+            let page = PageId::new(TextureId::new(0)?, self.geometry.dims(), pos).ok()?;
+            let at = self.find(key(page)).ok()?;
+            Some(TableEntry::from_bits(self.places[at].entry))
+        };
+        finer.into_iter().find_map(own).unwrap_or(self.tail)
+    }
+}
+
+/// Places of which so many pages fill a quarter at most.
+fn roomy(pages: usize) -> usize {
+    (pages * 4).next_power_of_two().max(HashedTable::FEWEST)
+}
+
+/// The page's id without its texture, low half first.
+fn key(page: PageId) -> [u32; 2] {
+    let bits = page.to_bits();
+    [bits as u32, (bits >> 32) as u32 & ((1 << (TEXTURE_SHIFT - 32)) - 1)]
+}
+
+/// `vastex_hash`: every bit of the page bears on every bit of the hash.
+fn hash([low, high]: [u32; 2], seed: u32) -> u32 {
+    let low = (low ^ seed).wrapping_mul(HASH_LOW);
+    let both = ((low ^ low >> 16) ^ high).wrapping_mul(HASH_HIGH);
+    let mixed = (both ^ both >> 13).wrapping_mul(HASH_LAST);
+    mixed ^ mixed >> 16
+}
+
+#[cfg(test)]
+mod tests;
