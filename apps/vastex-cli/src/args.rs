@@ -25,6 +25,8 @@ pub(crate) use replay::ReplayArgs;
 
 #[cfg(feature = "build")]
 mod build;
+#[cfg(feature = "build")]
+mod common;
 mod disk_cache;
 mod estimate;
 #[cfg(feature = "build")]

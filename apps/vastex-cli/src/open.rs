@@ -64,7 +64,7 @@ pub(crate) fn is_directory_of_tiles(_: &Path) -> bool {
 /// The tiles of a directory; nothing where `path` is something else.
 #[cfg(feature = "build")]
 fn directory(path: &Path) -> Result<Option<Arc<dyn TileSource>>> {
-    use vastex_build::{BuildError, DirectorySource, InputFault};
+    use vastex_build::{DirectorySource, InputFault, SourceError};
 
     if !path.is_dir() && !path.is_file() {
         return Ok(None);
@@ -76,7 +76,7 @@ fn directory(path: &Path) -> Result<Option<Arc<dyn TileSource>>> {
             }
             Ok(Some(Arc::new(tiles)))
         }
-        Err(BuildError::Input { fault: InputFault::NoTiles, .. }) => Ok(None),
+        Err(SourceError::Input { fault: InputFault::NoTiles, .. }) => Ok(None),
         Err(error) => Err(error.into()),
     }
 }

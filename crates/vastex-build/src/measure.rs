@@ -1,32 +1,14 @@
 //! Measuring the pipeline and not the encoders: builds whose encoder is another one, for tests and for
 //! `examples/encoders_at_work.rs`.
 
-use std::cell::Cell;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use vastex_core::LayerFormat;
 
-use crate::blocks::{Lost, Quality, SIDE, Strip, StripEncoder};
+use crate::texels::blocks::{Lost, Quality, SIDE, Strip, with_encoder};
 use crate::{BuildError, BuildOptions, LayerInput, build};
-
-thread_local! {
-    static ENCODER: Cell<Option<StripEncoder>> = const { Cell::new(None) };
-}
-
-/// What encodes in place of the format's encoder, in builds that this thread asks for.
-pub(crate) fn encoder() -> Option<StripEncoder> {
-    ENCODER.get()
-}
-
-/// Runs something with another encoder in place.
-pub(crate) fn with_encoder<R>(encoder: StripEncoder, run: impl FnOnce() -> R) -> R {
-    ENCODER.set(Some(encoder));
-    let result = run();
-    ENCODER.set(None);
-    result
-}
 
 /// Texels that [`slow`] encodes in a second: as many as the slowest of the real encoders.
 const TEXELS_PER_SECOND: f64 = 7e6;
@@ -42,8 +24,8 @@ struct Done {
     all: Duration,
 }
 
-/// Sleeps for as long as a slow encoder takes, so that as many can be at work at once as there are threads, however few
-/// processors there are. All blocks are zero.
+/// Sleeps for as long as a slow encoder takes, so that as many can be at work at once as there are threads,
+/// however few processors there are. All blocks are zero.
 fn slow(format: LayerFormat, _: Quality, strip: &Strip<'_>, blocks: &mut Vec<u8>) -> Lost {
     let from = Instant::now();
     let texels = strip.row_bytes() / format.texel_bytes();
@@ -57,8 +39,8 @@ fn slow(format: LayerFormat, _: Quality, strip: &Strip<'_>, blocks: &mut Vec<u8>
     Lost::default()
 }
 
-/// How many encoders were at work at once, as the mean from the first strip to the last, when an image is built in blocks by so
-/// many threads. One measurement at a time.
+/// How many encoders were at work at once, as the mean from the first strip to the last, when an image is
+/// built in blocks by so many threads. One measurement at a time.
 pub fn encoders_at_work(image: &Path, output: &Path, page: u32, threads: usize) -> Result<f64, BuildError> {
     let take = || DONE.lock().unwrap_or_else(PoisonError::into_inner).take();
     take();

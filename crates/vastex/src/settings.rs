@@ -1,6 +1,7 @@
 //! What an application may set, with defaults that suit a desktop.
 
 use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
 use std::time::Duration;
 
 use vastex_core::Layer;
@@ -134,6 +135,13 @@ impl Default for Settings {
 }
 
 impl Settings {
+    /// Threads, and reads at once, that a settings file or the program's options may ask for.
+    #[doc(hidden)]
+    pub const READS_AT_ONCE: RangeInclusive<i64> = 1..=4096;
+    /// Time-outs of a read that a settings file or the program's options may ask for, in seconds: up to a day.
+    #[doc(hidden)]
+    pub const READ_TIME_OUT_S: RangeInclusive<f64> = 0.001..=86_400.0;
+
     /// Those that concern the loader.
     pub(crate) fn of_loader(&self) -> LoaderSettings {
         LoaderSettings {

@@ -7,6 +7,7 @@ use vastex::{AddressMode, Geometry};
 use vastex_build::{Inset, LayerFilter, LayerInput, LevelsFrom, PartOf, Quality};
 use vastex_core::{GeometrySpec, LayerFormat, PAGE_TEXELS};
 
+use super::common::{DiskArgs, PrintArgs, ThreadArgs};
 use super::inset::{of_layer, parse_inset};
 use super::layer::parse_layer;
 use super::{ClapArgs, named, value_error};
@@ -28,7 +29,8 @@ Examples:
 
 The output appears when it is whole; after an error or Ctrl-C nothing is left behind. With --resume, what was built so far
 stays beside the output (.NAME.partial, .NAME.journal; with insets .NAME.*.insets), and the same command goes on with it to the same bytes; after a crash,
-too, whether or not that build had --resume. Without --resume a build starts anew.")]
+too, whether or not that build had --resume. Without --resume a build starts anew.",
+mut_arg("threads", |arg| arg.help("Threads that decode, filter and encode [default: one for each core]")))]
 pub(crate) struct BuildArgs {
     /// The image, or a tile directory: of Gaia Sky, of Celestia (or its .ctx), of Deep Zoom (or its .dzi), of pages
     #[arg(value_name = "IN", required_unless_present = "layers", conflicts_with = "layers")]
@@ -99,9 +101,8 @@ pub(crate) struct BuildArgs {
     /// Begin every tile at a multiple of so many bytes, for direct I/O: a power of two, 4096 to 65536 or 4K to 64K
     #[arg(long, value_name = "BYTES", value_parser = parse_align)]
     pub(crate) align: Option<u32>,
-    /// Threads that decode, filter and encode [default: one for each core]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
-    pub(crate) threads: Option<u32>,
+    #[command(flatten)]
+    pub(crate) threads: ThreadArgs,
     /// Take no more memory than this: buffers become smaller, and what cannot be built so is refused before it begins
     /// [default: 16384]
     #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u64).range(1..=1 << 40))]
@@ -109,15 +110,10 @@ pub(crate) struct BuildArgs {
     /// Take JPEG files that are damaged or end early for what can be made of them, with a note, instead of refusing them
     #[arg(long)]
     pub(crate) tolerant: bool,
-    /// Wait until the disk has everything
-    #[arg(long)]
-    pub(crate) durable: bool,
-    /// Print nothing but errors
-    #[arg(short, long)]
-    pub(crate) quiet: bool,
-    /// Print one JSON object
-    #[arg(long)]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) disk: DiskArgs,
+    #[command(flatten)]
+    pub(crate) print: PrintArgs,
 }
 
 /// How tiles are compressed.

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 
+use super::common::{PrintArgs, ThreadArgs};
 use super::{ClapArgs, value_error};
 
 /// What `vastex export` is told.
@@ -18,7 +19,8 @@ The tree that gaiasky and celestia make suits both programs: levelN/tx_COLUMN_RO
 Gaia Sky a .json file to copy into the object's own. Its levels have 2x1, 4x2, 8x4 .. tiles; an image of another size is
 resampled to that, and it is said. Every level is taken from the container, so none is compressed twice.
 
-The output appears when it is whole; after an error or Ctrl-C nothing is left behind.")]
+The output appears when it is whole; after an error or Ctrl-C nothing is left behind.",
+mut_arg("threads", |arg| arg.help("Threads that read, filter and encode [default: one for each core]")))]
 pub(crate) struct ExportArgs {
     /// The container
     pub(crate) file: PathBuf,
@@ -52,15 +54,10 @@ pub(crate) struct ExportArgs {
     /// Name of the layer [default: the first]
     #[arg(long, value_name = "NAME")]
     pub(crate) layer: Option<String>,
-    /// Threads that read, filter and encode [default: one for each core]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
-    pub(crate) threads: Option<u32>,
-    /// Print nothing but errors
-    #[arg(short, long)]
-    pub(crate) quiet: bool,
-    /// Print one JSON object
-    #[arg(long)]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) threads: ThreadArgs,
+    #[command(flatten)]
+    pub(crate) print: PrintArgs,
 }
 
 /// Whose tile directory.

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::ClapArgs;
+use super::common::{DiskArgs, PrintArgs};
 
 /// What `vastex merge` is told.
 #[derive(Debug, ClapArgs)]
@@ -19,13 +20,8 @@ pub(crate) struct MergeArgs {
     /// The container to make
     #[arg(short, long, value_name = "OUT.vastex")]
     pub(crate) output: PathBuf,
-    /// Wait until the disk has everything
-    #[arg(long)]
-    pub(crate) durable: bool,
-    /// Print nothing but errors
-    #[arg(short, long)]
-    pub(crate) quiet: bool,
-    /// Print one JSON object
-    #[arg(long)]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) disk: DiskArgs,
+    #[command(flatten)]
+    pub(crate) print: PrintArgs,
 }

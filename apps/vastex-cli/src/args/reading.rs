@@ -5,13 +5,10 @@ use std::time::Duration;
 use clap::Args as ClapArgs;
 use vastex::Settings;
 
-/// The longest time-out, in seconds: a day.
-const MOST_SECONDS: f64 = 86_400.0;
-
 #[derive(Debug, ClapArgs)]
 pub(crate) struct ReadingArgs {
     /// Reads of the source that may be under way at once, whatever the settings say; 8 by default, and always 8 with --direct
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(Settings::READS_AT_ONCE))]
     reads_at_once: Option<u16>,
     /// Seconds after which a read that has not come back counts as failed, whatever the settings say; 30 by default. A failed page is
     /// shown by a coarser one and tried again
@@ -28,8 +25,10 @@ impl ReadingArgs {
 }
 
 fn parse_seconds(text: &str) -> Result<Duration, String> {
-    let seconds = text.parse::<f64>().ok().filter(|seconds| (0.001..=MOST_SECONDS).contains(seconds));
-    seconds.map(Duration::from_secs_f64).ok_or_else(|| format!("give it 0.001 to {MOST_SECONDS}"))
+    let allowed = Settings::READ_TIME_OUT_S;
+    let seconds = text.parse::<f64>().ok().filter(|seconds| allowed.contains(seconds));
+    let seconds = seconds.map(Duration::from_secs_f64);
+    seconds.ok_or_else(|| format!("give it {} to {}", allowed.start(), allowed.end()))
 }
 
 #[cfg(test)]

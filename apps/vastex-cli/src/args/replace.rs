@@ -6,6 +6,7 @@ use vastex_build::{LayerImage, LayerInput};
 
 use super::ClapArgs;
 use super::build::Encode;
+use super::common::{DiskArgs, PrintArgs, ThreadArgs};
 use super::layer::parse_layer;
 
 /// What `vastex replace` is told.
@@ -20,7 +21,8 @@ Only the pages that show the region are written, on all levels, at the end of th
 byte. Images of several layers are of one region: of a layer at half the resolution half the texels. What crosses a wrapping
 edge goes on at the other side. Of layers compressed in blocks, those blocks are encoded again that hold a texel that
 changes, with what the others beside it decode to. Whoever has the file open goes on reading it as it was. After an error, Ctrl-C or a crash it is as it was before; what was replaced stays in the file until it
-is built again.")]
+is built again.",
+mut_arg("durable", |arg| arg.help("Wait until the disk has the new version; a loss of power leaves a whole version in any case")))]
 pub(crate) struct ReplaceArgs {
     /// The container to change
     pub(crate) file: PathBuf,
@@ -37,21 +39,15 @@ pub(crate) struct ReplaceArgs {
     /// How well block-compressed layers (bc1 to bc7) are encoded
     #[arg(long, value_enum, default_value_t = Encode::Normal)]
     pub(crate) quality: Encode,
-    /// Threads that filter and encode [default: one for each core]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
-    pub(crate) threads: Option<u32>,
+    #[command(flatten)]
+    pub(crate) threads: ThreadArgs,
     /// Take JPEG files that are damaged or end early for what can be made of them, with a note, instead of refusing them
     #[arg(long)]
     pub(crate) tolerant: bool,
-    /// Wait until the disk has the new version; a loss of power leaves a whole version in any case
-    #[arg(long)]
-    pub(crate) durable: bool,
-    /// Print nothing but errors
-    #[arg(short, long)]
-    pub(crate) quiet: bool,
-    /// Print one JSON object
-    #[arg(long)]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) disk: DiskArgs,
+    #[command(flatten)]
+    pub(crate) print: PrintArgs,
 }
 
 impl ReplaceArgs {

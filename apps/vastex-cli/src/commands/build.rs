@@ -50,11 +50,12 @@ pub(crate) fn is_interrupted() -> bool {
 
 pub(crate) fn run(args: &BuildArgs) -> Result<ExitCode> {
     handle_interrupts()?;
-    if !args.quiet && args.output.is_file() {
+    if !args.print.quiet && args.output.is_file() {
         let output = args.output.display();
         report::say(&format!("note: {output}: is there already, and is replaced once the new one is whole"));
     }
-    let watch = Watch { bar: Bar::new(args.quiet), is_quiet: args.quiet, said: RefCell::default() };
+    let watch =
+        Watch { bar: Bar::new(args.print.quiet), is_quiet: args.print.quiet, said: RefCell::default() };
     let begin = Instant::now();
     let built = vastex_build::build(&args.inputs(), &args.output, &options(args), &watch);
     watch.bar.0.finish_and_clear();
@@ -76,11 +77,7 @@ pub(crate) fn run(args: &BuildArgs) -> Result<ExitCode> {
     }
     built.insets.iter().for_each(|(image, notice)| watch.note(image, notice));
     let summary = Summary::new(args, &built, begin.elapsed());
-    if args.json {
-        report::print_json(&summary)?;
-    } else if !args.quiet {
-        report::print(&summary.text())?;
-    }
+    args.print.summary(&summary, Summary::text)?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -95,8 +92,8 @@ fn advise_to_resume(args: &BuildArgs, error: BuildError) -> anyhow::Error {
 
 /// Writes the container along a curve, in its own place; false where it was interrupted.
 fn reorder(args: &BuildArgs) -> Result<bool> {
-    let bar = progress::bar(args.quiet, "reordering ", "tile");
-    let reordered = vastex_build::reorder(&args.output, &args.output, args.durable, |done, total| {
+    let bar = progress::bar(args.print.quiet, "reordering ", "tile");
+    let reordered = vastex_build::reorder(&args.output, &args.output, args.disk.durable, |done, total| {
         bar.set_length(total);
         bar.set_position(done);
         if is_interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
@@ -126,8 +123,8 @@ fn options(args: &BuildArgs) -> BuildOptions {
         levels_from: args.levels_from,
         address: args.address.modes,
         border_color: args.address.color,
-        threads: args.threads.unwrap_or(0) as usize,
-        durable: args.durable,
+        threads: args.threads.count(),
+        durable: args.disk.durable,
         align: args.align.unwrap_or(1),
         mask: args.mask.clone(),
         drop_transparent: args.drop_transparent,

@@ -18,7 +18,7 @@ const WRONG_USAGE: u8 = 2;
 pub(crate) fn run(args: &ExportArgs) -> Result<ExitCode> {
     handle_interrupts()?;
     let container = Container::open_file(&args.file)?;
-    let bar = Bar::new(args.quiet);
+    let bar = Bar::new(args.print.quiet);
     let begin = Instant::now();
     let exported = vastex_build::export(&container, &args.output, &options(args), &bar);
     bar.0.finish_and_clear();
@@ -33,7 +33,7 @@ pub(crate) fn run(args: &ExportArgs) -> Result<ExitCode> {
         }
         exported => exported?,
     };
-    if !args.quiet {
+    if !args.print.quiet {
         let file = args.file.display();
         exported.notices.iter().for_each(|notice| report::say(&format!("note: {file}: {notice}")));
     }
@@ -48,11 +48,7 @@ pub(crate) fn run(args: &ExportArgs) -> Result<ExitCode> {
         seconds: begin.elapsed().as_secs_f64(),
         notices: exported.notices.iter().map(ToString::to_string).collect(),
     };
-    if args.json {
-        report::print_json(&summary)?;
-    } else if !args.quiet {
-        report::print(&summary.text())?;
-    }
+    args.print.summary(&summary, Summary::text)?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -74,7 +70,7 @@ fn options(args: &ExportArgs) -> ExportOptions {
         finest_level: args.finest_level,
         first_tile: args.first_tile(),
         layer: args.layer.clone(),
-        threads: args.threads.unwrap_or(0) as usize,
+        threads: args.threads.count(),
         ..ExportOptions::new(layout)
     }
 }

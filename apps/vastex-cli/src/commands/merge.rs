@@ -14,9 +14,9 @@ use crate::{progress, report};
 
 pub(crate) fn run(args: &MergeArgs) -> Result<ExitCode> {
     handle_interrupts()?;
-    let bar = progress::bar(args.quiet, "", "tile");
+    let bar = progress::bar(args.print.quiet, "", "tile");
     let begin = Instant::now();
-    let merged = vastex_build::merge(&args.parts, &args.output, args.durable, |done, total| {
+    let merged = vastex_build::merge(&args.parts, &args.output, args.disk.durable, |done, total| {
         bar.set_length(total);
         bar.set_position(done);
         if is_interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
@@ -38,13 +38,7 @@ pub(crate) fn run(args: &MergeArgs) -> Result<ExitCode> {
         bytes: merged.bytes,
         seconds: begin.elapsed().as_secs_f64(),
     };
-    if args.json {
-        report::print_json(&summary)?;
-    } else if !args.quiet {
-        let Summary { output, parts, tiles, seconds, .. } = &summary;
-        let bytes = report::bytes(summary.bytes);
-        report::print(&format!("{output}: {tiles} tiles of {parts} parts; {bytes} in {seconds:.1} s"))?;
-    }
+    args.print.summary(&summary, Summary::text)?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -59,4 +53,12 @@ struct Summary {
     /// Of the file.
     bytes: u64,
     seconds: f64,
+}
+
+impl Summary {
+    fn text(&self) -> String {
+        let Summary { output, parts, tiles, seconds, .. } = self;
+        let bytes = report::bytes(self.bytes);
+        format!("{output}: {tiles} tiles of {parts} parts; {bytes} in {seconds:.1} s")
+    }
 }

@@ -14,13 +14,13 @@ use crate::report;
 pub(crate) fn run(args: &ReplaceArgs) -> Result<ExitCode> {
     handle_interrupts()?;
     let options = ReplaceOptions {
-        threads: args.threads.unwrap_or(0) as usize,
+        threads: args.threads.count(),
         quality: args.quality.into(),
-        durable: args.durable,
+        durable: args.disk.durable,
         tolerant: args.tolerant,
         ..ReplaceOptions::default()
     };
-    let bar = Bar::new(args.quiet);
+    let bar = Bar::new(args.print.quiet);
     let begin = Instant::now();
     let replaced = vastex_build::replace(&args.file, args.at, &args.images(), &options, &bar);
     bar.0.finish_and_clear();
@@ -31,7 +31,7 @@ pub(crate) fn run(args: &ReplaceArgs) -> Result<ExitCode> {
         }
         replaced => replaced?,
     };
-    if !args.quiet {
+    if !args.print.quiet {
         replaced.notices.iter().for_each(|(image, notice)| report::say_of_image(image, notice));
     }
     let updated = replaced.updated;
@@ -44,11 +44,7 @@ pub(crate) fn run(args: &ReplaceArgs) -> Result<ExitCode> {
         seconds: begin.elapsed().as_secs_f64(),
         notices: replaced.notices.iter().map(|(_, notice)| notice.to_string()).collect(),
     };
-    if args.json {
-        report::print_json(&summary)?;
-    } else if !args.quiet {
-        report::print(&summary.text())?;
-    }
+    args.print.summary(&summary, Summary::text)?;
     Ok(ExitCode::SUCCESS)
 }
 

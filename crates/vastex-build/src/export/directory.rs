@@ -1,5 +1,5 @@
-//! A directory that appears whole or not at all: filled under a temporary name beside its place, renamed when done. What
-//! killed processes left beside a place goes with the next export into it.
+//! A directory that appears whole or not at all: filled under a temporary name beside its place, renamed when
+//! done. What killed processes left beside a place goes with the next export into it.
 
 use std::ffi::OsString;
 use std::fs::{self, File, TryLockError};
@@ -16,7 +16,8 @@ pub(super) struct NewDirectory {
     temp: PathBuf,
     target: PathBuf,
     in_place: bool,
-    /// Locked, which says that somebody is at work here; nothing where the system has no handles or no locks of directories.
+    /// Locked, which says that somebody is at work here; nothing where the system has no handles or no locks
+    /// of directories.
     _lock: Option<File>,
 }
 

@@ -9,8 +9,7 @@ use vastex_core::{Description, Geometry, LayerFormat, PagePos};
 use vastex_tiles::{TileSource, decode_layer};
 
 use super::ExportError;
-use super::plan::Rectangle;
-use crate::magnify::magnified;
+use crate::texels::magnify::magnified;
 
 /// The layer that is exported, as a texture of its own.
 #[derive(Clone, Debug)]
@@ -161,6 +160,13 @@ impl RowSource for StoredLevel<'_> {
     }
 }
 
+/// A rectangle of texels of a level, which may reach beyond it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Rectangle {
+    pub(super) origin: [i64; 2],
+    pub(super) size: [u32; 2],
+}
+
 /// Some rows of a level; it moves down only.
 pub(super) struct Window<'a> {
     source: Box<dyn RowSource + 'a>,
@@ -208,8 +214,8 @@ impl<'a> Window<'a> {
         &self.held[start..start + self.row_bytes()]
     }
 
-    /// A rectangle whose rows are held. Beyond the edges it repeats the edge or, in x, where the level `wraps`, goes on
-    /// at the other side.
+    /// A rectangle whose rows are held. Beyond the edges it repeats the edge or, in x, where the level
+    /// `wraps`, goes on at the other side.
     pub(super) fn cut(&self, Rectangle { origin, size }: Rectangle, wraps: bool) -> Vec<u8> {
         let (texel, [width, height]) = (self.source.texel_bytes(), self.size().map(i64::from));
         let mut cut = Vec::with_capacity(size[0] as usize * size[1] as usize * texel);

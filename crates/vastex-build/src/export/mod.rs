@@ -1,9 +1,9 @@
 //! From a texture to the tile directories of other programs.
 //!
-//! [`export`] reads every level as the texture holds it, in rows of pages, and cuts it anew: nothing is filtered or
-//! compressed twice, but where a layout's grid cannot hold the texture's size. Each layout has a module that turns the
-//! texture's shape into a [`plan::Plan`]; how rows come about is [`level_rows`]' and [`resample`]'s business, files
-//! are [`encode`]'s and [`directory`]'s.
+//! [`export`] reads every level as the texture holds it, in rows of pages, and cuts it anew: nothing is
+//! filtered or compressed twice, but where a layout's grid cannot hold the texture's size. Each layout has a
+//! module that turns the texture's shape into a [`plan::Plan`]; how rows come about is [`level_rows`]' and
+//! [`resample`]'s business, files are [`encode`]'s and [`directory`]'s.
 
 mod deep_zoom;
 mod directory;
@@ -22,7 +22,9 @@ use rayon::prelude::*;
 use vastex_core::{Geometry, PagePos, PageSet};
 use vastex_tiles::{DecodeError, ReadError, TileSource};
 
-use crate::{BuildError, Notice, Progress};
+use crate::image::Notice;
+use crate::progress::Progress;
+use crate::threads::{self, ThreadsError};
 use directory::NewDirectory;
 use encode::Encoder;
 use level_rows::{LayerOf, Window, Work};
@@ -34,7 +36,8 @@ const AT_ONCE: usize = 64;
 /// Whose tile directory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Layout {
-    /// Gaia Sky's tree of planet tiles; a `.ctx` file beside it makes it Celestia's too, where that reads such tiles.
+    /// Gaia Sky's tree of planet tiles; a `.ctx` file beside it makes it Celestia's too, where that reads
+    /// such tiles.
     GaiaSky,
     /// Celestia's virtual texture; Gaia Sky reads it too, where it reads tiles of such a size.
     Celestia,
@@ -58,17 +61,21 @@ pub enum TileFormat {
 pub struct ExportOptions {
     /// Whose directory is made.
     pub layout: Layout,
-    /// By default JPEG where the texels can be that, PNG for the rest and for the prototype. Floats can be neither.
+    /// By default JPEG where the texels can be that, PNG for the rest and for the prototype. Floats can be
+    /// neither.
     pub format: Option<TileFormat>,
     /// Quality of JPEG, 1 to 100. From 90 on, colour is kept at full resolution.
     pub quality: u8,
-    /// Texels per side of a tile, without the overlap of Deep Zoom and the prototype. Planet tiles are a power of two.
+    /// Texels per side of a tile, without the overlap of Deep Zoom and the prototype. Planet tiles are a
+    /// power of two.
     pub tile_size: Option<u32>,
-    /// Texels that tiles share with their neighbours: any number for Deep Zoom, 1 for Gaia Sky's bordered tiles.
+    /// Texels that tiles share with their neighbours: any number for Deep Zoom, 1 for Gaia Sky's bordered
+    /// tiles.
     pub overlap: Option<u32>,
     /// Number of the tree's finest level, for planets.
     pub finest_level: Option<u32>,
-    /// For a part of a planet: the column and row of its first tile in the finest level, which must be given then.
+    /// For a part of a planet: the column and row of its first tile in the finest level, which must be given
+    /// then.
     pub first_tile: Option<[u32; 2]>,
     /// Name of the layer; the first by default.
     pub layer: Option<String>,
@@ -149,7 +156,7 @@ pub enum ExportError {
     },
     /// The threads cannot be started.
     #[error(transparent)]
-    Threads(BuildError),
+    Threads(#[from] ThreadsError),
     /// [`Progress`] asked to stop.
     #[error("cancelled")]
     Cancelled,
@@ -157,7 +164,8 @@ pub enum ExportError {
 
 /// Writes a texture into a new directory at `target`, which appears when it is whole.
 ///
-/// `target` may exist, if it is empty. Memory follows the width of the texture: a row of pages and a row of tiles.
+/// `target` may exist, if it is empty. Memory follows the width of the texture: a row of pages and a row of
+/// tiles.
 pub fn export(
     source: &dyn TileSource,
     target: &Path,
@@ -169,7 +177,7 @@ pub fn export(
     let format = tile_format(options, &layer)?;
     let name = name_of(target)?;
     let plan = plan(layer.geometry(), options, format, name)?;
-    let pool = crate::thread_pool(options.threads).map_err(ExportError::Threads)?;
+    let pool = threads::pool(options.threads)?;
     let directory = NewDirectory::create(target)?;
     let encoder = Encoder { format, layer: layer.format(), quality: options.quality.clamp(1, 100) };
     let present = source.present().map(|present| (layer.geometry(), &**present));

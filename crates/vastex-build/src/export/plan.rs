@@ -6,9 +6,9 @@ use std::path::PathBuf;
 use vastex_core::{Geometry, PagePos, PageSet};
 use vastex_tiles::TileSource;
 
-use super::level_rows::{LayerOf, StoredLevel, Window};
+use super::level_rows::{LayerOf, Rectangle, StoredLevel, Window};
 use super::resample::Resampled;
-use crate::Notice;
+use crate::image::Notice;
 
 /// A whole directory.
 #[derive(Debug, Default)]
@@ -60,13 +60,6 @@ pub(super) struct LevelPlan {
 pub(super) fn coarsest(geometry: &Geometry) -> u8 {
     let single = geometry.levels().iter().position(|level| level.size == [1; 3]);
     single.map_or(geometry.coarsest(), |level| level as u8)
-}
-
-/// A rectangle of texels of a level, which may reach beyond it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Rectangle {
-    pub(super) origin: [i64; 2],
-    pub(super) size: [u32; 2],
 }
 
 impl LevelPlan {

@@ -1,8 +1,8 @@
 //! Planet tiles, as Gaia Sky and Celestia read them: one tree for both, with what describes it to each.
 //!
 //! Level `l` has `2 * 2^l` columns and `2^l` rows of square tiles. A texture of exactly such a size keeps its
-//! texels; any other is resampled, each level from the texture's next finer one. A part of a planet fills the tiles
-//! from a given column and row on, and of coarser levels those that it covers wholly.
+//! texels; any other is resampled, each level from the texture's next finer one. A part of a planet fills the
+//! tiles from a given column and row on, and of coarser levels those that it covers wholly.
 
 use std::path::PathBuf;
 
@@ -10,7 +10,7 @@ use vastex_core::Geometry;
 
 use super::plan::{LevelPlan, Plan, Reach};
 use super::{ExportError, ExportOptions, Layout, TileFormat, refuse};
-use crate::Notice;
+use crate::image::Notice;
 
 /// Texels of a tile, where the texture has so many.
 const TILE: u32 = 512;

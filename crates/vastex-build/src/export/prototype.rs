@@ -6,7 +6,7 @@ use vastex_core::{AddressMode, Geometry};
 
 use super::plan::{LevelPlan, Plan, Reach, coarsest};
 use super::{ExportError, ExportOptions, refuse};
-use crate::readers::directory::prototype::{BORDER, PAGE, SIZE_FILE};
+use crate::image::grids::prototype::{BORDER, PAGE, SIZE_FILE};
 
 pub(super) fn plan(geometry: &Geometry, options: &ExportOptions) -> Result<Plan, ExportError> {
     if options.tile_size.is_some_and(|n| n != PAGE) || options.overlap.is_some_and(|n| n != BORDER) {

@@ -1,17 +1,16 @@
 //! Rows of another size, for grids that cannot hold a texture's own.
 //!
-//! A tent as wide as the larger of both texels, along each axis. Colour is blended in linear light, which 16 bits hold as it
-//! is, and weighted by alpha, everything else as it is. What lies west of the first column is the last one: only planets are
-//! resampled. Only formats that tiles can hold come here: integers of 8 and 16 bits.
-
-use std::sync::LazyLock;
+//! Which texels make one, and with what weights, [`Taps`] say; how they are mixed, [`crate::texels::blend`].
+//! What lies west of the first column is the last one: only planets are resampled. Only formats that tiles
+//! can hold come here: integers of 8 and 16 bits.
 
 use rayon::prelude::*;
 use vastex_core::LayerFormat;
 
 use super::ExportError;
 use super::level_rows::{RowSource, Window, Work};
-use crate::tent::Taps;
+use crate::texels::blend::{add_weighted, append_sum};
+use crate::texels::taps::Taps;
 
 /// Rows that are made side by side.
 const BATCH: u32 = 16;
@@ -38,7 +37,7 @@ impl<'a> Resampled<'a> {
         let mut blended = vec![0f32; width as usize * channels];
         for (y, weight) in (taps.first..).zip(&taps.weights) {
             let row = self.from.row(y.clamp(0, height - 1) as u32);
-            accumulate(&mut blended, row, self.format, *weight);
+            add_weighted(&mut blended, row, self.format, *weight);
         }
         let mut out = Vec::with_capacity(self.size[0] as usize * self.texel_bytes());
         for taps in &self.columns {
@@ -47,7 +46,7 @@ impl<'a> Resampled<'a> {
                 let from = &blended[x.rem_euclid(width) as usize * channels..][..channels];
                 texel.iter_mut().zip(from).for_each(|(sum, value)| *sum += weight * value);
             }
-            encode(&mut out, texel, self.format);
+            append_sum(&mut out, texel, self.format);
         }
         out
     }
@@ -76,85 +75,6 @@ impl RowSource for Resampled<'_> {
         Ok(())
     }
 }
-
-/// Adds a row, weighted. Colours come linear and multiplied by alpha.
-fn accumulate(sum: &mut [f32], row: &[u8], format: LayerFormat, weight: f32) {
-    match format {
-        LayerFormat::R16 => {
-            for (sum, sample) in sum.iter_mut().zip(row.as_chunks::<2>().0) {
-                *sum += weight * f32::from(u16::from_le_bytes(*sample));
-            }
-        }
-        LayerFormat::Rgba16 => {
-            for (sum, texel) in sum.as_chunks_mut::<4>().0.iter_mut().zip(row.as_chunks::<8>().0) {
-                let [r, g, b, a] =
-                    std::array::from_fn(|c| f32::from(u16::from_le_bytes([texel[2 * c], texel[2 * c + 1]])));
-                let alpha = weight * a;
-                for (sum, value) in sum.iter_mut().zip([r, g, b]) {
-                    *sum += alpha * (value / 65535.0);
-                }
-                sum[3] += alpha;
-            }
-        }
-        LayerFormat::Rgba8 | LayerFormat::Rgba8Srgb => {
-            let srgb = (format == LayerFormat::Rgba8Srgb).then(|| &*SRGB);
-            for (sum, &[r, g, b, a]) in sum.as_chunks_mut::<4>().0.iter_mut().zip(row.as_chunks::<4>().0) {
-                let alpha = weight * f32::from(a);
-                for (sum, value) in sum.iter_mut().zip([r, g, b]) {
-                    let linear =
-                        srgb.map_or(f32::from(value) / 255.0, |srgb| srgb.linear[usize::from(value)]);
-                    *sum += alpha * linear;
-                }
-                sum[3] += alpha;
-            }
-        }
-        _ => {
-            sum.iter_mut().zip(row).for_each(|(sum, value)| *sum += weight * f32::from(*value));
-        }
-    }
-}
-
-fn encode(out: &mut Vec<u8>, texel: [f32; 4], format: LayerFormat) {
-    let byte = |value: f32| (value + 0.5) as u8;
-    let word = |value: f32| ((value + 0.5) as u16).to_le_bytes();
-    match format {
-        LayerFormat::R16 => out.extend_from_slice(&word(texel[0])),
-        LayerFormat::Rgba16 => {
-            let alpha = texel[3];
-            let light = |c: usize| if alpha > 0.0 { texel[c] / alpha } else { 0.0 };
-            out.extend([0, 1, 2].map(|c| word(light(c) * 65535.0)).as_flattened());
-            out.extend(word(alpha));
-        }
-        LayerFormat::R8 => out.push(byte(texel[0])),
-        LayerFormat::Rgba8 | LayerFormat::Rgba8Srgb => {
-            let alpha = texel[3];
-            let color = |c: usize| {
-                let linear = if alpha > 0.0 { texel[c] / alpha } else { 0.0 };
-                match format {
-                    LayerFormat::Rgba8Srgb => SRGB.encoded[(linear * 65535.0 + 0.5) as u16 as usize],
-                    _ => byte(linear * 255.0),
-                }
-            };
-            out.extend([color(0), color(1), color(2), byte(alpha)]);
-        }
-        _ => out.extend([byte(texel[0]), byte(texel[1])]),
-    }
-}
-
-/// The transfer curve of sRGB: light of each of 256 values, and the value for each of 65,536 steps of light.
-struct Srgb {
-    linear: [f32; 256],
-    encoded: Vec<u8>,
-}
-
-static SRGB: LazyLock<Srgb> = LazyLock::new(|| {
-    let linear = |s: f64| if s <= 0.04045 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) };
-    let srgb = |l: f64| if l <= 0.003_130_8 { l * 12.92 } else { 1.055 * l.powf(1.0 / 2.4) - 0.055 };
-    Srgb {
-        linear: std::array::from_fn(|v| linear(v as f64 / 255.0) as f32),
-        encoded: (0..=65535).map(|l| (srgb(f64::from(l) / 65535.0) * 255.0).round() as u8).collect(),
-    }
-});
 
 #[cfg(test)]
 mod tests {

@@ -1,7 +1,9 @@
-//! The last step of a texture with insets: its tiles, compressed as they were asked for, on their way to the output.
+//! The last step of a texture with insets: its tiles, compressed as they were asked for, on their way to the
+//! output.
 
+use std::borrow::Cow;
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::Arc;
 
 use bytes::Bytes;
 use rayon::prelude::*;
@@ -12,34 +14,32 @@ use vastex_tiles::{
 };
 
 use super::Steps;
-use crate::blocks::{self, Lost};
-use crate::error::BuildError;
-use crate::notice::Notice;
-use crate::tail::extend_levels;
-use crate::{BuildOptions, Progress, thread_pool};
+use crate::build::{BuildError, BuildOptions};
+use crate::progress::Progress;
+use crate::threads;
+use crate::tile::tail::extend_levels;
+use crate::tile::{Findings, TileEncoder};
 
 /// Bytes of texels that are encoded side by side.
 const BATCH_BYTES: usize = 8 << 20;
 
-/// Writes the container at `unfinished`, no layer of which is compressed in blocks, as `texture`, along the curve. With each
-/// layer comes what there is to say of what it lost.
+/// Writes the container at `unfinished`, no layer of which is compressed in blocks, as `texture`, along the
+/// curve; says what was found.
 pub(super) fn encode(
     unfinished: &Path,
     writer: ContainerWriter<TempFile>,
-    texture: &Description,
+    texture: &Arc<Description>,
     options: &BuildOptions,
     steps: &Steps<'_>,
-) -> Result<(Written, Vec<Option<Notice>>), BuildError> {
+) -> Result<(Written, Findings), BuildError> {
     let container = Container::open_file(unfinished).map_err(|error| BuildError::Reorder(error.into()))?;
     let (source, name) = (container.description().clone(), container.name().to_string());
-    let encoder = Encoder {
-        texture,
+    let decoded = Decoded {
+        encoder: TileEncoder::new(texture.clone(), options.compression, options.quality),
         geometries: texture.layers.iter().map(|layer| texture.geometry.of_layer(layer.scale)).collect(),
         source: &source,
-        options,
-        negatives: texture.layers.iter().map(|_| false.into()).collect(),
     };
-    let pool = thread_pool(options.threads)?;
+    let pool = threads::pool(options.threads)?;
     let make = |tiles: Vec<(PagePos, Tile)>| {
         let encoded = |(pos, tile): (PagePos, Tile)| {
             let texels = tile.decode(&source).map_err(|error| ReadError::Damaged {
@@ -47,7 +47,7 @@ pub(super) fn encode(
                 place: name.clone(),
                 fault: error.to_string(),
             })?;
-            Ok((pos, encoder.tile(pos, texels)))
+            Ok((pos, decoded.tile(pos, &texels)))
         };
         pool.install(|| tiles.into_par_iter().map(encoded).collect())
     };
@@ -58,56 +58,38 @@ pub(super) fn encode(
         ReorderError::Output(error) => error.into(),
         error => BuildError::Reorder(error),
     })?;
-    Ok((written, encoder.notices()))
+    Ok((written, decoded.encoder.into_findings()))
 }
 
-/// What makes tiles of texels.
-struct Encoder<'a> {
-    texture: &'a Description,
+/// Makes tiles of those of a texture without blocks.
+struct Decoded<'a> {
+    encoder: TileEncoder,
     /// The texture's, as each layer sees it.
     geometries: Vec<Geometry>,
     source: &'a Description,
-    options: &'a BuildOptions,
-    /// Whether a layer had numbers that its blocks cannot hold.
-    negatives: Vec<AtomicBool>,
 }
 
-impl Encoder<'_> {
-    fn tile(&self, pos: PagePos, texels: Bytes) -> EncodedTile {
-        let compression = self.options.compression;
-        if self.texture.layers.iter().all(|layer| !layer.format.is_compressed()) {
-            return EncodedTile::new(texels, self.texture, compression);
+impl Decoded<'_> {
+    fn tile(&self, pos: PagePos, texels: &Bytes) -> EncodedTile {
+        let layers = 0..self.geometries.len();
+        if layers.clone().all(|number| !self.encoder.format(number).is_compressed()) {
+            return self.encoder.tile(texels.clone());
         }
-        let mut bytes = Vec::with_capacity(self.texture.tile_bytes());
-        for number in 0..self.texture.layers.len() {
-            self.add_layer(number, pos, &texels[self.source.layer_range(number)], &mut bytes);
-        }
-        EncodedTile::new(bytes.into(), self.texture, compression)
+        let mut bytes = Vec::with_capacity(self.encoder.description().tile_bytes());
+        layers.for_each(|number| {
+            self.append(number, pos, &texels[self.source.layer_range(number)], &mut bytes);
+        });
+        self.encoder.tile(bytes)
     }
 
-    fn add_layer(&self, number: usize, pos: PagePos, part: &[u8], bytes: &mut Vec<u8>) {
-        let (format, geometry) = (self.texture.layers[number].format, &self.geometries[number]);
-        if !format.is_compressed() {
-            return bytes.extend_from_slice(part);
+    fn append(&self, number: usize, pos: PagePos, texels: &[u8], bytes: &mut Vec<u8>) {
+        let (format, geometry) = (self.encoder.format(number), &self.geometries[number]);
+        let mut texels = Cow::Borrowed(texels);
+        if geometry.is_tail(pos) && format.is_compressed() {
+            extend_levels(geometry, format, texels.to_mut());
         }
-        let mut tail = Vec::new();
-        if geometry.is_tail(pos) {
-            tail.extend_from_slice(part);
-            extend_levels(geometry, format, &mut tail);
-        }
-        let part = if tail.is_empty() { part } else { &tail };
         let row_bytes = geometry.tile()[0] as usize * format.texel_bytes();
-        let rows: Vec<&[u8]> = part.chunks_exact(row_bytes).collect();
-        let Lost { negatives } = blocks::encode(format, self.options.quality, &rows, bytes);
-        if negatives {
-            self.negatives[number].store(true, Ordering::Relaxed);
-        }
-    }
-
-    fn notices(&self) -> Vec<Option<Notice>> {
-        let of_layer = |(number, layer): (usize, &vastex_core::Layer)| {
-            self.negatives[number].load(Ordering::Relaxed).then_some(Notice::NegativesClamped(layer.format))
-        };
-        self.texture.layers.iter().enumerate().map(of_layer).collect()
+        let rows: Vec<&[u8]> = texels.chunks_exact(row_bytes).collect();
+        self.encoder.append(number, &rows, bytes);
     }
 }

@@ -1,47 +1,31 @@
 //! Images that are finer than the texture in which they lie: a city in full detail on a coarse world.
 //!
-//! The texture gets as many levels more as the finest inset needs, and pages on them only where insets are. It is built
-//! without insets into a file beside the output ([`unfinished`]), each inset is put into that as [`crate::replace()`] does, from
-//! its own level on, and when all are in, the tiles are encoded on their way to where they are asked for ([`encode`]). Until
-//! then no layer is compressed in blocks, so what comes out is what a build of the whole picture gives there too.
+//! The texture gets as many levels more as the finest inset needs, and pages on them only where insets are.
+//! It is built without insets into a file beside the output ([`unfinished`]), each inset is put into that as
+//! [`crate::replace()`] does, from its own level on, and when all are in, the tiles are encoded on their way
+//! to where they are asked for ([`encode`]). Until then no layer is compressed in blocks, so what comes out
+//! is what a build of the whole picture gives there too.
 
 mod encode;
 mod unfinished;
 
 use std::ops::ControlFlow;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
-use vastex_core::{Description, Geometry, GeometrySpec, PagePos};
-use vastex_tiles::{
-    Compression, Container, ContainerUpdate, ContainerWriter, EncodedTile, WriteError, Written,
-};
+use vastex_core::Description;
+use vastex_tiles::{Compression, Container, ContainerUpdate, ContainerWriter, Written};
 
-use crate::error::BuildError;
-use crate::layers::{self, OpenLayer};
-use crate::pipeline::Sink;
+use crate::build::finer::finer;
+use crate::build::layers::{self, OpenLayer};
+use crate::build::{self, BuildError, BuildOptions, BuildReport, Inset, Stage, place};
+use crate::image::Notice;
+use crate::progress::Progress;
 use crate::replace::{self, OpenImage, Placed, ReplaceError, ReplaceOptions, Replaced, Rules};
-use crate::{BuildOptions, BuildReport, Notice, Progress, Stage, make, place};
 use unfinished::Unfinished;
 
-pub(crate) use unfinished::{refuse_left, remove_left};
-
-/// An image that lies over a layer of a texture, and is as fine as it or finer.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Inset {
-    /// The layer's name; nothing for the only one that there is.
-    pub layer: Option<String>,
-    /// The image.
-    pub image: PathBuf,
-    /// Column and row of its upper left texel, counted in its own texels from the upper left of the texture. What crosses a
-    /// wrapping edge goes on at the other side.
-    pub at: [u32; 2],
-    /// How many levels it is finer than the layer's own image: 0 for as fine as that, 1 for twice as fine.
-    pub finer: u8,
-}
-
-/// Makes a container with the insets that the options ask for; there is at least one. Finer ones lie over coarser ones, later
-/// ones over earlier ones.
+/// Makes a container with the insets that the options ask for; there is at least one. Finer ones lie over
+/// coarser ones, later ones over earlier ones.
 pub(crate) fn build(
     mut layers: Vec<OpenLayer>,
     output: &Path,
@@ -55,7 +39,8 @@ pub(crate) fn build(
     let texture = Arc::new(finer(&layers::describe(&layers, options)?, finest)?);
     let filters = filters(&layers, options)?;
     let insets = check(&options.insets, &texture, &filters, output, options)?;
-    // Whoever works for hours should know first whether there can be an output; and nobody else builds there meanwhile.
+    // Whoever works for hours should know first whether there can be an output; and nobody else builds there
+    // meanwhile.
     let writer_options = options.writer_options(filters);
     let writer = ContainerWriter::claim(output, (*texture).clone(), writer_options, options.resume)?;
     let same = unfinished::fingerprint(&layers, &texture, options)?;
@@ -74,9 +59,9 @@ pub(crate) fn build(
         steps.end(rows, replaced.as_ref().map_or(0, |replaced| replaced.updated.bytes_added));
         built.insets.extend(replaced.into_iter().flat_map(|replaced| replaced.notices));
     }
-    let (written, negatives) = encode::encode(unfinished.path(), writer, &texture, options, &steps)?;
-    for (layer, notice) in built.layers.iter_mut().zip(negatives) {
-        layer.notices.extend(notice);
+    let (written, findings) = encode::encode(unfinished.path(), writer, &texture, options, &steps)?;
+    for (number, layer) in built.layers.iter_mut().enumerate() {
+        layer.notices.extend(findings.notices(number, layer.layer.format));
     }
     unfinished.remove();
     Ok(report(built, &texture, &written))
@@ -94,7 +79,8 @@ fn ground(
         // Tiles are written once more, so they are compressed fast and lie close.
         let options =
             BuildOptions { compression: Compression::Lz4, align: 1, durable: false, ..options.clone() };
-        let built = make(layers, unfinished.path(), &options, Stage::UnderInsets { finer_levels }, progress)?;
+        let built =
+            build::run(layers, unfinished.path(), &options, Stage::UnderInsets { finer_levels }, progress)?;
         unfinished.set_built();
         return Ok(built);
     }
@@ -126,56 +112,6 @@ fn put(
     Ok(replaced)
 }
 
-/// The same texture, with texels where blocks were.
-pub(crate) fn without_blocks(description: &Description) -> Description {
-    let mut plain = description.clone();
-    plain.layers.iter_mut().for_each(|layer| layer.format = layer.format.decoded());
-    plain
-}
-
-/// The same texture with so many levels more, all finer.
-pub(crate) fn finer(description: &Description, levels: u8) -> Result<Description, BuildError> {
-    let geometry = &description.geometry;
-    let size = geometry.size();
-    let larger = |texels: u32| u32::try_from(u64::from(texels) << levels.min(32)).ok();
-    let (Some(width), Some(height)) = (larger(size[0]), larger(size[1])) else {
-        return Err(BuildError::InsetTooFine { levels, size: [size[0], size[1]] });
-    };
-    let spec = GeometrySpec { size: [width, height, size[2]], ..*geometry.spec() };
-    let finer = Description { geometry: Geometry::new(spec)?, ..description.clone() };
-    // A texture so small that its tail has room for more levels has nothing to put into that room.
-    match finer.geometry.tail().first_level() == geometry.tail().first_level() + levels {
-        true => Ok(finer),
-        false => Err(BuildError::InsetInTail { levels, size: [size[0], size[1]] }),
-    }
-}
-
-/// Takes the tiles of a texture as those of one that has so many levels more.
-pub(crate) struct Finer<S> {
-    pub(crate) sink: S,
-    pub(crate) levels: u8,
-}
-
-impl<S> Finer<S> {
-    fn pos(&self, pos: PagePos) -> PagePos {
-        PagePos { level: pos.level + self.levels, ..pos }
-    }
-}
-
-impl<S: Sink> Sink for Finer<S> {
-    fn append(&mut self, pos: PagePos, tile: EncodedTile) -> Result<(), WriteError> {
-        self.sink.append(self.pos(pos), tile)
-    }
-
-    fn skip(&mut self, pos: PagePos) -> Result<(), WriteError> {
-        self.sink.skip(self.pos(pos))
-    }
-
-    fn finish(self) -> Result<Written, WriteError> {
-        self.sink.finish()
-    }
-}
-
 /// An inset that suits its texture.
 struct Checked<'a> {
     placed: Placed<'a>,
@@ -185,7 +121,8 @@ struct Checked<'a> {
     memory: u64,
 }
 
-/// The insets in the order in which they are put into the texture, if they suit it. Nothing has been built yet.
+/// The insets in the order in which they are put into the texture, if they suit it. Nothing has been built
+/// yet.
 fn check<'a>(
     insets: &'a [Inset],
     texture: &Arc<Description>,
@@ -236,7 +173,7 @@ fn inset_error(placed: Placed<'_>, error: ReplaceError) -> BuildError {
         ReplaceError::Outside { path, at, size, texture, .. } => {
             BuildError::InsetOutside { path, at, size, level: placed.level, texture }
         }
-        ReplaceError::Threads(error) => error,
+        ReplaceError::Threads(error) => error.into(),
         ReplaceError::Cancelled => BuildError::Cancelled,
         error => BuildError::Inset(Box::new(error)),
     }

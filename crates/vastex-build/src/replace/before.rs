@@ -12,7 +12,7 @@ use super::error::ReplaceError;
 use super::region::PageBox;
 use super::slice::{LayerShape, Slice};
 use super::spans::Axis;
-use crate::magnify::magnified;
+use crate::texels::magnify::magnified;
 
 /// The version before a change.
 pub(super) struct Before(Arc<Container>);
@@ -56,11 +56,12 @@ impl Before {
         Ok(magnified(&shape.geometry, pos, nearest, &texels(nearest)?, shape.texel()))
     }
 
-    /// A layer's part of a page's tile; where pages beside it get their first tile, which those in `made` without one do, what
-    /// they show stands in its border. Without a tile it is as [`Before::shown`], and its border as the pages beside it.
+    /// A layer's part of a page's tile; where pages beside it get their first tile, which those in `made`
+    /// without one do, what they show stands in its border. Without a tile it is as [`Before::shown`], and
+    /// its border as the pages beside it.
     ///
-    /// Every tile gets the same blocks for the same place: those of the page in whose payload they lie or, where that has no tile,
-    /// those of the tiles around it.
+    /// Every tile gets the same blocks for the same place: those of the page in whose payload they lie or,
+    /// where that has no tile, those of the tiles around it.
     pub(super) fn joined<'s>(
         &self,
         shape: &'s LayerShape,
@@ -98,7 +99,8 @@ impl Before {
         Ok(slice)
     }
 
-    /// A page that has a tile, in whose border it holds these texels: the page itself, or else any, since all agree.
+    /// A page that has a tile, in whose border it holds these texels: the page itself, or else any, since all
+    /// agree.
     fn holding(&self, pos: PagePos, columns: &Segment, rows: &Segment) -> Option<PagePos> {
         let page = |x, y| PagePos::new_2d(pos.level, x, y);
         let pages = columns.pages().flat_map(|x| rows.pages().map(move |y| page(x, y)));

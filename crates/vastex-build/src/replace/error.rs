@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use vastex_core::PagePos;
 use vastex_tiles::{DecodeError, ReadError, UpdateError};
 
-use crate::error::{BuildError, InputFault};
+use crate::image::InputFault;
+use crate::threads::ThreadsError;
 
 /// Why nothing was replaced. The container is as it was before.
 #[derive(Debug, thiserror::Error)]
@@ -171,7 +172,7 @@ pub enum ReplaceError {
     },
     /// The threads cannot be started.
     #[error(transparent)]
-    Threads(BuildError),
+    Threads(#[from] ThreadsError),
     /// [`crate::Progress`] asked to stop.
     #[error("cancelled")]
     Cancelled,

@@ -7,8 +7,7 @@ use vastex_core::{Description, Layer, LayerFormat};
 use super::error::ReplaceError;
 use super::region::{Placed, Strip};
 use super::rules::OpenImage;
-use crate::LayerInput;
-use crate::filter::LayerFilter;
+use crate::texels::{LayerFilter, LayerInput};
 
 /// An image, and the layer of a container into which it goes.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -1,11 +1,12 @@
 //! Putting images into a region of a container, on all levels, without building it again.
 //!
-//! Level by level, the texels that change are held with a margin of those beside them ([`patch`]); the pages that
-//! show any of them ([`spans`]) take their old tile ([`before`]), the changed texels over it ([`slice`]); and the next level's are
-//! filtered from them as `build` filters ([`run`]). So every texel is what building the whole changed image would give, and
-//! memory follows the region. Of layers compressed in blocks, what does not change is known as it decodes only, and blocks
-//! without a changed texel stay as they are. An image may belong to any level, and pages may get their first tile so: that is
-//! what an inset is. How the file changes while others read it is `vastex_tiles::ContainerUpdate`'s business.
+//! Level by level, the texels that change are held with a margin of those beside them ([`patch`]); the pages
+//! that show any of them ([`spans`]) take their old tile ([`before`]), the changed texels over it
+//! ([`slice`]); and the next level's are filtered from them as `build` filters ([`run`]). So every texel is
+//! what building the whole changed image would give, and memory follows the region. Of layers compressed in
+//! blocks, what does not change is known as it decodes only, and blocks without a changed texel stay as they
+//! are. An image may belong to any level, and pages may get their first tile so: that is what an inset is.
+//! How the file changes while others read it is `vastex_tiles::ContainerUpdate`'s business.
 
 mod before;
 mod error;
@@ -18,16 +19,17 @@ mod slice;
 mod spans;
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::Ordering;
 
 use vastex_tiles::{Compression, Container, ContainerUpdate, TileSource, Updated};
 
 pub use error::ReplaceError;
 pub use input::LayerImage;
 
-use crate::blocks::{self, Quality};
-use crate::notice::Notice;
-use crate::{Progress, thread_pool};
+use crate::image::Notice;
+use crate::progress::Progress;
+use crate::texels::blocks::{self, Quality};
+use crate::threads;
+use crate::tile::TileEncoder;
 use before::Before;
 use run::Replacement;
 
@@ -42,9 +44,11 @@ const BATCH_BYTES: usize = 8 << 20;
 pub struct ReplaceOptions {
     /// Threads that filter and encode; 0 for as many as there are cores.
     pub threads: usize,
-    /// How well the blocks of compressed layers are encoded; the same as for the container gives the same blocks.
+    /// How well the blocks of compressed layers are encoded; the same as for the container gives the same
+    /// blocks.
     pub quality: Quality,
-    /// Whether to wait until the disk has the new version. A loss of power leaves a whole version in any case.
+    /// Whether to wait until the disk has the new version. A loss of power leaves a whole version in any
+    /// case.
     pub durable: bool,
     /// Bytes of memory beyond which an image is refused before anything is allocated.
     pub memory_limit: u64,
@@ -64,16 +68,6 @@ impl Default for ReplaceOptions {
     }
 }
 
-impl ReplaceOptions {
-    /// Threads that are there.
-    fn threads_used(&self) -> usize {
-        match self.threads {
-            0 => std::thread::available_parallelism().map_or(1, usize::from),
-            n => n,
-        }
-    }
-}
-
 /// What a replacement did.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Replaced {
@@ -83,18 +77,19 @@ pub struct Replaced {
     pub notices: Vec<(PathBuf, Notice)>,
 }
 
-/// Puts the texels of images into a container, at `at` (column and row of level 0), on all levels: a path for the one layer
-/// that there is, or a [`LayerImage`] (or [`crate::LayerInput`]) for each layer that changes. Across a wrapping edge they go on
-/// at the other side.
+/// Puts the texels of images into a container, at `at` (column and row of level 0), on all levels: a path for
+/// the one layer that there is, or a [`LayerImage`] (or [`crate::LayerInput`]) for each layer that changes.
+/// Across a wrapping edge they go on at the other side.
 ///
-/// Images of several layers are of one region: those of layers at half or a quarter of the resolution have that share of the
-/// texels, and `at` must be a whole texel of each layer. Layers without an image keep every byte.
+/// Images of several layers are of one region: those of layers at half or a quarter of the resolution have
+/// that share of the texels, and `at` must be a whole texel of each layer. Layers without an image keep every
+/// byte.
 ///
-/// Whoever has the container open goes on reading it as it was; whoever opens it from then on reads the new version.
-/// Where pages have no tiles, those that the images cover any of get them, and are coarse around them as before. Takes
-/// memory for the images' texels, half as much again, and the container's index; writes the tiles that show a changed
-/// texel, and about 1 MiB of coarse ones; where no texel changes, nothing. After an error or a cancellation the container
-/// is as it was.
+/// Whoever has the container open goes on reading it as it was; whoever opens it from then on reads the new
+/// version. Where pages have no tiles, those that the images cover any of get them, and are coarse around
+/// them as before. Takes memory for the images' texels, half as much again, and the container's index; writes
+/// the tiles that show a changed texel, and about 1 MiB of coarse ones; where no texel changes, nothing.
+/// After an error or a cancellation the container is as it was.
 pub fn replace<I: Clone + Into<LayerImage>>(
     file: &Path,
     at: [u32; 2],
@@ -161,15 +156,17 @@ fn run(
         return Err(ReplaceError::NoEncoders { name: old.name().into(), format: format.name() });
     }
     rules.check_memory(&images, is_sparse, options)?;
-    let pool = thread_pool(options.threads).map_err(ReplaceError::Threads)?;
-    let (before, quality) = (Before::new(old), options.quality);
-    let lost_negatives = rules.shapes.iter().map(|_| false.into()).collect();
-    let replacement = Replacement { pool: &pool, before, rules, compression, quality, lost_negatives };
+    let pool = threads::pool(options.threads)?;
+    let encoder = TileEncoder::new(rules.description.clone(), compression, options.quality);
+    let replacement = Replacement { pool: &pool, before: Before::new(old), rules, encoder };
     replacement.run(&mut update, &mut images, progress)?;
     let of_image = |image: &OpenImage<'_>| {
-        let negatives = replacement.lost_negatives[image.rules.number].load(Ordering::Relaxed);
         let path = image.placed.image.to_path_buf();
-        image.notices(negatives).into_iter().map(move |notice| (path.clone(), notice)).collect::<Vec<_>>()
+        image
+            .notices(replacement.encoder.findings())
+            .into_iter()
+            .map(move |notice| (path.clone(), notice))
+            .collect::<Vec<_>>()
     };
     let notices = images.iter().flat_map(of_image).collect();
     Ok(Replaced { updated: update.commit()?, notices })

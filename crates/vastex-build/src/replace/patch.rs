@@ -1,12 +1,12 @@
-//! The texels of one level that a replacement holds: those that change, and around them those of which the next level
-//! is made.
+//! The texels of one level that a replacement holds: those that change, and around them those of which the
+//! next level is made.
 
 use std::ops::Range;
 
 use rayon::prelude::*;
 
 use super::spans::{Axis, Run, Spans};
-use crate::filter::Filter;
+use crate::texels::filter::Filter;
 
 /// Texels of one level: some columns of some rows.
 pub(super) struct Patch {
@@ -47,8 +47,8 @@ impl Patch {
         &mut self.bytes[place]
     }
 
-    /// Makes the texels `changed` from those of the finer level, whose axes are `axes`. `color` is a texel of the border
-    /// colour.
+    /// Makes the texels `changed` from those of the finer level, whose axes are `axes`. `color` is a texel of
+    /// the border colour.
     pub(super) fn filter_from(
         &mut self,
         finer: &Patch,

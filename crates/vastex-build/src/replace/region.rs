@@ -27,8 +27,8 @@ pub(super) struct Strip {
     pub(super) to: Range<u32>,
 }
 
-/// Where `len` columns or rows of an image lie, from `at` on, in a level of `size`: across a wrapping edge they go on at 0.
-/// Nothing where they reach beyond the level, or round it onto themselves.
+/// Where `len` columns or rows of an image lie, from `at` on, in a level of `size`: across a wrapping edge
+/// they go on at 0. Nothing where they reach beyond the level, or round it onto themselves.
 pub(super) fn strips(at: u32, len: u32, size: u32, mode: AddressMode) -> Option<Vec<Strip>> {
     let end = at.checked_add(len).filter(|_| at < size && len <= size)?;
     if end <= size {
@@ -43,7 +43,8 @@ pub(super) fn strips(at: u32, len: u32, size: u32, mode: AddressMode) -> Option<
 pub(super) struct Region {
     /// Columns and rows of the texels that change.
     pub(super) changed: [Spans; 2],
-    /// Columns and rows of the texels that cover any of the image. A wide filter changes more, at a wrapping edge elsewhere.
+    /// Columns and rows of the texels that cover any of the image. A wide filter changes more, at a wrapping
+    /// edge elsewhere.
     covered: [Spans; 2],
 }
 

@@ -11,11 +11,11 @@ use super::region::{Placed, Region, Strip, strips};
 use super::slice::LayerShape;
 use super::spans::{Axis, Spans};
 use super::{BATCH_BYTES, ReplaceOptions};
-use crate::convert::Conversion;
-use crate::filter::{Filter, LayerFilter, LevelsFrom};
-use crate::layers::{is_color, notices_of};
-use crate::notice::Notice;
-use crate::readers::{ImageHeader, Opened, RowReader, in_srgb, open_with_files};
+use crate::image::{ImageHeader, Notice, Opened, RowReader, in_srgb, open_with_files};
+use crate::texels::convert::Conversion;
+use crate::texels::filter::{Filter, LayerFilter, LevelsFrom};
+use crate::threads;
+use crate::tile::{Findings, INDEX_BYTES};
 
 /// What is known of a texture in which regions are replaced.
 pub(crate) struct Rules {
@@ -61,7 +61,7 @@ impl Rules {
         Ok(LayerRules {
             number,
             shape: shape.clone(),
-            is_color: is_color(&shape.layer, Some(named)),
+            is_color: LayerFilter::is_of_color(Some(named), &shape.layer),
             filter: Filter::new(named, format.decoded(), 2),
             named,
         })
@@ -72,22 +72,20 @@ impl Rules {
         self.shapes.iter().map(LayerShape::texel_bytes).sum::<usize>().max(1)
     }
 
-    /// The bytes that replacing takes at most with these images; an error where those are too many. `is_sparse` says whether
-    /// pages may lack tiles.
+    /// The bytes that replacing takes at most with these images; an error where those are too many.
+    /// `is_sparse` says whether pages may lack tiles.
     pub(crate) fn check_memory(
         &self,
         images: &[OpenImage<'_>],
         is_sparse: bool,
         options: &ReplaceOptions,
     ) -> Result<u64, ReplaceError> {
-        /// What the index of the container takes for each page.
-        const INDEX_BYTES: u64 = 64;
         /// Tiles of which one is made that gets texels of those beside it, and their ancestors.
         const JOINED_TILES: u64 = 12;
         let limit = options.memory_limit;
         let index = self.description.geometry.page_count().saturating_mul(INDEX_BYTES);
         let tile = self.tile_texel_bytes() + self.description.tile_bytes();
-        let threads = options.threads_used().min((BATCH_BYTES / tile).max(1)) as u64;
+        let threads = threads::count(options.threads).min((BATCH_BYTES / tile).max(1)) as u64;
         let tiles = 2 * (BATCH_BYTES.max(tile) as u64);
         let joined = if is_sparse { threads.saturating_mul(JOINED_TILES * tile as u64) } else { 0 };
         let of_image = |image: &OpenImage<'_>| {
@@ -125,7 +123,8 @@ impl LayerRules {
         self.shape.axes(level, self.filter.reach)
     }
 
-    /// The texels of a level that are held where `changed` ones change: those of which the next level is made.
+    /// The texels of a level that are held where `changed` ones change: those of which the next level is
+    /// made.
     pub(super) fn held(&self, level: u8, changed: &[Spans; 2]) -> [Spans; 2] {
         let axes = self.axes(level);
         match level == self.shape.geometry.coarsest() {
@@ -145,8 +144,6 @@ pub(crate) struct OpenImage<'a> {
     pub(super) conversion: Conversion,
     /// Columns and rows, and where they lie.
     pub(super) strips: [Vec<Strip>; 2],
-    /// Whether some of the texels read so far are not opaque, and the layer keeps no alpha.
-    pub(super) lost_alpha: bool,
 }
 
 impl<'a> OpenImage<'a> {
@@ -177,7 +174,7 @@ impl<'a> OpenImage<'a> {
                 texture: [of_level[0], of_level[1]],
             });
         };
-        Ok(OpenImage { placed, rules, reader, files, conversion, strips: [columns, rows], lost_alpha: false })
+        Ok(OpenImage { placed, rules, reader, files, conversion, strips: [columns, rows] })
     }
 
     pub(crate) fn header(&self) -> &ImageHeader {
@@ -185,12 +182,10 @@ impl<'a> OpenImage<'a> {
     }
 
     /// What there is to say of it when its texels are read.
-    pub(super) fn notices(&self, lost_negatives: bool) -> Vec<Notice> {
-        let (mut notices, format) = (notices_of(self.header()), self.rules.shape.layer.format);
-        notices.extend(self.conversion.decodes().then_some(Notice::StoredAsLight));
-        notices.extend(self.conversion.range().map(Notice::RangeScaled));
-        notices.extend(self.lost_alpha.then_some(Notice::NotOpaque(format)));
-        notices.extend(lost_negatives.then_some(Notice::NegativesClamped(format)));
+    pub(super) fn notices(&self, findings: &Findings) -> Vec<Notice> {
+        let mut notices = self.header().notices_of_layer();
+        notices.extend(self.conversion.notices());
+        notices.extend(findings.notices(self.rules.number, self.rules.shape.layer.format));
         notices
     }
 

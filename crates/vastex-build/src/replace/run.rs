@@ -2,13 +2,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use bytes::Bytes;
 use rayon::ThreadPool;
 use rayon::prelude::*;
 use vastex_core::{Box3, Geometry, PagePos};
-use vastex_tiles::{Compression, ContainerUpdate, EncodedTile};
+use vastex_tiles::{ContainerUpdate, EncodedTile};
 
 use super::BATCH_BYTES;
 use super::before::Before;
@@ -18,9 +17,9 @@ use super::region::{PageBox, Region};
 use super::rules::{LayerRules, OpenImage, Rules};
 use super::slice::{LayerShape, Slice};
 use super::spans::{Axis, Piece, Run, Spans};
-use crate::Progress;
-use crate::blocks::Quality;
-use crate::filter::Reach;
+use crate::progress::Progress;
+use crate::texels::filter::Reach;
+use crate::tile::TileEncoder;
 
 /// Layers that do not change have no next level to be made.
 const NO_REACH: Reach = Reach { factor: 2, first: 0, count: 2 };
@@ -31,10 +30,7 @@ pub(super) struct Replacement<'a> {
     /// The version before.
     pub(super) before: Before,
     pub(super) rules: Rules,
-    pub(super) compression: Compression,
-    pub(super) quality: Quality,
-    /// Whether numbers of a layer were negative, which its blocks cannot hold.
-    pub(super) lost_negatives: Vec<AtomicBool>,
+    pub(super) encoder: TileEncoder,
 }
 
 /// What changes of one layer on one level.
@@ -60,7 +56,8 @@ impl Replacement<'_> {
         &self.rules.description.geometry
     }
 
-    /// Replaces the pages of all levels from that of the images on, which all belong to one level. At least one image.
+    /// Replaces the pages of all levels from that of the images on, which all belong to one level. At least
+    /// one image.
     pub(super) fn run(
         &self,
         update: &mut ContainerUpdate,
@@ -95,7 +92,7 @@ impl Replacement<'_> {
             }
         }
         if tail != before {
-            update.replace(tail_pos, self.encoded(tail))?;
+            update.replace(tail_pos, self.encoder.tile(tail))?;
         }
         Ok(())
     }
@@ -116,7 +113,7 @@ impl Replacement<'_> {
                 return Err(ReplaceError::Cancelled);
             }
             image.reader.read_rows(&mut image_row).map_err(in_image)?;
-            image.lost_alpha = image.lost_alpha || image.conversion.loses_alpha_of(&image_row);
+            self.encoder.findings().look_at(image.rules.number, &image.conversion, &image_row);
             for columns in &image.strips[0] {
                 let from = &image_row[columns.from as usize * texel..][..columns.to.len() * texel];
                 image.conversion.row(patch.row_mut(y, &columns.to), from);
@@ -152,7 +149,8 @@ impl Replacement<'_> {
         Ok(patch)
     }
 
-    /// Fills what does not change within one page from what it shows before. All of a level of the tail counts as one page.
+    /// Fills what does not change within one page from what it shows before. All of a level of the tail
+    /// counts as one page.
     fn fill_unchanged(
         &self,
         patch: &mut Patch,
@@ -193,10 +191,11 @@ impl Replacement<'_> {
         let mut slice = Slice::stored(shape, part);
         slice.paste(&change.patch, &change.runs(level, shown), offset);
         slice.extend_levels();
-        self.finish(change.rules.number, slice, part);
+        slice.finish(&self.encoder, change.rules.number, part);
     }
 
-    /// Writes the new tiles of a level finer than the tail; `advance` is told bytes written, and whether to go on.
+    /// Writes the new tiles of a level finer than the tail; `advance` is told bytes written, and whether to
+    /// go on.
     fn replace_pages(
         &self,
         update: &mut ContainerUpdate,
@@ -227,8 +226,8 @@ impl Replacement<'_> {
         Ok(())
     }
 
-    /// The pages that get a new tile if it differs from theirs: of those that have one or get their first (in `made`), all
-    /// that show a texel that changes, or one of a page in `made`.
+    /// The pages that get a new tile if it differs from theirs: of those that have one or get their first (in
+    /// `made`), all that show a texel that changes, or one of a page in `made`.
     fn pages(&self, level: u8, changes: &[Change<'_>], made: Option<&PageBox>) -> Vec<PagePos> {
         let mut found = BTreeSet::new();
         let mut add = |[columns, rows]: [Vec<u32>; 2]| {
@@ -248,8 +247,8 @@ impl Replacement<'_> {
         positions.filter(|&pos| self.before.has(pos) || made.is_some_and(|made| made.contains(pos))).collect()
     }
 
-    /// A page's tile with the new texels; nothing where it is the one that it has. `made` are pages of the level, of which
-    /// some get their first tile.
+    /// A page's tile with the new texels; nothing where it is the one that it has. `made` are pages of the
+    /// level, of which some get their first tile.
     fn new_tile(
         &self,
         pos: PagePos,
@@ -264,10 +263,10 @@ impl Replacement<'_> {
         for (number, shape) in self.rules.shapes.iter().enumerate() {
             let change = changes.iter().find(|change| change.rules.number == number);
             if let Some(slice) = self.new_slice(pos, shape, change, before.as_ref(), made)? {
-                self.finish(number, slice, &mut tile[shape.bytes.clone()]);
+                slice.finish(&self.encoder, number, &mut tile[shape.bytes.clone()]);
             }
         }
-        Ok((before.as_deref() != Some(&tile[..])).then(|| self.encoded(tile)))
+        Ok((before.as_deref() != Some(&tile[..])).then(|| self.encoder.tile(tile)))
     }
 
     /// A layer's part of a page's tile with the new texels; nothing where it stays as it is.
@@ -297,17 +296,6 @@ impl Replacement<'_> {
             slice.paste(&change.patch, &runs, [0; 3]);
         }
         Ok(Some(slice))
-    }
-
-    /// Writes a layer's part into its place in a tile.
-    fn finish(&self, layer: usize, slice: Slice<'_>, part: &mut [u8]) {
-        if slice.finish(self.quality, part).negatives {
-            self.lost_negatives[layer].store(true, Ordering::Relaxed);
-        }
-    }
-
-    fn encoded(&self, tile: Vec<u8>) -> EncodedTile {
-        EncodedTile::new(tile.into(), &self.rules.description, self.compression)
     }
 }
 

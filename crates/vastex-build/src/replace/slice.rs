@@ -1,7 +1,8 @@
 //! One layer's part of a tile while texels of it change.
 //!
-//! What is not touched keeps the bytes that it has. Of a layer compressed in blocks, only those blocks are encoded again that
-//! hold a texel that changed: what the others lost when they were made is all that they ever lose.
+//! What is not touched keeps the bytes that it has. Of a layer compressed in blocks, only those blocks are
+//! encoded again that hold a texel that changed: what the others lost when they were made is all that they
+//! ever lose.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -11,10 +12,10 @@ use vastex_tiles::decode_blocks;
 
 use super::patch::Patch;
 use super::spans::{Axis, Run};
-use crate::blocks::{self, Lost, Quality};
-use crate::filter::Reach;
-use crate::tail::extend_levels;
-use crate::texel::{Light, decode, texel_of_color};
+use crate::texels::filter::Reach;
+use crate::texels::texel::{Light, decode, texel_of_color};
+use crate::tile::TileEncoder;
+use crate::tile::tail::extend_levels;
 
 /// What a layer's texels are, and where they lie.
 #[derive(Clone, Debug)]
@@ -77,8 +78,8 @@ impl LayerShape {
     }
 }
 
-/// How much nearer to what it should be a block of which only some texels are new must become to be encoded again: the others
-/// lose a little each time, and the same change again and again shall soon change nothing.
+/// How much nearer to what it should be a block of which only some texels are new must become to be encoded
+/// again: the others lose a little each time, and the same change again and again shall soon change nothing.
 const GAIN: f64 = 2.0;
 
 /// What has happened to a block.
@@ -142,8 +143,8 @@ impl<'a> Slice<'a> {
         }
     }
 
-    /// Takes the blocks that hold any texel of a box from another tile's `part`, where the box begins at `from`. The texels
-    /// are left to the caller.
+    /// Takes the blocks that hold any texel of a box from another tile's `part`, where the box begins at
+    /// `from`. The texels are left to the caller.
     pub(super) fn take_blocks(
         &mut self,
         part: &[u8],
@@ -184,23 +185,21 @@ impl<'a> Slice<'a> {
         extend_levels(&self.shape.geometry, self.shape.layer.format, &mut self.texels);
     }
 
-    /// Writes the part into its place in a tile; says what its blocks cannot hold.
-    pub(super) fn finish(mut self, quality: Quality, part: &mut [u8]) -> Lost {
-        let mut lost = Lost::default();
+    /// Writes the part, which is the layer's of that number, into its place in a tile.
+    pub(super) fn finish(mut self, encoder: &TileEncoder, layer: usize, part: &mut [u8]) {
         if self.states.is_empty() {
-            part.copy_from_slice(&self.texels);
-            return lost;
+            return part.copy_from_slice(&self.texels);
         }
         let across = self.shape.side() / self.shape.block_side();
         for row in 0..self.states.len() / across {
-            lost.negatives |= self.encode_row(row, quality).negatives;
+            self.encode_row(row, encoder, layer);
         }
         part.copy_from_slice(&self.blocks);
-        lost
     }
 
-    /// Encodes the blocks of a row that are new. One of which only some texels are stays as it was where [`GAIN`] says so.
-    fn encode_row(&mut self, row: usize, quality: Quality) -> Lost {
+    /// Encodes the blocks of a row that are new. One of which only some texels are stays as it was where
+    /// [`GAIN`] says so.
+    fn encode_row(&mut self, row: usize, encoder: &TileEncoder, layer: usize) {
         let (side, texel) = (self.shape.block_side(), self.shape.texel());
         let (format, bytes) = (self.shape.layer.format, self.shape.layer.format.block_bytes());
         let (across, pitch) = (self.shape.side() / side, self.shape.side() * texel);
@@ -208,7 +207,7 @@ impl<'a> Slice<'a> {
         let columns = (0..across).filter(|&column| states[column].new != 0 || !states[column].is_stored);
         let columns: Vec<usize> = columns.collect();
         if columns.is_empty() {
-            return Lost::default();
+            return;
         }
         // The texels of these blocks alone, side by side.
         let texels = self.texels[row * side * pitch..][..side * pitch].chunks_exact(pitch);
@@ -218,7 +217,7 @@ impl<'a> Slice<'a> {
             .collect();
         let rows: Vec<&[u8]> = gathered.iter().map(Vec::as_slice).collect();
         let mut encoded = Vec::new();
-        let lost = blocks::encode(format, quality, &rows, &mut encoded);
+        encoder.append(layer, &rows, &mut encoded);
         for (n, (column, encoded)) in columns.iter().zip(encoded.chunks_exact(bytes)).enumerate() {
             let stored = &mut self.blocks[(row * across + column) * bytes..][..bytes];
             let error = |block: &[u8]| {
@@ -231,7 +230,6 @@ impl<'a> Slice<'a> {
                 stored.copy_from_slice(encoded);
             }
         }
-        lost
     }
 }
 

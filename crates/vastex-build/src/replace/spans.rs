@@ -1,13 +1,14 @@
 //! Which texels along one axis change, level by level, and which pages show them.
 //!
-//! What changes of an image is a rectangle, and stays columns times rows on every level. At a wrapping edge the texels of
-//! the next level near one end can be made of those at the other end too, so along an axis there can be several ranges.
+//! What changes of an image is a rectangle, and stays columns times rows on every level. At a wrapping edge
+//! the texels of the next level near one end can be made of those at the other end too, so along an axis
+//! there can be several ranges.
 
 use std::ops::Range;
 
 use vastex_core::{AddressMode, Geometry, fold, is_border_color};
 
-use crate::filter::Reach;
+use crate::texels::filter::Reach;
 
 /// Texels (or pages) along one axis of a level: ranges that ascend and do not touch.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -119,7 +120,8 @@ impl Axis {
         (!is_border_color(self.mode, texel, self.size)).then(|| fold(self.mode, texel, self.size))
     }
 
-    /// The page that shows a texel of the level within its payload, and the texel's place from the beginning of the page's tile.
+    /// The page that shows a texel of the level within its payload, and the texel's place from the beginning
+    /// of the page's tile.
     pub(super) fn place(&self, texel: u32) -> (u32, usize) {
         (texel / self.page, (texel % self.page + self.border) as usize)
     }
@@ -176,7 +178,8 @@ impl Axis {
         let (count, factor) =
             (i64::from(self.size.div_ceil(self.reach.factor)), i64::from(self.reach.factor));
         let made = |range: &Range<u32>| {
-            // The first whose last source is not before the range, and the last whose first source is not behind it.
+            // The first whose last source is not before the range, and the last whose first source is not
+            // behind it.
             let last_source = self.reach.first + i64::from(self.reach.count) - 1;
             let first = (i64::from(range.start) - last_source + factor - 1).div_euclid(factor);
             let last = (i64::from(range.end) - 1 - self.reach.first).div_euclid(factor);
@@ -217,7 +220,8 @@ impl Axis {
         pages
     }
 
-    /// Where the texels `origin..origin + len` show any of `changed`, which lie in a patch of the texels `patch`.
+    /// Where the texels `origin..origin + len` show any of `changed`, which lie in a patch of the texels
+    /// `patch`.
     pub(super) fn runs(&self, changed: &Spans, patch: &Spans, origin: i64, len: u32) -> Vec<Run> {
         let mut runs: Vec<Run> = Vec::new();
         for to in 0..len as usize {
@@ -257,7 +261,7 @@ mod tests {
     use proptest::prelude::*;
     use vastex_core::{GeometrySpec, LayerFormat, PagePos};
 
-    use crate::filter::{Filter, Kernel, LayerFilter, Meaning};
+    use crate::texels::filter::{Filter, Kernel, LayerFilter, Meaning};
 
     fn one(range: Range<u32>) -> Spans {
         Spans::new(std::iter::once(range))

@@ -6,10 +6,6 @@ use serde::Deserialize;
 
 use crate::settings::Settings;
 
-/// The most threads, and the most reads at once.
-const MOST_READS: i64 = 4096;
-/// The longest time-out, in seconds: a day.
-const MOST_SECONDS: f64 = 86_400.0;
 /// The longest that a frame may decode, in milliseconds.
 const MOST_MILLISECONDS: f64 = 1000.0;
 
@@ -45,9 +41,9 @@ impl TryFrom<i64> for Reads {
     type Error = String;
 
     fn try_from(reads: i64) -> Result<Reads, String> {
-        match usize::try_from(reads).ok().filter(|_| (1..=MOST_READS).contains(&reads)) {
+        match usize::try_from(reads).ok().filter(|_| Settings::READS_AT_ONCE.contains(&reads)) {
             Some(reads) => Ok(Reads(reads)),
-            None => Err(format!("{reads} reads at once; give it 1 to {MOST_READS}")),
+            None => Err(format!("{reads} reads at once; give it 1 to {}", Settings::READS_AT_ONCE.end())),
         }
     }
 }
@@ -60,9 +56,12 @@ impl TryFrom<f64> for Seconds {
     type Error = String;
 
     fn try_from(seconds: f64) -> Result<Seconds, String> {
-        match (0.001..=MOST_SECONDS).contains(&seconds) {
+        match Settings::READ_TIME_OUT_S.contains(&seconds) {
             true => Ok(Seconds(Duration::from_secs_f64(seconds))),
-            false => Err(format!("a time-out of {seconds} seconds; give it 0.001 to {MOST_SECONDS}")),
+            false => {
+                let (least, most) = (Settings::READ_TIME_OUT_S.start(), Settings::READ_TIME_OUT_S.end());
+                Err(format!("a time-out of {seconds} seconds; give it {least} to {most}"))
+            }
         }
     }
 }

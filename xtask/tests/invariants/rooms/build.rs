@@ -2,4 +2,36 @@
 
 use super::Room;
 
-pub(super) const ROOMS: &[Room] = &[];
+pub(super) const ROOMS: &[Room] = &[
+    ("image", &[]),
+    ("threads", &[]),
+    ("progress", &["image"]),
+    ("texels", &["image"]),
+    ("tile", &["image", "texels"]),
+    // A pyramid's rows of pages hand their texels to the encoder: that saves a copy of each tile.
+    ("pyramid", &["texels", "tile"]),
+    ("replace/error", &["image", "threads"]),
+    ("replace", &["image", "progress", "replace/error", "texels", "threads", "tile"]),
+    // What a caller is told of an inset is what a replacement says; the rest of a build knows nothing of replacing.
+    ("build/error", &["image", "replace/error", "texels", "threads"]),
+    ("build", &["build/error", "image", "progress", "pyramid", "texels", "threads", "tile"]),
+    ("inset", &["build", "build/error", "image", "progress", "replace", "replace/error", "threads", "tile"]),
+    ("export", &["image", "progress", "texels", "threads"]),
+    ("source", &["image", "texels"]),
+    (
+        "lib",
+        &[
+            "build",
+            "build/error",
+            "export",
+            "image",
+            "progress",
+            "replace",
+            "replace/error",
+            "source",
+            "texels",
+            "threads",
+        ],
+    ),
+    ("measure", &["build", "build/error", "texels"]),
+];

@@ -1,0 +1,114 @@
+//! How a container is made: what the caller asks for besides the images of the layers.
+
+use std::path::PathBuf;
+
+use vastex_core::AddressMode;
+use vastex_tiles::{Compression, PartOf, WriterOptions};
+
+use crate::texels::blocks::Quality;
+use crate::texels::filter::{LayerFilter, LevelsFrom};
+
+/// How a container is made.
+#[derive(Clone, Debug)]
+pub struct BuildOptions {
+    /// Texels of payload per side of a page, 8 to 4096.
+    pub page: u32,
+    /// Texels of border on each side, 1 to half a page.
+    pub border: u32,
+    /// How tiles are compressed.
+    pub compression: Compression,
+    /// How well block-compressed layers are encoded.
+    pub quality: Quality,
+    /// Whether colour is filtered in linear light and weighted by alpha, where no filter says otherwise; else
+    /// every channel as it is stored.
+    pub linear: bool,
+    /// The filter of layers that name none of their own. `None` picks what suits each layer's name and format
+    /// ([`LayerFilter::for_layer`]).
+    pub filter: Option<LayerFilter>,
+    /// From which level each level is made, where no filter says otherwise.
+    pub levels_from: LevelsFrom,
+    /// What lies beyond the edges, in x and in y. Planet tile directories always wrap in x, even if this is
+    /// [`AddressMode::Clamp`].
+    pub address: [AddressMode; 2],
+    /// What lies beyond an edge of [`AddressMode::Border`]: red, green, blue, alpha, as a layer stores them.
+    pub border_color: [u8; 4],
+    /// An image of the texture's shape, of any size. Pages where it is black or transparent get no tile, and
+    /// their nearest ancestors stand in for them. `None` gives every page a tile.
+    pub mask: Option<PathBuf>,
+    /// Whether pages that are transparent in all layers with alpha get no tile.
+    pub drop_transparent: bool,
+    /// Whether JPEG images whose compressed data are damaged or end early are read as far as the decoder can,
+    /// with a notice. Otherwise they are errors, as damage in every other format always is.
+    pub tolerant: bool,
+    /// Images that lie over those of the layers, as fine as they or finer. The texture gets as many further
+    /// levels as the finest inset needs; pages of these levels have tiles only where an inset lies.
+    pub insets: Vec<Inset>,
+    /// Threads that filter and encode; when they have nothing else to do, they decode pieces of the images.
+    /// One thread for each layer, which reads it, and one that writes are not counted. 0 starts one for each
+    /// core.
+    pub threads: usize,
+    /// Whether to wait at the end until the disk has everything.
+    pub durable: bool,
+    /// Every tile begins at a multiple of this many bytes, for direct I/O: a power of two from 4096 to
+    /// 65,536, or 1 for no alignment.
+    pub align: u32,
+    /// Bytes of memory that a build may take. If it could take more, its buffers become smaller; if that is
+    /// not enough, the image is refused before anything is allocated.
+    pub memory_limit: u64,
+    /// The part of the container that is made, or `None` for all of it. [`crate::merge`] joins all parts to
+    /// the very bytes of a build of the whole.
+    ///
+    /// Every part reads the image up to its own last tile, and encodes and writes its own tiles only.
+    pub part: Option<PartOf>,
+    /// Whether to go on with what an interrupted build of the same images and options left beside the output,
+    /// and to leave what is written there if this build is interrupted or fails. The container gets the bytes
+    /// of one build without a break.
+    pub resume: bool,
+}
+
+impl Default for BuildOptions {
+    fn default() -> BuildOptions {
+        BuildOptions {
+            page: 128,
+            border: 4,
+            compression: Compression::default(),
+            quality: Quality::default(),
+            linear: true,
+            filter: None,
+            levels_from: LevelsFrom::Chain,
+            address: [AddressMode::Clamp; 2],
+            border_color: [0; 4],
+            mask: None,
+            drop_transparent: false,
+            tolerant: false,
+            insets: Vec::new(),
+            threads: 0,
+            durable: false,
+            align: 1,
+            memory_limit: 16 << 30,
+            part: None,
+            resume: false,
+        }
+    }
+}
+
+impl BuildOptions {
+    pub(crate) fn writer_options(&self, filters: Vec<String>) -> WriterOptions {
+        WriterOptions { compression: self.compression, durable: self.durable, align: self.align, filters }
+    }
+}
+
+/// An image that lies over a layer of a texture, and is as fine as it or finer.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Inset {
+    /// The layer's name. `None` stands for the only layer of the texture.
+    pub layer: Option<String>,
+    /// The image.
+    pub image: PathBuf,
+    /// Column and row of the image's upper left texel, counted in the image's own texels from the upper left
+    /// of the texture. What crosses a wrapping edge goes on at the other side.
+    pub at: [u32; 2],
+    /// By how many levels the image is finer than the layer's own: 0 if it is as fine, 1 if it is twice as
+    /// fine.
+    pub finer: u8,
+}

@@ -1,0 +1,437 @@
+//! Reading, filtering and writing at the same time.
+//!
+//! The caller's thread reads rows, those of further layers on a thread for each; a pool of threads turns them
+//! into levels and tiles and encodes those, and decodes pieces of the images ahead where it has nothing else
+//! to do; one thread appends tiles to the container. Bounded queues between them keep memory bounded, and
+//! every stage keeps the order, so the bytes do not depend on the number of threads.
+//!
+//! One thread of the pool, the cutter, drives it. It hands tiles out in portions, which the others encode,
+//! and goes on making levels meanwhile; where it would have to wait it encodes too. What is appended next is
+//! a promise: the queue to the writer holds them in the order of writing, whichever is kept first.
+
+use std::collections::VecDeque;
+use std::convert::Infallible;
+use std::ops::{ControlFlow, Range};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, Sender, SyncSender, TryRecvError, TrySendError, channel, sync_channel};
+use std::thread;
+
+use rayon::{ScopeFifo, ThreadPool, Yield};
+use vastex_core::{Description, PagePos};
+use vastex_tiles::{EncodedTile, PartWriter, ResumableWriter, WriteError, Written};
+
+use super::layer_rows::LayerReaders;
+use super::layers::OpenLayer;
+use super::sparse::Selection;
+use crate::image::{Helpers, InputFault};
+use crate::progress::Progress;
+use crate::pyramid::shared::NEIGHBOURS;
+use crate::pyramid::stack::{self, Bands, LayerPlan, Stack};
+use crate::tile::TileEncoder;
+
+/// How much waits between the stages. It decides speed and memory, never bytes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Buffers {
+    /// Buffers of rows between reading and filtering.
+    rows: usize,
+    /// How many buffers of rows are filtered while tiles of the rows before them are still being encoded.
+    ahead: u32,
+    /// Bytes of the tiles between cutting and writing, before they are compressed.
+    tile_bytes: usize,
+    /// Bytes of the tiles that one thread cuts and encodes at a time, before they are compressed.
+    portion_bytes: usize,
+    /// Pieces of each image that are decoded ahead, for each thread.
+    pieces: usize,
+}
+
+impl Default for Buffers {
+    fn default() -> Buffers {
+        Buffers::ALL[0]
+    }
+}
+
+impl Buffers {
+    /// From what suits most to what takes least.
+    const ALL: [Buffers; 5] = [
+        Buffers { rows: 8, ahead: 4, tile_bytes: 8 << 20, portion_bytes: 256 << 10, pieces: 2 },
+        Buffers { rows: 3, ahead: 2, tile_bytes: 8 << 20, portion_bytes: 256 << 10, pieces: 1 },
+        Buffers { rows: 2, ahead: 1, tile_bytes: 4 << 20, portion_bytes: 256 << 10, pieces: 0 },
+        Buffers { rows: 2, ahead: 0, tile_bytes: 1 << 20, portion_bytes: 64 << 10, pieces: 0 },
+        Buffers { rows: 1, ahead: 0, tile_bytes: 1, portion_bytes: 1, pieces: 0 },
+    ];
+}
+
+/// What [`Buffers`] have of pieces at most.
+pub(crate) const MOST_PIECES: usize = 2;
+
+/// Pages in the order of writing, with their tiles if they have any.
+type Portion = Vec<(PagePos, Option<EncodedTile>)>;
+/// A portion that is being made, or that nobody will make since another stage failed.
+type Promise = Receiver<Portion>;
+/// Rows of every layer's image, as many as lie along the same rows of the texture.
+type LayerRows = Vec<Vec<u8>>;
+
+/// What a build does to the rows.
+pub(crate) struct Job<'a> {
+    /// One for each layer.
+    pub(crate) plans: &'a [LayerPlan],
+    pub(crate) encoder: &'a TileEncoder,
+    pub(crate) pool: &'a Arc<ThreadPool>,
+    pub(crate) buffers: Buffers,
+    /// Bytes that the readers hold besides, where so many pieces are decoded ahead for each thread.
+    pub(crate) ahead_bytes: [u64; MOST_PIECES + 1],
+}
+
+/// Where tiles go, one after the other.
+pub(crate) trait Sink: Send {
+    /// Takes the next tile.
+    fn append(&mut self, pos: PagePos, tile: EncodedTile) -> Result<(), WriteError>;
+    /// The next page has no tile.
+    fn skip(&mut self, pos: PagePos) -> Result<(), WriteError>;
+    /// Puts the file in its place.
+    fn finish(self) -> Result<Written, WriteError>;
+}
+
+impl Sink for ResumableWriter {
+    fn append(&mut self, pos: PagePos, tile: EncodedTile) -> Result<(), WriteError> {
+        ResumableWriter::append(self, pos, tile)
+    }
+
+    fn skip(&mut self, pos: PagePos) -> Result<(), WriteError> {
+        ResumableWriter::skip(self, pos)
+    }
+
+    fn finish(self) -> Result<Written, WriteError> {
+        ResumableWriter::finish(self)
+    }
+}
+
+impl Sink for PartWriter {
+    fn append(&mut self, pos: PagePos, tile: EncodedTile) -> Result<(), WriteError> {
+        PartWriter::append(self, pos, &tile)
+    }
+
+    fn skip(&mut self, pos: PagePos) -> Result<(), WriteError> {
+        PartWriter::skip(self, pos)
+    }
+
+    fn finish(self) -> Result<Written, WriteError> {
+        PartWriter::finish(self)
+    }
+}
+
+/// Why the pipeline ended early.
+pub(crate) enum Stopped {
+    /// An image cannot be read.
+    Input {
+        path: PathBuf,
+        fault: InputFault,
+    },
+    Output(WriteError),
+    Cancelled,
+}
+
+/// A build that only needs its file finished.
+pub(crate) struct Done<S> {
+    pub(crate) sink: S,
+    /// Bytes of the tiles in it.
+    pub(crate) bytes: u64,
+    /// Bytes of rows that were held at once.
+    pub(crate) row_bytes_held: u64,
+}
+
+/// Another stage failed and knows why.
+struct OtherStage;
+
+impl Job<'_> {
+    fn description(&self) -> &Description {
+        self.encoder.description()
+    }
+
+    /// Tiles that one thread cuts and encodes at a time.
+    fn portion_tiles(&self) -> usize {
+        (self.buffers.portion_bytes / self.description().tile_bytes()).clamp(1, NEIGHBOURS)
+    }
+
+    /// Portions between cutting and writing: at least two for each thread, one that it makes and one that it
+    /// makes next.
+    fn portions(&self) -> usize {
+        let bytes = self.portion_tiles() * self.description().tile_bytes();
+        (self.buffers.tile_bytes / bytes).max(2 * self.pool.current_num_threads())
+    }
+
+    /// Buffers of rows that are filtered while tiles of the rows before them are encoded: none where one
+    /// buffer makes several rows of pages, which are enough to share.
+    fn ahead(&self) -> u32 {
+        let [_, page, _] = self.description().geometry.page();
+        if stack::block_rows(self.plans) < 2 * page { self.buffers.ahead } else { 0 }
+    }
+
+    /// Takes the largest buffers with which all that the pipeline holds comes to at most `limit` bytes, or
+    /// the smallest.
+    pub(crate) fn fit(&mut self, limit: u64) {
+        for buffers in Buffers::ALL {
+            self.buffers = buffers;
+            if self.memory() <= limit {
+                return;
+            }
+        }
+    }
+
+    /// Bytes that the pipeline holds at most, what the readers hold without help and the index of the
+    /// container not counted.
+    pub(crate) fn memory(&self) -> u64 {
+        let block = stack::block_rows(self.plans);
+        let row_bytes =
+            |plan: &LayerPlan| u64::from(block / plan.layer.scale) * plan.image_row_bytes() as u64;
+        let rows = self.buffers.rows as u64 * self.plans.iter().map(row_bytes).sum::<u64>();
+        // Besides those in the queue, one portion waits to enter it and one is being written; what each
+        // thread makes is there twice while it is being made.
+        let portions = (self.portions() + 2 + self.pool.current_num_threads()) as u64;
+        let tiles = portions * self.portion_tiles() as u64 * self.description().tile_bytes() as u64;
+        let ahead = self.ahead_bytes[self.buffers.pieces];
+        (stack::memory(self.plans, self.encoder, self.ahead()) + rows + tiles).saturating_add(ahead)
+    }
+
+    /// Runs a whole build, up to the last of `tiles`: those that are made, by their index in the order of
+    /// writing.
+    pub(crate) fn run<S: Sink>(
+        &self,
+        layers: &mut [OpenLayer],
+        tiles: Range<u64>,
+        selection: Selection,
+        sink: S,
+        progress: &dyn Progress,
+    ) -> Result<Done<S>, Stopped> {
+        let (rows_tx, rows_rx) = sync_channel(self.buffers.rows);
+        let (spare_tx, spare_rx) = channel();
+        let (tiles_tx, tiles_rx) = sync_channel(self.portions());
+        let written = AtomicU64::new(0);
+        for _ in 0..self.buffers.rows {
+            // The other end is in this function, so nothing can fail.
+            let _ = spare_tx.send(vec![Vec::new(); self.plans.len()]);
+        }
+        thread::scope(|scope| {
+            // Each stage owns its ends of the queues, so that the others see it end.
+            let written = &written;
+            let writing = scope.spawn(move || append_tiles(sink, &tiles_rx, written));
+            let cutting = scope.spawn(move || {
+                self.pool.install(move || self.cut_tiles(tiles, selection, rows_rx, &spare_tx, &tiles_tx))
+            });
+            let read = self.read(layers, &rows_tx, &spare_rx, progress, written);
+            drop(rows_tx);
+            let cut = cutting.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+            let writer = writing.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+            read?;
+            let sink = writer.map_err(Stopped::Output)?;
+            // Cutting fails only because one of the others did.
+            let bytes = written.load(Ordering::Relaxed);
+            cut.map(|row_bytes_held| Done { sink, bytes, row_bytes_held })
+                .map_err(|OtherStage| Stopped::Cancelled)
+        })
+    }
+
+    /// Reads all images, each as far as the same rows of the texture.
+    fn read(
+        &self,
+        layers: &mut [OpenLayer],
+        rows_tx: &SyncSender<LayerRows>,
+        spare_rx: &Receiver<LayerRows>,
+        progress: &dyn Progress,
+        written: &AtomicU64,
+    ) -> Result<(), Stopped> {
+        let pieces = self.buffers.pieces * self.pool.current_num_threads();
+        let helpers = Helpers::new(self.pool.clone(), pieces);
+        layers.iter_mut().for_each(|layer| layer.reader.take_help(&helpers));
+        let height = self.description().geometry.size()[1];
+        let block = stack::block_rows(self.plans);
+        let (mut spare, mut done) = (Vec::new(), 0);
+        thread::scope(|scope| {
+            let readers = layers.iter_mut().map(|layer| (layer.path.as_path(), &mut *layer.reader));
+            let mut readers = LayerReaders::new(readers, scope);
+            while done < height {
+                let now = progress.advance(done.into(), height.into(), written.load(Ordering::Relaxed));
+                if now == ControlFlow::Break(()) {
+                    return Err(Stopped::Cancelled);
+                }
+                // What came back last is filled first: it is still near the processor.
+                spare.extend(spare_rx.try_iter());
+                let Some(mut rows) = spare.pop().or_else(|| spare_rx.recv().ok()) else { return Ok(()) };
+                let block = done..done + block.min(height - done);
+                for (plan, rows) in self.plans.iter().zip(&mut rows) {
+                    rows.resize(plan.rows(&block) as usize * plan.image_row_bytes(), 0);
+                }
+                let failed = |(path, fault): (&Path, _)| Stopped::Input { path: path.into(), fault };
+                readers.read(&mut rows).map_err(failed)?;
+                if rows_tx.send(rows).is_err() {
+                    return Ok(());
+                }
+                done = block.end;
+            }
+            Ok(())
+        })
+    }
+
+    /// Filters rows and cuts tiles until the rows end or the last tile that is wanted is made; says how many
+    /// bytes of rows it held. Is called in the pool, and returns when every tile is made.
+    fn cut_tiles(
+        &self,
+        tiles: Range<u64>,
+        selection: Selection,
+        rows_rx: Receiver<LayerRows>,
+        spare_tx: &Sender<LayerRows>,
+        tiles_tx: &SyncSender<Promise>,
+    ) -> Result<u64, OtherStage> {
+        rayon::scope_fifo(move |scope| {
+            let (held, first_tile) = (VecDeque::new(), 0);
+            let mut cutter =
+                Cutter { job: self, scope, tiles, selection, tiles_tx, held, pushed: 0, first_tile };
+            cutter.cut(&rows_rx, spare_tx)
+        })
+    }
+}
+
+/// The thread of the pool that makes levels and hands out tiles.
+struct Cutter<'a, 'scope> {
+    job: &'scope Job<'scope>,
+    scope: &'a ScopeFifo<'scope>,
+    /// The tiles that are made, by their index in the order of writing.
+    tiles: Range<u64>,
+    selection: Selection,
+    tiles_tx: &'a SyncSender<Promise>,
+    /// After how many pushes rows of pages were cut whose tiles are still being made, the oldest first.
+    /// Nothing is ever sent: the other end is dropped with the rows.
+    held: VecDeque<(u64, Receiver<Infallible>)>,
+    /// Buffers of rows that were filtered.
+    pushed: u64,
+    /// Number of the next row's first tile, in the order of writing.
+    first_tile: u64,
+}
+
+impl<'scope> Cutter<'_, 'scope> {
+    fn cut(
+        &mut self,
+        rows_rx: &Receiver<LayerRows>,
+        spare_tx: &Sender<LayerRows>,
+    ) -> Result<u64, OtherStage> {
+        let mut stack = Stack::new(self.job.plans, self.job.encoder);
+        while let Some(rows) = next_rows(rows_rx) {
+            self.wait_for_held_rows();
+            stack.push(&rows);
+            self.pushed += 1;
+            // Nobody waits for it once everything is read.
+            let _ = spare_tx.send(rows);
+            stack.cut_ready(|bands| self.hand_out(bands))?;
+            if self.first_tile >= self.tiles.end {
+                return Ok(stack.allocated());
+            }
+        }
+        if !stack.is_complete() {
+            return Err(OtherStage);
+        }
+        if self.tiles.contains(&self.first_tile) {
+            let (made_tx, made_rx) = channel();
+            self.promise(made_rx)?;
+            let pos = self.job.description().geometry.tail_pos();
+            // The writer may have failed.
+            let _ = made_tx.send(vec![(pos, Some(self.job.encoder.tile(stack.tail())))]);
+        }
+        Ok(stack.allocated())
+    }
+
+    /// Hands out what is wanted of a row of pages.
+    fn hand_out(&mut self, bands: Bands<'scope>) -> Result<(), OtherStage> {
+        let (job, first_tile, pages) = (self.job, self.first_tile, bands.pages());
+        self.first_tile += u64::from(pages);
+        let kept = self.selection.kept(&bands);
+        let column_of = |tile: u64| tile.saturating_sub(first_tile).min(pages.into()) as u32;
+        let wanted = column_of(self.tiles.start)..column_of(self.tiles.end);
+        let portion = job.portion_tiles();
+        let (held_tx, held_rx) = channel();
+        let shared = Arc::new((bands, kept, held_tx));
+        self.held.push_back((self.pushed, held_rx));
+        for first in wanted.clone().step_by(portion) {
+            let columns = first..wanted.end.min(first + portion as u32);
+            let ((made_tx, made_rx), shared) = (channel(), shared.clone());
+            self.promise(made_rx)?;
+            self.scope.spawn_fifo(move |_| {
+                let (bands, kept, _) = &*shared;
+                let tiles = bands.tiles(columns.clone(), kept).into_iter();
+                let encoded = tiles.map(|tile| tile.map(|tile| job.encoder.tile(tile)));
+                // The writer may have failed.
+                let _ = made_tx.send(columns.map(|x| bands.pos(x)).zip(encoded).collect());
+            });
+        }
+        Ok(())
+    }
+
+    /// Tells the writer what comes next; works while there is no room for it.
+    fn promise(&self, mut made: Promise) -> Result<(), OtherStage> {
+        loop {
+            match self.tiles_tx.try_send(made) {
+                Ok(()) => return Ok(()),
+                Err(TrySendError::Disconnected(_)) => return Err(OtherStage),
+                Err(TrySendError::Full(back)) if works() => made = back,
+                Err(TrySendError::Full(back)) => return self.tiles_tx.send(back).map_err(|_| OtherStage),
+            }
+        }
+    }
+
+    /// Works until the rows that are being encoded are as few as there is memory for.
+    fn wait_for_held_rows(&mut self) {
+        while let Some((pushed, held)) = self.held.front() {
+            let is_held = matches!(held.try_recv(), Err(TryRecvError::Empty));
+            if is_held && self.pushed - pushed < self.job.ahead().into() {
+                return;
+            }
+            if is_held && works() {
+                continue;
+            }
+            if is_held {
+                // Others are at the last of them.
+                let _ = held.recv();
+            }
+            self.held.pop_front();
+        }
+    }
+}
+
+/// The next rows; works while there are none. Nothing at the end.
+fn next_rows(rows_rx: &Receiver<LayerRows>) -> Option<LayerRows> {
+    loop {
+        match rows_rx.try_recv() {
+            Ok(rows) => return Some(rows),
+            Err(TryRecvError::Disconnected) => return None,
+            Err(TryRecvError::Empty) if works() => {}
+            Err(TryRecvError::Empty) => return rows_rx.recv().ok(),
+        }
+    }
+}
+
+/// Does a piece of the pool's work; false where none waits.
+fn works() -> bool {
+    rayon::yield_now() == Some(Yield::Executed)
+}
+
+fn append_tiles<S: Sink>(
+    mut sink: S,
+    tiles_rx: &Receiver<Promise>,
+    written: &AtomicU64,
+) -> Result<S, WriteError> {
+    for promise in tiles_rx {
+        // Who made it has panicked; the cutter tells.
+        let Ok(portion) = promise.recv() else { break };
+        for (pos, tile) in portion {
+            match tile {
+                Some(tile) => {
+                    written.fetch_add(tile.tile().bytes.len() as u64, Ordering::Relaxed);
+                    sink.append(pos, tile)?;
+                }
+                None => sink.skip(pos)?,
+            }
+        }
+    }
+    Ok(sink)
+}

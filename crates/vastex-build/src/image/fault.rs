@@ -1,0 +1,128 @@
+//! What is wrong with an input file, and what the reader of the message can do about it.
+//!
+//! Which file it is, whoever opened it adds.
+
+use std::io;
+use std::path::PathBuf;
+
+/// What is wrong with an input file.
+#[derive(Debug, thiserror::Error)]
+pub enum InputFault {
+    /// The file cannot be opened or read.
+    #[error("{}", unreadable(.0))]
+    Io(#[from] io::Error),
+    /// It is a device or a pipe, of which nobody knows whether it ever ends.
+    #[error("is a device or a pipe; name an image file")]
+    NotAFile,
+    /// It is a directory, and none with tiles.
+    #[error(
+        "no tile layout recognised in this directory; name an image file, the directory of tiles itself, or its .dzi or .ctx file"
+    )]
+    Directory,
+    /// It is a file where the tiles of a directory are asked for.
+    #[error("holds no tiles; make a container of an image first: `vastex build IMAGE -o IMAGE.vastex`")]
+    NoTiles,
+    /// It is a tile directory, or a part of one, that is not laid out as its readers expect.
+    #[error("{why}; {remedy}")]
+    Layout {
+        /// What is wrong and where.
+        why: String,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// A file of a tile directory has a fault.
+    #[error("{path}: {fault}", path = path.display())]
+    Tile {
+        /// The file in the directory.
+        path: PathBuf,
+        /// What is wrong with it.
+        #[source]
+        fault: Box<InputFault>,
+    },
+    /// It has no bytes.
+    #[error("is empty; name an image file")]
+    Empty,
+    /// It begins like text.
+    #[error("is a text file, not an image; JPEG, PNG, TIFF, OpenEXR, raw files and mosaics can be read")]
+    Text,
+    /// It is what is made here of images.
+    #[error(
+        "is a Vastex container already; `vastex view` shows it, and `vastex export` makes tile directories of it"
+    )]
+    Container,
+    /// It is one part of a container.
+    #[error("is a part of a Vastex container; join all parts with `vastex merge`")]
+    Part,
+    /// It begins like nothing that is known.
+    #[error("is of no known image format (it begins with {0}); convert it to JPEG, PNG or TIFF")]
+    UnknownFormat(String),
+    /// It ends too early.
+    #[error("is truncated: it ends {place}; copy or download it again")]
+    Truncated {
+        /// Where in the image it ends.
+        place: String,
+    },
+    /// The compressed data of the picture end or make no sense, and all that follows would be made up.
+    #[error(
+        "is damaged {place}: its data end there or make no sense, and the rest would be a guess; copy or download it again, or \
+         take it as it is (--tolerant)"
+    )]
+    Guess {
+        /// Where in the image.
+        place: String,
+    },
+    /// Its bytes make no sense.
+    #[error("is damaged {place}: {why}; copy or download it again, or save it anew")]
+    Damaged {
+        /// Where in the image.
+        place: String,
+        /// What the decoder said.
+        why: String,
+    },
+    /// It is a sound image of a kind that cannot be read.
+    #[error("holds {what}, which cannot be read; {remedy}")]
+    Unsupported {
+        /// What it holds.
+        what: String,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// It says that it has no rows or no columns.
+    #[error("says that it has {width}x{height} texels; an image needs at least one")]
+    NoTexels {
+        /// Texels per row.
+        width: u64,
+        /// Rows.
+        height: u64,
+    },
+}
+
+impl InputFault {
+    /// A tile directory, a mosaic or a raw file is not laid out as its reader expects.
+    pub(crate) fn layout(why: impl Into<String>, remedy: &'static str) -> InputFault {
+        InputFault::Layout { why: why.into(), remedy }
+    }
+}
+
+/// Where a reader was, for messages: before row `row`, counted from 0 at the top, of `height`.
+pub(crate) fn near_row(row: u32, height: u32) -> String {
+    format!("near row {row} of {height}")
+}
+
+/// What a person can do about a file that the system does not give.
+fn unreadable(error: &io::Error) -> String {
+    match error.kind() {
+        io::ErrorKind::NotFound => "there is no such file; check the path".into(),
+        io::ErrorKind::PermissionDenied => "the file may not be read; change its permissions".into(),
+        _ if is_too_many_open(error) => {
+            format!("cannot be read: {error}; let the program open more files (`ulimit -n`)")
+        }
+        _ => format!("cannot be read: {error}"),
+    }
+}
+
+/// Whether so many files are open that the system opens no further one, for this program or at all.
+fn is_too_many_open(error: &io::Error) -> bool {
+    const TOO_MANY_OPEN: [i32; 2] = [24, 23];
+    cfg!(unix) && error.raw_os_error().is_some_and(|number| TOO_MANY_OPEN.contains(&number))
+}

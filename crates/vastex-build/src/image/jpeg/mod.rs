@@ -1,0 +1,220 @@
+//! JPEG, by rows with libjpeg; progressive files through their coefficients.
+//!
+//! libjpeg only warns where the data make no sense or end before the picture does, and fills the rest with
+//! grey. So a warning among the picture's data is an error, and its source, [`EndIsError`], fails where the
+//! file ends; the decoder never asks beyond a whole file's end. Who [tolerates](RowReader::tolerate) damage
+//! gets what the decoder makes of it, and a notice. Warnings of the header, of what follows the last row and
+//! of a few bytes before the file's end are a notice always. libjpeg's errors unwind: they are caught here.
+
+mod errors;
+mod header;
+
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Read, Seek};
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use mozjpeg::ColorSpace;
+use mozjpeg::decompress::{Decompress, DecompressStarted};
+
+use crate::image::fault::near_row;
+use crate::image::file::buffered;
+use crate::image::{ImageHeader, InputFault, Notice, PixelFormat, RowReader};
+use errors::{Fatal, handlers, take_stray_bytes, take_warnings};
+
+type Decoder = DecompressStarted<EndIsError<BufReader<File>>>;
+
+/// A decoder that other threads may go on with.
+struct Movable(Box<Decoder>);
+
+// SAFETY: libjpeg keeps all its state in the object, and that owns all that its pointers lead to: its memory,
+// the source, which can be sent, and the handlers, which are functions. It has no thread of its own. Warnings
+// are counted by the thread that decodes, which takes them before it returns.
+#[allow(unsafe_code, reason = "several layers are read at once, each on a thread")]
+unsafe impl Send for Movable {}
+
+enum State {
+    /// Nothing is allocated yet.
+    Opened(File),
+    Decoding(Movable),
+    /// Read to the end, or failed.
+    Done,
+}
+
+/// A JPEG file.
+pub(super) struct JpegReader {
+    header: ImageHeader,
+    state: State,
+    ended: Arc<AtomicBool>,
+    next_row: u32,
+    /// Whether the picture's data may be damaged.
+    tolerates: bool,
+    /// Whether the whole picture is decoded before the first row is given out.
+    is_decoded_first: bool,
+    /// Places where the decoder found the data damaged and went on.
+    faults: u32,
+    /// Bytes that belong to nothing, as far as they are few.
+    stray_bytes: u32,
+    /// Whether the picture could not be trusted beyond the rows that are given out.
+    is_guess: bool,
+}
+
+impl JpegReader {
+    pub(super) fn new(file: File) -> Result<JpegReader, InputFault> {
+        let mut file = buffered(file);
+        let found = header::read(&mut file)?;
+        let format = match found.sampling.len() {
+            1 => PixelFormat::GREY8,
+            3 => PixelFormat::RGB8,
+            n => {
+                return Err(InputFault::Unsupported {
+                    what: format!("a JPEG of {n} components (CMYK)"),
+                    remedy: "convert it to RGB",
+                });
+            }
+        };
+        let mut header = ImageHeader::new(found.width.into(), found.height.into(), format)?;
+        header.memory = 64 * header.row_bytes() as u64;
+        let is_decoded_first = found.progressive || !found.interleaved;
+        if found.progressive {
+            header.hold_whole_image(found.coefficient_bytes(), "a progressive JPEG");
+        } else if !found.interleaved {
+            header.hold_whole_image(found.coefficient_bytes(), "a JPEG of several scans");
+        }
+        header.orientation = found.orientation.unwrap_or(1);
+        header.profile = found.profile;
+        let mut file = file.into_inner();
+        file.rewind()?;
+        Ok(JpegReader {
+            header,
+            state: State::Opened(file),
+            ended: Arc::default(),
+            next_row: 0,
+            tolerates: false,
+            is_decoded_first,
+            faults: 0,
+            stray_bytes: 0,
+            is_guess: false,
+        })
+    }
+
+    fn start(&self, file: File) -> io::Result<Box<Decoder>> {
+        let source = EndIsError {
+            inner: buffered(file),
+            ended: self.ended.clone(),
+            // The one kind for which the decoder makes up an end of its own.
+            kind: if self.tolerates { io::ErrorKind::UnexpectedEof } else { io::ErrorKind::Other },
+        };
+        let decoder = Decompress::with_err(handlers()).from_reader(source)?;
+        let color = match self.header.format {
+            PixelFormat::GREY8 => ColorSpace::JCS_GRAYSCALE,
+            _ => ColorSpace::JCS_RGB,
+        };
+        decoder.to_colorspace(color).map(Box::new)
+    }
+
+    /// Reads rows, with libjpeg's unwinding going through.
+    fn decode(&mut self, rows: &mut [u8]) -> io::Result<()> {
+        let mut decoder = match std::mem::replace(&mut self.state, State::Done) {
+            State::Opened(file) => {
+                let decoder = self.start(file)?;
+                self.note_warnings(self.is_decoded_first)?;
+                decoder
+            }
+            State::Decoding(Movable(decoder)) => decoder,
+            State::Done => return Err(io::Error::other("read beyond the last row")),
+        };
+        for row in rows.chunks_exact_mut(self.header.row_bytes()) {
+            decoder.read_scanlines_into::<u8>(row)?;
+            self.note_warnings(true)?;
+            self.next_row += 1;
+        }
+        if self.next_row == self.header.height {
+            decoder.finish()
+        } else {
+            self.state = State::Decoding(Movable(decoder));
+            Ok(())
+        }
+    }
+}
+
+impl JpegReader {
+    /// Takes the warnings since the last call. Those of the picture's data are an error, unless they are
+    /// tolerated.
+    fn note_warnings(&mut self, of_picture: bool) -> io::Result<()> {
+        let warnings = take_warnings();
+        self.faults = self.faults.saturating_add(warnings);
+        self.is_guess = of_picture && warnings > 0 && !self.tolerates;
+        if self.is_guess { Err(io::Error::other("its data are damaged")) } else { Ok(()) }
+    }
+
+    /// Once everything is read, says how much of it was damaged.
+    fn note_faults(&mut self) {
+        if self.next_row == self.header.height {
+            let stray = (self.stray_bytes > 0).then_some(Notice::StrayBytes(self.stray_bytes));
+            let damaged = (self.faults > 0).then_some(Notice::DamagedInPlaces(self.faults));
+            self.header.notices.extend(stray.into_iter().chain(damaged));
+        }
+    }
+}
+
+impl RowReader for JpegReader {
+    fn header(&self) -> &ImageHeader {
+        &self.header
+    }
+
+    fn tolerate(&mut self) {
+        self.tolerates = true;
+    }
+
+    fn read_rows(&mut self, rows: &mut [u8]) -> Result<(), InputFault> {
+        take_warnings();
+        take_stray_bytes();
+        let result = catch_unwind(AssertUnwindSafe(|| self.decode(rows)));
+        self.faults = self.faults.saturating_add(take_warnings());
+        self.stray_bytes = self.stray_bytes.saturating_add(take_stray_bytes());
+        let place = near_row(self.next_row, self.header.height);
+        let why = match result {
+            Ok(Ok(())) => {
+                self.note_faults();
+                return Ok(());
+            }
+            _ if self.ended.load(Ordering::Relaxed) => return Err(InputFault::Truncated { place }),
+            _ if self.is_guess => return Err(InputFault::Guess { place }),
+            Ok(Err(e)) => e.to_string(),
+            Err(payload) if payload.is::<Fatal>() => "it cannot be decoded".into(),
+            Err(payload) => resume_unwind(payload),
+        };
+        Err(InputFault::Damaged { place, why })
+    }
+}
+
+/// A source that fails at its end, and remembers that it was asked for more.
+struct EndIsError<R> {
+    inner: R,
+    ended: Arc<AtomicBool>,
+    /// Of the error.
+    kind: io::ErrorKind,
+}
+
+impl<R: BufRead> Read for EndIsError<R> {
+    fn read(&mut self, buf: &mut [u8]) -> io::Result<usize> {
+        self.inner.read(buf)
+    }
+}
+
+impl<R: BufRead> BufRead for EndIsError<R> {
+    fn fill_buf(&mut self) -> io::Result<&[u8]> {
+        let buf = self.inner.fill_buf()?;
+        if buf.is_empty() {
+            self.ended.store(true, Ordering::Relaxed);
+            return Err(io::Error::new(self.kind, "the file ends"));
+        }
+        Ok(buf)
+    }
+
+    fn consume(&mut self, bytes: usize) {
+        self.inner.consume(bytes);
+    }
+}

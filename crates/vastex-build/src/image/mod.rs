@@ -1,0 +1,41 @@
+//! Image files, mosaics and tile directories, read row by row from the top.
+//!
+//! [`open()`] picks the reader. A reader tells size, texels and what it will cost from the header alone,
+//! before it allocates anything that depends on them ([`header`]). What becomes of the rows is
+//! [`crate::texels`]' and [`crate::pyramid`]'s business.
+
+mod ahead;
+mod alpha;
+pub(crate) mod color;
+mod exif;
+mod exr;
+pub(crate) mod fault;
+mod file;
+pub(crate) mod grids;
+pub(crate) mod header;
+mod jpeg;
+mod mosaic;
+pub(crate) mod notice;
+mod open;
+mod open_files;
+mod oriented;
+mod picture;
+pub(crate) mod pixel;
+mod png;
+mod positioned;
+mod quiet;
+mod raw;
+#[cfg(test)]
+mod tests;
+mod tiff;
+
+pub use ahead::Helpers;
+#[cfg(test)]
+pub(crate) use ahead::{Watch, tests::Meeting};
+pub use color::{Profile, in_srgb};
+pub use fault::InputFault;
+pub use header::{ImageHeader, RowReader};
+pub use notice::Notice;
+pub use open::open;
+pub(crate) use open::{Opened, open_with_files};
+pub use pixel::{PixelFormat, Sample};

@@ -1,0 +1,62 @@
+//! Opens one image file, by its first bytes and not by its name; only raw files, which have no first bytes of
+//! their own, are known by the description beside them.
+
+use std::io::{self, Read, Seek};
+use std::path::{Path, PathBuf};
+
+use super::fault::InputFault;
+use super::file::open_file;
+use super::header::RowReader;
+use super::{exr, jpeg, oriented, png, raw, tiff};
+
+/// Opens an image by its first bytes, or a raw one by the description beside it.
+pub(super) fn open_file_of_texels(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {
+    match raw::find(path) {
+        Some(found) => Ok(Box::new(raw::RawReader::new(&found)?)),
+        None => open_image(path),
+    }
+}
+
+/// The files that [`open_file_of_texels`] reads.
+pub(super) fn files_of_texels(path: &Path) -> Vec<PathBuf> {
+    match raw::find(path) {
+        Some(found) => vec![raw::description_of(&found), found],
+        None => vec![path.to_owned()],
+    }
+}
+
+/// Opens an image by its first bytes, and turns it upright.
+pub(super) fn open_image(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {
+    open_as_stored(path).map(oriented::upright)
+}
+
+fn open_as_stored(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {
+    let mut file = open_file(path)?;
+    let mut magic = Vec::with_capacity(64);
+    (&mut file).take(64).read_to_end(&mut magic)?;
+    file.seek(io::SeekFrom::Start(0))?;
+    match magic.as_slice() {
+        [] => Err(InputFault::Empty),
+        [0xff, 0xd8, 0xff, ..] => Ok(Box::new(jpeg::JpegReader::new(file)?)),
+        [0x89, b'P', b'N', b'G', ..] => Ok(Box::new(png::PngReader::new(file)?)),
+        [b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..] => {
+            Ok(Box::new(tiff::TiffReader::new(file)?))
+        }
+        [0x76, 0x2f, 0x31, 0x01, ..] => Ok(Box::new(exr::ExrReader::new(file)?)),
+        [0x89, b'V', b'T', b'X', b'P', b'A', b'R', b'T', ..] => Err(InputFault::Part),
+        [0x89, b'V', b'T', b'X', ..] => Err(InputFault::Container),
+        bytes if is_text(bytes) => Err(InputFault::Text),
+        bytes => {
+            let hex: Vec<_> = bytes.iter().take(8).map(|b| format!("{b:02x}")).collect();
+            Err(InputFault::UnknownFormat(hex.join(" ")))
+        }
+    }
+}
+
+fn is_text(bytes: &[u8]) -> bool {
+    let valid = match std::str::from_utf8(bytes) {
+        Ok(_) => true,
+        Err(e) => e.error_len().is_none() && e.valid_up_to() > 0,
+    };
+    valid && !bytes.iter().any(|&b| b < 9 || (14..32).contains(&b))
+}

@@ -1,0 +1,213 @@
+//! PNG of every colour type and depth, by rows; interlaced files through the whole image.
+//!
+//! Palettes and samples of fewer than 8 bits are expanded, transparent colours become alpha.
+
+use std::fs::File;
+use std::io::{BufReader, Read, Seek, SeekFrom};
+
+use png::{BitDepth, ColorType, Decoder, DecodingError, Info, Limits, Reader, Transformations};
+
+use super::exif;
+use super::file::buffered;
+use crate::image::fault::near_row;
+use crate::image::{ImageHeader, InputFault, Notice, PixelFormat, Profile, RowReader, Sample};
+
+/// The encoding gamma of light, times 100,000, as PNG stores it.
+const LINEAR_GAMMA: u32 = 100_000;
+/// The code points of sRGB: those of BT.709's primaries, and of its own curve.
+const SRGB_CODE_POINTS: (u8, u8) = (1, 13);
+
+/// Memory that the decoder may take for a row as it is stored.
+const ROW_BYTES: u64 = 1 << 30;
+/// What it may take besides: for a profile, and for the chunk in which that is compressed.
+const PROFILE_BYTES: u64 = 32 << 20;
+/// Bytes of a profile that are too few to count.
+const USUAL_PROFILE_BYTES: u64 = 64 << 10;
+/// Bytes that a texel has at most.
+const TEXEL_BYTES: u64 = 8;
+/// Chunks before the picture among which a profile is looked for.
+const MAX_CHUNKS: u32 = 10_000;
+
+/// A PNG file.
+pub(super) struct PngReader {
+    header: ImageHeader,
+    reader: Reader<BufReader<File>>,
+    interlaced: bool,
+    /// All rows of an interlaced image, once the first is asked for.
+    image: Vec<u8>,
+    next_row: u32,
+}
+
+impl PngReader {
+    pub(super) fn new(mut file: File) -> Result<PngReader, InputFault> {
+        let width = check_size(&mut file)?;
+        let has_profile = has_profile(&mut file)?;
+        let limit = (u64::from(width) * TEXEL_BYTES).min(ROW_BYTES) + PROFILE_BYTES;
+        let limits = Limits { bytes: usize::try_from(limit).unwrap_or(usize::MAX) };
+        let mut decoder = Decoder::new_with_limits(buffered(file), limits);
+        decoder.set_transformations(Transformations::EXPAND);
+        decoder.set_ignore_text_chunk(true);
+        let reader = decoder.read_info().map_err(|e| fault(e, "in the header".into()))?;
+        let (color, depth) = reader.output_color_type();
+        let channels = match color {
+            ColorType::Grayscale | ColorType::Indexed => PixelFormat::GREY8,
+            ColorType::GrayscaleAlpha => PixelFormat::GREY_ALPHA8,
+            ColorType::Rgb => PixelFormat::RGB8,
+            ColorType::Rgba => PixelFormat::RGBA8,
+        };
+        let sample = if depth == BitDepth::Sixteen { Sample::U16 } else { Sample::U8 };
+        let format = channels.with_sample(sample);
+        let info = reader.info();
+        let mut header = ImageHeader::new(info.width.into(), info.height.into(), format)?;
+        // The decoder keeps a window of the deflate stream and two rows.
+        let profile_len = info.icc_profile.as_ref().map_or(0, |profile| profile.len() as u64);
+        let large_profile = profile_len.saturating_sub(USUAL_PROFILE_BYTES);
+        header.memory = (256 << 10) + 4 * header.row_bytes() as u64 + 2 * large_profile;
+        note(&mut header, info, has_profile);
+        let interlaced = info.interlaced;
+        if interlaced {
+            header.hold_whole_image(header.image_bytes(), "an interlaced PNG");
+        }
+        Ok(PngReader { header, reader, interlaced, image: Vec::new(), next_row: 0 })
+    }
+
+    fn read_interlaced(&mut self, rows: &mut [u8]) -> Result<(), DecodingError> {
+        if self.image.is_empty() {
+            let len =
+                usize::try_from(self.header.image_bytes()).map_err(|_| DecodingError::LimitsExceeded)?;
+            self.image = vec![0; len];
+            self.reader.next_frame(&mut self.image)?;
+        }
+        let start = self.next_row as usize * self.header.row_bytes();
+        rows.copy_from_slice(&self.image[start..start + rows.len()]);
+        self.next_row += (rows.len() / self.header.row_bytes()) as u32;
+        Ok(())
+    }
+
+    fn read_by_row(&mut self, rows: &mut [u8]) -> Result<(), DecodingError> {
+        for row in rows.chunks_exact_mut(self.header.row_bytes()) {
+            self.reader.read_row(row)?;
+            self.next_row += 1;
+        }
+        Ok(())
+    }
+
+    fn read(&mut self, rows: &mut [u8]) -> Result<(), DecodingError> {
+        if self.interlaced {
+            self.read_interlaced(rows)?;
+        } else {
+            self.read_by_row(rows)?;
+        }
+        if self.next_row == self.header.height {
+            self.image = Vec::new();
+            self.reader.finish()?;
+        }
+        Ok(())
+    }
+}
+
+impl RowReader for PngReader {
+    fn header(&self) -> &ImageHeader {
+        &self.header
+    }
+
+    fn read_rows(&mut self, rows: &mut [u8]) -> Result<(), InputFault> {
+        self.read(rows).map_err(|e| fault(e, near_row(self.next_row, self.header.height)))?;
+        if self.reader.output_color_type().1 == BitDepth::Sixteen {
+            for sample in rows.as_chunks_mut::<2>().0 {
+                sample.reverse();
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Refuses an image without texels; of anything else that is wrong with the header the decoder tells. Gives
+/// the width, as far as there is one, and goes back to the start.
+fn check_size(file: &mut File) -> Result<u32, InputFault> {
+    let mut start = Vec::with_capacity(24);
+    file.by_ref().take(24).read_to_end(&mut start)?;
+    file.rewind()?;
+    if let [.., w3, w2, w1, w0, h3, h2, h1, h0] = start[..]
+        && start.len() == 24
+    {
+        let (width, height) = (u32::from_be_bytes([w3, w2, w1, w0]), u32::from_be_bytes([h3, h2, h1, h0]));
+        if width == 0 || height == 0 {
+            return Err(InputFault::NoTexels { width: width.into(), height: height.into() });
+        }
+        return Ok(width);
+    }
+    Ok(0)
+}
+
+/// Whether there is a profile before the picture: of one that it cannot read, the decoder says nothing. Goes
+/// back to the start.
+fn has_profile(file: &mut File) -> Result<bool, InputFault> {
+    const SIGNATURE_BYTES: u64 = 8;
+    let mut at = SIGNATURE_BYTES;
+    let mut found = false;
+    for _ in 0..MAX_CHUNKS {
+        let mut start = Vec::with_capacity(8);
+        file.seek(SeekFrom::Start(at))?;
+        file.by_ref().take(8).read_to_end(&mut start)?;
+        let &[l3, l2, l1, l0, ref kind @ ..] = &start[..] else { break };
+        found |= kind == b"iCCP";
+        if found || kind == b"IDAT" {
+            break;
+        }
+        // The length, the kind and a checksum besides what the chunk holds.
+        at += 12 + u64::from(u32::from_be_bytes([l3, l2, l1, l0]));
+    }
+    file.rewind()?;
+    Ok(found)
+}
+
+/// What the file says of its colours, unless that is sRGB in so many words: of several chunks, the one that
+/// counts.
+fn profile(info: &Info<'_>, has_profile: bool) -> Option<Profile> {
+    if let Some(points) = info.coding_independent_code_points {
+        let (primaries, transfer) = (points.color_primaries, points.transfer_function);
+        let is_plain = points.is_video_full_range_image && points.matrix_coefficients == 0;
+        let is_srgb = (primaries, transfer) == SRGB_CODE_POINTS && is_plain;
+        return (!is_srgb).then(|| Profile::code_points(primaries, transfer, is_plain));
+    }
+    if let Some(bytes) = &info.icc_profile {
+        return Some(Profile::icc(bytes.as_ref()));
+    }
+    if has_profile {
+        // Damaged, or too large to be one.
+        return Some(Profile::icc([]));
+    }
+    if info.srgb.is_some() {
+        return None;
+    }
+    let chromaticities = info.chrm_chunk.map(|points| {
+        [points.white, points.red, points.green, points.blue].map(|(x, y)| [x.into_scaled(), y.into_scaled()])
+    });
+    Profile::curve(info.gama_chunk.map(|gamma| gamma.into_scaled()), chromaticities)
+}
+
+/// Says what of the header is not followed.
+fn note(header: &mut ImageHeader, info: &Info<'_>, has_profile: bool) {
+    header.profile = profile(info, has_profile);
+    if info.coding_independent_code_points.is_none() && !has_profile && info.srgb.is_none() {
+        let is_light = info.gama_chunk.is_some_and(|gamma| gamma.into_scaled() == LINEAR_GAMMA);
+        header.linear = is_light && header.format.channels() > 1;
+    }
+    header.orientation = info.exif_metadata.as_deref().and_then(exif::orientation).unwrap_or(1);
+    header.notices.extend(info.animation_control.map(|_| Notice::FurtherImagesIgnored));
+}
+
+fn fault(error: DecodingError, place: String) -> InputFault {
+    match error {
+        DecodingError::IoError(e) if e.kind() == std::io::ErrorKind::UnexpectedEof => {
+            InputFault::Truncated { place }
+        }
+        DecodingError::IoError(e) => InputFault::Io(e),
+        DecodingError::LimitsExceeded => InputFault::Unsupported {
+            what: "an image of a size that no memory holds".to_owned(),
+            remedy: "check that it is what its header says, or split it",
+        },
+        other => InputFault::Damaged { place, why: other.to_string() },
+    }
+}

@@ -1,0 +1,255 @@
+//! TIFF and BigTIFF, 8 and 16 bits, signed numbers and floats, by strips or rows of tiles; uncompressed
+//! strips straight from the file.
+//!
+//! One strip or one row of tiles is held decoded, of all planes where channels lie in planes ([`chunks`]),
+//! and with help some more. A compressed file of one strip is therefore held whole. Signed numbers stand for
+//! themselves, as floats; see [`ImageHeader::range`].
+
+mod chunks;
+mod samples;
+mod ycbcr;
+
+use std::fs::File;
+use std::io::{self, Read, Seek, SeekFrom};
+use std::sync::Arc;
+
+use tiff::decoder::ifd::Value;
+use tiff::decoder::{ChunkType, Limits};
+use tiff::tags::{ByteOrder, Tag};
+use tiff::{ColorType, TiffError};
+
+use crate::image::alpha::unpremultiply;
+use crate::image::positioned::Positioned;
+use crate::image::{Helpers, ImageHeader, InputFault, Notice, PixelFormat, Profile, RowReader, Sample};
+use chunks::{Bands, Chunks, PLANAR, TiffDecoder, open_decoder};
+use samples::{COMPRESSION_JPEG, COMPRESSION_NONE, FLOAT, SIGNED, Stored};
+
+/// Bytes that one tag of the header may have: the largest are colour profiles, and the list of the strips.
+const MAX_TAG_BYTES: usize = 16 << 20;
+const WHITE_IS_ZERO: u16 = 0;
+/// A value of SampleFormat.
+const UNSIGNED: u16 = 1;
+const ASSOCIATED_ALPHA: u16 = 1;
+
+/// A TIFF file, its first image.
+pub(super) struct TiffReader {
+    header: ImageHeader,
+    chunks: Arc<Chunks>,
+    access: Access,
+    is_premultiplied: bool,
+    next_row: u32,
+}
+
+enum Access {
+    /// Uncompressed strips whose samples need no change.
+    Raw(Positioned),
+    Decoded(Box<Bands>),
+}
+
+impl TiffReader {
+    pub(super) fn new(file: File) -> Result<TiffReader, InputFault> {
+        let in_header = |e| fault(e, "in the header");
+        let file = Arc::new(file);
+        let mut limits = Limits::default();
+        limits.ifd_value_size = MAX_TAG_BYTES;
+        let mut decoder = open_decoder(&file)?.with_limits(limits);
+        let color = decoder.colortype().map_err(in_header)?;
+        let tags = Tags::read(&mut decoder).map_err(in_header)?;
+        let (format, is_ycbcr) = pixel_format(color, &tags)?;
+        let (width, height) = decoder.dimensions().map_err(in_header)?;
+        let mut header = ImageHeader::new(width.into(), height.into(), format)?;
+        let is_premultiplied = note(&mut header, &mut decoder, &tags)?;
+        let strips = decoder.get_chunk_type() == ChunkType::Strip;
+        let chunks = Chunks::read(&mut decoder, &file, &header, &tags, strips)?;
+        header.notices.extend((chunks.stored == Stored::Double).then_some(Notice::DoublesNarrowed));
+        let raw = strips
+            && tags.compression == COMPRESSION_NONE
+            && tags.predictor == 1
+            && tags.photometric != WHITE_IS_ZERO
+            && !is_ycbcr
+            && chunks.planes == 1
+            && chunks.stored == Stored::AsItIs
+            && tags.samples as usize * usize::from(tags.bits) == format.texel_bytes() * 8
+            && (tags.bits == 8 || decoder.byte_order() == ByteOrder::LittleEndian);
+        let chunks = Arc::new(chunks);
+        let access = if raw {
+            Access::Raw(Positioned::new(file))
+        } else {
+            let band = u64::from(chunks.rows.min(height)).saturating_mul(header.row_bytes() as u64);
+            // A band, one tile of it beside it as it is stored, and what is being decoded.
+            let sample = header.format.sample();
+            let stored =
+                band.div_ceil(sample.bytes() as u64).saturating_mul(chunks.stored.bytes(sample) as u64);
+            header.memory = band.saturating_add(stored).saturating_add(chunks.longest());
+            if strips && chunks.rows >= height {
+                let why = match tags.compression {
+                    COMPRESSION_NONE => "a TIFF of one strip whose samples must be converted",
+                    _ => "a compressed TIFF of one strip",
+                };
+                header.notices.push(Notice::WholeImage { bytes: header.memory, why });
+            }
+            Access::Decoded(Box::new(Bands::new(chunks.clone(), file, decoder, is_ycbcr)))
+        };
+        Ok(TiffReader { header, chunks, access, is_premultiplied, next_row: 0 })
+    }
+}
+
+impl RowReader for TiffReader {
+    fn header(&self) -> &ImageHeader {
+        &self.header
+    }
+
+    fn memory_ahead(&self, pieces: usize) -> u64 {
+        match &self.access {
+            Access::Raw(_) => 0,
+            Access::Decoded(bands) => bands.memory_ahead(pieces),
+        }
+    }
+
+    fn take_help(&mut self, helpers: &Helpers) {
+        if let Access::Decoded(bands) = &mut self.access {
+            bands.take_help(helpers);
+        }
+    }
+
+    fn read_rows(&mut self, rows: &mut [u8]) -> Result<(), InputFault> {
+        let row_bytes = self.header.row_bytes();
+        let mut rest = &mut *rows;
+        while !rest.is_empty() {
+            // As many rows as there are left in this strip or row of tiles.
+            let in_chunk = self.chunks.rows - self.next_row % self.chunks.rows;
+            let count = (rest.len() / row_bytes).min(in_chunk as usize);
+            let (now, later) = std::mem::take(&mut rest).split_at_mut(count * row_bytes);
+            match &mut self.access {
+                Access::Raw(file) => {
+                    self.chunks.check(self.next_row)?;
+                    read_raw(file, self.chunks.raw_offset(self.next_row, row_bytes), now)
+                        .map_err(|e| fault(e.into(), &self.chunks.place(self.next_row)))?;
+                }
+                Access::Decoded(bands) => bands.read(self.next_row, now)?,
+            }
+            self.next_row += count as u32;
+            rest = later;
+        }
+        if self.is_premultiplied {
+            unpremultiply(self.header.format, rows);
+        }
+        if let Access::Decoded(bands) = &mut self.access
+            && self.next_row == self.header.height
+            && std::mem::take(&mut bands.rounded)
+        {
+            self.header.notices.push(Notice::IntegersRounded);
+        }
+        Ok(())
+    }
+}
+
+fn read_raw(file: &mut Positioned, offset: u64, rows: &mut [u8]) -> io::Result<()> {
+    file.seek(SeekFrom::Start(offset))?;
+    file.read_exact(rows)
+}
+
+/// The tags that decide how the image is read.
+pub(super) struct Tags {
+    pub(super) samples: u16,
+    pub(super) bits: u8,
+    pub(super) sample_format: u16,
+    pub(super) planar: u16,
+    pub(super) compression: u16,
+    predictor: u16,
+    photometric: u16,
+}
+
+impl Tags {
+    fn read(decoder: &mut TiffDecoder) -> Result<Tags, TiffError> {
+        let mut tag = |tag, default| {
+            // Of several equal values, one per sample, the first.
+            let found = decoder.find_tag_unsigned_vec::<u16>(tag)?;
+            Ok::<_, TiffError>(found.and_then(|v| v.first().copied()).unwrap_or(default))
+        };
+        Ok(Tags {
+            samples: tag(Tag::SamplesPerPixel, 1)?,
+            bits: u8::try_from(tag(Tag::BitsPerSample, 1)?).unwrap_or(u8::MAX),
+            sample_format: tag(Tag::SampleFormat, 1)?,
+            planar: tag(Tag::PlanarConfiguration, 1)?,
+            compression: tag(Tag::Compression, COMPRESSION_NONE)?,
+            predictor: tag(Tag::Predictor, 1)?,
+            photometric: tag(Tag::PhotometricInterpretation, 1)?,
+        })
+    }
+}
+
+/// The texels as they will be handed out, and whether they are decoded as YCbCr.
+fn pixel_format(color: ColorType, tags: &Tags) -> Result<(PixelFormat, bool), InputFault> {
+    let unsupported = |what: String| InputFault::Unsupported {
+        what,
+        remedy: "convert it to grey, RGB or RGBA of 8 or 16 bits, of signed numbers or of floats",
+    };
+    if tags.planar == PLANAR && tags.compression == COMPRESSION_JPEG {
+        return Err(unsupported("channels in separate planes, as JPEG".into()));
+    }
+    let (channels, bits, is_ycbcr) = match color {
+        ColorType::Gray(bits) => (PixelFormat::GREY8, bits, false),
+        ColorType::GrayA(bits) => (PixelFormat::GREY_ALPHA8, bits, false),
+        ColorType::Multiband { bit_depth, num_samples: 2 } if tags.photometric == 1 => {
+            (PixelFormat::GREY_ALPHA8, bit_depth, false)
+        }
+        ColorType::RGB(bits) => (PixelFormat::RGB8, bits, false),
+        ColorType::RGBA(bits) => (PixelFormat::RGBA8, bits, false),
+        ColorType::YCbCr(8) if tags.compression == COMPRESSION_JPEG => (PixelFormat::RGB8, 8, true),
+        other => return Err(unsupported(format!("texels of kind {other:?}"))),
+    };
+    let sample = match (tags.sample_format, bits) {
+        (UNSIGNED, 8) => Sample::U8,
+        (UNSIGNED, 16) => Sample::U16,
+        (SIGNED, 8) => Sample::F16,
+        (SIGNED, 16 | 32) => Sample::F32,
+        (FLOAT, 16) => Sample::F16,
+        (FLOAT, 32 | 64) => Sample::F32,
+        (UNSIGNED | SIGNED, _) => return Err(unsupported(format!("samples of {bits} bits"))),
+        (FLOAT, _) => return Err(unsupported(format!("floats of {bits} bits"))),
+        _ => return Err(unsupported("samples that are complex or of no known kind".into())),
+    };
+    Ok((channels.with_sample(sample), is_ycbcr))
+}
+
+/// Says what of the file is not followed, and whether its colours are multiplied by alpha.
+fn note(header: &mut ImageHeader, decoder: &mut TiffDecoder, tags: &Tags) -> Result<bool, InputFault> {
+    let in_header = |e| fault(e, "in the header");
+    let orientation = decoder.find_tag_unsigned::<u16>(Tag::Orientation).map_err(in_header)?;
+    header.orientation = orientation.unwrap_or(1);
+    header.profile = match decoder.find_tag(Tag::IccProfile).map(|tag| tag.map(Value::into_u8_vec)) {
+        Ok(None) => None,
+        Ok(Some(Ok(bytes))) => Some(Profile::icc(bytes)),
+        // What cannot be read of it is told of like any other damage to it.
+        Ok(Some(Err(_))) | Err(_) => Some(Profile::icc([])),
+    };
+    let extra = decoder.find_tag_unsigned_vec::<u16>(Tag::ExtraSamples).map_err(in_header)?;
+    let premultiplied =
+        matches!(tags.samples, 2 | 4) && extra.is_some_and(|e| e.first() == Some(&ASSOCIATED_ALPHA));
+    header.notices.extend(premultiplied.then_some(Notice::PremultipliedAlpha));
+    header.notices.extend(decoder.more_images().then_some(Notice::FurtherImagesIgnored));
+    if tags.sample_format == SIGNED {
+        let most = (1i64 << (tags.bits.clamp(1, 64) - 1)) - 1;
+        header.range = Some([-most - 1, most]);
+    }
+    Ok(premultiplied)
+}
+
+pub(super) fn fault(error: TiffError, place: &str) -> InputFault {
+    match error {
+        TiffError::IoError(e) if e.kind() == io::ErrorKind::UnexpectedEof => {
+            InputFault::Truncated { place: place.into() }
+        }
+        TiffError::IoError(e) => InputFault::Damaged { place: place.into(), why: e.to_string() },
+        TiffError::LimitsExceeded => InputFault::Unsupported {
+            what: "more strips or tiles than can be listed".into(),
+            remedy: "convert it to larger ones",
+        },
+        TiffError::UnsupportedError(e) => InputFault::Unsupported {
+            what: format!("a kind of TIFF that is not known ({e})"),
+            remedy: "convert it to a TIFF of strips or tiles, uncompressed, LZW, deflate or JPEG",
+        },
+        other => InputFault::Damaged { place: place.into(), why: other.to_string() },
+    }
+}

@@ -1,0 +1,27 @@
+//! What the caller is told while work goes on, and by which it stops the work.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use crate::image::Notice;
+
+/// Gets reports of how far a build, a replacement or an export is, and may stop it. Called on the thread that
+/// called [`crate::build()`] or its like.
+pub trait Progress {
+    /// `rows_done` of `rows_total` rows are read and `bytes_written` bytes of tiles are written. `Break`
+    /// cancels the build, which then leaves nothing behind, unless it can be resumed.
+    fn advance(&self, rows_done: u64, rows_total: u64, bytes_written: u64) -> ControlFlow<()>;
+
+    /// A notice of an image that is known before the image's first row is read, such as what reading it
+    /// costs. The report at the end has it too.
+    fn note(&self, image: &Path, notice: &Notice) {
+        let _ = (image, notice);
+    }
+}
+
+/// For callers that neither watch nor cancel.
+impl Progress for () {
+    fn advance(&self, _: u64, _: u64, _: u64) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+}

@@ -1,0 +1,12 @@
+//! Tiles: the one way from the texels of a page to the bytes that a container stores.
+
+mod encoder;
+mod findings;
+pub(crate) mod tail;
+
+pub(crate) use encoder::TileEncoder;
+pub(crate) use findings::Findings;
+
+/// Bytes of memory that the index of a container takes for each page, while it is written and while it is
+/// read.
+pub(crate) const INDEX_BYTES: u64 = 64;
