@@ -8,7 +8,7 @@ use anyhow::{Context, Result, ensure};
 use super::write;
 
 /// Ids of parts of an item, by what they begin with.
-const PARTS: [&str; 8] = [
+const PARTS: [&str; 7] = [
     "method.",
     "tymethod.",
     "structfield.",
@@ -16,14 +16,13 @@ const PARTS: [&str; 8] = [
     "associatedconstant.",
     "associatedtype.",
     "impl-",
-    "variant.field.",
 ];
 
 /// Writes `names.txt` from the pages of a crate, `documentation`.
 pub fn record(documentation: &Path, directory: &Path) -> Result<()> {
     let all = read(&documentation.join("all.html"))?;
     let mut lines = Vec::new();
-    for item in between(&all, "<li><a href=\"", "\"") {
+    for item in between(&all, "<li><a href=\"", "\"").filter(|item| item.ends_with(".html")) {
         let page = read(&documentation.join(item))?;
         let kind = item.rsplit('/').next().and_then(|file| file.split('.').next()).unwrap_or_default();
         let folder =
@@ -51,7 +50,7 @@ fn read(path: &Path) -> Result<String> {
 fn parts(page: &str) -> impl Iterator<Item = (&str, String)> {
     page.split(" id=\"").skip(1).filter_map(|rest| {
         let (id, rest) = rest.split_once('"')?;
-        let is_part = PARTS.iter().any(|part| id.starts_with(part));
+        let is_part = PARTS.iter().any(|part| id.starts_with(part)) && !id.ends_with(".fields");
         let (head, end) = match id.starts_with("structfield.") || id.contains(".field.") {
             true => ("<code>", "</code>"),
             false => ("class=\"code-header\">", "</h"),

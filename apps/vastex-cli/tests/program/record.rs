@@ -30,7 +30,7 @@ fn two_records_are_equal_and_what_is_changed_in_one_is_named() {
         fs::create_dir(directory).unwrap();
         // Nothing of a record depends on where it was made.
         let work = directory.with_extension("desk");
-        for only in ["one-fly-tight", "many-asked", "many-chance-3", "trace-spin"] {
+        for only in ["one-fly-tight", "many-asked", "many-chance-31", "trace-spin"] {
             record::worlds(&program(), &desk.path().join("some"), only).unwrap();
             let worlds = directory.join("worlds");
             fs::create_dir_all(&worlds).unwrap();

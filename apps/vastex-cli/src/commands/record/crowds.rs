@@ -145,7 +145,7 @@ fn shared(crowd: &mut Crowd, frame: u64) -> Result<(), String> {
                 .map_err(|error| error.to_string())?;
         }
     }
-    if frame % 20 == 0 {
+    if frame.is_multiple_of(20) {
         let at = frame as u32 * 40;
         let region = Region::image(at..at + 900, at / 2..at / 2 + 700).on_levels(0..=(frame / 20) as u8);
         for texture in [nth(crowd, 5)?, nth(crowd, 6)?, nth(crowd, 1)?] {
@@ -174,7 +174,7 @@ fn asked(crowd: &mut Crowd, frame: u64) -> Result<(), String> {
         20 => ask(crowd, 3, Region::image(4000..9000, 2000..6000).on_levels(2..=3), urgent(-1, Some(60))),
         25 => ask(crowd, 4, Region::whole().on_levels(4..=5), None),
         30 => ask(crowd, 4, Region::whole(), None),
-        40 | 41 | 42 => {
+        40..=42 => {
             crowd.expect(nth(crowd, 2)?, frame + 30);
             Ok(())
         }
@@ -303,8 +303,14 @@ fn ask_by_chance(crowd: &mut Crowd, random: &mut impl FnMut(u64) -> u64) -> Resu
     let region = Region::image(x..x + width, y..y + height).on_levels(finest..=finest + random(3) as u8);
     let urgency = match random(5) {
         0 => None,
-        1 => return Ok(crowd.change(texture, &region)),
-        2 => return Ok(crowd.expect(texture, crowd.frame + random(50))),
+        1 => {
+            crowd.change(texture, &region);
+            return Ok(());
+        }
+        2 => {
+            crowd.expect(texture, crowd.frame + random(50));
+            return Ok(());
+        }
         3 => return crowd.tickets.first().copied().map_or(Ok(()), |ticket| crowd.release(ticket)),
         _ => {
             let deadline = (random(2) == 0).then(|| crowd.frame + random(60));
