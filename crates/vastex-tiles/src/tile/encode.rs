@@ -56,6 +56,11 @@ impl EncodedTile {
         &self.tile
     }
 
+    /// The encoded tile, without its hash and checksum.
+    pub(crate) fn into_tile(self) -> Tile {
+        self.tile
+    }
+
     /// The hash by which identical tiles are found.
     pub(crate) fn content(&self) -> u128 {
         self.content

@@ -165,7 +165,7 @@ impl ContainerUpdate {
             record_of_content: FxHashMap::default(),
             pages,
             constants: Vec::new(),
-            held_level: held_level(&old.description()),
+            held_level: held_level(old.description()),
             held: FxHashMap::default(),
             offset: old.header().file_len,
             flipping: false,
@@ -226,7 +226,8 @@ impl ContainerUpdate {
 
     fn add_record(&mut self, level: u8, tile: EncodedTile) -> Result<u32, WriteError> {
         let number = self.records.len() as u32;
-        let Tile { codec, bytes } = tile.tile().clone();
+        let (content, checksum) = (tile.content(), tile.checksum());
+        let Tile { codec, bytes } = tile.into_tile();
         let extent = |offset| Extent { offset, len: bytes.len() as u64 };
         let extent = if codec == Codec::Constant {
             self.constants.extend_from_slice(&bytes);
@@ -237,8 +238,8 @@ impl ContainerUpdate {
         } else {
             extent(self.put_tile(&bytes)?)
         };
-        self.records.push(Record { section: Section { extent, checksum: tile.checksum() }, codec });
-        self.record_of_content.insert(tile.content(), number);
+        self.records.push(Record { section: Section { extent, checksum }, codec });
+        self.record_of_content.insert(content, number);
         Ok(number)
     }
 

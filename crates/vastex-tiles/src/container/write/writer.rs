@@ -264,8 +264,9 @@ impl<W: Write + Seek> ContainerWriter<W> {
     ) -> Result<u32, WriteError> {
         // There are fewer records than pages, which are at most 2^31.
         let number = self.records.len() as u32;
-        let Tile { codec, bytes } = tile.tile().clone();
-        let destination = self.destination(level, tile.content(), codec);
+        let (content, checksum) = (tile.content(), tile.checksum());
+        let Tile { codec, bytes } = tile.into_tile();
+        let destination = self.destination(level, content, codec);
         let extent = |offset| Extent { offset, len: bytes.len() as u64 };
         let extent = if codec == Codec::Constant {
             self.constants.extend_from_slice(&bytes);
@@ -278,8 +279,8 @@ impl<W: Write + Seek> ContainerWriter<W> {
             put(self, &bytes)?;
             extent(self.offset - bytes.len() as u64)
         };
-        self.records.push(Record { section: Section { extent, checksum: tile.checksum() }, codec });
-        self.record_of_content.insert(tile.content(), number);
+        self.records.push(Record { section: Section { extent, checksum }, codec });
+        self.record_of_content.insert(content, number);
         Ok(number)
     }
 
