@@ -15,6 +15,7 @@ mod write;
 #[cfg(feature = "write")]
 mod tests;
 
+#[cfg(not(target_family = "wasm"))]
 pub(crate) use format::description::bytes as description_bytes;
 pub use format::error::ContainerError;
 pub use read::*;

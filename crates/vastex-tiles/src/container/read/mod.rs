@@ -150,21 +150,6 @@ impl Container {
         self.align
     }
 
-    /// The header of the version that is read.
-    pub(in crate::container) fn header(&self) -> &Header {
-        &self.header
-    }
-
-    /// The index of the version that is read.
-    pub(in crate::container) fn index(&self) -> &Index {
-        &self.index
-    }
-
-    /// Where the bytes of the file lie.
-    pub(in crate::container) fn store(&self) -> &Arc<dyn Store> {
-        &self.store
-    }
-
     /// The number of a page in the index, or `None` if the page does not exist.
     pub(in crate::container) fn number_of(&self, pos: PagePos) -> Option<u64> {
         self.numbering.number_of(pos)
@@ -230,6 +215,25 @@ impl Container {
         let bytes = self.store.read(extent.offset, extent.len as usize).await?;
         self.reads.note(extent.len);
         Ok(bytes)
+    }
+}
+
+/// What changing a file in place needs to know of the version that is there.
+#[cfg(all(feature = "write", not(target_family = "wasm")))]
+impl Container {
+    /// The header of the version that is read.
+    pub(in crate::container) fn header(&self) -> &Header {
+        &self.header
+    }
+
+    /// The index of the version that is read.
+    pub(in crate::container) fn index(&self) -> &Index {
+        &self.index
+    }
+
+    /// Where the bytes of the file lie.
+    pub(in crate::container) fn store(&self) -> &Arc<dyn Store> {
+        &self.store
     }
 }
 

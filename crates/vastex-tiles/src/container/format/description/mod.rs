@@ -68,6 +68,7 @@ pub(crate) struct Contents {
 }
 
 /// A description as bytes that are the same in every run.
+#[cfg(not(target_family = "wasm"))]
 pub(crate) fn bytes(description: &Description) -> Vec<u8> {
     encode(description, &[], 1)
 }
