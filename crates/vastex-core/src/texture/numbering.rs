@@ -1,4 +1,5 @@
-//! How the pages of a texture are numbered where each has an entry: level after level, row by row, tails left out.
+//! How the pages of a texture are numbered where each has an entry: level after level, row by row, tails left
+//! out.
 //!
 //! Page tables and the contents of pages are kept in this order. What an entry holds is theirs.
 
