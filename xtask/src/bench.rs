@@ -19,7 +19,7 @@ const PEAK_LIMIT_MB: f64 = 150.0;
 const EARTH_16K: Input = Input::Mirrored { across: 1, down: 1 };
 const EARTH_32K: Input = Input::Mirrored { across: 2, down: 2 };
 /// What is compressed in blocks.
-const BLOCKS: Input = Input::Mirrored { across: 0, down: 0 };
+const BLOCKS: Input = EARTH_16K;
 /// How fast a raw build of 16384 texels must be beside dzsave, and beside the pyramid TIFF.
 const LEAST_SPEEDS: [f64; 2] = [2.0, 0.8];
 /// How fast a raw build from JPEG must be beside dzsave from the same file.

@@ -87,9 +87,8 @@ nothing in the steady state (`crates/vastex-core/tests/steady.rs`), and how soon
 
 pub(crate) const DRAW: Figures = Figures {
     name: "draw",
-    // All but `uploads` is measured on the GPU, for which the suite's build will do; that one compares ratios.
     packages: &["--workspace"],
-    profile: "dev",
+    profile: "bench",
     report: "docs/bench-draw.md",
     reads_earth: false,
     introduction: "\
@@ -98,9 +97,6 @@ pub(crate) const DRAW: Figures = Figures {
 Written by `cargo xtask bench draw --write`, which needs nobody and takes a few minutes on any adapter. What is asked for stands with each table,
 is meant for a GPU at 1920x1080, and is judged at the end, a line each. A software driver runs both sides of every branch and spends its
 time otherwise than a GPU would; its figures are here for their ratios, in smaller pictures, and its verdicts say nothing of a GPU.
-
-From which size of a copy on tiles go by the belt (`Belt::LEAST_COPY`) is not settled: on two busy machines a frame's time by the belt was 0.77
-to 1.00 of that through the queue in one run, the less the larger the copies, and 1.85 to 2.61 times as long in another.
 ",
     sections: true,
 };

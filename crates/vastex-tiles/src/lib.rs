@@ -1,43 +1,24 @@
 //! The part of Vastex that fetches.
 //!
-//! A [`TileSource`] turns a page into a tile; a [`Store`] is where its bytes lie. Here are the `.vastex` container, a
-//! generated source, the decorators that cache and that inject faults, and the loader that follows the pager's
-//! order on its threads.
+//! A [`Store`] is where bytes lie; a [`TileSource`] turns a page into a tile. Sources are the `.vastex`
+//! [`Container`], sources that generate their tiles, and decorators that cache, limit and stage the tiles of
+//! another source or inject faults into its reads. The [`Loader`] reads and decodes tiles on its threads, in
+//! the order in which the pager asks for them.
 //!
 //! This crate does not decide what is loaded (`vastex-core` does) and never sees a GPU.
 
-#[cfg(feature = "blocks")]
-mod blocks;
-mod cache;
-mod clock;
-#[cfg(not(target_family = "wasm"))]
-mod conformance;
+mod caches;
 mod container;
-#[cfg(not(target_family = "wasm"))]
-mod disk;
-#[cfg(feature = "write")]
-mod encode;
-mod faults;
-mod hash;
-mod limit;
+mod ground;
 mod loader;
-mod planet;
-mod property;
-mod source;
-mod staging;
+mod sources;
 mod stores;
-#[cfg(test)]
-#[cfg(feature = "write")]
 mod testing;
-mod tier;
 mod tile;
 
-#[cfg(feature = "blocks")]
-pub use blocks::{decode_blocks, decode_layer};
-pub use cache::RamCache;
-pub use clock::{Clock, SystemClock};
+pub use caches::RamCache;
 #[cfg(not(target_family = "wasm"))]
-pub use conformance::conformance;
+pub use caches::{DiskCache, DiskTier, DiskTierError};
 #[cfg(not(target_family = "wasm"))]
 pub use container::verify_file;
 pub use container::{Container, ContainerError, Fault, Info, Saved, Verification, verify};
@@ -48,19 +29,20 @@ pub use container::{
     ContainerWriter, Left, MergeError, Origin, PartOf, PartWriter, ResumableWriter, TempFile, WriteError,
     WriterOptions, Written, merge, remove_abandoned, write_advice,
 };
-#[cfg(not(target_family = "wasm"))]
-pub use disk::{DiskCache, DiskTier, DiskTierError};
-#[cfg(feature = "write")]
-pub use encode::{Compression, EncodedTile};
-pub use faults::{FaultRates, Faults, Injection};
-pub use limit::{LimitedSource, ReadLimit};
-pub use loader::{LoadError, Loaded, Loader, LoaderSettings, LocalLoader};
-pub use planet::{PlanetError, PlanetImage, PlanetSource};
-pub use property::PropertySource;
-pub use source::{MaybeSend, MaybeSync, ReadError, ReadFuture, SourceKey, TileSource};
-pub use staging::{Room, Staged, StagedSource, Staging};
+pub use ground::sync::{MaybeSend, MaybeSync};
+pub use loader::{Clock, LoadError, Loaded, Loader, LoaderSettings, LocalLoader, SystemClock};
+pub use sources::{
+    LimitedSource, PlanetError, PlanetImage, PlanetSource, PropertySource, ReadError, ReadFuture, Room,
+    SourceKey, Staged, StagedSource, Staging, StoreCounter, StoreStats, TierStats, Tiers, TileSource,
+};
 #[cfg(not(target_family = "wasm"))]
 pub use stores::{DirectStore, FileStore};
-pub use stores::{MemoryStore, Store, StoreError, StoreFuture};
-pub use tier::{StoreCounter, StoreStats, TierStats, Tiers};
+pub use stores::{MemoryStore, ReadLimit, Store, StoreError, StoreFuture};
+#[cfg(not(target_family = "wasm"))]
+pub use testing::conformance;
+pub use testing::{FaultRates, Faults, Injection};
 pub use tile::{Codec, DecodeError, MAX_TILE_BYTES, Tile};
+#[cfg(feature = "write")]
+pub use tile::{Compression, EncodedTile};
+#[cfg(feature = "blocks")]
+pub use tile::{decode_blocks, decode_layer};

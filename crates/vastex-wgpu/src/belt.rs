@@ -67,11 +67,6 @@ impl BeltLayout {
         self.tile_bytes
     }
 
-    /// Whether such a tile goes by a belt by default: where its layers have [`Belt::LEAST_COPY`] bytes or more on average.
-    pub fn is_worth_it(&self) -> bool {
-        self.tile_bytes >= Belt::LEAST_COPY * self.parts.len() as u64
-    }
-
     pub(crate) fn parts(&self) -> &[Part] {
         &self.parts
     }
@@ -112,10 +107,6 @@ pub struct BeltCounts {
 }
 
 impl Belt {
-    /// Bytes of a copy, on average over a tile's layers, from which on tiles go by the belt by default. The bound is provisional: two runs of
-    /// `cargo xtask bench draw uploads` on busy machines contradict each other (docs/bench-draw.md).
-    pub const LEAST_COPY: u64 = 32 << 10;
-
     /// A belt without rooms yet; they will take `limit` bytes at most.
     pub fn new(device: &wgpu::Device, limit: u64) -> Belt {
         Belt(Arc::new(Shared { device: device.clone(), limit, state: Mutex::default() }))

@@ -2,11 +2,13 @@
 
 use std::borrow::Cow;
 
+use crate::needed::only_needed;
+
 /// Names a directory that gets a copy of every shader text handed over, so that a suite can tell whether it knows them all.
 #[cfg(not(target_family = "wasm"))]
 const LOG: &str = "VASTEX_SHADER_LOG";
 
-/// A shader module, as `wgpu` itself makes it.
+/// Makes a shader module of what the entry points of a text need ([`only_needed`]); the lines of messages are those of the whole text.
 ///
 /// Where the environment variable `VASTEX_SHADER_LOG` names a directory, the text is written there, under a name made of its hash; each
 /// text once, whatever number of processes hand it over. A text that cannot be written is said in the log of `tracing`.
@@ -16,6 +18,7 @@ pub fn shader_module<'a>(
     text: impl Into<Cow<'a, str>>,
 ) -> wgpu::ShaderModule {
     let text = text.into();
+    let text = only_needed(&text);
     #[cfg(not(target_family = "wasm"))]
     if let Some(directory) = std::env::var_os(LOG)
         && let Err(error) = log::write(std::path::Path::new(&directory), &text)

@@ -103,8 +103,8 @@ pub use vastex_tiles::{
 #[cfg(not(target_family = "wasm"))]
 pub use vastex_tiles::{DiskCache, DiskTier, DiskTierError};
 pub use vastex_wgpu::{
-    Atlas, FeedbackTarget, GpuError, instance_for, required_features, required_limits, shader_module,
-    texture_format,
+    Atlas, FeedbackTarget, GpuError, instance_for, only_needed, required_features, required_limits,
+    shader_module, texture_format,
 };
 pub use views::ViewSettings;
 

@@ -27,8 +27,8 @@ pub enum Pace {
 /// How tiles get from main memory to the GPU.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum UploadWay {
-    /// By a belt where that is better: in real time, with Vulkan, Metal and Direct3D 12, tiles whose layers have 32 KiB or more on average.
-    /// Smaller ones, and all in lock-step, where the same frames are to come everywhere, go through the queue.
+    /// By a belt where that is better: in real time, with Vulkan, Metal and Direct3D 12. In lock-step, where the same frames are to come
+    /// everywhere, through the queue.
     #[default]
     Best,
     /// Through the queue: `wgpu` makes a buffer for each layer of each tile, in the frame that uploads it.

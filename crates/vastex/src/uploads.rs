@@ -32,8 +32,6 @@ pub(crate) struct UploadState {
     staged: Staged,
     /// The belt of the device that there is now, if tiles go by one; what stages tiles has it, too.
     belt: SharedBelt,
-    /// Whether all tiles go by it that find room, small ones too.
-    takes_all: bool,
 }
 
 #[cfg(target_family = "wasm")]
@@ -73,8 +71,7 @@ impl Staging for ToBelt {
 impl UploadState {
     /// For a device.
     pub(crate) fn new(device: &wgpu::Device, settings: &Settings) -> UploadState {
-        let uploads =
-            UploadState { takes_all: settings.uploads == UploadWay::Belt, ..UploadState::default() };
+        let uploads = UploadState::default();
         uploads.begin_anew(device, settings);
         uploads
     }
@@ -91,13 +88,13 @@ impl UploadState {
         self.belt.set(is_on.then(|| Belt::new(device, limit)));
     }
 
-    /// The source whose tiles are put on the belt, where there is one and it is better for them, and the bytes that each takes there.
+    /// The source whose tiles are put on the belt, where there is one, and the bytes that each takes there.
     pub(crate) fn staging(
         &self,
         source: Arc<dyn TileSource>,
         layout: &Arc<BeltLayout>,
     ) -> (Arc<dyn TileSource>, u64) {
-        if self.belt.get().is_none() || !(self.takes_all || layout.is_worth_it()) {
+        if self.belt.get().is_none() {
             return (source, 0);
         }
         let staging = Arc::new(ToBelt { belt: self.belt.clone(), layout: layout.clone() });

@@ -86,6 +86,7 @@ pub(crate) fn each(visit: &mut Visit<'_>) {
     for (name, text) in compute_texts() {
         visit(&format!("library-{name}"), text);
     }
+    whole(visit);
     scenes(visit);
     examples(visit);
     benchmark(visit);
@@ -95,6 +96,19 @@ pub(crate) fn each(visit: &mut Visit<'_>) {
 /// An application of one texture by all of these options.
 fn alone(visit: &mut Visit<'_>, name: &str, options: &Options, text: impl Fn(&str) -> String) {
     options.each(|options| visit(&format!("{name}-{}", name_of(options)), text(&wgsl(options))));
+}
+
+/// The library's text alone, all of it, for one texture and for a group: what an application joins to its own. The other texts lack what
+/// their entry points do not need.
+fn whole(visit: &mut Visit<'_>) {
+    alone(visit, "library-whole", &Options::all(), str::to_owned);
+    Options { atlases: vec![Atlas::Float], ..Options::all() }.each(|options| {
+        let members = vec![
+            member(options, "color", 0, (None, true)),
+            GroupMember { atlas: Atlas::Uint16, ..member(options, "height", 1, (None, true)) },
+        ];
+        visit(&format!("library-whole-group-{}", name_of(options)), group(options, members));
+    });
 }
 
 fn scenes(visit: &mut Visit<'_>) {

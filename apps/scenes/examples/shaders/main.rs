@@ -19,6 +19,7 @@ fn main() -> Result<()> {
     fs::create_dir_all(&directory).with_context(|| format!("cannot make {}", directory.display()))?;
     let (mut texts, mut result) = (HashSet::new(), Ok(()));
     list::each(&mut |name, text| {
+        let text = vastex_wgpu::only_needed(&text).into_owned();
         if result.is_ok() && !texts.contains(&text) {
             let file = directory.join(format!("{name}.wgsl"));
             result = fs::write(&file, &text).with_context(|| format!("cannot write {}", file.display()));

@@ -1,59 +1,22 @@
 //! The `.vastex` container: one file with a header, a description, tiles and an index.
 //!
-//! `docs/format.md` describes it byte by byte. [`Container`] reads it by ranges, `ContainerWriter` writes it streaming,
-//! `ContainerUpdate` changes one in place, [`verify`] reads and checks everything. What a tile's bytes mean is [`crate::Tile`]'s business, which pages are built
-//! from what the builder's.
+//! `docs/format.md` describes the file byte by byte, and `format` is that page as code. `read` opens a file,
+//! reads its tiles by ranges, counts and verifies them. `write` makes, resumes, joins and changes files; a
+//! program that only reads is compiled without it. How a tile's bytes are encoded is the business of
+//! [`crate::Tile`]; which pages are built, and from what, that of the builder.
 
-mod description;
-mod error;
-mod header;
-mod index;
-mod info;
+#[cfg_attr(not(feature = "write"), allow(dead_code, reason = "what only reads uses half of each codec"))]
+mod format;
+mod read;
 #[cfg(feature = "write")]
-mod journal;
-mod layout;
-#[cfg(feature = "write")]
-mod merge;
-#[cfg(feature = "write")]
-mod output;
-#[cfg(feature = "write")]
-mod part;
-mod reader;
-#[cfg(all(feature = "write", not(target_family = "wasm")))]
-mod reorder;
-#[cfg(feature = "write")]
-mod resume;
-#[cfg(feature = "write")]
-mod tile_head;
-#[cfg(all(feature = "write", not(target_family = "wasm")))]
-mod update;
-mod verify;
-#[cfg(feature = "write")]
-mod writer;
+mod write;
 
 #[cfg(test)]
 #[cfg(feature = "write")]
 mod tests;
 
-#[cfg(not(target_family = "wasm"))]
-pub(crate) use description::bytes as description_bytes;
-pub use error::ContainerError;
-pub use info::{Info, Saved};
+pub(crate) use format::description::bytes as description_bytes;
+pub use format::error::ContainerError;
+pub use read::*;
 #[cfg(feature = "write")]
-pub use merge::{MergeError, merge};
-#[cfg(feature = "write")]
-pub use output::{TempFile, remove_abandoned, write_advice};
-#[cfg(feature = "write")]
-pub use part::{PartOf, PartWriter};
-pub use reader::Container;
-#[cfg(all(feature = "write", not(target_family = "wasm")))]
-pub use reorder::{ReorderError, reorder, rewrite};
-#[cfg(feature = "write")]
-pub use resume::{Left, Origin, ResumableWriter};
-#[cfg(all(feature = "write", not(target_family = "wasm")))]
-pub use update::{ContainerUpdate, UpdateError, Updated};
-#[cfg(not(target_family = "wasm"))]
-pub use verify::verify_file;
-pub use verify::{Fault, Verification, verify};
-#[cfg(feature = "write")]
-pub use writer::{ContainerWriter, WriteError, WriterOptions, Written};
+pub use write::*;

@@ -10,35 +10,37 @@ use std::time::Duration;
 use bytes::Bytes;
 use vastex_core::{PageId, TextureId};
 
+use super::clock::{Clock, SystemClock};
 use super::queue::{Outcome, Queue, ReadId};
 use super::{LoadError, Loaded, LoaderSettings, load};
-use crate::clock::{Clock, SystemClock};
-use crate::source::TileSource;
+use crate::sources::TileSource;
 
-/// Only ever polled where it was made, so it need not be `Send`.
+/// A read is only polled on the thread that began it, so it need not be `Send`.
 type Read = Pin<Box<dyn Future<Output = Result<Bytes, LoadError>>>>;
 
-/// Reads and decodes tiles on the thread that polls it, best rank first, with a bounded number of reads of each source under
-/// way.
+/// Reads and decodes tiles on the thread that polls it, best rank first, with a bounded number of reads of
+/// each source under way.
 ///
-/// A frame polls it until it has nothing to give. By then it has decoded for about [`LoaderSettings::decode_time`], and at least one
-/// tile if any could be had; the rest waits for the next frame.
+/// Poll it in each frame until it returns `None`. By then it has decoded for about
+/// [`LoaderSettings::decode_time`], and at least one tile if any could be had; the rest waits for the next
+/// frame.
 ///
-/// Every request ends exactly once: loaded, failed or cancelled. Where sources never suspend, the order in which requests
-/// end is fixed.
+/// Every request ends exactly once: loaded, failed or cancelled. If sources never suspend, the order in which
+/// requests end is fixed.
 pub struct LocalLoader {
     settings: LoaderSettings,
     clock: Arc<dyn Clock>,
     queue: Queue,
     running: Vec<(ReadId, Read)>,
-    /// Those of `running` before this one were polled in this frame.
+    /// How many of `running`, counted from the first, were polled in this frame.
     polled: usize,
-    /// When this frame ended its first read, if it has.
+    /// When the first read of this frame ended, or `None` if none has.
     decoding_since: Option<Duration>,
 }
 
 impl LocalLoader {
-    /// A loader with the usual settings. Never fails; without threads their number has no meaning.
+    /// A loader with the default settings. Never fails. The number of threads has no effect, since there are
+    /// none.
     pub fn new(_threads: usize) -> io::Result<LocalLoader> {
         LocalLoader::with(LoaderSettings::default(), Arc::new(SystemClock::new()))
     }
@@ -50,7 +52,7 @@ impl LocalLoader {
         Ok(LocalLoader { settings, clock, queue, running, polled, decoding_since })
     }
 
-    /// Gives a texture its source, in place of the one it had; requests that were for that one are cancelled.
+    /// Gives a texture its source. Replaces the source that it had, whose requests are cancelled.
     pub fn add_source(&mut self, texture: TextureId, source: Arc<dyn TileSource>) {
         self.remove_source(texture);
         self.queue.add_source(texture, source);
@@ -62,22 +64,22 @@ impl LocalLoader {
         self.drop_called_off();
     }
 
-    /// Asks for a page; the lowest rank is loaded first, the oldest request among equals.
+    /// Asks for a page. The lowest rank is loaded first, and among equal ranks the oldest request.
     ///
-    /// A page that is queued already gets the new rank, and one result. One that is being read stays as it is. A request of a
-    /// source that does not answer fails at once.
+    /// A page that is queued already gets the new rank, and one result. A page that is being read stays as it
+    /// is. A request of a source that does not answer fails at once.
     pub fn request(&mut self, page: PageId, rank: u64) {
         self.queue.request(page, rank, self.clock.now());
     }
 
-    /// Gives a page that is queued another rank. One that is being read stays as it is, and nothing happens where the page is not
-    /// requested or has ended already.
+    /// Gives a queued page another rank. Has no effect if the page is being read, has ended, or was never
+    /// requested.
     pub fn rerank(&mut self, page: PageId, rank: u64) {
         self.queue.rerank(page, rank);
     }
 
-    /// Calls a request off. It ends as [`LoadError::Cancelled`] at once; a read under way is dropped. Nothing happens
-    /// where the page is not requested or has ended already.
+    /// Cancels a request, which ends as [`LoadError::Cancelled`] at once; a read under way is dropped. Has no
+    /// effect if the page is not requested or its request has ended.
     pub fn cancel(&mut self, page: PageId) {
         self.queue.cancel(page);
         self.drop_called_off();
@@ -94,7 +96,8 @@ impl LocalLoader {
         });
     }
 
-    /// A request that has ended, if there is one and this frame's time allows it; nothing ends the frame. Never waits.
+    /// A request that has ended, or `None` if there is none, or none that this frame's time allows; `None`
+    /// ends the frame. Never waits.
     pub fn poll(&mut self) -> Option<Loaded> {
         if let Some(loaded) = self.queue.poll() {
             return Some(loaded);
@@ -116,7 +119,7 @@ impl LocalLoader {
         loaded
     }
 
-    /// Lets reads go on as far as they can, each once a frame, until one has ended. Says whether one has.
+    /// Polls reads, each once a frame, until one has ended. Returns true if one has.
     fn end_one(&mut self) -> bool {
         // Whoever drives this polls again each frame, so nobody needs waking.
         let mut context = Context::from_waker(Waker::noop());
@@ -137,16 +140,16 @@ impl LocalLoader {
         }
     }
 
-    /// The next request to end, or nothing where none is outstanding, or none can end before control goes back to the
-    /// event loop.
+    /// The next request to end, or `None` if no request is outstanding, or if none can end before control
+    /// goes back to the event loop.
     pub fn wait(&mut self) -> Option<Loaded> {
-        /// Polls after which a read that still suspends is taken to wait for the event loop.
+        /// After so many polls a read that still suspends is taken to wait for the event loop.
         const PATIENCE: usize = 1000;
         let outstanding = self.outstanding();
         (0..PATIENCE).take_while(|_| outstanding > 0).find_map(|_| self.poll())
     }
 
-    /// Requests whose end has not been polled yet.
+    /// The number of requests whose end has not been polled yet.
     pub fn outstanding(&self) -> usize {
         self.queue.outstanding()
     }

@@ -1,9 +1,10 @@
-//! Lanes: the sources that share a limit of reads, what is requested of them, and how they have answered.
+//! Lanes: the sources that share a limit of reads, their requests, and how they have answered.
 //!
-//! A lane is *silent* when as many of its reads as it may have at once were overdue since the last one that answered, or are
-//! overdue and have not returned. A silent lane's requests fail at once, so that they keep nothing from others, but for one read
-//! at a time that looks whether it answers again: after a pause of a second, and twice as long after each such read in vain, up
-//! to about a minute. Any read that answers, however late, ends the silence.
+//! A lane is *silent* if as many of its reads as it may have at once were overdue since a read last answered,
+//! or are overdue and have not returned. The requests of a silent lane fail at once, so that they keep
+//! nothing from others. One read at a time tries whether the lane answers again: after a pause of a second,
+//! and twice as long after each such read in vain, up to about a minute. Any read that answers, however late,
+//! ends the silence.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -12,12 +13,12 @@ use std::time::Duration;
 use rustc_hash::FxHashMap;
 use vastex_core::PageId;
 
-use crate::limit::ReadLimit;
+use crate::stores::ReadLimit;
 
 /// Where a queued request stands: by rank, and by arrival among equals.
 pub(super) type Turn = (u64, u64);
 
-/// Names a lane; never given twice.
+/// Names a lane; never reused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(super) struct LaneId(u64);
 
@@ -25,24 +26,24 @@ const FIRST_PAUSE: Duration = Duration::from_secs(1);
 const LONGEST_PAUSE: Duration = Duration::from_secs(64);
 
 struct Lane {
-    /// Reads at once.
+    /// Reads that may be under way at once.
     most: usize,
     queued: BTreeMap<Turn, PageId>,
-    /// Reads that were begun and have not come back, those that are overdue among them.
+    /// Reads that were begun and have not come back, overdue ones included.
     under_way: usize,
     overdue: usize,
-    /// Reads that went overdue since one answered.
+    /// Reads that went overdue since a read last answered.
     unanswered: usize,
     /// When a silent lane is asked again.
     ask_at: Duration,
     pause: Duration,
     sources: usize,
-    /// Kept, so that no other limit has its address.
+    /// Kept alive, so that no other limit gets its address.
     limit: Option<Arc<ReadLimit>>,
 }
 
 impl Lane {
-    /// The turn of the request that would be begun next, if one may be.
+    /// The turn of the request that would be begun next, or `None` if none may be.
     fn head(&self) -> Option<Turn> {
         let (&turn, _) = self.queued.first_key_value()?;
         (self.under_way < self.most).then_some(turn)
@@ -56,7 +57,7 @@ impl Lane {
 #[derive(Default)]
 pub(super) struct Lanes {
     lanes: FxHashMap<LaneId, Lane>,
-    /// Of lanes whose limit several sources share, by the limit's address.
+    /// The lane of each limit that sources share, by the limit's address.
     shared: FxHashMap<usize, LaneId>,
     /// The heads of all lanes that have one.
     heads: BTreeSet<(Turn, LaneId)>,
@@ -66,7 +67,7 @@ pub(super) struct Lanes {
 }
 
 impl Lanes {
-    /// The lane of a source that comes, which has `limit`, or else at most `most` reads at once.
+    /// The lane of a new source: that of `limit`, or a lane of its own with at most `most` reads at once.
     pub(super) fn enter(&mut self, limit: Option<&Arc<ReadLimit>>, most: usize) -> LaneId {
         let address = limit.map(|limit| Arc::as_ptr(limit).addr());
         let known = address.and_then(|address| self.shared.get(&address).copied());
@@ -91,12 +92,12 @@ impl Lanes {
         id
     }
 
-    /// A source goes, whose requests have ended.
+    /// Removes a source, whose requests have ended.
     pub(super) fn leave(&mut self, id: LaneId) {
         self.change(id, |lane| lane.sources -= 1);
     }
 
-    /// Changes a lane, and what follows from that: its head, and whether it is needed any more.
+    /// Changes a lane and updates what depends on it: its head, and its removal when nothing needs it.
     fn change<R>(&mut self, id: LaneId, change: impl FnOnce(&mut Lane) -> R) -> Option<R> {
         let lane = self.lanes.get_mut(&id)?;
         let before = lane.head();
@@ -113,7 +114,7 @@ impl Lanes {
         Some(result)
     }
 
-    /// Whether a request may be queued now. If not, so many reads have had no answer.
+    /// Ok if a request may be queued now; otherwise the number of reads that have had no answer.
     pub(super) fn admits(&self, id: LaneId, now: Duration) -> Result<(), usize> {
         let Some(lane) = self.lanes.get(&id).filter(|lane| lane.is_silent(self.is_crowded)) else {
             return Ok(());
@@ -140,7 +141,7 @@ impl Lanes {
         self.heads.iter().map(|(_, id)| *id).find(may_begin)
     }
 
-    /// Whether a read may be begun.
+    /// Returns true if a read may be begun.
     #[cfg(not(target_family = "wasm"))]
     pub(super) fn has_next(&self) -> bool {
         self.next().is_some()
@@ -156,7 +157,7 @@ impl Lanes {
         first.flatten().map(|(_, page)| (id, page))
     }
 
-    /// A read has come back. It `answered` unless it was given up and dropped.
+    /// Ends a read that has come back. It has `answered` unless it was given up and dropped.
     pub(super) fn end(&mut self, id: LaneId, was_overdue: bool, answered: bool) {
         self.change(id, |lane| {
             lane.under_way -= 1;
@@ -167,8 +168,8 @@ impl Lanes {
         });
     }
 
-    /// A read that has not come back is overdue. The requests that fail with it, where the lane is silent now, and the number of
-    /// reads that have had no answer.
+    /// Counts a read that has not come back as overdue. If the lane is silent now, returns the requests that
+    /// fail with it, and the number of reads that have had no answer.
     pub(super) fn overdue(&mut self, id: LaneId, now: Duration) -> (Vec<PageId>, usize) {
         let is_crowded = self.is_crowded;
         let failing = self.change(id, |lane| {
@@ -184,8 +185,8 @@ impl Lanes {
         failing.unwrap_or_default()
     }
 
-    /// Says whether there are so many reads under way that only lanes without any may begin one. The requests that fail by that: of
-    /// lanes that owe an answer; and how many each owes.
+    /// Sets that so many reads are under way that only lanes without any may begin one. Returns the requests
+    /// that fail by that, those of lanes with overdue reads, each with the number of these reads.
     #[cfg(not(target_family = "wasm"))]
     pub(super) fn set_crowded(&mut self, is_crowded: bool) -> Vec<(PageId, usize)> {
         if std::mem::replace(&mut self.is_crowded, is_crowded) == is_crowded || !is_crowded {
@@ -203,7 +204,7 @@ impl Lanes {
         failing.flatten().collect()
     }
 
-    /// Reads of a lane that were begun and have not come back.
+    /// The number of reads of a lane that were begun and have not come back.
     #[cfg(not(target_family = "wasm"))]
     pub(super) fn under_way(&self, id: LaneId) -> usize {
         self.lanes.get(&id).map_or(0, |lane| lane.under_way)

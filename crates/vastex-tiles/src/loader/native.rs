@@ -1,19 +1,21 @@
 //! The loader on threads.
 //!
-//! A thread carries out one read at a time, to its end: there are as many reads under way as threads busy, and no other threads
-//! behind them. Reads that are *at work* have places, of which there are as many as the settings say. A read that waits for
-//! something else *lends* its place: from its beginning where its source says that reads block ([`TileSource::blocks`]), as those
-//! past the system's cache do; else at once where it suspends, and after [`PATIENCE`] where it blocks its thread. Another thread then
-//! has the place, and is made if need be. So what others may do does not depend on when a read comes back, or whether it does.
+//! A thread carries out one read at a time, to its end: as many reads are under way as threads are busy, and
+//! no source has threads of its own. Reads that are *at work* have places, of which there are as many as the
+//! settings say. A read that waits for something else *lends* its place: from the beginning if its source
+//! says that reads block ([`TileSource::blocks`]), as reads past the system's cache do; at once if it
+//! suspends; and after [`PATIENCE`] if it blocks its thread. Another thread then has the place, and is made
+//! if need be. So what other reads may do does not depend on when, or if ever, a read comes back.
 //!
-//! Time passes when the loader is polled. A read that is overdue by then has lost its request and its place; its thread is told to
-//! drop it, which it does at once if it is suspended, and else when it comes back. Nobody waits for that: no thread is ever joined.
+//! Time passes when the loader is polled. A read that is overdue by then has lost its request and its place,
+//! and its thread is told to drop it: at once if the read is suspended, else when it comes back. Nobody waits
+//! for that: no thread is ever joined.
 
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::pin::pin;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 use std::task::{Context, Poll, Wake, Waker};
 use std::thread::{self, Thread};
 use std::time::Duration;
@@ -21,10 +23,11 @@ use std::{io, mem};
 
 use vastex_core::{PageId, TextureId};
 
+use super::clock::{Clock, SystemClock};
 use super::queue::{Job, Outcome, Queue, ReadId};
 use super::{LoadError, Loaded, LoaderSettings, load};
-use crate::clock::{Clock, SystemClock};
-use crate::source::TileSource;
+use crate::ground::sync::{lock, wait_at_most};
+use crate::sources::TileSource;
 
 /// How long a read may block its thread before it lends its place. A disk that seeks answers much sooner.
 const PATIENCE: Duration = Duration::from_millis(250);
@@ -32,20 +35,21 @@ const PATIENCE: Duration = Duration::from_millis(250);
 const LOOK_EVERY: Duration = Duration::from_millis(5);
 /// How long a thread that is one too many waits for work before it ends.
 const LINGER: Duration = Duration::from_secs(10);
-/// With so many places lent only sources without a read under way may begin one. Places of reads that block by their source's account
-/// count, however well they go: of 32 sources with 8 such reads each no more than 256 are under way at once, but one of each source is.
+/// With so many places lent, only sources without a read under way may begin one. Reads of sources whose
+/// reads block count too, however fast they are: of 32 sources with 8 such reads each no more than 256 are
+/// under way at once, but one of each source is.
 const CROWD: usize = 256;
 /// The most places that are ever lent: each is a thread.
 const MOST_LENT: usize = 4096;
 
 /// Reads and decodes tiles on threads, best rank first.
 ///
-/// A source that is slow or does not answer keeps nothing from the others: its reads take places of its own, up to its limit, and
-/// end as [`LoadError::Overdue`]; see [`LoaderSettings`].
+/// A source that is slow or does not answer delays only itself: its reads take places of their own, up to the
+/// source's limit, and end as [`LoadError::Overdue`]; see [`LoaderSettings`].
 ///
-/// Every request ends exactly once: loaded, failed or cancelled. When the end of a request is polled, its source is not in use for
-/// it any more, unless it was overdue. Dropping the loader waits for nothing: threads end by themselves, each with the read that
-/// it has under way, and keep that read's source until then.
+/// Every request ends exactly once: loaded, failed or cancelled. When the end of a request has been polled,
+/// its source is no longer in use for it, unless the read was overdue. Dropping the loader waits for nothing:
+/// each thread ends by itself when its read under way ends, and keeps that read's source until then.
 pub struct Loader {
     shared: Arc<Shared>,
 }
@@ -69,8 +73,8 @@ struct State {
     /// Places lent, by so many of the reads.
     lent: usize,
     looked: Duration,
-    /// Whether it was said that there are no more threads.
-    said: bool,
+    /// Set once the lack of further threads was logged.
+    has_logged: bool,
     stopping: bool,
 }
 
@@ -101,7 +105,7 @@ impl Signal {
         self.thread.unpark();
     }
 
-    /// Waits until the read may go on. Says whether it is still wanted.
+    /// Waits until the read may go on. Returns false if the read is no longer wanted.
     fn wait(&self) -> bool {
         while !self.is_dropped.load(Ordering::Acquire) {
             if self.is_woken.swap(false, Ordering::AcqRel) {
@@ -114,20 +118,23 @@ impl Signal {
 }
 
 impl Shared {
-    /// Sources run outside the lock, and their panics are caught; so nothing is ever half done behind it.
+    /// Locks the state. Sources run outside the lock, and their panics are caught, so that the state is
+    /// always whole.
     fn lock(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.state)
     }
 }
 
 impl Loader {
-    /// A loader with so many reads at work at once (at least 1). Fails where the system gives no thread.
+    /// A loader with at most `threads` reads at work at once (at least 1). Fails if the system gives no
+    /// thread.
     pub fn new(threads: usize) -> io::Result<Loader> {
         let settings = LoaderSettings { threads, ..LoaderSettings::default() };
         Loader::with(settings, Arc::new(SystemClock::new()))
     }
 
-    /// A loader with these settings, for which time passes as `clock` says. Fails where the system gives no thread.
+    /// A loader with these settings, for which time passes as `clock` says. Fails if the system gives no
+    /// thread.
     pub fn with(settings: LoaderSettings, clock: Arc<dyn Clock>) -> io::Result<Loader> {
         let settings = LoaderSettings { threads: settings.threads.max(1), ..settings };
         let state = State {
@@ -136,7 +143,7 @@ impl Loader {
             threads: 0,
             lent: 0,
             looked: clock.now(),
-            said: false,
+            has_logged: false,
             stopping: false,
         };
         let (state, work, ended) = (Mutex::new(state), Condvar::new(), Condvar::new());
@@ -147,7 +154,7 @@ impl Loader {
         Ok(loader)
     }
 
-    /// Gives a texture its source, in place of the one it had; requests that were for that one are cancelled.
+    /// Gives a texture its source. Replaces the source that it had, whose requests are cancelled.
     pub fn add_source(&mut self, texture: TextureId, source: Arc<dyn TileSource>) {
         let mut state = self.shared.lock();
         let gone = state.queue.add_source(texture, source);
@@ -166,10 +173,10 @@ impl Loader {
         drop(gone);
     }
 
-    /// Asks for a page; the lowest rank is loaded first, the oldest request among equals.
+    /// Asks for a page. The lowest rank is loaded first, and among equal ranks the oldest request.
     ///
-    /// A page that is queued already gets the new rank, and one result. One that is being read stays as it is. A request of a
-    /// source that does not answer fails at once.
+    /// A page that is queued already gets the new rank, and one result. A page that is being read stays as it
+    /// is. A request of a source that does not answer fails at once.
     pub fn request(&mut self, page: PageId, rank: u64) {
         let now = self.shared.clock.now();
         let mut state = self.shared.lock();
@@ -178,14 +185,15 @@ impl Loader {
         self.shared.work.notify_one();
     }
 
-    /// Gives a page that is queued another rank. One that is being read stays as it is, and nothing happens where the page is not
-    /// requested or has ended already, so that what ends meanwhile is not read twice.
+    /// Gives a queued page another rank. Has no effect if the page is being read, has ended, or was never
+    /// requested, so that a tile that comes meanwhile is not read twice.
     pub fn rerank(&mut self, page: PageId, rank: u64) {
         self.shared.lock().queue.rerank(page, rank);
     }
 
-    /// Calls a request off. It ends as [`LoadError::Cancelled`]: at once if it was not begun, soon if its read is suspended, else
-    /// when its read ends, whose result is dropped. Nothing happens where the page is not requested or has ended already.
+    /// Cancels a request, which ends as [`LoadError::Cancelled`]: at once if it was not begun, soon if its
+    /// read is suspended, else when the read ends, whose result is dropped. Has no effect if the page is not
+    /// requested or its request has ended.
     pub fn cancel(&mut self, page: PageId) {
         let mut state = self.shared.lock();
         if let Some(read) = state.queue.cancel(page) {
@@ -194,14 +202,15 @@ impl Loader {
         self.shared.ended.notify_all();
     }
 
-    /// A request that has ended, if there is one. Never waits for a read.
+    /// A request that has ended, or `None` if there is none. Never waits for a read.
     pub fn poll(&mut self) -> Option<Loaded> {
         let mut state = self.shared.lock();
         self.shared.look_at_clock(&mut state);
         state.queue.poll()
     }
 
-    /// The next request to end; waits for it, but no longer than a read may take. Nothing where no request is outstanding.
+    /// The next request to end, or `None` if no request is outstanding. Waits for it, but no longer than a
+    /// read may take.
     ///
     /// With several threads the order in which requests end is not fixed.
     pub fn wait(&mut self) -> Option<Loaded> {
@@ -214,12 +223,11 @@ impl Loader {
             if state.queue.is_idle() {
                 return None;
             }
-            let waited = self.shared.ended.wait_timeout(state, PATIENCE);
-            state = waited.unwrap_or_else(PoisonError::into_inner).0;
+            state = wait_at_most(&self.shared.ended, state, PATIENCE).0;
         }
     }
 
-    /// Requests whose end has not been polled yet.
+    /// The number of requests whose end has not been polled yet.
     pub fn outstanding(&self) -> usize {
         self.shared.lock().queue.outstanding()
     }
@@ -245,7 +253,7 @@ impl State {
         }
     }
 
-    /// Whether a read may be begun: there is a place, and something to do.
+    /// Returns true if a read may be begun: there is a place, and something to do.
     fn can_start(&self, places: usize) -> bool {
         self.reads.len() < places + self.lent && self.queue.has_next()
     }
@@ -265,7 +273,7 @@ impl State {
 }
 
 impl Shared {
-    /// One more thread.
+    /// Starts one more thread.
     fn add_thread(self: &Arc<Self>, state: &mut State) -> io::Result<()> {
         let shared = self.clone();
         thread::Builder::new().name("vastex load".into()).spawn(move || work(&shared))?;
@@ -273,19 +281,20 @@ impl Shared {
         Ok(())
     }
 
-    /// Sees to it that somebody begins what may be begun: one more thread, which does the same when it has a read.
+    /// Sees to it that a thread begins what may be begun: makes one more thread if all are busy, which does
+    /// the same once it has a read.
     fn staff(self: &Arc<Self>, state: &mut State) {
         // A thread without a read looks for one before it rests.
         if state.threads == state.reads.len()
             && state.can_start(self.settings.threads)
             && let Err(error) = self.add_thread(state)
-            && !mem::replace(&mut state.said, true)
+            && !mem::replace(&mut state.has_logged, true)
         {
             tracing::warn!("no further thread to load tiles with, for reads that wait: {error}");
         }
     }
 
-    /// Gives up what is overdue by now, and lends the places of those who block their thread.
+    /// Gives up reads that are overdue by now, and lends the places of those that block their threads.
     fn look_at_clock(self: &Arc<Self>, state: &mut State) {
         let now = self.clock.now();
         if now.saturating_sub(state.looked) < LOOK_EVERY {
@@ -344,9 +353,9 @@ fn next_job(shared: &Arc<Shared>) -> Option<(Job, Arc<Signal>)> {
             shared.staff(&mut state);
             return Some((job, signal));
         }
-        let waited = shared.work.wait_timeout(state, LINGER).unwrap_or_else(PoisonError::into_inner);
-        state = waited.0;
-        if waited.1.timed_out() && state.threads - state.lent > shared.settings.threads {
+        let (locked, has_timed_out) = wait_at_most(&shared.work, state, LINGER);
+        state = locked;
+        if has_timed_out && state.threads - state.lent > shared.settings.threads {
             state.threads -= 1;
             return None;
         }

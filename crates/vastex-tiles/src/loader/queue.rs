@@ -1,4 +1,4 @@
-//! What the loader knows of its requests: their order, their states, their results.
+//! The requests of a loader: their order, their states, their results.
 //!
 //! | state | entered by | left by |
 //! |---|---|---|
@@ -7,8 +7,9 @@
 //! | running, called off | `cancel` | the same; its result is dropped |
 //! | finished | any end | being polled |
 //!
-//! A page that is requested again while a called-off read of it still runs is queued again after that. A request ends when its
-//! read is overdue; the read itself is under way, and counts in its lane, until it comes back.
+//! A page that is requested again while a called-off read of it still runs is queued again after that. A
+//! request ends when its read is overdue; the read itself is under way, and counts in its lane, until it
+//! comes back.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
@@ -20,7 +21,7 @@ use vastex_core::{PageId, PagePos, TextureId};
 
 use super::lanes::{LaneId, Lanes, Turn};
 use super::{LoadError, Loaded, LoaderSettings};
-use crate::source::TileSource;
+use crate::sources::TileSource;
 
 /// Names a read that was begun; later ones have larger numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -42,7 +43,7 @@ pub(super) struct Job {
 pub(super) enum Outcome {
     /// The source has answered.
     Answered(Result<Bytes, LoadError>),
-    /// The read was dropped before it had.
+    /// The read was dropped before the source had answered.
     Dropped,
 }
 
@@ -58,7 +59,7 @@ struct Read {
 struct Source {
     source: Arc<dyn TileSource>,
     lane: LaneId,
-    /// Whether its reads block their threads, as it says ([`TileSource::blocks`]).
+    /// True if reads of the source block their threads ([`TileSource::blocks`]).
     #[cfg(not(target_family = "wasm"))]
     blocks: bool,
 }
@@ -68,12 +69,12 @@ pub(super) struct Queue {
     sources: FxHashMap<TextureId, Source>,
     lanes: Lanes,
     states: FxHashMap<PageId, State>,
-    /// In the order in which they were begun.
+    /// The reads under way, in the order in which they were begun.
     reads: BTreeMap<ReadId, Read>,
     begun: u64,
     arrivals: u64,
     finished: VecDeque<Loaded>,
-    /// As it was said last.
+    /// The time that was set last.
     now: Duration,
 }
 
@@ -92,7 +93,8 @@ impl Queue {
         }
     }
 
-    /// Gives a texture its source. The one that it had before is to be dropped where no lock is held.
+    /// Gives a texture its source, and returns the one that it had before, to be dropped where no lock is
+    /// held.
     pub(super) fn add_source(
         &mut self,
         texture: TextureId,
@@ -126,7 +128,7 @@ impl Queue {
         Some(source)
     }
 
-    /// Queues a page, or moves it where it is queued already; one that is running stays as it is.
+    /// Queues a page, or changes its rank if it is queued already. A page that is being read stays as it is.
     pub(super) fn request(&mut self, page: PageId, rank: u64, now: Duration) {
         self.now = self.now.max(now);
         match self.states.get_mut(&page) {
@@ -137,7 +139,8 @@ impl Queue {
         }
     }
 
-    /// Moves a page where it is queued; one that is running, has ended or was never requested stays as it is.
+    /// Changes the rank of a queued page. A page that is being read, has ended or was never requested stays
+    /// as it is.
     pub(super) fn rerank(&mut self, page: PageId, rank: u64) {
         if let Some(State::Queued(turn)) = self.states.get_mut(&page) {
             let before = *turn;
@@ -150,7 +153,7 @@ impl Queue {
         }
     }
 
-    /// Queues a page, unless it can only fail: then it ends here.
+    /// Queues a page, or ends its request at once if it can only fail.
     fn enqueue(&mut self, page: PageId, rank: u64) {
         let Some(Source { source, lane, .. }) = self.sources.get(&page.texture()) else {
             return self.end(page, Err(LoadError::NoSource { texture: page.texture().number() }));
@@ -169,7 +172,7 @@ impl Queue {
         LoadError::SourceSilent { pos, reads, time_out: self.settings.time_out }
     }
 
-    /// Calls a request off. The read that may be dropped, where it is under way.
+    /// Cancels a request. Returns the read that may be dropped, if one is under way.
     pub(super) fn cancel(&mut self, page: PageId) -> Option<ReadId> {
         match self.states.get_mut(&page)? {
             State::Queued(turn) => {
@@ -194,7 +197,7 @@ impl Queue {
         }
     }
 
-    /// Whether a read may be begun.
+    /// Returns true if a read may be begun.
     #[cfg(not(target_family = "wasm"))]
     pub(super) fn has_next(&self) -> bool {
         self.lanes.has_next()
@@ -213,7 +216,8 @@ impl Queue {
         Some(Job { read, pos, source })
     }
 
-    /// A read has come back. Its request ends with it, unless it was overdue and has ended before.
+    /// Ends a read that has come back, and its request with it, unless the read was overdue and the request
+    /// has ended before.
     pub(super) fn finish(&mut self, read: ReadId, outcome: Outcome) {
         let Some(Read { page, lane, is_overdue, .. }) = self.reads.remove(&read) else { return };
         self.lanes.end(lane, is_overdue, matches!(outcome, Outcome::Answered(_)));
@@ -238,7 +242,8 @@ impl Queue {
         self.finished.push_back(Loaded { page, result });
     }
 
-    /// Says what time it is. Reads that are overdue by that, once for each: their requests have ended, and they may be dropped.
+    /// Sets the time. Returns the reads that have become overdue, each once: their requests have ended, and
+    /// they may be dropped.
     pub(super) fn set_time(&mut self, now: Duration) -> Vec<ReadId> {
         self.now = self.now.max(now);
         let now = self.now;
@@ -259,7 +264,7 @@ impl Queue {
         overdue.into_iter().map(|(id, ..)| id).collect()
     }
 
-    /// Says whether there are so many reads under way that only lanes without any may begin one.
+    /// Sets that so many reads are under way that only lanes without any may begin one.
     #[cfg(not(target_family = "wasm"))]
     pub(super) fn set_crowded(&mut self, is_crowded: bool) {
         for (page, reads) in self.lanes.set_crowded(is_crowded) {
@@ -284,14 +289,15 @@ impl Queue {
         self.reads.iter().take_while(move |(_, read)| old(read)).map(|(id, _)| *id)
     }
 
-    /// Whether a read that was just begun is one of those that block their threads, as its source says.
+    /// Returns true if a read that was just begun is one of those that block their threads, as its source
+    /// says.
     #[cfg(not(target_family = "wasm"))]
     pub(super) fn is_blocking(&self, read: ReadId) -> bool {
         let source = self.reads.get(&read).and_then(|read| self.sources.get(&read.page.texture()));
         source.is_some_and(|source| source.blocks)
     }
 
-    /// How many reads the lane of a read has under way, itself among them.
+    /// The number of reads under way in the lane of a read, itself included.
     #[cfg(not(target_family = "wasm"))]
     pub(super) fn under_way_beside(&self, read: ReadId) -> usize {
         self.reads.get(&read).map_or(0, |read| self.lanes.under_way(read.lane))
@@ -301,20 +307,20 @@ impl Queue {
         self.finished.pop_front()
     }
 
-    /// Requests that have not been polled yet.
+    /// The number of requests that have not been polled yet.
     pub(super) fn outstanding(&self) -> usize {
         let again =
             self.states.values().filter(|state| matches!(state, State::Running { again: Some(_), .. }));
         self.states.len() + again.count() + self.finished.len()
     }
 
-    /// Whether nothing is queued or running.
+    /// Returns true if no request is queued or running.
     #[cfg(not(target_family = "wasm"))]
     pub(super) fn is_idle(&self) -> bool {
         self.states.is_empty()
     }
 
-    /// Whether a read that has not come back was called off.
+    /// Returns true if a read that has not come back was called off.
     pub(super) fn is_called_off(&self, read: ReadId) -> bool {
         let state = self.reads.get(&read).and_then(|read| self.states.get(&read.page));
         matches!(state, Some(State::Running { called_off: true, read: running, .. }) if *running == read)

@@ -1,20 +1,21 @@
-//! A local file as a store, read past the system's page cache where the system allows it.
+//! A local file as a store, read past the system's page cache where the system allows that.
 //!
-//! Direct reads take whole blocks to a place in memory that begins at a block: ranges are widened to blocks, and the file
-//! keeps buffers that are aligned, one for each read under way. What the file system refuses to read directly is read through the
-//! cache. Here are no threads: a read is carried out by whoever waits for it, and the limit tells loaders how many may do so at once.
+//! Direct reads take whole blocks to memory that begins at a multiple of a block: ranges are widened to
+//! blocks, and the store keeps aligned buffers, one for each read under way. What the file system refuses to
+//! read directly is read through the cache. The store has no threads: a read is carried out by whoever waits
+//! for it, and the limit tells loaders how many reads may go on at once.
 
 use std::fs::File;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::{io, num::NonZeroU32};
 
 use bytes::Bytes;
 
 use super::file::{FileStore, read_some_at, reserve};
-use super::{Store, StoreError, StoreFuture};
-use crate::limit::ReadLimit;
+use super::{ReadLimit, Store, StoreError, StoreFuture};
+use crate::ground::sync::lock;
 
 /// The least block that is read: the page of most memories, and no smaller than the sectors of most disks.
 #[cfg(any(target_os = "linux", test))]
@@ -26,10 +27,11 @@ const MOST_DEPTH: usize = 64;
 
 /// A local file, read directly from the disk with several reads at once.
 ///
-/// What is read leaves no copy in the system's page cache, so that a file far larger than memory does not push out what
-/// is worth keeping; what is read twice comes from the disk twice. Tiles in a container that is aligned to the block
-/// cost no more bytes than they have, rounded up to blocks. On systems other than Linux, and where the file system
-/// refuses direct reads, it is a [`FileStore`]; [`Store::is_direct`] tells.
+/// Direct reads leave no copy in the system's page cache, so that a file far larger than memory does not push
+/// out what is worth keeping; what is read twice comes from the disk twice. Reading a tile of a container
+/// that is aligned to the block costs the tile's bytes, rounded up to blocks. On systems other than Linux,
+/// and where the file system refuses direct reads, the store reads as a [`FileStore`] does, and
+/// [`Store::is_direct`] returns false.
 #[derive(Debug)]
 pub struct DirectStore {
     buffered: Arc<FileStore>,
@@ -37,13 +39,14 @@ pub struct DirectStore {
 }
 
 impl DirectStore {
-    /// Reads at once that suit a solid-state disk.
+    /// A number of reads at once that suits solid-state disks.
     pub const DEFAULT_DEPTH: usize = 8;
 
-    /// Opens a file with at most `depth` reads (1 to 64) at once. Each blocks the thread that polls it and takes up to 1 MiB; further
-    /// ones wait without a thread. A loader has threads for as many ([`Store::read_limit`]).
+    /// Opens a file with at most `depth` reads (1 to 64) at once. Each read blocks the thread that polls it
+    /// and takes up to 1 MiB; further reads wait without a thread. A loader has as many threads for them
+    /// ([`Store::read_limit`]).
     ///
-    /// Fails where a [`FileStore`] does; that the file cannot be read directly is no failure.
+    /// Fails where a [`FileStore`] fails; that the file cannot be read directly is no failure.
     pub fn open(path: impl AsRef<Path>, depth: usize) -> Result<DirectStore, StoreError> {
         let path = path.as_ref();
         Ok(DirectStore::beside(Arc::new(FileStore::open(path)?), path, depth))
@@ -56,7 +59,7 @@ impl DirectStore {
         DirectStore { buffered, direct }
     }
 
-    /// Bytes that direct reads are widened to multiples of; nothing where there are none.
+    /// Direct reads are widened to multiples of so many bytes; `None` if the file is not read directly.
     pub fn block_bytes(&self) -> Option<NonZeroU32> {
         self.direct.as_ref().map(|file| file.block)
     }
@@ -98,15 +101,15 @@ struct DirectFile {
     buffered: Arc<FileStore>,
     file: File,
     block: NonZeroU32,
-    /// Set when the file system refuses a read after all; nothing is read directly from then on.
+    /// Set when the file system refuses a read after opening; all further reads go through the cache.
     refused: AtomicBool,
     limit: Arc<ReadLimit>,
-    /// Those that no read has at the moment: as many as there were reads at once, at most.
+    /// Buffers that no read uses at the moment, at most as many as there were reads at once.
     buffers: Mutex<Vec<Vec<u8>>>,
 }
 
 impl DirectFile {
-    /// Fails where a block cannot be read directly; tries one.
+    /// Opens the file for direct reads. Fails if a first block cannot be read directly.
     fn open(buffered: &Arc<FileStore>, path: &Path, depth: usize) -> io::Result<DirectFile> {
         let (file, block) = open_direct(buffered.file(), path)?;
         let file = DirectFile::of(buffered.clone(), file, block, depth);
@@ -119,21 +122,17 @@ impl DirectFile {
         DirectFile { buffered, file, block, refused, limit, buffers: Mutex::default() }
     }
 
-    /// As [`DirectFile::read_now`], when fewer reads are under way than may be.
+    /// Reads as [`DirectFile::read_now`] does, once fewer reads are under way than the limit allows.
     async fn read(&self, offset: u64, len: usize) -> Result<Bytes, StoreError> {
         let _permit = self.limit.permit().await;
-        let mut buffer = self.buffers().pop().unwrap_or_default();
+        let mut buffer = lock(&self.buffers).pop().unwrap_or_default();
         let read = self.read_now(&mut buffer, offset, len);
-        self.buffers().push(buffer);
+        lock(&self.buffers).push(buffer);
         read
     }
 
-    /// Nothing that is done behind the lock can panic half-way.
-    fn buffers(&self) -> MutexGuard<'_, Vec<Vec<u8>>> {
-        self.buffers.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// Exactly `len` bytes from `offset` on; through the cache whatever cannot be had directly, errors included.
+    /// Exactly `len` bytes from `offset` on. Whatever cannot be read directly is read through the cache,
+    /// which gives the error too.
     fn read_now(&self, buffer: &mut Vec<u8>, offset: u64, len: usize) -> Result<Bytes, StoreError> {
         let lies_within = offset.checked_add(len as u64).is_some_and(|end| end <= self.buffered.len());
         if !lies_within || self.refused.load(Ordering::Relaxed) {
@@ -186,7 +185,8 @@ impl DirectFile {
     }
 }
 
-/// The first `len` bytes of a buffer that begin at a multiple of `block` in memory; the buffer grows if it must.
+/// The first `len` bytes of a buffer that begin at a multiple of `block` in memory; the buffer grows if it
+/// must.
 fn aligned(buffer: &mut Vec<u8>, len: usize, block: usize) -> io::Result<&mut [u8]> {
     if buffer.len() < len + block {
         *buffer = vec![0; len + block];
@@ -214,7 +214,8 @@ fn open_direct(buffered: &File, path: &Path) -> io::Result<(File, NonZeroU32)> {
     Ok((file, block.ok_or(io::ErrorKind::Unsupported)?))
 }
 
-/// What the file system says that direct reads must be aligned to, where it says so; 0 where it has none.
+/// The alignment that the file system states for direct reads, 0 if it allows none, or `None` if it states
+/// nothing.
 #[cfg(target_os = "linux")]
 fn stated_block(file: &File) -> Option<u32> {
     use rustix::fs::{AtFlags, StatxFlags, statx};

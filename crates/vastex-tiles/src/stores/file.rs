@@ -7,8 +7,7 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 
-use super::{Store, StoreError, StoreFuture};
-use crate::limit::ReadLimit;
+use super::{ReadLimit, Store, StoreError, StoreFuture};
 
 /// A local file, read at positions: any number of threads at once, without a lock.
 #[derive(Debug)]
@@ -19,7 +18,7 @@ pub struct FileStore {
 }
 
 impl FileStore {
-    /// Opens a file; fails where it is a directory, empty or unreadable.
+    /// Opens a file. Fails if it is a directory, a device or a pipe, empty or unreadable.
     pub fn open(path: impl AsRef<Path>) -> Result<FileStore, StoreError> {
         let path = path.as_ref();
         let name = path.display().to_string();
@@ -39,7 +38,7 @@ impl FileStore {
         Ok(FileStore { len: metadata.len(), name, file })
     }
 
-    /// What a file whose reads may go another way, too, is read by.
+    /// The open file, for [`DirectStore`](super::DirectStore), which opens it once more.
     pub(super) fn file(&self) -> &File {
         &self.file
     }
@@ -56,7 +55,7 @@ impl FileStore {
         }
     }
 
-    /// That a range could not be read.
+    /// The error of a range that could not be read.
     pub(super) fn failed(&self, offset: u64, len: usize, error: String) -> StoreError {
         StoreError::Read { name: self.name.clone(), offset, len, error }
     }

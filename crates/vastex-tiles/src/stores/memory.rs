@@ -4,8 +4,7 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 
-use super::{Store, StoreError, StoreFuture};
-use crate::limit::ReadLimit;
+use super::{ReadLimit, Store, StoreError, StoreFuture};
 
 /// Bytes in memory.
 #[derive(Clone, Debug)]

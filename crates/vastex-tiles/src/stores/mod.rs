@@ -1,12 +1,13 @@
 //! Stores: where the bytes of a source lie.
 //!
-//! A [`Store`] is read by ranges, so that a local file, a URL and memory are read by the same code. What the bytes mean
-//! is the source's business.
+//! A [`Store`] is read by ranges, so that a local file, a URL and memory are read by the same code. What the
+//! bytes mean is the source's business.
 
 #[cfg(not(target_family = "wasm"))]
 mod direct;
 #[cfg(not(target_family = "wasm"))]
 mod file;
+mod limit;
 mod memory;
 #[cfg(test)]
 mod tests;
@@ -17,8 +18,7 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 
-use crate::limit::ReadLimit;
-use crate::source::{MaybeSend, MaybeSync};
+use crate::ground::sync::{MaybeSend, MaybeSync};
 
 #[cfg(not(target_family = "wasm"))]
 pub use direct::DirectStore;
@@ -26,12 +26,13 @@ pub use direct::DirectStore;
 pub use file::FileStore;
 #[cfg(not(target_family = "wasm"))]
 pub(crate) use file::read_at;
+pub use limit::ReadLimit;
 pub use memory::MemoryStore;
 
 /// Why a store could not be opened or read.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum StoreError {
-    /// There is nothing to read here.
+    /// The store cannot be opened.
     #[error("{name}: {error}")]
     Open {
         /// The file or URL.
@@ -53,36 +54,38 @@ pub enum StoreError {
     },
 }
 
-/// A ranged read under way. Dropping it cancels the read.
+/// A read of a range under way. Dropping the future cancels the read.
 #[cfg(not(target_family = "wasm"))]
 pub type StoreFuture<'a> = Pin<Box<dyn Future<Output = Result<Bytes, StoreError>> + Send + 'a>>;
-/// A ranged read under way. Dropping it cancels the read.
+/// A read of a range under way. Dropping the future cancels the read.
 #[cfg(target_family = "wasm")]
 pub type StoreFuture<'a> = Pin<Box<dyn Future<Output = Result<Bytes, StoreError>> + 'a>>;
 
 /// Bytes that can be read by ranges. Shared by threads.
 pub trait Store: MaybeSend + MaybeSync {
-    /// What to call the store in messages: a path or a URL.
+    /// The name of the store in messages: a path or a URL.
     fn name(&self) -> &str;
 
-    /// Bytes in the store, as known since it was opened.
+    /// The number of bytes in the store, as known since it was opened.
     fn len(&self) -> u64;
 
-    /// Whether the store has no bytes.
+    /// Returns true if the store has no bytes.
     fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Whether reads go to the disk itself, past the system's page cache.
+    /// Returns true if reads go to the disk itself, past the system's page cache.
     fn is_direct(&self) -> bool {
         false
     }
 
-    /// How many reads may be under way at once, where the store says so; it keeps to that by itself. The same at every call.
+    /// The limit of reads of this store under way at once, if it has one; the store keeps to it by itself.
+    /// The same at every call.
     fn read_limit(&self) -> Option<&Arc<ReadLimit>> {
         None
     }
 
-    /// Exactly `len` bytes from `offset` on, or an error. `len` is at most the store's length: the caller has checked.
+    /// Reads exactly `len` bytes from `offset` on. `len` is at most the store's length: the caller has
+    /// checked that.
     fn read(&self, offset: u64, len: usize) -> StoreFuture<'_>;
 }

@@ -54,7 +54,7 @@ fn direct_reads_of_any_range_at_once_from_many_threads() {
             let (store, bytes) = (&store, &bytes);
             scope.spawn(move || {
                 for n in 0..200 {
-                    let random = crate::hash::seeded(thread, &u64::to_le_bytes(n));
+                    let random = crate::ground::hash::seeded(thread, &u64::to_le_bytes(n));
                     let offset = random as usize % bytes.len();
                     let len = (random >> 32) as usize % (bytes.len() - offset).min(20_000);
                     assert_eq!(
@@ -148,7 +148,8 @@ fn what_is_no_readable_file_is_refused_with_the_remedy() {
     assert!(refused(&empty).contains("is empty"));
 }
 
-/// Files of the system itself are made when they are read: there is no disk behind them, and direct reads are refused.
+/// Files of the system itself are made when they are read: there is no disk behind them, and direct reads are
+/// refused.
 #[test]
 #[cfg(target_os = "linux")]
 fn where_the_file_system_refuses_direct_reads_they_are_buffered() {

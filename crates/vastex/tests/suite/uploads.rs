@@ -84,12 +84,12 @@ fn every_frame_is_the_same_by_the_belt_and_through_the_queue() {
     }
 }
 
-/// In real time, tiles that a frame uploads for less that way; the others are as well off in the queue.
 #[test]
-fn the_belt_is_for_tiles_that_are_better_off_there() {
-    for (page, is_by_belt) in [(64, false), (120, true)] {
-        let settings = Settings { pace: Pace::Realtime, ..by(UploadWay::Best) };
-        let mut screen = Screen::new(&[property(SIZE, page, AddressMode::Clamp)], settings);
+fn by_default_tiles_go_by_the_belt_in_real_time_and_through_the_queue_in_lock_step() {
+    let lock_step = by(UploadWay::Best).pace;
+    for (pace, is_by_belt) in [(lock_step, false), (Pace::Realtime, true)] {
+        let settings = Settings { pace, ..by(UploadWay::Best) };
+        let mut screen = Screen::new(&[property(SIZE, 64, AddressMode::Clamp)], settings);
         screen.set_mapping(0, &mapping(1.0, 0.5));
         let came = (0..3000).any(|_| {
             screen.frame().unwrap();
@@ -97,7 +97,7 @@ fn the_belt_is_for_tiles_that_are_better_off_there() {
             screen.textures.stats().pager.loaded > 10
         });
         let stats = screen.textures.upload_stats();
-        assert!(came && (stats.by_belt > 0) == is_by_belt, "pages of {page}: {stats:?}");
+        assert!(came && (stats.by_belt > 0) == is_by_belt, "{pace:?}: {stats:?}");
     }
 }
 

@@ -1,4 +1,5 @@
-//! Containers whose tiles begin at multiples of what disks ask for, also when they are changed, joined or rewritten.
+//! Containers whose tiles begin at multiples of what disks ask for, also when they are changed, joined or
+//! rewritten.
 
 use std::io::Cursor;
 use std::ops::ControlFlow;
@@ -6,7 +7,7 @@ use std::ops::ControlFlow;
 use pollster::block_on;
 use vastex_core::{Description, LayerFormat, PagePos};
 
-use crate::testing::{aligned_bytes, container_bytes, image, memory, open, texels};
+use crate::testing::textures::{aligned_bytes, container_bytes, image, memory, open, texels};
 use crate::*;
 
 const ALIGN: u32 = 4096;
@@ -17,7 +18,7 @@ fn check(bytes: Vec<u8>, align: u32) -> Container {
     assert_eq!(block_on(verify(memory(bytes.clone()), |_, _| {})).faults, []);
     let container = open(bytes);
     assert_eq!((container.align(), container.info().align), (align, align));
-    let records = (0..container.index.records()).map(|n| container.index.record(n).unwrap());
+    let records = (0..container.index().records()).map(|n| container.index().record(n).unwrap());
     let offsets: Vec<u64> =
         records.filter(|r| r.codec != Codec::Constant).map(|r| r.section.extent.offset).collect();
     assert!(offsets.len() > 3 && offsets.iter().all(|offset| offset % u64::from(align) == 0), "{offsets:?}");
@@ -71,7 +72,8 @@ fn changing_and_rewriting_keep_the_alignment() {
     check(std::fs::read(&path).unwrap(), ALIGN);
 }
 
-/// A file that states an alignment and does not keep to it: direct reads would take other bytes, so verify says so.
+/// A file that states an alignment and does not keep to it: direct reads would take other bytes, so verify
+/// says so.
 #[test]
 fn a_tile_elsewhere_than_stated_is_reported() {
     let bytes = aligned_bytes(&description(), Compression::Lz4, 5, ALIGN);
@@ -80,10 +82,10 @@ fn a_tile_elsewhere_than_stated_is_reported() {
     // The alignment is the last section, its value the last four bytes.
     let mut lying = bytes.clone();
     lying[description_at + len - 4..][..4].copy_from_slice(&(1u32 << 16).to_le_bytes());
-    let sum = crate::hash::checksum(&lying[description_at..description_at + len]);
+    let sum = crate::ground::hash::checksum(&lying[description_at..description_at + len]);
     for copy in [0, 512] {
         lying[copy + 48..][..8].copy_from_slice(&sum.to_le_bytes());
-        let sum = crate::hash::checksum(&lying[copy..copy + 88]);
+        let sum = crate::ground::hash::checksum(&lying[copy..copy + 88]);
         lying[copy + 88..][..8].copy_from_slice(&sum.to_le_bytes());
     }
     let faults = block_on(verify(memory(lying), |_, _| {})).faults;

@@ -6,7 +6,7 @@ use pollster::block_on;
 use proptest::prelude::*;
 use vastex_core::{AddressMode, Description, Geometry, GeometrySpec, LayerFormat, PageContents, PagePos};
 
-use crate::testing::{container_bytes, image, open};
+use crate::testing::textures::{container_bytes, image, open};
 use crate::*;
 
 /// The generated source as a container.

@@ -4,9 +4,9 @@ use pollster::block_on;
 use proptest::prelude::*;
 use vastex_core::LayerFormat;
 
-use crate::container::layout::{HEADER_BYTES, HEADER_COPY_BYTES};
-use crate::hash::checksum;
-use crate::testing::{container_bytes, image, memory, open};
+use crate::container::format::layout::{HEADER_BYTES, HEADER_COPY_BYTES};
+use crate::ground::hash::checksum;
+use crate::testing::textures::{container_bytes, image, memory, open};
 use crate::*;
 
 /// About 3 KB with stored, shared and constant tiles of every codec that compresses them.
@@ -76,8 +76,8 @@ fn one_damaged_header_copy_is_survived_and_reported() {
 fn every_damaged_tile_is_reported_and_the_others_are_read() {
     let bytes = container_bytes(&image(60, 60, 8, LayerFormat::R8), Compression::None, 11);
     let container = open(bytes.clone());
-    let stored: Vec<_> = (0..container.index.records())
-        .map(|n| container.index.record(n).unwrap())
+    let stored: Vec<_> = (0..container.index().records())
+        .map(|n| container.index().record(n).unwrap())
         .filter(|record| record.codec != Codec::Constant)
         .collect();
     let mut damaged = bytes;

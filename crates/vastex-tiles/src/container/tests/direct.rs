@@ -5,7 +5,7 @@ use std::sync::Arc;
 use pollster::block_on;
 use vastex_core::{Dims, Geometry, GeometrySpec, LayerFormat, PageId, TextureId};
 
-use crate::testing::{aligned_bytes, image};
+use crate::testing::textures::{aligned_bytes, image};
 use crate::*;
 
 #[test]

@@ -1,6 +1,8 @@
-//! Single bits flipped in containers of every kind: each is reported, none makes a reader panic or give other texels.
+//! Single bits flipped in containers of every kind: each is reported, none makes a reader panic or give other
+//! texels.
 //!
-//! The suite takes a seeded sample; `VASTEX_FLIPS` says how many, for campaigns. `damage` flips every bit of one file.
+//! The suite takes a seeded sample; `VASTEX_FLIPS` says how many, for campaigns. `damage` flips every bit of
+//! one file.
 
 use std::sync::Arc;
 
@@ -8,8 +10,8 @@ use bytes::Bytes;
 use pollster::block_on;
 use vastex_core::{Description, Layer, LayerFormat, PagePos};
 
-use crate::hash::seeded;
-use crate::testing::{aligned_bytes, container_bytes, image, memory, open, texels};
+use crate::ground::hash::seeded;
+use crate::testing::textures::{aligned_bytes, container_bytes, image, memory, open, texels};
 use crate::*;
 
 const SEED: u64 = 0x5eed;
@@ -98,7 +100,8 @@ fn a_flipped_bit_is_reported_and_never_seen_in_texels() {
         let file = &files[flip % files.len()];
         let mut bytes = file.bytes.clone();
         let mut bit = seeded(SEED, &(flip as u64).to_le_bytes()) as usize % (bytes.len() * 8);
-        // The zeros of gaps and headers would take most: every second flip goes to the next byte that says something.
+        // The zeros of gaps and headers would take most: every second flip goes to the next byte that says
+        // something.
         if flip / files.len() % 2 == 1 {
             bit += bytes[bit / 8..].iter().position(|&byte| byte != 0).unwrap_or(0) * 8;
         }
@@ -116,6 +119,6 @@ fn the_files_have_what_they_are_named_for() {
         let info = container.info();
         assert!(info.constant_tiles > 0 && info.stored_tiles > 3, "{}: {info:?}", file.name);
         let changed = file.name.starts_with("changed");
-        assert_eq!(container.index.superseded().unwrap().is_empty(), !changed, "{}", file.name);
+        assert_eq!(container.index().superseded().unwrap().is_empty(), !changed, "{}", file.name);
     }
 }

@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use vastex_core::{LayerFormat, PagePos};
 
-use crate::testing::{any_description, container_bytes, image, open, texels};
+use crate::testing::textures::{any_description, container_bytes, image, open, texels};
 use crate::*;
 
 fn go_on(_: u64, _: u64) -> ControlFlow<()> {
@@ -51,8 +51,8 @@ fn tiles_follow_the_curve_and_earlier_versions_are_left_out() {
     assert!(written.bytes <= updated.bytes - updated.bytes_superseded + 1024);
     let container = Container::open_file(&output).unwrap();
     let offset = |[x, y]: [u32; 2]| {
-        let page = container.order.number_of(&description.geometry, PagePos::new_2d(0, x, y)).unwrap();
-        let record = container.index.record(container.index.record_of_page(page).unwrap()).unwrap();
+        let page = container.number_of(PagePos::new_2d(0, x, y)).unwrap();
+        let record = container.index().record(container.index().record_of_page(page).unwrap()).unwrap();
         (record.codec == Codec::Raw).then_some(record.section.extent.offset)
     };
     let curve =

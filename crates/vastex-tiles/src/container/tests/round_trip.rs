@@ -6,7 +6,7 @@ use pollster::block_on;
 use proptest::prelude::*;
 use vastex_core::{LayerFormat, PagePos};
 
-use crate::testing::{any_description, container_bytes, image, memory, open, texels};
+use crate::testing::textures::{any_description, container_bytes, image, memory, open, texels};
 use crate::*;
 
 proptest! {
@@ -24,7 +24,7 @@ proptest! {
             let tile = block_on(container.read(pos)).unwrap();
             prop_assert_eq!(tile.decode(&description).unwrap(), texels(&description, pos, seed));
         }
-        let verification = block_on(verify(container.store.clone(), |_, _| {}));
+        let verification = block_on(verify(container.store().clone(), |_, _| {}));
         prop_assert_eq!(verification.faults, []);
         let info = container.info();
         prop_assert_eq!(info.tiles, description.geometry.page_count());
@@ -60,10 +60,10 @@ fn coarse_tiles_need_no_read_after_opening() {
     let description = image(300, 300, 8, LayerFormat::R8);
     let bytes = container_bytes(&description, Compression::None, 7);
     let container = open(bytes.clone());
-    let coarse = container.header.coarse_offset..container.header.index.extent.offset;
+    let coarse = container.header().coarse_offset..container.header().index.extent.offset;
     assert!(coarse.end > coarse.start);
-    let tail = container.index.record_of_page(0).unwrap();
-    let tail = container.index.record(tail).unwrap();
+    let tail = container.index().record_of_page(0).unwrap();
+    let tail = container.index().record(tail).unwrap();
     assert!(tail.codec == Codec::Constant || coarse.contains(&tail.section.extent.offset));
 }
 

@@ -1,4 +1,5 @@
-//! Files changed in place: the new tiles are read, the old ones stay, and a change cut off at any write changes nothing.
+//! Files changed in place: the new tiles are read, the old ones stay, and a change cut off at any write
+//! changes nothing.
 
 use std::io::{self, Seek, SeekFrom, Write};
 use std::sync::{Arc, Mutex};
@@ -8,8 +9,8 @@ use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use vastex_core::{Description, LayerFormat, PagePos};
 
-use crate::container::update::Medium;
-use crate::testing::{any_description, container_bytes, image, memory, open, texels};
+use crate::container::write::update::Medium;
+use crate::testing::textures::{any_description, container_bytes, image, memory, open, texels};
 use crate::*;
 
 /// A file in memory that remembers what it was after every write, and after a part of it.

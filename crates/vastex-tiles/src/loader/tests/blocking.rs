@@ -3,7 +3,8 @@
 use std::sync::Barrier;
 
 use super::*;
-use crate::limit::{LimitedSource, ReadLimit};
+use crate::sources::LimitedSource;
+use crate::stores::ReadLimit;
 
 /// Reads that come back only when so many are under way together.
 struct Together {

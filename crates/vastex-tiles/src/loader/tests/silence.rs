@@ -1,9 +1,11 @@
-//! Sources that do not answer: a future that never wakes, and a read that never returns, in every thread. All others go on.
+//! Sources that do not answer: a future that never wakes, and a read that never returns, in every thread. All
+//! others go on.
 
 use std::collections::BTreeSet;
 
 use super::*;
-use crate::limit::{LimitedSource, ReadLimit};
+use crate::sources::LimitedSource;
+use crate::stores::ReadLimit;
 
 const TIME_OUT: Duration = Duration::from_secs(30);
 /// Long enough for any number of reads to lend their places, and no read's time-out.
@@ -87,7 +89,8 @@ fn ends(loader: &mut Loader, clock: &FakeClock, step: Duration, most: Duration, 
     ends
 }
 
-/// Lets as many reads hang as there may be: as many at a time as there are places, which they lend as time passes.
+/// Lets as many reads hang as there may be: as many at a time as there are places, which they lend as time
+/// passes.
 fn hang(
     loader: &mut Loader,
     clock: &FakeClock,
@@ -248,7 +251,8 @@ fn sources_with_one_limit_are_silent_together_and_no_others() {
     }
 }
 
-/// As many places as are ever lent freely, and more sources: each still gets its first read, and one that answers all it asks for.
+/// As many places as are ever lent freely, and more sources: each still gets its first read, and one that
+/// answers all it asks for.
 #[test]
 fn hundreds_of_sources_that_block_hinder_no_other() {
     let (mut loader, clock) = timed(8);

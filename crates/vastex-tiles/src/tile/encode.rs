@@ -1,0 +1,167 @@
+//! Encoding tiles, which threads do side by side before the container's writer appends the tiles in order.
+//!
+//! The content hash by which identical tiles are found is taken here; which tiles are stored once is the
+//! writer's business.
+
+use bytes::Bytes;
+use vastex_core::Description;
+
+use super::{Codec, Tile};
+use crate::ground::hash::{checksum, content_hash};
+
+/// How tiles are compressed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Compression {
+    /// Not compressed.
+    None,
+    /// LZ4, which is decoded at several GB/s.
+    #[default]
+    Lz4,
+    /// Zstandard at this level, 1 to 22 (0: the default level): smaller than LZ4, decoded at about 1 GB/s.
+    ///
+    /// In a browser, where no C is compiled, the level has no effect.
+    Zstd(i32),
+}
+
+/// A tile encoded for a container, with the hash by which identical tiles are found and the checksum of its
+/// bytes.
+#[derive(Clone, Debug)]
+pub struct EncodedTile {
+    tile: Tile,
+    content: u128,
+    checksum: u64,
+    raw_len: usize,
+}
+
+impl EncodedTile {
+    /// Encodes the texels of one tile: all layers, `description.tile_bytes()` bytes.
+    ///
+    /// A constant tile becomes one block of each layer (one texel if the layer is not compressed). If
+    /// compression does not help, the texels are kept as they are, without a copy. Pure and free of locks:
+    /// call it from as many threads as there are.
+    pub fn new(texels: Bytes, description: &Description, compression: Compression) -> EncodedTile {
+        let (content, raw_len) = (content_hash(&texels), texels.len());
+        let tile = Tile::encode(texels, description, compression);
+        EncodedTile { checksum: checksum(&tile.bytes), tile, content, raw_len }
+    }
+
+    /// A tile that was encoded before: `content` is equal for identical tiles alone, `checksum` that of the
+    /// encoded bytes, `raw_len` the length of the decoded ones.
+    pub(crate) fn encoded_before(tile: Tile, content: u128, checksum: u64, raw_len: usize) -> EncodedTile {
+        EncodedTile { tile, content, checksum, raw_len }
+    }
+
+    /// The encoded tile.
+    pub fn tile(&self) -> &Tile {
+        &self.tile
+    }
+
+    /// The hash by which identical tiles are found.
+    pub(crate) fn content(&self) -> u128 {
+        self.content
+    }
+
+    /// The checksum of the encoded bytes.
+    pub(crate) fn checksum(&self) -> u64 {
+        self.checksum
+    }
+
+    /// Bytes of the decoded tile.
+    pub(crate) fn raw_len(&self) -> usize {
+        self.raw_len
+    }
+}
+
+impl Tile {
+    /// Encodes the texels of one tile: as a constant, compressed, or as they are if compression does not
+    /// help.
+    pub fn encode(texels: Bytes, description: &Description, compression: Compression) -> Tile {
+        if let Some(blocks) = constant_blocks(&texels, description) {
+            return Tile { codec: Codec::Constant, bytes: blocks.into() };
+        }
+        let compressed = match compression {
+            Compression::None => None,
+            Compression::Lz4 => Some((Codec::Lz4, lz4_flex::block::compress(&texels))),
+            Compression::Zstd(level) => zstd_compress(&texels, level).map(|bytes| (Codec::Zstd, bytes)),
+        };
+        match compressed {
+            Some((codec, bytes)) if bytes.len() < texels.len() => Tile { codec, bytes: bytes.into() },
+            _ => Tile { codec: Codec::Raw, bytes: texels },
+        }
+    }
+}
+
+/// One block of each layer (a texel if the layer is not compressed), or `None` unless all blocks of each
+/// layer are the same.
+fn constant_blocks(texels: &[u8], description: &Description) -> Option<Vec<u8>> {
+    if texels.is_empty() || texels.len() != description.tile_bytes() {
+        return None;
+    }
+    let (mut constant, mut rest) = (Vec::with_capacity(description.block_bytes()), texels);
+    for layer in &description.layers {
+        let size = layer.format.block_bytes();
+        let (of_layer, others) = rest.split_at(description.layer_bytes(layer));
+        // Each block equals the next exactly if the layer equals itself shifted by one block.
+        if of_layer[size..] != of_layer[..of_layer.len() - size] {
+            return None;
+        }
+        constant.extend_from_slice(&of_layer[..size]);
+        rest = others;
+    }
+    Some(constant)
+}
+
+/// `None` if the encoder refuses; the tile is then stored as it is.
+#[cfg(not(target_family = "wasm"))]
+fn zstd_compress(texels: &[u8], level: i32) -> Option<Vec<u8>> {
+    zstd::bulk::compress(texels, level).ok()
+}
+
+#[cfg(target_family = "wasm")]
+fn zstd_compress(texels: &[u8], _level: i32) -> Option<Vec<u8>> {
+    Some(ruzstd::encoding::compress_to_vec(texels, ruzstd::encoding::CompressionLevel::Fastest))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use vastex_core::{Geometry, GeometrySpec, Layer, LayerFormat};
+
+    fn description(formats: &[LayerFormat]) -> Description {
+        let geometry =
+            Geometry::new(GeometrySpec { page: 8, border: 1, ..GeometrySpec::image(20, 20) }).unwrap();
+        let layers = formats
+            .iter()
+            .enumerate()
+            .map(|(n, &format)| Layer::new(format!("{n} {}", format.name()), format));
+        Description::new(geometry, layers.collect())
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_encoded_decodes_to_itself(
+            formats in prop::collection::vec(prop::sample::select(&LayerFormat::ALL[..]), 1..4),
+            run in 1usize..400,
+            seed: u64,
+            compression in prop::sample::select(vec![Compression::None, Compression::Lz4, Compression::Zstd(1)]),
+        ) {
+            let description = description(&formats);
+            let texels: Vec<u8> =
+                (0..description.tile_bytes()).map(|i| crate::ground::hash::seeded(seed, &(i / run).to_le_bytes()) as u8).collect();
+            let tile = Tile::encode(texels.clone().into(), &description, compression);
+            prop_assert!(tile.bytes.len() <= texels.len());
+            prop_assert_eq!(tile.decode(&description).unwrap(), texels);
+        }
+    }
+
+    #[test]
+    fn a_constant_tile_is_one_texel_of_each_layer() {
+        let description = description(&[LayerFormat::R16, LayerFormat::R8]);
+        let mut texels = [[9, 8].repeat(100), vec![3; 100]].concat();
+        let tile = Tile::encode(texels.clone().into(), &description, Compression::Lz4);
+        assert_eq!(tile, Tile { codec: Codec::Constant, bytes: vec![9, 8, 3].into() });
+        texels[299] = 4;
+        assert_eq!(Tile::encode(texels.into(), &description, Compression::Lz4).codec, Codec::Lz4);
+    }
+}
