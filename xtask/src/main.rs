@@ -21,6 +21,7 @@ mod kills;
 mod land_mask;
 mod measure;
 mod python;
+mod record_command;
 mod setup;
 mod shaders;
 mod shapes;
@@ -54,6 +55,9 @@ Commands:
   bench draw [--write]     frames beside those of an ordinary texture, on this machine's adapter, with a verdict for each thing that
                            is asked of a GPU; into docs/bench-draw.md
   bench draw SECTION..     only these: operations, filters, fading, feedback, tables, second_level, sizes, uploads
+  record DIR               what must stay while code moves, as plain files: decisions, pictures, hashes of what is built, help, names
+      --compare              make it anew and name each difference from what lies in DIR
+      --only PART,..         only these: worlds, frames, files, help, names, tests
   campaign [--minutes N]   the random tests with ever more cases [default: 10 minutes]
   campaign kills           builds that are killed, resumed and compared
       --count N              builds, each killed one to three times [default: 200]
@@ -111,6 +115,7 @@ fn dispatch(arguments: &[&str]) -> anyhow::Result<()> {
         ["bench"] => {
             Err(Usage("which benchmark? There are: build, decide, draw, fetch, slow".to_owned()).into())
         }
+        ["record", options @ ..] => record_command::run(options, HELP),
         ["campaign", "kills", options @ ..] => kills::run(options),
         ["campaign", "flips", options @ ..] => damage::flips(options),
         ["campaign", "fuzz", options @ ..] => damage::fuzz(options),
@@ -142,6 +147,9 @@ mod tests {
             &["campaign", "fuzz", "--target", "moon"],
             &["campaign", "fuzz", "--minutes"],
             &["demo", "mars"],
+            &["record"],
+            &["record", "a", "b"],
+            &["record", "a", "--only", "moon"],
             &["shaders"],
             &["shaders", "--fast"],
             &["shaders", "a", "b"],

@@ -17,6 +17,8 @@ pub(crate) use export::{ExportArgs, FormatName, LayoutName};
 pub(crate) use learn::LearnArgs;
 #[cfg(feature = "build")]
 pub(crate) use merge::MergeArgs;
+#[cfg(feature = "record")]
+pub(crate) use record::RecordArgs;
 #[cfg(feature = "build")]
 pub(crate) use replace::ReplaceArgs;
 pub(crate) use replay::ReplayArgs;
@@ -36,6 +38,8 @@ mod learn;
 #[cfg(feature = "build")]
 mod merge;
 mod reading;
+#[cfg(feature = "record")]
+mod record;
 #[cfg(feature = "build")]
 mod replace;
 mod replay;
@@ -101,6 +105,10 @@ pub(crate) enum Command {
     Replay(ReplayArgs),
     /// Learn from recorded traces which pages are wanted where, to load them ahead
     Learn(LearnArgs),
+    /// Write down what this program decides, draws and reads, for `cargo xtask record`
+    #[cfg(feature = "record")]
+    #[command(subcommand, hide = true)]
+    Record(RecordArgs),
     /// Open a window with a scene to move about in
     #[cfg(feature = "view")]
     View(ViewArgs),

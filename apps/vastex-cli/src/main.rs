@@ -47,6 +47,8 @@ fn main() -> ExitCode {
         Command::Merge(args) => commands::merge::run(args),
         #[cfg(feature = "build")]
         Command::Replace(args) => commands::replace::run(args),
+        #[cfg(feature = "record")]
+        Command::Record(args) => commands::record::run(args),
         Command::Info(args) => commands::info::run(args),
         Command::Verify(args) => commands::verify::run(args),
         Command::Render(args) => commands::render::run(args),

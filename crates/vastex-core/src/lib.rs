@@ -42,13 +42,14 @@ pub use table::hashed_table::{HashedBucket, HashedTable};
 pub use table::pool::{ArrayLimits, PoolError, PoolId, PoolLayout, Slot, SlotPlace};
 pub use table::{ChangeRule, PageTable, TableChange, TableEntry, TableImage};
 pub use texture::format::{Description, Layer, LayerError, LayerFormat};
+pub use texture::geometry::codec::{GeometryBytesError, GeometryParts};
 pub use texture::geometry::tail::TailLayout;
 pub use texture::geometry::{
     AddressMode, Geometry, GeometryError, GeometrySpec, Level, MAX_LEVELS, MAX_TEXELS, PAGE_TEXELS,
     TexelPositions,
 };
 pub use texture::level_rule::LevelRule;
-pub use texture::numbering::TableLayout;
+pub use texture::numbering::PageNumbering;
 pub use texture::page::{Dims, PageId, PageIdError, PagePos, TextureId};
 pub use texture::page_contents::PageContents;
 pub use texture::page_set::PageSet;

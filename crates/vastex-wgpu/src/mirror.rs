@@ -5,7 +5,7 @@
 
 use bytemuck::{Pod, Zeroable};
 use vastex_core::{
-    AddressMode, Geometry, LevelRule, PoolLayout, Slot, TableLayout, TextureId, shader_constants,
+    AddressMode, Geometry, LevelRule, PageNumbering, PoolLayout, Slot, TextureId, shader_constants,
 };
 
 /// `VASTEX_ADDRESS_*`: how an address mode is written.
@@ -92,7 +92,7 @@ impl TextureParams {
         rule: &LevelRule,
         table: TableParams,
     ) -> TextureParams {
-        let (layout, tail) = (TableLayout::new(geometry), geometry.tail());
+        let (layout, tail) = (PageNumbering::new(geometry), geometry.tail());
         let (table_level, begin, [table_places, table_seed]) = match table {
             TableParams::Direct { finest, begin } => (finest, begin, [0; 2]),
             TableParams::Hashed { places, seed } => (0, 0, [places, seed]),

@@ -4,7 +4,7 @@
 //! `table_changer`'s business.
 
 use vastex_core::{
-    Geometry, HashedBucket, HashedTable, LevelRule, Slot, TableEntry, TableImage, TableLayout, TextureId,
+    Geometry, HashedBucket, HashedTable, LevelRule, PageNumbering, Slot, TableEntry, TableImage, TextureId,
 };
 
 use crate::device::{alive, guarded, storage, uniform};
@@ -55,7 +55,7 @@ impl TableChoice {
     fn is_hashed(self, device: &wgpu::Device, geometry: &Geometry, way: FeedbackWay) -> bool {
         let is_large = || {
             let entries = entry_count(geometry, 0);
-            entries > TableLayout::MOST_DIRECT || entries * 4 > most_bytes(device, way)
+            entries > TableImage::MOST_ENTRIES || entries * 4 > most_bytes(device, way)
         };
         self == TableChoice::Hashed || self == TableChoice::BySize && is_large()
     }
@@ -274,7 +274,7 @@ impl TableBuffers {
         }
     }
 
-    /// Of a direct table the entries, one `u32` each ([`TableEntry::to_bits`]) in the order of [`TableLayout`]; of a hashed one the
+    /// Of a direct table the entries, one `u32` each ([`TableEntry::to_bits`]) in the order of [`PageNumbering`]; of a hashed one the
     /// [words](HashedBucket::words) of its places. Can be copied from; nothing where they lie in a texture.
     pub fn entries(&self) -> Option<&wgpu::Buffer> {
         match &self.entries {
@@ -420,13 +420,13 @@ fn most_bytes(device: &wgpu::Device, way: FeedbackWay) -> u64 {
 
 /// Entries of a texture's table from a level on. A binding is never empty, so a texture that is all tail has one that nobody reads.
 pub(crate) fn entry_count(geometry: &Geometry, finest: u8) -> u64 {
-    (TableLayout::new(geometry).entries() - first_entry(geometry, finest)).max(1)
+    (PageNumbering::new(geometry).entries() - first_entry(geometry, finest)).max(1)
 }
 
 /// The first of them.
 pub(crate) fn first_entry(geometry: &Geometry, finest: u8) -> u64 {
     let is_finer = finest < geometry.tail().first_level();
-    if is_finer { TableLayout::new(geometry).first_entry(finest) } else { 0 }
+    if is_finer { PageNumbering::new(geometry).first_entry(finest) } else { 0 }
 }
 
 /// The finest level that a table begins with: one of few entries.

@@ -3,7 +3,7 @@
 //! Its words lie in the texture as in a buffer, row after row (table_texture.wgsl). The CPU has them too, and sends the rows in which some
 //! have changed.
 
-use vastex_core::{Geometry, HashedBucket, PagePos, TableChange, TableLayout};
+use vastex_core::{Geometry, HashedBucket, PageNumbering, PagePos, TableChange};
 
 use crate::device::{alive, staged};
 use crate::error::GpuError;
@@ -242,7 +242,7 @@ impl TableBuffers {
 
 /// Marks what a change of a direct table may have changed: the entries at and below its page, of the levels from `finest` on.
 pub(crate) fn mark_below(texture: &mut TableTexture, geometry: &Geometry, finest: u8, change: &TableChange) {
-    let (layout, pos) = (TableLayout::new(geometry), change.page.pos(geometry.dims()));
+    let (layout, pos) = (PageNumbering::new(geometry), change.page.pos(geometry.dims()));
     let begin = layout.first_entry(finest);
     for level in finest..=pos.level {
         let (low, high) = geometry.descendants(pos, level);

@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use anyhow::{Context, Result};
 use vastex_core::{
-    ChangeRule, Description, Geometry, GeometrySpec, LayerFormat, PageId, PagePos, PoolLayout, Slot,
-    TableChange, TableEntry, TableLayout, TextureId,
+    ChangeRule, Description, Geometry, GeometrySpec, LayerFormat, PageId, PageNumbering, PagePos, PoolLayout,
+    Slot, TableChange, TableEntry, TextureId,
 };
 use vastex_scenes::Gpu;
 use vastex_wgpu::{
@@ -148,7 +148,7 @@ impl<'a> Lookups<'a> {
 
     /// A direct table that is not filled downward.
     pub(crate) fn unfilled(&self, resident: &[(PagePos, TableEntry)]) -> Result<TableBuffers> {
-        let layout = TableLayout::new(&self.description.geometry);
+        let layout = PageNumbering::new(&self.description.geometry);
         let table = self.table(TableChoice::Direct, &[])?;
         let mut entries = vec![u32::MAX; layout.entries() as usize];
         for &(pos, entry) in resident {

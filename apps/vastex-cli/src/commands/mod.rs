@@ -8,6 +8,8 @@ pub(crate) mod info;
 pub(crate) mod learn;
 #[cfg(feature = "build")]
 pub(crate) mod merge;
+#[cfg(feature = "record")]
+pub(crate) mod record;
 pub(crate) mod render;
 #[cfg(feature = "build")]
 pub(crate) mod replace;

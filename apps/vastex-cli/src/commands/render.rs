@@ -2,11 +2,14 @@
 
 use std::collections::BTreeMap;
 use std::process::ExitCode;
+use std::sync::Arc;
 use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 use serde::Serialize;
-use vastex::{Event, FrameStats, Pace, PageId, PoolDump, PoolId, PrefetchSets, Settings, Textures};
+use vastex::{
+    Event, FrameStats, Pace, PageId, PoolDump, PoolId, PrefetchSets, Settings, Textures, TileSource,
+};
 use vastex_core::Dims;
 use vastex_scenes::{Comparison, Gpu, Outcome, ReferenceKind, Studio, StudioError, Until};
 use vastex_tiles::DiskTier;
@@ -31,17 +34,8 @@ pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode> {
     let Opened { tiles, disk } = open::open(&args.scene)?;
     let gpu = Gpu::headless()?;
     gpu::report_refusals(&gpu);
-    let pace = match args.realtime {
-        true => Pace::Realtime,
-        false => Pace::LockStep { latency_frames: args.latency_frames },
-    };
-    let settings = Settings { pace, fade: Duration::from_millis(args.fade_ms), ..settings(&args.scene)? };
-    let (shown, SceneArgs { on, size, .. }) = (args.scene.shown(), &args.scene);
-    let studio = Studio::showing(&shown, &gpu, tiles, *on, *size, settings);
-    let mut studio = studio.context(source.clone())?;
+    let mut studio = studio(args, frame_settings(args)?, &gpu, tiles).context(source.clone())?;
     sets.map(|sets| studio.prefetch_by(sets)).transpose().context(source.clone())?;
-    studio.show(args.views).context(source.clone())?;
-    studio.look_ahead(args.predict);
     let outcome = draw(args, &mut studio, &mut outputs, disk.as_deref(), gpu.adapter_name());
     let outcome = outcome.context(source.clone())?;
     if args.frames.is_some() || outcome.converged {
@@ -53,6 +47,29 @@ pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode> {
          --latency-frames"
     ));
     Ok(ExitCode::FAILURE)
+}
+
+/// What a scene without a window is set up with.
+pub(crate) fn frame_settings(args: &RenderArgs) -> Result<Settings> {
+    let pace = match args.realtime {
+        true => Pace::Realtime,
+        false => Pace::LockStep { latency_frames: args.latency_frames },
+    };
+    Ok(Settings { pace, fade: Duration::from_millis(args.fade_ms), ..settings(&args.scene)? })
+}
+
+/// The scene, set up as the command line says.
+pub(crate) fn studio(
+    args: &RenderArgs,
+    settings: Settings,
+    gpu: &Gpu,
+    tiles: Arc<dyn TileSource>,
+) -> Result<Studio> {
+    let (shown, SceneArgs { on, size, .. }) = (args.scene.shown(), &args.scene);
+    let mut studio = Studio::showing(&shown, gpu, tiles, *on, *size, settings)?;
+    studio.show(args.views)?;
+    studio.look_ahead(args.predict);
+    Ok(studio)
 }
 
 fn read_sets(file: &std::path::Path) -> Result<PrefetchSets> {

@@ -12,6 +12,7 @@ mod hostile;
 mod inset;
 mod learn;
 mod overlays;
+mod record;
 mod replay;
 mod resume;
 mod round_trip;

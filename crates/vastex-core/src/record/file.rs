@@ -6,6 +6,7 @@
 //! is the business of those who use this.
 
 use crate::shader_constants::{STEP_BITS, STEPS_PER_LEVEL};
+use crate::texture::geometry::codec::{GeometryBytesError, GeometryParts};
 use crate::texture::geometry::{
     AddressMode, Geometry, GeometryError, GeometrySpec, MAX_LEVELS, TexelPositions,
 };
@@ -17,8 +18,8 @@ pub(crate) type Magic = [u8; 8];
 
 /// Bytes of the version and of the checksum.
 pub(crate) const WORD: usize = 4;
-/// By the numbers that stand for them.
-const ADDRESS_MODES: [AddressMode; 4] =
+/// The address modes of old files, each at the number that stands for it.
+const OLD_ADDRESS_MODES: [AddressMode; 4] =
     [AddressMode::Clamp, AddressMode::Wrap, AddressMode::Mirror, AddressMode::Border];
 
 /// What is wrong with the bytes of a file.
@@ -49,6 +50,16 @@ pub enum FileError {
         what: &'static str,
         /// What stands there.
         value: u64,
+    },
+    /// Bytes are no texture's shape.
+    #[error("texture {texture}, at byte {at}: {error}")]
+    Shape {
+        /// The texture, counted from 0.
+        texture: usize,
+        /// Where its shape begins, in bytes from the beginning.
+        at: usize,
+        /// Why.
+        error: GeometryBytesError,
     },
     /// A texture's shape is impossible.
     #[error("texture {texture}, at byte {at}: {error}")]
@@ -82,24 +93,12 @@ pub(crate) fn put(bytes: &mut Vec<u8>, mut value: u64) {
     bytes.push(value as u8);
 }
 
+/// The shape of a texture after the number of its bytes, then its placement: the bytes that containers have.
 pub(crate) fn put_geometry(bytes: &mut Vec<u8>, geometry: &Geometry) {
-    let spec = geometry.spec();
-    bytes.push(match spec.dims {
-        Dims::D2 => 2,
-        Dims::D3 => 3,
-    });
-    spec.size.iter().for_each(|&size| put(bytes, u64::from(size)));
-    put(bytes, u64::from(spec.page));
-    put(bytes, u64::from(spec.border));
-    for mode in spec.address {
-        bytes.push(ADDRESS_MODES.iter().position(|&known| known == mode).unwrap_or(0) as u8);
-    }
-    bytes.push(u8::from(spec.positions == TexelPositions::Kept));
-    put(bytes, u64::from(spec.tail_align));
-    put(bytes, geometry.levels().len() as u64 - 1);
-    for level in geometry.levels().iter().skip(1) {
-        level.factor.iter().for_each(|&factor| put(bytes, u64::from(factor)));
-    }
+    let shape = geometry.shape_bytes();
+    put(bytes, shape.len() as u64);
+    bytes.extend(shape);
+    bytes.extend(geometry.placement_bytes());
 }
 
 /// Pages in ascending order, each once.
@@ -214,6 +213,20 @@ impl<'a> Reader<'a> {
     }
 
     pub(crate) fn geometry(&mut self, texture: usize) -> Result<Geometry, FileError> {
+        let what = "the shape of a texture";
+        let len = self.number("the bytes of a shape", u64::from(u32::MAX))? as usize;
+        let at = self.at;
+        let unknown = |error| FileError::Shape { texture, at, error };
+        let shape = self.bytes[at..].get(..len).ok_or(FileError::Truncated { at: self.bytes.len(), what })?;
+        let mut parts = GeometryParts::from_shape(shape).map_err(unknown)?;
+        self.at += len;
+        parts.set_placement([self.byte(what)?, self.byte(what)?]).map_err(unknown)?;
+        let at = self.at;
+        parts.geometry().map_err(|error| FileError::Geometry { texture, at, error })
+    }
+
+    /// Reads a texture's geometry as files had it before they had the bytes of containers.
+    pub(crate) fn old_geometry(&mut self, texture: usize) -> Result<Geometry, FileError> {
         let (at, dims) = (self.at, self.byte("the dimensions of a texture")?);
         let dims = match dims {
             2 => Dims::D2,
@@ -231,7 +244,7 @@ impl<'a> Reader<'a> {
         let border = self.side("the border of a texture")?;
         let mut address = [AddressMode::Clamp; 3];
         for mode in &mut address {
-            *mode = self.one_of("an address mode", &ADDRESS_MODES)?;
+            *mode = self.one_of("an address mode", &OLD_ADDRESS_MODES)?;
         }
         let positions = [TexelPositions::Centered, TexelPositions::Kept];
         let positions = self.one_of("the position of texels", &positions)?;

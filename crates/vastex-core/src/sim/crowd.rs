@@ -15,7 +15,7 @@ use crate::pager::{Budgets, Pager};
 use crate::residency::PageState;
 use crate::sim::contents::Contents;
 use crate::sim::loader::{Loads, Outcome};
-use crate::sim::{Path, Random};
+use crate::sim::{Log, Path, Random};
 use crate::table::pool::{PoolError, PoolId, Slot};
 use crate::table::{ChangeRule, PageTable, TableChange, TableEntry, TableImage};
 use crate::texture::geometry::page_id;
@@ -53,6 +53,8 @@ pub struct Crowd {
     pub frame: u64,
     /// Everything that the pager said, with the frame.
     pub events: Vec<(u64, Event)>,
+    /// What the pager decided and told, where somebody wants it.
+    pub log: Log,
     budgets: Budgets,
     screen: [u32; 2],
     random: Random,
@@ -84,6 +86,7 @@ impl Crowd {
             loads: Loads::new(seed),
             frame: 0,
             events: Vec::new(),
+            log: Log::default(),
             budgets,
             screen,
             random: Random::new(seed),
@@ -134,6 +137,7 @@ impl Crowd {
         if let Some(contents) = contents {
             self.contents.add(texture, geometry.dims(), contents);
         }
+        self.log.texture(texture, geometry.dims(), pool, tail_slot);
         let tail = page_id(texture, &geometry, geometry.tail_pos());
         tail.into_iter().for_each(|tail| self.contents.show_as_it_is(pool, tail_slot, tail));
         let table = TableImage::new(&geometry, tail_slot);
@@ -182,6 +186,7 @@ impl Crowd {
             Some(urgency) => self.pager.prefetch(texture, region, urgency),
             None => self.pager.pin(texture, region),
         }?;
+        self.log.asked(ticket);
         self.tickets.insert(ticket);
         Ok(ticket)
     }
@@ -211,7 +216,8 @@ impl Crowd {
             let page = page_id(texture, &member.geometry, pos);
             page.into_iter().for_each(|page| self.contents.change(page));
         }
-        self.pager.invalidate(texture, region);
+        let changed = self.pager.invalidate(texture, region);
+        self.log.line(format_args!("texture {} changed {changed} pages", texture.number()));
     }
 
     /// Gives a pool so many slots, and looks whether every tile that stays is moved, and pins are among them.
@@ -222,6 +228,7 @@ impl Crowd {
         if self.pager.resize_pool(pool, slots, &mut moves).is_err() {
             return Ok(false);
         }
+        self.log.moved(pool, slots, &moves);
         let to: BTreeMap<Slot, Slot> = moves.iter().map(|m| (m.from, m.to)).collect();
         let is_where_it_was_moved = |&(page, slot): &(PageId, Slot)| match self.pager.state(page) {
             PageState::Resident(now) => now.index() < slots && to.get(&slot) == Some(&now),
@@ -249,6 +256,7 @@ impl Crowd {
     /// begin anew.
     pub fn lose_device(&mut self) {
         self.pager.tiles_lost();
+        self.log.line(format_args!("device lost"));
         self.contents.lose();
         self.pinned.clear(); // they are not all here any more, and that they are is not said again
         for Member { texture, pool, geometry, table, .. } in &mut self.members {
@@ -290,6 +298,7 @@ impl Crowd {
     /// Plays one frame.
     pub fn step(&mut self) -> Result<(), String> {
         self.frame += 1;
+        self.log.frame(self.frame);
         self.pager.begin_frame(self.frame);
         self.note_ended()?;
         self.see();
@@ -298,7 +307,9 @@ impl Crowd {
         self.load()?;
         self.check_in_flight()?;
         self.upload()?;
+        self.pager.pools().for_each(|pager| self.log.bias(pager.pool(), pager.bias_eighths()));
         while let Some(event) = self.pager.poll_event() {
+            self.log.event(&event);
             self.events.push((self.frame, event));
         }
         self.members.iter().try_for_each(|member| self.check_table(member))?;
@@ -309,6 +320,7 @@ impl Crowd {
     /// Takes note of tickets that have ended, each once, and of pins that are all here.
     fn note_ended(&mut self) -> Result<(), String> {
         while let Some((ticket, progress)) = self.pager.poll_ended() {
+            self.log.ended(ticket, &progress);
             let all_here = progress.resident + progress.failed == progress.pages;
             if !self.tickets.remove(&ticket) || (progress.state == TicketState::Done) != all_here {
                 return Err(format!("frame {}: {ticket:?} ended twice or wrongly: {progress:?}", self.frame));
@@ -339,6 +351,7 @@ impl Crowd {
             arrivals.rotate_left(first);
         }
         for (page, outcome) in arrivals {
+            self.log.arrived(page, outcome);
             let tile = self.contents.load_ended(page);
             match outcome {
                 Outcome::Tile => self.pager.tile_ready(page, tile),
@@ -347,10 +360,12 @@ impl Crowd {
             }
         }
         while let Some(page) = self.pager.poll_cancel() {
+            self.log.cancel(page);
             self.loads.cancel(page);
         }
         while let Some(request) = self.pager.poll_rerank() {
             self.loads.rerank(request.page, request.rank);
+            self.log.rerank(request.page, &self.loads);
         }
         while let Some(request) = self.pager.poll_request() {
             if self.loads.has(request.page) {
@@ -360,6 +375,7 @@ impl Crowd {
             let read = self.contents.read(request.page, self.pager.pool(pool));
             read.map_err(|why| format!("frame {}: {why}", self.frame))?;
             self.loads.request(request.page, request.rank);
+            self.log.request(request.page, &self.loads);
         }
         self.begin_loads()
     }
@@ -367,6 +383,7 @@ impl Crowd {
     /// No page in view, in whichever pool, waits for one that is not.
     fn begin_loads(&mut self) -> Result<(), String> {
         let begun = self.loads.begin(self.frame);
+        begun.iter().for_each(|page| self.log.begun(*page));
         let is_in_view = |page: &PageId| {
             let pool = self.pager.pool_of(page.texture());
             pool.is_some_and(|pool| self.pager.pool(pool).is_for_view(*page))
@@ -384,6 +401,7 @@ impl Crowd {
         let mut bytes = 0;
         while let Some((pool, upload)) = self.pager.poll_upload() {
             bytes += self.pager.pool(pool).tile_bytes();
+            self.log.upload(pool, &upload);
             self.contents.show(pool, upload.slot, &upload.bytes);
             if let Some(evicted) = upload.evicted {
                 self.check_eviction(evicted)?;
@@ -392,6 +410,7 @@ impl Crowd {
         self.uploaded.push(bytes);
         self.check_upload_budget()?;
         self.pager.take_table_changes(&mut self.changes);
+        self.log.table_changes(&self.changes);
         for Member { texture, geometry, table, .. } in &mut self.members {
             let own = self.changes.iter().filter(|change| change.page.texture() == *texture);
             own.for_each(|change| {
@@ -470,12 +489,8 @@ impl Crowd {
     /// A pool holds pages of its own textures, and of no others.
     fn check_owners(&self) -> Result<(), String> {
         for pager in self.pager.pools() {
-            let own: BTreeSet<TextureId> = self
-                .members
-                .iter()
-                .filter(|member| member.pool == pager.pool())
-                .map(|member| member.texture)
-                .collect();
+            let own = self.members.iter().filter(|member| member.pool == pager.pool());
+            let own: BTreeSet<TextureId> = own.map(|member| member.texture).collect();
             if let Some(page) =
                 pager.resident().map(|(page, _)| page).find(|page| !own.contains(&page.texture()))
             {

@@ -127,6 +127,12 @@ impl Loads {
         self.waiting.iter().map(|(_, page)| *page)
     }
 
+    /// How many others come before a page of those that no lane has taken yet.
+    pub(crate) fn place(&self, page: PageId) -> Option<usize> {
+        let (own, _) = self.waiting.iter().find(|(_, other)| *other == page)?;
+        Some(self.waiting.iter().filter(|(turn, _)| turn < own).count())
+    }
+
     pub(crate) fn has(&self, page: PageId) -> bool {
         let running = self.running.iter().map(|running| running.page);
         self.waiting()

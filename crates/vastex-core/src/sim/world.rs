@@ -13,7 +13,7 @@ use crate::pager::{Budgets, Pager};
 use crate::record::prefetch_sets::PrefetchSets;
 use crate::record::trace::Trace;
 use crate::sim::loader::{Loads, Outcome};
-use crate::sim::{Path, Random, Sharpness, View};
+use crate::sim::{Log, Path, Random, Sharpness, View};
 use crate::table::pool::{PoolError, PoolId};
 use crate::table::{PageTable, TableChange, TableEntry, TableImage};
 use crate::texture::geometry::{Geometry, GeometrySpec};
@@ -123,6 +123,8 @@ pub struct World {
     pub events: Vec<(u64, Event)>,
     /// How often the tile of each page was put into a slot.
     pub loads_of: BTreeMap<PageId, u32>,
+    /// What the pager decided and told, where somebody wants it.
+    pub log: Log,
     /// Loads that were ranked anew while the loader had them.
     pub reranked: u64,
     /// Entries of the page table that the changes of the last frame replaced.
@@ -169,6 +171,7 @@ impl World {
             frame: 0,
             events: Vec::new(),
             loads_of: BTreeMap::new(),
+            log: Log::default(),
             reranked: 0,
             entries_changed: 0,
             look: None,
@@ -184,6 +187,14 @@ impl World {
     /// The pool of the world's texture.
     pub fn pool(&self) -> &PoolPager {
         self.pager.pool(self.pool)
+    }
+
+    /// Keeps lines of what the pager decides and tells; to be called before the first frame.
+    pub fn begin_log(&mut self) {
+        self.log.begin();
+        if let Some(tail) = self.pool().tail_slot(self.texture) {
+            self.log.texture(self.texture, self.geometry.dims(), self.pool, tail);
+        }
     }
 
     /// What the camera sees now.
@@ -220,6 +231,7 @@ impl World {
     /// Plays one frame.
     pub fn step(&mut self) -> Result<(), String> {
         self.frame += 1;
+        self.log.frame(self.frame);
         self.pager.begin_frame(self.frame);
         let (screen, complete) = (self.knobs.screen, self.knobs.complete_feedback);
         self.in_view.push_back(self.view().feedback(
@@ -240,7 +252,9 @@ impl World {
         self.load()?;
         self.upload()?;
         self.sharpness.note(self.frame, self.pager.pool(self.pool));
+        self.log.bias(self.pool, self.pager.pool(self.pool).bias_eighths());
         while let Some(event) = self.pager.poll_event() {
+            self.log.event(&event);
             self.events.push((self.frame, event));
         }
         self.check_table()
@@ -275,6 +289,7 @@ impl World {
 
     fn load(&mut self) -> Result<(), String> {
         for (page, outcome) in self.knobs.loads.arrivals(self.frame) {
+            self.log.arrived(page, outcome);
             match outcome {
                 Outcome::Tile => self.pager.tile_ready(page, Bytes::from_static(b"tile")),
                 Outcome::Failure => self.pager.tile_failed(page, "simulated"),
@@ -282,10 +297,12 @@ impl World {
             }
         }
         while let Some(page) = self.pager.poll_cancel() {
+            self.log.cancel(page);
             self.knobs.loads.cancel(page);
         }
         while let Some(request) = self.pager.poll_rerank() {
             self.knobs.loads.rerank(request.page, request.rank);
+            self.log.rerank(request.page, &self.knobs.loads);
             self.reranked += 1;
         }
         while let Some(request) = self.pager.poll_request() {
@@ -293,6 +310,7 @@ impl World {
                 return Err(format!("frame {}: {} has no tile and was asked for", self.frame, request.pos));
             }
             self.knobs.loads.request(request.page, request.rank);
+            self.log.request(request.page, &self.knobs.loads);
         }
         self.begin_loads()
     }
@@ -300,6 +318,7 @@ impl World {
     /// No page in view waits for one that is not.
     fn begin_loads(&mut self) -> Result<(), String> {
         let begun = self.knobs.loads.begin(self.frame);
+        begun.iter().for_each(|page| self.log.begun(*page));
         let is_in_view = |page: &PageId| self.pool().is_for_view(*page);
         let ahead = begun.iter().find(|page| !is_in_view(page));
         match ahead.and_then(|ahead| Some((ahead, self.knobs.loads.waiting().find(is_in_view)?))) {
@@ -324,14 +343,16 @@ impl World {
 
     fn upload(&mut self) -> Result<(), String> {
         let mut bytes = 0;
-        while let Some((_, upload)) = self.pager.poll_upload() {
+        while let Some((pool, upload)) = self.pager.poll_upload() {
             bytes += self.knobs.tile_bytes;
+            self.log.upload(pool, &upload);
             *self.loads_of.entry(upload.page).or_default() += 1;
             self.check_eviction(&upload)?;
         }
         self.uploaded.push(bytes);
         self.check_upload_budget()?;
         self.pager.take_table_changes(&mut self.changes);
+        self.log.table_changes(&self.changes);
         let changes = self.changes.iter();
         self.entries_changed = changes.map(|change| self.table.apply(&self.geometry, change)).sum();
         Ok(())

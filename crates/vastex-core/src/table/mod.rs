@@ -21,7 +21,7 @@ pub(crate) mod pool;
 use crate::shader_constants::{ENTRY_SLOT_BITS, LEVEL_BITS};
 use crate::table::pool::Slot;
 use crate::texture::geometry::Geometry;
-use crate::texture::numbering::TableLayout;
+use crate::texture::numbering::PageNumbering;
 use crate::texture::page::{PageId, PagePos};
 
 /// What a lookup finds: a slot, and the level of the page whose tile is in it. Never a page id, so that pages
@@ -91,17 +91,20 @@ pub struct TableChange {
 /// The CPU's copy of one texture's page table.
 #[derive(Clone, Debug)]
 pub struct TableImage {
-    layout: TableLayout,
+    numbering: PageNumbering,
     entries: Vec<TableEntry>,
     tail: TableEntry,
 }
 
 impl TableImage {
+    /// Entries that a direct table is kept for: beyond 4 Mi, 16 MiB, a hashed one takes its place.
+    pub const MOST_ENTRIES: u64 = 1 << 22;
+
     /// A table in which every entry leads to the tail, which lies in `tail_slot`.
     pub fn new(geometry: &Geometry, tail_slot: Slot) -> TableImage {
-        let layout = TableLayout::new(geometry);
+        let numbering = PageNumbering::new(geometry);
         let tail = TableEntry::new(geometry.tail().first_level(), tail_slot);
-        TableImage { entries: vec![tail; layout.entries() as usize], layout, tail }
+        TableImage { entries: vec![tail; numbering.entries() as usize], numbering, tail }
     }
 
     /// Carries out one change, and says how many entries are others now; costs one visit of each entry at and
@@ -113,7 +116,7 @@ impl TableImage {
             let (lo, hi) = geometry.descendants(pos, level);
             for z in lo[2]..hi[2] {
                 for y in lo[1]..hi[1] {
-                    let first = self.layout.entry_of(PagePos { level, x: lo[0], y, z }) as usize;
+                    let first = self.numbering.entry_of(PagePos { level, x: lo[0], y, z }) as usize;
                     for entry in &mut self.entries[first..first + (hi[0] - lo[0]) as usize] {
                         let replace = match change.rule {
                             ChangeRule::Coarser => entry.level() > change.entry.level(),
@@ -130,7 +133,7 @@ impl TableImage {
         replaced
     }
 
-    /// All entries, in the order of the layout.
+    /// All entries, in the order of [`PageNumbering`].
     pub fn entries(&self) -> &[TableEntry] {
         &self.entries
     }
@@ -138,7 +141,7 @@ impl TableImage {
 
 impl PageTable for TableImage {
     fn lookup(&self, pos: PagePos) -> TableEntry {
-        self.layout.entry_if_finer(pos).map_or(self.tail, |entry| self.entries[entry as usize])
+        self.numbering.entry_if_finer(pos).map_or(self.tail, |entry| self.entries[entry as usize])
     }
 }
 

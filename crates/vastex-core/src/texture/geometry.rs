@@ -5,6 +5,7 @@
 //! page has one parent. Nothing here assumes a power of two. Where texels lie inside tiles is
 //! [`crate::texture::space`]'s business, how the coarsest levels share one tile [`tail`]'s.
 
+pub(crate) mod codec;
 pub(crate) mod tail;
 
 use crate::shader_constants;

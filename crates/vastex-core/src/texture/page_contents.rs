@@ -7,7 +7,7 @@
 use bytes::Bytes;
 
 use crate::texture::geometry::Geometry;
-use crate::texture::numbering::TableLayout;
+use crate::texture::numbering::PageNumbering;
 use crate::texture::page::PagePos;
 
 /// The content of each page finer than the tail, as a number: 1, 2 or 4 bytes a page, as the contents need.
@@ -15,13 +15,13 @@ use crate::texture::page::PagePos;
 /// Contents are numbered from 0, those of one constant colour first.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PageContents {
-    layout: TableLayout,
+    numbering: PageNumbering,
     numbers: Numbers,
     constants: Vec<Bytes>,
     count: u32,
 }
 
-/// The number of each page's content plus 1, and 0 where it is like no other, in the order of the layout.
+/// The number of each page's content plus 1, and 0 where it is like no other, by the page's entry.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Numbers {
     One(Vec<u8>),
@@ -71,13 +71,13 @@ impl PageContents {
         count: u32,
         number_of: impl Fn(PagePos) -> Option<u32>,
     ) -> PageContents {
-        let layout = TableLayout::new(geometry);
-        let mut numbers = Numbers::new(layout.entries() as usize, count);
+        let numbering = PageNumbering::new(geometry);
+        let mut numbers = Numbers::new(numbering.entries() as usize, count);
         for pos in geometry.pages().filter(|&pos| !geometry.is_tail(pos)) {
             let number = number_of(pos).filter(|&number| number < count);
-            numbers.set(layout.entry_of(pos) as usize, number);
+            numbers.set(numbering.entry_of(pos) as usize, number);
         }
-        PageContents { layout, numbers, constants, count }
+        PageContents { numbering, numbers, constants, count }
     }
 
     /// The same, but with constants that are not told from other contents: of the texture alone.
@@ -102,7 +102,7 @@ impl PageContents {
 
     /// Pages that have one of the contents.
     pub fn pages(&self) -> u64 {
-        (0..self.layout.entries() as usize).filter(|&at| self.numbers.get(at).is_some()).count() as u64
+        (0..self.numbering.entries() as usize).filter(|&at| self.numbers.get(at).is_some()).count() as u64
     }
 
     /// The content of the page at a place.
@@ -112,7 +112,7 @@ impl PageContents {
 
     /// The place of a page that exists in the order of all; nothing for the tail.
     pub(crate) fn place(&self, pos: PagePos) -> Option<usize> {
-        self.layout.entry_if_finer(pos).map(|entry| entry as usize)
+        self.numbering.entry_if_finer(pos).map(|entry| entry as usize)
     }
 }
 

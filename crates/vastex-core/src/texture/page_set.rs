@@ -5,24 +5,23 @@
 //! where a page is missing, its nearest ancestor stands in for it, and there always is one.
 
 use crate::texture::geometry::Geometry;
+use crate::texture::numbering::PageNumbering;
 use crate::texture::page::PagePos;
 
 /// A set of pages of one texture, with their ancestors; the tail is always in it. One bit for each page.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PageSet {
-    /// Of each level finer than the tail: its pages along x and y, and a bit for each page, row by row.
-    levels: Vec<([u64; 2], Vec<u64>)>,
+    numbering: PageNumbering,
+    /// A bit for each entry.
+    bits: Vec<u64>,
     pages: u64,
 }
 
 impl PageSet {
     /// The set of the tail alone.
     pub fn new(geometry: &Geometry) -> PageSet {
-        let levels = geometry.levels()[..usize::from(geometry.tail().first_level())].iter();
-        let bits = |pages: u64| vec![0; pages.div_ceil(64) as usize];
-        let levels =
-            levels.map(|level| ([0, 1].map(|a| u64::from(level.pages[a])), bits(level.page_count())));
-        PageSet { levels: levels.collect(), pages: 1 }
+        let numbering = PageNumbering::new(geometry);
+        PageSet { bits: vec![0; numbering.entries().div_ceil(64) as usize], numbering, pages: 1 }
     }
 
     /// The pages for which `has_tile` says so and whose ancestors are in the set as well. It is asked from
@@ -48,20 +47,16 @@ impl PageSet {
     }
 
     fn set(&mut self, pos: PagePos) {
-        let bit = self.bit(pos);
-        if let (Some((_, bits)), Some(bit)) = (self.levels.get_mut(usize::from(pos.level)), bit) {
-            self.pages += u64::from(bits[(bit / 64) as usize] >> (bit % 64) & 1 == 0);
-            bits[(bit / 64) as usize] |= 1 << (bit % 64);
+        if let Some((word, bit)) = self.bit(pos) {
+            self.pages += u64::from(self.bits[word] & bit == 0);
+            self.bits[word] |= bit;
         }
     }
 
-    /// Whether the page is in the set. Pages of the tail always are.
+    /// Returns true if the page is in the set, as pages of the tail always are.
     pub fn contains(&self, pos: PagePos) -> bool {
-        match (self.levels.get(usize::from(pos.level)), self.bit(pos)) {
-            (None, _) => true,
-            (Some((_, bits)), Some(bit)) => bits[(bit / 64) as usize] >> (bit % 64) & 1 == 1,
-            (Some(_), None) => false,
-        }
+        let is_set = |(word, bit): (usize, u64)| self.bits[word] & bit != 0;
+        !self.numbering.is_finer(pos.level) || self.bit(pos).is_some_and(is_set)
     }
 
     /// Pages in the set, the tail counted as one.
@@ -69,12 +64,10 @@ impl PageSet {
         self.pages
     }
 
-    /// The number of a page's bit; nothing for a page that does not exist, or of the tail.
-    fn bit(&self, pos: PagePos) -> Option<u64> {
-        let ([width, height], bits) = self.levels.get(usize::from(pos.level))?;
-        let [x, y, z] = pos.coords().map(u64::from);
-        let bit = (z * height + y) * width + x;
-        (x < *width && y < *height && bit < bits.len() as u64 * 64).then_some(bit)
+    /// The word and the bit of a page, or `None` if the page does not exist or is the tail.
+    fn bit(&self, pos: PagePos) -> Option<(usize, u64)> {
+        let entry = self.numbering.entry_if_finer(pos)?;
+        Some(((entry / 64) as usize, 1 << (entry % 64)))
     }
 }
 

@@ -64,6 +64,17 @@ impl Geometry {
         Box3 { origin: border.map(|b| -i64::from(b)), size: std::array::from_fn(|a| size[a] + 2 * border[a]) }
     }
 
+    /// The boxes of texels that the tile of a page holds, borders included: the level, the box in it, and where the box
+    /// begins in the tile. A page finer than the tail has one box, the tail one for each of its levels.
+    pub fn tile_boxes(&self, pos: PagePos) -> impl Iterator<Item = (u8, Box3, [u32; 3])> + '_ {
+        let is_tail = self.is_tail(pos);
+        let levels = if is_tail { pos.level..=self.coarsest() } else { pos.level..=pos.level };
+        levels.map(move |level| match is_tail {
+            true => (level, self.level_box_of_tail(level), self.tail().offset(level)),
+            false => (level, self.level_box_of_tile(pos), [0; 3]),
+        })
+    }
+
     /// Where the payload texel `page_texel` of a page finer than the tail lies in its tile.
     pub fn tile_texel_from_page_texel(&self, page_texel: [u32; 3]) -> [u32; 3] {
         let border = self.border();

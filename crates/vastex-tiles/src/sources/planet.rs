@@ -132,13 +132,8 @@ impl PlanetSource {
             return None;
         }
         let mut texels = vec![0; self.description.tile_bytes()];
-        if geometry.is_tail(pos) {
-            for level in geometry.tail().first_level()..=geometry.coarsest() {
-                let offset = geometry.tail().offset(level);
-                self.fill(level, geometry.level_box_of_tail(level), offset, &mut texels);
-            }
-        } else {
-            self.fill(pos.level, geometry.level_box_of_tile(pos), [0; 3], &mut texels);
+        for (level, level_box, offset) in geometry.tile_boxes(pos) {
+            self.fill(level, level_box, offset, &mut texels);
         }
         Some(Tile { codec: Codec::Raw, bytes: texels.into() })
     }

@@ -66,13 +66,8 @@ impl PropertySource {
             return None;
         }
         let mut texels = vec![0; self.description.tile_bytes()];
-        if geometry.is_tail(pos) {
-            for level in geometry.tail().first_level()..=geometry.coarsest() {
-                let offset = geometry.tail().offset(level);
-                fill(geometry, level, geometry.level_box_of_tail(level), offset, &mut texels);
-            }
-        } else {
-            fill(geometry, pos.level, geometry.level_box_of_tile(pos), [0; 3], &mut texels);
+        for (level, level_box, offset) in geometry.tile_boxes(pos) {
+            fill(geometry, level, level_box, offset, &mut texels);
         }
         Some(Tile { codec: Codec::Raw, bytes: texels.into() })
     }

@@ -188,14 +188,8 @@ impl Check<'_> {
 
     fn borders(&mut self, pos: PagePos) -> Result<(), String> {
         let Some(tile) = self.tile(pos)? else { return Ok(()) };
-        if !self.geometry.is_tail(pos) {
-            return self.border(pos, pos.level, &tile, self.geometry.level_box_of_tile(pos), [0; 3]);
-        }
-        for level in self.geometry.tail().first_level()..=self.geometry.coarsest() {
-            let offset = self.geometry.tail().offset(level);
-            self.border(pos, level, &tile, self.geometry.level_box_of_tail(level), offset)?;
-        }
-        Ok(())
+        let mut boxes = self.geometry.tile_boxes(pos);
+        boxes.try_for_each(|(level, level_box, offset)| self.border(pos, level, &tile, level_box, offset))
     }
 
     /// Checks that every texel of a box in the tile is the one that it stands for, in the tile that has that

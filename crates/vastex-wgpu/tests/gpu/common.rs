@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
 use vastex_core::{
-    ChangeRule, Description, Geometry, HashedTable, Layer, LayerFormat, PageId, PagePos, PageTable,
-    PoolLayout, Slot, TableChange, TableEntry, TableImage, TableLayout, TextureId,
+    ChangeRule, Description, Geometry, HashedTable, Layer, LayerFormat, PageId, PageNumbering, PagePos,
+    PageTable, PoolLayout, Slot, TableChange, TableEntry, TableImage, TextureId,
 };
 use vastex_wgpu::test_device::TestDevice;
 use vastex_wgpu::{
@@ -169,7 +169,7 @@ pub(crate) fn table_of(
 
 /// What a table must say after these loads: from a direct image, where there may be one.
 fn image_of(geometry: &Geometry, tail: Slot, changes: &[TableChange]) -> Box<dyn PageTable> {
-    if TableLayout::new(geometry).entries() > TableLayout::MOST_DIRECT {
+    if PageNumbering::new(geometry).entries() > TableImage::MOST_ENTRIES {
         let mut image = HashedTable::new(geometry, tail);
         image.apply(changes);
         return Box::new(image);

@@ -1,8 +1,8 @@
 //! Direct page tables in textures, where no compute shader fills them, grow piece by piece.
 
 use vastex_core::{
-    ChangeRule, Geometry, GeometrySpec, PageId, PagePos, Slot, TableChange, TableEntry, TableImage,
-    TableLayout,
+    ChangeRule, Geometry, GeometrySpec, PageId, PageNumbering, PagePos, Slot, TableChange, TableEntry,
+    TableImage,
 };
 use vastex_wgpu::{FeedbackWay, TableBuffers, TableChanger, TableChoice};
 
@@ -70,7 +70,7 @@ impl Growing {
 
     /// Whether a table with room for the levels from `begin` on says what it must of those from `filled` on.
     fn is_right(&self, table: &TableBuffers, begin: u8, filled: u8) -> bool {
-        let layout = TableLayout::new(&self.geometry);
+        let layout = PageNumbering::new(&self.geometry);
         let [begin, filled] = [begin, filled].map(|level| layout.first_entry(level) as usize);
         let found = words(table);
         let expected = self.image.entries()[filled..].iter().map(|entry| entry.to_bits());
@@ -136,6 +136,6 @@ fn the_largest_table_is_there_after_as_many_frames_as_mebibytes() {
         assert!(bytes <= MIB + CHANGES, "{bytes} bytes");
         (frames, sent) = (frames + 1, sent + bytes);
     }
-    let bytes = 4 * TableLayout::new(&world.geometry).entries();
+    let bytes = 4 * PageNumbering::new(&world.geometry).entries();
     assert!(sent >= bytes && frames <= bytes.div_ceil(MIB) + 1, "{frames} frames, {sent} bytes of {bytes}");
 }

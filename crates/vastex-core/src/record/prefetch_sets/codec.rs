@@ -9,8 +9,10 @@ use crate::texture::geometry::Geometry;
 use crate::texture::page::TextureId;
 use crate::wanted::feedback::WantedPage;
 
-/// The version written, and the only one read.
-pub(super) const VERSION: u32 = 1;
+/// The version written.
+pub(super) const VERSION: u32 = 2;
+/// The first version, with shapes of its own in place of those that containers have; still read.
+pub(super) const OLD_SHAPES: u32 = 1;
 
 const MAGIC: &file::Magic = b"VXSETS\0\0";
 
@@ -30,13 +32,16 @@ pub(super) fn encode(sets: &PrefetchSets) -> Vec<u8> {
 
 pub(super) fn decode(bytes: &[u8]) -> Result<PrefetchSets, SetsError> {
     let (mut reader, version) = Reader::open(bytes, MAGIC)?.ok_or(SetsError::NotSets)?;
-    if version != VERSION {
+    if ![VERSION, OLD_SHAPES].contains(&version) {
         return Err(SetsError::Version(version));
     }
     reader.unseal()?;
     let mut geometries = Vec::new();
     for texture in 0..reader.number("the number of textures", u64::from(TextureId::MAX) + 1)? as usize {
-        geometries.push(Arc::new(reader.geometry(texture)?));
+        geometries.push(Arc::new(match version {
+            OLD_SHAPES => reader.old_geometry(texture)?,
+            _ => reader.geometry(texture)?,
+        }));
     }
     let mut sides = [0.0; 3];
     for side in &mut sides {

@@ -43,7 +43,7 @@ pub enum SetsError {
     #[error("not prefetch sets: it does not begin with the letters VXSETS; make them with `vastex learn`")]
     NotSets,
     /// They are of another version.
-    #[error("prefetch sets of version {0}, and this program reads version {ours}; learn them again", ours = codec::VERSION)]
+    #[error("prefetch sets of version {0}, and this program reads versions {old} and {new}; learn them again", old = codec::OLD_SHAPES, new = codec::VERSION)]
     Version(u32),
     /// They are damaged.
     #[error("the prefetch sets are damaged: {0}; copy or learn them again")]

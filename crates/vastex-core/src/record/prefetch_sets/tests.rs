@@ -83,6 +83,13 @@ fn sets_come_back_as_they_were() {
 }
 
 #[test]
+fn sets_of_the_first_version_are_read() {
+    let bytes = include_bytes!("tests/version_1.vxsets");
+    assert_eq!(bytes[8..][..WORD], 1u32.to_le_bytes());
+    assert_eq!(PrefetchSets::from_bytes(bytes), Ok(learnt(LearnSettings::default())));
+}
+
+#[test]
 fn what_is_cut_off_or_changed_is_refused() {
     let bytes = learnt(LearnSettings { max_pages: 2, ..LearnSettings::default() }).to_bytes();
     for end in 0..bytes.len() {
@@ -132,7 +139,7 @@ fn codec_head() -> Vec<u8> {
 
 proptest! {
     #[test]
-    fn no_bytes_make_it_panic(start in 0usize..120, junk in prop::collection::vec(any::<u8>(), 0..60)) {
+    fn no_bytes_make_it_panic(start in 0usize..400, junk in prop::collection::vec(any::<u8>(), 0..60)) {
         let whole = learnt(LearnSettings { max_pages: 2, ..LearnSettings::default() }).to_bytes();
         let mut body = whole[..start.min(whole.len() - WORD)].to_vec();
         body.extend(junk);

@@ -6,8 +6,10 @@ use crate::texture::page::TextureId;
 use super::{Place, Trace, TraceError};
 
 /// The version written.
-pub(super) const VERSION: u32 = 2;
-/// The version before, without places, which is read as well.
+pub(super) const VERSION: u32 = 3;
+/// The version with shapes of its own in place of those that containers have; still read.
+const OLD_SHAPES: u32 = 2;
+/// The first version, without places as well; still read.
 pub(super) const WITHOUT_PLACES: u32 = 1;
 
 const MAGIC: &file::Magic = b"VXTRACE\0";
@@ -27,13 +29,16 @@ pub(super) fn encode(trace: &Trace) -> Vec<u8> {
 
 pub(super) fn decode(bytes: &[u8]) -> Result<Trace, TraceError> {
     let (mut reader, version) = Reader::open(bytes, MAGIC)?.ok_or(TraceError::NotATrace)?;
-    if ![VERSION, WITHOUT_PLACES].contains(&version) {
+    if !(WITHOUT_PLACES..=VERSION).contains(&version) {
         return Err(TraceError::Version(version));
     }
     reader.unseal()?;
     let mut trace = Trace::new();
     for texture in 0..reader.number("the number of textures", u64::from(TextureId::MAX) + 1)? as usize {
-        let geometry = reader.geometry(texture)?;
+        let geometry = match version <= OLD_SHAPES {
+            true => reader.old_geometry(texture)?,
+            false => reader.geometry(texture)?,
+        };
         trace.add_texture(geometry).map_err(|error| TraceError::Content { at: reader.at, error })?;
     }
     for _ in 0..reader.number("the number of frames", u64::MAX)? {

@@ -64,7 +64,7 @@ pub enum TraceError {
     )]
     NotATrace,
     /// They are of another version.
-    #[error("a trace of version {0}, and this program reads versions {old} and {new}; record it again", old = codec::WITHOUT_PLACES, new = codec::VERSION)]
+    #[error("a trace of version {0}, and this program reads versions {old} to {new}; record it again", old = codec::WITHOUT_PLACES, new = codec::VERSION)]
     Version(u32),
     /// They are damaged.
     #[error("the trace is damaged: {0}; copy or record it again")]

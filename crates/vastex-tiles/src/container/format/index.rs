@@ -5,7 +5,7 @@
 //! number is trusted.
 
 use bytes::Bytes;
-use vastex_core::{Geometry, PageContents, PagePos};
+use vastex_core::{Geometry, PageContents, PageNumbering};
 
 use super::layout::{Extent, Fields, NO_RECORD, Section};
 use crate::tile::Codec;
@@ -44,62 +44,6 @@ impl Record {
         }
         let section = Section { extent: Extent { offset, len: u64::from(len) }, checksum };
         Ok(Record { section, codec })
-    }
-}
-
-/// The place of each page in the index: the order of [`Geometry::pages`].
-#[derive(Clone, Debug)]
-pub(crate) struct PageOrder {
-    /// The number of the first page of each level finer than the tail.
-    first_of_level: Vec<u64>,
-    pages: u64,
-}
-
-impl PageOrder {
-    /// For a geometry that `description::check` has passed.
-    pub(crate) fn new(geometry: &Geometry) -> PageOrder {
-        let finer = &geometry.levels()[..usize::from(geometry.tail().first_level())];
-        let mut pages = 1;
-        let mut first_of_level = vec![0; finer.len()];
-        for (first, level) in first_of_level.iter_mut().zip(finer).rev() {
-            *first = pages;
-            pages += level.page_count();
-        }
-        PageOrder { first_of_level, pages }
-    }
-
-    /// Pages of the texture.
-    pub(crate) fn pages(&self) -> u64 {
-        self.pages
-    }
-
-    /// The level of a page's number; the tail's for one beyond the last.
-    pub(crate) fn level_of(&self, number: u64) -> u8 {
-        // Finer levels have higher numbers, so the first level that begins early enough is the page's.
-        let level = self.first_of_level.iter().position(|&first| first <= number);
-        level.unwrap_or(self.first_of_level.len()) as u8
-    }
-
-    /// The page of a number, or nothing for one beyond the last.
-    pub(crate) fn pos_of(&self, geometry: &Geometry, number: u64) -> Option<PagePos> {
-        if number == 0 || number >= self.pages {
-            return (number == 0).then(|| geometry.tail_pos());
-        }
-        let level = usize::from(self.level_of(number));
-        let [nx, ny, _] = geometry.level(level as u8).pages.map(u64::from);
-        let within = number - self.first_of_level[level];
-        let coords = [within % nx, within / nx % ny, within / nx / ny].map(|n| n as u32);
-        Some(PagePos::at(level as u8, coords))
-    }
-
-    /// The number of a page, or nothing for one that does not exist.
-    pub(crate) fn number_of(&self, geometry: &Geometry, pos: PagePos) -> Option<u64> {
-        if !geometry.contains(pos) {
-            return None;
-        }
-        let Some(first) = self.first_of_level.get(usize::from(pos.level)) else { return Some(0) };
-        let [nx, ny, _] = geometry.level(pos.level).pages.map(u64::from);
-        Some(first + (u64::from(pos.z) * ny + u64::from(pos.y)) * nx + u64::from(pos.x))
     }
 }
 
@@ -201,7 +145,7 @@ impl Index {
 
     /// The pages that have the same record, and those of one constant colour, or `None` if there are no such
     /// pages. Costs a visit of each page and record.
-    pub(crate) fn contents(&self, geometry: &Geometry, order: &PageOrder) -> Option<PageContents> {
+    pub(crate) fn contents(&self, geometry: &Geometry, numbering: &PageNumbering) -> Option<PageContents> {
         let mut uses = vec![0u8; self.records() as usize];
         for record in self.page_records().skip(1).flatten() {
             if let Some(uses) = uses.get_mut(record as usize) {
@@ -227,7 +171,7 @@ impl Index {
             }
         }
         let number_of = |pos| {
-            let record = self.record_of_page(order.number_of(geometry, pos)?)?;
+            let record = self.record_of_page(numbering.number_of(pos)?)?;
             numbers.get(record as usize).copied()
         };
         (count > 0).then(|| PageContents::new(geometry, constants, count, number_of))
@@ -259,26 +203,6 @@ impl Index {
 #[cfg(feature = "write")]
 mod tests {
     use super::*;
-    use vastex_core::{Dims, GeometrySpec};
-
-    #[test]
-    fn page_numbers_follow_the_order_of_the_geometry() {
-        let volume =
-            GeometrySpec { dims: Dims::D3, size: [70, 50, 33], page: 9, ..GeometrySpec::image(1, 1) };
-        for spec in
-            [GeometrySpec { page: 40, ..GeometrySpec::image(1000, 333) }, volume, GeometrySpec::image(1, 1)]
-        {
-            let geometry = Geometry::new(spec).unwrap();
-            let order = PageOrder::new(&geometry);
-            let numbers: Vec<_> =
-                geometry.pages().map(|pos| order.number_of(&geometry, pos).unwrap()).collect();
-            assert_eq!(numbers, (0..order.pages()).collect::<Vec<_>>());
-            let positions = numbers.iter().map(|&number| order.pos_of(&geometry, number).unwrap());
-            assert!(positions.eq(geometry.pages()));
-            assert_eq!(order.pos_of(&geometry, order.pages()), None);
-            assert_eq!(order.number_of(&geometry, PagePos::new_2d(0, 5000, 0)), None);
-        }
-    }
 
     #[test]
     fn counts_that_lie_are_refused() {

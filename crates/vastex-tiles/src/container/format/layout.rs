@@ -109,10 +109,6 @@ impl<'a> Fields<'a> {
         self.array().map(u64::from_le_bytes)
     }
 
-    pub(crate) fn size(&mut self) -> Result<[u32; 3], String> {
-        Ok([self.u32()?, self.u32()?, self.u32()?])
-    }
-
     pub(crate) fn section(&mut self) -> Result<Section, String> {
         Ok(Section { extent: Extent { offset: self.u64()?, len: self.u64()? }, checksum: self.u64()? })
     }

@@ -82,7 +82,7 @@ impl Container {
             version: VERSION,
             bytes: self.header.file_len,
             align: self.align(),
-            pages: self.order.pages(),
+            pages: self.numbering.pages(),
             tiles: 0,
             tiles_by_level: vec![0; usize::from(self.description().geometry.tail().first_level()) + 1],
             stored_tiles: 0,
@@ -97,7 +97,8 @@ impl Container {
             let Some(number) = number else { continue };
             let Ok(record) = self.index.record(number) else { continue };
             info.tiles += 1;
-            if let Some(tiles) = info.tiles_by_level.get_mut(usize::from(self.order.level_of(page))) {
+            let level = self.numbering.level_of(page).map(usize::from);
+            if let Some(tiles) = level.and_then(|level| info.tiles_by_level.get_mut(level)) {
                 *tiles += 1;
             }
             let counted = std::mem::replace(&mut seen[number as usize], true);

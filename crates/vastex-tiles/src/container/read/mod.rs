@@ -10,12 +10,12 @@ mod verify;
 use std::sync::{Arc, OnceLock};
 
 use bytes::Bytes;
-use vastex_core::{Description, PageContents, PagePos, PageSet};
+use vastex_core::{Description, PageContents, PageNumbering, PagePos, PageSet};
 
 use super::format::description::{self, Contents, DescriptionFault};
 use super::format::error::ContainerError;
 use super::format::header::Header;
-use super::format::index::{Index, PageOrder, Record};
+use super::format::index::{Index, Record};
 use super::format::layout::{Extent, HEADER_BYTES, MAX_COARSE_BYTES, OPENING_BYTES, Section};
 use crate::sources::{ReadError, ReadFuture, SourceKey, StoreCounter, Tiers, TileSource};
 use crate::stores::{ReadLimit, Store, StoreError};
@@ -37,7 +37,7 @@ pub struct Container {
     filters: Vec<String>,
     align: u32,
     index: Index,
-    order: PageOrder,
+    numbering: PageNumbering,
     /// The pages that have tiles, or `None` if all have.
     present: Option<Arc<PageSet>>,
     /// Which pages have the same record or constant; determined at the first call of `contents`.
@@ -74,11 +74,11 @@ impl Container {
         opening: &Bytes,
     ) -> Result<Container, ContainerError> {
         let Contents { description, filters, align } = read_description(&*store, &header, opening).await?;
-        let order = PageOrder::new(&description.geometry);
-        let (coarse, index) = read_coarse_and_index(&*store, &header, order.pages()).await?;
+        let numbering = PageNumbering::new(&description.geometry);
+        let (coarse, index) = read_coarse_and_index(&*store, &header, numbering.pages()).await?;
         let present = index.lacks_pages().then(|| {
             let geometry = &description.geometry;
-            let record = |pos| index.record_of_page(order.number_of(geometry, pos)?);
+            let record = |pos| index.record_of_page(numbering.number_of(pos)?);
             Arc::new(PageSet::from_pages(geometry, |pos| record(pos).is_some()))
         });
         let description = Arc::new(description);
@@ -88,7 +88,7 @@ impl Container {
             filters,
             align,
             index,
-            order,
+            numbering,
             present,
             contents: OnceLock::new(),
             coarse,
@@ -167,7 +167,7 @@ impl Container {
 
     /// The number of a page in the index, or `None` if the page does not exist.
     pub(in crate::container) fn number_of(&self, pos: PagePos) -> Option<u64> {
-        self.order.number_of(&self.description.geometry, pos)
+        self.numbering.number_of(pos)
     }
 
     async fn read_tile(&self, pos: PagePos) -> Result<Tile, ReadError> {
@@ -249,7 +249,7 @@ impl TileSource for Container {
 
     /// Determined from the index alone. Keeps 1 byte a page if at most 255 records are shared, else 2 or 4.
     fn contents(&self) -> Option<&Arc<PageContents>> {
-        let contents = || self.index.contents(&self.description.geometry, &self.order).map(Arc::new);
+        let contents = || self.index.contents(&self.description.geometry, &self.numbering).map(Arc::new);
         self.contents.get_or_init(contents).as_ref()
     }
 

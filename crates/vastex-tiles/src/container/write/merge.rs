@@ -8,14 +8,13 @@ use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 
 use bytes::Bytes;
-use vastex_core::Description;
+use vastex_core::{Description, PageNumbering};
 
 use super::error::WriteError;
 use super::part::{FixedHead, HEAD_BYTES, Head, PartOf};
 use super::tile_head::TileHead;
 use super::writer::{ContainerWriter, WriterOptions, Written};
 use crate::container::format::description::{self, Contents};
-use crate::container::format::index::PageOrder;
 use crate::container::format::layout::PART_MAGIC;
 use crate::ground::hash::checksum;
 use crate::tile::{Compression, EncodedTile};
@@ -92,8 +91,8 @@ pub fn merge(
     let Contents { description, filters, align } = readers[0].contents()?;
     let options = WriterOptions { compression: Compression::None, durable, filters, align };
     let mut writer = ContainerWriter::create(output, description.clone(), options)?;
-    let order = PageOrder::new(&description.geometry);
-    let (mut done, total) = (0, order.pages());
+    let numbering = PageNumbering::new(&description.geometry);
+    let (mut done, total) = (0, numbering.pages());
     for reader in &mut readers {
         let expected = reader.head.of.run(total);
         if reader.head.tiles != expected.end - expected.start {
@@ -108,7 +107,7 @@ pub fn merge(
                 return Err(MergeError::Cancelled);
             }
             let (page, tile) = reader.tile(&description)?;
-            let pos = order.pos_of(&description.geometry, page);
+            let pos = numbering.pos_of(page);
             let pos = pos.ok_or_else(|| reader.damaged(format!("page {page} of {total}")))?;
             if let Some(tile) = tile {
                 writer.append(pos, tile)?;

@@ -12,7 +12,7 @@ use std::io::{self, Read, Write};
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use vastex_core::{Description, PagePos};
+use vastex_core::{Description, PageNumbering, PagePos};
 
 use super::error::WriteError;
 use super::output::TempFile;
@@ -20,7 +20,6 @@ use super::resume::Left;
 use super::tile_head::TileHead;
 use super::writer::{WriterOptions, Written};
 use crate::container::format::description;
-use crate::container::format::index::PageOrder;
 use crate::container::format::layout::{Fields, MAX_DESCRIPTION_BYTES, PART_MAGIC};
 use crate::ground::hash::checksum;
 use crate::tile::Codec;
@@ -123,7 +122,7 @@ pub struct PartWriter {
     out: TempFile,
     name: String,
     description: Description,
-    order: PageOrder,
+    numbering: PageNumbering,
     durable: bool,
     missing: u64,
     written: Written,
@@ -148,14 +147,14 @@ impl PartWriter {
         }
         let claimed = TempFile::claim(path).map_err(WriteError::io(&name))?;
         let out = claimed.ok_or_else(|| WriteError::InUse { name: name.clone() })?;
-        let order = PageOrder::new(&description.geometry);
-        let run = of.run(order.pages());
+        let numbering = PageNumbering::new(&description.geometry);
+        let run = of.run(numbering.pages());
         let tiles = run.end - run.start;
         let description_bytes = description::encode(&description, &options.filters, options.align);
         let head = Head { of, fingerprint: checksum(fingerprint), tiles, description: description_bytes };
         let (durable, written) = (options.durable, Written::default());
         let mut part =
-            PartWriter { out, name, description, order, durable, missing: tiles, written, taken_over: 0 };
+            PartWriter { out, name, description, numbering, durable, missing: tiles, written, taken_over: 0 };
         part.begin(&head.encode(), left)?;
         Ok(part)
     }
@@ -219,7 +218,7 @@ impl PartWriter {
     /// [skipped](PartWriter::skip).
     pub fn append(&mut self, pos: PagePos, tile: &EncodedTile) -> Result<(), WriteError> {
         let refuse = |fault: &str| WriteError::Tile { name: self.name.clone(), pos, fault: fault.into() };
-        let page = self.order.number_of(&self.description.geometry, pos);
+        let page = self.numbering.number_of(pos);
         let page = page.ok_or_else(|| refuse("there is no such page"))?;
         if tile.raw_len() != self.description.tile_bytes() {
             return Err(refuse("a tile of the wrong length"));
@@ -236,7 +235,7 @@ impl PartWriter {
 
     /// Notes that the next page of the part's run has no tile.
     pub fn skip(&mut self, pos: PagePos) -> Result<(), WriteError> {
-        let page = self.order.number_of(&self.description.geometry, pos);
+        let page = self.numbering.number_of(pos);
         let Some(page) = page.filter(|_| self.missing > 0) else {
             let fault = "it is no page of this part".into();
             return Err(WriteError::Tile { name: self.name.clone(), pos, fault });

@@ -9,13 +9,13 @@ use std::path::Path;
 
 use bytes::Bytes;
 use rustc_hash::FxHashMap;
-use vastex_core::{Description, PagePos};
+use vastex_core::{Description, PageNumbering, PagePos};
 
 use super::error::WriteError;
 use super::output::TempFile;
 use crate::container::format::description;
 use crate::container::format::header::Header;
-use crate::container::format::index::{self, PageOrder, Record};
+use crate::container::format::index::{self, Record};
 use crate::container::format::layout::{Extent, HEADER_BYTES, NO_RECORD, Section};
 use crate::tile::{Codec, Compression, EncodedTile, Tile};
 
@@ -90,7 +90,7 @@ pub struct ContainerWriter<W> {
     description: Description,
     options: WriterOptions,
     description_section: Section,
-    order: PageOrder,
+    numbering: PageNumbering,
     records: Vec<Record>,
     record_of_content: FxHashMap<u128, u32>,
     pages: Vec<u32>,
@@ -168,13 +168,14 @@ impl<W: Write + Seek> ContainerWriter<W> {
         if let Err(fault) = options.check(&description) {
             return Err(WriteError::Description { name, fault });
         }
-        let order = PageOrder::new(&description.geometry);
+        let numbering = PageNumbering::new(&description.geometry);
         let mut pages = Vec::new();
-        if pages.try_reserve_exact(order.pages() as usize).is_err() {
-            let fault = format!("{} pages need more memory than there is; use larger pages", order.pages());
+        if pages.try_reserve_exact(numbering.pages() as usize).is_err() {
+            let fault =
+                format!("{} pages need more memory than there is; use larger pages", numbering.pages());
             return Err(WriteError::Description { name, fault });
         }
-        pages.resize(order.pages() as usize, NO_RECORD);
+        pages.resize(numbering.pages() as usize, NO_RECORD);
         let description_bytes = description::encode(&description, &options.filters, options.align);
         let mut writer = ContainerWriter {
             out,
@@ -184,7 +185,7 @@ impl<W: Write + Seek> ContainerWriter<W> {
             records: Vec::new(),
             record_of_content: FxHashMap::default(),
             pages,
-            order,
+            numbering,
             constants: Vec::new(),
             held_level: held_level(&description),
             held: Vec::new(),
@@ -232,7 +233,7 @@ impl<W: Write + Seek> ContainerWriter<W> {
         put: impl Fn(&mut Self, &[u8]) -> Result<(), WriteError>,
     ) -> Result<(), WriteError> {
         let refuse = |fault: String| WriteError::Tile { name: self.name.clone(), pos, fault };
-        let page = self.order.number_of(&self.description.geometry, pos);
+        let page = self.numbering.number_of(pos);
         let page = page.ok_or_else(|| refuse("there is no such page".into()))?;
         if self.pages[page as usize] != NO_RECORD {
             return Err(refuse("the page has a tile already".into()));
@@ -295,13 +296,13 @@ impl<W: Write + Seek> ContainerWriter<W> {
 
     /// The number of a page in the index, and true if it has a tile; `None` if there is no such page.
     pub(super) fn page(&self, pos: PagePos) -> Option<(u64, bool)> {
-        let page = self.order.number_of(&self.description.geometry, pos)?;
+        let page = self.numbering.number_of(pos)?;
         Some((page, self.pages[page as usize] != NO_RECORD))
     }
 
     /// The page of a number.
     pub(super) fn pos(&self, page: u64) -> Option<PagePos> {
-        self.order.pos_of(&self.description.geometry, page)
+        self.numbering.pos_of(page)
     }
 
     /// Where the next bytes go.

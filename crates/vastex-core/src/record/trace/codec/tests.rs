@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::record::file::{FileError, WORD, crc32, put_geometry};
+use crate::record::file::{FileError, WORD, crc32};
 use crate::texture::geometry::{AddressMode, Geometry, GeometrySpec};
 use crate::texture::page::{PageId, PagePos};
 use crate::wanted::feedback::WantedPage;
@@ -82,23 +82,36 @@ fn a_count_without_anything_to_count_is_refused_without_memory_for_it() {
     assert!(matches!(error, TraceError::Damaged(FileError::Truncated { .. })), "{error}");
 }
 
-/// The bytes that version 1 had for a trace without places.
-fn version_1(trace: &Trace) -> Vec<u8> {
-    let mut bytes = file::begin(MAGIC, WITHOUT_PLACES);
-    put(&mut bytes, trace.geometries.len() as u64);
-    trace.geometries.iter().for_each(|geometry| put_geometry(&mut bytes, geometry));
-    put(&mut bytes, trace.frames.len() as u64);
-    trace.frames.iter().for_each(|pages| put_pages(&mut bytes, pages));
-    file::seal(bytes)
+/// Files of [`sample`] as earlier versions of this program wrote them.
+const OLD_FILES: [(u32, &[u8]); 2] = [
+    (WITHOUT_PLACES, include_bytes!("tests/version_1.vxtrace")),
+    (OLD_SHAPES, include_bytes!("tests/version_2.vxtrace")),
+];
+
+#[test]
+fn traces_of_earlier_versions_are_read() {
+    let trace = sample();
+    for (version, bytes) in OLD_FILES {
+        assert_eq!(bytes[MAGIC.len()..][..WORD], version.to_le_bytes());
+        let read = Trace::from_bytes(bytes).unwrap();
+        assert_eq!((read.frames(), read.geometries()), (trace.frames(), trace.geometries()));
+        let places = if version == WITHOUT_PLACES { &[None, None][..] } else { trace.places() };
+        assert_eq!(read.places(), places);
+        assert_eq!(Trace::from_bytes(&read.to_bytes()), Ok(read), "written anew it is of this version");
+        for end in 0..bytes.len() {
+            assert!(Trace::from_bytes(&bytes[..end]).is_err(), "version {version} cut at {end}");
+        }
+    }
 }
 
 #[test]
-fn a_trace_of_the_version_before_is_read_without_places() {
-    let trace = sample();
-    let read = Trace::from_bytes(&version_1(&trace)).unwrap();
-    assert_eq!((read.frames(), read.geometries()), (trace.frames(), trace.geometries()));
-    assert_eq!(read.places(), [None, None]);
-    assert_eq!(trace.places(), [Some([1.5, -0.25, 3e7]), None]);
+fn a_shape_that_is_none_is_refused_with_the_byte_at_which_it_stands() {
+    let mut body = sample().to_bytes();
+    body.truncate(body.len() - WORD);
+    let shape = MAGIC.len() + WORD + 3; // behind the number of textures and the two bytes of its length
+    body[shape] = 7;
+    let error = Trace::from_bytes(&sealed(&body)).unwrap_err().to_string();
+    assert!(error.contains("texture 0, at byte 15: a texture of 7 dimensions"), "{error}");
 }
 
 #[test]
@@ -116,7 +129,7 @@ fn a_place_is_made_of_numbers() {
 
 proptest! {
     #[test]
-    fn no_bytes_make_it_panic(start in 0usize..80, junk in prop::collection::vec(any::<u8>(), 0..60)) {
+    fn no_bytes_make_it_panic(start in 0usize..400, junk in prop::collection::vec(any::<u8>(), 0..60)) {
         let whole = sample().to_bytes();
         let mut body = whole[..start.min(whole.len() - WORD)].to_vec();
         body.extend(junk);

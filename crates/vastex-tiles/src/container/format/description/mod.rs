@@ -3,9 +3,7 @@
 //!
 //! A reader passes over a section that it does not know if the section's number says that it may.
 
-use vastex_core::{
-    AddressMode, Description, Dims, Geometry, GeometrySpec, Layer, LayerFormat, TexelPositions,
-};
+use vastex_core::{Description, GeometryBytesError, GeometryParts, Layer, LayerFormat, TexelPositions};
 
 use super::layout::{Fields, MAX_PAGES};
 use crate::tile::MAX_TILE_BYTES;
@@ -50,6 +48,15 @@ impl From<String> for DescriptionFault {
     }
 }
 
+impl From<GeometryBytesError> for DescriptionFault {
+    fn from(error: GeometryBytesError) -> DescriptionFault {
+        match error.is_unknown() {
+            true => DescriptionFault::Unsupported(error.to_string()),
+            false => DescriptionFault::Damaged(error.to_string()),
+        }
+    }
+}
+
 /// What a file says about itself.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Contents {
@@ -68,7 +75,7 @@ pub(crate) fn bytes(description: &Description) -> Vec<u8> {
 /// A description as bytes; `filters` has one name for each layer, or none at all.
 pub(crate) fn encode(description: &Description, filters: &[String], align: u32) -> Vec<u8> {
     let mut sections =
-        vec![(GEOMETRY, geometry_bytes(&description.geometry)), (LAYERS, layer_bytes(&description.layers))];
+        vec![(GEOMETRY, description.geometry.shape_bytes()), (LAYERS, layer_bytes(&description.layers))];
     if has_more(description) {
         sections.push((MORE, more_bytes(description)));
     }
@@ -102,26 +109,6 @@ fn filter_bytes(filters: &[String]) -> Vec<u8> {
     filters.iter().flat_map(name_bytes).collect()
 }
 
-fn geometry_bytes(geometry: &Geometry) -> Vec<u8> {
-    let spec = geometry.spec();
-    let mut bytes = vec![match spec.dims {
-        Dims::D2 => 2,
-        Dims::D3 => 3,
-    }];
-    bytes.extend(spec.address.map(|mode| match mode {
-        AddressMode::Clamp => 0,
-        AddressMode::Wrap => 1,
-        AddressMode::Mirror => 2,
-        AddressMode::Border => 3,
-    }));
-    let factors = &geometry.levels()[1..];
-    let numbers = spec.size.into_iter().chain([spec.page, spec.border, factors.len() as u32]);
-    for number in numbers.chain(factors.iter().flat_map(|level| level.factor)) {
-        bytes.extend(number.to_le_bytes());
-    }
-    bytes
-}
-
 /// Returns true if texels keep their positions, the tail is aligned unusually, there is a border colour, or a
 /// layer has a fraction of the resolution.
 fn has_more(description: &Description) -> bool {
@@ -133,12 +120,8 @@ fn has_more(description: &Description) -> bool {
 }
 
 fn more_bytes(description: &Description) -> Vec<u8> {
-    let spec = description.geometry.spec();
-    let positions = match spec.positions {
-        TexelPositions::Centered => 0,
-        TexelPositions::Kept => 1,
-    };
-    let mut bytes = vec![positions, spec.tail_align as u8, 0, 0];
+    let mut bytes = description.geometry.placement_bytes().to_vec();
+    bytes.extend([0; 2]);
     bytes.extend(description.border_color);
     bytes.extend(description.layers.iter().map(|layer| layer.scale as u8));
     bytes
@@ -191,7 +174,7 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<Contents, DescriptionFault> {
         }
         last = Some(number);
         match number {
-            GEOMETRY => geometry = Some(decode_geometry(section)?),
+            GEOMETRY => geometry = Some(GeometryParts::from_shape(section)?),
             LAYERS => layers = Some(decode_layers(section)?),
             MORE => more = Some(decode_more(section)?),
             FILTERS => filters = decode_filters(section)?,
@@ -224,43 +207,35 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<Contents, DescriptionFault> {
 
 /// Joins what the sections say.
 fn describe(
-    shape: (GeometrySpec, Vec<[u32; 3]>),
+    mut shape: GeometryParts,
     mut layers: Vec<Layer>,
     more: Option<More>,
 ) -> Result<Description, DescriptionFault> {
-    let (mut spec, factors) = shape;
     let mut border_color = [0; 4];
     if let Some(more) = more {
         if more.scales.len() != layers.len() {
             return Err(format!("the scales of {} layers, of {}", more.scales.len(), layers.len()).into());
         }
-        (spec.positions, spec.tail_align, border_color) =
-            (more.positions, more.tail_align, more.border_color);
+        shape.set_placement(more.placement)?;
+        border_color = more.border_color;
         layers.iter_mut().zip(more.scales).for_each(|(layer, scale)| layer.scale = scale);
     }
-    let geometry = Geometry::with_factors(spec, &factors).map_err(|e| e.to_string())?;
+    let geometry = shape.geometry().map_err(|e| e.to_string())?;
     let description = Description { border_color, ..Description::new(geometry, layers) };
     Ok(description)
 }
 
 /// The section [`MORE`], decoded.
 struct More {
-    positions: TexelPositions,
-    tail_align: u32,
+    /// Read by [`GeometryParts::set_placement`].
+    placement: [u8; 2],
     border_color: [u8; 4],
     scales: Vec<u32>,
 }
 
 fn decode_more(section: &[u8]) -> Result<More, DescriptionFault> {
     let mut fields = Fields::new(section);
-    let positions = match fields.u8()? {
-        0 => TexelPositions::Centered,
-        1 => TexelPositions::Kept,
-        other => {
-            return Err(DescriptionFault::Unsupported(format!("positions of texels {other} are not known")));
-        }
-    };
-    let tail_align = u32::from(fields.u8()?);
+    let placement = [fields.u8()?, fields.u8()?];
     if [fields.u8()?, fields.u8()?] != [0; 2] {
         return Err("bytes that must be zero are not".to_string().into());
     }
@@ -269,42 +244,7 @@ fn decode_more(section: &[u8]) -> Result<More, DescriptionFault> {
     while !fields.is_empty() {
         scales.push(u32::from(fields.u8()?));
     }
-    Ok(More { positions, tail_align, border_color, scales })
-}
-
-/// Shape and factors, still without what the section of more says.
-fn decode_geometry(section: &[u8]) -> Result<(GeometrySpec, Vec<[u32; 3]>), DescriptionFault> {
-    let mut fields = Fields::new(section);
-    let dims = match fields.u8()? {
-        2 => Dims::D2,
-        3 => Dims::D3,
-        other => {
-            return Err(DescriptionFault::Unsupported(format!(
-                "a texture of {other} dimensions is not known"
-            )));
-        }
-    };
-    let mut address = [AddressMode::Clamp; 3];
-    for mode in &mut address {
-        *mode = match fields.u8()? {
-            0 => AddressMode::Clamp,
-            1 => AddressMode::Wrap,
-            2 => AddressMode::Mirror,
-            3 => AddressMode::Border,
-            other => return Err(DescriptionFault::Unsupported(format!("address mode {other} is not known"))),
-        };
-    }
-    let (size, page, border) = (fields.size()?, fields.u32()?, fields.u32()?);
-    let count = fields.u32()?;
-    if count as usize >= vastex_core::MAX_LEVELS {
-        return Err(format!("{count} levels below the finest").into());
-    }
-    let factors = (0..count).map(|_| fields.size()).collect::<Result<Vec<_>, _>>()?;
-    if !fields.is_empty() {
-        return Err("the geometry is too long".to_string().into());
-    }
-    let spec = GeometrySpec { dims, size, page, border, address, ..GeometrySpec::image(1, 1) };
-    Ok((spec, factors))
+    Ok(More { placement, border_color, scales })
 }
 
 fn decode_layers(section: &[u8]) -> Result<Vec<Layer>, DescriptionFault> {

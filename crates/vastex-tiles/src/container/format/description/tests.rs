@@ -2,6 +2,7 @@
 
 use super::*;
 use proptest::prelude::*;
+use vastex_core::{Dims, Geometry, GeometrySpec};
 
 fn description() -> Description {
     Description::one_layer(Geometry::new(GeometrySpec::image(1000, 777)).unwrap(), LayerFormat::R16)

@@ -1,0 +1,99 @@
+//! Frames of scenes in lock-step: what each wanted, what the page table then leads to, and the pictures.
+//!
+//! Which scenes, filters, formats and modes there are is said by lines in the words of `vastex render`.
+
+use std::fmt::Write;
+use std::fs;
+use std::path::Path;
+
+use anyhow::{Context, Result, bail};
+use clap::Parser;
+use vastex::{Geometry, PageId, PageState, TextureId, Textures};
+use vastex_core::PagePos;
+use vastex_scenes::{Gpu, Overlay, Studio, Until};
+
+use super::{make, picture, text, write};
+use crate::args::{Args, Command, RenderArgs};
+use crate::commands::render;
+use crate::{gpu, open};
+
+pub(super) fn record(directory: &Path, cases: &Path) -> Result<()> {
+    make(directory)?;
+    let gpu = Gpu::headless()?;
+    gpu::report_refusals(&gpu);
+    let cases = fs::read_to_string(cases).with_context(|| cases.display().to_string())?;
+    for line in cases.lines() {
+        let Some((name, words)) = line.split_once(' ') else { bail!("'{line}' has no words for a scene") };
+        let words = ["vastex", "render"].into_iter().chain(words.split_whitespace());
+        let Command::Render(args) = Args::try_parse_from(words)?.command else {
+            bail!("'{line}' is no scene")
+        };
+        draw(directory, name, &args, &gpu).with_context(|| line.to_owned())?;
+    }
+    Ok(())
+}
+
+/// Plays a scene to its end and writes all that can be seen of it.
+fn draw(directory: &Path, name: &str, args: &RenderArgs, gpu: &Gpu) -> Result<()> {
+    let mut studio =
+        render::studio(args, render::frame_settings(args)?, gpu, open::open(&args.scene)?.tiles)?;
+    args.estimate.estimating().into_iter().for_each(|estimating| studio.estimate(estimating));
+    studio.textures_mut().record_trace();
+    let until = args.frames.map_or(Until::Converged, Until::Frames);
+    let outcome = studio.run(args.camera_path, until, |_, _| ())?;
+    let mut facts = format!("converged {}\n", outcome.converged);
+    let stats = &outcome.stats;
+    for (what, count) in [
+        ("frames", stats.frame),
+        ("pool-bytes", stats.pool_bytes),
+        ("table-bytes", stats.table_bytes),
+        ("table-bytes-sent", stats.table_bytes_sent),
+        ("feedback-bytes-read", stats.feedback_bytes_read),
+        ("degenerate-pixels", stats.degenerate_pixels.into()),
+        ("loaded", stats.pager.loaded),
+        ("evicted", stats.pager.evicted),
+        ("shared", stats.pager.shared),
+        ("bias-eighths", stats.pager.bias_eighths.into()),
+    ] {
+        // Writing to a string cannot fail.
+        let _ = writeln!(facts, "{what} {count}");
+    }
+    write(directory, &format!("{name}.facts.txt"), facts)?;
+    if let Some(trace) = studio.textures_mut().take_trace()? {
+        write(directory, &format!("{name}.feedback.txt"), text::of_trace(&trace))?;
+    }
+    write(directory, &format!("{name}.table.txt"), tables(studio.textures()))?;
+    write(directory, &format!("{name}.png"), picture::encode(&studio.picture())?)?;
+    match args.scene.overlay {
+        Some(_) => overlays(directory, name, &studio),
+        None => Ok(()),
+    }
+}
+
+/// Pictures of the feedback, the page table and the slots as the GPU has them, and all others.
+fn overlays(directory: &Path, name: &str, studio: &Studio) -> Result<()> {
+    for overlay in Overlay::ALL {
+        let picture = picture::encode(&studio.overlay(overlay)?)?;
+        write(directory, &format!("{name}.{}.png", overlay.name()), picture)?;
+    }
+    Ok(())
+}
+
+/// The pages of every texture that are in slots, and in which.
+fn tables(textures: &Textures) -> String {
+    let mut lines = String::new();
+    for texture in textures.iter() {
+        let geometry = &textures.description(texture).geometry;
+        for page in geometry.pages().filter_map(|pos| page_id(texture, geometry, pos)) {
+            if let PageState::Resident(slot) = textures.state(page) {
+                let page = text::of_page(page, geometry.dims());
+                let _ = writeln!(lines, "{page} in slot {}", slot.index());
+            }
+        }
+    }
+    lines
+}
+
+fn page_id(texture: TextureId, geometry: &Geometry, pos: PagePos) -> Option<PageId> {
+    PageId::new(texture, geometry.dims(), pos).ok()
+}

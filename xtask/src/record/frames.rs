@@ -1,0 +1,149 @@
+//! Scenes, filters, formats and modes of feedback: which are drawn. The program draws them, in lock-step.
+
+use std::path::Path;
+
+use anyhow::Result;
+
+use super::steps::FORMATS;
+use super::{Program, at_once, inputs, make, write};
+
+/// A few scenes that show that all of it works.
+pub const FEW: [&str; 2] = ["plane-trilinear", "image-raw"];
+
+/// What scenes show: names of containers, and the words that build them.
+const CONTAINERS: [(&str, &str); 7] = [
+    ("globe", "in/globe.raw --page 64 --address wrap,clamp"),
+    ("mirror", "in/u8-3.raw --page 60 --address mirror"),
+    ("wrap", "in/u8-3.raw --page 60 --address wrap"),
+    ("border", "in/u8-4.raw --page 60 --address border:96646E80"),
+    ("sparse", "in/u8-3.raw --page 60 --mask in/mask.raw"),
+    ("tiny-pages", "in/globe.raw --page 8 --border 4"),
+    ("high", "--layer color=in/globe.raw --layer height=in/heights.raw --page 64 --address wrap,clamp"),
+];
+
+const FILTERS: [&str; 8] = [
+    "nearest",
+    "bilinear",
+    "trilinear",
+    "anisotropic2",
+    "anisotropic4",
+    "anisotropic8",
+    "anisotropic16",
+    "bicubic",
+];
+
+/// Draws all scenes, or those named, into `directory`/frames. `desk` is where containers are made for them.
+pub fn record(program: &Program, desk: &Path, directory: &Path, only: &[&str]) -> Result<()> {
+    let into = make(&directory.join("frames"))?;
+    let desk = make(desk)?;
+    inputs::make(&make(&desk.join("in"))?)?;
+    write(&desk.join("small.toml"), "[default_pool]\nsize_mib = 0.35\n")?;
+    let cases: Vec<(String, String)> =
+        cases().into_iter().filter(|(name, _)| only.is_empty() || only.contains(&name.as_str())).collect();
+    let is_shown = |container: &str| {
+        cases.iter().any(|(_, words)| words.split(' ').next() == Some(&format!("{container}.vastex")))
+    };
+    let containers = CONTAINERS.iter().map(|(name, words)| ((*name).to_owned(), (*words).to_owned()));
+    let of_format = |(format, image): &(&str, &str)| {
+        ((*format).to_owned(), format!("in/{image} --page 60 --format {format} --quality fast"))
+    };
+    let containers = containers.chain(FORMATS.iter().map(of_format)).filter(|(name, _)| is_shown(name));
+    at_once(&containers.collect::<Vec<_>>(), |(name, words)| {
+        let build = format!("build {words} -o {name}.vastex --quiet");
+        program.output(&desk, &build.split(' ').collect::<Vec<_>>()).map(drop)
+    })?;
+    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(cases.len().max(1));
+    let parts: Vec<usize> = (0..threads).collect();
+    at_once(&parts, |part| {
+        let lines = cases.iter().skip(*part).step_by(threads);
+        let lines: String = lines.map(|(name, words)| format!("{name} {words}\n")).collect();
+        let list = format!("cases-{part}");
+        write(&desk.join(&list), lines)?;
+        let mut command = program.command(&desk);
+        command.args(["record", "frames"]).arg(&into).arg(&list);
+        let output = command.output()?;
+        anyhow::ensure!(output.status.success(), "scenes were not drawn: {}", super::said(&output));
+        Ok(())
+    })?;
+    Ok(std::fs::remove_dir_all(&desk)?)
+}
+
+/// Every scene: its name, and the words for `vastex render`.
+fn cases() -> Vec<(String, String)> {
+    let mut cases = Vec::new();
+    let mut add = |name: String, words: String| {
+        cases.push((name, format!("{words} --size 128x72")));
+    };
+    const MOVING: &str = "--camera-path fly --frames 20";
+    for (scene, container) in
+        [("image", "globe"), ("plane", "globe"), ("globe", "globe"), ("terrain", "high")]
+    {
+        let drawn = format!("{container}.vastex --on {scene}");
+        for filter in FILTERS {
+            add(format!("{scene}-{filter}"), format!("{drawn} --filter {filter} {MOVING}"));
+        }
+        for way in ["separate", "inline", "raw"] {
+            add(format!("{scene}-{way}"), format!("{drawn} --feedback {way} {MOVING} --overlay table"));
+            add(format!("{scene}-{way}-settled"), format!("{drawn} --feedback {way}"));
+            let slanted =
+                format!("{drawn} --feedback {way} --filter anisotropic8 --camera-path spin --frames 16");
+            add(format!("{scene}-{way}-anisotropic8"), slanted);
+        }
+        for path in ["spin", "zoom", "teleport"] {
+            add(format!("{scene}-{path}"), format!("{drawn} --camera-path {path} --frames 40"));
+        }
+        let small = format!("{drawn} --settings small.toml {MOVING}");
+        add(format!("{scene}-small-pool"), small);
+        add(format!("{scene}-fading"), format!("{drawn} --fade-ms 200 {MOVING}"));
+    }
+    for (format, _) in FORMATS {
+        for (scene, filter) in [("plane", "trilinear"), ("image", "bicubic")] {
+            let words = format!("{format}.vastex --on {scene} --filter {filter} --frames 6");
+            add(format!("format-{format}-{scene}"), words);
+        }
+        add(format!("format-{format}-raw"), format!("{format}.vastex --on plane --feedback raw --frames 6"));
+    }
+    for container in ["mirror", "wrap", "border", "sparse", "tiny-pages"] {
+        for scene in ["image", "plane"] {
+            add(format!("{container}-{scene}"), format!("{container}.vastex --on {scene} {MOVING}"));
+        }
+        add(format!("{container}-raw"), format!("{container}.vastex --on plane --feedback raw --frames 10"));
+    }
+    for (name, more) in [
+        ("stereo", "--views stereo"),
+        ("mirrored", "--views mirror"),
+        ("predicted", "--predict --latency-frames 4"),
+        ("quadtree", "--estimate quadtree"),
+        ("distance", "--estimate distance"),
+        ("texture-space", "--estimate texture-space"),
+        ("beside", "--estimate quadtree --beside --estimate-unseen 2"),
+        ("whole", "--whole-kib 40000"),
+        ("few-uploads", "--upload-kib-per-frame 32"),
+    ] {
+        for scene in ["plane", "globe"] {
+            add(format!("{scene}-{name}"), format!("globe.vastex --on {scene} {more} {MOVING}"));
+        }
+    }
+    add("globe-high".into(), format!("high.vastex --on globe --height-scale 0.1 {MOVING}"));
+    add(
+        "plane-height".into(),
+        format!("high.vastex --on plane --layer-shown height --range 0.2,0.8 {MOVING}"),
+    );
+    cases
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_scene_has_a_name_of_its_own_and_the_few_are_among_them() {
+        let cases = cases();
+        let mut names: Vec<&String> = cases.iter().map(|(name, _)| name).collect();
+        let all = names.len();
+        names.sort();
+        names.dedup();
+        assert_eq!(names.len(), all);
+        assert!(FEW.iter().all(|few| names.iter().any(|name| name == few)));
+    }
+}
