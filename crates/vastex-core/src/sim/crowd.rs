@@ -371,9 +371,8 @@ impl Crowd {
             if self.loads.has(request.page) {
                 return Err(format!("frame {}: {:?} is being loaded already", self.frame, request.page));
             }
-            let pool = self.pager.pool_of(request.page.texture()).unwrap_or_default();
-            let read = self.contents.read(request.page, self.pager.pool(pool));
-            read.map_err(|why| format!("frame {}: {why}", self.frame))?;
+            let pool = self.pager.pool(self.pager.pool_of(request.page.texture()).unwrap_or_default());
+            self.contents.read(request.page, pool).map_err(|why| format!("frame {}: {why}", self.frame))?;
             self.loads.request(request.page, request.rank);
             self.log.request(request.page, &self.loads);
         }
@@ -491,9 +490,8 @@ impl Crowd {
         for pager in self.pager.pools() {
             let own = self.members.iter().filter(|member| member.pool == pager.pool());
             let own: BTreeSet<TextureId> = own.map(|member| member.texture).collect();
-            if let Some(page) =
-                pager.resident().map(|(page, _)| page).find(|page| !own.contains(&page.texture()))
-            {
+            let mut resident = pager.resident().map(|(page, _)| page);
+            if let Some(page) = resident.find(|page| !own.contains(&page.texture())) {
                 return Err(format!("frame {}: {page:?} is in {:?}", self.frame, pager.pool()));
             }
         }
