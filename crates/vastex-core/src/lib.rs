@@ -1,11 +1,11 @@
 //! The part of Vastex that decides.
 //!
-//! This crate knows the shape of virtual textures ([`Geometry`]), names their pages ([`PageId`]), keeps the CPU
-//! image of the page table ([`TableImage`]) and decides, frame after frame, which pages are loaded, which are
-//! evicted and how much coarser the picture has to be for everything to fit ([`Pager`]).
+//! This crate knows the shape of virtual textures ([`Geometry`]), names their pages ([`PageId`]), keeps the
+//! CPU image of the page table ([`TableImage`]) and decides, frame after frame, which pages are loaded, which
+//! are evicted and how much coarser the picture has to be for everything to fit ([`Pager`]).
 //!
-//! It is not responsible for anything that can fail or that takes time: it does no I/O, touches no GPU, reads no
-//! clock and starts no thread. The frame index is its time; events go in, decisions come out as values.
+//! It is not responsible for anything that can fail or that takes time: it does no I/O, touches no GPU, reads
+//! no clock and starts no thread. The frame index is its time; events go in, decisions come out as values.
 
 mod lab;
 mod pager;
@@ -27,10 +27,9 @@ pub use pager::event::{Event, TexturePages};
 pub use pager::inspect::explain::{Explanation, Step, Wait};
 pub use pager::inspect::telemetry::{History, PoolFrame};
 pub use pager::inspect::usage::{PoolUsage, SlotUsage, TextureUsage};
-pub use pager::pool::Pager;
-pub use pager::settings::PagerSettings;
+pub use pager::pool::PoolPager;
 pub use pager::tickets::{AskError, Progress, Ticket, TicketState, Urgency};
-pub use pager::{Budgets, Pagers};
+pub use pager::{Budgets, Pager};
 pub use record::file::FileError;
 pub use record::prefetch_sets::{LearnError, LearnSettings, PrefetchSets, SetsError};
 pub use record::trace::{Place, Trace, TraceError, TraceRecordError};
@@ -39,7 +38,7 @@ pub use residency::resize::SlotMove;
 pub use residency::stats::Stats;
 pub use residency::waits::TimeToSharp;
 pub use table::estimate::PoolEstimate;
-pub use table::hashed_table::{HashedPlace, HashedTable};
+pub use table::hashed_table::{HashedBucket, HashedTable};
 pub use table::pool::{ArrayLimits, PoolError, PoolId, PoolLayout, Slot, SlotPlace};
 pub use table::{ChangeRule, PageTable, TableChange, TableEntry, TableImage};
 pub use texture::format::{Description, Layer, LayerError, LayerFormat};

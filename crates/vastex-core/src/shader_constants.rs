@@ -34,7 +34,8 @@ pub const FEEDBACK_EMPTY: u32 = 0;
 pub const FEEDBACK_WANTED: u32 = 1;
 /// Feedback flag: the pixel's gradients are zero, infinite or no numbers, so it wants nothing.
 pub const FEEDBACK_DEGENERATE: u32 = 2;
-/// In texture space, what says level 0 with nothing into it; each eighth of a level coarser is one less, and 0 is not seen.
+/// In texture space, what says level 0 with nothing into it; each eighth of a level coarser is one less, and
+/// 0 is not seen.
 pub const TEXTURE_SPACE_FINEST: u32 = 255;
 /// Texels of level 0 that a place in fixed point may be from its anchor, either way.
 pub const FIXED_REACH: u32 = 1 << 30;

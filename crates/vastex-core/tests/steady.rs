@@ -1,7 +1,8 @@
-//! In the steady state a frame's decision allocates nothing: not the pagers, and not the compaction of feedback. And whatever comes and
-//! goes, memory does not grow with the frames.
+//! In the steady state a frame's decision allocates nothing: not the pager, and not the compaction of
+//! feedback. And whatever comes and goes, memory does not grow with the frames.
 //!
-//! Cameras go round loops, and the pools hold less than what lies along them, so that every frame loads, uploads and evicts.
+//! Cameras go round loops, and the pools hold less than what lies along them, so that every frame loads,
+//! uploads and evicts.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests, which clippy does not take for tests")]
 
@@ -13,7 +14,7 @@ use vastex_core::shader_constants::FEEDBACK_WANTED;
 use vastex_core::sim::{View, contents_of_chance};
 use vastex_core::{
     BiasRule, Budgets, Dims, Feedback, FeedbackCompactor, Geometry, GeometrySpec, PageContents, PageId,
-    PagePos, PageSet, Pagers, PoolId, Region, TableChange, TextureId, Urgency, ViewId, WantedPage, checks,
+    PagePos, PageSet, Pager, PoolId, Region, TableChange, TextureId, Urgency, ViewId, WantedPage, checks,
 };
 
 /// Frames of a loop: whole jitter cycles.
@@ -41,7 +42,7 @@ fn target(texture: TextureId, geometry: &Geometry, frame: u64) -> Vec<[u32; 4]> 
 
 /// Everything that a frame decides, in memory that is kept.
 struct Loop {
-    pagers: Pagers,
+    pager: Pager,
     targets: Vec<Vec<[u32; 4]>>,
     compactor: FeedbackCompactor,
     /// Of the main view, and of one beside it.
@@ -56,7 +57,7 @@ struct Loop {
 
 impl Loop {
     fn new() -> Loop {
-        let mut pagers = Pagers::new(Budgets { upload_bytes_per_frame: 16_000, in_flight_bytes: 32_000 });
+        let mut pager = Pager::new(Budgets { upload_bytes_per_frame: 16_000, in_flight_bytes: 32_000 });
         let geometry = Geometry::new(GeometrySpec::image(32_768, 16_384)).unwrap();
         let small_pages =
             Geometry::new(GeometrySpec { page: 32, ..GeometrySpec::image(32_768, 16_384) }).unwrap();
@@ -71,21 +72,21 @@ impl Loop {
         let textures: Vec<(TextureId, &Geometry)> = kinds
             .into_iter()
             .map(|(geometry, slots, tile_bytes, present, share)| {
-                let pool = pagers.add_pool(slots, tile_bytes, Some(BiasRule::default())).unwrap();
+                let pool = pager.add_pool(slots, tile_bytes, Some(BiasRule::default())).unwrap();
                 let contents = (share > 0.0).then(|| Arc::new(contents_of_chance(geometry, 7, share)));
-                (pagers.add_texture(pool, geometry, present, contents).unwrap().0, geometry)
+                (pager.add_texture(pool, geometry, present, contents).unwrap().0, geometry)
             })
             .collect();
         // The last is seen with a half of it, of pages half as large, in a pool of its own.
         let half = GeometrySpec { page: 64, ..GeometrySpec::image(16_384, 8192) };
-        let pool = pagers.add_pool(1150, 50, Some(BiasRule::default())).unwrap();
-        let (half, _) = pagers.add_texture(pool, &Geometry::new(half).unwrap(), None, None).unwrap();
-        let group = pagers.add_group(&[textures[3].0, half]).unwrap();
+        let pool = pager.add_pool(1150, 50, Some(BiasRule::default())).unwrap();
+        let (half, _) = pager.add_texture(pool, &Geometry::new(half).unwrap(), None, None).unwrap();
+        let group = pager.add_group(&[textures[3].0, half]).unwrap();
         let seen = [textures[0], textures[1], textures[2], (group.number(), textures[3].1)];
         let all =
             |frame| seen.iter().flat_map(|&(texture, geometry)| target(texture, geometry, frame)).collect();
         Loop {
-            pagers,
+            pager,
             targets: (0..LOOP).map(all).collect(),
             compactor: FeedbackCompactor::new(),
             feedback: Default::default(),
@@ -101,30 +102,30 @@ impl Loop {
         self.frame += 1;
         let [main, beside] = &mut self.feedback;
         self.compactor.compact(self.frame, &self.targets[(self.frame % LOOP) as usize], main);
-        self.pagers.begin_frame(self.frame);
+        self.pager.begin_frame(self.frame);
         // The view beside it is some frames ahead and drawn in every fourth.
         let is_drawn = beside.view != ViewId::MAIN && self.frame.is_multiple_of(4);
         if is_drawn {
             self.compactor.compact(self.frame, &self.targets[((self.frame + 8) % LOOP) as usize], beside);
         }
-        self.pagers.observe_views(&self.feedback[..if is_drawn { 2 } else { 1 }]);
-        while let Some(page) = self.pagers.poll_cancel() {
+        self.pager.observe_views(&self.feedback[..if is_drawn { 2 } else { 1 }]);
+        while let Some(page) = self.pager.poll_cancel() {
             self.under_way.retain(|(_, loading)| *loading != page);
-            self.pagers.tile_cancelled(page);
+            self.pager.tile_cancelled(page);
         }
-        while self.pagers.poll_rerank().is_some() {
+        while self.pager.poll_rerank().is_some() {
             self.reranked += 1;
         }
-        while let Some(request) = self.pagers.poll_request() {
+        while let Some(request) = self.pager.poll_request() {
             self.under_way.push_back((self.frame + self.latency_frames, request.page));
         }
         while let Some((_, page)) = self.under_way.pop_front_if(|(due, _)| *due <= self.frame) {
-            self.pagers.tile_ready(page, tile.clone());
+            self.pager.tile_ready(page, tile.clone());
         }
-        while self.pagers.poll_upload().is_some() {}
-        self.pagers.take_table_changes(&mut self.changes);
-        while self.pagers.poll_event().is_some() {}
-        self.pagers.stats();
+        while self.pager.poll_upload().is_some() {}
+        self.pager.take_table_changes(&mut self.changes);
+        while self.pager.poll_event().is_some() {}
+        self.pager.stats();
     }
 }
 
@@ -132,13 +133,13 @@ impl Loop {
 fn a_frame_of_a_loop_allocates_nothing() {
     let mut world = Loop::new();
     play_rounds(&mut world);
-    assert_eq!(world.pagers.stats().bias_eighths, 0);
+    assert_eq!(world.pager.stats().bias_eighths, 0);
 }
 
 #[test]
 fn nor_does_one_of_two_views() {
     let mut world = Loop::new();
-    world.feedback[1].view = world.pagers.add_view(0.5).unwrap();
+    world.feedback[1].view = world.pager.add_view(0.5).unwrap();
     play_rounds(&mut world);
 }
 
@@ -152,26 +153,26 @@ fn nor_does_one_in_which_loads_are_ranked_anew() {
 
 fn play_rounds(world: &mut Loop) {
     let tile = Bytes::from_static(b"tile");
-    // The first round fills the pools, the second is the first with full ones; where pages share slots, and textures what is in flight,
-    // it takes some more until what waits in a frame has been at its most.
+    // The first round fills the pools, the second is the first with full ones; where pages share slots, and
+    // textures what is in flight, it takes some more until what waits in a frame has been at its most.
     (0..5 * LOOP).for_each(|_| checks::paused(|| world.play_frame(&tile)));
     for round in 6..9 {
-        let before = world.pagers.stats();
+        let before = world.pager.stats();
         for _ in 0..LOOP {
             let counted = allocation_counter::measure(|| checks::paused(|| world.play_frame(&tile)));
             assert_eq!(counted.count_total, 0, "frame {} of round {round}: {counted:?}", world.frame);
         }
-        let round_of = world.pagers.stats().since(&before);
-        let evicted: Vec<u64> = world.pagers.iter().map(|pager| pager.stats().evicted).collect();
+        let round_of = world.pager.stats().since(&before);
+        let evicted: Vec<u64> = world.pager.pools().map(|pager| pager.stats().evicted).collect();
         assert!(evicted.iter().all(|&evicted| evicted > LOOP), "{evicted:?}");
         assert!(round_of.loaded > 20 * LOOP, "{round_of:?}");
     }
 }
 
-/// Textures that come and go, a view that never comes back, pages that cannot be had, predictions, prefetches whose ends nobody asks for,
-/// contents that change: for as long as one likes.
+/// Textures that come and go, a view that never comes back, pages that cannot be had, predictions, prefetches
+/// whose ends nobody asks for, contents that change: for as long as one likes.
 struct Flight {
-    pagers: Pagers,
+    pager: Pager,
     pool: PoolId,
     image: Geometry,
     ground: TextureId,
@@ -184,14 +185,14 @@ struct Flight {
 
 impl Flight {
     fn new() -> Flight {
-        let mut pagers = Pagers::new(Budgets { upload_bytes_per_frame: 12, in_flight_bytes: 40 });
-        let pool = pagers.add_pool(160, 1, Some(BiasRule::Solved)).unwrap();
+        let mut pager = Pager::new(Budgets { upload_bytes_per_frame: 12, in_flight_bytes: 40 });
+        let pool = pager.add_pool(160, 1, Some(BiasRule::Solved)).unwrap();
         let ground = Geometry::new(GeometrySpec::image(1 << 20, 1 << 16)).unwrap();
-        let (ground, _) = pagers.add_texture(pool, &ground, None, None).unwrap();
+        let (ground, _) = pager.add_texture(pool, &ground, None, None).unwrap();
         let image = Geometry::new(GeometrySpec::image(4096, 4096)).unwrap();
         let contents = Arc::new(contents_of_chance(&image, 7, 0.4));
         let (under_way, changes) = (VecDeque::new(), Vec::new());
-        Flight { pagers, pool, image, ground, passing: None, contents, under_way, changes, frame: 0 }
+        Flight { pager, pool, image, ground, passing: None, contents, under_way, changes, frame: 0 }
     }
 
     /// Nine pages along a way over all of the ground, and four of what passes.
@@ -211,39 +212,39 @@ impl Flight {
     fn play_frame(&mut self) {
         self.frame += 1;
         let frame = self.frame;
-        self.pagers.begin_frame(frame);
+        self.pager.begin_frame(frame);
         self.come_and_go();
-        self.pagers.observe(&self.feedback(frame));
-        self.pagers.feedback_under_way(None);
+        self.pager.observe(&self.feedback(frame));
+        self.pager.feedback_under_way(None);
         if frame.is_multiple_of(4) {
-            self.pagers.expect(&self.feedback(frame + 12));
+            self.pager.expect(&self.feedback(frame + 12));
         }
-        while let Some(page) = self.pagers.poll_cancel() {
+        while let Some(page) = self.pager.poll_cancel() {
             self.under_way.retain(|(_, loading)| *loading != page);
-            self.pagers.tile_cancelled(page);
+            self.pager.tile_cancelled(page);
         }
-        while self.pagers.poll_rerank().is_some() {}
-        while let Some(request) = self.pagers.poll_request() {
+        while self.pager.poll_rerank().is_some() {}
+        while let Some(request) = self.pager.poll_request() {
             self.under_way.push_back((frame + 2, request.page));
         }
         while let Some((_, page)) = self.under_way.pop_front_if(|(due, _)| *due <= frame) {
             match page.to_bits().wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 61 {
-                0 | 1 => self.pagers.tile_failed(page, "none"),
-                _ => self.pagers.tile_ready(page, Bytes::from_static(b"tile")),
+                0 | 1 => self.pager.tile_failed(page, "none"),
+                _ => self.pager.tile_ready(page, Bytes::from_static(b"tile")),
             }
         }
-        while self.pagers.poll_upload().is_some() {}
-        self.pagers.take_table_changes(&mut self.changes);
+        while self.pager.poll_upload().is_some() {}
+        self.pager.take_table_changes(&mut self.changes);
     }
 
     fn come_and_go(&mut self) {
         let frame = self.frame;
         if frame.is_multiple_of(40) {
             if let Some(gone) = self.passing.take() {
-                self.pagers.remove_texture(gone, frame);
+                self.pager.remove_texture(gone, frame);
             }
             let contents = Some(self.contents.clone());
-            self.passing = Some(self.pagers.add_texture(self.pool, &self.image, None, contents).unwrap().0);
+            self.passing = Some(self.pager.add_texture(self.pool, &self.image, None, contents).unwrap().0);
         }
         let Some(passing) = self.passing else { return };
         let side = frame as u32 % 3000;
@@ -251,9 +252,9 @@ impl Flight {
         match frame % 40 {
             7 | 27 => {
                 let urgency = Urgency { priority: 0, deadline: Some(frame + 9) };
-                self.pagers.prefetch(passing, &part, urgency).unwrap();
+                self.pager.prefetch(passing, &part, urgency).unwrap();
             }
-            13 => drop(self.pagers.invalidate(passing, &part)),
+            13 => drop(self.pager.invalidate(passing, &part)),
             _ => {}
         }
     }
@@ -270,21 +271,22 @@ fn memory_is_flat_over_a_hundred_thousand_frames_of_coming_and_going() {
     let first = play(40_000);
     let rest = play(60_000);
     assert!(rest <= 16 << 10, "{first} bytes in the first 40,000 frames, {rest} more in the rest");
-    let stats = flight.pagers.stats();
+    let stats = flight.pager.stats();
     assert!(stats.failures > 50_000 && stats.evicted > 100_000 && stats.shared > 1000, "{stats:?}");
 }
 
-/// What a source says of a texture's pages is a number for each: up to gigabytes, which it and the pager share.
+/// What a source says of a texture's pages is a number for each: up to gigabytes, which it and the pager
+/// share.
 #[test]
 fn content_that_changes_copies_no_page_list() {
     let image = Geometry::new(GeometrySpec { page: 16, ..GeometrySpec::image(16_384, 16_384) }).unwrap();
     let contents = Arc::new(PageContents::new(&image, Vec::new(), 300, |pos| Some(pos.x % 300)));
-    let mut pagers = Pagers::new(Budgets { upload_bytes_per_frame: 1, in_flight_bytes: 1 });
-    let pool = pagers.add_pool(100, 1, Some(BiasRule::Solved)).unwrap();
-    let (texture, _) = pagers.add_texture(pool, &image, None, Some(contents)).unwrap();
+    let mut pager = Pager::new(Budgets { upload_bytes_per_frame: 1, in_flight_bytes: 1 });
+    let pool = pager.add_pool(100, 1, Some(BiasRule::Solved)).unwrap();
+    let (texture, _) = pager.add_texture(pool, &image, None, Some(contents)).unwrap();
     let part = Region::image(0..64, 0..64);
     let mut invalidate = |region: &Region| {
-        allocation_counter::measure(|| assert!(checks::paused(|| pagers.invalidate(texture, region)) <= 1))
+        allocation_counter::measure(|| assert!(checks::paused(|| pager.invalidate(texture, region)) <= 1))
     };
     let counted = invalidate(&part);
     assert!(counted.bytes_total < 64 << 10, "{counted:?}");

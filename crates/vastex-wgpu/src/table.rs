@@ -4,7 +4,7 @@
 //! `table_changer`'s business.
 
 use vastex_core::{
-    Geometry, HashedPlace, HashedTable, LevelRule, PageNumbering, Slot, TableEntry, TableImage, TextureId,
+    Geometry, HashedBucket, HashedTable, LevelRule, PageNumbering, Slot, TableEntry, TableImage, TextureId,
 };
 
 use crate::device::{alive, guarded, storage, uniform};
@@ -19,7 +19,7 @@ use crate::way::FeedbackWay;
 /// Entries that a direct table has from the beginning, where a level has no more.
 const FEW_ENTRIES: u64 = 1024;
 /// Bytes of a place of a hashed table.
-const PLACE_BYTES: usize = 4 * HashedPlace::WORDS;
+const PLACE_BYTES: usize = 4 * HashedBucket::WORDS;
 
 /// Which kind of page table a texture gets. Pictures are the same with either.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -275,7 +275,7 @@ impl TableBuffers {
     }
 
     /// Of a direct table the entries, one `u32` each ([`TableEntry::to_bits`]) in the order of [`PageNumbering`]; of a hashed one the
-    /// [words](HashedPlace::words) of its places. Can be copied from; nothing where they lie in a texture.
+    /// [words](HashedBucket::words) of its places. Can be copied from; nothing where they lie in a texture.
     pub fn entries(&self) -> Option<&wgpu::Buffer> {
         match &self.entries {
             Entries::Buffer(buffer) => Some(buffer),
@@ -356,7 +356,7 @@ impl Kind {
             Kind::Direct { image: None, .. } => {
                 Words::Tail(TableEntry::new(geometry.tail().first_level(), tail_slot).to_bits())
             }
-            Kind::Hashed(table) => Words::Places(table.places()),
+            Kind::Hashed(table) => Words::Places(table.buckets()),
         }
     }
 
@@ -364,7 +364,7 @@ impl Kind {
         match self {
             Kind::Direct { finest, begin, .. } => TableParams::Direct { finest: *finest, begin: *begin },
             Kind::Hashed(table) => {
-                TableParams::Hashed { places: table.places().len() as u32, seed: table.seed() }
+                TableParams::Hashed { places: table.buckets().len() as u32, seed: table.seed() }
             }
         }
     }
@@ -372,7 +372,7 @@ impl Kind {
     pub(crate) fn bytes(&self, geometry: &Geometry) -> u64 {
         match self {
             Kind::Direct { begin, .. } => entry_count(geometry, *begin) * 4,
-            Kind::Hashed(table) => (table.places().len() * PLACE_BYTES) as u64,
+            Kind::Hashed(table) => (table.buckets().len() * PLACE_BYTES) as u64,
         }
     }
 }
@@ -381,7 +381,7 @@ impl Kind {
 pub(crate) enum Words<'a> {
     Image(&'a [TableEntry]),
     Tail(u32),
-    Places(&'a [HashedPlace]),
+    Places(&'a [HashedBucket]),
 }
 
 impl<'a> Words<'a> {
@@ -399,9 +399,9 @@ impl<'a> Words<'a> {
                 entries.iter().skip(begin).take(count).map(|entry| entry.to_bits()).collect()
             }
             Words::Places(places) => {
-                let first = begin / HashedPlace::WORDS;
+                let first = begin / HashedBucket::WORDS;
                 let words = places.iter().skip(first).flat_map(|place| place.words());
-                words.skip(begin % HashedPlace::WORDS).take(count).collect()
+                words.skip(begin % HashedBucket::WORDS).take(count).collect()
             }
         };
         words.resize(count, 0);

@@ -316,7 +316,7 @@ impl Pipelines {
 fn written_places(table: &HashedTable, written: &[u32]) -> Vec<u8> {
     let head = WrittenHead { count: written.len() as u32, ..WrittenHead::default() };
     let record = |&place: &u32| {
-        let [page_low, page_high, entry] = table.places()[place as usize].words();
+        let [page_low, page_high, entry] = table.buckets()[place as usize].words();
         Written { place, page_low, page_high, entry }
     };
     let records: Vec<Written> = written.iter().map(record).collect();
@@ -416,13 +416,13 @@ mod tests {
             table.take_written();
             let mut grown = 0;
             play(path, 900, |world| {
-                let before: Vec<_> = table.places().to_vec();
+                let before: Vec<_> = table.buckets().to_vec();
                 table.apply(world.table_changes());
                 let Some(written) = table.take_written() else {
                     grown += 1;
                     return;
                 };
-                let changed = before.iter().zip(table.places()).filter(|(a, b)| a != b).count();
+                let changed = before.iter().zip(table.buckets()).filter(|(a, b)| a != b).count();
                 let (sent, pages) = (written_places(&table, &written).len(), world.table_changes().len());
                 assert!(
                     pages == 0 || sent <= 2 * 12 * changed + 64 * pages,

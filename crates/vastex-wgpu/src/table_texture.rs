@@ -3,7 +3,7 @@
 //! Its words lie in the texture as in a buffer, row after row (table_texture.wgsl). The CPU has them too, and sends the rows in which some
 //! have changed.
 
-use vastex_core::{Geometry, HashedPlace, PageNumbering, PagePos, TableChange};
+use vastex_core::{Geometry, HashedBucket, PageNumbering, PagePos, TableChange};
 
 use crate::device::{alive, staged};
 use crate::error::GpuError;
@@ -234,7 +234,7 @@ impl TableBuffers {
         let (Entries::Texture(texture), Kind::Hashed(hashed)) = (&mut self.entries, &mut self.kind) else {
             return;
         };
-        let words = HashedPlace::WORDS as u64;
+        let words = HashedBucket::WORDS as u64;
         let written = hashed.take_written().unwrap_or_default();
         written.iter().for_each(|&place| texture.mark(u64::from(place) * words, words));
     }

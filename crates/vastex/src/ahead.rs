@@ -15,12 +15,12 @@ impl Textures {
     /// Frames ahead of which a view should be expected: what feedback takes, and what 95 % of the last tiles have taken from their
     /// request on. Where a camera will be then, [`vastex_core::Motion`] works out.
     pub fn frames_ahead(&self) -> u64 {
-        FEEDBACK_FRAMES + self.pagers.arrival_frames().map_or(FIRST_GUESS, u64::from)
+        FEEDBACK_FRAMES + self.pager.arrival_frames().map_or(FIRST_GUESS, u64::from)
     }
 
     /// Whether [`Textures::feedback_expected`] would draw: not while pages in view wait for the in-flight budget.
     pub fn can_look_ahead(&self) -> bool {
-        !self.pagers.is_short_of_bandwidth()
+        !self.pager.is_short_of_bandwidth()
     }
 
     /// Draws what is expected to be seen in [`Textures::frames_ahead`] frames, as [`Textures::feedback`] does what is seen, but at a

@@ -121,28 +121,28 @@ impl Textures {
         region: &Region,
         urgency: Urgency,
     ) -> Result<Ticket, AskError> {
-        let id = self.pagers.prefetch(texture, region, urgency)?;
+        let id = self.pager.prefetch(texture, region, urgency)?;
         Ok(self.open(id))
     }
 
     /// Loads a region of a texture and keeps it, whatever the view wants, until its ticket is released; see
     /// [`vastex_core::Pager::pin`].
     pub fn pin(&mut self, texture: TextureId, region: &Region) -> Result<Ticket, AskError> {
-        let id = self.pagers.pin(texture, region)?;
+        let id = self.pager.pin(texture, region)?;
         Ok(self.open(id))
     }
 
     fn open(&mut self, id: vastex_core::Ticket) -> Ticket {
         // A ticket that was just opened has not ended.
         let none = Progress { state: TicketState::Open, pages: 0, resident: 0, failed: 0 };
-        let progress = Progress { state: TicketState::Open, ..self.pagers.progress(id).unwrap_or(none) };
+        let progress = Progress { state: TicketState::Open, ..self.pager.progress(id).unwrap_or(none) };
         self.tickets.open(id, progress)
     }
 
     /// Cancels a prefetch, or unpins. Says whether there was anything to let go of. What has been loaded stays until its slot is
     /// needed.
     pub fn release(&mut self, ticket: &Ticket) -> bool {
-        let was_open = self.pagers.release(ticket.id);
+        let was_open = self.pager.release(ticket.id);
         self.end_tickets();
         was_open
     }
@@ -152,7 +152,7 @@ impl Textures {
     /// [`crate::CpuFeedback`] makes such a feedback without drawing anything. What is in view comes first, so a prediction
     /// costs nothing where bandwidth is short; see [`vastex_core::Pager::expect`].
     pub fn expect(&mut self, feedback: &Feedback) {
-        self.pagers.expect(feedback);
+        self.pager.expect(feedback);
     }
 
     /// The content of a region has changed where it comes from: its resident tiles are read again and replaced where they
@@ -165,7 +165,7 @@ impl Textures {
             state.source.changed(region);
             self.cpu_tiles.forget(texture, &state.description.geometry, region);
         }
-        self.pagers.invalidate(texture, region)
+        self.pager.invalidate(texture, region)
     }
 
     /// Whether, for a whole jitter cycle, no page was newly wanted and none was missing, in any pool.
@@ -181,9 +181,9 @@ impl Textures {
     /// Tells the tickets how far they are.
     pub(crate) fn follow_tickets(&mut self) {
         self.end_tickets();
-        let pagers = &self.pagers;
+        let pager = &self.pager;
         self.tickets.0.retain(|&id, shared| {
-            let (Some(shared), Some(progress)) = (shared.upgrade(), pagers.progress(id)) else {
+            let (Some(shared), Some(progress)) = (shared.upgrade(), pager.progress(id)) else {
                 return false;
             };
             // That all is here is said once the pager has said so.
@@ -193,7 +193,7 @@ impl Textures {
     }
 
     fn end_tickets(&mut self) {
-        while let Some((id, progress)) = self.pagers.poll_ended() {
+        while let Some((id, progress)) = self.pager.poll_ended() {
             self.tickets.end(id, progress);
         }
     }

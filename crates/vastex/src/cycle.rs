@@ -1,7 +1,7 @@
 //! Which sample positions of the jitter cycle a view has shown: a position whose feedback is lost is looked at again before any other.
 //!
 //! A view has been seen whole when its last feedbacks, as many as there are positions, showed every one of them. Before that nothing
-//! is known of some of its pixels, whatever the pagers take for converged.
+//! is known of some of its pixels, whatever the pager takes for converged.
 
 use std::collections::VecDeque;
 

@@ -71,7 +71,7 @@ pub struct LevelPages {
 impl Textures {
     /// What is in the pools, by texture and level. Costs a visit of every page that has a state: for people and tools, not for each frame.
     pub fn dump_pool_usage(&self) -> PoolDump {
-        let dumped = self.pools.iter().zip(self.pagers.iter()).map(|(pool, pager)| {
+        let dumped = self.pools.iter().zip(self.pager.pools()).map(|(pool, pager)| {
             let usage = pager.usage();
             DumpedPool {
                 pool: usage.pool.number(),

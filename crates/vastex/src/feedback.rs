@@ -182,7 +182,7 @@ impl Textures {
         let raw = RawFeedback::read(&self.device, &self.queue, target.raw())?;
         let mut feedback = Feedback::default();
         FeedbackCompactor::new().compact(self.frame, &raw.pixels, &mut feedback);
-        Ok(self.pagers.of_members(&feedback))
+        Ok(self.pager.of_members(&feedback))
     }
 
     /// The feedback that has arrived, or in lock-step that of the frame before the last, in the order of frames; then what the
@@ -192,7 +192,7 @@ impl Textures {
             None => self.polled_feedback()?,
             Some(_) => self.awaited_feedback()?,
         };
-        let length = u64::from(self.pagers.feedback_cycle());
+        let length = u64::from(self.pager.feedback_cycle());
         for state in &mut self.views {
             let of_view = arrived.iter().filter(|feedback| feedback.view == state.view);
             of_view.for_each(|feedback| state.cycle.come(feedback.frame, length));
@@ -248,7 +248,7 @@ impl Textures {
 
     /// Whether every view that is drawn has been looked at at every sample position, and all that follows is on the GPU.
     pub(crate) fn is_seen_whole(&self) -> bool {
-        let length = u64::from(self.pagers.feedback_cycle());
+        let length = u64::from(self.pager.feedback_cycle());
         let mut views = self.views.iter().filter(|state| state.view != ViewId::EXPECTED);
         self.undone.is_empty()
             && self.moving.is_settled()

@@ -13,7 +13,7 @@ use vastex_tiles::{LoadError, Loaded};
 use crate::error::Error;
 use crate::textures::Textures;
 
-/// What the pagers have decided and the GPU has not been told. Empty between two frames, but where one failed midway.
+/// What the pager has decided and the GPU has not been told. Empty between two frames, but where one failed midway.
 #[derive(Debug, Default)]
 pub(crate) struct Undone {
     /// In the order in which they were decided.
@@ -45,7 +45,7 @@ impl Textures {
     /// as they were, and the next call does what this one could not. What was recorded before a call that failed is to be submitted before the
     /// next, or drawn anew.
     pub fn update(&mut self) -> Result<(), Error> {
-        self.pagers.begin_frame(self.frame);
+        self.pager.begin_frame(self.frame);
         self.follow_tickets();
         self.observe()?;
         self.exchange_with_loader();
@@ -61,21 +61,21 @@ impl Textures {
         for views in self.arrived_feedback()?.chunk_by(|a, b| a.frame == b.frame) {
             self.counters.degenerate = views.iter().map(|feedback| feedback.degenerate).sum();
             if let Some(recorder) = &mut self.recorder {
-                recorder.note(views, &self.places, &self.pagers, &self.textures);
+                recorder.note(views, &self.places, &self.pager, &self.textures);
             }
-            self.pagers.observe_views(views);
+            self.pager.observe_views(views);
         }
-        self.pagers.feedback_under_way(self.oldest_feedback());
+        self.pager.feedback_under_way(self.oldest_feedback());
         Ok(())
     }
 
-    /// Hands the loader's results to the pagers, and the pagers' decisions to the loader.
+    /// Hands the loader's results to the pager, and the pager's decisions to the loader.
     fn exchange_with_loader(&mut self) {
-        let pagers = &mut self.pagers;
+        let pager = &mut self.pager;
         let mut arrived = |loaded: Loaded| match loaded.result {
-            Ok(bytes) => pagers.tile_ready(loaded.page, bytes),
-            Err(LoadError::Cancelled) => pagers.tile_cancelled(loaded.page),
-            Err(error) => pagers.tile_failed(loaded.page, error.to_string()),
+            Ok(bytes) => pager.tile_ready(loaded.page, bytes),
+            Err(LoadError::Cancelled) => pager.tile_cancelled(loaded.page),
+            Err(error) => pager.tile_failed(loaded.page, error.to_string()),
         };
         match &mut self.lock_step {
             None => std::iter::from_fn(|| self.loader.poll()).for_each(&mut arrived),
@@ -84,10 +84,10 @@ impl Textures {
             }
         }
         self.send_cancels();
-        while let Some(request) = self.pagers.poll_rerank() {
+        while let Some(request) = self.pager.poll_rerank() {
             self.loader.rerank(request.page, request.rank);
         }
-        while let Some(request) = self.pagers.poll_request() {
+        while let Some(request) = self.pager.poll_request() {
             self.loader.request(request.page, request.rank);
             if let Some(lock_step) = &mut self.lock_step {
                 lock_step.requested(request.page, self.frame);
@@ -97,7 +97,7 @@ impl Textures {
 
     /// Calls off the loads that are not worth finishing.
     pub(crate) fn send_cancels(&mut self) {
-        while let Some(page) = self.pagers.poll_cancel() {
+        while let Some(page) = self.pager.poll_cancel() {
             match &mut self.lock_step {
                 None => self.loader.cancel(page),
                 Some(lock_step) => lock_step.cancel(page),
@@ -105,10 +105,10 @@ impl Textures {
         }
     }
 
-    /// Takes the pagers' uploads of this frame.
+    /// Takes the pager's uploads of this frame.
     fn take_uploads(&mut self) {
         self.pass_fades();
-        while let Some((pool, upload)) = self.pagers.poll_upload() {
+        while let Some((pool, upload)) = self.pager.poll_upload() {
             self.note_fade(pool, upload.slot);
             self.note_for_cpu(pool, &upload);
             self.undone.uploads.push((pool, upload));
@@ -125,7 +125,7 @@ impl Textures {
         self.renew_groups_of(&moved)?;
         let copied = self.copy_tiles(&mut encoder)?;
         self.send_fades();
-        for (pool, pager) in self.pools.iter_mut().zip(self.pagers.iter()) {
+        for (pool, pager) in self.pools.iter_mut().zip(self.pager.pools()) {
             pool.set_bias(&self.queue, pager.bias_eighths());
         }
         self.update_groups();
@@ -148,7 +148,7 @@ impl Textures {
         self.moving.forget(texture);
         self.undone.tables.remove(&texture);
         if self.undone.uploads.iter().any(|(_, upload)| upload.page.texture() == texture) {
-            let slots = self.pagers.pager(pool).slots();
+            let slots = self.pager.pool(pool).slots();
             let is_taken =
                 |upload: &Upload| slots.get(upload.slot.index() as usize).is_some_and(Option::is_some);
             self.undone.uploads.retain(|(_, upload)| upload.page.texture() != texture || is_taken(upload));
@@ -158,11 +158,11 @@ impl Textures {
     /// The next thing that the application may want to know.
     pub fn poll_event(&mut self) -> Option<Event> {
         loop {
-            self.converged.take_if(|_| !self.pagers.is_converged());
+            self.converged.take_if(|_| !self.pager.is_converged());
             if self.converged.is_some() && self.is_seen_whole() {
                 return self.converged.take();
             }
-            match self.pagers.poll_event()? {
+            match self.pager.poll_event()? {
                 // Some pixels have not been looked at: their feedback was lost.
                 event @ Event::Converged { .. } if !self.is_seen_whole() => self.converged = Some(event),
                 event => return Some(event),
@@ -172,11 +172,11 @@ impl Textures {
 
     /// Whether nothing is missing in the views, and all of them has been seen.
     pub(crate) fn has_converged(&self) -> bool {
-        self.pagers.is_converged() && self.is_seen_whole()
+        self.pager.is_converged() && self.is_seen_whole()
     }
 
     /// The pages in view that could not be had so far.
     pub fn failed_pages(&self) -> Vec<PageId> {
-        self.pagers.failed_pages().collect()
+        self.pager.failed_pages().collect()
     }
 }

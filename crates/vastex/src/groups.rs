@@ -1,6 +1,6 @@
 //! Groups: several textures, or several layers, that one shader samples, through one bind group.
 
-use vastex_core::{GroupError, GroupId, Pagers, TextureId};
+use vastex_core::{GroupError, GroupId, Pager, TextureId};
 use vastex_wgpu::{GroupLayout, GroupMember, GroupParams, GroupShape, Pool, TableBuffers};
 
 use crate::error::Error;
@@ -114,11 +114,11 @@ impl Textures {
         let served = members.iter().filter(|member| !member.is_apart).map(|member| member.layer.texture());
         let served: Vec<TextureId> = served.collect();
         // Those that nothing answers for together have a number all the same, which no pixel names.
-        let id = self.pagers.add_group(if served.is_empty() { &textures } else { &served })?;
+        let id = self.pager.add_group(if served.is_empty() { &textures } else { &served })?;
         match self.new_group(id, members, layers, textures) {
             Ok(state) => self.groups.push(state),
             Err(error) => {
-                self.pagers.remove_group(id, self.frame);
+                self.pager.remove_group(id, self.frame);
                 return Err(error);
             }
         }
@@ -146,7 +146,7 @@ impl Textures {
         let shape = GroupShape::new(members.into_iter().map(member).collect(), has_feedback)?;
         let shape = shape.with_fade(self.seen().fade);
         let layout = GroupLayout::new(&self.device, shape, self.way)?;
-        let bound = Bound { textures: &self.textures, pools: &self.pools, pagers: &self.pagers };
+        let bound = Bound { textures: &self.textures, pools: &self.pools, pager: &self.pager };
         let params = bound.params(&self.device, &self.queue, id, &layers, &textures)?;
         let turns = (apart + usize::from(has_feedback)) as u32;
         Ok(GroupState { id, layers, textures, turns, layout, params })
@@ -154,7 +154,7 @@ impl Textures {
 
     /// Removes a group; its members stay. Says whether there was one. Nothing may be drawn with its bind group any more.
     pub fn remove_group(&mut self, group: GroupId) -> bool {
-        let was_there = self.pagers.remove_group(group, self.frame);
+        let was_there = self.pager.remove_group(group, self.frame);
         if was_there {
             self.groups.retain(|state| state.id != group);
             self.count_turns();
@@ -166,7 +166,7 @@ impl Textures {
     /// As many entries may take turns as the group of most has: those apart, and that of the others together.
     fn count_turns(&mut self) {
         let turns = self.groups.iter().map(|state| state.turns).max().unwrap_or(1);
-        self.pagers.set_turns(turns);
+        self.pager.set_turns(turns);
     }
 
     /// Groups that have lost a texture cannot be drawn any more.
@@ -180,7 +180,7 @@ impl Textures {
 
     /// Tells shaders what levels and mip biases have become.
     pub(crate) fn update_groups(&mut self) {
-        let bound = Bound { textures: &self.textures, pools: &self.pools, pagers: &self.pagers };
+        let bound = Bound { textures: &self.textures, pools: &self.pools, pager: &self.pager };
         for GroupState { layers, textures, params, .. } in &mut self.groups {
             params.update(&self.queue, bound.tables(textures), bound.members(layers));
         }
@@ -189,7 +189,7 @@ impl Textures {
     /// Gives the groups that these textures are in parameters of their own, beside those that recorded commands read: their page tables, or
     /// pools, are others now.
     pub(crate) fn renew_groups_of(&mut self, moved: &[TextureId]) -> Result<(), Error> {
-        let bound = Bound { textures: &self.textures, pools: &self.pools, pagers: &self.pagers };
+        let bound = Bound { textures: &self.textures, pools: &self.pools, pager: &self.pager };
         for GroupState { id, layers, textures, params, .. } in &mut self.groups {
             if textures.iter().any(|texture| moved.contains(texture)) {
                 *params = bound.params(&self.device, &self.queue, *id, layers, textures)?;
@@ -200,7 +200,7 @@ impl Textures {
 
     /// On another device.
     pub(crate) fn restore_groups(&mut self) -> Result<(), Error> {
-        let bound = Bound { textures: &self.textures, pools: &self.pools, pagers: &self.pagers };
+        let bound = Bound { textures: &self.textures, pools: &self.pools, pager: &self.pager };
         for GroupState { id, layers, textures, layout, params, .. } in &mut self.groups {
             *layout = GroupLayout::new(&self.device, layout.shape().clone(), self.way)?;
             *params = bound.params(&self.device, &self.queue, *id, layers, textures)?;
@@ -220,7 +220,7 @@ impl Textures {
     }
 
     fn bind_groups_where(&mut self, is_to_be_made: impl Fn(&GroupState) -> bool) {
-        let bound = Bound { textures: &self.textures, pools: &self.pools, pagers: &self.pagers };
+        let bound = Bound { textures: &self.textures, pools: &self.pools, pager: &self.pager };
         for state in self.groups.iter().filter(|state| is_to_be_made(state)) {
             let GroupState { id, layers, textures, layout, params, .. } = state;
             for view in &mut self.views {
@@ -244,7 +244,7 @@ impl Textures {
 struct Bound<'a> {
     textures: &'a [Option<TextureState>],
     pools: &'a [PoolState],
-    pagers: &'a Pagers,
+    pager: &'a Pager,
 }
 
 impl<'a> Bound<'a> {
@@ -255,7 +255,7 @@ impl<'a> Bound<'a> {
 
     fn members(self, layers: &[LayerId]) -> impl Iterator<Item = (&'a Pool, usize)> {
         layers.iter().filter_map(move |layer| {
-            let pool = self.pagers.pool_of(layer.texture())?;
+            let pool = self.pager.pool_of(layer.texture())?;
             Some((self.pools[usize::from(pool.number())].gpu()?, layer.index()))
         })
     }
@@ -268,7 +268,7 @@ impl<'a> Bound<'a> {
         layers: &[LayerId],
         textures: &[TextureId],
     ) -> Result<GroupParams, Error> {
-        let shape = self.pagers.group_shape(id).ok_or(GroupError::Empty)?;
+        let shape = self.pager.group_shape(id).ok_or(GroupError::Empty)?;
         let (tables, members) = (self.tables(textures), self.members(layers));
         Ok(GroupParams::new(device, queue, shape, id.number(), tables, members))
     }

@@ -94,8 +94,8 @@ impl Textures {
         let AskedPixel { pixel: place, frame, .. } = self.asked_pixels.0.pop_front()?;
         let mut feedback = Feedback::default();
         FeedbackCompactor::new().compact(frame, pixel.as_slice(), &mut feedback);
-        let wanted = self.pagers.of_members(&feedback).pages;
-        let explanations = wanted.into_iter().filter_map(|wanted| self.pagers.explain(wanted)).collect();
+        let wanted = self.pager.of_members(&feedback).pages;
+        let explanations = wanted.into_iter().filter_map(|wanted| self.pager.explain(wanted)).collect();
         Some(ExplainedPixel { pixel: place, explanations })
     }
 
@@ -119,7 +119,7 @@ impl Textures {
 
     /// Why a place of a texture shows what it shows where this page is wanted, at mip bias 0; nothing where there is no such page.
     pub fn explain(&self, page: PageId) -> Option<Explanation> {
-        self.pagers.explain(WantedPage { page, pixels: 1, eighth: 0 })
+        self.pager.explain(WantedPage { page, pixels: 1, eighth: 0 })
     }
 
     /// The feedback of the main view in this frame, drawn once more to be looked at: nothing follows from it. Its texture holds what
@@ -136,7 +136,7 @@ impl Textures {
 
     /// What is in each slot of a texture's pool, that of other textures too; nothing where one is free. Empty where there is no such texture.
     pub fn slots_beside(&self, texture: TextureId) -> Vec<Option<SlotUsage>> {
-        self.pagers.pool_of(texture).map_or_else(Vec::new, |pool| self.pagers.pager(pool).slots())
+        self.pager.pool_of(texture).map_or_else(Vec::new, |pool| self.pager.pool(pool).slots())
     }
 
     /// Draws the feedback of the main view into a target of its own, and submits that.

@@ -1,6 +1,6 @@
 //! How large pools are and whether their pictures may become coarser; `vastex.toml` says the same (`settings_file`).
 
-use vastex_core::{BiasRule, Description, LayerFormat, PagerSettings, PoolEstimate};
+use vastex_core::{BiasRule, Description, LayerFormat, Pager, PoolEstimate};
 
 /// The settings of all pools.
 ///
@@ -45,8 +45,8 @@ pub struct PoolTuning {
     pub residency_mip_bias: Option<bool>,
     /// How the bias is decided where there may be one; unset, it is solved. All pools whose bias is hunted share the largest.
     pub mip_bias_rule: Option<BiasRule>,
-    /// The share of the slots that pins may take, tails included, in percent, at most [`PagerSettings::MOST_PINS`]; unset,
-    /// [`PagerSettings::PIN_SHARE`].
+    /// The share of the slots that pins may take, tails included, in percent, at most [`Pager::MOST_PINS`]; unset,
+    /// [`Pager::PIN_SHARE`].
     pub pin_share: Option<u32>,
 }
 
@@ -92,7 +92,7 @@ impl PoolSettings {
         PoolPlan {
             bytes: factor.map_or(bytes, |factor| (bytes as f64 * factor) as u64),
             mip_bias: may_be_coarser.then(|| tuning.mip_bias_rule.unwrap_or_default()),
-            pin_share: tuning.pin_share.unwrap_or(PagerSettings::PIN_SHARE),
+            pin_share: tuning.pin_share.unwrap_or(Pager::PIN_SHARE),
         }
     }
 }

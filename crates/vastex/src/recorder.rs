@@ -4,13 +4,13 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use vastex_core::{
-    Description, Feedback, PageId, Pagers, Place, TextureId, Trace, TraceRecordError, WantedPage,
+    Description, Feedback, PageId, Pager, Place, TextureId, Trace, TraceRecordError, WantedPage,
 };
 
 use crate::error::Error;
 use crate::textures::{TextureState, Textures};
 
-/// A trace in the making. Feedback is recorded as the pagers take it in, whatever they decide.
+/// A trace in the making. Feedback is recorded as the pager takes it in, whatever that decides.
 #[derive(Debug, Default)]
 pub(crate) struct Recorder {
     trace: Trace,
@@ -43,12 +43,12 @@ impl Recorder {
         &mut self,
         views: &[Feedback],
         places: &Places,
-        pagers: &Pagers,
+        pager: &Pager,
         textures: &[Option<TextureState>],
     ) {
         if self.failed.is_none() {
             let place = views.first().and_then(|feedback| places.of(feedback.frame));
-            self.failed = self.add(views, place, pagers, textures).err();
+            self.failed = self.add(views, place, pager, textures).err();
         }
     }
 
@@ -56,7 +56,7 @@ impl Recorder {
         &mut self,
         views: &[Feedback],
         place: Option<Place>,
-        pagers: &Pagers,
+        pager: &Pager,
         textures: &[Option<TextureState>],
     ) -> Result<(), TraceRecordError> {
         self.known.resize(textures.len(), None);
@@ -67,7 +67,7 @@ impl Recorder {
                 *known = Some((description.clone(), number));
             }
         }
-        let pages = pagers.pages_of(views);
+        let pages = pager.pages_of(views);
         let mut pages: Vec<WantedPage> = pages.into_iter().filter_map(|page| self.renumbered(page)).collect();
         pages.sort_unstable();
         match place {

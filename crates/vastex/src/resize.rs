@@ -1,6 +1,6 @@
 //! Pools that grow and shrink while pictures are drawn, and keep their tiles.
 //!
-//! What stays and where it goes is the pager's decision (`vastex_core::Pager::resize`); here the memory is taken and tiles and page
+//! What stays and where it goes is the pager's decision (`vastex_core::Pager::resize_pool`); here the memory is taken and tiles and page
 //! tables follow.
 
 use vastex_core::{PoolId, TextureId};
@@ -46,7 +46,7 @@ impl Textures {
         }
         let mut new = old.resized(&self.device, &self.queue, slots)?;
         let mut moves = Vec::new();
-        self.pagers.resize_pool(pool, new.slots.slots(), &mut moves)?;
+        self.pager.resize_pool(pool, new.slots.slots(), &mut moves)?;
         let mut encoder = self.device.create_command_encoder(&Default::default());
         new.copy_from(&mut encoder, old, &moves);
         self.queue.submit([encoder.finish()]);

@@ -1,4 +1,4 @@
-//! After a lost device: everything on the GPU is made again, from what the pagers know and main memory has.
+//! After a lost device: everything on the GPU is made again, from what the pager knows and main memory has.
 
 use vastex_core::TextureId;
 use vastex_wgpu::{FeedbackWay, TableBuffers, TableChanger, alive};
@@ -31,7 +31,7 @@ impl Textures {
         self.moving = MovingTables::default();
         self.asked_pixels.clear();
         self.uploads.begin_anew(device, &self.settings);
-        self.pagers.tiles_lost();
+        self.pager.tiles_lost();
         self.cpu_tiles.tiles_lost();
         self.restore_views();
         self.changer = TableChanger::new(device, self.way);
@@ -52,7 +52,7 @@ impl Textures {
         let (Some(pool), Some(Some(state))) = (self.pool_of(texture), self.textures.get_mut(number)) else {
             return Ok(());
         };
-        let Some(slot) = self.pagers.pager(pool).tail_slot(texture) else { return Ok(()) };
+        let Some(slot) = self.pager.pool(pool).tail_slot(texture) else { return Ok(()) };
         let pool = &self.pools[usize::from(pool.number())];
         // It is as the pool holds tiles, and the newest that was to be uploaded.
         pool.upload(&self.queue, slot, &state.tail)?;

@@ -89,8 +89,8 @@ impl Textures {
         if upload.page.level() >= state.description.geometry.tail().first_level() {
             state.tail = upload.bytes.clone();
         }
-        let pagers = &self.pagers;
-        let pool_of = |texture| pagers.pool_of(texture);
+        let pager = &self.pager;
+        let pool_of = |texture| pager.pool_of(texture);
         self.cpu_tiles.uploaded((pool, upload.slot), state.source.description(), &upload.bytes, pool_of);
     }
 

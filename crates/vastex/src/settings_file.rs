@@ -11,7 +11,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 use toml::Spanned;
-use vastex_core::{BiasRule, Integrator, LayerFormat, PagerSettings};
+use vastex_core::{BiasRule, Integrator, LayerFormat, Pager};
 
 use crate::pool_settings::{PoolRule, PoolSettings, PoolTuning};
 use crate::settings::Settings;
@@ -339,7 +339,7 @@ impl TryFrom<i64> for PinShare {
     type Error = String;
 
     fn try_from(percent: i64) -> Result<PinShare, String> {
-        let most = PagerSettings::MOST_PINS;
+        let most = Pager::MOST_PINS;
         match u32::try_from(percent).ok().filter(|&percent| percent <= most) {
             Some(percent) => Ok(PinShare(percent)),
             None => Err(format!("a pin_share of {percent} percent; give it 0 to {most}")),

@@ -1,6 +1,6 @@
 //! How the loop stands: counters of its own, beside the pager's.
 
-use vastex_core::{Pager, Stats};
+use vastex_core::{PoolPager, Stats};
 
 use crate::pools::{PoolState, PoolStats};
 use crate::textures::Textures;
@@ -21,7 +21,7 @@ pub(crate) struct Counters {
 pub struct FrameStats {
     /// Frames so far.
     pub frame: u64,
-    /// Of all pagers together: slots, the working sets, loads and evictions; the largest mip bias of any.
+    /// Of all pools together: slots, the working sets, loads and evictions; the largest mip bias of any.
     pub pager: Stats,
     /// Whether, for a whole jitter cycle, nothing was newly wanted and nothing missing, in any pool.
     pub converged: bool,
@@ -46,17 +46,17 @@ impl Textures {
     /// How the loop stands.
     pub fn stats(&self) -> FrameStats {
         let read = self.views.iter().map(ViewState::bytes_read).sum::<u64>();
-        let of_pool = |(pool, pager): (&PoolState, &Pager)| PoolStats {
+        let of_pool = |(pool, pager): (&PoolState, &PoolPager)| PoolStats {
             pool: pager.pool(),
             tiles: pool.tiles.clone(),
             bytes: pool.bytes(),
             pager: pager.stats(),
         };
-        let pools: Vec<_> = self.pools.iter().zip(self.pagers.iter()).map(of_pool).collect();
+        let pools: Vec<_> = self.pools.iter().zip(self.pager.pools()).map(of_pool).collect();
         let tables = self.textures.iter().flatten().map(|texture| texture.table.bytes()).sum::<u64>();
         FrameStats {
             frame: self.frame,
-            pager: self.pagers.stats(),
+            pager: self.pager.stats(),
             converged: self.has_converged(),
             pool_bytes: pools.iter().map(|pool| pool.bytes).sum(),
             pools,

@@ -1,4 +1,4 @@
-//! Page tables: what the pagers have changed is carried out, and a direct one grows when a finer level comes to it, a hashed one
+//! Page tables: what the pager has changed is carried out, and a direct one grows when a finer level comes to it, a hashed one
 //! with what is resident.
 
 use std::collections::BTreeSet;
@@ -49,7 +49,7 @@ impl Textures {
         encoder: &mut wgpu::CommandEncoder,
     ) -> Result<Vec<TextureId>, Error> {
         let mut changes = std::mem::take(&mut self.changes);
-        self.pagers.take_table_changes(&mut changes);
+        self.pager.take_table_changes(&mut changes);
         self.begin_fades(&changes);
         // A stable order: what is decided of one texture stays in sequence.
         changes.sort_by_key(|change| change.page.texture());
@@ -151,7 +151,7 @@ impl Textures {
         encoder: &mut wgpu::CommandEncoder,
         texture: TextureId,
     ) -> Result<(), Error> {
-        let slot = self.pool_of(texture).and_then(|pool| self.pagers.pager(pool).tail_slot(texture));
+        let slot = self.pool_of(texture).and_then(|pool| self.pager.pool(pool).tail_slot(texture));
         let resident = self.resident_pages(texture);
         self.moving.forget(texture);
         let state = self.textures.get_mut(usize::from(texture.number()));
@@ -166,7 +166,7 @@ impl Textures {
     fn resident_pages(&self, texture: TextureId) -> Vec<TableChange> {
         let mut resident = Vec::new();
         if let Some(pool) = self.pool_of(texture) {
-            self.pagers.pager(pool).resident_changes(texture, &mut resident);
+            self.pager.pool(pool).resident_changes(texture, &mut resident);
         }
         resident
     }

@@ -1,6 +1,6 @@
 //! Telemetry: every pool after each of the last frames, with the tiers behind it, and the columns under which it is written down.
 //!
-//! What the pagers count is `vastex_core`'s, what the tiers count `vastex_tiles`'; here both are put side by side, frame by
+//! What the pager counts is `vastex_core`'s, what the tiers count `vastex_tiles`'; here both are put side by side, frame by
 //! frame. Programs and people read the columns by their names: see docs/telemetry.md.
 
 use std::fmt;
@@ -65,12 +65,12 @@ impl Textures {
         now.extend_from_slice(gone);
         for (number, texture) in (0..).zip(&self.textures) {
             let Some(texture) = texture else { continue };
-            let pool = vastex_core::TextureId::new(number).and_then(|id| self.pagers.pool_of(id));
+            let pool = vastex_core::TextureId::new(number).and_then(|id| self.pager.pool_of(id));
             if let Some(pool) = pool {
                 texture.source.add_tiers(&mut now[usize::from(pool.number())]);
             }
         }
-        for ((pager, &tiers), (stats_before, tiers_before)) in self.pagers.iter().zip(&*now).zip(earlier) {
+        for ((pager, &tiers), (stats_before, tiers_before)) in self.pager.pools().zip(&*now).zip(earlier) {
             let record =
                 PoolRecord { pager: pager.frame_since(stats_before), tiers: tiers.since(tiers_before) };
             history.push(self.frame, record);

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 use vastex_core::{
-    Budgets, Description, Dims, Event, Feedback, GroupId, Layer, LevelRule, PageId, PageState, Pagers,
+    Budgets, Description, Dims, Event, Feedback, GroupId, Layer, LevelRule, PageId, PageState, Pager,
     PoolError, PoolId, TableChange, TextureId, ViewId,
 };
 use vastex_tiles::{Clock, Loader, RamCache, SystemClock, Tiers, TileSource};
@@ -55,7 +55,7 @@ pub struct Textures {
     pub(crate) pipelines: FeedbackPipelines,
     /// By number.
     pub(crate) pools: Vec<PoolState>,
-    pub(crate) pagers: Pagers,
+    pub(crate) pager: Pager,
     /// By number; nothing where the texture was removed.
     pub(crate) textures: Vec<Option<TextureState>>,
     pub(crate) groups: Vec<GroupState>,
@@ -64,7 +64,7 @@ pub struct Textures {
     pub(crate) frame: u64,
     /// Whether the device has been polled since the last update.
     pub(crate) is_polled: bool,
-    /// That the pagers have converged, while some of a view has not been seen.
+    /// That the pager has converged, while some of a view has not been seen.
     pub(crate) converged: Option<Event>,
     pub(crate) undone: Undone,
     pub(crate) moving: MovingTables,
@@ -167,7 +167,7 @@ impl Textures {
             changer: TableChanger::new(device, way),
             pipelines: FeedbackPipelines::new(device, way),
             pools: Vec::new(),
-            pagers: Pagers::new(Budgets {
+            pager: Pager::new(Budgets {
                 upload_bytes_per_frame: settings.upload_bytes_per_frame,
                 in_flight_bytes: settings.in_flight_bytes,
             }),
@@ -251,7 +251,7 @@ impl Textures {
         let (device, geometry) = (&self.device, &description.geometry);
         TableBuffers::check(device, geometry, settings.page_table, self.way)?;
         let page_table = settings.page_table.on(device, geometry, self.way);
-        if !self.pagers.has_free_number() {
+        if !self.pager.has_free_number() {
             return Err(PoolError::TooManyTextures.into());
         }
         let sampling = |layer: &Layer| settings.sampling(layer, self.settings.filter);
@@ -288,7 +288,7 @@ impl Textures {
             return Ok(PoolId::new(number));
         }
         let pool = PoolState::of_one(&self.device, &self.queue, self.seen(), stored, held, shape)?;
-        let id = self.pagers.add_pool(pool.slots.slots(), pool.slots.tile_bytes, None)?;
+        let id = self.pager.add_pool(pool.slots.slots(), pool.slots.tile_bytes, None)?;
         self.pools.push(pool);
         Ok(id)
     }
@@ -308,12 +308,12 @@ impl Textures {
         let plan = self.settings.pools.plan(stored, held, self.settings.picture);
         let (pool, is_reduced) =
             PoolState::new(&self.device, &self.queue, self.seen(), plan.bytes, stored, held, shape)?;
-        let id = self.pagers.add_pool(pool.slots.slots(), pool.slots.tile_bytes, plan.mip_bias)?;
-        self.pagers.set_pin_share(id, plan.pin_share);
+        let id = self.pager.add_pool(pool.slots.slots(), pool.slots.tile_bytes, plan.mip_bias)?;
+        self.pager.set_pin_share(id, plan.pin_share);
         let (asked, bytes) = (plan.bytes, pool.slots.bytes());
         if is_reduced {
             tracing::warn!(tiles = %pool.tiles, asked, bytes, "the device has no memory for a pool of this size");
-            self.pagers.say(Event::PoolReduced { pool: id, asked, bytes });
+            self.pager.report(Event::PoolReduced { pool: id, asked, bytes });
         }
         self.pools.push(pool);
         Ok(id)
@@ -329,7 +329,7 @@ impl Textures {
     ) -> Result<TextureId, Error> {
         let contents = if self.settings.share_contents { source.contents().cloned() } else { None };
         let present = source.present().cloned();
-        let (texture, slot) = self.pagers.add_texture(pool, &description.geometry, present, contents)?;
+        let (texture, slot) = self.pager.add_texture(pool, &description.geometry, present, contents)?;
         let pool = &self.pools[usize::from(pool.number())];
         pool.upload(&self.queue, slot, tail)?;
         let geometry = &description.geometry;
@@ -359,7 +359,7 @@ impl Textures {
         self.remove_groups_of(texture);
         self.forget_texture_space(Some(texture));
         self.cpu_tiles.remove(texture);
-        self.pagers.remove_texture(texture, self.frame);
+        self.pager.remove_texture(texture, self.frame);
         self.forget_undone(texture, pool);
         self.send_cancels();
         self.loader.remove_source(texture);
@@ -370,7 +370,7 @@ impl Textures {
             self.telemetry.note_gone(pool, tiers);
         }
         self.views.iter_mut().for_each(|view| view.groups.set(texture, Vec::new()));
-        if self.pagers.pager(pool).stats().pinned == 0 {
+        if self.pager.pool(pool).stats().pinned == 0 {
             self.pools[usize::from(pool.number())].give_back();
         }
         true
@@ -427,12 +427,12 @@ impl Textures {
 
     /// The pool of a texture, as events and statistics name it.
     pub fn pool_of(&self, texture: TextureId) -> Option<PoolId> {
-        self.pagers.pool_of(texture)
+        self.pager.pool_of(texture)
     }
 
     /// The mip bias in force for a texture, that of its pool, in eighths of a level.
     pub fn bias_eighths(&self, texture: TextureId) -> u16 {
-        self.pool_of(texture).map_or(0, |pool| self.pagers.pager(pool).bias_eighths())
+        self.pool_of(texture).map_or(0, |pool| self.pager.pool(pool).bias_eighths())
     }
 
     /// Sets how the levels of a texture are chosen, from the next feedback and picture on: a clamp of levels and a bias of its
@@ -441,17 +441,17 @@ impl Textures {
     pub fn set_levels(&mut self, texture: TextureId, rule: LevelRule) -> bool {
         let Some(Some(state)) = self.textures.get_mut(usize::from(texture.number())) else { return false };
         state.table.set_rule(&self.queue, rule);
-        self.pagers.set_levels(texture, rule)
+        self.pager.set_levels(texture, rule)
     }
 
     /// How the levels of a texture are chosen, within the levels that it has.
     pub fn levels(&self, texture: TextureId) -> Option<LevelRule> {
-        self.pagers.levels(texture)
+        self.pager.levels(texture)
     }
 
     /// The state of a page.
     pub fn state(&self, page: PageId) -> PageState {
-        self.pagers.state(page)
+        self.pager.state(page)
     }
 
     /// How views say what they want: as the settings say, or the best that the device has.

@@ -206,7 +206,7 @@ impl Textures {
     pub(crate) fn staged(&mut self, pool: PoolId, source: Arc<dyn TileSource>) -> Arc<dyn TileSource> {
         let Some(gpu) = self.pools[usize::from(pool.number())].gpu() else { return source };
         let (source, room_bytes) = self.uploads.staging(source, gpu.belt_layout());
-        self.pagers.set_flight_bytes(pool, gpu.layout().tile_bytes + room_bytes);
+        self.pager.set_flight_bytes(pool, gpu.layout().tile_bytes + room_bytes);
         source
     }
 

@@ -1,7 +1,7 @@
 //! Views: the main view and any beside it, and what each is drawn with.
 //!
 //! Each has a feedback target, a way back, a uniform and bind groups of its own, so that several can be drawn in one encoder.
-//! How they say what they want is `feedback`'s business; what follows from it, the pagers decide.
+//! How they say what they want is `feedback`'s business; what follows from it, the pager decides.
 
 use vastex_core::{TextureId, ViewId};
 use vastex_wgpu::{FeedbackWay, ViewBuffer};
@@ -71,7 +71,7 @@ impl Textures {
     /// Costs a bind group for each layer of each texture and for each group, and once it is drawn a feedback target.
     pub fn add_view(&mut self, settings: ViewSettings) -> Result<ViewId, Error> {
         self.catch_up()?;
-        let view = self.pagers.add_view(settings.weight)?;
+        let view = self.pager.add_view(settings.weight)?;
         self.begin_view(view);
         Ok(view)
     }
@@ -85,12 +85,12 @@ impl Textures {
     /// Sets how much a pixel of a view counts, from its next feedback on; see [`ViewSettings::weight`]. Says whether there is
     /// such a view.
     pub fn set_view_weight(&mut self, view: ViewId, weight: f32) -> bool {
-        self.pagers.set_weight(view, weight)
+        self.pager.set_weight(view, weight)
     }
 
     /// Removes a view: what only it wanted is out of view. Says whether there was one; the main view stays.
     pub fn remove_view(&mut self, view: ViewId) -> bool {
-        let was_there = self.pagers.remove_view(view);
+        let was_there = self.pager.remove_view(view);
         if was_there {
             self.forget_feedback_path(view);
             self.views.retain(|state| state.view != view);
@@ -105,7 +105,7 @@ impl Textures {
 
     /// A view has jumped. What the others want stays.
     pub fn view_cut_of(&mut self, view: ViewId) {
-        self.pagers.view_cut(view, self.frame);
+        self.pager.view_cut(view, self.frame);
         if let Some(state) = self.views.iter_mut().find(|state| state.view == view) {
             state.cycle.begin_anew();
         }
@@ -121,8 +121,7 @@ impl Textures {
     /// Makes the bind groups of a texture anew, for every view; none while its pool's memory is given back.
     pub(crate) fn make_bind_groups(&mut self, texture: TextureId) {
         let number = usize::from(texture.number());
-        let (Some(pool), Some(Some(state))) = (self.pagers.pool_of(texture), self.textures.get(number))
-        else {
+        let (Some(pool), Some(Some(state))) = (self.pager.pool_of(texture), self.textures.get(number)) else {
             return;
         };
         let pool = &self.pools[usize::from(pool.number())];

@@ -12,7 +12,8 @@ use crate::{medians, micros};
 /// The picture, in pixels, and a smaller one.
 const PICTURE: [u32; 2] = [1920, 1080];
 const SMALL_PICTURE: [u32; 2] = [640, 480];
-/// The frame of each path that is looked at: none of them is where a path begins, but that of the camera that stands.
+/// The frame of each path that is looked at: none of them is where a path begins, but that of the camera that
+/// stands.
 const FRAME: u64 = 45;
 /// A well-known prototype's: 80x60 texels in 0.5 ms.
 const ANCHOR_TEXELS_PER_MS: f64 = 9600.0;

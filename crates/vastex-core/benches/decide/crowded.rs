@@ -1,10 +1,11 @@
-//! A decision with two thousand textures, beside one with few: as many pages in view, as many pages that could not be had.
+//! A decision with two thousand textures, beside one with few: as many pages in view, as many pages that
+//! could not be had.
 
 use std::time::Instant;
 
 use bytes::Bytes;
 use vastex_core::{
-    BiasRule, Budgets, Dims, Feedback, Geometry, GeometrySpec, PageId, PagePos, Pagers, TextureId, WantedPage,
+    BiasRule, Budgets, Dims, Feedback, Geometry, GeometrySpec, PageId, PagePos, Pager, TextureId, WantedPage,
 };
 
 use crate::micros;
@@ -34,7 +35,7 @@ pub(crate) fn measure() {
     println!("|---|---|---|---|---|---|");
     let mut scenes = [Crowded::few(), Crowded::many()];
     scenes.iter_mut().for_each(Crowded::prepare);
-    let before = [0, 1].map(|n| scenes[n].pagers.stats().evicted);
+    let before = [0, 1].map(|n| scenes[n].pager.stats().evicted);
     let mut times = [const { Vec::new() }; 2];
     for _ in 0..DECISIONS {
         for (scene, times) in scenes.iter_mut().zip(&mut times) {
@@ -47,7 +48,7 @@ pub(crate) fn measure() {
     });
     scenes.iter().for_each(|scene| assert_eq!(scene.failed(), FAILED, "all are remembered to the end"));
     for ((scene, median), before) in scenes.iter().zip(medians).zip(before) {
-        let stats = scene.pagers.stats();
+        let stats = scene.pager.stats();
         println!(
             "| {} | {} | {} | {:.0} | {median:.0} | {:.2} |",
             scene.textures.len(),
@@ -60,7 +61,7 @@ pub(crate) fn measure() {
 }
 
 struct Crowded {
-    pagers: Pagers,
+    pager: Pager,
     textures: Vec<TextureId>,
     /// Textures in view, and how many others come into it in each frame.
     in_view: usize,
@@ -84,13 +85,13 @@ impl Crowded {
     }
 
     fn new(textures: u32, in_view: usize, step: usize, pages: [u32; 2], level: u8) -> Crowded {
-        let mut pagers =
-            Pagers::new(Budgets { upload_bytes_per_frame: 1000, in_flight_bytes: 2 * FAILED as u64 });
-        let pool = pagers.add_pool(textures + SLOTS, 1, Some(BiasRule::Solved)).unwrap();
+        let mut pager =
+            Pager::new(Budgets { upload_bytes_per_frame: 1000, in_flight_bytes: 2 * FAILED as u64 });
+        let pool = pager.add_pool(textures + SLOTS, 1, Some(BiasRule::Solved)).unwrap();
         let geometry = Geometry::new(GeometrySpec::image(SIDE, SIDE)).unwrap();
         let textures: Vec<_> =
-            (0..textures).map(|_| pagers.add_texture(pool, &geometry, None, None).unwrap().0).collect();
-        Crowded { pagers, textures, in_view, step, pages, level, frame: 0, failed_pages: Vec::new() }
+            (0..textures).map(|_| pager.add_texture(pool, &geometry, None, None).unwrap().0).collect();
+        Crowded { pager, textures, in_view, step, pages, level, frame: 0, failed_pages: Vec::new() }
     }
 
     fn new_pages(&self) -> u64 {
@@ -119,26 +120,27 @@ impl Crowded {
     }
 
     fn play(&mut self, feedback: &Feedback) {
-        let (tile, pagers) = (Bytes::from_static(b"tile"), &mut self.pagers);
-        pagers.begin_frame(feedback.frame);
-        pagers.observe(feedback);
-        while let Some(page) = pagers.poll_cancel() {
-            pagers.tile_cancelled(page);
+        let (tile, pager) = (Bytes::from_static(b"tile"), &mut self.pager);
+        pager.begin_frame(feedback.frame);
+        pager.observe(feedback);
+        while let Some(page) = pager.poll_cancel() {
+            pager.tile_cancelled(page);
         }
-        while pagers.poll_rerank().is_some() {}
-        while let Some(request) = pagers.poll_request() {
+        while pager.poll_rerank().is_some() {}
+        while let Some(request) = pager.poll_request() {
             match request.pos.level {
-                0 => pagers.tile_failed(request.page, "none"),
-                _ => pagers.tile_ready(request.page, tile.clone()),
+                0 => pager.tile_failed(request.page, "none"),
+                _ => pager.tile_ready(request.page, tile.clone()),
             }
         }
-        while pagers.poll_upload().is_some() {}
-        pagers.take_table_changes(&mut Vec::new());
-        while pagers.poll_event().is_some() {}
+        while pager.poll_upload().is_some() {}
+        pager.take_table_changes(&mut Vec::new());
+        while pager.poll_event().is_some() {}
     }
 
     fn prepare(&mut self) {
-        // Pages of level 0, as many in a frame as fit with their ancestors, each as often as it takes for the pager to remember them for long.
+        // Pages of level 0, as many in a frame as fit with their ancestors, each as often as it takes for the
+        // pager to remember them for long.
         let count = self.textures.len();
         let nth =
             |nth: usize| self.page(nth % count, 0, (nth / count) as u32 % 32, (nth / count) as u32 / 32);
@@ -148,11 +150,11 @@ impl Crowded {
             for pages in self.failed_pages.clone().chunks(300) {
                 self.frame += 1;
                 let pages = pages.iter().map(|&page| WantedPage { page, pixels: 1, eighth: 0 }).collect();
-                self.pagers.view_cut(vastex_core::ViewId::MAIN, self.frame);
+                self.pager.view_cut(vastex_core::ViewId::MAIN, self.frame);
                 self.play(&Feedback::of_pages(self.frame, pages));
             }
-            // Until they may be tried again, a moment later; after the last time they are remembered for twice as long as that, which
-            // outlasts the measurement.
+            // Until they may be tried again, a moment later; after the last time they are remembered for
+            // twice as long as that, which outlasts the measurement.
             if failure + 1 < FAILURES {
                 self.frame = begun + (32 << failure) + 2;
             }
@@ -165,7 +167,7 @@ impl Crowded {
     /// The pages that could not be had and of which the pager knows.
     fn failed(&self) -> usize {
         let is_known =
-            |page: &&PageId| matches!(self.pagers.state(**page), vastex_core::PageState::Failed { .. });
+            |page: &&PageId| matches!(self.pager.state(**page), vastex_core::PageState::Failed { .. });
         self.failed_pages.iter().filter(is_known).count()
     }
 

@@ -1,8 +1,9 @@
-//! A frame's whole decision: feedback taken in, the order of loading, requests, uploads, evictions and table changes.
+//! A frame's whole decision: feedback taken in, the order of loading, requests, uploads, evictions and table
+//! changes.
 
 use bytes::Bytes;
 use vastex_core::sim::Path;
-use vastex_core::{BiasRule, Feedback, Geometry, GeometrySpec, Pager, PagerSettings, TextureId};
+use vastex_core::{BiasRule, Budgets, Feedback, Geometry, GeometrySpec, Pager, TextureId};
 
 use crate::micros;
 
@@ -59,17 +60,12 @@ struct World {
 
 impl World {
     fn new() -> World {
-        let mut pager = Pager::new(PagerSettings {
-            slots: SLOTS,
-            tile_bytes: TILE_BYTES,
-            upload_bytes_per_frame: 32 * TILE_BYTES,
-            in_flight_bytes: 64 * TILE_BYTES,
-            mip_bias: Some(BiasRule::Solved),
-            pin_share: PagerSettings::PIN_SHARE,
-        });
+        let mut pager =
+            Pager::new(Budgets { upload_bytes_per_frame: 32 * TILE_BYTES, in_flight_bytes: 64 * TILE_BYTES });
+        let pool = pager.add_pool(SLOTS, TILE_BYTES, Some(BiasRule::Solved)).unwrap();
         let geometry = Geometry::new(GeometrySpec::image(262_144, 131_072)).unwrap();
         let texture = TextureId::new(0).unwrap();
-        pager.add_texture(texture, &geometry, None, None).unwrap();
+        pager.add_texture(pool, &geometry, None, None).unwrap();
         World { pager, geometry, texture, changes: Vec::new(), tile: Bytes::from(vec![0; 16]) }
     }
 

@@ -1,7 +1,9 @@
-//! What deciding costs on one core: from a raw feedback target to distinct pages, and from these to a frame's decisions.
+//! What deciding costs on one core: from a raw feedback target to distinct pages, and from these to a frame's
+//! decisions.
 //!
-//! `cargo xtask bench decide`. Both sides of a comparison take turns, so that a noisy machine slows both; times are medians
-//! over the turns. Given names of parts (`compaction`, `frame`, `sweep`, `many`, `crowded`), it measures these alone.
+//! `cargo xtask bench decide`. Both sides of a comparison take turns, so that a noisy machine slows both;
+//! times are medians over the turns. Given names of parts (`compaction`, `frame`, `sweep`, `many`,
+//! `crowded`), it measures these alone.
 
 #![allow(clippy::print_stdout, clippy::unwrap_used, reason = "a benchmark")]
 

@@ -1,4 +1,5 @@
-//! The same picture from one texture and from many: cut into pieces, and with several attributes in each pixel.
+//! The same picture from one texture and from many: cut into pieces, and with several attributes in each
+//! pixel.
 
 use std::collections::HashSet;
 use std::time::Instant;
@@ -8,7 +9,7 @@ use vastex_core::shader_constants::{FEEDBACK_WANTED, JITTER_CYCLE};
 use vastex_core::sim::{Path, View};
 use vastex_core::{
     BiasRule, Budgets, Dims, Feedback, FeedbackCompactor, Geometry, GeometrySpec, GroupId, PageId, PagePos,
-    Pagers, TextureId, WantedPage,
+    Pager, TextureId, WantedPage,
 };
 
 use crate::micros;
@@ -90,7 +91,7 @@ enum Names {
 }
 
 struct Scene {
-    pagers: Pagers,
+    pager: Pager,
     image: Geometry,
     textures: Vec<TextureId>,
     names: Names,
@@ -113,28 +114,28 @@ impl Scene {
 
     fn group() -> Scene {
         let mut scene = Scene::attributes(Names::Turns);
-        scene.names = Names::Group(scene.pagers.add_group(&scene.textures).unwrap());
+        scene.names = Names::Group(scene.pager.add_group(&scene.textures).unwrap());
         scene
     }
 
     fn by_turns() -> Scene {
         let mut scene = Scene::attributes(Names::Turns);
-        scene.pagers.set_turns(ATTRIBUTES as u32);
+        scene.pager.set_turns(ATTRIBUTES as u32);
         scene
     }
 
     fn new(spec: GeometrySpec, textures: u32, tile_bytes: u64, slots: u32, names: Names) -> Scene {
         let frame_bytes = TILES_PER_FRAME * TILE_BYTES;
-        let mut pagers =
-            Pagers::new(Budgets { upload_bytes_per_frame: frame_bytes, in_flight_bytes: 2 * frame_bytes });
+        let mut pager =
+            Pager::new(Budgets { upload_bytes_per_frame: frame_bytes, in_flight_bytes: 2 * frame_bytes });
         // Tails on top, so that the rest is the same for all.
-        let pool = pagers.add_pool(slots + textures, tile_bytes, Some(BiasRule::Solved)).unwrap();
+        let pool = pager.add_pool(slots + textures, tile_bytes, Some(BiasRule::Solved)).unwrap();
         let geometry = Geometry::new(spec).unwrap();
         let textures =
-            (0..textures).map(|_| pagers.add_texture(pool, &geometry, None, None).unwrap().0).collect();
+            (0..textures).map(|_| pager.add_texture(pool, &geometry, None, None).unwrap().0).collect();
         let image = Geometry::new(GeometrySpec::image(SIZE[0], SIZE[1])).unwrap();
         let (under_way, loaded) = (Vec::new(), HashSet::new());
-        Scene { pagers, image, textures, names, under_way, loaded, reloads: 0 }
+        Scene { pager, image, textures, names, under_way, loaded, reloads: 0 }
     }
 
     /// Feedback of a view of the image, by the names that the scene's textures have.
@@ -197,25 +198,25 @@ impl Scene {
 
     fn frame(&mut self, feedback: &Feedback) {
         let tile = Bytes::from_static(b"tile");
-        self.pagers.begin_frame(feedback.frame);
-        self.pagers.observe(feedback);
+        self.pager.begin_frame(feedback.frame);
+        self.pager.observe(feedback);
         for page in self.under_way.drain(..) {
-            self.pagers.tile_ready(page, tile.clone());
+            self.pager.tile_ready(page, tile.clone());
         }
-        while let Some(page) = self.pagers.poll_cancel() {
-            self.pagers.tile_cancelled(page);
+        while let Some(page) = self.pager.poll_cancel() {
+            self.pager.tile_cancelled(page);
         }
         let most = (TILES_PER_FRAME * TILE_BYTES / self.tile_bytes()) as usize;
         while self.under_way.len() < most
-            && let Some(request) = self.pagers.poll_request()
+            && let Some(request) = self.pager.poll_request()
         {
             self.under_way.push(request.page);
         }
-        while let Some((_, upload)) = self.pagers.poll_upload() {
+        while let Some((_, upload)) = self.pager.poll_upload() {
             self.reloads += u32::from(!self.loaded.insert(upload.page));
         }
-        self.pagers.take_table_changes(&mut Vec::new());
-        while self.pagers.poll_event().is_some() {}
+        self.pager.take_table_changes(&mut Vec::new());
+        while self.pager.poll_event().is_some() {}
     }
 
     fn tile_bytes(&self) -> u64 {
@@ -228,7 +229,7 @@ impl Scene {
         for frame in 1..=STILL_FRAMES {
             let feedback = self.feedback(&view, frame);
             self.frame(&feedback);
-            sharp = if self.pagers.stats().missing > 0 { frame + 1 } else { sharp };
+            sharp = if self.pager.stats().missing > 0 { frame + 1 } else { sharp };
         }
         sharp
     }
@@ -240,12 +241,12 @@ impl Scene {
             let start = Instant::now();
             self.frame(&feedback);
             times.push(start.elapsed());
-            let stats = self.pagers.stats();
+            let stats = self.pager.stats();
             levels_short += stats.mean_levels_short() / FRAMES as f64;
             wanted_most = wanted_most.max(stats.wanted);
         }
         times.sort_unstable();
-        let stats = self.pagers.stats();
+        let stats = self.pager.stats();
         Run {
             wanted_most,
             loads: stats.loaded as f64,

@@ -122,7 +122,8 @@ fn text(x: f64, y: f64, anchor: &str, text: &str) -> String {
     format!("<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\">{text}</text>\n")
 }
 
-/// The distance between ticks from 0 on, 1, 2 or 5 times a power of ten, and how many there are up to `most`: at most 5.
+/// The distance between ticks from 0 on, 1, 2 or 5 times a power of ten, and how many there are up to `most`:
+/// at most 5.
 fn ticks_to(most: f64) -> (f64, u32) {
     let power = 10f64.powf((most.max(1e-9) / 5.0).log10().floor());
     let tick = [1.0, 2.0, 5.0, 10.0].map(|n| n * power).into_iter().find(|tick| most / tick <= 5.0);

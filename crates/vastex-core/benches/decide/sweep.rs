@@ -1,12 +1,12 @@
-//! What the size of a pool and the number of textures do to loads, sharpness and the cost of deciding: the five camera paths,
-//! swept, as tables and plots.
+//! What the size of a pool and the number of textures do to loads, sharpness and the cost of deciding: the
+//! five camera paths, swept, as tables and plots.
 
 use std::collections::HashSet;
 use std::time::Instant;
 
 use bytes::Bytes;
 use vastex_core::sim::{Path, View};
-use vastex_core::{BiasRule, Feedback, Geometry, GeometrySpec, PageId, Pager, PagerSettings, TextureId};
+use vastex_core::{BiasRule, Budgets, Feedback, Geometry, GeometrySpec, PageId, Pager, TextureId};
 
 use crate::micros;
 use crate::plot::{Panel, Plot};
@@ -136,17 +136,14 @@ fn feedbacks(path: Path, count: u32) -> Vec<Feedback> {
 }
 
 fn play(views: &[Feedback], count: u32, slots: u32) -> Run {
-    let mut pager = Pager::new(PagerSettings {
-        slots: slots.max(count + 1),
-        tile_bytes: TILE_BYTES,
+    let mut pager = Pager::new(Budgets {
         upload_bytes_per_frame: TILES_PER_FRAME * TILE_BYTES,
         in_flight_bytes: 2 * TILES_PER_FRAME * TILE_BYTES,
-        mip_bias: Some(BiasRule::Solved),
-        pin_share: PagerSettings::PIN_SHARE,
     });
+    let pool = pager.add_pool(slots.max(count + 1), TILE_BYTES, Some(BiasRule::Solved)).unwrap();
     let (geometry, tile) = (geometry(), Bytes::from_static(b"tile"));
     for n in 0..count {
-        pager.add_texture(texture(n), &geometry, None, None).unwrap();
+        assert_eq!(pager.add_texture(pool, &geometry, None, None).unwrap().0, texture(n));
     }
     let (mut run, mut times) = (Run::default(), Vec::new());
     let (mut loaded, mut under_way, mut changes) = (HashSet::<PageId>::new(), Vec::new(), Vec::new());
@@ -164,7 +161,7 @@ fn play(views: &[Feedback], count: u32, slots: u32) -> Run {
             under_way.push(request.page);
         }
         let uploads = std::iter::from_fn(|| pager.poll_upload());
-        run.reloads += uploads.filter(|upload| !loaded.insert(upload.page)).count() as f64;
+        run.reloads += uploads.filter(|(_, upload)| !loaded.insert(upload.page)).count() as f64;
         pager.take_table_changes(&mut changes);
         while pager.poll_event().is_some() {}
         times.push(start.elapsed());

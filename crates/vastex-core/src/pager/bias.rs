@@ -1,7 +1,8 @@
 //! The mip bias of a pool: how many levels coarser the picture is, so that the working set fits.
 //!
-//! How large the set is at each bias is known at once (`working_set`); here stands which bias is taken, and when it falls. The
-//! rule is chosen with [`BiasRule`]: the solution, or the controller of large engines to measure it against.
+//! How large the set is at each bias is known at once (`working_set`); here stands which bias is taken, and
+//! when it falls. The rule is chosen with [`BiasRule`]: the solution, or the controller of large engines to
+//! measure it against.
 
 use crate::pager::working_set::WorkingSet;
 use crate::shader_constants::{MAX_LEVELS, STEPS_PER_LEVEL};
@@ -9,12 +10,13 @@ use crate::shader_constants::{MAX_LEVELS, STEPS_PER_LEVEL};
 /// How the mip bias of a pool is decided.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum BiasRule {
-    /// Solved: up at once to the smallest bias whose working set fits 90 % of the slots, down only when the finer set fits 80 %,
-    /// and only after a whole jitter cycle. Each pool has its own.
+    /// Solved: up at once to the smallest bias whose working set fits 90 % of the slots, down only when the
+    /// finer set fits 80 %, and only after a whole jitter cycle. Each pool has its own.
     #[default]
     Solved,
-    /// Hunted, a little each frame, as large engines do it: a baseline. Until the bias is large enough, what came first is shown
-    /// sharply and the rest by its ancestors. The largest bias of the pools with this rule acts on all of them.
+    /// Hunted, a little each frame, as large engines do it: a baseline. Until the bias is large enough, what
+    /// came first is shown sharply and the rest by its ancestors. The largest bias of the pools with this
+    /// rule acts on all of them.
     Integrating(Integrator),
 }
 
@@ -23,8 +25,8 @@ pub enum BiasRule {
 pub struct Integrator {
     /// The bias falls while the view takes less than this share of the slots, 0 to 1.
     pub lower: f32,
-    /// It rises while the view takes more than this share, 0 to 1. A view takes all the slots at most, so at 0.95 and a rate of
-    /// 0.2 it rises by a level in 100 frames.
+    /// It rises while the view takes more than this share, 0 to 1. A view takes all the slots at most, so at
+    /// 0.95 and a rate of 0.2 it rises by a level in 100 frames.
     pub upper: f32,
     /// Levels a frame, times the share by which a bound is missed.
     pub rate: f32,
@@ -42,10 +44,7 @@ impl Default for Integrator {
 
 /// Decides the mip bias of a pool, feedback after feedback.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct BiasControl {
-    slots: u32,
-    state: State,
-}
+pub(crate) struct BiasControl(State);
 
 #[derive(Clone, Copy, Debug)]
 enum State {
@@ -57,7 +56,7 @@ enum State {
 
 impl BiasControl {
     /// Without a rule there is never a bias.
-    pub(crate) fn new(slots: u32, rule: Option<BiasRule>) -> BiasControl {
+    pub(crate) fn new(rule: Option<BiasRule>) -> BiasControl {
         let state = match rule {
             None => State::Off,
             Some(BiasRule::Solved) => State::Solved(Solved::default()),
@@ -65,17 +64,12 @@ impl BiasControl {
                 State::Integrating(Integrating { settings, levels: 0.0, shared: 0 })
             }
         };
-        BiasControl { slots, state }
-    }
-
-    /// The pool has another size from now on.
-    pub(crate) fn set_slots(&mut self, slots: u32) {
-        self.slots = slots;
+        BiasControl(state)
     }
 
     /// The bias in force, in eighths of a level.
     pub(crate) fn bias(&self) -> u16 {
-        match &self.state {
+        match &self.0 {
             State::Off => 0,
             State::Solved(solved) => solved.bias,
             State::Integrating(integrating) => integrating.eighths().max(integrating.shared),
@@ -84,24 +78,30 @@ impl BiasControl {
 
     /// A new working set has begun.
     pub(crate) fn restart(&mut self) {
-        if let State::Solved(solved) = &mut self.state {
+        if let State::Solved(solved) = &mut self.0 {
             *solved = Solved::default();
         }
     }
 
     /// Takes the set's sizes into account; says whether the pool needs a larger bias than before.
-    pub(crate) fn update(&mut self, set: &WorkingSet, pins: u32) -> bool {
-        let (slots, bias) = (self.slots, self.bias());
-        match &mut self.state {
+    pub(crate) fn update(&mut self, set: &WorkingSet, slots: u32, tails: u32) -> bool {
+        let bias = self.bias();
+        match &mut self.0 {
             State::Off => false,
-            State::Solved(solved) => solved.update(set, slots, pins),
-            State::Integrating(integrating) => integrating.update(set.size_at(bias) + pins, slots, pins),
+            State::Solved(solved) => solved.update(set, slots, tails),
+            State::Integrating(integrating) => integrating.update(set.size_at(bias) + tails, slots, tails),
         }
     }
 
-    /// What the pool adds to the bias that pools share, in eighths of a level; nothing where it has its own.
+    /// Returns true if the working set is made to fit at once.
+    #[cfg(feature = "checks")]
+    pub(crate) fn is_solved(&self) -> bool {
+        matches!(self.0, State::Solved(_))
+    }
+
+    /// What the pool adds to the bias that pools share, in eighths of a level; `None` if it has its own.
     pub(crate) fn shared(&self) -> Option<u16> {
-        match &self.state {
+        match &self.0 {
             State::Integrating(integrating) => Some(integrating.eighths()),
             State::Off | State::Solved(_) => None,
         }
@@ -109,7 +109,7 @@ impl BiasControl {
 
     /// The largest of what the pools add, in eighths of a level.
     pub(crate) fn set_shared(&mut self, eighths: u16) {
-        if let State::Integrating(integrating) = &mut self.state {
+        if let State::Integrating(integrating) = &mut self.0 {
             integrating.shared = eighths;
         }
     }
@@ -126,14 +126,14 @@ struct Solved {
 }
 
 impl Solved {
-    fn update(&mut self, set: &WorkingSet, slots: u32, pins: u32) -> bool {
+    fn update(&mut self, set: &WorkingSet, slots: u32, tails: u32) -> bool {
         let share = |percent: u64| (u64::from(slots) * percent / 100) as u32;
-        let needed = set.bias_for(share(90).saturating_sub(pins));
+        let needed = set.bias_for(share(90).saturating_sub(tails));
         if needed > self.bias {
             *self = Solved { bias: needed, ..Solved::default() };
             return true;
         }
-        let roomy = set.bias_for(share(80).saturating_sub(pins));
+        let roomy = set.bias_for(share(80).saturating_sub(tails));
         if roomy >= self.bias {
             (self.calm, self.calm_bias) = (0, 0);
             return false;
@@ -162,11 +162,11 @@ impl Integrating {
         (self.levels * STEPS_PER_LEVEL as f32).round() as u16
     }
 
-    fn update(&mut self, wanted: u32, slots: u32, pins: u32) -> bool {
+    fn update(&mut self, wanted: u32, slots: u32, tails: u32) -> bool {
         let Integrator { lower, upper, rate, locked, max_levels } = self.settings;
         let share = |pages: u32| pages.min(slots) as f32 / slots.max(1) as f32;
         let (taken, before) = (share(wanted), self.eighths());
-        if share(pins) > locked {
+        if share(tails) > locked {
             self.levels = 0.0;
         } else if taken > upper {
             self.levels += rate * (taken - upper);
@@ -205,19 +205,19 @@ mod tests {
     #[test]
     fn the_bias_rises_at_once_and_falls_after_a_calm_cycle() {
         let (textures, id) = textures();
-        let mut control = BiasControl::new(20, Some(BiasRule::Solved));
+        let mut control = BiasControl::new(Some(BiasRule::Solved));
         let row = |n: u32| (0..n).map(|x| wanted(id, x)).collect::<Vec<_>>();
         let mut set = WorkingSet::new();
         set.observe(&Feedback { frame: 0, pages: row(32), ..Feedback::default() }, &textures);
         set.rebuild(|_, record| (record, false), |_| ContentId::NONE);
-        assert!(control.update(&set, 1));
+        assert!(control.update(&set, 20, 1));
         let risen = control.bias();
         assert!(risen >= 8 && set.size_at(risen) < 18);
         let mut frames = 0;
         while control.bias() == risen {
             set.observe(&Feedback { frame: 0, pages: row(2), ..Feedback::default() }, &textures);
             set.rebuild(|_, record| (record, false), |_| ContentId::NONE);
-            assert!(!control.update(&set, 1));
+            assert!(!control.update(&set, 20, 1));
             frames += 1;
         }
         // One cycle until the wide view is forgotten, and one calm one.
@@ -243,7 +243,7 @@ mod tests {
         (0..20).for_each(|_| assert!(!control.update(70, 100, 1)));
         assert_eq!(control.eighths(), 24, "a quarter of the slots too few: a level in 20 frames");
         control.update(5000, 100, 66);
-        assert_eq!(control.eighths(), 0, "pins cannot be helped");
+        assert_eq!(control.eighths(), 0, "tails cannot be helped");
     }
 
     #[test]

@@ -1,5 +1,5 @@
-//! The upload budget: a token bucket, so that uploads are even and a budget below one tile still gets there. And whose
-//! turn it is where several pools share a budget.
+//! The upload budget: a token bucket, so that uploads are even and a budget below one tile still gets there.
+//! And whose turn it is where several pools share a budget.
 
 /// Limits uploaded bytes: over any `n` frames at most `n * budget + max(one tile, 4 * budget)`.
 ///
@@ -52,7 +52,7 @@ impl UploadBucket {
 
 /// What one of those that share a budget has to be served.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Claim {
+pub(crate) enum Demand {
     Nothing,
     /// Something, but others keep it from waiting for its turn.
     HeldBack,
@@ -61,8 +61,8 @@ pub(crate) enum Claim {
 
 /// Whose turn it is where several share one budget: who has had the fewest bytes.
 ///
-/// Among those that wait all the time no two differ by more than the largest amount served at once. Who does not wait
-/// saves nothing up, unless others hold it back.
+/// Among those that wait all the time no two differ by more than the largest amount served at once. Who does
+/// not wait saves nothing up, unless others hold it back.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct FairShare {
     served: Vec<u64>,
@@ -76,21 +76,26 @@ impl FairShare {
 
     /// Whose turn it is among those that wait; nobody is held back.
     pub(crate) fn next(&mut self, mut is_waiting: impl FnMut(usize) -> bool) -> Option<usize> {
-        self.next_of(0, |who| if is_waiting(who) { Claim::Waits } else { Claim::Nothing })
+        self.next_of(0, |who| if is_waiting(who) { Demand::Waits } else { Demand::Nothing })
     }
 
-    /// Whose turn it is among those that wait. Who is held back saves up to `credit` bytes. Asks for each claim twice.
-    pub(crate) fn next_of(&mut self, credit: u64, mut claim_of: impl FnMut(usize) -> Claim) -> Option<usize> {
+    /// Whose turn it is among those that wait. Who is held back saves up to `credit` bytes. Asks for each
+    /// demand twice.
+    pub(crate) fn next_of(
+        &mut self,
+        credit: u64,
+        mut demand_of: impl FnMut(usize) -> Demand,
+    ) -> Option<usize> {
         let mut first: Option<usize> = None;
-        for who in (0..self.served.len()).filter(|&who| claim_of(who) == Claim::Waits) {
+        for who in (0..self.served.len()).filter(|&who| demand_of(who) == Demand::Waits) {
             if first.is_none_or(|first| self.served[who] < self.served[first]) {
                 first = Some(who);
             }
         }
-        // Nobody was served less than the first of those that wait: they who did not wait had nothing to be served.
+        // Raises idle pools to the current minimum, so that they save up no more credit than they may.
         let least = self.served[first?];
         for (who, served) in self.served.iter_mut().enumerate() {
-            let saved = if claim_of(who) == Claim::HeldBack { credit } else { 0 };
+            let saved = if demand_of(who) == Demand::HeldBack { credit } else { 0 };
             *served = (*served).max(least.saturating_sub(saved));
         }
         first
@@ -107,8 +112,9 @@ const SHORT_AFTER: u32 = 2;
 /// Frames in a row in which it had not, after which bandwidth is no longer short.
 const SPARE_AFTER: u32 = 8;
 
-/// Whether there is bandwidth for more than the view: not where pages in view wait to be asked for since the in-flight budget
-/// is full. It is short soon and spare late, so that a prediction is not drawn in every other frame.
+/// Whether there is bandwidth for more than the view: not where pages in view wait to be asked for since the
+/// in-flight budget is full. It is short soon and spare late, so that a prediction is not drawn in every
+/// other frame.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Bandwidth {
     /// In this frame a page in view was left waiting.
@@ -126,15 +132,6 @@ impl Bandwidth {
             (self.is_short, self.otherwise) = (waited, 0);
         }
     }
-}
-
-/// What is in other pools that share the budget.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Beside {
-    /// Bytes in flight.
-    pub(super) in_flight_bytes: u64,
-    /// Textures that have pages to ask for.
-    pub(super) textures: u32,
 }
 
 #[cfg(test)]
@@ -158,19 +155,19 @@ mod tests {
 
     #[test]
     fn who_is_held_back_is_served_later_and_who_had_nothing_is_not() {
-        for (claim, credit, expected) in
-            [(Claim::HeldBack, 1000, 60), (Claim::HeldBack, 20, 20), (Claim::Nothing, 1000, 0)]
+        for (demand, credit, expected) in
+            [(Demand::HeldBack, 1000, 60), (Demand::HeldBack, 20, 20), (Demand::Nothing, 1000, 0)]
         {
             let mut share = FairShare::default();
             (0..2).for_each(|_| share.add());
             for _ in 0..6 {
-                let next = share.next_of(credit, |who| if who == 0 { Claim::Waits } else { claim });
+                let next = share.next_of(credit, |who| if who == 0 { Demand::Waits } else { demand });
                 assert_eq!(next, Some(0));
                 share.serve(0, 10);
             }
             // The last turn is what it was not told of.
-            let _ = share.next_of(credit, |who| if who == 0 { Claim::Waits } else { claim });
-            assert_eq!(share.served[0] - share.served[1], expected, "{claim:?}, {credit} bytes of credit");
+            let _ = share.next_of(credit, |who| if who == 0 { Demand::Waits } else { demand });
+            assert_eq!(share.served[0] - share.served[1], expected, "{demand:?}, {credit} bytes of credit");
         }
     }
 

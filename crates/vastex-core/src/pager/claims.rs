@@ -1,24 +1,39 @@
-//! What holds pages against what is out of view: prefetches and pins, and predictions. Every page held is known to the residency.
+//! What holds pages against what is out of view: prefetches and pins, and predictions. Every page held is
+//! known to the residency.
 
 #[cfg(feature = "checks")]
 use rustc_hash::FxHashMap;
 
 use crate::pager::prediction::Prediction;
-use crate::pager::tickets::{Ask, Progress, Ticket, Tickets};
+use crate::pager::tickets::{Ask, AskError, Progress, Ticket, Tickets};
 use crate::residency::Residency;
 use crate::table::pool::PoolId;
 use crate::texture::page::{PageId, TextureId};
+
+/// Percent of the slots that pins may take where nothing else is said.
+pub(super) const PIN_SHARE: u32 = 50;
+/// Percent of the slots that pins may take at most, so that there is always room for a view.
+pub(super) const MOST_PINS: u32 = 80;
 
 /// See the head of the file.
 #[derive(Debug)]
 pub(crate) struct Claims {
     tickets: Tickets,
     prediction: Prediction,
+    /// The share of the slots that pins may take, tails included, in percent.
+    pin_share: u32,
+    /// Other pages are pinned than the working set knows of.
+    pins_changed: bool,
 }
 
 impl Claims {
     pub(crate) fn new(pool: PoolId) -> Claims {
-        Claims { tickets: Tickets::new(pool), prediction: Prediction::default() }
+        Claims {
+            tickets: Tickets::new(pool),
+            prediction: Prediction::default(),
+            pin_share: PIN_SHARE,
+            pins_changed: false,
+        }
     }
 
     /// Returns true if no ticket is open and nothing is expected.
@@ -34,8 +49,9 @@ impl Claims {
         pages: Vec<PageId>,
         residency: &mut Residency,
     ) -> Ticket {
-        if ask != Ask::Pin {
-            pages.iter().for_each(|&page| residency.claim(page));
+        match ask {
+            Ask::Pin => self.pins_changed = true,
+            Ask::Prefetch(_) => pages.iter().for_each(|&page| residency.claim(page)),
         }
         self.tickets.open(ask, texture, pages)
     }
@@ -47,21 +63,41 @@ impl Claims {
         residency: &mut Residency,
     ) -> Option<(Ask, Vec<PageId>)> {
         let (ask, pages) = self.tickets.release(ticket, residency)?;
-        if ask != Ask::Pin {
-            pages.iter().for_each(|&page| residency.unclaim(page));
+        match ask {
+            Ask::Pin => self.pins_changed = true,
+            Ask::Prefetch(_) => pages.iter().for_each(|&page| residency.unclaim(page)),
         }
         Some((ask, pages))
     }
 
-    /// Lets go of everything of a texture, which is about to go.
-    pub(crate) fn forget(&mut self, texture: TextureId, residency: &mut Residency) {
-        for ticket in self.tickets.of_texture(texture) {
-            self.release(ticket, residency);
-        }
+    /// Lets go of everything of a texture, which is about to go, also out of the working set and the
+    /// residency.
+    pub(crate) fn forget(&mut self, texture: TextureId, residency: &Residency) {
+        self.tickets.forget(texture, residency);
         self.prediction.forget(texture);
     }
 
-    /// Once per frame: ends tickets and predictions whose time has come, and adds the pages that they held to `released`.
+    pub(super) fn set_pin_share(&mut self, percent: u32) {
+        self.pin_share = percent;
+    }
+
+    /// Fails where pins, tails included, would take more than their share of the slots with these pages as
+    /// well.
+    pub(super) fn may_pin(&self, pages: &[PageId], residency: &Residency) -> Result<(), AskError> {
+        let share = u64::from(self.pin_share.min(MOST_PINS));
+        let most = (u64::from(residency.slot_count()) * share / 100) as u32;
+        let more = pages.iter().filter(|&&page| !self.pins(page)).count();
+        let pages = (self.pinned().count() + more) as u64 + u64::from(residency.tails());
+        if pages > u64::from(most) { Err(AskError::TooManyPins { pages, most }) } else { Ok(()) }
+    }
+
+    /// Returns true if other pages are pinned than at the last call.
+    pub(super) fn take_pins_changed(&mut self) -> bool {
+        std::mem::take(&mut self.pins_changed)
+    }
+
+    /// Once per frame: ends tickets and predictions whose time has come, and adds the pages that they held to
+    /// `released`.
     ///
     /// Costs a visit of each page of the open tickets, and of each that is expected.
     pub(crate) fn begin_frame(&mut self, frame: u64, residency: &mut Residency, released: &mut Vec<PageId>) {
@@ -77,7 +113,8 @@ impl Claims {
         }
     }
 
-    /// The pages that are held against what is out of view, in the order in which they should be loaded. A page may come several times.
+    /// The pages that are held against what is out of view, in the order in which they should be loaded. A
+    /// page may come several times.
     pub(crate) fn pages_in_order(&mut self) -> impl Iterator<Item = PageId> + '_ {
         let expected = self.prediction.pages_in_order().iter().map(|&(page, _)| page);
         expected.chain(self.tickets.pages_in_order())

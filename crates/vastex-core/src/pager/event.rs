@@ -5,10 +5,11 @@ use std::collections::VecDeque;
 use crate::table::pool::PoolId;
 use crate::texture::page::{PageId, TextureId};
 
-/// Something that happened; see [`crate::Pagers::poll_event`].
+/// Something that happened; see [`crate::Pager::poll_event`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Event {
-    /// For a whole jitter cycle no page was newly wanted, and none was missing at the bias in force, in any pool.
+    /// For a whole jitter cycle no page was newly wanted, and none was missing at the bias in force, in any
+    /// pool.
     Converged {
         /// The frame.
         frame: u64,
@@ -37,7 +38,8 @@ pub enum Event {
         /// Bytes that it has.
         bytes: u64,
     },
-    /// A tile could not be had; said once, until it recovers. It is tried again with back-off, its ancestor stays on screen.
+    /// A tile could not be had; said once, until it recovers. It is tried again with back-off, its ancestor
+    /// stays on screen.
     Failed {
         /// The pool of its texture.
         pool: PoolId,
@@ -71,7 +73,8 @@ pub struct TexturePages {
     pub resident: u32,
 }
 
-/// Events that nobody has asked for yet. The oldest are dropped where they would be too many, and that is an event too.
+/// Events that nobody has asked for yet. The oldest are dropped where they would be too many, and that is an
+/// event too.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct EventQueue {
     events: VecDeque<Event>,

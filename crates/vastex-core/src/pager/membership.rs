@@ -2,21 +2,17 @@
 
 use std::sync::Arc;
 
-use crate::pager::pool::Pager;
+use crate::pager::pool::PoolPager;
 use crate::table::pool::{PoolError, PoolLayout, Slot};
 use crate::texture::geometry::{Geometry, page_id};
 use crate::texture::page::TextureId;
 use crate::texture::page_contents::PageContents;
 use crate::texture::page_set::PageSet;
 
-impl Pager {
-    /// Adds a texture under a number that is free and pins its tail, whose slot is returned: the caller puts the tail's
-    /// tile there before it draws.
-    ///
-    /// `present` are the pages that have tiles, nothing where all have: where another is wanted, its nearest ancestor that has
-    /// one is. `contents` are the pages that have the same tile, nothing where all differ: those share a load and a slot. A pool
-    /// that would have no slot left to work with refuses the texture.
-    pub fn add_texture(
+impl PoolPager {
+    /// Adds a texture under a number that is free in all pools, and puts its tail into the slot that is
+    /// returned.
+    pub(super) fn add_texture(
         &mut self,
         texture: TextureId,
         geometry: &Geometry,
@@ -25,64 +21,44 @@ impl Pager {
     ) -> Result<Slot, PoolError> {
         // Where all is tail there is nothing to work with.
         let is_all_tail = geometry.page_count() == 1 && self.textures.are_all_tail();
-        let settings = self.settings;
         let needed = self.textures.count() + if is_all_tail { 1 } else { PoolLayout::MIN_SLOTS };
-        if needed > settings.slots {
-            return Err(PoolError::TooSmall {
-                budget: u64::from(settings.slots) * settings.tile_bytes,
-                slots: settings.slots,
-                tile_bytes: settings.tile_bytes,
-                needed,
-            });
+        let slots = self.residency.slot_count();
+        if needed > slots {
+            return Err(self.too_small(slots, needed));
         }
-        if self.textures.geometry(texture).is_some() {
-            return Err(PoolError::NumberTaken { number: texture.number() });
-        }
-        let slot = match self.residency.take_free_slot() {
-            Some(slot) => slot,
-            None => {
-                let (slot, _) = self
-                    .residency
-                    .take_slot(&self.textures)
-                    .ok_or(PoolError::AllInView { slots: settings.slots })?;
-                slot
-            }
-        };
+        let (slot, _) = self.residency.take_slot(&self.textures).ok_or(PoolError::AllInView { slots })?;
         self.textures.add(texture, Arc::new(geometry.clone()), present);
+        self.load_order.add_texture(slots, contents.is_some());
         if let Some(contents) = contents {
             self.residency.add_contents(texture, geometry.dims(), contents);
-            self.waiting.reserve(settings.slots as usize);
         }
         if let Some(tail) = page_id(texture, geometry, geometry.tail_pos()) {
             self.residency.put_tail(tail, slot);
         }
-        self.room = self.room.saturating_sub(1);
         self.check();
         Ok(slot)
     }
 
-    /// Removes a texture: its tiles and its tail give up their slots, what is in flight is called off. Says how many loads the
-    /// loader has yet to answer, or nothing where there is no such texture. The number may be given to another texture when
-    /// they are answered and no feedback under way names this one.
+    pub(super) fn too_small(&self, slots: u32, needed: u32) -> PoolError {
+        let tile_bytes = self.residency.tile_bytes();
+        PoolError::TooSmall { budget: u64::from(slots) * tile_bytes, slots, tile_bytes, needed }
+    }
+
+    /// Removes a texture: its tiles and its tail give up their slots, what is in flight is called off. Gives
+    /// how many loads the loader has yet to answer; `None` if there is no such texture.
     ///
-    /// Its page table is the caller's, and is not told of. Costs a visit of every page that has a state.
-    pub fn remove_texture(&mut self, texture: TextureId) -> Option<u32> {
+    /// Costs a visit of every page that has a state.
+    pub(super) fn remove_texture(&mut self, texture: TextureId) -> Option<u32> {
         if !self.textures.remove(texture) {
             return None;
         }
-        self.claims.forget(texture, &mut self.residency);
-        let loads = self.residency.forget(texture);
-        self.by_hand.retain(|page| page.texture() != texture);
+        self.claims.forget(texture, &self.residency);
+        let under_way = self.residency.forget(texture);
         self.set.forget(texture);
         self.rebuild_set();
-        self.order.retain(|page| page.texture() != texture);
-        self.waiting.retain(|page| page.texture() != texture);
-        (self.next_request, self.held_back, self.next_upload) = (0, None, 0);
-        (self.next_by_hand, self.next_upload_by_hand) = (0, 0);
+        self.load_order.forget(texture);
+        self.plan.forget(texture);
         self.make_room();
-        self.plan_due = true;
-        let under_way = loads.len() as u32;
-        self.cancels.extend(loads);
         self.check();
         Some(under_way)
     }

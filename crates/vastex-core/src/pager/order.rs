@@ -1,9 +1,9 @@
 //! The order of loading.
 //!
-//! First what is at most two levels finer than what is on screen, so that a view that has nothing better sharpens step
-//! by step; then what is further ahead. Within each, by the pixels that would gain times the levels that they would gain;
-//! among equals the coarser page, then the one nearest the centre of what is wanted. It is an order, never a wait:
-//! a free loader takes the next best.
+//! First what is at most two levels finer than what is on screen, so that a view that has nothing better
+//! sharpens step by step; then what is further ahead. Within each, by the pixels that would gain times the
+//! levels that they would gain; among equals the coarser page, then the one nearest the centre of what is
+//! wanted. It is an order, never a wait: a free loader takes the next best.
 
 use rustc_hash::FxHashMap;
 
@@ -18,11 +18,18 @@ const STEP_LEVELS: u8 = 2;
 /// Bits that a gain needs at most: pixels (32) times levels (8).
 const GAIN_BITS: u32 = 40;
 
+/// A missing page, and where its record was.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Missing {
+    pub(super) page: PageId,
+    pub(super) record: RecordHint,
+}
+
 /// A missing page. Ascending order of `key`, then of the page, is the order of loading.
 #[derive(Clone, Copy, Debug)]
 struct Ranked {
-    /// The group, then the gain, then the level, each the larger first, then the distance: in one number, since comparing is
-    /// what sorting does most.
+    /// The group, then the gain, then the level, each the larger first, then the distance: in one number,
+    /// since comparing is what sorting does most.
     key: u128,
     page: PageId,
     record: RecordHint,
@@ -36,25 +43,25 @@ impl Ranked {
     }
 }
 
-/// The centre of what is wanted of a texture: the sum of the pages' middles, in texels of level 0, weighted by pixels, and
-/// of the weights.
+/// The centre of what is wanted of a texture: the sum of the pages' middles, in texels of level 0, weighted
+/// by pixels, and of the weights.
 type Centre = ([f64; 3], f64);
 
 /// Works out the order of loading, in memory that it keeps.
 #[derive(Debug, Default)]
-pub(crate) struct Ranking {
+pub(super) struct Ranking {
     ranked: Vec<Ranked>,
     centres: FxHashMap<TextureId, Centre>,
 }
 
 impl Ranking {
     /// Puts the missing pages of the working set at `bias` into `order`, best first.
-    pub(crate) fn order_missing(
+    pub(super) fn order_missing(
         &mut self,
         set: &WorkingSet,
         bias: u16,
         textures: &Textures,
-        order: &mut Vec<PageId>,
+        order: &mut Vec<Missing>,
     ) {
         order.clear();
         self.ranked.clear();
@@ -71,12 +78,7 @@ impl Ranking {
             Ranked { key, page, record: node.record }
         }));
         ranked.sort_unstable_by_key(|ranked| (ranked.key, ranked.page));
-        order.extend(ranked.iter().map(|ranked| ranked.page));
-    }
-
-    /// Where the records of the pages were that were last put in order.
-    pub(crate) fn records(&self) -> impl Iterator<Item = RecordHint> + '_ {
-        self.ranked.iter().map(|ranked| ranked.record)
+        order.extend(ranked.iter().map(|&Ranked { page, record, .. }| Missing { page, record }));
     }
 
     fn find_centres(&mut self, set: &WorkingSet, textures: &Textures) {

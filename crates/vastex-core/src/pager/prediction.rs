@@ -1,8 +1,9 @@
 //! Prediction: what the view is expected to want when tiles that are asked for now will be here.
 //!
-//! The application draws, or works out, the feedback of the view that a camera which goes on as it does will have in so many
-//! frames as a tile takes; its pages are loaded after everything in view and before prefetches, and held against what is out of
-//! view. Since anything that is missing in view comes first, predictions cost nothing where bandwidth is short.
+//! The application draws, or works out, the feedback of the view that a camera which goes on as it does will
+//! have in so many frames as a tile takes; its pages are loaded after everything in view and before
+//! prefetches, and held against what is out of view. Since anything that is missing in view comes first,
+//! predictions cost nothing where bandwidth is short.
 
 use rustc_hash::FxHashMap;
 

@@ -1,26 +1,29 @@
-//! What page tables are told: of each upload that was handed out, or of all that is resident where a table begins anew.
+//! What page tables are told: of each upload that was handed out, or of all that is resident where a table
+//! begins anew.
 
-use crate::pager::pool::Pager;
+use crate::pager::Pager;
+use crate::pager::pool::PoolPager;
 use crate::table::pool::Slot;
 use crate::table::{ChangeRule, TableChange, TableEntry};
 use crate::texture::geometry::page_id;
 use crate::texture::page::TextureId;
 
 impl Pager {
-    /// Replaces `changes` with the page-table changes of the uploads handed out since the last call: evictions first,
-    /// then loads.
+    /// Replaces `changes` with the page-table changes of the uploads handed out since the last call, of every
+    /// pool: evictions before loads in each.
     pub fn take_table_changes(&mut self, changes: &mut Vec<TableChange>) {
         changes.clear();
-        self.append_table_changes(changes);
+        for pool in self.pools_mut() {
+            pool.load_order.join_waiting(&mut pool.residency, &pool.textures);
+            pool.check();
+            pool.residency.drain_table_changes(&pool.textures, changes);
+        }
     }
+}
 
-    pub(crate) fn append_table_changes(&mut self, changes: &mut Vec<TableChange>) {
-        self.join_waiting();
-        self.residency.drain_table_changes(&self.textures, changes);
-    }
-
-    /// Replaces `changes` with what a page table in which every entry leads to the tail is to be told, so that it leads to what is
-    /// resident. Costs a visit of every page that has a state.
+impl PoolPager {
+    /// Replaces `changes` with what a page table in which every entry leads to the tail is to be told, so
+    /// that it leads to what is resident. Costs a visit of every page that has a state.
     pub fn resident_changes(&self, texture: TextureId, changes: &mut Vec<TableChange>) {
         let own = self.resident().filter(|(page, _)| page.texture() == texture);
         let finer = own.filter(|(page, _)| !self.textures.is_tail(*page));
@@ -32,7 +35,7 @@ impl Pager {
         }));
     }
 
-    /// The slot of a texture's tail; nothing where there is no such texture.
+    /// The slot of a texture's tail; `None` if there is no such texture.
     pub fn tail_slot(&self, texture: TextureId) -> Option<Slot> {
         let geometry = self.textures.geometry(texture)?;
         self.residency.slot_of(page_id(texture, geometry, geometry.tail_pos())?)

@@ -1,7 +1,7 @@
 //! The numbers of textures, and of groups: who has which, and when one may be given again.
 //!
-//! A number is in exactly one state. That of a texture which was removed waits until nothing can name the old one any more:
-//! neither feedback that is under way nor a load that the loader has yet to answer.
+//! A number is in exactly one state. That of a texture which was removed waits until nothing can name the old
+//! one any more: neither feedback that is under way nor a load that the loader has yet to answer.
 //!
 //! | from | to | when |
 //! |---|---|---|
@@ -28,12 +28,12 @@ enum State {
 
 /// See the head of the file.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Numbers {
+pub(crate) struct TextureIds {
     states: Vec<State>,
     leaving: u32,
 }
 
-impl Numbers {
+impl TextureIds {
     /// The lowest number that is free.
     pub(crate) fn first_free(&self) -> Option<TextureId> {
         let free = self.states.iter().position(|state| *state == State::Free);
@@ -113,7 +113,7 @@ mod tests {
 
     #[test]
     fn a_number_is_free_again_when_neither_feedback_nor_load_can_name_it() {
-        let (mut numbers, pool) = (Numbers::default(), PoolId::new(3));
+        let (mut numbers, pool) = (TextureIds::default(), PoolId::new(3));
         let [first, second] = [0, 1].map(|number| TextureId::new(number).unwrap());
         numbers.take(first, pool);
         numbers.leave(first, 10, 2);

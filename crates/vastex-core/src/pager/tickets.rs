@@ -1,12 +1,13 @@
-//! What an application asks for by hand: pages that it will need, and pages that must stay.
+//! What an application asks for explicitly: pages that it will need, and pages that must stay.
 //!
 //! | asked for | loaded | holds its pages | ends |
 //! |---|---|---|---|
 //! | prefetch | after everything in view, by priority, then by deadline | against pages out of view, until all are here, or until its deadline | `Done`, `Late` at its deadline, `Released` |
 //! | pin | with what is in view, which it is counted as | against everything, at every mip bias | `Released` |
 //!
-//! With a page come its ancestors, so that a page which comes into view is not alone. A page that could not be had counts as
-//! answered. Which tile is loaded next, and into which slot it goes, is decided in `requests`.
+//! With a page come its ancestors, so that a page which comes into view is not alone. A page that could not
+//! be had counts as answered. Which tile is loaded next, and into which slot it goes, is decided in
+//! `requests`.
 
 use rustc_hash::FxHashMap;
 use std::collections::{BTreeMap, VecDeque};
@@ -15,11 +16,12 @@ use crate::residency::{PageState, Residency};
 use crate::table::pool::PoolId;
 use crate::texture::page::{PageId, TextureId};
 
-/// Tickets that have ended and are kept however long nobody asks for them, and the frames for which all others are.
+/// Tickets that have ended and are kept however long nobody asks for them, and the frames for which all
+/// others are.
 const KEPT: usize = 1024;
 const KEPT_FRAMES: u64 = 60;
 
-/// Stands for what was asked for; see [`crate::Pagers::prefetch`].
+/// Stands for what was asked for; see [`crate::Pager::prefetch`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Ticket {
     pool: PoolId,
@@ -38,8 +40,8 @@ impl Ticket {
 pub struct Urgency {
     /// The greater comes first.
     pub priority: i32,
-    /// The frame by which the pages should be here and until which they are kept; those of the earliest come first among
-    /// equals. Without one they are kept until the last is here.
+    /// The frame by which the pages should be here and until which they are kept; those of the earliest come
+    /// first among equals. Without one they are kept until the last is here.
     pub deadline: Option<u64>,
 }
 
@@ -69,7 +71,7 @@ pub struct Progress {
     pub failed: u32,
 }
 
-/// Why something asked for by hand is refused.
+/// Why something asked for explicitly is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum AskError {
     /// There is no texture of this number.
@@ -149,7 +151,7 @@ impl Tickets {
         Ticket { pool: self.pool, number }
     }
 
-    /// Lets go of a ticket. Says what it was, and its pages; nothing where it had ended.
+    /// Lets go of a ticket. Says what it was, and its pages; `None` if it had ended.
     pub(crate) fn release(&mut self, ticket: Ticket, residency: &Residency) -> Option<(Ask, Vec<PageId>)> {
         let entry = self.open.get(&ticket.number)?;
         let (ask, mut progress) = (entry.ask, progress_of(entry, residency));
@@ -175,10 +177,13 @@ impl Tickets {
         pages
     }
 
-    /// The open tickets of a texture.
-    pub(crate) fn of_texture(&self, texture: TextureId) -> Vec<Ticket> {
+    /// Lets go of all tickets of a texture, which is about to go.
+    pub(crate) fn forget(&mut self, texture: TextureId, residency: &Residency) {
         let own = self.open.iter().filter(|(_, entry)| entry.texture == texture);
-        own.map(|(&number, _)| Ticket { pool: self.pool, number }).collect()
+        let numbers: Vec<u64> = own.map(|(&number, _)| number).collect();
+        for number in numbers {
+            self.release(Ticket { pool: self.pool, number }, residency);
+        }
     }
 
     /// Ends what is done or late, and adds the pages that are let go of by that to `let_go`.
@@ -208,7 +213,8 @@ impl Tickets {
         over.into_iter().for_each(|number| let_go.extend(self.close(number)));
     }
 
-    /// Of tickets that have ended over a second ago, keeps so many: an application that never asks has memory for its open ones.
+    /// Of tickets that have ended over a second ago, keeps so many: an application that never asks has memory
+    /// for its open ones.
     fn drop_what_nobody_asks_for(&mut self) {
         while self.ended.len() > KEPT
             && self.ended.front().is_some_and(|(ended, ..)| ended + KEPT_FRAMES < self.frame)
@@ -250,7 +256,8 @@ impl Tickets {
         self.open.values().filter(|entry| entry.ask != Ask::Pin).flat_map(|entry| entry.pages.iter().copied())
     }
 
-    /// The pages of the prefetches in the order in which they should be loaded. A page may come several times.
+    /// The pages of the prefetches in the order in which they should be loaded. A page may come several
+    /// times.
     pub(crate) fn pages_in_order(&self) -> impl Iterator<Item = PageId> + '_ {
         let mut entries: Vec<_> = self
             .open

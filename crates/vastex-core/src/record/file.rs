@@ -1,8 +1,9 @@
 //! What the files of this crate are made of: numbers, shapes of textures, lists of pages, a checksum.
 //!
-//! A file begins with eight letters and a version and ends with a CRC-32 of everything before. Numbers are varints: seven bits a
-//! byte, the lowest first, the eighth set on all but the last. Nothing is allocated by a count before what it counts has been
-//! read. What a file holds, and what is said of one that is damaged, is the business of those who use this.
+//! A file begins with eight letters and a version and ends with a CRC-32 of everything before. Numbers are
+//! varints: seven bits a byte, the lowest first, the eighth set on all but the last. Nothing is allocated by
+//! a count before what it counts has been read. What a file holds, and what is said of one that is damaged,
+//! is the business of those who use this.
 
 use crate::shader_constants::{STEP_BITS, STEPS_PER_LEVEL};
 use crate::texture::geometry::codec::{GeometryBytesError, GeometryParts};
@@ -121,7 +122,7 @@ pub(crate) struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    /// Reads the letters and the version; nothing where the letters are others.
+    /// Reads the letters and the version; `None` if the letters are others.
     pub(crate) fn open(bytes: &'a [u8], magic: &Magic) -> Result<Option<(Reader<'a>, u32)>, FileError> {
         if !bytes.starts_with(magic) {
             let cut = !bytes.is_empty() && magic.starts_with(bytes);

@@ -71,7 +71,8 @@ fn slots_and_records_agree(residency: &Residency, textures: &Textures) -> Result
     Ok(())
 }
 
-/// A content is in one slot, or on its way by one page, or neither; a resident page shows its content, or waits to be refreshed.
+/// A content is in one slot, or on its way by one page, or neither; a resident page shows its content, or
+/// waits to be refreshed.
 fn contents_are_loaded_once(residency: &Residency) -> Result<(), String> {
     let Residency { sharing, slots, refreshes, records, .. } = residency;
     for (id, content) in sharing.iter() {

@@ -1,4 +1,5 @@
-//! Pages that are claimed against what is out of view. Who claims a page, and until when, is the pager's business.
+//! Pages that are claimed against what is out of view. Who claims a page, and until when, is the pager's
+//! business.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -40,8 +41,8 @@ impl Residency {
         self.claimed.has(page)
     }
 
-    /// Slots out of view that claimed pages are in. A stale sharer is in none of its own: the slot is others', and its own is counted
-    /// when its refresh is planned.
+    /// Slots out of view that claimed pages are in. A stale sharer is in none of its own: the slot is
+    /// others', and its own is counted when its refresh is planned.
     pub(crate) fn slots_claimed(&mut self) -> u32 {
         let stale: FxHashSet<PageId> = self.stale_sharers().collect();
         let Residency { records, sharing, claimed, round, .. } = self;

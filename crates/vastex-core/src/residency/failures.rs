@@ -1,9 +1,10 @@
 //! Failures that are remembered: for how long, and of how many pages.
 //!
-//! A page that could not be had is tried again with back-off, so its record stays when the page leaves the view; otherwise a camera
-//! that sways would ask a dead source in each frame. It is forgotten when it was neither in view nor held for as long again as its last
-//! back-off, and sooner where there are more such pages than [`MOST`]: a flight over a source that has died leaves no more behind.
-//! What is forgotten begins anew: the next failure is the first, and is reported.
+//! A page that could not be had is tried again with back-off, so its record stays when the page leaves the
+//! view; otherwise a camera that sways would ask a dead source in each frame. It is forgotten when it was
+//! neither in view nor held for as long again as its last back-off, and sooner where there are more such
+//! pages than [`MOST`]: a flight over a source that has died leaves no more behind. What is forgotten begins
+//! anew: the next failure is the first, and is reported.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -30,7 +31,8 @@ pub(crate) fn back_off(failures: u32) -> u64 {
     FIRST_BACK_OFF << failures.min(DOUBLINGS)
 }
 
-/// When each failure may be forgotten, soonest first: the frame, the page, and how often it had failed in a row by then.
+/// When each failure may be forgotten, soonest first: the frame, the page, and how often it had failed in a
+/// row by then.
 #[derive(Debug, Default)]
 pub(crate) struct Failures(BinaryHeap<Reverse<(u64, PageId, u16)>>);
 

@@ -1,18 +1,22 @@
 //! What is in flight, of each texture, and how much of the budget one may hold.
 //!
-//! A tile takes its bytes of the in-flight budget from its request until it is in a slot. A source that does not answer keeps them
-//! until its reads are overdue, so no texture may hold so many that others cannot begin. Where several textures have pages, a texture
-//! that holds anything for the view begins a load in view only if it then holds no more bytes for the view than were free before. So one
-//! texture that never gives anything back holds half of the budget, several at once leave as much as each of them holds, and those that
-//! come one after the other leave half, a quarter and so on: always more than nothing, until a tile no longer fits.
+//! A tile takes its bytes of the in-flight budget from its request until it is in a slot. A source that does
+//! not answer keeps them until its reads are overdue, so no texture may hold so many that others cannot
+//! begin. Where several textures have pages, a texture that holds anything for the view begins a load in view
+//! only if it then holds no more bytes for the view than were free before. So one texture that never gives
+//! anything back holds half of the budget, several at once leave as much as each of them holds, and those
+//! that come one after the other leave half, a quarter and so on: always more than nothing, until a tile no
+//! longer fits.
 //!
-//! What is asked for by hand has half of the whole budget anyway and counts as no texture's own, unless it comes into view with the loader.
-//! What was asked for in view counts until it has ended, in view or not.
+//! What is asked for explicitly has half of the whole budget anyway and counts as no texture's own, unless it
+//! comes into view with the loader. What was asked for in view counts until it has ended, in view or not.
 //!
-//! A page whose texture has its share is passed over: better ones do not keep up those of others. One texture alone may hold all.
+//! A page whose texture has its share is passed over: better ones do not keep up those of others. One texture
+//! alone may hold all.
 //!
-//! A texture of which nothing was answered for long, though something is in flight, is not waited for: what it holds back does not say
-//! that bandwidth is short, and where a tile would need what it holds, smaller ones of other pools go on (`pagers`).
+//! A texture of which nothing was answered for long, though something is in flight, is not waited for: what
+//! it holds back does not say that bandwidth is short, and where a tile would need what it holds, smaller
+//! ones of other pools go on (`pager::turns`).
 
 use crate::residency::Residency;
 use crate::residency::records::State;
@@ -27,7 +31,8 @@ struct OfTexture {
     tiles: u32,
     /// Those of them that are for the view, or were.
     for_view: u32,
-    /// The frame in which a load was last answered or a tile left, or in which the first of those in flight was asked for.
+    /// The frame in which a load was last answered or a tile left, or in which the first of those in flight
+    /// was asked for.
     answered_at: u64,
 }
 
@@ -87,8 +92,8 @@ impl Residency {
         u64::from(self.flight.of(texture).for_view) * self.flight_bytes
     }
 
-    /// A page of the texture was passed over, since that has its share of the in-flight budget. The view waits for it, unless nothing of
-    /// the texture was answered for long.
+    /// A page of the texture was passed over, since that has its share of the in-flight budget. The view
+    /// waits for it, unless nothing of the texture was answered for long.
     pub(crate) fn note_passed_over(&mut self, texture: TextureId) {
         self.flight.view_waits |= self.flight.of(texture).is_answered(self.frame);
     }
@@ -139,7 +144,8 @@ impl Residency {
         self.leave_flight(page);
     }
 
-    /// Bytes in flight of textures of which nothing was answered for long; none while tiles wait for their slots.
+    /// Bytes in flight of textures of which nothing was answered for long; none while tiles wait for their
+    /// slots.
     pub(crate) fn unanswered_bytes(&self) -> u64 {
         if self.has_ready() || self.refreshes.any_ready() {
             return 0;

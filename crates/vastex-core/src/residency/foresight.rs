@@ -1,10 +1,10 @@
 //! When a page that is out of view may be wanted again, as the wanted regions move.
 //!
-//! Of each level of each texture the wanted pages have a bounding box. Its edges have a speed, measured over a jitter
-//! cycle so that the sample positions are the same at both ends. A page beyond an edge is wanted again when the edge has
-//! come back to it; the soonest that it can is when the view turns at once, with an acceleration that would stop its
-//! fastest edge within [`TURN`] frames. So what the view approaches is back soonest, what lies beside its way later, and
-//! what it has left behind last.
+//! Of each level of each texture the wanted pages have a bounding box. Its edges have a speed, measured over
+//! a jitter cycle so that the sample positions are the same at both ends. A page beyond an edge is wanted
+//! again when the edge has come back to it; the soonest that it can is when the view turns at once, with an
+//! acceleration that would stop its fastest edge within [`TURN`] frames. So what the view approaches is back
+//! soonest, what lies beside its way later, and what it has left behind last.
 
 use std::collections::VecDeque;
 
@@ -80,7 +80,8 @@ pub(crate) struct Foresight {
     movements: Vec<Movement>,
     /// Regions that were seen within the last cycle.
     active: Vec<u32>,
-    /// The others, with the time at which each was seen last, the oldest first; those that were seen since are here in vain.
+    /// The others, with the time at which each was seen last, the oldest first; those that were seen since
+    /// are here in vain.
     idle: VecDeque<(u64, u32)>,
     is_moving: bool,
     time: u64,
@@ -89,8 +90,8 @@ pub(crate) struct Foresight {
 }
 
 impl Foresight {
-    /// Takes in the pages wanted now, ancestors included; `cut` where the view has jumped. Costs a visit of each, and of each level of a
-    /// texture that was seen within a jitter cycle.
+    /// Takes in the pages wanted now, ancestors included; `cut` where the view has jumped. Costs a visit of
+    /// each, and of each level of a texture that was seen within a jitter cycle.
     pub(crate) fn observe(&mut self, pages: impl Iterator<Item = PageId>, cut: bool, textures: &Textures) {
         self.time += 1;
         if cut {
@@ -228,12 +229,13 @@ impl Foresight {
         self.turn();
     }
 
-    /// Whether the view stands as far as can be told: nothing of it has moved within a cycle, or it is younger than that.
+    /// Whether the view stands as far as can be told: nothing of it has moved within a cycle, or it is
+    /// younger than that.
     pub(crate) fn is_still(&self) -> bool {
         self.known < CYCLE || !self.is_moving
     }
 
-    /// Frames until a page last wanted `age` frames ago may be wanted again.
+    /// Frames until a page last wanted `age` rounds ago may be wanted again; a round counts as a frame.
     pub(crate) fn frames_until(&self, page: PageId, age: u64, textures: &Textures) -> f64 {
         let frames = age as f64;
         let Some(at) = self.region_of(page.texture(), page.level()) else {
@@ -253,7 +255,8 @@ impl Foresight {
 }
 
 impl Region {
-    /// Makes what was gathered the present; gives the speed of the fastest edge. `known` feedbacks of this view came before.
+    /// Makes what was gathered the present; gives the speed of the fastest edge. `known` feedbacks of this
+    /// view came before.
     fn advance(&mut self, time: u64, known: usize) -> f64 {
         let place = |time: u64| (time % CYCLE as u64) as usize;
         let before = place(time - known as u64);
@@ -281,7 +284,8 @@ impl Region {
         let frames = ((approach * approach + 2.0 * movement.turn * gap.max(0.0)).sqrt() - approach)
             * movement.turn_inverse;
         if gap == 0.0 {
-            // An edge that has not moved by a page since may not have left this one at all: samples missed it.
+            // An edge that has not moved by a page since may not have left this one at all: samples missed
+            // it.
             let moved = approach.abs() * age / (high - low);
             return frames * moved.min(1.0);
         }

@@ -1,5 +1,5 @@
-//! Loads: from a page's request to its tile in a slot, or to its failure, or to its being called off. The states are those of the table
-//! at the head of `residency`.
+//! Loads: from a page's request to its tile in a slot, or to its failure, or to its being called off. The
+//! states are those of the table at the head of `residency`.
 
 use bytes::Bytes;
 
@@ -30,7 +30,7 @@ impl Residency {
     }
 
     /// Hands out a cancellation that is due.
-    pub(crate) fn send_cancel(&mut self, page: PageId) -> bool {
+    pub(super) fn send_cancel(&mut self, page: PageId) -> bool {
         let Some(record) = self.records.get_mut(page) else { return false };
         let due = record.state == State::Loading(Cancel::Due);
         if due {
@@ -119,7 +119,8 @@ impl Residency {
         }
     }
 
-    /// Whether the page's tile is for what is in view: the page itself, or another of its content that it is loaded for.
+    /// Whether the page's tile is for what is in view: the page itself, or another of its content that it is
+    /// loaded for.
     #[cfg(feature = "sim")]
     pub(crate) fn is_for_view(&self, page: PageId) -> bool {
         let content =
@@ -134,9 +135,8 @@ impl Residency {
         self.waste_one(page);
     }
 
-    /// `Ready -> Resident`, into a slot of [`Residency::take_slot`]; gives the tile's bytes, and whether the page had
-    /// failed before.
-    pub(crate) fn settle(&mut self, page: PageId, slot: Slot, textures: &Textures) -> Option<(Bytes, bool)> {
+    /// `Ready -> Resident`, into a slot of [`Residency::take_slot`]; gives the tile's bytes.
+    pub(crate) fn settle(&mut self, page: PageId, slot: Slot, textures: &Textures) -> Option<Bytes> {
         let bytes = self.ready.remove(page)?;
         let content = self.sharing.of(page);
         let was_evicted = match self.sharing.get_mut(content) {
@@ -149,21 +149,23 @@ impl Residency {
         self.put_in(slot, content);
         let asked_at = self.records.get_mut(page).map_or(self.frame, |record| record.asked_at);
         self.arrivals.note(self.frame - asked_at);
-        let recovered = self.become_resident(page, slot, textures);
+        self.become_resident(page, slot, textures);
         self.moves.settled.push(page);
         self.leave_flight(page);
         self.stats.loaded += 1;
         self.stats.uploaded_bytes += self.tile_bytes;
         self.stats.reloaded += u64::from(was_evicted);
-        Some((bytes, recovered))
+        Some(bytes)
     }
 
-    /// The page's tile is in a slot now. Says whether it had failed before.
-    pub(crate) fn become_resident(&mut self, page: PageId, slot: Slot, textures: &Textures) -> bool {
+    /// The page's tile is in a slot now.
+    pub(super) fn become_resident(&mut self, page: PageId, slot: Slot, textures: &Textures) {
         let record = self.records.get_or_add(page, RecordHint::default());
         record.state = State::Resident(slot);
         record.settled_at = self.frame;
-        let recovered = std::mem::take(&mut record.failures) > 0;
+        if std::mem::take(&mut record.failures) > 0 {
+            self.moves.recovered.push(page);
+        }
         if record.wanted_round >= self.round {
             let waited = self.frame - record.since;
             self.waits.note(waited);
@@ -175,6 +177,5 @@ impl Residency {
         for ancestor in textures.ancestors(page) {
             self.records.get_or_add(ancestor, RecordHint::default()).below += 1;
         }
-        recovered
     }
 }

@@ -16,18 +16,20 @@
 //! | `Resident` | `Absent` | another page needs its slot | |
 //! | `Failed` | `Queued` | its time has come, and it is wanted | |
 //!
-//! A page that has failed goes back to `Failed` where another would become `Absent`, so that its failures are not
-//! forgotten until a load succeeds, or it is out of view for long (`failures`).
+//! A page that has failed goes back to `Failed` where another would become `Absent`, so that its failures are
+//! not forgotten until a load succeeds, or it is out of view for long (`failures`).
 //!
-//! A slot is chosen only when the bytes are here, so a load that fails leaks nothing. A page is not evicted while it
-//! is in the working set at the bias in force, nor while a descendant of it is resident; a tail never. Since the working
-//! set contains the ancestors of its pages and never fills the pool, a victim always exists. Pages of one content share a load
-//! and a slot (`slots`); that has one more holder with each, and is free when the last is evicted.
+//! A slot is chosen only when the bytes are here, so a load that fails leaks nothing. A page is not evicted
+//! while it is in the working set at the bias in force, nor while a descendant of it is resident; a tail
+//! never. Since the working set contains the ancestors of its pages and never fills the pool, a victim always
+//! exists. Pages of one content share a load and a slot (`slots`); that has one more holder with each, and is
+//! free when the last is evicted.
 //!
-//! A texture that is removed takes its pages with it, whatever their state; only what the loader has stays `Loading`, called off
-//! and unwanted, until that answers.
+//! A texture that is removed takes its pages with it, whatever their state; only what the loader has stays
+//! `Loading`, called off and unwanted, until that answers.
 //!
-//! Which pages are wanted, in which order, and which page gives up its slot (`victims`) is decided elsewhere; here the moves are made and counted.
+//! Which pages are wanted, in which order, and which page gives up its slot (`victims`) is decided elsewhere;
+//! here the moves are made and counted.
 
 #[cfg(feature = "checks")]
 mod checks;
@@ -35,6 +37,7 @@ mod claimed;
 pub(crate) mod failures;
 pub(crate) mod flight;
 pub(crate) mod foresight;
+pub(crate) mod history;
 pub(crate) mod loads;
 mod moves;
 pub(crate) mod page_map;
@@ -75,6 +78,10 @@ use crate::texture::textures::Textures;
 /// Frames within which a tile loaded again after its eviction counts as reloaded.
 const RELOAD_FRAMES: u64 = 60;
 
+/// Loads given up at once for which there is room from the start: that is seldom exceeded, so frames allocate
+/// nothing for more of them.
+const CANCELS: usize = 64;
+
 /// The state of a page, as an application sees it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PageState {
@@ -93,19 +100,6 @@ pub enum PageState {
         /// The first frame in which it may be tried again.
         until: u64,
     },
-}
-
-/// What has happened to a page, each in its frame.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct PageHistory {
-    /// Since then it is in the working set without a break.
-    pub(crate) wanted_since: Option<u64>,
-    /// Its load was asked for.
-    pub(crate) asked_at: Option<u64>,
-    /// Its tile came into its slot.
-    pub(crate) settled_at: Option<u64>,
-    /// Loads of it that failed in a row.
-    pub(crate) failures: u32,
 }
 
 /// See the head of the file.
@@ -145,6 +139,8 @@ pub(crate) struct Residency {
     /// Bytes that a tile takes from its request until it is in a slot.
     flight_bytes: u64,
     flight: Flight,
+    /// Loads that were given up, and are to be handed out so.
+    cancels: VecDeque<PageId>,
 }
 
 impl Residency {
@@ -171,6 +167,7 @@ impl Residency {
             tile_bytes,
             flight_bytes: tile_bytes,
             flight: Flight::default(),
+            cancels: VecDeque::with_capacity(CANCELS),
         }
     }
 
@@ -217,20 +214,6 @@ impl Residency {
         })
     }
 
-    /// What has happened to a page, as far as it is known.
-    pub(crate) fn history(&self, page: PageId) -> PageHistory {
-        let Some(record) = self.records.get(page) else { return PageHistory::default() };
-        let is_here = matches!(record.state, State::Resident(_));
-        let was_asked = is_here || matches!(record.state, State::Loading(_) | State::Ready);
-        PageHistory {
-            wanted_since: (record.wanted_round >= self.round).then_some(record.since),
-            // A page that came into a slot with others was never asked for.
-            asked_at: (was_asked && record.asked_at > 0).then_some(record.asked_at),
-            settled_at: is_here.then_some(record.settled_at),
-            failures: u32::from(record.failures),
-        }
-    }
-
     /// Pages of which anything is known.
     pub(crate) fn known(&self) -> usize {
         self.records.len()
@@ -246,15 +229,19 @@ impl Residency {
         self.slot_of(page).map_or(0, |slot| self.slots[slot.index() as usize].pages)
     }
 
-    /// The frame in which the page's tile lost its slot, where that is remembered.
-    pub(crate) fn evicted_at(&self, page: PageId) -> Option<u64> {
-        let of_content = || self.sharing.get(self.sharing.of(page)).and_then(|content| content.evicted_at);
-        self.evicted_at.get(page).copied().or_else(of_content)
-    }
-
     /// What is counted and measured so far.
     pub(crate) fn stats(&self) -> &Stats {
         &self.stats
+    }
+
+    /// Slots of the pool, as of the last [`Residency::set_slots`].
+    pub(crate) fn slot_count(&self) -> u32 {
+        self.stats.slots
+    }
+
+    /// Bytes of a tile.
+    pub(crate) fn tile_bytes(&self) -> u64 {
+        self.tile_bytes
     }
 
     /// Slots that hold a tail.
@@ -325,11 +312,6 @@ impl Residency {
         }
     }
 
-    /// A slot that holds nothing.
-    pub(crate) fn take_free_slot(&mut self) -> Option<Slot> {
-        self.free.pop()
-    }
-
     /// Puts a tail into a slot for good.
     pub(crate) fn put_tail(&mut self, page: PageId, slot: Slot) {
         let record = self.records.get_or_add(page, RecordHint::default());
@@ -338,8 +320,8 @@ impl Residency {
         self.stats.pinned += 1;
     }
 
-    /// The page is in the working set of this round; its record may be where `hint` says. Says whether the page was not in the
-    /// last round's.
+    /// The page is in the working set of this round; its record may be where `hint` says. Says whether the
+    /// page was not in the last round's.
     pub(crate) fn want(&mut self, page: PageId, content: ContentId, hint: RecordHint) -> bool {
         if let Some(content) = self.sharing.get_mut(content) {
             content.wanted_round = self.round;
@@ -357,8 +339,8 @@ impl Residency {
         self.records.get_or_add(page, RecordHint::default()).use_for(self.frame);
     }
 
-    /// Whether a tile that comes for the page has a use: it is in the working set of this round, or a prefetch or a prediction
-    /// holds it, or another page whose content it carries.
+    /// Whether a tile that comes for the page has a use: it is in the working set of this round, or a
+    /// prefetch or a prediction holds it, or another page whose content it carries.
     pub(crate) fn has_use_for(&self, page: PageId, hint: RecordHint) -> bool {
         self.is_wanted(page, hint) || self.is_claimed(page) || self.represents_something_of_use(page)
     }
@@ -372,6 +354,11 @@ impl Residency {
     /// Whether the page is in the working set of this round; its record may be where `hint` says.
     pub(crate) fn is_wanted(&self, page: PageId, hint: RecordHint) -> bool {
         self.records.find(page, hint).is_some_and(|at| self.records.at(at).wanted_round >= self.round)
+    }
+
+    /// Returns true if the page is in the working set of this round.
+    pub(crate) fn is_in_view(&self, page: PageId) -> bool {
+        self.is_wanted(page, RecordHint::default())
     }
 
     /// Whether a tile waits for a slot.
@@ -394,6 +381,24 @@ impl Residency {
         }
     }
 
+    /// The page is not resident, and its load is worth nothing: it is dropped, or its load called off.
+    pub(crate) fn give_up(&mut self, page: PageId) {
+        self.unwant(page);
+        if self.state(page) == PageState::Loading {
+            self.cancels.push_back(page);
+        }
+    }
+
+    /// A load that the loader should call off; each comes once.
+    pub(crate) fn poll_cancel(&mut self) -> Option<PageId> {
+        while let Some(page) = self.cancels.pop_front() {
+            if self.send_cancel(page) {
+                return Some(page);
+            }
+        }
+        None
+    }
+
     /// Back to `Absent`, or, where loads have failed before, to a state that remembers it.
     pub(crate) fn drop_page(&mut self, page: PageId) {
         match self.records.get_mut(page) {
@@ -409,8 +414,9 @@ impl Residency {
         }
     }
 
-    /// Forgets everything of a texture, its tail too, but the loads that the loader has: they are called off, and returned.
-    pub(crate) fn forget(&mut self, texture: TextureId) -> Vec<PageId> {
+    /// Forgets everything of a texture, its tail too, but the loads that the loader has: they are called off.
+    /// Gives how many.
+    pub(crate) fn forget(&mut self, texture: TextureId) -> u32 {
         let is_other = |page: &PageId| page.texture() != texture;
         let (mut loads, mut ready, mut for_view, mut tails, mut left) = (Vec::new(), 0, 0, 0, Vec::new());
         self.records.retain(|record| {
@@ -459,6 +465,8 @@ impl Residency {
         self.victims.clear();
         self.victims.retention.forget(texture);
         loads.sort_unstable();
-        loads
+        let under_way = loads.len() as u32;
+        self.cancels.extend(loads);
+        under_way
     }
 }

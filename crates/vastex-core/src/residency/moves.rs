@@ -16,7 +16,7 @@ pub(super) struct Moves {
     pub(super) evicted: Vec<(PageId, Slot)>,
     /// Pages that have come into one.
     pub(super) settled: Vec<PageId>,
-    /// Pages that had failed, and share a slot now.
+    /// Pages that had failed, and are in slots now.
     pub(super) recovered: Vec<PageId>,
 }
 
@@ -61,7 +61,7 @@ impl Residency {
         }
     }
 
-    /// Pages that had failed and are here now, with another of their content, since the last call.
+    /// Pages that had failed and are here now, since the last call.
     pub(crate) fn drain_recovered(&mut self) -> impl Iterator<Item = PageId> + '_ {
         self.moves.recovered.drain(..)
     }

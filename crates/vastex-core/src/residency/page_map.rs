@@ -1,25 +1,25 @@
 //! A map from pages to values whose memory follows the most pages that it has ever held.
 //!
-//! Pages come and go with every frame. A map that marks what has gone has to be cleaned now and then, and may take more memory
-//! then; this one closes the gap at once, so that in a steady state it allocates nothing and every look-up is as short as
-//! the first one was.
+//! Pages come and go with every frame. A map that marks what has gone has to be cleaned now and then, and may
+//! take more memory then; this one closes the gap at once, so that in a steady state it allocates nothing and
+//! every look-up is as short as the first one was.
 
 use crate::texture::page::PageId;
 
 /// Places at first.
-const FIRST_PLACES: usize = 16;
+const FIRST_BUCKETS: usize = 16;
 
-/// See the head of the file. Half of its places are always free.
+/// See the head of the file. Half of its buckets are always free.
 #[derive(Clone, Debug)]
 pub(crate) struct PageMap<V> {
     /// A power of two of them; those of no page are free.
-    places: Vec<(PageId, V)>,
+    buckets: Vec<(PageId, V)>,
     len: usize,
 }
 
 impl<V> Default for PageMap<V> {
     fn default() -> PageMap<V> {
-        PageMap { places: Vec::new(), len: 0 }
+        PageMap { buckets: Vec::new(), len: 0 }
     }
 }
 
@@ -36,18 +36,18 @@ impl<V: Default> PageMap<V> {
     /// The value of a page.
     #[inline]
     pub(crate) fn get(&self, page: PageId) -> Option<&V> {
-        self.find(page).map(|at| &self.places[at].1)
+        self.find(page).map(|at| &self.buckets[at].1)
     }
 
     /// Gives a page a value, in the place of the one that it may have.
     pub(crate) fn insert(&mut self, page: PageId, value: V) {
         debug_assert!(page != PageId::NONE);
         if let Some(at) = self.find(page) {
-            self.places[at].1 = value;
+            self.buckets[at].1 = value;
             return;
         }
         self.len += 1;
-        if self.len * 2 > self.places.len() {
+        if self.len * 2 > self.buckets.len() {
             self.grow();
         }
         self.put(page, value);
@@ -56,30 +56,30 @@ impl<V: Default> PageMap<V> {
     /// Takes a page out; gives its value.
     pub(crate) fn remove(&mut self, page: PageId) -> Option<V> {
         let mut hole = self.find(page)?;
-        let value = std::mem::take(&mut self.places[hole].1);
-        let mask = self.places.len() - 1;
+        let value = std::mem::take(&mut self.buckets[hole].1);
+        let mask = self.buckets.len() - 1;
         let mut next = hole;
         loop {
             next = (next + 1) & mask;
-            let other = self.places[next].0;
+            let other = self.buckets[next].0;
             if other == PageId::NONE {
                 break;
             }
             // What lies beyond the hole moves into it, unless it belongs behind it.
             if next.wrapping_sub(self.home(other)) & mask >= next.wrapping_sub(hole) & mask {
-                self.places.swap(hole, next);
+                self.buckets.swap(hole, next);
                 hole = next;
             }
         }
-        self.places[hole] = (PageId::NONE, V::default());
+        self.buckets[hole] = (PageId::NONE, V::default());
         self.len -= 1;
         Some(value)
     }
 
-    /// Takes all pages out of which `keep` does not think otherwise. Costs a visit of every place, and allocates.
+    /// Keeps only the pages for which `keep` returns true. Costs a visit of every bucket, and allocates.
     pub(crate) fn retain(&mut self, mut keep: impl FnMut(PageId, &V) -> bool) {
         let mut kept = PageMap::default();
-        for (page, value) in std::mem::take(&mut self.places) {
+        for (page, value) in std::mem::take(&mut self.buckets) {
             if page != PageId::NONE && keep(page, &value) {
                 kept.insert(page, value);
             }
@@ -90,12 +90,12 @@ impl<V: Default> PageMap<V> {
     #[inline]
     fn find(&self, page: PageId) -> Option<usize> {
         if page == PageId::NONE {
-            return None; // free places are of no page
+            return None; // free buckets are of no page
         }
-        let mask = self.places.len().checked_sub(1)?;
+        let mask = self.buckets.len().checked_sub(1)?;
         let mut at = self.home(page);
         loop {
-            match self.places[at].0 {
+            match self.buckets[at].0 {
                 found if found == page => return Some(at),
                 PageId::NONE => return None,
                 _ => at = (at + 1) & mask,
@@ -106,23 +106,24 @@ impl<V: Default> PageMap<V> {
     /// Where the search for a page begins.
     #[inline]
     fn home(&self, page: PageId) -> usize {
-        // Fibonacci hashing: the highest bits of the product depend on all bits of the page, and no others on the texture's number.
+        // Fibonacci hashing: the highest bits of the product depend on all bits of the page, and no others on
+        // the texture's number.
         let hash = page.to_bits().wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        (hash >> (u64::BITS - self.places.len().trailing_zeros())) as usize
+        (hash >> (u64::BITS - self.buckets.len().trailing_zeros())) as usize
     }
 
     fn put(&mut self, page: PageId, value: V) {
         let mut at = self.home(page);
-        while self.places[at].0 != PageId::NONE {
-            at = (at + 1) & (self.places.len() - 1);
+        while self.buckets[at].0 != PageId::NONE {
+            at = (at + 1) & (self.buckets.len() - 1);
         }
-        self.places[at] = (page, value);
+        self.buckets[at] = (page, value);
     }
 
     fn grow(&mut self) {
-        let places = (self.places.len() * 2).max(FIRST_PLACES);
-        let free = std::iter::repeat_with(|| (PageId::NONE, V::default())).take(places).collect();
-        for (page, value) in std::mem::replace(&mut self.places, free) {
+        let buckets = (self.buckets.len() * 2).max(FIRST_BUCKETS);
+        let free = std::iter::repeat_with(|| (PageId::NONE, V::default())).take(buckets).collect();
+        for (page, value) in std::mem::replace(&mut self.buckets, free) {
             if page != PageId::NONE {
                 self.put(page, value);
             }
@@ -145,8 +146,8 @@ mod tests {
                 map.insert(PageId::from_bits(texture << 53 | level << 48).unwrap(), ());
             }
         }
-        let mask = map.places.len() - 1;
-        let probes = map.places.iter().enumerate().filter(|(_, (page, ()))| *page != PageId::NONE);
+        let mask = map.buckets.len() - 1;
+        let probes = map.buckets.iter().enumerate().filter(|(_, (page, ()))| *page != PageId::NONE);
         let probes: usize = probes.map(|(at, (page, ()))| at.wrapping_sub(map.home(*page)) & mask).sum();
         assert!(probes < 2 * map.len(), "{probes} probes beside the first for {} pages", map.len());
     }

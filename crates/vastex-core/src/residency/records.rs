@@ -1,8 +1,8 @@
 //! The records of pages: one for each page that has a state other than `Absent`, or a resident descendant.
 //!
-//! Records lie side by side, so that a walk over all of them reads memory in order, and whoever remembers where a record
-//! was finds it again without a look-up: a [`RecordHint`] is tried first and never trusted. What the states mean, and who
-//! moves a page from one to the next, is `residency`'s business.
+//! Records lie side by side, so that a walk over all of them reads memory in order, and whoever remembers
+//! where a record was finds it again without a look-up: a [`RecordHint`] is tried first and never trusted.
+//! What the states mean, and who moves a page from one to the next, is `residency`'s business.
 
 use crate::residency::page_map::PageMap;
 use crate::residency::rank::RankClass;
@@ -80,7 +80,8 @@ impl Record {
         }
     }
 
-    /// There is a use for the page: it is queued where nothing is under way, and nothing is called off that still can go on.
+    /// There is a use for the page: it is queued where nothing is under way, and nothing is called off that
+    /// still can go on.
     pub(crate) fn use_for(&mut self, frame: u64) {
         match self.state {
             State::Absent => self.state = State::Queued,
@@ -186,7 +187,7 @@ impl Records {
         }
     }
 
-    /// Forgets all pages of which `keep` does not think otherwise.
+    /// Keeps only the pages for which `keep` returns true.
     pub(crate) fn retain(&mut self, mut keep: impl FnMut(&mut Record) -> bool) {
         for (at, record) in (0..).zip(&mut self.records) {
             if record.page != PageId::NONE && !keep(record) {

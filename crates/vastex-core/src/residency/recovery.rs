@@ -1,4 +1,5 @@
-//! Recovery: every tile of the pool is lost but those of the tails, which keep their slots and are the caller's to put there again.
+//! Recovery: every tile of the pool is lost but those of the tails, which keep their slots and are the
+//! caller's to put there again.
 //!
 //! Which pages failed, what the loader has and what is claimed is all still known.
 
@@ -7,7 +8,8 @@ use crate::residency::records::{Cancel, State};
 use crate::texture::page::PageId;
 
 impl Residency {
-    /// `Resident -> Absent` for all but the tails. A refresh that the loader has becomes the page's first load.
+    /// `Resident -> Absent` for all but the tails. A refresh that the loader has becomes the page's first
+    /// load.
     pub(crate) fn lose_tiles(&mut self) {
         let resident = self.records.iter().filter(|record| matches!(record.state, State::Resident(_)));
         let lost: Vec<PageId> =

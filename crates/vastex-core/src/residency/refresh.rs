@@ -1,7 +1,7 @@
 //! Refreshing: the content of resident pages changes, and their tiles are loaded again into the same slots.
 //!
-//! Until the new tile is here the old one stays on screen, so there is no hole, no other slot and no page-table change. A page
-//! that is resident keeps that state; what is under way for it stands here:
+//! Until the new tile is here the old one stays on screen, so there is no hole, no other slot and no
+//! page-table change. A page that is resident keeps that state; what is under way for it stands here:
 //!
 //! | from | to | when |
 //! |---|---|---|
@@ -14,10 +14,11 @@
 //! | `Ready` | - | the upload budget allows it |
 //! | `Queued`, `Failed` | - | the page is evicted |
 //!
-//! A page that shares its slot with others stays in it as well, but gets one of its own with its new tile (`slots`).
+//! A page that shares its slot with others stays in it as well, but gets one of its own with its new tile
+//! (`slots`).
 //!
-//! While a tile is in flight the page keeps its slot. A page whose first load is under way when its content changes is loaded
-//! once more when that answers.
+//! While a tile is in flight the page keeps its slot. A page whose first load is under way when its content
+//! changes is loaded once more when that answers.
 
 use bytes::Bytes;
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -75,7 +76,8 @@ impl Refreshes {
         self.pages.get(&page).is_some_and(Refresh::is_in_flight)
     }
 
-    /// The page has lost its slot without being evicted: a load of it goes on as a first load. Says whether there is one.
+    /// The page has lost its slot without being evicted: a load of it goes on as a first load. Says whether
+    /// there is one.
     pub(crate) fn becomes_first_load(&mut self, page: PageId) -> bool {
         let Some(Refresh { step: Step::Loading { again }, .. }) = self.remove(page) else {
             return false;
@@ -137,7 +139,8 @@ impl Refreshes {
         self.stale.remove(&page)
     }
 
-    /// Forgets everything of a texture; gives the pages that the loader has, and how many tiles waited for the upload budget.
+    /// Forgets everything of a texture; gives the pages that the loader has, and how many tiles waited for
+    /// the upload budget.
     pub(crate) fn forget(&mut self, texture: TextureId) -> (Vec<PageId>, u32) {
         let (mut loading, mut ready) = (Vec::new(), 0);
         self.stale.retain(|page| page.texture() != texture);
@@ -212,7 +215,8 @@ impl Residency {
         self.refreshes.pages.get_mut(&page).filter(|refresh| matches!(refresh.step, Step::Loading { .. }))
     }
 
-    /// `Loading -> Ready`, or `Queued` where the content has changed since. Says whether a refresh was loading.
+    /// `Loading -> Ready`, or `Queued` where the content has changed since. Says whether a refresh was
+    /// loading.
     pub(crate) fn refresh_loaded(&mut self, page: PageId, bytes: &Bytes) -> bool {
         let Some(refresh) = self.loading_refresh(page) else { return false };
         if matches!(refresh.step, Step::Loading { again: true }) {
@@ -225,7 +229,8 @@ impl Residency {
         true
     }
 
-    /// `Loading -> Failed`. Says whether this is the first failure in a row, or nothing where no refresh was loading.
+    /// `Loading -> Failed`. Says whether this is the first failure in a row, or `None` if no refresh was
+    /// loading.
     pub(crate) fn refresh_failed(&mut self, page: PageId) -> Option<bool> {
         let frame = self.frame;
         let refresh = self.loading_refresh(page)?;
@@ -246,8 +251,8 @@ impl Residency {
         true
     }
 
-    /// Ends a refresh whose tile waited for the upload budget: the slot, what goes into it, and whether it had failed before.
-    pub(crate) fn settle_refresh(&mut self, page: PageId) -> Option<(Slot, Bytes, bool)> {
+    /// Ends a refresh whose tile waited for the upload budget: the slot, and what goes into it.
+    pub(crate) fn settle_refresh(&mut self, page: PageId) -> Option<(Slot, Bytes)> {
         let slot = self.slot_of(page).filter(|_| self.refreshes.is_ready(page))?;
         let Refresh { step: Step::Ready(bytes), failures } = self.refreshes.remove(page)? else {
             return None;
@@ -256,6 +261,9 @@ impl Residency {
         self.leave_flight(page);
         self.stats.refreshed += 1;
         self.stats.uploaded_bytes += self.tile_bytes;
-        Some((slot, bytes, failures > 0))
+        if failures > 0 {
+            self.moves.recovered.push(page);
+        }
+        Some((slot, bytes))
     }
 }

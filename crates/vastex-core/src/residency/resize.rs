@@ -1,7 +1,8 @@
 //! Resizing: which tile goes where when the pool gets more slots or fewer.
 //!
-//! Slots are numbered from 0, so that a larger pool has all slots of the smaller one. Of a pool that shrinks, what is left in slots that
-//! there are no more moves into free ones. That the memory is taken, and tiles are copied, is the GPU crate's business.
+//! Slots are numbered from 0, so that a larger pool has all slots of the smaller one. Of a pool that shrinks,
+//! what is left in slots that there are no more moves into free ones. That the memory is taken, and tiles are
+//! copied, is the GPU crate's business.
 
 use rustc_hash::FxHashMap;
 
@@ -11,7 +12,8 @@ use crate::residency::slots::SlotUse;
 use crate::table::pool::Slot;
 use crate::texture::textures::Textures;
 
-/// A tile that was in one slot and is in another now, or stays where it is while the slot's place in memory moves.
+/// A tile that was in one slot and is in another now, or stays where it is while the slot's place in memory
+/// moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SlotMove {
     /// Where it was.
@@ -36,7 +38,8 @@ impl Residency {
         true
     }
 
-    /// What got its slot in this frame may lose it in it: page tables begin anew, so there is no order to keep.
+    /// What got its slot in this frame may lose it in it: page tables begin anew, so there is no order to
+    /// keep.
     fn allow_eviction_of_settled(&mut self) {
         let before = self.frame.wrapping_sub(1);
         self.records.retain(|record| {

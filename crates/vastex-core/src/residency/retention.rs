@@ -1,9 +1,9 @@
 //! How long a page that is out of view is worth its slot: Vastex's own rule, for the pager and for replays.
 //!
 //! - [`Foresight`] says when the moving view may come back to a page.
-//! - Views return to where they began, and after a long way nothing that left lately tells it. So of the slots that the
-//!   view does not need, [`RESERVE`] stay with the pages that left it first: they give way only to what is expected back
-//!   within [`RESERVE_BACK`] frames.
+//! - Views return to where they began, which recent history cannot predict. So of the slots that the view
+//!   does not need, [`RESERVE`] stay with the pages that left it first: they give way only to what is
+//!   expected back within [`RESERVE_BACK`] frames.
 
 use std::cmp::Ordering;
 
@@ -20,7 +20,7 @@ const RESERVE_BACK: f64 = 24.0;
 #[derive(Clone, Debug)]
 pub(crate) struct Retention {
     foresight: Foresight,
-    /// Pages out of view for at least so many frames are the reserve.
+    /// Pages out of view for at least so many rounds are the reserve.
     reserve_age: u64,
     /// Kept for its memory.
     ages: Vec<u64>,
@@ -33,7 +33,8 @@ impl Default for Retention {
 }
 
 impl Retention {
-    /// Takes in the pages wanted now, ancestors included; `cut` where the view has jumped. Costs a visit of each.
+    /// Takes in the pages wanted now, ancestors included; `cut` where the view has jumped. Costs a visit of
+    /// each.
     pub(crate) fn observe(&mut self, pages: impl Iterator<Item = PageId>, cut: bool, textures: &Textures) {
         self.foresight.observe(pages, cut, textures);
     }
@@ -43,8 +44,8 @@ impl Retention {
         self.foresight.forget(texture);
     }
 
-    /// Works out which pages are the reserve, from the ages of all that are resident and out of view, and the slots that the
-    /// view does not need. Costs a visit of each.
+    /// Works out which pages are the reserve, from the ages of all that are resident and out of view, and the
+    /// slots that the view does not need. Costs a visit of each.
     pub(crate) fn size_reserve(&mut self, ages: impl Iterator<Item = u64>, spare_slots: usize) {
         self.ages.clear();
         self.ages.extend(ages);
@@ -57,7 +58,8 @@ impl Retention {
         };
     }
 
-    /// Frames until a page last wanted `age` frames ago is thought to be wanted again. The page with the most goes first.
+    /// The reuse distance: frames until a page last wanted `age` rounds ago is thought to be wanted again. A
+    /// round is a decision on new feedback, which is about a frame. The page with the most goes first.
     pub(crate) fn reuse_distance(&self, page: PageId, age: u64, textures: &Textures) -> f64 {
         if age >= self.reserve_age {
             return RESERVE_BACK;

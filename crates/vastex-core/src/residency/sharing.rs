@@ -1,9 +1,10 @@
 //! Which pages of a pool have the same content, and how each content stands.
 //!
-//! What [`PageContents`] numbers within a texture has here a number of the pool: constants of the same bytes have one for all textures.
-//! Pages of one content need one load and one slot. The page that stands for the others while its tile is asked for, loaded,
-//! failed or waits for the upload budget is the content's *representative*; the others wait, and have its state for whoever asks.
-//! A page whose content has changed leaves for good: it is like no other until its texture is added anew.
+//! What [`PageContents`] numbers within a texture has here a number of the pool: constants of the same bytes
+//! have one for all textures. Pages of one content need one load and one slot. The page that stands for the
+//! others while its tile is asked for, loaded, failed or waits for the upload budget is the content's
+//! *representative*; the others wait, and have its state for whoever asks. A page whose content has changed
+//! leaves for good: it is like no other until its texture is added anew.
 //!
 //! A pool whose textures say nothing of contents has nothing here, and pays a look at an empty list.
 
@@ -44,7 +45,7 @@ pub(crate) struct Content {
     pub(super) wanted_round: u64,
     /// The last round whose order of loading had it.
     pub(super) listed_round: u64,
-    /// The last plan by hand that loads it, and the last that has counted its slot.
+    /// The last plan of what comes after the view that loads it, and the last that has counted its slot.
     pub(super) planned: u64,
     pub(super) counted: u64,
     /// The frame in which its tile lost its slot.
@@ -73,8 +74,8 @@ struct Shares {
     left: Marks,
 }
 
-/// Pages that are like no other any more, by their places: a bit for each, in blocks of which there are those that have one. The
-/// contents that the source has said stay as they are, in its memory.
+/// Pages that are like no other any more, by their places: a bit for each, in blocks of which there are those
+/// that have one. The contents that the source has said stay as they are, in its memory.
 #[derive(Debug, Default)]
 struct Marks(FxHashMap<usize, [u64; Marks::WORDS]>);
 
@@ -108,7 +109,7 @@ pub(crate) struct Sharing {
     free: Vec<ContentId>,
     /// The content of each constant, and the textures that have it.
     constants: FxHashMap<Bytes, (ContentId, u32)>,
-    /// Counts the plans by hand.
+    /// Counts the plans of what comes after the view.
     pub(super) plan: u64,
     /// Pages to be let go of, kept for its memory.
     pub(super) trimmed: Vec<PageId>,
@@ -176,7 +177,8 @@ impl Sharing {
         id
     }
 
-    /// Forgets a texture, whose pages have given up their slots. What it was loading for others too is asked for anew.
+    /// Forgets a texture, whose pages have given up their slots. What it was loading for others too is asked
+    /// for anew.
     pub(crate) fn remove(&mut self, texture: TextureId) {
         let place = self.textures.get_mut(usize::from(texture.number()));
         let Some(Shares { pages, ids, .. }) = place.and_then(Option::take) else { return };

@@ -19,7 +19,8 @@ use crate::table::pool::Slot;
 use crate::texture::page::PageId;
 use crate::texture::textures::Textures;
 
-/// Pages that share and are let go of in a frame at most, and parts of the records that take turns in being looked at for them.
+/// Pages that share and are let go of in a frame at most, and parts of the records that take turns in being
+/// looked at for them.
 const TRIMMED: u32 = 64;
 const TRIM_PARTS: usize = 8;
 
@@ -68,8 +69,9 @@ impl Residency {
         is_free
     }
 
-    /// A slot for a tile that is ready, and the last page that gave it up; nothing where no page may be evicted. Of pages that
-    /// share a slot all go, and some may that leave others behind: they come back without a load.
+    /// A slot for a tile that is ready, and the last page that gave it up; `None` if no page may be evicted.
+    /// Of pages that share a slot all go, and some may that leave others behind: they come back without a
+    /// load.
     pub(crate) fn take_slot(&mut self, textures: &Textures) -> Option<(Slot, Option<PageId>)> {
         if let Some(slot) = self.free.pop() {
             return Some((slot, None));
@@ -78,7 +80,7 @@ impl Residency {
         Some((slot, Some(victim)))
     }
 
-    /// Evicts what goes next until a slot is free; nothing where none may. Says which page was the last.
+    /// Evicts what goes next until a slot is free; `None` if none may. Says which page was the last.
     pub(crate) fn evict_next(&mut self, textures: &Textures) -> Option<(Slot, PageId)> {
         loop {
             let victim = self.next_victim(textures)?;
@@ -89,7 +91,7 @@ impl Residency {
         }
     }
 
-    /// Says whether the slot is free now.
+    /// Returns true if the slot is free now.
     pub(crate) fn evict(&mut self, page: PageId, slot: Slot, textures: &Textures) -> bool {
         let content = self.slot_use(slot).content;
         let is_free = self.take_out(slot);
@@ -136,16 +138,14 @@ impl Residency {
             self.slot_use(slot).pages += 1;
             self.stats.resident += 1;
             self.stats.shared += 1;
-            if self.become_resident(page, slot, textures) {
-                self.moves.recovered.push(page);
-            }
+            self.become_resident(page, slot, textures);
             self.moves.settled.push(page);
         }
         true
     }
 
-    /// Which page is loaded for one that is missing in view and comes next in the order: itself, or its content's representative;
-    /// none where its content is here, and it with it, or is listed already.
+    /// Which page is loaded for one that is missing in view and comes next in the order: itself, or its
+    /// content's representative; none where its content is here, and it with it, or is listed already.
     pub(crate) fn load_for(&mut self, page: PageId, textures: &Textures) -> Option<PageId> {
         if self.join(page, textures) {
             return None;
@@ -163,8 +163,8 @@ impl Residency {
         Some(representative)
     }
 
-    /// The representative of the page's content, or the page where there is none. What the source of one texture cannot give that of
-    /// another may.
+    /// The representative of the page's content, or the page where there is none. What the source of one
+    /// texture cannot give that of another may.
     fn representative_for(&mut self, page: PageId) -> PageId {
         let Some(representative) = self.sharing.representative_of(page) else { return page };
         let has_failed = self.records.get(representative).is_none_or(|record| record.state == State::Failed);
@@ -175,8 +175,8 @@ impl Residency {
         representative
     }
 
-    /// The same for a page that is to be held, in a plan by hand.
-    pub(crate) fn load_by_hand_for(&mut self, page: PageId, textures: &Textures) -> Option<PageId> {
+    /// The same for a page that is to be held, in a plan of what comes after the view.
+    pub(crate) fn load_after_view_for(&mut self, page: PageId, textures: &Textures) -> Option<PageId> {
         if self.join(page, textures) {
             return None;
         }
@@ -198,7 +198,8 @@ impl Residency {
         })
     }
 
-    /// Whether the page, which is resident, is in a slot that is not to be written over with what is its own alone.
+    /// Whether the page, which is resident, is in a slot that is not to be written over with what is its own
+    /// alone.
     pub(crate) fn is_stale_sharer(&self, page: PageId) -> bool {
         if self.sharing.is_empty() {
             return false;
@@ -235,13 +236,14 @@ impl Residency {
         }
     }
 
-    /// Evicts each of these pages, out of view, with its descendants, held or not, where all of them may go. Costs one visit of every
-    /// record for all of them together.
+    /// Evicts each of these pages, out of view, with its descendants, held or not, where all of them may go.
+    /// Costs one visit of every record for all of them together.
     pub(crate) fn evict_branches(&mut self, roots: &[PageId], textures: &Textures) {
         if roots.is_empty() {
             return;
         }
-        // Each with its root's place among the roots, the finest first, so that descendants go before their ancestors.
+        // Each with its root's place among the roots, the finest first, so that descendants go before their
+        // ancestors.
         let mut branches: Vec<(usize, u8, PageId)> = Vec::new();
         let places: FxHashMap<PageId, usize> = roots.iter().copied().zip(0..).collect();
         let has_descendants = |page: &PageId| self.records.get(*page).is_some_and(|record| record.below > 0);
@@ -282,8 +284,8 @@ impl Residency {
         }
     }
 
-    /// Lets some pages out of view go that share their slots, where they are more than the pool has slots: they cost a record
-    /// each, and come back without a load.
+    /// Lets some pages out of view go that share their slots, where they are more than the pool has slots:
+    /// they cost a record each, and come back without a load.
     pub(crate) fn trim_shared(&mut self, textures: &Textures) {
         let Stats { resident, occupied, slots, .. } = self.stats;
         let excess = (resident - occupied).saturating_sub(slots).min(TRIMMED);
@@ -347,7 +349,7 @@ mod tests {
         for level in (0..=4u8).rev() {
             let side = 32 >> level;
             for (x, y) in (0..side).flat_map(|y| (0..side).map(move |x| (x, y))) {
-                let slot = residency.take_free_slot().unwrap();
+                let (slot, _) = residency.take_slot(&textures).unwrap();
                 residency.put_in(slot, ContentId::NONE);
                 residency.become_resident(page(level, x, y), slot, &textures);
             }

@@ -11,9 +11,11 @@ pub struct Stats {
     pub resident: u32,
     /// Slots that hold a tail.
     pub pinned: u32,
-    /// Slots that are not given up whatever is in view: those that hold a tail, and those of pages pinned by hand.
+    /// Slots that are not given up whatever is in view: those that hold a tail, and those of pages pinned by
+    /// hand.
     pub locked: u32,
-    /// Tiles of the working set at mip bias 0: last jitter cycle, ancestors and pins; pages of the same content have one.
+    /// Tiles of the working set at mip bias 0: last jitter cycle, ancestors and pins; pages of the same
+    /// content have one.
     pub wanted: u32,
     /// Tiles of the working set at the bias in force, pins included.
     pub wanted_at_bias: u32,
@@ -37,7 +39,8 @@ pub struct Stats {
     pub loaded: u64,
     /// Bytes of those tiles.
     pub uploaded_bytes: u64,
-    /// Pages that became resident because their content was in a slot already: without a load and without an upload.
+    /// Pages that became resident because their content was in a slot already: without a load and without an
+    /// upload.
     pub shared: u64,
     /// Tiles that lost their slots.
     pub evicted: u64,
@@ -45,14 +48,15 @@ pub struct Stats {
     pub reloaded: u64,
     /// Tiles that came and were no longer wanted, or out of date.
     pub wasted: u64,
-    /// Frames from a page's being in the working set to its being resident, summed over the tiles that came while their
-    /// pages were.
+    /// Frames from a page's being in the working set to its being resident, summed over the tiles that came
+    /// while their pages were.
     pub waited_frames: u64,
     /// Feedback pixels of the last jitter cycle.
     pub pixels: u64,
     /// Those whose wanted page, at mip bias 0, was resident when the newest feedback came; a tail always is.
     pub pixels_at_wanted: u64,
-    /// Levels by which what was resident then was coarser than what they wanted at mip bias 0, summed over the pixels.
+    /// Levels by which what was resident then was coarser than what they wanted at mip bias 0, summed over
+    /// the pixels.
     pub levels_short: u64,
     /// Tiles put over older ones of the same pages, whose content had changed.
     pub refreshed: u64,
@@ -77,12 +81,14 @@ impl Stats {
         }
     }
 
-    /// The share of the feedback pixels whose wanted page, at mip bias 0, is resident, 0 to 1; 1 where there are none.
+    /// The share of the feedback pixels whose wanted page, at mip bias 0, is resident, 0 to 1; 1 where there
+    /// are none.
     pub fn share_at_wanted(&self) -> f64 {
         if self.pixels == 0 { 1.0 } else { self.pixels_at_wanted as f64 / self.pixels as f64 }
     }
 
-    /// Levels by which what is resident is coarser than what is wanted at mip bias 0, on average over the feedback pixels.
+    /// Levels by which what is resident is coarser than what is wanted at mip bias 0, on average over the
+    /// feedback pixels.
     pub fn mean_levels_short(&self) -> f64 {
         self.levels_short as f64 / self.pixels.max(1) as f64
     }

@@ -1,8 +1,9 @@
-//! Which resident page gives up its slot: the one that [`crate::residency::retention`] thinks back last, of those that may go.
+//! Evicts the page with the longest predicted time to reuse ([`crate::residency::retention`]), of those that
+//! may go.
 //!
-//! Candidates are listed when the first victim of a working set is needed: in a small pool that costs a visit of every record;
-//! in a large one of every fourth, the others having been visited for the working sets before. A victim costs a step of a heap.
-//! A page that loses its last resident descendant joins them.
+//! Candidates are listed when the first victim of a working set is needed: in a small pool that costs a visit
+//! of every record; in a large one of every fourth, the others having been visited for the working sets
+//! before. A victim costs a step of a heap. A page that loses its last resident descendant joins them.
 
 use std::collections::BinaryHeap;
 
@@ -54,7 +55,7 @@ impl Victims {
 }
 
 impl Residency {
-    /// The next page to give up its slot; nothing where none may.
+    /// The next page to give up its slot; `None` if none may.
     pub(crate) fn next_victim(&mut self, textures: &Textures) -> Option<PageId> {
         if self.victims.round != self.round {
             self.list_due_victims(textures);
@@ -83,8 +84,8 @@ impl Residency {
         }
     }
 
-    /// Rounds since the page was last wanted, if it is resident, out of view and without resident descendants, and no new tile is
-    /// under way for its slot.
+    /// Rounds since the page was last wanted, if it is resident, out of view and without resident
+    /// descendants, and no new tile is under way for its slot.
     pub(crate) fn age_if_evictable(&self, record: &Record) -> Option<u64> {
         record.age_out_of_view(self.round).filter(|_| record.below == 0 && !self.is_busy(record))
     }

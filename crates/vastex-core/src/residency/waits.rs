@@ -3,8 +3,8 @@
 /// Tiles over which the time to sharp is taken.
 const WINDOW: usize = 256;
 
-/// Frames from the feedback that first wanted a page, without a break since, to the frame in which its tile is in a slot.
-/// Pages that were given up before are not counted.
+/// Frames from the feedback that first wanted a page, without a break since, to the frame in which its tile
+/// is in a slot. Pages that were given up before are not counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TimeToSharp {
     /// Half of the tiles took no longer.

@@ -1,4 +1,5 @@
-//! What the simulated camera sees: a part of the texture, finer below and coarser above, as on a tilted plane.
+//! What the simulated camera sees: a part of the texture, finer below and coarser above, as on a tilted
+//! plane.
 
 use rustc_hash::FxHashMap;
 
@@ -60,8 +61,9 @@ impl Path {
 }
 
 impl View {
-    /// What a camera sees that follows the path of this one as another hand would: up to a quarter of the view's width beside it,
-    /// and a fifth of a level nearer or farther. 0 keeps to the path; another seed strays in another way.
+    /// What a camera sees that follows the path of this one as another hand would: up to a quarter of the
+    /// view's width beside it, and a fifth of a level nearer or farther. 0 keeps to the path; another seed
+    /// strays in another way.
     pub fn strayed(self, seed: u64, frame: u64) -> View {
         if seed == 0 {
             return self;
@@ -81,8 +83,8 @@ impl View {
         [self.centre[0] as f32, self.centre[1] as f32, self.width.log2() as f32]
     }
 
-    /// What is expected to be seen in so many frames, by a camera whose last two poses were `before`, the older one first, and
-    /// which goes on at the same speed, turn rate and rate of approach.
+    /// What is expected to be seen in so many frames, by a camera whose last two poses were `before`, the
+    /// older one first, and which goes on at the same speed, turn rate and rate of approach.
     pub fn expected(&self, before: &[View; 2], frames: u64) -> View {
         let place = |view: &View| [view.centre[0], view.centre[1], 0.0];
         let motion = Motion::through([place(&before[0]), place(&before[1]), place(self)]);
@@ -92,8 +94,8 @@ impl View {
         View { centre, width: width.clamp(self.width / 16.0, self.width * 16.0), tilt: self.tilt }
     }
 
-    /// The feedback of this view on a screen of `width` by `height` pixels: at 1/8 per axis at the position that the
-    /// frame has in the jitter cycle or, where `complete`, of every pixel.
+    /// The feedback of this view on a screen of `width` by `height` pixels: at 1/8 per axis at the position
+    /// that the frame has in the jitter cycle or, where `complete`, of every pixel.
     pub fn feedback(
         &self,
         texture: TextureId,
@@ -149,7 +151,7 @@ impl View {
         row.page(texture, geometry, row.page_x(pixel[0])?).map(|page| (page, row.eighth))
     }
 
-    /// What a row of pixels has in common; nothing where it lies beside the texture.
+    /// What a row of pixels has in common; `None` if it lies beside the texture.
     fn row(&self, geometry: &Geometry, screen: [u32; 2], y: u32) -> Option<Row> {
         let down = (f64::from(y) + 0.5) / f64::from(screen[1]);
         let width = self.width * (1.0 + self.tilt * (1.0 - down));

@@ -1,5 +1,5 @@
-//! What the tiles of a crowd hold: a number for each page, that changes with its content, and is the same for pages of which a texture
-//! says so.
+//! What the tiles of a crowd hold: a number for each page, that changes with its content, and is the same for
+//! pages of which a texture says so.
 
 use std::collections::BTreeMap;
 use std::hash::{Hash, Hasher};
@@ -8,7 +8,7 @@ use std::sync::Arc;
 use bytes::Bytes;
 use rustc_hash::FxHasher;
 
-use crate::pager::pool::Pager;
+use crate::pager::pool::PoolPager;
 use crate::residency::resize::SlotMove;
 use crate::sim::Random;
 use crate::table::pool::{PoolId, Slot};
@@ -19,7 +19,8 @@ use crate::texture::page_contents::PageContents;
 /// Pages along each axis of what has one content, so that neighbours and ancestors have, too.
 const PATCH: u32 = 3;
 
-/// Contents of chance: `share` of a texture's patches of pages are like others, half of them in one of two colours.
+/// Contents of chance: `share` of a texture's patches of pages are like others, half of them in one of two
+/// colours.
 pub fn contents_of_chance(geometry: &Geometry, seed: u64, share: f64) -> PageContents {
     let colors = ["black", "white"].map(|color| Bytes::from_static(color.as_bytes()));
     let number_of = |pos: PagePos| {
@@ -74,9 +75,9 @@ impl Contents {
         *self.changes.entry(page).or_insert(0) += 1;
     }
 
-    /// A load reads when it begins: the most out of date that a tile can be. What is here already, or on its way, is not to be
-    /// loaded again.
-    pub(crate) fn read(&mut self, page: PageId, pager: &Pager) -> Result<(), String> {
+    /// A load reads when it begins: the most out of date that a tile can be. What is here already, or on its
+    /// way, is not to be loaded again.
+    pub(crate) fn read(&mut self, page: PageId, pager: &PoolPager) -> Result<(), String> {
         let (pool, now) = (pager.pool(), self.now(page));
         let is_same = |&other: &PageId| other != page && self.changes(other) == 0 && self.now(other) == now;
         let on_its_way = self.under_way.iter().filter(|(_, (at, _))| *at == pool).map(|(other, _)| *other);

@@ -1,8 +1,9 @@
-//! Many textures in several pools: the simulated world of [`Pagers`].
+//! Many textures in several pools: the simulated world of [`Pager`].
 //!
-//! Every texture has a camera of its own in each view; one loader serves all. [`Crowd::step`] plays one frame and checks what must hold:
-//! the budgets are kept to by all pools together, a pool holds pages of its own textures only, no page in view is evicted,
-//! the page table of every texture leads to what is resident, every ticket ends once, and what is pinned stays.
+//! Every texture has a camera of its own in each view; one loader serves all. [`Crowd::step`] plays one frame
+//! and checks what must hold: the budgets are kept to by all pools together, a pool holds pages of its own
+//! textures only, no page in view is evicted, the page table of every texture leads to what is resident,
+//! every ticket ends once, and what is pinned stays.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
@@ -10,7 +11,7 @@ use std::sync::Arc;
 use crate::pager::bias::BiasRule;
 use crate::pager::event::Event;
 use crate::pager::tickets::{AskError, Progress, Ticket, TicketState, Urgency};
-use crate::pager::{Budgets, Pagers};
+use crate::pager::{Budgets, Pager};
 use crate::residency::PageState;
 use crate::sim::contents::Contents;
 use crate::sim::loader::{Loads, Outcome};
@@ -44,15 +45,15 @@ struct Member {
 /// See the head of the file.
 #[derive(Debug)]
 pub struct Crowd {
-    /// The pagers under test.
-    pub pagers: Pagers,
+    /// The pager under test.
+    pub pager: Pager,
     /// The loader, to change its mood while the world runs.
     pub loads: Loads,
     /// Frames played.
     pub frame: u64,
-    /// Everything that the pagers said, with the frame.
+    /// Everything that the pager said, with the frame.
     pub events: Vec<(u64, Event)>,
-    /// What the pagers decided and told, where somebody wants it.
+    /// What the pager decided and told, where somebody wants it.
     pub log: Log,
     budgets: Budgets,
     screen: [u32; 2],
@@ -81,7 +82,7 @@ impl Crowd {
     /// Nobody is there yet. Each texture will have a picture of `screen` pixels.
     pub fn new(budgets: Budgets, screen: [u32; 2], seed: u64) -> Crowd {
         Crowd {
-            pagers: Pagers::new(budgets),
+            pager: Pager::new(budgets),
             loads: Loads::new(seed),
             frame: 0,
             events: Vec::new(),
@@ -105,7 +106,7 @@ impl Crowd {
         }
     }
 
-    /// Adds a pool; see [`Pagers::add_pool`].
+    /// Adds a pool; see [`Pager::add_pool`].
     pub fn add_pool(
         &mut self,
         slots: u32,
@@ -113,7 +114,7 @@ impl Crowd {
         mip_bias: Option<BiasRule>,
     ) -> Result<PoolId, PoolError> {
         self.largest_tile = self.largest_tile.max(tile_bytes);
-        self.pagers.add_pool(slots, tile_bytes, mip_bias)
+        self.pager.add_pool(slots, tile_bytes, mip_bias)
     }
 
     /// Adds a texture of which every page is like no other, seen along `path`.
@@ -132,7 +133,7 @@ impl Crowd {
         #[expect(clippy::expect_used, reason = "the shape is the test's own")]
         let geometry = Geometry::new(spec).expect("a possible texture");
         let contents = contents_of(&geometry).map(Arc::new);
-        let (texture, tail_slot) = self.pagers.add_texture(pool, &geometry, None, contents.clone())?;
+        let (texture, tail_slot) = self.pager.add_texture(pool, &geometry, None, contents.clone())?;
         if let Some(contents) = contents {
             self.contents.add(texture, geometry.dims(), contents);
         }
@@ -146,8 +147,7 @@ impl Crowd {
 
     /// Removes a texture, of those there are.
     pub fn remove(&mut self, texture: TextureId) -> Result<(), String> {
-        if !self.pagers.remove_texture(texture, self.frame) || self.pagers.remove_texture(texture, self.frame)
-        {
+        if !self.pager.remove_texture(texture, self.frame) || self.pager.remove_texture(texture, self.frame) {
             return Err(format!("frame {}: {texture:?} could not be removed, or twice", self.frame));
         }
         self.members.retain(|member| member.texture != texture);
@@ -161,7 +161,7 @@ impl Crowd {
 
     /// Makes a group of textures that there are, seen along `path`; each of them is seen alone as well.
     pub fn group(&mut self, members: &[TextureId], path: Path) -> Result<GroupId, GroupError> {
-        let group = self.pagers.add_group(members)?;
+        let group = self.pager.add_group(members)?;
         self.groups.push((group, path));
         Ok(group)
     }
@@ -169,7 +169,7 @@ impl Crowd {
     /// Takes a group apart, one of those there are.
     pub fn ungroup(&mut self, group: GroupId) -> Result<(), String> {
         self.groups.retain(|(other, _)| *other != group);
-        match self.pagers.remove_group(group, self.frame) && !self.pagers.remove_group(group, self.frame) {
+        match self.pager.remove_group(group, self.frame) && !self.pager.remove_group(group, self.frame) {
             true => Ok(()),
             false => Err(format!("frame {}: {group:?} could not be removed, or twice", self.frame)),
         }
@@ -183,8 +183,8 @@ impl Crowd {
         urgency: Option<Urgency>,
     ) -> Result<Ticket, AskError> {
         let ticket = match urgency {
-            Some(urgency) => self.pagers.prefetch(texture, region, urgency),
-            None => self.pagers.pin(texture, region),
+            Some(urgency) => self.pager.prefetch(texture, region, urgency),
+            None => self.pager.pin(texture, region),
         }?;
         self.log.asked(ticket);
         self.tickets.insert(ticket);
@@ -196,14 +196,14 @@ impl Crowd {
         let Some(member) = self.members.iter().find(|member| member.texture == texture) else { return };
         let view = member.path.view(at);
         let seen = view.feedback(texture, &member.geometry, self.screen, self.frame, false);
-        self.pagers.expect(&seen);
+        self.pager.expect(&seen);
     }
 
     /// Lets go of a ticket.
     pub fn release(&mut self, ticket: Ticket) -> Result<(), String> {
-        self.pagers.release(ticket);
+        self.pager.release(ticket);
         self.pinned.retain(|(pin, _)| *pin != ticket);
-        if self.pagers.progress(ticket).is_some() || self.pagers.release(ticket) {
+        if self.pager.progress(ticket).is_some() || self.pager.release(ticket) {
             return Err(format!("frame {}: {ticket:?} was released and is open", self.frame));
         }
         self.note_ended()
@@ -216,21 +216,21 @@ impl Crowd {
             let page = page_id(texture, &member.geometry, pos);
             page.into_iter().for_each(|page| self.contents.change(page));
         }
-        let changed = self.pagers.invalidate(texture, region);
+        let changed = self.pager.invalidate(texture, region);
         self.log.line(format_args!("texture {} changed {changed} pages", texture.number()));
     }
 
-    /// Gives a pool so many slots, and looks whether every tile that stays is moved, and pins are among them. Says whether
-    /// the pool took them.
+    /// Gives a pool so many slots, and looks whether every tile that stays is moved, and pins are among them.
+    /// Says whether the pool took them.
     pub fn resize(&mut self, pool: PoolId, slots: u32) -> Result<bool, String> {
-        let before: Vec<_> = self.pagers.pager(pool).resident().collect();
+        let before: Vec<_> = self.pager.pool(pool).resident().collect();
         let mut moves = Vec::new();
-        if self.pagers.resize_pool(pool, slots, &mut moves).is_err() {
+        if self.pager.resize_pool(pool, slots, &mut moves).is_err() {
             return Ok(false);
         }
         self.log.moved(pool, slots, &moves);
         let to: BTreeMap<Slot, Slot> = moves.iter().map(|m| (m.from, m.to)).collect();
-        let is_where_it_was_moved = |&(page, slot): &(PageId, Slot)| match self.pagers.state(page) {
+        let is_where_it_was_moved = |&(page, slot): &(PageId, Slot)| match self.pager.state(page) {
             PageState::Resident(now) => now.index() < slots && to.get(&slot) == Some(&now),
             _ => true,
         };
@@ -240,7 +240,7 @@ impl Crowd {
         self.contents.move_tiles(pool, &moves);
         let mut changes = Vec::new();
         for Member { texture, geometry, table, .. } in self.members.iter_mut().filter(|m| m.pool == pool) {
-            let pager = self.pagers.pager(pool);
+            let pager = self.pager.pool(pool);
             let tail = pager.tail_slot(*texture).ok_or("a tail has lost its slot")?;
             *table = TableImage::new(geometry, tail);
             pager.resident_changes(*texture, &mut changes);
@@ -252,14 +252,15 @@ impl Crowd {
         Ok(true)
     }
 
-    /// The device is lost, and with it every pool; the tails are put into the new pools, and page tables begin anew.
+    /// The device is lost, and with it every pool; the tails are put into the new pools, and page tables
+    /// begin anew.
     pub fn lose_device(&mut self) {
-        self.pagers.tiles_lost();
+        self.pager.tiles_lost();
         self.log.line(format_args!("device lost"));
         self.contents.lose();
         self.pinned.clear(); // they are not all here any more, and that they are is not said again
         for Member { texture, pool, geometry, table, .. } in &mut self.members {
-            let Some(slot) = self.pagers.pager(*pool).tail_slot(*texture) else { continue };
+            let Some(slot) = self.pager.pool(*pool).tail_slot(*texture) else { continue };
             *table = TableImage::new(geometry, slot);
             let tail = page_id(*texture, geometry, geometry.tail_pos());
             tail.into_iter().for_each(|tail| self.contents.show_as_it_is(*pool, slot, tail));
@@ -268,7 +269,7 @@ impl Crowd {
 
     /// Whether every resident page is shown as its content is now.
     pub fn is_up_to_date(&self) -> bool {
-        self.pagers.iter().all(|pager| {
+        self.pager.pools().all(|pager| {
             let mut resident = pager.resident();
             resident.all(|(page, slot)| self.contents.is_shown_as_it_is(pager.pool(), slot, page))
         })
@@ -298,16 +299,16 @@ impl Crowd {
     pub fn step(&mut self) -> Result<(), String> {
         self.frame += 1;
         self.log.frame(self.frame);
-        self.pagers.begin_frame(self.frame);
+        self.pager.begin_frame(self.frame);
         self.note_ended()?;
         self.see();
         self.observe();
-        self.pagers.feedback_under_way(self.in_view.front().map(|feedback| feedback.frame));
+        self.pager.feedback_under_way(self.in_view.front().map(|feedback| feedback.frame));
         self.load()?;
         self.check_in_flight()?;
         self.upload()?;
-        self.pagers.iter().for_each(|pager| self.log.bias(pager.pool(), pager.bias_eighths()));
-        while let Some(event) = self.pagers.poll_event() {
+        self.pager.pools().for_each(|pager| self.log.bias(pager.pool(), pager.bias_eighths()));
+        while let Some(event) = self.pager.poll_event() {
             self.log.event(&event);
             self.events.push((self.frame, event));
         }
@@ -318,15 +319,15 @@ impl Crowd {
 
     /// Takes note of tickets that have ended, each once, and of pins that are all here.
     fn note_ended(&mut self) -> Result<(), String> {
-        while let Some((ticket, progress)) = self.pagers.poll_ended() {
+        while let Some((ticket, progress)) = self.pager.poll_ended() {
             self.log.ended(ticket, &progress);
             let all_here = progress.resident + progress.failed == progress.pages;
             if !self.tickets.remove(&ticket) || (progress.state == TicketState::Done) != all_here {
                 return Err(format!("frame {}: {ticket:?} ended twice or wrongly: {progress:?}", self.frame));
             }
-            let pages = self.pagers.pages_of_pin(ticket);
+            let pages = self.pager.pages_of_pin(ticket);
             let here =
-                pages.into_iter().filter(|&page| matches!(self.pagers.state(page), PageState::Resident(_)));
+                pages.into_iter().filter(|&page| matches!(self.pager.state(page), PageState::Resident(_)));
             self.pinned.push((ticket, here.collect()));
             self.ended.push((ticket, progress));
         }
@@ -335,7 +336,7 @@ impl Crowd {
 
     /// What is pinned and was here stays.
     fn check_pins(&self) -> Result<(), String> {
-        let is_here = |page: &PageId| matches!(self.pagers.state(*page), PageState::Resident(_));
+        let is_here = |page: &PageId| matches!(self.pager.state(*page), PageState::Resident(_));
         match self.pinned.iter().flat_map(|(_, pages)| pages).find(|page| !is_here(page)) {
             Some(page) => Err(format!("frame {}: {page:?} is pinned and has gone", self.frame)),
             None => Ok(()),
@@ -353,26 +354,25 @@ impl Crowd {
             self.log.arrived(page, outcome);
             let tile = self.contents.load_ended(page);
             match outcome {
-                Outcome::Tile => self.pagers.tile_ready(page, tile),
-                Outcome::Failure => self.pagers.tile_failed(page, "simulated"),
-                Outcome::Cancelled => self.pagers.tile_cancelled(page),
+                Outcome::Tile => self.pager.tile_ready(page, tile),
+                Outcome::Failure => self.pager.tile_failed(page, "simulated"),
+                Outcome::Cancelled => self.pager.tile_cancelled(page),
             }
         }
-        while let Some(page) = self.pagers.poll_cancel() {
+        while let Some(page) = self.pager.poll_cancel() {
             self.log.cancel(page);
             self.loads.cancel(page);
         }
-        while let Some(request) = self.pagers.poll_rerank() {
+        while let Some(request) = self.pager.poll_rerank() {
             self.loads.rerank(request.page, request.rank);
             self.log.rerank(request.page, &self.loads);
         }
-        while let Some(request) = self.pagers.poll_request() {
+        while let Some(request) = self.pager.poll_request() {
             if self.loads.has(request.page) {
                 return Err(format!("frame {}: {:?} is being loaded already", self.frame, request.page));
             }
-            let pool = self.pagers.pool_of(request.page.texture()).unwrap_or_default();
-            let read = self.contents.read(request.page, self.pagers.pager(pool));
-            read.map_err(|why| format!("frame {}: {why}", self.frame))?;
+            let pool = self.pager.pool(self.pager.pool_of(request.page.texture()).unwrap_or_default());
+            self.contents.read(request.page, pool).map_err(|why| format!("frame {}: {why}", self.frame))?;
             self.loads.request(request.page, request.rank);
             self.log.request(request.page, &self.loads);
         }
@@ -384,8 +384,8 @@ impl Crowd {
         let begun = self.loads.begin(self.frame);
         begun.iter().for_each(|page| self.log.begun(*page));
         let is_in_view = |page: &PageId| {
-            let pool = self.pagers.pool_of(page.texture());
-            pool.is_some_and(|pool| self.pagers.pager(pool).is_for_view(*page))
+            let pool = self.pager.pool_of(page.texture());
+            pool.is_some_and(|pool| self.pager.pool(pool).is_for_view(*page))
         };
         let ahead = begun.iter().find(|page| !is_in_view(page));
         match ahead.and_then(|ahead| Some((ahead, self.loads.waiting().find(is_in_view)?))) {
@@ -398,8 +398,8 @@ impl Crowd {
 
     fn upload(&mut self) -> Result<(), String> {
         let mut bytes = 0;
-        while let Some((pool, upload)) = self.pagers.poll_upload() {
-            bytes += self.pagers.pager(pool).tile_bytes();
+        while let Some((pool, upload)) = self.pager.poll_upload() {
+            bytes += self.pager.pool(pool).tile_bytes();
             self.log.upload(pool, &upload);
             self.contents.show(pool, upload.slot, &upload.bytes);
             if let Some(evicted) = upload.evicted {
@@ -408,7 +408,7 @@ impl Crowd {
         }
         self.uploaded.push(bytes);
         self.check_upload_budget()?;
-        self.pagers.take_table_changes(&mut self.changes);
+        self.pager.take_table_changes(&mut self.changes);
         self.log.table_changes(&self.changes);
         for Member { texture, geometry, table, .. } in &mut self.members {
             let own = self.changes.iter().filter(|change| change.page.texture() == *texture);
@@ -420,7 +420,7 @@ impl Crowd {
     }
 
     fn check_in_flight(&self) -> Result<(), String> {
-        let bytes = self.pagers.stats().in_flight_bytes;
+        let bytes = self.pager.stats().in_flight_bytes;
         let allowed = self.budgets.in_flight_bytes.max(self.largest_tile);
         if bytes > allowed {
             return Err(format!("frame {}: {bytes} bytes in flight of {allowed}", self.frame));
@@ -446,7 +446,7 @@ impl Crowd {
         let Some(member) = self.members.iter().find(|member| member.texture == gone.texture()) else {
             return Err(format!("frame {}: {gone:?} of a texture that was removed was resident", self.frame));
         };
-        let (geometry, bias) = (&member.geometry, self.pagers.pager(member.pool).bias_eighths());
+        let (geometry, bias) = (&member.geometry, self.pager.pool(member.pool).bias_eighths());
         let gone = gone.pos(geometry.dims());
         let newest = self.newest.values().flat_map(|newest| &newest.pages);
         for wanted in newest.filter(|wanted| wanted.page.texture() == member.texture) {
@@ -460,9 +460,10 @@ impl Crowd {
         Ok(())
     }
 
-    /// Every page of a texture leads to what is resident of it and of its ancestors, which is in a slot with its content.
+    /// Every page of a texture leads to what is resident of it and of its ancestors, which is in a slot with
+    /// its content.
     fn check_table(&self, member: &Member) -> Result<(), String> {
-        let (geometry, pager) = (&member.geometry, self.pagers.pager(member.pool));
+        let (geometry, pager) = (&member.geometry, self.pager.pool(member.pool));
         let Some(tail_slot) = pager.tail_slot(member.texture) else {
             return Err(format!("frame {}: {:?} has no tail", self.frame, member.texture));
         };
@@ -486,12 +487,11 @@ impl Crowd {
 
     /// A pool holds pages of its own textures, and of no others.
     fn check_owners(&self) -> Result<(), String> {
-        for pager in self.pagers.iter() {
+        for pager in self.pager.pools() {
             let own = self.members.iter().filter(|member| member.pool == pager.pool());
             let own: BTreeSet<TextureId> = own.map(|member| member.texture).collect();
-            if let Some(page) =
-                pager.resident().map(|(page, _)| page).find(|page| !own.contains(&page.texture()))
-            {
+            let mut resident = pager.resident().map(|(page, _)| page);
+            if let Some(page) = resident.find(|page| !own.contains(&page.texture())) {
                 return Err(format!("frame {}: {page:?} is in {:?}", self.frame, pager.pool()));
             }
         }

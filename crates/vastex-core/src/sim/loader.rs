@@ -1,5 +1,6 @@
-//! A loader with so many lanes: what waits is begun best rank first, takes a whole number of frames in its lane, arrives as the
-//! bandwidth allows, and fails when it is told to. Loads of a texture that is silent never end, and take no lane.
+//! A loader with so many lanes: what waits is begun best rank first, takes a whole number of frames in its
+//! lane, arrives as the bandwidth allows, and fails when it is told to. Loads of a texture that is silent
+//! never end, and take no lane.
 
 use crate::sim::Random;
 use crate::texture::page::{PageId, TextureId};
@@ -144,8 +145,8 @@ impl Loads {
         self.waiting.len() + self.running.len() + self.called_off.len() + self.lost.len()
     }
 
-    /// What arrives in a frame, best rank first. A load that was cancelled in its lane is let go of at once or, half the time, was too
-    /// late to stop.
+    /// What arrives in a frame, best rank first. A load that was cancelled in its lane is let go of at once
+    /// or, half the time, was too late to stop.
     pub(crate) fn arrivals(&mut self, frame: u64) -> Vec<(PageId, Outcome)> {
         let mut arrived: Vec<_> = self.called_off.drain(..).map(|page| (page, Outcome::Cancelled)).collect();
         let mut room = self.tiles_per_frame;

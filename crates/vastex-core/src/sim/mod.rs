@@ -1,8 +1,8 @@
 //! The simulated world: the whole loop without a GPU, a disk or a clock.
 //!
-//! A [`World`] has a virtual texture, a camera that moves along a [`Path`], a loader with latency, bandwidth and
-//! failures, and a pager. [`World::step`] plays one frame, checks what must hold, and is the same for the same
-//! [`Knobs`]. A [`Crowd`] is many textures in several pools. Eviction bugs become unit tests here.
+//! A [`World`] has a virtual texture, a camera that moves along a [`Path`], a loader with latency, bandwidth
+//! and failures, and a pager. [`World::step`] plays one frame, checks what must hold, and is the same for the
+//! same [`Knobs`]. A [`Crowd`] is many textures in several pools. Eviction bugs become unit tests here.
 
 mod camera;
 mod contents;

@@ -1,9 +1,9 @@
-//! How long the pages of a view were missing: from the feedback that first wanted them to the frame in which they were resident,
-//! 0 for those that were here already.
+//! How long the pages of a view were missing: from the feedback that first wanted them to the frame in which
+//! they were resident, 0 for those that were here already.
 
 use std::collections::BTreeMap;
 
-use crate::pager::pool::Pager;
+use crate::pager::pool::PoolPager;
 use crate::residency::PageState;
 use crate::texture::page::PageId;
 
@@ -17,7 +17,7 @@ pub struct Sharpness {
 
 impl Sharpness {
     /// Takes note of the working set at the bias in force after a frame.
-    pub(crate) fn note(&mut self, frame: u64, pager: &Pager) {
+    pub(crate) fn note(&mut self, frame: u64, pager: &PoolPager) {
         let mut now = BTreeMap::new();
         for page in pager.pages_in_view() {
             let is_here = matches!(pager.state(page), PageState::Resident(_));

@@ -8,13 +8,13 @@ use bytes::Bytes;
 use crate::pager::bias::BiasRule;
 use crate::pager::decision::Upload;
 use crate::pager::event::Event;
-use crate::pager::pool::Pager;
-use crate::pager::settings::PagerSettings;
+use crate::pager::pool::PoolPager;
+use crate::pager::{Budgets, Pager};
 use crate::record::prefetch_sets::PrefetchSets;
 use crate::record::trace::Trace;
 use crate::sim::loader::{Loads, Outcome};
 use crate::sim::{Log, Path, Random, Sharpness, View};
-use crate::table::pool::PoolError;
+use crate::table::pool::{PoolError, PoolId};
 use crate::table::{PageTable, TableChange, TableEntry, TableImage};
 use crate::texture::geometry::{Geometry, GeometrySpec};
 use crate::texture::page::{PageId, PagePos, TextureId};
@@ -113,6 +113,8 @@ pub struct World {
     texture: TextureId,
     /// The pager under test.
     pub pager: Pager,
+    /// Its only pool.
+    pool: PoolId,
     /// What a GPU's page table would hold.
     pub table: TableImage,
     /// Frames played.
@@ -141,17 +143,14 @@ pub struct World {
 impl World {
     /// A world at rest; fails where the pool is too small for the texture.
     pub fn new(knobs: Knobs) -> Result<World, PoolError> {
-        let settings = PagerSettings {
-            slots: knobs.slots,
-            tile_bytes: knobs.tile_bytes,
+        let budgets = Budgets {
             upload_bytes_per_frame: knobs.upload_bytes_per_frame,
             in_flight_bytes: knobs.in_flight_tiles * knobs.tile_bytes,
-            mip_bias: Some(knobs.bias_rule),
-            pin_share: PagerSettings::PIN_SHARE,
         };
         #[expect(clippy::expect_used, reason = "the knobs are the test's own")]
         let geometry = Geometry::new(knobs.spec).expect("a possible texture");
-        let mut pager = Pager::new(settings);
+        let mut pager = Pager::new(budgets);
+        let pool = pager.add_pool(knobs.slots, knobs.tile_bytes, Some(knobs.bias_rule))?;
         let present = (knobs.absent > 0.0).then(|| {
             // Whether a page has a tile follows from its place, so that the order of asking does not matter.
             let has_tile = |pos: PagePos| {
@@ -160,9 +159,7 @@ impl World {
             };
             Arc::new(PageSet::from_pages(&geometry, has_tile))
         });
-        #[expect(clippy::expect_used, reason = "0 is a number that a texture may have")]
-        let texture = TextureId::new(0).expect("a number");
-        let tail_slot = pager.add_texture(texture, &geometry, present.clone(), None)?;
+        let (texture, tail_slot) = pager.add_texture(pool, &geometry, present.clone(), None)?;
         Ok(World {
             table: TableImage::new(&geometry, tail_slot),
             knobs,
@@ -170,6 +167,7 @@ impl World {
             present,
             texture,
             pager,
+            pool,
             frame: 0,
             events: Vec::new(),
             loads_of: BTreeMap::new(),
@@ -186,11 +184,16 @@ impl World {
         })
     }
 
+    /// The pool of the world's texture.
+    pub fn pool(&self) -> &PoolPager {
+        self.pager.pool(self.pool)
+    }
+
     /// Keeps lines of what the pager decides and tells; to be called before the first frame.
     pub fn begin_log(&mut self) {
         self.log.begin();
-        if let Some(tail) = self.pager.tail_slot(self.texture) {
-            self.log.texture(self.texture, self.geometry.dims(), self.pager.pool(), tail);
+        if let Some(tail) = self.pool().tail_slot(self.texture) {
+            self.log.texture(self.texture, self.geometry.dims(), self.pool, tail);
         }
     }
 
@@ -248,8 +251,8 @@ impl World {
         self.expect_what_was_learnt();
         self.load()?;
         self.upload()?;
-        self.sharpness.note(self.frame, &self.pager);
-        self.log.bias(self.pager.pool(), self.pager.bias_eighths());
+        self.sharpness.note(self.frame, self.pager.pool(self.pool));
+        self.log.bias(self.pool, self.pager.pool(self.pool).bias_eighths());
         while let Some(event) = self.pager.poll_event() {
             self.log.event(&event);
             self.events.push((self.frame, event));
@@ -316,7 +319,7 @@ impl World {
     fn begin_loads(&mut self) -> Result<(), String> {
         let begun = self.knobs.loads.begin(self.frame);
         begun.iter().for_each(|page| self.log.begun(*page));
-        let is_in_view = |page: &PageId| self.pager.is_for_view(*page);
+        let is_in_view = |page: &PageId| self.pool().is_for_view(*page);
         let ahead = begun.iter().find(|page| !is_in_view(page));
         match ahead.and_then(|ahead| Some((ahead, self.knobs.loads.waiting().find(is_in_view)?))) {
             Some((ahead, waits)) => {
@@ -340,9 +343,9 @@ impl World {
 
     fn upload(&mut self) -> Result<(), String> {
         let mut bytes = 0;
-        while let Some(upload) = self.pager.poll_upload() {
+        while let Some((pool, upload)) = self.pager.poll_upload() {
             bytes += self.knobs.tile_bytes;
-            self.log.upload(self.pager.pool(), &upload);
+            self.log.upload(pool, &upload);
             *self.loads_of.entry(upload.page).or_default() += 1;
             self.check_eviction(&upload)?;
         }
@@ -362,7 +365,7 @@ impl World {
         for wanted in &self.newest.pages {
             let pos = wanted.page.pos(self.geometry.dims());
             let (pos, need) = self.stand_in(pos, Need::new(pos.level, wanted.eighth));
-            let level = need.level_at(self.pager.bias_eighths());
+            let level = need.level_at(self.pool().bias_eighths());
             let at_bias = self.geometry.ancestor(pos, level.min(self.geometry.coarsest()));
             if gone.level >= at_bias.level && self.geometry.ancestor(at_bias, gone.level) == gone {
                 return Err(format!("frame {}: {gone} was evicted while {at_bias} is in view", self.frame));
@@ -387,7 +390,7 @@ impl World {
     /// What is resident, by what the pager says of its slots, is exactly what the table leads to.
     fn check_table(&self) -> Result<(), String> {
         let mut in_slot = vec![None; self.knobs.slots as usize];
-        for (page, slot) in self.pager.resident() {
+        for (page, slot) in self.pool().resident() {
             let entry = TableEntry::new(page.level(), slot);
             let pos = page.pos(self.geometry.dims());
             if self.table.lookup(pos) != entry {

@@ -1,11 +1,13 @@
-//! How large a pool a picture asks for, before anything was drawn: the arithmetic behind pools without a size of their own.
+//! How large a pool a picture asks for, before anything was drawn: the arithmetic behind pools without a size
+//! of their own.
 
 use std::fmt;
 
 use crate::texture::format::Description;
 
-/// A pool in which the working set of one picture fits without a mip bias, if its surfaces cover each pixel once and are not
-/// cut into many small pieces: textures share the pixels of the picture, so their number hardly matters.
+/// A pool in which the working set of one picture fits without a mip bias, if its surfaces cover each pixel
+/// once and are not cut into many small pieces: textures share the pixels of the picture, so their number
+/// hardly matters.
 ///
 /// ```
 /// use vastex_core::{Description, Geometry, GeometrySpec, LayerFormat, PoolEstimate};
@@ -21,8 +23,8 @@ pub struct PoolEstimate {
     pub picture: [u32; 2],
     /// Payload of a page in texels.
     pub page: [u32; 2],
-    /// Pages across and down that a surface over the whole picture shows, however it is turned: of the wanted level up to two
-    /// texels fall on a pixel along each axis, and one page more is cut at each edge.
+    /// Pages across and down that a surface over the whole picture shows, however it is turned: of the wanted
+    /// level up to two texels fall on a pixel along each axis, and one page more is cut at each edge.
     pub pages: [u64; 2],
     /// All of these.
     pub in_view: u64,

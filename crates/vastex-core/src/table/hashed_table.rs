@@ -1,18 +1,19 @@
 //! The page table of a texture with too many pages for an entry each: a hash table of what is resident.
 //!
-//! Its memory follows the pages that are resident, not those that there are. A page that is resident is found by one probe
-//! sequence; for one that is not, a lookup goes up its ancestors, with one sequence for each, to the tail at last, which needs no
-//! entry. Pages that share a slot have an entry each.
+//! Its memory follows the pages that are resident, not those that there are. A page that is resident is found
+//! by one probe sequence; for one that is not, a lookup goes up its ancestors, with one sequence for each, to
+//! the tail at last, which needs no entry. Pages that share a slot have an entry each.
 //!
 //! | | |
 //! |---|---|
-//! | places | a power of two, at least [`HashedTable::FEWEST`], each with a page and an entry, or free |
-//! | where a page is | in the first free place from its home on; home is a hash of its id without the texture |
+//! | buckets | a power of two, at least [`HashedTable::FEWEST`], each with a page and an entry, or free |
+//! | where a page is | in the first free bucket from its home on; home is a hash of its id without the texture |
 //! | load | at most half; a table that grows or shrinks is filled to a quarter or less |
-//! | probe sequence | at most `HASHED_PROBES` places: where a page would lie farther from home, the table grows and hashes anew |
+//! | probe sequence | at most `HASHED_PROBES` buckets: where a page would lie farther from home, the table grows and hashes anew |
 //! | a page that leaves | closes the gap behind it, so that nothing is ever marked as gone |
 //!
-//! The same changes in the same order give the same places. A GPU keeps a copy of the places, and is sent those that have changed.
+//! The same changes in the same order give the same buckets. A GPU keeps a copy of the buckets, and is sent
+//! those that have changed.
 
 use crate::shader_constants::{
     HASH_HIGH, HASH_LAST, HASH_LOW, HASHED_PROBES, LEVEL_BITS, LEVEL_SHIFT, TEXTURE_SHIFT,
@@ -27,24 +28,24 @@ const _: () =
 
 /// A page and where its tile is, as a GPU reads it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct HashedPlace {
+pub struct HashedBucket {
     /// The page's id without its texture.
     page: [u32; 2],
     entry: u32,
 }
 
-impl HashedPlace {
+impl HashedBucket {
     /// Nobody's. No page has such a high half.
-    const FREE: HashedPlace = HashedPlace { page: [u32::MAX; 2], entry: u32::MAX };
+    const FREE: HashedBucket = HashedBucket { page: [u32::MAX; 2], entry: u32::MAX };
     /// Words that it takes.
     pub const WORDS: usize = 3;
 
     fn is_free(self) -> bool {
-        self == HashedPlace::FREE
+        self == HashedBucket::FREE
     }
 
     /// The low and the high half of the page, and the entry; all ones where it is free.
-    pub fn words(self) -> [u32; HashedPlace::WORDS] {
+    pub fn words(self) -> [u32; HashedBucket::WORDS] {
         [self.page[0], self.page[1], self.entry]
     }
 }
@@ -54,12 +55,13 @@ impl HashedPlace {
 pub struct HashedTable {
     geometry: Geometry,
     tail: TableEntry,
-    places: Vec<HashedPlace>,
+    buckets: Vec<HashedBucket>,
     pages: usize,
     seed: u32,
-    /// Places written since they were last asked for, some more than once; nothing where all of them may have been.
+    /// Places written since they were last asked for, some more than once; `None` if all of them may have
+    /// been.
     written: Option<Vec<u32>>,
-    /// The table as it lay before its places became others, since they were last asked for.
+    /// The table as it lay before its buckets became others, since they were last asked for.
     before: Option<Box<HashedTable>>,
 }
 
@@ -70,9 +72,9 @@ impl HashedTable {
     /// A table in which every page leads to the tail, which lies in `tail_slot`.
     pub fn new(geometry: &Geometry, tail_slot: Slot) -> HashedTable {
         let tail = TableEntry::new(geometry.tail().first_level(), tail_slot);
-        let places = vec![HashedPlace::FREE; HashedTable::FEWEST];
+        let buckets = vec![HashedBucket::FREE; HashedTable::FEWEST];
         let geometry = geometry.clone();
-        HashedTable { geometry, tail, places, pages: 0, seed: 0, written: None, before: None }
+        HashedTable { geometry, tail, buckets, pages: 0, seed: 0, written: None, before: None }
     }
 
     /// Carries out changes, evictions before loads, as [`crate::TableImage`] does one by one.
@@ -81,28 +83,28 @@ impl HashedTable {
         self.load(changes);
     }
 
-    /// Carries out the evictions alone. The places stay as many as they are, and where they are.
+    /// Carries out the evictions alone. The buckets stay as many as they are, and where they are.
     pub fn evict(&mut self, changes: &[TableChange]) {
         for TableChange { page, rule, entry } in changes {
             let ChangeRule::Naming(old) = *rule else { continue };
             match self.find(key(*page)) {
-                Ok(at) if self.places[at].entry == old.to_bits() && entry.level() == page.level() => {
-                    self.write(at, HashedPlace { page: key(*page), entry: entry.to_bits() });
+                Ok(at) if self.buckets[at].entry == old.to_bits() && entry.level() == page.level() => {
+                    self.write(at, HashedBucket { page: key(*page), entry: entry.to_bits() });
                 }
-                Ok(at) if self.places[at].entry == old.to_bits() => self.remove(at),
+                Ok(at) if self.buckets[at].entry == old.to_bits() => self.remove(at),
                 _ => {}
             }
         }
     }
 
-    /// Carries out the loads, for which there may have to be more places, or fewer where pages have gone.
+    /// Carries out the loads, for which there may have to be more buckets, or fewer where pages have gone.
     pub fn load(&mut self, changes: &[TableChange]) {
         for TableChange { page, rule, entry } in changes {
             if *rule == ChangeRule::Coarser && self.find(key(*page)).is_err() {
-                self.insert(HashedPlace { page: key(*page), entry: entry.to_bits() });
+                self.insert(HashedBucket { page: key(*page), entry: entry.to_bits() });
             }
         }
-        if self.places.len() > HashedTable::FEWEST && self.pages * 16 < self.places.len() {
+        if self.buckets.len() > HashedTable::FEWEST && self.pages * 16 < self.buckets.len() {
             self.hash_anew(roomy(self.pages));
         }
     }
@@ -117,24 +119,24 @@ impl HashedTable {
         self.pages == 0
     }
 
-    /// All places, a power of two of them.
-    pub fn places(&self) -> &[HashedPlace] {
-        &self.places
+    /// All buckets, a power of two of them.
+    pub fn buckets(&self) -> &[HashedBucket] {
+        &self.buckets
     }
 
-    /// What hashes begin with; others with each time that the places are others.
+    /// Seed of the hashes; changes at every rehash.
     pub fn seed(&self) -> u32 {
         self.seed
     }
 
     /// Places from the home of the farthest page to where it is, both counted; 0 where there is none.
     pub fn longest_probe(&self) -> usize {
-        let taken = self.places.iter().enumerate().filter(|(_, place)| !place.is_free());
-        taken.map(|(at, place)| self.distance(place.page, at) + 1).max().unwrap_or(0)
+        let taken = self.buckets.iter().enumerate().filter(|(_, bucket)| !bucket.is_free());
+        taken.map(|(at, bucket)| self.distance(bucket.page, at) + 1).max().unwrap_or(0)
     }
 
-    /// Which places were written since the last call, in ascending order; nothing where all may have been, and be of another number,
-    /// as it is of a new table.
+    /// Which buckets were written since the last call, in ascending order; `None` if all may have been, and
+    /// be of another number, as it is of a new table.
     pub fn take_written(&mut self) -> Option<Vec<u32>> {
         self.before = None;
         let mut written = self.written.replace(Vec::new())?;
@@ -143,23 +145,25 @@ impl HashedTable {
         Some(written)
     }
 
-    /// The table as it lay before its number of places changed, if they have since [`HashedTable::take_written`], which is to be
-    /// called after this: what it says was written goes to whoever still reads the old places. It is as true of what has left as the new
-    /// one, and takes further [evictions](HashedTable::evict).
+    /// The table as it lay before its number of buckets changed, if they have since
+    /// [`HashedTable::take_written`], which is to be called after this: what it says was written goes to
+    /// whoever still reads the old buckets. It is as true of what has left as the new one, and takes further
+    /// [evictions](HashedTable::evict).
     pub fn take_before(&mut self) -> Option<HashedTable> {
         self.before.take().map(|before| *before)
     }
 
-    /// Where the page is, or would be; a table with free places alone is never without.
+    /// `Ok` with the bucket of the page, or `Err` with the first free one of its probe sequence. Terminates:
+    /// half of the buckets are always free.
     fn find(&self, page: [u32; 2]) -> Result<usize, usize> {
-        let mask = self.places.len() - 1;
+        let mask = self.buckets.len() - 1;
         let mut at = self.home(page);
         loop {
-            let place = self.places[at];
-            if place.is_free() {
+            let bucket = self.buckets[at];
+            if bucket.is_free() {
                 return Err(at);
             }
-            if place.page == page {
+            if bucket.page == page {
                 return Ok(at);
             }
             at = (at + 1) & mask;
@@ -167,66 +171,66 @@ impl HashedTable {
     }
 
     fn home(&self, page: [u32; 2]) -> usize {
-        hash(page, self.seed) as usize & (self.places.len() - 1)
+        hash(page, self.seed) as usize & (self.buckets.len() - 1)
     }
 
     fn distance(&self, page: [u32; 2], at: usize) -> usize {
-        at.wrapping_sub(self.home(page)) & (self.places.len() - 1)
+        at.wrapping_sub(self.home(page)) & (self.buckets.len() - 1)
     }
 
-    fn write(&mut self, at: usize, place: HashedPlace) {
-        self.places[at] = place;
+    fn write(&mut self, at: usize, bucket: HashedBucket) {
+        self.buckets[at] = bucket;
         if let Some(written) = &mut self.written {
             written.push(at as u32);
         }
     }
 
     /// Puts in a page that is not there.
-    fn insert(&mut self, place: HashedPlace) {
-        let is_full = (self.pages + 1) * 2 > self.places.len();
-        match self.find(place.page) {
-            Err(at) if !is_full && self.distance(place.page, at) < HASHED_PROBES as usize => {
-                self.write(at, place);
+    fn insert(&mut self, bucket: HashedBucket) {
+        let is_full = (self.pages + 1) * 2 > self.buckets.len();
+        match self.find(bucket.page) {
+            Err(at) if !is_full && self.distance(bucket.page, at) < HASHED_PROBES as usize => {
+                self.write(at, bucket);
                 self.pages += 1;
             }
             _ => {
-                self.hash_anew(self.places.len() * 2);
-                self.insert(place);
+                self.hash_anew(self.buckets.len() * 2);
+                self.insert(bucket);
             }
         }
     }
 
-    /// Frees a place, and closes the gap: of those behind it up to the next free one, each comes forward that is not before its
-    /// home then.
+    /// Frees a bucket, and closes the gap: of those behind it up to the next free one, each comes forward
+    /// that is not before its home then.
     fn remove(&mut self, mut gap: usize) {
-        let mask = self.places.len() - 1;
+        let mask = self.buckets.len() - 1;
         let mut at = gap;
         loop {
             at = (at + 1) & mask;
-            let place = self.places[at];
-            if place.is_free() {
+            let bucket = self.buckets[at];
+            if bucket.is_free() {
                 break;
             }
-            if self.distance(place.page, at) >= (at.wrapping_sub(gap) & mask) {
-                self.write(gap, place);
+            if self.distance(bucket.page, at) >= (at.wrapping_sub(gap) & mask) {
+                self.write(gap, bucket);
                 gap = at;
             }
         }
-        self.write(gap, HashedPlace::FREE);
+        self.write(gap, HashedBucket::FREE);
         self.pages -= 1;
     }
 
-    /// Begins anew with so many places, or more until every page is near its home.
-    fn hash_anew(&mut self, places: usize) {
+    /// Begins anew with so many buckets, or more until every page is near its home.
+    fn hash_anew(&mut self, buckets: usize) {
         let (count, seed) = (std::mem::take(&mut self.pages), self.seed);
-        let old = std::mem::replace(&mut self.places, vec![HashedPlace::FREE; places]);
+        let old = std::mem::replace(&mut self.buckets, vec![HashedBucket::FREE; buckets]);
         self.seed = seed.wrapping_add(1);
         let written = self.written.take();
-        old.iter().filter(|place| !place.is_free()).for_each(|&place| self.insert(place));
+        old.iter().filter(|bucket| !bucket.is_free()).for_each(|&bucket| self.insert(bucket));
         if written.is_some() {
             let (geometry, tail) = (self.geometry.clone(), self.tail);
             let before =
-                HashedTable { geometry, tail, places: old, pages: count, seed, written, before: None };
+                HashedTable { geometry, tail, buckets: old, pages: count, seed, written, before: None };
             self.before = Some(Box::new(before));
         }
     }
@@ -239,7 +243,7 @@ impl PageTable for HashedTable {
         let own = |pos| {
             let page = PageId::new(TextureId::new(0)?, self.geometry.dims(), pos).ok()?;
             let at = self.find(key(page)).ok()?;
-            Some(TableEntry::from_bits(self.places[at].entry))
+            Some(TableEntry::from_bits(self.buckets[at].entry))
         };
         finer.into_iter().find_map(own).unwrap_or(self.tail)
     }

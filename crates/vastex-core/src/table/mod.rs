@@ -1,16 +1,18 @@
-//! The page table: page -> slot, and the changes that keep it true. This is the direct one; that of a texture with more pages than
-//! it is worth an entry each is [`crate::HashedTable`].
+//! The page table: page -> slot, and the changes that keep it true. This is the direct one; that of a texture
+//! with more pages than it is worth an entry each is [`crate::HashedTable`].
 //!
-//! A table has one entry for each page finer than the tail, level after level, row by row. It is filled downward: an
-//! entry without a tile of its own holds that of its nearest resident ancestor, the tail at last, so that a lookup
-//! never loops. [`TableImage`] is the CPU's copy; a GPU keeps its own and applies the same [`TableChange`]s.
-//! Which pages are resident is decided elsewhere ([`crate::Pager`]).
+//! A table has one entry for each page finer than the tail, level after level, row by row. It is filled
+//! downward: an entry without a tile of its own holds that of its nearest resident ancestor, the tail at
+//! last, so that a lookup never loops. [`TableImage`] is the CPU's copy; a GPU keeps its own and applies the
+//! same [`TableChange`]s. Which pages are resident is decided elsewhere ([`crate::Pager`]).
 //!
 //! Changes come in batches, evictions before loads, and act as if in sequence. Two properties make any order
-//! *within* the evictions, and within the loads, give that result, so that a GPU may apply each half in parallel:
-//! - an eviction's `entry` is the nearest ancestor that stays resident, so no entry is changed by two evictions;
-//! - a load takes effect where it is finer than what stands there, and an entry with a finer level is the smaller
-//!   number, so a load is a minimum.
+//! *within* the evictions, and within the loads, give that result, so that a GPU may apply each half in
+//! parallel:
+//! - an eviction's `entry` is the nearest ancestor that stays resident, so no entry is changed by two
+//!   evictions;
+//! - a load takes effect where it is finer than what stands there, and an entry with a finer level is the
+//!   smaller number, so a load is a minimum.
 
 pub(crate) mod estimate;
 pub(crate) mod hashed_table;
@@ -22,8 +24,8 @@ use crate::texture::geometry::Geometry;
 use crate::texture::numbering::PageNumbering;
 use crate::texture::page::{PageId, PagePos};
 
-/// What a lookup finds: a slot, and the level of the page whose tile is in it. Never a page id, so that pages with the same
-/// content can share a slot.
+/// What a lookup finds: a slot, and the level of the page whose tile is in it. Never a page id, so that pages
+/// with the same content can share a slot.
 ///
 /// | bits | field |
 /// |---|---|
@@ -105,7 +107,8 @@ impl TableImage {
         TableImage { entries: vec![tail; numbering.entries() as usize], numbering, tail }
     }
 
-    /// Carries out one change, and says how many entries are others now; costs one visit of each entry at and below the page.
+    /// Carries out one change, and says how many entries are others now; costs one visit of each entry at and
+    /// below the page.
     pub fn apply(&mut self, geometry: &Geometry, change: &TableChange) -> u64 {
         let mut replaced = 0;
         let pos = change.page.pos(geometry.dims());

@@ -1,13 +1,13 @@
 //! The pool: fixed-size memory made of equal slots, for one set of layer formats and one tile size.
 //!
-//! Here stands how many slots a budget of bytes gives and where each lies; that the memory exists is the GPU crate's
-//! business, which tile is in which slot the residency's.
+//! Here stands how many slots a budget of bytes gives and where each lies; that the memory exists is the GPU
+//! crate's business, which tile is in which slot the residency's.
 
 use crate::shader_constants::POOL_SLOTS;
 use crate::texture::format::Description;
 use crate::texture::page::TextureId;
 
-/// A pool among those of one [`crate::Pagers`], counted from 0 in the order in which they were made.
+/// A pool among those of one [`crate::Pager`], counted from 0 in the order in which they were made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct PoolId(u16);
 
@@ -73,12 +73,6 @@ pub enum PoolError {
     /// There are as many pools as can be told apart.
     #[error("there are {} pools already; build textures with the same page, border and formats", u16::MAX)]
     TooManyPools,
-    /// Another texture of the pool has the number.
-    #[error("there is a texture numbered {number} already; take a number that is free")]
-    NumberTaken {
-        /// The number.
-        number: u16,
-    },
     /// Every slot is in view, and the picture may not become coarser.
     #[error("all {slots} slots of the pool are in view; make the pool larger, or let the mip bias act")]
     AllInView {
@@ -126,15 +120,18 @@ pub struct SlotPlace {
 impl PoolLayout {
     /// Slots that a pool needs at least, for each texture in it: its tail, and one to work with.
     pub const MIN_SLOTS: u32 = 2;
-    /// Texels per side of an image at most, unless one tile is larger: a place in a larger image has less than 10 bits below the texel
-    /// in single precision, and a GPU clears a whole image when its first slot is filled.
+    /// Texels per side of an image at most, unless one tile is larger: a place in a larger image has less
+    /// than 10 bits below the texel in single precision, and a GPU clears a whole image when its first slot
+    /// is filled.
     pub const MAX_SIDE: u32 = 8192;
 
-    /// The layout with the most slots within `budget` bytes, up to [`POOL_SLOTS`]; fails below [`PoolLayout::MIN_SLOTS`].
+    /// The layout with the most slots within `budget` bytes, up to [`POOL_SLOTS`]; fails below
+    /// [`PoolLayout::MIN_SLOTS`].
     ///
-    /// No side of an image is longer than the device allows, nor than [`PoolLayout::MAX_SIDE`] texels or one tile, whichever is more.
-    /// Of the layouts with equally many slots, the one with the fewest images is taken; more than twice as many as are needed only
-    /// where with fewer over 5 % of the budget would be wasted.
+    /// No side of an image is longer than the device allows, nor than [`PoolLayout::MAX_SIDE`] texels or one
+    /// tile, whichever is more. Of the layouts with equally many slots, the one with the fewest images is
+    /// taken; more than twice as many as are needed only where with fewer over 5 % of the budget would be
+    /// wasted.
     pub fn fit(description: &Description, budget: u64, limits: ArrayLimits) -> Result<PoolLayout, PoolError> {
         let [width, height, _] = description.geometry.tile();
         let tile_bytes = description.tile_bytes() as u64;

@@ -1,8 +1,8 @@
 //! What the texels of a texture are: its layers and their formats, and the bytes of a tile.
 //!
-//! A tile's bytes are its layers one after the other, each row by row without padding: rows of texels, or of blocks of 4x4
-//! texels where the format is compressed. A layer may have half or a quarter of the texture's resolution. Reading,
-//! compressing and checking tiles is `vastex-tiles`' business.
+//! A tile's bytes are its layers one after the other, each row by row without padding: rows of texels, or of
+//! blocks of 4x4 texels where the format is compressed. A layer may have half or a quarter of the texture's
+//! resolution. Reading, compressing and checking tiles is `vastex-tiles`' business.
 
 use std::ops::Range;
 
@@ -105,7 +105,8 @@ impl LayerFormat {
         matches!(self, Rgba8Srgb | Bc1Srgb | Bc3Srgb | Bc7Srgb)
     }
 
-    /// The format of the texels that blocks are made from and decoded to; the format itself where it is not compressed.
+    /// The format of the texels that blocks are made from and decoded to; the format itself where it is not
+    /// compressed.
     pub const fn decoded(self) -> LayerFormat {
         use LayerFormat::*;
         match self {
@@ -174,8 +175,9 @@ pub struct Layer {
     pub format: LayerFormat,
     /// Texels of the texture along one texel of the layer: 1, 2 or 4.
     pub scale: u32,
-    /// Whether a value between two texels' means something, as with colours and heights. Where it does not, as with labels and
-    /// numbers of objects, each pixel shows one texel as it is stored, whatever the filter, and tiles do not fade in.
+    /// Whether a value between two texels' means something, as with colours and heights. Where it does not,
+    /// as with labels and numbers of objects, each pixel shows one texel as it is stored, whatever the
+    /// filter, and tiles do not fade in.
     pub is_mixable: bool,
 }
 
@@ -239,13 +241,14 @@ pub struct Description {
     pub geometry: Geometry,
     /// At least one layer.
     pub layers: Vec<Layer>,
-    /// What lies beyond an edge whose address mode is [`crate::AddressMode::Border`]: red, green, blue (sRGB-encoded where a
-    /// layer is) and alpha, of which a layer takes as many channels as it has.
+    /// What lies beyond an edge whose address mode is [`crate::AddressMode::Border`]: red, green, blue
+    /// (sRGB-encoded where a layer is) and alpha, of which a layer takes as many channels as it has.
     pub border_color: [u8; 4],
 }
 
 impl Description {
-    /// A texture of these layers, with a transparent black border colour. [`Description::check`] says whether they suit.
+    /// A texture of these layers, with a transparent black border colour. [`Description::check`] says whether
+    /// they suit.
     pub fn new(geometry: Geometry, layers: Vec<Layer>) -> Description {
         Description { geometry, layers, border_color: [0; 4] }
     }
@@ -260,7 +263,8 @@ impl Description {
         layers.iter().map(|layer| layer.scale * 4).max().unwrap_or(4)
     }
 
-    /// Whether the layers suit the geometry: whole texels and blocks in every page, border and level of the tail.
+    /// Whether the layers suit the geometry: whole texels and blocks in every page, border and level of the
+    /// tail.
     pub fn check(&self) -> Result<(), LayerError> {
         let spec = self.geometry.spec();
         if self.layers.is_empty() {

@@ -1,9 +1,9 @@
 //! The shape of a virtual texture: its levels, its pages and how they nest.
 //!
-//! An image is a volume of depth 1, so there is one code path. Texel `i` of a level covers exactly the texels of the
-//! next finer level that the level's factor says, counted from origin 0; so pages nest, always, and a page has one
-//! parent. Nothing here assumes a power of two. Where texels lie inside tiles is [`crate::space`]'s business, how the
-//! coarsest levels share one tile [`crate::tail`]'s.
+//! An image is a volume of depth 1, so there is one code path. Texel `i` of a level covers exactly the texels
+//! of the next finer level that the level's factor says, counted from origin 0; so pages nest, always, and a
+//! page has one parent. Nothing here assumes a power of two. Where texels lie inside tiles is
+//! [`crate::texture::space`]'s business, how the coarsest levels share one tile [`tail`]'s.
 
 pub(crate) mod codec;
 pub(crate) mod tail;
@@ -19,7 +19,8 @@ pub const MAX_TEXELS: u32 = 1 << 31;
 /// Texels that a page may have per side.
 pub const PAGE_TEXELS: std::ops::RangeInclusive<u32> = 8..=4096;
 
-/// What lies beyond the edge of a texture, along one axis. Stored with the texture, since it decides the borders.
+/// What lies beyond the edge of a texture, along one axis. Stored with the texture, since it decides the
+/// borders.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum AddressMode {
     /// The texel at the edge.
@@ -154,7 +155,8 @@ pub struct Geometry {
 }
 
 impl Geometry {
-    /// The geometry of everything that Vastex builds: each level halves the one before it, rounding up, down to 1x1.
+    /// The geometry of everything that Vastex builds: each level halves the one before it, rounding up, down
+    /// to 1x1.
     pub fn new(spec: GeometrySpec) -> Result<Geometry, GeometryError> {
         check_spec(&spec)?;
         let mut factors = Vec::new();
@@ -178,8 +180,9 @@ impl Geometry {
         Ok(Geometry { spec, levels, tail })
     }
 
-    /// The shape that a layer with one texel along each `scale` of the texture's sees: the same levels and pages, all sizes
-    /// divided. `scale` divides page, border and the tail's alignment, as [`crate::Description::check`] sees to.
+    /// The shape that a layer with one texel along each `scale` of the texture's sees: the same levels and
+    /// pages, all sizes divided. `scale` divides page, border and the tail's alignment, as
+    /// [`crate::Description::check`] sees to.
     pub fn of_layer(&self, scale: u32) -> Geometry {
         let divided = |n: u32| if n == 1 { 1 } else { n.div_ceil(scale) };
         let spec = GeometrySpec {
@@ -194,8 +197,8 @@ impl Geometry {
         Geometry { spec, levels, tail: self.tail.divided(scale) }
     }
 
-    /// What is added to a position of level 0, divided by the level's scale, to make it one of the level, along each
-    /// axis: 0, or up to half a texel where texels [keep their positions](TexelPositions::Kept).
+    /// What is added to a position of level 0, divided by the level's scale, to make it one of the level,
+    /// along each axis: 0, or up to half a texel where texels [keep their positions](TexelPositions::Kept).
     pub fn sample_offset(&self, level: u8) -> [f64; 3] {
         match self.spec.positions {
             TexelPositions::Centered => [0.0; 3],
@@ -282,14 +285,14 @@ impl Geometry {
         pos.x < pages[0] && pos.y < pages[1] && pos.z < pages[2]
     }
 
-    /// The page of the next coarser level that covers this one (the tail, from the level before it on), or nothing
-    /// for the tail.
+    /// The page of the next coarser level that covers this one (the tail, from the level before it on), or
+    /// nothing for the tail.
     pub fn parent(&self, pos: PagePos) -> Option<PagePos> {
         (pos.level < self.tail.first_level()).then(|| self.ancestor(pos, pos.level + 1))
     }
 
-    /// The page at `level` or, where that is in the tail, the tail, that covers `pos`. `level` is at least the
-    /// page's own.
+    /// The page at `level` or, where that is in the tail, the tail, that covers `pos`. `level` is at least
+    /// the page's own.
     pub fn ancestor(&self, pos: PagePos, level: u8) -> PagePos {
         if level >= self.tail.first_level() {
             return self.tail_pos();
@@ -299,8 +302,8 @@ impl Geometry {
         PagePos::at(level, std::array::from_fn(|a| (u64::from(coords[a]) / (to[a] / from[a])) as u32))
     }
 
-    /// The pages of `level` (not coarser than the page's own, finer than the tail) that lie within the page, as the
-    /// first and the one past the last, per axis.
+    /// The pages of `level` (not coarser than the page's own, finer than the tail) that lie within the page,
+    /// as the first and the one past the last, per axis.
     pub fn descendants(&self, pos: PagePos, level: u8) -> ([u32; 3], [u32; 3]) {
         let pages = self.level(level).pages;
         if self.is_tail(pos) {

@@ -1,14 +1,17 @@
 //! How the level of a texture is chosen before its pool's mip bias: a clamp of levels and a bias of its own.
 //!
-//! Where a pixel says which page it wants, the arithmetic is that of the shaders; where a group does, that of `groups`.
+//! Where a pixel says which page it wants, the arithmetic is that of the shaders; where a group does, that of
+//! `groups`.
 
 use crate::texture::geometry::Geometry;
 
-/// The level of a texture at mip bias 0 is `min(max(lambda + bias, finest), coarsest)`, `lambda` being how many levels coarser
-/// than level 0 a pixel is. The pool's mip bias comes on top, so memory that is too small may go beyond `coarsest`.
+/// The level of a texture at mip bias 0 is `min(max(lambda + bias, finest), coarsest)`, `lambda` being how
+/// many levels coarser than level 0 a pixel is. The pool's mip bias comes on top, so memory that is too small
+/// may go beyond `coarsest`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LevelRule {
-    /// Levels added: above 0 coarser and less to load, below 0 sharper and more. From -32 to 32; no number counts as 0.
+    /// Levels added: above 0 coarser and less to load, below 0 sharper and more. From -32 to 32; no number
+    /// counts as 0.
     pub bias: f32,
     /// The finest level that is shown or asked for.
     pub finest: u8,

@@ -1,4 +1,5 @@
-//! What a texture is: its shape and pages, the formats of its layers, which pages it has and which of them are the same.
+//! What a texture is: its shape and pages, the formats of its layers, which pages it has and which of them
+//! are the same.
 
 pub(crate) mod format;
 pub(crate) mod geometry;

@@ -1,8 +1,8 @@
 //! Names of pages: which texture, which level, where.
 //!
-//! [`PagePos`] is a page of one texture, spelt out; [`PageId`] is a page of any texture, packed into 64 bits so
-//! that it can be a key, cross to the GPU and back, and be compared at once. What a page covers is [`crate::Geometry`]'s
-//! business.
+//! [`PagePos`] is a page of one texture, spelt out; [`PageId`] is a page of any texture, packed into 64 bits
+//! so that it can be a key, cross to the GPU and back, and be compared at once. What a page covers is
+//! [`crate::Geometry`]'s business.
 //!
 //! | bits of a `PageId` | field |
 //! |---|---|
@@ -38,7 +38,8 @@ impl Dims {
 pub struct TextureId(u16);
 
 impl TextureId {
-    /// The largest number a texture may have; one less than 11 bits hold, so that no page packs to [`PageId::NONE`].
+    /// The largest number a texture may have; one less than 11 bits hold, so that no page packs to
+    /// [`PageId::NONE`].
     pub const MAX: u16 = (1 << TEXTURE_BITS) - 2;
 
     /// The texture numbered `number`, or nothing beyond [`TextureId::MAX`].
@@ -177,7 +178,7 @@ impl PageId {
         self.0
     }
 
-    /// An id from its packed bits, or nothing where they are [`PageId::NONE`] or name the reserved texture.
+    /// An id from its packed bits, or `None` if they are [`PageId::NONE`] or name the reserved texture.
     pub const fn from_bits(bits: u64) -> Option<PageId> {
         if (bits >> TEXTURE_SHIFT) as u16 > TextureId::MAX { None } else { Some(PageId(bits)) }
     }

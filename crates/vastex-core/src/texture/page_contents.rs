@@ -1,8 +1,8 @@
 //! Which pages of a texture have the same content.
 //!
-//! Ocean, sky, paper and the inside of a mask are the same tile over and over again. Where a source knows so, such pages share one
-//! load and one slot ([`crate::Pager`]); of pages that it says nothing of, each has a content of its own. What the bytes are is
-//! the source's business; here only which are the same.
+//! Ocean, sky, paper and the inside of a mask are the same tile over and over again. Where a source knows so,
+//! such pages share one load and one slot ([`crate::Pager`]); of pages that it says nothing of, each has a
+//! content of its own. What the bytes are is the source's business; here only which are the same.
 
 use bytes::Bytes;
 
@@ -58,11 +58,13 @@ impl Numbers {
 }
 
 impl PageContents {
-    /// The contents that `number_of` names, for each page finer than the tail: below `count`, or nothing where the page is like
-    /// no other. The first of them are constant colours, whose texels `constants` has as they are stored, all layers.
+    /// The contents that `number_of` names, for each page finer than the tail: below `count`, or `None` if
+    /// the page is like no other. The first of them are constant colours, whose texels `constants` has as
+    /// they are stored, all layers.
     ///
-    /// Two textures in one pool whose constants have the same bytes share them, so what is stored otherwise than the pool holds
-    /// it has to be left out ([`PageContents::without_constants`]). A number that is not below `count` counts as none.
+    /// Two textures in one pool whose constants have the same bytes share them, so what is stored otherwise
+    /// than the pool holds it has to be left out ([`PageContents::without_constants`]). A number that is not
+    /// below `count` counts as none.
     pub fn new(
         geometry: &Geometry,
         constants: Vec<Bytes>,
@@ -83,7 +85,7 @@ impl PageContents {
         PageContents { constants: Vec::new(), ..self.clone() }
     }
 
-    /// The content of a page that exists, finer than the tail or the tail; nothing where it is like no other.
+    /// The content of a page that exists, finer than the tail or the tail; `None` if it is like no other.
     pub fn of(&self, pos: PagePos) -> Option<u32> {
         self.numbers.get(self.place(pos)?)
     }

@@ -1,8 +1,8 @@
 //! Which pages of a texture have tiles, where not all have.
 //!
-//! A texture may leave out what nobody will look at, and may be finer in some places than in others. The pages that are
-//! there form a tree that hangs from the tail: with a page all its ancestors are there. So where a page is missing, its
-//! nearest ancestor stands in for it, and there always is one.
+//! A texture may leave out what nobody will look at, and may be finer in some places than in others. The
+//! pages that are there form a tree that hangs from the tail: with a page all its ancestors are there. So
+//! where a page is missing, its nearest ancestor stands in for it, and there always is one.
 
 use crate::texture::geometry::Geometry;
 use crate::texture::numbering::PageNumbering;
@@ -24,7 +24,8 @@ impl PageSet {
         PageSet { bits: vec![0; numbering.entries().div_ceil(64) as usize], numbering, pages: 1 }
     }
 
-    /// The pages for which `has_tile` says so and whose ancestors are in the set as well. It is asked from coarse to fine.
+    /// The pages for which `has_tile` says so and whose ancestors are in the set as well. It is asked from
+    /// coarse to fine.
     pub fn from_pages(geometry: &Geometry, has_tile: impl Fn(PagePos) -> bool) -> PageSet {
         let mut set = PageSet::new(geometry);
         for pos in geometry.pages().skip(1) {

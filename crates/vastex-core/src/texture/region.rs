@@ -105,8 +105,8 @@ impl Region {
         *self.levels.start()..first_of_tail.min(self.levels.end().saturating_add(1))
     }
 
-    /// The pages of a level along one axis: ranges apart from one another, in ascending order. There are several where what
-    /// a tile holds goes on at the other end.
+    /// The pages of a level along one axis: ranges apart from one another, in ascending order. There are
+    /// several where what a tile holds goes on at the other end.
     fn pages_along(&self, geometry: &Geometry, level: u8, axis: usize, reach: Reach) -> [Range<u32>; 3] {
         let (shape, texels) = (geometry.level(level), &self.texels[axis]);
         if self.is_empty() || texels.start >= geometry.size()[axis] {

@@ -1,8 +1,8 @@
 //! Transforms between spaces, and all border arithmetic.
 //!
-//! Spaces, in the order in which a sample meets them: virtual uv, level texel, page texel (from the first payload texel
-//! of the page), tile texel (from the first border texel), slot, atlas texel. Transforms are named
-//! `target_from_source`. The same arithmetic stands in WGSL in `vastex-wgpu`, beside its CPU twin.
+//! Spaces, in the order in which a sample meets them: virtual uv, level texel, page texel (from the first
+//! payload texel of the page), tile texel (from the first border texel), slot, atlas texel. Transforms are
+//! named `target_from_source`. The same arithmetic stands in WGSL in `vastex-wgpu`, beside its CPU twin.
 
 use crate::texture::geometry::{AddressMode, Geometry};
 use crate::texture::page::PagePos;
@@ -18,8 +18,8 @@ pub struct Box3 {
 
 /// The texel inside `0..size` that `texel` stands for under an address mode. `size` is not 0.
 ///
-/// Beyond an edge of [`AddressMode::Border`] there is no texel but a colour ([`is_border_color`]); then this is the nearest
-/// texel, so that whoever only asks for places needs no third answer.
+/// Beyond an edge of [`AddressMode::Border`] there is no texel but a colour ([`is_border_color`]); then this
+/// is the nearest texel, so that whoever only asks for places needs no third answer.
 ///
 /// ```
 /// use vastex_core::{AddressMode, fold};

@@ -20,7 +20,7 @@ pub(crate) struct Textures {
 #[derive(Clone, Debug)]
 struct Texture {
     geometry: Arc<Geometry>,
-    /// The pages that have tiles; nothing where all have.
+    /// The pages that have tiles; `None` if all have.
     present: Option<Arc<PageSet>>,
     /// How its levels are chosen, for groups.
     rule: LevelRule,
@@ -98,7 +98,7 @@ impl Textures {
         Some(self.get(texture)?.rule)
     }
 
-    /// Says whether there is such a texture.
+    /// Returns true if there is such a texture.
     pub(crate) fn set_rule(&mut self, texture: TextureId, rule: LevelRule) -> bool {
         let place = self.textures.get_mut(usize::from(texture.number())).and_then(Option::as_mut);
         place.map(|texture| texture.rule = rule.within(&texture.geometry)).is_some()

@@ -1,14 +1,14 @@
 //! Compaction of a feedback target on the CPU: from its raw pixels to distinct pages, in ascending order.
 //!
-//! For devices without compute shaders, and the measure of those that have them: both give the same [`Feedback`]. How
-//! the pixels come to the CPU is the GPU crate's business.
+//! For devices without compute shaders, and the measure of those that have them: both give the same
+//! [`Feedback`]. How the pixels come to the CPU is the GPU crate's business.
 
 use crate::shader_constants::{FEEDBACK_DEGENERATE, FEEDBACK_WANTED, STEPS_PER_LEVEL};
 use crate::texture::page::PageId;
 use crate::wanted::feedback::{Feedback, WantedPage};
 
-/// Slots of the table at first; it doubles whenever it is half full.
-const FIRST_SLOTS: usize = 256;
+/// Buckets of the table at first; it doubles whenever it is half full.
+const FIRST_BUCKETS: usize = 256;
 /// Pixels that are compared with their neighbours at once.
 const BLOCK: usize = 64;
 /// Pixels that are compared with so few instructions that there is no number for them.
@@ -18,9 +18,10 @@ type Pixel = [u32; 4];
 
 /// Compacts feedback targets, one after the other, in memory that it keeps.
 ///
-/// Neighbouring pixels mostly want the same page, so only the first of a run is looked at; where the runs of a row are
-/// those of the row above, each run's page is the one that followed its predecessor's page the last time, so that a look-up is
-/// rare: it goes to a table of open addressing whose memory follows the number of distinct pages, not that of the pixels.
+/// Neighbouring pixels mostly want the same page, so only the first of a run is looked at; where the runs of
+/// a row are those of the row above, each run's page is the one that followed its predecessor's page the last
+/// time, so that a look-up is rare: it goes to a table of open addressing whose memory follows the number of
+/// distinct pages, not that of the pixels.
 ///
 /// ```
 /// use vastex_core::{Feedback, FeedbackCompactor, PageId};
@@ -67,14 +68,15 @@ impl FeedbackCompactor {
     /// One that has seen nothing.
     pub fn new() -> FeedbackCompactor {
         let seen = vec![Seen::new(PageId::NONE)];
-        FeedbackCompactor { table: vec![0; FIRST_SLOTS], seen, last: 0, degenerate: 0 }
+        FeedbackCompactor { table: vec![0; FIRST_BUCKETS], seen, last: 0, degenerate: 0 }
     }
 
-    /// Puts what the pixels want into `feedback`, as that of `frame`; of which view it is stays. A pixel is page id low, page id high, eighth (at most
-    /// 7) and flag, as `vastex_feedback` wrote it; one that names no page is left out.
+    /// Puts what the pixels want into `feedback`, as that of `frame`; of which view it is stays. A pixel is
+    /// page id low, page id high, eighth (at most 7) and flag, as `vastex_feedback` wrote it; one that names
+    /// no page is left out.
     ///
-    /// Costs a comparison of each pixel with its neighbour, a look at each run of equal ones, and a sort of the distinct
-    /// pages. Allocates only for more distinct pages than ever before.
+    /// Costs a comparison of each pixel with its neighbour, a look at each run of equal ones, and a sort of
+    /// the distinct pages. Allocates only for more distinct pages than ever before.
     pub fn compact(&mut self, frame: u64, pixels: &[Pixel], feedback: &mut Feedback) {
         if pixels.is_empty() {
             feedback.pages.clear();
@@ -94,8 +96,8 @@ impl FeedbackCompactor {
         self.finish(frame, feedback);
     }
 
-    /// Takes in the run that begins at `start` and those after it, as far as they end: bit i of `changes` says whether one does
-    /// before pixel `from + i`. Gives the beginning of the one that does not.
+    /// Takes in the run that begins at `start` and those after it, as far as they end: bit i of `changes`
+    /// says whether one does before pixel `from + i`. Gives the beginning of the one that does not.
     #[inline]
     fn add_runs(&mut self, mut changes: u64, pixels: &[Pixel], from: usize, mut start: usize) -> usize {
         while changes != 0 {
@@ -110,7 +112,8 @@ impl FeedbackCompactor {
     fn finish(&mut self, frame: u64, feedback: &mut Feedback) {
         let wanted = |seen: &Seen| WantedPage { page: seen.page, pixels: seen.pixels, eighth: seen.eighth };
         feedback.pages.clear();
-        // Within a level pages mostly come in order, and levels one way or the other: turned round, little is left to sort.
+        // Within a level pages mostly come in order, and levels one way or the other: turned round, little is
+        // left to sort.
         let levels = self.seen[1..].chunk_by(|a, b| a.page.level() == b.page.level());
         if self.seen[1..].first().map(|seen| seen.page) > self.seen[1..].last().map(|seen| seen.page) {
             feedback.pages.extend(levels.rev().flatten().map(wanted));
@@ -149,33 +152,35 @@ impl FeedbackCompactor {
     /// The page's place, a new one where it has none.
     #[inline(never)]
     fn place(&mut self, page: PageId) -> u32 {
-        let slot = self.find(page);
-        if self.table[slot] != 0 {
-            return self.table[slot];
+        let bucket = self.find(page);
+        if self.table[bucket] != 0 {
+            return self.table[bucket];
         }
         let place = self.seen.len() as u32;
         self.seen.push(Seen::new(page));
-        self.table[slot] = place;
+        self.table[bucket] = place;
         if self.seen.len() * 2 > self.table.len() {
             self.table = vec![0; self.table.len() * 2];
             for place in 1..self.seen.len() {
-                let slot = self.find(self.seen[place].page);
-                self.table[slot] = place as u32;
+                let bucket = self.find(self.seen[place].page);
+                self.table[bucket] = place as u32;
             }
         }
         place
     }
 
-    /// The slot that has the page, or the free one where it belongs. The table is never more than half full.
+    /// The bucket that has the page, or the free one where it belongs. The table is never more than half
+    /// full.
     fn find(&self, page: PageId) -> usize {
         let mask = self.table.len() - 1;
-        // Fibonacci hashing: the highest bits of the product depend on all bits of the page, and no others on the texture's number.
+        // Fibonacci hashing: the highest bits of the product depend on all bits of the page, and no others on
+        // the texture's number.
         let hash = page.to_bits().wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        let mut slot = (hash >> (u64::BITS - self.table.len().trailing_zeros())) as usize;
-        while self.table[slot] != 0 && self.seen[self.table[slot] as usize].page != page {
-            slot = (slot + 1) & mask;
+        let mut bucket = (hash >> (u64::BITS - self.table.len().trailing_zeros())) as usize;
+        while self.table[bucket] != 0 && self.seen[self.table[bucket] as usize].page != page {
+            bucket = (bucket + 1) & mask;
         }
-        slot
+        bucket
     }
 }
 

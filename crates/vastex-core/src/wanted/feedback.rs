@@ -9,8 +9,8 @@ use crate::wanted::view::ViewId;
 
 /// How sharply a page is needed, in eighths of a level: `8 * level + eighth`. Smaller is sharper.
 ///
-/// It is the level before any bias of the pool, so the page wanted at a bias of `b` eighths is the ancestor at level
-/// `(need + b) / 8`.
+/// It is the level before any bias of the pool, so the page wanted at a bias of `b` eighths is the ancestor
+/// at level `(need + b) / 8`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Need(u16);
 
@@ -46,8 +46,8 @@ pub struct WantedPage {
 }
 
 impl WantedPage {
-    /// What is wanted where this page, which exists, is wanted: the page itself, or the nearest ancestor that has a tile, as sharply
-    /// as there is anything.
+    /// What is wanted where this page, which exists, is wanted: the page itself, or the nearest ancestor that
+    /// has a tile, as sharply as there is anything.
     pub(crate) fn present(self, textures: &Textures) -> WantedPage {
         let page = textures.present_page(self.page);
         if page == self.page { self } else { WantedPage { page, eighth: 0, ..self } }
@@ -68,8 +68,8 @@ pub struct Feedback {
 }
 
 impl Feedback {
-    /// The main view's feedback of a frame from pages in any order. Of a page that is named several times the pixels are added, and the sharpest
-    /// need counts.
+    /// The main view's feedback of a frame from pages in any order. Of a page that is named several times the
+    /// pixels are added, and the sharpest need counts.
     pub fn of_pages(frame: u64, mut pages: Vec<WantedPage>) -> Feedback {
         merge_same(&mut pages);
         Feedback { frame, pages, ..Feedback::default() }

@@ -1,21 +1,23 @@
 //! Motion: where a camera will be that goes on as it does.
 //!
-//! An application knows its camera's position, velocity and turn rate, or its last poses, and draws what it expects to see when
-//! tiles that are asked for now will be here ([`crate::Pager::expect`]). How many frames that is, [`crate::Pager::arrival_frames`]
-//! measures. What the position is of (a point in the world, a point of an image, a longitude and a latitude) is the
-//! application's business, as is how its camera turns to look.
+//! An application knows its camera's position, velocity and turn rate, or its last poses, and draws what it
+//! expects to see when tiles that are asked for now will be here ([`crate::Pager::expect`]). How many frames
+//! that is, [`crate::Pager::arrival_frames`] measures. What the position is of (a point in the world, a point
+//! of an image, a longitude and a latitude) is the application's business, as is how its camera turns to
+//! look.
 
 use crate::wanted::vector::{Vec3, angle, cross, dot, length, sub_scaled};
 
-/// A position that moves at an even speed along a line, or along a circle or a screw where the velocity turns.
+/// A position that moves at an even speed along a line, or along a circle or a screw where the velocity
+/// turns.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Motion {
     /// Where it is now.
     pub position: [f64; 3],
     /// By how much it moves in a frame, now.
     pub velocity: [f64; 3],
-    /// The axis around which the velocity turns, and whatever turns with it; its length is the angle in radians by which that turns in a
-    /// frame, to the left seen from the axis' tip.
+    /// The axis around which the velocity turns, and whatever turns with it; its length is the angle in
+    /// radians by which that turns in a frame, to the left seen from the axis' tip.
     pub turn: [f64; 3],
 }
 
@@ -26,7 +28,8 @@ impl Motion {
         let axis = cross(before, step);
         let rate = if length(axis) > 0.0 { angle(before, step) / length(axis) } else { 0.0 };
         let turn = axis.map(|n| n * rate);
-        // The step is the chord of the last frame: the velocity now has turned on by half the angle, and the arc is longer.
+        // The step is the chord of the last frame: the velocity now has turned on by half the angle, and the
+        // arc is longer.
         let still = Motion { position: now, velocity: step, turn };
         let half = length(turn) / 2.0;
         let longer = if half > 0.0 { half / half.sin() } else { 1.0 };
@@ -47,7 +50,8 @@ impl Motion {
         std::array::from_fn(|n| self.position[n] + along[n] * frames + across[n] * ahead + side[n] * aside)
     }
 
-    /// A direction that turns as the velocity does, after so many frames: where a camera will look that turns with its way.
+    /// A direction that turns as the velocity does, after so many frames: where a camera will look that turns
+    /// with its way.
     pub fn turned(&self, direction: [f64; 3], frames: f64) -> [f64; 3] {
         let Some(axis) = self.axis() else { return direction };
         let (sin, cos) = (length(self.turn) * frames).sin_cos();
@@ -55,7 +59,7 @@ impl Motion {
         std::array::from_fn(|n| direction[n] * cos + side[n] * sin + axis[n] * along)
     }
 
-    /// Of length 1; nothing where nothing turns.
+    /// Of length 1; `None` if nothing turns.
     fn axis(&self) -> Option<Vec3> {
         let rate = length(self.turn);
         (rate > 0.0).then(|| self.turn.map(|n| n / rate))

@@ -1,7 +1,7 @@
 //! Views: the main view, and others beside it, as of a mirror, a shadow, a second eye, a second window.
 //!
-//! Each gives feedback of its own, as often as it is drawn. A view's weight only says how much its pixels count when it is decided
-//! what is loaded first. Which views there are is the pager's business.
+//! Each gives feedback of its own, as often as it is drawn. A view's weight only says how much its pixels
+//! count when it is decided what is loaded first. Which views there are is the pager's business.
 
 /// Views that there can be at once, the main view among them.
 pub const MAX_VIEWS: usize = 8;
@@ -14,7 +14,8 @@ impl ViewId {
     /// The main view, which is always there.
     pub const MAIN: ViewId = ViewId(0);
 
-    /// What is expected to be seen, which is no view yet: feedback of it goes where [`Pagers::expect`] takes it.
+    /// What is expected to be seen, which is no view yet: feedback of it goes where [`crate::Pager::expect`]
+    /// takes it.
     pub const EXPECTED: ViewId = ViewId(u32::MAX);
 
     /// The view of this number; 0 is the main view.

@@ -17,7 +17,7 @@ fn frames_until(world: &mut World, eighths: u16) -> u64 {
         world.step().unwrap();
     }
     let first = world.frame;
-    while world.pager.bias_eighths() < eighths {
+    while world.pool().bias_eighths() < eighths {
         assert!(world.frame < first + 1000, "{:?}", world.pager.stats());
         world.step().unwrap();
     }
@@ -29,7 +29,7 @@ fn a_bias_is_in_force_with_the_feedback_that_shows_the_need() {
     let mut solved = World::new(knobs(BiasRule::Solved)).unwrap();
     let mut settled = World::new(knobs(BiasRule::Solved)).unwrap();
     settled.run_until_converged(200).unwrap();
-    let needed = settled.pager.bias_eighths();
+    let needed = settled.pool().bias_eighths();
     assert!(needed >= 8, "a level at least, or the comparison says nothing: {needed} eighths");
     assert_eq!(frames_until(&mut solved, needed), 0, "at once, and all of it");
     let mut hunted = World::new(knobs(BASELINE)).unwrap();
@@ -48,7 +48,7 @@ fn the_baseline_shows_what_came_first_until_its_bias_is_large_enough() {
             let mut world = World::new(knobs).unwrap();
             for _ in 0..150 {
                 world.step().unwrap();
-                assert!(world.pager.bias_eighths() <= 32);
+                assert!(world.pool().bias_eighths() <= 32);
             }
         }
     }
@@ -60,7 +60,7 @@ fn quick_turns(path: Path, slots: u32) -> usize {
     let (mut turns, mut last, mut direction) = (Vec::new(), 0, 0);
     for _ in 0..300 {
         world.step().unwrap();
-        let bias = i32::from(world.pager.bias_eighths());
+        let bias = i32::from(world.pool().bias_eighths());
         let change = (bias - last).signum();
         if change != 0 && change != direction {
             turns.push(world.frame);
@@ -75,8 +75,8 @@ fn quick_turns(path: Path, slots: u32) -> usize {
 fn the_solution_does_not_oscillate_on_any_path() {
     for path in Path::ALL {
         for slots in [20, 60, 150] {
-            // A bias that has fallen needs a calm cycle to fall again, so a turn downwards and one upwards take over 16 frames.
-            // Each of the teleports is a new working set of its own.
+            // A bias that has fallen needs a calm cycle to fall again, so a turn downwards and one upwards
+            // take over 16 frames. Each of the teleports is a new working set of its own.
             let views = if path == Path::Teleport { 8 } else { 1 };
             let quick = quick_turns(path, slots);
             assert!(quick <= 2 * views, "{path:?}, {slots} slots: {quick} turns within 8 frames");
@@ -96,11 +96,11 @@ fn the_largest_bias_of_the_pools_that_hunt_acts_on_all_of_them() {
     }
     for _ in 0..150 {
         crowd.step().unwrap();
-        let biases: Vec<u16> = crowd.pagers.iter().map(|pager| pager.bias_eighths()).collect();
+        let biases: Vec<u16> = crowd.pager.pools().map(|pager| pager.bias_eighths()).collect();
         assert!(biases[1].abs_diff(biases[0]) <= 1, "one feedback behind at most: {biases:?}");
         assert_eq!(biases[2..], [0, 0]);
     }
-    assert!(crowd.pagers.iter().next().unwrap().bias_eighths() >= 8);
+    assert!(crowd.pager.pools().next().unwrap().bias_eighths() >= 8);
     let named = crowd.events.iter().filter_map(|(_, event)| match event {
         vastex_core::Event::Oversubscribed { pool, .. } => Some(pool.number()),
         _ => None,

@@ -1,8 +1,8 @@
 //! What nobody bounds from outside stays bounded: bad feedback, tickets that nobody asks for.
 
 use vastex_core::{
-    BiasRule, Dims, Feedback, Geometry, GeometrySpec, PageId, PagePos, Pager, PagerSettings, Region,
-    TextureId, TicketState, Urgency, WantedPage,
+    BiasRule, Budgets, Dims, Feedback, Geometry, GeometrySpec, PageId, PagePos, Pager, Region, TextureId,
+    TicketState, Urgency, WantedPage,
 };
 
 fn texture() -> TextureId {
@@ -14,16 +14,10 @@ fn page(x: u32, y: u32) -> PageId {
 }
 
 fn pager() -> Pager {
-    let mut pager = Pager::new(PagerSettings {
-        slots: 400,
-        tile_bytes: 1,
-        upload_bytes_per_frame: 1000,
-        in_flight_bytes: 1000,
-        mip_bias: Some(BiasRule::Solved),
-        pin_share: PagerSettings::PIN_SHARE,
-    });
+    let mut pager = Pager::new(Budgets { upload_bytes_per_frame: 1000, in_flight_bytes: 1000 });
+    let pool = pager.add_pool(400, 1, Some(BiasRule::Solved)).unwrap();
     let geometry = Geometry::new(GeometrySpec::image(4096, 4096)).unwrap();
-    pager.add_texture(texture(), &geometry, None, None).unwrap();
+    pager.add_texture(pool, &geometry, None, None).unwrap();
     pager
 }
 

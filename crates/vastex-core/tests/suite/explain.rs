@@ -1,26 +1,21 @@
-//! Why a pixel shows what it shows, told of every page that is wanted, in lives that are known and in worlds that are not.
+//! Why a pixel shows what it shows, told of every page that is wanted, in lives that are known and in worlds
+//! that are not.
 
 use bytes::Bytes;
 use vastex_core::sim::{Knobs, Path, World};
 use vastex_core::{
-    BiasRule, Dims, Explanation, Feedback, Geometry, GeometrySpec, Need, PageId, PagePos, PageState, Pager,
-    PagerSettings, Step, TextureId, Wait, WantedPage,
+    BiasRule, Budgets, Dims, Explanation, Feedback, Geometry, GeometrySpec, Need, PageId, PagePos, PageState,
+    Pager, PoolId, Step, TextureId, Wait, WantedPage,
 };
 
 /// Bytes of the one texture's tiles.
 const TILE: u64 = 100;
 
 fn pager(in_flight_bytes: u64, upload_bytes_per_frame: u64) -> Pager {
-    let mut pager = Pager::new(PagerSettings {
-        slots: 100,
-        tile_bytes: TILE,
-        upload_bytes_per_frame,
-        in_flight_bytes,
-        mip_bias: Some(BiasRule::Solved),
-        pin_share: PagerSettings::PIN_SHARE,
-    });
+    let mut pager = Pager::new(Budgets { upload_bytes_per_frame, in_flight_bytes });
+    let pool = pager.add_pool(100, TILE, Some(BiasRule::Solved)).unwrap();
     let geometry = Geometry::new(GeometrySpec::image(4096, 4096)).unwrap();
-    pager.add_texture(TextureId::new(0).unwrap(), &geometry, None, None).unwrap();
+    pager.add_texture(pool, &geometry, None, None).unwrap();
     pager
 }
 
@@ -52,7 +47,8 @@ fn a_page_is_followed_from_the_first_look_to_its_slot() {
     let asked: Vec<PageId> =
         std::iter::from_fn(|| pager.poll_request()).map(|request| request.page).collect();
     assert_eq!(asked.len(), 2, "as many as may be in flight");
-    // What is missing: two pages of level 3, one or two of level 4. Those that were not asked for wait in their order.
+    // What is missing: two pages of level 3, one or two of level 4. Those that were not asked for wait in
+    // their order.
     let all = [first, second, page(4, 0, 0), page(4, 1, 0)];
     let left: Vec<PageId> = all.into_iter().filter(|page| !asked.contains(page)).collect();
     let mut places: Vec<_> = left.iter().map(|&page| explained(&pager, page).wait.unwrap()).collect();
@@ -65,7 +61,7 @@ fn a_page_is_followed_from_the_first_look_to_its_slot() {
     asked.iter().for_each(|&page| pager.tile_ready(page, Bytes::from_static(b"tile")));
     assert_eq!(explained(&pager, asked[0]).wait, Some(Wait::Upload { before: 0 }));
     assert_eq!(explained(&pager, asked[1]).wait, Some(Wait::Upload { before: 1 }));
-    assert_eq!(pager.poll_upload().unwrap().page, asked[0]);
+    assert_eq!(pager.poll_upload().unwrap().1.page, asked[0]);
     let here = explained(&pager, asked[0]);
     assert_eq!((here.wait, here.shown, here.in_slot), (None, asked[0], 1));
     assert_eq!(here.history, [(5, Step::Wanted), (5, Step::Asked), (6, Step::Settled)]);
@@ -89,8 +85,8 @@ fn failures_and_what_is_out_of_view_are_told() {
     assert_eq!(pager.explain(wanted(page(0, 999, 0))), None, "there is no such page");
 }
 
-/// In any world: what is shown is resident and covers what is wanted, a page waits for something until it is resident, and
-/// what comes before others in a queue is one, two, three.
+/// In any world: what is shown is resident and covers what is wanted, a page waits for something until it is
+/// resident, and what comes before others in a queue is one, two, three.
 #[test]
 fn what_is_told_is_true_of_every_page_in_view() {
     for (seed, path) in (0..).zip(Path::ALL) {
@@ -110,7 +106,8 @@ fn what_is_told_is_true_of_every_page_in_view() {
                 assert_eq!(explanation.state, state);
                 assert_eq!(explanation.wait.is_none(), matches!(state, PageState::Resident(_)));
                 assert!(matches!(pager.state(explanation.shown), PageState::Resident(_)));
-                let level = Need::new(wanted.page.level(), wanted.eighth).level_at(pager.bias_eighths());
+                let level =
+                    Need::new(wanted.page.level(), wanted.eighth).level_at(world.pool().bias_eighths());
                 assert!(explanation.at_bias.level() >= level.min(explanation.at_bias.level()));
                 assert!(explanation.history.is_sorted());
                 if let Some(Wait::Request { before }) = explanation.wait {
@@ -129,9 +126,8 @@ fn what_is_told_is_true_of_every_page_in_view() {
 #[test]
 fn pages_of_volumes_are_named_with_all_their_coordinates() {
     let mut pager = pager(10 * TILE, 100 * TILE);
-    let volume = TextureId::new(7).unwrap();
     let geometry = Geometry::new(GeometrySpec { page: 16, ..GeometrySpec::volume([200, 200, 200]) }).unwrap();
-    pager.add_texture(volume, &geometry, None, None).unwrap();
+    let (volume, _) = pager.add_texture(PoolId::new(0), &geometry, None, None).unwrap();
     let pos = PagePos { level: 0, x: 1, y: 2, z: 3 };
     let page = PageId::new(volume, Dims::D3, pos).unwrap();
     see(&mut pager, 1, &[page]);

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use vastex_core::sim::{Crowd, Path};
 use vastex_core::{
-    BiasRule, Budgets, Dims, Feedback, Geometry, GeometrySpec, PageId, PagePos, Pagers, PoolId, Region,
+    BiasRule, Budgets, Dims, Feedback, Geometry, GeometrySpec, PageId, PagePos, Pager, PoolId, Region,
     TextureId, Urgency, WantedPage,
 };
 
@@ -33,13 +33,13 @@ fn crowd(pools: &[usize]) -> (Crowd, Vec<TextureId>) {
 fn converge(crowd: &mut Crowd) {
     let is_done = (0..400).any(|_| {
         crowd.step().unwrap();
-        crowd.pagers.is_converged()
+        crowd.pager.is_converged()
     });
-    assert!(is_done, "{:?}", crowd.pagers.stats());
+    assert!(is_done, "{:?}", crowd.pager.stats());
 }
 
 fn resident(crowd: &Crowd, texture: TextureId) -> BTreeSet<PageId> {
-    let all = crowd.pagers.iter().flat_map(|pager| pager.resident());
+    let all = crowd.pager.pools().flat_map(|pager| pager.resident());
     all.map(|(page, _)| page).filter(|page| page.texture() == texture).collect()
 }
 
@@ -58,7 +58,7 @@ fn frames_until(crowd: &mut Crowd, texture: TextureId, pages: &BTreeSet<PageId>,
         crowd.step().unwrap();
         resident(crowd, texture).is_superset(pages)
     });
-    found.unwrap_or_else(|| panic!("not sharp after {limit} frames: {:?}", crowd.pagers.stats()))
+    found.unwrap_or_else(|| panic!("not sharp after {limit} frames: {:?}", crowd.pager.stats()))
 }
 
 #[test]
@@ -70,7 +70,7 @@ fn a_texture_whose_loads_never_end_leaves_half_of_the_budget_to_others() {
         // The dead one is there first, and so are its requests.
         frames_until(&mut crowd, textures[1], &expected[1], 200);
         (0..20).for_each(|_| crowd.step().unwrap());
-        let stats = crowd.pagers.stats();
+        let stats = crowd.pager.stats();
         assert_eq!(stats.in_flight_bytes, BUDGETS.in_flight_bytes / 2, "{pools:?}: what the dead one holds");
         assert_eq!(resident(&crowd, textures[0]).len(), 1, "its tail");
     }
@@ -96,7 +96,7 @@ fn several_dead_textures_leave_room_too() {
     crowd.loads.silent = textures[..3].to_vec();
     frames_until(&mut crowd, textures[3], &expected[3], 400);
     (0..20).for_each(|_| crowd.step().unwrap());
-    let held = crowd.pagers.stats().in_flight_bytes;
+    let held = crowd.pager.stats().in_flight_bytes;
     assert!(held + TILE_BYTES <= BUDGETS.in_flight_bytes, "{held} bytes are held");
 }
 
@@ -105,67 +105,67 @@ fn one_texture_may_hold_the_whole_budget() {
     let (mut crowd, textures) = crowd(&[0]);
     crowd.loads.silent = textures;
     (0..30).for_each(|_| crowd.step().unwrap());
-    assert_eq!(crowd.pagers.stats().in_flight_bytes, BUDGETS.in_flight_bytes);
+    assert_eq!(crowd.pager.stats().in_flight_bytes, BUDGETS.in_flight_bytes);
 }
 
 /// Feedback seldom comes in each frame; what was passed over needs none.
 #[test]
 fn what_was_passed_over_is_asked_for_when_there_is_room_again() {
-    let mut pagers = Pagers::new(Budgets { upload_bytes_per_frame: 1000, in_flight_bytes: 400 });
-    let pool = pagers.add_pool(200, TILE_BYTES, None).unwrap();
+    let mut pager = Pager::new(Budgets { upload_bytes_per_frame: 1000, in_flight_bytes: 400 });
+    let pool = pager.add_pool(200, TILE_BYTES, None).unwrap();
     let geometry = Geometry::new(image()).unwrap();
-    let [texture, _] = [(); 2].map(|()| pagers.add_texture(pool, &geometry, None, None).unwrap().0);
+    let [texture, _] = [(); 2].map(|()| pager.add_texture(pool, &geometry, None, None).unwrap().0);
     let page = |x| PageId::new(texture, Dims::D2, PagePos::new_2d(0, x, 0)).unwrap();
     let pages = (0..8).map(|x| WantedPage { page: page(x), pixels: 64, eighth: 0 }).collect();
-    pagers.begin_frame(1);
-    pagers.observe(&Feedback { frame: 1, pages, ..Feedback::default() });
-    let first: Vec<_> = std::iter::from_fn(|| pagers.poll_request()).collect();
+    pager.begin_frame(1);
+    pager.observe(&Feedback { frame: 1, pages, ..Feedback::default() });
+    let first: Vec<_> = std::iter::from_fn(|| pager.poll_request()).collect();
     assert_eq!(first.len(), 2, "half of the budget");
     for request in &first {
-        pagers.tile_ready(request.page, vec![0; TILE_BYTES as usize].into());
+        pager.tile_ready(request.page, vec![0; TILE_BYTES as usize].into());
     }
-    pagers.begin_frame(2);
-    assert!(pagers.poll_request().is_none(), "they wait for their slots");
-    assert_eq!(std::iter::from_fn(|| pagers.poll_upload()).count(), 2);
-    pagers.begin_frame(3);
-    let next: Vec<_> = std::iter::from_fn(|| pagers.poll_request()).collect();
+    pager.begin_frame(2);
+    assert!(pager.poll_request().is_none(), "they wait for their slots");
+    assert_eq!(std::iter::from_fn(|| pager.poll_upload()).count(), 2);
+    pager.begin_frame(3);
+    let next: Vec<_> = std::iter::from_fn(|| pager.poll_request()).collect();
     assert!(next.len() == 2 && !first.iter().any(|request| next.contains(request)), "{next:?}");
 }
 
 #[test]
 fn textures_that_are_all_tail_share_nothing() {
-    let mut pagers = Pagers::new(Budgets { upload_bytes_per_frame: 1000, in_flight_bytes: 400 });
-    let pool = pagers.add_pool(200, TILE_BYTES, None).unwrap();
+    let mut pager = Pager::new(Budgets { upload_bytes_per_frame: 1000, in_flight_bytes: 400 });
+    let pool = pager.add_pool(200, TILE_BYTES, None).unwrap();
     let small = Geometry::new(GeometrySpec { page: 64, ..GeometrySpec::image(8, 8) }).unwrap();
     assert_eq!(small.page_count(), 1);
     for _ in 0..3 {
-        pagers.add_texture(pool, &small, None, None).unwrap();
+        pager.add_texture(pool, &small, None, None).unwrap();
     }
-    let (texture, _) = pagers.add_texture(pool, &Geometry::new(image()).unwrap(), None, None).unwrap();
+    let (texture, _) = pager.add_texture(pool, &Geometry::new(image()).unwrap(), None, None).unwrap();
     let page = |x| PageId::new(texture, Dims::D2, PagePos::new_2d(0, x, 0)).unwrap();
     let pages = (0..8).map(|x| WantedPage { page: page(x), pixels: 64, eighth: 0 }).collect();
-    pagers.begin_frame(1);
-    pagers.observe(&Feedback { frame: 1, pages, ..Feedback::default() });
-    assert_eq!(std::iter::from_fn(|| pagers.poll_request()).count(), 4);
+    pager.begin_frame(1);
+    pager.observe(&Feedback { frame: 1, pages, ..Feedback::default() });
+    assert_eq!(std::iter::from_fn(|| pager.poll_request()).count(), 4);
 }
 
 /// What a texture has in flight by hand is not what it holds in view.
 #[test]
 fn a_page_in_view_does_not_wait_for_prefetches_of_its_own_texture() {
-    let mut pagers = Pagers::new(BUDGETS);
-    let pool = pagers.add_pool(200, TILE_BYTES, None).unwrap();
+    let mut pager = Pager::new(BUDGETS);
+    let pool = pager.add_pool(200, TILE_BYTES, None).unwrap();
     let geometry = Geometry::new(image()).unwrap();
-    let [texture, _] = [(); 2].map(|()| pagers.add_texture(pool, &geometry, None, None).unwrap().0);
+    let [texture, _] = [(); 2].map(|()| pager.add_texture(pool, &geometry, None, None).unwrap().0);
     let far_away = Region::image(0..512, 0..512).on_levels(0..=0);
-    pagers.prefetch(texture, &far_away, Urgency::default()).unwrap();
-    pagers.begin_frame(1);
-    let by_hand = std::iter::from_fn(|| pagers.poll_request()).count() as u64;
+    pager.prefetch(texture, &far_away, Urgency::default()).unwrap();
+    pager.begin_frame(1);
+    let by_hand = std::iter::from_fn(|| pager.poll_request()).count() as u64;
     assert_eq!(by_hand, TILES_IN_FLIGHT / 2);
     let page = |x| PageId::new(texture, Dims::D2, PagePos::new_2d(0, x, 100)).unwrap();
     let pages = (200..208).map(|x| WantedPage { page: page(x), pixels: 64, eighth: 0 }).collect();
-    pagers.begin_frame(2);
-    pagers.observe(&Feedback { frame: 2, pages, ..Feedback::default() });
-    let in_view = std::iter::from_fn(|| pagers.poll_request()).count() as u64;
+    pager.begin_frame(2);
+    pager.observe(&Feedback { frame: 2, pages, ..Feedback::default() });
+    let in_view = std::iter::from_fn(|| pager.poll_request()).count() as u64;
     assert_eq!(in_view, TILES_IN_FLIGHT / 4, "half of what the prefetch leaves");
 }
 
@@ -174,15 +174,15 @@ fn a_texture_that_does_not_answer_does_not_say_that_bandwidth_is_short() {
     let (mut crowd, textures) = crowd(&[0, 1]);
     let is_short = (0..12).any(|_| {
         crowd.step().unwrap();
-        crowd.pagers.is_short_of_bandwidth()
+        crowd.pager.is_short_of_bandwidth()
     });
     assert!(is_short, "both are answered and want more than there is");
     let (mut crowd, expected) = (crowd_with_silent(&[0, 1]), sharp(&[0, 1]));
     frames_until(&mut crowd, textures[1], &expected[1], 200);
     (0..100).for_each(|_| crowd.step().unwrap());
-    let stats = crowd.pagers.stats();
+    let stats = crowd.pager.stats();
     assert_eq!(stats.in_flight_bytes, BUDGETS.in_flight_bytes / 2, "the first one is held back");
-    assert!(!crowd.pagers.is_short_of_bandwidth(), "nobody else wants anything: {stats:?}");
+    assert!(!crowd.pager.is_short_of_bandwidth(), "nobody else wants anything: {stats:?}");
 }
 
 /// As [`crowd`], with a first texture that is never answered.
@@ -211,7 +211,7 @@ fn large_tiles_and_small_ones_get_the_same_bytes() {
     let budgets = Budgets { upload_bytes_per_frame: 300, in_flight_bytes: 1600 };
     let (mut crowd, _) = pools_of(&[200, largest, 100], budgets);
     (0..32).for_each(|_| crowd.step().unwrap());
-    let uploaded: Vec<u64> = crowd.pagers.iter().map(|pager| pager.stats().uploaded_bytes).collect();
+    let uploaded: Vec<u64> = crowd.pager.pools().map(|pager| pager.stats().uploaded_bytes).collect();
     let (least, most) = (uploaded.iter().min().unwrap(), uploaded.iter().max().unwrap());
     assert!(*least >= largest && most - least <= largest * 3 / 2, "{uploaded:?}");
 }
@@ -224,7 +224,7 @@ fn a_tile_too_large_for_what_a_dead_texture_leaves_does_not_stop_smaller_ones() 
     let (mut crowd, textures) = pools_of(&[TILE_BYTES, TILE_BYTES, large], BUDGETS);
     crowd.loads.silent = vec![textures[0]];
     frames_until(&mut crowd, textures[1], &expected[1], 300);
-    let stats = crowd.pagers.stats();
+    let stats = crowd.pager.stats();
     assert!(
         stats.in_flight_bytes + large > BUDGETS.in_flight_bytes,
         "the large tile finds no room: {stats:?}"

@@ -1,4 +1,5 @@
-//! Prefetch sets in the simulated world: learnt on some ways along a path, used on another. docs/policies.md has the figures.
+//! Prefetch sets in the simulated world: learnt on some ways along a path, used on another. docs/policies.md
+//! has the figures.
 
 use std::sync::Arc;
 

@@ -1,4 +1,5 @@
-//! The integration tests of the deciding part, in one program; `steady.rs` beside it counts allocations, so it has a process of its own.
+//! The integration tests of the deciding part, in one program; `steady.rs` beside it counts allocations, so
+//! it has a process of its own.
 #![allow(
     clippy::unwrap_used,
     clippy::panic,

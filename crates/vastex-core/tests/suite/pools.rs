@@ -1,11 +1,11 @@
 //! Several pools in the simulated world: what must hold of all of them together.
 //!
-//! `Crowd::step` itself checks the joint budgets, the evictions and every page table at every frame. `VASTEX_WORLDS` says
-//! how many random worlds are played, `VASTEX_FIRST_WORLD` with which it begins.
+//! `Crowd::step` itself checks the joint budgets, the evictions and every page table at every frame.
+//! `VASTEX_WORLDS` says how many random worlds are played, `VASTEX_FIRST_WORLD` with which it begins.
 
 use vastex_core::sim::{Crowd, Path, Random, Watch, contents_of_chance};
 use vastex_core::{
-    BiasRule, Budgets, Event, Geometry, GeometrySpec, GroupError, GroupId, LevelRule, MAX_VIEWS, Pagers,
+    BiasRule, Budgets, Event, Geometry, GeometrySpec, GroupError, GroupId, LevelRule, MAX_VIEWS, Pager,
     PoolError, PoolId, Region, TextureId, TicketState, Urgency, ViewId,
 };
 
@@ -31,11 +31,11 @@ fn three_pools(slots: [u32; 3], budgets: Budgets) -> Crowd {
 fn run_until_converged(crowd: &mut Crowd, limit: u64) -> u64 {
     for frames in 1..=limit {
         crowd.step().unwrap();
-        if crowd.pagers.is_converged() {
+        if crowd.pager.is_converged() {
             return frames;
         }
     }
-    panic!("not converged after {limit} frames: {:?}", crowd.pagers.stats());
+    panic!("not converged after {limit} frames: {:?}", crowd.pager.stats());
 }
 
 #[test]
@@ -46,7 +46,7 @@ fn every_pool_converges_and_it_is_said_once() {
     (0..50).for_each(|_| crowd.step().unwrap());
     let converged = crowd.events.iter().filter(|(_, event)| matches!(event, Event::Converged { .. }));
     assert_eq!(converged.count(), 1);
-    let stats = crowd.pagers.stats();
+    let stats = crowd.pager.stats();
     assert_eq!((stats.missing, stats.in_flight, stats.pinned), (0, 0, 5), "{stats:?}");
     let numbers: Vec<u16> = crowd.textures().map(|texture| texture.number()).collect();
     assert_eq!(numbers, [0, 1, 2, 3, 4], "unique over all pools");
@@ -57,7 +57,7 @@ fn only_the_pool_that_is_too_small_becomes_coarser_and_is_named() {
     let mut crowd = three_pools([400, 12, 400], BUDGETS);
     crowd.hold();
     run_until_converged(&mut crowd, 400);
-    let biases: Vec<bool> = crowd.pagers.iter().map(|pager| pager.bias_eighths() > 0).collect();
+    let biases: Vec<bool> = crowd.pager.pools().map(|pager| pager.bias_eighths() > 0).collect();
     assert_eq!(biases, [false, true, false]);
     let named = crowd.events.iter().filter_map(|(_, event)| match event {
         Event::Oversubscribed { pool, slots, .. } => Some((pool.number(), *slots)),
@@ -72,7 +72,7 @@ fn pools_that_have_something_to_upload_get_the_same_bytes() {
     let mut crowd = three_pools([2000, 2000, 2000], Budgets { upload_bytes_per_frame: 900, ..BUDGETS });
     crowd.loads.tiles_per_frame = usize::MAX;
     (0..20).for_each(|_| crowd.step().unwrap());
-    let uploaded: Vec<u64> = crowd.pagers.iter().map(|pager| pager.stats().uploaded_bytes).collect();
+    let uploaded: Vec<u64> = crowd.pager.pools().map(|pager| pager.stats().uploaded_bytes).collect();
     let (least, most) = (uploaded.iter().min().unwrap(), uploaded.iter().max().unwrap());
     assert!(*least > 3000 && most - least <= 2 * 1600, "{uploaded:?}");
 }
@@ -94,25 +94,25 @@ fn a_pool_whose_bias_may_not_act_does_not_hold_up_the_others() {
     (0..100).for_each(|_| crowd.step().unwrap());
     crowd.hold();
     (0..100).for_each(|_| crowd.step().unwrap());
-    let [full, done] = [stuck, ample].map(|pool| crowd.pagers.pager(pool));
+    let [full, done] = [stuck, ample].map(|pool| crowd.pager.pool(pool));
     assert!(full.stats().missing > 0 && full.stats().in_flight == 0, "{:?}", full.stats());
     assert!(done.is_converged() && done.bias_eighths() == 0, "{:?}", done.stats());
-    assert!(!crowd.pagers.is_converged());
+    assert!(!crowd.pager.is_converged());
 }
 
 #[test]
 fn numbers_run_out_over_all_pools() {
-    let mut pagers = Pagers::new(BUDGETS);
+    let mut pager = Pager::new(BUDGETS);
     let pools: Vec<PoolId> =
-        (0..2).map(|_| pagers.add_pool(2000, 1, Some(BiasRule::Solved)).unwrap()).collect();
+        (0..2).map(|_| pager.add_pool(2000, 1, Some(BiasRule::Solved)).unwrap()).collect();
     let tiny = Geometry::new(GeometrySpec::image(1, 1)).unwrap();
     for nth in 0..2047 {
-        let (texture, _) = pagers.add_texture(pools[nth % 2], &tiny, None, None).unwrap();
-        assert_eq!(pagers.pool_of(texture), Some(pools[nth % 2]));
+        let (texture, _) = pager.add_texture(pools[nth % 2], &tiny, None, None).unwrap();
+        assert_eq!(pager.pool_of(texture), Some(pools[nth % 2]));
     }
-    assert!(!pagers.has_free_number());
-    assert_eq!(pagers.add_texture(pools[0], &tiny, None, None), Err(PoolError::TooManyTextures));
-    assert_eq!(pagers.stats().occupied, 2047);
+    assert!(!pager.has_free_number());
+    assert_eq!(pager.add_texture(pools[0], &tiny, None, None), Err(PoolError::TooManyTextures));
+    assert_eq!(pager.stats().occupied, 2047);
 }
 
 #[test]
@@ -121,13 +121,13 @@ fn a_removed_texture_leaves_its_pool_and_its_number_rests() {
     (0..30).for_each(|_| crowd.step().unwrap());
     crowd.loads.latency_frames = 10;
     let gone = crowd.textures().nth(1).unwrap();
-    let pool = crowd.pagers.pool_of(gone).unwrap();
-    let before = crowd.pagers.pager(pool).stats();
+    let pool = crowd.pager.pool_of(gone).unwrap();
+    let before = crowd.pager.pool(pool).stats();
     crowd.remove(gone).unwrap();
-    let after = crowd.pagers.pager(pool).stats();
+    let after = crowd.pager.pool(pool).stats();
     assert!(after.occupied < before.occupied && after.pinned == before.pinned - 1, "{before:?} {after:?}");
-    assert!(crowd.pagers.pager(pool).resident().all(|(page, _)| page.texture() != gone));
-    assert_eq!(crowd.pagers.pool_of(gone), None);
+    assert!(crowd.pager.pool(pool).resident().all(|(page, _)| page.texture() != gone));
+    assert_eq!(crowd.pager.pool_of(gone), None);
     // Feedback of the frames before is under way: the next texture has another number.
     let next = crowd.add(pool, image(128), Path::Still).unwrap();
     assert_eq!(next.number(), 5);
@@ -143,12 +143,12 @@ fn a_pool_that_was_full_has_room_after_a_removal() {
     let mut crowd = three_pools([400, 12, 400], BUDGETS);
     crowd.hold();
     run_until_converged(&mut crowd, 400);
-    let coarse = crowd.pagers.pager(PoolId::new(1)).bias_eighths();
+    let coarse = crowd.pager.pool(PoolId::new(1)).bias_eighths();
     let second = crowd.textures().nth(2).unwrap();
     crowd.remove(second).unwrap();
     (0..100).for_each(|_| crowd.step().unwrap());
-    let pager = crowd.pagers.pager(PoolId::new(1));
-    assert!(pager.bias_eighths() < coarse && crowd.pagers.is_converged(), "{:?}", pager.stats());
+    let pager = crowd.pager.pool(PoolId::new(1));
+    assert!(pager.bias_eighths() < coarse && crowd.pager.is_converged(), "{:?}", pager.stats());
 }
 
 #[test]
@@ -157,23 +157,23 @@ fn a_pool_grows_and_shrinks_and_keeps_what_is_in_view() {
     let pool = PoolId::new(1);
     crowd.hold();
     run_until_converged(&mut crowd, 400);
-    let before = crowd.pagers.pager(pool).stats();
+    let before = crowd.pager.pool(pool).stats();
     assert!(before.occupied < 300 && before.bias_eighths == 0, "{before:?}");
     // To a little more than it needs, then to a lot: nothing is loaded for it.
     for slots in [before.occupied * 5 / 4, 1000] {
         assert!(crowd.resize(pool, slots).unwrap());
         (0..40).for_each(|_| crowd.step().unwrap());
-        let after = crowd.pagers.pager(pool).stats();
+        let after = crowd.pager.pool(pool).stats();
         assert_eq!((after.slots, after.bias_eighths, after.loaded), (slots, 0, before.loaded), "{after:?}");
     }
     // To a fifth: coarser at once, and sharp again once there is room.
     assert!(crowd.resize(pool, before.occupied / 5).unwrap());
-    let small = crowd.pagers.pager(pool).stats();
+    let small = crowd.pager.pool(pool).stats();
     assert!(small.bias_eighths > 0 && small.occupied <= before.occupied / 5, "{small:?}");
     run_until_converged(&mut crowd, 100);
     assert!(crowd.resize(pool, 400).unwrap());
     (0..100).for_each(|_| crowd.step().unwrap());
-    let again = crowd.pagers.pager(pool).stats();
+    let again = crowd.pager.pool(pool).stats();
     assert_eq!((again.bias_eighths, again.occupied, again.missing), (0, before.occupied, 0), "{again:?}");
 }
 
@@ -189,17 +189,17 @@ fn a_pool_does_not_shrink_below_its_pins() {
     (0..100).for_each(|_| crowd.step().unwrap());
     // With the two tails, four fifths of 215 slots.
     let pinned = 16 * 8 + 8 * 4 + 4 * 2 + 2;
-    assert_eq!(crowd.pagers.progress(ticket).unwrap().pages, pinned);
+    assert_eq!(crowd.pager.progress(ticket).unwrap().pages, pinned);
     for (slots, is_enough) in [(150, false), (214, false), (215, true), (260, true)] {
         assert_eq!(crowd.resize(pool, slots).unwrap(), is_enough, "{slots}");
         (0..20).for_each(|_| crowd.step().unwrap());
     }
-    let error = crowd.pagers.resize_pool(pool, 150, &mut Vec::new()).unwrap_err();
+    let error = crowd.pager.resize_pool(pool, 150, &mut Vec::new()).unwrap_err();
     assert!(matches!(error, PoolError::TooSmall { slots: 150, .. }), "{error}");
 }
 
-/// A world of several pools in which everything is left to chance. Gives how the tickets ended, and how many tiles were
-/// refreshed.
+/// A world of several pools in which everything is left to chance. Gives how the tickets ended, and how many
+/// tiles were refreshed.
 fn random_crowd(seed: u64) -> Result<(Vec<TicketState>, u64), String> {
     let mut random = Random::new(seed);
     let budgets =
@@ -263,9 +263,9 @@ fn random_crowd(seed: u64) -> Result<(Vec<TicketState>, u64), String> {
     (crowd.loads.failing, crowd.loads.slow) = (0.0, 0.0);
     for _ in 0..40_000 {
         crowd.step()?;
-        let stats = crowd.pagers.stats();
+        let stats = crowd.pager.stats();
         let at_rest = stats.in_flight == 0 && stats.missing + stats.failed == 0;
-        if at_rest && crowd.loads_under_way() == 0 && crowd.pagers.is_converged() && crowd.is_up_to_date() {
+        if at_rest && crowd.loads_under_way() == 0 && crowd.pager.is_converged() && crowd.is_up_to_date() {
             let open: Vec<_> = crowd.tickets.iter().copied().collect();
             open.into_iter().try_for_each(|ticket| crowd.release(ticket))?;
             let ended = crowd.ended.iter().map(|(_, progress)| progress.state).collect();
@@ -273,7 +273,7 @@ fn random_crowd(seed: u64) -> Result<(Vec<TicketState>, u64), String> {
             return if all { Ok((ended, stats.refreshed)) } else { Err("a ticket has not ended".into()) };
         }
     }
-    Err(format!("not at rest: {:?}", crowd.pagers.stats()))
+    Err(format!("not at rest: {:?}", crowd.pager.stats()))
 }
 
 /// Adds a view beside the main one, removes one, or lets one pause or look elsewhere, which it may declare.
@@ -318,7 +318,7 @@ fn group_at_random(crowd: &mut Crowd, random: &mut Random) -> Result<(), String>
         }
         let bias = random.below(33) as f32 / 8.0 - 2.0;
         let (finest, coarsest) = (random.below(4) as u8, random.below(12) as u8);
-        crowd.pagers.set_levels(member, LevelRule { bias, finest, coarsest });
+        crowd.pager.set_levels(member, LevelRule { bias, finest, coarsest });
     }
     match crowd.group(&members, Path::ALL[random.below(5) as usize]) {
         Ok(_) | Err(GroupError::Empty) => Ok(()),
@@ -357,8 +357,8 @@ fn ask_at_random(crowd: &mut Crowd, random: &mut Random) -> Result<(), String> {
     Ok(())
 }
 
-/// A texture of chance; a pool that is too small for it says so and is left as it was. In some crowds pages of a texture, and
-/// of several in a pool, have the same content.
+/// A texture of chance; a pool that is too small for it says so and is left as it was. In some crowds pages
+/// of a texture, and of several in a pool, have the same content.
 fn add_at_random(
     crowd: &mut Crowd,
     random: &mut Random,
@@ -414,7 +414,8 @@ fn random_crowds_hold_together() {
     }
 }
 
-/// New tiles for every page out of view had come when the view needed a slot, and waited for their turn after it.
+/// New tiles for every page out of view had come when the view needed a slot, and waited for their turn after
+/// it.
 #[test]
 fn a_view_gets_its_slot_where_all_others_are_being_refreshed() {
     random_crowd(554).unwrap();
@@ -432,13 +433,15 @@ fn pins_fit_when_their_contents_change() {
     random_crowd(4370).unwrap();
 }
 
-/// A pool had no slot for a page of a prefetch whose content had changed, and which stayed for pages below it that were held, too.
+/// A pool had no slot for a page of a prefetch whose content had changed, and which stayed for pages below it
+/// that were held, too.
 #[test]
 fn a_prefetch_gives_up_what_has_changed_and_has_no_room() {
     random_crowd(5870).unwrap();
 }
 
-/// All that shared a slot with a page whose content had changed were evicted for a slot of its own, and the old one was lost.
+/// All that shared a slot with a page whose content had changed were evicted for a slot of its own, and the
+/// old one was lost.
 #[test]
 fn a_slot_is_free_when_the_last_has_moved_out_of_it() {
     random_crowd(1798).unwrap();

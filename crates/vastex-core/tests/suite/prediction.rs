@@ -1,5 +1,5 @@
-//! Prediction in the simulated world: what it gains where the camera moves, and that it costs nothing where it is wrong or where
-//! there is no bandwidth to spare.
+//! Prediction in the simulated world: what it gains where the camera moves, and that it costs nothing where
+//! it is wrong or where there is no bandwidth to spare.
 
 use vastex_core::checks;
 use vastex_core::sim::{Knobs, Path, World};
@@ -35,7 +35,8 @@ fn on_fly_and_spin_the_time_to_sharp_falls_by_a_third_at_equal_bandwidth() {
 
 #[test]
 fn a_prediction_that_is_wrong_or_cannot_be_afforded_costs_the_view_nothing() {
-    // The camera jumps where nothing could have told; then there is less bandwidth than the view needs; then no slot to spare.
+    // The camera jumps where nothing could have told; then there is less bandwidth than the view needs; then
+    // no slot to spare.
     let short = |knobs: &mut Knobs| knobs.upload_bytes_per_frame = 200;
     let full = |knobs: &mut Knobs| knobs.slots = 150;
     let worlds = [
@@ -49,7 +50,8 @@ fn a_prediction_that_is_wrong_or_cannot_be_afforded_costs_the_view_nothing() {
     }
 }
 
-/// Of few loads at once, or of few tiles a frame, those in view come first, however many others were asked for before.
+/// Of few loads at once, or of few tiles a frame, those in view come first, however many others were asked
+/// for before.
 #[test]
 fn where_the_loader_has_few_lanes_a_prediction_costs_the_view_nothing() {
     for path in [Path::Fly, Path::Spin] {

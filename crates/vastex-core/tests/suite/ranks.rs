@@ -1,10 +1,11 @@
 //! Ranks stay true: no page in view waits in the loader for one that is not, whatever was asked for first.
 //!
-//! `World::step` and `Crowd::step` themselves see to it at each lane that is filled. The loader's tests have the same on threads.
+//! `World::step` and `Crowd::step` themselves see to it at each lane that is filled. The loader's tests have
+//! the same on threads.
 
 use vastex_core::sim::{Knobs, Path, World};
 use vastex_core::{
-    BiasRule, Dims, Feedback, Geometry, GeometrySpec, PageId, PagePos, Pager, PagerSettings, Region, Request,
+    BiasRule, Budgets, Dims, Feedback, Geometry, GeometrySpec, PageId, PagePos, Pager, Region, Request,
     TextureId, Urgency, ViewId, WantedPage, checks,
 };
 
@@ -21,16 +22,10 @@ fn page(level: u8, x: u32, y: u32) -> PageId {
 
 /// A pool for an image of 32 by 32 pages, and all in flight that one may wish for.
 fn pager() -> Pager {
-    let mut pager = Pager::new(PagerSettings {
-        slots: 400,
-        tile_bytes: 1,
-        upload_bytes_per_frame: 1000,
-        in_flight_bytes: 1000,
-        mip_bias: Some(BiasRule::Solved),
-        pin_share: PagerSettings::PIN_SHARE,
-    });
+    let mut pager = Pager::new(Budgets { upload_bytes_per_frame: 1000, in_flight_bytes: 1000 });
+    let pool = pager.add_pool(400, 1, Some(BiasRule::Solved)).unwrap();
     let geometry = Geometry::new(GeometrySpec::image(4096, 4096)).unwrap();
-    pager.add_texture(texture(), &geometry, None, None).unwrap();
+    pager.add_texture(pool, &geometry, None, None).unwrap();
     pager
 }
 
@@ -138,7 +133,8 @@ fn a_load_that_was_called_off_or_has_ended_is_not_asked_for_again() {
     assert!(again.iter().all(|request| request.page != here && request.page != gone), "{again:?}");
 }
 
-/// `lanes` loads at once, each for so many frames; the camera's next poses are predicted, and parts of the image prefetched.
+/// `lanes` loads at once, each for so many frames; the camera's next poses are predicted, and parts of the
+/// image prefetched.
 fn busy_world(path: Path, lanes: usize, latency_frames: u64) -> World {
     let mut knobs =
         Knobs { lead_frames: 8, slots: 900, in_flight_tiles: 200, stray: 5, ..Knobs::new(path, 3) };

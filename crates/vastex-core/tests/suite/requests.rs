@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use vastex_core::sim::{Crowd, Path};
 use vastex_core::{
-    AskError, BiasRule, Budgets, Dims, GeometrySpec, PageId, PagePos, PageState, Pager, Progress, Region,
+    AskError, BiasRule, Budgets, Dims, GeometrySpec, PageId, PagePos, PageState, PoolPager, Progress, Region,
     TextureId, Ticket, TicketState, Urgency,
 };
 
@@ -27,7 +27,7 @@ fn run(crowd: &mut Crowd, frames: u64) {
 fn converge(crowd: &mut Crowd) -> u64 {
     let is_done = |_: &u64| {
         crowd.step().unwrap();
-        crowd.pagers.is_converged()
+        crowd.pager.is_converged()
     };
     (1..=400).find(is_done).expect("a view that holds converges")
 }
@@ -37,7 +37,7 @@ fn page(texture: TextureId, level: u8, x: u32, y: u32) -> PageId {
 }
 
 fn is_here(crowd: &Crowd, page: PageId) -> bool {
-    matches!(crowd.pagers.state(page), PageState::Resident(_))
+    matches!(crowd.pager.state(page), PageState::Resident(_))
 }
 
 /// Four by four pages of level 0, and their ancestors, far from where `Path::Still` looks.
@@ -46,7 +46,7 @@ fn far_away() -> Region {
 }
 
 fn progress(crowd: &Crowd, ticket: Ticket) -> Progress {
-    crowd.pagers.progress(ticket).unwrap()
+    crowd.pager.progress(ticket).unwrap()
 }
 
 #[test]
@@ -56,9 +56,9 @@ fn a_prefetch_brings_its_pages_and_their_ancestors_after_the_view() {
     let asked_for = progress(&crowd, ticket).pages;
     assert_eq!(asked_for, 16 + 4 + 5, "with the ancestors before the tail");
     let mut missing_in_view = u32::MAX;
-    while crowd.pagers.progress(ticket).is_some() {
+    while crowd.pager.progress(ticket).is_some() {
         crowd.step().unwrap();
-        let stats = crowd.pagers.stats();
+        let stats = crowd.pager.stats();
         missing_in_view = stats.missing;
         assert!(crowd.frame < 100, "{stats:?}");
     }
@@ -66,7 +66,7 @@ fn a_prefetch_brings_its_pages_and_their_ancestors_after_the_view() {
     for (x, y) in (0..4).flat_map(|y| (0..4).map(move |x| (x, y))) {
         assert!(is_here(&crowd, page(texture, 0, x, y)));
     }
-    assert_eq!(crowd.pagers.stats().wasted, 0);
+    assert_eq!(crowd.pager.stats().wasted, 0);
 }
 
 #[test]
@@ -97,7 +97,7 @@ fn what_is_more_urgent_comes_first() {
     while full.len() < 4 {
         run(&mut crowd, 1);
         let is_full = |ticket: Ticket| {
-            crowd.pagers.progress(ticket).is_none_or(|progress| progress.resident == progress.pages)
+            crowd.pager.progress(ticket).is_none_or(|progress| progress.resident == progress.pages)
         };
         let newly = (0..4).filter(|&n| is_full(tickets[n]) && !full.contains(&n)).collect::<Vec<_>>();
         full.extend(newly);
@@ -117,9 +117,9 @@ fn a_prefetch_keeps_its_pages_until_its_deadline_and_no_longer() {
         assert_eq!(resident, pages, "frame {frame}: the flight needs slots, but not these");
         run(&mut crowd, 1);
     }
-    assert!(crowd.pagers.stats().evicted > 0, "there was something to hold them against");
+    assert!(crowd.pager.stats().evicted > 0, "there was something to hold them against");
     run(&mut crowd, 1);
-    assert_eq!(crowd.pagers.progress(ticket), None);
+    assert_eq!(crowd.pager.progress(ticket), None);
     run(&mut crowd, 400);
     assert!(!is_here(&crowd, page(texture, 0, 0, 0)), "now they are like all others");
 }
@@ -139,9 +139,9 @@ fn a_deadline_that_cannot_be_met_is_said_and_calls_off_the_rest() {
     assert_eq!((which, state), (ticket, TicketState::Late));
     assert!(resident > 0 && resident < pages, "{resident} of {pages}");
     assert_eq!(crowd.frame, deadline + 1);
-    let loaded = crowd.pagers.stats().loaded;
+    let loaded = crowd.pager.stats().loaded;
     run(&mut crowd, 40);
-    let stats = crowd.pagers.stats();
+    let stats = crowd.pager.stats();
     assert!(stats.loaded - loaded <= 40 && stats.in_flight == 0, "{stats:?}");
 }
 
@@ -152,12 +152,12 @@ fn the_view_takes_the_slots_that_it_needs_and_gives_them_back() {
         crowd.ask(texture, &far_away(), Some(Urgency { priority: 0, deadline: Some(10_000) })).unwrap();
     run(&mut crowd, 200);
     let Progress { resident, pages, .. } = progress(&crowd, ticket);
-    let stats = crowd.pagers.stats();
+    let stats = crowd.pager.stats();
     assert!(stats.wanted_at_bias + pages > 40, "there is not room for both: {stats:?}");
     assert!(stats.missing == 0 && resident < pages && stats.occupied <= 40, "{stats:?}");
     let loaded = stats.loaded;
     run(&mut crowd, 200);
-    assert_eq!(crowd.pagers.stats().loaded, loaded, "nothing is loaded over and over");
+    assert_eq!(crowd.pager.stats().loaded, loaded, "nothing is loaded over and over");
     crowd.release(ticket).unwrap();
 }
 
@@ -173,7 +173,7 @@ fn tickets_for_the_same_pages_do_not_get_in_each_others_way() {
         let Progress { resident, pages, .. } = progress(&crowd, ticket);
         assert_eq!(resident, pages);
     }
-    assert_eq!(crowd.pagers.stats().cancelled, 0);
+    assert_eq!(crowd.pager.stats().cancelled, 0);
 }
 
 #[test]
@@ -186,7 +186,7 @@ fn pins_stay_whatever_the_view_wants_and_the_bias_makes_room_for_them() {
         assert_eq!((resident, state), (pages, TicketState::Done));
         run(&mut crowd, 1);
     }
-    assert!(crowd.pagers.stats().bias_eighths > 0);
+    assert!(crowd.pager.stats().bias_eighths > 0);
     crowd.release(pin).unwrap();
     run(&mut crowd, 200);
     assert!(!is_here(&crowd, page(texture, 0, 0, 0)));
@@ -197,11 +197,11 @@ fn pins_work_without_any_feedback() {
     let (mut crowd, texture) = one_image(100, Path::Still);
     let pin = crowd.ask(texture, &far_away(), None).unwrap();
     for frame in 1..20 {
-        crowd.pagers.begin_frame(frame);
-        while let Some(request) = crowd.pagers.poll_request() {
-            crowd.pagers.tile_ready(request.page, bytes::Bytes::from_static(b"tile"));
+        crowd.pager.begin_frame(frame);
+        while let Some(request) = crowd.pager.poll_request() {
+            crowd.pager.tile_ready(request.page, bytes::Bytes::from_static(b"tile"));
         }
-        while crowd.pagers.poll_upload().is_some() {}
+        while crowd.pager.poll_upload().is_some() {}
     }
     assert_eq!(progress(&crowd, pin).state, TicketState::Done);
 }
@@ -209,7 +209,7 @@ fn pins_work_without_any_feedback() {
 #[test]
 fn what_cannot_be_is_refused_and_leaves_nothing() {
     let (mut crowd, texture) = one_image(60, Path::Still);
-    let before = crowd.pagers.stats();
+    let before = crowd.pager.stats();
     let gone = TextureId::new(9).unwrap();
     let everything = Region::whole();
     assert_eq!(crowd.ask(gone, &everything, None), Err(AskError::NoTexture(9)));
@@ -220,8 +220,8 @@ fn what_cannot_be_is_refused_and_leaves_nothing() {
     assert!(crowd.ask(texture, &far_away(), None).is_ok());
     let more = Region::image(8192..8704, 0..512).on_levels(0..=0);
     assert!(matches!(crowd.ask(texture, &more, None), Err(AskError::TooManyPins { .. })));
-    assert_eq!(crowd.pagers.invalidate(gone, &everything), 0);
-    assert_eq!(crowd.pagers.stats(), before);
+    assert_eq!(crowd.pager.invalidate(gone, &everything), 0);
+    assert_eq!(crowd.pager.stats(), before);
     let nothing = crowd.ask(texture, &Region::image(0..0, 0..5), Some(Urgency::default())).unwrap();
     assert_eq!(progress(&crowd, nothing).state, TicketState::Done);
 }
@@ -230,8 +230,9 @@ fn what_cannot_be_is_refused_and_leaves_nothing() {
 fn content_that_changes_is_replaced_in_place_without_a_hole() {
     let (mut crowd, texture) = one_image(400, Path::Still);
     converge(&mut crowd);
-    let resident = |crowd: &Crowd| crowd.pagers.iter().flat_map(Pager::resident).collect::<BTreeMap<_, _>>();
-    let (before, slots) = (crowd.pagers.stats(), resident(&crowd));
+    let resident =
+        |crowd: &Crowd| crowd.pager.pools().flat_map(PoolPager::resident).collect::<BTreeMap<_, _>>();
+    let (before, slots) = (crowd.pager.stats(), resident(&crowd));
     crowd.change(texture, &Region::whole());
     assert!(!crowd.is_up_to_date());
     let frames = (1..200).find(|_| {
@@ -239,10 +240,10 @@ fn content_that_changes_is_replaced_in_place_without_a_hole() {
         assert_eq!(resident(&crowd), slots, "every page stays in its slot");
         crowd.is_up_to_date()
     });
-    let stats = crowd.pagers.stats();
+    let stats = crowd.pager.stats();
     assert_eq!(stats.refreshed, u64::from(before.occupied), "each once, after {frames:?} frames");
     assert_eq!((stats.loaded, stats.evicted), (before.loaded, before.evicted));
-    assert!(crowd.pagers.is_converged(), "nothing is newly wanted");
+    assert!(crowd.pager.is_converged(), "nothing is newly wanted");
 }
 
 #[test]
@@ -254,7 +255,7 @@ fn content_may_change_again_while_it_is_being_loaded() {
         run(&mut crowd, 2);
     }
     run(&mut crowd, 100);
-    let stats = crowd.pagers.stats();
+    let stats = crowd.pager.stats();
     assert!(crowd.is_up_to_date() && stats.missing == 0 && stats.in_flight == 0, "{stats:?}");
     assert!(stats.wasted > 0, "some came out of date");
 }
@@ -266,11 +267,11 @@ fn a_refresh_that_fails_leaves_the_old_tile_and_is_tried_again() {
     crowd.loads.failing = 1.0;
     crowd.change(texture, &Region::whole());
     run(&mut crowd, 40);
-    let stats = crowd.pagers.stats();
+    let stats = crowd.pager.stats();
     assert!(stats.failures > 0 && stats.occupied > 20 && stats.missing == 0, "{stats:?}");
     let requests = stats.requests;
     run(&mut crowd, 20);
-    assert!(crowd.pagers.stats().requests < requests + u64::from(stats.occupied), "with back-off");
+    assert!(crowd.pager.stats().requests < requests + u64::from(stats.occupied), "with back-off");
     crowd.loads.failing = 0.0;
     run(&mut crowd, 200);
     assert!(crowd.is_up_to_date());
@@ -281,14 +282,14 @@ fn after_a_lost_device_everything_that_was_here_comes_again() {
     let (mut crowd, texture) = one_image(400, Path::Still);
     let pin = crowd.ask(texture, &far_away(), None).unwrap();
     converge(&mut crowd);
-    let before = crowd.pagers.stats();
+    let before = crowd.pager.stats();
     crowd.change(texture, &Region::whole());
     run(&mut crowd, 2);
     crowd.lose_device();
-    let lost = crowd.pagers.stats();
+    let lost = crowd.pager.stats();
     assert_eq!((lost.occupied, lost.pinned), (1, 1), "the tail alone is the caller's to put back");
     run(&mut crowd, 60);
-    let after = crowd.pagers.stats();
+    let after = crowd.pager.stats();
     assert_eq!((after.occupied, after.missing, after.bias_eighths), (before.occupied, 0, 0), "{after:?}");
     assert_eq!(after.evicted, 0, "nothing gave way");
     assert_eq!(progress(&crowd, pin).state, TicketState::Done);

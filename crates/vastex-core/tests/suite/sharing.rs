@@ -1,8 +1,8 @@
 //! Pages of the same content share a load and a slot, in the simulated world.
 //!
-//! `Crowd::step` itself checks that every page leads to a slot with the content of the page that the table names, and that
-//! nothing is loaded that is here or on its way; the `checks` feature counts the pages of every slot after every step.
-//! `pools.rs` plays random crowds in which all of that happens at once.
+//! `Crowd::step` itself checks that every page leads to a slot with the content of the page that the table
+//! names, and that nothing is loaded that is here or on its way; the `checks` feature counts the pages of
+//! every slot after every step. `pools.rs` plays random crowds in which all of that happens at once.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use bytes::Bytes;
 use vastex_core::sim::{Crowd, Path, Random, contents_of_chance};
 use vastex_core::{
     BiasRule, Budgets, Event, Feedback, Geometry, GeometrySpec, PageContents, PageId, PagePos, PageState,
-    Pager, PagerSettings, PoolId, Region, Slot, Stats, TextureId, TicketState, Urgency, ViewId, WantedPage,
+    Pager, PoolId, PoolPager, Region, Slot, Stats, TextureId, TicketState, Urgency, ViewId, WantedPage,
 };
 
 const BUDGETS: Budgets = Budgets { upload_bytes_per_frame: 800, in_flight_bytes: 3200 };
@@ -42,15 +42,15 @@ fn converge(crowd: &mut Crowd) -> Stats {
     crowd.hold();
     for _ in 0..600 {
         crowd.step().unwrap();
-        if crowd.pagers.is_converged() && crowd.is_up_to_date() {
-            return crowd.pagers.stats();
+        if crowd.pager.is_converged() && crowd.is_up_to_date() {
+            return crowd.pager.stats();
         }
     }
-    panic!("not converged: {:?}", crowd.pagers.stats());
+    panic!("not converged: {:?}", crowd.pager.stats());
 }
 
 fn resident(crowd: &Crowd) -> Vec<(PageId, Slot)> {
-    crowd.pagers.iter().flat_map(Pager::resident).collect()
+    crowd.pager.pools().flat_map(PoolPager::resident).collect()
 }
 
 #[test]
@@ -72,7 +72,7 @@ fn a_still_view_loads_each_content_once_whatever_the_pool() {
             let (mut crowd, _) = one_image(slots, path, contents);
             let stats = converge(&mut crowd);
             (0..100).for_each(|_| crowd.step().unwrap());
-            let later = crowd.pagers.stats();
+            let later = crowd.pager.stats();
             assert_eq!((later.loaded, later.requests), (stats.loaded, stats.requests), "{slots} {path:?}");
             assert_eq!(later.reloaded, 0, "{later:?}");
             shared += later.shared;
@@ -93,7 +93,7 @@ fn constants_of_several_textures_are_one() {
     let stats = converge(&mut crowd);
     assert_eq!((stats.loaded, stats.occupied, stats.pinned), (1, 2, 1), "it stays for the other: {stats:?}");
     crowd.remove(second).unwrap();
-    let stats = crowd.pagers.stats();
+    let stats = crowd.pager.stats();
     assert_eq!((stats.occupied, stats.resident), (0, 0), "{stats:?}");
 }
 
@@ -105,7 +105,7 @@ fn what_a_removed_texture_was_loading_is_asked_for_anew() {
     (0..5).for_each(|_| crowd.step().unwrap());
     crowd.add_with(PoolId::new(0), SPEC, Path::Still, black_but(|_| false)).unwrap();
     (0..5).for_each(|_| crowd.step().unwrap());
-    assert_eq!(crowd.pagers.stats().requests, 1);
+    assert_eq!(crowd.pager.stats().requests, 1);
     crowd.remove(first).unwrap();
     let stats = converge(&mut crowd);
     assert_eq!((stats.requests, stats.loaded), (2, 1), "{stats:?}");
@@ -151,17 +151,17 @@ fn one_content_fails_once_and_recovers() {
     let failed = |crowd: &Crowd| {
         crowd.events.iter().filter(|(_, event)| matches!(event, Event::Failed { .. })).count()
     };
-    assert_eq!((failed(&crowd), crowd.pagers.failed_pages().count()), (1, 1));
-    assert!(crowd.pagers.is_converged(), "a content that failed is answered");
-    let progress = crowd.pagers.progress(ticket).unwrap();
+    assert_eq!((failed(&crowd), crowd.pager.failed_pages().count()), (1, 1));
+    assert!(crowd.pager.is_converged(), "a content that failed is answered");
+    let progress = crowd.pager.progress(ticket).unwrap();
     assert_eq!((progress.failed, progress.state), (progress.pages, TicketState::Done));
     let geometry = Geometry::new(SPEC).unwrap();
     let page = PageId::new(texture, geometry.dims(), PagePos::new_2d(6, 0, 0)).unwrap();
-    assert!(matches!(crowd.pagers.state(page), PageState::Failed { .. }), "{:?}", crowd.pagers.state(page));
+    assert!(matches!(crowd.pager.state(page), PageState::Failed { .. }), "{:?}", crowd.pager.state(page));
     crowd.loads.broken = 0.0;
     (0..200).for_each(|_| crowd.step().unwrap());
     let recovered = crowd.events.iter().filter(|(_, event)| matches!(event, Event::Recovered { .. })).count();
-    assert_eq!((failed(&crowd), recovered, crowd.pagers.stats().failed), (1, 1, 0));
+    assert_eq!((failed(&crowd), recovered, crowd.pager.stats().failed), (1, 1, 0));
 }
 
 #[test]
@@ -169,7 +169,7 @@ fn a_prefetch_takes_no_slot_for_what_is_here_and_one_for_each_other_content() {
     let (mut crowd, texture) = one_image(12, Path::Still, black_but(|pos| pos.level == 3));
     crowd.loads.latency_frames = 3;
     converge(&mut crowd);
-    let before = crowd.pagers.stats();
+    let before = crowd.pager.stats();
     let region = Region::image(0..400, 0..400).on_levels(1..=1);
     crowd.ask(texture, &region, Some(Urgency::default())).unwrap();
     for _ in 0..40 {
@@ -177,7 +177,7 @@ fn a_prefetch_takes_no_slot_for_what_is_here_and_one_for_each_other_content() {
     }
     let (ticket, progress) = *crowd.ended.last().unwrap();
     assert_eq!((progress.state, progress.resident), (TicketState::Done, progress.pages), "{ticket:?}");
-    let loaded = crowd.pagers.stats().loaded - before.loaded;
+    let loaded = crowd.pager.stats().loaded - before.loaded;
     assert!(progress.pages > 10 && loaded <= 2, "{loaded} of {}", progress.pages);
 }
 
@@ -187,7 +187,7 @@ fn everything_is_loaded_again_after_the_device_is_lost() {
     let (mut crowd, _) = one_image(60, Path::Still, contents);
     let before = converge(&mut crowd);
     crowd.lose_device();
-    let lost = crowd.pagers.stats();
+    let lost = crowd.pager.stats();
     assert_eq!((lost.occupied, lost.resident), (1, 1));
     let after = converge(&mut crowd);
     assert_eq!(after.loaded, 2 * before.loaded);
@@ -196,17 +196,11 @@ fn everything_is_loaded_again_after_the_device_is_lost() {
 
 /// A pager with one texture, all of whose pages are black.
 fn black_pager(slots: u32) -> (Pager, Geometry, TextureId) {
-    let mut pager = Pager::new(PagerSettings {
-        slots,
-        tile_bytes: 1,
-        upload_bytes_per_frame: 10,
-        in_flight_bytes: 10,
-        mip_bias: Some(BiasRule::Solved),
-        pin_share: PagerSettings::PIN_SHARE,
-    });
+    let mut pager = Pager::new(Budgets { upload_bytes_per_frame: 10, in_flight_bytes: 10 });
+    let pool = pager.add_pool(slots, 1, Some(BiasRule::Solved)).unwrap();
     let (geometry, texture) = (Geometry::new(SPEC).unwrap(), TextureId::new(0).unwrap());
     let contents = black_but(|_| false)(&geometry).map(Arc::new);
-    pager.add_texture(texture, &geometry, None, contents).unwrap();
+    pager.add_texture(pool, &geometry, None, contents).unwrap();
     (pager, geometry, texture)
 }
 
@@ -230,7 +224,7 @@ fn a_load_goes_on_for_the_others_when_its_page_leaves_the_view() {
     assert_eq!((pager.poll_cancel(), pager.poll_request()), (None, None));
     assert_eq!(pager.state(page(60)), PageState::Loading, "as that which carries it");
     pager.tile_ready(request.page, Bytes::from_static(b"b"));
-    let upload = pager.poll_upload().unwrap();
+    let (_, upload) = pager.poll_upload().unwrap();
     assert!(pager.poll_upload().is_none());
     let mut changes = Vec::new();
     pager.take_table_changes(&mut changes);
@@ -239,7 +233,8 @@ fn a_load_goes_on_for_the_others_when_its_page_leaves_the_view() {
     assert!(changes.iter().all(|change| change.entry.slot() == upload.slot));
 }
 
-/// Slots have as many pages as were put in and not taken out, over a long flight in pools that are far too small.
+/// Slots have as many pages as were put in and not taken out, over a long flight in pools that are far too
+/// small.
 #[test]
 fn no_count_leaks_on_long_flights() {
     let mut random = Random::new(3);
@@ -256,7 +251,7 @@ fn no_count_leaks_on_long_flights() {
             }
         }
         crowd.remove(texture).unwrap();
-        let stats = crowd.pagers.stats();
+        let stats = crowd.pager.stats();
         assert_eq!((stats.occupied, stats.resident, stats.pinned), (0, 0, 0), "{path:?}");
         assert!(stats.shared > 0, "{path:?}: {stats:?}");
     }
@@ -270,7 +265,7 @@ fn pages_out_of_view_that_share_are_not_more_than_slots_for_long() {
         (0..300).for_each(|_| crowd.step().unwrap());
         let stats = converge(&mut crowd);
         (0..200).for_each(|_| crowd.step().unwrap());
-        let rested = crowd.pagers.stats();
+        let rested = crowd.pager.stats();
         assert_eq!((rested.loaded, rested.occupied), (1, 2), "{path:?}: {rested:?}");
         assert!(stats.shared > 150, "{path:?}: {stats:?}");
         // In a picture of 320x180 pixels no more than 60 pages of 64 texels are seen, on some levels.

@@ -11,12 +11,12 @@ struct Recorder {
 
 impl Recorder {
     fn new(crowd: &Crowd, frames: u64) -> Recorder {
-        let earlier = crowd.pagers.iter().map(|_| Stats::default()).collect();
+        let earlier = crowd.pager.pools().map(|_| Stats::default()).collect();
         Recorder { earlier, history: History::new(frames) }
     }
 
     fn record(&mut self, crowd: &Crowd) {
-        for (pager, earlier) in crowd.pagers.iter().zip(&mut self.earlier) {
+        for (pager, earlier) in crowd.pager.pools().zip(&mut self.earlier) {
             self.history.push(crowd.frame, pager.frame_since(earlier));
             *earlier = pager.stats();
         }
@@ -58,7 +58,7 @@ fn the_frames_add_up_to_the_totals() {
     for seed in 0..12 {
         let (crowd, recorder) = play(seed, 60);
         assert_eq!(recorder.history.iter().count(), 3 * 60);
-        for pager in crowd.pagers.iter() {
+        for pager in crowd.pager.pools() {
             let of_pool = || recorder.history.iter().filter(|frame| frame.pool == pager.pool());
             let sum = |count: fn(&Stats) -> u64| of_pool().map(|frame| count(&frame.stats)).sum::<u64>();
             let total = pager.stats();
@@ -109,9 +109,9 @@ fn a_fast_loader_makes_every_tile_sharp_after_its_latency() {
         };
         (knobs.loads.latency_frames, knobs.loads.tiles_per_frame) = (latency_frames, usize::MAX);
         let mut world = World::new(knobs).unwrap();
-        assert_eq!(world.pager.frame_since(&Stats::default()).time_to_sharp, None);
+        assert_eq!(world.pool().frame_since(&Stats::default()).time_to_sharp, None);
         (0..60).for_each(|_| world.step().unwrap());
-        let frame = world.pager.frame_since(&Stats::default());
+        let frame = world.pool().frame_since(&Stats::default());
         let all = latency_frames as u32;
         assert_eq!(frame.time_to_sharp, Some(TimeToSharp { p50: all, p95: all }));
         assert_eq!(frame.stats.waited_frames, latency_frames * frame.stats.loaded);
@@ -130,7 +130,7 @@ fn a_view_that_has_converged_is_sharp_to_the_last_pixel() {
     // A pool that is too small shows what it lacks against mip bias 0.
     let mut small = World::new(Knobs { slots: 30, ..Knobs::new(Path::Still, 1) }).unwrap();
     small.run_until_converged(200).unwrap();
-    let (stats, bias) = (small.pager.stats(), f64::from(small.pager.bias_eighths()) / 8.0);
+    let (stats, bias) = (small.pager.stats(), f64::from(small.pool().bias_eighths()) / 8.0);
     let short = stats.mean_levels_short();
     assert!((short - bias).abs() < 1.0 && short > 0.5, "{short} levels short at a bias of {bias}");
 }
@@ -142,16 +142,16 @@ fn what_is_pinned_by_hand_is_locked_while_it_is_there() {
     let pool = crowd.add_pool(400, 100, Some(BiasRule::Solved)).unwrap();
     let texture = crowd.add(pool, GeometrySpec::image(16_384, 8192), Path::Still).unwrap();
     (0..60).for_each(|_| crowd.step().unwrap());
-    assert_eq!(crowd.pagers.stats().locked, 1, "the tail");
+    assert_eq!(crowd.pager.stats().locked, 1, "the tail");
     let region = Region::image(0..512, 0..512).on_levels(0..=0);
     let ticket = crowd.ask(texture, &region, None).unwrap();
-    let pages = crowd.pagers.progress(ticket).unwrap().pages;
-    assert!(crowd.pagers.stats().locked < 1 + pages, "most of it has yet to come");
+    let pages = crowd.pager.progress(ticket).unwrap().pages;
+    assert!(crowd.pager.stats().locked < 1 + pages, "most of it has yet to come");
     (0..60).for_each(|_| crowd.step().unwrap());
-    let stats = crowd.pagers.stats();
+    let stats = crowd.pager.stats();
     assert_eq!((stats.locked, stats.pinned), (1 + pages, 1), "{stats:?}");
-    assert_eq!(crowd.pagers.pager(pool).usage().locked, stats.locked);
-    crowd.pagers.release(ticket);
+    assert_eq!(crowd.pager.pool(pool).usage().locked, stats.locked);
+    crowd.pager.release(ticket);
     crowd.step().unwrap();
-    assert_eq!(crowd.pagers.stats().locked, 1);
+    assert_eq!(crowd.pager.stats().locked, 1);
 }

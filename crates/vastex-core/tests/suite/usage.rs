@@ -22,7 +22,7 @@ fn crowd(slots: u32, seed: u64) -> Crowd {
 }
 
 fn check(usage: &PoolUsage, crowd: &Crowd) {
-    let pager = crowd.pagers.pager(usage.pool);
+    let pager = crowd.pager.pool(usage.pool);
     let stats = pager.stats();
     assert_eq!((usage.slots, usage.occupied, usage.locked), (stats.slots, stats.occupied, stats.locked));
     assert_eq!(usage.bias_eighths, stats.bias_eighths);
@@ -55,7 +55,7 @@ fn the_pages_of_all_textures_and_levels_are_the_slots_occupied() {
                 let gone = crowd.textures().nth(seed as usize % 4).unwrap();
                 crowd.remove(gone).unwrap();
             }
-            crowd.pagers.iter().for_each(|pager| check(&pager.usage(), &crowd));
+            crowd.pager.pools().for_each(|pager| check(&pager.usage(), &crowd));
         }
     }
 }
@@ -66,7 +66,7 @@ fn an_oversubscribed_pool_names_the_textures_that_want_most() {
     let mut named = 0;
     let mut seen = 0;
     for _ in 0..30 {
-        let before: Vec<u32> = crowd.pagers.iter().map(|pager| pager.stats().occupied).collect();
+        let before: Vec<u32> = crowd.pager.pools().map(|pager| pager.stats().occupied).collect();
         crowd.step().unwrap();
         for (_, event) in crowd.events.iter().skip(seen) {
             let Event::Oversubscribed { pool, wanted, slots, occupied, bias_eighths, largest } = event else {

@@ -37,8 +37,8 @@ fn world(
     World::new(knobs).unwrap()
 }
 
-/// Cuts, and plays until nothing new can be wanted any more; gives the tiles that came, and the frames until the last that was
-/// missing had.
+/// Cuts, and plays until nothing new can be wanted any more; gives the tiles that came, and the frames until
+/// the last that was missing had.
 fn cut(world: &mut World, place: u64, is_declared: bool) -> (u64, u64) {
     world.cut_to(Path::Teleport.view(40 * place));
     if is_declared {

@@ -1,14 +1,15 @@
 //! The pager in the simulated world: what must hold for any camera, loader and pool.
 //!
-//! `World::step` itself checks the budgets, the evictions and the page table at every frame, and the `checks` feature
-//! walks every structure after every step (of large pagers, after some). `VASTEX_WORLDS` says how many random worlds are played.
+//! `World::step` itself checks the budgets, the evictions and the page table at every frame, and the `checks`
+//! feature walks every structure after every step (of large pools, after some). `VASTEX_WORLDS` says how many
+//! random worlds are played.
 
 use bytes::Bytes;
 use vastex_core::sim::{Knobs, Path, Random, World};
 use vastex_core::{
-    BiasRule, Dims, Event, Feedback, GeometrySpec, PageId, PageState, Pager, PagerSettings, Pagers,
-    PoolError, PoolFrame, PoolId, Progress, Region, Request, Slot, SlotUsage, Stats, TableChange, TextureId,
-    Ticket, Upload, ViewId, WantedPage,
+    BiasRule, Budgets, Dims, Event, Feedback, GeometrySpec, PageId, PageState, Pager, PoolError, PoolFrame,
+    PoolId, PoolPager, Progress, Region, Request, Slot, SlotUsage, Stats, TableChange, TextureId, Ticket,
+    Upload, ViewId, WantedPage,
 };
 
 fn knobs(path: Path) -> Knobs {
@@ -151,7 +152,8 @@ fn volumes_and_odd_shapes_need_no_code_of_their_own() {
     }
 }
 
-/// Random world 189 never came to rest: each frame of the jitter cycle saw other pages, and was taken for a jump.
+/// Random world 189 never came to rest: each frame of the jitter cycle saw other pages, and was taken for a
+/// jump.
 #[test]
 fn pages_smaller_than_a_feedback_block_are_no_jumps() {
     let spec = GeometrySpec { page: 14, border: 1, ..GeometrySpec::image(3402, 8660) };
@@ -160,7 +162,8 @@ fn pages_smaller_than_a_feedback_block_are_no_jumps() {
     world.run_until_converged(600).unwrap();
 }
 
-/// Where a page has no tile its nearest ancestor stands in: the view converges, and nothing is asked for in vain.
+/// Where a page has no tile its nearest ancestor stands in: the view converges, and nothing is asked for in
+/// vain.
 #[test]
 fn pages_without_tiles_are_never_asked_for() {
     for path in Path::ALL {
@@ -235,79 +238,63 @@ fn random_worlds_hold_together() {
     }
 }
 
-/// "It never fails" is kept by the types: this does not compile once a step of the frame returns a `Result`. Of each of both kinds of
-/// pagers, all that a frame calls; that none is left out is for the invariants of xtask to see.
-macro_rules! never_fails {
-    ($pager:ident, $upload:ty) => {
-        let _: fn(&mut $pager, u64) = $pager::begin_frame;
-        let _: fn(&mut $pager) -> Option<(Ticket, Progress)> = $pager::poll_ended;
-        let _: fn(&mut $pager, &Feedback) = $pager::observe;
-        let _: fn(&mut $pager, &[Feedback]) = $pager::observe_views;
-        let _: fn(&mut $pager, &Feedback) = $pager::expect;
-        let _: fn(&mut $pager, ViewId, u64) = $pager::view_cut;
-        let _: fn(&mut $pager, PageId, Bytes) = $pager::tile_ready;
-        let _: fn(&mut $pager, PageId, String) = $pager::tile_failed;
-        let _: fn(&mut $pager, PageId) = $pager::tile_cancelled;
-        let _: fn(&mut $pager) -> Option<PageId> = $pager::poll_cancel;
-        let _: fn(&mut $pager) -> Option<Request> = $pager::poll_rerank;
-        let _: fn(&mut $pager) -> Option<Request> = $pager::poll_request;
-        let _: fn(&mut $pager) -> Option<$upload> = $pager::poll_upload;
-        let _: fn(&mut $pager, &mut Vec<TableChange>) = $pager::take_table_changes;
-        let _: fn(&mut $pager) -> Option<Event> = $pager::poll_event;
-        let _: fn(&$pager) -> bool = $pager::is_converged;
-        let _: fn(&$pager, PageId) -> PageState = $pager::state;
-        let _: fn(&$pager) -> Stats = $pager::stats;
-        let _: fn(&mut $pager, TextureId, &Region) -> u32 = $pager::invalidate;
-        let _: fn(&mut $pager) = $pager::tiles_lost;
-    };
-}
-
+/// "It never fails" is kept by the types: this does not compile once a step of the frame returns a `Result`.
+/// That none of what a frame calls is left out is for the invariants of xtask to see.
 #[test]
 fn nothing_that_a_frame_does_can_fail() {
-    never_fails!(Pager, Upload);
-    let _: fn(&Pager) -> u16 = Pager::bias_eighths;
-    let _: fn(&Pager) -> PoolId = Pager::pool;
-    let _: fn(&Pager) -> Vec<Option<SlotUsage>> = Pager::slots;
-    let _: fn(&Pager, &Stats) -> PoolFrame = Pager::frame_since;
-    let _: fn(&Pager, TextureId) -> Option<Slot> = Pager::tail_slot;
-    let _: fn(&Pager, TextureId, &mut Vec<TableChange>) = Pager::resident_changes;
-    never_fails!(Pagers, (PoolId, Upload));
-    let _: fn(&mut Pagers, Option<u64>) = Pagers::feedback_under_way;
-    let _: fn(&Pagers) -> bool = Pagers::is_short_of_bandwidth;
-    let _: fn(&Pagers) -> Option<u32> = Pagers::arrival_frames;
-    let _: fn(&Pagers, &[Feedback]) -> Vec<WantedPage> = Pagers::pages_of;
-    let _: fn(&mut Pagers, Event) = Pagers::say;
-    let _: fn(&mut Pagers, PoolId, u64) = Pagers::set_flight_bytes;
-    let _: fn(&Pagers, Ticket) -> Option<Progress> = Pagers::progress;
-    let _: fn(&Pagers) -> u32 = Pagers::feedback_cycle;
-    let _: fn(&Pagers, &Feedback) -> Feedback = Pagers::of_members;
-    let _: fn(&Pagers, TextureId) -> Option<PoolId> = Pagers::pool_of;
-    let _: fn(&Pagers, PoolId) -> &Pager = Pagers::pager;
+    let _: fn(&mut Pager, u64) = Pager::begin_frame;
+    let _: fn(&mut Pager) -> Option<(Ticket, Progress)> = Pager::poll_ended;
+    let _: fn(&mut Pager, &Feedback) = Pager::observe;
+    let _: fn(&mut Pager, &[Feedback]) = Pager::observe_views;
+    let _: fn(&mut Pager, &Feedback) = Pager::expect;
+    let _: fn(&mut Pager, ViewId, u64) = Pager::view_cut;
+    let _: fn(&mut Pager, PageId, Bytes) = Pager::tile_ready;
+    let _: fn(&mut Pager, PageId, String) = Pager::tile_failed;
+    let _: fn(&mut Pager, PageId) = Pager::tile_cancelled;
+    let _: fn(&mut Pager) -> Option<PageId> = Pager::poll_cancel;
+    let _: fn(&mut Pager) -> Option<Request> = Pager::poll_rerank;
+    let _: fn(&mut Pager) -> Option<Request> = Pager::poll_request;
+    let _: fn(&mut Pager) -> Option<(PoolId, Upload)> = Pager::poll_upload;
+    let _: fn(&mut Pager, &mut Vec<TableChange>) = Pager::take_table_changes;
+    let _: fn(&mut Pager) -> Option<Event> = Pager::poll_event;
+    let _: fn(&Pager) -> bool = Pager::is_converged;
+    let _: fn(&Pager, PageId) -> PageState = Pager::state;
+    let _: fn(&Pager) -> Stats = Pager::stats;
+    let _: fn(&mut Pager, TextureId, &Region) -> u32 = Pager::invalidate;
+    let _: fn(&mut Pager) = Pager::tiles_lost;
+    let _: fn(&mut Pager, Option<u64>) = Pager::feedback_under_way;
+    let _: fn(&Pager) -> bool = Pager::is_short_of_bandwidth;
+    let _: fn(&Pager) -> Option<u32> = Pager::arrival_frames;
+    let _: fn(&Pager, &[Feedback]) -> Vec<WantedPage> = Pager::pages_of;
+    let _: fn(&mut Pager, Event) = Pager::report;
+    let _: fn(&mut Pager, PoolId, u64) = Pager::set_flight_bytes;
+    let _: fn(&Pager, Ticket) -> Option<Progress> = Pager::progress;
+    let _: fn(&Pager) -> u32 = Pager::feedback_cycle;
+    let _: fn(&Pager, &Feedback) -> Feedback = Pager::of_members;
+    let _: fn(&Pager, TextureId) -> Option<PoolId> = Pager::pool_of;
+    let _: fn(&Pager, PoolId) -> &PoolPager = Pager::pool;
     // What these give has no name; that they give one after the other is their promise.
-    let _ = |pagers: &Pagers| pagers.iter().map(Pager::stats).last();
-    let _ = |pagers: &Pagers| -> Vec<PageId> { pagers.failed_pages().collect() };
+    let _ = |pager: &Pager| pager.pools().map(PoolPager::stats).last();
+    let _ = |pager: &Pager| -> Vec<PageId> { pager.failed_pages().collect() };
+    let _: fn(&PoolPager) -> u16 = PoolPager::bias_eighths;
+    let _: fn(&PoolPager) -> PoolId = PoolPager::pool;
+    let _: fn(&PoolPager) -> Vec<Option<SlotUsage>> = PoolPager::slots;
+    let _: fn(&PoolPager, &Stats) -> PoolFrame = PoolPager::frame_since;
+    let _: fn(&PoolPager, TextureId) -> Option<Slot> = PoolPager::tail_slot;
+    let _: fn(&PoolPager, TextureId, &mut Vec<TableChange>) = PoolPager::resident_changes;
 }
 
 #[test]
 fn a_texture_that_is_refused_leaves_everything_as_it_was() {
-    let settings = PagerSettings {
-        slots: 3,
-        tile_bytes: 1,
-        upload_bytes_per_frame: 1,
-        in_flight_bytes: 1,
-        mip_bias: Some(BiasRule::Solved),
-        pin_share: PagerSettings::PIN_SHARE,
-    };
-    let mut pager = Pager::new(settings);
+    let mut pager = Pager::new(Budgets { upload_bytes_per_frame: 1, in_flight_bytes: 1 });
+    let pool = pager.add_pool(3, 1, Some(BiasRule::Solved)).unwrap();
     let geometry = vastex_core::Geometry::new(GeometrySpec::image(1000, 1000)).unwrap();
-    let number = |number| TextureId::new(number).unwrap();
-    pager.add_texture(number(7), &geometry, None, None).unwrap();
-    let taken = pager.add_texture(number(7), &geometry, None, None);
-    assert_eq!(taken, Err(PoolError::NumberTaken { number: 7 }));
-    pager.add_texture(number(2), &geometry, None, None).unwrap();
+    let mut add = || pager.add_texture(pool, &geometry, None, None);
+    let numbers = [add(), add()].map(|added| added.unwrap().0.number());
+    assert_eq!(numbers, [0, 1]);
     for _ in 0..3 {
-        let refused = pager.add_texture(number(0), &geometry, None, None);
-        assert!(matches!(refused, Err(PoolError::TooSmall { needed: 4, .. })));
+        assert!(matches!(add(), Err(PoolError::TooSmall { needed: 4, .. })));
     }
     assert_eq!(pager.stats().occupied, 2);
+    assert_eq!(pager.pool_of(TextureId::new(2).unwrap()), None, "no number was taken");
 }

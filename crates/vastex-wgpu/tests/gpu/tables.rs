@@ -129,7 +129,7 @@ fn check_kind(geometry: &Geometry, seed: u64, choice: TableChoice, way: Feedback
             }
             Some(hashed) => {
                 assert!(geometry.pages().all(|pos| hashed.lookup(pos) == image.lookup(pos)), "frame {frame}");
-                hashed.places().iter().flat_map(|place| place.words()).collect()
+                hashed.buckets().iter().flat_map(|place| place.words()).collect()
             }
         };
         let mut found = words(&table);
@@ -346,7 +346,7 @@ fn a_hashed_table_grows_and_shrinks_with_what_is_resident() {
         queue.submit([encoder.finish()]);
         assert_eq!(applied.before.is_some(), table.bytes() != before);
         let hashed = table.hashed().unwrap();
-        let expected: Vec<u32> = hashed.places().iter().flat_map(|place| place.words()).collect();
+        let expected: Vec<u32> = hashed.buckets().iter().flat_map(|place| place.words()).collect();
         assert!(words(&table) == expected, "with {} pages", hashed.len());
         most = most.max(hashed.len());
     }

@@ -1,4 +1,4 @@
-//! Worlds of many textures in several pools: what the pagers decided, frame by frame, whatever applications ask of them.
+//! Worlds of many textures in several pools: what the pager decided, frame by frame, whatever applications ask of them.
 
 use std::path::Path;
 
@@ -64,7 +64,7 @@ fn live(mut crowd: Crowd, script: Script) -> Result<String, String> {
 }
 
 fn ended(crowd: &mut Crowd) -> String {
-    let counts: Vec<_> = crowd.pagers.iter().map(|pager| (pager.pool(), pager.stats())).collect();
+    let counts: Vec<_> = crowd.pager.pools().map(|pager| (pager.pool(), pager.stats())).collect();
     counts.iter().for_each(|(pool, counts)| crowd.log.counts(*pool, counts));
     crowd.log.take()
 }
@@ -120,11 +120,11 @@ fn groups(crowd: &mut Crowd, frame: u64) -> Result<(), String> {
     let members: Vec<TextureId> = crowd.textures().collect();
     match frame {
         10 => {
-            crowd.pagers.set_levels(members[1], LevelRule { bias: 0.75, finest: 1, coarsest: 5 });
+            crowd.pager.set_levels(members[1], LevelRule { bias: 0.75, finest: 1, coarsest: 5 });
             crowd.group(&members[..3], Way::Zoom).map_err(|error| error.to_string())?;
         }
         40 => drop(crowd.group(&members[2..], Way::Teleport).map_err(|error| error.to_string())?),
-        45 => crowd.pagers.set_turns(3),
+        45 => crowd.pager.set_turns(3),
         70 => {
             let first: Vec<GroupId> = crowd.groups().collect();
             crowd.ungroup(first[0])?;
@@ -270,7 +270,7 @@ fn by_chance(seed: u64) -> Result<String, String> {
                 let bias = random(33) as f32 / 8.0 - 2.0;
                 let rule = LevelRule { bias, finest: random(3) as u8, coarsest: 4 + random(8) as u8 };
                 members.first().into_iter().for_each(|texture| {
-                    crowd.pagers.set_levels(*texture, rule);
+                    crowd.pager.set_levels(*texture, rule);
                 });
                 // Of no members there is none.
                 let _ = crowd.group(&members, Way::ALL[random(5) as usize]);

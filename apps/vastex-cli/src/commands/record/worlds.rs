@@ -142,7 +142,7 @@ fn live(knobs: Knobs, script: Script) -> Result<String, String> {
 
 /// The lines of a world, with its counts at the end.
 fn ended(world: &mut World) -> String {
-    let (pool, counts) = (world.pager.pool(), world.pager.stats());
+    let (pool, counts) = (world.pool().pool(), world.pager.stats());
     world.log.counts(pool, &counts);
     let (reranked, sharp) = (world.reranked, world.sharpness.count());
     world.log.line(format_args!("reranked {reranked}"));
@@ -157,7 +157,7 @@ fn hashed() -> Result<String, String> {
     let texture = TextureId::new(0).ok_or("0 is a number")?;
     let geometry =
         vastex_core::Geometry::new(Knobs::new(Way::Fly, 7).spec).map_err(|error| error.to_string())?;
-    let tail = world.pager.tail_slot(texture).ok_or("no tail")?;
+    let tail = world.pool().tail_slot(texture).ok_or("no tail")?;
     let mut table = HashedTable::new(&geometry, tail);
     let mut lines = String::new();
     for frame in 1..=FRAMES {
@@ -170,7 +170,7 @@ fn hashed() -> Result<String, String> {
         let (pages, probe, seed) = (table.len(), table.longest_probe(), table.seed());
         let _ = writeln!(lines, "frame {frame} pages {pages} longest probe {probe} seed {seed}");
         if frame % 30 == 0 {
-            for (place, words) in table.places().iter().map(|place| place.words()).enumerate() {
+            for (place, words) in table.buckets().iter().map(|place| place.words()).enumerate() {
                 if words[2] != u32::MAX {
                     let [low, high, entry] = words;
                     let _ = writeln!(lines, "place {place} {high:08x}{low:08x} {entry:08x}");

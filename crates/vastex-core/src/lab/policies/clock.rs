@@ -1,4 +1,5 @@
-//! CLOCK: a hand goes round the pages in the order in which they came and gives those a second chance that were wanted.
+//! CLOCK: a hand goes round the pages in the order in which they came and gives those a second chance that
+//! were wanted.
 
 use std::collections::VecDeque;
 

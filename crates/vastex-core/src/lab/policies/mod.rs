@@ -1,7 +1,8 @@
 //! Which page gives up its slot: Vastex's rule, and those that it is measured against.
 //!
-//! A policy is told of each frame's set and asked for victims; what may be a victim at all is not its choice: no page of the
-//! frame's set, none with a resident descendant, no tail. [`retention`] is shared with the pager; the rest serves replays.
+//! A policy is told of each frame's set and asked for victims; what may be a victim at all is not its choice:
+//! no page of the frame's set, none with a resident descendant, no tail. [`crate::residency::retention`] is
+//! shared with the pager; the rest serves replays.
 
 mod clock;
 mod ranked;
@@ -27,7 +28,8 @@ pub enum Policy {
     S3Fifo,
     /// The finest page, of those the one wanted least recently.
     LruLevel,
-    /// The page expected back last, as the wanted regions move; a share of what left long ago stays for views that return.
+    /// The page expected back last, as the wanted regions move; a share of what left long ago stays for views
+    /// that return.
     Vastex,
 }
 
@@ -67,6 +69,6 @@ pub(crate) trait Evictor {
     /// A page takes a slot.
     fn admit(&mut self, page: u32);
 
-    /// The page to give up its slot next: one that [`Pool::may_evict`], nothing where there is none.
+    /// The page to give up its slot next: one that [`Pool::may_evict`], `None` if there is none.
     fn victim(&mut self, pool: &Pool<'_>) -> Option<u32>;
 }

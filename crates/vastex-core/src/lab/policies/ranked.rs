@@ -1,4 +1,5 @@
-//! Policies that give every page a rank of its own: the highest goes first. LRU and Belady's optimum are such.
+//! Policies that give every page a rank of its own: the highest goes first. LRU and Belady's optimum are
+//! such.
 
 use std::collections::BinaryHeap;
 
@@ -11,8 +12,8 @@ pub(crate) trait Rank {
     /// A frame begins: `pool` knows its set already.
     fn begin_frame(&mut self, _pool: &Pool<'_>) {}
 
-    /// How late the page, which is not in the frame's set, is thought to be wanted again. The latest goes first, among
-    /// equals the finest.
+    /// How late the page, which is not in the frame's set, is thought to be wanted again. The latest goes
+    /// first, among equals the finest.
     fn reuse_distance(&self, page: u32, pool: &Pool<'_>) -> f64;
 }
 
@@ -90,9 +91,9 @@ impl Rank for LevelFirst {
 
 /// Belady's MIN: the page whose next use is the farthest off.
 ///
-/// With the sets of whole frames for requests it is still optimal. An ancestor is in the set of every frame that has a
-/// descendant, so its next use is never later; ties go to the finest; so MIN keeps ancestors by itself, and the optimum is
-/// the same with that rule and without.
+/// With the sets of whole frames for requests it is still optimal. An ancestor is in the set of every frame
+/// that has a descendant, so its next use is never later; ties go to the finest; so MIN keeps ancestors by
+/// itself, and the optimum is the same with that rule and without.
 pub(crate) struct Farthest {
     /// The frames that want each page, the next one last.
     uses: Vec<Vec<u64>>,

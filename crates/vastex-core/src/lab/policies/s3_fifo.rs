@@ -1,4 +1,5 @@
-//! S3-FIFO (Yang, Zhang, Qiu, Yue and Rashmi, 2023): a small queue on trial, a main queue, and a memory of those that failed.
+//! S3-FIFO (Yang, Zhang, Qiu, Yue and Rashmi, 2023): a small queue on trial, a main queue, and a memory of
+//! those that failed.
 //!
 //! A frame's set is one request of each of its pages.
 
@@ -46,7 +47,7 @@ impl S3Fifo {
         }
     }
 
-    /// The oldest page on trial: a victim, or nothing where it goes on.
+    /// The oldest page on trial: a victim, or `None` if it goes on.
     fn try_small(&mut self, pool: &Pool<'_>) -> Option<u32> {
         let page = self.small.pop_front()?;
         if self.uses[page as usize] > 1 {

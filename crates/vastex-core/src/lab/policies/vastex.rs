@@ -1,7 +1,7 @@
 //! Vastex's own policy, as replays see it: [`Retention`], and the jitter cycle.
 //!
-//! While the view stands, feedback repeats with the jitter cycle, so what the cycle showed comes back at its own time. The
-//! pager's working set is that of a whole cycle, and so needs nothing of the kind.
+//! While the view stands, feedback repeats with the jitter cycle, so what the cycle showed comes back at its
+//! own time. The pager's working set is that of a whole cycle, and so needs nothing of the kind.
 
 use crate::lab::pages::Pages;
 use crate::lab::policies::ranked::Rank;

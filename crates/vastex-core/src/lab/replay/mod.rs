@@ -1,8 +1,9 @@
 //! Replays a trace under a policy, beside Belady's optimum.
 //!
-//! A frame's set is what its feedback wanted, with all ancestors; tails are pinned and never loaded. Without latency or limit
-//! every frame's set becomes resident in that frame: there is no bias, no prefetch, and the count of loads is the policy's
-//! alone. With them, loads take their time, and it also matters how soon a view is complete.
+//! A frame's set is what its feedback wanted, with all ancestors; tails are pinned and never loaded. Without
+//! latency or limit every frame's set becomes resident in that frame: there is no bias, no prefetch, and the
+//! count of loads is the policy's alone. With them, loads take their time, and it also matters how soon a
+//! view is complete.
 //!
 //! Whatever the policy, no page of the present set is evicted, and none that has a resident descendant.
 
@@ -64,11 +65,14 @@ pub struct Replay {
     pub reloads: u64,
     /// Tiles that came too late to be of use, and found the pool full.
     pub wasted: u64,
-    /// Views that began: the first, and each frame that shares less than half of its set with the frame before.
+    /// Views that began: the first, and each frame that shares less than half of its set with the frame
+    /// before.
     pub cuts: u64,
-    /// Frames from the beginning of a view until its set was resident (or the next began), summed over the views.
+    /// Frames from the beginning of a view until its set was resident (or the next began), summed over the
+    /// views.
     pub frames_to_full: u64,
-    /// Frames that this takes at least from what was resident or under way, when what will be wanted is known.
+    /// Frames that this takes at least from what was resident or under way, when what will be wanted is
+    /// known.
     pub frames_to_full_bound: u64,
     /// Levels missing at a feedback pixel, averaged over the pixels of a frame and summed over the frames.
     pub missing_level_frames: f64,

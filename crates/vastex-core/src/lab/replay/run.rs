@@ -1,4 +1,5 @@
-//! One run through a trace: what is asked for, what arrives, who gives up a slot, and how far the picture is from sharp.
+//! One run through a trace: what is asked for, what arrives, who gives up a slot, and how far the picture is
+//! from sharp.
 
 use std::collections::VecDeque;
 
@@ -79,7 +80,8 @@ impl<'a> Run<'a> {
         self.counts
     }
 
-    /// Begins a view where a frame shares less than half of its set with the one before, which the pool still stands at.
+    /// Begins a view where a frame shares less than half of its set with the one before, which the pool still
+    /// stands at.
     fn note_cut(&mut self, frame: usize) {
         let set = self.pool.pages().set(frame);
         let again = set.iter().filter(|&&page| self.pool.is_wanted(page)).count();
@@ -133,7 +135,8 @@ impl<'a> Run<'a> {
         true
     }
 
-    /// Counts a frame of the view while its set is not resident, and one of the bound while nobody could have filled it.
+    /// Counts a frame of the view while its set is not resident, and one of the bound while nobody could have
+    /// filled it.
     fn note_view(&mut self) {
         let Some(view) = &mut self.view else { return };
         view.is_full |= self.pool.set().iter().all(|&page| self.pool.is_resident(page));

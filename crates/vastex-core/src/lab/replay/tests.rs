@@ -37,7 +37,8 @@ fn run(trace: &Trace, policy: Policy, tiles: u64) -> Replay {
     replay(trace, &ReplaySettings::new(policy, PoolSize::Tiles(tiles))).unwrap()
 }
 
-/// The fewest loads with which any choice of victims plays the frames from `frame` on, ancestors free to go or not.
+/// The fewest loads with which any choice of victims plays the frames from `frame` on, ancestors free to go
+/// or not.
 fn fewest(
     pages: &Pages,
     slots: usize,

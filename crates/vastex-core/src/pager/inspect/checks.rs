@@ -1,11 +1,12 @@
-//! Walks every structure of a pager, its residency's among them, and panics where an invariant is broken. For tests; not in release builds.
+//! Walks every structure of a pager, its residency's among them, and panics where an invariant is broken. For
+//! tests; not in release builds.
 
 use std::cell::Cell;
 
 use rustc_hash::FxHashMap;
 
-use crate::pager::bias::BiasRule;
-use crate::pager::pool::Pager;
+use crate::pager::Pager;
+use crate::pager::pool::PoolPager;
 use crate::texture::page::PageId;
 
 thread_local! {
@@ -20,8 +21,9 @@ pub fn paused<R>(work: impl FnOnce() -> R) -> R {
     result
 }
 
-impl Pager {
-    /// Called after every step. It costs a visit of every record, so that pagers of thousands are not checked each time.
+impl PoolPager {
+    /// Called after every step. It costs a visit of every record, so that pagers of thousands are not checked
+    /// each time.
     #[expect(clippy::panic, reason = "a broken invariant must stop the test that found it")]
     pub(crate) fn check(&self) {
         if !cfg!(debug_assertions) || ARE_PAUSED.get() {
@@ -35,16 +37,31 @@ impl Pager {
     }
 }
 
-fn walk(pager: &Pager) -> Result<(), String> {
+impl Pager {
+    /// Called after every request.
+    #[expect(clippy::panic, reason = "a broken invariant must stop the test that found it")]
+    pub(crate) fn check_in_flight(&self) {
+        if !cfg!(debug_assertions) || ARE_PAUSED.get() {
+            return;
+        }
+        let largest = self.pools().map(|pager| pager.residency.flight_bytes()).max().unwrap_or(0);
+        let bytes: u64 = self.pools().map(|pager| pager.residency.stats().in_flight_bytes).sum();
+        let allowed = self.budgets.in_flight_bytes.max(largest);
+        if bytes > allowed {
+            panic!("an invariant of the pager is broken: {bytes} bytes in flight of {allowed} allowed");
+        }
+    }
+}
+
+fn walk(pager: &PoolPager) -> Result<(), String> {
     pager.residency.walk(&pager.textures)?;
     claims_are_counted(pager)?;
-    in_flight_budget_is_kept(pager)?;
     removed_textures_leave_nothing(pager)?;
     working_set_fits(pager)
 }
 
 /// What tickets and predictions hold is what the residency knows of.
-fn claims_are_counted(pager: &Pager) -> Result<(), String> {
+fn claims_are_counted(pager: &PoolPager) -> Result<(), String> {
     let counted: FxHashMap<PageId, u32> = pager.residency.claims().collect();
     if counted != pager.claims.count() {
         return Err("the claims to pages are miscounted".into());
@@ -52,32 +69,23 @@ fn claims_are_counted(pager: &Pager) -> Result<(), String> {
     Ok(())
 }
 
-fn in_flight_budget_is_kept(pager: &Pager) -> Result<(), String> {
-    let (bytes, flight_bytes) = (pager.residency.stats().in_flight_bytes, pager.residency.flight_bytes());
-    if bytes > pager.settings.in_flight_bytes.max(flight_bytes) {
-        return Err(format!("{bytes} bytes in flight of {} allowed", pager.settings.in_flight_bytes));
-    }
-    Ok(())
-}
-
 /// But the loads that the loader has yet to answer, which the residency looks at.
-fn removed_textures_leave_nothing(pager: &Pager) -> Result<(), String> {
+fn removed_textures_leave_nothing(pager: &PoolPager) -> Result<(), String> {
     let is_gone = |page: &PageId| pager.textures.geometry(page.texture()).is_none();
     let claimed = pager.residency.claims().map(|(page, _)| page).chain(pager.claims.pinned());
-    let listed = pager.order.iter().chain(&pager.by_hand).copied();
+    let listed = pager.load_order.pages().chain(pager.plan.pages());
     match listed.chain(claimed).find(is_gone) {
         Some(page) => Err(format!("{page:?} is wanted, but its texture was removed")),
         None => Ok(()),
     }
 }
 
-fn working_set_fits(pager: &Pager) -> Result<(), String> {
+fn working_set_fits(pager: &PoolPager) -> Result<(), String> {
     let (stats, residency) = (pager.stats(), &pager.residency);
     // Textures added since the last feedback are not yet solved for.
     let solved = stats.wanted_at_bias - stats.pinned + residency.tails_at_round();
     let share = (u64::from(stats.slots) * 90 / 100) as u32;
-    let is_solved = pager.settings.mip_bias == Some(BiasRule::Solved);
-    if is_solved && residency.has_round() && solved > share.max(residency.tails_at_round()) {
+    if pager.bias.is_solved() && residency.has_round() && solved > share.max(residency.tails_at_round()) {
         return Err(format!("the working set does not fit: {stats:?}"));
     }
     Ok(())

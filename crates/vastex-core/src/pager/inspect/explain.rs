@@ -1,12 +1,14 @@
-//! Why a pixel shows what it shows: what was wanted there, what is there, what stands between the two, and since when.
+//! Why a pixel shows what it shows: what was wanted there, what is there, what stands between the two, and
+//! since when.
 //!
-//! For people and tools. Everything is read off the state that the pager has anyway, so nothing is recorded for it and a frame
-//! costs what it would; what a page went through before it was last evicted is not remembered beyond a second.
+//! For people and tools. Everything is read off the state that the pager has anyway, so nothing is recorded
+//! for it and a frame costs what it would; what a page went through before it was last evicted is not
+//! remembered beyond a second.
 
 use std::fmt;
 
-use crate::pager::Pagers;
-use crate::pager::pool::Pager;
+use crate::pager::Pager;
+use crate::pager::pool::PoolPager;
 use crate::residency::PageState;
 use crate::table::pool::PoolId;
 use crate::texture::page::{Dims, PageId};
@@ -89,8 +91,9 @@ pub struct Explanation {
     pub history: Vec<(u64, Step)>,
 }
 
-impl Pager {
-    /// Why a pixel that wants this shows what it shows; nothing where there is no such page. Costs a visit of every missing page.
+impl PoolPager {
+    /// Why a pixel that wants this shows what it shows; `None` if there is no such page. Costs a visit of
+    /// every missing page.
     pub fn explain(&self, wanted: WantedPage) -> Option<Explanation> {
         if !self.textures.contains(wanted.page) {
             return None;
@@ -126,8 +129,8 @@ impl Pager {
     fn wait_of(&self, page: PageId) -> Option<Wait> {
         let residency = &self.residency;
         let before = |is_before: &dyn Fn(&PageId) -> bool| {
-            let listed = self.order.iter().chain(&self.by_hand);
-            listed.take_while(|&&other| other != page).filter(|&other| is_before(other)).count() as u32
+            let listed = self.load_order.pages().chain(self.plan.pages());
+            listed.take_while(|&other| other != page).filter(is_before).count() as u32
         };
         match residency.state(page) {
             PageState::Resident(_) => None,
@@ -139,7 +142,7 @@ impl Pager {
             }
             PageState::Queued => Some(match self.representative_of(page) {
                 Some((page, dims)) => Wait::Carrier { page, dims },
-                None if self.has_no_room() => Wait::Slot,
+                None if !self.load_order.has_room() => Wait::Slot,
                 None => Wait::Request {
                     before: before(&|&other| {
                         residency.state(other) == PageState::Queued && residency.may_load(other)
@@ -169,11 +172,11 @@ impl Pager {
     }
 }
 
-impl Pagers {
-    /// Why a pixel that wants this shows what it shows; see [`Pager::explain`].
+impl Pager {
+    /// Why a pixel that wants this shows what it shows; see [`PoolPager::explain`].
     pub fn explain(&self, wanted: WantedPage) -> Option<Explanation> {
         let pool = self.pool_of(wanted.page.texture())?;
-        self.pager(pool).explain(wanted)
+        self.pool(pool).explain(wanted)
     }
 }
 

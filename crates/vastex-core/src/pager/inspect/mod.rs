@@ -8,8 +8,14 @@ pub(crate) mod savings;
 pub(crate) mod telemetry;
 pub(crate) mod usage;
 
+/// Without the feature `checks` nothing is checked.
 #[cfg(not(feature = "checks"))]
-impl crate::pager::pool::Pager {
-    /// Without the feature `checks` nothing is checked.
-    pub(crate) fn check(&self) {}
+mod unchecked {
+    impl crate::pager::pool::PoolPager {
+        pub(crate) fn check(&self) {}
+    }
+
+    impl crate::pager::Pager {
+        pub(crate) fn check_in_flight(&self) {}
+    }
 }

@@ -2,10 +2,12 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Records that a step visits for its checks, on average, at most: a pager of more is checked after some steps only.
+/// Records that a step visits for its checks, on average, at most: a pager of more is checked after some
+/// steps only.
 const VISITS: usize = 256;
 
-/// Visits that a pager's steps without a check have left to a later one. Each pager has its own, so that none uses up those of others.
+/// Visits that a pager's steps without a check have left to a later one. Each pool has its own, so that none
+/// uses up those of others.
 #[derive(Debug, Default)]
 pub(crate) struct Savings(AtomicUsize);
 

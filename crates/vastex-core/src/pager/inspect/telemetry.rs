@@ -1,14 +1,15 @@
 //! Telemetry: how each pool stood after each of the last frames.
 //!
-//! [`PoolFrame`] is one pool after one frame, [`History`] keeps those of the last frames. Everything follows from what the pager
-//! counts anyway; time is in frames, since there is no clock here. What the tiers below the pools do is counted where they
-//! are, and how records are written down is the business of those who write.
+//! [`PoolFrame`] is one pool after one frame, [`History`] keeps those of the last frames. Everything follows
+//! from what the pager counts anyway; time is in frames, since there is no clock here. What the tiers below
+//! the pools do is counted where they are, and how records are written down is the business of those who
+//! write.
 
 use std::collections::VecDeque;
 
 use rustc_hash::FxHashSet;
 
-use crate::pager::pool::Pager;
+use crate::pager::pool::PoolPager;
 use crate::residency::stats::Stats;
 use crate::residency::waits::TimeToSharp;
 use crate::table::pool::{PoolId, Slot};
@@ -28,21 +29,21 @@ pub struct PoolFrame {
     pub time_to_sharp: Option<TimeToSharp>,
 }
 
-impl Pager {
-    /// Totals and gauges. Costs a visit of each missing page and of each that is pinned by hand.
+impl PoolPager {
+    /// Totals and gauges. Costs a visit of each missing page and of each that is pinned.
     pub fn stats(&self) -> Stats {
-        let pins = self.residency.tails();
+        let tails = self.residency.tails();
         let failed = self.failed_pages().count() as u32;
         let missing =
-            self.order.iter().filter(|&&page| self.residency.slot_of(page).is_none()).count() as u32;
+            self.load_order.pages().filter(|&page| self.residency.slot_of(page).is_none()).count() as u32;
         let (pixels, shortfall) = (self.set.pixels(), self.set.shortfall());
         Stats {
-            locked: pins + self.slots_pinned_by_hand(),
+            locked: tails + self.slots_pinned(),
             pixels,
             pixels_at_wanted: pixels.saturating_sub(shortfall.pixels),
             levels_short: shortfall.levels,
-            wanted: self.set.size_at(0) + pins,
-            wanted_at_bias: self.set.size_at(self.bias.bias()) + pins,
+            wanted: self.set.size_at(0) + tails,
+            wanted_at_bias: self.set.size_at(self.bias.bias()) + tails,
             bias_eighths: self.bias.bias(),
             missing: missing - failed,
             failed,
@@ -50,8 +51,8 @@ impl Pager {
         }
     }
 
-    /// Slots of pages that are pinned by hand; tails are none of theirs.
-    fn slots_pinned_by_hand(&self) -> u32 {
+    /// Slots of pages that the application pins; tails are none of theirs.
+    fn slots_pinned(&self) -> u32 {
         let pinned = self.claims.pinned().filter(|&page| !self.textures.is_tail(page));
         let slots = pinned.filter_map(|page| self.residency.slot_of(page));
         if self.residency.sharing().is_empty() {
@@ -60,8 +61,8 @@ impl Pager {
         slots.collect::<FxHashSet<Slot>>().len() as u32
     }
 
-    /// The frame that has just been played, where `earlier` is what [`Pager::stats`] said after the one before. Costs a visit
-    /// of each missing page.
+    /// The frame that has just been played, where `earlier` is what [`PoolPager::stats`] said after the one
+    /// before. Costs a visit of each missing page.
     pub fn frame_since(&self, earlier: &Stats) -> PoolFrame {
         let frame = self.residency.frame();
         PoolFrame {
@@ -72,15 +73,10 @@ impl Pager {
             time_to_sharp: self.residency.waits().percentiles(),
         }
     }
-
-    /// Frames after which 95 % of the last 256 tiles were in their slots, counted from their requests; nothing before the first.
-    pub fn arrival_frames(&self) -> Option<u32> {
-        self.residency.arrivals().percentiles().map(|arrival| arrival.p95)
-    }
 }
 
-/// The records of the last frames, oldest first. Where a frame has as many records as those before, adding one allocates
-/// nothing once the history is full.
+/// The records of the last frames, oldest first. Where a frame has as many records as those before, adding
+/// one allocates nothing once the history is full.
 #[derive(Clone, Debug)]
 pub struct History<R> {
     frames: u64,
@@ -98,7 +94,8 @@ impl<R> History<R> {
         self.frames
     }
 
-    /// Adds a record of a frame, which is none before the newest, and lets go of the frames that are too long ago.
+    /// Adds a record of a frame, which is none before the newest, and lets go of the frames that are too long
+    /// ago.
     pub fn push(&mut self, frame: u64, record: R) {
         while self.records.front().is_some_and(|(oldest, _)| frame.saturating_sub(*oldest) >= self.frames) {
             self.records.pop_front();

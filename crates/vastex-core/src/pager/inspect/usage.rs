@@ -5,7 +5,7 @@ use std::cmp::Reverse;
 use rustc_hash::FxHashMap;
 
 use crate::pager::event::TexturePages;
-use crate::pager::pool::Pager;
+use crate::pager::pool::PoolPager;
 use crate::residency::records::RecordHint;
 use crate::shader_constants::MAX_LEVELS;
 use crate::table::pool::PoolId;
@@ -23,7 +23,8 @@ pub struct PoolUsage {
     pub slots: u32,
     /// Slots that hold a tile.
     pub occupied: u32,
-    /// Pages whose tiles are in them, which is what its textures have: more than slots where pages of the same content share one.
+    /// Pages whose tiles are in them, which is what its textures have: more than slots where pages of the
+    /// same content share one.
     pub pages: u32,
     /// Those of them that are not given up whatever is in view: tails, and what is pinned by hand.
     pub locked: u32,
@@ -57,10 +58,11 @@ pub struct SlotUsage {
     pub is_locked: bool,
 }
 
-impl Pager {
-    /// What is in each slot, nothing where it is free. Costs a visit of every page that has a state, as [`Pager::usage`] does.
+impl PoolPager {
+    /// What is in each slot, `None` if it is free. Costs a visit of every page that has a state, as
+    /// [`PoolPager::usage`] does.
     pub fn slots(&self) -> Vec<Option<SlotUsage>> {
-        let mut slots = vec![None; self.settings.slots as usize];
+        let mut slots = vec![None; self.residency.slot_count() as usize];
         for (page, slot) in self.resident() {
             let is_in_view = self.residency.is_wanted(page, RecordHint::default());
             let is_locked = self.textures.is_tail(page) || self.claims.pins(page);
@@ -75,8 +77,8 @@ impl Pager {
         slots
     }
 
-    /// What is in the pool, and of which textures. Costs a visit of every page that has a state, so it is for people and tools, not for each
-    /// frame.
+    /// What is in the pool, and of which textures. Costs a visit of every page that has a state, so it is for
+    /// people and tools, not for each frame.
     pub fn usage(&self) -> PoolUsage {
         let mut pages: FxHashMap<TextureId, [u32; MAX_LEVELS as usize]> = FxHashMap::default();
         for (page, _) in self.resident() {

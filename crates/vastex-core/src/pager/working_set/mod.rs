@@ -1,15 +1,15 @@
 //! The working set: the distinct pages that views want over one jitter cycle of each, with their ancestors.
 //!
-//! Each view has a window of its own (`window`), and what any of them wants is in the set; how sharply, the sharpest need of any
-//! says. Pixels are counted by the weight of their view.
+//! Each view has a window of its own (`window`), and what any of them wants is in the set; how sharply, the
+//! sharpest need of any says. Pixels are counted by the weight of their view.
 //!
-//! Feedback is unbiased and says how sharply each page is needed, so the size of the set is known at every mip bias at
-//! once: a page of level `l`, of whose pixels the sharpest needs `n` eighths, is wanted at every bias below
-//! `8 * (l + 1) - n`, and at none above. That number is the page's *threshold*; a histogram of thresholds answers
-//! "what is the smallest bias whose set fits?" without trying any.
+//! Feedback is unbiased and says how sharply each page is needed, so the size of the set is known at every
+//! mip bias at once: a page of level `l`, of whose pixels the sharpest needs `n` eighths, is wanted at every
+//! bias below `8 * (l + 1) - n`, and at none above. That number is the page's *threshold*; a histogram of
+//! thresholds answers "what is the smallest bias whose set fits?" without trying any.
 //!
-//! Tails are not counted here: they are pinned. Which bias is taken, and when it falls again, is `bias`'s business;
-//! what is loaded first, `order`'s.
+//! Tails are not counted here: they are pinned. Which bias is taken, and when it falls again, is `bias`'s
+//! business; what is loaded first, `order`'s.
 
 use crate::residency::page_map::PageMap;
 use crate::residency::records::RecordHint;
@@ -29,7 +29,8 @@ const THRESHOLDS: usize = (MAX_LEVELS * STEPS_PER_LEVEL) as usize + 1;
 /// Instead of a node's index: there is none.
 const NOWHERE: u32 = u32::MAX;
 
-/// A page of the working set: one that a feedback of the last jitter cycle of any view named, or an ancestor of one.
+/// A page of the working set: one that a feedback of the last jitter cycle of any view named, or an ancestor
+/// of one.
 ///
 /// Nodes stay from frame to frame and know their parents, so that working out the set takes no look-up.
 #[derive(Clone, Debug)]
@@ -43,10 +44,11 @@ pub(crate) struct Node {
     named: u32,
     /// Feedback pixels of theirs.
     named_pixels: u32,
-    /// Of them, those of each window, and the windows that have any, a bit for each.
+    /// Feedbacks that named the page, for each window.
     named_by: [u8; MAX_VIEWS],
+    /// A bit for each window with `named_by` above 0.
     views: u8,
-    /// The windows that named the page or one below it.
+    /// A bit for each window that named the page or one below it.
     views_below: u8,
     /// Feedbacks of the cycles in which the sharpest need was so many eighths.
     feedbacks: [u8; STEPS_PER_LEVEL as usize],
@@ -112,7 +114,7 @@ impl Node {
 /// See the head of the file.
 #[derive(Debug)]
 pub(crate) struct WorkingSet {
-    /// One for each view; nothing where the view was removed.
+    /// One for each view; `None` if the view was removed.
     windows: Vec<Option<Window>>,
     /// Feedbacks of a view after which it has been seen whole.
     cycle: u32,
@@ -127,7 +129,8 @@ pub(crate) struct WorkingSet {
     pins: Vec<PageId>,
     /// How many tiles have each threshold: of pages of the same content the highest counts.
     histogram: Vec<u32>,
-    /// Times that the set was worked out, and of each content when that was last and the highest threshold then.
+    /// Times that the set was worked out, and of each content when that was last and the highest threshold
+    /// then.
     worked_out: u64,
     contents: Vec<(u64, u16)>,
     shortfall: Shortfall,
@@ -163,8 +166,8 @@ impl WorkingSet {
         }
     }
 
-    /// From the next time that the set is worked out on these pages are wanted at every bias; with a page its ancestors are
-    /// given, but no tails.
+    /// From the next time that the set is worked out on these pages are wanted at every bias; with a page its
+    /// ancestors are given, but no tails.
     pub(crate) fn set_pins(&mut self, pages: Vec<PageId>, textures: &Textures) {
         for page in std::mem::take(&mut self.pins) {
             if let Some(&at) = self.index.get(page) {
@@ -177,8 +180,8 @@ impl WorkingSet {
     }
 
     fn pin(&mut self, textures: &Textures) {
-        for place in 0..self.pins.len() {
-            let at = self.add(self.pins[place], textures);
+        for index in 0..self.pins.len() {
+            let at = self.add(self.pins[index], textures);
             self.nodes[at as usize].is_pinned = true;
         }
     }
@@ -200,11 +203,11 @@ impl WorkingSet {
         });
     }
 
-    /// Takes in a feedback, and lets go of the one that is a jitter cycle of its view old. Pages that do not exist are dropped, as
-    /// is all of a view that there is not.
+    /// Takes in a feedback, and lets go of the one that is a jitter cycle of its view old. Pages that do not
+    /// exist are dropped, as is all of a view that there is not.
     pub(crate) fn observe(&mut self, feedback: &Feedback, textures: &Textures) {
-        let Some(place) = self.place_of(feedback.view) else { return };
-        let Some(window) = &mut self.windows[place] else { return };
+        let Some(view_index) = self.index_of(feedback.view) else { return };
+        let Some(window) = &mut self.windows[view_index] else { return };
         let weight = window.weight;
         window.begin(feedback.pages.iter().map(|wanted| u64::from(weight.of(wanted.pixels))).sum());
         if textures.are_sparse() {
@@ -213,18 +216,18 @@ impl WorkingSet {
             standing.clear();
             standing.extend(feedback.pages.iter().filter(exists).map(|wanted| wanted.present(textures)));
             merge_same(&mut standing);
-            self.name(place, weight, &standing, textures);
+            self.name(view_index, weight, &standing, textures);
             self.standing = standing;
         } else {
-            self.name(place, weight, &feedback.pages, textures);
+            self.name(view_index, weight, &feedback.pages, textures);
         }
         // Last, so that what both name keeps its nodes.
-        while let Some(named) = self.windows[place].as_mut().and_then(Window::next_too_old) {
-            self.unname(place, named);
+        while let Some(named) = self.windows[view_index].as_mut().and_then(Window::next_too_old) {
+            self.unname(view_index, named);
         }
     }
 
-    fn name(&mut self, place: usize, weight: Weight, pages: &[WantedPage], textures: &Textures) {
+    fn name(&mut self, view_index: usize, weight: Weight, pages: &[WantedPage], textures: &Textures) {
         for &WantedPage { page, pixels, eighth } in pages {
             let at = match self.index.get(page) {
                 Some(&at) => at,
@@ -234,24 +237,24 @@ impl WorkingSet {
             let (node, pixels, eighth) = (&mut self.nodes[at as usize], weight.of(pixels), eighth & 7);
             node.named += 1;
             node.named_pixels = node.named_pixels.saturating_add(pixels);
-            node.named_by[place] = node.named_by[place].saturating_add(1);
-            node.views |= 1 << place;
+            node.named_by[view_index] = node.named_by[view_index].saturating_add(1);
+            node.views |= 1 << view_index;
             let count = &mut node.feedbacks[usize::from(eighth)];
             *count = count.saturating_add(1);
-            if let Some(window) = &mut self.windows[place] {
+            if let Some(window) = &mut self.windows[view_index] {
                 window.name(at, pixels, eighth);
             }
         }
     }
 
-    /// An entry leaves the window at `place`.
-    fn unname(&mut self, place: usize, named: Named) {
+    /// An entry leaves the window at `view_index`.
+    fn unname(&mut self, view_index: usize, named: Named) {
         let node = &mut self.nodes[named.node as usize];
         node.named -= 1;
         node.named_pixels = node.named_pixels.saturating_sub(named.pixels);
-        node.named_by[place] = node.named_by[place].saturating_sub(1);
-        if node.named_by[place] == 0 {
-            node.views &= !(1 << place);
+        node.named_by[view_index] = node.named_by[view_index].saturating_sub(1);
+        if node.named_by[view_index] == 0 {
+            node.views &= !(1 << view_index);
         }
         let count = &mut node.feedbacks[usize::from(named.eighth)];
         *count = count.saturating_sub(1);
@@ -293,10 +296,11 @@ impl WorkingSet {
         }
     }
 
-    /// Works out the set from the feedbacks: every page wanted and every ancestor, once. Costs one visit of each.
+    /// Works out the set from the feedbacks: every page wanted and every ancestor, once. Costs one visit of
+    /// each.
     ///
-    /// `find` says where the record of a page is, and whether its tile is in a slot; it is told where the record was. `content_of`
-    /// is asked once for each page that comes into the set.
+    /// `find` says where the record of a page is, and whether its tile is in a slot; it is told where the
+    /// record was. `content_of` is asked once for each page that comes into the set.
     pub(crate) fn rebuild(
         &mut self,
         find: impl Fn(PageId, RecordHint) -> (RecordHint, bool),
@@ -358,7 +362,8 @@ impl WorkingSet {
         }
     }
 
-    /// Tiles of the set at a bias, in eighths of a level: pages of the same content have one. Tails are not counted.
+    /// Tiles of the set at a bias, in eighths of a level: pages of the same content have one. Tails are not
+    /// counted.
     pub(crate) fn size_at(&self, bias: u16) -> u32 {
         self.histogram.iter().skip(usize::from(bias) + 1).sum()
     }
@@ -396,7 +401,8 @@ impl WorkingSet {
     }
 }
 
-/// A page of a content, which the histogram counts already, has this threshold; only the highest of the content counts.
+/// A page of a content, which the histogram counts already, has this threshold; only the highest of the
+/// content counts.
 fn count_once(
     histogram: &mut [u32],
     contents: &mut Vec<(u64, u16)>,

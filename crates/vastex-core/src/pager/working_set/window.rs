@@ -1,7 +1,7 @@
 //! What one view wanted over its last jitter cycle: its window of the working set.
 //!
-//! A view that is not drawn for a while keeps its window, and one that jumps leaves those of the others as they are. What the
-//! windows come to is `working_set`'s.
+//! A view that is not drawn for a while keeps its window, and one that jumps leaves those of the others as
+//! they are. What the windows come to is `working_set`'s.
 
 use std::collections::VecDeque;
 
@@ -102,7 +102,8 @@ impl Window {
         self.rest = self.rest.saturating_add(1);
     }
 
-    /// Whether the view is being drawn: neither before its first feedback nor for a jitter cycle of rounds without one.
+    /// Whether the view is being drawn: neither before its first feedback nor for a jitter cycle of rounds
+    /// without one.
     pub(super) fn is_drawn(&self) -> bool {
         self.feedbacks() > 0 && self.rest <= self.length
     }
@@ -116,7 +117,7 @@ impl Window {
 impl WorkingSet {
     /// Makes a window for a view.
     pub(crate) fn add_view(&mut self, view: ViewId, weight: Weight) -> Result<(), ViewError> {
-        if self.place_of(view).is_some() {
+        if self.index_of(view).is_some() {
             return Err(ViewError::NumberTaken(view.number()));
         }
         let free = self.windows.iter().position(Option::is_none).unwrap_or(self.windows.len());
@@ -128,11 +129,11 @@ impl WorkingSet {
         Ok(())
     }
 
-    /// Says whether there was such a view; the set follows when it is worked out again.
+    /// Returns true if there was such a view; the set follows when it is worked out again.
     pub(crate) fn remove_view(&mut self, view: ViewId) -> bool {
-        let Some(place) = self.place_of(view) else { return false };
+        let Some(view_index) = self.index_of(view) else { return false };
         self.restart(view);
-        self.windows[place] = None;
+        self.windows[view_index] = None;
         true
     }
 
@@ -148,8 +149,8 @@ impl WorkingSet {
         }
     }
 
-    /// Sets how many textures take turns in a feedback pixel at most: so many jitter cycles it takes until each has been answered for
-    /// at every sample position, and so long a feedback counts.
+    /// Sets how many textures take turns in a feedback pixel at most: so many jitter cycles it takes until
+    /// each has been answered for at every sample position, and so long a feedback counts.
     pub(crate) fn set_turns(&mut self, turns: u32) {
         self.cycle = WorkingSet::cycle_of(turns);
         self.windows.iter_mut().flatten().for_each(|window| window.length = self.cycle);
@@ -173,11 +174,12 @@ impl WorkingSet {
 
     /// Forgets what a view wanted: it has jumped.
     pub(crate) fn restart(&mut self, view: ViewId) {
-        let Some(place) = self.place_of(view) else { return };
-        while let Some(named) = self.windows[place].as_mut().and_then(|window| window.cycle.pop_front()) {
-            self.unname(place, named);
+        let Some(view_index) = self.index_of(view) else { return };
+        while let Some(named) = self.windows[view_index].as_mut().and_then(|window| window.cycle.pop_front())
+        {
+            self.unname(view_index, named);
         }
-        if let Some(window) = &mut self.windows[place] {
+        if let Some(window) = &mut self.windows[view_index] {
             window.pixels.clear();
         }
     }
@@ -186,7 +188,7 @@ impl WorkingSet {
         self.windows.iter().flatten()
     }
 
-    pub(super) fn place_of(&self, view: ViewId) -> Option<usize> {
+    pub(super) fn index_of(&self, view: ViewId) -> Option<usize> {
         self.windows.iter().position(|window| window.as_ref().is_some_and(|window| window.view == view))
     }
 
@@ -194,13 +196,15 @@ impl WorkingSet {
         self.windows.iter_mut().flatten().find(|window| window.view == view)
     }
 
-    /// Whether under a quarter of the feedback's pixels fall on pages of its view's window, their ancestors or descendants.
+    /// Whether under a quarter of the feedback's pixels fall on pages of its view's window, their ancestors
+    /// or descendants.
     ///
-    /// Only a window of a whole jitter cycle can tell: where pages are smaller than the blocks of pixels that feedback
-    /// stands for, the frames of a cycle see different pages of one view.
+    /// Only a window of a whole jitter cycle can tell: where pages are smaller than the blocks of pixels that
+    /// feedback stands for, the frames of a cycle see different pages of one view.
     pub(crate) fn is_jump(&self, feedback: &Feedback, textures: &Textures) -> bool {
-        let Some((place, window)) =
-            self.place_of(feedback.view).and_then(|place| Some((place, self.windows[place].as_ref()?)))
+        let Some((view_index, window)) = self
+            .index_of(feedback.view)
+            .and_then(|view_index| Some((view_index, self.windows[view_index].as_ref()?)))
         else {
             return false;
         };
@@ -208,12 +212,12 @@ impl WorkingSet {
             return false;
         }
         let node = |page: PageId| self.index.get(page).map(|&at| &self.nodes[at as usize]);
-        let is_named = |page: PageId| node(page).is_some_and(|node| node.views >> place & 1 == 1);
+        let is_named = |page: PageId| node(page).is_some_and(|node| node.views >> view_index & 1 == 1);
         // Mostly a quarter of the pixels is soon found to be near, whatever the rest is.
         let mut all: u64 = feedback.pages.iter().map(|wanted| u64::from(wanted.pixels)).sum();
         let mut related = 0;
         for wanted in &feedback.pages {
-            let is_known = node(wanted.page).is_some_and(|node| node.views_below >> place & 1 == 1);
+            let is_known = node(wanted.page).is_some_and(|node| node.views_below >> view_index & 1 == 1);
             let pixels = u64::from(wanted.pixels);
             if !is_known && !textures.contains(wanted.page) {
                 all -= pixels;
@@ -229,8 +233,8 @@ impl WorkingSet {
         related * 4 < all
     }
 
-    /// Takes note of whether nothing was newly wanted and nothing missing after the feedbacks taken in since the last time; says
-    /// whether that was so for a whole jitter cycle of every view that is being drawn.
+    /// Takes note of whether nothing was newly wanted and nothing missing after the feedbacks taken in since
+    /// the last time; says whether that was so for a whole jitter cycle of every view that is being drawn.
     pub(crate) fn end_round(&mut self, quiet: bool) -> bool {
         self.windows.iter_mut().flatten().for_each(|window| window.end_round(quiet));
         let mut drawn = self.windows().filter(|window| window.is_drawn()).peekable();

@@ -15,8 +15,8 @@ const FRAMES_PER_CELL: f32 = 8.0;
 /// How sets are learnt.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LearnSettings {
-    /// Sides of a cell, 0 along an axis that tells nothing apart; where nothing is said, along each axis as far as the
-    /// camera moves in 8 frames, jumps aside.
+    /// Sides of a cell, 0 along an axis that tells nothing apart; where nothing is said, along each axis as
+    /// far as the camera moves in 8 frames, jumps aside.
     pub sides: Option<Place>,
     /// Frames after the camera has left a cell whose pages belong to the cell.
     pub ahead_frames: u32,
@@ -49,9 +49,11 @@ pub enum LearnError {
 }
 
 impl PrefetchSets {
-    /// Learns from traces of the same textures. Frames that do not say where the camera was only end a visit of a cell.
+    /// Learns from traces of the same textures. Frames that do not say where the camera was only end a visit
+    /// of a cell.
     ///
-    /// Costs a look-up of each page of each frame, and one more for each of those within `ahead_frames` of a visit's end.
+    /// Costs a look-up of each page of each frame, and one more for each of those within `ahead_frames` of a
+    /// visit's end.
     pub fn learn(traces: &[Trace], settings: &LearnSettings) -> Result<PrefetchSets, LearnError> {
         let Some(first) = traces.first() else { return Err(LearnError::NoPlaces) };
         if let Some(other) = traces.iter().position(|trace| trace.geometries() != first.geometries()) {
@@ -94,7 +96,8 @@ fn visits(trace: &Trace, sides: Place, ahead: usize) -> Vec<(Cell, std::ops::Ran
     runs.filter_map(|(cell, frames)| Some((cell?, frames))).collect()
 }
 
-/// Along each axis as far as the camera moves in [`FRAMES_PER_CELL`] frames; the median, since jumps say nothing.
+/// Along each axis as far as the camera moves in [`FRAMES_PER_CELL`] frames; the median, since jumps say
+/// nothing.
 fn usual_sides(traces: &[Trace]) -> Place {
     std::array::from_fn(|axis| {
         let pairs = traces.iter().flat_map(|trace| trace.places().windows(2));

@@ -1,9 +1,10 @@
 //! Prefetch sets: which pages are wanted where, learnt from recorded traces.
 //!
-//! The space of the camera ([`Place`]) is cut into cells, and each has a list of the pages that were wanted while the camera was in
-//! it and shortly after, those wanted most first. In use, the list of the camera's cell and of the one that it is heading for is
-//! what the view is expected to want ([`crate::Pager::expect`]): for levels that are walked through again and again, tours, and
-//! rooms behind doors, where what comes next does not follow from how the camera moves.
+//! The space of the camera ([`Place`]) is cut into cells, and each has a list of the pages that were wanted
+//! while the camera was in it and shortly after, those wanted most first. In use, the list of the camera's
+//! cell and of the one that it is heading for is what the view is expected to want
+//! ([`crate::Pager::expect`]): for levels that are walked through again and again, tours, and rooms behind
+//! doors, where what comes next does not follow from how the camera moves.
 //!
 //! docs/traces.md describes the file.
 
@@ -78,9 +79,9 @@ impl PrefetchSets {
         self.cells.values().map(Vec::len).sum()
     }
 
-    /// What a camera at `place`, which moves by `step` a frame, is expected to want: the lists of its cell and of the one where
-    /// it will be when the lists end. `textures` are the numbers that the textures have now, in the order in which
-    /// they were learnt; what has none is left out.
+    /// What a camera at `place`, which moves by `step` a frame, is expected to want: the lists of its cell
+    /// and of the one where it will be when the lists end. `textures` are the numbers that the textures have
+    /// now, in the order in which they were learnt; what has none is left out.
     pub fn expected(&self, place: Place, step: Place, textures: &[TextureId]) -> Feedback {
         let ahead: Place = std::array::from_fn(|axis| place[axis] + step[axis] * self.ahead_frames as f32);
         let mut cells = vec![self.cell(place), self.cell(ahead)];

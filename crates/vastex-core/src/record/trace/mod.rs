@@ -1,9 +1,10 @@
 //! Traces: what views wanted, frame after frame, to be replayed under any policy.
 //!
-//! A trace holds the shape of every texture, so that a page's ancestors can be walked, and the feedback of every frame: its
-//! pages, their pixels and how sharply they are needed, and where the camera was. It does not say what was loaded: that follows from a policy and a
-//! pool, and is [`crate::replay()`]'s business. [`Trace::to_bytes`] and [`Trace::from_bytes`] are the file format, which
-//! docs/traces.md describes; reading and writing files is left to others.
+//! A trace holds the shape of every texture, so that a page's ancestors can be walked, and the feedback of
+//! every frame: its pages, their pixels and how sharply they are needed, and where the camera was. It does
+//! not say what was loaded: that follows from a policy and a pool, and is [`crate::replay()`]'s business.
+//! [`Trace::to_bytes`] and [`Trace::from_bytes`] are the file format, which docs/traces.md describes; reading
+//! and writing files is left to others.
 
 mod codec;
 
@@ -24,8 +25,8 @@ pub struct Trace {
     places: Vec<Option<Place>>,
 }
 
-/// Where a camera is: its position or any other three numbers that say best what it sees, such as longitude, latitude and the
-/// logarithm of the height.
+/// Where a camera is: its position or any other three numbers that say best what it sees, such as longitude,
+/// latitude and the logarithm of the height.
 pub type Place = [f32; 3];
 
 /// Why a frame or a texture cannot become part of a trace.
@@ -92,7 +93,8 @@ impl Trace {
         Ok(texture)
     }
 
-    /// Adds what a frame wanted: distinct pages of the trace's textures in ascending order, as feedback lists them.
+    /// Adds what a frame wanted: distinct pages of the trace's textures in ascending order, as feedback lists
+    /// them.
     pub fn add_frame(&mut self, pages: impl Into<Vec<WantedPage>>) -> Result<(), TraceRecordError> {
         self.add(pages.into(), None)
     }

@@ -26,22 +26,22 @@ pub struct Watch {
 impl Crowd {
     /// Adds a view, to which all textures look as `watch` says.
     pub fn add_view(&mut self, weight: f32, watch: Watch) -> Result<ViewId, ViewError> {
-        let view = self.pagers.add_view(weight)?;
+        let view = self.pager.add_view(weight)?;
         self.beside.push(Beside { view, watch });
         Ok(view)
     }
 
-    /// Changes how a view looks at the crowd; `cut` says so to the pagers.
+    /// Changes how a view looks at the crowd; `cut` says so to the pager.
     pub fn change_view(&mut self, view: ViewId, watch: Watch, cut: bool) {
         self.beside.iter_mut().filter(|beside| beside.view == view).for_each(|beside| beside.watch = watch);
         if cut {
-            self.pagers.view_cut(view, self.frame + 1);
+            self.pager.view_cut(view, self.frame + 1);
         }
     }
 
     /// Removes a view.
     pub fn remove_view(&mut self, view: ViewId) {
-        self.pagers.remove_view(view);
+        self.pager.remove_view(view);
         self.beside.retain(|beside| beside.view != view);
         self.newest.remove(&view);
     }
@@ -65,7 +65,8 @@ impl Crowd {
         }
     }
 
-    /// What all cameras of a view want together, `at` frames along their paths, as the view's so-manieth feedback.
+    /// What all cameras of a view want together, `at` frames along their paths, as the view's so-manieth
+    /// feedback.
     fn seen(&self, view: ViewId, at: u64, drawn: u64) -> Feedback {
         let mut all = Feedback { view, frame: self.frame, ..Feedback::default() };
         for Member { texture, geometry, path, .. } in &self.members {
@@ -73,7 +74,7 @@ impl Crowd {
             all.pages.extend(seen.pages);
         }
         for (group, path) in &self.groups {
-            let Some(shape) = self.pagers.group_shape(*group) else { continue };
+            let Some(shape) = self.pager.group_shape(*group) else { continue };
             let seen = path.view(at).feedback(group.number(), shape, self.screen, drawn, false);
             all.pages.extend(seen.pages);
         }
@@ -85,10 +86,10 @@ impl Crowd {
     pub(super) fn observe(&mut self) {
         let is_due = |feedback: &mut Feedback| feedback.frame + FEEDBACK_FRAMES <= self.frame;
         let due: Vec<Feedback> = std::iter::from_fn(|| self.in_view.pop_front_if(is_due)).collect();
-        self.pagers.observe_views(&due);
-        let is_there = |feedback: &Feedback| self.pagers.knows(feedback);
+        self.pager.observe_views(&due);
+        let is_there = |feedback: &Feedback| self.pager.knows(feedback);
         let newest = due.iter().filter(|feedback| is_there(feedback));
-        let newest = newest.map(|feedback| (feedback.view, self.pagers.of_members(feedback)));
+        let newest = newest.map(|feedback| (feedback.view, self.pager.of_members(feedback)));
         self.newest.extend(newest);
     }
 }

@@ -23,14 +23,14 @@ fn evict(geometry: &Geometry, pos: PagePos, slot: u32, heir: TableEntry) -> Tabl
 
 /// What must hold of any table.
 fn check(table: &HashedTable) {
-    let taken = table.places.iter().filter(|place| !place.is_free()).count();
+    let taken = table.buckets.iter().filter(|bucket| !bucket.is_free()).count();
     assert_eq!(taken, table.len());
-    assert!(table.places.len().is_power_of_two() && table.places.len() >= HashedTable::FEWEST);
-    assert!(taken * 2 <= table.places.len(), "{taken} in {}", table.places.len());
-    assert!(table.places.len() == HashedTable::FEWEST || taken * 16 >= table.places.len());
+    assert!(table.buckets.len().is_power_of_two() && table.buckets.len() >= HashedTable::FEWEST);
+    assert!(taken * 2 <= table.buckets.len(), "{taken} in {}", table.buckets.len());
+    assert!(table.buckets.len() == HashedTable::FEWEST || taken * 16 >= table.buckets.len());
     assert!(table.longest_probe() <= HASHED_PROBES as usize, "{}", table.longest_probe());
-    for (at, place) in table.places.iter().enumerate().filter(|(_, place)| !place.is_free()) {
-        assert_eq!(table.find(place.page), Ok(at), "a page that is not found");
+    for (at, bucket) in table.buckets.iter().enumerate().filter(|(_, bucket)| !bucket.is_free()) {
+        assert_eq!(table.find(bucket.page), Ok(at), "a page that is not found");
     }
 }
 
@@ -102,8 +102,8 @@ proptest! {
                 check(&table);
             }
         }
-        prop_assert_eq!((table.len(), table.places.len()), (0, HashedTable::FEWEST));
-        prop_assert!(table.places.iter().all(|place| place.is_free()));
+        prop_assert_eq!((table.len(), table.buckets.len()), (0, HashedTable::FEWEST));
+        prop_assert!(table.buckets.iter().all(|bucket| bucket.is_free()));
     }
 }
 
@@ -115,7 +115,7 @@ fn the_same_changes_give_the_same_places() {
         let changes: Vec<_> =
             (0..3000).map(|n| load(&geometry, PagePos::new_2d(3, n * 7, n % 11), n)).collect();
         changes.chunks(37).for_each(|changes| table.apply(changes));
-        (table.seed(), table.places)
+        (table.seed(), table.buckets)
     };
     assert_eq!(run(), run());
 }
@@ -125,25 +125,25 @@ fn what_was_written_is_told_once_and_a_new_size_tells_all() {
     let geometry = endless();
     let mut table = HashedTable::new(&geometry, Slot::new(0));
     assert_eq!(table.take_written(), None, "a new table is sent whole");
-    let mut copy = table.places.clone();
+    let mut copy = table.buckets.clone();
     for n in 0..2000 {
         table.apply(&[load(&geometry, PagePos::new_2d(0, n, n / 3), n)]);
         if n >= 40 && n % 3 == 0 {
             table.apply(&[evict(&geometry, PagePos::new_2d(0, n - 40, (n - 40) / 3), n - 40, table.tail)]);
         }
         match table.take_written() {
-            None => copy = table.places.clone(),
+            None => copy = table.buckets.clone(),
             Some(written) => {
                 assert!(written.is_sorted() && written.len() < 40, "{}", written.len());
-                written.iter().for_each(|&at| copy[at as usize] = table.places[at as usize]);
+                written.iter().for_each(|&at| copy[at as usize] = table.buckets[at as usize]);
             }
         }
-        assert!(copy == table.places, "after page {n}");
+        assert!(copy == table.buckets, "after page {n}");
     }
-    assert!(table.places.len() > HashedTable::FEWEST);
+    assert!(table.buckets.len() > HashedTable::FEWEST);
 }
 
-/// Whoever reads the places as they lay before a growth is told what has left since.
+/// Whoever reads the buckets as they lay before a growth is told what has left since.
 #[test]
 fn what_was_before_a_growth_goes_on_without_what_leaves() {
     let geometry = endless();
@@ -155,14 +155,14 @@ fn what_was_before_a_growth_goes_on_without_what_leaves() {
     };
     table.apply(&loads(0..400));
     table.take_written();
-    let mut copy = table.places.clone();
+    let mut copy = table.buckets.clone();
     // Some leave in the batch in which it grows, by more than one size.
     let mut changes: Vec<TableChange> = (0..100).map(|n| evict(&geometry, page(n), n, table.tail)).collect();
     changes.extend(loads(400..3000));
     table.apply(&changes);
     let mut before = table.take_before().unwrap();
     assert!(
-        table.take_before().is_none() && table.take_written().is_none() && table.places.len() > copy.len()
+        table.take_before().is_none() && table.take_written().is_none() && table.buckets.len() > copy.len()
     );
     for leave in [0..100, 100..200, 500..600] {
         if leave.start > 0 {
@@ -171,8 +171,8 @@ fn what_was_before_a_growth_goes_on_without_what_leaves() {
             before.evict(&leaves);
         }
         let written = before.take_written().unwrap();
-        written.iter().for_each(|&at| copy[at as usize] = before.places[at as usize]);
-        assert!(copy == before.places);
+        written.iter().for_each(|&at| copy[at as usize] = before.buckets[at as usize]);
+        assert!(copy == before.buckets);
         assert!(leave.into_iter().all(|n| before.lookup(page(n)) == table.tail));
     }
     assert!((200..400).all(|n| before.lookup(page(n)).slot() == Slot::new(n)));

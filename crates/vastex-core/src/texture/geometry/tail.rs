@@ -1,9 +1,10 @@
 //! The tail: the coarsest levels of a texture, each with its border, packed into one tile.
 //!
-//! The tail starts at the finest level from which all that are coarser fit too. Its levels are laid out by a fixed
-//! shelf rule, finest first: along x while there is room, then on a new shelf along y, then on a new slab along z.
-//! Every offset is a multiple of the geometry's `tail_align`, so that a level begins on a whole block of every
-//! block-compressed layer, whatever its share of the resolution. The rule is part of the container format: changing it makes old files unreadable.
+//! The tail starts at the finest level from which all that are coarser fit too. Its levels are laid out by a
+//! fixed shelf rule, finest first: along x while there is room, then on a new shelf along y, then on a new
+//! slab along z. Every offset is a multiple of the geometry's `tail_align`, so that a level begins on a whole
+//! block of every block-compressed layer, whatever its share of the resolution. The rule is part of the
+//! container format: changing it makes old files unreadable.
 
 use crate::texture::geometry::{GeometrySpec, Level, tile_box};
 
@@ -39,7 +40,8 @@ impl TailLayout {
         TailLayout { first_level: self.first_level, offsets }
     }
 
-    /// Where the box of a level, border included, begins in the tail's tile, in texels. `level` is in the tail.
+    /// Where the box of a level, border included, begins in the tail's tile, in texels. `level` is in the
+    /// tail.
     pub fn offset(&self, level: u8) -> [u32; 3] {
         self.offsets[usize::from(level - self.first_level)]
     }

@@ -1,8 +1,9 @@
 //! Groups: textures that one material samples at the same coordinates, served by one feedback entry.
 //!
-//! A group has a number as textures have, under which feedback names pages of the group's *shape*: that of its member with the
-//! most texels, without a clamp or bias and without a tail. Such an entry wants of every member the pages that `overlap` finds.
-//! So a texture may be in several groups and be sampled alone as well, and each member keeps its own clamp and bias.
+//! A group has a number as textures have, under which feedback names pages of the group's *shape*: that of
+//! its member with the most texels, without a clamp or bias and without a tail. Such an entry wants of every
+//! member the pages that `overlap` finds. So a texture may be in several groups and be sampled alone as well,
+//! and each member keeps its own clamp and bias.
 //!
 //! Feedback is taken apart here before pools, traces or predictions see it; none of them knows of groups.
 
@@ -124,8 +125,9 @@ impl Groups {
         self.groups.iter_mut().flatten().for_each(|group| group.members.retain(|member| *member != texture));
     }
 
-    /// Puts what a feedback wants of textures alone into `wanted`: entries of groups are taken apart, each page stands once, in ascending
-    /// order. `look_up` gives the shape and the level rule of a texture that there is.
+    /// Puts what a feedback wants of textures alone into `wanted`: entries of groups are taken apart, each
+    /// page stands once, in ascending order. `look_up` gives the shape and the level rule of a texture that
+    /// there is.
     pub(crate) fn take_apart<'a>(
         &self,
         feedback: &Feedback,

@@ -1,12 +1,13 @@
 //! Which pages of a member an entry of its group wants.
 //!
-//! The entry says which page of the group's shape pixels fall on, and how sharp the sharpest of them is. Of the member they
-//! fall on the pages that overlap that page's rectangle in uv. Their level follows from the sizes: a texture with half the texels
-//! along an axis is sampled a level finer. Where the sides of two textures differ by different factors, a pixel's level
-//! lies between what the axes say, and the finest is wanted; every coarser page that is sampled is an ancestor of a page wanted.
+//! The entry says which page of the group's shape pixels fall on, and how sharp the sharpest of them is. Of
+//! the member they fall on the pages that overlap that page's rectangle in uv. Their level follows from the
+//! sizes: a texture with half the texels along an axis is sampled a level finer. Where the sides of two
+//! textures differ by different factors, a pixel's level lies between what the axes say, and the finest is
+//! wanted; every coarser page that is sampled is an ancestor of a page wanted.
 //!
-//! Coordinates beyond 0 to 1 have been folded by the shape's address modes. Where a member's differ along an axis,
-//! the coordinates are taken to lie within 0 to 1.
+//! Coordinates beyond 0 to 1 have been folded by the shape's address modes. Where a member's differ along an
+//! axis, the coordinates are taken to lie within 0 to 1.
 
 use std::ops::Range;
 
@@ -44,8 +45,8 @@ impl<'a> Overlap<'a> {
         Overlap { shape, member, own, rule, shift }
     }
 
-    /// Adds what an entry of the group wants; the same page may come several times. An entry that names no page of the shape
-    /// wants nothing.
+    /// Adds what an entry of the group wants; the same page may come several times. An entry that names no
+    /// page of the shape wants nothing.
     pub(super) fn want(&self, entry: &WantedPage, pages: &mut Vec<WantedPage>) {
         let pos = entry.page.pos(self.shape.dims());
         let Some(at) = self.shape.levels().get(usize::from(pos.level)) else { return };
@@ -56,7 +57,8 @@ impl<'a> Overlap<'a> {
         let tail = self.own.tail().first_level();
         let level = ((steps / STEPS_PER_LEVEL) as u8).min(tail);
         let eighth = (steps - u32::from(level) * STEPS_PER_LEVEL).min(STEPS_PER_LEVEL - 1) as u8;
-        // Each pixel of the picture wants one page, so more than there are pixels are too fine for all of them.
+        // Each pixel of the picture wants one page, so more than there are pixels are too fine for all of
+        // them.
         let most = u64::from(entry.pixels).max(1) * PICTURE_PIXELS;
         let found = (level..tail).map(|level| (level, self.pages(at, pos, level)));
         match found.into_iter().find(|(_, ranges)| count(ranges) <= most) {
@@ -74,7 +76,8 @@ impl<'a> Overlap<'a> {
         }
     }
 
-    /// The member's level in eighths. A need of 0 may stand for any magnification, so a bias must not make it coarser.
+    /// The member's level in eighths. A need of 0 may stand for any magnification, so a bias must not make it
+    /// coarser.
     fn steps(&self, need: Need) -> u32 {
         let (finest, coarsest) = (f64::from(self.rule.finest), f64::from(self.rule.coarsest));
         let steps = f64::from(need.eighths()) + self.shift;

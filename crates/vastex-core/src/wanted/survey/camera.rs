@@ -44,7 +44,7 @@ impl Camera {
         }
     }
 
-    /// Where it is; nothing where the projection is parallel.
+    /// Where it is; `None` if the projection is parallel.
     pub fn eye(&self) -> Option<[f64; 3]> {
         self.eye
     }
@@ -97,7 +97,8 @@ impl Camera {
         (self.least_w / self.w_per_unit()).min(1.0).acos()
     }
 
-    /// The half angle under which a sphere appears; 0 where the projection is parallel, pi where the eye is within.
+    /// The half angle under which a sphere appears; 0 where the projection is parallel, pi where the eye is
+    /// within.
     pub(super) fn half_angle(&self, centre: Vec3, radius: f64) -> f64 {
         match self.eye {
             Some(eye) => {

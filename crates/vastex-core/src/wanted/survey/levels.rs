@@ -1,4 +1,5 @@
-//! Levels drawn in texture space: a small image of a texture that says of each of its parts which level a view needs there.
+//! Levels drawn in texture space: a small image of a texture that says of each of its parts which level a
+//! view needs there.
 //!
 //! How it is drawn is the GPU crate's business; here it becomes pages.
 
@@ -10,11 +11,12 @@ use crate::texture::geometry::Geometry;
 use crate::texture::page::{Dims, TextureId};
 use crate::wanted::feedback::Feedback;
 
-/// Texels of the image that are looked at for a page, along an axis; larger pages take texels of a coarser image.
+/// Texels of the image that are looked at for a page, along an axis; larger pages take texels of a coarser
+/// image.
 const LOOKED_AT: u32 = 8;
 
-/// The level that each part of a texture needs, as drawn by `vastex_texture_space`: 0 where it is not seen, else
-/// [`TEXTURE_SPACE_FINEST`] less the level in eighths.
+/// The level that each part of a texture needs, as drawn by `vastex_texture_space`: 0 where it is not seen,
+/// else [`TEXTURE_SPACE_FINEST`] less the level in eighths.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LevelImage {
     /// The image, and images of half the size each, of the sharpest of the texels below.
@@ -22,7 +24,8 @@ pub struct LevelImage {
 }
 
 impl LevelImage {
-    /// An image of so many texels, row by row; it stretches over the whole texture. Rows that lack count as not seen.
+    /// An image of so many texels, row by row; it stretches over the whole texture. Rows that lack count as
+    /// not seen.
     pub fn new(size: [u32; 2], mut texels: Vec<u8>) -> LevelImage {
         let size = size.map(|side| side.max(1));
         texels.resize(size[0] as usize * size[1] as usize, 0);
@@ -40,8 +43,9 @@ impl LevelImage {
         LevelImage { images }
     }
 
-    /// The pages that the view wants of a texture, at most `max_pages`, as the feedback of a frame. Every texel that a page touches
-    /// counts for it, so where pages are smaller than texels more are wanted than need be. Of a volume nothing is.
+    /// The pages that the view wants of a texture, at most `max_pages`, as the feedback of a frame. Every
+    /// texel that a page touches counts for it, so where pages are smaller than texels more are wanted than
+    /// need be. Of a volume nothing is.
     pub fn pages(&self, texture: TextureId, geometry: &Geometry, max_pages: usize, frame: u64) -> Feedback {
         let mut found = Found::default();
         if geometry.dims() == Dims::D2 {

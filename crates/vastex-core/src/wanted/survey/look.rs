@@ -1,8 +1,9 @@
 //! How sharply a camera wants a patch of a surface, and over how many pixels.
 //!
-//! The level of a point follows from the gradients there, as on the GPU. For a patch it is worked out at the centre and then
-//! made as sharp as any of its points can need: nearer by the radius, turned towards the eye by the bend, larger by the
-//! stretch. A bound that knows nothing of how the patch is turned stands below, for patches that are large or near.
+//! The level of a point follows from the gradients there, as on the GPU. For a patch it is worked out at the
+//! centre and then made as sharp as any of its points can need: nearer by the radius, turned towards the eye
+//! by the bend, larger by the stretch. A bound that knows nothing of how the patch is turned stands below,
+//! for patches that are large or near.
 
 use super::camera::Camera;
 use super::surface::{Patch, Surface, UvBox};
@@ -11,14 +12,16 @@ use crate::wanted::vector::{Vec3, angle, cross, length};
 
 /// Half angle in radians up to which the gradients at the centre of a patch say anything of the rest.
 const LOCAL: f64 = 0.6;
-/// Half angle and bend in radians from which on a patch is cut into four, to be looked at more closely, and how often.
+/// Half angle and bend in radians from which on a patch is cut into four, to be looked at more closely, and
+/// how often.
 const CUT_FROM: f64 = 0.2;
 const CUTS: u32 = 2;
 
 /// What a camera wants of a patch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Look {
-    /// The sharpest level that any point needs, before any rule; negative where texels are larger than pixels.
+    /// The sharpest level that any point needs, before any rule; negative where texels are larger than
+    /// pixels.
     pub(super) lambda: f64,
     /// Feedback pixels that it covers; where it is not seen, that it would cover.
     pub(super) pixels: f64,
@@ -35,8 +38,8 @@ impl Look {
 }
 
 impl Camera {
-    /// Looks at the part of a surface that shows the rectangle `uv` of a texture of `size` texels. Where some of it is seen, says
-    /// what that needs.
+    /// Looks at the part of a surface that shows the rectangle `uv` of a texture of `size` texels. Where some
+    /// of it is seen, says what that needs.
     pub(super) fn look(&self, surface: &dyn Surface, uv: UvBox, size: [f64; 2]) -> Look {
         self.look_closely(surface, uv, size, CUTS)
     }
@@ -94,23 +97,24 @@ impl Camera {
         Look { lambda, pixels: feedback_pixels(pixels.min(most)), is_seen }
     }
 
-    /// Texels along a pixel at clip w `nearest`, if the patch faces the eye in the middle of the view: none of its points has fewer.
+    /// Texels along a pixel at clip w `nearest`, if the patch faces the eye in the middle of the view: none
+    /// of its points has fewer.
     fn texels_across(&self, patch: &Patch, nearest: f64, size: [f64; 2]) -> f64 {
         let density = self.focal() / nearest;
         let [u, v] = [0, 1].map(|axis| size[axis] / (length(patch.along[axis]) * patch.stretch * density));
         ((u * u + v * v) / 2.0).sqrt()
     }
 
-    /// Away from the middle of the view a pixel is narrower in one direction; by how much fewer texels a point of a sphere may
-    /// need for that.
+    /// Away from the middle of the view a pixel is narrower in one direction; by how much fewer texels a
+    /// point of a sphere may need for that.
     pub(super) fn narrowing(&self, centre: Vec3, radius: f64) -> f64 {
         let aside = self.off_axis(centre) + self.half_angle(centre, radius);
         let cos = aside.min(self.corner_angle()).cos();
         ((1.0 + cos * cos) / 2.0).sqrt()
     }
 
-    /// Texels along a pixel at the centre, by the rule of the shaders, and pixels of the picture on one unit of uv by uv.
-    /// Nothing where the centre says little of the rest.
+    /// Texels along a pixel at the centre, by the rule of the shaders, and pixels of the picture on one unit
+    /// of uv by uv. Nothing where the centre says little of the rest.
     fn gradients(&self, patch: &Patch, size: [f64; 2]) -> Option<(f64, f64)> {
         let in_front = self.w(patch.centre) > patch.radius * self.w_per_unit();
         if !in_front || self.half_angle(patch.centre, patch.radius) > LOCAL {
@@ -125,7 +129,8 @@ impl Camera {
         texels.is_finite().then_some((texels, det.abs()))
     }
 
-    /// By how much a point that is turned towards the eye more than the centre may need fewer texels along a pixel.
+    /// By how much a point that is turned towards the eye more than the centre may need fewer texels along a
+    /// pixel.
     fn tilt_slack(&self, patch: &Patch) -> f64 {
         let normal = cross(patch.along[0], patch.along[1]);
         let tilt = angle(normal, self.ray(patch.centre));

@@ -1,16 +1,18 @@
 //! Surveys: what a view wants, from geometry alone, without a feedback pass.
 //!
-//! A [`Survey`] is told of each textured surface in the world and gives what feedback gives: pages, how sharply they are needed
-//! and over how many pixels. It knows nothing of what hides what, so it wants more than is shown; in return it sees what is
-//! hidden, behind the camera or beside the picture, and it is never late. Of two kinds:
+//! A [`Survey`] is told of each textured surface in the world and gives what feedback gives: pages, how
+//! sharply they are needed and over how many pixels. It knows nothing of what hides what, so it wants more
+//! than is shown; in return it sees what is hidden, behind the camera or beside the picture, and it is never
+//! late. Of two kinds:
 //!
 //! | kind | knows of a surface | wants |
 //! |---|---|---|
 //! | [`Survey::surface`] | where each rectangle of its texture lies ([`Surface`]) | each part at its own level, by a walk down the quadtree of pages |
 //! | [`Survey::object`] | a sphere around it, and how densely texels lie on it | all of it at the level of its nearest point |
 //!
-//! A third kind is drawn by the GPU, in texture space, and becomes pages here ([`LevelImage`]). What is seen can feed a pager
-//! as feedback does ([`crate::Pager::observe`]), what is not seen as an expectation ([`crate::Pager::expect`]).
+//! A third kind is drawn by the GPU, in texture space, and becomes pages here ([`LevelImage`]). What is seen
+//! can feed a pager as feedback does ([`crate::Pager::observe`]), what is not seen as an expectation
+//! ([`crate::Pager::expect`]).
 
 mod camera;
 mod levels;
@@ -58,11 +60,11 @@ impl<'a> SurveyedTexture<'a> {
 /// How far a survey goes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurveySettings {
-    /// Levels by which what is behind the camera, beside the picture or turned away may be coarser than if it were seen; without
-    /// them it is not wanted at all.
+    /// Levels by which what is behind the camera, beside the picture or turned away may be coarser than if it
+    /// were seen; without them it is not wanted at all.
     pub unseen: Option<f32>,
-    /// Pages that one surface or object may want at most; the finest are left out. Bounds what a survey costs: about 0.2 us for
-    /// each page visited.
+    /// Pages that one surface or object may want at most; the finest are left out. Bounds what a survey
+    /// costs: about 0.2 us for each page visited.
     pub max_pages: usize,
 }
 
@@ -96,8 +98,8 @@ impl Survey {
         Survey { camera, settings, found: Found::default() }
     }
 
-    /// Adds a surface with all of a texture on it. No point of it that is seen is wanted less sharply than feedback would, to
-    /// within an eighth or two of a level; most are wanted a little more sharply.
+    /// Adds a surface with all of a texture on it. No point of it that is seen is wanted less sharply than
+    /// feedback would, to within an eighth or two of a level; most are wanted a little more sharply.
     pub fn surface(&mut self, texture: SurveyedTexture<'_>, surface: &dyn Surface) {
         let geometry = texture.geometry;
         if geometry.dims() == Dims::D3 {
@@ -111,8 +113,9 @@ impl Survey {
         });
     }
 
-    /// Adds an object that shows a region of a texture: all of it at the level that the nearest point of its sphere needs or,
-    /// where that would be more than [`SurveySettings::max_pages`], at the finest level that is not.
+    /// Adds an object that shows a region of a texture: all of it at the level that the nearest point of its
+    /// sphere needs or, where that would be more than [`SurveySettings::max_pages`], at the finest level that
+    /// is not.
     pub fn object(&mut self, texture: SurveyedTexture<'_>, object: &SurveyedObject) {
         let geometry = texture.geometry;
         let Some(look) = self.settings.reached(self.camera.look_at_object(object)) else { return };

@@ -7,8 +7,9 @@ use crate::wanted::vector::length;
 
 /// An object, or a part of one, with a region of a texture on it.
 ///
-/// Which part of it is near is not known, so all of the region is wanted at one level. That suits objects that are small
-/// against their distance; others are better cut into parts ([`SurveyedObject::grid`]), or surveyed as a [`Surface`].
+/// Which part of it is near is not known, so all of the region is wanted at one level. That suits objects
+/// that are small against their distance; others are better cut into parts ([`SurveyedObject::grid`]), or
+/// surveyed as a [`Surface`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurveyedObject {
     /// The middle of a sphere around it.

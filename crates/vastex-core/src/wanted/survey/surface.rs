@@ -1,4 +1,5 @@
-//! Surfaces as a survey sees them: where a rectangle of the texture lies in the world, and how large it is there.
+//! Surfaces as a survey sees them: where a rectangle of the texture lies in the world, and how large it is
+//! there.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -16,16 +17,17 @@ pub struct Patch {
     pub radius: f64,
     /// The direction and the length, in the world, of one unit of u and of v at the centre.
     pub along: [[f64; 3]; 2],
-    /// How many times longer than that they may be elsewhere in the patch; 1 where they are the same everywhere.
+    /// How many times longer than that they may be elsewhere in the patch; 1 where they are the same
+    /// everywhere.
     pub stretch: f64,
     /// Angle in radians by which the surface may be turned against its position at the centre.
     pub bend: f64,
-    /// The side from which it is seen, as a direction at the centre; nothing where it is seen from both.
+    /// The side from which it is seen, as a direction at the centre; `None` if it is seen from both.
     pub facing: Option<[f64; 3]>,
 }
 
-/// A surface with a texture on it. Patches of nested rectangles should shrink with them, since a survey goes down until it
-/// knows enough.
+/// A surface with a texture on it. Patches of nested rectangles should shrink with them, since a survey goes
+/// down until it knows enough.
 pub trait Surface {
     /// The patch that shows a rectangle of the texture. May be larger than it is, never smaller.
     fn patch(&self, uv: UvBox) -> Patch;
@@ -70,8 +72,8 @@ impl Surface for FlatSurface {
     }
 }
 
-/// A sphere or an ellipsoid with a texture in plate carrée projection: u is the longitude, from -180 to 180 degrees, v the
-/// latitude, from north to south. Seen from outside.
+/// A sphere or an ellipsoid with a texture in plate carrée projection: u is the longitude, from -180 to 180
+/// degrees, v the latitude, from north to south. Seen from outside.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GlobeSurface {
     /// Its centre.

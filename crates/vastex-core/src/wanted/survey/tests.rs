@@ -235,7 +235,8 @@ fn an_object_is_wanted_whole_at_the_level_of_its_nearest_point() {
         survey.object(SurveyedTexture::new(texture(), &geometry), &object);
         survey.finish(0)
     };
-    // 180 pixels high at 60 degrees: 156 pixels for a unit at distance 1. 4096 texels a unit, 2 away: 52 texels a pixel.
+    // 180 pixels high at 60 degrees: 156 pixels for a unit at distance 1. 4096 texels a unit, 2 away: 52
+    // texels a pixel.
     let surveyed = survey(object(2.5), 4096);
     let wanted = &surveyed.seen.pages;
     let first = wanted[0];

@@ -1,7 +1,8 @@
-//! From the levels that parts of a texture need to the pages that they want: a walk down the quadtree of its pages.
+//! From the levels that parts of a texture need to the pages that they want: a walk down the quadtree of its
+//! pages.
 //!
-//! It begins with the tail and goes down where something finer is needed, level by level, so that where there is an end to how
-//! many pages may be wanted, what is finest is missing.
+//! It begins with the tail and goes down where something finer is needed, level by level, so that where there
+//! is an end to how many pages may be wanted, what is finest is missing.
 
 use super::look::Look;
 use super::surface::UvBox;
@@ -35,8 +36,8 @@ impl Found {
     }
 }
 
-/// Walks down from the tail of an image. `look` says what a rectangle of the texture needs, its rule of levels included, and
-/// nothing where it is not wanted. At most `max_pages` are found.
+/// Walks down from the tail of an image. `look` says what a rectangle of the texture needs, its rule of
+/// levels included, and `None` if it is not wanted. At most `max_pages` are found.
 pub(super) fn walk(
     texture: TextureId,
     geometry: &Geometry,

@@ -7,7 +7,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
 use vastex_core::{
-    BiasRule, Budgets, Description, Dims, Feedback, Geometry, GeometrySpec, PageId, PagePos, Pagers, Region,
+    BiasRule, Budgets, Description, Dims, Feedback, Geometry, GeometrySpec, PageId, PagePos, Pager, Region,
     TextureId, Urgency, ViewId, WantedPage,
 };
 
@@ -106,7 +106,7 @@ fn feedback(frame: u64, at: u64) -> Feedback {
 }
 
 struct Run {
-    pagers: Pagers,
+    pager: Pager,
     loader: Loader,
     source: Arc<Turnstile>,
     geometry: Geometry,
@@ -127,15 +127,15 @@ impl Run {
     fn new(threads: usize, follows_ranks: bool) -> Run {
         let geometry = Geometry::new(GeometrySpec { page: 8, ..GeometrySpec::image(512, 512) }).unwrap();
         let source = Turnstile::new(geometry.clone());
-        let mut pagers = Pagers::new(Budgets { upload_bytes_per_frame: 1000, in_flight_bytes: 300 });
-        let pool = pagers.add_pool(3000, 1, Some(BiasRule::Solved)).unwrap();
-        pagers.add_texture(pool, &geometry, None, None).unwrap();
+        let mut pager = Pager::new(Budgets { upload_bytes_per_frame: 1000, in_flight_bytes: 300 });
+        let pool = pager.add_pool(3000, 1, Some(BiasRule::Solved)).unwrap();
+        pager.add_texture(pool, &geometry, None, None).unwrap();
         // No time passes for it: reads that are held back here are none that are slow.
         let settings = LoaderSettings { threads, ..LoaderSettings::default() };
         let mut loader = Loader::with(settings, Arc::new(FakeClock::default())).unwrap();
         loader.add_source(texture(), source.clone());
         Run {
-            pagers,
+            pager,
             loader,
             source,
             geometry,
@@ -155,8 +155,8 @@ impl Run {
         loop {
             while let Some(loaded) = self.loader.poll() {
                 match loaded.result {
-                    Ok(tile) => self.pagers.tile_ready(loaded.page, tile),
-                    Err(LoadError::Cancelled) => self.pagers.tile_cancelled(loaded.page),
+                    Ok(tile) => self.pager.tile_ready(loaded.page, tile),
+                    Err(LoadError::Cancelled) => self.pager.tile_cancelled(loaded.page),
                     Err(error) => panic!("{error}"),
                 }
             }
@@ -187,10 +187,10 @@ impl Run {
     }
 
     fn play(&mut self, frame: u64) {
-        self.pagers.begin_frame(frame);
+        self.pager.begin_frame(frame);
         let jumps = frame.is_multiple_of(STAY);
         if jumps {
-            self.pagers.view_cut(ViewId::MAIN, frame);
+            self.pager.view_cut(ViewId::MAIN, frame);
             self.in_view.clear();
         }
         let now = feedback(frame, frame);
@@ -200,28 +200,28 @@ impl Run {
                 (0..self.geometry.tail().first_level()).map(|level| self.geometry.ancestor(pos, level));
             self.in_view.extend(line.map(page));
         }
-        self.pagers.observe_views(&[now]);
-        self.pagers.expect(&feedback(frame, frame + 4));
+        self.pager.observe_views(&[now]);
+        self.pager.expect(&feedback(frame, frame + 4));
         if frame % STAY == 2 {
             // What the view will see after its next jump, and what it never will.
             let [_, rows] = seen(frame + STAY);
             let part = Region::image(0..512, rows.start * 8..rows.end * 8).on_levels(0..=0);
-            self.pagers.prefetch(texture(), &part, Urgency::default()).unwrap();
+            self.pager.prefetch(texture(), &part, Urgency::default()).unwrap();
         }
-        while let Some(page) = self.pagers.poll_cancel() {
+        while let Some(page) = self.pager.poll_cancel() {
             self.loader.cancel(page);
             self.waiting.remove(&page);
         }
-        while let Some(request) = self.pagers.poll_rerank().filter(|_| self.follows_ranks) {
+        while let Some(request) = self.pager.poll_rerank().filter(|_| self.follows_ranks) {
             self.loader.rerank(request.page, request.rank);
             self.reranked += 1;
         }
-        while let Some(request) = self.pagers.poll_request() {
+        while let Some(request) = self.pager.poll_request() {
             // A thread may begin at once: it is looked at when all have been asked for.
             self.loader.request(request.page, request.rank);
             self.waiting.insert(request.page);
         }
-        while self.pagers.poll_upload().is_some() {}
+        while self.pager.poll_upload().is_some() {}
     }
 
     fn run(mut self) -> Run {
