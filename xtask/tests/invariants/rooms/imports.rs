@@ -9,11 +9,13 @@ use anyhow::Result;
 
 use crate::sources::{files_under, production};
 
+/// The files whose modules have no name before theirs: of a library, and of a program.
+const ROOTS: [&str; 2] = ["lib", "main"];
+
 /// A path in the code: the names between its `::`.
 type Path = Vec<String>;
 
-/// The files of a crate that are compiled into it. A file is named by its module: `pager/pool`; the root, `lib.rs` or `main.rs`,
-/// is `lib`.
+/// The files of a crate that are compiled into it. A file is named by its module: `pager/pool`; a root is `lib` or `main`.
 pub(super) struct Crate {
     files: BTreeMap<String, File>,
 }
@@ -32,14 +34,9 @@ impl Crate {
     pub(super) fn read(directory: &str) -> Result<Crate> {
         let prefix = format!("{directory}/src/");
         let sources = files_under(&prefix, &["rs"])?;
-        let is_library = sources.iter().any(|source| source.path == format!("{prefix}lib.rs"));
         Ok(Crate::of(sources.into_iter().filter_map(|source| {
             let module = source.path.strip_prefix(&prefix)?.strip_suffix(".rs")?;
-            let module = match module {
-                "main" if !is_library => "lib",
-                _ => module.strip_suffix("/mod").unwrap_or(module),
-            };
-            Some((module.to_owned(), source.text))
+            Some((module.strip_suffix("/mod").unwrap_or(module).to_owned(), source.text))
         })))
     }
 
@@ -53,7 +50,12 @@ impl Crate {
                 let name = path.pop()?;
                 Some((module_of(&path), name))
             })
-            .all(|(parent, name)| texts.get(&parent).is_some_and(|text| declares(text, "mod", &name)))
+            .all(|(parent, name)| {
+                let parents: &[&str] = if parent == ROOTS[0] { &ROOTS } else { &[&parent] };
+                parents
+                    .iter()
+                    .any(|&parent| texts.get(parent).is_some_and(|text| declares(text, "mod", &name)))
+            })
         };
         let modules: Vec<&String> = texts.keys().filter(|module| is_compiled(module)).collect();
         let files = modules.iter().map(|module| ((*module).clone(), file(module, &texts[*module]))).collect();
@@ -119,7 +121,7 @@ fn module_of(path: &[String]) -> String {
 }
 
 fn path_of(module: &str) -> Path {
-    if module == "lib" { Vec::new() } else { module.split('/').map(str::to_owned).collect() }
+    if ROOTS.contains(&module) { Vec::new() } else { module.split('/').map(str::to_owned).collect() }
 }
 
 /// Reads a file's code.
@@ -231,7 +233,7 @@ fn words(code: &str) -> Vec<&str> {
 /// Whether one module lies in the other.
 pub(super) fn parent_and_child(a: &str, b: &str) -> bool {
     let within = |inner: &str, outer: &str| {
-        outer == "lib" || inner.strip_prefix(outer).is_some_and(|rest| rest.starts_with('/'))
+        ROOTS.contains(&outer) || inner.strip_prefix(outer).is_some_and(|rest| rest.starts_with('/'))
     };
     within(a, b) || within(b, a)
 }
