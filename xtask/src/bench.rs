@@ -187,9 +187,10 @@ fn introduction() -> Result<String> {
          cache. libvips writes RGB and filters it as it is stored; a container holds RGBA with borders of 4 texels, filtered\n\
          in linear light unless said. The speeds are medians of the ratios within one round, since the machine's own speed\n\
          varies between rounds; before each run what was written is brought to the disk. Identical tiles are stored once in a container, which matters where an image repeats, as the\n\
-         mirrored copies do from 32768 texels on.\n\nThe commands:\n\n```\n",
+         mirrored copies do from 32768 texels on.\n\n{}\nThe commands:\n\n```\n",
         std::thread::available_parallelism().map_or(1, usize::from),
         shell::output(shell::command("vips").arg("--version"))?.trim(),
+        measure::stamp()?,
     );
     for contender in CONTENDERS {
         let program = if let Program::Other(name) = contender.program { name } else { "vastex" };

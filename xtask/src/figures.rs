@@ -8,7 +8,7 @@ use std::process::Stdio;
 use anyhow::{Context, Result};
 
 use crate::shell::{self, Usage};
-use crate::{demo, demo_program, setup};
+use crate::{demo, demo_program, measure, setup};
 
 /// What is read from a cold disk: the real Earth, each tile where the disk can read it directly.
 const EARTH: [&str; 7] =
@@ -128,7 +128,7 @@ impl Figures {
         println!("{figures}");
         if write {
             let path = shell::root().join(self.report);
-            std::fs::write(&path, format!("{}\n{figures}", self.introduction))
+            std::fs::write(&path, format!("{}\n{}\n{figures}", self.introduction, measure::stamp()?))
                 .with_context(|| format!("cannot write {}", path.display()))?;
             println!("written to {}", self.report);
         }

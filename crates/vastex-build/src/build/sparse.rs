@@ -3,7 +3,7 @@
 //! A page of level 0 is left out where the mask marks nothing of it, or where its tile, border included, is
 //! transparent; a coarser one where all that it covers is. So the pages that are left form a tree, and
 //! whoever asks for a page without a tile is shown its nearest ancestor. What an image file means as a mask
-//! stands here, reading it in `readers`.
+//! stands here, reading it in `image`.
 
 use rayon::prelude::*;
 use vastex_core::{Geometry, PagePos, PageSet};
