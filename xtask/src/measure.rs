@@ -113,6 +113,19 @@ fn parse_report(text: &str) -> Option<(f64, f64)> {
     }
 }
 
+/// Says for a page of figures when they were measured, and of which commit.
+pub(crate) fn stamp() -> Result<String> {
+    let git = |arguments: &[&str]| shell::output(shell::command("git").args(arguments));
+    let changed = if git(&["status", "--porcelain", "--untracked-files=no"])?.trim().is_empty() {
+        ""
+    } else {
+        ", with changes that are not committed"
+    };
+    let commit = git(&["rev-parse", "--short", "HEAD"])?;
+    let date = shell::output(shell::command("date").args(["-u", "+%F"]))?;
+    Ok(format!("Measured on {} at commit {}{changed}.\n", date.trim(), commit.trim()))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -136,17 +149,4 @@ mod tests {
         let run = |wall, cpu| Run { wall, cpu, peak_mb: 1.0, written_mb: 2.0 };
         assert_eq!(medians(&[run(1.0, 9.0), run(2.0, 8.0), run(3.0, 7.0)]), run(2.0, 8.0));
     }
-}
-
-/// Says for a page of figures when they were measured, and of which commit.
-pub(crate) fn stamp() -> Result<String> {
-    let git = |arguments: &[&str]| shell::output(shell::command("git").args(arguments));
-    let changed = if git(&["status", "--porcelain", "--untracked-files=no"])?.trim().is_empty() {
-        ""
-    } else {
-        ", with changes that are not committed"
-    };
-    let commit = git(&["rev-parse", "--short", "HEAD"])?;
-    let date = shell::output(shell::command("date").args(["-u", "+%F"]))?;
-    Ok(format!("Measured on {} at commit {}{changed}.\n", date.trim(), commit.trim()))
 }

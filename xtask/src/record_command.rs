@@ -19,6 +19,9 @@ struct Options {
 /// `cargo xtask record DIR [--compare] [--only PART,..]`; `own` is this program's help.
 pub(crate) fn run(options: &[&str], own: &str) -> Result<()> {
     let Options { directory, compare, parts } = parse(options)?;
+    if !compare {
+        refuse_others(&directory)?;
+    }
     setup::ensure(&setup::C_COMPILER)?;
     setup::ensure(&setup::GRAPHICS_DRIVER)?;
     let program = build()?;
@@ -37,6 +40,21 @@ pub(crate) fn run(options: &[&str], own: &str) -> Result<()> {
     print!("\n{}", found.summary());
     if !found.differences.is_empty() {
         bail!("the record is another; the new one lies in {}", fresh.display());
+    }
+    Ok(())
+}
+
+/// A record replaces what an earlier one left, so a directory that is anything else is not written into.
+fn refuse_others(directory: &Path) -> Result<()> {
+    let Ok(entries) = std::fs::read_dir(directory) else { return Ok(()) };
+    for entry in entries {
+        let name = entry?.file_name().to_string_lossy().into_owned();
+        let part = name.strip_suffix(".txt").unwrap_or(&name);
+        ensure!(
+            part == "json" || PARTS.contains(&part),
+            "{} holds '{name}', which is no part of a record; name a directory that is new, empty or a record",
+            directory.display()
+        );
     }
     Ok(())
 }

@@ -67,7 +67,7 @@ impl Estimate {
 pub struct Estimating {
     /// In which way.
     pub estimate: Estimate,
-    /// Beside feedback, as an expectation, rather than in its place.
+    /// Beside feedback, as a prediction, rather than in its place.
     pub beside: bool,
     /// How far it goes; what is not seen is expected.
     pub settings: SurveySettings,

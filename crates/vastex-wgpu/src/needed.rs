@@ -1,18 +1,24 @@
 //! Leaving out of a shader text what its entry points do not need, before a device has to read it.
 //!
-//! Vastex's text has every function that an application may call, and most applications call a few. A device parses and checks
-//! all of it for each module. What is left out leaves its line breaks behind, so that messages name the lines of the text as
-//! it was written.
+//! Vastex's text has every function that an application may call, and most applications call a few. A device
+//! parses and checks all of it for each module. What is left out leaves its line breaks behind, so that messages
+//! name the lines of the text as it was written.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
 
-/// Returns the text without comments and without the functions, variables, constants and types that no entry point reaches
-/// through any name. Directives, assertions and `override`s stay: who makes a pipeline gives values to those. A text without an entry point stays as it is, since others will join it.
+/// Returns the text without comments and without the functions, variables, constants and types that no entry
+/// point reaches through any name. Directives, assertions and `override`s stay: who makes a pipeline gives
+/// values to those. A text without an entry point stays as it is, since others will join it; so does one with
+/// line breaks or marks beyond ASCII other than in comments, where names are not followed.
 ///
-/// Names are followed as words, so more may stay than is needed, never less. Costs about a microsecond for each KiB of text.
+/// Names are followed as words, so more may stay than is needed, never less. What is declared twice stays
+/// twice, for the device to refuse.
 pub fn only_needed(text: &str) -> Cow<'_, str> {
     let code = without_comments(text);
+    if code.contains(OTHER_BLANKS) {
+        return Cow::Borrowed(text);
+    }
     let declarations: Vec<Declaration<'_>> = declarations(&code).collect();
     if !declarations.iter().any(|declaration| declaration.is_entry_point) {
         return Cow::Borrowed(text);
@@ -29,6 +35,11 @@ pub fn only_needed(text: &str) -> Cow<'_, str> {
     Cow::Owned(rest)
 }
 
+/// Blanks of WGSL that are none to [`words`].
+const OTHER_BLANKS: [char; 5] = ['\u{85}', '\u{200e}', '\u{200f}', '\u{2028}', '\u{2029}'];
+/// What ends a line, and so a comment.
+const LINE_BREAKS: [char; 7] = ['\n', '\u{b}', '\u{c}', '\r', '\u{85}', '\u{2028}', '\u{2029}'];
+
 /// A declaration, a directive or an assertion of a module, with the white space before it.
 struct Declaration<'a> {
     text: &'a str,
@@ -39,15 +50,19 @@ struct Declaration<'a> {
 
 /// Which of these are entry points, have no name, or are named by one that is needed.
 fn needed(declarations: &[Declaration<'_>]) -> Vec<bool> {
-    let by_name: HashMap<&str, usize> =
-        declarations.iter().enumerate().filter_map(|(i, declaration)| Some((declaration.name?, i))).collect();
+    let mut by_name: HashMap<&str, Vec<usize>> = HashMap::new();
+    for (i, name) in
+        declarations.iter().enumerate().filter_map(|(i, declaration)| Some((i, declaration.name?)))
+    {
+        by_name.entry(name).or_default().push(i);
+    }
     let mut is_needed: Vec<bool> = declarations
         .iter()
         .map(|declaration| declaration.is_entry_point || declaration.name.is_none())
         .collect();
     let mut open: Vec<usize> = (0..is_needed.len()).filter(|&i| is_needed[i]).collect();
     while let Some(next) = open.pop() {
-        for &named in words(declarations[next].text).filter_map(|word| by_name.get(word)) {
+        for &named in words(declarations[next].text).filter_map(|word| by_name.get(word)).flatten() {
             if !is_needed[named] {
                 is_needed[named] = true;
                 open.push(named);
@@ -139,7 +154,7 @@ fn without_comments(text: &str) -> String {
 /// Bytes of the comment with which a text begins; 0 where it begins with none. Comments with stars nest.
 fn comment_length(text: &str) -> usize {
     if text.starts_with("//") {
-        return text.find('\n').unwrap_or(text.len());
+        return text.find(LINE_BREAKS).unwrap_or(text.len());
     }
     if !text.starts_with("/*") {
         return 0;
@@ -224,6 +239,24 @@ fn shade() -> @location(0) vec4<f32> {
         {
             assert!(only_needed(text).len() <= text.len() + 1, "{text}");
         }
+    }
+
+    #[test]
+    fn what_is_declared_twice_stays_for_the_device_to_refuse() {
+        let text = "fn a() {}\nfn a() {}\n@compute @workgroup_size(1) fn b() { a(); }";
+        assert_eq!(only_needed(text), text);
+    }
+
+    #[test]
+    fn every_line_break_of_wgsl_ends_a_comment() {
+        for line_break in LINE_BREAKS {
+            let text =
+                format!("fn a() {{}} // of b{line_break}@compute @workgroup_size(1) fn b() {{ a(); }}");
+            assert!(only_needed(&text).contains("fn a"), "{line_break:?}");
+            assert!(only_needed(&text).contains("fn b"), "{line_break:?}");
+        }
+        let marked = "fn a() {}\n@compute @workgroup_size(1) fn b() { return\u{200e}a(); }";
+        assert_eq!(only_needed(marked), marked);
     }
 
     #[test]

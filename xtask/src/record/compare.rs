@@ -99,7 +99,11 @@ fn of_file(
     if name.ends_with(".png") {
         let words = [OsStr::new("record"), OsStr::new("difference"), old.as_os_str(), new.as_os_str()];
         let output = program.command(Path::new(".")).args(words).output().context("cannot start vastex")?;
+        let status = output.status;
         let told = String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).trim().to_owned();
+        if told.is_empty() && !status.success() {
+            return Ok(vec![format!("{name}: cannot be compared ({status})")]);
+        }
         return Ok(if told.is_empty() { Vec::new() } else { vec![format!("{name}: {told}")] });
     }
     let [was, is] = [was, is].map(|bytes| String::from_utf8_lossy(&bytes).into_owned());

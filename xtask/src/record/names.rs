@@ -8,15 +8,8 @@ use anyhow::{Context, Result, ensure};
 use super::write;
 
 /// Ids of parts of an item, by what they begin with.
-const PARTS: [&str; 7] = [
-    "method.",
-    "tymethod.",
-    "structfield.",
-    "variant.",
-    "associatedconstant.",
-    "associatedtype.",
-    "impl-",
-];
+const PARTS: [&str; 7] =
+    ["method.", "tymethod.", "structfield.", "variant.", "associatedconstant.", "associatedtype.", "impl-"];
 
 /// Writes `names.txt` from the pages of a crate, `documentation`.
 pub fn record(documentation: &Path, directory: &Path) -> Result<()> {

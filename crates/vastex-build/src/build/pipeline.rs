@@ -28,7 +28,7 @@ use super::sparse::Selection;
 use crate::image::{Helpers, InputFault};
 use crate::progress::Progress;
 use crate::pyramid::shared::NEIGHBOURS;
-use crate::pyramid::stack::{self, Bands, LayerPlan, Stack};
+use crate::pyramid::stack::{self, LayerBands, LayerPlan, Stack};
 use crate::tile::TileEncoder;
 
 /// How much waits between the stages. It decides speed and memory, never bytes.
@@ -342,7 +342,7 @@ impl<'scope> Cutter<'_, 'scope> {
     }
 
     /// Hands out what is wanted of a row of pages.
-    fn hand_out(&mut self, bands: Bands<'scope>) -> Result<(), OtherStage> {
+    fn hand_out(&mut self, bands: LayerBands<'scope>) -> Result<(), OtherStage> {
         let (job, first_tile, pages) = (self.job, self.first_tile, bands.pages());
         self.first_tile += u64::from(pages);
         let kept = self.selection.kept(&bands);

@@ -11,7 +11,7 @@ use vastex_core::{Geometry, PagePos, PageSet};
 use super::layers::OpenLayer;
 use super::{BuildError, BuildOptions};
 use crate::image::{InputFault, PixelFormat, RowReader, open};
-use crate::pyramid::stack::{Bands, LayerPlan};
+use crate::pyramid::stack::{LayerBands, LayerPlan};
 
 /// What the options and the inputs say of the pages of a texture.
 pub(crate) fn select(
@@ -60,7 +60,7 @@ impl Selection {
 
     /// Which pages of a row of them get a tile. Rows come in the order in which they are cut, so children
     /// before parents.
-    pub(crate) fn kept(&mut self, bands: &Bands<'_>) -> Vec<bool> {
+    pub(crate) fn kept(&mut self, bands: &LayerBands<'_>) -> Vec<bool> {
         let columns = 0..bands.pages();
         let transparent: Vec<bool> = match self.needed {
             Some(_) => columns.clone().into_par_iter().map(|x| bands.is_transparent(x)).collect(),

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 use vastex_core::{AddressMode, Geometry, LayerFormat};
 
-use super::bands::row_at;
 use super::layout::{Reached, RowLayout};
 use super::rows::{RowOrder, Rows};
+use super::schedule::row_at;
 use crate::texels::filter::{Filter, LayerFilter, LevelsFrom, Method, Quad, Reach};
 
 /// Bytes of rows below which it does not pay to share work among threads.

@@ -8,10 +8,10 @@
 //! Which of the bands that are ready is cut when, and what the layers of a tile have to do with one another,
 //! is [`stack`]'s business.
 
-mod bands;
 mod descent;
 mod layout;
 mod rows;
+mod schedule;
 pub(crate) mod shared;
 pub(crate) mod stack;
 mod straight;
@@ -26,10 +26,10 @@ use crate::texels::blocks::{SIDE, Strip};
 use crate::texels::convert::Conversion;
 use crate::texels::filter::{Filter, LayerFilter, LevelsFrom};
 use crate::texels::texel::texel_of_color;
-use bands::{Bands, late_bands};
 use descent::{Descent, PARALLEL_BYTES, factor, row_orders};
 use layout::{RowLayout, row_bytes};
 use rows::{Row, RowOrder, Rows};
+use schedule::{Schedule, late_bands};
 use straight::Straight;
 
 /// Bytes of the rows that are read and filtered at once.
@@ -114,7 +114,7 @@ impl Shape<'_> {
             let reach = Filter::new(self.filter, self.format, factor(from, coarse)).reach;
             descent::head_rows(geometry.address()[1], reach, height, orders[usize::from(coarse)])
         });
-        for_coarser.fold(Bands::head_rows(geometry, level, late), u32::max)
+        for_coarser.fold(Schedule::head_rows(geometry, level, late), u32::max)
     }
 }
 
@@ -134,7 +134,7 @@ struct LevelRows<'a> {
     /// Nothing for level 0, and for levels made straight from it.
     descent: Option<Descent>,
     /// Nothing for a level of the tail.
-    bands: Option<Bands<'a>>,
+    bands: Option<Schedule<'a>>,
     /// A row of the border colour; empty where that stands neither above nor below.
     row_beyond: Row,
 }
@@ -162,7 +162,7 @@ impl<'a> Pyramid<'a> {
                 layout: RowLayout::new(geometry, format, level, &color),
                 head,
                 descent,
-                bands: (!in_tail).then(|| Bands::new(geometry, level, *order, late)),
+                bands: (!in_tail).then(|| Schedule::new(geometry, level, *order, late)),
                 row_beyond: Row::alone(row_beyond),
             }
         };
@@ -245,7 +245,7 @@ impl<'a> Pyramid<'a> {
         let level = &mut self.levels[usize::from(number)];
         let y = level.bands.as_mut()?.next(level.rows.filled())?;
         let row = |y: Option<u32>| y.map_or_else(|| level.row_beyond.clone(), |y| level.rows.held(y));
-        let rows = Bands::rows(self.geometry, number, y).map(row).collect();
+        let rows = Schedule::rows(self.geometry, number, y).map(row).collect();
         Some(Band { geometry: self.geometry, level: number, y, rows, texel: level.layout.texel })
     }
 
@@ -296,7 +296,7 @@ impl<'a> Band<'a> {
 
     /// Whether the last quarter of each of its tile's texels is zero: alpha, where a texel has four channels.
     pub(crate) fn is_transparent(&self, x: u32) -> bool {
-        let bytes = self.bytes(&(x..x + 1));
+        let bytes = self.tile_bytes(&(x..x + 1));
         let alpha = self.texel - self.texel / 4;
         let mut texels = self.rows.iter().flat_map(|row| row.bytes()[bytes.clone()].chunks_exact(self.texel));
         texels.all(|texel| texel[alpha..].iter().all(|&byte| byte == 0))
@@ -304,22 +304,22 @@ impl<'a> Band<'a> {
 
     /// The rows of its tile.
     pub(crate) fn tile_rows(&self, x: u32) -> Vec<&[u8]> {
-        let bytes = self.bytes(&(x..x + 1));
+        let bytes = self.tile_bytes(&(x..x + 1));
         self.rows.iter().map(|row| &row.bytes()[bytes.clone()]).collect()
     }
 
     /// Along the tiles of some columns, borders included: the rows of texels from which rows of blocks are
     /// made.
     pub(crate) fn strips(&self, columns: &Range<u32>) -> Vec<Strip<'_>> {
-        let bytes = self.bytes(columns);
+        let bytes = self.tile_bytes(columns);
         let fours = self.rows.as_chunks::<SIDE>().0.iter();
         fours
             .map(|rows| Strip::new(rows.each_ref().map(Row::bytes), Row::joined(rows)).cut(bytes.clone()))
             .collect()
     }
 
-    /// Where the tiles of some columns lie in a row.
-    fn bytes(&self, columns: &Range<u32>) -> Range<usize> {
+    /// The bytes of a row that the tiles of some columns show, their borders included.
+    fn tile_bytes(&self, columns: &Range<u32>) -> Range<usize> {
         let ([page, ..], [border, ..]) = (self.geometry.page(), self.geometry.border());
         let texels = columns.start as usize * page as usize
             ..columns.end as usize * page as usize + 2 * border as usize;

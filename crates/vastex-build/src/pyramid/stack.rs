@@ -110,14 +110,17 @@ impl<'a> Stack<'a> {
 
     /// Hands every row of pages that is ready in all layers to `cut`, the finest level first. Stops at the
     /// first error.
-    pub(crate) fn cut_ready<E>(&mut self, mut cut: impl FnMut(Bands<'a>) -> Result<(), E>) -> Result<(), E> {
+    pub(crate) fn cut_ready<E>(
+        &mut self,
+        mut cut: impl FnMut(LayerBands<'a>) -> Result<(), E>,
+    ) -> Result<(), E> {
         let Some(geometry) = self.plans.first().map(|plan| &plan.geometry) else { return Ok(()) };
         for level in 0..geometry.tail().first_level() {
             let mut any = false;
             while self.pyramids.iter().all(|pyramid| pyramid.has_band(level)) {
                 let layers = self.pyramids.iter_mut().filter_map(|pyramid| pyramid.cut_band(level));
                 let (seams, layers) = (self.seams.clone(), layers.collect());
-                cut(Bands { plans: self.plans, encoder: self.encoder, seams, layers })?;
+                cut(LayerBands { plans: self.plans, encoder: self.encoder, seams, layers })?;
                 any = true;
             }
             if any {
@@ -151,7 +154,7 @@ impl<'a> Stack<'a> {
 
 /// A row of pages, all of whose rows are there in every layer, and stay as they are for as long as this is
 /// held.
-pub(crate) struct Bands<'a> {
+pub(crate) struct LayerBands<'a> {
     plans: &'a [LayerPlan],
     encoder: &'a TileEncoder,
     seams: Arc<Vec<Seams>>,
@@ -159,7 +162,7 @@ pub(crate) struct Bands<'a> {
     layers: Vec<Band<'a>>,
 }
 
-impl Bands<'_> {
+impl LayerBands<'_> {
     /// The shape of the first layer, whose pages are those of all.
     pub(crate) fn geometry(&self) -> &Geometry {
         &self.plans[0].geometry

@@ -16,10 +16,10 @@ use std::ops::Range;
 use rayon::prelude::*;
 use vastex_core::{AddressMode, Geometry, LayerFormat};
 
-use super::bands::row_at;
 use super::descent::factor;
 use super::layout::RowLayout;
 use super::rows::Rows;
+use super::schedule::row_at;
 use crate::texels::filter::{LayerFilter, Meaning, Stretched, finished, prepared};
 
 /// Rows of level 0 that are best added at once.

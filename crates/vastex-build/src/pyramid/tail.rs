@@ -4,7 +4,7 @@
 use vastex_core::{Geometry, LayerFormat};
 
 use super::Pyramid;
-use super::bands::row_at;
+use super::schedule::row_at;
 use crate::tile::tail::extend_levels;
 
 /// The texels of the tail's tile. Every row must have been pushed.

@@ -109,9 +109,9 @@ impl LoadOrder {
     }
 
     /// Counts the slots that further loads can have, where so many tiles of the set are in view; gives up
-    /// tiles in flight that would find none, and ranks the others. There is none only where the bias may not
-    /// act: a tile that waited for a slot forever would hold a part of the in-flight budget.
-    pub(super) fn make_room(&mut self, in_view: u32, residency: &mut Residency, reranks: &mut Reranks) {
+    /// tiles in flight that would find none, and ranks the others. Slots run out only where the mip bias may
+    /// not act: there a tile that waited for a slot forever would hold a part of the in-flight budget.
+    pub(super) fn fit_slots(&mut self, in_view: u32, residency: &mut Residency, reranks: &mut Reranks) {
         let here = in_view.saturating_sub(self.order.len() as u32) + residency.tails();
         self.room = residency.slot_count().saturating_sub(here);
         let mut in_flight = residency.stats().in_flight;

@@ -58,7 +58,7 @@ impl PoolPager {
         self.rebuild_set();
         self.load_order.forget(texture);
         self.plan.forget(texture);
-        self.make_room();
+        self.fit_slots();
         self.check();
         Some(under_way)
     }

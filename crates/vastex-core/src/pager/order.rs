@@ -1,4 +1,4 @@
-//! The order of loading.
+//! The order of loading by itself: which of two missing pages comes first. `load_order` keeps the list.
 //!
 //! First what is at most two levels finer than what is on screen, so that a view that has nothing better
 //! sharpens step by step; then what is further ahead. Within each, by the pixels that would gain times the

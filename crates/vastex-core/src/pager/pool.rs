@@ -158,13 +158,13 @@ impl PoolPager {
         load_order.give_up_unused(residency);
         load_order.rebuild(set, bias.bias(), residency, textures);
         reranks.clear();
-        self.make_room();
+        self.fit_slots();
         newly
     }
 
-    pub(super) fn make_room(&mut self) {
+    pub(super) fn fit_slots(&mut self) {
         let in_view = self.in_view();
-        self.load_order.make_room(in_view, &mut self.residency, &mut self.reranks);
+        self.load_order.fit_slots(in_view, &mut self.residency, &mut self.reranks);
     }
 
     /// The best page in view that is to be asked for, as far as the share of its texture allows.
@@ -194,9 +194,14 @@ impl PoolPager {
     }
 
     pub(super) fn poll_rerank(&mut self) -> Option<Request> {
-        let (page, rank) = self.reranks.pop(&self.residency)?;
-        self.residency.rerank(page, rank);
-        self.request(page, rank)
+        while let Some((page, rank)) = self.reranks.pop(&self.residency) {
+            self.residency.rerank(page, rank);
+            // A texture that is gone has no position for its page, and others may wait behind it.
+            if let Some(request) = self.request(page, rank) {
+                return Some(request);
+            }
+        }
+        None
     }
 
     fn request(&self, page: PageId, rank: u64) -> Option<Request> {

@@ -20,7 +20,7 @@ impl Reranks {
 
     /// The page has this rank in the order now.
     pub(crate) fn note(&mut self, residency: &Residency, page: PageId, rank: u64) {
-        if residency.is_ranked_worse(page, rank) {
+        if residency.needs_rerank(page, rank) {
             self.0.push((page, rank));
         }
     }
@@ -28,7 +28,7 @@ impl Reranks {
     /// A page that the loader still has with another rank than it should have, and that rank.
     pub(crate) fn pop(&mut self, residency: &Residency) -> Option<(PageId, u64)> {
         while let Some((page, rank)) = self.0.pop() {
-            if residency.is_ranked_worse(page, rank) {
+            if residency.needs_rerank(page, rank) {
                 return Some((page, rank));
             }
         }

@@ -1,4 +1,4 @@
-//! Views: the main view, and others beside it, as of a mirror, a shadow, a second eye, a second window.
+//! Which views there are in all pools, with their weights.
 //!
 //! Each gives feedback of its own, as often as it is drawn, and what any of them wants is wanted; how
 //! sharply, the sharpest need of any says. A view's weight only says how much its pixels count when it is

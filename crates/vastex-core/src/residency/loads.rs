@@ -99,7 +99,7 @@ impl Residency {
     }
 
     /// Whether the loader has the page, not called off, with a rank that this one should replace.
-    pub(crate) fn is_ranked_worse(&self, page: PageId, rank: u64) -> bool {
+    pub(crate) fn needs_rerank(&self, page: PageId, rank: u64) -> bool {
         let Some(record) = self.records.get(page) else { return false };
         let is_loading = match record.state {
             State::Loading(cancel) => cancel == Cancel::No,

@@ -28,8 +28,8 @@
 //! A texture that is removed takes its pages with it, whatever their state; only what the loader has stays
 //! `Loading`, called off and unwanted, until that answers.
 //!
-//! Which pages are wanted, in which order, and which page gives up its slot (`victims`) is decided elsewhere;
-//! here the moves are made and counted.
+//! The pager decides which pages are wanted and in which order; `victims` chooses the page that gives up its
+//! slot. This file makes the moves and counts them.
 
 #[cfg(feature = "checks")]
 mod checks;

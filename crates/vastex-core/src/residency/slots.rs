@@ -70,8 +70,8 @@ impl Residency {
     }
 
     /// A slot for a tile that is ready, and the last page that gave it up; `None` if no page may be evicted.
-    /// Of pages that share a slot all go, and some may that leave others behind: they come back without a
-    /// load.
+    /// A shared slot is free when all its pages are evicted. Pages whose slot still has other sharers may be
+    /// evicted too without freeing it; they come back without a load.
     pub(crate) fn take_slot(&mut self, textures: &Textures) -> Option<(Slot, Option<PageId>)> {
         if let Some(slot) = self.free.pop() {
             return Some((slot, None));

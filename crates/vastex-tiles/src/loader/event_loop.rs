@@ -103,7 +103,7 @@ impl LocalLoader {
             return Some(loaded);
         }
         let now = self.clock.now();
-        for read in self.queue.set_time(now) {
+        for read in self.queue.end_overdue(now) {
             self.running.retain(|(running, _)| *running != read);
             self.queue.finish(read, Outcome::Dropped);
         }

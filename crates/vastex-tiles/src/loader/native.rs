@@ -301,7 +301,7 @@ impl Shared {
             return;
         }
         state.looked = now;
-        for read in state.queue.set_time(now) {
+        for read in state.queue.end_overdue(now) {
             state.drop_read(read);
         }
         let slow: Vec<_> = state.queue.begun_before(PATIENCE.min(self.settings.time_out)).collect();

@@ -244,7 +244,7 @@ impl Queue {
 
     /// Sets the time. Returns the reads that have become overdue, each once: their requests have ended, and
     /// they may be dropped.
-    pub(super) fn set_time(&mut self, now: Duration) -> Vec<ReadId> {
+    pub(super) fn end_overdue(&mut self, now: Duration) -> Vec<ReadId> {
         self.now = self.now.max(now);
         let now = self.now;
         let due = |read: &Read| now.saturating_sub(read.begun) >= self.settings.time_out;

@@ -252,7 +252,7 @@ fn unlimited(decoder: TiffDecoder) -> TiffDecoder {
 }
 
 /// The rows of a file that must be decoded: those of one strip or of one row of tiles are there.
-pub(super) struct Bands {
+pub(super) struct ReadyRows {
     decoding: Arc<Decoding>,
     ahead: Ahead<Run>,
     /// Strips or tiles that somebody was asked for.
@@ -265,9 +265,14 @@ pub(super) struct Bands {
     pub(super) rounded: bool,
 }
 
-impl Bands {
+impl ReadyRows {
     /// `decoder` is at the first image of the file.
-    pub(super) fn new(chunks: Arc<Chunks>, file: Arc<File>, decoder: TiffDecoder, is_ycbcr: bool) -> Bands {
+    pub(super) fn new(
+        chunks: Arc<Chunks>,
+        file: Arc<File>,
+        decoder: TiffDecoder,
+        is_ycbcr: bool,
+    ) -> ReadyRows {
         let lists = LIST_BYTES * chunks.offsets.len() as u64;
         let decoded = chunks.decoded_bytes().saturating_add(RUN_BYTES);
         // What is decoded, what that is made of, and a decoder.
@@ -277,7 +282,7 @@ impl Bands {
         decoders.give(unlimited(decoder));
         let decoding = Arc::new(Decoding { chunks, file, is_ycbcr, decoders, buffers });
         let (rows, ready) = (Vec::new(), Vec::new().into_iter());
-        Bands { decoding, ahead, asked: 0, ready, first_row: 0, rows, rounded: false }
+        ReadyRows { decoding, ahead, asked: 0, ready, first_row: 0, rows, rounded: false }
     }
 
     pub(super) fn memory_ahead(&self, pieces: usize) -> u64 {

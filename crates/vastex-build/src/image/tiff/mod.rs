@@ -21,7 +21,7 @@ use tiff::{ColorType, TiffError};
 use crate::image::alpha::unpremultiply;
 use crate::image::positioned::Positioned;
 use crate::image::{Helpers, ImageHeader, InputFault, Notice, PixelFormat, Profile, RowReader, Sample};
-use chunks::{Bands, Chunks, PLANAR, TiffDecoder, open_decoder};
+use chunks::{Chunks, PLANAR, ReadyRows, TiffDecoder, open_decoder};
 use samples::{COMPRESSION_JPEG, COMPRESSION_NONE, FLOAT, SIGNED, Stored};
 
 /// Bytes that one tag of the header may have: the largest are colour profiles, and the list of the strips.
@@ -43,7 +43,7 @@ pub(super) struct TiffReader {
 enum Access {
     /// Uncompressed strips whose samples need no change.
     Raw(Positioned),
-    Decoded(Box<Bands>),
+    Decoded(Box<ReadyRows>),
 }
 
 impl TiffReader {
@@ -88,7 +88,7 @@ impl TiffReader {
                 };
                 header.notices.push(Notice::WholeImage { bytes: header.memory, why });
             }
-            Access::Decoded(Box::new(Bands::new(chunks.clone(), file, decoder, is_ycbcr)))
+            Access::Decoded(Box::new(ReadyRows::new(chunks.clone(), file, decoder, is_ycbcr)))
         };
         Ok(TiffReader { header, chunks, access, is_premultiplied, next_row: 0 })
     }

@@ -17,7 +17,7 @@ use crate::wanted::feedback::{Need, WantedPage};
 /// What keeps a page from being in a slot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wait {
-    /// It is not asked for: no feedback of the last jitter cycle has named it, and nothing by hand.
+    /// It is not asked for: no feedback of the last jitter cycle has named it, and nothing asked for it explicitly.
     Feedback,
     /// It is asked for after so many others, as loads that are under way end or as bytes in flight allow.
     Request {

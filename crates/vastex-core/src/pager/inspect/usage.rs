@@ -26,7 +26,7 @@ pub struct PoolUsage {
     /// Pages whose tiles are in them, which is what its textures have: more than slots where pages of the
     /// same content share one.
     pub pages: u32,
-    /// Those of them that are not given up whatever is in view: tails, and what is pinned by hand.
+    /// Those of them that are not given up whatever is in view: tails, and what an application pins.
     pub locked: u32,
     /// The mip bias in force, in eighths of a level.
     pub bias_eighths: u16,
@@ -54,7 +54,7 @@ pub struct SlotUsage {
     pub pages: u32,
     /// Whether any of them is in view, at the mip bias in force.
     pub is_in_view: bool,
-    /// Whether it holds a tail, or what is pinned by hand.
+    /// Whether it holds a tail, or what an application pins.
     pub is_locked: bool,
 }
 

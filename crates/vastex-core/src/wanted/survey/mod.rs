@@ -11,7 +11,7 @@
 //! | [`Survey::object`] | a sphere around it, and how densely texels lie on it | all of it at the level of its nearest point |
 //!
 //! A third kind is drawn by the GPU, in texture space, and becomes pages here ([`LevelImage`]). What is seen
-//! can feed a pager as feedback does ([`crate::Pager::observe`]), what is not seen as an expectation
+//! can feed a pager as feedback does ([`crate::Pager::observe`]), what is not seen as a prediction
 //! ([`crate::Pager::expect`]).
 
 mod camera;

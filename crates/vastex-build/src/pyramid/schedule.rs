@@ -10,7 +10,7 @@ use vastex_core::{AddressMode, Geometry, PagePos, fold, is_border_color};
 use super::rows::RowOrder;
 
 /// The bands of one level finer than the tail.
-pub(crate) struct Bands<'a> {
+pub(crate) struct Schedule<'a> {
     geometry: &'a Geometry,
     level: u8,
     order: RowOrder,
@@ -22,10 +22,10 @@ pub(crate) struct Bands<'a> {
     next_needs: u32,
 }
 
-impl<'a> Bands<'a> {
+impl<'a> Schedule<'a> {
     /// `order` is that in which the level's rows are made, `late` at least [`late_bands`].
-    pub(crate) fn new(geometry: &'a Geometry, level: u8, order: RowOrder, late: u32) -> Bands<'a> {
-        let mut bands = Bands { geometry, level, order, late, cut: 0, next_needs: 0 };
+    pub(crate) fn new(geometry: &'a Geometry, level: u8, order: RowOrder, late: u32) -> Schedule<'a> {
+        let mut bands = Schedule { geometry, level, order, late, cut: 0, next_needs: 0 };
         bands.next_needs = bands.rows_needed();
         bands
     }
@@ -65,14 +65,14 @@ impl<'a> Bands<'a> {
 
     /// The first row, but for the head, that a band still to be cut needs.
     pub(crate) fn keep_from(&self) -> u32 {
-        let (count, head) = (self.count(), Bands::head_rows(self.geometry, self.level, self.late));
+        let (count, head) = (self.count(), Schedule::head_rows(self.geometry, self.level, self.late));
         // Bands in between need later rows than the next one; only those at the edges look back.
         let edges = count.saturating_sub(self.late + 3)..count;
         [self.cut, self.cut + 1]
             .into_iter()
             .chain(edges)
             .filter(|turn| (self.cut..count).contains(turn))
-            .flat_map(|turn| Bands::rows(self.geometry, self.level, self.band_at(turn)))
+            .flat_map(|turn| Schedule::rows(self.geometry, self.level, self.band_at(turn)))
             .flatten()
             .filter(|&row| row >= head)
             .min()
@@ -91,7 +91,7 @@ impl<'a> Bands<'a> {
         if self.cut == self.count() {
             return u32::MAX;
         }
-        let rows = Bands::rows(self.geometry, self.level, self.band_at(self.cut)).flatten();
+        let rows = Schedule::rows(self.geometry, self.level, self.band_at(self.cut)).flatten();
         rows.map(|row| self.order.rank(row) + 1).max().unwrap_or(0)
     }
 }
@@ -128,7 +128,7 @@ mod tests {
             (AddressMode::Wrap, [(1, 68), (2, 100), (3, 100), (0, 100)]),
         ] {
             let geometry = image(100, 32, 4, mode);
-            let mut bands = Bands::new(&geometry, 0, RowOrder::from_top(100), late_bands(&geometry, 0));
+            let mut bands = Schedule::new(&geometry, 0, RowOrder::from_top(100), late_bands(&geometry, 0));
             for (band, needs) in order {
                 assert_eq!(bands.next(needs - 1), None);
                 assert_eq!(bands.next(needs), Some(band));
@@ -149,12 +149,12 @@ mod tests {
             let first = if mode == AddressMode::Wrap && first < height { first } else { 0 };
             let order = RowOrder { height, first };
             let late = late_bands(&geometry, first) + if mode == AddressMode::Wrap { more } else { 0 };
-            let mut bands = Bands::new(&geometry, 0, order, late);
-            let head = Bands::head_rows(&geometry, 0, late);
+            let mut bands = Schedule::new(&geometry, 0, order, late);
+            let head = Schedule::head_rows(&geometry, 0, late);
             let (mut keep, mut cut) = (bands.keep_from(), 0);
             for filled in 1..=height {
                 while let Some(band) = bands.next(filled) {
-                    for row in Bands::rows(&geometry, 0, band).flatten() {
+                    for row in Schedule::rows(&geometry, 0, band).flatten() {
                         prop_assert!(
                             order.rank(row) < filled && (row < head || row >= keep),
                             "band {} row {}", band, row
