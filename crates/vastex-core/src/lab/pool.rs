@@ -2,7 +2,9 @@
 
 use crate::lab::pages::Pages;
 
-/// See the head of the file. Tails are neither counted nor held.
+/// The pool of a replay: what is resident, what the present frame wants, and what may be evicted.
+///
+/// Tails are neither counted nor held.
 #[derive(Debug)]
 pub(crate) struct Pool<'a> {
     pages: &'a Pages,

@@ -15,7 +15,7 @@ pub(super) const PIN_SHARE: u32 = 50;
 /// Percent of the slots that pins may take at most, so that there is always room for a view.
 pub(super) const MOST_PINS: u32 = 80;
 
-/// See the head of the file.
+/// What holds pages against what is out of view: prefetches, pins and predictions.
 #[derive(Debug)]
 pub(crate) struct Claims {
     tickets: Tickets,

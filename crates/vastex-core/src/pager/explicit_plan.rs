@@ -14,7 +14,7 @@ use crate::residency::{PageState, Residency};
 use crate::texture::page::{PageId, TextureId};
 use crate::texture::textures::Textures;
 
-/// See the head of the file.
+/// What comes after everything in view, best first, as far as there are slots.
 #[derive(Debug, Default)]
 pub(super) struct ExplicitPlan {
     pages: Vec<PageId>,

@@ -13,7 +13,7 @@ use crate::residency::{PageState, Residency};
 use crate::texture::page::{PageId, TextureId};
 use crate::texture::textures::Textures;
 
-/// See the head of the file.
+/// What is missing in view, best first, and how far its requests and uploads are.
 #[derive(Debug)]
 pub(super) struct LoadOrder {
     ranking: Ranking,

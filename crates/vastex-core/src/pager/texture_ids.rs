@@ -26,7 +26,7 @@ enum State {
     },
 }
 
-/// See the head of the file.
+/// Which numbers of textures and groups are taken, and when one may be given again.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct TextureIds {
     states: Vec<State>,

@@ -70,7 +70,9 @@ impl Movement {
     }
 }
 
-/// See the head of the file. Only the regions that were seen within a cycle cost anything in a frame.
+/// When a page that is out of view may be wanted again, as the wanted regions move.
+///
+/// Only the regions that were seen within a cycle cost anything in a frame.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Foresight {
     regions: Vec<Region>,

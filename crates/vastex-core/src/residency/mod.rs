@@ -102,7 +102,7 @@ pub enum PageState {
     },
 }
 
-/// See the head of the file.
+/// The state of every page and slot, and the moves between states.
 #[derive(Debug)]
 pub(crate) struct Residency {
     records: Records,

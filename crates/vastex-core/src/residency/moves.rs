@@ -9,7 +9,7 @@ use crate::texture::textures::Textures;
 /// Pages that leave or get a slot in a frame for which there is memory from the beginning.
 const MOVES: u32 = 1024;
 
-/// See the head of the file.
+/// Where pages went: what page tables and the application have yet to be told.
 #[derive(Debug)]
 pub(super) struct Moves {
     /// Pages that have left their slots.

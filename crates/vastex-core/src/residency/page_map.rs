@@ -9,7 +9,9 @@ use crate::texture::page::PageId;
 /// Places at first.
 const FIRST_BUCKETS: usize = 16;
 
-/// See the head of the file. Half of its buckets are always free.
+/// A map from pages to values whose memory follows the most pages that it has ever held.
+///
+/// Half of its buckets are always free.
 #[derive(Clone, Debug)]
 pub(crate) struct PageMap<V> {
     /// A power of two of them; those of no page are free.

@@ -118,7 +118,7 @@ std::thread_local! {
     pub(crate) static VISITED: std::cell::Cell<usize> = const { std::cell::Cell::new(0) };
 }
 
-/// See the head of the file.
+/// A record for each page that has a state other than `Absent`, or a resident descendant.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Records {
     /// Those of no page are free.

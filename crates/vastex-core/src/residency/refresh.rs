@@ -56,7 +56,7 @@ impl Refresh {
     }
 }
 
-/// See the head of the file.
+/// New content of resident pages, which is loaded into the same slots.
 #[derive(Debug, Default)]
 pub(crate) struct Refreshes {
     pages: FxHashMap<PageId, Refresh>,

@@ -16,7 +16,7 @@ const RESERVE: f64 = 0.3;
 /// What is expected back within so many frames is not given up for these.
 const RESERVE_BACK: f64 = 24.0;
 
-/// See the head of the file.
+/// How long a page that is out of view is worth its slot.
 #[derive(Clone, Debug)]
 pub(crate) struct Retention {
     foresight: Foresight,

@@ -99,7 +99,7 @@ impl Marks {
     }
 }
 
-/// See the head of the file.
+/// Which pages have the same content, and so may share a load and a slot.
 #[derive(Debug, Default)]
 pub(crate) struct Sharing {
     /// By the number of the texture.

@@ -42,7 +42,7 @@ struct Member {
     table: TableImage,
 }
 
-/// See the head of the file.
+/// Many textures in several pools under one pager; [`Crowd::step`] plays a frame and checks what must hold.
 #[derive(Debug)]
 pub struct Crowd {
     /// The pager under test.

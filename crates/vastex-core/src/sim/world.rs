@@ -104,7 +104,8 @@ impl Knobs {
     }
 }
 
-/// See the head of the module. Where something does not hold, [`World::step`] says what.
+/// A simulated run of one texture: a camera, a loader and a pager. [`World::step`] plays a frame, checks what
+/// must hold, and says what does not.
 #[derive(Debug)]
 pub struct World {
     knobs: Knobs,

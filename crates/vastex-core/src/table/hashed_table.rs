@@ -50,7 +50,11 @@ impl HashedBucket {
     }
 }
 
-/// See the head of the file.
+/// The page table of a texture that has too many pages for an entry each: a hash table of its resident pages.
+///
+/// Its memory follows the pages that are resident. A resident page is found by one probe sequence of at most
+/// `HASHED_PROBES` buckets; of another page a lookup goes up the ancestors, with a sequence for each, to the
+/// tail, which needs no entry. At most half of the buckets are filled.
 #[derive(Clone, Debug)]
 pub struct HashedTable {
     geometry: Geometry,

@@ -60,7 +60,8 @@ pub enum Step {
     Settled,
 }
 
-/// See the head of the file.
+/// Why a pixel shows what it shows: the page that was wanted there, the page that is shown, what stands between
+/// the two, and since when. It is read off the pager's state, so a frame costs no more for it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Explanation {
     /// The pool.

@@ -111,7 +111,7 @@ impl Node {
     }
 }
 
-/// See the head of the file.
+/// The distinct pages that views want over one jitter cycle of each, with their ancestors.
 #[derive(Debug)]
 pub(crate) struct WorkingSet {
     /// One for each view; `None` if the view was removed.

@@ -26,7 +26,7 @@ pub(super) struct Named {
     pub(super) eighth: u8,
 }
 
-/// See the head of the file.
+/// What one view wanted over its last jitter cycle.
 #[derive(Debug)]
 pub(super) struct Window {
     pub(super) view: ViewId,

@@ -25,7 +25,9 @@ pub use learn::{LearnError, LearnSettings};
 /// A cell, by its number along each axis.
 type Cell = [i32; 3];
 
-/// See the head of the module.
+/// Which pages are wanted where, learnt from traces: for each cell of the camera's space, the pages that were
+/// wanted while the camera was in it and shortly after, those wanted most first. What it says of the camera's
+/// cell is given to [`crate::Pager::expect`]. Its file format stands in docs/traces.md.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PrefetchSets {
     geometries: Vec<Arc<Geometry>>,

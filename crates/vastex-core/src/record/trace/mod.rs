@@ -16,7 +16,10 @@ use crate::texture::page::TextureId;
 use crate::texture::textures::Textures;
 use crate::wanted::feedback::WantedPage;
 
-/// What the views of a run wanted. See the head of the module.
+/// What the views of a run wanted, frame after frame, to be replayed under any policy: the shape of every
+/// texture, the pages of each frame with their pixels and how sharply they were needed, and where the camera
+/// was. What was loaded is not in it. [`Trace::to_bytes`] and [`Trace::from_bytes`] are its file format
+/// (docs/traces.md).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Trace {
     geometries: Vec<Arc<Geometry>>,

@@ -84,7 +84,11 @@ pub struct Surveyed {
     pub unseen: Feedback,
 }
 
-/// See the head of the module.
+/// Finds what a view wants from geometry alone, without a feedback pass.
+///
+/// It is told of each textured surface ([`Survey::surface`]) or object ([`Survey::object`]) and gives what
+/// feedback gives: pages, how sharply they are needed and over how many pixels. It does not know what hides
+/// what, so it wants more than is shown, and it is never late.
 #[derive(Clone, Debug)]
 pub struct Survey {
     camera: Camera,
