@@ -55,7 +55,7 @@ const SAMPLE: &[&str] = &[
     "fade::either_kind_of_page_table_fades_alike",
     "mixing::in_a_group_each_member_has_its_own_filter",
     "belt::rooms_come_back_and_no_more_are_made_than_are_filled_at_once",
-    "uploads::the_belt_is_for_tiles_that_are_better_off_there",
+    "uploads::by_default_tiles_go_by_the_belt_in_real_time_and_through_the_queue_in_lock_step",
     "uploads::a_belt_without_room_keeps_nothing_from_the_screen",
     "pools::tile_sizes_and_formats_live_side_by_side",
     "resize::a_pool_that_still_holds_the_view_shows_the_same_picture",

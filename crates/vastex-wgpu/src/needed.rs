@@ -16,7 +16,7 @@ use std::collections::HashMap;
 /// twice, for the device to refuse.
 pub fn only_needed(text: &str) -> Cow<'_, str> {
     let code = without_comments(text);
-    if code.contains(OTHER_BLANKS) {
+    if !code.is_ascii() && code.contains(OTHER_BLANKS) {
         return Cow::Borrowed(text);
     }
     let declarations: Vec<Declaration<'_>> = declarations(&code).collect();
@@ -154,7 +154,10 @@ fn without_comments(text: &str) -> String {
 /// Bytes of the comment with which a text begins; 0 where it begins with none. Comments with stars nest.
 fn comment_length(text: &str) -> usize {
     if text.starts_with("//") {
-        return text.find(LINE_BREAKS).unwrap_or(text.len());
+        let line = &text[..text.find('\n').unwrap_or(text.len())];
+        // Few texts have any of the others.
+        let is_plain = line.bytes().all(|byte| (b' '..=b'~').contains(&byte));
+        return if is_plain { line.len() } else { line.find(LINE_BREAKS).unwrap_or(line.len()) };
     }
     if !text.starts_with("/*") {
         return 0;

@@ -6,9 +6,14 @@ mod list;
 
 use std::collections::HashSet;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::thread;
 
 use anyhow::{Context, Result, bail};
+use vastex_wgpu::only_needed;
+
+/// Texts that are looked through by all processors before they are written.
+const AT_ONCE: usize = 256;
 
 fn main() -> Result<()> {
     let mut arguments = std::env::args_os().skip(1);
@@ -17,16 +22,32 @@ fn main() -> Result<()> {
     };
     let directory = PathBuf::from(directory);
     fs::create_dir_all(&directory).with_context(|| format!("cannot make {}", directory.display()))?;
-    let (mut texts, mut result) = (HashSet::new(), Ok(()));
+    let (mut texts, mut open, mut result) = (HashSet::new(), Vec::new(), Ok(()));
     list::each(&mut |name, text| {
-        let text = vastex_wgpu::only_needed(&text).into_owned();
-        if result.is_ok() && !texts.contains(&text) {
-            let file = directory.join(format!("{name}.wgsl"));
-            result = fs::write(&file, &text).with_context(|| format!("cannot write {}", file.display()));
-            texts.insert(text);
+        open.push((name.to_owned(), text));
+        if result.is_ok() && open.len() == AT_ONCE {
+            result = write(&mut open, &directory, &mut texts);
         }
     });
     result?;
+    write(&mut open, &directory, &mut texts)?;
     println!("{} shader texts in {}", texts.len(), directory.display());
+    Ok(())
+}
+
+/// Writes what a device is handed of each text, in order, unless another was the same.
+fn write(open: &mut Vec<(String, String)>, directory: &Path, texts: &mut HashSet<String>) -> Result<()> {
+    let threads = thread::available_parallelism().map_or(1, usize::from);
+    thread::scope(|scope| {
+        for part in open.chunks_mut(AT_ONCE.div_ceil(threads)) {
+            scope.spawn(|| part.iter_mut().for_each(|(_, text)| *text = only_needed(text).into_owned()));
+        }
+    });
+    for (name, text) in open.drain(..) {
+        if texts.insert(text.clone()) {
+            let file = directory.join(format!("{name}.wgsl"));
+            fs::write(&file, text).with_context(|| format!("cannot write {}", file.display()))?;
+        }
+    }
     Ok(())
 }
