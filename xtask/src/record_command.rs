@@ -124,3 +124,21 @@ fn record(program: &Program, own: &str, directory: &Path, parts: &[&str]) -> Res
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_directory_that_is_no_record_is_not_written_into() {
+        let directory = std::env::temp_dir().join(format!("xtask-record-{}", std::process::id()));
+        assert!(refuse_others(&directory).is_ok(), "a new one");
+        std::fs::create_dir_all(directory.join("frames")).unwrap();
+        std::fs::write(directory.join("json.txt"), "").unwrap();
+        assert!(refuse_others(&directory).is_ok(), "a record");
+        std::fs::write(directory.join("notes.md"), "").unwrap();
+        let refused = refuse_others(&directory).unwrap_err().to_string();
+        std::fs::remove_dir_all(&directory).unwrap();
+        assert!(refused.contains("'notes.md'"), "{refused}");
+    }
+}

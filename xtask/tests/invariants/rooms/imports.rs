@@ -104,7 +104,7 @@ impl Crate {
 const KINDS: &[&str] =
     &["struct", "enum", "fn", "trait", "const", "static", "type", "mod", "macro_rules!", "union"];
 
-/// Whether code declares `name` as a `kind`.
+/// Returns true if code declares `name` as a `kind`.
 fn declares(code: &str, kind: &str, name: &str) -> bool {
     code.match_indices(kind).any(|(at, _)| {
         let starts = !code[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_');
@@ -230,7 +230,7 @@ fn words(code: &str) -> Vec<&str> {
     words
 }
 
-/// Whether one module lies in the other.
+/// Returns true if one module lies in the other.
 pub(super) fn parent_and_child(a: &str, b: &str) -> bool {
     let within = |inner: &str, outer: &str| {
         ROOTS.contains(&outer) || inner.strip_prefix(outer).is_some_and(|rest| rest.starts_with('/'))
