@@ -18,8 +18,8 @@ use crate::{setup, shaders, shell};
 
 const PAGE: &str = include_str!("browser.html");
 /// Entry points of the compute shaders, by the file that has their text.
-const COMPUTED: &str = r#"[["library-table", "fill"], ["library-table", "evict"], ["library-table", "load"],
-    ["library-table", "write"], ["library-compact", "count"], ["library-compact", "append"],
+const COMPUTED: &str = r#"[["library-tables", "fill"], ["library-tables", "evict"], ["library-tables", "load"],
+    ["library-tables", "write"], ["library-compact", "count"], ["library-compact", "append"],
     ["library-inline", "forget"], ["library-inline", "settle"]]"#;
 /// Bytes of texts in one answer.
 const BATCH: usize = 1 << 20;
@@ -32,7 +32,7 @@ const SHOWN: usize = 20;
 
 pub(crate) fn check() -> Result<Outcome> {
     if let Err(error) = setup::ensure(&setup::BROWSER) {
-        if std::env::var_os("CI").is_some_and(|ci| ci == "true") {
+        if shell::is_ci() {
             return Err(error);
         }
         println!("\n!!!! SKIPPED: {error:#}, so nothing says whether browsers take the shaders !!!!\n");

@@ -14,7 +14,7 @@ use crate::shell::{self, Usage};
 const DEFAULT_FLIPS: u64 = 10_000;
 const DEFAULT_MINUTES: u64 = 30;
 /// As vastex-fuzz names them.
-const TARGETS: [&str; 11] = [
+const TARGETS: &[&str] = &[
     "container",
     "part",
     "image",

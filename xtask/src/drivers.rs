@@ -35,11 +35,12 @@ const SAMPLE: &[&str] = &[
     "inspect::places_are_what_the_page_table_says",
     "property::every_pixel_shows_its_texel_where_edges_mirror",
     // Page tables of both kinds, as they change, grow and lie in textures.
-    "tables::a_table_follows_random_loads_and_evictions",
-    "tables::a_table_of_a_volume_follows_too",
-    "tables::a_table_grows_when_finer_pages_come",
-    "tables::a_table_that_grows_tells_the_old_one_what_has_changed",
-    "tables::a_hashed_table_grows_and_shrinks_with_what_is_resident",
+    "pool_tables::tables_of_many_textures_follow_whatever_comes_and_goes",
+    "pool_tables::what_a_table_leaves_midway_is_as_good_as_new",
+    "pool_tables::levels_are_sent_by_and_by_where_the_gpu_cannot_fill_them",
+    "pool_tables::one_hash_table_follows_all_textures_of_its_pool",
+    "pool_tables_wgsl::shaders_find_every_page_of_every_texture_of_a_pool",
+    "params::records_are_what_was_set_wherever_they_lie",
     "page_tables::pictures_are_the_same_through_either_kind_in_every_frame",
     "pools::page_tables_grow_when_the_view_comes_near",
     // Feedback in every way, of groups and in texture space.
@@ -109,7 +110,7 @@ fn find() -> Result<Option<PathBuf>> {
     }
     let installed = setup::ensure(&setup::BROWSER);
     let found = library();
-    if found.is_none() && std::env::var_os("CI").is_some_and(|ci| ci == "true") {
+    if found.is_none() && shell::is_ci() {
         installed?;
         bail!("Chromium is there and {LIBRARY} is not where it is looked for: {}", PLACES.join(", "));
     }

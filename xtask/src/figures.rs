@@ -85,6 +85,25 @@ nothing in the steady state (`crates/vastex-core/tests/steady.rs`), and how soon
     sections: false,
 };
 
+pub(crate) const TEXTURES: Figures = Figures {
+    name: "textures",
+    packages: &["-p", "vastex"],
+    profile: "bench",
+    report: "docs/bench-textures.md",
+    reads_earth: false,
+    introduction: "\
+# Many textures: what 200 of them cost the thread that draws
+
+Written by `cargo xtask bench textures --write`. A wall of 200 quads, each with a texture of its own: of four channels in pages of 128 texels, of one
+channel in pages of 120, and small ones that are held whole. Processor time of the calling thread for a frame, the least of five medians of 200
+frames; what the adapter does is not counted, so that a software driver tells as much as a GPU.
+
+Until bind groups were those of pools and not of textures, such a frame took 1,102 us still and 1,023 us moving on the machine of the figures below
+(feedback 149, update 238, picture 625, submission 90), drawn one by one, each with its own bind group, in 68 pools.
+",
+    sections: false,
+};
+
 pub(crate) const DRAW: Figures = Figures {
     name: "draw",
     packages: &["--workspace"],

@@ -33,7 +33,7 @@ mod window;
 
 use std::process::ExitCode;
 
-use figures::{DECIDE, DRAW, FETCH, SLOW};
+use figures::{DECIDE, DRAW, FETCH, SLOW, TEXTURES};
 use shell::Usage;
 
 const HELP: &str = "\
@@ -52,6 +52,7 @@ Commands:
   bench fetch [--write]    reading and decoding tiles beside bare reads and decoders; into docs/bench-fetch.md
   bench slow [--write]     a disk cache before a source slowed on purpose; into docs/bench-slow.md
   bench decide [--write]   what a frame's decisions cost on one core; into docs/bench-decide.md
+  bench textures [--write] what 200 textures cost the thread that draws; into docs/bench-textures.md
   bench draw [--write]     frames beside those of an ordinary texture, on this machine's adapter, with a verdict for each thing that
                            is asked of a GPU; into docs/bench-draw.md
   bench draw SECTION..     only these: operations, filters, fading, feedback, tables, second_level, sizes, uploads
@@ -107,6 +108,7 @@ fn dispatch(arguments: &[&str]) -> anyhow::Result<()> {
         ["bench", "fetch", options @ ..] => FETCH.bench(options),
         ["bench", "slow", options @ ..] => SLOW.bench(options),
         ["bench", "decide", options @ ..] => DECIDE.bench(options),
+        ["bench", "textures", options @ ..] => TEXTURES.bench(options),
         ["bench", "draw", options @ ..] => DRAW.bench(options),
         ["bench", other, ..] => Err(Usage(format!(
             "no benchmark is called '{other}'; there are: build, decide, draw, fetch, slow"

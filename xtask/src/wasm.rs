@@ -13,7 +13,7 @@ use crate::test::Outcome;
 use crate::{setup, shell};
 
 const TARGET: &str = "wasm32-unknown-unknown";
-const CRATES: &[&str] = &["vastex-core", "vastex-tiles", "vastex-wgpu", "vastex"];
+const CRATES: &[&str] = &["vastex-core", "vastex-tiles", "vastex-wgpu", "vastex", "vastex-viewer"];
 
 const DEBIAN_RUSTC: &str = "/usr/bin/rustc";
 const DEBIAN_SOURCES: &str = "/usr/lib/rustlib/src/rust/library/std";

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use crate::gpu::Gpu;
+use vastex_viewer::Gpu;
 
 /// Tells time by what tells most of the work: the processor time of this process where the adapter is the processor, which a busy
 /// machine disturbs less; the GPU's timestamps; or, where there is neither, the wall from submitting to having waited.

@@ -1,13 +1,6 @@
 //! How alike two pictures are.
 
-/// A picture: RGBA, 8 bits each, row by row. An alpha of 0 says that the texture does not cover the pixel.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Picture {
-    /// Width and height in pixels.
-    pub size: [u32; 2],
-    /// Four bytes for each pixel.
-    pub rgba: Vec<u8>,
-}
+use vastex_viewer::Picture;
 
 /// How alike two pictures are, over the pixels that the texture covers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,11 +15,11 @@ pub struct Comparison {
     pub share_beyond_3_255: f64,
 }
 
-impl Picture {
-    /// Compares with another picture of the same size. A pixel that only one of them covers counts as wholly different.
-    pub fn compare(&self, other: &Picture) -> Comparison {
+impl Comparison {
+    /// Compares two pictures of the same size. A pixel that only one of them covers counts as wholly different.
+    pub fn of(one: &Picture, other: &Picture) -> Comparison {
         let (mut pixels, mut within, mut beyond, mut max_error, mut squares) = (0u64, 0u64, 0u64, 0u8, 0u64);
-        for (a, b) in self.rgba.chunks_exact(4).zip(other.rgba.chunks_exact(4)) {
+        for (a, b) in one.rgba.chunks_exact(4).zip(other.rgba.chunks_exact(4)) {
             if a[3] == 0 && b[3] == 0 {
                 continue;
             }
@@ -62,11 +55,11 @@ mod tests {
         let picture = |pixels: [[u8; 4]; 4]| Picture { size: [4, 1], rgba: pixels.concat() };
         let (covered, beside) = ([10, 20, 30, 255], [0, 0, 0, 0]);
         let a = picture([covered, covered, covered, beside]);
-        assert_eq!(a.compare(&a).psnr_db, 99.0);
+        assert_eq!(Comparison::of(&a, &a).psnr_db, 99.0);
         let b = picture([[11, 20, 30, 255], [10, 25, 30, 255], covered, beside]);
-        let c = a.compare(&b);
+        let c = Comparison::of(&a, &b);
         assert_eq!((c.max_error, c.share_within_1_255, c.share_beyond_3_255), (5, 2.0 / 3.0, 1.0 / 3.0));
         let missing = picture([covered, covered, beside, beside]);
-        assert_eq!(a.compare(&missing).max_error, 255);
+        assert_eq!(Comparison::of(&a, &missing).max_error, 255);
     }
 }

@@ -4,10 +4,11 @@
 
 use vastex::{CpuTexture, Textures};
 
-use crate::compare::Picture;
-use crate::draw::{SceneRenderer, depth_view};
-use crate::gpu::Gpu;
-use crate::read::read_texture;
+use crate::wait::read_texture;
+use vastex_viewer::Gpu;
+use vastex_viewer::Picture;
+use vastex_viewer::stage::StageScene;
+use vastex_viewer::{SceneRenderer, depth_view};
 
 /// Bytes of a pixel of a coordinate target: four floats.
 const PIXEL_BYTES: u32 = 16;
@@ -22,14 +23,14 @@ pub(crate) fn cpu_picture(
     size: [u32; 2],
 ) -> Result<Picture, vastex::Error> {
     let [uv_and_dx, dy_covered_and_light] = coordinates(gpu, textures, renderer, size);
-    let look = renderer.look();
+    let color_map = renderer.color_map();
     let mut rgba = Vec::with_capacity(uv_and_dx.len());
     for ([u, v, dx_u, dx_v], [dy_u, dy_v, covered, light]) in uv_and_dx.into_iter().zip(dy_covered_and_light)
     {
         let pixel = if covered == 0.0 {
             [0; 4]
         } else {
-            look.pixel_from_value(texture.sample_grad([u, v], [dx_u, dx_v], [dy_u, dy_v])?, light)
+            color_map.pixel_from_value(texture.sample_grad([u, v], [dx_u, dx_v], [dy_u, dy_v])?, light)
         };
         rgba.extend(pixel);
     }

@@ -1,22 +1,25 @@
 //! A globe with a texture of any size on it, flown over from orbit down to its texels.
 //!
 //! Where the camera is is f64, what is drawn is told from the camera (`globe_grid`), and texels in fixed point from the one below it, so
-//! nothing trembles. The scene `globe` (`draw`) has its surface in the world, and textures in uv: for up to 2^16 texels per axis.
+//! nothing trembles. The scene `globe` (`vastex-viewer`) has its surface in the world, and textures in uv: for up to 2^16 texels per axis.
 
 use std::sync::Arc;
 
 use glam::Mat4;
-use vastex::{FeedbackWay, FrameStats, Settings, TextureId, Textures, TileSource};
+use vastex::{FeedbackWay, FrameStats, Sampled, Settings, TextureId, Textures, TileSource, ViewId};
 
-use crate::compare::Picture;
-use crate::draw::{BACKGROUND, PictureTarget, depth_view, filled_buffer};
-use crate::globe_grid::{GlobeGrid, GlobePose};
-use crate::gpu::Gpu;
-use crate::pipeline::{Corners, PipelineParts};
 use crate::planet::FORMAT;
-use crate::read::read_texture;
 use crate::shaders;
-use crate::uniform::Uniform;
+use crate::wait::read_texture;
+use vastex_viewer::Gpu;
+use vastex_viewer::Picture;
+use vastex_viewer::Target;
+use vastex_viewer::layers::BACKGROUND;
+use vastex_viewer::stage::{
+    Canvas, Frame, Pictures, StageScene, StageView, TargetKind, Uniform, draw_again, filled_buffer,
+};
+use vastex_viewer::surface::{Corners, PipelineParts};
+use vastex_viewer::{GlobeGrid, GlobePose};
 
 /// Frames of the path down.
 const FRAMES: u64 = 600;
@@ -27,21 +30,31 @@ const FRAMES: u64 = 600;
 struct DescentUniform {
     clip_from_camera: Mat4,
     anchor: [u32; 2],
-    unused: [u32; 2],
+    texture: u32,
+    unused: u32,
 }
 
 /// See the head of the file.
 pub struct Descent {
     gpu: Gpu,
     textures: Textures,
+    scene: DescentScene,
+    camera: DescentCamera,
+    canvas: Canvas,
+}
+
+/// What is drawn of the globe.
+struct DescentScene {
     texture: TextureId,
-    size: [u32; 2],
-    surface: Surface,
+    indices: wgpu::Buffer,
     picture: wgpu::RenderPipeline,
     wanted: wgpu::RenderPipeline,
-    colour: wgpu::Texture,
-    colour_view: wgpu::TextureView,
-    depth_view: wgpu::TextureView,
+}
+
+/// The grid as one camera sees it.
+struct DescentCamera {
+    vertices: wgpu::Buffer,
+    uniform: Uniform,
 }
 
 impl Descent {
@@ -56,36 +69,35 @@ impl Descent {
         let feedback = settings.feedback.filter(|&way| way != FeedbackWay::Inline);
         let settings = Settings { feedback: feedback.or(Some(FeedbackWay::Separate)), ..settings };
         let mut textures = Textures::new(device, &gpu.queue, settings)?;
-        let texture = textures.add(source)?;
-        let surface = Surface::new(gpu);
-        let text = shaders::descent(&textures.wgsl(texture));
+        let texture = textures.add_blocking(source)?;
+        let layout = Uniform::layout(device);
+        let kinds = textures.kinds(texture);
+        let text = shaders::descent(&textures.wgsl(&kinds));
         let module = &vastex::shader_module(device, Some("descent"), text);
         let pipeline = |entries, format| {
-            let groups = [Some(textures.bind_group_layout(texture)), Some(&surface.layout)];
+            let textures_layout = textures.bind_group_layout(&kinds);
+            let groups = [Some(&textures_layout), Some(&layout)];
             PipelineParts { module, constants: &[], corners: Corners::Vertices, entries, formats: &[format] }
                 .pipeline(device, &groups)
         };
-        let colour = device.create_texture(&wgpu::TextureDescriptor {
-            label: Some("descent"),
-            size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: FORMAT,
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
-            view_formats: &[],
-        });
+        // Every grid has the same indices, and as many vertices.
+        let nowhere = GlobePose { longitude: 0.0, latitude: 0.0, altitude: 1.0, pitch: 0.0 };
+        let mesh = GlobeGrid::new(&nowhere, [2, 1], 1.0).mesh;
+        let filled = |bytes, usage| filled_buffer(device, &gpu.queue, bytes, usage);
         Ok(Descent {
-            picture: pipeline(["place", "shade"], FORMAT),
-            wanted: pipeline(["place_feedback", "want"], Textures::FEEDBACK_FORMAT),
-            colour_view: colour.create_view(&Default::default()),
-            depth_view: depth_view(device, size),
+            camera: DescentCamera {
+                vertices: filled(bytemuck::cast_slice(&mesh.vertices), wgpu::BufferUsages::VERTEX),
+                uniform: Uniform::new::<DescentUniform>(device, &layout),
+            },
+            scene: DescentScene {
+                indices: filled(bytemuck::cast_slice(&mesh.indices), wgpu::BufferUsages::INDEX),
+                picture: pipeline(["place", "shade"], FORMAT),
+                wanted: pipeline(["place_feedback", "want"], Textures::FEEDBACK_FORMAT),
+                texture,
+            },
+            canvas: Canvas::new(gpu, size, FORMAT, TargetKind::Direct),
             gpu: gpu.clone(),
             textures,
-            texture,
-            size,
-            surface,
-            colour,
         })
     }
 
@@ -109,15 +121,11 @@ impl Descent {
 
     /// Plays one frame, but for the picture.
     pub fn frame(&mut self, pose: &GlobePose) -> Result<FrameStats, vastex::Error> {
-        let [width, height, _] = self.textures.description(self.texture).geometry.size();
-        let view = self.size[0] as f32 / self.size[1] as f32;
-        self.surface.set(&self.gpu.queue, &GlobeGrid::new(pose, [width, height], view));
-        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        let (surface, wanted, texture) = (&self.surface, &self.wanted, self.texture);
-        self.textures.feedback(&mut encoder, self.size, |pass, groups| {
-            surface.draw(pass, wanted, &groups[texture]);
-        })?;
-        self.textures.update()?;
+        let views = [StageView { view: ViewId::MAIN, camera: &self.camera, pose: *pose }];
+        let (picture, pictures) = (self.canvas.size(), Pictures::Never);
+        let frame = Frame { views: &views, expected: None, picture, has_feedback: true, pictures };
+        let target = self.canvas.target();
+        let encoder = frame.record(&self.gpu, &mut self.textures, &self.scene, &target, |_, _| Ok(()))?;
         self.gpu.queue.submit([encoder.finish()]);
         Ok(self.textures.stats())
     }
@@ -125,11 +133,8 @@ impl Descent {
     /// The picture of the last frame, from what is in the pool now.
     pub fn picture(&self) -> Picture {
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        let target = PictureTarget { colour: &self.colour_view, depth: &self.depth_view };
-        let mut pass = target.begin(&mut encoder, BACKGROUND);
-        self.surface.draw(&mut pass, &self.picture, self.textures.bind_group(self.texture));
-        drop(pass);
-        Picture { size: self.size, rgba: read_texture(&self.gpu, encoder, &self.colour, 4) }
+        draw_again(&mut encoder, &self.textures, &self.scene, &self.camera, &self.canvas.target());
+        Picture { size: self.canvas.size(), rgba: read_texture(&self.gpu, encoder, self.canvas.picture(), 4) }
     }
 
     /// The textures, to ask about them.
@@ -138,48 +143,62 @@ impl Descent {
     }
 }
 
-/// The grid on the GPU, apart from the texture on it.
-struct Surface {
-    vertices: wgpu::Buffer,
-    indices: wgpu::Buffer,
-    uniform: Uniform,
-    layout: wgpu::BindGroupLayout,
+impl StageScene for DescentScene {
+    type Pose = GlobePose;
+    type Camera = DescentCamera;
+
+    fn sampled(&self) -> Sampled {
+        self.texture.into()
+    }
+
+    fn place(
+        &self,
+        camera: &DescentCamera,
+        queue: &wgpu::Queue,
+        textures: &Textures,
+        pose: &GlobePose,
+        picture: [u32; 2],
+    ) {
+        let [width, height, _] = textures.description(self.texture).geometry.size();
+        let view = picture[0] as f32 / picture[1] as f32;
+        let GlobeGrid { mesh, anchor, clip_from_camera } = GlobeGrid::new(pose, [width, height], view);
+        let texture = textures.shader_id(self.texture);
+        camera.uniform.set(queue, &DescentUniform { clip_from_camera, anchor, texture, unused: 0 });
+        queue.write_buffer(&camera.vertices, 0, bytemuck::cast_slice(&mesh.vertices));
+    }
+
+    fn draw_wanted(
+        &self,
+        camera: &DescentCamera,
+        pass: &mut wgpu::RenderPass<'_>,
+        textures: &wgpu::BindGroup,
+    ) {
+        self.draw(pass, &self.wanted, camera, textures);
+    }
+
+    fn draw_picture(
+        &self,
+        camera: &DescentCamera,
+        encoder: &mut wgpu::CommandEncoder,
+        textures: &wgpu::BindGroup,
+        target: &Target<'_>,
+    ) {
+        self.draw(&mut target.begin(encoder, BACKGROUND), &self.picture, camera, textures);
+    }
 }
 
-impl Surface {
-    fn new(gpu: &Gpu) -> Surface {
-        let device = &gpu.device;
-        // Every grid has the same indices, and as many vertices.
-        let nowhere = GlobePose { longitude: 0.0, latitude: 0.0, altitude: 1.0, pitch: 0.0 };
-        let mesh = GlobeGrid::new(&nowhere, [2, 1], 1.0).mesh;
-        let filled = |bytes, usage| filled_buffer(device, &gpu.queue, bytes, usage);
-        let layout = Uniform::layout(device);
-        let uniform = Uniform::new::<DescentUniform>(device, &layout);
-        Surface {
-            vertices: filled(bytemuck::cast_slice(&mesh.vertices), wgpu::BufferUsages::VERTEX),
-            indices: filled(bytemuck::cast_slice(&mesh.indices), wgpu::BufferUsages::INDEX),
-            uniform,
-            layout,
-        }
-    }
-
-    fn set(&self, queue: &wgpu::Queue, grid: &GlobeGrid) {
-        let GlobeGrid { mesh, anchor, clip_from_camera } = grid;
-        let told = DescentUniform { clip_from_camera: *clip_from_camera, anchor: *anchor, unused: [0; 2] };
-        self.uniform.set(queue, &told);
-        queue.write_buffer(&self.vertices, 0, bytemuck::cast_slice(&mesh.vertices));
-    }
-
+impl DescentScene {
     fn draw(
         &self,
         pass: &mut wgpu::RenderPass<'_>,
         pipeline: &wgpu::RenderPipeline,
+        camera: &DescentCamera,
         texture: &wgpu::BindGroup,
     ) {
         pass.set_pipeline(pipeline);
         pass.set_bind_group(0, texture, &[]);
-        pass.set_bind_group(1, &self.uniform.group, &[]);
-        pass.set_vertex_buffer(0, self.vertices.slice(..));
+        pass.set_bind_group(1, &camera.uniform.group, &[]);
+        pass.set_vertex_buffer(0, camera.vertices.slice(..));
         pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
         pass.draw_indexed(0..GlobeGrid::index_count(), 0, 0..1);
     }

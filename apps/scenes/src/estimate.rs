@@ -5,9 +5,9 @@ use vastex::{
     SurveyedTexture, Textures,
 };
 
-use crate::draw::SceneRenderer;
-use crate::pose::Pose;
-use crate::scene::Scene;
+use vastex_viewer::Pose;
+use vastex_viewer::Scene;
+use vastex_viewer::SceneRenderer;
 
 /// A way to know what a view wants without a feedback pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -45,10 +45,10 @@ impl Estimate {
         frame: u64,
     ) -> Option<Surveyed> {
         let [width, height, _] = texture.geometry.size();
-        let image = width as f32 / height as f32;
-        let matrix = pose.clip_from_world(picture[0] as f32 / picture[1] as f32, image);
+        let image = f64::from(width) / f64::from(height);
+        let matrix = pose.clip_from_world(f64::from(picture[0]) / f64::from(picture[1]), image);
         let mut survey = Survey::new(Camera::new(matrix.to_cols_array_2d(), picture), settings);
-        let surface = surface(scene, f64::from(image));
+        let surface = surface(scene, image);
         match self {
             Estimate::Quadtree => survey.surface(texture, &*surface),
             Estimate::TextureSpace => return None,
@@ -62,7 +62,7 @@ impl Estimate {
     }
 }
 
-/// How a studio estimates.
+/// How a offscreen estimates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimating {
     /// In which way.

@@ -1,60 +1,41 @@
-//! What Vastex draws, for the program, the tests and the browser: scenes, cameras and the ordinary-texture reference.
+//! What judges pictures: the ordinary-texture reference, the CPU's pictures, costs, estimates, and scenes that only tests and examples
+//! draw.
 //!
-//! Everything here is an application of the crate `vastex`, and calls its frame loop unchanged. The words of the command
-//! line and the window are the program's.
+//! What is drawn is `vastex-viewer`'s, and named here too. The words of the command line and the window are the program's.
 
-mod ahead;
+mod attribute;
 mod clock;
 mod compare;
 mod cpu_picture;
 mod descent;
-mod draw;
 mod estimate;
-mod eye;
-mod globe_grid;
-mod gpu;
 mod levels;
-mod look;
-mod overlay;
-mod patches;
-mod path;
-mod pipeline;
+mod offscreen;
+mod places;
 mod planet;
 mod planet_image;
 mod planet_reference;
-mod pose;
-mod read;
 mod reference;
-mod relief;
-mod scene;
 pub mod shaders;
-mod studio;
-mod tiling;
 mod traced;
-mod uniform;
-mod views;
+mod wait;
 
+pub use attribute::Attribute;
 pub use clock::GpuClock;
-pub use compare::{Comparison, Picture};
+pub use compare::Comparison;
 pub use descent::Descent;
-pub use draw::{Drawn, PictureTarget, SceneRenderer, depth_view};
 pub use estimate::{Estimate, Estimating};
-pub use eye::Eye;
-pub use globe_grid::{GlobeGrid, GlobePose};
-pub use gpu::{Gpu, GpuSetupError};
 pub use levels::LevelError;
-pub use look::{Look, Shown, UnknownLayer};
-pub use overlay::{Overlay, OverlayRenderer};
-pub use path::Path;
-pub use planet::{Attribute, Part, Planet};
-pub use planet_image::{PlanetImageError, planet_image};
-pub use pose::Pose;
-pub use reference::{Reference, ReferenceError, Taps};
-pub use relief::{Heights, HeightsError, Relief};
-pub use scene::{Mesh, Scene, Vertex, surface};
-pub use studio::{
-    CostsBeside, DrawCosts, Outcome, PATIENCE_FRAMES, ReferenceKind, Studio, StudioError, Until,
+pub use offscreen::{
+    CostsBeside, DrawCosts, Offscreen, OffscreenError, Outcome, PATIENCE_FRAMES, ReferenceKind, Until,
 };
-pub use tiling::Tiling;
+pub use planet::{Part, Planet};
+pub use planet_image::{PlanetImageError, planet_image};
+pub use reference::{Reference, ReferenceError, Taps};
 pub use traced::trace_of;
-pub use views::Views;
+pub use vastex_viewer::{
+    CameraBinding, ColorMap, DisplayOptions, GlobeGrid, GlobePose, Gpu, GpuSetupError, Heights, HeightsError,
+    Mesh, Overlay, OverlayRenderer, Path, Picture, Pose, Relief, Scene, SceneDesc, SceneRenderer, Target,
+    Tiling, UnknownLayer, Vertex, Views, depth_view, surface,
+};
+pub use wait::headless_gpu;

@@ -1,11 +1,12 @@
 //! A planet drawn from ordinary mip-mapped textures, all of them at once: what its picture is compared with.
 
+use crate::attribute::Attribute;
 use crate::compare::Comparison;
 use crate::levels::read_level;
-use crate::pipeline::{Corners, PipelineParts};
-use crate::planet::{Attribute, FORMAT, Planet};
+use crate::planet::{FORMAT, Planet};
 use crate::reference::{Plain, ReferenceError};
 use crate::shaders;
+use vastex_viewer::surface::{Corners, PipelineParts};
 
 impl Planet {
     /// How alike the picture of the last frame is to that from an ordinary texture in the place of each virtual one.
@@ -51,9 +52,12 @@ impl Planet {
             layout: &layout,
             entries: &entries,
         });
-        let groups = [self.textures.bind_group_layout(self.group), &self.globe.layout, &layout].map(Some);
+        let kinds = self.textures.kinds(self.scene.group);
+        let textures_layout = self.textures.bind_group_layout(&kinds);
+        let groups = [&textures_layout, &self.scene.globe.layout, &layout].map(Some);
         let attributes: Vec<Attribute> = self.parts.iter().map(|(part, _)| *part).collect();
-        let text = shaders::ordinary_planet(&self.textures.wgsl(self.group), &attributes);
+        let pools: Vec<usize> = kinds.member_pools().collect();
+        let text = shaders::ordinary_planet(&self.textures.wgsl(&kinds), &attributes, &pools);
         let pipeline = PipelineParts {
             module: &vastex::shader_module(device, Some("ordinary planet"), text),
             constants: &[],
@@ -62,6 +66,6 @@ impl Planet {
             formats: &[FORMAT],
         };
         let expected = self.picture_by(&pipeline.pipeline(device, &groups), Some(&group));
-        Ok(self.picture().compare(&expected))
+        Ok(Comparison::of(&self.picture(), &expected))
     }
 }

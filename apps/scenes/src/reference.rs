@@ -9,8 +9,9 @@
 
 use vastex::{AddressMode, Description, Geometry, Layer, LayerFormat, TexelPositions, Textures, TileSource};
 
-use crate::draw::{PictureTarget, SceneRenderer};
 use crate::levels::{LevelError, read_level};
+use vastex_viewer::stage::StageScene;
+use vastex_viewer::{SceneRenderer, Target};
 
 /// An ordinary texture may take so much of the device's memory: 1 GiB.
 const MAX_BYTES: u64 = 1 << 30;
@@ -93,7 +94,7 @@ impl Reference {
         encoder: &mut wgpu::CommandEncoder,
         renderer: &SceneRenderer,
         textures: &Textures,
-        target: &PictureTarget<'_>,
+        target: &Target<'_>,
     ) {
         let mut pass = target.begin(encoder, renderer.background());
         pass.set_bind_group(2, &self.group, &[]);

@@ -7,8 +7,8 @@ use std::f32::consts::{PI, TAU};
 
 use vastex::{CpuFeedback, Geometry, Trace};
 
-use crate::path::Path;
-use crate::scene::Scene;
+use vastex_viewer::Path;
+use vastex_viewer::Scene;
 
 /// The trace of a path from its first frame to its last, over one texture, for pictures of so many pixels.
 ///
@@ -20,8 +20,10 @@ pub fn trace_of(scene: Scene, path: Path, geometry: &Geometry, picture: [u32; 2]
     let [width, height, _] = geometry.size().map(|side| side as f32);
     let [columns, rows] = picture.map(|side| side as f32);
     for frame in 0..path.frames() {
-        let pose = path.pose(scene, width / height, frame);
-        let world_from_clip = pose.clip_from_world(columns / rows, width / height).inverse();
+        let pose = path.pose(scene, f64::from(width) / f64::from(height), frame);
+        let world_from_clip = pose
+            .clip_from_world(f64::from(columns) / f64::from(rows), f64::from(width) / f64::from(height))
+            .inverse();
         let wanted = feedback.of_view(picture, frame, |[x, y]| {
             let clip = Vec2::new(2.0 * x / columns - 1.0, 1.0 - 2.0 * y / rows);
             uv_from_clip(scene, width / height, &world_from_clip, clip)
@@ -66,8 +68,8 @@ fn uv_on_globe(start: Vec3, direction: Vec3) -> Option<[f32; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pose::Pose;
-    use crate::scene::direction;
+    use vastex_viewer::Pose;
+    use vastex_viewer::direction;
 
     #[test]
     fn a_point_of_a_surface_is_found_where_it_is_drawn() {

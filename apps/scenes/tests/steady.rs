@@ -7,7 +7,7 @@
 use std::sync::Arc;
 
 use vastex::{FeedbackWay, Filter, Pace, PlanetImage, PlanetSource, PoolSettings, Settings};
-use vastex_scenes::{Gpu, Path, Scene, Studio, Until};
+use vastex_scenes::{Offscreen, Path, Scene, Until, headless_gpu};
 
 /// Frames before memory is looked at: caches fill, and the view is there.
 const FIRST: u64 = 100;
@@ -24,7 +24,7 @@ fn resident_bytes() -> u64 {
 
 #[test]
 fn memory_does_not_grow_with_frames() {
-    let gpu = Gpu::headless().unwrap_or_else(|why| panic!("{why}; `cargo xtask test` installs one"));
+    let gpu = headless_gpu().unwrap_or_else(|why| panic!("{why}; `cargo xtask test` installs one"));
     for (bits, feedback) in [
         (12, FeedbackWay::Separate),
         (12, FeedbackWay::Raw),
@@ -41,12 +41,12 @@ fn memory_does_not_grow_with_frames() {
             feedback: Some(feedback),
             ..Settings::default()
         };
-        let mut studio = Studio::new(&gpu, planet, Scene::Plane, [96, 54], settings).unwrap();
+        let mut offscreen = Offscreen::new(&gpu, planet, Scene::Plane, [96, 54], settings).unwrap();
         let mut grown_by = |frames| {
             let before = resident_bytes();
             for _ in 0..frames {
-                studio.run(Path::Still, Until::Frames(1), |_, _| ()).unwrap();
-                studio.picture();
+                offscreen.run(Path::Still, Until::Frames(1), |_, _| ()).unwrap();
+                offscreen.picture();
             }
             resident_bytes().saturating_sub(before)
         };

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args as ClapArgs, CommandFactory, Parser, Subcommand};
 use vastex::{FeedbackWay, Filter};
-use vastex_scenes::{Overlay, Path as CameraPath, Scene, Shown, Views};
+use vastex_scenes::{DisplayOptions, Overlay, Path as CameraPath, Scene, Views};
 
 #[cfg(feature = "build")]
 pub(crate) use build::{BuildArgs, Compress};
@@ -168,10 +168,14 @@ pub(crate) struct VerifyArgs {
     pub(crate) quiet: bool,
 }
 
+/// What a source begins with that is no file but a generated planet.
+pub(crate) const PLANET: &str = "planet:";
+
 /// What both `render` and `view` are told.
 #[derive(Debug, ClapArgs)]
 pub(crate) struct SceneArgs {
-    /// The container, or a tile directory of another program
+    /// The container, a tile directory of another program, or planet:BITS[:IMAGE], a generated planet of 2^BITS texels round the
+    /// equator (8 to 31), with the continents of IMAGE, a container or tile directory, if it is named
     pub(crate) source: PathBuf,
     /// What the image is put on
     #[arg(long, default_value = "image", value_name = "SCENE", value_parser = named(&Scene::ALL, Scene::name))]
@@ -307,10 +311,21 @@ pub(crate) struct RenderArgs {
 }
 
 impl SceneArgs {
+    /// Whether the source is a generated planet.
+    fn is_planet(&self) -> bool {
+        self.source.to_str().is_some_and(|source| source.starts_with(PLANET))
+    }
+
     /// What is shown of the texture.
-    pub(crate) fn shown(&self) -> Shown {
+    pub(crate) fn shown(&self) -> DisplayOptions {
         let heights = self.heights.heights();
-        Shown { layer: self.layer_shown.clone(), range: Some(self.range), heights, ..Shown::default() }
+        DisplayOptions {
+            layer: self.layer_shown.clone(),
+            range: Some(self.range),
+            heights,
+            always_fixed: self.is_planet(),
+            ..DisplayOptions::default()
+        }
     }
 }
 

@@ -1,15 +1,15 @@
-//! What `render` and `view` are given: a container, or a tile directory of another program, behind a disk cache if one is asked
+//! What `render` and `view` are given: a container, a tile directory of another program, or a generated planet, behind a disk cache if one is asked
 //! for.
 
 use std::path::Path;
 use std::sync::Arc;
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use vastex::TileSource;
 use vastex_tiles::{Container, DirectStore, DiskTier};
 
-use crate::args::SceneArgs;
-use crate::{disk_cache, report};
+use crate::args::{PLANET, SceneArgs};
+use crate::{disk_cache, planet, report};
 
 /// What a scene shows.
 pub(crate) struct Opened {
@@ -20,7 +20,12 @@ pub(crate) struct Opened {
 
 /// Opens the source of a scene, and its disk cache if there is to be one.
 pub(crate) fn open(args: &SceneArgs) -> Result<Opened> {
-    let tiles = open_path(&args.source, args.direct)?;
+    let planet = args.source.to_str().and_then(|source| source.strip_prefix(PLANET));
+    let tiles = match planet {
+        Some(words) => planet::open(words, |path| open_path(path, args.direct))
+            .with_context(|| args.source.display().to_string())?,
+        None => open_path(&args.source, args.direct)?,
+    };
     Ok(disk_cache::before(tiles, &args.source, &args.disk_cache))
 }
 

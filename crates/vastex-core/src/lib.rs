@@ -38,7 +38,7 @@ pub use residency::resize::SlotMove;
 pub use residency::stats::Stats;
 pub use residency::waits::TimeToSharp;
 pub use table::estimate::PoolEstimate;
-pub use table::hashed_table::{HashedBucket, HashedTable};
+pub use table::hashed_table::{HashedBucket, HashedTable, HashedTextureTable};
 pub use table::pool::{ArrayLimits, PoolError, PoolId, PoolLayout, Slot, SlotPlace};
 pub use table::{ChangeRule, PageTable, TableChange, TableEntry, TableImage};
 pub use texture::format::{Description, Layer, LayerError, LayerFormat};

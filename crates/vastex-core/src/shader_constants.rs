@@ -41,6 +41,8 @@ pub const TEXTURE_SPACE_FINEST: u32 = 255;
 pub const FIXED_REACH: u32 = 1 << 30;
 /// Places of a hashed page table that a page is looked for in at most.
 pub const HASHED_PROBES: u32 = 32;
+/// Buckets that a hashed page table has at least, as a power of two.
+pub const HASHED_FEWEST_BITS: u32 = 10;
 /// Factors by which the hash of a page mixes its bits: odd, with about as many ones as zeros.
 pub const HASH_LOW: u32 = 0x9e37_79b1;
 /// See [`HASH_LOW`].
@@ -70,6 +72,7 @@ pub const WGSL: &[(&str, u32)] = &[
     ("TEXTURE_SPACE_FINEST", TEXTURE_SPACE_FINEST),
     ("FIXED_REACH", FIXED_REACH),
     ("HASHED_PROBES", HASHED_PROBES),
+    ("HASHED_FEWEST_BITS", HASHED_FEWEST_BITS),
     ("HASH_LOW", HASH_LOW),
     ("HASH_HIGH", HASH_HIGH),
     ("HASH_LAST", HASH_LAST),

@@ -16,9 +16,9 @@ mod stores;
 mod testing;
 mod tile;
 
-pub use caches::RamCache;
 #[cfg(not(target_family = "wasm"))]
 pub use caches::{DiskCache, DiskTier, DiskTierError};
+pub use caches::{RamBudget, RamCache};
 #[cfg(not(target_family = "wasm"))]
 pub use container::verify_file;
 pub use container::{Container, ContainerError, Fault, Info, Saved, Verification, verify};
@@ -27,7 +27,7 @@ pub use container::{ContainerUpdate, ReorderError, UpdateError, Updated, reorder
 #[cfg(feature = "write")]
 pub use container::{
     ContainerWriter, Left, MergeError, Origin, PartOf, PartWriter, ResumableWriter, TempFile, WriteError,
-    WriterOptions, Written, merge, remove_abandoned, write_advice,
+    WriterOptions, Written, merge, remove_abandoned, resolved, write_advice,
 };
 pub use ground::sync::{MaybeSend, MaybeSync};
 pub use loader::{Clock, LoadError, Loaded, Loader, LoaderSettings, LocalLoader, SystemClock};

@@ -1,134 +1,178 @@
-//! The one bind group through which an application's shaders see a virtual texture; that of several is `group`'s.
+//! What shaders of some kinds see, and at which bindings: in a bind group of its own, or among the entries of an application's.
 //!
-//! It holds the texture's parameters and page table, its pool's parameters and the atlas of one layer, where tiles fade in how far they
-//! have, and the parameters of the view that is drawn into a feedback target; the main pass takes the same group and ignores the view.
+//! From the first binding on: the records, the views, the sampler, where feedback is inline its cells; for each pool of the text its page
+//! tables, its parameters and, where tiles fade in, how far they have; then the atlas of each layer.
 
-use crate::feedback::ViewBuffer;
+use crate::error::GpuError;
+use crate::kind::{Atlas, Kinds};
 use crate::pool::Pool;
-use crate::shader::Atlas;
-use crate::table::TableBuffers;
+use crate::views::Views;
 use crate::way::FeedbackWay;
 
-const TEXTURE: u32 = 0;
-const TABLE: u32 = 1;
-const POOL: u32 = 2;
-const VIEW: u32 = 3;
-const SAMPLER: u32 = 4;
-const ATLAS: u32 = 5;
-const CELLS: u32 = 6;
-/// Only where tiles fade in.
-pub(crate) const FADES: u32 = 7;
-
-/// The bindings, as (name, value), for the generator of shader text.
-pub(crate) const BINDINGS: &[(&str, u32)] = &[
-    ("BINDING_TEXTURE", TEXTURE),
-    ("BINDING_TABLE", TABLE),
-    ("BINDING_POOL", POOL),
-    ("BINDING_VIEW", VIEW),
-    ("BINDING_SAMPLER", SAMPLER),
-    ("BINDING_ATLAS", ATLAS),
-    ("BINDING_CELLS", CELLS),
-];
-
-/// The layout of that bind group, for all layers of pools that are read in the same way.
-#[derive(Clone, Debug)]
-pub struct BindLayout {
-    layout: wgpu::BindGroupLayout,
-    sampler: wgpu::Sampler,
-    atlas: Atlas,
-    way: FeedbackWay,
-    fade: bool,
+/// Where an application has room for the bindings of its shaders' Vastex text.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct BindingPlace {
+    /// Index of the bind group.
+    pub group: u32,
+    /// The first binding; the others follow it, without gaps.
+    pub first: u32,
 }
 
-impl BindLayout {
-    /// A layout for layers that are read as `atlas` says ([`Pool::atlas`]), and for shaders made for a way of feedback that the device
-    /// has.
-    pub fn new(device: &wgpu::Device, atlas: Atlas, way: FeedbackWay) -> BindLayout {
-        BindLayout::with_fade(device, atlas, way, false)
-    }
+/// The numbers of the bindings.
+pub(crate) struct Bindings {
+    first: u32,
+    has_cells: bool,
+    has_fades: bool,
+    pools: u32,
+}
 
-    /// The same for shaders in which tiles fade in where `fade` says so ([`crate::ShaderOptions::fade`]), and pools that have
-    /// [`crate::Fades`].
-    pub fn with_fade(device: &wgpu::Device, atlas: Atlas, way: FeedbackWay, fade: bool) -> BindLayout {
-        let mut entries = vec![
-            entry(TEXTURE, buffer(wgpu::BufferBindingType::Uniform)),
-            table_entry(TABLE, way),
-            entry(POOL, buffer(wgpu::BufferBindingType::Uniform)),
-            entry(VIEW, buffer(wgpu::BufferBindingType::Uniform)),
-            entry(SAMPLER, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
-            atlas_entry(ATLAS, atlas),
-        ];
-        entries.extend(cells_entry(CELLS, way));
-        entries.extend(fade.then(|| fades_entry(FADES)));
-        let descriptor = wgpu::BindGroupLayoutDescriptor { label: Some("vastex texture"), entries: &entries };
-        BindLayout {
-            layout: device.create_bind_group_layout(&descriptor),
-            sampler: new_sampler(device),
-            atlas,
-            way,
-            fade,
+impl Bindings {
+    pub(crate) fn new(kinds: &Kinds, first: u32) -> Bindings {
+        Bindings {
+            first,
+            has_cells: kinds.way() == FeedbackWay::Inline,
+            has_fades: kinds.fade(),
+            pools: kinds.text_pools().len() as u32,
         }
     }
 
-    /// For the application's pipeline layouts.
-    pub fn layout(&self) -> &wgpu::BindGroupLayout {
-        &self.layout
+    pub(crate) fn params(&self) -> u32 {
+        self.first
     }
 
-    /// How shaders that use this layout read the atlas.
-    pub fn atlas(&self) -> Atlas {
-        self.atlas
+    pub(crate) fn views(&self) -> u32 {
+        self.first + 1
     }
 
-    /// The way of feedback that it is for.
-    pub fn way(&self) -> FeedbackWay {
-        self.way
+    pub(crate) fn sampler(&self) -> u32 {
+        self.first + 2
     }
 
-    /// Whether tiles fade in in shaders that use this layout.
-    pub fn fade(&self) -> bool {
-        self.fade
+    pub(crate) fn cells(&self) -> Option<u32> {
+        self.has_cells.then_some(self.first + 3)
     }
 
-    /// The bind group of one layer of a texture, by its number in the pool. It stays valid while contents change; a new
-    /// pool, page table or view needs a new one. The layer exists and is read as this layout says; the pool
-    /// has fades where the layout has.
-    pub fn bind_group(
-        &self,
-        device: &wgpu::Device,
-        table: &TableBuffers,
-        pool: &Pool,
-        layer: usize,
-        view: &ViewBuffer,
-    ) -> wgpu::BindGroup {
-        debug_assert_eq!((pool.atlas(layer), view.way()), (self.atlas, self.way));
-        let resource = |binding, resource| wgpu::BindGroupEntry { binding, resource };
-        let mut entries = vec![
-            resource(TEXTURE, table.params().as_entire_binding()),
-            resource(TABLE, table.binding()),
-            resource(POOL, pool.params(layer).as_entire_binding()),
-            resource(VIEW, view.buffer().as_entire_binding()),
-            resource(SAMPLER, wgpu::BindingResource::Sampler(&self.sampler)),
-            resource(ATLAS, wgpu::BindingResource::TextureView(pool.view(layer))),
-        ];
-        entries.extend(view.cells().map(|cells| resource(CELLS, cells.as_entire_binding())));
-        let fades = pool.fades().filter(|_| self.fade);
-        entries.extend(fades.map(|fades| resource(FADES, wgpu::BindingResource::TextureView(fades.view()))));
-        device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("vastex texture"),
-            layout: &self.layout,
-            entries: &entries,
-        })
+    pub(crate) fn table(&self, pool: usize) -> u32 {
+        self.first_of_pool(pool as u32)
+    }
+
+    pub(crate) fn pool(&self, pool: usize) -> u32 {
+        self.first_of_pool(pool as u32) + 1
+    }
+
+    pub(crate) fn fades(&self, pool: usize) -> Option<u32> {
+        self.has_fades.then_some(self.first_of_pool(pool as u32) + 2)
+    }
+
+    pub(crate) fn atlas(&self, layer: usize) -> u32 {
+        self.first_of_pool(self.pools) + layer as u32
+    }
+
+    fn first_of_pool(&self, pool: u32) -> u32 {
+        self.first + 3 + u32::from(self.has_cells) + pool * (2 + u32::from(self.has_fades))
     }
 }
 
-pub(crate) fn entry(binding: u32, ty: wgpu::BindingType) -> wgpu::BindGroupLayoutEntry {
+/// The entries of a bind group layout for kinds, from the binding `first` on.
+pub fn layout_entries(kinds: &Kinds, first: u32) -> Vec<wgpu::BindGroupLayoutEntry> {
+    let (at, way) = (Bindings::new(kinds, first), kinds.way());
+    let uniform = || buffer(wgpu::BufferBindingType::Uniform);
+    let mut entries = vec![
+        entry(at.params(), words(way)),
+        entry(at.views(), uniform()),
+        entry(at.sampler(), wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
+    ];
+    entries.extend(at.cells().map(cells_entry));
+    for pool in 0..kinds.text_pools().len() {
+        entries.push(entry(at.table(pool), words(way)));
+        entries.push(entry(at.pool(pool), uniform()));
+        entries.extend(at.fades(pool).map(fades_entry));
+    }
+    let atlases = kinds.layers().iter().enumerate();
+    entries.extend(atlases.map(|(nth, layer)| atlas_entry(at.atlas(nth), layer.atlas)));
+    entries
+}
+
+/// What is bound for the members of kinds.
+pub struct Bound<'a> {
+    /// The records of all textures.
+    pub params: wgpu::BindingResource<'a>,
+    /// The views.
+    pub views: &'a Views,
+    /// The sampler of atlases: [`new_sampler`].
+    pub sampler: &'a wgpu::Sampler,
+    /// Of each pool of the text, in the order of [`Kinds::pools`], the pool and its page tables.
+    pub pools: Vec<(&'a Pool, wgpu::BindingResource<'a>)>,
+}
+
+/// The entries of a bind group of [`layout_entries`]. They stay valid while contents change; new records, views, pools or page tables need
+/// new ones. The pools' layers are as the kinds say.
+pub fn entries<'a>(kinds: &Kinds, first: u32, bound: &Bound<'a>) -> Vec<wgpu::BindGroupEntry<'a>> {
+    let at = Bindings::new(kinds, first);
+    let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
+    let mut entries = vec![
+        entry(at.params(), bound.params.clone()),
+        entry(at.views(), bound.views.buffer().as_entire_binding()),
+        entry(at.sampler(), wgpu::BindingResource::Sampler(bound.sampler)),
+    ];
+    let cells = at.cells().zip(bound.views.cells());
+    entries.extend(cells.map(|(binding, cells)| entry(binding, cells.as_entire_binding())));
+    for (nth, (pool, table)) in bound.pools.iter().enumerate() {
+        entries.push(entry(at.table(nth), table.clone()));
+        entries.push(entry(at.pool(nth), pool.params().as_entire_binding()));
+        let fades = at.fades(nth).zip(pool.fades());
+        let fades = fades.map(|(at, fades)| entry(at, wgpu::BindingResource::TextureView(fades.view())));
+        entries.extend(fades);
+    }
+    for (nth, layer) in kinds.layers().iter().enumerate() {
+        let (pool, _) = &bound.pools[layer.pool];
+        debug_assert_eq!(pool.atlas(layer.index.into()), layer.atlas);
+        let view = wgpu::BindingResource::TextureView(pool.view(layer.index.into()));
+        entries.push(entry(at.atlas(nth), view));
+    }
+    entries
+}
+
+/// Fails where one stage of a shader of a device with these limits cannot read so much, by itself.
+pub fn check_bindings(limits: &wgpu::Limits, kinds: &Kinds) -> Result<(), GpuError> {
+    let (pools, layers) = (kinds.text_pools().len(), kinds.layers().len());
+    let buffers = limits.max_storage_buffers_per_shader_stage as usize;
+    let sampled = limits.max_sampled_textures_per_shader_stage as usize;
+    let uniforms = limits.max_uniform_buffers_per_shader_stage as usize;
+    let fades = usize::from(kinds.fade());
+    // Records and tables are buffers, and so is where the main pass tells what it wants; or they are textures as layers are.
+    let (free_buffers, of_pool, free_textures) = match kinds.way() {
+        FeedbackWay::Separate => (buffers.saturating_sub(1), fades, sampled),
+        FeedbackWay::Inline => (buffers.saturating_sub(2), fades, sampled),
+        FeedbackWay::Raw => (usize::MAX, fades + 1, sampled.saturating_sub(1)),
+    };
+    let for_pools = free_textures.saturating_sub(layers);
+    let by_textures = for_pools.checked_div(of_pool).unwrap_or(usize::MAX);
+    let max_pools = free_buffers.min(uniforms.saturating_sub(1)).min(by_textures);
+    let max_layers = free_textures.saturating_sub(pools * of_pool);
+    match pools <= max_pools && layers <= max_layers {
+        true => Ok(()),
+        false => Err(GpuError::GroupTooLarge { pools, layers, max_pools, max_layers }),
+    }
+}
+
+/// The sampler for atlases that the device filters.
+pub fn new_sampler(device: &wgpu::Device) -> wgpu::Sampler {
+    device.create_sampler(&wgpu::SamplerDescriptor {
+        label: Some("vastex atlas"),
+        mag_filter: wgpu::FilterMode::Linear,
+        min_filter: wgpu::FilterMode::Linear,
+        ..Default::default()
+    })
+}
+
+fn entry(binding: u32, ty: wgpu::BindingType) -> wgpu::BindGroupLayoutEntry {
     let visibility = wgpu::ShaderStages::VERTEX_FRAGMENT | wgpu::ShaderStages::COMPUTE;
     wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None }
 }
 
 /// The texture array of a layer that is read as `atlas` says.
-pub(crate) fn atlas_entry(binding: u32, atlas: Atlas) -> wgpu::BindGroupLayoutEntry {
+fn atlas_entry(binding: u32, atlas: Atlas) -> wgpu::BindGroupLayoutEntry {
     let sample_type = match atlas {
         Atlas::Float => wgpu::TextureSampleType::Float { filterable: true },
         Atlas::Unfiltered => wgpu::TextureSampleType::Float { filterable: false },
@@ -139,44 +183,76 @@ pub(crate) fn atlas_entry(binding: u32, atlas: Atlas) -> wgpu::BindGroupLayoutEn
 }
 
 /// How far the tiles of a pool have faded in.
-pub(crate) fn fades_entry(binding: u32) -> wgpu::BindGroupLayoutEntry {
+fn fades_entry(binding: u32) -> wgpu::BindGroupLayoutEntry {
     let sample_type = wgpu::TextureSampleType::Uint;
     let view_dimension = wgpu::TextureViewDimension::D2Array;
     entry(binding, wgpu::BindingType::Texture { sample_type, view_dimension, multisampled: false })
 }
 
-/// A page table.
-pub(crate) fn table_entry(binding: u32, way: FeedbackWay) -> wgpu::BindGroupLayoutEntry {
-    let in_texture = wgpu::BindingType::Texture {
+/// Page tables, or records: words in a buffer, or where there are none in a texture.
+fn words(way: FeedbackWay) -> wgpu::BindingType {
+    if way != FeedbackWay::Raw {
+        return buffer(wgpu::BufferBindingType::Storage { read_only: true });
+    }
+    wgpu::BindingType::Texture {
         sample_type: wgpu::TextureSampleType::Uint,
         view_dimension: wgpu::TextureViewDimension::D2,
         multisampled: false,
-    };
-    let in_buffer = buffer(wgpu::BufferBindingType::Storage { read_only: true });
-    entry(binding, if way == FeedbackWay::Raw { in_texture } else { in_buffer })
+    }
 }
 
-/// Where the main pass tells what it wants, if it does.
-pub(crate) fn cells_entry(binding: u32, way: FeedbackWay) -> Option<wgpu::BindGroupLayoutEntry> {
-    (way == FeedbackWay::Inline).then(|| wgpu::BindGroupLayoutEntry {
+/// Where the main pass tells what it wants.
+fn cells_entry(binding: u32) -> wgpu::BindGroupLayoutEntry {
+    wgpu::BindGroupLayoutEntry {
         binding,
         visibility: wgpu::ShaderStages::FRAGMENT,
         ty: buffer(wgpu::BufferBindingType::Storage { read_only: false }),
         count: None,
-    })
-}
-
-/// The sampler for atlases that the device filters.
-pub(crate) fn new_sampler(device: &wgpu::Device) -> wgpu::Sampler {
-    device.create_sampler(&wgpu::SamplerDescriptor {
-        label: Some("vastex atlas"),
-        mag_filter: wgpu::FilterMode::Linear,
-        min_filter: wgpu::FilterMode::Linear,
-        ..Default::default()
-    })
+    }
 }
 
 /// A whole buffer, bound without a dynamic offset.
 pub(crate) fn buffer(ty: wgpu::BufferBindingType) -> wgpu::BindingType {
     wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::filter::Filter;
+    use crate::kind::{Kind, KindMember, PageSides, TableKind};
+
+    fn kinds(pools: usize, layers: usize, way: FeedbackWay, fade: bool) -> Kinds {
+        let member = |nth: usize| {
+            let (tables, pages) = (TableKind::Direct, PageSides::Any);
+            let (atlas, filter, layer) = (Atlas::Float, Filter::Trilinear, (nth / pools) as u8);
+            let kind = Kind { tables, pages, layer, atlas, scale: 1, filter };
+            KindMember { name: format!("m{nth}"), pool: nth % pools, kind }
+        };
+        Kinds::of_group((0..layers).map(member).collect(), way, fade).unwrap()
+    }
+
+    #[test]
+    fn a_group_that_no_shader_could_read_is_refused_and_says_what_fits() {
+        let limits = wgpu::Limits::default();
+        let check = |pools, layers, way, fade| check_bindings(&limits, &kinds(pools, layers, way, fade));
+        use FeedbackWay::{Inline, Raw, Separate};
+        assert!(check(7, 16, Separate, false).is_ok());
+        let error = check(8, 8, Separate, false).unwrap_err();
+        assert!(matches!(error, GpuError::GroupTooLarge { pools: 8, max_pools: 7, max_layers: 16, .. }));
+        assert!(error.to_string().contains("at most 7 pools and 16 layers"), "{error}");
+        assert!(check(1, 17, Separate, false).is_err());
+        assert!(check(7, 9, Separate, true).is_ok() && check(7, 10, Separate, true).is_err());
+        assert!(check(6, 6, Inline, false).is_ok() && check(7, 7, Inline, false).is_err());
+        assert!(check(7, 8, Raw, false).is_ok() && check(7, 9, Raw, false).is_err());
+    }
+
+    #[test]
+    fn bindings_follow_one_another_from_the_first_on() {
+        for (way, fade) in [(FeedbackWay::Inline, true), (FeedbackWay::Separate, false)] {
+            let entries = layout_entries(&kinds(3, 5, way, fade), 7);
+            let bindings: Vec<u32> = entries.iter().map(|entry| entry.binding).collect();
+            assert_eq!(bindings, (7..7 + bindings.len() as u32).collect::<Vec<_>>());
+        }
+    }
 }

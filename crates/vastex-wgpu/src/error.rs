@@ -80,18 +80,18 @@ pub enum GpuError {
         /// Why not.
         why: &'static str,
     },
-    /// A group has more textures or layers than a shader can read.
+    /// A group has more pools or layers than a shader can read.
     #[error(
-        "a group of {textures} textures with {layers} layers: a shader on this device reads at most {max_textures} textures \
-         and {max_layers} layers, less what is the application's own; build textures with several layers, or draw with two groups"
+        "a group of {layers} layers from {pools} pools: a shader on this device reads at most {max_pools} pools and {max_layers} layers, \
+         less what is the application's own; build textures alike, so that they share a pool, or draw with two groups"
     )]
     GroupTooLarge {
-        /// Its textures.
-        textures: usize,
-        /// Their layers that are members.
+        /// Pools of its textures.
+        pools: usize,
+        /// Layers that are members.
         layers: usize,
-        /// Textures that the device allows.
-        max_textures: usize,
+        /// Pools that the device allows.
+        max_pools: usize,
         /// Layers that the device allows.
         max_layers: usize,
     },

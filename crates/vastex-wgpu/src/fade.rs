@@ -1,6 +1,6 @@
 //! How far the tiles of a pool have faded in: a byte for each slot, which says how much of what was on screen before remains.
 //!
-//! 255 is nothing of the new tile, 0 all of it. Shaders made with [`crate::ShaderOptions::fade`] blend by it (`wgsl/fade.wgsl`). Which tiles
+//! 255 is nothing of the new tile, 0 all of it. Shaders of [kinds](crate::Kinds::fade) whose tiles fade blend by it (`wgsl/fade.wgsl`). Which tiles
 //! fade, and how much time has passed, is the caller's to say; here it is counted down and what has changed is sent, row by row of
 //! slots. While nothing fades nothing is done and nothing sent.
 
@@ -12,7 +12,7 @@ use vastex_core::{PoolLayout, Slot, SlotMove};
 /// What remains where a tile has just come.
 const ALL_OLD: f64 = 255.0;
 
-/// See the head of the file. One texel of an 8-bit texture for each slot of the pool, where the slot lies.
+/// How far the tiles of a pool have faded in. One texel of an 8-bit texture for each slot of the pool, where the slot lies.
 #[derive(Debug)]
 pub struct Fades {
     texture: wgpu::Texture,

@@ -7,11 +7,11 @@
 
 use vastex_core::shader_constants;
 
-use crate::device::{alive, staged, storage, uniform};
+use crate::device::alive;
 use crate::error::GpuError;
-use crate::mirror::{CELL_BYTES, ViewParams};
+use crate::mirror::ViewParams;
 use crate::raw::RawTexture;
-use crate::way::FeedbackWay;
+use crate::views::{NO_VIEW, Views};
 
 /// The format of a feedback target, for the application's feedback pipeline.
 pub const FEEDBACK_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint;
@@ -159,71 +159,11 @@ impl FeedbackView {
             frame: self.frame as u32,
             jitter: self.jitter(),
             columns: self.target_size()[0],
+            rows: self.target_size()[1],
             cell: self.scale.block(),
             reversed_depth: u32::from(reversed_depth),
             ..NO_VIEW
         }
-    }
-}
-
-/// A view that is no feedback: the picture where it is, levels unchanged, nothing asked.
-///
-/// What is beyond the last bits of a frame's number starts a cycle of turns anew, once in years.
-const NO_VIEW: ViewParams = ViewParams {
-    clip_scale: [1.0; 2],
-    clip_offset: [0.0; 2],
-    level_offset: 0.0,
-    frame: 0,
-    jitter: [0; 2],
-    columns: 0,
-    cell: 1,
-    reversed_depth: 0,
-    unused: 0,
-};
-
-/// What shaders know of the view. It is set by commands, so that it is each frame's own however many are recorded before the first of
-/// them is submitted. It outlives targets, so that a resize leaves bind groups as they are, but for those of [`crate::InlineTarget`].
-#[derive(Debug)]
-pub struct ViewBuffer {
-    buffer: wgpu::Buffer,
-    way: FeedbackWay,
-    /// Where a main pass tells what it wants, where that is the way.
-    cells: Option<wgpu::Buffer>,
-}
-
-impl ViewBuffer {
-    /// A view that is no feedback yet, for shaders made for a way of feedback: the picture where it is, levels unchanged.
-    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, way: FeedbackWay) -> ViewBuffer {
-        // One cell, so that there is something to bind; nothing is asked before there is a target.
-        let cells = || storage(device, "vastex cells", CELL_BYTES);
-        let cells = (way == FeedbackWay::Inline).then(cells);
-        ViewBuffer { buffer: uniform(device, queue, "vastex view", &NO_VIEW), way, cells }
-    }
-
-    /// The way of feedback of the shaders that see it.
-    pub fn way(&self) -> FeedbackWay {
-        self.way
-    }
-
-    /// Sets what the commands recorded after this see, until it is set again: commands that are submitted before or after them, or
-    /// never, make no difference. Costs a buffer of 48 bytes, which goes with the commands.
-    pub(crate) fn set(&self, device: &wgpu::Device, encoder: &mut wgpu::CommandEncoder, params: &ViewParams) {
-        let bytes = bytemuck::bytes_of(params);
-        // A lost device shows where feedback is read.
-        let Some(source) = staged(device, "vastex view", bytes) else { return };
-        encoder.copy_buffer_to_buffer(&source, 0, &self.buffer, 0, bytes.len() as u64);
-    }
-
-    pub(crate) fn set_cells(&mut self, cells: wgpu::Buffer) {
-        self.cells = Some(cells);
-    }
-
-    pub(crate) fn cells(&self) -> Option<&wgpu::Buffer> {
-        self.cells.as_ref()
-    }
-
-    pub(crate) fn buffer(&self) -> &wgpu::Buffer {
-        &self.buffer
     }
 }
 
@@ -267,19 +207,19 @@ impl FeedbackTarget {
         Ok(FeedbackTarget { picture, scale, pixel, raw, depth_view: depth.create_view(&Default::default()) })
     }
 
-    /// Begins the feedback pass of a frame: clears the target and its depth buffer, points `view` at it, and cuts
+    /// Begins the feedback pass of a frame: clears the target and its depth buffer, points the view of this number at it, and cuts
     /// what lies beyond the picture. The caller draws with a pipeline of [`FEEDBACK_FORMAT`] without blending and
     /// [`FEEDBACK_DEPTH_FORMAT`], and leaves viewport and scissor as they are.
     pub fn begin<'encoder>(
         &self,
         device: &wgpu::Device,
         encoder: &'encoder mut wgpu::CommandEncoder,
-        view: &ViewBuffer,
+        views: &Views,
+        view: u32,
         frame: u64,
         clear_depth: f32,
     ) -> wgpu::RenderPass<'encoder> {
-        let frame_view = self.view(frame);
-        view.set(device, encoder, &frame_view.params());
+        let [x, y, columns, rows] = self.point(device, encoder, views, view, frame);
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("vastex feedback"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
@@ -303,9 +243,33 @@ impl FeedbackTarget {
             occlusion_query_set: None,
             multiview_mask: None,
         });
-        let [x, y, columns, rows] = frame_view.scissor();
         pass.set_scissor_rect(x, y, columns, rows);
         pass
+    }
+
+    /// Points the view of this number at the target, for a pass that the caller begins itself: into [`FeedbackTarget::color`], cleared to
+    /// zeros and stored, and [`FeedbackTarget::depth`], with what this gives as the scissor: first column and row, and how many.
+    pub fn point(
+        &self,
+        device: &wgpu::Device,
+        encoder: &mut wgpu::CommandEncoder,
+        views: &Views,
+        view: u32,
+        frame: u64,
+    ) -> [u32; 4] {
+        let frame_view = self.view(frame);
+        views.set(device, encoder, view, &frame_view.params());
+        frame_view.scissor()
+    }
+
+    /// What is drawn into, of [`FEEDBACK_FORMAT`].
+    pub fn color(&self) -> &wgpu::TextureView {
+        self.raw.view()
+    }
+
+    /// Its depth buffer, of [`FEEDBACK_DEPTH_FORMAT`].
+    pub fn depth(&self) -> &wgpu::TextureView {
+        &self.depth_view
     }
 
     fn view(&self, frame: u64) -> FeedbackView {

@@ -5,12 +5,12 @@
 use vastex_core::shader_constants;
 
 use crate::bind::buffer;
-use crate::device::{alive, compute_pipelines, dispatch_size, storage};
+use crate::device::{alive, compute_pipelines, dispatch_size};
 use crate::error::GpuError;
-use crate::feedback::{FEEDBACK_FORMAT, FeedbackScale, FeedbackView, ViewBuffer};
-use crate::mirror::CELL_BYTES;
+use crate::feedback::{FEEDBACK_FORMAT, FeedbackScale, FeedbackView};
 use crate::raw::RawTexture;
 use crate::shader;
+use crate::views::Views;
 
 /// How what is told becomes feedback on a device, whatever the target.
 #[derive(Clone, Debug)]
@@ -44,58 +44,63 @@ impl InlinePipelines {
 #[derive(Debug)]
 pub struct InlineTarget {
     picture: [u32; 2],
+    /// The number of the view.
+    view: u32,
     raw: RawTexture,
-    cells: wgpu::Buffer,
-    bind_group: wgpu::BindGroup,
+    /// Made for the cells as they lay in this buffer.
+    bound: Option<(wgpu::Buffer, wgpu::BindGroup)>,
     pipelines: InlinePipelines,
 }
 
 impl InlineTarget {
-    /// A target for pictures of so many pixels.
+    /// A target for pictures of so many pixels of the view of this number, which gets cells for it; see [`Views::is_moved`].
     pub fn new(
         device: &wgpu::Device,
         pipelines: &InlinePipelines,
+        views: &mut Views,
+        view: u32,
         picture: [u32; 2],
     ) -> Result<InlineTarget, GpuError> {
         alive(device)?;
         let size = FeedbackView::new(picture, FeedbackScale::Reduced, 0).target_size();
         let raw = RawTexture::new(device, size, wgpu::TextureUsages::STORAGE_BINDING)?;
-        let (bytes, limits) = (u64::from(size[0]) * u64::from(size[1]) * CELL_BYTES, device.limits());
-        if bytes > limits.max_storage_buffer_binding_size.min(limits.max_buffer_size) {
-            let max = limits.max_storage_buffer_binding_size.isqrt() as u32 / CELL_BYTES.isqrt() as u32;
-            return Err(GpuError::TargetSize { width: size[0], height: size[1], max });
+        views.fit_cells(device, view, size)?;
+        Ok(InlineTarget { picture, view, raw, bound: None, pipelines: pipelines.clone() })
+    }
+
+    /// The bind group of the view's cells, which those of another view may have moved.
+    fn bind(&mut self, device: &wgpu::Device, views: &Views) {
+        let (Some(buffer), Some(cells)) = (views.cells(), views.cells_of(self.view)) else { return };
+        if self.bound.as_ref().is_some_and(|(bound, _)| bound == buffer) {
+            return;
         }
-        let cells = storage(device, "vastex cells", bytes);
-        let resources = [cells.as_entire_binding(), wgpu::BindingResource::TextureView(raw.view())];
+        let resources =
+            [wgpu::BindingResource::Buffer(cells), wgpu::BindingResource::TextureView(self.raw.view())];
         let entries: Vec<_> = (0..)
             .zip(resources)
             .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
             .collect();
         let bind_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("vastex inline"),
-            layout: &pipelines.layout,
+            layout: &self.pipelines.layout,
             entries: &entries,
         });
-        Ok(InlineTarget { picture, raw, cells, bind_group, pipelines: pipelines.clone() })
-    }
-
-    /// Points a view at the target. Its bind groups are to be made again.
-    pub fn attach(&self, view: &mut ViewBuffer) {
-        view.set_cells(self.cells.clone());
+        self.bound = Some((buffer.clone(), bind_group));
     }
 
     /// Before the main pass of a frame: forgets what was told and says which pixels are asked, of all that is recorded between here and
     /// [`InlineTarget::end`]. `reversed_depth` is true where nearer is a larger depth. Writes 4 bytes for each cell.
     pub fn begin(
-        &self,
+        &mut self,
         device: &wgpu::Device,
         encoder: &mut wgpu::CommandEncoder,
-        view: &ViewBuffer,
+        views: &Views,
         frame: u64,
         reversed_depth: bool,
     ) {
+        self.bind(device, views);
         let frame_view = FeedbackView::new(self.picture, FeedbackScale::Reduced, frame);
-        view.set(device, encoder, &frame_view.inline_params(reversed_depth));
+        views.set(device, encoder, self.view, &frame_view.inline_params(reversed_depth));
         self.run(encoder, &self.pipelines.forget);
     }
 
@@ -112,7 +117,8 @@ impl InlineTarget {
             label: Some("vastex inline"),
             timestamp_writes: None,
         });
-        pass.set_bind_group(0, &self.bind_group, &[]);
+        let Some((_, bind_group)) = &self.bound else { return };
+        pass.set_bind_group(0, bind_group, &[]);
         pass.set_pipeline(pipeline);
         pass.dispatch_workgroups(x, y, 1);
     }

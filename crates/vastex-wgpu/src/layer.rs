@@ -5,7 +5,7 @@
 
 use vastex_core::{Layer, LayerFormat};
 
-use crate::shader::Atlas;
+use crate::kind::Atlas;
 
 /// The format in which a pool on a device with these features holds a layer of `format`: the format itself, or where the
 /// device cannot decompress it, that of the [decoded](LayerFormat::decoded) texels.

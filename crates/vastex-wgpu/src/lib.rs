@@ -1,8 +1,8 @@
 //! The part of Vastex that executes, on a GPU through `wgpu`.
 //!
-//! Here are a [`Pool`] of tiles in GPU memory, the page table of each texture ([`TableBuffers`]) and the changes that
-//! keep it true ([`TableChanger`]), the text that an application adds to its own shaders ([`wgsl()`]) and the one
-//! bind group that goes with it ([`BindLayout`]; [`group_wgsl()`] and [`GroupLayout`] for several textures at once), the target into which a view says which pages it wants
+//! Here are a [`Pool`] of tiles in GPU memory, its page tables and the changes that
+//! keep them true ([`PoolTables`]), the records of all textures ([`ParamStore`]), the text that an application adds to its own shaders ([`wgsl()`]), made for all
+//! textures of some [`Kinds`], and what it binds ([`layout_entries`], [`entries`]), the target into which a view says which pages it wants
 //! ([`FeedbackTarget`]), its compaction and its way back ([`Readback`]). All shaders have a naive twin on the CPU
 //! ([`twins`]), which tests compare them with and which stands in where no GPU can.
 //!
@@ -15,8 +15,9 @@
 //!
 //! In the order in which a frame meets them: [`FeedbackTarget::begin`] and the scene's draws, [`Readback::record`],
 //! [`Readback::poll`] or [`Readback::wait`], then, for what the pager returns, [`Pool::upload`],
-//! [`TableChanger::apply`] and [`Pool::set_bias`], and the scene's main pass.
+//! [`PoolTables::apply`] and [`Pool::set_bias`], and the scene's main pass.
 
+mod arena;
 mod belt;
 mod bind;
 mod compact;
@@ -25,53 +26,52 @@ mod error;
 mod fade;
 mod feedback;
 mod filter;
-mod group;
 mod inline;
 mod instance;
+mod kind;
 mod layer;
 mod lists;
 mod mapping;
 mod mirror;
 mod module;
 mod needed;
+mod param_store;
 mod pixel;
 mod pool;
 mod raw;
 mod raw_ring;
 mod readback;
+mod record;
 mod shader;
-mod table;
-mod table_changer;
-mod table_growth;
-mod table_texture;
+mod tables;
 #[cfg(feature = "test-device")]
 pub mod test_device;
 mod texture_space;
 pub mod twins;
+mod views;
 mod way;
 
 pub use belt::{Belt, BeltCounts, BeltLayout, BeltTile};
-pub use bind::BindLayout;
+pub use bind::{BindingPlace, Bound, check_bindings, entries, layout_entries, new_sampler};
 pub use device::{alive, limits, poll, required_features, required_limits};
 pub use error::GpuError;
 pub use fade::Fades;
-pub use feedback::{
-    FEEDBACK_DEPTH_FORMAT, FEEDBACK_FORMAT, FeedbackScale, FeedbackTarget, FeedbackView, ViewBuffer,
-};
+pub use feedback::{FEEDBACK_DEPTH_FORMAT, FEEDBACK_FORMAT, FeedbackScale, FeedbackTarget, FeedbackView};
 pub use filter::{Filter, MaxTaps, UnknownFilter};
-pub use group::{GroupLayout, GroupParams};
 pub use inline::{InlinePipelines, InlineTarget};
 pub use instance::instance_for;
+pub use kind::{Atlas, Kind, KindMember, Kinds, PageSides, TableChoice, TableKind};
 pub use layer::{held_format, texture_format};
 pub use module::shader_module;
 pub use needed::only_needed;
+pub use param_store::{ParamStore, ParamsWritten};
 pub use pixel::PixelReadback;
 pub use pool::Pool;
 pub use raw::{RawFeedback, RawTexture};
 pub use readback::{Readback, ReadbackPipelines};
-pub use shader::group::{GroupMember, GroupShape, group_wgsl};
-pub use shader::{Atlas, PageSides, ShaderOptions, TableKinds, compute_texts, wgsl};
-pub use table::{TableBuffers, TableChoice};
-pub use table_changer::{Applied, TableChanger};
+pub use record::{RECORD_WORDS, RecordOf, group_record, no_record, shader_id, texture_record};
+pub use shader::{compute_texts, wgsl};
+pub use tables::{Placement, PoolApplied, PoolTableChanger, PoolTables, RECORDED_AHEAD, Resident};
 pub use texture_space::{TEXTURE_SPACE_BLEND, TEXTURE_SPACE_FORMAT, TextureSpace};
+pub use views::Views;
 pub use way::FeedbackWay;

@@ -1,163 +1,15 @@
 //! The structs that Rust writes and WGSL reads, laid out alike.
 //!
 //! A test parses the shaders and compares every size and offset with these. What the fields mean stands with the WGSL
-//! structs of the same names, in params.wgsl and table.wgsl.
+//! structs of the same names, in params.wgsl and told.wgsl. What textures are told by is packed (`record`).
 
 use bytemuck::{Pod, Zeroable};
-use vastex_core::{
-    AddressMode, Geometry, LevelRule, PageNumbering, PoolLayout, Slot, TextureId, shader_constants,
-};
+use vastex_core::{PoolLayout, shader_constants};
 
-/// `VASTEX_ADDRESS_*`: how an address mode is written.
-pub(crate) const fn address_code(mode: AddressMode) -> u32 {
-    match mode {
-        AddressMode::Clamp => 0,
-        AddressMode::Wrap => 1,
-        AddressMode::Mirror => 2,
-        AddressMode::Border => 3,
-    }
-}
+/// Views that shaders can be told of.
+pub(crate) const VIEWS: u32 = vastex_core::MAX_VIEWS as u32;
 
-/// `VastexLevel`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-pub(crate) struct LevelParams {
-    pub(crate) scale: [u32; 3],
-    pub(crate) first_entry: u32,
-    pub(crate) pages: [u32; 3],
-    pub(crate) unused_0: u32,
-    pub(crate) page_texels: [u32; 2],
-    pub(crate) page_shift: [u32; 2],
-    pub(crate) size: [u32; 2],
-    pub(crate) origin: [f32; 2],
-    pub(crate) inverse_scale: [f32; 2],
-    pub(crate) sample_offset: [f32; 2],
-}
-
-impl LevelParams {
-    /// Of a texture whose tail begins at level `tail`; `first_entry` is the page table's business.
-    fn new(geometry: &Geometry, index: u8, tail: u8) -> LevelParams {
-        let (level, page, border) = (geometry.level(index), geometry.page(), geometry.border());
-        let scale = level.scale.map(|scale| u32::try_from(scale).unwrap_or(u32::MAX));
-        // No texel is beyond 2^31.
-        let (mut page_texels, mut origin) = ([u32::MAX; 2], border);
-        if index < tail {
-            page_texels = [0, 1].map(|a| scale[a].saturating_mul(page[a]));
-        } else if index >= geometry.tail().first_level() {
-            origin = geometry.tile_texel_from_tail_texel(index, [0; 3]);
-        }
-        LevelParams {
-            scale,
-            first_entry: 0,
-            pages: level.pages,
-            unused_0: 0,
-            page_texels,
-            page_shift: page_texels.map(|texels| texels.ilog2()),
-            size: [level.size[0], level.size[1]],
-            origin: [0, 1].map(|a| origin[a] as f32),
-            inverse_scale: [0, 1].map(|a| 1.0 / scale[a] as f32),
-            sample_offset: [0, 1].map(|a| geometry.sample_offset(index)[a] as f32),
-        }
-    }
-}
-
-/// `VastexTexture`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(crate) struct TextureParams {
-    pub(crate) size: [u32; 3],
-    pub(crate) level_count: u32,
-    pub(crate) page: [u32; 3],
-    pub(crate) tail_level: u32,
-    pub(crate) border: [u32; 3],
-    pub(crate) tail_slot: u32,
-    pub(crate) address: [u32; 3],
-    pub(crate) number: u32,
-    pub(crate) bias: f32,
-    pub(crate) finest: f32,
-    pub(crate) coarsest: f32,
-    pub(crate) table_level: u32,
-    pub(crate) table_places: u32,
-    pub(crate) table_seed: u32,
-    pub(crate) unused: [u32; 2],
-    pub(crate) levels: [LevelParams; shader_constants::MAX_LEVELS as usize],
-}
-
-impl TextureParams {
-    /// `rule` keeps to the levels of the texture.
-    pub(crate) fn new(
-        geometry: &Geometry,
-        texture: TextureId,
-        tail_slot: Slot,
-        rule: &LevelRule,
-        table: TableParams,
-    ) -> TextureParams {
-        let (layout, tail) = (PageNumbering::new(geometry), geometry.tail());
-        let (table_level, begin, [table_places, table_seed]) = match table {
-            TableParams::Direct { finest, begin } => (finest, begin, [0; 2]),
-            TableParams::Hashed { places, seed } => (0, 0, [places, seed]),
-        };
-        let mut levels = [LevelParams::default(); shader_constants::MAX_LEVELS as usize];
-        for (index, params) in (0..=geometry.coarsest()).zip(&mut levels) {
-            *params = LevelParams::new(geometry, index, tail.first_level());
-            if (table_level..tail.first_level()).contains(&index) && table_places == 0 {
-                // A direct table that fits a GPU buffer has fewer than 2^32 entries.
-                params.first_entry = (layout.first_entry(index) - layout.first_entry(begin)) as u32;
-            }
-        }
-        TextureParams {
-            size: geometry.size(),
-            level_count: geometry.levels().len() as u32,
-            page: geometry.page(),
-            tail_level: u32::from(tail.first_level()),
-            border: geometry.border(),
-            tail_slot: tail_slot.index(),
-            address: geometry.address().map(address_code),
-            number: u32::from(texture.number()),
-            bias: rule.bias,
-            finest: f32::from(rule.finest),
-            coarsest: f32::from(rule.coarsest),
-            table_level: u32::from(table_level),
-            table_places,
-            table_seed,
-            unused: [0; 2],
-            levels,
-        }
-    }
-
-    /// Of a group, whose feedback names pages of all levels of a shape.
-    pub(crate) fn of_group(geometry: &Geometry, number: TextureId) -> TextureParams {
-        let rule = LevelRule::default().within(geometry);
-        let nobodys = TableParams::Hashed { places: 1, seed: 0 };
-        let mut params = TextureParams::new(geometry, number, Slot::new(0), &rule, nobodys);
-        params.tail_level = u32::from(geometry.coarsest());
-        for (index, params) in (0..=geometry.coarsest()).zip(&mut params.levels) {
-            *params = LevelParams::new(geometry, index, geometry.coarsest());
-        }
-        params
-    }
-}
-
-/// How a page table lies in its buffer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum TableParams {
-    /// With entries from a level on.
-    Direct {
-        /// The finest level that is filled.
-        finest: u8,
-        /// The finest that there is room for.
-        begin: u8,
-    },
-    /// As places of a hash table.
-    Hashed {
-        /// How many.
-        places: u32,
-        /// What hashes begin with.
-        seed: u32,
-    },
-}
-
-/// `VastexPool`.
+/// `VastexiPool`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub(crate) struct PoolParams {
@@ -165,29 +17,27 @@ pub(crate) struct PoolParams {
     pub(crate) slots: [u32; 2],
     pub(crate) inverse_slots: [f32; 2],
     pub(crate) texel: [f32; 2],
+    pub(crate) unknown: [f32; 4],
     pub(crate) bias: f32,
-    pub(crate) layer_scale: u32,
-    pub(crate) layer_share: f32,
-    pub(crate) unused: u32,
+    pub(crate) unused: [u32; 3],
 }
 
 impl PoolParams {
-    /// Of a layer with one texel along `layer_scale` of the texture's; `bias` is in eighths of a level.
-    pub(crate) fn new(layout: &PoolLayout, layer_scale: u32, bias: u16) -> PoolParams {
+    /// `bias` is in eighths of a level.
+    pub(crate) fn new(layout: &PoolLayout, bias: u16, unknown: [f32; 4]) -> PoolParams {
         PoolParams {
-            tile: layout.tile.map(|side| side / layer_scale),
+            tile: layout.tile,
             slots: [layout.columns, layout.rows],
             inverse_slots: [layout.columns, layout.rows].map(|slots| 1.0 / slots as f32),
-            texel: layout.image_size().map(|side| layer_scale as f32 / side as f32),
+            texel: layout.image_size().map(|side| 1.0 / side as f32),
+            unknown,
             bias: f32::from(bias) / shader_constants::STEPS_PER_LEVEL as f32,
-            layer_scale,
-            layer_share: 1.0 / layer_scale as f32,
-            unused: 0,
+            unused: [0; 3],
         }
     }
 }
 
-/// `VastexView`.
+/// `VastexiView`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub(crate) struct ViewParams {
@@ -199,46 +49,8 @@ pub(crate) struct ViewParams {
     pub(crate) columns: u32,
     pub(crate) cell: u32,
     pub(crate) reversed_depth: u32,
-    pub(crate) unused: u32,
-}
-
-/// `VastexChange`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(crate) struct Change {
-    pub(crate) x: u32,
-    pub(crate) y: u32,
-    pub(crate) z: u32,
-    pub(crate) old: u32,
-    pub(crate) entry: u32,
-    pub(crate) first_chunk: u32,
-}
-
-/// The head of `VastexChanges`, before the changes themselves.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(crate) struct ChangesHead {
-    pub(crate) evictions: u32,
-    pub(crate) loads: u32,
-    pub(crate) eviction_chunks: u32,
-    pub(crate) load_chunks: u32,
-}
-
-/// `VastexWritten`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(crate) struct Written {
-    pub(crate) place: u32,
-    pub(crate) page_low: u32,
-    pub(crate) page_high: u32,
-    pub(crate) entry: u32,
-}
-
-/// The head of `VastexWrittenPlaces`, before the places themselves.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-pub(crate) struct WrittenHead {
-    pub(crate) count: u32,
+    pub(crate) first_cell: u32,
+    pub(crate) rows: u32,
     pub(crate) unused: [u32; 3],
 }
 
@@ -260,10 +72,10 @@ pub(crate) struct ListHead {
     pub(crate) unused: [u32; 2],
 }
 
-/// Records that a `VastexCell` has room for: of so many surfaces behind one another the nearest is heard for certain.
+/// Records that a `VastexiCell` has room for: of so many surfaces behind one another the nearest is heard for certain.
 pub(crate) const RECORDS: u32 = 8;
 
-/// Bytes of a `VastexCell`, which only the GPU writes.
+/// Bytes of a `VastexiCell`, which only the GPU writes.
 pub(crate) const CELL_BYTES: u64 = 16 + RECORDS as u64 * 16;
 
 /// Bytes of a `VastexHashSlot`, which only the GPU writes.
@@ -272,6 +84,9 @@ pub(crate) const HASH_SLOT_BYTES: u64 = 12;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bind::BindingPlace;
+    use crate::filter::Filter;
+    use crate::kind::{Atlas, Kind, Kinds, PageSides, TableKind};
     use crate::shader;
     use crate::shader::tests::module;
     use crate::way::FeedbackWay;
@@ -292,10 +107,6 @@ mod tests {
 
     impl Numbers for f32 {
         const KIND: Option<ScalarKind> = Some(ScalarKind::Float);
-    }
-
-    impl Numbers for LevelParams {
-        const KIND: Option<ScalarKind> = None;
     }
 
     impl<T: Numbers, const N: usize> Numbers for [T; N] {
@@ -366,47 +177,37 @@ mod tests {
         }
     }
 
-    #[test]
-    fn textures_are_laid_out_alike() {
-        let text = shader::wgsl(&Default::default());
-        let level = offsets!(LevelParams: scale, first_entry, pages, unused_0, page_texels, page_shift, size, origin, inverse_scale, sample_offset);
-        check(&text, "VastexLevel", size_of::<LevelParams>(), level);
-        let pool =
-            offsets!(PoolParams: tile, slots, inverse_slots, texel, bias, layer_scale, layer_share, unused);
-        check(&text, "VastexPool", size_of::<PoolParams>(), pool);
-        let view = offsets!(ViewParams: clip_scale, clip_offset, level_offset, frame, jitter, columns, cell, reversed_depth, unused);
-        check(&text, "VastexView", size_of::<ViewParams>(), view);
-        let texture: &[Field] = offsets!(TextureParams: size, level_count, page, tail_level, border, tail_slot, address, number, bias, finest, coarsest, table_level, table_places, table_seed);
-        let unused = [
-            ("unused", offset_of!(TextureParams, unused), None),
-            ("unused", offset_of!(TextureParams, unused) + 4, None),
-        ];
-        let levels: &[Field] = offsets!(TextureParams: levels);
-        check(&text, "VastexTexture", size_of::<TextureParams>(), &[texture, &unused, levels].concat());
+    fn text(way: FeedbackWay) -> String {
+        let kind = Kind {
+            tables: TableKind::Direct,
+            pages: PageSides::Any,
+            layer: 0,
+            atlas: Atlas::Float,
+            scale: 1,
+            filter: Filter::Trilinear,
+        };
+        shader::wgsl(&Kinds::of(kind, way, false), BindingPlace::default())
     }
 
     #[test]
-    fn changes_are_laid_out_alike() {
-        let text = shader::table_wgsl();
-        let change = offsets!(Change: x, y, z, old, entry, first_chunk);
-        check(&text, "VastexChange", size_of::<Change>(), change);
-        let head = offsets!(ChangesHead: evictions, loads, eviction_chunks, load_chunks);
-        check(&text, "VastexChanges", size_of::<ChangesHead>(), head);
-        let written = offsets!(Written: place, page_low, page_high, entry);
-        check(&text, "VastexWritten", size_of::<Written>(), written);
-        let unused = |n: usize| ("unused", offset_of!(WrittenHead, unused) + 4 * n, None);
-        let head = [("count", 0, Some(ScalarKind::Uint)), unused(0), unused(1), unused(2)];
-        check(&text, "VastexWrittenPlaces", size_of::<WrittenHead>(), &head);
+    fn pools_and_views_are_laid_out_alike() {
+        let text = text(FeedbackWay::Separate);
+        let unused = |nth: usize, at: usize| ("unused", at + 4 * nth, None);
+        let pool: &[Field] = offsets!(PoolParams: tile, slots, inverse_slots, texel, unknown, bias);
+        let rest = [0, 1, 2].map(|nth| unused(nth, offset_of!(PoolParams, unused)));
+        check(&text, "VastexiPool", size_of::<PoolParams>(), &[pool, &rest].concat());
+        let view: &[Field] = offsets!(ViewParams: clip_scale, clip_offset, level_offset, frame, jitter, columns, cell, reversed_depth, first_cell, rows);
+        let rest = [0, 1, 2].map(|nth| unused(nth, offset_of!(ViewParams, unused)));
+        check(&text, "VastexiView", size_of::<ViewParams>(), &[view, &rest].concat());
     }
 
     #[test]
     fn what_the_main_pass_tells_is_laid_out_alike() {
-        let options = shader::ShaderOptions { feedback: FeedbackWay::Inline, ..Default::default() };
-        for text in [shader::wgsl(&options), shader::inline_wgsl()] {
+        for text in [text(FeedbackWay::Inline), shader::inline_wgsl()] {
             let head = [("count", 0), ("unused_0", 4), ("unused_1", 8), ("unused_2", 12)]
                 .map(|(name, offset)| (name, offset, Some(ScalarKind::Uint)));
             let cell = [&head[..], &[("told", 16, None)]].concat();
-            check(&text, "VastexCell", CELL_BYTES as usize, &cell);
+            check(&text, "VastexiCell", CELL_BYTES as usize, &cell);
         }
     }
 

@@ -12,9 +12,9 @@ use crate::belt::{BeltLayout, BeltTile};
 use crate::device::{alive, guarded, uniform};
 use crate::error::GpuError;
 use crate::fade::Fades;
+use crate::kind::Atlas;
 use crate::layer::{block_rows, layer_texels, texture_format};
 use crate::mirror::PoolParams;
-use crate::shader::Atlas;
 
 /// The texture array of one layer.
 #[derive(Debug)]
@@ -36,9 +36,11 @@ pub struct Pool {
     layers: Vec<LayerArray>,
     /// How its tiles lie on a belt.
     belt: Arc<BeltLayout>,
-    /// What shaders are told, once for each scale that a layer has.
-    params: Vec<(u32, wgpu::Buffer)>,
+    /// What shaders are told.
+    params: wgpu::Buffer,
     bias: u16,
+    /// What ids show that name no texture.
+    unknown: [f32; 4],
     fades: Option<Fades>,
 }
 
@@ -58,15 +60,12 @@ impl Pool {
         let arrays = || layers.iter().map(|layer| layer_array(device, layout, layer)).collect();
         let layers: Result<Vec<LayerArray>, GpuError> = guarded(device, layout.bytes(), arrays)?;
         let layers = layers?;
-        let mut scales: Vec<u32> = layers.iter().map(|layer| layer.scale).collect();
-        scales.sort_unstable();
-        scales.dedup();
-        let params = |scale| uniform(device, queue, "vastex pool", &PoolParams::new(layout, scale, 0));
-        let params = scales.into_iter().map(|scale| (scale, params(scale))).collect();
-        Ok(Pool { layout: *layout, layers, belt, params, bias: 0, fades: None })
+        let unknown = [0.0; 4];
+        let params = uniform(device, queue, "vastex pool", &PoolParams::new(layout, 0, unknown));
+        Ok(Pool { layout: *layout, layers, belt, params, bias: 0, unknown, fades: None })
     }
 
-    /// The same with tiles that may fade in, for shaders made with [`crate::ShaderOptions::fade`]; costs a byte for each slot.
+    /// The same with tiles that may fade in, for shaders in which tiles fade in ([`crate::Kinds::fade`]); costs a byte for each slot.
     pub fn with_fades(self, device: &wgpu::Device) -> Pool {
         Pool { fades: Some(Fades::new(device, &self.layout)), ..self }
     }
@@ -87,17 +86,26 @@ impl Pool {
     }
 
     /// Sets the mip bias in force, in eighths of a level. To be called once per frame, before the main pass; costs
-    /// an upload of 32 bytes for each scale of the layers where the bias changed, and returns the bytes sent.
+    /// an upload of 64 bytes where the bias changed, and returns the bytes sent.
     pub fn set_bias(&mut self, queue: &wgpu::Queue, eighths: u16) -> u64 {
         if self.bias == eighths {
             return 0;
         }
         self.bias = eighths;
-        for (scale, buffer) in &self.params {
-            let params = PoolParams::new(&self.layout, *scale, eighths);
-            queue.write_buffer(buffer, 0, bytemuck::bytes_of(&params));
-        }
-        (size_of::<PoolParams>() * self.params.len()) as u64
+        self.send_params(queue)
+    }
+
+    /// Sets the colour, or values, that shaders show where an id names no texture, for all commands submitted after this call: zeros unless
+    /// it is set.
+    pub fn set_unknown(&mut self, queue: &wgpu::Queue, color: [f32; 4]) {
+        self.unknown = color;
+        self.send_params(queue);
+    }
+
+    fn send_params(&self, queue: &wgpu::Queue) -> u64 {
+        let params = PoolParams::new(&self.layout, self.bias, self.unknown);
+        queue.write_buffer(&self.params, 0, bytemuck::bytes_of(&params));
+        size_of::<PoolParams>() as u64
     }
 
     /// Puts a tile into a slot: its layers one after the other, each row by row without padding. It is there for all
@@ -187,8 +195,7 @@ impl Pool {
         self.layers.len()
     }
 
-    /// How shaders read layer number `layer`, which exists; decides which [`crate::BindLayout`] and which shader text go
-    /// with it.
+    /// How shaders read layer number `layer`, which exists: [`crate::Kind::atlas`].
     pub fn atlas(&self, layer: usize) -> Atlas {
         self.layers[layer].atlas
     }
@@ -197,15 +204,8 @@ impl Pool {
         &self.layers[layer].view
     }
 
-    /// What shaders are told now.
-    pub(crate) fn layer_params(&self, layer: usize) -> PoolParams {
-        PoolParams::new(&self.layout, self.layers[layer].scale, self.bias)
-    }
-
-    pub(crate) fn params(&self, layer: usize) -> &wgpu::Buffer {
-        let of_layer = |params: &&(u32, wgpu::Buffer)| params.0 == self.layers[layer].scale;
-        // There is one for each layer's scale.
-        &self.params.iter().find(of_layer).unwrap_or(&self.params[0]).1
+    pub(crate) fn params(&self) -> &wgpu::Buffer {
+        &self.params
     }
 }
 

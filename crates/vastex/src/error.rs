@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use vastex_core::{GroupError, PagePos, PoolError, PoolId, TraceRecordError, ViewError};
+use vastex_core::{GroupError, PagePos, PoolError, PoolId, TraceRecordError, ViewError, ViewId};
 use vastex_tiles::{ContainerError, DecodeError, LoadError, ReadError};
 use vastex_wgpu::GpuError;
 
@@ -46,9 +46,15 @@ pub enum Error {
         /// What the decoder said.
         error: DecodeError,
     },
-    /// The coarsest levels of a texture are not at hand without waiting; in a browser, read them first.
-    #[error("the tail is not at hand; open the source until its tail is cached, then add it")]
+    /// The coarsest levels of a texture are not at hand without waiting, in a browser; [`crate::Textures::preparer`] reads them.
+    #[error("the tail is not at hand; read it with `Textures::preparer`, then add it")]
     TailPending,
+    /// The texture was prepared for other settings, or for a device that can hold other formats or sizes.
+    #[error(
+        "the texture was prepared for other settings or another kind of device; prepare it again with `Textures::preparer` of the textures \
+         that it is added to"
+    )]
+    OtherSettings,
     /// The texture has too many pages for all of them to be listed.
     #[error(
         "a texture of {pages} pages is not sampled whole on the CPU, {most} is the most; `Textures::sample_cpu` answers from what is resident"
@@ -73,6 +79,24 @@ pub enum Error {
     /// The texture is a volume; only images can be drawn so far.
     #[error("the texture is a volume, and only images can be drawn so far")]
     Volume,
+    /// There is no such view.
+    #[error("there is no view {}; it was removed, or is one of other textures", .0.number())]
+    NoView(ViewId),
+    /// The feedback pass that was begun before was not ended. What it has drawn is given up, so that the next may begin.
+    #[error(
+        "the feedback pass of view {} that was begun in frame {frame} was not ended; call `Textures::end_feedback` behind each pass that \
+         `Textures::begin_feedback` was called for",
+        view.number()
+    )]
+    FeedbackNotEnded {
+        /// The view.
+        view: ViewId,
+        /// The frame.
+        frame: u64,
+    },
+    /// There is no feedback pass to be ended.
+    #[error("no feedback pass of view {} was begun; call `Textures::begin_feedback` before the pass", .0.number())]
+    FeedbackNotBegun(ViewId),
     /// The view could not be added.
     #[error(transparent)]
     View(#[from] ViewError),

@@ -1,7 +1,7 @@
 //! Huge textures for an existing `wgpu` renderer.
 //!
 //! An application adds a texture of any size, adds generated WGSL to its own shader and calls
-//! `vastex_sample(uv)` where it called `textureSample`; each frame it draws its scene once more, small, so that
+//! `vastex_sample(id, uv)` where it called `textureSample`; each frame it draws its scene once more, small, so that
 //! [`Textures`] learns what is in view, and once for the picture. Only the pages that the view touches, at the
 //! resolution at which it touches them, are ever in GPU memory, within a budget of bytes.
 //!
@@ -9,9 +9,11 @@
 //! # fn draw(_: &mut wgpu::RenderPass<'_>, _: &wgpu::BindGroup) {}
 //! # fn app(device: &wgpu::Device, queue: &wgpu::Queue) -> Result<(), vastex::Error> {
 //! let mut textures = vastex::Textures::new(device, queue, vastex::Settings::default())?;
-//! let earth = textures.add(vastex::open("earth.vastex")?)?;
-//! let shader = "@fragment fn shade() { /* ... vastex_sample(uv) ... */ }".to_owned() + &textures.wgsl(earth);
-//! # let _ = shader;
+//! let earth = textures.add_blocking(vastex::open("earth.vastex")?)?; // or `preparer` and `add`, without waiting
+//! let kinds = textures.kinds(earth); // the same for all textures that share pipelines
+//! let shader = "@fragment fn shade() { /* ... vastex_sample(id, uv) ... */ }".to_owned() + &textures.wgsl(&kinds);
+//! let id = textures.shader_id(earth); // for a material, or an instance
+//! # let _ = (shader, id);
 //!
 //! // each frame, in the application's own encoder
 //! # let mut encoder = device.create_command_encoder(&Default::default());
@@ -26,64 +28,29 @@
 //! What is decided is decided in `vastex-core`, what is read is read by `vastex-tiles`, and what happens on the GPU
 //! happens in `vastex-wgpu`; this crate joins them.
 
-mod ahead;
-mod by_hand;
-#[cfg(not(target_family = "wasm"))]
 mod cpu;
-mod cpu_feedback;
-mod cpu_tiles;
-mod cycle;
-mod decoded;
-mod dump;
 mod error;
-mod fades;
-mod feedback;
-mod frame;
-mod groups;
-mod inspect;
-mod layer;
-mod lock_step;
-mod pool_settings;
-mod pools;
-mod recorder;
-mod resize;
-mod restore;
-mod sample_cpu;
+mod gpu;
+mod paging;
+mod sampled;
 mod settings;
-mod settings_file;
-mod stats;
-mod survey;
-mod tables;
-mod tail;
-mod telemetry;
-mod texture_space;
+mod sources;
 mod textures;
-mod uploads;
-mod views;
-mod whole;
+mod watch;
 
-pub use by_hand::Ticket;
 #[cfg(not(target_family = "wasm"))]
 pub use cpu::CpuTexture;
-pub use cpu_feedback::CpuFeedback;
-pub use cpu_tiles::CpuStats;
-pub use dump::{DumpedPool, DumpedTexture, LevelPages, PoolDump};
+pub use cpu::{CpuFeedback, CpuSample, CpuSampler, CpuStats};
 pub use error::Error;
-pub use groups::{Member, Sampled};
-pub use inspect::ExplainedPixel;
-pub use layer::LayerId;
-pub use pool_settings::{PoolRule, PoolSettings, PoolTuning, ScaleGroups};
-pub use pools::PoolStats;
-pub use resize::PoolResize;
-pub use sample_cpu::{CpuSample, CpuSampler};
+pub use gpu::{BindGroups, FeedbackPass, PoolResize, UploadStats};
+pub use paging::{Convergence, Ticket};
+pub use sampled::{LayerId, Member, Sampled};
 pub use settings::{
-    FeedbackWay, Filter, MaxTaps, Pace, Settings, TableChoice, TextureSettings, UnknownFilter, UploadWay,
+    BindingPlace, FeedbackWay, Filter, MaxTaps, Pace, Platform, PoolRule, PoolSettings, PoolTuning,
+    ScaleGroups, Settings, SettingsError, TableChoice, TextureSettings, UnknownFilter, UploadWay,
 };
-pub use settings_file::{Platform, SettingsError};
-pub use stats::FrameStats;
-pub use telemetry::{Cell, PoolRecord};
-pub use textures::{BindGroups, Textures};
-pub use uploads::UploadStats;
+pub use sources::{Prepared, Preparer};
+pub use textures::{AddError, Textures, ViewSettings};
 pub use vastex_core::shader_constants::JITTER_CYCLE;
 pub use vastex_core::{
     AddressMode, AskError, BiasRule, Box3, Description, Dims, Event, Explanation, Feedback, Geometry,
@@ -103,10 +70,37 @@ pub use vastex_tiles::{
 #[cfg(not(target_family = "wasm"))]
 pub use vastex_tiles::{DiskCache, DiskTier, DiskTierError};
 pub use vastex_wgpu::{
-    Atlas, FeedbackTarget, GpuError, instance_for, only_needed, required_features, required_limits,
-    shader_module, texture_format,
+    Atlas, FeedbackTarget, GpuError, Kind, Kinds, instance_for, only_needed, required_features,
+    required_limits, shader_module, texture_format,
 };
-pub use views::ViewSettings;
+// What public signatures mention, so that an application can name it without a dependency of its own.
+pub use vastex_core::{
+    FileError, GeometryBytesError, LayerError, Level, PageContents, PageIdError, PageSet, PoolError, Slot,
+    TailLayout, TraceError, TraceRecordError, WantedPage,
+};
+pub use vastex_tiles::{
+    Container, Info, LoadError, MaybeSend, MaybeSync, RamBudget, RamCache, Store, StoreError, StoreFuture,
+};
+pub use watch::{
+    Cell, DumpedPool, DumpedTexture, ExplainedPixel, FrameStats, LevelPages, PoolDump, PoolRecord, PoolStats,
+};
+/// The `wgpu` whose devices and passes [`Textures`] takes: an application that uses this one has the version that fits.
+pub use wgpu;
+
+// They may be moved to the thread that draws, and looked at from any.
+#[cfg(not(target_family = "wasm"))]
+const _: () = {
+    const fn is_shared_by_threads<T: Send + Sync>() {}
+    is_shared_by_threads::<Textures>();
+    is_shared_by_threads::<Preparer>();
+    is_shared_by_threads::<Prepared>();
+    is_shared_by_threads::<Ticket>();
+    is_shared_by_threads::<Convergence>();
+    is_shared_by_threads::<Settings>();
+    is_shared_by_threads::<Event>();
+    is_shared_by_threads::<Error>();
+    is_shared_by_threads::<AddError>();
+};
 
 /// Opens a `.vastex` file.
 #[cfg(not(target_family = "wasm"))]

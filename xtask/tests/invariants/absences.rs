@@ -33,7 +33,26 @@ fn wgpu_chooses_no_page_and_sees_no_source() -> Result<()> {
     Ok(())
 }
 
-/// What a right click asks comes in a later frame (`Textures::poll_explained`).
+/// Whoever shows it, a window, a browser or a test, brings those.
+#[test]
+fn the_viewer_has_no_window_no_clock_and_waits_for_nothing() -> Result<()> {
+    const WAITS: &[&str] =
+        &["block_on", "pollster", "wait_explained", "wait_indefinitely", "feedback_of_every_pixel"];
+    const HOSTS: &[&str] = &["winit", "Instant", "SystemTime", "println", "eprintln"];
+    for source in files_under("crates/vastex-viewer/src", &["rs"])? {
+        let text = production(&source.text);
+        let found = identifiers(&text).find(|name| WAITS.contains(name) || HOSTS.contains(name));
+        ensure!(found.is_none(), "{} names {found:?}, which is the host's business", source.path);
+        let used: Vec<&str> = std_modules(&text)
+            .into_iter()
+            .filter(|module| WORLD.contains(module) && *module != "time")
+            .collect();
+        ensure!(used.is_empty(), "{} uses std::{used:?}; times are told to it", source.path);
+    }
+    Ok(())
+}
+
+/// What a right click asks comes in a later frame (`vastex_viewer::inspect::answers`).
 #[test]
 fn no_frame_of_the_window_waits_for_the_gpu() -> Result<()> {
     const WAITS: &[&str] = &["wait_explained", "feedback_of_every_pixel", "wait_indefinitely", "PollType"];
@@ -42,7 +61,7 @@ fn no_frame_of_the_window_waits_for_the_gpu() -> Result<()> {
         let text = production(&source.text);
         let found = identifiers(&text).find(|name| WAITS.contains(name));
         ensure!(found.is_none(), "{} names {found:?}, which waits", source.path);
-        polls += identifiers(&text).filter(|name| *name == "poll_explained").count();
+        polls += identifiers(&text).filter(|name| *name == "answers").count();
     }
     ensure!(polls == 1, "answers to right clicks are looked for {polls} times in a frame");
     Ok(())
@@ -51,8 +70,22 @@ fn no_frame_of_the_window_waits_for_the_gpu() -> Result<()> {
 /// Core's suite names, by their types, the steps of a frame that cannot fail. What a frame does stands in these files.
 #[test]
 fn all_that_a_frame_asks_of_the_pager_is_among_what_cannot_fail() -> Result<()> {
-    const FRAME: [&str; 9] =
-        ["ahead", "feedback", "frame", "recorder", "stats", "tables", "telemetry", "uploads", "views"];
+    const FRAME: [&str; 14] = [
+        "paging/frame",
+        "paging/loading",
+        "gpu/carry_out",
+        "gpu/fades",
+        "gpu/feedback",
+        "gpu/tables",
+        "gpu/uploads",
+        "textures/ahead",
+        "textures/feedback",
+        "textures/frame",
+        "textures/stats",
+        "textures/views",
+        "watch/recorder",
+        "watch/telemetry",
+    ];
     /// Views come and go between frames.
     const BETWEEN_FRAMES: [&str; 3] = ["add_view", "remove_view", "set_weight"];
     let listed = std::fs::read_to_string(root().join("crates/vastex-core/tests/suite/worlds.rs"))?;
@@ -122,7 +155,7 @@ fn nothing_is_kept_in_step_by_comment() -> Result<()> {
 
 #[test]
 fn the_frame_loop_stays_small() -> Result<()> {
-    let path = root().join("crates/vastex/src/frame.rs");
+    let path = root().join("crates/vastex/src/textures/frame.rs");
     let text =
         std::fs::read_to_string(&path).with_context(|| format!("the frame loop is {}", path.display()))?;
     let lines = production(&text).lines().count();

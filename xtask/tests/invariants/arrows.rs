@@ -13,10 +13,19 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("vastex-fuzz", &["vastex-core", "vastex-tiles", "vastex-build"]),
     ("vastex-wgpu", &["vastex-core"]),
     ("vastex", &["vastex-core", "vastex-tiles", "vastex-wgpu"]),
-    ("vastex-scenes", &["vastex"]),
+    ("vastex-viewer", &["vastex"]),
+    ("vastex-scenes", &["vastex", "vastex-viewer"]),
     (
         "vastex-cli",
-        &["vastex-core", "vastex-tiles", "vastex-build", "vastex-wgpu", "vastex", "vastex-scenes"],
+        &[
+            "vastex-core",
+            "vastex-tiles",
+            "vastex-build",
+            "vastex-wgpu",
+            "vastex",
+            "vastex-viewer",
+            "vastex-scenes",
+        ],
     ),
     ("xtask", &[]),
 ];
@@ -72,7 +81,7 @@ fn core_tiles_and_build_never_see_a_gpu() -> Result<()> {
 
 #[test]
 fn the_gpu_crates_and_their_tests_build_without_a_window() -> Result<()> {
-    for package in ["vastex-wgpu", "vastex", "vastex-scenes"] {
+    for package in ["vastex-wgpu", "vastex", "vastex-viewer", "vastex-scenes"] {
         refuse(&["-p", package, "--all-features", "-e", "normal,build,dev"], is_window)?;
     }
     Ok(())

@@ -6,6 +6,7 @@
 mod absences;
 mod arrows;
 mod demo;
+mod fuzzing;
 mod rooms;
 mod sources;
 mod style;

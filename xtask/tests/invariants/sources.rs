@@ -49,8 +49,12 @@ fn read(directory: &Path, is_wanted: &dyn Fn(&Path) -> bool) -> Result<Vec<Sourc
     for entry in entries {
         let path = entry?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        // Where several work trees share one clone, it is a file.
+        if name == ".git" {
+            continue;
+        }
         if path.is_dir() {
-            if name != ".git" && !name.starts_with("target") {
+            if !name.starts_with("target") {
                 sources.extend(read(&path, is_wanted)?);
             }
         } else if is_wanted(&path)

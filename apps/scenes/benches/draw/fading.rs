@@ -4,9 +4,9 @@ use std::fmt::Write as _;
 use std::time::Duration;
 
 use anyhow::{Context, Result};
-use glam::Vec3;
+use glam::DVec3;
 use vastex::{Filter, LevelRule, MaxTaps, Region};
-use vastex_scenes::{Pose, Scene, Studio};
+use vastex_scenes::{Offscreen, Pose, Scene};
 
 use crate::world::{Bench, Part, fetch, new_studio, picture, property, resident, texture};
 
@@ -22,8 +22,8 @@ pub(crate) fn section(bench: &Bench) -> Result<Part> {
          all levels are. {ROUNDS} draws of each, in turns; the ratio is the median of those within a turn.\n\n\
          | view | filter | without ms | all there | level 0 halfway | all halfway |\n|---|---|---|---|---|---|\n"
     );
-    let ground = Pose::Plane { eye: Vec3::new(0.1, -0.9, 0.12), yaw: 0.2, pitch: 0.25 };
-    let close = Pose::Plane { eye: Vec3::new(0.1, -0.3, 0.004), yaw: 0.2, pitch: 1.2 };
+    let ground = Pose::Plane { eye: DVec3::new(0.1, -0.9, 0.12), yaw: 0.2, pitch: 0.25 };
+    let close = Pose::Plane { eye: DVec3::new(0.1, -0.3, 0.004), yaw: 0.2, pitch: 1.2 };
     let anisotropic = MaxTaps::new(8).map(Filter::Anisotropic).context("a filter of 8 taps")?;
     let views = [
         ("along the ground", ground, Filter::Nearest),
@@ -38,12 +38,12 @@ pub(crate) fn section(bench: &Bench) -> Result<Part> {
         for (at_once, halfway) in
             [(0..=u8::MAX, None), (1..=u8::MAX, Some(0..=0)), (u8::MAX..=u8::MAX, Some(0..=u8::MAX))]
         {
-            let mut studio = new_studio(bench, property()?, filter, Scene::Plane, FADE)?;
-            come(&mut studio, pose, at_once, FADE)?;
+            let mut offscreen = new_studio(bench, property()?, filter, Scene::Plane, FADE)?;
+            come(&mut offscreen, pose, at_once, FADE)?;
             if let Some(levels) = halfway {
-                come(&mut studio, pose, levels, FADE / 2)?;
+                come(&mut offscreen, pose, levels, FADE / 2)?;
             }
-            fading.push(studio);
+            fading.push(offscreen);
         }
         let costs = without.costs_beside(&fading, &bench.clock, ROUNDS);
         write!(page, "| {view} | {filter} | {:.2} |", costs.of_this.as_secs_f64() * 1e3)?;
@@ -56,14 +56,19 @@ pub(crate) fn section(bench: &Bench) -> Result<Part> {
 }
 
 /// All tiles of some levels, all of them come at once so much time ago.
-fn come(studio: &mut Studio, pose: Pose, levels: std::ops::RangeInclusive<u8>, ago: Duration) -> Result<()> {
-    let textures = studio.textures_mut();
+fn come(
+    offscreen: &mut Offscreen,
+    pose: Pose,
+    levels: std::ops::RangeInclusive<u8>,
+    ago: Duration,
+) -> Result<()> {
+    let textures = offscreen.textures_mut();
     textures.set_levels(texture()?, LevelRule { finest: *levels.start(), ..LevelRule::default() });
     textures.set_frame_time(Duration::ZERO);
-    fetch(studio, pose, &Region::whole().on_levels(levels))?;
-    studio.textures_mut().set_frame_time(ago);
-    studio.frame(pose)?;
-    studio.textures_mut().set_levels(texture()?, LevelRule::default());
-    studio.textures_mut().set_frame_time(Duration::ZERO);
+    fetch(offscreen, pose, &Region::whole().on_levels(levels))?;
+    offscreen.textures_mut().set_frame_time(ago);
+    offscreen.frame(pose)?;
+    offscreen.textures_mut().set_levels(texture()?, LevelRule::default());
+    offscreen.textures_mut().set_frame_time(Duration::ZERO);
     Ok(())
 }

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::time::Duration;
 
 use anyhow::Result;
-use glam::Vec3;
+use glam::DVec3;
 use vastex::{Filter, MaxTaps};
 use vastex_scenes::{Pose, Scene};
 
@@ -16,8 +16,8 @@ const ROUNDS: usize = 25;
 /// Of an ordinary texture's time, that of a virtual one at most, on a GPU.
 const ASKED: f64 = 1.25;
 
-const GROUND: Pose = Pose::Plane { eye: Vec3::new(0.1, -0.9, 0.12), yaw: 0.2, pitch: 0.25 };
-const CLOSE: Pose = Pose::Plane { eye: Vec3::new(0.1, -0.3, 0.004), yaw: 0.2, pitch: 1.2 };
+const GROUND: Pose = Pose::Plane { eye: DVec3::new(0.1, -0.9, 0.12), yaw: 0.2, pitch: 0.25 };
+const CLOSE: Pose = Pose::Plane { eye: DVec3::new(0.1, -0.3, 0.004), yaw: 0.2, pitch: 1.2 };
 
 pub(crate) fn section(bench: &Bench) -> Result<Part> {
     let [width, height] = picture(&bench.gpu);

@@ -5,19 +5,19 @@ use std::time::Duration;
 
 use anyhow::{Context, Result};
 use vastex_core::{
-    ChangeRule, Description, Geometry, GeometrySpec, LayerFormat, PageId, PageNumbering, PagePos, PoolLayout,
+    ChangeRule, Description, Geometry, GeometrySpec, LayerFormat, LevelRule, PageId, PagePos, PoolLayout,
     Slot, TableChange, TableEntry, TextureId,
 };
 use vastex_scenes::Gpu;
 use vastex_wgpu::{
-    BindLayout, FeedbackWay, Filter, PageSides, Pool, ShaderOptions, TableBuffers, TableChanger, TableChoice,
-    TableKinds, ViewBuffer, limits, shader_module, wgsl,
+    BindingPlace, Bound, FeedbackWay, Filter, Kind, Kinds, PageSides, ParamStore, Pool, PoolTableChanger,
+    PoolTables, RECORD_WORDS, RecordOf, TableKind, Views, entries, layout_entries, limits, new_sampler,
+    shader_module, texture_record, wgsl,
 };
 
-use crate::texts::{self, Own};
+use crate::texts::{self, ID, NUMBER, Own};
 use crate::world::Bench;
 
-const NUMBER: u16 = 3;
 /// Texels of the texture per axis.
 pub(crate) const TEXELS: u32 = 1 << 13;
 /// Pixels of the picture.
@@ -29,11 +29,9 @@ const RUNS: usize = 60;
 pub(crate) struct Lookups<'a> {
     bench: &'a Bench,
     gpu: &'a Gpu,
-    number: TextureId,
     description: Description,
     pool: Pool,
-    layout: BindLayout,
-    view: ViewBuffer,
+    views: Views,
     pixels: wgpu::Buffer,
     data: wgpu::BindGroupLayout,
     second_atlas: wgpu::TextureView,
@@ -90,22 +88,8 @@ impl<'a> Lookups<'a> {
             mipmap_filter: wgpu::MipmapFilterMode::Linear,
             ..Default::default()
         });
-        let layout = BindLayout::new(device, pool.atlas(0), FeedbackWay::Separate);
-        let view = ViewBuffer::new(device, queue, FeedbackWay::Separate);
-        let number = TextureId::new(NUMBER).context("a texture's number")?;
-        Ok(Lookups {
-            bench,
-            gpu,
-            number,
-            description,
-            pool,
-            layout,
-            view,
-            pixels,
-            data,
-            second_atlas,
-            sampler,
-        })
+        let views = Views::new(device, queue, FeedbackWay::Separate);
+        Ok(Lookups { bench, gpu, description, pool, views, pixels, data, second_atlas, sampler })
     }
 
     /// All pages of the levels from `finest` on.
@@ -116,63 +100,78 @@ impl<'a> Lookups<'a> {
     }
 
     /// A table that has been told what is resident.
-    pub(crate) fn table(
-        &self,
-        choice: TableChoice,
-        resident: &[(PagePos, TableEntry)],
-    ) -> Result<TableBuffers> {
+    pub(crate) fn table(&self, kind: TableKind, resident: &[(PagePos, TableEntry)]) -> Result<Table> {
         let (device, queue, geometry) = (&self.gpu.device, &self.gpu.queue, &self.description.geometry);
-        let mut table = TableBuffers::new(
-            device,
-            queue,
-            geometry,
-            self.number,
-            Slot::new(0),
-            choice,
-            FeedbackWay::Separate,
-        )?;
+        let way = FeedbackWay::Separate;
+        let mut tables = match kind {
+            TableKind::Direct => PoolTables::direct(device, way)?,
+            TableKind::Hashed => PoolTables::hashed(device, queue, way, self.pool.layout().slots())?,
+        };
+        tables.add(NUMBER, geometry, Slot::new(0))?;
         let change = |&(pos, entry): &(PagePos, TableEntry)| {
-            let page = PageId::new(self.number, geometry.dims(), pos).context("a page of the texture")?;
+            let page = PageId::new(NUMBER, geometry.dims(), pos).context("a page of the texture")?;
             Ok(TableChange { page, rule: ChangeRule::Coarser, entry })
         };
         let changes = resident.iter().map(change).collect::<Result<Vec<TableChange>>>()?;
+        let mut all = |_: TextureId, resident: &mut Vec<TableChange>| resident.clone_from(&changes);
         let mut encoder = device.create_command_encoder(&Default::default());
-        let changer = TableChanger::new(device, FeedbackWay::Separate);
-        changer.grow(device, queue, &mut encoder, &mut table, 0, &[], &[])?;
+        let (changer, mut budget) = (PoolTableChanger::new(device, way), u64::MAX);
+        tables.apply(&changer, device, queue, &mut encoder, &changes, &mut all, &mut budget)?;
+        let placement = tables.placement(NUMBER);
+        let mut params = ParamStore::new(device, way, RECORD_WORDS)?;
+        let record = texture_record(&RecordOf {
+            geometry,
+            id: ID,
+            tail_slot: Slot::new(0),
+            rule: LevelRule::default().within(geometry),
+            unmixed: 0,
+            finest: placement.finest,
+            first_entry: &|level| placement.first_entry(level),
+        });
+        params.set(NUMBER, &record);
+        params.write(device, &mut encoder)?;
         queue.submit([encoder.finish()]);
-        let mut encoder = device.create_command_encoder(&Default::default());
-        changer.apply(device, queue, &mut encoder, &mut table, &changes)?;
-        queue.submit([encoder.finish()]);
-        Ok(table)
+        tables.submitted();
+        params.submitted();
+        Ok(Table { tables, params })
     }
 
     /// A direct table that is not filled downward.
-    pub(crate) fn unfilled(&self, resident: &[(PagePos, TableEntry)]) -> Result<TableBuffers> {
-        let layout = PageNumbering::new(&self.description.geometry);
-        let table = self.table(TableChoice::Direct, &[])?;
-        let mut entries = vec![u32::MAX; layout.entries() as usize];
+    pub(crate) fn unfilled(&self, resident: &[(PagePos, TableEntry)]) -> Result<Table> {
+        let geometry = &self.description.geometry;
+        let table = self.table(TableKind::Direct, &self.resident(0))?;
+        let placement = table.tables.placement(NUMBER);
+        let buffer = table.tables.buffer().context("a direct table that is read from a buffer")?;
+        let mut entries = vec![u32::MAX; buffer.size() as usize / 4];
         for &(pos, entry) in resident {
-            entries[layout.entry_of(pos) as usize] = entry.to_bits();
+            let row = geometry.level(pos.level).pages[0];
+            let place = placement.first_entry(pos.level) + pos.y * row + pos.x;
+            entries[place as usize] = entry.to_bits();
         }
-        let buffer = table.entries().context("a direct table that is read from a buffer")?;
         self.gpu.queue.write_buffer(buffer, 0, bytemuck::cast_slice(&entries));
         Ok(table)
     }
 
     /// A pipeline whose text has a function of its own in the place of that name.
-    pub(crate) fn case(&self, table: &TableBuffers, tables: TableKinds, own: Option<Own>) -> Case {
+    pub(crate) fn case(&self, table: &Table, own: Option<Own>) -> Case {
         let device = &self.gpu.device;
-        let options = ShaderOptions {
-            filter: Filter::Trilinear,
-            atlas: self.pool.atlas(0),
-            tables,
+        let kind = Kind {
+            tables: if table.tables.is_hashed() { TableKind::Hashed } else { TableKind::Direct },
             pages: PageSides::of(&self.description.geometry),
-            ..ShaderOptions::default()
+            layer: 0,
+            atlas: self.pool.atlas(0),
+            scale: 1,
+            filter: Filter::Trilinear,
         };
-        let module = shader_module(device, None, texts::picture(&wgsl(&options), own));
+        let kinds = Kinds::of(kind, FeedbackWay::Separate, false);
+        let module = shader_module(device, None, texts::picture(&wgsl(&kinds, BindingPlace::default()), own));
+        let textures = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: None,
+            entries: &layout_entries(&kinds, 0),
+        });
         let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: None,
-            bind_group_layouts: &[Some(self.layout.layout()), Some(&self.data)],
+            bind_group_layouts: &[Some(&textures), Some(&self.data)],
             immediate_size: 0,
         });
         let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
@@ -195,7 +194,17 @@ impl<'a> Lookups<'a> {
                 wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::Sampler(&self.sampler) },
             ],
         });
-        let texture = self.layout.bind_group(device, table, &self.pool, 0, &self.view);
+        let bound = Bound {
+            params: table.params.binding(),
+            views: &self.views,
+            sampler: &new_sampler(device),
+            pools: vec![(&self.pool, table.tables.binding())],
+        };
+        let texture = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: None,
+            layout: &textures,
+            entries: &entries(&kinds, 0, &bound),
+        });
         Case { pipeline, texture, data }
     }
 
@@ -209,6 +218,12 @@ impl<'a> Lookups<'a> {
         }
         best.map(|best| best.as_secs_f64() * 1e3)
     }
+}
+
+/// The page table of the texture, and where it lies.
+pub(crate) struct Table {
+    tables: PoolTables,
+    params: ParamStore,
 }
 
 /// A pipeline and what it reads.

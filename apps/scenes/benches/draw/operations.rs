@@ -12,13 +12,13 @@ use naga::{
     AddressSpace, BinaryOperator, Block, Expression, Function, Handle, Literal, Module, ScalarKind, Statement,
 };
 use vastex::Filter;
-use vastex_wgpu::{PageSides, ShaderOptions, TableKinds, wgsl};
+use vastex_wgpu::{Atlas, BindingPlace, FeedbackWay, Kind, Kinds, PageSides, TableKind, wgsl};
 
 use crate::world::{Bench, Part};
 
 const SAMPLED: &str = "
     @fragment fn sampled(@location(0) uv: vec2<f32>) -> @location(0) vec4<f32> {
-        return vastex_sample(uv);
+        return vastex_sample(7u, uv);
     }
 ";
 
@@ -52,13 +52,15 @@ pub(crate) fn section(_: &Bench) -> Result<Part> {
         "## Operations\n\nWhat `vastex_sample` asks for by its text, whatever the adapter: both sides of each branch, each loop once (so of an\n\
          anisotropic filter the figures are those of two taps, one looked up apart). Pages whose sides are powers of two, as all that Vastex\n\
          builds by default, are found by shifts; others by division.\n\n\
-         | filter | pages | fetches | reads of the table | words of parameters | arithmetic | divisions of whole numbers |\n\
+         | filter | pages | fetches | reads of tables and records | words of uniforms | arithmetic | divisions of whole numbers |\n\
          |---|---|---|---|---|---|---|\n",
     );
     for filter in Filter::KINDS {
         for (name, pages) in [("powers of two", PageSides::PowersOfTwo), ("any", PageSides::Any)] {
-            let options = ShaderOptions { filter, pages, tables: TableKinds::Direct, ..Default::default() };
-            let Operations { fetches, table, words, arithmetic, divisions } = counted(&options)?;
+            let (tables, atlas) = (TableKind::Direct, Atlas::Float);
+            let kind = Kind { tables, pages, layer: 0, atlas, scale: 1, filter };
+            let kinds = Kinds::of(kind, FeedbackWay::Separate, false);
+            let Operations { fetches, table, words, arithmetic, divisions } = counted(&kinds)?;
             writeln!(
                 page,
                 "| {filter} | {name} | {fetches} | {table} | {words} | {arithmetic} | {divisions} |"
@@ -68,8 +70,8 @@ pub(crate) fn section(_: &Bench) -> Result<Part> {
     Ok((page, Vec::new()))
 }
 
-fn counted(options: &ShaderOptions) -> Result<Operations> {
-    let text = SAMPLED.to_owned() + &wgsl(options);
+fn counted(kinds: &Kinds) -> Result<Operations> {
+    let text = SAMPLED.to_owned() + &wgsl(kinds, BindingPlace::default());
     let module = naga::front::wgsl::parse_str(&text)?;
     let flags = naga::valid::ValidationFlags::all();
     let info = naga::valid::Validator::new(flags, naga::valid::Capabilities::empty()).validate(&module)?;

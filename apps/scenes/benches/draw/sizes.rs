@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::time::Duration;
 
 use anyhow::{Result, bail};
-use glam::Vec3;
+use glam::DVec3;
 use vastex::{GeometrySpec, PoolSettings, Settings, TableChoice};
 use vastex_scenes::{Pose, Scene};
 
@@ -89,7 +89,7 @@ fn converged(bench: &Bench, bits: u32, table: TableChoice) -> Result<Converged<'
     let settings = Settings { pools: PoolSettings::of_bytes(32 << 20), ..Settings::default() };
     let shape = GeometrySpec::image(1 << bits, 1 << bits);
     let mut stage = Stage::new(bench, picture(&bench.gpu), Scene::Plane, settings, shape, table)?;
-    stage.set_pose(&Pose::Plane { eye: Vec3::new(0.1, -0.9, 0.12), yaw: 0.2, pitch: 0.25 });
+    stage.set_pose(&Pose::Plane { eye: DVec3::new(0.1, -0.9, 0.12), yaw: 0.2, pitch: 0.25 });
     for _ in 0..PATIENCE_FRAMES {
         stage.draw(true)?;
         if stage.textures.stats().converged {

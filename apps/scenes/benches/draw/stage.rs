@@ -5,8 +5,10 @@ use std::time::Duration;
 
 use anyhow::Result;
 use vastex::{BindGroups, Geometry, GeometrySpec, Pace, Settings, TableChoice, TextureSettings, Textures};
-use vastex_scenes::{Drawn, Look, PictureTarget, Pose, Scene, SceneRenderer, depth_view};
+use vastex_scenes::{ColorMap, Pose, Scene, SceneDesc, SceneRenderer, depth_view};
 use vastex_tiles::PropertySource;
+use vastex_viewer::Target;
+use vastex_viewer::stage::{StageScene, draw_again};
 
 use crate::world::Bench;
 
@@ -32,11 +34,18 @@ impl<'a> Stage<'a> {
         let settings = Settings { pace: Pace::LockStep { latency_frames: 1 }, ..settings };
         let mut textures = Textures::new(device, queue, settings)?;
         let source = PropertySource::new(Geometry::new(shape)?);
-        let texture =
-            textures.add_with(Arc::new(source), TextureSettings { page_table, ..Default::default() })?;
-        let look = Look::new(&textures.description(texture).layers[0], None);
-        let format = look.picture_format();
-        let drawn = Drawn { scene, layer: texture.into(), look, relief: None, tiling: Default::default() };
+        let texture = textures
+            .add_blocking_with(Arc::new(source), TextureSettings { page_table, ..Default::default() })?;
+        let color_map = ColorMap::new(&textures.description(texture).layers[0], None);
+        let format = color_map.picture_format();
+        let drawn = SceneDesc {
+            scene,
+            layer: texture.into(),
+            color_map,
+            relief: None,
+            tiling: Default::default(),
+            always_fixed: false,
+        };
         let renderer = SceneRenderer::new(device, queue, &textures, drawn, format);
         let colour = device.create_texture(&wgpu::TextureDescriptor {
             label: Some("picture"),
@@ -62,17 +71,17 @@ impl<'a> Stage<'a> {
         let (gpu, sampled) = (&bench.gpu, renderer.sampled());
         textures.update()?;
         gpu.device.poll(wgpu::PollType::wait_indefinitely())?;
-        let target = PictureTarget { colour, depth };
+        let target = Target::new(colour, depth, None);
         let mut result = Ok(());
         let taken = bench.clock.time(gpu, |encoder| {
             if !with_feedback {
-                return renderer.draw_picture(encoder, textures, &target);
+                return draw_again(encoder, textures, renderer, renderer.camera(), &target);
             }
             let picture = |encoder: &mut wgpu::CommandEncoder, groups: &BindGroups| {
-                renderer.draw_picture_of(renderer.eye(), encoder, &groups[sampled], &target);
+                renderer.draw_picture(renderer.camera(), encoder, &groups[sampled], &target);
             };
             let wanted = textures.feedback(encoder, *size, |pass, groups| {
-                renderer.draw_wanted(pass, &groups[sampled]);
+                renderer.draw_wanted(renderer.camera(), pass, &groups[sampled]);
             });
             result = wanted.and_then(|()| textures.main_pass(encoder, *size, picture));
         });

@@ -1,11 +1,10 @@
 //! What a lookup costs by the kind of page table: direct and filled downward, direct with a loop up the levels in the shader, hashed;
-//! with everything wanted resident, and with less and less of it. First each alone, then as shaders have them that ask the texture which
-//! kind it has.
+//! with everything wanted resident, and with less and less of it.
 
 use std::fmt::Write as _;
 
 use anyhow::Result;
-use vastex_wgpu::{TableChoice, TableKinds};
+use vastex_wgpu::TableKind;
 
 use crate::lookups::{Lookups, PICTURE, TEXELS};
 use crate::texts::Own;
@@ -19,22 +18,20 @@ pub(crate) fn section(bench: &Bench) -> Result<Part> {
     let mut page = format!(
         "## Page tables\n\nMilliseconds of {}x{} trilinear samples of a texture of {TEXELS}x{TEXELS} texels, with all pages resident and with none finer than\n\
          a level, as while a view loads; in brackets over the first column. Asked for: hashed at most {ASKED} once converged.\n\n\
-         | resident | direct, filled downward | direct, loop in the shader | hashed | either kind: direct | either kind: hashed |\n\
-         |---|---|---|---|---|---|\n",
+         | resident | direct, filled downward | direct, loop in the shader | hashed |\n\
+         |---|---|---|---|\n",
         PICTURE[0], PICTURE[1],
     );
     let mut verdicts = Vec::new();
     for finest in [0, 1, 2, 3, 5] {
         let resident = lookups.resident(finest);
-        let filled = lookups.table(TableChoice::Direct, &resident)?;
+        let filled = lookups.table(TableKind::Direct, &resident)?;
         let unfilled = lookups.unfilled(&resident)?;
-        let hashed = lookups.table(TableChoice::Hashed, &resident)?;
+        let hashed = lookups.table(TableKind::Hashed, &resident)?;
         let taken = lookups.measure(&[
-            lookups.case(&filled, TableKinds::Direct, None),
-            lookups.case(&unfilled, TableKinds::Direct, Some(Own::Loop)),
-            lookups.case(&hashed, TableKinds::Hashed, None),
-            lookups.case(&filled, TableKinds::Either, None),
-            lookups.case(&hashed, TableKinds::Either, None),
+            lookups.case(&filled, None),
+            lookups.case(&unfilled, Some(Own::Loop)),
+            lookups.case(&hashed, None),
         ]);
         let first = taken[0];
         if finest == 0 {

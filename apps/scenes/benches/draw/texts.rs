@@ -1,5 +1,10 @@
 //! The shader texts of what lookups cost. The list of all shader texts has them from here.
 
+/// The texture's id.
+pub(crate) const ID: u32 = vastex_wgpu::shader_id(NUMBER, 1);
+/// Its number.
+pub(crate) const NUMBER: vastex_core::TextureId = vastex_core::TextureId::new(3).unwrap();
+
 /// A plane seen aslant.
 const ASLANT: &str = include_str!("wgsl/aslant.wgsl");
 
@@ -8,15 +13,15 @@ const ASLANT: &str = include_str!("wgsl/aslant.wgsl");
 pub(crate) enum Own {
     /// In the place of the filter one lookup, and the second level of the same slot.
     OneLookup,
-    /// In the place of `vastex_entry` the walk up the levels of a table in which a page that is not resident has no entry.
+    /// In the place of `vastexi_entry` the walk up the levels of a table in which a page that is not resident has no entry.
     Loop,
 }
 
 impl Own {
     fn function(self) -> (&'static str, &'static str) {
         match self {
-            Own::OneLookup => ("vastex_filtered", include_str!("wgsl/one_lookup.wgsl")),
-            Own::Loop => ("vastex_entry", include_str!("wgsl/loop.wgsl")),
+            Own::OneLookup => ("vastexi_filtered_0", include_str!("wgsl/one_lookup.wgsl")),
+            Own::Loop => ("vastexi_entry_0", include_str!("wgsl/loop.wgsl")),
         }
     }
 }
@@ -27,5 +32,5 @@ pub(crate) fn picture(vastex: &str, own: Option<Own>) -> String {
         let (name, function) = own.function();
         vastex.replace(&format!("fn {name}("), &format!("fn other_{name}(")) + function
     };
-    ASLANT.to_owned() + &own.map_or_else(|| vastex.to_owned(), replaced)
+    format!("{ASLANT}const ID: u32 = {ID}u;\n") + &own.map_or_else(|| vastex.to_owned(), replaced)
 }

@@ -8,7 +8,7 @@ use anyhow::{Context, Result, bail};
 use vastex::{Filter, Geometry, Pace, PoolSettings, Region, Settings, TextureId, TileSource};
 use vastex_build::{BuildOptions, Compression};
 use vastex_core::{AddressMode, GeometrySpec};
-use vastex_scenes::{Gpu, GpuClock, Pose, Scene, Studio, planet_image};
+use vastex_scenes::{Gpu, GpuClock, Offscreen, Pose, Scene, headless_gpu, planet_image};
 use vastex_tiles::PropertySource;
 
 /// The device and what tells its time.
@@ -26,7 +26,7 @@ const PATIENCE_FRAMES: u64 = 5000;
 
 /// A device with timestamps where the adapter has them.
 pub(crate) fn gpu() -> Result<Gpu> {
-    let gpu = Gpu::headless()?;
+    let gpu = headless_gpu()?;
     let descriptor = wgpu::DeviceDescriptor {
         label: Some("bench"),
         required_features: gpu.device.features() | GpuClock::features(&gpu.adapter),
@@ -106,10 +106,10 @@ pub(crate) fn resident(
     filter: Filter,
     scene: Scene,
     pose: Pose,
-) -> Result<Studio> {
-    let mut studio = new_studio(bench, source, filter, scene, Duration::ZERO)?;
-    fetch(&mut studio, pose, &Region::whole())?;
-    Ok(studio)
+) -> Result<Offscreen> {
+    let mut offscreen = new_studio(bench, source, filter, scene, Duration::ZERO)?;
+    fetch(&mut offscreen, pose, &Region::whole())?;
+    Ok(offscreen)
 }
 
 /// A texture, of which nothing is in the pool yet, with tiles that fade in over so much time.
@@ -119,7 +119,7 @@ pub(crate) fn new_studio(
     filter: Filter,
     scene: Scene,
     fade: Duration,
-) -> Result<Studio> {
+) -> Result<Offscreen> {
     let settings = Settings {
         pools: PoolSettings::of_bytes(160 << 20),
         upload_bytes_per_frame: 8 << 20,
@@ -128,19 +128,19 @@ pub(crate) fn new_studio(
         fade,
         ..Settings::default()
     };
-    Ok(Studio::new(&bench.gpu, source, scene, picture(&bench.gpu), settings)?)
+    Ok(Offscreen::new(&bench.gpu, source, scene, picture(&bench.gpu), settings)?)
 }
 
-/// The first texture of a studio.
+/// The first texture of a offscreen.
 pub(crate) fn texture() -> Result<TextureId> {
     TextureId::new(0).context("there is a first texture")
 }
 
 /// Frames until every page of a region is in the pool, where it stays.
-pub(crate) fn fetch(studio: &mut Studio, pose: Pose, region: &Region) -> Result<()> {
-    let ticket = studio.textures_mut().pin(texture()?, region)?;
+pub(crate) fn fetch(offscreen: &mut Offscreen, pose: Pose, region: &Region) -> Result<()> {
+    let ticket = offscreen.textures_mut().pin(texture()?, region)?;
     for _ in 0..PATIENCE_FRAMES {
-        studio.frame(pose)?;
+        offscreen.frame(pose)?;
         let progress = ticket.progress();
         if progress.resident == progress.pages {
             return Ok(());

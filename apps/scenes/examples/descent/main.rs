@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 use anyhow::{Context, Result, bail};
 use vastex::{Pace, PlanetSource, Settings};
-use vastex_scenes::{Descent, GlobePose, Gpu, Picture, planet_image};
+use vastex_scenes::{Descent, GlobePose, Picture, headless_gpu, planet_image};
 
 const SIZE: [u32; 2] = [960, 540];
 /// Frames between two pictures on the way down.
@@ -31,7 +31,7 @@ fn main() -> Result<()> {
     let source = Arc::new(PlanetSource::new(image, bits)?);
     let settings =
         Settings { pace: Pace::LockStep { latency_frames: 1 }, picture: SIZE, ..Settings::default() };
-    let mut descent = Descent::new(&Gpu::headless()?, source, SIZE, settings)?;
+    let mut descent = Descent::new(&headless_gpu()?, source, SIZE, settings)?;
     for frame in 0..Descent::FRAMES {
         let pose = Descent::pose(frame);
         descent.frame(&pose)?;

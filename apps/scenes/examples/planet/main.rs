@@ -8,7 +8,7 @@
 
 use anyhow::{Context, Result, bail};
 use vastex::{Pace, Settings};
-use vastex_scenes::{Attribute, Gpu, Part, Path, Picture, Planet, Scene};
+use vastex_scenes::{Attribute, Part, Path, Picture, Planet, Scene, headless_gpu};
 
 const SIZE: [u32; 2] = [960, 540];
 /// Frames after which it must be sharp.
@@ -18,7 +18,7 @@ fn main() -> Result<()> {
     let mut arguments: Vec<String> = std::env::args().skip(1).collect();
     let output = arguments.pop().context("name the textures, as in color=earth.vastex, and the picture")?;
     let parts: Vec<Part> = arguments.iter().map(|argument| part(argument)).collect::<Result<_>>()?;
-    let gpu = Gpu::headless()?;
+    let gpu = headless_gpu()?;
     let settings = Settings { pace: Pace::LockStep { latency_frames: 1 }, ..Settings::default() };
     let mut planet = Planet::new(&gpu, parts, SIZE, settings)?;
     for frame in 0.. {

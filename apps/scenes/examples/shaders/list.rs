@@ -9,8 +9,7 @@ use std::fmt::Write as _;
 use vastex::{Filter, MaxTaps};
 use vastex_scenes::{Attribute, shaders};
 use vastex_wgpu::{
-    Atlas, FeedbackWay, GroupMember, GroupShape, PageSides, ShaderOptions, TableKinds, compute_texts,
-    group_wgsl, wgsl,
+    Atlas, BindingPlace, FeedbackWay, Kind, KindMember, Kinds, PageSides, TableKind, compute_texts, wgsl,
 };
 
 #[path = "../../benches/draw/texts.rs"]
@@ -22,6 +21,33 @@ mod vastex_tests;
 /// What is called with each text and its name.
 pub(crate) type Visit<'a> = dyn FnMut(&str, String) + 'a;
 
+/// What a text of one kind is made for, beside numbers that stand in constants.
+#[derive(Clone, Copy, Default)]
+struct Choice {
+    group: u32,
+    filter: Filter,
+    atlas: Atlas,
+    feedback: FeedbackWay,
+    tables: TableKind,
+    pages: PageSides,
+    fade: bool,
+}
+
+impl Choice {
+    fn kind(self) -> Kind {
+        let Choice { filter, atlas, tables, pages, .. } = self;
+        Kind { tables, pages, layer: 0, atlas, scale: 1, filter }
+    }
+
+    fn text(self) -> String {
+        wgsl(&Kinds::of(self.kind(), self.feedback, self.fade), self.place())
+    }
+
+    fn place(self) -> BindingPlace {
+        BindingPlace { group: self.group, first: 0 }
+    }
+}
+
 /// Options of texts, all by all.
 #[derive(Clone)]
 struct Options {
@@ -29,7 +55,7 @@ struct Options {
     filters: Vec<Filter>,
     atlases: Vec<Atlas>,
     ways: Vec<FeedbackWay>,
-    tables: Vec<TableKinds>,
+    tables: Vec<TableKind>,
     pages: Vec<PageSides>,
     fades: Vec<bool>,
 }
@@ -42,7 +68,7 @@ impl Options {
             filters: Filter::KINDS.to_vec(),
             atlases: Atlas::ALL.to_vec(),
             ways: FeedbackWay::ALL.to_vec(),
-            tables: vec![TableKinds::Direct, TableKinds::Hashed],
+            tables: vec![TableKind::Direct, TableKind::Hashed],
             pages: vec![PageSides::Any, PageSides::PowersOfTwo],
             fades: vec![false, true],
         }
@@ -50,10 +76,10 @@ impl Options {
 
     /// What the tests of the GPU crate ask for.
     fn of_tests() -> Options {
-        Options { ways: vec![FeedbackWay::Separate], tables: vec![TableKinds::Either], ..Options::all() }
+        Options { ways: vec![FeedbackWay::Separate], ..Options::all() }
     }
 
-    fn each(&self, mut visit: impl FnMut(&ShaderOptions)) {
+    fn each(&self, mut visit: impl FnMut(&Choice)) {
         for &group in &self.groups {
             for &filter in &self.filters {
                 for &atlas in &self.atlases {
@@ -61,9 +87,9 @@ impl Options {
                         for &tables in &self.tables {
                             for &pages in &self.pages {
                                 for &fade in &self.fades {
-                                    let options =
-                                        ShaderOptions { group, filter, atlas, feedback, tables, pages, fade };
-                                    visit(&options);
+                                    let choice =
+                                        Choice { group, filter, atlas, feedback, tables, pages, fade };
+                                    visit(&choice);
                                 }
                             }
                         }
@@ -95,61 +121,59 @@ pub(crate) fn each(visit: &mut Visit<'_>) {
 
 /// An application of one texture by all of these options.
 fn alone(visit: &mut Visit<'_>, name: &str, options: &Options, text: impl Fn(&str) -> String) {
-    options.each(|options| visit(&format!("{name}-{}", name_of(options)), text(&wgsl(options))));
+    options.each(|options| visit(&format!("{name}-{}", name_of(options)), text(&options.text())));
 }
 
 /// The library's text alone, all of it, for one texture and for a group: what an application joins to its own. The other texts lack what
 /// their entry points do not need.
 fn whole(visit: &mut Visit<'_>) {
     alone(visit, "library-whole", &Options::all(), str::to_owned);
+    let surface = include_str!("../../../../crates/vastex-wgpu/tests/gpu/wgsl/whole_surface.wgsl");
+    alone(visit, "library-surface", &Options::all(), |vastex| surface.replace("_NAME", "") + vastex);
     Options { atlases: vec![Atlas::Float], ..Options::all() }.each(|options| {
-        let members = vec![
-            member(options, "color", 0, (None, true)),
-            GroupMember { atlas: Atlas::Uint16, ..member(options, "height", 1, (None, true)) },
-        ];
-        visit(&format!("library-whole-group-{}", name_of(options)), group(options, members));
+        let members =
+            vec![member(options, "color", 0, 0), of_atlas(Atlas::Uint16, member(options, "height", 1, 0))];
+        let text = group(options, members);
+        visit(
+            &format!("library-surface-group-{}", name_of(options)),
+            surface.replace("NAME", "height") + &text,
+        );
+        visit(&format!("library-whole-group-{}", name_of(options)), text);
     });
 }
 
 fn scenes(visit: &mut Visit<'_>) {
+    visit("encode", vastex_viewer::stage::encode_text());
+    // Lists of layers, as the tests have them.
+    Options { filters: vec![Filter::Trilinear], fades: vec![false], ..Options::all() }.each(|options| {
+        for count in 1..=3 {
+            // Each of a pool of its own, or all of one.
+            for pools in [count, 1].into_iter().take(count) {
+                let layer = |n| member(options, &format!("layer{n}"), n % pools, 0);
+                let text = shaders::layered(&group(options, (0..count).map(layer).collect()), count);
+                visit(&format!("layered-{count}-{pools}-{}", name_of(options)), text);
+            }
+        }
+    });
     alone(visit, "scene", &Options { filters: all_filters(), ..Options::all() }, shaders::flat);
-    // Colour and heights are layers of one texture. Each may be one whose values may not be mixed: labels in formats that every device
-    // filters, over heights of 8 or 16 bits.
-    let nearest = (Some(Filter::Nearest), false);
-    let plain = (None, true);
+    // Colour and heights are layers of one texture.
     Options { filters: all_filters(), ..Options::all() }.each(|options| {
         for heights in Atlas::ALL {
-            let mixed = [
-                ("", plain, plain),
-                ("-color_nearest", nearest, plain),
-                ("-height_nearest", plain, nearest),
-                ("-both_nearest", nearest, nearest),
-            ];
-            let may_be_labels =
-                options.atlas == Atlas::Float && matches!(heights, Atlas::Float | Atlas::Uint16);
-            for (name, color, height) in mixed {
-                if name.is_empty() || may_be_labels {
-                    let members = vec![
-                        member(options, "color", 0, color),
-                        GroupMember { atlas: heights, ..member(options, "height", 0, height) },
-                    ];
-                    let text = shaders::relief(&group(options, members));
-                    visit(&format!("relief-{}-{}{name}", name_of(options), atlas_name(heights)), text);
-                }
-            }
+            let members =
+                vec![member(options, "color", 0, 0), of_atlas(heights, member(options, "height", 0, 1))];
+            let text = shaders::relief(&group(options, members));
+            visit(&format!("relief-{}-{}", name_of(options), atlas_name(heights)), text);
         }
     });
 }
 
-/// A member with a filter of its own or the group's, and whether its tiles fade in where the group's do.
-fn member(
-    options: &ShaderOptions,
-    name: &str,
-    texture: usize,
-    (filter, fades): (Option<Filter>, bool),
-) -> GroupMember {
-    let ShaderOptions { atlas, tables, pages, .. } = *options;
-    GroupMember { name: name.to_owned(), texture, atlas, tables, pages, filter, fades }
+/// A member that is a layer of a texture of a pool.
+fn member(choice: &Choice, name: &str, pool: usize, layer: u8) -> KindMember {
+    KindMember { name: name.to_owned(), pool, kind: Kind { layer, ..choice.kind() } }
+}
+
+fn of_atlas(atlas: Atlas, member: KindMember) -> KindMember {
+    KindMember { kind: Kind { atlas, ..member.kind }, ..member }
 }
 
 fn examples(visit: &mut Visit<'_>) {
@@ -157,6 +181,8 @@ fn examples(visit: &mut Visit<'_>) {
     let ground = include_str!("../../../../crates/vastex/examples/existing_renderer/ground.wgsl");
     let grounds = Options { groups: vec![1], ..plain.clone() };
     alone(visit, "existing-renderer", &grounds, |vastex| ground.to_owned() + vastex);
+    let materials = include_str!("../../../../crates/vastex/examples/many_materials/materials.wgsl");
+    alone(visit, "many-materials", &plain, |vastex| materials.to_owned() + vastex);
     alone(visit, "wall", &plain, |vastex| include_str!("../wall/wall.wgsl").to_owned() + vastex);
     alone(visit, "descent", &Options { filters: Filter::KINDS.to_vec(), ..plain.clone() }, shaders::descent);
     planets(visit);
@@ -174,24 +200,34 @@ fn planets(visit: &mut Visit<'_>) {
     for parts in planets {
         for heights in [Atlas::Float, Atlas::Uint16] {
             for (pages, name) in [(PageSides::PowersOfTwo, "powers"), (PageSides::Any, "clouds_any")] {
-                let member = |(texture, part): (usize, &Attribute)| GroupMember {
-                    name: part.name().to_owned(),
-                    texture,
-                    atlas: if *part == Height { heights } else { Atlas::Float },
-                    tables: TableKinds::Direct,
-                    pages: if *part == Clouds { pages } else { PageSides::PowersOfTwo },
-                    filter: None,
-                    fades: true,
-                };
                 for way in FeedbackWay::ALL {
-                    let members = parts.iter().enumerate().map(member).collect();
-                    let options = ShaderOptions { feedback: way, ..ShaderOptions::default() };
-                    let text = group(&options, members);
-                    let parts_name: Vec<&str> = parts.iter().map(|part| part.name()).collect();
-                    let name =
-                        format!("{}-{}-{name}-{}", parts_name.join("_"), atlas_name(heights), way.name());
-                    visit(&format!("planet-{name}"), shaders::planet(&text, &parts));
-                    visit(&format!("planet_ordinary-{name}"), shaders::ordinary_planet(&text, &parts));
+                    // Each is of a pool of its own, or those of 8 bits share one.
+                    for is_shared in [false, true] {
+                        let options =
+                            Choice { feedback: way, pages: PageSides::PowersOfTwo, ..Choice::default() };
+                        let member = |(nth, part): (usize, &Attribute)| {
+                            let is_alone = !is_shared || *part == Height || *part == Clouds;
+                            let member = member(&options, part.name(), if is_alone { nth + 1 } else { 0 }, 0);
+                            let atlas = if *part == Height { heights } else { Atlas::Float };
+                            let pages = if *part == Clouds { pages } else { PageSides::PowersOfTwo };
+                            KindMember { kind: Kind { atlas, pages, ..member.kind }, ..member }
+                        };
+                        let members = parts.iter().enumerate().map(member).collect();
+                        let kinds = kinds_of(&options, members);
+                        let text = wgsl(&kinds, options.place());
+                        let parts_name: Vec<&str> = parts.iter().map(|part| part.name()).collect();
+                        let shared = if is_shared { "-shared" } else { "" };
+                        let name = format!(
+                            "{}-{}-{name}-{}{shared}",
+                            parts_name.join("_"),
+                            atlas_name(heights),
+                            way.name()
+                        );
+                        let pools: Vec<usize> = kinds.member_pools().collect();
+                        visit(&format!("planet-{name}"), shaders::planet(&text, &parts));
+                        let ordinary = shaders::ordinary_planet(&text, &parts, &pools);
+                        visit(&format!("planet_ordinary-{name}"), ordinary);
+                    }
                 }
             }
         }
@@ -199,17 +235,18 @@ fn planets(visit: &mut Visit<'_>) {
 }
 
 fn benchmark(visit: &mut Visit<'_>) {
-    let tables = vec![TableKinds::Either, TableKinds::Direct, TableKinds::Hashed];
     let options = Options {
         filters: vec![Filter::Trilinear],
         fades: vec![false],
         ways: vec![FeedbackWay::Separate],
-        tables,
         ..Options::all()
     };
-    for (name, own) in
-        [("", None), ("-one_lookup", Some(bench::Own::OneLookup)), ("-loop", Some(bench::Own::Loop))]
-    {
+    for (name, own, tables) in [
+        ("", None, vec![TableKind::Direct, TableKind::Hashed]),
+        ("-one_lookup", Some(bench::Own::OneLookup), vec![TableKind::Direct]),
+        ("-loop", Some(bench::Own::Loop), vec![TableKind::Direct]),
+    ] {
+        let options = Options { tables, ..options.clone() };
         alone(visit, &format!("bench-lookups{name}"), &options, |vastex| bench::picture(vastex, own));
     }
 }
@@ -240,12 +277,16 @@ fn tests(visit: &mut Visit<'_>) {
         ("exact", Options { atlases: Atlas::ALL.to_vec(), ..plain.clone() }, of_gpu_tests!("exact")),
         ("harness", all.clone(), of_gpu_tests!("harness")),
     ] {
-        alone(visit, &format!("test-{name}"), &options, |vastex| text.to_owned() + vastex);
+        alone(visit, &format!("test-{name}"), &options, |vastex| of_test(text, vastex));
     }
     let points = of_gpu_tests!("points");
-    alone(visit, "test-points", &plain, |vastex| format!("{points}\nconst SIDE: u32 = 64u;\n{vastex}"));
+    alone(visit, "test-points", &plain, |vastex| {
+        of_test(&format!("{points}\nconst SIDE: u32 = 64u;"), vastex)
+    });
     let inline = Options { ways: vec![FeedbackWay::Inline], ..of(Filter::Trilinear) };
-    alone(visit, "test-surfaces", &inline, |vastex| of_gpu_tests!("surfaces").to_owned() + vastex);
+    alone(visit, "test-surfaces", &inline, |vastex| {
+        of_test(&format!("{}\nconst VIEW: u32 = 0u;", of_gpu_tests!("surfaces")), vastex)
+    });
     visit("test-fill", of_gpu_tests!("fill").to_owned());
     groups_of_gpu_tests(visit, of_gpu_tests!("harness"));
     let screen = Options { atlases: vec![Atlas::Float], ..Options::all() };
@@ -255,7 +296,7 @@ fn tests(visit: &mut Visit<'_>) {
     let fixed = Options { filters: vec![Filter::Nearest], fades: vec![false], ..screen.clone() };
     alone(visit, "test-screen_fixed", &fixed, |vastex| vastex_tests::fixed() + vastex);
     let separate = Options { ways: vec![FeedbackWay::Separate], fades: vec![false], ..Options::all() };
-    alone(visit, "test-sample_cpu", &separate, |vastex| vastex_tests::POINTS.to_owned() + vastex);
+    alone(visit, "test-sample_cpu", &separate, |vastex| of_test(vastex_tests::POINTS, vastex));
     groups_of_vastex_tests(visit);
     mixing_of_vastex_tests(visit);
 }
@@ -266,14 +307,11 @@ fn groups_of_gpu_tests(visit: &mut Visit<'_>, harness: &str) {
     let atlases = vec![Atlas::Float, Atlas::Unfiltered];
     let options = Options { atlases, pages: vec![PageSides::PowersOfTwo], ..Options::of_tests() };
     options.each(|options| {
-        let member = |(nth, texture): (usize, usize)| GroupMember {
-            name: names[nth].to_owned(),
-            texture,
-            atlas: if names[nth] == "height" { options.atlas } else { Atlas::Float },
-            tables: [TableKinds::Hashed, TableKinds::Direct, TableKinds::Hashed][texture],
-            pages: options.pages,
-            filter: None,
-            fades: true,
+        let member = |(nth, pool): (usize, usize)| {
+            let tables = [TableKind::Hashed, TableKind::Direct, TableKind::Hashed][pool];
+            let member = member(options, names[nth], pool, u8::from(nth == 1));
+            let atlas = if names[nth] == "height" { options.atlas } else { Atlas::Float };
+            KindMember { kind: Kind { atlas, tables, ..member.kind }, ..member }
         };
         let text = group(options, [0, 0, 1, 2].into_iter().enumerate().map(member).collect());
         for sampled in names {
@@ -283,58 +321,64 @@ fn groups_of_gpu_tests(visit: &mut Visit<'_>, harness: &str) {
                     continue;
                 }
                 let harness = harness
+                    .replace("vastex_feedback_level(ID", "vastex_feedback_level(WANTED")
+                    .replace("vastex_feedback_grad(ID", "vastex_feedback_grad(WANTED")
                     .replace("vastex_sample", &format!("vastex_sample_{sampled}"))
-                    .replace("vastex_feedback", &wanted);
+                    .replace("vastex_feedback_", &format!("{wanted}_"));
                 let name = format!("test-group-{}-{sampled}-{wanted}", name_of(options));
-                visit(&name, harness + &text);
+                visit(&name, of_test(&format!("{harness}\nconst WANTED: u32 = 0u;"), &text));
             }
         }
     });
+}
+
+/// A test's shader, with an id in a constant.
+fn of_test(shader: &str, vastex: &str) -> String {
+    format!("{shader}\nconst ID: u32 = 0u;\n{vastex}")
 }
 
 fn groups_of_vastex_tests(visit: &mut Visit<'_>) {
     let filters = vec![Filter::Nearest, Filter::Trilinear];
     let options = Options { atlases: vec![Atlas::Float], filters, ..Options::all() };
     options.each(|options| {
-        let members = |names: &[&str]| -> Vec<GroupMember> {
-            names
-                .iter()
-                .enumerate()
-                .map(|(texture, name)| member(options, name, texture, (None, true)))
-                .collect()
+        let of_pools = |pools: &[(&str, usize)]| -> String {
+            group(options, pools.iter().map(|(name, pool)| member(options, name, *pool, 0)).collect())
         };
-        let columns = group(options, members(&vastex_tests::NAMES));
+        let [color, night, clouds, height] = vastex_tests::NAMES;
+        // Two of the four have pages as large, and so share a pool.
+        let columns = of_pools(&[(color, 0), (night, 1), (clouds, 2), (height, 1)]);
         visit(&format!("test-columns-{}", name_of(options)), vastex_tests::by_columns() + &columns);
         visit(&format!("test-apart-{}", name_of(options)), vastex_tests::apart() + &columns);
-        let [first, second, again] = [("first", 0), ("second", 1), ("again", 1)];
-        let halves = [first, second, again]
-            .map(|(name, texture)| member(options, name, texture, (None, true)))
-            .to_vec();
-        visit(&format!("test-halves-{}", name_of(options)), vastex_tests::halves() + &group(options, halves));
+        for pools in [[0, 1, 1], [0, 0, 0]] {
+            let names = ["first", "second", "again"];
+            let members: Vec<(&str, usize)> = names.into_iter().zip(pools).collect();
+            let name = format!("test-halves-{}-{}", pools[1], name_of(options));
+            visit(&name, vastex_tests::halves() + &of_pools(&members));
+        }
     });
 }
 
-/// Two layers of a texture, or of two, of which one may not be mixed.
+/// Two layers of a texture, or of two.
 fn mixing_of_vastex_tests(visit: &mut Visit<'_>) {
     let (atlases, filters) = (vec![Atlas::Float], vec![Filter::KINDS[3]]);
     let options = Options { atlases, filters, fades: vec![false], ..Options::all() };
     options.each(|options| {
-        for (wanted, texture) in [(0, 0), (1, 0), (2, 1)] {
-            let members = vec![
-                member(options, "value", 0, (None, true)),
-                member(options, "label", texture, (Some(Filter::Nearest), false)),
-            ];
+        for wanted in 0..3 {
+            let members = vec![member(options, "value", 0, 0), member(options, "label", 0, 1)];
             let text = vastex_tests::two_filters(wanted) + &group(options, members);
             visit(&format!("test-mixing-{wanted}-{}", name_of(options)), text);
         }
     });
 }
 
-/// The text for a group with feedback of its own.
+/// The text for a group.
+fn group(choice: &Choice, members: Vec<KindMember>) -> String {
+    wgsl(&kinds_of(choice, members), choice.place())
+}
+
 #[expect(clippy::expect_used, reason = "these are the project's own names")]
-fn group(options: &ShaderOptions, members: Vec<GroupMember>) -> String {
-    let shape = GroupShape::new(members, true).expect("names of members are fit").with_fade(options.fade);
-    group_wgsl(options.group, options.filter, options.feedback, &shape)
+fn kinds_of(choice: &Choice, members: Vec<KindMember>) -> Kinds {
+    Kinds::of_group(members, choice.feedback, choice.fade).expect("names of members are fit")
 }
 
 fn atlas_name(atlas: Atlas) -> &'static str {
@@ -347,13 +391,12 @@ fn atlas_name(atlas: Atlas) -> &'static str {
 }
 
 /// For file names.
-fn name_of(options: &ShaderOptions) -> String {
-    let ShaderOptions { group, filter, atlas, feedback, tables, pages, fade } = options;
+fn name_of(options: &Choice) -> String {
+    let Choice { group, filter, atlas, feedback, tables, pages, fade } = options;
     let mut name = format!("{filter}-{}-{}", atlas_name(*atlas), feedback.name());
     name += match tables {
-        TableKinds::Either => "-either",
-        TableKinds::Direct => "-direct",
-        TableKinds::Hashed => "-hashed",
+        TableKind::Direct => "-direct",
+        TableKind::Hashed => "-hashed",
     };
     name += match pages {
         PageSides::Any => "-any",

@@ -9,7 +9,7 @@ mod clock;
 mod wall;
 
 use anyhow::{Context, Result};
-use vastex_scenes::Gpu;
+use vastex_scenes::{Gpu, headless_gpu};
 
 use clock::Clock;
 use wall::Wall;
@@ -83,7 +83,7 @@ fn main() -> Result<()> {
         .map(|count| count.parse().with_context(|| format!("{count:?} is no number of textures")))
         .collect::<Result<_>>()?;
     let counts = if counts.is_empty() { vec![1, 2, 4, 8, 16, 32, 64] } else { counts };
-    let gpu = Gpu::headless()?;
+    let gpu = headless_gpu()?;
     print(&format!("{}; costs per frame, moving / still\n", gpu.adapter_name()));
     print(
         "| textures | pages wanted | mip bias | feedback [µs] | update [µs] | tiles | table changes [B] | feedback [B] | \

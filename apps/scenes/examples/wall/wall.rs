@@ -58,14 +58,14 @@ impl Wall {
         let rows = (count as f32 / columns).ceil();
         let mut panels = Vec::new();
         for nth in 0..count {
-            let texture = textures.add(Arc::new(PropertySource::new(geometry.clone())))?;
+            let texture = textures.add_blocking(Arc::new(PropertySource::new(geometry.clone())))?;
             let (column, row) = ((nth as f32) % columns, (nth as f32 / columns).floor());
             let x = |column: f32| 2.0 * column / columns - 1.0;
             let y = |row: f32| 1.0 - 2.0 * row / rows;
             let place = [x(column), y(row), x(column + 1.0), y(row + 1.0)];
             let uniform = device.create_buffer(&wgpu::BufferDescriptor {
                 label: None,
-                size: 32,
+                size: 48,
                 usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
                 mapped_at_creation: false,
             });
@@ -74,6 +74,8 @@ impl Wall {
                 layout: &layout,
                 entries: &[wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() }],
             });
+            let id = textures.shader_id(texture);
+            gpu.queue.write_buffer(&uniform, 32, bytemuck::bytes_of(&[id; 4]));
             panels.push(Panel { texture, place, uniform, group });
         }
         let first = panels.first().map(|panel| panel.texture);
@@ -114,8 +116,11 @@ fn draw<'g>(
     group: impl Fn(TextureId) -> &'g wgpu::BindGroup,
 ) {
     pass.set_pipeline(pipeline);
+    // The textures lie in one pool, and so have one bind group.
+    if let Some(first) = panels.first() {
+        pass.set_bind_group(0, group(first.texture), &[]);
+    }
     for panel in panels {
-        pass.set_bind_group(0, group(panel.texture), &[]);
         pass.set_bind_group(1, &panel.group, &[]);
         pass.draw(0..4, 0..1);
     }
@@ -145,11 +150,12 @@ fn pipeline(
     panel: &wgpu::BindGroupLayout,
 ) -> Result<wgpu::RenderPipeline> {
     let first = first.ok_or_else(|| anyhow::anyhow!("a wall without textures"))?;
+    let kinds = textures.kinds(first);
     let module =
-        vastex::shader_module(device, None, include_str!("wall.wgsl").to_owned() + &textures.wgsl(first));
+        vastex::shader_module(device, None, include_str!("wall.wgsl").to_owned() + &textures.wgsl(&kinds));
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: None,
-        bind_group_layouts: &[Some(textures.bind_group_layout(first)), Some(panel)],
+        bind_group_layouts: &[Some(&textures.bind_group_layout(&kinds)), Some(panel)],
         immediate_size: 0,
     });
     Ok(device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {

@@ -4,6 +4,7 @@
 struct Descent {
     clip_from_camera: mat4x4<f32>,
     anchor: vec2<u32>, // the texel below the camera, which offsets are measured from
+    texture: u32,      // its id
 }
 
 @group(1) @binding(0) var<uniform> descent: Descent;
@@ -30,16 +31,16 @@ fn place(corner: Corner) -> Surface {
 
 @vertex
 fn place_feedback(corner: Corner) -> Surface {
-    return Surface(vastex_feedback_clip(descent_clip(corner)), corner.offset, descent.anchor);
+    return Surface(vastex_feedback_clip(0u, descent_clip(corner)), corner.offset, descent.anchor);
 }
 
 @fragment
 fn shade(surface: Surface) -> @location(0) vec4<f32> {
-    return vec4<f32>(vastex_sample_fixed(surface.anchor, surface.offset).rgb, 1.0);
+    return vec4<f32>(vastex_sample_fixed(descent.texture, surface.anchor, surface.offset).rgb, 1.0);
 }
 
 @fragment
 fn want(surface: Surface) -> @location(0) vec4<u32> {
     let along = vastex_gradients(surface.clip, surface.offset);
-    return vastex_feedback_fixed_grad(surface.anchor, surface.offset, along[0], along[1]);
+    return vastex_feedback_fixed_grad(descent.texture, 0u, surface.anchor, surface.offset, along[0], along[1]);
 }

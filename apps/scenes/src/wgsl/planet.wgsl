@@ -7,6 +7,7 @@ struct Planet {
     sun: vec3<f32>,         // towards it
     relief: f32,            // slope of the ground, for heights that rise by 1 over a whole turn of the planet
     height_texel: vec2<f32>, // uv of a texel of the heights
+    ids: array<vec4<u32>, 2>, // of the whole group, then of its members
 }
 
 @group(1) @binding(0) var<uniform> planet: Planet;
@@ -46,8 +47,8 @@ fn place(corner: Corner) -> Surface {
 fn shade(surface: Surface) -> @location(0) vec4<f32> {
     let ddx = dpdx(surface.uv);
     let ddy = dpdy(surface.uv);
-    if vastex_asked(surface.clip) {
-        vastex_tell(surface.clip, vastex_feedback_grad(surface.uv, ddx, ddy));
+    if vastex_asked(0u, surface.clip) {
+        vastex_tell(0u, surface.clip, vastex_feedback_grad(planet.ids[0].x, 0u, surface.uv, ddx, ddy));
     }
     let ground = planet_color(surface.uv, ddx, ddy).rgb;
     let clouds = planet_clouds(surface.uv, ddx, ddy).r;

@@ -12,13 +12,14 @@ struct Ordinary_MEMBER {
 @group(2) @binding(PARAMS_BINDING) var<uniform> ordinary_params_MEMBER: Ordinary_MEMBER;
 
 fn planet_MEMBER(uv: vec2<f32>, ddx: vec2<f32>, ddy: vec2<f32>) -> vec4<f32> {
-    let texture = vastex_group.textures[TEXTURE_PLACE];
-    let size = vec2<f32>(texture.size.xy);
-    let level = vastex_level_MEMBER(vastex_lambda_MEMBER(ddx * size, ddy * size));
-    let folded = vec2<f32>(vastex_folded(uv.x, texture.address.x).x, vastex_folded(uv.y, texture.address.y).x);
+    let texture = vastexi_texture_by_uv(MEMBER_ID);
+    let size = vec2<f32>(texture.size);
+    let lambda = vastexi_footprint(ddx * size, ddy * size, 1u).lambda;
+    let level = vastexi_sampled_level(texture, lambda, vastexi_pool_POOL_PLACE.bias);
+    let folded = vec2<f32>(vastexi_folded(uv.x, texture.address.x).x, vastexi_folded(uv.y, texture.address.y).x);
     let at = folded * ordinary_params_MEMBER.share;
     let sharp = textureSampleLevel(ordinary_MEMBER, ordinary_sampler_MEMBER, at, floor(level));
-    let coarser = min(floor(level) + 1.0, f32(texture.level_count - 1u));
+    let coarser = min(floor(level) + 1.0, f32(texture.last_level));
     let blurred = textureSampleLevel(ordinary_MEMBER, ordinary_sampler_MEMBER, at, coarser);
     return mix(sharp, blurred, fract(level));
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::common::{gpu, settings};
 use vastex::{AddressMode, Filter, Geometry, GeometrySpec, Pace, Settings, TileSource};
-use vastex_scenes::{Path, Scene, Studio, Until};
+use vastex_scenes::{Offscreen, Path, Scene, Until};
 use vastex_tiles::PropertySource;
 
 fn huge() -> Arc<dyn TileSource> {
@@ -19,11 +19,11 @@ fn waited(scene: Scene, path: Path, upload_bytes_per_frame: u64, ahead: bool) ->
         pace: Pace::LockStep { latency_frames: 4 },
         ..settings(64, Filter::Trilinear)
     };
-    let mut studio = Studio::new(gpu(), huge(), scene, [320, 180], settings).unwrap();
-    studio.look_ahead(ahead);
+    let mut offscreen = Offscreen::new(gpu(), huge(), scene, [320, 180], settings).unwrap();
+    offscreen.look_ahead(ahead);
     let mut waited = 0;
     let note = |textures: &vastex::Textures, _| waited += u64::from(textures.stats().pager.missing);
-    let outcome = studio.run(path, Until::Frames(path.frames().min(200)), note).unwrap();
+    let outcome = offscreen.run(path, Until::Frames(path.frames().min(200)), note).unwrap();
     (waited, outcome.stats.pager.loaded)
 }
 

@@ -5,14 +5,14 @@ use std::sync::{Arc, OnceLock};
 
 use vastex::{AddressMode, Filter, Pace, PoolSettings, Settings, TileSource};
 use vastex_build::{BuildOptions, Compression};
-use vastex_scenes::{Gpu, Path, Pose, Scene, Studio, Until};
+use vastex_scenes::{Gpu, Offscreen, Path, Pose, Scene, Until, headless_gpu};
 use vastex_wgpu::test_device::check_adapter;
 
 /// The device that all tests of a process share. There is always one: `cargo xtask test` installs a driver.
 pub(crate) fn gpu() -> &'static Gpu {
     static GPU: OnceLock<Gpu> = OnceLock::new();
     GPU.get_or_init(|| {
-        let gpu = Gpu::headless().unwrap_or_else(|why| panic!("{why}; `cargo xtask test` installs one"));
+        let gpu = headless_gpu().unwrap_or_else(|why| panic!("{why}; `cargo xtask test` installs one"));
         check_adapter(&gpu.adapter.get_info());
         gpu
     })
@@ -89,27 +89,27 @@ pub(crate) fn settings(pool_mib: u64, filter: Filter) -> Settings {
     }
 }
 
-/// A studio whose view has converged.
+/// A offscreen whose view has converged.
 pub(crate) fn converged(
     source: Arc<dyn TileSource>,
     scene: Scene,
     size: [u32; 2],
     path: Path,
     settings: Settings,
-) -> Studio {
-    let mut studio = Studio::new(gpu(), source, scene, size, settings).unwrap();
-    let outcome = studio.run(path, Until::Converged, |_, _| ()).unwrap();
+) -> Offscreen {
+    let mut offscreen = Offscreen::new(gpu(), source, scene, size, settings).unwrap();
+    let outcome = offscreen.run(path, Until::Converged, |_, _| ()).unwrap();
     assert!(outcome.converged, "{scene:?}: {:?}", outcome.stats);
-    studio
+    offscreen
 }
 
 /// Draws until everything that the pose wants is there.
-pub(crate) fn settle(studio: &mut Studio, pose: Pose) {
+pub(crate) fn settle(offscreen: &mut Offscreen, pose: Pose) {
     for frame in 0..2000 {
-        studio.frame(pose).unwrap();
-        if frame > 20 && studio.textures().stats().converged {
+        offscreen.frame(pose).unwrap();
+        if frame > 20 && offscreen.textures().stats().converged {
             return;
         }
     }
-    panic!("{pose:?} has not converged: {:?}", studio.textures().stats());
+    panic!("{pose:?} has not converged: {:?}", offscreen.textures().stats());
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use vastex::{Filter, Geometry, PagePos, SurveySettings, SurveyedTexture, TextureId, TileSource};
 use vastex_core::GeometrySpec;
-use vastex_scenes::{Estimate, Estimating, Path, Scene, Studio, trace_of};
+use vastex_scenes::{Estimate, Estimating, Offscreen, Path, Scene, trace_of};
 use vastex_tiles::PropertySource;
 
 use crate::common::{gpu, settings};
@@ -64,19 +64,20 @@ fn huge() -> Arc<dyn TileSource> {
 /// A converged view of a path's middle, fed by feedback or by an estimate; the share of its pixels that show at least the level that
 /// they want, the pages wanted, and the feedback read back.
 fn fed_by(scene: Scene, path: Path, estimating: Option<Estimating>) -> (f64, u32, u64) {
-    let mut studio = Studio::new(gpu(), huge(), scene, [640, 360], settings(256, Filter::Trilinear)).unwrap();
-    estimating.into_iter().for_each(|estimating| studio.estimate(estimating));
+    let mut offscreen =
+        Offscreen::new(gpu(), huge(), scene, [640, 360], settings(256, Filter::Trilinear)).unwrap();
+    estimating.into_iter().for_each(|estimating| offscreen.estimate(estimating));
     let pose = path.pose(scene, 2.0, path.frames() / 2);
     for frame in 0.. {
-        studio.frame(pose).unwrap();
-        if frame > 40 && studio.textures().is_converged() {
+        offscreen.frame(pose).unwrap();
+        if frame > 40 && offscreen.textures().is_converged() {
             break;
         }
-        assert!(frame < 1000, "{scene:?} {path:?} {estimating:?}: {:?}", studio.textures().stats());
+        assert!(frame < 1000, "{scene:?} {path:?} {estimating:?}: {:?}", offscreen.textures().stats());
     }
-    let stats = studio.textures().stats();
+    let stats = offscreen.textures().stats();
     assert_eq!(stats.pager.bias_eighths, 0);
-    (studio.share_at_wanted_level().unwrap(), stats.pager.wanted, stats.feedback_bytes_read)
+    (offscreen.share_at_wanted_level().unwrap(), stats.pager.wanted, stats.feedback_bytes_read)
 }
 
 /// Every path, every scene with at least one of them.

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use crate::common::{gpu, settings};
 use vastex::{FeedbackWay, Filter, Geometry, GeometrySpec, Settings, TileSource};
-use vastex_scenes::{Outcome, Path, Picture, Scene, Studio, Until};
+use vastex_scenes::{Offscreen, Outcome, Path, Picture, Scene, Until};
 use vastex_tiles::PropertySource;
 
 /// Longer than a view takes to converge: 60 frames.
@@ -18,11 +18,11 @@ fn image() -> Arc<dyn TileSource> {
 /// A run of a still view, and the most tiles that faded in at once.
 fn run(scene: Scene, filter: Filter, feedback: FeedbackWay, fade: Duration) -> (Picture, Outcome, usize) {
     let settings = Settings { fade, feedback: Some(feedback), ..settings(16, filter) };
-    let mut studio = Studio::new(gpu(), image(), scene, [160, 90], settings).unwrap();
+    let mut offscreen = Offscreen::new(gpu(), image(), scene, [160, 90], settings).unwrap();
     let mut most = 0;
     let note = |textures: &vastex::Textures, _| most = most.max(textures.stats().fading);
-    let outcome = studio.run(Path::Still, Until::Converged, note).unwrap();
-    (studio.picture(), outcome, most)
+    let outcome = offscreen.run(Path::Still, Until::Converged, note).unwrap();
+    (offscreen.picture(), outcome, most)
 }
 
 #[test]

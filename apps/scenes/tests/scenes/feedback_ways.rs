@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use vastex::{FeedbackWay, Filter, Geometry, PageId, Settings, TileSource};
 use vastex_core::GeometrySpec;
-use vastex_scenes::{Path, Pose, Scene, Studio};
+use vastex_scenes::{Offscreen, Path, Pose, Scene};
 use vastex_tiles::PropertySource;
 
 use crate::common::{gpu, settings};
@@ -22,18 +22,18 @@ fn source() -> Arc<dyn TileSource> {
     Arc::new(PropertySource::new(Geometry::new(spec).unwrap()))
 }
 
-fn studio(way: FeedbackWay, scene: Scene) -> Studio {
+fn offscreen(way: FeedbackWay, scene: Scene) -> Offscreen {
     let settings = Settings { feedback: Some(way), ..settings(16, Filter::Nearest) };
-    Studio::new(gpu(), source(), scene, PICTURE, settings).unwrap()
+    Offscreen::new(gpu(), source(), scene, PICTURE, settings).unwrap()
 }
 
 /// What the views of a whole jitter cycle want together.
-fn cycle(studio: &mut Studio, pose: Pose) -> Wanted {
-    studio.textures_mut().record_trace();
+fn cycle(offscreen: &mut Offscreen, pose: Pose) -> Wanted {
+    offscreen.textures_mut().record_trace();
     for _ in 0..FRAMES {
-        studio.frame(pose).unwrap();
+        offscreen.frame(pose).unwrap();
     }
-    let trace = studio.textures_mut().take_trace().unwrap().unwrap();
+    let trace = offscreen.textures_mut().take_trace().unwrap().unwrap();
     assert_eq!(trace.frames().len() as u64, FRAMES - 2);
     let mut wanted = Wanted::new();
     for page in trace.frames().iter().flatten() {
@@ -58,7 +58,7 @@ fn poses() -> impl Iterator<Item = (Scene, Path, Pose)> {
 #[test]
 fn a_jitter_cycle_gives_the_same_in_every_way() {
     for (scene, path, pose) in poses() {
-        let [separate, inline, raw] = FeedbackWay::ALL.map(|way| cycle(&mut studio(way, scene), pose));
+        let [separate, inline, raw] = FeedbackWay::ALL.map(|way| cycle(&mut offscreen(way, scene), pose));
         let line = format!("{}/{}", scene.name(), path.name());
         println!("{line}: {} pages, inline {:.5}", separate.len(), difference(&separate, &inline));
         assert!(separate == raw, "{line}: what is read back raw is the same");
@@ -70,9 +70,9 @@ fn a_jitter_cycle_gives_the_same_in_every_way() {
 fn a_jitter_cycle_finds_what_every_pixel_wants() {
     for (scene, path, pose) in poses() {
         for way in FeedbackWay::ALL {
-            let mut studio = studio(way, scene);
-            let found = cycle(&mut studio, pose);
-            let every = studio.wanted_by_every_pixel(pose).unwrap();
+            let mut offscreen = offscreen(way, scene);
+            let found = cycle(&mut offscreen, pose);
+            let every = offscreen.wanted_by_every_pixel(pose).unwrap();
             let (mut all, mut seen) = (0, 0);
             for page in &every.pages {
                 all += page.pixels;
@@ -90,7 +90,7 @@ fn a_jitter_cycle_finds_what_every_pixel_wants() {
 #[test]
 fn silhouettes_and_slivers_never_ask_for_fine_levels() {
     let globe = |altitude| Pose::Globe { longitude: 0.2, latitude: 0.1, altitude };
-    let plane = |pitch| Pose::Plane { eye: glam::Vec3::new(0.0, -0.6, 0.02), yaw: 0.3, pitch };
+    let plane = |pitch| Pose::Plane { eye: glam::DVec3::new(0.0, -0.6, 0.02), yaw: 0.3, pitch };
     let poses = [
         (Scene::Globe, globe(0.8)),
         (Scene::Globe, globe(6.0)),
@@ -100,13 +100,13 @@ fn silhouettes_and_slivers_never_ask_for_fine_levels() {
     ];
     for (scene, pose) in poses {
         for way in FeedbackWay::ALL {
-            let mut studio = studio(way, scene);
-            let every = studio.wanted_by_every_pixel(pose).unwrap();
+            let mut offscreen = offscreen(way, scene);
+            let every = offscreen.wanted_by_every_pixel(pose).unwrap();
             let all: u32 = every.pages.iter().map(|page| page.pixels).sum();
             let of_level = |level: u8| every.pages.iter().filter(move |page| page.page.level() == level);
             let pixels = |level| of_level(level).map(|page| page.pixels).sum::<u32>();
             let finest = (0..32).find(|&level| pixels(level) * 100 > all).unwrap();
-            let found = cycle(&mut studio, pose);
+            let found = cycle(&mut offscreen, pose);
             let finer = found.keys().filter(|page| page.level() < finest).count();
             println!("{pose:?} {}: level {finest} is the finest, of {} pages", way.name(), found.len());
             assert_eq!(finer, 0, "{pose:?} {}: pages finer than level {finest}", way.name());
@@ -130,15 +130,15 @@ fn compacted_feedback_is_read_back_in_proportion_to_its_pages() {
     for (source, scene, way, frames) in cases {
         let settings = Settings { feedback: Some(way), ..settings(16, Filter::Nearest) };
         let picture = if way == FeedbackWay::Inline { PICTURE } else { [1280, 720] };
-        let mut studio = Studio::new(gpu(), source, scene, picture, settings).unwrap();
-        studio.textures_mut().record_trace();
+        let mut offscreen = Offscreen::new(gpu(), source, scene, picture, settings).unwrap();
+        offscreen.textures_mut().record_trace();
         let mut read = Vec::new();
         for frame in 0..frames {
-            let before = studio.textures().stats().feedback_bytes_read;
-            studio.frame(Path::Fly.pose(scene, 2.0, frame)).unwrap();
-            read.push(studio.textures().stats().feedback_bytes_read - before);
+            let before = offscreen.textures().stats().feedback_bytes_read;
+            offscreen.frame(Path::Fly.pose(scene, 2.0, frame)).unwrap();
+            read.push(offscreen.textures().stats().feedback_bytes_read - before);
         }
-        let trace = studio.textures_mut().take_trace().unwrap().unwrap();
+        let trace = offscreen.textures_mut().take_trace().unwrap().unwrap();
         // What a frame wanted is read two frames later, behind a head of 16 bytes.
         for (pages, &read) in trace.frames().iter().zip(&read[2..]) {
             let pages = pages.len() as u64;

@@ -1,17 +1,17 @@
 //! Every filter equals the same taps of an ordinary texture: close up, at grazing angles, across page edges, at the date line and
 //! the poles, and where a mode of address decides what lies beyond an edge.
 
-use std::f32::consts::PI;
+use std::f64::consts::PI;
 
 use vastex::{AddressMode, Filter, MaxTaps, Region, TextureId};
-use vastex_scenes::{Pose, Scene, Studio};
+use vastex_scenes::{Offscreen, Pose, Scene};
 
 use crate::common::{Image, gpu, settings, settle};
 use crate::pictures::assert_alike;
-use glam::{Vec2, Vec3};
+use glam::{DVec2, DVec3};
 
 pub(crate) const SIZE: [u32; 2] = [128, 72];
-/// The only texture of a studio.
+/// The only texture of a offscreen.
 pub(crate) const TEXTURE: TextureId = TextureId::new(0).unwrap();
 
 /// One of each kind, and the most taps, which reach beyond the border of 4 that the images have.
@@ -24,12 +24,12 @@ fn poses(scene: Scene) -> Vec<Pose> {
     match scene {
         // A texel on 3 and on 20 pixels, and 4 texels on a pixel.
         Scene::Image => {
-            [3.0, 30.0, 1.2].map(|zoom| Pose::Image { centre: Vec2::new(0.43, 0.52), zoom }).to_vec()
+            [3.0, 30.0, 1.2].map(|zoom| Pose::Image { centre: DVec2::new(0.43, 0.52), zoom }).to_vec()
         }
         // Along the ground, straight and turned, and just over it at the edge.
         Scene::Plane | Scene::Terrain => {
             [(-0.9, 0.12, 0.0, 0.1), (-0.4, 0.05, 0.7, 0.2), (-0.74, 0.01, 0.3, 0.3)]
-                .map(|(y, z, yaw, pitch)| Pose::Plane { eye: Vec3::new(0.1, y, z), yaw, pitch })
+                .map(|(y, z, yaw, pitch)| Pose::Plane { eye: DVec3::new(0.1, y, z), yaw, pitch })
                 .to_vec()
         }
         // The date line, a pole, and the limb.
@@ -44,17 +44,18 @@ fn check(image: Image, scenes: &[Scene], filters: impl Iterator<Item = Filter>) 
     let source = vastex::open(file).unwrap();
     for filter in filters {
         for &scene in scenes {
-            let mut studio = Studio::new(gpu(), source.clone(), scene, SIZE, settings(16, filter)).unwrap();
+            let mut offscreen =
+                Offscreen::new(gpu(), source.clone(), scene, SIZE, settings(16, filter)).unwrap();
             // All of it, since so small a picture may do without a page that a single pixel wants.
-            let ticket = studio.textures_mut().pin(TEXTURE, &Region::whole()).unwrap();
+            let ticket = offscreen.textures_mut().pin(TEXTURE, &Region::whole()).unwrap();
             while ticket.progress().resident < ticket.progress().pages {
-                studio.frame(poses(scene)[0]).unwrap();
+                offscreen.frame(poses(scene)[0]).unwrap();
             }
             for pose in poses(scene) {
-                settle(&mut studio, pose);
+                settle(&mut offscreen, pose);
                 let what = format!("{filter} {image:?} {pose:?}");
-                assert_eq!(studio.share_at_wanted_level().unwrap(), 1.0, "{what}");
-                assert_alike(&studio.compare().unwrap().0, &what);
+                assert_eq!(offscreen.share_at_wanted_level().unwrap(), 1.0, "{what}");
+                assert_alike(&offscreen.compare().unwrap().0, &what);
             }
         }
     }
@@ -83,10 +84,10 @@ fn an_anisotropic_filter_is_sharper_at_a_grazing_angle() {
     let source = vastex::open(file).unwrap();
     let pose = poses(Scene::Plane)[1];
     let contrast = |filter| {
-        let mut studio =
-            Studio::new(gpu(), source.clone(), Scene::Plane, SIZE, settings(16, filter)).unwrap();
-        settle(&mut studio, pose);
-        let picture = studio.picture();
+        let mut offscreen =
+            Offscreen::new(gpu(), source.clone(), Scene::Plane, SIZE, settings(16, filter)).unwrap();
+        settle(&mut offscreen, pose);
+        let picture = offscreen.picture();
         let steps = picture.rgba.chunks_exact(4).zip(picture.rgba.chunks_exact(4).skip(1));
         steps
             .filter(|(a, b)| a[3] == 255 && b[3] == 255)

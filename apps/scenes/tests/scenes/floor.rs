@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use vastex::{AddressMode, FeedbackWay, Filter, Geometry, Settings, TileSource};
 use vastex_core::GeometrySpec;
-use vastex_scenes::{Attribute, Gpu, Path, Planet, Scene, Studio, Until};
+use vastex_scenes::{Attribute, Gpu, Offscreen, Path, Planet, Scene, Until};
 use vastex_tiles::PropertySource;
 
 use crate::common::{Image, gpu, settings};
@@ -34,8 +34,8 @@ fn of_adapter(instance: wgpu::Instance, adapter: wgpu::Adapter, required_limits:
     Gpu { instance, adapter, device, queue }
 }
 
-fn studio(gpu: &Gpu, source: Arc<dyn TileSource>, scene: Scene, settings: Settings) -> Studio {
-    Studio::new(gpu, source, scene, SIZE, settings).unwrap()
+fn offscreen(gpu: &Gpu, source: Arc<dyn TileSource>, scene: Scene, settings: Settings) -> Offscreen {
+    Offscreen::new(gpu, source, scene, SIZE, settings).unwrap()
 }
 
 #[test]
@@ -80,11 +80,12 @@ fn check_pictures(floor: &Gpu) {
     for scene in Scene::SMOOTH {
         let image = Image { address: [AddressMode::Wrap, AddressMode::Clamp], ..Image::new(1000, 777, 128) };
         let (_directory, file) = image.build();
-        let mut studio = studio(floor, vastex::open(file).unwrap(), scene, settings(16, Filter::Trilinear));
-        assert_eq!(studio.textures().feedback_way(), FeedbackWay::Raw);
-        let outcome = studio.run(Path::Still, Until::Converged, |_, _| ()).unwrap();
-        assert!(outcome.converged && studio.share_at_wanted_level().unwrap() == 1.0, "{scene:?}");
-        assert_alike(&studio.compare().unwrap().0, &format!("{scene:?}"));
+        let mut offscreen =
+            offscreen(floor, vastex::open(file).unwrap(), scene, settings(16, Filter::Trilinear));
+        assert_eq!(offscreen.textures().feedback_way(), FeedbackWay::Raw);
+        let outcome = offscreen.run(Path::Still, Until::Converged, |_, _| ()).unwrap();
+        assert!(outcome.converged && offscreen.share_at_wanted_level().unwrap() == 1.0, "{scene:?}");
+        assert_alike(&offscreen.compare().unwrap().0, &format!("{scene:?}"));
     }
 }
 
@@ -96,20 +97,20 @@ fn a_flight_on_the_floor_is_the_same_frame_by_frame() {
         let spec = GeometrySpec { page: 64, ..GeometrySpec::image(16384, 8192) };
         Arc::new(PropertySource::new(Geometry::new(spec).unwrap()))
     };
-    let mut studios =
-        [floor(), above()].map(|gpu| studio(&gpu, source(), Scene::Plane, settings(2, Filter::Nearest)));
+    let mut both =
+        [floor(), above()].map(|gpu| offscreen(&gpu, source(), Scene::Plane, settings(2, Filter::Nearest)));
     for part in 0..6 {
-        let [low, high] = studios.each_mut().map(|studio| {
+        let [low, high] = both.each_mut().map(|offscreen| {
             for frame in 0..10 {
-                studio.frame(Path::Fly.pose(Scene::Plane, 2.0, part * 45 + frame)).unwrap();
+                offscreen.frame(Path::Fly.pose(Scene::Plane, 2.0, part * 45 + frame)).unwrap();
             }
-            let stats = studio.textures().stats();
-            (studio.picture(), stats.pager)
+            let stats = offscreen.textures().stats();
+            (offscreen.picture(), stats.pager)
         });
         assert_eq!(low.1, high.1, "part {part}");
         assert!(low.0 == high.0, "part {part}: the pictures differ");
     }
-    let stats = studios[0].textures().stats();
+    let stats = both[0].textures().stats();
     assert!(stats.pager.evicted >= 50, "pages go: {}", stats.pager.evicted);
     let each = stats.table_bytes_sent / (stats.pager.loaded + stats.pager.evicted);
     println!("{} bytes of the table sent, {each} for each page that came or went", stats.table_bytes_sent);

@@ -6,7 +6,7 @@ use std::path::{Path as FilePath, PathBuf};
 
 use vastex::Filter;
 use vastex_build::BuildOptions;
-use vastex_scenes::{Path, Picture, Scene, Shown, Studio, Until};
+use vastex_scenes::{Comparison, DisplayOptions, Offscreen, Path, Picture, Scene, Until};
 
 use crate::common::{converged, gpu, settings};
 
@@ -61,11 +61,11 @@ fn terrain(directory: &FilePath, address: [vastex::AddressMode; 2]) -> Picture {
     let options = BuildOptions { address, page: 64, ..Default::default() };
     vastex_build::build(&[input], &container, &options, &()).unwrap();
     let source = vastex::open(&container).unwrap();
-    let shown = Shown { range: Some([0.08, 0.27]), ..Shown::default() };
+    let shown = DisplayOptions { range: Some([0.08, 0.27]), ..DisplayOptions::default() };
     let settings = settings(16, Filter::Trilinear);
-    let mut studio = Studio::showing(&shown, gpu(), source, Scene::Terrain, PICTURE, settings).unwrap();
-    assert!(studio.run(Path::Still, Until::Converged, |_, _| ()).unwrap().converged);
-    studio.picture()
+    let mut offscreen = Offscreen::showing(&shown, gpu(), source, Scene::Terrain, PICTURE, settings).unwrap();
+    assert!(offscreen.run(Path::Still, Until::Converged, |_, _| ()).unwrap().converged);
+    offscreen.picture()
 }
 
 /// Compares a picture with the one that is kept, or keeps it. Says how many bytes that has.
@@ -76,7 +76,7 @@ fn check(name: &str, mut drawn: Picture) -> u64 {
         write_png(&golden, &drawn);
     }
     let expected = read_png(&golden).filter(|picture| picture.size == drawn.size);
-    let alike = expected.map(|expected| drawn.compare(&expected));
+    let alike = expected.map(|expected| Comparison::of(&drawn, &expected));
     if alike.is_none_or(|alike| alike.psnr_db < MIN_PSNR_DB) {
         let seen = std::env::temp_dir().join(format!("vastex-{name}.png"));
         write_png(&seen, &drawn);

@@ -1,6 +1,6 @@
 //! Surfaces displaced by heights: no cracks, light as the slopes say, colours as from an ordinary texture, a camera above the ground.
 
-use std::f32::consts::PI;
+use std::f64::consts::PI;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -10,7 +10,10 @@ use vastex::{
     ReadFuture, Settings, Tile, TileSource,
 };
 use vastex_core::Box3;
-use vastex_scenes::{Heights, HeightsError, Overlay, Picture, Pose, Scene, Shown, Studio, StudioError};
+use vastex_scenes::{
+    Comparison, DisplayOptions, Heights, HeightsError, Offscreen, OffscreenError, Overlay, Picture, Pose,
+    Scene,
+};
 use vastex_tiles::Codec;
 
 use crate::common::{gpu, settings};
@@ -84,27 +87,27 @@ fn rough(uv: Vec2) -> f32 {
         + 0.08 * wave(170.0, 230.0) * wave(-310.0, 190.0)
 }
 
-fn shown(scale: f32) -> Shown {
+fn shown(scale: f32) -> DisplayOptions {
     let heights = Heights { scale: Some(scale), ..Heights::default() };
-    Shown { heights, ..Shown::default() }
+    DisplayOptions { heights, ..DisplayOptions::default() }
 }
 
-fn studio(scene: Scene, source: Arc<dyn TileSource>, scale: f32) -> Studio {
-    Studio::showing(&shown(scale), gpu(), source, scene, PICTURE, settings(16, Filter::Trilinear)).unwrap()
+fn offscreen(scene: Scene, source: Arc<dyn TileSource>, scale: f32) -> Offscreen {
+    Offscreen::showing(&shown(scale), gpu(), source, scene, PICTURE, settings(16, Filter::Trilinear)).unwrap()
 }
 
-fn converge(studio: &mut Studio, pose: Pose) {
+fn converge(offscreen: &mut Offscreen, pose: Pose) {
     for frame in 0..3000 {
-        studio.frame(pose).unwrap();
-        if frame > 20 && studio.textures().stats().converged {
+        offscreen.frame(pose).unwrap();
+        if frame > 20 && offscreen.textures().stats().converged {
             return;
         }
     }
-    panic!("not converged: {:?}", studio.textures().stats());
+    panic!("not converged: {:?}", offscreen.textures().stats());
 }
 
-const fn over(x: f32, y: f32, above: f32, yaw: f32, pitch: f32) -> Pose {
-    Pose::Plane { eye: Vec3::new(x, y, above), yaw, pitch }
+const fn over(x: f64, y: f64, above: f64, yaw: f64, pitch: f64) -> Pose {
+    Pose::Plane { eye: glam::DVec3::new(x, y, above), yaw, pitch }
 }
 
 /// Over the terrain: straight down, over the plain, at its edge.
@@ -117,7 +120,7 @@ const FLIGHT: [Pose; 5] = [
 ];
 
 /// Round the globe, by longitude, latitude and altitude: the date line, the poles, near the ground.
-const ORBIT: [(f32, f32, f32); 5] =
+const ORBIT: [(f64, f64, f64); 5] =
     [(PI, 0.3, 1.5), (PI - 0.02, -0.2, 0.15), (0.4, 1.54, 0.8), (2.0, -1.53, 0.2), (0.1, 0.2, 0.05)];
 
 fn covered(picture: &Picture, x: u32, y: u32) -> bool {
@@ -154,20 +157,20 @@ fn covered_share(picture: &Picture) -> f32 {
 
 #[test]
 fn a_terrain_has_no_cracks() {
-    let mut studio =
-        studio(Scene::Terrain, Ground::new([AddressMode::Clamp; 2], LayerFormat::R16, rough), 0.06);
+    let mut offscreen =
+        offscreen(Scene::Terrain, Ground::new([AddressMode::Clamp; 2], LayerFormat::R16, rough), 0.06);
     for (nth, pose) in FLIGHT.into_iter().enumerate() {
         // While it streams as well as at rest: the heights are coarser, and the same on both sides of every edge.
         for frame in 0..6 {
-            studio.frame(pose).unwrap();
-            assert_eq!(holes_in_terrain(&studio.picture()), 0, "pose {nth}, frame {frame}");
+            offscreen.frame(pose).unwrap();
+            assert_eq!(holes_in_terrain(&offscreen.picture()), 0, "pose {nth}, frame {frame}");
         }
-        converge(&mut studio, pose);
-        let picture = studio.picture();
+        converge(&mut offscreen, pose);
+        let picture = offscreen.picture();
         assert_eq!(holes_in_terrain(&picture), 0, "pose {nth}");
         assert!(covered_share(&picture) > 0.3, "pose {nth}: {}", covered_share(&picture));
         // Every pixel's: the feedback pass looks at one in four in a cycle.
-        assert!(studio.share_at_wanted_level().unwrap() > 0.999, "pose {nth}");
+        assert!(offscreen.share_at_wanted_level().unwrap() > 0.999, "pose {nth}");
     }
 }
 
@@ -180,11 +183,12 @@ fn a_torn_terrain_has_cracks() {
         shown.heights.is_torn = is_torn;
         let source = Ground::new([AddressMode::Clamp; 2], LayerFormat::R16, rough);
         let settings = settings(16, Filter::Trilinear);
-        let mut studio = Studio::showing(&shown, gpu(), source, Scene::Terrain, PICTURE, settings).unwrap();
+        let mut offscreen =
+            Offscreen::showing(&shown, gpu(), source, Scene::Terrain, PICTURE, settings).unwrap();
         let mut holes = 0;
         for pose in [FLIGHT[0], FLIGHT[3]] {
-            converge(&mut studio, pose);
-            holes += holes_in_terrain(&studio.picture());
+            converge(&mut offscreen, pose);
+            holes += holes_in_terrain(&offscreen.picture());
         }
         assert!(if is_torn { holes >= 10 } else { holes == 0 }, "torn: {is_torn}, {holes} holes");
     }
@@ -195,12 +199,12 @@ fn a_displaced_globe_has_no_cracks_at_the_date_line_and_the_poles() {
     let wrapped = [AddressMode::Wrap, AddressMode::Clamp];
     for address in [wrapped, [AddressMode::Clamp; 2]] {
         let source = Ground::new(address, LayerFormat::R32Float, rough);
-        let mut studio = studio(Scene::Globe, source, 0.2);
+        let mut offscreen = offscreen(Scene::Globe, source, 0.2);
         for (longitude, latitude, altitude) in ORBIT {
             let pose = Pose::Globe { longitude, latitude, altitude };
-            converge(&mut studio, pose);
-            let picture = studio.picture();
-            assert_eq!(holes_in_globe(&picture, altitude), 0, "{pose:?}");
+            converge(&mut offscreen, pose);
+            let picture = offscreen.picture();
+            assert_eq!(holes_in_globe(&picture, altitude as f32), 0, "{pose:?}");
             assert!(covered_share(&picture) > 0.2, "{pose:?}");
         }
     }
@@ -211,15 +215,16 @@ fn every_way_of_feedback_finds_what_a_terrain_wants() {
     let source = Ground::new([AddressMode::Clamp; 2], LayerFormat::R16, rough);
     let picture = |feedback| {
         let settings = Settings { feedback: Some(feedback), ..settings(16, Filter::Trilinear) };
-        let mut studio =
-            Studio::showing(&shown(0.06), gpu(), source.clone(), Scene::Terrain, PICTURE, settings).unwrap();
-        converge(&mut studio, over(0.03, -0.2, 0.05, 0.0, 0.3));
-        assert!(studio.share_at_wanted_level().unwrap() > 0.999, "{feedback:?}");
-        studio.picture()
+        let mut offscreen =
+            Offscreen::showing(&shown(0.06), gpu(), source.clone(), Scene::Terrain, PICTURE, settings)
+                .unwrap();
+        converge(&mut offscreen, over(0.03, -0.2, 0.05, 0.0, 0.3));
+        assert!(offscreen.share_at_wanted_level().unwrap() > 0.999, "{feedback:?}");
+        offscreen.picture()
     };
     let separate = picture(FeedbackWay::Separate);
     for way in [FeedbackWay::Inline, FeedbackWay::Raw] {
-        assert_alike(&picture(way).compare(&separate), &format!("{way:?}"));
+        assert_alike(&Comparison::of(&picture(way), &separate), &format!("{way:?}"));
     }
 }
 
@@ -230,11 +235,12 @@ fn ground_fades_in_and_ends_where_it_is_without_fading() {
     let pose = over(0.03, -0.2, 0.05, 0.0, 0.3);
     let [mut fading, at_once] = [fade, Duration::ZERO].map(|fade| {
         let settings = Settings { fade, ..settings(16, Filter::Trilinear) };
-        let mut studio =
-            Studio::showing(&shown(0.06), gpu(), source.clone(), Scene::Terrain, PICTURE, settings).unwrap();
-        studio.textures_mut().set_frame_time(Duration::ZERO);
-        converge(&mut studio, pose);
-        studio
+        let mut offscreen =
+            Offscreen::showing(&shown(0.06), gpu(), source.clone(), Scene::Terrain, PICTURE, settings)
+                .unwrap();
+        offscreen.textures_mut().set_frame_time(Duration::ZERO);
+        converge(&mut offscreen, pose);
+        offscreen
     });
     assert!(fading.textures().stats().fading > 3 && fading.picture() != at_once.picture());
     fading.textures_mut().set_frame_time(fade);
@@ -242,7 +248,7 @@ fn ground_fades_in_and_ends_where_it_is_without_fading() {
     // Where the ground lies, other pages may be in view.
     converge(&mut fading, pose);
     assert_eq!(fading.textures().stats().fading, 0);
-    assert_alike(&fading.picture().compare(&at_once.picture()), "all there");
+    assert_alike(&Comparison::of(&fading.picture(), &at_once.picture()), "all there");
 }
 
 #[test]
@@ -252,9 +258,9 @@ fn colours_on_heights_are_those_of_an_ordinary_texture() {
         (Scene::Terrain, over(0.03, -0.2, 0.05, 0.0, 0.4)),
         (Scene::Globe, Pose::Globe { longitude: 3.1, latitude: 0.6, altitude: 0.5 }),
     ] {
-        let mut studio = studio(scene, source.clone(), 0.05);
-        converge(&mut studio, pose);
-        assert_alike(&studio.compare().unwrap().0, scene.name());
+        let mut offscreen = offscreen(scene, source.clone(), 0.05);
+        converge(&mut offscreen, pose);
+        assert_alike(&offscreen.compare().unwrap().0, scene.name());
     }
 }
 
@@ -264,15 +270,15 @@ fn overlays_go_with_heights() {
     let source = Ground::new([AddressMode::Wrap, AddressMode::Clamp], LayerFormat::R16, rough);
     let globe = Pose::Globe { longitude: 3.1, latitude: 0.6, altitude: 0.5 };
     for (scene, pose) in [(Scene::Terrain, over(0.03, -0.2, 0.05, 0.0, 0.4)), (Scene::Globe, globe)] {
-        let mut studio = studio(scene, source.clone(), 0.05);
-        converge(&mut studio, pose);
-        let picture = studio.picture();
+        let mut offscreen = offscreen(scene, source.clone(), 0.05);
+        converge(&mut offscreen, pose);
+        let picture = offscreen.picture();
         for overlay in [Overlay::Levels, Overlay::Wanted, Overlay::Deficit, Overlay::Pages] {
-            let shown = studio.overlay(overlay).unwrap();
+            let shown = offscreen.overlay(overlay).unwrap();
             assert_ne!(shown, picture, "{overlay:?}");
             assert_eq!(covered_share(&shown), covered_share(&picture), "{overlay:?}");
         }
-        let deficit = studio.overlay(Overlay::Deficit).unwrap();
+        let deficit = offscreen.overlay(Overlay::Deficit).unwrap();
         let covered = || deficit.rgba.chunks_exact(4).filter(|pixel| pixel[3] != 0);
         let green = covered().filter(|pixel| pixel[1] > pixel[0] && pixel[1] > pixel[2]).count();
         assert!(green * 100 >= covered().count() * 99, "{green} of {}", covered().count());
@@ -282,9 +288,9 @@ fn overlays_go_with_heights() {
 /// The mean brightness of a picture straight down on ground of one slope.
 fn brightness(height: fn(Vec2) -> f32) -> f32 {
     let source = Ground::new([AddressMode::Clamp; 2], LayerFormat::R32Float, height);
-    let mut studio = studio(Scene::Terrain, source, 1.0);
-    converge(&mut studio, over(0.0, 0.0, 0.1, 0.0, 1.5));
-    let picture = studio.picture();
+    let mut offscreen = offscreen(Scene::Terrain, source, 1.0);
+    converge(&mut offscreen, over(0.0, 0.0, 0.1, 0.0, 1.5));
+    let picture = offscreen.picture();
     assert_eq!(covered_share(&picture), 1.0);
     picture.rgba.chunks_exact(4).map(|pixel| f32::from(pixel[0])).sum::<f32>()
         / (PICTURE[0] * PICTURE[1]) as f32
@@ -315,10 +321,10 @@ fn the_camera_stays_above_the_ground() {
     // A plateau as high as the rectangle is wide, which begins a quarter from the left.
     let plateau: fn(Vec2) -> f32 = |uv| if uv.x > 0.25 { 0.6 } else { 0.0 };
     let source = Ground::new([AddressMode::Clamp; 2], LayerFormat::R16, plateau);
-    let mut studio = studio(Scene::Terrain, source, 1.0);
+    let mut offscreen = offscreen(Scene::Terrain, source, 1.0);
     for x in [-0.8, 0.0, 0.3] {
-        converge(&mut studio, over(x, -0.3, 0.02, 0.0, 0.1));
-        let picture = studio.picture();
+        converge(&mut offscreen, over(x, -0.3, 0.02, 0.0, 0.1));
+        let picture = offscreen.picture();
         let row = |y: u32| {
             let row = &picture.rgba[(y * PICTURE[0] * 4) as usize..][..PICTURE[0] as usize * 4];
             row.chunks_exact(4).filter(|pixel| pixel[3] != 0).count() as u32
@@ -337,16 +343,17 @@ fn without_heights_there_is_no_terrain() {
         let description = Arc::new(Description { layers, ..one });
         Arc::new(Ground { description, height: |_| 0.0 })
     };
-    let showing = |source: Arc<dyn TileSource>, shown: &Shown| {
-        Studio::showing(shown, gpu(), source, Scene::Terrain, [8, 8], settings(4, Filter::Trilinear)).err()
+    let showing = |source: Arc<dyn TileSource>, shown: &DisplayOptions| {
+        Offscreen::showing(shown, gpu(), source, Scene::Terrain, [8, 8], settings(4, Filter::Trilinear)).err()
     };
-    let colour = showing(Arc::new(OneLayer(source(["color"], LayerFormat::Rgba8))), &Shown::default());
-    assert!(matches!(colour, Some(StudioError::Heights(HeightsError::None(_)))), "{colour:?}");
+    let colour =
+        showing(Arc::new(OneLayer(source(["color"], LayerFormat::Rgba8))), &DisplayOptions::default());
+    assert!(matches!(colour, Some(OffscreenError::Heights(HeightsError::None(_)))), "{colour:?}");
     let unknown = Heights { layer: Some("depth".into()), ..Heights::default() };
     let grey = || Arc::new(OneLayer(source(["grey"], LayerFormat::R8)));
-    let named = showing(grey(), &Shown { heights: unknown, ..Shown::default() });
-    assert!(matches!(named, Some(StudioError::Heights(HeightsError::Layer(_)))), "{named:?}");
-    assert!(showing(grey(), &Shown::default()).is_none(), "one channel is heights enough");
+    let named = showing(grey(), &DisplayOptions { heights: unknown, ..DisplayOptions::default() });
+    assert!(matches!(named, Some(OffscreenError::Heights(HeightsError::Layer(_)))), "{named:?}");
+    assert!(showing(grey(), &DisplayOptions::default()).is_none(), "one channel is heights enough");
 }
 
 /// Zeros.

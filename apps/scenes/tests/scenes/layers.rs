@@ -9,7 +9,7 @@ use vastex::{
     PagePos, ReadError, ReadFuture, TexelPositions, Tile, TileSource, fold,
 };
 use vastex_core::PageSet;
-use vastex_scenes::{Comparison, Gpu, Path, ReferenceKind, Scene, Shown, Studio, Until};
+use vastex_scenes::{Comparison, DisplayOptions, Gpu, Offscreen, Path, ReferenceKind, Scene, Until};
 
 /// A texture whose layers are grain, another on every level; compressed ones of blocks of any content.
 struct Grain {
@@ -148,11 +148,11 @@ fn compare_on(
     path: Path,
     filter: Filter,
 ) -> (Comparison, ReferenceKind) {
-    let shown = Shown { layer: Some(layer.into()), ..Shown::default() };
-    let mut studio =
-        Studio::showing(&shown, gpu, source, Scene::Plane, [160, 90], settings(16, filter)).unwrap();
-    assert!(studio.run(path, Until::Converged, |_, _| ()).unwrap().converged);
-    studio.compare().unwrap()
+    let shown = DisplayOptions { layer: Some(layer.into()), ..DisplayOptions::default() };
+    let mut offscreen =
+        Offscreen::showing(&shown, gpu, source, Scene::Plane, [160, 90], settings(16, filter)).unwrap();
+    assert!(offscreen.run(path, Until::Converged, |_, _| ()).unwrap().converged);
+    offscreen.compare().unwrap()
 }
 
 fn compare(source: Arc<dyn TileSource>, layer: &str, path: Path, filter: Filter) -> Comparison {
@@ -272,10 +272,10 @@ fn a_wrong_scale_is_seen() {
     let layer = |scale| [Layer { scale, ..Layer::new("a", LayerFormat::R8) }];
     let truth = Grain::new(spec(64, 8, AddressMode::Wrap), &layer(2));
     let picture = |source: Arc<dyn TileSource>| {
-        let mut studio =
-            Studio::new(gpu(), source, Scene::Plane, [160, 90], settings(16, Filter::Trilinear)).unwrap();
-        assert!(studio.run(Path::Still, Until::Converged, |_, _| ()).unwrap().converged);
-        studio.picture()
+        let mut offscreen =
+            Offscreen::new(gpu(), source, Scene::Plane, [160, 90], settings(16, Filter::Trilinear)).unwrap();
+        assert!(offscreen.run(Path::Still, Until::Converged, |_, _| ()).unwrap().converged);
+        offscreen.picture()
     };
     // The same tiles, said to be those of a texture of half the size at full resolution: the same texels, another place.
     let half = GeometrySpec { size: [256, 128, 1], ..spec(32, 4, AddressMode::Wrap) };
@@ -284,7 +284,7 @@ fn a_wrong_scale_is_seen() {
     assert_eq!(lie.tile_bytes(), truth.description.tile_bytes());
     let honest = picture(truth.clone());
     let lying = picture(Arc::new(Lying(truth, Arc::new(lie))));
-    let alike = honest.compare(&lying);
+    let alike = Comparison::of(&honest, &lying);
     assert!(alike.share_within_1_255 < 0.9 && alike.psnr_db < 45.0, "{alike:?}");
 }
 

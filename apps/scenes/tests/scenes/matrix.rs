@@ -2,9 +2,9 @@
 //!
 //! `VASTEX_PICTURES` says how many (`cargo xtask campaign` asks for more and more), `VASTEX_PICTURE` for a single one by its number.
 
-use glam::{BVec2, Vec2, Vec3};
+use glam::{BVec2, DVec2, DVec3, Vec2};
 use vastex::{AddressMode, Filter, MaxTaps, Region};
-use vastex_scenes::{Pose, Scene, Shown, Studio, Tiling};
+use vastex_scenes::{DisplayOptions, Offscreen, Pose, Scene, Tiling};
 
 use crate::common::{Image, gpu, settings};
 use crate::filters::TEXTURE;
@@ -56,24 +56,21 @@ fn image(random: &mut Random) -> Image {
 }
 
 fn pose(scene: Scene, random: &mut Random) -> Pose {
+    let mut between = |low, high| f64::from(random.between(low, high));
     match scene {
         Scene::Image => Pose::Image {
-            centre: Vec2::new(random.between(0.0, 1.0), random.between(0.0, 1.0)),
-            zoom: random.between(-1.0, 6.0).exp2(),
+            centre: DVec2::new(between(0.0, 1.0), between(0.0, 1.0)),
+            zoom: between(-1.0, 6.0).exp2(),
         },
         Scene::Plane | Scene::Terrain => Pose::Plane {
-            eye: Vec3::new(
-                random.between(-0.8, 0.8),
-                random.between(-0.9, 0.2),
-                random.between(-6.0, -1.0).exp2(),
-            ),
-            yaw: random.between(-0.8, 0.8),
-            pitch: random.between(0.05, 1.2),
+            eye: DVec3::new(between(-0.8, 0.8), between(-0.9, 0.2), between(-6.0, -1.0).exp2()),
+            yaw: between(-0.8, 0.8),
+            pitch: between(0.05, 1.2),
         },
         Scene::Globe => Pose::Globe {
-            longitude: random.between(-3.15, 3.15),
-            latitude: random.between(-1.55, 1.55),
-            altitude: random.between(-4.0, 1.0).exp2(),
+            longitude: between(-3.15, 3.15),
+            latitude: between(-1.55, 1.55),
+            altitude: between(-4.0, 1.0).exp2(),
         },
     }
 }
@@ -95,18 +92,18 @@ fn check(nth: u64) {
         _ => Tiling::default(),
     };
     let (_directory, file) = image.build();
-    let shown = Shown { tiling, ..Shown::default() };
+    let shown = DisplayOptions { tiling, ..DisplayOptions::default() };
     let source = vastex::open(file).unwrap();
-    let mut studio = Studio::showing(&shown, gpu(), source, scene, SIZE, settings(64, filter)).unwrap();
-    let ticket = studio.textures_mut().pin(TEXTURE, &Region::whole()).unwrap();
+    let mut offscreen = Offscreen::showing(&shown, gpu(), source, scene, SIZE, settings(64, filter)).unwrap();
+    let ticket = offscreen.textures_mut().pin(TEXTURE, &Region::whole()).unwrap();
     while ticket.progress().resident < ticket.progress().pages {
-        studio.frame(Pose::first(scene)).unwrap();
+        offscreen.frame(Pose::first(scene)).unwrap();
     }
     for _ in 0..3 {
         let pose = pose(scene, &mut random);
-        studio.frame(pose).unwrap();
+        offscreen.frame(pose).unwrap();
         let what = format!("VASTEX_PICTURE={nth}: {filter} {image:?} {tiling:?} {pose:?}");
-        assert_alike(&studio.compare().unwrap().0, &what);
+        assert_alike(&offscreen.compare().unwrap().0, &what);
     }
 }
 

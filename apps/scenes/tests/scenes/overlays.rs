@@ -3,17 +3,17 @@
 use std::sync::Arc;
 
 use vastex::{Filter, PageState, PoolSettings, Settings, TileSource};
-use vastex_scenes::{Overlay, Path, Picture, Scene, Studio, Until};
+use vastex_scenes::{Offscreen, Overlay, Path, Picture, Scene, Until};
 
 use crate::common::{Image, gpu, settings};
 
 const SIZE: [u32; 2] = [160, 90];
 
-fn studio(source: Arc<dyn TileSource>, settings: Settings, frames: Option<u64>) -> Studio {
-    let mut studio = Studio::new(gpu(), source, Scene::Plane, SIZE, settings).unwrap();
+fn offscreen(source: Arc<dyn TileSource>, settings: Settings, frames: Option<u64>) -> Offscreen {
+    let mut offscreen = Offscreen::new(gpu(), source, Scene::Plane, SIZE, settings).unwrap();
     let until = frames.map_or(Until::Converged, Until::Frames);
-    studio.run(Path::Still, until, |_, _| ()).unwrap();
-    studio
+    offscreen.run(Path::Still, until, |_, _| ()).unwrap();
+    offscreen
 }
 
 /// Pixels of a picture that are as `is` says of their red, green and blue.
@@ -29,18 +29,18 @@ fn is_green([r, g, b]: [u8; 3]) -> bool {
 fn a_view_that_has_converged_lacks_nothing_and_one_that_has_not_is_said_to() {
     let (_directory, file) = Image::new(2000, 1500, 64).build();
     let open = || vastex::open(&file).unwrap();
-    let sharp = studio(open(), settings(16, Filter::Trilinear), None);
+    let sharp = offscreen(open(), settings(16, Filter::Trilinear), None);
     let deficit = sharp.overlay(Overlay::Deficit).unwrap();
     let covered = count(&deficit, |_| true);
     assert!(covered > 1000, "the plane is in view");
     assert_eq!(count(&deficit, is_green), covered);
     // In its first frame nothing but the tail is there: no pixel that wants a page has it.
-    let blurred = studio(open(), settings(16, Filter::Trilinear), Some(1));
+    let blurred = offscreen(open(), settings(16, Filter::Trilinear), Some(1));
     assert!(count(&blurred.overlay(Overlay::Deficit).unwrap(), is_green) < covered / 10);
     // Too small a pool lacks what its mip bias says.
     let pools = PoolSettings::of_bytes(12 * 72 * 72 * 4);
     let small = Settings { pools, ..settings(1, Filter::Trilinear) };
-    let coarse = studio(open(), small, None);
+    let coarse = offscreen(open(), small, None);
     assert!(count(&coarse.overlay(Overlay::Deficit).unwrap(), is_green) < covered / 2);
 }
 
@@ -89,11 +89,11 @@ fn overlays_of_levels_say_what_is_shown_and_wanted() {
     let (_directory, file) = Image::new(2000, 1500, 64).build();
     let (mut met, mut short) = (std::collections::BTreeSet::new(), 0);
     for frames in [Some(3), None] {
-        let mut studio = studio(vastex::open(&file).unwrap(), settings(16, Filter::Trilinear), frames);
+        let mut offscreen = offscreen(vastex::open(&file).unwrap(), settings(16, Filter::Trilinear), frames);
         let [levels, wanted] =
-            [Overlay::Levels, Overlay::Wanted].map(|overlay| studio.overlay(overlay).unwrap());
+            [Overlay::Levels, Overlay::Wanted].map(|overlay| offscreen.overlay(overlay).unwrap());
         for (y, x) in (30..SIZE[1]).step_by(11).flat_map(|y| (3..SIZE[0]).step_by(29).map(move |x| (y, x))) {
-            let told = studio.explain([x, y]).unwrap();
+            let told = offscreen.explain([x, y]).unwrap();
             let Some(told) = told.first() else { continue };
             let at = ((y * SIZE[0] + x) * 4) as usize;
             assert_eq!(level_of(&levels.rgba[at..]), Some(told.shown.level()), "{x},{y}: {told}");
@@ -113,14 +113,14 @@ fn overlays_of_levels_say_what_is_shown_and_wanted() {
 #[test]
 fn plans_show_the_machine_in_the_colours_that_are_documented() {
     let (_directory, file) = Image::new(2000, 1500, 64).build();
-    let studio = studio(vastex::open(&file).unwrap(), settings(16, Filter::Trilinear), None);
+    let offscreen = offscreen(vastex::open(&file).unwrap(), settings(16, Filter::Trilinear), None);
     let [picture, levels, pages, feedback, table, atlas] = [
-        studio.picture(),
-        studio.overlay(Overlay::Levels).unwrap(),
-        studio.overlay(Overlay::Pages).unwrap(),
-        studio.overlay(Overlay::Feedback).unwrap(),
-        studio.overlay(Overlay::Table).unwrap(),
-        studio.overlay(Overlay::Atlas).unwrap(),
+        offscreen.picture(),
+        offscreen.overlay(Overlay::Levels).unwrap(),
+        offscreen.overlay(Overlay::Pages).unwrap(),
+        offscreen.overlay(Overlay::Feedback).unwrap(),
+        offscreen.overlay(Overlay::Table).unwrap(),
+        offscreen.overlay(Overlay::Atlas).unwrap(),
     ];
     let pixels = |picture: &Picture| -> Vec<[u8; 3]> {
         picture.rgba.chunks_exact(4).map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect()
@@ -173,16 +173,17 @@ fn a_pixel_is_explained_as_the_pager_has_it() {
     let (_directory, file) = Image::new(2000, 1500, 64).build();
     let open = || vastex::open(&file).unwrap();
     let ground = [SIZE[0] / 2, SIZE[1] - 5];
-    let mut sharp = studio(open(), settings(16, Filter::Trilinear), None);
+    let mut sharp = offscreen(open(), settings(16, Filter::Trilinear), None);
     let told = sharp.explain(ground).unwrap();
     let [told] = told.as_slice() else { panic!("one texture is there: {told:?}") };
     assert_eq!((told.wait, told.shown), (None, told.at_bias));
     assert!(matches!(sharp.textures().state(told.shown), PageState::Resident(_)));
     assert_eq!(told.history.len(), 3, "wanted, asked for, in its slot: {told}");
-    let mut globe = Studio::new(gpu(), open(), Scene::Globe, SIZE, settings(16, Filter::Trilinear)).unwrap();
+    let mut globe =
+        Offscreen::new(gpu(), open(), Scene::Globe, SIZE, settings(16, Filter::Trilinear)).unwrap();
     globe.run(Path::Still, Until::Frames(1), |_, _| ()).unwrap();
     assert!(globe.explain([0, 0]).unwrap().is_empty(), "the sky");
-    let mut blurred = studio(open(), settings(16, Filter::Trilinear), Some(3));
+    let mut blurred = offscreen(open(), settings(16, Filter::Trilinear), Some(3));
     let told = &blurred.explain(ground).unwrap()[0];
     assert!(told.wait.is_some() && told.shown.level() > told.at_bias.level(), "{told}");
 }

@@ -13,9 +13,9 @@ pub(crate) fn assert_alike(comparison: &Comparison, what: &str) {
 
 fn compare(image: Image, scene: Scene, path: Path, filter: Filter) -> Comparison {
     let (_directory, file) = image.build();
-    let mut studio = converged(vastex::open(file).unwrap(), scene, [320, 180], path, settings(16, filter));
-    assert_eq!(studio.share_at_wanted_level().unwrap(), 1.0, "{image:?} {scene:?}");
-    studio.compare().unwrap().0
+    let mut offscreen = converged(vastex::open(file).unwrap(), scene, [320, 180], path, settings(16, filter));
+    assert_eq!(offscreen.share_at_wanted_level().unwrap(), 1.0, "{image:?} {scene:?}");
+    offscreen.compare().unwrap().0
 }
 
 #[test]
@@ -69,8 +69,8 @@ fn the_cpu_twin_draws_the_same_picture() {
         let image = Image { address: [AddressMode::Wrap, AddressMode::Clamp], ..Image::new(1000, 777, 128) };
         let (_directory, file) = image.build();
         let source = vastex::open(file).unwrap();
-        let studio = converged(source, Scene::Globe, [320, 180], Path::Still, settings(16, filter));
-        let comparison = studio.picture().compare(&studio.cpu_picture().unwrap());
+        let offscreen = converged(source, Scene::Globe, [320, 180], Path::Still, settings(16, filter));
+        let comparison = Comparison::of(&offscreen.picture(), &offscreen.cpu_picture().unwrap());
         assert_alike(&comparison, &format!("{filter:?}"));
     }
 }

@@ -50,7 +50,7 @@ fn a_planet_of_four_textures_looks_as_from_ordinary_ones() {
     for (name, pose) in [
         ("whole", first),
         ("near", first.zoomed(12.0)),
-        ("over the night", first.dragged(glam::Vec2::new(1.5, 0.0), 1.8, 2.0)),
+        ("over the night", first.dragged(glam::DVec2::new(1.5, 0.0), 1.8, 2.0)),
     ] {
         converge(&mut planet, pose);
         assert_alike(&planet.compare().unwrap(), name);

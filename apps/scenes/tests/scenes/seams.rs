@@ -2,12 +2,12 @@
 //! and running into the poles. The shader folds uv, so that it jumps, and the picture and what is wanted are those of uv that goes on.
 
 use std::collections::BTreeMap;
-use std::f32::consts::FRAC_PI_2;
+use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
-use glam::{BVec2, Vec2, Vec3};
+use glam::{BVec2, DVec3, Vec2};
 use vastex::{AddressMode, Dims, Feedback, Filter, Region, TileSource};
-use vastex_scenes::{Pose, Scene, Shown, Studio, Tiling};
+use vastex_scenes::{DisplayOptions, Offscreen, Pose, Scene, Tiling};
 
 use crate::common::{Image, gpu, settings};
 use crate::filters::{SIZE, TEXTURE, filters};
@@ -16,8 +16,8 @@ use crate::pictures::assert_alike;
 /// Along a tiled plane, and turned, so that the seams run in both directions; far off a pixel is a quarter of a tile, since from
 /// half a tile on nobody knows which way round neighbours lie.
 const PLANE: [Pose; 2] = [
-    Pose::Plane { eye: Vec3::new(0.1, -0.9, 0.25), yaw: 0.0, pitch: 0.2 },
-    Pose::Plane { eye: Vec3::new(0.5, -0.7, 0.2), yaw: 0.6, pitch: 0.3 },
+    Pose::Plane { eye: DVec3::new(0.1, -0.9, 0.25), yaw: 0.0, pitch: 0.2 },
+    Pose::Plane { eye: DVec3::new(0.5, -0.7, 0.2), yaw: 0.6, pitch: 0.3 },
 ];
 /// The date line, upright and seen along, and both poles.
 const GLOBE: [Pose; 4] = [
@@ -28,15 +28,15 @@ const GLOBE: [Pose; 4] = [
 ];
 
 /// A scene with a texture laid on it, all of it resident.
-fn studio(source: &Arc<dyn TileSource>, scene: Scene, tiling: Tiling, filter: Filter) -> Studio {
-    let shown = Shown { tiling, ..Shown::default() };
+fn offscreen(source: &Arc<dyn TileSource>, scene: Scene, tiling: Tiling, filter: Filter) -> Offscreen {
+    let shown = DisplayOptions { tiling, ..DisplayOptions::default() };
     let settings = settings(64, filter);
-    let mut studio = Studio::showing(&shown, gpu(), source.clone(), scene, SIZE, settings).unwrap();
-    let ticket = studio.textures_mut().pin(TEXTURE, &Region::whole()).unwrap();
+    let mut offscreen = Offscreen::showing(&shown, gpu(), source.clone(), scene, SIZE, settings).unwrap();
+    let ticket = offscreen.textures_mut().pin(TEXTURE, &Region::whole()).unwrap();
     while ticket.progress().resident < ticket.progress().pages {
-        studio.frame(Pose::first(scene)).unwrap();
+        offscreen.frame(Pose::first(scene)).unwrap();
     }
-    studio
+    offscreen
 }
 
 /// By every filter the picture equals that of an ordinary texture at every pose.
@@ -44,11 +44,11 @@ fn check(image: &Image, scene: Scene, poses: &[Pose], tiling: Tiling) {
     let (_directory, file) = image.build();
     let source = vastex::open(file).unwrap();
     for filter in filters() {
-        let mut studio = studio(&source, scene, tiling, filter);
+        let mut offscreen = offscreen(&source, scene, tiling, filter);
         for &pose in poses {
             // Everything is there.
-            studio.frame(pose).unwrap();
-            assert_alike(&studio.compare().unwrap().0, &format!("{filter} {image:?} {tiling:?} {pose:?}"));
+            offscreen.frame(pose).unwrap();
+            assert_alike(&offscreen.compare().unwrap().0, &format!("{filter} {image:?} {tiling:?} {pose:?}"));
         }
     }
 }
@@ -96,7 +96,7 @@ fn pixels_by_level(wanted: &Feedback) -> BTreeMap<u8, u64> {
 #[test]
 fn a_seam_wants_no_levels_that_its_jump_would_ask_for() {
     // Over a crossing of seams, near enough for none but fine levels.
-    let near = [Pose::Plane { eye: Vec3::new(-0.1, -0.4, 0.2), yaw: 0.0, pitch: 0.9 }];
+    let near = [Pose::Plane { eye: DVec3::new(-0.1, -0.4, 0.2), yaw: 0.0, pitch: 0.9 }];
     let image = Image { address: [AddressMode::Wrap; 2], ..Image::new(1024, 512, 32) };
     let (_directory, file) = image.build();
     let source = vastex::open(file).unwrap();
@@ -107,10 +107,10 @@ fn a_seam_wants_no_levels_that_its_jump_would_ask_for() {
                 _ => (&near, tiled, BVec2::TRUE),
             };
             let [mut seamed, mut seamless] =
-                [folded, BVec2::FALSE].map(|folded| studio(&source, scene, laid(folded), filter));
+                [folded, BVec2::FALSE].map(|folded| offscreen(&source, scene, laid(folded), filter));
             for &pose in poses {
                 let [found, expected] = [&mut seamed, &mut seamless]
-                    .map(|studio| pixels_by_level(&studio.wanted_by_every_pixel(pose).unwrap()));
+                    .map(|offscreen| pixels_by_level(&offscreen.wanted_by_every_pixel(pose).unwrap()));
                 let what = format!("{filter} {pose:?}: {found:?} with a seam, {expected:?} without");
                 // Some may be missing at the limb, where a pixel is the only one of its level.
                 assert!(found.keys().all(|level| expected.contains_key(level)), "{what}");

@@ -6,7 +6,7 @@ use crate::common::{gpu, settings};
 use crate::pictures::assert_alike;
 use vastex::{Filter, FrameStats, PoolSettings, Settings};
 use vastex_build::BuildOptions;
-use vastex_scenes::{Path, Scene, Studio, Until};
+use vastex_scenes::{Comparison, Offscreen, Path, Scene, Until};
 
 const SIZE: [u32; 2] = [4096, 2048];
 const PAGE: u32 = 32;
@@ -49,30 +49,31 @@ fn shown(
     path: Path,
     slots: u64,
     share_contents: bool,
-) -> (Studio, FrameStats) {
+) -> (Offscreen, FrameStats) {
     let pools = PoolSettings::of_bytes(slots * TILE_BYTES);
     let settings = Settings { pools, share_contents, ..settings(1, Filter::Trilinear) };
-    let mut studio = Studio::new(gpu(), vastex::open(file).unwrap(), scene, [640, 360], settings).unwrap();
-    let outcome = studio.run(path, Until::Converged, |_, _| ()).unwrap();
+    let mut offscreen =
+        Offscreen::new(gpu(), vastex::open(file).unwrap(), scene, [640, 360], settings).unwrap();
+    let outcome = offscreen.run(path, Until::Converged, |_, _| ()).unwrap();
     assert!(outcome.converged, "{scene:?} {path:?}: {:?}", outcome.stats);
-    (studio, outcome.stats)
+    (offscreen, outcome.stats)
 }
 
 #[test]
 fn a_pool_far_smaller_than_the_texture_shows_what_an_ordinary_texture_does() {
     let (_directory, file) = build();
     for (scene, path) in [Scene::Image, Scene::Globe, Scene::Plane].map(|scene| (scene, Path::Still)) {
-        let (mut studio, stats) = shown(&file, scene, path, SLOTS, true);
+        let (mut offscreen, stats) = shown(&file, scene, path, SLOTS, true);
         let what = format!("{scene:?} {path:?}");
         assert_eq!((stats.pager.bias_eighths, stats.pager.reloaded), (0, 0), "{what}: {stats:?}");
         assert!(u64::from(stats.pager.occupied) <= SLOTS && stats.pager.shared > 0, "{what}: {stats:?}");
-        assert!(studio.share_at_wanted_level().unwrap() > 0.999, "{what}");
-        assert_alike(&studio.compare().unwrap().0, &what);
+        assert!(offscreen.share_at_wanted_level().unwrap() > 0.999, "{what}");
+        assert_alike(&offscreen.compare().unwrap().0, &what);
         // Alone, each page takes a load and a slot.
         let (mut alone, without) = shown(&file, scene, path, 4000, false);
         assert!(alone.share_at_wanted_level().unwrap() > 0.999, "{what}");
         assert!(
-            studio.picture().compare(&alone.picture()).max_error <= 1,
+            Comparison::of(&offscreen.picture(), &alone.picture()).max_error <= 1,
             "{what}: weights round otherwise in other slots"
         );
         assert_eq!((without.pager.shared, without.pager.resident), (0, without.pager.occupied), "{what}");

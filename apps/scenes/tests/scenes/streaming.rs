@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use crate::common::{Image, gpu, settings, settle};
-use glam::Vec2;
+use glam::DVec2;
 use vastex::{Event, Filter, FrameStats, Geometry, Settings, TileSource};
 use vastex_core::GeometrySpec;
-use vastex_scenes::{Path, Pose, Scene, Studio, Until};
+use vastex_scenes::{Offscreen, Path, Pose, Scene, Until};
 use vastex_tiles::{Faults, Injection, PropertySource, ReadError, ReadFuture, Tile};
 
 /// A texture of 16384x8192 texels that takes no space.
@@ -32,9 +32,10 @@ fn check_budgets(stats: &FrameStats, settings: &Settings) {
 fn too_small_a_pool_makes_the_picture_coarser_and_loads_nothing_twice() {
     for mib in [1, 2, 4] {
         let settings = pool(mib);
-        let mut studio = Studio::new(gpu(), huge(), Scene::Plane, [1280, 720], settings.clone()).unwrap();
+        let mut offscreen =
+            Offscreen::new(gpu(), huge(), Scene::Plane, [1280, 720], settings.clone()).unwrap();
         let mut oversubscribed = 0;
-        let outcome = studio.run(Path::Still, Until::Converged, |textures, events| {
+        let outcome = offscreen.run(Path::Still, Until::Converged, |textures, events| {
             let stats = textures.stats();
             check_budgets(&stats, &settings);
             assert_eq!(stats.pager.reloaded, 0, "{mib} MiB: {stats:?}");
@@ -52,9 +53,9 @@ fn too_small_a_pool_makes_the_picture_coarser_and_loads_nothing_twice() {
         assert!(2 * stats.occupied >= stats.slots, "{mib} MiB: {stats:?}");
         // It stays so.
         for _ in 0..100 {
-            studio.frame(Path::Still.pose(Scene::Plane, 2.0, 0)).unwrap();
+            offscreen.frame(Path::Still.pose(Scene::Plane, 2.0, 0)).unwrap();
         }
-        let later = studio.textures().stats().pager;
+        let later = offscreen.textures().stats().pager;
         assert_eq!((later.reloaded, later.loaded, later.bias_eighths), (0, stats.loaded, stats.bias_eighths));
     }
 }
@@ -63,9 +64,9 @@ fn too_small_a_pool_makes_the_picture_coarser_and_loads_nothing_twice() {
 fn every_path_keeps_its_budgets_and_converges_when_it_holds() {
     for (scene, path) in Scene::SMOOTH.into_iter().flat_map(|scene| Path::ALL.map(|path| (scene, path))) {
         let settings = Settings { in_flight_bytes: 1 << 20, ..pool(4) };
-        let mut studio = Studio::new(gpu(), huge(), scene, [320, 180], settings.clone()).unwrap();
+        let mut offscreen = Offscreen::new(gpu(), huge(), scene, [320, 180], settings.clone()).unwrap();
         let check = |textures: &vastex::Textures, _| check_budgets(&textures.stats(), &settings);
-        let outcome = studio.run(path, Until::Converged, check).unwrap();
+        let outcome = offscreen.run(path, Until::Converged, check).unwrap();
         assert!(outcome.converged, "{scene:?} {path:?}: {:?}", outcome.stats);
     }
 }
@@ -74,8 +75,8 @@ fn every_path_keeps_its_budgets_and_converges_when_it_holds() {
 fn an_upload_budget_below_one_tile_converges_later() {
     let frames = |upload_bytes_per_frame| {
         let settings = Settings { upload_bytes_per_frame, ..pool(16) };
-        let mut studio = Studio::new(gpu(), huge(), Scene::Image, [320, 180], settings).unwrap();
-        let outcome = studio.run(Path::Still, Until::Converged, |_, _| ()).unwrap();
+        let mut offscreen = Offscreen::new(gpu(), huge(), Scene::Image, [320, 180], settings).unwrap();
+        let outcome = offscreen.run(Path::Still, Until::Converged, |_, _| ()).unwrap();
         assert!(outcome.converged, "{:?}", outcome.stats);
         outcome.stats.frame
     };
@@ -87,9 +88,9 @@ fn an_upload_budget_below_one_tile_converges_later() {
 fn a_broken_tile_leaves_its_ancestor_on_screen_and_is_named() {
     let broken = |pos: vastex::PagePos| pos.level == 4 && (pos.x + pos.y).is_multiple_of(3);
     let faulty = Faults::new(huge(), move |pos, _attempt| broken(pos).then_some(Injection::Fail));
-    let mut studio = Studio::new(gpu(), Arc::new(faulty), Scene::Image, [640, 360], pool(16)).unwrap();
+    let mut offscreen = Offscreen::new(gpu(), Arc::new(faulty), Scene::Image, [640, 360], pool(16)).unwrap();
     let mut named = Vec::new();
-    let outcome = studio.run(Path::Still, Until::Converged, |_, events| {
+    let outcome = offscreen.run(Path::Still, Until::Converged, |_, events| {
         named.extend(events.into_iter().filter_map(|event| match event {
             Event::Failed { page, why, .. } => Some((page, why)),
             _ => None,
@@ -97,7 +98,7 @@ fn a_broken_tile_leaves_its_ancestor_on_screen_and_is_named() {
     });
     let outcome = outcome.unwrap();
     assert!(outcome.converged, "{:?}", outcome.stats);
-    let mut pages = studio.textures().failed_pages();
+    let mut pages = offscreen.textures().failed_pages();
     pages.sort_unstable();
     assert!(!pages.is_empty() && pages.len() == outcome.stats.pager.failed as usize);
     assert!(named.iter().all(|(_, why)| why.contains("level 4")), "{named:?}");
@@ -105,9 +106,9 @@ fn a_broken_tile_leaves_its_ancestor_on_screen_and_is_named() {
     reported.sort_unstable();
     assert_eq!(reported, pages, "each is reported once");
     // Every pixel shows something: the property image's alpha is 255 - level, the background's 0.
-    let share = studio.share_at_wanted_level().unwrap();
+    let share = offscreen.share_at_wanted_level().unwrap();
     assert!(share < 1.0, "the broken pages are not resident");
-    let picture = studio.picture();
+    let picture = offscreen.picture();
     let covered = picture.rgba.chunks_exact(4).filter(|pixel| pixel[3] != 0).count();
     assert_eq!(covered, 640 * 320, "a 2:1 image fills the width");
 }
@@ -115,9 +116,9 @@ fn a_broken_tile_leaves_its_ancestor_on_screen_and_is_named() {
 #[test]
 fn the_same_run_gives_the_same_picture_and_the_same_counts() {
     let run = || {
-        let mut studio = Studio::new(gpu(), huge(), Scene::Globe, [320, 180], pool(4)).unwrap();
-        let outcome = studio.run(Path::Teleport, Until::Frames(100), |_, _| ()).unwrap();
-        (studio.picture(), FrameStats { feedback_bytes_read: 0, ..outcome.stats })
+        let mut offscreen = Offscreen::new(gpu(), huge(), Scene::Globe, [320, 180], pool(4)).unwrap();
+        let outcome = offscreen.run(Path::Teleport, Until::Frames(100), |_, _| ()).unwrap();
+        (offscreen.picture(), FrameStats { feedback_bytes_read: 0, ..outcome.stats })
     };
     assert_eq!(run(), run());
 }
@@ -161,7 +162,7 @@ impl TileSource for BrokenBorders {
 fn a_broken_border_does_not_pass_the_comparison() {
     let (_directory, file) = Image::new(1000, 777, 128).build();
     let source = vastex::open(file).unwrap();
-    let close_up = Pose::Image { centre: Vec2::splat(0.5), zoom: 6.0 };
+    let close_up = Pose::Image { centre: DVec2::splat(0.5), zoom: 6.0 };
     for (filter, pose) in [
         (Filter::Trilinear, Pose::first(Scene::Image)),
         (Filter::KINDS[3], Pose::first(Scene::Plane)),
@@ -171,9 +172,10 @@ fn a_broken_border_does_not_pass_the_comparison() {
         for (broken, alike) in [(false, true), (true, false)] {
             let source: Arc<dyn TileSource> =
                 if broken { Arc::new(BrokenBorders(source.clone())) } else { source.clone() };
-            let mut studio = Studio::new(gpu(), source, scene, [320, 180], settings(16, filter)).unwrap();
-            settle(&mut studio, pose);
-            let (comparison, _) = studio.compare().unwrap();
+            let mut offscreen =
+                Offscreen::new(gpu(), source, scene, [320, 180], settings(16, filter)).unwrap();
+            settle(&mut offscreen, pose);
+            let (comparison, _) = offscreen.compare().unwrap();
             let passes = comparison.share_within_1_255 >= 0.999 && comparison.share_beyond_3_255 <= 1e-4;
             assert_eq!(passes, alike, "{filter}: {comparison:?}");
         }
@@ -183,7 +185,7 @@ fn a_broken_border_does_not_pass_the_comparison() {
 #[test]
 fn an_open_window_may_change_its_size_in_any_frame() {
     let mut textures = vastex::Textures::new(&gpu().device, &gpu().queue, pool(4)).unwrap();
-    textures.add(huge()).unwrap();
+    textures.add_blocking(huge()).unwrap();
     for size in [[640, 360], [1, 1], [333, 777], [640, 360]] {
         for _ in 0..4 {
             let mut encoder = gpu().device.create_command_encoder(&Default::default());

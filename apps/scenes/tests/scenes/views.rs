@@ -3,7 +3,7 @@
 use crate::common::{Image, gpu, settings};
 use crate::pictures::assert_alike;
 use vastex::Filter;
-use vastex_scenes::{Path, Scene, Studio, Until, Views};
+use vastex_scenes::{Offscreen, Path, Scene, Until, Views};
 
 const SIZE: [u32; 2] = [320, 180];
 
@@ -15,13 +15,14 @@ fn both_views_equal_those_of_an_ordinary_texture() {
     {
         let what = format!("{scene:?} {views:?}");
         let source = vastex::open(&file).unwrap();
-        let mut studio = Studio::new(gpu(), source, scene, SIZE, settings(16, Filter::Trilinear)).unwrap();
-        studio.show(views).unwrap();
-        let outcome = studio.run(Path::Zoom, Until::Converged, |_, _| ()).unwrap();
+        let mut offscreen =
+            Offscreen::new(gpu(), source, scene, SIZE, settings(16, Filter::Trilinear)).unwrap();
+        offscreen.show(views).unwrap();
+        let outcome = offscreen.run(Path::Zoom, Until::Converged, |_, _| ()).unwrap();
         assert!(outcome.converged, "{what}: {:?}", outcome.stats);
-        assert_eq!(studio.share_at_wanted_level().unwrap(), 1.0, "{what}");
-        assert_alike(&studio.compare().unwrap().0, &what);
-        let picture = studio.picture();
+        assert_eq!(offscreen.share_at_wanted_level().unwrap(), 1.0, "{what}");
+        assert_alike(&offscreen.compare().unwrap().0, &what);
+        let picture = offscreen.picture();
         let halves = [0, SIZE[0] as usize / 2].map(|from| {
             let rows = picture.rgba.chunks_exact(SIZE[0] as usize * 4);
             rows.flat_map(|row| row[from * 4..(from + 160) * 4].to_vec()).collect::<Vec<u8>>()
@@ -34,16 +35,17 @@ fn both_views_equal_those_of_an_ordinary_texture() {
 fn what_a_second_view_wants_is_not_there_without_it() {
     let (_directory, file) = Image::new(4000, 2000, 128).build();
     let source = vastex::open(&file).unwrap();
-    let mut studio = Studio::new(gpu(), source, Scene::Image, SIZE, settings(16, Filter::Trilinear)).unwrap();
-    let outcome = studio.run(Path::Zoom, Until::Converged, |_, _| ()).unwrap();
+    let mut offscreen =
+        Offscreen::new(gpu(), source, Scene::Image, SIZE, settings(16, Filter::Trilinear)).unwrap();
+    let outcome = offscreen.run(Path::Zoom, Until::Converged, |_, _| ()).unwrap();
     assert!(outcome.converged);
     let before = outcome.stats.pager.loaded;
-    studio.show(Views::Mirror).unwrap();
-    assert!(studio.share_at_wanted_level().unwrap() < 0.7, "the mirror shows another part of the image");
-    let outcome = studio.run(Path::Zoom, Until::Converged, |_, _| ()).unwrap();
+    offscreen.show(Views::Mirror).unwrap();
+    assert!(offscreen.share_at_wanted_level().unwrap() < 0.7, "the mirror shows another part of the image");
+    let outcome = offscreen.run(Path::Zoom, Until::Converged, |_, _| ()).unwrap();
     assert!(outcome.converged && outcome.stats.pager.loaded > before);
-    assert_eq!(studio.share_at_wanted_level().unwrap(), 1.0);
-    studio.show(Views::One).unwrap();
-    let wanted = studio.textures().stats().pager.wanted;
+    assert_eq!(offscreen.share_at_wanted_level().unwrap(), 1.0);
+    offscreen.show(Views::One).unwrap();
+    let wanted = offscreen.textures().stats().pager.wanted;
     assert!(wanted < outcome.stats.pager.wanted, "what only the second view wanted is let go of");
 }

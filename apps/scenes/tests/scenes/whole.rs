@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use vastex::{AddressMode, FeedbackWay, Filter, Geometry, Settings, TileSource};
 use vastex_core::GeometrySpec;
-use vastex_scenes::{Attribute, Path, Planet, Scene, Studio};
+use vastex_scenes::{Attribute, Comparison, Offscreen, Path, Planet, Scene};
 use vastex_tiles::PropertySource;
 
 use crate::common::{Image, converged, gpu, settings};
@@ -29,10 +29,10 @@ fn a_texture_that_fits_is_sharp_at_once_and_equals_an_ordinary_one() {
         let (_directory, file) = image.build();
         let source = vastex::open(file).unwrap();
         for scene in Scene::SMOOTH {
-            let mut studio = Studio::new(gpu(), source.clone(), scene, SIZE, whole(filter)).unwrap();
-            studio.frame(Path::Still.pose(scene, 1.0, 0)).unwrap();
+            let mut offscreen = Offscreen::new(gpu(), source.clone(), scene, SIZE, whole(filter)).unwrap();
+            offscreen.frame(Path::Still.pose(scene, 1.0, 0)).unwrap();
             let what = format!("{mode:?} {filter:?} {scene:?}");
-            let compared = studio.compare().unwrap().0;
+            let compared = offscreen.compare().unwrap().0;
             // The same pixels as from pages, once those are all there.
             let paged = converged(source.clone(), scene, SIZE, Path::Still, settings(16, filter));
             if filter == Filter::Trilinear {
@@ -43,7 +43,7 @@ fn a_texture_that_fits_is_sharp_at_once_and_equals_an_ordinary_one() {
                 compared.share_beyond_3_255 <= of_pages.share_beyond_3_255,
                 "{what}: {compared:?} {of_pages:?}"
             );
-            let comparison = studio.picture().compare(&paged.picture());
+            let comparison = Comparison::of(&offscreen.picture(), &paged.picture());
             assert_eq!(comparison.share_beyond_3_255, 0.0, "{what}: {comparison:?}");
             assert!(comparison.share_within_1_255 > 0.9999, "{what}: {comparison:?}");
         }
@@ -56,14 +56,14 @@ fn it_asks_for_no_page_and_takes_no_more_than_itself() {
     let source: Arc<dyn TileSource> = Arc::new(PropertySource::new(Geometry::new(spec).unwrap()));
     for way in FeedbackWay::ALL {
         let settings = Settings { feedback: Some(way), ..whole(Filter::Nearest) };
-        let mut studio = Studio::new(gpu(), source.clone(), Scene::Globe, SIZE, settings).unwrap();
+        let mut offscreen = Offscreen::new(gpu(), source.clone(), Scene::Globe, SIZE, settings).unwrap();
         for frame in 0..40 {
-            studio.frame(Path::Zoom.pose(Scene::Globe, 2.0, 7 * frame)).unwrap();
+            offscreen.frame(Path::Zoom.pose(Scene::Globe, 2.0, 7 * frame)).unwrap();
         }
-        let stats = studio.textures().stats();
+        let stats = offscreen.textures().stats();
         assert_eq!((stats.pager.requests, stats.pager.loaded, stats.pager.missing), (0, 0, 0), "{way:?}");
         assert_eq!((stats.pager.slots, stats.pager.resident, stats.table_bytes_sent), (1, 1, 0), "{way:?}");
-        assert_eq!(studio.share_at_wanted_level().unwrap(), 1.0);
+        assert_eq!(offscreen.share_at_wanted_level().unwrap(), 1.0);
         // A square that holds all levels: at most twice the wider side of this one.
         assert!(stats.pool_bytes <= 4 * 1040 * 1040, "{} bytes", stats.pool_bytes);
     }
@@ -85,6 +85,6 @@ fn a_group_has_members_of_either_kind() {
         assert_eq!(planet.textures().stats().pools.len(), 1 + usize::from(whole_bytes > 0));
         planet.picture()
     });
-    let comparison = pictures[0].compare(&pictures[1]);
+    let comparison = Comparison::of(&pictures[0], &pictures[1]);
     assert!(comparison.share_within_1_255 > 0.9999, "{comparison:?}");
 }

@@ -11,7 +11,9 @@ use vastex::{
     Event, FrameStats, Pace, PageId, PoolDump, PoolId, PrefetchSets, Settings, Textures, TileSource,
 };
 use vastex_core::Dims;
-use vastex_scenes::{Comparison, Gpu, Outcome, ReferenceKind, Studio, StudioError, Until};
+use vastex_scenes::{
+    Comparison, Gpu, Offscreen, OffscreenError, Outcome, ReferenceKind, Until, headless_gpu,
+};
 use vastex_tiles::DiskTier;
 
 use crate::args::{RenderArgs, SceneArgs};
@@ -32,11 +34,11 @@ pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode> {
     };
     let sets = args.prefetch_sets.as_deref().map(read_sets).transpose()?;
     let Opened { tiles, disk } = open::open(&args.scene)?;
-    let gpu = Gpu::headless()?;
+    let gpu = headless_gpu()?;
     gpu::report_refusals(&gpu);
-    let mut studio = studio(args, frame_settings(args)?, &gpu, tiles).context(source.clone())?;
-    sets.map(|sets| studio.prefetch_by(sets)).transpose().context(source.clone())?;
-    let outcome = draw(args, &mut studio, &mut outputs, disk.as_deref(), gpu.adapter_name());
+    let mut offscreen = offscreen(args, frame_settings(args)?, &gpu, tiles).context(source.clone())?;
+    sets.map(|sets| offscreen.prefetch_by(sets)).transpose().context(source.clone())?;
+    let outcome = draw(args, &mut offscreen, &mut outputs, disk.as_deref(), gpu.adapter_name());
     let outcome = outcome.context(source.clone())?;
     if args.frames.is_some() || outcome.converged {
         return Ok(ExitCode::SUCCESS);
@@ -59,17 +61,17 @@ pub(crate) fn frame_settings(args: &RenderArgs) -> Result<Settings> {
 }
 
 /// The scene, set up as the command line says.
-pub(crate) fn studio(
+pub(crate) fn offscreen(
     args: &RenderArgs,
     settings: Settings,
     gpu: &Gpu,
     tiles: Arc<dyn TileSource>,
-) -> Result<Studio> {
+) -> Result<Offscreen> {
     let (shown, SceneArgs { on, size, .. }) = (args.scene.shown(), &args.scene);
-    let mut studio = Studio::showing(&shown, gpu, tiles, *on, *size, settings)?;
-    studio.show(args.views)?;
-    studio.look_ahead(args.predict);
-    Ok(studio)
+    let mut offscreen = Offscreen::showing(&shown, gpu, tiles, *on, *size, settings)?;
+    offscreen.show(args.views)?;
+    offscreen.look_ahead(args.predict);
+    Ok(offscreen)
 }
 
 fn read_sets(file: &std::path::Path) -> Result<PrefetchSets> {
@@ -111,41 +113,43 @@ struct Outputs {
 /// Plays the path, writes what is to be written, and tells how it went.
 fn draw(
     args: &RenderArgs,
-    studio: &mut Studio,
+    offscreen: &mut Offscreen,
     outputs: &mut Outputs,
     disk: Option<&DiskTier>,
     adapter: String,
 ) -> Result<Outcome> {
-    let shown: Vec<_> = studio.textures().iter().collect();
+    let shown: Vec<_> = offscreen.textures().iter().collect();
     for texture in shown {
-        studio.textures_mut().set_name(texture, args.scene.source.display().to_string());
+        offscreen.textures_mut().set_name(texture, args.scene.source.display().to_string());
     }
-    args.estimate.estimating().into_iter().for_each(|estimating| studio.estimate(estimating));
+    args.estimate.estimating().into_iter().for_each(|estimating| offscreen.estimate(estimating));
     if outputs.trace.is_some() {
-        studio.textures_mut().record_trace();
+        offscreen.textures_mut().record_trace();
     }
     let until = args.frames.map_or(Until::Converged, Until::Frames);
     let mut troubles = Troubles::default();
-    let outcome = studio.run(args.camera_path, until, |textures, events| {
+    let outcome = offscreen.run(args.camera_path, until, |textures, events| {
         outputs.stats.note(textures);
         troubles.note(events);
     })?;
-    troubles.say(&args.scene.source.display().to_string(), studio.textures());
+    troubles.say(&args.scene.source.display().to_string(), offscreen.textures());
     if let Some(output) = &outputs.picture {
-        let picture =
-            args.scene.overlay.map_or_else(|| Ok(studio.picture()), |overlay| studio.overlay(overlay))?;
+        let picture = args
+            .scene
+            .overlay
+            .map_or_else(|| Ok(offscreen.picture()), |overlay| offscreen.overlay(overlay))?;
         output.write_picture(&picture)?;
     }
-    if let (Some(output), Some(trace)) = (&outputs.trace, studio.textures_mut().take_trace()?) {
+    if let (Some(output), Some(trace)) = (&outputs.trace, offscreen.textures_mut().take_trace()?) {
         output.write(&trace.to_bytes())?;
     }
     outputs.stats.write()?;
     // What is told of the pools is as the last frame left them.
-    let pools = args.dump_pools.then(|| studio.textures().dump_pool_usage());
+    let pools = args.dump_pools.then(|| offscreen.textures().dump_pool_usage());
     let explained =
-        args.explain.map(|pixel| Ok::<_, StudioError>((pixel, studio.explain(pixel)?))).transpose()?;
-    let compared = if args.compare { Some(studio.compare()?) } else { None };
-    let mut summary = Summary::new(&outcome, studio.share_at_wanted_level()?, adapter, compared);
+        args.explain.map(|pixel| Ok::<_, OffscreenError>((pixel, offscreen.explain(pixel)?))).transpose()?;
+    let compared = if args.compare { Some(offscreen.compare()?) } else { None };
+    let mut summary = Summary::new(&outcome, offscreen.share_at_wanted_level()?, adapter, compared);
     summary.disk_cache = disk.map(disk_cache::Summary::new);
     summary.pools = pools;
     summary.explained = explained.map(|(pixel, explained)| Explained::new(pixel, &explained));

@@ -1,9 +1,9 @@
 //! `vastex view`: a window with a scene to move about in.
 //!
 //! Here is what happens when: it draws while something changes and sleeps while nothing does. How a frame comes about
-//! is `viewer`'s business, what keys and pointer mean `input`'s, where pictures appear `surface`'s.
+//! is `viewer`'s business, what events of the window system are `events`', where pictures appear `surface`'s.
 
-mod input;
+mod events;
 mod surface;
 mod title;
 mod viewer;
@@ -15,6 +15,8 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, anyhow};
 use vastex::{GpuError, TileSource};
 use vastex_scenes::{Pose, Scene};
+use vastex_viewer::camera::Controller;
+use vastex_viewer::input::{Action, Input};
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
 use winit::event::{StartCause, WindowEvent};
@@ -23,7 +25,6 @@ use winit::window::{Fullscreen, Window, WindowId};
 
 use crate::args::ViewArgs;
 use crate::{open, report};
-use input::{Input, Wish};
 use viewer::{Viewer, Wake};
 
 /// Devices that may be lost, one after another, before the program gives up.
@@ -42,8 +43,9 @@ pub(crate) fn run(args: &ViewArgs) -> Result<ExitCode> {
         args,
         source,
         input: Input::default(),
+        begun: Instant::now(),
         scene: args.scene.on,
-        poses: Scene::ALL.map(Pose::first),
+        cameras: Scene::ALL.map(|scene| Controller::new(Pose::first(scene))),
         open: None,
         lost_devices: 0,
         outcome: Ok(()),
@@ -63,9 +65,11 @@ struct App<'a> {
     args: &'a ViewArgs,
     source: Arc<dyn TileSource>,
     input: Input,
+    /// When the program began; times of input are told from then.
+    begun: Instant,
     scene: Scene,
     /// Where the camera is in each scene, in the order of [`Scene::ALL`].
-    poses: [Pose; Scene::ALL.len()],
+    cameras: [Controller; Scene::ALL.len()],
     open: Option<Open>,
     lost_devices: u32,
     outcome: Result<()>,
@@ -101,14 +105,14 @@ impl App<'_> {
 
     /// Draws a frame. A lost device is replaced, with everything that was made from it.
     fn draw(&mut self, events: &ActiveEventLoop) -> Result<()> {
-        let pose = &mut self.poses[self.scene as usize];
+        let camera = &mut self.cameras[self.scene as usize];
         let Some(Open { viewer, .. }) = &mut self.open else { return Ok(()) };
-        let (moved, aspects) = (self.input.motion(Instant::now()), viewer.aspects());
+        let (moved, aspects) = (self.input.motion(self.begun.elapsed()), viewer.aspects());
         if let Some(moved) = moved {
-            *pose = moved.apply(*pose, aspects);
+            camera.apply(moved, aspects);
             viewer.wake();
         }
-        let drawn = viewer.draw(*pose);
+        let drawn = viewer.draw(camera.pose());
         let is_lost = |error: &anyhow::Error| {
             matches!(error.downcast_ref(), Some(vastex::Error::Gpu(GpuError::DeviceLost)))
         };
@@ -125,10 +129,10 @@ impl App<'_> {
         Ok(())
     }
 
-    fn handle(&mut self, events: &ActiveEventLoop, event: &WindowEvent) -> Result<()> {
+    fn handle(&mut self, window_events: &ActiveEventLoop, event: &WindowEvent) -> Result<()> {
         match event {
-            WindowEvent::CloseRequested => events.exit(),
-            WindowEvent::RedrawRequested => self.draw(events)?,
+            WindowEvent::CloseRequested => window_events.exit(),
+            WindowEvent::RedrawRequested => self.draw(window_events)?,
             WindowEvent::Resized(size) => {
                 if let Some(open) = &mut self.open {
                     open.viewer.resize([size.width, size.height]);
@@ -136,27 +140,29 @@ impl App<'_> {
             }
             event => {
                 let Some(open) = &mut self.open else { return Ok(()) };
-                if let Some(wish) = self.input.heed(event, open.viewer.size(), Instant::now()) {
+                let Some(event) = events::translated(event) else { return Ok(()) };
+                let action = self.input.on_event(event, open.viewer.size(), self.begun.elapsed());
+                if let Some(action) = action {
                     open.viewer.wake();
-                    self.grant(events, wish)?;
+                    self.perform(window_events, action)?;
                 }
             }
         }
         Ok(())
     }
 
-    fn grant(&mut self, events: &ActiveEventLoop, wish: Wish) -> Result<()> {
+    fn perform(&mut self, events: &ActiveEventLoop, action: Action) -> Result<()> {
         let Some(Open { window, viewer }) = &mut self.open else { return Ok(()) };
         let scene_index = self.scene as usize;
-        match wish {
-            Wish::Move(moved) => {
-                self.poses[scene_index] = moved.apply(self.poses[scene_index], viewer.aspects());
+        match action {
+            Action::Move(moved) => {
+                self.cameras[scene_index].apply(moved, viewer.aspects());
             }
-            Wish::Reset => {
-                self.poses[scene_index] = Pose::first(self.scene);
+            Action::Reset => {
+                self.cameras[scene_index] = Controller::new(Pose::first(self.scene));
                 viewer.jumped();
             }
-            Wish::Scene(choice) => {
+            Action::Scene(choice) => {
                 let next = |step| Scene::ALL[(scene_index + step) % Scene::ALL.len()];
                 match choice {
                     Some(scene) if scene != self.scene => match viewer.show(scene) {
@@ -171,14 +177,14 @@ impl App<'_> {
                     }
                 }
             }
-            Wish::Overlay => viewer.next_overlay(),
-            Wish::Explain(pixel) => viewer.explain(self.poses[scene_index], pixel)?,
-            Wish::FillScreen => {
+            Action::Overlay => viewer.next_overlay(),
+            Action::Explain(pixel) => viewer.explain(self.cameras[scene_index].pose(), pixel)?,
+            Action::FillScreen => {
                 let filled = window.fullscreen().is_some();
                 window.set_fullscreen((!filled).then_some(Fullscreen::Borderless(None)));
             }
-            Wish::Redraw => {}
-            Wish::Quit => events.exit(),
+            Action::Redraw => {}
+            Action::Quit => events.exit(),
         }
         Ok(())
     }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use anyhow::{Context, Result, bail};
-use vastex_scenes::{Gpu, depth_view};
+use vastex_scenes::{Gpu, Target, depth_view};
 use wgpu::CurrentSurfaceTexture;
 use winit::window::Window;
 
@@ -63,9 +63,9 @@ impl Surface {
         [self.config.width, self.config.height]
     }
 
-    /// The depth buffer of the picture.
-    pub(super) fn depth(&self) -> &wgpu::TextureView {
-        &self.depth
+    /// What a picture is drawn into.
+    pub(super) fn target<'a>(&'a self, picture: &'a wgpu::TextureView) -> Target<'a> {
+        Target::new(picture, &self.depth, None)
     }
 
     /// The window has another size. One without pixels is not drawn, and keeps the last.

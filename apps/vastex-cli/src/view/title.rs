@@ -12,7 +12,7 @@ const EVERY: Duration = Duration::from_millis(250);
 const NOTICE: Duration = Duration::from_secs(6);
 
 /// What the title is made of.
-pub(super) struct Shown<'a> {
+pub(super) struct TitleParts<'a> {
     /// Name of the source.
     pub(super) name: &'a str,
     /// Width and height of the image in texels.
@@ -67,7 +67,7 @@ impl Title {
     }
 
     /// The title if it should change now.
-    pub(super) fn due(&mut self, now: Instant, shown: &Shown<'_>) -> Option<&str> {
+    pub(super) fn due(&mut self, now: Instant, shown: &TitleParts<'_>) -> Option<&str> {
         if self.notice.as_ref().is_some_and(|(_, until)| now >= *until) {
             self.notice = None;
         }
@@ -84,8 +84,8 @@ impl Title {
         Some(&self.text)
     }
 
-    fn usual(&self, shown: &Shown<'_>) -> String {
-        let Shown { name, size: [width, height], stats, is_settled, .. } = shown;
+    fn usual(&self, shown: &TitleParts<'_>) -> String {
+        let TitleParts { name, size: [width, height], stats, is_settled, .. } = shown;
         let pager = &stats.pager;
         if let Some(overlay) = shown.overlay {
             let bias = f64::from(pager.bias_eighths) / 8.0;
@@ -117,8 +117,15 @@ impl Title {
 mod tests {
     use super::*;
 
-    fn shown<'a>(stats: &'a FrameStats, scene: Scale) -> Shown<'a> {
-        Shown { name: "earth.vastex", size: [10800, 5400], scene, overlay: None, stats, is_settled: true }
+    fn shown<'a>(stats: &'a FrameStats, scene: Scale) -> TitleParts<'a> {
+        TitleParts {
+            name: "earth.vastex",
+            size: [10800, 5400],
+            scene,
+            overlay: None,
+            stats,
+            is_settled: true,
+        }
     }
 
     fn missing(missing: u32) -> FrameStats {
@@ -130,12 +137,13 @@ mod tests {
     #[test]
     fn the_title_says_what_is_shown_and_how_large() {
         let (mut title, now, stats) = (Title::default(), Instant::now(), missing(0));
-        let mut text = |shown: &Shown<'_>| title.due(now, shown).map(str::to_owned);
+        let mut text = |shown: &TitleParts<'_>| title.due(now, shown).map(str::to_owned);
         assert_eq!(text(&shown(&stats, Scale::Even(0.12))).unwrap(), "earth.vastex – 12 % – 10800×5400");
         assert_eq!(text(&shown(&stats, Scale::Even(0.12))), None, "it is there already");
         assert_eq!(text(&shown(&stats, Scale::Even(0.0042))).unwrap(), "earth.vastex – 0.42 % – 10800×5400");
         assert_eq!(text(&shown(&stats, Scale::On("globe"))).unwrap(), "earth.vastex – globe – 10800×5400");
-        let overlay = text(&Shown { overlay: Some("levels"), ..shown(&stats, Scale::On("globe")) }).unwrap();
+        let overlay =
+            text(&TitleParts { overlay: Some("levels"), ..shown(&stats, Scale::On("globe")) }).unwrap();
         assert!(overlay.contains("levels") && overlay.contains("of 0 slots in use"), "{overlay}");
     }
 
@@ -144,8 +152,10 @@ mod tests {
         let (mut title, begin) = (Title::default(), Instant::now());
         let at = |ms: u64| begin + Duration::from_millis(ms);
         let (loading, done) = (missing(3), missing(0));
-        let moving =
-            |stats, percent| Shown { is_settled: false, ..shown(stats, Scale::Even(f64::from(percent))) };
+        let moving = |stats, percent| TitleParts {
+            is_settled: false,
+            ..shown(stats, Scale::Even(f64::from(percent)))
+        };
         let changes = (0..=50).filter(|n| title.due(at(10 * n), &moving(&loading, *n as u32)).is_some());
         assert_eq!(changes.count(), 3, "at 0, 250 and 500 ms");
         assert!(title.due(at(501), &moving(&loading, 99)).is_none());

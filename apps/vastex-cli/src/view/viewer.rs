@@ -4,18 +4,20 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
-use vastex::{Event, ExplainedPixel, FrameStats, LayerId, PoolStats, Settings, Textures, TileSource};
+use vastex::{Event, ExplainedPixel, FrameStats, LayerId, PoolStats, Settings, Textures, TileSource, ViewId};
 use vastex_core::Dims;
 use vastex_scenes::{
-    Drawn, Gpu, HeightsError, Look, Overlay, OverlayRenderer, PictureTarget, Pose, Relief, Scene,
-    SceneRenderer, Shown,
+    ColorMap, DisplayOptions, Gpu, HeightsError, Overlay, OverlayRenderer, Pose, Relief, Scene, SceneDesc,
+    SceneRenderer,
 };
+use vastex_viewer::camera::Aspects;
+use vastex_viewer::inspect;
+use vastex_viewer::stage::{Frame, Pictures, StageView};
 use winit::event_loop::OwnedDisplayHandle;
 use winit::window::Window;
 
-use super::input::Aspects;
 use super::surface::Surface;
-use super::title::{Scale, Shown as TitleParts, Title};
+use super::title::{Scale, Title, TitleParts};
 use crate::args::ViewArgs;
 use crate::commands::render::settings;
 use crate::explained::Explained;
@@ -43,8 +45,8 @@ pub(super) struct Viewer {
     surface: Surface,
     textures: Textures,
     layer: LayerId,
-    look: Look,
-    shown: Shown,
+    color_map: ColorMap,
+    shown: DisplayOptions,
     /// The heights of the texture, once a scene has needed them.
     relief: Option<Relief>,
     renderer: SceneRenderer,
@@ -77,16 +79,23 @@ impl Viewer {
         let (fade, args) = (args.fade_ms.map_or(default_fade(&gpu), Duration::from_millis), &args.scene);
         let settings = Settings { fade, ..settings(args)? };
         let mut textures = Textures::new(&gpu.device, &gpu.queue, settings)?;
-        let texture = textures.add(source)?;
+        let texture = textures.add_blocking(source)?;
         let name = args.source.file_name().unwrap_or_default().to_string_lossy().into_owned();
         textures.set_name(texture, name.clone());
         let shown = args.shown();
         let layer = shown.layer_of(&textures, texture)?;
-        let look = Look::new(&textures.description(texture).layers[layer.index()], shown.range);
-        let surface = Surface::new(&gpu, window.clone(), surface, look.picture_format())?;
+        let color_map = ColorMap::new(&textures.description(texture).layers[layer.index()], shown.range);
+        let surface = Surface::new(&gpu, window.clone(), surface, color_map.picture_format())?;
         let (device, queue) = (&gpu.device, &gpu.queue);
         let relief = shown.relief_of(scene, &mut textures, layer)?;
-        let drawn = Drawn { scene, layer, look, relief: relief.clone(), tiling: shown.tiling };
+        let drawn = SceneDesc {
+            scene,
+            layer,
+            color_map,
+            relief: relief.clone(),
+            tiling: shown.tiling,
+            always_fixed: shown.always_fixed,
+        };
         let renderer = SceneRenderer::new(device, queue, &textures, drawn, surface.format());
         let overlay = args.overlay.map(|overlay| OverlayRenderer::new(device, &textures, &renderer, overlay));
         Ok(Viewer {
@@ -96,7 +105,7 @@ impl Viewer {
             surface,
             textures,
             layer,
-            look,
+            color_map,
             shown,
             relief,
             renderer,
@@ -116,16 +125,33 @@ impl Viewer {
     /// uploaded.
     pub(super) fn restored(self, display: OwnedDisplayHandle) -> Result<Viewer> {
         let Viewer {
-            window, mut textures, layer, look, renderer, overlay, surface, gpu, shown, relief, ..
+            window,
+            mut textures,
+            layer,
+            color_map,
+            renderer,
+            overlay,
+            surface,
+            gpu,
+            shown,
+            relief,
+            ..
         } = self;
         let (scene, overlay) = (renderer.scene(), overlay.map(|overlay| overlay.overlay()));
         let on_screen = relief.clone().filter(|_| renderer.has_relief());
-        let drawn = Drawn { scene, layer, look, relief: on_screen, tiling: shown.tiling };
+        let drawn = SceneDesc {
+            scene,
+            layer,
+            color_map,
+            relief: on_screen,
+            tiling: shown.tiling,
+            always_fixed: shown.always_fixed,
+        };
         // A window has one surface at a time.
         drop((renderer, surface, gpu));
         let (gpu, surface) = device_for(&window, display)?;
         textures.restore(&gpu.device, &gpu.queue)?;
-        let surface = Surface::new(&gpu, window.clone(), surface, look.picture_format())?;
+        let surface = Surface::new(&gpu, window.clone(), surface, color_map.picture_format())?;
         let (device, queue) = (&gpu.device, &gpu.queue);
         let renderer = SceneRenderer::new(device, queue, &textures, drawn, surface.format());
         let overlay = overlay.map(|overlay| OverlayRenderer::new(device, &textures, &renderer, overlay));
@@ -141,7 +167,7 @@ impl Viewer {
     /// Width over height of the view and of the image.
     pub(super) fn aspects(&self) -> Aspects {
         let [width, height] = self.size();
-        [width as f32 / height as f32, self.renderer.image_aspect()]
+        [f64::from(width) / f64::from(height), self.renderer.image_aspect()]
     }
 
     /// Frames drawn so far.
@@ -189,7 +215,14 @@ impl Viewer {
     pub(super) fn show(&mut self, scene: Scene) -> Result<(), HeightsError> {
         let relief = self.relief_of(scene)?;
         let (device, queue) = (&self.gpu.device, &self.gpu.queue);
-        let drawn = Drawn { scene, layer: self.layer, look: self.look, relief, tiling: self.shown.tiling };
+        let drawn = SceneDesc {
+            scene,
+            layer: self.layer,
+            color_map: self.color_map,
+            relief,
+            tiling: self.shown.tiling,
+            always_fixed: self.shown.always_fixed,
+        };
         self.renderer = SceneRenderer::new(device, queue, &self.textures, drawn, self.surface.format());
         self.draw_overlay(self.overlay.as_ref().map(OverlayRenderer::overlay));
         self.jumped();
@@ -220,17 +253,15 @@ impl Viewer {
 
     /// Asks why a pixel shows what it shows; one of the next frames tells it.
     pub(super) fn explain(&mut self, pose: Pose, pixel: [u32; 2]) -> Result<()> {
-        let (renderer, sampled, size) = (&self.renderer, self.renderer.sampled(), self.surface.size());
-        renderer.set_pose(&self.gpu.queue, &self.textures, &pose, size);
-        self.textures.explain_pixel(size, pixel, |pass, groups| {
-            renderer.draw_wanted(pass, &groups[sampled]);
-        })?;
+        let (renderer, size) = (&self.renderer, self.surface.size());
+        let asked = (renderer, renderer.camera(), &pose);
+        inspect::ask(&self.gpu, &mut self.textures, asked, size, pixel)?;
         Ok(())
     }
 
     /// Tells the answers that have arrived: in the title, and in full on stdout.
     fn print_explained(&mut self) -> Result<()> {
-        while let Some(ExplainedPixel { pixel, explanations }) = self.textures.poll_explained()? {
+        for ExplainedPixel { pixel, explanations } in inspect::answers(&mut self.textures)? {
             let explained = Explained::new(pixel, &explanations);
             self.title.notify(explained.line(), Instant::now());
             report::print(&explained.text())?;
@@ -243,7 +274,7 @@ impl Viewer {
         let stats = self.textures.stats();
         let wake = match () {
             () if self.is_hidden => Wake::After(SLOW),
-            // Frames look for answers, also where nothing moves.
+            // Frames color_map for answers, also where nothing moves.
             () if awake || self.textures.asked_pixels() > 0 => Wake::Now,
             () if !self.is_settled(&stats) => Wake::Now,
             () if stats.pager.failed > 0 => Wake::After(SLOW),
@@ -262,15 +293,15 @@ impl Viewer {
 
     /// Draws and shows a frame, where the window shows any.
     pub(super) fn draw(&mut self, pose: Pose) -> Result<()> {
-        let frame = self.surface.acquire();
-        if !matches!(frame, Ok(Some(_))) {
+        let shown = self.surface.acquire();
+        if !matches!(shown, Ok(Some(_))) {
             self.textures.check_device()?; // a lost one is the reason, whatever the window says
         }
-        let frame = frame?;
-        self.is_hidden = frame.is_none();
-        let Some(frame) = frame else { return Ok(()) };
+        let shown = shown?;
+        self.is_hidden = shown.is_none();
+        let Some(shown) = shown else { return Ok(()) };
         self.renderer.set_pose(&self.gpu.queue, &self.textures, &pose, self.surface.size());
-        let (renderer, sampled) = (&self.renderer, self.renderer.sampled());
+        let renderer = &self.renderer;
         if let Some(overlay) = &mut self.overlay {
             overlay.look(&self.gpu.device, &self.gpu.queue, &self.textures, renderer, self.surface.size())?;
         }
@@ -281,20 +312,24 @@ impl Viewer {
                 self.title.count_frame(now.duration_since(before));
             }
         }
-        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        self.textures.feedback(&mut encoder, self.surface.size(), |pass, groups| {
-            renderer.draw_wanted(pass, &groups[sampled]);
-        })?;
-        self.textures.update()?;
-        let target = PictureTarget { colour: &frame.view, depth: self.surface.depth() };
-        self.textures.main_pass(&mut encoder, self.surface.size(), |encoder, groups| {
-            renderer.draw_picture_of(renderer.eye(), encoder, &groups[sampled], &target);
-        })?;
+        let views = [StageView { view: ViewId::MAIN, camera: renderer.camera(), pose }];
+        // An overlay hides the picture.
+        let pictures = if self.overlay.is_some() { Pictures::ForFeedback } else { Pictures::Always };
+        let frame = Frame {
+            views: &views,
+            expected: None,
+            picture: self.surface.size(),
+            has_feedback: true,
+            pictures,
+        };
+        let target = self.surface.target(&shown.view);
+        let mut encoder = frame.record(&self.gpu, &mut self.textures, renderer, &target, |_, _| Ok(()))?;
         if let Some(overlay) = &self.overlay {
             overlay.draw(&mut encoder, &self.renderer, &self.textures, &target);
+            target.encode(&mut encoder);
         }
         self.gpu.queue.submit([encoder.finish()]);
-        self.surface.present(frame);
+        self.surface.present(shown);
         self.print_explained()?;
         self.frames += 1;
         self.unsettled = self.unsettled.saturating_sub(1);
@@ -363,7 +398,7 @@ fn device_for(window: &Arc<Window>, display: OwnedDisplayHandle) -> Result<(Gpu,
         "no graphics driver draws in this window; install a Vulkan driver (on Debian and Ubuntu the software driver is \
          the package mesa-vulkan-drivers)",
     )?;
-    let gpu = Gpu::for_surface(instance, Some(&surface))?;
+    let gpu = pollster::block_on(Gpu::for_surface(instance, Some(&surface)))?;
     gpu::report_refusals(&gpu);
     Ok((gpu, surface))
 }

@@ -122,17 +122,17 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::image::{ImageHeader, Meeting, PixelFormat, Watch};
+    use crate::image::{ImageHeader, PixelFormat, Rendezvous, Watch};
 
     /// Rows of its number; waits for the others. Panics with its number where that is 7.
-    struct Sociable {
+    struct WaitingReader {
         header: ImageHeader,
         number: u8,
         watch: Watch,
         left: u32,
     }
 
-    impl RowReader for Sociable {
+    impl RowReader for WaitingReader {
         fn header(&self) -> &ImageHeader {
             &self.header
         }
@@ -150,12 +150,12 @@ mod tests {
 
     #[test]
     fn all_layers_are_read_at_once_and_the_first_fault_counts() {
-        let meeting = Arc::new(Meeting::default());
+        let rendezvous = Arc::new(Rendezvous::default());
         let header = ImageHeader::new(4, 9, PixelFormat::GREY8).unwrap();
-        let reader = |number: u8| Sociable {
+        let reader = |number: u8| WaitingReader {
             header: header.clone(),
             number,
-            watch: meeting.watch(3),
+            watch: rendezvous.watch(3),
             left: if number == 0 { 9 } else { 3 },
         };
         let mut readers = [0, 1, 2].map(|number| (number.to_string(), reader(number)));
@@ -171,21 +171,25 @@ mod tests {
             let (path, fault) = layers.read(&mut rows).unwrap_err();
             assert!(path == Path::new("1") && matches!(fault, InputFault::Empty));
         });
-        assert_eq!(meeting.most(), 3);
+        assert_eq!(rendezvous.most(), 3);
     }
 
-    fn readers(meeting: &Arc<Meeting>, wanted: usize, numbers: [u8; 3]) -> [(String, Sociable); 3] {
+    fn readers(
+        rendezvous: &Arc<Rendezvous>,
+        wanted: usize,
+        numbers: [u8; 3],
+    ) -> [(String, WaitingReader); 3] {
         let header = ImageHeader::new(4, 9, PixelFormat::GREY8).unwrap();
         numbers.map(|number| {
-            let watch = meeting.watch(wanted);
-            (number.to_string(), Sociable { header: header.clone(), number, watch, left: 9 })
+            let watch = rendezvous.watch(wanted);
+            (number.to_string(), WaitingReader { header: header.clone(), number, watch, left: 9 })
         })
     }
 
     #[test]
     fn where_there_are_no_threads_layers_are_read_in_turn() {
-        let meeting = Arc::new(Meeting::default());
-        let mut readers = readers(&meeting, 1, [0, 1, 2]);
+        let rendezvous = Arc::new(Rendezvous::default());
+        let mut readers = readers(&rendezvous, 1, [0, 1, 2]);
         thread::scope(|scope| {
             let images =
                 readers.iter_mut().map(|(name, reader)| (Path::new(name), reader as &mut dyn RowReader));
@@ -201,8 +205,8 @@ mod tests {
 
     #[test]
     fn a_panic_of_a_reader_goes_on_as_it_is() {
-        let meeting = Arc::new(Meeting::default());
-        let mut readers = readers(&meeting, 1, [0, 7, 2]);
+        let rendezvous = Arc::new(Rendezvous::default());
+        let mut readers = readers(&rendezvous, 1, [0, 7, 2]);
         let reads = AssertUnwindSafe(|| {
             thread::scope(|scope| {
                 let images =

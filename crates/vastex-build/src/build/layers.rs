@@ -187,10 +187,12 @@ pub(crate) fn describe(layers: &[OpenLayer], options: &BuildOptions) -> Result<D
 /// What the parts of a build, or a build and the one that it resumes, must have in common besides the
 /// description.
 pub(crate) struct Same {
-    /// Wherever the inputs lie: for parts, which may come from several machines.
+    /// What decides the bytes, wherever the inputs lie: for parts, which may come from several machines.
     pub(crate) anywhere: String,
-    /// Of these very files, which nobody has changed.
+    /// The same, of these very files, which nobody has changed.
     pub(crate) here: String,
+    /// These very files alone, whatever is made of them.
+    pub(crate) input: String,
 }
 
 /// Returns the fingerprints of all that a build reads, the mask and the insets included, with the program's
@@ -217,6 +219,7 @@ pub(crate) fn fingerprint(layers: &[OpenLayer], options: &BuildOptions) -> Resul
     let masked = options.mask.is_some();
     let version = env!("CARGO_PKG_VERSION");
     let anywhere =
-        format!("{:?}", (version, contents, compression, quality, masked, drop_transparent, tolerant));
-    Ok(Same { here: format!("{anywhere} {times:?}"), anywhere })
+        format!("{:?}", (version, &contents, compression, quality, masked, drop_transparent, tolerant));
+    let (here, input) = (format!("{anywhere} {times:?}"), format!("{contents:?} {times:?}"));
+    Ok(Same { anywhere, here, input })
 }

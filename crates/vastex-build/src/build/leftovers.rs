@@ -26,7 +26,7 @@ pub(crate) fn remove(output: &Path) {
 
 /// Why a build cannot go on with what was left beside the output.
 pub(crate) fn other_build(output: &Path) -> BuildError {
-    let of = "another input or other options";
+    let of = "another input or other options".to_owned();
     BuildError::Output(WriteError::OtherBuild { name: output.display().to_string(), of })
 }
 

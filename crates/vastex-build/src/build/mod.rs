@@ -114,7 +114,7 @@ pub(crate) fn run(
     let same = layers::fingerprint(layers, options)?;
     let built = match options.part {
         None => {
-            let origin = Origin { input: same.here.as_bytes(), options: &[] };
+            let origin = Origin { input: same.input.as_bytes(), options: &options.named() };
             let writer = ResumableWriter::create(output, texture, writer_options, origin, left)?;
             leftovers::remove(output);
             let resumed = writer.taken_over();

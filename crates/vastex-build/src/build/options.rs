@@ -93,6 +93,28 @@ impl Default for BuildOptions {
 }
 
 impl BuildOptions {
+    /// A line for each option that decides bytes, by the name that the program's options have too, and its
+    /// value. What the paths lead to is part of the input.
+    pub(crate) fn named(&self) -> String {
+        let filter = self.filter.map_or_else(|| "by each layer".to_owned(), |filter| filter.to_string());
+        let lines = [
+            ("quality", format!("{:?}", self.quality)),
+            ("page", self.page.to_string()),
+            ("border", self.border.to_string()),
+            ("compress", format!("{:?}", self.compression)),
+            ("linear", self.linear.to_string()),
+            ("filter", filter),
+            ("levels-from", self.levels_from.name().to_owned()),
+            ("address", format!("{:?}", self.address)),
+            ("border-color", format!("{:?}", self.border_color)),
+            ("mask", self.mask.is_some().to_string()),
+            ("drop-transparent", self.drop_transparent.to_string()),
+            ("tolerant", self.tolerant.to_string()),
+            ("align", self.align.to_string()),
+        ];
+        lines.map(|(name, value)| format!("{name} {}\n", value.to_lowercase())).concat()
+    }
+
     pub(crate) fn writer_options(&self, filters: Vec<String>) -> WriterOptions {
         WriterOptions { compression: self.compression, durable: self.durable, align: self.align, filters }
     }

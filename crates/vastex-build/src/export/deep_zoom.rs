@@ -40,19 +40,8 @@ pub(super) fn plan(
 }
 
 fn level_plan(geometry: &Geometry, level: u8, files: &Path, tile: u32, overlap: u32) -> LevelPlan {
-    let [width, height, _] = geometry.level(level).size;
     LevelPlan {
         directory: files.join((coarsest(geometry) - level).to_string()),
-        prefix: String::new(),
-        level,
-        stored: [width, height],
-        size: [width, height],
-        columns: 0..width.div_ceil(tile),
-        rows: 0..height.div_ceil(tile),
-        origin: [0; 2],
-        step: tile,
-        reach: Reach::Inner(overlap),
-        wraps: false,
-        may_lack_tiles: false,
+        ..LevelPlan::of_level(geometry, level, tile, Reach::Inner(overlap))
     }
 }

@@ -6,7 +6,7 @@ use std::fs::{self, File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use vastex_tiles::{remove_abandoned, write_advice};
+use vastex_tiles::{remove_abandoned, resolved, write_advice};
 
 use super::ExportError;
 
@@ -26,8 +26,13 @@ impl NewDirectory {
     pub(super) fn create(target: &Path) -> Result<NewDirectory, ExportError> {
         let refused = |why: String| ExportError::Target { path: target.into(), why };
         check_free(target).map_err(&refused)?;
-        let resolved = resolved(target).map_err(&refused)?;
-        let target = resolved.as_path();
+        // Without a slash at the end, behind which the system looks through a link.
+        let target = resolved(&target.components().collect::<PathBuf>()).map_err(|error| {
+            refused(format!(
+                "is a link that leads to no directory: {error}; make that directory, or remove the link"
+            ))
+        })?;
+        let target = target.as_path();
         let name = target.file_name().ok_or_else(|| refused("this names no directory; add a name".into()))?;
         remove_abandoned(target);
         for count in 0u32.. {
@@ -103,18 +108,6 @@ impl Drop for NewDirectory {
             // Nobody is left to tell where it cannot be removed.
             let _ = fs::remove_dir_all(&self.temp);
         }
-    }
-}
-
-/// The directory itself where `target` is a link to one; a directory cannot take the place of a link.
-fn resolved(target: &Path) -> Result<PathBuf, String> {
-    // Without a slash at the end, behind which the system looks through the link.
-    let target: PathBuf = target.components().collect();
-    match target.is_symlink() {
-        false => Ok(target),
-        true => fs::canonicalize(&target).map_err(|error| {
-            format!("is a link that leads to no directory: {error}; make that directory, or remove the link")
-        }),
     }
 }
 

@@ -63,6 +63,25 @@ pub(super) fn coarsest(geometry: &Geometry) -> u8 {
 }
 
 impl LevelPlan {
+    /// All texels of a level as they are, in tiles of `step` texels.
+    pub(super) fn of_level(geometry: &Geometry, level: u8, step: u32, reach: Reach) -> LevelPlan {
+        let [width, height, _] = geometry.level(level).size;
+        LevelPlan {
+            directory: PathBuf::new(),
+            prefix: String::new(),
+            level,
+            stored: [width, height],
+            size: [width, height],
+            columns: 0..width.div_ceil(step),
+            rows: 0..height.div_ceil(step),
+            origin: [0; 2],
+            step,
+            reach,
+            wraps: false,
+            may_lack_tiles: false,
+        }
+    }
+
     /// The texels of one tile.
     pub(super) fn rectangle(&self, column: u32, row: u32) -> Rectangle {
         let at = [column - self.columns.start, row - self.rows.start];

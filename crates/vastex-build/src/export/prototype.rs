@@ -29,19 +29,10 @@ pub(super) fn plan(geometry: &Geometry, options: &ExportOptions) -> Result<Plan,
 }
 
 fn level_plan(geometry: &Geometry, level: u8) -> LevelPlan {
-    let [width, height, _] = geometry.level(level).size;
     LevelPlan {
         directory: "pages".into(),
         prefix: format!("{level}_"),
-        level,
-        stored: [width, height],
-        size: [width, height],
-        columns: 0..width.div_ceil(PAGE),
-        rows: 0..height.div_ceil(PAGE),
-        origin: [0; 2],
-        step: PAGE,
-        reach: Reach::Border(BORDER),
         wraps: geometry.address()[0] == AddressMode::Wrap,
-        may_lack_tiles: false,
+        ..LevelPlan::of_level(geometry, level, PAGE, Reach::Border(BORDER))
     }
 }

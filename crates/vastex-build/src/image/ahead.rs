@@ -219,22 +219,22 @@ pub(crate) mod tests {
 
     /// Counts those who are at work at once: everybody stays until so many have been there together.
     #[derive(Default)]
-    pub(crate) struct Meeting {
+    pub(crate) struct Rendezvous {
         /// Those who are there, the most that ever were, and whether somebody has lost patience.
         there: Mutex<(usize, usize, bool)>,
         came: Condvar,
     }
 
-    impl Meeting {
+    impl Rendezvous {
         pub(crate) fn watch(self: &Arc<Self>, wanted: usize) -> Watch {
-            let meeting = self.clone();
+            let rendezvous = self.clone();
             Arc::new(move || {
-                let mut there = meeting.there.lock().unwrap();
+                let mut there = rendezvous.there.lock().unwrap();
                 there.0 += 1;
                 there.1 = there.1.max(there.0);
-                meeting.came.notify_all();
+                rendezvous.came.notify_all();
                 let alone = |there: &mut (usize, usize, bool)| there.1 < wanted && !there.2;
-                let (mut there, waited) = meeting.came.wait_timeout_while(there, PATIENCE, alone).unwrap();
+                let (mut there, waited) = rendezvous.came.wait_timeout_while(there, PATIENCE, alone).unwrap();
                 there.0 -= 1;
                 there.2 |= waited.timed_out();
             })
@@ -247,9 +247,9 @@ pub(crate) mod tests {
 
     #[test]
     fn pieces_are_done_at_once_and_come_in_their_order() {
-        let meeting = Arc::new(Meeting::default());
+        let rendezvous = Arc::new(Rendezvous::default());
         let mut ahead = Ahead::new(100, 1);
-        ahead.take_help(&Helpers::watched(3, 6, meeting.watch(4)));
+        ahead.take_help(&Helpers::watched(3, 6, rendezvous.watch(4)));
         let (mut pushed, mut got) = (0, Vec::new());
         loop {
             while ahead.has_room() && pushed < 100 {
@@ -265,7 +265,7 @@ pub(crate) mod tests {
         }
         assert_eq!(got, (0..100).collect::<Vec<_>>());
         // Three helpers, and the thread that asks.
-        assert_eq!(meeting.most(), 4);
+        assert_eq!(rendezvous.most(), 4);
     }
 
     #[test]

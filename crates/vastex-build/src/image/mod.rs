@@ -31,7 +31,7 @@ mod tiff;
 
 pub use ahead::Helpers;
 #[cfg(test)]
-pub(crate) use ahead::{Watch, tests::Meeting};
+pub(crate) use ahead::{Watch, tests::Rendezvous};
 pub use color::{Profile, in_srgb};
 pub use fault::InputFault;
 pub use header::{ImageHeader, RowReader};

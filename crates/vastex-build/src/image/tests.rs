@@ -1,6 +1,9 @@
 //! Tests of reading with help: that it is truly done at once, gives the same rows, the same faults and the
 //! same containers.
 
+#[path = "../../tests/suite/common/exr.rs"]
+#[allow(unreachable_pub, reason = "shared with the other test program")]
+mod exr_files;
 #[path = "../../tests/suite/common/files.rs"]
 #[allow(dead_code, unreachable_pub, reason = "shared with the other test program, which uses all of it")]
 mod files;
@@ -10,16 +13,14 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use exr::prelude::{
-    AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, Layer, LayerAttributes,
-    LineOrder, SmallVec, Vec2, WritableImage,
-};
+use exr::prelude::{Blocks, Compression, FlatSamples, Vec2};
 use png::{BitDepth, ColorType, ScaledFloat};
 use tempfile::TempDir;
 use tiff::encoder::{Compression as TiffCompression, DeflateLevel, TiffEncoder, colortype};
 
+use self::exr_files::{encoding, exr_of};
 use self::files::HandmadeTiff;
-use super::{Helpers, Meeting, RowReader, in_srgb, open};
+use super::{Helpers, Rendezvous, RowReader, in_srgb, open};
 use crate::{BuildError, BuildOptions, LayerInput, Progress, build};
 
 const SIZE: [u32; 2] = [1024, 384];
@@ -27,7 +28,7 @@ const TILE: u32 = 128;
 const PIECES: usize = 6;
 
 /// A file of every kind that can be decoded in pieces.
-struct Desk {
+struct Sandbox {
     dir: TempDir,
     data: Vec<u8>,
 }
@@ -35,20 +36,20 @@ struct Desk {
 const ALL: [&str; 7] =
     ["strips.tif", "tiles.tif", "planes.tif", "lines.exr", "tiles.exr", "zoom.dzi", "profile.png"];
 
-impl Desk {
-    fn new() -> Desk {
+impl Sandbox {
+    fn new() -> Sandbox {
         let texels = SIZE[0] * SIZE[1] * 3;
         let data = (0..texels)
             .map(|i| if i / 5000 % 2 == 0 { (i / 91) as u8 } else { (i.wrapping_mul(i) >> 7) as u8 });
-        let desk = Desk { dir: tempfile::tempdir().unwrap(), data: data.collect() };
-        desk.strips();
-        desk.handmade("tiles.tif", [TILE; 2], true, 1);
-        desk.handmade("planes.tif", [SIZE[0], 48], false, 3);
-        desk.exr("lines.exr", Blocks::ScanLines);
-        desk.exr("tiles.exr", Blocks::Tiles(Vec2(128, 64)));
-        desk.zoom();
-        desk.profile();
-        desk
+        let sandbox = Sandbox { dir: tempfile::tempdir().unwrap(), data: data.collect() };
+        sandbox.strips();
+        sandbox.handmade("tiles.tif", [TILE; 2], true, 1);
+        sandbox.handmade("planes.tif", [SIZE[0], 48], false, 3);
+        sandbox.exr("lines.exr", Blocks::ScanLines);
+        sandbox.exr("tiles.exr", Blocks::Tiles(Vec2(128, 64)));
+        sandbox.zoom();
+        sandbox.profile();
+        sandbox
     }
 
     fn path(&self, name: &str) -> PathBuf {
@@ -78,19 +79,13 @@ impl Desk {
     }
 
     fn exr(&self, name: &str, blocks: Blocks) {
-        let encoding =
-            Encoding { compression: Compression::ZIP16, blocks, line_order: LineOrder::Increasing };
-        let channel = |(c, name): (usize, &str)| {
+        let channel = |(c, name): (usize, &'static str)| {
             let samples = self.data.iter().skip(c).step_by(3).map(|v| f32::from(*v) / 255.0);
-            AnyChannel::new(name, FlatSamples::F32(samples.collect()))
+            (name, FlatSamples::F32(samples.collect()))
         };
-        let channels: SmallVec<[AnyChannel<FlatSamples>; 4]> =
-            ["R", "G", "B"].into_iter().enumerate().map(channel).collect();
-        let size = (SIZE[0] as usize, SIZE[1] as usize);
-        let mut attributes = LayerAttributes::named("");
-        attributes.layer_name = None;
-        let layer = Layer::new(size, attributes, encoding, AnyChannels::sort(channels));
-        Image::from_layer(layer).write().to_file(self.path(name)).unwrap();
+        let channels = ["R", "G", "B"].into_iter().enumerate().map(channel).collect();
+        let file = exr_of(SIZE.map(|n| n as usize), encoding(Compression::ZIP16, blocks), channels, false);
+        fs::write(self.path(name), file).unwrap();
     }
 
     fn png(&self, path: &Path, at: [u32; 2], size: [u32; 2], gamma: Option<f32>) {
@@ -158,35 +153,35 @@ fn rows(mut reader: Box<dyn RowReader>) -> (Vec<u8>, Option<String>) {
 
 #[test]
 fn pieces_are_decoded_at_once_and_rows_are_the_same() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     for name in ALL {
-        let path = desk.path(name);
+        let path = sandbox.path(name);
         let (alone, fault) = rows(opened(&path));
         assert_eq!(fault, None, "{name}");
-        let (meeting, mut reader) = (Arc::new(Meeting::default()), opened(&path));
+        let (rendezvous, mut reader) = (Arc::new(Rendezvous::default()), opened(&path));
         assert!(reader.memory_ahead(PIECES) > 0 && reader.memory_ahead(0) == 0, "{name}");
-        reader.take_help(&Helpers::watched(3, PIECES, meeting.watch(4)));
+        reader.take_help(&Helpers::watched(3, PIECES, rendezvous.watch(4)));
         assert!(rows(reader) == (alone.clone(), None), "{name}");
-        assert_eq!(meeting.most(), 4, "{name}: three helpers and who reads are not at work at once");
+        assert_eq!(rendezvous.most(), 4, "{name}: three helpers and who reads are not at work at once");
         match name {
-            "profile.png" => assert!(alone != desk.data),
+            "profile.png" => assert!(alone != sandbox.data),
             _ if name.ends_with(".exr") => {}
-            "zoom.dzi" => assert!(alone.chunks(4).zip(desk.data.chunks(3)).all(|(a, b)| a[..3] == *b)),
-            _ => assert!(alone == desk.data, "{name}"),
+            "zoom.dzi" => assert!(alone.chunks(4).zip(sandbox.data.chunks(3)).all(|(a, b)| a[..3] == *b)),
+            _ => assert!(alone == sandbox.data, "{name}"),
         }
     }
 }
 
 #[test]
 fn the_first_damage_ends_the_rows_whoever_finds_it() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let zoom = ["zoom_files/10/3_1.png", "zoom_files/10/1_2.png", "zoom_files/10/5_1.png"];
-    zoom.iter().for_each(|tile| desk.damage(tile, &[0.5]));
+    zoom.iter().for_each(|tile| sandbox.damage(tile, &[0.5]));
     for name in ["strips.tif", "lines.exr", "tiles.exr", "profile.png"] {
-        desk.damage(name, &[0.9, 0.5, 0.6]);
+        sandbox.damage(name, &[0.9, 0.5, 0.6]);
     }
     for name in ["strips.tif", "lines.exr", "tiles.exr", "zoom.dzi", "profile.png"] {
-        let path = desk.path(name);
+        let path = sandbox.path(name);
         let alone = rows(opened(&path));
         assert!(alone.1.is_some(), "{name} is not damaged");
         for _ in 0..2 {
@@ -198,7 +193,7 @@ fn the_first_damage_ends_the_rows_whoever_finds_it() {
         }
         let errors = [1, 4].map(|threads| {
             let options = BuildOptions { threads, ..BuildOptions::default() };
-            let output = desk.path("out.vastex");
+            let output = sandbox.path("out.vastex");
             let error = build(&[&path], &output, &options, &()).unwrap_err().to_string();
             assert!(!output.exists());
             error
@@ -208,27 +203,27 @@ fn the_first_damage_ends_the_rows_whoever_finds_it() {
 }
 
 fn bytes_of(
-    desk: &Desk,
+    sandbox: &Sandbox,
     inputs: &[LayerInput],
     options: &BuildOptions,
 ) -> Result<(u64, Vec<u8>), BuildError> {
-    let output = desk.path("out.vastex");
+    let output = sandbox.path("out.vastex");
     let report = build(inputs, &output, options, &())?;
     Ok((report.memory, fs::read(output).unwrap()))
 }
 
-fn input(desk: &Desk, name: &str) -> LayerInput {
-    LayerInput { name: name.replace('.', "-"), ..LayerInput::from(desk.path(name)) }
+fn input(sandbox: &Sandbox, name: &str) -> LayerInput {
+    LayerInput { name: name.replace('.', "-"), ..LayerInput::from(sandbox.path(name)) }
 }
 
 #[test]
 fn containers_depend_on_no_number_of_threads() {
-    let desk = Desk::new();
-    let several = ["strips.tif", "lines.exr", "profile.png"].map(|name| input(&desk, name));
-    let cases = ALL.map(|name| vec![input(&desk, name)]).into_iter().chain([several.to_vec()]);
+    let sandbox = Sandbox::new();
+    let several = ["strips.tif", "lines.exr", "profile.png"].map(|name| input(&sandbox, name));
+    let cases = ALL.map(|name| vec![input(&sandbox, name)]).into_iter().chain([several.to_vec()]);
     for inputs in cases {
         let build = |threads| {
-            bytes_of(&desk, &inputs, &BuildOptions { threads, ..BuildOptions::default() }).unwrap().1
+            bytes_of(&sandbox, &inputs, &BuildOptions { threads, ..BuildOptions::default() }).unwrap().1
         };
         assert!(build(1) == build(4), "{:?}", inputs[0].path);
     }
@@ -236,19 +231,23 @@ fn containers_depend_on_no_number_of_threads() {
 
 #[test]
 fn pieces_count_as_memory_and_are_given_up_where_there_is_little() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     // Read straight from the file.
-    desk.handmade("plain.tif", [SIZE[0], 24], false, 1);
-    let (compressed, plain) = (opened(&desk.path("strips.tif")), opened(&desk.path("plain.tif")));
+    sandbox.handmade("plain.tif", [SIZE[0], 24], false, 1);
+    let (compressed, plain) = (opened(&sandbox.path("strips.tif")), opened(&sandbox.path("plain.tif")));
     let (held, ahead) = (compressed.header().memory, compressed.memory_ahead(8));
     assert!(ahead > 1 << 20 && (plain.header().memory, plain.memory_ahead(8)) == (0, 0));
     let options = BuildOptions { threads: 4, ..BuildOptions::default() };
-    let built = |name| bytes_of(&desk, &[input(&desk, name)], &options).unwrap();
+    let built = |name| bytes_of(&sandbox, &[input(&sandbox, name)], &options).unwrap();
     let ((most, expected), (without, _)) = (built("strips.tif"), built("plain.tif"));
     assert!(most >= without + held + ahead, "{most} {without} {held} {ahead}");
     let mut limit = most;
     let limited = |memory_limit| {
-        bytes_of(&desk, &[input(&desk, "strips.tif")], &BuildOptions { memory_limit, ..options.clone() })
+        bytes_of(
+            &sandbox,
+            &[input(&sandbox, "strips.tif")],
+            &BuildOptions { memory_limit, ..options.clone() },
+        )
     };
     while let Ok((memory, bytes)) = limited(limit) {
         assert!(memory <= limit && bytes == expected, "{memory} of {limit}");
@@ -259,24 +258,24 @@ fn pieces_count_as_memory_and_are_given_up_where_there_is_little() {
 
 #[test]
 fn a_false_length_takes_neither_memory_nor_help() {
-    let desk = Desk::new();
-    desk.handmade("false.tif", [TILE; 2], true, 1);
+    let sandbox = Sandbox::new();
+    sandbox.handmade("false.tif", [TILE; 2], true, 1);
     let memory = |name| {
-        let reader = opened(&desk.path(name));
+        let reader = opened(&sandbox.path(name));
         (reader.header().memory, reader.memory_ahead(PIECES))
     };
     let (held, ahead) = memory("false.tif");
-    let mut bytes = fs::read(desk.path("false.tif")).unwrap();
+    let mut bytes = fs::read(sandbox.path("false.tif")).unwrap();
     // The last of the lengths, all of which are those of a whole tile.
     let length = (TILE * TILE * 3).to_le_bytes();
     let lengths = [length, length].concat();
     let at = bytes.windows(8).rposition(|two| two == lengths).unwrap() + 4;
     bytes[at..at + 4].fill(0xff);
-    fs::write(desk.path("false.tif"), &bytes).unwrap();
+    fs::write(sandbox.path("false.tif"), &bytes).unwrap();
     let (false_held, false_ahead) = memory("false.tif");
     assert!(ahead > 0 && false_ahead >= ahead, "{false_ahead} {ahead}");
     assert!(false_held <= held + bytes.len() as u64, "{false_held} {held}");
-    let error = bytes_of(&desk, &[input(&desk, "false.tif")], &BuildOptions::default()).unwrap_err();
+    let error = bytes_of(&sandbox, &[input(&sandbox, "false.tif")], &BuildOptions::default()).unwrap_err();
     assert!(error.to_string().contains("truncated"), "{error}");
 }
 
@@ -288,11 +287,11 @@ fn a_build_that_is_helped_can_be_cancelled() {
             if rows_done > 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         }
     }
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     for name in ALL {
         let (output, options) =
-            (desk.path("out.vastex"), BuildOptions { threads: 4, ..BuildOptions::default() });
-        let cancelled = build(&[desk.path(name)], &output, &options, &Impatient);
+            (sandbox.path("out.vastex"), BuildOptions { threads: 4, ..BuildOptions::default() });
+        let cancelled = build(&[sandbox.path(name)], &output, &options, &Impatient);
         assert!(matches!(cancelled, Err(BuildError::Cancelled)) && !output.exists(), "{name}");
     }
 }

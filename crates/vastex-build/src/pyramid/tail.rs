@@ -12,8 +12,7 @@ pub(crate) fn tail_texels(geometry: &Geometry, format: LayerFormat, pyramid: &Py
     let texel = format.texel_bytes();
     let tile_row = geometry.tile()[0] as usize * texel;
     let mut tile = vec![0; tile_row * geometry.tile()[1] as usize];
-    for level in geometry.tail().first_level()..=geometry.coarsest() {
-        let (offset, source) = (geometry.tail().offset(level), geometry.level_box_of_tail(level));
+    for (level, source, offset) in geometry.tile_boxes(geometry.tail_pos()) {
         let (address, height) = (geometry.address()[1], geometry.level(level).size[1]);
         for y in 0..source.size[1] {
             let row = pyramid.tail_row(level, row_at(address, source.origin[1] + i64::from(y), height));

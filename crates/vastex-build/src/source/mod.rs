@@ -108,15 +108,8 @@ impl DirectorySource {
             return Err(ReadError::NoSuchTile { pos });
         }
         let mut tile = vec![0; self.description.tile_bytes()];
-        let mut fill = |level, level_box, offset| {
-            self.fill(level, level_box, offset, &mut tile).map_err(|fault| read_error(pos, &fault))
-        };
-        if geometry.is_tail(pos) {
-            for level in geometry.tail().first_level()..=geometry.coarsest() {
-                fill(level, geometry.level_box_of_tail(level), geometry.tail().offset(level))?;
-            }
-        } else {
-            fill(pos.level, geometry.level_box_of_tile(pos), [0; 3])?;
+        for (level, level_box, offset) in geometry.tile_boxes(pos) {
+            self.fill(level, level_box, offset, &mut tile).map_err(|fault| read_error(pos, &fault))?;
         }
         Ok(Tile { codec: Codec::Raw, bytes: tile.into() })
     }

@@ -14,13 +14,7 @@ pub(crate) fn magnified(
     texels: &[u8],
     texel_bytes: usize,
 ) -> Vec<u8> {
-    let (level, shown, offset) = match geometry.is_tail(ancestor) {
-        true => {
-            let level = geometry.tail().first_level();
-            (level, geometry.level_box_of_tail(level), geometry.tail().offset(level))
-        }
-        false => (ancestor.level, geometry.level_box_of_tile(ancestor), [0; 3]),
-    };
+    let Some((level, shown, offset)) = geometry.tile_boxes(ancestor).next() else { return Vec::new() };
     let tile = geometry.level_box_of_tile(pos);
     // For each texel of the tile along an axis, the texel of the ancestor's tile.
     let sources: [Vec<usize>; 2] = [0, 1].map(|axis| {

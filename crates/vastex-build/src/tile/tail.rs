@@ -6,8 +6,7 @@ use vastex_core::{Geometry, LayerFormat};
 /// tile is.
 pub(crate) fn extend_levels(geometry: &Geometry, format: LayerFormat, tile: &mut [u8]) {
     let texel = format.texel_bytes();
-    for level in geometry.tail().first_level()..=geometry.coarsest() {
-        let (offset, shown) = (geometry.tail().offset(level), geometry.level_box_of_tail(level));
+    for (_, shown, offset) in geometry.tile_boxes(geometry.tail_pos()) {
         let box_of = [0, 1].map(|a| (offset[a] as usize, shown.size[a] as usize));
         let tile_row = geometry.tile()[0] as usize * texel;
         extend_to_blocks(tile, tile_row, texel, format.block_side() as usize, box_of);

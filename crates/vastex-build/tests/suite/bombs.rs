@@ -5,20 +5,18 @@ use std::cell::RefCell;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use exr::prelude::{
-    AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, Layer, LayerAttributes,
-    LineOrder, SmallVec, Vec2, WritableImage, f16,
-};
+use exr::prelude::{Blocks, Compression, FlatSamples, Vec2, f16};
 use png::{BitDepth, ColorType};
 use vastex_build::{BuildError, BuildOptions, Notice, Progress, build, open};
 
+use crate::common::exr::{encoding, exr_of};
 use crate::common::{texels, write_png};
 
-struct Desk(tempfile::TempDir);
+struct Sandbox(tempfile::TempDir);
 
-impl Desk {
-    fn new() -> Desk {
-        Desk(tempfile::tempdir().unwrap())
+impl Sandbox {
+    fn new() -> Sandbox {
+        Sandbox(tempfile::tempdir().unwrap())
     }
 
     fn at(&self, name: &str) -> PathBuf {
@@ -62,27 +60,16 @@ fn png_of(width: u32, height: u32, is_interlaced: bool) -> Vec<u8> {
 /// An OpenEXR image of one channel in tiles.
 fn exr_of_tiles(size: usize, tile: usize) -> Vec<u8> {
     let numbers = (0..size * size).map(|n| f16::from_f32(n as f32)).collect();
-    let channels: SmallVec<[AnyChannel<FlatSamples>; 4]> =
-        [AnyChannel::new("Y", FlatSamples::F16(numbers))].into_iter().collect();
-    let encoding = Encoding {
-        compression: Compression::Uncompressed,
-        blocks: Blocks::Tiles(Vec2(tile, tile)),
-        line_order: LineOrder::Increasing,
-    };
-    let mut attributes = LayerAttributes::named("");
-    attributes.layer_name = None;
-    let layer = Layer::new((size, size), attributes, encoding, AnyChannels::sort(channels));
-    let mut out = std::io::Cursor::new(Vec::new());
-    Image::from_layer(layer).write().to_buffered(&mut out).unwrap();
-    out.into_inner()
+    let encoding = encoding(Compression::Uncompressed, Blocks::Tiles(Vec2(tile, tile)));
+    exr_of([size; 2], encoding, vec![("Y", FlatSamples::F16(numbers))], false)
 }
 
 /// As many blocks as texels: which of them were read takes a bit each, and is counted.
 #[test]
 fn exr_of_a_block_for_each_texel_takes_what_it_says() {
     const SIZE: usize = 96;
-    let desk = Desk::new();
-    let path = desk.at("a.exr");
+    let sandbox = Sandbox::new();
+    let path = sandbox.at("a.exr");
     let file = exr_of_tiles(SIZE, 1);
     std::fs::write(&path, &file).unwrap();
     let mut reader = open(&path).unwrap();
@@ -96,8 +83,8 @@ fn exr_of_a_block_for_each_texel_takes_what_it_says() {
 
 #[test]
 fn exr_that_has_a_block_twice_is_refused() {
-    let desk = Desk::new();
-    let (path, mut file) = (desk.at("a.exr"), exr_of_tiles(40, 16));
+    let sandbox = Sandbox::new();
+    let (path, mut file) = (sandbox.at("a.exr"), exr_of_tiles(40, 16));
     // Column, row and level of the second tile, and its bytes.
     let second = [[1u32, 0, 0, 0].map(u32::to_le_bytes).concat(), 512u32.to_le_bytes().to_vec()].concat();
     let at = file.windows(second.len()).position(|bytes| bytes == second).unwrap();
@@ -112,24 +99,25 @@ fn exr_that_has_a_block_twice_is_refused() {
 /// A piece that must be held whole counts, however narrow it is.
 #[test]
 fn a_mosaic_counts_what_its_pieces_claim() {
-    let desk = Desk::new();
-    std::fs::write(desk.at("m.txt"), "vastex mosaic\n0 0 tall.png\n64 0 other.png\n").unwrap();
-    write_png(&desk.at("other.png"), [64, 3], ColorType::Rgb, BitDepth::Eight, &texels(64 * 3 * 3, 1));
-    std::fs::write(desk.at("tall.png"), png_of(64, 4_000_000, true)).unwrap();
-    let error = desk.refused("m.txt", 300);
+    let sandbox = Sandbox::new();
+    std::fs::write(sandbox.at("m.txt"), "vastex mosaic\n0 0 tall.png\n64 0 other.png\n").unwrap();
+    write_png(&sandbox.at("other.png"), [64, 3], ColorType::Rgb, BitDepth::Eight, &texels(64 * 3 * 3, 1));
+    std::fs::write(sandbox.at("tall.png"), png_of(64, 4_000_000, true)).unwrap();
+    let error = sandbox.refused("m.txt", 300);
     assert!(error.contains("m.txt: needs") && error.contains("can be read by rows"), "{error}");
     // One that comes row by row may be as tall as it likes, and is found to have no rows.
-    std::fs::write(desk.at("tall.png"), png_of(64, 4_000_000, false)).unwrap();
+    std::fs::write(sandbox.at("tall.png"), png_of(64, 4_000_000, false)).unwrap();
     let options = BuildOptions { memory_limit: 300 << 20, ..BuildOptions::default() };
-    let error = build(&[desk.at("m.txt")], &desk.at("out.vastex"), &options, &()).unwrap_err().to_string();
+    let error =
+        build(&[sandbox.at("m.txt")], &sandbox.at("out.vastex"), &options, &()).unwrap_err().to_string();
     assert!(error.contains("tall.png") && error.contains("row 0 of 4000000"), "{error}");
 }
 
 #[test]
 fn a_directory_of_tiles_that_are_too_large_is_told_what_helps() {
-    let desk = Desk::new();
-    desk.lone_tile(512, 5);
-    let error = desk.refused("planet", 20);
+    let sandbox = Sandbox::new();
+    sandbox.lone_tile(512, 5);
+    let error = sandbox.refused("planet", 20);
     assert!(error.contains("make it anew with smaller tiles"), "{error}");
     assert!(!error.contains("TIFF"), "{error}");
 }
@@ -152,10 +140,11 @@ impl Progress for Listener {
 /// One tile of a fine level makes a texture of that whole level: lawful, and seldom meant.
 #[test]
 fn what_a_lone_deep_tile_costs_is_told_before_the_work() {
-    let desk = Desk::new();
-    desk.lone_tile(16, 5);
-    let (planet, listener) = (desk.at("planet"), Listener::default());
-    let error = build(&[&planet], &desk.at("out.vastex"), &BuildOptions::default(), &listener).unwrap_err();
+    let sandbox = Sandbox::new();
+    sandbox.lone_tile(16, 5);
+    let (planet, listener) = (sandbox.at("planet"), Listener::default());
+    let error =
+        build(&[&planet], &sandbox.at("out.vastex"), &BuildOptions::default(), &listener).unwrap_err();
     assert!(matches!(error, BuildError::Cancelled), "{error}");
     let missing = Notice::TilesFromAncestors { missing: 64 * 32 - 1, of: 64 * 32 };
     assert!(missing.to_string().contains("2047 of the 2048 tiles"), "{missing}");

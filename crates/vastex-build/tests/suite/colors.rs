@@ -336,9 +336,9 @@ fn profiles_that_are_cut_off_or_nonsense() {
 /// A layer of colours is converted; one of other numbers is not, and says so.
 #[test]
 fn layers_of_colours_are_converted_and_others_are_not() {
-    let desk = tempfile::tempdir().unwrap();
-    let image = desk.path().join("image.png");
-    let output = desk.path().join("out.vastex");
+    let sandbox = tempfile::tempdir().unwrap();
+    let image = sandbox.path().join("image.png");
+    let output = sandbox.path().join("out.vastex");
     let options = BuildOptions { page: 128, ..BuildOptions::default() };
     let layer = |name: &str, format| LayerInput { name: name.into(), format, ..(&image).into() };
     let profile = rgb_profile("Display P3", Curve::Srgb, DISPLAY_P3);

@@ -3,11 +3,9 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::common::exr::{encoding, exr_of};
 use crate::common::{texels, write_png};
-use exr::prelude::{
-    AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, IntegerBounds, Layer,
-    LayerAttributes, LineOrder, SmallVec, Vec2, WritableImage, f16,
-};
+use exr::prelude::{Blocks, Compression, Encoding, FlatSamples, LineOrder, Vec2, f16};
 use tempfile::TempDir;
 use tiff::encoder::{TiffEncoder, colortype};
 use vastex_build::{ImageHeader, Notice, PixelFormat, Sample, open};
@@ -31,7 +29,7 @@ fn expect_fault(path: &Path, words: &[&str]) {
     }
 }
 
-fn desk() -> (TempDir, impl Fn(&str) -> PathBuf) {
+fn sandbox() -> (TempDir, impl Fn(&str) -> PathBuf) {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().to_owned();
     (dir, move |name: &str| path.join(name))
@@ -48,29 +46,16 @@ fn halves(seed: f32) -> Vec<f16> {
 }
 
 fn exr_file(path: &Path, encoding: Encoding, channels: Vec<(&str, FlatSamples)>, moved: bool) {
-    let channels: SmallVec<[AnyChannel<FlatSamples>; 4]> =
-        channels.into_iter().map(|(name, samples)| AnyChannel::new(name, samples)).collect();
-    let mut attributes = LayerAttributes::named("");
-    attributes.layer_name = None;
-    if moved {
-        attributes.layer_position = Vec2(5, -2);
-    }
-    let layer = Layer::new((SIZE[0], SIZE[1]), attributes, encoding, AnyChannels::sort(channels));
-    let mut image = Image::from_layer(layer);
-    image.attributes.display_window = match moved {
-        true => IntegerBounds::new((0, 0), (100, 90)),
-        false => IntegerBounds::new((0, 0), (SIZE[0], SIZE[1])),
-    };
-    image.write().to_file(path).unwrap();
+    fs::write(path, exr_of(SIZE, encoding, channels, moved)).unwrap();
 }
 
 fn scan_lines(compression: Compression) -> Encoding {
-    Encoding { compression, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing }
+    encoding(compression, Blocks::ScanLines)
 }
 
 #[test]
 fn exr_of_halves_and_floats_by_rows_and_by_tiles() {
-    let (_dir, path) = desk();
+    let (_dir, path) = sandbox();
     let file = path("a.exr");
     let whole_orders = [
         Encoding { line_order: LineOrder::Decreasing, ..scan_lines(Compression::ZIP16) },
@@ -105,7 +90,7 @@ fn exr_of_halves_and_floats_by_rows_and_by_tiles() {
 
 #[test]
 fn exr_of_other_channels_says_what_it_leaves_out() {
-    let (_dir, path) = desk();
+    let (_dir, path) = sandbox();
     let file = path("a.exr");
     let counts: Vec<u32> = (0..(SIZE[0] * SIZE[1]) as u32).map(|n| n * 30_000).collect();
     let depth = |seed| FlatSamples::F32(numbers(seed));
@@ -142,7 +127,7 @@ fn exr_of_other_channels_says_what_it_leaves_out() {
 
 #[test]
 fn exr_cut_anywhere_is_refused() {
-    let (_dir, path) = desk();
+    let (_dir, path) = sandbox();
     let file = path("a.exr");
     exr_file(&file, scan_lines(Compression::ZIP16), vec![("Y", FlatSamples::F32(numbers(1.0)))], false);
     let whole = fs::read(&file).unwrap();
@@ -163,7 +148,7 @@ fn exr_cut_anywhere_is_refused() {
 
 #[test]
 fn raw_in_every_order() {
-    let (_dir, path) = desk();
+    let (_dir, path) = sandbox();
     let (file, description) = (path("a.raw"), path("a.raw.toml"));
     let [width, height] = [5usize, 7];
     let data = texels(width * height * 3 * 2, 9);
@@ -198,7 +183,7 @@ fn raw_in_every_order() {
 
 #[test]
 fn raw_descriptions_that_lie_are_refused() {
-    let (_dir, path) = desk();
+    let (_dir, path) = sandbox();
     let (file, description) = (path("a.raw"), path("a.raw.toml"));
     fs::write(&file, [0; 24]).unwrap();
     expect_fault(&file, &["without a description", "width, height"]);
@@ -220,7 +205,7 @@ fn raw_descriptions_that_lie_are_refused() {
 
 #[test]
 fn a_mosaic_is_put_together() {
-    let (_dir, path) = desk();
+    let (_dir, path) = sandbox();
     let piece = |name: &str, size: [u32; 2], color: png::ColorType, seed: u32| {
         let data = texels(size[0] as usize * size[1] as usize * color.samples(), seed);
         write_png(&path(name), size, color, png::BitDepth::Eight, &data);
@@ -249,7 +234,7 @@ fn a_mosaic_is_put_together() {
 
 #[test]
 fn a_grid_of_names_is_a_mosaic() {
-    let (_dir, path) = desk();
+    let (_dir, path) = sandbox();
     let data = texels(50 * 30, 3);
     for (y, x) in (0..2usize).flat_map(|y| (0..3usize).map(move |x| (y, x))) {
         let size = [if x == 2 { 10 } else { 20 }, 15];
@@ -266,7 +251,7 @@ fn a_grid_of_names_is_a_mosaic() {
 
 #[test]
 fn a_mosaic_names_the_piece_that_is_wrong() {
-    let (_dir, path) = desk();
+    let (_dir, path) = sandbox();
     let write = |name: &str, depth| {
         write_png(
             &path(name),
@@ -299,7 +284,7 @@ fn a_mosaic_names_the_piece_that_is_wrong() {
 /// Pieces are opened when their rows come, and may be others by then.
 #[test]
 fn a_piece_that_changes_its_size_meanwhile_is_refused() {
-    let (_dir, path) = desk();
+    let (_dir, path) = sandbox();
     let piece = |height: u32| {
         let data = texels(8 * height as usize, 3);
         write_png(&path("p.png"), [8, height], png::ColorType::Grayscale, png::BitDepth::Eight, &data);
@@ -316,7 +301,7 @@ fn a_piece_that_changes_its_size_meanwhile_is_refused() {
 
 #[test]
 fn tiff_of_floats() {
-    let (_dir, path) = desk();
+    let (_dir, path) = sandbox();
     let file = path("a.tif");
     let size = [SIZE[0] as u32, SIZE[1] as u32];
     let singles = numbers(1.0);

@@ -5,7 +5,7 @@ use std::cell::Cell;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
-use crate::common::desk::{Desk, assert_neighbours_agree, hills, layer};
+use crate::common::sandbox::{Sandbox, assert_neighbours_agree, hills, layer};
 use crate::common::{texels, tiles};
 use png::ColorType::{self, Grayscale, Rgb};
 use vastex_build::{BuildError, BuildOptions, Inset, LayerInput, PartOf, Progress, Quality, build};
@@ -32,8 +32,8 @@ impl Picture {
         Picture { size, color, data: texels((size[0] * size[1]) as usize * color.samples(), seed) }
     }
 
-    fn write(&self, desk: &Desk, name: &str) -> PathBuf {
-        desk.image(name, self.size, self.color, &self.data)
+    fn write(&self, sandbox: &Sandbox, name: &str) -> PathBuf {
+        sandbox.image(name, self.size, self.color, &self.data)
     }
 
     /// Each texel as often as levels are finer.
@@ -58,7 +58,7 @@ impl Picture {
 
 /// A coarse world of colour, normals at half its resolution and heights at a quarter.
 struct World {
-    desk: Desk,
+    sandbox: Sandbox,
     pictures: [Picture; 3],
     formats: [LayerFormat; 3],
 }
@@ -70,12 +70,12 @@ impl World {
         let [half, quarter] = [2, 4].map(|n| SIZE.map(|size| size / n));
         let pictures =
             [Picture::new(SIZE, Rgb), Picture::new(half, Rgb), Picture::noise(quarter, Grayscale, 3)];
-        World { desk: Desk::new(), pictures, formats }
+        World { sandbox: Sandbox::new(), pictures, formats }
     }
 
     fn inputs(&self, prefix: &str, pictures: &[Picture; 3]) -> Vec<LayerInput> {
         let input = |n: usize| {
-            let path = pictures[n].write(&self.desk, &format!("{prefix}-{}.png", NAMES[n]));
+            let path = pictures[n].write(&self.sandbox, &format!("{prefix}-{}.png", NAMES[n]));
             let filter = Some("box".parse().unwrap());
             LayerInput { filter, ..layer(NAMES[n], &path, Some(self.formats[n])) }
         };
@@ -84,7 +84,7 @@ impl World {
 
     fn inset(&self, layer: usize, at: [u32; 2], size: [u32; 2], finer: u8) -> (Inset, Picture) {
         let picture = Picture::noise(size, self.pictures[layer].color, 7 * size[0] + at[0]);
-        let image = picture.write(&self.desk, &format!("inset-{layer}-{}.png", at[0]));
+        let image = picture.write(&self.sandbox, &format!("inset-{layer}-{}.png", at[0]));
         (Inset { layer: Some(NAMES[layer].into()), image, at, finer }, picture)
     }
 
@@ -144,10 +144,10 @@ fn insets_in_layers_and_blocks_are_what_a_whole_build_has() {
             ..options.clone()
         };
         let inputs = world.inputs("coarse", &world.pictures);
-        let (description, found) = tiles(&world.desk.build_as("insets.vastex", &inputs, &with_insets));
+        let (description, found) = tiles(&world.sandbox.build_as("insets.vastex", &inputs, &with_insets));
         assert_eq!(description.layers.iter().map(|layer| layer.format).collect::<Vec<_>>(), formats);
         let whole = world.inputs("whole", &world.whole(2, &insets));
-        let (whole_description, whole) = tiles(&world.desk.build_as("whole.vastex", &whole, &options));
+        let (whole_description, whole) = tiles(&world.sandbox.build_as("whole.vastex", &whole, &options));
         assert_eq!(description, whole_description);
         let expected = |pos| whole.iter().find(|(at, _)| *at == pos).map(|(_, tile)| tile);
         for (pos, tile) in &found {
@@ -168,12 +168,12 @@ fn layers_that_insets_do_not_name_are_refused() {
     let world = World::new([LayerFormat::Rgba8Srgb, LayerFormat::Rg8, LayerFormat::R8]);
     let inputs = world.inputs("coarse", &world.pictures);
     let (inset, _) = world.inset(0, [20, 10], [31, 17], 1);
-    let before = world.desk.names();
+    let before = world.sandbox.names();
     let refused = |change: &dyn Fn(&mut BuildOptions)| {
         let mut options = BuildOptions { insets: vec![inset.clone()], ..options(Clamp) };
         change(&mut options);
-        let error = build(&inputs, &world.desk.path("out.vastex"), &options, &()).unwrap_err().to_string();
-        assert_eq!(world.desk.names(), before);
+        let error = build(&inputs, &world.sandbox.path("out.vastex"), &options, &()).unwrap_err().to_string();
+        assert_eq!(world.sandbox.names(), before);
         error
     };
     for name in [None, Some("colour".to_string())] {
@@ -208,13 +208,13 @@ fn interrupted() -> (World, Vec<LayerInput>, BuildOptions, Vec<u8>) {
         .map(|(layer, at, size, finer)| world.inset(layer, at, size, finer).0);
     let options = BuildOptions { insets: insets.to_vec(), resume: true, ..options(Clamp) };
     let inputs = world.inputs("coarse", &world.pictures);
-    let whole = std::fs::read(world.desk.build(&inputs, &options)).unwrap();
-    std::fs::remove_file(world.desk.path("out.vastex")).unwrap();
+    let whole = std::fs::read(world.sandbox.build(&inputs, &options)).unwrap();
+    std::fs::remove_file(world.sandbox.path("out.vastex")).unwrap();
     (world, inputs, options, whole)
 }
 
 fn stop(world: &World, inputs: &[LayerInput], options: &BuildOptions, steps: u32) -> bool {
-    let output = world.desk.path("out.vastex");
+    let output = world.sandbox.path("out.vastex");
     match build(inputs, &output, options, &StopAfter(steps.into())) {
         Err(BuildError::Cancelled) => true,
         Err(error) => panic!("{error}"),
@@ -225,16 +225,16 @@ fn stop(world: &World, inputs: &[LayerInput], options: &BuildOptions, steps: u32
 #[test]
 fn an_interrupted_build_with_insets_goes_on_to_the_same_bytes() {
     let (world, inputs, options, whole) = interrupted();
-    let before = world.desk.names();
+    let before = world.sandbox.names();
     let (mut steps, mut resumed) = (0, 0);
     // Stopped once and, a few steps on, once more.
     while stop(&world, &inputs, &options, steps) {
         stop(&world, &inputs, &options, 2 + steps % 7);
-        let report = build(&inputs, &world.desk.path("out.vastex"), &options, &()).unwrap();
+        let report = build(&inputs, &world.sandbox.path("out.vastex"), &options, &()).unwrap();
         resumed += u32::from(report.resumed_tiles > 0);
-        assert!(std::fs::read(world.desk.path("out.vastex")).unwrap() == whole, "{steps}");
-        std::fs::remove_file(world.desk.path("out.vastex")).unwrap();
-        assert_eq!(world.desk.names(), before, "{steps}");
+        assert!(std::fs::read(world.sandbox.path("out.vastex")).unwrap() == whole, "{steps}");
+        std::fs::remove_file(world.sandbox.path("out.vastex")).unwrap();
+        assert_eq!(world.sandbox.names(), before, "{steps}");
         steps += 11;
     }
     assert!(steps > 60 && resumed > 2, "{steps} {resumed}");
@@ -243,12 +243,12 @@ fn an_interrupted_build_with_insets_goes_on_to_the_same_bytes() {
 #[test]
 fn what_a_build_with_insets_left_is_removed_or_refused() {
     let (world, inputs, options, whole) = interrupted();
-    let before = world.desk.names();
-    let output = world.desk.path("out.vastex");
+    let before = world.sandbox.names();
+    let output = world.sandbox.path("out.vastex");
     let leave = || {
         let _ = std::fs::remove_file(&output);
         assert!(stop(&world, &inputs, &options, 70));
-        let left = world.desk.names();
+        let left = world.sandbox.names();
         assert!(left.iter().any(|name| name.ends_with(".insets")), "{left:?}");
         left
     };
@@ -259,7 +259,7 @@ fn what_a_build_with_insets_left_is_removed_or_refused() {
         let left = leave();
         let error = build(&inputs, &output, refused, &()).unwrap_err().to_string();
         assert!(error.contains("without --resume"), "{error}");
-        assert_eq!(world.desk.names(), left);
+        assert_eq!(world.sandbox.names(), left);
     }
     for (options, whole) in [
         (anew.clone(), Some(&whole)),
@@ -271,7 +271,7 @@ fn what_a_build_with_insets_left_is_removed_or_refused() {
         build(&inputs, &output, &options, &()).unwrap();
         assert!(whole.is_none_or(|whole| std::fs::read(&output).unwrap() == *whole));
         std::fs::remove_file(&output).unwrap();
-        assert_eq!(world.desk.names(), before);
+        assert_eq!(world.sandbox.names(), before);
     }
     // A build without insets that was interrupted is not gone on with by one with insets.
     assert!(stop(&world, &inputs, &plain, 1));

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::common::desk::{Desk, hills, layer, layer_texels, values};
+use crate::common::sandbox::{Sandbox, hills, layer, layer_texels, values};
 use crate::common::{texels, tiles, write_png};
 use bytes::Bytes;
 use png::{BitDepth, ColorType};
@@ -48,12 +48,12 @@ fn shown(description: &Description, pos: PagePos) -> Vec<usize> {
 #[test]
 fn every_format_holds_the_finest_level() {
     use LayerFormat::*;
-    let (desk, size) = (Desk::new(), [43, 21]);
+    let (sandbox, size) = (Sandbox::new(), [43, 21]);
     let data = texels((size[0] * size[1] * 3) as usize, 3);
     let grey = &data[..(size[0] * size[1]) as usize];
     let (grey_png, rgb_png) = (
-        desk.image("grey.png", size, ColorType::Grayscale, grey),
-        desk.image("rgb.png", size, ColorType::Rgb, &data),
+        sandbox.image("grey.png", size, ColorType::Grayscale, grey),
+        sandbox.image("rgb.png", size, ColorType::Rgb, &data),
     );
     for (image, format, step) in [
         (&grey_png, R8, 1e-9),
@@ -66,7 +66,8 @@ fn every_format_holds_the_finest_level() {
         (&rgb_png, Rgba16, 8e-6),
         (&rgb_png, Rgba16Float, 5e-4),
     ] {
-        let (description, tiles) = tiles(&desk.build(&[layer("color", image, Some(format))], &small_pages()));
+        let (description, tiles) =
+            tiles(&sandbox.build(&[layer("color", image, Some(format))], &small_pages()));
         let channels = format.channels();
         let expected = |x: usize, y: usize, channel: usize| {
             let at = y * size[0] as usize + x;
@@ -101,17 +102,17 @@ fn every_format_holds_the_finest_level() {
 /// Pages reach beyond the image, and what lies there has no alpha; that is no transparency.
 #[test]
 fn only_texels_of_the_image_are_transparent() {
-    let (desk, size) = (Desk::new(), [37, 21]);
+    let (sandbox, size) = (Sandbox::new(), [37, 21]);
     let mut rgba = hills(size, 4);
     rgba.chunks_exact_mut(4).for_each(|texel| texel[3] = 255);
-    let opaque = desk.image("opaque.png", size, ColorType::Rgba, &rgba);
+    let opaque = sandbox.image("opaque.png", size, ColorType::Rgba, &rgba);
     rgba[4 * (20 * 37 + 36) + 3] = 254;
-    let transparent = desk.image("transparent.png", size, ColorType::Rgba, &rgba);
-    let rgb = desk.image("rgb.png", size, ColorType::Rgb, &hills(size, 3));
-    let grey = desk.image("grey.png", size, ColorType::Grayscale, &hills(size, 1));
+    let transparent = sandbox.image("transparent.png", size, ColorType::Rgba, &rgba);
+    let rgb = sandbox.image("rgb.png", size, ColorType::Rgb, &hills(size, 3));
+    let grey = sandbox.image("grey.png", size, ColorType::Grayscale, &hills(size, 1));
     let lost = |image: &Path, format: LayerFormat| {
         let input = layer("color", image, Some(format));
-        let report = build(&[input], &desk.path("out.vastex"), &small_pages(), &()).unwrap();
+        let report = build(&[input], &sandbox.path("out.vastex"), &small_pages(), &()).unwrap();
         report.notices().any(|notice| *notice == Notice::NotOpaque(format))
     };
     use LayerFormat::*;
@@ -129,14 +130,16 @@ fn only_texels_of_the_image_are_transparent() {
 
 #[test]
 fn blocks_decode_to_what_they_were_made_of() {
-    let (desk, size) = (Desk::new(), [75, 41]);
+    let (sandbox, size) = (Sandbox::new(), [75, 41]);
     for format in LayerFormat::ALL.into_iter().filter(|format| format.is_compressed()) {
         let color = if format.channels() == 1 { ColorType::Grayscale } else { ColorType::Rgb };
-        let image = desk.image("in.png", size, color, &hills(size, color.samples()));
+        let image = sandbox.image("in.png", size, color, &hills(size, color.samples()));
         for quality in [Quality::Fast, Quality::Normal, Quality::Best] {
             let options = BuildOptions { quality, ..small_pages() };
-            let (description, blocks) = tiles(&desk.build(&[layer("color", &image, Some(format))], &options));
-            let (_, plain) = tiles(&desk.build(&[layer("color", &image, Some(format.decoded()))], &options));
+            let (description, blocks) =
+                tiles(&sandbox.build(&[layer("color", &image, Some(format))], &options));
+            let (_, plain) =
+                tiles(&sandbox.build(&[layer("color", &image, Some(format.decoded()))], &options));
             assert_eq!(blocks.len(), plain.len());
             for ((pos, blocks), (_, plain)) in blocks.iter().zip(&plain) {
                 let [a, b] =
@@ -157,15 +160,15 @@ fn blocks_decode_to_what_they_were_made_of() {
 
 #[test]
 fn neighbours_agree_where_their_borders_are_the_same_blocks() {
-    let (desk, size) = (Desk::new(), [100, 70]);
+    let (sandbox, size) = (Sandbox::new(), [100, 70]);
     let formats = || LayerFormat::ALL.into_iter().filter(|format| format.is_compressed());
     let best = [LayerFormat::Bc1, LayerFormat::Bc3].map(|format| (format, Quality::Best));
     for (format, quality) in formats().map(|format| (format, Quality::Normal)).chain(best) {
         let color = if format.channels() == 1 { ColorType::Grayscale } else { ColorType::Rgba };
         let data = texels((size[0] * size[1]) as usize * color.samples(), 9);
-        let image = desk.image("in.png", size, color, &data);
+        let image = sandbox.image("in.png", size, color, &data);
         let options = BuildOptions { address: [AddressMode::Wrap; 2], quality, ..small_pages() };
-        let (description, tiles) = tiles(&desk.build(&[layer("color", &image, Some(format))], &options));
+        let (description, tiles) = tiles(&sandbox.build(&[layer("color", &image, Some(format))], &options));
         let tile_of = |pos: PagePos| {
             let tile = tiles.iter().find(|(at, _)| *at == pos);
             tile.map(|(_, tile)| decoded(&description, tile))
@@ -191,10 +194,10 @@ fn neighbours_agree_where_their_borders_are_the_same_blocks() {
 }
 
 /// The mean squared distance of the decoded colours of level 0 from those that the blocks were made of.
-fn mean_square(desk: &Desk, image: &Path, format: LayerFormat, quality: Quality) -> f64 {
+fn mean_square(sandbox: &Sandbox, image: &Path, format: LayerFormat, quality: Quality) -> f64 {
     let options = BuildOptions { quality, ..small_pages() };
     let [(description, blocks), (_, plain)] = [format, format.decoded()]
-        .map(|format| tiles(&desk.build(&[layer("color", image, Some(format))], &options)));
+        .map(|format| tiles(&sandbox.build(&[layer("color", image, Some(format))], &options)));
     let finest = blocks.iter().zip(&plain).filter(|((pos, _), _)| pos.level == 0);
     let texels = finest.flat_map(|((_, blocks), (_, plain))| {
         let pairs = decoded(&description, blocks).into_iter().zip(plain.clone());
@@ -206,7 +209,7 @@ fn mean_square(desk: &Desk, image: &Path, format: LayerFormat, quality: Quality)
 
 #[test]
 fn the_best_preset_is_nearer_to_the_image() {
-    let (desk, size) = (Desk::new(), [96, 64]);
+    let (sandbox, size) = (Sandbox::new(), [96, 64]);
     // Hills with grain: blocks whose colours are near a line, but not on it.
     let grain = texels((size[0] * size[1]) as usize, 5);
     let data: Vec<u8> = hills(size, 3)
@@ -214,22 +217,22 @@ fn the_best_preset_is_nearer_to_the_image() {
         .zip(grain.iter().flat_map(|grain| [grain; 3]))
         .map(|(hill, grain)| hill.saturating_add(grain / 8))
         .collect();
-    let image = desk.image("in.png", size, ColorType::Rgb, &data);
+    let image = sandbox.image("in.png", size, ColorType::Rgb, &data);
     for format in [LayerFormat::Bc1Srgb, LayerFormat::Bc3, LayerFormat::Bc7] {
         let [normal, best] =
-            [Quality::Normal, Quality::Best].map(|quality| mean_square(&desk, &image, format, quality));
+            [Quality::Normal, Quality::Best].map(|quality| mean_square(&sandbox, &image, format, quality));
         assert!(best < 0.95 * normal, "{}: {best} against {normal}", format.name());
     }
 }
 
 /// Colour in blocks, normals at half and heights at a quarter of its resolution.
-fn ground(desk: &Desk, size: [u32; 2]) -> Vec<LayerInput> {
+fn ground(sandbox: &Sandbox, size: [u32; 2]) -> Vec<LayerInput> {
     let share = |scale| size.map(|n: u32| n.div_ceil(scale));
     let ([w2, h2], [w4, h4]) = (share(2), share(4));
-    let color = desk.image("c.png", size, ColorType::Rgb, &hills(size, 3));
-    let normal = desk.image("n.png", [w2, h2], ColorType::Rgb, &hills([w2, h2], 3));
+    let color = sandbox.image("c.png", size, ColorType::Rgb, &hills(size, 3));
+    let normal = sandbox.image("n.png", [w2, h2], ColorType::Rgb, &hills([w2, h2], 3));
     write_png(
-        &desk.path("h.png"),
+        &sandbox.path("h.png"),
         [w4, h4],
         ColorType::Grayscale,
         BitDepth::Sixteen,
@@ -238,7 +241,7 @@ fn ground(desk: &Desk, size: [u32; 2]) -> Vec<LayerInput> {
     vec![
         layer("color", &color, Some(LayerFormat::Bc7Srgb)),
         layer("normal", &normal, Some(LayerFormat::Bc5)),
-        layer("height", &desk.path("h.png"), None),
+        layer("height", &sandbox.path("h.png"), None),
     ]
 }
 
@@ -255,16 +258,16 @@ fn a_layer_of_a_fraction_is_that_of_its_own_texture() {
         (AddressMode::Wrap, LevelsFrom::Finest),
         (AddressMode::Mirror, LevelsFrom::TwoFiner),
     ] {
-        let desk = Desk::new();
-        let layers = ground(&desk, [201, 133]);
+        let sandbox = Sandbox::new();
+        let layers = ground(&sandbox, [201, 133]);
         let options = BuildOptions { address: [address; 2], levels_from, ..ground_pages() };
-        let (description, together) = tiles(&desk.build(&layers, &options));
+        let (description, together) = tiles(&sandbox.build(&layers, &options));
         assert_eq!(description.layers.iter().map(|layer| layer.scale).collect::<Vec<_>>(), [1, 2, 4]);
         assert_eq!(description.layers[2].format, LayerFormat::R16);
         for (number, input) in layers.iter().enumerate() {
             let scale = description.layers[number].scale;
             let options = BuildOptions { page: 32 / scale, border: 8 / scale, ..options.clone() };
-            let (alone, own) = tiles(&desk.build(std::slice::from_ref(input), &options));
+            let (alone, own) = tiles(&sandbox.build(std::slice::from_ref(input), &options));
             let mut compared = 0;
             for (pos, tile) in &together {
                 // Its own tail, aligned otherwise, may begin at another level.
@@ -284,9 +287,9 @@ fn a_layer_of_a_fraction_is_that_of_its_own_texture() {
 
 #[test]
 fn every_level_of_the_tail_is_there_in_every_layer() {
-    let desk = Desk::new();
-    let layers = ground(&desk, [201, 133]);
-    let (description, tiles) = tiles(&desk.build(&layers, &ground_pages()));
+    let sandbox = Sandbox::new();
+    let layers = ground(&sandbox, [201, 133]);
+    let (description, tiles) = tiles(&sandbox.build(&layers, &ground_pages()));
     let (_, tail) = tiles.iter().find(|(pos, _)| description.geometry.is_tail(*pos)).unwrap();
     let heights = values(LayerFormat::R16, &tail[description.layer_range(2)]);
     let own = description.geometry.of_layer(4);
@@ -300,30 +303,30 @@ fn every_level_of_the_tail_is_there_in_every_layer() {
 
 #[test]
 fn threads_and_parts_change_no_byte() {
-    let desk = Desk::new();
-    let layers = ground(&desk, [333, 190]);
-    let whole = std::fs::read(desk.build(&layers, &ground_pages())).unwrap();
+    let sandbox = Sandbox::new();
+    let layers = ground(&sandbox, [333, 190]);
+    let whole = std::fs::read(sandbox.build(&layers, &ground_pages())).unwrap();
     for threads in [1, 2, 5] {
         let options = BuildOptions { threads, ..ground_pages() };
-        assert!(std::fs::read(desk.build(&layers, &options)).unwrap() == whole, "{threads} threads");
+        assert!(std::fs::read(sandbox.build(&layers, &options)).unwrap() == whole, "{threads} threads");
     }
-    let parts: Vec<PathBuf> = (1..=3).map(|part| desk.path(&format!("{part}.part"))).collect();
+    let parts: Vec<PathBuf> = (1..=3).map(|part| sandbox.path(&format!("{part}.part"))).collect();
     for (part, path) in (1..).zip(&parts) {
         let options = BuildOptions { part: PartOf::new(part, 3), ..ground_pages() };
         build(&layers, path, &options, &()).unwrap();
     }
-    let joined = desk.path("joined.vastex");
+    let joined = sandbox.path("joined.vastex");
     merge(&parts, &joined, false, |_, _| std::ops::ControlFlow::Continue(())).unwrap();
     assert!(std::fs::read(joined).unwrap() == whole);
 }
 
 #[test]
 fn what_a_format_cannot_keep_is_said() {
-    let desk = Desk::new();
-    let image = desk.image("in.png", [20, 20], ColorType::Rgba, &texels(20 * 20 * 4, 1));
+    let sandbox = Sandbox::new();
+    let image = sandbox.image("in.png", [20, 20], ColorType::Rgba, &texels(20 * 20 * 4, 1));
     let notices = |format| {
         let layers = [layer("color", &image, Some(format))];
-        let report = build(&layers, &desk.path("o.vastex"), &small_pages(), &()).unwrap();
+        let report = build(&layers, &sandbox.path("o.vastex"), &small_pages(), &()).unwrap();
         report.notices().map(ToString::to_string).collect::<Vec<_>>()
     };
     assert!(notices(LayerFormat::Bc1)[0].contains("bc3 and bc7"));
@@ -334,30 +337,30 @@ fn what_a_format_cannot_keep_is_said() {
 
 #[test]
 fn layers_that_do_not_suit_are_refused_with_a_remedy() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let image = |name: &str, size: [u32; 2]| {
-        desk.image(name, size, ColorType::Grayscale, &texels((size[0] * size[1]) as usize, 1))
+        sandbox.image(name, size, ColorType::Grayscale, &texels((size[0] * size[1]) as usize, 1))
     };
     let whole = image("whole.png", [90, 60]);
     let twice = [layer("a", &whole, None), layer("a", &whole, None)];
-    assert!(desk.error(&twice, &small_pages()).contains("two layers are called \"a\""));
+    assert!(sandbox.error(&twice, &small_pages()).contains("two layers are called \"a\""));
     let odd = BuildOptions { page: 50, border: 3, ..BuildOptions::default() };
-    let error = desk.error(&[layer("a", &whole, Some(LayerFormat::Bc4))], &odd);
+    let error = sandbox.error(&[layer("a", &whole, Some(LayerFormat::Bc4))], &odd);
     assert!(error.contains("pages of 52 with borders of 4"), "{error}");
-    let error = desk.error(&[layer("a", &whole, Some(LayerFormat::Bc5))], &small_pages());
+    let error = sandbox.error(&[layer("a", &whole, Some(LayerFormat::Bc5))], &small_pages());
     assert!(error.contains("cannot become bc5") && error.contains("r8, rgba8"), "{error}");
 }
 
 #[test]
 fn an_image_of_another_size_is_resampled_to_the_nearest_layer() {
-    let desk = Desk::new();
-    let whole = desk.image("whole.png", [90, 61], ColorType::Rgb, &texels(90 * 61 * 3, 1));
+    let sandbox = Sandbox::new();
+    let whole = sandbox.image("whole.png", [90, 61], ColorType::Rgb, &texels(90 * 61 * 3, 1));
     // Planes, so that whatever size they have, the texel at a place is known.
     let slope = |name: &str, [width, height]: [u32; 2]| {
         let at = |n: u32, of: u32| (f64::from(n) + 0.5) / f64::from(of);
         let value = |n: u32| 50.0 + 100.0 * at(n % width, width) + 60.0 * at(n / width, height);
         let data: Vec<u8> = (0..width * height).map(|n| value(n).round() as u8).collect();
-        desk.image(name, [width, height], ColorType::Grayscale, &data)
+        sandbox.image(name, [width, height], ColorType::Grayscale, &data)
     };
     for (size, scale, to) in [
         ([30u32, 20u32], 4, [23, 16]),
@@ -368,11 +371,11 @@ fn an_image_of_another_size_is_resampled_to_the_nearest_layer() {
     ] {
         let image = slope("height.png", size);
         let inputs = [layer("color", &whole, None), layer("height", &image, None)];
-        let report = build(&inputs, &desk.path("out.vastex"), &small_pages(), &()).unwrap();
+        let report = build(&inputs, &sandbox.path("out.vastex"), &small_pages(), &()).unwrap();
         assert_eq!(report.layers[1].layer.scale, scale);
         assert_eq!(report.layers[1].notices, [Notice::LayerResampled { from: size, to, scale }]);
         assert!(report.layers[0].notices.is_empty());
-        let (description, tiles) = tiles(&desk.path("out.vastex"));
+        let (description, tiles) = tiles(&sandbox.path("out.vastex"));
         let (geometry, page) = (&description.geometry, description.geometry.page()[0] / scale);
         let border = geometry.border()[0] / scale;
         let side = description.geometry.tile()[0] / scale;
@@ -397,8 +400,8 @@ fn an_image_of_another_size_is_resampled_to_the_nearest_layer() {
 /// Vectors are as long as they were, and no label is made up.
 #[test]
 fn resampled_normals_and_labels_stay_what_they_are() {
-    let desk = Desk::new();
-    let whole = desk.image("whole.png", [90, 61], ColorType::Rgb, &texels(90 * 61 * 3, 1));
+    let sandbox = Sandbox::new();
+    let whole = sandbox.image("whole.png", [90, 61], ColorType::Rgb, &texels(90 * 61 * 3, 1));
     // Steep and turning from texel to texel, so that a plain mean would be much shorter.
     let vector = |n: u32| {
         let (turn, rise) = (f64::from(n) * 2.4, 0.3);
@@ -409,10 +412,14 @@ fn resampled_normals_and_labels_stay_what_they_are() {
     let labels: Vec<u8> = (0..30 * 20).map(|n: u32| [3, 90, 200][(n % 7 % 3) as usize]).collect();
     let inputs = [
         layer("color", &whole, None),
-        layer("normal", &desk.image("n.png", [30, 20], ColorType::Rgb, &normals), Some(LayerFormat::Rgba8)),
-        layer("label", &desk.image("l.png", [30, 20], ColorType::Grayscale, &labels), None),
+        layer(
+            "normal",
+            &sandbox.image("n.png", [30, 20], ColorType::Rgb, &normals),
+            Some(LayerFormat::Rgba8),
+        ),
+        layer("label", &sandbox.image("l.png", [30, 20], ColorType::Grayscale, &labels), None),
     ];
-    let (description, tiles) = tiles(&desk.build(&inputs, &small_pages()));
+    let (description, tiles) = tiles(&sandbox.build(&inputs, &small_pages()));
     let (mut vectors, mut picked) = (0, 0);
     for (pos, tile) in tiles.iter().filter(|(pos, _)| pos.level == 0 && !description.geometry.is_tail(*pos)) {
         for texel in layer_texels(&description, 1, tile).as_chunks::<4>().0 {

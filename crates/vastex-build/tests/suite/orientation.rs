@@ -2,28 +2,12 @@
 
 use crate::common::files::{HandmadeTiff, exif, jpeg, jpeg_with_segment, smooth};
 use crate::common::{texels, write_png};
+use crate::readers::read;
 use png::{BitDepth, ColorType};
-use vastex_build::{ImageHeader, Notice, open};
+use vastex_build::Notice;
 
 /// Taller and wider than what is turned at once, and a multiple of nothing.
 const SIZE: [u32; 2] = [71, 45];
-
-/// Reads a file in portions of 1, 2, 3 ... rows.
-fn read(bytes: &[u8]) -> (ImageHeader, Vec<u8>) {
-    let file = tempfile::NamedTempFile::new().unwrap();
-    std::fs::write(file.path(), bytes).unwrap();
-    let mut reader = open(file.path()).unwrap();
-    let (row, mut left) = (reader.header().row_bytes(), reader.header().height);
-    let (mut image, mut portion) = (Vec::new(), 1);
-    while left > 0 {
-        let count = portion.min(left);
-        let start = image.len();
-        image.resize(start + count as usize * row, 0);
-        reader.read_rows(&mut image[start..]).unwrap();
-        (left, portion) = (left - count, portion + 1);
-    }
-    (reader.header().clone(), image)
-}
 
 fn png(size: [u32; 2], color: ColorType, depth: BitDepth, data: &[u8], orientation: u8) -> Vec<u8> {
     let file = tempfile::NamedTempFile::new().unwrap();

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use crate::common::desk::{Desk, assert_neighbours_agree, hills, layer_texels, values};
 use crate::common::image::Image;
+use crate::common::sandbox::{Sandbox, assert_neighbours_agree, hills, layer_texels, values};
 use crate::common::{texels, tiles};
 use png::{BitDepth, ColorType};
 use proptest::prelude::*;
@@ -16,8 +16,8 @@ use vastex_core::AddressMode::{Border, Clamp, Mirror, Wrap};
 use vastex_core::{Description, LayerFormat, PagePos};
 use vastex_tiles::{Container, FileStore, TileSource, verify};
 
-fn inputs(desk: &Desk, images: &[Image]) -> Vec<LayerInput> {
-    images.iter().map(|image| image.input(desk)).collect()
+fn inputs(sandbox: &Sandbox, images: &[Image]) -> Vec<LayerInput> {
+    images.iter().map(|image| image.input(sandbox)).collect()
 }
 
 fn options() -> ReplaceOptions {
@@ -58,13 +58,13 @@ proptest! {
         shares in prop::array::uniform4(0u32..100),
         which in 1u32..8,
     ) {
-        let (desk, page) = (Desk::new(), 4 * page);
+        let (sandbox, page) = (Sandbox::new(), 4 * page);
         let border = 4 * (1 + (page / 8 - 1) * border / 100);
         let build =
             BuildOptions { page, border, address, border_color: [9, 200, 80, 130], threads: 2, ..BuildOptions::default() };
         let mut images = ground(size);
         images.iter_mut().zip(filters).for_each(|(image, filter)| image.filter = filter);
-        let changed = desk.build_as("changed.vastex", &inputs(&desk, &images), &build);
+        let changed = sandbox.build_as("changed.vastex", &inputs(&sandbox, &images), &build);
         // From any texel that is one of all layers to any other, or round a wrapping edge.
         let at = [0, 1].map(|a| size[a] * shares[a] / 100 / 4 * 4);
         let len = [0, 1].map(|a| {
@@ -72,11 +72,11 @@ proptest! {
             1 + (most - 1) * shares[a + 2] / 99
         });
         let parts: Vec<LayerImage> = (0..3).filter(|n| which >> n & 1 == 1)
-            .map(|n| images[n].change(&desk, at, len, |[x, y], byte| (x * 7 + y * 31 + byte as u32 * 90) as u8))
+            .map(|n| images[n].change(&sandbox, at, len, |[x, y], byte| (x * 7 + y * 31 + byte as u32 * 90) as u8))
             .collect();
         replace(&changed, at, &parts, &options(), &()).unwrap();
         assert_sound(&changed);
-        let (description, built) = tiles(&desk.build_as("built.vastex", &inputs(&desk, &images), &build));
+        let (description, built) = tiles(&sandbox.build_as("built.vastex", &inputs(&sandbox, &images), &build));
         let (_, changed) = tiles(&changed);
         for ((pos, changed), (_, built)) in changed.iter().zip(&built) {
             for (n, layer) in description.layers.iter().enumerate() {
@@ -136,17 +136,17 @@ fn psnr(number: usize, of: &(Description, Vec<(PagePos, Vec<u8>)>), plain: &Path
 
 #[test]
 fn blocks_change_where_a_texel_of_them_does_and_nowhere_else() {
-    let (desk, size) = (Desk::new(), [203, 150]);
+    let (sandbox, size) = (Sandbox::new(), [203, 150]);
     let mut images = blocks(size);
-    let changed = desk.build_as("changed.vastex", &inputs(&desk, &images), &block_pages());
+    let changed = sandbox.build_as("changed.vastex", &inputs(&sandbox, &images), &block_pages());
     let (description, before) = tiles(&changed);
     let (at, len) = ([52, 40], [77, 61]);
-    let parts = [0, 1].map(|n| images[n].change(&desk, at, len, valleys));
+    let parts = [0, 1].map(|n| images[n].change(&sandbox, at, len, valleys));
     replace(&changed, at, &parts, &fast(), &()).unwrap();
     assert_sound(&changed);
     let after = tiles(&changed);
     assert!(assert_neighbours_agree(&description, &after.1) > 60);
-    let built = tiles(&desk.build_as("built.vastex", &inputs(&desk, &images), &block_pages()));
+    let built = tiles(&sandbox.build_as("built.vastex", &inputs(&sandbox, &images), &block_pages()));
     let heights = description.layer_range(2);
     let (mut kept, mut new) = (0, 0);
     for (((pos, after), (_, before)), (_, built)) in after.1.iter().zip(&before).zip(&built.1) {
@@ -191,7 +191,7 @@ fn blocks_change_where_a_texel_of_them_does_and_nowhere_else() {
         }
     }
     assert!(kept > 3000 && new > 900, "{kept} {new}");
-    let plain = desk.build_as("plain.vastex", &inputs(&desk, &plain(&images)), &block_pages());
+    let plain = sandbox.build_as("plain.vastex", &inputs(&sandbox, &plain(&images)), &block_pages());
     for (n, name) in ["color", "normal"].into_iter().enumerate() {
         let [replaced, built] = [psnr(n, &after, &plain), psnr(n, &built, &plain)];
         assert!(built > 35.0 && replaced > built - 0.45, "{name}: {replaced} {built}");
@@ -203,22 +203,22 @@ fn every_block_format_can_be_replaced_at_every_edge() {
     let size = [101, 67];
     let formats = LayerFormat::ALL.into_iter().filter(|format| format.is_compressed());
     for (format, mode) in formats.zip([Clamp, Wrap, Mirror, Border].into_iter().cycle()) {
-        let desk = Desk::new();
+        let sandbox = Sandbox::new();
         let color = if format.channels() == 1 { ColorType::Grayscale } else { ColorType::Rgb };
         let mut images = [Image { format: Some(format), ..Image::new("color", 1, color, size) }];
         images[0].data = hills(size, color.samples());
         let build =
             BuildOptions { page: 16, border: 4, address: [mode; 2], border_color: [90; 4], ..block_pages() };
-        let file = desk.build_as("file.vastex", &inputs(&desk, &images), &build);
+        let file = sandbox.build_as("file.vastex", &inputs(&sandbox, &images), &build);
         for (at, len) in [([0, 0], [30, 9]), ([93, 60], [8, 7]), ([17, 31], [50, 1]), ([0, 40], [101, 20])] {
-            let part = images[0].change(&desk, at, len, valleys);
+            let part = images[0].change(&sandbox, at, len, valleys);
             replace(&file, at, &[part], &fast(), &()).unwrap();
         }
         assert_sound(&file);
         let after = tiles(&file);
         assert!(assert_neighbours_agree(&after.0, &after.1) > 50, "{}", format.name());
-        let built = tiles(&desk.build_as("built.vastex", &inputs(&desk, &images), &build));
-        let plain = desk.build_as("plain.vastex", &inputs(&desk, &plain(&images)), &build);
+        let built = tiles(&sandbox.build_as("built.vastex", &inputs(&sandbox, &images), &build));
+        let plain = sandbox.build_as("plain.vastex", &inputs(&sandbox, &plain(&images)), &build);
         let [replaced, built] = [psnr(0, &after, &plain), psnr(0, &built, &plain)];
         assert!(built > 28.0 && replaced > built - 1.0, "{} {mode:?}: {replaced} {built}", format.name());
     }
@@ -227,13 +227,13 @@ fn every_block_format_can_be_replaced_at_every_edge() {
 /// The same again finds its rim encoded already.
 #[test]
 fn the_same_change_soon_changes_nothing() {
-    let (desk, size) = (Desk::new(), [203, 150]);
+    let (sandbox, size) = (Sandbox::new(), [203, 150]);
     let mut images = blocks(size);
-    let file = desk.build_as("file.vastex", &inputs(&desk, &images), &block_pages());
-    let parts = [0, 1].map(|n| images[n].change(&desk, [52, 40], [77, 61], valleys));
+    let file = sandbox.build_as("file.vastex", &inputs(&sandbox, &images), &block_pages());
+    let parts = [0, 1].map(|n| images[n].change(&sandbox, [52, 40], [77, 61], valleys));
     let again = || replace(&file, [52, 40], &parts, &fast(), &()).unwrap().updated.tiles;
     assert!(again() > 20);
-    let plain = desk.build_as("plain.vastex", &inputs(&desk, &plain(&images)), &block_pages());
+    let plain = sandbox.build_as("plain.vastex", &inputs(&sandbox, &plain(&images)), &block_pages());
     let first = psnr(0, &tiles(&file), &plain);
     for _ in 0..5 {
         again();
@@ -246,21 +246,21 @@ fn the_same_change_soon_changes_nothing() {
 /// Many images, one after the other beside each other, each of which cuts through blocks.
 #[test]
 fn what_many_generations_lose_is_bounded() {
-    let (desk, size) = (Desk::new(), [180, 140]);
+    let (sandbox, size) = (Sandbox::new(), [180, 140]);
     let mut images = blocks(size);
-    let file = desk.build_as("file.vastex", &inputs(&desk, &images), &block_pages());
+    let file = sandbox.build_as("file.vastex", &inputs(&sandbox, &images), &block_pages());
     for n in 0..12 {
         let at = [10 + 10 * n, 38 + 2 * (n % 3)];
         let parts = [0, 1].map(|layer| {
-            images[layer].change(&desk, at, [10, 50], |[x, y], byte| valleys([x + at[0], y], byte))
+            images[layer].change(&sandbox, at, [10, 50], |[x, y], byte| valleys([x + at[0], y], byte))
         });
         replace(&file, at, &parts, &fast(), &()).unwrap();
     }
     assert_sound(&file);
     let after = tiles(&file);
     assert_neighbours_agree(&after.0, &after.1);
-    let built = tiles(&desk.build_as("built.vastex", &inputs(&desk, &images), &block_pages()));
-    let plain = desk.build_as("plain.vastex", &inputs(&desk, &plain(&images)), &block_pages());
+    let built = tiles(&sandbox.build_as("built.vastex", &inputs(&sandbox, &images), &block_pages()));
+    let plain = sandbox.build_as("plain.vastex", &inputs(&sandbox, &plain(&images)), &block_pages());
     for (n, name) in ["color", "normal"].into_iter().enumerate() {
         let [replaced, built] = [psnr(n, &after, &plain), psnr(n, &built, &plain)];
         assert!(replaced > built - 2.0, "{name}: {replaced} {built}");
@@ -271,16 +271,16 @@ fn what_many_generations_lose_is_bounded() {
 #[test]
 fn layers_of_pages_without_tiles_are_made() {
     for mode in [Clamp, Wrap] {
-        let (desk, size) = (Desk::new(), [203, 150]);
+        let (sandbox, size) = (Sandbox::new(), [203, 150]);
         let mut images = blocks(size);
         let mut marks = vec![255; (size[0] * size[1]) as usize];
         (0..marks.len()).filter(|i| i % size[0] as usize > 70).for_each(|i| marks[i] = 0);
-        let mask = Some(desk.image("mask.png", size, ColorType::Grayscale, &marks));
+        let mask = Some(sandbox.image("mask.png", size, ColorType::Grayscale, &marks));
         let build = BuildOptions { mask, address: [mode; 2], ..block_pages() };
-        let file = desk.build_as("file.vastex", &inputs(&desk, &images), &build);
+        let file = sandbox.build_as("file.vastex", &inputs(&sandbox, &images), &build);
         let (description, before) = tiles(&file);
         let (at, len) = ([60, 36], [110, 70]);
-        let part = images[0].change(&desk, at, len, valleys);
+        let part = images[0].change(&sandbox, at, len, valleys);
         let replaced = replace(&file, at, &[part], &fast(), &()).unwrap();
         assert_sound(&file);
         let after = tiles(&file);
@@ -323,7 +323,7 @@ fn layers_of_pages_without_tiles_are_made() {
             }
         }
         // Again it changes no page's presence, and sharing goes on.
-        let part = images[1].change(&desk, at, len, valleys);
+        let part = images[1].change(&sandbox, at, len, valleys);
         replace(&file, at, &[part], &fast(), &()).unwrap();
         let again = tiles(&file);
         assert_eq!(again.1.len(), after.1.len());
@@ -333,9 +333,9 @@ fn layers_of_pages_without_tiles_are_made() {
 
 #[test]
 fn readers_go_on_with_the_version_that_they_opened() {
-    let (desk, size) = (Desk::new(), [203, 150]);
+    let (sandbox, size) = (Sandbox::new(), [203, 150]);
     let mut images = blocks(size);
-    let file = desk.build_as("file.vastex", &inputs(&desk, &images), &block_pages());
+    let file = sandbox.build_as("file.vastex", &inputs(&sandbox, &images), &block_pages());
     let before = tiles(&file).1;
     let reader = Container::open_file(&file).unwrap();
     let done = AtomicBool::new(false);
@@ -352,7 +352,7 @@ fn readers_go_on_with_the_version_that_they_opened() {
         });
         for n in 0..5 {
             let at = [20 * n, 12 * n];
-            let parts = [0, 1, 2].map(|layer| images[layer].change(&desk, at, [60, 50], valleys));
+            let parts = [0, 1, 2].map(|layer| images[layer].change(&sandbox, at, [60, 50], valleys));
             replace(&file, at, &parts, &fast(), &()).unwrap();
         }
         done.store(true, Ordering::Relaxed);
@@ -364,16 +364,16 @@ fn readers_go_on_with_the_version_that_they_opened() {
 
 #[test]
 fn layers_that_do_not_suit_are_refused_and_change_nothing() {
-    let (desk, size) = (Desk::new(), [203, 150]);
+    let (sandbox, size) = (Sandbox::new(), [203, 150]);
     let mut images = blocks(size);
     images[2].filter = Some("box@two".parse().unwrap());
-    let file = desk.build_as("file.vastex", &inputs(&desk, &images), &block_pages());
+    let file = sandbox.build_as("file.vastex", &inputs(&sandbox, &images), &block_pages());
     let before = std::fs::read(&file).unwrap();
     let grey = |name: &str, size: [u32; 2]| -> PathBuf {
-        desk.image(name, size, ColorType::Grayscale, &vec![9; (size[0] * size[1]) as usize])
+        sandbox.image(name, size, ColorType::Grayscale, &vec![9; (size[0] * size[1]) as usize])
     };
     let rgb = |name: &str, size: [u32; 2]| -> PathBuf {
-        desk.image(name, size, ColorType::Rgb, &vec![9; (3 * size[0] * size[1]) as usize])
+        sandbox.image(name, size, ColorType::Rgb, &vec![9; (3 * size[0] * size[1]) as usize])
     };
     let (whole, half) = (rgb("whole.png", [40, 31]), rgb("half.png", [20, 16]));
     let image = |layer: &str, path: &Path| LayerImage { layer: Some(layer.into()), ..path.into() };
@@ -408,13 +408,13 @@ fn layers_that_do_not_suit_are_refused_and_change_nothing() {
     assert!(error.contains("has box-linear, and not kaiser-linear"), "{error}");
     let error = refused([0, 0], &[image("normal", &grey("n.png", [20, 16]))]);
     assert!(error.contains("n.png: holds") && error.contains("bc5"), "{error}");
-    let error = refused([0, 0], &[image("color", &desk.path("none.png"))]);
+    let error = refused([0, 0], &[image("color", &sandbox.path("none.png"))]);
     assert!(error.contains("none.png"), "{error}");
     let small = ReplaceOptions { memory_limit: 1000, ..options() };
     let error = replace(&file, [0, 0], &[image("color", &whole)], &small, &()).unwrap_err();
     assert!(matches!(error, ReplaceError::Memory { .. }), "{error}");
-    let rgba = desk.image("rgba.png", [40, 31], ColorType::Rgba, &texels(40 * 31 * 4, 3));
-    let normals = desk.image("n.png", [20, 16], ColorType::Rgba, &texels(20 * 16 * 4, 3));
+    let rgba = sandbox.image("rgba.png", [40, 31], ColorType::Rgba, &texels(40 * 31 * 4, 3));
+    let normals = sandbox.image("n.png", [20, 16], ColorType::Rgba, &texels(20 * 16 * 4, 3));
     let images = [image("color", &rgba), image("normal", &normals)];
     let replaced = replace(&file, [20, 40], &images, &options(), &()).unwrap();
     assert_eq!(replaced.notices, [(normals, Notice::NotOpaque(LayerFormat::Bc5))]);

@@ -8,7 +8,7 @@ use std::time::{Duration, SystemTime};
 
 use crate::common::{texels, write_png};
 use png::{BitDepth, ColorType};
-use vastex_build::{BuildError, BuildOptions, BuildReport, Compression, PartOf, Progress, build};
+use vastex_build::{BuildError, BuildOptions, BuildReport, Compression, PartOf, Progress, Quality, build};
 
 /// Numbers that look random, the same in each run.
 struct Dice(u64);
@@ -234,11 +234,20 @@ fn what_is_left_of_another_build_is_refused_and_stays() {
         assert_eq!(bench.left().map(|path| fs::read(path).unwrap()), left);
         error
     };
-    assert!(refused(pages_of(32)).contains("other options"));
-    assert!(refused(BuildOptions { linear: false, ..pages_of(16) }).contains("other options"));
-    assert!(
-        refused(BuildOptions { compression: Compression::Lz4, ..pages_of(16) }).contains("other options")
-    );
+    let cases = [
+        (pages_of(32), "of other options: page was 16 and is 32;"),
+        (BuildOptions { linear: false, ..pages_of(16) }, "linear was true and is false;"),
+        (BuildOptions { compression: Compression::Lz4, ..pages_of(16) }, "compress was none and is lz4;"),
+        (BuildOptions { quality: Quality::Best, ..pages_of(16) }, "quality was normal and is best;"),
+        (
+            BuildOptions { quality: Quality::Best, tolerant: true, ..pages_of(16) },
+            "quality was normal and is best, tolerant was false and is true;",
+        ),
+    ];
+    for (options, words) in cases {
+        let error = refused(options);
+        assert!(error.contains(words), "{error}");
+    }
     let (image, changed) =
         (fs::read(bench.path("in.png")).unwrap(), bench.path("in.png").metadata().unwrap());
     let other = texels(3 * 300 * 260, 77);

@@ -23,11 +23,11 @@ impl Progress for Stop {
     }
 }
 
-struct Desk(tempfile::TempDir);
+struct Sandbox(tempfile::TempDir);
 
-impl Desk {
-    fn new() -> Desk {
-        Desk(tempfile::tempdir().unwrap())
+impl Sandbox {
+    fn new() -> Sandbox {
+        Sandbox(tempfile::tempdir().unwrap())
     }
 
     fn at(&self, name: &str) -> PathBuf {
@@ -78,8 +78,8 @@ fn options() -> BuildOptions {
 
 /// Interrupts a build of `input`, changes a file, and expects that nobody goes on; and that it does when all is as it was.
 #[track_caller]
-fn expect_told(desk: &Desk, input: &LayerInput, options: &BuildOptions, file: &str, change: &dyn Fn()) {
-    let (kept, output) = (desk.keep(file), desk.at("out.vastex"));
+fn expect_told(sandbox: &Sandbox, input: &LayerInput, options: &BuildOptions, file: &str, change: &dyn Fn()) {
+    let (kept, output) = (sandbox.keep(file), sandbox.at("out.vastex"));
     let resume = BuildOptions { resume: true, ..options.clone() };
     let input = std::slice::from_ref(input);
     let build = |options: &BuildOptions, progress: &dyn Progress| build(input, &output, options, progress);
@@ -95,10 +95,10 @@ fn expect_told(desk: &Desk, input: &LayerInput, options: &BuildOptions, file: &s
 
 /// Builds one part, changes a file, builds the other: they are not joined.
 #[track_caller]
-fn expect_parts_told(desk: &Desk, input: &Path, file: &str, change: &dyn Fn()) {
-    let kept = desk.keep(file);
+fn expect_parts_told(sandbox: &Sandbox, input: &Path, file: &str, change: &dyn Fn()) {
+    let kept = sandbox.keep(file);
     let part = |n: u32| {
-        let output = desk.at(&format!("{n}.part"));
+        let output = sandbox.at(&format!("{n}.part"));
         let options = BuildOptions { part: PartOf::new(n, 2), ..options() };
         build(&[input], &output, &options, &()).unwrap();
         output
@@ -107,14 +107,14 @@ fn expect_parts_told(desk: &Desk, input: &Path, file: &str, change: &dyn Fn()) {
     change();
     let parts = [first, part(2)];
     let join =
-        |parts: &[PathBuf]| merge(parts, &desk.at("out.vastex"), false, |_, _| ControlFlow::Continue(()));
+        |parts: &[PathBuf]| merge(parts, &sandbox.at("out.vastex"), false, |_, _| ControlFlow::Continue(()));
     let error = join(&parts).unwrap_err().to_string();
     assert!(error.contains("do not belong together"), "{file}: {error}");
     put_back(kept);
     // Other times are no matter: parts come from several machines.
     fs::File::options()
         .write(true)
-        .open(desk.at(file))
+        .open(sandbox.at(file))
         .unwrap()
         .set_modified(std::time::SystemTime::now())
         .unwrap();
@@ -125,70 +125,70 @@ fn expect_parts_told(desk: &Desk, input: &Path, file: &str, change: &dyn Fn()) {
 #[test]
 fn a_raw_file_and_its_description_are_one_input_however_it_is_named() {
     for named in ["a.raw", "a.raw.toml"] {
-        let desk = Desk::new();
-        desk.raw();
-        let input = LayerInput::from(desk.at(named));
+        let sandbox = Sandbox::new();
+        sandbox.raw();
+        let input = LayerInput::from(sandbox.at(named));
         for change in ["endian = \"big\"", "first_row = \"bottom\""] {
-            expect_told(&desk, &input, &options(), "a.raw.toml", &|| desk.describe(change));
-            expect_parts_told(&desk, &desk.at(named), "a.raw.toml", &|| desk.describe(change));
+            expect_told(&sandbox, &input, &options(), "a.raw.toml", &|| sandbox.describe(change));
+            expect_parts_told(&sandbox, &sandbox.at(named), "a.raw.toml", &|| sandbox.describe(change));
         }
-        let texels = || fs::write(desk.at("a.raw"), texels(RAW[0] * RAW[1] * 2, 4)).unwrap();
-        expect_told(&desk, &input, &options(), "a.raw", &texels);
-        expect_parts_told(&desk, &desk.at(named), "a.raw", &texels);
+        let texels = || fs::write(sandbox.at("a.raw"), texels(RAW[0] * RAW[1] * 2, 4)).unwrap();
+        expect_told(&sandbox, &input, &options(), "a.raw", &texels);
+        expect_parts_told(&sandbox, &sandbox.at(named), "a.raw", &texels);
     }
 }
 
 #[test]
 fn every_piece_of_a_mosaic_counts() {
-    let desk = Desk::new();
-    desk.mosaic();
-    let input = LayerInput::from(desk.at("m.txt"));
+    let sandbox = Sandbox::new();
+    sandbox.mosaic();
+    let input = LayerInput::from(sandbox.at("m.txt"));
     for piece in ["p_0_0.png", "p_1_1.png"] {
-        expect_told(&desk, &input, &options(), piece, &|| desk.png(piece, [128, 600], 77));
-        expect_parts_told(&desk, &desk.at("m.txt"), piece, &|| desk.png(piece, [128, 600], 77));
+        expect_told(&sandbox, &input, &options(), piece, &|| sandbox.png(piece, [128, 600], 77));
+        expect_parts_told(&sandbox, &sandbox.at("m.txt"), piece, &|| sandbox.png(piece, [128, 600], 77));
     }
 }
 
 #[test]
 fn masks_and_insets_count_with_all_their_files() {
-    let desk = Desk::new();
-    desk.png("a.png", [256, 1200], 1);
-    desk.raw();
-    desk.mosaic();
-    let input = LayerInput::from(desk.at("a.png"));
-    let mask = BuildOptions { mask: Some(desk.at("m.txt")), ..options() };
-    expect_told(&desk, &input, &mask, "p_1_0.png", &|| desk.png("p_1_0.png", [128, 600], 78));
-    let inset = Inset { layer: None, image: desk.at("a.raw"), at: [0, 0], finer: 0 };
+    let sandbox = Sandbox::new();
+    sandbox.png("a.png", [256, 1200], 1);
+    sandbox.raw();
+    sandbox.mosaic();
+    let input = LayerInput::from(sandbox.at("a.png"));
+    let mask = BuildOptions { mask: Some(sandbox.at("m.txt")), ..options() };
+    expect_told(&sandbox, &input, &mask, "p_1_0.png", &|| sandbox.png("p_1_0.png", [128, 600], 78));
+    let inset = Inset { layer: None, image: sandbox.at("a.raw"), at: [0, 0], finer: 0 };
     let insets = BuildOptions { insets: vec![inset], ..options() };
-    expect_told(&desk, &input, &insets, "a.raw.toml", &|| desk.describe("endian = \"big\""));
+    expect_told(&sandbox, &input, &insets, "a.raw.toml", &|| sandbox.describe("endian = \"big\""));
 }
 
 #[test]
 fn bytes_that_no_sample_sees_are_told_by_their_time() {
-    let desk = Desk::new();
-    desk.raw();
-    let input = LayerInput::from(desk.at("a.raw"));
+    let sandbox = Sandbox::new();
+    sandbox.raw();
+    let input = LayerInput::from(sandbox.at("a.raw"));
     let change = || {
-        let mut bytes = fs::read(desk.at("a.raw")).unwrap();
+        let mut bytes = fs::read(sandbox.at("a.raw")).unwrap();
         // Of 614,400 bytes 64 blocks of 4,096 are looked at, about every 9,687.
         bytes[6000] ^= 1;
-        fs::write(desk.at("a.raw"), bytes).unwrap();
+        fs::write(sandbox.at("a.raw"), bytes).unwrap();
         // File systems' clocks may be slower than this test.
-        let file = fs::File::options().write(true).open(desk.at("a.raw")).unwrap();
+        let file = fs::File::options().write(true).open(sandbox.at("a.raw")).unwrap();
         file.set_modified(std::time::SystemTime::now() + std::time::Duration::from_secs(2)).unwrap();
     };
-    expect_told(&desk, &input, &options(), "a.raw", &change);
+    expect_told(&sandbox, &input, &options(), "a.raw", &change);
 }
 
 #[test]
 fn no_file_of_an_input_is_the_output() {
-    let desk = Desk::new();
-    desk.raw();
-    desk.mosaic();
-    desk.png("a.png", [64, 64], 1);
-    fs::write(desk.at("list.txt"), "vastex mosaic\n0 0 a.raw\n").unwrap();
-    let mask = |name: &str| BuildOptions { mask: Some(desk.at(name)), ..options() };
-    let inset = |name: &str| Inset { layer: None, image: desk.at(name), at: [0, 0], finer: 0 };
+    let sandbox = Sandbox::new();
+    sandbox.raw();
+    sandbox.mosaic();
+    sandbox.png("a.png", [64, 64], 1);
+    fs::write(sandbox.at("list.txt"), "vastex mosaic\n0 0 a.raw\n").unwrap();
+    let mask = |name: &str| BuildOptions { mask: Some(sandbox.at(name)), ..options() };
+    let inset = |name: &str| Inset { layer: None, image: sandbox.at(name), at: [0, 0], finer: 0 };
     let over = |name: &str| BuildOptions { insets: vec![inset(name)], ..options() };
     let cases = [
         ("a.raw.toml", "a.raw", options()),
@@ -205,15 +205,15 @@ fn no_file_of_an_input_is_the_output() {
         ("m.txt", "a.raw.toml", over("a.raw")),
     ];
     for (input, output, options) in cases {
-        let before = fs::read(desk.at(output)).unwrap();
-        let error = build(&[desk.at(input)], &desk.at(output), &options, &()).unwrap_err();
+        let before = fs::read(sandbox.at(output)).unwrap();
+        let error = build(&[sandbox.at(input)], &sandbox.at(output), &options, &()).unwrap_err();
         assert!(matches!(error, BuildError::SameFile(_)), "{input} -o {output}: {error}");
         assert!(error.to_string().contains(output), "{error}");
-        assert!(fs::read(desk.at(output)).unwrap() == before, "{input} -o {output}");
+        assert!(fs::read(sandbox.at(output)).unwrap() == before, "{input} -o {output}");
     }
     // Another name of the same file is replaced, which leaves the input as it is.
-    fs::hard_link(desk.at("a.raw"), desk.at("linked.vastex")).unwrap();
-    let before = fs::read(desk.at("a.raw")).unwrap();
-    build(&[desk.at("a.raw")], &desk.at("linked.vastex"), &options(), &()).unwrap();
-    assert!(fs::read(desk.at("a.raw")).unwrap() == before);
+    fs::hard_link(sandbox.at("a.raw"), sandbox.at("linked.vastex")).unwrap();
+    let before = fs::read(sandbox.at("a.raw")).unwrap();
+    build(&[sandbox.at("a.raw")], &sandbox.at("linked.vastex"), &options(), &()).unwrap();
+    assert!(fs::read(sandbox.at("a.raw")).unwrap() == before);
 }

@@ -1,6 +1,7 @@
 //! What an application wants to know, and the queue in which it waits to be asked for.
 
 use std::collections::VecDeque;
+use std::fmt;
 
 use crate::table::pool::PoolId;
 use crate::texture::page::{PageId, TextureId};
@@ -62,6 +63,41 @@ pub enum Event {
     },
 }
 
+/// One line for a log: what happened, where, and for what is too small by how much.
+impl fmt::Display for Event {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let of_page = |page: &PageId| {
+            format!("a page of level {} of texture {}", page.level(), page.texture().number())
+        };
+        match self {
+            Event::Converged { frame } => write!(f, "frame {frame}: all that is wanted is there"),
+            Event::Oversubscribed { pool, wanted, slots, occupied, bias_eighths, largest } => {
+                write!(
+                    f,
+                    "pool {} is too small for what is in view: {wanted} pages are wanted, it has {slots} slots \
+                     ({occupied} taken), so that pictures are {} levels coarser",
+                    pool.number(),
+                    f64::from(*bias_eighths) / 8.0
+                )?;
+                largest.iter().enumerate().try_for_each(|(nth, texture)| {
+                    let lead = if nth == 0 { "; most is wanted by" } else { "," };
+                    write!(f, "{lead} texture {} ({} pages)", texture.texture.number(), texture.wanted)
+                })
+            }
+            Event::PoolReduced { pool, asked, bytes } => write!(
+                f,
+                "the device has no memory for a pool {} of {asked} bytes; it has {bytes}",
+                pool.number()
+            ),
+            Event::Failed { page, why, .. } => {
+                write!(f, "{} failed and will be tried again: {why}", of_page(page))
+            }
+            Event::Recovered { page, .. } => write!(f, "{}, which had failed, is there", of_page(page)),
+            Event::Lost { events } => write!(f, "{events} events were dropped, since nobody asked for them"),
+        }
+    }
+}
+
 /// The part of a pool that one texture takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TexturePages {
@@ -110,6 +146,7 @@ impl EventQueue {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::texture::page::{Dims, PagePos};
 
     fn frames(queue: &mut EventQueue) -> Vec<Event> {
         std::iter::from_fn(|| queue.poll()).collect()
@@ -124,6 +161,36 @@ mod tests {
         assert_eq!(frames(&mut queue), expected);
         queue.push(Event::Converged { frame: all });
         assert_eq!(frames(&mut queue), [Event::Converged { frame: all }], "a loss is said once");
+    }
+
+    #[test]
+    fn an_event_is_one_line() {
+        let pool = PoolId::new(2);
+        let texture = |number| TextureId::new(number).unwrap();
+        let page = PageId::new(texture(5), Dims::D2, PagePos::new_2d(1, 3, 4)).unwrap();
+        let largest = [(5, 600), (7, 20)]
+            .map(|(number, wanted)| TexturePages { texture: texture(number), wanted, resident: 9 })
+            .to_vec();
+        let (wanted, slots, occupied, bias_eighths) = (620, 500, 499, 4);
+        let lines = [
+            (Event::Converged { frame: 9 }, "frame 9: all that is wanted is there"),
+            (
+                Event::Oversubscribed { pool, wanted, slots, occupied, bias_eighths, largest },
+                "pool 2 is too small for what is in view: 620 pages are wanted, it has 500 slots (499 taken), so that \
+                 pictures are 0.5 levels coarser; most is wanted by texture 5 (600 pages), texture 7 (20 pages)",
+            ),
+            (
+                Event::PoolReduced { pool, asked: 70, bytes: 60 },
+                "the device has no memory for a pool 2 of 70 bytes; it has 60",
+            ),
+            (
+                Event::Failed { pool, page, why: "the disk is gone".into() },
+                "a page of level 1 of texture 5 failed and will be tried again: the disk is gone",
+            ),
+            (Event::Recovered { pool, page }, "a page of level 1 of texture 5, which had failed, is there"),
+            (Event::Lost { events: 3 }, "3 events were dropped, since nobody asked for them"),
+        ];
+        lines.into_iter().for_each(|(event, line)| assert_eq!(event.to_string(), line));
     }
 
     #[test]

@@ -4,7 +4,7 @@
 //! Of the missing pages of one content one is loaded, the others wait and join it in its slot.
 
 use crate::pager::flight_share::FlightShare;
-use crate::pager::order::{Missing, Ranking};
+use crate::pager::ranking::{Missing, Ranking};
 use crate::pager::reranks::Reranks;
 use crate::pager::working_set::WorkingSet;
 use crate::residency::rank::{Band, rank_of};

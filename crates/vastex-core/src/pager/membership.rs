@@ -1,4 +1,4 @@
-//! Textures come to a pool, each with its tail, and leave it.
+//! Adding a texture to a pool, with its tail, and removing it.
 
 use std::sync::Arc;
 

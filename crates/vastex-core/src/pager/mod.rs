@@ -22,10 +22,10 @@ pub(crate) mod groups;
 pub(crate) mod inspect;
 pub(crate) mod load_order;
 pub(crate) mod membership;
-pub(crate) mod memory;
-pub(crate) mod order;
 pub(crate) mod pool;
+pub(crate) mod pool_changes;
 pub(crate) mod prediction;
+pub(crate) mod ranking;
 pub(crate) mod requests;
 pub(crate) mod reranks;
 pub(crate) mod table_changes;
@@ -351,7 +351,7 @@ impl Pager {
         Some((&mut self.pools[usize::from(pool.number())].pager, &mut self.events))
     }
 
-    /// Puts something that whoever carries out the decisions has to report among the events.
+    /// Puts something that whoever acts on the decisions has to report among the events.
     pub fn report(&mut self, event: Event) {
         self.events.push(event);
     }

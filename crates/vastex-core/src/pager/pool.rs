@@ -44,6 +44,8 @@ pub struct PoolPager {
     /// The frame of the newest feedback.
     pub(super) newest_feedback: Option<u64>,
     converged: bool,
+    /// Reused between frames to avoid allocating.
+    pub(super) expected: Vec<(PageId, u32)>,
     #[cfg(feature = "checks")]
     pub(super) savings: Savings,
 }
@@ -64,6 +66,7 @@ impl PoolPager {
             cut: false,
             newest_feedback: None,
             converged: false,
+            expected: Vec::new(),
             #[cfg(feature = "checks")]
             savings: Savings::default(),
         }
@@ -286,6 +289,14 @@ impl PoolPager {
     /// a jitter cycle of the others is not waited for.
     pub fn is_converged(&self) -> bool {
         self.converged
+    }
+
+    /// Whether a view has been seen for a whole jitter cycle, and all that it wanted of the pool in that is
+    /// resident at the bias in force, or could not be had. Costs a visit of each page of the working set.
+    pub(super) fn has_all_of(&self, view: ViewId) -> bool {
+        let is_had =
+            |page| self.residency.has_failed(page) || matches!(self.state(page), PageState::Resident(_));
+        self.set.pages_of(view, self.bias_eighths()).is_some_and(|mut pages| pages.all(is_had))
     }
 
     /// The pool.

@@ -41,12 +41,12 @@ impl Prediction {
         &self.ordered
     }
 
-    /// Lets go of what was not named for a while, and says so to `let_go`.
-    pub(crate) fn begin_frame(&mut self, frame: u64, let_go: &mut Vec<PageId>) {
+    /// Forgets the pages that were not named for a while, and adds them to `released`.
+    pub(crate) fn begin_frame(&mut self, frame: u64, released: &mut Vec<PageId>) {
         self.pages.retain(|&page, &mut (named, _)| {
             let stays = named + FRAMES > frame;
             if !stays {
-                let_go.push(page);
+                released.push(page);
             }
             stays
         });

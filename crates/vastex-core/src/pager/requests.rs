@@ -51,6 +51,24 @@ impl Pager {
         self.owner_of(texture)?.ask(Ask::Prefetch(urgency), texture, region)
     }
 
+    /// Loads what a view wants, at the mip bias in force for each pool and with the ancestors, as
+    /// [`Pager::prefetch`] does a region: one ticket for each texture of which there are pages to load.
+    ///
+    /// Fails where a pool could never hold its part, and then asks for nothing. What is wanted of textures that
+    /// there are not is left out. Costs a visit of each page and of its ancestors now, and in each frame while the
+    /// tickets are open.
+    pub fn prefetch_view(&mut self, feedback: &Feedback, urgency: Urgency) -> Result<Vec<Ticket>, AskError> {
+        self.with_members(feedback, |pager, wanted| {
+            let parts: Vec<_> =
+                pager.pools().map(|pool| pool.parts_of_view(wanted)).collect::<Result<_, _>>()?;
+            let open = |(pool, parts): (&mut PoolPager, Vec<(TextureId, Vec<PageId>)>)| {
+                let open = |(texture, pages)| pool.open(Ask::Prefetch(urgency), texture, pages);
+                parts.into_iter().map(open).collect::<Vec<Ticket>>()
+            };
+            Ok(pager.pools_mut().zip(parts).flat_map(open).collect())
+        })
+    }
+
     /// Loads the pages of a region, with their ancestors, and keeps them until [`Pager::release`]: they are
     /// in view, as it were, at every mip bias.
     ///
@@ -131,11 +149,49 @@ impl Pager {
 impl PoolPager {
     fn ask(&mut self, ask: Ask, texture: TextureId, region: &Region) -> Result<Ticket, AskError> {
         let pages = self.pages_of_region(texture, region)?;
-        match ask {
-            Ask::Prefetch(_) => self.plan.note_change(),
-            Ask::Pin => self.claims.may_pin(&pages, &self.residency)?,
+        if ask == Ask::Pin {
+            self.claims.may_pin(&pages, &self.residency)?;
         }
-        Ok(self.claims.open(ask, texture, pages, &mut self.residency))
+        Ok(self.open(ask, texture, pages))
+    }
+
+    /// Opens a ticket for pages of one texture, each once, coarsest first.
+    fn open(&mut self, ask: Ask, texture: TextureId, pages: Vec<PageId>) -> Ticket {
+        if ask != Ask::Pin {
+            self.plan.note_change();
+        }
+        self.claims.open(ask, texture, pages, &mut self.residency)
+    }
+
+    /// The pages that a view wants of each of the pool's textures, each once and coarsest first.
+    fn parts_of_view(&self, feedback: &Feedback) -> Result<Vec<(TextureId, Vec<PageId>)>, AskError> {
+        let mut pages = Vec::new();
+        self.for_pages_of_view(feedback, |page, _| pages.push(page));
+        pages.sort_unstable_by_key(|&page| (page.texture(), std::cmp::Reverse(page.level()), page));
+        pages.dedup();
+        let tiles = self.tiles_of(pages.iter().copied());
+        let slots = self.residency.slot_count() - self.residency.tails();
+        if tiles > u64::from(slots) {
+            return Err(AskError::TooManyPages { pages: tiles, slots });
+        }
+        let parts = pages.chunk_by(|a, b| a.texture() == b.texture());
+        Ok(parts.map(|part| (part[0].texture(), part.to_vec())).collect())
+    }
+
+    /// Calls `act` with each page that a view wants at the bias in force, and its ancestors, but for tails; with a page
+    /// as often as it is wanted, and the pixels.
+    fn for_pages_of_view(&self, feedback: &Feedback, mut act: impl FnMut(PageId, u32)) {
+        let bias = self.bias_eighths();
+        for wanted in feedback.pages.iter().filter(|wanted| self.textures.contains(wanted.page)) {
+            let level = Need::new(wanted.page.level(), wanted.eighth).level_at(bias);
+            let line = std::iter::once(wanted.page).chain(self.textures.ancestors(wanted.page));
+            for page in line.skip_while(|page| page.level() < level) {
+                let page = self.textures.present_page(page);
+                if !self.textures.is_tail(page) {
+                    act(page, wanted.pixels);
+                }
+            }
+        }
     }
 
     fn release(&mut self, ticket: Ticket) -> bool {
@@ -148,17 +204,12 @@ impl PoolPager {
     }
 
     fn expect(&mut self, feedback: &Feedback) {
-        let bias = self.bias_eighths();
-        for wanted in feedback.pages.iter().filter(|wanted| self.textures.contains(wanted.page)) {
-            let level = Need::new(wanted.page.level(), wanted.eighth).level_at(bias);
-            let line = std::iter::once(wanted.page).chain(self.textures.ancestors(wanted.page));
-            for page in line.skip_while(|page| page.level() < level) {
-                let page = self.textures.present_page(page);
-                if !self.textures.is_tail(page) {
-                    self.claims.expect(page, wanted.pixels, &mut self.residency);
-                }
-            }
+        let mut expected = std::mem::take(&mut self.expected);
+        self.for_pages_of_view(feedback, |page, pixels| expected.push((page, pixels)));
+        for (page, pixels) in expected.drain(..) {
+            self.claims.expect(page, pixels, &mut self.residency);
         }
+        self.expected = expected;
         self.plan.note_change();
     }
 

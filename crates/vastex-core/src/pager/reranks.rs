@@ -1,6 +1,6 @@
 //! Loads that the loader should move within its queue, as the last decision ranks them.
 //!
-//! A request carries the rank that its page had when it was asked for. Frames later the page may have come
+//! A request has the rank that its page had when it was asked for. Frames later the page may have come
 //! into view, have left it, or have become one of the best; with its old rank it would wait for tiles that
 //! matter less, or others for it. When a load gets another rank is said in `residency::rank`. A rerank is no
 //! request: it charges no budget, and the load is answered once.

@@ -187,10 +187,10 @@ impl Tickets {
         }
     }
 
-    /// Ends what is done or late, and adds the pages that are let go of by that to `let_go`.
+    /// Ends what is done or late, and adds the pages that no open ticket holds any more to `released`.
     ///
     /// Costs a visit of each page of the open tickets.
-    pub(crate) fn begin_frame(&mut self, frame: u64, residency: &Residency, let_go: &mut Vec<PageId>) {
+    pub(crate) fn begin_frame(&mut self, frame: u64, residency: &Residency, released: &mut Vec<PageId>) {
         self.frame = frame;
         self.drop_what_nobody_asks_for();
         let mut over = Vec::new();
@@ -211,7 +211,7 @@ impl Tickets {
                 over.push(number);
             }
         }
-        over.into_iter().for_each(|number| let_go.extend(self.close(number)));
+        over.into_iter().for_each(|number| released.extend(self.close(number)));
     }
 
     /// Of tickets that have ended over a second ago, keeps so many: an application that never asks has memory

@@ -84,7 +84,7 @@ fn contents_are_loaded_once(residency: &Residency) -> Result<(), String> {
         if content.representative != PageId::NONE
             && (representative.is_none() || sharing.of(content.representative) != id)
         {
-            return Err(format!("{id:?} is carried by a page that knows nothing of it: {content:?}"));
+            return Err(format!("{id:?} is represented by a page that knows nothing of it: {content:?}"));
         }
     }
     for record in records.iter() {

@@ -39,11 +39,11 @@ pub(crate) mod flight;
 pub(crate) mod foresight;
 pub(crate) mod history;
 pub(crate) mod loads;
+pub(crate) mod lost_tiles;
 mod moves;
 pub(crate) mod page_map;
 pub(crate) mod rank;
 pub(crate) mod records;
-pub(crate) mod recovery;
 pub(crate) mod refresh;
 pub(crate) mod resize;
 pub(crate) mod retention;
@@ -340,7 +340,7 @@ impl Residency {
     }
 
     /// Whether a tile that comes for the page has a use: it is in the working set of this round, or a
-    /// prefetch or a prediction holds it, or another page whose content it carries.
+    /// prefetch or a prediction holds it, or another page of the content that it represents.
     pub(crate) fn has_use_for(&self, page: PageId, hint: RecordHint) -> bool {
         self.is_wanted(page, hint) || self.is_claimed(page) || self.represents_something_of_use(page)
     }

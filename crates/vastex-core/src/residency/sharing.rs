@@ -215,7 +215,7 @@ impl Sharing {
         }
     }
 
-    /// The page carries nothing any more: whichever page of the content comes first carries it next.
+    /// The page represents its content no longer: the page of the content that comes first does so next.
     pub(crate) fn release_representative(&mut self, page: PageId) {
         if let Some(content) = self.content_of(page).filter(|content| content.representative == page) {
             content.representative = PageId::NONE;

@@ -189,7 +189,7 @@ impl Residency {
         Some(self.representative_for(page))
     }
 
-    /// Whether the content that the page carries has a use, for whichever of its pages.
+    /// Whether the content that the page represents has a use, for whichever of its pages.
     pub(crate) fn represents_something_of_use(&self, page: PageId) -> bool {
         let content =
             self.sharing.get(self.sharing.of(page)).filter(|content| content.representative == page);

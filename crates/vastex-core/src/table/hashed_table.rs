@@ -1,4 +1,5 @@
-//! The page table of a texture with too many pages for an entry each: a hash table of what is resident.
+//! The page table of a pool whose textures have too many pages for an entry each: one hash table of what is
+//! resident, of all textures of the pool.
 //!
 //! Its memory follows the pages that are resident, not those that there are. A page that is resident is found
 //! by one probe sequence; for one that is not, a lookup goes up its ancestors, with one sequence for each, to
@@ -6,8 +7,8 @@
 //!
 //! | | |
 //! |---|---|
-//! | buckets | a power of two, at least [`HashedTable::FEWEST`], each with a page and an entry, or free |
-//! | where a page is | in the first free bucket from its home on; home is a hash of its id without the texture |
+//! | buckets | a power of two, at least those that the table was made with, each with a page and an entry, or free |
+//! | where a page is | in the first free bucket from its home on; home is a hash of its id, that of the texture included |
 //! | load | at most half; a table that grows or shrinks is filled to a quarter or less |
 //! | probe sequence | at most `HASHED_PROBES` buckets: where a page would lie farther from home, the table grows and hashes anew |
 //! | a page that leaves | closes the gap behind it, so that nothing is ever marked as gone |
@@ -16,26 +17,23 @@
 //! those that have changed.
 
 use crate::shader_constants::{
-    HASH_HIGH, HASH_LAST, HASH_LOW, HASHED_PROBES, LEVEL_BITS, LEVEL_SHIFT, TEXTURE_SHIFT,
+    HASH_HIGH, HASH_LAST, HASH_LOW, HASHED_FEWEST_BITS, HASHED_PROBES, TEXTURE_SHIFT,
 };
 use crate::table::pool::Slot;
 use crate::table::{ChangeRule, PageTable, TableChange, TableEntry};
 use crate::texture::geometry::Geometry;
 use crate::texture::page::{PageId, PagePos, TextureId};
 
-const _: () =
-    assert!(LEVEL_SHIFT + LEVEL_BITS == TEXTURE_SHIFT, "a page id without its texture ends with the level");
-
 /// A page and where its tile is, as a GPU reads it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct HashedBucket {
-    /// The page's id without its texture.
+    /// The page's id, low half first.
     page: [u32; 2],
     entry: u32,
 }
 
 impl HashedBucket {
-    /// Nobody's. No page has such a high half.
+    /// Nobody's. No page has such a high half: no texture has such a number.
     const FREE: HashedBucket = HashedBucket { page: [u32::MAX; 2], entry: u32::MAX };
     /// Words that it takes.
     pub const WORDS: usize = 3;
@@ -50,18 +48,17 @@ impl HashedBucket {
     }
 }
 
-/// The page table of a texture that has too many pages for an entry each: a hash table of its resident pages.
+/// The page table of the textures of a pool that have too many pages for an entry each: a hash table of their
+/// resident pages.
 ///
 /// Its memory follows the pages that are resident. A resident page is found by one probe sequence of at most
 /// `HASHED_PROBES` buckets; of another page a lookup goes up the ancestors, with a sequence for each, to the
 /// tail, which needs no entry. At most half of the buckets are filled.
 #[derive(Clone, Debug)]
 pub struct HashedTable {
-    geometry: Geometry,
-    tail: TableEntry,
+    fewest: usize,
     buckets: Vec<HashedBucket>,
     pages: usize,
-    seed: u32,
     /// Places written since they were last asked for, some more than once; `None` if all of them may have
     /// been.
     written: Option<Vec<u32>>,
@@ -70,15 +67,48 @@ pub struct HashedTable {
 }
 
 impl HashedTable {
-    /// Places of a table that leads to the tail alone.
-    pub const FEWEST: usize = 1024;
+    /// Buckets of every table at least.
+    pub const FEWEST: usize = 1 << HASHED_FEWEST_BITS;
 
-    /// A table in which every page leads to the tail, which lies in `tail_slot`.
-    pub fn new(geometry: &Geometry, tail_slot: Slot) -> HashedTable {
-        let tail = TableEntry::new(geometry.tail().first_level(), tail_slot);
-        let buckets = vec![HashedBucket::FREE; HashedTable::FEWEST];
-        let geometry = geometry.clone();
-        HashedTable { geometry, tail, buckets, pages: 0, seed: 0, written: None, before: None }
+    /// A table in which every page leads to its tail, with buckets of which `pages` pages fill a quarter at
+    /// most; it grows where there are more, and never has fewer.
+    pub fn new(pages: usize) -> HashedTable {
+        let fewest = (pages * 4).next_power_of_two().max(HashedTable::FEWEST);
+        let buckets = vec![HashedBucket::FREE; fewest];
+        HashedTable { fewest, buckets, pages: 0, written: None, before: None }
+    }
+
+    /// The entry of a page if that is resident: one probe sequence.
+    pub fn get(&self, page: PageId) -> Option<TableEntry> {
+        let at = self.find(key(page)).ok()?;
+        Some(TableEntry::from_bits(self.buckets[at].entry))
+    }
+
+    /// The entry of the finest resident page of a texture that covers `pos`: `tail` where none finer is.
+    pub fn lookup_in(
+        &self,
+        geometry: &Geometry,
+        texture: TextureId,
+        tail: TableEntry,
+        pos: PagePos,
+    ) -> TableEntry {
+        let line = std::iter::successors(Some(pos), |&pos| geometry.parent(pos));
+        let mut finer = line.take_while(|&pos| !geometry.is_tail(pos));
+        let own = |pos| self.get(PageId::new(texture, geometry.dims(), pos).ok()?);
+        finer.find_map(own).unwrap_or(tail)
+    }
+
+    /// Takes out all pages of a texture, as if each had been evicted. Costs a visit of each bucket. The
+    /// buckets stay as many as they are.
+    pub fn remove_texture(&mut self, texture: TextureId) {
+        let is_of =
+            |bucket: &&HashedBucket| bucket.page[1] >> (TEXTURE_SHIFT - 32) == u32::from(texture.number());
+        let pages: Vec<[u32; 2]> = self.buckets.iter().filter(is_of).map(|bucket| bucket.page).collect();
+        for page in pages {
+            if let Ok(at) = self.find(page) {
+                self.remove(at);
+            }
+        }
     }
 
     /// Carries out changes, evictions before loads, as [`crate::TableImage`] does one by one.
@@ -108,8 +138,8 @@ impl HashedTable {
                 self.insert(HashedBucket { page: key(*page), entry: entry.to_bits() });
             }
         }
-        if self.buckets.len() > HashedTable::FEWEST && self.pages * 16 < self.buckets.len() {
-            self.hash_anew(roomy(self.pages));
+        if self.buckets.len() > self.fewest && self.pages * 16 < self.buckets.len() {
+            self.hash_anew((self.pages * 4).next_power_of_two().max(self.fewest));
         }
     }
 
@@ -128,9 +158,10 @@ impl HashedTable {
         &self.buckets
     }
 
-    /// Seed of the hashes; changes at every rehash.
+    /// Seed of the hashes: how often the fewest buckets are doubled for as many as there are, so that it is
+    /// another at every rehash, and known where the buckets are.
     pub fn seed(&self) -> u32 {
-        self.seed
+        self.buckets.len().ilog2() - HASHED_FEWEST_BITS
     }
 
     /// Places from the home of the farthest page to where it is, both counted; 0 where there is none.
@@ -175,7 +206,7 @@ impl HashedTable {
     }
 
     fn home(&self, page: [u32; 2]) -> usize {
-        hash(page, self.seed) as usize & (self.buckets.len() - 1)
+        hash(page, self.seed()) as usize & (self.buckets.len() - 1)
     }
 
     fn distance(&self, page: [u32; 2], at: usize) -> usize {
@@ -226,42 +257,47 @@ impl HashedTable {
 
     /// Begins anew with so many buckets, or more until every page is near its home.
     fn hash_anew(&mut self, buckets: usize) {
-        let (count, seed) = (std::mem::take(&mut self.pages), self.seed);
+        let count = std::mem::take(&mut self.pages);
         let old = std::mem::replace(&mut self.buckets, vec![HashedBucket::FREE; buckets]);
-        self.seed = seed.wrapping_add(1);
         let written = self.written.take();
         old.iter().filter(|bucket| !bucket.is_free()).for_each(|&bucket| self.insert(bucket));
         if written.is_some() {
-            let (geometry, tail) = (self.geometry.clone(), self.tail);
             let before =
-                HashedTable { geometry, tail, buckets: old, pages: count, seed, written, before: None };
+                HashedTable { fewest: self.fewest, buckets: old, pages: count, written, before: None };
             self.before = Some(Box::new(before));
         }
     }
 }
 
-impl PageTable for HashedTable {
-    fn lookup(&self, pos: PagePos) -> TableEntry {
-        let line = std::iter::successors(Some(pos), |&pos| self.geometry.parent(pos));
-        let finer = line.take_while(|&pos| !self.geometry.is_tail(pos));
-        let own = |pos| {
-            let page = PageId::new(TextureId::new(0)?, self.geometry.dims(), pos).ok()?;
-            let at = self.find(key(page)).ok()?;
-            Some(TableEntry::from_bits(self.buckets[at].entry))
-        };
-        finer.into_iter().find_map(own).unwrap_or(self.tail)
+/// A hashed table that one texture has for itself, with what a lookup needs to know: for tests, and where no
+/// GPU is.
+#[derive(Clone, Debug)]
+pub struct HashedTextureTable {
+    /// The table.
+    pub table: HashedTable,
+    geometry: Geometry,
+    texture: TextureId,
+    tail: TableEntry,
+}
+
+impl HashedTextureTable {
+    /// A table in which every page leads to the tail, which lies in `tail_slot`.
+    pub fn new(geometry: &Geometry, texture: TextureId, tail_slot: Slot) -> HashedTextureTable {
+        let tail = TableEntry::new(geometry.tail().first_level(), tail_slot);
+        HashedTextureTable { table: HashedTable::new(0), geometry: geometry.clone(), texture, tail }
     }
 }
 
-/// Places of which so many pages fill a quarter at most.
-fn roomy(pages: usize) -> usize {
-    (pages * 4).next_power_of_two().max(HashedTable::FEWEST)
+impl PageTable for HashedTextureTable {
+    fn lookup(&self, pos: PagePos) -> TableEntry {
+        self.table.lookup_in(&self.geometry, self.texture, self.tail, pos)
+    }
 }
 
-/// The page's id without its texture, low half first.
+/// The page's id, low half first.
 fn key(page: PageId) -> [u32; 2] {
     let bits = page.to_bits();
-    [bits as u32, (bits >> 32) as u32 & ((1 << (TEXTURE_SHIFT - 32)) - 1)]
+    [bits as u32, (bits >> 32) as u32]
 }
 
 /// `vastex_hash`: every bit of the page bears on every bit of the hash.

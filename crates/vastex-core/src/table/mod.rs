@@ -1,5 +1,5 @@
-//! The page table: page -> slot, and the changes that keep it true. This is the direct one; that of a texture
-//! with more pages than it is worth an entry each is [`crate::HashedTable`].
+//! The page table: page -> slot, and the changes that keep it true. This is the direct one, of a texture;
+//! [`crate::HashedTable`] is that of a pool whose textures have more pages than it is worth an entry each.
 //!
 //! A table has one entry for each page finer than the tail, level after level, row by row. It is filled
 //! downward: an entry without a tile of its own holds that of its nearest resident ancestor, the tail at
@@ -62,7 +62,7 @@ impl TableEntry {
     }
 }
 
-/// What leads from pages to slots: [`TableImage`], or [`crate::HashedTable`] where that would be too large.
+/// What leads from pages to slots: [`TableImage`], or [`crate::HashedTextureTable`] where that would be too large.
 pub trait PageTable: std::fmt::Debug {
     /// The entry of a page: the slot and level of the finest resident page that covers it.
     fn lookup(&self, pos: PagePos) -> TableEntry;

@@ -68,7 +68,7 @@ fn only_the_pool_that_is_too_small_becomes_coarser_and_is_named() {
 
 #[test]
 fn pools_that_have_something_to_upload_get_the_same_bytes() {
-    // Every pool misses more than the budget carries in these frames.
+    // Every pool misses more bytes than may be uploaded in these frames.
     let mut crowd = three_pools([2000, 2000, 2000], Budgets { upload_bytes_per_frame: 900, ..BUDGETS });
     crowd.loads.tiles_per_frame = usize::MAX;
     (0..20).for_each(|_| crowd.step().unwrap());
@@ -379,6 +379,10 @@ fn add_at_random(
     }
 }
 
+/// Crowds that are played where nothing says how many. Faults were found by crowds 554 to 5870 of campaigns, each of which
+/// is a test of its own below; the first hundreds are there for what is broken anew.
+const CROWDS: u64 = 200;
+
 /// Where a search for a crowd that does not hold goes on.
 fn first_world() -> u64 {
     std::env::var("VASTEX_FIRST_WORLD").ok().and_then(|n| n.parse().ok()).unwrap_or(0)
@@ -399,7 +403,7 @@ fn play_crowds(seeds: impl Iterator<Item = u64>) -> (Vec<TicketState>, u64) {
 
 #[test]
 fn random_crowds_hold_together() {
-    let worlds = std::env::var("VASTEX_WORLDS").ok().and_then(|n| n.parse().ok()).unwrap_or(500);
+    let worlds = std::env::var("VASTEX_WORLDS").ok().and_then(|n| n.parse().ok()).unwrap_or(CROWDS);
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let played: Vec<_> = std::thread::scope(|scope| {
         let seeds = |first: usize| (first_world()..worlds).skip(first).step_by(threads);

@@ -222,7 +222,7 @@ fn a_load_goes_on_for_the_others_when_its_page_leaves_the_view() {
     assert!(pager.poll_request().is_none(), "one load for all");
     look(&mut pager, 60);
     assert_eq!((pager.poll_cancel(), pager.poll_request()), (None, None));
-    assert_eq!(pager.state(page(60)), PageState::Loading, "as that which carries it");
+    assert_eq!(pager.state(page(60)), PageState::Loading, "as the page that represents its content");
     pager.tile_ready(request.page, Bytes::from_static(b"b"));
     let (_, upload) = pager.poll_upload().unwrap();
     assert!(pager.poll_upload().is_none());

@@ -9,4 +9,4 @@ mod ram;
 
 #[cfg(not(target_family = "wasm"))]
 pub use disk::{DiskCache, DiskTier, DiskTierError};
-pub use ram::RamCache;
+pub use ram::{RamBudget, RamCache};

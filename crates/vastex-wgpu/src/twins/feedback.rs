@@ -10,15 +10,16 @@ use super::lookup::Position;
 impl Texture<'_> {
     /// `vastex_feedback_grad`: a feedback pixel, from gradients of uv along one pixel of the target.
     pub fn feedback_grad(&self, uv: [f32; 2], ddx: [f32; 2], ddy: [f32; 2]) -> [u32; 4] {
-        self.feedback_texel_grad(self.position_from_uv(uv), self.texels(ddx), self.texels(ddy))
+        let [dx, dy] = [ddx, ddy].map(|gradient| self.texels(gradient));
+        self.by_uv().feedback_texel_grad(self.position_from_uv(uv), dx, dy)
     }
 
     /// `vastex_feedback_level`: the same for an explicit level.
     pub fn feedback_level(&self, uv: [f32; 2], level: f32) -> [u32; 4] {
-        self.feedback(self.position_from_uv(uv), level)
+        self.by_uv().feedback(self.position_from_uv(uv), level)
     }
 
-    /// `vastex_feedback_texel_grad`: at a position, from gradients in texels.
+    /// `vastexi_feedback`: at a position, from gradients in texels.
     pub(super) fn feedback_texel_grad(&self, position: Position, dx: [f32; 2], dy: [f32; 2]) -> [u32; 4] {
         let flag = if degenerate_lambda(dx, dy).is_none() { FEEDBACK_WANTED } else { FEEDBACK_DEGENERATE };
         self.feedback_lambda(position, self.footprint(dx, dy).lambda + self.level_offset, flag)

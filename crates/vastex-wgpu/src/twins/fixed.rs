@@ -1,4 +1,4 @@
-//! Twin of sample_fixed.wgsl and feedback_fixed.wgsl: a place that is given as a whole-numbered anchor and an offset from it.
+//! Twin of position.wgsl, and of what takes a place in fixed point: a place that is given as a whole-numbered anchor and an offset from it.
 
 use vastex_core::AddressMode;
 use vastex_core::shader_constants::FIXED_REACH;
@@ -18,7 +18,7 @@ pub struct Coordinate {
     pub way: f32,
 }
 
-/// `vastex_folded_texel`: the place `offset` texels after the beginning of texel `anchor`, folded into `size` texels.
+/// `vastexi_folded_texel`: the place `offset` texels after the beginning of texel `anchor`, folded into `size` texels.
 pub fn folded_texel(anchor: u32, offset: f32, size: u32, mode: AddressMode) -> Coordinate {
     let offset = offset.clamp(-(FIXED_REACH as f32), FIXED_REACH as f32);
     let (size, fraction) = (i64::from(size), offset - offset.floor());

@@ -1,4 +1,4 @@
-//! Twin of lookup.wgsl: from a virtual uv and a level to a texel of a tile.
+//! Twin of page.wgsl and place.wgsl: from a virtual uv and a level to a texel of a tile.
 
 use vastex_core::{AddressMode, PagePos, Slot};
 
@@ -65,7 +65,7 @@ impl Texture<'_> {
         self.place_of(self.position_from_uv(uv), wanted)
     }
 
-    /// `vastex_place`: the same for a position.
+    /// `vastexi_place`: the same for a position.
     pub(super) fn place_of(&self, position: Position, wanted: u8) -> Place {
         if wanted >= self.geometry.tail().first_level() {
             return self.place_in_tail(position, wanted);
@@ -82,7 +82,7 @@ impl Texture<'_> {
         self.place_in_slot(slot, self.tile_texel(position, level), level)
     }
 
-    /// `vastex_tile_texel`: where a position lies in the tile of its page of a level, in texels of the texture. Beyond the edges it goes
+    /// `vastexi_tile_texel`: where a position lies in the tile of its page of a level, in texels of the texture. Beyond the edges it goes
     /// as far as the border colour is mixed with nothing.
     fn tile_texel(&self, position: Position, level: u8) -> [f32; 2] {
         let (first, page_texel) = self.page_in_tile(position, level);
@@ -94,7 +94,7 @@ impl Texture<'_> {
         })
     }
 
-    /// `vastex_free_tile_texel`: the same in texels of the layer, and as far beyond the edges as the position is.
+    /// `vastexi_free_tile_texel`: the same in texels of the layer, and as far beyond the edges as the position is.
     pub(super) fn free_tile_texel(&self, position: Position, level: u8) -> [f32; 2] {
         let (first, _) = self.page_in_tile(position, level);
         let texel = self.page_texel(position, level);

@@ -19,8 +19,8 @@ use vastex_core::{Geometry, LevelRule, PageTable, TextureId};
 
 use crate::filter::Filter;
 
-/// A virtual texture as shaders know it: `vastex_texture`, `vastex_table`, and of `vastex_pool` and `vastex_view`
-/// what bears on levels and on the layer.
+/// A virtual texture as shaders know it: its record and page table, and of its pool and the view what bears on levels and on the layer.
+/// One whose values may not be mixed is as one of the filter [`Filter::Nearest`] that does not fade.
 #[derive(Clone, Copy, Debug)]
 pub struct Texture<'a> {
     /// Its shape.
@@ -58,6 +58,16 @@ impl<'a> Texture<'a> {
             layer_scale: 1,
             level_offset: 0.0,
             fades: &[],
+        }
+    }
+
+    /// `vastexi_texture_by_uv`: the same for functions that take a uv, which want no level finer than uv can tell.
+    fn by_uv(&self) -> Texture<'a> {
+        let least = crate::record::uv_finest(self.geometry);
+        let LevelRule { bias, finest, coarsest } = self.rule;
+        Texture {
+            rule: LevelRule { bias, finest: finest.max(least), coarsest: coarsest.max(least) },
+            ..*self
         }
     }
 }

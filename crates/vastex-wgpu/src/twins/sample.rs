@@ -26,26 +26,33 @@ impl std::fmt::Debug for Sampler<'_> {
     }
 }
 
+impl<'a> Sampler<'a> {
+    fn by_uv(&self) -> Sampler<'a> {
+        Sampler { texture: self.texture.by_uv(), format: self.format, tile: self.tile }
+    }
+}
+
 impl Sampler<'_> {
     /// `vastex_sample_grad`: the colour at `uv`, from gradients of uv along one pixel; linear, 0 to 1.
     pub fn sample_grad(&self, uv: [f32; 2], ddx: [f32; 2], ddy: [f32; 2]) -> [f32; 4] {
         let texture = &self.texture;
-        self.sample_texel_grad(texture.position_from_uv(uv), texture.texels(ddx), texture.texels(ddy))
+        let [dx, dy] = [ddx, ddy].map(|gradient| texture.texels(gradient));
+        self.by_uv().sample_texel_grad(texture.position_from_uv(uv), dx, dy)
     }
 
     /// `vastex_sample_level`: the same, `level` levels coarser than level 0, biases to be added.
     pub fn sample_level(&self, uv: [f32; 2], level: f32) -> [f32; 4] {
-        self.sample_position(self.texture.position_from_uv(uv), Footprint::of_level(level))
+        self.by_uv().sample_position(self.texture.position_from_uv(uv), Footprint::of_level(level))
     }
 
-    /// `vastex_sample_texel_grad`: at a position, from gradients in texels of level 0.
+    /// `vastexi_sample_texels`: at a position, from gradients in texels of level 0.
     pub(super) fn sample_texel_grad(&self, position: Position, dx: [f32; 2], dy: [f32; 2]) -> [f32; 4] {
         let mut footprint = self.texture.footprint(dx, dy);
         footprint.axis = [0, 1].map(|a| footprint.axis[a] * position.way[a]);
         self.sample_position(position, footprint)
     }
 
-    /// `vastex_sample_position`: what a pixel shows that covers so much around a position.
+    /// `vastexi_sample`: what a pixel shows that covers so much around a position.
     pub(super) fn sample_position(&self, position: Position, footprint: Footprint) -> [f32; 4] {
         let level = self.texture.level(footprint.lambda);
         let finer = level.floor() as u8;

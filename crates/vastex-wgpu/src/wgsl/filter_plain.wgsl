@@ -1,22 +1,31 @@
 // One tap at a level: nearest, bilinear and trilinear filters.
 // CPU twin: twins/sample.rs.
 
-fn vastex_filtered(position: VastexPosition, footprint: VastexFootprint, level: f32) -> vec4<f32> {
+fn vastexi_filtered_KIND(
+    texture: VastexiTexture,
+    position: VastexiPosition,
+    footprint: VastexiFootprint,
+    level: f32,
+    is_unmixed: bool,
+) -> vec4<f32> {
     let finer = u32(floor(level));
-    let taps = VastexTaps(vec2<f32>(0.0), 1u, 0.0);
-    let sharp = vastex_shown(position, taps, finer);
+    let taps = VastexiTaps(vec2<f32>(0.0), 1u, 0.0, is_unmixed);
+    let sharp = vastexi_shown_KIND(texture, position, taps, finer);
     let share = level - f32(finer);
-    if VASTEX_FILTER != VASTEX_FILTER_TRILINEAR || share == 0.0 {
+    if VASTEXI_FILTER_KIND != VASTEXI_FILTER_TRILINEAR || share == 0.0 || is_unmixed {
         return sharp;
     }
     // There is a coarser level, since the coarsest is a whole number.
-    return mix(sharp, vastex_shown(position, taps, finer + 1u), share);
+    return mix(sharp, vastexi_shown_KIND(texture, position, taps, finer + 1u), share);
 }
 
 // What the filter takes of the tile at a place.
-fn vastex_taken(position: VastexPosition, place: VastexPlace, taps: VastexTaps, wanted: u32) -> vec4<f32> {
-    if VASTEX_FILTER == VASTEX_FILTER_NEAREST {
-        return vastex_atlas_nearest(place);
-    }
-    return vastex_atlas_linear(place);
+fn vastexi_taken_KIND(
+    texture: VastexiTexture,
+    position: VastexiPosition,
+    place: VastexiPlace,
+    taps: VastexiTaps,
+    wanted: u32,
+) -> vec4<f32> {
+    return vastexi_tap_LAYER(place, taps.is_unmixed || VASTEXI_FILTER_KIND == VASTEXI_FILTER_NEAREST);
 }

@@ -1,20 +1,19 @@
 // From gradients to what a pixel covers of level 0: how many levels coarser it is, and along which axis, by the filter. Sampling,
-// feedback and any picture that is compared with theirs use these lines, and those of level.wgsl.
+// feedback and any picture that is compared with theirs use these lines, and those of levels.wgsl.
 // CPU twin: twins/level.rs.
 
 // What a pixel covers; `dx` and `dy` are texels of level 0 along one pixel.
 //
 // An anisotropic filter takes it for an ellipse, of which these are two radii that the pixel's axes become: a diagonal one has
-// gradients of equal length. Its shorter axis says the level, as long as the longer one is no more than VASTEX_MAX_TAPS times
-// as long.
-fn vastex_footprint(dx: vec2<f32>, dy: vec2<f32>) -> VastexFootprint {
-    let degenerate = vastex_degenerate_lambda(dx, dy);
+// gradients of equal length. Its shorter axis says the level, as long as the longer one is no more than `most_taps` times as long.
+fn vastexi_footprint(dx: vec2<f32>, dy: vec2<f32>, most_taps: u32) -> VastexiFootprint {
+    let degenerate = vastexi_degenerate_lambda(dx, dy);
     if degenerate != 0.0 {
-        return VastexFootprint(degenerate, vec2<f32>(0.0));
+        return VastexiFootprint(degenerate, vec2<f32>(0.0));
     }
-    if VASTEX_MAX_TAPS == 1u {
+    if most_taps == 1u {
         let rho_squared = clamp(max(dot(dx, dx), dot(dy, dy)), 1e-30, 1e30);
-        return VastexFootprint(0.5 * log2(rho_squared), vec2<f32>(0.0));
+        return VastexiFootprint(0.5 * log2(rho_squared), vec2<f32>(0.0));
     }
     // In units of the largest of them, so that no square is out of range.
     let largest = max(abs(dx), abs(dy));
@@ -28,7 +27,7 @@ fn vastex_footprint(dx: vec2<f32>, dy: vec2<f32>) -> VastexFootprint {
     let longer_squared = max(0.5 * (squares.x + squares.y) + root, 1e-30);
     let area = x.x * y.y - x.y * y.x;
     let shorter_squared = area * area / longer_squared;
-    let most = f32(VASTEX_MAX_TAPS);
+    let most = f32(most_taps);
     let rho_squared = max(shorter_squared, longer_squared / (most * most));
     // Where the ellipse is a circle any axis will do.
     var way = vec2<f32>(half_difference + root + 1e-15, mixed);
@@ -36,17 +35,12 @@ fn vastex_footprint(dx: vec2<f32>, dy: vec2<f32>) -> VastexFootprint {
         way = vec2<f32>(mixed, root - half_difference + 1e-15);
     }
     let axis = way / sqrt(dot(way, way)) * sqrt(longer_squared) * unit;
-    return VastexFootprint(log2(unit) + 0.5 * log2(rho_squared), axis);
-}
-
-// How many levels coarser than level 0 a pixel is, negative where it is finer.
-fn vastex_lambda(dx: vec2<f32>, dy: vec2<f32>) -> f32 {
-    return vastex_footprint(dx, dy).lambda;
+    return VastexiFootprint(log2(unit) + 0.5 * log2(rho_squared), axis);
 }
 
 // Taps that a footprint takes at a level: one for each of the level's texels along its axis. A sixteenth is let go, so that whole
 // ratios do not hang on rounding.
-fn vastex_tap_count(axis: vec2<f32>, level: f32) -> u32 {
+fn vastexi_tap_count(axis: vec2<f32>, level: f32, most_taps: u32) -> u32 {
     let texels = length(axis) * exp2(-level);
-    return u32(clamp(ceil(texels - 0.0625), 1.0, f32(VASTEX_MAX_TAPS)));
+    return u32(clamp(ceil(texels - 0.0625), 1.0, f32(most_taps)));
 }

@@ -2,14 +2,14 @@
 // CPU twin: twins/lookup.rs.
 
 // A texel of level 0, split so that page arithmetic is in whole numbers.
-struct VastexPosition {
+struct VastexiPosition {
     texel: vec2<u32>,
     fraction: vec2<f32>, // into the texel, 0 to 1; beyond an edge that is clamped or has a border colour, less or more
     way: vec2<f32>,      // -1 where a mirrored texture runs backwards, else 1
 }
 
 // A place in the atlas, in texels of the layer that is sampled.
-struct VastexPlace {
+struct VastexiPlace {
     image: u32,
     cell: vec2<u32>,        // the slot's column and row there
     origin: vec2<u32>,      // the slot's first texel
@@ -19,19 +19,20 @@ struct VastexPlace {
 }
 
 // What a filter takes of a level.
-struct VastexTaps {
+struct VastexiTaps {
     axis: vec2<f32>,        // along which taps lie around the position [texels of level 0]
     count: u32,             // of them
     cubic_share: f32,       // of 4x4 texels around the position, the rest of one tap
+    is_unmixed: bool,       // one texel of one tile
 }
 
 // A coordinate folded into 0 to 1 by an address mode, and which way it runs then: -1 where a mirrored texture runs backwards, else 1. Where
 // nothing repeats it stays as it is, so far as it matters, since taps of a place beyond the edge may lie within.
 //
 // What follows from the mode is the same for a draw: a GPU finds it once for all pixels, and what is left for each of them has no case.
-fn vastex_folded(uv: f32, mode: u32) -> vec2<f32> {
-    let mirrors = mode == VASTEX_ADDRESS_MIRROR;
-    let repeats = mirrors | (mode == VASTEX_ADDRESS_WRAP);
+fn vastexi_folded(uv: f32, mode: u32) -> vec2<f32> {
+    let mirrors = mode == VASTEXI_ADDRESS_MIRROR;
+    let repeats = mirrors | (mode == VASTEXI_ADDRESS_WRAP);
     let reach = select(vec2<f32>(-8.0, 9.0), vec2<f32>(-1e30, 1e30), repeats);
     let period = select(1.0, 2.0, mirrors);
     let periods_in_one = select(select(0.0, 1.0, repeats), 0.5, mirrors);
@@ -42,16 +43,16 @@ fn vastex_folded(uv: f32, mode: u32) -> vec2<f32> {
 }
 
 // A place along one axis: a texel of level 0, and how far into it.
-struct VastexCoordinate {
+struct VastexiCoordinate {
     texel: u32,
     fraction: f32,
     way: f32,
 }
 
 // The place `offset` texels after the beginning of texel `anchor`, folded into `size` texels by an address mode. Nothing here
-// overflows: a size has at most 2^31 texels, and an offset reaches VASTEX_FIXED_REACH of them.
-fn vastex_folded_texel(anchor: u32, offset: f32, size: u32, mode: u32) -> VastexCoordinate {
-    let reach = f32(VASTEX_FIXED_REACH);
+// overflows: a size has at most 2^31 texels, and an offset reaches VASTEXI_FIXED_REACH of them.
+fn vastexi_folded_texel(anchor: u32, offset: f32, size: u32, mode: u32) -> VastexiCoordinate {
+    let reach = f32(VASTEXI_FIXED_REACH);
     let floored = floor(clamp(offset, -reach, reach));
     let fraction = clamp(offset, -reach, reach) - floored;
     let start = min(anchor, size - 1u);
@@ -60,17 +61,17 @@ fn vastex_folded_texel(anchor: u32, offset: f32, size: u32, mode: u32) -> Vastex
     // Whole texels from the edge: onward from texel 0, or back from it.
     let steps = select(start - back + u32(max(floored, 0.0)), back - start, is_before);
     // What is inside already is not folded.
-    switch select(mode, VASTEX_ADDRESS_CLAMP, !is_before && steps < size) {
-        case VASTEX_ADDRESS_WRAP: {
+    switch select(mode, VASTEXI_ADDRESS_CLAMP, !is_before && steps < size) {
+        case VASTEXI_ADDRESS_WRAP: {
             let rest = steps % size;
-            return VastexCoordinate(select(rest, size - rest, is_before && rest != 0u), fraction, 1.0);
+            return VastexiCoordinate(select(rest, size - rest, is_before && rest != 0u), fraction, 1.0);
         }
-        case VASTEX_ADDRESS_MIRROR: {
+        case VASTEXI_ADDRESS_MIRROR: {
             // Before the edge lies the image of what is after it; every other turn is turned round.
             let place = select(steps, steps - 1u, is_before);
             let is_turned = is_before != ((place / size) % 2u == 1u);
             let rest = place % size;
-            return VastexCoordinate(
+            return VastexiCoordinate(
                 select(rest, size - 1u - rest, (place / size) % 2u == 1u),
                 select(fraction, 1.0 - fraction, is_turned),
                 select(1.0, -1.0, is_turned),
@@ -79,7 +80,7 @@ fn vastex_folded_texel(anchor: u32, offset: f32, size: u32, mode: u32) -> Vastex
         default: {
             let inside = select(min(steps, size - 1u), 0u, is_before);
             let beyond = select(f32(steps - inside), -f32(steps), is_before);
-            return VastexCoordinate(inside, beyond + fraction, 1.0);
+            return VastexiCoordinate(inside, beyond + fraction, 1.0);
         }
     }
 }

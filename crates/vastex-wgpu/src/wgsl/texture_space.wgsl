@@ -5,33 +5,37 @@
 
 // Where a vertex lies in the target; uv is 0 to 1 over the texture.
 fn vastex_texture_space_clip(uv: vec2<f32>) -> vec4<f32> {
-    return vec4<f32>(2.0 * uv.x - 1.0, 1.0 - 2.0 * uv.y, 0.0, 1.0);
+    return vec4<f32>((2.0 * uv.x) - 1.0, 1.0 - (2.0 * uv.y), 0.0, 1.0);
 }
 
-// What the fragment shader returns. `clip` is where the point lies in the picture, as its vertices have it, interpolated;
-// `picture` the picture's size in pixels. Fragment stage, uniform control flow.
-fn vastex_texture_space(uv: vec2<f32>, clip: vec4<f32>, picture: vec2<f32>) -> vec4<f32> {
-    return vastex_texture_space_sided(uv, clip, picture, false);
+// How uv and the picture's clip position change from texel to texel of the target, to the right and downward.
+struct VastexiAlong {
+    uv_dx: vec2<f32>,
+    uv_dy: vec2<f32>,
+    clip_dx: vec4<f32>,
+    clip_dy: vec4<f32>,
 }
 
-// The same for surfaces that are seen from one side, that from which the texture is not mirrored.
-fn vastex_texture_space_front(uv: vec2<f32>, clip: vec4<f32>, picture: vec2<f32>) -> vec4<f32> {
-    return vastex_texture_space_sided(uv, clip, picture, true);
-}
-
-fn vastex_texture_space_sided(uv: vec2<f32>, clip: vec4<f32>, picture: vec2<f32>, front: bool) -> vec4<f32> {
-    let texel = uv * vec2<f32>(vastex_texture.size.xy);
+fn vastexi_texture_space(
+    texture: VastexiTexture,
+    along: VastexiAlong,
+    clip: vec4<f32>,
+    picture: vec2<f32>,
+    front: bool,
+    most_taps: u32,
+) -> vec4<f32> {
+    if !texture.is_known {
+        return vec4<f32>(0.0);
+    }
     // Along a texel of the target one coordinate of uv changes, and clip space is linear in it.
-    let across = vec2<f32>(dpdx(texel.x), dpdy(texel.y));
-    let clip_dx = dpdx(clip);
-    let clip_dy = dpdy(clip);
-    var least = VASTEX_COARSEST;
+    let across = vec2<f32>(along.uv_dx.x, along.uv_dy.y) * vec2<f32>(texture.size);
+    var least = VASTEXI_COARSEST;
     var beside = vec4<u32>(0u);
     var behind = 0u;
     var turned = 0u;
     for (var n = 0; n < 9; n++) {
         let at = vec2<f32>(f32(n % 3) - 1.0, f32(n / 3) - 1.0) * 0.5;
-        let here = clip + at.x * clip_dx + at.y * clip_dy;
+        let here = clip + at.x * along.clip_dx + at.y * along.clip_dy;
         if here.w <= 0.0 {
             behind += 1u;
             continue;
@@ -39,20 +43,20 @@ fn vastex_texture_space_sided(uv: vec2<f32>, clip: vec4<f32>, picture: vec2<f32>
         beside += vec4<u32>(vec4<bool>(here.xy > here.ww, here.xy < -here.ww));
         // Pixels along a texel of the target; down the picture y grows.
         let half_picture = vec2<f32>(0.5, -0.5) * picture / (here.w * here.w);
-        let dx = (clip_dx.xy * here.w - here.xy * clip_dx.w) * half_picture;
-        let dy = (clip_dy.xy * here.w - here.xy * clip_dy.w) * half_picture;
+        let dx = (along.clip_dx.xy * here.w - here.xy * along.clip_dx.w) * half_picture;
+        let dy = (along.clip_dy.xy * here.w - here.xy * along.clip_dy.w) * half_picture;
         let area = dx.x * dy.y - dx.y * dy.x;
         turned += select(0u, 1u, front && area * across.x * across.y <= 0.0);
         // Texels of the texture along a pixel: the inverse.
         let along_x = vec2<f32>(dy.y * across.x, -dx.y * across.y) / area;
         let along_y = vec2<f32>(-dy.x * across.x, dx.x * across.y) / area;
-        least = min(least, vastex_lambda(along_x, along_y));
+        least = min(least, vastexi_footprint(along_x, along_y, most_taps).lambda);
     }
     let in_front = 9u - behind;
     if any(beside == vec4<u32>(in_front)) || turned == in_front {
         return vec4<f32>(0.0);
     }
-    let steps = u32(floor(vastex_unbiased_level(least) * f32(VASTEX_STEPS_PER_LEVEL)));
+    let steps = u32(floor(vastexi_unbiased_level(texture, least) * f32(VASTEX_STEPS_PER_LEVEL)));
     let sharpness = max(VASTEX_TEXTURE_SPACE_FINEST, steps + 1u) - steps;
     return vec4<f32>(f32(sharpness) / f32(VASTEX_TEXTURE_SPACE_FINEST), 0.0, 0.0, 1.0);
 }

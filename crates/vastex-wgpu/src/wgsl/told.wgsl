@@ -1,19 +1,19 @@
 // What a main pass tells: of each cell, in its row of the view, what the pixel that is asked wants.
 
 // A record. Surfaces behind one another have one each.
-struct VastexTold {
+struct VastexiTold {
     page_low: u32,
     page_high: u32,
-    eighth_and_flag: u32, // the flag in the low VASTEX_FLAG_BITS bits
+    eighth_and_flag: u32, // the flag in the low VASTEXI_FLAG_BITS bits
     nearness: u32,        // larger where the surface is nearer
 }
 
-struct VastexCell {
+struct VastexiCell {
     count: atomic<u32>, // records, of which those beyond the cell's room are lost
     unused_0: u32,
     unused_1: u32,
     unused_2: u32,
-    told: array<VastexTold, VASTEX_RECORDS>,
+    told: array<VastexiTold, VASTEXI_RECORDS>,
 }
 
-const VASTEX_FLAG_BITS: u32 = 2u;
+const VASTEXI_FLAG_BITS: u32 = 2u;

@@ -4,12 +4,14 @@ use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
 use vastex_core::{
-    ChangeRule, Description, Geometry, HashedTable, Layer, LayerFormat, PageId, PageNumbering, PagePos,
-    PageTable, PoolLayout, Slot, TableChange, TableEntry, TableImage, TextureId,
+    ChangeRule, Description, Geometry, HashedTextureTable, Layer, LayerFormat, LevelRule, PageId,
+    PageNumbering, PagePos, PageTable, PoolLayout, Slot, TableChange, TableEntry, TableImage, TextureId,
 };
 use vastex_wgpu::test_device::TestDevice;
 use vastex_wgpu::{
-    FeedbackWay, PageSides, Pool, TableBuffers, TableChanger, TableChoice, TableKinds, limits,
+    BindingPlace, Bound, FeedbackWay, Filter, Kind, Kinds, PageSides, ParamStore, Pool, PoolTableChanger,
+    PoolTables, RECORD_WORDS, RecordOf, TableKind, Views, entries, layout_entries, limits, new_sampler,
+    shader_id, texture_record, wgsl,
 };
 
 /// One device for all tests that leave it whole.
@@ -46,27 +48,143 @@ impl Random {
 /// A texture whose tiles are noise, borders included, so that any wrong texel shows.
 pub(crate) struct World {
     pub(crate) geometry: Geometry,
-    /// The layer that is sampled, and its number.
+    pub(crate) description: Description,
+    /// The layer that is sampled.
     pub(crate) layer: Layer,
-    pub(crate) index: usize,
     pub(crate) image: Box<dyn PageTable>,
     /// Texels of that layer.
     pub(crate) tiles: BTreeMap<Slot, Vec<u8>>,
     pub(crate) pool: Pool,
-    pub(crate) table: TableBuffers,
+    pub(crate) tables: PoolTables,
+    pub(crate) params: ParamStore,
+    /// What shaders call it.
+    pub(crate) id: u32,
+    pub(crate) number: TextureId,
+    pub(crate) rule: LevelRule,
+    /// Layers whose values may not be mixed, by bits.
+    pub(crate) unmixed: u16,
     /// What made the table what it is.
     pub(crate) changes: Vec<TableChange>,
 }
 
-impl World {
-    /// What its shaders read.
-    pub(crate) fn tables(&self) -> TableKinds {
-        if self.table.hashed().is_some() { TableKinds::Hashed } else { TableKinds::Direct }
+/// What shaders of some kinds bind of a world, and their text.
+pub(crate) struct Bindings {
+    pub(crate) kinds: Kinds,
+    pub(crate) layout: wgpu::BindGroupLayout,
+    pub(crate) sampler: wgpu::Sampler,
+    pub(crate) views: Views,
+}
+
+impl Bindings {
+    /// For a kind, in bind group 0.
+    pub(crate) fn new(gpu: &TestDevice, kind: Kind, way: FeedbackWay, fade: bool) -> Bindings {
+        Bindings::of(gpu, Kinds::of(kind, way, fade))
     }
 
-    /// What its shaders know of its pages.
-    pub(crate) fn pages(&self) -> PageSides {
-        PageSides::of(&self.geometry)
+    pub(crate) fn of(gpu: &TestDevice, kinds: Kinds) -> Bindings {
+        let layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: None,
+            entries: &layout_entries(&kinds, 0),
+        });
+        let views = Views::new(&gpu.device, &gpu.queue, kinds.way());
+        Bindings { layout, sampler: new_sampler(&gpu.device), views, kinds }
+    }
+
+    /// A shader's text, this text, and the id of the texture that it is to sample as `ID`.
+    pub(crate) fn text(&self, shader: &str, id: u32) -> String {
+        format!("{shader}\nconst ID: u32 = {id}u;\n{}", wgsl(&self.kinds, BindingPlace::default()))
+    }
+
+    /// The bind group of a world.
+    pub(crate) fn group(&self, gpu: &TestDevice, world: &World) -> wgpu::BindGroup {
+        self.group_through(gpu, &world.tables, &world.params, world)
+    }
+
+    /// The same through other page tables.
+    pub(crate) fn group_through(
+        &self,
+        gpu: &TestDevice,
+        tables: &PoolTables,
+        params: &ParamStore,
+        world: &World,
+    ) -> wgpu::BindGroup {
+        self.group_of(gpu, params, vec![(&world.pool, tables)])
+    }
+
+    /// The same of several pools.
+    pub(crate) fn group_of(
+        &self,
+        gpu: &TestDevice,
+        params: &ParamStore,
+        pools: Vec<(&Pool, &PoolTables)>,
+    ) -> wgpu::BindGroup {
+        let pools = pools.into_iter().map(|(pool, tables)| (pool, tables.binding())).collect();
+        let bound = Bound { params: params.binding(), views: &self.views, sampler: &self.sampler, pools };
+        gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: None,
+            layout: &self.layout,
+            entries: &entries(&self.kinds, 0, &bound),
+        })
+    }
+}
+
+/// The array of records of some worlds.
+pub(crate) fn params_of(
+    gpu: &TestDevice,
+    way: FeedbackWay,
+    records: &[(TextureId, Vec<[u32; 4]>)],
+) -> ParamStore {
+    let mut params = ParamStore::new(&gpu.device, way, RECORD_WORDS).unwrap();
+    records.iter().for_each(|(number, record)| params.set(*number, record));
+    write_params(gpu, &mut params);
+    params
+}
+
+fn write_params(gpu: &TestDevice, params: &mut ParamStore) {
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    params.write(&gpu.device, &mut encoder).unwrap();
+    gpu.queue.submit([encoder.finish()]);
+    params.submitted();
+}
+
+impl World {
+    /// How a layer of it is read by a filter.
+    pub(crate) fn kind(&self, layer: usize, filter: Filter) -> Kind {
+        Kind {
+            tables: if self.tables.is_hashed() { TableKind::Hashed } else { TableKind::Direct },
+            pages: PageSides::of(&self.geometry),
+            layer: layer as u8,
+            atlas: self.pool.atlas(layer),
+            scale: self.description.layers[layer].scale,
+            filter,
+        }
+    }
+
+    /// Its record, with its page table in some place.
+    pub(crate) fn record(&self, tables: &PoolTables) -> Vec<[u32; 4]> {
+        let placement = tables.placement(self.number);
+        texture_record(&RecordOf {
+            geometry: &self.geometry,
+            id: self.id,
+            tail_slot: self.tail_slot(),
+            rule: self.rule,
+            unmixed: self.unmixed,
+            finest: placement.finest,
+            first_entry: &|level| placement.first_entry(level),
+        })
+    }
+
+    /// Tells shaders what its record says now.
+    pub(crate) fn tell(&mut self, gpu: &TestDevice) {
+        let record = self.record(&self.tables);
+        self.params.set(self.number, &record);
+        write_params(gpu, &mut self.params);
+    }
+
+    /// Sets how its levels are chosen.
+    pub(crate) fn set_rule(&mut self, gpu: &TestDevice, rule: LevelRule) {
+        self.rule = rule.within(&self.geometry);
+        self.tell(gpu);
     }
 
     /// A texture of one layer, about `share` of its pages resident, in shuffled slots; every other seed has a hashed page table.
@@ -92,8 +210,8 @@ impl World {
         let mut resident: Vec<PagePos> = description.geometry.pages().skip(1).collect();
         resident.retain(|_| random.unit() < share);
         // What is sampled is the same through either kind.
-        let choice = [TableChoice::Direct, TableChoice::Hashed][seed as usize % 2];
-        World::with(gpu, description, index, resident, choice, seed)
+        let kind = [TableKind::Direct, TableKind::Hashed][seed as usize % 2];
+        World::with(gpu, description, index, resident, kind, seed)
     }
 
     /// The same with these pages resident beside the tail, through a table of a kind.
@@ -101,9 +219,24 @@ impl World {
         gpu: &TestDevice,
         description: &Description,
         index: usize,
-        mut resident: Vec<PagePos>,
-        choice: TableChoice,
+        resident: Vec<PagePos>,
+        kind: TableKind,
         seed: u64,
+    ) -> World {
+        World::numbered(gpu, description, index, resident, kind, seed, NUMBER, FeedbackWay::Separate)
+    }
+
+    /// The same of a texture of this number, for shaders of a way of feedback.
+    #[expect(clippy::too_many_arguments, reason = "a test's world")]
+    pub(crate) fn numbered(
+        gpu: &TestDevice,
+        description: &Description,
+        index: usize,
+        mut resident: Vec<PagePos>,
+        kind: TableKind,
+        seed: u64,
+        number: TextureId,
+        way: FeedbackWay,
     ) -> World {
         description.check().unwrap();
         let geometry = &description.geometry;
@@ -129,15 +262,30 @@ impl World {
             pool.upload(&gpu.queue, slot, &tile).unwrap();
             tiles.insert(slot, vastex_tiles::decode_layer(description, index, &tile.into()).to_vec());
             if !geometry.is_tail(pos) {
-                let page = PageId::new(NUMBER, geometry.dims(), pos).unwrap();
+                let page = PageId::new(number, geometry.dims(), pos).unwrap();
                 let entry = TableEntry::new(pos.level, slot);
                 changes.push(TableChange { page, rule: ChangeRule::Coarser, entry });
             }
         }
-        let table = table_of(gpu, geometry, slots[0], choice, &changes);
-        let layer = description.layers[index].clone();
-        let image = image_of(geometry, slots[0], &changes);
-        World { geometry: geometry.clone(), layer, index, image, tiles, pool, table, changes }
+        let tables = tables_of(gpu, geometry, number, slots[0], kind, way, &changes);
+        let image = image_of(geometry, number, slots[0], &changes);
+        let mut world = World {
+            geometry: geometry.clone(),
+            description: description.clone(),
+            layer: description.layers[index].clone(),
+            image,
+            tiles,
+            pool,
+            tables,
+            params: ParamStore::new(&gpu.device, way, RECORD_WORDS).unwrap(),
+            id: shader_id(number, 3),
+            number,
+            rule: LevelRule::default().within(geometry),
+            unmixed: 0,
+            changes,
+        };
+        world.tell(gpu);
+        world
     }
 
     /// The slot of the tail.
@@ -146,32 +294,46 @@ impl World {
     }
 }
 
-/// A page table of every level after these loads.
-pub(crate) fn table_of(
+/// Page tables of one texture after these loads.
+pub(crate) fn tables_of(
     gpu: &TestDevice,
     geometry: &Geometry,
+    number: TextureId,
     tail: Slot,
-    choice: TableChoice,
+    kind: TableKind,
+    way: FeedbackWay,
     changes: &[TableChange],
-) -> TableBuffers {
-    let (device, queue, way) = (&gpu.device, &gpu.queue, FeedbackWay::Separate);
-    let mut table = TableBuffers::new(device, queue, geometry, NUMBER, tail, choice, way).unwrap();
-    let mut encoder = device.create_command_encoder(&Default::default());
-    let changer = TableChanger::new(device, way);
-    changer.grow(device, queue, &mut encoder, &mut table, 0, &[], &[]).unwrap();
-    queue.submit([encoder.finish()]);
-    // A table that has all levels from the beginning, or is hashed, did not grow.
-    let mut encoder = device.create_command_encoder(&Default::default());
-    changer.apply(device, queue, &mut encoder, &mut table, changes).unwrap();
-    queue.submit([encoder.finish()]);
-    table
+) -> PoolTables {
+    let (device, queue) = (&gpu.device, &gpu.queue);
+    let mut tables = match kind {
+        TableKind::Direct => PoolTables::direct(device, way).unwrap(),
+        TableKind::Hashed => PoolTables::hashed(device, queue, way, changes.len() as u32 + 1).unwrap(),
+    };
+    tables.add(number, geometry, tail).unwrap();
+    let changer = PoolTableChanger::new(device, way);
+    let (mut budget, mut applied) = (u64::MAX, false);
+    while !applied || !tables.is_settled() {
+        let changes = if applied { &[] } else { changes };
+        let mut encoder = device.create_command_encoder(&Default::default());
+        let resident = &mut |_: TextureId, all: &mut Vec<TableChange>| all.extend_from_slice(changes);
+        tables.apply(&changer, device, queue, &mut encoder, changes, resident, &mut budget).unwrap();
+        queue.submit([encoder.finish()]);
+        tables.submitted();
+        applied = true;
+    }
+    tables
 }
 
 /// What a table must say after these loads: from a direct image, where there may be one.
-fn image_of(geometry: &Geometry, tail: Slot, changes: &[TableChange]) -> Box<dyn PageTable> {
+fn image_of(
+    geometry: &Geometry,
+    number: TextureId,
+    tail: Slot,
+    changes: &[TableChange],
+) -> Box<dyn PageTable> {
     if PageNumbering::new(geometry).entries() > TableImage::MOST_ENTRIES {
-        let mut image = HashedTable::new(geometry, tail);
-        image.apply(changes);
+        let mut image = HashedTextureTable::new(geometry, number, tail);
+        image.table.apply(changes);
         return Box::new(image);
     }
     let mut image = TableImage::new(geometry, tail);

@@ -1,7 +1,7 @@
 //! Draws with a shader of a test's own into two small targets, of colours and of feedback, and reads them.
 
+use vastex_wgpu::FEEDBACK_FORMAT;
 use vastex_wgpu::test_device::TestDevice;
-use vastex_wgpu::{BindLayout, FEEDBACK_FORMAT};
 
 use crate::common::read;
 
@@ -17,7 +17,7 @@ pub(crate) struct Drawing<'a> {
     pub(crate) topology: wgpu::PrimitiveTopology,
     pub(crate) vertices: u32,
     /// Of the virtual texture, group 0.
-    pub(crate) layout: &'a BindLayout,
+    pub(crate) layout: &'a wgpu::BindGroupLayout,
     pub(crate) group: &'a wgpu::BindGroup,
     /// A storage buffer that the vertex stage reads, group 1.
     pub(crate) inputs: Option<&'a wgpu::Buffer>,
@@ -94,7 +94,7 @@ fn pipeline(
     formats: [wgpu::TextureFormat; 2],
 ) -> wgpu::RenderPipeline {
     let module = vastex_wgpu::shader_module(&gpu.device, None, drawing.text.clone());
-    let layouts = [Some(drawing.layout.layout()), Some(inputs)];
+    let layouts = [Some(drawing.layout), Some(inputs)];
     let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: None,
         bind_group_layouts: &layouts[..1 + usize::from(drawing.inputs.is_some())],

@@ -6,8 +6,8 @@ use vastex_core::{
 };
 use vastex_wgpu::test_device::TestDevice;
 use vastex_wgpu::{
-    FeedbackScale, FeedbackTarget, FeedbackWay, GpuError, Pool, RawFeedback, Readback, ReadbackPipelines,
-    TableBuffers, TableChanger, TableChoice, ViewBuffer, limits,
+    FeedbackScale, FeedbackTarget, FeedbackWay, GpuError, ParamStore, Pool, PoolTableChanger, PoolTables,
+    RawFeedback, Readback, ReadbackPipelines, Views, limits,
 };
 
 use crate::common::{GPU, NUMBER};
@@ -46,20 +46,14 @@ fn a_pool_refuses_what_does_not_fit_it() {
 #[test]
 fn a_table_beyond_the_device_is_refused() {
     let geometry = Geometry::new(GeometrySpec::image(1 << 31, 1 << 30)).unwrap();
-    let table = |choice| {
-        TableBuffers::new(
-            &GPU.device,
-            &GPU.queue,
-            &geometry,
-            NUMBER,
-            Slot::new(0),
-            choice,
-            FeedbackWay::Separate,
-        )
-    };
-    assert!(matches!(table(TableChoice::Direct), Err(GpuError::TableTooLarge { .. })));
-    // So it gets one that fits, unless told otherwise.
-    assert!(table(TableChoice::BySize).unwrap().hashed().is_some());
+    let (device, way) = (&GPU.device, FeedbackWay::Separate);
+    assert!(PoolTables::full_entries(&geometry) > PoolTables::most_entries(device, way));
+    let mut direct = PoolTables::direct(device, way).unwrap();
+    assert!(!direct.has_room(&geometry));
+    assert!(matches!(direct.add(NUMBER, &geometry, Slot::new(0)), Err(GpuError::TableTooLarge { .. })));
+    // A hashed one fits whatever the texture's size.
+    let mut hashed = PoolTables::hashed(device, &GPU.queue, way, 100).unwrap();
+    assert!(hashed.has_room(&geometry) && hashed.add(NUMBER, &geometry, Slot::new(0)).is_ok());
 }
 
 #[test]
@@ -75,28 +69,21 @@ fn a_lost_device_is_an_error_wherever_something_is_read() {
     let gpu = TestDevice::new();
     let (device, queue) = (&gpu.device, &gpu.queue);
     let target = FeedbackTarget::new(device, [64, 64], FeedbackScale::Reduced).unwrap();
-    let view = ViewBuffer::new(device, queue, FeedbackWay::Separate);
+    let views = Views::new(device, queue, FeedbackWay::Separate);
     let pipelines = ReadbackPipelines::new(device, FeedbackWay::Separate);
     let mut readback = Readback::new(device, &pipelines, target.raw()).unwrap();
     let record = |readback: &mut Readback, frame| {
         let mut encoder = device.create_command_encoder(&Default::default());
-        drop(target.begin(device, &mut encoder, &view, frame, 1.0));
+        drop(target.begin(device, &mut encoder, &views, 0, frame, 1.0));
         assert!(readback.record(device, &mut encoder, frame));
         queue.submit([encoder.finish()]);
     };
     let (layout, geometry) = (layout(limits(device)), geometry());
     let pool = Pool::new(device, queue, &layout, &layers(LayerFormat::Rgba8)).unwrap();
-    let mut table = TableBuffers::new(
-        device,
-        queue,
-        &geometry,
-        NUMBER,
-        Slot::new(0),
-        TableChoice::BySize,
-        FeedbackWay::Separate,
-    )
-    .unwrap();
-    let changer = TableChanger::new(device, FeedbackWay::Separate);
+    let way = FeedbackWay::Separate;
+    let mut tables = PoolTables::direct(device, way).unwrap();
+    tables.add(NUMBER, &geometry, Slot::new(0)).unwrap();
+    let changer = PoolTableChanger::new(device, way);
     record(&mut readback, 1);
     assert!(readback.wait(device, queue, 1).is_ok());
     device.destroy();
@@ -110,16 +97,9 @@ fn a_lost_device_is_an_error_wherever_something_is_read() {
     // So it is wherever something is made; what only writes to what exists goes on in silence.
     let made = Pool::new(device, queue, &layout, &layers(LayerFormat::Rgba8));
     assert_eq!(made.unwrap_err(), GpuError::DeviceLost);
-    let made = TableBuffers::new(
-        device,
-        queue,
-        &geometry,
-        NUMBER,
-        Slot::new(0),
-        TableChoice::BySize,
-        FeedbackWay::Separate,
-    );
-    assert_eq!(made.unwrap_err(), GpuError::DeviceLost);
+    assert_eq!(PoolTables::direct(device, way).unwrap_err(), GpuError::DeviceLost);
+    assert_eq!(PoolTables::hashed(device, queue, way, 9).unwrap_err(), GpuError::DeviceLost);
+    assert_eq!(ParamStore::new(device, way, 5).unwrap_err(), GpuError::DeviceLost);
     let made = FeedbackTarget::new(device, [64, 64], FeedbackScale::Reduced);
     assert_eq!(made.unwrap_err(), GpuError::DeviceLost);
     assert_eq!(Readback::new(device, &pipelines, target.raw()).unwrap_err(), GpuError::DeviceLost);
@@ -127,6 +107,7 @@ fn a_lost_device_is_an_error_wherever_something_is_read() {
     let page = PageId::new(NUMBER, geometry.dims(), PagePos::new_2d(0, 1, 1)).unwrap();
     let change = TableChange { page, rule: ChangeRule::Coarser, entry: TableEntry::new(0, Slot::new(1)) };
     let mut encoder = device.create_command_encoder(&Default::default());
-    let applied = changer.apply(device, queue, &mut encoder, &mut table, &[change]);
+    let mut budget = u64::MAX;
+    let applied = tables.apply(&changer, device, queue, &mut encoder, &[change], &mut |_, _| (), &mut budget);
     assert_eq!(applied.unwrap_err(), GpuError::DeviceLost);
 }

@@ -3,9 +3,9 @@
 use bytemuck::{Pod, Zeroable};
 use vastex_core::{AddressMode, Description, Geometry, GeometrySpec, Layer, LayerFormat, PagePos};
 use vastex_wgpu::test_device::TestDevice;
-use vastex_wgpu::{Atlas, BindLayout, FeedbackWay, Filter, ShaderOptions, ViewBuffer, wgsl};
+use vastex_wgpu::{Atlas, FeedbackWay, Filter};
 
-use crate::common::{GPU, World};
+use crate::common::{Bindings, GPU, World};
 use crate::sampling::{pipeline, run};
 
 /// A place, so many texels of level 0 after the beginning of a texel, at a level.
@@ -28,11 +28,9 @@ fn check(gpu: &TestDevice, format: LayerFormat, atlas: Atlas, filter: Filter) {
     let description = Description::new(geometry.clone(), vec![Layer::new("a", format)]);
     let world = World::of(gpu, &description, 0, 1.0, 6);
     assert_eq!(world.pool.atlas(0), atlas);
-    let layout = BindLayout::new(&gpu.device, atlas, FeedbackWay::Separate);
-    let text = HARNESS.to_owned() + &wgsl(&ShaderOptions { filter, atlas, ..ShaderOptions::default() });
-    let pipeline = pipeline(gpu, layout.layout(), text);
-    let view = ViewBuffer::new(&gpu.device, &gpu.queue, FeedbackWay::Separate);
-    let group = layout.bind_group(&gpu.device, &world.table, &world.pool, 0, &view);
+    let bindings = Bindings::new(gpu, world.kind(0, filter), FeedbackWay::Separate, false);
+    let pipeline = pipeline(gpu, &bindings.layout, bindings.text(HARNESS, world.id));
+    let group = bindings.group(gpu, &world);
     for level in 0..geometry.tail().first_level() {
         let [width, height, _] = geometry.level(level).size;
         let side = 1u32 << level;

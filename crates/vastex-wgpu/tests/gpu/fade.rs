@@ -5,9 +5,9 @@ use std::time::Duration;
 use vastex_core::{
     AddressMode, Description, Geometry, GeometrySpec, Layer, LayerFormat, Slot, SlotMove, TableChange,
 };
-use vastex_wgpu::{Filter, Pool, TableChoice};
+use vastex_wgpu::{FeedbackWay, Filter, Pool, TableKind};
 
-use crate::common::{GPU, Random, World, table_of};
+use crate::common::{GPU, Random, World, tables_of};
 use crate::sampling::{Harness, Output, inputs, shapes};
 
 const SECOND: Duration = Duration::from_secs(1);
@@ -92,11 +92,11 @@ fn what_is_all_there_is_shown_as_without_fading() {
         let world = wrapped(seed);
         let inputs = inputs(&world.geometry, seed);
         let filters = Filter::KINDS;
-        let sharp = filters.map(|filter| Harness::new(&GPU, filter, &world, 0).run(&world, 0, &inputs));
+        let sharp = filters.map(|filter| Harness::new(&GPU, filter, &world, 0).run(&world, &inputs));
         let mut world = faded(world, seed);
         let harnesses = filters.map(|filter| Harness::with_fade(&GPU, filter, &world, 0, true));
         for (harness, sharp) in harnesses.iter().zip(&sharp) {
-            let fading = harness.run(&world, 0, &inputs);
+            let fading = harness.run(&world, &inputs);
             assert_ne!(colors(&fading), colors(sharp));
             assert_eq!(feedback(&fading), feedback(sharp), "feedback does not depend on fading");
         }
@@ -105,7 +105,7 @@ fn what_is_all_there_is_shown_as_without_fading() {
         assert_eq!(fades.fading(), 0);
         fades.send(&GPU.queue);
         for ((filter, harness), sharp) in filters.iter().zip(&harnesses).zip(&sharp) {
-            let shown = harness.run(&world, 0, &inputs);
+            let shown = harness.run(&world, &inputs);
             // Where taps lie along an axis a driver may round otherwise in another program, by a bit of a texel's weight.
             let rounded = matches!(filter, Filter::Anisotropic(_));
             let is_alike = |(a, b): (&Output, &Output)| {
@@ -124,19 +124,20 @@ fn a_tile_that_has_just_come_leaves_the_picture_as_it_was_to_the_bit() {
         let mut random = Random(seed);
         let (new, old): (Vec<TableChange>, Vec<TableChange>) =
             world.changes.iter().partition(|_| random.unit() < 0.4);
-        let choice = [TableChoice::Direct, TableChoice::Hashed][seed as usize % 2];
-        let before = table_of(&GPU, &world.geometry, world.tail_slot(), choice, &old);
+        let kind = [TableKind::Direct, TableKind::Hashed][seed as usize % 2];
+        let (tail, way) = (world.tail_slot(), FeedbackWay::Separate);
+        let before = tables_of(&GPU, &world.geometry, world.number, tail, kind, way, &old);
         let inputs = inputs(&world.geometry, seed);
         for filter in Filter::KINDS {
             let harness = Harness::with_fade(&GPU, filter, &world, 0, true);
             world.pool.fades_mut().unwrap().pass(SECOND);
             world.pool.fades_mut().unwrap().send(&GPU.queue);
-            let was = harness.run_through(&before, &world, 0, &inputs);
-            let sharp = harness.run(&world, 0, &inputs);
+            let was = harness.run_through(&before, &world, &inputs);
+            let sharp = harness.run(&world, &inputs);
             let fades = world.pool.fades_mut().unwrap();
             new.iter().for_each(|change| fades.begin(change.entry.slot(), SECOND));
             fades.send(&GPU.queue);
-            let is = harness.run(&world, 0, &inputs);
+            let is = harness.run(&world, &inputs);
             assert_eq!(colors(&is), colors(&was), "{filter}");
             assert_ne!(colors(&is), colors(&sharp), "{filter}");
         }

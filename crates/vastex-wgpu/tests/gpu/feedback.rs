@@ -4,16 +4,16 @@ use vastex_core::shader_constants::{FEEDBACK_DEGENERATE, FEEDBACK_EMPTY, FEEDBAC
 use vastex_core::{Dims, Feedback, FeedbackCompactor, Geometry, GeometrySpec, LayerFormat, PageId, PagePos};
 use vastex_wgpu::test_device::TestDevice;
 use vastex_wgpu::{
-    BindLayout, FEEDBACK_DEPTH_FORMAT, FEEDBACK_FORMAT, FeedbackScale, FeedbackTarget, FeedbackView,
-    FeedbackWay, GpuError, RawFeedback, Readback, ReadbackPipelines, ShaderOptions, ViewBuffer, wgsl,
+    FEEDBACK_DEPTH_FORMAT, FEEDBACK_FORMAT, FeedbackScale, FeedbackTarget, FeedbackView, FeedbackWay, Filter,
+    GpuError, RawFeedback, Readback, ReadbackPipelines, Views,
 };
 
-use crate::common::{GPU, NUMBER, Random, World, storage};
+use crate::common::{Bindings, GPU, NUMBER, Random, World, storage};
 
 /// A pipeline that draws one triangle over the whole picture into a feedback target.
 fn pipeline(
     gpu: &TestDevice,
-    layout: Option<&BindLayout>,
+    layout: Option<&wgpu::BindGroupLayout>,
     text: String,
     constants: &[(&str, f64)],
 ) -> wgpu::RenderPipeline {
@@ -22,7 +22,7 @@ fn pipeline(
     let layout = layout.map(|layout| {
         device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: None,
-            bind_group_layouts: &[Some(layout.layout())],
+            bind_group_layouts: &[Some(layout)],
             immediate_size: 0,
         })
     });
@@ -68,7 +68,7 @@ struct Filled {
     size: [u32; 2],
     target: FeedbackTarget,
     readback: Readback,
-    view: ViewBuffer,
+    views: Views,
     pipeline: wgpu::RenderPipeline,
     /// A frame that has found no room.
     unheard: Option<wgpu::CommandEncoder>,
@@ -80,7 +80,7 @@ impl Filled {
         Filled {
             size,
             readback: readback(gpu, &target),
-            view: ViewBuffer::new(&gpu.device, &gpu.queue, FeedbackWay::Separate),
+            views: Views::new(&gpu.device, &gpu.queue, FeedbackWay::Separate),
             pipeline: pipeline(gpu, None, FILL.to_owned(), &[("WIDTH", size[0].into())]),
             target,
             unheard: None,
@@ -111,7 +111,7 @@ impl Filled {
             entries: &[wgpu::BindGroupEntry { binding: 0, resource: buffer.as_entire_binding() }],
         });
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        let mut pass = self.target.begin(&gpu.device, &mut encoder, &self.view, frame, 1.0);
+        let mut pass = self.target.begin(&gpu.device, &mut encoder, &self.views, 0, frame, 1.0);
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &group, &[]);
         pass.draw(0..3, 0..1);
@@ -204,7 +204,7 @@ fn a_ring_never_waits_and_gives_frames_in_order() {
 /// An encoder with a frame's feedback in it, of pixels that all want one page.
 fn recorded(filled: &mut Filled, gpu: &TestDevice, frame: u64) -> Option<wgpu::CommandEncoder> {
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    drop(filled.target.begin(&gpu.device, &mut encoder, &filled.view, frame, 1.0));
+    drop(filled.target.begin(&gpu.device, &mut encoder, &filled.views, 0, frame, 1.0));
     filled.readback.record(&gpu.device, &mut encoder, frame).then_some(encoder)
 }
 
@@ -327,6 +327,8 @@ fn after_a_cut_the_first_feedback_comes_as_soon_as_any_other() {
 }
 
 /// A plane seen in no perspective: uv changes by the same amount from pixel to pixel.
+/// The number of the view that it is drawn in.
+const VIEW: u32 = 5;
 pub(crate) const PLANE: &str = include_str!("wgsl/plane.wgsl");
 
 fn draw_plane(
@@ -336,15 +338,13 @@ fn draw_plane(
     scale: FeedbackScale,
     frames: u64,
 ) -> Vec<RawFeedback> {
-    let layout = BindLayout::new(&gpu.device, world.pool.atlas(0), FeedbackWay::Separate);
-    let options = ShaderOptions { atlas: world.pool.atlas(0), ..Default::default() };
-    let pipeline = pipeline(gpu, Some(&layout), PLANE.to_owned() + &wgsl(&options), &[]);
-    let view = ViewBuffer::new(&gpu.device, &gpu.queue, FeedbackWay::Separate);
-    let group = layout.bind_group(&gpu.device, &world.table, &world.pool, 0, &view);
+    let bindings = Bindings::new(gpu, world.kind(0, Filter::Trilinear), FeedbackWay::Separate, false);
+    let pipeline = pipeline(gpu, Some(&bindings.layout), bindings.text(PLANE, world.id), &[]);
+    let (group, views) = (bindings.group(gpu, world), &bindings.views);
     let target = FeedbackTarget::new(&gpu.device, picture, scale).unwrap();
     let frame = |frame| {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        let mut pass = target.begin(&gpu.device, &mut encoder, &view, frame, 1.0);
+        let mut pass = target.begin(&gpu.device, &mut encoder, views, VIEW, frame, 1.0);
         pass.set_pipeline(&pipeline);
         pass.set_bind_group(0, &group, &[]);
         pass.draw(0..3, 0..1);

@@ -6,9 +6,9 @@ use bytemuck::{Pod, Zeroable};
 use vastex_core::shader_constants::FIXED_REACH;
 use vastex_core::{AddressMode, Description, Geometry, GeometrySpec, LayerFormat, PagePos, Slot};
 use vastex_wgpu::test_device::TestDevice;
-use vastex_wgpu::{BindLayout, FeedbackWay, Filter, ShaderOptions, TableChoice, ViewBuffer, twins, wgsl};
+use vastex_wgpu::{FeedbackWay, Filter, TableKind, twins};
 
-use crate::common::{GPU, NUMBER, Random, World};
+use crate::common::{Bindings, GPU, NUMBER, Random, World};
 use crate::sampling::{Output, pipeline, run, tolerance};
 
 const MODES: [AddressMode; 4] =
@@ -81,12 +81,10 @@ fn folds(random: &mut Random) -> Vec<Fold> {
 fn places_fold_as_the_twin_folds_them_up_to_the_largest_texture() {
     let gpu = &*GPU;
     let world = World::new(gpu, &Geometry::new(GeometrySpec::image(8, 8)).unwrap(), LayerFormat::R8, 1.0, 1);
-    let layout = BindLayout::new(&gpu.device, world.pool.atlas(0), FeedbackWay::Separate);
-    let text =
-        FOLDING.to_owned() + &wgsl(&ShaderOptions { atlas: world.pool.atlas(0), ..ShaderOptions::default() });
-    let pipeline = pipeline(gpu, layout.layout(), text);
-    let view = ViewBuffer::new(&gpu.device, &gpu.queue, FeedbackWay::Separate);
-    let group = layout.bind_group(&gpu.device, &world.table, &world.pool, 0, &view);
+    let bindings = Bindings::new(gpu, world.kind(0, Filter::Nearest), FeedbackWay::Separate, false);
+    // What names nothing of the texture binds nothing of it.
+    let pipeline = pipeline(gpu, &bindings.layout, bindings.text(FOLDING, world.id));
+    let group = bindings.group(gpu, &world);
     let folds = folds(&mut Random(3));
     let outputs: Vec<Folded> = run(gpu, &pipeline, &group, &folds);
     for (fold, found) in folds.iter().zip(outputs) {
@@ -138,13 +136,9 @@ fn inputs(geometry: &Geometry, spots: &[[u32; 2]], random: &mut Random) -> Vec<I
 
 /// Compares GPU and twin over random inputs; what is near an edge may lie on either side of it.
 fn check(gpu: &TestDevice, world: &World, spots: &[[u32; 2]], filter: Filter, seed: u64) {
-    let layout = BindLayout::new(&gpu.device, world.pool.atlas(0), FeedbackWay::Separate);
-    let (atlas, pages) = (world.pool.atlas(0), world.pages());
-    let text =
-        HARNESS.to_owned() + &wgsl(&ShaderOptions { filter, atlas, pages, ..ShaderOptions::default() });
-    let pipeline = pipeline(gpu, layout.layout(), text);
-    let view = ViewBuffer::new(&gpu.device, &gpu.queue, FeedbackWay::Separate);
-    let group = layout.bind_group(&gpu.device, &world.table, &world.pool, 0, &view);
+    let bindings = Bindings::new(gpu, world.kind(0, filter), FeedbackWay::Separate, false);
+    let pipeline = pipeline(gpu, &bindings.layout, bindings.text(HARNESS, world.id));
+    let group = bindings.group(gpu, world);
     let inputs = inputs(&world.geometry, spots, &mut Random(seed));
     let outputs: Vec<Output> = run(gpu, &pipeline, &group, &inputs);
     let tile = |slot: Slot| world.tiles[&slot].as_slice();
@@ -242,8 +236,8 @@ fn the_largest_texture_is_sampled_to_the_texel() {
         let geometry = Geometry::new(spec).unwrap();
         let resident = pages_around(&geometry, &spots, &mut Random(n as u64 + 40));
         let description = Description::one_layer(geometry, LayerFormat::R8);
-        let world = World::with(&GPU, &description, 0, resident, TableChoice::BySize, 77);
-        assert!(world.table.hashed().is_some_and(|table| table.len() > 300));
+        let world = World::with(&GPU, &description, 0, resident, TableKind::Hashed, 77);
+        assert!(world.tables.hash_table().is_some_and(|table| table.len() > 300));
         for filter in Filter::KINDS {
             check(&GPU, &world, &spots, filter, n as u64);
         }

@@ -1,18 +1,21 @@
 //! A group samples each member as that is sampled alone, and its feedback is that of its shape without a tail.
 
 use vastex_core::{
-    AddressMode, Description, Dims, Geometry, GeometrySpec, Layer, LayerFormat, LevelRule, PageId, TextureId,
+    AddressMode, Description, Dims, Geometry, GeometrySpec, Layer, LayerFormat, LevelRule, PageId, PagePos,
+    TextureId,
 };
 use vastex_wgpu::{
-    Atlas, FeedbackWay, Filter, GroupLayout, GroupMember, GroupParams, GroupShape, Pool, TableBuffers,
-    ViewBuffer, group_wgsl,
+    FeedbackWay, Filter, KindMember, Kinds, ParamStore, Pool, PoolTables, TableKind, group_record, shader_id,
 };
 
-use crate::common::{GPU, World};
+use crate::common::{Bindings, GPU, Random, World, params_of};
 use crate::fade::faded;
 use crate::sampling::{HARNESS, Harness, Input, Output, inputs, pipeline, run};
 
 const NUMBER: TextureId = TextureId::new(1500).unwrap();
+/// Of the textures.
+const NUMBERS: [TextureId; 3] =
+    [TextureId::new(0).unwrap(), TextureId::new(700).unwrap(), TextureId::new(2046).unwrap()];
 const NAMES: [&str; 4] = ["color", "height", "night", "clouds_2"];
 
 fn image(size: [u32; 2], page: u32, border: u32, layers: &[Layer]) -> Description {
@@ -35,11 +38,18 @@ impl Planet {
             Layer { scale: 2, ..Layer::new("height", LayerFormat::R32Float) },
         ];
         let one = |format| [Layer::new("only", format)];
-        let of = |description: &Description, seed| World::of(&GPU, description, 0, 0.5, seed);
+        let of = |description: &Description, nth: usize| {
+            let mut random = Random(nth as u64 + 4);
+            let mut resident: Vec<PagePos> = description.geometry.pages().skip(1).collect();
+            resident.retain(|_| random.unit() < 0.5);
+            let kind = [TableKind::Hashed, TableKind::Direct][nth % 2];
+            let (number, way) = (NUMBERS[nth], FeedbackWay::Separate);
+            World::numbered(&GPU, description, 0, resident, kind, nth as u64 + 3, number, way)
+        };
         let mut worlds = [
-            of(&image([1000, 600], 64, 8, &layers), 3),
-            of(&image([500, 300], 32, 2, &one(LayerFormat::R8)), 4),
-            of(&image([333, 401], 64, 4, &one(LayerFormat::Bc5)), 5),
+            of(&image([1000, 600], 64, 8, &layers), 0),
+            of(&image([500, 300], 32, 2, &one(LayerFormat::R8)), 1),
+            of(&image([333, 401], 64, 4, &one(LayerFormat::Bc5)), 2),
         ];
         for (world, bias) in worlds.iter_mut().zip([0, 5, 9]) {
             world.pool.set_bias(&GPU.queue, bias);
@@ -53,70 +63,59 @@ impl Planet {
         Planet { worlds: worlds.map(|world| faded(world, 7)), fade: true }
     }
 
-    fn tables(&self) -> impl Iterator<Item = &TableBuffers> {
-        self.worlds.iter().map(|world| &world.table)
-    }
-
     /// The members: which world, and which layer of it.
     fn members(&self) -> [(&World, usize); 4] {
         let [earth, night, clouds] = &self.worlds;
         [(earth, 0), (earth, 1), (night, 0), (clouds, 0)]
     }
 
-    fn layers(&self) -> impl Iterator<Item = (&Pool, usize)> {
-        self.members().into_iter().map(|(world, layer)| (&world.pool, layer))
-    }
-
-    fn atlas(&self, nth: usize) -> Atlas {
-        let (world, layer) = self.members()[nth];
-        world.pool.atlas(layer)
+    /// The records of all textures, and that of the group.
+    fn params(&self) -> ParamStore {
+        let textures = self.worlds.iter().map(|world| (world.number, world.record(&world.tables)));
+        let group = group_record(&self.worlds[0].geometry, shader_id(NUMBER, 1));
+        params_of(&GPU, FeedbackWay::Separate, &textures.chain([(NUMBER, group)]).collect::<Vec<_>>())
     }
 }
 
 struct Group {
     filter: Filter,
-    layout: GroupLayout,
-    params: GroupParams,
+    bindings: Bindings,
     group: wgpu::BindGroup,
 }
 
 impl Group {
     fn new(planet: &Planet, filter: Filter) -> Group {
-        let member = |(nth, texture): (usize, usize)| GroupMember {
-            name: NAMES[nth].to_owned(),
-            texture,
-            atlas: planet.atlas(nth),
-            tables: planet.worlds[texture].tables(),
-            pages: planet.worlds[texture].pages(),
-            filter: None,
-            fades: true,
+        let members = planet.members().into_iter().zip(NAMES).zip([0, 0, 1, 2]);
+        let member = |(((world, layer), name), pool): (((&World, usize), &str), usize)| KindMember {
+            name: name.to_owned(),
+            pool,
+            kind: world.kind(layer, filter),
         };
-        let members = [0, 0, 1, 2].into_iter().enumerate().map(member).collect();
-        let group = GroupShape::new(members, true).unwrap();
-        let layout =
-            GroupLayout::new(&GPU.device, group.with_fade(planet.fade), FeedbackWay::Separate).unwrap();
-        let shape = &planet.worlds[0].geometry;
-        let (device, queue) = (&GPU.device, &GPU.queue);
-        let params = GroupParams::new(device, queue, shape, NUMBER, planet.tables(), planet.layers());
-        let view = ViewBuffer::new(device, queue, FeedbackWay::Separate);
-        let group = layout.bind_group(device, &params, planet.tables(), planet.layers(), &view);
-        Group { filter, layout, params, group }
+        let kinds = Kinds::of_group(members.map(member).collect(), FeedbackWay::Separate, planet.fade);
+        let bindings = Bindings::of(&GPU, kinds.unwrap());
+        let pools: Vec<(&Pool, &PoolTables)> =
+            planet.worlds.iter().map(|world| (&world.pool, &world.tables)).collect();
+        let group = bindings.group_of(&GPU, &planet.params(), pools);
+        Group { filter, bindings, group }
     }
 
     /// The harness with other names in the place of `vastex_sample` and `vastex_feedback`.
-    fn run(&self, sample: &str, feedback: &str, inputs: &[Input]) -> Vec<Output> {
-        let harness = HARNESS.replace("vastex_sample", sample).replace("vastex_feedback", feedback);
-        let text = harness + &group_wgsl(0, self.filter, FeedbackWay::Separate, self.layout.shape());
-        run(&GPU, &pipeline(&GPU, self.layout.layout(), text), &self.group, inputs)
+    fn run(&self, sample: &str, feedback: &str, ids: [u32; 2], inputs: &[Input]) -> Vec<Output> {
+        let feedback = format!("{feedback}_");
+        let harness = HARNESS.replace("vastex_feedback_level(ID", "vastex_feedback_level(WANTED");
+        let harness = harness.replace("vastex_feedback_grad(ID", "vastex_feedback_grad(WANTED");
+        let harness = harness.replace("vastex_sample", sample).replace("vastex_feedback_", &feedback);
+        let text = self.bindings.text(&format!("{harness}\nconst WANTED: u32 = {}u;", ids[1]), ids[0]);
+        run(&GPU, &pipeline(&GPU, &self.bindings.layout, text), &self.group, inputs)
     }
 
     fn check_members(&self, planet: &Planet, inputs: &[Input]) {
         for (nth, name) in NAMES.into_iter().enumerate() {
             let (sample, feedback) = (format!("vastex_sample_{name}"), format!("vastex_feedback_{name}"));
-            let outputs = self.run(&sample, &feedback, inputs);
             let (world, layer) = planet.members()[nth];
+            let outputs = self.run(&sample, &feedback, [world.id; 2], inputs);
             let alone = Harness::with_fade(&GPU, self.filter, world, layer, planet.fade);
-            let alone = alone.run(world, layer, inputs);
+            let alone = alone.run(world, inputs);
             for ((input, output), alone) in inputs.iter().zip(&outputs).zip(&alone) {
                 assert_eq!(
                     output.color.map(f32::to_bits),
@@ -137,12 +136,9 @@ fn every_member_is_sampled_as_if_it_were_alone() {
         Group::new(&planet, filter).check_members(&planet, &inputs);
     }
     // What changes of textures and pools is told to the group.
-    let mut group = Group::new(&planet, Filter::Trilinear);
-    planet.worlds[1].table.set_rule(&GPU.queue, LevelRule { bias: 1.5, finest: 1, coarsest: 4 });
+    planet.worlds[1].set_rule(&GPU, LevelRule { bias: 1.5, finest: 1, coarsest: 4 });
     planet.worlds[2].pool.set_bias(&GPU.queue, 13);
-    let sent = group.params.update(&GPU.queue, planet.tables(), planet.layers());
-    assert!(sent > 0 && group.params.update(&GPU.queue, planet.tables(), planet.layers()) == 0);
-    group.check_members(&planet, &inputs);
+    Group::new(&planet, Filter::Trilinear).check_members(&planet, &inputs);
 }
 
 #[test]
@@ -160,8 +156,9 @@ fn feedback_of_a_group_names_pages_of_every_level_of_its_shape() {
     let group = Group::new(&planet, Filter::Trilinear);
     let (world, geometry) = (&planet.worlds[0], &planet.worlds[0].geometry);
     let inputs = inputs(geometry, 32);
-    let outputs = group.run("vastex_sample_color", "vastex_feedback", &inputs);
-    let alone = Harness::new(&GPU, Filter::Trilinear, world, 0).run(world, 0, &inputs);
+    let ids = [world.id, shader_id(NUMBER, 1)];
+    let outputs = group.run("vastex_sample_color", "vastex_feedback", ids, &inputs);
+    let alone = Harness::new(&GPU, Filter::Trilinear, world, 0).run(world, &inputs);
     let page = |feedback: [u32; 4]| {
         PageId::from_bits(u64::from(feedback[1]) << 32 | u64::from(feedback[0])).unwrap()
     };

@@ -2,9 +2,9 @@
 
 use bytemuck::{Pod, Zeroable};
 use vastex_core::{Geometry, GeometrySpec, LayerFormat};
-use vastex_wgpu::{Atlas, BindLayout, FeedbackWay, Filter, ShaderOptions, ViewBuffer, twins, wgsl};
+use vastex_wgpu::{FeedbackWay, Filter, twins};
 
-use crate::common::{GPU, NUMBER, Random, World};
+use crate::common::{Bindings, GPU, NUMBER, Random, World};
 use crate::sampling::{pipeline, run};
 
 /// A place, and texels of level 0 along one pixel there.
@@ -32,16 +32,14 @@ pub(crate) const HARNESS: &str = include_str!("wgsl/inspect.wgsl");
 #[test]
 fn places_are_what_the_page_table_says() {
     let gpu = &*GPU;
-    let layout = BindLayout::new(&gpu.device, Atlas::Float, FeedbackWay::Separate);
-    let view = ViewBuffer::new(&gpu.device, &gpu.queue, FeedbackWay::Separate);
-    let options = ShaderOptions { filter: Filter::Bilinear, ..ShaderOptions::default() };
-    let pipeline = pipeline(gpu, layout.layout(), HARNESS.to_owned() + &wgsl(&options));
     let mut seen_coarser = 0;
     for (spec, bias) in [(GeometrySpec::image(1000, 777), 0), (GeometrySpec::image(3000, 200), 12)] {
         let geometry = Geometry::new(GeometrySpec { page: 32, ..spec }).unwrap();
         let mut world = World::new(gpu, &geometry, LayerFormat::Rgba8, 0.4, 11);
         world.pool.set_bias(&gpu.queue, bias);
-        let group = layout.bind_group(&gpu.device, &world.table, &world.pool, 0, &view);
+        let bindings = Bindings::new(gpu, world.kind(0, Filter::Bilinear), FeedbackWay::Separate, false);
+        let pipeline = pipeline(gpu, &bindings.layout, bindings.text(HARNESS, world.id));
+        let group = bindings.group(gpu, &world);
         let mut random = Random(99);
         // A little into a level, so that rounding of a logarithm changes nothing.
         let inputs: Vec<Input> = (0..2000)

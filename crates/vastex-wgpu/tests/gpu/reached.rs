@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use naga::compact::{KeepUnused, compact};
-use vastex_wgpu::{Atlas, FeedbackWay, Filter, ShaderOptions, wgsl};
+use vastex_wgpu::{Atlas, BindingPlace, FeedbackWay, Filter, Kind, Kinds, PageSides, TableKind, wgsl};
 
 use crate::{exact, feedback, fixed, inspect, sampling, seams, stages, texture_space, ways};
 
@@ -22,8 +22,15 @@ const SHADERS: [&str; 11] = [
     texture_space::SHADER,
     ways::SURFACES,
 ];
-/// What pictures of the pool call, which `apps/scenes` looks at.
-const ELSEWHERE: [&str; 1] = ["vastex_inspect_slot"];
+/// What pictures of the pool and of reliefs call, which the tests of `apps/scenes` look at; and what only joins its derivatives to
+/// `vastex_sample_nearest_grad`.
+const ELSEWHERE: [&str; 5] = [
+    "vastex_inspect_slot",
+    "vastex_inspect_slot_size",
+    "vastex_level_of",
+    "vastex_pixel_scale",
+    "vastex_sample_nearest",
+];
 
 /// Names of the functions that a text declares, or of those that its entry points reach.
 fn functions(text: &str, keep_unused: KeepUnused) -> BTreeSet<String> {
@@ -40,11 +47,15 @@ fn every_function_is_reached_by_a_test() {
     let variants = Filter::KINDS.into_iter().flat_map(|filter| Atlas::ALL.map(|atlas| (filter, atlas)));
     for (nth, (filter, atlas)) in variants.enumerate() {
         let feedback = [FeedbackWay::Separate, FeedbackWay::Inline, FeedbackWay::Raw][nth % 3];
-        let options = ShaderOptions { filter, atlas, feedback, fade: nth % 2 == 1, ..Default::default() };
-        let text = wgsl(&options);
+        let tables = [TableKind::Direct, TableKind::Hashed][nth % 2];
+        let kind = Kind { tables, pages: PageSides::Any, layer: 0, atlas, scale: 1, filter };
+        let text = wgsl(&Kinds::of(kind, feedback, nth % 3 == 1), BindingPlace::default());
         declared.extend(functions(&text, KeepUnused::Yes));
-        for shader in SHADERS {
-            let text = format!("{shader}\nconst SIDE: u32 = 64u;\n{text}");
+        let nearest = sampling::nearest_harness();
+        for shader in SHADERS.into_iter().chain([nearest.as_str()]) {
+            let text = format!(
+                "{shader}\nconst SIDE: u32 = 64u;\nconst ID: u32 = 1u;\nconst VIEW: u32 = 0u;\n{text}"
+            );
             reached.extend(functions(&text, KeepUnused::No));
         }
     }

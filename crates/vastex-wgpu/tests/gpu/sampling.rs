@@ -5,11 +5,9 @@ use vastex_core::{
     AddressMode, Description, Geometry, GeometrySpec, Layer, LayerFormat, LevelRule, Slot, TexelPositions,
 };
 use vastex_wgpu::test_device::TestDevice;
-use vastex_wgpu::{
-    Atlas, BindLayout, FeedbackWay, Filter, PageSides, ShaderOptions, TableBuffers, ViewBuffer, twins, wgsl,
-};
+use vastex_wgpu::{Atlas, FeedbackWay, Filter, Kind, PageSides, PoolTables, twins};
 
-use crate::common::{GPU, NUMBER, Random, World, read, storage};
+use crate::common::{Bindings, GPU, NUMBER, Random, World, params_of, read, storage};
 
 /// One call of the shader: by gradients, or at an explicit level.
 #[repr(C)]
@@ -31,17 +29,18 @@ pub(crate) struct Output {
 
 pub(crate) const HARNESS: &str = include_str!("wgsl/harness.wgsl");
 
-/// The shader for one filter and one way to read the atlas.
+/// The shader for one filter and one way to read a layer.
 pub(crate) struct Harness<'a> {
     gpu: &'a TestDevice,
     filter: Filter,
-    layout: BindLayout,
+    /// By which it samples, where that is not what the kind wants pages by.
+    sampled_by: Filter,
+    bindings: Bindings,
     pipeline: wgpu::ComputePipeline,
-    view: ViewBuffer,
 }
 
 impl<'a> Harness<'a> {
-    /// For what is known of a world's pages; tiles do not fade in.
+    /// For a layer of a world; tiles do not fade in.
     pub(crate) fn new(gpu: &'a TestDevice, filter: Filter, world: &World, layer: usize) -> Harness<'a> {
         Harness::with_fade(gpu, filter, world, layer, false)
     }
@@ -54,63 +53,50 @@ impl<'a> Harness<'a> {
         layer: usize,
         fade: bool,
     ) -> Harness<'a> {
-        Harness::of(gpu, filter, world.pool.atlas(layer), world.pages(), fade)
+        Harness::of(gpu, world.kind(layer, filter), world.id, fade)
     }
 
-    pub(crate) fn of(
-        gpu: &'a TestDevice,
-        filter: Filter,
-        atlas: Atlas,
-        pages: PageSides,
-        fade: bool,
-    ) -> Harness<'a> {
-        let device = &gpu.device;
-        let layout = BindLayout::with_fade(device, atlas, FeedbackWay::Separate, fade);
-        let text =
-            HARNESS.to_owned() + &wgsl(&ShaderOptions { filter, atlas, pages, fade, ..Default::default() });
-        let pipeline = pipeline(gpu, layout.layout(), text);
-        Harness {
-            gpu,
-            filter,
-            layout,
-            pipeline,
-            view: ViewBuffer::new(device, &gpu.queue, FeedbackWay::Separate),
-        }
+    pub(crate) fn of(gpu: &'a TestDevice, kind: Kind, id: u32, fade: bool) -> Harness<'a> {
+        let bindings = Bindings::new(gpu, kind, FeedbackWay::Separate, fade);
+        let pipeline = pipeline(gpu, &bindings.layout, bindings.text(HARNESS, id));
+        Harness { gpu, filter: kind.filter, sampled_by: kind.filter, bindings, pipeline }
     }
 
-    pub(crate) fn run(&self, world: &World, layer: usize, inputs: &[Input]) -> Vec<Output> {
-        self.run_through(&world.table, world, layer, inputs)
+    /// Which calls what reads the nearest texel, whatever the kind's filter.
+    fn nearest(gpu: &'a TestDevice, kind: Kind, id: u32) -> Harness<'a> {
+        let bindings = Bindings::new(gpu, kind, FeedbackWay::Separate, false);
+        let pipeline = pipeline(gpu, &bindings.layout, bindings.text(&nearest_harness(), id));
+        Harness { gpu, filter: kind.filter, sampled_by: Filter::Nearest, bindings, pipeline }
     }
 
-    /// The same through another page table.
-    pub(crate) fn run_through(
-        &self,
-        table: &TableBuffers,
-        world: &World,
-        layer: usize,
-        inputs: &[Input],
-    ) -> Vec<Output> {
+    pub(crate) fn run(&self, world: &World, inputs: &[Input]) -> Vec<Output> {
+        run(self.gpu, &self.pipeline, &self.bindings.group(self.gpu, world), inputs)
+    }
+
+    /// The same through other page tables.
+    pub(crate) fn run_through(&self, tables: &PoolTables, world: &World, inputs: &[Input]) -> Vec<Output> {
         let gpu = self.gpu;
-        let group = self.layout.bind_group(&gpu.device, table, &world.pool, layer, &self.view);
-        run(gpu, &self.pipeline, &group, inputs)
+        let params = params_of(gpu, FeedbackWay::Separate, &[(world.number, world.record(tables))]);
+        run(gpu, &self.pipeline, &self.bindings.group_through(gpu, tables, &params, world), inputs)
     }
 
     /// Compares GPU and twin over random and extreme inputs, at a mip bias of the pool in eighths.
     pub(crate) fn check(&self, world: &mut World, bias: u16, seed: u64) {
         world.pool.set_bias(&self.gpu.queue, bias);
         let inputs = inputs(&world.geometry, seed);
-        let outputs = self.run(world, world.index, &inputs);
+        let outputs = self.run(world, &inputs);
         let tile = |slot: Slot| world.tiles[&slot].as_slice();
         let texture = twins::Texture {
             filter: self.filter,
-            rule: world.table.rule(),
+            rule: world.rule,
             pool_bias: bias,
             layer_scale: world.layer.scale,
             fades: world.pool.fades().map_or(&[], |fades| fades.shares()),
             ..twins::Texture::new(&world.geometry, &*world.image, NUMBER)
         };
-        let twin = twins::Sampler { texture, format: world.layer.format, tile: &tile };
-        let tolerance = tolerance(world.layer.format, self.filter);
+        let sampled_by = twins::Texture { filter: self.sampled_by, ..texture };
+        let twin = twins::Sampler { texture: sampled_by, format: world.layer.format, tile: &tile };
+        let tolerance = tolerance(world.layer.format, self.sampled_by);
         for (input, output) in inputs.iter().zip(&outputs) {
             let nearly = neighbourhood(&world.geometry, input);
             let near_color = nearly.iter().any(|&(uv, step)| {
@@ -135,6 +121,11 @@ impl<'a> Harness<'a> {
             assert!(near_feedback, "{:?}: {input:?} gives {output:?}", world.geometry.spec());
         }
     }
+}
+
+/// The harness, calling what reads the nearest texel.
+pub(crate) fn nearest_harness() -> String {
+    HARNESS.replace("vastex_sample_", "vastex_sample_nearest_")
 }
 
 /// What the twin gives for an input, shifted by so much of a level.
@@ -304,6 +295,18 @@ fn every_filter_agrees_with_its_twin_on_every_shape() {
     }
 }
 
+#[test]
+fn calls_for_the_nearest_texel_agree_with_their_twin_in_every_kind() {
+    for (n, geometry) in shapes().iter().enumerate().step_by(3) {
+        let mut world = World::new(&GPU, geometry, LayerFormat::Rgba8, 0.5, n as u64 + 9);
+        // Others want pages of two levels or along an axis, where these show one texel.
+        for filter in [Filter::Nearest, Filter::Bilinear] {
+            let harness = Harness::nearest(&GPU, world.kind(0, filter), world.id);
+            harness.check(&mut world, 0, n as u64 + 31);
+        }
+    }
+}
+
 fn image(page: u32, border: u32, layers: &[Layer]) -> Description {
     let spec = GeometrySpec {
         page,
@@ -329,15 +332,15 @@ fn every_format_of_blocks_agrees_with_its_twin() {
 fn every_format_agrees_with_its_twin(is_tried: impl Fn(LayerFormat) -> bool) {
     const MOST_USED: usize = 2;
     assert_eq!(Filter::KINDS[MOST_USED], Filter::Trilinear);
-    let mut harnesses: Vec<(Atlas, [Harness<'_>; 5])> = Vec::new();
+    let mut harnesses: Vec<(Kind, [Harness<'_>; 5])> = Vec::new();
     let formats = LayerFormat::ALL.into_iter().enumerate().filter(|(_, format)| is_tried(*format));
     for (n, format) in formats {
         let mut world = World::of(&GPU, &image(64, 4, &[Layer::new("a", format)]), 0, 0.5, n as u64 + 21);
-        let atlas = world.pool.atlas(0);
-        if harnesses.iter().all(|(of, _)| *of != atlas) {
-            harnesses.push((atlas, Filter::KINDS.map(|filter| Harness::new(&GPU, filter, &world, 0))));
+        let kind = world.kind(0, Filter::Nearest);
+        if harnesses.iter().all(|(of, _)| *of != kind) {
+            harnesses.push((kind, Filter::KINDS.map(|filter| Harness::new(&GPU, filter, &world, 0))));
         }
-        for (_, harnesses) in harnesses.iter().filter(|(of, _)| *of == atlas) {
+        for (_, harnesses) in harnesses.iter().filter(|(of, _)| *of == kind) {
             for nth in [MOST_USED, [0, 1, 3, 4][n % 4]] {
                 harnesses[nth].check(&mut world, 0, n as u64);
             }
@@ -401,12 +404,13 @@ fn texels_that_keep_their_positions_and_border_colours_agree_with_the_twin() {
 #[test]
 fn the_levels_of_a_texture_may_be_clamped_and_biased() {
     let geometry = Geometry::new(GeometrySpec { page: 32, ..GeometrySpec::image(500, 390) }).unwrap();
-    // As one that knows nothing of pages.
-    let harness = Harness::of(&GPU, Filter::Trilinear, Atlas::Float, PageSides::Any, false);
     let mut world = World::new(&GPU, &geometry, LayerFormat::Rgba8, 0.5, 5);
+    // As one that knows nothing of pages.
+    let kind = Kind { pages: PageSides::Any, ..world.kind(0, Filter::Trilinear) };
+    let harness = Harness::of(&GPU, kind, world.id, false);
     let rules = [(1.75, 0, 9), (-0.625, 0, 9), (0.0, 2, 9), (0.0, 0, 1), (0.3, 1, 3), (-32.0, 3, 3)];
     for (seed, (bias, finest, coarsest)) in (0..).zip(rules) {
-        world.table.set_rule(&GPU.queue, LevelRule { bias, finest, coarsest });
+        world.set_rule(&GPU, LevelRule { bias, finest, coarsest });
         harness.check(&mut world, 8 * (seed as u16 % 2), seed);
     }
 }

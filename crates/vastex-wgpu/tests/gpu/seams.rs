@@ -1,9 +1,9 @@
 //! A surface that closes on itself, its uv computed in the shader, shows no seam where uv jumps, and wants nothing coarse there.
 
 use vastex_core::{AddressMode, Geometry, GeometrySpec, LayerFormat, PageId};
-use vastex_wgpu::{Atlas, BindLayout, FeedbackWay, Filter, ShaderOptions, ViewBuffer, wgsl};
+use vastex_wgpu::{FeedbackWay, Filter};
 
-use crate::common::{GPU, World};
+use crate::common::{Bindings, GPU, World};
 use crate::drawing::{self, Drawing, SIDE};
 
 /// A disc whose uv is the angle, which jumps on the left, and the distance from the pole near its middle, so that a seam is within blocks of four pixels. `other_side` takes the
@@ -14,18 +14,16 @@ pub(crate) const DISC: &str = include_str!("wgsl/disc.wgsl");
 type Pixel = ([f32; 4], u32);
 
 fn drawn(world: &World, filter: Filter, entry: &'static str) -> Vec<Pixel> {
-    let device = &GPU.device;
-    let layout = BindLayout::new(device, Atlas::Float, FeedbackWay::Separate);
-    let view = ViewBuffer::new(device, &GPU.queue, FeedbackWay::Separate);
-    let group = layout.bind_group(device, &world.table, &world.pool, 0, &view);
+    let bindings = Bindings::new(&GPU, world.kind(0, filter), FeedbackWay::Separate, false);
+    let group = bindings.group(&GPU, world);
     let (colors, wanted) = drawing::drawn(
         &GPU,
         &Drawing {
-            text: DISC.to_owned() + &wgsl(&ShaderOptions { filter, ..ShaderOptions::default() }),
+            text: bindings.text(DISC, world.id),
             entries: ["corner", entry],
             topology: wgpu::PrimitiveTopology::TriangleStrip,
             vertices: 4,
-            layout: &layout,
+            layout: &bindings.layout,
             group: &group,
             inputs: None,
         },

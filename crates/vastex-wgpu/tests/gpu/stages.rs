@@ -2,9 +2,9 @@
 //! shader, what is given them.
 
 use vastex_core::{AddressMode, Geometry, GeometrySpec, LayerFormat};
-use vastex_wgpu::{Atlas, BindLayout, FeedbackWay, Filter, PageSides, ShaderOptions, ViewBuffer, wgsl};
+use vastex_wgpu::{FeedbackWay, Filter};
 
-use crate::common::{GPU, World, storage};
+use crate::common::{Bindings, GPU, World, storage};
 use crate::drawing::{Drawing, SIDE, drawn};
 use crate::sampling::{Harness, inputs, tolerance};
 
@@ -15,30 +15,29 @@ pub(crate) const POINTS: &str = include_str!("wgsl/points.wgsl");
 /// differs is shown: of colours how much, of feedback and of inspections whether.
 pub(crate) const GROUND: &str = include_str!("wgsl/ground.wgsl");
 
-fn world(page: u32, filter: Filter) -> (World, BindLayout, String) {
+fn world(page: u32, filter: Filter) -> (World, Bindings) {
     let address = [AddressMode::Wrap, AddressMode::Mirror, AddressMode::Clamp];
     let spec = GeometrySpec { page, address, ..GeometrySpec::image(700, 450) };
     let world = World::new(&GPU, &Geometry::new(spec).unwrap(), LayerFormat::Rgba8, 0.6, 12);
-    let layout = BindLayout::new(&GPU.device, Atlas::Float, FeedbackWay::Separate);
-    (world, layout, wgsl(&ShaderOptions { filter, ..ShaderOptions::default() }))
+    let bindings = Bindings::new(&GPU, world.kind(0, filter), FeedbackWay::Separate, false);
+    (world, bindings)
 }
 
 #[test]
 fn every_filter_samples_in_the_vertex_stage_as_in_compute() {
-    let view = ViewBuffer::new(&GPU.device, &GPU.queue, FeedbackWay::Separate);
     for filter in Filter::KINDS {
-        let (world, layout, text) = world(64, filter);
+        let (world, bindings) = world(64, filter);
         let inputs = inputs(&world.geometry, 31);
-        let expected = Harness::of(&GPU, filter, Atlas::Float, PageSides::Any, false).run(&world, 0, &inputs);
+        let expected = Harness::new(&GPU, filter, &world, 0).run(&world, &inputs);
         let (colors, wanted) = drawn(
             &GPU,
             &Drawing {
-                text: format!("{POINTS}\nconst SIDE: u32 = {SIDE}u;\n{text}"),
+                text: bindings.text(&format!("{POINTS}\nconst SIDE: u32 = {SIDE}u;"), world.id),
                 entries: ["sampled", "shown"],
                 topology: wgpu::PrimitiveTopology::PointList,
                 vertices: inputs.len() as u32,
-                layout: &layout,
-                group: &layout.bind_group(&GPU.device, &world.table, &world.pool, 0, &view),
+                layout: &bindings.layout,
+                group: &bindings.group(&GPU, &world),
                 inputs: Some(&storage(&GPU, bytemuck::cast_slice(&inputs))),
             },
         );
@@ -55,18 +54,17 @@ fn every_filter_samples_in_the_vertex_stage_as_in_compute() {
 
 #[test]
 fn what_takes_its_gradients_itself_gives_what_is_given_them() {
-    let view = ViewBuffer::new(&GPU.device, &GPU.queue, FeedbackWay::Separate);
     for filter in Filter::KINDS {
-        let (world, layout, text) = world(40, filter);
+        let (world, bindings) = world(40, filter);
         let (colors, wanted) = drawn(
             &GPU,
             &Drawing {
-                text: GROUND.to_owned() + &text,
+                text: bindings.text(GROUND, world.id),
                 entries: ["corner", "beside"],
                 topology: wgpu::PrimitiveTopology::TriangleStrip,
                 vertices: 4,
-                layout: &layout,
-                group: &layout.bind_group(&GPU.device, &world.table, &world.pool, 0, &view),
+                layout: &bindings.layout,
+                group: &bindings.group(&GPU, &world),
                 inputs: None,
             },
         );

@@ -1,12 +1,9 @@
 //! Levels drawn in texture space: what comes back, and that where surfaces overlap the sharpest stays.
 
 use vastex_core::{Geometry, GeometrySpec, LayerFormat, LevelImage, PagePos, WantedPage};
-use vastex_wgpu::{
-    Atlas, BindLayout, FeedbackWay, Filter, ShaderOptions, TEXTURE_SPACE_BLEND, TEXTURE_SPACE_FORMAT,
-    TextureSpace, ViewBuffer, wgsl,
-};
+use vastex_wgpu::{FeedbackWay, Filter, TEXTURE_SPACE_BLEND, TEXTURE_SPACE_FORMAT, TextureSpace};
 
-use crate::common::{GPU, NUMBER, World};
+use crate::common::{Bindings, GPU, NUMBER, World};
 
 /// A picture of 64x64 pixels. Each instance draws the whole texture into it, at so many times its size; the last one is beside it.
 pub(crate) const SHADER: &str = include_str!("wgsl/texture_space.wgsl");
@@ -15,14 +12,12 @@ pub(crate) const SHADER: &str = include_str!("wgsl/texture_space.wgsl");
 fn drawn(geometry: &Geometry, entry: &str, instances: std::ops::Range<u32>) -> Vec<WantedPage> {
     let gpu = &*GPU;
     let world = World::new(gpu, geometry, LayerFormat::Rgba8, 0.0, 7);
-    let layout = BindLayout::new(&gpu.device, Atlas::Float, FeedbackWay::Separate);
-    let view = ViewBuffer::new(&gpu.device, &gpu.queue, FeedbackWay::Separate);
-    let group = layout.bind_group(&gpu.device, &world.table, &world.pool, 0, &view);
-    let options = ShaderOptions { filter: Filter::Nearest, ..Default::default() };
-    let module = vastex_wgpu::shader_module(&gpu.device, None, SHADER.to_owned() + &wgsl(&options));
+    let bindings = Bindings::new(gpu, world.kind(0, Filter::Nearest), FeedbackWay::Separate, false);
+    let group = bindings.group(gpu, &world);
+    let module = vastex_wgpu::shader_module(&gpu.device, None, bindings.text(SHADER, world.id));
     let pipeline_layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: None,
-        bind_group_layouts: &[Some(layout.layout())],
+        bind_group_layouts: &[Some(&bindings.layout)],
         immediate_size: 0,
     });
     let pipeline = gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {

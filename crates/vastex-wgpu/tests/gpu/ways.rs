@@ -3,11 +3,11 @@
 use vastex_core::shader_constants::JITTER_CYCLE;
 use vastex_core::{Geometry, GeometrySpec, LayerFormat};
 use vastex_wgpu::{
-    BindLayout, FEEDBACK_DEPTH_FORMAT, FEEDBACK_FORMAT, FeedbackScale, FeedbackTarget, FeedbackWay,
-    InlinePipelines, InlineTarget, RawFeedback, ShaderOptions, ViewBuffer, wgsl,
+    FEEDBACK_DEPTH_FORMAT, FEEDBACK_FORMAT, FeedbackScale, FeedbackTarget, FeedbackWay, Filter,
+    InlinePipelines, InlineTarget, RawFeedback,
 };
 
-use crate::common::{GPU, World, storage};
+use crate::common::{Bindings, GPU, World, storage};
 
 const PICTURE: [u32; 2] = [203, 77];
 const COLOUR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
@@ -16,40 +16,49 @@ const COLOUR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 /// turns.
 pub(crate) const SURFACES: &str = include_str!("wgsl/surfaces.wgsl");
 
+/// The views that are drawn into a pass of its own, and whose main pass tells.
+const VIEWS: [u32; 2] = [2, 6];
+
 /// A texture to bind, targets, and a pipeline for each of two ways.
 struct Stage {
     world: World,
-    layout: BindLayout,
-    drawn: (wgpu::RenderPipeline, FeedbackTarget, ViewBuffer),
-    told: (wgpu::RenderPipeline, InlineTarget, ViewBuffer),
+    bindings: Bindings,
+    drawn: (wgpu::RenderPipeline, FeedbackTarget),
+    told: (wgpu::RenderPipeline, InlineTarget),
 }
 
 impl Stage {
     fn new() -> Stage {
-        let (device, queue) = (&GPU.device, &GPU.queue);
+        let device = &GPU.device;
         let geometry = Geometry::new(GeometrySpec { page: 16, ..GeometrySpec::image(64, 64) }).unwrap();
         let world = World::new(&GPU, &geometry, LayerFormat::R8, 0.5, 1);
-        let layout = BindLayout::new(device, world.pool.atlas(0), FeedbackWay::Inline);
-        let view = || ViewBuffer::new(device, queue, FeedbackWay::Inline);
-        let (mut told_view, told) =
-            (view(), InlineTarget::new(device, &InlinePipelines::new(device), PICTURE).unwrap());
-        told.attach(&mut told_view);
+        let mut bindings = Bindings::new(&GPU, world.kind(0, Filter::Trilinear), FeedbackWay::Inline, false);
+        let inline = InlinePipelines::new(device);
+        // Views beside it, whose cells lie before and after, and move them.
+        let views = &mut bindings.views;
+        InlineTarget::new(device, &inline, views, 3, [99, 55]).unwrap();
+        let told = InlineTarget::new(device, &inline, views, VIEWS[1], PICTURE).unwrap();
+        assert!(views.is_moved() && !views.is_moved());
+        InlineTarget::new(device, &inline, views, 0, [300, 400]).unwrap();
+        assert!(views.is_moved());
+        InlineTarget::new(device, &inline, views, 0, [400, 300]).unwrap();
+        assert!(!views.is_moved(), "there is room for as many cells");
         let drawn = FeedbackTarget::new(device, PICTURE, FeedbackScale::Reduced).unwrap();
         Stage {
-            drawn: (pipeline(&layout, "draw", FEEDBACK_FORMAT, true), drawn, view()),
-            told: (pipeline(&layout, "tell", COLOUR, false), told, told_view),
+            drawn: (pipeline(&bindings, VIEWS[0], "draw", FEEDBACK_FORMAT, true), drawn),
+            told: (pipeline(&bindings, VIEWS[1], "tell", COLOUR, false), told),
             world,
-            layout,
+            bindings,
         }
     }
 
     /// What cells hear of surfaces in a frame: in a pass of its own, whose depth test leaves the nearest, and from a main pass without
     /// any, whose fragments all run.
-    fn frame(&self, frame: u64, surfaces: &[[f32; 4]], reversed_depth: bool) -> [RawFeedback; 2] {
+    fn frame(&mut self, frame: u64, surfaces: &[[f32; 4]], reversed_depth: bool) -> [RawFeedback; 2] {
         let (device, queue) = (&GPU.device, &GPU.queue);
         let buffer = storage(&GPU, bytemuck::cast_slice(surfaces));
-        let draw = |pass: &mut wgpu::RenderPass<'_>, pipeline: &wgpu::RenderPipeline, view: &ViewBuffer| {
-            let of_texture = self.layout.bind_group(device, &self.world.table, &self.world.pool, 0, view);
+        let of_texture = self.bindings.group(&GPU, &self.world);
+        let draw = |pass: &mut wgpu::RenderPass<'_>, pipeline: &wgpu::RenderPipeline| {
             let of_surfaces = device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: None,
                 layout: &pipeline.get_bind_group_layout(1),
@@ -61,11 +70,11 @@ impl Stage {
             pass.draw(0..3, 0..surfaces.len() as u32);
         };
         let mut encoder = device.create_command_encoder(&Default::default());
-        let (pipeline, target, view) = &self.drawn;
-        draw(&mut target.begin(device, &mut encoder, view, frame, 1.0), pipeline, view);
-        let (pipeline, inline, view) = &self.told;
-        inline.begin(device, &mut encoder, view, frame, reversed_depth);
-        draw(&mut begin_picture(&mut encoder), pipeline, view);
+        let (views, (pipeline, target)) = (&self.bindings.views, &self.drawn);
+        draw(&mut target.begin(device, &mut encoder, views, VIEWS[0], frame, 1.0), pipeline);
+        let (pipeline, inline) = &mut self.told;
+        inline.begin(device, &mut encoder, views, frame, reversed_depth);
+        draw(&mut begin_picture(&mut encoder), pipeline);
         inline.end(&mut encoder);
         queue.submit([encoder.finish()]);
         [target.raw(), inline.raw()].map(|raw| RawFeedback::read(device, queue, raw).unwrap())
@@ -95,15 +104,15 @@ fn begin_picture(encoder: &mut wgpu::CommandEncoder) -> wgpu::RenderPass<'_> {
 }
 
 fn pipeline(
-    layout: &BindLayout,
+    bindings: &Bindings,
+    view: u32,
     entry_point: &str,
     format: wgpu::TextureFormat,
     has_depth: bool,
 ) -> wgpu::RenderPipeline {
     let device = &GPU.device;
-    let options =
-        ShaderOptions { atlas: layout.atlas(), feedback: FeedbackWay::Inline, ..Default::default() };
-    let module = vastex_wgpu::shader_module(device, None, SURFACES.to_owned() + &wgsl(&options));
+    let text = bindings.text(&format!("{SURFACES}\nconst VIEW: u32 = {view}u;"), 0);
+    let module = vastex_wgpu::shader_module(device, None, text);
     let surfaces = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: None,
         entries: &[wgpu::BindGroupLayoutEntry {
@@ -119,7 +128,7 @@ fn pipeline(
     });
     let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: None,
-        bind_group_layouts: &[Some(layout.layout()), Some(&surfaces)],
+        bind_group_layouts: &[Some(&bindings.layout), Some(&surfaces)],
         immediate_size: 0,
     });
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
@@ -158,7 +167,7 @@ fn opaque(depth: f32) -> [f32; 4] {
 
 #[test]
 fn the_nearest_surface_is_heard_in_whatever_order_they_are_drawn() {
-    let stage = Stage::new();
+    let mut stage = Stage::new();
     let nearest = |raw: &RawFeedback, nth: u32| {
         let heard: Vec<_> = raw.pixels.iter().filter(|pixel| pixel[3] != 0).collect();
         assert!(!heard.is_empty() && heard.iter().all(|pixel| pixel[0] == nth && pixel[2] == nth % 8));
@@ -185,7 +194,7 @@ fn the_nearest_surface_is_heard_in_whatever_order_they_are_drawn() {
 
 #[test]
 fn of_more_surfaces_than_a_cell_has_room_for_those_drawn_first_are_heard() {
-    let stage = Stage::new();
+    let mut stage = Stage::new();
     let mut surfaces: Vec<_> = (0..40).map(|nth| opaque(0.1 + 0.02 * nth as f32)).collect();
     let [drawn, told] = stage.frame(3, &surfaces, false);
     assert_eq!(drawn, told, "the nearest is the first of them");
@@ -199,7 +208,7 @@ fn of_more_surfaces_than_a_cell_has_room_for_those_drawn_first_are_heard() {
 
 #[test]
 fn in_a_cycle_what_is_seen_through_is_wanted_and_so_is_what_lies_behind() {
-    let stage = Stage::new();
+    let mut stage = Stage::new();
     // Three behind one another, drawn from the back: each is seen in half of what is left.
     for (opacity, shares) in
         [(0.5, [0.25, 0.25, 0.5]), (0.99, [0.016, 0.109, 0.875]), (0.01, [0.766, 0.109, 0.125])]
@@ -230,7 +239,7 @@ fn in_a_cycle_what_is_seen_through_is_wanted_and_so_is_what_lies_behind() {
 
 #[test]
 fn turns_are_the_same_in_every_way() {
-    let stage = Stage::new();
+    let mut stage = Stage::new();
     for count in [2u32, 3, 4, 8] {
         let mut given = vec![vec![0u32; count as usize]; 26 * 10];
         for frame in 0..u64::from(JITTER_CYCLE * count) {

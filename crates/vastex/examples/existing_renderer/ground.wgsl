@@ -6,6 +6,7 @@ struct Camera {
     eye: vec4<f32>,
     half_extent: vec4<f32>, // of the ground, x and y
     sky: vec4<f32>,
+    texture: vec4<u32>, // Vastex: which texture, in x
 }
 
 @group(0) @binding(0) var<uniform> camera: Camera;
@@ -14,13 +15,14 @@ struct Ground {
     @builtin(position) clip: vec4<f32>,
     @location(0) uv: vec2<f32>,
     @location(1) world: vec3<f32>,
+    @location(2) @interpolate(flat) texture: u32, // Vastex
 }
 
 fn ground_corner(corner: u32) -> Ground {
     let uv = vec2<f32>(f32(corner & 1u), f32(corner >> 1u));
     let at = (uv * 2.0 - 1.0) * vec2<f32>(1.0, -1.0) * camera.half_extent.xy; // the image's rows run southward
     let world = vec3<f32>(at, 0.0);
-    return Ground(camera.clip_from_world * vec4<f32>(world, 1.0), uv, world);
+    return Ground(camera.clip_from_world * vec4<f32>(world, 1.0), uv, world, camera.texture.x);
 }
 
 @vertex
@@ -30,21 +32,21 @@ fn place(@builtin(vertex_index) corner: u32) -> Ground {
 
 @fragment
 fn shade(ground: Ground) -> @location(0) vec4<f32> {
-    let colour = vastex_sample(ground.uv).rgb; // Vastex: in the place of textureSample(texture, sampler, uv)
+    let colour = vastex_sample(ground.texture, ground.uv).rgb; // Vastex: in the place of textureSample(..)
     let haze = 1.0 - exp(-0.35 * distance(ground.world, camera.eye.xyz));
     return vec4<f32>(mix(colour, camera.sky.rgb, haze), 1.0);
 }
 
-// Vastex: the same surface once more, for the feedback pass.
+// Vastex: the same surface once more, for the feedback pass of the main view, which has the number 0.
 
 @vertex
 fn place_feedback(@builtin(vertex_index) corner: u32) -> Ground {
     var ground = ground_corner(corner);
-    ground.clip = vastex_feedback_clip(ground.clip);
+    ground.clip = vastex_feedback_clip(0u, ground.clip);
     return ground;
 }
 
 @fragment
 fn want(ground: Ground) -> @location(0) vec4<u32> {
-    return vastex_feedback(ground.uv);
+    return vastex_feedback(ground.texture, 0u, ground.uv);
 }

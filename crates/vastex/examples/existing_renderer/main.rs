@@ -10,14 +10,14 @@ use std::sync::Arc;
 
 use glam::camera::rh::{proj::directx::perspective, view::look_at_mat4};
 use glam::{Mat4, Vec3, Vec4};
-use vastex::{Event, Pace, Settings, TextureId, Textures, TileSource};
+use vastex::{BindingPlace, Event, Pace, Settings, TextureId, Textures, TileSource};
 
-mod headless;
+pub(crate) mod headless;
 pub(crate) mod landscape;
 
 use headless::{DEPTH_FORMAT, Headless, PICTURE_FORMAT};
 
-const SKY: Vec4 = Vec4::new(0.46, 0.62, 0.82, 1.0);
+pub(crate) const SKY: Vec4 = Vec4::new(0.46, 0.62, 0.82, 1.0);
 const FLIGHT_FRAMES: u64 = 60;
 const PATIENCE_FRAMES: u64 = 2000;
 
@@ -41,10 +41,13 @@ pub(crate) fn render(source: Arc<dyn TileSource>, size: [u32; 2]) -> anyhow::Res
     let (device, queue) = (&target.device, &target.queue);
 
     // Vastex: once. The pace makes a program without a window give the same pictures each time; a window leaves it out.
-    let settings =
-        Settings { bind_group_index: 1, pace: Pace::LockStep { latency_frames: 1 }, ..Settings::default() };
+    let settings = Settings {
+        binding: BindingPlace { group: 1, first: 0 },
+        pace: Pace::LockStep { latency_frames: 1 },
+        ..Settings::default()
+    };
     let mut textures = Textures::new(device, queue, settings)?;
-    let ground = textures.add(source)?;
+    let ground = textures.add_blocking(source)?;
 
     let renderer = GroundRenderer::new(device, &textures, ground);
     for frame in 0..PATIENCE_FRAMES {
@@ -75,20 +78,23 @@ pub(crate) fn render(source: Arc<dyn TileSource>, size: [u32; 2]) -> anyhow::Res
 }
 
 /// What the application draws, with a pipeline for the picture and one for the feedback pass.
-struct GroundRenderer {
+pub(crate) struct GroundRenderer {
     half_extent: Vec4,
+    /// Vastex: by which the shader knows the texture.
+    pub(crate) texture: u32,
     camera: wgpu::Buffer,
     camera_group: wgpu::BindGroup,
-    picture: wgpu::RenderPipeline,
-    wanted: wgpu::RenderPipeline,
+    pub(crate) picture: wgpu::RenderPipeline,
+    pub(crate) wanted: wgpu::RenderPipeline,
 }
 
 impl GroundRenderer {
-    fn new(device: &wgpu::Device, textures: &Textures, ground: TextureId) -> GroundRenderer {
-        let (camera, camera_layout, camera_group) = headless::uniform(device, size_of::<[Vec4; 7]>() as u64);
+    pub(crate) fn new(device: &wgpu::Device, textures: &Textures, ground: TextureId) -> GroundRenderer {
+        let (camera, camera_layout, camera_group) = headless::uniform(device, size_of::<[Vec4; 8]>() as u64);
+        let kinds = textures.kinds(ground);
         // Vastex: its text after the application's shader, its bind group at the index given in the settings.
-        let text = include_str!("ground.wgsl").to_owned() + &textures.wgsl(ground);
-        let groups = [Some(&camera_layout), Some(textures.bind_group_layout(ground))];
+        let text = include_str!("ground.wgsl").to_owned() + &textures.wgsl(&kinds);
+        let groups = [Some(&camera_layout), Some(&textures.bind_group_layout(&kinds))];
         let module = vastex::shader_module(device, Some("ground"), text);
         let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some("ground"),
@@ -129,6 +135,7 @@ impl GroundRenderer {
         };
         let [width, height, _] = textures.description(ground).geometry.size();
         GroundRenderer {
+            texture: textures.shader_id(ground),
             half_extent: Vec4::new(1.0, height as f32 / width as f32, 0.0, 0.0),
             camera,
             camera_group,
@@ -144,16 +151,17 @@ impl GroundRenderer {
     }
 
     /// Puts the camera at a part, 0 to 1, of its flight northward and down.
-    fn look(&self, queue: &wgpu::Queue, part: f32, [width, height]: [u32; 2]) {
+    pub(crate) fn look(&self, queue: &wgpu::Queue, part: f32, [width, height]: [u32; 2]) {
         let eye = Vec3::new(0.0, self.half_extent.y * (-0.9 + 0.5 * part), 0.3 - 0.24 * part);
         let view = look_at_mat4(eye, eye + Vec3::new(0.1, 1.0, -0.42), Vec3::Z);
         let clip_from_world: Mat4 = perspective(1.0, width as f32 / height as f32, 0.002, 10.0) * view;
         let [x, y, z, w] = clip_from_world.to_cols_array_2d().map(Vec4::from_array);
-        let uniform = [x, y, z, w, eye.extend(1.0), self.half_extent, SKY];
+        let texture = Vec4::splat(f32::from_bits(self.texture)); // Vastex
+        let uniform = [x, y, z, w, eye.extend(1.0), self.half_extent, SKY, texture];
         queue.write_buffer(&self.camera, 0, bytemuck::bytes_of(&uniform));
     }
 
-    fn draw(
+    pub(crate) fn draw(
         &self,
         pass: &mut wgpu::RenderPass<'_>,
         pipeline: &wgpu::RenderPipeline,

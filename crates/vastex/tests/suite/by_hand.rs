@@ -6,10 +6,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, AtomicUsize, Ordering};
 use std::task::{Context, Poll, Wake, Waker};
 
-use crate::common::{Mapping, Screen, property, settings};
+use std::time::Duration;
+
+use crate::common::{Mapping, PICTURE, Screen, property, settings};
 use vastex::{
-    AddressMode, AskError, Codec, Description, Geometry, GeometrySpec, LayerFormat, PageId, PagePos,
-    PageState, ReadFuture, Region, TextureId, Textures, TicketState, Tile, TileSource, Urgency,
+    AddressMode, AskError, Codec, Description, Feedback, Geometry, GeometrySpec, LayerFormat, Pace, PageId,
+    PagePos, PageState, PoolSettings, ReadFuture, Region, Settings, TextureId, Textures, TicketState, Tile,
+    TileSource, Urgency, ViewId, ViewSettings,
 };
 use vastex_core::Dims;
 
@@ -150,4 +153,107 @@ fn pins_keep_to_their_share_of_the_pool() {
     let refused = screen.textures.pin(texture, &Region::image(0..160, 0..160).on_levels(0..=0)).unwrap_err();
     assert!(matches!(refused, AskError::TooManyPins { most, .. } if most == slots / 10), "{refused}");
     assert!(screen.textures.pin(texture, &Region::image(0..32, 0..32).on_levels(2..=2)).is_ok());
+}
+
+/// Far from the first, and of both textures.
+fn elsewhere(screen: &mut Screen) {
+    (0..2).for_each(|nth| screen.set_mapping(nth, &around([0.8, 0.75])));
+}
+
+fn two_textures(settings: Settings) -> Screen {
+    let sources = [32, 64].map(|page| property(SIZE, page, AddressMode::Clamp));
+    let mut screen = Screen::new(&sources, settings);
+    (0..2).for_each(|nth| screen.set_mapping(nth, &around([0.2, 0.2])));
+    screen
+}
+
+#[test]
+fn a_view_that_was_prefetched_is_sharp_at_the_cut() {
+    let mut screen = two_textures(settings());
+    elsewhere(&mut screen);
+    let ahead = screen.feedback_of_every_pixel();
+    assert!(ahead.pages.len() > 10, "{}", ahead.pages.len());
+    (0..2).for_each(|nth| screen.set_mapping(nth, &around([0.2, 0.2])));
+    screen.converge();
+    let ticket = screen.textures.prefetch_view(&ahead, Urgency::default()).unwrap();
+    assert!(ticket.is_open() && ticket.progress().resident < ticket.progress().pages);
+    for _ in 0..200 {
+        if !ticket.is_open() {
+            break;
+        }
+        screen.frame().unwrap();
+    }
+    let ended = ticket.progress();
+    assert_eq!((ended.state, ended.resident), (TicketState::Done, ended.pages));
+    assert!(ended.pages as usize >= ahead.pages.len());
+    assert_eq!(pollster::block_on(ticket), ended, "it has ended, so nothing is waited for");
+    let loaded = screen.textures.stats().pager.loaded;
+    elsewhere(&mut screen);
+    screen.textures.view_cut();
+    let at_the_cut = screen.picture();
+    screen.converge();
+    assert!(at_the_cut == screen.picture(), "it was as sharp in the first frame");
+    assert_eq!(screen.textures.stats().pager.loaded, loaded);
+}
+
+#[test]
+fn a_view_beyond_the_pool_is_refused_whole() {
+    const TILE_BYTES: u64 = 72 * 72 * 4;
+    let mut screen = two_textures(Settings { pools: PoolSettings::of_bytes(12 * TILE_BYTES), ..settings() });
+    let wanted = screen.feedback_of_every_pixel();
+    let error = screen.textures.prefetch_view(&wanted, Urgency::default()).unwrap_err();
+    assert!(matches!(error, AskError::TooManyPages { pages, slots } if pages > u64::from(slots)), "{error}");
+    screen.textures.update().unwrap();
+    assert_eq!(screen.textures.stats().pager.in_flight, 0, "nothing was asked for");
+    let nothing = screen.textures.prefetch_view(&Feedback::default(), Urgency::default()).unwrap();
+    assert_eq!(pollster::block_on(nothing).state, TicketState::Done);
+}
+
+#[test]
+fn a_ticket_is_finished_without_frames() {
+    for pace in [Pace::Realtime, Pace::LockStep { latency_frames: 3 }] {
+        let mut screen = two_textures(Settings { pace, ..settings() });
+        let region = Region::image(500..600, 500..600).on_levels(0..=0);
+        let ticket = screen.textures.prefetch(screen.texture(0), &region, Urgency::default()).unwrap();
+        let ended = screen.textures.finish(&ticket, Duration::from_secs(240)).unwrap();
+        assert_eq!((ended.state, ended.resident), (TicketState::Done, ended.pages), "{pace:?}");
+        assert!(matches!(screen.textures.state(page(screen.texture(0), 17, 17)), PageState::Resident(_)));
+        // What never comes is waited for no longer than was said.
+        let ticket = screen.textures.prefetch(
+            screen.texture(0),
+            &Region::whole().on_levels(1..=1),
+            Urgency::default(),
+        );
+        let ended = screen.textures.finish(&ticket.unwrap(), Duration::ZERO).unwrap();
+        assert_eq!(ended.state, TicketState::Open);
+    }
+}
+
+/// The camera's view moves all the time, so that the whole never converges; the one beside it does, and says so.
+#[test]
+fn one_view_converges_while_another_moves() {
+    let mut screen = two_textures(settings());
+    let beside = screen.textures.add_view(ViewSettings::default()).unwrap();
+    let waiting = screen.textures.view_converged(beside);
+    let gone = screen.textures.view_converged(ViewId::new(77));
+    screen.set_mapping(1, &around([0.8, 0.75]));
+    let mut frames = 0;
+    while !waiting.has_ended() {
+        assert!(frames < 200 && !screen.textures.is_view_converged(beside), "{frames}");
+        screen.set_mapping(0, &around([0.1 + 0.05 * f64::from(frames % 16), 0.3]));
+        screen.frame_of(&[(ViewId::MAIN, PICTURE, 0..1), (beside, PICTURE, 1..2)]).unwrap();
+        frames += 1;
+    }
+    assert!(frames > 16, "it was looked at for a jitter cycle: {frames}");
+    assert!(screen.textures.is_view_converged(beside) && !screen.textures.is_converged());
+    assert!(pollster::block_on(waiting) && !pollster::block_on(gone));
+    // A jump is known before it is drawn.
+    screen.textures.view_cut_of(beside);
+    assert!(!screen.textures.is_view_converged(beside));
+    let [lost, dropped] = [(); 2].map(|()| screen.textures.view_converged(beside));
+    screen.textures.remove_view(beside);
+    screen.frame_of(&[(ViewId::MAIN, PICTURE, 0..1)]).unwrap();
+    assert!(!pollster::block_on(lost));
+    drop(screen);
+    assert!(!pollster::block_on(dropped));
 }

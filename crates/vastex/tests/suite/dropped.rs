@@ -20,7 +20,7 @@ fn screen(way: FeedbackWay, tiles: u64) -> Screen {
         ..settings()
     };
     Screen::showing(settings, &telling(), |textures| {
-        textures.add(property(SIZE, 64, AddressMode::Clamp)).unwrap()
+        textures.add_blocking(property(SIZE, 64, AddressMode::Clamp)).unwrap()
     })
 }
 
@@ -131,7 +131,7 @@ fn the_device_is_polled_once_a_frame() {
     for way in FeedbackWay::ALL {
         let settings = Settings { feedback: Some(way), ..Settings::default() };
         let mut screen = Screen::showing(settings, &telling(), |textures| {
-            textures.add(property(SIZE, 64, AddressMode::Clamp)).unwrap()
+            textures.add_blocking(property(SIZE, 64, AddressMode::Clamp)).unwrap()
         });
         screen.set_mapping(0, &pose(0));
         let others = [(); 2].map(|()| screen.textures.add_view(vastex::ViewSettings::default()).unwrap());

@@ -1,12 +1,14 @@
-//! The example works as it stands.
+//! The examples work as they stand.
 
-#[path = "../../examples/existing_renderer/main.rs"]
-#[allow(dead_code, reason = "the test gives the arguments that `main` reads")]
-mod existing_renderer;
+#[path = "../../examples/async_add/main.rs"]
+#[allow(dead_code, reason = "the test gives the argument that `main` reads")]
+mod async_add;
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use crate::common::tiles::parts_of_tile;
+use async_add::existing_renderer;
 use glam::{Vec2, Vec3};
 use vastex::{
     Description, Geometry, GeometrySpec, Layer, LayerFormat, PagePos, ReadFuture, Tile, TileSource,
@@ -111,4 +113,20 @@ fn it_draws_the_image_that_it_is_given_where_it_lies() {
         assert!(is_close, "pixel {x},{y}: {shown:?} in the place of {:?}", expected.to_array().map(encoded));
     }
     assert!(ground > 3000 && sky > 500, "{ground} of the ground, {sky} of the sky");
+}
+
+/// While a source takes its second, frames go on and none is another; then it is shown as if it had been there from the beginning.
+#[test]
+fn a_texture_comes_while_frames_are_drawn_and_nothing_waits_for_it() {
+    let source: Arc<dyn TileSource> = Arc::new(Shade::new([1000, 777]));
+    let shown = async_add::show(source.clone(), SIZE).unwrap();
+    assert!(shown.frames_meanwhile > 3, "{} frames in the second", shown.frames_meanwhile);
+    assert_eq!(shown.frames_changed, 0, "of {}", shown.frames_meanwhile);
+    let (by_this_thread, by_all) = shown.asked;
+    assert_eq!(by_this_thread, 0, "the thread that draws has asked the source");
+    assert!(by_all > 4, "{by_all} reads and polls");
+    let at_hand = Arc::new(async_add::slow::Slow::new(source, Duration::ZERO));
+    let (expected, _) = existing_renderer::render(at_hand, SIZE).unwrap();
+    let differing = shown.at_the_end.iter().zip(&expected).filter(|(a, b)| a.abs_diff(**b) > 1).count();
+    assert_eq!(differing, 0, "of {}", expected.len());
 }

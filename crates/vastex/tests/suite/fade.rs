@@ -84,6 +84,8 @@ fn a_tile_comes_without_a_change_on_screen_and_ends_as_without_fading() {
     for filter in Filter::KINDS {
         let settings = || Settings { filter, ..fading() };
         let (mut pair, mut empty) = (Pair::new(settings()), still(settings()));
+        // Nothing but the tail.
+        empty.textures.update().unwrap();
         // A view that moves, so that tiles of all levels come above and below one another.
         for frame in 0..40 {
             let mapping = around(0.2 + 0.01 * f64::from(frame), 1.1 + 0.2 * f64::from(frame % 8));
@@ -166,6 +168,7 @@ fn pages_that_come_and_go_in_a_pool_that_is_full_leave_nothing_behind() {
 fn sharp_and_tail(mapping: &Mapping) -> [Vec<[u8; 4]>; 2] {
     let mut screen = Screen::new(&[source()], settings());
     screen.set_mapping(0, mapping);
+    screen.textures.update().unwrap();
     let tail = screen.picture();
     screen.converge();
     [screen.picture(), tail]
@@ -175,7 +178,9 @@ fn sharp_and_tail(mapping: &Mapping) -> [Vec<[u8; 4]>; 2] {
 fn either_kind_of_page_table_fades_alike() {
     let mut screens = [TableChoice::Direct, TableChoice::Hashed].map(|page_table| {
         Screen::showing(Settings { filter: Filter::Trilinear, ..fading() }, SCREEN, |textures| {
-            textures.add_with(source(), TextureSettings { page_table, ..Default::default() }).unwrap()
+            textures
+                .add_blocking_with(source(), TextureSettings { page_table, ..Default::default() })
+                .unwrap()
         })
     });
     for frame in 0..40 {
@@ -228,8 +233,8 @@ fn a_texture_that_is_held_whole_is_there_at_once() {
     let mapping = around(0.4, 1.1);
     let mut screen = still(Settings { whole_bytes: 64 << 20, ..fading() });
     screen.set_mapping(0, &mapping);
-    assert!(screen.picture() == sharp_and_tail(&mapping)[0]);
     screen.frame().unwrap();
+    assert!(screen.picture() == sharp_and_tail(&mapping)[0]);
     assert_eq!(screen.textures.stats().fading, 0);
 }
 
@@ -254,7 +259,7 @@ fn the_members_of_a_group_fade_as_they_do_alone() {
     let settings = || Settings { filter: Filter::Trilinear, ..fading() };
     let mut group = Screen::showing(settings(), &halves(), |textures| {
         let [first, second] =
-            [source(), property(SIZE, 64, AddressMode::Wrap)].map(|s| textures.add(s).unwrap());
+            [source(), property(SIZE, 64, AddressMode::Wrap)].map(|s| textures.add_blocking(s).unwrap());
         textures.add_group([("first", first), ("second", second), ("again", second)]).unwrap()
     });
     group.textures.set_frame_time(Duration::ZERO);

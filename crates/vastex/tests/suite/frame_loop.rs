@@ -118,7 +118,7 @@ fn a_volume_is_refused() {
     let mut textures = Textures::new(&gpu.device, &gpu.queue, settings()).unwrap();
     let spec = GeometrySpec { dims: Dims::D3, size: [50, 40, 30], page: 16, ..GeometrySpec::image(50, 40) };
     let volume = Arc::new(PropertySource::new(Geometry::new(spec).unwrap()));
-    assert!(matches!(textures.add(volume), Err(Error::Volume)));
+    assert!(matches!(textures.add_blocking(volume), Err(Error::Volume)));
 }
 
 #[test]
@@ -128,16 +128,17 @@ fn a_texture_that_is_refused_leaves_everything_as_it_was() {
     let endless = Geometry::new(GeometrySpec::image(1 << 31, 1 << 31)).unwrap();
     let direct = TextureSettings { page_table: TableChoice::Direct, ..Default::default() };
     for _ in 0..2 {
-        let refused = textures.add_with(Arc::new(PropertySource::new(endless.clone())), direct.clone());
+        let refused =
+            textures.add_blocking_with(Arc::new(PropertySource::new(endless.clone())), direct.clone());
         assert!(matches!(refused, Err(Error::Gpu(GpuError::TableTooLarge { .. }))), "{refused:?}");
     }
     // Neither its number nor its pool is kept: the next one is the first.
-    let first = textures.add(small_pages()).unwrap();
+    let first = textures.add_blocking(small_pages()).unwrap();
     assert_eq!((first.number(), textures.stats().pools.len()), (0, 1));
     assert_eq!(textures.description(first).geometry.spec().page, PAGE);
-    let refused = textures.add_with(Arc::new(PropertySource::new(endless)), direct);
+    let refused = textures.add_blocking_with(Arc::new(PropertySource::new(endless)), direct);
     assert!(refused.is_err());
-    assert_eq!(textures.add(small_pages()).unwrap().number(), 1);
+    assert_eq!(textures.add_blocking(small_pages()).unwrap().number(), 1);
 }
 
 #[test]
@@ -147,14 +148,14 @@ fn a_pool_that_holds_not_even_the_tails_is_refused_with_a_remedy() {
         let settings = Settings { pools: PoolSettings::of_bytes(bytes), ..settings() };
         Textures::new(&gpu.device, &gpu.queue, settings).unwrap()
     };
-    let error = textures(TILE_BYTES).add(small_pages()).unwrap_err();
+    let error = textures(TILE_BYTES).add_blocking(small_pages()).unwrap_err();
     assert!(matches!(error, Error::Pool(PoolError::TooSmall { .. })), "{error:?}");
     let remedy = format!("make the pool at least {} bytes", 2 * TILE_BYTES);
     assert!(error.to_string().contains(&remedy), "{error}");
 
     let mut enough_for_one = textures(2 * TILE_BYTES);
-    enough_for_one.add(small_pages()).unwrap();
-    let error = enough_for_one.add(small_pages()).unwrap_err();
+    enough_for_one.add_blocking(small_pages()).unwrap();
+    let error = enough_for_one.add_blocking(small_pages()).unwrap_err();
     assert!(matches!(error, Error::Pool(PoolError::TooSmall { .. })), "{error:?}");
 }
 
@@ -252,4 +253,22 @@ fn budgets_hold_in_every_frame() {
         assert!(stats.pager.uploaded_bytes <= bucket, "frame {frame}: {stats:?}");
     }
     assert!(screen.textures.stats().pager.loaded > 20, "{:?}", screen.textures.stats());
+}
+
+#[test]
+fn all_textures_share_one_ram_cache() {
+    let budget = 40 * TILE_BYTES;
+    let pools = PoolSettings::of_bytes(64 * TILE_BYTES);
+    let limits = Settings { pools, ram_cache_bytes: budget, ..settings() };
+    let mut screen = Screen::new(&[small_pages(), small_pages()], limits);
+    for step in 0..8 {
+        screen.set_mapping(0, &around([0.2 + 0.08 * f64::from(step), 0.3]));
+        screen.set_mapping(1, &around([0.5, 0.2 + 0.08 * f64::from(step)]));
+        screen.textures.view_cut();
+        screen.converge();
+    }
+    let telemetry = screen.textures.telemetry();
+    let held: u64 = telemetry.newest().map(|record| record.tiers.ram.bytes).sum();
+    let evicted: u64 = telemetry.iter().map(|record| record.tiers.ram.evictions).sum();
+    assert!(held <= budget && held > budget / 2 && evicted > 0, "{held} of {budget}, {evicted} evicted");
 }

@@ -19,7 +19,7 @@ fn sources() -> [Arc<dyn TileSource>; 4] {
 }
 
 fn add_all(textures: &mut Textures) -> Vec<TextureId> {
-    sources().into_iter().map(|source| textures.add(source).unwrap()).collect()
+    sources().into_iter().map(|source| textures.add_blocking(source).unwrap()).collect()
 }
 
 fn add_group(textures: &mut Textures) -> GroupId {
@@ -156,10 +156,16 @@ fn what_cannot_be_a_group_is_refused_and_leaves_nothing() {
     assert!(matches!(refused(textures.add_group(nobody)), Error::Group(GroupError::Empty)));
     let error = refused(textures.add_group([("Night", ids[0])]));
     assert!(matches!(error, Error::Gpu(GpuError::MemberName { .. })), "{error}");
-    let most = gpu.device.limits().max_sampled_textures_per_shader_stage as usize;
-    let many = (0..=most).map(|nth| (format!("m{nth}"), ids[0]));
+    // Tables of pools are storage buffers, as the records are; members that are the same layer bind it once.
+    let most = gpu.device.limits().max_storage_buffers_per_shader_stage;
+    let pools = (0..most).map(|nth| property([100, 100], 8 + 4 * nth, AddressMode::Clamp));
+    let of_pools: Vec<TextureId> = pools.map(|source| textures.add_blocking(source).unwrap()).collect();
+    let many = of_pools.iter().enumerate().map(|(nth, id)| (format!("m{nth}"), *id));
     let error = refused(textures.add_group(many));
-    assert!(matches!(error, Error::Gpu(GpuError::GroupTooLarge { textures: 1, .. })), "{error}");
+    assert!(matches!(error, Error::Gpu(GpuError::GroupTooLarge { pools: 8, max_pools: 7, .. })), "{error}");
+    let group = textures.add_group((0..20).map(|nth| (format!("m{nth}"), ids[0]))).unwrap();
+    assert_eq!(textures.ids(group)[1..], vec![textures.shader_id(ids[0]); 20]);
+    textures.remove_group(group);
     textures.remove(ids[3]);
     let error = refused(textures.add_group([("a", ids[0]), ("b", ids[3])]));
     assert!(matches!(error, Error::Group(GroupError::NoTexture(3))), "{error}");

@@ -17,7 +17,7 @@ fn screen(way: FeedbackWay) -> Screen {
     let mut screen =
         Screen::showing(Settings { feedback: Some(way), pools, ..settings() }, &telling(), |textures| {
             let settings = TextureSettings { page_table: TableChoice::Direct, ..Default::default() };
-            textures.add_with(property(SIZE, PAGE, AddressMode::Clamp), settings).unwrap()
+            textures.add_blocking_with(property(SIZE, PAGE, AddressMode::Clamp), settings).unwrap()
         });
     screen.set_mapping(0, &Mapping::new(SIZE, [0.4, 0.6], 0.9, 1.0, 0.3));
     screen

@@ -64,7 +64,7 @@ fn of(filter: Filter) -> Settings {
 }
 
 fn layer(textures: &mut Textures, source: Arc<Labels>, asked: &TextureSettings, name: &str) -> LayerId {
-    let texture = textures.add_with(source, asked.clone()).unwrap();
+    let texture = textures.add_blocking_with(source, asked.clone()).unwrap();
     textures.layer(texture, name).unwrap()
 }
 
@@ -133,7 +133,7 @@ fn whoever_asks_for_a_filter_gets_it() {
     let asked =
         TextureSettings { filters: [("labels".into(), Filter::Nearest)].into(), ..Default::default() };
     let mut screen = alone(of(Filter::Nearest), true, &TextureSettings::default(), "label");
-    let error = screen.textures.add_with(Labels::new(true), asked).unwrap_err();
+    let error = screen.textures.add_blocking_with(Labels::new(true), asked).unwrap_err();
     assert!(matches!(&error, Error::FilterLayer { .. }), "{error}");
     assert_eq!(
         error.to_string(),
@@ -151,7 +151,7 @@ fn in_a_group_each_member_has_its_own_filter() {
     for (wanted, of_member) in (0..).zip(&alone) {
         let shader = two_filters(wanted);
         let mut screen = Screen::showing(of(filter), &shader, |textures| {
-            let texture = textures.add(Labels::new(true)).unwrap();
+            let texture = textures.add_blocking(Labels::new(true)).unwrap();
             let member = |name| (name, textures.layer(texture, name).unwrap());
             let members = ["value", "label"].map(member);
             Sampled::Group(textures.add_group(members).unwrap())
@@ -174,7 +174,7 @@ fn together_members_are_asked_for_what_the_finest_of_their_filters_needs() {
     let expected = seen(&mut alone(of(filter), true, &TextureSettings::default(), "label"));
     let mut screen = Screen::showing(of(filter), &two_filters(2), |textures| {
         let [value, label] = ["value", "label"].map(|name| {
-            let texture = textures.add(Labels::new(true)).unwrap();
+            let texture = textures.add_blocking(Labels::new(true)).unwrap();
             textures.layer(texture, name).unwrap()
         });
         Sampled::Group(textures.add_group([("value", value), ("label", label)]).unwrap())
@@ -224,18 +224,20 @@ fn the_cpu_does_not_mix_them_either() {
 }
 
 #[test]
-fn textures_that_are_sampled_otherwise_do_not_share_a_pool() {
+fn textures_share_a_pool_and_pipelines_whether_their_values_may_be_mixed_or_not() {
     let mut screen = alone(of(Filter::Trilinear), true, &TextureSettings::default(), "label");
     let first = screen.textures.iter().next().unwrap();
     let textures = &mut screen.textures;
-    let alike = textures.add(Labels::new(true)).unwrap();
-    let mixable = textures.add(Labels::new(false)).unwrap();
-    assert_eq!(textures.pool_of(first), textures.pool_of(alike));
-    assert_ne!(textures.pool_of(first), textures.pool_of(mixable));
+    let mixable = textures.add_blocking(Labels::new(false)).unwrap();
+    assert_eq!(textures.pool_of(first), textures.pool_of(mixable));
     let filters =
         |texture| ["value", "label"].map(|name| textures.filter(textures.layer(texture, name).unwrap()));
     assert_eq!(filters(first), [Filter::Trilinear, Filter::Nearest]);
     assert_eq!(filters(mixable), [Filter::Trilinear; 2]);
+    let label = |texture| textures.layer(texture, "label").unwrap();
+    assert_eq!(textures.kinds(label(first)), textures.kinds(label(mixable)));
+    assert_eq!(textures.bind_group(label(first)), textures.bind_group(label(mixable)));
+    assert_ne!(textures.shader_id(first), textures.shader_id(mixable));
     let tiles: Vec<_> = textures.stats().pools.iter().map(|pool| pool.tiles.to_string()).collect();
-    assert_eq!(tiles, ["72x72 texels of r8, r8, not mixed", "72x72 texels of r8, r8"]);
+    assert_eq!(tiles, ["72x72 texels of r8, r8"]);
 }

@@ -41,7 +41,7 @@ impl Case {
     pub(crate) fn add(self, textures: &mut Textures, nth: usize) -> Sampled {
         let source = property(SIZES[nth], self.page(), AddressMode::Clamp);
         let settings = TextureSettings { page_table: self.tables, ..Default::default() };
-        textures.add_with(source, settings).unwrap().into()
+        textures.add_blocking_with(source, settings).unwrap().into()
     }
 
     fn settings(self, pool_bytes: u64) -> Settings {

@@ -15,7 +15,7 @@ const TILE: u64 = 136 * 136 * 4;
 
 fn screen(source: Arc<dyn TileSource>, settings: Settings, page_table: TableChoice, shader: &str) -> Screen {
     Screen::showing(settings, shader, |textures| {
-        textures.add_with(source, TextureSettings { page_table, ..Default::default() }).unwrap()
+        textures.add_blocking_with(source, TextureSettings { page_table, ..Default::default() }).unwrap()
     })
 }
 

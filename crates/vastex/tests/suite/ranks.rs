@@ -64,7 +64,7 @@ fn a_page_that_was_asked_for_ahead_and_comes_into_view_is_read_before_others() {
     let (begun, is_open, opened) = (Mutex::default(), Mutex::new(false), Condvar::new());
     let source = property(SIZE, 32, AddressMode::Clamp);
     let source = Arc::new(Ordered { source, begun, is_open, opened });
-    let texture = textures.add(source.clone()).unwrap();
+    let texture = textures.add_blocking(source.clone()).unwrap();
     let all = Region::image(0..SIZE[0], 0..SIZE[1]).on_levels(0..=0);
     let _ahead = textures.prefetch(texture, &all, Urgency::default()).unwrap();
     // Until the loader has them all, in an order in which a page at the end comes late, and one is being read.

@@ -74,7 +74,7 @@ impl World {
     fn new(source: Arc<dyn TileSource>, settings: Settings) -> World {
         let gpu = TestDevice::new();
         let mut textures = Textures::new(&gpu.device, &gpu.queue, settings).unwrap();
-        let texture = textures.add(source).unwrap();
+        let texture = textures.add_blocking(source).unwrap();
         World { gpu, textures, texture }
     }
 
@@ -96,7 +96,9 @@ impl World {
     /// What the GPU says at each of these points and levels.
     fn on_gpu(&self, inputs: &[[f32; 4]]) -> Vec<[f32; 4]> {
         let (device, queue) = (&self.gpu.device, &self.gpu.queue);
-        let text = crate::common::texts::POINTS.to_owned() + &self.textures.wgsl(self.texture);
+        let (kinds, id) = (self.textures.kinds(self.texture), self.textures.shader_id(self.texture));
+        let points = crate::common::texts::POINTS;
+        let text = format!("{points}\nconst ID: u32 = {id}u;\n{}", self.textures.wgsl(&kinds));
         let module = vastex_wgpu::shader_module(device, None, text);
         let storage = wgpu::BindGroupLayoutEntry {
             binding: 0,
@@ -112,7 +114,7 @@ impl World {
             .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &[storage] });
         let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: None,
-            bind_group_layouts: &[Some(self.textures.bind_group_layout(self.texture)), Some(&layout)],
+            bind_group_layouts: &[Some(&self.textures.bind_group_layout(&kinds)), Some(&layout)],
             immediate_size: 0,
         });
         let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {

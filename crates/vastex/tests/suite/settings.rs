@@ -48,7 +48,7 @@ fn bytes_of(pools: &PoolSettings, page: u32) -> u64 {
     let gpu = TestDevice::new();
     let settings = Settings { pools: pools.clone(), ..settings() };
     let mut textures = Textures::new(&gpu.device, &gpu.queue, settings).unwrap();
-    textures.add(property(SIZE, page, AddressMode::Clamp)).unwrap();
+    textures.add_blocking(property(SIZE, page, AddressMode::Clamp)).unwrap();
     textures.stats().pool_bytes
 }
 
@@ -110,6 +110,7 @@ fn a_file_says_how_tiles_are_read() {
     assert_eq!(parsed(&[text], None).default_pool.bytes, Some(3 << 20), "pools alone leave the rest out");
     for (line, words) in [
         ("reads_at_once = 0", "give it 1 to 4096"),
+        ("loader_threads = 0", "it is 0; give it 1 to 4096"),
         ("loader_threads = -1", "give it 1 to 4096"),
         ("read_time_out_s = 0", "give it 0.001 to 86400"),
         ("decode_time_per_frame_ms = nan", "give it 0 to 1000"),
@@ -153,7 +154,7 @@ fn a_pool_without_a_size_is_made_for_the_picture() {
         let gpu = TestDevice::new();
         let settings = Settings { picture, ..settings() };
         let mut textures = Textures::new(&gpu.device, &gpu.queue, settings).unwrap();
-        textures.add(source.clone()).unwrap();
+        textures.add_blocking(source.clone()).unwrap();
         let bytes = textures.stats().pool_bytes;
         assert!(bytes <= estimate.bytes() && bytes * 10 >= estimate.bytes() * 9, "{bytes} of {estimate}");
     }

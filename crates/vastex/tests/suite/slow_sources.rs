@@ -208,7 +208,7 @@ fn a_tail_that_does_not_come_is_an_error_in_time() {
             let gpu = TestDevice::new();
             let limits = Settings { read_time_out: time_out, ..settings() };
             let mut textures = Textures::new(&gpu.device, &gpu.queue, limits).unwrap();
-            let error = textures.add(source).unwrap_err();
+            let error = textures.add_blocking(source).unwrap_err();
             assert_eq!(textures.iter().count(), 0);
             done.send((error, textures)).unwrap();
         });
@@ -222,7 +222,7 @@ fn a_tail_that_does_not_come_is_an_error_in_time() {
         hung.answer();
         let mut textures = textures;
         let start = Instant::now();
-        while let Err(error) = textures.add(hung.clone()) {
+        while let Err(error) = textures.add_blocking(hung.clone()) {
             assert!(matches!(error, Error::TailOverdue { .. }) && start.elapsed() < DEADLINE, "{error}");
         }
     }
@@ -236,7 +236,7 @@ fn a_texture_held_whole_is_waited_for_no_longer_than_one_page() {
     let mut textures = Textures::new(&gpu.device, &gpu.queue, limits).unwrap();
     let hung = Hung::new(How::Suspends);
     assert!(hung.description().geometry.page_count() > 500);
-    let error = textures.add(hung).unwrap_err();
+    let error = textures.add_blocking(hung).unwrap_err();
     assert!(matches!(error, Error::TailOverdue { time_out: after, .. } if after == time_out), "{error}");
 }
 
@@ -277,6 +277,7 @@ impl TileSource for Panics {
 fn a_source_that_panics_over_its_tail_is_an_error() {
     let gpu = TestDevice::new();
     let mut textures = Textures::new(&gpu.device, &gpu.queue, settings()).unwrap();
-    let error = textures.add(Arc::new(Panics(property(SIZE, PAGE, AddressMode::Clamp)))).unwrap_err();
+    let error =
+        textures.add_blocking(Arc::new(Panics(property(SIZE, PAGE, AddressMode::Clamp)))).unwrap_err();
     assert!(matches!(error, Error::TailFailed(_)) && error.to_string().contains("on purpose"), "{error}");
 }

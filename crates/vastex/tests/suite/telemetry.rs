@@ -55,7 +55,7 @@ fn every_frame_has_a_record_of_every_pool_and_they_add_up() {
         let tails = if pool.pool.number() == 0 { 2 } else { 1 };
         let reads = sum("ram_hits") + sum("ram_misses");
         assert!(reads >= totals.loaded + tails && reads <= totals.requests + tails, "{reads}: {totals:?}");
-        assert!(of_pool().all(|record| count(record, "ram_bytes") <= 2 * 100_000));
+        assert!(of_pool().all(|record| count(record, "ram_bytes") <= 100_000));
     }
 }
 

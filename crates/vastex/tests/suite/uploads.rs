@@ -58,7 +58,7 @@ fn mapping(texels: f64, centre: f64) -> Mapping {
 fn pictures(uploads: UploadWay, layer: &str) -> Vec<Vec<[u8; 4]>> {
     let settings = Settings { filter: Filter::Trilinear, ..by(uploads) };
     let mut screen = Screen::showing(settings, SCREEN, |textures| {
-        let texture = textures.add(Noise::new()).unwrap();
+        let texture = textures.add_blocking(Noise::new()).unwrap();
         textures.layer(texture, layer).unwrap()
     });
     let mut pictures = Vec::new();

@@ -8,5 +8,5 @@
     let uv = vec2<f32>(0.5 + (at.x - 0.5) * depth * 0.055, 0.05 + 0.055 * depth);
     let along = depth * 0.055 / size.x;
     pixels[id.y * 320u + id.x] =
-        vastex_sample_grad(uv, vec2<f32>(along, 0.0), vec2<f32>(0.0, along * depth * 0.6));
+        vastex_sample_grad(ID, uv, vec2<f32>(along, 0.0), vec2<f32>(0.0, along * depth * 0.6));
 }

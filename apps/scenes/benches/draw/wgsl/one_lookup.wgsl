@@ -2,9 +2,15 @@
 
 @group(1) @binding(1) var second_atlas: texture_2d_array<f32>;
 @group(1) @binding(2) var second_sampler: sampler;
-fn vastex_filtered(position: VastexPosition, footprint: VastexFootprint, level: f32) -> vec4<f32> {
-    let place = vastex_place(position, u32(floor(level)));
-    let atlas_uv = (vec2<f32>(place.origin) + place.tile_texel) * vastex_pool.texel;
+fn vastexi_filtered_0(
+    texture: VastexiTexture,
+    position: VastexiPosition,
+    footprint: VastexiFootprint,
+    level: f32,
+    is_unmixed: bool,
+) -> vec4<f32> {
+    let place = vastexi_place_0(texture, position, u32(floor(level)), VASTEXI_SCALE_0);
+    let atlas_uv = (vec2<f32>(place.origin) + place.tile_texel) * vastexi_pool_0.texel;
     let second = clamp(level - f32(place.level), 0.0, 1.0);
     return textureSampleLevel(second_atlas, second_sampler, atlas_uv, place.image, second);
 }

@@ -10,7 +10,7 @@ use anyhow::{Context, Result, bail};
 use clap::Parser;
 use vastex::{Geometry, PageId, PageState, TextureId, Textures};
 use vastex_core::PagePos;
-use vastex_scenes::{Gpu, Overlay, Studio, Until};
+use vastex_scenes::{Gpu, Offscreen, Overlay, Until, headless_gpu};
 
 use super::{make, picture, text, write};
 use crate::args::{Args, Command, RenderArgs};
@@ -19,7 +19,7 @@ use crate::{gpu, open};
 
 pub(super) fn record(directory: &Path, cases: &Path) -> Result<()> {
     make(directory)?;
-    let gpu = Gpu::headless()?;
+    let gpu = headless_gpu()?;
     gpu::report_refusals(&gpu);
     let cases = fs::read_to_string(cases).with_context(|| cases.display().to_string())?;
     for line in cases.lines() {
@@ -35,12 +35,12 @@ pub(super) fn record(directory: &Path, cases: &Path) -> Result<()> {
 
 /// Plays a scene to its end and writes all that can be seen of it.
 fn draw(directory: &Path, name: &str, args: &RenderArgs, gpu: &Gpu) -> Result<()> {
-    let mut studio =
-        render::studio(args, render::frame_settings(args)?, gpu, open::open(&args.scene)?.tiles)?;
-    args.estimate.estimating().into_iter().for_each(|estimating| studio.estimate(estimating));
-    studio.textures_mut().record_trace();
+    let mut offscreen =
+        render::offscreen(args, render::frame_settings(args)?, gpu, open::open(&args.scene)?.tiles)?;
+    args.estimate.estimating().into_iter().for_each(|estimating| offscreen.estimate(estimating));
+    offscreen.textures_mut().record_trace();
     let until = args.frames.map_or(Until::Converged, Until::Frames);
-    let outcome = studio.run(args.camera_path, until, |_, _| ())?;
+    let outcome = offscreen.run(args.camera_path, until, |_, _| ())?;
     let mut facts = format!("converged {}\n", outcome.converged);
     let stats = &outcome.stats;
     for (what, count) in [
@@ -59,21 +59,21 @@ fn draw(directory: &Path, name: &str, args: &RenderArgs, gpu: &Gpu) -> Result<()
         let _ = writeln!(facts, "{what} {count}");
     }
     write(directory, &format!("{name}.facts.txt"), facts)?;
-    if let Some(trace) = studio.textures_mut().take_trace()? {
+    if let Some(trace) = offscreen.textures_mut().take_trace()? {
         write(directory, &format!("{name}.feedback.txt"), text::of_trace(&trace))?;
     }
-    write(directory, &format!("{name}.table.txt"), tables(studio.textures()))?;
-    write(directory, &format!("{name}.png"), picture::encode(&studio.picture())?)?;
+    write(directory, &format!("{name}.table.txt"), tables(offscreen.textures()))?;
+    write(directory, &format!("{name}.png"), picture::encode(&offscreen.picture())?)?;
     match args.scene.overlay {
-        Some(_) => overlays(directory, name, &studio),
+        Some(_) => overlays(directory, name, &offscreen),
         None => Ok(()),
     }
 }
 
 /// Pictures of the feedback, the page table and the slots as the GPU has them, and all others.
-fn overlays(directory: &Path, name: &str, studio: &Studio) -> Result<()> {
+fn overlays(directory: &Path, name: &str, offscreen: &Offscreen) -> Result<()> {
     for overlay in Overlay::ALL {
-        let picture = picture::encode(&studio.overlay(overlay)?)?;
+        let picture = picture::encode(&offscreen.overlay(overlay)?)?;
         write(directory, &format!("{name}.{}.png", overlay.name()), picture)?;
     }
     Ok(())

@@ -154,11 +154,7 @@ fn ended(world: &mut World) -> String {
 fn hashed() -> Result<String, String> {
     let knobs = Knobs { slots: 1500, tile_bytes: 10, ..knobs(Way::Fly) };
     let mut world = World::new(knobs).map_err(|error| error.to_string())?;
-    let texture = TextureId::new(0).ok_or("0 is a number")?;
-    let geometry =
-        vastex_core::Geometry::new(Knobs::new(Way::Fly, 7).spec).map_err(|error| error.to_string())?;
-    let tail = world.pool().tail_slot(texture).ok_or("no tail")?;
-    let mut table = HashedTable::new(&geometry, tail);
+    let mut table = HashedTable::new(0);
     let mut lines = String::new();
     for frame in 1..=FRAMES {
         if frame % 40 == 0 {

@@ -4,7 +4,7 @@ use png::{BitDepth, ColorType};
 use vastex_build::{LayerFilter, LayerImage, LayerInput};
 use vastex_core::LayerFormat;
 
-use super::desk::Desk;
+use super::sandbox::Sandbox;
 use super::{texels, write_png};
 
 /// The image of one layer.
@@ -48,8 +48,8 @@ impl Image {
     }
 
     /// The whole as a file.
-    pub fn input(&self, desk: &Desk) -> LayerInput {
-        let path = desk.path(&format!("{}.png", self.name));
+    pub fn input(&self, sandbox: &Sandbox) -> LayerInput {
+        let path = sandbox.path(&format!("{}.png", self.name));
         write_png(&path, self.size(), self.color, self.depth, &self.data);
         LayerInput { name: self.name.into(), path, format: self.format, filter: self.filter }
     }
@@ -63,7 +63,7 @@ impl Image {
     /// Changes a region, given in texels of the texture, of the whole; what goes there as a file.
     pub fn change(
         &mut self,
-        desk: &Desk,
+        sandbox: &Sandbox,
         at: [u32; 2],
         len: [u32; 2],
         new: impl Fn([u32; 2], usize) -> u8,
@@ -80,7 +80,7 @@ impl Image {
                 part.extend(bytes);
             }
         }
-        let path = desk.path(&format!("{}-part.png", self.name));
+        let path = sandbox.path(&format!("{}-part.png", self.name));
         write_png(&path, size, self.color, self.depth, &part);
         LayerImage { layer: Some(self.name.into()), path, format: None, filter: None }
     }

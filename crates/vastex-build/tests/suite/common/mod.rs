@@ -2,10 +2,11 @@
 
 #![allow(unreachable_pub, reason = "a module of a test program")]
 
-pub mod desk;
+pub mod exr;
 pub mod files;
 pub mod image;
 pub mod profiles;
+pub mod sandbox;
 
 use std::fs::File;
 use std::io::BufWriter;

@@ -14,7 +14,7 @@ use vastex_build::{
 use vastex_core::LayerFormat;
 use vastex_tiles::Container;
 
-use super::pictures::{Desk, Picture};
+use super::pictures::{Picture, Sandbox};
 use crate::common::{texels, write_png};
 
 /// All tiles of a directory, by their names.
@@ -51,13 +51,25 @@ fn png(layout: Layout) -> ExportOptions {
 }
 
 /// A container of noise with a layer of the format.
-fn container(desk: &Desk, size: [u32; 2], color: ColorType, depth: BitDepth, format: LayerFormat) -> PathBuf {
+fn container(
+    sandbox: &Sandbox,
+    size: [u32; 2],
+    color: ColorType,
+    depth: BitDepth,
+    format: LayerFormat,
+) -> PathBuf {
     let bytes = color.samples() * if depth == Sixteen { 2 } else { 1 };
-    write_png(&desk.path("image.png"), size, color, depth, &texels((size[0] * size[1]) as usize * bytes, 7));
-    let input = LayerInput { format: Some(format), ..desk.path("image.png").into() };
+    write_png(
+        &sandbox.path("image.png"),
+        size,
+        color,
+        depth,
+        &texels((size[0] * size[1]) as usize * bytes, 7),
+    );
+    let input = LayerInput { format: Some(format), ..sandbox.path("image.png").into() };
     let options = BuildOptions { page: 64, ..BuildOptions::default() };
-    build(&[input], &desk.path("image.vastex"), &options, &()).unwrap();
-    desk.path("image.vastex")
+    build(&[input], &sandbox.path("image.vastex"), &options, &()).unwrap();
+    sandbox.path("image.vastex")
 }
 
 /// What every program shows of 8 bits was recorded once and stays so.
@@ -72,17 +84,17 @@ fn texels_of_eight_bits_stay_as_they_are() {
     ];
     let mut hashes = Vec::new();
     for (color, format) in kinds {
-        let desk = Desk::new();
-        let exact = container(&desk, [256, 128], color, Eight, format);
+        let sandbox = Sandbox::new();
+        let exact = container(&sandbox, [256, 128], color, Eight, format);
         for layout in [Layout::GaiaSky, Layout::Celestia, Layout::DeepZoom, Layout::Prototype] {
-            desk.export(&exact, &format!("{layout:?}"), &png(layout));
-            hashes.push(hash(&desk.path(&format!("{layout:?}"))));
+            sandbox.export(&exact, &format!("{layout:?}"), &png(layout));
+            hashes.push(hash(&sandbox.path(&format!("{layout:?}"))));
         }
-        let other = container(&desk, [300, 177], color, Eight, format);
+        let other = container(&sandbox, [300, 177], color, Eight, format);
         for (name, finest_level) in [("finer", None), ("coarser", Some(0))] {
             let options = ExportOptions { finest_level, tile_size: Some(64), ..png(Layout::GaiaSky) };
-            desk.export(&other, name, &options);
-            hashes.push(hash(&desk.path(name)));
+            sandbox.export(&other, name, &options);
+            hashes.push(hash(&sandbox.path(name)));
         }
     }
     assert_eq!(hashes, RECORDED, "{hashes:#x?}");
@@ -124,7 +136,7 @@ const RECORDED: [u64; 30] = [
 
 /// The sum over rows is what a naive walk gives: each texel of the finest level is a mean of those that it covers.
 fn sixteen_bits(name: &str, layout: Layout, color: ColorType, format: LayerFormat) {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     // A slope along x and another along y, light as it is: values of the whole range.
     let size = [300u32, 177];
     let ramp = |x: u32, y: u32, c: u32| (x * 200 + y * 30 + c * 11) as u16;
@@ -132,15 +144,15 @@ fn sixteen_bits(name: &str, layout: Layout, color: ColorType, format: LayerForma
     let words =
         (0..size[1]).flat_map(|y| (0..size[0]).flat_map(move |x| (0..channels).map(move |c| ramp(x, y, c))));
     let bytes: Vec<u8> = words.flat_map(u16::to_be_bytes).collect();
-    write_png(&desk.path("image.png"), size, color, Sixteen, &bytes);
+    write_png(&sandbox.path("image.png"), size, color, Sixteen, &bytes);
     // Normals are numbers, so they come into the layer as the file has them.
-    let input = LayerInput { name: name.into(), format: Some(format), ..desk.path("image.png").into() };
+    let input = LayerInput { name: name.into(), format: Some(format), ..sandbox.path("image.png").into() };
     let options = BuildOptions { page: 64, filter: Some("box".parse().unwrap()), ..BuildOptions::default() };
-    build(&[input], &desk.path("image.vastex"), &options, &()).unwrap();
+    build(&[input], &sandbox.path("image.vastex"), &options, &()).unwrap();
     let options = ExportOptions { finest_level: Some(1), tile_size: Some(256), ..ExportOptions::new(layout) };
-    let report = desk.export(&desk.path("image.vastex"), "out", &options);
+    let report = sandbox.export(&sandbox.path("image.vastex"), "out", &options);
     assert_eq!((report.size, report.format), ([1024, 512], TileFormat::Png));
-    let tiles = tiles(&desk.path("out"));
+    let tiles = tiles(&sandbox.path("out"));
     let finest: Vec<_> = tiles.iter().filter(|(name, _)| name.contains("level1")).collect();
     assert_eq!(finest.len(), 8);
     for (name, tile) in finest {
@@ -162,7 +174,7 @@ fn sixteen_bits(name: &str, layout: Layout, color: ColorType, format: LayerForma
             }
         }
     }
-    desk.build("out", "again.vastex");
+    sandbox.build("out", "again.vastex");
 }
 
 #[test]
@@ -175,10 +187,10 @@ fn sixteen_bits_are_resampled_to_a_grid() {
 
 #[test]
 fn light_of_sixteen_bits_comes_back_as_light() {
-    let desk = Desk::new();
-    let first = desk.container([130, 70], ColorType::Rgb, Sixteen);
-    desk.export(&first, "zoom", &ExportOptions::new(Layout::DeepZoom));
-    let second = desk.build("zoom", "again.vastex");
+    let sandbox = Sandbox::new();
+    let first = sandbox.container([130, 70], ColorType::Rgb, Sixteen);
+    sandbox.export(&first, "zoom", &ExportOptions::new(Layout::DeepZoom));
+    let second = sandbox.build("zoom", "again.vastex");
     let [before, after] = [first, second].map(|path| crate::common::tiles(&path));
     assert_eq!(before.0.layers[0].format, LayerFormat::Rgba16);
     assert!(before.1 == after.1);
@@ -193,21 +205,21 @@ fn floats_are_refused_before_anything_is_made() {
         #[cfg(feature = "bc")]
         LayerFormat::Bc6h,
     ] {
-        let desk = Desk::new();
+        let sandbox = Sandbox::new();
         let color = if format.channels() == 1 { ColorType::Grayscale } else { ColorType::Rgb };
         // As tall as a page: one row of tiles, and no level that halves.
-        let path = container(&desk, [300, 60], color, Sixteen, format);
-        let names = desk.names();
+        let path = container(&sandbox, [300, 60], color, Sixteen, format);
+        let names = sandbox.names();
         let container = Container::open_file(path).unwrap();
         for layout in [Layout::GaiaSky, Layout::Celestia, Layout::DeepZoom, Layout::Prototype] {
             for tiles in [None, Some(TileFormat::Png), Some(TileFormat::Jpeg)] {
                 let options = ExportOptions { format: tiles, ..ExportOptions::new(layout) };
-                let error = export(&container, &desk.path("out"), &options, &()).unwrap_err();
+                let error = export(&container, &sandbox.path("out"), &options, &()).unwrap_err();
                 let ExportError::Options(why) = &error else { panic!("{error}") };
                 assert!(why.contains(&format!("texels of {} are floats", format.name())), "{why}");
             }
         }
-        assert_eq!(desk.names(), names);
+        assert_eq!(sandbox.names(), names);
     }
 }
 
@@ -223,28 +235,28 @@ impl Progress for Patience {
 
 #[test]
 fn an_export_is_asked_whether_to_go_on_within_a_row_of_tiles_too() {
-    let desk = Desk::new();
-    let path = container(&desk, [64, 64 * 40], ColorType::Grayscale, Eight, LayerFormat::R8);
-    let names = desk.names();
+    let sandbox = Sandbox::new();
+    let path = container(&sandbox, [64, 64 * 40], ColorType::Grayscale, Eight, LayerFormat::R8);
+    let names = sandbox.names();
     let container = Container::open_file(path).unwrap();
     // One row of tiles, for which all rows of pages are read.
     let options = ExportOptions { finest_level: Some(0), tile_size: Some(64), ..png(Layout::GaiaSky) };
     for patience in [1, 5, 20] {
-        let stopped = export(&container, &desk.path("out"), &options, &Patience(Cell::new(patience)));
+        let stopped = export(&container, &sandbox.path("out"), &options, &Patience(Cell::new(patience)));
         assert!(matches!(stopped, Err(ExportError::Cancelled)));
-        assert_eq!(desk.names(), names);
+        assert_eq!(sandbox.names(), names);
     }
 }
 
 #[cfg(unix)]
 #[test]
 fn what_a_killed_export_left_goes_with_the_next() {
-    let desk = Desk::new();
-    let path = container(&desk, [64, 64], ColorType::Grayscale, Eight, LayerFormat::R8);
+    let sandbox = Sandbox::new();
+    let path = container(&sandbox, [64, 64], ColorType::Grayscale, Eight, LayerFormat::R8);
     for name in [".out.1-0.partial", ".out.99999-3.partial", ".other.1-0.partial"] {
-        fs::create_dir_all(desk.path(name).join("level0")).unwrap();
-        fs::write(desk.path(name).join("level0/tx_0_0.png"), b"left").unwrap();
+        fs::create_dir_all(sandbox.path(name).join("level0")).unwrap();
+        fs::write(sandbox.path(name).join("level0/tx_0_0.png"), b"left").unwrap();
     }
-    desk.export(&path, "out", &png(Layout::DeepZoom));
-    assert_eq!(desk.names(), [".other.1-0.partial", "image.png", "image.vastex", "out"]);
+    sandbox.export(&path, "out", &png(Layout::DeepZoom));
+    assert_eq!(sandbox.names(), [".other.1-0.partial", "image.png", "image.vastex", "out"]);
 }

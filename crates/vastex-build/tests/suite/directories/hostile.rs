@@ -9,25 +9,25 @@ use png::ColorType::{Grayscale, Rgb};
 use vastex_build::{BuildOptions, ExportOptions, Layout, TileFormat, build};
 
 use crate::common::{texels, write_png};
-use crate::directories::pictures::Desk;
+use crate::directories::pictures::Sandbox;
 
-/// A desk with every layout, exported: `earth`, `zoom` and `pages`.
-fn exported() -> Desk {
-    let desk = Desk::new();
-    let container = desk.rgb([256, 128]);
+/// A sandbox with every layout, exported: `earth`, `zoom` and `pages`.
+fn exported() -> Sandbox {
+    let sandbox = Sandbox::new();
+    let container = sandbox.rgb([256, 128]);
     for (layout, name) in
         [(Layout::GaiaSky, "earth"), (Layout::DeepZoom, "zoom"), (Layout::Prototype, "proto")]
     {
         let options = ExportOptions { format: Some(TileFormat::Png), ..ExportOptions::new(layout) };
         let tile_size = (layout != Layout::Prototype).then_some(64);
-        desk.export(&container, name, &ExportOptions { tile_size, ..options });
+        sandbox.export(&container, name, &ExportOptions { tile_size, ..options });
     }
-    desk
+    sandbox
 }
 
-fn built(desk: &Desk, input: &str) -> Result<(), String> {
-    let output = desk.path("out.vastex");
-    build(&[desk.path(input)], &output, &BuildOptions::default(), &())
+fn built(sandbox: &Sandbox, input: &str) -> Result<(), String> {
+    let output = sandbox.path("out.vastex");
+    build(&[sandbox.path(input)], &output, &BuildOptions::default(), &())
         .map(drop)
         .map_err(|error| error.to_string())
 }
@@ -35,11 +35,11 @@ fn built(desk: &Desk, input: &str) -> Result<(), String> {
 /// Breaks a copy of the exported directories and builds `input`; the error must say all of `says`.
 #[track_caller]
 fn check(input: &str, says: &[&str], spoil: impl Fn(&dyn Fn(&str) -> PathBuf)) {
-    let desk = exported();
-    spoil(&|name| desk.path(name));
-    let error = built(&desk, input).unwrap_err();
+    let sandbox = exported();
+    spoil(&|name| sandbox.path(name));
+    let error = built(&sandbox, input).unwrap_err();
     assert!(says.iter().all(|part| error.contains(part)), "{error}\nlacks one of {says:?}");
-    assert!(!desk.path("out.vastex").exists());
+    assert!(!sandbox.path("out.vastex").exists());
 }
 
 fn rewrite(path: &Path, from: &str, to: &str) {
@@ -145,11 +145,11 @@ fn pipes_are_refused_and_never_waited_for() {
     ] {
         check(input, &[file, "is a device or a pipe"], |at| pipe(&at(file)));
     }
-    let desk = exported();
-    pipe(&desk.path("earth/earth.ctx"));
-    fs::remove_dir_all(desk.path("earth/level0")).unwrap();
-    fs::remove_dir_all(desk.path("earth/level1")).unwrap();
-    let error = built(&desk, "earth").unwrap_err();
+    let sandbox = exported();
+    pipe(&sandbox.path("earth/earth.ctx"));
+    fs::remove_dir_all(sandbox.path("earth/level0")).unwrap();
+    fs::remove_dir_all(sandbox.path("earth/level1")).unwrap();
+    let error = built(&sandbox, "earth").unwrap_err();
     assert!(error.contains("earth.ctx: is a device or a pipe"), "{error}");
 }
 
@@ -166,13 +166,13 @@ fn numbers_too_large_for_any_grid_are_not_passed_over() {
     check("proto", &["0_99999999999_0.png", "beyond 2^31"], |at| {
         fs::copy(at("proto/pages/0_0_0.png"), at("proto/pages/0_99999999999_0.png")).unwrap();
     });
-    let desk = exported();
+    let sandbox = exported();
     for name in ["level123456", "level99999999999", "level00001"] {
-        fs::create_dir(desk.path("earth").join(name)).unwrap();
+        fs::create_dir(sandbox.path("earth").join(name)).unwrap();
     }
     for input in ["earth", "earth/earth.ctx"] {
-        let output = desk.path("out.vastex");
-        let report = build(&[desk.path(input)], &output, &BuildOptions::default(), &()).unwrap();
+        let output = sandbox.path("out.vastex");
+        let report = build(&[sandbox.path(input)], &output, &BuildOptions::default(), &()).unwrap();
         let notices: Vec<_> = report.notices().map(ToString::to_string).collect();
         let ignored = |name: &str| notices.iter().any(|notice| notice.contains(name));
         assert!(
@@ -184,10 +184,10 @@ fn numbers_too_large_for_any_grid_are_not_passed_over() {
 
 #[test]
 fn a_size_is_read_in_part_and_shown_without_control_characters() {
-    let desk = exported();
+    let sandbox = exported();
     for text in [vec![0; 2000], b"\x1b[31mred".repeat(1000), vec![b'9'; 1 << 20]] {
-        fs::write(desk.path("proto/size.txt"), text).unwrap();
-        let error = built(&desk, "proto").unwrap_err();
+        fs::write(sandbox.path("proto/size.txt"), text).unwrap();
+        let error = built(&sandbox, "proto").unwrap_err();
         assert!(error.contains("correct it") && !error.contains(char::is_control), "{error:?}");
         assert!(error.len() < 1000, "{} bytes", error.len());
     }
@@ -195,14 +195,14 @@ fn a_size_is_read_in_part_and_shown_without_control_characters() {
 
 #[test]
 fn nothing_is_written_among_the_tiles_of_the_input() {
-    let desk = exported();
-    let list_of = |desk: &Desk| {
+    let sandbox = exported();
+    let list_of = |sandbox: &Sandbox| {
         let mut files = Vec::new();
-        list(&desk.path("."), &mut files);
+        list(&sandbox.path("."), &mut files);
         files.into_iter().map(|path| fs::read(&path).map(|bytes| (path, bytes)).unwrap()).collect::<Vec<_>>()
     };
-    fs::create_dir(desk.path("elsewhere")).unwrap();
-    let before = list_of(&desk);
+    fs::create_dir(sandbox.path("elsewhere")).unwrap();
+    let before = list_of(&sandbox);
     for (input, output) in [
         ("earth", "earth/level1/tx_2_1.png"),
         ("earth", "earth/new.vastex"),
@@ -215,11 +215,12 @@ fn nothing_is_written_among_the_tiles_of_the_input() {
         ("proto/pages", "proto/pages/1.vastex"),
     ] {
         let options = BuildOptions::default();
-        let error = build(&[desk.path(input)], &desk.path(output), &options, &()).unwrap_err().to_string();
+        let error =
+            build(&[sandbox.path(input)], &sandbox.path(output), &options, &()).unwrap_err().to_string();
         assert!(error.contains("choose"), "{error}");
-        assert!(list_of(&desk) == before, "{output}");
+        assert!(list_of(&sandbox) == before, "{output}");
     }
-    build(&[desk.path("zoom/zoom.dzi")], &desk.path("zoom/zoom.vastex"), &BuildOptions::default(), &())
+    build(&[sandbox.path("zoom/zoom.dzi")], &sandbox.path("zoom/zoom.vastex"), &BuildOptions::default(), &())
         .unwrap();
 }
 
@@ -265,17 +266,17 @@ fn a_seeded_sample_of_spoilt_directories_never_panics() {
     };
     let (mut refused, mut taken) = (0, 0);
     for _ in 0..6 {
-        let desk = exported();
+        let sandbox = exported();
         for _ in 0..20 {
             let input = ["earth", "earth/earth.ctx", "zoom", "proto"][random(4)];
             let directory = input.split('/').next().unwrap();
             let mut files = Vec::new();
-            list(&desk.path(directory), &mut files);
+            list(&sandbox.path(directory), &mut files);
             if files.is_empty() {
                 break;
             }
             spoil(&files, &mut random);
-            match catch_unwind(|| built(&desk, input)).expect("a panic") {
+            match catch_unwind(|| built(&sandbox, input)).expect("a panic") {
                 Ok(()) => taken += 1,
                 Err(message) => {
                     refused += 1;

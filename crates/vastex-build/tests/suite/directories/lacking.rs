@@ -12,7 +12,7 @@ use vastex_tiles::{
     WriterOptions,
 };
 
-use crate::directories::pictures::{Desk, Picture};
+use crate::directories::pictures::{Picture, Sandbox};
 
 /// The generated source without the eastern half of level 0.
 fn western(size: [u32; 2]) -> Container {
@@ -43,8 +43,8 @@ fn options(layout: Layout) -> ExportOptions {
 
 #[test]
 fn planets_lack_the_tiles_that_the_texture_lacks() {
-    let (desk, source) = (Desk::new(), western([128, 64]));
-    let target = desk.path("planet");
+    let (sandbox, source) = (Sandbox::new(), western([128, 64]));
+    let target = sandbox.path("planet");
     let report =
         export(&source, &target, &ExportOptions { tile_size: Some(16), ..options(Layout::GaiaSky) }, &())
             .unwrap();
@@ -56,15 +56,15 @@ fn planets_lack_the_tiles_that_the_texture_lacks() {
 
 #[test]
 fn other_layouts_show_the_nearest_ancestor() {
-    let (desk, source) = (Desk::new(), western([100, 70]));
+    let (sandbox, source) = (Sandbox::new(), western([100, 70]));
     export(
         &source,
-        &desk.path("deep"),
+        &sandbox.path("deep"),
         &ExportOptions { tile_size: Some(200), ..options(Layout::DeepZoom) },
         &(),
     )
     .unwrap();
-    let finest = Picture::of_png(&desk.path("deep/deep_files/7/0_0.png"));
+    let finest = Picture::of_png(&sandbox.path("deep/deep_files/7/0_0.png"));
     for y in 0..70 {
         for x in 0..100 {
             let (level, texel) = if x < 48 { (0, [x, y, 0]) } else { (1, [x / 2, y / 2, 0]) };
@@ -76,7 +76,7 @@ fn other_layouts_show_the_nearest_ancestor() {
 
 #[test]
 fn a_layer_of_half_the_resolution_is_a_picture_of_half_the_size() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let layers = vec![
         Layer::new("color", LayerFormat::Rgba8),
         Layer { scale: 2, ..Layer::new("mask", LayerFormat::Bc4) },
@@ -98,9 +98,9 @@ fn a_layer_of_half_the_resolution_is_a_picture_of_half_the_size() {
     });
     let chosen =
         ExportOptions { layer: Some("mask".into()), tile_size: Some(200), ..options(Layout::DeepZoom) };
-    let report = export(&source, &desk.path("mask"), &chosen, &()).unwrap();
+    let report = export(&source, &sandbox.path("mask"), &chosen, &()).unwrap();
     assert_eq!(report.size, [50, 35]);
-    let picture = Picture::of_png(&desk.path("mask/mask_files/6/0_0.png"));
+    let picture = Picture::of_png(&sandbox.path("mask/mask_files/6/0_0.png"));
     for (x, y) in [(0, 0), (7, 7), (8, 7), (49, 34)] {
         assert_eq!(picture.at(x, y)[0], value(PagePos::new_2d(0, x / 8, y / 8)).into(), "{x}, {y}");
     }

@@ -125,13 +125,13 @@ fn copy(
 }
 
 /// A directory for one test.
-pub(crate) struct Desk {
+pub(crate) struct Sandbox {
     dir: TempDir,
 }
 
-impl Desk {
-    pub(crate) fn new() -> Desk {
-        Desk { dir: tempfile::tempdir().unwrap() }
+impl Sandbox {
+    pub(crate) fn new() -> Sandbox {
+        Sandbox { dir: tempfile::tempdir().unwrap() }
     }
 
     pub(crate) fn path(&self, name: &str) -> PathBuf {

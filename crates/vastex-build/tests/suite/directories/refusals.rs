@@ -6,12 +6,12 @@ use std::ops::ControlFlow;
 use vastex_build::{ExportError, ExportOptions, Layout, Progress, TileFormat, export};
 use vastex_tiles::Container;
 
-use crate::directories::pictures::Desk;
+use crate::directories::pictures::Sandbox;
 
 #[test]
 fn impossible_options_say_what_is_possible() {
-    let desk = Desk::new();
-    let container = Container::open_file(desk.rgb([300, 200])).unwrap();
+    let sandbox = Sandbox::new();
+    let container = Container::open_file(sandbox.rgb([300, 200])).unwrap();
     let deep = Layout::DeepZoom;
     let of = ExportOptions::new;
     for (options, says) in [
@@ -39,39 +39,41 @@ fn impossible_options_say_what_is_possible() {
         (ExportOptions { format: Some(TileFormat::Jpeg), ..of(Layout::Prototype) }, "pages are PNG"),
         (ExportOptions { layer: Some("height".into()), ..of(deep) }, "no layer 'height'; there is color"),
     ] {
-        let error = export(&container, &desk.path("out"), &options, &()).unwrap_err().to_string();
+        let error = export(&container, &sandbox.path("out"), &options, &()).unwrap_err().to_string();
         assert!(error.contains(says), "{error}");
     }
-    assert_eq!(desk.names(), ["image.png", "image.vastex"]);
+    assert_eq!(sandbox.names(), ["image.png", "image.vastex"]);
 }
 
 #[test]
 fn what_jpeg_cannot_hold_is_refused_or_becomes_png() {
-    let desk = Desk::new();
-    let container = desk.container([64, 64], png::ColorType::Grayscale, png::BitDepth::Sixteen);
+    let sandbox = Sandbox::new();
+    let container = sandbox.container([64, 64], png::ColorType::Grayscale, png::BitDepth::Sixteen);
     let container = Container::open_file(container).unwrap();
     let options = ExportOptions { format: Some(TileFormat::Jpeg), ..ExportOptions::new(Layout::DeepZoom) };
-    let error = export(&container, &desk.path("out"), &options, &()).unwrap_err().to_string();
+    let error = export(&container, &sandbox.path("out"), &options, &()).unwrap_err().to_string();
     assert!(error.contains("r16"), "{error}");
-    let report = export(&container, &desk.path("out"), &ExportOptions::new(Layout::DeepZoom), &()).unwrap();
+    let report =
+        export(&container, &sandbox.path("out"), &ExportOptions::new(Layout::DeepZoom), &()).unwrap();
     assert_eq!(report.format, TileFormat::Png);
 }
 
 #[test]
 fn only_an_empty_directory_makes_way() {
-    let desk = Desk::new();
-    let container = Container::open_file(desk.rgb([64, 64])).unwrap();
+    let sandbox = Sandbox::new();
+    let container = Container::open_file(sandbox.rgb([64, 64])).unwrap();
     let options = ExportOptions::new(Layout::DeepZoom);
-    let refused = |name: &str| export(&container, &desk.path(name), &options, &()).unwrap_err().to_string();
-    std::fs::create_dir_all(desk.path("full/of")).unwrap();
+    let refused =
+        |name: &str| export(&container, &sandbox.path(name), &options, &()).unwrap_err().to_string();
+    std::fs::create_dir_all(sandbox.path("full/of")).unwrap();
     assert!(refused("full").contains("is not empty"));
     assert!(refused("image.png").contains("there is a file of this name"));
     assert!(refused("no/such/place").contains("cannot be made"));
     assert!(refused("a<b").contains("choose another"));
-    std::fs::create_dir(desk.path("empty")).unwrap();
-    export(&container, &desk.path("empty"), &options, &()).unwrap();
-    assert!(desk.path("empty/empty.dzi").is_file());
-    assert_eq!(desk.names(), ["empty", "full", "image.png", "image.vastex"]);
+    std::fs::create_dir(sandbox.path("empty")).unwrap();
+    export(&container, &sandbox.path("empty"), &options, &()).unwrap();
+    assert!(sandbox.path("empty/empty.dzi").is_file());
+    assert_eq!(sandbox.names(), ["empty", "full", "image.png", "image.vastex"]);
 }
 
 #[cfg(unix)]
@@ -83,28 +85,28 @@ fn a_link_is_filled_or_refused_before_the_work() {
             panic!("the work has begun")
         }
     }
-    let desk = Desk::new();
-    let container = Container::open_file(desk.rgb([64, 64])).unwrap();
+    let sandbox = Sandbox::new();
+    let container = Container::open_file(sandbox.rgb([64, 64])).unwrap();
     let options = ExportOptions::new(Layout::DeepZoom);
-    std::fs::create_dir(desk.path("real")).unwrap();
+    std::fs::create_dir(sandbox.path("real")).unwrap();
     for (to, link) in [("real", "link"), ("nowhere", "dangling")] {
-        std::os::unix::fs::symlink(to, desk.path(link)).unwrap();
+        std::os::unix::fs::symlink(to, sandbox.path(link)).unwrap();
     }
-    let error = export(&container, &desk.path("dangling"), &options, &Never).unwrap_err().to_string();
+    let error = export(&container, &sandbox.path("dangling"), &options, &Never).unwrap_err().to_string();
     assert!(error.contains("dangling: is a link that leads to no directory"), "{error}");
     for name in ["link", "link/"] {
-        export(&container, &desk.path(name), &options, &()).unwrap();
-        assert!(desk.path("link").is_symlink() && desk.path("real/link.dzi").is_file());
-        std::fs::remove_dir_all(desk.path("real")).unwrap();
-        std::fs::create_dir(desk.path("real")).unwrap();
+        export(&container, &sandbox.path(name), &options, &()).unwrap();
+        assert!(sandbox.path("link").is_symlink() && sandbox.path("real/link.dzi").is_file());
+        std::fs::remove_dir_all(sandbox.path("real")).unwrap();
+        std::fs::create_dir(sandbox.path("real")).unwrap();
     }
-    assert_eq!(desk.names(), ["dangling", "image.png", "image.vastex", "link", "real"]);
+    assert_eq!(sandbox.names(), ["dangling", "image.png", "image.vastex", "link", "real"]);
 }
 
 #[test]
 fn a_part_with_borders_is_told_to_differ_at_its_edge() {
-    let desk = Desk::new();
-    let container = Container::open_file(desk.rgb([124, 62])).unwrap();
+    let sandbox = Sandbox::new();
+    let container = Container::open_file(sandbox.rgb([124, 62])).unwrap();
     let notices = |finest: u32, first: [u32; 2], overlap: u32, tile: u32, name: &str| {
         let options = ExportOptions {
             tile_size: Some(tile),
@@ -114,7 +116,7 @@ fn a_part_with_borders_is_told_to_differ_at_its_edge() {
             format: Some(TileFormat::Png),
             ..ExportOptions::new(Layout::GaiaSky)
         };
-        let report = export(&container, &desk.path(name), &options, &()).unwrap();
+        let report = export(&container, &sandbox.path(name), &options, &()).unwrap();
         report.notices.iter().any(|notice| notice.to_string().contains("at the edge of the part"))
     };
     assert!(notices(2, [1, 1], 1, 64, "part"));
@@ -126,9 +128,9 @@ fn a_part_with_borders_is_told_to_differ_at_its_edge() {
         format: Some(TileFormat::Png),
         ..ExportOptions::new(Layout::GaiaSky)
     };
-    export(&container, &desk.path("whole"), &whole, &()).unwrap();
+    export(&container, &sandbox.path("whole"), &whole, &()).unwrap();
     for tile in ["level0/tx_0_0.png", "level0/tx_1_0.png"] {
-        let [a, b] = ["all", "whole"].map(|name| std::fs::read(desk.path(name).join(tile)).unwrap());
+        let [a, b] = ["all", "whole"].map(|name| std::fs::read(sandbox.path(name).join(tile)).unwrap());
         assert!(a == b, "{tile}");
     }
 }
@@ -147,13 +149,13 @@ fn a_cancelled_export_leaves_nothing() {
             }
         }
     }
-    let desk = Desk::new();
-    let container = Container::open_file(desk.rgb([300, 200])).unwrap();
+    let sandbox = Sandbox::new();
+    let container = Container::open_file(sandbox.rgb([300, 200])).unwrap();
     let options = ExportOptions { tile_size: Some(64), ..ExportOptions::new(Layout::DeepZoom) };
     for steps in [0, 1, 3, 9] {
         let stop = After(Cell::new(steps));
-        let error = export(&container, &desk.path("out"), &options, &stop).unwrap_err();
+        let error = export(&container, &sandbox.path("out"), &options, &stop).unwrap_err();
         assert!(matches!(error, ExportError::Cancelled), "{error}");
-        assert_eq!(desk.names(), ["image.png", "image.vastex"]);
+        assert_eq!(sandbox.names(), ["image.png", "image.vastex"]);
     }
 }

@@ -7,27 +7,27 @@ use vastex_build::{BuildOptions, DirectorySource, ExportOptions, Layout, TileFor
 use vastex_core::{AddressMode, PagePos};
 use vastex_tiles::{Container, ReadError, Tiers, TileSource, conformance};
 
-use crate::directories::pictures::Desk;
+use crate::directories::pictures::Sandbox;
 
 /// Exports a picture of noise.
-fn export(desk: &Desk, size: [u32; 2], wraps: bool, options: ExportOptions) {
-    desk.rgb(size);
+fn export(sandbox: &Sandbox, size: [u32; 2], wraps: bool, options: ExportOptions) {
+    sandbox.rgb(size);
     let x = if wraps { AddressMode::Wrap } else { AddressMode::Clamp };
     let build_options = BuildOptions { address: [x, AddressMode::Clamp], ..BuildOptions::default() };
-    let container = desk.path("exported.vastex");
-    build(&[desk.path("image.png")], &container, &build_options, &()).unwrap();
-    desk.export(&container, "tree", &ExportOptions { format: Some(TileFormat::Png), ..options });
+    let container = sandbox.path("exported.vastex");
+    build(&[sandbox.path("image.png")], &container, &build_options, &()).unwrap();
+    sandbox.export(&container, "tree", &ExportOptions { format: Some(TileFormat::Png), ..options });
 }
 
 /// Compares every page with that of a container with the same pages.
-fn expect_the_pages_of(desk: &Desk, opened: &str, size: [u32; 2]) {
-    let source = DirectorySource::open(desk.path(opened)).unwrap();
+fn expect_the_pages_of(sandbox: &Sandbox, opened: &str, size: [u32; 2]) {
+    let source = DirectorySource::open(sandbox.path(opened)).unwrap();
     assert_eq!(conformance(&source), Ok(()));
     let geometry = &source.description().geometry;
     let address = [geometry.address()[0], geometry.address()[1]];
     let options = BuildOptions { page: geometry.page()[0], address, ..BuildOptions::default() };
-    let built = desk.path("same.vastex");
-    build(&[desk.path("image.png")], &built, &options, &()).unwrap();
+    let built = sandbox.path("same.vastex");
+    build(&[sandbox.path("image.png")], &built, &options, &()).unwrap();
     let container = Container::open_file(&built).unwrap();
     assert_eq!((source.description(), geometry.size()), (container.description(), [size[0], size[1], 1]));
     for pos in geometry.pages() {
@@ -41,40 +41,40 @@ fn expect_the_pages_of(desk: &Desk, opened: &str, size: [u32; 2]) {
 #[test]
 fn deep_zoom_gives_the_pages_of_the_container() {
     for (size, tile, overlap) in [([301, 199], 64, 3), ([700, 513], 254, 1), ([1, 300], 16, 0)] {
-        let desk = Desk::new();
+        let sandbox = Sandbox::new();
         let options = ExportOptions::new(Layout::DeepZoom);
         export(
-            &desk,
+            &sandbox,
             size,
             false,
             ExportOptions { tile_size: Some(tile), overlap: Some(overlap), ..options },
         );
-        expect_the_pages_of(&desk, "tree", size);
-        expect_the_pages_of(&desk, "tree/tree.dzi", size);
+        expect_the_pages_of(&sandbox, "tree", size);
+        expect_the_pages_of(&sandbox, "tree/tree.dzi", size);
     }
 }
 
 #[test]
 fn the_prototype_gives_them_and_what_it_lacks_is_filtered() {
-    let desk = Desk::new();
-    export(&desk, [1030, 130], false, ExportOptions::new(Layout::Prototype));
-    expect_the_pages_of(&desk, "tree", [1030, 130]);
+    let sandbox = Sandbox::new();
+    export(&sandbox, [1030, 130], false, ExportOptions::new(Layout::Prototype));
+    expect_the_pages_of(&sandbox, "tree", [1030, 130]);
     for level in 1..3 {
         for (x, y) in [(0, 0), (1, 0)] {
-            let _ = fs::remove_file(desk.path(&format!("tree/pages/{level}_{x}_{y}.png")));
+            let _ = fs::remove_file(sandbox.path(&format!("tree/pages/{level}_{x}_{y}.png")));
         }
     }
-    expect_the_pages_of(&desk, "tree", [1030, 130]);
+    expect_the_pages_of(&sandbox, "tree", [1030, 130]);
 }
 
 #[test]
 fn planets_give_them_and_wrap() {
     for layout in [Layout::GaiaSky, Layout::Celestia] {
-        let desk = Desk::new();
+        let sandbox = Sandbox::new();
         let options = ExportOptions { tile_size: Some(64), ..ExportOptions::new(layout) };
-        export(&desk, [512, 256], true, options);
-        expect_the_pages_of(&desk, "tree", [512, 256]);
-        let source = DirectorySource::open(desk.path("tree")).unwrap();
+        export(&sandbox, [512, 256], true, options);
+        expect_the_pages_of(&sandbox, "tree", [512, 256]);
+        let source = DirectorySource::open(sandbox.path("tree")).unwrap();
         assert_eq!(source.description().geometry.address()[0], AddressMode::Wrap);
     }
 }
@@ -88,13 +88,13 @@ fn red(source: &DirectorySource, x: u32, y: u32) -> u8 {
 
 #[test]
 fn what_is_missing_is_interpolated_from_the_ancestor() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let options = ExportOptions { tile_size: Some(64), ..ExportOptions::new(Layout::GaiaSky) };
-    export(&desk, [512, 256], true, options);
-    let whole = DirectorySource::open(desk.path("tree")).unwrap();
+    export(&sandbox, [512, 256], true, options);
+    let whole = DirectorySource::open(sandbox.path("tree")).unwrap();
     let beside = red(&whole, 191, 70);
-    fs::remove_file(desk.path("tree/level2/tx_3_1.png")).unwrap();
-    let sparse = DirectorySource::open(desk.path("tree")).unwrap();
+    fs::remove_file(sandbox.path("tree/level2/tx_3_1.png")).unwrap();
+    let sparse = DirectorySource::open(sandbox.path("tree")).unwrap();
     assert_eq!(conformance(&sparse), Ok(()));
     // Beside the hole all is as it was.
     assert_eq!(red(&sparse, 191, 70), beside);
@@ -109,13 +109,13 @@ fn what_is_missing_is_interpolated_from_the_ancestor() {
 
 #[test]
 fn a_lost_file_fails_its_pages_until_it_is_back() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let options =
         ExportOptions { tile_size: Some(128), overlap: Some(0), ..ExportOptions::new(Layout::DeepZoom) };
-    export(&desk, [600, 500], false, options);
-    let (file, away) = (desk.path("tree/tree_files/10/2_2.png"), desk.path("away.png"));
+    export(&sandbox, [600, 500], false, options);
+    let (file, away) = (sandbox.path("tree/tree_files/10/2_2.png"), sandbox.path("away.png"));
     fs::rename(&file, &away).unwrap();
-    let source = DirectorySource::open(desk.path("tree")).unwrap();
+    let source = DirectorySource::open(sandbox.path("tree")).unwrap();
     let read = |x, y| block_on(source.read(PagePos::new_2d(0, x, y)));
     match read(2, 2) {
         Err(ReadError::Store { place, .. }) => assert!(place.ends_with("2_2.png"), "{place}"),
@@ -131,24 +131,24 @@ fn a_lost_file_fails_its_pages_until_it_is_back() {
 
 #[test]
 fn what_is_no_directory_is_refused_with_a_remedy() {
-    let desk = Desk::new();
-    let message = |path: &str| match DirectorySource::open(desk.path(path)) {
+    let sandbox = Sandbox::new();
+    let message = |path: &str| match DirectorySource::open(sandbox.path(path)) {
         Ok(_) => panic!("{path} is opened"),
         Err(error) => error.to_string(),
     };
-    desk.rgb([20, 10]);
+    sandbox.rgb([20, 10]);
     assert!(message("image.png").contains("vastex build IMAGE"));
     assert!(message("nothing").contains("nothing: there is no such file"));
-    fs::create_dir(desk.path("empty")).unwrap();
+    fs::create_dir(sandbox.path("empty")).unwrap();
     assert!(message("empty").contains("no tile layout recognised"));
 }
 
 #[test]
 fn reads_of_files_are_counted() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let options = ExportOptions::new(Layout::DeepZoom);
-    export(&desk, [300, 200], false, ExportOptions { tile_size: Some(64), overlap: Some(0), ..options });
-    let source = DirectorySource::open(desk.path("tree")).unwrap();
+    export(&sandbox, [300, 200], false, ExportOptions { tile_size: Some(64), overlap: Some(0), ..options });
+    let source = DirectorySource::open(sandbox.path("tree")).unwrap();
     let tiers = || {
         let mut tiers = Tiers::default();
         source.add_tiers(&mut tiers);
@@ -162,6 +162,6 @@ fn reads_of_files_are_counted() {
     }
     let files = ["0_0", "0_1", "0_2", "1_0", "1_1", "1_2", "2_0", "2_1", "2_2"];
     let bytes =
-        files.map(|name| fs::metadata(desk.path(&format!("tree/tree_files/9/{name}.png"))).unwrap().len());
+        files.map(|name| fs::metadata(sandbox.path(&format!("tree/tree_files/9/{name}.png"))).unwrap().len());
     assert_eq!(tiers().bytes - opened.bytes, bytes.iter().sum::<u64>());
 }

@@ -5,7 +5,7 @@
 
 use std::collections::VecDeque;
 
-use crate::pager::working_set::WorkingSet;
+use crate::pager::working_set::{Node, WorkingSet};
 use crate::shader_constants::JITTER_CYCLE;
 use crate::texture::page::PageId;
 use crate::texture::textures::Textures;
@@ -71,6 +71,11 @@ impl Window {
         self.cut.take_if(|cut| *cut <= frame).is_some()
     }
 
+    /// Whether the view has been seen for a whole cycle, and no cut was declared that is yet to show.
+    fn is_known(&self) -> bool {
+        self.is_whole() && self.cut.is_none()
+    }
+
     /// A feedback of so many pixels begins.
     pub(super) fn begin(&mut self, pixels: u64) {
         self.observed += 1;
@@ -115,6 +120,15 @@ impl Window {
 }
 
 impl WorkingSet {
+    /// The pages that a view wanted in its last cycle, with their ancestors, at a bias in eighths of a level; `None`
+    /// where it has not been seen for a whole cycle since it jumped.
+    pub(crate) fn pages_of(&self, view: ViewId, bias: u16) -> Option<impl Iterator<Item = PageId> + '_> {
+        let index = self.index_of(view)?;
+        self.windows[index].as_ref().filter(|window| window.is_known())?;
+        let is_of_view = move |(_, node): &(PageId, &Node)| node.views_below & (1 << index) != 0;
+        Some(self.pages_at(bias).filter(is_of_view).map(|(page, _)| page))
+    }
+
     /// Makes a window for a view.
     pub(crate) fn add_view(&mut self, view: ViewId, weight: Weight) -> Result<(), ViewError> {
         if self.index_of(view).is_some() {

@@ -11,6 +11,15 @@ fn texture() -> TextureId {
     TextureId::new(7).unwrap()
 }
 
+/// The tail of a texture, in slot 0.
+fn tail(geometry: &Geometry) -> TableEntry {
+    TableEntry::new(geometry.tail().first_level(), Slot::new(0))
+}
+
+fn lookup(table: &HashedTable, geometry: &Geometry, pos: PagePos) -> TableEntry {
+    table.lookup_in(geometry, texture(), tail(geometry), pos)
+}
+
 fn load(geometry: &Geometry, pos: PagePos, slot: u32) -> TableChange {
     let page = PageId::new(texture(), geometry.dims(), pos).unwrap();
     TableChange { page, rule: ChangeRule::Coarser, entry: TableEntry::new(pos.level, Slot::new(slot)) }
@@ -47,7 +56,7 @@ proptest! {
         let geometry = Geometry::new(GeometrySpec { page: 40, ..GeometrySpec::image(w, h) }).unwrap();
         let pages: Vec<_> = geometry.pages().skip(1).collect();
         prop_assume!(!pages.is_empty());
-        let (mut image, mut table) = (TableImage::new(&geometry, Slot::new(0)), HashedTable::new(&geometry, Slot::new(0)));
+        let (mut image, mut table) = (TableImage::new(&geometry, Slot::new(0)), HashedTable::new(0));
         let mut resident = BTreeMap::from([(geometry.tail_pos(), 0)]);
         for (n, op) in (1..).zip(&ops) {
             let pos = pages[op.index(pages.len())];
@@ -67,7 +76,7 @@ proptest! {
             check(&table);
             prop_assert_eq!(table.len(), resident.len() - 1);
             for pos in geometry.pages() {
-                prop_assert_eq!(table.lookup(pos), image.lookup(pos), "{}", pos);
+                prop_assert_eq!(lookup(&table, &geometry, pos), image.lookup(pos), "{}", pos);
             }
         }
     }
@@ -86,16 +95,16 @@ proptest! {
         let pages: BTreeMap<PagePos, u32> = (0..count as u32)
             .map(|n| (PagePos::at(level, [at(n)[0] % side, at(n)[1] % side, 0]), n))
             .collect();
-        let mut table = HashedTable::new(&geometry, Slot::new(0));
+        let mut table = HashedTable::new(0);
         for (&pos, &slot) in &pages {
             table.apply(&[load(&geometry, pos, slot)]);
         }
         check(&table);
         prop_assert_eq!(table.len(), pages.len());
         for (&pos, &slot) in &pages {
-            prop_assert_eq!(table.lookup(pos), TableEntry::new(level, Slot::new(slot)));
+            prop_assert_eq!(lookup(&table, &geometry, pos), TableEntry::new(level, Slot::new(slot)));
         }
-        let tail = table.tail;
+        let tail = tail(&geometry);
         for (n, (&pos, &slot)) in pages.iter().enumerate() {
             table.apply(&[evict(&geometry, pos, slot, tail)]);
             if n % 97 == 0 {
@@ -111,7 +120,7 @@ proptest! {
 fn the_same_changes_give_the_same_places() {
     let geometry = endless();
     let run = || {
-        let mut table = HashedTable::new(&geometry, Slot::new(0));
+        let mut table = HashedTable::new(0);
         let changes: Vec<_> =
             (0..3000).map(|n| load(&geometry, PagePos::new_2d(3, n * 7, n % 11), n)).collect();
         changes.chunks(37).for_each(|changes| table.apply(changes));
@@ -123,13 +132,18 @@ fn the_same_changes_give_the_same_places() {
 #[test]
 fn what_was_written_is_told_once_and_a_new_size_tells_all() {
     let geometry = endless();
-    let mut table = HashedTable::new(&geometry, Slot::new(0));
+    let mut table = HashedTable::new(0);
     assert_eq!(table.take_written(), None, "a new table is sent whole");
     let mut copy = table.buckets.clone();
     for n in 0..2000 {
         table.apply(&[load(&geometry, PagePos::new_2d(0, n, n / 3), n)]);
         if n >= 40 && n % 3 == 0 {
-            table.apply(&[evict(&geometry, PagePos::new_2d(0, n - 40, (n - 40) / 3), n - 40, table.tail)]);
+            table.apply(&[evict(
+                &geometry,
+                PagePos::new_2d(0, n - 40, (n - 40) / 3),
+                n - 40,
+                tail(&geometry),
+            )]);
         }
         match table.take_written() {
             None => copy = table.buckets.clone(),
@@ -148,7 +162,7 @@ fn what_was_written_is_told_once_and_a_new_size_tells_all() {
 fn what_was_before_a_growth_goes_on_without_what_leaves() {
     let geometry = endless();
     let page = |n: u32| PagePos::new_2d(0, n, n / 3);
-    let mut table = HashedTable::new(&geometry, Slot::new(0));
+    let mut table = HashedTable::new(0);
     table.take_written();
     let loads = |range: std::ops::Range<u32>| -> Vec<TableChange> {
         range.map(|n| load(&geometry, page(n), n)).collect()
@@ -157,7 +171,8 @@ fn what_was_before_a_growth_goes_on_without_what_leaves() {
     table.take_written();
     let mut copy = table.buckets.clone();
     // Some leave in the batch in which it grows, by more than one size.
-    let mut changes: Vec<TableChange> = (0..100).map(|n| evict(&geometry, page(n), n, table.tail)).collect();
+    let mut changes: Vec<TableChange> =
+        (0..100).map(|n| evict(&geometry, page(n), n, tail(&geometry))).collect();
     changes.extend(loads(400..3000));
     table.apply(&changes);
     let mut before = table.take_before().unwrap();
@@ -167,15 +182,15 @@ fn what_was_before_a_growth_goes_on_without_what_leaves() {
     for leave in [0..100, 100..200, 500..600] {
         if leave.start > 0 {
             let leaves: Vec<TableChange> =
-                leave.clone().map(|n| evict(&geometry, page(n), n, table.tail)).collect();
+                leave.clone().map(|n| evict(&geometry, page(n), n, tail(&geometry))).collect();
             before.evict(&leaves);
         }
         let written = before.take_written().unwrap();
         written.iter().for_each(|&at| copy[at as usize] = before.buckets[at as usize]);
         assert!(copy == before.buckets);
-        assert!(leave.into_iter().all(|n| before.lookup(page(n)) == table.tail));
+        assert!(leave.into_iter().all(|n| lookup(&before, &geometry, page(n)) == tail(&geometry)));
     }
-    assert!((200..400).all(|n| before.lookup(page(n)).slot() == Slot::new(n)));
+    assert!((200..400).all(|n| lookup(&before, &geometry, page(n)).slot() == Slot::new(n)));
 }
 
 /// Changes as the pager makes them, whichever way the camera goes; pages that move between slots among them.
@@ -185,17 +200,62 @@ fn it_follows_the_pager_as_a_direct_table_does() {
         let knobs = Knobs { slots: 250, ..Knobs::new(path, 1) };
         let geometry = Geometry::new(knobs.spec).unwrap();
         let mut world = World::new(knobs).unwrap();
-        let mut table = HashedTable::new(&geometry, world.table.lookup(geometry.tail_pos()).slot());
+        let (mut table, tail) = (HashedTable::new(0), world.table.lookup(geometry.tail_pos()));
         for frame in 0..200 {
             world.step().unwrap();
             table.apply(world.table_changes());
             check(&table);
+            let texture = TextureId::new(0).unwrap();
             if frame % 10 == 0 {
                 assert!(
-                    geometry.pages().all(|pos| table.lookup(pos) == world.table.lookup(pos)),
+                    geometry
+                        .pages()
+                        .all(|pos| table.lookup_in(&geometry, texture, tail, pos) == world.table.lookup(pos)),
                     "{path:?}: {frame}"
                 );
             }
         }
     }
+}
+
+/// The textures of a pool want the same pages of each other's: their numbers alone tell them apart, and neither
+/// probes nor buckets are more for it.
+#[test]
+fn pages_of_many_textures_lie_as_evenly_as_those_of_one() {
+    let geometry = endless();
+    let mut table = HashedTable::new(16_000);
+    let buckets = table.buckets.len();
+    let change = |texture: u16, n: u32| {
+        let pos = PagePos::new_2d((n / 4) as u8, n % 2, n / 2 % 2);
+        let page = PageId::new(TextureId::new(texture).unwrap(), geometry.dims(), pos).unwrap();
+        let slot = Slot::new(u32::from(texture) * 8 + n);
+        TableChange { page, rule: ChangeRule::Coarser, entry: TableEntry::new(pos.level, slot) }
+    };
+    let changes: Vec<_> = (0..2000).flat_map(|texture| (0..8).map(move |n| (texture, n))).collect();
+    changes.iter().for_each(|&(texture, n)| table.apply(&[change(texture, n)]));
+    check(&table);
+    assert_eq!((table.len(), table.buckets.len()), (16_000, buckets), "it grew only where probes were long");
+    for &(texture, n) in &changes {
+        let TableChange { page, entry, .. } = change(texture, n);
+        assert_eq!(table.get(page), Some(entry));
+    }
+    // One goes, and only its pages with it.
+    let gone = TextureId::new(77).unwrap();
+    table.take_written();
+    let copy = table.buckets.clone();
+    table.remove_texture(gone);
+    check(&table);
+    assert_eq!(table.len(), 16_000 - 8);
+    for &(texture, n) in &changes {
+        let TableChange { page, entry, .. } = change(texture, n);
+        assert_eq!(table.get(page), (texture != 77).then_some(entry));
+    }
+    let mut copy = copy;
+    table.take_written().unwrap().iter().for_each(|&at| copy[at as usize] = table.buckets[at as usize]);
+    assert!(copy == table.buckets, "what is written is what has changed");
+    // Room that it was made with stays.
+    for &(texture, _) in &changes {
+        table.remove_texture(TextureId::new(texture).unwrap());
+    }
+    assert_eq!((table.len(), table.buckets.len()), (0, buckets));
 }

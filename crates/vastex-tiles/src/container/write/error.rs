@@ -55,7 +55,7 @@ pub enum WriteError {
         /// The file.
         name: String,
         /// What the interrupted build was of.
-        of: &'static str,
+        of: String,
     },
     /// The function that is told of progress asked to stop.
     #[error("{name}: cancelled")]

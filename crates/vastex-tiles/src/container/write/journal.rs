@@ -1,7 +1,7 @@
 //! The journal of a build: which tiles the partial file beside it has, so that a killed build can be resumed.
 //!
-//! After a head with fingerprints of everything that decides the bytes stands one small record for each
-//! appended tile, with the bytes of those tiles that are written to the partial file at its end only. A
+//! After a head with fingerprints of everything that decides the bytes, and with the options by name, stands
+//! one small record for each appended tile, with the bytes of those tiles that are written to the partial file at its end only. A
 //! journal promises nothing: whoever resumes checks every tile, so that writing a journal needs no particular
 //! order and no waiting for the disk. A journal is of use on the machine and to the version of the program
 //! that wrote it.
@@ -15,36 +15,53 @@ use crate::container::format::layout::Fields;
 use crate::ground::hash::checksum;
 
 const MAGIC: [u8; 8] = *b"\x89VTXJRNL";
-const VERSION: u64 = 1;
-/// Bytes of the head: magic, version, two fingerprints, and the checksum of these.
-const HEAD_BYTES: usize = 40;
+const VERSION: u64 = 2;
+/// Bytes of magic, version, two fingerprints, and the checksum of these; the options follow.
+const FIXED_BYTES: usize = 40;
+/// Bytes that a head has at most; one with longer options is never found sound.
+const MAX_HEAD_BYTES: usize = 1 << 16;
 
-/// What decides the bytes of a build, as fingerprints.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// What decides the bytes of a build.
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Head {
-    /// Of the input.
+    /// Fingerprint of the input.
     pub(super) input: u64,
-    /// Of everything else, this program's version included.
-    pub(super) options: u64,
+    /// Fingerprint of everything else, the options and this program's version included.
+    pub(super) others: u64,
+    /// [`Origin::options`](super::resume::Origin::options).
+    pub(super) options: String,
 }
 
 impl Head {
-    fn encode(self) -> Vec<u8> {
+    fn encode(&self) -> Vec<u8> {
         let mut bytes = Vec::from(MAGIC);
-        bytes.extend([VERSION, self.input, self.options].map(u64::to_le_bytes).concat());
+        bytes.extend([VERSION, self.input, self.others].map(u64::to_le_bytes).concat());
         bytes.extend(checksum(&bytes).to_le_bytes());
+        bytes.extend((self.options.len() as u64).to_le_bytes());
+        bytes.extend(self.options.as_bytes());
+        bytes.extend(checksum(self.options.as_bytes()).to_le_bytes());
         bytes
     }
 
-    /// `None` if the head is torn or damaged. A version that is not known counts as other options.
+    /// Returns the head that a journal begins with, or `None` if it is torn or damaged. In one of another
+    /// version, all but the input is other.
     fn decode(bytes: &[u8]) -> Option<Head> {
-        let (checked, stated) = bytes.split_at_checked(HEAD_BYTES - 8)?;
+        let (fixed, rest) = bytes.split_at_checked(FIXED_BYTES)?;
+        let (checked, stated) = fixed.split_at(FIXED_BYTES - 8);
         if !checked.starts_with(&MAGIC) || stated != checksum(checked).to_le_bytes() {
             return None;
         }
         let mut fields = Fields::new(&checked[MAGIC.len()..]);
-        let (version, input, options) = (fields.u64().ok()?, fields.u64().ok()?, fields.u64().ok()?);
-        Some(Head { input, options: if version == VERSION { options } else { !options } })
+        let (version, input, others) = (fields.u64().ok()?, fields.u64().ok()?, fields.u64().ok()?);
+        if version != VERSION {
+            return Some(Head { input, others: !others, options: String::new() });
+        }
+        let mut fields = Fields::new(rest);
+        let len = usize::try_from(fields.u64().ok()?).ok()?;
+        let options = fields.bytes(len).ok()?;
+        let is_sound = fields.u64().ok()? == checksum(options);
+        let options = std::str::from_utf8(options).ok().filter(|_| is_sound)?;
+        Some(Head { input, others, options: options.to_owned() })
     }
 }
 
@@ -53,6 +70,8 @@ impl Head {
 pub(super) struct Journal {
     file: File,
     path: PathBuf,
+    /// Where the first record begins.
+    begin: u64,
     keep: bool,
     /// Records that are not yet in the file.
     pending: Vec<u8>,
@@ -60,9 +79,10 @@ pub(super) struct Journal {
 
 impl Journal {
     /// Begins a journal without tiles, in place of what is at `path`.
-    pub(super) fn create(path: PathBuf, head: Head) -> io::Result<Journal> {
+    pub(super) fn create(path: PathBuf, head: &Head) -> io::Result<Journal> {
         let file = File::create(&path)?;
-        let mut journal = Journal { file, path, keep: false, pending: head.encode() };
+        let pending = head.encode();
+        let mut journal = Journal { file, path, begin: pending.len() as u64, keep: false, pending };
         journal.write_pending()?;
         Ok(journal)
     }
@@ -75,17 +95,20 @@ impl Journal {
             Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(None),
             Err(e) => return Err(e),
         };
-        let mut head = Vec::with_capacity(HEAD_BYTES);
-        (&mut file).take(HEAD_BYTES as u64).read_to_end(&mut head)?;
+        let mut head = Vec::new();
+        (&mut file).take(MAX_HEAD_BYTES as u64).read_to_end(&mut head)?;
         let head = Head::decode(&head);
-        Ok(head.map(|head| (Journal { file, path, keep: true, pending: Vec::new() }, head)))
+        Ok(head.map(|head| {
+            let begin = head.encode().len() as u64;
+            (Journal { file, path, begin, keep: true, pending: Vec::new() }, head)
+        }))
     }
 
     /// Reads the records from the first one on; writing goes on after [`Journal::go_on_at`] only.
     pub(super) fn records(&mut self) -> io::Result<Records> {
-        self.file.seek(SeekFrom::Start(HEAD_BYTES as u64))?;
+        self.file.seek(SeekFrom::Start(self.begin))?;
         let file = BufReader::with_capacity(1 << 16, self.file.try_clone()?);
-        Ok(Records { file, offset: HEAD_BYTES as u64 })
+        Ok(Records { file, offset: self.begin })
     }
 
     /// Leaves `len` bytes and goes on behind them.

@@ -20,7 +20,7 @@ mod writer;
 
 pub use error::WriteError;
 pub use merge::{MergeError, merge};
-pub use output::{TempFile, remove_abandoned, write_advice};
+pub use output::{TempFile, remove_abandoned, resolved, write_advice};
 pub use part::{PartOf, PartWriter};
 #[cfg(not(target_family = "wasm"))]
 pub use reorder::{ReorderError, reorder, rewrite};

@@ -164,12 +164,18 @@ fn is_own_name(name: &str, of: &str) -> bool {
         .is_some_and(|(process, count)| is_number(process) && is_number(count))
 }
 
+/// Where a file or directory that replaces `target` belongs: at what a link leads to, since replacing that
+/// keeps the link, else at `target` itself. Fails if a link leads nowhere.
+pub fn resolved(target: &Path) -> io::Result<PathBuf> {
+    if target.is_symlink() { fs::canonicalize(target) } else { Ok(target.to_path_buf()) }
+}
+
 /// The path at which the file will stand. If `target` is a link, what it leads to is replaced, not the link.
 fn checked_target(target: &Path) -> io::Result<PathBuf> {
     if target.file_name().is_none() {
         return Err(io::Error::other("this names no file; add a file name"));
     }
-    let target = if target.is_symlink() { fs::canonicalize(target)? } else { target.to_path_buf() };
+    let target = resolved(target)?;
     if target.is_dir() {
         return Err(io::Error::other("this is a directory; add a file name"));
     }

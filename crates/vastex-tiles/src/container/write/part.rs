@@ -172,7 +172,7 @@ impl PartWriter {
             }
             // The beginning of a head is all that is left of a writer that was killed at once.
             if !head.starts_with(&found) {
-                let of = "another image, part or options";
+                let of = "another image, part or options".to_owned();
                 return Err(WriteError::OtherBuild { name: self.name.clone(), of });
             }
             self.out.set_keep(true);

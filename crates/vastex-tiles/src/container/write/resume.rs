@@ -7,6 +7,7 @@
 //! tile that is not as it was written ends the taking over. Making the tiles that follow is the builder's
 //! business.
 
+use std::collections::HashMap;
 use std::io::{Read, Seek};
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -33,8 +34,9 @@ const JOURNAL_BYTES: usize = 1 << 16;
 pub struct Origin<'a> {
     /// Bytes that differ if the input differs.
     pub input: &'a [u8],
-    /// Bytes that differ if the builder treats the input differently.
-    pub options: &'a [u8],
+    /// What the builder was asked for: for each option a line with its name, a space and its value. Where
+    /// only options differ, the error says which.
+    pub options: &'a str,
 }
 
 /// What to do with what an interrupted build left, and what to leave if this build is interrupted.
@@ -82,7 +84,7 @@ impl ResumableWriter {
         let claimed = TempFile::claim(path.as_ref()).map_err(&failed)?;
         let mut out = claimed.ok_or_else(|| WriteError::InUse { name: name.clone() })?;
         let kept = matches!(left, Left::Resumed(_));
-        let found = if kept { open_journal(&name, &out, head)? } else { None };
+        let found = if kept { open_journal(&name, &out, &head)? } else { None };
         let is_new = found.is_none();
         if is_new {
             out.set_keep(false);
@@ -92,7 +94,7 @@ impl ResumableWriter {
             None => {
                 let path = out.journal_path();
                 let shown = path.display().to_string();
-                let journal = Journal::create(path, head).map_err(WriteError::io(&shown))?;
+                let journal = Journal::create(path, &head).map_err(WriteError::io(&shown))?;
                 out.go_on_at(0).map_err(&failed)?;
                 journal
             }
@@ -224,24 +226,42 @@ fn skip_gap(partial: &mut impl Read, len: usize) -> std::io::Result<bool> {
 }
 
 /// Opens the journal beside the partial file, or returns `None` if there is none.
-fn open_journal(name: &str, out: &TempFile, head: Head) -> Result<Option<Journal>, WriteError> {
+fn open_journal(name: &str, out: &TempFile, head: &Head) -> Result<Option<Journal>, WriteError> {
     let path = out.journal_path();
     let shown = path.display().to_string();
     let Some((journal, found)) = Journal::open(path).map_err(WriteError::io(&shown))? else {
         return Ok(None);
     };
-    let of = match (found.options == head.options, found.input == head.input) {
+    let of = match (found.others == head.others, found.input == head.input) {
         (true, true) => return Ok(Some(journal)),
-        (true, false) => "another input, or the input has changed",
-        (false, _) => "other options, or of another version of this program",
+        (true, false) => "another input, or the input has changed".to_owned(),
+        (false, _) => match other_options(&found.options, &head.options) {
+            named if named.is_empty() => "other options, or of another version of this program".to_owned(),
+            named => format!("other options: {named}"),
+        },
     };
     Err(WriteError::OtherBuild { name: name.into(), of })
 }
 
-/// The fingerprints of a build. [`WriterOptions::durable`] changes no byte; all else does.
+/// The options of the build that is asked for whose values were others before, with both values.
+fn other_options(before: &str, now: &str) -> String {
+    let named = |line: &str| line.split_once(' ').map(|(name, value)| (name.to_owned(), value.to_owned()));
+    let before: HashMap<String, String> = before.lines().filter_map(named).collect();
+    let changed = now.lines().filter_map(named).filter_map(|(name, now)| {
+        let before = before.get(&name).filter(|before| **before != now)?;
+        Some(format!("{name} was {before} and is {now}"))
+    });
+    changed.collect::<Vec<_>>().join(", ")
+}
+
+/// What decides the bytes of a build. [`WriterOptions::durable`] changes no byte; all else does.
 fn head_of(description: &Description, options: &WriterOptions, origin: Origin<'_>) -> Head {
     let deciding = WriterOptions { durable: false, ..options.clone() };
     let description = description::encode(description, &options.filters, options.align);
-    let all = format!("{} {deciding:?} {description:?} {:?}", env!("CARGO_PKG_VERSION"), origin.options);
-    Head { input: checksum(origin.input), options: checksum(all.as_bytes()) }
+    let all = format!("{} {deciding:?} {description:?} {}", env!("CARGO_PKG_VERSION"), origin.options);
+    Head {
+        input: checksum(origin.input),
+        others: checksum(all.as_bytes()),
+        options: origin.options.to_owned(),
+    }
 }

@@ -133,7 +133,7 @@ impl ContainerWriter<TempFile> {
             .ok_or_else(|| WriteError::InUse { name: name.clone() })?;
         let journal = out.journal_path();
         if keeps_left && journal.exists() {
-            return Err(WriteError::OtherBuild { name, of: "other options" });
+            return Err(WriteError::OtherBuild { name, of: "other options".to_owned() });
         }
         out.set_keep(false);
         // Where there is none, there is nothing to remove.

@@ -11,16 +11,16 @@ fn uv_at(at: vec2<f32>) -> vec2<f32> {
 }
 @fragment fn wrapped(spot: Spot) -> Shown {
     let uv = uv_at(spot.at);
-    return Shown(vastex_sample_wrapped(uv), vastex_feedback_wrapped(uv));
+    return Shown(vastex_sample_wrapped(ID, uv), vastex_feedback_wrapped(ID, 0u, uv));
 }
 @fragment fn plain(spot: Spot) -> Shown {
     let uv = uv_at(spot.at);
-    return Shown(vastex_sample(uv), vastex_feedback(uv));
+    return Shown(vastex_sample(ID, uv), vastex_feedback(ID, 0u, uv));
 }
 @fragment fn other_side(spot: Spot) -> Shown {
     let uv = uv_at(spot.at);
     let turned = vec2<f32>(fract(uv.x + 0.5), uv.y);
     let ddx = select(dpdx(uv), dpdx(turned), spot.at.x < 0.0);
     let ddy = select(dpdy(uv), dpdy(turned), spot.at.x < 0.0);
-    return Shown(vastex_sample_grad(uv, ddx, ddy), vastex_feedback_grad(uv, ddx, ddy));
+    return Shown(vastex_sample_grad(ID, uv, ddx, ddy), vastex_feedback_grad(ID, 0u, uv, ddx, ddy));
 }

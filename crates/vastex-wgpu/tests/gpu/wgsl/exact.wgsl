@@ -6,6 +6,6 @@ struct Input { anchor: vec2<u32>, offset: vec2<f32>, level: f32, unused: f32 }
 @compute @workgroup_size(64) fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x < arrayLength(&inputs) {
         let in = inputs[id.x];
-        outputs[id.x] = vastex_sample_fixed_level(in.anchor, in.offset, in.level);
+        outputs[id.x] = vastex_sample_fixed_level(ID, in.anchor, in.offset, in.level);
     }
 }

@@ -11,11 +11,11 @@ struct Output { color: vec4<f32>, feedback: vec4<u32> }
     let in = inputs[id.x];
     if in.at_level == 1u {
         outputs[id.x] = Output(
-            vastex_sample_fixed_level(in.anchor, in.offset, in.level),
-            vastex_feedback_fixed_level(in.anchor, in.offset, in.level));
+            vastex_sample_fixed_level(ID, in.anchor, in.offset, in.level),
+            vastex_feedback_fixed_level(ID, 0u, in.anchor, in.offset, in.level));
     } else {
         outputs[id.x] = Output(
-            vastex_sample_fixed_grad(in.anchor, in.offset, in.ddx, in.ddy),
-            vastex_feedback_fixed_grad(in.anchor, in.offset, in.ddx, in.ddy));
+            vastex_sample_fixed_grad(ID, in.anchor, in.offset, in.ddx, in.ddy),
+            vastex_feedback_fixed_grad(ID, 0u, in.anchor, in.offset, in.ddx, in.ddy));
     }
 }

@@ -1,7 +1,7 @@
 // Folds fixed-point positions by the address modes, for every case of a buffer.
 
 const MODES = array<u32, 4>(
-    VASTEX_NONE, VASTEX_ADDRESS_WRAP, VASTEX_ADDRESS_MIRROR, VASTEX_ADDRESS_BORDER);
+    0xffffffffu, VASTEXI_ADDRESS_WRAP, VASTEXI_ADDRESS_MIRROR, 3u);
 struct Fold { anchor: u32, offset: f32, size: u32, mode: u32 }
 struct Folded { texel: u32, fraction: f32, way: f32, unused: u32 }
 @group(1) @binding(0) var<storage, read> inputs: array<Fold>;
@@ -10,6 +10,6 @@ struct Folded { texel: u32, fraction: f32, way: f32, unused: u32 }
     if id.x >= arrayLength(&inputs) { return; }
     let in = inputs[id.x];
     var modes = MODES;
-    let at = vastex_folded_texel(in.anchor, in.offset, in.size, modes[in.mode]);
+    let at = vastexi_folded_texel(in.anchor, in.offset, in.size, modes[in.mode]);
     outputs[id.x] = Folded(at.texel, at.fraction, at.way, 0u);
 }

@@ -11,16 +11,16 @@ struct Shown { @location(0) color: vec4<f32>, @location(1) feedback: vec4<u32> }
     let uv = spot.uv;
     let ddx = dpdx(uv);
     let ddy = dpdy(uv);
-    let size = vec2<f32>(vastex_texture.size.xy);
+    let size = vec2<f32>(vastex_size(ID));
     let anchor = vec2<u32>(40u, 30u);
     let offset = uv * size - vec2<f32>(anchor);
-    let by_uv = abs(vastex_sample(uv) - vastex_sample_grad(uv, ddx, ddy));
-    let by_offset = abs(vastex_sample_fixed(anchor, offset)
-        - vastex_sample_fixed_grad(anchor, offset, dpdx(offset), dpdy(offset)));
-    let wanted = vastex_feedback(uv) != vastex_feedback_grad(uv, ddx, ddy);
-    let fixed = vastex_feedback_fixed(anchor, offset)
-        != vastex_feedback_fixed_grad(anchor, offset, dpdx(offset), dpdy(offset));
-    let seen = vastex_inspect(uv).shown != vastex_inspect_grad(uv, ddx, ddy).shown;
+    let by_uv = abs(vastex_sample(ID, uv) - vastex_sample_grad(ID, uv, ddx, ddy));
+    let by_offset = abs(vastex_sample_fixed(ID, anchor, offset)
+        - vastex_sample_fixed_grad(ID, anchor, offset, dpdx(offset), dpdy(offset)));
+    let wanted = vastex_feedback(ID, 0u, uv) != vastex_feedback_grad(ID, 0u, uv, ddx, ddy);
+    let fixed = vastex_feedback_fixed(ID, 0u, anchor, offset)
+        != vastex_feedback_fixed_grad(ID, 0u, anchor, offset, dpdx(offset), dpdy(offset));
+    let seen = vastex_inspect(ID, uv).shown != vastex_inspect_grad(ID, uv, ddx, ddy).shown;
     let along = vastex_gradients(spot.clip, uv);
     // From pixel to pixel they are those in the middle between two, not those at this one.
     let exact = max(length(along[0] - ddx) / length(ddx), length(along[1] - ddy) / length(ddy));

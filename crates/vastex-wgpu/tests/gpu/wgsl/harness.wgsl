@@ -8,9 +8,9 @@ struct Output { color: vec4<f32>, feedback: vec4<u32> }
     if id.x >= arrayLength(&inputs) { return; }
     let in = inputs[id.x];
     if in.at_level == 1u {
-        outputs[id.x] = Output(vastex_sample_level(in.uv, in.level), vastex_feedback_level(in.uv, in.level));
+        outputs[id.x] = Output(vastex_sample_level(ID, in.uv, in.level), vastex_feedback_level(ID, 0u, in.uv, in.level));
     } else {
         outputs[id.x] = Output(
-            vastex_sample_grad(in.uv, in.ddx, in.ddy), vastex_feedback_grad(in.uv, in.ddx, in.ddy));
+            vastex_sample_grad(ID, in.uv, in.ddx, in.ddy), vastex_feedback_grad(ID, 0u, in.uv, in.ddx, in.ddy));
     }
 }

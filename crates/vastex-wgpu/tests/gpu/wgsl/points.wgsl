@@ -14,10 +14,10 @@ struct Shown { @location(0) color: vec4<f32>, @location(1) feedback: vec4<u32> }
     let at = vec2<f32>(2.0, -2.0) * pixel / f32(SIDE) + vec2<f32>(-1.0, 1.0);
     let clip = vec4<f32>(at, 0.5, 1.0);
     if in.at_level == 1u {
-        return Point(clip, vastex_sample_level(in.uv, in.level), vastex_feedback_level(in.uv, in.level));
+        return Point(clip, vastex_sample_level(ID, in.uv, in.level), vastex_feedback_level(ID, 0u, in.uv, in.level));
     }
     return Point(
-        clip, vastex_sample_grad(in.uv, in.ddx, in.ddy), vastex_feedback_grad(in.uv, in.ddx, in.ddy));
+        clip, vastex_sample_grad(ID, in.uv, in.ddx, in.ddy), vastex_feedback_grad(ID, 0u, in.uv, in.ddx, in.ddy));
 }
 @fragment fn shown(point: Point) -> Shown {
     return Shown(point.color, point.feedback);

@@ -7,17 +7,17 @@ struct Corner { @builtin(position) clip: vec4<f32>, @location(0) @interpolate(fl
     return Corner(vec4<f32>(at, surfaces[nth].x, 1.0), nth);
 }
 fn wanted(corner: Corner) -> vec4<u32> {
-    let turn = vastex_turn(corner.clip, u32(surfaces[corner.nth].z));
+    let turn = vastex_turn(VIEW, corner.clip, u32(surfaces[corner.nth].z));
     return vec4<u32>(corner.nth, turn, corner.nth % 8u, VASTEX_FEEDBACK_WANTED);
 }
 @fragment fn tell(corner: Corner) -> @location(0) vec4<f32> {
-    if vastex_keeps(corner.clip, surfaces[corner.nth].y) {
-        vastex_tell(corner.clip, wanted(corner));
+    if vastex_dither(VIEW, corner.clip, surfaces[corner.nth].y) {
+        vastex_tell(VIEW, corner.clip, wanted(corner));
     }
     return vec4<f32>(1.0);
 }
 @fragment fn draw(corner: Corner) -> @location(0) vec4<u32> {
-    if !vastex_keeps(corner.clip, surfaces[corner.nth].y) {
+    if !vastex_dither(VIEW, corner.clip, surfaces[corner.nth].y) {
         discard;
     }
     return wanted(corner);

@@ -13,8 +13,8 @@ struct Spread {
     return Spread(vastex_texture_space_clip(uv), uv, vec4<f32>(place, 0.5, 1.0));
 }
 @fragment fn need(spread: Spread) -> @location(0) vec4<f32> {
-    return vastex_texture_space(spread.uv, spread.in_picture, vec2<f32>(64.0));
+    return vastex_texture_space(ID, spread.uv, spread.in_picture, vec2<f32>(64.0));
 }
 @fragment fn need_front(spread: Spread) -> @location(0) vec4<f32> {
-    return vastex_texture_space_front(spread.uv * vec2<f32>(1.0, -1.0), spread.in_picture, vec2<f32>(64.0));
+    return vastex_texture_space_front(ID, spread.uv * vec2<f32>(1.0, -1.0), spread.in_picture, vec2<f32>(64.0));
 }

@@ -19,6 +19,8 @@ pub use texts::{PICTURE, SCREEN};
 const ROW: u32 = (PICTURE[0] * 4).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
 
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+/// The number of the main view.
+const MAIN: u32 = 0;
 /// Frames after which every pixel has been looked at and what it wants has been asked for.
 const JITTER_FRAMES: u32 = 18;
 const PATIENCE_FRAMES: u32 = 600;
@@ -69,6 +71,15 @@ struct Shown {
     is_gone: bool,
 }
 
+impl Shown {
+    /// Tells shaders what is shown: of groups, up to four members.
+    fn tell_ids(&self, gpu: &TestDevice, textures: &Textures) {
+        let mut ids = [0u32; 8];
+        ids.iter_mut().zip(textures.ids(self.sampled)).for_each(|(place, id)| *place = id);
+        gpu.queue.write_buffer(&self.uniform, 48, bytemuck::bytes_of(&ids));
+    }
+}
+
 /// Textures side by side, drawn by the frame loop.
 pub struct Screen {
     pub gpu: TestDevice,
@@ -84,7 +95,7 @@ impl Screen {
         let gpu = TestDevice::new();
         let mut textures = Textures::new(&gpu.device, &gpu.queue, settings).unwrap();
         let ids: Vec<Sampled> =
-            sources.iter().map(|source| textures.add(source.clone()).unwrap().into()).collect();
+            sources.iter().map(|source| textures.add_blocking(source.clone()).unwrap().into()).collect();
         Screen::of(gpu, textures, &ids, SCREEN)
     }
 
@@ -138,7 +149,7 @@ impl Screen {
             .map(|(nth, &sampled)| {
                 let uniform = device.create_buffer(&wgpu::BufferDescriptor {
                     label: None,
-                    size: 48,
+                    size: 80,
                     usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
                     mapped_at_creation: false,
                 });
@@ -149,7 +160,9 @@ impl Screen {
                 });
                 let [picture, wanted] = pipelines(device, &textures, sampled, shader, &layout);
                 let columns = [nth as f32 * share, (nth + 1) as f32 * share];
-                Shown { sampled, columns, uniform, group, picture, wanted, is_gone: false }
+                let shown = Shown { sampled, columns, uniform, group, picture, wanted, is_gone: false };
+                shown.tell_ids(&gpu, &textures);
+                shown
             })
             .collect();
         let target = |format, usage| {
@@ -177,13 +190,14 @@ impl Screen {
 
     /// Shows another texture where one was removed, of the same pool.
     pub fn replace(&mut self, nth: usize, source: Arc<dyn TileSource>) {
-        self.replace_with(nth, |textures| textures.add(source).unwrap().into());
+        self.replace_with(nth, |textures| textures.add_blocking(source).unwrap().into());
     }
 
     /// The same of one that is added otherwise.
     pub fn replace_with(&mut self, nth: usize, add: impl FnOnce(&mut Textures) -> Sampled) {
         self.shown[nth].sampled = add(&mut self.textures);
         self.shown[nth].is_gone = false;
+        self.shown[nth].tell_ids(&self.gpu, &self.textures);
     }
 
     pub fn texture(&self, nth: usize) -> TextureId {
@@ -217,8 +231,9 @@ impl Screen {
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         for (view, picture, shown) in views {
             let shown = &self.shown[shown.clone()];
+            let number = self.textures.view_number(*view);
             self.textures.feedback_of(&mut encoder, *view, *picture, |pass, groups| {
-                draw(pass, shown, |shown| (&shown.wanted, &groups[shown.sampled]));
+                draw(pass, number, shown, |shown| (&shown.wanted, &groups[shown.sampled]));
             })?;
         }
         self.textures.update()?;
@@ -226,12 +241,34 @@ impl Screen {
         Ok(std::iter::from_fn(|| self.textures.poll_event()).collect())
     }
 
+    /// A feedback pass that the application begins itself; says whether there was anything to draw.
+    pub fn draw_by_host(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        view: ViewId,
+        picture: [u32; 2],
+    ) -> Result<bool, Error> {
+        let Some(begun) = self.textures.begin_feedback(encoder, view, picture)? else { return Ok(false) };
+        let number = begun.view_number();
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            color_attachments: &[Some(begun.color_attachment())],
+            depth_stencil_attachment: Some(begun.depth_attachment()),
+            ..Default::default()
+        });
+        let [x, y, width, height] = begun.scissor();
+        pass.set_scissor_rect(x, y, width, height);
+        draw(&mut pass, number, &self.shown, |shown| {
+            (&shown.wanted, self.textures.bind_group(shown.sampled))
+        });
+        Ok(true)
+    }
+
     /// The feedback pass of a frame, not yet submitted.
     pub fn record_wanted(&mut self, picture: [u32; 2]) -> wgpu::CommandEncoder {
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let shown = &self.shown;
         let recorded = self.textures.feedback(&mut encoder, picture, |pass, groups| {
-            draw(pass, shown, |shown| (&shown.wanted, &groups[shown.sampled]));
+            draw(pass, MAIN, shown, |shown| (&shown.wanted, &groups[shown.sampled]));
         });
         recorded.unwrap();
         encoder
@@ -244,7 +281,7 @@ impl Screen {
         let depth = self.depth.create_view(&Default::default());
         let recorded = self.textures.main_pass(&mut encoder, picture, |encoder, groups| {
             let mut pass = begin_picture(encoder, &colour, &depth);
-            draw(&mut pass, shown, |shown| (&shown.picture, &groups[shown.sampled]));
+            draw(&mut pass, MAIN, shown, |shown| (&shown.picture, &groups[shown.sampled]));
         });
         recorded.unwrap();
         encoder
@@ -264,7 +301,7 @@ impl Screen {
     pub fn feedback_of_every_pixel(&mut self) -> Feedback {
         let shown = &self.shown;
         let drawn = self.textures.feedback_of_every_pixel(PICTURE, |pass, groups| {
-            draw(pass, shown, |shown| (&shown.wanted, &groups[shown.sampled]));
+            draw(pass, MAIN, shown, |shown| (&shown.wanted, &groups[shown.sampled]));
         });
         drawn.unwrap()
     }
@@ -273,7 +310,7 @@ impl Screen {
     pub fn explain(&mut self, pixel: [u32; 2]) -> Result<(), Error> {
         let shown = &self.shown;
         self.textures.explain_pixel(PICTURE, pixel, |pass, groups| {
-            draw(pass, shown, |shown| (&shown.wanted, &groups[shown.sampled]));
+            draw(pass, MAIN, shown, |shown| (&shown.wanted, &groups[shown.sampled]));
         })
     }
 
@@ -290,7 +327,7 @@ impl Screen {
         let view = self.colour.create_view(&Default::default());
         let depth = self.depth.create_view(&Default::default());
         let mut pass = begin_picture(&mut encoder, &view, &depth);
-        draw(&mut pass, &self.shown, |shown| (&shown.picture, self.textures.bind_group(shown.sampled)));
+        draw(&mut pass, MAIN, &self.shown, |shown| (&shown.picture, self.textures.bind_group(shown.sampled)));
         drop(pass);
         let buffer = self.copy_picture(&mut encoder);
         (encoder, buffer)
@@ -348,6 +385,7 @@ fn begin_picture<'encoder>(
 
 fn draw<'g>(
     pass: &mut wgpu::RenderPass<'_>,
+    view: u32,
     shown: &'g [Shown],
     with: impl Fn(&'g Shown) -> (&'g wgpu::RenderPipeline, &'g wgpu::BindGroup),
 ) {
@@ -356,7 +394,7 @@ fn draw<'g>(
         pass.set_pipeline(pipeline);
         pass.set_bind_group(0, group, &[]);
         pass.set_bind_group(1, &shown.group, &[]);
-        pass.draw(0..4, 0..1);
+        pass.draw(0..4, view..view + 1);
     }
 }
 
@@ -368,10 +406,11 @@ fn pipelines(
     shader: &str,
     mapping: &wgpu::BindGroupLayout,
 ) -> [wgpu::RenderPipeline; 2] {
-    let module = vastex_wgpu::shader_module(device, None, shader.to_owned() + &textures.wgsl(sampled));
+    let kinds = textures.kinds(sampled);
+    let module = vastex_wgpu::shader_module(device, None, shader.to_owned() + &textures.wgsl(&kinds));
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: None,
-        bind_group_layouts: &[Some(textures.bind_group_layout(sampled)), Some(mapping)],
+        bind_group_layouts: &[Some(&textures.bind_group_layout(&kinds)), Some(mapping)],
         immediate_size: 0,
     });
     let depth = wgpu::DepthStencilState {

@@ -7,6 +7,8 @@ struct Mapping {
     along_y: vec2<f32>,
     picture: vec2<f32>, // pixels
     columns: vec4<f32>, // where the column begins and ends, 0 to 1
+    ids: vec4<u32>,     // of what is shown: a texture, or a group and its first members
+    last: vec4<u32>,    // one more
 }
 
 @group(1) @binding(0) var<uniform> mapping: Mapping;
@@ -16,16 +18,21 @@ struct Mapping {
 struct Corner {
     @builtin(position) clip: vec4<f32>,
     @location(0) pixel: vec2<f32>,
-    @location(1) @interpolate(flat) origin: vec2<f32>,
-    @location(2) @interpolate(flat) along: vec4<f32>,
+    @location(1) @interpolate(flat) ids: vec4<u32>,
+    @location(2) @interpolate(flat) last: u32,
+    @location(3) @interpolate(flat) view: u32,
+    @location(4) @interpolate(flat) origin: vec2<f32>,
+    @location(5) @interpolate(flat) along: vec4<f32>,
 }
 
-fn corner(index: u32) -> Corner {
+// The number of the view is that of the instance.
+fn corner(index: u32, view: u32) -> Corner {
     let x = mix(mapping.columns.x, mapping.columns.y, f32(index & 1u));
     let y = f32(index >> 1u);
     let clip = vec4<f32>(2.0 * x - 1.0, 1.0 - 2.0 * y, 0.5, 1.0);
     let along = vec4<f32>(mapping.along_x, mapping.along_y);
-    return Corner(clip, vec2<f32>(x, y) * mapping.picture, mapping.origin, along);
+    let pixel = vec2<f32>(x, y) * mapping.picture;
+    return Corner(clip, pixel, mapping.ids, mapping.last.x, view, mapping.origin, along);
 }
 
 // From the centre of the pixel, so that what interpolation gets wrong does not matter.
@@ -35,23 +42,23 @@ fn uv_from_pixel(placed: Corner) -> vec2<f32> {
 }
 
 @vertex
-fn place(@builtin(vertex_index) index: u32) -> Corner {
-    return corner(index);
+fn place(@builtin(vertex_index) index: u32, @builtin(instance_index) view: u32) -> Corner {
+    return corner(index, view);
 }
 
 @vertex
-fn place_feedback(@builtin(vertex_index) index: u32) -> Corner {
-    var placed = corner(index);
-    placed.clip = vastex_feedback_clip(placed.clip);
+fn place_feedback(@builtin(vertex_index) index: u32, @builtin(instance_index) view: u32) -> Corner {
+    var placed = corner(index, view);
+    placed.clip = vastex_feedback_clip(view, placed.clip);
     return placed;
 }
 
 @fragment
 fn shade(placed: Corner) -> @location(0) vec4<f32> {
-    return vastex_sample(uv_from_pixel(placed));
+    return vastex_sample(placed.ids.x, uv_from_pixel(placed));
 }
 
 @fragment
 fn want(placed: Corner) -> @location(0) vec4<u32> {
-    return vastex_feedback(uv_from_pixel(placed));
+    return vastex_feedback(placed.ids.x, placed.view, uv_from_pixel(placed));
 }

@@ -1,0 +1,426 @@
+//! A scene without a window: frames are drawn, pictures are read back. `render` and the tests use it.
+//!
+//! It calls the frame loop of `vastex` as any application does.
+
+use std::sync::Arc;
+
+use vastex::{
+    BindGroups, CpuTexture, Event, Explanation, Feedback, FrameStats, PrefetchSets, Settings, Textures,
+    TileSource, ViewId, ViewSettings,
+};
+
+use crate::compare::Comparison;
+use crate::cpu_picture::cpu_picture;
+use crate::estimate::Estimating;
+use crate::places::places;
+use crate::reference::{Reference, ReferenceError, Taps};
+use crate::wait::read_texture;
+use vastex_viewer::CameraBinding;
+use vastex_viewer::Gpu;
+use vastex_viewer::HeightsError;
+use vastex_viewer::Path;
+use vastex_viewer::Picture;
+use vastex_viewer::Pose;
+use vastex_viewer::Scene;
+use vastex_viewer::camera::Ahead;
+use vastex_viewer::stage::{Canvas, Frame, Pictures, StageScene, StageView, TargetKind, draw_again};
+use vastex_viewer::{ColorMap, DisplayOptions, UnknownLayer};
+use vastex_viewer::{Overlay, OverlayRenderer};
+use vastex_viewer::{SceneDesc, SceneRenderer, Target};
+use vastex_viewer::{Views, side_by_side};
+
+mod costs;
+
+pub use costs::{CostsBeside, DrawCosts};
+
+/// Frames after the end of a path within which a view must converge.
+pub const PATIENCE_FRAMES: u64 = 10_000;
+
+/// Frames after which feedback acts.
+const FEEDBACK_FRAMES: u64 = 2;
+
+/// Why a picture could not be drawn.
+#[derive(Debug, thiserror::Error)]
+pub enum OffscreenError {
+    /// The library said so.
+    #[error(transparent)]
+    Vastex(#[from] vastex::Error),
+    /// The layer to be shown is not there.
+    #[error(transparent)]
+    Layer(#[from] UnknownLayer),
+    /// The heights are not there.
+    #[error(transparent)]
+    Heights(#[from] HeightsError),
+    /// The picture is larger than the device's textures.
+    #[error("a picture of {width}x{height} pixels: this adapter draws 1 to {max} pixels per side")]
+    PictureSize {
+        /// Width in pixels.
+        width: u32,
+        /// Height in pixels.
+        height: u32,
+        /// Pixels per side that the device allows.
+        max: u32,
+    },
+    /// The prefetch sets were learnt of something else.
+    #[error(
+        "the prefetch sets were learnt of a texture of another shape; learn them from traces of this one"
+    )]
+    OtherTexture,
+    /// The picture from an ordinary texture could not be had.
+    #[error(transparent)]
+    Reference(#[from] ReferenceError),
+}
+
+/// When a run ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Until {
+    /// After so many frames.
+    Frames(u64),
+    /// When the path is at its end, the view has converged and no tile fades in any more; it gives up [`PATIENCE_FRAMES`] after the end.
+    Converged,
+}
+
+/// How the picture to compare with was drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ReferenceKind {
+    /// From an ordinary mip-mapped texture, on the same device.
+    Gpu,
+    /// By the CPU twin of the shaders, where the texture is beyond the device's limits or 1 GiB, of a format that the device
+    /// does not filter, or lacks tiles.
+    Cpu,
+}
+
+/// How a run ended.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outcome {
+    /// Whether the last view had converged, with all its tiles there.
+    pub converged: bool,
+    /// The loop at the end.
+    pub stats: FrameStats,
+}
+
+/// See the head of the file.
+pub struct Offscreen {
+    gpu: Gpu,
+    textures: Textures,
+    renderer: SceneRenderer,
+    size: [u32; 2],
+    pose: Pose,
+    estimating: Option<Estimating>,
+    prefetch_sets: Option<PrefetchSets>,
+    views: Views,
+    /// The second view, if there is one.
+    beside: Option<(ViewId, CameraBinding)>,
+    /// While the camera is looked ahead of.
+    ahead: Option<(CameraBinding, Ahead)>,
+    /// Frames so far.
+    frame: u64,
+    canvas: Canvas,
+    /// The format of pictures, and what they are drawn into.
+    drawn_as: (wgpu::TextureFormat, TargetKind),
+    source: Arc<dyn TileSource>,
+}
+
+impl Offscreen {
+    /// Sets up a scene with the first layer of a texture for pictures of `size` pixels.
+    pub fn new(
+        gpu: &Gpu,
+        source: Arc<dyn TileSource>,
+        scene: Scene,
+        size: [u32; 2],
+        settings: Settings,
+    ) -> Result<Offscreen, OffscreenError> {
+        Offscreen::showing(&DisplayOptions::default(), gpu, source, scene, size, settings)
+    }
+
+    /// The same with any layer.
+    pub fn showing(
+        shown: &DisplayOptions,
+        gpu: &Gpu,
+        source: Arc<dyn TileSource>,
+        scene: Scene,
+        size: [u32; 2],
+        settings: Settings,
+    ) -> Result<Offscreen, OffscreenError> {
+        let max = gpu.device.limits().max_texture_dimension_2d;
+        if size.iter().any(|side| !(1..=max).contains(side)) {
+            return Err(OffscreenError::PictureSize { width: size[0], height: size[1], max });
+        }
+        let mut textures = Textures::new(&gpu.device, &gpu.queue, settings)?;
+        let texture = textures.add_blocking(source.clone())?;
+        let layer = shown.layer_of(&textures, texture)?;
+        let color_map = ColorMap::new(&textures.description(texture).layers[layer.index()], shown.range);
+        let (kind, picture) = (shown.target.unwrap_or(TargetKind::Direct), color_map.picture_format());
+        let relief = shown.relief_of(scene, &mut textures, layer)?;
+        let drawn = SceneDesc {
+            scene,
+            layer,
+            color_map,
+            relief,
+            tiling: shown.tiling,
+            always_fixed: shown.always_fixed,
+        };
+        let renderer =
+            SceneRenderer::new(&gpu.device, &gpu.queue, &textures, drawn, kind.drawn_format(picture));
+        Ok(Offscreen {
+            pose: Pose::first(scene),
+            estimating: None,
+            prefetch_sets: None,
+            views: Views::One,
+            beside: None,
+            ahead: None,
+            frame: 0,
+            canvas: Canvas::new(gpu, size, picture, kind),
+            drawn_as: (picture, kind),
+            gpu: gpu.clone(),
+            textures,
+            renderer,
+            size,
+            source,
+        })
+    }
+
+    /// From the next frame on, estimates what the view wants, in place of the feedback pass or beside it.
+    pub fn estimate(&mut self, estimating: Estimating) {
+        self.estimating = Some(estimating);
+    }
+
+    /// From the next frame on, expects what was wanted before where the camera is and where it is heading.
+    pub fn prefetch_by(&mut self, sets: PrefetchSets) -> Result<(), OffscreenError> {
+        let texture = self.textures.description(self.renderer.layer().texture());
+        let of_this = sets.geometries().first().is_some_and(|shape| **shape == texture.geometry);
+        if !of_this {
+            return Err(OffscreenError::OtherTexture);
+        }
+        self.prefetch_sets = Some(sets);
+        Ok(())
+    }
+
+    /// What the pictures show from the next frame on. Two views share the size of the picture.
+    pub fn show(&mut self, views: Views) -> Result<(), OffscreenError> {
+        if let Some((view, _)) = self.beside.take() {
+            self.textures.remove_view(view);
+        }
+        if views != Views::One {
+            let view = self.textures.add_view(ViewSettings::default().with_weight(views.weight()))?;
+            let number = self.textures.view_number(view);
+            self.beside = Some((view, self.renderer.new_camera(&self.gpu.device).with_view(number)));
+        }
+        self.views = views;
+        let (picture, kind) = self.drawn_as;
+        self.canvas = Canvas::new(&self.gpu, views.size_of_each(self.size), picture, kind);
+        Ok(())
+    }
+
+    /// Whether what the main view is expected to see is loaded ahead, from the next frame on.
+    pub fn look_ahead(&mut self, ahead: bool) {
+        self.ahead = ahead.then(|| (self.renderer.new_camera(&self.gpu.device), Ahead::default()));
+    }
+
+    /// Plays a path; `watch` sees the textures after every frame, and every event in it.
+    pub fn run(
+        &mut self,
+        path: Path,
+        until: Until,
+        mut watch: impl FnMut(&Textures, Vec<Event>),
+    ) -> Result<Outcome, OffscreenError> {
+        let mut frame = 0;
+        loop {
+            let stats = self.textures.stats();
+            let converged = stats.converged && stats.fading == 0;
+            let done = match until {
+                Until::Frames(frames) => frame >= frames,
+                Until::Converged => {
+                    // What has converged before the last pose was held for a cycle says nothing of it.
+                    let held = u64::from(vastex::JITTER_CYCLE) * self.views.every() + FEEDBACK_FRAMES;
+                    let settled = converged && frame >= path.frames() + held;
+                    settled || frame >= path.frames() + PATIENCE_FRAMES
+                }
+            };
+            if done {
+                return Ok(Outcome { converged, stats });
+            }
+            self.frame(path.pose(self.renderer.scene(), self.renderer.image_aspect(), frame))?;
+            let events = std::iter::from_fn(|| self.textures.poll_event()).collect();
+            watch(&self.textures, events);
+            frame += 1;
+        }
+    }
+
+    /// Plays one frame, but for the picture.
+    pub fn frame(&mut self, pose: Pose) -> Result<(), OffscreenError> {
+        self.expect_what_was_learnt(&pose);
+        self.pose = pose;
+        let (renderer, size, estimating) = (&self.renderer, self.canvas.size(), self.estimating);
+        let (main, beside) = self.views.poses(pose);
+        let mut views = vec![StageView { view: ViewId::MAIN, camera: renderer.camera(), pose: main }];
+        let beside = self.beside.as_ref().zip(beside).filter(|_| self.views.is_due(self.frame));
+        views.extend(beside.map(|((view, camera), pose)| StageView { view: *view, camera, pose }));
+        let frames_ahead = self.textures.frames_ahead();
+        let expected = self.ahead.as_mut().and_then(|(camera, ahead)| {
+            let expected = ahead.expect(main, frames_ahead)?;
+            Some((&*camera, expected))
+        });
+        let has_feedback = estimating.is_none_or(|estimating| estimating.beside);
+        // Otherwise a picture is drawn when it is asked for.
+        let pictures = if has_feedback { Pictures::ForFeedback } else { Pictures::Never };
+        let frame = Frame { views: &views, expected, picture: size, has_feedback, pictures };
+        let tell = |textures: &mut Textures, encoder: &mut _| match estimating {
+            Some(estimating) => estimating.tell(textures, encoder, renderer, &main, size),
+            None => Ok(()),
+        };
+        let target = self.canvas.target();
+        let encoder = frame.record(&self.gpu, &mut self.textures, renderer, &target, tell)?;
+        self.gpu.queue.submit([encoder.finish()]);
+        self.frame += 1;
+        Ok(())
+    }
+
+    fn expect_what_was_learnt(&mut self, pose: &Pose) {
+        let (place, before) = (pose.place(), self.pose.place());
+        self.textures.set_place(place);
+        if let Some(sets) = &self.prefetch_sets {
+            let step = std::array::from_fn(|axis| place[axis] - before[axis]);
+            self.textures.expect(&sets.expected(place, step, &[self.renderer.layer().texture()]));
+        }
+    }
+
+    /// The picture of the last frame, from what is in the pool now.
+    pub fn picture(&self) -> Picture {
+        self.draw_and_read(|encoder, _| self.draw_again(encoder))
+    }
+
+    /// An overlay of the last frame in the place of its picture.
+    pub fn overlay(&self, overlay: Overlay) -> Result<Picture, OffscreenError> {
+        let Gpu { device, queue, .. } = &self.gpu;
+        let mut drawn = OverlayRenderer::new(device, &self.textures, &self.renderer, overlay);
+        let mut pictures = Vec::new();
+        let (main, beside) = self.views.poses(self.pose);
+        for pose in std::iter::once(main).chain(beside) {
+            self.renderer.set_pose(queue, &self.textures, &pose, self.canvas.size());
+            drawn.look(device, queue, &self.textures, &self.renderer, self.canvas.size())?;
+            pictures.push(self.draw_and_read_one(|encoder, target| {
+                drawn.draw(encoder, &self.renderer, &self.textures, &target);
+                target.encode(encoder);
+            }));
+        }
+        Ok(side_by_side(&pictures, self.size))
+    }
+
+    /// Why a pixel of the last frame's picture shows what it shows; nothing where no texture is.
+    pub fn explain(&mut self, [x, y]: [u32; 2]) -> Result<Vec<Explanation>, OffscreenError> {
+        let (main, beside) = self.views.poses(self.pose);
+        let (pose, left) = match beside {
+            Some(beside) if x >= self.canvas.size()[0] => (beside, self.canvas.size()[0]),
+            _ => (main, 0),
+        };
+        let (renderer, sampled) = (&self.renderer, self.renderer.sampled());
+        renderer.set_pose(&self.gpu.queue, &self.textures, &pose, self.canvas.size());
+        self.textures.explain_pixel(self.canvas.size(), [x - left, y], |pass, groups| {
+            renderer.draw_wanted(renderer.camera(), pass, &groups[sampled]);
+        })?;
+        Ok(self.textures.wait_explained()?.map(|explained| explained.explanations).unwrap_or_default())
+    }
+
+    /// How alike the picture of the last frame is to the same scene drawn from an ordinary texture, and how that was drawn.
+    ///
+    /// Of a scene that heights displace the colours are compared, on the ground as it is: by the CPU twin.
+    pub fn compare(&self) -> Result<(Comparison, ReferenceKind), OffscreenError> {
+        let (expected, kind) = self.expected_picture()?;
+        Ok((Comparison::of(&self.picture(), &expected), kind))
+    }
+
+    /// The picture that the last frame's is compared with, and how it was drawn.
+    pub fn expected_picture(&self) -> Result<(Picture, ReferenceKind), OffscreenError> {
+        if self.renderer.has_relief() {
+            return Ok((self.cpu_picture()?, ReferenceKind::Cpu));
+        }
+        let (device, queue) = (&self.gpu.device, &self.gpu.queue);
+        match Reference::new(device, queue, &self.textures, &self.renderer, &*self.source, Taps::Same) {
+            Ok(reference) => {
+                let picture = self.draw_and_read(|encoder, target| {
+                    reference.draw(encoder, &self.renderer, &self.textures, &target);
+                    target.encode(encoder);
+                });
+                Ok((picture, ReferenceKind::Gpu))
+            }
+            Err(ReferenceError::TooLarge { .. } | ReferenceError::Format(_) | ReferenceError::Sparse) => {
+                Ok((self.cpu_picture()?, ReferenceKind::Cpu))
+            }
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    /// The picture of the last frame by the CPU twin of the shaders, at the mip bias in force.
+    pub fn cpu_picture(&self) -> Result<Picture, OffscreenError> {
+        let layer = self.renderer.layer();
+        let bias = self.textures.bias_eighths(layer.texture());
+        let filter = self.textures.filter(layer);
+        let texture = CpuTexture::new(self.source.clone(), layer.index(), filter, bias)?
+            .with_levels(self.textures.levels(layer.texture()).unwrap_or_default());
+        let draw = || cpu_picture(&self.gpu, &self.textures, &self.renderer, &texture, self.canvas.size());
+        let pictures: Vec<Picture> = self.through_each(draw).collect::<Result<_, _>>()?;
+        Ok(side_by_side(&pictures, self.size))
+    }
+
+    /// Share of the covered pixels whose wanted page, at mip bias 0, is resident. 1 where nothing is covered.
+    pub fn share_at_wanted_level(&mut self) -> Result<f64, OffscreenError> {
+        let (mut wanted, mut resident) = (0u64, 0u64);
+        let (main, beside) = self.views.poses(self.pose);
+        for pose in std::iter::once(main).chain(beside) {
+            for page in &self.wanted_by_every_pixel(pose)?.pages {
+                wanted += u64::from(page.pixels);
+                if matches!(self.textures.state(page.page), vastex::PageState::Resident(_)) {
+                    resident += u64::from(page.pixels);
+                }
+            }
+        }
+        Ok(if wanted == 0 { 1.0 } else { resident as f64 / wanted as f64 })
+    }
+
+    /// What every pixel of a view wants that has this pose.
+    pub fn wanted_by_every_pixel(&mut self, pose: Pose) -> Result<Feedback, OffscreenError> {
+        let (renderer, sampled) = (&self.renderer, self.renderer.sampled());
+        renderer.set_pose(&self.gpu.queue, &self.textures, &pose, self.canvas.size());
+        let draw = |pass: &mut wgpu::RenderPass<'_>, groups: &BindGroups| {
+            renderer.draw_wanted(renderer.camera(), pass, &groups[sampled]);
+        };
+        Ok(self.textures.feedback_of_every_pixel(self.canvas.size(), draw)?)
+    }
+
+    /// Where on its texture each pixel of a view is that has this pose, in texels of level 0, row by row; nothing where the pixel does
+    /// not see it. Empty for a pose that is not drawn in fixed point.
+    pub fn places(&self, pose: &Pose) -> Vec<Option<glam::DVec2>> {
+        places(&self.gpu, &self.textures, &self.renderer, pose, self.canvas.size())
+    }
+
+    /// The textures, to ask about them.
+    pub fn textures(&self) -> &Textures {
+        &self.textures
+    }
+
+    /// The textures, to tell them something.
+    pub fn textures_mut(&mut self) -> &mut Textures {
+        &mut self.textures
+    }
+
+    /// What `draw` gives for each view, with the scene's camera where that view's is.
+    fn through_each<T>(&self, mut draw: impl FnMut() -> T) -> impl Iterator<Item = T> {
+        let (main, beside) = self.views.poses(self.pose);
+        std::iter::once(main).chain(beside).map(move |pose| {
+            self.renderer.set_pose(&self.gpu.queue, &self.textures, &pose, self.canvas.size());
+            draw()
+        })
+    }
+
+    fn draw_and_read(&self, draw: impl Fn(&mut wgpu::CommandEncoder, Target<'_>)) -> Picture {
+        let pictures: Vec<Picture> = self.through_each(|| self.draw_and_read_one(&draw)).collect();
+        side_by_side(&pictures, self.size)
+    }
+
+    fn draw_and_read_one(&self, draw: impl Fn(&mut wgpu::CommandEncoder, Target<'_>)) -> Picture {
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        draw(&mut encoder, self.canvas.target());
+        Picture { size: self.canvas.size(), rgba: read_texture(&self.gpu, encoder, self.canvas.picture(), 4) }
+    }
+}

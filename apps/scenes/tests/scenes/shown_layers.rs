@@ -1,0 +1,130 @@
+//! Lists of layers: one over the other in their order, by opacity, in light, each with its own range, exponent and colour map.
+
+use std::path::Path as FilePath;
+
+use glam::DVec2;
+use vastex::{Filter, Textures, ViewId};
+use vastex_scenes::{DisplayOptions, Offscreen, Picture, Pose, Scene};
+use vastex_viewer::stage::{Canvas, Frame, Pictures, StageView, TargetKind, TextureRead, draw_again};
+use vastex_viewer::surface::LayeredRenderer;
+use vastex_viewer::{ColorMap, Layers, LayersError, Palette, ShownLayer};
+
+use crate::common::{Image, gpu, settings};
+
+const SIZE: [u32; 2] = [120, 80];
+const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
+const POSE: Pose = Pose::Image { centre: DVec2::new(0.5, 0.5), zoom: 1.3 };
+
+/// Where layers lie, from the first file's to the last's.
+fn list(files: &[&FilePath]) -> (Textures, Vec<ShownLayer>) {
+    let gpu = gpu();
+    let mut textures = Textures::new(&gpu.device, &gpu.queue, settings(16, Filter::Trilinear)).unwrap();
+    let shown = files.iter().map(|file| {
+        let texture = textures.add_blocking(vastex::open(file).unwrap()).unwrap();
+        ShownLayer::new(texture.into(), &textures.description(texture).layers[0])
+    });
+    let shown = shown.collect();
+    (textures, shown)
+}
+
+/// The picture of a list once everything of it is there.
+fn draw(textures: &mut Textures, shown: Vec<ShownLayer>) -> Picture {
+    let gpu = gpu();
+    let layers = Layers::new(textures, shown).unwrap();
+    let kind = LayeredRenderer::target_kind(&gpu.adapter, &layers);
+    assert_eq!(kind == TargetKind::Linear, layers.count() > 1, "one layer is drawn straight");
+    let format = kind.drawn_format(FORMAT);
+    let (device, queue) = (&gpu.device, &gpu.queue);
+    let renderer = LayeredRenderer::new(device, queue, textures, Scene::Image, &layers, format);
+    let canvas = Canvas::new(gpu, SIZE, FORMAT, kind);
+    for frame in 0.. {
+        let views = [StageView { view: ViewId::MAIN, camera: renderer.camera(), pose: POSE }];
+        let pictures = Pictures::ForFeedback;
+        let frame_of = Frame { views: &views, expected: None, picture: SIZE, has_feedback: true, pictures };
+        let encoder = frame_of.record(gpu, textures, &renderer, &canvas.target(), |_, _| Ok(())).unwrap();
+        queue.submit([encoder.finish()]);
+        if frame > 20 && textures.stats().converged {
+            break;
+        }
+        assert!(frame < 1000, "{:?}", textures.stats());
+    }
+    let mut encoder = device.create_command_encoder(&Default::default());
+    draw_again(&mut encoder, textures, &renderer, renderer.camera(), &canvas.target());
+    let read = TextureRead::submit(gpu, encoder, canvas.picture(), 4);
+    device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+    Picture { size: SIZE, rgba: read.take().unwrap().unwrap() }
+}
+
+fn linear(encoded: u8) -> f64 {
+    let value = f64::from(encoded) / 255.0;
+    if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
+}
+
+fn encoded(light: f64) -> f64 {
+    255.0 * if light <= 0.003_130_8 { light * 12.92 } else { 1.055 * light.powf(1.0 / 2.4) - 0.055 }
+}
+
+/// How far a picture is from one picture over another, in steps of 1/255.
+fn apart(found: &Picture, above: &Picture, below: &Picture, opacity: f64) -> f64 {
+    let bytes = found.rgba.iter().zip(above.rgba.iter().zip(&below.rgba)).enumerate();
+    let colours = bytes.filter(|(n, _)| n % 4 != 3 && found.rgba[n / 4 * 4 + 3] == 255);
+    let apart = |(_, (found, (above, below))): (usize, (&u8, (&u8, &u8)))| {
+        let light = linear(*above) * opacity + linear(*below) * (1.0 - opacity);
+        (encoded(light) - f64::from(*found)).abs()
+    };
+    colours.map(apart).fold(0.0, f64::max)
+}
+
+#[test]
+fn layers_are_drawn_in_their_order() {
+    let (_one, colour) = Image::new(300, 200, 64).build();
+    let grey = Image { channels: png::ColorType::Grayscale, sixteen_bit: true, ..Image::new(300, 200, 64) };
+    let (_other, grey) = grey.build();
+    let single = |file: &FilePath, change: fn(ColorMap) -> ColorMap| {
+        let (mut textures, mut shown) = list(&[file]);
+        shown[0].color_map = change(shown[0].color_map);
+        draw(&mut textures, shown)
+    };
+    let as_viridis: fn(ColorMap) -> ColorMap =
+        |map| map.with_palette(Palette::Viridis).with_range([0.1, 0.8]).with_gamma(0.7);
+    let (colour_alone, grey_alone) = (single(&colour, |map| map), single(&grey, as_viridis));
+    // As the scene of one layer draws it.
+    let plain = single(&grey, |map| map);
+    let (options, settings) = (DisplayOptions::default(), settings(16, Filter::Trilinear));
+    let source = vastex::open(&grey).unwrap();
+    let mut offscreen = Offscreen::showing(&options, gpu(), source, Scene::Image, SIZE, settings).unwrap();
+    crate::common::settle(&mut offscreen, POSE);
+    let worst = plain.rgba.iter().zip(&offscreen.picture().rgba).map(|(a, b)| a.abs_diff(*b)).max();
+    assert!(worst <= Some(1), "{worst:?}");
+    for (opacity, swapped) in [(0.4, false), (0.4, true), (1.0, false), (0.0, true)] {
+        let files = if swapped { [&*grey, &*colour] } else { [&*colour, &*grey] };
+        let (mut textures, mut shown) = list(&files);
+        let n = usize::from(!swapped);
+        shown[n].color_map = as_viridis(shown[n].color_map);
+        shown[1].opacity = opacity as f32;
+        let found = draw(&mut textures, shown);
+        let (above, below) =
+            if swapped { (&colour_alone, &grey_alone) } else { (&grey_alone, &colour_alone) };
+        let apart = apart(&found, above, below, opacity);
+        assert!(apart <= 2.0, "opacity {opacity}, swapped {swapped}: {apart}");
+    }
+    let (mut textures, mut shown) = list(&[&colour, &grey]);
+    shown[1].is_visible = false;
+    assert!(apart(&draw(&mut textures, shown), &colour_alone, &colour_alone, 1.0) <= 2.0);
+    if let Some(directory) = std::env::var_os("VASTEX_PICTURES") {
+        for (name, picture) in [("colour", &colour_alone), ("viridis", &grey_alone)] {
+            let file = std::fs::File::create(FilePath::new(&directory).join(format!("{name}.png"))).unwrap();
+            let mut encoder = png::Encoder::new(file, SIZE[0], SIZE[1]);
+            encoder.set_color(png::ColorType::Rgba);
+            encoder.write_header().unwrap().write_image_data(&picture.rgba).unwrap();
+        }
+    }
+}
+
+#[test]
+fn a_list_has_one_layer_or_some() {
+    let (_directory, file) = Image::new(64, 64, 64).build();
+    let (mut textures, shown) = list(&[&file]);
+    assert!(matches!(Layers::new(&mut textures, Vec::new()), Err(LayersError::Count(0))));
+    assert!(matches!(Layers::new(&mut textures, vec![shown[0]; 9]), Err(LayersError::Count(9))));
+}

@@ -1,0 +1,115 @@
+//! Pictures drawn straight into 8 bits and by way of linear light are the same, and show display values as they are.
+
+use std::sync::Arc;
+
+use vastex::{Filter, TileSource};
+use vastex_scenes::{Comparison, DisplayOptions, GpuClock, Offscreen, Overlay, Path, Picture, Scene, Until};
+use vastex_viewer::stage::TargetKind;
+
+use crate::common::{Image, gpu, settings};
+
+const SIZE: [u32; 2] = [160, 90];
+
+/// A view of a scene that has converged, drawn into this kind of target.
+fn drawn(
+    source: Arc<dyn TileSource>,
+    scene: Scene,
+    target: TargetKind,
+    range: Option<[f32; 2]>,
+) -> Offscreen {
+    let shown = DisplayOptions { target: Some(target), range, ..DisplayOptions::default() };
+    let settings = settings(16, Filter::Trilinear);
+    let mut offscreen = Offscreen::showing(&shown, gpu(), source, scene, SIZE, settings).unwrap();
+    assert!(offscreen.run(Path::Still, Until::Converged, |_, _| ()).unwrap().converged);
+    offscreen
+}
+
+fn most_apart(one: &Picture, other: &Picture) -> u8 {
+    one.rgba.iter().zip(&other.rgba).map(|(a, b)| a.abs_diff(*b)).max().unwrap()
+}
+
+#[test]
+fn light_and_display_values_give_the_same_picture() {
+    for (channels, sixteen_bit, range) in [
+        (png::ColorType::Rgb, false, None),
+        (png::ColorType::Rgba, false, Some([0.1, 0.6])),
+        (png::ColorType::Grayscale, false, None),
+        (png::ColorType::Grayscale, true, Some([0.2, 0.5])),
+        (png::ColorType::GrayscaleAlpha, false, None),
+        (png::ColorType::Rgb, true, None),
+    ] {
+        let image = Image { channels, sixteen_bit, ..Image::new(300, 200, 64) };
+        let (_directory, path) = image.build();
+        for scene in [Scene::Image, Scene::Globe] {
+            let what = format!("{channels:?} of 16 bits {sixteen_bit} on {}", scene.name());
+            let picture = |target| {
+                let mut offscreen = drawn(vastex::open(&path).unwrap(), scene, target, range);
+                let picture = offscreen.picture();
+                let (compared, _) = offscreen.compare().unwrap();
+                assert!(compared.max_error <= 1, "{what}, {target:?}: {compared:?} from the reference");
+                let by_cpu = Comparison::of(&picture, &offscreen.cpu_picture().unwrap());
+                assert!(by_cpu.share_beyond_3_255 < 0.01, "{what}, {target:?}: {by_cpu:?} from the CPU's");
+                let levels = offscreen.overlay(Overlay::Levels).unwrap();
+                assert!(offscreen.explain([80, 45]).unwrap().len() == 1);
+                (picture, levels)
+            };
+            let ((direct, _), (linear, _)) = (picture(TargetKind::Direct), picture(TargetKind::Linear));
+            assert!(most_apart(&direct, &linear) <= 1, "{what}: {}", most_apart(&direct, &linear));
+            let shades = direct.rgba.chunks_exact(4).filter(|pixel| pixel[3] == 255 && pixel[0] > 40).count();
+            assert!(shades > 1000, "{what}: {shades} pixels with anything on them");
+        }
+    }
+}
+
+/// A ramp of every value of a byte, each some pixels wide and seen at whole pixels, comes out as it went in.
+#[test]
+fn a_single_channel_is_shown_as_it_is() {
+    let directory = tempfile::tempdir().unwrap();
+    let (input, output) = (directory.path().join("ramp.png"), directory.path().join("ramp.vastex"));
+    let mut encoder = png::Encoder::new(std::fs::File::create(&input).unwrap(), 256, 4);
+    encoder.set_color(png::ColorType::Grayscale);
+    let ramp: Vec<u8> = (0..4).flat_map(|_| 0..=255).collect();
+    encoder.write_header().unwrap().write_image_data(&ramp).unwrap();
+    let options = vastex_build::BuildOptions {
+        compression: vastex_build::Compression::None,
+        threads: 1,
+        ..Default::default()
+    };
+    vastex_build::build(&[input], &output, &options, &()).unwrap();
+    for target in [TargetKind::Direct, TargetKind::Linear] {
+        let shown = DisplayOptions { target: Some(target), ..DisplayOptions::default() };
+        let (source, settings) = (vastex::open(&output).unwrap(), settings(16, Filter::Nearest));
+        let mut offscreen =
+            Offscreen::showing(&shown, gpu(), source, Scene::Image, [256, 4], settings).unwrap();
+        assert!(offscreen.run(Path::Still, Until::Converged, |_, _| ()).unwrap().converged);
+        let picture = offscreen.picture();
+        for (x, pixel) in picture.rgba.chunks_exact(4).take(256).enumerate() {
+            assert!(
+                pixel[0].abs_diff(x as u8) <= u8::from(target == TargetKind::Linear),
+                "{target:?}: {x} as {pixel:?}"
+            );
+        }
+    }
+}
+
+/// Prints what a frame of one opaque layer takes by way of light, beside the same drawn straight. `cargo test -p vastex-scenes -- --ignored`.
+#[test]
+#[ignore = "a measurement, which a busy machine spoils"]
+fn what_a_target_of_light_costs() {
+    let (_directory, path) = Image::new(3000, 2000, 128).build();
+    let clock = GpuClock::new(gpu());
+    let offscreen = |target| {
+        let shown = DisplayOptions { target: Some(target), ..DisplayOptions::default() };
+        let (source, settings) = (vastex::open(&path).unwrap(), settings(64, Filter::Trilinear));
+        let mut offscreen =
+            Offscreen::showing(&shown, gpu(), source, Scene::Image, [1280, 720], settings).unwrap();
+        assert!(offscreen.run(Path::Still, Until::Converged, |_, _| ()).unwrap().converged);
+        offscreen
+    };
+    let others = [offscreen(TargetKind::Direct), offscreen(TargetKind::Linear)];
+    let costs = offscreen(TargetKind::Direct).costs_beside(&others, &clock, 9);
+    println!(
+        "straight {:?}; straight again and by way of light, to that: {:?}",
+        costs.of_this, costs.others_to_this
+    );
+}

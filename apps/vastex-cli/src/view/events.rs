@@ -1,0 +1,59 @@
+//! Events of the window system in the words of the viewer.
+
+use glam::DVec2;
+use vastex_viewer::input::{Button, InputEvent, Key};
+use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
+use winit::keyboard::{Key as WinitKey, NamedKey};
+
+/// Pixels of a touch pad that are a notch of the wheel.
+const PIXELS_PER_NOTCH: f64 = 50.0;
+
+/// What an event is to the viewer; nothing where it is none of keys and pointer.
+pub(super) fn translated(event: &WindowEvent) -> Option<InputEvent> {
+    Some(match event {
+        WindowEvent::KeyboardInput { event, is_synthetic: false, .. } => InputEvent::Key {
+            key: key(&event.logical_key)?,
+            is_pressed: event.state == ElementState::Pressed,
+            is_repeat: event.repeat,
+        },
+        WindowEvent::CursorMoved { position, .. } => {
+            InputEvent::PointerMoved(DVec2::new(position.x, position.y))
+        }
+        WindowEvent::MouseInput { state, button, .. } => {
+            let button = match button {
+                MouseButton::Left => Button::Primary,
+                MouseButton::Right => Button::Secondary,
+                _ => return None,
+            };
+            InputEvent::Button { button, is_pressed: *state == ElementState::Pressed }
+        }
+        WindowEvent::MouseWheel { delta, .. } => InputEvent::Wheel(match delta {
+            MouseScrollDelta::LineDelta(_, y) => f64::from(*y),
+            MouseScrollDelta::PixelDelta(pixels) => pixels.y / PIXELS_PER_NOTCH,
+        }),
+        WindowEvent::Focused(false) => InputEvent::FocusLost,
+        WindowEvent::Focused(true) | WindowEvent::Occluded(false) => InputEvent::Shown,
+        _ => return None,
+    })
+}
+
+fn key(key: &WinitKey) -> Option<Key> {
+    Some(match key {
+        WinitKey::Named(NamedKey::ArrowLeft) => Key::Left,
+        WinitKey::Named(NamedKey::ArrowRight) => Key::Right,
+        WinitKey::Named(NamedKey::ArrowUp) => Key::Up,
+        WinitKey::Named(NamedKey::ArrowDown) => Key::Down,
+        WinitKey::Named(NamedKey::Escape) => Key::Escape,
+        WinitKey::Named(NamedKey::Home) => Key::Home,
+        WinitKey::Named(NamedKey::Tab) => Key::Tab,
+        WinitKey::Named(NamedKey::F11) => Key::F11,
+        WinitKey::Character(text) => {
+            let mut characters = text.chars();
+            match (characters.next(), characters.next()) {
+                (Some(character), None) => Key::Char(character),
+                _ => return None,
+            }
+        }
+        _ => return None,
+    })
+}

@@ -1,0 +1,274 @@
+//! Where a camera is, in the words of its scene, and the matrix that follows from it.
+//!
+//! How poses follow one another is `path`'s business, what is drawn `draw`'s.
+
+use glam::camera::rh::{proj::directx as projection, view::look_at_mat4};
+use glam::{DVec2, DVec3, Mat4, Vec2, Vec3};
+
+use crate::scene::{Scene, direction, direction_f64};
+
+/// A camera in one of the scenes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Pose {
+    /// Looking straight at the image.
+    Image {
+        /// The point of the image in the middle of the view, in uv.
+        centre: DVec2,
+        /// How much of the view the whole image fills: 1 fits it in, 10 shows a tenth of it.
+        zoom: f64,
+    },
+    /// Standing over the rectangle of 2 by 2h/w at z = 0, whose centre is the origin, or over a terrain on it.
+    Plane {
+        /// Where the camera is; z from the ground below it.
+        eye: DVec3,
+        /// Turn to the left from +y, in radians.
+        yaw: f64,
+        /// Turn downwards from the horizon, in radians.
+        pitch: f64,
+    },
+    /// Over the unit sphere, looking at its centre, north up.
+    Globe {
+        /// Longitude below the camera, in radians; 0 is in the middle of the image.
+        longitude: f64,
+        /// Latitude below the camera, in radians, north positive.
+        latitude: f64,
+        /// Height above the ground, in radii.
+        altitude: f64,
+    },
+}
+
+/// Vertical field of view of the scenes with perspective: 60 degrees.
+pub(crate) const FIELD_OF_VIEW: f64 = std::f64::consts::FRAC_PI_3;
+/// Pixels of 2^31 texels at 1000 pixels a texel, in a picture of 1000.
+const MOST_ZOOM: f64 = 4e9;
+/// A thousandth of a texel of 2^31 round the globe, about.
+const LEAST_ALTITUDE: f64 = 1e-10;
+/// Radii of the Earth in a metre.
+pub(crate) const METRE: f64 = 1.0 / 6_371_000.0;
+/// How close a latitude may come to a pole, so that north stays up.
+const LATITUDE_LIMIT: f64 = std::f64::consts::FRAC_PI_2 - 1e-9;
+
+impl Pose {
+    /// The pose in which a window opens and `still` stays.
+    pub fn first(scene: Scene) -> Pose {
+        match scene {
+            Scene::Image => Pose::Image { centre: DVec2::splat(0.5), zoom: 1.0 },
+            Scene::Plane => Pose::Plane {
+                eye: DVec3::new(0.0, -0.45, 0.29),
+                yaw: 0.0,
+                pitch: std::f64::consts::FRAC_PI_4,
+            },
+            Scene::Terrain => Pose::Plane { eye: DVec3::new(0.0, -0.6, 0.16), yaw: 0.0, pitch: 0.3 },
+            Scene::Globe => Pose::Globe { longitude: 0.2, latitude: 0.5, altitude: 1.3 },
+        }
+    }
+
+    /// Clip space from world space. `view` and `image` are width over height.
+    pub fn clip_from_world(&self, view: f64, image: f64) -> Mat4 {
+        self.clip_from_world_over(view, image, 0.0)
+    }
+
+    /// The same where the ground below the camera is higher than the surface would be without heights.
+    ///
+    /// In single precision, as the meshes are whose corners it places; what is seen so near that this would show is drawn in fixed point,
+    /// from the pose itself.
+    pub(crate) fn clip_from_world_over(&self, view: f64, image: f64, ground: f32) -> Mat4 {
+        let (view, image) = (view as f32, image as f32);
+        match *self {
+            Pose::Image { centre, zoom } => {
+                // The image is 2 wide and 2 / image high; the fit leaves no part of it out.
+                let half_width = (view / image).max(1.0) / zoom as f32;
+                let centre = centre.as_vec2();
+                let middle = Vec2::new(2.0 * centre.x - 1.0, (1.0 - 2.0 * centre.y) / image);
+                let half = Vec2::new(half_width, half_width / view);
+                let (low, high) = (middle - half, middle + half);
+                projection::orthographic(low.x, high.x, low.y, high.y, -1.0, 1.0)
+            }
+            Pose::Plane { eye, yaw, pitch } => {
+                let (eye, yaw, pitch) = (eye.as_vec3(), yaw as f32, pitch as f32);
+                let forward = Vec3::new(-yaw.sin() * pitch.cos(), yaw.cos() * pitch.cos(), -pitch.sin());
+                let (near, eye) = (0.01 * eye.z.abs().max(0.01), eye + ground * Vec3::Z);
+                perspective(view, eye, eye + forward, near, 20.0)
+            }
+            Pose::Globe { longitude, latitude, altitude } => {
+                let down = direction(longitude as f32, latitude as f32);
+                let altitude = altitude as f32;
+                let eye = down * (1.0 + ground + altitude);
+                perspective(view, eye, Vec3::ZERO, 0.1 * altitude, eye.length() + 1.0)
+            }
+        }
+    }
+
+    /// Pixels of a picture along a texel of level 0 of an image of so many; nothing where perspective makes them differ.
+    pub fn magnification(&self, picture: [u32; 2], image: [u32; 2]) -> Option<f64> {
+        let Pose::Image { zoom, .. } = *self else { return None };
+        // What of the image fits into the picture at a zoom of 1.
+        let fitting = |axis: usize| f64::from(picture[axis].max(1)) / f64::from(image[axis].max(1));
+        Some(zoom * fitting(0).min(fitting(1)))
+    }
+
+    /// Where the camera is in the world, the ground below it not being counted.
+    pub(crate) fn eye(&self) -> DVec3 {
+        match *self {
+            Pose::Image { centre, zoom } => (2.0 * centre - 1.0).extend(1.0 / zoom),
+            Pose::Plane { eye, .. } => eye,
+            Pose::Globe { longitude, latitude, altitude } => {
+                direction_f64(longitude, latitude) * (1.0 + altitude)
+            }
+        }
+    }
+
+    /// Where the camera is, as traces say it: over which point of the surface, and the logarithm of how near, in levels.
+    pub fn place(&self) -> [f32; 3] {
+        let place = match *self {
+            Pose::Image { centre, zoom } => [centre.x, centre.y, zoom.log2()],
+            Pose::Plane { eye, .. } => [eye.x, eye.y, eye.z.abs().max(f64::MIN_POSITIVE).log2()],
+            Pose::Globe { longitude, latitude, altitude } => [longitude, latitude, altitude.log2()],
+        };
+        place.map(|number| number as f32)
+    }
+
+    /// The pose after the pointer was dragged by `delta`, in view heights (x right, y down).
+    pub fn dragged(self, delta: DVec2, view: f64, image: f64) -> Pose {
+        match self {
+            Pose::Plane { eye, yaw, pitch } => {
+                let (yaw, pitch) = (yaw + delta.x * FIELD_OF_VIEW, pitch - delta.y * FIELD_OF_VIEW);
+                Pose::Plane { eye, yaw, pitch: pitch.clamp(-1.5, 1.5) }
+            }
+            _ => self.at(self.over() + self.drag(delta, view, image)),
+        }
+    }
+
+    /// By how much a drag by `delta` moves what the camera of an image or a globe is over ([`Pose::over`]).
+    pub(crate) fn drag(self, delta: DVec2, view: f64, image: f64) -> DVec2 {
+        match self {
+            Pose::Image { zoom, .. } => {
+                let height = (view / image).max(1.0) / zoom / view; // half the view's height, in half image widths
+                -delta * DVec2::new(height, height * image)
+            }
+            Pose::Globe { latitude, altitude, .. } => {
+                // What lies under the pointer stays there, near the middle of the view.
+                let angle = delta * altitude * 2.0 * (FIELD_OF_VIEW / 2.0).tan();
+                DVec2::new(-angle.x / latitude.cos().max(0.1), angle.y)
+            }
+            Pose::Plane { .. } => DVec2::ZERO,
+        }
+    }
+
+    /// What a camera is over: uv of an image, x and y of the plane, longitude and latitude of the globe.
+    pub(crate) fn over(self) -> DVec2 {
+        match self {
+            Pose::Image { centre, .. } => centre,
+            Pose::Plane { eye, .. } => eye.truncate(),
+            Pose::Globe { longitude, latitude, .. } => DVec2::new(longitude, latitude),
+        }
+    }
+
+    /// The same camera over another point, or the nearest to it that it may be over.
+    pub(crate) fn at(self, over: DVec2) -> Pose {
+        match self {
+            Pose::Image { zoom, .. } => Pose::Image { centre: over.clamp(DVec2::ZERO, DVec2::ONE), zoom },
+            Pose::Plane { eye, yaw, pitch } => Pose::Plane { eye: over.extend(eye.z), yaw, pitch },
+            Pose::Globe { altitude, .. } => {
+                let latitude = over.y.clamp(-LATITUDE_LIMIT, LATITUDE_LIMIT);
+                Pose::Globe { longitude: over.x, latitude, altitude }
+            }
+        }
+    }
+
+    /// The pose after zooming in by `factor` (above 1) or out (below 1).
+    pub fn zoomed(self, factor: f64) -> Pose {
+        match self {
+            Pose::Image { centre, zoom } => {
+                Pose::Image { centre, zoom: (zoom * factor).clamp(0.1, MOST_ZOOM) }
+            }
+            Pose::Plane { eye, yaw, pitch } => {
+                Pose::Plane { eye: eye.with_z((eye.z / factor).clamp(0.0005, 10.0)), yaw, pitch }
+            }
+            Pose::Globe { longitude, latitude, altitude } => {
+                Pose::Globe { longitude, latitude, altitude: (altitude / factor).clamp(LEAST_ALTITUDE, 20.0) }
+            }
+        }
+    }
+
+    /// Looking the other way: at what lies behind, on the other side of the globe, or at the image's opposite part.
+    pub fn turned_round(self) -> Pose {
+        match self {
+            Pose::Image { centre, zoom } => Pose::Image { centre: DVec2::ONE - centre, zoom },
+            Pose::Plane { eye, yaw, pitch } => Pose::Plane { eye, yaw: yaw + std::f64::consts::PI, pitch },
+            Pose::Globe { longitude, latitude, altitude } => {
+                Pose::Globe { longitude: longitude + std::f64::consts::PI, latitude: -latitude, altitude }
+            }
+        }
+    }
+
+    /// The pose after a step of `step` (x to the right, y forward), in units that suit the height above what is seen.
+    pub fn walked(self, step: DVec2) -> Pose {
+        match self {
+            Pose::Image { centre, zoom } => {
+                let moved = centre + DVec2::new(step.x, -step.y) / zoom;
+                Pose::Image { centre: moved.clamp(DVec2::ZERO, DVec2::ONE), zoom }
+            }
+            Pose::Plane { eye, yaw, pitch } => {
+                let (sin, cos) = yaw.sin_cos();
+                let along = DVec3::new(step.x * cos - step.y * sin, step.x * sin + step.y * cos, 0.0);
+                Pose::Plane { eye: eye + along * 2.0 * eye.z.abs().max(0.001), yaw, pitch }
+            }
+            Pose::Globe { longitude, latitude, altitude } => Pose::Globe {
+                longitude: longitude + step.x * altitude / latitude.cos().max(0.1),
+                latitude: (latitude + step.y * altitude).clamp(-LATITUDE_LIMIT, LATITUDE_LIMIT),
+                altitude,
+            },
+        }
+    }
+}
+
+fn perspective(view: f32, eye: Vec3, target: Vec3, near: f32, far: f32) -> Mat4 {
+    projection::perspective(FIELD_OF_VIEW as f32, view, near, far) * look_at_mat4(eye, target, Vec3::Z)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn on_screen(pose: Pose, view: f64, image: f64, world: DVec3) -> DVec2 {
+        let clip = pose.clip_from_world(view, image).as_dmat4() * world.extend(1.0);
+        DVec2::new(clip.x, clip.y) / clip.w
+    }
+
+    #[test]
+    fn the_magnification_is_that_of_the_picture() {
+        let pose = |zoom| Pose::Image { centre: DVec2::splat(0.5), zoom };
+        assert_eq!(pose(1.0).magnification([1000, 1000], [2000, 1000]), Some(0.5), "fitted by its width");
+        assert_eq!(pose(3.0).magnification([1000, 250], [2000, 1000]), Some(0.75), "and by its height");
+        let halves = on_screen(pose(3.0), 4.0, 2.0, DVec3::new(1.0, 0.5, 0.0)).y; // half the image, in half views
+        assert!((halves * 250.0 / 1000.0 - 0.75).abs() < 1e-5, "as the matrix has it: {halves}");
+        assert_eq!(Pose::first(Scene::Globe).magnification([1000, 1000], [2000, 1000]), None);
+    }
+
+    #[test]
+    fn an_image_fits_the_view_whatever_their_shapes() {
+        for (view, image) in [(16.0 / 9.0, 2.0), (1.0, 2.0), (2.0, 0.5), (1.0, 1.0)] {
+            let corner = on_screen(Pose::first(Scene::Image), view, image, DVec3::new(1.0, 1.0 / image, 0.0));
+            assert!((corner.max_element() - 1.0).abs() < 1e-5, "{corner} of {image} in {view}");
+            assert!(corner.min_element() > 0.0);
+        }
+    }
+
+    #[test]
+    fn a_dragged_image_follows_the_pointer() {
+        let (view, image) = (1.5, 2.0);
+        let pose = Pose::Image { centre: DVec2::splat(0.5), zoom: 4.0 };
+        let before = on_screen(pose, view, image, DVec3::ZERO);
+        let after = on_screen(pose.dragged(DVec2::new(0.1, 0.05), view, image), view, image, DVec3::ZERO);
+        let moved = (after - before) * DVec2::new(view, -1.0) / 2.0; // from clip units to view heights, y down
+        assert!((moved - DVec2::new(0.1, 0.05)).length() < 1e-5, "{moved}");
+    }
+
+    #[test]
+    fn the_globe_is_in_the_middle_with_north_up() {
+        let pose = Pose::first(Scene::Globe);
+        assert!(on_screen(pose, 1.6, 2.0, DVec3::ZERO).length() < 1e-5);
+        assert!(on_screen(pose, 1.6, 2.0, DVec3::Z).y > 0.0);
+    }
+}

@@ -1,0 +1,74 @@
+//! A device to draw with: which adapter, with which limits, and what to do where there is none.
+
+/// Why there is no device.
+#[derive(Debug, thiserror::Error)]
+pub enum GpuSetupError {
+    /// No driver offers an adapter.
+    #[error(
+        "no graphics adapter was found ({0}); install a Vulkan driver (on Debian and Ubuntu the software driver is the \
+         package mesa-vulkan-drivers)"
+    )]
+    NoAdapter(String),
+    /// An adapter is there and does not work.
+    #[error("the graphics adapter {adapter} gives no device: {error}")]
+    NoDevice {
+        /// The adapter's name.
+        adapter: String,
+        /// What it said.
+        error: String,
+    },
+}
+
+/// A device, its queue, and what it runs on.
+#[derive(Clone, Debug)]
+pub struct Gpu {
+    /// The instance that everything comes from.
+    pub instance: wgpu::Instance,
+    /// The adapter.
+    pub adapter: wgpu::Adapter,
+    /// The device, with the adapter's own limits.
+    pub device: wgpu::Device,
+    /// Its queue.
+    pub queue: wgpu::Queue,
+}
+
+impl Gpu {
+    /// A device without a window, of Vulkan where that has an adapter. `WGPU_BACKEND` may name the interfaces to look for adapters
+    /// behind: `vulkan`, `gl` ...
+    pub async fn headless() -> Result<Gpu, GpuSetupError> {
+        let described = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
+        Gpu::for_surface(vastex::instance_for(described).await, None).await
+    }
+
+    /// A device that can show pictures in a window or, without one, only draw them.
+    pub async fn for_surface(
+        instance: wgpu::Instance,
+        surface: Option<&wgpu::Surface<'_>>,
+    ) -> Result<Gpu, GpuSetupError> {
+        let options = wgpu::RequestAdapterOptions {
+            power_preference: wgpu::PowerPreference::HighPerformance,
+            compatible_surface: surface,
+            ..Default::default()
+        };
+        let adapter = instance
+            .request_adapter(&options)
+            .await
+            .map_err(|error| GpuSetupError::NoAdapter(error.to_string()))?;
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("vastex"),
+            required_features: vastex::required_features(&adapter),
+            required_limits: adapter.limits(),
+            ..Default::default()
+        };
+        let (device, queue) = adapter.request_device(&descriptor).await.map_err(|error| {
+            GpuSetupError::NoDevice { adapter: adapter.get_info().name, error: error.to_string() }
+        })?;
+        Ok(Gpu { instance, adapter, device, queue })
+    }
+
+    /// The adapter's name and how it is driven.
+    pub fn adapter_name(&self) -> String {
+        let info = self.adapter.get_info();
+        format!("{} ({})", info.name, info.backend)
+    }
+}

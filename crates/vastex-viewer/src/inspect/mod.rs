@@ -1,0 +1,33 @@
+//! Why one pixel shows what it shows: asked in one frame, answered in a later one, never waited for.
+//!
+//! A question draws the feedback of one pixel, a window of 1x1, and brings back its 16 bytes.
+
+use vastex::{Error, ExplainedPixel, Textures};
+
+use crate::gpu::Gpu;
+use crate::stage::StageScene;
+
+/// Asks why a pixel of a scene shows what it shows, counted from the top left of a picture of so many pixels, to a camera at this pose.
+/// Moves the camera there, between two frames.
+pub fn ask<S: StageScene + ?Sized>(
+    gpu: &Gpu,
+    textures: &mut Textures,
+    (scene, camera, pose): (&S, &S::Camera, &S::Pose),
+    picture: [u32; 2],
+    pixel: [u32; 2],
+) -> Result<(), Error> {
+    scene.place(camera, &gpu.queue, textures, pose, picture);
+    let sampled = scene.sampled();
+    textures.explain_pixel(picture, pixel, |pass, groups| {
+        scene.draw_wanted(camera, pass, &groups[sampled]);
+    })
+}
+
+/// The answers that have arrived since the last call, in the order of the questions; to be called once in each frame.
+pub fn answers(textures: &mut Textures) -> Result<Vec<ExplainedPixel>, Error> {
+    let mut answers = Vec::new();
+    while let Some(answer) = textures.poll_explained()? {
+        answers.push(answer);
+    }
+    Ok(answers)
+}

@@ -1,0 +1,202 @@
+//! How the values of a layer become colours.
+//!
+//! The shaders' part of it is `scene_colour` in surface.wgsl; its twin for pictures that the CPU makes is here.
+
+mod list;
+mod palette;
+
+use glam::Vec4;
+use vastex::Layer;
+
+pub use list::{Layers, LayersError, MOST_LAYERS, ShownLayer};
+pub use palette::Palette;
+
+/// The light that is seen beside the texture: red, green, blue and an alpha of 1.
+pub const BACKGROUND: Vec4 = Vec4::new(0.008, 0.01, 0.014, 1.0);
+
+/// There is no layer of that name.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("there is no layer {name:?}; the layers are {}", .layers.join(", "))]
+pub struct UnknownLayer {
+    /// The name asked for.
+    pub name: String,
+    /// Those that there are.
+    pub layers: Vec<String>,
+}
+
+/// How many channels mean what.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Channels {
+    Grey,
+    GreyAlpha,
+    RedGreen,
+    Colour,
+}
+
+/// How the values of a layer become colours.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ColorMap {
+    channels: Channels,
+    is_srgb: bool,
+    range: [f32; 2],
+    gamma: f32,
+    palette: Palette,
+}
+
+/// What layered.wgsl is told of a layer; laid out as `Layered` there.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
+pub(crate) struct LayerUniform {
+    range: [f32; 2],
+    gamma: f32,
+    opacity: f32,
+    channels: u32,
+    map: u32,
+    is_display: u32,
+    id: u32,
+}
+
+impl ColorMap {
+    /// One channel is grey, three or four are a colour. Two are red and green, but grey with alpha in the layer that an image
+    /// without layers has, called `color`.
+    pub fn new(layer: &Layer, range: Option<[f32; 2]>) -> ColorMap {
+        let channels = match layer.format.channels() {
+            1 => Channels::Grey,
+            2 if layer.name == "color" => Channels::GreyAlpha,
+            2 => Channels::RedGreen,
+            _ => Channels::Colour,
+        };
+        let (is_srgb, range) = (layer.format.is_srgb(), range.unwrap_or([0.0, 1.0]));
+        ColorMap { channels, is_srgb, range, gamma: 1.0, palette: Palette::Grey }
+    }
+
+    /// With other values that are black and white.
+    pub fn with_range(self, range: [f32; 2]) -> ColorMap {
+        ColorMap { range, ..self }
+    }
+
+    /// With an exponent of what lies in the range, taken as 0 to 1: below 1 what is dark becomes lighter.
+    pub fn with_gamma(self, gamma: f32) -> ColorMap {
+        ColorMap { gamma, ..self }
+    }
+
+    /// With a colour map of a single channel; other layers have colours of their own.
+    pub fn with_palette(self, palette: Palette) -> ColorMap {
+        ColorMap { palette, ..self }
+    }
+
+    /// `id` is that by which shaders know the layer's texture.
+    pub(crate) fn uniform(&self, opacity: f32, id: u32) -> LayerUniform {
+        LayerUniform {
+            range: self.range(),
+            gamma: self.gamma,
+            opacity,
+            channels: self.channels as u32,
+            map: self.palette as u32,
+            is_display: u32::from(!self.is_srgb),
+            id,
+        }
+    }
+
+    /// The format of pictures: colours encoded as the texture's own, so that nothing is lost between them.
+    pub fn picture_format(&self) -> wgpu::TextureFormat {
+        match self.is_srgb {
+            true => wgpu::TextureFormat::Rgba8UnormSrgb,
+            false => wgpu::TextureFormat::Rgba8Unorm,
+        }
+    }
+
+    /// The numbers that surface.wgsl has for what channels mean.
+    pub(crate) fn wgsl() -> String {
+        [("GREY", Channels::Grey), ("GREY_ALPHA", Channels::GreyAlpha), ("RED_GREEN", Channels::RedGreen)]
+            .map(|(name, channels)| format!("const SCENE_{name}: u32 = {}u;\n", channels as u32))
+            .concat()
+            + &Palette::wgsl()
+    }
+
+    /// What pipelines with surface.wgsl are made with, for a target that is given light or else display values.
+    pub(crate) fn constants(&self, takes_light: bool) -> [(&'static str, f64); 5] {
+        [
+            ("SCENE_LOOK", f64::from(self.channels as u32)),
+            ("SCENE_GAMMA", self.gamma.into()),
+            ("SCENE_MAP", f64::from(self.palette as u32)),
+            ("SCENE_DECODES", f64::from(u8::from(takes_light && !self.is_srgb))),
+            ("SCENE_ENCODES", f64::from(u8::from(!takes_light && self.is_srgb))),
+        ]
+    }
+
+    /// What is behind the surface, in the values of the layer: it looks the same behind every layer.
+    pub(crate) fn background(&self) -> Vec4 {
+        background(self.is_srgb)
+    }
+
+    /// Offset and factor of the range, as `scene.range` has them.
+    pub(crate) fn range(&self) -> [f32; 2] {
+        let [low, high] = self.range;
+        [low, 1.0 / (high - low)]
+    }
+
+    /// Twin of `scene_colour` in surface.wgsl on ground that is so light, and of what the picture's format then does.
+    pub fn pixel_from_value(&self, value: [f32; 4], light: f32) -> [u8; 4] {
+        let [low, factor] = self.range();
+        let shown = [0, 1, 2].map(|channel: usize| {
+            let shown = (value[channel] - low) * factor;
+            if self.gamma == 1.0 { shown } else { shown.max(0.0).powf(self.gamma) }
+        });
+        let grey = match self.palette {
+            Palette::Grey => [shown[0]; 3],
+            palette => palette.color(shown[0]),
+        };
+        let background = self.background();
+        let over = |colour: [f32; 3], alpha: f32| {
+            std::array::from_fn(|channel| background[channel] * (1.0 - alpha) + colour[channel] * alpha)
+        };
+        let colour: [f32; 3] = match self.channels {
+            Channels::Grey => grey,
+            Channels::GreyAlpha => over(grey, value[1]),
+            Channels::RedGreen => [shown[0], shown[1], 0.0],
+            Channels::Colour => over(shown, value[3]),
+        };
+        let stored = |value: f32| if self.is_srgb { srgb_from_linear(value) } else { value };
+        let [r, g, b] = colour.map(|value| (stored((value * light).clamp(0.0, 1.0)) * 255.0).round() as u8);
+        [r, g, b, 255]
+    }
+}
+
+/// [`BACKGROUND`] as light or else as a display value.
+pub(crate) fn background(is_light: bool) -> Vec4 {
+    match is_light {
+        true => BACKGROUND,
+        false => BACKGROUND.truncate().map(srgb_from_linear).extend(BACKGROUND.w),
+    }
+}
+
+/// The sRGB-encoded value of an amount of light.
+fn srgb_from_linear(linear: f32) -> f32 {
+    if linear > 0.003_130_8 { 1.055 * linear.powf(1.0 / 2.4) - 0.055 } else { linear * 12.92 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use vastex::LayerFormat;
+
+    #[test]
+    fn a_range_stretches_every_channel_but_alpha() {
+        let grey = ColorMap::new(&Layer::new("height", LayerFormat::R16), Some([0.25, 0.75]));
+        assert_eq!(grey.pixel_from_value([0.5, 0.0, 0.0, 1.0], 1.0), [128, 128, 128, 255]);
+        assert_eq!(grey.pixel_from_value([0.0, 0.0, 0.0, 1.0], 1.0), [0, 0, 0, 255]);
+        let colour = ColorMap::new(&Layer::new("a", LayerFormat::Rgba16Float), Some([0.0, 2.0]));
+        assert_eq!(colour.pixel_from_value([1.0, 2.0, 3.0, 1.0], 1.0), [128, 255, 255, 255]);
+    }
+
+    #[test]
+    fn two_channels_are_grey_with_alpha_in_an_image_and_red_and_green_elsewhere() {
+        let pixel = |name| {
+            ColorMap::new(&Layer::new(name, LayerFormat::Rg8), None)
+                .pixel_from_value([1.0, 0.5, 0.0, 1.0], 1.0)
+        };
+        assert_eq!(pixel("normal"), [255, 128, 0, 255]);
+        assert_eq!(pixel("color")[..2], [138, 140]);
+    }
+}

@@ -1,0 +1,28 @@
+//! The viewer of Vastex, apart from any window: how scenes with virtual textures on them are drawn and looked at.
+//!
+//! Everything here is an application of the crate `vastex`, and calls its frame loop unchanged. A program brings the window, the clock
+//! and the words of its command line.
+
+pub mod camera;
+pub mod gpu;
+pub mod input;
+pub mod inspect;
+pub mod layers;
+pub mod overlay;
+mod picture;
+mod scene;
+pub mod stage;
+pub mod surface;
+
+pub use camera::{Path, Pose, Views};
+pub use gpu::{Gpu, GpuSetupError};
+pub use layers::{ColorMap, Layers, LayersError, Palette, ShownLayer, UnknownLayer};
+pub use overlay::{Overlay, OverlayRenderer};
+pub use picture::{Picture, side_by_side};
+pub use scene::{Scene, direction};
+pub use stage::{Target, depth_view};
+pub use surface::shaders;
+pub use surface::{
+    CameraBinding, DisplayOptions, GlobeGrid, GlobePose, Heights, HeightsError, Mesh, Relief, SceneDesc,
+    SceneRenderer, Tiling, Vertex, surface,
+};

@@ -1,0 +1,268 @@
+//! Views of the machine: what sampling goes by, drawn in the place of the picture.
+//!
+//! Some colour the surface, some draw a plan of the page table, of the slots or of the feedback. docs/overlays.md says how to read them.
+
+use vastex::{Error, FeedbackTarget, SlotUsage, Textures};
+
+use crate::stage::{StageScene, Target};
+use crate::surface::SceneRenderer;
+
+/// What is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Overlay {
+    /// A colour for each level that is shown.
+    Levels,
+    /// A colour for each level that is wanted at mip bias 0, blended between levels.
+    Wanted,
+    /// How many levels coarser than wanted the surface is.
+    Deficit,
+    /// The borders of the pages that are shown.
+    Pages,
+    /// What the feedback pass of the frame sees: a colour for each page.
+    Feedback,
+    /// The page table: every page of every level, in the colour of the level that it leads to.
+    Table,
+    /// The slots of the pool and the tiles in them.
+    Atlas,
+}
+
+impl Overlay {
+    /// Every overlay.
+    pub const ALL: [Overlay; 7] = [
+        Overlay::Levels,
+        Overlay::Wanted,
+        Overlay::Deficit,
+        Overlay::Pages,
+        Overlay::Feedback,
+        Overlay::Table,
+        Overlay::Atlas,
+    ];
+
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Overlay::Levels => "levels",
+            Overlay::Wanted => "wanted",
+            Overlay::Deficit => "deficit",
+            Overlay::Pages => "pages",
+            Overlay::Feedback => "feedback",
+            Overlay::Table => "table",
+            Overlay::Atlas => "atlas",
+        }
+    }
+
+    /// The next one, after the last none.
+    pub fn next(overlay: Option<Overlay>) -> Option<Overlay> {
+        let place = overlay.map_or(0, |overlay| overlay as usize + 1);
+        Overlay::ALL.get(place).copied()
+    }
+
+    /// Its entry point, and whether it colours the surface; else it is a plan.
+    fn entry(self) -> (&'static str, bool) {
+        match self {
+            Overlay::Levels => ("shade_levels", true),
+            Overlay::Wanted => ("shade_wanted", true),
+            Overlay::Deficit => ("shade_deficit", true),
+            Overlay::Pages => ("shade_pages", true),
+            Overlay::Feedback => ("shade_feedback", false),
+            Overlay::Table => ("shade_table", false),
+            Overlay::Atlas => ("shade_atlas", false),
+        }
+    }
+}
+
+/// Texels in a row of the texture that tells the state of the slots.
+const TEXELS_IN_A_ROW: u32 = 1024;
+
+/// Draws one overlay of a scene. Made anew where the scene's renderer is.
+#[derive(Debug)]
+pub struct OverlayRenderer {
+    overlay: Overlay,
+    pipeline: wgpu::RenderPipeline,
+    /// Where it reads a texture of its own.
+    layout: Option<wgpu::BindGroupLayout>,
+    read: Option<wgpu::BindGroup>,
+}
+
+impl OverlayRenderer {
+    /// Prepares an overlay for pictures of the renderer's format.
+    pub fn new(
+        device: &wgpu::Device,
+        textures: &Textures,
+        renderer: &SceneRenderer,
+        overlay: Overlay,
+    ) -> OverlayRenderer {
+        let (entry, is_on_surface) = overlay.entry();
+        let layout = matches!(overlay, Overlay::Feedback | Overlay::Atlas).then(|| texture_layout(device));
+        let pipeline = if is_on_surface {
+            let entries = [renderer.vertex_entry(), entry];
+            renderer.other_pipeline(device, textures, entries, None, &[renderer.format()])
+        } else {
+            renderer.plan_pipeline(device, textures, ["fill", entry], layout.as_ref())
+        };
+        OverlayRenderer { overlay, pipeline, layout, read: None }
+    }
+
+    /// Which overlay it is.
+    pub fn overlay(&self) -> Overlay {
+        self.overlay
+    }
+
+    /// Takes in what the overlay shows of this frame beside the bind group of its texture. Before the frame's own feedback is drawn, or
+    /// after it is submitted, with the scene's eye where it is in this frame.
+    pub fn look(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        textures: &Textures,
+        renderer: &SceneRenderer,
+        picture: [u32; 2],
+    ) -> Result<(), Error> {
+        let Some(layout) = &self.layout else { return Ok(()) };
+        let layer = renderer.layer();
+        let view = if self.overlay == Overlay::Feedback {
+            let target: FeedbackTarget = textures.feedback_to_look_at(picture, |pass, groups| {
+                renderer.draw_wanted(renderer.camera(), pass, &groups[renderer.sampled()]);
+            })?;
+            target.raw().view().clone()
+        } else {
+            let slots = textures.slots_beside(layer.texture());
+            let [width, height, _] = textures.description(layer.texture()).geometry.tile();
+            slots_texture(device, queue, &slots, columns(slots.len(), picture, [width, height]))
+        };
+        self.read = Some(device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("overlay"),
+            layout,
+            entries: &[wgpu::BindGroupEntry {
+                binding: 0,
+                resource: wgpu::BindingResource::TextureView(&view),
+            }],
+        }));
+        Ok(())
+    }
+
+    /// Draws it.
+    pub fn draw(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        renderer: &SceneRenderer,
+        textures: &Textures,
+        target: &Target<'_>,
+    ) {
+        let mut pass = target.begin(encoder, renderer.background());
+        if let Some(read) = &self.read {
+            pass.set_bind_group(2, read, &[]);
+        }
+        match self.overlay {
+            Overlay::Levels | Overlay::Wanted | Overlay::Deficit | Overlay::Pages => {
+                renderer.draw(&mut pass, &self.pipeline, textures.bind_group(renderer.sampled()));
+            }
+            Overlay::Feedback | Overlay::Table | Overlay::Atlas => {
+                renderer.draw_plan(&mut pass, &self.pipeline, textures.bind_group(renderer.layer()));
+            }
+        }
+    }
+}
+
+/// A texture of whole numbers.
+fn texture_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("overlay"),
+        entries: &[wgpu::BindGroupLayoutEntry {
+            binding: 0,
+            visibility: wgpu::ShaderStages::FRAGMENT,
+            ty: wgpu::BindingType::Texture {
+                sample_type: wgpu::TextureSampleType::Uint,
+                view_dimension: wgpu::TextureViewDimension::D2,
+                multisampled: false,
+            },
+            count: None,
+        }],
+    })
+}
+
+/// As few columns of slots, a tile wide and high each, as let all rows fit into a picture.
+fn columns(slots: usize, picture: [u32; 2], tile: [u32; 2]) -> u32 {
+    let [width, height] = picture.map(f64::from);
+    let tile_aspect = f64::from(tile[1]) / f64::from(tile[0]);
+    let fits = |&columns: &u32| {
+        let rows = slots.div_ceil(columns as usize) as f64;
+        rows * tile_aspect * width / f64::from(columns) <= height
+    };
+    let least = (slots as f64 * width / height * tile_aspect).sqrt().floor().max(1.0) as u32;
+    (least..).find(fits).unwrap_or(least) // there is one: with more and more columns a row becomes as low as one likes
+}
+
+/// What overlay_atlas.wgsl reads: how many slots there are and in how many columns, then for each how many pages its tile is of, and what
+/// they are; 0 where it is free.
+fn slots_texture(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    slots: &[Option<SlotUsage>],
+    columns: u32,
+) -> wgpu::TextureView {
+    const IN_VIEW: u32 = 1 << 8;
+    const LOCKED: u32 = 1 << 9;
+    const PAGES: u32 = 10;
+    let state = |usage: &SlotUsage| {
+        let in_view = if usage.is_in_view { IN_VIEW } else { 0 };
+        let locked = if usage.is_locked { LOCKED } else { 0 };
+        u32::from(usage.page.level()) | in_view | locked | (usage.pages.min(u32::MAX >> PAGES) << PAGES)
+    };
+    let mut states = vec![slots.len() as u32, columns];
+    states.extend(slots.iter().map(|slot| slot.as_ref().map_or(0, state)));
+    let rows = (states.len() as u32).div_ceil(TEXELS_IN_A_ROW);
+    states.resize((rows * TEXELS_IN_A_ROW) as usize, 0);
+    let size = wgpu::Extent3d { width: TEXELS_IN_A_ROW, height: rows, depth_or_array_layers: 1 };
+    let texture = device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("overlay"),
+        size,
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::R32Uint,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    });
+    let layout = wgpu::TexelCopyBufferLayout {
+        offset: 0,
+        bytes_per_row: Some(4 * TEXELS_IN_A_ROW),
+        rows_per_image: None,
+    };
+    queue.write_texture(texture.as_image_copy(), bytemuck::cast_slice(&states), layout, size);
+    texture.create_view(&Default::default())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_slots_fit_into_the_picture() {
+        for slots in [1, 2, 7, 160, 1000, 12_345] {
+            for picture in [[640, 360], [100, 900], [1, 1], [1920, 1080]] {
+                for tile in [[136, 136], [40, 20], [8, 64]] {
+                    let columns = columns(slots, picture, tile);
+                    let cell = f64::from(picture[0]) / f64::from(columns);
+                    let high = slots.div_ceil(columns as usize) as f64 * cell * f64::from(tile[1])
+                        / f64::from(tile[0]);
+                    assert!(
+                        high <= f64::from(picture[1]) + 1e-6,
+                        "{slots} {picture:?} {tile:?}: {columns} columns"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn every_overlay_has_its_turn() {
+        let mut seen = Vec::new();
+        let mut overlay = Overlay::next(None);
+        while let Some(shown) = overlay {
+            seen.push(shown);
+            overlay = Overlay::next(overlay);
+        }
+        assert_eq!(seen, Overlay::ALL);
+    }
+}

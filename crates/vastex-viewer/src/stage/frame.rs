@@ -1,0 +1,137 @@
+//! The one way a frame is drawn: poses, what the views want, the update of the textures, the picture, and its encoding.
+//!
+//! A kind of scene is a type with [`StageScene`]. A program brings the poses and the target; when a frame is due, and what time it is, is
+//! the program's business.
+
+use vastex::{Error, FeedbackWay, Sampled, Textures, ViewId};
+
+use super::target::Target;
+use crate::gpu::Gpu;
+
+/// A kind of scene: what a stage needs of it to draw its frames.
+pub trait StageScene {
+    /// Where a camera of this kind of scene is.
+    type Pose;
+    /// What a pass sees the scene through: buffers that hold one pose.
+    type Camera;
+
+    /// What the shaders of the scene sample, and so whose bind group the methods that draw are given.
+    fn sampled(&self) -> Sampled;
+
+    /// Moves a camera to a pose, for a picture of so many pixels, in whatever is submitted to the queue from here on.
+    fn place(
+        &self,
+        camera: &Self::Camera,
+        queue: &wgpu::Queue,
+        textures: &Textures,
+        pose: &Self::Pose,
+        picture: [u32; 2],
+    );
+
+    /// Draws what a camera wants to see, into a pass of [`Textures::feedback_of`].
+    fn draw_wanted(&self, camera: &Self::Camera, pass: &mut wgpu::RenderPass<'_>, textures: &wgpu::BindGroup);
+
+    /// Draws what a camera sees: every pixel of the target. In [`Textures::main_pass_of`] it says what it wants.
+    fn draw_picture(
+        &self,
+        camera: &Self::Camera,
+        encoder: &mut wgpu::CommandEncoder,
+        textures: &wgpu::BindGroup,
+        target: &Target<'_>,
+    );
+}
+
+/// A view of a scene in one frame.
+#[derive(Debug)]
+pub struct StageView<'a, S: StageScene + ?Sized> {
+    /// The view of the textures.
+    pub view: ViewId,
+    /// What it is seen through.
+    pub camera: &'a S::Camera,
+    /// Where the camera is.
+    pub pose: S::Pose,
+}
+
+/// Whether a frame draws pictures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pictures {
+    /// In every frame.
+    Always,
+    /// Where pictures say what they want ([`FeedbackWay::Inline`]); otherwise something else is shown, or nothing.
+    ForFeedback,
+    /// In no frame.
+    Never,
+}
+
+/// What is drawn in one frame.
+#[derive(Debug)]
+pub struct Frame<'a, S: StageScene + ?Sized> {
+    /// The views that say what they want in this frame, the main one first.
+    pub views: &'a [StageView<'a, S>],
+    /// Where the main camera is expected to be when what is asked for now has arrived.
+    pub expected: Option<(&'a S::Camera, S::Pose)>,
+    /// Width and height of a view in pixels.
+    pub picture: [u32; 2],
+    /// Whether views are asked by a feedback pass what they want.
+    pub has_feedback: bool,
+    /// Whether pictures are drawn.
+    pub pictures: Pictures,
+}
+
+impl<S: StageScene + ?Sized> Frame<'_, S> {
+    /// Records a frame: places the cameras, has the views say what they want, updates the textures, and draws. `tell` may say in
+    /// another way what is wanted, after the cameras are in place. What is given back is to be submitted before the next frame.
+    pub fn record(
+        &self,
+        gpu: &Gpu,
+        textures: &mut Textures,
+        scene: &S,
+        target: &Target<'_>,
+        tell: impl FnOnce(&mut Textures, &mut wgpu::CommandEncoder) -> Result<(), Error>,
+    ) -> Result<wgpu::CommandEncoder, Error> {
+        let (picture, sampled) = (self.picture, scene.sampled());
+        for StageView { camera, pose, .. } in self.views {
+            scene.place(camera, &gpu.queue, textures, pose, picture);
+        }
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        tell(textures, &mut encoder)?;
+        for StageView { view, camera, .. } in self.views.iter().filter(|_| self.has_feedback) {
+            textures.feedback_of(&mut encoder, *view, picture, |pass, groups| {
+                scene.draw_wanted(camera, pass, &groups[sampled]);
+            })?;
+        }
+        if let Some((camera, pose)) = &self.expected {
+            scene.place(camera, &gpu.queue, textures, pose, picture);
+            textures.feedback_expected(&mut encoder, picture, |pass, groups| {
+                scene.draw_wanted(camera, pass, &groups[sampled]);
+            })?;
+        }
+        textures.update()?;
+        let is_drawn = match self.pictures {
+            Pictures::Always => true,
+            Pictures::ForFeedback => textures.feedback_way() == FeedbackWay::Inline,
+            Pictures::Never => false,
+        };
+        for StageView { view, camera, .. } in self.views.iter().filter(|_| is_drawn) {
+            textures.main_pass_of(&mut encoder, *view, picture, |encoder, groups| {
+                scene.draw_picture(camera, encoder, &groups[sampled], target);
+            })?;
+        }
+        if is_drawn {
+            target.encode(&mut encoder);
+        }
+        Ok(encoder)
+    }
+}
+
+/// Draws what a camera sees where it is, from what is in the pools now; nothing follows from it.
+pub fn draw_again<S: StageScene + ?Sized>(
+    encoder: &mut wgpu::CommandEncoder,
+    textures: &Textures,
+    scene: &S,
+    camera: &S::Camera,
+    target: &Target<'_>,
+) {
+    scene.draw_picture(camera, encoder, textures.bind_group(scene.sampled()), target);
+    target.encode(encoder);
+}

@@ -1,0 +1,15 @@
+//! How every kind of scene is drawn: the frame, its targets, the uniform buffer of a pass, and how pictures are read back.
+
+mod canvas;
+mod frame;
+mod linear;
+mod read;
+mod target;
+mod uniform;
+
+pub use canvas::Canvas;
+pub use frame::{Frame, Pictures, StageScene, StageView, draw_again};
+pub use linear::{LinearTarget, TargetKind, encode_text, takes_light};
+pub use read::{ReadBackError, TextureRead};
+pub use target::{DEPTH_FORMAT, Target, depth_view, filled_buffer};
+pub use uniform::Uniform;

@@ -1,0 +1,225 @@
+//! Heights that displace a scene's surface: which layer they are, how high they rise, and where the camera is above them.
+//!
+//! They are sampled in the vertex stage, at the level of the vertices' distance, and in the fragment stage for the light; colour and
+//! heights are a group, so that one feedback entry serves both. Which patches are drawn is `patches`' business.
+
+use glam::{Mat4, Vec2, Vec3};
+use vastex::{GroupId, LayerFormat, LayerId, TextureId, Textures};
+
+use super::patches::{Base, Frustum, MORPH, Patch, Patches};
+use crate::camera::Pose;
+use crate::layers::UnknownLayer;
+use crate::scene::Scene;
+
+/// What is said of heights; what is not said follows from the texture.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Heights {
+    /// Name of the layer; else the one called `height`, else what is shown, if that is one channel.
+    pub layer: Option<String>,
+    /// How high a value of 1 rises: in widths of the terrain, in radii of the globe. Else so that what the coarse levels say
+    /// rises by a twentieth.
+    pub scale: Option<f32>,
+    /// The value that is not displaced; else the lowest of the coarse levels.
+    pub zero: Option<f32>,
+    /// Whether vertices stay where their patch has them, so that the ground is torn where patches of two sizes meet: to see that tears
+    /// would be seen.
+    pub is_torn: bool,
+}
+
+impl Heights {
+    /// Whether anything is said.
+    pub fn are_wanted(&self) -> bool {
+        *self != Heights::default()
+    }
+}
+
+/// Why there are no heights.
+#[derive(Debug, thiserror::Error)]
+pub enum HeightsError {
+    /// None is called so.
+    #[error(transparent)]
+    Layer(#[from] UnknownLayer),
+    /// None was named, and none can be told by itself.
+    #[error(
+        "a terrain needs a layer of heights: build with --layer height=..., or name one with --height-layer (the layers are {})",
+        .0.join(", ")
+    )]
+    None(Vec<String>),
+    /// The library said so.
+    #[error(transparent)]
+    Vastex(#[from] vastex::Error),
+}
+
+/// The heights of a texture beside the layer that is shown, ready to displace a surface.
+#[derive(Clone, Debug)]
+pub struct Relief {
+    layer: LayerId,
+    group: GroupId,
+    scale: Option<f32>,
+    zero: f32,
+    /// Lowest and highest value on the coarse levels.
+    span: [f32; 2],
+    /// Lowest and highest value that there may be.
+    bounds: [f32; 2],
+    texels: [u32; 2],
+    is_torn: bool,
+}
+
+/// By how much heights rise that nobody has said a scale for: a twentieth of the globe's radius, of the terrain's width.
+const RISE: f32 = 0.05;
+/// In widths of the terrain, which is 2 wide.
+const WIDTH: f32 = 2.0;
+/// Points along each axis at which the coarse levels are asked for their span.
+const PROBES: u32 = 64;
+
+impl Relief {
+    /// Finds the heights beside `shown` and has them kept for the CPU; best before anything of the texture is loaded.
+    pub fn new(textures: &mut Textures, shown: LayerId, heights: &Heights) -> Result<Relief, HeightsError> {
+        let layer = layer_of(textures, shown, heights)?;
+        let group = textures.add_group([("color", shown), ("height", layer)])?;
+        textures.keep_for_cpu(layer, true);
+        let description = textures.description(layer.texture());
+        let [width, height, _] = description.geometry.size();
+        let scale = description.layers[layer.index()].scale;
+        let span = span(textures, layer);
+        let is_bounded = !is_float(description.layers[layer.index()].format);
+        // A coarse level is a mean: of floats, peaks are taken to be at most so much higher.
+        let margin = 2.0 * (span[1] - span[0]);
+        let bounds = if is_bounded { [0.0, 1.0] } else { [span[0] - margin, span[1] + margin] };
+        Ok(Relief {
+            layer,
+            group,
+            scale: heights.scale,
+            zero: heights.zero.unwrap_or(span[0]),
+            span,
+            bounds,
+            texels: [width, height].map(|side| side.div_ceil(scale)),
+            is_torn: heights.is_torn,
+        })
+    }
+
+    /// The surface of a scene with these heights, for an image of `image` (width over height).
+    pub(crate) fn surface(&self, scene: Scene, image: f32) -> ReliefSurface {
+        let (base, unit) = match scene {
+            Scene::Globe => (Base::Globe, 1.0),
+            Scene::Image | Scene::Plane | Scene::Terrain => (Base::Flat { image }, WIDTH),
+        };
+        let said = || RISE / (self.span[1] - self.span[0]).max(1e-3);
+        let scale = unit * self.scale.unwrap_or_else(said);
+        ReliefSurface { base, scale, relief: self.clone() }
+    }
+}
+
+fn is_float(format: LayerFormat) -> bool {
+    use LayerFormat::{Bc6h, R16Float, R32Float, Rgba16Float};
+    matches!(format, R16Float | Rgba16Float | R32Float | Bc6h)
+}
+
+fn layer_of(textures: &Textures, shown: LayerId, heights: &Heights) -> Result<LayerId, HeightsError> {
+    let texture: TextureId = shown.texture();
+    let layers = &textures.description(texture).layers;
+    let names = || layers.iter().map(|layer| layer.name.clone()).collect();
+    if let Some(name) = &heights.layer {
+        let unknown = || UnknownLayer { name: name.clone(), layers: names() };
+        return Ok(textures.layer(texture, name).ok_or_else(unknown)?);
+    }
+    let is_grey = layers[shown.index()].format.channels() == 1;
+    let found = textures.layer(texture, "height").or(is_grey.then_some(shown));
+    found.ok_or_else(|| HeightsError::None(names()))
+}
+
+/// The lowest and the highest value on the levels that are always there.
+fn span(textures: &Textures, layer: LayerId) -> [f32; 2] {
+    let tail = textures.description(layer.texture()).geometry.tail().first_level();
+    let mut span = [f32::INFINITY, f32::NEG_INFINITY];
+    if let Some(mut sampler) = textures.cpu_sampler(layer) {
+        for (x, y) in (0..PROBES).flat_map(|y| (0..PROBES).map(move |x| (x, y))) {
+            let uv = [x, y].map(|n| (n as f32 + 0.5) / PROBES as f32);
+            let value = sampler.sample(uv, f32::from(tail)).value[0];
+            span = [span[0].min(value), span[1].max(value)];
+        }
+    }
+    if span[0].is_finite() && span[1].is_finite() { span } else { [0.0, 1.0] }
+}
+
+/// Heights on the surface of a scene.
+#[derive(Clone, Debug)]
+pub(crate) struct ReliefSurface {
+    base: Base,
+    /// How high a value of 1 rises, in the world.
+    scale: f32,
+    relief: Relief,
+}
+
+/// What the shaders are told about it; laid out as `Relief` in surface.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+pub(crate) struct ReliefUniform {
+    eye: Vec3,
+    scale: f32,
+    spacing: Vec2,
+    texels: Vec2,
+    extent: Vec2,
+    zero: f32,
+    range_per_side: f32,
+}
+
+/// What is drawn of it from a place.
+pub(crate) struct ReliefView {
+    pub(crate) clip_from_world: Mat4,
+    pub(crate) uniform: ReliefUniform,
+    pub(crate) patches: Vec<Patch>,
+}
+
+impl ReliefSurface {
+    /// Colour and heights.
+    pub(crate) fn group(&self) -> GroupId {
+        self.relief.group
+    }
+
+    /// What pipelines with relief.wgsl are made with.
+    pub(crate) fn constants(&self) -> [(&'static str, f64); 3] {
+        // Nothing is drawn at a thousand times its range.
+        let [begin, end] = if self.relief.is_torn { MORPH.map(|share| 1000.0 + share) } else { MORPH };
+        [
+            ("RELIEF_MORPH_BEGIN", begin.into()),
+            ("RELIEF_MORPH_END", end.into()),
+            ("RELIEF_GLOBE", f64::from(u8::from(self.base == Base::Globe))),
+        ]
+    }
+
+    /// What a camera sees that is so far above the ground as its pose says, in a picture of so many pixels.
+    pub(crate) fn seen_from(&self, textures: &Textures, pose: &Pose, picture: [u32; 2]) -> ReliefView {
+        let texels = self.relief.texels;
+        let patches = Patches::new(self.base, texels, picture[1]);
+        let uniform = ReliefUniform {
+            eye: pose.eye().as_vec3(),
+            scale: self.scale,
+            spacing: patches.spacing(),
+            texels: Vec2::new(texels[0] as f32, texels[1] as f32),
+            extent: self.base.extent(),
+            zero: self.relief.zero,
+            range_per_side: patches.range_per_side,
+        };
+        let ground = self.ground_below(textures, &uniform);
+        let view = f64::from(picture[0]) / f64::from(picture[1]);
+        let image = f64::from(uniform.extent.x) / f64::from(uniform.extent.y);
+        let clip_from_world = pose.clip_from_world_over(view, image, ground);
+        let heights = self.relief.bounds.map(|value| (value - self.relief.zero) * self.scale);
+        let heights = [heights[0].min(heights[1]), heights[0].max(heights[1])];
+        let patches = patches.select(uniform.eye, &Frustum::new(clip_from_world, heights));
+        ReliefView { clip_from_world, uniform, patches }
+    }
+
+    /// How high the ground is below the camera, at the level at which it is drawn there, as far as that is known.
+    fn ground_below(&self, textures: &Textures, uniform: &ReliefUniform) -> f32 {
+        let uv = self.base.uv_below(uniform.eye);
+        let above = uniform.eye.distance(self.base.point(uv));
+        let texels = uniform.spacing * uniform.texels * above;
+        let bias = f32::from(textures.bias_eighths(self.relief.layer.texture())) / 8.0;
+        let level = texels.max_element().max(1e-6).log2().max(0.0) + bias;
+        let ground = textures.sample_cpu(self.relief.layer, uv.to_array(), level);
+        let value = ground.map_or(self.relief.zero, |ground| ground.value[0]);
+        (value - self.relief.zero) * self.scale
+    }
+}

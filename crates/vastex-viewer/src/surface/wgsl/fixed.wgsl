@@ -1,0 +1,135 @@
+// The image, or the globe, for textures and cameras of any size and nearness: every pixel works out by itself which place of the texture
+// it sees, in texels from the one in the middle of the view. What is near has small numbers, which f32 holds exactly enough.
+// The scene is told by fixed.rs. The text after this one is generated: vastex's own, constants, surface.wgsl.
+
+override FIXED_GLOBE: bool;
+
+// What a fragment is told of the camera comes with the triangle: Mesa's lavapipe (22.3) crashes where a fragment shader that samples in
+// fixed point reads it from the uniform buffer.
+struct Ray {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) seen: vec2<f32>, // from the middle of the view, to the right and upwards: texels of an image, tangents over the globe
+    @location(1) @interpolate(flat) anchor: vec2<u32>,
+    @location(2) @interpolate(flat) fraction_and_scale: vec4<f32>, // of the middle in its texel; texels in a radian
+    @location(3) @interpolate(flat) edges: vec4<f32>, // of the texture, in texels from the anchor
+    @location(4) @interpolate(flat) sphere: vec3<f32>, // sine and cosine of the latitude below the camera, and its altitude
+}
+
+// What a ray meets.
+struct Ground {
+    offset: vec2<f32>, // texels of level 0 from the anchor
+    is_met: bool,
+}
+
+// One triangle that is larger than any view, wherever feedback has its pixels.
+fn fixed_corner(index: u32) -> vec2<f32> {
+    return vec2<f32>(f32(index % 2u), f32(index / 2u)) * 12.0 - 3.0;
+}
+
+fn fixed_ray(clip: vec4<f32>, at: vec2<f32>) -> Ray {
+    let told = scene.fixed;
+    let fraction_and_scale = vec4<f32>(told.fraction, told.texels_per_radian);
+    let sphere = vec3<f32>(told.sine_and_cosine, told.altitude);
+    return Ray(clip, at * told.half, told.anchor, fraction_and_scale, vec4<f32>(told.low, told.high), sphere);
+}
+
+@vertex
+fn place_fixed(@builtin(vertex_index) index: u32) -> Ray {
+    let at = fixed_corner(index);
+    return fixed_ray(vec4<f32>(at, 0.0, 1.0), at);
+}
+
+@vertex
+fn place_fixed_feedback(@builtin(vertex_index) index: u32) -> Ray {
+    let at = fixed_corner(index);
+    return fixed_ray(vastex_feedback_clip(scene.ids.view, vec4<f32>(at, 0.0, 1.0)), at);
+}
+
+// The angle of a vector, to some 1e-7 of it: what WGSL promises of atan2 is a thousand times less.
+fn fixed_angle(y: f32, x: f32) -> f32 {
+    let low = min(abs(x), abs(y));
+    let high = max(max(abs(x), abs(y)), 1e-30);
+    let is_wide = low > (0.41421357 * high);
+    let ratio = select(low, low - high, is_wide) / select(high, low + high, is_wide);
+    let z = ratio * ratio;
+    let series = (((0.080537445 * z - 0.13877685) * z + 0.19977711) * z - 0.3333295) * z;
+    var angle = ratio + (ratio * series) + select(0.0, 0.78539816, is_wide);
+    angle = select(angle, 1.5707963 - angle, abs(y) > abs(x));
+    angle = select(angle, 3.1415927 - angle, x < 0.0);
+    return select(angle, -angle, y < 0.0);
+}
+
+// What is seen somewhere in the view of a ray.
+fn fixed_ground(ray: Ray, seen: vec2<f32>) -> Ground {
+    let fraction = ray.fraction_and_scale.xy;
+    if !FIXED_GLOBE {
+        let offset = fraction + vec2<f32>(seen.x, -seen.y);
+        return Ground(offset, all(offset >= ray.edges.xy) && all(offset <= ray.edges.zw));
+    }
+    // The camera is an altitude above the unit sphere and looks straight down, north upwards: the nearer point of the ray on it.
+    let altitude = ray.sphere.z;
+    let power = altitude * (2.0 + altitude);
+    let miss = dot(seen, seen) * power; // above 1 beside the globe
+    let along = power / ((1.0 + altitude) + sqrt(max(1.0 - miss, 0.0)));
+    let east = along * seen.x;
+    let north = along * seen.y;
+    let up = sqrt(max(1.0 - (dot(seen, seen) * along * along), 0.0));
+    // Longitude and latitude from those below the camera, with no difference of large numbers that are nearly the same.
+    let sine = ray.sphere.x;
+    let cosine = ray.sphere.y;
+    let meridian = (up * cosine) - (north * sine);
+    let parallel = sqrt((east * east) + (meridian * meridian));
+    let bulge = select(parallel - meridian, (east * east) / max(parallel + meridian, 1e-30), meridian > 0.0);
+    let sine_north = north - (sine * bulge);
+    let cosine_north = (((north * cosine) + (up * sine)) * sine) + (parallel * cosine);
+    let turns = vec2<f32>(fixed_angle(east, meridian), -fixed_angle(sine_north, cosine_north));
+    return Ground(fraction + (turns * ray.fraction_and_scale.zw), miss <= 1.0);
+}
+
+// A difference of offsets, on the globe the shorter way round.
+fn fixed_shorter(ray: Ray, difference: vec2<f32>) -> vec2<f32> {
+    let round_it = ray.fraction_and_scale.z * 6.2831853;
+    let shorter = difference.x - (round_it * round(difference.x / round_it));
+    return vec2<f32>(select(difference.x, shorter, FIXED_GLOBE), difference.y);
+}
+
+fn fixed_wanted(ray: Ray, ground: Ground, step_x: vec2<f32>, step_y: vec2<f32>) -> vec4<u32> {
+    // Differences between pixels of feedback are too far apart where the ground curves away.
+    let share = 0.125;
+    let ddx = fixed_shorter(ray, fixed_ground(ray, ray.seen + (step_x * share)).offset - ground.offset) / share;
+    let ddy = fixed_shorter(ray, fixed_ground(ray, ray.seen + (step_y * share)).offset - ground.offset) / share;
+    return vastex_feedback_fixed_grad(scene.ids.color, scene.ids.view, ray.anchor, ground.offset, ddx, ddy);
+}
+
+@fragment
+fn want_fixed(ray: Ray) -> @location(0) vec4<u32> {
+    let step_x = dpdx(ray.seen);
+    let step_y = dpdy(ray.seen);
+    let ground = fixed_ground(ray, ray.seen);
+    let wanted = fixed_wanted(ray, ground, step_x, step_y);
+    return select(vec4<u32>(0u), wanted, ground.is_met); // as the target is cleared
+}
+
+// Where feedback is inline, it tells what it wants.
+@fragment
+fn shade_fixed(ray: Ray) -> @location(0) vec4<f32> {
+    let step_x = dpdx(ray.seen);
+    let step_y = dpdy(ray.seen);
+    let ground = fixed_ground(ray, ray.seen);
+    let ddx = fixed_shorter(ray, dpdx(ground.offset));
+    let ddy = fixed_shorter(ray, dpdy(ground.offset));
+    if !ground.is_met {
+        return scene_beside();
+    }
+    if vastex_asked(scene.ids.view, ray.clip) {
+        vastex_tell(scene.ids.view, ray.clip, fixed_wanted(ray, ground, step_x, step_y));
+    }
+    return scene_colour(vastex_sample_fixed_grad(scene.ids.color, ray.anchor, ground.offset, ddx, ddy));
+}
+
+// Which place every pixel sees, from the anchor, and whether it sees any: to measure by.
+@fragment
+fn tell_fixed(ray: Ray) -> @location(0) vec4<f32> {
+    let ground = fixed_ground(ray, ray.seen);
+    return vec4<f32>(ground.offset, select(0.0, 1.0, ground.is_met), 1.0);
+}

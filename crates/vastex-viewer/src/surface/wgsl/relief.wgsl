@@ -1,0 +1,129 @@
+// A surface displaced by heights, in patches that are finer where the camera is nearer: see patches.rs and scene.relief.rs.
+// The text after this one is generated: vastex's own for the members `color` and `height` of a group, constants, surface.wgsl.
+//
+// Everything about a vertex follows from its own uv, so that two patches that share it have it in the same place.
+
+// Shares of a patch's range between which its vertices move to the next coarser grid; see patches.rs.
+override RELIEF_MORPH_BEGIN: f32;
+override RELIEF_MORPH_END: f32;
+// Whether the surface is the unit sphere.
+override RELIEF_GLOBE: bool;
+
+struct PatchCorner {
+    @builtin(vertex_index) index: u32,
+    @location(0) origin_and_side: vec4<f32>, // of the patch [uv]
+}
+
+const RELIEF_PI: f32 = 3.14159265;
+// Towards the sun, from the ground: to the east, to the north, upwards.
+const RELIEF_SUN: vec3<f32> = vec3<f32>(-0.5, 0.35, 0.79);
+const RELIEF_SHADE: f32 = 0.3;
+
+fn relief_latitude(uv: vec2<f32>) -> f32 {
+    return (0.5 - uv.y) * RELIEF_PI;
+}
+
+// Upwards, and where uv lies when its height is zero.
+fn relief_up(uv: vec2<f32>) -> vec3<f32> {
+    if !RELIEF_GLOBE {
+        return vec3<f32>(0.0, 0.0, 1.0);
+    }
+    // Both sides of the date line are one.
+    let longitude = (fract(uv.x) - 0.5) * 2.0 * RELIEF_PI;
+    let latitude = relief_latitude(uv);
+    return vec3<f32>(cos(longitude) * cos(latitude), sin(longitude) * cos(latitude), sin(latitude));
+}
+
+fn relief_base(uv: vec2<f32>) -> vec3<f32> {
+    if RELIEF_GLOBE {
+        return relief_up(uv);
+    }
+    return vec3<f32>((uv.x - 0.5) * scene.relief.extent.x, (0.5 - uv.y) * scene.relief.extent.y, 0.0);
+}
+
+fn relief_distance(uv: vec2<f32>) -> f32 {
+    return distance(scene.relief.eye, relief_base(uv));
+}
+
+// The level of the heights whose texels are as far apart as the vertices, at a distance.
+fn relief_level(at_distance: f32) -> f32 {
+    let texels = scene.relief.spacing * scene.relief.texels * at_distance;
+    return log2(max(max(texels.x, texels.y), 1e-6));
+}
+
+// Where the height of a vertex is looked up: both sides of the date line are one, and a pole has one height.
+fn relief_lookup(uv: vec2<f32>) -> vec2<f32> {
+    if !RELIEF_GLOBE {
+        return uv;
+    }
+    return vec2<f32>(select(fract(uv.x), 0.5, uv.y <= 0.0 || uv.y >= 1.0), uv.y);
+}
+
+fn relief_point(uv: vec2<f32>) -> vec3<f32> {
+    let level = relief_level(relief_distance(uv));
+    let height = (vastex_sample_height_level(scene.ids.height, relief_lookup(uv), level).r - scene.relief.zero) * scene.relief.scale;
+    return relief_base(uv) + height * relief_up(uv);
+}
+
+// A vertex of a patch, on its way to its neighbour in the grid of the next coarser patches.
+fn relief_uv(corner: PatchCorner) -> vec2<f32> {
+    let at = vec2<u32>(corner.index % (RELIEF_QUADS + 1u), corner.index / (RELIEF_QUADS + 1u));
+    let side = corner.origin_and_side.zw;
+    let uv = corner.origin_and_side.xy + side * vec2<f32>(at) / f32(RELIEF_QUADS);
+    let coarse = uv - side * vec2<f32>(at & vec2<u32>(1u)) / f32(RELIEF_QUADS);
+    let share = relief_distance(uv) / (scene.relief.range_per_side * side.x);
+    let morph = clamp((share - RELIEF_MORPH_BEGIN) / (RELIEF_MORPH_END - RELIEF_MORPH_BEGIN), 0.0, 1.0);
+    return select(uv + (coarse - uv) * morph, coarse, morph == 1.0);
+}
+
+@vertex
+fn place_relief(corner: PatchCorner) -> Surface {
+    let uv = relief_uv(corner);
+    return Surface(scene.clip_from_world * vec4<f32>(relief_point(uv), 1.0), uv);
+}
+
+fn relief_value(uv: vec2<f32>, ddx: vec2<f32>, ddy: vec2<f32>) -> f32 {
+    return vastex_sample_height_grad(scene.ids.height, vec2<f32>(select(uv.x, fract(uv.x), RELIEF_GLOBE), uv.y), ddx, ddy).r;
+}
+
+// How light the ground is that the sun shines on, from its slope over a texel or a pixel of heights.
+fn scene_light(uv: vec2<f32>, ddx: vec2<f32>, ddy: vec2<f32>) -> f32 {
+    let step = max(1.0 / scene.relief.texels, abs(ddx) + abs(ddy));
+    let x = vec2<f32>(step.x, 0.0);
+    let y = vec2<f32>(0.0, step.y);
+    let rise = vec2<f32>(
+        relief_value(uv + x, ddx, ddy) - relief_value(uv - x, ddx, ddy),
+        relief_value(uv - y, ddx, ddy) - relief_value(uv + y, ddx, ddy),
+    );
+    var run = 2.0 * step * scene.relief.extent;
+    if RELIEF_GLOBE {
+        run.x *= max(cos(relief_latitude(uv)), 0.02);
+    }
+    let slope = scene.relief.scale * rise / run;
+    let normal = normalize(vec3<f32>(-slope, 1.0));
+    return mix(max(dot(normal, RELIEF_SUN), 0.0) / RELIEF_SUN.z, 1.0, RELIEF_SHADE);
+}
+
+// What the fragment stage wants of colour and heights, by its gradients, or what the vertex stage wants of the heights, whichever is
+// finer: where the ground is seen at a grazing angle, that is the vertices.
+fn relief_wanted(uv: vec2<f32>, ddx: vec2<f32>, ddy: vec2<f32>) -> vec4<u32> {
+    // Gradients are by pixels of the target, levels of vertices by those of the picture.
+    let spacing = scene.relief.spacing * relief_distance(uv) * vastex_pixel_scale(scene.ids.view);
+    let along_x = vec2<f32>(spacing.x, 0.0);
+    let along_y = vec2<f32>(0.0, spacing.y);
+    let is_finer = vastex_level_of(scene.ids.all, along_x, along_y) < vastex_level_of(scene.ids.all, ddx, ddy);
+    let x = select(ddx, along_x, is_finer);
+    return vastex_feedback_grad(scene.ids.all, scene.ids.view, uv, x, select(ddy, along_y, is_finer));
+}
+
+// Where feedback is inline, it tells what it wants.
+@fragment
+fn shade_relief(surface: Surface) -> @location(0) vec4<f32> {
+    let ddx = dpdx(surface.uv);
+    let ddy = dpdy(surface.uv);
+    if vastex_asked(scene.ids.view, surface.clip) {
+        vastex_tell(scene.ids.view, surface.clip, relief_wanted(surface.uv, ddx, ddy));
+    }
+    let value = vastex_sample_color_grad(scene.ids.color, surface.uv, ddx, ddy);
+    return scene_lit(value, scene_light(surface.uv, ddx, ddy));
+}

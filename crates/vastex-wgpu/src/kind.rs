@@ -1,0 +1,274 @@
+//! Kinds: all that changes the shader text of a layer of a pool, and those of a text together.
+//!
+//! What differs from texture to texture but changes no text stands in its record (`record`).
+
+use vastex_core::{Geometry, Level};
+
+use crate::error::GpuError;
+use crate::filter::Filter;
+use crate::shader::names::check_names;
+use crate::way::FeedbackWay;
+
+/// How a shader reads the atlas, which follows from the layer's format: [`crate::Pool::atlas`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Atlas {
+    /// The device's own filter.
+    #[default]
+    Float,
+    /// Floats that the device does not filter, so the shader does.
+    Unfiltered,
+    /// One channel of 16-bit whole numbers, filtered in the shader.
+    Uint16,
+    /// Four channels of 16-bit whole numbers, filtered in the shader.
+    Uint16Rgba,
+}
+
+impl Atlas {
+    /// Every way.
+    pub const ALL: [Atlas; 4] = [Atlas::Float, Atlas::Unfiltered, Atlas::Uint16, Atlas::Uint16Rgba];
+}
+
+/// How the page tables of a pool lie.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum TableKind {
+    /// An entry for each page.
+    #[default]
+    Direct,
+    /// A hash table of the pages that are resident.
+    Hashed,
+}
+
+/// Which kind of page table a texture gets. Pictures are the same with either.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum TableChoice {
+    /// A direct one up to 4 Mi entries and what its pool has room for, else a hashed one.
+    #[default]
+    BySize,
+    /// An entry for each page: one read for each lookup.
+    Direct,
+    /// A hash table of the pages that are resident: its memory is that of the pool's slots, whatever the texture's size; a lookup
+    /// reads a few words where the wanted page is resident, and as many again for each level upward where it is not.
+    Hashed,
+}
+
+/// The sides of pages, in texels of level 0, that a shader knows of. One that knows them to be powers of two shifts where another
+/// divides, eight times for a trilinear sample.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum PageSides {
+    /// Whatever they are.
+    #[default]
+    Any,
+    /// Powers of two on every level finer than the tail.
+    PowersOfTwo,
+}
+
+impl PageSides {
+    /// Those of a texture.
+    pub fn of(geometry: &Geometry) -> PageSides {
+        let (finer, page) = (usize::from(geometry.tail().first_level()), geometry.page());
+        let is_fit =
+            |level: &Level| (0..2).all(|a| page[a].is_power_of_two() && level.scale[a].is_power_of_two());
+        if geometry.levels()[..finer].iter().all(is_fit) { PageSides::PowersOfTwo } else { PageSides::Any }
+    }
+}
+
+/// All that changes the text by which a layer of a pool's textures is sampled. Textures whose kinds are equal share pipelines; if they lie
+/// in one pool, their bind group too.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Kind {
+    /// The page tables of the pool.
+    pub tables: TableKind,
+    /// What is known of the sides of pages.
+    pub pages: PageSides,
+    /// Which layer of the pool it is.
+    pub layer: u8,
+    /// How its atlas is read.
+    pub atlas: Atlas,
+    /// Texels of the texture along one of the layer: 1, 2 or 4.
+    pub scale: u32,
+    /// How texels are blended, where their values may be mixed.
+    pub filter: Filter,
+}
+
+/// A member of a group: a layer of a texture, as shaders see it.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct KindMember {
+    /// Its name in the names of functions: lower-case letters, digits and underscores, a letter first.
+    pub name: String,
+    /// The pool of its texture, by any number that no other pool has.
+    pub pool: usize,
+    /// Its kind.
+    pub kind: Kind,
+}
+
+/// What a shader text is made for: one kind, or those of the members of a group. A key for pipelines: texts and bind group layouts are equal
+/// where these are.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Kinds {
+    way: FeedbackWay,
+    fade: bool,
+    members: Vec<TextMember>,
+    pools: Vec<TextPool>,
+    layers: Vec<TextLayer>,
+    reads: Vec<TextRead>,
+}
+
+/// A name by which the text samples.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct TextMember {
+    /// Nothing where there is one without a name.
+    pub(crate) name: Option<String>,
+    /// Which of the text's reads it is.
+    pub(crate) read: usize,
+}
+
+/// A pool of the text.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct TextPool {
+    pub(crate) tables: TableKind,
+    pub(crate) pages: PageSides,
+    /// The first member that lies in it.
+    pub(crate) member: usize,
+}
+
+/// A layer of one of its pools.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct TextLayer {
+    pub(crate) pool: usize,
+    pub(crate) index: u8,
+    pub(crate) atlas: Atlas,
+    pub(crate) scale: u32,
+    /// The first member that samples it.
+    pub(crate) member: usize,
+}
+
+/// A way to read one of its layers.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct TextRead {
+    pub(crate) layer: usize,
+    pub(crate) filter: Filter,
+}
+
+impl Kind {
+    /// The same by another filter.
+    #[must_use]
+    pub fn filtered(self, filter: Filter) -> Kind {
+        Kind { filter, ..self }
+    }
+}
+
+impl Kinds {
+    /// Of one layer, whose functions have no name in theirs. Tiles fade in where `fade` is true.
+    pub fn of(kind: Kind, way: FeedbackWay, fade: bool) -> Kinds {
+        Kinds::gathered([(None, 0, kind)], way, fade)
+    }
+
+    /// Of the members of a group.
+    ///
+    /// Fails where a name cannot stand in WGSL, or would make two functions of one name.
+    pub fn of_group(members: Vec<KindMember>, way: FeedbackWay, fade: bool) -> Result<Kinds, GpuError> {
+        check_names(members.iter().map(|member| &*member.name))?;
+        let members = members.into_iter().map(|KindMember { name, pool, kind }| (Some(name), pool, kind));
+        Ok(Kinds::gathered(members, way, fade))
+    }
+
+    fn gathered(
+        of: impl IntoIterator<Item = (Option<String>, usize, Kind)>,
+        way: FeedbackWay,
+        fade: bool,
+    ) -> Kinds {
+        let mut kinds = Kinds {
+            way,
+            fade,
+            members: Vec::new(),
+            pools: Vec::new(),
+            layers: Vec::new(),
+            reads: Vec::new(),
+        };
+        let mut known_pools = Vec::new();
+        for (member, (name, pool, kind)) in of.into_iter().enumerate() {
+            let Kind { tables, pages, layer: index, atlas, scale, filter } = kind;
+            let pool = place_of(&mut known_pools, |known| *known == pool, || pool);
+            if pool == kinds.pools.len() {
+                kinds.pools.push(TextPool { tables, pages, member });
+            }
+            let is_layer = |layer: &TextLayer| (layer.pool, layer.index) == (pool, index);
+            let new_layer = || TextLayer { pool, index, atlas, scale, member };
+            let layer = place_of(&mut kinds.layers, is_layer, new_layer);
+            let is_read = |read: &TextRead| (read.layer, read.filter) == (layer, filter);
+            let read = place_of(&mut kinds.reads, is_read, || TextRead { layer, filter });
+            kinds.members.push(TextMember { name, read });
+        }
+        kinds
+    }
+
+    /// The same with every member by another filter.
+    #[must_use]
+    pub fn filtered(&self, filter: Filter) -> Kinds {
+        let of = |member: &TextMember| {
+            let layer = self.reads[member.read].layer;
+            let TextLayer { pool, index, atlas, scale, .. } = self.layers[layer];
+            let TextPool { tables, pages, .. } = self.pools[pool];
+            (member.name.clone(), pool, Kind { tables, pages, layer: index, atlas, scale, filter })
+        };
+        Kinds::gathered(self.members.iter().map(of), self.way, self.fade)
+    }
+
+    /// Whether the same bindings serve shaders of both: those of the same layers of as many pools.
+    pub fn binds_like(&self, other: &Kinds) -> bool {
+        let layers = |kinds: &Kinds| {
+            kinds.layers.iter().map(|layer| (layer.pool, layer.index, layer.atlas)).collect::<Vec<_>>()
+        };
+        (self.way, self.fade, self.pools.len()) == (other.way, other.fade, other.pools.len())
+            && layers(self) == layers(other)
+    }
+
+    /// How feedback is gathered.
+    pub fn way(&self) -> FeedbackWay {
+        self.way
+    }
+
+    /// Whether tiles fade in.
+    pub fn fade(&self) -> bool {
+        self.fade
+    }
+
+    /// Whether they are those of a group.
+    pub fn is_group(&self) -> bool {
+        self.members.iter().any(|member| member.name.is_some())
+    }
+
+    /// For each pool of the text a member whose texture lies in it, in the order in which pools are bound.
+    pub fn pools(&self) -> impl ExactSizeIterator<Item = usize> + '_ {
+        self.pools.iter().map(|pool| pool.member)
+    }
+
+    /// For each member which of the text's pools its texture lies in.
+    pub fn member_pools(&self) -> impl ExactSizeIterator<Item = usize> + '_ {
+        self.members.iter().map(|member| self.layers[self.reads[member.read].layer].pool)
+    }
+
+    pub(crate) fn members(&self) -> &[TextMember] {
+        &self.members
+    }
+
+    pub(crate) fn text_pools(&self) -> &[TextPool] {
+        &self.pools
+    }
+
+    pub(crate) fn layers(&self) -> &[TextLayer] {
+        &self.layers
+    }
+
+    pub(crate) fn reads(&self) -> &[TextRead] {
+        &self.reads
+    }
+}
+
+/// Where it is in a list, to which it is added where it is not.
+fn place_of<T>(list: &mut Vec<T>, is_it: impl FnMut(&T) -> bool, new: impl FnOnce() -> T) -> usize {
+    list.iter().position(is_it).unwrap_or_else(|| {
+        list.push(new());
+        list.len() - 1
+    })
+}

@@ -1,0 +1,265 @@
+//! The array of all textures' and groups' records, by number: what shaders read of a texture before they look up anything.
+//!
+//! Records have a fixed stride, in words of 16 bytes. They lie in a storage buffer or, where there are none, in a texture with a row for
+//! each number (wgsl/tables/param_*.wgsl). There is room for a few at first, and for twice as many where a number is beyond that. The head
+//! of `tables` says when to call what.
+
+use std::collections::BTreeSet;
+
+use vastex_core::TextureId;
+
+use crate::device::{alive, guarded, staged, storage};
+use crate::error::GpuError;
+use crate::tables::Before;
+use crate::way::FeedbackWay;
+
+/// Records for which there is room at first.
+const FIRST_RECORDS: u32 = 16;
+/// Bytes of a word.
+const WORD: u64 = 16;
+
+/// The records of all textures and groups of a device, by number, in GPU memory.
+#[derive(Debug)]
+pub struct ParamStore {
+    /// Words of a record.
+    stride: u32,
+    words: Vec<[u32; 4]>,
+    memory: Memory,
+    /// What the records lay in before they moved to larger memory.
+    before: Vec<Before<Memory>>,
+    /// Numbers of the records that are others than what was submitted.
+    changed: BTreeSet<u16>,
+    /// The memory is another than what was last submitted.
+    is_moved: bool,
+    /// Numbers of records that are to part from those that recorded commands see.
+    parted: BTreeSet<u16>,
+    /// Numbers of records that stay in the memory before as they were.
+    frozen: BTreeSet<u16>,
+}
+
+#[derive(Debug)]
+enum Memory {
+    Buffer(wgpu::Buffer),
+    Texture(wgpu::Texture, wgpu::TextureView),
+}
+
+/// What a [`ParamStore::write`] has done.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ParamsWritten {
+    /// Bytes sent to the GPU.
+    pub bytes: u64,
+    /// Whether [`ParamStore::binding`] is another: bind groups of all textures are to be made anew after the submission.
+    pub moved: bool,
+}
+
+impl ParamStore {
+    /// Records of `stride` words, all of them zeros at first. Costs 256 bytes of GPU memory for each word of the stride.
+    pub fn new(device: &wgpu::Device, way: FeedbackWay, stride: u32) -> Result<ParamStore, GpuError> {
+        let memory = Memory::new(device, way == FeedbackWay::Raw, stride, FIRST_RECORDS)?;
+        let words = vec![[0; 4]; (FIRST_RECORDS * stride) as usize];
+        let [changed, parted, frozen] = [const { BTreeSet::new() }; 3];
+        let before = Vec::new();
+        Ok(ParamStore { stride, words, memory, before, changed, is_moved: false, parted, frozen })
+    }
+
+    /// Sets the record of a number, of at most a stride's words; zeros follow. The GPU hears of it with the next [`ParamStore::write`], if it
+    /// is another than the one that is there.
+    pub fn set(&mut self, number: TextureId, record: &[[u32; 4]]) {
+        let stride = self.stride as usize;
+        let first = usize::from(number.number()) * stride;
+        if self.words.len() < first + stride {
+            let records = (u32::from(number.number()) + 1).next_power_of_two();
+            self.words.resize((records * self.stride) as usize, [0; 4]);
+        }
+        let (there, record) = (&mut self.words[first..first + stride], &record[..record.len().min(stride)]);
+        let (head, rest) = there.split_at_mut(record.len());
+        if head != record || rest.iter().any(|word| *word != [0; 4]) {
+            head.copy_from_slice(record);
+            rest.fill([0; 4]);
+            self.changed.insert(number.number());
+        }
+    }
+
+    /// The record of a number: zeros where none was set.
+    pub fn record(&self, number: TextureId) -> &[[u32; 4]] {
+        let first = usize::from(number.number()) * self.stride as usize;
+        self.words.get(first..first + self.stride as usize).unwrap_or_default()
+    }
+
+    /// Lets the records lie elsewhere from the next [`ParamStore::write`] on, and those of these numbers stay as they are for commands that
+    /// were recorded before: their tiles and tables lie elsewhere, too, and what those commands have bound of them stays as it is.
+    pub fn part(&mut self, numbers: impl IntoIterator<Item = TextureId>) {
+        self.parted.extend(numbers.into_iter().map(TextureId::number));
+    }
+
+    /// Records copies of what has been set since the last submission: all in one upload. Commands recorded later in the encoder see
+    /// it, and so do those that were recorded earlier and are submitted later, for [`crate::RECORDED_AHEAD`] updates also with bind groups that
+    /// were made before the records moved.
+    ///
+    /// To be called once per submission, after the tables of all pools, and [`ParamStore::submitted`] after that: what was not submitted is
+    /// written again.
+    pub fn write(
+        &mut self,
+        device: &wgpu::Device,
+        encoder: &mut wgpu::CommandEncoder,
+    ) -> Result<ParamsWritten, GpuError> {
+        let records = self.words.len() as u32 / self.stride.max(1);
+        let is_parted = !self.parted.is_empty() && !self.is_moved;
+        if is_parted || self.memory.records(self.stride) < records {
+            let larger =
+                Memory::new(device, matches!(self.memory, Memory::Texture(..)), self.stride, records)?;
+            self.before.push(Before::new(std::mem::replace(&mut self.memory, larger)));
+            self.is_moved = true;
+        }
+        self.frozen.append(&mut self.parted);
+        if self.is_moved {
+            // The larger memory holds nothing before this is submitted.
+            self.changed.extend((0..records as u16).filter(|&number| {
+                let first = usize::from(number) * self.stride as usize;
+                self.words[first..first + self.stride as usize].iter().any(|word| *word != [0; 4])
+            }));
+        }
+        if self.changed.is_empty() {
+            return Ok(ParamsWritten { bytes: 0, moved: self.is_moved });
+        }
+        let stride = self.stride as usize;
+        let words: Vec<[u32; 4]> = self
+            .changed
+            .iter()
+            .flat_map(|&number| &self.words[usize::from(number) * stride..][..stride])
+            .copied()
+            .collect();
+        alive(device)?;
+        let buffer = staged(device, "vastex parameters", bytemuck::cast_slice(&words));
+        let buffer = buffer.ok_or(GpuError::DeviceLost)?;
+        let changed = self.changed.iter().copied().enumerate().map(|(at, number)| (at as u64, number));
+        self.memory.copy(encoder, &buffer, self.stride, changed.clone());
+        for before in &self.before {
+            let others = changed.clone().filter(|(_, number)| !self.frozen.contains(number));
+            before.memory.copy(encoder, &buffer, self.stride, others);
+        }
+        Ok(ParamsWritten { bytes: WORD * words.len() as u64, moved: self.is_moved })
+    }
+
+    /// The commands of the last [`ParamStore::write`] were submitted between two updates, which none of those counts that may lie between the
+    /// recording of commands and their submission.
+    pub fn submitted_between(&mut self) {
+        self.is_moved = false;
+        self.changed.clear();
+    }
+
+    /// The commands of the last [`ParamStore::write`] were submitted, by an update.
+    pub fn submitted(&mut self) {
+        self.submitted_between();
+        Before::count(&mut self.before);
+        if self.before.is_empty() {
+            self.frozen.clear();
+        }
+    }
+
+    /// What shaders bind. Another after a [`ParamStore::write`] that says so.
+    pub fn binding(&self) -> wgpu::BindingResource<'_> {
+        match &self.memory {
+            Memory::Buffer(buffer) => buffer.as_entire_binding(),
+            Memory::Texture(_, view) => wgpu::BindingResource::TextureView(view),
+        }
+    }
+
+    /// The buffer of [`ParamStore::binding`], where it is one. Can be copied from.
+    pub fn buffer(&self) -> Option<&wgpu::Buffer> {
+        match &self.memory {
+            Memory::Buffer(buffer) => Some(buffer),
+            Memory::Texture(..) => None,
+        }
+    }
+
+    /// The texture of [`ParamStore::binding`], where it is one. Can be copied from.
+    pub fn texture(&self) -> Option<&wgpu::Texture> {
+        match &self.memory {
+            Memory::Buffer(_) => None,
+            Memory::Texture(texture, _) => Some(texture),
+        }
+    }
+
+    /// GPU memory, with what the records lay in before while that is followed.
+    pub fn bytes(&self) -> u64 {
+        let before = self.before.iter().map(|before| &before.memory);
+        std::iter::once(&self.memory).chain(before).map(|memory| memory.bytes(self.stride)).sum()
+    }
+}
+
+impl Memory {
+    fn new(device: &wgpu::Device, is_texture: bool, stride: u32, records: u32) -> Result<Memory, GpuError> {
+        alive(device)?;
+        let bytes = WORD * u64::from(stride) * u64::from(records);
+        guarded(device, bytes, || match is_texture {
+            false => Memory::Buffer(storage(device, "vastex parameters", bytes)),
+            true => {
+                let texture = device.create_texture(&wgpu::TextureDescriptor {
+                    label: Some("vastex parameters"),
+                    size: wgpu::Extent3d { width: stride, height: records, depth_or_array_layers: 1 },
+                    mip_level_count: 1,
+                    sample_count: 1,
+                    dimension: wgpu::TextureDimension::D2,
+                    format: wgpu::TextureFormat::Rgba32Uint,
+                    usage: wgpu::TextureUsages::TEXTURE_BINDING
+                        | wgpu::TextureUsages::COPY_DST
+                        | wgpu::TextureUsages::COPY_SRC,
+                    view_formats: &[],
+                });
+                let view = texture.create_view(&Default::default());
+                Memory::Texture(texture, view)
+            }
+        })
+    }
+
+    fn records(&self, stride: u32) -> u32 {
+        match self {
+            Memory::Buffer(buffer) => (buffer.size() / (WORD * u64::from(stride.max(1)))) as u32,
+            Memory::Texture(texture, _) => texture.height(),
+        }
+    }
+
+    fn bytes(&self, stride: u32) -> u64 {
+        WORD * u64::from(stride) * u64::from(self.records(stride))
+    }
+
+    /// Copies records, each of which lies at a place in `from`, but for those beyond the end.
+    fn copy(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        from: &wgpu::Buffer,
+        stride: u32,
+        numbers: impl Iterator<Item = (u64, u16)>,
+    ) {
+        let (bytes, room) = (WORD * u64::from(stride), self.records(stride));
+        let places = numbers.map(|(at, number)| (at, u32::from(number))).filter(|(_, number)| *number < room);
+        let places: Vec<(u64, u32)> = places.collect();
+        for run in places.chunk_by(|a, b| (a.0 + 1, a.1 + 1) == *b) {
+            let (at, first) = run[0];
+            match self {
+                Memory::Buffer(buffer) => {
+                    let count = bytes * run.len() as u64;
+                    let place = bytes * u64::from(first);
+                    encoder.copy_buffer_to_buffer(from, bytes * at, buffer, place, count);
+                }
+                Memory::Texture(texture, _) => {
+                    // Row by row, since rows of several are to begin at multiples of 256 bytes.
+                    for (at, y) in run {
+                        let layout = wgpu::TexelCopyBufferLayout {
+                            offset: bytes * at,
+                            bytes_per_row: None,
+                            rows_per_image: None,
+                        };
+                        let origin = wgpu::Origin3d { x: 0, y: *y, z: 0 };
+                        encoder.copy_buffer_to_texture(
+                            wgpu::TexelCopyBufferInfo { buffer: from, layout },
+                            wgpu::TexelCopyTextureInfo { origin, ..texture.as_image_copy() },
+                            wgpu::Extent3d { width: stride, height: 1, depth_or_array_layers: 1 },
+                        );
+                    }
+                }
+            }
+        }
+    }
+}

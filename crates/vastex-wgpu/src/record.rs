@@ -1,0 +1,171 @@
+//! The record of a texture or a group in the array that shaders read by number, and the ids that name them there.
+//!
+//! What its fields mean stands with the WGSL structs `VastexiTexture` and `VastexiLevel` in records.wgsl, which takes it apart; a test lets
+//! a GPU do so and compares.
+
+use vastex_core::{AddressMode, Geometry, LevelRule, Slot, TextureId, shader_constants};
+
+/// Words of 16 bytes before the levels.
+const HEAD: usize = 3;
+/// Words of 16 bytes of a level.
+const OF_LEVEL: usize = 4;
+/// Texels along an axis that a 32-bit uv tells apart.
+const UV_TEXELS: u32 = 1 << 20;
+
+/// Words of 16 bytes from one record of the array to the next.
+pub const RECORD_WORDS: u32 = (HEAD + OF_LEVEL * shader_constants::MAX_LEVELS as usize) as u32;
+
+/// The id by which shaders name a texture or a group: its number, and above that which of those that have had the number, counted from 1.
+/// 0 names none.
+///
+/// ```
+/// use vastex_core::TextureId;
+/// let number = TextureId::new(5).unwrap();
+/// assert_ne!(vastex_wgpu::shader_id(number, 1), vastex_wgpu::shader_id(number, 2));
+/// ```
+pub const fn shader_id(number: TextureId, generation: u32) -> u32 {
+    let generations = (1 << (32 - shader_constants::TEXTURE_BITS)) - 1;
+    let nth = match generation % generations {
+        0 => generations,
+        nth => nth,
+    };
+    number.number() as u32 | (nth << shader_constants::TEXTURE_BITS)
+}
+
+/// What a record is made of.
+#[derive(Clone, Copy)]
+pub struct RecordOf<'a> {
+    /// The texture's shape.
+    pub geometry: &'a Geometry,
+    /// Its id: [`shader_id`].
+    pub id: u32,
+    /// Where its tail lies.
+    pub tail_slot: Slot,
+    /// How its levels are chosen, as far as it has them.
+    pub rule: LevelRule,
+    /// Bit `n`: values of layer `n` may not be mixed.
+    pub unmixed: u16,
+    /// The finest level that is looked up in the page table.
+    pub finest: u8,
+    /// Where the entries of a level begin in the page table; all ones where it has none.
+    pub first_entry: &'a dyn Fn(u8) -> u32,
+}
+
+/// The record of a texture.
+pub fn texture_record(of: &RecordOf<'_>) -> Vec<[u32; 4]> {
+    record(of, of.geometry.tail().first_level())
+}
+
+/// The record of a group, whose feedback names pages of all levels of its shape.
+pub fn group_record(geometry: &Geometry, id: u32) -> Vec<[u32; 4]> {
+    let rule = LevelRule::default().within(geometry);
+    let nowhere = |_| u32::MAX;
+    let of = RecordOf {
+        geometry,
+        id,
+        tail_slot: Slot::new(0),
+        rule,
+        unmixed: 0,
+        finest: geometry.coarsest(),
+        first_entry: &nowhere,
+    };
+    record(&of, geometry.coarsest())
+}
+
+/// The record of a number that nobody has.
+pub fn no_record() -> [[u32; 4]; 1] {
+    [[0; 4]]
+}
+
+/// `tail` is the first level whose pages are told as the whole level.
+fn record(of: &RecordOf<'_>, tail: u8) -> Vec<[u32; 4]> {
+    let (geometry, rule) = (of.geometry, of.rule);
+    let [width, height, _] = geometry.size();
+    let levels = [geometry.coarsest(), of.finest, rule.finest, rule.coarsest, uv_finest(geometry)];
+    let address = [0, 1].map(|axis| address_code(geometry.address()[axis]));
+    let flags = levels.iter().rev().fold(0, |flags, &level| (flags << 5) | u32::from(level) & 31);
+    let flags = (flags << 4) | (address[1] << 2) | address[0];
+    let tail_entry = (u32::from(tail) << shader_constants::ENTRY_SLOT_BITS) | of.tail_slot.index();
+    let (page, border) = (geometry.page(), geometry.border());
+    let mut words = vec![
+        [width, height, of.id, flags],
+        [rule.bias.to_bits(), tail_entry, u32::from(of.unmixed), 0],
+        [page[0], page[1], border[0], border[1]],
+    ];
+    words.extend((0..=geometry.coarsest()).flat_map(|index| level_words(of, index, tail)));
+    words
+}
+
+fn level_words(of: &RecordOf<'_>, index: u8, tail: u8) -> [[u32; 4]; OF_LEVEL] {
+    let geometry = of.geometry;
+    let (level, page, border) = (geometry.level(index), geometry.page(), geometry.border());
+    let scale = level.scale.map(|scale| u32::try_from(scale).unwrap_or(u32::MAX));
+    // No texel is beyond 2^31.
+    let (mut page_texels, mut origin) = ([u32::MAX; 2], border);
+    if index < tail {
+        page_texels = [0, 1].map(|a| scale[a].saturating_mul(page[a]));
+    } else if index >= geometry.tail().first_level() {
+        origin = geometry.tile_texel_from_tail_texel(index, [0; 3]);
+    }
+    let [x, y] = page_texels;
+    let inverse = |a: usize| (1.0 / scale[a] as f32).to_bits();
+    let base = |a: usize| (f64::from(origin[a]) + geometry.sample_offset(index)[a]) as f32;
+    let first_entry = if index < tail { (of.first_entry)(index) } else { u32::MAX };
+    [
+        [first_entry, level.pages[0], x.ilog2(), y.ilog2()],
+        [inverse(0), inverse(1), base(0).to_bits(), base(1).to_bits()],
+        [(origin[0] as f32).to_bits(), (origin[1] as f32).to_bits(), level.size[0], level.size[1]],
+        [x, y, scale[0], scale[1]],
+    ]
+}
+
+/// The finest level of which a 32-bit uv tells the texels apart: it has at most 2^20 along each axis. 0 of a texture of no more.
+pub(crate) fn uv_finest(geometry: &Geometry) -> u8 {
+    let is_told = |index: &u8| geometry.level(*index).size[..2].iter().all(|&texels| texels <= UV_TEXELS);
+    (0..=geometry.coarsest()).find(is_told).unwrap_or(geometry.coarsest())
+}
+
+/// `VASTEXI_ADDRESS_*`: how an address mode is written.
+pub(crate) const fn address_code(mode: AddressMode) -> u32 {
+    match mode {
+        AddressMode::Clamp => 0,
+        AddressMode::Wrap => 1,
+        AddressMode::Mirror => 2,
+        AddressMode::Border => 3,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use vastex_core::GeometrySpec;
+
+    #[test]
+    fn no_id_is_that_of_an_empty_record() {
+        let generations = 1 << (32 - shader_constants::TEXTURE_BITS);
+        for number in [0, 1, 1029, TextureId::MAX] {
+            let number = TextureId::new(number).unwrap();
+            let mut last = 0;
+            for generation in [0, 1, 2, generations - 2, generations - 1, generations, u32::MAX] {
+                let id = shader_id(number, generation);
+                assert!(id >> shader_constants::TEXTURE_BITS != 0 && id != last, "{generation}");
+                assert_eq!(id & 2047, u32::from(number.number()));
+                last = id;
+            }
+        }
+    }
+
+    #[test]
+    fn what_a_uv_cannot_tell_is_not_asked_for() {
+        for (size, level) in [([1 << 20, 5], 0), ([(1 << 20) + 1, 5], 1), ([5, 1 << 31], 11), ([1, 1], 0)] {
+            assert_eq!(uv_finest(&Geometry::new(GeometrySpec::image(size[0], size[1])).unwrap()), level);
+        }
+    }
+
+    #[test]
+    fn the_largest_texture_fits_a_record() {
+        let geometry = Geometry::new(GeometrySpec::image(1 << 31, 1 << 31)).unwrap();
+        let words = group_record(&geometry, 7);
+        assert!(words.len() as u32 <= RECORD_WORDS && words.len() > 100, "{}", words.len());
+    }
+}

@@ -1,0 +1,204 @@
+//! What the texts of every kind must be: valid, without what they do not need, and of the names that are promised.
+
+use super::*;
+use crate::bind::layout_entries;
+use crate::kind::{Kind, KindMember};
+
+/// Parses and validates a shader as a device with WebGPU's capabilities would.
+pub(crate) fn module(text: &str) -> naga::Module {
+    let module = naga::front::wgsl::parse_str(text).unwrap_or_else(|e| panic!("{}", e.emit_to_string(text)));
+    let flags = naga::valid::ValidationFlags::all();
+    let mut validator = naga::valid::Validator::new(flags, naga::valid::Capabilities::empty());
+    validator.validate(&module).unwrap_or_else(|e| panic!("{}", e.emit_to_string(text)));
+    module
+}
+
+const SURFACE: &str = include_str!("../../tests/gpu/wgsl/whole_surface.wgsl");
+
+fn kind(atlas: Atlas, filter: Filter, tables: TableKind) -> Kind {
+    Kind { tables, pages: PageSides::PowersOfTwo, layer: 0, atlas, scale: 1, filter }
+}
+
+fn member(name: &str, pool: usize, kind: Kind) -> KindMember {
+    KindMember { name: name.to_owned(), pool, kind }
+}
+
+/// A color and a height of one pool, a night of another.
+fn planet(atlas: Atlas, filter: Filter, way: FeedbackWay, fade: bool) -> Kinds {
+    let color = kind(Atlas::Float, filter, TableKind::Direct);
+    let height = Kind { layer: 1, scale: 2, ..kind(atlas, filter, TableKind::Direct) };
+    let night = Kind { pages: PageSides::Any, ..kind(Atlas::Float, filter, TableKind::Hashed) };
+    let members = vec![member("color", 0, color), member("height", 0, height), member("night_2", 9, night)];
+    Kinds::of_group(members, way, fade).unwrap()
+}
+
+/// An application that calls all that a member has, by its name, or all that there is without one.
+fn application(name: Option<&str>) -> String {
+    names::named(SURFACE, name)
+}
+
+/// The bindings of a bind group, in order.
+fn bound(module: &naga::Module, group: u32) -> Vec<u32> {
+    let bindings = module.global_variables.iter().filter_map(|(_, v)| v.binding.as_ref());
+    let mut bound: Vec<u32> = bindings.filter(|b| b.group == group).map(|b| b.binding).collect();
+    bound.sort_unstable();
+    bound
+}
+
+#[test]
+fn every_variant_of_the_text_for_a_kind_is_valid() {
+    for filter in Filter::KINDS {
+        for atlas in Atlas::ALL {
+            for (group, way) in (0..3).zip(FeedbackWay::ALL) {
+                let tables = [TableKind::Direct, TableKind::Hashed][group as usize % 2];
+                let pages = [PageSides::Any, PageSides::PowersOfTwo][group as usize % 2];
+                for fade in [false, true] {
+                    let kinds = Kinds::of(Kind { pages, ..kind(atlas, filter, tables) }, way, fade);
+                    let place = BindingPlace { group, first: 4 * group };
+                    let module = module(&(application(None) + &wgsl(&kinds, place)));
+                    let entries = layout_entries(&kinds, place.first);
+                    let expected: Vec<u32> = entries.iter().map(|entry| entry.binding).collect();
+                    assert_eq!(bound(&module, group), expected);
+                    assert_eq!(expected[0], place.first);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn every_variant_of_the_text_for_groups_is_valid() {
+    for filter in Filter::KINDS {
+        for atlas in Atlas::ALL {
+            for (way, fade) in
+                [(FeedbackWay::Inline, false), (FeedbackWay::Raw, true), (FeedbackWay::Separate, true)]
+            {
+                let kinds = planet(atlas, filter, way, fade);
+                let text = wgsl(&kinds, BindingPlace { group: 2, first: 5 });
+                for name in ["color", "height", "night_2"] {
+                    let module = module(&(application(Some(name)) + &text));
+                    let entries = layout_entries(&kinds, 5);
+                    assert_eq!(bound(&module, 2).len(), entries.len());
+                }
+                let all = "@fragment fn want(@builtin(position) at: vec4<f32>) -> @location(0) vec4<u32> {
+                        let ids = VastexIds(1u, 2u, 3u, 4u);
+                        return vastex_feedback(ids.all, 0u, at.xy)
+                            + vastex_feedback_fixed(ids.all, 1u, vec2<u32>(9u), at.xy);
+                    }";
+                module(&(all.to_owned() + &text));
+            }
+        }
+    }
+}
+
+#[test]
+fn what_members_have_in_common_is_in_the_text_once() {
+    let one = kind(Atlas::Float, Filter::Trilinear, TableKind::Direct);
+    let members = ["a", "b", "c"].map(|name| member(name, 3, one));
+    let kinds = Kinds::of_group(members.to_vec(), FeedbackWay::Separate, false).unwrap();
+    // Records, views, sampler, and one pool with one layer.
+    assert_eq!(layout_entries(&kinds, 0).len(), 6);
+    let text = wgsl(&kinds, BindingPlace::default());
+    assert_eq!(text.matches("fn vastexi_filtered_").count(), 1);
+    let alone = wgsl(&Kinds::of(one, FeedbackWay::Separate, false), BindingPlace::default());
+    assert!(text.lines().count() < 2 * alone.lines().count());
+}
+
+#[test]
+fn kinds_by_another_filter_are_others() {
+    let kinds = planet(Atlas::Uint16, Filter::Trilinear, FeedbackWay::Separate, false);
+    let nearest = kinds.filtered(Filter::Nearest);
+    assert_ne!(kinds, nearest);
+    assert_eq!(kinds, nearest.filtered(Filter::Trilinear));
+    assert_eq!(nearest, planet(Atlas::Uint16, Filter::Nearest, FeedbackWay::Separate, false));
+    assert_eq!(kinds.pools().collect::<Vec<_>>(), [0, 2]);
+}
+
+/// Texts for one texture and for a group.
+fn texts() -> [String; 2] {
+    let one =
+        Kinds::of(kind(Atlas::Float, Filter::Trilinear, TableKind::Direct), FeedbackWay::Separate, false);
+    let group = planet(Atlas::Float, Filter::Trilinear, FeedbackWay::Separate, false);
+    [one, group].map(|kinds| wgsl(&kinds, BindingPlace::default()))
+}
+
+#[test]
+fn directives_of_an_application_stay_first() {
+    let directives = "enable f16;\nrequires readonly_and_readwrite_storage_textures;\n\
+                      diagnostic(off, derivative_uniformity);\n";
+    let shader = "@fragment fn shade(@location(0) uv: vec2<f32>) -> @location(0) vec4<f32> {\n\
+                      return vec4<f32>(vec4<f16>(vastex_feedback_level(1u, 0u, uv, f32(1.0h)))); }\n\
+                  // a comment without an end of its line";
+    for text in texts() {
+        let parsed = |text: &str| naga::front::wgsl::parse_str(text).map_err(|e| e.emit_to_string(text));
+        let parsed_so = parsed(&(directives.to_owned() + shader + &text));
+        assert!(parsed_so.is_ok(), "{}", parsed_so.unwrap_err());
+        assert!(parsed(&(text + directives + shader)).is_err(), "directives come first in WGSL");
+    }
+}
+
+#[test]
+fn a_mistake_in_an_applications_text_is_told_at_its_own_line() {
+    let shader =
+        "fn fine() -> f32 { return 1.0; }\n\nfn broken() -> f32 {\n    return vastex_no_such(1.0);\n}\n";
+    for text in texts() {
+        let text = shader.to_owned() + &text;
+        let error = naga::front::wgsl::parse_str(&text).unwrap_err();
+        let place = error.location(&text).unwrap();
+        assert_eq!((place.line_number, place.line_position), (4, 12), "{error}");
+    }
+}
+
+/// What the marks of a module stand for is always put in their places.
+#[test]
+fn no_mark_is_left_and_what_is_not_public_says_so() {
+    for text in texts() {
+        let code: String = text.lines().map(|line| line.split("//").next().unwrap_or("")).collect();
+        for mark in ["_POOL", "_LAYER", "_KIND", "NAME"] {
+            assert!(!code.contains(mark), "{mark}");
+        }
+        let declared = text.lines().filter_map(|line| line.strip_prefix("fn ")?.split('(').next());
+        let public: Vec<&str> = declared.filter(|name| name.starts_with("vastex_")).collect();
+        let known = [
+            "sample",
+            "feedback",
+            "tell",
+            "asked",
+            "dither",
+            "turn",
+            "gradients",
+            "pixel",
+            "size",
+            "level",
+            "texture",
+            "inspect",
+        ];
+        let is_known = |name: &&str| name.split('_').nth(1).is_some_and(|word| known.contains(&word));
+        assert!(public.len() > 20 && public.iter().all(is_known), "{public:?}");
+    }
+}
+
+#[test]
+fn where_tiles_do_not_fade_the_text_knows_nothing_of_it() {
+    for filter in Filter::KINDS {
+        let kind = kind(Atlas::Float, filter, TableKind::Direct);
+        let text = |fade| wgsl(&Kinds::of(kind, FeedbackWay::Separate, fade), BindingPlace::default());
+        let knows = |text: &str| text.contains("vastexi_fades") || text.contains("VASTEXI_BINDING_FADES");
+        assert!(knows(&text(true)) && !knows(&text(false)), "{filter}");
+        assert!(!text(false).contains("vastexi_old_share"), "{filter}");
+    }
+}
+
+#[test]
+fn feedback_is_the_same_whether_tiles_fade_or_not() {
+    for module in [FEEDBACK, NAMES_FEEDBACK, LEVELS, PAGE, VIEW, TELL, TEXTURE_SPACE] {
+        assert!(!module.contains("vastexi_shown") && !module.contains("vastexi_filtered"));
+    }
+}
+
+#[test]
+fn every_shader_of_our_own_is_valid() {
+    assert_eq!(module(&pool_tables_wgsl()).entry_points.len(), 4);
+    assert_eq!(module(&compact_wgsl()).entry_points.len(), 2);
+    assert_eq!(module(&inline_wgsl()).entry_points.len(), 2);
+}

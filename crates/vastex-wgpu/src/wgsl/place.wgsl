@@ -1,0 +1,63 @@
+// From a position and a level to a texel of the atlas.
+// CPU twin: twins/lookup.rs.
+//
+// `scale` is how many texels of the texture lie along one of the layer that is sampled: 1, 2 or 4.
+
+// Where a position lies in the tile of its page of a level, in texels of the texture, and as far beyond the edges of the texture as it is.
+fn vastexi_free_tile_texel(level: VastexiLevel, position: VastexiPosition, page: vec2<u32>, powers: bool) -> vec2<f32> {
+    let from_page = vec2<f32>(vastexi_texel_in_page(level, position.texel, page, powers)) + position.fraction;
+    return level.base + from_page * level.inverse_scale;
+}
+
+// The same, beyond the edges of the texture as far as the border colour is mixed with nothing, half of the layer's texel.
+fn vastexi_tile_texel(
+    texture: VastexiTexture,
+    level: VastexiLevel,
+    position: VastexiPosition,
+    page: vec2<u32>,
+    powers: bool,
+    scale: u32,
+) -> vec2<f32> {
+    let texel = vastexi_free_tile_texel(level, position, page, powers);
+    if all(position.fraction >= vec2<f32>(0.0)) && all(position.fraction <= vec2<f32>(1.0)) {
+        return texel;
+    }
+    let last = (level.size + scale - 1u) & vec2<u32>(~(scale - 1u));
+    let end = vec2<f32>(last - page * vastexi_pages(texture).page);
+    let reach = 0.5 * f32(scale);
+    return clamp(texel, level.origin - reach, level.origin + end + reach);
+}
+
+// A place in a slot. The quotients are those of whole numbers: a pool has at most 2^22 slots (vastex-core's POOL_SLOTS), so that the error
+// of two roundings is less than the half that is added.
+fn vastexi_place_in_slot(
+    pool: VastexiPool,
+    slot: u32,
+    tile_texel: vec2<f32>,
+    level: u32,
+    page: vec2<u32>,
+    scale: u32,
+) -> VastexiPlace {
+    let row = u32((f32(slot) + 0.5) * pool.inverse_slots.x); // counted through all images
+    let image = u32((f32(row) + 0.5) * pool.inverse_slots.y);
+    let cell = vec2<u32>(slot - (row * pool.slots.x), row - (image * pool.slots.y));
+    return VastexiPlace(image, cell, cell * (pool.tile / scale), tile_texel / f32(scale), level, page);
+}
+
+// The place that an entry of the page table leads to: measured from the origin of the page that the entry's level names, which may be an
+// ancestor of the wanted one.
+fn vastexi_place_of_entry(
+    texture: VastexiTexture,
+    pool: VastexiPool,
+    position: VastexiPosition,
+    entry: u32,
+    powers: bool,
+    scale: u32,
+) -> VastexiPlace {
+    let number = entry >> VASTEXI_ENTRY_SLOT_BITS;
+    let level = vastexi_level(texture, number);
+    let page = vastexi_page(level, position.texel, powers);
+    let slot = entry & ((1u << VASTEXI_ENTRY_SLOT_BITS) - 1u);
+    let tile_texel = vastexi_tile_texel(texture, level, position, page, powers, scale);
+    return vastexi_place_in_slot(pool, slot, tile_texel, number, page, scale);
+}

@@ -1,0 +1,105 @@
+// What a record says of a texture or a group, and of its levels; what nobody uses of it the compiler leaves out, and its reads with it.
+// The mirror is in record.rs, which tells how the bits lie.
+
+// A texture, or the shape of a group.
+struct VastexiTexture {
+    is_known: bool,         // whether the id names a texture that there is
+    number: u32,            // in page ids
+    size: vec2<u32>,        // texels of level 0
+    address: vec2<u32>,     // VASTEXI_ADDRESS_*, per axis
+    last_level: u32,        // the coarsest level that it has
+    table_level: u32,       // the finest level that is looked up in the page table; nothing finer is resident, or the table still grows
+    tail_level: u32,        // the finest level of the tail
+    tail_slot: u32,
+    bias: f32,              // levels added to every level computed from gradients
+    finest: f32,            // the finest and the coarsest level wanted
+    coarsest: f32,
+    uv_finest: f32,         // the finest level of which a 32-bit uv tells the texels apart
+    unmixed: u32,           // bit n: values of layer n may not be mixed
+}
+
+// One level.
+struct VastexiLevel {
+    first_entry: u32,       // where its entries begin in the page table
+    row: u32,               // pages along x
+    page_shift: vec2<u32>,  // log2 of page_texels, rounded down; 31 in the tail
+    inverse_scale: vec2<f32>, // texels of the level along one of level 0
+    base: vec2<f32>,        // added to a position of level 0 by that scale from the first texel of its page: the place in the tile [texels]
+    origin: vec2<f32>,      // in a tile: where the level's payload begins [texels]
+    size: vec2<u32>,        // of the level [texels]
+    page_texels: vec2<u32>, // texels of level 0 along a page; all there can be in the tail, whose levels are one page
+    scale: vec2<u32>,       // texels of level 0 along one texel of this level
+}
+
+// A page of a texture.
+struct VastexiPages {
+    page: vec2<u32>,        // payload [texels]
+    border: vec2<u32>,      // border on each side [texels]
+}
+
+// The texture of an id: its number, and above that which of those that have had the number.
+fn vastexi_texture(id: u32) -> VastexiTexture {
+    // No other record says that it is the one of this id.
+    let number = min(id & VASTEXI_NUMBER_MASK, vastexi_records() - 1u);
+    let shape = vastexi_param(number, 0u);
+    let rule = vastexi_param(number, 1u);
+    let flags = shape.w;
+    return VastexiTexture(
+        shape.z == id,
+        number,
+        shape.xy,
+        vec2<u32>(flags & 3u, (flags >> 2u) & 3u),
+        (flags >> 4u) & 31u,
+        (flags >> 9u) & 31u,
+        rule.y >> VASTEXI_ENTRY_SLOT_BITS,
+        rule.y & ((1u << VASTEXI_ENTRY_SLOT_BITS) - 1u),
+        bitcast<f32>(rule.x),
+        f32((flags >> 14u) & 31u),
+        f32((flags >> 19u) & 31u),
+        f32((flags >> 24u) & 31u),
+        rule.z,
+    );
+}
+
+// The same for functions that take a uv, which want no level finer than uv can tell.
+fn vastexi_texture_by_uv(id: u32) -> VastexiTexture {
+    var texture = vastexi_texture(id);
+    texture.finest = max(texture.finest, texture.uv_finest);
+    texture.coarsest = max(texture.coarsest, texture.uv_finest);
+    return texture;
+}
+
+fn vastexi_pages(texture: VastexiTexture) -> VastexiPages {
+    let pages = vastexi_param(texture.number, 2u);
+    return VastexiPages(pages.xy, pages.zw);
+}
+
+fn vastexi_level(texture: VastexiTexture, level: u32) -> VastexiLevel {
+    let first = 3u + 4u * level;
+    let table = vastexi_param(texture.number, first);
+    let place = bitcast<vec4<f32>>(vastexi_param(texture.number, first + 1u));
+    let extent = vastexi_param(texture.number, first + 2u);
+    let texels = vastexi_param(texture.number, first + 3u);
+    return VastexiLevel(
+        table.x,
+        table.y,
+        table.zw,
+        place.xy,
+        place.zw,
+        bitcast<vec2<f32>>(extent.xy),
+        extent.zw,
+        texels.xy,
+        texels.zw,
+    );
+}
+
+// Whether values of a layer may not be mixed, so that whatever reads it reads one texel.
+fn vastexi_is_unmixed(texture: VastexiTexture, layer: u32) -> bool {
+    return ((texture.unmixed >> layer) & 1u) == 1u;
+}
+
+// The size of the texture of an id, in texels of level 0; 0 where the id names none.
+fn vastex_size(id: u32) -> vec2<u32> {
+    let texture = vastexi_texture(id);
+    return select(vec2<u32>(0u), texture.size, texture.is_known);
+}

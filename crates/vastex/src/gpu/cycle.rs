@@ -1,0 +1,168 @@
+//! Which sample positions of the jitter cycle a view has shown: a position whose feedback is lost is looked at again before any other.
+//!
+//! A view has been seen whole when its last feedbacks, as many as there are positions, showed every one of them. Before that nothing
+//! is known of some of its pixels, whatever the pager takes for converged.
+
+use std::collections::VecDeque;
+
+/// The sample positions that a view has shown. Where textures take turns over cycles, each turn is a position of its own.
+#[derive(Debug, Default)]
+pub(super) struct Cycle {
+    /// The number of the next pass that repeats none. Its position is what is left of the division by the cycle's length.
+    next: u64,
+    /// Passes whose feedback was lost, the oldest first.
+    lost: VecDeque<u64>,
+    /// Frames whose feedback is to come, each with its pass, in the order in which they were recorded.
+    under_way: VecDeque<(u64, u64)>,
+    /// Of each position, how many feedbacks had come when it came last; 0 where it has not.
+    seen: Vec<u64>,
+    come: u64,
+    /// The frame that was recorded last.
+    recorded: u64,
+}
+
+impl Cycle {
+    /// The pass that is drawn next.
+    pub(super) fn pass(&self) -> u64 {
+        self.lost.front().copied().unwrap_or(self.next)
+    }
+
+    /// Its feedback is on its way, as that of a frame.
+    pub(super) fn record(&mut self, frame: u64) {
+        let pass = self.lost.pop_front().unwrap_or(self.next);
+        self.next = self.next.max(pass + 1);
+        self.under_way.push_back((frame, pass));
+        self.recorded = frame;
+    }
+
+    /// A frame's feedback has come, in a cycle of so many positions.
+    pub(super) fn come(&mut self, frame: u64, length: u64) {
+        let Some(pass) = self.take(frame) else { return };
+        self.fit(length);
+        self.come += 1;
+        self.seen[(pass % length.max(1)) as usize] = self.come;
+    }
+
+    /// A frame's feedback will not come.
+    pub(super) fn lose(&mut self, frame: u64) {
+        if let Some(pass) = self.take(frame) {
+            let place = self.lost.partition_point(|&other| other < pass);
+            self.lost.insert(place, pass);
+        }
+    }
+
+    /// The picture is another one: nothing of it has been seen, and what is under way will not come.
+    pub(super) fn begin_anew(&mut self) {
+        let under_way: Vec<u64> = self.under_way.iter().map(|(frame, _)| *frame).collect();
+        under_way.into_iter().for_each(|frame| self.lose(frame));
+        self.seen.fill(0);
+        self.come = 0;
+    }
+
+    /// Whether each of so many positions is among the last feedbacks, as many as there are positions; also where the view is not drawn:
+    /// never, or not for so many frames.
+    pub(super) fn is_seen_whole(&self, frame: u64, length: u64) -> bool {
+        let is_drawn = self.next > 0 && self.recorded + length >= frame;
+        let is_recent = |&seen: &u64| seen > 0 && seen + length > self.come;
+        !is_drawn || self.seen.len() as u64 == length && self.seen.iter().all(is_recent)
+    }
+
+    fn take(&mut self, frame: u64) -> Option<u64> {
+        let place = self.under_way.iter().position(|&(of, _)| of == frame)?;
+        self.under_way.remove(place).map(|(_, pass)| pass)
+    }
+
+    /// Positions of a shorter cycle are seen where any of those was that fall on them.
+    fn fit(&mut self, length: u64) {
+        let length = length.max(1) as usize;
+        if self.seen.len() != length {
+            let before = std::mem::replace(&mut self.seen, vec![0; length]);
+            for (position, seen) in before.into_iter().enumerate() {
+                let same = &mut self.seen[position % length];
+                *same = seen.max(*same);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LENGTH: u64 = 16;
+
+    /// Records a frame in each step; its feedback comes or is lost `late` frames afterwards, as `is_lost` says.
+    fn play(late: u64, frames: u64, is_lost: impl Fn(u64) -> bool) -> (Cycle, Vec<(u64, bool)>) {
+        let (mut cycle, mut passes, mut whole) = (Cycle::default(), Vec::new(), Vec::new());
+        for frame in 0..frames {
+            passes.push(cycle.pass());
+            cycle.record(frame);
+            let Some(due) = frame.checked_sub(late) else { continue };
+            match is_lost(due) {
+                true => cycle.lose(due),
+                false => {
+                    cycle.come(due, LENGTH);
+                    whole.push((passes[due as usize] % LENGTH, cycle.is_seen_whole(frame, LENGTH)));
+                }
+            }
+        }
+        (cycle, whole)
+    }
+
+    /// It says whole exactly where the last 16 that came showed all of the 16 positions, and does so soon after the last loss.
+    #[test]
+    fn it_is_whole_when_every_position_has_come() {
+        let patterns: [fn(u64) -> bool; 6] =
+            [|_| false, |n| n % 2 == 1, |n| n % 3 != 0, |n| n == 20, |n| (30..40).contains(&n), |n| n < 10];
+        for (late, is_lost) in (0..4).flat_map(|late| patterns.map(|is_lost| (late, is_lost))) {
+            let (_, came) = play(late, 200, is_lost);
+            for end in 0..came.len() {
+                let last = &came[(end + 1).saturating_sub(LENGTH as usize)..=end];
+                let positions: std::collections::BTreeSet<u64> = last.iter().map(|(at, _)| *at).collect();
+                assert_eq!(came[end].1, positions.len() as u64 == LENGTH, "{late} late, the {end}th");
+            }
+            let whole = came.iter().filter(|(_, whole)| *whole).count();
+            assert!(whole > 0, "{late} late: {came:?}");
+        }
+    }
+
+    #[test]
+    fn a_lost_position_is_the_next_to_be_looked_at() {
+        let mut cycle = Cycle::default();
+        for frame in 0..5 {
+            assert_eq!(cycle.pass(), frame);
+            cycle.record(frame);
+        }
+        for frame in [3, 1] {
+            cycle.lose(frame);
+        }
+        for (frame, pass) in [(5, 1), (6, 3), (7, 5), (8, 6)] {
+            assert_eq!(cycle.pass(), pass);
+            cycle.record(frame);
+        }
+    }
+
+    #[test]
+    fn another_picture_is_seen_anew_and_one_that_is_not_drawn_is_not_waited_for() {
+        let (mut cycle, _) = play(2, 60, |_| false);
+        assert!(cycle.is_seen_whole(60, LENGTH));
+        cycle.begin_anew();
+        assert!(!cycle.is_seen_whole(60, LENGTH) && cycle.pass() == 58);
+        assert!(cycle.is_seen_whole(60 + LENGTH, LENGTH));
+        assert!(Cycle::default().is_seen_whole(0, LENGTH));
+    }
+
+    #[test]
+    fn turns_make_the_cycle_longer() {
+        let (mut cycle, _) = play(0, 40, |_| false);
+        assert!(!cycle.is_seen_whole(40, 2 * LENGTH));
+        for frame in 40..80 {
+            cycle.record(frame);
+            cycle.come(frame, 2 * LENGTH);
+        }
+        assert!(cycle.is_seen_whole(80, 2 * LENGTH));
+        cycle.record(80);
+        cycle.come(80, LENGTH);
+        assert!(cycle.is_seen_whole(80, LENGTH));
+    }
+}

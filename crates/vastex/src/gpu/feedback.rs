@@ -1,0 +1,215 @@
+//! Feedback: how a view says what it wants, in a pass of its own or from its main pass, and how that is heard.
+//!
+//! Which way is taken is a setting of the whole ([`FeedbackWay`]); what an application calls is the same for all of them. The views
+//! themselves are `views`' business.
+
+use vastex_core::{Feedback, ViewId};
+use vastex_wgpu::{FeedbackScale, FeedbackTarget, FeedbackWay, GpuError, InlineTarget, Readback, poll};
+
+use super::feedback_path::{FeedbackPath, Target};
+use super::views::ViewState;
+use super::{BindGroups, Gpu};
+use crate::error::Error;
+
+impl Gpu {
+    /// Draws the feedback pass of any view. Draws nothing for a view that there is not, nor where the main pass says what it wants.
+    pub(crate) fn feedback(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        view: ViewId,
+        picture: [u32; 2],
+        frame: u64,
+        draw: impl FnOnce(&mut wgpu::RenderPass<'_>, &BindGroups),
+    ) -> Result<(), Error> {
+        // What is only expected has no main pass.
+        if self.way == FeedbackWay::Inline && view != ViewId::EXPECTED {
+            return Ok(());
+        }
+        self.fit_feedback_path(view, picture)?;
+        let clear_depth = self.clear_depth();
+        let Some(state) = self.views.iter_mut().find(|state| state.view == view) else { return Ok(()) };
+        let ViewState { number, path: Some(path), cycle, .. } = state else { return Ok(()) };
+        let (Target::Drawn(target), views) = (&path.target, &self.view_params) else { return Ok(()) };
+        let mut pass = target.begin(&self.device, encoder, views, *number, cycle.pass(), clear_depth);
+        draw(&mut pass, &self.bind_groups);
+        drop(pass);
+        self.record_feedback(encoder, view, frame);
+        Ok(())
+    }
+
+    /// Draws any view's picture, which says what it wants where that is the way.
+    pub(crate) fn main_pass(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        view: ViewId,
+        picture: [u32; 2],
+        frame: u64,
+        draw: impl FnOnce(&mut wgpu::CommandEncoder, &BindGroups),
+    ) -> Result<(), Error> {
+        let is_told = self.way == FeedbackWay::Inline;
+        if is_told {
+            self.fit_feedback_path(view, picture)?;
+        }
+        let reversed_depth = self.reversed_depth;
+        let Some(state) = self.views.iter_mut().find(|state| state.view == view) else { return Ok(()) };
+        let (ViewState { path, cycle, .. }, groups) = (state, &self.bind_groups);
+        match path {
+            Some(FeedbackPath { target: Target::Told(target), .. }) if is_told => {
+                target.begin(&self.device, encoder, &self.view_params, cycle.pass(), reversed_depth);
+                draw(encoder, groups);
+                target.end(encoder);
+                // The update of its frame is over already.
+                self.record_feedback(encoder, view, frame.saturating_sub(1));
+            }
+            _ => draw(encoder, groups),
+        }
+        Ok(())
+    }
+
+    /// Whether a picture of this size needs another feedback path, which is made with [`Gpu::carry_out`] up to date.
+    pub(crate) fn needs_feedback_path(&self, view: ViewId, picture: [u32; 2]) -> bool {
+        let state = self.views.iter().find(|state| state.view == view);
+        let fits = |path: &FeedbackPath| path.picture() == picture;
+        state.is_some_and(|state| !state.path.as_ref().is_some_and(fits))
+    }
+
+    /// Sends what a view's target holds on its way.
+    pub(super) fn record_feedback(&mut self, encoder: &mut wgpu::CommandEncoder, view: ViewId, frame: u64) {
+        let Some(state) = self.views.iter_mut().find(|state| state.view == view) else { return };
+        let Some(path) = &mut state.path else { return };
+        let recorded = path.readback.record(&self.device, encoder, frame);
+        // What was dropped meanwhile may have had the same frame: that comes first.
+        path.readback.take_lost().into_iter().for_each(|lost| state.cycle.lose(lost));
+        if recorded {
+            state.cycle.record(frame);
+            if let Some(due) = &mut self.due {
+                due.record(frame, view);
+            }
+        }
+    }
+
+    pub(super) fn clear_depth(&self) -> f32 {
+        if self.reversed_depth { 0.0 } else { 1.0 }
+    }
+
+    /// The feedback that has arrived, or in lock-step that of the frame before the last, in the order of frames. `cycle` is the number of
+    /// frames in which every pixel is looked at once.
+    pub(crate) fn arrived_feedback(&mut self, frame: u64, cycle: u32) -> Result<Vec<Feedback>, Error> {
+        let arrived = match self.due {
+            None => self.polled_feedback()?,
+            Some(_) => self.awaited_feedback(frame)?,
+        };
+        let length = u64::from(cycle);
+        for state in &mut self.views {
+            let of_view = arrived.iter().filter(|feedback| feedback.view == state.view);
+            of_view.for_each(|feedback| state.cycle.come(feedback.frame, length));
+            let lost = state.path.iter_mut().flat_map(|path| path.readback.take_lost());
+            lost.for_each(|frame| state.cycle.lose(frame));
+        }
+        Ok(arrived)
+    }
+
+    fn polled_feedback(&mut self) -> Result<Vec<Feedback>, Error> {
+        self.poll_device()?;
+        self.is_polled = false; // the next frame polls again
+        let mut arrived = Vec::new();
+        for state in &mut self.views {
+            let Some(path) = &mut state.path else { continue };
+            while let Some(feedback) = path.readback.poll()? {
+                arrived.push(Feedback { view: state.view, ..feedback });
+            }
+        }
+        arrived.sort_by_key(|feedback| feedback.frame);
+        Ok(arrived)
+    }
+
+    /// What is due. Feedback whose commands were dropped is left out; that of commands which are not submitted yet comes in the first frame
+    /// in which they are.
+    fn awaited_feedback(&mut self, frame: u64) -> Result<Vec<Feedback>, Error> {
+        let Gpu { views, due: Some(due), device, queue, .. } = self else {
+            return Ok(Vec::new());
+        };
+        let (mut arrived, mut late) = (Vec::new(), Vec::new());
+        while let Some((of, view)) = due.take(frame) {
+            let state = views.iter_mut().find(|state| state.view == view);
+            let Some(path) = state.and_then(|state| state.path.as_mut()) else { continue };
+            match path.readback.wait(device, queue, of) {
+                Ok(feedback) => arrived.push(Feedback { view, ..feedback }),
+                Err(GpuError::NoFeedback { .. }) if path.readback.is_under_way(of) => late.push((of, view)),
+                Err(GpuError::NoFeedback { .. }) => {}
+                Err(error) => return Err(error.into()),
+            }
+        }
+        due.put_back(late);
+        Ok(arrived)
+    }
+
+    /// Sees what has come back from the GPU, once per frame.
+    pub(super) fn poll_device(&mut self) -> Result<(), Error> {
+        if !std::mem::replace(&mut self.is_polled, true) {
+            poll(&self.device)?;
+        }
+        Ok(())
+    }
+
+    /// Whether every view that is drawn has been looked at at every sample position, and all that follows is on the GPU.
+    pub(crate) fn is_seen_whole(&self, frame: u64, cycle: u32) -> bool {
+        let length = u64::from(cycle);
+        let mut views = self.views.iter().filter(|state| state.view != ViewId::EXPECTED);
+        self.undone.is_empty()
+            && self.tables_are_settled()
+            && views.all(|state| state.cycle.is_seen_whole(frame, length))
+    }
+
+    /// The same of one view, whatever the others; nothing where there is none.
+    pub(crate) fn is_view_seen_whole(&self, view: ViewId, frame: u64, cycle: u32) -> Option<bool> {
+        let state = self.views.iter().find(|state| state.view == view)?;
+        let is_on_gpu = self.undone.is_empty() && self.tables_are_settled();
+        Some(is_on_gpu && state.cycle.is_seen_whole(frame, u64::from(cycle)))
+    }
+
+    /// The oldest frame of which some view's feedback has yet to come.
+    pub(crate) fn oldest_feedback(&self) -> Option<u64> {
+        self.views.iter().filter_map(ViewState::oldest).min()
+    }
+
+    /// Makes a view's path where there is none for pictures of this size.
+    pub(super) fn fit_feedback_path(&mut self, view: ViewId, picture: [u32; 2]) -> Result<(), Error> {
+        if !self.needs_feedback_path(view, picture) {
+            return Ok(());
+        }
+        let (number, device) = (self.view_number(view), &self.device);
+        let drawn = |scale| Ok(Target::Drawn(FeedbackTarget::new(device, picture, scale)?));
+        let target = match self.way {
+            _ if view == ViewId::EXPECTED => drawn(FeedbackScale::Coarse),
+            _ => match &self.pipelines.inline {
+                Some(inline) => {
+                    let views = &mut self.view_params;
+                    InlineTarget::new(device, inline, views, number, picture).map(Target::Told)
+                }
+                None => drawn(FeedbackScale::Reduced),
+            },
+        };
+        let target = target.map_err(Error::Gpu)?;
+        let readback = Readback::new(&self.device, &self.pipelines.readback, target.raw())?;
+        self.forget_feedback_path(view);
+        let Some(state) = self.views.iter_mut().find(|state| state.view == view) else { return Ok(()) };
+        state.path = Some(FeedbackPath { target, readback });
+        if self.view_params.is_moved() {
+            self.bind_all_anew();
+        }
+        Ok(())
+    }
+
+    /// Gives up the feedback of a view that is under way.
+    pub(super) fn forget_feedback_path(&mut self, view: ViewId) {
+        if let Some(due) = &mut self.due {
+            due.forget(view);
+        }
+        if let Some(state) = self.views.iter_mut().find(|state| state.view == view) {
+            self.sent.feedback_bytes += state.bytes_read();
+            (state.path, state.begun) = (None, None);
+            state.cycle.begin_anew();
+        }
+    }
+}

@@ -1,0 +1,133 @@
+//! Feedback passes that an application begins and ends itself, as render graphs do: what it needs for that, and what is recorded behind it.
+
+use vastex_core::ViewId;
+use vastex_wgpu::FeedbackWay;
+
+use super::Gpu;
+use super::feedback_path::Target;
+use super::views::ViewState;
+use crate::error::Error;
+
+/// What a feedback pass is begun with: from [`crate::Textures::begin_feedback`], for one pass of one frame.
+///
+/// The pass has one colour attachment and one of depth, one sample each, and no other size than [`FeedbackPass::size`]. Its viewport is the
+/// whole of it, its scissor rectangle [`FeedbackPass::scissor`].
+#[derive(Clone, Debug)]
+pub struct FeedbackPass {
+    color: wgpu::TextureView,
+    depth: wgpu::TextureView,
+    size: [u32; 2],
+    scissor: [u32; 4],
+    clear_depth: f32,
+    view_number: u32,
+}
+
+impl FeedbackPass {
+    /// What is drawn into, of [`crate::Textures::FEEDBACK_FORMAT`]; to be cleared to zeros and stored.
+    pub fn color(&self) -> &wgpu::TextureView {
+        &self.color
+    }
+
+    /// Its depth buffer, of [`crate::Textures::FEEDBACK_DEPTH_FORMAT`]; to be cleared to [`FeedbackPass::clear_depth`], and not kept.
+    pub fn depth(&self) -> &wgpu::TextureView {
+        &self.depth
+    }
+
+    /// Width and height of both in pixels: an eighth of the picture's, rounded up.
+    pub fn size(&self) -> [u32; 2] {
+        self.size
+    }
+
+    /// First column and row, and how many of each: the scissor rectangle of this frame, without which pixels beyond the picture ask as well.
+    pub fn scissor(&self) -> [u32; 4] {
+        self.scissor
+    }
+
+    /// The farthest depth: 1, or 0 where [depth is reversed](crate::Settings::reversed_depth).
+    pub fn clear_depth(&self) -> f32 {
+        self.clear_depth
+    }
+
+    /// The number by which shaders know the view, as [`crate::Textures::view_number`] says it.
+    pub fn view_number(&self) -> u32 {
+        self.view_number
+    }
+
+    /// The colour attachment, cleared and stored as it has to be.
+    pub fn color_attachment(&self) -> wgpu::RenderPassColorAttachment<'_> {
+        wgpu::RenderPassColorAttachment {
+            view: &self.color,
+            depth_slice: None,
+            resolve_target: None,
+            ops: wgpu::Operations {
+                load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+                store: wgpu::StoreOp::Store,
+            },
+        }
+    }
+
+    /// The depth attachment, cleared and given up as it may be.
+    pub fn depth_attachment(&self) -> wgpu::RenderPassDepthStencilAttachment<'_> {
+        wgpu::RenderPassDepthStencilAttachment {
+            view: &self.depth,
+            depth_ops: Some(wgpu::Operations {
+                load: wgpu::LoadOp::Clear(self.clear_depth),
+                store: wgpu::StoreOp::Discard,
+            }),
+            stencil_ops: None,
+        }
+    }
+}
+
+impl Gpu {
+    /// Points a view at its target, for a pass that the application begins; nothing where the main pass says what it wants.
+    pub(crate) fn begin_feedback(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        view: ViewId,
+        picture: [u32; 2],
+        frame: u64,
+    ) -> Result<Option<FeedbackPass>, Error> {
+        if !self.has_view(view) {
+            return Err(Error::NoView(view));
+        }
+        self.check_ended(view)?;
+        // What is only expected has no main pass.
+        if self.way == FeedbackWay::Inline && view != ViewId::EXPECTED {
+            return Ok(None);
+        }
+        self.fit_feedback_path(view, picture)?;
+        let (clear_depth, view_number) = (self.clear_depth(), self.view_number(view));
+        let Some(state) = self.views.iter_mut().find(|state| state.view == view) else { return Ok(None) };
+        let ViewState { number, path: Some(path), cycle, begun, .. } = state else { return Ok(None) };
+        let Target::Drawn(target) = &path.target else { return Ok(None) };
+        let scissor = target.point(&self.device, encoder, &self.view_params, *number, cycle.pass());
+        *begun = Some(frame);
+        let (color, depth, size) = (target.color().clone(), target.depth().clone(), target.size());
+        Ok(Some(FeedbackPass { color, depth, size, scissor, clear_depth, view_number }))
+    }
+
+    /// Records what brings the feedback of a pass back that the application has begun, as that of the frame in which it did.
+    pub(crate) fn end_feedback(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        view: ViewId,
+    ) -> Result<(), Error> {
+        let state = self.views.iter_mut().find(|state| state.view == view).ok_or(Error::NoView(view))?;
+        let Some(frame) = state.begun.take() else {
+            // There is nothing to end where the main pass says what it wants.
+            return if self.way == FeedbackWay::Inline { Ok(()) } else { Err(Error::FeedbackNotBegun(view)) };
+        };
+        self.record_feedback(encoder, view, frame);
+        Ok(())
+    }
+
+    /// Fails where the last pass of a view was not ended: what that has drawn is given up then.
+    pub(crate) fn check_ended(&mut self, view: ViewId) -> Result<(), Error> {
+        let state = self.views.iter_mut().find(|state| state.view == view);
+        match state.and_then(|state| state.begun.take()) {
+            Some(frame) => Err(Error::FeedbackNotEnded { view, frame }),
+            None => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,61 @@
+//! After a lost device: everything on the GPU is made again.
+
+use bytes::Bytes;
+use vastex_core::{Pager, TextureId};
+use vastex_wgpu::{FeedbackWay, ParamStore, PoolTableChanger, RECORD_WORDS, new_sampler};
+
+use super::carry_out::Undone;
+use super::feedback_path::FeedbackPipelines;
+use super::tables::TablesToTell;
+use super::{Gpu, tail_slot};
+use crate::error::Error;
+use crate::settings::Settings;
+
+impl Gpu {
+    /// Everything but textures, on another device. Pools are empty.
+    pub(crate) fn restore(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        settings: &Settings,
+    ) -> Result<(), Error> {
+        (self.device, self.queue) = (device.clone(), queue.clone());
+        self.way = FeedbackWay::choose(settings.feedback, device)?;
+        self.forget_texture_space(None);
+        self.undone = Undone::default();
+        self.to_tell = TablesToTell::default();
+        self.params = ParamStore::new(device, self.way, RECORD_WORDS)?;
+        self.sampler = new_sampler(device);
+        self.uploads.begin_anew(device, settings);
+        self.restore_views();
+        self.changer = PoolTableChanger::new(device, self.way);
+        self.pipelines = FeedbackPipelines::new(device, self.way);
+        for pool in &mut self.pools {
+            pool.restore(device, queue, self.way)?;
+        }
+        self.restore_groups();
+        Ok(())
+    }
+
+    /// The tail of a texture, its page table and its record. The tail is as the pool holds tiles, and the newest that was to be uploaded.
+    pub(crate) fn restore_texture(
+        &mut self,
+        texture: TextureId,
+        tail: &Bytes,
+        pager: &Pager,
+    ) -> Result<(), Error> {
+        let number = usize::from(texture.number());
+        let (Some(slot), Some(Some(state))) = (tail_slot(pager, texture), self.textures.get_mut(number))
+        else {
+            return Ok(());
+        };
+        state.tail_slot = slot;
+        let (pool, description) = (usize::from(state.pool.number()), state.description.clone());
+        self.pools[pool].upload(&self.queue, slot, tail)?;
+        if let Some(tables) = self.pools[pool].tables_mut() {
+            tables.add(texture, &description.geometry, slot)?;
+        }
+        self.set_record(texture);
+        Ok(())
+    }
+}

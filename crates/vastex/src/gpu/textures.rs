@@ -1,0 +1,199 @@
+//! Textures on the GPU: which pool they are in, their page tables, and how shaders see their layers.
+
+use std::sync::Arc;
+
+use bytes::Bytes;
+use vastex_core::{
+    Description, Geometry, LevelRule, PageId, PageNumbering, PoolId, Slot, TableImage, TextureId, Upload,
+};
+use vastex_wgpu::{GpuError, Kind, Kinds, PoolTables, TableChoice, TableKind, shader_id, wgsl};
+
+use super::{Gpu, TextureOnGpu};
+use crate::error::Error;
+use crate::gpu::pools::{PoolState, Seen, Shape};
+use crate::sampled::{LayerId, Sampled};
+use crate::settings::Sampling;
+
+impl Gpu {
+    /// The kind of page table that a texture gets, once and for all: where a direct one with all its levels would not fit beside those of
+    /// its pool it is hashed. Fails where a direct one is asked for that no pool of the device can hold.
+    pub(crate) fn table_kind(&self, held: &Description, choice: TableChoice) -> Result<TableKind, Error> {
+        let geometry = &held.geometry;
+        let (entries, most) =
+            (PoolTables::full_entries(geometry), PoolTables::most_entries(&self.device, self.way));
+        let direct = Shape::of(held, TableKind::Direct);
+        let is_full = |pool: &PoolState| {
+            pool.shape == direct && pool.tables().is_some_and(|tables| !tables.has_room(geometry))
+        };
+        match choice {
+            TableChoice::Hashed => Ok(TableKind::Hashed),
+            TableChoice::BySize if is_large(geometry) || entries > most => Ok(TableKind::Hashed),
+            TableChoice::BySize if self.pools.iter().any(is_full) => Ok(TableKind::Hashed),
+            TableChoice::Direct if entries > most => {
+                Err(GpuError::TableTooLarge { entries, bytes: entries * 4, max: most * 4 }.into())
+            }
+            TableChoice::BySize | TableChoice::Direct => Ok(TableKind::Direct),
+        }
+    }
+
+    /// A pool of such textures, whose memory is taken if it was given back.
+    pub(crate) fn pool_of_shape(&mut self, shape: &Shape) -> Result<Option<PoolId>, Error> {
+        let is_like = |pool: &PoolState| pool.shape == *shape && !pool.is_whole;
+        self.taken_back(is_like)
+    }
+
+    /// A pool for such textures that are held whole, which may be full.
+    pub(crate) fn whole_pool(&mut self, shape: &Shape) -> Result<Option<PoolId>, Error> {
+        let is_like = |pool: &PoolState| pool.is_whole && pool.shape == *shape;
+        self.taken_back(is_like)
+    }
+
+    fn taken_back(&mut self, is_meant: impl Fn(&PoolState) -> bool) -> Result<Option<PoolId>, Error> {
+        let found = (0..).zip(&mut self.pools).find(|(_, pool)| is_meant(pool));
+        let Some((number, pool)) = found else { return Ok(None) };
+        pool.take_back(&self.device, &self.queue)?;
+        Ok(Some(PoolId::new(number)))
+    }
+
+    /// The pager has given a new pool its number, which is the next.
+    pub(crate) fn push_pool(&mut self, pool: PoolState) {
+        self.pools.push(pool);
+    }
+
+    /// Puts a texture into a pool. Its tail is an upload of the next [`Gpu::carry_out`], from which on shaders know it.
+    pub(crate) fn add_texture(
+        &mut self,
+        (pool, tail_slot): (PoolId, Slot),
+        texture: TextureId,
+        description: &Arc<Description>,
+        tail: &Bytes,
+        samplings: Vec<Sampling>,
+    ) -> Result<(), Error> {
+        let state = &mut self.pools[usize::from(pool.number())];
+        if let Some(tables) = state.tables_mut() {
+            tables.add(texture, &description.geometry, tail_slot)?;
+        }
+        let (id, number) = (self.next_shader_id(texture), usize::from(texture.number()));
+        if self.textures.len() <= number {
+            self.textures.resize_with(number + 1, || None);
+        }
+        let unmixed = (0..).zip(&samplings).filter(|(_, sampling)| sampling.is_unmixed);
+        let unmixed = unmixed.fold(0, |unmixed, (layer, _)| unmixed | (1 << layer));
+        let geometry = description.geometry.clone();
+        let (description, rule) = (description.clone(), LevelRule::default().within(&geometry));
+        let state = TextureOnGpu { pool, description, id, tail_slot, rule, samplings, unmixed };
+        self.textures[number] = Some(state);
+        self.set_record(texture);
+        self.bind_texture(texture);
+        if let Ok(page) = PageId::new(texture, geometry.dims(), geometry.tail_pos()) {
+            // Until then the slot may have what a picture reads.
+            let upload = Upload { page, slot: tail_slot, bytes: tail.clone(), evicted: None };
+            self.undone.uploads.push((pool, upload));
+        }
+        Ok(())
+    }
+
+    /// Gives the layers of a texture their bind groups.
+    fn bind_texture(&mut self, texture: TextureId) {
+        let Some(TextureOnGpu { pool, samplings, .. }) = self.texture(texture) else { return };
+        let of_layer = |layer| (vec![*pool], self.kinds(LayerId::new(texture, layer).into()));
+        let layers: Vec<_> = (0..samplings.len()).map(of_layer).collect();
+        self.bind(texture, layers);
+    }
+
+    /// Another id for a number: one that no texture or group had that had the number before.
+    pub(super) fn next_shader_id(&mut self, number: TextureId) -> u32 {
+        let place = usize::from(number.number());
+        if self.generations.len() <= place {
+            self.generations.resize(place + 1, 0);
+        }
+        self.generations[place] = self.generations[place].wrapping_add(1);
+        shader_id(number, self.generations[place])
+    }
+
+    /// Removes a texture that the pager has removed.
+    pub(crate) fn remove_texture(&mut self, texture: TextureId, pool: PoolId, pager: &vastex_core::Pager) {
+        self.forget_texture_space(Some(texture));
+        self.forget_undone(texture, pool, pager);
+        if let Some(state) = self.textures.get_mut(usize::from(texture.number())) {
+            *state = None;
+        }
+        self.unbind(texture);
+        self.forget_record(texture);
+        let state = &mut self.pools[usize::from(pool.number())];
+        if let Some(tables) = state.tables_mut() {
+            tables.remove(texture);
+        }
+        if pager.pool(pool).stats().pinned == 0 {
+            state.give_back();
+            self.bind_anew(&[pool].into());
+        }
+    }
+
+    /// Sets how levels are chosen. Returns false if there is no such texture.
+    pub(crate) fn set_levels(&mut self, texture: TextureId, rule: LevelRule) -> bool {
+        let Some(Some(state)) = self.textures.get_mut(usize::from(texture.number())) else { return false };
+        state.rule = rule.within(&state.description.geometry);
+        self.set_record(texture);
+        true
+    }
+
+    /// How levels are chosen.
+    pub(crate) fn rule(&self, texture: TextureId) -> Option<LevelRule> {
+        Some(self.texture(texture)?.rule)
+    }
+
+    /// The id by which shaders know a texture; 0 where there is none.
+    pub(crate) fn shader_id(&self, texture: TextureId) -> u32 {
+        self.texture(texture).map_or(0, |state| state.id)
+    }
+
+    /// What the text of a shader is made for that samples a layer or a group.
+    pub(crate) fn kinds(&self, sampled: Sampled) -> Kinds {
+        match sampled {
+            Sampled::Layer(layer) => Kinds::of(self.kind_of(layer), self.way, self.seen().fade),
+            Sampled::Group(group) => self.group(group).0.clone(),
+        }
+    }
+
+    /// The ids by which shaders know a layer, or a group and its members.
+    pub(crate) fn ids(&self, sampled: Sampled) -> Vec<u32> {
+        match sampled {
+            Sampled::Layer(layer) => vec![self.shader_id(layer.texture())],
+            Sampled::Group(group) => self.group(group).1,
+        }
+    }
+
+    /// The text of a shader.
+    pub(crate) fn wgsl(&self, kinds: &Kinds) -> String {
+        wgsl(kinds, self.binding)
+    }
+
+    /// How a layer is sampled.
+    #[expect(clippy::expect_used, reason = "an id of another `Textures` is a mistake in the program")]
+    pub(crate) fn sampling_of(&self, layer: LayerId) -> Sampling {
+        self.texture(layer.texture()).expect("a texture of this `Textures`").samplings[layer.index()]
+    }
+
+    /// How shaders see pools.
+    pub(crate) fn seen(&self) -> Seen {
+        Seen { way: self.way, fade: !self.fade.is_zero(), unknown: self.unknown }
+    }
+
+    /// The kind of a layer: textures whose layers may not be mixed are of the kind of those that may.
+    #[expect(clippy::expect_used, reason = "an id of another `Textures` is a mistake in the program")]
+    pub(super) fn kind_of(&self, layer: LayerId) -> Kind {
+        let pool = self.pool_of(layer.texture()).expect("a texture of this `Textures`");
+        let filter = self.sampling_of(layer).kind_filter;
+        self.pools[usize::from(pool.number())].kind(layer.index(), filter)
+    }
+
+    pub(super) fn pool_of(&self, texture: TextureId) -> Option<PoolId> {
+        Some(self.texture(texture)?.pool)
+    }
+}
+
+/// Whether a texture has so many pages that its page table is hashed unless something else is asked for.
+fn is_large(geometry: &Geometry) -> bool {
+    PageNumbering::new(geometry).entries() > TableImage::MOST_ENTRIES
+}

@@ -1,0 +1,88 @@
+//! What shaders sample: a layer of a texture, or a group of layers under names.
+
+use vastex_core::{GroupId, TextureId};
+
+/// One layer of a texture, as a pipeline samples it; [`crate::Textures::layer`] finds it by its name.
+///
+/// Wherever one is asked for, a [`TextureId`] stands for the texture's first layer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct LayerId {
+    texture: TextureId,
+    index: usize,
+}
+
+impl LayerId {
+    pub(crate) const fn new(texture: TextureId, index: usize) -> LayerId {
+        LayerId { texture, index }
+    }
+
+    /// The texture.
+    pub const fn texture(self) -> TextureId {
+        self.texture
+    }
+
+    /// The layer's number in [`crate::Description::layers`].
+    pub const fn index(self) -> usize {
+        self.index
+    }
+}
+
+impl From<TextureId> for LayerId {
+    fn from(texture: TextureId) -> LayerId {
+        LayerId::new(texture, 0)
+    }
+}
+
+/// A member of a group: a layer, and the name that shaders know it by.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Member {
+    pub(crate) name: String,
+    pub(crate) layer: LayerId,
+    pub(crate) is_apart: bool,
+}
+
+impl Member {
+    /// A layer that is sampled at the coordinates at which the others are. Pairs of a name and a layer are that, too.
+    pub fn new(name: impl Into<String>, layer: impl Into<LayerId>) -> Member {
+        Member { name: name.into(), layer: layer.into(), is_apart: false }
+    }
+
+    /// A layer that is sampled at coordinates of its own, such as a detail that repeats: `vastex_feedback` does not answer for
+    /// it, `vastex_feedback_NAME` does.
+    pub fn apart(name: impl Into<String>, layer: impl Into<LayerId>) -> Member {
+        Member { is_apart: true, ..Member::new(name, layer) }
+    }
+}
+
+impl<S: Into<String>, L: Into<LayerId>> From<(S, L)> for Member {
+    fn from((name, layer): (S, L)) -> Member {
+        Member::new(name, layer)
+    }
+}
+
+/// What a pipeline samples: one layer, or a group.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Sampled {
+    /// One layer of a texture.
+    Layer(LayerId),
+    /// A group.
+    Group(GroupId),
+}
+
+impl From<LayerId> for Sampled {
+    fn from(layer: LayerId) -> Sampled {
+        Sampled::Layer(layer)
+    }
+}
+
+impl From<TextureId> for Sampled {
+    fn from(texture: TextureId) -> Sampled {
+        Sampled::Layer(texture.into())
+    }
+}
+
+impl From<GroupId> for Sampled {
+    fn from(group: GroupId) -> Sampled {
+        Sampled::Group(group)
+    }
+}

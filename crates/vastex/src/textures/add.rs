@@ -1,0 +1,188 @@
+//! How textures come and go.
+
+use std::sync::Arc;
+
+use vastex_core::{Description, Event, Layer, PoolId, TextureId};
+use vastex_tiles::TileSource;
+
+use super::Textures;
+use crate::error::Error;
+use crate::gpu::{PoolState, Shape};
+use crate::paging::PagedTexture;
+use crate::settings::{Sampling, TextureSettings};
+use crate::sources::{Prepared, PreparedParts, Preparer};
+
+/// Why a texture was not added, and what was prepared of it.
+#[derive(Debug)]
+pub struct AddError {
+    /// What failed.
+    pub error: Error,
+    /// The texture, to be added again or elsewhere.
+    pub prepared: Prepared,
+}
+
+impl std::fmt::Display for AddError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.error.fmt(f)
+    }
+}
+
+impl std::error::Error for AddError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        self.error.source()
+    }
+}
+
+impl From<AddError> for Error {
+    fn from(failed: AddError) -> Error {
+        failed.error
+    }
+}
+
+impl Textures {
+    /// What reads textures for [`Textures::add`], on any thread. It may be made once and kept; a [`Preparer`] that was made before
+    /// [`Textures::restore`] is as good as another where the devices can hold the same.
+    pub fn preparer(&self) -> Preparer {
+        Preparer::new(self.gpu.device(), &self.settings, self.paging.ram())
+    }
+
+    /// Adds a texture that [`Textures::preparer`] has read: makes a pool if none suits it, and its page table. Neither reads nor waits.
+    ///
+    /// Its coarsest levels are sent by the next [`Textures::update`], together with the page tables of the textures that make room for it; until
+    /// then pictures are as they were, and it is not to be drawn. Where an add fails, nothing has changed, and the error gives back what was
+    /// prepared: of other settings ([`Error::OtherSettings`]), to be prepared again; where the device is lost, to be added after
+    /// [`Textures::restore`].
+    ///
+    /// Costs the beginning of the page table, which grows to 4 bytes for each page of the levels that are wanted or, of a
+    /// texture of more than some millions of pages, to 48 or fewer for each page that is resident. Layers that the device cannot
+    /// decompress are decoded when they are loaded, and take as much of the pool as their texels.
+    pub fn add(&mut self, prepared: Prepared) -> Result<TextureId, AddError> {
+        self.add_prepared(&prepared).map_err(|error| AddError { error, prepared })
+    }
+
+    /// Prepares and adds a texture at once, for tools and for programs that have nothing to draw meanwhile: it waits for the source, no longer
+    /// than [`crate::Settings::read_time_out`] ([`Error::TailOverdue`]), or than that for each further page of a texture that is held whole
+    /// ([`crate::Settings::whole_bytes`]). In a browser, where nothing may be waited for, the tail must be at hand ([`Error::TailPending`]), and
+    /// no texture is held whole.
+    ///
+    /// A read that is given up so and blocks its thread keeps that thread, and the source, until it comes back: each further call
+    /// for a source that does not answer begins one more, so let some time pass between two.
+    pub fn add_blocking(&mut self, source: Arc<dyn TileSource>) -> Result<TextureId, Error> {
+        self.add_blocking_with(source, TextureSettings::default())
+    }
+
+    /// The same with settings of its own.
+    pub fn add_blocking_with(
+        &mut self,
+        source: Arc<dyn TileSource>,
+        settings: TextureSettings,
+    ) -> Result<TextureId, Error> {
+        let prepared = self.preparer().read_blocking(source, settings)?;
+        self.add_prepared(&prepared)
+    }
+
+    fn add_prepared(&mut self, prepared: &Prepared) -> Result<TextureId, Error> {
+        // Whatever can be refused is refused before anything changes.
+        if !prepared.is_by(&self.preparer()) {
+            return Err(Error::OtherSettings);
+        }
+        self.gpu.check_device()?;
+        let PreparedParts { settings, stored, held, is_whole, source, tail } =
+            prepared.parts(self.paging.ram());
+        let tables = self.gpu.table_kind(&held, settings.page_table)?;
+        self.paging.check_free_number()?;
+        let sampling = |layer: &Layer| settings.sampling(layer, self.settings.filter);
+        let samplings = held.layers.iter().map(sampling).collect();
+        let shape = Shape::of(&held, tables);
+        let pool = match is_whole {
+            true => self.pool_of_whole(&stored, &held, shape)?,
+            false => self.pool_for(&stored, &held, &shape)?,
+        };
+        let (source, flight_bytes) = self.gpu.staged(pool, source);
+        if let Some(bytes) = flight_bytes {
+            self.paging.set_flight_bytes(pool, bytes);
+        }
+        self.add_to(pool, PagedTexture { description: stored, source, tail }, samplings)
+    }
+
+    /// The pool for textures like this that are held whole, with room for one more: twice as much as it had where it is full.
+    fn pool_of_whole(
+        &mut self,
+        stored: &Arc<Description>,
+        held: &Arc<Description>,
+        shape: Shape,
+    ) -> Result<PoolId, Error> {
+        if let Some(pool) = self.gpu.whole_pool(&shape)? {
+            let slots = &self.gpu.pools()[usize::from(pool.number())].slots;
+            let (count, bytes) = (slots.slots(), slots.bytes());
+            if self.paging.pager().pool(pool).stats().pinned >= count {
+                self.resize_to(pool, 2 * bytes)?;
+            }
+            return Ok(pool);
+        }
+        let (device, queue) = (self.gpu.device(), self.gpu.queue());
+        let pool = PoolState::of_one(device, queue, self.gpu.seen(), stored, held, shape)?;
+        let id = self.paging.add_pool(&pool.slots, None)?;
+        self.gpu.push_pool(pool);
+        Ok(id)
+    }
+
+    /// The pool for textures that the device holds like `held`, a new one where there is none.
+    fn pool_for(
+        &mut self,
+        stored: &Arc<Description>,
+        held: &Arc<Description>,
+        shape: &Shape,
+    ) -> Result<PoolId, Error> {
+        if let Some(pool) = self.gpu.pool_of_shape(shape)? {
+            return Ok(pool);
+        }
+        let plan = self.settings.pools.plan(stored, held, self.settings.picture);
+        let (device, queue) = (self.gpu.device(), self.gpu.queue());
+        let (pool, is_reduced) =
+            PoolState::new(device, queue, self.gpu.seen(), plan.bytes, stored, held, shape)?;
+        let id = self.paging.add_pool(&pool.slots, plan.mip_bias)?;
+        self.paging.set_pin_share(id, plan.pin_share);
+        let (asked, bytes) = (plan.bytes, pool.slots.bytes());
+        if is_reduced {
+            tracing::warn!(tiles = %pool.tiles, asked, bytes, "the device has no memory for a pool of this size");
+            self.paging.report(Event::PoolReduced { pool: id, asked, bytes });
+        }
+        self.gpu.push_pool(pool);
+        Ok(id)
+    }
+
+    fn add_to(
+        &mut self,
+        pool: PoolId,
+        texture: PagedTexture,
+        samplings: Vec<Sampling>,
+    ) -> Result<TextureId, Error> {
+        let (description, tail) = (texture.description.clone(), texture.tail.clone());
+        let (texture, slot) = self.paging.add_texture(pool, texture, self.settings.share_contents)?;
+        let added = self.gpu.add_texture((pool, slot), texture, &description, &tail, samplings);
+        if let Err(error) = added {
+            self.remove(texture);
+            return Err(error);
+        }
+        self.paging.open_source(texture);
+        Ok(texture)
+    }
+
+    /// Removes a texture. Says whether there was one.
+    ///
+    /// Its tiles leave the pool, its loads are called off, and its page table, its part of the RAM cache and, where it was the last of its
+    /// pool, the pool's memory are given back, as soon as the GPU and the loader are done with them; groups that it is in are
+    /// removed. Pipelines for the pool
+    /// stay good. Nothing may be drawn with its bind groups any more, and its id asks for nothing; a texture that is added later
+    /// may get the same id, but not before all that could name this one is over.
+    pub fn remove(&mut self, texture: TextureId) -> bool {
+        let Some(pool) = self.pool_of(texture) else { return false };
+        self.remove_groups_of(texture);
+        self.cpu.remove(texture);
+        let tiers = self.paging.remove_texture(texture);
+        self.watch.note_gone(texture, pool, tiers);
+        self.gpu.remove_texture(texture, pool, self.paging.pager());
+        true
+    }
+}

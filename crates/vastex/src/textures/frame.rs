@@ -1,0 +1,146 @@
+//! The frame loop: what is wanted, what has arrived, what changes on the GPU. There is one, and everything that shows a
+//! virtual texture calls it. How views say what they want is `feedback`'s business.
+//!
+//! Nothing is decided here: the pager decides, the loader and the GPU carry out. What the GPU is to do in a frame is submitted by
+//! [`Gpu::carry_out`](crate::gpu::Gpu::carry_out), all of it at once.
+
+use std::time::Duration;
+
+use vastex_core::{Event, PageId, PoolId, ViewId};
+use vastex_tiles::TileSource;
+
+use super::Textures;
+use crate::error::Error;
+use crate::paging::Convergence;
+
+impl Textures {
+    /// Takes in what has arrived, asks for what is missing, uploads, and changes the page tables. Never waits, unless the
+    /// pace is lock-step.
+    ///
+    /// To be called once per frame. What it changes it submits by itself, so that everything that is submitted after it shows the
+    /// new state, whenever it was recorded, and no command buffer of the application's has to be submitted for it: any may be dropped.
+    /// [Bind groups](Textures::bind_group) may be others afterwards.
+    ///
+    /// Commands may be recorded ahead, by two frames: what was recorded after one update and is submitted after one or two more, but before
+    /// the third, shows what is there then, and right. That holds where page tables have grown meanwhile or pools were resized, too. Of a
+    /// texture that was removed such commands show whatever is in its slots by then, each time a texel of the pool; all that they show
+    /// beside it is right.
+    ///
+    /// It fails where the device is lost ([`vastex_wgpu::GpuError::DeviceLost`]) or has no memory for a page table that grows; then pictures are
+    /// as they were, and the next call does what this one could not. What was recorded before a call that failed is to be submitted before the
+    /// next, or drawn anew.
+    pub fn update(&mut self) -> Result<(), Error> {
+        self.paging.begin_frame();
+        self.observe()?;
+        self.paging.exchange_with_loader();
+        self.take_uploads();
+        self.carry_out_in(true)?;
+        self.record_telemetry();
+        self.paging.end_frame();
+        self.follow_views();
+        Ok(())
+    }
+
+    /// Tells who waits for a view.
+    fn follow_views(&mut self) {
+        let (gpu, frame, cycle) = (&self.gpu, self.paging.frame(), self.paging.pager().feedback_cycle());
+        self.paging.follow_views(|view| gpu.is_view_seen_whole(view, frame, cycle));
+    }
+
+    /// The feedback that has arrived, or in lock-step that of the frame before the last; what all views wanted in a frame together.
+    fn observe(&mut self) -> Result<(), Error> {
+        let cycle = self.paging.pager().feedback_cycle();
+        let mut arrived = self.gpu.arrived_feedback(self.paging.frame(), cycle)?;
+        self.paging.take_said(&mut arrived);
+        for views in arrived.chunk_by(|a, b| a.frame == b.frame) {
+            let textures = self.paging.textures().map(|(texture, state)| (texture, &state.description));
+            self.watch.note_feedback(views, self.paging.pager(), textures);
+            self.paging.observe(views);
+        }
+        self.paging.feedback_under_way(self.gpu.oldest_feedback());
+        Ok(())
+    }
+
+    /// Takes the pager's uploads of this frame.
+    fn take_uploads(&mut self) {
+        self.gpu.pass_fades();
+        while let Some((pool, upload)) = self.paging.poll_upload() {
+            self.cpu.uploaded(pool, &upload, &self.paging);
+            self.gpu.take_upload(pool, upload);
+        }
+    }
+
+    /// Carries out the uploads that were taken and the page-table changes of exactly these. Where it fails nothing that a picture reads has
+    /// changed, and the next call carries out the same and what has come to it.
+    pub(super) fn carry_out(&mut self) -> Result<(), Error> {
+        self.carry_out_in(false)
+    }
+
+    fn carry_out_in(&mut self, is_update: bool) -> Result<(), Error> {
+        let mut changes = self.gpu.changes_to_fill();
+        self.paging.take_table_changes(&mut changes);
+        self.gpu.carry_out(self.paging.pager(), changes, is_update)
+    }
+
+    /// Carries out what the last update failed to do. To be called before bind groups are made, since page tables may lie elsewhere by then.
+    pub(super) fn catch_up(&mut self) -> Result<(), Error> {
+        if self.gpu.is_done() { Ok(()) } else { self.carry_out() }
+    }
+
+    /// Adds the frame that has just been played.
+    fn record_telemetry(&mut self) {
+        let pager = self.paging.pager();
+        let sources = self.paging.textures().filter_map(|(texture, state)| {
+            let source: &dyn TileSource = &*state.source;
+            Some((pager.pool_of(texture)?, source)) as Option<(PoolId, _)>
+        });
+        self.watch.record_telemetry(self.paging.frame(), pager, sources);
+    }
+
+    /// The next thing that the application may want to know.
+    pub fn poll_event(&mut self) -> Option<Event> {
+        let is_seen_whole = self.is_seen_whole();
+        self.paging.poll_event(is_seen_whole)
+    }
+
+    /// Whether, for a whole jitter cycle, no page was newly wanted and none was missing, in any pool.
+    pub fn is_converged(&self) -> bool {
+        self.paging.pager().is_converged() && self.is_seen_whole()
+    }
+
+    /// Whether a view has been drawn for a whole jitter cycle since it last jumped, and all that it wanted in that is in the pools at the
+    /// bias in force, or could not be had; whatever other views want. A second view at the place where the camera will cut to warms the
+    /// pools for it, and says so here. Not for a view that there is not. Costs a visit of each page of the working sets.
+    pub fn is_view_converged(&self, view: ViewId) -> bool {
+        let (frame, cycle) = (self.paging.frame(), self.paging.pager().feedback_cycle());
+        self.gpu.is_view_seen_whole(view, frame, cycle) == Some(true)
+            && self.paging.pager().is_view_converged(view)
+    }
+
+    /// Waits for [`Textures::is_view_converged`], as a future; the frames must go on for it.
+    pub fn view_converged(&mut self, view: ViewId) -> Convergence {
+        self.paging.converged_view(view)
+    }
+
+    /// Whether every view that is drawn has been looked at at every sample position, and all that follows is on the GPU.
+    fn is_seen_whole(&self) -> bool {
+        self.gpu.is_seen_whole(self.paging.frame(), self.paging.pager().feedback_cycle())
+    }
+
+    /// Frames so far: the number of the frame that the next [`Textures::update`] plays.
+    pub fn frame(&self) -> u64 {
+        self.paging.frame()
+    }
+
+    /// The pages in view that could not be had so far.
+    pub fn failed_pages(&self) -> Vec<PageId> {
+        self.paging.pager().failed_pages().collect()
+    }
+
+    /// Says how much time passes from one frame to the next, for tiles that fade in ([`crate::Settings::fade`]): the application's delta time.
+    /// It holds from the next [`Textures::update`] on until something else is said; 1/60 of a second where nothing is. Time does not pass
+    /// otherwise, so that the same frames give the same pictures.
+    pub fn set_frame_time(&mut self, time: Duration) {
+        self.gpu.set_frame_time(time);
+    }
+}

@@ -1,0 +1,86 @@
+//! Groups: several textures, or several layers, that one shader samples, through one bind group.
+
+use std::sync::Arc;
+
+use vastex_core::{GroupError, GroupId, TextureId};
+
+use super::Textures;
+use crate::error::Error;
+use crate::sampled::{LayerId, Member};
+
+impl Textures {
+    /// Makes a group of textures that there are, or of layers of them: of any sizes, formats and pools, for a shader that samples
+    /// all of them through one bind group.
+    ///
+    /// Members that are sampled at the same coordinates are served by one feedback entry, `vastex_feedback(ids.all, view, uv)`: it is written for
+    /// the largest of them, and of the others the pages are loaded that lie beneath, at the level that each one's size, clamp and
+    /// bias imply. Members [apart](crate::Member::apart) have entries of their own; since a feedback pixel gives one answer, those of
+    /// several take turns with `vastex_turn`, and what is seen counts, and convergence waits, for as many jitter cycles. What one entry asks
+    /// for is what the filter needs that needs the finest: beside an anisotropic member one that is sampled nearest has pages up to three levels finer
+    /// than it shows, where the view is at a slant; if it is of another texture, and that is too much, it is to be a member apart. Which
+    /// functions a shader calls is told at [`vastex_wgpu::wgsl()`].
+    ///
+    /// ```no_run
+    /// # const MY_SHADER: &str = "";
+    /// # fn app(textures: &mut vastex::Textures, [earth, lights, clouds]: [vastex::TextureId; 3]) -> Result<(), vastex::Error> {
+    /// let planet = textures.add_group([("color", earth), ("night", lights), ("clouds", clouds)])?;
+    /// let shader = MY_SHADER.to_owned() + &textures.wgsl(&textures.kinds(planet)); // calls vastex_sample_color(ids.color, uv), ...
+    /// let ids = textures.ids(planet); // `VastexIds` of WGSL, for a material or an instance
+    /// // and each frame: groups[planet], textures.bind_group(planet)
+    /// # let _ = (shader, ids);
+    /// # Ok(()) }
+    /// ```
+    ///
+    /// Fails where a name cannot stand in WGSL, where a texture is not there, or where there are more pools or layers than a
+    /// shader of the device can read. Costs 2 KB of GPU memory.
+    pub fn add_group<M: Into<Member>>(
+        &mut self,
+        members: impl IntoIterator<Item = M>,
+    ) -> Result<GroupId, Error> {
+        self.catch_up()?;
+        let members: Vec<Member> = members.into_iter().map(Into::into).collect();
+        for layer in members.iter().map(|member| member.layer) {
+            self.pool_of(layer.texture()).ok_or(GroupError::NoTexture(layer.texture().number()))?;
+        }
+        let served = members.iter().filter(|member| !member.is_apart).map(|member| member.layer);
+        let mut answered = distinct_textures(served);
+        if answered.is_empty() {
+            // Those that nothing answers for together have a number all the same, which no pixel names.
+            answered = distinct_textures(members.iter().map(|member| member.layer));
+        }
+        let id = self.paging.add_group(&answered)?;
+        let shape = self.paging.pager().group_shape(id).map(Arc::clone);
+        let added = shape.ok_or(GroupError::Empty.into());
+        if let Err(error) = added.and_then(|shape| self.gpu.add_group(id, &shape, members)) {
+            self.paging.remove_group(id);
+            return Err(error);
+        }
+        self.paging.set_turns(self.gpu.most_turns());
+        self.catch_up()?;
+        Ok(id)
+    }
+
+    /// Removes a group; its members stay. Says whether there was one. Nothing may be drawn with its bind group any more.
+    pub fn remove_group(&mut self, group: GroupId) -> bool {
+        let was_there = self.paging.remove_group(group);
+        if was_there {
+            self.gpu.remove_group(group);
+            self.paging.set_turns(self.gpu.most_turns());
+        }
+        was_there
+    }
+
+    /// Groups that have lost a texture cannot be drawn any more.
+    pub(super) fn remove_groups_of(&mut self, texture: TextureId) {
+        for group in self.gpu.groups_of(texture) {
+            self.remove_group(group);
+        }
+    }
+}
+
+fn distinct_textures(layers: impl Iterator<Item = LayerId>) -> Vec<TextureId> {
+    let mut textures: Vec<TextureId> = layers.map(LayerId::texture).collect();
+    textures.sort_unstable();
+    textures.dedup();
+    textures
+}

@@ -1,0 +1,102 @@
+//! GPU memory: pools that grow and shrink while pictures are drawn, and a device that is lost.
+//!
+//! What stays in a pool and where it goes is the pager's decision; the memory is taken, and tiles and page tables follow.
+
+use vastex_core::PoolId;
+
+use super::Textures;
+use crate::error::Error;
+use crate::gpu::{PoolResize, PoolState};
+
+impl Textures {
+    /// Makes a pool as large as `bytes` allow, between two frames; the picture does not change but for what no longer fits, which
+    /// becomes coarser at once, and what now fits, which sharpens as it is loaded.
+    ///
+    /// The bind groups of the pool's textures, and of groups, are new ones; pipelines stay good. Fails where the device has no memory for the new pool beside the old one
+    /// ([`vastex_wgpu::GpuError::OutOfMemory`]), where `bytes` are too few for what is pinned, and where everything is in view and may not become
+    /// coarser; the pool is then as it was. Where there is no memory for a page table after that, pictures are as they were, and the next
+    /// [update](Textures::update) goes on with the new pool. Costs a copy of each tile on the GPU, and anew the page tables of the pool's textures.
+    pub fn resize_pool(&mut self, pool: PoolId, bytes: u64) -> Result<PoolResize, Error> {
+        let Some(old) = self.gpu.pools().get(usize::from(pool.number())) else {
+            return Err(Error::NoPool(pool));
+        };
+        let before = old.bytes();
+        let unchanged = PoolResize { before, bytes: before, transient: before };
+        if old.is_whole {
+            // As large as its textures, whatever is asked for.
+            return Ok(unchanged);
+        }
+        self.resize_to(pool, bytes)
+    }
+
+    /// Makes a pool that there is as large as `bytes` allow.
+    pub(super) fn resize_to(&mut self, pool: PoolId, bytes: u64) -> Result<PoolResize, Error> {
+        let old = &self.gpu.pools()[usize::from(pool.number())];
+        let before = old.bytes();
+        let unchanged = PoolResize { before, bytes: before, transient: before };
+        let (old_slots, tiles) = (old.slots, old.tiles.clone());
+        // What a frame could not do speaks of slots as they are.
+        self.carry_out()?;
+        let slots = self.gpu.pool_layout(pool, bytes)?;
+        if slots == old_slots {
+            return Ok(unchanged);
+        }
+        let new = self.gpu.resized_pool(pool, slots)?;
+        let mut moves = Vec::new();
+        self.paging.resize_pool(pool, new.slots.slots(), &mut moves)?;
+        self.cpu.moved(pool, &moves);
+        let resize = self.gpu.replace_pool(pool, new, &moves)?;
+        // From here on the pool is the new one for the pager and for the GPU. Its tables follow; where that fails, in the next frame.
+        self.carry_out()?;
+        let PoolResize { before, bytes, .. } = resize;
+        tracing::info!(pool = %tiles, before, bytes, tiles = moves.len(), "a pool was resized");
+        Ok(resize)
+    }
+
+    /// Makes pools follow a picture of so many pixels, from the next [`Textures::add`] on, and of those there are the ones that
+    /// have no size of their own ([`crate::PoolTuning::bytes`]). A pool that would change by less than a quarter stays as it is, so
+    /// that not every step of dragging a window copies tiles; see [`Textures::resize_pool`]. Says what was resized.
+    pub fn set_picture(&mut self, picture: [u32; 2]) -> Result<Vec<(PoolId, PoolResize)>, Error> {
+        self.settings.picture = picture;
+        let mut resized = Vec::new();
+        for (number, pool) in (0..).map(PoolId::new).zip(0..self.gpu.pools().len()) {
+            let PoolState { slots, is_whole, .. } = &self.gpu.pools()[pool];
+            if *is_whole {
+                continue;
+            }
+            let planned = self.gpu.pools()[pool].planned(&self.settings.pools, picture);
+            if planned.abs_diff(slots.bytes()) * 4 >= slots.bytes() {
+                resized.push((number, self.resize_pool(number, planned)?));
+            }
+        }
+        Ok(resized)
+    }
+
+    /// Fails with [`vastex_wgpu::GpuError::DeviceLost`] where the device is lost. The frame loop says so by itself; this is for frames that
+    /// do not get as far, as when a window gives no picture. Costs a buffer of 4 bytes.
+    pub fn check_device(&self) -> Result<(), Error> {
+        self.gpu.check_device()
+    }
+
+    /// Goes on with another device, after [`vastex_wgpu::GpuError::DeviceLost`]: makes the pools and page tables anew and puts
+    /// the tails there, which are in main memory, so that it waits for no source; in the next frames the tiles of the view come
+    /// again, from the RAM cache as far as it has them. Textures keep their ids, tickets and pins stay, as do levels that were set.
+    ///
+    /// What the application made from the old device it makes again: its pipelines with [`Textures::wgsl`] and
+    /// [`Textures::bind_group_layout`], its own buffers. Fails where the new device is lost as well, or cannot hold what the
+    /// old one could; then it may be called again with another.
+    pub fn restore(&mut self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<(), Error> {
+        self.watch.device_lost();
+        self.paging.tiles_lost();
+        self.cpu.tiles_lost();
+        self.gpu.restore(device, queue, &self.settings)?;
+        for (texture, state) in self.paging.textures() {
+            self.gpu.restore_texture(texture, &state.tail, self.paging.pager())?;
+        }
+        // Bind groups are made anew with it, those of groups too.
+        self.gpu.bind_all_anew();
+        self.carry_out()?;
+        tracing::info!("everything was made again on another device");
+        Ok(())
+    }
+}

@@ -1,0 +1,17 @@
+//! The rooms of vastex-viewer, in the order in which data flows; each with those that it imports from.
+
+use super::Room;
+
+pub(super) const ROOMS: &[Room] = &[
+    ("gpu", &[]),
+    ("scene", &[]),
+    ("picture", &[]),
+    ("camera", &["scene"]),
+    ("layers", &[]),
+    ("input", &["camera", "scene"]),
+    ("stage", &["gpu"]),
+    ("surface", &["camera", "layers", "scene", "stage"]),
+    ("overlay", &["stage", "surface"]),
+    ("inspect", &["gpu", "stage"]),
+    ("lib", &["camera", "gpu", "layers", "overlay", "picture", "scene", "stage", "surface"]),
+];
