@@ -86,7 +86,9 @@ fn coordinates(
         }),
         ..Default::default()
     });
-    renderer.draw(&mut pass, &pipeline, textures.bind_group(renderer.sampled()));
+    if let Ok(group) = textures.bind_group(renderer.sampled()) {
+        renderer.draw(&mut pass, &pipeline, group);
+    }
     drop(pass);
     gpu.queue.submit([encoder.finish()]);
     targets.map(|target| {

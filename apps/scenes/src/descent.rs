@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use glam::Mat4;
-use vastex::{FeedbackWay, FrameStats, Sampled, Settings, TextureId, Textures, TileSource, ViewId};
+use vastex::{FeedbackMode, FrameStats, Sampled, Settings, TextureId, Textures, TileSource, ViewId};
 
 use crate::planet::FORMAT;
 use crate::shaders;
@@ -66,12 +66,12 @@ impl Descent {
         settings: Settings,
     ) -> Result<Descent, vastex::Error> {
         let device = &gpu.device;
-        let feedback = settings.feedback.filter(|&way| way != FeedbackWay::Inline);
-        let settings = Settings { feedback: feedback.or(Some(FeedbackWay::Separate)), ..settings };
+        let feedback = settings.feedback.filter(|&mode| mode != FeedbackMode::Inline);
+        let settings = Settings { feedback: feedback.or(Some(FeedbackMode::Separate)), ..settings };
         let mut textures = Textures::new(device, &gpu.queue, settings)?;
         let texture = textures.add_blocking(source)?;
         let layout = Uniform::layout(device);
-        let kinds = textures.kinds(texture);
+        let kinds = textures.kinds(texture)?;
         let text = shaders::descent(&textures.wgsl(&kinds));
         let module = &vastex::shader_module(device, Some("descent"), text);
         let pipeline = |entries, format| {
@@ -159,10 +159,11 @@ impl StageScene for DescentScene {
         pose: &GlobePose,
         picture: [u32; 2],
     ) {
-        let [width, height, _] = textures.description(self.texture).geometry.size();
+        let Ok(shown) = textures.texture(self.texture) else { return };
+        let [width, height, _] = shown.description().geometry.size();
         let view = picture[0] as f32 / picture[1] as f32;
         let GlobeGrid { mesh, anchor, clip_from_camera } = GlobeGrid::new(pose, [width, height], view);
-        let texture = textures.shader_id(self.texture);
+        let texture = textures.shader_id(self.texture).unwrap_or(0);
         camera.uniform.set(queue, &DescentUniform { clip_from_camera, anchor, texture, unused: 0 });
         queue.write_buffer(&camera.vertices, 0, bytemuck::cast_slice(&mesh.vertices));
     }

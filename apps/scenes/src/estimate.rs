@@ -84,28 +84,35 @@ impl Estimating {
         picture: [u32; 2],
     ) -> Result<(), vastex::Error> {
         let (settings, layer) = (self.settings, renderer.layer());
-        let Some(texture) = textures.surveyed(layer.texture()) else { return Ok(()) };
-        let frame = textures.frame();
+        let texture = textures.texture(layer.texture())?.surveyed();
+        let frame = textures.inspect().frame();
         let mut found = self.estimate.of_view(renderer.scene(), pose, texture, picture, settings, frame);
         if self.estimate == Estimate::TextureSpace {
-            let seen = textures.texture_space(encoder, layer.texture(), settings, |pass, groups| {
-                renderer.draw_spread(pass, &groups[layer]);
-            })?;
+            let seen =
+                textures.ahead().texture_space(encoder, layer.texture(), settings, |pass, groups| {
+                    if let Some(group) = groups.get(layer) {
+                        renderer.draw_spread(pass, group);
+                    }
+                })?;
             found = seen.map(|seen| Surveyed { seen, ..Surveyed::default() });
         }
-        found.into_iter().for_each(|found| self.hand_over(textures, found));
-        Ok(())
+        found.into_iter().try_for_each(|found| self.hand_over(textures, found))
     }
 
-    fn hand_over(&self, textures: &mut Textures, Surveyed { seen, unseen }: Surveyed) {
+    fn hand_over(
+        &self,
+        textures: &mut Textures,
+        Surveyed { seen, unseen }: Surveyed,
+    ) -> Result<(), vastex::Error> {
         if self.beside {
-            textures.expect(&seen);
+            textures.ahead().expect(&seen);
         } else {
-            textures.want(seen);
+            textures.view(vastex::ViewId::MAIN)?.want(seen);
         }
         if !unseen.pages.is_empty() {
-            textures.expect(&unseen);
+            textures.ahead().expect(&unseen);
         }
+        Ok(())
     }
 }
 

@@ -149,7 +149,8 @@ impl Offscreen {
         let mut textures = Textures::new(&gpu.device, &gpu.queue, settings)?;
         let texture = textures.add_blocking(source.clone())?;
         let layer = shown.layer_of(&textures, texture)?;
-        let color_map = ColorMap::new(&textures.description(texture).layers[layer.index()], shown.range);
+        let color_map =
+            ColorMap::new(&textures.texture(texture)?.description().layers[layer.index()], shown.range);
         let (kind, picture) = (shown.target.unwrap_or(TargetKind::Direct), color_map.picture_format());
         let relief = shown.relief_of(scene, &mut textures, layer)?;
         let drawn = SceneDesc {
@@ -161,7 +162,7 @@ impl Offscreen {
             always_fixed: shown.always_fixed,
         };
         let renderer =
-            SceneRenderer::new(&gpu.device, &gpu.queue, &textures, drawn, kind.drawn_format(picture));
+            SceneRenderer::new(&gpu.device, &gpu.queue, &textures, drawn, kind.drawn_format(picture))?;
         Ok(Offscreen {
             pose: Pose::first(scene),
             estimating: None,
@@ -187,7 +188,7 @@ impl Offscreen {
 
     /// From the next frame on, expects what was wanted before where the camera is and where it is heading.
     pub fn prefetch_by(&mut self, sets: PrefetchSets) -> Result<(), OffscreenError> {
-        let texture = self.textures.description(self.renderer.layer().texture());
+        let texture = self.textures.texture(self.renderer.layer().texture())?.description();
         let of_this = sets.geometries().first().is_some_and(|shape| **shape == texture.geometry);
         if !of_this {
             return Err(OffscreenError::OtherTexture);
@@ -199,11 +200,11 @@ impl Offscreen {
     /// What the pictures show from the next frame on. Two views share the size of the picture.
     pub fn show(&mut self, views: Views) -> Result<(), OffscreenError> {
         if let Some((view, _)) = self.beside.take() {
-            self.textures.remove_view(view);
+            self.textures.view(view)?.remove();
         }
         if views != Views::One {
             let view = self.textures.add_view(ViewSettings::default().with_weight(views.weight()))?;
-            let number = self.textures.view_number(view);
+            let number = self.textures.view(view)?.number();
             self.beside = Some((view, self.renderer.new_camera(&self.gpu.device).with_view(number)));
         }
         self.views = views;
@@ -256,7 +257,7 @@ impl Offscreen {
         let mut views = vec![StageView { view: ViewId::MAIN, camera: renderer.camera(), pose: main }];
         let beside = self.beside.as_ref().zip(beside).filter(|_| self.views.is_due(self.frame));
         views.extend(beside.map(|((view, camera), pose)| StageView { view: *view, camera, pose }));
-        let frames_ahead = self.textures.frames_ahead();
+        let frames_ahead = self.textures.ahead().frames();
         let expected = self.ahead.as_mut().and_then(|(camera, ahead)| {
             let expected = ahead.expect(main, frames_ahead)?;
             Some((&*camera, expected))
@@ -278,10 +279,14 @@ impl Offscreen {
 
     fn expect_what_was_learnt(&mut self, pose: &Pose) {
         let (place, before) = (pose.place(), self.pose.place());
-        self.textures.set_place(place);
+        self.textures.trace().set_place(place);
         if let Some(sets) = &self.prefetch_sets {
             let step = std::array::from_fn(|axis| place[axis] - before[axis]);
-            self.textures.expect(&sets.expected(place, step, &[self.renderer.layer().texture()]));
+            self.textures.ahead().expect(&sets.expected(
+                place,
+                step,
+                &[self.renderer.layer().texture().number()],
+            ));
         }
     }
 
@@ -316,10 +321,12 @@ impl Offscreen {
         };
         let (renderer, sampled) = (&self.renderer, self.renderer.sampled());
         renderer.set_pose(&self.gpu.queue, &self.textures, &pose, self.canvas.size());
-        self.textures.explain_pixel(self.canvas.size(), [x - left, y], |pass, groups| {
-            renderer.draw_wanted(renderer.camera(), pass, &groups[sampled]);
+        self.textures.pixels().explain(self.canvas.size(), [x - left, y], |pass, groups| {
+            if let Some(group) = groups.get(sampled) {
+                renderer.draw_wanted(renderer.camera(), pass, group);
+            }
         })?;
-        Ok(self.textures.wait_explained()?.map(|explained| explained.explanations).unwrap_or_default())
+        Ok(self.textures.pixels().wait()?.map(|explained| explained.explanations).unwrap_or_default())
     }
 
     /// How alike the picture of the last frame is to the same scene drawn from an ordinary texture, and how that was drawn.
@@ -354,10 +361,10 @@ impl Offscreen {
     /// The picture of the last frame by the CPU twin of the shaders, at the mip bias in force.
     pub fn cpu_picture(&self) -> Result<Picture, OffscreenError> {
         let layer = self.renderer.layer();
-        let bias = self.textures.bias_eighths(layer.texture());
-        let filter = self.textures.filter(layer);
-        let texture = CpuTexture::new(self.source.clone(), layer.index(), filter, bias)?
-            .with_levels(self.textures.levels(layer.texture()).unwrap_or_default());
+        let shown = self.textures.texture(layer.texture())?;
+        let filter = shown.filter(layer.index()).unwrap_or_default();
+        let texture = CpuTexture::new(self.source.clone(), layer.index(), filter, shown.bias_eighths())?
+            .with_levels(shown.levels());
         let draw = || cpu_picture(&self.gpu, &self.textures, &self.renderer, &texture, self.canvas.size());
         let pictures: Vec<Picture> = self.through_each(draw).collect::<Result<_, _>>()?;
         Ok(side_by_side(&pictures, self.size))
@@ -370,7 +377,7 @@ impl Offscreen {
         for pose in std::iter::once(main).chain(beside) {
             for page in &self.wanted_by_every_pixel(pose)?.pages {
                 wanted += u64::from(page.pixels);
-                if matches!(self.textures.state(page.page), vastex::PageState::Resident(_)) {
+                if matches!(self.textures.inspect().state(page.page), vastex::PageState::Resident(_)) {
                     resident += u64::from(page.pixels);
                 }
             }
@@ -383,9 +390,11 @@ impl Offscreen {
         let (renderer, sampled) = (&self.renderer, self.renderer.sampled());
         renderer.set_pose(&self.gpu.queue, &self.textures, &pose, self.canvas.size());
         let draw = |pass: &mut wgpu::RenderPass<'_>, groups: &BindGroups| {
-            renderer.draw_wanted(renderer.camera(), pass, &groups[sampled]);
+            if let Some(group) = groups.get(sampled) {
+                renderer.draw_wanted(renderer.camera(), pass, group);
+            }
         };
-        Ok(self.textures.feedback_of_every_pixel(self.canvas.size(), draw)?)
+        Ok(self.textures.pixels().feedback_of_every(self.canvas.size(), draw)?)
     }
 
     /// Where on its texture each pixel of a view is that has this pose, in texels of level 0, row by row; nothing where the pixel does

@@ -37,7 +37,9 @@ pub(crate) fn places(
     let mut encoder = device.create_command_encoder(&Default::default());
     let into = vastex_viewer::Target::new(&view, &depth, None);
     let mut pass = into.begin(&mut encoder, glam::Vec4::ZERO);
-    renderer.draw_fixed(&mut pass, &pipeline, textures.bind_group(renderer.sampled()));
+    if let Ok(group) = textures.bind_group(renderer.sampled()) {
+        renderer.draw_fixed(&mut pass, &pipeline, group);
+    }
     drop(pass);
     let bytes = read_texture(gpu, encoder, &target, PIXEL_BYTES);
     let anchor = DVec2::new(anchor[0].into(), anchor[1].into());

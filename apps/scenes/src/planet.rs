@@ -81,7 +81,7 @@ impl Planet {
         let group = textures.add_group(parts.iter().map(|(part, _)| part.name()).zip(ids))?;
         let globe = Globe::new(gpu, height_texel(&parts));
         let attributes: Vec<Attribute> = parts.iter().map(|(part, _)| *part).collect();
-        let kinds = textures.kinds(group);
+        let kinds = textures.kinds(group)?;
         let text = shaders::planet(&textures.wgsl(&kinds), &attributes);
         let module = &vastex::shader_module(device, Some("planet"), text);
         let pipeline = |entries, format| {
@@ -131,7 +131,9 @@ impl Planet {
         let mut pass = self.canvas.target().begin(&mut encoder, BACKGROUND);
         pass.set_bind_group(2, more, &[]);
         let PlanetScene { globe, group, .. } = &self.scene;
-        globe.draw(&mut pass, pipeline, &self.camera, self.textures.bind_group(*group));
+        if let Ok(group) = self.textures.bind_group(*group) {
+            globe.draw(&mut pass, pipeline, &self.camera, group);
+        }
         drop(pass);
         Picture { size: self.canvas.size(), rgba: read_texture(&self.gpu, encoder, self.canvas.picture(), 4) }
     }
@@ -159,7 +161,8 @@ impl StageScene for PlanetScene {
         [width, height]: [u32; 2],
     ) {
         let mut ids = [0; 8];
-        ids.iter_mut().zip(textures.ids(self.group)).for_each(|(place, id)| *place = id);
+        let of_group = textures.bindings().ids(self.group).unwrap_or_default();
+        ids.iter_mut().zip(of_group).for_each(|(place, id)| *place = id);
         let told = PlanetUniform {
             clip_from_world: pose.clip_from_world(f64::from(width) / f64::from(height), 2.0),
             sun: SUN.normalize(),

@@ -52,7 +52,7 @@ impl Planet {
             layout: &layout,
             entries: &entries,
         });
-        let kinds = self.textures.kinds(self.scene.group);
+        let kinds = self.textures.kinds(self.scene.group)?;
         let textures_layout = self.textures.bind_group_layout(&kinds);
         let groups = [&textures_layout, &self.scene.globe.layout, &layout].map(Some);
         let attributes: Vec<Attribute> = self.parts.iter().map(|(part, _)| *part).collect();

@@ -36,6 +36,9 @@ pub enum ReferenceError {
     /// A tile could not be read.
     #[error(transparent)]
     Level(#[from] LevelError),
+    /// What is shown was removed.
+    #[error(transparent)]
+    Gone(#[from] vastex::Error),
 }
 
 /// Whose taps an ordinary texture is sampled by.
@@ -79,7 +82,8 @@ impl Reference {
             Taps::Same => ("shade_reference", plain.sampler(device)),
             Taps::Ordinary => ("shade_ordinary", plain.sampler(device)),
             Taps::Adapter => {
-                ("shade_by_adapter", plain.own_sampler(device, textures.filter(renderer.layer()).max_taps()))
+                let filter = textures.texture(renderer.layer().texture())?.filter(index).unwrap_or_default();
+                ("shade_by_adapter", plain.own_sampler(device, filter.max_taps()))
             }
         };
         let pipeline =
@@ -98,7 +102,9 @@ impl Reference {
     ) {
         let mut pass = target.begin(encoder, renderer.background());
         pass.set_bind_group(2, &self.group, &[]);
-        renderer.draw(&mut pass, &self.pipeline, textures.bind_group(renderer.sampled()));
+        if let Ok(group) = textures.bind_group(renderer.sampled()) {
+            renderer.draw(&mut pass, &self.pipeline, group);
+        }
     }
 }
 

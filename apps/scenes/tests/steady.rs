@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use vastex::{FeedbackWay, Filter, Pace, PlanetImage, PlanetSource, PoolSettings, Settings};
+use vastex::{FeedbackMode, Filter, Pace, PlanetImage, PlanetSource, PoolSettings, Settings};
 use vastex_scenes::{Offscreen, Path, Scene, Until, headless_gpu};
 
 /// Frames before memory is looked at: caches fill, and the view is there.
@@ -26,11 +26,11 @@ fn resident_bytes() -> u64 {
 fn memory_does_not_grow_with_frames() {
     let gpu = headless_gpu().unwrap_or_else(|why| panic!("{why}; `cargo xtask test` installs one"));
     for (bits, feedback) in [
-        (12, FeedbackWay::Separate),
-        (12, FeedbackWay::Raw),
-        (12, FeedbackWay::Inline),
+        (12, FeedbackMode::Separate),
+        (12, FeedbackMode::Raw),
+        (12, FeedbackMode::Inline),
         // With a hashed page table.
-        (20, FeedbackWay::Separate),
+        (20, FeedbackMode::Separate),
     ] {
         let image = PlanetImage { size: [2, 1], texels: vec![[90, 140, 70, 255], [40, 60, 160, 255]] };
         let planet = Arc::new(PlanetSource::new(image, bits).unwrap());

@@ -50,7 +50,10 @@ pub(crate) fn text(event: &Event, textures: &Textures) -> Option<String> {
     };
     match event {
         Event::Oversubscribed { pool, wanted, slots, bias_eighths, largest, .. } => {
-            let name = |texture| textures.name(texture).unwrap_or("a texture").to_owned();
+            let name = |number| {
+                let texture = textures.inspect().id_of(number).and_then(|id| textures.texture(id).ok());
+                texture.and_then(|texture| texture.name()).unwrap_or("a texture").to_owned()
+            };
             let shares: Vec<String> =
                 largest.iter().map(|share| format!("{} {}", name(share.texture), share.wanted)).collect();
             let most =
@@ -70,7 +73,7 @@ pub(crate) fn text(event: &Event, textures: &Textures) -> Option<String> {
             tiles(*pool),
             report::bytes(*bytes)
         )),
-        Event::Converged { .. } | Event::Failed { .. } | Event::Recovered { .. } | Event::Lost { .. } => None,
+        _ => None,
     }
 }
 

@@ -25,7 +25,7 @@ impl StatsExport {
 
     /// A frame has been played.
     pub(crate) fn note(&mut self, textures: &Textures) {
-        for record in textures.telemetry().newest() {
+        for record in textures.inspect().telemetry().newest() {
             if let Some((_, csv)) = &mut self.csv {
                 record.write_csv(csv);
             }

@@ -50,14 +50,14 @@ pub use texture::geometry::{
 };
 pub use texture::level_rule::LevelRule;
 pub use texture::numbering::PageNumbering;
-pub use texture::page::{Dims, PageId, PageIdError, PagePos, TextureId};
+pub use texture::page::{Dims, PageId, PageIdError, PagePos, TextureNumber};
 pub use texture::page_contents::PageContents;
 pub use texture::page_set::PageSet;
 pub use texture::region::Region;
 pub use texture::space::{Box3, fold, is_border_color};
 pub use wanted::compact::FeedbackCompactor;
 pub use wanted::feedback::{Feedback, Need, WantedPage};
-pub use wanted::groups::{GroupError, GroupId};
+pub use wanted::groups::{GroupError, GroupNumber};
 pub use wanted::motion::Motion;
 pub use wanted::survey::{
     Camera, FlatSurface, GlobeSurface, LevelImage, Patch, Surface, Survey, SurveySettings, Surveyed,

@@ -14,7 +14,7 @@ use vastex_core::shader_constants::FEEDBACK_WANTED;
 use vastex_core::sim::{View, contents_of_chance};
 use vastex_core::{
     BiasRule, Budgets, Dims, Feedback, FeedbackCompactor, Geometry, GeometrySpec, PageContents, PageId,
-    PagePos, PageSet, Pager, PoolId, Region, TableChange, TextureId, Urgency, ViewId, WantedPage, checks,
+    PagePos, PageSet, Pager, PoolId, Region, TableChange, TextureNumber, Urgency, ViewId, WantedPage, checks,
 };
 
 /// Frames of a loop: whole jitter cycles.
@@ -23,7 +23,7 @@ const LOOP: u64 = 160;
 const TARGET: [u32; 2] = [60, 34];
 
 /// What a camera sees of one texture on the loop, texel by texel as a feedback pass writes it.
-fn target(texture: TextureId, geometry: &Geometry, frame: u64) -> Vec<[u32; 4]> {
+fn target(texture: TextureNumber, geometry: &Geometry, frame: u64) -> Vec<[u32; 4]> {
     let angle = frame as f64 / LOOP as f64 * std::f64::consts::TAU;
     let view = View { centre: [0.5 + 0.3 * angle.cos(), 0.55 + 0.3 * angle.sin()], width: 0.05, tilt: 3.0 };
     let jitter = [frame as u32 % 8, frame as u32 * 5 % 8];
@@ -69,7 +69,7 @@ impl Loop {
             (&geometry, 300, 70, None, 0.0),
             (&geometry, 320, 70, Some(Arc::new(sparse)), 0.2),
         ];
-        let textures: Vec<(TextureId, &Geometry)> = kinds
+        let textures: Vec<(TextureNumber, &Geometry)> = kinds
             .into_iter()
             .map(|(geometry, slots, tile_bytes, present, share)| {
                 let pool = pager.add_pool(slots, tile_bytes, Some(BiasRule::default())).unwrap();
@@ -175,8 +175,8 @@ struct Flight {
     pager: Pager,
     pool: PoolId,
     image: Geometry,
-    ground: TextureId,
-    passing: Option<TextureId>,
+    ground: TextureNumber,
+    passing: Option<TextureNumber>,
     contents: Arc<PageContents>,
     under_way: VecDeque<(u64, PageId)>,
     changes: Vec<TableChange>,

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use pollster::block_on;
-use vastex_core::{Description, Dims, Geometry, GeometrySpec, LayerFormat, PageId, PagePos, TextureId};
+use vastex_core::{Description, Dims, Geometry, GeometrySpec, LayerFormat, PageId, PagePos, TextureNumber};
 use vastex_tiles::{
     Codec, DiskCache, DiskTier, Faults, Injection, Loader, ReadError, ReadFuture, SourceKey, Tile, TileSource,
 };
@@ -108,7 +108,7 @@ fn runs(directory: &Path) {
 }
 
 fn load(source: Arc<dyn TileSource>, pages: &[PagePos], threads: usize) {
-    let texture = TextureId::new(0).unwrap();
+    let texture = TextureNumber::new(0).unwrap();
     let mut loader = Loader::new(threads).unwrap();
     loader.add_source(texture, source);
     for (rank, &pos) in (0..).zip(pages) {

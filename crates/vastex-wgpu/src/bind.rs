@@ -4,10 +4,10 @@
 //! tables, its parameters and, where tiles fade in, how far they have; then the atlas of each layer.
 
 use crate::error::GpuError;
+use crate::feedback_mode::FeedbackMode;
 use crate::kind::{Atlas, Kinds};
 use crate::pool::Pool;
 use crate::views::Views;
-use crate::way::FeedbackWay;
 
 /// Where an application has room for the bindings of its shaders' Vastex text.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -30,7 +30,7 @@ impl Bindings {
     pub(crate) fn new(kinds: &Kinds, first: u32) -> Bindings {
         Bindings {
             first,
-            has_cells: kinds.way() == FeedbackWay::Inline,
+            has_cells: kinds.mode() == FeedbackMode::Inline,
             has_fades: kinds.fade(),
             pools: kinds.text_pools().len() as u32,
         }
@@ -75,16 +75,16 @@ impl Bindings {
 
 /// The entries of a bind group layout for kinds, from the binding `first` on.
 pub fn layout_entries(kinds: &Kinds, first: u32) -> Vec<wgpu::BindGroupLayoutEntry> {
-    let (at, way) = (Bindings::new(kinds, first), kinds.way());
+    let (at, mode) = (Bindings::new(kinds, first), kinds.mode());
     let uniform = || buffer(wgpu::BufferBindingType::Uniform);
     let mut entries = vec![
-        entry(at.params(), words(way)),
+        entry(at.params(), words(mode)),
         entry(at.views(), uniform()),
         entry(at.sampler(), wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
     ];
     entries.extend(at.cells().map(cells_entry));
     for pool in 0..kinds.text_pools().len() {
-        entries.push(entry(at.table(pool), words(way)));
+        entries.push(entry(at.table(pool), words(mode)));
         entries.push(entry(at.pool(pool), uniform()));
         entries.extend(at.fades(pool).map(fades_entry));
     }
@@ -141,10 +141,10 @@ pub fn check_bindings(limits: &wgpu::Limits, kinds: &Kinds) -> Result<(), GpuErr
     let uniforms = limits.max_uniform_buffers_per_shader_stage as usize;
     let fades = usize::from(kinds.fade());
     // Records and tables are buffers, and so is where the main pass tells what it wants; or they are textures as layers are.
-    let (free_buffers, of_pool, free_textures) = match kinds.way() {
-        FeedbackWay::Separate => (buffers.saturating_sub(1), fades, sampled),
-        FeedbackWay::Inline => (buffers.saturating_sub(2), fades, sampled),
-        FeedbackWay::Raw => (usize::MAX, fades + 1, sampled.saturating_sub(1)),
+    let (free_buffers, of_pool, free_textures) = match kinds.mode() {
+        FeedbackMode::Separate => (buffers.saturating_sub(1), fades, sampled),
+        FeedbackMode::Inline => (buffers.saturating_sub(2), fades, sampled),
+        FeedbackMode::Raw => (usize::MAX, fades + 1, sampled.saturating_sub(1)),
     };
     let for_pools = free_textures.saturating_sub(layers);
     let by_textures = for_pools.checked_div(of_pool).unwrap_or(usize::MAX);
@@ -190,8 +190,8 @@ fn fades_entry(binding: u32) -> wgpu::BindGroupLayoutEntry {
 }
 
 /// Page tables, or records: words in a buffer, or where there are none in a texture.
-fn words(way: FeedbackWay) -> wgpu::BindingType {
-    if way != FeedbackWay::Raw {
+fn words(mode: FeedbackMode) -> wgpu::BindingType {
+    if mode != FeedbackMode::Raw {
         return buffer(wgpu::BufferBindingType::Storage { read_only: true });
     }
     wgpu::BindingType::Texture {
@@ -222,21 +222,21 @@ mod tests {
     use crate::filter::Filter;
     use crate::kind::{Kind, KindMember, PageSides, TableKind};
 
-    fn kinds(pools: usize, layers: usize, way: FeedbackWay, fade: bool) -> Kinds {
+    fn kinds(pools: usize, layers: usize, mode: FeedbackMode, fade: bool) -> Kinds {
         let member = |nth: usize| {
             let (tables, pages) = (TableKind::Direct, PageSides::Any);
             let (atlas, filter, layer) = (Atlas::Float, Filter::Trilinear, (nth / pools) as u8);
             let kind = Kind { tables, pages, layer, atlas, scale: 1, filter };
             KindMember { name: format!("m{nth}"), pool: nth % pools, kind }
         };
-        Kinds::of_group((0..layers).map(member).collect(), way, fade).unwrap()
+        Kinds::of_group((0..layers).map(member).collect(), mode, fade).unwrap()
     }
 
     #[test]
     fn a_group_that_no_shader_could_read_is_refused_and_says_what_fits() {
         let limits = wgpu::Limits::default();
-        let check = |pools, layers, way, fade| check_bindings(&limits, &kinds(pools, layers, way, fade));
-        use FeedbackWay::{Inline, Raw, Separate};
+        let check = |pools, layers, mode, fade| check_bindings(&limits, &kinds(pools, layers, mode, fade));
+        use FeedbackMode::{Inline, Raw, Separate};
         assert!(check(7, 16, Separate, false).is_ok());
         let error = check(8, 8, Separate, false).unwrap_err();
         assert!(matches!(error, GpuError::GroupTooLarge { pools: 8, max_pools: 7, max_layers: 16, .. }));
@@ -249,8 +249,8 @@ mod tests {
 
     #[test]
     fn bindings_follow_one_another_from_the_first_on() {
-        for (way, fade) in [(FeedbackWay::Inline, true), (FeedbackWay::Separate, false)] {
-            let entries = layout_entries(&kinds(3, 5, way, fade), 7);
+        for (mode, fade) in [(FeedbackMode::Inline, true), (FeedbackMode::Separate, false)] {
+            let entries = layout_entries(&kinds(3, 5, mode, fade), 7);
             let bindings: Vec<u32> = entries.iter().map(|entry| entry.binding).collect();
             assert_eq!(bindings, (7..7 + bindings.len() as u32).collect::<Vec<_>>());
         }

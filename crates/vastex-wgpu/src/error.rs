@@ -52,12 +52,12 @@ pub enum GpuError {
     },
     /// The device has not what a way of feedback needs.
     #[error(
-        "this device cannot gather feedback in the way \"{way}\": it lacks compute shaders, or storage buffers in some stage; \
+        "this device cannot gather feedback in the mode \"{mode}\": it lacks compute shaders, or storage buffers in some stage; \
          \"raw\" needs neither"
     )]
-    FeedbackWay {
-        /// Name of the way.
-        way: &'static str,
+    FeedbackMode {
+        /// Name of the mode.
+        mode: &'static str,
     },
     /// The page table of a texture is larger than a buffer that shaders may read.
     #[error(

@@ -21,7 +21,7 @@ pub struct InlinePipelines {
 }
 
 impl InlinePipelines {
-    /// Compiles the shader, on a device that has [`crate::FeedbackWay::Inline`].
+    /// Compiles the shader, on a device that has [`crate::FeedbackMode::Inline`].
     pub fn new(device: &wgpu::Device) -> InlinePipelines {
         let bindings = [
             buffer(wgpu::BufferBindingType::Storage { read_only: false }),

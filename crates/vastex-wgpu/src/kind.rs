@@ -5,9 +5,9 @@
 use vastex_core::{Geometry, Level};
 
 use crate::error::GpuError;
+use crate::feedback_mode::FeedbackMode;
 use crate::filter::Filter;
 use crate::shader::names::check_names;
-use crate::way::FeedbackWay;
 
 /// How a shader reads the atlas, which follows from the layer's format: [`crate::Pool::atlas`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -105,7 +105,7 @@ pub struct KindMember {
 /// where these are.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Kinds {
-    way: FeedbackWay,
+    mode: FeedbackMode,
     fade: bool,
     members: Vec<TextMember>,
     pools: Vec<TextPool>,
@@ -159,26 +159,26 @@ impl Kind {
 
 impl Kinds {
     /// Of one layer, whose functions have no name in theirs. Tiles fade in where `fade` is true.
-    pub fn of(kind: Kind, way: FeedbackWay, fade: bool) -> Kinds {
-        Kinds::gathered([(None, 0, kind)], way, fade)
+    pub fn of(kind: Kind, mode: FeedbackMode, fade: bool) -> Kinds {
+        Kinds::gathered([(None, 0, kind)], mode, fade)
     }
 
     /// Of the members of a group.
     ///
     /// Fails where a name cannot stand in WGSL, or would make two functions of one name.
-    pub fn of_group(members: Vec<KindMember>, way: FeedbackWay, fade: bool) -> Result<Kinds, GpuError> {
+    pub fn of_group(members: Vec<KindMember>, mode: FeedbackMode, fade: bool) -> Result<Kinds, GpuError> {
         check_names(members.iter().map(|member| &*member.name))?;
         let members = members.into_iter().map(|KindMember { name, pool, kind }| (Some(name), pool, kind));
-        Ok(Kinds::gathered(members, way, fade))
+        Ok(Kinds::gathered(members, mode, fade))
     }
 
     fn gathered(
         of: impl IntoIterator<Item = (Option<String>, usize, Kind)>,
-        way: FeedbackWay,
+        mode: FeedbackMode,
         fade: bool,
     ) -> Kinds {
         let mut kinds = Kinds {
-            way,
+            mode,
             fade,
             members: Vec::new(),
             pools: Vec::new(),
@@ -211,7 +211,7 @@ impl Kinds {
             let TextPool { tables, pages, .. } = self.pools[pool];
             (member.name.clone(), pool, Kind { tables, pages, layer: index, atlas, scale, filter })
         };
-        Kinds::gathered(self.members.iter().map(of), self.way, self.fade)
+        Kinds::gathered(self.members.iter().map(of), self.mode, self.fade)
     }
 
     /// Whether the same bindings serve shaders of both: those of the same layers of as many pools.
@@ -219,13 +219,13 @@ impl Kinds {
         let layers = |kinds: &Kinds| {
             kinds.layers.iter().map(|layer| (layer.pool, layer.index, layer.atlas)).collect::<Vec<_>>()
         };
-        (self.way, self.fade, self.pools.len()) == (other.way, other.fade, other.pools.len())
+        (self.mode, self.fade, self.pools.len()) == (other.mode, other.fade, other.pools.len())
             && layers(self) == layers(other)
     }
 
     /// How feedback is gathered.
-    pub fn way(&self) -> FeedbackWay {
-        self.way
+    pub fn mode(&self) -> FeedbackMode {
+        self.mode
     }
 
     /// Whether tiles fade in.

@@ -9,7 +9,7 @@
 //! This crate never chooses a page and never sees a source: it carries out what `vastex-core`'s pager returns. It
 //! asks a device for nothing beyond WebGPU's default limits, and uses what optional
 //! features and larger limits there are ([`required_features`], [`required_limits`]); with less, down to WebGL 2's, it takes another
-//! way ([`FeedbackWay`]).
+//! way ([`FeedbackMode`]).
 //! It installs nothing on a device; that one was lost shows as [`GpuError::DeviceLost`] wherever something is read
 //! back.
 //!
@@ -25,6 +25,7 @@ mod device;
 mod error;
 mod fade;
 mod feedback;
+mod feedback_mode;
 mod filter;
 mod inline;
 mod instance;
@@ -49,7 +50,6 @@ pub mod test_device;
 mod texture_space;
 pub mod twins;
 mod views;
-mod way;
 
 pub use belt::{Belt, BeltCounts, BeltLayout, BeltTile};
 pub use bind::{BindingPlace, Bound, check_bindings, entries, layout_entries, new_sampler};
@@ -57,6 +57,7 @@ pub use device::{alive, limits, poll, required_features, required_limits};
 pub use error::GpuError;
 pub use fade::Fades;
 pub use feedback::{FEEDBACK_DEPTH_FORMAT, FEEDBACK_FORMAT, FeedbackScale, FeedbackTarget, FeedbackView};
+pub use feedback_mode::FeedbackMode;
 pub use filter::{Filter, MaxTaps, UnknownFilter};
 pub use inline::{InlinePipelines, InlineTarget};
 pub use instance::instance_for;
@@ -74,4 +75,3 @@ pub use shader::{compute_texts, wgsl};
 pub use tables::{Placement, PoolApplied, PoolTableChanger, PoolTables, RECORDED_AHEAD, Resident};
 pub use texture_space::{TEXTURE_SPACE_BLEND, TEXTURE_SPACE_FORMAT, TextureSpace};
 pub use views::Views;
-pub use way::FeedbackWay;

@@ -85,11 +85,11 @@ pub(crate) const HASH_SLOT_BYTES: u64 = 12;
 mod tests {
     use super::*;
     use crate::bind::BindingPlace;
+    use crate::feedback_mode::FeedbackMode;
     use crate::filter::Filter;
     use crate::kind::{Atlas, Kind, Kinds, PageSides, TableKind};
     use crate::shader;
     use crate::shader::tests::module;
-    use crate::way::FeedbackWay;
     use naga::{ScalarKind, TypeInner};
     use std::mem::offset_of;
 
@@ -177,7 +177,7 @@ mod tests {
         }
     }
 
-    fn text(way: FeedbackWay) -> String {
+    fn text(mode: FeedbackMode) -> String {
         let kind = Kind {
             tables: TableKind::Direct,
             pages: PageSides::Any,
@@ -186,12 +186,12 @@ mod tests {
             scale: 1,
             filter: Filter::Trilinear,
         };
-        shader::wgsl(&Kinds::of(kind, way, false), BindingPlace::default())
+        shader::wgsl(&Kinds::of(kind, mode, false), BindingPlace::default())
     }
 
     #[test]
     fn pools_and_views_are_laid_out_alike() {
-        let text = text(FeedbackWay::Separate);
+        let text = text(FeedbackMode::Separate);
         let unused = |nth: usize, at: usize| ("unused", at + 4 * nth, None);
         let pool: &[Field] = offsets!(PoolParams: tile, slots, inverse_slots, texel, unknown, bias);
         let rest = [0, 1, 2].map(|nth| unused(nth, offset_of!(PoolParams, unused)));
@@ -203,7 +203,7 @@ mod tests {
 
     #[test]
     fn what_the_main_pass_tells_is_laid_out_alike() {
-        for text in [text(FeedbackWay::Inline), shader::inline_wgsl()] {
+        for text in [text(FeedbackMode::Inline), shader::inline_wgsl()] {
             let head = [("count", 0), ("unused_0", 4), ("unused_1", 8), ("unused_2", 12)]
                 .map(|(name, offset)| (name, offset, Some(ScalarKind::Uint)));
             let cell = [&head[..], &[("told", 16, None)]].concat();

@@ -6,12 +6,12 @@
 
 use std::collections::BTreeSet;
 
-use vastex_core::TextureId;
+use vastex_core::TextureNumber;
 
 use crate::device::{alive, guarded, staged, storage};
 use crate::error::GpuError;
+use crate::feedback_mode::FeedbackMode;
 use crate::tables::Before;
-use crate::way::FeedbackWay;
 
 /// Records for which there is room at first.
 const FIRST_RECORDS: u32 = 16;
@@ -54,8 +54,8 @@ pub struct ParamsWritten {
 
 impl ParamStore {
     /// Records of `stride` words, all of them zeros at first. Costs 256 bytes of GPU memory for each word of the stride.
-    pub fn new(device: &wgpu::Device, way: FeedbackWay, stride: u32) -> Result<ParamStore, GpuError> {
-        let memory = Memory::new(device, way == FeedbackWay::Raw, stride, FIRST_RECORDS)?;
+    pub fn new(device: &wgpu::Device, mode: FeedbackMode, stride: u32) -> Result<ParamStore, GpuError> {
+        let memory = Memory::new(device, mode == FeedbackMode::Raw, stride, FIRST_RECORDS)?;
         let words = vec![[0; 4]; (FIRST_RECORDS * stride) as usize];
         let [changed, parted, frozen] = [const { BTreeSet::new() }; 3];
         let before = Vec::new();
@@ -64,7 +64,7 @@ impl ParamStore {
 
     /// Sets the record of a number, of at most a stride's words; zeros follow. The GPU hears of it with the next [`ParamStore::write`], if it
     /// is another than the one that is there.
-    pub fn set(&mut self, number: TextureId, record: &[[u32; 4]]) {
+    pub fn set(&mut self, number: TextureNumber, record: &[[u32; 4]]) {
         let stride = self.stride as usize;
         let first = usize::from(number.number()) * stride;
         if self.words.len() < first + stride {
@@ -81,15 +81,15 @@ impl ParamStore {
     }
 
     /// The record of a number: zeros where none was set.
-    pub fn record(&self, number: TextureId) -> &[[u32; 4]] {
+    pub fn record(&self, number: TextureNumber) -> &[[u32; 4]] {
         let first = usize::from(number.number()) * self.stride as usize;
         self.words.get(first..first + self.stride as usize).unwrap_or_default()
     }
 
     /// Lets the records lie elsewhere from the next [`ParamStore::write`] on, and those of these numbers stay as they are for commands that
     /// were recorded before: their tiles and tables lie elsewhere, too, and what those commands have bound of them stays as it is.
-    pub fn part(&mut self, numbers: impl IntoIterator<Item = TextureId>) {
-        self.parted.extend(numbers.into_iter().map(TextureId::number));
+    pub fn part(&mut self, numbers: impl IntoIterator<Item = TextureNumber>) {
+        self.parted.extend(numbers.into_iter().map(TextureNumber::number));
     }
 
     /// Records copies of what has been set since the last submission: all in one upload. Commands recorded later in the encoder see

@@ -8,10 +8,10 @@ use vastex_core::Feedback;
 use crate::compact::CompactionPipelines;
 use crate::device::alive;
 use crate::error::GpuError;
+use crate::feedback_mode::FeedbackMode;
 use crate::lists::ListRing;
 use crate::raw::RawTexture;
 use crate::raw_ring::RawRing;
-use crate::way::FeedbackWay;
 
 /// Frames whose feedback can be under way at once: what a GPU is behind by, and what an application records ahead.
 pub(crate) const RING: usize = 6;
@@ -28,14 +28,14 @@ enum Ring {
     Raw(RawRing),
 }
 
-/// What brings feedback back on a device; one for all targets. Compiles a shader where the way has one.
+/// What brings feedback back on a device; one for all targets. Compiles a shader where the mode has one.
 #[derive(Clone, Debug)]
 pub struct ReadbackPipelines(Option<CompactionPipelines>);
 
 impl ReadbackPipelines {
     /// For a way that the device has.
-    pub fn new(device: &wgpu::Device, way: FeedbackWay) -> ReadbackPipelines {
-        ReadbackPipelines((way != FeedbackWay::Raw).then(|| CompactionPipelines::new(device)))
+    pub fn new(device: &wgpu::Device, mode: FeedbackMode) -> ReadbackPipelines {
+        ReadbackPipelines((mode != FeedbackMode::Raw).then(|| CompactionPipelines::new(device)))
     }
 }
 

@@ -3,7 +3,7 @@
 //! What its fields mean stands with the WGSL structs `VastexiTexture` and `VastexiLevel` in records.wgsl, which takes it apart; a test lets
 //! a GPU do so and compares.
 
-use vastex_core::{AddressMode, Geometry, LevelRule, Slot, TextureId, shader_constants};
+use vastex_core::{AddressMode, Geometry, LevelRule, Slot, TextureNumber, shader_constants};
 
 /// Words of 16 bytes before the levels.
 const HEAD: usize = 3;
@@ -19,11 +19,11 @@ pub const RECORD_WORDS: u32 = (HEAD + OF_LEVEL * shader_constants::MAX_LEVELS as
 /// 0 names none.
 ///
 /// ```
-/// use vastex_core::TextureId;
-/// let number = TextureId::new(5).unwrap();
+/// use vastex_core::TextureNumber;
+/// let number = TextureNumber::new(5).unwrap();
 /// assert_ne!(vastex_wgpu::shader_id(number, 1), vastex_wgpu::shader_id(number, 2));
 /// ```
-pub const fn shader_id(number: TextureId, generation: u32) -> u32 {
+pub const fn shader_id(number: TextureNumber, generation: u32) -> u32 {
     let generations = (1 << (32 - shader_constants::TEXTURE_BITS)) - 1;
     let nth = match generation % generations {
         0 => generations,
@@ -143,8 +143,8 @@ mod tests {
     #[test]
     fn no_id_is_that_of_an_empty_record() {
         let generations = 1 << (32 - shader_constants::TEXTURE_BITS);
-        for number in [0, 1, 1029, TextureId::MAX] {
-            let number = TextureId::new(number).unwrap();
+        for number in [0, 1, 1029, TextureNumber::MAX] {
+            let number = TextureNumber::new(number).unwrap();
             let mut last = 0;
             for generation in [0, 1, 2, generations - 2, generations - 1, generations, u32::MAX] {
                 let id = shader_id(number, generation);

@@ -9,11 +9,11 @@ use std::fmt::Write as _;
 use vastex_core::{AddressMode, shader_constants};
 
 use crate::bind::{BindingPlace, Bindings};
+use crate::feedback_mode::FeedbackMode;
 use crate::filter::Filter;
 use crate::kind::{Atlas, Kinds, PageSides, TableKind, TextRead};
 use crate::mirror::{RECORDS as RECORDS_OF_CELL, VIEWS};
 use crate::record::{RECORD_WORDS, address_code};
-use crate::way::FeedbackWay;
 
 pub(crate) mod names;
 
@@ -144,7 +144,7 @@ const COMPARED_CONSTANTS: [&str; 2] = ["ADDRESS_", "FILTER_"];
 /// `_wrapped` takes the shorter way. The two cannot be told apart in a shader, so the application says which it has.
 pub fn wgsl(kinds: &Kinds, place: BindingPlace) -> String {
     let bindings = Bindings::new(kinds, place.first);
-    let way = kinds.way();
+    let mode = kinds.mode();
     let mut text = constants_of(kinds, place, &bindings);
     let mut push = |modules: &[&str], renamed: &dyn Fn(&str) -> String| {
         for module in modules {
@@ -155,7 +155,7 @@ pub fn wgsl(kinds: &Kinds, place: BindingPlace) -> String {
     let as_it_is = |module: &str| module.to_owned();
     push(&shared_modules(kinds), &as_it_is);
     for (nth, pool) in kinds.text_pools().iter().enumerate() {
-        push(&pool_modules(pool.tables, way, kinds.fade()), &|module| numbered(module, "POOL", nth));
+        push(&pool_modules(pool.tables, mode, kinds.fade()), &|module| numbered(module, "POOL", nth));
     }
     for (nth, layer) in kinds.layers().iter().enumerate() {
         let of_pool = |module: &str| numbered(module, "POOL", layer.pool);
@@ -244,7 +244,7 @@ fn push_flag(text: &mut String, of: &str, are_powers: bool) {
 }
 
 fn shared_modules(kinds: &Kinds) -> Vec<&'static str> {
-    let params = if kinds.way() == FeedbackWay::Raw { PARAM_TEXTURE } else { PARAM_BUFFER };
+    let params = if kinds.mode() == FeedbackMode::Raw { PARAM_TEXTURE } else { PARAM_BUFFER };
     let mut modules = vec![PARAMS, params, RECORDS, LAMBDA, FOOTPRINT, LEVELS, POSITION, PAGE, PLACE];
     if kinds.reads().iter().any(|read| reaches(read.filter)) {
         modules.push(REACH);
@@ -253,7 +253,7 @@ fn shared_modules(kinds: &Kinds) -> Vec<&'static str> {
         modules.push(CUBIC);
     }
     modules.extend([FEEDBACK, VIEW, INSPECT, TEXTURE_SPACE]);
-    modules.extend(tell_modules(kinds.way()));
+    modules.extend(tell_modules(kinds.mode()));
     modules
 }
 
@@ -262,15 +262,15 @@ fn reaches(filter: Filter) -> bool {
     matches!(filter, Filter::Anisotropic(_) | Filter::Bicubic)
 }
 
-fn tell_modules(way: FeedbackWay) -> &'static [&'static str] {
-    match way {
-        FeedbackWay::Inline => &[TOLD, TELL],
-        FeedbackWay::Separate | FeedbackWay::Raw => &[TELL_NOTHING],
+fn tell_modules(mode: FeedbackMode) -> &'static [&'static str] {
+    match mode {
+        FeedbackMode::Inline => &[TOLD, TELL],
+        FeedbackMode::Separate | FeedbackMode::Raw => &[TELL_NOTHING],
     }
 }
 
-fn pool_modules(tables: TableKind, way: FeedbackWay, fade: bool) -> Vec<&'static str> {
-    let mut modules = vec![if way == FeedbackWay::Raw { ARENA_TEXTURE } else { ARENA_BUFFER }];
+fn pool_modules(tables: TableKind, mode: FeedbackMode, fade: bool) -> Vec<&'static str> {
+    let mut modules = vec![if mode == FeedbackMode::Raw { ARENA_TEXTURE } else { ARENA_BUFFER }];
     match tables {
         TableKind::Direct => modules.push(DIRECT),
         TableKind::Hashed => modules.extend([HASHED_POOL, HASHED]),

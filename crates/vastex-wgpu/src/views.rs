@@ -3,8 +3,8 @@
 
 use crate::device::{staged, storage};
 use crate::error::GpuError;
+use crate::feedback_mode::FeedbackMode;
 use crate::mirror::{CELL_BYTES, VIEWS, ViewParams};
-use crate::way::FeedbackWay;
 
 /// Cells between the places where views' cells may begin, so that every device can bind them from there on.
 const CELLS_APART: u32 = 16;
@@ -50,7 +50,7 @@ impl Views {
     pub const MOST: u32 = VIEWS;
 
     /// Views that are no feedback yet, for shaders made for a way of feedback: the picture where it is, levels unchanged.
-    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, way: FeedbackWay) -> Views {
+    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, mode: FeedbackMode) -> Views {
         let params = [NO_VIEW; VIEWS as usize];
         let buffer = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("vastex views"),
@@ -65,7 +65,7 @@ impl Views {
             ranges: [(0, 0); VIEWS as usize],
             is_moved: false,
         };
-        Views { buffer, cells: (way == FeedbackWay::Inline).then(cells) }
+        Views { buffer, cells: (mode == FeedbackMode::Inline).then(cells) }
     }
 
     /// Sets what the commands recorded after this see of a view, until it is set again: commands that are submitted before or after them,

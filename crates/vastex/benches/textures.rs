@@ -144,10 +144,14 @@ impl World {
             };
             order.push((nth as usize % 3, textures.add_blocking(source).unwrap()));
         }
-        order.sort_by_key(|&(kind, texture)| (kind, textures.pool_of(texture).map(|pool| pool.number())));
+        order.sort_by_key(|&(kind, texture)| {
+            (kind, textures.texture(texture).unwrap().pool().map(|pool| pool.number()))
+        });
         let mut runs: Vec<(std::ops::Range<u32>, usize)> = Vec::new();
         for (nth, &(kind, texture)) in (0u32..).zip(&order) {
-            let is_same = |before: TextureId| textures.bind_group(before) == textures.bind_group(texture);
+            let is_same = |before: TextureId| {
+                textures.bind_group(before).unwrap() == textures.bind_group(texture).unwrap()
+            };
             match runs.last_mut() {
                 Some((run, of)) if *of == kind && is_same(order[run.start as usize].1) => run.end = nth + 1,
                 _ => runs.push((nth..nth + 1, kind)),
@@ -200,7 +204,7 @@ impl World {
         let quad = |(nth, texture): (u32, &TextureId)| {
             let (column, row) = ((nth % 20) as f32, (nth / 20) as f32);
             let place = [column / 10.0 - 1.0, row / 5.0 - 1.0, 0.095, 0.19];
-            Quad { place, zoom, texture: self.textures.shader_id(*texture) }
+            Quad { place, zoom, texture: self.textures.shader_id(*texture).unwrap() }
         };
         let quads: Vec<Quad> = (0..).zip(&self.order).map(quad).collect();
         self.gpu.queue.write_buffer(&self.quads, 0, bytemuck::cast_slice(&quads));
@@ -212,7 +216,7 @@ impl World {
         let World { textures, order, runs, quads, pipelines, .. } = self;
         let scene = Scene { order, runs, quads, pipelines };
         let recorded = textures.feedback(&mut encoder, PICTURE, |pass, groups| {
-            scene.draw(pass, 1, draws, |texture| &groups[texture]);
+            scene.draw(pass, 1, draws, |texture| groups.get(texture));
         });
         recorded.unwrap();
         times.feedback = thread_time() - start;
@@ -229,7 +233,7 @@ impl World {
             })],
             ..Default::default()
         });
-        scene.draw(&mut pass, 0, draws, |texture| textures.bind_group(texture));
+        scene.draw(&mut pass, 0, draws, |texture| textures.bind_group(texture).ok());
         drop(pass);
         let commands = encoder.finish();
         times.picture = thread_time() - start;
@@ -255,7 +259,7 @@ impl Scene<'_> {
         pass: &mut wgpu::RenderPass<'_>,
         which: usize,
         draws: Draws,
-        group: impl Fn(TextureId) -> &'g wgpu::BindGroup,
+        group: impl Fn(TextureId) -> Option<&'g wgpu::BindGroup>,
     ) {
         pass.set_vertex_buffer(0, self.quads.slice(..));
         for (run, kind) in self.runs {
@@ -274,7 +278,7 @@ impl Scene<'_> {
 }
 
 fn pipelines(device: &wgpu::Device, textures: &Textures, texture: TextureId) -> [wgpu::RenderPipeline; 2] {
-    let kinds = textures.kinds(texture);
+    let kinds = textures.kinds(texture).unwrap();
     let module = vastex_wgpu::shader_module(device, None, SHADER.to_owned() + &textures.wgsl(&kinds));
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: None,

@@ -2,12 +2,14 @@
 
 use std::time::Duration;
 
+use crate::ids::{GroupId, TextureId};
 use vastex_core::{GroupError, PagePos, PoolError, PoolId, TraceRecordError, ViewError, ViewId};
 use vastex_tiles::{ContainerError, DecodeError, LoadError, ReadError};
 use vastex_wgpu::GpuError;
 
 /// Why a call failed. A tile that cannot be had is no error but an [`crate::Event`].
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum Error {
     /// The file is no container, or a damaged one.
     #[error(transparent)]
@@ -57,7 +59,7 @@ pub enum Error {
     OtherSettings,
     /// The texture has too many pages for all of them to be listed.
     #[error(
-        "a texture of {pages} pages is not sampled whole on the CPU, {most} is the most; `Textures::sample_cpu` answers from what is resident"
+        "a texture of {pages} pages is not sampled whole on the CPU, {most} is the most; `Cpu::sample` answers from what is resident"
     )]
     TooManyPages {
         /// Its pages.
@@ -73,6 +75,12 @@ pub enum Error {
         "frames cannot be played in lock-step in a browser, where nothing may be waited for; set `pace` to `Pace::Realtime`"
     )]
     LockStepInBrowser,
+    /// There is no such texture.
+    #[error("there is no texture {} of this id; it was removed, or is one of other `Textures`", .0.number().number())]
+    NoTexture(TextureId),
+    /// There is no such group.
+    #[error("there is no group {} of this id; it or one of its members was removed, or it is one of other `Textures`", .0.number().number().number())]
+    NoGroup(GroupId),
     /// There is no such pool.
     #[error("there is no pool {}; ids of pools are in the statistics and events of the same textures", .0.number())]
     NoPool(PoolId),
@@ -84,8 +92,8 @@ pub enum Error {
     NoView(ViewId),
     /// The feedback pass that was begun before was not ended. What it has drawn is given up, so that the next may begin.
     #[error(
-        "the feedback pass of view {} that was begun in frame {frame} was not ended; call `Textures::end_feedback` behind each pass that \
-         `Textures::begin_feedback` was called for",
+        "the feedback pass of view {} that was begun in frame {frame} was not ended; call `View::end_feedback` behind each pass that \
+         `View::begin_feedback` was called for",
         view.number()
     )]
     FeedbackNotEnded {
@@ -95,7 +103,7 @@ pub enum Error {
         frame: u64,
     },
     /// There is no feedback pass to be ended.
-    #[error("no feedback pass of view {} was begun; call `Textures::begin_feedback` before the pass", .0.number())]
+    #[error("no feedback pass of view {} was begun; call `View::begin_feedback` before the pass", .0.number())]
     FeedbackNotBegun(ViewId),
     /// The view could not be added.
     #[error(transparent)]
@@ -117,7 +125,7 @@ pub enum Error {
     /// The textures cannot be a group.
     #[error(transparent)]
     Group(#[from] GroupError),
-    /// The GPU failed. After [`GpuError::DeviceLost`], make a new device and call [`crate::Textures::restore`].
+    /// The GPU failed. After [`GpuError::DeviceLost`], make a new device and call [`crate::Memory::restore`].
     #[error(transparent)]
     Gpu(#[from] GpuError),
 }

@@ -6,20 +6,20 @@
 //! resolution at which it touches them, are ever in GPU memory, within a budget of bytes.
 //!
 //! ```no_run
-//! # fn draw(_: &mut wgpu::RenderPass<'_>, _: &wgpu::BindGroup) {}
+//! # fn draw(_: &mut wgpu::RenderPass<'_>, _: Option<&wgpu::BindGroup>) {}
 //! # fn app(device: &wgpu::Device, queue: &wgpu::Queue) -> Result<(), vastex::Error> {
 //! let mut textures = vastex::Textures::new(device, queue, vastex::Settings::default())?;
 //! let earth = textures.add_blocking(vastex::open("earth.vastex")?)?; // or `preparer` and `add`, without waiting
-//! let kinds = textures.kinds(earth); // the same for all textures that share pipelines
+//! let kinds = textures.kinds(earth)?; // the same for all textures that share pipelines
 //! let shader = "@fragment fn shade() { /* ... vastex_sample(id, uv) ... */ }".to_owned() + &textures.wgsl(&kinds);
-//! let id = textures.shader_id(earth); // for a material, or an instance
+//! let id = textures.shader_id(earth)?; // for a material, or an instance
 //! # let _ = (shader, id);
 //!
 //! // each frame, in the application's own encoder
 //! # let mut encoder = device.create_command_encoder(&Default::default());
-//! textures.feedback(&mut encoder, [1280, 720], |pass, groups| draw(pass, &groups[earth]))?; // what is wanted
+//! textures.feedback(&mut encoder, [1280, 720], |pass, groups| draw(pass, groups.get(earth)))?; // what is wanted
 //! textures.update()?;                                  // observe, load, upload, change tables: never waits
-//! // ... draw the picture with textures.bind_group(earth), or in textures.main_pass(..) for feedback without a pass of its own ...
+//! // ... draw the picture with textures.bind_group(earth)?, or in textures.main_pass(..) for feedback without a pass of its own ...
 //! queue.submit([encoder.finish()]);
 //! while let Some(event) = textures.poll_event() { /* Converged, Oversubscribed, Failed, ... */ }
 //! # Ok(()) }
@@ -31,8 +31,8 @@
 mod cpu;
 mod error;
 mod gpu;
+mod ids;
 mod paging;
-mod sampled;
 mod settings;
 mod sources;
 mod textures;
@@ -43,20 +43,23 @@ pub use cpu::CpuTexture;
 pub use cpu::{CpuFeedback, CpuSample, CpuSampler, CpuStats};
 pub use error::Error;
 pub use gpu::{BindGroups, FeedbackPass, PoolResize, UploadStats};
+pub use ids::{GroupId, LayerId, Member, Sampled, TextureId};
 pub use paging::{Convergence, Ticket};
-pub use sampled::{LayerId, Member, Sampled};
 pub use settings::{
-    BindingPlace, FeedbackWay, Filter, MaxTaps, Pace, Platform, PoolRule, PoolSettings, PoolTuning,
+    BindingPlace, FeedbackMode, Filter, MaxTaps, Pace, Platform, PoolRule, PoolSettings, PoolTuning,
     ScaleGroups, Settings, SettingsError, TableChoice, TextureSettings, UnknownFilter, UploadWay,
 };
 pub use sources::{Prepared, Preparer};
-pub use textures::{AddError, Textures, ViewSettings};
+pub use textures::{
+    AddError, Ahead, Bindings, Cpu, Inspect, Memory, Pixels, TextureMut, TextureRef, Textures, TraceControl,
+    View, ViewSettings,
+};
 pub use vastex_core::shader_constants::JITTER_CYCLE;
 pub use vastex_core::{
     AddressMode, AskError, BiasRule, Box3, Description, Dims, Event, Explanation, Feedback, Geometry,
-    GeometryError, GeometrySpec, GroupError, GroupId, History, Integrator, Layer, LayerFormat, LevelRule,
+    GeometryError, GeometrySpec, GroupError, GroupNumber, History, Integrator, Layer, LayerFormat, LevelRule,
     Motion, PageId, PagePos, PageState, PoolEstimate, PoolFrame, PoolId, Progress, Region, SlotUsage, Stats,
-    Step, TexelPositions, TextureId, TexturePages, TicketState, TimeToSharp, Trace, Urgency, ViewError,
+    Step, TexelPositions, TextureNumber, TexturePages, TicketState, TimeToSharp, Trace, Urgency, ViewError,
     ViewId, Wait, fold,
 };
 pub use vastex_core::{

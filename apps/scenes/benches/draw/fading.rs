@@ -62,13 +62,14 @@ fn come(
     levels: std::ops::RangeInclusive<u8>,
     ago: Duration,
 ) -> Result<()> {
+    let texture = texture(offscreen)?;
     let textures = offscreen.textures_mut();
-    textures.set_levels(texture()?, LevelRule { finest: *levels.start(), ..LevelRule::default() });
+    textures.texture_mut(texture)?.set_levels(LevelRule { finest: *levels.start(), ..LevelRule::default() });
     textures.set_frame_time(Duration::ZERO);
     fetch(offscreen, pose, &Region::whole().on_levels(levels))?;
     offscreen.textures_mut().set_frame_time(ago);
     offscreen.frame(pose)?;
-    offscreen.textures_mut().set_levels(texture()?, LevelRule::default());
+    offscreen.textures_mut().texture_mut(texture)?.set_levels(LevelRule::default());
     offscreen.textures_mut().set_frame_time(Duration::ZERO);
     Ok(())
 }

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::time::Duration;
 
 use anyhow::{Context, Result};
-use vastex::{FeedbackWay, GeometrySpec, Settings, TableChoice};
+use vastex::{FeedbackMode, GeometrySpec, Settings, TableChoice};
 use vastex_scenes::{Path, Scene};
 
 use crate::stage::Stage;
@@ -24,8 +24,8 @@ pub(crate) fn section(bench: &Bench) -> Result<Part> {
     let size = if is_processor(&bench.gpu) { [1280, 720] } else { [1920, 1080] };
     let mut page = format!(
         "## Feedback\n\nWhat it adds to a frame of {}x{}, compaction included, beside a main pass that tells nothing: medians over five\n\
-         places of a flight over 65536x32768 texels. Asked for on a GPU: {ASKED} % of the frame by the cheapest way, and {ASKED_KIB} KiB read back where it is compacted there.\n\n\
-         | scene | way | main pass ms | feedback ms | of the frame % | pages | read back B | of 12 B a page |\n|---|---|---|---|---|---|---|---|\n",
+         places of a flight over 65536x32768 texels. Asked for on a GPU: {ASKED} % of the frame by the cheapest mode, and {ASKED_KIB} KiB read back where it is compacted there.\n\n\
+         | scene | mode | main pass ms | feedback ms | of the frame % | pages | read back B | of 12 B a page |\n|---|---|---|---|---|---|---|---|\n",
         size[0], size[1],
     );
     // The share of the cheapest way, where it is largest.
@@ -34,13 +34,13 @@ pub(crate) fn section(bench: &Bench) -> Result<Part> {
     for scene in [Scene::Plane, Scene::Globe] {
         let mut cheapest = f64::INFINITY;
         // The main pass of a shader that tells nothing is what the others are measured by.
-        let stage = |way| {
-            let settings = Settings { feedback: Some(way), ..Settings::default() };
+        let stage = |mode| {
+            let settings = Settings { feedback: Some(mode), ..Settings::default() };
             Stage::new(bench, size, scene, settings, GeometrySpec::image(65536, 32768), TableChoice::BySize)
         };
-        let mut plain = stage(FeedbackWay::Separate)?;
-        for way in FeedbackWay::ALL {
-            let mut stage = stage(way)?;
+        let mut plain = stage(FeedbackMode::Separate)?;
+        for mode in FeedbackMode::ALL {
+            let mut stage = stage(mode)?;
             let costs = PLACES.map(|frame| cost(frame, scene, &mut stage, &mut plain));
             let costs = costs.into_iter().collect::<Result<Vec<Cost>>>()?;
             let median = |of: &dyn Fn(&Cost) -> f64| {
@@ -50,14 +50,14 @@ pub(crate) fn section(bench: &Bench) -> Result<Part> {
             };
             let percent = median(&|cost| 1e2 * cost.feedback / (cost.main + cost.feedback));
             cheapest = cheapest.min(percent);
-            if way != FeedbackWay::Raw {
+            if mode != FeedbackMode::Raw {
                 compacted = compacted.max(median(&|cost| cost.bytes));
             }
             writeln!(
                 page,
                 "| {} | {} | {:.2} | {:.2} | {percent:.0} | {} | {} | {:.2} |",
                 scene.name(),
-                way.name(),
+                mode.name(),
                 median(&|cost| 1e3 * cost.main),
                 median(&|cost| 1e3 * cost.feedback),
                 median(&|cost| cost.pages),
@@ -87,13 +87,13 @@ fn cost(frame: u64, scene: Scene, stage: &mut Stage<'_>, plain: &mut Stage<'_>) 
     stage.set_pose(&pose);
     plain.set_pose(&pose);
     let before = stage.textures.stats().feedback_bytes_read;
-    stage.textures.record_trace();
+    stage.textures.trace().record();
     let (mut with, mut without) = (Duration::MAX, Duration::MAX);
     for _ in 0..ROUNDS {
         with = with.min(stage.draw(true)?);
         without = without.min(plain.draw(false)?);
     }
-    let trace = stage.textures.take_trace()?.context("a trace was recorded")?;
+    let trace = stage.textures.trace().take()?.context("a trace was recorded")?;
     let frames = trace.frames().len().max(1) as f64;
     let pages = trace.frames().iter().map(Vec::len).sum::<usize>() as f64;
     let bytes = (stage.textures.stats().feedback_bytes_read - before) as f64;

@@ -6,11 +6,11 @@ use std::time::Duration;
 use anyhow::{Context, Result};
 use vastex_core::{
     ChangeRule, Description, Geometry, GeometrySpec, LayerFormat, LevelRule, PageId, PagePos, PoolLayout,
-    Slot, TableChange, TableEntry, TextureId,
+    Slot, TableChange, TableEntry, TextureNumber,
 };
 use vastex_scenes::Gpu;
 use vastex_wgpu::{
-    BindingPlace, Bound, FeedbackWay, Filter, Kind, Kinds, PageSides, ParamStore, Pool, PoolTableChanger,
+    BindingPlace, Bound, FeedbackMode, Filter, Kind, Kinds, PageSides, ParamStore, Pool, PoolTableChanger,
     PoolTables, RECORD_WORDS, RecordOf, TableKind, Views, entries, layout_entries, limits, new_sampler,
     shader_module, texture_record, wgsl,
 };
@@ -88,7 +88,7 @@ impl<'a> Lookups<'a> {
             mipmap_filter: wgpu::MipmapFilterMode::Linear,
             ..Default::default()
         });
-        let views = Views::new(device, queue, FeedbackWay::Separate);
+        let views = Views::new(device, queue, FeedbackMode::Separate);
         Ok(Lookups { bench, gpu, description, pool, views, pixels, data, second_atlas, sampler })
     }
 
@@ -102,10 +102,10 @@ impl<'a> Lookups<'a> {
     /// A table that has been told what is resident.
     pub(crate) fn table(&self, kind: TableKind, resident: &[(PagePos, TableEntry)]) -> Result<Table> {
         let (device, queue, geometry) = (&self.gpu.device, &self.gpu.queue, &self.description.geometry);
-        let way = FeedbackWay::Separate;
+        let mode = FeedbackMode::Separate;
         let mut tables = match kind {
-            TableKind::Direct => PoolTables::direct(device, way)?,
-            TableKind::Hashed => PoolTables::hashed(device, queue, way, self.pool.layout().slots())?,
+            TableKind::Direct => PoolTables::direct(device, mode)?,
+            TableKind::Hashed => PoolTables::hashed(device, queue, mode, self.pool.layout().slots())?,
         };
         tables.add(NUMBER, geometry, Slot::new(0))?;
         let change = |&(pos, entry): &(PagePos, TableEntry)| {
@@ -113,12 +113,12 @@ impl<'a> Lookups<'a> {
             Ok(TableChange { page, rule: ChangeRule::Coarser, entry })
         };
         let changes = resident.iter().map(change).collect::<Result<Vec<TableChange>>>()?;
-        let mut all = |_: TextureId, resident: &mut Vec<TableChange>| resident.clone_from(&changes);
+        let mut all = |_: TextureNumber, resident: &mut Vec<TableChange>| resident.clone_from(&changes);
         let mut encoder = device.create_command_encoder(&Default::default());
-        let (changer, mut budget) = (PoolTableChanger::new(device, way), u64::MAX);
+        let (changer, mut budget) = (PoolTableChanger::new(device, mode), u64::MAX);
         tables.apply(&changer, device, queue, &mut encoder, &changes, &mut all, &mut budget)?;
         let placement = tables.placement(NUMBER);
-        let mut params = ParamStore::new(device, way, RECORD_WORDS)?;
+        let mut params = ParamStore::new(device, mode, RECORD_WORDS)?;
         let record = texture_record(&RecordOf {
             geometry,
             id: ID,
@@ -163,7 +163,7 @@ impl<'a> Lookups<'a> {
             scale: 1,
             filter: Filter::Trilinear,
         };
-        let kinds = Kinds::of(kind, FeedbackWay::Separate, false);
+        let kinds = Kinds::of(kind, FeedbackMode::Separate, false);
         let module = shader_module(device, None, texts::picture(&wgsl(&kinds, BindingPlace::default()), own));
         let textures = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: None,

@@ -12,7 +12,7 @@ use naga::{
     AddressSpace, BinaryOperator, Block, Expression, Function, Handle, Literal, Module, ScalarKind, Statement,
 };
 use vastex::Filter;
-use vastex_wgpu::{Atlas, BindingPlace, FeedbackWay, Kind, Kinds, PageSides, TableKind, wgsl};
+use vastex_wgpu::{Atlas, BindingPlace, FeedbackMode, Kind, Kinds, PageSides, TableKind, wgsl};
 
 use crate::world::{Bench, Part};
 
@@ -59,7 +59,7 @@ pub(crate) fn section(_: &Bench) -> Result<Part> {
         for (name, pages) in [("powers of two", PageSides::PowersOfTwo), ("any", PageSides::Any)] {
             let (tables, atlas) = (TableKind::Direct, Atlas::Float);
             let kind = Kind { tables, pages, layer: 0, atlas, scale: 1, filter };
-            let kinds = Kinds::of(kind, FeedbackWay::Separate, false);
+            let kinds = Kinds::of(kind, FeedbackMode::Separate, false);
             let Operations { fetches, table, words, arithmetic, divisions } = counted(&kinds)?;
             writeln!(
                 page,

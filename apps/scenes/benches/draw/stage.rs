@@ -34,9 +34,10 @@ impl<'a> Stage<'a> {
         let settings = Settings { pace: Pace::LockStep { latency_frames: 1 }, ..settings };
         let mut textures = Textures::new(device, queue, settings)?;
         let source = PropertySource::new(Geometry::new(shape)?);
-        let texture = textures
-            .add_blocking_with(Arc::new(source), TextureSettings { page_table, ..Default::default() })?;
-        let color_map = ColorMap::new(&textures.description(texture).layers[0], None);
+        let settings = TextureSettings { page_table, ..Default::default() };
+        let prepared = textures.preparer().read_blocking(Arc::new(source), settings)?;
+        let texture = textures.add(prepared)?;
+        let color_map = ColorMap::new(&textures.texture(texture)?.description().layers[0], None);
         let format = color_map.picture_format();
         let drawn = SceneDesc {
             scene,
@@ -46,7 +47,7 @@ impl<'a> Stage<'a> {
             tiling: Default::default(),
             always_fixed: false,
         };
-        let renderer = SceneRenderer::new(device, queue, &textures, drawn, format);
+        let renderer = SceneRenderer::new(device, queue, &textures, drawn, format)?;
         let colour = device.create_texture(&wgpu::TextureDescriptor {
             label: Some("picture"),
             size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
@@ -78,10 +79,14 @@ impl<'a> Stage<'a> {
                 return draw_again(encoder, textures, renderer, renderer.camera(), &target);
             }
             let picture = |encoder: &mut wgpu::CommandEncoder, groups: &BindGroups| {
-                renderer.draw_picture(renderer.camera(), encoder, &groups[sampled], &target);
+                if let Some(group) = groups.get(sampled) {
+                    renderer.draw_picture(renderer.camera(), encoder, group, &target);
+                }
             };
             let wanted = textures.feedback(encoder, *size, |pass, groups| {
-                renderer.draw_wanted(renderer.camera(), pass, &groups[sampled]);
+                if let Some(group) = groups.get(sampled) {
+                    renderer.draw_wanted(renderer.camera(), pass, group);
+                }
             });
             result = wanted.and_then(|()| textures.main_pass(encoder, *size, picture));
         });

@@ -3,7 +3,7 @@
 /// The texture's id.
 pub(crate) const ID: u32 = vastex_wgpu::shader_id(NUMBER, 1);
 /// Its number.
-pub(crate) const NUMBER: vastex_core::TextureId = vastex_core::TextureId::new(3).unwrap();
+pub(crate) const NUMBER: vastex_core::TextureNumber = vastex_core::TextureNumber::new(3).unwrap();
 
 /// A plane seen aslant.
 const ASLANT: &str = include_str!("wgsl/aslant.wgsl");

@@ -131,14 +131,15 @@ pub(crate) fn new_studio(
     Ok(Offscreen::new(&bench.gpu, source, scene, picture(&bench.gpu), settings)?)
 }
 
-/// The first texture of a offscreen.
-pub(crate) fn texture() -> Result<TextureId> {
-    TextureId::new(0).context("there is a first texture")
+/// The first texture of an offscreen.
+pub(crate) fn texture(offscreen: &Offscreen) -> Result<TextureId> {
+    offscreen.textures().inspect().textures().next().context("there is a first texture")
 }
 
 /// Frames until every page of a region is in the pool, where it stays.
 pub(crate) fn fetch(offscreen: &mut Offscreen, pose: Pose, region: &Region) -> Result<()> {
-    let ticket = offscreen.textures_mut().pin(texture()?, region)?;
+    let texture = texture(offscreen)?;
+    let ticket = offscreen.textures_mut().ahead().pin(texture, region)?;
     for _ in 0..PATIENCE_FRAMES {
         offscreen.frame(pose)?;
         let progress = ticket.progress();

@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 use vastex::{Filter, MaxTaps};
 use vastex_scenes::{Attribute, shaders};
 use vastex_wgpu::{
-    Atlas, BindingPlace, FeedbackWay, Kind, KindMember, Kinds, PageSides, TableKind, compute_texts, wgsl,
+    Atlas, BindingPlace, FeedbackMode, Kind, KindMember, Kinds, PageSides, TableKind, compute_texts, wgsl,
 };
 
 #[path = "../../benches/draw/texts.rs"]
@@ -27,7 +27,7 @@ struct Choice {
     group: u32,
     filter: Filter,
     atlas: Atlas,
-    feedback: FeedbackWay,
+    feedback: FeedbackMode,
     tables: TableKind,
     pages: PageSides,
     fade: bool,
@@ -54,7 +54,7 @@ struct Options {
     groups: Vec<u32>,
     filters: Vec<Filter>,
     atlases: Vec<Atlas>,
-    ways: Vec<FeedbackWay>,
+    ways: Vec<FeedbackMode>,
     tables: Vec<TableKind>,
     pages: Vec<PageSides>,
     fades: Vec<bool>,
@@ -67,7 +67,7 @@ impl Options {
             groups: vec![0],
             filters: Filter::KINDS.to_vec(),
             atlases: Atlas::ALL.to_vec(),
-            ways: FeedbackWay::ALL.to_vec(),
+            ways: FeedbackMode::ALL.to_vec(),
             tables: vec![TableKind::Direct, TableKind::Hashed],
             pages: vec![PageSides::Any, PageSides::PowersOfTwo],
             fades: vec![false, true],
@@ -76,7 +76,7 @@ impl Options {
 
     /// What the tests of the GPU crate ask for.
     fn of_tests() -> Options {
-        Options { ways: vec![FeedbackWay::Separate], ..Options::all() }
+        Options { ways: vec![FeedbackMode::Separate], ..Options::all() }
     }
 
     fn each(&self, mut visit: impl FnMut(&Choice)) {
@@ -200,11 +200,11 @@ fn planets(visit: &mut Visit<'_>) {
     for parts in planets {
         for heights in [Atlas::Float, Atlas::Uint16] {
             for (pages, name) in [(PageSides::PowersOfTwo, "powers"), (PageSides::Any, "clouds_any")] {
-                for way in FeedbackWay::ALL {
+                for mode in FeedbackMode::ALL {
                     // Each is of a pool of its own, or those of 8 bits share one.
                     for is_shared in [false, true] {
                         let options =
-                            Choice { feedback: way, pages: PageSides::PowersOfTwo, ..Choice::default() };
+                            Choice { feedback: mode, pages: PageSides::PowersOfTwo, ..Choice::default() };
                         let member = |(nth, part): (usize, &Attribute)| {
                             let is_alone = !is_shared || *part == Height || *part == Clouds;
                             let member = member(&options, part.name(), if is_alone { nth + 1 } else { 0 }, 0);
@@ -221,7 +221,7 @@ fn planets(visit: &mut Visit<'_>) {
                             "{}-{}-{name}-{}{shared}",
                             parts_name.join("_"),
                             atlas_name(heights),
-                            way.name()
+                            mode.name()
                         );
                         let pools: Vec<usize> = kinds.member_pools().collect();
                         visit(&format!("planet-{name}"), shaders::planet(&text, &parts));
@@ -238,7 +238,7 @@ fn benchmark(visit: &mut Visit<'_>) {
     let options = Options {
         filters: vec![Filter::Trilinear],
         fades: vec![false],
-        ways: vec![FeedbackWay::Separate],
+        ways: vec![FeedbackMode::Separate],
         ..Options::all()
     };
     for (name, own, tables) in [
@@ -283,7 +283,7 @@ fn tests(visit: &mut Visit<'_>) {
     alone(visit, "test-points", &plain, |vastex| {
         of_test(&format!("{points}\nconst SIDE: u32 = 64u;"), vastex)
     });
-    let inline = Options { ways: vec![FeedbackWay::Inline], ..of(Filter::Trilinear) };
+    let inline = Options { ways: vec![FeedbackMode::Inline], ..of(Filter::Trilinear) };
     alone(visit, "test-surfaces", &inline, |vastex| {
         of_test(&format!("{}\nconst VIEW: u32 = 0u;", of_gpu_tests!("surfaces")), vastex)
     });
@@ -295,7 +295,7 @@ fn tests(visit: &mut Visit<'_>) {
     alone(visit, "test-telling", &telling, |vastex| vastex_tests::telling() + vastex);
     let fixed = Options { filters: vec![Filter::Nearest], fades: vec![false], ..screen.clone() };
     alone(visit, "test-screen_fixed", &fixed, |vastex| vastex_tests::fixed() + vastex);
-    let separate = Options { ways: vec![FeedbackWay::Separate], fades: vec![false], ..Options::all() };
+    let separate = Options { ways: vec![FeedbackMode::Separate], fades: vec![false], ..Options::all() };
     alone(visit, "test-sample_cpu", &separate, |vastex| of_test(vastex_tests::POINTS, vastex));
     groups_of_vastex_tests(visit);
     mixing_of_vastex_tests(visit);

@@ -74,7 +74,7 @@ impl Wall {
                 layout: &layout,
                 entries: &[wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() }],
             });
-            let id = textures.shader_id(texture);
+            let id = textures.shader_id(texture)?;
             gpu.queue.write_buffer(&uniform, 32, bytemuck::bytes_of(&[id; 4]));
             panels.push(Panel { texture, place, uniform, group });
         }
@@ -98,7 +98,7 @@ impl Wall {
         let (panels, wanted) = (&self.panels, &self.wanted);
         clock.lap();
         self.textures.feedback(&mut encoder, PICTURE, |pass, groups| {
-            draw(pass, wanted, panels, |texture| &groups[texture]);
+            draw(pass, wanted, panels, |texture| groups.get(texture));
         })?;
         let feedback = clock.lap();
         self.textures.update()?;
@@ -113,7 +113,7 @@ fn draw<'g>(
     pass: &mut wgpu::RenderPass<'_>,
     pipeline: &wgpu::RenderPipeline,
     panels: &[Panel],
-    group: impl Fn(TextureId) -> &'g wgpu::BindGroup,
+    group: impl Fn(TextureId) -> Option<&'g wgpu::BindGroup>,
 ) {
     pass.set_pipeline(pipeline);
     // The textures lie in one pool, and so have one bind group.
@@ -150,7 +150,7 @@ fn pipeline(
     panel: &wgpu::BindGroupLayout,
 ) -> Result<wgpu::RenderPipeline> {
     let first = first.ok_or_else(|| anyhow::anyhow!("a wall without textures"))?;
-    let kinds = textures.kinds(first);
+    let kinds = textures.kinds(first)?;
     let module =
         vastex::shader_module(device, None, include_str!("wall.wgsl").to_owned() + &textures.wgsl(&kinds));
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {

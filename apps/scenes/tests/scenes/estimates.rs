@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use vastex::{Filter, Geometry, PagePos, SurveySettings, SurveyedTexture, TextureId, TileSource};
+use vastex::{Filter, Geometry, PagePos, SurveySettings, SurveyedTexture, TextureNumber, TileSource};
 use vastex_core::GeometrySpec;
 use vastex_scenes::{Estimate, Estimating, Offscreen, Path, Scene, trace_of};
 use vastex_tiles::PropertySource;
@@ -24,7 +24,7 @@ fn set_of(geometry: &Geometry, feedback: &[vastex_core::WantedPage]) -> BTreeSet
 #[test]
 fn on_the_five_paths_what_feedback_finds_is_estimated() {
     let geometry = Geometry::new(GeometrySpec::image(32768, 16384)).unwrap();
-    let texture = SurveyedTexture::new(TextureId::new(0).unwrap(), &geometry);
+    let texture = SurveyedTexture::new(TextureNumber::new(0).unwrap(), &geometry);
     for (scene, path) in Scene::SMOOTH.into_iter().flat_map(|scene| Path::ALL.map(|path| (scene, path))) {
         let trace = trace_of(scene, path, &geometry, PICTURE);
         let mut line = format!("{}/{}", scene.name(), path.name());
@@ -70,7 +70,7 @@ fn fed_by(scene: Scene, path: Path, estimating: Option<Estimating>) -> (f64, u32
     let pose = path.pose(scene, 2.0, path.frames() / 2);
     for frame in 0.. {
         offscreen.frame(pose).unwrap();
-        if frame > 40 && offscreen.textures().is_converged() {
+        if frame > 40 && offscreen.textures().inspect().is_converged() {
             break;
         }
         assert!(frame < 1000, "{scene:?} {path:?} {estimating:?}: {:?}", offscreen.textures().stats());

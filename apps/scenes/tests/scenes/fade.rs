@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use crate::common::{gpu, settings};
-use vastex::{FeedbackWay, Filter, Geometry, GeometrySpec, Settings, TileSource};
+use vastex::{FeedbackMode, Filter, Geometry, GeometrySpec, Settings, TileSource};
 use vastex_scenes::{Offscreen, Outcome, Path, Picture, Scene, Until};
 use vastex_tiles::PropertySource;
 
@@ -16,7 +16,7 @@ fn image() -> Arc<dyn TileSource> {
 }
 
 /// A run of a still view, and the most tiles that faded in at once.
-fn run(scene: Scene, filter: Filter, feedback: FeedbackWay, fade: Duration) -> (Picture, Outcome, usize) {
+fn run(scene: Scene, filter: Filter, feedback: FeedbackMode, fade: Duration) -> (Picture, Outcome, usize) {
     let settings = Settings { fade, feedback: Some(feedback), ..settings(16, filter) };
     let mut offscreen = Offscreen::new(gpu(), image(), scene, [160, 90], settings).unwrap();
     let mut most = 0;
@@ -28,9 +28,9 @@ fn run(scene: Scene, filter: Filter, feedback: FeedbackWay, fade: Duration) -> (
 #[test]
 fn a_run_ends_when_nothing_fades_any_more_with_the_picture_without_fading() {
     for (scene, filter, feedback) in [
-        (Scene::Plane, Filter::Trilinear, FeedbackWay::Separate),
-        (Scene::Globe, Filter::Bicubic, FeedbackWay::Inline),
-        (Scene::Image, Filter::Bilinear, FeedbackWay::Raw),
+        (Scene::Plane, Filter::Trilinear, FeedbackMode::Separate),
+        (Scene::Globe, Filter::Bicubic, FeedbackMode::Inline),
+        (Scene::Image, Filter::Bilinear, FeedbackMode::Raw),
     ] {
         let (at_once, first, none) = run(scene, filter, feedback, Duration::ZERO);
         let (picture, outcome, most) = run(scene, filter, feedback, FADE);

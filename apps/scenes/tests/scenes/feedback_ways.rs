@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use vastex::{FeedbackWay, Filter, Geometry, PageId, Settings, TileSource};
+use vastex::{FeedbackMode, Filter, Geometry, PageId, Settings, TileSource};
 use vastex_core::GeometrySpec;
 use vastex_scenes::{Offscreen, Path, Pose, Scene};
 use vastex_tiles::PropertySource;
@@ -22,18 +22,18 @@ fn source() -> Arc<dyn TileSource> {
     Arc::new(PropertySource::new(Geometry::new(spec).unwrap()))
 }
 
-fn offscreen(way: FeedbackWay, scene: Scene) -> Offscreen {
-    let settings = Settings { feedback: Some(way), ..settings(16, Filter::Nearest) };
+fn offscreen(mode: FeedbackMode, scene: Scene) -> Offscreen {
+    let settings = Settings { feedback: Some(mode), ..settings(16, Filter::Nearest) };
     Offscreen::new(gpu(), source(), scene, PICTURE, settings).unwrap()
 }
 
 /// What the views of a whole jitter cycle want together.
 fn cycle(offscreen: &mut Offscreen, pose: Pose) -> Wanted {
-    offscreen.textures_mut().record_trace();
+    offscreen.textures_mut().trace().record();
     for _ in 0..FRAMES {
         offscreen.frame(pose).unwrap();
     }
-    let trace = offscreen.textures_mut().take_trace().unwrap().unwrap();
+    let trace = offscreen.textures_mut().trace().take().unwrap().unwrap();
     assert_eq!(trace.frames().len() as u64, FRAMES - 2);
     let mut wanted = Wanted::new();
     for page in trace.frames().iter().flatten() {
@@ -58,7 +58,7 @@ fn poses() -> impl Iterator<Item = (Scene, Path, Pose)> {
 #[test]
 fn a_jitter_cycle_gives_the_same_in_every_way() {
     for (scene, path, pose) in poses() {
-        let [separate, inline, raw] = FeedbackWay::ALL.map(|way| cycle(&mut offscreen(way, scene), pose));
+        let [separate, inline, raw] = FeedbackMode::ALL.map(|mode| cycle(&mut offscreen(mode, scene), pose));
         let line = format!("{}/{}", scene.name(), path.name());
         println!("{line}: {} pages, inline {:.5}", separate.len(), difference(&separate, &inline));
         assert!(separate == raw, "{line}: what is read back raw is the same");
@@ -69,8 +69,8 @@ fn a_jitter_cycle_gives_the_same_in_every_way() {
 #[test]
 fn a_jitter_cycle_finds_what_every_pixel_wants() {
     for (scene, path, pose) in poses() {
-        for way in FeedbackWay::ALL {
-            let mut offscreen = offscreen(way, scene);
+        for mode in FeedbackMode::ALL {
+            let mut offscreen = offscreen(mode, scene);
             let found = cycle(&mut offscreen, pose);
             let every = offscreen.wanted_by_every_pixel(pose).unwrap();
             let (mut all, mut seen) = (0, 0);
@@ -79,8 +79,8 @@ fn a_jitter_cycle_finds_what_every_pixel_wants() {
                 seen += if found.contains_key(&page.page) { page.pixels } else { 0 };
             }
             let share = f64::from(seen) / f64::from(all);
-            println!("{}/{} {}: {share:.5} of {all} pixels", scene.name(), path.name(), way.name());
-            assert!(share >= 0.99, "{}/{} {}: {share}", scene.name(), path.name(), way.name());
+            println!("{}/{} {}: {share:.5} of {all} pixels", scene.name(), path.name(), mode.name());
+            assert!(share >= 0.99, "{}/{} {}: {share}", scene.name(), path.name(), mode.name());
         }
     }
 }
@@ -99,8 +99,8 @@ fn silhouettes_and_slivers_never_ask_for_fine_levels() {
         (Scene::Plane, plane(0.2)),
     ];
     for (scene, pose) in poses {
-        for way in FeedbackWay::ALL {
-            let mut offscreen = offscreen(way, scene);
+        for mode in FeedbackMode::ALL {
+            let mut offscreen = offscreen(mode, scene);
             let every = offscreen.wanted_by_every_pixel(pose).unwrap();
             let all: u32 = every.pages.iter().map(|page| page.pixels).sum();
             let of_level = |level: u8| every.pages.iter().filter(move |page| page.page.level() == level);
@@ -108,8 +108,8 @@ fn silhouettes_and_slivers_never_ask_for_fine_levels() {
             let finest = (0..32).find(|&level| pixels(level) * 100 > all).unwrap();
             let found = cycle(&mut offscreen, pose);
             let finer = found.keys().filter(|page| page.level() < finest).count();
-            println!("{pose:?} {}: level {finest} is the finest, of {} pages", way.name(), found.len());
-            assert_eq!(finer, 0, "{pose:?} {}: pages finer than level {finest}", way.name());
+            println!("{pose:?} {}: level {finest} is the finest, of {} pages", mode.name(), found.len());
+            assert_eq!(finer, 0, "{pose:?} {}: pages finer than level {finest}", mode.name());
         }
     }
 }
@@ -123,22 +123,22 @@ fn compacted_feedback_is_read_back_in_proportion_to_its_pages() {
     let fine: Arc<dyn TileSource> = Arc::new(PropertySource::new(Geometry::new(fine).unwrap()));
     // Of thousands of new pages in a frame a few frames will do.
     let cases = [
-        (source(), Scene::Plane, FeedbackWay::Separate, 20),
-        (source(), Scene::Globe, FeedbackWay::Inline, 20),
-        (fine, Scene::Plane, FeedbackWay::Separate, 4),
+        (source(), Scene::Plane, FeedbackMode::Separate, 20),
+        (source(), Scene::Globe, FeedbackMode::Inline, 20),
+        (fine, Scene::Plane, FeedbackMode::Separate, 4),
     ];
-    for (source, scene, way, frames) in cases {
-        let settings = Settings { feedback: Some(way), ..settings(16, Filter::Nearest) };
-        let picture = if way == FeedbackWay::Inline { PICTURE } else { [1280, 720] };
+    for (source, scene, mode, frames) in cases {
+        let settings = Settings { feedback: Some(mode), ..settings(16, Filter::Nearest) };
+        let picture = if mode == FeedbackMode::Inline { PICTURE } else { [1280, 720] };
         let mut offscreen = Offscreen::new(gpu(), source, scene, picture, settings).unwrap();
-        offscreen.textures_mut().record_trace();
+        offscreen.textures_mut().trace().record();
         let mut read = Vec::new();
         for frame in 0..frames {
             let before = offscreen.textures().stats().feedback_bytes_read;
             offscreen.frame(Path::Fly.pose(scene, 2.0, frame)).unwrap();
             read.push(offscreen.textures().stats().feedback_bytes_read - before);
         }
-        let trace = offscreen.textures_mut().take_trace().unwrap().unwrap();
+        let trace = offscreen.textures_mut().trace().take().unwrap().unwrap();
         // What a frame wanted is read two frames later, behind a head of 16 bytes.
         for (pages, &read) in trace.frames().iter().zip(&read[2..]) {
             let pages = pages.len() as u64;
@@ -147,11 +147,16 @@ fn compacted_feedback_is_read_back_in_proportion_to_its_pages() {
                 (12 * pages..=most).contains(&read),
                 "{} {}: {read} for {pages}",
                 scene.name(),
-                way.name()
+                mode.name()
             );
         }
         let most = trace.frames().iter().map(Vec::len).max().unwrap();
         assert!(frames == 20 || most > 4096, "{most} pages are no more than the least holds");
-        println!("{} {}: up to {most} pages, {} bytes", scene.name(), way.name(), read.iter().max().unwrap());
+        println!(
+            "{} {}: up to {most} pages, {} bytes",
+            scene.name(),
+            mode.name(),
+            read.iter().max().unwrap()
+        );
     }
 }

@@ -11,8 +11,10 @@ use crate::pictures::assert_alike;
 use glam::{DVec2, DVec3};
 
 pub(crate) const SIZE: [u32; 2] = [128, 72];
-/// The only texture of a offscreen.
-pub(crate) const TEXTURE: TextureId = TextureId::new(0).unwrap();
+/// The only texture of an offscreen.
+pub(crate) fn texture(offscreen: &Offscreen) -> TextureId {
+    offscreen.textures().inspect().textures().next().unwrap()
+}
 
 /// One of each kind, and the most taps, which reach beyond the border of 4 that the images have.
 pub(crate) fn filters() -> impl Iterator<Item = Filter> {
@@ -47,7 +49,8 @@ fn check(image: Image, scenes: &[Scene], filters: impl Iterator<Item = Filter>) 
             let mut offscreen =
                 Offscreen::new(gpu(), source.clone(), scene, SIZE, settings(16, filter)).unwrap();
             // All of it, since so small a picture may do without a page that a single pixel wants.
-            let ticket = offscreen.textures_mut().pin(TEXTURE, &Region::whole()).unwrap();
+            let texture = texture(&offscreen);
+            let ticket = offscreen.textures_mut().ahead().pin(texture, &Region::whole()).unwrap();
             while ticket.progress().resident < ticket.progress().pages {
                 offscreen.frame(poses(scene)[0]).unwrap();
             }

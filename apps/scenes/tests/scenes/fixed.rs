@@ -192,7 +192,13 @@ fn pictures_have_the_colours_of_their_places() {
         }
         assert!(all > 3000 && alike == all, "{pose:?}: {alike} of {all}");
         assert!(
-            offscreen.textures().description(offscreen.textures().iter().next().unwrap()).geometry.size()[0]
+            offscreen
+                .textures()
+                .texture(offscreen.textures().inspect().textures().next().unwrap())
+                .unwrap()
+                .description()
+                .geometry
+                .size()[0]
                 == 1 << 31
         );
     }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use vastex::{AddressMode, FeedbackWay, Filter, Geometry, Settings, TileSource};
+use vastex::{AddressMode, FeedbackMode, Filter, Geometry, Settings, TileSource};
 use vastex_core::GeometrySpec;
 use vastex_scenes::{Attribute, Gpu, Offscreen, Path, Planet, Scene, Until};
 use vastex_tiles::PropertySource;
@@ -41,16 +41,16 @@ fn offscreen(gpu: &Gpu, source: Arc<dyn TileSource>, scene: Scene, settings: Set
 #[test]
 fn the_floor_takes_the_way_that_it_has_and_refuses_the_others() {
     let device = floor().device;
-    assert_eq!(FeedbackWay::best(&device), FeedbackWay::Raw);
-    assert_eq!(FeedbackWay::best(&gpu().device), FeedbackWay::Separate);
-    for way in [FeedbackWay::Separate, FeedbackWay::Inline] {
-        let refused = way.check(&device).unwrap_err().to_string();
-        assert!(refused.contains(way.name()) && refused.contains("\"raw\""), "{refused}");
+    assert_eq!(FeedbackMode::best(&device), FeedbackMode::Raw);
+    assert_eq!(FeedbackMode::best(&gpu().device), FeedbackMode::Separate);
+    for mode in [FeedbackMode::Separate, FeedbackMode::Inline] {
+        let refused = mode.check(&device).unwrap_err().to_string();
+        assert!(refused.contains(mode.name()) && refused.contains("\"raw\""), "{refused}");
     }
     // What is asked for by default suffices for every way.
     let asked = with_limits(vastex::required_limits(&gpu().adapter)).device;
-    FeedbackWay::ALL.iter().for_each(|way| way.check(&asked).unwrap());
-    FeedbackWay::ALL.iter().for_each(|way| way.check(&gpu().device).unwrap());
+    FeedbackMode::ALL.iter().for_each(|mode| mode.check(&asked).unwrap());
+    FeedbackMode::ALL.iter().for_each(|mode| mode.check(&gpu().device).unwrap());
 }
 
 #[test]
@@ -82,7 +82,7 @@ fn check_pictures(floor: &Gpu) {
         let (_directory, file) = image.build();
         let mut offscreen =
             offscreen(floor, vastex::open(file).unwrap(), scene, settings(16, Filter::Trilinear));
-        assert_eq!(offscreen.textures().feedback_way(), FeedbackWay::Raw);
+        assert_eq!(offscreen.textures().inspect().feedback_mode(), FeedbackMode::Raw);
         let outcome = offscreen.run(Path::Still, Until::Converged, |_, _| ()).unwrap();
         assert!(outcome.converged && offscreen.share_at_wanted_level().unwrap() == 1.0, "{scene:?}");
         assert_alike(&offscreen.compare().unwrap().0, &format!("{scene:?}"));

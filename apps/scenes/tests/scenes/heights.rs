@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use glam::{Vec2, Vec3};
 use vastex::{
-    AddressMode, Description, FeedbackWay, Filter, Geometry, GeometrySpec, Layer, LayerFormat, PagePos,
+    AddressMode, Description, FeedbackMode, Filter, Geometry, GeometrySpec, Layer, LayerFormat, PagePos,
     ReadFuture, Settings, Tile, TileSource,
 };
 use vastex_core::Box3;
@@ -222,9 +222,9 @@ fn every_way_of_feedback_finds_what_a_terrain_wants() {
         assert!(offscreen.share_at_wanted_level().unwrap() > 0.999, "{feedback:?}");
         offscreen.picture()
     };
-    let separate = picture(FeedbackWay::Separate);
-    for way in [FeedbackWay::Inline, FeedbackWay::Raw] {
-        assert_alike(&Comparison::of(&picture(way), &separate), &format!("{way:?}"));
+    let separate = picture(FeedbackMode::Separate);
+    for mode in [FeedbackMode::Inline, FeedbackMode::Raw] {
+        assert_alike(&Comparison::of(&picture(mode), &separate), &format!("{mode:?}"));
     }
 }
 

@@ -7,7 +7,7 @@ use vastex::{AddressMode, Filter, MaxTaps, Region};
 use vastex_scenes::{DisplayOptions, Offscreen, Pose, Scene, Tiling};
 
 use crate::common::{Image, gpu, settings};
-use crate::filters::TEXTURE;
+use crate::filters::texture;
 use crate::pictures::assert_alike;
 
 /// So many in the suite.
@@ -95,7 +95,8 @@ fn check(nth: u64) {
     let shown = DisplayOptions { tiling, ..DisplayOptions::default() };
     let source = vastex::open(file).unwrap();
     let mut offscreen = Offscreen::showing(&shown, gpu(), source, scene, SIZE, settings(64, filter)).unwrap();
-    let ticket = offscreen.textures_mut().pin(TEXTURE, &Region::whole()).unwrap();
+    let texture = texture(&offscreen);
+    let ticket = offscreen.textures_mut().ahead().pin(texture, &Region::whole()).unwrap();
     while ticket.progress().resident < ticket.progress().pages {
         offscreen.frame(Pose::first(scene)).unwrap();
     }

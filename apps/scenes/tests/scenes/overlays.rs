@@ -177,7 +177,7 @@ fn a_pixel_is_explained_as_the_pager_has_it() {
     let told = sharp.explain(ground).unwrap();
     let [told] = told.as_slice() else { panic!("one texture is there: {told:?}") };
     assert_eq!((told.wait, told.shown), (None, told.at_bias));
-    assert!(matches!(sharp.textures().state(told.shown), PageState::Resident(_)));
+    assert!(matches!(sharp.textures().inspect().state(told.shown), PageState::Resident(_)));
     assert_eq!(told.history.len(), 3, "wanted, asked for, in its slot: {told}");
     let mut globe =
         Offscreen::new(gpu(), open(), Scene::Globe, SIZE, settings(16, Filter::Trilinear)).unwrap();

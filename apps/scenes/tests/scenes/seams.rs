@@ -10,7 +10,7 @@ use vastex::{AddressMode, Dims, Feedback, Filter, Region, TileSource};
 use vastex_scenes::{DisplayOptions, Offscreen, Pose, Scene, Tiling};
 
 use crate::common::{Image, gpu, settings};
-use crate::filters::{SIZE, TEXTURE, filters};
+use crate::filters::{SIZE, filters, texture};
 use crate::pictures::assert_alike;
 
 /// Along a tiled plane, and turned, so that the seams run in both directions; far off a pixel is a quarter of a tile, since from
@@ -32,7 +32,8 @@ fn offscreen(source: &Arc<dyn TileSource>, scene: Scene, tiling: Tiling, filter:
     let shown = DisplayOptions { tiling, ..DisplayOptions::default() };
     let settings = settings(64, filter);
     let mut offscreen = Offscreen::showing(&shown, gpu(), source.clone(), scene, SIZE, settings).unwrap();
-    let ticket = offscreen.textures_mut().pin(TEXTURE, &Region::whole()).unwrap();
+    let texture = texture(&offscreen);
+    let ticket = offscreen.textures_mut().ahead().pin(texture, &Region::whole()).unwrap();
     while ticket.progress().resident < ticket.progress().pages {
         offscreen.frame(Pose::first(scene)).unwrap();
     }

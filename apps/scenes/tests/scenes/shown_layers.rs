@@ -21,7 +21,7 @@ fn list(files: &[&FilePath]) -> (Textures, Vec<ShownLayer>) {
     let mut textures = Textures::new(&gpu.device, &gpu.queue, settings(16, Filter::Trilinear)).unwrap();
     let shown = files.iter().map(|file| {
         let texture = textures.add_blocking(vastex::open(file).unwrap()).unwrap();
-        ShownLayer::new(texture.into(), &textures.description(texture).layers[0])
+        ShownLayer::new(texture.into(), &textures.texture(texture).unwrap().description().layers[0])
     });
     let shown = shown.collect();
     (textures, shown)
@@ -35,7 +35,7 @@ fn draw(textures: &mut Textures, shown: Vec<ShownLayer>) -> Picture {
     assert_eq!(kind == TargetKind::Linear, layers.count() > 1, "one layer is drawn straight");
     let format = kind.drawn_format(FORMAT);
     let (device, queue) = (&gpu.device, &gpu.queue);
-    let renderer = LayeredRenderer::new(device, queue, textures, Scene::Image, &layers, format);
+    let renderer = LayeredRenderer::new(device, queue, textures, Scene::Image, &layers, format).unwrap();
     let canvas = Canvas::new(gpu, SIZE, FORMAT, kind);
     for frame in 0.. {
         let views = [StageView { view: ViewId::MAIN, camera: renderer.camera(), pose: POSE }];

@@ -98,7 +98,7 @@ fn a_broken_tile_leaves_its_ancestor_on_screen_and_is_named() {
     });
     let outcome = outcome.unwrap();
     assert!(outcome.converged, "{:?}", outcome.stats);
-    let mut pages = offscreen.textures().failed_pages();
+    let mut pages = offscreen.textures().inspect().failed_pages();
     pages.sort_unstable();
     assert!(!pages.is_empty() && pages.len() == outcome.stats.pager.failed as usize);
     assert!(named.iter().all(|(_, why)| why.contains("level 4")), "{named:?}");

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use vastex::{AddressMode, FeedbackWay, Filter, Geometry, Settings, TileSource};
+use vastex::{AddressMode, FeedbackMode, Filter, Geometry, Settings, TileSource};
 use vastex_core::GeometrySpec;
 use vastex_scenes::{Attribute, Comparison, Offscreen, Path, Planet, Scene};
 use vastex_tiles::PropertySource;
@@ -54,15 +54,15 @@ fn a_texture_that_fits_is_sharp_at_once_and_equals_an_ordinary_one() {
 fn it_asks_for_no_page_and_takes_no_more_than_itself() {
     let spec = GeometrySpec { page: 64, ..GeometrySpec::image(1024, 512) };
     let source: Arc<dyn TileSource> = Arc::new(PropertySource::new(Geometry::new(spec).unwrap()));
-    for way in FeedbackWay::ALL {
-        let settings = Settings { feedback: Some(way), ..whole(Filter::Nearest) };
+    for mode in FeedbackMode::ALL {
+        let settings = Settings { feedback: Some(mode), ..whole(Filter::Nearest) };
         let mut offscreen = Offscreen::new(gpu(), source.clone(), Scene::Globe, SIZE, settings).unwrap();
         for frame in 0..40 {
             offscreen.frame(Path::Zoom.pose(Scene::Globe, 2.0, 7 * frame)).unwrap();
         }
         let stats = offscreen.textures().stats();
-        assert_eq!((stats.pager.requests, stats.pager.loaded, stats.pager.missing), (0, 0, 0), "{way:?}");
-        assert_eq!((stats.pager.slots, stats.pager.resident, stats.table_bytes_sent), (1, 1, 0), "{way:?}");
+        assert_eq!((stats.pager.requests, stats.pager.loaded, stats.pager.missing), (0, 0, 0), "{mode:?}");
+        assert_eq!((stats.pager.slots, stats.pager.resident, stats.table_bytes_sent), (1, 1, 0), "{mode:?}");
         assert_eq!(offscreen.share_at_wanted_level().unwrap(), 1.0);
         // A square that holds all levels: at most twice the wider side of this one.
         assert!(stats.pool_bytes <= 4 * 1040 * 1040, "{} bytes", stats.pool_bytes);

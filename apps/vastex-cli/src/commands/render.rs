@@ -118,13 +118,13 @@ fn draw(
     disk: Option<&DiskTier>,
     adapter: String,
 ) -> Result<Outcome> {
-    let shown: Vec<_> = offscreen.textures().iter().collect();
+    let shown: Vec<_> = offscreen.textures().inspect().textures().collect();
     for texture in shown {
-        offscreen.textures_mut().set_name(texture, args.scene.source.display().to_string());
+        offscreen.textures_mut().texture_mut(texture)?.set_name(args.scene.source.display().to_string());
     }
     args.estimate.estimating().into_iter().for_each(|estimating| offscreen.estimate(estimating));
     if outputs.trace.is_some() {
-        offscreen.textures_mut().record_trace();
+        offscreen.textures_mut().trace().record();
     }
     let until = args.frames.map_or(Until::Converged, Until::Frames);
     let mut troubles = Troubles::default();
@@ -140,12 +140,12 @@ fn draw(
             .map_or_else(|| Ok(offscreen.picture()), |overlay| offscreen.overlay(overlay))?;
         output.write_picture(&picture)?;
     }
-    if let (Some(output), Some(trace)) = (&outputs.trace, offscreen.textures_mut().take_trace()?) {
+    if let (Some(output), Some(trace)) = (&outputs.trace, offscreen.textures_mut().trace().take()?) {
         output.write(&trace.to_bytes())?;
     }
     outputs.stats.write()?;
     // What is told of the pools is as the last frame left them.
-    let pools = args.dump_pools.then(|| offscreen.textures().dump_pool_usage());
+    let pools = args.dump_pools.then(|| offscreen.textures().inspect().pool_usage());
     let explained =
         args.explain.map(|pixel| Ok::<_, OffscreenError>((pixel, offscreen.explain(pixel)?))).transpose()?;
     let compared = if args.compare { Some(offscreen.compare()?) } else { None };
@@ -201,7 +201,7 @@ impl Troubles {
                 Event::Oversubscribed { pool, .. } | Event::PoolReduced { pool, .. } => {
                     self.shortages.insert(pool, event);
                 }
-                Event::Converged { .. } | Event::Lost { .. } => {}
+                _ => {}
             }
         }
     }

@@ -81,10 +81,11 @@ impl Viewer {
         let mut textures = Textures::new(&gpu.device, &gpu.queue, settings)?;
         let texture = textures.add_blocking(source)?;
         let name = args.source.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        textures.set_name(texture, name.clone());
+        textures.texture_mut(texture)?.set_name(name.clone());
         let shown = args.shown();
         let layer = shown.layer_of(&textures, texture)?;
-        let color_map = ColorMap::new(&textures.description(texture).layers[layer.index()], shown.range);
+        let color_map =
+            ColorMap::new(&textures.texture(texture)?.description().layers[layer.index()], shown.range);
         let surface = Surface::new(&gpu, window.clone(), surface, color_map.picture_format())?;
         let (device, queue) = (&gpu.device, &gpu.queue);
         let relief = shown.relief_of(scene, &mut textures, layer)?;
@@ -96,7 +97,7 @@ impl Viewer {
             tiling: shown.tiling,
             always_fixed: shown.always_fixed,
         };
-        let renderer = SceneRenderer::new(device, queue, &textures, drawn, surface.format());
+        let renderer = SceneRenderer::new(device, queue, &textures, drawn, surface.format())?;
         let overlay = args.overlay.map(|overlay| OverlayRenderer::new(device, &textures, &renderer, overlay));
         Ok(Viewer {
             overlay,
@@ -150,10 +151,10 @@ impl Viewer {
         // A window has one surface at a time.
         drop((renderer, surface, gpu));
         let (gpu, surface) = device_for(&window, display)?;
-        textures.restore(&gpu.device, &gpu.queue)?;
+        textures.memory().restore(&gpu.device, &gpu.queue)?;
         let surface = Surface::new(&gpu, window.clone(), surface, color_map.picture_format())?;
         let (device, queue) = (&gpu.device, &gpu.queue);
-        let renderer = SceneRenderer::new(device, queue, &textures, drawn, surface.format());
+        let renderer = SceneRenderer::new(device, queue, &textures, drawn, surface.format())?;
         let overlay = overlay.map(|overlay| OverlayRenderer::new(device, &textures, &renderer, overlay));
         let unsettled = UNSETTLED_FRAMES;
         Ok(Viewer { gpu, window, surface, textures, renderer, overlay, unsettled, shown, relief, ..self })
@@ -180,7 +181,7 @@ impl Viewer {
         self.surface.resize(size);
         let area = |[width, height]: [u32; 2]| u64::from(width) * u64::from(height);
         // Smaller pools can wait until nothing of the larger picture is wanted any more.
-        if area(self.surface.size()) > area(self.textures.settings().picture) {
+        if area(self.surface.size()) > area(self.textures.inspect().settings().picture) {
             self.fit_pools();
         }
         self.jumped();
@@ -188,7 +189,7 @@ impl Viewer {
 
     /// Makes pools that have no size of their own as large as the picture needs.
     fn fit_pools(&mut self) {
-        if let Err(error) = self.textures.set_picture(self.surface.size()) {
+        if let Err(error) = self.textures.memory().set_picture(self.surface.size()) {
             // The pools are as they were: the picture is drawn all the same, if need be coarser.
             report::say(&format!("{}: the pools keep their size: {error}", self.name));
         }
@@ -201,7 +202,9 @@ impl Viewer {
 
     /// The view is a wholly different one from here on.
     pub(super) fn jumped(&mut self) {
-        self.textures.view_cut();
+        if let Ok(mut view) = self.textures.view(ViewId::MAIN) {
+            view.cut();
+        }
         self.wake();
     }
 
@@ -223,7 +226,7 @@ impl Viewer {
             tiling: self.shown.tiling,
             always_fixed: self.shown.always_fixed,
         };
-        self.renderer = SceneRenderer::new(device, queue, &self.textures, drawn, self.surface.format());
+        self.renderer = SceneRenderer::new(device, queue, &self.textures, drawn, self.surface.format())?;
         self.draw_overlay(self.overlay.as_ref().map(OverlayRenderer::overlay));
         self.jumped();
         Ok(())
@@ -275,7 +278,7 @@ impl Viewer {
         let wake = match () {
             () if self.is_hidden => Wake::After(SLOW),
             // Frames color_map for answers, also where nothing moves.
-            () if awake || self.textures.asked_pixels() > 0 => Wake::Now,
+            () if awake || self.textures.pixels().asked() > 0 => Wake::Now,
             () if !self.is_settled(&stats) => Wake::Now,
             () if stats.pager.failed > 0 => Wake::After(SLOW),
             () => self.title.notice_left(Instant::now()).map_or(Wake::OnEvent, Wake::After),
@@ -295,7 +298,7 @@ impl Viewer {
     pub(super) fn draw(&mut self, pose: Pose) -> Result<()> {
         let shown = self.surface.acquire();
         if !matches!(shown, Ok(Some(_))) {
-            self.textures.check_device()?; // a lost one is the reason, whatever the window says
+            self.textures.inspect().check_device()?; // a lost one is the reason, whatever the window says
         }
         let shown = shown?;
         self.is_hidden = shown.is_none();
@@ -333,7 +336,7 @@ impl Viewer {
         self.print_explained()?;
         self.frames += 1;
         self.unsettled = self.unsettled.saturating_sub(1);
-        if self.unsettled == 0 && self.textures.settings().picture != self.surface.size() {
+        if self.unsettled == 0 && self.textures.inspect().settings().picture != self.surface.size() {
             self.fit_pools();
         }
         self.tell(pose);
@@ -366,7 +369,8 @@ impl Viewer {
                 self.notify(&text);
             }
         }
-        let [width, height, _] = self.textures.description(self.layer.texture()).geometry.size();
+        let Ok(texture) = self.textures.texture(self.layer.texture()) else { return };
+        let [width, height, _] = texture.description().geometry.size();
         let scale = pose.magnification(self.surface.size(), [width, height]);
         let shown = TitleParts {
             name: &self.name,

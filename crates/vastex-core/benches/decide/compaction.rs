@@ -5,7 +5,7 @@ use std::hint::black_box;
 use rustc_hash::FxHashSet;
 use vastex_core::shader_constants::{FEEDBACK_SCALE, FEEDBACK_WANTED};
 use vastex_core::sim::Path;
-use vastex_core::{Feedback, FeedbackCompactor, Geometry, GeometrySpec, TextureId};
+use vastex_core::{Feedback, FeedbackCompactor, Geometry, GeometrySpec, TextureNumber};
 
 use crate::{medians, micros};
 
@@ -69,7 +69,7 @@ fn compare(path: Path, picture: [u32; 2], scale: u32) -> [f64; 2] {
 /// What every `scale`th pixel along each axis wants.
 fn target(path: Path, picture: [u32; 2], scale: u32) -> Vec<[u32; 4]> {
     let geometry = Geometry::new(GeometrySpec::image(32_768, 16_384)).unwrap();
-    let (view, texture) = (path.view(FRAME), TextureId::new(3).unwrap());
+    let (view, texture) = (path.view(FRAME), TextureNumber::new(3).unwrap());
     let [width, height] = picture.map(|side| side / scale);
     let pixel = |n: u32| match view.want(texture, &geometry, picture, [n % width * scale, n / width * scale])
     {

@@ -5,7 +5,8 @@ use std::time::Instant;
 
 use bytes::Bytes;
 use vastex_core::{
-    BiasRule, Budgets, Dims, Feedback, Geometry, GeometrySpec, PageId, PagePos, Pager, TextureId, WantedPage,
+    BiasRule, Budgets, Dims, Feedback, Geometry, GeometrySpec, PageId, PagePos, Pager, TextureNumber,
+    WantedPage,
 };
 
 use crate::micros;
@@ -62,7 +63,7 @@ pub(crate) fn measure() {
 
 struct Crowded {
     pager: Pager,
-    textures: Vec<TextureId>,
+    textures: Vec<TextureNumber>,
     /// Textures in view, and how many others come into it in each frame.
     in_view: usize,
     step: usize,

@@ -3,7 +3,7 @@
 
 use bytes::Bytes;
 use vastex_core::sim::Path;
-use vastex_core::{BiasRule, Budgets, Feedback, Geometry, GeometrySpec, Pager, TextureId};
+use vastex_core::{BiasRule, Budgets, Feedback, Geometry, GeometrySpec, Pager, TextureNumber};
 
 use crate::micros;
 
@@ -53,7 +53,7 @@ pub(crate) fn measure() {
 struct World {
     pager: Pager,
     geometry: Geometry,
-    texture: TextureId,
+    texture: TextureNumber,
     changes: Vec<vastex_core::TableChange>,
     tile: Bytes,
 }
@@ -64,7 +64,7 @@ impl World {
             Pager::new(Budgets { upload_bytes_per_frame: 32 * TILE_BYTES, in_flight_bytes: 64 * TILE_BYTES });
         let pool = pager.add_pool(SLOTS, TILE_BYTES, Some(BiasRule::Solved)).unwrap();
         let geometry = Geometry::new(GeometrySpec::image(262_144, 131_072)).unwrap();
-        let texture = TextureId::new(0).unwrap();
+        let texture = TextureNumber::new(0).unwrap();
         pager.add_texture(pool, &geometry, None, None).unwrap();
         World { pager, geometry, texture, changes: Vec::new(), tile: Bytes::from(vec![0; 16]) }
     }

@@ -8,8 +8,8 @@ use bytes::Bytes;
 use vastex_core::shader_constants::{FEEDBACK_WANTED, JITTER_CYCLE};
 use vastex_core::sim::{Path, View};
 use vastex_core::{
-    BiasRule, Budgets, Dims, Feedback, FeedbackCompactor, Geometry, GeometrySpec, GroupId, PageId, PagePos,
-    Pager, TextureId, WantedPage,
+    BiasRule, Budgets, Dims, Feedback, FeedbackCompactor, Geometry, GeometrySpec, GroupNumber, PageId,
+    PagePos, Pager, TextureNumber, WantedPage,
 };
 
 use crate::micros;
@@ -86,14 +86,14 @@ struct Run {
 enum Names {
     /// The piece that has it: pieces along x and y.
     Pieces(u32, u32),
-    Group(GroupId),
+    Group(GroupNumber),
     Turns,
 }
 
 struct Scene {
     pager: Pager,
     image: Geometry,
-    textures: Vec<TextureId>,
+    textures: Vec<TextureNumber>,
     names: Names,
     under_way: Vec<PageId>,
     loaded: HashSet<PageId>,

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use bytes::Bytes;
 use vastex_core::sim::{Path, View};
-use vastex_core::{BiasRule, Budgets, Feedback, Geometry, GeometrySpec, PageId, Pager, TextureId};
+use vastex_core::{BiasRule, Budgets, Feedback, Geometry, GeometrySpec, PageId, Pager, TextureNumber};
 
 use crate::micros;
 use crate::plot::{Panel, Plot};
@@ -178,6 +178,6 @@ fn geometry() -> Geometry {
     Geometry::new(GeometrySpec::image(32_768, 16_384)).unwrap()
 }
 
-fn texture(number: u32) -> TextureId {
-    TextureId::new(number as u16).unwrap()
+fn texture(number: u32) -> TextureNumber {
+    TextureNumber::new(number as u16).unwrap()
 }

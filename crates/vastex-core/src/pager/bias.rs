@@ -184,20 +184,20 @@ mod tests {
     use crate::residency::sharing::ContentId;
     use crate::shader_constants::JITTER_CYCLE;
     use crate::texture::geometry::{Geometry, GeometrySpec};
-    use crate::texture::page::{Dims, PageId, PagePos, TextureId};
+    use crate::texture::page::{Dims, PageId, PagePos, TextureNumber};
     use crate::texture::textures::Textures;
     use crate::wanted::feedback::{Feedback, WantedPage};
     use std::sync::Arc;
 
-    fn textures() -> (Textures, TextureId) {
+    fn textures() -> (Textures, TextureNumber) {
         let geometry = Arc::new(Geometry::new(GeometrySpec::image(8192, 4096)).unwrap());
         let mut textures = Textures::default();
-        let id = TextureId::new(0).unwrap();
+        let id = TextureNumber::new(0).unwrap();
         assert!(textures.add(id, geometry, None));
         (textures, id)
     }
 
-    fn wanted(texture: TextureId, x: u32) -> WantedPage {
+    fn wanted(texture: TextureNumber, x: u32) -> WantedPage {
         let page = PageId::new(texture, Dims::D2, PagePos::new_2d(0, x, 0)).unwrap();
         WantedPage { page, pixels: 1, eighth: 0 }
     }

@@ -8,7 +8,7 @@ use crate::pager::prediction::Prediction;
 use crate::pager::tickets::{Ask, AskError, Progress, Ticket, Tickets};
 use crate::residency::Residency;
 use crate::table::pool::PoolId;
-use crate::texture::page::{PageId, TextureId};
+use crate::texture::page::{PageId, TextureNumber};
 
 /// Percent of the slots that pins may take where nothing else is said.
 pub(super) const PIN_SHARE: u32 = 50;
@@ -45,7 +45,7 @@ impl Claims {
     pub(crate) fn open(
         &mut self,
         ask: Ask,
-        texture: TextureId,
+        texture: TextureNumber,
         pages: Vec<PageId>,
         residency: &mut Residency,
     ) -> Ticket {
@@ -72,7 +72,7 @@ impl Claims {
 
     /// Lets go of everything of a texture, which is about to go, also out of the working set and the
     /// residency.
-    pub(crate) fn forget(&mut self, texture: TextureId, residency: &Residency) {
+    pub(crate) fn forget(&mut self, texture: TextureNumber, residency: &Residency) {
         self.tickets.forget(texture, residency);
         self.prediction.forget(texture);
     }

@@ -4,10 +4,12 @@ use std::collections::VecDeque;
 use std::fmt;
 
 use crate::table::pool::PoolId;
-use crate::texture::page::{PageId, TextureId};
+use crate::texture::page::{PageId, TextureNumber};
+use crate::wanted::groups::GroupNumber;
 
 /// Something that happened; see [`crate::Pager::poll_event`].
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Event {
     /// For a whole jitter cycle no page was newly wanted, and none was missing at the bias in force, in any
     /// pool.
@@ -38,6 +40,16 @@ pub enum Event {
         asked: u64,
         /// Bytes that it has.
         bytes: u64,
+    },
+    /// The bind groups that read a pool are others than before: whoever keeps one, or a render bundle that names it, makes that anew.
+    BindGroupsChanged {
+        /// The pool.
+        pool: PoolId,
+    },
+    /// A group is gone, since one of its members was removed.
+    GroupRemoved {
+        /// The group.
+        group: GroupNumber,
     },
     /// A tile could not be had; said once, until it recovers. It is tried again with back-off, its ancestor
     /// stays on screen.
@@ -89,6 +101,12 @@ impl fmt::Display for Event {
                 "the device has no memory for a pool {} of {asked} bytes; it has {bytes}",
                 pool.number()
             ),
+            Event::BindGroupsChanged { pool } => {
+                write!(f, "the bind groups that read pool {} are others than before", pool.number())
+            }
+            Event::GroupRemoved { group } => {
+                write!(f, "group {} is gone, since one of its members was removed", group.number().number())
+            }
             Event::Failed { page, why, .. } => {
                 write!(f, "{} failed and will be tried again: {why}", of_page(page))
             }
@@ -102,7 +120,7 @@ impl fmt::Display for Event {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TexturePages {
     /// The texture.
-    pub texture: TextureId,
+    pub texture: TextureNumber,
     /// Its pages in the working set at bias 0, its tail not counted.
     pub wanted: u32,
     /// Slots that hold its tiles, its tail among them.
@@ -166,7 +184,7 @@ mod tests {
     #[test]
     fn an_event_is_one_line() {
         let pool = PoolId::new(2);
-        let texture = |number| TextureId::new(number).unwrap();
+        let texture = |number| TextureNumber::new(number).unwrap();
         let page = PageId::new(texture(5), Dims::D2, PagePos::new_2d(1, 3, 4)).unwrap();
         let largest = [(5, 600), (7, 20)]
             .map(|(number, wanted)| TexturePages { texture: texture(number), wanted, resident: 9 })
@@ -187,6 +205,7 @@ mod tests {
                 Event::Failed { pool, page, why: "the disk is gone".into() },
                 "a page of level 1 of texture 5 failed and will be tried again: the disk is gone",
             ),
+            (Event::BindGroupsChanged { pool }, "the bind groups that read pool 2 are others than before"),
             (Event::Recovered { pool, page }, "a page of level 1 of texture 5, which had failed, is there"),
             (Event::Lost { events: 3 }, "3 events were dropped, since nobody asked for them"),
         ];

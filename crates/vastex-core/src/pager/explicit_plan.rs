@@ -11,7 +11,7 @@ use crate::pager::reranks::Reranks;
 use crate::residency::rank::{Band, rank_of};
 use crate::residency::records::RecordHint;
 use crate::residency::{PageState, Residency};
-use crate::texture::page::{PageId, TextureId};
+use crate::texture::page::{PageId, TextureNumber};
 use crate::texture::textures::Textures;
 
 /// What comes after everything in view, best first, as far as there are slots.
@@ -185,7 +185,7 @@ impl ExplicitPlan {
     }
 
     /// Forgets a texture that is gone.
-    pub(super) fn forget(&mut self, texture: TextureId) {
+    pub(super) fn forget(&mut self, texture: TextureNumber) {
         self.pages.retain(|page| page.texture() != texture);
         self.rewind();
         self.is_due = true;

@@ -2,7 +2,7 @@
 //! head of `residency::flight`.
 
 use crate::residency::Residency;
-use crate::texture::page::TextureId;
+use crate::texture::page::TextureNumber;
 
 /// The in-flight budget, as it stands for all pools.
 #[derive(Clone, Copy, Debug)]
@@ -17,7 +17,7 @@ pub(super) struct FlightShare {
 
 impl FlightShare {
     /// Returns true if the texture may begin another load in view, as far as other textures are concerned.
-    pub(super) fn may_hold_more(self, residency: &Residency, texture: TextureId) -> bool {
+    pub(super) fn may_hold_more(self, residency: &Residency, texture: TextureNumber) -> bool {
         let own = residency.bytes_for_view(texture);
         self.is_alone
             || own == 0

@@ -6,9 +6,9 @@ use std::sync::Arc;
 use crate::pager::Pager;
 use crate::texture::geometry::Geometry;
 use crate::texture::level_rule::LevelRule;
-use crate::texture::page::TextureId;
+use crate::texture::page::TextureNumber;
 use crate::wanted::feedback::Feedback;
-use crate::wanted::groups::{GroupError, GroupId, Groups};
+use crate::wanted::groups::{GroupError, GroupNumber, Groups};
 
 impl Pager {
     /// Makes a group of textures that there are, of any pools; naming one twice is the same as once.
@@ -17,11 +17,11 @@ impl Pager {
     /// entry's page, at the level that the member's own size, clamp and bias imply. Costs in each feedback a
     /// visit of the group's entries for each member and of each page found, at most 64 for each feedback
     /// pixel.
-    pub fn add_group(&mut self, members: &[TextureId]) -> Result<GroupId, GroupError> {
+    pub fn add_group(&mut self, members: &[TextureNumber]) -> Result<GroupNumber, GroupError> {
         let mut members = members.to_vec();
         members.sort_unstable();
         members.dedup();
-        let shape_of = |texture: &TextureId| {
+        let shape_of = |texture: &TextureNumber| {
             self.geometry(*texture).cloned().ok_or(GroupError::NoTexture(texture.number()))
         };
         let shapes: Vec<Arc<Geometry>> = members.iter().map(shape_of).collect::<Result<_, _>>()?;
@@ -34,7 +34,7 @@ impl Pager {
     /// Removes a group in the frame `frame`, the newest whose feedback may name it; its members stay. Says
     /// whether there was one. As with textures, its number is given again when no feedback can name it any
     /// more.
-    pub fn remove_group(&mut self, group: GroupId, frame: u64) -> bool {
+    pub fn remove_group(&mut self, group: GroupNumber, frame: u64) -> bool {
         let was_there = self.groups.remove(group);
         if was_there {
             self.ids.leave(group.number(), frame, 0);
@@ -43,29 +43,29 @@ impl Pager {
     }
 
     /// The shape of a group that there is: feedback names pages of its levels, of which none is in a tail.
-    pub fn group_shape(&self, group: GroupId) -> Option<&Arc<Geometry>> {
+    pub fn group_shape(&self, group: GroupNumber) -> Option<&Arc<Geometry>> {
         self.groups.shape(group)
     }
 
     /// The textures that an entry of a group wants pages of, in ascending order; one that was removed is no
     /// member any more.
-    pub fn group_members(&self, group: GroupId) -> &[TextureId] {
+    pub fn group_members(&self, group: GroupNumber) -> &[TextureNumber] {
         self.groups.members(group)
     }
 
     /// Sets how the levels of a texture are chosen where a group wants it; where feedback names the texture
     /// itself, that has been done. Says whether there is such a texture.
-    pub fn set_levels(&mut self, texture: TextureId, rule: LevelRule) -> bool {
+    pub fn set_levels(&mut self, texture: TextureNumber, rule: LevelRule) -> bool {
         let Some(pool) = self.pool_of(texture) else { return false };
         self.pool_mut(pool).is_some_and(|pool| pool.textures.set_rule(texture, rule))
     }
 
     /// How the levels of a texture are chosen, within the levels that it has.
-    pub fn levels(&self, texture: TextureId) -> Option<LevelRule> {
+    pub fn levels(&self, texture: TextureNumber) -> Option<LevelRule> {
         self.pool(self.pool_of(texture)?).textures.rule(texture)
     }
 
-    fn geometry(&self, texture: TextureId) -> Option<&Arc<Geometry>> {
+    fn geometry(&self, texture: TextureNumber) -> Option<&Arc<Geometry>> {
         self.pool(self.pool_of(texture)?).textures.geometry(texture)
     }
 

@@ -10,7 +10,7 @@ use crate::pager::working_set::WorkingSet;
 use crate::residency::rank::{Band, rank_of};
 use crate::residency::records::RecordHint;
 use crate::residency::{PageState, Residency};
-use crate::texture::page::{PageId, TextureId};
+use crate::texture::page::{PageId, TextureNumber};
 use crate::texture::textures::Textures;
 
 /// What is missing in view, best first, and how far its requests and uploads are.
@@ -202,7 +202,7 @@ impl LoadOrder {
     }
 
     /// Forgets a texture that is gone.
-    pub(super) fn forget(&mut self, texture: TextureId) {
+    pub(super) fn forget(&mut self, texture: TextureNumber) {
         self.order.retain(|missing| missing.page.texture() != texture);
         self.waiting.retain(|page| page.texture() != texture);
         self.rewind();

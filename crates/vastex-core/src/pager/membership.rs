@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::pager::pool::PoolPager;
 use crate::table::pool::{PoolError, PoolLayout, Slot};
 use crate::texture::geometry::{Geometry, page_id};
-use crate::texture::page::TextureId;
+use crate::texture::page::TextureNumber;
 use crate::texture::page_contents::PageContents;
 use crate::texture::page_set::PageSet;
 
@@ -14,7 +14,7 @@ impl PoolPager {
     /// returned.
     pub(super) fn add_texture(
         &mut self,
-        texture: TextureId,
+        texture: TextureNumber,
         geometry: &Geometry,
         present: Option<Arc<PageSet>>,
         contents: Option<Arc<PageContents>>,
@@ -48,7 +48,7 @@ impl PoolPager {
     /// how many loads the loader has yet to answer; `None` if there is no such texture.
     ///
     /// Costs a visit of every page that has a state.
-    pub(super) fn remove_texture(&mut self, texture: TextureId) -> Option<u32> {
+    pub(super) fn remove_texture(&mut self, texture: TextureNumber) -> Option<u32> {
         if !self.textures.remove(texture) {
             return None;
         }

@@ -51,7 +51,7 @@ use crate::residency::PageState;
 use crate::residency::stats::Stats;
 use crate::table::pool::{PoolError, PoolId, Slot};
 use crate::texture::geometry::Geometry;
-use crate::texture::page::{PageId, TextureId};
+use crate::texture::page::{PageId, TextureNumber};
 use crate::texture::page_contents::PageContents;
 use crate::texture::page_set::PageSet;
 use crate::wanted::feedback::{Feedback, WantedPage, merge_same};
@@ -167,7 +167,7 @@ impl Pager {
         geometry: &Geometry,
         present: Option<Arc<PageSet>>,
         contents: Option<Arc<PageContents>>,
-    ) -> Result<(TextureId, Slot), PoolError> {
+    ) -> Result<(TextureNumber, Slot), PoolError> {
         let texture = self.ids.first_free().ok_or(PoolError::TooManyTextures)?;
         let pager = &mut self.pools[usize::from(pool.number())].pager;
         let slot = pager.add_texture(texture, geometry, present, contents)?;
@@ -181,7 +181,7 @@ impl Pager {
     /// Its number is given to another texture when nothing can name this one any more, which
     /// [`Pager::feedback_under_way`] finds. Events that were not polled yet may still name it. Its page table
     /// is the caller's, and is not told of. Costs a visit of every page of the pool that has a state.
-    pub fn remove_texture(&mut self, texture: TextureId, frame: u64) -> bool {
+    pub fn remove_texture(&mut self, texture: TextureNumber, frame: u64) -> bool {
         let Some(pool) = self.ids.pool_of(texture) else { return false };
         let loads = self.pools[usize::from(pool.number())].pager.remove_texture(texture);
         self.ids.leave(texture, frame, loads.unwrap_or(0));
@@ -200,7 +200,7 @@ impl Pager {
     }
 
     /// The pool of a texture that there is.
-    pub fn pool_of(&self, texture: TextureId) -> Option<PoolId> {
+    pub fn pool_of(&self, texture: TextureNumber) -> Option<PoolId> {
         self.ids.pool_of(texture)
     }
 
@@ -223,7 +223,7 @@ impl Pager {
     }
 
     /// The pool of a texture, if there is such a texture.
-    fn owner_of(&mut self, texture: TextureId) -> Result<&mut PoolPager, AskError> {
+    fn owner_of(&mut self, texture: TextureNumber) -> Result<&mut PoolPager, AskError> {
         let pool = self.ids.pool_of(texture).ok_or(AskError::NoTexture(texture.number()))?;
         Ok(&mut self.pools[usize::from(pool.number())].pager)
     }

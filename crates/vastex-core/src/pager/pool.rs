@@ -338,7 +338,7 @@ impl PoolPager {
     }
 
     /// Returns true if there is such a texture.
-    pub(crate) fn has_texture(&self, texture: crate::texture::page::TextureId) -> bool {
+    pub(crate) fn has_texture(&self, texture: crate::texture::page::TextureNumber) -> bool {
         self.textures.geometry(texture).is_some()
     }
 

@@ -8,7 +8,7 @@
 use rustc_hash::FxHashMap;
 
 use crate::shader_constants::JITTER_CYCLE;
-use crate::texture::page::{PageId, TextureId};
+use crate::texture::page::{PageId, TextureNumber};
 
 /// Frames for which a page stays expected after a feedback has named it.
 const FRAMES: u64 = JITTER_CYCLE as u64;
@@ -52,7 +52,7 @@ impl Prediction {
         });
     }
 
-    pub(crate) fn forget(&mut self, texture: TextureId) {
+    pub(crate) fn forget(&mut self, texture: TextureNumber) {
         self.pages.retain(|page, _| page.texture() != texture);
     }
 

@@ -9,7 +9,7 @@ use rustc_hash::FxHashMap;
 
 use crate::pager::working_set::WorkingSet;
 use crate::residency::records::RecordHint;
-use crate::texture::page::{PageId, TextureId};
+use crate::texture::page::{PageId, TextureNumber};
 use crate::texture::textures::Textures;
 
 /// How many levels finer than what is on screen a page may be and still belong to the first group.
@@ -51,7 +51,7 @@ type Centre = ([f64; 3], f64);
 #[derive(Debug, Default)]
 pub(super) struct Ranking {
     ranked: Vec<Ranked>,
-    centres: FxHashMap<TextureId, Centre>,
+    centres: FxHashMap<TextureNumber, Centre>,
 }
 
 impl Ranking {
@@ -94,7 +94,7 @@ impl Ranking {
 }
 
 /// Square of the distance from the centre to the page, in texels of level 0.
-fn distance(centres: &FxHashMap<TextureId, Centre>, page: PageId, textures: &Textures) -> u64 {
+fn distance(centres: &FxHashMap<TextureNumber, Centre>, page: PageId, textures: &Textures) -> u64 {
     let (Some((sum, weight)), Some(middle)) = (centres.get(&page.texture()), middle_of(page, textures))
     else {
         return 0;

@@ -15,7 +15,7 @@ use crate::pager::tickets::{Ask, AskError, Progress, Ticket, Urgency};
 use crate::residency::sharing::ContentId;
 use crate::table::pool::PoolId;
 use crate::texture::geometry::page_id;
-use crate::texture::page::{PageId, TextureId};
+use crate::texture::page::{PageId, TextureNumber};
 use crate::texture::region::{Reach, Region};
 use crate::wanted::feedback::{Feedback, Need};
 
@@ -44,7 +44,7 @@ impl Pager {
     /// ticket is open.
     pub fn prefetch(
         &mut self,
-        texture: TextureId,
+        texture: TextureNumber,
         region: &Region,
         urgency: Urgency,
     ) -> Result<Ticket, AskError> {
@@ -61,7 +61,7 @@ impl Pager {
         self.with_members(feedback, |pager, wanted| {
             let parts: Vec<_> =
                 pager.pools().map(|pool| pool.parts_of_view(wanted)).collect::<Result<_, _>>()?;
-            let open = |(pool, parts): (&mut PoolPager, Vec<(TextureId, Vec<PageId>)>)| {
+            let open = |(pool, parts): (&mut PoolPager, Vec<(TextureNumber, Vec<PageId>)>)| {
                 let open = |(texture, pages)| pool.open(Ask::Prefetch(urgency), texture, pages);
                 parts.into_iter().map(open).collect::<Vec<Ticket>>()
             };
@@ -75,7 +75,7 @@ impl Pager {
     /// Fails where pins, tails included, would take more than their share of the slots
     /// ([`Pager::set_pin_share`]). Pages that share a slot count one by one, since the content of each may
     /// change.
-    pub fn pin(&mut self, texture: TextureId, region: &Region) -> Result<Ticket, AskError> {
+    pub fn pin(&mut self, texture: TextureNumber, region: &Region) -> Result<Ticket, AskError> {
         self.owner_of(texture)?.ask(Ask::Pin, texture, region)
     }
 
@@ -115,7 +115,7 @@ impl Pager {
     /// Caches between the source and the pager are the caller's to tell. Costs a visit of each page of the
     /// region that exists, or of each that has a state, whichever are fewer; of the former where the texture
     /// said which pages are the same.
-    pub fn invalidate(&mut self, texture: TextureId, region: &Region) -> u32 {
+    pub fn invalidate(&mut self, texture: TextureNumber, region: &Region) -> u32 {
         self.owner_of(texture).map_or(0, |pager| pager.invalidate(texture, region))
     }
 
@@ -147,7 +147,7 @@ impl Pager {
 }
 
 impl PoolPager {
-    fn ask(&mut self, ask: Ask, texture: TextureId, region: &Region) -> Result<Ticket, AskError> {
+    fn ask(&mut self, ask: Ask, texture: TextureNumber, region: &Region) -> Result<Ticket, AskError> {
         let pages = self.pages_of_region(texture, region)?;
         if ask == Ask::Pin {
             self.claims.may_pin(&pages, &self.residency)?;
@@ -156,7 +156,7 @@ impl PoolPager {
     }
 
     /// Opens a ticket for pages of one texture, each once, coarsest first.
-    fn open(&mut self, ask: Ask, texture: TextureId, pages: Vec<PageId>) -> Ticket {
+    fn open(&mut self, ask: Ask, texture: TextureNumber, pages: Vec<PageId>) -> Ticket {
         if ask != Ask::Pin {
             self.plan.note_change();
         }
@@ -164,7 +164,7 @@ impl PoolPager {
     }
 
     /// The pages that a view wants of each of the pool's textures, each once and coarsest first.
-    fn parts_of_view(&self, feedback: &Feedback) -> Result<Vec<(TextureId, Vec<PageId>)>, AskError> {
+    fn parts_of_view(&self, feedback: &Feedback) -> Result<Vec<(TextureNumber, Vec<PageId>)>, AskError> {
         let mut pages = Vec::new();
         self.for_pages_of_view(feedback, |page, _| pages.push(page));
         pages.sort_unstable_by_key(|&page| (page.texture(), std::cmp::Reverse(page.level()), page));
@@ -213,7 +213,7 @@ impl PoolPager {
         self.plan.note_change();
     }
 
-    fn invalidate(&mut self, texture: TextureId, region: &Region) -> u32 {
+    fn invalidate(&mut self, texture: TextureNumber, region: &Region) -> u32 {
         let Some(geometry) = self.textures.geometry(texture).cloned() else { return 0 };
         self.plan.note_change();
         if self.residency.sharing().has(texture) {
@@ -243,7 +243,7 @@ impl PoolPager {
 
     /// The pages of a region and their ancestors that have tiles, each once, coarsest first; the tail is not
     /// counted, since it always is here.
-    fn pages_of_region(&self, texture: TextureId, region: &Region) -> Result<Vec<PageId>, AskError> {
+    fn pages_of_region(&self, texture: TextureNumber, region: &Region) -> Result<Vec<PageId>, AskError> {
         let geometry = self.textures.geometry(texture).ok_or(AskError::NoTexture(texture.number()))?;
         let (pages, slots) =
             (region.page_count(geometry), self.residency.slot_count() - self.residency.tails());

@@ -6,7 +6,7 @@ use crate::pager::pool::PoolPager;
 use crate::table::pool::Slot;
 use crate::table::{ChangeRule, TableChange, TableEntry};
 use crate::texture::geometry::page_id;
-use crate::texture::page::TextureId;
+use crate::texture::page::TextureNumber;
 
 impl Pager {
     /// Replaces `changes` with the page-table changes of the uploads handed out since the last call, of every
@@ -24,7 +24,7 @@ impl Pager {
 impl PoolPager {
     /// Replaces `changes` with what a page table in which every entry leads to the tail is to be told, so
     /// that it leads to what is resident. Costs a visit of every page that has a state.
-    pub fn resident_changes(&self, texture: TextureId, changes: &mut Vec<TableChange>) {
+    pub fn resident_changes(&self, texture: TextureNumber, changes: &mut Vec<TableChange>) {
         let own = self.resident().filter(|(page, _)| page.texture() == texture);
         let finer = own.filter(|(page, _)| !self.textures.is_tail(*page));
         changes.clear();
@@ -36,7 +36,7 @@ impl PoolPager {
     }
 
     /// The slot of a texture's tail; `None` if there is no such texture.
-    pub fn tail_slot(&self, texture: TextureId) -> Option<Slot> {
+    pub fn tail_slot(&self, texture: TextureNumber) -> Option<Slot> {
         let geometry = self.textures.geometry(texture)?;
         self.residency.slot_of(page_id(texture, geometry, geometry.tail_pos())?)
     }

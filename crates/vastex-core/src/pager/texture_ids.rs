@@ -10,7 +10,7 @@
 //! | leaving | free | every load has ended, and no feedback is under way from before |
 
 use crate::table::pool::PoolId;
-use crate::texture::page::TextureId;
+use crate::texture::page::TextureNumber;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
@@ -35,22 +35,22 @@ pub(crate) struct TextureIds {
 
 impl TextureIds {
     /// The lowest number that is free.
-    pub(crate) fn first_free(&self) -> Option<TextureId> {
+    pub(crate) fn first_free(&self) -> Option<TextureNumber> {
         let free = self.states.iter().position(|state| *state == State::Free);
-        TextureId::new(u16::try_from(free.unwrap_or(self.states.len())).ok()?)
+        TextureNumber::new(u16::try_from(free.unwrap_or(self.states.len())).ok()?)
     }
 
     /// Gives a number that is free to a texture of a pool.
-    pub(crate) fn take(&mut self, texture: TextureId, pool: PoolId) {
+    pub(crate) fn take(&mut self, texture: TextureNumber, pool: PoolId) {
         self.set(texture, State::Taken(pool));
     }
 
     /// Gives a number that is free to a group.
-    pub(crate) fn take_for_group(&mut self, number: TextureId) {
+    pub(crate) fn take_for_group(&mut self, number: TextureNumber) {
         self.set(number, State::Grouped);
     }
 
-    fn set(&mut self, texture: TextureId, state: State) {
+    fn set(&mut self, texture: TextureNumber, state: State) {
         let number = usize::from(texture.number());
         if self.states.len() <= number {
             self.states.resize(number + 1, State::Free);
@@ -58,12 +58,12 @@ impl TextureIds {
         self.states[number] = state;
     }
 
-    fn state(&self, texture: TextureId) -> State {
+    fn state(&self, texture: TextureNumber) -> State {
         self.states.get(usize::from(texture.number())).copied().unwrap_or(State::Free)
     }
 
     /// The pool of a texture that there is.
-    pub(crate) fn pool_of(&self, texture: TextureId) -> Option<PoolId> {
+    pub(crate) fn pool_of(&self, texture: TextureNumber) -> Option<PoolId> {
         match self.state(texture) {
             State::Taken(pool) => Some(pool),
             State::Free | State::Grouped | State::Leaving { .. } => None,
@@ -71,7 +71,7 @@ impl TextureIds {
     }
 
     /// A load of the texture has ended; says in which pool, also after the texture was removed.
-    pub(crate) fn load_ended(&mut self, texture: TextureId) -> Option<PoolId> {
+    pub(crate) fn load_ended(&mut self, texture: TextureNumber) -> Option<PoolId> {
         match self.states.get_mut(usize::from(texture.number()))? {
             State::Free | State::Grouped => None,
             State::Taken(pool) => Some(*pool),
@@ -83,7 +83,7 @@ impl TextureIds {
     }
 
     /// The texture or group was removed in frame `since`, with so many loads under way.
-    pub(crate) fn leave(&mut self, texture: TextureId, since: u64, loads: u32) {
+    pub(crate) fn leave(&mut self, texture: TextureNumber, since: u64, loads: u32) {
         let pool = self.pool_of(texture);
         if pool.is_some() || self.state(texture) == State::Grouped {
             self.states[usize::from(texture.number())] = State::Leaving { pool, since, loads };
@@ -114,7 +114,7 @@ mod tests {
     #[test]
     fn a_number_is_free_again_when_neither_feedback_nor_load_can_name_it() {
         let (mut numbers, pool) = (TextureIds::default(), PoolId::new(3));
-        let [first, second] = [0, 1].map(|number| TextureId::new(number).unwrap());
+        let [first, second] = [0, 1].map(|number| TextureNumber::new(number).unwrap());
         numbers.take(first, pool);
         numbers.leave(first, 10, 2);
         assert_eq!((numbers.pool_of(first), numbers.first_free()), (None, Some(second)));

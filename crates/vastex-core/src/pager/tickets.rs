@@ -15,7 +15,7 @@ use std::collections::{BTreeMap, VecDeque};
 
 use crate::residency::{PageState, Residency};
 use crate::table::pool::PoolId;
-use crate::texture::page::{PageId, TextureId};
+use crate::texture::page::{PageId, TextureNumber};
 
 /// Tickets that have ended and are kept however long nobody asks for them, and the frames for which all
 /// others are.
@@ -111,7 +111,7 @@ pub(crate) enum Ask {
 #[derive(Debug)]
 struct Entry {
     ask: Ask,
-    texture: TextureId,
+    texture: TextureNumber,
     /// Each once, coarsest first.
     pages: Vec<PageId>,
     /// It has been said that all are here.
@@ -142,7 +142,7 @@ impl Tickets {
     }
 
     /// Opens a ticket for pages of one texture, each once, coarsest first.
-    pub(crate) fn open(&mut self, ask: Ask, texture: TextureId, pages: Vec<PageId>) -> Ticket {
+    pub(crate) fn open(&mut self, ask: Ask, texture: TextureNumber, pages: Vec<PageId>) -> Ticket {
         if ask == Ask::Pin {
             pages.iter().for_each(|&page| *self.pinned.entry(page).or_insert(0) += 1);
         }
@@ -179,7 +179,7 @@ impl Tickets {
     }
 
     /// Lets go of all tickets of a texture, which is about to go.
-    pub(crate) fn forget(&mut self, texture: TextureId, residency: &Residency) {
+    pub(crate) fn forget(&mut self, texture: TextureNumber, residency: &Residency) {
         let own = self.open.iter().filter(|(_, entry)| entry.texture == texture);
         let numbers: Vec<u64> = own.map(|(&number, _)| number).collect();
         for number in numbers {

@@ -4,7 +4,7 @@
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::residency::Residency;
-use crate::texture::page::{PageId, TextureId};
+use crate::texture::page::{PageId, TextureNumber};
 
 /// How often each page is claimed.
 #[derive(Debug, Default)]
@@ -15,7 +15,7 @@ impl Claimed {
         self.0.contains_key(&page)
     }
 
-    pub(super) fn forget(&mut self, texture: TextureId) {
+    pub(super) fn forget(&mut self, texture: TextureNumber) {
         self.0.retain(|page, _| page.texture() != texture);
     }
 }

@@ -79,10 +79,10 @@ mod tests {
     use super::*;
     use crate::residency::PageState;
     use crate::residency::sharing::ContentId;
-    use crate::texture::page::{Dims, PagePos, TextureId};
+    use crate::texture::page::{Dims, PagePos, TextureNumber};
 
     fn page(n: u32) -> PageId {
-        PageId::new(TextureId::new(0).unwrap(), Dims::D2, PagePos::new_2d(0, n % 4096, n / 4096)).unwrap()
+        PageId::new(TextureNumber::new(0).unwrap(), Dims::D2, PagePos::new_2d(0, n % 4096, n / 4096)).unwrap()
     }
 
     /// The page is wanted in one frame, and cannot be had.

@@ -20,7 +20,7 @@
 
 use crate::residency::Residency;
 use crate::residency::records::State;
-use crate::texture::page::{PageId, TextureId};
+use crate::texture::page::{PageId, TextureNumber};
 
 /// Frames without an answer after which a texture that has something in flight is not waited for.
 const PATIENCE: u64 = 64;
@@ -51,11 +51,11 @@ pub(crate) struct Flight {
 }
 
 impl Flight {
-    fn of(&self, texture: TextureId) -> OfTexture {
+    fn of(&self, texture: TextureNumber) -> OfTexture {
         self.textures.get(usize::from(texture.number())).copied().unwrap_or_default()
     }
 
-    fn of_mut(&mut self, texture: TextureId) -> &mut OfTexture {
+    fn of_mut(&mut self, texture: TextureNumber) -> &mut OfTexture {
         let number = usize::from(texture.number());
         if self.textures.len() <= number {
             self.textures.resize(number + 1, OfTexture::default());
@@ -70,7 +70,7 @@ impl Flight {
     }
 
     /// A load has been answered, and its tile is still in flight.
-    pub(crate) fn note_answer(&mut self, texture: TextureId, frame: u64) {
+    pub(crate) fn note_answer(&mut self, texture: TextureNumber, frame: u64) {
         self.of_mut(texture).answered_at = frame;
     }
 }
@@ -88,13 +88,13 @@ impl Residency {
     }
 
     /// Bytes in flight of a texture that are for the view, or were.
-    pub(crate) fn bytes_for_view(&self, texture: TextureId) -> u64 {
+    pub(crate) fn bytes_for_view(&self, texture: TextureNumber) -> u64 {
         u64::from(self.flight.of(texture).for_view) * self.flight_bytes
     }
 
     /// A page of the texture was passed over, since that has its share of the in-flight budget. The view
     /// waits for it, unless nothing of the texture was answered for long.
-    pub(crate) fn note_passed_over(&mut self, texture: TextureId) {
+    pub(crate) fn note_passed_over(&mut self, texture: TextureNumber) {
         self.flight.view_waits |= self.flight.of(texture).is_answered(self.frame);
     }
 
@@ -103,7 +103,7 @@ impl Residency {
         std::mem::take(&mut self.flight.view_waits)
     }
 
-    pub(crate) fn enter_flight(&mut self, texture: TextureId) {
+    pub(crate) fn enter_flight(&mut self, texture: TextureNumber) {
         let of = self.flight.of_mut(texture);
         if of.tiles == 0 {
             of.answered_at = self.frame;
@@ -130,7 +130,7 @@ impl Residency {
     }
 
     /// So many tiles of a texture leave, and so many of them were for the view.
-    pub(crate) fn leave_flight_of(&mut self, texture: TextureId, tiles: u32, for_view: u32) {
+    pub(crate) fn leave_flight_of(&mut self, texture: TextureNumber, tiles: u32, for_view: u32) {
         let of = self.flight.of_mut(texture);
         (of.tiles, of.for_view) = (of.tiles - tiles, of.for_view - for_view);
         of.answered_at = self.frame;

@@ -9,7 +9,7 @@
 use std::collections::VecDeque;
 
 use crate::shader_constants::{JITTER_CYCLE, MAX_LEVELS};
-use crate::texture::page::{PageId, TextureId};
+use crate::texture::page::{PageId, TextureNumber};
 use crate::texture::textures::Textures;
 
 const CYCLE: usize = JITTER_CYCLE as usize;
@@ -34,7 +34,7 @@ type Span = [[u32; 2]; 3];
 /// The wanted pages of one level of a texture.
 #[derive(Clone, Debug)]
 struct Region {
-    texture: TextureId,
+    texture: TextureNumber,
     level: u8,
     /// It was seen within the last cycle.
     is_active: bool,
@@ -103,7 +103,7 @@ impl Foresight {
             }
         }
         // Neighbours in the list mostly share texture and level.
-        let mut run: Option<((TextureId, u8), Span)> = None;
+        let mut run: Option<((TextureNumber, u8), Span)> = None;
         for page in pages {
             let key = (page.texture(), page.level());
             let dims = match textures.geometry(page.texture()) {
@@ -125,7 +125,7 @@ impl Foresight {
         self.known = (self.known + 1).min(CYCLE);
     }
 
-    fn gather(&mut self, run: Option<((TextureId, u8), Span)>, textures: &Textures) {
+    fn gather(&mut self, run: Option<((TextureNumber, u8), Span)>, textures: &Textures) {
         let Some(((texture, level), span)) = run else { return };
         let at = self.region_of(texture, level).unwrap_or_else(|| self.add(texture, level, textures));
         let region = &mut self.regions[at as usize];
@@ -136,12 +136,12 @@ impl Foresight {
         }
     }
 
-    fn region_of(&self, texture: TextureId, level: u8) -> Option<u32> {
+    fn region_of(&self, texture: TextureNumber, level: u8) -> Option<u32> {
         let places = self.places.get(usize::from(texture.number()))?;
         places.get(usize::from(level)).copied().filter(|&at| at != NOWHERE)
     }
 
-    fn add(&mut self, texture: TextureId, level: u8, textures: &Textures) -> u32 {
+    fn add(&mut self, texture: TextureNumber, level: u8, textures: &Textures) -> u32 {
         let number = usize::from(texture.number());
         if self.places.len() <= number {
             self.places.resize(number + 1, [NOWHERE; MAX_LEVELS as usize]);
@@ -216,7 +216,7 @@ impl Foresight {
     }
 
     /// Forgets a texture whose number may be given to another.
-    pub(crate) fn forget(&mut self, texture: TextureId) {
+    pub(crate) fn forget(&mut self, texture: TextureNumber) {
         let Foresight { regions, active, idle, .. } = self;
         active.retain(|&at| regions[at as usize].texture != texture);
         idle.retain(|&(_, at)| regions[at as usize].texture != texture);
@@ -313,8 +313,8 @@ mod tests {
     use crate::texture::page::{Dims, PagePos};
     use std::sync::Arc;
 
-    fn texture(number: u16) -> TextureId {
-        TextureId::new(number).unwrap()
+    fn texture(number: u16) -> TextureNumber {
+        TextureNumber::new(number).unwrap()
     }
 
     fn page(number: u16, x: u32) -> PageId {

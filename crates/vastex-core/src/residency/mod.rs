@@ -71,7 +71,7 @@ use crate::residency::stats::Stats;
 use crate::residency::victims::Victims;
 use crate::residency::waits::Waits;
 use crate::table::pool::Slot;
-use crate::texture::page::{Dims, PageId, TextureId};
+use crate::texture::page::{Dims, PageId, TextureNumber};
 use crate::texture::page_contents::PageContents;
 use crate::texture::textures::Textures;
 
@@ -285,7 +285,7 @@ impl Residency {
     }
 
     /// A texture says which of its pages are the same.
-    pub(crate) fn add_contents(&mut self, texture: TextureId, dims: Dims, contents: Arc<PageContents>) {
+    pub(crate) fn add_contents(&mut self, texture: TextureNumber, dims: Dims, contents: Arc<PageContents>) {
         self.sharing.add(texture, dims, contents);
     }
 
@@ -416,7 +416,7 @@ impl Residency {
 
     /// Forgets everything of a texture, its tail too, but the loads that the loader has: they are called off.
     /// Gives how many.
-    pub(crate) fn forget(&mut self, texture: TextureId) -> u32 {
+    pub(crate) fn forget(&mut self, texture: TextureNumber) -> u32 {
         let is_other = |page: &PageId| page.texture() != texture;
         let (mut loads, mut ready, mut for_view, mut tails, mut left) = (Vec::new(), 0, 0, 0, Vec::new());
         self.records.retain(|record| {

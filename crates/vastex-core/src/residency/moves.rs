@@ -3,7 +3,7 @@
 use crate::residency::Residency;
 use crate::table::pool::Slot;
 use crate::table::{ChangeRule, TableChange, TableEntry};
-use crate::texture::page::{PageId, TextureId};
+use crate::texture::page::{PageId, TextureNumber};
 use crate::texture::textures::Textures;
 
 /// Pages that leave or get a slot in a frame for which there is memory from the beginning.
@@ -27,7 +27,7 @@ impl Moves {
         Moves { evicted: Vec::with_capacity(room), settled: Vec::with_capacity(room), recovered: Vec::new() }
     }
 
-    pub(super) fn forget(&mut self, texture: TextureId) {
+    pub(super) fn forget(&mut self, texture: TextureNumber) {
         self.evicted.retain(|(page, _)| page.texture() != texture);
         self.settled.retain(|page| page.texture() != texture);
     }

@@ -28,7 +28,7 @@ use crate::residency::failures::back_off;
 use crate::residency::rank::RankClass;
 use crate::residency::records::{RecordHint, State};
 use crate::table::pool::Slot;
-use crate::texture::page::{PageId, TextureId};
+use crate::texture::page::{PageId, TextureNumber};
 
 #[derive(Debug)]
 struct Refresh {
@@ -141,7 +141,7 @@ impl Refreshes {
 
     /// Forgets everything of a texture; gives the pages that the loader has, and how many tiles waited for
     /// the upload budget.
-    pub(crate) fn forget(&mut self, texture: TextureId) -> (Vec<PageId>, u32) {
+    pub(crate) fn forget(&mut self, texture: TextureNumber) -> (Vec<PageId>, u32) {
         let (mut loading, mut ready) = (Vec::new(), 0);
         self.stale.retain(|page| page.texture() != texture);
         self.pages.retain(|page, refresh| {

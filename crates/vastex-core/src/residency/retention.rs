@@ -8,7 +8,7 @@
 use std::cmp::Ordering;
 
 use crate::residency::foresight::Foresight;
-use crate::texture::page::{PageId, TextureId};
+use crate::texture::page::{PageId, TextureNumber};
 use crate::texture::textures::Textures;
 
 /// Share of the slots out of view that is kept for the pages that left first.
@@ -40,7 +40,7 @@ impl Retention {
     }
 
     /// Forgets a texture whose number may be given to another.
-    pub(crate) fn forget(&mut self, texture: TextureId) {
+    pub(crate) fn forget(&mut self, texture: TextureNumber) {
         self.foresight.forget(texture);
     }
 
@@ -120,7 +120,7 @@ mod tests {
     use crate::texture::page::{Dims, PagePos};
     use std::sync::Arc;
 
-    const TEXTURE: TextureId = TextureId::new(0).unwrap();
+    const TEXTURE: TextureNumber = TextureNumber::new(0).unwrap();
 
     fn page(x: u32, y: u32) -> PageId {
         PageId::new(TEXTURE, Dims::D2, PagePos::new_2d(0, x, y)).unwrap()

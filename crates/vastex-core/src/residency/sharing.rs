@@ -14,7 +14,7 @@ use std::sync::Arc;
 use rustc_hash::FxHashMap;
 
 use crate::table::pool::Slot;
-use crate::texture::page::{Dims, PageId, TextureId};
+use crate::texture::page::{Dims, PageId, TextureNumber};
 use crate::texture::page_contents::PageContents;
 
 /// A content of the pool.
@@ -151,7 +151,7 @@ impl Sharing {
     }
 
     /// Adds a texture.
-    pub(crate) fn add(&mut self, texture: TextureId, dims: Dims, pages: Arc<PageContents>) {
+    pub(crate) fn add(&mut self, texture: TextureNumber, dims: Dims, pages: Arc<PageContents>) {
         let number = usize::from(texture.number());
         if self.textures.len() <= number {
             self.textures.resize_with(number + 1, || None);
@@ -179,7 +179,7 @@ impl Sharing {
 
     /// Forgets a texture, whose pages have given up their slots. What it was loading for others too is asked
     /// for anew.
-    pub(crate) fn remove(&mut self, texture: TextureId) {
+    pub(crate) fn remove(&mut self, texture: TextureNumber) {
         let place = self.textures.get_mut(usize::from(texture.number()));
         let Some(Shares { pages, ids, .. }) = place.and_then(Option::take) else { return };
         self.count -= 1;
@@ -201,7 +201,7 @@ impl Sharing {
     }
 
     /// Whether the texture says which of its pages are the same.
-    pub(crate) fn has(&self, texture: TextureId) -> bool {
+    pub(crate) fn has(&self, texture: TextureNumber) -> bool {
         self.textures.get(usize::from(texture.number())).is_some_and(Option::is_some)
     }
 

@@ -331,11 +331,11 @@ mod tests {
     use super::*;
     use crate::residency::records::VISITED;
     use crate::texture::geometry::{Geometry, GeometrySpec};
-    use crate::texture::page::{Dims, PagePos, TextureId};
+    use crate::texture::page::{Dims, PagePos, TextureNumber};
     use std::sync::Arc;
 
     fn page(level: u8, x: u32, y: u32) -> PageId {
-        PageId::new(TextureId::new(0).unwrap(), Dims::D2, PagePos::new_2d(level, x, y)).unwrap()
+        PageId::new(TextureNumber::new(0).unwrap(), Dims::D2, PagePos::new_2d(level, x, y)).unwrap()
     }
 
     /// It was a walk for each of them, in every frame in which they found no room.
@@ -343,7 +343,7 @@ mod tests {
     fn branches_go_together_in_one_walk_but_for_those_in_view() {
         let (mut textures, mut residency) = (Textures::default(), Residency::new(1400, 1));
         let geometry = Arc::new(Geometry::new(GeometrySpec::image(4096, 4096)).unwrap());
-        textures.add(TextureId::new(0).unwrap(), geometry, None);
+        textures.add(TextureNumber::new(0).unwrap(), geometry, None);
         residency.begin_frame(1);
         residency.begin_round();
         for level in (0..=4u8).rev() {

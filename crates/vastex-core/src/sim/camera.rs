@@ -7,7 +7,7 @@ use crate::record::trace::Place;
 use crate::shader_constants::{FEEDBACK_SCALE, JITTER_CYCLE, STEPS_PER_LEVEL};
 use crate::sim::Random;
 use crate::texture::geometry::Geometry;
-use crate::texture::page::{PageId, PagePos, TextureId};
+use crate::texture::page::{PageId, PagePos, TextureNumber};
 use crate::wanted::feedback::{Feedback, WantedPage};
 use crate::wanted::motion::Motion;
 
@@ -98,7 +98,7 @@ impl View {
     /// that the frame has in the jitter cycle or, where `complete`, of every pixel.
     pub fn feedback(
         &self,
-        texture: TextureId,
+        texture: TextureNumber,
         geometry: &Geometry,
         screen: [u32; 2],
         frame: u64,
@@ -142,7 +142,7 @@ impl View {
     /// The page, and the eighth of its level, that one pixel wants; nothing beside the texture.
     pub fn want(
         &self,
-        texture: TextureId,
+        texture: TextureNumber,
         geometry: &Geometry,
         screen: [u32; 2],
         pixel: [u32; 2],
@@ -205,7 +205,7 @@ impl Row {
         (0.0..1.0).contains(&u).then(|| ((u * self.texels) as u64 / self.page_texels) as u32)
     }
 
-    fn page(&self, texture: TextureId, geometry: &Geometry, x: u32) -> Option<PageId> {
+    fn page(&self, texture: TextureNumber, geometry: &Geometry, x: u32) -> Option<PageId> {
         let pos = PagePos { x, ..self.page };
         let pos = if geometry.is_tail(pos) { geometry.tail_pos() } else { pos };
         crate::texture::geometry::page_id(texture, geometry, pos)

@@ -13,7 +13,7 @@ use crate::residency::resize::SlotMove;
 use crate::sim::Random;
 use crate::table::pool::{PoolId, Slot};
 use crate::texture::geometry::Geometry;
-use crate::texture::page::{Dims, PageId, PagePos, TextureId};
+use crate::texture::page::{Dims, PageId, PagePos, TextureNumber};
 use crate::texture::page_contents::PageContents;
 
 /// Pages along each axis of what has one content, so that neighbours and ancestors have, too.
@@ -36,7 +36,7 @@ pub fn contents_of_chance(geometry: &Geometry, seed: u64, share: f64) -> PageCon
 /// What sources would give, what is under way, and what slots hold.
 #[derive(Debug, Default)]
 pub(crate) struct Contents {
-    same: BTreeMap<TextureId, (Dims, Arc<PageContents>)>,
+    same: BTreeMap<TextureNumber, (Dims, Arc<PageContents>)>,
     changes: BTreeMap<PageId, u64>,
     under_way: BTreeMap<PageId, (PoolId, u64)>,
     shown: BTreeMap<(PoolId, Slot), u64>,
@@ -44,7 +44,7 @@ pub(crate) struct Contents {
 
 impl Contents {
     /// A texture whose pages may be the same.
-    pub(crate) fn add(&mut self, texture: TextureId, dims: Dims, same: Arc<PageContents>) {
+    pub(crate) fn add(&mut self, texture: TextureNumber, dims: Dims, same: Arc<PageContents>) {
         self.same.insert(texture, (dims, same));
     }
 
@@ -134,7 +134,7 @@ impl Contents {
         self.shown.get(&(pool, slot)) == Some(&self.now(page))
     }
 
-    pub(crate) fn forget(&mut self, texture: TextureId) {
+    pub(crate) fn forget(&mut self, texture: TextureNumber) {
         self.same.remove(&texture);
         self.changes.retain(|page, _| page.texture() != texture);
     }

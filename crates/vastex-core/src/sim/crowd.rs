@@ -20,11 +20,11 @@ use crate::table::pool::{PoolError, PoolId, Slot};
 use crate::table::{TableChange, TableImage};
 use crate::texture::geometry::page_id;
 use crate::texture::geometry::{Geometry, GeometrySpec};
-use crate::texture::page::{PageId, TextureId};
+use crate::texture::page::{PageId, TextureNumber};
 use crate::texture::page_contents::PageContents;
 use crate::texture::region::{Reach, Region};
 use crate::wanted::feedback::Feedback;
-use crate::wanted::groups::{GroupError, GroupId};
+use crate::wanted::groups::{GroupError, GroupNumber};
 use crate::wanted::view::ViewId;
 
 mod checks;
@@ -36,7 +36,7 @@ pub use watch::Watch;
 /// A texture of the crowd.
 #[derive(Debug)]
 struct Member {
-    texture: TextureId,
+    texture: TextureNumber,
     pool: PoolId,
     geometry: Geometry,
     path: Path,
@@ -62,7 +62,7 @@ pub struct Crowd {
     /// Whether the cameras hold their poses, and since when.
     held: Option<u64>,
     members: Vec<Member>,
-    groups: Vec<(GroupId, Path)>,
+    groups: Vec<(GroupNumber, Path)>,
     contents: Contents,
     /// Tickets that have not ended.
     pub tickets: BTreeSet<Ticket>,
@@ -119,7 +119,7 @@ impl Crowd {
     }
 
     /// Adds a texture of which every page is like no other, seen along `path`.
-    pub fn add(&mut self, pool: PoolId, spec: GeometrySpec, path: Path) -> Result<TextureId, PoolError> {
+    pub fn add(&mut self, pool: PoolId, spec: GeometrySpec, path: Path) -> Result<TextureNumber, PoolError> {
         self.add_with(pool, spec, path, |_| None)
     }
 
@@ -130,7 +130,7 @@ impl Crowd {
         spec: GeometrySpec,
         path: Path,
         contents_of: impl FnOnce(&Geometry) -> Option<PageContents>,
-    ) -> Result<TextureId, PoolError> {
+    ) -> Result<TextureNumber, PoolError> {
         #[expect(clippy::expect_used, reason = "the shape is the test's own")]
         let geometry = Geometry::new(spec).expect("a possible texture");
         let contents = contents_of(&geometry).map(Arc::new);
@@ -147,7 +147,7 @@ impl Crowd {
     }
 
     /// Removes a texture, of those there are.
-    pub fn remove(&mut self, texture: TextureId) -> Result<(), String> {
+    pub fn remove(&mut self, texture: TextureNumber) -> Result<(), String> {
         if !self.pager.remove_texture(texture, self.frame) || self.pager.remove_texture(texture, self.frame) {
             return Err(format!("frame {}: {texture:?} could not be removed, or twice", self.frame));
         }
@@ -161,14 +161,14 @@ impl Crowd {
     }
 
     /// Makes a group of textures that there are, seen along `path`; each of them is seen alone as well.
-    pub fn group(&mut self, members: &[TextureId], path: Path) -> Result<GroupId, GroupError> {
+    pub fn group(&mut self, members: &[TextureNumber], path: Path) -> Result<GroupNumber, GroupError> {
         let group = self.pager.add_group(members)?;
         self.groups.push((group, path));
         Ok(group)
     }
 
     /// Takes a group apart, one of those there are.
-    pub fn ungroup(&mut self, group: GroupId) -> Result<(), String> {
+    pub fn ungroup(&mut self, group: GroupNumber) -> Result<(), String> {
         self.groups.retain(|(other, _)| *other != group);
         match self.pager.remove_group(group, self.frame) && !self.pager.remove_group(group, self.frame) {
             true => Ok(()),
@@ -179,7 +179,7 @@ impl Crowd {
     /// Prefetches a region, or pins it.
     pub fn ask(
         &mut self,
-        texture: TextureId,
+        texture: TextureNumber,
         region: &Region,
         urgency: Option<Urgency>,
     ) -> Result<Ticket, AskError> {
@@ -193,7 +193,7 @@ impl Crowd {
     }
 
     /// A view of a texture that there is, of any frame of its path, is expected.
-    pub fn expect(&mut self, texture: TextureId, at: u64) {
+    pub fn expect(&mut self, texture: TextureNumber, at: u64) {
         let Some(member) = self.members.iter().find(|member| member.texture == texture) else { return };
         let view = member.path.view(at);
         let seen = view.feedback(texture, &member.geometry, self.screen, self.frame, false);
@@ -211,7 +211,7 @@ impl Crowd {
     }
 
     /// The content of a part of a texture changes.
-    pub fn change(&mut self, texture: TextureId, region: &Region) {
+    pub fn change(&mut self, texture: TextureNumber, region: &Region) {
         let Some(member) = self.members.iter().find(|member| member.texture == texture) else { return };
         for pos in region.pages(&member.geometry, Reach::Tile) {
             let page = page_id(texture, &member.geometry, pos);
@@ -277,12 +277,12 @@ impl Crowd {
     }
 
     /// The groups there are.
-    pub fn groups(&self) -> impl Iterator<Item = GroupId> + '_ {
+    pub fn groups(&self) -> impl Iterator<Item = GroupNumber> + '_ {
         self.groups.iter().map(|(group, _)| *group)
     }
 
     /// The textures there are.
-    pub fn textures(&self) -> impl Iterator<Item = TextureId> + '_ {
+    pub fn textures(&self) -> impl Iterator<Item = TextureNumber> + '_ {
         self.members.iter().map(|member| member.texture)
     }
 

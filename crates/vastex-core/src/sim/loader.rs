@@ -3,7 +3,7 @@
 //! never end, and take no lane.
 
 use crate::sim::Random;
-use crate::texture::page::{PageId, TextureId};
+use crate::texture::page::{PageId, TextureNumber};
 
 /// Lanes where nothing else is said.
 const LANES: usize = 64;
@@ -55,7 +55,7 @@ pub struct Loads {
     /// Share of the loads that take ten times as long.
     pub slow: f64,
     /// Textures whose loads never end from now on.
-    pub silent: Vec<TextureId>,
+    pub silent: Vec<TextureNumber>,
 }
 
 impl Loads {

@@ -14,13 +14,13 @@ use crate::residency::stats::Stats;
 use crate::sim::loader::{Loads, Outcome};
 use crate::table::pool::{PoolId, Slot};
 use crate::table::{ChangeRule, TableChange, TableEntry};
-use crate::texture::page::{Dims, PageId, TextureId};
+use crate::texture::page::{Dims, PageId, TextureNumber};
 
 /// The lines of a world, where somebody wants them; writes nothing otherwise.
 #[derive(Debug, Default)]
 pub struct Log {
     lines: Option<String>,
-    dims: BTreeMap<TextureId, Dims>,
+    dims: BTreeMap<TextureNumber, Dims>,
     /// Tickets are named in the order in which they were given.
     tickets: Vec<Ticket>,
     biases: BTreeMap<PoolId, u16>,
@@ -63,7 +63,7 @@ impl Log {
         self.frame = frame;
     }
 
-    pub(crate) fn texture(&mut self, texture: TextureId, dims: Dims, pool: PoolId, tail: Slot) {
+    pub(crate) fn texture(&mut self, texture: TextureNumber, dims: Dims, pool: PoolId, tail: Slot) {
         self.dims.insert(texture, dims);
         let (texture, pool) = (texture.number(), pool.number());
         self.line(format_args!("texture {texture} in pool {pool} tail in slot {}", tail.index()));
@@ -140,6 +140,8 @@ impl Log {
             Event::Recovered { pool, page } => {
                 self.of_page("recovered", *page, format_args!(" of pool {}", pool.number()));
             }
+            // What there is of a GPU is not in a simulated world.
+            Event::BindGroupsChanged { .. } | Event::GroupRemoved { .. } => {}
             Event::Lost { events } => self.line(format_args!("lost {events} events")),
         }
     }

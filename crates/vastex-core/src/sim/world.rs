@@ -17,7 +17,7 @@ use crate::sim::{Log, Path, Random, Sharpness, View};
 use crate::table::pool::{PoolError, PoolId};
 use crate::table::{PageTable, TableChange, TableEntry, TableImage};
 use crate::texture::geometry::{Geometry, GeometrySpec};
-use crate::texture::page::{PageId, PagePos, TextureId};
+use crate::texture::page::{PageId, PagePos, TextureNumber};
 use crate::texture::page_set::PageSet;
 use crate::wanted::feedback::{Feedback, Need};
 
@@ -111,7 +111,7 @@ pub struct World {
     knobs: Knobs,
     geometry: Geometry,
     present: Option<Arc<PageSet>>,
-    texture: TextureId,
+    texture: TextureNumber,
     /// The pager under test.
     pub pager: Pager,
     /// Its only pool.

@@ -22,7 +22,7 @@ use crate::shader_constants::{
 use crate::table::pool::Slot;
 use crate::table::{ChangeRule, PageTable, TableChange, TableEntry};
 use crate::texture::geometry::Geometry;
-use crate::texture::page::{PageId, PagePos, TextureId};
+use crate::texture::page::{PageId, PagePos, TextureNumber};
 
 /// A page and where its tile is, as a GPU reads it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,7 +88,7 @@ impl HashedTable {
     pub fn lookup_in(
         &self,
         geometry: &Geometry,
-        texture: TextureId,
+        texture: TextureNumber,
         tail: TableEntry,
         pos: PagePos,
     ) -> TableEntry {
@@ -100,7 +100,7 @@ impl HashedTable {
 
     /// Takes out all pages of a texture, as if each had been evicted. Costs a visit of each bucket. The
     /// buckets stay as many as they are.
-    pub fn remove_texture(&mut self, texture: TextureId) {
+    pub fn remove_texture(&mut self, texture: TextureNumber) {
         let is_of =
             |bucket: &&HashedBucket| bucket.page[1] >> (TEXTURE_SHIFT - 32) == u32::from(texture.number());
         let pages: Vec<[u32; 2]> = self.buckets.iter().filter(is_of).map(|bucket| bucket.page).collect();
@@ -276,13 +276,13 @@ pub struct HashedTextureTable {
     /// The table.
     pub table: HashedTable,
     geometry: Geometry,
-    texture: TextureId,
+    texture: TextureNumber,
     tail: TableEntry,
 }
 
 impl HashedTextureTable {
     /// A table in which every page leads to the tail, which lies in `tail_slot`.
-    pub fn new(geometry: &Geometry, texture: TextureId, tail_slot: Slot) -> HashedTextureTable {
+    pub fn new(geometry: &Geometry, texture: TextureNumber, tail_slot: Slot) -> HashedTextureTable {
         let tail = TableEntry::new(geometry.tail().first_level(), tail_slot);
         HashedTextureTable { table: HashedTable::new(0), geometry: geometry.clone(), texture, tail }
     }

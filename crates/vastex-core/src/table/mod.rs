@@ -149,7 +149,7 @@ impl PageTable for TableImage {
 mod tests {
     use super::*;
     use crate::texture::geometry::GeometrySpec;
-    use crate::texture::page::TextureId;
+    use crate::texture::page::TextureNumber;
     use proptest::prelude::*;
     use std::collections::BTreeMap;
 
@@ -175,7 +175,7 @@ mod tests {
             let geometry = Geometry::new(GeometrySpec { page: 40, ..GeometrySpec::image(w, h) }).unwrap();
             let pages: Vec<_> = geometry.pages().skip(1).collect();
             prop_assume!(!pages.is_empty());
-            let texture = TextureId::new(0).unwrap();
+            let texture = TextureNumber::new(0).unwrap();
             let mut resident = BTreeMap::from([(geometry.tail_pos(), Slot::new(0))]);
             let mut image = TableImage::new(&geometry, Slot::new(0));
             for (n, op) in ops.iter().enumerate() {

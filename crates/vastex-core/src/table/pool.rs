@@ -5,7 +5,7 @@
 
 use crate::shader_constants::POOL_SLOTS;
 use crate::texture::format::Description;
-use crate::texture::page::TextureId;
+use crate::texture::page::TextureNumber;
 
 /// A pool among those of one [`crate::Pager`], counted from 0 in the order in which they were made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -68,7 +68,7 @@ pub enum PoolError {
         needed: u32,
     },
     /// There are as many textures as page ids can tell apart.
-    #[error("there are {} textures already, and page ids tell no more apart; remove one first", TextureId::MAX as u32 + 1)]
+    #[error("there are {} textures already, and page ids tell no more apart; remove one first", TextureNumber::MAX as u32 + 1)]
     TooManyTextures,
     /// There are as many pools as can be told apart.
     #[error("there are {} pools already; build textures with the same page, border and formats", u16::MAX)]

@@ -10,7 +10,7 @@ pub(crate) mod tail;
 
 use crate::shader_constants;
 use crate::texture::geometry::tail::TailLayout;
-use crate::texture::page::{Dims, PageId, PagePos, TextureId};
+use crate::texture::page::{Dims, PageId, PagePos, TextureNumber};
 
 /// Levels that a texture can have.
 pub const MAX_LEVELS: usize = shader_constants::MAX_LEVELS as usize;
@@ -405,7 +405,7 @@ pub(crate) fn tile_box(spec: &GeometrySpec) -> [u32; 3] {
 }
 
 /// Packs a page that exists; `None` cannot come of one, since geometries refuse what does not pack.
-pub(crate) fn page_id(texture: TextureId, geometry: &Geometry, pos: PagePos) -> Option<PageId> {
+pub(crate) fn page_id(texture: TextureNumber, geometry: &Geometry, pos: PagePos) -> Option<PageId> {
     PageId::new(texture, geometry.dims(), pos).ok()
 }
 

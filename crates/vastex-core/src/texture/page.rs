@@ -35,19 +35,19 @@ impl Dims {
 
 /// A virtual texture among those of all pools: 0 to 2046.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct TextureId(u16);
+pub struct TextureNumber(u16);
 
-impl TextureId {
+impl TextureNumber {
     /// The largest number a texture may have; one less than 11 bits hold, so that no page packs to
     /// [`PageId::NONE`].
     pub const MAX: u16 = (1 << TEXTURE_BITS) - 2;
 
-    /// The texture numbered `number`, or nothing beyond [`TextureId::MAX`].
-    pub const fn new(number: u16) -> Option<TextureId> {
-        if number <= Self::MAX { Some(TextureId(number)) } else { None }
+    /// The texture numbered `number`, or nothing beyond [`TextureNumber::MAX`].
+    pub const fn new(number: u16) -> Option<TextureNumber> {
+        if number <= Self::MAX { Some(TextureNumber(number)) } else { None }
     }
 
-    /// The number given to [`TextureId::new`].
+    /// The number given to [`TextureNumber::new`].
     pub const fn number(self) -> u16 {
         self.0
     }
@@ -111,14 +111,14 @@ pub enum PageIdError {
 /// A page of any texture in 64 bits.
 ///
 /// ```
-/// use vastex_core::{Dims, PageId, PagePos, TextureId};
-/// let texture = TextureId::new(3).unwrap();
+/// use vastex_core::{Dims, PageId, PagePos, TextureNumber};
+/// let texture = TextureNumber::new(3).unwrap();
 /// let last = PagePos::new_2d(31, (1 << 24) - 1, (1 << 24) - 1);
 /// let id = PageId::new(texture, Dims::D2, last).unwrap();
 /// assert_eq!((id.texture(), id.pos(Dims::D2)), (texture, last));
 /// assert!(PageId::new(texture, Dims::D2, PagePos::new_2d(0, 1 << 24, 0)).is_err());
 /// assert!(PageId::new(texture, Dims::D2, PagePos::new_2d(32, 0, 0)).is_err());
-/// assert!(TextureId::new(2047).is_none());
+/// assert!(TextureNumber::new(2047).is_none());
 /// ```
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct PageId(u64);
@@ -128,7 +128,7 @@ impl PageId {
     pub const NONE: PageId = PageId(u64::MAX);
 
     /// Packs a page; fails where a field needs more bits than it has.
-    pub const fn new(texture: TextureId, dims: Dims, pos: PagePos) -> Result<PageId, PageIdError> {
+    pub const fn new(texture: TextureNumber, dims: Dims, pos: PagePos) -> Result<PageId, PageIdError> {
         let bits = dims.coord_bits();
         if pos.level >= 1 << LEVEL_BITS {
             return Err(PageIdError::Level(pos.level));
@@ -148,8 +148,8 @@ impl PageId {
     }
 
     /// The texture of the page.
-    pub const fn texture(self) -> TextureId {
-        TextureId((self.0 >> TEXTURE_SHIFT) as u16)
+    pub const fn texture(self) -> TextureNumber {
+        TextureNumber((self.0 >> TEXTURE_SHIFT) as u16)
     }
 
     /// The level of the page.
@@ -180,7 +180,7 @@ impl PageId {
 
     /// An id from its packed bits, or `None` if they are [`PageId::NONE`] or name the reserved texture.
     pub const fn from_bits(bits: u64) -> Option<PageId> {
-        if (bits >> TEXTURE_SHIFT) as u16 > TextureId::MAX { None } else { Some(PageId(bits)) }
+        if (bits >> TEXTURE_SHIFT) as u16 > TextureNumber::MAX { None } else { Some(PageId(bits)) }
     }
 }
 
@@ -200,12 +200,12 @@ mod tests {
 
     proptest! {
         #[test]
-        fn packing_round_trips(texture in 0..=TextureId::MAX, level in 0u8..32, c in prop::array::uniform3(any::<u32>()), volume: bool) {
+        fn packing_round_trips(texture in 0..=TextureNumber::MAX, level in 0u8..32, c in prop::array::uniform3(any::<u32>()), volume: bool) {
             let dims = if volume { Dims::D3 } else { Dims::D2 };
             let mask = (1 << dims.coord_bits()) - 1;
             let z = if volume { c[2] & mask } else { 0 };
             let pos = PagePos { level, x: c[0] & mask, y: c[1] & mask, z };
-            let texture = TextureId::new(texture).unwrap();
+            let texture = TextureNumber::new(texture).unwrap();
             let id = PageId::new(texture, dims, pos).unwrap();
             prop_assert_eq!(id.pos(dims), pos);
             prop_assert_eq!(id.texture(), texture);
@@ -217,7 +217,7 @@ mod tests {
 
     #[test]
     fn fields_that_overflow_are_refused() {
-        let t = TextureId::new(0).unwrap();
+        let t = TextureNumber::new(0).unwrap();
         assert_eq!(
             PageId::new(t, Dims::D2, PagePos::at(0, [0, 0, 1])),
             Err(PageIdError::Coord { coord: 1, bits: 0 })

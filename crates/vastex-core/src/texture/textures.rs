@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::texture::geometry::{Geometry, page_id};
 use crate::texture::level_rule::LevelRule;
-use crate::texture::page::{PageId, PagePos, TextureId};
+use crate::texture::page::{PageId, PagePos, TextureNumber};
 use crate::texture::page_set::PageSet;
 
 /// All textures of a pager, by number; the numbers between are those of other pools' textures, or of none.
@@ -40,7 +40,7 @@ impl Textures {
     /// Adds a texture. Says whether its number was free.
     pub(crate) fn add(
         &mut self,
-        texture: TextureId,
+        texture: TextureNumber,
         geometry: Arc<Geometry>,
         present: Option<Arc<PageSet>>,
     ) -> bool {
@@ -61,7 +61,7 @@ impl Textures {
     }
 
     /// Forgets a texture. Says whether it was there.
-    pub(crate) fn remove(&mut self, texture: TextureId) -> bool {
+    pub(crate) fn remove(&mut self, texture: TextureNumber) -> bool {
         let place = self.textures.get_mut(usize::from(texture.number()));
         let Some(gone) = place.and_then(Option::take) else { return false };
         self.count -= 1;
@@ -85,21 +85,21 @@ impl Textures {
         self.count
     }
 
-    fn get(&self, texture: TextureId) -> Option<&Texture> {
+    fn get(&self, texture: TextureNumber) -> Option<&Texture> {
         self.textures.get(usize::from(texture.number()))?.as_ref()
     }
 
-    pub(crate) fn geometry(&self, texture: TextureId) -> Option<&Arc<Geometry>> {
+    pub(crate) fn geometry(&self, texture: TextureNumber) -> Option<&Arc<Geometry>> {
         Some(&self.get(texture)?.geometry)
     }
 
     /// How the levels of a texture are chosen, within those that it has.
-    pub(crate) fn rule(&self, texture: TextureId) -> Option<LevelRule> {
+    pub(crate) fn rule(&self, texture: TextureNumber) -> Option<LevelRule> {
         Some(self.get(texture)?.rule)
     }
 
     /// Returns true if there is such a texture.
-    pub(crate) fn set_rule(&mut self, texture: TextureId, rule: LevelRule) -> bool {
+    pub(crate) fn set_rule(&mut self, texture: TextureNumber, rule: LevelRule) -> bool {
         let place = self.textures.get_mut(usize::from(texture.number())).and_then(Option::as_mut);
         place.map(|texture| texture.rule = rule.within(&texture.geometry)).is_some()
     }
@@ -107,9 +107,9 @@ impl Textures {
     /// The pages of all tails.
     #[cfg(feature = "checks")]
     pub(crate) fn tails(&self) -> impl Iterator<Item = PageId> + '_ {
-        (0..=TextureId::MAX).zip(&self.textures).filter_map(|(number, texture)| {
+        (0..=TextureNumber::MAX).zip(&self.textures).filter_map(|(number, texture)| {
             let geometry = &texture.as_ref()?.geometry;
-            page_id(TextureId::new(number)?, geometry, geometry.tail_pos())
+            page_id(TextureNumber::new(number)?, geometry, geometry.tail_pos())
         })
     }
 

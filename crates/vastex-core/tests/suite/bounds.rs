@@ -1,12 +1,12 @@
 //! What nobody bounds from outside stays bounded: bad feedback, tickets that nobody asks for.
 
 use vastex_core::{
-    BiasRule, Budgets, Dims, Feedback, Geometry, GeometrySpec, PageId, PagePos, Pager, Region, TextureId,
+    BiasRule, Budgets, Dims, Feedback, Geometry, GeometrySpec, PageId, PagePos, Pager, Region, TextureNumber,
     TicketState, Urgency, WantedPage,
 };
 
-fn texture() -> TextureId {
-    TextureId::new(0).unwrap()
+fn texture() -> TextureNumber {
+    TextureNumber::new(0).unwrap()
 }
 
 fn page(x: u32, y: u32) -> PageId {

@@ -5,7 +5,7 @@ use bytes::Bytes;
 use vastex_core::sim::{Knobs, Path, World};
 use vastex_core::{
     BiasRule, Budgets, Dims, Explanation, Feedback, Geometry, GeometrySpec, Need, PageId, PagePos, PageState,
-    Pager, PoolId, Step, TextureId, Wait, WantedPage,
+    Pager, PoolId, Step, TextureNumber, Wait, WantedPage,
 };
 
 /// Bytes of the one texture's tiles.
@@ -20,7 +20,7 @@ fn pager(in_flight_bytes: u64, upload_bytes_per_frame: u64) -> Pager {
 }
 
 fn page(level: u8, x: u32, y: u32) -> PageId {
-    PageId::new(TextureId::new(0).unwrap(), Dims::D2, PagePos::new_2d(level, x, y)).unwrap()
+    PageId::new(TextureNumber::new(0).unwrap(), Dims::D2, PagePos::new_2d(level, x, y)).unwrap()
 }
 
 fn wanted(page: PageId) -> WantedPage {
@@ -97,7 +97,7 @@ fn what_is_told_is_true_of_every_page_in_view() {
         for _ in 0..60 {
             world.step().unwrap();
             let view = world.view();
-            let feedback = view.feedback(TextureId::new(0).unwrap(), &geometry, [320, 180], 0, true);
+            let feedback = view.feedback(TextureNumber::new(0).unwrap(), &geometry, [320, 180], 0, true);
             let pager = &world.pager;
             let mut places = Vec::new();
             for &wanted in &feedback.pages {

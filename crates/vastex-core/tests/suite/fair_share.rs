@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use vastex_core::sim::{Crowd, Path};
 use vastex_core::{
     BiasRule, Budgets, Dims, Feedback, Geometry, GeometrySpec, PageId, PagePos, Pager, PoolId, Region,
-    TextureId, Urgency, WantedPage,
+    TextureNumber, Urgency, WantedPage,
 };
 
 const TILE_BYTES: u64 = 100;
@@ -19,7 +19,7 @@ fn image() -> GeometrySpec {
 }
 
 /// Still views of so many textures, each in the pool of that number, which are large enough.
-fn crowd(pools: &[usize]) -> (Crowd, Vec<TextureId>) {
+fn crowd(pools: &[usize]) -> (Crowd, Vec<TextureNumber>) {
     let mut crowd = Crowd::new(BUDGETS, [320, 180], 1);
     let count = pools.iter().max().map_or(0, |most| most + 1);
     let ids: Vec<PoolId> =
@@ -38,7 +38,7 @@ fn converge(crowd: &mut Crowd) {
     assert!(is_done, "{:?}", crowd.pager.stats());
 }
 
-fn resident(crowd: &Crowd, texture: TextureId) -> BTreeSet<PageId> {
+fn resident(crowd: &Crowd, texture: TextureNumber) -> BTreeSet<PageId> {
     let all = crowd.pager.pools().flat_map(|pager| pager.resident());
     all.map(|(page, _)| page).filter(|page| page.texture() == texture).collect()
 }
@@ -53,7 +53,7 @@ fn sharp(pools: &[usize]) -> Vec<BTreeSet<PageId>> {
 }
 
 /// Frames until the texture has all these pages; fails where that takes longer than `limit`.
-fn frames_until(crowd: &mut Crowd, texture: TextureId, pages: &BTreeSet<PageId>, limit: u64) -> u64 {
+fn frames_until(crowd: &mut Crowd, texture: TextureNumber, pages: &BTreeSet<PageId>, limit: u64) -> u64 {
     let found = (1..=limit).find(|_| {
         crowd.step().unwrap();
         resident(crowd, texture).is_superset(pages)
@@ -193,7 +193,7 @@ fn crowd_with_silent(pools: &[usize]) -> Crowd {
 }
 
 /// Pools of tiles of so many bytes, each with a still view of a texture; the textures.
-fn pools_of(tile_bytes: &[u64], budgets: Budgets) -> (Crowd, Vec<TextureId>) {
+fn pools_of(tile_bytes: &[u64], budgets: Budgets) -> (Crowd, Vec<TextureNumber>) {
     let mut crowd = Crowd::new(budgets, [320, 180], 1);
     let textures = tile_bytes.iter().map(|&tile_bytes| {
         let pool = crowd.add_pool(2000, tile_bytes, Some(BiasRule::Solved)).unwrap();

@@ -1,12 +1,12 @@
 //! Groups: what feedback that names a group wants of its members, whichever pools they are in.
 
 use vastex_core::{
-    AddressMode, Budgets, Dims, Feedback, Geometry, GeometrySpec, GroupError, GroupId, LevelRule, PageId,
-    PagePos, Pager, PoolId, TextureId, WantedPage,
+    AddressMode, Budgets, Dims, Feedback, Geometry, GeometrySpec, GroupError, GroupNumber, LevelRule, PageId,
+    PagePos, Pager, PoolId, TextureNumber, WantedPage,
 };
 
-fn id(number: u16) -> TextureId {
-    TextureId::new(number).unwrap()
+fn id(number: u16) -> TextureNumber {
+    TextureNumber::new(number).unwrap()
 }
 
 fn image(size: [u32; 2], page: u32, address: AddressMode) -> Geometry {
@@ -16,7 +16,7 @@ fn image(size: [u32; 2], page: u32, address: AddressMode) -> Geometry {
 }
 
 /// Three textures in two pools: the largest, half of it, and one of another pool with small pages.
-fn three() -> (Pager, [TextureId; 3]) {
+fn three() -> (Pager, [TextureNumber; 3]) {
     let mut pager = Pager::new(Budgets { upload_bytes_per_frame: 1000, in_flight_bytes: 1000 });
     let pools: Vec<PoolId> = (0..2).map(|_| pager.add_pool(200, 10, None).unwrap()).collect();
     let mut add = |pool: usize, side, page| {
@@ -29,11 +29,11 @@ fn three() -> (Pager, [TextureId; 3]) {
     (pager, textures)
 }
 
-fn entry(group: GroupId, pos: PagePos, pixels: u32, eighth: u8) -> WantedPage {
+fn entry(group: GroupNumber, pos: PagePos, pixels: u32, eighth: u8) -> WantedPage {
     WantedPage { page: PageId::new(group.number(), Dims::D2, pos).unwrap(), pixels, eighth }
 }
 
-fn positions(wanted: &Feedback) -> Vec<(TextureId, PagePos, u32, u8)> {
+fn positions(wanted: &Feedback) -> Vec<(TextureNumber, PagePos, u32, u8)> {
     let spelt = |w: &WantedPage| (w.page.texture(), w.page.pos(Dims::D2), w.pixels, w.eighth);
     wanted.pages.iter().map(spelt).collect()
 }
@@ -64,7 +64,7 @@ fn a_members_own_clamp_and_bias_are_kept_to() {
     assert_eq!(pager.levels(half).unwrap(), LevelRule { bias: 0.0, finest: 2, coarsest: 11 });
     let feedback =
         Feedback { pages: vec![entry(group, PagePos::new_2d(4, 0, 0), 64, 3)], ..Feedback::default() };
-    let levels: Vec<(TextureId, u8, u8)> = positions(&pager.of_members(&feedback))
+    let levels: Vec<(TextureNumber, u8, u8)> = positions(&pager.of_members(&feedback))
         .into_iter()
         .map(|(t, pos, _, eighth)| (t, pos.level, eighth))
         .collect();

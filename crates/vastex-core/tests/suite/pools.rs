@@ -5,8 +5,8 @@
 
 use vastex_core::sim::{Crowd, Path, Random, Watch, contents_of_chance};
 use vastex_core::{
-    BiasRule, Budgets, Event, Geometry, GeometrySpec, GroupError, GroupId, LevelRule, MAX_VIEWS, Pager,
-    PoolError, PoolId, Region, TextureId, TicketState, Urgency, ViewId,
+    BiasRule, Budgets, Event, Geometry, GeometrySpec, GroupError, GroupNumber, LevelRule, MAX_VIEWS, Pager,
+    PoolError, PoolId, Region, TextureNumber, TicketState, Urgency, ViewId,
 };
 
 const BUDGETS: Budgets = Budgets { upload_bytes_per_frame: 2000, in_flight_bytes: 20_000 };
@@ -298,7 +298,7 @@ fn change_at_random(
     pool: PoolId,
     pages: &[u32],
 ) -> Result<(), String> {
-    let textures: Vec<TextureId> = crowd.textures().collect();
+    let textures: Vec<TextureNumber> = crowd.textures().collect();
     if textures.is_empty() || random.chance(0.5) {
         return add_at_random(crowd, random, seed, pool, pages[usize::from(pool.number())]);
     }
@@ -307,11 +307,11 @@ fn change_at_random(
 
 /// Makes a group of textures of any pools, which have a clamp and bias of chance, or takes one apart.
 fn group_at_random(crowd: &mut Crowd, random: &mut Random) -> Result<(), String> {
-    let groups: Vec<GroupId> = crowd.groups().collect();
+    let groups: Vec<GroupNumber> = crowd.groups().collect();
     if let Some(&group) = groups.get(random.below(2 * groups.len() as u64 + 1) as usize) {
         return crowd.ungroup(group);
     }
-    let members: Vec<TextureId> = crowd.textures().filter(|_| random.chance(0.4)).collect();
+    let members: Vec<TextureNumber> = crowd.textures().filter(|_| random.chance(0.4)).collect();
     for &member in &members {
         if random.chance(0.7) {
             continue;
@@ -328,7 +328,7 @@ fn group_at_random(crowd: &mut Crowd, random: &mut Random) -> Result<(), String>
 
 /// Prefetches, pins, lets go of a ticket, expects a view, or changes the content of a texture.
 fn ask_at_random(crowd: &mut Crowd, random: &mut Random) -> Result<(), String> {
-    let textures: Vec<TextureId> = crowd.textures().collect();
+    let textures: Vec<TextureNumber> = crowd.textures().collect();
     let Some(&texture) = textures.get(random.below(1 + textures.len() as u64) as usize) else {
         return Ok(());
     };

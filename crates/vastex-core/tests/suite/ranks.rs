@@ -6,14 +6,14 @@
 use vastex_core::sim::{Knobs, Path, World};
 use vastex_core::{
     BiasRule, Budgets, Dims, Feedback, Geometry, GeometrySpec, PageId, PagePos, Pager, Region, Request,
-    TextureId, Urgency, ViewId, WantedPage, checks,
+    TextureNumber, Urgency, ViewId, WantedPage, checks,
 };
 
 /// Requests of a rank from here on are for what is not in view.
 const NOT_IN_VIEW: u64 = 1 << 32;
 
-fn texture() -> TextureId {
-    TextureId::new(0).unwrap()
+fn texture() -> TextureNumber {
+    TextureNumber::new(0).unwrap()
 }
 
 fn page(level: u8, x: u32, y: u32) -> PageId {

@@ -7,13 +7,13 @@ use std::collections::BTreeMap;
 use vastex_core::sim::{Crowd, Path};
 use vastex_core::{
     AskError, BiasRule, Budgets, Dims, GeometrySpec, PageId, PagePos, PageState, PoolPager, Progress, Region,
-    TextureId, Ticket, TicketState, Urgency,
+    TextureNumber, Ticket, TicketState, Urgency,
 };
 
 const BUDGETS: Budgets = Budgets { upload_bytes_per_frame: 800, in_flight_bytes: 3200 };
 
 /// One image of 128x64 pages at level 0, seen along `path`, in a pool of so many slots.
-fn one_image(slots: u32, path: Path) -> (Crowd, TextureId) {
+fn one_image(slots: u32, path: Path) -> (Crowd, TextureNumber) {
     let mut crowd = Crowd::new(BUDGETS, [320, 180], 1);
     let pool = crowd.add_pool(slots, 100, Some(BiasRule::Solved)).unwrap();
     let texture = crowd.add(pool, GeometrySpec::image(16384, 8192), path).unwrap();
@@ -32,7 +32,7 @@ fn converge(crowd: &mut Crowd) -> u64 {
     (1..=400).find(is_done).expect("a view that holds converges")
 }
 
-fn page(texture: TextureId, level: u8, x: u32, y: u32) -> PageId {
+fn page(texture: TextureNumber, level: u8, x: u32, y: u32) -> PageId {
     PageId::new(texture, Dims::D2, PagePos::new_2d(level, x, y)).unwrap()
 }
 
@@ -210,7 +210,7 @@ fn pins_work_without_any_feedback() {
 fn what_cannot_be_is_refused_and_leaves_nothing() {
     let (mut crowd, texture) = one_image(60, Path::Still);
     let before = crowd.pager.stats();
-    let gone = TextureId::new(9).unwrap();
+    let gone = TextureNumber::new(9).unwrap();
     let everything = Region::whole();
     assert_eq!(crowd.ask(gone, &everything, None), Err(AskError::NoTexture(9)));
     let refused = crowd.ask(texture, &everything, Some(Urgency::default()));

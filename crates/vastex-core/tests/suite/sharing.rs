@@ -12,7 +12,7 @@ use bytes::Bytes;
 use vastex_core::sim::{Crowd, Path, Random, contents_of_chance};
 use vastex_core::{
     BiasRule, Budgets, Event, Feedback, Geometry, GeometrySpec, PageContents, PageId, PagePos, PageState,
-    Pager, PoolId, PoolPager, Region, Slot, Stats, TextureId, TicketState, Urgency, ViewId, WantedPage,
+    Pager, PoolId, PoolPager, Region, Slot, Stats, TextureNumber, TicketState, Urgency, ViewId, WantedPage,
 };
 
 const BUDGETS: Budgets = Budgets { upload_bytes_per_frame: 800, in_flight_bytes: 3200 };
@@ -31,7 +31,7 @@ fn one_image(
     slots: u32,
     path: Path,
     contents: impl Fn(&Geometry) -> Option<PageContents>,
-) -> (Crowd, TextureId) {
+) -> (Crowd, TextureNumber) {
     let mut crowd = Crowd::new(BUDGETS, [320, 180], 1);
     let pool = crowd.add_pool(slots, 100, Some(BiasRule::Solved)).unwrap();
     let texture = crowd.add_with(pool, SPEC, path, contents).unwrap();
@@ -195,10 +195,10 @@ fn everything_is_loaded_again_after_the_device_is_lost() {
 }
 
 /// A pager with one texture, all of whose pages are black.
-fn black_pager(slots: u32) -> (Pager, Geometry, TextureId) {
+fn black_pager(slots: u32) -> (Pager, Geometry, TextureNumber) {
     let mut pager = Pager::new(Budgets { upload_bytes_per_frame: 10, in_flight_bytes: 10 });
     let pool = pager.add_pool(slots, 1, Some(BiasRule::Solved)).unwrap();
-    let (geometry, texture) = (Geometry::new(SPEC).unwrap(), TextureId::new(0).unwrap());
+    let (geometry, texture) = (Geometry::new(SPEC).unwrap(), TextureNumber::new(0).unwrap());
     let contents = black_but(|_| false)(&geometry).map(Arc::new);
     pager.add_texture(pool, &geometry, None, contents).unwrap();
     (pager, geometry, texture)

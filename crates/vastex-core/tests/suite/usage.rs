@@ -1,7 +1,7 @@
 //! What is said of who takes a pool: its sums are the pool's own counts, in any world.
 
 use vastex_core::sim::{Crowd, Path};
-use vastex_core::{BiasRule, Budgets, Event, GeometrySpec, PoolUsage, TextureId};
+use vastex_core::{BiasRule, Budgets, Event, GeometrySpec, PoolUsage, TextureNumber};
 
 const BUDGETS: Budgets = Budgets { upload_bytes_per_frame: 4000, in_flight_bytes: 20_000 };
 
@@ -79,7 +79,7 @@ fn an_oversubscribed_pool_names_the_textures_that_want_most() {
             // The tails are wanted as well, of each texture one.
             assert_eq!(*wanted, 3 + largest.iter().map(|pages| pages.wanted).sum::<u32>());
             assert_eq!(*occupied, largest.iter().map(|pages| pages.resident).sum::<u32>());
-            assert_eq!(largest[0].texture, TextureId::new(1).unwrap(), "the largest of them all");
+            assert_eq!(largest[0].texture, TextureNumber::new(1).unwrap(), "the largest of them all");
         }
         seen = crowd.events.len();
     }

@@ -8,7 +8,7 @@ use bytes::Bytes;
 use vastex_core::sim::{Knobs, Path, Random, World};
 use vastex_core::{
     BiasRule, Budgets, Dims, Event, Feedback, GeometrySpec, PageId, PageState, Pager, PoolError, PoolFrame,
-    PoolId, PoolPager, Progress, Region, Request, Slot, SlotUsage, Stats, TableChange, TextureId, Ticket,
+    PoolId, PoolPager, Progress, Region, Request, Slot, SlotUsage, Stats, TableChange, TextureNumber, Ticket,
     Upload, ViewId, WantedPage,
 };
 
@@ -260,7 +260,7 @@ fn nothing_that_a_frame_does_can_fail() {
     let _: fn(&Pager) -> bool = Pager::is_converged;
     let _: fn(&Pager, PageId) -> PageState = Pager::state;
     let _: fn(&Pager) -> Stats = Pager::stats;
-    let _: fn(&mut Pager, TextureId, &Region) -> u32 = Pager::invalidate;
+    let _: fn(&mut Pager, TextureNumber, &Region) -> u32 = Pager::invalidate;
     let _: fn(&mut Pager) = Pager::tiles_lost;
     let _: fn(&mut Pager, Option<u64>) = Pager::feedback_under_way;
     let _: fn(&Pager) -> bool = Pager::is_short_of_bandwidth;
@@ -271,7 +271,7 @@ fn nothing_that_a_frame_does_can_fail() {
     let _: fn(&Pager, Ticket) -> Option<Progress> = Pager::progress;
     let _: fn(&Pager) -> u32 = Pager::feedback_cycle;
     let _: fn(&Pager, &Feedback) -> Feedback = Pager::of_members;
-    let _: fn(&Pager, TextureId) -> Option<PoolId> = Pager::pool_of;
+    let _: fn(&Pager, TextureNumber) -> Option<PoolId> = Pager::pool_of;
     let _: fn(&Pager, PoolId) -> &PoolPager = Pager::pool;
     // What these give has no name; that they give one after the other is their promise.
     let _ = |pager: &Pager| pager.pools().map(PoolPager::stats).last();
@@ -280,8 +280,8 @@ fn nothing_that_a_frame_does_can_fail() {
     let _: fn(&PoolPager) -> PoolId = PoolPager::pool;
     let _: fn(&PoolPager) -> Vec<Option<SlotUsage>> = PoolPager::slots;
     let _: fn(&PoolPager, &Stats) -> PoolFrame = PoolPager::frame_since;
-    let _: fn(&PoolPager, TextureId) -> Option<Slot> = PoolPager::tail_slot;
-    let _: fn(&PoolPager, TextureId, &mut Vec<TableChange>) = PoolPager::resident_changes;
+    let _: fn(&PoolPager, TextureNumber) -> Option<Slot> = PoolPager::tail_slot;
+    let _: fn(&PoolPager, TextureNumber, &mut Vec<TableChange>) = PoolPager::resident_changes;
 }
 
 #[test]
@@ -296,5 +296,5 @@ fn a_texture_that_is_refused_leaves_everything_as_it_was() {
         assert!(matches!(add(), Err(PoolError::TooSmall { needed: 4, .. })));
     }
     assert_eq!(pager.stats().occupied, 2);
-    assert_eq!(pager.pool_of(TextureId::new(2).unwrap()), None, "no number was taken");
+    assert_eq!(pager.pool_of(TextureNumber::new(2).unwrap()), None, "no number was taken");
 }

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use rustix::fs::{Advice, fadvise};
-use vastex_core::{Description, Dims, Geometry, GeometrySpec, LayerFormat, PageId, PagePos, TextureId};
+use vastex_core::{Description, Dims, Geometry, GeometrySpec, LayerFormat, PageId, PagePos, TextureNumber};
 use vastex_tiles::{
     Compression, Container, ContainerWriter, EncodedTile, Loader, LoaderSettings, SystemClock, TileSource,
     WriterOptions,
@@ -106,7 +106,7 @@ fn write(path: &Path) {
 
 /// All of the pages, read and decoded by a loader.
 fn load(container: &Arc<Container>, pages: &[PagePos], settings: LoaderSettings) {
-    let texture = TextureId::new(0).unwrap();
+    let texture = TextureNumber::new(0).unwrap();
     let mut loader = Loader::with(settings, Arc::new(SystemClock::new())).unwrap();
     loader.add_source(texture, container.clone());
     for (rank, &pos) in (0..).zip(pages) {

@@ -8,7 +8,7 @@ use std::task::{Context, Poll, Waker};
 use std::time::Duration;
 
 use bytes::Bytes;
-use vastex_core::{PageId, TextureId};
+use vastex_core::{PageId, TextureNumber};
 
 use super::clock::{Clock, SystemClock};
 use super::queue::{Outcome, Queue, ReadId};
@@ -53,13 +53,13 @@ impl LocalLoader {
     }
 
     /// Gives a texture its source. Replaces the source that it had, whose requests are cancelled.
-    pub fn add_source(&mut self, texture: TextureId, source: Arc<dyn TileSource>) {
+    pub fn add_source(&mut self, texture: TextureNumber, source: Arc<dyn TileSource>) {
         self.remove_source(texture);
         self.queue.add_source(texture, source);
     }
 
     /// Takes a texture's source away and cancels its requests.
-    pub fn remove_source(&mut self, texture: TextureId) {
+    pub fn remove_source(&mut self, texture: TextureNumber) {
         self.queue.remove_source(texture);
         self.drop_called_off();
     }

@@ -21,7 +21,7 @@ use std::thread::{self, Thread};
 use std::time::Duration;
 use std::{io, mem};
 
-use vastex_core::{PageId, TextureId};
+use vastex_core::{PageId, TextureNumber};
 
 use super::clock::{Clock, SystemClock};
 use super::queue::{Job, Outcome, Queue, ReadId};
@@ -155,7 +155,7 @@ impl Loader {
     }
 
     /// Gives a texture its source. Replaces the source that it had, whose requests are cancelled.
-    pub fn add_source(&mut self, texture: TextureId, source: Arc<dyn TileSource>) {
+    pub fn add_source(&mut self, texture: TextureNumber, source: Arc<dyn TileSource>) {
         let mut state = self.shared.lock();
         let gone = state.queue.add_source(texture, source);
         self.shared.ended.notify_all();
@@ -165,7 +165,7 @@ impl Loader {
     }
 
     /// Takes a texture's source away and cancels its requests.
-    pub fn remove_source(&mut self, texture: TextureId) {
+    pub fn remove_source(&mut self, texture: TextureNumber) {
         let mut state = self.shared.lock();
         let gone = state.queue.remove_source(texture);
         self.shared.ended.notify_all();

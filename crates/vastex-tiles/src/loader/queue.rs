@@ -17,7 +17,7 @@ use std::time::Duration;
 
 use bytes::Bytes;
 use rustc_hash::FxHashMap;
-use vastex_core::{PageId, PagePos, TextureId};
+use vastex_core::{PageId, PagePos, TextureNumber};
 
 use super::lanes::{LaneId, Lanes, Turn};
 use super::{LoadError, Loaded, LoaderSettings};
@@ -66,7 +66,7 @@ struct Source {
 
 pub(super) struct Queue {
     settings: LoaderSettings,
-    sources: FxHashMap<TextureId, Source>,
+    sources: FxHashMap<TextureNumber, Source>,
     lanes: Lanes,
     states: FxHashMap<PageId, State>,
     /// The reads under way, in the order in which they were begun.
@@ -97,7 +97,7 @@ impl Queue {
     /// held.
     pub(super) fn add_source(
         &mut self,
-        texture: TextureId,
+        texture: TextureNumber,
         source: Arc<dyn TileSource>,
     ) -> Option<Arc<dyn TileSource>> {
         let before = self.remove_source(texture);
@@ -116,7 +116,7 @@ impl Queue {
     }
 
     /// Cancels every request of the texture. Reads under way keep the source until they end.
-    pub(super) fn remove_source(&mut self, texture: TextureId) -> Option<Arc<dyn TileSource>> {
+    pub(super) fn remove_source(&mut self, texture: TextureNumber) -> Option<Arc<dyn TileSource>> {
         let mut pages: Vec<_> =
             self.states.keys().copied().filter(|page| page.texture() == texture).collect();
         pages.sort_unstable();

@@ -152,7 +152,7 @@ mod tests {
     use crate::sources::LimitedSource;
     use crate::sources::PropertySource;
     use crate::stores::ReadLimit;
-    use vastex_core::{Dims, Geometry, GeometrySpec, PageId, TextureId};
+    use vastex_core::{Dims, Geometry, GeometrySpec, PageId, TextureNumber};
 
     /// Room for so many tiles, each a copy.
     struct Shelf {
@@ -251,7 +251,7 @@ mod tests {
     #[test]
     fn what_is_called_off_or_dropped_leaves_nothing_behind() {
         let (shelf, staged, source) = world(99);
-        let texture = TextureId::new(0).unwrap();
+        let texture = TextureNumber::new(0).unwrap();
         let mut loader = Loader::new(2).unwrap();
         loader.add_source(texture, Arc::new(source));
         let page = |x| PageId::new(texture, Dims::D2, PagePos::new_2d(0, x, 0)).unwrap();

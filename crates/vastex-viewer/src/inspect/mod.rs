@@ -18,15 +18,17 @@ pub fn ask<S: StageScene + ?Sized>(
 ) -> Result<(), Error> {
     scene.place(camera, &gpu.queue, textures, pose, picture);
     let sampled = scene.sampled();
-    textures.explain_pixel(picture, pixel, |pass, groups| {
-        scene.draw_wanted(camera, pass, &groups[sampled]);
+    textures.pixels().explain(picture, pixel, |pass, groups| {
+        if let Some(group) = groups.get(sampled) {
+            scene.draw_wanted(camera, pass, group);
+        }
     })
 }
 
 /// The answers that have arrived since the last call, in the order of the questions; to be called once in each frame.
 pub fn answers(textures: &mut Textures) -> Result<Vec<ExplainedPixel>, Error> {
     let mut answers = Vec::new();
-    while let Some(answer) = textures.poll_explained()? {
+    while let Some(answer) = textures.pixels().poll()? {
         answers.push(answer);
     }
     Ok(answers)

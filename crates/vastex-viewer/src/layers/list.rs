@@ -85,8 +85,9 @@ impl Layers {
     pub(crate) fn uniforms(&self, textures: &Textures) -> [LayerUniform; MOST_LAYERS] {
         let mut uniforms = [LayerUniform::default(); MOST_LAYERS];
         for (uniform, shown) in uniforms.iter_mut().zip(&self.layers) {
+            // A layer that is gone has no id: shaders show what they show for any texture that is not there.
             let opacity = if shown.is_visible { shown.opacity.clamp(0.0, 1.0) } else { 0.0 };
-            *uniform = shown.color_map.uniform(opacity, textures.shader_id(shown.layer));
+            *uniform = shown.color_map.uniform(opacity, textures.shader_id(shown.layer).unwrap_or(0));
         }
         uniforms
     }

@@ -121,13 +121,16 @@ impl OverlayRenderer {
         let Some(layout) = &self.layout else { return Ok(()) };
         let layer = renderer.layer();
         let view = if self.overlay == Overlay::Feedback {
-            let target: FeedbackTarget = textures.feedback_to_look_at(picture, |pass, groups| {
-                renderer.draw_wanted(renderer.camera(), pass, &groups[renderer.sampled()]);
-            })?;
+            let target: FeedbackTarget =
+                textures.inspect().feedback_to_look_at(picture, |pass, groups| {
+                    if let Some(group) = groups.get(renderer.sampled()) {
+                        renderer.draw_wanted(renderer.camera(), pass, group);
+                    }
+                })?;
             target.raw().view().clone()
         } else {
-            let slots = textures.slots_beside(layer.texture());
-            let [width, height, _] = textures.description(layer.texture()).geometry.tile();
+            let slots = textures.inspect().slots_beside(layer.texture());
+            let [width, height, _] = textures.texture(layer.texture())?.description().geometry.tile();
             slots_texture(device, queue, &slots, columns(slots.len(), picture, [width, height]))
         };
         self.read = Some(device.create_bind_group(&wgpu::BindGroupDescriptor {
@@ -141,7 +144,7 @@ impl OverlayRenderer {
         Ok(())
     }
 
-    /// Draws it.
+    /// Draws it; nothing where the texture was removed.
     pub fn draw(
         &self,
         encoder: &mut wgpu::CommandEncoder,
@@ -155,10 +158,14 @@ impl OverlayRenderer {
         }
         match self.overlay {
             Overlay::Levels | Overlay::Wanted | Overlay::Deficit | Overlay::Pages => {
-                renderer.draw(&mut pass, &self.pipeline, textures.bind_group(renderer.sampled()));
+                if let Ok(group) = textures.bind_group(renderer.sampled()) {
+                    renderer.draw(&mut pass, &self.pipeline, group);
+                }
             }
             Overlay::Feedback | Overlay::Table | Overlay::Atlas => {
-                renderer.draw_plan(&mut pass, &self.pipeline, textures.bind_group(renderer.layer()));
+                if let Ok(group) = textures.bind_group(renderer.layer()) {
+                    renderer.draw_plan(&mut pass, &self.pipeline, group);
+                }
             }
         }
     }

@@ -3,7 +3,7 @@
 //! A kind of scene is a type with [`StageScene`]. A program brings the poses and the target; when a frame is due, and what time it is, is
 //! the program's business.
 
-use vastex::{Error, FeedbackWay, Sampled, Textures, ViewId};
+use vastex::{Error, FeedbackMode, Sampled, Textures, ViewId};
 
 use super::target::Target;
 use crate::gpu::Gpu;
@@ -57,7 +57,7 @@ pub struct StageView<'a, S: StageScene + ?Sized> {
 pub enum Pictures {
     /// In every frame.
     Always,
-    /// Where pictures say what they want ([`FeedbackWay::Inline`]); otherwise something else is shown, or nothing.
+    /// Where pictures say what they want ([`FeedbackMode::Inline`]); otherwise something else is shown, or nothing.
     ForFeedback,
     /// In no frame.
     Never,
@@ -90,31 +90,34 @@ impl<S: StageScene + ?Sized> Frame<'_, S> {
         tell: impl FnOnce(&mut Textures, &mut wgpu::CommandEncoder) -> Result<(), Error>,
     ) -> Result<wgpu::CommandEncoder, Error> {
         let (picture, sampled) = (self.picture, scene.sampled());
+        textures.bind_group(sampled)?;
         for StageView { camera, pose, .. } in self.views {
             scene.place(camera, &gpu.queue, textures, pose, picture);
         }
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         tell(textures, &mut encoder)?;
         for StageView { view, camera, .. } in self.views.iter().filter(|_| self.has_feedback) {
-            textures.feedback_of(&mut encoder, *view, picture, |pass, groups| {
-                scene.draw_wanted(camera, pass, &groups[sampled]);
+            textures.view(*view)?.feedback(&mut encoder, picture, |pass, groups| {
+                draw_wanted(scene, camera, pass, groups);
             })?;
         }
         if let Some((camera, pose)) = &self.expected {
             scene.place(camera, &gpu.queue, textures, pose, picture);
-            textures.feedback_expected(&mut encoder, picture, |pass, groups| {
-                scene.draw_wanted(camera, pass, &groups[sampled]);
+            textures.ahead().feedback(&mut encoder, picture, |pass, groups| {
+                draw_wanted(scene, camera, pass, groups);
             })?;
         }
         textures.update()?;
         let is_drawn = match self.pictures {
             Pictures::Always => true,
-            Pictures::ForFeedback => textures.feedback_way() == FeedbackWay::Inline,
+            Pictures::ForFeedback => textures.inspect().feedback_mode() == FeedbackMode::Inline,
             Pictures::Never => false,
         };
         for StageView { view, camera, .. } in self.views.iter().filter(|_| is_drawn) {
-            textures.main_pass_of(&mut encoder, *view, picture, |encoder, groups| {
-                scene.draw_picture(camera, encoder, &groups[sampled], target);
+            textures.view(*view)?.main_pass(&mut encoder, picture, |encoder, groups| {
+                if let Some(group) = groups.get(sampled) {
+                    scene.draw_picture(camera, encoder, group, target);
+                }
             })?;
         }
         if is_drawn {
@@ -124,7 +127,8 @@ impl<S: StageScene + ?Sized> Frame<'_, S> {
     }
 }
 
-/// Draws what a camera sees where it is, from what is in the pools now; nothing follows from it.
+/// Draws what a camera sees where it is, from what is in the pools now; nothing follows from it. Draws nothing where
+/// what the scene samples was removed.
 pub fn draw_again<S: StageScene + ?Sized>(
     encoder: &mut wgpu::CommandEncoder,
     textures: &Textures,
@@ -132,6 +136,19 @@ pub fn draw_again<S: StageScene + ?Sized>(
     camera: &S::Camera,
     target: &Target<'_>,
 ) {
-    scene.draw_picture(camera, encoder, textures.bind_group(scene.sampled()), target);
-    target.encode(encoder);
+    if let Ok(group) = textures.bind_group(scene.sampled()) {
+        scene.draw_picture(camera, encoder, group, target);
+        target.encode(encoder);
+    }
+}
+
+fn draw_wanted<S: StageScene + ?Sized>(
+    scene: &S,
+    camera: &S::Camera,
+    pass: &mut wgpu::RenderPass<'_>,
+    groups: &vastex::BindGroups,
+) {
+    if let Some(group) = groups.get(scene.sampled()) {
+        scene.draw_wanted(camera, pass, group);
+    }
 }

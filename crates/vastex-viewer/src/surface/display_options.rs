@@ -45,9 +45,12 @@ impl DisplayOptions {
     /// Finds the layer in a texture.
     pub fn layer_of(&self, textures: &Textures, texture: TextureId) -> Result<LayerId, UnknownLayer> {
         let Some(name) = &self.layer else { return Ok(texture.into()) };
-        textures.layer(texture, name).ok_or_else(|| UnknownLayer {
+        let found = textures.texture(texture).ok();
+        found.and_then(|texture| texture.layer(name)).ok_or_else(|| UnknownLayer {
             name: name.clone(),
-            layers: textures.description(texture).layers.iter().map(|layer| layer.name.clone()).collect(),
+            layers: found.map_or_else(Vec::new, |texture| {
+                texture.description().layers.iter().map(|layer| layer.name.clone()).collect()
+            }),
         })
     }
 }

@@ -1,6 +1,6 @@
 //! Draws a scene without heights that has a list of layers on it: all of them by one pipeline, one over the other in light.
 
-use vastex::{Sampled, Textures, shader_module};
+use vastex::{Error, Sampled, Textures, shader_module};
 
 use super::camera_binding::CameraBinding;
 use super::mesh::surface;
@@ -28,7 +28,8 @@ pub struct LayeredRenderer {
 }
 
 impl LayeredRenderer {
-    /// Prepares an image, a plane or a globe for pictures of `format`. The first layer's texture says how wide the image is.
+    /// Prepares an image, a plane or a globe for pictures of `format`. The first layer's texture says how wide the image is. Fails
+    /// where a texture was removed.
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -36,17 +37,17 @@ impl LayeredRenderer {
         scene: Scene,
         layers: &Layers,
         format: wgpu::TextureFormat,
-    ) -> LayeredRenderer {
-        let size = layers
-            .iter()
-            .next()
-            .map_or([1; 3], |first| textures.description(first.layer.texture()).geometry.size());
+    ) -> Result<LayeredRenderer, Error> {
+        let size = match layers.iter().next() {
+            Some(first) => textures.texture(first.layer.texture())?.description().geometry.size(),
+            None => [1; 3],
+        };
         let image = f64::from(size[0]) / f64::from(size[1]);
         let mesh = surface(scene, image as f32);
         let filled = |bytes, usage| filled_buffer(device, queue, bytes, usage);
         let camera_layout = Uniform::layout(device);
         let sampled = Sampled::Group(layers.group());
-        let kinds = textures.kinds(sampled);
+        let kinds = textures.kinds(sampled)?;
         let textures_layout = textures.bind_group_layout(&kinds);
         let groups = [Some(&textures_layout), Some(&camera_layout), Some(&camera_layout)];
         let text = shaders::layered(&textures.wgsl(&kinds), layers.count());
@@ -73,7 +74,7 @@ impl LayeredRenderer {
             camera_layout,
         };
         renderer.set_layers(queue, textures, layers);
-        renderer
+        Ok(renderer)
     }
 
     /// What the layers are like in frames from here on: of the list that the renderer was made with.
@@ -131,7 +132,7 @@ impl StageScene for LayeredRenderer {
     ) {
         let [width, height] = picture.map(f64::from);
         let matrix = pose.clip_from_world(width / height, self.image);
-        let all = textures.ids(self.sampled)[0];
+        let all = textures.bindings().ids(self.sampled).map_or(0, |ids| ids[0]);
         camera.set_light(queue, matrix, all, picture.map(|side| side as f32));
     }
 

@@ -77,11 +77,11 @@ impl Relief {
     pub fn new(textures: &mut Textures, shown: LayerId, heights: &Heights) -> Result<Relief, HeightsError> {
         let layer = layer_of(textures, shown, heights)?;
         let group = textures.add_group([("color", shown), ("height", layer)])?;
-        textures.keep_for_cpu(layer, true);
-        let description = textures.description(layer.texture());
+        textures.texture_mut(layer.texture())?.keep_for_cpu(layer.index(), true);
+        let description = textures.texture(layer.texture())?.description();
         let [width, height, _] = description.geometry.size();
         let scale = description.layers[layer.index()].scale;
-        let span = span(textures, layer);
+        let span = span(textures, layer)?;
         let is_bounded = !is_float(description.layers[layer.index()].format);
         // A coarse level is a mean: of floats, peaks are taken to be at most so much higher.
         let margin = 2.0 * (span[1] - span[0]);
@@ -117,29 +117,29 @@ fn is_float(format: LayerFormat) -> bool {
 
 fn layer_of(textures: &Textures, shown: LayerId, heights: &Heights) -> Result<LayerId, HeightsError> {
     let texture: TextureId = shown.texture();
-    let layers = &textures.description(texture).layers;
+    let layers = &textures.texture(texture)?.description().layers;
     let names = || layers.iter().map(|layer| layer.name.clone()).collect();
     if let Some(name) = &heights.layer {
         let unknown = || UnknownLayer { name: name.clone(), layers: names() };
-        return Ok(textures.layer(texture, name).ok_or_else(unknown)?);
+        return Ok(textures.texture(texture)?.layer(name).ok_or_else(unknown)?);
     }
     let is_grey = layers[shown.index()].format.channels() == 1;
-    let found = textures.layer(texture, "height").or(is_grey.then_some(shown));
+    let found = textures.texture(texture)?.layer("height").or(is_grey.then_some(shown));
     found.ok_or_else(|| HeightsError::None(names()))
 }
 
 /// The lowest and the highest value on the levels that are always there.
-fn span(textures: &Textures, layer: LayerId) -> [f32; 2] {
-    let tail = textures.description(layer.texture()).geometry.tail().first_level();
+fn span(textures: &Textures, layer: LayerId) -> Result<[f32; 2], vastex::Error> {
+    let tail = textures.texture(layer.texture())?.description().geometry.tail().first_level();
     let mut span = [f32::INFINITY, f32::NEG_INFINITY];
-    if let Some(mut sampler) = textures.cpu_sampler(layer) {
+    if let Some(mut sampler) = textures.cpu().sampler(layer) {
         for (x, y) in (0..PROBES).flat_map(|y| (0..PROBES).map(move |x| (x, y))) {
             let uv = [x, y].map(|n| (n as f32 + 0.5) / PROBES as f32);
             let value = sampler.sample(uv, f32::from(tail)).value[0];
             span = [span[0].min(value), span[1].max(value)];
         }
     }
-    if span[0].is_finite() && span[1].is_finite() { span } else { [0.0, 1.0] }
+    Ok(if span[0].is_finite() && span[1].is_finite() { span } else { [0.0, 1.0] })
 }
 
 /// Heights on the surface of a scene.
@@ -216,9 +216,10 @@ impl ReliefSurface {
         let uv = self.base.uv_below(uniform.eye);
         let above = uniform.eye.distance(self.base.point(uv));
         let texels = uniform.spacing * uniform.texels * above;
-        let bias = f32::from(textures.bias_eighths(self.relief.layer.texture())) / 8.0;
+        let bias = textures.texture(self.relief.layer.texture()).map_or(0, |texture| texture.bias_eighths());
+        let bias = f32::from(bias) / 8.0;
         let level = texels.max_element().max(1e-6).log2().max(0.0) + bias;
-        let ground = textures.sample_cpu(self.relief.layer, uv.to_array(), level);
+        let ground = textures.cpu().sample(self.relief.layer, uv.to_array(), level);
         let value = ground.map_or(self.relief.zero, |ground| ground.value[0]);
         (value - self.relief.zero) * self.scale
     }

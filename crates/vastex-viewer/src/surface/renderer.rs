@@ -3,7 +3,7 @@
 //! The picture from an ordinary texture, to compare with, is `reference`'s business.
 
 use glam::Vec4;
-use vastex::{LayerId, Sampled, Textures, shader_module};
+use vastex::{Error, Kinds, LayerId, Sampled, Textures, shader_module};
 
 use super::camera_binding::CameraBinding;
 use super::fixed;
@@ -65,6 +65,9 @@ pub struct SceneRenderer {
     fixed: Option<FixedPipelines>,
     /// Texture space is one texture's, not a group's.
     spread: Option<wgpu::RenderPipeline>,
+    /// What is sampled, and what a plan of the layer alone samples.
+    kinds: Kinds,
+    plan_kinds: Kinds,
     /// Every entry point that draws the scene.
     module: wgpu::ShaderModule,
     constants: Vec<(&'static str, f64)>,
@@ -72,16 +75,16 @@ pub struct SceneRenderer {
 }
 
 impl SceneRenderer {
-    /// Prepares a scene for pictures of `format`.
+    /// Prepares a scene for pictures of `format`. Fails where its texture was removed.
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         textures: &Textures,
         desc: SceneDesc,
         format: wgpu::TextureFormat,
-    ) -> SceneRenderer {
+    ) -> Result<SceneRenderer, Error> {
         let SceneDesc { scene, layer, color_map, relief, tiling, always_fixed } = desc;
-        let [width, height, _] = textures.description(layer.texture()).geometry.size();
+        let [width, height, _] = textures.texture(layer.texture())?.description().geometry.size();
         let image = f64::from(width) / f64::from(height);
         let relief = relief.map(|relief| relief.surface(scene, image as f32));
         let mesh = if relief.is_some() { patch_mesh() } else { surface(scene, image as f32) };
@@ -91,7 +94,7 @@ impl SceneRenderer {
             filled_buffer(device, queue, bytemuck::cast_slice(&mesh.indices), wgpu::BufferUsages::INDEX);
         let group_layout = Uniform::layout(device);
         let sampled = sampled(layer, relief.as_ref());
-        let kinds = textures.kinds(sampled);
+        let kinds = textures.kinds(sampled)?;
         let textures_layout = textures.bind_group_layout(&kinds);
         let groups = [Some(&textures_layout), Some(&group_layout)];
         let vastex = textures.wgsl(&kinds);
@@ -125,7 +128,7 @@ impl SceneRenderer {
             let spread = parts(["spread", "need"], &[Textures::TEXTURE_SPACE_FORMAT]);
             spread.blended(device, &groups, Textures::TEXTURE_SPACE_BLEND)
         });
-        SceneRenderer {
+        Ok(SceneRenderer {
             scene,
             layer,
             color_map,
@@ -144,7 +147,9 @@ impl SceneRenderer {
             relief,
             group_layout,
             format,
-        }
+            plan_kinds: textures.kinds(layer)?,
+            kinds,
+        })
     }
 
     /// The scene.
@@ -225,7 +230,7 @@ impl SceneRenderer {
         group: Option<&wgpu::BindGroupLayout>,
         formats: &[wgpu::TextureFormat],
     ) -> wgpu::RenderPipeline {
-        let textures_layout = textures.bind_group_layout(&textures.kinds(self.sampled()));
+        let textures_layout = textures.bind_group_layout(&self.kinds);
         let mut groups = vec![Some(&textures_layout), Some(&self.group_layout)];
         groups.extend(group.map(Some));
         let corners = corners(self.scene, self.relief.as_ref());
@@ -247,7 +252,7 @@ impl SceneRenderer {
         format: wgpu::TextureFormat,
     ) -> Option<wgpu::RenderPipeline> {
         self.fixed.as_ref()?;
-        let textures_layout = textures.bind_group_layout(&textures.kinds(self.sampled()));
+        let textures_layout = textures.bind_group_layout(&self.kinds);
         let groups = [Some(&textures_layout), Some(&self.group_layout)];
         let (module, constants, corners) = (&self.module, &self.constants, Corners::Vertices);
         let entries = ["place_fixed", entry];
@@ -288,12 +293,11 @@ impl SceneRenderer {
         entries: [&'static str; 2],
         group: Option<&wgpu::BindGroupLayout>,
     ) -> wgpu::RenderPipeline {
-        let kinds = textures.kinds(self.layer);
-        let textures_layout = textures.bind_group_layout(&kinds);
+        let textures_layout = textures.bind_group_layout(&self.plan_kinds);
         let mut groups = vec![Some(&textures_layout), Some(&self.group_layout)];
         groups.extend(group.map(Some));
         // A plan is of a texture, not of the group that a scene with heights samples.
-        let flat = || shader_module(device, Some("plan"), shaders::flat(&textures.wgsl(&kinds)));
+        let flat = || shader_module(device, Some("plan"), shaders::flat(&textures.wgsl(&self.plan_kinds)));
         let module = if self.relief.is_some() { &flat() } else { &self.module };
         let constants = &constants(self.scene, self.color_map, self.format, self.tiling, None);
         let corners = Corners::Vertices;
@@ -361,9 +365,10 @@ impl StageScene for SceneRenderer {
         let seen = self.relief.as_ref().map(|relief| relief.seen_from(textures, pose, picture));
         let level = || pose.clip_from_world(f64::from(width) / f64::from(height), self.image);
         let matrix = seen.as_ref().map_or_else(level, |seen| seen.clip_from_world);
-        let ids = match textures.ids(self.sampled())[..] {
+        // What was removed has no id; shaders are told of what is not there, and say so.
+        let ids = match textures.bindings().ids(self.sampled()).unwrap_or_default()[..] {
             [all, color, height] => [all, color, height],
-            _ => [textures.shader_id(self.layer); 3],
+            _ => [textures.shader_id(self.layer).unwrap_or(0); 3],
         };
         let fixed = self.fixed_uniform(pose, picture);
         camera.set(queue, matrix, ids, &self.color_map, [width, height], (seen.as_ref(), fixed));

@@ -24,12 +24,12 @@ fn member(name: &str, pool: usize, kind: Kind) -> KindMember {
 }
 
 /// A color and a height of one pool, a night of another.
-fn planet(atlas: Atlas, filter: Filter, way: FeedbackWay, fade: bool) -> Kinds {
+fn planet(atlas: Atlas, filter: Filter, mode: FeedbackMode, fade: bool) -> Kinds {
     let color = kind(Atlas::Float, filter, TableKind::Direct);
     let height = Kind { layer: 1, scale: 2, ..kind(atlas, filter, TableKind::Direct) };
     let night = Kind { pages: PageSides::Any, ..kind(Atlas::Float, filter, TableKind::Hashed) };
     let members = vec![member("color", 0, color), member("height", 0, height), member("night_2", 9, night)];
-    Kinds::of_group(members, way, fade).unwrap()
+    Kinds::of_group(members, mode, fade).unwrap()
 }
 
 /// An application that calls all that a member has, by its name, or all that there is without one.
@@ -49,11 +49,11 @@ fn bound(module: &naga::Module, group: u32) -> Vec<u32> {
 fn every_variant_of_the_text_for_a_kind_is_valid() {
     for filter in Filter::KINDS {
         for atlas in Atlas::ALL {
-            for (group, way) in (0..3).zip(FeedbackWay::ALL) {
+            for (group, mode) in (0..3).zip(FeedbackMode::ALL) {
                 let tables = [TableKind::Direct, TableKind::Hashed][group as usize % 2];
                 let pages = [PageSides::Any, PageSides::PowersOfTwo][group as usize % 2];
                 for fade in [false, true] {
-                    let kinds = Kinds::of(Kind { pages, ..kind(atlas, filter, tables) }, way, fade);
+                    let kinds = Kinds::of(Kind { pages, ..kind(atlas, filter, tables) }, mode, fade);
                     let place = BindingPlace { group, first: 4 * group };
                     let module = module(&(application(None) + &wgsl(&kinds, place)));
                     let entries = layout_entries(&kinds, place.first);
@@ -70,10 +70,10 @@ fn every_variant_of_the_text_for_a_kind_is_valid() {
 fn every_variant_of_the_text_for_groups_is_valid() {
     for filter in Filter::KINDS {
         for atlas in Atlas::ALL {
-            for (way, fade) in
-                [(FeedbackWay::Inline, false), (FeedbackWay::Raw, true), (FeedbackWay::Separate, true)]
+            for (mode, fade) in
+                [(FeedbackMode::Inline, false), (FeedbackMode::Raw, true), (FeedbackMode::Separate, true)]
             {
-                let kinds = planet(atlas, filter, way, fade);
+                let kinds = planet(atlas, filter, mode, fade);
                 let text = wgsl(&kinds, BindingPlace { group: 2, first: 5 });
                 for name in ["color", "height", "night_2"] {
                     let module = module(&(application(Some(name)) + &text));
@@ -95,30 +95,30 @@ fn every_variant_of_the_text_for_groups_is_valid() {
 fn what_members_have_in_common_is_in_the_text_once() {
     let one = kind(Atlas::Float, Filter::Trilinear, TableKind::Direct);
     let members = ["a", "b", "c"].map(|name| member(name, 3, one));
-    let kinds = Kinds::of_group(members.to_vec(), FeedbackWay::Separate, false).unwrap();
+    let kinds = Kinds::of_group(members.to_vec(), FeedbackMode::Separate, false).unwrap();
     // Records, views, sampler, and one pool with one layer.
     assert_eq!(layout_entries(&kinds, 0).len(), 6);
     let text = wgsl(&kinds, BindingPlace::default());
     assert_eq!(text.matches("fn vastexi_filtered_").count(), 1);
-    let alone = wgsl(&Kinds::of(one, FeedbackWay::Separate, false), BindingPlace::default());
+    let alone = wgsl(&Kinds::of(one, FeedbackMode::Separate, false), BindingPlace::default());
     assert!(text.lines().count() < 2 * alone.lines().count());
 }
 
 #[test]
 fn kinds_by_another_filter_are_others() {
-    let kinds = planet(Atlas::Uint16, Filter::Trilinear, FeedbackWay::Separate, false);
+    let kinds = planet(Atlas::Uint16, Filter::Trilinear, FeedbackMode::Separate, false);
     let nearest = kinds.filtered(Filter::Nearest);
     assert_ne!(kinds, nearest);
     assert_eq!(kinds, nearest.filtered(Filter::Trilinear));
-    assert_eq!(nearest, planet(Atlas::Uint16, Filter::Nearest, FeedbackWay::Separate, false));
+    assert_eq!(nearest, planet(Atlas::Uint16, Filter::Nearest, FeedbackMode::Separate, false));
     assert_eq!(kinds.pools().collect::<Vec<_>>(), [0, 2]);
 }
 
 /// Texts for one texture and for a group.
 fn texts() -> [String; 2] {
     let one =
-        Kinds::of(kind(Atlas::Float, Filter::Trilinear, TableKind::Direct), FeedbackWay::Separate, false);
-    let group = planet(Atlas::Float, Filter::Trilinear, FeedbackWay::Separate, false);
+        Kinds::of(kind(Atlas::Float, Filter::Trilinear, TableKind::Direct), FeedbackMode::Separate, false);
+    let group = planet(Atlas::Float, Filter::Trilinear, FeedbackMode::Separate, false);
     [one, group].map(|kinds| wgsl(&kinds, BindingPlace::default()))
 }
 
@@ -182,7 +182,7 @@ fn no_mark_is_left_and_what_is_not_public_says_so() {
 fn where_tiles_do_not_fade_the_text_knows_nothing_of_it() {
     for filter in Filter::KINDS {
         let kind = kind(Atlas::Float, filter, TableKind::Direct);
-        let text = |fade| wgsl(&Kinds::of(kind, FeedbackWay::Separate, fade), BindingPlace::default());
+        let text = |fade| wgsl(&Kinds::of(kind, FeedbackMode::Separate, fade), BindingPlace::default());
         let knows = |text: &str| text.contains("vastexi_fades") || text.contains("VASTEXI_BINDING_FADES");
         assert!(knows(&text(true)) && !knows(&text(false)), "{filter}");
         assert!(!text(false).contains("vastexi_old_share"), "{filter}");

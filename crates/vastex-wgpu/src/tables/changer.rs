@@ -6,8 +6,8 @@ use super::RECORDED_AHEAD;
 use crate::bind::buffer;
 use crate::device::{alive, compute_pipelines, dispatch_size, guarded, storage};
 use crate::error::GpuError;
+use crate::feedback_mode::FeedbackMode;
 use crate::shader;
-use crate::way::FeedbackWay;
 
 /// Bytes of a buffer for changes at least.
 const LEAST_ROOM: u64 = 4096;
@@ -30,8 +30,8 @@ pub(super) struct Pipelines {
 
 impl PoolTableChanger {
     /// Compiles the shader, where the feedback mode has one.
-    pub fn new(device: &wgpu::Device, way: FeedbackWay) -> PoolTableChanger {
-        PoolTableChanger { pipelines: (way != FeedbackWay::Raw).then(|| Pipelines::new(device)) }
+    pub fn new(device: &wgpu::Device, mode: FeedbackMode) -> PoolTableChanger {
+        PoolTableChanger { pipelines: (mode != FeedbackMode::Raw).then(|| Pipelines::new(device)) }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use vastex_core::{ChangeRule, TableChange, TextureId};
+use vastex_core::{ChangeRule, TableChange, TextureNumber};
 
 use super::batch::Batch;
 use super::changer::{Before, PoolTableChanger, Room, TableBuffer};
@@ -11,7 +11,7 @@ use super::word_texture::WordTexture;
 use super::{PoolApplied, Resident};
 use crate::arena::Arena;
 use crate::error::GpuError;
-use crate::way::FeedbackWay;
+use crate::feedback_mode::FeedbackMode;
 
 /// Entries of the first arena: 4 KiB.
 const FIRST_ENTRIES: u32 = 1024;
@@ -34,17 +34,17 @@ enum Memory {
 
 /// What the textures of a frame's changes come to.
 struct Due<'a> {
-    texture: TextureId,
+    texture: TextureNumber,
     changes: &'a [TableChange],
     /// What is resident, where there are entries that nothing was written to.
     resident: Vec<TableChange>,
 }
 
 impl DirectTables {
-    pub(super) fn new(device: &wgpu::Device, way: FeedbackWay) -> Result<DirectTables, GpuError> {
-        let most = u32::try_from(DirectTables::most_entries(device, way)).unwrap_or(Arena::MOST);
-        let memory = match way {
-            FeedbackWay::Raw => {
+    pub(super) fn new(device: &wgpu::Device, mode: FeedbackMode) -> Result<DirectTables, GpuError> {
+        let most = u32::try_from(DirectTables::most_entries(device, mode)).unwrap_or(Arena::MOST);
+        let memory = match mode {
+            FeedbackMode::Raw => {
                 let texture = WordTexture::new(device, FIRST_ENTRIES)?;
                 Memory::Texture { texture, before: Vec::new() }
             }
@@ -61,10 +61,10 @@ impl DirectTables {
         Ok(DirectTables { directory, memory, is_moved: false })
     }
 
-    pub(super) fn most_entries(device: &wgpu::Device, way: FeedbackWay) -> u64 {
+    pub(super) fn most_entries(device: &wgpu::Device, mode: FeedbackMode) -> u64 {
         let limits = device.limits();
-        let words = match way {
-            FeedbackWay::Raw => WordTexture::most_words(device),
+        let words = match mode {
+            FeedbackMode::Raw => WordTexture::most_words(device),
             _ => limits.max_storage_buffer_binding_size.min(limits.max_buffer_size) / 4,
         };
         // A power of two is what an arena has.
@@ -130,7 +130,7 @@ impl DirectTables {
 
     /// Lets tables grow to what is loaded, and finds what is to be written to each.
     fn due<'a>(&mut self, changes: &'a [TableChange], resident: &mut Resident<'_>) -> Vec<Due<'a>> {
-        let mut due: BTreeMap<TextureId, &[TableChange]> = BTreeMap::new();
+        let mut due: BTreeMap<TextureNumber, &[TableChange]> = BTreeMap::new();
         for changes in changes.chunk_by(|a, b| a.page.texture() == b.page.texture()) {
             let texture = changes[0].page.texture();
             due.insert(texture, changes);

@@ -8,7 +8,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use vastex_core::{Geometry, PageNumbering, PagePos, Slot, TableEntry, TextureId, shader_constants};
+use vastex_core::{Geometry, PageNumbering, PagePos, Slot, TableEntry, TextureNumber, shader_constants};
 
 use super::Placement;
 use crate::arena::{Arena, Range};
@@ -22,11 +22,11 @@ const MAX_LEVELS: usize = shader_constants::MAX_LEVELS as usize;
 #[derive(Debug)]
 pub(super) struct Directory {
     pub(super) arena: Arena,
-    pub(super) tables: BTreeMap<TextureId, DirectTable>,
+    pub(super) tables: BTreeMap<TextureNumber, DirectTable>,
     /// Tables with ranges of which nothing was written, or a placement that nobody was told: all others need no look.
-    pub(super) touched: BTreeSet<TextureId>,
+    pub(super) touched: BTreeSet<TextureNumber>,
     /// Tables with ranges where shaders are not to look yet.
-    pub(super) hidden: BTreeSet<TextureId>,
+    pub(super) hidden: BTreeSet<TextureNumber>,
     /// Entries of the ranges that all tables have with all of their levels.
     reserved: u64,
 }
@@ -73,7 +73,7 @@ impl Directory {
     }
 
     /// Returns false where there is no room.
-    pub(super) fn add(&mut self, texture: TextureId, geometry: &Geometry, tail_slot: Slot) -> bool {
+    pub(super) fn add(&mut self, texture: TextureNumber, geometry: &Geometry, tail_slot: Slot) -> bool {
         let full = full_entries(geometry);
         self.remove(texture);
         if full > self.room() {
@@ -96,7 +96,7 @@ impl Directory {
         true
     }
 
-    pub(super) fn remove(&mut self, texture: TextureId) {
+    pub(super) fn remove(&mut self, texture: TextureNumber) {
         self.touched.remove(&texture);
         self.hidden.remove(&texture);
         if let Some(table) = self.tables.remove(&texture) {
@@ -106,7 +106,7 @@ impl Directory {
     }
 
     /// Gives a table entries for all levels from `level` on.
-    pub(super) fn grow(&mut self, texture: TextureId, level: u8) {
+    pub(super) fn grow(&mut self, texture: TextureNumber, level: u8) {
         while let Some(finest) = self.tables.get(&texture).map(DirectTable::finest)
             && finest > level
         {
@@ -114,7 +114,7 @@ impl Directory {
         }
     }
 
-    fn take(&mut self, texture: TextureId, finest: u8, coarsest: u8) {
+    fn take(&mut self, texture: TextureNumber, finest: u8, coarsest: u8) {
         let Some(table) = self.tables.get_mut(&texture) else { return };
         // What was reserved is within the arena.
         let entries =
@@ -157,7 +157,7 @@ impl Directory {
     }
 
     /// A table is to be written and told anew, with its tail in `tail_slot`.
-    pub(super) fn begin_anew(&mut self, texture: TextureId, tail_slot: Slot) {
+    pub(super) fn begin_anew(&mut self, texture: TextureNumber, tail_slot: Slot) {
         if let Some(table) = self.tables.get_mut(&texture) {
             table.tail = TableEntry::new(table.tail.level(), tail_slot);
             table.forget_written();

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use vastex_core::{Geometry, GeometrySpec, PageNumbering, Slot, TextureId};
+use vastex_core::{Geometry, GeometrySpec, PageNumbering, Slot, TextureNumber};
 
 use super::*;
 
@@ -66,9 +66,9 @@ fn play(most: u32, largest: u32, steps: u32, seed: u64) -> (u32, u32, usize) {
     let mut directory = Directory::new(Arena::new(1024, most));
     let mut random = Random(seed);
     let (mut refused, mut anew, mut peak) = (0, 0, 0);
-    let mut placements: HashMap<TextureId, Placement> = HashMap::new();
+    let mut placements: HashMap<TextureNumber, Placement> = HashMap::new();
     for step in 0..steps {
-        let texture = TextureId::new(random.below(2000) as u16).unwrap();
+        let texture = TextureNumber::new(random.below(2000) as u16).unwrap();
         match directory.tables.get(&texture).map(|table| table.finest()) {
             None => {
                 let geometry = &geometries[random.below(geometries.len())];
@@ -103,7 +103,7 @@ fn play(most: u32, largest: u32, steps: u32, seed: u64) -> (u32, u32, usize) {
     }
     check(&directory);
     for number in 0..2000 {
-        directory.remove(TextureId::new(number).unwrap());
+        directory.remove(TextureNumber::new(number).unwrap());
     }
     let all = directory.arena.capacity();
     assert_eq!(directory.room(), u64::from(directory.arena.most()));
@@ -136,7 +136,7 @@ fn bytes_of_two_thousand_tables() {
         let geometry = Geometry::new(GeometrySpec::image(size, size)).unwrap();
         let mut entries = 0;
         for number in 0..2000 {
-            let texture = TextureId::new(number).unwrap();
+            let texture = TextureNumber::new(number).unwrap();
             assert!(directory.add(texture, &geometry, Slot::new(0)));
             directory.grow(texture, finest);
             let table = &directory.tables[&texture];

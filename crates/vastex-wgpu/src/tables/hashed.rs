@@ -1,11 +1,11 @@
 //! The hashed tables of a pool: one hash table in GPU memory, a copy of the CPU's.
 
-use vastex_core::{HashedBucket, HashedTable, TableChange, TextureId};
+use vastex_core::{HashedBucket, HashedTable, TableChange, TextureNumber};
 
 use super::changer::{Before, PoolTableChanger, Room, TableBuffer, chunks};
 use super::word_texture::WordTexture;
 use crate::error::GpuError;
-use crate::way::FeedbackWay;
+use crate::feedback_mode::FeedbackMode;
 
 /// One hash table in GPU memory for all textures of a pool, a copy of the CPU's.
 #[derive(Debug)]
@@ -35,21 +35,21 @@ impl HashedTables {
     pub(super) fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
-        way: FeedbackWay,
+        mode: FeedbackMode,
         slots: u32,
     ) -> Result<HashedTables, GpuError> {
         let pages = slots as usize;
-        let now = Copied::new(device, queue, HashedTable::new(pages), way == FeedbackWay::Raw)?;
+        let now = Copied::new(device, queue, HashedTable::new(pages), mode == FeedbackMode::Raw)?;
         Ok(HashedTables { now, before: Vec::new(), is_moved: false, pages })
     }
 
-    pub(super) fn remove(&mut self, texture: TextureId) {
+    pub(super) fn remove(&mut self, texture: TextureNumber) {
         self.now.table.remove_texture(texture);
         self.before.iter_mut().for_each(|before| before.memory.table.remove_texture(texture));
     }
 
     /// Of a texture nothing is resident but what `resident` names.
-    pub(super) fn begin_anew(&mut self, texture: TextureId, resident: &[TableChange]) {
+    pub(super) fn begin_anew(&mut self, texture: TextureNumber, resident: &[TableChange]) {
         self.remove(texture);
         self.now.table.load(resident);
     }

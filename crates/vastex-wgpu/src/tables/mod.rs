@@ -2,7 +2,7 @@
 //!
 //! # What a shader sees
 //!
-//! | binding | with storage buffers | without ([`FeedbackWay::Raw`]) | module, its functions |
+//! | binding | with storage buffers | without ([`FeedbackMode::Raw`]) | module, its functions |
 //! |---|---|---|---|
 //! | table of a direct pool | `var<storage, read> vastex_table: array<u32>` | `texture_2d<u32>`, r32uint | arena_buffer / arena_texture: `vastex_table_entry(index)`, `vastex_table_length()` |
 //! | table of a hashed pool | the same | the same | the same, and hashed_pool: `vastex_hashed_page(page: vec2<u32>)`, the whole id, low and high half |
@@ -49,14 +49,14 @@ mod word_texture;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use vastex_core::{Geometry, HashedTable, Slot, TableChange, TextureId, shader_constants};
+use vastex_core::{Geometry, HashedTable, Slot, TableChange, TextureNumber, shader_constants};
 
 pub use self::changer::PoolTableChanger;
 use self::direct::DirectTables;
 use self::directory::full_entries;
 use self::hashed::HashedTables;
 use crate::error::GpuError;
-use crate::way::FeedbackWay;
+use crate::feedback_mode::FeedbackMode;
 
 pub(crate) use self::changer::Before;
 
@@ -89,7 +89,7 @@ impl Placement {
 
 /// Gives the changes that load what is resident of a texture now, this frame's included
 /// ([`vastex_core::PoolPager::resident_changes`]).
-pub type Resident<'a> = dyn FnMut(TextureId, &mut Vec<TableChange>) + 'a;
+pub type Resident<'a> = dyn FnMut(TextureNumber, &mut Vec<TableChange>) + 'a;
 
 /// The page tables of all textures of a pool: all direct, in one arena, or all hashed, as one hash table.
 #[derive(Debug)]
@@ -102,7 +102,7 @@ pub struct PoolTables {
 #[derive(Debug)]
 enum Kind {
     Direct(DirectTables),
-    Hashed { tables: HashedTables, textures: BTreeMap<TextureId, IsNew>, anew: BTreeSet<TextureId> },
+    Hashed { tables: HashedTables, textures: BTreeMap<TextureNumber, IsNew>, anew: BTreeSet<TextureNumber> },
 }
 
 /// Whether nobody has been told of a texture's placement.
@@ -116,13 +116,13 @@ pub struct PoolApplied {
     /// Whether [`PoolTables::binding`] is another: bind groups are to be made anew after the submission.
     pub moved: bool,
     /// Textures whose [`Placement`] may be another: their records are to be set before these commands are submitted.
-    pub placed: Vec<TextureId>,
+    pub placed: Vec<TextureNumber>,
 }
 
 impl PoolTables {
     /// Tables with an entry for each page. Costs 4 KiB of GPU memory; on a device without storage buffers 8 KiB.
-    pub fn direct(device: &wgpu::Device, way: FeedbackWay) -> Result<PoolTables, GpuError> {
-        Ok(PoolTables { kind: Kind::Direct(DirectTables::new(device, way)?), is_submitted: true })
+    pub fn direct(device: &wgpu::Device, mode: FeedbackMode) -> Result<PoolTables, GpuError> {
+        Ok(PoolTables { kind: Kind::Direct(DirectTables::new(device, mode)?), is_submitted: true })
     }
 
     /// Tables of what is resident in a pool of so many slots. Costs 48 bytes of GPU memory for each slot, rounded up to a power of two of
@@ -130,10 +130,10 @@ impl PoolTables {
     pub fn hashed(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
-        way: FeedbackWay,
+        mode: FeedbackMode,
         slots: u32,
     ) -> Result<PoolTables, GpuError> {
-        let tables = HashedTables::new(device, queue, way, slots)?;
+        let tables = HashedTables::new(device, queue, mode, slots)?;
         let kind = Kind::Hashed { tables, textures: BTreeMap::new(), anew: BTreeSet::new() };
         Ok(PoolTables { kind, is_submitted: true })
     }
@@ -144,8 +144,8 @@ impl PoolTables {
     }
 
     /// Entries of the largest arena that a device allows, a power of two: 32 Mi with WebGPU's limits, 4 Mi with those of WebGL 2.
-    pub fn most_entries(device: &wgpu::Device, way: FeedbackWay) -> u64 {
-        DirectTables::most_entries(device, way)
+    pub fn most_entries(device: &wgpu::Device, mode: FeedbackMode) -> u64 {
+        DirectTables::most_entries(device, mode)
     }
 
     /// Entries that a direct table takes in an arena with all of its levels: of each level a power of two, so up to twice as many as it has
@@ -166,7 +166,12 @@ impl PoolTables {
     /// coarse levels only, 128 at most. The GPU hears of it with the next [`PoolTables::apply`].
     ///
     /// Fails, and changes nothing, where there is no [room](PoolTables::has_room).
-    pub fn add(&mut self, texture: TextureId, geometry: &Geometry, tail_slot: Slot) -> Result<(), GpuError> {
+    pub fn add(
+        &mut self,
+        texture: TextureNumber,
+        geometry: &Geometry,
+        tail_slot: Slot,
+    ) -> Result<(), GpuError> {
         match &mut self.kind {
             Kind::Direct(DirectTables { directory, .. }) => {
                 let (entries, room) = (full_entries(geometry), directory.room());
@@ -185,7 +190,7 @@ impl PoolTables {
 
     /// Forgets a texture; the entries that it had may be another's from the next [`PoolTables::apply`] on. So its record must be another by
     /// then, with which shaders look up nothing. Costs a visit of each bucket of a hashed table, else nothing to speak of.
-    pub fn remove(&mut self, texture: TextureId) {
+    pub fn remove(&mut self, texture: TextureNumber) {
         match &mut self.kind {
             Kind::Direct(tables) => tables.directory.remove(texture),
             Kind::Hashed { tables, textures, anew } => {
@@ -198,7 +203,7 @@ impl PoolTables {
 
     /// Lets the table of a texture be written anew by the next [`PoolTables::apply`], with what is resident by then, and with its tail in
     /// `tail_slot`.
-    pub fn begin_anew(&mut self, texture: TextureId, tail_slot: Slot) {
+    pub fn begin_anew(&mut self, texture: TextureNumber, tail_slot: Slot) {
         match &mut self.kind {
             Kind::Direct(tables) => tables.directory.begin_anew(texture, tail_slot),
             Kind::Hashed { textures, anew, .. } => {
@@ -211,7 +216,7 @@ impl PoolTables {
     }
 
     /// Where a texture's entries lie once the commands of the last [`PoolTables::apply`] are done.
-    pub fn placement(&self, texture: TextureId) -> Placement {
+    pub fn placement(&self, texture: TextureNumber) -> Placement {
         match &self.kind {
             Kind::Direct(tables) => {
                 let table = tables.directory.tables.get(&texture);

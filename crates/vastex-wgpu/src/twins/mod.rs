@@ -15,7 +15,7 @@ pub use fixed::{Coordinate, folded_texel};
 pub use lookup::Place;
 pub use sample::Sampler;
 
-use vastex_core::{Geometry, LevelRule, PageTable, TextureId};
+use vastex_core::{Geometry, LevelRule, PageTable, TextureNumber};
 
 use crate::filter::Filter;
 
@@ -30,7 +30,7 @@ pub struct Texture<'a> {
     /// How texels are blended, on which the level depends.
     pub filter: Filter,
     /// Its number in page ids.
-    pub number: TextureId,
+    pub number: TextureNumber,
     /// How its levels are chosen, as far as it has them.
     pub rule: LevelRule,
     /// The pool's mip bias, in eighths of a level.
@@ -46,7 +46,7 @@ pub struct Texture<'a> {
 
 impl<'a> Texture<'a> {
     /// A texture without biases and with all its tiles there, drawn by a trilinear filter at full resolution; a layer that has it, too.
-    pub fn new(geometry: &'a Geometry, table: &'a dyn PageTable, number: TextureId) -> Texture<'a> {
+    pub fn new(geometry: &'a Geometry, table: &'a dyn PageTable, number: TextureNumber) -> Texture<'a> {
         let rule = LevelRule::default().within(geometry);
         Texture {
             geometry,

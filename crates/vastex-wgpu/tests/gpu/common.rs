@@ -5,11 +5,11 @@ use std::sync::LazyLock;
 
 use vastex_core::{
     ChangeRule, Description, Geometry, HashedTextureTable, Layer, LayerFormat, LevelRule, PageId,
-    PageNumbering, PagePos, PageTable, PoolLayout, Slot, TableChange, TableEntry, TableImage, TextureId,
+    PageNumbering, PagePos, PageTable, PoolLayout, Slot, TableChange, TableEntry, TableImage, TextureNumber,
 };
 use vastex_wgpu::test_device::TestDevice;
 use vastex_wgpu::{
-    BindingPlace, Bound, FeedbackWay, Filter, Kind, Kinds, PageSides, ParamStore, Pool, PoolTableChanger,
+    BindingPlace, Bound, FeedbackMode, Filter, Kind, Kinds, PageSides, ParamStore, Pool, PoolTableChanger,
     PoolTables, RECORD_WORDS, RecordOf, TableKind, Views, entries, layout_entries, limits, new_sampler,
     shader_id, texture_record, wgsl,
 };
@@ -18,7 +18,7 @@ use vastex_wgpu::{
 pub(crate) static GPU: LazyLock<TestDevice> = LazyLock::new(TestDevice::new);
 
 /// The texture's number in these tests; its high bits and low bits differ.
-pub(crate) const NUMBER: TextureId = TextureId::new(1029).unwrap();
+pub(crate) const NUMBER: TextureNumber = TextureNumber::new(1029).unwrap();
 
 /// Small, seeded and the same everywhere (xorshift).
 pub(crate) struct Random(pub(crate) u64);
@@ -59,7 +59,7 @@ pub(crate) struct World {
     pub(crate) params: ParamStore,
     /// What shaders call it.
     pub(crate) id: u32,
-    pub(crate) number: TextureId,
+    pub(crate) number: TextureNumber,
     pub(crate) rule: LevelRule,
     /// Layers whose values may not be mixed, by bits.
     pub(crate) unmixed: u16,
@@ -77,8 +77,8 @@ pub(crate) struct Bindings {
 
 impl Bindings {
     /// For a kind, in bind group 0.
-    pub(crate) fn new(gpu: &TestDevice, kind: Kind, way: FeedbackWay, fade: bool) -> Bindings {
-        Bindings::of(gpu, Kinds::of(kind, way, fade))
+    pub(crate) fn new(gpu: &TestDevice, kind: Kind, mode: FeedbackMode, fade: bool) -> Bindings {
+        Bindings::of(gpu, Kinds::of(kind, mode, fade))
     }
 
     pub(crate) fn of(gpu: &TestDevice, kinds: Kinds) -> Bindings {
@@ -86,7 +86,7 @@ impl Bindings {
             label: None,
             entries: &layout_entries(&kinds, 0),
         });
-        let views = Views::new(&gpu.device, &gpu.queue, kinds.way());
+        let views = Views::new(&gpu.device, &gpu.queue, kinds.mode());
         Bindings { layout, sampler: new_sampler(&gpu.device), views, kinds }
     }
 
@@ -131,10 +131,10 @@ impl Bindings {
 /// The array of records of some worlds.
 pub(crate) fn params_of(
     gpu: &TestDevice,
-    way: FeedbackWay,
-    records: &[(TextureId, Vec<[u32; 4]>)],
+    mode: FeedbackMode,
+    records: &[(TextureNumber, Vec<[u32; 4]>)],
 ) -> ParamStore {
-    let mut params = ParamStore::new(&gpu.device, way, RECORD_WORDS).unwrap();
+    let mut params = ParamStore::new(&gpu.device, mode, RECORD_WORDS).unwrap();
     records.iter().for_each(|(number, record)| params.set(*number, record));
     write_params(gpu, &mut params);
     params
@@ -223,7 +223,7 @@ impl World {
         kind: TableKind,
         seed: u64,
     ) -> World {
-        World::numbered(gpu, description, index, resident, kind, seed, NUMBER, FeedbackWay::Separate)
+        World::numbered(gpu, description, index, resident, kind, seed, NUMBER, FeedbackMode::Separate)
     }
 
     /// The same of a texture of this number, for shaders of a way of feedback.
@@ -235,8 +235,8 @@ impl World {
         mut resident: Vec<PagePos>,
         kind: TableKind,
         seed: u64,
-        number: TextureId,
-        way: FeedbackWay,
+        number: TextureNumber,
+        mode: FeedbackMode,
     ) -> World {
         description.check().unwrap();
         let geometry = &description.geometry;
@@ -267,7 +267,7 @@ impl World {
                 changes.push(TableChange { page, rule: ChangeRule::Coarser, entry });
             }
         }
-        let tables = tables_of(gpu, geometry, number, slots[0], kind, way, &changes);
+        let tables = tables_of(gpu, geometry, number, slots[0], kind, mode, &changes);
         let image = image_of(geometry, number, slots[0], &changes);
         let mut world = World {
             geometry: geometry.clone(),
@@ -277,7 +277,7 @@ impl World {
             tiles,
             pool,
             tables,
-            params: ParamStore::new(&gpu.device, way, RECORD_WORDS).unwrap(),
+            params: ParamStore::new(&gpu.device, mode, RECORD_WORDS).unwrap(),
             id: shader_id(number, 3),
             number,
             rule: LevelRule::default().within(geometry),
@@ -298,24 +298,24 @@ impl World {
 pub(crate) fn tables_of(
     gpu: &TestDevice,
     geometry: &Geometry,
-    number: TextureId,
+    number: TextureNumber,
     tail: Slot,
     kind: TableKind,
-    way: FeedbackWay,
+    mode: FeedbackMode,
     changes: &[TableChange],
 ) -> PoolTables {
     let (device, queue) = (&gpu.device, &gpu.queue);
     let mut tables = match kind {
-        TableKind::Direct => PoolTables::direct(device, way).unwrap(),
-        TableKind::Hashed => PoolTables::hashed(device, queue, way, changes.len() as u32 + 1).unwrap(),
+        TableKind::Direct => PoolTables::direct(device, mode).unwrap(),
+        TableKind::Hashed => PoolTables::hashed(device, queue, mode, changes.len() as u32 + 1).unwrap(),
     };
     tables.add(number, geometry, tail).unwrap();
-    let changer = PoolTableChanger::new(device, way);
+    let changer = PoolTableChanger::new(device, mode);
     let (mut budget, mut applied) = (u64::MAX, false);
     while !applied || !tables.is_settled() {
         let changes = if applied { &[] } else { changes };
         let mut encoder = device.create_command_encoder(&Default::default());
-        let resident = &mut |_: TextureId, all: &mut Vec<TableChange>| all.extend_from_slice(changes);
+        let resident = &mut |_: TextureNumber, all: &mut Vec<TableChange>| all.extend_from_slice(changes);
         tables.apply(&changer, device, queue, &mut encoder, changes, resident, &mut budget).unwrap();
         queue.submit([encoder.finish()]);
         tables.submitted();
@@ -327,7 +327,7 @@ pub(crate) fn tables_of(
 /// What a table must say after these loads: from a direct image, where there may be one.
 fn image_of(
     geometry: &Geometry,
-    number: TextureId,
+    number: TextureNumber,
     tail: Slot,
     changes: &[TableChange],
 ) -> Box<dyn PageTable> {

@@ -6,7 +6,7 @@ use vastex_core::{
 };
 use vastex_wgpu::test_device::TestDevice;
 use vastex_wgpu::{
-    FeedbackScale, FeedbackTarget, FeedbackWay, GpuError, ParamStore, Pool, PoolTableChanger, PoolTables,
+    FeedbackMode, FeedbackScale, FeedbackTarget, GpuError, ParamStore, Pool, PoolTableChanger, PoolTables,
     RawFeedback, Readback, ReadbackPipelines, Views, limits,
 };
 
@@ -46,13 +46,13 @@ fn a_pool_refuses_what_does_not_fit_it() {
 #[test]
 fn a_table_beyond_the_device_is_refused() {
     let geometry = Geometry::new(GeometrySpec::image(1 << 31, 1 << 30)).unwrap();
-    let (device, way) = (&GPU.device, FeedbackWay::Separate);
-    assert!(PoolTables::full_entries(&geometry) > PoolTables::most_entries(device, way));
-    let mut direct = PoolTables::direct(device, way).unwrap();
+    let (device, mode) = (&GPU.device, FeedbackMode::Separate);
+    assert!(PoolTables::full_entries(&geometry) > PoolTables::most_entries(device, mode));
+    let mut direct = PoolTables::direct(device, mode).unwrap();
     assert!(!direct.has_room(&geometry));
     assert!(matches!(direct.add(NUMBER, &geometry, Slot::new(0)), Err(GpuError::TableTooLarge { .. })));
     // A hashed one fits whatever the texture's size.
-    let mut hashed = PoolTables::hashed(device, &GPU.queue, way, 100).unwrap();
+    let mut hashed = PoolTables::hashed(device, &GPU.queue, mode, 100).unwrap();
     assert!(hashed.has_room(&geometry) && hashed.add(NUMBER, &geometry, Slot::new(0)).is_ok());
 }
 
@@ -69,8 +69,8 @@ fn a_lost_device_is_an_error_wherever_something_is_read() {
     let gpu = TestDevice::new();
     let (device, queue) = (&gpu.device, &gpu.queue);
     let target = FeedbackTarget::new(device, [64, 64], FeedbackScale::Reduced).unwrap();
-    let views = Views::new(device, queue, FeedbackWay::Separate);
-    let pipelines = ReadbackPipelines::new(device, FeedbackWay::Separate);
+    let views = Views::new(device, queue, FeedbackMode::Separate);
+    let pipelines = ReadbackPipelines::new(device, FeedbackMode::Separate);
     let mut readback = Readback::new(device, &pipelines, target.raw()).unwrap();
     let record = |readback: &mut Readback, frame| {
         let mut encoder = device.create_command_encoder(&Default::default());
@@ -80,10 +80,10 @@ fn a_lost_device_is_an_error_wherever_something_is_read() {
     };
     let (layout, geometry) = (layout(limits(device)), geometry());
     let pool = Pool::new(device, queue, &layout, &layers(LayerFormat::Rgba8)).unwrap();
-    let way = FeedbackWay::Separate;
-    let mut tables = PoolTables::direct(device, way).unwrap();
+    let mode = FeedbackMode::Separate;
+    let mut tables = PoolTables::direct(device, mode).unwrap();
     tables.add(NUMBER, &geometry, Slot::new(0)).unwrap();
-    let changer = PoolTableChanger::new(device, way);
+    let changer = PoolTableChanger::new(device, mode);
     record(&mut readback, 1);
     assert!(readback.wait(device, queue, 1).is_ok());
     device.destroy();
@@ -97,9 +97,9 @@ fn a_lost_device_is_an_error_wherever_something_is_read() {
     // So it is wherever something is made; what only writes to what exists goes on in silence.
     let made = Pool::new(device, queue, &layout, &layers(LayerFormat::Rgba8));
     assert_eq!(made.unwrap_err(), GpuError::DeviceLost);
-    assert_eq!(PoolTables::direct(device, way).unwrap_err(), GpuError::DeviceLost);
-    assert_eq!(PoolTables::hashed(device, queue, way, 9).unwrap_err(), GpuError::DeviceLost);
-    assert_eq!(ParamStore::new(device, way, 5).unwrap_err(), GpuError::DeviceLost);
+    assert_eq!(PoolTables::direct(device, mode).unwrap_err(), GpuError::DeviceLost);
+    assert_eq!(PoolTables::hashed(device, queue, mode, 9).unwrap_err(), GpuError::DeviceLost);
+    assert_eq!(ParamStore::new(device, mode, 5).unwrap_err(), GpuError::DeviceLost);
     let made = FeedbackTarget::new(device, [64, 64], FeedbackScale::Reduced);
     assert_eq!(made.unwrap_err(), GpuError::DeviceLost);
     assert_eq!(Readback::new(device, &pipelines, target.raw()).unwrap_err(), GpuError::DeviceLost);

@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use vastex_core::{AddressMode, Description, Geometry, GeometrySpec, Layer, LayerFormat, PagePos};
 use vastex_wgpu::test_device::TestDevice;
-use vastex_wgpu::{Atlas, FeedbackWay, Filter};
+use vastex_wgpu::{Atlas, FeedbackMode, Filter};
 
 use crate::common::{Bindings, GPU, World};
 use crate::sampling::{pipeline, run};
@@ -28,7 +28,7 @@ fn check(gpu: &TestDevice, format: LayerFormat, atlas: Atlas, filter: Filter) {
     let description = Description::new(geometry.clone(), vec![Layer::new("a", format)]);
     let world = World::of(gpu, &description, 0, 1.0, 6);
     assert_eq!(world.pool.atlas(0), atlas);
-    let bindings = Bindings::new(gpu, world.kind(0, filter), FeedbackWay::Separate, false);
+    let bindings = Bindings::new(gpu, world.kind(0, filter), FeedbackMode::Separate, false);
     let pipeline = pipeline(gpu, &bindings.layout, bindings.text(HARNESS, world.id));
     let group = bindings.group(gpu, &world);
     for level in 0..geometry.tail().first_level() {

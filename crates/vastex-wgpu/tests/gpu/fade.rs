@@ -5,7 +5,7 @@ use std::time::Duration;
 use vastex_core::{
     AddressMode, Description, Geometry, GeometrySpec, Layer, LayerFormat, Slot, SlotMove, TableChange,
 };
-use vastex_wgpu::{FeedbackWay, Filter, Pool, TableKind};
+use vastex_wgpu::{FeedbackMode, Filter, Pool, TableKind};
 
 use crate::common::{GPU, Random, World, tables_of};
 use crate::sampling::{Harness, Output, inputs, shapes};
@@ -125,8 +125,8 @@ fn a_tile_that_has_just_come_leaves_the_picture_as_it_was_to_the_bit() {
         let (new, old): (Vec<TableChange>, Vec<TableChange>) =
             world.changes.iter().partition(|_| random.unit() < 0.4);
         let kind = [TableKind::Direct, TableKind::Hashed][seed as usize % 2];
-        let (tail, way) = (world.tail_slot(), FeedbackWay::Separate);
-        let before = tables_of(&GPU, &world.geometry, world.number, tail, kind, way, &old);
+        let (tail, mode) = (world.tail_slot(), FeedbackMode::Separate);
+        let before = tables_of(&GPU, &world.geometry, world.number, tail, kind, mode, &old);
         let inputs = inputs(&world.geometry, seed);
         for filter in Filter::KINDS {
             let harness = Harness::with_fade(&GPU, filter, &world, 0, true);

@@ -4,8 +4,8 @@ use vastex_core::shader_constants::{FEEDBACK_DEGENERATE, FEEDBACK_EMPTY, FEEDBAC
 use vastex_core::{Dims, Feedback, FeedbackCompactor, Geometry, GeometrySpec, LayerFormat, PageId, PagePos};
 use vastex_wgpu::test_device::TestDevice;
 use vastex_wgpu::{
-    FEEDBACK_DEPTH_FORMAT, FEEDBACK_FORMAT, FeedbackScale, FeedbackTarget, FeedbackView, FeedbackWay, Filter,
-    GpuError, RawFeedback, Readback, ReadbackPipelines, Views,
+    FEEDBACK_DEPTH_FORMAT, FEEDBACK_FORMAT, FeedbackMode, FeedbackScale, FeedbackTarget, FeedbackView,
+    Filter, GpuError, RawFeedback, Readback, ReadbackPipelines, Views,
 };
 
 use crate::common::{Bindings, GPU, NUMBER, Random, World, storage};
@@ -56,7 +56,7 @@ fn pipeline(
 }
 
 fn readback(gpu: &TestDevice, target: &FeedbackTarget) -> Readback {
-    let pipelines = ReadbackPipelines::new(&gpu.device, FeedbackWay::Separate);
+    let pipelines = ReadbackPipelines::new(&gpu.device, FeedbackMode::Separate);
     Readback::new(&gpu.device, &pipelines, target.raw()).unwrap()
 }
 
@@ -80,7 +80,7 @@ impl Filled {
         Filled {
             size,
             readback: readback(gpu, &target),
-            views: Views::new(&gpu.device, &gpu.queue, FeedbackWay::Separate),
+            views: Views::new(&gpu.device, &gpu.queue, FeedbackMode::Separate),
             pipeline: pipeline(gpu, None, FILL.to_owned(), &[("WIDTH", size[0].into())]),
             target,
             unheard: None,
@@ -209,9 +209,9 @@ fn recorded(filled: &mut Filled, gpu: &TestDevice, frame: u64) -> Option<wgpu::C
 }
 
 fn in_each_way(test: impl Fn(&mut Filled, &TestDevice)) {
-    for way in [FeedbackWay::Separate, FeedbackWay::Raw] {
+    for mode in [FeedbackMode::Separate, FeedbackMode::Raw] {
         let mut filled = Filled::new(&GPU, [64, 64]);
-        let pipelines = ReadbackPipelines::new(&GPU.device, way);
+        let pipelines = ReadbackPipelines::new(&GPU.device, mode);
         filled.readback = Readback::new(&GPU.device, &pipelines, filled.target.raw()).unwrap();
         test(&mut filled, &GPU);
     }
@@ -338,7 +338,7 @@ fn draw_plane(
     scale: FeedbackScale,
     frames: u64,
 ) -> Vec<RawFeedback> {
-    let bindings = Bindings::new(gpu, world.kind(0, Filter::Trilinear), FeedbackWay::Separate, false);
+    let bindings = Bindings::new(gpu, world.kind(0, Filter::Trilinear), FeedbackMode::Separate, false);
     let pipeline = pipeline(gpu, Some(&bindings.layout), bindings.text(PLANE, world.id), &[]);
     let (group, views) = (bindings.group(gpu, world), &bindings.views);
     let target = FeedbackTarget::new(&gpu.device, picture, scale).unwrap();

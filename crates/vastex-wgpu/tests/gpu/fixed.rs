@@ -6,7 +6,7 @@ use bytemuck::{Pod, Zeroable};
 use vastex_core::shader_constants::FIXED_REACH;
 use vastex_core::{AddressMode, Description, Geometry, GeometrySpec, LayerFormat, PagePos, Slot};
 use vastex_wgpu::test_device::TestDevice;
-use vastex_wgpu::{FeedbackWay, Filter, TableKind, twins};
+use vastex_wgpu::{FeedbackMode, Filter, TableKind, twins};
 
 use crate::common::{Bindings, GPU, NUMBER, Random, World};
 use crate::sampling::{Output, pipeline, run, tolerance};
@@ -81,7 +81,7 @@ fn folds(random: &mut Random) -> Vec<Fold> {
 fn places_fold_as_the_twin_folds_them_up_to_the_largest_texture() {
     let gpu = &*GPU;
     let world = World::new(gpu, &Geometry::new(GeometrySpec::image(8, 8)).unwrap(), LayerFormat::R8, 1.0, 1);
-    let bindings = Bindings::new(gpu, world.kind(0, Filter::Nearest), FeedbackWay::Separate, false);
+    let bindings = Bindings::new(gpu, world.kind(0, Filter::Nearest), FeedbackMode::Separate, false);
     // What names nothing of the texture binds nothing of it.
     let pipeline = pipeline(gpu, &bindings.layout, bindings.text(FOLDING, world.id));
     let group = bindings.group(gpu, &world);
@@ -136,7 +136,7 @@ fn inputs(geometry: &Geometry, spots: &[[u32; 2]], random: &mut Random) -> Vec<I
 
 /// Compares GPU and twin over random inputs; what is near an edge may lie on either side of it.
 fn check(gpu: &TestDevice, world: &World, spots: &[[u32; 2]], filter: Filter, seed: u64) {
-    let bindings = Bindings::new(gpu, world.kind(0, filter), FeedbackWay::Separate, false);
+    let bindings = Bindings::new(gpu, world.kind(0, filter), FeedbackMode::Separate, false);
     let pipeline = pipeline(gpu, &bindings.layout, bindings.text(HARNESS, world.id));
     let group = bindings.group(gpu, world);
     let inputs = inputs(&world.geometry, spots, &mut Random(seed));

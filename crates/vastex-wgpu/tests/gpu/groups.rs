@@ -2,20 +2,20 @@
 
 use vastex_core::{
     AddressMode, Description, Dims, Geometry, GeometrySpec, Layer, LayerFormat, LevelRule, PageId, PagePos,
-    TextureId,
+    TextureNumber,
 };
 use vastex_wgpu::{
-    FeedbackWay, Filter, KindMember, Kinds, ParamStore, Pool, PoolTables, TableKind, group_record, shader_id,
+    FeedbackMode, Filter, KindMember, Kinds, ParamStore, Pool, PoolTables, TableKind, group_record, shader_id,
 };
 
 use crate::common::{Bindings, GPU, Random, World, params_of};
 use crate::fade::faded;
 use crate::sampling::{HARNESS, Harness, Input, Output, inputs, pipeline, run};
 
-const NUMBER: TextureId = TextureId::new(1500).unwrap();
+const NUMBER: TextureNumber = TextureNumber::new(1500).unwrap();
 /// Of the textures.
-const NUMBERS: [TextureId; 3] =
-    [TextureId::new(0).unwrap(), TextureId::new(700).unwrap(), TextureId::new(2046).unwrap()];
+const NUMBERS: [TextureNumber; 3] =
+    [TextureNumber::new(0).unwrap(), TextureNumber::new(700).unwrap(), TextureNumber::new(2046).unwrap()];
 const NAMES: [&str; 4] = ["color", "height", "night", "clouds_2"];
 
 fn image(size: [u32; 2], page: u32, border: u32, layers: &[Layer]) -> Description {
@@ -43,8 +43,8 @@ impl Planet {
             let mut resident: Vec<PagePos> = description.geometry.pages().skip(1).collect();
             resident.retain(|_| random.unit() < 0.5);
             let kind = [TableKind::Hashed, TableKind::Direct][nth % 2];
-            let (number, way) = (NUMBERS[nth], FeedbackWay::Separate);
-            World::numbered(&GPU, description, 0, resident, kind, nth as u64 + 3, number, way)
+            let (number, mode) = (NUMBERS[nth], FeedbackMode::Separate);
+            World::numbered(&GPU, description, 0, resident, kind, nth as u64 + 3, number, mode)
         };
         let mut worlds = [
             of(&image([1000, 600], 64, 8, &layers), 0),
@@ -73,7 +73,7 @@ impl Planet {
     fn params(&self) -> ParamStore {
         let textures = self.worlds.iter().map(|world| (world.number, world.record(&world.tables)));
         let group = group_record(&self.worlds[0].geometry, shader_id(NUMBER, 1));
-        params_of(&GPU, FeedbackWay::Separate, &textures.chain([(NUMBER, group)]).collect::<Vec<_>>())
+        params_of(&GPU, FeedbackMode::Separate, &textures.chain([(NUMBER, group)]).collect::<Vec<_>>())
     }
 }
 
@@ -91,7 +91,7 @@ impl Group {
             pool,
             kind: world.kind(layer, filter),
         };
-        let kinds = Kinds::of_group(members.map(member).collect(), FeedbackWay::Separate, planet.fade);
+        let kinds = Kinds::of_group(members.map(member).collect(), FeedbackMode::Separate, planet.fade);
         let bindings = Bindings::of(&GPU, kinds.unwrap());
         let pools: Vec<(&Pool, &PoolTables)> =
             planet.worlds.iter().map(|world| (&world.pool, &world.tables)).collect();

@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 use vastex_core::{Geometry, GeometrySpec, LayerFormat};
-use vastex_wgpu::{FeedbackWay, Filter, twins};
+use vastex_wgpu::{FeedbackMode, Filter, twins};
 
 use crate::common::{Bindings, GPU, NUMBER, Random, World};
 use crate::sampling::{pipeline, run};
@@ -37,7 +37,7 @@ fn places_are_what_the_page_table_says() {
         let geometry = Geometry::new(GeometrySpec { page: 32, ..spec }).unwrap();
         let mut world = World::new(gpu, &geometry, LayerFormat::Rgba8, 0.4, 11);
         world.pool.set_bias(&gpu.queue, bias);
-        let bindings = Bindings::new(gpu, world.kind(0, Filter::Bilinear), FeedbackWay::Separate, false);
+        let bindings = Bindings::new(gpu, world.kind(0, Filter::Bilinear), FeedbackMode::Separate, false);
         let pipeline = pipeline(gpu, &bindings.layout, bindings.text(HARNESS, world.id));
         let group = bindings.group(gpu, &world);
         let mut random = Random(99);

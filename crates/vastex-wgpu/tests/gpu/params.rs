@@ -1,7 +1,7 @@
 //! The array of records is what was set, wherever it moves, and what is not submitted changes nothing.
 
-use vastex_core::TextureId;
-use vastex_wgpu::{FeedbackWay, ParamStore};
+use vastex_core::TextureNumber;
+use vastex_wgpu::{FeedbackMode, ParamStore};
 
 use crate::common::{GPU, Random, read};
 use crate::pool_world::texture_words;
@@ -14,20 +14,21 @@ fn words(store: &ParamStore) -> Vec<u32> {
 
 fn expected(store: &ParamStore, records: usize) -> Vec<u32> {
     // The last number of all is nobody's.
-    let of = |n: usize| TextureId::new(n as u16).map_or(&[[0; 4]; STRIDE as usize][..], |n| store.record(n));
+    let of =
+        |n: usize| TextureNumber::new(n as u16).map_or(&[[0; 4]; STRIDE as usize][..], |n| store.record(n));
     (0..records).flat_map(of).flatten().copied().collect()
 }
 
 #[test]
 fn records_are_what_was_set_wherever_they_lie() {
-    for way in [FeedbackWay::Separate, FeedbackWay::Raw] {
-        let mut store = ParamStore::new(&GPU.device, way, STRIDE).unwrap();
+    for mode in [FeedbackMode::Separate, FeedbackMode::Raw] {
+        let mut store = ParamStore::new(&GPU.device, mode, STRIDE).unwrap();
         let mut random = Random(5);
         let (mut moved, mut before) = (0, Vec::new());
         for frame in 0..60u32 {
             // More and more of them.
             for _ in 0..random.below(6) {
-                let number = TextureId::new(random.below(1 + 20 * frame as usize) as u16).unwrap();
+                let number = TextureNumber::new(random.below(1 + 20 * frame as usize) as u16).unwrap();
                 let words = 1 + random.below(STRIDE as usize);
                 let record: Vec<[u32; 4]> =
                     (0..words).map(|_| [random.next() as u32 % 100, frame, 1, 2]).collect();
@@ -47,7 +48,7 @@ fn records_are_what_was_set_wherever_they_lie() {
             }
             let found = words(&store);
             let records = found.len() / 4 / STRIDE as usize;
-            assert!(found == expected(&store, records), "{way:?}, frame {frame}");
+            assert!(found == expected(&store, records), "{mode:?}, frame {frame}");
             before.retain(|(moved, _)| moved + 2 > frame);
             for (moved, (buffer, texture)) in &before {
                 let found = match (buffer, texture) {
@@ -58,14 +59,14 @@ fn records_are_what_was_set_wherever_they_lie() {
                 let records = found.len() / 4 / STRIDE as usize;
                 assert!(
                     records > 0 && found == expected(&store, records),
-                    "{way:?}, frame {frame}, before {moved}"
+                    "{mode:?}, frame {frame}, before {moved}"
                 );
             }
         }
-        assert!(moved > 3, "{way:?}: {moved}");
+        assert!(moved > 3, "{mode:?}: {moved}");
         // The same again sends nothing.
-        let record = store.record(TextureId::new(3).unwrap()).to_vec();
-        store.set(TextureId::new(3).unwrap(), &record);
+        let record = store.record(TextureNumber::new(3).unwrap()).to_vec();
+        store.set(TextureNumber::new(3).unwrap(), &record);
         let mut encoder = GPU.device.create_command_encoder(&Default::default());
         assert_eq!(store.write(&GPU.device, &mut encoder).unwrap(), Default::default());
     }

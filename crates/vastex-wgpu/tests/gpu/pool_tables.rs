@@ -7,15 +7,15 @@ use vastex_core::{
     ChangeRule, Geometry, GeometrySpec, PageId, PagePos, Slot, TableChange, TableEntry, TableImage,
 };
 use vastex_wgpu::test_device::fail_after;
-use vastex_wgpu::{FeedbackWay, GpuError, PoolTables};
+use vastex_wgpu::{FeedbackMode, GpuError, PoolTables};
 
 use crate::common::GPU;
 use crate::pool_world::{Memory, Pool, TEXTURES, Texture, WAYS, geometries, number};
 
 #[test]
 fn tables_of_many_textures_follow_whatever_comes_and_goes() {
-    for way in WAYS {
-        let mut pool = Pool::direct(way, 11);
+    for mode in WAYS {
+        let mut pool = Pool::direct(mode, 11);
         let (mut moved, mut memory) = (0, VecDeque::new());
         for frame in 0..60 {
             let bound = Memory::of(&pool.tables);
@@ -30,21 +30,21 @@ fn tables_of_many_textures_follow_whatever_comes_and_goes() {
             for (moved, memory) in &memory {
                 pool.check(
                     &memory.words(),
-                    &format!("{way:?}, frame {frame}, as it lay before frame {moved}"),
+                    &format!("{mode:?}, frame {frame}, as it lay before frame {moved}"),
                 );
             }
-            pool.check(&Memory::of(&pool.tables).words(), &format!("{way:?}, frame {frame}"));
+            pool.check(&Memory::of(&pool.tables).words(), &format!("{mode:?}, frame {frame}"));
         }
-        assert!(moved >= 2, "{way:?}: {moved}");
+        assert!(moved >= 2, "{mode:?}: {moved}");
         let entries = pool.check(&Memory::of(&pool.tables).words(), "at the end");
-        println!("{way:?}: {entries} entries in {} bytes, moved {moved} times", pool.tables.bytes());
+        println!("{mode:?}: {entries} entries in {} bytes, moved {moved} times", pool.tables.bytes());
     }
 }
 
 #[test]
 fn one_hash_table_follows_all_textures_of_its_pool() {
-    for way in WAYS {
-        let mut pool = Pool::hashed(way, 100, 12);
+    for mode in WAYS {
+        let mut pool = Pool::hashed(mode, 100, 12);
         let (mut moved, mut before) = (0, None);
         for frame in 0..60 {
             let (bound, was) = (Memory::of(&pool.tables), pool.tables.hash_table().unwrap().buckets().len());
@@ -60,12 +60,12 @@ fn one_hash_table_follows_all_textures_of_its_pool() {
                 check_former(
                     &pool,
                     &memory.words(),
-                    &format!("{way:?}, frame {frame}, as before frame {moved}"),
+                    &format!("{mode:?}, frame {frame}, as before frame {moved}"),
                 );
             }
-            pool.check(&Memory::of(&pool.tables).words(), &format!("{way:?}, frame {frame}"));
+            pool.check(&Memory::of(&pool.tables).words(), &format!("{mode:?}, frame {frame}"));
         }
-        assert!(moved >= 1, "{way:?}: {moved}");
+        assert!(moved >= 1, "{mode:?}: {moved}");
     }
 }
 
@@ -86,7 +86,7 @@ fn check_former(pool: &Pool, words: &[u32], what: &str) {
 /// One upload and the same dispatches for all textures of a pool; and of nothing, nothing.
 #[test]
 fn a_frame_sends_in_proportion_to_what_changes() {
-    let mut pool = Pool::direct(FeedbackWay::Separate, 13);
+    let mut pool = Pool::direct(FeedbackMode::Separate, 13);
     let geometry =
         Geometry::new(GeometrySpec { page: 8, border: 2, ..GeometrySpec::image(256, 256) }).unwrap();
     (0..TEXTURES).for_each(|n| pool.add(number(n), &geometry));
@@ -108,9 +108,9 @@ fn a_frame_sends_in_proportion_to_what_changes() {
 /// Where an update is not submitted the next one makes good for it, whatever was in it.
 #[test]
 fn what_was_not_submitted_is_written_anew() {
-    for way in WAYS {
+    for mode in WAYS {
         for hashed in [false, true] {
-            let mut pool = if hashed { Pool::hashed(way, 60, 14) } else { Pool::direct(way, 14) };
+            let mut pool = if hashed { Pool::hashed(mode, 60, 14) } else { Pool::direct(mode, 14) };
             for frame in 0..30 {
                 let changes = pool.frame(&geometries());
                 if frame % 3 == 1 {
@@ -121,7 +121,7 @@ fn what_was_not_submitted_is_written_anew() {
                 let was_lost = frame % 3 == 2;
                 let applied = pool.update(&changes);
                 assert!(!was_lost || applied.placed.len() == pool.textures.len());
-                let what = format!("{way:?}, hashed: {hashed}, frame {frame}");
+                let what = format!("{mode:?}, hashed: {hashed}, frame {frame}");
                 pool.check(&Memory::of(&pool.tables).words(), &what);
             }
         }
@@ -130,9 +130,9 @@ fn what_was_not_submitted_is_written_anew() {
 
 #[test]
 fn a_table_begins_anew_with_its_tail_elsewhere() {
-    for way in WAYS {
+    for mode in WAYS {
         for hashed in [false, true] {
-            let mut pool = if hashed { Pool::hashed(way, 60, 15) } else { Pool::direct(way, 15) };
+            let mut pool = if hashed { Pool::hashed(mode, 60, 15) } else { Pool::direct(mode, 15) };
             let geometry = &geometries()[1];
             (0..3).for_each(|n| pool.add(number(n), geometry));
             let changes: Vec<_> = (0..3).flat_map(|n| pool.changes(number(n), 30)).collect();
@@ -156,7 +156,7 @@ fn a_table_begins_anew_with_its_tail_elsewhere() {
             pool.tables.begin_anew(of, tail);
             let applied = pool.update(&[]);
             assert_eq!(applied.placed, [of]);
-            pool.check(&Memory::of(&pool.tables).words(), &format!("{way:?}, hashed: {hashed}"));
+            pool.check(&Memory::of(&pool.tables).words(), &format!("{mode:?}, hashed: {hashed}"));
         }
     }
 }
@@ -165,7 +165,7 @@ fn a_table_begins_anew_with_its_tail_elsewhere() {
 #[test]
 fn levels_are_sent_by_and_by_where_the_gpu_cannot_fill_them() {
     const BUDGET: u64 = 16 << 10;
-    let mut pool = Pool::direct(FeedbackWay::Raw, 16);
+    let mut pool = Pool::direct(FeedbackMode::Raw, 16);
     let geometry =
         Geometry::new(GeometrySpec { page: 8, border: 2, ..GeometrySpec::image(2048, 2048) }).unwrap();
     let of = number(3);
@@ -202,9 +202,9 @@ fn levels_are_sent_by_and_by_where_the_gpu_cannot_fill_them() {
 
 #[test]
 fn what_has_no_room_at_its_full_size_is_refused() {
-    let most = PoolTables::most_entries(&GPU.device, FeedbackWay::Separate);
+    let most = PoolTables::most_entries(&GPU.device, FeedbackMode::Separate);
     assert_eq!(most, 1 << 25, "128 MiB");
-    let mut tables = PoolTables::direct(&GPU.device, FeedbackWay::Separate).unwrap();
+    let mut tables = PoolTables::direct(&GPU.device, FeedbackMode::Separate).unwrap();
     // 2^22 entries of its finest level, and 2^21 in all coarser ones.
     let geometry = Geometry::new(GeometrySpec { page: 8, ..GeometrySpec::image(16_384, 16_384) }).unwrap();
     let full = PoolTables::full_entries(&geometry);
@@ -224,11 +224,11 @@ fn what_has_no_room_at_its_full_size_is_refused() {
 /// Whatever step fails for want of memory, the next update is right.
 #[test]
 fn an_update_that_fails_at_any_step_is_made_good_by_the_next() {
-    for way in WAYS {
+    for mode in WAYS {
         for hashed in [false, true] {
             let mut failed = 0;
             for steps in 0..12 {
-                let mut pool = if hashed { Pool::hashed(way, 20, 17) } else { Pool::direct(way, 17) };
+                let mut pool = if hashed { Pool::hashed(mode, 20, 17) } else { Pool::direct(mode, 17) };
                 pool.add(number(1), &geometries()[1]);
                 let changes = pool.changes(number(1), 20);
                 pool.update(&changes);
@@ -248,10 +248,10 @@ fn an_update_that_fails_at_any_step_is_made_good_by_the_next() {
                 failed += 1;
                 let changes: Vec<_> = (1..30).flat_map(|n| pool.changes(number(n), 5)).collect();
                 assert!(pool.update(&changes).moved);
-                let what = format!("{way:?}, hashed: {hashed}, failed at step {steps}");
+                let what = format!("{mode:?}, hashed: {hashed}, failed at step {steps}");
                 pool.check(&Memory::of(&pool.tables).words(), &what);
             }
-            assert!((2..12).contains(&failed), "{way:?}, hashed: {hashed}: {failed} steps");
+            assert!((2..12).contains(&failed), "{mode:?}, hashed: {hashed}: {failed} steps");
         }
     }
 }
@@ -259,7 +259,7 @@ fn an_update_that_fails_at_any_step_is_made_good_by_the_next() {
 /// Where a table goes that was on its way, others come at once, whole.
 #[test]
 fn what_a_table_leaves_midway_is_as_good_as_new() {
-    let mut pool = Pool::direct(FeedbackWay::Raw, 18);
+    let mut pool = Pool::direct(FeedbackMode::Raw, 18);
     let of = |side: u32| {
         Geometry::new(GeometrySpec { page: 8, border: 2, ..GeometrySpec::image(side, side) }).unwrap()
     };

@@ -1,9 +1,9 @@
 //! What shaders read of a pool's tables and of the records, through the modules that do so, from buffers and from textures.
 
 use vastex_core::{
-    ChangeRule, Dims, PageId, PagePos, Slot, TableChange, TableEntry, TextureId, shader_constants,
+    ChangeRule, Dims, PageId, PagePos, Slot, TableChange, TableEntry, TextureNumber, shader_constants,
 };
-use vastex_wgpu::{FeedbackWay, ParamStore, PoolTableChanger, PoolTables, shader_module};
+use vastex_wgpu::{FeedbackMode, ParamStore, PoolTableChanger, PoolTables, shader_module};
 
 use crate::common::{GPU, read, storage};
 
@@ -31,7 +31,7 @@ fn ask(@builtin(global_invocation_id) id: vec3<u32>) {
 }
 ";
 
-fn text(way: FeedbackWay) -> String {
+fn text(mode: FeedbackMode) -> String {
     let mut text = String::new();
     for (name, value) in shader_constants::WGSL {
         text += &format!("const VASTEXI_{name} = {value}u;\n");
@@ -45,8 +45,8 @@ fn text(way: FeedbackWay) -> String {
     ] {
         text += &format!("const VASTEXI_{name} = {value}u;\n");
     }
-    let modules = match way {
-        FeedbackWay::Raw => concat!(module!("arena_texture"), module!("param_texture")),
+    let modules = match mode {
+        FeedbackMode::Raw => concat!(module!("arena_texture"), module!("param_texture")),
         _ => concat!(module!("arena_buffer"), module!("param_buffer")),
     };
     text + modules + module!("hashed_pool") + ASK
@@ -56,11 +56,11 @@ fn text(way: FeedbackWay) -> String {
 fn shaders_find_every_page_of_every_texture_of_a_pool() {
     let gpu = &*GPU;
     let (device, queue) = (&gpu.device, &gpu.queue);
-    for way in [FeedbackWay::Separate, FeedbackWay::Raw] {
-        let changer = PoolTableChanger::new(device, way);
-        let mut tables = PoolTables::hashed(device, queue, way, 100).unwrap();
-        let mut params = ParamStore::new(device, way, STRIDE).unwrap();
-        let number = |n: u32| TextureId::new((n % 40 * 50) as u16).unwrap();
+    for mode in [FeedbackMode::Separate, FeedbackMode::Raw] {
+        let changer = PoolTableChanger::new(device, mode);
+        let mut tables = PoolTables::hashed(device, queue, mode, 100).unwrap();
+        let mut params = ParamStore::new(device, mode, STRIDE).unwrap();
+        let number = |n: u32| TextureNumber::new((n % 40 * 50) as u16).unwrap();
         let loads: Vec<TableChange> = (0..3000)
             .map(|n| {
                 let pos = PagePos::new_2d((n / 40 % 20) as u8, n / 800 * 70_000 + n % 3, n % 7);
@@ -88,7 +88,9 @@ fn shaders_find_every_page_of_every_texture_of_a_pool() {
         let mut asked: Vec<[u32; 4]> = Vec::new();
         let mut expected: Vec<[u32; 2]> = Vec::new();
         for (n, load) in (0..).zip(&loads) {
-            for texture in [load.page.texture(), TextureId::new(load.page.texture().number() + 1).unwrap()] {
+            for texture in
+                [load.page.texture(), TextureNumber::new(load.page.texture().number() + 1).unwrap()]
+            {
                 let page = PageId::new(texture, Dims::D2, load.page.pos(Dims::D2)).unwrap();
                 let bits = page.to_bits();
                 asked.push([bits as u32, (bits >> 32) as u32, u32::from(number(n).number()), 1]);
@@ -98,7 +100,7 @@ fn shaders_find_every_page_of_every_texture_of_a_pool() {
         }
         assert_eq!(expected.iter().filter(|[found, _]| *found == u32::MAX).count(), 3000);
         let answers = storage(gpu, bytemuck::cast_slice(&asked));
-        let module = shader_module(device, None, text(way));
+        let module = shader_module(device, None, text(mode));
         let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: None,
             layout: None,
@@ -126,7 +128,7 @@ fn shaders_find_every_page_of_every_texture_of_a_pool() {
         queue.submit([encoder.finish()]);
         let answers: Vec<[u32; 4]> = read(gpu, &answers);
         for ((answer, expected), asked) in answers.iter().zip(&expected).zip(&asked) {
-            assert_eq!(answer[..2], expected[..], "{way:?}: {asked:x?}");
+            assert_eq!(answer[..2], expected[..], "{mode:?}: {asked:x?}");
             assert_eq!(answer[2], 2048, "records for numbers up to 1950");
         }
     }

@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 
 use vastex_core::{
     ChangeRule, Geometry, GeometrySpec, PageId, PageNumbering, PagePos, PageTable, Slot, TableChange,
-    TableEntry, TableImage, TextureId,
+    TableEntry, TableImage, TextureNumber,
 };
-use vastex_wgpu::{FeedbackWay, GpuError, Placement, PoolApplied, PoolTableChanger, PoolTables};
+use vastex_wgpu::{FeedbackMode, GpuError, Placement, PoolApplied, PoolTableChanger, PoolTables};
 
 use crate::common::{GPU, Random, read, storage};
 
-pub(crate) const WAYS: [FeedbackWay; 2] = [FeedbackWay::Separate, FeedbackWay::Raw];
+pub(crate) const WAYS: [FeedbackMode; 2] = [FeedbackMode::Separate, FeedbackMode::Raw];
 pub(crate) const TEXTURES: usize = 40;
 
 /// A texture of the pool, and what its table must say.
@@ -25,16 +25,16 @@ pub(crate) struct Texture {
 pub(crate) struct Pool {
     pub(crate) tables: PoolTables,
     pub(crate) changer: PoolTableChanger,
-    pub(crate) textures: BTreeMap<TextureId, Texture>,
+    pub(crate) textures: BTreeMap<TextureNumber, Texture>,
     /// As records have it.
-    pub(crate) placements: BTreeMap<TextureId, Placement>,
+    pub(crate) placements: BTreeMap<TextureNumber, Placement>,
     pub(crate) free: Vec<Slot>,
     pub(crate) random: Random,
     pub(crate) budget: u64,
 }
 
-pub(crate) fn number(n: usize) -> TextureId {
-    TextureId::new(n as u16 * 51).unwrap()
+pub(crate) fn number(n: usize) -> TextureNumber {
+    TextureNumber::new(n as u16 * 51).unwrap()
 }
 
 /// What is bound, to be read later.
@@ -76,10 +76,10 @@ pub(crate) fn texture_words(texture: &wgpu::Texture) -> Vec<u32> {
 }
 
 impl Pool {
-    pub(crate) fn new(tables: PoolTables, way: FeedbackWay, seed: u64) -> Pool {
+    pub(crate) fn new(tables: PoolTables, mode: FeedbackMode, seed: u64) -> Pool {
         Pool {
             tables,
-            changer: PoolTableChanger::new(&GPU.device, way),
+            changer: PoolTableChanger::new(&GPU.device, mode),
             textures: BTreeMap::new(),
             placements: BTreeMap::new(),
             free: (100..3000).map(Slot::new).collect(),
@@ -88,15 +88,15 @@ impl Pool {
         }
     }
 
-    pub(crate) fn direct(way: FeedbackWay, seed: u64) -> Pool {
-        Pool::new(PoolTables::direct(&GPU.device, way).unwrap(), way, seed)
+    pub(crate) fn direct(mode: FeedbackMode, seed: u64) -> Pool {
+        Pool::new(PoolTables::direct(&GPU.device, mode).unwrap(), mode, seed)
     }
 
-    pub(crate) fn hashed(way: FeedbackWay, slots: u32, seed: u64) -> Pool {
-        Pool::new(PoolTables::hashed(&GPU.device, &GPU.queue, way, slots).unwrap(), way, seed)
+    pub(crate) fn hashed(mode: FeedbackMode, slots: u32, seed: u64) -> Pool {
+        Pool::new(PoolTables::hashed(&GPU.device, &GPU.queue, mode, slots).unwrap(), mode, seed)
     }
 
-    pub(crate) fn add(&mut self, texture: TextureId, geometry: &Geometry) {
+    pub(crate) fn add(&mut self, texture: TextureNumber, geometry: &Geometry) {
         let tail = Slot::new(u32::from(texture.number()) % 97);
         self.tables.add(texture, geometry, tail).unwrap();
         let image = TableImage::new(geometry, tail);
@@ -105,7 +105,7 @@ impl Pool {
         self.textures.insert(texture, Texture { geometry: geometry.clone(), image, resident, pages });
     }
 
-    pub(crate) fn remove(&mut self, texture: TextureId) {
+    pub(crate) fn remove(&mut self, texture: TextureNumber) {
         self.tables.remove(texture);
         self.placements.remove(&texture);
         let Texture { geometry, resident, .. } = self.textures.remove(&texture).unwrap();
@@ -113,7 +113,7 @@ impl Pool {
     }
 
     /// Some pages of a texture go and some come, slots used again at once included.
-    pub(crate) fn changes(&mut self, texture: TextureId, count: usize) -> Vec<TableChange> {
+    pub(crate) fn changes(&mut self, texture: TextureNumber, count: usize) -> Vec<TableChange> {
         let Texture { geometry, image, resident, pages } = self.textures.get_mut(&texture).unwrap();
         let change = |pos, rule, entry| TableChange {
             page: PageId::new(texture, geometry.dims(), pos).unwrap(),
@@ -165,7 +165,7 @@ impl Pool {
         changes: &[TableChange],
     ) -> Result<PoolApplied, GpuError> {
         let textures = &self.textures;
-        let mut resident = |texture: TextureId, out: &mut Vec<TableChange>| {
+        let mut resident = |texture: TextureNumber, out: &mut Vec<TableChange>| {
             let Texture { geometry, resident, .. } = &textures[&texture];
             out.extend(resident.iter().filter(|(pos, _)| !geometry.is_tail(**pos)).map(|(&pos, &slot)| {
                 TableChange {
@@ -253,7 +253,7 @@ impl Pool {
                 }
             }
         }
-        let all: Vec<TextureId> = self.textures.keys().copied().collect();
+        let all: Vec<TextureNumber> = self.textures.keys().copied().collect();
         let mut changes = Vec::new();
         for of in all {
             if self.random.unit() < 0.5 {

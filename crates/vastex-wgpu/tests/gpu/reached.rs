@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use naga::compact::{KeepUnused, compact};
-use vastex_wgpu::{Atlas, BindingPlace, FeedbackWay, Filter, Kind, Kinds, PageSides, TableKind, wgsl};
+use vastex_wgpu::{Atlas, BindingPlace, FeedbackMode, Filter, Kind, Kinds, PageSides, TableKind, wgsl};
 
 use crate::{exact, feedback, fixed, inspect, sampling, seams, stages, texture_space, ways};
 
@@ -46,7 +46,7 @@ fn every_function_is_reached_by_a_test() {
     let (mut declared, mut reached) = (BTreeSet::new(), BTreeSet::new());
     let variants = Filter::KINDS.into_iter().flat_map(|filter| Atlas::ALL.map(|atlas| (filter, atlas)));
     for (nth, (filter, atlas)) in variants.enumerate() {
-        let feedback = [FeedbackWay::Separate, FeedbackWay::Inline, FeedbackWay::Raw][nth % 3];
+        let feedback = [FeedbackMode::Separate, FeedbackMode::Inline, FeedbackMode::Raw][nth % 3];
         let tables = [TableKind::Direct, TableKind::Hashed][nth % 2];
         let kind = Kind { tables, pages: PageSides::Any, layer: 0, atlas, scale: 1, filter };
         let text = wgsl(&Kinds::of(kind, feedback, nth % 3 == 1), BindingPlace::default());

@@ -5,7 +5,7 @@ use vastex_core::{
     AddressMode, Description, Geometry, GeometrySpec, Layer, LayerFormat, LevelRule, Slot, TexelPositions,
 };
 use vastex_wgpu::test_device::TestDevice;
-use vastex_wgpu::{Atlas, FeedbackWay, Filter, Kind, PageSides, PoolTables, twins};
+use vastex_wgpu::{Atlas, FeedbackMode, Filter, Kind, PageSides, PoolTables, twins};
 
 use crate::common::{Bindings, GPU, NUMBER, Random, World, params_of, read, storage};
 
@@ -57,14 +57,14 @@ impl<'a> Harness<'a> {
     }
 
     pub(crate) fn of(gpu: &'a TestDevice, kind: Kind, id: u32, fade: bool) -> Harness<'a> {
-        let bindings = Bindings::new(gpu, kind, FeedbackWay::Separate, fade);
+        let bindings = Bindings::new(gpu, kind, FeedbackMode::Separate, fade);
         let pipeline = pipeline(gpu, &bindings.layout, bindings.text(HARNESS, id));
         Harness { gpu, filter: kind.filter, sampled_by: kind.filter, bindings, pipeline }
     }
 
     /// Which calls what reads the nearest texel, whatever the kind's filter.
     fn nearest(gpu: &'a TestDevice, kind: Kind, id: u32) -> Harness<'a> {
-        let bindings = Bindings::new(gpu, kind, FeedbackWay::Separate, false);
+        let bindings = Bindings::new(gpu, kind, FeedbackMode::Separate, false);
         let pipeline = pipeline(gpu, &bindings.layout, bindings.text(&nearest_harness(), id));
         Harness { gpu, filter: kind.filter, sampled_by: Filter::Nearest, bindings, pipeline }
     }
@@ -76,7 +76,7 @@ impl<'a> Harness<'a> {
     /// The same through other page tables.
     pub(crate) fn run_through(&self, tables: &PoolTables, world: &World, inputs: &[Input]) -> Vec<Output> {
         let gpu = self.gpu;
-        let params = params_of(gpu, FeedbackWay::Separate, &[(world.number, world.record(tables))]);
+        let params = params_of(gpu, FeedbackMode::Separate, &[(world.number, world.record(tables))]);
         run(gpu, &self.pipeline, &self.bindings.group_through(gpu, tables, &params, world), inputs)
     }
 

@@ -1,7 +1,7 @@
 //! A surface that closes on itself, its uv computed in the shader, shows no seam where uv jumps, and wants nothing coarse there.
 
 use vastex_core::{AddressMode, Geometry, GeometrySpec, LayerFormat, PageId};
-use vastex_wgpu::{FeedbackWay, Filter};
+use vastex_wgpu::{FeedbackMode, Filter};
 
 use crate::common::{Bindings, GPU, World};
 use crate::drawing::{self, Drawing, SIDE};
@@ -14,7 +14,7 @@ pub(crate) const DISC: &str = include_str!("wgsl/disc.wgsl");
 type Pixel = ([f32; 4], u32);
 
 fn drawn(world: &World, filter: Filter, entry: &'static str) -> Vec<Pixel> {
-    let bindings = Bindings::new(&GPU, world.kind(0, filter), FeedbackWay::Separate, false);
+    let bindings = Bindings::new(&GPU, world.kind(0, filter), FeedbackMode::Separate, false);
     let group = bindings.group(&GPU, world);
     let (colors, wanted) = drawing::drawn(
         &GPU,

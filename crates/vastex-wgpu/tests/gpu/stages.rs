@@ -2,7 +2,7 @@
 //! shader, what is given them.
 
 use vastex_core::{AddressMode, Geometry, GeometrySpec, LayerFormat};
-use vastex_wgpu::{FeedbackWay, Filter};
+use vastex_wgpu::{FeedbackMode, Filter};
 
 use crate::common::{Bindings, GPU, World, storage};
 use crate::drawing::{Drawing, SIDE, drawn};
@@ -19,7 +19,7 @@ fn world(page: u32, filter: Filter) -> (World, Bindings) {
     let address = [AddressMode::Wrap, AddressMode::Mirror, AddressMode::Clamp];
     let spec = GeometrySpec { page, address, ..GeometrySpec::image(700, 450) };
     let world = World::new(&GPU, &Geometry::new(spec).unwrap(), LayerFormat::Rgba8, 0.6, 12);
-    let bindings = Bindings::new(&GPU, world.kind(0, filter), FeedbackWay::Separate, false);
+    let bindings = Bindings::new(&GPU, world.kind(0, filter), FeedbackMode::Separate, false);
     (world, bindings)
 }
 

@@ -1,7 +1,7 @@
 //! Levels drawn in texture space: what comes back, and that where surfaces overlap the sharpest stays.
 
 use vastex_core::{Geometry, GeometrySpec, LayerFormat, LevelImage, PagePos, WantedPage};
-use vastex_wgpu::{FeedbackWay, Filter, TEXTURE_SPACE_BLEND, TEXTURE_SPACE_FORMAT, TextureSpace};
+use vastex_wgpu::{FeedbackMode, Filter, TEXTURE_SPACE_BLEND, TEXTURE_SPACE_FORMAT, TextureSpace};
 
 use crate::common::{Bindings, GPU, NUMBER, World};
 
@@ -12,7 +12,7 @@ pub(crate) const SHADER: &str = include_str!("wgsl/texture_space.wgsl");
 fn drawn(geometry: &Geometry, entry: &str, instances: std::ops::Range<u32>) -> Vec<WantedPage> {
     let gpu = &*GPU;
     let world = World::new(gpu, geometry, LayerFormat::Rgba8, 0.0, 7);
-    let bindings = Bindings::new(gpu, world.kind(0, Filter::Nearest), FeedbackWay::Separate, false);
+    let bindings = Bindings::new(gpu, world.kind(0, Filter::Nearest), FeedbackMode::Separate, false);
     let group = bindings.group(gpu, &world);
     let module = vastex_wgpu::shader_module(&gpu.device, None, bindings.text(SHADER, world.id));
     let pipeline_layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {

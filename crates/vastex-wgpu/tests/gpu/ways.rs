@@ -3,7 +3,7 @@
 use vastex_core::shader_constants::JITTER_CYCLE;
 use vastex_core::{Geometry, GeometrySpec, LayerFormat};
 use vastex_wgpu::{
-    FEEDBACK_DEPTH_FORMAT, FEEDBACK_FORMAT, FeedbackScale, FeedbackTarget, FeedbackWay, Filter,
+    FEEDBACK_DEPTH_FORMAT, FEEDBACK_FORMAT, FeedbackMode, FeedbackScale, FeedbackTarget, Filter,
     InlinePipelines, InlineTarget, RawFeedback,
 };
 
@@ -32,7 +32,7 @@ impl Stage {
         let device = &GPU.device;
         let geometry = Geometry::new(GeometrySpec { page: 16, ..GeometrySpec::image(64, 64) }).unwrap();
         let world = World::new(&GPU, &geometry, LayerFormat::R8, 0.5, 1);
-        let mut bindings = Bindings::new(&GPU, world.kind(0, Filter::Trilinear), FeedbackWay::Inline, false);
+        let mut bindings = Bindings::new(&GPU, world.kind(0, Filter::Trilinear), FeedbackMode::Inline, false);
         let inline = InlinePipelines::new(device);
         // Views beside it, whose cells lie before and after, and move them.
         let views = &mut bindings.views;

@@ -55,7 +55,7 @@ pub(crate) fn show(source: Arc<dyn TileSource>, size: [u32; 2]) -> anyhow::Resul
     let settings = Settings { binding: BindingPlace { group: 1, first: 0 }, ..Settings::default() };
     let mut textures = Textures::new(device, queue, settings)?;
     let mut ground = textures.add_blocking(source.clone())?;
-    let mut renderer = GroundRenderer::new(device, &textures, ground);
+    let mut renderer = GroundRenderer::new(device, &textures, ground)?;
     renderer.look(queue, 1.0, size);
 
     let slow = Arc::new(Slow::new(source, Duration::from_secs(1)));
@@ -65,14 +65,14 @@ pub(crate) fn show(source: Arc<dyn TileSource>, size: [u32; 2]) -> anyhow::Resul
     for _ in 0..PATIENCE_FRAMES {
         let mut encoder = device.create_command_encoder(&Default::default());
         textures.feedback(&mut encoder, size, |pass, groups| {
-            renderer.draw(pass, &renderer.wanted, &groups[ground]);
+            renderer.draw(pass, &renderer.wanted, groups.get(ground));
         })?;
         // Nothing is sent to the GPU before the next update.
         let added =
             arrived.try_recv().ok().map(|prepared: Result<_, vastex::Error>| Ok(textures.add(prepared?)?));
         textures.update()?;
         let mut pass = target.begin(&mut encoder, SKY);
-        renderer.draw(&mut pass, &renderer.picture, textures.bind_group(ground));
+        renderer.draw(&mut pass, &renderer.picture, textures.bind_group(ground).ok());
         drop(pass);
         queue.submit([encoder.finish()]);
         if let Some(before) = before.as_ref().filter(|_| !is_slow) {
@@ -82,9 +82,9 @@ pub(crate) fn show(source: Arc<dyn TileSource>, size: [u32; 2]) -> anyhow::Resul
         if let Some(added) = added {
             // Both are of the same kind and so of the same pipelines: from the next frame on this one is drawn.
             (ground, is_slow) = (added.map_err(|error: vastex::Error| error)?, true);
-            renderer.texture = textures.shader_id(ground);
+            renderer.texture = textures.shader_id(ground)?;
             renderer.look(queue, 1.0, size);
-            textures.view_cut();
+            textures.view(vastex::ViewId::MAIN)?.cut();
         }
         while let Some(event) = textures.poll_event() {
             match event {

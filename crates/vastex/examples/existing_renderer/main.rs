@@ -49,19 +49,19 @@ pub(crate) fn render(source: Arc<dyn TileSource>, size: [u32; 2]) -> anyhow::Res
     let mut textures = Textures::new(device, queue, settings)?;
     let ground = textures.add_blocking(source)?;
 
-    let renderer = GroundRenderer::new(device, &textures, ground);
+    let renderer = GroundRenderer::new(device, &textures, ground)?;
     for frame in 0..PATIENCE_FRAMES {
         renderer.look(queue, frame.min(FLIGHT_FRAMES) as f32 / FLIGHT_FRAMES as f32, size);
         let mut encoder = device.create_command_encoder(&Default::default());
 
         // Vastex: each frame, before the picture. What is wanted; what has arrived.
         textures.feedback(&mut encoder, size, |pass, groups| {
-            renderer.draw(pass, &renderer.wanted, &groups[ground]);
+            renderer.draw(pass, &renderer.wanted, groups.get(ground));
         })?;
         textures.update()?;
 
         let mut pass = target.begin(&mut encoder, SKY);
-        renderer.draw(&mut pass, &renderer.picture, textures.bind_group(ground));
+        renderer.draw(&mut pass, &renderer.picture, textures.bind_group(ground).ok());
         drop(pass);
         queue.submit([encoder.finish()]);
 
@@ -89,9 +89,13 @@ pub(crate) struct GroundRenderer {
 }
 
 impl GroundRenderer {
-    pub(crate) fn new(device: &wgpu::Device, textures: &Textures, ground: TextureId) -> GroundRenderer {
+    pub(crate) fn new(
+        device: &wgpu::Device,
+        textures: &Textures,
+        ground: TextureId,
+    ) -> Result<GroundRenderer, vastex::Error> {
         let (camera, camera_layout, camera_group) = headless::uniform(device, size_of::<[Vec4; 8]>() as u64);
-        let kinds = textures.kinds(ground);
+        let kinds = textures.kinds(ground)?;
         // Vastex: its text after the application's shader, its bind group at the index given in the settings.
         let text = include_str!("ground.wgsl").to_owned() + &textures.wgsl(&kinds);
         let groups = [Some(&camera_layout), Some(&textures.bind_group_layout(&kinds))];
@@ -133,9 +137,9 @@ impl GroundRenderer {
                 cache: None,
             })
         };
-        let [width, height, _] = textures.description(ground).geometry.size();
-        GroundRenderer {
-            texture: textures.shader_id(ground),
+        let [width, height, _] = textures.texture(ground)?.description().geometry.size();
+        Ok(GroundRenderer {
+            texture: textures.shader_id(ground)?,
             half_extent: Vec4::new(1.0, height as f32 / width as f32, 0.0, 0.0),
             camera,
             camera_group,
@@ -147,7 +151,7 @@ impl GroundRenderer {
                 Textures::FEEDBACK_FORMAT,
                 Textures::FEEDBACK_DEPTH_FORMAT,
             ),
-        }
+        })
     }
 
     /// Puts the camera at a part, 0 to 1, of its flight northward and down.
@@ -165,8 +169,9 @@ impl GroundRenderer {
         &self,
         pass: &mut wgpu::RenderPass<'_>,
         pipeline: &wgpu::RenderPipeline,
-        texture_group: &wgpu::BindGroup,
+        texture_group: Option<&wgpu::BindGroup>,
     ) {
+        let Some(texture_group) = texture_group else { return };
         pass.set_pipeline(pipeline);
         pass.set_bind_group(0, &self.camera_group, &[]);
         pass.set_bind_group(1, texture_group, &[]); // Vastex

@@ -74,7 +74,9 @@ fn add(textures: &mut Textures) -> anyhow::Result<Vec<TextureId>> {
         let (side, page) = [(2048, 64), (1500, 50), (2048, 64), (128, 64)][nth % 4];
         let page_table = if nth % 4 == 2 { TableChoice::Hashed } else { TableChoice::BySize };
         let settings = TextureSettings { page_table, ..Default::default() };
-        ids.push(textures.add_blocking_with(Arc::new(Plain::new(nth, side, page)?), settings)?);
+        let source = Arc::new(Plain::new(nth, side, page)?);
+        let prepared = textures.preparer().read_blocking(source, settings)?;
+        ids.push(textures.add(prepared)?);
     }
     Ok(ids)
 }
@@ -105,7 +107,7 @@ pub(crate) fn draw(size: [u32; 2]) -> anyhow::Result<Drawn> {
     let mut by_pool: BTreeMap<PoolId, (TextureId, usize, Vec<Rectangle>)> = BTreeMap::new();
     let rows = TEXTURES.div_ceil(COLUMNS);
     for (nth, &texture) in ids.iter().enumerate() {
-        let kind = textures.kinds(texture);
+        let kind = textures.kinds(texture)?;
         let place_of_kind = kinds.iter().position(|known| *known == kind).unwrap_or_else(|| {
             kinds.push(kind);
             kinds.len() - 1
@@ -113,8 +115,8 @@ pub(crate) fn draw(size: [u32; 2]) -> anyhow::Result<Drawn> {
         let [x, y] = [nth % COLUMNS, nth / COLUMNS].map(|at| at as f32);
         let [width, height] = [2.0 / COLUMNS as f32, 2.0 / rows as f32];
         let place = [x * width - 1.0, 1.0 - y * height, (x + 1.0) * width - 1.0, 1.0 - (y + 1.0) * height];
-        let rectangle = Rectangle { place, uv: uv_of(nth), texture: textures.shader_id(texture) };
-        let Some(pool) = textures.pool_of(texture) else { anyhow::bail!("a texture without a pool") };
+        let rectangle = Rectangle { place, uv: uv_of(nth), texture: textures.shader_id(texture)? };
+        let Some(pool) = textures.texture(texture)?.pool() else { anyhow::bail!("a texture without a pool") };
         by_pool.entry(pool).or_insert_with(|| (texture, place_of_kind, Vec::new())).2.push(rectangle);
     }
     let pipelines: Vec<[wgpu::RenderPipeline; 2]> =
@@ -126,11 +128,11 @@ pub(crate) fn draw(size: [u32; 2]) -> anyhow::Result<Drawn> {
         let begun = Instant::now();
         let mut encoder = device.create_command_encoder(&Default::default());
         textures.feedback(&mut encoder, size, |pass, groups| {
-            draw_all(pass, &batches, |kind| &pipelines[kind][1], |texture| &groups[texture]);
+            draw_all(pass, &batches, |kind| &pipelines[kind][1], |texture| groups.get(texture));
         })?;
         textures.update()?;
         let mut pass = target.begin(&mut encoder, Vec4::ZERO);
-        let group = |texture| textures.bind_group(texture);
+        let group = |texture| textures.bind_group(texture).ok();
         let bind_groups_set = draw_all(&mut pass, &batches, |kind| &pipelines[kind][0], group);
         drop(pass);
         let frame_time = begun.elapsed();
@@ -153,7 +155,7 @@ fn draw_all<'a>(
     pass: &mut wgpu::RenderPass<'_>,
     batches: &'a [Batch],
     pipeline: impl Fn(usize) -> &'a wgpu::RenderPipeline,
-    group: impl Fn(TextureId) -> &'a wgpu::BindGroup,
+    group: impl Fn(TextureId) -> Option<&'a wgpu::BindGroup>,
 ) -> usize {
     let mut bind_groups_set = 0;
     for batch in batches {

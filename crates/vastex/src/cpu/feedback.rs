@@ -3,7 +3,9 @@
 //! The sample positions and the arithmetic are those of the feedback pass; only the surface is asked for instead of
 //! drawn. For traces, which a test makes without a device, and for what looks ahead.
 
-use vastex_core::{AddressMode, Feedback, FeedbackCompactor, Geometry, HashedTextureTable, Slot, TextureId};
+use vastex_core::{
+    AddressMode, Feedback, FeedbackCompactor, Geometry, HashedTextureTable, Slot, TextureNumber,
+};
 use vastex_wgpu::twins::Texture;
 use vastex_wgpu::{FeedbackScale, FeedbackView, Filter};
 
@@ -11,7 +13,7 @@ use vastex_wgpu::{FeedbackScale, FeedbackView, Filter};
 #[derive(Debug)]
 pub struct CpuFeedback {
     geometry: Geometry,
-    number: TextureId,
+    number: TextureNumber,
     filter: Filter,
     table: HashedTextureTable,
     compactor: FeedbackCompactor,
@@ -22,7 +24,7 @@ pub struct CpuFeedback {
 
 impl CpuFeedback {
     /// For a texture with this number, drawn by a trilinear filter.
-    pub fn new(geometry: &Geometry, number: TextureId) -> CpuFeedback {
+    pub fn new(geometry: &Geometry, number: TextureNumber) -> CpuFeedback {
         CpuFeedback {
             geometry: geometry.clone(),
             number,

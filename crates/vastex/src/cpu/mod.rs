@@ -6,10 +6,10 @@ mod sample;
 mod texture;
 mod tiles;
 
-use vastex_core::{Description, Geometry, PoolId, Region, SlotMove, TextureId, Upload};
+use vastex_core::{Description, Geometry, PoolId, Region, SlotMove, TextureNumber, Upload};
 
+use crate::ids::LayerId;
 use crate::paging::Paging;
-use crate::sampled::LayerId;
 use crate::settings::Filter;
 pub use feedback::CpuFeedback;
 pub use sample::{CpuSample, CpuSampler};
@@ -35,11 +35,11 @@ impl CpuSide {
         &'a self,
         paging: &'a Paging,
         layer: LayerId,
-        filter: impl FnOnce() -> Filter,
+        filter: Filter,
     ) -> Option<CpuSampler<'a>> {
-        let state = paging.texture(layer.texture())?;
+        let state = paging.texture(layer.number())?;
         state.source.description().layers.get(layer.index())?;
-        Some(CpuSampler::new(&self.tiles, paging, state, layer, filter()))
+        Some(CpuSampler::new(&self.tiles, paging, state, layer, filter))
     }
 
     /// From now on, keeps what comes of a layer; or no longer.
@@ -71,12 +71,12 @@ impl CpuSide {
     }
 
     /// The content of a region has changed.
-    pub(crate) fn forget(&self, texture: TextureId, geometry: &Geometry, region: &Region) {
+    pub(crate) fn forget(&self, texture: TextureNumber, geometry: &Geometry, region: &Region) {
         self.tiles.forget(texture, geometry, region);
     }
 
     /// A texture is gone.
-    pub(crate) fn remove(&mut self, texture: TextureId) {
+    pub(crate) fn remove(&mut self, texture: TextureNumber) {
         self.tiles.remove(texture);
     }
 }

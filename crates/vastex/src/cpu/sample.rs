@@ -13,8 +13,8 @@ use vastex_tiles::decode_layer;
 use vastex_wgpu::twins::{Sampler, Texture};
 
 use super::tiles::{CpuTiles, owned};
+use crate::ids::LayerId;
 use crate::paging::{PagedTexture, Paging};
-use crate::sampled::LayerId;
 use crate::settings::Filter;
 
 /// What a texture says at a point.
@@ -27,7 +27,7 @@ pub struct CpuSample {
     pub level: f32,
 }
 
-/// Answers for one layer, from what is in main memory; see [`crate::Textures::sample_cpu`].
+/// Answers for one layer, from what is in main memory; see [`crate::Cpu::sample`].
 #[derive(Debug)]
 pub struct CpuSampler<'a> {
     tiles: AtHand<'a>,
@@ -46,13 +46,13 @@ impl<'a> CpuSampler<'a> {
         CpuSampler { tiles: AtHand { cpu, paging, state, layer, filter, tail, found } }
     }
 
-    /// As [`crate::Textures::sample_cpu`].
+    /// As [`crate::Cpu::sample`].
     pub fn sample(&mut self, uv: [f32; 2], level: f32) -> CpuSample {
         self.tiles.make_room();
         let tiles = &self.tiles;
         let description = tiles.state.source.description();
         let (geometry, layer) = (&description.geometry, &description.layers[tiles.layer.index()]);
-        let mut texture = Texture::new(geometry, tiles, tiles.layer.texture());
+        let mut texture = Texture::new(geometry, tiles, tiles.layer.number());
         let filter = tiles.filter;
         (texture.filter, texture.layer_scale) = (filter, layer.scale);
         let tile = |slot: Slot| tiles.texels(slot);
@@ -116,9 +116,9 @@ impl AtHand<'_> {
     fn texels_at_hand(&self, pos: PagePos) -> Option<Bytes> {
         let (state, layer) = (self.state, self.layer);
         if self.cpu.keeps(layer) {
-            let page = PageId::new(layer.texture(), state.description.geometry.dims(), pos).ok()?;
+            let page = PageId::new(layer.number(), state.description.geometry.dims(), pos).ok()?;
             let pager = self.paging.pager();
-            let kept = match (pager.state(page), pager.pool_of(layer.texture())) {
+            let kept = match (pager.state(page), pager.pool_of(layer.number())) {
                 (PageState::Resident(slot), Some(pool)) => self.cpu.kept(pool, slot, layer),
                 _ => None,
             };

@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use bytes::Bytes;
 use vastex_core::{
-    ChangeRule, LevelRule, PageId, PagePos, Slot, TableChange, TableEntry, TableImage, TextureId,
+    ChangeRule, LevelRule, PageId, PagePos, Slot, TableChange, TableEntry, TableImage, TextureNumber,
 };
 use vastex_tiles::{TileSource, decode_layer};
 use vastex_wgpu::twins::{Sampler, Texture};
@@ -31,7 +31,7 @@ pub struct CpuTexture {
 }
 
 /// The number that the texture has in its own table; nobody else sees it.
-const NUMBER: Option<TextureId> = TextureId::new(0);
+const NUMBER: Option<TextureNumber> = TextureNumber::new(0);
 
 impl CpuTexture {
     /// Layer number `layer` of a texture, which exists, at a mip bias in eighths of a level. Fails where the texture has more

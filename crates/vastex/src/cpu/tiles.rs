@@ -7,10 +7,10 @@ use std::collections::HashMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use bytes::Bytes;
-use vastex_core::{Geometry, PagePos, PoolId, Region, Slot, SlotMove, TextureId};
+use vastex_core::{Geometry, PagePos, PoolId, Region, Slot, SlotMove, TextureNumber};
 use vastex_tiles::decode_layer;
 
-use crate::sampled::LayerId;
+use crate::ids::LayerId;
 
 /// What queries on the CPU have found so far, and what is held for them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -20,7 +20,7 @@ pub struct CpuStats {
     pub tiles: u64,
     /// Their bytes.
     pub bytes: u64,
-    /// Tiles of layers that [`crate::Textures::keep_for_cpu`] holds.
+    /// Tiles of layers that [`crate::TextureMut::keep_for_cpu`] holds.
     pub kept_tiles: u64,
     /// Their bytes: at most the layer's part of its pool.
     pub kept_bytes: u64,
@@ -125,12 +125,12 @@ impl CpuTiles {
         (pool, slot): (PoolId, Slot),
         description: &vastex_core::Description,
         tile: &Bytes,
-        pool_of: impl Fn(TextureId) -> Option<PoolId>,
+        pool_of: impl Fn(TextureNumber) -> Option<PoolId>,
     ) {
         if self.kept_layers.is_empty() {
             return;
         }
-        let here = self.kept_layers.iter().filter(|layer| pool_of(layer.texture()) == Some(pool));
+        let here = self.kept_layers.iter().filter(|layer| pool_of(layer.number()) == Some(pool));
         let mut indices: Vec<usize> = here.map(|layer| layer.index()).collect();
         indices.sort_unstable();
         indices.dedup();
@@ -156,14 +156,14 @@ impl CpuTiles {
     }
 
     /// The content of a region has changed; what is in slots is replaced there.
-    pub(crate) fn forget(&self, texture: TextureId, geometry: &Geometry, region: &Region) {
-        self.used().retain(|layer, pos| layer.texture() != texture || !region.concerns(geometry, pos));
+    pub(crate) fn forget(&self, texture: TextureNumber, geometry: &Geometry, region: &Region) {
+        self.used().retain(|layer, pos| layer.number() != texture || !region.concerns(geometry, pos));
     }
 
     /// A texture is gone.
-    pub(crate) fn remove(&mut self, texture: TextureId) {
-        self.used().retain(|layer, _| layer.texture() != texture);
-        self.kept_layers.retain(|layer| layer.texture() != texture);
+    pub(crate) fn remove(&mut self, texture: TextureNumber) {
+        self.used().retain(|layer, _| layer.number() != texture);
+        self.kept_layers.retain(|layer| layer.number() != texture);
         if self.kept_layers.is_empty() {
             self.kept.clear();
         }
@@ -205,7 +205,7 @@ mod tests {
     use super::*;
 
     fn layer() -> LayerId {
-        LayerId::new(TextureId::new(3).unwrap(), 0)
+        LayerId::new(crate::ids::TextureId::new(TextureNumber::new(3).unwrap(), 1), 0)
     }
 
     fn pos(x: u32) -> PagePos {

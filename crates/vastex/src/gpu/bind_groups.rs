@@ -2,21 +2,31 @@
 
 use std::collections::BTreeSet;
 
-use vastex_core::{GroupId, PoolId, TextureId};
+use vastex_core::{PoolId, TextureNumber};
 use vastex_wgpu::{Bound, Kinds, entries, layout_entries};
 
 use super::Gpu;
-use crate::sampled::{LayerId, Sampled};
+use crate::ids::Sampled;
 
-/// The bind groups of each texture and group that there is: `groups[texture]`, `groups[group]`, or `groups[layer]` of a layer
-/// that is not the first. Those of textures that share a pool are one and the same.
+/// The bind groups of each texture and group that there is, as [`BindGroups::get`] gives them. Those of textures that share a pool are
+/// one and the same.
 #[derive(Debug, Default)]
 pub struct BindGroups {
     sets: Vec<BindSet>,
-    /// By the number of a texture or a group: of each layer, or of the group, its place among the sets.
-    places: Vec<Vec<usize>>,
+    /// By the number of a texture or a group.
+    owners: Vec<Owner>,
     /// Bind groups made so far.
     made: u64,
+    /// Pools whose bind groups were made anew since somebody asked.
+    changed: BTreeSet<PoolId>,
+}
+
+/// Who has a number: a texture, or a group.
+#[derive(Clone, Debug, Default)]
+struct Owner {
+    generation: u32,
+    /// Of each layer, or of the group, its index among the sets.
+    sets: Vec<usize>,
 }
 
 /// What textures that share a bind group have in common, and that bind group.
@@ -32,16 +42,22 @@ struct BindSet {
 }
 
 impl BindGroups {
-    fn set(&self, sampled: Sampled) -> Option<&BindSet> {
-        let (number, nth) = match sampled {
-            Sampled::Layer(layer) => (layer.texture(), layer.index()),
-            Sampled::Group(group) => (group.number(), 0),
-        };
-        self.sets.get(*self.places.get(usize::from(number.number()))?.get(nth)?)
+    /// The bind group of a texture's first layer, of a layer, or of a group; nothing where it was removed.
+    pub fn get(&self, sampled: impl Into<Sampled>) -> Option<&wgpu::BindGroup> {
+        self.set(sampled.into())?.group.as_ref()
     }
 
-    pub(crate) fn revision(&self, sampled: Sampled) -> u64 {
-        self.set(sampled).map_or(0, |set| set.revision)
+    fn set(&self, sampled: Sampled) -> Option<&BindSet> {
+        let (number, generation, nth) = match sampled {
+            Sampled::Layer(layer) => (layer.number(), layer.texture().generation(), layer.index()),
+            Sampled::Group(group) => (group.number().number(), group.generation(), 0),
+        };
+        let owner = self.owners.get(usize::from(number.number()))?;
+        self.sets.get(*owner.sets.get(nth).filter(|_| owner.generation == generation)?)
+    }
+
+    pub(crate) fn revision(&self, sampled: Sampled) -> Option<u64> {
+        Some(self.set(sampled)?.revision)
     }
 
     /// The place of a set, which is added where there is none.
@@ -60,7 +76,7 @@ impl Gpu {
     }
 
     /// Gives the layers of a texture, or a group, their bind groups: each the pools of its text, and its kinds.
-    pub(super) fn bind(&mut self, number: TextureId, sampled: Vec<(Vec<PoolId>, Kinds)>) {
+    pub(super) fn bind(&mut self, number: TextureNumber, sampled: Vec<(Vec<PoolId>, Kinds)>) {
         let place_of = |(pools, kinds)| self.bind_groups.place(pools, kinds);
         let places: Vec<usize> = sampled.into_iter().map(place_of).collect();
         for &place in &places {
@@ -68,17 +84,17 @@ impl Gpu {
                 self.make_bind_group(place);
             }
         }
-        let number = usize::from(number.number());
-        if self.bind_groups.places.len() <= number {
-            self.bind_groups.places.resize_with(number + 1, Vec::new);
+        let (generation, number) = (self.generation(number), usize::from(number.number()));
+        if self.bind_groups.owners.len() <= number {
+            self.bind_groups.owners.resize_with(number + 1, Owner::default);
         }
-        self.bind_groups.places[number] = places;
+        self.bind_groups.owners[number] = Owner { generation, sets: places };
     }
 
     /// There is no such texture or group any more.
-    pub(super) fn unbind(&mut self, number: TextureId) {
-        if let Some(places) = self.bind_groups.places.get_mut(usize::from(number.number())) {
-            places.clear();
+    pub(super) fn unbind(&mut self, number: TextureNumber) {
+        if let Some(owner) = self.bind_groups.owners.get_mut(usize::from(number.number())) {
+            owner.sets.clear();
         }
     }
 
@@ -109,10 +125,18 @@ impl Gpu {
                 entries: &entries(kinds, self.binding.first, &bound),
             })
         });
-        self.bind_groups.made += 1;
-        let revision = self.bind_groups.made;
-        let set = &mut self.bind_groups.sets[place];
-        (set.group, set.revision) = (group, revision);
+        let BindGroups { made, changed, sets, .. } = &mut self.bind_groups;
+        *made += 1;
+        let set = &mut sets[place];
+        if set.revision != 0 {
+            changed.extend(&set.pools);
+        }
+        (set.group, set.revision) = (group, *made);
+    }
+
+    /// The pools whose bind groups were made anew since this was last asked.
+    pub(crate) fn take_rebound(&mut self) -> BTreeSet<PoolId> {
+        std::mem::take(&mut self.bind_groups.changed)
     }
 
     /// What is bound of these pools; nothing where the memory of one is given back.
@@ -125,11 +149,10 @@ impl Gpu {
         Some(Bound { params: self.params.binding(), views: &self.view_params, sampler: &self.sampler, pools })
     }
 
-    /// The entries of a bind group for what is sampled; none while there is no such texture or group.
-    pub(crate) fn entries(&self, sampled: Sampled) -> Vec<wgpu::BindGroupEntry<'_>> {
-        let set = self.bind_groups.set(sampled);
-        let bound = set.and_then(|set| Some((&set.kinds, self.bound(&set.pools)?)));
-        bound.map_or_else(Vec::new, |(kinds, bound)| entries(kinds, self.binding.first, &bound))
+    /// The entries of a bind group for what is sampled; nothing where there is no such texture or group.
+    pub(crate) fn entries(&self, sampled: Sampled) -> Option<Vec<wgpu::BindGroupEntry<'_>>> {
+        let set = self.bind_groups.set(sampled)?;
+        Some(entries(&set.kinds, self.binding.first, &self.bound(&set.pools)?))
     }
 
     pub(crate) fn layout_entries(&self, kinds: &Kinds) -> Vec<wgpu::BindGroupLayoutEntry> {
@@ -141,41 +164,5 @@ impl Gpu {
             label: Some("vastex"),
             entries: &self.layout_entries(kinds),
         })
-    }
-}
-
-#[expect(
-    clippy::expect_used,
-    reason = "an id of what there is not is a mistake in the program, as an index beyond the end is"
-)]
-impl std::ops::Index<Sampled> for BindGroups {
-    type Output = wgpu::BindGroup;
-
-    fn index(&self, sampled: Sampled) -> &wgpu::BindGroup {
-        self.set(sampled).and_then(|set| set.group.as_ref()).expect("a texture or group of this `Textures`")
-    }
-}
-
-impl std::ops::Index<LayerId> for BindGroups {
-    type Output = wgpu::BindGroup;
-
-    fn index(&self, layer: LayerId) -> &wgpu::BindGroup {
-        &self[Sampled::Layer(layer)]
-    }
-}
-
-impl std::ops::Index<GroupId> for BindGroups {
-    type Output = wgpu::BindGroup;
-
-    fn index(&self, group: GroupId) -> &wgpu::BindGroup {
-        &self[Sampled::Group(group)]
-    }
-}
-
-impl std::ops::Index<TextureId> for BindGroups {
-    type Output = wgpu::BindGroup;
-
-    fn index(&self, texture: TextureId) -> &wgpu::BindGroup {
-        &self[LayerId::from(texture)]
     }
 }

@@ -1,7 +1,7 @@
 //! What the pager has decided is carried out, all of a frame at once: what can fail comes first, and touches nothing that a picture reads;
 //! then tiles, page tables, fades, biases and parameters change together.
 
-use vastex_core::{Pager, PoolId, TableChange, TextureId, Upload};
+use vastex_core::{Pager, PoolId, TableChange, TextureNumber, Upload};
 
 use super::Gpu;
 use crate::error::Error;
@@ -69,7 +69,7 @@ impl Gpu {
     }
 
     /// Forgets what was still to be done for a texture of a pool that was removed. An upload stays where another texture shares its slot.
-    pub(super) fn forget_undone(&mut self, texture: TextureId, pool: PoolId, pager: &Pager) {
+    pub(super) fn forget_undone(&mut self, texture: TextureNumber, pool: PoolId, pager: &Pager) {
         if self.undone.uploads.iter().any(|(_, upload)| upload.page.texture() == texture) {
             let slots = pager.pool(pool).slots();
             let is_taken =

@@ -1,10 +1,10 @@
 //! Feedback: how a view says what it wants, in a pass of its own or from its main pass, and how that is heard.
 //!
-//! Which way is taken is a setting of the whole ([`FeedbackWay`]); what an application calls is the same for all of them. The views
+//! Which mode is taken is a setting of the whole ([`FeedbackMode`]); what an application calls is the same for all of them. The views
 //! themselves are `views`' business.
 
 use vastex_core::{Feedback, ViewId};
-use vastex_wgpu::{FeedbackScale, FeedbackTarget, FeedbackWay, GpuError, InlineTarget, Readback, poll};
+use vastex_wgpu::{FeedbackMode, FeedbackScale, FeedbackTarget, GpuError, InlineTarget, Readback, poll};
 
 use super::feedback_path::{FeedbackPath, Target};
 use super::views::ViewState;
@@ -22,7 +22,7 @@ impl Gpu {
         draw: impl FnOnce(&mut wgpu::RenderPass<'_>, &BindGroups),
     ) -> Result<(), Error> {
         // What is only expected has no main pass.
-        if self.way == FeedbackWay::Inline && view != ViewId::EXPECTED {
+        if self.mode == FeedbackMode::Inline && view != ViewId::EXPECTED {
             return Ok(());
         }
         self.fit_feedback_path(view, picture)?;
@@ -37,7 +37,7 @@ impl Gpu {
         Ok(())
     }
 
-    /// Draws any view's picture, which says what it wants where that is the way.
+    /// Draws any view's picture, which says what it wants where that is the mode.
     pub(crate) fn main_pass(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
@@ -46,7 +46,7 @@ impl Gpu {
         frame: u64,
         draw: impl FnOnce(&mut wgpu::CommandEncoder, &BindGroups),
     ) -> Result<(), Error> {
-        let is_told = self.way == FeedbackWay::Inline;
+        let is_told = self.mode == FeedbackMode::Inline;
         if is_told {
             self.fit_feedback_path(view, picture)?;
         }
@@ -180,7 +180,7 @@ impl Gpu {
         }
         let (number, device) = (self.view_number(view), &self.device);
         let drawn = |scale| Ok(Target::Drawn(FeedbackTarget::new(device, picture, scale)?));
-        let target = match self.way {
+        let target = match self.mode {
             _ if view == ViewId::EXPECTED => drawn(FeedbackScale::Coarse),
             _ => match &self.pipelines.inline {
                 Some(inline) => {

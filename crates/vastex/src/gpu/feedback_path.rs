@@ -1,21 +1,21 @@
 //! Where the feedback of a view is gathered, and its way back to the CPU.
 
 use vastex_wgpu::{
-    FeedbackTarget, FeedbackWay, InlinePipelines, InlineTarget, RawTexture, Readback, ReadbackPipelines,
+    FeedbackMode, FeedbackTarget, InlinePipelines, InlineTarget, RawTexture, Readback, ReadbackPipelines,
 };
 
 /// What gathers feedback on a device, whatever the view and its size.
 pub(super) struct FeedbackPipelines {
     pub(super) readback: ReadbackPipelines,
-    /// Where the way is to tell it.
+    /// where the mode is to tell it.
     pub(super) inline: Option<InlinePipelines>,
 }
 
 impl FeedbackPipelines {
-    pub(super) fn new(device: &wgpu::Device, way: FeedbackWay) -> FeedbackPipelines {
+    pub(super) fn new(device: &wgpu::Device, mode: FeedbackMode) -> FeedbackPipelines {
         FeedbackPipelines {
-            readback: ReadbackPipelines::new(device, way),
-            inline: (way == FeedbackWay::Inline).then(|| InlinePipelines::new(device)),
+            readback: ReadbackPipelines::new(device, mode),
+            inline: (mode == FeedbackMode::Inline).then(|| InlinePipelines::new(device)),
         }
     }
 }

@@ -2,16 +2,16 @@
 
 use std::sync::Arc;
 
-use vastex_core::{Geometry, GroupId, PoolId, TextureId};
+use vastex_core::{Geometry, GroupError, GroupNumber, PoolId, TextureNumber};
 use vastex_wgpu::{KindMember, Kinds, check_bindings};
 
 use super::Gpu;
 use crate::error::Error;
-use crate::sampled::{LayerId, Member};
+use crate::ids::{GroupId, LayerId, Member};
 
 /// A group on the GPU.
 pub(super) struct GroupState {
-    id: GroupId,
+    id: GroupNumber,
     /// By which shaders know it as a whole.
     shader_id: u32,
     /// That of its feedback entries.
@@ -27,7 +27,7 @@ impl Gpu {
     /// Makes a group that the pager has given its number and this shape.
     pub(crate) fn add_group(
         &mut self,
-        id: GroupId,
+        id: GroupNumber,
         shape: &Arc<Geometry>,
         members: Vec<Member>,
     ) -> Result<(), Error> {
@@ -35,11 +35,13 @@ impl Gpu {
         let apart = members.iter().filter(|member| member.is_apart).count();
         let turns = (apart + usize::from(apart < members.len())) as u32;
         let member = |Member { name, layer, .. }: Member| {
-            let pool = self.pool_of(layer.texture()).map_or(0, |pool| usize::from(pool.number()));
-            KindMember { name, pool, kind: self.kind_of(layer) }
+            let pool = self.pool_of(layer.number()).map_or(0, |pool| usize::from(pool.number()));
+            let kind = self.kind_of(layer).ok_or(GroupError::NoTexture(layer.number().number()))?;
+            Ok(KindMember { name, pool, kind })
         };
-        let (members, fade) = (members.into_iter().map(member).collect(), self.seen().fade);
-        let kinds = Kinds::of_group(members, self.way, fade)?;
+        let members = members.into_iter().map(member).collect::<Result<Vec<_>, GroupError>>()?;
+        let fade = self.seen().fade;
+        let kinds = Kinds::of_group(members, self.mode, fade)?;
         check_bindings(&self.device.limits(), &kinds)?;
         let (shader_id, geometry) = (self.next_shader_id(id.number()), shape.clone());
         self.set_group_record(id.number(), &geometry, shader_id);
@@ -51,10 +53,10 @@ impl Gpu {
 
     /// The pools of the text, in the order in which they are bound.
     fn pools_of_members(&self, kinds: &Kinds, layers: &[LayerId]) -> Vec<PoolId> {
-        kinds.pools().filter_map(|member| self.pool_of(layers[member].texture())).collect()
+        kinds.pools().filter_map(|member| self.pool_of(layers[member].number())).collect()
     }
 
-    pub(crate) fn remove_group(&mut self, group: GroupId) {
+    pub(crate) fn remove_group(&mut self, group: GroupNumber) {
         self.groups.retain(|state| state.id != group);
         self.unbind(group.number());
         self.forget_record(group.number());
@@ -66,8 +68,8 @@ impl Gpu {
     }
 
     /// The groups that a texture is in.
-    pub(crate) fn groups_of(&self, texture: TextureId) -> Vec<GroupId> {
-        let of_texture = |state: &&GroupState| state.layers.iter().any(|layer| layer.texture() == texture);
+    pub(crate) fn groups_of(&self, texture: TextureNumber) -> Vec<GroupNumber> {
+        let of_texture = |state: &&GroupState| state.layers.iter().any(|layer| layer.number() == texture);
         self.groups.iter().filter(of_texture).map(|state| state.id).collect()
     }
 
@@ -80,12 +82,28 @@ impl Gpu {
         }
     }
 
-    /// The kinds of a group that there is, and its ids: of the whole, and of its members.
-    #[expect(clippy::expect_used, reason = "an id of another `Textures` is a mistake in the program")]
-    pub(super) fn group(&self, group: GroupId) -> (&Kinds, Vec<u32>) {
-        let state = self.groups.iter().find(|state| state.id == group);
-        let GroupState { shader_id, layers, kinds, .. } = state.expect("a group of this `Textures`");
-        let of_members = layers.iter().map(|layer| self.shader_id(layer.texture()));
-        (kinds, std::iter::once(*shader_id).chain(of_members).collect())
+    /// Whether there is a group.
+    pub(crate) fn has_group(&self, group: GroupId) -> bool {
+        self.group(group).is_some()
+    }
+
+    fn group(&self, group: GroupId) -> Option<&GroupState> {
+        let is_it = |state: &&GroupState| state.id == group.number();
+        self.groups
+            .iter()
+            .find(is_it)
+            .filter(|_| self.generation(group.number().number()) == group.generation())
+    }
+
+    /// The kinds of a group.
+    pub(super) fn kinds_of_group(&self, group: GroupId) -> Option<&Kinds> {
+        Some(&self.group(group)?.kinds)
+    }
+
+    /// The ids by which shaders know a group: that of the whole, then those of its members.
+    pub(super) fn ids_of_group(&self, group: GroupId) -> Option<Vec<u32>> {
+        let GroupState { shader_id, layers, .. } = self.group(group)?;
+        let of_members = layers.iter().map(|layer| self.id_in_shaders(layer.number()));
+        Some(std::iter::once(*shader_id).chain(of_members).collect())
     }
 }

@@ -1,14 +1,14 @@
 //! Feedback passes that an application begins and ends itself, as render graphs do: what it needs for that, and what is recorded behind it.
 
 use vastex_core::ViewId;
-use vastex_wgpu::FeedbackWay;
+use vastex_wgpu::FeedbackMode;
 
 use super::Gpu;
 use super::feedback_path::Target;
 use super::views::ViewState;
 use crate::error::Error;
 
-/// What a feedback pass is begun with: from [`crate::Textures::begin_feedback`], for one pass of one frame.
+/// What a feedback pass is begun with: from [`crate::View::begin_feedback`], for one pass of one frame.
 ///
 /// The pass has one colour attachment and one of depth, one sample each, and no other size than [`FeedbackPass::size`]. Its viewport is the
 /// whole of it, its scissor rectangle [`FeedbackPass::scissor`].
@@ -48,7 +48,7 @@ impl FeedbackPass {
         self.clear_depth
     }
 
-    /// The number by which shaders know the view, as [`crate::Textures::view_number`] says it.
+    /// The number by which shaders know the view, as [`crate::View::number`] says it.
     pub fn view_number(&self) -> u32 {
         self.view_number
     }
@@ -93,7 +93,7 @@ impl Gpu {
         }
         self.check_ended(view)?;
         // What is only expected has no main pass.
-        if self.way == FeedbackWay::Inline && view != ViewId::EXPECTED {
+        if self.mode == FeedbackMode::Inline && view != ViewId::EXPECTED {
             return Ok(None);
         }
         self.fit_feedback_path(view, picture)?;
@@ -116,7 +116,11 @@ impl Gpu {
         let state = self.views.iter_mut().find(|state| state.view == view).ok_or(Error::NoView(view))?;
         let Some(frame) = state.begun.take() else {
             // There is nothing to end where the main pass says what it wants.
-            return if self.way == FeedbackWay::Inline { Ok(()) } else { Err(Error::FeedbackNotBegun(view)) };
+            return if self.mode == FeedbackMode::Inline {
+                Ok(())
+            } else {
+                Err(Error::FeedbackNotBegun(view))
+            };
         };
         self.record_feedback(encoder, view, frame);
         Ok(())

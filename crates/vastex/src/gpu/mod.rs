@@ -24,9 +24,9 @@ mod views;
 use std::sync::Arc;
 use std::time::Duration;
 
-use vastex_core::{Description, LevelRule, Pager, PoolId, Slot, TableChange, TextureId, ViewId};
+use vastex_core::{Description, LevelRule, Pager, PoolId, Slot, TableChange, TextureNumber, ViewId};
 use vastex_wgpu::{
-    BindingPlace, FeedbackWay, ParamStore, PoolTableChanger, RECORD_WORDS, Views, alive, new_sampler,
+    BindingPlace, FeedbackMode, ParamStore, PoolTableChanger, RECORD_WORDS, Views, alive, new_sampler,
 };
 
 use crate::error::Error;
@@ -52,7 +52,7 @@ pub(crate) struct Gpu {
     device: wgpu::Device,
     queue: wgpu::Queue,
     /// How views say what they want, on this device.
-    way: FeedbackWay,
+    mode: FeedbackMode,
     /// How long a tile takes to fade in.
     fade: Duration,
     /// What ids show that name no texture.
@@ -119,23 +119,23 @@ struct Sent {
 impl Gpu {
     /// Nothing yet but the main view. Fails where the device lacks what the settings ask for.
     pub(crate) fn new(device: &wgpu::Device, queue: &wgpu::Queue, settings: &Settings) -> Result<Gpu, Error> {
-        let way = FeedbackWay::choose(settings.feedback, device)?;
+        let mode = FeedbackMode::choose(settings.feedback, device)?;
         Ok(Gpu {
             device: device.clone(),
             queue: queue.clone(),
-            way,
+            mode,
             fade: settings.fade,
             unknown: settings.unknown_color,
             binding: settings.binding,
             reversed_depth: settings.reversed_depth,
             pace: settings.pace,
             views: vec![ViewState::new(ViewId::MAIN, views::MAIN)],
-            view_params: Views::new(device, queue, way),
-            params: ParamStore::new(device, way, RECORD_WORDS)?,
+            view_params: Views::new(device, queue, mode),
+            params: ParamStore::new(device, mode, RECORD_WORDS)?,
             sampler: new_sampler(device),
             bind_groups: BindGroups::default(),
-            changer: PoolTableChanger::new(device, way),
-            pipelines: FeedbackPipelines::new(device, way),
+            changer: PoolTableChanger::new(device, mode),
+            pipelines: FeedbackPipelines::new(device, mode),
             pools: Vec::new(),
             textures: Vec::new(),
             generations: Vec::new(),
@@ -161,8 +161,8 @@ impl Gpu {
         &self.queue
     }
 
-    pub(crate) fn way(&self) -> FeedbackWay {
-        self.way
+    pub(crate) fn mode(&self) -> FeedbackMode {
+        self.mode
     }
 
     pub(crate) fn check_device(&self) -> Result<(), Error> {
@@ -195,18 +195,18 @@ impl Gpu {
         self.uploads.stats()
     }
 
-    fn texture(&self, texture: TextureId) -> Option<&TextureOnGpu> {
+    fn texture(&self, texture: TextureNumber) -> Option<&TextureOnGpu> {
         self.textures.get(usize::from(texture.number()))?.as_ref()
     }
 
     /// The textures that there are, in the order of their numbers.
-    fn texture_ids(&self) -> Vec<TextureId> {
-        let numbers = (0..=TextureId::MAX).zip(&self.textures).filter(|(_, texture)| texture.is_some());
-        numbers.filter_map(|(number, _)| TextureId::new(number)).collect()
+    fn texture_ids(&self) -> Vec<TextureNumber> {
+        let numbers = (0..=TextureNumber::MAX).zip(&self.textures).filter(|(_, texture)| texture.is_some());
+        numbers.filter_map(|(number, _)| TextureNumber::new(number)).collect()
     }
 }
 
 /// The pager's slot of a texture's tail.
-fn tail_slot(pager: &Pager, texture: TextureId) -> Option<vastex_core::Slot> {
+fn tail_slot(pager: &Pager, texture: TextureNumber) -> Option<vastex_core::Slot> {
     pager.pool(pager.pool_of(texture)?).tail_slot(texture)
 }

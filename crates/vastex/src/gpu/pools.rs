@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use vastex_core::{Description, Layer, LayerFormat, PoolLayout, Slot, SlotMove};
 use vastex_wgpu::{
-    Atlas, Fades, FeedbackWay, Filter, GpuError, Kind, PageSides, Pool, PoolTables, TableKind, limits,
+    Atlas, Fades, FeedbackMode, Filter, GpuError, Kind, PageSides, Pool, PoolTables, TableKind, limits,
 };
 
 use crate::error::Error;
@@ -52,7 +52,7 @@ impl std::fmt::Display for Shape {
 /// How shaders see pools.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Seen {
-    pub(crate) way: FeedbackWay,
+    pub(crate) mode: FeedbackMode,
     /// Whether tiles fade in.
     pub(crate) fade: bool,
     /// What ids show that name no texture.
@@ -194,9 +194,9 @@ impl PoolState {
         &mut self,
         device: &wgpu::Device,
         queue: &wgpu::Queue,
-        way: FeedbackWay,
+        mode: FeedbackMode,
     ) -> Result<(), Error> {
-        self.seen.way = way;
+        self.seen.mode = mode;
         if self.gpu.take().is_some() { self.take_back(device, queue) } else { Ok(()) }
     }
 
@@ -270,8 +270,8 @@ fn memory(
     pool.set_unknown(queue, seen.unknown);
     let pool = if seen.fade { pool.with_fades(device) } else { pool };
     let tables = match tables {
-        TableKind::Direct => PoolTables::direct(device, seen.way)?,
-        TableKind::Hashed => PoolTables::hashed(device, queue, seen.way, slots.slots())?,
+        TableKind::Direct => PoolTables::direct(device, seen.mode)?,
+        TableKind::Hashed => PoolTables::hashed(device, queue, seen.mode, slots.slots())?,
     };
     Ok(PoolMemory { pool, tables })
 }

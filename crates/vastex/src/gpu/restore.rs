@@ -1,8 +1,8 @@
 //! After a lost device: everything on the GPU is made again.
 
 use bytes::Bytes;
-use vastex_core::{Pager, TextureId};
-use vastex_wgpu::{FeedbackWay, ParamStore, PoolTableChanger, RECORD_WORDS, new_sampler};
+use vastex_core::{Pager, TextureNumber};
+use vastex_wgpu::{FeedbackMode, ParamStore, PoolTableChanger, RECORD_WORDS, new_sampler};
 
 use super::carry_out::Undone;
 use super::feedback_path::FeedbackPipelines;
@@ -20,18 +20,18 @@ impl Gpu {
         settings: &Settings,
     ) -> Result<(), Error> {
         (self.device, self.queue) = (device.clone(), queue.clone());
-        self.way = FeedbackWay::choose(settings.feedback, device)?;
+        self.mode = FeedbackMode::choose(settings.feedback, device)?;
         self.forget_texture_space(None);
         self.undone = Undone::default();
         self.to_tell = TablesToTell::default();
-        self.params = ParamStore::new(device, self.way, RECORD_WORDS)?;
+        self.params = ParamStore::new(device, self.mode, RECORD_WORDS)?;
         self.sampler = new_sampler(device);
         self.uploads.begin_anew(device, settings);
         self.restore_views();
-        self.changer = PoolTableChanger::new(device, self.way);
-        self.pipelines = FeedbackPipelines::new(device, self.way);
+        self.changer = PoolTableChanger::new(device, self.mode);
+        self.pipelines = FeedbackPipelines::new(device, self.mode);
         for pool in &mut self.pools {
-            pool.restore(device, queue, self.way)?;
+            pool.restore(device, queue, self.mode)?;
         }
         self.restore_groups();
         Ok(())
@@ -40,7 +40,7 @@ impl Gpu {
     /// The tail of a texture, its page table and its record. The tail is as the pool holds tiles, and the newest that was to be uploaded.
     pub(crate) fn restore_texture(
         &mut self,
-        texture: TextureId,
+        texture: TextureNumber,
         tail: &Bytes,
         pager: &Pager,
     ) -> Result<(), Error> {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use vastex_core::{Pager, PoolId, TableChange, TextureId};
+use vastex_core::{Pager, PoolId, TableChange, TextureNumber};
 use vastex_wgpu::{RecordOf, group_record, no_record, texture_record};
 
 use super::{Gpu, TextureOnGpu, tail_slot};
@@ -112,8 +112,8 @@ impl Gpu {
 
     /// Lets the tables of a pool that lies elsewhere begin, with the slots that its tails have now.
     fn begin_tables_anew(&mut self, pool: PoolId, pager: &Pager) {
-        let is_of_pool = |gpu: &Gpu, texture: TextureId| gpu.pool_of(texture) == Some(pool);
-        let textures: Vec<TextureId> =
+        let is_of_pool = |gpu: &Gpu, texture: TextureNumber| gpu.pool_of(texture) == Some(pool);
+        let textures: Vec<TextureNumber> =
             self.texture_ids().into_iter().filter(|&texture| is_of_pool(self, texture)).collect();
         self.params.part(textures.iter().copied());
         for texture in textures {
@@ -129,7 +129,7 @@ impl Gpu {
     }
 
     /// Sets what shaders are told of a texture, from the next update on.
-    pub(super) fn set_record(&mut self, texture: TextureId) {
+    pub(super) fn set_record(&mut self, texture: TextureNumber) {
         let Some(TextureOnGpu { pool, description, id, tail_slot, rule, unmixed, .. }) =
             self.texture(texture)
         else {
@@ -151,13 +151,18 @@ impl Gpu {
     }
 
     /// Sets what shaders are told of a group.
-    pub(super) fn set_group_record(&mut self, number: TextureId, geometry: &vastex_core::Geometry, id: u32) {
+    pub(super) fn set_group_record(
+        &mut self,
+        number: TextureNumber,
+        geometry: &vastex_core::Geometry,
+        id: u32,
+    ) {
         self.params.set(number, &group_record(geometry, id));
         self.to_tell.has_records = true;
     }
 
     /// Shaders know no texture or group of this number from the next update on.
-    pub(super) fn forget_record(&mut self, number: TextureId) {
+    pub(super) fn forget_record(&mut self, number: TextureNumber) {
         self.params.set(number, &no_record());
         self.to_tell.has_records = true;
     }

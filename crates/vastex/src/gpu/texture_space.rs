@@ -1,6 +1,6 @@
 //! What a view wants, from levels drawn in texture space.
 
-use vastex_core::{Feedback, Geometry, TextureId};
+use vastex_core::{Feedback, Geometry, TextureNumber};
 use vastex_wgpu::TextureSpace;
 
 use super::due_feedback::FEEDBACK_FRAMES;
@@ -10,7 +10,7 @@ use crate::settings::Pace;
 
 /// Where the levels of a texture are drawn, and what was drawn last.
 pub(super) struct TextureSpacePath {
-    texture: TextureId,
+    texture: TextureNumber,
     target: TextureSpace,
     wanted: Option<Feedback>,
 }
@@ -20,7 +20,7 @@ impl Gpu {
     pub(crate) fn texture_space(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
-        (texture, geometry): (TextureId, &Geometry),
+        (texture, geometry): (TextureNumber, &Geometry),
         max_pages: usize,
         frame: u64,
         draw: impl FnOnce(&mut wgpu::RenderPass<'_>, &BindGroups),
@@ -51,7 +51,7 @@ impl Gpu {
     }
 
     /// Forgets what was drawn of a texture, or of all.
-    pub(super) fn forget_texture_space(&mut self, texture: Option<TextureId>) {
+    pub(super) fn forget_texture_space(&mut self, texture: Option<TextureNumber>) {
         self.texture_spaces.retain(|path| texture.is_some_and(|texture| path.texture != texture));
     }
 }

@@ -4,14 +4,14 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 use vastex_core::{
-    Description, Geometry, LevelRule, PageId, PageNumbering, PoolId, Slot, TableImage, TextureId, Upload,
+    Description, Geometry, LevelRule, PageId, PageNumbering, PoolId, Slot, TableImage, TextureNumber, Upload,
 };
 use vastex_wgpu::{GpuError, Kind, Kinds, PoolTables, TableChoice, TableKind, shader_id, wgsl};
 
 use super::{Gpu, TextureOnGpu};
 use crate::error::Error;
 use crate::gpu::pools::{PoolState, Seen, Shape};
-use crate::sampled::{LayerId, Sampled};
+use crate::ids::{LayerId, Sampled, TextureId};
 use crate::settings::Sampling;
 
 impl Gpu {
@@ -20,7 +20,7 @@ impl Gpu {
     pub(crate) fn table_kind(&self, held: &Description, choice: TableChoice) -> Result<TableKind, Error> {
         let geometry = &held.geometry;
         let (entries, most) =
-            (PoolTables::full_entries(geometry), PoolTables::most_entries(&self.device, self.way));
+            (PoolTables::full_entries(geometry), PoolTables::most_entries(&self.device, self.mode));
         let direct = Shape::of(held, TableKind::Direct);
         let is_full = |pool: &PoolState| {
             pool.shape == direct && pool.tables().is_some_and(|tables| !tables.has_room(geometry))
@@ -64,7 +64,7 @@ impl Gpu {
     pub(crate) fn add_texture(
         &mut self,
         (pool, tail_slot): (PoolId, Slot),
-        texture: TextureId,
+        texture: TextureNumber,
         description: &Arc<Description>,
         tail: &Bytes,
         samplings: Vec<Sampling>,
@@ -94,15 +94,16 @@ impl Gpu {
     }
 
     /// Gives the layers of a texture their bind groups.
-    fn bind_texture(&mut self, texture: TextureId) {
+    fn bind_texture(&mut self, texture: TextureNumber) {
+        let id = TextureId::new(texture, self.generation(texture));
         let Some(TextureOnGpu { pool, samplings, .. }) = self.texture(texture) else { return };
-        let of_layer = |layer| (vec![*pool], self.kinds(LayerId::new(texture, layer).into()));
-        let layers: Vec<_> = (0..samplings.len()).map(of_layer).collect();
+        let of_layer = |layer| Some((vec![*pool], self.kinds(LayerId::new(id, layer).into())?));
+        let layers: Vec<_> = (0..samplings.len()).filter_map(of_layer).collect();
         self.bind(texture, layers);
     }
 
     /// Another id for a number: one that no texture or group had that had the number before.
-    pub(super) fn next_shader_id(&mut self, number: TextureId) -> u32 {
+    pub(super) fn next_shader_id(&mut self, number: TextureNumber) -> u32 {
         let place = usize::from(number.number());
         if self.generations.len() <= place {
             self.generations.resize(place + 1, 0);
@@ -111,8 +112,23 @@ impl Gpu {
         shader_id(number, self.generations[place])
     }
 
+    /// Which of the textures and groups that have had a number has it now, or had it last: the first is 1.
+    pub(crate) fn generation(&self, number: TextureNumber) -> u32 {
+        self.generations.get(usize::from(number.number())).copied().unwrap_or(0)
+    }
+
+    /// Whether there is a texture.
+    pub(crate) fn has(&self, texture: TextureId) -> bool {
+        self.texture(texture.number()).is_some() && self.generation(texture.number()) == texture.generation()
+    }
+
     /// Removes a texture that the pager has removed.
-    pub(crate) fn remove_texture(&mut self, texture: TextureId, pool: PoolId, pager: &vastex_core::Pager) {
+    pub(crate) fn remove_texture(
+        &mut self,
+        texture: TextureNumber,
+        pool: PoolId,
+        pager: &vastex_core::Pager,
+    ) {
         self.forget_texture_space(Some(texture));
         self.forget_undone(texture, pool, pager);
         if let Some(state) = self.textures.get_mut(usize::from(texture.number())) {
@@ -131,7 +147,7 @@ impl Gpu {
     }
 
     /// Sets how levels are chosen. Returns false if there is no such texture.
-    pub(crate) fn set_levels(&mut self, texture: TextureId, rule: LevelRule) -> bool {
+    pub(crate) fn set_levels(&mut self, texture: TextureNumber, rule: LevelRule) -> bool {
         let Some(Some(state)) = self.textures.get_mut(usize::from(texture.number())) else { return false };
         state.rule = rule.within(&state.description.geometry);
         self.set_record(texture);
@@ -139,29 +155,34 @@ impl Gpu {
     }
 
     /// How levels are chosen.
-    pub(crate) fn rule(&self, texture: TextureId) -> Option<LevelRule> {
+    pub(crate) fn rule(&self, texture: TextureNumber) -> Option<LevelRule> {
         Some(self.texture(texture)?.rule)
     }
 
-    /// The id by which shaders know a texture; 0 where there is none.
-    pub(crate) fn shader_id(&self, texture: TextureId) -> u32 {
-        self.texture(texture).map_or(0, |state| state.id)
+    /// The id by which shaders know who has a number; 0 where nobody has it.
+    pub(super) fn id_in_shaders(&self, number: TextureNumber) -> u32 {
+        self.texture(number).map_or(0, |state| state.id)
     }
 
-    /// What the text of a shader is made for that samples a layer or a group.
-    pub(crate) fn kinds(&self, sampled: Sampled) -> Kinds {
+    /// What the text of a shader is made for that samples a layer or a group; nothing where there is no such.
+    pub(crate) fn kinds(&self, sampled: Sampled) -> Option<Kinds> {
         match sampled {
-            Sampled::Layer(layer) => Kinds::of(self.kind_of(layer), self.way, self.seen().fade),
-            Sampled::Group(group) => self.group(group).0.clone(),
+            Sampled::Layer(layer) => Some(Kinds::of(self.kind_of(layer)?, self.mode, self.seen().fade)),
+            Sampled::Group(group) => self.kinds_of_group(group).cloned(),
         }
     }
 
-    /// The ids by which shaders know a layer, or a group and its members.
-    pub(crate) fn ids(&self, sampled: Sampled) -> Vec<u32> {
+    /// The ids by which shaders know a layer, or a group and its members; nothing where there is no such.
+    pub(crate) fn ids(&self, sampled: Sampled) -> Option<Vec<u32>> {
         match sampled {
-            Sampled::Layer(layer) => vec![self.shader_id(layer.texture())],
-            Sampled::Group(group) => self.group(group).1,
+            Sampled::Layer(layer) => Some(vec![self.shader_id(layer.texture())?]),
+            Sampled::Group(group) => self.ids_of_group(group),
         }
+    }
+
+    /// The id by which shaders know a texture; nothing where there is no such.
+    pub(crate) fn shader_id(&self, texture: TextureId) -> Option<u32> {
+        self.has(texture).then(|| self.id_in_shaders(texture.number()))
     }
 
     /// The text of a shader.
@@ -169,26 +190,28 @@ impl Gpu {
         wgsl(kinds, self.binding)
     }
 
-    /// How a layer is sampled.
-    #[expect(clippy::expect_used, reason = "an id of another `Textures` is a mistake in the program")]
-    pub(crate) fn sampling_of(&self, layer: LayerId) -> Sampling {
-        self.texture(layer.texture()).expect("a texture of this `Textures`").samplings[layer.index()]
+    /// How a layer is sampled; nothing where there is no such layer.
+    pub(crate) fn sampling_of(&self, layer: LayerId) -> Option<Sampling> {
+        self.texture(layer.number())
+            .filter(|_| self.has(layer.texture()))?
+            .samplings
+            .get(layer.index())
+            .copied()
     }
 
     /// How shaders see pools.
     pub(crate) fn seen(&self) -> Seen {
-        Seen { way: self.way, fade: !self.fade.is_zero(), unknown: self.unknown }
+        Seen { mode: self.mode, fade: !self.fade.is_zero(), unknown: self.unknown }
     }
 
-    /// The kind of a layer: textures whose layers may not be mixed are of the kind of those that may.
-    #[expect(clippy::expect_used, reason = "an id of another `Textures` is a mistake in the program")]
-    pub(super) fn kind_of(&self, layer: LayerId) -> Kind {
-        let pool = self.pool_of(layer.texture()).expect("a texture of this `Textures`");
-        let filter = self.sampling_of(layer).kind_filter;
-        self.pools[usize::from(pool.number())].kind(layer.index(), filter)
+    /// The kind of a layer: textures whose layers may not be mixed are of the kind of those that may. Nothing where there is no such layer.
+    pub(super) fn kind_of(&self, layer: LayerId) -> Option<Kind> {
+        let filter = self.sampling_of(layer)?.kind_filter;
+        let pool = self.pool_of(layer.number())?;
+        Some(self.pools[usize::from(pool.number())].kind(layer.index(), filter))
     }
 
-    pub(super) fn pool_of(&self, texture: TextureId) -> Option<PoolId> {
+    pub(super) fn pool_of(&self, texture: TextureNumber) -> Option<PoolId> {
         Some(self.texture(texture)?.pool)
     }
 }

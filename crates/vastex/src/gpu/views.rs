@@ -78,6 +78,6 @@ impl Gpu {
             let view = self.views[place].view;
             self.forget_feedback_path(view);
         }
-        self.view_params = Views::new(&self.device, &self.queue, self.way);
+        self.view_params = Views::new(&self.device, &self.queue, self.mode);
     }
 }

@@ -12,8 +12,8 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 use vastex_core::{
-    BiasRule, Budgets, Description, Event, Feedback, GroupError, GroupId, LevelRule, Pager, PoolError,
-    PoolId, PoolLayout, Region, Slot, SlotMove, TextureId, ViewError, ViewId,
+    BiasRule, Budgets, Description, Event, Feedback, GroupError, GroupNumber, LevelRule, Pager, PoolError,
+    PoolId, PoolLayout, Region, Slot, SlotMove, TextureNumber, ViewError, ViewId,
 };
 use vastex_tiles::{Loader, RamBudget, SystemClock, Tiers, TileSource};
 
@@ -134,7 +134,7 @@ impl Paging {
         pool: PoolId,
         texture: PagedTexture,
         share_contents: bool,
-    ) -> Result<(TextureId, Slot), PoolError> {
+    ) -> Result<(TextureNumber, Slot), PoolError> {
         let PagedTexture { description, source, .. } = &texture;
         let contents = if share_contents { source.contents().cloned() } else { None };
         let present = source.present().cloned();
@@ -148,14 +148,14 @@ impl Paging {
     }
 
     /// Lets the loader read a texture.
-    pub(crate) fn open_source(&mut self, texture: TextureId) {
+    pub(crate) fn open_source(&mut self, texture: TextureNumber) {
         if let Some(source) = self.texture(texture).map(|state| state.source.clone()) {
             self.loader.add_source(texture, source);
         }
     }
 
     /// Removes a texture, and calls off its loads; what its caches have done is told.
-    pub(crate) fn remove_texture(&mut self, texture: TextureId) -> Tiers {
+    pub(crate) fn remove_texture(&mut self, texture: TextureNumber) -> Tiers {
         self.pager.remove_texture(texture, self.frame);
         self.send_cancels();
         self.loader.remove_source(texture);
@@ -167,25 +167,25 @@ impl Paging {
     }
 
     /// A texture, if there is one of this number.
-    pub(crate) fn texture(&self, texture: TextureId) -> Option<&PagedTexture> {
+    pub(crate) fn texture(&self, texture: TextureNumber) -> Option<&PagedTexture> {
         self.textures.get(usize::from(texture.number()))?.as_ref()
     }
 
     /// All textures, in the order of their numbers.
-    pub(crate) fn textures(&self) -> impl Iterator<Item = (TextureId, &PagedTexture)> {
-        let numbers = (0..=TextureId::MAX).filter_map(TextureId::new).zip(&self.textures);
+    pub(crate) fn textures(&self) -> impl Iterator<Item = (TextureNumber, &PagedTexture)> {
+        let numbers = (0..=TextureNumber::MAX).filter_map(TextureNumber::new).zip(&self.textures);
         numbers.filter_map(|(id, texture)| Some((id, texture.as_ref()?)))
     }
 
-    pub(crate) fn set_levels(&mut self, texture: TextureId, rule: LevelRule) -> bool {
+    pub(crate) fn set_levels(&mut self, texture: TextureNumber, rule: LevelRule) -> bool {
         self.pager.set_levels(texture, rule)
     }
 
-    pub(crate) fn add_group(&mut self, members: &[TextureId]) -> Result<GroupId, GroupError> {
+    pub(crate) fn add_group(&mut self, members: &[TextureNumber]) -> Result<GroupNumber, GroupError> {
         self.pager.add_group(members)
     }
 
-    pub(crate) fn remove_group(&mut self, group: GroupId) -> bool {
+    pub(crate) fn remove_group(&mut self, group: GroupNumber) -> bool {
         self.pager.remove_group(group, self.frame)
     }
 
@@ -225,7 +225,7 @@ impl Paging {
     }
 
     /// The content of a region has changed: what the caches have of it is dropped, and what is resident is read again.
-    pub(crate) fn invalidate(&mut self, texture: TextureId, region: &Region) -> u32 {
+    pub(crate) fn invalidate(&mut self, texture: TextureNumber, region: &Region) -> u32 {
         if let Some(state) = self.texture(texture) {
             state.source.changed(region);
         }

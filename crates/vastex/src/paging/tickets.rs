@@ -8,7 +8,7 @@ use std::pin::Pin;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::task::{Context, Poll, Waker};
 
-use vastex_core::{AskError, Feedback, Progress, Region, TextureId, TicketState, Urgency};
+use vastex_core::{AskError, Feedback, Progress, Region, TextureNumber, TicketState, Urgency};
 
 use super::Paging;
 
@@ -17,7 +17,7 @@ use super::Paging;
 /// To be awaited by any executor, or by none: [`Ticket::progress`] looks. It moves on in [`crate::Textures::update`] alone, so whoever
 /// waits must not be who calls that: `block_on` on the thread that draws would never return. Let another thread wait while frames go on, look at
 /// [`Ticket::progress`] in each frame, or call [`crate::Textures::finish`], which runs the update itself. Dropping a ticket changes
-/// nothing; [`crate::Textures::release`] lets go of what it stands for. Where the [`crate::Textures`] are dropped it ends as released.
+/// nothing; [`crate::Ahead::release`] lets go of what it stands for. Where the [`crate::Textures`] are dropped it ends as released.
 #[derive(Clone, Debug)]
 #[must_use = "a pin lasts until its ticket is released"]
 pub struct Ticket {
@@ -146,7 +146,7 @@ impl Drop for OpenTickets {
 impl Paging {
     pub(crate) fn prefetch(
         &mut self,
-        texture: TextureId,
+        texture: TextureNumber,
         region: &Region,
         urgency: Urgency,
     ) -> Result<Ticket, AskError> {
@@ -164,7 +164,7 @@ impl Paging {
         Ok(self.open(&parts))
     }
 
-    pub(crate) fn pin(&mut self, texture: TextureId, region: &Region) -> Result<Ticket, AskError> {
+    pub(crate) fn pin(&mut self, texture: TextureNumber, region: &Region) -> Result<Ticket, AskError> {
         let id = self.pager.pin(texture, region)?;
         Ok(self.open(&[id]))
     }

@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use vastex_core::Layer;
 use vastex_tiles::LoaderSettings;
-pub use vastex_wgpu::{BindingPlace, FeedbackWay, Filter, MaxTaps, TableChoice, UnknownFilter};
+pub use vastex_wgpu::{BindingPlace, FeedbackMode, Filter, MaxTaps, TableChoice, UnknownFilter};
 
 pub use file::{Platform, SettingsError};
 pub use pools::{PoolRule, PoolSettings, PoolTuning, ScaleGroups};
@@ -69,7 +69,7 @@ pub struct Settings {
     /// in the last jitter cycle ([`crate::JITTER_CYCLE`] frames) no texture takes more than half, however much it loads. Textures that are held whole
     /// ([`Settings::whole_bytes`]) take nothing of it.
     pub ram_cache_bytes: u64,
-    /// Main memory for decoded tiles that [`crate::Textures::sample_cpu`] goes through, in bytes for all textures together. Holds
+    /// Main memory for decoded tiles that [`crate::Cpu::sample`] goes through, in bytes for all textures together. Holds
     /// nothing while nothing is asked. 16 MiB by default.
     pub cpu_cache_bytes: u64,
     /// Reads of tiles that may be at work at once, decoding included; at least 1, each with a thread. A read that waits for a network,
@@ -97,9 +97,9 @@ pub struct Settings {
     /// well. It is in the shaders where it is not zero: a read more for each lookup, and while tiles fade what lies beneath them too. How
     /// time passes says [`crate::Textures::set_frame_time`]. Zero by default.
     pub fade: Duration,
-    /// How views say what they want; where nothing is said, the best way that the device has ([`FeedbackWay::best`]). In a browser what is
+    /// How views say what they want; where nothing is said, the best mode that the device has ([`FeedbackMode::best`]). In a browser what is
     /// said here is believed, whatever the limits are. By default nothing is said.
-    pub feedback: Option<FeedbackWay>,
+    pub feedback: Option<FeedbackMode>,
     /// Whether nearer is a larger depth in the application's passes: feedback targets are then cleared to 0 instead of 1.
     /// By default it is not.
     pub reversed_depth: bool,

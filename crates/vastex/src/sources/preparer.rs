@@ -95,11 +95,14 @@ impl Preparer {
     /// Fails for a volume, where a filter is asked for of a layer that there is not, and where the tile cannot be read or decoded.
     ///
     /// ```no_run
-    /// # fn load(textures: &vastex::Textures) -> std::sync::mpsc::Receiver<Result<vastex::Prepared, vastex::Error>> {
-    /// let (preparer, (done, arrived)) = (textures.preparer(), std::sync::mpsc::channel());
-    /// std::thread::spawn(move || done.send(pollster::block_on(preparer.read(vastex::open("earth.vastex")?))));
-    /// // ... in a frame after that, once it has arrived: textures.add_blocking(arrived.try_recv()??)?
-    /// # arrived }
+    /// # use std::sync::mpsc::{Receiver, channel};
+    /// # use vastex::{Error, Prepared, Textures};
+    /// # fn load(textures: &Textures) -> Result<Receiver<Result<Prepared, Error>>, Error> {
+    /// let (preparer, source) = (textures.preparer(), vastex::open("earth.vastex")?);
+    /// let (done, arrived) = channel();
+    /// std::thread::spawn(move || done.send(pollster::block_on(preparer.read(source))));
+    /// // ... in a frame after that, once it has arrived: textures.add(arrived.try_recv()??)?
+    /// # Ok(arrived) }
     /// ```
     pub async fn read(&self, source: Arc<dyn TileSource>) -> Result<Prepared, Error> {
         self.read_with(source, TextureSettings::default()).await
@@ -116,8 +119,8 @@ impl Preparer {
         Ok(Prepared(Box::new(Inner { plan, tail, preparer: self.clone() })))
     }
 
-    /// The same without a future: it waits for as long as reads may take, and in a browser not at all.
-    pub(crate) fn read_blocking(
+    /// As [`Preparer::read_with`], without a future: it waits for as long as reads may take, and in a browser not at all.
+    pub fn read_blocking(
         &self,
         source: Arc<dyn TileSource>,
         settings: TextureSettings,

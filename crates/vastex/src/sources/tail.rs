@@ -23,13 +23,13 @@ pub(crate) fn read_blocking(
     time_out: Duration,
     clock: &Arc<dyn Clock>,
 ) -> Result<Bytes, Error> {
-    use vastex_core::{PageId, TextureId};
+    use vastex_core::{PageId, TextureNumber};
     use vastex_tiles::{LoadError, Loader, LoaderSettings, ReadError};
 
     let geometry = &source.description().geometry;
     let settings = LoaderSettings { threads: 1, time_out, ..LoaderSettings::default() };
     let mut loader = Loader::with(settings, clock.clone())?;
-    let tail = TextureId::new(0).and_then(|texture| {
+    let tail = TextureNumber::new(0).and_then(|texture| {
         Some((texture, PageId::new(texture, geometry.dims(), geometry.tail_pos()).ok()?))
     });
     if let Some((texture, page)) = tail {

@@ -2,12 +2,13 @@
 
 use std::sync::Arc;
 
-use vastex_core::{Description, Event, Layer, PoolId, TextureId};
+use vastex_core::{Description, Event, Layer, PoolId, TextureNumber};
 use vastex_tiles::TileSource;
 
 use super::Textures;
 use crate::error::Error;
 use crate::gpu::{PoolState, Shape};
+use crate::ids::{Sampled, TextureId};
 use crate::paging::PagedTexture;
 use crate::settings::{Sampling, TextureSettings};
 use crate::sources::{Prepared, PreparedParts, Preparer};
@@ -41,7 +42,7 @@ impl From<AddError> for Error {
 
 impl Textures {
     /// What reads textures for [`Textures::add`], on any thread. It may be made once and kept; a [`Preparer`] that was made before
-    /// [`Textures::restore`] is as good as another where the devices can hold the same.
+    /// [`Memory::restore`](crate::Memory::restore) is as good as another where the devices can hold the same.
     pub fn preparer(&self) -> Preparer {
         Preparer::new(self.gpu.device(), &self.settings, self.paging.ram())
     }
@@ -51,7 +52,7 @@ impl Textures {
     /// Its coarsest levels are sent by the next [`Textures::update`], together with the page tables of the textures that make room for it; until
     /// then pictures are as they were, and it is not to be drawn. Where an add fails, nothing has changed, and the error gives back what was
     /// prepared: of other settings ([`Error::OtherSettings`]), to be prepared again; where the device is lost, to be added after
-    /// [`Textures::restore`].
+    /// [`Memory::restore`](crate::Memory::restore).
     ///
     /// Costs the beginning of the page table, which grows to 4 bytes for each page of the levels that are wanted or, of a
     /// texture of more than some millions of pages, to 48 or fewer for each page that is resident. Layers that the device cannot
@@ -66,18 +67,10 @@ impl Textures {
     /// no texture is held whole.
     ///
     /// A read that is given up so and blocks its thread keeps that thread, and the source, until it comes back: each further call
-    /// for a source that does not answer begins one more, so let some time pass between two.
+    /// for a source that does not answer begins one more, so let some time pass between two. With settings of the texture's own:
+    /// [`Preparer::read_blocking`], then [`Textures::add`].
     pub fn add_blocking(&mut self, source: Arc<dyn TileSource>) -> Result<TextureId, Error> {
-        self.add_blocking_with(source, TextureSettings::default())
-    }
-
-    /// The same with settings of its own.
-    pub fn add_blocking_with(
-        &mut self,
-        source: Arc<dyn TileSource>,
-        settings: TextureSettings,
-    ) -> Result<TextureId, Error> {
-        let prepared = self.preparer().read_blocking(source, settings)?;
+        let prepared = self.preparer().read_blocking(source, TextureSettings::default())?;
         self.add_prepared(&prepared)
     }
 
@@ -162,21 +155,27 @@ impl Textures {
         let (texture, slot) = self.paging.add_texture(pool, texture, self.settings.share_contents)?;
         let added = self.gpu.add_texture((pool, slot), texture, &description, &tail, samplings);
         if let Err(error) = added {
-            self.remove(texture);
+            self.remove_texture(texture);
             return Err(error);
         }
         self.paging.open_source(texture);
-        Ok(texture)
+        Ok(TextureId::new(texture, self.gpu.generation(texture)))
     }
 
-    /// Removes a texture. Says whether there was one.
+    /// Removes a texture, or a group. Says whether there was one.
     ///
-    /// Its tiles leave the pool, its loads are called off, and its page table, its part of the RAM cache and, where it was the last of its
-    /// pool, the pool's memory are given back, as soon as the GPU and the loader are done with them; groups that it is in are
-    /// removed. Pipelines for the pool
-    /// stay good. Nothing may be drawn with its bind groups any more, and its id asks for nothing; a texture that is added later
-    /// may get the same id, but not before all that could name this one is over.
-    pub fn remove(&mut self, texture: TextureId) -> bool {
+    /// A texture's tiles leave the pool, its loads are called off, and its page table, its part of the RAM cache and, where it was the last of
+    /// its pool, the pool's memory are given back, as soon as the GPU and the loader are done with them. Groups that it is in go with
+    /// it ([`Event::GroupRemoved`]); the members of a group that is removed stay. Pipelines stay good. Nothing may be drawn with what was
+    /// kept of its bind groups, and its id names nothing any more, in shaders neither, whatever is added later.
+    pub fn remove(&mut self, sampled: impl Into<Sampled>) -> bool {
+        match sampled.into() {
+            Sampled::Group(group) => self.gpu.has_group(group) && self.remove_group(group.number()),
+            Sampled::Layer(layer) => self.gpu.has(layer.texture()) && self.remove_texture(layer.number()),
+        }
+    }
+
+    fn remove_texture(&mut self, texture: TextureNumber) -> bool {
         let Some(pool) = self.pool_of(texture) else { return false };
         self.remove_groups_of(texture);
         self.cpu.remove(texture);

@@ -1,44 +1,140 @@
-//! Looking ahead: feedback of the view that a moving camera will have when tiles that are asked for now are here.
+//! Ahead of time: what an application asks for before a view wants it, explicitly, or as what a moving camera is expected to see.
 //!
-//! It goes the way of any view's feedback, but what it wants comes after everything in view (`vastex_core::Pager::expect`).
+//! What is in view comes first, whatever is asked for here (`vastex_core::Pager`).
 
-use vastex_core::ViewId;
+use vastex_core::{AskError, Feedback, Region, SurveySettings, TextureNumber, Urgency, ViewId};
 
 use super::Textures;
 use crate::error::Error;
 use crate::gpu::{BindGroups, FEEDBACK_FRAMES};
+use crate::ids::TextureId;
+use crate::paging::Ticket;
 
 /// Frames that a tile is thought to take before any has come.
 const FIRST_GUESS: u64 = 4;
 
+/// What is asked for before a view wants it; [`Textures::ahead`] gives it.
+pub struct Ahead<'a> {
+    textures: &'a mut Textures,
+}
+
 impl Textures {
+    /// What is asked for before a view wants it: prefetches and pins, and what a moving camera is expected to see.
+    pub fn ahead(&mut self) -> Ahead<'_> {
+        Ahead { textures: self }
+    }
+}
+
+impl Ahead<'_> {
+    fn number(&self, texture: TextureId) -> Result<TextureNumber, AskError> {
+        self.textures.number(texture).ok_or(AskError::NoTexture(texture.number().number()))
+    }
+
+    /// Loads a region of a texture after everything in view, and keeps it until all of it is here or, where there is one, until its
+    /// deadline, as long as what is in view leaves slots. A deadline is the number of a frame, as [`Inspect::frame`](crate::Inspect::frame) counts them. Levels
+    /// are chosen by the region ([`Region::on_levels`]); their ancestors come with them. What a camera will see is asked for more easily
+    /// with [`Ahead::prefetch_view`].
+    ///
+    /// Fails where there is no such texture, and where the region with its ancestors has more pages than the texture's pool has slots beside tails
+    /// ([`AskError::TooManyPages`] says how many of each): nothing is asked for then.
+    ///
+    /// ```no_run
+    /// # use vastex::{Region, Urgency};
+    /// # fn look_ahead(textures: &mut vastex::Textures, earth: vastex::TextureId) -> Result<(), vastex::AskError> {
+    /// // Where the camera will be in two seconds, at 60 frames a second, on levels 2 to 4.
+    /// let landing = Region::image(8000..12000, 4000..6000).on_levels(2..=4);
+    /// let deadline = Some(textures.inspect().frame() + 120);
+    /// let ticket = textures.ahead().prefetch(earth, &landing, Urgency { priority: 0, deadline })?;
+    /// // ... frames later: ticket.progress(), or ticket.await
+    /// # let _ = ticket;
+    /// # Ok(()) }
+    /// ```
+    pub fn prefetch(
+        &mut self,
+        texture: TextureId,
+        region: &Region,
+        urgency: Urgency,
+    ) -> Result<Ticket, AskError> {
+        let number = self.number(texture)?;
+        self.textures.paging.prefetch(number, region, urgency)
+    }
+
+    /// Loads what a view will want, before it is drawn: what a [`crate::Survey`] or a [`crate::CpuFeedback`] has found of a camera that is
+    /// yet to cut there. Of every texture, after everything in view, coarsest first, at the mip bias in force, and kept as
+    /// [`Ahead::prefetch`] keeps a region. When the ticket is done, a cut to that view is sharp at once.
+    ///
+    /// Fails where the pages and their ancestors of one pool are more than the pool has slots beside tails ([`AskError::TooManyPages`]), and then
+    /// asks for nothing. Textures that there are not are left out. Costs a visit of each page now and in each frame while the ticket is open.
+    ///
+    /// ```no_run
+    /// # use vastex::{Camera, FlatSurface, Survey, SurveySettings, TicketState, Urgency};
+    /// # fn cut(textures: &mut vastex::Textures, ground: vastex::TextureId, surface: &FlatSurface, clip_from_world: [[f32; 4]; 4])
+    /// #     -> Result<(), Box<dyn std::error::Error>> {
+    /// let mut survey = Survey::new(Camera::new(clip_from_world, [1280, 720]), SurveySettings::default());
+    /// if let Ok(texture) = textures.texture(ground) {
+    ///     survey.surface(texture.surveyed(), surface);
+    /// }
+    /// let seen = survey.finish(textures.inspect().frame()).seen;
+    /// let ahead = textures.ahead().prefetch_view(&seen, Urgency::default())?;
+    /// // ... frames later:
+    /// if !ahead.is_open() { /* move the camera, and textures.view(ViewId::MAIN)?.cut() */ }
+    /// # Ok(()) }
+    /// ```
+    pub fn prefetch_view(&mut self, feedback: &Feedback, urgency: Urgency) -> Result<Ticket, AskError> {
+        self.textures.paging.prefetch_view(feedback, urgency)
+    }
+
+    /// Loads a region of a texture and keeps it, whatever the view wants, until its ticket is released: it counts as in view, at every mip
+    /// bias.
+    ///
+    /// Fails where there is no such texture, and where pins, tails included, would take more than their share of the pool's slots
+    /// ([`AskError::TooManyPins`], [`crate::PoolTuning::pin_share`]).
+    pub fn pin(&mut self, texture: TextureId, region: &Region) -> Result<Ticket, AskError> {
+        let number = self.number(texture)?;
+        self.textures.paging.pin(number, region)
+    }
+
+    /// Cancels a prefetch, or unpins. Says whether there was anything to let go of. What has been loaded stays until its slot is
+    /// needed.
+    pub fn release(&mut self, ticket: &Ticket) -> bool {
+        self.textures.paging.release(ticket)
+    }
+
+    /// Says what the view is expected to want when tiles that are asked for now will be here: the feedback of a camera that goes
+    /// on as it does, for as many frames ahead as a tile takes. To be called once per frame, before [`Textures::update`];
+    /// [`crate::CpuFeedback`] makes such a feedback without drawing anything. What is in view comes first, so a prediction
+    /// costs nothing where bandwidth is short; see [`vastex_core::Pager::expect`].
+    pub fn expect(&mut self, feedback: &Feedback) {
+        self.textures.paging.expect(feedback);
+    }
+
     /// Frames ahead of which a view should be expected: what feedback takes, and what 95 % of the last tiles have taken from their
     /// request on. Where a camera will be then, [`vastex_core::Motion`] works out.
-    pub fn frames_ahead(&self) -> u64 {
-        FEEDBACK_FRAMES + self.paging.pager().arrival_frames().map_or(FIRST_GUESS, u64::from)
+    pub fn frames(&self) -> u64 {
+        FEEDBACK_FRAMES + self.textures.paging.pager().arrival_frames().map_or(FIRST_GUESS, u64::from)
     }
 
-    /// Whether [`Textures::feedback_expected`] would draw: not while pages in view wait for the in-flight budget.
+    /// Whether [`Ahead::feedback`] would draw: not while pages in view wait for the in-flight budget.
     pub fn can_look_ahead(&self) -> bool {
-        !self.paging.pager().is_short_of_bandwidth()
+        !self.textures.paging.pager().is_short_of_bandwidth()
     }
 
-    /// Draws what is expected to be seen in [`Textures::frames_ahead`] frames, as [`Textures::feedback`] does what is seen, but at a
+    /// Draws what is expected to be seen in [`Ahead::frames`] frames, as [`Textures::feedback`] does what is seen, but at a
     /// quarter of the cost; its pages are loaded after everything in view. At most once per frame, with the bind groups that `draw`
     /// is given. Where bandwidth is short for the view itself it draws nothing, and costs nothing; says whether it has drawn.
     ///
     /// ```no_run
-    /// # fn draw(_: &mut wgpu::RenderPass<'_>, _: &wgpu::BindGroup, _camera: [f64; 3]) {}
+    /// # fn draw(_: &mut wgpu::RenderPass<'_>, _: Option<&wgpu::BindGroup>, _camera: [f64; 3]) {}
     /// # fn frame(textures: &mut vastex::Textures, encoder: &mut wgpu::CommandEncoder, earth: vastex::TextureId,
     /// #     before: [[f64; 3]; 2], now: [f64; 3]) -> Result<(), vastex::Error> {
-    /// textures.feedback(encoder, [1280, 720], |pass, groups| draw(pass, &groups[earth], now))?;
+    /// textures.feedback(encoder, [1280, 720], |pass, groups| draw(pass, groups.get(earth), now))?;
     /// let motion = vastex::Motion::through([before[0], before[1], now]);
-    /// let then = motion.position_after(textures.frames_ahead() as f64);
-    /// textures.feedback_expected(encoder, [1280, 720], |pass, groups| draw(pass, &groups[earth], then))?;
+    /// let then = motion.position_after(textures.ahead().frames() as f64);
+    /// textures.ahead().feedback(encoder, [1280, 720], |pass, groups| draw(pass, groups.get(earth), then))?;
     /// textures.update()?;
     /// # Ok(()) }
     /// ```
-    pub fn feedback_expected(
+    pub fn feedback(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
         picture: [u32; 2],
@@ -46,11 +142,31 @@ impl Textures {
     ) -> Result<bool, Error> {
         let can = self.can_look_ahead();
         if can {
-            if !self.gpu.has_view(ViewId::EXPECTED) {
-                self.gpu.begin_view(ViewId::EXPECTED);
-            }
-            self.feedback_of(encoder, ViewId::EXPECTED, picture, draw)?;
+            self.textures.view(ViewId::EXPECTED)?.feedback(encoder, picture, draw)?;
         }
         Ok(can)
+    }
+
+    /// Draws the level that the view needs of each part of a texture, in texture space, and says what the view wants by the last of
+    /// them that have come back, about two frames old: nothing in the first frames. To be given to [`View::want`](crate::View::want), or beside
+    /// feedback to [`Ahead::expect`]; those of several textures together, by [`Feedback::of_pages`].
+    ///
+    /// `draw` draws every surface that shows the texture, with a pipeline whose vertex shader gives `vastex_texture_space_clip(uv)` as
+    /// the position and the picture's clip position to its fragment shader, which returns `vastex_texture_space(id, uv, clip, picture)`; into
+    /// [`Textures::TEXTURE_SPACE_FORMAT`], blended by [`Textures::TEXTURE_SPACE_BLEND`], without culling and without depth. `uv`
+    /// is 0 to 1. What is hidden is wanted as well. Of [`SurveySettings`] only the number of pages counts. Costs the GPU at most
+    /// 65,536 fragments, whatever the picture's size; to be called once per frame and texture, before [`Textures::update`].
+    pub fn texture_space(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        texture: TextureId,
+        settings: SurveySettings,
+        draw: impl FnOnce(&mut wgpu::RenderPass<'_>, &BindGroups),
+    ) -> Result<Option<Feedback>, Error> {
+        let Textures { paging, gpu, .. } = &mut *self.textures;
+        let number = texture.number();
+        let Some(state) = paging.texture(number).filter(|_| gpu.has(texture)) else { return Ok(None) };
+        let of = (number, &state.description.geometry);
+        gpu.texture_space(encoder, of, settings.max_pages, paging.frame(), draw)
     }
 }

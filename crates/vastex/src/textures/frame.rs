@@ -5,13 +5,18 @@
 //! [`Gpu::carry_out`](crate::gpu::Gpu::carry_out), all of it at once.
 
 use std::time::Duration;
+#[cfg(not(target_family = "wasm"))]
+use std::time::Instant;
 
-use vastex_core::{Event, PageId, PoolId, ViewId};
+use vastex_core::{Event, PoolId};
+#[cfg(not(target_family = "wasm"))]
+use vastex_core::{Progress, TicketState};
 use vastex_tiles::TileSource;
 
 use super::Textures;
 use crate::error::Error;
-use crate::paging::Convergence;
+#[cfg(not(target_family = "wasm"))]
+use crate::paging::Ticket;
 
 impl Textures {
     /// Takes in what has arrived, asks for what is missing, uploads, and changes the page tables. Never waits, unless the
@@ -99,42 +104,16 @@ impl Textures {
 
     /// The next thing that the application may want to know.
     pub fn poll_event(&mut self) -> Option<Event> {
+        for pool in self.gpu.take_rebound() {
+            self.paging.report(Event::BindGroupsChanged { pool });
+        }
         let is_seen_whole = self.is_seen_whole();
         self.paging.poll_event(is_seen_whole)
     }
 
-    /// Whether, for a whole jitter cycle, no page was newly wanted and none was missing, in any pool.
-    pub fn is_converged(&self) -> bool {
-        self.paging.pager().is_converged() && self.is_seen_whole()
-    }
-
-    /// Whether a view has been drawn for a whole jitter cycle since it last jumped, and all that it wanted in that is in the pools at the
-    /// bias in force, or could not be had; whatever other views want. A second view at the place where the camera will cut to warms the
-    /// pools for it, and says so here. Not for a view that there is not. Costs a visit of each page of the working sets.
-    pub fn is_view_converged(&self, view: ViewId) -> bool {
-        let (frame, cycle) = (self.paging.frame(), self.paging.pager().feedback_cycle());
-        self.gpu.is_view_seen_whole(view, frame, cycle) == Some(true)
-            && self.paging.pager().is_view_converged(view)
-    }
-
-    /// Waits for [`Textures::is_view_converged`], as a future; the frames must go on for it.
-    pub fn view_converged(&mut self, view: ViewId) -> Convergence {
-        self.paging.converged_view(view)
-    }
-
     /// Whether every view that is drawn has been looked at at every sample position, and all that follows is on the GPU.
-    fn is_seen_whole(&self) -> bool {
+    pub(super) fn is_seen_whole(&self) -> bool {
         self.gpu.is_seen_whole(self.paging.frame(), self.paging.pager().feedback_cycle())
-    }
-
-    /// Frames so far: the number of the frame that the next [`Textures::update`] plays.
-    pub fn frame(&self) -> u64 {
-        self.paging.frame()
-    }
-
-    /// The pages in view that could not be had so far.
-    pub fn failed_pages(&self) -> Vec<PageId> {
-        self.paging.pager().failed_pages().collect()
     }
 
     /// Says how much time passes from one frame to the next, for tiles that fade in ([`crate::Settings::fade`]): the application's delta time.
@@ -142,5 +121,27 @@ impl Textures {
     /// otherwise, so that the same frames give the same pictures.
     pub fn set_frame_time(&mut self, time: Duration) {
         self.gpu.set_frame_time(time);
+    }
+
+    /// Waits for a ticket: calls [`Textures::update`] until it ends or so much time has passed, and says how far it is then. For loading
+    /// screens and tools. Nothing is drawn meanwhile, what views want stays as it was, and frames are counted
+    /// ([`Inspect::frame`](crate::Inspect::frame)), so a deadline of the ticket may pass. Events are there to be polled afterwards. Not in a browser, where nothing
+    /// may be waited for.
+    ///
+    /// Fails as an update does; the ticket is still open then.
+    #[cfg(not(target_family = "wasm"))]
+    pub fn finish(&mut self, ticket: &Ticket, at_most: Duration) -> Result<Progress, Error> {
+        /// As often as a fast display has frames, so that the budget of uploads is one of bytes in time.
+        const FRAME: Duration = Duration::from_millis(4);
+        let begin = Instant::now();
+        loop {
+            self.update()?;
+            let progress = ticket.progress();
+            let left = at_most.saturating_sub(begin.elapsed());
+            if progress.state != TicketState::Open || left.is_zero() {
+                return Ok(progress);
+            }
+            std::thread::sleep(left.min(FRAME));
+        }
     }
 }

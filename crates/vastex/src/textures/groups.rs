@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use vastex_core::{GroupError, GroupId, TextureId};
+use vastex_core::{Event, GroupError, GroupNumber, TextureNumber};
 
 use super::Textures;
 use crate::error::Error;
-use crate::sampled::{LayerId, Member};
+use crate::ids::{GroupId, LayerId, Member};
 
 impl Textures {
     /// Makes a group of textures that there are, or of layers of them: of any sizes, formats and pools, for a shader that samples
@@ -24,9 +24,9 @@ impl Textures {
     /// # const MY_SHADER: &str = "";
     /// # fn app(textures: &mut vastex::Textures, [earth, lights, clouds]: [vastex::TextureId; 3]) -> Result<(), vastex::Error> {
     /// let planet = textures.add_group([("color", earth), ("night", lights), ("clouds", clouds)])?;
-    /// let shader = MY_SHADER.to_owned() + &textures.wgsl(&textures.kinds(planet)); // calls vastex_sample_color(ids.color, uv), ...
-    /// let ids = textures.ids(planet); // `VastexIds` of WGSL, for a material or an instance
-    /// // and each frame: groups[planet], textures.bind_group(planet)
+    /// let shader = MY_SHADER.to_owned() + &textures.wgsl(&textures.kinds(planet)?); // calls vastex_sample_color(ids.color, uv), ...
+    /// let ids = textures.bindings().ids(planet)?; // `VastexIds` of WGSL, for a material or an instance
+    /// // and each frame: groups.get(planet), textures.bind_group(planet)
     /// # let _ = (shader, ids);
     /// # Ok(()) }
     /// ```
@@ -40,7 +40,7 @@ impl Textures {
         self.catch_up()?;
         let members: Vec<Member> = members.into_iter().map(Into::into).collect();
         for layer in members.iter().map(|member| member.layer) {
-            self.pool_of(layer.texture()).ok_or(GroupError::NoTexture(layer.texture().number()))?;
+            self.number(layer.texture()).ok_or(GroupError::NoTexture(layer.number().number()))?;
         }
         let served = members.iter().filter(|member| !member.is_apart).map(|member| member.layer);
         let mut answered = distinct_textures(served);
@@ -57,11 +57,11 @@ impl Textures {
         }
         self.paging.set_turns(self.gpu.most_turns());
         self.catch_up()?;
-        Ok(id)
+        Ok(GroupId::new(id, self.gpu.generation(id.number())))
     }
 
-    /// Removes a group; its members stay. Says whether there was one. Nothing may be drawn with its bind group any more.
-    pub fn remove_group(&mut self, group: GroupId) -> bool {
+    /// Removes a group; its members stay. Says whether there was one.
+    pub(super) fn remove_group(&mut self, group: GroupNumber) -> bool {
         let was_there = self.paging.remove_group(group);
         if was_there {
             self.gpu.remove_group(group);
@@ -71,15 +71,17 @@ impl Textures {
     }
 
     /// Groups that have lost a texture cannot be drawn any more.
-    pub(super) fn remove_groups_of(&mut self, texture: TextureId) {
+    pub(super) fn remove_groups_of(&mut self, texture: TextureNumber) {
         for group in self.gpu.groups_of(texture) {
-            self.remove_group(group);
+            if self.remove_group(group) {
+                self.paging.report(Event::GroupRemoved { group });
+            }
         }
     }
 }
 
-fn distinct_textures(layers: impl Iterator<Item = LayerId>) -> Vec<TextureId> {
-    let mut textures: Vec<TextureId> = layers.map(LayerId::texture).collect();
+fn distinct_textures(layers: impl Iterator<Item = LayerId>) -> Vec<TextureNumber> {
+    let mut textures: Vec<TextureNumber> = layers.map(LayerId::number).collect();
     textures.sort_unstable();
     textures.dedup();
     textures

@@ -1,53 +1,91 @@
-//! Looking into the machine: why a pixel shows what it shows, what the feedback pass sees, what is in the slots.
+//! Looking into the machine: which textures, pages and pools there are, how each stands, what the feedback pass sees.
 //!
-//! For people and tools. What shaders can tell of a place is `vastex_inspect`'s business.
+//! For people and tools. What shaders can tell of a place is `vastex_inspect`'s business; questions about pixels are `pixels`'.
 
-use vastex_core::{Explanation, Feedback, FeedbackCompactor, PageId, SlotUsage, TextureId, WantedPage};
-use vastex_wgpu::{FeedbackScale, FeedbackTarget};
+use vastex_core::{Explanation, History, PageId, PageState, SlotUsage, TextureNumber, WantedPage};
+use vastex_wgpu::{FeedbackMode, FeedbackScale, FeedbackTarget};
 
 use super::Textures;
 use crate::error::Error;
-use crate::gpu::BindGroups;
-use crate::watch::ExplainedPixel;
+use crate::gpu::{BindGroups, UploadStats};
+use crate::ids::TextureId;
+use crate::settings::Settings;
+use crate::watch::{PoolDump, PoolRecord};
+
+/// How all of it stands; [`Textures::inspect`] gives it.
+#[derive(Clone, Copy)]
+pub struct Inspect<'a> {
+    textures: &'a Textures,
+}
 
 impl Textures {
-    /// Asks why a pixel of the main view shows what it shows. `pixel` counts from the top left of the picture; `draw` is what is given to
-    /// [`Textures::feedback`]. [`Textures::poll_explained`] has the answer some frames later.
-    ///
-    /// Draws a feedback pass of one pixel and brings back its 16 bytes, by a submission of its own; never waits.
-    pub fn explain_pixel(
-        &mut self,
-        picture: [u32; 2],
-        pixel: [u32; 2],
-        draw: impl FnOnce(&mut wgpu::RenderPass<'_>, &BindGroups),
-    ) -> Result<(), Error> {
-        self.catch_up()?;
-        let is_inside = pixel[0] < picture[0] && pixel[1] < picture[1];
-        let readback =
-            is_inside.then(|| self.gpu.draw_pixel(self.paging.frame(), picture, pixel, draw)).transpose()?;
-        self.watch.ask_pixel(pixel, self.paging.frame(), readback);
-        Ok(())
+    /// How all of it stands: textures, pages, pools, for people and tools.
+    pub fn inspect(&self) -> Inspect<'_> {
+        Inspect { textures: self }
+    }
+}
+
+impl<'a> Inspect<'a> {
+    /// The settings.
+    pub fn settings(&self) -> &'a Settings {
+        &self.textures.settings
     }
 
-    /// The answer to the oldest question of [`Textures::explain_pixel`], as the pager has it now; nothing where it has not arrived, or
-    /// nothing was asked. Never waits. To be called each frame, until it gives nothing.
-    pub fn poll_explained(&mut self) -> Result<Option<ExplainedPixel>, Error> {
-        self.watch.poll_explained(self.paging.pager())
+    /// How views say what they want: as the settings say, or the best that the device has.
+    pub fn feedback_mode(&self) -> FeedbackMode {
+        self.textures.gpu.mode()
     }
 
-    /// The same, for which it waits; nothing where nothing was asked. Not for browsers, where nothing can be waited for.
-    pub fn wait_explained(&mut self) -> Result<Option<ExplainedPixel>, Error> {
-        self.watch.wait_explained(self.gpu.device(), self.gpu.queue(), self.paging.pager())
+    /// Frames so far: the number of the frame that the next [`Textures::update`] plays.
+    pub fn frame(&self) -> u64 {
+        self.textures.paging.frame()
     }
 
-    /// Pixels that were asked about and have no answer yet.
-    pub fn asked_pixels(&self) -> usize {
-        self.watch.asked_pixels()
+    /// Whether, for a whole jitter cycle, no page was newly wanted and none was missing, in any pool.
+    pub fn is_converged(&self) -> bool {
+        self.textures.paging.pager().is_converged() && self.textures.is_seen_whole()
+    }
+
+    /// The textures that there are, in the order of their numbers.
+    pub fn textures(&self) -> impl Iterator<Item = TextureId> + use<'a> {
+        let textures = self.textures;
+        textures.paging.textures().filter_map(|(number, _)| textures.texture_of(number))
+    }
+
+    /// The texture that pages, events and statistics name by this number now, if there is one.
+    pub fn id_of(&self, number: TextureNumber) -> Option<TextureId> {
+        self.textures.texture_of(number)
+    }
+
+    /// The state of a page.
+    pub fn state(&self, page: PageId) -> PageState {
+        self.textures.paging.pager().state(page)
     }
 
     /// Why a place of a texture shows what it shows where this page is wanted, at mip bias 0; nothing where there is no such page.
     pub fn explain(&self, page: PageId) -> Option<Explanation> {
-        self.paging.pager().explain(WantedPage { page, pixels: 1, eighth: 0 })
+        self.textures.paging.pager().explain(WantedPage { page, pixels: 1, eighth: 0 })
+    }
+
+    /// The pages in view that could not be had so far.
+    pub fn failed_pages(&self) -> Vec<PageId> {
+        self.textures.paging.pager().failed_pages().collect()
+    }
+
+    /// What is in each slot of a texture's pool, that of other textures too; nothing where one is free. Empty where there is no such texture.
+    pub fn slots_beside(&self, texture: TextureId) -> Vec<Option<SlotUsage>> {
+        let pool = self.textures.texture(texture).ok().and_then(|texture| texture.pool());
+        pool.map_or_else(Vec::new, |pool| self.textures.paging.pager().pool(pool).slots())
+    }
+
+    /// What is in the pools, by texture and level. Costs a visit of every page that has a state: for people and tools, not for each frame.
+    pub fn pool_usage(&self) -> PoolDump {
+        self.textures.dump_pool_usage()
+    }
+
+    /// How tiles have got to the GPU so far.
+    pub fn upload_stats(&self) -> UploadStats {
+        self.textures.gpu.upload_stats()
     }
 
     /// The feedback of the main view in this frame, drawn once more to be looked at: nothing follows from it. Its texture holds what
@@ -59,27 +97,22 @@ impl Textures {
         picture: [u32; 2],
         draw: impl FnOnce(&mut wgpu::RenderPass<'_>, &BindGroups),
     ) -> Result<FeedbackTarget, Error> {
-        self.gpu.draw_feedback_to_look_at(self.paging.frame(), picture, FeedbackScale::Reduced, draw)
+        self.textures.gpu.draw_feedback_to_look_at(
+            self.textures.paging.frame(),
+            picture,
+            FeedbackScale::Reduced,
+            draw,
+        )
     }
 
-    /// What is in each slot of a texture's pool, that of other textures too; nothing where one is free. Empty where there is no such texture.
-    pub fn slots_beside(&self, texture: TextureId) -> Vec<Option<SlotUsage>> {
-        self.pool_of(texture).map_or_else(Vec::new, |pool| self.paging.pager().pool(pool).slots())
+    /// Each pool after each of the last [`crate::Settings::telemetry_frames`] frames, oldest first.
+    pub fn telemetry(&self) -> &'a History<PoolRecord> {
+        self.textures.watch.telemetry()
     }
 
-    /// What every pixel of a picture wants, of each texture by itself, without acting on it: for statistics. Draws as
-    /// [`Textures::feedback`] does, whichever the way, at full resolution, and waits for the answer.
-    pub fn feedback_of_every_pixel(
-        &mut self,
-        picture: [u32; 2],
-        draw: impl FnOnce(&mut wgpu::RenderPass<'_>, &BindGroups),
-    ) -> Result<Feedback, Error> {
-        self.catch_up()?;
-        let (frame, scale) = (self.paging.frame(), FeedbackScale::Full);
-        let target = self.gpu.draw_feedback_to_look_at(frame, picture, scale, draw)?;
-        let raw = self.gpu.read_feedback(&target)?;
-        let mut feedback = Feedback::default();
-        FeedbackCompactor::new().compact(frame, &raw.pixels, &mut feedback);
-        Ok(self.paging.pager().of_members(&feedback))
+    /// Fails with [`vastex_wgpu::GpuError::DeviceLost`] where the device is lost. The frame loop says so by itself; this is for frames that
+    /// do not get as far, as when a window gives no picture. Costs a buffer of 4 bytes.
+    pub fn check_device(&self) -> Result<(), Error> {
+        self.textures.gpu.check_device()
     }
 }

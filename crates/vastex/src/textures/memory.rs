@@ -8,25 +8,15 @@ use super::Textures;
 use crate::error::Error;
 use crate::gpu::{PoolResize, PoolState};
 
+/// The GPU's memory, and the device that it is on; [`Textures::memory`] gives it.
+pub struct Memory<'a> {
+    textures: &'a mut Textures,
+}
+
 impl Textures {
-    /// Makes a pool as large as `bytes` allow, between two frames; the picture does not change but for what no longer fits, which
-    /// becomes coarser at once, and what now fits, which sharpens as it is loaded.
-    ///
-    /// The bind groups of the pool's textures, and of groups, are new ones; pipelines stay good. Fails where the device has no memory for the new pool beside the old one
-    /// ([`vastex_wgpu::GpuError::OutOfMemory`]), where `bytes` are too few for what is pinned, and where everything is in view and may not become
-    /// coarser; the pool is then as it was. Where there is no memory for a page table after that, pictures are as they were, and the next
-    /// [update](Textures::update) goes on with the new pool. Costs a copy of each tile on the GPU, and anew the page tables of the pool's textures.
-    pub fn resize_pool(&mut self, pool: PoolId, bytes: u64) -> Result<PoolResize, Error> {
-        let Some(old) = self.gpu.pools().get(usize::from(pool.number())) else {
-            return Err(Error::NoPool(pool));
-        };
-        let before = old.bytes();
-        let unchanged = PoolResize { before, bytes: before, transient: before };
-        if old.is_whole {
-            // As large as its textures, whatever is asked for.
-            return Ok(unchanged);
-        }
-        self.resize_to(pool, bytes)
+    /// The GPU's memory, and the device that it is on: sizes of pools, and what to do where the device is lost.
+    pub fn memory(&mut self) -> Memory<'_> {
+        Memory { textures: self }
     }
 
     /// Makes a pool that there is as large as `bytes` allow.
@@ -52,30 +42,46 @@ impl Textures {
         tracing::info!(pool = %tiles, before, bytes, tiles = moves.len(), "a pool was resized");
         Ok(resize)
     }
+}
+
+impl Memory<'_> {
+    /// Makes a pool as large as `bytes` allow, between two frames; the picture does not change but for what no longer fits, which
+    /// becomes coarser at once, and what now fits, which sharpens as it is loaded.
+    ///
+    /// The bind groups of the pool's textures, and of groups, are new ones; pipelines stay good. Fails where the device has no memory for the new pool beside the old one
+    /// ([`vastex_wgpu::GpuError::OutOfMemory`]), where `bytes` are too few for what is pinned, and where everything is in view and may not become
+    /// coarser; the pool is then as it was. Where there is no memory for a page table after that, pictures are as they were, and the next
+    /// [update](Textures::update) goes on with the new pool. Costs a copy of each tile on the GPU, and anew the page tables of the pool's textures.
+    pub fn resize_pool(&mut self, pool: PoolId, bytes: u64) -> Result<PoolResize, Error> {
+        let Some(old) = self.textures.gpu.pools().get(usize::from(pool.number())) else {
+            return Err(Error::NoPool(pool));
+        };
+        let before = old.bytes();
+        let unchanged = PoolResize { before, bytes: before, transient: before };
+        if old.is_whole {
+            // As large as its textures, whatever is asked for.
+            return Ok(unchanged);
+        }
+        self.textures.resize_to(pool, bytes)
+    }
 
     /// Makes pools follow a picture of so many pixels, from the next [`Textures::add`] on, and of those there are the ones that
     /// have no size of their own ([`crate::PoolTuning::bytes`]). A pool that would change by less than a quarter stays as it is, so
-    /// that not every step of dragging a window copies tiles; see [`Textures::resize_pool`]. Says what was resized.
+    /// that not every step of dragging a window copies tiles; see [`Memory::resize_pool`]. Says what was resized.
     pub fn set_picture(&mut self, picture: [u32; 2]) -> Result<Vec<(PoolId, PoolResize)>, Error> {
-        self.settings.picture = picture;
+        self.textures.settings.picture = picture;
         let mut resized = Vec::new();
-        for (number, pool) in (0..).map(PoolId::new).zip(0..self.gpu.pools().len()) {
-            let PoolState { slots, is_whole, .. } = &self.gpu.pools()[pool];
+        for (number, pool) in (0..).map(PoolId::new).zip(0..self.textures.gpu.pools().len()) {
+            let PoolState { slots, is_whole, .. } = &self.textures.gpu.pools()[pool];
             if *is_whole {
                 continue;
             }
-            let planned = self.gpu.pools()[pool].planned(&self.settings.pools, picture);
+            let planned = self.textures.gpu.pools()[pool].planned(&self.textures.settings.pools, picture);
             if planned.abs_diff(slots.bytes()) * 4 >= slots.bytes() {
                 resized.push((number, self.resize_pool(number, planned)?));
             }
         }
         Ok(resized)
-    }
-
-    /// Fails with [`vastex_wgpu::GpuError::DeviceLost`] where the device is lost. The frame loop says so by itself; this is for frames that
-    /// do not get as far, as when a window gives no picture. Costs a buffer of 4 bytes.
-    pub fn check_device(&self) -> Result<(), Error> {
-        self.gpu.check_device()
     }
 
     /// Goes on with another device, after [`vastex_wgpu::GpuError::DeviceLost`]: makes the pools and page tables anew and puts
@@ -86,16 +92,16 @@ impl Textures {
     /// [`Textures::bind_group_layout`], its own buffers. Fails where the new device is lost as well, or cannot hold what the
     /// old one could; then it may be called again with another.
     pub fn restore(&mut self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<(), Error> {
-        self.watch.device_lost();
-        self.paging.tiles_lost();
-        self.cpu.tiles_lost();
-        self.gpu.restore(device, queue, &self.settings)?;
-        for (texture, state) in self.paging.textures() {
-            self.gpu.restore_texture(texture, &state.tail, self.paging.pager())?;
+        self.textures.watch.device_lost();
+        self.textures.paging.tiles_lost();
+        self.textures.cpu.tiles_lost();
+        self.textures.gpu.restore(device, queue, &self.textures.settings)?;
+        for (texture, state) in self.textures.paging.textures() {
+            self.textures.gpu.restore_texture(texture, &state.tail, self.textures.paging.pager())?;
         }
         // Bind groups are made anew with it, those of groups too.
-        self.gpu.bind_all_anew();
-        self.carry_out()?;
+        self.textures.gpu.bind_all_anew();
+        self.textures.carry_out()?;
         tracing::info!("everything was made again on another device");
         Ok(())
     }

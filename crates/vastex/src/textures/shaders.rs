@@ -1,25 +1,29 @@
 //! What an application's pipelines need: kinds, text, layouts, bind groups, ids.
+//!
+//! Entries to be merged into groups of the application's own are `bindings`' business.
 
-use vastex_core::ViewId;
 use vastex_wgpu::Kinds;
 
-use super::Textures;
-use crate::sampled::{LayerId, Sampled};
+use super::{Textures, unknown};
+use crate::error::Error;
+use crate::ids::{LayerId, Sampled};
 
 impl Textures {
     /// The format of the target that feedback is drawn into, for the application's feedback pipeline.
     pub const FEEDBACK_FORMAT: wgpu::TextureFormat = vastex_wgpu::FEEDBACK_FORMAT;
     /// The format of the depth buffer of that target.
     pub const FEEDBACK_DEPTH_FORMAT: wgpu::TextureFormat = vastex_wgpu::FEEDBACK_DEPTH_FORMAT;
-    /// The format of the target for [`Textures::texture_space`], for the application's pipeline.
+    /// The format of the target for [`Ahead::texture_space`](crate::Ahead::texture_space), for the application's pipeline.
     pub const TEXTURE_SPACE_FORMAT: wgpu::TextureFormat = vastex_wgpu::TEXTURE_SPACE_FORMAT;
     /// How that pipeline blends.
     pub const TEXTURE_SPACE_BLEND: wgpu::BlendState = vastex_wgpu::TEXTURE_SPACE_BLEND;
 
     /// What a shader's text depends on that samples this layer, or this group: the key of its pipelines. It is the same for all textures
-    /// whose tiles have the same formats and whose page tables lie alike, whatever their sizes, borders, address modes and levels are.
-    pub fn kinds(&self, sampled: impl Into<Sampled>) -> Kinds {
-        self.gpu.kinds(sampled.into())
+    /// whose tiles have the same formats and whose page tables lie alike, whatever their sizes, borders, address modes and levels are. Fails
+    /// where there is no such texture or group.
+    pub fn kinds(&self, sampled: impl Into<Sampled>) -> Result<Kinds, Error> {
+        let sampled = sampled.into();
+        self.gpu.kinds(sampled).ok_or_else(|| unknown(sampled))
     }
 
     /// The WGSL that goes after the application's own shader, whose directives then stay first and whose lines keep their numbers:
@@ -34,48 +38,25 @@ impl Textures {
         self.gpu.bind_group_layout(kinds)
     }
 
-    /// The same as entries, from the first binding of [`crate::Settings::binding`] on, for a layout of the application's own that has others
-    /// beside them.
-    pub fn layout_entries(&self, kinds: &Kinds) -> Vec<wgpu::BindGroupLayoutEntry> {
-        self.gpu.layout_entries(kinds)
-    }
-
     /// Everything that the application's shaders need to sample a layer, or a group, in whichever view: the same bind group for all textures of
-    /// the same pools and formats. Which of them is meant the [ids](Textures::ids) say.
+    /// the same pools and formats. Which of them is meant the [id](Textures::shader_id) says. Fails where there is no such texture or group.
     ///
     /// It may be another one after [`Textures::update`] and [`Textures::add`] (where page tables or records need more memory than they have
-    /// had), [`Textures::resize_pool`], [`Textures::set_picture`] and [`Textures::restore`], and, where feedback is
-    /// [inline](crate::FeedbackWay::Inline), where a view has a larger picture than before. [`Textures::revision`] is then another number: who
-    /// keeps a bind group, or a render bundle that names it, compares it in each frame, after the update.
-    pub fn bind_group(&self, sampled: impl Into<Sampled>) -> &wgpu::BindGroup {
-        &self.gpu.bind_groups()[sampled.into()]
+    /// had), [`Memory::resize_pool`](crate::Memory::resize_pool), [`Memory::set_picture`](crate::Memory::set_picture) and
+    /// [`Memory::restore`](crate::Memory::restore), and, where feedback is [inline](crate::FeedbackMode::Inline), where a view has a larger picture
+    /// than before. [`Bindings::revision`](crate::Bindings::revision) is then another number, and there is a
+    /// [`BindGroupsChanged`](crate::Event::BindGroupsChanged): who keeps a bind group, or a render bundle that names it, asks for one of the two in
+    /// each frame, after the update. A bind group costs a clone of a handle to keep, and nothing to ask for.
+    pub fn bind_group(&self, sampled: impl Into<Sampled>) -> Result<&wgpu::BindGroup, Error> {
+        let sampled = sampled.into();
+        self.gpu.bind_groups().get(sampled).ok_or_else(|| unknown(sampled))
     }
 
-    /// The same as entries, for a bind group of the application's own, whose layout has [`Textures::layout_entries`]. They are others where
-    /// [`Textures::revision`] is another number.
-    pub fn entries(&self, sampled: impl Into<Sampled>) -> Vec<wgpu::BindGroupEntry<'_>> {
-        self.gpu.entries(sampled.into())
-    }
-
-    /// A number that is another wherever the [bind group](Textures::bind_group) or the [entries](Textures::entries) are.
-    pub fn revision(&self, sampled: impl Into<Sampled>) -> u64 {
-        self.gpu.bind_groups().revision(sampled.into())
-    }
-
-    /// The ids by which shaders know what is sampled: of a layer one, that of its texture; of a group that of the whole, then those of its
-    /// members, in the order of `VastexIds`. They stay the same for as long as the texture or the group is there, so that they may lie in
-    /// materials or instances; afterwards they name nothing, and shaders show [`crate::Settings::unknown_color`] for them.
-    pub fn ids(&self, sampled: impl Into<Sampled>) -> Vec<u32> {
-        self.gpu.ids(sampled.into())
-    }
-
-    /// The id by which shaders know the texture of a layer: the one of [`Textures::ids`].
-    pub fn shader_id(&self, layer: impl Into<LayerId>) -> u32 {
-        self.gpu.shader_id(layer.into().texture())
-    }
-
-    /// The number by which shaders know a view: 0 of the main one, and of what is only expected.
-    pub fn view_number(&self, view: ViewId) -> u32 {
-        self.gpu.view_number(view)
+    /// The id by which shaders know the texture of a layer. It stays the same for as long as the texture is there, so that it may lie in
+    /// materials or instances; afterwards it names nothing, and shaders show [`crate::Settings::unknown_color`] for it. Fails where
+    /// there is no such texture. The ids of a group are [`Bindings::ids`](crate::Bindings::ids).
+    pub fn shader_id(&self, layer: impl Into<LayerId>) -> Result<u32, Error> {
+        let texture = layer.into().texture();
+        self.gpu.shader_id(texture).ok_or(Error::NoTexture(texture))
     }
 }

@@ -3,7 +3,7 @@
 use vastex_core::PoolPager;
 
 use super::Textures;
-use crate::gpu::{PoolState, UploadStats};
+use crate::gpu::PoolState;
 use crate::watch::{FrameStats, PoolStats};
 
 impl Textures {
@@ -17,9 +17,9 @@ impl Textures {
         };
         let pools: Vec<_> = self.gpu.pools().iter().zip(self.paging.pager().pools()).map(of_pool).collect();
         FrameStats {
-            frame: self.frame(),
+            frame: self.paging.frame(),
             pager: self.paging.pager().stats(),
-            converged: self.is_converged(),
+            converged: self.inspect().is_converged(),
             pool_bytes: pools.iter().map(|pool| pool.bytes).sum(),
             pools,
             table_bytes: self.gpu.table_bytes(),
@@ -28,10 +28,5 @@ impl Textures {
             feedback_bytes_read: self.gpu.feedback_bytes_read(),
             degenerate_pixels: self.watch.degenerate_pixels(),
         }
-    }
-
-    /// How tiles have got to the GPU so far.
-    pub fn upload_stats(&self) -> UploadStats {
-        self.gpu.upload_stats()
     }
 }

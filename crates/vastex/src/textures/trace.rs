@@ -1,30 +1,36 @@
-//! Traces of what views want, and telemetry.
+//! Traces of what views want.
 
-use vastex_core::{History, Place, Trace};
+use vastex_core::{Place, Trace};
 
 use super::Textures;
 use crate::error::Error;
-use crate::watch::PoolRecord;
+
+/// The trace of what views want; [`Textures::trace`] gives it.
+pub struct TraceControl<'a> {
+    textures: &'a mut Textures,
+}
 
 impl Textures {
+    /// The trace of what views want.
+    pub fn trace(&mut self) -> TraceControl<'_> {
+        TraceControl { textures: self }
+    }
+}
+
+impl TraceControl<'_> {
     /// Says where the camera is in this frame, for traces from which prefetch sets are learnt: its position, or any other three
     /// numbers that say best what it sees. See [`crate::PrefetchSets`].
     pub fn set_place(&mut self, place: Place) {
-        self.watch.set_place(self.paging.frame(), place);
+        self.textures.watch.set_place(self.textures.paging.frame(), place);
     }
 
     /// Begins a trace: from now on what each feedback wants is kept. A trace that was under way is dropped.
-    pub fn record_trace(&mut self) {
-        self.watch.record_trace();
+    pub fn record(&mut self) {
+        self.textures.watch.record_trace();
     }
 
-    /// The trace since [`Textures::record_trace`], which ends it; nothing where none was begun.
-    pub fn take_trace(&mut self) -> Result<Option<Trace>, Error> {
-        self.watch.take_trace()
-    }
-
-    /// Each pool after each of the last [`crate::Settings::telemetry_frames`] frames, oldest first.
-    pub fn telemetry(&self) -> &History<PoolRecord> {
-        self.watch.telemetry()
+    /// The trace since [`TraceControl::record`], which ends it; nothing where none was begun.
+    pub fn take(&mut self) -> Result<Option<Trace>, Error> {
+        self.textures.watch.take_trace()
     }
 }

@@ -1,11 +1,13 @@
-//! Views: the main view and any beside it.
+//! Views: the main view and any beside it, one at a time.
 //!
 //! Each has a feedback target, a way back and a number of its own, so that several can be drawn in one encoder.
 
-use vastex_core::ViewId;
+use vastex_core::{Feedback, ViewId};
 
 use super::Textures;
 use crate::error::Error;
+use crate::gpu::{BindGroups, FeedbackPass};
+use crate::paging::Convergence;
 
 /// How a view counts among the others.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,39 +31,160 @@ impl ViewSettings {
     }
 }
 
+/// A view that there is; [`Textures::view`] gives it.
+pub struct View<'a> {
+    textures: &'a mut Textures,
+    id: ViewId,
+}
+
 impl Textures {
     /// Adds a view beside the main one: a mirror, a shadow, a second eye, a second window. What any view wants is loaded.
     ///
-    /// Costs, once it is drawn, a feedback target. Shaders know it by its [number](Textures::view_number).
+    /// Costs, once it is drawn, a feedback target. Shaders know it by its [number](View::number).
     pub fn add_view(&mut self, settings: ViewSettings) -> Result<ViewId, Error> {
         let view = self.paging.add_view(settings.weight)?;
         self.gpu.begin_view(view);
         Ok(view)
     }
 
-    /// Sets how much a pixel of a view counts, from its next feedback on; see [`ViewSettings::weight`]. Says whether there is
-    /// such a view.
-    pub fn set_view_weight(&mut self, view: ViewId, weight: f32) -> bool {
-        self.paging.set_view_weight(view, weight)
+    /// A view, to be drawn or asked about: [`ViewId::MAIN`], one that was added, or [`ViewId::EXPECTED`], by which
+    /// [`Ahead::feedback`](crate::Ahead::feedback) is drawn in a pass of the application's own. Fails where it was removed.
+    pub fn view(&mut self, view: ViewId) -> Result<View<'_>, Error> {
+        if view == ViewId::EXPECTED && !self.gpu.has_view(view) {
+            self.gpu.begin_view(view);
+        }
+        if self.gpu.has_view(view) { Ok(View { textures: self, id: view }) } else { Err(Error::NoView(view)) }
+    }
+}
+
+impl View<'_> {
+    /// The number by which shaders know the view: 0 of the main one, and of what is only expected.
+    pub fn number(&self) -> u32 {
+        self.textures.gpu.view_number(self.id)
     }
 
-    /// Removes a view: what only it wanted is out of view. Says whether there was one; the main view stays.
-    pub fn remove_view(&mut self, view: ViewId) -> bool {
-        let was_there = self.paging.remove_view(view);
+    /// Sets how much a pixel of the view counts, from its next feedback on; see [`ViewSettings::weight`].
+    pub fn set_weight(&mut self, weight: f32) {
+        self.textures.paging.set_view_weight(self.id, weight);
+    }
+
+    /// The view has jumped: what it wanted before says nothing of what it wants from this frame on. What the others want stays.
+    pub fn cut(&mut self) {
+        self.textures.paging.view_cut(self.id);
+        self.textures.gpu.view_cut(self.id);
+    }
+
+    /// Removes the view: what only it wanted is out of view. Says whether it went; the main view stays.
+    pub fn remove(self) -> bool {
+        let was_there = self.textures.paging.remove_view(self.id);
         if was_there {
-            self.gpu.remove_view(view);
+            self.textures.gpu.remove_view(self.id);
         }
         was_there
     }
 
-    /// The main view has jumped: what it wanted before says nothing of what it wants from this frame on.
-    pub fn view_cut(&mut self) {
-        self.view_cut_of(ViewId::MAIN);
+    /// Whether the view has been drawn for a whole jitter cycle since it last jumped, and all that it wanted in that is in the pools at the
+    /// bias in force, or could not be had; whatever other views want. A second view at the place where the camera will cut to warms the
+    /// pools for it, and says so here. Costs a visit of each page of the working sets.
+    pub fn is_converged(&self) -> bool {
+        let (frame, cycle) = (self.textures.paging.frame(), self.textures.paging.pager().feedback_cycle());
+        self.textures.gpu.is_view_seen_whole(self.id, frame, cycle) == Some(true)
+            && self.textures.paging.pager().is_view_converged(self.id)
     }
 
-    /// A view has jumped. What the others want stays.
-    pub fn view_cut_of(&mut self, view: ViewId) {
-        self.paging.view_cut(view);
-        self.gpu.view_cut(view);
+    /// Waits for [`View::is_converged`], as a future; the frames must go on for it.
+    pub fn converged(&mut self) -> Convergence {
+        self.textures.paging.converged_view(self.id)
+    }
+
+    /// Says what the view wants in this frame, in place of [`View::feedback`]: what a [`crate::Survey`] has found, or anything
+    /// else that knows. It acts in the next [`Textures::update`], without the frames that feedback takes to come back; said again before, the
+    /// last counts. To be said once per frame, since what was not said for a jitter cycle is no longer wanted, and only what was said for one
+    /// can have converged.
+    ///
+    /// ```no_run
+    /// # use vastex::{Camera, GlobeSurface, Survey, SurveySettings, ViewId};
+    /// # fn look(textures: &mut vastex::Textures, earth: vastex::TextureId, clip_from_world: [[f32; 4]; 4]) -> Result<(), vastex::Error> {
+    /// let camera = Camera::new(clip_from_world, [1280, 720]);
+    /// let mut survey = Survey::new(camera, SurveySettings { unseen: Some(2.0), ..Default::default() });
+    /// if let Ok(texture) = textures.texture(earth) {
+    ///     survey.surface(texture.surveyed(), &GlobeSurface::sphere([0.0; 3], 6371.0));
+    /// }
+    /// let found = survey.finish(textures.inspect().frame());
+    /// textures.view(ViewId::MAIN)?.want(found.seen); // and no feedback pass
+    /// textures.ahead().expect(&found.unseen); // loaded when there is nothing better to do
+    /// # Ok(()) }
+    /// ```
+    pub fn want(&mut self, feedback: Feedback) {
+        self.textures.paging.say(Feedback { view: self.id, ..feedback });
+    }
+
+    /// Draws the feedback pass of the view, else as [`Textures::feedback`] does that of the main one: at most once per frame, by
+    /// shaders that are given [the view's number](View::number). A view need not be drawn in every frame: what it wanted in its last 16
+    /// feedbacks stays wanted.
+    pub fn feedback(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        picture: [u32; 2],
+        draw: impl FnOnce(&mut wgpu::RenderPass<'_>, &BindGroups),
+    ) -> Result<(), Error> {
+        self.textures.draw_feedback(encoder, self.id, picture, draw)
+    }
+
+    /// As [`View::feedback`], for a pass that the application begins itself, as a render graph does: points the view's shaders at its
+    /// feedback target, by a command in `encoder`, and says what the pass is begun with. To be recorded in front of the pass, and
+    /// [`View::end_feedback`] behind it, in the same encoder or in another that is submitted later, both before [`Textures::update`].
+    /// Nothing where the mode is [`Inline`](crate::FeedbackMode::Inline). Of [`ViewId::EXPECTED`] it is the pass of
+    /// [`Ahead::feedback`](crate::Ahead::feedback), which is not worth drawing where [`Ahead::can_look_ahead`](crate::Ahead::can_look_ahead)
+    /// says so.
+    ///
+    /// Fails where the picture has no pixels or too many, and where the view's pass before was not ended: that is given up, and the next call
+    /// is good.
+    ///
+    /// ```no_run
+    /// # use vastex::ViewId;
+    /// # fn draw(_: &mut wgpu::RenderPass<'_>) {}
+    /// # fn frame(textures: &mut vastex::Textures, encoder: &mut wgpu::CommandEncoder) -> Result<(), vastex::Error> {
+    /// if let Some(begun) = textures.view(ViewId::MAIN)?.begin_feedback(encoder, [1280, 720])? {
+    ///     let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+    ///         color_attachments: &[Some(begun.color_attachment())],
+    ///         depth_stencil_attachment: Some(begun.depth_attachment()),
+    ///         ..Default::default()
+    ///     });
+    ///     let [x, y, width, height] = begun.scissor();
+    ///     pass.set_scissor_rect(x, y, width, height);
+    ///     draw(&mut pass);
+    ///     drop(pass);
+    ///     textures.view(ViewId::MAIN)?.end_feedback(encoder)?;
+    /// }
+    /// # Ok(()) }
+    /// ```
+    pub fn begin_feedback(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        picture: [u32; 2],
+    ) -> Result<Option<FeedbackPass>, Error> {
+        let view = self.id;
+        if self.textures.gpu.needs_feedback_path(view, picture) {
+            self.textures.catch_up()?;
+        }
+        self.textures.gpu.begin_feedback(encoder, view, picture, self.textures.paging.frame())
+    }
+
+    /// Records compaction and the way back of what the pass has drawn that [`View::begin_feedback`] was called for. Fails where there is no
+    /// such pass.
+    pub fn end_feedback(&mut self, encoder: &mut wgpu::CommandEncoder) -> Result<(), Error> {
+        self.textures.gpu.end_feedback(encoder, self.id)
+    }
+
+    /// Draws the view's picture, else as [`Textures::main_pass`] does that of the main one: at most once per frame, by shaders that are
+    /// given [the view's number](View::number).
+    pub fn main_pass(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        picture: [u32; 2],
+        draw: impl FnOnce(&mut wgpu::CommandEncoder, &BindGroups),
+    ) -> Result<(), Error> {
+        self.textures.draw_main_pass(encoder, self.id, picture, draw)
     }
 }

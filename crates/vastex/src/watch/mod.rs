@@ -9,7 +9,7 @@ mod telemetry;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use vastex_core::{Description, Feedback, History, Pager, Place, PoolId, TextureId, Trace};
+use vastex_core::{Description, Feedback, History, Pager, Place, PoolId, TextureNumber, Trace};
 use vastex_tiles::{Tiers, TileSource};
 use vastex_wgpu::PixelReadback;
 
@@ -30,7 +30,7 @@ pub(crate) struct Watch {
     recorder: Option<Recorder>,
     places: Places,
     pixels: AskedPixels,
-    names: BTreeMap<TextureId, Arc<str>>,
+    names: BTreeMap<TextureNumber, Arc<str>>,
     /// Pixels of the newest feedback whose gradients said nothing.
     degenerate: u32,
 }
@@ -53,7 +53,7 @@ impl Watch {
         &mut self,
         views: &[Feedback],
         pager: &Pager,
-        textures: impl Iterator<Item = (TextureId, &'a Arc<Description>)>,
+        textures: impl Iterator<Item = (TextureNumber, &'a Arc<Description>)>,
     ) {
         self.degenerate = views.iter().map(|feedback| feedback.degenerate).sum();
         if let Some(recorder) = &mut self.recorder {
@@ -93,16 +93,16 @@ impl Watch {
     }
 
     /// A texture of a pool is removed, whose tiers have done this.
-    pub(crate) fn note_gone(&mut self, texture: TextureId, pool: PoolId, tiers: Tiers) {
+    pub(crate) fn note_gone(&mut self, texture: TextureNumber, pool: PoolId, tiers: Tiers) {
         self.telemetry.note_gone(pool, tiers);
         self.names.remove(&texture);
     }
 
-    pub(crate) fn set_name(&mut self, texture: TextureId, name: Arc<str>) {
+    pub(crate) fn set_name(&mut self, texture: TextureNumber, name: Arc<str>) {
         self.names.insert(texture, name);
     }
 
-    pub(crate) fn name(&self, texture: TextureId) -> Option<&str> {
+    pub(crate) fn name(&self, texture: TextureNumber) -> Option<&str> {
         self.names.get(&texture).map(|name| &**name)
     }
 

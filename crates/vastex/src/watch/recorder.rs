@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use vastex_core::{
-    Description, Feedback, PageId, Pager, Place, TextureId, Trace, TraceRecordError, WantedPage,
+    Description, Feedback, PageId, Pager, Place, TextureNumber, Trace, TraceRecordError, WantedPage,
 };
 
 use crate::error::Error;
@@ -14,7 +14,7 @@ use crate::error::Error;
 pub(super) struct Recorder {
     trace: Trace,
     /// By number, the texture seen last under it, and its number in the trace: numbers are given out again, there they are not.
-    known: Vec<Option<(Arc<Description>, TextureId)>>,
+    known: Vec<Option<(Arc<Description>, TextureNumber)>>,
     failed: Option<TraceRecordError>,
 }
 
@@ -43,7 +43,7 @@ impl Recorder {
         views: &[Feedback],
         places: &Places,
         pager: &Pager,
-        textures: &[(TextureId, &Arc<Description>)],
+        textures: &[(TextureNumber, &Arc<Description>)],
     ) {
         if self.failed.is_none() {
             let place = views.first().and_then(|feedback| places.of(feedback.frame));
@@ -56,7 +56,7 @@ impl Recorder {
         views: &[Feedback],
         place: Option<Place>,
         pager: &Pager,
-        textures: &[(TextureId, &Arc<Description>)],
+        textures: &[(TextureNumber, &Arc<Description>)],
     ) -> Result<(), TraceRecordError> {
         for (id, description) in textures.iter().copied() {
             let number = usize::from(id.number());

@@ -3,7 +3,7 @@
 
 use std::collections::VecDeque;
 
-use vastex::{FeedbackWay, PoolId, TableChoice};
+use vastex::{FeedbackMode, PoolId, TableChoice, ViewId};
 
 use crate::common::{Mapping, PICTURE, Screen};
 use crate::moving::{Case, SIZES, beside, columns, flight, wrong_in_all, wrong_pixels};
@@ -59,11 +59,11 @@ fn recorded_ahead(case: Case) {
     let mut screen = case.screen(70);
     let mut other = Some(screen.texture(1));
     let mut behind = VecDeque::new();
-    let mut bind_group = screen.textures.bind_group(screen.texture(0)).clone();
+    let mut bind_group = screen.textures.bind_group(screen.texture(0)).unwrap().clone();
     let (mut grown, mut outlived) = (0, 0);
     for frame in 0..FRAMES {
         match frame {
-            30 => drop(screen.textures.resize_pool(POOL, case.pool_bytes(110)).unwrap()),
+            30 => drop(screen.textures.memory().resize_pool(POOL, case.pool_bytes(110)).unwrap()),
             40 => {
                 screen.remove(1);
                 other = None;
@@ -73,13 +73,13 @@ fn recorded_ahead(case: Case) {
                 screen.set_mapping(1, &beside());
                 other = Some(screen.texture(1));
             }
-            60 => drop(screen.textures.resize_pool(POOL, case.pool_bytes(60)).unwrap()),
+            60 => drop(screen.textures.memory().resize_pool(POOL, case.pool_bytes(60)).unwrap()),
             _ => {}
         }
         let mapping: Mapping = flight(frame);
         screen.set_mapping(0, &mapping);
         behind.push_back(record(&mut screen, other));
-        let now = screen.textures.bind_group(screen.texture(0)).clone();
+        let now = screen.textures.bind_group(screen.texture(0)).unwrap().clone();
         grown += u32::from(now != bind_group && !matches!(frame, 30 | 60));
         bind_group = now;
         if behind.len() <= AHEAD {
@@ -105,22 +105,22 @@ fn recorded_ahead(case: Case) {
     // A hashed table has as much room as its pool's slots need, and stays.
     let is_direct = case.tables == TableChoice::Direct;
     // Inline the first picture has cells, which are bound from then on.
-    let others = u32::from(case.way == FeedbackWay::Inline);
+    let others = u32::from(case.mode == FeedbackMode::Inline);
     assert_eq!(grown > others, is_direct, "{case:?}: {grown} growths");
     assert!(stats.pager.evicted > 100, "{case:?}: {stats:?}");
     assert!(outlived > 0, "no picture of what was removed was submitted afterwards");
     drop(behind);
-    screen.textures.resize_pool(POOL, case.pool_bytes(400)).unwrap();
+    screen.textures.memory().resize_pool(POOL, case.pool_bytes(400)).unwrap();
     let settled = |screen: &mut Screen| {
         screen.set_mapping(0, &flight(FRAMES));
-        screen.textures.view_cut();
+        screen.textures.view(ViewId::MAIN).unwrap().cut();
         screen.settle(|_| false, |_| {});
         screen.picture()
     };
     let picture = settled(&mut screen);
     assert_eq!(wrong_pixels(&picture, 0, &flight(FRAMES)), 0, "{case:?}");
     // A screen takes longer to make than all of its frames.
-    if case.way == FeedbackWay::Separate {
+    if case.mode == FeedbackMode::Separate {
         assert!(picture == settled(&mut case.screen(400)), "{case:?}");
     }
 }
@@ -141,7 +141,7 @@ fn grows_in_a_full_pool(case: Case) {
     let (tiles, places) = if case.tables == TableChoice::Hashed { (520, 10) } else { (60, 4) };
     let mut screen = case.of_one(tiles);
     let (mut behind, mut moves, mut checked) = (VecDeque::new(), Vec::new(), 0);
-    let mut bind_group = screen.textures.bind_group(screen.texture(0)).clone();
+    let mut bind_group = screen.textures.bind_group(screen.texture(0)).unwrap().clone();
     for frame in 0..places * 10 + 12 {
         let nth = (frame / 10).min(places - 1);
         // At the last place down to level 0, as a direct table has not been before.
@@ -150,11 +150,11 @@ fn grows_in_a_full_pool(case: Case) {
             _ => Mapping::new(SIZES[0], [0.4, 0.45], 0.9, 1.0, 0.1),
         };
         if frame % 10 == 0 {
-            screen.textures.view_cut();
+            screen.textures.view(ViewId::MAIN).unwrap().cut();
         }
         screen.set_mapping(0, &looked_at);
         behind.push_back(record(&mut screen, None));
-        let now = screen.textures.bind_group(screen.texture(0)).clone();
+        let now = screen.textures.bind_group(screen.texture(0)).unwrap().clone();
         if now != bind_group {
             moves.push(frame);
             bind_group = now;
@@ -184,5 +184,5 @@ fn grows_in_a_full_pool(case: Case) {
 #[test]
 fn a_table_that_grows_in_a_full_pool_is_followed_by_the_one_before() {
     // What feedback tells inline is sampled as otherwise.
-    Case::all().filter(|case| case.way != FeedbackWay::Inline).for_each(grows_in_a_full_pool);
+    Case::all().filter(|case| case.mode != FeedbackMode::Inline).for_each(grows_in_a_full_pool);
 }

@@ -1,7 +1,7 @@
 //! Command buffers that are dropped, recorded ahead, or submitted in parts: later pictures are right, and nothing is said to have converged
 //! that has not.
 
-use vastex::{AddressMode, FeedbackWay, PoolSettings, Settings};
+use vastex::{AddressMode, FeedbackMode, PoolSettings, Settings, ViewId};
 use vastex_wgpu::test_device::{compute_pipelines, polls};
 
 use crate::common::texts::telling;
@@ -12,9 +12,9 @@ const TILE: u64 = 72 * 72 * 4;
 /// Frames in which a view comes right whatever was dropped before.
 const PATIENCE: u32 = 300;
 
-fn screen(way: FeedbackWay, tiles: u64) -> Screen {
+fn screen(mode: FeedbackMode, tiles: u64) -> Screen {
     let settings = Settings {
-        feedback: Some(way),
+        feedback: Some(mode),
         pools: PoolSettings::of_bytes(tiles * TILE),
         upload_bytes_per_frame: 6 * TILE,
         ..settings()
@@ -34,7 +34,7 @@ fn pose(nth: u32) -> Mapping {
 /// The picture of a view in which nothing is missing.
 fn sharp(screen: &mut Screen, nth: u32) -> Vec<[u8; 4]> {
     screen.set_mapping(0, &pose(nth));
-    screen.textures.view_cut();
+    screen.textures.view(ViewId::MAIN).unwrap().cut();
     screen.settle(|_| false, |_| {});
     screen.picture()
 }
@@ -60,60 +60,60 @@ impl Dropped {
     }
 }
 
-fn whatever_is_dropped(way: FeedbackWay) {
-    let (mut control, mut screen) = (screen(way, 400), screen(way, 400));
+fn whatever_is_dropped(mode: FeedbackMode) {
+    let (mut control, mut screen) = (screen(mode, 400), screen(mode, 400));
     let kinds = [Dropped::Wanted, Dropped::Picture, Dropped::Both, Dropped::EverySecond];
     let cases = kinds.into_iter().flat_map(|kind| [0, 2, 5].map(|begin| (kind, begin)));
     for ((kind, begin), nth) in cases.zip(0..) {
         let expected = sharp(&mut control, nth);
         screen.set_mapping(0, &pose(nth));
-        screen.textures.view_cut();
+        screen.textures.view(ViewId::MAIN).unwrap().cut();
         // Ten frames in a row from some frame on, as the view loads; then all are submitted.
         let dropped = |part: (u32, usize)| (begin..begin + 10).contains(&part.0) && kind.is(part.0, part.1);
         screen.settle(dropped, |screen| {
-            if screen.textures.stats().converged && screen.textures.is_converged() {
-                assert!(screen.picture() == expected, "{way:?} {kind:?} from {begin}: said to be sharp");
+            if screen.textures.stats().converged && screen.textures.inspect().is_converged() {
+                assert!(screen.picture() == expected, "{mode:?} {kind:?} from {begin}: said to be sharp");
             }
         });
-        assert!(screen.picture() == expected, "{way:?} {kind:?} from {begin}");
+        assert!(screen.picture() == expected, "{mode:?} {kind:?} from {begin}");
         assert_eq!(screen.textures.stats().pager.missing, 0);
     }
 }
 
 #[test]
 fn whatever_is_dropped_of_a_pass_of_its_own_the_picture_comes_right() {
-    whatever_is_dropped(FeedbackWay::Separate);
+    whatever_is_dropped(FeedbackMode::Separate);
 }
 
 #[test]
 fn whatever_is_dropped_of_inline_feedback_the_picture_comes_right() {
-    whatever_is_dropped(FeedbackWay::Inline);
+    whatever_is_dropped(FeedbackMode::Inline);
 }
 
 #[test]
 fn whatever_is_dropped_of_raw_feedback_the_picture_comes_right() {
-    whatever_is_dropped(FeedbackWay::Raw);
+    whatever_is_dropped(FeedbackMode::Raw);
 }
 
 /// As a window that shows nothing for a while does.
 #[test]
 fn ten_times_in_a_row_takes_no_more_frames_than_once() {
-    for way in FeedbackWay::ALL {
+    for mode in FeedbackMode::ALL {
         let frames = |dropped: u32| {
-            let mut screen = screen(way, 400);
+            let mut screen = screen(mode, 400);
             screen.set_mapping(0, &pose(0));
             screen.settle(|(frame, _)| frame < dropped, |_| {}) - dropped
         };
         let [none, ten] = [0, 10].map(frames);
-        assert!(ten <= none + 2, "{way:?}: {ten} frames after ten that were dropped, {none} otherwise");
+        assert!(ten <= none + 2, "{mode:?}: {ten} frames after ten that were dropped, {none} otherwise");
     }
 }
 
 /// No compute pipeline is made for a picture of another size, or another view.
 #[test]
 fn compute_pipelines_are_made_once_for_a_device() {
-    for way in FeedbackWay::ALL {
-        let mut screen = screen(way, 400);
+    for mode in FeedbackMode::ALL {
+        let mut screen = screen(mode, 400);
         screen.set_mapping(0, &pose(0));
         let before = compute_pipelines();
         for step in 0..100 {
@@ -121,15 +121,15 @@ fn compute_pipelines_are_made_once_for_a_device() {
             screen.frame_of_size(size);
         }
         screen.textures.add_view(vastex::ViewSettings::default()).unwrap();
-        assert_eq!(compute_pipelines(), before, "{way:?}");
+        assert_eq!(compute_pipelines(), before, "{mode:?}");
     }
 }
 
 /// However many views there are, and however much is under way.
 #[test]
 fn the_device_is_polled_once_a_frame() {
-    for way in FeedbackWay::ALL {
-        let settings = Settings { feedback: Some(way), ..Settings::default() };
+    for mode in FeedbackMode::ALL {
+        let settings = Settings { feedback: Some(mode), ..Settings::default() };
         let mut screen = Screen::showing(settings, &telling(), |textures| {
             textures.add_blocking(property(SIZE, 64, AddressMode::Clamp)).unwrap()
         });
@@ -141,7 +141,7 @@ fn the_device_is_polled_once_a_frame() {
             screen.frame_of(&views).unwrap();
             let wanted = screen.record_wanted(PICTURE);
             screen.gpu.queue.submit([wanted.finish()]);
-            assert_eq!(polls() - before, 1, "{way:?}: frame {frame}");
+            assert_eq!(polls() - before, 1, "{mode:?}: frame {frame}");
         }
     }
 }
@@ -162,7 +162,7 @@ impl Screen {
                 converged |= matches!(event, vastex::Event::Converged { .. });
             }
             let was_dropped = is_dropped((frame, 0)) || is_dropped((frame, 1));
-            if converged && self.textures.is_converged() && frame > 20 && !was_dropped {
+            if converged && self.textures.inspect().is_converged() && frame > 20 && !was_dropped {
                 return frame;
             }
         }

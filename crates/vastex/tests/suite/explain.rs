@@ -23,7 +23,7 @@ fn a_pixel_wants_what_it_wants_in_a_view_of_the_whole_picture() {
     // Even and odd ones, and those at the edges.
     for pixel in (0..9).flat_map(|x| (0..7).map(move |y| [x * 20 - x / 8, y * 20 - y / 6])) {
         screen.explain(pixel).unwrap();
-        let told = screen.textures.wait_explained().unwrap().unwrap();
+        let told = screen.textures.pixels().wait().unwrap().unwrap();
         assert_eq!(told.pixel, pixel);
         let [told] = told.explanations.as_slice() else { panic!("{pixel:?}: {told:?}") };
         assert!(wanted.contains(&told.wanted.page), "{pixel:?}: {told}");
@@ -36,18 +36,18 @@ fn a_pixel_wants_what_it_wants_in_a_view_of_the_whole_picture() {
 #[test]
 fn an_answer_comes_when_it_comes_and_in_the_order_of_the_questions() {
     let mut screen = screen();
-    assert_eq!(screen.textures.poll_explained().unwrap(), None);
-    assert_eq!(screen.textures.wait_explained().unwrap(), None);
+    assert_eq!(screen.textures.pixels().poll().unwrap(), None);
+    assert_eq!(screen.textures.pixels().wait().unwrap(), None);
     let pixels = [[3, 4], [PICTURE[0], 0], [100, 90]];
     for pixel in pixels {
         screen.explain(pixel).unwrap();
     }
-    assert_eq!(screen.textures.asked_pixels(), 3);
+    assert_eq!(screen.textures.pixels().asked(), 3);
     let mut answers = Vec::new();
     // Frames go on meanwhile; each of them lets the device say what it has done.
     for _ in 0..1000 {
         screen.frame().unwrap();
-        while let Some(answer) = screen.textures.poll_explained().unwrap() {
+        while let Some(answer) = screen.textures.pixels().poll().unwrap() {
             answers.push(answer);
         }
         if answers.len() == pixels.len() {
@@ -61,8 +61,8 @@ fn an_answer_comes_when_it_comes_and_in_the_order_of_the_questions() {
     for x in 0..40 {
         screen.explain([x, 0]).unwrap();
     }
-    assert_eq!(screen.textures.asked_pixels(), 16);
-    assert_eq!(screen.textures.wait_explained().unwrap().unwrap().pixel, [24, 0]);
+    assert_eq!(screen.textures.pixels().asked(), 16);
+    assert_eq!(screen.textures.pixels().wait().unwrap().unwrap().pixel, [24, 0]);
 }
 
 #[test]
@@ -73,9 +73,9 @@ fn a_lost_device_is_an_error_and_another_one_answers() {
     let is_lost = |error: &Error| matches!(error, Error::Gpu(GpuError::DeviceLost));
     assert!(screen.explain([5, 6]).is_err_and(|error| is_lost(&error)));
     let mut screen = screen.on_another_device();
-    assert_eq!(screen.textures.asked_pixels(), 0);
+    assert_eq!(screen.textures.pixels().asked(), 0);
     screen.set_mapping(0, &Mapping::new(SIZE, [0.4, 0.6], 1.7, 1.3, 0.7));
     screen.explain([5, 6]).unwrap();
-    let told = screen.textures.wait_explained().unwrap().unwrap();
+    let told = screen.textures.pixels().wait().unwrap().unwrap();
     assert_eq!(told.explanations.len(), 1);
 }

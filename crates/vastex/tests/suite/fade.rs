@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use crate::common::texts::halves;
-use crate::common::{Mapping, SCREEN, Screen, property, settings};
+use crate::common::{Mapping, SCREEN, Screen, add_with, property, settings};
 use vastex::{
     AddressMode, Codec, Description, Filter, Geometry, GeometrySpec, LayerFormat, PagePos, PoolId,
     PoolSettings, ReadFuture, Region, Settings, TableChoice, TextureSettings, Tile, TileSource,
@@ -178,9 +178,7 @@ fn sharp_and_tail(mapping: &Mapping) -> [Vec<[u8; 4]>; 2] {
 fn either_kind_of_page_table_fades_alike() {
     let mut screens = [TableChoice::Direct, TableChoice::Hashed].map(|page_table| {
         Screen::showing(Settings { filter: Filter::Trilinear, ..fading() }, SCREEN, |textures| {
-            textures
-                .add_blocking_with(source(), TextureSettings { page_table, ..Default::default() })
-                .unwrap()
+            add_with(textures, source(), TextureSettings { page_table, ..Default::default() }).unwrap()
         })
     });
     for frame in 0..40 {
@@ -203,7 +201,7 @@ fn a_pool_that_is_resized_goes_on_where_it_was() {
     let (picture, fading) = (screen.picture(), screen.textures.stats().fading);
     assert!(fading > 20);
     for tiles in [1700, 300] {
-        let resize = screen.textures.resize_pool(PoolId::new(0), tiles * TILE).unwrap();
+        let resize = screen.textures.memory().resize_pool(PoolId::new(0), tiles * TILE).unwrap();
         assert_ne!(resize.before, resize.bytes);
         assert!(screen.picture() == picture && screen.textures.stats().fading == fading, "{tiles}");
     }
@@ -245,7 +243,7 @@ fn content_that_changes_takes_the_place_of_what_was_there_at_once() {
     screen.converge();
     pass(&mut screen, FADE);
     let picture = screen.picture();
-    assert!(screen.textures.invalidate(screen.texture(0), &Region::whole()) > 20);
+    assert!(screen.textures.texture_mut(screen.texture(0)).unwrap().invalidate(&Region::whole()) > 20);
     for _ in 0..40 {
         screen.frame().unwrap();
         assert_eq!(screen.textures.stats().fading, 0);
@@ -334,7 +332,14 @@ fn a_page_whose_content_is_there_already_is_there_at_once_and_leaves_the_others_
     };
     check(&mut screen);
     assert_eq!(screen.textures.stats().pager.loaded, loaded);
-    assert!(screen.textures.invalidate(screen.texture(0), &Region::image(700..701, 300..301)) > 0);
+    assert!(
+        screen
+            .textures
+            .texture_mut(screen.texture(0))
+            .unwrap()
+            .invalidate(&Region::image(700..701, 300..301))
+            > 0
+    );
     check(&mut screen);
     assert!(screen.textures.stats().pager.refreshed > 0);
 }

@@ -1,7 +1,7 @@
 //! A device that refuses: whatever fails midway of `update` and `resize_pool` is not counted as done, pictures are meanwhile what they were, and
 //! what comes later is right.
 
-use vastex::{Error, Event, FeedbackWay, PoolId, TableChoice, Textures};
+use vastex::{Error, Event, FeedbackMode, PoolId, TableChoice, Textures, ViewId};
 use vastex_wgpu::GpuError;
 use vastex_wgpu::test_device::fail_after;
 
@@ -52,8 +52,9 @@ fn fails_midway(case: Case) {
     for frame in 0..FRAMES {
         if let Some((_, tiles)) = RESIZES.into_iter().find(|(at, _)| *at == frame) {
             let before = screen.picture();
-            let resize =
-                |textures: &mut Textures| textures.resize_pool(POOL, case.pool_bytes(tiles)).map(drop);
+            let resize = |textures: &mut Textures| {
+                textures.memory().resize_pool(POOL, case.pool_bytes(tiles)).map(drop)
+            };
             failures[1] += fail_everywhere(&mut screen, resize, |screen, _| {
                 assert!(screen.picture() == before, "{case:?}: frame {frame}, while it is resized");
             });
@@ -66,14 +67,14 @@ fn fails_midway(case: Case) {
         let before = (frame % 2 == 0).then(|| screen.picture());
         let mut is_caught_up = false;
         failures[0] += fail_everywhere(&mut screen, Textures::update, |screen, step| {
-            assert!(!screen.textures.is_converged(), "{case:?}: frame {frame}");
+            assert!(!screen.textures.inspect().is_converged(), "{case:?}: frame {frame}");
             if let Some(before) = &before {
                 assert!(is_caught_up || screen.picture() == *before, "{case:?}: frame {frame}");
             }
             // What binds page tables meanwhile does first what the frame could not, such as to fill a table that lies elsewhere.
             if step == 2 {
                 let view = screen.textures.add_view(vastex::ViewSettings::default()).unwrap();
-                assert!(screen.textures.remove_view(view));
+                assert!(screen.textures.view(view).is_ok_and(vastex::View::remove));
                 is_caught_up = true;
                 assert_eq!(wrong(screen, frame), [0, 0], "{case:?}: frame {frame}, bound");
             }
@@ -85,16 +86,16 @@ fn fails_midway(case: Case) {
         }
     }
     assert!(failures[0] > 4 && failures[1] > 4, "{case:?}: {failures:?} failures");
-    screen.textures.resize_pool(POOL, case.pool_bytes(400)).unwrap();
+    screen.textures.memory().resize_pool(POOL, case.pool_bytes(400)).unwrap();
     let settle = |screen: &mut Screen| {
         screen.set_mapping(0, &flight(FRAMES));
-        screen.textures.view_cut();
+        screen.textures.view(ViewId::MAIN).unwrap().cut();
         screen.settle(|_| false, |_| {});
     };
     settle(&mut screen);
     check_counts(&screen, case);
     assert_eq!(wrong(&screen, FRAMES), [0, 0], "{case:?}");
-    if case.way == FeedbackWay::Separate {
+    if case.mode == FeedbackMode::Separate {
         let mut control = case.screen(400);
         settle(&mut control);
         assert!(screen.picture() == control.picture(), "{case:?}");
@@ -106,7 +107,7 @@ fn check_counts(screen: &Screen, case: Case) {
     let textures = &screen.textures;
     let stats = textures.stats();
     assert_eq!(stats.pager.missing, 0, "{case:?}: {stats:?}");
-    let records: Vec<_> = textures.telemetry().iter().map(|record| record.pager).collect();
+    let records: Vec<_> = textures.inspect().telemetry().iter().map(|record| record.pager).collect();
     let frames: Vec<u64> = records.iter().map(|record| record.frame).collect();
     assert!(frames.iter().copied().eq(0..stats.frame), "{case:?}: {frames:?}");
     let sum = |of: fn(&vastex::Stats) -> u64| records.iter().map(|record| of(&record.stats)).sum::<u64>();
@@ -118,7 +119,7 @@ fn check_counts(screen: &Screen, case: Case) {
 #[test]
 fn what_fails_midway_is_not_counted_as_done() {
     let has_tables_of_its_own =
-        |case: &Case| case.way != FeedbackWay::Inline || case.tables == TableChoice::Direct;
+        |case: &Case| case.mode != FeedbackMode::Inline || case.tables == TableChoice::Direct;
     Case::all().filter(has_tables_of_its_own).for_each(fails_midway);
 }
 

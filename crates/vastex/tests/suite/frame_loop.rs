@@ -4,10 +4,10 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use crate::common::{Mapping, PICTURE, Screen, property, settings};
+use crate::common::{Mapping, PICTURE, Screen, add_with, property, settings};
 use vastex::{
     AddressMode, Error, GpuError, LevelRule, Pace, PageState, PoolSettings, Settings, TableChoice,
-    TextureSettings, Textures, TileSource,
+    TextureSettings, Textures, TileSource, ViewId,
 };
 use vastex_core::{Description, Dims, Geometry, GeometrySpec, PagePos, PoolError, WantedPage};
 use vastex_tiles::{PropertySource, ReadFuture};
@@ -32,7 +32,7 @@ fn check_resident(screen: &Screen, wanted: &[WantedPage]) {
     let certain = || wanted.iter().filter(|wanted| wanted.pixels > 64);
     assert!(certain().count() > 5, "{wanted:?}");
     for wanted in certain() {
-        assert!(matches!(screen.textures.state(wanted.page), PageState::Resident(_)), "{wanted:?}");
+        assert!(matches!(screen.textures.inspect().state(wanted.page), PageState::Resident(_)), "{wanted:?}");
     }
 }
 
@@ -78,7 +78,11 @@ fn after_a_lost_device_the_same_picture_comes_on_another() {
         let mapping = around([0.5, 0.5]);
         screen.set_mapping(0, &mapping);
         let texture = screen.texture(0);
-        screen.textures.set_levels(texture, LevelRule { finest: 1, ..LevelRule::default() });
+        screen
+            .textures
+            .texture_mut(texture)
+            .unwrap()
+            .set_levels(LevelRule { finest: 1, ..LevelRule::default() });
         screen.converge();
         let (picture, reads) = (screen.picture(), source.repeated_reads());
         let wanted = screen.feedback_of_every_pixel().pages;
@@ -128,17 +132,16 @@ fn a_texture_that_is_refused_leaves_everything_as_it_was() {
     let endless = Geometry::new(GeometrySpec::image(1 << 31, 1 << 31)).unwrap();
     let direct = TextureSettings { page_table: TableChoice::Direct, ..Default::default() };
     for _ in 0..2 {
-        let refused =
-            textures.add_blocking_with(Arc::new(PropertySource::new(endless.clone())), direct.clone());
+        let refused = add_with(&mut textures, Arc::new(PropertySource::new(endless.clone())), direct.clone());
         assert!(matches!(refused, Err(Error::Gpu(GpuError::TableTooLarge { .. }))), "{refused:?}");
     }
     // Neither its number nor its pool is kept: the next one is the first.
     let first = textures.add_blocking(small_pages()).unwrap();
-    assert_eq!((first.number(), textures.stats().pools.len()), (0, 1));
-    assert_eq!(textures.description(first).geometry.spec().page, PAGE);
-    let refused = textures.add_blocking_with(Arc::new(PropertySource::new(endless)), direct);
+    assert_eq!((first.number().number(), textures.stats().pools.len()), (0, 1));
+    assert_eq!(textures.texture(first).unwrap().description().geometry.spec().page, PAGE);
+    let refused = add_with(&mut textures, Arc::new(PropertySource::new(endless)), direct);
     assert!(refused.is_err());
-    assert_eq!(textures.add_blocking(small_pages()).unwrap().number(), 1);
+    assert_eq!(textures.add_blocking(small_pages()).unwrap().number().number(), 1);
 }
 
 #[test]
@@ -169,11 +172,11 @@ fn a_loop_without_textures_is_harmless() {
             textures.feedback(&mut encoder, PICTURE, |_, _| ()).unwrap();
             textures.update().unwrap();
             gpu.queue.submit([encoder.finish()]);
-            textures.view_cut();
+            textures.view(ViewId::MAIN).unwrap().cut();
             assert!(textures.poll_event().is_none());
         }
-        assert!(textures.feedback_of_every_pixel(PICTURE, |_, _| ()).unwrap().pages.is_empty());
-        assert!(textures.failed_pages().is_empty());
+        assert!(textures.pixels().feedback_of_every(PICTURE, |_, _| ()).unwrap().pages.is_empty());
+        assert!(textures.inspect().failed_pages().is_empty());
         assert!(!textures.stats().converged);
     }
 }
@@ -201,7 +204,7 @@ fn after_a_cut_the_old_view_is_no_longer_wanted() {
         screen.converge();
         screen.set_mapping(0, &around([0.58, 0.5]));
         if cut {
-            screen.textures.view_cut();
+            screen.textures.view(ViewId::MAIN).unwrap().cut();
         }
         (0..5).for_each(|_| drop(screen.frame().unwrap()));
         screen.textures.stats().pager.wanted
@@ -220,7 +223,7 @@ fn what_the_ram_cache_holds_is_not_read_again() {
         let mut screen = Screen::new(&[source.clone() as Arc<dyn TileSource>], settings);
         for centre in [[0.2, 0.2], [0.8, 0.8], [0.2, 0.2], [0.8, 0.8]] {
             screen.set_mapping(0, &around(centre));
-            screen.textures.view_cut();
+            screen.textures.view(ViewId::MAIN).unwrap().cut();
             screen.converge();
         }
         assert!(screen.textures.stats().pager.evicted > 0, "{:?}", screen.textures.stats());
@@ -264,10 +267,10 @@ fn all_textures_share_one_ram_cache() {
     for step in 0..8 {
         screen.set_mapping(0, &around([0.2 + 0.08 * f64::from(step), 0.3]));
         screen.set_mapping(1, &around([0.5, 0.2 + 0.08 * f64::from(step)]));
-        screen.textures.view_cut();
+        screen.textures.view(ViewId::MAIN).unwrap().cut();
         screen.converge();
     }
-    let telemetry = screen.textures.telemetry();
+    let telemetry = screen.textures.inspect().telemetry();
     let held: u64 = telemetry.newest().map(|record| record.tiers.ram.bytes).sum();
     let evicted: u64 = telemetry.iter().map(|record| record.tiers.ram.evictions).sum();
     assert!(held <= budget && held > budget / 2 && evicted > 0, "{held} of {budget}, {evicted} evicted");

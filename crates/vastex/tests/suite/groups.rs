@@ -6,7 +6,7 @@ use crate::common::texts::{NAMES, apart, by_columns};
 use crate::common::{Mapping, PICTURE, Screen, property, settings};
 use vastex::{
     AddressMode, Error, GpuError, GroupError, GroupId, LevelRule, Member, PageState, Settings, TextureId,
-    Textures, TileSource,
+    TextureNumber, Textures, TileSource,
 };
 use vastex_wgpu::test_device::TestDevice;
 
@@ -35,7 +35,7 @@ fn mapping(texels: f64) -> Mapping {
 /// The picture of each member alone, each in a `Textures` of its own, with the same mapping and levels.
 fn alone(nth: usize, texels: f64, rule: LevelRule) -> Vec<[u8; 4]> {
     let mut screen = Screen::new(&sources()[nth..=nth], settings());
-    screen.textures.set_levels(screen.texture(0), rule);
+    screen.textures.texture_mut(screen.texture(0)).unwrap().set_levels(rule);
     screen.set_mapping(0, &mapping(texels));
     screen.converge();
     screen.picture()
@@ -77,7 +77,7 @@ fn a_pool_may_be_resized_under_a_group() {
     let loaded = screen.textures.stats().pager.loaded;
     for (pool, bytes) in pools {
         // Of another number of columns and rows, and with the tails in other slots.
-        assert_ne!(screen.textures.resize_pool(pool, bytes * 2 / 3).unwrap().bytes, bytes);
+        assert_ne!(screen.textures.memory().resize_pool(pool, bytes * 2 / 3).unwrap().bytes, bytes);
     }
     check(&mut screen, 2.0, [ALL_LEVELS; 4]);
     assert_eq!(screen.textures.stats().pager.loaded, loaded, "tiles are kept");
@@ -92,9 +92,9 @@ fn members_keep_their_clamps_and_biases() {
         LevelRule { bias: -0.8, ..ALL_LEVELS },
         LevelRule { coarsest: 1, ..ALL_LEVELS },
     ];
-    let ids: Vec<TextureId> = screen.textures.iter().collect();
+    let ids: Vec<TextureId> = screen.textures.inspect().textures().collect();
     for (id, rule) in ids.into_iter().zip(rules) {
-        assert!(screen.textures.set_levels(id, rule));
+        screen.textures.texture_mut(id).unwrap().set_levels(rule);
     }
     for texels in [0.3, 2.7, 14.0] {
         check(&mut screen, texels, rules);
@@ -104,7 +104,7 @@ fn members_keep_their_clamps_and_biases() {
 #[test]
 fn a_group_outlives_its_device_but_not_its_members() {
     let screen = Screen::showing(settings(), &by_columns(), add_group);
-    let ids: Vec<TextureId> = screen.textures.iter().collect();
+    let ids: Vec<TextureId> = screen.textures.inspect().textures().collect();
     let mut screen = screen;
     screen.set_mapping(0, &mapping(2.0));
     (0..5).for_each(|_| drop(screen.frame().unwrap()));
@@ -115,8 +115,8 @@ fn a_group_outlives_its_device_but_not_its_members() {
     let textures = &mut screen.textures;
     assert!(textures.remove(ids[3]));
     let group = textures.add_group([("a", ids[0]), ("b", ids[1])]).unwrap();
-    assert!(textures.remove_group(group) && !textures.remove_group(group));
-    assert!(textures.iter().eq(ids[..3].iter().copied()));
+    assert!(textures.remove(group) && !textures.remove(group));
+    assert!(textures.inspect().textures().eq(ids[..3].iter().copied()));
 }
 
 #[test]
@@ -136,11 +136,14 @@ fn members_apart_take_turns() {
     // Whatever pixels want, whoever's turn it is: all is there.
     for _ in 0..3 {
         let wanted = screen.feedback_of_every_pixel().pages;
-        let textures: std::collections::BTreeSet<TextureId> =
+        let textures: std::collections::BTreeSet<TextureNumber> =
             wanted.iter().map(|wanted| wanted.page.texture()).collect();
         assert_eq!(textures.len(), 4, "each has its turn");
         for wanted in wanted.iter().filter(|wanted| wanted.pixels > 64) {
-            assert!(matches!(screen.textures.state(wanted.page), PageState::Resident(_)), "{wanted:?}");
+            assert!(
+                matches!(screen.textures.inspect().state(wanted.page), PageState::Resident(_)),
+                "{wanted:?}"
+            );
         }
         screen.frame().unwrap();
     }
@@ -164,8 +167,8 @@ fn what_cannot_be_a_group_is_refused_and_leaves_nothing() {
     let error = refused(textures.add_group(many));
     assert!(matches!(error, Error::Gpu(GpuError::GroupTooLarge { pools: 8, max_pools: 7, .. })), "{error}");
     let group = textures.add_group((0..20).map(|nth| (format!("m{nth}"), ids[0]))).unwrap();
-    assert_eq!(textures.ids(group)[1..], vec![textures.shader_id(ids[0]); 20]);
-    textures.remove_group(group);
+    assert_eq!(textures.bindings().ids(group).unwrap()[1..], vec![textures.shader_id(ids[0]).unwrap(); 20]);
+    textures.remove(group);
     textures.remove(ids[3]);
     let error = refused(textures.add_group([("a", ids[0]), ("b", ids[3])]));
     assert!(matches!(error, Error::Group(GroupError::NoTexture(3))), "{error}");

@@ -1,10 +1,10 @@
 //! A page table that grows where nothing can fill it on the GPU: a little in each frame, coarse levels first.
 
-use vastex::{AddressMode, Dims, Event, FeedbackWay, PoolSettings, Settings, TableChoice, TextureSettings};
+use vastex::{AddressMode, Dims, Event, FeedbackMode, PoolSettings, Settings, TableChoice, TextureSettings};
 use vastex_tiles::PropertySource;
 
 use crate::common::texts::telling;
-use crate::common::{Mapping, PICTURE, Screen, property, settings};
+use crate::common::{Mapping, PICTURE, Screen, add_with, property, settings};
 
 /// 1024 x 1024 pages of level 0: 5.3 MiB of entries.
 const SIZE: [u32; 2] = [16384, 16384];
@@ -12,12 +12,12 @@ const PAGE: u32 = 16;
 const TILE: u64 = 24 * 24 * 4;
 const MIB: u64 = 1 << 20;
 
-fn screen(way: FeedbackWay) -> Screen {
+fn screen(mode: FeedbackMode) -> Screen {
     let pools = PoolSettings::of_bytes(900 * TILE);
     let mut screen =
-        Screen::showing(Settings { feedback: Some(way), pools, ..settings() }, &telling(), |textures| {
+        Screen::showing(Settings { feedback: Some(mode), pools, ..settings() }, &telling(), |textures| {
             let settings = TextureSettings { page_table: TableChoice::Direct, ..Default::default() };
-            textures.add_blocking_with(property(SIZE, PAGE, AddressMode::Clamp), settings).unwrap()
+            add_with(textures, property(SIZE, PAGE, AddressMode::Clamp), settings).unwrap()
         });
     screen.set_mapping(0, &Mapping::new(SIZE, [0.4, 0.6], 0.9, 1.0, 0.3));
     screen
@@ -49,7 +49,7 @@ fn play(screen: &mut Screen) -> Vec<(u32, u64)> {
 
 #[test]
 fn on_the_floor_a_table_grows_by_a_mebibyte_a_frame_and_the_picture_with_it() {
-    let [mut floor, mut control] = [FeedbackWay::Raw, FeedbackWay::Separate].map(screen);
+    let [mut floor, mut control] = [FeedbackMode::Raw, FeedbackMode::Separate].map(screen);
     let frames = play(&mut floor);
     play(&mut control);
     assert!(floor.picture() == control.picture());

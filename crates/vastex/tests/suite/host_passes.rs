@@ -1,7 +1,7 @@
 //! Feedback passes that an application begins and ends itself.
 
 use crate::common::{Mapping, PICTURE, Screen, property, settings};
-use vastex::{AddressMode, Error, FeedbackWay, GpuError, Settings, ViewId, ViewSettings};
+use vastex::{AddressMode, Error, FeedbackMode, GpuError, Settings, ViewId, ViewSettings};
 
 const SIZE: [u32; 2] = [1000, 777];
 
@@ -17,7 +17,7 @@ fn frame_by_host(screen: &mut Screen, view: ViewId, picture: [u32; 2]) -> Result
     let mut drawn = screen.gpu.device.create_command_encoder(&Default::default());
     let mut ended = screen.gpu.device.create_command_encoder(&Default::default());
     assert!(screen.draw_by_host(&mut drawn, view, picture)?);
-    screen.textures.end_feedback(&mut ended, view)?;
+    screen.textures.view(view).unwrap().end_feedback(&mut ended)?;
     screen.textures.update()?;
     screen.gpu.queue.submit([drawn.finish(), ended.finish()]);
     Ok(())
@@ -36,7 +36,7 @@ fn what_the_application_draws_is_what_the_closure_draws() {
         by_closure.frame_of(&[(views[1][nth], pictures[nth], 0..2)]).unwrap();
         assert_eq!(by_host.textures.stats().pager, by_closure.textures.stats().pager, "{frame}");
     }
-    assert!(by_host.textures.is_converged() && by_host.textures.stats().pager.loaded > 20);
+    assert!(by_host.textures.inspect().is_converged() && by_host.textures.stats().pager.loaded > 20);
     assert!(by_host.picture() == by_closure.picture());
 }
 
@@ -48,7 +48,7 @@ fn a_pass_that_is_not_ended_is_an_error_at_the_next_and_asks_for_nothing() {
         screen.draw_by_host(&mut encoder, ViewId::MAIN, PICTURE).unwrap();
         screen.textures.update().unwrap();
         screen.gpu.queue.submit([encoder.finish()]);
-        let frame = screen.textures.frame() - 1;
+        let frame = screen.textures.inspect().frame() - 1;
         let mut encoder = screen.gpu.device.create_command_encoder(&Default::default());
         let error = screen.draw_by_host(&mut encoder, ViewId::MAIN, PICTURE).unwrap_err();
         let is_it = |error: &Error| matches!(error, Error::FeedbackNotEnded { view: ViewId::MAIN, frame: of } if *of == frame);
@@ -68,21 +68,21 @@ fn a_pass_that_is_not_ended_is_an_error_at_the_next_and_asks_for_nothing() {
 fn what_cannot_be_begun_or_ended_is_an_error() {
     let mut screen = screen(settings());
     let mut encoder = screen.gpu.device.create_command_encoder(&Default::default());
-    let ended = screen.textures.end_feedback(&mut encoder, ViewId::MAIN);
+    let ended = screen.textures.view(ViewId::MAIN).unwrap().end_feedback(&mut encoder);
     assert!(matches!(ended, Err(Error::FeedbackNotBegun(ViewId::MAIN))));
     let other = ViewId::new(77);
-    let begun = screen.textures.begin_feedback(&mut encoder, other, PICTURE);
+    let begun = screen.textures.view(other).unwrap().begin_feedback(&mut encoder, PICTURE);
     assert!(matches!(begun, Err(Error::NoView(view)) if view == other));
-    assert!(matches!(screen.textures.end_feedback(&mut encoder, other), Err(Error::NoView(_))));
-    let begun = screen.textures.begin_feedback(&mut encoder, ViewId::MAIN, [0, 5]);
+    assert!(matches!(screen.textures.view(other).unwrap().end_feedback(&mut encoder), Err(Error::NoView(_))));
+    let begun = screen.textures.view(ViewId::MAIN).unwrap().begin_feedback(&mut encoder, [0, 5]);
     assert!(matches!(begun, Err(Error::Gpu(GpuError::TargetSize { .. }))));
     screen.converge();
 }
 
 #[test]
 fn inline_there_is_nothing_to_begin() {
-    let mut screen = screen(Settings { feedback: Some(FeedbackWay::Inline), ..settings() });
+    let mut screen = screen(Settings { feedback: Some(FeedbackMode::Inline), ..settings() });
     let mut encoder = screen.gpu.device.create_command_encoder(&Default::default());
     assert!(!screen.draw_by_host(&mut encoder, ViewId::MAIN, PICTURE).unwrap());
-    screen.textures.end_feedback(&mut encoder, ViewId::MAIN).unwrap();
+    screen.textures.view(ViewId::MAIN).unwrap().end_feedback(&mut encoder).unwrap();
 }

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use crate::common::texts::two_filters;
 use crate::common::tiles::parts_of_tile;
-use crate::common::{Mapping, SCREEN, Screen, settings};
+use crate::common::{Mapping, SCREEN, Screen, add_with, settings};
 use vastex::{
     Description, Error, Feedback, Filter, Geometry, GeometrySpec, Layer, LayerFormat, LayerId, PagePos,
     ReadFuture, Sampled, Settings, TextureSettings, Textures, Tile, TileSource,
@@ -64,8 +64,8 @@ fn of(filter: Filter) -> Settings {
 }
 
 fn layer(textures: &mut Textures, source: Arc<Labels>, asked: &TextureSettings, name: &str) -> LayerId {
-    let texture = textures.add_blocking_with(source, asked.clone()).unwrap();
-    textures.layer(texture, name).unwrap()
+    let texture = add_with(textures, source, asked.clone()).unwrap();
+    textures.texture(texture).unwrap().layer(name).unwrap()
 }
 
 /// A layer by itself.
@@ -133,7 +133,7 @@ fn whoever_asks_for_a_filter_gets_it() {
     let asked =
         TextureSettings { filters: [("labels".into(), Filter::Nearest)].into(), ..Default::default() };
     let mut screen = alone(of(Filter::Nearest), true, &TextureSettings::default(), "label");
-    let error = screen.textures.add_blocking_with(Labels::new(true), asked).unwrap_err();
+    let error = add_with(&mut screen.textures, Labels::new(true), asked).unwrap_err();
     assert!(matches!(&error, Error::FilterLayer { .. }), "{error}");
     assert_eq!(
         error.to_string(),
@@ -152,7 +152,7 @@ fn in_a_group_each_member_has_its_own_filter() {
         let shader = two_filters(wanted);
         let mut screen = Screen::showing(of(filter), &shader, |textures| {
             let texture = textures.add_blocking(Labels::new(true)).unwrap();
-            let member = |name| (name, textures.layer(texture, name).unwrap());
+            let member = |name| (name, textures.texture(texture).unwrap().layer(name).unwrap());
             let members = ["value", "label"].map(member);
             Sampled::Group(textures.add_group(members).unwrap())
         });
@@ -175,7 +175,7 @@ fn together_members_are_asked_for_what_the_finest_of_their_filters_needs() {
     let mut screen = Screen::showing(of(filter), &two_filters(2), |textures| {
         let [value, label] = ["value", "label"].map(|name| {
             let texture = textures.add_blocking(Labels::new(true)).unwrap();
-            textures.layer(texture, name).unwrap()
+            textures.texture(texture).unwrap().layer(name).unwrap()
         });
         Sampled::Group(textures.add_group([("value", value), ("label", label)]).unwrap())
     });
@@ -209,11 +209,11 @@ fn the_cpu_does_not_mix_them_either() {
     let mut labels = alone(of(Filter::Trilinear), true, &TextureSettings::default(), "label");
     labels.set_mapping(0, &mapping(1.6));
     labels.converge();
-    let texture = labels.textures.iter().next().unwrap();
+    let texture = labels.textures.inspect().textures().next().unwrap();
     let sample = |name: &str, nth: u32| {
-        let layer = labels.textures.layer(texture, name).unwrap();
+        let layer = labels.textures.texture(texture).unwrap().layer(name).unwrap();
         let uv = [0.4 + nth as f32 * 0.0007, 0.6 - nth as f32 * 0.0003];
-        labels.textures.sample_cpu(layer, uv, nth as f32 * 0.01).unwrap()
+        labels.textures.cpu().sample(layer, uv, nth as f32 * 0.01).unwrap()
     };
     assert!(
         (0..100)
@@ -226,18 +226,20 @@ fn the_cpu_does_not_mix_them_either() {
 #[test]
 fn textures_share_a_pool_and_pipelines_whether_their_values_may_be_mixed_or_not() {
     let mut screen = alone(of(Filter::Trilinear), true, &TextureSettings::default(), "label");
-    let first = screen.textures.iter().next().unwrap();
+    let first = screen.textures.inspect().textures().next().unwrap();
     let textures = &mut screen.textures;
     let mixable = textures.add_blocking(Labels::new(false)).unwrap();
-    assert_eq!(textures.pool_of(first), textures.pool_of(mixable));
-    let filters =
-        |texture| ["value", "label"].map(|name| textures.filter(textures.layer(texture, name).unwrap()));
+    assert_eq!(textures.texture(first).unwrap().pool(), textures.texture(mixable).unwrap().pool());
+    let filters = |texture| {
+        let texture = textures.texture(texture).unwrap();
+        ["value", "label"].map(|name| texture.filter(texture.layer(name).unwrap().index()).unwrap())
+    };
     assert_eq!(filters(first), [Filter::Trilinear, Filter::Nearest]);
     assert_eq!(filters(mixable), [Filter::Trilinear; 2]);
-    let label = |texture| textures.layer(texture, "label").unwrap();
-    assert_eq!(textures.kinds(label(first)), textures.kinds(label(mixable)));
-    assert_eq!(textures.bind_group(label(first)), textures.bind_group(label(mixable)));
-    assert_ne!(textures.shader_id(first), textures.shader_id(mixable));
+    let label = |texture| textures.texture(texture).unwrap().layer("label").unwrap();
+    assert_eq!(textures.kinds(label(first)).unwrap(), textures.kinds(label(mixable)).unwrap());
+    assert_eq!(textures.bind_group(label(first)).unwrap(), textures.bind_group(label(mixable)).unwrap());
+    assert_ne!(textures.shader_id(first).unwrap(), textures.shader_id(mixable).unwrap());
     let tiles: Vec<_> = textures.stats().pools.iter().map(|pool| pool.tiles.to_string()).collect();
     assert_eq!(tiles, ["72x72 texels of r8, r8"]);
 }

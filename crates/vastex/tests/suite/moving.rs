@@ -4,27 +4,27 @@
 use std::ops::Range;
 
 use vastex::{
-    AddressMode, Dims, FeedbackWay, PoolSettings, Sampled, Settings, TableChoice, TextureSettings, Textures,
+    AddressMode, Dims, FeedbackMode, PoolSettings, Sampled, Settings, TableChoice, TextureSettings, Textures,
 };
 use vastex_tiles::PropertySource;
 
 use crate::common::texts::telling;
-use crate::common::{Mapping, PICTURE, Screen, property, settings};
+use crate::common::{Mapping, PICTURE, Screen, add_with, property, settings};
 
 pub(crate) const SIZES: [[u32; 2]; 2] = [[4000, 3000], [900, 900]];
 
 /// What is alike in a run.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Case {
-    pub(crate) way: FeedbackWay,
+    pub(crate) mode: FeedbackMode,
     pub(crate) tables: TableChoice,
 }
 
 impl Case {
     /// Every way of feedback with either kind of page table.
     pub(crate) fn all() -> impl Iterator<Item = Case> {
-        let of = |way| [TableChoice::Direct, TableChoice::Hashed].map(move |tables| Case { way, tables });
-        FeedbackWay::ALL.into_iter().flat_map(of)
+        let of = |mode| [TableChoice::Direct, TableChoice::Hashed].map(move |tables| Case { mode, tables });
+        FeedbackMode::ALL.into_iter().flat_map(of)
     }
 
     /// Texels of a page's side: so few where a hashed table is to grow that it has many pages.
@@ -41,12 +41,12 @@ impl Case {
     pub(crate) fn add(self, textures: &mut Textures, nth: usize) -> Sampled {
         let source = property(SIZES[nth], self.page(), AddressMode::Clamp);
         let settings = TextureSettings { page_table: self.tables, ..Default::default() };
-        textures.add_blocking_with(source, settings).unwrap().into()
+        add_with(textures, source, settings).unwrap().into()
     }
 
     fn settings(self, pool_bytes: u64) -> Settings {
         Settings {
-            feedback: Some(self.way),
+            feedback: Some(self.mode),
             pools: PoolSettings::of_bytes(pool_bytes),
             upload_bytes_per_frame: self.pool_bytes(6),
             ..settings()

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use vastex::{
     Description, Dims, Error, Feedback, Geometry, GeometrySpec, Layer, LayerFormat, Level, PageContents,
-    PageId, PageIdError, PagePos, PageSet, RamCache, ReadError, ReadFuture, TailLayout, TextureId, Tile,
+    PageId, PageIdError, PagePos, PageSet, RamCache, ReadError, ReadFuture, TailLayout, TextureNumber, Tile,
     TileSource, ViewId, WantedPage,
 };
 
@@ -53,7 +53,7 @@ fn an_application_names_what_it_needs() {
     let own = RamCache::new(Own { description, present, contents: None }, 1 << 20);
     assert!(own.present().is_some() && own.contents().is_none());
 
-    let texture = TextureId::new(0).unwrap();
+    let texture = TextureNumber::new(0).unwrap();
     let page: Result<PageId, PageIdError> = PageId::new(texture, Dims::D2, PagePos::new_2d(0, 1, 1));
     let wanted = WantedPage { page: page.unwrap(), pixels: 5, eighth: 0 };
     let feedback = Feedback::of_pages(0, vec![wanted]);

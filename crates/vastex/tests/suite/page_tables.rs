@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::common::texts::fixed;
-use crate::common::{Mapping, PICTURE, SCREEN, Screen, property, settings};
+use crate::common::{Mapping, PICTURE, SCREEN, Screen, add_with, property, settings};
 use vastex::{
     AddressMode, FrameStats, PoolId, PoolSettings, Settings, TableChoice, TextureSettings, TileSource,
 };
@@ -15,7 +15,7 @@ const TILE: u64 = 136 * 136 * 4;
 
 fn screen(source: Arc<dyn TileSource>, settings: Settings, page_table: TableChoice, shader: &str) -> Screen {
     Screen::showing(settings, shader, |textures| {
-        textures.add_blocking_with(source, TextureSettings { page_table, ..Default::default() }).unwrap()
+        add_with(textures, source, TextureSettings { page_table, ..Default::default() }).unwrap()
     })
 }
 
@@ -41,7 +41,7 @@ fn pictures_are_the_same_through_either_kind_in_every_frame() {
             Mapping::new([9000, 7000], [0.2 + t, 0.3 + 0.5 * t], 8.0 * 0.05f64.powf(t), 1.0, 3.0 * t);
         if frame == 50 {
             screens.iter_mut().for_each(|screen| {
-                screen.textures.resize_pool(PoolId::new(0), 35 * TILE).unwrap();
+                screen.textures.memory().resize_pool(PoolId::new(0), 35 * TILE).unwrap();
             });
         }
         if frame == 70 {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use crate::common::{Mapping, PICTURE, Screen, property, settings};
-use vastex::{AddressMode, Event, LevelRule, Pace, PageState, PoolSettings, Settings, TileSource};
+use vastex::{AddressMode, Error, Event, LevelRule, Pace, PageState, PoolSettings, Settings, TileSource};
 use vastex_core::{Description, Dims, Geometry, GeometrySpec, LayerFormat, PagePos};
 use vastex_tiles::{Codec, PropertySource, ReadFuture, Tile};
 
@@ -59,7 +59,7 @@ fn check_level(colours: &[[u8; 4]], level: u8) {
 fn check_resident(screen: &mut Screen) {
     let wanted = screen.feedback_of_every_pixel().pages;
     for wanted in wanted.iter().filter(|wanted| wanted.pixels > 64) {
-        assert!(matches!(screen.textures.state(wanted.page), PageState::Resident(_)), "{wanted:?}");
+        assert!(matches!(screen.textures.inspect().state(wanted.page), PageState::Resident(_)), "{wanted:?}");
     }
 }
 
@@ -91,8 +91,9 @@ fn tile_sizes_and_formats_live_side_by_side() {
         screen.set_mapping(nth, &sharp(centre));
     }
     screen.converge();
-    let numbers: Vec<u16> =
-        (0..5).map(|nth| screen.textures.pool_of(screen.texture(nth)).unwrap().number()).collect();
+    let numbers: Vec<u16> = (0..5)
+        .map(|nth| screen.textures.texture(screen.texture(nth)).unwrap().pool().unwrap().number())
+        .collect();
     assert_eq!(numbers, [0, 1, 2, 3, 0], "the last one shares the pool of the first");
     check_resident(&mut screen);
     for nth in [0, 1, 4] {
@@ -133,10 +134,13 @@ fn only_the_pool_that_is_too_small_becomes_coarser_and_is_named() {
         }
     }
     let [coarse, fine] = [0, 1].map(|nth| screen.texture(nth));
-    assert_eq!(named, BTreeSet::from([screen.textures.pool_of(coarse)]));
-    assert!(screen.textures.bias_eighths(coarse) > 0);
-    assert_eq!(screen.textures.bias_eighths(fine), 0);
-    assert_eq!(screen.textures.stats().pager.bias_eighths, screen.textures.bias_eighths(coarse));
+    assert_eq!(named, BTreeSet::from([screen.textures.texture(coarse).unwrap().pool()]));
+    assert!(screen.textures.texture(coarse).unwrap().bias_eighths() > 0);
+    assert_eq!(screen.textures.texture(fine).unwrap().bias_eighths(), 0);
+    assert_eq!(
+        screen.textures.stats().pager.bias_eighths,
+        screen.textures.texture(coarse).unwrap().bias_eighths()
+    );
 }
 
 #[test]
@@ -147,25 +151,25 @@ fn each_texture_may_have_its_own_clamp_of_levels_and_bias() {
     // From level 0.1: nothing, a bias, at least level 2, at most what the texture has.
     let rules = [(0.0, 0, 99), (0.95, 0, 99), (0.0, 2, 5), (9.0, 0, 3)];
     for (nth, (bias, finest, coarsest)) in rules.into_iter().enumerate() {
-        assert!(screen.textures.set_levels(screen.texture(nth), LevelRule { bias, finest, coarsest }));
+        let texture = screen.texture(nth);
+        screen.textures.texture_mut(texture).unwrap().set_levels(LevelRule { bias, finest, coarsest });
     }
     assert_eq!(
-        screen.textures.levels(screen.texture(0)),
-        Some(LevelRule { coarsest: 10, ..LevelRule::default() })
+        screen.textures.texture(screen.texture(0)).unwrap().levels(),
+        LevelRule { coarsest: 10, ..LevelRule::default() }
     );
     screen.converge();
     let wanted = screen.feedback_of_every_pixel().pages;
     for (nth, level) in [0, 1, 2, 3].into_iter().enumerate() {
         check_level(&column(&screen, nth, 4), level);
         let texture = screen.texture(nth);
-        let own = wanted.iter().filter(|wanted| wanted.page.texture() == texture);
+        let own = wanted.iter().filter(|wanted| wanted.page.texture() == texture.number());
         assert!(own.clone().count() > 0 && own.clone().all(|wanted| wanted.page.level() == level));
     }
     let gone = screen.texture(3);
     screen.remove(3);
-    assert!(
-        !screen.textures.set_levels(gone, LevelRule::default()) && screen.textures.levels(gone).is_none()
-    );
+    assert!(matches!(screen.textures.texture_mut(gone), Err(Error::NoTexture(id)) if id == gone));
+    assert!(matches!(screen.textures.texture(gone), Err(Error::NoTexture(id)) if id == gone));
 }
 
 #[test]
@@ -180,7 +184,7 @@ fn a_removed_texture_gives_back_what_it_held_and_the_next_one_takes_its_place() 
         screen.remove(1);
         assert!(!screen.textures.remove(gone), "there is none any more");
         let after = screen.textures.stats();
-        assert_eq!(screen.textures.iter().collect::<Vec<_>>(), [screen.texture(0)]);
+        assert_eq!(screen.textures.inspect().textures().collect::<Vec<_>>(), [screen.texture(0)]);
         assert!(after.table_bytes < before.table_bytes, "{after:?}");
         assert_eq!((after.pools[1].bytes, after.pools[1].pager.occupied), (0, 0), "{after:?}");
         assert_eq!(after.pools[0].bytes, before.pools[0].bytes);

@@ -61,7 +61,7 @@ fn what_an_add_needs_has_been_read_before_it() {
         let texture = textures.add(prepared).unwrap();
         textures.update().unwrap();
         assert_eq!(source.reads(), reads, "the add has read");
-        assert_eq!(textures.iter().collect::<Vec<_>>(), [texture]);
+        assert_eq!(textures.inspect().textures().collect::<Vec<_>>(), [texture]);
     }
 }
 
@@ -84,7 +84,7 @@ fn a_picture_between_add_and_update_is_as_it_was() {
     let mut screen = Screen::new(&[property(SIZE, PAGE, AddressMode::Clamp)], settings);
     screen.set_mapping(0, &Mapping::new(SIZE, [0.5, 0.5], 1.1, 1.0, 0.2));
     screen.converge();
-    let pages = |screen: &Screen| screen.textures.dump_pool_usage().pools[0].textures[0].pages;
+    let pages = |screen: &Screen| screen.textures.inspect().pool_usage().pools[0].textures[0].pages;
     let mut made_room = 0;
     for _ in 0..12 {
         let (before, pages_before) = (screen.picture(), pages(&screen));
@@ -97,7 +97,10 @@ fn a_picture_between_add_and_update_is_as_it_was() {
         made_room += u32::from(pages(&screen) < pages_before);
         screen.frame().unwrap();
     }
-    assert!(screen.textures.iter().count() > 4 && made_room > 2, "a tile made room for {made_room}");
+    assert!(
+        screen.textures.inspect().textures().count() > 4 && made_room > 2,
+        "a tile made room for {made_room}"
+    );
 }
 
 #[test]
@@ -108,7 +111,7 @@ fn what_was_prepared_for_others_is_given_back() {
     let refused = of_wholes.add(read(&of_pages.preparer(), source.clone())).unwrap_err();
     assert!(matches!(refused.error, Error::OtherSettings), "{refused}");
     assert!(refused.to_string().contains("Textures::preparer"), "{refused}");
-    assert_eq!(of_wholes.iter().count(), 0);
+    assert_eq!(of_wholes.inspect().textures().count(), 0);
     let given_back = refused.prepared.into_source();
     of_wholes.add(read(&of_wholes.preparer(), given_back)).unwrap();
 }
@@ -122,7 +125,7 @@ fn a_lost_device_gives_it_back_and_another_takes_it() {
     let refused = textures.add(prepared).unwrap_err();
     assert!(matches!(refused.error, Error::Gpu(GpuError::DeviceLost)), "{refused}");
     let gpu = TestDevice::new();
-    textures.restore(&gpu.device, &gpu.queue).unwrap();
+    textures.memory().restore(&gpu.device, &gpu.queue).unwrap();
     textures.add(refused.prepared).unwrap();
     textures.update().unwrap();
     assert_eq!(source.reads(), 1, "it was not read again");

@@ -210,8 +210,8 @@ fn a_pool_too_small_moves_every_pixel_to_the_level_of_its_bias() {
 
 /// Whether a page is there to be sampled.
 fn resident(screen: &Screen, pos: PagePos) -> bool {
-    let page = PageId::new(screen.texture(0), Dims::D2, pos).unwrap_or(PageId::NONE);
-    matches!(screen.textures.state(page), PageState::Resident(_))
+    let page = PageId::new(screen.texture(0).number(), Dims::D2, pos).unwrap_or(PageId::NONE);
+    matches!(screen.textures.inspect().state(page), PageState::Resident(_))
 }
 
 #[test]

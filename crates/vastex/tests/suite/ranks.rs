@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::{Arc, Condvar, Mutex};
 use std::time::{Duration, Instant};
 
-use vastex::{AddressMode, Feedback, Pace, PageId, Region, Settings, Textures, TileSource, Urgency};
+use vastex::{AddressMode, Feedback, Pace, PageId, Region, Settings, Textures, TileSource, Urgency, ViewId};
 use vastex_core::{Description, Dims, PagePos, WantedPage};
 use vastex_tiles::ReadFuture;
 use vastex_wgpu::test_device::TestDevice;
@@ -44,7 +44,7 @@ fn frames_until(textures: &mut Textures, wanted: &Feedback, mut holds: impl FnMu
     let start = Instant::now();
     while !holds(textures) {
         assert!(start.elapsed() < DEADLINE, "{:?}", textures.stats());
-        textures.want(wanted.clone());
+        textures.view(ViewId::MAIN).unwrap().want(wanted.clone());
         textures.update().unwrap();
         std::thread::sleep(Duration::from_millis(1));
     }
@@ -66,7 +66,7 @@ fn a_page_that_was_asked_for_ahead_and_comes_into_view_is_read_before_others() {
     let source = Arc::new(Ordered { source, begun, is_open, opened });
     let texture = textures.add_blocking(source.clone()).unwrap();
     let all = Region::image(0..SIZE[0], 0..SIZE[1]).on_levels(0..=0);
-    let _ahead = textures.prefetch(texture, &all, Urgency::default()).unwrap();
+    let _ahead = textures.ahead().prefetch(texture, &all, Urgency::default()).unwrap();
     // Until the loader has them all, in an order in which a page at the end comes late, and one is being read.
     let pages = 32 * 25;
     frames_until(&mut textures, &Feedback::default(), |textures| {
@@ -76,9 +76,9 @@ fn a_page_that_was_asked_for_ahead_and_comes_into_view_is_read_before_others() {
     let geometry = &source.description().geometry;
     let first_of_tail = geometry.tail().first_level();
     let in_view: BTreeSet<PagePos> = (0..first_of_tail).map(|level| geometry.ancestor(late, level)).collect();
-    let page = PageId::new(texture, Dims::D2, late).unwrap();
+    let page = PageId::new(texture.number(), Dims::D2, late).unwrap();
     let wanted = Feedback { pages: vec![WantedPage { page, pixels: 64, eighth: 0 }], ..Feedback::default() };
-    textures.want(wanted.clone());
+    textures.view(ViewId::MAIN).unwrap().want(wanted.clone());
     textures.update().unwrap();
     *source.is_open.lock().unwrap() = true;
     source.opened.notify_all();

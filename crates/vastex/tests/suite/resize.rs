@@ -29,7 +29,7 @@ fn a_pool_that_still_holds_the_view_shows_the_same_picture() {
     let needed = u64::from(before.pager.occupied) * 5 / 4;
     // Larger, with another grid of slots; then so small that most tiles have to move.
     for tiles in [1700, needed] {
-        let resize = screen.textures.resize_pool(POOL, tiles * TILE).unwrap();
+        let resize = screen.textures.memory().resize_pool(POOL, tiles * TILE).unwrap();
         assert!(
             resize.bytes <= tiles * TILE && resize.transient == resize.before + resize.bytes,
             "{resize:?}"
@@ -46,14 +46,14 @@ fn a_pool_that_still_holds_the_view_shows_the_same_picture() {
 fn a_pool_that_is_too_small_becomes_coarser_and_sharpens_when_it_grows() {
     let mut screen = two_textures(400);
     let sharp = screen.picture();
-    screen.textures.resize_pool(POOL, 40 * TILE).unwrap();
+    screen.textures.memory().resize_pool(POOL, 40 * TILE).unwrap();
     screen.converge();
     assert!(screen.textures.stats().pager.bias_eighths > 0);
     assert!(screen.picture() == two_textures(40).picture(), "as if it had been small from the beginning");
     // Elsewhere, so that every slot has had another tile, and back.
     look(&mut screen, 0.7);
     screen.converge();
-    screen.textures.resize_pool(POOL, 500 * TILE).unwrap();
+    screen.textures.memory().resize_pool(POOL, 500 * TILE).unwrap();
     (0..40).for_each(|_| drop(screen.frame().unwrap()));
     look(&mut screen, 0.3);
     screen.converge();
@@ -65,14 +65,17 @@ fn a_pool_that_is_too_small_becomes_coarser_and_sharpens_when_it_grows() {
 fn what_cannot_be_done_leaves_everything_as_it_was() {
     let mut screen = two_textures(400);
     let (picture, before) = (screen.picture(), screen.textures.stats());
-    let error = screen.textures.resize_pool(PoolId::new(7), TILE).unwrap_err();
+    let error = screen.textures.memory().resize_pool(PoolId::new(7), TILE).unwrap_err();
     assert!(matches!(error, Error::NoPool(pool) if pool.number() == 7), "{error}");
     // Two tails, and nothing to work with.
     for tiles in [0, 1, 2] {
-        let error = screen.textures.resize_pool(POOL, tiles * TILE).unwrap_err();
+        let error = screen.textures.memory().resize_pool(POOL, tiles * TILE).unwrap_err();
         assert!(matches!(error, Error::Pool(_)), "{error}");
     }
-    assert_eq!(screen.textures.resize_pool(POOL, before.pool_bytes).unwrap().bytes, before.pool_bytes);
+    assert_eq!(
+        screen.textures.memory().resize_pool(POOL, before.pool_bytes).unwrap().bytes,
+        before.pool_bytes
+    );
     assert_eq!(screen.textures.stats(), before);
     assert!(screen.picture() == picture);
 }
@@ -82,17 +85,17 @@ fn pools_without_a_size_of_their_own_follow_the_picture() {
     let sources = [property(SIZE, 32, AddressMode::Clamp)];
     let mut screen = Screen::new(&sources, Settings { picture: PICTURE, ..settings() });
     let small = screen.textures.stats().pool_bytes;
-    assert!(screen.textures.set_picture(PICTURE.map(|side| side * 21 / 20)).unwrap().is_empty());
-    let resized = screen.textures.set_picture(PICTURE.map(|side| side * 3)).unwrap();
+    assert!(screen.textures.memory().set_picture(PICTURE.map(|side| side * 21 / 20)).unwrap().is_empty());
+    let resized = screen.textures.memory().set_picture(PICTURE.map(|side| side * 3)).unwrap();
     let large = screen.textures.stats().pool_bytes;
     assert!(large > 2 * small && resized.len() == 1 && resized[0].1.bytes == large, "{resized:?}");
-    screen.textures.set_picture(PICTURE).unwrap();
+    screen.textures.memory().set_picture(PICTURE).unwrap();
     assert_eq!(screen.textures.stats().pool_bytes, small);
     // One that has its own size keeps it; one without textures has no memory, and the size for when it has.
     let mut fixed = two_textures(400);
-    assert!(fixed.textures.set_picture([9000, 9000]).unwrap().is_empty());
+    assert!(fixed.textures.memory().set_picture([9000, 9000]).unwrap().is_empty());
     screen.remove(0);
-    let resized = screen.textures.set_picture(PICTURE.map(|side| side * 3)).unwrap();
+    let resized = screen.textures.memory().set_picture(PICTURE.map(|side| side * 3)).unwrap();
     assert_eq!((resized.len(), screen.textures.stats().pool_bytes), (1, 0));
     screen.replace(0, property(SIZE, 32, AddressMode::Clamp));
     assert_eq!(screen.textures.stats().pool_bytes, large);

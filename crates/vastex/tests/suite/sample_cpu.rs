@@ -80,23 +80,24 @@ impl World {
 
     /// Has a region in the pool, on these levels, after some frames.
     fn load(&mut self, region: &Region) {
-        let ticket = self.textures.pin(self.texture, region).unwrap();
+        let ticket = self.textures.ahead().pin(self.texture, region).unwrap();
         for _ in 0..200 {
             self.textures.update().unwrap();
         }
         let progress = ticket.progress();
         assert_eq!(progress.resident, progress.pages);
-        self.textures.release(&ticket);
+        self.textures.ahead().release(&ticket);
     }
 
     fn sample(&self, uv: [f32; 2], level: f32) -> CpuSample {
-        self.textures.sample_cpu(self.texture, uv, level).unwrap()
+        self.textures.cpu().sample(self.texture, uv, level).unwrap()
     }
 
     /// What the GPU says at each of these points and levels.
     fn on_gpu(&self, inputs: &[[f32; 4]]) -> Vec<[f32; 4]> {
         let (device, queue) = (&self.gpu.device, &self.gpu.queue);
-        let (kinds, id) = (self.textures.kinds(self.texture), self.textures.shader_id(self.texture));
+        let (kinds, id) =
+            (self.textures.kinds(self.texture).unwrap(), self.textures.shader_id(self.texture).unwrap());
         let points = crate::common::texts::POINTS;
         let text = format!("{points}\nconst ID: u32 = {id}u;\n{}", self.textures.wgsl(&kinds));
         let module = vastex_wgpu::shader_module(device, None, text);
@@ -147,7 +148,7 @@ impl World {
         let mut encoder = device.create_command_encoder(&Default::default());
         let mut pass = encoder.begin_compute_pass(&Default::default());
         pass.set_pipeline(&pipeline);
-        pass.set_bind_group(0, self.textures.bind_group(self.texture), &[]);
+        pass.set_bind_group(0, self.textures.bind_group(self.texture).unwrap(), &[]);
         pass.set_bind_group(1, &group, &[]);
         pass.dispatch_workgroups((inputs.len() as u32).div_ceil(64), 1, 1);
         drop(pass);
@@ -162,8 +163,8 @@ impl World {
     /// All answers are the GPU's, in one texture whose tiles both have. Weights of the GPU's filter have 8 bits, and
     /// so have its results for texels of 8 bits.
     fn check(&self, inputs: &[[f32; 4]]) {
-        let mut sampler = self.textures.cpu_sampler(self.texture).unwrap();
-        let format = self.textures.description(self.texture).layers[0].format;
+        let mut sampler = self.textures.cpu().sampler(self.texture).unwrap();
+        let format = self.textures.texture(self.texture).unwrap().description().layers[0].format;
         let tolerance = if format == LayerFormat::Rgba8 { 2.5 / 255.0 } else { 1.5e-3 };
         for (input, on_gpu) in inputs.iter().zip(self.on_gpu(inputs)) {
             let [u, v, level, _] = *input;
@@ -204,7 +205,8 @@ fn where_the_tiles_are_it_says_what_the_gpu_says() {
         for level in [0.0, 2.5, 7.0] {
             assert_eq!(world.sample([0.6, 0.7], level).level, level, "{format:?}");
         }
-        let coarsest = f32::from(world.textures.description(world.texture).geometry.coarsest());
+        let coarsest =
+            f32::from(world.textures.texture(world.texture).unwrap().description().geometry.coarsest());
         assert_eq!(world.sample([0.6, 0.7], 100.0).level, coarsest);
     }
 }
@@ -212,7 +214,8 @@ fn where_the_tiles_are_it_says_what_the_gpu_says() {
 #[test]
 fn where_tiles_are_missing_it_answers_coarser_and_says_so() {
     let mut world = World::new(Hills::new(LayerFormat::R32Float, AddressMode::Clamp), settings());
-    let tail = f32::from(world.textures.description(world.texture).geometry.tail().first_level());
+    let tail =
+        f32::from(world.textures.texture(world.texture).unwrap().description().geometry.tail().first_level());
     assert!(tail >= 3.0, "{tail}");
     assert_eq!(world.sample([0.1, 0.1], 0.0).level, tail, "the tail is always there");
     world.load(&Region::image(0..250, 0..166).on_levels(1..=1));
@@ -222,7 +225,7 @@ fn where_tiles_are_missing_it_answers_coarser_and_says_so() {
     assert!((2.0..=tail).contains(&elsewhere), "an ancestor of what was loaded: {elsewhere}");
     // Both say the same, whatever is missing.
     world.check(&inputs());
-    let stats = world.textures.cpu_stats();
+    let stats = world.textures.cpu().stats();
     assert!(stats.misses > 0 && stats.hits > 0 && stats.bytes == stats.tiles * 40 * 40 * 4, "{stats:?}");
 }
 
@@ -246,20 +249,20 @@ fn it_answers_from_the_ram_cache_after_an_eviction_and_from_coarser_tiles_after_
     assert_eq!([[0.1, 0.1], [0.81, 0.75]].map(|uv| world.sample(uv, 0.0).level), [tail; 2]);
     // What is kept is what is resident.
     let mut world = World::new(source, settings);
-    assert!(world.textures.keep_for_cpu(world.texture, true));
+    assert!(world.textures.texture_mut(world.texture).unwrap().keep_for_cpu(0, true));
     parts.iter().for_each(|part| world.load(part));
     assert!(world.sample([0.1, 0.1], 0.0).level > 0.0, "it has left the pool");
     assert_eq!(world.sample([0.81, 0.75], 0.0).level, 0.0);
-    let stats = world.textures.cpu_stats();
+    let stats = world.textures.cpu().stats();
     assert!(stats.kept_tiles > 9 && stats.kept_bytes == stats.kept_tiles * tile, "{stats:?}");
     assert!(stats.kept_bytes <= world.textures.stats().pool_bytes, "{stats:?}");
     // In a pool of another size the tiles are in other slots.
-    world.textures.resize_pool(vastex::PoolId::new(0), tile * 80).unwrap();
+    world.textures.memory().resize_pool(vastex::PoolId::new(0), tile * 80).unwrap();
     let in_corner = |n: u32| [0.82 + 0.01 * (n % 17) as f32, 0.72 + 0.01 * (n % 25) as f32, 0.0, 0.0];
     world.check(&(0..50).map(in_corner).collect::<Vec<_>>());
     assert_eq!(world.sample([0.81, 0.75], 0.0).level, 0.0);
-    assert!(world.textures.keep_for_cpu(world.texture, false));
-    assert_eq!(world.textures.cpu_stats().kept_bytes, 0);
+    assert!(world.textures.texture_mut(world.texture).unwrap().keep_for_cpu(0, false));
+    assert_eq!(world.textures.cpu().stats().kept_bytes, 0);
 }
 
 #[test]
@@ -271,10 +274,10 @@ fn nothing_that_is_asked_reads_or_panics() {
     for (u, level) in strange.into_iter().flat_map(|u| strange.map(|level| (u, level))) {
         let _ = world.sample([u, 0.5], level);
     }
-    assert_eq!(world.textures.cpu_stats().bytes, 0, "the budget holds");
+    assert_eq!(world.textures.cpu().stats().bytes, 0, "the budget holds");
     world.textures.remove(world.texture);
-    assert_eq!(world.textures.sample_cpu(world.texture, [0.5; 2], 0.0), None);
-    assert!(!world.textures.keep_for_cpu(world.texture, true));
+    assert_eq!(world.textures.cpu().sample(world.texture, [0.5; 2], 0.0), None);
+    assert!(!world.textures.texture_mut(world.texture).unwrap().keep_for_cpu(0, true));
 }
 
 #[test]

@@ -87,9 +87,10 @@ fn screen(hung: &Arc<Hung>, settings: Settings) -> Screen {
 /// Whether all that the second texture certainly wants is there.
 fn second_is_sharp(screen: &Screen, wanted: &[vastex_core::WantedPage]) -> bool {
     let texture = screen.texture(1);
-    let mut of_it = wanted.iter().filter(|wanted| wanted.page.texture() == texture && wanted.pixels > 64);
+    let mut of_it =
+        wanted.iter().filter(|wanted| wanted.page.texture() == texture.number() && wanted.pixels > 64);
     of_it.clone().count() > 5
-        && of_it.all(|wanted| matches!(screen.textures.state(wanted.page), PageState::Resident(_)))
+        && of_it.all(|wanted| matches!(screen.textures.inspect().state(wanted.page), PageState::Resident(_)))
 }
 
 /// The program can end: this does, though reads have not.
@@ -119,7 +120,7 @@ fn other_textures_converge_and_each_page_that_hangs_is_said_once() {
         loop {
             for event in screen.frame().unwrap() {
                 if let Event::Failed { page, why, .. } = event
-                    && page.texture() == screen.texture(0)
+                    && page.texture() == screen.texture(0).number()
                 {
                     assert!(why.contains("no answer within 100ms"), "{why}");
                     assert!(failed.insert(page), "{how:?}: {page:?} was said twice");
@@ -133,9 +134,9 @@ fn other_textures_converge_and_each_page_that_hangs_is_said_once() {
         }
         // When it answers again, it comes by itself.
         hung.answer();
-        while !screen.textures.failed_pages().is_empty() {
+        while !screen.textures.inspect().failed_pages().is_empty() {
             screen.frame().unwrap();
-            assert!(start.elapsed() < DEADLINE, "{how:?}: {:?}", screen.textures.failed_pages());
+            assert!(start.elapsed() < DEADLINE, "{how:?}: {:?}", screen.textures.inspect().failed_pages());
             std::thread::sleep(Duration::from_millis(1));
         }
         drop_in_time(screen);
@@ -190,8 +191,8 @@ fn lock_step_waits_for_the_time_out_and_no_longer() {
         });
         assert!(is_sharp, "{how:?}: {:?}", screen.textures.stats());
         let first = screen.texture(0);
-        assert!(screen.textures.failed_pages().iter().all(|page| page.texture() == first));
-        assert!(!screen.textures.failed_pages().is_empty());
+        assert!(screen.textures.inspect().failed_pages().iter().all(|page| page.texture() == first.number()));
+        assert!(!screen.textures.inspect().failed_pages().is_empty());
         drop_in_time(screen);
         hung.answer();
     }
@@ -209,7 +210,7 @@ fn a_tail_that_does_not_come_is_an_error_in_time() {
             let limits = Settings { read_time_out: time_out, ..settings() };
             let mut textures = Textures::new(&gpu.device, &gpu.queue, limits).unwrap();
             let error = textures.add_blocking(source).unwrap_err();
-            assert_eq!(textures.iter().count(), 0);
+            assert_eq!(textures.inspect().textures().count(), 0);
             done.send((error, textures)).unwrap();
         });
         let (error, textures) = end.recv_timeout(DEADLINE).unwrap();

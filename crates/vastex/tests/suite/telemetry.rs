@@ -37,12 +37,12 @@ fn every_frame_has_a_record_of_every_pool_and_they_add_up() {
             screen.remove(0);
         }
         screen.frame().unwrap();
-        let newest: Vec<PoolRecord> = screen.textures.telemetry().newest().copied().collect();
+        let newest: Vec<PoolRecord> = screen.textures.inspect().telemetry().newest().copied().collect();
         let of = newest.iter().map(|record| (record.pager.frame, record.pager.pool.number()));
         assert_eq!(of.collect::<Vec<_>>(), [(u64::from(frame), 0), (u64::from(frame), 1)]);
         records.extend(newest);
     }
-    assert!(screen.textures.telemetry().iter().eq(&records), "all of them are within 256 frames");
+    assert!(screen.textures.inspect().telemetry().iter().eq(&records), "all of them are within 256 frames");
     let stats = screen.textures.stats();
     for pool in &stats.pools {
         let of_pool = || records.iter().filter(|record| record.pager.pool == pool.pool);
@@ -64,7 +64,8 @@ fn as_many_frames_are_kept_as_are_asked_for() {
     for telemetry_frames in [0, 1, 7] {
         let mut screen = screen(&Settings { telemetry_frames, ..settings() });
         (0..12).for_each(|_| drop(screen.frame().unwrap()));
-        let frames: Vec<u64> = screen.textures.telemetry().iter().map(|record| record.pager.frame).collect();
+        let frames: Vec<u64> =
+            screen.textures.inspect().telemetry().iter().map(|record| record.pager.frame).collect();
         let expected: Vec<u64> = (12 - telemetry_frames..12).flat_map(|frame| [frame; 2]).collect();
         assert_eq!(frames, expected);
     }
@@ -74,11 +75,14 @@ fn as_many_frames_are_kept_as_are_asked_for() {
 fn a_dump_accounts_for_every_slot() {
     let mut screen = screen(&settings());
     let [first, third] = [0, 2].map(|nth| screen.texture(nth));
-    assert!(screen.textures.set_name(third, "clouds"));
-    screen.textures.set_levels(third, LevelRule { bias: -0.5, finest: 0, coarsest: 5 });
-    assert_eq!((screen.textures.name(third), screen.textures.name(first)), (Some("clouds"), None));
+    screen.textures.texture_mut(third).unwrap().set_name("clouds");
+    screen.textures.texture_mut(third).unwrap().set_levels(LevelRule { bias: -0.5, finest: 0, coarsest: 5 });
+    assert_eq!(
+        (screen.textures.texture(third).unwrap().name(), screen.textures.texture(first).unwrap().name()),
+        (Some("clouds"), None)
+    );
     screen.converge();
-    let (dump, stats) = (screen.textures.dump_pool_usage(), screen.textures.stats());
+    let (dump, stats) = (screen.textures.inspect().pool_usage(), screen.textures.stats());
     assert_eq!(dump.pools.len(), 2);
     for (dumped, pool) in dump.pools.iter().zip(&stats.pools) {
         assert_eq!((dumped.slots, dumped.occupied), (pool.pager.slots, pool.pager.occupied));
@@ -90,10 +94,11 @@ fn a_dump_accounts_for_every_slot() {
             assert_eq!(texture.levels.iter().map(|level| level.pages).sum::<u32>(), texture.pages);
         }
     }
-    let clouds = dump.pools[0].textures.iter().find(|texture| texture.texture == third.number()).unwrap();
+    let clouds =
+        dump.pools[0].textures.iter().find(|texture| texture.texture == third.number().number()).unwrap();
     assert_eq!((clouds.name.as_deref(), clouds.bias, clouds.coarsest), (Some("clouds"), -0.5, 5));
     screen.remove(2);
-    assert!(!screen.textures.set_name(third, "gone") && screen.textures.name(third).is_none());
-    let left = screen.textures.dump_pool_usage();
-    assert!(left.pools[0].textures.iter().all(|texture| texture.texture == first.number()));
+    assert!(screen.textures.texture_mut(third).is_err() && screen.textures.texture(third).is_err());
+    let left = screen.textures.inspect().pool_usage();
+    assert!(left.pools[0].textures.iter().all(|texture| texture.texture == first.number().number()));
 }

@@ -59,7 +59,7 @@ fn pictures(uploads: UploadWay, layer: &str) -> Vec<Vec<[u8; 4]>> {
     let settings = Settings { filter: Filter::Trilinear, ..by(uploads) };
     let mut screen = Screen::showing(settings, SCREEN, |textures| {
         let texture = textures.add_blocking(Noise::new()).unwrap();
-        textures.layer(texture, layer).unwrap()
+        textures.texture(texture).unwrap().layer(layer).unwrap()
     });
     let mut pictures = Vec::new();
     for (texels, centre) in [(0.8, 0.4), (2.1, 0.6), (0.5, 0.3)] {
@@ -71,7 +71,7 @@ fn pictures(uploads: UploadWay, layer: &str) -> Vec<Vec<[u8; 4]>> {
         screen.converge();
         pictures.push(screen.picture());
     }
-    let (stats, went) = (screen.textures.upload_stats(), screen.textures.stats().pager.loaded);
+    let (stats, went) = (screen.textures.inspect().upload_stats(), screen.textures.stats().pager.loaded);
     let expected = if uploads == UploadWay::Belt { went } else { 0 };
     assert!(went > 40 && stats.by_belt >= expected && stats.staged == 0, "{stats:?} of {went}");
     pictures
@@ -96,7 +96,7 @@ fn by_default_tiles_go_by_the_belt_in_real_time_and_through_the_queue_in_lock_st
             std::thread::sleep(Duration::from_millis(1));
             screen.textures.stats().pager.loaded > 10
         });
-        let stats = screen.textures.upload_stats();
+        let stats = screen.textures.inspect().upload_stats();
         assert!(came && (stats.by_belt > 0) == is_by_belt, "{pace:?}: {stats:?}");
     }
 }
@@ -113,7 +113,7 @@ fn after_the_first_frames_no_room_is_made_and_the_budget_holds() {
             screen.frame().unwrap();
             assert!(screen.textures.stats().pager.in_flight_bytes <= budget);
         }
-        (screen.textures.upload_stats(), screen.textures.stats().pager.loaded)
+        (screen.textures.inspect().upload_stats(), screen.textures.stats().pager.loaded)
     };
     let (warm, loaded_before) = walk(0..60);
     let (stats, loaded) = walk(60..400);
@@ -128,7 +128,7 @@ fn a_belt_without_room_keeps_nothing_from_the_screen() {
     let mut screen = Screen::new(&[property(SIZE, 64, AddressMode::Clamp)], settings);
     screen.set_mapping(0, &mapping(3.0, 0.5));
     screen.converge();
-    let stats = screen.textures.upload_stats();
+    let stats = screen.textures.inspect().upload_stats();
     assert!(stats.by_belt == 0 && stats.without_room > 0, "{stats:?}");
 }
 
@@ -158,7 +158,7 @@ fn a_lost_device_takes_its_belt_with_it() {
     other.set_mapping(0, &mapping(0.8, 0.4));
     other.converge();
     assert!(screen.picture() == other.picture());
-    assert!(screen.textures.upload_stats().by_belt > 0);
+    assert!(screen.textures.inspect().upload_stats().by_belt > 0);
 }
 
 #[test]

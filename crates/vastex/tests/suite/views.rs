@@ -30,12 +30,12 @@ type Drawn = (ViewId, [u32; 2], Range<usize>);
 
 /// What each feedback wanted while the views were drawn, as often as each says.
 fn trace(screen: &mut Screen, views: &[(Drawn, u64)]) -> Vec<Vec<vastex_core::WantedPage>> {
-    screen.textures.record_trace();
+    screen.textures.trace().record();
     for frame in 0..FRAMES {
         let due = views.iter().filter(|(_, every)| frame.is_multiple_of(*every));
         screen.frame_of(&due.map(|(drawn, _)| drawn.clone()).collect::<Vec<_>>()).unwrap();
     }
-    screen.textures.take_trace().unwrap().unwrap().frames().to_vec()
+    screen.textures.trace().take().unwrap().unwrap().frames().to_vec()
 }
 
 #[test]
@@ -56,7 +56,7 @@ fn views_of_different_sizes_in_one_encoder_want_what_each_would_alone() {
         assert!(both.len() > alone[0][frame].len());
     }
     assert!(screen.textures.stats().converged, "{:?}", screen.textures.stats());
-    let resident = |page: PageId| matches!(screen.textures.state(page), PageState::Resident(_));
+    let resident = |page: PageId| matches!(screen.textures.inspect().state(page), PageState::Resident(_));
     assert!(together.iter().flatten().all(|wanted| resident(wanted.page)));
 }
 
@@ -66,13 +66,13 @@ fn a_view_that_is_seldom_drawn_looks_at_all_of_its_pixels() {
         let mut screen = lock_step();
         let mirror = screen.textures.add_view(ViewSettings::default()).unwrap();
         let mut pages = BTreeSet::new();
-        screen.textures.record_trace();
+        screen.textures.trace().record();
         for frame in 0..every * u64::from(JITTER_CYCLE) + 2 {
             let is_drawn = frame.is_multiple_of(every) && frame < every * u64::from(JITTER_CYCLE);
             let views = if is_drawn { vec![(mirror, SMALL, 0..1)] } else { Vec::new() };
             screen.frame_of(&views).unwrap();
         }
-        let trace = screen.textures.take_trace().unwrap().unwrap();
+        let trace = screen.textures.trace().take().unwrap().unwrap();
         assert_eq!(trace.frames().len(), JITTER_CYCLE as usize);
         pages.extend(trace.frames().iter().flatten().map(|wanted| wanted.page));
         pages
@@ -92,8 +92,8 @@ fn runs_with_several_views_are_the_same_each_time() {
             let views = [(ViewId::MAIN, PICTURE, 0..1), (mirror, SMALL, 1..2)];
             screen.frame_of(&views[..if frame % 3 == 0 { 2 } else { 1 }]).unwrap();
             if frame == 30 {
-                screen.textures.view_cut_of(mirror);
-                screen.textures.set_view_weight(mirror, 4.0);
+                screen.textures.view(mirror).unwrap().cut();
+                screen.textures.view(mirror).unwrap().set_weight(4.0);
             }
             said.push(screen.textures.stats());
         }
@@ -127,12 +127,14 @@ fn a_view_comes_and_goes_and_outlives_its_device() {
         assert!(is_near(again, of_both), "{again} of {of_both}: {pace:?}");
         // Its feedback is under way, and it has another size from now on; then it goes.
         screen.frame_of(&[(mirror, PICTURE, 1..2)]).unwrap();
-        assert!(screen.textures.remove_view(mirror) && !screen.textures.remove_view(mirror));
-        assert!(!screen.textures.remove_view(ViewId::MAIN) && !screen.textures.set_view_weight(mirror, 1.0));
+        assert!(screen.textures.view(mirror).unwrap().remove());
+        assert!(matches!(screen.textures.view(mirror), Err(Error::NoView(id)) if id == mirror));
+        assert!(!screen.textures.view(ViewId::MAIN).unwrap().remove());
         let of_main = screen.textures.stats().pager.wanted;
         assert!(of_main + 10 < of_both, "{of_main} of {of_both}");
         let mut encoder = screen.gpu.device.create_command_encoder(&Default::default());
-        let drawn = screen.textures.feedback_of(&mut encoder, mirror, SMALL, |_, _| panic!("it is gone"));
+        let drawn =
+            screen.textures.view(mirror).unwrap().feedback(&mut encoder, SMALL, |_, _| panic!("it is gone"));
         drawn.unwrap();
         let alone = converge(&mut screen, &both).pager.wanted;
         assert!(is_near(alone, of_main), "{alone} of {of_main}: {pace:?}");

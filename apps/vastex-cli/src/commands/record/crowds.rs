@@ -5,8 +5,8 @@ use std::path::Path;
 use anyhow::{Result, anyhow};
 use vastex_core::sim::{Crowd, Path as Way, Random, Watch, contents_of_chance};
 use vastex_core::{
-    BiasRule, Budgets, Geometry, GeometrySpec, GroupId, Integrator, LevelRule, PoolId, Region, TextureId,
-    Urgency, ViewId,
+    BiasRule, Budgets, Geometry, GeometrySpec, GroupNumber, Integrator, LevelRule, PoolId, Region,
+    TextureNumber, Urgency, ViewId,
 };
 
 use super::write;
@@ -82,12 +82,12 @@ fn three_pools(slots: [u32; 3], rule: BiasRule) -> Result<Crowd, String> {
     Ok(crowd)
 }
 
-fn add(crowd: &mut Crowd, pool: PoolId, page: u32, way: Way) -> Result<TextureId, String> {
+fn add(crowd: &mut Crowd, pool: PoolId, page: u32, way: Way) -> Result<TextureNumber, String> {
     let spec = GeometrySpec { page, ..GeometrySpec::image(16384, 8192) };
     crowd.add(pool, spec, way).map_err(|error| error.to_string())
 }
 
-fn nth(crowd: &Crowd, number: usize) -> Result<TextureId, String> {
+fn nth(crowd: &Crowd, number: usize) -> Result<TextureNumber, String> {
     crowd.textures().nth(number).ok_or_else(|| "no such texture".to_owned())
 }
 
@@ -117,7 +117,7 @@ fn views(crowd: &mut Crowd, frame: u64) -> Result<(), String> {
 }
 
 fn groups(crowd: &mut Crowd, frame: u64) -> Result<(), String> {
-    let members: Vec<TextureId> = crowd.textures().collect();
+    let members: Vec<TextureNumber> = crowd.textures().collect();
     match frame {
         10 => {
             crowd.pager.set_levels(members[1], LevelRule { bias: 0.75, finest: 1, coarsest: 5 });
@@ -126,7 +126,7 @@ fn groups(crowd: &mut Crowd, frame: u64) -> Result<(), String> {
         40 => drop(crowd.group(&members[2..], Way::Teleport).map_err(|error| error.to_string())?),
         45 => crowd.pager.set_turns(3),
         70 => {
-            let first: Vec<GroupId> = crowd.groups().collect();
+            let first: Vec<GroupNumber> = crowd.groups().collect();
             crowd.ungroup(first[0])?;
         }
         _ => {}
@@ -249,7 +249,7 @@ fn by_chance(seed: u64) -> Result<String, String> {
         match random(24) {
             0 | 1 => add_by_chance(&mut crowd, &mut random, pool),
             2 => {
-                let textures: Vec<TextureId> = crowd.textures().collect();
+                let textures: Vec<TextureNumber> = crowd.textures().collect();
                 if textures.len() > 1 {
                     crowd.remove(textures[random(textures.len() as u64) as usize])?;
                 }
@@ -266,7 +266,7 @@ fn by_chance(seed: u64) -> Result<String, String> {
             }
             10 if seed % 4 == 3 => crowd.lose_device(),
             11 => {
-                let members: Vec<TextureId> = crowd.textures().filter(|_| random(2) == 0).collect();
+                let members: Vec<TextureNumber> = crowd.textures().filter(|_| random(2) == 0).collect();
                 let bias = random(33) as f32 / 8.0 - 2.0;
                 let rule = LevelRule { bias, finest: random(3) as u8, coarsest: 4 + random(8) as u8 };
                 members.first().into_iter().for_each(|texture| {
@@ -296,7 +296,7 @@ fn add_by_chance(crowd: &mut Crowd, random: &mut impl FnMut(u64) -> u64, pool: P
 
 /// Prefetches, pins, lets go of a ticket, expects a view, or changes the content of a texture.
 fn ask_by_chance(crowd: &mut Crowd, random: &mut impl FnMut(u64) -> u64) -> Result<(), String> {
-    let textures: Vec<TextureId> = crowd.textures().collect();
+    let textures: Vec<TextureNumber> = crowd.textures().collect();
     let Some(&texture) = textures.get(random(1 + textures.len() as u64) as usize) else { return Ok(()) };
     let (x, y) = (random(8000) as u32, random(8000) as u32);
     let (width, height, finest) = (1 + random(4000) as u32, 1 + random(4000) as u32, random(5) as u8);

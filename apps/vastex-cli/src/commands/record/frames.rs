@@ -8,7 +8,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use clap::Parser;
-use vastex::{Geometry, PageId, PageState, TextureId, Textures};
+use vastex::{Geometry, PageId, PageState, TextureNumber, Textures};
 use vastex_core::PagePos;
 use vastex_scenes::{Gpu, Offscreen, Overlay, Until, headless_gpu};
 
@@ -38,7 +38,7 @@ fn draw(directory: &Path, name: &str, args: &RenderArgs, gpu: &Gpu) -> Result<()
     let mut offscreen =
         render::offscreen(args, render::frame_settings(args)?, gpu, open::open(&args.scene)?.tiles)?;
     args.estimate.estimating().into_iter().for_each(|estimating| offscreen.estimate(estimating));
-    offscreen.textures_mut().record_trace();
+    offscreen.textures_mut().trace().record();
     let until = args.frames.map_or(Until::Converged, Until::Frames);
     let outcome = offscreen.run(args.camera_path, until, |_, _| ())?;
     let mut facts = format!("converged {}\n", outcome.converged);
@@ -59,7 +59,7 @@ fn draw(directory: &Path, name: &str, args: &RenderArgs, gpu: &Gpu) -> Result<()
         let _ = writeln!(facts, "{what} {count}");
     }
     write(directory, &format!("{name}.facts.txt"), facts)?;
-    if let Some(trace) = offscreen.textures_mut().take_trace()? {
+    if let Some(trace) = offscreen.textures_mut().trace().take()? {
         write(directory, &format!("{name}.feedback.txt"), text::of_trace(&trace))?;
     }
     write(directory, &format!("{name}.table.txt"), tables(offscreen.textures()))?;
@@ -82,10 +82,11 @@ fn overlays(directory: &Path, name: &str, offscreen: &Offscreen) -> Result<()> {
 /// The pages of every texture that are in slots, and in which.
 fn tables(textures: &Textures) -> String {
     let mut lines = String::new();
-    for texture in textures.iter() {
-        let geometry = &textures.description(texture).geometry;
-        for page in geometry.pages().filter_map(|pos| page_id(texture, geometry, pos)) {
-            if let PageState::Resident(slot) = textures.state(page) {
+    for texture in textures.inspect().textures() {
+        let Ok(shown) = textures.texture(texture) else { continue };
+        let geometry = &shown.description().geometry;
+        for page in geometry.pages().filter_map(|pos| page_id(texture.number(), geometry, pos)) {
+            if let PageState::Resident(slot) = textures.inspect().state(page) {
                 let page = text::of_page(page, geometry.dims());
                 let _ = writeln!(lines, "{page} in slot {}", slot.index());
             }
@@ -94,6 +95,6 @@ fn tables(textures: &Textures) -> String {
     lines
 }
 
-fn page_id(texture: TextureId, geometry: &Geometry, pos: PagePos) -> Option<PageId> {
+fn page_id(texture: TextureNumber, geometry: &Geometry, pos: PagePos) -> Option<PageId> {
     PageId::new(texture, geometry.dims(), pos).ok()
 }

@@ -8,7 +8,7 @@ use anyhow::{Result, anyhow};
 use vastex_core::sim::{Knobs, Path as Way, Random, World};
 use vastex_core::{
     BiasRule, Dims, GeometrySpec, HashedTable, Integrator, LearnSettings, Policy, PoolSize, PrefetchSets,
-    ReplaySettings, TextureId, Trace, replay,
+    ReplaySettings, TextureNumber, Trace, replay,
 };
 
 use super::{crowds, make, text, write};
@@ -193,7 +193,7 @@ fn learnt(way: Way) -> Result<String> {
     let [x, y, z] = sets.sides();
     let mut lines = format!("cells {} pages {} sides {x},{y},{z}\n", sets.cells(), sets.pages());
     let read = PrefetchSets::from_bytes(&sets.to_bytes())?;
-    let textures: Vec<TextureId> = TextureId::new(0).into_iter().collect();
+    let textures: Vec<TextureNumber> = TextureNumber::new(0).into_iter().collect();
     for frame in (1..FRAMES / 2).step_by(6) {
         let [before, place] = [frame - 1, frame].map(|frame| knobs(way).view_in(frame).place());
         let step = std::array::from_fn(|axis| place[axis] - before[axis]);

@@ -9,7 +9,7 @@ use crate::pager::pool::PoolPager;
 use crate::residency::records::RecordHint;
 use crate::shader_constants::MAX_LEVELS;
 use crate::table::pool::PoolId;
-use crate::texture::page::{PageId, TextureId};
+use crate::texture::page::{PageId, TextureNumber};
 
 /// Textures that [`crate::Event::Oversubscribed`] names.
 const NAMED: usize = 3;
@@ -38,7 +38,7 @@ pub struct PoolUsage {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TextureUsage {
     /// The texture.
-    pub texture: TextureId,
+    pub texture: TextureNumber,
     /// Pages whose tiles are in slots, its tail among them.
     pub pages: u32,
     /// The same by level, finest first, levels without pages left out; the tail counts as its finest level.
@@ -80,11 +80,11 @@ impl PoolPager {
     /// What is in the pool, and of which textures. Costs a visit of every page that has a state, so it is for
     /// people and tools, not for each frame.
     pub fn usage(&self) -> PoolUsage {
-        let mut pages: FxHashMap<TextureId, [u32; MAX_LEVELS as usize]> = FxHashMap::default();
+        let mut pages: FxHashMap<TextureNumber, [u32; MAX_LEVELS as usize]> = FxHashMap::default();
         for (page, _) in self.resident() {
             pages.entry(page.texture()).or_default()[usize::from(page.level())] += 1;
         }
-        let of_texture = |(texture, by_level): (TextureId, [u32; MAX_LEVELS as usize])| TextureUsage {
+        let of_texture = |(texture, by_level): (TextureNumber, [u32; MAX_LEVELS as usize])| TextureUsage {
             texture,
             pages: by_level.iter().sum(),
             levels: (0..).zip(by_level).filter(|&(_, pages)| pages > 0).collect(),
@@ -105,7 +105,7 @@ impl PoolPager {
 
     /// The textures that want most pages, at most three, largest first.
     pub(crate) fn largest_textures(&self) -> Vec<TexturePages> {
-        let mut pages: FxHashMap<TextureId, TexturePages> = FxHashMap::default();
+        let mut pages: FxHashMap<TextureNumber, TexturePages> = FxHashMap::default();
         let fresh = |texture| TexturePages { texture, wanted: 0, resident: 0 };
         let mut of = |texture, wanted, resident| {
             let sums = pages.entry(texture).or_insert_with(|| fresh(texture));

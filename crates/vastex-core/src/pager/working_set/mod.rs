@@ -15,7 +15,7 @@ use crate::residency::page_map::PageMap;
 use crate::residency::records::RecordHint;
 use crate::residency::sharing::ContentId;
 use crate::shader_constants::{JITTER_CYCLE, MAX_LEVELS, STEPS_PER_LEVEL};
-use crate::texture::page::{PageId, TextureId};
+use crate::texture::page::{PageId, TextureNumber};
 use crate::texture::textures::Textures;
 use crate::wanted::feedback::{Feedback, Need, WantedPage, merge_same};
 use crate::wanted::view::{MAX_VIEWS, ViewId, Weight};
@@ -187,7 +187,7 @@ impl WorkingSet {
     }
 
     /// Forgets what was wanted of a texture; the set follows when it is worked out again.
-    pub(crate) fn forget(&mut self, texture: TextureId) {
+    pub(crate) fn forget(&mut self, texture: TextureNumber) {
         let WorkingSet { windows, nodes, index, left, pins, .. } = self;
         pins.retain(|page| page.texture() != texture);
         for window in windows.iter_mut().flatten() {

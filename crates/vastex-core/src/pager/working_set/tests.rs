@@ -9,15 +9,15 @@ use proptest::prelude::*;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-fn textures() -> (Textures, TextureId, Arc<Geometry>) {
+fn textures() -> (Textures, TextureNumber, Arc<Geometry>) {
     let geometry = Arc::new(Geometry::new(GeometrySpec::image(8192, 4096)).unwrap());
     let mut textures = Textures::default();
-    let id = TextureId::new(0).unwrap();
+    let id = TextureNumber::new(0).unwrap();
     assert!(textures.add(id, geometry.clone(), None));
     (textures, id, geometry)
 }
 
-fn wanted(texture: TextureId, level: u8, x: u32, y: u32, eighth: u8) -> WantedPage {
+fn wanted(texture: TextureNumber, level: u8, x: u32, y: u32, eighth: u8) -> WantedPage {
     let page = PageId::new(texture, Dims::D2, PagePos::new_2d(level, x, y)).unwrap();
     WantedPage { page, pixels: 1, eighth }
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::{Cell, PrefetchSets, SetsError};
 use crate::record::file::{self, Reader, put, put_float, put_geometry, put_pages};
 use crate::texture::geometry::Geometry;
-use crate::texture::page::TextureId;
+use crate::texture::page::TextureNumber;
 use crate::wanted::feedback::WantedPage;
 
 /// The version written.
@@ -37,7 +37,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<PrefetchSets, SetsError> {
     }
     reader.unseal()?;
     let mut geometries = Vec::new();
-    for texture in 0..reader.number("the number of textures", u64::from(TextureId::MAX) + 1)? as usize {
+    for texture in 0..reader.number("the number of textures", u64::from(TextureNumber::MAX) + 1)? as usize {
         geometries.push(Arc::new(match version {
             OLD_SHAPES => reader.old_geometry(texture)?,
             _ => reader.geometry(texture)?,

@@ -17,7 +17,7 @@ use std::sync::Arc;
 use crate::record::file::FileError;
 use crate::record::trace::Place;
 use crate::texture::geometry::Geometry;
-use crate::texture::page::{PageId, TextureId};
+use crate::texture::page::{PageId, TextureNumber};
 use crate::wanted::feedback::{Feedback, WantedPage};
 
 pub use learn::{LearnError, LearnSettings};
@@ -84,7 +84,7 @@ impl PrefetchSets {
     /// What a camera at `place`, which moves by `step` a frame, is expected to want: the lists of its cell
     /// and of the one where it will be when the lists end. `textures` are the numbers that the textures have
     /// now, in the order in which they were learnt; what has none is left out.
-    pub fn expected(&self, place: Place, step: Place, textures: &[TextureId]) -> Feedback {
+    pub fn expected(&self, place: Place, step: Place, textures: &[TextureNumber]) -> Feedback {
         let ahead: Place = std::array::from_fn(|axis| place[axis] + step[axis] * self.ahead_frames as f32);
         let mut cells = vec![self.cell(place), self.cell(ahead)];
         cells.dedup();

@@ -10,7 +10,7 @@ use crate::texture::page::PagePos;
 
 fn wanted(x: u32, pixels: u32) -> WantedPage {
     let dims = crate::texture::page::Dims::D2;
-    let page = PageId::new(TextureId::new(0).unwrap(), dims, PagePos::new_2d(0, x, 0)).unwrap();
+    let page = PageId::new(TextureNumber::new(0).unwrap(), dims, PagePos::new_2d(0, x, 0)).unwrap();
     WantedPage { page, pixels, eighth: (x % 8) as u8 }
 }
 
@@ -34,7 +34,7 @@ fn pages(feedback: &Feedback) -> Vec<u32> {
     feedback.pages.iter().map(|wanted| wanted.page.pos(crate::texture::page::Dims::D2).x).collect()
 }
 
-const NUMBERS: [Option<TextureId>; 1] = [TextureId::new(9)];
+const NUMBERS: [Option<TextureNumber>; 1] = [TextureNumber::new(9)];
 
 #[test]
 fn a_cell_has_what_was_wanted_in_it_and_shortly_after() {

@@ -1,7 +1,7 @@
 //! A trace as bytes, and back. docs/traces.md describes them.
 
 use crate::record::file::{self, Reader, put, put_float, put_geometry, put_pages};
-use crate::texture::page::TextureId;
+use crate::texture::page::TextureNumber;
 
 use super::{Place, Trace, TraceError};
 
@@ -34,7 +34,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Trace, TraceError> {
     }
     reader.unseal()?;
     let mut trace = Trace::new();
-    for texture in 0..reader.number("the number of textures", u64::from(TextureId::MAX) + 1)? as usize {
+    for texture in 0..reader.number("the number of textures", u64::from(TextureNumber::MAX) + 1)? as usize {
         let geometry = match version <= OLD_SHAPES {
             true => reader.old_geometry(texture)?,
             false => reader.geometry(texture)?,

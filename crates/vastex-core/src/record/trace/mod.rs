@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 use crate::record::file::FileError;
 use crate::texture::geometry::Geometry;
-use crate::texture::page::TextureId;
+use crate::texture::page::TextureNumber;
 use crate::texture::textures::Textures;
 use crate::wanted::feedback::WantedPage;
 
@@ -36,7 +36,7 @@ pub type Place = [f32; 3];
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum TraceRecordError {
     /// There are as many textures as a page id can tell apart.
-    #[error("a trace holds at most {max} textures", max = TextureId::MAX as usize + 1)]
+    #[error("a trace holds at most {max} textures", max = TextureNumber::MAX as usize + 1)]
     TooManyTextures,
     /// A page is none of the trace's textures.
     #[error("entry {entry} of frame {frame} is no page of the trace's {textures} textures")]
@@ -89,8 +89,11 @@ impl Trace {
     }
 
     /// Adds a texture, under the next number.
-    pub fn add_texture(&mut self, geometry: impl Into<Arc<Geometry>>) -> Result<TextureId, TraceRecordError> {
-        let number = u16::try_from(self.geometries.len()).ok().and_then(TextureId::new);
+    pub fn add_texture(
+        &mut self,
+        geometry: impl Into<Arc<Geometry>>,
+    ) -> Result<TextureNumber, TraceRecordError> {
+        let number = u16::try_from(self.geometries.len()).ok().and_then(TextureNumber::new);
         let texture = number.ok_or(TraceRecordError::TooManyTextures)?;
         self.geometries.push(geometry.into());
         Ok(texture)
@@ -156,7 +159,7 @@ impl Trace {
     pub(crate) fn textures(&self) -> Textures {
         let mut textures = Textures::default();
         for (number, geometry) in (0..).zip(&self.geometries) {
-            if let Some(texture) = TextureId::new(number) {
+            if let Some(texture) = TextureNumber::new(number) {
                 textures.add(texture, geometry.clone(), None);
             }
         }

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use crate::residency::PageState;
 use crate::sim::crowd::{Crowd, Member};
 use crate::table::{ChangeRule, PageTable, TableChange, TableEntry, TableImage};
-use crate::texture::page::{PageId, TextureId};
+use crate::texture::page::{PageId, TextureNumber};
 use crate::wanted::feedback::Need;
 
 impl Crowd {
@@ -89,7 +89,7 @@ impl Crowd {
     pub(super) fn check_owners(&self) -> Result<(), String> {
         for pager in self.pager.pools() {
             let own = self.members.iter().filter(|member| member.pool == pager.pool());
-            let own: BTreeSet<TextureId> = own.map(|member| member.texture).collect();
+            let own: BTreeSet<TextureNumber> = own.map(|member| member.texture).collect();
             let mut resident = pager.resident().map(|(page, _)| page);
             if let Some(page) = resident.find(|page| !own.contains(&page.texture())) {
                 return Err(format!("frame {}: {page:?} is in {:?}", self.frame, pager.pool()));

@@ -7,8 +7,8 @@ use crate::texture::geometry::{Geometry, GeometrySpec};
 use proptest::prelude::*;
 use std::collections::BTreeMap;
 
-fn texture() -> TextureId {
-    TextureId::new(7).unwrap()
+fn texture() -> TextureNumber {
+    TextureNumber::new(7).unwrap()
 }
 
 /// The tail of a texture, in slot 0.
@@ -205,7 +205,7 @@ fn it_follows_the_pager_as_a_direct_table_does() {
             world.step().unwrap();
             table.apply(world.table_changes());
             check(&table);
-            let texture = TextureId::new(0).unwrap();
+            let texture = TextureNumber::new(0).unwrap();
             if frame % 10 == 0 {
                 assert!(
                     geometry
@@ -227,7 +227,7 @@ fn pages_of_many_textures_lie_as_evenly_as_those_of_one() {
     let buckets = table.buckets.len();
     let change = |texture: u16, n: u32| {
         let pos = PagePos::new_2d((n / 4) as u8, n % 2, n / 2 % 2);
-        let page = PageId::new(TextureId::new(texture).unwrap(), geometry.dims(), pos).unwrap();
+        let page = PageId::new(TextureNumber::new(texture).unwrap(), geometry.dims(), pos).unwrap();
         let slot = Slot::new(u32::from(texture) * 8 + n);
         TableChange { page, rule: ChangeRule::Coarser, entry: TableEntry::new(pos.level, slot) }
     };
@@ -240,7 +240,7 @@ fn pages_of_many_textures_lie_as_evenly_as_those_of_one() {
         assert_eq!(table.get(page), Some(entry));
     }
     // One goes, and only its pages with it.
-    let gone = TextureId::new(77).unwrap();
+    let gone = TextureNumber::new(77).unwrap();
     table.take_written();
     let copy = table.buckets.clone();
     table.remove_texture(gone);
@@ -255,7 +255,7 @@ fn pages_of_many_textures_lie_as_evenly_as_those_of_one() {
     assert!(copy == table.buckets, "what is written is what has changed");
     // Room that it was made with stays.
     for &(texture, _) in &changes {
-        table.remove_texture(TextureId::new(texture).unwrap());
+        table.remove_texture(TextureNumber::new(texture).unwrap());
     }
     assert_eq!((table.len(), table.buckets.len()), (0, buckets));
 }

@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 use crate::texture::geometry::Geometry;
 use crate::texture::level_rule::LevelRule;
-use crate::texture::page::TextureId;
+use crate::texture::page::TextureNumber;
 use crate::wanted::feedback::{Feedback, merge_same};
 
 mod overlap;
@@ -22,11 +22,11 @@ use overlap::Overlap;
 
 /// A group among those of all pools.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct GroupId(TextureId);
+pub struct GroupNumber(TextureNumber);
 
-impl GroupId {
+impl GroupNumber {
     /// The number under which feedback names the group's pages; no texture has it while the group is there.
-    pub const fn number(self) -> TextureId {
+    pub const fn number(self) -> TextureNumber {
         self.0
     }
 }
@@ -46,7 +46,7 @@ pub enum GroupError {
     /// There is no number left.
     #[error(
         "there are {} textures and groups already, and page ids tell no more apart; remove one first",
-        TextureId::MAX as u32 + 1
+        TextureNumber::MAX as u32 + 1
     )]
     TooMany,
 }
@@ -62,11 +62,11 @@ pub(crate) struct Groups {
 struct Group {
     shape: Arc<Geometry>,
     /// Each once, in ascending order.
-    members: Vec<TextureId>,
+    members: Vec<TextureNumber>,
 }
 
 impl Groups {
-    fn get(&self, number: TextureId) -> Option<&Group> {
+    fn get(&self, number: TextureNumber) -> Option<&Group> {
         self.groups.get(usize::from(number.number()))?.as_ref()
     }
 
@@ -78,17 +78,17 @@ impl Groups {
     /// Makes a group of these textures, each once, in ascending order, under a number that is free.
     pub(crate) fn add(
         &mut self,
-        number: TextureId,
+        number: TextureNumber,
         shape: Arc<Geometry>,
-        members: Vec<TextureId>,
-    ) -> GroupId {
+        members: Vec<TextureNumber>,
+    ) -> GroupNumber {
         let index = usize::from(number.number());
         if self.groups.len() <= index {
             self.groups.resize_with(index + 1, || None);
         }
         self.groups[index] = Some(Group { shape, members });
         self.count += 1;
-        GroupId(number)
+        GroupNumber(number)
     }
 
     /// The shape that a group of textures of these shapes has.
@@ -103,17 +103,17 @@ impl Groups {
     }
 
     /// The shape of a group that there is.
-    pub(crate) fn shape(&self, group: GroupId) -> Option<&Arc<Geometry>> {
+    pub(crate) fn shape(&self, group: GroupNumber) -> Option<&Arc<Geometry>> {
         Some(&self.get(group.0)?.shape)
     }
 
     /// The members of a group, in ascending order; none of one that there is not.
-    pub(crate) fn members(&self, group: GroupId) -> &[TextureId] {
+    pub(crate) fn members(&self, group: GroupNumber) -> &[TextureNumber] {
         self.get(group.0).map_or(&[], |group| &group.members)
     }
 
     /// Returns true if there was such a group.
-    pub(crate) fn remove(&mut self, GroupId(number): GroupId) -> bool {
+    pub(crate) fn remove(&mut self, GroupNumber(number): GroupNumber) -> bool {
         let group = self.groups.get_mut(usize::from(number.number()));
         let was_there = group.and_then(Option::take).is_some();
         self.count -= u32::from(was_there);
@@ -121,7 +121,7 @@ impl Groups {
     }
 
     /// A texture that is gone is in no group any more.
-    pub(crate) fn forget(&mut self, texture: TextureId) {
+    pub(crate) fn forget(&mut self, texture: TextureNumber) {
         self.groups.iter_mut().flatten().for_each(|group| group.members.retain(|member| *member != texture));
     }
 
@@ -132,7 +132,7 @@ impl Groups {
         &self,
         feedback: &Feedback,
         wanted: &mut Feedback,
-        look_up: impl Fn(TextureId) -> Option<(&'a Geometry, LevelRule)>,
+        look_up: impl Fn(TextureNumber) -> Option<(&'a Geometry, LevelRule)>,
     ) {
         let Feedback { view, frame, pages, degenerate } = wanted;
         (*view, *frame, *degenerate) = (feedback.view, feedback.frame, feedback.degenerate);

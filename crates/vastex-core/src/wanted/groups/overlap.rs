@@ -15,7 +15,7 @@ use super::LevelRule;
 use crate::shader_constants::{FEEDBACK_SCALE, STEPS_PER_LEVEL};
 use crate::texture::geometry::page_id;
 use crate::texture::geometry::{Geometry, Level};
-use crate::texture::page::{PagePos, TextureId};
+use crate::texture::page::{PagePos, TextureNumber};
 use crate::wanted::feedback::{Need, WantedPage};
 
 /// Pixels of the picture for which a feedback pixel stands, and so pages that it can want at most.
@@ -24,7 +24,7 @@ const PICTURE_PIXELS: u64 = (FEEDBACK_SCALE * FEEDBACK_SCALE) as u64;
 /// How a member lies beside its group's shape.
 pub(super) struct Overlap<'a> {
     shape: &'a Geometry,
-    member: TextureId,
+    member: TextureNumber,
     own: &'a Geometry,
     rule: LevelRule,
     /// Added to a need of the shape, to make it one of the member; in eighths of a level.
@@ -34,7 +34,7 @@ pub(super) struct Overlap<'a> {
 impl<'a> Overlap<'a> {
     pub(super) fn new(
         shape: &'a Geometry,
-        member: TextureId,
+        member: TextureNumber,
         own: &'a Geometry,
         rule: LevelRule,
     ) -> Overlap<'a> {

@@ -7,8 +7,8 @@ use crate::texture::page::PagePos;
 use crate::wanted::feedback::WantedPage;
 use proptest::prelude::*;
 
-fn id(number: u16) -> TextureId {
-    TextureId::new(number).unwrap()
+fn id(number: u16) -> TextureNumber {
+    TextureNumber::new(number).unwrap()
 }
 
 fn image(size: [u32; 2], page: u32, address: AddressMode) -> Geometry {

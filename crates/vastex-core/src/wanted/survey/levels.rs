@@ -8,7 +8,7 @@ use super::surface::UvBox;
 use super::walk::{Found, walk};
 use crate::shader_constants::{STEPS_PER_LEVEL, TEXTURE_SPACE_FINEST};
 use crate::texture::geometry::Geometry;
-use crate::texture::page::{Dims, TextureId};
+use crate::texture::page::{Dims, TextureNumber};
 use crate::wanted::feedback::Feedback;
 
 /// Texels of the image that are looked at for a page, along an axis; larger pages take texels of a coarser
@@ -46,7 +46,13 @@ impl LevelImage {
     /// The pages that the view wants of a texture, at most `max_pages`, as the feedback of a frame. Every
     /// texel that a page touches counts for it, so where pages are smaller than texels more are wanted than
     /// need be. Of a volume nothing is.
-    pub fn pages(&self, texture: TextureId, geometry: &Geometry, max_pages: usize, frame: u64) -> Feedback {
+    pub fn pages(
+        &self,
+        texture: TextureNumber,
+        geometry: &Geometry,
+        max_pages: usize,
+        frame: u64,
+    ) -> Feedback {
         let mut found = Found::default();
         if geometry.dims() == Dims::D2 {
             let size = [0, 1].map(|axis| f64::from(geometry.size()[axis]));
@@ -96,7 +102,7 @@ mod tests {
     }
 
     fn wanted(image: &LevelImage, geometry: &Geometry) -> Vec<(u8, u32, u32, u8)> {
-        let feedback = image.pages(TextureId::new(1).unwrap(), geometry, 4096, 5);
+        let feedback = image.pages(TextureNumber::new(1).unwrap(), geometry, 4096, 5);
         assert_eq!(feedback.frame, 5);
         let spelt_out = |wanted: &crate::wanted::feedback::WantedPage| {
             let pos = wanted.page.pos(geometry.dims());

@@ -28,7 +28,7 @@ pub use surface::{FlatSurface, GlobeSurface, Patch, Surface, UvBox};
 
 use crate::texture::geometry::Geometry;
 use crate::texture::level_rule::LevelRule;
-use crate::texture::page::{Dims, PagePos, TextureId};
+use crate::texture::page::{Dims, PagePos, TextureNumber};
 use crate::wanted::feedback::Feedback;
 use look::Look;
 use walk::{Found, walk};
@@ -37,7 +37,7 @@ use walk::{Found, walk};
 #[derive(Clone, Copy, Debug)]
 pub struct SurveyedTexture<'a> {
     /// Its number in page ids.
-    pub number: TextureId,
+    pub number: TextureNumber,
     /// Its shape. Of a volume nothing is wanted.
     pub geometry: &'a Geometry,
     /// How its levels are chosen.
@@ -46,7 +46,7 @@ pub struct SurveyedTexture<'a> {
 
 impl<'a> SurveyedTexture<'a> {
     /// A texture whose levels are chosen as they are needed.
-    pub fn new(number: TextureId, geometry: &'a Geometry) -> SurveyedTexture<'a> {
+    pub fn new(number: TextureNumber, geometry: &'a Geometry) -> SurveyedTexture<'a> {
         SurveyedTexture { number, geometry, rule: LevelRule::default() }
     }
 

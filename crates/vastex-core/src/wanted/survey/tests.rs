@@ -93,8 +93,8 @@ fn geometry() -> Geometry {
     Geometry::new(GeometrySpec::image(16384, 8192)).unwrap()
 }
 
-fn texture() -> TextureId {
-    TextureId::new(5).unwrap()
+fn texture() -> TextureNumber {
+    TextureNumber::new(5).unwrap()
 }
 
 fn survey(camera: Camera, geometry: &Geometry, surface: &dyn Surface, settings: SurveySettings) -> Surveyed {

@@ -9,7 +9,7 @@ use super::surface::UvBox;
 use crate::shader_constants::STEPS_PER_LEVEL;
 use crate::texture::geometry::Geometry;
 use crate::texture::geometry::page_id;
-use crate::texture::page::{PagePos, TextureId};
+use crate::texture::page::{PagePos, TextureNumber};
 use crate::wanted::feedback::WantedPage;
 
 /// A page that something of is wanted at its level or finer.
@@ -27,7 +27,7 @@ pub(super) struct Found {
 }
 
 impl Found {
-    pub(super) fn add(&mut self, texture: TextureId, geometry: &Geometry, pos: PagePos, look: Look) {
+    pub(super) fn add(&mut self, texture: TextureNumber, geometry: &Geometry, pos: PagePos, look: Look) {
         let Some(page) = page_id(texture, geometry, pos) else { return };
         let steps = f64::from(STEPS_PER_LEVEL);
         let eighth = ((look.lambda - f64::from(pos.level)) * steps).clamp(0.0, steps - 1.0) as u8;
@@ -39,7 +39,7 @@ impl Found {
 /// Walks down from the tail of an image. `look` says what a rectangle of the texture needs, its rule of
 /// levels included, and `None` if it is not wanted. At most `max_pages` are found.
 pub(super) fn walk(
-    texture: TextureId,
+    texture: TextureNumber,
     geometry: &Geometry,
     max_pages: usize,
     found: &mut Found,

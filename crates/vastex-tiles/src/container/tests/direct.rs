@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use pollster::block_on;
-use vastex_core::{Dims, Geometry, GeometrySpec, LayerFormat, PageId, TextureId};
+use vastex_core::{Dims, Geometry, GeometrySpec, LayerFormat, PageId, TextureNumber};
 
 use crate::testing::textures::{aligned_bytes, image};
 use crate::*;
@@ -46,7 +46,7 @@ fn a_loader_with_several_reads_in_flight_gets_every_tile() {
     let limited = LimitedSource::new(container.clone(), ReadLimit::new(2));
     assert_eq!([container.blocks(), limited.blocks()], [container.is_direct(); 2]);
     let mut loader = Loader::new(1).unwrap();
-    let texture = TextureId::new(0).unwrap();
+    let texture = TextureNumber::new(0).unwrap();
     loader.add_source(texture, container.clone());
     let pages: Vec<_> = description.geometry.pages().collect();
     for (rank, &pos) in (0..).zip(&pages) {

@@ -14,7 +14,7 @@ use std::sync::{Arc, Condvar, Mutex, mpsc};
 use std::time::{Duration, Instant};
 
 use proptest::prelude::*;
-use vastex_core::{Description, Dims, Geometry, GeometrySpec, PageId, PagePos, TextureId};
+use vastex_core::{Description, Dims, Geometry, GeometrySpec, PageId, PagePos, TextureNumber};
 
 use super::{Clock, LoadError, Loaded, Loader, LoaderSettings};
 use crate::sources::PropertySource;
@@ -63,8 +63,8 @@ fn source() -> PropertySource {
     PropertySource::new(Geometry::new(GeometrySpec { page: 10, ..GeometrySpec::image(300, 300) }).unwrap())
 }
 
-fn texture(number: u16) -> TextureId {
-    TextureId::new(number).unwrap()
+fn texture(number: u16) -> TextureNumber {
+    TextureNumber::new(number).unwrap()
 }
 
 fn page(x: u32) -> PageId {

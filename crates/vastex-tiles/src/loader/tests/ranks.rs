@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use vastex_core::{
     BiasRule, Budgets, Description, Dims, Feedback, Geometry, GeometrySpec, PageId, PagePos, Pager, Region,
-    TextureId, Urgency, ViewId, WantedPage,
+    TextureNumber, Urgency, ViewId, WantedPage,
 };
 
 use super::FakeClock;
@@ -81,8 +81,8 @@ impl TileSource for Turnstile {
     }
 }
 
-fn texture() -> TextureId {
-    TextureId::new(0).unwrap()
+fn texture() -> TextureNumber {
+    TextureNumber::new(0).unwrap()
 }
 
 fn page(pos: PagePos) -> PageId {

@@ -8,7 +8,9 @@ pub mod tiles;
 use std::ops::Range;
 use std::sync::Arc;
 
-use vastex::{Error, Event, Feedback, Pace, Sampled, Settings, TextureId, Textures, TileSource, ViewId};
+use vastex::{
+    Error, Event, Feedback, Pace, Sampled, Settings, TextureId, TextureSettings, Textures, TileSource, ViewId,
+};
 use vastex_core::{AddressMode, Geometry, GeometrySpec};
 use vastex_tiles::PropertySource;
 use vastex_wgpu::test_device::TestDevice;
@@ -75,9 +77,21 @@ impl Shown {
     /// Tells shaders what is shown: of groups, up to four members.
     fn tell_ids(&self, gpu: &TestDevice, textures: &Textures) {
         let mut ids = [0u32; 8];
-        ids.iter_mut().zip(textures.ids(self.sampled)).for_each(|(place, id)| *place = id);
+        ids.iter_mut()
+            .zip(textures.bindings().ids(self.sampled).unwrap())
+            .for_each(|(place, id)| *place = id);
         gpu.queue.write_buffer(&self.uniform, 48, bytemuck::bytes_of(&ids));
     }
+}
+
+/// Adds a texture with settings of its own.
+pub fn add_with(
+    textures: &mut Textures,
+    source: Arc<dyn TileSource>,
+    settings: TextureSettings,
+) -> Result<TextureId, Error> {
+    let prepared = textures.preparer().read_blocking(source, settings)?;
+    Ok(textures.add(prepared)?)
 }
 
 /// Textures side by side, drawn by the frame loop.
@@ -123,7 +137,7 @@ impl Screen {
     /// The same textures on another device, with nothing of the old one. Mappings are to be set again.
     pub fn on_another_device(mut self) -> Screen {
         let gpu = TestDevice::new();
-        self.textures.restore(&gpu.device, &gpu.queue).unwrap();
+        self.textures.memory().restore(&gpu.device, &gpu.queue).unwrap();
         let ids: Vec<Sampled> = self.shown.iter().map(|shown| shown.sampled).collect();
         Screen::of(gpu, self.textures, &ids, &self.shader)
     }
@@ -231,9 +245,9 @@ impl Screen {
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         for (view, picture, shown) in views {
             let shown = &self.shown[shown.clone()];
-            let number = self.textures.view_number(*view);
-            self.textures.feedback_of(&mut encoder, *view, *picture, |pass, groups| {
-                draw(pass, number, shown, |shown| (&shown.wanted, &groups[shown.sampled]));
+            let number = self.textures.view(*view).unwrap().number();
+            self.textures.view(*view).unwrap().feedback(&mut encoder, *picture, |pass, groups| {
+                draw(pass, number, shown, |shown| (&shown.wanted, groups.get(shown.sampled).unwrap()));
             })?;
         }
         self.textures.update()?;
@@ -248,7 +262,9 @@ impl Screen {
         view: ViewId,
         picture: [u32; 2],
     ) -> Result<bool, Error> {
-        let Some(begun) = self.textures.begin_feedback(encoder, view, picture)? else { return Ok(false) };
+        let Some(begun) = self.textures.view(view).unwrap().begin_feedback(encoder, picture)? else {
+            return Ok(false);
+        };
         let number = begun.view_number();
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             color_attachments: &[Some(begun.color_attachment())],
@@ -258,7 +274,7 @@ impl Screen {
         let [x, y, width, height] = begun.scissor();
         pass.set_scissor_rect(x, y, width, height);
         draw(&mut pass, number, &self.shown, |shown| {
-            (&shown.wanted, self.textures.bind_group(shown.sampled))
+            (&shown.wanted, self.textures.bind_group(shown.sampled).unwrap())
         });
         Ok(true)
     }
@@ -268,7 +284,7 @@ impl Screen {
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let shown = &self.shown;
         let recorded = self.textures.feedback(&mut encoder, picture, |pass, groups| {
-            draw(pass, MAIN, shown, |shown| (&shown.wanted, &groups[shown.sampled]));
+            draw(pass, MAIN, shown, |shown| (&shown.wanted, groups.get(shown.sampled).unwrap()));
         });
         recorded.unwrap();
         encoder
@@ -281,7 +297,7 @@ impl Screen {
         let depth = self.depth.create_view(&Default::default());
         let recorded = self.textures.main_pass(&mut encoder, picture, |encoder, groups| {
             let mut pass = begin_picture(encoder, &colour, &depth);
-            draw(&mut pass, MAIN, shown, |shown| (&shown.picture, &groups[shown.sampled]));
+            draw(&mut pass, MAIN, shown, |shown| (&shown.picture, groups.get(shown.sampled).unwrap()));
         });
         recorded.unwrap();
         encoder
@@ -300,8 +316,8 @@ impl Screen {
 
     pub fn feedback_of_every_pixel(&mut self) -> Feedback {
         let shown = &self.shown;
-        let drawn = self.textures.feedback_of_every_pixel(PICTURE, |pass, groups| {
-            draw(pass, MAIN, shown, |shown| (&shown.wanted, &groups[shown.sampled]));
+        let drawn = self.textures.pixels().feedback_of_every(PICTURE, |pass, groups| {
+            draw(pass, MAIN, shown, |shown| (&shown.wanted, groups.get(shown.sampled).unwrap()));
         });
         drawn.unwrap()
     }
@@ -309,8 +325,8 @@ impl Screen {
     /// Asks why a pixel shows what it shows.
     pub fn explain(&mut self, pixel: [u32; 2]) -> Result<(), Error> {
         let shown = &self.shown;
-        self.textures.explain_pixel(PICTURE, pixel, |pass, groups| {
-            draw(pass, MAIN, shown, |shown| (&shown.wanted, &groups[shown.sampled]));
+        self.textures.pixels().explain(PICTURE, pixel, |pass, groups| {
+            draw(pass, MAIN, shown, |shown| (&shown.wanted, groups.get(shown.sampled).unwrap()));
         })
     }
 
@@ -327,7 +343,9 @@ impl Screen {
         let view = self.colour.create_view(&Default::default());
         let depth = self.depth.create_view(&Default::default());
         let mut pass = begin_picture(&mut encoder, &view, &depth);
-        draw(&mut pass, MAIN, &self.shown, |shown| (&shown.picture, self.textures.bind_group(shown.sampled)));
+        draw(&mut pass, MAIN, &self.shown, |shown| {
+            (&shown.picture, self.textures.bind_group(shown.sampled).unwrap())
+        });
         drop(pass);
         let buffer = self.copy_picture(&mut encoder);
         (encoder, buffer)
@@ -406,7 +424,7 @@ fn pipelines(
     shader: &str,
     mapping: &wgpu::BindGroupLayout,
 ) -> [wgpu::RenderPipeline; 2] {
-    let kinds = textures.kinds(sampled);
+    let kinds = textures.kinds(sampled).unwrap();
     let module = vastex_wgpu::shader_module(device, None, shader.to_owned() + &textures.wgsl(&kinds));
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: None,

@@ -18,7 +18,7 @@ fn sample() -> Trace {
     }
     let wanted = |texture: u16, pos: PagePos, pixels, eighth| {
         let geometry = &trace.geometries()[usize::from(texture)];
-        let page = PageId::new(TextureId::new(texture).unwrap(), geometry.dims(), pos).unwrap();
+        let page = PageId::new(TextureNumber::new(texture).unwrap(), geometry.dims(), pos).unwrap();
         WantedPage { page, pixels, eighth }
     };
     let frame = vec![

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use super::*;
 use crate::caches::disk::DiskTierError;
 use crate::{Loader, conformance};
-use vastex_core::{Dims, PageId, TextureId};
+use vastex_core::{Dims, PageId, TextureNumber};
 
 const SLOW: Duration = Duration::from_millis(5);
 /// Names the directory to a process that is to be killed.
@@ -15,7 +15,7 @@ const KILLED_IN: &str = "VASTEX_TEST_KILLED_IN";
 #[test]
 fn a_second_run_reads_nothing_from_the_slow_source() {
     let directory = tempfile::tempdir().unwrap();
-    let texture = TextureId::new(0).unwrap();
+    let texture = TextureNumber::new(0).unwrap();
     let mut loads = Vec::new();
     for expected in [40, 0] {
         let slow = Arc::new(Faults::new(source(), |_, _| Some(Injection::Delay(SLOW))));

@@ -1,8 +1,56 @@
-//! What shaders sample: a layer of a texture, or a group of layers under names.
+//! What an application calls by name: textures and groups, their layers, and what shaders sample of them.
+//!
+//! The pager and shaders know textures by numbers, which are given again when nothing can mean the old owner any more. An id also says
+//! which of the owners is meant, so that one that is kept too long names nothing, never something else.
 
-use vastex_core::{GroupId, TextureId};
+use vastex_core::{GroupNumber, TextureNumber};
 
-/// One layer of a texture, as a pipeline samples it; [`crate::Textures::layer`] finds it by its name.
+/// A texture of a [`crate::Textures`]. It names this one for ever: after the texture is removed it names none, whatever comes later.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct TextureId {
+    number: TextureNumber,
+    generation: u32,
+}
+
+impl TextureId {
+    pub(crate) const fn new(number: TextureNumber, generation: u32) -> TextureId {
+        TextureId { number, generation }
+    }
+
+    /// The number by which pages, events, statistics and traces name the texture while it is there. A texture that is added after it is
+    /// gone may get the same; [`crate::Inspect::id_of`] tells who has it.
+    pub const fn number(self) -> TextureNumber {
+        self.number
+    }
+
+    pub(crate) const fn generation(self) -> u32 {
+        self.generation
+    }
+}
+
+/// A group of a [`crate::Textures`]. It names this one for ever: after the group, or a texture in it, is removed it names none.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct GroupId {
+    number: GroupNumber,
+    generation: u32,
+}
+
+impl GroupId {
+    pub(crate) const fn new(number: GroupNumber, generation: u32) -> GroupId {
+        GroupId { number, generation }
+    }
+
+    /// The number by which events name the group while it is there.
+    pub const fn number(self) -> GroupNumber {
+        self.number
+    }
+
+    pub(crate) const fn generation(self) -> u32 {
+        self.generation
+    }
+}
+
+/// One layer of a texture, as a pipeline samples it; [`crate::TextureRef::layer`] finds it by its name.
 ///
 /// Wherever one is asked for, a [`TextureId`] stands for the texture's first layer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -19,6 +67,10 @@ impl LayerId {
     /// The texture.
     pub const fn texture(self) -> TextureId {
         self.texture
+    }
+
+    pub(crate) const fn number(self) -> TextureNumber {
+        self.texture.number
     }
 
     /// The layer's number in [`crate::Description::layers`].

@@ -1,0 +1,130 @@
+//! One texture, looked at or changed.
+
+use std::sync::Arc;
+
+use vastex_core::{Description, LevelRule, PoolId, Region, SurveyedTexture, TextureNumber};
+
+use super::Textures;
+use crate::error::Error;
+use crate::ids::{LayerId, TextureId};
+use crate::paging::PagedTexture;
+use crate::settings::Filter;
+
+/// A texture that there is; [`Textures::texture`] gives it.
+#[derive(Clone, Copy)]
+pub struct TextureRef<'a> {
+    textures: &'a Textures,
+    state: &'a PagedTexture,
+    id: TextureId,
+}
+
+/// A texture that there is, to be changed; [`Textures::texture_mut`] gives it.
+pub struct TextureMut<'a> {
+    textures: &'a mut Textures,
+    id: TextureId,
+}
+
+impl Textures {
+    /// A texture, to be asked about itself. Fails where it was removed.
+    pub fn texture(&self, texture: TextureId) -> Result<TextureRef<'_>, Error> {
+        let state = self.paging.texture(texture.number()).filter(|_| self.gpu.has(texture));
+        Ok(TextureRef { textures: self, state: state.ok_or(Error::NoTexture(texture))?, id: texture })
+    }
+
+    /// A texture, to be changed. Fails where it was removed.
+    pub fn texture_mut(&mut self, texture: TextureId) -> Result<TextureMut<'_>, Error> {
+        self.number(texture).ok_or(Error::NoTexture(texture))?;
+        Ok(TextureMut { textures: self, id: texture })
+    }
+}
+
+impl<'a> TextureRef<'a> {
+    /// The number by which pages, events and statistics name the texture.
+    pub fn number(&self) -> TextureNumber {
+        self.id.number()
+    }
+
+    /// What is known of it.
+    pub fn description(&self) -> &'a Arc<Description> {
+        &self.state.description
+    }
+
+    /// The layer of that name, if it has one.
+    pub fn layer(&self, name: &str) -> Option<LayerId> {
+        let index = self.description().layers.iter().position(|layer| layer.name == name)?;
+        Some(LayerId::new(self.id, index))
+    }
+
+    /// How the texels of a layer are blended, by its index in [`Description::layers`]: as was asked for when the texture was added, by
+    /// [`crate::Settings::filter`], or, where its values may not be mixed, not at all. Nothing where there is no such layer.
+    pub fn filter(&self, layer: usize) -> Option<Filter> {
+        Some(self.textures.gpu.sampling_of(LayerId::new(self.id, layer))?.filter)
+    }
+
+    /// How its levels are chosen, within the levels that it has.
+    pub fn levels(&self) -> LevelRule {
+        self.textures.paging.pager().levels(self.id.number()).unwrap_or_default()
+    }
+
+    /// The pool that its tiles are in, as events and statistics name it.
+    pub fn pool(&self) -> Option<PoolId> {
+        self.textures.pool_of(self.id.number())
+    }
+
+    /// The mip bias in force for it, that of its pool, in eighths of a level.
+    pub fn bias_eighths(&self) -> u16 {
+        self.pool().map_or(0, |pool| self.textures.paging.pager().pool(pool).bias_eighths())
+    }
+
+    /// Its name for people, if it was given one.
+    pub fn name(&self) -> Option<&'a str> {
+        self.textures.watch.name(self.id.number())
+    }
+
+    /// What a [`crate::Survey`] needs of it, with the rule by which its levels are chosen.
+    pub fn surveyed(&self) -> SurveyedTexture<'a> {
+        let geometry = &self.state.description.geometry;
+        let rule = self.textures.gpu.rule(self.id.number()).unwrap_or_default();
+        SurveyedTexture { number: self.id.number(), geometry, rule }
+    }
+}
+
+impl TextureMut<'_> {
+    /// Sets how the levels of the texture are chosen, from the next feedback and picture on: a clamp of levels and a bias of its
+    /// own, before the mip bias of its pool. The levels that there are and the bias that can be are the limits.
+    pub fn set_levels(&mut self, rule: LevelRule) {
+        let number = self.id.number();
+        self.textures.gpu.set_levels(number, rule);
+        self.textures.paging.set_levels(number, rule);
+    }
+
+    /// Gives the texture a name for people, in place of the one it had.
+    pub fn set_name(&mut self, name: impl Into<Arc<str>>) {
+        self.textures.watch.set_name(self.id.number(), name.into());
+    }
+
+    /// Keeps the texels of a layer, named by its index in [`Description::layers`], of every tile in the pool in main memory too, decoded, so
+    /// that what can be seen can be asked for, whatever the RAM cache still has; or no longer. Counts for tiles that come from now on, so it is
+    /// best said when the texture is added. Costs at most the layer's part of the pool once more, and a copy of each tile that is
+    /// uploaded. Says whether there is such a layer.
+    pub fn keep_for_cpu(&mut self, layer: usize, keep: bool) -> bool {
+        let layer = LayerId::new(self.id, layer);
+        let exists = self.textures.gpu.sampling_of(layer).is_some();
+        if exists {
+            self.textures.cpu.keep(layer, keep);
+        }
+        exists
+    }
+
+    /// The content of a region has changed where it comes from: its resident tiles are read again and replaced where they
+    /// are, the old ones staying on screen until then. What caches keep of it is dropped; see [`crate::TileSource::changed`]. Says
+    /// how many pages the pager knew of.
+    pub fn invalidate(&mut self, region: &Region) -> u32 {
+        let number = self.id.number();
+        let known = self.textures.paging.invalidate(number, region);
+        if let Some(state) = self.textures.paging.texture(number) {
+            self.textures.cpu.forget(number, &state.description.geometry, region);
+        }
+        known
+    }
+}
