@@ -102,6 +102,18 @@ pub enum Error {
         /// The frame.
         frame: u64,
     },
+    /// A view says twice in one frame what it wants.
+    #[error(
+        "the feedback of view {} in frame {frame} is drawn already; draw all that the view shows in one pass, drop the encoder of what is not \
+         to be submitted, or call `Textures::update` between two frames",
+        view.number()
+    )]
+    FeedbackTwice {
+        /// The view.
+        view: ViewId,
+        /// The frame.
+        frame: u64,
+    },
     /// There is no feedback pass to be ended.
     #[error("no feedback pass of view {} was begun; call `View::begin_feedback` before the pass", .0.number())]
     FeedbackNotBegun(ViewId),

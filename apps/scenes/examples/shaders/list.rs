@@ -14,6 +14,8 @@ use vastex_wgpu::{
 
 #[path = "../../benches/draw/texts.rs"]
 mod bench;
+#[path = "../../../../crates/vastex-wgpu/tests/gpu/table_texts.rs"]
+mod table_texts;
 #[allow(unreachable_pub, reason = "a module of a test program")]
 #[path = "../../../../crates/vastex/tests/suite/common/texts.rs"]
 mod vastex_tests;
@@ -158,12 +160,15 @@ fn scenes(visit: &mut Visit<'_>) {
     alone(visit, "scene", &Options { filters: all_filters(), ..Options::all() }, shaders::flat);
     // Colour and heights are layers of one texture.
     Options { filters: all_filters(), ..Options::all() }.each(|options| {
-        for heights in Atlas::ALL {
-            let members =
-                vec![member(options, "color", 0, 0), of_atlas(heights, member(options, "height", 0, 1))];
-            let text = shaders::relief(&group(options, members));
-            visit(&format!("relief-{}-{}", name_of(options), atlas_name(heights)), text);
+        let mut relief = |name: &str, heights| {
+            let text = shaders::relief(&group(options, vec![member(options, "color", 0, 0), heights]));
+            visit(&format!("relief-{}-{name}", name_of(options)), text);
+        };
+        for atlas in Atlas::ALL {
+            relief(atlas_name(atlas), of_atlas(atlas, member(options, "height", 0, 1)));
         }
+        // An elevation model is its own colour.
+        relief("alone", member(options, "height", 0, 0));
     });
 }
 
@@ -266,21 +271,29 @@ fn tests(visit: &mut Visit<'_>) {
         ..all.clone()
     };
     let of = |filter| Options { filters: vec![filter], ..plain.clone() };
+    // Whatever the sides of pages are.
+    let of_pages = |options| Options { pages: all.pages.clone(), ..options };
+    let nearest_harness = of_gpu_tests!("harness").replace("vastex_sample_", "vastex_sample_nearest_");
     for (name, options, text) in [
-        ("disc", plain.clone(), of_gpu_tests!("disc")),
-        ("plane", of(Filter::Trilinear), of_gpu_tests!("plane")),
+        ("disc", of_pages(plain.clone()), of_gpu_tests!("disc")),
+        ("plane", of_pages(of(Filter::Trilinear)), of_gpu_tests!("plane")),
         ("ground", plain.clone(), of_gpu_tests!("ground")),
-        ("inspect", of(Filter::Bilinear), of_gpu_tests!("inspect")),
+        ("inspect", of_pages(of(Filter::Bilinear)), of_gpu_tests!("inspect")),
         ("texture_space", of(Filter::Nearest), of_gpu_tests!("texture_space")),
         ("folding", of(Filter::Trilinear), of_gpu_tests!("folding")),
-        ("fixed", Options { pages: all.pages.clone(), ..plain.clone() }, of_gpu_tests!("fixed")),
-        ("exact", Options { atlases: Atlas::ALL.to_vec(), ..plain.clone() }, of_gpu_tests!("exact")),
+        ("fixed", of_pages(plain.clone()), of_gpu_tests!("fixed")),
+        (
+            "exact",
+            of_pages(Options { atlases: Atlas::ALL.to_vec(), ..plain.clone() }),
+            of_gpu_tests!("exact"),
+        ),
         ("harness", all.clone(), of_gpu_tests!("harness")),
+        ("nearest_harness", of_pages(plain.clone()), &nearest_harness),
     ] {
         alone(visit, &format!("test-{name}"), &options, |vastex| of_test(text, vastex));
     }
     let points = of_gpu_tests!("points");
-    alone(visit, "test-points", &plain, |vastex| {
+    alone(visit, "test-points", &of_pages(plain.clone()), |vastex| {
         of_test(&format!("{points}\nconst SIDE: u32 = 64u;"), vastex)
     });
     let inline = Options { ways: vec![FeedbackMode::Inline], ..of(Filter::Trilinear) };
@@ -288,6 +301,9 @@ fn tests(visit: &mut Visit<'_>) {
         of_test(&format!("{}\nconst VIEW: u32 = 0u;", of_gpu_tests!("surfaces")), vastex)
     });
     visit("test-fill", of_gpu_tests!("fill").to_owned());
+    for mode in [FeedbackMode::Separate, FeedbackMode::Raw] {
+        visit(&format!("test-tables-{}", mode.name()), table_texts::text(mode));
+    }
     groups_of_gpu_tests(visit, of_gpu_tests!("harness"));
     let screen = Options { atlases: vec![Atlas::Float], ..Options::all() };
     alone(visit, "test-screen", &screen, |vastex| vastex_tests::SCREEN.to_owned() + vastex);

@@ -21,5 +21,6 @@ mod reached;
 mod sampling;
 mod seams;
 mod stages;
+mod table_texts;
 mod texture_space;
 mod ways;

@@ -26,6 +26,7 @@ impl Gpu {
             return Ok(());
         }
         self.fit_feedback_path(view, picture)?;
+        self.check_once(view, frame)?;
         let clear_depth = self.clear_depth();
         let Some(state) = self.views.iter_mut().find(|state| state.view == view) else { return Ok(()) };
         let ViewState { number, path: Some(path), cycle, .. } = state else { return Ok(()) };
@@ -49,6 +50,7 @@ impl Gpu {
         let is_told = self.mode == FeedbackMode::Inline;
         if is_told {
             self.fit_feedback_path(view, picture)?;
+            self.check_once(view, frame.saturating_sub(1))?;
         }
         let reversed_depth = self.reversed_depth;
         let Some(state) = self.views.iter_mut().find(|state| state.view == view) else { return Ok(()) };
@@ -64,6 +66,15 @@ impl Gpu {
             _ => draw(encoder, groups),
         }
         Ok(())
+    }
+
+    /// Fails where a view's feedback of a frame is under way already: two would be taken for one, and half of what each has seen be missed.
+    pub(super) fn check_once(&mut self, view: ViewId, frame: u64) -> Result<(), Error> {
+        let Some(state) = self.views.iter_mut().find(|state| state.view == view) else { return Ok(()) };
+        let ViewState { path: Some(path), cycle, .. } = state else { return Ok(()) };
+        // One whose encoder was dropped is as if it had not been drawn.
+        path.readback.take_lost().into_iter().for_each(|lost| cycle.lose(lost));
+        if path.readback.is_under_way(frame) { Err(Error::FeedbackTwice { view, frame }) } else { Ok(()) }
     }
 
     /// Whether a picture of this size needs another feedback path, which is made with [`Gpu::carry_out`] up to date.

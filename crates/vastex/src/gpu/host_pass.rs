@@ -97,6 +97,7 @@ impl Gpu {
             return Ok(None);
         }
         self.fit_feedback_path(view, picture)?;
+        self.check_once(view, frame)?;
         let (clear_depth, view_number) = (self.clear_depth(), self.view_number(view));
         let Some(state) = self.views.iter_mut().find(|state| state.view == view) else { return Ok(None) };
         let ViewState { number, path: Some(path), cycle, begun, .. } = state else { return Ok(None) };

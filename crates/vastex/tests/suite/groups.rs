@@ -5,8 +5,8 @@ use std::sync::Arc;
 use crate::common::texts::{NAMES, apart, by_columns};
 use crate::common::{Mapping, PICTURE, Screen, property, settings};
 use vastex::{
-    AddressMode, Error, GpuError, GroupError, GroupId, LevelRule, Member, PageState, Settings, TextureId,
-    TextureNumber, Textures, TileSource,
+    AddressMode, Error, Event, GpuError, GroupError, GroupId, LevelRule, Member, PageState, Settings,
+    TextureId, TextureNumber, Textures, TileSource,
 };
 use vastex_wgpu::test_device::TestDevice;
 
@@ -175,4 +175,24 @@ fn what_cannot_be_a_group_is_refused_and_leaves_nothing() {
     let error = refused(textures.add_group([Member::new("a", ids[0]), Member::apart("b", ids[3])]));
     assert!(matches!(error, Error::Group(GroupError::NoTexture(3))), "{error}");
     assert!(textures.add_group([("a", ids[0]), ("b", ids[1])]).is_ok());
+}
+
+#[test]
+fn a_group_goes_with_a_member_and_says_so() {
+    let mut group = None;
+    let mut screen = Screen::showing(settings(), &by_columns(), |textures| {
+        let added = add_group(textures);
+        group = Some(added);
+        added
+    });
+    let group = group.unwrap();
+    screen.set_mapping(0, &mapping(1.1));
+    screen.frame().unwrap();
+    let member = screen.textures.inspect().textures().nth(2).unwrap();
+    assert!(screen.textures.remove(member));
+    let events: Vec<Event> = std::iter::from_fn(|| screen.textures.poll_event()).collect();
+    assert!(events.contains(&Event::GroupRemoved { group: group.number() }), "{events:?}");
+    assert!(matches!(screen.textures.kinds(group), Err(Error::NoGroup(id)) if id == group));
+    assert!(screen.textures.bind_group(group).is_err() && !screen.textures.remove(group));
+    assert_eq!(screen.textures.inspect().textures().count(), 3, "the others stay");
 }

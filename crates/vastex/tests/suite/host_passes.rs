@@ -71,9 +71,7 @@ fn what_cannot_be_begun_or_ended_is_an_error() {
     let ended = screen.textures.view(ViewId::MAIN).unwrap().end_feedback(&mut encoder);
     assert!(matches!(ended, Err(Error::FeedbackNotBegun(ViewId::MAIN))));
     let other = ViewId::new(77);
-    let begun = screen.textures.view(other).unwrap().begin_feedback(&mut encoder, PICTURE);
-    assert!(matches!(begun, Err(Error::NoView(view)) if view == other));
-    assert!(matches!(screen.textures.view(other).unwrap().end_feedback(&mut encoder), Err(Error::NoView(_))));
+    assert!(matches!(screen.textures.view(other), Err(Error::NoView(view)) if view == other));
     let begun = screen.textures.view(ViewId::MAIN).unwrap().begin_feedback(&mut encoder, [0, 5]);
     assert!(matches!(begun, Err(Error::Gpu(GpuError::TargetSize { .. }))));
     screen.converge();

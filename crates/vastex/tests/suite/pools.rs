@@ -200,8 +200,39 @@ fn a_removed_texture_gives_back_what_it_held_and_the_next_one_takes_its_place() 
         // By now nothing names the old one any more.
         screen.remove(0);
         screen.replace(0, property(SIZE, 100, AddressMode::Wrap));
-        assert_eq!(screen.texture(0), gone);
+        let again = screen.texture(0);
+        assert_eq!(again.number(), gone.number());
+        // Its old owner's id names nothing all the same, on the CPU and in shaders.
+        assert!(again != gone && screen.textures.shader_id(gone).is_err());
+        assert!(matches!(screen.textures.kinds(gone), Err(Error::NoTexture(id)) if id == gone));
+        assert!(
+            screen.textures.bind_group(gone).is_err() && screen.textures.bindings().revision(gone).is_err()
+        );
+        assert_eq!(screen.textures.inspect().id_of(gone.number()), Some(again));
+        assert!(!screen.textures.remove(gone) && screen.textures.texture(again).is_ok());
     }
+}
+
+#[test]
+fn whoever_keeps_a_bind_group_is_told_when_it_is_another() {
+    let mut screen = Screen::new(&[property(SIZE, 32, AddressMode::Clamp)], settings());
+    let texture = screen.texture(0);
+    let pool = screen.textures.texture(texture).unwrap().pool().unwrap();
+    let kept = |screen: &Screen| {
+        let textures = &screen.textures;
+        (textures.bindings().revision(texture).unwrap(), textures.bind_group(texture).unwrap().clone())
+    };
+    let mut changes = 0;
+    for frame in 0..40 {
+        let before = kept(&screen);
+        screen.set_mapping(0, &Mapping::new(SIZE, [0.5, 0.5], 4.4 - 0.1 * f64::from(frame), 1.0, 0.2));
+        let events = screen.frame().unwrap();
+        let after = kept(&screen);
+        assert_eq!(before.0 == after.0, before.1 == after.1, "frame {frame}");
+        assert_eq!(before.0 != after.0, events.contains(&Event::BindGroupsChanged { pool }), "frame {frame}");
+        changes += u32::from(before.0 != after.0);
+    }
+    assert!(changes > 0, "a page table that grows lies elsewhere");
 }
 
 #[test]

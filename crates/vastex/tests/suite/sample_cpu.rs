@@ -277,7 +277,7 @@ fn nothing_that_is_asked_reads_or_panics() {
     assert_eq!(world.textures.cpu().stats().bytes, 0, "the budget holds");
     world.textures.remove(world.texture);
     assert_eq!(world.textures.cpu().sample(world.texture, [0.5; 2], 0.0), None);
-    assert!(!world.textures.texture_mut(world.texture).unwrap().keep_for_cpu(0, true));
+    assert!(world.textures.texture_mut(world.texture).is_err());
 }
 
 #[test]
