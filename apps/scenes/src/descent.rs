@@ -6,7 +6,8 @@
 use std::sync::Arc;
 
 use glam::Mat4;
-use vastex::{FeedbackMode, FrameStats, Sampled, Settings, TextureId, Textures, TileSource, ViewId};
+use vastex::diagnostics::FrameStats;
+use vastex::{FeedbackMode, Sampled, Settings, TextureId, Textures, TileSource, ViewId};
 
 use crate::planet::FORMAT;
 use crate::shaders;

@@ -1,8 +1,9 @@
 //! What the scenes tell of their surfaces, so that what a view wants can be estimated without a feedback pass.
 
-use vastex::{
+use vastex::Textures;
+use vastex::survey::{
     Camera, FlatSurface, GlobeSurface, Surface, Survey, SurveySettings, Surveyed, SurveyedObject,
-    SurveyedTexture, Textures,
+    SurveyedTexture,
 };
 
 use vastex_viewer::Pose;

@@ -1,7 +1,8 @@
 //! Whole levels of a source, put together from its tiles.
 
 use bytes::Bytes;
-use vastex::{DecodeError, PagePos, ReadError, TileSource};
+use vastex::source::{DecodeError, ReadError};
+use vastex::{PagePos, TileSource};
 
 /// Why a level could not be put together.
 #[derive(Debug, thiserror::Error)]
@@ -55,5 +56,5 @@ pub(crate) fn read_level(source: &dyn TileSource, layer: usize, level: u8) -> Re
 fn read_layer(source: &dyn TileSource, layer: usize, pos: PagePos) -> Result<Bytes, LevelError> {
     let tile = pollster::block_on(source.read(pos))?;
     let bytes = tile.decode(source.description()).map_err(|error| LevelError::Decode { pos, error })?;
-    Ok(vastex::decode_layer(source.description(), layer, &bytes))
+    Ok(vastex::source::decode_layer(source.description(), layer, &bytes))
 }

@@ -4,10 +4,9 @@
 
 use std::sync::Arc;
 
-use vastex::{
-    BindGroups, CpuTexture, Event, Explanation, Feedback, FrameStats, PrefetchSets, Settings, Textures,
-    TileSource, ViewId, ViewSettings,
-};
+use vastex::diagnostics::{Explanation, FrameStats};
+use vastex::prefetch::PrefetchSets;
+use vastex::{BindGroups, CpuTexture, Event, Feedback, Settings, Textures, TileSource, ViewId, ViewSettings};
 
 use crate::compare::Comparison;
 use crate::cpu_picture::cpu_picture;
@@ -377,7 +376,10 @@ impl Offscreen {
         for pose in std::iter::once(main).chain(beside) {
             for page in &self.wanted_by_every_pixel(pose)?.pages {
                 wanted += u64::from(page.pixels);
-                if matches!(self.textures.inspect().state(page.page), vastex::PageState::Resident(_)) {
+                if matches!(
+                    self.textures.inspect().state(page.page),
+                    vastex::diagnostics::PageState::Resident(_)
+                ) {
                     resident += u64::from(page.pixels);
                 }
             }

@@ -6,7 +6,8 @@
 use std::sync::Arc;
 
 use glam::{Mat4, Vec2, Vec3};
-use vastex::{FrameStats, GroupId, Sampled, Settings, TextureId, Textures, TileSource, ViewId};
+use vastex::diagnostics::FrameStats;
+use vastex::{GroupId, Sampled, Settings, TextureId, Textures, TileSource, ViewId};
 
 use crate::attribute::Attribute;
 use crate::shaders;

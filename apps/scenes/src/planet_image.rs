@@ -1,6 +1,7 @@
 //! The image of a whole planet that a generated one is made of, out of a texture that has it.
 
-use vastex::{DecodeError, LayerFormat, PagePos, PlanetImage, ReadError, TileSource};
+use vastex::source::{DecodeError, PlanetImage, ReadError};
+use vastex::{LayerFormat, PagePos, TileSource};
 
 /// Texels round the equator at most: of a larger texture a coarser level is taken.
 const MOST: u32 = 4096;

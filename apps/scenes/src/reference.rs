@@ -7,7 +7,8 @@
 //! Compressed layers are decoded, by the CPU, so that what a driver makes of blocks is compared, too: BC6H and BC7 are exact,
 //! the others may differ by 2/255 of a texel.
 
-use vastex::{AddressMode, Description, Geometry, Layer, LayerFormat, TexelPositions, Textures, TileSource};
+use vastex::survey::TexelPositions;
+use vastex::{AddressMode, Description, Geometry, Layer, LayerFormat, Textures, TileSource};
 
 use crate::levels::{LevelError, read_level};
 use vastex_viewer::stage::StageScene;
@@ -299,7 +300,7 @@ fn padding_source(mode: AddressMode, at: u32, size: u32, padded: u32) -> Option<
     }
     let before_first = mode == AddressMode::Wrap && at >= size + (padded - size).div_ceil(2);
     let texel = if before_first { i64::from(at) - i64::from(padded) } else { i64::from(at) };
-    (mode != AddressMode::Border).then(|| vastex::fold(mode, texel, size))
+    (mode != AddressMode::Border).then(|| vastex::survey::fold(mode, texel, size))
 }
 
 /// A texel of the border colour.

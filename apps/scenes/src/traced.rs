@@ -5,7 +5,8 @@
 use glam::{Mat4, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 
-use vastex::{CpuFeedback, Geometry, Trace};
+use vastex::prefetch::Trace;
+use vastex::{CpuFeedback, Geometry};
 
 use vastex_viewer::Path;
 use vastex_viewer::Scene;

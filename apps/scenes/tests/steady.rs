@@ -6,7 +6,8 @@
 
 use std::sync::Arc;
 
-use vastex::{FeedbackMode, Filter, Pace, PlanetImage, PlanetSource, PoolSettings, Settings};
+use vastex::source::{PlanetImage, PlanetSource};
+use vastex::{FeedbackMode, Filter, Pace, PoolSettings, Settings};
 use vastex_scenes::{Offscreen, Path, Scene, Until, headless_gpu};
 
 /// Frames before memory is looked at: caches fill, and the view is there.

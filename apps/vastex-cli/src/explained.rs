@@ -1,7 +1,8 @@
 //! Why a pixel shows what it shows, as `render --explain` and a right click in `view` tell it.
 
 use serde::Serialize;
-use vastex::{Dims, Explanation, PageState};
+use vastex::Dims;
+use vastex::diagnostics::{Explanation, PageState};
 
 /// What is told of a pixel. Scripts rely on these names.
 #[derive(Serialize)]

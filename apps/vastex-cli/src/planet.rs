@@ -4,7 +4,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::{Context, Result, anyhow};
-use vastex::{PlanetImage, PlanetSource, TileSource};
+use vastex::TileSource;
+use vastex::source::{PlanetImage, PlanetSource};
 use vastex_scenes::planet_image;
 
 /// Opens the planet that the words after `planet:` say, with the continents of the image that they name, which `open_image` opens.

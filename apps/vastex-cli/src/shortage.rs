@@ -1,8 +1,8 @@
 //! What is said where GPU memory is short, and what could be done about it.
 
-use vastex::{Event, PoolId, Textures};
 #[cfg(feature = "view")]
-use vastex::{PoolStats, Stats};
+use vastex::diagnostics::{PoolStats, Stats};
+use vastex::{Event, PoolId, Textures};
 
 use crate::report;
 

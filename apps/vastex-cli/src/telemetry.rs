@@ -1,7 +1,8 @@
 //! How each pool stood after each frame of a run, as CSV and as JSON.
 
 use anyhow::Result;
-use vastex::{PoolRecord, Textures};
+use vastex::Textures;
+use vastex::diagnostics::PoolRecord;
 
 use crate::args::RenderArgs;
 use crate::output::Output;

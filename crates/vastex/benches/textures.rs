@@ -8,9 +8,10 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use vastex::source::{Codec, ReadFuture, Tile};
 use vastex::{
-    Codec, Description, Geometry, GeometrySpec, Layer, LayerFormat, PagePos, ReadFuture, Settings, TextureId,
-    Textures, Tile, TileSource,
+    Description, Geometry, GeometrySpec, Layer, LayerFormat, PagePos, Settings, TextureId, Textures,
+    TileSource,
 };
 use vastex_wgpu::test_device::TestDevice;
 

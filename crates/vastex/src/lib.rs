@@ -25,6 +25,40 @@
 //! # Ok(()) }
 //! ```
 //!
+//! What an application has in hand:
+//!
+//! | what | where |
+//! |---|---|
+//! | textures that come and go | [`Textures::add`], [`Preparer`], [`Textures::remove`], [`TextureRef`], [`TextureMut`] |
+//! | what its pipelines need | [`Textures::kinds`], [`Textures::wgsl`], [`Textures::bind_group`], [`Bindings`] |
+//! | each frame | [`Textures::feedback`], [`Textures::update`], [`Textures::main_pass`], [`Textures::poll_event`], [`View`] |
+//! | settings, with their defaults | [`Settings`], [`TextureSettings`] |
+//! | ahead of time | [`Ahead`]: prefetches, pins, predictions; [`prefetch`], [`survey`] |
+//! | what a texture says at a point, on the CPU | [`Cpu`] |
+//! | GPU memory, and a device that is lost | [`Memory`] |
+//! | why a picture is as it is | [`Inspect`], [`Pixels`], [`TraceControl`], [`diagnostics`] |
+//! | where tiles come from | [`open`], [`TileSource`], [`source`] |
+//!
+//! # What shaders call
+//!
+//! `id` is [`Textures::shader_id`], `view` is [`View::number`] (0 of the main view), `uv` is 0 to 1 over the texture. [`vastex_wgpu::wgsl()`]
+//! tells stages, ranges and costs.
+//!
+//! | to | functions |
+//! |---|---|
+//! | sample | `vastex_sample(id, uv)`, `vastex_sample_wrapped` at a seam, `vastex_sample_grad`, `vastex_sample_level` |
+//! | sample one texel | `vastex_sample_nearest(id, uv)`, `vastex_sample_nearest_grad`, `vastex_sample_nearest_level` |
+//! | sample beyond 2^20 texels | `vastex_sample_fixed(id, anchor, offset)`, `vastex_sample_fixed_grad`, `vastex_sample_fixed_level` |
+//! | say what is wanted | `vastex_feedback(id, view, uv)`, `vastex_feedback_wrapped`, `vastex_feedback_grad`, `vastex_feedback_level`, `vastex_feedback_fixed`, `vastex_feedback_fixed_grad`, `vastex_feedback_fixed_level` |
+//! | place and thin out the feedback pass | `vastex_feedback_clip(view, clip)`, `vastex_gradients(position, uv)`, `vastex_dither(view, position, opacity)`, `vastex_turn(view, position, count)`, `vastex_pixel_scale(view)` |
+//! | say it from the picture | `vastex_asked(view, position)`, `vastex_tell(view, position, wanted)` |
+//! | ask about a texture | `vastex_size(id)`, `vastex_level_of(id, ddx, ddy)`, `vastex_inspect(id, uv)`, `vastex_inspect_grad`, `vastex_inspect_page(found)`, `vastex_inspect_slot(found)` |
+//! | draw in texture space | `vastex_texture_space_clip(uv)`, `vastex_texture_space(id, uv, clip, picture)`, `vastex_texture_space_front` |
+//!
+//! For a [group](Textures::add_group) each member `NAME` has them with its name: `vastex_sample_NAME(id, uv)`, `vastex_sample_NAME_grad`.
+//!
+//! # Crates
+//!
 //! What is decided is decided in `vastex-core`, what is read is read by `vastex-tiles`, and what happens on the GPU
 //! happens in `vastex-wgpu`; this crate joins them.
 
@@ -40,9 +74,9 @@ mod watch;
 
 #[cfg(not(target_family = "wasm"))]
 pub use cpu::CpuTexture;
-pub use cpu::{CpuFeedback, CpuSample, CpuSampler, CpuStats};
+pub use cpu::{CpuFeedback, CpuSample, CpuSampler};
 pub use error::Error;
-pub use gpu::{BindGroups, FeedbackPass, PoolResize, UploadStats};
+pub use gpu::{BindGroups, FeedbackPass, PoolResize};
 pub use ids::{GroupId, LayerId, Member, Sampled, TextureId};
 pub use paging::{Convergence, Ticket};
 pub use settings::{
@@ -56,39 +90,63 @@ pub use textures::{
 };
 pub use vastex_core::shader_constants::JITTER_CYCLE;
 pub use vastex_core::{
-    AddressMode, AskError, BiasRule, Box3, Description, Dims, Event, Explanation, Feedback, Geometry,
-    GeometryError, GeometrySpec, GroupError, GroupNumber, History, Integrator, Layer, LayerFormat, LevelRule,
-    Motion, PageId, PagePos, PageState, PoolEstimate, PoolFrame, PoolId, Progress, Region, SlotUsage, Stats,
-    Step, TexelPositions, TextureNumber, TexturePages, TicketState, TimeToSharp, Trace, Urgency, ViewError,
-    ViewId, Wait, fold,
+    AddressMode, AskError, BiasRule, Description, Dims, Event, Feedback, Geometry, GeometryError,
+    GeometrySpec, GroupError, GroupNumber, Layer, LayerFormat, Level, LevelRule, PageId, PagePos, PoolError,
+    PoolId, Progress, Region, Slot, TextureNumber, TicketState, Urgency, ViewError, ViewId, WantedPage,
 };
-pub use vastex_core::{
-    Camera, FlatSurface, GlobeSurface, LearnError, LearnSettings, Patch, Place, PrefetchSets, SetsError,
-    Surface, Survey, SurveySettings, Surveyed, SurveyedObject, SurveyedTexture, UvBox,
-};
-pub use vastex_tiles::{
-    Codec, ContainerError, DecodeError, LimitedSource, PlanetError, PlanetImage, PlanetSource, ReadError,
-    ReadFuture, ReadLimit, SourceKey, StoreStats, TierStats, Tiers, Tile, TileSource, decode_layer,
-};
-#[cfg(not(target_family = "wasm"))]
-pub use vastex_tiles::{DiskCache, DiskTier, DiskTierError};
+pub use vastex_tiles::TileSource;
 pub use vastex_wgpu::{
-    Atlas, FeedbackTarget, GpuError, Kind, Kinds, instance_for, only_needed, required_features,
-    required_limits, shader_module, texture_format,
-};
-// What public signatures mention, so that an application can name it without a dependency of its own.
-pub use vastex_core::{
-    FileError, GeometryBytesError, LayerError, Level, PageContents, PageIdError, PageSet, PoolError, Slot,
-    TailLayout, TraceError, TraceRecordError, WantedPage,
-};
-pub use vastex_tiles::{
-    Container, Info, LoadError, MaybeSend, MaybeSync, RamBudget, RamCache, Store, StoreError, StoreFuture,
-};
-pub use watch::{
-    Cell, DumpedPool, DumpedTexture, ExplainedPixel, FrameStats, LevelPages, PoolDump, PoolRecord, PoolStats,
+    Atlas, GpuError, Kind, Kinds, instance_for, only_needed, required_features, required_limits,
+    shader_module, texture_format,
 };
 /// The `wgpu` whose devices and passes [`Textures`] takes: an application that uses this one has the version that fits.
 pub use wgpu;
+
+/// Where tiles come from: containers, caches, limits, planets without end, and what a source of an application's own implements.
+pub mod source {
+    pub use vastex_core::{
+        FileError, GeometryBytesError, LayerError, PageContents, PageIdError, PageSet, TailLayout,
+    };
+    pub use vastex_tiles::{
+        Codec, Container, ContainerError, DecodeError, Info, LimitedSource, LoadError, MaybeSend, MaybeSync,
+        PlanetError, PlanetImage, PlanetSource, RamBudget, RamCache, ReadError, ReadFuture, ReadLimit,
+        SourceKey, Store, StoreError, StoreFuture, Tile, decode_layer,
+    };
+    #[cfg(not(target_family = "wasm"))]
+    pub use vastex_tiles::{DiskCache, DiskTier, DiskTierError};
+}
+
+/// What a view wants, worked out on the CPU from its camera and the surfaces in the scene, without a feedback pass.
+pub mod survey {
+    pub use vastex_core::{
+        Box3, Camera, FlatSurface, GlobeSurface, Patch, Surface, Survey, SurveySettings, Surveyed,
+        SurveyedObject, SurveyedTexture, TexelPositions, UvBox, fold,
+    };
+}
+
+/// What is loaded before it is seen: motion, traces of what views wanted, and prefetch sets that are learnt from them.
+pub mod prefetch {
+    pub use vastex_core::{
+        LearnError, LearnSettings, Motion, Place, PrefetchSets, SetsError, Trace, TraceError,
+        TraceRecordError,
+    };
+}
+
+/// What is told of pools, pages, slots, frames and queries, for people and tools.
+pub mod diagnostics {
+    pub use crate::cpu::CpuStats;
+    pub use crate::gpu::UploadStats;
+    pub use crate::watch::{
+        Cell, DumpedPool, DumpedTexture, ExplainedPixel, FrameStats, LevelPages, PoolDump, PoolRecord,
+        PoolStats,
+    };
+    pub use vastex_core::{
+        Explanation, History, Integrator, PageState, PoolEstimate, PoolFrame, SlotUsage, Stats, Step,
+        TexturePages, TimeToSharp, Wait,
+    };
+    pub use vastex_tiles::{StoreStats, TierStats, Tiers};
+    pub use vastex_wgpu::FeedbackTarget;
+}
 
 // They may be moved to the thread that draws, and looked at from any.
 #[cfg(not(target_family = "wasm"))]

@@ -11,7 +11,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::{Context, Result, bail};
-use vastex::{Pace, PlanetSource, Settings};
+use vastex::source::PlanetSource;
+use vastex::{Pace, Settings};
 use vastex_scenes::{Descent, GlobePose, Picture, headless_gpu, planet_image};
 
 const SIZE: [u32; 2] = [960, 540];

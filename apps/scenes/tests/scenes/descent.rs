@@ -5,7 +5,8 @@ use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
-use vastex::{Filter, PlanetImage, PlanetSource, TileSource};
+use vastex::source::{PlanetImage, PlanetSource};
+use vastex::{Filter, TileSource};
 use vastex_scenes::{Descent, GlobePose};
 
 use crate::common::{gpu, settings};

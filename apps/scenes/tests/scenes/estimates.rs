@@ -3,7 +3,8 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use vastex::{Filter, Geometry, PagePos, SurveySettings, SurveyedTexture, TextureNumber, TileSource};
+use vastex::survey::{SurveySettings, SurveyedTexture};
+use vastex::{Filter, Geometry, PagePos, TextureNumber, TileSource};
 use vastex_core::GeometrySpec;
 use vastex_scenes::{Estimate, Estimating, Offscreen, Path, Scene, trace_of};
 use vastex_tiles::PropertySource;

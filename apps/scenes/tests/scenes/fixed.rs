@@ -5,7 +5,8 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
-use vastex::{Filter, PlanetImage, PlanetSource, TileSource};
+use vastex::source::{PlanetImage, PlanetSource};
+use vastex::{Filter, TileSource};
 use vastex_scenes::{DisplayOptions, Offscreen, Pose, Scene};
 use vastex_viewer::camera::{Controller, Move};
 

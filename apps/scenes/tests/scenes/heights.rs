@@ -5,9 +5,10 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use glam::{Vec2, Vec3};
+use vastex::source::{ReadFuture, Tile};
 use vastex::{
     AddressMode, Description, FeedbackMode, Filter, Geometry, GeometrySpec, Layer, LayerFormat, PagePos,
-    ReadFuture, Settings, Tile, TileSource,
+    Settings, TileSource,
 };
 use vastex_core::Box3;
 use vastex_scenes::{

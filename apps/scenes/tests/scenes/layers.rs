@@ -4,9 +4,11 @@ use std::sync::Arc;
 
 use crate::common::{gpu, settings};
 use crate::pictures::assert_alike;
+use vastex::source::{Codec, ReadError, ReadFuture, Tile};
+use vastex::survey::{Box3, TexelPositions, fold};
 use vastex::{
-    AddressMode, Box3, Codec, CpuTexture, Description, Filter, Geometry, GeometrySpec, Layer, LayerFormat,
-    PagePos, ReadError, ReadFuture, TexelPositions, Tile, TileSource, fold,
+    AddressMode, CpuTexture, Description, Filter, Geometry, GeometrySpec, Layer, LayerFormat, PagePos,
+    TileSource,
 };
 use vastex_core::PageSet;
 use vastex_scenes::{Comparison, DisplayOptions, Gpu, Offscreen, Path, ReferenceKind, Scene, Until};

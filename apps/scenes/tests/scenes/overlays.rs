@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use vastex::{Filter, PageState, PoolSettings, Settings, TileSource};
+use vastex::diagnostics::PageState;
+use vastex::{Filter, PoolSettings, Settings, TileSource};
 use vastex_scenes::{Offscreen, Overlay, Path, Picture, Scene, Until};
 
 use crate::common::{Image, gpu, settings};

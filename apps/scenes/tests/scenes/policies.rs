@@ -1,6 +1,7 @@
 //! Vastex's policy on the camera paths, beside LRU and Belady's optimum. docs/policies.md has the figures.
 
-use vastex::{Geometry, Trace};
+use vastex::Geometry;
+use vastex::prefetch::Trace;
 use vastex_core::{GeometrySpec, Policy, PoolSize, Replay, ReplaySettings, replay};
 use vastex_scenes::{Path, Scene, trace_of};
 

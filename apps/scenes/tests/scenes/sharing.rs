@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use crate::common::{gpu, settings};
 use crate::pictures::assert_alike;
-use vastex::{Filter, FrameStats, PoolSettings, Settings};
+use vastex::diagnostics::FrameStats;
+use vastex::{Filter, PoolSettings, Settings};
 use vastex_build::BuildOptions;
 use vastex_scenes::{Comparison, Offscreen, Path, Scene, Until};
 

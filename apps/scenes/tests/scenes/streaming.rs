@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use crate::common::{Image, gpu, settings, settle};
 use glam::DVec2;
-use vastex::{Event, Filter, FrameStats, Geometry, Settings, TileSource};
+use vastex::diagnostics::FrameStats;
+use vastex::{Event, Filter, Geometry, Settings, TileSource};
 use vastex_core::GeometrySpec;
 use vastex_scenes::{Offscreen, Path, Pose, Scene, Until};
 use vastex_tiles::{Faults, Injection, PropertySource, ReadError, ReadFuture, Tile};
@@ -139,7 +140,7 @@ impl TileSource for BrokenBorders {
             if geometry.is_tail(pos) {
                 return Ok(tile);
             }
-            let damaged = |error: vastex::DecodeError| ReadError::Store {
+            let damaged = |error: vastex::source::DecodeError| ReadError::Store {
                 pos,
                 place: String::new(),
                 error: error.to_string(),

@@ -1,7 +1,7 @@
 //! The words for estimates: what a view wants, known without a feedback pass.
 
 use clap::Args as ClapArgs;
-use vastex::SurveySettings;
+use vastex::survey::SurveySettings;
 use vastex_scenes::{Estimate, Estimating};
 
 use super::named;

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args as ClapArgs;
-use vastex::LearnSettings;
+use vastex::prefetch::LearnSettings;
 
 /// What `vastex learn` is told.
 #[derive(Debug, ClapArgs)]

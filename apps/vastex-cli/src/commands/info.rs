@@ -5,7 +5,8 @@ use std::process::ExitCode;
 
 use anyhow::{Result, bail};
 use serde::Serialize;
-use vastex::{AddressMode, PoolEstimate};
+use vastex::AddressMode;
+use vastex::diagnostics::PoolEstimate;
 use vastex_core::{Level, TexelPositions};
 use vastex_tiles::{Container, ContainerError, Info, Saved};
 

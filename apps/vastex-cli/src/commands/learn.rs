@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result, bail};
 use serde::Serialize;
-use vastex::{PrefetchSets, Trace};
+use vastex::prefetch::{PrefetchSets, Trace};
 
 use crate::args::LearnArgs;
 use crate::commands::replay;

@@ -7,9 +7,9 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 use serde::Serialize;
-use vastex::{
-    Event, FrameStats, Pace, PageId, PoolDump, PoolId, PrefetchSets, Settings, Textures, TileSource,
-};
+use vastex::diagnostics::{FrameStats, PoolDump};
+use vastex::prefetch::PrefetchSets;
+use vastex::{Event, Pace, PageId, PoolId, Settings, Textures, TileSource};
 use vastex_core::Dims;
 use vastex_scenes::{
     Comparison, Gpu, Offscreen, OffscreenError, Outcome, ReferenceKind, Until, headless_gpu,

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result, bail};
 use serde::Serialize;
-use vastex::Trace;
+use vastex::prefetch::Trace;
 use vastex_core::{Replay, ReplaySettings, replay};
 
 use crate::args::ReplayArgs;

@@ -4,7 +4,7 @@
 
 use std::time::{Duration, Instant};
 
-use vastex::FrameStats;
+use vastex::diagnostics::FrameStats;
 
 /// Between two titles.
 const EVERY: Duration = Duration::from_millis(250);

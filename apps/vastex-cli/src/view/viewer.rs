@@ -4,7 +4,8 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
-use vastex::{Event, ExplainedPixel, FrameStats, LayerId, PoolStats, Settings, Textures, TileSource, ViewId};
+use vastex::diagnostics::{ExplainedPixel, FrameStats, PoolStats};
+use vastex::{Event, LayerId, Settings, Textures, TileSource, ViewId};
 use vastex_core::Dims;
 use vastex_scenes::{
     ColorMap, DisplayOptions, Gpu, HeightsError, Overlay, OverlayRenderer, Pose, Relief, Scene, SceneDesc,

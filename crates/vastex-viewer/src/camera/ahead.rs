@@ -3,7 +3,7 @@
 //! What follows from it, and how far ahead it is worth looking, the textures know.
 
 use glam::{DVec2, DVec3};
-use vastex::Motion;
+use vastex::prefetch::Motion;
 
 use super::pose::Pose;
 

@@ -2,7 +2,8 @@
 //!
 //! A question draws the feedback of one pixel, a window of 1x1, and brings back its 16 bytes.
 
-use vastex::{Error, ExplainedPixel, Textures};
+use vastex::diagnostics::ExplainedPixel;
+use vastex::{Error, Textures};
 
 use crate::gpu::Gpu;
 use crate::stage::StageScene;

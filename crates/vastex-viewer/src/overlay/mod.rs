@@ -2,7 +2,8 @@
 //!
 //! Some colour the surface, some draw a plan of the page table, of the slots or of the feedback. docs/overlays.md says how to read them.
 
-use vastex::{Error, FeedbackTarget, SlotUsage, Textures};
+use vastex::diagnostics::{FeedbackTarget, SlotUsage};
+use vastex::{Error, Textures};
 
 use crate::stage::{StageScene, Target};
 use crate::surface::SceneRenderer;

@@ -28,10 +28,10 @@ pub trait StageScene {
         picture: [u32; 2],
     );
 
-    /// Draws what a camera wants to see, into a pass of [`Textures::feedback_of`].
+    /// Draws what a camera wants to see, into a pass of [`vastex::View::feedback`].
     fn draw_wanted(&self, camera: &Self::Camera, pass: &mut wgpu::RenderPass<'_>, textures: &wgpu::BindGroup);
 
-    /// Draws what a camera sees: every pixel of the target. In [`Textures::main_pass_of`] it says what it wants.
+    /// Draws what a camera sees: every pixel of the target. In [`vastex::View::main_pass`] it says what it wants.
     fn draw_picture(
         &self,
         camera: &Self::Camera,

@@ -55,7 +55,7 @@ impl CameraBinding {
         CameraBinding { uniform, patches, patch_count, view: 0, is_fixed }
     }
 
-    /// The same for another view than the main one: [`vastex::Textures::view_number`].
+    /// The same for another view than the main one: [`vastex::View::number`].
     #[must_use]
     pub fn with_view(self, view: u32) -> CameraBinding {
         CameraBinding { view, ..self }

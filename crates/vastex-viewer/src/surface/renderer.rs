@@ -178,7 +178,7 @@ impl SceneRenderer {
         CameraBinding::new(device, &self.group_layout, self.relief.is_some())
     }
 
-    /// Draws the level that each part of the texture needs, into a pass of [`Textures::texture_space`]; nothing where heights
+    /// Draws the level that each part of the texture needs, into a pass of [`vastex::Ahead::texture_space`]; nothing where heights
     /// displace the scene.
     pub fn draw_spread(&self, pass: &mut wgpu::RenderPass<'_>, texture_group: &wgpu::BindGroup) {
         if let Some(spread) = &self.spread {

@@ -8,7 +8,8 @@ use std::task::{Context, Poll, Waker};
 use std::thread::{self, ThreadId};
 use std::time::Duration;
 
-use vastex::{Codec, Description, PagePos, ReadFuture, Tile, TileSource};
+use vastex::source::{Codec, ReadFuture, Tile};
+use vastex::{Description, PagePos, TileSource};
 
 /// A source whose colours are the other's with red and blue exchanged, and whose answers take some time.
 pub(crate) struct Slow {

@@ -2,10 +2,9 @@
 
 use std::sync::Arc;
 
-use vastex::{
-    Box3, Codec, Description, Geometry, GeometryError, GeometrySpec, LayerFormat, PagePos, ReadError,
-    ReadFuture, Tile, TileSource,
-};
+use vastex::source::{Codec, ReadError, ReadFuture, Tile};
+use vastex::survey::Box3;
+use vastex::{Description, Geometry, GeometryError, GeometrySpec, LayerFormat, PagePos, TileSource};
 
 /// Texels per side.
 const SIDE: u32 = 65_536;

@@ -74,11 +74,11 @@ pub struct Settings {
     pub cpu_cache_bytes: u64,
     /// Reads of tiles that may be at work at once, decoding included; at least 1, each with a thread. A read that waits for a network,
     /// or blocks its thread for over a quarter of a second, gives its place to another. Reads that block by their source's
-    /// own account ([`crate::ReadLimit::blocking`]), as those directly from the disk do (`vastex_tiles::Container::open_file_direct`), take
+    /// own account ([`crate::source::ReadLimit::blocking`]), as those directly from the disk do (`vastex_tiles::Container::open_file_direct`), take
     /// no place. Without meaning in a browser. 2 by default.
     pub loader_threads: usize,
     /// Reads of one texture's source that may be under way at once; at least 1, and at least as many as there are threads. Sources
-    /// that lie in one place should share a limit ([`crate::LimitedSource`]), which then counts instead, as does a source's own. 8 by default.
+    /// that lie in one place should share a limit ([`crate::source::LimitedSource`]), which then counts instead, as does a source's own. 8 by default.
     pub reads_at_once: usize,
     /// How long the read of a tile may take. Then it counts as failed ([`crate::Event::Failed`], retried with back-off) and nothing
     /// waits for it any more. A source of which as many reads as it may have at once have had no answer fails at once from then on,

@@ -59,7 +59,7 @@ impl Ahead<'_> {
         self.textures.paging.prefetch(number, region, urgency)
     }
 
-    /// Loads what a view will want, before it is drawn: what a [`crate::Survey`] or a [`crate::CpuFeedback`] has found of a camera that is
+    /// Loads what a view will want, before it is drawn: what a [`crate::survey::Survey`] or a [`crate::CpuFeedback`] has found of a camera that is
     /// yet to cut there. Of every texture, after everything in view, coarsest first, at the mip bias in force, and kept as
     /// [`Ahead::prefetch`] keeps a region. When the ticket is done, a cut to that view is sharp at once.
     ///
@@ -67,7 +67,8 @@ impl Ahead<'_> {
     /// asks for nothing. Textures that there are not are left out. Costs a visit of each page now and in each frame while the ticket is open.
     ///
     /// ```no_run
-    /// # use vastex::{Camera, FlatSurface, Survey, SurveySettings, TicketState, Urgency};
+    /// # use vastex::{TicketState, Urgency};
+    /// # use vastex::survey::{Camera, FlatSurface, Survey, SurveySettings};
     /// # fn cut(textures: &mut vastex::Textures, ground: vastex::TextureId, surface: &FlatSurface, clip_from_world: [[f32; 4]; 4])
     /// #     -> Result<(), Box<dyn std::error::Error>> {
     /// let mut survey = Survey::new(Camera::new(clip_from_world, [1280, 720]), SurveySettings::default());
@@ -128,7 +129,7 @@ impl Ahead<'_> {
     /// # fn frame(textures: &mut vastex::Textures, encoder: &mut wgpu::CommandEncoder, earth: vastex::TextureId,
     /// #     before: [[f64; 3]; 2], now: [f64; 3]) -> Result<(), vastex::Error> {
     /// textures.feedback(encoder, [1280, 720], |pass, groups| draw(pass, groups.get(earth), now))?;
-    /// let motion = vastex::Motion::through([before[0], before[1], now]);
+    /// let motion = vastex::prefetch::Motion::through([before[0], before[1], now]);
     /// let then = motion.position_after(textures.ahead().frames() as f64);
     /// textures.ahead().feedback(encoder, [1280, 720], |pass, groups| draw(pass, groups.get(earth), then))?;
     /// textures.update()?;

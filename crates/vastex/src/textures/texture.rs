@@ -81,7 +81,7 @@ impl<'a> TextureRef<'a> {
         self.textures.watch.name(self.id.number())
     }
 
-    /// What a [`crate::Survey`] needs of it, with the rule by which its levels are chosen.
+    /// What a [`crate::survey::Survey`] needs of it, with the rule by which its levels are chosen.
     pub fn surveyed(&self) -> SurveyedTexture<'a> {
         let geometry = &self.state.description.geometry;
         let rule = self.textures.gpu.rule(self.id.number()).unwrap_or_default();

@@ -97,13 +97,14 @@ impl View<'_> {
         self.textures.paging.converged_view(self.id)
     }
 
-    /// Says what the view wants in this frame, in place of [`View::feedback`]: what a [`crate::Survey`] has found, or anything
+    /// Says what the view wants in this frame, in place of [`View::feedback`]: what a [`crate::survey::Survey`] has found, or anything
     /// else that knows. It acts in the next [`Textures::update`], without the frames that feedback takes to come back; said again before, the
     /// last counts. To be said once per frame, since what was not said for a jitter cycle is no longer wanted, and only what was said for one
     /// can have converged.
     ///
     /// ```no_run
-    /// # use vastex::{Camera, GlobeSurface, Survey, SurveySettings, ViewId};
+    /// # use vastex::ViewId;
+    /// # use vastex::survey::{Camera, GlobeSurface, Survey, SurveySettings};
     /// # fn look(textures: &mut vastex::Textures, earth: vastex::TextureId, clip_from_world: [[f32; 4]; 4]) -> Result<(), vastex::Error> {
     /// let camera = Camera::new(clip_from_world, [1280, 720]);
     /// let mut survey = Survey::new(camera, SurveySettings { unseen: Some(2.0), ..Default::default() });

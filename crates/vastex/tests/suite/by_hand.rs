@@ -9,10 +9,12 @@ use std::task::{Context, Poll, Wake, Waker};
 use std::time::Duration;
 
 use crate::common::{Mapping, PICTURE, Screen, property, settings};
+use vastex::diagnostics::PageState;
+use vastex::source::{Codec, ReadFuture, Tile};
 use vastex::{
-    AddressMode, AskError, Codec, Description, Error, Feedback, Geometry, GeometrySpec, LayerFormat, Pace,
-    PageId, PagePos, PageState, PoolSettings, ReadFuture, Region, Settings, TextureId, Textures, TicketState,
-    Tile, TileSource, Urgency, ViewId, ViewSettings,
+    AddressMode, AskError, Description, Error, Feedback, Geometry, GeometrySpec, LayerFormat, Pace, PageId,
+    PagePos, PoolSettings, Region, Settings, TextureId, Textures, TicketState, TileSource, Urgency, ViewId,
+    ViewSettings,
 };
 use vastex_core::Dims;
 

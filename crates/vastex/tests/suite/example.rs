@@ -10,9 +10,8 @@ use std::time::Duration;
 use crate::common::tiles::parts_of_tile;
 use async_add::existing_renderer;
 use glam::{Vec2, Vec3};
-use vastex::{
-    Description, Geometry, GeometrySpec, Layer, LayerFormat, PagePos, ReadFuture, Tile, TileSource,
-};
+use vastex::source::{ReadFuture, Tile};
+use vastex::{Description, Geometry, GeometrySpec, Layer, LayerFormat, PagePos, TileSource};
 use vastex_core::Box3;
 use vastex_tiles::Codec;
 

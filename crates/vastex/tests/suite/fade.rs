@@ -6,9 +6,10 @@ use std::time::Duration;
 
 use crate::common::texts::halves;
 use crate::common::{Mapping, SCREEN, Screen, add_with, property, settings};
+use vastex::source::{Codec, ReadFuture, Tile};
 use vastex::{
-    AddressMode, Codec, Description, Filter, Geometry, GeometrySpec, LayerFormat, PagePos, PoolId,
-    PoolSettings, ReadFuture, Region, Settings, TableChoice, TextureSettings, Tile, TileSource,
+    AddressMode, Description, Filter, Geometry, GeometrySpec, LayerFormat, PagePos, PoolId, PoolSettings,
+    Region, Settings, TableChoice, TextureSettings, TileSource,
 };
 use vastex_core::PageContents;
 

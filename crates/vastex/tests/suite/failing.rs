@@ -110,7 +110,9 @@ fn check_counts(screen: &Screen, case: Case) {
     let records: Vec<_> = textures.inspect().telemetry().iter().map(|record| record.pager).collect();
     let frames: Vec<u64> = records.iter().map(|record| record.frame).collect();
     assert!(frames.iter().copied().eq(0..stats.frame), "{case:?}: {frames:?}");
-    let sum = |of: fn(&vastex::Stats) -> u64| records.iter().map(|record| of(&record.stats)).sum::<u64>();
+    let sum = |of: fn(&vastex::diagnostics::Stats) -> u64| {
+        records.iter().map(|record| of(&record.stats)).sum::<u64>()
+    };
     let counted = [sum(|s| s.loaded), sum(|s| s.evicted), sum(|s| s.uploaded_bytes), sum(|s| s.requests)];
     let of = &stats.pager;
     assert_eq!(counted, [of.loaded, of.evicted, of.uploaded_bytes, of.requests], "{case:?}");

@@ -5,9 +5,10 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use crate::common::{Mapping, PICTURE, Screen, add_with, property, settings};
+use vastex::diagnostics::PageState;
 use vastex::{
-    AddressMode, Error, GpuError, LevelRule, Pace, PageState, PoolSettings, Settings, TableChoice,
-    TextureSettings, Textures, TileSource, ViewId,
+    AddressMode, Error, GpuError, LevelRule, Pace, PoolSettings, Settings, TableChoice, TextureSettings,
+    Textures, TileSource, ViewId,
 };
 use vastex_core::{Description, Dims, Geometry, GeometrySpec, PagePos, PoolError, WantedPage};
 use vastex_tiles::{PropertySource, ReadFuture};

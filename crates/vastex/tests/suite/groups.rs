@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use crate::common::texts::{NAMES, apart, by_columns};
 use crate::common::{Mapping, PICTURE, Screen, property, settings};
+use vastex::diagnostics::PageState;
 use vastex::{
-    AddressMode, Error, Event, GpuError, GroupError, GroupId, LevelRule, Member, PageState, Settings,
-    TextureId, TextureNumber, Textures, TileSource,
+    AddressMode, Error, Event, GpuError, GroupError, GroupId, LevelRule, Member, Settings, TextureId,
+    TextureNumber, Textures, TileSource,
 };
 use vastex_wgpu::test_device::TestDevice;
 

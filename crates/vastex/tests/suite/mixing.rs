@@ -6,9 +6,10 @@ use std::time::Duration;
 use crate::common::texts::two_filters;
 use crate::common::tiles::parts_of_tile;
 use crate::common::{Mapping, SCREEN, Screen, add_with, settings};
+use vastex::source::{ReadFuture, Tile};
 use vastex::{
     Description, Error, Feedback, Filter, Geometry, GeometrySpec, Layer, LayerFormat, LayerId, PagePos,
-    ReadFuture, Sampled, Settings, TextureSettings, Textures, Tile, TileSource,
+    Sampled, Settings, TextureSettings, Textures, TileSource,
 };
 use vastex_core::Box3;
 use vastex_tiles::Codec;

@@ -3,11 +3,13 @@
 
 use std::sync::Arc;
 
+use crate::common::property;
+use vastex::source::{PageContents, PageIdError, PageSet, RamCache, ReadError, ReadFuture, TailLayout, Tile};
 use vastex::{
-    Description, Dims, Error, Feedback, Geometry, GeometrySpec, Layer, LayerFormat, Level, PageContents,
-    PageId, PageIdError, PagePos, PageSet, RamCache, ReadError, ReadFuture, TailLayout, TextureNumber, Tile,
-    TileSource, ViewId, WantedPage,
+    AddressMode, Description, Dims, Error, Feedback, FeedbackMode, Geometry, GeometrySpec, Layer,
+    LayerFormat, Level, PageId, PagePos, Settings, TextureNumber, Textures, TileSource, ViewId, WantedPage,
 };
+use vastex_wgpu::test_device::TestDevice;
 
 /// A source with all that a source may say.
 struct Own {
@@ -36,9 +38,21 @@ impl TileSource for Own {
 
 /// What is mentioned by the errors, tiers and sources that applications match on or hold.
 type Mentioned = (
-    (vastex::FileError, vastex::GeometryBytesError, vastex::LayerError, vastex::PoolError, vastex::Slot),
-    (vastex::TraceError, vastex::TraceRecordError, vastex::Container, vastex::Info, vastex::LoadError),
-    (vastex::StoreError, Option<Arc<dyn vastex::Store>>, Arc<vastex::RamBudget>),
+    (
+        vastex::source::FileError,
+        vastex::source::GeometryBytesError,
+        vastex::source::LayerError,
+        vastex::PoolError,
+        vastex::Slot,
+    ),
+    (
+        vastex::prefetch::TraceError,
+        vastex::prefetch::TraceRecordError,
+        vastex::source::Container,
+        vastex::source::Info,
+        vastex::source::LoadError,
+    ),
+    (vastex::source::StoreError, Option<Arc<dyn vastex::source::Store>>, Arc<vastex::source::RamBudget>),
     (vastex::wgpu::Device, vastex::wgpu::Queue),
 );
 
@@ -62,10 +76,31 @@ fn an_application_names_what_it_needs() {
     // What fails has a name, too.
     let named = |error: &Error| match error {
         Error::Pool(error) => vastex::PoolError::to_string(error),
-        Error::Trace(error) => vastex::TraceRecordError::to_string(error),
-        Error::TailFailed(error) => vastex::LoadError::to_string(error),
+        Error::Trace(error) => vastex::prefetch::TraceRecordError::to_string(error),
+        Error::TailFailed(error) => vastex::source::LoadError::to_string(error),
         other => other.to_string(),
     };
     assert!(named(&Error::OtherSettings).contains("prepare it again"));
     assert!(std::mem::size_of::<Mentioned>() > 0);
+}
+
+/// Whoever reads the crate's front page finds every function that a shader may call.
+#[test]
+fn the_front_page_names_every_function_of_shaders() {
+    let front = include_str!("../../src/lib.rs");
+    let page = front.split("mod cpu;").next().unwrap();
+    for feedback in FeedbackMode::ALL {
+        let gpu = TestDevice::new();
+        let settings = Settings { feedback: Some(feedback), ..Settings::default() };
+        let mut textures = Textures::new(&gpu.device, &gpu.queue, settings).unwrap();
+        let source = property([100, 100], 16, AddressMode::Clamp);
+        let texture = textures.add_blocking(source).unwrap();
+        let text = textures.wgsl(&textures.kinds(texture).unwrap());
+        let names = text.split("fn ").skip(1).filter_map(|rest| rest.split('(').next());
+        let public: Vec<&str> = names.filter(|name| name.starts_with("vastex_")).collect();
+        assert!(public.len() > 20, "{public:?}");
+        for name in public {
+            assert!(page.contains(&format!("`{name}")), "{name} is not on the front page");
+        }
+    }
 }

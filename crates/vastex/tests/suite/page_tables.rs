@@ -4,9 +4,8 @@ use std::sync::Arc;
 
 use crate::common::texts::fixed;
 use crate::common::{Mapping, PICTURE, SCREEN, Screen, add_with, property, settings};
-use vastex::{
-    AddressMode, FrameStats, PoolId, PoolSettings, Settings, TableChoice, TextureSettings, TileSource,
-};
+use vastex::diagnostics::FrameStats;
+use vastex::{AddressMode, PoolId, PoolSettings, Settings, TableChoice, TextureSettings, TileSource};
 use vastex_core::Dims;
 use vastex_tiles::PropertySource;
 

@@ -5,7 +5,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use crate::common::{Mapping, PICTURE, Screen, property, settings};
-use vastex::{AddressMode, Error, Event, LevelRule, Pace, PageState, PoolSettings, Settings, TileSource};
+use vastex::diagnostics::PageState;
+use vastex::{AddressMode, Error, Event, LevelRule, Pace, PoolSettings, Settings, TileSource};
 use vastex_core::{Description, Dims, Geometry, GeometrySpec, LayerFormat, PagePos};
 use vastex_tiles::{Codec, PropertySource, ReadFuture, Tile};
 

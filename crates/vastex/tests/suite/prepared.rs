@@ -4,9 +4,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::common::{Mapping, Screen, property, settings};
+use vastex::source::ReadFuture;
 use vastex::{
-    AddressMode, Description, Error, GpuError, PagePos, PoolSettings, Prepared, Preparer, ReadFuture,
-    Settings, TextureSettings, Textures, TileSource,
+    AddressMode, Description, Error, GpuError, PagePos, PoolSettings, Prepared, Preparer, Settings,
+    TextureSettings, Textures, TileSource,
 };
 use vastex_wgpu::test_device::TestDevice;
 

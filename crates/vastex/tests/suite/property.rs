@@ -5,7 +5,8 @@
 use std::collections::BTreeMap;
 
 use crate::common::{Mapping, PICTURE, Screen, property, settings};
-use vastex::{AddressMode, PageId, PagePos, PageState, PoolSettings, Settings};
+use vastex::diagnostics::PageState;
+use vastex::{AddressMode, PageId, PagePos, PoolSettings, Settings};
 use vastex_core::{Dims, shader_constants};
 use vastex_tiles::PropertySource;
 

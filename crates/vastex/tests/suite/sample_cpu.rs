@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use crate::common::tiles::parts_of_tile;
+use vastex::source::{ReadFuture, Tile};
 use vastex::{
     AddressMode, CpuSample, Description, Filter, Geometry, GeometrySpec, LayerFormat, Pace, PagePos,
-    PoolSettings, ReadFuture, Region, Settings, TextureId, Textures, Tile, TileSource,
+    PoolSettings, Region, Settings, TextureId, Textures, TileSource,
 };
 use vastex_core::Box3;
 use vastex_tiles::Codec;

@@ -3,9 +3,10 @@
 use std::time::Duration;
 
 use crate::common::{Mapping, Screen, property, settings};
+use vastex::diagnostics::{Integrator, PoolEstimate};
 use vastex::{
-    AddressMode, BiasRule, Event, Integrator, LayerFormat, Platform, PoolEstimate, PoolRule, PoolSettings,
-    PoolTuning, ScaleGroups, Settings, Textures, ViewId,
+    AddressMode, BiasRule, Event, LayerFormat, Platform, PoolRule, PoolSettings, PoolTuning, ScaleGroups,
+    Settings, Textures, ViewId,
 };
 use vastex_wgpu::test_device::TestDevice;
 

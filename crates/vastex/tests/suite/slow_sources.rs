@@ -7,7 +7,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, mpsc};
 use std::time::{Duration, Instant};
 
-use vastex::{AddressMode, Error, Event, Pace, PageState, Settings, Textures, TileSource};
+use vastex::diagnostics::PageState;
+use vastex::{AddressMode, Error, Event, Pace, Settings, Textures, TileSource};
 use vastex_core::{Description, PagePos};
 use vastex_tiles::ReadFuture;
 use vastex_wgpu::test_device::TestDevice;

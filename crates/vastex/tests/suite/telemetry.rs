@@ -1,7 +1,8 @@
 //! Telemetry and dumps of the frame loop: their sums are the loop's own counts, while textures come and go.
 
 use crate::common::{Mapping, Screen, property, settings};
-use vastex::{AddressMode, Cell, LevelRule, PoolRecord, PoolSettings, Settings};
+use vastex::diagnostics::{Cell, PoolRecord};
+use vastex::{AddressMode, LevelRule, PoolSettings, Settings};
 
 const SIZE: [u32; 2] = [1000, 777];
 

@@ -4,9 +4,10 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use crate::common::{Mapping, SCREEN, Screen, property, settings};
+use vastex::source::{Codec, ReadFuture, Tile};
 use vastex::{
-    AddressMode, Codec, Description, Filter, Geometry, GeometrySpec, Layer, LayerFormat, Pace, PagePos,
-    ReadFuture, Settings, Tile, TileSource, UploadWay,
+    AddressMode, Description, Filter, Geometry, GeometrySpec, Layer, LayerFormat, Pace, PagePos, Settings,
+    TileSource, UploadWay,
 };
 
 const SIZE: [u32; 2] = [1500, 1000];

@@ -8,7 +8,8 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use clap::Parser;
-use vastex::{Geometry, PageId, PageState, TextureNumber, Textures};
+use vastex::diagnostics::PageState;
+use vastex::{Geometry, PageId, TextureNumber, Textures};
 use vastex_core::PagePos;
 use vastex_scenes::{Gpu, Offscreen, Overlay, Until, headless_gpu};
 

@@ -3,7 +3,8 @@
 use std::fmt::Write;
 use std::sync::Arc;
 
-use vastex::{AddressMode, Geometry, PageId, Trace};
+use vastex::prefetch::Trace;
+use vastex::{AddressMode, Geometry, PageId};
 use vastex_core::{Dims, WantedPage};
 
 /// `texture:level/x,y`, with `,z` in volumes.
