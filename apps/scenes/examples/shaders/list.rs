@@ -8,6 +8,7 @@ use std::fmt::Write as _;
 
 use vastex::{Filter, MaxTaps};
 use vastex_scenes::{Attribute, shaders};
+use vastex_viewer::LayersText;
 use vastex_wgpu::{
     Atlas, BindingPlace, FeedbackWay, Kind, KindMember, Kinds, PageSides, TableKind, compute_texts, wgsl,
 };
@@ -150,7 +151,8 @@ fn scenes(visit: &mut Visit<'_>) {
             // Each of a pool of its own, or all of one.
             for pools in [count, 1].into_iter().take(count) {
                 let layer = |n| member(options, &format!("layer{n}"), n % pools, 0);
-                let text = shaders::layered(&group(options, (0..count).map(layer).collect()), count);
+                let text = group(options, (0..count).map(layer).collect());
+                let text = shaders::layered(&text, LayersText::list(count));
                 visit(&format!("layered-{count}-{pools}-{}", name_of(options)), text);
             }
         }
@@ -160,8 +162,8 @@ fn scenes(visit: &mut Visit<'_>) {
     Options { filters: all_filters(), ..Options::all() }.each(|options| {
         for heights in Atlas::ALL {
             let members =
-                vec![member(options, "color", 0, 0), of_atlas(heights, member(options, "height", 0, 1))];
-            let text = shaders::relief(&group(options, members));
+                vec![member(options, "layer0", 0, 0), of_atlas(heights, member(options, "height", 0, 1))];
+            let text = shaders::relief(&group(options, members), LayersText::BESIDE_HEIGHTS);
             visit(&format!("relief-{}-{}", name_of(options), atlas_name(heights)), text);
         }
     });

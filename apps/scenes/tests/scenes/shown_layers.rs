@@ -6,8 +6,7 @@ use glam::DVec2;
 use vastex::{Filter, Textures, ViewId};
 use vastex_scenes::{DisplayOptions, Offscreen, Picture, Pose, Scene};
 use vastex_viewer::stage::{Canvas, Frame, Pictures, StageView, TargetKind, TextureRead, draw_again};
-use vastex_viewer::surface::LayeredRenderer;
-use vastex_viewer::{ColorMap, Layers, LayersError, Palette, ShownLayer};
+use vastex_viewer::{ColorMap, Layers, LayersError, Palette, SceneDesc, SceneRenderer, ShownLayer};
 
 use crate::common::{Image, gpu, settings};
 
@@ -30,12 +29,14 @@ fn list(files: &[&FilePath]) -> (Textures, Vec<ShownLayer>) {
 /// The picture of a list once everything of it is there.
 fn draw(textures: &mut Textures, shown: Vec<ShownLayer>) -> Picture {
     let gpu = gpu();
-    let layers = Layers::new(textures, shown).unwrap();
-    let kind = LayeredRenderer::target_kind(&gpu.adapter, &layers);
+    let layers = Layers::new(textures, shown, None).unwrap();
+    let kind = SceneRenderer::target_kind(&gpu.adapter, &layers);
     assert_eq!(kind == TargetKind::Linear, layers.count() > 1, "one layer is drawn straight");
     let format = kind.drawn_format(FORMAT);
     let (device, queue) = (&gpu.device, &gpu.queue);
-    let renderer = LayeredRenderer::new(device, queue, textures, Scene::Image, &layers, format);
+    let scene = Scene::Image;
+    let drawn = SceneDesc { scene, layers, relief: None, tiling: Default::default(), always_fixed: false };
+    let renderer = SceneRenderer::new(device, queue, textures, drawn, format);
     let canvas = Canvas::new(gpu, SIZE, FORMAT, kind);
     for frame in 0.. {
         let views = [StageView { view: ViewId::MAIN, camera: renderer.camera(), pose: POSE }];
@@ -125,6 +126,6 @@ fn layers_are_drawn_in_their_order() {
 fn a_list_has_one_layer_or_some() {
     let (_directory, file) = Image::new(64, 64, 64).build();
     let (mut textures, shown) = list(&[&file]);
-    assert!(matches!(Layers::new(&mut textures, Vec::new()), Err(LayersError::Count(0))));
-    assert!(matches!(Layers::new(&mut textures, vec![shown[0]; 9]), Err(LayersError::Count(9))));
+    assert!(matches!(Layers::new(&mut textures, Vec::new(), None), Err(LayersError::Count(0))));
+    assert!(matches!(Layers::new(&mut textures, vec![shown[0]; 9], None), Err(LayersError::Count(9))));
 }

@@ -5,7 +5,7 @@
 use vastex::{Error, FeedbackTarget, SlotUsage, Textures};
 
 use crate::stage::{StageScene, Target};
-use crate::surface::SceneRenderer;
+use crate::surface::{ScenePipelines, SceneRenderer};
 
 /// What is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -74,11 +74,18 @@ impl Overlay {
 /// Texels in a row of the texture that tells the state of the slots.
 const TEXELS_IN_A_ROW: u32 = 1024;
 
-/// Draws one overlay of a scene. Made anew where the scene's renderer is.
+/// What draws an overlay: on the surface, or as a plan.
+#[derive(Debug)]
+enum Drawn {
+    OnSurface(ScenePipelines),
+    Plan(wgpu::RenderPipeline),
+}
+
+/// Draws one overlay of a scene; of several layers, for the one that is inspected ([`crate::Layers::inspected`]). Made anew where the scene's renderer is.
 #[derive(Debug)]
 pub struct OverlayRenderer {
     overlay: Overlay,
-    pipeline: wgpu::RenderPipeline,
+    drawn: Drawn,
     /// Where it reads a texture of its own.
     layout: Option<wgpu::BindGroupLayout>,
     read: Option<wgpu::BindGroup>,
@@ -94,13 +101,12 @@ impl OverlayRenderer {
     ) -> OverlayRenderer {
         let (entry, is_on_surface) = overlay.entry();
         let layout = matches!(overlay, Overlay::Feedback | Overlay::Atlas).then(|| texture_layout(device));
-        let pipeline = if is_on_surface {
-            let entries = [renderer.vertex_entry(), entry];
-            renderer.other_pipeline(device, textures, entries, None, &[renderer.format()])
+        let drawn = if is_on_surface {
+            Drawn::OnSurface(renderer.pipelines(device, entry, None, &[renderer.format()]))
         } else {
-            renderer.plan_pipeline(device, textures, ["fill", entry], layout.as_ref())
+            Drawn::Plan(renderer.plan_pipeline(device, textures, entry, layout.as_ref()))
         };
-        OverlayRenderer { overlay, pipeline, layout, read: None }
+        OverlayRenderer { overlay, drawn, layout, read: None }
     }
 
     /// Which overlay it is.
@@ -153,12 +159,12 @@ impl OverlayRenderer {
         if let Some(read) = &self.read {
             pass.set_bind_group(2, read, &[]);
         }
-        match self.overlay {
-            Overlay::Levels | Overlay::Wanted | Overlay::Deficit | Overlay::Pages => {
-                renderer.draw(&mut pass, &self.pipeline, textures.bind_group(renderer.sampled()));
+        match &self.drawn {
+            Drawn::OnSurface(pipelines) => {
+                renderer.draw(&mut pass, pipelines, textures.bind_group(renderer.sampled()));
             }
-            Overlay::Feedback | Overlay::Table | Overlay::Atlas => {
-                renderer.draw_plan(&mut pass, &self.pipeline, textures.bind_group(renderer.layer()));
+            Drawn::Plan(pipeline) => {
+                renderer.draw_plan(&mut pass, pipeline, textures.bind_group(renderer.layer()));
             }
         }
     }
