@@ -27,8 +27,11 @@ const FINEST_UV: f64 = 1.0 / (1 << 20) as f64;
 pub(crate) struct PatchStart {
     high: [i32; 2],
     low: [u16; 2],
-    /// The binary logarithm of the steps along a quad.
-    shift: u32,
+    /// The binary logarithm of the steps along a quad, and of how much wider one is; whether there are half as many vertices on the upper
+    /// edge, and on the lower one.
+    shift: u8,
+    merged: u8,
+    is_halved: [u8; 2],
 }
 
 /// What the shaders are told of the grid; laid out as `ReliefGrid` in surface.wgsl.
@@ -101,12 +104,21 @@ impl Grid {
         let shift = self.depth - cell.depth;
         let side = i64::from(QUADS) << shift;
         let mut from = [cell.column as i64 * side - self.origin[0], cell.row as i64 * side - self.origin[1]];
-        let (middle, half) = (from[0] + side / 2, self.steps[0] / 2);
+        let (middle, half) = (from[0] + side * cell.columns() as i64 / 2, self.steps[0] / 2);
         if self.base == Base::Globe && middle.abs() > half {
             from[0] -= middle.signum() * self.steps[0];
         }
         let [x, y] = from.map(parts);
-        PatchStart { high: [x.0, y.0], low: [x.1, y.1], shift }
+        // Beyond an edge nearer to a pole patches may be wider.
+        let is_wider = |edge| self.base == Base::Globe && cell.merged_beyond(self.base, edge) > cell.merged;
+        let is_halved = [0, 1].map(|edge| u8::from(is_wider(edge)));
+        PatchStart {
+            high: [x.0, y.0],
+            low: [x.1, y.1],
+            shift: shift as u8,
+            merged: cell.merged as u8,
+            is_halved,
+        }
     }
 }
 

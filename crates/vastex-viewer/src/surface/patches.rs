@@ -112,10 +112,13 @@ pub(crate) struct Patch {
 /// A patch: its column and row among those of its size, each halving of the largest ones doubling their number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Cell {
+    /// The first of its columns.
     pub(crate) column: u64,
     pub(crate) row: u64,
     /// Halvings.
     pub(crate) depth: u32,
+    /// The binary logarithm of its columns: more than 0 near a pole of a globe in fixed point, where columns are narrow.
+    pub(crate) merged: u32,
 }
 
 impl Cell {
@@ -123,7 +126,46 @@ impl Cell {
     pub(crate) fn extent(self, base: Base) -> [DVec2; 2] {
         let [columns, rows] = base.roots().map(|roots| f64::from(roots) * f64::from(self.depth).exp2());
         let side = DVec2::new(1.0 / columns, 1.0 / rows);
-        [DVec2::new(self.column as f64, self.row as f64) * side, side]
+        [
+            DVec2::new(self.column as f64, self.row as f64) * side,
+            side * DVec2::new(self.columns() as f64, 1.0),
+        ]
+    }
+
+    /// Columns that it is wide.
+    pub(crate) fn columns(self) -> u64 {
+        1 << self.merged
+    }
+
+    /// The binary logarithm of columns that are together at most a quarter as wide as one at the equator, so that arcs round the pole are
+    /// straight enough, for patches that begin at an edge of the row and go on towards the pole: the upper one (0) or the lower one (1).
+    pub(crate) fn merged_beyond(self, base: Base, edge: u64) -> u32 {
+        let rows = f64::from(base.roots()[1]) * f64::from(self.depth).exp2();
+        let cosine = ((self.row + edge) as f64 / rows * std::f64::consts::PI).sin();
+        // At the pole itself nothing begins.
+        (0.25 / cosine.max(f64::EPSILON)).log2().floor().max(0.0) as u32
+    }
+
+    /// Its quarters or, where they are merged beside a pole, fewer.
+    fn children(self, base: Base, is_merging: bool) -> impl Iterator<Item = Cell> {
+        let rows = u64::from(base.roots()[1]) << (self.depth + 1);
+        (0..2).flat_map(move |down| {
+            let child = Cell {
+                column: 2 * self.column,
+                row: 2 * self.row + down,
+                depth: self.depth + 1,
+                merged: self.merged,
+            };
+            // Where it begins: at the edge that is nearer to the equator.
+            let edge = u64::from(2 * child.row + 1 < rows);
+            let is_beside_equator = 2 * child.row + 1 == rows; // a row that the equator halves
+            let merged = match is_merging && !is_beside_equator {
+                true => child.merged_beyond(base, edge).min(self.merged + 1),
+                false => 0,
+            };
+            let halves = if merged > self.merged { 1 } else { 2 };
+            (0..halves).map(move |right| Cell { column: child.column + (right << merged), merged, ..child })
+        })
     }
 
     /// As the vertex stage gets it that knows uv.
@@ -140,6 +182,8 @@ pub(crate) struct Patches {
     /// The distance from the camera within which a patch is drawn, by its side along u.
     pub(crate) range_per_side: f32,
     pub(crate) depth: u32,
+    /// Whether columns are merged near the poles. In uv they are not, and there are the more of them.
+    is_merging: bool,
 }
 
 /// What is in view: planes, positive on the side that is seen, in directions of their own from a place.
@@ -185,16 +229,16 @@ impl Patches {
     /// For heights of so many texels, in a picture of so many rows.
     pub(crate) fn new(base: Base, heights: [u32; 2], picture_rows: u32) -> Patches {
         let depth = texel_depth(base, heights).clamp(0.0, MOST_DEPTH as f32);
-        Patches::to_depth(base, depth, picture_rows)
+        Patches::to_depth(base, depth, picture_rows, false)
     }
 
     /// The same in fixed point, where nothing but texels limits how fine they are.
     pub(crate) fn fixed(base: Base, heights: [u32; 2], picture_rows: u32) -> Patches {
         let depth = (texel_depth(base, heights) + SUBDIVISIONS).clamp(0.0, MOST_FIXED_DEPTH);
-        Patches::to_depth(base, depth, picture_rows)
+        Patches::to_depth(base, depth, picture_rows, base == Base::Globe)
     }
 
-    fn to_depth(base: Base, depth: f32, picture_rows: u32) -> Patches {
+    fn to_depth(base: Base, depth: f32, picture_rows: u32, is_merging: bool) -> Patches {
         let roots = base.roots();
         let side = Vec2::new(1.0 / roots[0] as f32, 1.0 / roots[1] as f32);
         // A quad at the far end of a range is twice as large as at the near end.
@@ -202,7 +246,7 @@ impl Patches {
         let range = rows_per_slope * std::f32::consts::SQRT_2 / (QUADS as f32 * PIXELS_PER_QUAD);
         let range = range.clamp(RANGES[0], RANGES[1]);
         let range_per_side = range * (side * base.extent()).length() / side.x;
-        Patches { base, depth: depth as u32, range_per_side }
+        Patches { base, depth: depth as u32, range_per_side, is_merging }
     }
 
     /// uv from one vertex to the next, by distance.
@@ -217,7 +261,7 @@ impl Patches {
         let [columns, rows] = self.base.roots().map(u64::from);
         let mut selected = Vec::new();
         for (column, row) in (0..rows).flat_map(|row| (0..columns).map(move |column| (column, row))) {
-            self.descend(Cell { column, row, depth: 0 }, eye, (frustum, heights), &mut selected);
+            self.descend(Cell { column, row, depth: 0, merged: 0 }, eye, (frustum, heights), &mut selected);
         }
         if selected.len() > MOST_PATCHES {
             selected.sort_by_key(|cell| std::cmp::Reverse(cell.depth));
@@ -236,22 +280,22 @@ impl Patches {
         let [origin, side] = cell.extent(self.base);
         let half = 0.5 * side;
         let middle = origin + half;
-        // No point of it is farther from its middle: the way there along the axes of uv is no shorter.
-        let radius = 0.5 * (side * self.base.extent().as_dvec2()).length();
+        // No point of it is farther from its middle: the way there along the axes of uv is no shorter. Merged columns are no wider than one at
+        // the equator.
+        let column = half.x / cell.columns() as f64;
+        let radius = (DVec2::new(column, half.y) * self.base.extent().as_dvec2()).length();
         let nearest = eye.distance(self.base.point_f64(middle)) - radius;
         let [low, high] = heights(&PatchPlace { middle, half, nearest });
         let reach = radius * (1.0 + high.max(0.0)) + 0.5 * (high - low);
         if !frustum.sees(self.base.lifted(middle, 0.5 * (low + high)), reach) {
             return;
         }
-        if cell.depth == self.depth || nearest >= f64::from(self.range_per_side) * half.x {
+        if cell.depth == self.depth || nearest >= f64::from(self.range_per_side) * column {
             selected.push(cell);
             return;
         }
-        for [right, down] in [[0, 0], [1, 0], [0, 1], [1, 1]] {
-            let quarter =
-                Cell { column: 2 * cell.column + right, row: 2 * cell.row + down, depth: cell.depth + 1 };
-            self.descend(quarter, eye, (frustum, &mut *heights), selected);
+        for child in cell.children(self.base, self.is_merging) {
+            self.descend(child, eye, (frustum, &mut *heights), selected);
         }
     }
 

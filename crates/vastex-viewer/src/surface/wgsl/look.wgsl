@@ -11,3 +11,15 @@ struct Look {
     steps: vec4<f32>,   // what changes evenly over the picture, along one pixel to the right and downward; see fixed.wgsl
     is_met: bool,       // whether a surface is there
 }
+
+// The same in fixed point, told from a texel near it where the anchor is far: sampling takes offsets of up to 2^30 texels.
+fn look_from_near(look: Look, size: vec2<u32>) -> Look {
+    let whole = floor(look.offset);
+    if all(abs(whole) < vec2<f32>(536870912.0)) {
+        return look;
+    }
+    let on = min(vec2<u32>(max(whole, vec2<f32>(0.0))), (size - 1u) - look.anchor);
+    let back = min(vec2<u32>(max(-whole, vec2<f32>(0.0))), look.anchor);
+    let rest = (look.offset - vec2<f32>(on)) + vec2<f32>(back);
+    return Look((look.anchor + on) - back, rest, look.ddx, look.ddy, look.steps, look.is_met);
+}

@@ -5,7 +5,8 @@
 struct PatchStart {
     @builtin(vertex_index) index: u32,
     // Of the patch's first corner: steps of the grid from its point before the camera, high parts of both axes, then their low parts of 16
-    // bits in one number; and the binary logarithm of the steps along a quad.
+    // bits in one number; and, 8 bits each, the binary logarithm of the steps along a quad, that of how much wider it is near a pole, and
+    // whether there are half as many vertices on the upper edge and on the lower one, beyond which patches are wider.
     @location(0) place: vec4<i32>,
 }
 
@@ -28,14 +29,31 @@ struct FixedVertex {
     is_pole: bool,
 }
 
-fn grid_point(corner: PatchStart, at: vec2<i32>) -> GridPoint {
-    let low = vec2<i32>(corner.place.z & 0xffff, (corner.place.z >> 16u) & 0xffff);
-    let shift = u32(corner.place.w);
+fn grid_shift(corner: PatchStart) -> u32 {
+    return u32(corner.place.w) & 0xffu;
+}
+
+// High and low part of a coordinate that lies `at` quads of so many steps after another.
+fn grid_sum(high: i32, low: i32, at: i32, shift: u32) -> vec2<i32> {
     if shift >= 16u {
-        return GridPoint(corner.place.xy + (at << vec2<u32>(shift - 16u)), low);
+        return vec2<i32>(high + (at << (shift - 16u)), low);
     }
-    let sum = low + (at << vec2<u32>(shift));
-    return GridPoint(corner.place.xy + (sum >> vec2<u32>(16u)), sum & vec2<i32>(0xffff));
+    let sum = low + (at << shift);
+    return vec2<i32>(high + (sum >> 16u), sum & 0xffff);
+}
+
+fn grid_point(corner: PatchStart, at: vec2<i32>) -> GridPoint {
+    let shift = grid_shift(corner);
+    let wider = (u32(corner.place.w) >> 8u) & 0xffu;
+    let x = grid_sum(corner.place.x, corner.place.z & 0xffff, at.x, shift + wider);
+    let y = grid_sum(corner.place.y, (corner.place.z >> 16u) & 0xffff, at.y, shift);
+    return GridPoint(vec2<i32>(x.x, y.x), vec2<i32>(x.y, y.y));
+}
+
+// Whether a vertex is on an edge with half as many.
+fn grid_is_halved(corner: PatchStart, row: i32) -> bool {
+    let flags = (u32(corner.place.w) >> 16u) & 0x101u;
+    return (row == 0 && (flags & 1u) == 1u) || (row == i32(RELIEF_QUADS) && flags >= 0x100u);
 }
 
 fn grid_texels(point: GridPoint) -> vec2<f32> {
@@ -101,11 +119,12 @@ fn fixed_distance(base: vec3<f32>) -> f32 {
 // A vertex of a patch, on its way to its neighbour in the grid of the next coarser patches; as relief_uv has it.
 fn fixed_vertex(corner: PatchStart) -> FixedVertex {
     let at = vec2<i32>(vec2<u32>(corner.index % (RELIEF_QUADS + 1u), corner.index / (RELIEF_QUADS + 1u)));
-    let fine = grid_point(corner, at);
-    let coarse = grid_point(corner, at - (at & vec2<i32>(1)));
+    let is_halved = grid_is_halved(corner, at.y);
+    let fine = grid_point(corner, at - vec2<i32>(select(0, at.x & 1, is_halved), 0));
+    let coarse = grid_point(corner, at - (at & vec2<i32>(select(1, 3, is_halved), 1)));
     let turn = grid_turn(fine);
     let fine_turned = grid_texels(grid_turned(fine, turn));
-    let quad = exp2(f32(corner.place.w));
+    let quad = exp2(f32(grid_shift(corner)));
     let share = fixed_distance(fixed_base(fine_turned, grid_is_pole(fine))) / (scene.grid.range_per_step * quad);
     let morph = clamp((share - RELIEF_MORPH_BEGIN) / (RELIEF_MORPH_END - RELIEF_MORPH_BEGIN), 0.0, 1.0);
     let is_there = morph == 1.0;
@@ -119,7 +138,7 @@ fn fixed_vertex(corner: PatchStart) -> FixedVertex {
 // What is looked at where sampling a texture of an id is to find it: both sides of the date line are one.
 fn fixed_place(look: Look, id: u32) -> Look {
     if !RELIEF_GLOBE {
-        return look;
+        return look_from_near(look, vastex_size(id));
     }
     let whole = floor(look.offset.x);
     let width = vastex_size(id).x;
@@ -152,7 +171,8 @@ fn fixed_height(vertex: FixedVertex, level: f32) -> f32 {
 // The ground below the camera, at the level at which it is drawn there: what heights are told from, so that near the camera nothing is
 // lost of their differences, and nobody but the shader needs to know it exactly.
 fn fixed_ground_below() -> f32 {
-    let place = layer_look(fixed_at(scene.fixed.fraction), PLACE_HEIGHT);
+    let below = layer_look(fixed_at(scene.fixed.fraction), PLACE_HEIGHT);
+    let place = fixed_place(below, scene.ids.height);
     return fixed_height_at(place, relief_level(scene.fixed.altitude));
 }
 
