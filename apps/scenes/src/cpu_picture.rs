@@ -3,97 +3,40 @@
 //! It is what pictures are compared with where an ordinary texture is beyond the device.
 
 use vastex::{CpuTexture, Textures};
+use vastex_viewer::{Gpu, Picture, Pose, SceneRenderer};
 
-use crate::wait::read_texture;
-use vastex_viewer::Gpu;
-use vastex_viewer::Picture;
-use vastex_viewer::stage::StageScene;
-use vastex_viewer::{SceneRenderer, depth_view};
+use crate::offscreen::OffscreenError;
+use crate::places::places;
 
-/// Bytes of a pixel of a coordinate target: four floats.
-const PIXEL_BYTES: u32 = 16;
-const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
+/// Texels along an axis that a uv of 32 bits tells to 1/256 of one, which no colour shows.
+pub(crate) const MOST_FIXED_TEXELS: u32 = 1 << 17;
 
-/// The picture of the scene at its present pose.
+/// The picture of a scene of one opaque layer at a pose, for which its camera has been placed.
 pub(crate) fn cpu_picture(
-    gpu: &Gpu,
-    textures: &Textures,
-    renderer: &SceneRenderer,
+    shown: (&Gpu, &Textures, &SceneRenderer),
+    pose: &Pose,
     texture: &CpuTexture,
     size: [u32; 2],
-) -> Result<Picture, vastex::Error> {
-    let [uv_and_dx, dy_covered_and_light] = coordinates(gpu, textures, renderer, size);
+) -> Result<Picture, OffscreenError> {
+    let (_, textures, renderer) = shown;
+    let [width, height, _] = textures.texture(renderer.layer().texture())?.description().geometry.size();
+    let is_fixed = renderer.anchor(textures, pose, size).is_some();
+    if is_fixed && width.max(height) > MOST_FIXED_TEXELS {
+        return Err(OffscreenError::TooLargeForCpu);
+    }
+    let texels = glam::DVec2::new(width.into(), height.into());
     let color_map = renderer.color_map();
-    let mut rgba = Vec::with_capacity(uv_and_dx.len());
-    for ([u, v, dx_u, dx_v], [dy_u, dy_v, covered, light]) in uv_and_dx.into_iter().zip(dy_covered_and_light)
-    {
-        let pixel = if covered == 0.0 {
-            [0; 4]
-        } else {
-            color_map.pixel_from_value(texture.sample_grad([u, v], [dx_u, dx_v], [dy_u, dy_v])?, light)
+    let mut rgba = Vec::with_capacity(size[0] as usize * size[1] as usize * 4);
+    for place in places(shown, pose, size) {
+        let pixel = match place {
+            None => [0; 4],
+            Some(place) => {
+                let [ddx, ddy] = place.along.map(|along| along.to_array());
+                let uv = (place.texels / texels).as_vec2().to_array();
+                color_map.pixel_from_value(texture.sample_grad(uv, ddx, ddy)?, place.light)
+            }
         };
         rgba.extend(pixel);
     }
     Ok(Picture { size, rgba })
-}
-
-/// uv and gradients of every pixel, row by row, as coordinates.wgsl tells them.
-fn coordinates(
-    gpu: &Gpu,
-    textures: &Textures,
-    renderer: &SceneRenderer,
-    size: [u32; 2],
-) -> [Vec<[f32; 4]>; 2] {
-    let device = &gpu.device;
-    let pipeline =
-        renderer.other_pipeline(device, textures, [renderer.vertex_entry(), "tell"], None, &[FORMAT, FORMAT]);
-    let target = || {
-        device.create_texture(&wgpu::TextureDescriptor {
-            label: Some("coordinates"),
-            size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: FORMAT,
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
-            view_formats: &[],
-        })
-    };
-    let (targets, depth) = ([target(), target()], depth_view(device, size));
-    let views = targets.each_ref().map(|target| target.create_view(&Default::default()));
-    let mut encoder = device.create_command_encoder(&Default::default());
-    let attachments = views.each_ref().map(|view| {
-        Some(wgpu::RenderPassColorAttachment {
-            view,
-            depth_slice: None,
-            resolve_target: None,
-            ops: wgpu::Operations {
-                load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
-                store: wgpu::StoreOp::Store,
-            },
-        })
-    });
-    let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-        label: Some("coordinates"),
-        color_attachments: &attachments,
-        depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-            view: &depth,
-            depth_ops: Some(wgpu::Operations {
-                load: wgpu::LoadOp::Clear(1.0),
-                store: wgpu::StoreOp::Discard,
-            }),
-            stencil_ops: None,
-        }),
-        ..Default::default()
-    });
-    if let Ok(group) = textures.bind_group(renderer.sampled()) {
-        renderer.draw(&mut pass, &pipeline, group);
-    }
-    drop(pass);
-    gpu.queue.submit([encoder.finish()]);
-    targets.map(|target| {
-        let encoder = device.create_command_encoder(&Default::default());
-        let bytes = read_texture(gpu, encoder, &target, PIXEL_BYTES);
-        bytes.chunks_exact(PIXEL_BYTES as usize).map(bytemuck::pod_read_unaligned).collect()
-    })
 }

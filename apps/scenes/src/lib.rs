@@ -35,7 +35,8 @@ pub use reference::{Reference, ReferenceError, Taps};
 pub use traced::trace_of;
 pub use vastex_viewer::{
     CameraBinding, ColorMap, DisplayOptions, GlobeGrid, GlobePose, Gpu, GpuSetupError, Heights, HeightsError,
-    Mesh, Overlay, OverlayRenderer, Path, Picture, Pose, Relief, Scene, SceneDesc, SceneRenderer, Target,
-    Tiling, UnknownLayer, Vertex, Views, depth_view, surface,
+    LayerOptions, Layers, LayersError, Mesh, Overlay, OverlayRenderer, Path, Picture, Pose, Relief, Scene,
+    SceneDesc, ScenePipelines, SceneRenderer, ShownLayer, Target, Tiling, UnknownLayer, Vertex, Views,
+    depth_view, surface,
 };
 pub use wait::headless_gpu;

@@ -23,7 +23,7 @@ use vastex_viewer::Pose;
 use vastex_viewer::Scene;
 use vastex_viewer::camera::Ahead;
 use vastex_viewer::stage::{Canvas, Frame, Pictures, StageScene, StageView, TargetKind, draw_again};
-use vastex_viewer::{ColorMap, DisplayOptions, UnknownLayer};
+use vastex_viewer::{DisplayOptions, Layers, LayersError, Relief, ShownLayer, UnknownLayer};
 use vastex_viewer::{Overlay, OverlayRenderer};
 use vastex_viewer::{SceneDesc, SceneRenderer, Target};
 use vastex_viewer::{Views, side_by_side};
@@ -47,6 +47,19 @@ pub enum OffscreenError {
     /// The layer to be shown is not there.
     #[error(transparent)]
     Layer(#[from] UnknownLayer),
+    /// The layers cannot be shown together.
+    #[error(transparent)]
+    Layers(#[from] LayersError),
+    /// There is no picture to compare one of several layers with.
+    #[error("a picture of several layers is compared with nothing; show one opaque layer")]
+    SeveralLayers,
+    /// Where pixels are on a large texture is more than a uv can say, which is what the CPU samples by.
+    #[error(
+        "the CPU makes pictures of up to {} texels along an axis where they are drawn in fixed point; zoom out, or take a \
+         smaller texture",
+        crate::cpu_picture::MOST_FIXED_TEXELS
+    )]
+    TooLargeForCpu,
     /// The heights are not there.
     #[error(transparent)]
     Heights(#[from] HeightsError),
@@ -147,19 +160,13 @@ impl Offscreen {
         }
         let mut textures = Textures::new(&gpu.device, &gpu.queue, settings)?;
         let texture = textures.add_blocking(source.clone())?;
-        let layer = shown.layer_of(&textures, texture)?;
-        let color_map =
-            ColorMap::new(&textures.texture(texture)?.description().layers[layer.index()], shown.range);
-        let (kind, picture) = (shown.target.unwrap_or(TargetKind::Direct), color_map.picture_format());
-        let relief = shown.relief_of(scene, &mut textures, layer)?;
-        let drawn = SceneDesc {
-            scene,
-            layer,
-            color_map,
-            relief,
-            tiling: shown.tiling,
-            always_fixed: shown.always_fixed,
-        };
+        let layers = shown.layers_of(&textures, texture)?;
+        let relief = shown.relief_of(scene, &mut textures, layers[0].layer)?;
+        let layers = Layers::new(&mut textures, layers, relief.as_ref().map(Relief::layer))?;
+        let kind = shown.target.unwrap_or_else(|| SceneRenderer::target_kind(&gpu.adapter, &layers));
+        let picture = layers.picture_format();
+        let drawn =
+            SceneDesc { scene, layers, relief, tiling: shown.tiling, always_fixed: shown.always_fixed };
         let renderer =
             SceneRenderer::new(&gpu.device, &gpu.queue, &textures, drawn, kind.drawn_format(picture))?;
         Ok(Offscreen {
@@ -297,7 +304,7 @@ impl Offscreen {
     /// An overlay of the last frame in the place of its picture.
     pub fn overlay(&self, overlay: Overlay) -> Result<Picture, OffscreenError> {
         let Gpu { device, queue, .. } = &self.gpu;
-        let mut drawn = OverlayRenderer::new(device, &self.textures, &self.renderer, overlay);
+        let mut drawn = OverlayRenderer::new(device, &self.textures, &self.renderer, overlay)?;
         let mut pictures = Vec::new();
         let (main, beside) = self.views.poses(self.pose);
         for pose in std::iter::once(main).chain(beside) {
@@ -338,6 +345,9 @@ impl Offscreen {
 
     /// The picture that the last frame's is compared with, and how it was drawn.
     pub fn expected_picture(&self) -> Result<(Picture, ReferenceKind), OffscreenError> {
+        if !self.renderer.layers().is_single() {
+            return Err(OffscreenError::SeveralLayers);
+        }
         if self.renderer.has_relief() {
             return Ok((self.cpu_picture()?, ReferenceKind::Cpu));
         }
@@ -357,14 +367,19 @@ impl Offscreen {
         }
     }
 
-    /// The picture of the last frame by the CPU twin of the shaders, at the mip bias in force.
+    /// The picture of the last frame by the CPU twin of the shaders, at the mip bias in force. Of one opaque layer.
     pub fn cpu_picture(&self) -> Result<Picture, OffscreenError> {
+        if !self.renderer.layers().is_single() {
+            return Err(OffscreenError::SeveralLayers);
+        }
         let layer = self.renderer.layer();
-        let shown = self.textures.texture(layer.texture())?;
-        let filter = shown.filter(layer.index()).unwrap_or_default();
-        let texture = CpuTexture::new(self.source.clone(), layer.index(), filter, shown.bias_eighths())?
-            .with_levels(shown.levels());
-        let draw = || cpu_picture(&self.gpu, &self.textures, &self.renderer, &texture, self.canvas.size());
+        let bias = self.textures.texture(layer.texture())?.bias_eighths();
+        let filter = self.renderer.layers().inspected().filter_in(&self.textures);
+        let texture = CpuTexture::new(self.source.clone(), layer.index(), filter, bias)?
+            .with_levels(self.textures.texture(layer.texture())?.levels());
+        let draw = |pose: &Pose| {
+            cpu_picture((&self.gpu, &self.textures, &self.renderer), pose, &texture, self.canvas.size())
+        };
         let pictures: Vec<Picture> = self.through_each(draw).collect::<Result<_, _>>()?;
         Ok(side_by_side(&pictures, self.size))
     }
@@ -400,9 +415,33 @@ impl Offscreen {
     }
 
     /// Where on its texture each pixel of a view is that has this pose, in texels of level 0, row by row; nothing where the pixel does
-    /// not see it. Empty for a pose that is not drawn in fixed point.
+    /// not see it.
     pub fn places(&self, pose: &Pose) -> Vec<Option<glam::DVec2>> {
-        places(&self.gpu, &self.textures, &self.renderer, pose, self.canvas.size())
+        self.renderer.set_pose(&self.gpu.queue, &self.textures, pose, self.canvas.size());
+        let shown = (&self.gpu, &self.textures, &self.renderer);
+        places(shown, pose, self.canvas.size()).into_iter().map(|place| Some(place?.texels)).collect()
+    }
+
+    /// Whether a view of this pose is drawn in fixed point.
+    pub fn is_in_fixed_point(&self, pose: &Pose) -> bool {
+        self.renderer.anchor(&self.textures, pose, self.canvas.size()).is_some()
+    }
+
+    /// Shows a layer of the list otherwise from the next frame on: the one of this number, from the lowest, as `change` makes it.
+    pub fn change_layer(
+        &mut self,
+        n: usize,
+        change: impl FnOnce(ShownLayer) -> ShownLayer,
+    ) -> Result<(), OffscreenError> {
+        let (device, queue) = (&self.gpu.device, &self.gpu.queue);
+        let mut layers = self.renderer.layers().clone();
+        let Some(shown) = layers.iter().nth(n).copied() else { return Ok(()) };
+        let is_new = layers.set(&mut self.textures, n, change(shown))?;
+        match is_new {
+            false => self.renderer.set_layers(queue, &self.textures, &layers),
+            true => self.renderer = self.renderer.with_layers(device, queue, &self.textures, layers)?,
+        }
+        Ok(())
     }
 
     /// The textures, to ask about them.
@@ -416,16 +455,16 @@ impl Offscreen {
     }
 
     /// What `draw` gives for each view, with the scene's camera where that view's is.
-    fn through_each<T>(&self, mut draw: impl FnMut() -> T) -> impl Iterator<Item = T> {
+    fn through_each<T>(&self, mut draw: impl FnMut(&Pose) -> T) -> impl Iterator<Item = T> {
         let (main, beside) = self.views.poses(self.pose);
         std::iter::once(main).chain(beside).map(move |pose| {
             self.renderer.set_pose(&self.gpu.queue, &self.textures, &pose, self.canvas.size());
-            draw()
+            draw(&pose)
         })
     }
 
     fn draw_and_read(&self, draw: impl Fn(&mut wgpu::CommandEncoder, Target<'_>)) -> Picture {
-        let pictures: Vec<Picture> = self.through_each(|| self.draw_and_read_one(&draw)).collect();
+        let pictures: Vec<Picture> = self.through_each(|_| self.draw_and_read_one(&draw)).collect();
         side_by_side(&pictures, self.size)
     }
 

@@ -12,7 +12,7 @@ use vastex::{AddressMode, Description, Geometry, Layer, LayerFormat, Textures, T
 
 use crate::levels::{LevelError, read_level};
 use vastex_viewer::stage::StageScene;
-use vastex_viewer::{SceneRenderer, Target};
+use vastex_viewer::{ScenePipelines, SceneRenderer, Target};
 
 /// An ordinary texture may take so much of the device's memory: 1 GiB.
 const MAX_BYTES: u64 = 1 << 30;
@@ -55,12 +55,12 @@ pub enum Taps {
 
 /// See the head of the file.
 pub struct Reference {
-    pipeline: wgpu::RenderPipeline,
+    pipelines: ScenePipelines,
     group: wgpu::BindGroup,
 }
 
 impl Reference {
-    /// Reads all levels of the layer that the renderer shows into an ordinary texture.
+    /// Reads all levels of the one opaque layer that the renderer shows, on a surface without heights, into an ordinary texture.
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -82,15 +82,21 @@ impl Reference {
         let (shade, sampler) = match taps {
             Taps::Same => ("shade_reference", plain.sampler(device)),
             Taps::Ordinary => ("shade_ordinary", plain.sampler(device)),
-            Taps::Adapter => {
-                let filter = textures.texture(renderer.layer().texture())?.filter(index).unwrap_or_default();
-                ("shade_by_adapter", plain.own_sampler(device, filter.max_taps()))
-            }
+            Taps::Adapter => (
+                "shade_by_adapter",
+                plain.own_sampler(
+                    device,
+                    textures
+                        .texture(renderer.layer().texture())?
+                        .filter(renderer.layer().index())
+                        .unwrap_or_default()
+                        .max_taps(),
+                ),
+            ),
         };
-        let pipeline =
-            renderer.other_pipeline(device, textures, ["place", shade], Some(&layout), &[renderer.format()]);
+        let pipelines = renderer.pipelines(device, shade, Some(&layout), &[renderer.format()]);
         let uniform = plain.uniform(device, queue);
-        Ok(Reference { pipeline, group: bind(device, &layout, &texture, &sampler, &uniform) })
+        Ok(Reference { pipelines, group: bind(device, &layout, &texture, &sampler, &uniform) })
     }
 
     /// Draws the picture.
@@ -104,7 +110,7 @@ impl Reference {
         let mut pass = target.begin(encoder, renderer.background());
         pass.set_bind_group(2, &self.group, &[]);
         if let Ok(group) = textures.bind_group(renderer.sampled()) {
-            renderer.draw(&mut pass, &self.pipeline, group);
+            renderer.draw(&mut pass, &self.pipelines, group);
         }
     }
 }

@@ -45,6 +45,7 @@ mod record;
 #[cfg(feature = "build")]
 mod replace;
 mod replay;
+mod shown;
 
 /// Images far larger than GPU memory, as ordinary textures.
 #[derive(Debug, Parser)]
@@ -125,6 +126,8 @@ impl Args {
             #[cfg(feature = "build")]
             Command::Export(args) => args.check(),
             Command::Render(args) => args.check(),
+            #[cfg(feature = "view")]
+            Command::View(args) => args.scene.check(),
             _ => Ok(()),
         }
     }
@@ -180,12 +183,8 @@ pub(crate) struct SceneArgs {
     /// What the image is put on
     #[arg(long, default_value = "image", value_name = "SCENE", value_parser = named(&Scene::ALL, Scene::name))]
     pub(crate) on: Scene,
-    /// The layer to show, by its name; the first where none is named
-    #[arg(long, value_name = "NAME")]
-    pub(crate) layer_shown: Option<String>,
-    /// The values that are black and white, in 0 to 1 where the format holds whole numbers
-    #[arg(long, default_value = "0,1", value_name = "LO,HI", value_parser = parse_range, allow_hyphen_values = true)]
-    pub(crate) range: [f32; 2],
+    #[command(flatten)]
+    pub(crate) layers: shown::ShownArgs,
     #[command(flatten)]
     pub(crate) heights: heights::HeightArgs,
     /// Size of the picture in pixels
@@ -238,6 +237,7 @@ Examples:
   vastex render earth.vastex --on plane --filter anisotropic8 -o sharp-to-the-horizon.png
   vastex render /net/slow/earth.vastex --on globe --disk-cache ~/.cache/vastex -o globe.png
   vastex render island.vastex --layer-shown height --range 0,0.2 -o height.png
+  vastex render island.vastex --layer color --layer height:range=0..0.2:map=viridis:opacity=0.5 -o both.png
   vastex render earth.vastex --on plane --feedback inline --compare --json
   vastex render island.vastex --on terrain --height-scale 0.1 -o island.png
   vastex render earth.vastex --on plane --views stereo --compare -o eyes.png
@@ -311,6 +311,10 @@ pub(crate) struct RenderArgs {
 }
 
 impl SceneArgs {
+    fn check(&self) -> Result<(), clap::Error> {
+        self.layers.fault().map_or(Ok(()), |fault| Err(value_error(&fault)))
+    }
+
     /// Whether the source is a generated planet.
     fn is_planet(&self) -> bool {
         self.source.to_str().is_some_and(|source| source.starts_with(PLANET))
@@ -320,8 +324,7 @@ impl SceneArgs {
     pub(crate) fn shown(&self) -> DisplayOptions {
         let heights = self.heights.heights();
         DisplayOptions {
-            layer: self.layer_shown.clone(),
-            range: Some(self.range),
+            layers: self.layers.layers(),
             heights,
             always_fixed: self.is_planet(),
             ..DisplayOptions::default()
@@ -331,6 +334,7 @@ impl SceneArgs {
 
 impl RenderArgs {
     fn check(&self) -> Result<(), clap::Error> {
+        self.scene.check()?;
         let [width, height] = self.scene.size;
         if let Some([x, y]) = self.explain.filter(|&[x, y]| x >= width || y >= height) {
             return Err(value_error(&format!(
@@ -339,9 +343,17 @@ impl RenderArgs {
         }
         const OTHERS: [&str; 9] = ["jpg", "jpeg", "tif", "tiff", "webp", "bmp", "gif", "exr", "vastex"];
         if self.estimate.estimating().is_some() && self.scene.shown().displaces(self.scene.on) {
-            let kind = clap::error::ErrorKind::ArgumentConflict;
-            let what = "--estimate knows surfaces without heights; leave it out, or the heights";
-            return Err(clap::Error::raw(kind, format!("{what}\n\nFor more information, try '--help'.\n")));
+            return Err(conflict("--estimate knows surfaces without heights; leave it out, or the heights"));
+        }
+        if !self.scene.layers.is_single() {
+            if self.compare {
+                return Err(conflict(
+                    "--compare compares one opaque layer; leave it out, or show one --layer",
+                ));
+            }
+            if self.estimate.estimating().is_some() {
+                return Err(conflict("--estimate knows one opaque layer; leave it out, or show one --layer"));
+            }
         }
         let Some(output) = &self.output else { return Ok(()) };
         let extension = output.extension().unwrap_or_default().to_string_lossy().to_lowercase();
@@ -363,6 +375,7 @@ Examples:
   vastex view earth.vastex
   vastex view earth.vastex --on globe --pool-mib 256
   vastex view island.vastex --on terrain
+  vastex view island.vastex --layer color --layer height:map=inferno:opacity=0.4
 
 Keys and mouse:
   drag           move the image, turn the globe, look about on the plane and the terrain
@@ -418,20 +431,10 @@ fn parse_pixel(text: &str) -> Result<[u32; 2], String> {
     place.ok_or_else(|| "write column and row of a pixel, as in 640,360".into())
 }
 
-/// Two different numbers; the first may be the larger one, which turns black and white round.
-fn parse_range(text: &str) -> Result<[f32; 2], String> {
-    let ends = text
-        .split_once(',')
-        .and_then(|(low, high)| Some([low.trim().parse().ok()?, high.trim().parse().ok()?]));
-    match ends {
-        Some([low, high])
-            if f32::is_finite(low) && f32::is_finite(high) && (1.0 / (high - low)).is_finite() =>
-        {
-            Ok([low, high])
-        }
-        Some(_) => Err("both must be numbers, and not the same".into()),
-        None => Err("write the values for black and white, as in 0,0.5".into()),
-    }
+/// Two things that do not go together, exit code 2.
+fn conflict(what: &str) -> clap::Error {
+    let kind = clap::error::ErrorKind::ArgumentConflict;
+    clap::Error::raw(kind, format!("{what}\n\nFor more information, try '--help'.\n"))
 }
 
 /// An error of the command line, exit code 2.
@@ -466,15 +469,6 @@ mod tests {
     #[test]
     fn the_definition_is_sound() {
         Args::command().debug_assert();
-    }
-
-    #[test]
-    fn ranges_are_checked() {
-        assert_eq!(parse_range("-11000, 8848"), Ok([-11000.0, 8848.0]));
-        assert_eq!(parse_range("1,0"), Ok([1.0, 0.0]));
-        for bad in ["", "1", "1,", ",1", "0,0", "nan,1", "0,inf", "1;2", "0,1,2", "1e-40,0"] {
-            assert!(parse_range(bad).is_err(), "{bad}");
-        }
     }
 
     #[test]

@@ -16,13 +16,13 @@ pub mod surface;
 
 pub use camera::{Path, Pose, Views};
 pub use gpu::{Gpu, GpuSetupError};
-pub use layers::{ColorMap, Layers, LayersError, Palette, ShownLayer, UnknownLayer};
+pub use layers::{ColorMap, Layers, LayersError, LayersText, Palette, ShownLayer, UnknownLayer};
 pub use overlay::{Overlay, OverlayRenderer};
 pub use picture::{Picture, side_by_side};
 pub use scene::{Scene, direction};
 pub use stage::{Target, depth_view};
 pub use surface::shaders;
 pub use surface::{
-    CameraBinding, DisplayOptions, GlobeGrid, GlobePose, Heights, HeightsError, Mesh, Relief, SceneDesc,
-    SceneRenderer, Tiling, Vertex, surface,
+    CameraBinding, DisplayOptions, GlobeGrid, GlobePose, Heights, HeightsError, LayerOptions, Mesh, Relief,
+    SceneDesc, ScenePipelines, SceneRenderer, Tiling, Vertex, surface,
 };

@@ -205,13 +205,21 @@ impl Kinds {
     /// The same with every member by another filter.
     #[must_use]
     pub fn filtered(&self, filter: Filter) -> Kinds {
-        let of = |member: &TextMember| {
-            let layer = self.reads[member.read].layer;
-            let TextLayer { pool, index, atlas, scale, .. } = self.layers[layer];
+        self.with_filters(&vec![Some(filter); self.members.len()])
+    }
+
+    /// The same with some members by filters of their own, in the order of the members; those without one, and those beyond the end of the
+    /// list, keep theirs.
+    #[must_use]
+    pub fn with_filters(&self, filters: &[Option<Filter>]) -> Kinds {
+        let of = |(nth, member): (usize, &TextMember)| {
+            let read = &self.reads[member.read];
+            let TextLayer { pool, index, atlas, scale, .. } = self.layers[read.layer];
             let TextPool { tables, pages, .. } = self.pools[pool];
+            let filter = filters.get(nth).copied().flatten().unwrap_or(read.filter);
             (member.name.clone(), pool, Kind { tables, pages, layer: index, atlas, scale, filter })
         };
-        Kinds::gathered(self.members.iter().map(of), self.mode, self.fade)
+        Kinds::gathered(self.members.iter().enumerate().map(of), self.mode, self.fade)
     }
 
     /// Whether the same bindings serve shaders of both: those of the same layers of as many pools.

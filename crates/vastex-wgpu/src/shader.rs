@@ -111,6 +111,7 @@ const COMPARED_CONSTANTS: [&str; 2] = ["ADDRESS_", "FILTER_"];
 /// | `vastex_texture_space_front(id, uv, clip, picture)` | the same | the same, where the texture is not mirrored |
 /// | `vastex_inspect(id, uv)` | fragment, uniform control flow | levels wanted and shown, page and place, `VastexInspection` |
 /// | `vastex_inspect_grad(id, uv, ddx, ddy)` | all | the same, from gradients of uv |
+/// | `vastex_inspect_fixed_grad(id, anchor, offset, ddx, ddy)` | all | the same, at a place in fixed point |
 ///
 /// For a group each member `NAME` has these functions, where they name a texture, with its name after the first words:
 /// `vastex_sample_NAME(id, uv)`, `vastex_sample_NAME_grad(id, uv, ddx, ddy)`, `vastex_feedback_NAME(id, view, uv)` for a member by itself,

@@ -17,6 +17,7 @@ mod second_level;
 mod sizes;
 mod stage;
 mod tables;
+mod targets;
 mod texts;
 mod uploads;
 mod world;
@@ -37,6 +38,7 @@ const SECTIONS: &[(&str, Section)] = &[
     ("tables", tables::section),
     ("second_level", second_level::section),
     ("sizes", sizes::section),
+    ("targets", targets::section),
     ("uploads", uploads::section),
 ];
 

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use anyhow::Result;
 use vastex::{BindGroups, Geometry, GeometrySpec, Pace, Settings, TableChoice, TextureSettings, Textures};
-use vastex_scenes::{ColorMap, Pose, Scene, SceneDesc, SceneRenderer, depth_view};
+use vastex_scenes::{Layers, Pose, Scene, SceneDesc, SceneRenderer, ShownLayer, depth_view};
 use vastex_tiles::PropertySource;
 use vastex_viewer::Target;
 use vastex_viewer::stage::{StageScene, draw_again};
@@ -37,12 +37,11 @@ impl<'a> Stage<'a> {
         let settings = TextureSettings { page_table, ..Default::default() };
         let prepared = textures.preparer().read_blocking(Arc::new(source), settings)?;
         let texture = textures.add(prepared)?;
-        let color_map = ColorMap::new(&textures.texture(texture)?.description().layers[0], None);
-        let format = color_map.picture_format();
+        let shown = ShownLayer::new(texture.into(), &textures.texture(texture)?.description().layers[0]);
+        let format = shown.color_map.picture_format();
         let drawn = SceneDesc {
             scene,
-            layer: texture.into(),
-            color_map,
+            layers: Layers::one(shown),
             relief: None,
             tiling: Default::default(),
             always_fixed: false,

@@ -8,6 +8,7 @@ use std::fmt::Write as _;
 
 use vastex::{Filter, MaxTaps};
 use vastex_scenes::{Attribute, shaders};
+use vastex_viewer::LayersText;
 use vastex_wgpu::{
     Atlas, BindingPlace, FeedbackMode, Kind, KindMember, Kinds, PageSides, TableKind, compute_texts, wgsl,
 };
@@ -152,7 +153,8 @@ fn scenes(visit: &mut Visit<'_>) {
             // Each of a pool of its own, or all of one.
             for pools in [count, 1].into_iter().take(count) {
                 let layer = |n| member(options, &format!("layer{n}"), n % pools, 0);
-                let text = shaders::layered(&group(options, (0..count).map(layer).collect()), count);
+                let text = group(options, (0..count).map(layer).collect());
+                let text = shaders::layered(&text, LayersText::list(count));
                 visit(&format!("layered-{count}-{pools}-{}", name_of(options)), text);
             }
         }
@@ -161,7 +163,10 @@ fn scenes(visit: &mut Visit<'_>) {
     // Colour and heights are layers of one texture.
     Options { filters: all_filters(), ..Options::all() }.each(|options| {
         let mut relief = |name: &str, heights| {
-            let text = shaders::relief(&group(options, vec![member(options, "color", 0, 0), heights]));
+            let text = shaders::relief(
+                &group(options, vec![member(options, "layer0", 0, 0), heights]),
+                LayersText::BESIDE_HEIGHTS,
+            );
             visit(&format!("relief-{}-{name}", name_of(options)), text);
         };
         for atlas in Atlas::ALL {

@@ -6,7 +6,7 @@ use std::path::{Path as FilePath, PathBuf};
 
 use vastex::Filter;
 use vastex_build::BuildOptions;
-use vastex_scenes::{Comparison, DisplayOptions, Offscreen, Path, Picture, Scene, Until};
+use vastex_scenes::{Comparison, DisplayOptions, LayerOptions, Offscreen, Path, Picture, Scene, Until};
 
 use crate::common::{converged, gpu, settings};
 
@@ -61,7 +61,8 @@ fn terrain(directory: &FilePath, address: [vastex::AddressMode; 2]) -> Picture {
     let options = BuildOptions { address, page: 64, ..Default::default() };
     vastex_build::build(&[input], &container, &options, &()).unwrap();
     let source = vastex::open(&container).unwrap();
-    let shown = DisplayOptions { range: Some([0.08, 0.27]), ..DisplayOptions::default() };
+    let layers = vec![LayerOptions { range: Some([0.08, 0.27]), ..LayerOptions::default() }];
+    let shown = DisplayOptions { layers, ..DisplayOptions::default() };
     let settings = settings(16, Filter::Trilinear);
     let mut offscreen = Offscreen::showing(&shown, gpu(), source, Scene::Terrain, PICTURE, settings).unwrap();
     assert!(offscreen.run(Path::Still, Until::Converged, |_, _| ()).unwrap().converged);

@@ -11,7 +11,9 @@ use vastex::{
     TileSource,
 };
 use vastex_core::PageSet;
-use vastex_scenes::{Comparison, DisplayOptions, Gpu, Offscreen, Path, ReferenceKind, Scene, Until};
+use vastex_scenes::{
+    Comparison, DisplayOptions, Gpu, LayerOptions, Offscreen, Path, ReferenceKind, Scene, Until,
+};
 
 /// A texture whose layers are grain, another on every level; compressed ones of blocks of any content.
 struct Grain {
@@ -150,7 +152,8 @@ fn compare_on(
     path: Path,
     filter: Filter,
 ) -> (Comparison, ReferenceKind) {
-    let shown = DisplayOptions { layer: Some(layer.into()), ..DisplayOptions::default() };
+    let layer = LayerOptions { name: Some(layer.into()), ..LayerOptions::default() };
+    let shown = DisplayOptions { layers: vec![layer], ..DisplayOptions::default() };
     let mut offscreen =
         Offscreen::showing(&shown, gpu, source, Scene::Plane, [160, 90], settings(16, filter)).unwrap();
     assert!(offscreen.run(path, Until::Converged, |_, _| ()).unwrap().converged);

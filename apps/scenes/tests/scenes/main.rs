@@ -10,6 +10,7 @@ mod fade;
 mod feedback_ways;
 mod filters;
 mod fixed;
+mod fixed_heights;
 mod floor;
 mod golden;
 mod heights;

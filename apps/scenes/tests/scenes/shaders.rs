@@ -42,7 +42,7 @@ fn parts_of_texts() -> Vec<(PathBuf, String)> {
     let part = |file: PathBuf| {
         let text = std::fs::read_to_string(&file).unwrap();
         // Names and numbers stand in the place of words of these.
-        let marks = ["MEMBER", "NAME", "_POOL", "_LAYER", "_KIND"];
+        let marks = ["MEMBER", "NAME", "_POOL", "_LAYER", "_KIND", "_WAY"];
         let is_pattern = marks.iter().any(|mark| text.contains(mark));
         let part = if is_pattern { text.lines().next().unwrap_or_default().to_owned() } else { text };
         (file, part)

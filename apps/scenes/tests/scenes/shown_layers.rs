@@ -1,13 +1,14 @@
 //! Lists of layers: one over the other in their order, by opacity, in light, each with its own range, exponent and colour map.
 
 use std::path::Path as FilePath;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::DVec2;
-use vastex::{Filter, Textures, ViewId};
-use vastex_scenes::{DisplayOptions, Offscreen, Picture, Pose, Scene};
+use vastex::{Filter, Textures, TileSource, ViewId};
+use vastex_scenes::{Comparison, DisplayOptions, Offscreen, Picture, Pose, Scene};
 use vastex_viewer::stage::{Canvas, Frame, Pictures, StageView, TargetKind, TextureRead, draw_again};
-use vastex_viewer::surface::LayeredRenderer;
-use vastex_viewer::{ColorMap, Layers, LayersError, Palette, ShownLayer};
+use vastex_viewer::{ColorMap, Layers, LayersError, Palette, SceneDesc, SceneRenderer, ShownLayer};
 
 use crate::common::{Image, gpu, settings};
 
@@ -29,16 +30,26 @@ fn list(files: &[&FilePath]) -> (Textures, Vec<ShownLayer>) {
 
 /// The picture of a list once everything of it is there.
 fn draw(textures: &mut Textures, shown: Vec<ShownLayer>) -> Picture {
+    let layers = Layers::new(textures, shown, None).unwrap();
+    draw_list(textures, layers, Scene::Image, (POSE, false))
+}
+
+fn draw_list(
+    textures: &mut Textures,
+    layers: Layers,
+    scene: Scene,
+    (pose, always_fixed): (Pose, bool),
+) -> Picture {
     let gpu = gpu();
-    let layers = Layers::new(textures, shown).unwrap();
-    let kind = LayeredRenderer::target_kind(&gpu.adapter, &layers);
+    let kind = SceneRenderer::target_kind(&gpu.adapter, &layers);
     assert_eq!(kind == TargetKind::Linear, layers.count() > 1, "one layer is drawn straight");
     let format = kind.drawn_format(FORMAT);
     let (device, queue) = (&gpu.device, &gpu.queue);
-    let renderer = LayeredRenderer::new(device, queue, textures, Scene::Image, &layers, format).unwrap();
+    let drawn = SceneDesc { scene, layers, relief: None, tiling: Default::default(), always_fixed };
+    let renderer = SceneRenderer::new(device, queue, textures, drawn, format).unwrap();
     let canvas = Canvas::new(gpu, SIZE, FORMAT, kind);
     for frame in 0.. {
-        let views = [StageView { view: ViewId::MAIN, camera: renderer.camera(), pose: POSE }];
+        let views = [StageView { view: ViewId::MAIN, camera: renderer.camera(), pose }];
         let pictures = Pictures::ForFeedback;
         let frame_of = Frame { views: &views, expected: None, picture: SIZE, has_feedback: true, pictures };
         let encoder = frame_of.record(gpu, textures, &renderer, &canvas.target(), |_, _| Ok(())).unwrap();
@@ -125,6 +136,108 @@ fn layers_are_drawn_in_their_order() {
 fn a_list_has_one_layer_or_some() {
     let (_directory, file) = Image::new(64, 64, 64).build();
     let (mut textures, shown) = list(&[&file]);
-    assert!(matches!(Layers::new(&mut textures, Vec::new()), Err(LayersError::Count(0))));
-    assert!(matches!(Layers::new(&mut textures, vec![shown[0]; 9]), Err(LayersError::Count(9))));
+    assert!(matches!(Layers::new(&mut textures, Vec::new(), None), Err(LayersError::Count(0))));
+    assert!(matches!(Layers::new(&mut textures, vec![shown[0]; 9], None), Err(LayersError::Count(9))));
+}
+
+/// Textures of different sizes over one another lie as exactly in fixed point as meshes have them, on an image and a globe.
+#[test]
+fn a_list_is_the_same_in_fixed_point() {
+    let (_one, colour) = Image::new(300, 200, 64).build();
+    let grey = Image { channels: png::ColorType::Grayscale, ..Image::new(1100, 730, 64) };
+    let (_other, grey) = grey.build();
+    let globe = Pose::Globe { longitude: 0.4, latitude: 0.3, altitude: 0.4 };
+    for (scene, pose) in [(Scene::Image, POSE), (Scene::Globe, globe)] {
+        let [mesh, fixed] = [false, true].map(|always_fixed| {
+            let (mut textures, mut shown) = list(&[&colour, &grey]);
+            shown[1].opacity = 0.5;
+            let layers = Layers::new(&mut textures, shown, None).unwrap();
+            draw_list(&mut textures, layers, scene, (pose, always_fixed))
+        });
+        let alike = Comparison::of(&mesh, &fixed);
+        // A mesh of a globe is flat between its corners.
+        let least = if scene == Scene::Globe { 30.0 } else { 45.0 };
+        assert!(alike.psnr_db > least, "{scene:?}: {alike:?}");
+        assert_ne!(mesh.rgba, vec![0; mesh.rgba.len()]);
+    }
+}
+
+/// A texture whose reads are counted.
+struct Counted {
+    source: Arc<dyn TileSource>,
+    reads: AtomicU64,
+}
+
+impl TileSource for Counted {
+    fn description(&self) -> &Arc<vastex::Description> {
+        self.source.description()
+    }
+
+    fn read(&self, pos: vastex::PagePos) -> vastex::source::ReadFuture<'_> {
+        self.reads.fetch_add(1, Ordering::Relaxed);
+        self.source.read(pos)
+    }
+
+    fn behind(&self) -> Option<&dyn TileSource> {
+        Some(&*self.source)
+    }
+}
+
+/// Of a hidden layer nothing is asked for but what is always there, until it is shown; of a list of hidden layers nothing at all.
+#[test]
+fn pages_of_hidden_layers_are_not_asked_for() {
+    let (_directory, file) = Image::new(700, 500, 64).build();
+    let gpu = gpu();
+    let counted = || {
+        let source = vastex::open(&file).unwrap();
+        Arc::new(Counted { source, reads: AtomicU64::new(0) })
+    };
+    for hidden in [vec![1], vec![0, 1]] {
+        let mut textures = Textures::new(&gpu.device, &gpu.queue, settings(16, Filter::Trilinear)).unwrap();
+        let sources = [counted(), counted(), counted()];
+        let mut shown = Vec::new();
+        for source in &sources {
+            let texture = textures.add_blocking(source.clone()).unwrap();
+            shown.push(ShownLayer::new(
+                texture.into(),
+                &textures.texture(texture).unwrap().description().layers[0],
+            ));
+        }
+        shown.truncate(2.max(hidden.len()));
+        let reads = || [0, 1].map(|n| sources[n].reads.load(Ordering::Relaxed));
+        let before = reads();
+        hidden.iter().for_each(|&n| shown[n].is_visible = false);
+        let mut layers = Layers::new(&mut textures, shown, None).unwrap();
+        draw_list(&mut textures, layers.clone(), Scene::Image, (POSE, false));
+        let after = reads();
+        for n in 0..2 {
+            let asked = after[n] > before[n];
+            assert_eq!(asked, !hidden.contains(&n), "layer {n} of {hidden:?}: {before:?}, {after:?}");
+        }
+        let again = ShownLayer { is_visible: true, ..*layers.iter().nth(1).unwrap() };
+        assert!(!layers.set(&mut textures, 1, again).unwrap(), "nothing has to be made anew");
+        draw_list(&mut textures, layers, Scene::Image, (POSE, false));
+        assert!(reads()[1] > before[1]);
+    }
+}
+
+/// Each layer is blended by its own filter.
+#[test]
+fn layers_have_filters_of_their_own() {
+    let (_directory, file) = Image::new(60, 40, 64).build();
+    let near = Pose::Image { centre: DVec2::new(0.5, 0.5), zoom: 8.0 };
+    let picture = |filters: [Option<Filter>; 2]| {
+        let (mut textures, mut shown) = list(&[&file, &file]);
+        shown.iter_mut().zip(filters).for_each(|(shown, filter)| shown.filter = filter);
+        shown[1].opacity = 0.0;
+        let layers = Layers::new(&mut textures, shown, None).unwrap();
+        draw_list(&mut textures, layers, Scene::Image, (near, false))
+    };
+    let (nearest, smooth) = (picture([Some(Filter::Nearest), None]), picture([None, Some(Filter::Nearest)]));
+    assert_eq!(smooth, picture([Some(Filter::Trilinear); 2]));
+    let neighbours = |picture: &Picture| {
+        picture.rgba.chunks_exact(4).collect::<Vec<_>>().windows(2).filter(|two| two[0] == two[1]).count()
+    };
+    // 8 to 16 pixels of each texel are alike.
+    assert!(neighbours(&nearest) > 8000 && neighbours(&smooth) < 6000, "{}", neighbours(&smooth));
 }

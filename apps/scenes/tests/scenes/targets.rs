@@ -3,7 +3,9 @@
 use std::sync::Arc;
 
 use vastex::{Filter, TileSource};
-use vastex_scenes::{Comparison, DisplayOptions, GpuClock, Offscreen, Overlay, Path, Picture, Scene, Until};
+use vastex_scenes::{
+    Comparison, DisplayOptions, LayerOptions, Offscreen, Overlay, Path, Picture, Scene, Until,
+};
 use vastex_viewer::stage::TargetKind;
 
 use crate::common::{Image, gpu, settings};
@@ -17,7 +19,8 @@ fn drawn(
     target: TargetKind,
     range: Option<[f32; 2]>,
 ) -> Offscreen {
-    let shown = DisplayOptions { target: Some(target), range, ..DisplayOptions::default() };
+    let layers = vec![LayerOptions { range, ..LayerOptions::default() }];
+    let shown = DisplayOptions { target: Some(target), layers, ..DisplayOptions::default() };
     let settings = settings(16, Filter::Trilinear);
     let mut offscreen = Offscreen::showing(&shown, gpu(), source, scene, SIZE, settings).unwrap();
     assert!(offscreen.run(Path::Still, Until::Converged, |_, _| ()).unwrap().converged);
@@ -90,26 +93,4 @@ fn a_single_channel_is_shown_as_it_is() {
             );
         }
     }
-}
-
-/// Prints what a frame of one opaque layer takes by way of light, beside the same drawn straight. `cargo test -p vastex-scenes -- --ignored`.
-#[test]
-#[ignore = "a measurement, which a busy machine spoils"]
-fn what_a_target_of_light_costs() {
-    let (_directory, path) = Image::new(3000, 2000, 128).build();
-    let clock = GpuClock::new(gpu());
-    let offscreen = |target| {
-        let shown = DisplayOptions { target: Some(target), ..DisplayOptions::default() };
-        let (source, settings) = (vastex::open(&path).unwrap(), settings(64, Filter::Trilinear));
-        let mut offscreen =
-            Offscreen::showing(&shown, gpu(), source, Scene::Image, [1280, 720], settings).unwrap();
-        assert!(offscreen.run(Path::Still, Until::Converged, |_, _| ()).unwrap().converged);
-        offscreen
-    };
-    let others = [offscreen(TargetKind::Direct), offscreen(TargetKind::Linear)];
-    let costs = offscreen(TargetKind::Direct).costs_beside(&others, &clock, 9);
-    println!(
-        "straight {:?}; straight again and by way of light, to that: {:?}",
-        costs.of_this, costs.others_to_this
-    );
 }

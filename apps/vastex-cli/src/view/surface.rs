@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use anyhow::{Context, Result, bail};
-use vastex_scenes::{Gpu, Target, depth_view};
+use vastex_scenes::{Gpu, Layers, SceneRenderer, Target, depth_view};
+use vastex_viewer::stage::{LinearTarget, TargetKind};
 use wgpu::CurrentSurfaceTexture;
 use winit::window::Window;
 
@@ -16,6 +17,9 @@ pub(super) struct Surface {
     /// Of the views that are drawn to.
     format: wgpu::TextureFormat,
     depth: wgpu::TextureView,
+    kind: TargetKind,
+    /// Where what is drawn is light, what it is drawn into.
+    light: Option<LinearTarget>,
     is_stale: bool,
 }
 
@@ -26,12 +30,12 @@ pub(super) struct Frame {
 }
 
 impl Surface {
-    /// Sets the surface of a window up for pictures whose colours are as `picture`.
+    /// Sets the surface of a window up for pictures of these layers.
     pub(super) fn new(
         gpu: &Gpu,
         window: Arc<Window>,
         surface: wgpu::Surface<'static>,
-        picture: wgpu::TextureFormat,
+        layers: &Layers,
     ) -> Result<Surface> {
         let size = window.inner_size();
         let mut config = surface
@@ -39,7 +43,7 @@ impl Surface {
             .context("the adapter cannot draw in this window; draw to a file with `vastex render`")?;
         config.present_mode = wgpu::PresentMode::AutoVsync;
         let formats = surface.get_capabilities(&gpu.adapter).formats;
-        let format = choose_format(&gpu.adapter, &formats, picture, &mut config);
+        let format = choose_format(&gpu.adapter, &formats, layers.picture_format(), &mut config);
         let mut surface = Surface {
             depth: depth_view(&gpu.device, [1, 1]),
             gpu: gpu.clone(),
@@ -47,15 +51,17 @@ impl Surface {
             surface,
             config,
             format,
+            kind: SceneRenderer::target_kind(&gpu.adapter, layers),
+            light: None,
             is_stale: true,
         };
         surface.resize([size.width, size.height]);
         Ok(surface)
     }
 
-    /// The format of the views that pictures are drawn to.
-    pub(super) fn format(&self) -> wgpu::TextureFormat {
-        self.format
+    /// The format that scenes are drawn in.
+    pub(super) fn drawn_format(&self) -> wgpu::TextureFormat {
+        self.kind.drawn_format(self.format)
     }
 
     /// Width and height in pixels.
@@ -65,7 +71,7 @@ impl Surface {
 
     /// What a picture is drawn into.
     pub(super) fn target<'a>(&'a self, picture: &'a wgpu::TextureView) -> Target<'a> {
-        Target::new(picture, &self.depth, None)
+        Target::new(picture, &self.depth, self.light.as_ref())
     }
 
     /// The window has another size. One without pixels is not drawn, and keeps the last.
@@ -75,6 +81,8 @@ impl Surface {
         if width > 0 && height > 0 && (self.is_stale || self.size() != [width, height]) {
             (self.config.width, self.config.height) = (width, height);
             self.depth = depth_view(&self.gpu.device, [width, height]);
+            let light = || LinearTarget::new(&self.gpu.device, [width, height], self.format);
+            self.light = (self.kind == TargetKind::Linear).then(light);
             self.is_stale = true;
         }
     }

@@ -5,11 +5,10 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 use vastex::diagnostics::{ExplainedPixel, FrameStats, PoolStats};
-use vastex::{Event, LayerId, Settings, Textures, TileSource, ViewId};
+use vastex::{Event, Settings, TextureId, Textures, TileSource, ViewId};
 use vastex_core::Dims;
 use vastex_scenes::{
-    ColorMap, DisplayOptions, Gpu, HeightsError, Overlay, OverlayRenderer, Pose, Relief, Scene, SceneDesc,
-    SceneRenderer,
+    DisplayOptions, Gpu, Layers, Overlay, OverlayRenderer, Pose, Relief, Scene, SceneDesc, SceneRenderer,
 };
 use vastex_viewer::camera::Aspects;
 use vastex_viewer::inspect;
@@ -45,8 +44,7 @@ pub(super) struct Viewer {
     window: Arc<Window>,
     surface: Surface,
     textures: Textures,
-    layer: LayerId,
-    color_map: ColorMap,
+    texture: TextureId,
     shown: DisplayOptions,
     /// The heights of the texture, once a scene has needed them.
     relief: Option<Relief>,
@@ -84,30 +82,22 @@ impl Viewer {
         let name = args.source.file_name().unwrap_or_default().to_string_lossy().into_owned();
         textures.texture_mut(texture)?.set_name(name.clone());
         let shown = args.shown();
-        let layer = shown.layer_of(&textures, texture)?;
-        let color_map =
-            ColorMap::new(&textures.texture(texture)?.description().layers[layer.index()], shown.range);
-        let surface = Surface::new(&gpu, window.clone(), surface, color_map.picture_format())?;
+        let mut relief = None;
+        let drawn = described(scene, &shown, &mut textures, texture, &mut relief)?;
+        let surface = Surface::new(&gpu, window.clone(), surface, &drawn.layers)?;
         let (device, queue) = (&gpu.device, &gpu.queue);
-        let relief = shown.relief_of(scene, &mut textures, layer)?;
-        let drawn = SceneDesc {
-            scene,
-            layer,
-            color_map,
-            relief: relief.clone(),
-            tiling: shown.tiling,
-            always_fixed: shown.always_fixed,
-        };
-        let renderer = SceneRenderer::new(device, queue, &textures, drawn, surface.format())?;
-        let overlay = args.overlay.map(|overlay| OverlayRenderer::new(device, &textures, &renderer, overlay));
+        let renderer = SceneRenderer::new(device, queue, &textures, drawn, surface.drawn_format())?;
+        let overlay = args
+            .overlay
+            .map(|overlay| OverlayRenderer::new(device, &textures, &renderer, overlay))
+            .transpose()?;
         Ok(Viewer {
             overlay,
             gpu,
             window,
             surface,
             textures,
-            layer,
-            color_map,
+            texture,
             shown,
             relief,
             renderer,
@@ -126,26 +116,12 @@ impl Viewer {
     /// Goes on with a device of its own after this one's was lost. What was read stays, and the view is sharp again as soon as it is
     /// uploaded.
     pub(super) fn restored(self, display: OwnedDisplayHandle) -> Result<Viewer> {
-        let Viewer {
-            window,
-            mut textures,
-            layer,
-            color_map,
-            renderer,
-            overlay,
-            surface,
-            gpu,
-            shown,
-            relief,
-            ..
-        } = self;
-        let (scene, overlay) = (renderer.scene(), overlay.map(|overlay| overlay.overlay()));
-        let on_screen = relief.clone().filter(|_| renderer.has_relief());
+        let Viewer { window, mut textures, renderer, overlay, surface, gpu, shown, relief, .. } = self;
+        let overlay = overlay.map(|overlay| overlay.overlay());
         let drawn = SceneDesc {
-            scene,
-            layer,
-            color_map,
-            relief: on_screen,
+            scene: renderer.scene(),
+            layers: renderer.layers().clone(),
+            relief: relief.clone().filter(|_| renderer.has_relief()),
             tiling: shown.tiling,
             always_fixed: shown.always_fixed,
         };
@@ -153,10 +129,11 @@ impl Viewer {
         drop((renderer, surface, gpu));
         let (gpu, surface) = device_for(&window, display)?;
         textures.memory().restore(&gpu.device, &gpu.queue)?;
-        let surface = Surface::new(&gpu, window.clone(), surface, color_map.picture_format())?;
+        let surface = Surface::new(&gpu, window.clone(), surface, &drawn.layers)?;
         let (device, queue) = (&gpu.device, &gpu.queue);
-        let renderer = SceneRenderer::new(device, queue, &textures, drawn, surface.format())?;
-        let overlay = overlay.map(|overlay| OverlayRenderer::new(device, &textures, &renderer, overlay));
+        let renderer = SceneRenderer::new(device, queue, &textures, drawn, surface.drawn_format())?;
+        let overlay =
+            overlay.map(|overlay| OverlayRenderer::new(device, &textures, &renderer, overlay)).transpose()?;
         let unsettled = UNSETTLED_FRAMES;
         Ok(Viewer { gpu, window, surface, textures, renderer, overlay, unsettled, shown, relief, ..self })
     }
@@ -216,32 +193,16 @@ impl Viewer {
     }
 
     /// Puts the texture on something else. It may not go there: a terrain needs heights.
-    pub(super) fn show(&mut self, scene: Scene) -> Result<(), HeightsError> {
-        let relief = self.relief_of(scene)?;
+    pub(super) fn show(&mut self, scene: Scene) -> Result<()> {
+        let (shown, textures) = (&self.shown, &mut self.textures);
+        let drawn = described(scene, shown, textures, self.texture, &mut self.relief)?;
         let (device, queue) = (&self.gpu.device, &self.gpu.queue);
-        let drawn = SceneDesc {
-            scene,
-            layer: self.layer,
-            color_map: self.color_map,
-            relief,
-            tiling: self.shown.tiling,
-            always_fixed: self.shown.always_fixed,
-        };
-        self.renderer = SceneRenderer::new(device, queue, &self.textures, drawn, self.surface.format())?;
+        let renderer = SceneRenderer::new(device, queue, &self.textures, drawn, self.surface.drawn_format())?;
+        let before = std::mem::replace(&mut self.renderer, renderer);
+        before.layers().clone().remove(&mut self.textures);
         self.draw_overlay(self.overlay.as_ref().map(OverlayRenderer::overlay));
         self.jumped();
         Ok(())
-    }
-
-    /// The heights of a scene that has any; they are looked for once.
-    fn relief_of(&mut self, scene: Scene) -> Result<Option<Relief>, HeightsError> {
-        if !self.shown.displaces(scene) {
-            return Ok(None);
-        }
-        if self.relief.is_none() {
-            self.relief = self.shown.relief_of(scene, &mut self.textures, self.layer)?;
-        }
-        Ok(self.relief.clone())
     }
 
     /// Draws the next overlay in the place of the picture; after the last, the picture.
@@ -251,8 +212,8 @@ impl Viewer {
 
     fn draw_overlay(&mut self, overlay: Option<Overlay>) {
         let device = &self.gpu.device;
-        self.overlay =
-            overlay.map(|overlay| OverlayRenderer::new(device, &self.textures, &self.renderer, overlay));
+        self.overlay = overlay
+            .and_then(|overlay| OverlayRenderer::new(device, &self.textures, &self.renderer, overlay).ok());
     }
 
     /// Asks why a pixel shows what it shows; one of the next frames tells it.
@@ -370,7 +331,7 @@ impl Viewer {
                 self.notify(&text);
             }
         }
-        let Ok(texture) = self.textures.texture(self.layer.texture()) else { return };
+        let Ok(texture) = self.textures.texture(self.texture) else { return };
         let [width, height, _] = texture.description().geometry.size();
         let scale = pose.magnification(self.surface.size(), [width, height]);
         let shown = TitleParts {
@@ -385,6 +346,23 @@ impl Viewer {
             self.window.set_title(title);
         }
     }
+}
+
+/// A scene with what is asked to be shown of a texture. Its heights, if the scene has any, are looked for once.
+fn described(
+    scene: Scene,
+    shown: &DisplayOptions,
+    textures: &mut Textures,
+    texture: TextureId,
+    known: &mut Option<Relief>,
+) -> Result<SceneDesc> {
+    let layers = shown.layers_of(textures, texture)?;
+    if known.is_none() {
+        *known = shown.relief_of(scene, textures, layers[0].layer)?;
+    }
+    let relief = known.clone().filter(|_| shown.displaces(scene));
+    let layers = Layers::new(textures, layers, relief.as_ref().map(Relief::layer))?;
+    Ok(SceneDesc { scene, layers, relief, tiling: shown.tiling, always_fixed: shown.always_fixed })
 }
 
 /// How long a tile fades in where nobody says: not at all where fading costs more than it is worth.

@@ -10,6 +10,7 @@ mod heights;
 #[cfg(unix)]
 mod hostile;
 mod inset;
+mod layers;
 mod learn;
 mod overlays;
 mod record;

@@ -1,11 +1,15 @@
 //! A list of shown layers, drawn one over the other in its order.
 
-use vastex::{GroupId, Layer, LayerId, Textures};
+use vastex::{Filter, GroupId, Kinds, Layer, LayerId, Sampled, Textures};
 
 use super::{ColorMap, LayerUniform};
 
 /// Layers that a list may have.
 pub const MOST_LAYERS: usize = 8;
+/// An id that names no texture, so that nothing is wanted by it.
+const NO_TEXTURE: u32 = u32::MAX;
+/// What the heights are called in a group.
+const HEIGHT: &str = "height";
 
 /// A layer in a list.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,14 +20,32 @@ pub struct ShownLayer {
     pub color_map: ColorMap,
     /// How much of what lies beneath it hides, from 0 to 1, where its own values do not say less.
     pub opacity: f32,
-    /// Whether it is drawn.
+    /// Whether it is drawn. Pages of a hidden layer are not asked for.
     pub is_visible: bool,
+    /// How its texels are blended; by the textures' own filter where none is named. Values that may not be mixed are not, whatever is
+    /// named.
+    pub filter: Option<Filter>,
 }
 
 impl ShownLayer {
     /// A layer as its format says, opaque.
     pub fn new(layer: LayerId, described: &Layer) -> ShownLayer {
-        ShownLayer { layer, color_map: ColorMap::new(described, None), opacity: 1.0, is_visible: true }
+        let color_map = ColorMap::new(described, None);
+        ShownLayer { layer, color_map, opacity: 1.0, is_visible: true, filter: None }
+    }
+
+    /// The filter by which it is drawn.
+    pub fn filter_in(&self, textures: &Textures) -> Filter {
+        let of_texture = || textures.texture(self.layer.texture()).ok()?.filter(self.layer.index());
+        self.filter.or_else(of_texture).unwrap_or_default()
+    }
+
+    fn is_seen(&self) -> bool {
+        self.is_visible && self.opacity > 0.0
+    }
+
+    fn hides_all(&self) -> bool {
+        self.is_visible && self.opacity >= 1.0
     }
 }
 
@@ -38,23 +60,51 @@ pub enum LayersError {
     Vastex(#[from] vastex::Error),
 }
 
-/// Shown layers, the lowest first, and the group by which one shader samples all of them.
+/// Shown layers, the lowest first, and what shaders sample them by.
+///
+/// A single opaque layer is sampled by itself, in a text that is made for it. Several are sampled through one bind group, hidden ones
+/// too, so that showing and hiding makes no pipeline anew; what is asked for is what the visible ones need.
 #[derive(Clone, Debug)]
 pub struct Layers {
     layers: Vec<ShownLayer>,
-    group: GroupId,
+    heights: Option<LayerId>,
+    is_single: bool,
+    /// All layers, and the heights; nothing where there is one layer alone.
+    group: Option<GroupId>,
+    /// What is seen of them, where that is less and more than one texture.
+    seen: Option<GroupId>,
 }
 
 impl Layers {
-    /// Makes a group of all layers, hidden ones too, so that they can be shown without anything being made anew; while they are hidden
-    /// nothing of them is sampled, but what is wanted of their textures is loaded.
-    pub fn new(textures: &mut Textures, layers: Vec<ShownLayer>) -> Result<Layers, LayersError> {
+    /// One opaque layer on a surface without heights.
+    pub fn one(layer: ShownLayer) -> Layers {
+        let layer = ShownLayer { opacity: 1.0, is_visible: true, ..layer };
+        Layers { layers: vec![layer], heights: None, is_single: true, group: None, seen: None }
+    }
+
+    /// Layers on a surface that `heights` displace, if there are any.
+    ///
+    /// Fails where there is none or where there are more than [`MOST_LAYERS`], where a texture is not there, and where there are more pools
+    /// or layers of them than a shader of the device can read.
+    pub fn new(
+        textures: &mut Textures,
+        layers: Vec<ShownLayer>,
+        heights: Option<LayerId>,
+    ) -> Result<Layers, LayersError> {
         if !(1..=MOST_LAYERS).contains(&layers.len()) {
             return Err(LayersError::Count(layers.len()));
         }
-        let members = layers.iter().enumerate().map(|(n, shown)| (Layers::member(n), shown.layer));
-        let group = textures.add_group(members)?;
-        Ok(Layers { layers, group })
+        let is_single = is_single(&layers);
+        let group = if is_single && heights.is_none() {
+            None
+        } else {
+            let members = layers.iter().enumerate().map(|(n, shown)| (member(n), shown.layer));
+            let heights = heights.map(|layer| (HEIGHT.to_owned(), layer));
+            Some(textures.add_group(members.chain(heights))?)
+        };
+        let mut made = Layers { layers, heights, is_single, group, seen: None };
+        made.gather_seen(textures)?;
+        Ok(made)
     }
 
     /// The layers, the lowest first.
@@ -62,24 +112,134 @@ impl Layers {
         self.layers.iter()
     }
 
-    /// A layer to change: anything but which layer it is. The next frame shows it.
-    pub fn get_mut(&mut self, n: usize) -> Option<&mut ShownLayer> {
-        self.layers.get_mut(n)
-    }
-
-    /// The group of all of them.
-    pub fn group(&self) -> GroupId {
-        self.group
-    }
-
-    /// The name of the `n`-th layer in the group.
-    fn member(n: usize) -> String {
-        format!("layer{n}")
-    }
-
     /// How many there are.
     pub fn count(&self) -> usize {
         self.layers.len()
+    }
+
+    /// Shows a layer otherwise: all of it may be another but the layer that it is of. The next frame shows it, after
+    /// [`crate::SceneRenderer::set_layers`]; says whether the renderer has to be made anew instead, since its text or its pipelines are
+    /// others: where the filter is another, and where a single opaque layer was shown or is to be. Nothing changes where there is no such
+    /// layer.
+    pub fn set(&mut self, textures: &mut Textures, n: usize, shown: ShownLayer) -> Result<bool, LayersError> {
+        let Some(place) = self.layers.get_mut(n) else { return Ok(false) };
+        let before = std::mem::replace(place, ShownLayer { layer: place.layer, ..shown });
+        let is_changed = *place != before;
+        let has_other_text = before.filter != place.filter;
+        if !is_changed {
+            return Ok(false);
+        }
+        let is_single = is_single(&self.layers);
+        if is_single != self.is_single && self.heights.is_none() {
+            let (layers, heights) = (std::mem::take(&mut self.layers), self.heights);
+            let made = Layers::new(textures, layers, heights)?;
+            std::mem::replace(self, made).remove(textures);
+            return Ok(true);
+        }
+        let was_single = std::mem::replace(&mut self.is_single, is_single);
+        self.gather_seen(textures)?;
+        Ok(has_other_text || was_single || is_single)
+    }
+
+    /// Gives back what a list takes of the textures, where nothing is drawn with it any more. The layers' textures stay.
+    pub fn remove(self, textures: &mut Textures) {
+        for group in self.group.into_iter().chain(self.seen) {
+            textures.remove(group);
+        }
+    }
+
+    /// What shaders sample.
+    pub fn sampled(&self) -> Sampled {
+        self.group.map_or_else(|| self.inspected().layer.into(), Sampled::Group)
+    }
+
+    /// What the text for them is made for. Fails where a texture was removed.
+    pub fn kinds(&self, textures: &Textures) -> Result<Kinds, vastex::Error> {
+        let mut filters: Vec<_> = self.layers.iter().map(|shown| shown.filter).collect();
+        filters.extend(self.heights.map(|_| None));
+        Ok(textures.kinds(self.sampled())?.with_filters(&filters))
+    }
+
+    /// The format of pictures: of a single layer as its colours are encoded, of several one that light is encoded for.
+    pub fn picture_format(&self) -> wgpu::TextureFormat {
+        match self.is_single {
+            true => self.inspected().color_map.picture_format(),
+            false => wgpu::TextureFormat::Rgba8UnormSrgb,
+        }
+    }
+
+    /// The layer that is asked about where one of several is meant: the uppermost that is seen, else the lowest.
+    pub fn inspected(&self) -> &ShownLayer {
+        &self.layers[self.inspected_number()]
+    }
+
+    fn inspected_number(&self) -> usize {
+        self.layers.iter().rposition(ShownLayer::is_seen).unwrap_or(0)
+    }
+
+    /// Whether the text is that of one opaque layer.
+    pub fn is_single(&self) -> bool {
+        self.is_single
+    }
+
+    /// The ids of what is wanted together, of the layer that is inspected, and of the heights.
+    pub(crate) fn ids(&self, textures: &Textures) -> [u32; 3] {
+        // What was removed has no id; shaders show what they show for any texture that is not there.
+        let id = |layer: LayerId| textures.shader_id(layer).unwrap_or(NO_TEXTURE);
+        let color = id(self.inspected().layer);
+        let height = self.heights.map_or(color, id);
+        let of_group = |group: GroupId| textures.bindings().ids(group).ok()?.first().copied();
+        let all = match self.seen.or(self.group.filter(|_| self.is_all_wanted())) {
+            Some(group) => of_group(group),
+            None => self.wanted().next().map(id),
+        };
+        [all.unwrap_or(NO_TEXTURE), color, height]
+    }
+
+    /// One layer of each texture of which pages are wanted.
+    fn wanted(&self) -> impl Iterator<Item = LayerId> {
+        let seen = self.layers.iter().filter(|shown| shown.is_seen()).map(|shown| shown.layer);
+        let mut textures = Vec::new();
+        seen.chain(self.heights).filter(move |layer| {
+            let is_new = !textures.contains(&layer.texture());
+            textures.push(layer.texture());
+            is_new
+        })
+    }
+
+    /// Texels of each layer's texture, of the heights' and of what is wanted together: as a group has them, those of its largest texture.
+    pub(crate) fn sizes(&self, textures: &Textures) -> [[u32; 2]; MOST_LAYERS + 2] {
+        let size = |layer: LayerId| {
+            let Ok(texture) = textures.texture(layer.texture()) else { return [1; 2] };
+            let [width, height, _] = texture.description().geometry.size();
+            [width, height]
+        };
+        let texels = |layer: &LayerId| size(*layer).iter().map(|&side| u64::from(side)).product::<u64>();
+        let mut wanted: Vec<LayerId> = self.wanted().collect();
+        wanted.sort_unstable_by_key(|layer| std::cmp::Reverse(layer.texture()));
+        let largest = wanted.into_iter().max_by_key(texels);
+        let mut sizes = [[1; 2]; MOST_LAYERS + 2];
+        self.layers.iter().zip(&mut sizes).for_each(|(shown, place)| *place = size(shown.layer));
+        sizes[MOST_LAYERS] = self.heights.map_or([1; 2], size);
+        sizes[MOST_LAYERS + 1] = largest.map_or([1; 2], size);
+        sizes
+    }
+
+    fn is_all_wanted(&self) -> bool {
+        let is_wanted =
+            |shown: &ShownLayer| self.wanted().any(|layer| layer.texture() == shown.layer.texture());
+        self.layers.iter().all(is_wanted)
+    }
+
+    /// Makes the group by which what is seen is wanted, where it is not the group of all.
+    fn gather_seen(&mut self, textures: &mut Textures) -> Result<(), LayersError> {
+        let (wanted, is_all) = (self.wanted().collect::<Vec<LayerId>>(), self.is_all_wanted());
+        let members = || wanted.iter().enumerate().map(|(n, layer)| (member(n), *layer));
+        let seen = if is_all || wanted.len() < 2 { None } else { Some(textures.add_group(members())?) };
+        if let Some(before) = std::mem::replace(&mut self.seen, seen) {
+            textures.remove(before);
+        }
+        Ok(())
     }
 
     pub(crate) fn uniforms(&self, textures: &Textures) -> [LayerUniform; MOST_LAYERS] {
@@ -92,18 +252,119 @@ impl Layers {
         uniforms
     }
 
-    /// The function `layered_sum(uv, ddx, ddy)` of shaders: the light of so many layers one over the other, over the background.
-    pub fn wgsl(count: usize) -> String {
-        let head = "fn layered_sum(uv: vec2<f32>, ddx: vec2<f32>, ddy: vec2<f32>) -> vec3<f32> {\n    \
-                    var light = scene.background.rgb;\n";
-        let layer = |n| {
-            let name = Layers::member(n);
-            format!(
-                "    if layered[{n}].opacity > 0.0 {{\n        \
-                 light = layered_over(light, vastex_sample_{name}_grad(layered[{n}].id, uv, ddx, ddy), {n}u);\n    }}\n"
-            )
+    /// What pipelines of the scene are made with for a target that is given light or else display values.
+    pub(crate) fn constants(&self, takes_light: bool) -> [(&'static str, f64); 5] {
+        let map = self.inspected().color_map;
+        if self.is_single {
+            return map.constants(takes_light);
+        }
+        // The sum of several is light, as the background behind them is.
+        map.of_light().constants(takes_light)
+    }
+
+    /// What shaders are told of values: of a single layer its range, else nothing that is used.
+    pub(crate) fn shown_map(&self) -> ColorMap {
+        let map = self.inspected().color_map;
+        if self.is_single { map } else { map.of_light() }
+    }
+
+    /// The part of shader texts by which layers are sampled.
+    pub fn text_of(&self) -> LayersText {
+        LayersText { count: self.count(), is_single: self.is_single, is_grouped: self.group.is_some() }
+    }
+}
+
+fn is_single(layers: &[ShownLayer]) -> bool {
+    matches!(layers, [layer] if layer.hides_all())
+}
+
+/// The name of the `n`-th layer in the group.
+fn member(n: usize) -> String {
+    format!("layer{n}")
+}
+
+/// What a text depends on that shows a list of layers: how many there are, whether it is a single opaque one, and whether they are
+/// members of a group.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct LayersText {
+    /// Layers.
+    pub count: usize,
+    /// Whether it is one opaque layer.
+    pub is_single: bool,
+    /// Whether they are sampled as members of a group.
+    pub is_grouped: bool,
+}
+
+impl LayersText {
+    /// One opaque layer alone.
+    pub const ALONE: LayersText = LayersText { count: 1, is_single: true, is_grouped: false };
+    /// One opaque layer beside heights.
+    pub const BESIDE_HEIGHTS: LayersText = LayersText { count: 1, is_single: true, is_grouped: true };
+
+    /// A list of so many layers.
+    pub const fn list(count: usize) -> LayersText {
+        LayersText { count, is_single: false, is_grouped: true }
+    }
+
+    /// The functions `shown_WAY` and `inspected_WAY` of shaders, for a uv and in fixed point, and `layer_look`.
+    pub fn wgsl(self) -> String {
+        let looks = match self.is_single {
+            true => "fn layer_look(look: Look, n: u32) -> Look {\n    return look;\n}\n".to_owned(),
+            false => format!("const LAYERED_MOST: u32 = {MOST_LAYERS}u;\n"),
         };
-        let layers: String = (0..count).map(layer).collect();
-        format!("const LAYERED_MOST: u32 = {MOST_LAYERS}u;\n{head}{layers}    return light;\n}}\n")
+        let at = |n| {
+            let suffix = if self.is_grouped { format!("_{}", member(n)) } else { String::new() };
+            let function = |name: &str, value: &str| {
+                format!(
+                    "fn {name}_at{suffix}(id: u32, at: Look) -> {value} {{\n    \
+                     return vastex_{name}{suffix}_fixed_grad(id, at.anchor, at.offset, at.ddx, at.ddy);\n}}\n"
+                )
+            };
+            function("sample", "vec4<f32>") + &function("inspect", "VastexInspection")
+        };
+        let ats: String = (0..self.count).map(at).collect();
+        [looks, ats, self.of_way("mesh"), self.of_way("fixed")].concat()
+    }
+
+    fn of_way(self, way: &str) -> String {
+        let (shown, inspected) = if self.is_single { self.single(way) } else { self.several(way) };
+        format!(
+            "fn shown_{way}(look: Look, light: f32) -> vec4<f32> {{\n{shown}}}\n\
+             fn inspected_{way}(look: Look) -> VastexInspection {{\n{inspected}}}\n"
+        )
+    }
+
+    /// The call of a function that samples or inspects a layer of an id.
+    fn call(self, function: &str, way: &str, n: usize, id: &str) -> String {
+        let suffix = if self.is_grouped { format!("_{}", member(n)) } else { String::new() };
+        match way {
+            "fixed" => {
+                let place = format!("fixed_place(layer_look(look, {n}u), {id})");
+                format!("{function}_at{suffix}({id}, {place})")
+            }
+            _ => format!("vastex_{function}{suffix}_grad({id}, look.offset, look.ddx, look.ddy)"),
+        }
+    }
+
+    fn single(self, way: &str) -> (String, String) {
+        let call = |function| self.call(function, way, 0, "scene.ids.color");
+        let shown = format!("    return scene_lit({}, light);\n", call("sample"));
+        (shown, format!("    return {};\n", call("inspect")))
+    }
+
+    fn several(self, way: &str) -> (String, String) {
+        let call = |function, n| self.call(function, way, n, &format!("layered[{n}].id"));
+        let where_seen =
+            |n, then: String| format!("    if layered[{n}].opacity > 0.0 {{\n        {then};\n    }}\n");
+        let over = |n| where_seen(n, format!("sum = layered_over(sum, {}, {n}u, light)", call("sample", n)));
+        let overs: String = (0..self.count).map(over).collect();
+        let inspected = |n| where_seen(n, format!("return {}", call("inspect", n)));
+        let inspecteds: String = (1..self.count).rev().map(inspected).collect();
+        (
+            format!(
+                "    var sum = scene.background.rgb;\n{overs}    return scene_stored(vec4<f32>(sum, 1.0));\n"
+            ),
+            format!("{inspecteds}    return {};\n", call("inspect", 0)),
+        )
     }
 }

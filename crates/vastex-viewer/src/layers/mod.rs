@@ -8,7 +8,7 @@ mod palette;
 use glam::Vec4;
 use vastex::Layer;
 
-pub use list::{Layers, LayersError, MOST_LAYERS, ShownLayer};
+pub use list::{Layers, LayersError, LayersText, MOST_LAYERS, ShownLayer};
 pub use palette::Palette;
 
 /// The light that is seen beside the texture: red, green, blue and an alpha of 1.
@@ -83,6 +83,11 @@ impl ColorMap {
     /// With a colour map of a single channel; other layers have colours of their own.
     pub fn with_palette(self, palette: Palette) -> ColorMap {
         ColorMap { palette, ..self }
+    }
+
+    /// The same where values have become light already.
+    pub(crate) fn of_light(self) -> ColorMap {
+        ColorMap { is_srgb: true, ..self }
     }
 
     /// `id` is that by which shaders know the layer's texture.

@@ -6,7 +6,7 @@ use vastex::diagnostics::{FeedbackTarget, SlotUsage};
 use vastex::{Error, Textures};
 
 use crate::stage::{StageScene, Target};
-use crate::surface::SceneRenderer;
+use crate::surface::{ScenePipelines, SceneRenderer};
 
 /// What is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -75,33 +75,39 @@ impl Overlay {
 /// Texels in a row of the texture that tells the state of the slots.
 const TEXELS_IN_A_ROW: u32 = 1024;
 
-/// Draws one overlay of a scene. Made anew where the scene's renderer is.
+/// What draws an overlay: on the surface, or as a plan.
+#[derive(Debug)]
+enum Drawn {
+    OnSurface(ScenePipelines),
+    Plan(wgpu::RenderPipeline),
+}
+
+/// Draws one overlay of a scene; of several layers, for the one that is inspected ([`crate::Layers::inspected`]). Made anew where the scene's renderer is.
 #[derive(Debug)]
 pub struct OverlayRenderer {
     overlay: Overlay,
-    pipeline: wgpu::RenderPipeline,
+    drawn: Drawn,
     /// Where it reads a texture of its own.
     layout: Option<wgpu::BindGroupLayout>,
     read: Option<wgpu::BindGroup>,
 }
 
 impl OverlayRenderer {
-    /// Prepares an overlay for pictures of the renderer's format.
+    /// Prepares an overlay for pictures of the renderer's format. Fails where the texture was removed.
     pub fn new(
         device: &wgpu::Device,
         textures: &Textures,
         renderer: &SceneRenderer,
         overlay: Overlay,
-    ) -> OverlayRenderer {
+    ) -> Result<OverlayRenderer, Error> {
         let (entry, is_on_surface) = overlay.entry();
         let layout = matches!(overlay, Overlay::Feedback | Overlay::Atlas).then(|| texture_layout(device));
-        let pipeline = if is_on_surface {
-            let entries = [renderer.vertex_entry(), entry];
-            renderer.other_pipeline(device, textures, entries, None, &[renderer.format()])
+        let drawn = if is_on_surface {
+            Drawn::OnSurface(renderer.pipelines(device, entry, None, &[renderer.format()]))
         } else {
-            renderer.plan_pipeline(device, textures, ["fill", entry], layout.as_ref())
+            Drawn::Plan(renderer.plan_pipeline(device, textures, entry, layout.as_ref())?)
         };
-        OverlayRenderer { overlay, pipeline, layout, read: None }
+        Ok(OverlayRenderer { overlay, drawn, layout, read: None })
     }
 
     /// Which overlay it is.
@@ -157,15 +163,15 @@ impl OverlayRenderer {
         if let Some(read) = &self.read {
             pass.set_bind_group(2, read, &[]);
         }
-        match self.overlay {
-            Overlay::Levels | Overlay::Wanted | Overlay::Deficit | Overlay::Pages => {
+        match &self.drawn {
+            Drawn::OnSurface(pipelines) => {
                 if let Ok(group) = textures.bind_group(renderer.sampled()) {
-                    renderer.draw(&mut pass, &self.pipeline, group);
+                    renderer.draw(&mut pass, pipelines, group);
                 }
             }
-            Overlay::Feedback | Overlay::Table | Overlay::Atlas => {
+            Drawn::Plan(pipeline) => {
                 if let Ok(group) = textures.bind_group(renderer.layer()) {
-                    renderer.draw_plan(&mut pass, &self.pipeline, group);
+                    renderer.draw_plan(&mut pass, pipeline, group);
                 }
             }
         }

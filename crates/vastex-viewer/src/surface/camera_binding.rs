@@ -7,10 +7,11 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 use bytemuck::Zeroable;
 use glam::{Mat4, Vec4};
 
-use super::fixed::FixedUniform;
+use super::fixed::{FixedUniform, LayerPlace};
+use super::fixed_relief::{FixedReliefView, GridUniform};
 use super::patches::{MOST_PATCHES, Patch};
 use super::relief::{ReliefUniform, ReliefView};
-use crate::layers::{BACKGROUND, ColorMap};
+use crate::layers::{ColorMap, MOST_LAYERS};
 use crate::stage::Uniform;
 
 /// What the shaders are told about the scene; laid out as `Scene` in surface.wgsl.
@@ -23,6 +24,23 @@ struct SceneUniform {
     relief: ReliefUniform,
     ids: [u32; 4],
     fixed: FixedUniform,
+    grid: GridUniform,
+    places: Places,
+}
+
+/// Of each layer of a list, of heights, and of what is wanted together.
+pub(crate) type Places = [LayerPlace; MOST_LAYERS + 2];
+
+/// How a camera sees a surface.
+pub(crate) enum Placed {
+    /// As a mesh.
+    Mesh(Mat4),
+    /// As patches, displaced by heights.
+    Relief(ReliefView),
+    /// In fixed point, by every pixel.
+    Fixed(FixedUniform),
+    /// As patches in fixed point.
+    FixedRelief(FixedReliefView),
 }
 
 /// What shaders are told of a camera, and the bind group that tells them. Made by [`crate::SceneRenderer::new_camera`].
@@ -61,65 +79,51 @@ impl CameraBinding {
         CameraBinding { view, ..self }
     }
 
-    /// Where it looks, the ids of what is drawn together and of colour and heights, the range of values, the size of the picture, and what is
-    /// seen of a surface with heights, or of one in fixed point.
+    /// How it sees the surface, and where in fixed point textures are that have sizes of their own; the ids of what is wanted together, of the
+    /// colours and of the heights; the range of values; the size of the picture.
     pub(crate) fn set(
         &self,
         queue: &wgpu::Queue,
-        clip_from_world: Mat4,
-        ids: [u32; 3],
+        (placed, places): (&Placed, Places),
+        [all, color, height]: [u32; 3],
         color_map: &ColorMap,
         picture: [f32; 2],
-        (seen, fixed): (Option<&ReliefView>, Option<FixedUniform>),
     ) {
         let [black, factor] = color_map.range();
-        let range_and_picture = Vec4::new(black, factor, picture[0], picture[1]);
-        let (background, relief) =
-            (color_map.background(), seen.map_or_else(Zeroable::zeroed, |seen| seen.uniform));
-        let [all, color, height] = ids;
-        let ids = [all, color, height, self.view];
-        self.uniform.set(
-            queue,
-            &SceneUniform {
-                clip_from_world,
-                background,
-                range_and_picture,
-                relief,
-                ids,
-                fixed: fixed.unwrap_or_else(Zeroable::zeroed),
-            },
-        );
-        self.is_fixed.store(fixed.is_some(), Relaxed);
-        if let Some(seen) = seen {
-            queue.write_buffer(&self.patches, 0, bytemuck::cast_slice(&seen.patches));
-            self.patch_count.store(seen.patches.len() as u32, Relaxed);
-        }
-    }
-
-    /// Where it looks at a scene whose layers are told by themselves, over the background as light.
-    /// `all` is the id of the group of all layers.
-    pub(crate) fn set_light(
-        &self,
-        queue: &wgpu::Queue,
-        clip_from_world: Mat4,
-        all: u32,
-        [width, height]: [f32; 2],
-    ) {
-        let told = SceneUniform {
-            clip_from_world,
-            background: BACKGROUND,
-            range_and_picture: Vec4::new(0.0, 1.0, width, height),
-            ids: [all, 0, 0, self.view],
+        let mut told = SceneUniform {
+            background: color_map.background(),
+            range_and_picture: Vec4::new(black, factor, picture[0], picture[1]),
+            ids: [all, color, height, self.view],
+            places,
             ..Zeroable::zeroed()
         };
+        match placed {
+            Placed::Mesh(clip_from_world) => told.clip_from_world = *clip_from_world,
+            Placed::Fixed(fixed) => told.fixed = *fixed,
+            Placed::Relief(seen) => {
+                (told.clip_from_world, told.relief) = (seen.clip_from_world, seen.uniform);
+                self.set_patches(queue, bytemuck::cast_slice(&seen.patches), seen.patches.len());
+            }
+            Placed::FixedRelief(seen) => {
+                (told.clip_from_world, told.relief) = (seen.clip_from_local, seen.uniform);
+                (told.fixed, told.grid) = (seen.fixed, seen.grid);
+                self.set_patches(queue, bytemuck::cast_slice(&seen.patches), seen.patches.len());
+            }
+        }
         self.uniform.set(queue, &told);
+        self.is_fixed.store(matches!(placed, Placed::Fixed(_) | Placed::FixedRelief(_)), Relaxed);
+    }
+
+    fn set_patches(&self, queue: &wgpu::Queue, patches: &[u8], count: usize) {
+        queue.write_buffer(&self.patches, 0, patches);
+        self.patch_count.store(count as u32, Relaxed);
     }
 
     pub(crate) fn group(&self) -> &wgpu::BindGroup {
         &self.uniform.group
     }
 
-    /// Whether every pixel is to work out by itself what it sees.
+    /// Whether it sees the surface in fixed point.
     pub(crate) fn is_fixed(&self) -> bool {
         self.is_fixed.load(Relaxed)
     }

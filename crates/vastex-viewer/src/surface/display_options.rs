@@ -1,26 +1,81 @@
-//! What is asked to be shown of a texture: which layer, which range of its values, and how it lies on a surface.
+//! What is asked to be shown of a texture: which layers, which range of their values, and how they lie on a surface.
 
-use vastex::{LayerId, TextureId, Textures};
+use vastex::{Filter, LayerId, TextureId, Textures};
 
 use super::relief::{Heights, HeightsError, Relief};
 use super::tiling::Tiling;
-use crate::layers::UnknownLayer;
+use crate::layers::{ColorMap, Palette, ShownLayer, UnknownLayer};
 use crate::scene::Scene;
 use crate::stage::TargetKind;
+
+/// How one layer is asked to be shown: by default the first of its texture, opaque, with values as its format has them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LayerOptions {
+    /// Its name; the first where none is named.
+    pub name: Option<String>,
+    /// The values that are black and white, in what shaders sample: 0 and 1 where nothing is said. For all channels but
+    /// alpha; colours that are sRGB-encoded count as the light that they stand for.
+    pub range: Option<[f32; 2]>,
+    /// The exponent of what lies in the range.
+    pub gamma: f32,
+    /// The colour map of a single channel.
+    pub palette: Palette,
+    /// How much of what lies beneath it hides, 0 to 1.
+    pub opacity: f32,
+    /// Whether it is drawn.
+    pub is_visible: bool,
+    /// How its texels are blended, where that is another way than the textures' own.
+    pub filter: Option<Filter>,
+}
+
+impl Default for LayerOptions {
+    fn default() -> LayerOptions {
+        LayerOptions {
+            name: None,
+            range: None,
+            gamma: 1.0,
+            palette: Palette::default(),
+            opacity: 1.0,
+            is_visible: true,
+            filter: None,
+        }
+    }
+}
+
+impl LayerOptions {
+    /// Finds the layer in a texture.
+    pub fn shown_of(&self, textures: &Textures, texture: TextureId) -> Result<ShownLayer, UnknownLayer> {
+        let gone = || UnknownLayer { name: self.name.clone().unwrap_or_default(), layers: Vec::new() };
+        let shown = textures.texture(texture).map_err(|_| gone())?;
+        let layers = &shown.description().layers;
+        let layer = match &self.name {
+            None => LayerId::from(texture),
+            Some(name) => shown.layer(name).ok_or_else(|| UnknownLayer {
+                name: name.clone(),
+                layers: layers.iter().map(|layer| layer.name.clone()).collect(),
+            })?,
+        };
+        let color_map = ColorMap::new(&layers[layer.index()], self.range);
+        Ok(ShownLayer {
+            layer,
+            color_map: color_map.with_gamma(self.gamma).with_palette(self.palette),
+            opacity: self.opacity,
+            is_visible: self.is_visible,
+            filter: self.filter,
+        })
+    }
+}
 
 /// What is shown of a texture.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DisplayOptions {
-    /// Name of the layer; the first where none is named.
-    pub layer: Option<String>,
-    /// The values that are black and white, in what shaders sample: 0 and 1 where nothing is said. For all channels but
-    /// alpha; colours that are sRGB-encoded count as the light that they stand for.
-    pub range: Option<[f32; 2]>,
+    /// Its layers, the lowest first; the first one where none is asked for.
+    pub layers: Vec<LayerOptions>,
     /// How scenes with heights are displaced: the terrain always, the globe where anything is said of them.
     pub heights: Heights,
     /// How it lies on scenes without heights.
     pub tiling: Tiling,
-    /// Whether an image or a globe is drawn in fixed point however small and far it is; else where a mesh would not be exact.
+    /// Whether it is drawn in fixed point however small and far it is; else where a mesh would not be exact.
     pub always_fixed: bool,
     /// What it is drawn into; else what is faster.
     pub target: Option<TargetKind>,
@@ -42,15 +97,15 @@ impl DisplayOptions {
         self.displaces(scene).then(|| Relief::new(textures, layer, &self.heights)).transpose()
     }
 
-    /// Finds the layer in a texture.
-    pub fn layer_of(&self, textures: &Textures, texture: TextureId) -> Result<LayerId, UnknownLayer> {
-        let Some(name) = &self.layer else { return Ok(texture.into()) };
-        let found = textures.texture(texture).ok();
-        found.and_then(|texture| texture.layer(name)).ok_or_else(|| UnknownLayer {
-            name: name.clone(),
-            layers: found.map_or_else(Vec::new, |texture| {
-                texture.description().layers.iter().map(|layer| layer.name.clone()).collect()
-            }),
-        })
+    /// Finds the layers in a texture; there is one at least.
+    pub fn layers_of(
+        &self,
+        textures: &Textures,
+        texture: TextureId,
+    ) -> Result<Vec<ShownLayer>, UnknownLayer> {
+        if self.layers.is_empty() {
+            return Ok(vec![LayerOptions::default().shown_of(textures, texture)?]);
+        }
+        self.layers.iter().map(|layer| layer.shown_of(textures, texture)).collect()
     }
 }

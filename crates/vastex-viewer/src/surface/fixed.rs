@@ -1,4 +1,4 @@
-//! The image and the globe in fixed point: what fixed.wgsl is told of a camera, and when it is needed.
+//! The image and the globe in fixed point: what fixed.wgsl is told of a camera, and when it is needed, with heights too (`fixed_relief`).
 //!
 //! Everything is worked out in f64 from the texel in the middle of the view. A mesh in uv, which is f32, is exact enough for a texture
 //! that is some ten thousand pixels wide where it is seen; beyond that its texels would stand, and tremble, beside their places.
@@ -18,15 +18,15 @@ const MOST_TEXELS: u32 = 1 << 16;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub(crate) struct FixedUniform {
-    anchor: [u32; 2],
-    fraction: Vec2,
-    low: Vec2,
-    high: Vec2,
-    half: Vec2,
-    texels_per_radian: Vec2,
-    sine_and_cosine: Vec2,
-    altitude: f32,
-    unused: f32,
+    pub(super) anchor: [u32; 2],
+    pub(super) fraction: Vec2,
+    pub(super) low: Vec2,
+    pub(super) high: Vec2,
+    pub(super) half: Vec2,
+    pub(super) texels_per_unit: Vec2,
+    pub(super) sine_and_cosine: Vec2,
+    pub(super) altitude: f32,
+    pub(super) unused: f32,
 }
 
 impl FixedUniform {
@@ -35,7 +35,7 @@ impl FixedUniform {
     }
 }
 
-/// Whether a mesh in uv would show texels beside their places; nothing where a pose has no other way of being drawn.
+/// Whether a mesh in uv would show texels beside their places.
 pub(crate) fn is_needed(pose: &Pose, size: [u32; 2], [width, height]: [u32; 2]) -> bool {
     let pixels = match *pose {
         Pose::Image { .. } => {
@@ -44,25 +44,63 @@ pub(crate) fn is_needed(pose: &Pose, size: [u32; 2], [width, height]: [u32; 2]) 
         Pose::Globe { altitude, .. } => {
             TAU * f64::from(height) / (2.0 * (FIELD_OF_VIEW / 2.0).tan() * altitude)
         }
-        Pose::Plane { .. } => return false,
+        Pose::Plane { eye, .. } => {
+            f64::from(height) / ((FIELD_OF_VIEW / 2.0).tan() * eye.z.abs().max(f64::MIN_POSITIVE))
+        }
     };
     pixels > MOST_PIXELS || size[0].max(size[1]) > MOST_TEXELS
+}
+
+/// The uv in the middle of the view; nothing where perspective has none.
+pub(super) fn middle(pose: &Pose) -> Option<DVec2> {
+    match *pose {
+        Pose::Image { centre, .. } => Some(centre),
+        Pose::Globe { longitude, latitude, .. } => {
+            Some(DVec2::new((longitude / TAU + 0.5).rem_euclid(1.0), 0.5 - latitude / PI))
+        }
+        Pose::Plane { .. } => None,
+    }
+}
+
+/// A texture beside the one that is told of, where it has a size of its own; laid out as `LayerPlace` in surface.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub(crate) struct LayerPlace {
+    anchor: [u32; 2],
+    fraction: Vec2,
+    ratio: Vec2,
+    unused: Vec2,
+}
+
+impl LayerPlace {
+    /// Of a texture of `size` texels beside one of `of` texels, over a place in uv.
+    pub(super) fn new(middle: DVec2, size: [u32; 2], of: [u32; 2]) -> LayerPlace {
+        let [texels, others] = [size, of].map(|size| DVec2::from(size.map(f64::from)));
+        let (anchor, fraction) = anchored(middle * texels, texels);
+        LayerPlace { anchor, fraction, ratio: (texels / others).as_vec2(), unused: Vec2::ZERO }
+    }
+}
+
+/// The texel that a place of a texture lies in, or the nearest to it, and how far into it.
+pub(super) fn anchored(place: DVec2, texels: DVec2) -> ([u32; 2], Vec2) {
+    let anchor = place.floor().clamp(DVec2::ZERO, texels - 1.0);
+    ([anchor.x as u32, anchor.y as u32], (place - anchor).as_vec2())
 }
 
 /// What is told of a camera over a texture of `size` texels, for pictures of so many pixels. For poses of the image and the globe.
 pub(crate) fn uniform(pose: &Pose, size: [u32; 2], [width, height]: [u32; 2]) -> Option<FixedUniform> {
     let texels = DVec2::from(size.map(f64::from));
+    let middle = middle(pose)? * texels;
     let view = f64::from(width) / f64::from(height);
-    let (middle, half, altitude, latitude) = match *pose {
-        Pose::Image { centre, .. } => {
+    let (half, altitude, latitude) = match *pose {
+        Pose::Image { .. } => {
             let magnification = pose.magnification([width, height], size)?;
             let half = DVec2::new(width.into(), height.into()) / (2.0 * magnification);
-            (centre * texels, half, 1.0, 0.0)
+            (half, 1.0, 0.0)
         }
-        Pose::Globe { longitude, latitude, altitude } => {
-            let middle = DVec2::new((longitude / TAU + 0.5).rem_euclid(1.0), 0.5 - latitude / PI);
+        Pose::Globe { latitude, altitude, .. } => {
             let tangent = (FIELD_OF_VIEW / 2.0).tan();
-            (middle * texels, DVec2::new(tangent * view, tangent), altitude, latitude)
+            (DVec2::new(tangent * view, tangent), altitude, latitude)
         }
         Pose::Plane { .. } => return None,
     };
@@ -73,7 +111,7 @@ pub(crate) fn uniform(pose: &Pose, size: [u32; 2], [width, height]: [u32; 2]) ->
         low: (-anchor).as_vec2(),
         high: (texels - anchor).as_vec2(),
         half: half.as_vec2(),
-        texels_per_radian: (texels / DVec2::new(TAU, PI)).as_vec2(),
+        texels_per_unit: (texels / DVec2::new(TAU, PI)).as_vec2(),
         sine_and_cosine: DVec2::new(latitude.sin(), latitude.cos()).as_vec2(),
         altitude: altitude as f32,
         unused: 0.0,

@@ -3,22 +3,23 @@
 mod camera_binding;
 mod display_options;
 mod fixed;
+mod fixed_relief;
 mod globe_grid;
-mod layered;
 mod mesh;
 mod patches;
 mod pipeline;
 mod relief;
 mod renderer;
+mod scene_pipelines;
 pub mod shaders;
 mod tiling;
 
 pub use camera_binding::CameraBinding;
-pub use display_options::DisplayOptions;
+pub use display_options::{DisplayOptions, LayerOptions};
 pub use globe_grid::{GlobeGrid, GlobePose};
-pub use layered::LayeredRenderer;
 pub use mesh::{Mesh, Vertex, surface};
 pub use pipeline::{Corners, PipelineParts};
 pub use relief::{Heights, HeightsError, Relief};
 pub use renderer::{SceneDesc, SceneRenderer};
+pub use scene_pipelines::ScenePipelines;
 pub use tiling::Tiling;

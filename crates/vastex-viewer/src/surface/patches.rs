@@ -5,10 +5,13 @@
 //! there before a patch is drawn in the coarser one, so that edges of neighbours have the same vertices. All of that follows
 //! from a vertex's own uv, never from its patch or its height; uv of vertices are exact (dyadic) numbers. How high the surface
 //! is there is `relief`'s business, and the shaders': `relief_uv` in relief.wgsl is `Patches::vertex`.
+//!
+//! Patches are chosen in f64 and told as whole numbers ([`Cell`]); what shaders are told of them differs between surfaces in uv
+//! ([`Patch`]) and in fixed point (`fixed_relief`).
 
-use glam::{Mat4, Vec2, Vec3, Vec4};
+use glam::{DMat3, DMat4, DVec2, DVec3, DVec4, Mat4, Vec2, Vec3};
 
-use crate::scene::direction;
+use crate::scene::{direction, direction_f64};
 
 /// Quads along each side of a patch.
 pub(crate) const QUADS: u32 = 16;
@@ -21,8 +24,12 @@ pub(crate) const MORPH: [f32; 2] = [0.75, 0.98];
 const RANGES: [f32; 2] = [4.25, 12.0];
 /// Pixels between two vertices, about.
 const PIXELS_PER_QUAD: f32 = 8.0;
-/// Halvings of a patch that leave its vertices exact.
+/// Halvings of a patch that leave its vertices exact in f32.
 const MOST_DEPTH: u32 = 17;
+/// Halvings of a patch in fixed point beyond the texels of heights, where those are larger than pixels.
+const SUBDIVISIONS: f32 = 3.0;
+/// Halvings of the largest patches in fixed point, at most.
+const MOST_FIXED_DEPTH: f32 = 34.0;
 
 /// The surface where heights are zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,11 +52,21 @@ impl Base {
         }
     }
 
-    /// The point at `uv` and a height.
-    pub(crate) fn lifted(self, uv: Vec2, height: f32) -> Vec3 {
+    /// The point at `uv`, in f64.
+    pub(crate) fn point_f64(self, uv: DVec2) -> DVec3 {
         match self {
-            Base::Flat { .. } => self.point(uv) + height * Vec3::Z,
-            Base::Globe => self.point(uv) * (1.0 + height),
+            Base::Flat { image } => DVec3::new(2.0 * uv.x - 1.0, (1.0 - 2.0 * uv.y) / f64::from(image), 0.0),
+            Base::Globe => {
+                direction_f64((uv.x - 0.5) * std::f64::consts::TAU, (0.5 - uv.y) * std::f64::consts::PI)
+            }
+        }
+    }
+
+    /// The point at `uv` and a height.
+    pub(crate) fn lifted(self, uv: DVec2, height: f64) -> DVec3 {
+        match self {
+            Base::Flat { .. } => self.point_f64(uv) + height * DVec3::Z,
+            Base::Globe => self.point_f64(uv) * (1.0 + height),
         }
     }
 
@@ -75,7 +92,7 @@ impl Base {
     }
 
     /// Columns and rows of the largest patches, which are about square: powers of two.
-    fn roots(self) -> [u32; 2] {
+    pub(crate) fn roots(self) -> [u32; 2] {
         let Vec2 { x, y } = self.extent();
         let halvings = (x / y).log2().round().clamp(-10.0, 10.0);
         [1 << halvings.max(0.0) as u32, 1 << (-halvings).max(0.0) as u32]
@@ -92,47 +109,144 @@ pub(crate) struct Patch {
     pub(crate) side: Vec2,
 }
 
+/// A patch: its column and row among those of its size, each halving of the largest ones doubling their number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Cell {
+    /// The first of its columns.
+    pub(crate) column: u64,
+    pub(crate) row: u64,
+    /// Halvings.
+    pub(crate) depth: u32,
+    /// The binary logarithm of its columns: more than 0 near a pole of a globe in fixed point, where columns are narrow.
+    pub(crate) merged: u32,
+}
+
+impl Cell {
+    /// uv of its first corner, and how far it goes from there.
+    pub(crate) fn extent(self, base: Base) -> [DVec2; 2] {
+        let [columns, rows] = base.roots().map(|roots| f64::from(roots) * f64::from(self.depth).exp2());
+        let side = DVec2::new(1.0 / columns, 1.0 / rows);
+        [
+            DVec2::new(self.column as f64, self.row as f64) * side,
+            side * DVec2::new(self.columns() as f64, 1.0),
+        ]
+    }
+
+    /// Columns that it is wide.
+    pub(crate) fn columns(self) -> u64 {
+        1 << self.merged
+    }
+
+    /// The binary logarithm of columns that are together at most a quarter as wide as one at the equator, so that arcs round the pole are
+    /// straight enough, for patches that begin at an edge of the row and go on towards the pole: the upper one (0) or the lower one (1).
+    pub(crate) fn merged_beyond(self, base: Base, edge: u64) -> u32 {
+        let rows = f64::from(base.roots()[1]) * f64::from(self.depth).exp2();
+        let cosine = ((self.row + edge) as f64 / rows * std::f64::consts::PI).sin();
+        // At the pole itself nothing begins.
+        (0.25 / cosine.max(f64::EPSILON)).log2().floor().max(0.0) as u32
+    }
+
+    /// Its quarters or, where they are merged beside a pole, fewer.
+    fn children(self, base: Base, is_merging: bool) -> impl Iterator<Item = Cell> {
+        let rows = u64::from(base.roots()[1]) << (self.depth + 1);
+        (0..2).flat_map(move |down| {
+            let child = Cell {
+                column: 2 * self.column,
+                row: 2 * self.row + down,
+                depth: self.depth + 1,
+                merged: self.merged,
+            };
+            // Where it begins: at the edge that is nearer to the equator.
+            let edge = u64::from(2 * child.row + 1 < rows);
+            let is_beside_equator = 2 * child.row + 1 == rows; // a row that the equator halves
+            let merged = match is_merging && !is_beside_equator {
+                true => child.merged_beyond(base, edge).min(self.merged + 1),
+                false => 0,
+            };
+            let halves = if merged > self.merged { 1 } else { 2 };
+            (0..halves).map(move |right| Cell { column: child.column + (right << merged), merged, ..child })
+        })
+    }
+
+    /// As the vertex stage gets it that knows uv.
+    pub(crate) fn patch(self, base: Base) -> Patch {
+        let [origin, side] = self.extent(base).map(DVec2::as_vec2);
+        Patch { origin, side }
+    }
+}
+
 /// How a surface is cut into patches.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Patches {
     pub(crate) base: Base,
     /// The distance from the camera within which a patch is drawn, by its side along u.
     pub(crate) range_per_side: f32,
-    depth: u32,
+    pub(crate) depth: u32,
+    /// Whether columns are merged near the poles. In uv they are not, and there are the more of them.
+    is_merging: bool,
 }
 
-/// What is in view: planes, positive on the side that is seen, and how high the surface may lie.
+/// What is in view: planes, positive on the side that is seen, in directions of their own from a place.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Frustum {
-    planes: [Vec4; 5],
-    heights: [f32; 2],
+    planes: [DVec4; 5],
+    place: DVec3,
+    local_from_world: DMat3,
 }
 
 impl Frustum {
-    pub(crate) fn new(clip_from_world: Mat4, heights: [f32; 2]) -> Frustum {
-        let [x, y, z, w] = [0, 1, 2, 3].map(|row| clip_from_world.row(row));
-        // Nothing ends a view but the depth buffer's far side, which leaves everything in.
-        let planes = [w + x, w - x, w + y, w - y, z].map(|plane| plane / plane.truncate().length());
-        Frustum { planes, heights }
+    pub(crate) fn new(clip_from_world: Mat4) -> Frustum {
+        Frustum::from_place(clip_from_world.as_dmat4(), DVec3::ZERO, DMat3::IDENTITY)
     }
 
-    fn sees(&self, centre: Vec3, radius: f32) -> bool {
-        self.planes.iter().all(|plane| plane.dot(centre.extend(1.0)) >= -radius)
+    /// Of a matrix that is told in directions of its own, from a place.
+    pub(crate) fn from_place(clip_from_local: DMat4, place: DVec3, local_from_world: DMat3) -> Frustum {
+        let [x, y, z, w] = [0, 1, 2, 3].map(|row| clip_from_local.row(row));
+        // Nothing ends a view but the depth buffer's far side, which leaves everything in.
+        let planes = [w + x, w - x, w + y, w - y, z].map(|plane| plane / plane.truncate().length());
+        Frustum { planes, place, local_from_world }
+    }
+
+    fn sees(&self, centre: DVec3, radius: f64) -> bool {
+        let seen = (self.local_from_world * (centre - self.place)).extend(1.0);
+        self.planes.iter().all(|plane| plane.dot(seen) >= -radius)
     }
 }
+
+/// What is known of a patch before it is drawn: its middle and half its sides in uv, and how far it is.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PatchPlace {
+    pub(crate) middle: DVec2,
+    pub(crate) half: DVec2,
+    /// From the camera, at least.
+    pub(crate) nearest: f64,
+}
+
+/// Between which heights a patch lies.
+pub(crate) type HeightsOf<'a> = dyn FnMut(&PatchPlace) -> [f64; 2] + 'a;
 
 impl Patches {
     /// For heights of so many texels, in a picture of so many rows.
     pub(crate) fn new(base: Base, heights: [u32; 2], picture_rows: u32) -> Patches {
+        let depth = texel_depth(base, heights).clamp(0.0, MOST_DEPTH as f32);
+        Patches::to_depth(base, depth, picture_rows, false)
+    }
+
+    /// The same in fixed point, where nothing but texels limits how fine they are.
+    pub(crate) fn fixed(base: Base, heights: [u32; 2], picture_rows: u32) -> Patches {
+        let depth = (texel_depth(base, heights) + SUBDIVISIONS).clamp(0.0, MOST_FIXED_DEPTH);
+        Patches::to_depth(base, depth, picture_rows, base == Base::Globe)
+    }
+
+    fn to_depth(base: Base, depth: f32, picture_rows: u32, is_merging: bool) -> Patches {
         let roots = base.roots();
-        let quads = |axis: usize| (heights[axis] as f32 / (roots[axis] * QUADS) as f32).log2().ceil();
-        let depth = quads(0).max(quads(1)).clamp(0.0, MOST_DEPTH as f32) as u32;
         let side = Vec2::new(1.0 / roots[0] as f32, 1.0 / roots[1] as f32);
         // A quad at the far end of a range is twice as large as at the near end.
         let rows_per_slope = 0.866 * picture_rows as f32;
         let range = rows_per_slope * std::f32::consts::SQRT_2 / (QUADS as f32 * PIXELS_PER_QUAD);
         let range = range.clamp(RANGES[0], RANGES[1]);
-        Patches { base, depth, range_per_side: range * (side * base.extent()).length() / side.x }
+        let range_per_side = range * (side * base.extent()).length() / side.x;
+        Patches { base, depth: depth as u32, range_per_side, is_merging }
     }
 
     /// uv from one vertex to the next, by distance.
@@ -141,37 +255,47 @@ impl Patches {
         2.0 / (self.range_per_side * QUADS as f32) * Vec2::new(1.0, columns / rows)
     }
 
-    /// The patches to be drawn for levels by the distance from `eye`, a place over the surface without heights: those in view.
-    pub(crate) fn select(&self, eye: Vec3, frustum: &Frustum) -> Vec<Patch> {
-        let [columns, rows] = self.base.roots();
-        let side = Vec2::new(1.0 / columns as f32, 1.0 / rows as f32);
+    /// The patches to be drawn for levels by the distance from `eye`, a place over the surface without heights: those in view. The nearest
+    /// come first where there are more than can be drawn.
+    pub(crate) fn select(&self, eye: DVec3, frustum: &Frustum, heights: &mut HeightsOf<'_>) -> Vec<Cell> {
+        let [columns, rows] = self.base.roots().map(u64::from);
         let mut selected = Vec::new();
-        for (x, y) in (0..rows).flat_map(|y| (0..columns).map(move |x| (x, y))) {
-            let patch = Patch { origin: Vec2::new(x as f32, y as f32) * side, side };
-            self.descend(patch, self.depth, eye, frustum, &mut selected);
+        for (column, row) in (0..rows).flat_map(|row| (0..columns).map(move |column| (column, row))) {
+            self.descend(Cell { column, row, depth: 0, merged: 0 }, eye, (frustum, heights), &mut selected);
         }
-        selected.truncate(MOST_PATCHES);
+        if selected.len() > MOST_PATCHES {
+            selected.sort_by_key(|cell| std::cmp::Reverse(cell.depth));
+            selected.truncate(MOST_PATCHES);
+        }
         selected
     }
 
-    fn descend(&self, patch: Patch, finer: u32, eye: Vec3, frustum: &Frustum, selected: &mut Vec<Patch>) {
-        let middle = patch.origin + 0.5 * patch.side;
-        // No point of it is farther from its middle: the way there along the axes of uv is no shorter.
-        let radius = 0.5 * (patch.side * self.base.extent()).length();
-        let [low, high] = frustum.heights;
+    fn descend(
+        &self,
+        cell: Cell,
+        eye: DVec3,
+        (frustum, heights): (&Frustum, &mut HeightsOf<'_>),
+        selected: &mut Vec<Cell>,
+    ) {
+        let [origin, side] = cell.extent(self.base);
+        let half = 0.5 * side;
+        let middle = origin + half;
+        // No point of it is farther from its middle: the way there along the axes of uv is no shorter. Merged columns are no wider than one at
+        // the equator.
+        let column = half.x / cell.columns() as f64;
+        let radius = (DVec2::new(column, half.y) * self.base.extent().as_dvec2()).length();
+        let nearest = eye.distance(self.base.point_f64(middle)) - radius;
+        let [low, high] = heights(&PatchPlace { middle, half, nearest });
         let reach = radius * (1.0 + high.max(0.0)) + 0.5 * (high - low);
         if !frustum.sees(self.base.lifted(middle, 0.5 * (low + high)), reach) {
             return;
         }
-        let nearest = eye.distance(self.base.point(middle)) - radius;
-        let half = 0.5 * patch.side;
-        if finer == 0 || nearest >= self.range_per_side * half.x {
-            selected.push(patch);
+        if cell.depth == self.depth || nearest >= f64::from(self.range_per_side) * column {
+            selected.push(cell);
             return;
         }
-        for corner in [Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE] {
-            let quarter = Patch { origin: patch.origin + corner * half, side: half };
-            self.descend(quarter, finer - 1, eye, frustum, selected);
+        for child in cell.children(self.base, self.is_merging) {
+            self.descend(child, eye, (frustum, &mut *heights), selected);
         }
     }
 
@@ -188,14 +312,28 @@ impl Patches {
     }
 }
 
+/// Halvings of the largest patches after which a quad is no larger than a texel of heights.
+fn texel_depth(base: Base, heights: [u32; 2]) -> f32 {
+    let roots = base.roots();
+    let quads = |axis: usize| (heights[axis] as f32 / (roots[axis] * QUADS) as f32).log2().ceil();
+    quads(0).max(quads(1))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use std::collections::HashMap;
 
-    /// Everything is in view.
-    fn all() -> Frustum {
-        Frustum { planes: [Vec4::W; 5], heights: [0.0; 2] }
+    /// The patches to be drawn where everything is in view.
+    fn all(patches: &Patches, eye: Vec3) -> Vec<Patch> {
+        let frustum =
+            Frustum { planes: [DVec4::W; 5], place: DVec3::ZERO, local_from_world: DMat3::IDENTITY };
+        chosen(patches, eye, &frustum, 0.0)
+    }
+
+    fn chosen(patches: &Patches, eye: Vec3, frustum: &Frustum, high: f64) -> Vec<Patch> {
+        let cells = patches.select(eye.as_dvec3(), frustum, &mut |_| [0.0, high]);
+        cells.into_iter().map(|cell| cell.patch(patches.base)).collect()
     }
 
     fn cases() -> impl Iterator<Item = (Patches, Vec3)> {
@@ -217,7 +355,7 @@ mod tests {
     #[test]
     fn patches_cover_everything_once() {
         for (patches, eye) in cases() {
-            let selected = patches.select(eye, &all());
+            let selected = all(&patches, eye);
             assert!(selected.len() < MOST_PATCHES, "{}", selected.len());
             let area: f64 = selected.iter().map(|p| f64::from(p.side.x) * f64::from(p.side.y)).sum();
             assert_eq!(area, 1.0);
@@ -234,7 +372,7 @@ mod tests {
                 [u.to_bits(), uv.y.to_bits()]
             };
             let mut pieces: HashMap<[[u32; 2]; 2], u32> = HashMap::new();
-            for patch in &patches.select(eye, &all()) {
+            for patch in &all(&patches, eye) {
                 let sides: [fn(u32) -> [u32; 2]; 4] =
                     [|n| [n, 0], |n| [n, QUADS], |n| [0, n], |n| [QUADS, n]];
                 for (side, n) in sides.iter().flat_map(|side| (0..QUADS).map(move |n| (side, n))) {
@@ -256,7 +394,7 @@ mod tests {
     #[test]
     fn vertices_are_as_far_apart_as_spacing_says() {
         for (patches, eye) in cases() {
-            for patch in patches.select(eye, &all()) {
+            for patch in all(&patches, eye) {
                 let uv = patch.origin + 0.5 * patch.side;
                 let distance = eye.distance(patches.base.point(uv));
                 let quad = patch.side.x / QUADS as f32;
@@ -278,13 +416,13 @@ mod tests {
         let eye = Vec3::new(0.0, -0.5, 0.1);
         let look = glam::camera::rh::view::look_at_mat4(eye, Vec3::new(0.0, 0.5, 0.0), Vec3::Z);
         let matrix = glam::camera::rh::proj::directx::perspective(1.0, 1.6, 0.01, 20.0) * look;
-        let seen = patches.select(eye, &Frustum::new(matrix, [0.0, 0.1]));
-        let everything = patches.select(eye, &all());
+        let seen = chosen(&patches, eye, &Frustum::new(matrix), 0.1);
+        let everything = all(&patches, eye);
         assert!(seen.len() * 5 < everything.len() * 4, "{} of {}", seen.len(), everything.len());
         for patch in &everything {
             let inside = |corner: Vec2| {
-                let point = patches.base.lifted(patch.origin + corner * patch.side, 0.05);
-                let clip = matrix * point.extend(1.0);
+                let point = patches.base.lifted((patch.origin + corner * patch.side).as_dvec2(), 0.05);
+                let clip = matrix * point.as_vec3().extend(1.0);
                 clip.x.abs() < clip.w && clip.y.abs() < clip.w
             };
             let is_seen = [Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE].into_iter().any(inside);

@@ -2,6 +2,7 @@
 //!
 //! Which are made, and what is drawn by them, is `renderer`'s business and that of whoever draws other things.
 
+use super::fixed_relief::PatchStart;
 use super::mesh::Vertex;
 use super::patches::Patch;
 use crate::stage::DEPTH_FORMAT;
@@ -16,25 +17,27 @@ pub enum Corners {
     Outside,
     /// Patches, whose points are numbered.
     Patches,
+    /// The same in fixed point.
+    FixedPatches,
+    /// Nothing: what is drawn fills the picture.
+    None,
 }
 
 impl Corners {
     /// How one lies in its buffer.
-    fn layout(self) -> wgpu::VertexBufferLayout<'static> {
+    fn layout(self) -> Option<wgpu::VertexBufferLayout<'static>> {
         const VERTEX: [wgpu::VertexAttribute; 2] = wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x2];
         const PATCH: [wgpu::VertexAttribute; 1] = wgpu::vertex_attr_array![0 => Float32x4];
-        match self {
-            Corners::Vertices | Corners::Outside => wgpu::VertexBufferLayout {
-                array_stride: size_of::<Vertex>() as u64,
-                step_mode: wgpu::VertexStepMode::Vertex,
-                attributes: &VERTEX,
-            },
-            Corners::Patches => wgpu::VertexBufferLayout {
-                array_stride: size_of::<Patch>() as u64,
-                step_mode: wgpu::VertexStepMode::Instance,
-                attributes: &PATCH,
-            },
-        }
+        const PATCH_START: [wgpu::VertexAttribute; 1] = wgpu::vertex_attr_array![0 => Sint32x4];
+        let (stride, step_mode, attributes): (usize, _, &[wgpu::VertexAttribute]) = match self {
+            Corners::Vertices | Corners::Outside => {
+                (size_of::<Vertex>(), wgpu::VertexStepMode::Vertex, &VERTEX)
+            }
+            Corners::Patches => (size_of::<Patch>(), wgpu::VertexStepMode::Instance, &PATCH),
+            Corners::FixedPatches => (size_of::<PatchStart>(), wgpu::VertexStepMode::Instance, &PATCH_START),
+            Corners::None => return None,
+        };
+        Some(wgpu::VertexBufferLayout { array_stride: stride as u64, step_mode, attributes })
     }
 
     /// Which triangles are not drawn.
@@ -52,7 +55,7 @@ pub struct PipelineParts<'a> {
     /// What the vertex stage is given.
     pub corners: Corners,
     /// The entry points of the vertex and of the fragment stage.
-    pub entries: [&'static str; 2],
+    pub entries: [&'a str; 2],
     /// Of the targets.
     pub formats: &'a [wgpu::TextureFormat],
 }
@@ -65,16 +68,7 @@ impl PipelineParts<'_> {
         groups: &[Option<&wgpu::BindGroupLayout>],
     ) -> wgpu::RenderPipeline {
         let (corners, hidden) = (self.corners.layout(), self.corners.hidden());
-        self.made(device, groups, &[Some(corners)], hidden, Some(nearest()), None)
-    }
-
-    /// A pipeline without vertices of which the nearest surface stays.
-    pub fn screen(
-        self,
-        device: &wgpu::Device,
-        groups: &[Option<&wgpu::BindGroupLayout>],
-    ) -> wgpu::RenderPipeline {
-        self.made(device, groups, &[], None, Some(nearest()), None)
+        self.made(device, groups, corners, hidden, Some(nearest()), None)
     }
 
     /// A pipeline without vertices, on every pixel whatever is there.
@@ -83,7 +77,7 @@ impl PipelineParts<'_> {
         device: &wgpu::Device,
         groups: &[Option<&wgpu::BindGroupLayout>],
     ) -> wgpu::RenderPipeline {
-        self.made(device, groups, &[], None, Some(no_depth_test()), None)
+        self.made(device, groups, None, None, Some(no_depth_test()), None)
     }
 
     /// A pipeline that blends all surfaces.
@@ -94,14 +88,14 @@ impl PipelineParts<'_> {
         blend: wgpu::BlendState,
     ) -> wgpu::RenderPipeline {
         let corners = self.corners.layout();
-        self.made(device, groups, &[Some(corners)], None, None, Some(blend))
+        self.made(device, groups, corners, None, None, Some(blend))
     }
 
     fn made(
         self,
         device: &wgpu::Device,
         groups: &[Option<&wgpu::BindGroupLayout>],
-        vertices: &[Option<wgpu::VertexBufferLayout<'_>>],
+        corners: Option<wgpu::VertexBufferLayout<'_>>,
         cull_mode: Option<wgpu::Face>,
         depth_stencil: Option<wgpu::DepthStencilState>,
         blend: Option<wgpu::BlendState>,
@@ -122,7 +116,7 @@ impl PipelineParts<'_> {
                 module: self.module,
                 entry_point: Some(self.entries[0]),
                 compilation_options: compilation_options.clone(),
-                buffers: vertices,
+                buffers: &corners.map_or(Vec::new(), |corners| vec![Some(corners)]),
             },
             primitive: wgpu::PrimitiveState { cull_mode, ..Default::default() },
             depth_stencil,

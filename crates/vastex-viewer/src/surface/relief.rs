@@ -1,10 +1,11 @@
 //! Heights that displace a scene's surface: which layer they are, how high they rise, and where the camera is above them.
 //!
-//! They are sampled in the vertex stage, at the level of the vertices' distance, and in the fragment stage for the light; colour and
-//! heights are a group, so that one feedback entry serves both. Which patches are drawn is `patches`' business.
+//! They are sampled in the vertex stage, at the level of the vertices' distance, and in the fragment stage for the light; colours and
+//! heights are a group, so that one feedback entry serves both. Which patches are drawn is `patches`' business, what shaders are told in fixed
+//! point that of `fixed_relief`.
 
 use glam::{Mat4, Vec2, Vec3};
-use vastex::{GroupId, LayerFormat, LayerId, TextureId, Textures};
+use vastex::{LayerFormat, LayerId, TextureId, Textures};
 
 use super::patches::{Base, Frustum, MORPH, Patch, Patches};
 use crate::camera::Pose;
@@ -54,7 +55,6 @@ pub enum HeightsError {
 #[derive(Clone, Debug)]
 pub struct Relief {
     layer: LayerId,
-    group: GroupId,
     scale: Option<f32>,
     zero: f32,
     /// Lowest and highest value on the coarse levels.
@@ -76,7 +76,6 @@ impl Relief {
     /// Finds the heights beside `shown` and has them kept for the CPU; best before anything of the texture is loaded.
     pub fn new(textures: &mut Textures, shown: LayerId, heights: &Heights) -> Result<Relief, HeightsError> {
         let layer = layer_of(textures, shown, heights)?;
-        let group = textures.add_group([("color", shown), ("height", layer)])?;
         textures.texture_mut(layer.texture())?.keep_for_cpu(layer.index(), true);
         let description = textures.texture(layer.texture())?.description();
         let [width, height, _] = description.geometry.size();
@@ -88,7 +87,6 @@ impl Relief {
         let bounds = if is_bounded { [0.0, 1.0] } else { [span[0] - margin, span[1] + margin] };
         Ok(Relief {
             layer,
-            group,
             scale: heights.scale,
             zero: heights.zero.unwrap_or(span[0]),
             span,
@@ -96,6 +94,11 @@ impl Relief {
             texels: [width, height].map(|side| side.div_ceil(scale)),
             is_torn: heights.is_torn,
         })
+    }
+
+    /// Which layer they are.
+    pub fn layer(&self) -> LayerId {
+        self.layer
     }
 
     /// The surface of a scene with these heights, for an image of `image` (width over height).
@@ -145,9 +148,9 @@ fn span(textures: &Textures, layer: LayerId) -> Result<[f32; 2], vastex::Error> 
 /// Heights on the surface of a scene.
 #[derive(Clone, Debug)]
 pub(crate) struct ReliefSurface {
-    base: Base,
+    pub(super) base: Base,
     /// How high a value of 1 rises, in the world.
-    scale: f32,
+    pub(super) scale: f32,
     relief: Relief,
 }
 
@@ -157,8 +160,8 @@ pub(crate) struct ReliefSurface {
 pub(crate) struct ReliefUniform {
     eye: Vec3,
     scale: f32,
-    spacing: Vec2,
-    texels: Vec2,
+    pub(super) spacing: Vec2,
+    pub(super) texels: Vec2,
     extent: Vec2,
     zero: f32,
     range_per_side: f32,
@@ -172,11 +175,6 @@ pub(crate) struct ReliefView {
 }
 
 impl ReliefSurface {
-    /// Colour and heights.
-    pub(crate) fn group(&self) -> GroupId {
-        self.relief.group
-    }
-
     /// What pipelines with relief.wgsl are made with.
     pub(crate) fn constants(&self) -> [(&'static str, f64); 3] {
         // Nothing is drawn at a thousand times its range.
@@ -190,9 +188,21 @@ impl ReliefSurface {
 
     /// What a camera sees that is so far above the ground as its pose says, in a picture of so many pixels.
     pub(crate) fn seen_from(&self, textures: &Textures, pose: &Pose, picture: [u32; 2]) -> ReliefView {
+        let patches = Patches::new(self.base, self.relief.texels, picture[1]);
+        let uniform = self.uniform(&patches, pose);
+        let ground = self.ground_below(textures, &uniform);
+        let view = f64::from(picture[0]) / f64::from(picture[1]);
+        let image = f64::from(uniform.extent.x) / f64::from(uniform.extent.y);
+        let clip_from_world = pose.clip_from_world_over(view, image, ground);
+        let heights = self.bounds();
+        let cells = patches.select(uniform.eye.as_dvec3(), &Frustum::new(clip_from_world), &mut |_| heights);
+        let patches = cells.into_iter().map(|cell| cell.patch(self.base)).collect();
+        ReliefView { clip_from_world, uniform, patches }
+    }
+
+    pub(super) fn uniform(&self, patches: &Patches, pose: &Pose) -> ReliefUniform {
         let texels = self.relief.texels;
-        let patches = Patches::new(self.base, texels, picture[1]);
-        let uniform = ReliefUniform {
+        ReliefUniform {
             eye: pose.eye().as_vec3(),
             scale: self.scale,
             spacing: patches.spacing(),
@@ -200,19 +210,32 @@ impl ReliefSurface {
             extent: self.base.extent(),
             zero: self.relief.zero,
             range_per_side: patches.range_per_side,
-        };
-        let ground = self.ground_below(textures, &uniform);
-        let view = f64::from(picture[0]) / f64::from(picture[1]);
-        let image = f64::from(uniform.extent.x) / f64::from(uniform.extent.y);
-        let clip_from_world = pose.clip_from_world_over(view, image, ground);
-        let heights = self.relief.bounds.map(|value| (value - self.relief.zero) * self.scale);
-        let heights = [heights[0].min(heights[1]), heights[0].max(heights[1])];
-        let patches = patches.select(uniform.eye, &Frustum::new(clip_from_world, heights));
-        ReliefView { clip_from_world, uniform, patches }
+        }
+    }
+
+    /// Which layer the heights are.
+    pub(super) fn layer(&self) -> LayerId {
+        self.relief.layer
+    }
+
+    /// Texels of the heights.
+    pub(super) fn texels(&self) -> [u32; 2] {
+        self.relief.texels
+    }
+
+    /// How high a value lies, in the world.
+    pub(super) fn height(&self, value: f32) -> f32 {
+        (value - self.relief.zero) * self.scale
+    }
+
+    /// How low and how high the surface may lie.
+    pub(super) fn bounds(&self) -> [f64; 2] {
+        let heights = self.relief.bounds.map(|value| f64::from(self.height(value)));
+        [heights[0].min(heights[1]), heights[0].max(heights[1])]
     }
 
     /// How high the ground is below the camera, at the level at which it is drawn there, as far as that is known.
-    fn ground_below(&self, textures: &Textures, uniform: &ReliefUniform) -> f32 {
+    pub(super) fn ground_below(&self, textures: &Textures, uniform: &ReliefUniform) -> f32 {
         let uv = self.base.uv_below(uniform.eye);
         let above = uniform.eye.distance(self.base.point(uv));
         let texels = uniform.spacing * uniform.texels * above;

@@ -1,81 +1,62 @@
 //! Draws a scene: the picture, and the feedback pass that goes with it.
 //!
-//! The picture from an ordinary texture, to compare with, is `reference`'s business.
+//! The picture from an ordinary texture, to compare with, is the business of those who judge pictures.
 
 use glam::Vec4;
-use vastex::{Error, Kinds, LayerId, Sampled, Textures, shader_module};
+use vastex::{Error, LayerId, Sampled, Textures};
 
-use super::camera_binding::CameraBinding;
-use super::fixed;
+use super::camera_binding::{CameraBinding, Placed, Places};
+use super::fixed::{self, LayerPlace};
 use super::mesh::{Mesh, grid, surface};
 use super::patches::QUADS;
-use super::pipeline::{Corners, PipelineParts};
 use super::relief::{Relief, ReliefSurface};
-use super::shaders;
+use super::scene_pipelines::{PipelineMaker, ScenePipelines};
 use super::tiling::Tiling;
 use crate::camera::Pose;
-use crate::layers::{ColorMap, background};
+use crate::layers::{ColorMap, LayerUniform, Layers, MOST_LAYERS, background};
 use crate::scene::Scene;
-use crate::stage::{StageScene, Target, Uniform, filled_buffer, takes_light};
+use crate::stage::{StageScene, Target, TargetKind, Uniform, filled_buffer, takes_light};
 
 /// What is drawn.
 #[derive(Clone, Debug)]
 pub struct SceneDesc {
     /// The scene.
     pub scene: Scene,
-    /// What is on it.
-    pub layer: LayerId,
-    /// How its values become colours.
-    pub color_map: ColorMap,
-    /// The heights that displace it; without any a terrain is flat.
+    /// What is on it. The first layer's texture says how wide the image is.
+    pub layers: Layers,
+    /// The heights that displace it, which the layers were made with; without any a terrain is flat.
     pub relief: Option<Relief>,
-    /// How it lies on a surface without heights.
+    /// How textures lie on a surface without heights.
     pub tiling: Tiling,
-    /// Whether an image or a globe is drawn in fixed point however small and far it is; else where a mesh would not be exact.
+    /// Whether it is drawn in fixed point however small and far it is; else where a mesh would not be exact.
     pub always_fixed: bool,
 }
 
-/// The pipelines of fixed.wgsl, for a texture of `size` texels.
-#[derive(Debug)]
-struct FixedPipelines {
-    picture: wgpu::RenderPipeline,
-    wanted: wgpu::RenderPipeline,
-    size: [u32; 2],
-    is_always: bool,
-}
-
-/// A scene with one layer of a texture on it, ready to be drawn.
+/// A scene with textures on it, ready to be drawn.
 #[derive(Debug)]
 pub struct SceneRenderer {
-    scene: Scene,
-    layer: LayerId,
-    color_map: ColorMap,
-    tiling: Tiling,
+    /// What it was made of, but for the layers.
+    made_of: SceneDesc,
+    layers: Layers,
     relief: Option<ReliefSurface>,
-    /// Width over height of the image.
-    image: f64,
+    /// Texels of the first layer's texture.
+    size: [u32; 2],
     vertices: wgpu::Buffer,
     indices: wgpu::Buffer,
     index_count: u32,
     camera: CameraBinding,
-    group_layout: wgpu::BindGroupLayout,
-    picture: wgpu::RenderPipeline,
-    wanted: wgpu::RenderPipeline,
-    /// The image and the globe as every pixel works out what it sees.
-    fixed: Option<FixedPipelines>,
+    /// What is told of the layers of a list.
+    told_layers: Option<Uniform>,
+    maker: PipelineMaker,
+    picture: ScenePipelines,
+    wanted: ScenePipelines,
     /// Texture space is one texture's, not a group's.
     spread: Option<wgpu::RenderPipeline>,
-    /// What is sampled, and what a plan of the layer alone samples.
-    kinds: Kinds,
-    plan_kinds: Kinds,
-    /// Every entry point that draws the scene.
-    module: wgpu::ShaderModule,
-    constants: Vec<(&'static str, f64)>,
-    format: wgpu::TextureFormat,
 }
 
 impl SceneRenderer {
-    /// Prepares a scene for pictures of `format`. Fails where its texture was removed.
+    /// Prepares a scene for pictures of `format`. A list of layers is drawn as light: into half floats or an sRGB format; other
+    /// formats are given it encoded. Fails where a texture was removed.
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -83,88 +64,77 @@ impl SceneRenderer {
         desc: SceneDesc,
         format: wgpu::TextureFormat,
     ) -> Result<SceneRenderer, Error> {
-        let SceneDesc { scene, layer, color_map, relief, tiling, always_fixed } = desc;
-        let [width, height, _] = textures.texture(layer.texture())?.description().geometry.size();
-        let image = f64::from(width) / f64::from(height);
+        let SceneDesc { scene, layers, relief, tiling, .. } = desc.clone();
+        let size = match layers.iter().next() {
+            Some(first) => textures.texture(first.layer.texture())?.description().geometry.size(),
+            None => [1; 3],
+        };
+        let image = f64::from(size[0]) / f64::from(size[1]);
         let relief = relief.map(|relief| relief.surface(scene, image as f32));
         let mesh = if relief.is_some() { patch_mesh() } else { surface(scene, image as f32) };
-        let vertices =
-            filled_buffer(device, queue, bytemuck::cast_slice(&mesh.vertices), wgpu::BufferUsages::VERTEX);
-        let indices =
-            filled_buffer(device, queue, bytemuck::cast_slice(&mesh.indices), wgpu::BufferUsages::INDEX);
-        let group_layout = Uniform::layout(device);
-        let sampled = sampled(layer, relief.as_ref());
-        let kinds = textures.kinds(sampled)?;
-        let textures_layout = textures.bind_group_layout(&kinds);
-        let groups = [Some(&textures_layout), Some(&group_layout)];
-        let vastex = textures.wgsl(&kinds);
-        let text = if relief.is_some() { shaders::relief(&vastex) } else { shaders::flat(&vastex) };
-        let module = shader_module(device, Some("scene"), text);
-        let constants = constants(scene, color_map, format, tiling, relief.as_ref());
-        let parts = |entries, formats| PipelineParts {
-            module: &module,
-            constants: &constants,
-            corners: corners(scene, relief.as_ref()),
-            entries,
-            formats,
-        };
-        let (formats, feedback) = ([format], [Textures::FEEDBACK_FORMAT]);
-        let [picture, wanted] = match &relief {
-            None => [parts(["place", "shade"], &formats), parts(["place_feedback", "want"], &feedback)],
-            Some(_) => [
-                parts(["place_relief", "shade_relief"], &formats),
-                parts(["place_relief_feedback", "want_relief"], &feedback),
-            ],
-        };
-        let has_fixed =
-            relief.is_none() && tiling == Tiling::default() && matches!(scene, Scene::Image | Scene::Globe);
-        let fixed = has_fixed.then(|| FixedPipelines {
-            picture: parts(["place_fixed", "shade_fixed"], &formats).screen(device, &groups),
-            wanted: parts(["place_fixed_feedback", "want_fixed"], &feedback).screen(device, &groups),
-            size: [width, height],
-            is_always: always_fixed,
-        });
-        let spread = relief.is_none().then(|| {
-            let spread = parts(["spread", "need"], &[Textures::TEXTURE_SPACE_FORMAT]);
-            spread.blended(device, &groups, Textures::TEXTURE_SPACE_BLEND)
-        });
-        Ok(SceneRenderer {
-            scene,
-            layer,
-            color_map,
-            tiling,
-            image,
-            vertices,
-            indices,
+        let filled = |bytes, usage| filled_buffer(device, queue, bytes, usage);
+        let maker = PipelineMaker::new(device, textures, scene, (&layers, relief.as_ref()), tiling, format)?;
+        let mut renderer = SceneRenderer {
+            made_of: desc,
+            size: [size[0], size[1]],
+            vertices: filled(bytemuck::cast_slice(&mesh.vertices), wgpu::BufferUsages::VERTEX),
+            indices: filled(bytemuck::cast_slice(&mesh.indices), wgpu::BufferUsages::INDEX),
             index_count: mesh.indices.len() as u32,
-            camera: CameraBinding::new(device, &group_layout, relief.is_some()),
-            picture: picture.pipeline(device, &groups),
-            wanted: wanted.pipeline(device, &groups),
-            fixed,
-            spread,
-            constants,
-            module,
+            camera: CameraBinding::new(device, maker.camera_layout(), relief.is_some()),
+            told_layers: maker
+                .layers_layout()
+                .map(|layout| Uniform::new::<[LayerUniform; MOST_LAYERS]>(device, layout)),
+            picture: maker.pipelines(device, "place", "shade", None, &[format]),
+            wanted: maker.wanted(device),
+            spread: maker.spread(device),
+            maker,
             relief,
-            group_layout,
-            format,
-            plan_kinds: textures.kinds(layer)?,
-            kinds,
-        })
+            layers: layers.clone(),
+        };
+        renderer.set_layers(queue, textures, &layers);
+        Ok(renderer)
+    }
+
+    /// Into what a list of layers is drawn.
+    pub fn target_kind(adapter: &wgpu::Adapter, layers: &Layers) -> TargetKind {
+        TargetKind::for_layers(adapter, if layers.is_single() { 1 } else { 2 })
+    }
+
+    /// What the layers are like in frames from here on: those of the list that the renderer was made with, after [`Layers::set`] said that it
+    /// can stay.
+    pub fn set_layers(&mut self, queue: &wgpu::Queue, textures: &Textures, layers: &Layers) {
+        self.layers = layers.clone();
+        if let Some(told) = &self.told_layers {
+            told.set(queue, &layers.uniforms(textures));
+        }
+    }
+
+    /// The same scene with another list of layers, for pictures of the same format.
+    #[must_use]
+    pub fn with_layers(
+        &self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        textures: &Textures,
+        layers: Layers,
+    ) -> Result<SceneRenderer, Error> {
+        let desc = SceneDesc { layers, ..self.made_of.clone() };
+        SceneRenderer::new(device, queue, textures, desc, self.format())
     }
 
     /// The scene.
     pub fn scene(&self) -> Scene {
-        self.scene
+        self.made_of.scene
     }
 
     /// What is drawn where no surface is, in the values of its pictures.
     pub fn background(&self) -> Vec4 {
-        background(takes_light(self.format))
+        background(takes_light(self.format()))
     }
 
     /// Width over height of the image.
     pub fn image_aspect(&self) -> f64 {
-        self.image
+        f64::from(self.size[0]) / f64::from(self.size[1])
     }
 
     /// Where the camera is in the frame that is about to be drawn, and how many pixels the picture has. Over heights it is as far
@@ -175,14 +145,15 @@ impl SceneRenderer {
 
     /// A camera to draw the scene through from another place in the same encoder.
     pub fn new_camera(&self, device: &wgpu::Device) -> CameraBinding {
-        CameraBinding::new(device, &self.group_layout, self.relief.is_some())
+        CameraBinding::new(device, self.maker.camera_layout(), self.relief.is_some())
     }
 
-    /// Draws the level that each part of the texture needs, into a pass of [`vastex::Ahead::texture_space`]; nothing where heights
-    /// displace the scene.
+    /// Draws the level that each part of the texture needs, into a pass of [`Textures::texture_space`]; nothing where heights
+    /// displace the scene or several layers are on it.
     pub fn draw_spread(&self, pass: &mut wgpu::RenderPass<'_>, texture_group: &wgpu::BindGroup) {
         if let Some(spread) = &self.spread {
-            self.draw(pass, spread, texture_group);
+            self.bind(&self.camera, pass, spread, texture_group);
+            self.draw_mesh(pass);
         }
     }
 
@@ -191,18 +162,45 @@ impl SceneRenderer {
         &self.camera
     }
 
-    /// Draws by a pipeline of the scene, through its own camera.
+    /// Draws by pipelines of [`SceneRenderer::pipelines`], through its own camera.
     pub fn draw(
         &self,
         pass: &mut wgpu::RenderPass<'_>,
-        pipeline: &wgpu::RenderPipeline,
+        pipelines: &ScenePipelines,
         texture_group: &wgpu::BindGroup,
     ) {
-        self.draw_through(&self.camera, pass, pipeline, texture_group);
+        self.draw_through(&self.camera, pass, pipelines, texture_group);
     }
 
-    /// Sets everything that all pipelines of the scene share, and draws.
+    /// Draws the surface as a camera sees it: as a mesh or in fixed point.
     fn draw_through(
+        &self,
+        camera: &CameraBinding,
+        pass: &mut wgpu::RenderPass<'_>,
+        pipelines: &ScenePipelines,
+        texture_group: &wgpu::BindGroup,
+    ) {
+        let fixed = pipelines.fixed.as_ref().filter(|_| camera.is_fixed());
+        self.bind(camera, pass, fixed.unwrap_or(&pipelines.mesh), texture_group);
+        match (&self.relief, fixed) {
+            (Some(_), _) => {
+                pass.set_vertex_buffer(0, camera.patches.slice(..));
+                pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
+                pass.draw_indexed(0..self.index_count, 0, 0..camera.patch_count());
+            }
+            (None, Some(_)) => pass.draw(0..3, 0..1),
+            (None, None) => self.draw_mesh(pass),
+        }
+    }
+
+    fn draw_mesh(&self, pass: &mut wgpu::RenderPass<'_>) {
+        pass.set_vertex_buffer(0, self.vertices.slice(..));
+        pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
+        pass.draw_indexed(0..self.index_count, 0, 0..1);
+    }
+
+    /// Sets everything that all pipelines of the scene share.
+    fn bind(
         &self,
         camera: &CameraBinding,
         pass: &mut wgpu::RenderPass<'_>,
@@ -212,72 +210,55 @@ impl SceneRenderer {
         pass.set_pipeline(pipeline);
         pass.set_bind_group(0, texture_group, &[]);
         pass.set_bind_group(1, camera.group(), &[]);
-        pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
-        let (corners, instances) = match self.relief {
-            None => (&self.vertices, 1),
-            Some(_) => (&camera.patches, camera.patch_count()),
-        };
-        pass.set_vertex_buffer(0, corners.slice(..));
-        pass.draw_indexed(0..self.index_count, 0, 0..instances);
+        if let Some(layers) = &self.told_layers {
+            pass.set_bind_group(2, &layers.group, &[]);
+        }
     }
 
-    /// A pipeline that draws the same surface by other entry points: one more bind group, its targets.
-    pub fn other_pipeline(
+    /// Pipelines that draw the same surface by another entry point of the fragment stage, `entry_mesh` and `entry_fixed` in the text: its
+    /// targets, and one more bind group, for a scene of one opaque layer.
+    pub fn pipelines(
         &self,
         device: &wgpu::Device,
-        textures: &Textures,
-        entries: [&'static str; 2],
+        entry: &str,
         group: Option<&wgpu::BindGroupLayout>,
         formats: &[wgpu::TextureFormat],
-    ) -> wgpu::RenderPipeline {
-        let textures_layout = textures.bind_group_layout(&self.kinds);
-        let mut groups = vec![Some(&textures_layout), Some(&self.group_layout)];
-        groups.extend(group.map(Some));
-        let corners = corners(self.scene, self.relief.as_ref());
-        let (module, constants) = (&self.module, &self.constants);
-        PipelineParts { module, constants, corners, entries, formats }.pipeline(device, &groups)
+    ) -> ScenePipelines {
+        self.maker.pipelines(device, "place", entry, group, formats)
     }
 
-    /// The entry point of what places the surface in a picture.
-    pub fn vertex_entry(&self) -> &'static str {
-        if self.relief.is_some() { "place_relief" } else { "place" }
+    /// How a camera sees the scene in fixed point at a pose: the texel that it is told from; nothing where a mesh is exact enough.
+    pub fn anchor(&self, textures: &Textures, pose: &Pose, picture: [u32; 2]) -> Option<[u32; 2]> {
+        match self.placed(textures, pose, picture).0 {
+            Placed::Fixed(fixed) => Some(fixed.anchor()),
+            Placed::FixedRelief(seen) => Some(seen.fixed.anchor()),
+            Placed::Mesh(_) | Placed::Relief(_) => None,
+        }
     }
 
-    /// A pipeline that draws the scene in fixed point by another entry point; nothing for a scene that is not drawn so.
-    pub fn fixed_pipeline(
-        &self,
-        device: &wgpu::Device,
-        textures: &Textures,
-        entry: &'static str,
-        format: wgpu::TextureFormat,
-    ) -> Option<wgpu::RenderPipeline> {
-        self.fixed.as_ref()?;
-        let textures_layout = textures.bind_group_layout(&self.kinds);
-        let groups = [Some(&textures_layout), Some(&self.group_layout)];
-        let (module, constants, corners) = (&self.module, &self.constants, Corners::Vertices);
-        let entries = ["place_fixed", entry];
-        Some(PipelineParts { module, constants, corners, entries, formats: &[format] }.plan(device, &groups))
-    }
-
-    /// Draws by a pipeline of [`SceneRenderer::fixed_pipeline`], through its own camera.
-    pub fn draw_fixed(
-        &self,
-        pass: &mut wgpu::RenderPass<'_>,
-        pipeline: &wgpu::RenderPipeline,
-        texture_group: &wgpu::BindGroup,
-    ) {
-        draw_fixed(&self.camera, pass, pipeline, texture_group);
-    }
-
-    /// The texel that the scene is told from in fixed point at a pose; nothing where a mesh is exact enough.
-    pub fn anchor(&self, pose: &Pose, picture: [u32; 2]) -> Option<[u32; 2]> {
-        Some(self.fixed_uniform(pose, picture)?.anchor())
-    }
-
-    fn fixed_uniform(&self, pose: &Pose, picture: [u32; 2]) -> Option<fixed::FixedUniform> {
-        let fixed = self.fixed.as_ref()?;
-        let is_drawn = fixed.is_always || fixed::is_needed(pose, fixed.size, picture);
-        is_drawn.then(|| fixed::uniform(pose, fixed.size, picture)).flatten()
+    /// How it is seen, and what uv is in the middle of the view where that is told.
+    fn placed(&self, textures: &Textures, pose: &Pose, picture: [u32; 2]) -> (Placed, glam::DVec2) {
+        let is_fixed = self.picture.fixed.is_some()
+            && (self.made_of.always_fixed || fixed::is_needed(pose, self.size, picture));
+        let middle = fixed::middle(pose).unwrap_or_default();
+        match &self.relief {
+            Some(relief) => {
+                let seen = || relief.seen_in_fixed_point(textures, pose, self.size, picture);
+                match is_fixed.then(seen).flatten() {
+                    Some(seen) => {
+                        let middle = seen.middle;
+                        (Placed::FixedRelief(seen), middle)
+                    }
+                    None => (Placed::Relief(relief.seen_from(textures, pose, picture)), middle),
+                }
+            }
+            None => {
+                let uniform = || fixed::uniform(pose, self.size, picture);
+                let view = f64::from(picture[0] as f32) / f64::from(picture[1] as f32);
+                let mesh = || Placed::Mesh(pose.clip_from_world(view, self.image_aspect()));
+                (is_fixed.then(uniform).flatten().map_or_else(mesh, Placed::Fixed), middle)
+            }
+        }
     }
 
     /// Whether heights displace the scene.
@@ -285,26 +266,19 @@ impl SceneRenderer {
         self.relief.is_some()
     }
 
-    /// A pipeline that draws a plan over the whole picture in the place of the scene; one more bind group, if any.
+    /// A pipeline that draws a plan over the whole picture in the place of the scene, of the layer that is inspected; one more bind group,
+    /// if any. Fails where its texture was removed.
     pub fn plan_pipeline(
         &self,
         device: &wgpu::Device,
         textures: &Textures,
-        entries: [&'static str; 2],
+        entry: &str,
         group: Option<&wgpu::BindGroupLayout>,
-    ) -> wgpu::RenderPipeline {
-        let textures_layout = textures.bind_group_layout(&self.plan_kinds);
-        let mut groups = vec![Some(&textures_layout), Some(&self.group_layout)];
-        groups.extend(group.map(Some));
-        // A plan is of a texture, not of the group that a scene with heights samples.
-        let flat = || shader_module(device, Some("plan"), shaders::flat(&textures.wgsl(&self.plan_kinds)));
-        let module = if self.relief.is_some() { &flat() } else { &self.module };
-        let constants = &constants(self.scene, self.color_map, self.format, self.tiling, None);
-        let corners = Corners::Vertices;
-        PipelineParts { module, constants, corners, entries, formats: &[self.format] }.plan(device, &groups)
+    ) -> Result<wgpu::RenderPipeline, Error> {
+        self.maker.plan(device, textures, self.layer(), self.color_map(), (entry, group))
     }
 
-    /// Draws a plan.
+    /// Draws a plan. Of a list the bind group is that of the layer that is inspected.
     pub fn draw_plan(
         &self,
         pass: &mut wgpu::RenderPass<'_>,
@@ -319,30 +293,23 @@ impl SceneRenderer {
 
     /// The format of its pictures.
     pub fn format(&self) -> wgpu::TextureFormat {
-        self.format
+        self.maker.format()
     }
 
     /// What is on the scene.
+    pub fn layers(&self) -> &Layers {
+        &self.layers
+    }
+
+    /// The layer that is asked about where one is meant: of several the uppermost that is seen.
     pub fn layer(&self) -> LayerId {
-        self.layer
+        self.layers.inspected().layer
     }
 
     /// How its values become colours.
     pub fn color_map(&self) -> ColorMap {
-        self.color_map
+        self.layers.inspected().color_map
     }
-}
-
-fn draw_fixed(
-    camera: &CameraBinding,
-    pass: &mut wgpu::RenderPass<'_>,
-    pipeline: &wgpu::RenderPipeline,
-    textures: &wgpu::BindGroup,
-) {
-    pass.set_pipeline(pipeline);
-    pass.set_bind_group(0, textures, &[]);
-    pass.set_bind_group(1, camera.group(), &[]);
-    pass.draw(0..3, 0..1);
 }
 
 impl StageScene for SceneRenderer {
@@ -350,7 +317,7 @@ impl StageScene for SceneRenderer {
     type Camera = CameraBinding;
 
     fn sampled(&self) -> Sampled {
-        sampled(self.layer, self.relief.as_ref())
+        self.layers.sampled()
     }
 
     fn place(
@@ -361,17 +328,11 @@ impl StageScene for SceneRenderer {
         pose: &Pose,
         picture: [u32; 2],
     ) {
-        let [width, height] = picture.map(|side| side as f32);
-        let seen = self.relief.as_ref().map(|relief| relief.seen_from(textures, pose, picture));
-        let level = || pose.clip_from_world(f64::from(width) / f64::from(height), self.image);
-        let matrix = seen.as_ref().map_or_else(level, |seen| seen.clip_from_world);
-        // What was removed has no id; shaders are told of what is not there, and say so.
-        let ids = match textures.bindings().ids(self.sampled()).unwrap_or_default()[..] {
-            [all, color, height] => [all, color, height],
-            _ => [textures.shader_id(self.layer).unwrap_or(0); 3],
-        };
-        let fixed = self.fixed_uniform(pose, picture);
-        camera.set(queue, matrix, ids, &self.color_map, [width, height], (seen.as_ref(), fixed));
+        let (placed, middle) = self.placed(textures, pose, picture);
+        let places: Places = self.layers.sizes(textures).map(|size| LayerPlace::new(middle, size, self.size));
+        let ids = self.layers.ids(textures);
+        let picture = picture.map(|side| side as f32);
+        camera.set(queue, (&placed, places), ids, &self.layers.shown_map(), picture);
     }
 
     fn draw_wanted(
@@ -380,10 +341,7 @@ impl StageScene for SceneRenderer {
         pass: &mut wgpu::RenderPass<'_>,
         textures: &wgpu::BindGroup,
     ) {
-        match self.fixed.as_ref().filter(|_| camera.is_fixed()) {
-            Some(fixed) => draw_fixed(camera, pass, &fixed.wanted, textures),
-            None => self.draw_through(camera, pass, &self.wanted, textures),
-        }
+        self.draw_through(camera, pass, &self.wanted, textures);
     }
 
     fn draw_picture(
@@ -394,41 +352,12 @@ impl StageScene for SceneRenderer {
         target: &Target<'_>,
     ) {
         let mut pass = target.begin(encoder, self.background());
-        match self.fixed.as_ref().filter(|_| camera.is_fixed()) {
-            Some(fixed) => draw_fixed(camera, &mut pass, &fixed.picture, textures),
-            None => self.draw_through(camera, &mut pass, &self.picture, textures),
-        }
+        self.draw_through(camera, &mut pass, &self.picture, textures);
     }
-}
-
-fn sampled(layer: LayerId, relief: Option<&ReliefSurface>) -> Sampled {
-    relief.map_or(layer.into(), |relief| relief.group().into())
-}
-
-/// What the pipelines of a scene are made with.
-fn constants(
-    scene: Scene,
-    color_map: ColorMap,
-    format: wgpu::TextureFormat,
-    tiling: Tiling,
-    relief: Option<&ReliefSurface>,
-) -> Vec<(&'static str, f64)> {
-    let of_relief = relief.map(ReliefSurface::constants).into_iter().flatten();
-    let fixed = relief.is_none().then_some(("FIXED_GLOBE", f64::from(u8::from(scene == Scene::Globe))));
-    let of_map = color_map.constants(takes_light(format)).into_iter();
-    of_map.chain(tiling.constants()).chain(of_relief).chain(fixed).collect()
 }
 
 /// The quads of a patch; where its corners are, the vertex stage knows by their numbers.
 fn patch_mesh() -> Mesh {
     let Mesh { indices, .. } = grid([QUADS; 2], |uv| uv.extend(0.0));
     Mesh { vertices: Vec::new(), indices }
-}
-
-fn corners(scene: Scene, relief: Option<&ReliefSurface>) -> Corners {
-    match (relief, scene) {
-        (Some(_), _) => Corners::Patches,
-        (None, Scene::Globe) => Corners::Outside,
-        (None, Scene::Image | Scene::Plane | Scene::Terrain) => Corners::Vertices,
-    }
 }

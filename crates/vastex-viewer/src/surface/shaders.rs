@@ -2,60 +2,93 @@
 //!
 //! One text has every entry point of what is drawn with one bind group, so there are as few texts as there are kinds of what is
 //! sampled. What a pipeline is told beside that are constants that it is made with.
+//!
+//! There are two surfaces, flat ones and those that heights displace, and each is placed in two ways: as a mesh in uv and in fixed point.
+//! What is drawn is the same for all of them, in modules in which `WAY` is replaced.
 
 use super::patches::QUADS;
-use crate::layers::{ColorMap, Layers};
+use crate::layers::{ColorMap, LayersText};
 
-/// A surface without heights: its picture, its feedback, texture space, overlays, and the ordinary texture that it is compared with.
-const FLAT: [&str; 15] = [
+/// The ways in which a surface is placed.
+const WAYS: [&str; 2] = ["mesh", "fixed"];
+
+/// What every text has.
+const SHARED: [&str; 4] = [
+    include_str!("wgsl/look.wgsl"),
+    include_str!("wgsl/surface.wgsl"),
+    include_str!("../stage/wgsl/display.wgsl"),
+    include_str!("../overlay/wgsl/palette.wgsl"),
+];
+
+/// What is drawn in either way: the picture, what the CPU makes pictures of, and overlays.
+const OF_WAYS: [&str; 3] = [
     include_str!("wgsl/picture.wgsl"),
-    include_str!("wgsl/wanted.wgsl"),
+    include_str!("wgsl/coordinates.wgsl"),
+    include_str!("../overlay/wgsl/surface.wgsl"),
+];
+const OVERLAY_TEXELS: &str = include_str!("../overlay/wgsl/texels.wgsl");
+
+/// A surface without heights: its two ways, and texture space.
+const FLAT: [&str; 3] = [
+    include_str!("wgsl/mesh.wgsl"),
     include_str!("wgsl/fixed.wgsl"),
     include_str!("wgsl/texture_space.wgsl"),
-    include_str!("wgsl/coordinates.wgsl"),
+];
+
+/// A surface displaced by heights, in its two ways.
+const RELIEF: [&str; 2] = [include_str!("wgsl/relief.wgsl"), include_str!("wgsl/relief_fixed.wgsl")];
+
+/// What there is of one layer alone: the ordinary texture that it is compared with, and plans.
+const ALONE: [&str; 5] = [
     include_str!("wgsl/reference.wgsl"),
-    include_str!("../overlay/wgsl/surface.wgsl"),
-    include_str!("../overlay/wgsl/plain.wgsl"),
     include_str!("../overlay/wgsl/plan.wgsl"),
     include_str!("../overlay/wgsl/feedback.wgsl"),
     include_str!("../overlay/wgsl/table.wgsl"),
     include_str!("../overlay/wgsl/atlas.wgsl"),
-    include_str!("../overlay/wgsl/palette.wgsl"),
-    include_str!("wgsl/unlit.wgsl"),
-    include_str!("../stage/wgsl/display.wgsl"),
 ];
+const ALONE_OF_WAYS: [&str; 1] = [include_str!("wgsl/reference_picture.wgsl")];
 
-/// A surface without heights and with several layers on it.
-const LAYERED: [&str; 2] = [include_str!("wgsl/layered.wgsl"), include_str!("../stage/wgsl/display.wgsl")];
+const LAYERED: &str = include_str!("wgsl/layered.wgsl");
 
-/// A surface displaced by heights.
-const RELIEF: [&str; 7] = [
-    include_str!("wgsl/relief.wgsl"),
-    include_str!("wgsl/relief_wanted.wgsl"),
-    include_str!("wgsl/coordinates.wgsl"),
-    include_str!("../overlay/wgsl/surface.wgsl"),
-    include_str!("../overlay/wgsl/relief.wgsl"),
-    include_str!("../stage/wgsl/display.wgsl"),
-    include_str!("../overlay/wgsl/palette.wgsl"),
-];
-
-const SURFACE: &str = include_str!("wgsl/surface.wgsl");
-/// Of a scene without heights; `vastex` is the text for its layer.
+/// Of a scene without heights that has one opaque layer on it; `vastex` is the text for that.
 pub fn flat(vastex: &str) -> String {
-    joined(&FLAT, &[SURFACE, &ColorMap::wgsl(), vastex])
+    layered(vastex, LayersText::ALONE)
 }
 
-/// Of a scene with so many layers; `vastex` is the text for the group of a list of them.
-pub fn layered(vastex: &str, count: usize) -> String {
-    joined(&LAYERED, &[SURFACE, &ColorMap::wgsl(), &Layers::wgsl(count), vastex])
+/// Of a scene without heights; `vastex` is the text for what the layers are sampled by.
+pub fn layered(vastex: &str, layers: LayersText) -> String {
+    let mut modules = parts(layers);
+    modules.extend(FLAT.map(str::to_owned));
+    if layers == LayersText::ALONE {
+        modules.extend(ALONE.map(str::to_owned));
+        modules.extend(of_ways(&ALONE_OF_WAYS));
+    }
+    joined(modules, vastex)
 }
 
-/// Of a scene with heights; `vastex` is the text for a group of `color` and `height`.
-pub fn relief(vastex: &str) -> String {
-    let quads = format!("const RELIEF_QUADS: u32 = {QUADS}u;\n");
-    joined(&RELIEF, &[SURFACE, &ColorMap::wgsl(), &quads, vastex])
+/// Of a scene with heights; `vastex` is the text for a group of `layer0` and so on and `height`.
+pub fn relief(vastex: &str, layers: LayersText) -> String {
+    let mut modules = parts(layers);
+    modules.extend(RELIEF.map(str::to_owned));
+    modules.push(format!("const RELIEF_QUADS: u32 = {QUADS}u;\n"));
+    joined(modules, vastex)
 }
 
-fn joined(modules: &[&str], rest: &[&str]) -> String {
-    [modules, rest].concat().join("\n")
+/// What all surfaces have that show these layers.
+fn parts(layers: LayersText) -> Vec<String> {
+    let mut modules: Vec<String> = SHARED.map(str::to_owned).to_vec();
+    modules.extend(of_ways(&OF_WAYS));
+    modules.push(OVERLAY_TEXELS.to_owned());
+    modules.extend([ColorMap::wgsl(), layers.wgsl()]);
+    modules.extend((!layers.is_single).then(|| LAYERED.to_owned()));
+    modules
+}
+
+fn of_ways(modules: &[&str]) -> Vec<String> {
+    WAYS.iter().flat_map(|way| modules.iter().map(|module| module.replace("WAY", way))).collect()
+}
+
+fn joined(mut modules: Vec<String>, vastex: &str) -> String {
+    modules.push(vastex.to_owned());
+    modules.join("\n")
 }

@@ -84,6 +84,20 @@ fn vastex_inspect_NAME_grad(id: u32, uv: vec2<f32>, ddx: vec2<f32>, ddy: vec2<f3
     return vastexi_inspect_KIND(texture, vastexi_position_from_uv(texture, uv), lambda);
 }
 
+// The same in fixed point, with gradients in texels of level 0 along one pixel, in any stage.
+fn vastex_inspect_NAME_fixed_grad(
+    id: u32,
+    anchor: vec2<u32>,
+    offset: vec2<f32>,
+    ddx: vec2<f32>,
+    ddy: vec2<f32>,
+) -> VastexInspection {
+    let texture = vastexi_texture(id);
+    let most_taps = vastexi_most_taps(texture, VASTEXI_INDEX_LAYER, VASTEXI_TAPS_KIND);
+    let lambda = vastexi_footprint(ddx, ddy, most_taps).lambda;
+    return vastexi_inspect_KIND(texture, vastexi_position_from_fixed(texture, anchor, offset), lambda);
+}
+
 // The level of the finest resident page that covers a page of the texture.
 fn vastex_inspect_NAME_page(id: u32, page: vec2<u32>, level: u32) -> u32 {
     let texture = vastexi_texture(id);

@@ -1,35 +1,51 @@
-// Overlays that colour the surface by what is sampled there. After this stands what a scene samples: overlay_plain.wgsl or
-// overlay_relief.wgsl.
+// Overlays that colour the surface by what is sampled there.
 
-@fragment
-fn shade_levels(surface: Surface) -> @location(0) vec4<f32> {
-    let picture = overlay_picture(surface);
-    return overlay_over(picture, overlay_level(overlay_inspect(surface).shown));
+fn overlay_picture_WAY(look: Look) -> vec3<f32> {
+    return shown_WAY(look, light_WAY(look)).rgb;
 }
 
 @fragment
-fn shade_wanted(surface: Surface) -> @location(0) vec4<f32> {
-    let picture = overlay_picture(surface);
-    let wanted = overlay_inspect(surface).wanted;
+fn shade_levels_WAY(seen: Seen_WAY) -> @location(0) vec4<f32> {
+    let look = look_WAY(seen);
+    if !look.is_met {
+        return scene_beside();
+    }
+    return overlay_over(overlay_picture_WAY(look), overlay_level(inspected_WAY(look).shown));
+}
+
+@fragment
+fn shade_wanted_WAY(seen: Seen_WAY) -> @location(0) vec4<f32> {
+    let look = look_WAY(seen);
+    if !look.is_met {
+        return scene_beside();
+    }
+    let wanted = inspected_WAY(look).wanted;
     let finer = u32(wanted);
-    return overlay_over(picture, mix(overlay_level(finer), overlay_level(finer + 1u), wanted - f32(finer)));
+    let color = mix(overlay_level(finer), overlay_level(finer + 1u), wanted - f32(finer));
+    return overlay_over(overlay_picture_WAY(look), color);
 }
 
 @fragment
-fn shade_deficit(surface: Surface) -> @location(0) vec4<f32> {
-    let picture = overlay_picture(surface);
-    let inspected = overlay_inspect(surface);
-    return overlay_over(picture, overlay_deficit(f32(inspected.shown) - floor(inspected.wanted)));
+fn shade_deficit_WAY(seen: Seen_WAY) -> @location(0) vec4<f32> {
+    let look = look_WAY(seen);
+    if !look.is_met {
+        return scene_beside();
+    }
+    let inspected = inspected_WAY(look);
+    return overlay_over(overlay_picture_WAY(look), overlay_deficit(f32(inspected.shown) - floor(inspected.wanted)));
 }
 
 // Lines of a pixel on both sides of each page's edge, in the colour of its level.
 @fragment
-fn shade_pages(surface: Surface) -> @location(0) vec4<f32> {
-    let picture = overlay_picture(surface);
-    let inspected = overlay_inspect(surface);
-    let texels_per_pixel = fwidth(surface.uv) * inspected.level_size;
+fn shade_pages_WAY(seen: Seen_WAY) -> @location(0) vec4<f32> {
+    let look = look_WAY(seen);
+    if !look.is_met {
+        return scene_beside();
+    }
+    let inspected = inspected_WAY(look);
+    let texels_per_pixel = overlay_texels_WAY(look, inspected.level_size);
     let page = inspected.page_size;
     let from_edge = min(inspected.page_texel, page - inspected.page_texel) / max(texels_per_pixel, vec2<f32>(1e-9));
     let is_edge = min(from_edge.x, from_edge.y) < 1.0;
-    return vec4<f32>(select(picture, overlay_level(inspected.shown), is_edge), 1.0);
+    return vec4<f32>(select(overlay_picture_WAY(look), overlay_level(inspected.shown), is_edge), 1.0);
 }

@@ -1,13 +1,14 @@
-// Where each pixel is on the texture: uv, and its gradients along one pixel, and how light it is. For pictures that the CPU makes.
+// Where each pixel is on the texture: the place, and its gradients along one pixel, whether a surface is there, and how light it is. For
+// pictures that the CPU makes, and to measure by.
 
-struct Coordinates {
-    @location(0) uv_and_dx: vec4<f32>,
+struct Coordinates_WAY {
+    @location(0) place_and_dx: vec4<f32>,
     @location(1) dy_covered_and_light: vec4<f32>,
 }
 
 @fragment
-fn tell(surface: Surface) -> Coordinates {
-    let ddx = dpdx(surface.uv);
-    let ddy = dpdy(surface.uv);
-    return Coordinates(vec4<f32>(surface.uv, ddx), vec4<f32>(ddy, 1.0, scene_light(surface.uv, ddx, ddy)));
+fn tell_WAY(seen: Seen_WAY) -> Coordinates_WAY {
+    let look = look_WAY(seen);
+    let covered = select(0.0, 1.0, look.is_met);
+    return Coordinates_WAY(vec4<f32>(look.offset, look.ddx), vec4<f32>(look.ddy, covered, light_WAY(look)));
 }

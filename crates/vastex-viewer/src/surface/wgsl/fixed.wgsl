@@ -6,7 +6,7 @@ override FIXED_GLOBE: bool;
 
 // What a fragment is told of the camera comes with the triangle: Mesa's lavapipe (22.3) crashes where a fragment shader that samples in
 // fixed point reads it from the uniform buffer.
-struct Ray {
+struct Seen_fixed {
     @builtin(position) clip: vec4<f32>,
     @location(0) seen: vec2<f32>, // from the middle of the view, to the right and upwards: texels of an image, tangents over the globe
     @location(1) @interpolate(flat) anchor: vec2<u32>,
@@ -26,21 +26,21 @@ fn fixed_corner(index: u32) -> vec2<f32> {
     return vec2<f32>(f32(index % 2u), f32(index / 2u)) * 12.0 - 3.0;
 }
 
-fn fixed_ray(clip: vec4<f32>, at: vec2<f32>) -> Ray {
+fn fixed_ray(clip: vec4<f32>, at: vec2<f32>) -> Seen_fixed {
     let told = scene.fixed;
-    let fraction_and_scale = vec4<f32>(told.fraction, told.texels_per_radian);
+    let fraction_and_scale = vec4<f32>(told.fraction, told.texels_per_unit);
     let sphere = vec3<f32>(told.sine_and_cosine, told.altitude);
-    return Ray(clip, at * told.half, told.anchor, fraction_and_scale, vec4<f32>(told.low, told.high), sphere);
+    return Seen_fixed(clip, at * told.half, told.anchor, fraction_and_scale, vec4<f32>(told.low, told.high), sphere);
 }
 
 @vertex
-fn place_fixed(@builtin(vertex_index) index: u32) -> Ray {
+fn place_fixed(@builtin(vertex_index) index: u32) -> Seen_fixed {
     let at = fixed_corner(index);
     return fixed_ray(vec4<f32>(at, 0.0, 1.0), at);
 }
 
 @vertex
-fn place_fixed_feedback(@builtin(vertex_index) index: u32) -> Ray {
+fn place_fixed_feedback(@builtin(vertex_index) index: u32) -> Seen_fixed {
     let at = fixed_corner(index);
     return fixed_ray(vastex_feedback_clip(scene.ids.view, vec4<f32>(at, 0.0, 1.0)), at);
 }
@@ -60,7 +60,7 @@ fn fixed_angle(y: f32, x: f32) -> f32 {
 }
 
 // What is seen somewhere in the view of a ray.
-fn fixed_ground(ray: Ray, seen: vec2<f32>) -> Ground {
+fn fixed_ground(ray: Seen_fixed, seen: vec2<f32>) -> Ground {
     let fraction = ray.fraction_and_scale.xy;
     if !FIXED_GLOBE {
         let offset = fraction + vec2<f32>(seen.x, -seen.y);
@@ -87,49 +87,41 @@ fn fixed_ground(ray: Ray, seen: vec2<f32>) -> Ground {
 }
 
 // A difference of offsets, on the globe the shorter way round.
-fn fixed_shorter(ray: Ray, difference: vec2<f32>) -> vec2<f32> {
+fn fixed_shorter(ray: Seen_fixed, difference: vec2<f32>) -> vec2<f32> {
     let round_it = ray.fraction_and_scale.z * 6.2831853;
     let shorter = difference.x - (round_it * round(difference.x / round_it));
     return vec2<f32>(select(difference.x, shorter, FIXED_GLOBE), difference.y);
 }
 
-fn fixed_wanted(ray: Ray, ground: Ground, step_x: vec2<f32>, step_y: vec2<f32>) -> vec4<u32> {
-    // Differences between pixels of feedback are too far apart where the ground curves away.
-    let share = 0.125;
-    let ddx = fixed_shorter(ray, fixed_ground(ray, ray.seen + (step_x * share)).offset - ground.offset) / share;
-    let ddy = fixed_shorter(ray, fixed_ground(ray, ray.seen + (step_y * share)).offset - ground.offset) / share;
-    return vastex_feedback_fixed_grad(scene.ids.color, scene.ids.view, ray.anchor, ground.offset, ddx, ddy);
-}
-
-@fragment
-fn want_fixed(ray: Ray) -> @location(0) vec4<u32> {
-    let step_x = dpdx(ray.seen);
-    let step_y = dpdy(ray.seen);
-    let ground = fixed_ground(ray, ray.seen);
-    let wanted = fixed_wanted(ray, ground, step_x, step_y);
-    return select(vec4<u32>(0u), wanted, ground.is_met); // as the target is cleared
-}
-
-// Where feedback is inline, it tells what it wants.
-@fragment
-fn shade_fixed(ray: Ray) -> @location(0) vec4<f32> {
-    let step_x = dpdx(ray.seen);
-    let step_y = dpdy(ray.seen);
+fn look_fixed(ray: Seen_fixed) -> Look {
+    let steps = vec4<f32>(dpdx(ray.seen), dpdy(ray.seen));
     let ground = fixed_ground(ray, ray.seen);
     let ddx = fixed_shorter(ray, dpdx(ground.offset));
     let ddy = fixed_shorter(ray, dpdy(ground.offset));
-    if !ground.is_met {
-        return scene_beside();
-    }
-    if vastex_asked(scene.ids.view, ray.clip) {
-        vastex_tell(scene.ids.view, ray.clip, fixed_wanted(ray, ground, step_x, step_y));
-    }
-    return scene_colour(vastex_sample_fixed_grad(scene.ids.color, ray.anchor, ground.offset, ddx, ddy));
+    return Look(ray.anchor, ground.offset, ddx, ddy, steps, ground.is_met);
 }
 
-// Which place every pixel sees, from the anchor, and whether it sees any: to measure by.
+fn wanted_fixed(ray: Seen_fixed, look: Look) -> vec4<u32> {
+    // Differences between pixels of feedback are too far apart where the ground curves away.
+    let share = 0.125;
+    let ddx = fixed_shorter(ray, fixed_ground(ray, ray.seen + (look.steps.xy * share)).offset - look.offset) / share;
+    let ddy = fixed_shorter(ray, fixed_ground(ray, ray.seen + (look.steps.zw * share)).offset - look.offset) / share;
+    let wanted = layer_look(Look(look.anchor, look.offset, ddx, ddy, look.steps, look.is_met), PLACE_WANTED);
+    let place = fixed_place(wanted, scene.ids.all);
+    return vastex_feedback_fixed_grad(scene.ids.all, scene.ids.view, place.anchor, place.offset, place.ddx, place.ddy);
+}
+
+fn light_fixed(look: Look) -> f32 {
+    return 1.0;
+}
+
+// What is looked at where sampling a texture of an id is to find it.
+fn fixed_place(look: Look, id: u32) -> Look {
+    return look_from_near(look, vastex_size(id));
+}
+
 @fragment
-fn tell_fixed(ray: Ray) -> @location(0) vec4<f32> {
-    let ground = fixed_ground(ray, ray.seen);
-    return vec4<f32>(ground.offset, select(0.0, 1.0, ground.is_met), 1.0);
+fn want_fixed(ray: Seen_fixed) -> @location(0) vec4<u32> {
+    let look = look_fixed(ray);
+    return select(vec4<u32>(0u), wanted_fixed(ray, look), look.is_met); // as the target is cleared
 }

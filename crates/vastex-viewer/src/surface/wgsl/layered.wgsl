@@ -1,5 +1,4 @@
-// A surface with several layers on it, one over the other in light.
-// The text after this one is generated: vastex's own for a group of layers, layered_sum, palette_color, constants, surface.wgsl.
+// Several layers, one over the other in light. The text after this one is generated: layered_sum and its kin, for each layer.
 
 struct Layered {
     range: vec2<f32>,  // as in Scene
@@ -13,31 +12,18 @@ struct Layered {
 
 @group(2) @binding(0) var<uniform> layered: array<Layered, LAYERED_MOST>;
 
-// The light after one more layer.
-fn layered_over(below: vec3<f32>, value: vec4<f32>, n: u32) -> vec3<f32> {
+// The light after one more layer, on ground that is so light.
+fn layered_over(below: vec3<f32>, value: vec4<f32>, n: u32, light: f32) -> vec3<f32> {
     let layer = layered[n];
     let colour = scene_value_color(value, layer.channels, layer.range, layer.gamma, layer.map);
-    let light = select(colour.rgb, light_from_display(colour.rgb), layer.is_display == 1u);
-    return mix(below, light, colour.a * layer.opacity);
+    let lit = colour.rgb * light;
+    let shown = select(lit, light_from_display(lit), layer.is_display == 1u);
+    return mix(below, shown, colour.a * layer.opacity);
 }
 
-@fragment
-fn shade_layered(surface: Surface) -> @location(0) vec4<f32> {
-    let ddx = dpdx(surface.uv);
-    let ddy = dpdy(surface.uv);
-    if vastex_asked(scene.ids.view, surface.clip) {
-        vastex_tell(scene.ids.view, surface.clip, vastex_feedback_grad(scene.ids.all, scene.ids.view, surface.uv, ddx, ddy));
-    }
-    return vec4<f32>(layered_sum(surface.uv, ddx, ddy), 1.0);
-}
-
-@vertex
-fn place_layered_feedback(corner: Corner) -> Surface {
-    return Surface(vastex_feedback_clip(scene.ids.view, scene_clip(corner)), scene_texture_uv(corner));
-}
-
-@fragment
-fn want_layered(surface: Surface) -> @location(0) vec4<u32> {
-    let along = vastex_gradients(surface.clip, surface.uv);
-    return vastex_feedback_grad(scene.ids.all, scene.ids.view, surface.uv, along[0], along[1]);
+// What is looked at, in the texels of one of the textures.
+fn layer_look(look: Look, n: u32) -> Look {
+    let place = scene.places[n];
+    let offset = ((look.offset - scene.fixed.fraction) * place.ratio) + place.fraction;
+    return Look(place.anchor, offset, look.ddx * place.ratio, look.ddy * place.ratio, look.steps, look.is_met);
 }

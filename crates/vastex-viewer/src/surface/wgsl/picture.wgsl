@@ -1,19 +1,13 @@
-// The picture, from the virtual texture. Where feedback is inline, it tells what it wants.
+// The picture, from virtual textures. Where feedback is inline, it tells what it wants.
 
 @fragment
-fn shade(surface: Surface) -> @location(0) vec4<f32> {
-    if SCENE_FOLDS_U || SCENE_FOLDS_V {
-        let uv = scene_folded_uv(surface.uv);
-        let wanted = vastex_feedback_wrapped(scene.ids.color, scene.ids.view, uv);
-        if vastex_asked(scene.ids.view, surface.clip) {
-            vastex_tell(scene.ids.view, surface.clip, wanted);
-        }
-        return scene_colour(vastex_sample_wrapped(scene.ids.color, uv));
+fn shade_WAY(seen: Seen_WAY) -> @location(0) vec4<f32> {
+    let look = look_WAY(seen);
+    if !look.is_met {
+        return scene_beside();
     }
-    let ddx = dpdx(surface.uv);
-    let ddy = dpdy(surface.uv);
-    if vastex_asked(scene.ids.view, surface.clip) {
-        vastex_tell(scene.ids.view, surface.clip, vastex_feedback_grad(scene.ids.color, scene.ids.view, surface.uv, ddx, ddy));
+    if vastex_asked(scene.ids.view, seen.clip) {
+        vastex_tell(scene.ids.view, seen.clip, wanted_WAY(seen, look));
     }
-    return scene_colour(vastex_sample(scene.ids.color, surface.uv));
+    return shown_WAY(look, light_WAY(look));
 }

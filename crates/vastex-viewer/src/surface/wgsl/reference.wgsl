@@ -34,6 +34,31 @@ fn reference_filter() -> u32 {
     return select(VASTEXI_FILTER_0, VASTEXI_FILTER_NEAREST, is_unmixed);
 }
 
+// What a pixel looks at on an ordinary texture.
+struct ReferenceLook {
+    uv: vec2<f32>,              // not folded
+    ddx: vec2<f32>,
+    ddy: vec2<f32>,
+    position: VastexiPosition,  // exact where a uv is not
+    is_met: bool,
+}
+
+fn reference_look_mesh(seen: Seen_mesh) -> ReferenceLook {
+    let ddx = dpdx(seen.uv);
+    let ddy = dpdy(seen.uv);
+    return ReferenceLook(seen.uv, ddx, ddy, vastexi_position_from_uv(reference_texture(), seen.uv), true);
+}
+
+// In a texture that is no larger than an ordinary one can be, a uv is a thousandth of a texel beside its place at most.
+fn reference_look_fixed(seen: Seen_fixed) -> ReferenceLook {
+    let look = look_fixed(seen);
+    let texture = reference_texture();
+    let size = vec2<f32>(texture.size);
+    let position = vastexi_position_from_fixed(texture, look.anchor, look.offset);
+    let uv = (vec2<f32>(position.texel) + position.fraction) / size;
+    return ReferenceLook(uv, look.ddx / size, look.ddy / size, position, look.is_met);
+}
+
 // What a pixel covers, from gradients of uv, which are taken before anything is read.
 fn reference_footprint(ddx: vec2<f32>, ddy: vec2<f32>) -> VastexiFootprint {
     let texture = reference_texture();
@@ -90,8 +115,7 @@ fn reference_place(uv: vec2<f32>, level: u32) -> vec2<f32> {
     return at / vec2<f32>(reference_scale(level)) + reference_shift(level);
 }
 
-fn reference_nearest(uv: vec2<f32>, level: u32) -> vec4<f32> {
-    let position = vastexi_position_from_uv(reference_texture(), uv);
+fn reference_nearest(uv: vec2<f32>, position: VastexiPosition, level: u32) -> vec4<f32> {
     // Inside of the picture whole numbers say which texel it is, unless they are not at the middle of those that they cover.
     let is_beyond = (position.fraction < vec2<f32>(0.0)) | (position.fraction > vec2<f32>(1.0));
     let is_measured = is_beyond | vec2<bool>(reference_params.keeps_positions == 1u);
@@ -167,9 +191,10 @@ fn reference_along(uv: vec2<f32>, footprint: VastexiFootprint, taps: u32, level:
     return sum / f32(taps);
 }
 
-fn reference_filtered(uv: vec2<f32>, footprint: VastexiFootprint, level: f32, taken: u32) -> vec4<f32> {
+fn reference_filtered(look: ReferenceLook, footprint: VastexiFootprint, level: f32, taken: u32) -> vec4<f32> {
+    let uv = look.uv;
     if reference_filter() == VASTEXI_FILTER_NEAREST {
-        return reference_nearest(uv, taken);
+        return reference_nearest(uv, look.position, taken);
     }
     if reference_filter() == VASTEXI_FILTER_ANISOTROPIC {
         return reference_along(uv, footprint, vastexi_tap_count(footprint.axis, level, VASTEXI_TAPS_0), taken);
@@ -199,42 +224,4 @@ fn ordinary_filtered(uv: vec2<f32>, footprint: VastexiFootprint, taps: u32, leve
         return sum / f32(taps);
     }
     return textureSampleLevel(reference, reference_sampler, uv * share, f32(level));
-}
-
-@fragment
-fn shade_ordinary(surface: Surface) -> @location(0) vec4<f32> {
-    let uv = surface.uv;
-    let footprint = reference_footprint(dpdx(uv), dpdy(uv));
-    let level = vastexi_sampled_level(reference_texture(), footprint.lambda, vastexi_pool_0.bias);
-    let taps = vastexi_tap_count(footprint.axis, level, VASTEXI_TAPS_0);
-    let finer = u32(floor(level));
-    let sharp = ordinary_filtered(uv, footprint, taps, finer);
-    if reference_filter() == VASTEXI_FILTER_NEAREST || reference_filter() == VASTEXI_FILTER_BILINEAR {
-        return scene_colour(sharp);
-    }
-    let coarser = min(finer + 1u, reference_texture().last_level);
-    return scene_colour(mix(sharp, ordinary_filtered(uv, footprint, taps, coarser), level - f32(finer)));
-}
-
-// The same by the adapter's own filter, to see how far its approximations are from it.
-@fragment
-fn shade_by_adapter(surface: Surface) -> @location(0) vec4<f32> {
-    let ddx = dpdx(surface.uv) * reference_params.share;
-    let ddy = dpdy(surface.uv) * reference_params.share;
-    let at = reference_uv(surface.uv, vec2<f32>(0.0));
-    return scene_colour(textureSampleGrad(reference, reference_sampler, at, ddx, ddy));
-}
-
-@fragment
-fn shade_reference(surface: Surface) -> @location(0) vec4<f32> {
-    let footprint = reference_footprint(dpdx(surface.uv), dpdy(surface.uv));
-    let level = vastexi_sampled_level(reference_texture(), footprint.lambda, vastexi_pool_0.bias);
-    let finer = u32(floor(level));
-    let sharp = reference_filtered(surface.uv, footprint, level, finer);
-    if reference_filter() == VASTEXI_FILTER_NEAREST || reference_filter() == VASTEXI_FILTER_BILINEAR {
-        return scene_colour(sharp);
-    }
-    let coarser = min(finer + 1u, reference_texture().last_level);
-    let blurred = reference_filtered(surface.uv, footprint, level, coarser);
-    return scene_colour(mix(sharp, blurred, level - f32(finer)));
 }

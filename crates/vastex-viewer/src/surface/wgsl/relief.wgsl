@@ -1,5 +1,5 @@
 // A surface displaced by heights, in patches that are finer where the camera is nearer: see patches.rs and scene.relief.rs.
-// The text after this one is generated: vastex's own for the members `color` and `height` of a group, constants, surface.wgsl.
+// The text after this one is generated: vastex's own for the members `height` and `layer0` and so on of a group, constants, surface.wgsl.
 //
 // Everything about a vertex follows from its own uv, so that two patches that share it have it in the same place.
 
@@ -12,6 +12,11 @@ override RELIEF_GLOBE: bool;
 struct PatchCorner {
     @builtin(vertex_index) index: u32,
     @location(0) origin_and_side: vec4<f32>, // of the patch [uv]
+}
+
+struct Seen_mesh {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) uv: vec2<f32>,
 }
 
 const RELIEF_PI: f32 = 3.14159265;
@@ -77,34 +82,50 @@ fn relief_uv(corner: PatchCorner) -> vec2<f32> {
 }
 
 @vertex
-fn place_relief(corner: PatchCorner) -> Surface {
+fn place_mesh(corner: PatchCorner) -> Seen_mesh {
     let uv = relief_uv(corner);
-    return Surface(scene.clip_from_world * vec4<f32>(relief_point(uv), 1.0), uv);
+    return Seen_mesh(scene.clip_from_world * vec4<f32>(relief_point(uv), 1.0), uv);
+}
+
+@vertex
+fn place_mesh_feedback(corner: PatchCorner) -> Seen_mesh {
+    let uv = relief_uv(corner);
+    let clip = scene.clip_from_world * vec4<f32>(relief_point(uv), 1.0);
+    return Seen_mesh(vastex_feedback_clip(scene.ids.view, clip), uv);
+}
+
+fn look_mesh(seen: Seen_mesh) -> Look {
+    return Look(vec2<u32>(0u), seen.uv, dpdx(seen.uv), dpdy(seen.uv), vec4<f32>(0.0), true);
 }
 
 fn relief_value(uv: vec2<f32>, ddx: vec2<f32>, ddy: vec2<f32>) -> f32 {
     return vastex_sample_height_grad(scene.ids.height, vec2<f32>(select(uv.x, fract(uv.x), RELIEF_GLOBE), uv.y), ddx, ddy).r;
 }
 
-// How light the ground is that the sun shines on, from its slope over a texel or a pixel of heights.
-fn scene_light(uv: vec2<f32>, ddx: vec2<f32>, ddy: vec2<f32>) -> f32 {
-    let step = max(1.0 / scene.relief.texels, abs(ddx) + abs(ddy));
+// How light ground of a slope is that the sun shines on.
+fn relief_light(slope: vec2<f32>) -> f32 {
+    let normal = normalize(vec3<f32>(-slope, 1.0));
+    return mix(max(dot(normal, RELIEF_SUN), 0.0) / RELIEF_SUN.z, 1.0, RELIEF_SHADE);
+}
+
+// How light the ground is, from its slope over a texel or a pixel of heights.
+fn light_mesh(look: Look) -> f32 {
+    let uv = look.offset;
+    let step = max(1.0 / scene.relief.texels, abs(look.ddx) + abs(look.ddy));
     let x = vec2<f32>(step.x, 0.0);
     let y = vec2<f32>(0.0, step.y);
     let rise = vec2<f32>(
-        relief_value(uv + x, ddx, ddy) - relief_value(uv - x, ddx, ddy),
-        relief_value(uv - y, ddx, ddy) - relief_value(uv + y, ddx, ddy),
+        relief_value(uv + x, look.ddx, look.ddy) - relief_value(uv - x, look.ddx, look.ddy),
+        relief_value(uv - y, look.ddx, look.ddy) - relief_value(uv + y, look.ddx, look.ddy),
     );
     var run = 2.0 * step * scene.relief.extent;
     if RELIEF_GLOBE {
         run.x *= max(cos(relief_latitude(uv)), 0.02);
     }
-    let slope = scene.relief.scale * rise / run;
-    let normal = normalize(vec3<f32>(-slope, 1.0));
-    return mix(max(dot(normal, RELIEF_SUN), 0.0) / RELIEF_SUN.z, 1.0, RELIEF_SHADE);
+    return relief_light(scene.relief.scale * rise / run);
 }
 
-// What the fragment stage wants of colour and heights, by its gradients, or what the vertex stage wants of the heights, whichever is
+// What the fragment stage wants of colours and heights, by its gradients, or what the vertex stage wants of the heights, whichever is
 // finer: where the ground is seen at a grazing angle, that is the vertices.
 fn relief_wanted(uv: vec2<f32>, ddx: vec2<f32>, ddy: vec2<f32>) -> vec4<u32> {
     // Gradients are by pixels of the target, levels of vertices by those of the picture.
@@ -116,14 +137,13 @@ fn relief_wanted(uv: vec2<f32>, ddx: vec2<f32>, ddy: vec2<f32>) -> vec4<u32> {
     return vastex_feedback_grad(scene.ids.all, scene.ids.view, uv, x, select(ddy, along_y, is_finer));
 }
 
-// Where feedback is inline, it tells what it wants.
+fn wanted_mesh(seen: Seen_mesh, look: Look) -> vec4<u32> {
+    return relief_wanted(look.offset, look.ddx, look.ddy);
+}
+
+// The feedback pass: one entry for colours and heights.
 @fragment
-fn shade_relief(surface: Surface) -> @location(0) vec4<f32> {
-    let ddx = dpdx(surface.uv);
-    let ddy = dpdy(surface.uv);
-    if vastex_asked(scene.ids.view, surface.clip) {
-        vastex_tell(scene.ids.view, surface.clip, relief_wanted(surface.uv, ddx, ddy));
-    }
-    let value = vastex_sample_color_grad(scene.ids.color, surface.uv, ddx, ddy);
-    return scene_lit(value, scene_light(surface.uv, ddx, ddy));
+fn want_mesh(seen: Seen_mesh) -> @location(0) vec4<u32> {
+    let along = vastex_gradients(seen.clip, seen.uv);
+    return relief_wanted(seen.uv, along[0], along[1]);
 }

@@ -30,8 +30,8 @@ struct Relief {
 
 // What is sampled, by its ids, and the number of the view that is drawn.
 struct SceneIds {
-    all: u32,    // colour and heights together; without heights the colour
-    color: u32,
+    all: u32,    // what is wanted together: all visible layers, and the heights
+    color: u32,  // the first layer, or of several the one that overlays inspect
     height: u32,
     view: u32,
 }
@@ -43,10 +43,32 @@ struct Fixed {
     low: vec2<f32>,               // the edges of the texture, in texels from the anchor
     high: vec2<f32>,
     half: vec2<f32>,              // half the view, of the image in texels, of the globe in tangents
-    texels_per_radian: vec2<f32>,
+    texels_per_unit: vec2<f32>,   // texels in a radian of the globe, or in a step of 1 in the world
     sine_and_cosine: vec2<f32>,   // of the latitude below the camera
-    altitude: f32,                // in radii
+    altitude: f32,                // in radii, or in the world
 }
+
+// The grid that vertices with heights stand on in fixed point; see relief_fixed.wgsl and fixed_relief.rs.
+struct ReliefGrid {
+    step: vec2<f32>,      // texels along a step of the grid
+    rest: vec2<f32>,      // texels from the grid's point before the camera to the camera
+    poles: vec4<i32>,     // rows of the poles from that point, high and low parts: the north, the south
+    size: vec2<u32>,      // of the texture
+    turn: i32,            // steps round the globe, in high parts
+    range_per_step: f32,  // the distance within which a patch is drawn, by the steps along a quad
+}
+
+// A texture beside the one that places in fixed point are told of, where it has a size of its own.
+struct LayerPlace {
+    anchor: vec2<u32>,   // its texel in the middle of the view
+    fraction: vec2<f32>, // how far into it the middle is
+    ratio: vec2<f32>,    // its texels in one of the other's
+    unused: vec2<f32>,
+}
+
+// Beside the layers of a list: the places of heights, and those of what is wanted together.
+const PLACE_HEIGHT: u32 = 8u;
+const PLACE_WANTED: u32 = 9u;
 
 struct Scene {
     clip_from_world: mat4x4<f32>,
@@ -56,43 +78,32 @@ struct Scene {
     relief: Relief,
     ids: SceneIds,
     fixed: Fixed,
+    grid: ReliefGrid,
+    places: array<LayerPlace, 10>,
 }
 
 @group(1) @binding(0) var<uniform> scene: Scene;
 
-struct Corner {
-    @location(0) position: vec3<f32>,
-    @location(1) uv: vec2<f32>,
-}
-
-struct Surface {
-    @builtin(position) clip: vec4<f32>,
-    @location(0) uv: vec2<f32>,
-}
-
 // What the target is given for the colour of a texture's value on ground that is so light.
 fn scene_lit(value: vec4<f32>, light: f32) -> vec4<f32> {
     let colour = scene_mapped(value);
-    let lit = colour.rgb * light;
+    return scene_stored(vec4<f32>(colour.rgb * light, colour.a));
+}
+
+// What the target is given for a colour that is told as the layer's are.
+fn scene_stored(colour: vec4<f32>) -> vec4<f32> {
     if SCENE_DECODES {
-        return vec4<f32>(light_from_display(lit), colour.a);
+        return vec4<f32>(light_from_display(colour.rgb), colour.a);
     }
     if SCENE_ENCODES {
-        return vec4<f32>(display_from_light(lit), colour.a);
+        return vec4<f32>(display_from_light(colour.rgb), colour.a);
     }
-    return vec4<f32>(lit, colour.a);
+    return colour;
 }
 
 // What the target is given where no texture is; its alpha says "not covered".
 fn scene_beside() -> vec4<f32> {
-    var background = scene.background.rgb;
-    if SCENE_DECODES {
-        background = light_from_display(background);
-    }
-    if SCENE_ENCODES {
-        background = display_from_light(background);
-    }
-    return vec4<f32>(background, 0.0);
+    return scene_stored(vec4<f32>(scene.background.rgb, 0.0));
 }
 
 // As `scene_lit` on ground as light as it can be.
@@ -125,23 +136,4 @@ fn scene_value_color(value: vec4<f32>, channels: u32, range: vec2<f32>, gamma: f
         return vec4<f32>(shown.rg, 0.0, 1.0);
     }
     return vec4<f32>(shown, value.a);
-}
-
-fn scene_clip(corner: Corner) -> vec4<f32> {
-    return scene.clip_from_world * vec4<f32>(corner.position, 1.0);
-}
-
-// Where on the texture a corner is. It goes on beyond 0 to 1, without a jump, so that whatever a picture is compared with has none.
-fn scene_texture_uv(corner: Corner) -> vec2<f32> {
-    return corner.uv * vec2<f32>(SCENE_REPEATS_U, SCENE_REPEATS_V) + vec2<f32>(SCENE_FIRST_U, SCENE_FIRST_V);
-}
-
-// The same as a shader has it that computes uv in turns, which jumps.
-fn scene_folded_uv(uv: vec2<f32>) -> vec2<f32> {
-    return select(uv, fract(uv), vec2<bool>(SCENE_FOLDS_U, SCENE_FOLDS_V));
-}
-
-@vertex
-fn place(corner: Corner) -> Surface {
-    return Surface(scene_clip(corner), scene_texture_uv(corner));
 }

@@ -8,7 +8,7 @@ struct Spread {
 
 @vertex
 fn spread(corner: Corner) -> Spread {
-    return Spread(vastex_texture_space_clip(corner.uv), corner.uv, scene_clip(corner));
+    return Spread(vastex_texture_space_clip(corner.uv), corner.uv, mesh_clip(corner));
 }
 
 @fragment

@@ -1,0 +1,173 @@
+//! What of a texture is shown: one layer with `--layer-shown` and `--range`, or several with `--layer`, the lowest first.
+
+use clap::Args as ClapArgs;
+use vastex::Filter;
+use vastex_viewer::layers::MOST_LAYERS;
+use vastex_viewer::{LayerOptions, Palette};
+
+/// What a layer of a list may be told, as help and errors have it.
+const SHAPE: &str = "NAME[:range=LO..HI][:map=MAP][:gamma=G][:opacity=O][:filter=FILTER][:hidden]";
+
+/// Which layers are shown.
+#[derive(Debug, ClapArgs)]
+pub(crate) struct ShownArgs {
+    /// The layer to show, by its name; the first where none is named
+    #[arg(long, value_name = "NAME")]
+    pub(crate) layer_shown: Option<String>,
+    /// The values that are black and white, in 0 to 1 where the format holds whole numbers
+    #[arg(long, default_value = "0,1", value_name = "LO,HI", value_parser = parse_range, allow_hyphen_values = true)]
+    pub(crate) range: [f32; 2],
+    /// Show a layer over those named before it; up to 8. NAME may be left out for the first layer of the texture. After it, each after a
+    /// colon and in any order: range=LO..HI, the values that are black and white; map=grey, viridis or inferno, the colours of a single
+    /// channel; gamma=G, the exponent of values in the range (below 1 what is dark becomes lighter); opacity=O, from 0 to 1;
+    /// filter=FILTER, as --filter has it; hidden, to load nothing of it
+    #[arg(
+        long = "layer",
+        value_name = SHAPE,
+        value_parser = parse_layer,
+        conflicts_with_all = ["layer_shown", "range"]
+    )]
+    pub(crate) layers: Vec<LayerOptions>,
+}
+
+impl ShownArgs {
+    /// In the words of the scenes.
+    pub(crate) fn layers(&self) -> Vec<LayerOptions> {
+        if !self.layers.is_empty() {
+            return self.layers.clone();
+        }
+        vec![LayerOptions {
+            name: self.layer_shown.clone(),
+            range: Some(self.range),
+            ..LayerOptions::default()
+        }]
+    }
+
+    /// What is wrong with the list as a whole.
+    pub(crate) fn fault(&self) -> Option<String> {
+        let count = self.layers.len();
+        (count > MOST_LAYERS)
+            .then(|| format!("'--layer' given {count} times: {MOST_LAYERS} layers are shown at most"))
+    }
+
+    /// Whether it is one opaque layer.
+    pub(crate) fn is_single(&self) -> bool {
+        matches!(&self.layers()[..], [layer] if layer.is_visible && layer.opacity >= 1.0)
+    }
+}
+
+/// Two different numbers; the first may be the larger one, which turns black and white round.
+fn parse_range(text: &str) -> Result<[f32; 2], String> {
+    range(text, ",")
+}
+
+fn range(text: &str, between: &str) -> Result<[f32; 2], String> {
+    let ends = text
+        .split_once(between)
+        .and_then(|(low, high)| Some([low.trim().parse().ok()?, high.trim().parse().ok()?]));
+    match ends {
+        Some([low, high])
+            if f32::is_finite(low) && f32::is_finite(high) && (1.0 / (high - low)).is_finite() =>
+        {
+            Ok([low, high])
+        }
+        Some(_) => Err("both must be numbers, and not the same".into()),
+        None => Err(format!("write the values for black and white, as in 0{between}0.5")),
+    }
+}
+
+/// A layer of a list.
+fn parse_layer(text: &str) -> Result<LayerOptions, String> {
+    let mut words = text.split(':');
+    let name = words.next().filter(|name| !name.is_empty()).map(str::to_owned);
+    if let Some(setting) = name.as_deref().filter(|name| name.contains('=')) {
+        return Err(format!("'{setting}' stands where the layer's name does; write {SHAPE}"));
+    }
+    let mut layer = LayerOptions { name, ..LayerOptions::default() };
+    let mut told: Vec<&str> = Vec::new();
+    for word in words {
+        let (key, value) = word.split_once('=').unwrap_or((word, ""));
+        if told.contains(&key) {
+            return Err(format!("{key} is told twice"));
+        }
+        told.push(key);
+        set(&mut layer, key, value).map_err(|why| format!("'{word}': {why}"))?;
+    }
+    Ok(layer)
+}
+
+fn set(layer: &mut LayerOptions, key: &str, value: &str) -> Result<(), String> {
+    let number = |least: f32, most: f32, example: &str| match value.parse() {
+        Ok(number) if (least..=most).contains(&number) => Ok(number),
+        _ => Err(format!("write a number from {least} to {most}, as in {example}")),
+    };
+    match key {
+        "range" => layer.range = Some(range(value, "..")?),
+        "map" => {
+            let names = Palette::ALL.map(Palette::name).join(", ");
+            let named = Palette::ALL.into_iter().find(|palette| palette.name() == value);
+            layer.palette = named.ok_or_else(|| format!("the colour maps are {names}"))?;
+        }
+        "gamma" => layer.gamma = number(0.01, 100.0, "gamma=0.5")?,
+        "opacity" => layer.opacity = number(0.0, 1.0, "opacity=0.5")?,
+        "filter" => {
+            layer.filter = Some(value.parse::<Filter>().map_err(|error| error.to_string())?);
+        }
+        "hidden" if value.is_empty() => layer.is_visible = false,
+        _ => return Err(format!("no such setting of a layer; write {SHAPE}")),
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_are_checked() {
+        assert_eq!(parse_range("-11000, 8848"), Ok([-11000.0, 8848.0]));
+        assert_eq!(parse_range("1,0"), Ok([1.0, 0.0]));
+        for bad in ["", "1", "1,", ",1", "0,0", "nan,1", "0,inf", "1;2", "0,1,2", "1e-40,0"] {
+            assert!(parse_range(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn a_layer_is_told_by_its_settings() {
+        assert_eq!(parse_layer(""), Ok(LayerOptions::default()));
+        let named = |name: &str| LayerOptions { name: Some(name.into()), ..LayerOptions::default() };
+        assert_eq!(parse_layer("height"), Ok(named("height")));
+        let expected = LayerOptions {
+            range: Some([-11000.0, 8848.5]),
+            palette: Palette::Viridis,
+            gamma: 0.5,
+            opacity: 0.25,
+            filter: Some(Filter::Nearest),
+            is_visible: false,
+            ..named("height")
+        };
+        let text = "height:opacity=0.25:range=-11000..8848.5:map=viridis:hidden:gamma=0.5:filter=nearest";
+        assert_eq!(parse_layer(text), Ok(expected));
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_layer_is_told_by_its_place() {
+        for (text, place) in [
+            ("range=0..1", "stands where the layer's name does"),
+            ("a:range=0,1", "0..0.5"),
+            ("a:range=1..1", "not the same"),
+            ("a:map=jet", "grey, viridis, inferno"),
+            ("a:gamma=0", "0.01"),
+            ("a:opacity=1.5", "0 to 1"),
+            ("a:opacity=nan", "0 to 1"),
+            ("a:filter=cubic", "bicubic"),
+            ("a:opacity=1:opacity=0.5", "opacity is told twice"),
+            ("a:hidden=1", "no such setting"),
+            ("a:", "no such setting"),
+            ("a:colour=red", "'colour=red'"),
+        ] {
+            let error = parse_layer(text).unwrap_err();
+            assert!(error.contains(place), "{text}: {error}");
+        }
+    }
+}

@@ -1,0 +1,75 @@
+//! `--layer`: several layers over one another, and what is said of those that are none.
+
+use crate::tool::{Desk, Ended};
+
+fn run(desk: &Desk, command: &str) -> Ended {
+    desk.run(&command.split_whitespace().collect::<Vec<_>>())
+}
+
+/// The Earth's colours and heights, both small.
+fn desk_with_layers() -> Desk {
+    let desk = Desk::new();
+    let relief = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/earth-elevation-1080x540-u16.png");
+    std::fs::copy(relief, desk.path("relief.png")).unwrap();
+    let build = "build -o earth.vastex --layer depth=relief.png --layer height=relief.png --page 64 --quiet";
+    run(&desk, build).expect_code(0);
+    desk
+}
+
+#[test]
+fn layers_lie_over_one_another() {
+    let desk = desk_with_layers();
+    let render = "render earth.vastex --size 200x100";
+    let picture = |layers: &str, name: &str| {
+        run(&desk, &format!("{render} {layers} -o {name}.png")).expect_code(0);
+        desk.read_rgb(&format!("{name}.png"))
+    };
+    let below = picture("--layer depth:range=0.1..0.3", "below");
+    let above = picture("--layer height:range=0.15..0.25:map=viridis:filter=nearest", "above");
+    let both = picture(
+        "--layer depth:range=0.1..0.3 --layer height:range=0.15..0.25:map=viridis:opacity=0.5:filter=nearest",
+        "both",
+    );
+    let light = |encoded: u8| (f64::from(encoded) / 255.0).powf(2.2);
+    let channels = both.as_flattened().iter().zip(below.as_flattened().iter().zip(above.as_flattened()));
+    let apart = channels.map(|(both, (below, above))| {
+        let expected = ((light(*below) + light(*above)) / 2.0).powf(1.0 / 2.2) * 255.0;
+        (expected - f64::from(*both)).abs()
+    });
+    let far = apart.filter(|apart| *apart > 6.0).count();
+    assert!(far * 100 < both.len() * 3, "{far} channels of {} pixels are not half of each", both.len());
+    // A layer that is hidden is as if it were not there, and one that is opaque hides the others.
+    let hidden = picture("--layer depth:range=0.1..0.3 --layer height:hidden", "hidden");
+    let opaque =
+        picture("--layer depth --layer height:range=0.15..0.25:map=viridis:filter=nearest", "opaque");
+    for (one, other) in [(&hidden, &below), (&opaque, &above)] {
+        let channels = one.as_flattened().iter().zip(other.as_flattened());
+        assert!(channels.map(|(a, b)| a.abs_diff(*b)).max() <= Some(2));
+    }
+    for scene in ["terrain", "globe --height-scale 0.2"] {
+        let layers = "--layer depth:map=inferno --layer height:opacity=0.3 --overlay levels";
+        run(&desk, &format!("{render} --on {scene} {layers} -o on.png")).expect_code(0);
+    }
+}
+
+#[test]
+fn what_is_no_layer_is_told() {
+    let desk = desk_with_layers();
+    for (words, code, said) in [
+        ("--layer snow", 1, "there is no layer \"snow\"; the layers are depth, height"),
+        ("--layer height:map=jet", 2, "grey, viridis, inferno"),
+        ("--layer height:opacity=2", 2, "from 0 to 1"),
+        ("--layer height --layer-shown depth", 2, "cannot be used with"),
+        ("--layer height --range 0,1", 2, "cannot be used with"),
+        ("--layer depth --layer height --compare", 2, "one opaque layer"),
+        ("--layer depth:opacity=0.5 --estimate quadtree", 2, "one opaque layer"),
+    ] {
+        let ended = run(&desk, &format!("render earth.vastex {words} -o out.png")).expect_code(code);
+        assert!(ended.stderr.contains(said), "{words}: {ended}");
+    }
+    let nine = "--layer height ".repeat(9);
+    let ended = run(&desk, &format!("render earth.vastex {nine}")).expect_code(2);
+    assert!(ended.stderr.contains("8 layers"), "{ended}");
+    assert!(!desk.path("out.png").exists());
+    run(&desk, "render earth.vastex --layer depth --compare").expect_code(0);
+}
