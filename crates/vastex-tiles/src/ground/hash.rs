@@ -28,6 +28,13 @@ pub(crate) fn content_hash(bytes: &[u8]) -> u128 {
     twox_hash::XxHash3_128::oneshot(bytes)
 }
 
+/// The [`checksum`] of bytes whose [`content_hash`] is known. Where there are more than 240 of them, XXH3 of
+/// 64 bits is the lower half of that of 128 bits, so that nothing is read again.
+pub(crate) fn checksum_of_hashed(bytes: &[u8], content: u128) -> u64 {
+    const SHORT_BYTES: usize = 240;
+    if bytes.len() > SHORT_BYTES { content as u64 } else { checksum(bytes) }
+}
+
 /// A number that looks random but follows from seed and key.
 pub(crate) fn seeded(seed: u64, key: &[u8]) -> u64 {
     XxHash3_64::oneshot_with_seed(seed, key)
@@ -47,6 +54,15 @@ mod tests {
         let mut pieces = Checksum::default();
         bytes.chunks(777).for_each(|piece| pieces.update(piece));
         assert_eq!(pieces.finish(), checksum(&bytes));
+    }
+
+    #[test]
+    fn the_checksum_of_hashed_bytes_is_their_checksum() {
+        let bytes = some_bytes();
+        for len in (0..1200).chain([4096, 5000]) {
+            let bytes = &bytes[..len];
+            assert_eq!(checksum_of_hashed(bytes, content_hash(bytes)), checksum(bytes), "{len} bytes");
+        }
     }
 
     /// Values that other implementations give: files depend on them.

@@ -7,7 +7,7 @@ use bytes::Bytes;
 use vastex_core::Description;
 
 use super::{Codec, Tile};
-use crate::ground::hash::{checksum, content_hash};
+use crate::ground::hash::{checksum, checksum_of_hashed, content_hash};
 
 /// How tiles are compressed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -42,7 +42,11 @@ impl EncodedTile {
     pub fn new(texels: Bytes, description: &Description, compression: Compression) -> EncodedTile {
         let (content, raw_len) = (content_hash(&texels), texels.len());
         let tile = Tile::encode(texels, description, compression);
-        EncodedTile { checksum: checksum(&tile.bytes), tile, content, raw_len }
+        let checksum = match tile.codec {
+            Codec::Raw => checksum_of_hashed(&tile.bytes, content),
+            _ => checksum(&tile.bytes),
+        };
+        EncodedTile { checksum, tile, content, raw_len }
     }
 
     /// A tile that was encoded before: `content` is equal for identical tiles alone, `checksum` that of the

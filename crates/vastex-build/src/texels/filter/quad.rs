@@ -152,6 +152,9 @@ fn mean16(four: [[u8; 2]; 4]) -> [u8; 2] {
     (((sum + 2) >> 2) as u16).to_le_bytes()
 }
 
+/// Where the alphas of two texels stand in a word.
+const ALPHAS: u64 = 0xff00_0000_ff00_0000;
+
 /// Four channels; `decode` a stored colour value and `encode` a mean of decoded ones.
 #[inline(always)]
 fn color(
@@ -162,28 +165,37 @@ fn color(
     encode: impl Fn(u32) -> u8,
 ) {
     let pairs = upper.as_chunks::<8>().0.iter().zip(lower.as_chunks::<8>().0);
-    for (to, (a, b)) in coarse.as_chunks_mut::<4>().0.iter_mut().zip(pairs) {
-        let two = u64::from_le_bytes(*a);
-        if a == b && two == two.rotate_left(32) {
+    for (to, (upper, lower)) in coarse.as_chunks_mut::<4>().0.iter_mut().zip(pairs) {
+        // Two texels are a word, from which channels are taken by shifts: every value is one byte to load and
+        // one to look up otherwise, and this loop does little but load.
+        let [a, b] = [upper, lower].map(|two| u64::from_le_bytes(*two));
+        if a == b && a == a.rotate_left(32) {
             // Four of one kind are that one, which water and sky mostly are.
-            *to = (two as u32).to_le_bytes();
-        } else if a[3] & a[7] & b[3] & b[7] == 255 {
-            let mean = |c: usize| {
-                encode((decode(a[c]) + decode(a[c + 4]) + decode(b[c]) + decode(b[c + 4]) + 2) >> 2)
+            *to = (a as u32).to_le_bytes();
+        } else if a & b & ALPHAS == ALPHAS {
+            let mean = |c: u32| {
+                let [a, b] =
+                    [a, b].map(|two| decode((two >> (8 * c)) as u8) + decode((two >> (32 + 8 * c)) as u8));
+                u32::from(encode((a + b + 2) >> 2)) << (8 * c)
             };
-            *to = [mean(0), mean(1), mean(2), 255];
+            *to = (mean(0) | mean(1) | mean(2) | 0xff << 24).to_le_bytes();
         } else {
-            let alphas = [a[3], a[7], b[3], b[7]].map(u32::from);
-            let alpha: u32 = alphas.iter().sum();
-            let (weights, total) = if alpha == 0 { ([1; 4], 4) } else { (alphas, alpha) };
-            let mean = |c: usize| {
-                let values = [a[c], a[c + 4], b[c], b[c + 4]].map(&decode);
-                let sum: u32 = values.iter().zip(&weights).map(|(v, w)| v * w).sum();
-                encode((sum + total / 2) / total)
-            };
-            *to = [mean(0), mean(1), mean(2), ((alpha + 2) >> 2) as u8];
+            *to = weighted_color([*upper, *lower], &decode, &encode);
         }
     }
+}
+
+/// Of two texels and two below them, whose colours count as much as they are opaque.
+fn weighted_color([a, b]: [[u8; 8]; 2], decode: impl Fn(u8) -> u32, encode: impl Fn(u32) -> u8) -> [u8; 4] {
+    let alphas = [a[3], a[7], b[3], b[7]].map(u32::from);
+    let alpha: u32 = alphas.iter().sum();
+    let (weights, total) = if alpha == 0 { ([1; 4], 4) } else { (alphas, alpha) };
+    let mean = |c: usize| {
+        let values = [a[c], a[c + 4], b[c], b[c + 4]].map(&decode);
+        let sum: u32 = values.iter().zip(&weights).map(|(v, w)| v * w).sum();
+        encode((sum + total / 2) / total)
+    };
+    [mean(0), mean(1), mean(2), ((alpha + 2) >> 2) as u8]
 }
 
 #[cfg(test)]
@@ -259,6 +271,26 @@ mod tests {
                     filter.row(&mut out, &row, &odd);
                     assert!(alpha == 0 || out[..3] == texel[..3], "{out:?} {texel:?}");
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn every_channel_of_opaque_texels_is_the_mean_of_its_own_four() {
+        let byte = |i: u32| (i.wrapping_mul(2_654_435_761) >> 23) as u8;
+        let row =
+            |from: u32| (from..).map(byte).zip(0..4 * 600).map(|(v, at)| if at % 4 == 3 { 255 } else { v });
+        let [upper, lower]: [Vec<u8>; 2] = [row(0).collect(), row(5000).collect()];
+        for (filter, srgb) in [(Quad::SrgbColor, true), (Quad::LinearColor, false)] {
+            let mut out = vec![0; 4 * 300];
+            filter.row(&mut out, &upper, &lower);
+            for (i, &stored) in out.iter().enumerate() {
+                let first = i / 4 * 8 + i % 4;
+                let four = [upper[first], upper[first + 4], lower[first], lower[first + 4]].map(usize::from);
+                let light = |v: usize| if srgb { u32::from(SRGB.linear_from_srgb[v]) } else { v as u32 };
+                let mean = (four.into_iter().map(light).sum::<u32>() + 2) / 4;
+                let expected = if srgb { SRGB.srgb_from_linear[mean as usize] } else { mean as u8 };
+                assert_eq!(stored, if i % 4 == 3 { 255 } else { expected }, "{filter:?} {i}");
             }
         }
     }
