@@ -193,9 +193,20 @@ fn examples(visit: &mut Visit<'_>) {
     alone(visit, "existing-renderer", &grounds, |vastex| ground.to_owned() + vastex);
     let materials = include_str!("../../../../crates/vastex/examples/many_materials/materials.wgsl");
     alone(visit, "many-materials", &plain, |vastex| materials.to_owned() + vastex);
+    four_groups(visit, &plain);
     alone(visit, "wall", &plain, |vastex| include_str!("../wall/wall.wgsl").to_owned() + vastex);
     alone(visit, "descent", &Options { filters: Filter::KINDS.to_vec(), ..plain.clone() }, shaders::descent);
     planets(visit);
+}
+
+/// The scene of chessmen, and with ordinary textures.
+fn four_groups(visit: &mut Visit<'_>, plain: &Options) {
+    let scene = include_str!("../../../../crates/vastex/examples/four_groups/scene.wgsl");
+    let wanted = include_str!("../../../../crates/vastex/examples/four_groups/feedback.wgsl");
+    let options = Options { groups: vec![2], ..plain.clone() };
+    alone(visit, "four-groups", &options, |vastex| [scene, wanted, vastex].concat());
+    let ordinary = include_str!("../../../../crates/vastex/tests/suite/ordinary.wgsl");
+    visit("four-groups-ordinary", [scene, ordinary].concat());
 }
 
 /// A planet of every choice of attributes, 8 bits a channel but heights, which may be of 16, in the order in which the example names

@@ -14,8 +14,8 @@ use vastex::{BindingPlace, Event, Settings, Textures, TileSource};
 pub(crate) mod existing_renderer;
 pub(crate) mod slow;
 
-use existing_renderer::headless::{Headless, write_png};
-use existing_renderer::landscape::Landscape;
+use existing_renderer::common::headless::{Headless, write_png};
+use existing_renderer::landscape::landscape;
 use existing_renderer::{GroundRenderer, SKY};
 use slow::Slow;
 
@@ -37,7 +37,7 @@ pub(crate) struct Shown {
 pub(crate) fn main() -> anyhow::Result<()> {
     let output = std::env::args_os().nth(1).unwrap_or_else(|| "async_add.png".into());
     let size = [1280, 720];
-    let shown = show(Arc::new(Landscape::new()?), size)?;
+    let shown = show(Arc::new(landscape()?), size)?;
     write_png(output.as_ref(), size, &shown.at_the_end)?;
     let (by_this_thread, by_all) = shown.asked;
     let Shown { frames_meanwhile, frames_changed, .. } = shown;

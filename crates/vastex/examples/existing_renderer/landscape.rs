@@ -1,10 +1,8 @@
-//! A source of tiles of one's own: a landscape of 65,536 texels per side that is computed where it is looked at.
+//! A landscape of 65,536 texels per side that is computed where it is looked at.
 
-use std::sync::Arc;
+use vastex::{GeometryError, GeometrySpec, LayerFormat};
 
-use vastex::source::{Codec, ReadError, ReadFuture, Tile};
-use vastex::survey::Box3;
-use vastex::{Description, Geometry, GeometryError, GeometrySpec, LayerFormat, PagePos, TileSource};
+use super::common::painted::Painted;
 
 /// Texels per side.
 const SIDE: u32 = 65_536;
@@ -20,59 +18,13 @@ const RAMP: [[f32; 3]; 8] = [
     [240.0, 242.0, 246.0],
 ];
 
-pub(crate) struct Landscape(Arc<Description>);
-
-impl Landscape {
-    pub(crate) fn new() -> Result<Landscape, GeometryError> {
-        let geometry = Geometry::new(GeometrySpec::image(SIDE, SIDE))?;
-        Ok(Landscape(Arc::new(Description::one_layer(geometry, LayerFormat::Rgba8Srgb))))
-    }
-
-    /// The tile of a page: its texels and those around it, or for the tail every level in its place.
-    fn tile(&self, pos: PagePos) -> Tile {
-        let geometry = &self.0.geometry;
-        let mut texels = vec![0; self.0.tile_bytes()];
-        if geometry.is_tail(pos) {
-            for level in pos.level..=geometry.coarsest() {
-                self.fill(
-                    level,
-                    geometry.level_box_of_tail(level),
-                    geometry.tail().offset(level),
-                    &mut texels,
-                );
-            }
-        } else {
-            self.fill(pos.level, geometry.level_box_of_tile(pos), [0; 3], &mut texels);
-        }
-        Tile { codec: Codec::Raw, bytes: texels.into() }
-    }
-
-    fn fill(&self, level: u8, level_box: Box3, offset: [u32; 3], texels: &mut [u8]) {
-        let row = self.0.geometry.tile()[0];
-        for (y, x) in (0..level_box.size[1]).flat_map(|y| (0..level_box.size[0]).map(move |x| (y, x))) {
-            let [level_x, level_y, _] = level_box.origin;
-            let beyond_edges = [level_x + i64::from(x), level_y + i64::from(y), 0];
-            let [level_x, level_y, _] = self.0.geometry.fold_texel(level, beyond_edges);
-            let at = 4 * ((offset[1] + y) * row + offset[0] + x) as usize;
-            texels[at..at + 4].copy_from_slice(&colour(level, [level_x, level_y]));
-        }
-    }
+/// The landscape, a source like any other (`painted`).
+pub(crate) fn landscape() -> Result<Painted, GeometryError> {
+    Painted::new(GeometrySpec::image(SIDE, SIDE), LayerFormat::Rgba8Srgb, colour)
 }
 
-impl TileSource for Landscape {
-    fn description(&self) -> &Arc<Description> {
-        &self.0
-    }
-
-    fn read(&self, pos: PagePos) -> ReadFuture<'_> {
-        let known = self.0.geometry.contains(pos);
-        Box::pin(async move { if known { Ok(self.tile(pos)) } else { Err(ReadError::NoSuchTile { pos }) } })
-    }
-}
-
-fn colour(level: u8, texel: [u32; 2]) -> [u8; 4] {
-    let scale = (1u64 << level) as f32;
-    let at = texel.map(|n| (n as f32 + 0.5) * scale);
+/// The colour at a place, for a texel of so many texels of level 0.
+fn colour(at: [f32; 2], scale: f32) -> [u8; 4] {
     // Waves shorter than two texels are left out, so that a level is a smooth picture of the one below it.
     let (mut height, mut length, mut share) = (0.5, SIDE as f32 / 5.0, 0.6);
     while length > 2.0 * scale {

@@ -1,10 +1,10 @@
 //! What it takes to put a virtual texture into a renderer that is there already.
 //!
 //! The renderer draws a textured rectangle on the ground into a picture, without a window. Every line that is there for
-//! Vastex says so; the rest, like what stands in `headless.rs`, is any application's own.
+//! Vastex says so; the rest, like what stands in `headless.rs` beside it, is any application's own.
 //!
 //! `cargo run -p vastex --example existing_renderer -- [image.vastex] [picture.png]`; without an image, a landscape that
-//! is generated where it is looked at (`landscape.rs`, a source of tiles of one's own).
+//! is generated where it is looked at (`landscape.rs`, of `painted.rs`, a source of tiles of one's own).
 
 use std::sync::Arc;
 
@@ -12,10 +12,12 @@ use glam::camera::rh::{proj::directx::perspective, view::look_at_mat4};
 use glam::{Mat4, Vec3, Vec4};
 use vastex::{BindingPlace, Event, Pace, Settings, TextureId, Textures, TileSource};
 
-pub(crate) mod headless;
+#[allow(dead_code, clippy::duplicate_mod, reason = "of what the examples have in common each uses its part")]
+#[path = "../common/mod.rs"]
+pub(crate) mod common;
 pub(crate) mod landscape;
 
-use headless::{DEPTH_FORMAT, Headless, PICTURE_FORMAT};
+use common::headless::{self, DEPTH_FORMAT, Headless, PICTURE_FORMAT};
 
 pub(crate) const SKY: Vec4 = Vec4::new(0.46, 0.62, 0.82, 1.0);
 const FLIGHT_FRAMES: u64 = 60;
@@ -26,7 +28,7 @@ pub(crate) fn main() -> anyhow::Result<()> {
     let mut arguments = std::env::args_os().skip(1);
     let source: Arc<dyn TileSource> = match arguments.next() {
         Some(file) => vastex::open(file)?,
-        None => Arc::new(landscape::Landscape::new()?),
+        None => Arc::new(landscape::landscape()?),
     };
     let output = arguments.next().unwrap_or_else(|| "existing_renderer.png".into());
     let (pixels, frames) = render(source, [1280, 720])?;
@@ -105,51 +107,18 @@ impl GroundRenderer {
             bind_group_layouts: &groups,
             immediate_size: 0,
         });
-        let pipeline = |place, shade, colour: wgpu::TextureFormat, depth| {
-            device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-                label: Some(shade),
-                layout: Some(&layout),
-                vertex: wgpu::VertexState {
-                    module: &module,
-                    entry_point: Some(place),
-                    compilation_options: Default::default(),
-                    buffers: &[],
-                },
-                primitive: wgpu::PrimitiveState {
-                    topology: wgpu::PrimitiveTopology::TriangleStrip,
-                    ..Default::default()
-                },
-                depth_stencil: Some(wgpu::DepthStencilState {
-                    format: depth,
-                    depth_write_enabled: Some(true),
-                    depth_compare: Some(wgpu::CompareFunction::Less),
-                    stencil: Default::default(),
-                    bias: Default::default(),
-                }),
-                multisample: Default::default(),
-                fragment: Some(wgpu::FragmentState {
-                    module: &module,
-                    entry_point: Some(shade),
-                    compilation_options: Default::default(),
-                    targets: &[Some(colour.into())],
-                }),
-                multiview_mask: None,
-                cache: None,
-            })
-        };
+        let pipeline = |entries, formats| headless::pipeline(device, &layout, &module, &[], entries, formats);
         let [width, height, _] = textures.texture(ground)?.description().geometry.size();
         Ok(GroundRenderer {
             texture: textures.shader_id(ground)?,
             half_extent: Vec4::new(1.0, height as f32 / width as f32, 0.0, 0.0),
             camera,
             camera_group,
-            picture: pipeline("place", "shade", PICTURE_FORMAT, DEPTH_FORMAT),
+            picture: pipeline(["place", "shade"], [PICTURE_FORMAT, DEPTH_FORMAT]),
             // Vastex: the feedback pass has targets of its own.
             wanted: pipeline(
-                "place_feedback",
-                "want",
-                Textures::FEEDBACK_FORMAT,
-                Textures::FEEDBACK_DEPTH_FORMAT,
+                ["place_feedback", "want"],
+                [Textures::FEEDBACK_FORMAT, Textures::FEEDBACK_DEPTH_FORMAT],
             ),
         })
     }

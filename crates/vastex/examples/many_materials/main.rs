@@ -12,13 +12,12 @@ use vastex::{
     Event, Kinds, Pace, PoolId, PoolSettings, Settings, TableChoice, TextureId, TextureSettings, Textures,
 };
 
-#[allow(dead_code, clippy::duplicate_mod, reason = "another example's, which has a use for all of it")]
-#[path = "../existing_renderer/headless.rs"]
-mod headless;
+#[allow(dead_code, clippy::duplicate_mod, reason = "of what the examples have in common each uses its part")]
+#[path = "../common/mod.rs"]
+mod common;
 pub(crate) mod plain;
 
-use headless::{DEPTH_FORMAT, Headless, PICTURE_FORMAT};
-use plain::Plain;
+use common::headless::{self, DEPTH_FORMAT, Headless, PICTURE_FORMAT};
 
 pub(crate) const TEXTURES: usize = 200;
 /// Rectangles beside one another.
@@ -74,7 +73,7 @@ fn add(textures: &mut Textures) -> anyhow::Result<Vec<TextureId>> {
         let (side, page) = [(2048, 64), (1500, 50), (2048, 64), (128, 64)][nth % 4];
         let page_table = if nth % 4 == 2 { TableChoice::Hashed } else { TableChoice::BySize };
         let settings = TextureSettings { page_table, ..Default::default() };
-        let source = Arc::new(Plain::new(nth, side, page)?);
+        let source = Arc::new(plain::image(nth, side, page)?);
         let prepared = textures.preparer().read_blocking(source, settings)?;
         ids.push(textures.add(prepared)?);
     }
@@ -193,45 +192,15 @@ fn pipelines(device: &wgpu::Device, textures: &Textures, kinds: &Kinds) -> [wgpu
         bind_group_layouts: &[Some(&textures.bind_group_layout(kinds))],
         immediate_size: 0,
     });
-    let instances = wgpu::VertexBufferLayout {
+    let instances = [Some(wgpu::VertexBufferLayout {
         array_stride: size_of::<Rectangle>() as u64,
         step_mode: wgpu::VertexStepMode::Instance,
         attributes: &wgpu::vertex_attr_array![0 => Float32x4, 1 => Float32x4, 2 => Uint32],
-    };
-    let formats = [
-        ("place", "shade", PICTURE_FORMAT, DEPTH_FORMAT),
-        ("place_feedback", "want", Textures::FEEDBACK_FORMAT, Textures::FEEDBACK_DEPTH_FORMAT),
-    ];
-    formats.map(|(place, shade, colour, depth)| {
-        device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some(shade),
-            layout: Some(&layout),
-            vertex: wgpu::VertexState {
-                module: &module,
-                entry_point: Some(place),
-                compilation_options: Default::default(),
-                buffers: &[Some(instances.clone())],
-            },
-            primitive: wgpu::PrimitiveState {
-                topology: wgpu::PrimitiveTopology::TriangleStrip,
-                ..Default::default()
-            },
-            depth_stencil: Some(wgpu::DepthStencilState {
-                format: depth,
-                depth_write_enabled: Some(true),
-                depth_compare: Some(wgpu::CompareFunction::Less),
-                stencil: Default::default(),
-                bias: Default::default(),
-            }),
-            multisample: Default::default(),
-            fragment: Some(wgpu::FragmentState {
-                module: &module,
-                entry_point: Some(shade),
-                compilation_options: Default::default(),
-                targets: &[Some(colour.into())],
-            }),
-            multiview_mask: None,
-            cache: None,
-        })
-    })
+    })];
+    let pipeline =
+        |entries, formats| headless::pipeline(device, &layout, &module, &instances, entries, formats);
+    [
+        pipeline(["place", "shade"], [PICTURE_FORMAT, DEPTH_FORMAT]),
+        pipeline(["place_feedback", "want"], [Textures::FEEDBACK_FORMAT, Textures::FEEDBACK_DEPTH_FORMAT]),
+    ]
 }

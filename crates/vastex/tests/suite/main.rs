@@ -12,6 +12,7 @@ mod failing;
 mod frame_loop;
 mod groups;
 mod growth;
+mod host_groups;
 mod host_passes;
 mod materials;
 mod mixing;

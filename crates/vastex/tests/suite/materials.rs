@@ -4,8 +4,7 @@
 #[allow(dead_code, reason = "the test gives the argument that `main` reads")]
 mod many_materials;
 
-use many_materials::plain::Plain;
-use many_materials::{TEXTURES, draw, uv_of};
+use many_materials::{TEXTURES, draw, plain, uv_of};
 
 /// 32 by 32 pixels for each texture.
 const SIZE: [u32; 2] = [640, 320];
@@ -26,7 +25,7 @@ fn two_hundred_textures_are_drawn_with_a_bind_group_for_each_pool() {
                 continue;
             }
             let pixel = ((top + y) * SIZE[0] + left + x) as usize * 4;
-            let (shown, expected) = (&drawn.pixels[pixel..pixel + 3], Plain::light(nth, uv).map(encoded));
+            let (shown, expected) = (&drawn.pixels[pixel..pixel + 3], plain::light(nth, uv).map(encoded));
             let is_close = shown.iter().zip(expected).all(|(&a, b)| (f32::from(a) - b).abs() < 2.0);
             assert!(is_close, "texture {nth}, pixel {x},{y}: {shown:?} in the place of {expected:?}");
         }

@@ -1,5 +1,5 @@
-//! What the application has instead of a window: a device, a picture in memory, a file. Nothing here is for Vastex,
-//! but for the features that the device is asked for.
+//! What an application has instead of a window: a device, a picture in memory, a file; and a pipeline for rectangles. Nothing here is for
+//! Vastex, but for the features that the device is asked for.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ pub(crate) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth3
 pub(crate) struct Headless {
     pub(crate) device: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
-    colour: wgpu::Texture,
+    pub(crate) colour: wgpu::Texture,
     depth: wgpu::Texture,
 }
 
@@ -23,6 +23,7 @@ impl Headless {
         let adapter = pollster::block_on(instance.request_adapter(&Default::default()))?;
         let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
             required_features: vastex::required_features(&adapter),
+            required_limits: wgpu::Limits::default(), // WebGPU's
             ..Default::default()
         }))?;
         let texture = |format, usage| {
@@ -123,6 +124,48 @@ pub(crate) fn uniform(
         entries: &[wgpu::BindGroupEntry { binding: 0, resource: buffer.as_entire_binding() }],
     });
     (buffer, layout, group)
+}
+
+/// A pipeline for rectangles of two triangles, of which the nearest is seen: by two entry points of a module, into targets of two formats,
+/// of colour and of depth.
+pub(crate) fn pipeline(
+    device: &wgpu::Device,
+    layout: &wgpu::PipelineLayout,
+    module: &wgpu::ShaderModule,
+    buffers: &[Option<wgpu::VertexBufferLayout<'_>>],
+    [place, shade]: [&str; 2],
+    [colour, depth]: [wgpu::TextureFormat; 2],
+) -> wgpu::RenderPipeline {
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some(shade),
+        layout: Some(layout),
+        vertex: wgpu::VertexState {
+            module,
+            entry_point: Some(place),
+            compilation_options: Default::default(),
+            buffers,
+        },
+        primitive: wgpu::PrimitiveState {
+            topology: wgpu::PrimitiveTopology::TriangleStrip,
+            ..Default::default()
+        },
+        depth_stencil: Some(wgpu::DepthStencilState {
+            format: depth,
+            depth_write_enabled: Some(true),
+            depth_compare: Some(wgpu::CompareFunction::Less),
+            stencil: Default::default(),
+            bias: Default::default(),
+        }),
+        multisample: Default::default(),
+        fragment: Some(wgpu::FragmentState {
+            module,
+            entry_point: Some(shade),
+            compilation_options: Default::default(),
+            targets: &[Some(colour.into())],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
 }
 
 /// Writes a picture of 4 bytes a pixel.
