@@ -16,6 +16,7 @@ pub use pools::{PoolRule, PoolSettings, PoolTuning, ScaleGroups};
 
 /// How the loop keeps time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Pace {
     /// Nothing is waited for: feedback and tiles act when they arrive. For anything that a person looks at.
     #[default]
