@@ -35,7 +35,7 @@ struct DescentUniform {
     unused: u32,
 }
 
-/// See the head of the file.
+/// A globe with a texture of any size, flown over from orbit down to its texels.
 pub struct Descent {
     gpu: Gpu,
     textures: Textures,

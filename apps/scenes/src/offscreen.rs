@@ -111,7 +111,7 @@ pub struct Outcome {
     pub stats: FrameStats,
 }
 
-/// See the head of the file.
+/// A scene without a window, whose frames are drawn into pictures that can be read.
 pub struct Offscreen {
     gpu: Gpu,
     textures: Textures,

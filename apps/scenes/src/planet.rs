@@ -46,7 +46,7 @@ const SUN: Vec3 = Vec3::new(0.47, 0.81, 0.34);
 /// The Earth's mountains, of heights up to 9 km stored as 0 to 1, made ten times as steep.
 const RELIEF: f32 = 0.002;
 
-/// See the head of the file.
+/// A planet of several attributes, each a texture of its own, and the canvas that it is drawn on.
 pub struct Planet {
     pub(crate) gpu: Gpu,
     pub(crate) textures: Textures,

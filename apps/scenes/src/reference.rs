@@ -53,7 +53,7 @@ pub enum Taps {
     Adapter,
 }
 
-/// See the head of the file.
+/// A scene drawn from an ordinary texture, to be compared with.
 pub struct Reference {
     pipelines: ScenePipelines,
     group: wgpu::BindGroup,

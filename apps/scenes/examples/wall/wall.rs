@@ -26,7 +26,7 @@ struct Panel {
     group: wgpu::BindGroup,
 }
 
-/// See the head of the file.
+/// A grid of panels, each with a texture of its own.
 pub(crate) struct Wall {
     gpu: Gpu,
     pub(crate) textures: Textures,

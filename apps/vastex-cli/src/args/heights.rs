@@ -3,7 +3,7 @@
 use clap::Args;
 use vastex_scenes::Heights;
 
-/// See the head of the file.
+/// The options for heights that displace a terrain or the globe.
 #[derive(Debug, Args)]
 pub(crate) struct HeightArgs {
     /// The layer of heights, by its name; on a terrain by default the one called height, or the one shown if it has one

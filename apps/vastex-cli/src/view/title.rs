@@ -33,7 +33,7 @@ pub(super) enum Scale {
     On(&'static str),
 }
 
-/// See the head of the file.
+/// What the title of the window says, and for how long.
 #[derive(Default)]
 pub(super) struct Title {
     text: String,

@@ -38,7 +38,7 @@ pub(super) enum Wake {
     OnEvent,
 }
 
-/// See the head of the file.
+/// A scene in a window, and what is shown of it.
 pub(super) struct Viewer {
     gpu: Gpu,
     window: Arc<Window>,

@@ -4,11 +4,11 @@ use std::fs::File;
 
 use serde_json::Value;
 
-use crate::tool::Desk;
+use crate::tool::Sandbox;
 
-fn render(desk: &Desk, source: &str, more: &[&str]) -> (Value, String) {
+fn render(sandbox: &Sandbox, source: &str, more: &[&str]) -> (Value, String) {
     let args = ["render", source, "--size", "160x90", "-o", "out.png", "--json"];
-    let ended = desk.run(&[&args[..], more].concat()).expect_code(0);
+    let ended = sandbox.run(&[&args[..], more].concat()).expect_code(0);
     (ended.json(), ended.stderr)
 }
 
@@ -18,53 +18,53 @@ fn reads(json: &Value) -> [u64; 2] {
 
 #[test]
 fn a_second_run_reads_everything_from_the_cache_and_a_changed_file_nothing() {
-    let desk = Desk::with_container();
+    let sandbox = Sandbox::with_container();
     let cache = ["--disk-cache", "made/cache"];
-    let (without, _) = render(&desk, "image.vastex", &[]);
+    let (without, _) = render(&sandbox, "image.vastex", &[]);
     assert_eq!(without.get("disk_cache"), None);
-    let picture = desk.read("out.png");
-    let (first, _) = render(&desk, "image.vastex", &cache);
+    let picture = sandbox.read("out.png");
+    let (first, _) = render(&sandbox, "image.vastex", &cache);
     let [hits, misses] = reads(&first);
     assert!(hits == 0 && misses > 1, "{first}");
-    std::fs::rename(desk.path("image.vastex"), desk.path("moved.vastex")).unwrap();
-    let (second, said) = render(&desk, "moved.vastex", &cache);
+    std::fs::rename(sandbox.path("image.vastex"), sandbox.path("moved.vastex")).unwrap();
+    let (second, said) = render(&sandbox, "moved.vastex", &cache);
     assert_eq!(reads(&second), [misses, 0]);
     assert!(!said.contains("note"), "{said}");
-    assert_eq!(desk.read("out.png"), picture);
+    assert_eq!(sandbox.read("out.png"), picture);
 
-    desk.write_png("other.png", [300, 201]);
-    desk.run(&["build", "other.png", "-o", "moved.vastex", "--page", "64", "--quiet"]).expect_code(0);
-    assert_eq!(reads(&render(&desk, "moved.vastex", &cache).0)[0], 0);
+    sandbox.write_png("other.png", [300, 201]);
+    sandbox.run(&["build", "other.png", "-o", "moved.vastex", "--page", "64", "--quiet"]).expect_code(0);
+    assert_eq!(reads(&render(&sandbox, "moved.vastex", &cache).0)[0], 0);
 }
 
 #[test]
 fn tile_directories_are_kept_until_a_file_of_theirs_changes() {
-    let desk = Desk::with_container();
-    desk.run(&["export", "image.vastex", "--layout", "deepzoom", "-o", "tree", "--quiet"]).expect_code(0);
+    let sandbox = Sandbox::with_container();
+    sandbox.run(&["export", "image.vastex", "--layout", "deepzoom", "-o", "tree", "--quiet"]).expect_code(0);
     let cache = ["--disk-cache", "cache"];
-    let misses = reads(&render(&desk, "tree", &cache).0)[1];
-    assert_eq!(reads(&render(&desk, "tree", &cache).0), [misses, 0]);
-    let mut names = std::fs::read_dir(desk.path("tree/tree_files/9")).unwrap();
+    let misses = reads(&render(&sandbox, "tree", &cache).0)[1];
+    assert_eq!(reads(&render(&sandbox, "tree", &cache).0), [misses, 0]);
+    let mut names = std::fs::read_dir(sandbox.path("tree/tree_files/9")).unwrap();
     let tile = names.next().unwrap().unwrap().path();
     File::options().write(true).open(tile).unwrap().set_modified(std::time::UNIX_EPOCH).unwrap();
-    assert_eq!(reads(&render(&desk, "tree", &cache).0), [0, misses]);
+    assert_eq!(reads(&render(&sandbox, "tree", &cache).0), [0, misses]);
 }
 
 #[test]
 fn a_cache_that_cannot_be_had_is_done_without() {
-    let desk = Desk::with_container();
-    render(&desk, "image.vastex", &[]);
-    let picture = desk.read("out.png");
-    desk.write("file", b"x");
-    std::fs::create_dir(desk.path("cache")).unwrap();
-    let lock = File::create(desk.path("cache/vastex.lock")).unwrap();
+    let sandbox = Sandbox::with_container();
+    render(&sandbox, "image.vastex", &[]);
+    let picture = sandbox.read("out.png");
+    sandbox.write("file", b"x");
+    std::fs::create_dir(sandbox.path("cache")).unwrap();
+    let lock = File::create(sandbox.path("cache/vastex.lock")).unwrap();
     lock.lock().unwrap();
     for (directory, words) in [("file", "cannot be a disk cache"), ("cache", "is in use")] {
-        let (json, said) = render(&desk, "image.vastex", &["--disk-cache", directory]);
+        let (json, said) = render(&sandbox, "image.vastex", &["--disk-cache", directory]);
         assert!(said.contains(words) && said.contains("note: ") && said.contains(directory), "{said}");
-        assert_eq!((json.get("disk_cache"), desk.read("out.png")), (None, picture.clone()));
+        assert_eq!((json.get("disk_cache"), sandbox.read("out.png")), (None, picture.clone()));
     }
-    let ended = desk.run(&["render", "image.vastex", "--disk-cache-mib", "5"]).expect_code(2);
+    let ended = sandbox.run(&["render", "image.vastex", "--disk-cache-mib", "5"]).expect_code(2);
     assert!(ended.stderr.contains("--disk-cache <DIR>"), "{ended}");
 }
 
@@ -72,12 +72,12 @@ fn a_cache_that_cannot_be_had_is_done_without() {
 #[cfg(unix)]
 #[test]
 fn where_nothing_can_be_written_the_picture_is_the_same_and_it_is_said_once() {
-    let desk = Desk::with_container();
-    render(&desk, "image.vastex", &[]);
-    let picture = desk.read("out.png");
+    let sandbox = Sandbox::with_container();
+    render(&sandbox, "image.vastex", &[]);
+    let picture = sandbox.read("out.png");
     let script = "ulimit -f 0; exec \"$0\" render image.vastex --size 160x90 --disk-cache cache --json";
     let mut command = std::process::Command::new("sh");
-    command.args(["-c", script, env!("CARGO_BIN_EXE_vastex")]).current_dir(desk.path(""));
+    command.args(["-c", script, env!("CARGO_BIN_EXE_vastex")]).current_dir(sandbox.path(""));
     let output = command.env_remove("RUST_LOG").output().unwrap();
     let said = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(0), "{said}");

@@ -1,21 +1,21 @@
 //! `--on terrain` and a globe with heights: from a file to a picture, and what is said where there are no heights.
 
-use crate::tool::{Desk, Ended};
+use crate::tool::{Ended, Sandbox};
 
-fn run(desk: &Desk, command: &str) -> Ended {
-    desk.run(&command.split_whitespace().collect::<Vec<_>>())
+fn run(sandbox: &Sandbox, command: &str) -> Ended {
+    sandbox.run(&command.split_whitespace().collect::<Vec<_>>())
 }
 
 #[test]
 fn the_earths_relief_displaces_a_terrain_and_the_globe() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let relief = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/earth-elevation-1080x540-u16.png");
-    std::fs::copy(relief, desk.path("relief.png")).unwrap();
-    run(&desk, "build relief.png -o relief.vastex --page 64 --quiet").expect_code(0);
+    std::fs::copy(relief, sandbox.path("relief.png")).unwrap();
+    run(&sandbox, "build relief.png -o relief.vastex --page 64 --quiet").expect_code(0);
     for scene in ["--on terrain", "--on globe --height-scale 0.3 --height-zero 0.168"] {
         let command =
             format!("render relief.vastex {scene} --size 200x120 --compare --json -o relief.out.png");
-        let summary = run(&desk, &command).expect_code(0).json();
+        let summary = run(&sandbox, &command).expect_code(0).json();
         assert_eq!((&summary["converged"], &summary["reference"]), (&true.into(), &"cpu".into()));
         assert!(summary["share_within_1_255"].as_f64() > Some(0.999), "{scene}: {summary}");
     }
@@ -23,13 +23,13 @@ fn the_earths_relief_displaces_a_terrain_and_the_globe() {
 
 #[test]
 fn what_has_no_heights_is_no_terrain() {
-    let desk = Desk::with_container();
-    let ended = run(&desk, "render image.vastex --on terrain -o out.png").expect_code(1);
+    let sandbox = Sandbox::with_container();
+    let ended = run(&sandbox, "render image.vastex --on terrain -o out.png").expect_code(1);
     assert!(ended.stderr.contains("--height-layer") && ended.stderr.contains("image.vastex"), "{ended}");
-    let ended = run(&desk, "render image.vastex --on globe --height-layer depth").expect_code(1);
+    let ended = run(&sandbox, "render image.vastex --on globe --height-layer depth").expect_code(1);
     assert!(ended.stderr.contains("\"depth\""), "{ended}");
     for more in ["--height-scale nan", "--height-zero 1e10", "--estimate quadtree"] {
-        run(&desk, &format!("render image.vastex --on terrain {more}")).expect_code(2);
+        run(&sandbox, &format!("render image.vastex --on terrain {more}")).expect_code(2);
     }
-    assert!(!desk.path("out.png").exists());
+    assert!(!sandbox.path("out.png").exists());
 }

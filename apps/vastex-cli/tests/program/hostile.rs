@@ -5,12 +5,12 @@ use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;
 use std::process::{Command, Stdio};
 
-use crate::tool::{Desk, Ended};
+use crate::tool::{Ended, Sandbox};
 
 #[test]
 fn pipes_and_devices_are_refused_wherever_a_file_is_read() {
-    let desk = Desk::with_container();
-    assert!(Command::new("mkfifo").arg(desk.path("pipe")).status().unwrap().success());
+    let sandbox = Sandbox::with_container();
+    assert!(Command::new("mkfifo").arg(sandbox.path("pipe")).status().unwrap().success());
     let cases: [&[&str]; 7] = [
         &["replay", "pipe"],
         &["replay", "/dev/zero"],
@@ -20,60 +20,63 @@ fn pipes_and_devices_are_refused_wherever_a_file_is_read() {
         &["render", "image.vastex", "--prefetch-sets", "/dev/zero", "-o", "a.png"],
         &["build", "image.png", "--mask", "pipe", "-o", "b.vastex"],
     ];
-    let before = desk.names();
+    let before = sandbox.names();
     for args in cases {
         // One that waited for a writer would never end.
-        let ended = desk.run(args).expect_code(1);
+        let ended = sandbox.run(args).expect_code(1);
         assert!(ended.stderr.contains("a device or a pipe"), "{args:?}: {ended}");
-        assert_eq!(desk.names(), before, "{args:?}");
+        assert_eq!(sandbox.names(), before, "{args:?}");
     }
 }
 
 #[test]
 fn a_mosaic_of_more_columns_than_open_files_is_built_all_the_same() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let columns = 60;
     for x in 0..columns {
-        desk.write_png(&format!("p_{x}_0.png"), [8, 24]);
-        desk.write_png(&format!("p_{x}_1.png"), [8, 24]);
+        sandbox.write_png(&format!("p_{x}_0.png"), [8, 24]);
+        sandbox.write_png(&format!("p_{x}_1.png"), [8, 24]);
     }
-    desk.write("m.txt", b"vastex mosaic\ngrid p_{x}_{y}.png\n");
+    sandbox.write("m.txt", b"vastex mosaic\ngrid p_{x}_{y}.png\n");
     let build = ["build", "m.txt", "-o", "a.vastex", "--page", "64", "--threads", "1", "--quiet"];
-    desk.run(&build).expect_code(0);
-    let whole = desk.read("a.vastex");
+    sandbox.run(&build).expect_code(0);
+    let whole = sandbox.read("a.vastex");
     // Both limits, so that it cannot be raised; 128 are left to everything else.
     let limited = |files: u32| {
         let mut shell = Command::new("sh");
-        shell.current_dir(desk.path("")).env_remove("RUST_LOG");
+        shell.current_dir(sandbox.path("")).env_remove("RUST_LOG");
         shell.args(["-c", &format!("ulimit -n {files}; exec \"$@\""), "sh"]);
         Ended::of(&shell.arg(env!("CARGO_BIN_EXE_vastex")).args(build).output().unwrap())
     };
     for files in [40, 128, 150] {
         limited(files).expect_code(0);
-        assert!(desk.read("a.vastex") == whole, "{files}");
+        assert!(sandbox.read("a.vastex") == whole, "{files}");
     }
 }
 
 #[test]
 fn exports_of_sixteen_bits_and_floats_end() {
-    let desk = Desk::new();
-    let file = std::fs::File::create(desk.path("deep.png")).unwrap();
+    let sandbox = Sandbox::new();
+    let file = std::fs::File::create(sandbox.path("deep.png")).unwrap();
     let mut encoder = png::Encoder::new(file, 301, 177);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Sixteen);
     let texels: Vec<u8> = (0..301 * 177 * 6).map(|n: u32| (n * 7 / 5) as u8).collect();
     encoder.write_header().unwrap().write_image_data(&texels).unwrap();
-    desk.run(&["build", "deep.png", "-o", "deep.vastex", "--page", "64", "--quiet"]).expect_code(0);
+    sandbox.run(&["build", "deep.png", "-o", "deep.vastex", "--page", "64", "--quiet"]).expect_code(0);
     for layout in ["gaiasky", "celestia"] {
         let args = ["export", "deep.vastex", "--layout", layout, "-o", layout, "--json"];
-        assert_eq!(desk.run(&args).expect_code(0).json()["format"], "png");
+        assert_eq!(sandbox.run(&args).expect_code(0).json()["format"], "png");
     }
-    desk.run(&["build", "--layer", "color=deep.png:rgba16f", "-o", "float.vastex", "--quiet"]).expect_code(0);
-    let before = desk.names();
+    sandbox
+        .run(&["build", "--layer", "color=deep.png:rgba16f", "-o", "float.vastex", "--quiet"])
+        .expect_code(0);
+    let before = sandbox.names();
     for layout in ["gaiasky", "celestia", "deepzoom", "prototype"] {
-        let refused = desk.run(&["export", "float.vastex", "--layout", layout, "-o", "out"]).expect_code(2);
+        let refused =
+            sandbox.run(&["export", "float.vastex", "--layout", layout, "-o", "out"]).expect_code(2);
         assert!(refused.stderr.contains("texels of rgba16f are floats"), "{refused}");
-        assert_eq!(desk.names(), before);
+        assert_eq!(sandbox.names(), before);
     }
 }
 
@@ -99,13 +102,13 @@ fn wait_for(what: &str, mut is_so: impl FnMut() -> bool) {
 
 #[test]
 fn a_second_signal_ends_a_program_that_cannot_heed_the_first() {
-    let desk = Desk::new();
-    desk.write_png("image.png", [30, 20]);
+    let sandbox = Sandbox::new();
+    sandbox.write_png("image.png", [30, 20]);
     let args = ["build", "image.png", "-o", "out.vastex"];
     let (_unread, stdout) = full_pipe();
-    let mut child = desk.command(&args).stdout(stdout).stderr(Stdio::null()).spawn().unwrap();
+    let mut child = sandbox.command(&args).stdout(stdout).stderr(Stdio::null()).spawn().unwrap();
     // From here on it prints what it has done, and asks for no signal any more.
-    wait_for("container", || desk.path("out.vastex").exists());
+    wait_for("container", || sandbox.path("out.vastex").exists());
     let number = child.id().to_string();
     let send = |signal| Command::new("kill").args(["-s", signal, &number]).stderr(Stdio::null()).status();
     assert!(send("INT").unwrap().success());
@@ -127,46 +130,46 @@ fn a_second_signal_ends_a_program_that_cannot_heed_the_first() {
 /// The first example of docs/heights.md, with images of the same kinds and a tenth as large.
 #[test]
 fn the_two_images_of_the_guide_become_one_terrain() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let guide = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/heights.md");
     let guide = std::fs::read_to_string(guide).unwrap();
     let example = guide.lines().find(|line| line.starts_with("vastex build ")).unwrap();
     for image in ["assets/earth-color-10800x5400.jpg", "assets/earth-elevation-1080x540-u16.png"] {
         assert!(example.contains(image), "{example}");
     }
-    std::fs::create_dir(desk.path("assets")).unwrap();
-    desk.write_png("color.png", [1080, 540]);
-    desk.run(&["build", "color.png", "-o", "color.vastex"]).expect_code(0);
+    std::fs::create_dir(sandbox.path("assets")).unwrap();
+    sandbox.write_png("color.png", [1080, 540]);
+    sandbox.run(&["build", "color.png", "-o", "color.vastex"]).expect_code(0);
     let export = ["export", "color.vastex", "--layout", "deepzoom", "--tile-size", "2000", "-o", "zoom"];
-    desk.run(&export).expect_code(0);
-    desk.write("assets/earth-color-10800x5400.jpg", &desk.read("zoom/zoom_files/11/0_0.jpg"));
+    sandbox.run(&export).expect_code(0);
+    sandbox.write("assets/earth-color-10800x5400.jpg", &sandbox.read("zoom/zoom_files/11/0_0.jpg"));
     let heights: Vec<u8> =
         (0..108 * 54u32).flat_map(|n| (n * 11 + 500).to_be_bytes()[2..].to_vec()).collect();
-    desk.write_png_of("assets/earth-elevation-1080x540-u16.png", [108, 54], &heights);
+    sandbox.write_png_of("assets/earth-elevation-1080x540-u16.png", [108, 54], &heights);
     let args: Vec<&str> = example.split_whitespace().skip(1).chain(["--json"]).collect();
-    let built = desk.run(&args).expect_code(0).json();
+    let built = sandbox.run(&args).expect_code(0).json();
     let (color, height) = (&built["layers"][0], &built["layers"][1]);
     assert_eq!((&color["format"], &color["scale"]), (&"rgba8-srgb".into(), &1.into()));
     assert_eq!((&height["format"], &height["scale"]), (&"r16".into(), &4.into()));
     let says =
         |notice: &serde_json::Value| notice.as_str().unwrap().contains("resampled to 270x135, a quarter");
     assert!(built["notices"].as_array().unwrap().iter().any(says), "{built}");
-    desk.run(&["verify", "earth.vastex"]).expect_code(0);
+    sandbox.run(&["verify", "earth.vastex"]).expect_code(0);
     let render = ["render", "earth.vastex", "--on", "terrain", "--size", "96x64", "--json", "-o", "t.png"];
-    assert_eq!(desk.run(&render).expect_code(0).json()["converged"], true);
+    assert_eq!(sandbox.run(&render).expect_code(0).json()["converged"], true);
 }
 
 /// What is known from the headers is said once, whenever it is said.
 #[test]
 fn a_notice_is_said_once() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     for name in ["level0/tx_0_0.png", "level0/tx_1_0.png", "level2/tx_3_1.png"] {
-        std::fs::create_dir_all(desk.path("planet").join(name).parent().unwrap()).unwrap();
-        desk.write_png(&format!("planet/{name}"), [16, 16]);
+        std::fs::create_dir_all(sandbox.path("planet").join(name).parent().unwrap()).unwrap();
+        sandbox.write_png(&format!("planet/{name}"), [16, 16]);
     }
-    let ended = desk.run(&["build", "planet", "-o", "p.vastex"]).expect_code(0);
+    let ended = sandbox.run(&["build", "planet", "-o", "p.vastex"]).expect_code(0);
     let said = ended.stderr.lines().filter(|line| line.contains("31 of the 32 tiles of the finest level"));
     assert_eq!(said.count(), 1, "{ended}");
-    let quiet = desk.run(&["build", "planet", "-o", "p.vastex", "--quiet"]).expect_code(0);
+    let quiet = sandbox.run(&["build", "planet", "-o", "p.vastex", "--quiet"]).expect_code(0);
     assert_eq!(quiet.stderr, "");
 }

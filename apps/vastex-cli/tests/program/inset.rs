@@ -1,24 +1,24 @@
 //! Insets: finer levels in some places only, as the program builds, tells of, draws and changes them.
 
-use crate::tool::Desk;
+use crate::tool::Sandbox;
 
 /// `world.vastex`, of 300x200 texels with pages of 64, and an inset over its middle that is two levels finer.
-fn desk_with_inset() -> Desk {
-    let desk = Desk::new();
-    desk.write_png("world.png", [300, 200]);
-    desk.write_png("inset.png", [300, 260]);
+fn sandbox_with_inset() -> Sandbox {
+    let sandbox = Sandbox::new();
+    sandbox.write_png("world.png", [300, 200]);
+    sandbox.write_png("inset.png", [300, 260]);
     let args = ["build", "world.png", "-o", "world.vastex", "--page", "64", "--inset", "inset.png@500,300,2"];
-    let built = desk.run(&[&args[..], &["--json"]].concat()).expect_code(0).json();
+    let built = sandbox.run(&[&args[..], &["--json"]].concat()).expect_code(0).json();
     assert_eq!(built["size"], serde_json::json!([1200, 800]));
-    assert_eq!(desk.names(), ["inset.png", "world.png", "world.vastex"]);
-    desk
+    assert_eq!(sandbox.names(), ["inset.png", "world.png", "world.vastex"]);
+    sandbox
 }
 
 #[test]
 fn info_tells_which_levels_are_sparse_and_what_that_saved() {
-    let desk = desk_with_inset();
-    desk.run(&["verify", "world.vastex"]).expect_code(0);
-    let info = desk.run(&["info", "world.vastex", "--json"]).expect_code(0).json();
+    let sandbox = sandbox_with_inset();
+    sandbox.run(&["verify", "world.vastex"]).expect_code(0);
+    let info = sandbox.run(&["info", "world.vastex", "--json"]).expect_code(0).json();
     // Columns 500 to 800 and rows 300 to 560 of level 0 lie in 6 and 5 pages.
     assert_eq!(info["pages_by_level"], serde_json::json!([19 * 13, 10 * 7, 5 * 4, 3 * 2, 2]));
     assert_eq!(info["tiles_by_level"], serde_json::json!([6 * 5, 4 * 3, 5 * 4, 3 * 2, 2]));
@@ -29,7 +29,7 @@ fn info_tells_which_levels_are_sparse_and_what_that_saved() {
     let all =
         saved("absent") + saved("constant") + saved("shared") + saved("compression") + count("stored_bytes");
     assert_eq!(all, count("pages") * tile);
-    let text = desk.run(&["info", "world.vastex"]).expect_code(0).stdout;
+    let text = sandbox.run(&["info", "world.vastex"]).expect_code(0).stdout;
     assert!(
         text.contains("level 0: 30 tiles for 247 pages") && text.contains("absent    275, which saves"),
         "{text}"
@@ -39,27 +39,27 @@ fn info_tells_which_levels_are_sparse_and_what_that_saved() {
 
 #[test]
 fn a_texture_with_an_inset_draws_changes_and_is_exported() {
-    let desk = desk_with_inset();
+    let sandbox = sandbox_with_inset();
     for scene in ["image", "globe"] {
         let args =
             ["render", "world.vastex", "--on", scene, "--size", "320x180", "-o", "picture.png", "--json"];
-        assert_eq!(desk.run(&args).expect_code(0).json()["converged"], true);
+        assert_eq!(sandbox.run(&args).expect_code(0).json()["converged"], true);
     }
-    desk.run(&["replace", "world.vastex", "--at", "10,20", "inset.png"]).expect_code(0);
-    desk.run(&["verify", "world.vastex"]).expect_code(0);
-    let info = desk.run(&["info", "world.vastex", "--json"]).expect_code(0).json();
+    sandbox.run(&["replace", "world.vastex", "--at", "10,20", "inset.png"]).expect_code(0);
+    sandbox.run(&["verify", "world.vastex"]).expect_code(0);
+    let info = sandbox.run(&["info", "world.vastex", "--json"]).expect_code(0).json();
     assert_eq!(info["tiles_by_level"][0], 6 * 5 + 5 * 5);
-    desk.run(&["export", "world.vastex", "--layout", "deepzoom", "-o", "tiles", "--quiet"]).expect_code(0);
-    desk.run(&["build", "tiles", "-o", "again.vastex", "--quiet"]).expect_code(0);
+    sandbox.run(&["export", "world.vastex", "--layout", "deepzoom", "-o", "tiles", "--quiet"]).expect_code(0);
+    sandbox.run(&["build", "tiles", "-o", "again.vastex", "--quiet"]).expect_code(0);
 }
 
 #[test]
 fn insets_that_do_not_suit_are_refused() {
-    let desk = desk_with_inset();
+    let sandbox = sandbox_with_inset();
     let refused = |inset: &str, more: &[&str], code: i32| {
         let args = ["build", "world.png", "-o", "out.vastex", "--page", "64", "--inset", inset];
-        let stderr = desk.run(&[&args[..], more].concat()).expect_code(code).stderr;
-        assert_eq!(desk.names(), ["inset.png", "world.png", "world.vastex"]);
+        let stderr = sandbox.run(&[&args[..], more].concat()).expect_code(code).stderr;
+        assert_eq!(sandbox.names(), ["inset.png", "world.png", "world.vastex"]);
         stderr
     };
     assert!(refused("inset.png@500,300", &[], 2).contains("as in rome.png@8192,4096,3"));
@@ -69,36 +69,36 @@ fn insets_that_do_not_suit_are_refused() {
 }
 
 /// `ground.vastex`: colours in blocks, and heights at half their resolution.
-fn desk_with_layers() -> Desk {
-    let desk = Desk::new();
-    desk.write_png("color.png", [300, 200]);
-    desk.write_png("height.png", [150, 100]);
+fn sandbox_with_layers() -> Sandbox {
+    let sandbox = Sandbox::new();
+    sandbox.write_png("color.png", [300, 200]);
+    sandbox.write_png("height.png", [150, 100]);
     let args = ["build", "-o", "ground.vastex", "--layer", "color=color.png:bc7-srgb", "--layer"];
     let more =
         ["height=height.png:rgba8", "--page", "64", "--border", "8", "--address", "wrap,clamp", "--quiet"];
-    desk.run(&[&args[..], &more].concat()).expect_code(0);
-    desk
+    sandbox.run(&[&args[..], &more].concat()).expect_code(0);
+    sandbox
 }
 
 #[test]
 fn layers_are_replaced_by_name() {
-    let desk = desk_with_layers();
-    desk.write_png("c.png", [120, 61]);
-    desk.write_png("h.png", [60, 31]);
+    let sandbox = sandbox_with_layers();
+    sandbox.write_png("c.png", [120, 61]);
+    sandbox.write_png("h.png", [60, 31]);
     let replace = |args: &[&str], code: i32| {
-        let before = desk.read("ground.vastex");
-        let ended = desk.run(&[&["replace", "ground.vastex"], args].concat()).expect_code(code);
-        assert!(code == 0 || desk.read("ground.vastex") == before);
+        let before = sandbox.read("ground.vastex");
+        let ended = sandbox.run(&[&["replace", "ground.vastex"], args].concat()).expect_code(code);
+        assert!(code == 0 || sandbox.read("ground.vastex") == before);
         ended.stderr
     };
     // Round the edge of 300 columns.
     let both = ["--layer", "color=c.png", "--layer", "height=h.png:rgba8"];
     replace(&[&["--at", "240,20", "--json"], &both[..]].concat(), 0);
-    desk.run(&["verify", "ground.vastex"]).expect_code(0);
+    sandbox.run(&["verify", "ground.vastex"]).expect_code(0);
     for layer in ["color", "height"] {
         let args =
             ["render", "ground.vastex", "--layer-shown", layer, "--size", "160x90", "-o", "p.png", "--json"];
-        assert_eq!(desk.run(&args).expect_code(0).json()["converged"], true);
+        assert_eq!(sandbox.run(&args).expect_code(0).json()["converged"], true);
     }
     assert!(replace(&["--at", "0,0", "c.png"], 1).contains("has the layers color, height; say into which"));
     assert!(replace(&["--at", "0,0", "--layer", "depth=c.png"], 1).contains("no layer \"depth\""));
@@ -110,18 +110,18 @@ fn layers_are_replaced_by_name() {
 
 #[test]
 fn insets_go_into_layers_by_name() {
-    let desk = desk_with_layers();
-    desk.write_png("in.png", [100, 80]);
+    let sandbox = sandbox_with_layers();
+    sandbox.write_png("in.png", [100, 80]);
     let build = |insets: &[&str], code: i32| {
         let args = ["build", "-o", "out.vastex", "--layer", "color=color.png:bc7-srgb", "--layer"];
         let more = ["height=height.png:rgba8", "--page", "64", "--border", "8", "--address", "wrap,clamp"];
         let insets: Vec<&str> = insets.iter().flat_map(|inset| ["--inset", *inset]).collect();
-        desk.run(&[&args[..], &more, &insets, &["--json"]].concat()).expect_code(code)
+        sandbox.run(&[&args[..], &more, &insets, &["--json"]].concat()).expect_code(code)
     };
     // Of 1200 columns the colours' image has the last 50 and the first 50, of 300 the heights'.
     let built = build(&["color=in.png@1150,100,2", "height=in.png@250,20,1"], 0).json();
     assert_eq!(built["size"], serde_json::json!([1200, 800]));
-    desk.run(&["verify", "out.vastex"]).expect_code(0);
+    sandbox.run(&["verify", "out.vastex"]).expect_code(0);
     assert!(build(&["in.png@0,0,1"], 1).stderr.contains("the layers color, height"));
     assert!(build(&["depth=in.png@0,0,1"], 1).stderr.contains("the layers color, height"));
 }
@@ -131,32 +131,32 @@ fn insets_go_into_layers_by_name() {
 fn what_a_killed_build_with_insets_left_is_gone_on_with_or_removed() {
     use crate::resume::signal_at;
 
-    let desk = Desk::new();
-    desk.write_png("world.png", [700, 540]);
-    desk.write_png("a.png", [700, 600]);
-    desk.write_png("b.png", [540, 460]);
+    let sandbox = Sandbox::new();
+    sandbox.write_png("world.png", [700, 540]);
+    sandbox.write_png("a.png", [700, 600]);
+    sandbox.write_png("b.png", [540, 460]);
     let names = ["a.png", "b.png", "out.vastex", "world.png"];
     let insets = ["--inset", "a.png@1200,240,2", "--inset", "b.png@160,80,1", "--quiet"];
     let build = [&["build", "world.png", "-o", "out.vastex", "--page", "40"], &insets[..]].concat();
     let resume = [&build[..], &["--resume"]].concat();
-    desk.run(&build).expect_code(0);
-    let whole = desk.read("out.vastex");
+    sandbox.run(&build).expect_code(0);
+    let whole = sandbox.read("out.vastex");
     let mut left = 0;
     for case in 0..9u32 {
-        std::fs::remove_file(desk.path("out.vastex")).unwrap();
+        std::fs::remove_file(sandbox.path("out.vastex")).unwrap();
         let args = if case % 2 == 0 { &build } else { &resume };
         let share = u64::from(5 + case * 35 % 90);
-        let killed = signal_at(&desk, args, "KILL", whole.len() as u64 * share / 100);
+        let killed = signal_at(&sandbox, args, "KILL", whole.len() as u64 * share / 100);
         assert_eq!(killed.code, None, "case {case}: {killed}");
-        left += u32::from(desk.names().iter().any(|name| name.ends_with(".insets")));
+        left += u32::from(sandbox.names().iter().any(|name| name.ends_with(".insets")));
         // Without --resume, with it, and by a build without insets.
         if case % 3 == 2 {
-            desk.run(&["build", "a.png", "-o", "out.vastex", "--quiet"]).expect_code(0);
+            sandbox.run(&["build", "a.png", "-o", "out.vastex", "--quiet"]).expect_code(0);
         } else {
-            desk.run(if case % 3 == 0 { &build } else { &resume }).expect_code(0);
-            assert!(desk.read("out.vastex") == whole, "case {case}: other bytes");
+            sandbox.run(if case % 3 == 0 { &build } else { &resume }).expect_code(0);
+            assert!(sandbox.read("out.vastex") == whole, "case {case}: other bytes");
         }
-        assert_eq!(desk.names(), names, "case {case}");
+        assert_eq!(sandbox.names(), names, "case {case}");
     }
     assert!(left > 1, "{left}");
 }

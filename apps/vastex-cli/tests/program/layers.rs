@@ -1,28 +1,28 @@
 //! `--layer`: several layers over one another, and what is said of those that are none.
 
-use crate::tool::{Desk, Ended};
+use crate::tool::{Ended, Sandbox};
 
-fn run(desk: &Desk, command: &str) -> Ended {
-    desk.run(&command.split_whitespace().collect::<Vec<_>>())
+fn run(sandbox: &Sandbox, command: &str) -> Ended {
+    sandbox.run(&command.split_whitespace().collect::<Vec<_>>())
 }
 
 /// The Earth's colours and heights, both small.
-fn desk_with_layers() -> Desk {
-    let desk = Desk::new();
+fn sandbox_with_layers() -> Sandbox {
+    let sandbox = Sandbox::new();
     let relief = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/earth-elevation-1080x540-u16.png");
-    std::fs::copy(relief, desk.path("relief.png")).unwrap();
+    std::fs::copy(relief, sandbox.path("relief.png")).unwrap();
     let build = "build -o earth.vastex --layer depth=relief.png --layer height=relief.png --page 64 --quiet";
-    run(&desk, build).expect_code(0);
-    desk
+    run(&sandbox, build).expect_code(0);
+    sandbox
 }
 
 #[test]
 fn layers_lie_over_one_another() {
-    let desk = desk_with_layers();
+    let sandbox = sandbox_with_layers();
     let render = "render earth.vastex --size 200x100";
     let picture = |layers: &str, name: &str| {
-        run(&desk, &format!("{render} {layers} -o {name}.png")).expect_code(0);
-        desk.read_rgb(&format!("{name}.png"))
+        run(&sandbox, &format!("{render} {layers} -o {name}.png")).expect_code(0);
+        sandbox.read_rgb(&format!("{name}.png"))
     };
     let below = picture("--layer depth:range=0.1..0.3", "below");
     let above = picture("--layer height:range=0.15..0.25:map=viridis:filter=nearest", "above");
@@ -48,13 +48,13 @@ fn layers_lie_over_one_another() {
     }
     for scene in ["terrain", "globe --height-scale 0.2"] {
         let layers = "--layer depth:map=inferno --layer height:opacity=0.3 --overlay levels";
-        run(&desk, &format!("{render} --on {scene} {layers} -o on.png")).expect_code(0);
+        run(&sandbox, &format!("{render} --on {scene} {layers} -o on.png")).expect_code(0);
     }
 }
 
 #[test]
 fn what_is_no_layer_is_told() {
-    let desk = desk_with_layers();
+    let sandbox = sandbox_with_layers();
     for (words, code, said) in [
         ("--layer snow", 1, "there is no layer \"snow\"; the layers are depth, height"),
         ("--layer height:map=jet", 2, "grey, viridis, inferno"),
@@ -64,12 +64,12 @@ fn what_is_no_layer_is_told() {
         ("--layer depth --layer height --compare", 2, "one opaque layer"),
         ("--layer depth:opacity=0.5 --estimate quadtree", 2, "one opaque layer"),
     ] {
-        let ended = run(&desk, &format!("render earth.vastex {words} -o out.png")).expect_code(code);
+        let ended = run(&sandbox, &format!("render earth.vastex {words} -o out.png")).expect_code(code);
         assert!(ended.stderr.contains(said), "{words}: {ended}");
     }
     let nine = "--layer height ".repeat(9);
-    let ended = run(&desk, &format!("render earth.vastex {nine}")).expect_code(2);
+    let ended = run(&sandbox, &format!("render earth.vastex {nine}")).expect_code(2);
     assert!(ended.stderr.contains("8 layers"), "{ended}");
-    assert!(!desk.path("out.png").exists());
-    run(&desk, "render earth.vastex --layer depth --compare").expect_code(0);
+    assert!(!sandbox.path("out.png").exists());
+    run(&sandbox, "render earth.vastex --layer depth --compare").expect_code(0);
 }

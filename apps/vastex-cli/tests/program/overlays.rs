@@ -1,6 +1,6 @@
 //! `render --overlay` and `--explain`.
 
-use crate::tool::Desk;
+use crate::tool::Sandbox;
 
 fn words(command: &str) -> Vec<&str> {
     command.split_whitespace().collect()
@@ -8,13 +8,13 @@ fn words(command: &str) -> Vec<&str> {
 
 #[test]
 fn every_overlay_is_another_picture() {
-    let desk = Desk::with_container();
+    let sandbox = Sandbox::with_container();
     let render = "render image.vastex --size 160x90 --on plane --frames 8";
-    desk.run(&words(&format!("{render} -o plain.png"))).expect_code(0);
-    let mut pictures = vec![("no overlay", desk.read_rgb("plain.png"))];
+    sandbox.run(&words(&format!("{render} -o plain.png"))).expect_code(0);
+    let mut pictures = vec![("no overlay", sandbox.read_rgb("plain.png"))];
     for overlay in ["levels", "wanted", "deficit", "pages", "feedback", "table", "atlas"] {
-        desk.run(&words(&format!("{render} --overlay {overlay} -o {overlay}.png"))).expect_code(0);
-        let picture = desk.read_rgb(&format!("{overlay}.png"));
+        sandbox.run(&words(&format!("{render} --overlay {overlay} -o {overlay}.png"))).expect_code(0);
+        let picture = sandbox.read_rgb(&format!("{overlay}.png"));
         for (other, before) in &pictures {
             let differing = picture.iter().zip(before).filter(|(a, b)| a != b).count();
             // Lines are drawn over little of the picture; everything else is another picture.
@@ -22,24 +22,24 @@ fn every_overlay_is_another_picture() {
         }
         pictures.push((overlay, picture));
     }
-    desk.run(&words(&format!("{render} --overlay nonsense"))).expect_code(2);
+    sandbox.run(&words(&format!("{render} --overlay nonsense"))).expect_code(2);
 }
 
 #[test]
 fn a_pixel_says_what_it_wants_and_what_that_waits_for() {
-    let desk = Desk::with_container();
+    let sandbox = Sandbox::with_container();
     let render = "render image.vastex --size 160x90 --on plane --json";
-    let here = desk.run(&words(&format!("{render} --explain 80,85"))).expect_code(0).json();
+    let here = sandbox.run(&words(&format!("{render} --explain 80,85"))).expect_code(0).json();
     let page = &here["explained"]["pages"][0];
     assert_eq!((&page["state"], &page["shown"]), (&"resident".into(), &page["at_bias"]));
     assert!(page["text"].as_str().unwrap().contains("in its slot"), "{page}");
-    let early = desk.run(&words(&format!("{render} --frames 2 --explain 80,85"))).expect_code(0).json();
+    let early = sandbox.run(&words(&format!("{render} --frames 2 --explain 80,85"))).expect_code(0).json();
     assert_eq!(early["explained"]["pages"][0]["state"], "absent");
     let beside =
-        desk.run(&words("render image.vastex --size 160x90 --on image --explain 0,45")).expect_code(0);
+        sandbox.run(&words("render image.vastex --size 160x90 --on image --explain 0,45")).expect_code(0);
     assert!(beside.stdout.contains("no texture is seen there"), "{beside}");
     for (pixel, why) in [("160,0", "160x90 pixels"), ("1", "column and row"), ("a,b", "column and row")] {
-        let refused = desk.run(&words(&format!("{render} --explain {pixel}"))).expect_code(2);
+        let refused = sandbox.run(&words(&format!("{render} --explain {pixel}"))).expect_code(2);
         assert!(refused.stderr.contains(why), "{refused}");
     }
 }

@@ -24,17 +24,17 @@ fn change(file: &Path, from: &str, to: &str) {
 
 #[test]
 fn two_records_are_equal_and_what_is_changed_in_one_is_named() {
-    let desk = TempDir::new().unwrap();
-    let [was, is] = ["was", "is"].map(|name| desk.path().join(name));
+    let sandbox = TempDir::new().unwrap();
+    let [was, is] = ["was", "is"].map(|name| sandbox.path().join(name));
     for directory in [&was, &is] {
         fs::create_dir(directory).unwrap();
         // Nothing of a record depends on where it was made.
-        let work = directory.with_extension("desk");
+        let work = directory.with_extension("sandbox");
         for only in ["one-fly-tight", "many-asked", "many-chance-31", "trace-spin"] {
-            record::worlds(&program(), &desk.path().join("some"), only).unwrap();
+            record::worlds(&program(), &sandbox.path().join("some"), only).unwrap();
             let worlds = directory.join("worlds");
             fs::create_dir_all(&worlds).unwrap();
-            for entry in fs::read_dir(desk.path().join("some/worlds")).unwrap() {
+            for entry in fs::read_dir(sandbox.path().join("some/worlds")).unwrap() {
                 let entry = entry.unwrap();
                 fs::copy(entry.path(), worlds.join(entry.file_name())).unwrap();
             }
@@ -67,11 +67,11 @@ fn two_records_are_equal_and_what_is_changed_in_one_is_named() {
 
 #[test]
 fn a_trace_is_compared_by_what_it_says() {
-    let desk = TempDir::new().unwrap();
+    let sandbox = TempDir::new().unwrap();
     for name in ["was", "is"] {
-        record::worlds(&program(), &desk.path().join(name), "trace-fly").unwrap();
+        record::worlds(&program(), &sandbox.path().join(name), "trace-fly").unwrap();
     }
-    let [was, is] = ["was", "is"].map(|name| desk.path().join(name));
+    let [was, is] = ["was", "is"].map(|name| sandbox.path().join(name));
     // Other bytes that say the same are no difference; a text that says something else is one.
     fs::write(is.join("worlds/trace-fly.vxtrace"), "another form").unwrap();
     assert_eq!(found(&was, &is).differences, Vec::<String>::new());

@@ -5,7 +5,7 @@ use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use crate::tool::{Desk, Ended};
+use crate::tool::{Ended, Sandbox};
 
 /// Longer than any build of a test on any machine; none waits longer.
 const PATIENCE: Duration = Duration::from_secs(300);
@@ -21,28 +21,28 @@ fn kills() -> u64 {
 const BUILD: &[&str] =
     &["build", "big.png", "-o", "out.vastex", "--page", "40", "--compress", "none", "--quiet"];
 
-/// A desk with `big.png`, and the bytes of its container.
-fn desk() -> (Desk, Vec<u8>) {
-    let desk = Desk::new();
-    desk.write_png("big.png", [1500, 1200]);
-    desk.run(BUILD).expect_code(0);
-    let whole = desk.read("out.vastex");
-    std::fs::remove_file(desk.path("out.vastex")).unwrap();
-    (desk, whole)
+/// A sandbox with `big.png`, and the bytes of its container.
+fn sandbox() -> (Sandbox, Vec<u8>) {
+    let sandbox = Sandbox::new();
+    sandbox.write_png("big.png", [1500, 1200]);
+    sandbox.run(BUILD).expect_code(0);
+    let whole = sandbox.read("out.vastex");
+    std::fs::remove_file(sandbox.path("out.vastex")).unwrap();
+    (sandbox, whole)
 }
 
 /// Sends the signal of this name to the program once what it has not finished yet has so many bytes; says how it ended.
 ///
 /// The moment follows from the program's work, whatever the speed of the machine. A program that is done before it is seen at work
 /// is run again, where that can be; that it gets away each time means that it does not work as it should.
-pub(crate) fn signal_at(desk: &Desk, args: &[&str], signal: &str, bytes: u64) -> Ended {
+pub(crate) fn signal_at(sandbox: &Sandbox, args: &[&str], signal: &str, bytes: u64) -> Ended {
     const ATTEMPTS: u64 = 30;
     for attempt in 0..ATTEMPTS {
         let bytes = bytes * (ATTEMPTS - attempt) / ATTEMPTS;
-        let mut command = desk.command(args);
+        let mut command = sandbox.command(args);
         let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         let begin = Instant::now();
-        while child.try_wait().unwrap().is_none() && unfinished_bytes(desk) < bytes {
+        while child.try_wait().unwrap().is_none() && unfinished_bytes(sandbox) < bytes {
             if begin.elapsed() > PATIENCE {
                 child.kill().unwrap();
                 panic!("{args:?} did neither end nor write {bytes} bytes in {PATIENCE:?}");
@@ -58,20 +58,20 @@ pub(crate) fn signal_at(desk: &Desk, args: &[&str], signal: &str, bytes: u64) ->
         if ended.code.is_none() || ended.code == Some(130) {
             return ended;
         }
-        let _ = std::fs::remove_file(desk.path("out.vastex"));
+        let _ = std::fs::remove_file(sandbox.path("out.vastex"));
     }
     panic!("{args:?} was never caught at work");
 }
 
 /// Bytes of all that the program has begun and not finished.
-fn unfinished_bytes(desk: &Desk) -> u64 {
-    let hidden = desk.names().into_iter().filter(|name| name.starts_with('.'));
-    hidden.filter_map(|name| Some(std::fs::metadata(desk.path(&name)).ok()?.len())).sum()
+fn unfinished_bytes(sandbox: &Sandbox) -> u64 {
+    let hidden = sandbox.names().into_iter().filter(|name| name.starts_with('.'));
+    hidden.filter_map(|name| Some(std::fs::metadata(sandbox.path(&name)).ok()?.len())).sum()
 }
 
 #[test]
 fn a_killed_build_resumes_to_the_same_bytes() {
-    let (desk, whole) = desk();
+    let (sandbox, whole) = sandbox();
     let resume = [BUILD, &["--resume", "--json"]].concat();
     let mut taken_over = 0;
     for case in 0..kills() {
@@ -79,14 +79,14 @@ fn a_killed_build_resumes_to_the_same_bytes() {
         for kill in 0..=case % 3 {
             let share = (case * 61 + kill * 37) % 100;
             let args = if case % 2 == 0 || kill > 0 { &resume } else { BUILD };
-            let killed = signal_at(&desk, args, "KILL", whole.len() as u64 * share / 100);
+            let killed = signal_at(&sandbox, args, "KILL", whole.len() as u64 * share / 100);
             assert_eq!(killed.code, None, "case {case}: {killed}");
         }
-        let ended = desk.run(&resume).expect_code(0);
+        let ended = sandbox.run(&resume).expect_code(0);
         taken_over += ended.json()["resumed_tiles"].as_u64().unwrap();
-        assert!(desk.read("out.vastex") == whole, "case {case}: other bytes");
-        assert_eq!(desk.names(), ["big.png", "out.vastex"], "case {case}");
-        std::fs::remove_file(desk.path("out.vastex")).unwrap();
+        assert!(sandbox.read("out.vastex") == whole, "case {case}: other bytes");
+        assert_eq!(sandbox.names(), ["big.png", "out.vastex"], "case {case}");
+        std::fs::remove_file(sandbox.path("out.vastex")).unwrap();
     }
     println!("{taken_over} tiles taken over");
     assert!(taken_over > 0, "nothing was ever taken over");
@@ -94,24 +94,24 @@ fn a_killed_build_resumes_to_the_same_bytes() {
 
 #[test]
 fn ctrl_c_keeps_what_can_be_resumed_and_nothing_else() {
-    let (desk, whole) = desk();
-    let interrupt = |args: &[&str]| signal_at(&desk, args, "INT", whole.len() as u64 / 2).expect_code(130);
+    let (sandbox, whole) = sandbox();
+    let interrupt = |args: &[&str]| signal_at(&sandbox, args, "INT", whole.len() as u64 / 2).expect_code(130);
     let plain = interrupt(BUILD);
     assert!(plain.stderr.contains("nothing was left behind"), "{plain}");
-    assert_eq!(desk.names(), ["big.png"]);
+    assert_eq!(sandbox.names(), ["big.png"]);
     let resume = [BUILD, &["--resume"]].concat();
     let kept = interrupt(&resume);
     assert!(kept.stderr.contains("the same command goes on"), "{kept}");
-    assert_eq!(desk.names(), [JOURNAL, PARTIAL, "big.png"]);
-    desk.run(&resume).expect_code(0);
-    assert!(desk.read("out.vastex") == whole);
-    assert_eq!(desk.names(), ["big.png", "out.vastex"]);
+    assert_eq!(sandbox.names(), [JOURNAL, PARTIAL, "big.png"]);
+    sandbox.run(&resume).expect_code(0);
+    assert!(sandbox.read("out.vastex") == whole);
+    assert_eq!(sandbox.names(), ["big.png", "out.vastex"]);
 }
 
 /// Runs the program where no file may have more than so many blocks: its writes fail as on a full disk.
-fn run_short_of_room(desk: &Desk, blocks: u32, args: &[&str]) -> Ended {
+fn run_short_of_room(sandbox: &Sandbox, blocks: u32, args: &[&str]) -> Ended {
     let mut shell = Command::new("sh");
-    shell.current_dir(desk.path("")).env_remove("RUST_LOG");
+    shell.current_dir(sandbox.path("")).env_remove("RUST_LOG");
     shell.args(["-c", &format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$@\""), "sh"]);
     shell.arg(env!("CARGO_BIN_EXE_vastex")).args(args);
     Ended::of(&shell.output().unwrap())
@@ -119,40 +119,40 @@ fn run_short_of_room(desk: &Desk, blocks: u32, args: &[&str]) -> Ended {
 
 #[test]
 fn where_the_room_ends_the_message_says_so_and_resume_keeps_what_is_there() {
-    let (desk, whole) = desk();
-    let short = run_short_of_room(&desk, 6000, BUILD).expect_code(1);
+    let (sandbox, whole) = sandbox();
+    let short = run_short_of_room(&sandbox, 6000, BUILD).expect_code(1);
     for word in ["out.vastex: cannot be written", "choose another place"] {
         assert!(short.stderr.contains(word), "{short}");
     }
-    assert_eq!(desk.names(), ["big.png"]);
+    assert_eq!(sandbox.names(), ["big.png"]);
     let resume = [BUILD, &["--resume", "--json"]].concat();
-    let short = run_short_of_room(&desk, 6000, &resume).expect_code(1);
+    let short = run_short_of_room(&sandbox, 6000, &resume).expect_code(1);
     for word in ["out.vastex: cannot be written", "choose another place", "the same command goes on"] {
         assert!(short.stderr.contains(word), "{short}");
     }
-    assert_eq!(desk.names(), [JOURNAL, PARTIAL, "big.png"]);
-    let ended = desk.run(&resume).expect_code(0);
+    assert_eq!(sandbox.names(), [JOURNAL, PARTIAL, "big.png"]);
+    let ended = sandbox.run(&resume).expect_code(0);
     assert!(ended.json()["resumed_tiles"].as_u64().unwrap() > 0, "{ended}");
-    assert!(desk.read("out.vastex") == whole);
-    assert_eq!(desk.names(), ["big.png", "out.vastex"]);
+    assert!(sandbox.read("out.vastex") == whole);
+    assert_eq!(sandbox.names(), ["big.png", "out.vastex"]);
 }
 
 #[test]
 fn what_another_build_left_is_refused_with_the_remedy() {
-    let (desk, whole) = desk();
+    let (sandbox, whole) = sandbox();
     let resume = [BUILD, &["--resume"]].concat();
-    signal_at(&desk, &resume, "KILL", whole.len() as u64 / 2);
-    assert_eq!(desk.names(), [JOURNAL, PARTIAL, "big.png"]);
-    let other = desk.run(&[&resume[..], &["--border", "8"]].concat()).expect_code(1);
+    signal_at(&sandbox, &resume, "KILL", whole.len() as u64 / 2);
+    assert_eq!(sandbox.names(), [JOURNAL, PARTIAL, "big.png"]);
+    let other = sandbox.run(&[&resume[..], &["--border", "8"]].concat()).expect_code(1);
     for word in ["out.vastex", "other options", "build without --resume"] {
         assert!(other.stderr.contains(word), "{other}");
     }
-    let time = desk.path("big.png").metadata().unwrap().modified().unwrap();
-    desk.write_png("big.png", [1500, 1201]);
-    desk.run(&resume).expect_code(1);
-    desk.write_png("big.png", [1500, 1200]);
+    let time = sandbox.path("big.png").metadata().unwrap().modified().unwrap();
+    sandbox.write_png("big.png", [1500, 1201]);
+    sandbox.run(&resume).expect_code(1);
+    sandbox.write_png("big.png", [1500, 1200]);
     // The same bytes, but who knows: only the same time tells that nobody touched them.
-    std::fs::File::options().write(true).open(desk.path("big.png")).unwrap().set_modified(time).unwrap();
-    desk.run(&resume).expect_code(0);
-    assert!(desk.read("out.vastex") == whole);
+    std::fs::File::options().write(true).open(sandbox.path("big.png")).unwrap().set_modified(time).unwrap();
+    sandbox.run(&resume).expect_code(0);
+    assert!(sandbox.read("out.vastex") == whole);
 }

@@ -1,6 +1,6 @@
 //! From an image to a container, what is said of it, and a picture of it.
 
-use crate::tool::Desk;
+use crate::tool::Sandbox;
 
 /// The keys that scripts rely on.
 const RENDER_KEYS: [&str; 19] = [
@@ -35,8 +35,8 @@ fn keys(json: &serde_json::Value) -> Vec<&str> {
 
 #[test]
 fn what_is_built_is_told_by_info_and_sound() {
-    let desk = Desk::new();
-    desk.write_png("image.png", [300, 200]);
+    let sandbox = Sandbox::new();
+    sandbox.write_png("image.png", [300, 200]);
     let args = [
         "build",
         "image.png",
@@ -49,8 +49,8 @@ fn what_is_built_is_told_by_info_and_sound() {
         "--address",
         "wrap,clamp",
     ];
-    let built = desk.run(&[&args[..], &["--compress", "zstd", "--json"]].concat()).expect_code(0).json();
-    let info = desk.run(&["info", "image.vastex", "--json"]).expect_code(0).json();
+    let built = sandbox.run(&[&args[..], &["--compress", "zstd", "--json"]].concat()).expect_code(0).json();
+    let info = sandbox.run(&["info", "image.vastex", "--json"]).expect_code(0).json();
     assert_eq!(info["size"], serde_json::json!([300, 200]));
     assert_eq!((&info["page"], &info["border"], &info["levels"]), (&64.into(), &2.into(), &10.into()));
     assert_eq!(info["address"], serde_json::json!(["wrap", "clamp"]));
@@ -58,19 +58,21 @@ fn what_is_built_is_told_by_info_and_sound() {
     for key in ["tiles", "bytes", "constant_tiles", "shared_tiles", "size", "levels"] {
         assert_eq!(built[key], info[key], "{key}");
     }
-    assert_eq!(info["bytes"], desk.read("image.vastex").len());
-    desk.run(&["verify", "image.vastex"]).expect_code(0);
-    assert!(desk.run(&["info", "image.vastex"]).expect_code(0).stdout.contains("300 x 200"));
+    assert_eq!(info["bytes"], sandbox.read("image.vastex").len());
+    sandbox.run(&["verify", "image.vastex"]).expect_code(0);
+    assert!(sandbox.run(&["info", "image.vastex"]).expect_code(0).stdout.contains("300 x 200"));
 }
 
 #[test]
 fn every_scene_converges_and_equals_the_ordinary_texture() {
-    let desk = Desk::with_container();
+    let sandbox = Sandbox::with_container();
     for scene in ["image", "plane", "globe"] {
         let picture = format!("{scene}.png");
         let args = ["render", "image.vastex", "--on", scene, "--size", "320x180", "--pool-mib", "4"];
-        let json =
-            desk.run(&[&args[..], &["-o", &picture, "--compare", "--json"]].concat()).expect_code(0).json();
+        let json = sandbox
+            .run(&[&args[..], &["-o", &picture, "--compare", "--json"]].concat())
+            .expect_code(0)
+            .json();
         let mut expected = [&RENDER_KEYS[..], &COMPARE_KEYS].concat();
         expected.sort_unstable();
         assert_eq!(keys(&json), expected);
@@ -78,7 +80,7 @@ fn every_scene_converges_and_equals_the_ordinary_texture() {
         assert_eq!((&json["mip_bias"], &json["pages_failed"]), (&0.0.into(), &0.into()));
         assert!(json["share_within_1_255"].as_f64().unwrap() >= 0.999, "{scene}: {json}");
         assert!(json["pool_bytes"].as_u64().unwrap() <= 4 << 20);
-        let bytes = desk.read(&picture);
+        let bytes = sandbox.read(&picture);
         let png = png::Decoder::new(std::io::Cursor::new(&bytes)).read_info().unwrap();
         assert_eq!((png.info().width, png.info().height), (320, 180));
     }
@@ -86,10 +88,11 @@ fn every_scene_converges_and_equals_the_ordinary_texture() {
 
 #[test]
 fn frames_cut_the_path_and_runs_in_lock_step_repeat() {
-    let desk = Desk::with_container();
+    let sandbox = Sandbox::with_container();
     let args = ["render", "image.vastex", "--on", "plane", "--size", "160x90", "--camera-path", "fly"];
     let run = |name: &str| {
-        desk.run(&[&args[..], &["--frames", "7", "--latency-frames", "2", "-o", name, "--json"]].concat())
+        sandbox
+            .run(&[&args[..], &["--frames", "7", "--latency-frames", "2", "-o", name, "--json"]].concat())
             .expect_code(0)
     };
     let (first, second) = (run("a.png"), run("b.png"));
@@ -99,78 +102,81 @@ fn frames_cut_the_path_and_runs_in_lock_step_repeat() {
         keys
     });
     assert_eq!(first.json()["frames"], 7);
-    assert_eq!((first.stdout, desk.read("a.png")), (second.stdout, desk.read("b.png")));
+    assert_eq!((first.stdout, sandbox.read("a.png")), (second.stdout, sandbox.read("b.png")));
 }
 
 #[test]
 fn help_has_examples_for_every_command() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let commands: &[&str] = if cfg!(feature = "view") {
         &["build", "merge", "replace", "info", "verify", "render", "view"]
     } else {
         &["build", "merge", "replace", "info", "verify", "render"]
     };
-    let all = desk.run(&["--help"]).expect_code(0).stdout;
+    let all = sandbox.run(&["--help"]).expect_code(0).stdout;
     for command in commands {
-        let help = desk.run(&[command, "--help"]).expect_code(0).stdout;
+        let help = sandbox.run(&[command, "--help"]).expect_code(0).stdout;
         assert!(help.contains(&format!("Examples:\n  vastex {command} ")), "{help}");
         assert!(all.contains(&format!("\n  {command} ")), "{all}");
     }
-    desk.run(&["--version"]).expect_code(0);
+    sandbox.run(&["--version"]).expect_code(0);
 }
 
 #[test]
 fn parts_are_joined_to_the_bytes_of_one_build() {
-    let desk = Desk::with_container();
+    let sandbox = Sandbox::with_container();
     for part in ["1", "2", "3"] {
         let (output, shard) = (format!("{part}.part"), format!("{part}/3"));
         let args = ["build", "image.png", "-o", &output, "--page", "64", "--shard", &shard, "--json"];
-        assert_eq!(desk.run(&args).expect_code(0).json()["shard"], shard);
+        assert_eq!(sandbox.run(&args).expect_code(0).json()["shard"], shard);
     }
     let merge = ["merge", "3.part", "1.part", "2.part", "-o", "joined.vastex", "--json"];
-    let told = desk.run(&merge).expect_code(0).json();
+    let told = sandbox.run(&merge).expect_code(0).json();
     assert_eq!(
         keys(&told),
         ["bytes", "constant_tiles", "output", "parts", "seconds", "shared_tiles", "tiles"]
     );
-    assert_eq!(desk.read("joined.vastex"), desk.read("image.vastex"));
-    let refused = desk.run(&["merge", "3.part", "1.part", "-o", "other.vastex"]).expect_code(1).stderr;
+    assert_eq!(sandbox.read("joined.vastex"), sandbox.read("image.vastex"));
+    let refused = sandbox.run(&["merge", "3.part", "1.part", "-o", "other.vastex"]).expect_code(1).stderr;
     assert!(refused.contains("part 2 of 3 is missing"), "{refused}");
-    let refused = desk.run(&["info", "1.part"]).expect_code(1).stderr;
+    let refused = sandbox.run(&["info", "1.part"]).expect_code(1).stderr;
     assert!(refused.contains("`vastex merge`"), "{refused}");
-    desk.run(&["build", "image.png", "-o", "4.part", "--shard", "4/3"]).expect_code(2);
+    sandbox.run(&["build", "image.png", "-o", "4.part", "--shard", "4/3"]).expect_code(2);
 }
 
 #[test]
 fn a_replaced_region_is_told_and_sound() {
-    let desk = Desk::with_container();
-    desk.write_png("part.png", [50, 40]);
-    let told =
-        desk.run(&["replace", "image.vastex", "--at", "100,30", "part.png", "--json"]).expect_code(0).json();
+    let sandbox = Sandbox::with_container();
+    sandbox.write_png("part.png", [50, 40]);
+    let told = sandbox
+        .run(&["replace", "image.vastex", "--at", "100,30", "part.png", "--json"])
+        .expect_code(0)
+        .json();
     assert_eq!(
         keys(&told),
         ["bytes", "bytes_added", "bytes_superseded", "file", "notices", "seconds", "tiles"]
     );
     assert!(told["tiles"].as_u64().unwrap() > 1 && told["bytes_superseded"].as_u64().unwrap() > 0);
-    assert_eq!(told["bytes"], desk.read("image.vastex").len());
-    let text = desk.run(&["replace", "image.vastex", "--at", "0,0", "part.png"]).expect_code(0).stdout;
+    assert_eq!(told["bytes"], sandbox.read("image.vastex").len());
+    let text = sandbox.run(&["replace", "image.vastex", "--at", "0,0", "part.png"]).expect_code(0).stdout;
     assert!(text.contains("tiles replaced"), "{text}");
-    desk.run(&["verify", "image.vastex"]).expect_code(0);
-    let before = desk.read("image.vastex");
-    let refused = desk.run(&["replace", "image.vastex", "--at", "280,0", "part.png"]).expect_code(1).stderr;
+    sandbox.run(&["verify", "image.vastex"]).expect_code(0);
+    let before = sandbox.read("image.vastex");
+    let refused =
+        sandbox.run(&["replace", "image.vastex", "--at", "280,0", "part.png"]).expect_code(1).stderr;
     assert!(refused.contains("reach beyond the texture of 300x200"), "{refused}");
-    desk.run(&["replace", "image.vastex", "--at", "280", "part.png"]).expect_code(2);
-    assert_eq!(desk.read("image.vastex"), before);
+    sandbox.run(&["replace", "image.vastex", "--at", "280", "part.png"]).expect_code(2);
+    assert_eq!(sandbox.read("image.vastex"), before);
 }
 
 #[test]
 fn every_option_of_build_takes_every_value_that_its_help_names() {
-    let desk = Desk::new();
-    desk.write_png("image.png", [300, 200]);
+    let sandbox = Sandbox::new();
+    sandbox.write_png("image.png", [300, 200]);
     let build = |options: &[&str]| {
-        desk.run(&[&["build", "image.png", "-o", "out.vastex"], options].concat()).expect_code(0);
-        desk.run(&["verify", "out.vastex"]).expect_code(0);
-        desk.read("out.vastex")
+        sandbox.run(&[&["build", "image.png", "-o", "out.vastex"], options].concat()).expect_code(0);
+        sandbox.run(&["verify", "out.vastex"]).expect_code(0);
+        sandbox.read("out.vastex")
     };
     for compress in ["none", "lz4", "zstd"] {
         build(&["--compress", compress]);

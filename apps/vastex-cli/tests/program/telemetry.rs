@@ -4,23 +4,23 @@ use std::collections::HashMap;
 
 use serde_json::Value;
 
-use crate::tool::{Desk, Ended};
+use crate::tool::{Ended, Sandbox};
 
 const RENDER: &str = "render image.vastex --size 320x180 --on plane --camera-path fly --frames 40 --json";
 
-fn render(desk: &Desk, more: &str) -> Ended {
+fn render(sandbox: &Sandbox, more: &str) -> Ended {
     let args: Vec<&str> = RENDER.split(' ').chain(more.split(' ').filter(|word| !word.is_empty())).collect();
-    desk.run(&args).expect_code(0)
+    sandbox.run(&args).expect_code(0)
 }
 
 /// A pool of fewer slots than the view wants pages.
-fn small_pool(desk: &Desk) {
-    desk.write("small.toml", b"[default_pool]\nsize_mib = 0.17\n");
+fn small_pool(sandbox: &Sandbox) {
+    sandbox.write("small.toml", b"[default_pool]\nsize_mib = 0.17\n");
 }
 
 /// The rows of a CSV file, by the names of its header.
-fn rows(desk: &Desk, name: &str) -> Vec<HashMap<String, String>> {
-    let text = String::from_utf8(desk.read(name)).unwrap();
+fn rows(sandbox: &Sandbox, name: &str) -> Vec<HashMap<String, String>> {
+    let text = String::from_utf8(sandbox.read(name)).unwrap();
     let mut lines = text.lines();
     let names: Vec<&str> = lines.next().unwrap().split(',').collect();
     let first = ["frame", "pool", "slots", "occupied", "locked", "wanted", "bias", "uploads", "evictions"];
@@ -40,10 +40,10 @@ fn count(row: &HashMap<String, String>, name: &str) -> u64 {
 
 #[test]
 fn the_lines_add_up_to_the_summary() {
-    let desk = Desk::with_container();
-    small_pool(&desk);
-    let json = render(&desk, "--settings small.toml --stats-csv fly.csv").json();
-    let rows = rows(&desk, "fly.csv");
+    let sandbox = Sandbox::with_container();
+    small_pool(&sandbox);
+    let json = render(&sandbox, "--settings small.toml --stats-csv fly.csv").json();
+    let rows = rows(&sandbox, "fly.csv");
     assert_eq!(rows.len(), 40, "one pool, a line for each frame");
     assert!((0..).zip(&rows).all(|(frame, row)| count(row, "frame") == frame && count(row, "pool") == 0));
     let sum = |name: &str| rows.iter().map(|row| count(row, name)).sum::<u64>();
@@ -77,10 +77,10 @@ fn the_lines_add_up_to_the_summary() {
 
 #[test]
 fn json_has_what_csv_has() {
-    let desk = Desk::with_container();
-    render(&desk, "--stats-csv fly.csv --stats-json fly.json");
-    let objects: Vec<Value> = serde_json::from_slice(&desk.read("fly.json")).unwrap();
-    let rows = rows(&desk, "fly.csv");
+    let sandbox = Sandbox::with_container();
+    render(&sandbox, "--stats-csv fly.csv --stats-json fly.json");
+    let objects: Vec<Value> = serde_json::from_slice(&sandbox.read("fly.json")).unwrap();
+    let rows = rows(&sandbox, "fly.csv");
     assert_eq!(objects.len(), rows.len());
     for (object, row) in objects.iter().zip(&rows) {
         let object = object.as_object().unwrap();
@@ -92,7 +92,7 @@ fn json_has_what_csv_has() {
         }
     }
     assert_eq!(
-        desk.names(),
+        sandbox.names(),
         ["fly.csv", "fly.json", "image.png", "image.vastex"],
         "nothing else is left behind"
     );
@@ -100,9 +100,9 @@ fn json_has_what_csv_has() {
 
 #[test]
 fn the_dump_says_whose_the_slots_are() {
-    let desk = Desk::with_container();
-    small_pool(&desk);
-    let json = render(&desk, "--settings small.toml --dump-pools").json();
+    let sandbox = Sandbox::with_container();
+    small_pool(&sandbox);
+    let json = render(&sandbox, "--settings small.toml --dump-pools").json();
     let pool = &json["pools"][0];
     let number = |value: &Value| value.as_u64().unwrap_or_else(|| panic!("{value}"));
     let sum =
@@ -114,27 +114,27 @@ fn the_dump_says_whose_the_slots_are() {
     assert_eq!(number(&texture["pages"]), sum(&texture["levels"]));
     assert_eq!((&texture["name"], &texture["finest"]), (&"image.vastex".into(), &0.into()));
     let text = RENDER.replace(" --json", " --dump-pools");
-    let text = desk.run(&text.split(' ').collect::<Vec<_>>()).expect_code(0).stdout;
+    let text = sandbox.run(&text.split(' ').collect::<Vec<_>>()).expect_code(0).stdout;
     for words in
         ["pool 0, tiles of 72x72 texels of rgba8-srgb: ", "pages of texture 0 (image.vastex): ", "of level 0"]
     {
         assert!(text.contains(words), "{words}: {text}");
     }
-    assert!(render(&desk, "").json().get("pools").is_none());
+    assert!(render(&sandbox, "").json().get("pools").is_none());
 }
 
 #[test]
 fn places_that_cannot_be_are_refused_before_anything_is_drawn() {
-    let desk = Desk::with_container();
-    let before = desk.read("image.vastex");
+    let sandbox = Sandbox::with_container();
+    let before = sandbox.read("image.vastex");
     let refused = |more: &str, says: &str| {
         let args: Vec<&str> = RENDER.split(' ').chain(more.split(' ')).collect();
-        let ended = desk.run(&args).expect_code(1);
+        let ended = sandbox.run(&args).expect_code(1);
         assert!(ended.stderr.contains(says) && ended.stdout.is_empty(), "{ended}");
     };
     refused("--stats-csv image.vastex", "choose another name");
     refused("--stats-csv a.csv --stats-json a.csv", "the CSV file and the JSON file would be one file");
     refused("--stats-csv .", "add a file name");
     refused("--stats-json nowhere/a.json", "nowhere/a.json: cannot be written");
-    assert_eq!((desk.read("image.vastex"), desk.names().len()), (before, 2));
+    assert_eq!((sandbox.read("image.vastex"), sandbox.names().len()), (before, 2));
 }

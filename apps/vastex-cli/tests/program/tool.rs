@@ -6,7 +6,7 @@ use std::process::{Command, Output};
 use tempfile::TempDir;
 
 /// A directory with a small image and a container made of it.
-pub(crate) struct Desk {
+pub(crate) struct Sandbox {
     dir: TempDir,
 }
 
@@ -17,18 +17,18 @@ pub(crate) struct Ended {
     pub(crate) stderr: String,
 }
 
-impl Desk {
-    /// An empty desk.
-    pub(crate) fn new() -> Desk {
-        Desk { dir: TempDir::new().unwrap() }
+impl Sandbox {
+    /// An empty sandbox.
+    pub(crate) fn new() -> Sandbox {
+        Sandbox { dir: TempDir::new().unwrap() }
     }
 
-    /// A desk with `image.png`, of 300x200 texels, and `image.vastex`, whose pages have 64.
-    pub(crate) fn with_container() -> Desk {
-        let desk = Desk::new();
-        desk.write_png("image.png", [300, 200]);
-        desk.run(&["build", "image.png", "-o", "image.vastex", "--page", "64", "--quiet"]).expect_code(0);
-        desk
+    /// A sandbox with `image.png`, of 300x200 texels, and `image.vastex`, whose pages have 64.
+    pub(crate) fn with_container() -> Sandbox {
+        let sandbox = Sandbox::new();
+        sandbox.write_png("image.png", [300, 200]);
+        sandbox.run(&["build", "image.png", "-o", "image.vastex", "--page", "64", "--quiet"]).expect_code(0);
+        sandbox
     }
 
     pub(crate) fn path(&self, name: &str) -> PathBuf {

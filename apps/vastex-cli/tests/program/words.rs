@@ -1,6 +1,6 @@
 //! What the program says and does not say, and what all of its pictures have in common.
 
-use crate::tool::Desk;
+use crate::tool::Sandbox;
 
 fn words(command: &str) -> Vec<&str> {
     command.split_whitespace().collect()
@@ -9,9 +9,9 @@ fn words(command: &str) -> Vec<&str> {
 /// Drivers that look for a display complain where there is none, in lines that look like the program's own.
 #[test]
 fn a_program_without_a_window_asks_for_no_window_system() {
-    let desk = Desk::with_container();
+    let sandbox = Sandbox::with_container();
     for args in ["render image.vastex --size 64x36 -o out.png", "info image.vastex", "verify image.vastex"] {
-        let mut command = desk.command(&words(args));
+        let mut command = sandbox.command(&words(args));
         for variable in ["XDG_RUNTIME_DIR", "DISPLAY", "WAYLAND_DISPLAY", "NODEVICE_SELECT"] {
             command.env_remove(variable);
         }
@@ -23,13 +23,13 @@ fn a_program_without_a_window_asks_for_no_window_system() {
 
 #[test]
 fn what_is_behind_an_image_looks_the_same_whatever_its_channels() {
-    let desk = Desk::with_container();
-    desk.write_grey_png("grey.png", [300, 200]);
-    desk.run(&words("build grey.png -o grey.vastex --page 64 --quiet")).expect_code(0);
+    let sandbox = Sandbox::with_container();
+    sandbox.write_grey_png("grey.png", [300, 200]);
+    sandbox.run(&words("build grey.png -o grey.vastex --page 64 --quiet")).expect_code(0);
     let corner = |name: &str| {
         let out = format!("{name}.png");
-        desk.run(&words(&format!("render {name}.vastex --size 128x36 -o {out}"))).expect_code(0);
-        desk.read_rgb(&out)[0]
+        sandbox.run(&words(&format!("render {name}.vastex --size 128x36 -o {out}"))).expect_code(0);
+        sandbox.read_rgb(&out)[0]
     };
     let (grey, colour) = (corner("grey"), corner("image"));
     assert_eq!(grey, colour);
@@ -38,39 +38,39 @@ fn what_is_behind_an_image_looks_the_same_whatever_its_channels() {
 
 #[test]
 fn a_comparison_says_that_both_pictures_are_too_coarse() {
-    let desk = Desk::with_container();
-    desk.write("small.toml", b"[default_pool]\nsize_mib = 0.2\n");
+    let sandbox = Sandbox::with_container();
+    sandbox.write("small.toml", b"[default_pool]\nsize_mib = 0.2\n");
     let render = "render image.vastex --size 320x180 --compare";
-    let sharp = desk.run(&words(render)).expect_code(0);
+    let sharp = sandbox.run(&words(render)).expect_code(0);
     assert!(sharp.stdout.contains("(gpu): ") && !sharp.stdout.contains("coarser"), "{sharp}");
     let small = format!("{render} --settings small.toml");
-    let coarse = desk.run(&words(&small)).expect_code(0);
+    let coarse = sandbox.run(&words(&small)).expect_code(0);
     assert!(coarse.stdout.contains(" levels coarser than wanted as well): "), "{coarse}");
-    let told = desk.run(&words(&format!("{small} --json"))).expect_code(0).json();
+    let told = sandbox.run(&words(&format!("{small} --json"))).expect_code(0).json();
     assert!(told["reference_mip_bias"].as_f64().unwrap() > 0.0, "{told}");
     assert_eq!(told["reference_mip_bias"], told["mip_bias"]);
 }
 
 #[test]
 fn a_build_says_what_it_replaces_and_leaves_zeros_out() {
-    let desk = Desk::new();
-    desk.write_png("image.png", [300, 200]);
+    let sandbox = Sandbox::new();
+    sandbox.write_png("image.png", [300, 200]);
     let build = words("build image.png -o image.vastex");
-    let first = desk.run(&build).expect_code(0);
+    let first = sandbox.run(&build).expect_code(0);
     assert!(!first.stderr.contains("is there already"), "{first}");
     assert!(first.stdout.contains(" tiles; ") && !first.stdout.contains(" 0 "), "{first}");
-    let second = desk.run(&build).expect_code(0);
+    let second = sandbox.run(&build).expect_code(0);
     assert!(second.stderr.contains("note: image.vastex: is there already"), "{second}");
-    let quiet = desk.run(&[&build[..], &["--quiet"]].concat()).expect_code(0);
+    let quiet = sandbox.run(&[&build[..], &["--quiet"]].concat()).expect_code(0);
     assert_eq!(quiet.stderr, "");
 }
 
 #[cfg(feature = "view")]
 #[test]
 fn a_file_in_the_place_of_a_command_is_opened_in_the_window() {
-    let desk = Desk::with_container();
+    let sandbox = Sandbox::with_container();
     let run = |file: &str| {
-        let mut command = desk.command(&[file]);
+        let mut command = sandbox.command(&[file]);
         command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
         crate::tool::Ended::of(&command.output().unwrap())
     };
