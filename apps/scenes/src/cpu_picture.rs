@@ -5,11 +5,8 @@
 use vastex::{CpuTexture, Textures};
 use vastex_viewer::{Gpu, Picture, Pose, SceneRenderer};
 
-use crate::offscreen::OffscreenError;
+use crate::offscreen::error::{MOST_FIXED_TEXELS, OffscreenError};
 use crate::places::places;
-
-/// Texels along an axis that a uv of 32 bits tells to 1/256 of one, which no colour shows.
-pub(crate) const MOST_FIXED_TEXELS: u32 = 1 << 17;
 
 /// The picture of a scene of one opaque layer at a pose, for which its camera has been placed.
 pub(crate) fn cpu_picture(

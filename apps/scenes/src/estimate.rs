@@ -63,7 +63,7 @@ impl Estimate {
     }
 }
 
-/// How a offscreen estimates.
+/// How an [`Offscreen`](crate::Offscreen) estimates what its views want.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimating {
     /// In which way.

@@ -12,76 +12,26 @@ use crate::compare::Comparison;
 use crate::cpu_picture::cpu_picture;
 use crate::estimate::Estimating;
 use crate::places::places;
-use crate::reference::{Reference, ReferenceError, Taps};
+use crate::reference::{Reference, Taps};
 use crate::wait::read_texture;
-use vastex_viewer::CameraBinding;
-use vastex_viewer::Gpu;
-use vastex_viewer::HeightsError;
-use vastex_viewer::Path;
-use vastex_viewer::Picture;
-use vastex_viewer::Pose;
-use vastex_viewer::Scene;
 use vastex_viewer::camera::Ahead;
 use vastex_viewer::stage::{Canvas, Frame, Pictures, StageScene, StageView, TargetKind, draw_again};
-use vastex_viewer::{DisplayOptions, Layers, LayersError, Relief, ShownLayer, UnknownLayer};
-use vastex_viewer::{Overlay, OverlayRenderer};
-use vastex_viewer::{SceneDesc, SceneRenderer, Target};
-use vastex_viewer::{Views, side_by_side};
+use vastex_viewer::{
+    CameraBinding, DisplayOptions, Gpu, Layers, Overlay, OverlayRenderer, Path, Picture, Pose, Relief, Scene,
+    SceneDesc, SceneRenderer, ShownLayer, Target, Views, side_by_side,
+};
 
 mod costs;
+pub(crate) mod error;
 
 pub use costs::{CostsBeside, DrawCosts};
+pub use error::OffscreenError;
 
 /// Frames after the end of a path within which a view must converge.
 pub const PATIENCE_FRAMES: u64 = 10_000;
 
 /// Frames after which feedback acts.
 const FEEDBACK_FRAMES: u64 = 2;
-
-/// Why a picture could not be drawn.
-#[derive(Debug, thiserror::Error)]
-pub enum OffscreenError {
-    /// The library said so.
-    #[error(transparent)]
-    Vastex(#[from] vastex::Error),
-    /// The layer to be shown is not there.
-    #[error(transparent)]
-    Layer(#[from] UnknownLayer),
-    /// The layers cannot be shown together.
-    #[error(transparent)]
-    Layers(#[from] LayersError),
-    /// There is no picture to compare one of several layers with.
-    #[error("a picture of several layers is compared with nothing; show one opaque layer")]
-    SeveralLayers,
-    /// Where pixels are on a large texture is more than a uv can say, which is what the CPU samples by.
-    #[error(
-        "the CPU makes pictures of up to {} texels along an axis where they are drawn in fixed point; zoom out, or take a \
-         smaller texture",
-        crate::cpu_picture::MOST_FIXED_TEXELS
-    )]
-    TooLargeForCpu,
-    /// The heights are not there.
-    #[error(transparent)]
-    Heights(#[from] HeightsError),
-    /// The picture is larger than the device's textures.
-    #[error("a picture of {width}x{height} pixels: this adapter draws 1 to {max} pixels per side")]
-    PictureSize {
-        /// Width in pixels.
-        width: u32,
-        /// Height in pixels.
-        height: u32,
-        /// Pixels per side that the device allows.
-        max: u32,
-    },
-    /// The prefetch sets were learnt of something else.
-    #[error(
-        "the prefetch sets were learnt of a texture of another shape; learn them from traces of this one"
-    )]
-    OtherTexture,
-    /// The picture from an ordinary texture could not be had.
-    #[error(transparent)]
-    Reference(#[from] ReferenceError),
-}
 
 /// When a run ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

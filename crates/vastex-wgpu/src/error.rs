@@ -50,7 +50,7 @@ pub enum GpuError {
         /// Name of the format.
         format: &'static str,
     },
-    /// The device has not what a way of feedback needs.
+    /// The device lacks what a mode of feedback needs.
     #[error(
         "this device cannot gather feedback in the mode \"{mode}\": it lacks compute shaders, or storage buffers in some stage; \
          \"raw\" needs neither"

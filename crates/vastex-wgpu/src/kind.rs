@@ -24,7 +24,7 @@ pub enum Atlas {
 }
 
 impl Atlas {
-    /// Every way.
+    /// Every way to read an atlas.
     pub const ALL: [Atlas; 4] = [Atlas::Float, Atlas::Unfiltered, Atlas::Uint16, Atlas::Uint16Rgba];
 }
 

@@ -161,7 +161,7 @@ mod tests {
         )),+] };
     }
 
-    /// The arithmetic of `vastex_place_in_slot`, beside that of whole numbers: at the ends of every row and image.
+    /// The arithmetic of `vastexi_place_in_slot`, beside that of whole numbers: at the ends of every row and image.
     #[test]
     fn single_precision_finds_the_place_of_every_slot() {
         let quotient = |number: u32, inverse: f32| ((number as f32 + 0.5) * inverse) as u32;

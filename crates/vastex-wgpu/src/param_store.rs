@@ -1,8 +1,8 @@
 //! The array of all textures' and groups' records, by number: what shaders read of a texture before they look up anything.
 //!
 //! Records have a fixed stride, in words of 16 bytes. They lie in a storage buffer or, where there are none, in a texture with a row for
-//! each number (wgsl/tables/param_*.wgsl). There is room for a few at first, and for twice as many where a number is beyond that. The head
-//! of `tables` says when to call what.
+//! each number (wgsl/param_*.wgsl). There is room for 16 at first, and for twice as many where a number is beyond that. In each frame
+//! [`ParamStore::write`] comes after `PoolTables::apply` of all pools, and [`ParamStore::submitted`] after the submission.
 
 use std::collections::BTreeSet;
 

@@ -33,7 +33,7 @@ enum Ring {
 pub struct ReadbackPipelines(Option<CompactionPipelines>);
 
 impl ReadbackPipelines {
-    /// For a way that the device has.
+    /// For a mode that the device has.
     pub fn new(device: &wgpu::Device, mode: FeedbackMode) -> ReadbackPipelines {
         ReadbackPipelines((mode != FeedbackMode::Raw).then(|| CompactionPipelines::new(device)))
     }

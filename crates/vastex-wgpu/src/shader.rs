@@ -112,6 +112,10 @@ const COMPARED_CONSTANTS: [&str; 2] = ["ADDRESS_", "FILTER_"];
 /// | `vastex_inspect(id, uv)` | fragment, uniform control flow | levels wanted and shown, page and place, `VastexInspection` |
 /// | `vastex_inspect_grad(id, uv, ddx, ddy)` | all | the same, from gradients of uv |
 /// | `vastex_inspect_fixed_grad(id, anchor, offset, ddx, ddy)` | all | the same, at a place in fixed point |
+/// | `vastex_inspect_page(id, page, level)` | all | the level of the finest resident page that covers a page, `u32` |
+/// | `vastex_inspect_slot(slot, tile_texel)` | all | a texel of a slot of the pool, `vec4<f32>` |
+/// | `vastex_inspect_slot_size()` | all | the size of a slot in texels of the texture, border included, `vec2<u32>` |
+/// | `vastex_inspect_fixed_grad(id, anchor, offset, ddx, ddy)` | all | the same, at a place in fixed point |
 ///
 /// For a group each member `NAME` has these functions, where they name a texture, with its name after the first words:
 /// `vastex_sample_NAME(id, uv)`, `vastex_sample_NAME_grad(id, uv, ddx, ddy)`, `vastex_feedback_NAME(id, view, uv)` for a member by itself,

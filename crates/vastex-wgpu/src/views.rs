@@ -49,7 +49,7 @@ impl Views {
     /// Views that there can be.
     pub const MOST: u32 = VIEWS;
 
-    /// Views that are no feedback yet, for shaders made for a way of feedback: the picture where it is, levels unchanged.
+    /// Views that are no feedback yet, for shaders of this mode: the picture where it is, levels unchanged.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, mode: FeedbackMode) -> Views {
         let params = [NO_VIEW; VIEWS as usize];
         let buffer = device.create_buffer(&wgpu::BufferDescriptor {

@@ -75,6 +75,9 @@ pub enum Error {
         "frames cannot be played in lock-step in a browser, where nothing may be waited for; set `pace` to `Pace::Realtime`"
     )]
     LockStepInBrowser,
+    /// A prefetch or a pin was refused.
+    #[error(transparent)]
+    Ask(#[from] vastex_core::AskError),
     /// There is no such texture.
     #[error("there is no texture {} of this id; it was removed, or is one of other `Textures`", .0.number().number())]
     NoTexture(TextureId),

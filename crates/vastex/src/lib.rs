@@ -30,7 +30,7 @@
 //! | what | where |
 //! |---|---|
 //! | textures that come and go | [`Textures::add`], [`Preparer`], [`Textures::remove`], [`TextureRef`], [`TextureMut`] |
-//! | what its pipelines need | [`Textures::kinds`], [`Textures::wgsl`], [`Textures::bind_group`], [`Bindings`] |
+//! | what its pipelines need | [`Textures::kinds`], [`Textures::wgsl`], [`Textures::bind_group`], [`Textures::shader_id`]; for groups and merged layouts [`Bindings`] |
 //! | each frame | [`Textures::feedback`], [`Textures::update`], [`Textures::main_pass`], [`Textures::poll_event`], [`View`] |
 //! | settings, with their defaults | [`Settings`], [`TextureSettings`] |
 //! | ahead of time | [`Ahead`]: prefetches, pins, predictions; [`prefetch`], [`survey`] |
@@ -52,7 +52,8 @@
 //! | say what is wanted | `vastex_feedback(id, view, uv)`, `vastex_feedback_wrapped`, `vastex_feedback_grad`, `vastex_feedback_level`, `vastex_feedback_fixed`, `vastex_feedback_fixed_grad`, `vastex_feedback_fixed_level` |
 //! | place and thin out the feedback pass | `vastex_feedback_clip(view, clip)`, `vastex_gradients(position, uv)`, `vastex_dither(view, position, opacity)`, `vastex_turn(view, position, count)`, `vastex_pixel_scale(view)` |
 //! | say it from the picture | `vastex_asked(view, position)`, `vastex_tell(view, position, wanted)` |
-//! | ask about a texture | `vastex_size(id)`, `vastex_level_of(id, ddx, ddy)`, `vastex_inspect(id, uv)`, `vastex_inspect_grad`, `vastex_inspect_page(found)`, `vastex_inspect_slot(found)` |
+//! | ask about a texture | `vastex_size(id)`, `vastex_level_of(id, ddx, ddy)`, `vastex_inspect(id, uv)`, `vastex_inspect_grad`, `vastex_inspect_fixed_grad(id, anchor, offset, ddx, ddy)` |
+//! | look into the pool of a text | `vastex_inspect_page(id, page, level)`, `vastex_inspect_slot(slot, tile_texel)`, `vastex_inspect_slot_size()` |
 //! | draw in texture space | `vastex_texture_space_clip(uv)`, `vastex_texture_space(id, uv, clip, picture)`, `vastex_texture_space_front` |
 //!
 //! For a [group](Textures::add_group) each member `NAME` has them with its name: `vastex_sample_NAME(id, uv)`, `vastex_sample_NAME_grad`.

@@ -31,7 +31,8 @@ const ARROWS: &[(&str, &[&str])] = &[
 ];
 
 /// The crates that also run in a browser, as options for cargo.
-const BROWSER: &[&str] = &["-p", "vastex-core", "-p", "vastex-tiles", "-p", "vastex-wgpu", "-p", "vastex"];
+const BROWSER: &[&str] =
+    &["-p", "vastex-core", "-p", "vastex-tiles", "-p", "vastex-wgpu", "-p", "vastex", "-p", "vastex-viewer"];
 
 /// Core needs next to nothing; whoever adds to this list says why core cannot do without.
 const CORE_MAY_USE: &[&str] = &["bytes", "rustc-hash", "thiserror"];

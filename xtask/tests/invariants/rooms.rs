@@ -45,7 +45,7 @@ const WITHOUT_TABLE: &[(&str, &[&str])] = &[
     (
         "crates/vastex-wgpu",
         &[
-            "belt bind kind layer pool views way",
+            "belt bind feedback_mode kind layer pool views",
             "device mapping test_device",
             "feedback raw",
             "lists raw_ring readback",

@@ -131,7 +131,7 @@ pub(crate) fn new_studio(
     Ok(Offscreen::new(&bench.gpu, source, scene, picture(&bench.gpu), settings)?)
 }
 
-/// The first texture of an offscreen.
+/// The first texture of a scene without a window.
 pub(crate) fn texture(offscreen: &Offscreen) -> Result<TextureId> {
     offscreen.textures().inspect().textures().next().context("there is a first texture")
 }

@@ -11,7 +11,7 @@ use crate::pictures::assert_alike;
 use glam::{DVec2, DVec3};
 
 pub(crate) const SIZE: [u32; 2] = [128, 72];
-/// The only texture of an offscreen.
+/// The only texture of a scene without a window.
 pub(crate) fn texture(offscreen: &Offscreen) -> TextureId {
     offscreen.textures().inspect().textures().next().unwrap()
 }

@@ -239,7 +239,7 @@ impl Viewer {
         let stats = self.textures.stats();
         let wake = match () {
             () if self.is_hidden => Wake::After(SLOW),
-            // Frames color_map for answers, also where nothing moves.
+            // Each frame looks for answers, also where nothing moves.
             () if awake || self.textures.pixels().asked() > 0 => Wake::Now,
             () if !self.is_settled(&stats) => Wake::Now,
             () if stats.pager.failed > 0 => Wake::After(SLOW),

@@ -300,7 +300,7 @@ fn key(page: PageId) -> [u32; 2] {
     [bits as u32, (bits >> 32) as u32]
 }
 
-/// `vastex_hash`: every bit of the page bears on every bit of the hash.
+/// `vastexi_hash`: every bit of the page bears on every bit of the hash.
 fn hash([low, high]: [u32; 2], seed: u32) -> u32 {
     let low = (low ^ seed).wrapping_mul(HASH_LOW);
     let both = ((low ^ low >> 16) ^ high).wrapping_mul(HASH_HIGH);

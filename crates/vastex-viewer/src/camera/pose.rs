@@ -1,6 +1,6 @@
 //! Where a camera is, in the words of its scene, and the matrix that follows from it.
 //!
-//! How poses follow one another is `path`'s business, what is drawn `draw`'s.
+//! How poses follow one another is `path`'s business, what is drawn `surface`'s.
 
 use glam::camera::rh::{proj::directx as projection, view::look_at_mat4};
 use glam::{DVec2, DVec3, Mat4, Vec2, Vec3};

@@ -4,20 +4,21 @@
 //!
 //! | binding | with storage buffers | without ([`FeedbackMode::Raw`]) | module, its functions |
 //! |---|---|---|---|
-//! | table of a direct pool | `var<storage, read> vastex_table: array<u32>` | `texture_2d<u32>`, r32uint | arena_buffer / arena_texture: `vastex_table_entry(index)`, `vastex_table_length()` |
-//! | table of a hashed pool | the same | the same | the same, and hashed_pool: `vastex_hashed_page(page: vec2<u32>)`, the whole id, low and high half |
-//! | records | `var<storage, read> vastex_params: array<vec4<u32>>` | `texture_2d<u32>`, rgba32uint, one row a number | param_buffer / param_texture: `vastex_param(number, n)`, `vastex_param_count()` |
+//! | table of a direct pool | `var<storage, read> vastexi_table_POOL: array<u32>` | `texture_2d<u32>`, r32uint | arena_buffer / arena_texture: `vastexi_table_word_POOL(index)`, `vastexi_table_length_POOL()` |
+//! | table of a hashed pool | the same | the same | the same, and hashed_pool: `vastexi_hashed_page_POOL(page: vec2<u32>)`, the whole id, low and high half |
+//! | records | `var<storage, read> vastexi_params: array<vec4<u32>>` | `texture_2d<u32>`, rgba32uint, one row a number | param_buffer / param_texture: `vastexi_param(number, n)`, `vastexi_records()` |
 //!
 //! Of a direct table a record holds `first_entry` for each level finer than the tail: [`Placement::first_entry`], absolute in the arena, or
-//! `0xffffffff` (VASTEX_NONE) where the level has no entries yet. **The rule of a lookup**: take the finest level from the wanted one on whose
-//! `first_entry` is less than `vastex_table_length()`; where no level finer than the tail is, take the tail. (In almost every frame that is
+//! `0xffffffff` (VASTEXI_NONE) where the level has no entries yet. **The rule of a lookup**: take the finest level from the wanted one on whose
+//! `first_entry` is less than `vastexi_table_length_POOL()`; where no level finer than the tail is, take the tail. (In almost every frame that is
 //! `max(wanted, finest)`, [`Placement::finest`]; the comparison keeps right what was recorded with an arena that has moved since.) The entry
 //! is at `first_entry + (page.z * pages.y + page.y) * pages.x + page.x`.
 //!
 //! A hashed table needs nothing of the record: how many buckets it has, and its seed, follow from its length, so that they change together
-//! with it, and nothing of it stands in a uniform. `vastex_hashed_page` gives an entry or VASTEX_NONE; the caller goes up the levels.
+//! with it, and nothing of it stands in a uniform. `vastexi_hashed_page_POOL` gives an entry or VASTEXI_NONE; the caller goes up the levels.
 //!
-//! A number beyond `vastex_param_count()` has no record: its id is stale.
+//! A number beyond `vastexi_records()` has no record, and a record may be of another id with the same number: shaders take the texture for
+//! unknown in both cases.
 //!
 //! # What a frame does
 //!

@@ -1,6 +1,6 @@
 //! Page tables in a texture, for devices whose shaders have no storage buffers.
 //!
-//! Words lie there as in a buffer, row after row (tables/arena_texture.wgsl). The CPU has them too, and sends the pieces in which some have
+//! Words lie there as in a buffer, row after row (wgsl/arena_texture.wgsl). The CPU has them too, and sends the pieces in which some have
 //! changed, all of a frame in one upload.
 
 use crate::device::{alive, guarded, staged};

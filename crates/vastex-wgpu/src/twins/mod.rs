@@ -1,4 +1,4 @@
-//! The shaders' twins on the CPU, one file for each with the same stem.
+//! The shaders' twins on the CPU, the head of each shader names the file of its twin.
 //!
 //! They are naive on purpose, so that they can be read beside the WGSL, and do the same arithmetic in `f32`. Tests
 //! compare the two on the same inputs; a picture that is beyond a device's limits is compared with the twin alone.

@@ -1,5 +1,5 @@
 // Compaction of a feedback target: distinct pages, each with its pixel count and its sharpest eighth.
-// CPU twin: twins/compact.rs.
+// CPU twin: FeedbackCompactor of vastex-core (wanted/compact.rs).
 //
 // A slot of the hash table is claimed by the index of a pixel, plus one, and keys are compared in the raw target.
 

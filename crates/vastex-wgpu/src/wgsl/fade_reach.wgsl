@@ -1,4 +1,4 @@
-// The same for single taps of filters that reach beyond a tile, in the page that covers `offset` texels of level 0 from a position.
+// What is shown at single taps of filters that reach beyond a tile, of tiles that fade in, in the page that covers `offset` texels of level 0 from a position.
 // CPU twin: twins/fade.rs.
 
 fn vastexi_shown_beside_KIND(

@@ -1,6 +1,6 @@
 // A hashed page table, which has what is resident of all textures of a pool: three words a bucket (the page's id, low half and high half,
-// and its entry). How it is kept is told at the head of vastex-core's hashed_table.rs, which is the CPU twin. How many buckets there are
-// follows from where the table ends: the power of two that lies below.
+// and its entry). Open addressing with linear probing: at most VASTEXI_HASHED_PROBES buckets from a page's home, no tombstones (CPU twin:
+// HashedTable of vastex-core). How many buckets there are follows from where the table ends: the power of two that lies below.
 
 // Where the probe sequence of a page begins, before the number of buckets is taken into account.
 fn vastexi_hash_POOL(page: vec2<u32>, seed: u32) -> u32 {

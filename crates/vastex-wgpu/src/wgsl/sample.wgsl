@@ -1,4 +1,4 @@
-// Sampling of a kind: what the functions that applications call in the place of textureSample have in common (names.wgsl).
+// Sampling of a kind: what the functions that applications call in the place of textureSample have in common (names_sample.wgsl).
 // CPU twin: twins/sample.rs.
 
 // What a pixel shows that covers so much around a position, the axis as the texture runs there.

@@ -1,7 +1,7 @@
 //! The decoded tiles that queries on the CPU go through: the ones used last, within a budget of bytes, and those of layers that
 //! are kept for as long as they are in the pool.
 //!
-//! Which tile answers a query is `sample_cpu`'s business.
+//! Which tile answers a query is `sample`'s business.
 
 use std::collections::HashMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};

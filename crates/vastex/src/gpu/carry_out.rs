@@ -60,7 +60,7 @@ impl Gpu {
             pool.set_bias(&self.queue, pager.bias_eighths());
         }
         self.queue.submit([encoder.finish()]);
-        // From here on rooms on the belt may be given back.
+        // The belt's tiles were kept until their copies were submitted.
         drop(copied);
         self.undone.uploads.clear();
         self.undone.has_tables = false;

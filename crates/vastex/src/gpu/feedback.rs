@@ -12,7 +12,8 @@ use super::{BindGroups, Gpu};
 use crate::error::Error;
 
 impl Gpu {
-    /// Draws the feedback pass of any view. Draws nothing for a view that there is not, nor where the main pass says what it wants.
+    /// Draws the feedback pass of any view. Draws nothing where there is no such view, and with
+    /// [`FeedbackMode::Inline`], but for [`ViewId::EXPECTED`].
     pub(crate) fn feedback(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,

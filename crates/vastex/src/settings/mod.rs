@@ -95,11 +95,11 @@ pub struct Settings {
     /// [`Filter::Trilinear`] by default.
     pub filter: Filter,
     /// How long a tile takes to fade in from what was on screen before; no time for tiles that are there at once. 100 to 300 ms look
-    /// well. It is in the shaders where it is not zero: a read more for each lookup, and while tiles fade what lies beneath them too. How
-    /// time passes says [`crate::Textures::set_frame_time`]. Zero by default.
+    /// well. It is in the shaders where it is not zero: a read more for each lookup, and while tiles fade what lies beneath them too. [`crate::Textures::set_frame_time`]
+    /// says how much time passes from frame to frame. Zero by default.
     pub fade: Duration,
-    /// How views say what they want; where nothing is said, the best mode that the device has ([`FeedbackMode::best`]). In a browser what is
-    /// said here is believed, whatever the limits are. By default nothing is said.
+    /// How views say what they want; `None`, the default, for the best mode that the device has ([`FeedbackMode::best`]). A mode that the
+    /// device lacks is an error, but in a browser, whose limits do not say all that its device has.
     pub feedback: Option<FeedbackMode>,
     /// Whether nearer is a larger depth in the application's passes: feedback targets are then cleared to 0 instead of 1.
     /// By default it is not.
@@ -115,9 +115,9 @@ pub struct Settings {
     /// switched off only to see what that saves. On by default.
     pub share_contents: bool,
     /// Bytes of GPU memory up to which a texture is held whole, as an ordinary one with all its levels: it takes no part in paging, asks
-    /// for nothing and is sharp from the first frame, and shaders sample it as any other. All of it is read before it is added. Each has a pool
-    /// of its own, of its own size. 0 for no such textures; sparse ones are none, and in a browser only those are that were
-    /// [prepared](crate::Preparer). 0 by default.
+    /// for nothing and is sharp from the first frame, and shaders sample it as any other. All of it is read before it is added. Those
+    /// whose tiles have one size and the same formats share a pool, which starts with room for one and doubles where it is full. 0 for no such
+    /// textures; sparse textures are never held whole, and in a browser only those that were [prepared](crate::Preparer). 0 by default.
     pub whole_bytes: u64,
     /// Frames whose telemetry is kept, some 600 bytes for each pool in each; 0 for none. 256 by default.
     pub telemetry_frames: u64,
@@ -177,7 +177,7 @@ pub struct TextureSettings {
     /// Which kind of page table it gets; by its size, unless one is to be measured against the other.
     pub page_table: TableChoice,
     /// How the texels of single layers are blended, by the layers' names. The others are blended by [`Settings::filter`], but for those
-    /// whose values may not be mixed ([`vastex_core::Layer::is_mixable`]): of them each pixel shows one texel, and their tiles do not fade
+    /// whose values may not be mixed ([`crate::Layer::is_mixable`]): of them each pixel shows one texel, and their tiles do not fade
     /// in.
     pub filters: BTreeMap<String, Filter>,
 }

@@ -1,4 +1,4 @@
-//! How large pools are and whether their pictures may become coarser; `vastex.toml` says the same (`settings_file`).
+//! How large pools are and whether their pictures may become coarser; `vastex.toml` says the same (`file`).
 
 use vastex_core::{BiasRule, Description, LayerFormat, Pager, PoolEstimate};
 

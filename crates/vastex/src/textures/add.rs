@@ -54,8 +54,8 @@ impl Textures {
     /// prepared: of other settings ([`Error::OtherSettings`]), to be prepared again; where the device is lost, to be added after
     /// [`Memory::restore`](crate::Memory::restore).
     ///
-    /// Costs the beginning of the page table, which grows to 4 bytes for each page of the levels that are wanted or, of a
-    /// texture of more than some millions of pages, to 48 or fewer for each page that is resident. Layers that the device cannot
+    /// Costs the beginning of a page table, which grows to 4 to 8 bytes for each page of the levels that are wanted. A texture of
+    /// more than 4 Mi pages has none of its own: such textures share their pool's hash table, of 48 bytes a slot. Layers that the device cannot
     /// decompress are decoded when they are loaded, and take as much of the pool as their texels.
     pub fn add(&mut self, prepared: Prepared) -> Result<TextureId, AddError> {
         self.add_prepared(&prepared).map_err(|error| AddError { error, prepared })

@@ -104,13 +104,13 @@ impl Ahead<'_> {
     /// Says what the view is expected to want when tiles that are asked for now will be here: the feedback of a camera that goes
     /// on as it does, for as many frames ahead as a tile takes. To be called once per frame, before [`Textures::update`];
     /// [`crate::CpuFeedback`] makes such a feedback without drawing anything. What is in view comes first, so a prediction
-    /// costs nothing where bandwidth is short; see [`vastex_core::Pager::expect`].
+    /// costs nothing where bandwidth is short.
     pub fn expect(&mut self, feedback: &Feedback) {
         self.textures.paging.expect(feedback);
     }
 
-    /// Frames ahead of which a view should be expected: what feedback takes, and what 95 % of the last tiles have taken from their
-    /// request on. Where a camera will be then, [`vastex_core::Motion`] works out.
+    /// How many frames ahead a camera should be expected: 2 that feedback takes, and the frames within which 95 % of the last tiles have
+    /// come after their request (4 before any has). Where a camera will be then, [`crate::prefetch::Motion`] works out.
     pub fn frames(&self) -> u64 {
         FEEDBACK_FRAMES + self.textures.paging.pager().arrival_frames().map_or(FIRST_GUESS, u64::from)
     }
@@ -149,7 +149,7 @@ impl Ahead<'_> {
     }
 
     /// Draws the level that the view needs of each part of a texture, in texture space, and says what the view wants by the last of
-    /// them that have come back, about two frames old: nothing in the first frames. To be given to [`View::want`](crate::View::want), or beside
+    /// them that have come back, about two frames old: nothing in the first frames. Fails where there is no such texture. To be given to [`View::want`](crate::View::want), or beside
     /// feedback to [`Ahead::expect`]; those of several textures together, by [`Feedback::of_pages`].
     ///
     /// `draw` draws every surface that shows the texture, with a pipeline whose vertex shader gives `vastex_texture_space_clip(uv)` as
@@ -166,7 +166,7 @@ impl Ahead<'_> {
     ) -> Result<Option<Feedback>, Error> {
         let Textures { paging, gpu, .. } = &mut *self.textures;
         let number = texture.number();
-        let Some(state) = paging.texture(number).filter(|_| gpu.has(texture)) else { return Ok(None) };
+        let state = paging.texture(number).filter(|_| gpu.has(texture)).ok_or(Error::NoTexture(texture))?;
         let of = (number, &state.description.geometry);
         gpu.texture_space(encoder, of, settings.max_pages, paging.frame(), draw)
     }

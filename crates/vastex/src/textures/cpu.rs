@@ -18,7 +18,7 @@ impl Textures {
 }
 
 impl<'a> Cpu<'a> {
-    /// What a layer says at `uv`, `level` levels coarser than level 0, as `vastex_sample_level(uv, level)` does on the GPU, with the same
+    /// What a layer says at `uv`, `level` levels coarser than level 0, as `vastex_sample_level(id, uv, level)` does on the GPU, with the same
     /// filter and address modes, and across pages. The level is taken as it is: neither the texture's bias nor its pool's is
     /// added ([`TextureRef::bias_eighths`](crate::TextureRef::bias_eighths) tells the latter, for who wants what is drawn).
     ///

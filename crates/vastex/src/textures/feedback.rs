@@ -15,6 +15,10 @@ impl Textures {
     ///
     /// To be called before [`Textures::update`], once per frame; a frame without it keeps what was wanted. Draws nothing where the mode is
     /// [`FeedbackMode::Inline`]; [`Textures::main_pass`] does it then.
+    ///
+    /// Fails where the picture has no pixels or more than a target can have, where the view's feedback of this frame is recorded already
+    /// ([`Error::FeedbackTwice`]), and where a pass of [`View::begin_feedback`](crate::View::begin_feedback) was not ended
+    /// ([`Error::FeedbackNotEnded`], once). Costs a target and its way back where the picture has another size than before.
     pub fn feedback(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
@@ -24,7 +28,7 @@ impl Textures {
         self.draw_feedback(encoder, ViewId::MAIN, picture, draw)
     }
 
-    /// That of any view.
+    /// Draws the feedback pass of any view.
     pub(super) fn draw_feedback(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
@@ -44,7 +48,8 @@ impl Textures {
     /// begins at the first pixel of its target. Otherwise nothing but `draw` happens, so that an application that calls both this
     /// and [`Textures::feedback`] serves every mode.
     ///
-    /// To be called after [`Textures::update`], once per frame.
+    /// To be called after [`Textures::update`], once per frame. Fails as [`Textures::feedback`] does, where the mode is
+    /// [`FeedbackMode::Inline`]; `draw` is not called then.
     pub fn main_pass(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
@@ -54,7 +59,7 @@ impl Textures {
         self.draw_main_pass(encoder, ViewId::MAIN, picture, draw)
     }
 
-    /// That of any view.
+    /// Draws the picture of any view.
     pub(super) fn draw_main_pass(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,

@@ -27,11 +27,10 @@ impl Textures {
     /// [Bind groups](Textures::bind_group) may be others afterwards.
     ///
     /// Commands may be recorded ahead, by two frames: what was recorded after one update and is submitted after one or two more, but before
-    /// the third, shows what is there then, and right. That holds where page tables have grown meanwhile or pools were resized, too. Of a
-    /// texture that was removed such commands show whatever is in its slots by then, each time a texel of the pool; all that they show
-    /// beside it is right.
+    /// the third, shows what is there then, and right. That holds where page tables have grown meanwhile or pools were resized, too. In
+    /// the place of a texture that was removed such commands show [`crate::Settings::unknown_color`]; all that they show beside it is right.
     ///
-    /// It fails where the device is lost ([`vastex_wgpu::GpuError::DeviceLost`]) or has no memory for a page table that grows; then pictures are
+    /// It fails where the device is lost ([`crate::GpuError::DeviceLost`]) or has no memory for a page table that grows; then pictures are
     /// as they were, and the next call does what this one could not. What was recorded before a call that failed is to be submitted before the
     /// next, or drawn anew.
     pub fn update(&mut self) -> Result<(), Error> {

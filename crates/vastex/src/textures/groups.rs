@@ -56,7 +56,10 @@ impl Textures {
             return Err(error);
         }
         self.paging.set_turns(self.gpu.most_turns());
-        self.catch_up()?;
+        if let Err(error) = self.catch_up() {
+            self.remove_group(id);
+            return Err(error);
+        }
         Ok(GroupId::new(id, self.gpu.generation(id.number())))
     }
 

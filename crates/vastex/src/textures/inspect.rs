@@ -110,7 +110,7 @@ impl<'a> Inspect<'a> {
         self.textures.watch.telemetry()
     }
 
-    /// Fails with [`vastex_wgpu::GpuError::DeviceLost`] where the device is lost. The frame loop says so by itself; this is for frames that
+    /// Fails with [`crate::GpuError::DeviceLost`] where the device is lost. The frame loop says so by itself; this is for frames that
     /// do not get as far, as when a window gives no picture. Costs a buffer of 4 bytes.
     pub fn check_device(&self) -> Result<(), Error> {
         self.textures.gpu.check_device()

@@ -49,7 +49,7 @@ impl Memory<'_> {
     /// becomes coarser at once, and what now fits, which sharpens as it is loaded.
     ///
     /// The bind groups of the pool's textures, and of groups, are new ones; pipelines stay good. Fails where the device has no memory for the new pool beside the old one
-    /// ([`vastex_wgpu::GpuError::OutOfMemory`]), where `bytes` are too few for what is pinned, and where everything is in view and may not become
+    /// ([`crate::GpuError::OutOfMemory`]), where `bytes` are too few for what is pinned, and where everything is in view and may not become
     /// coarser; the pool is then as it was. Where there is no memory for a page table after that, pictures are as they were, and the next
     /// [update](Textures::update) goes on with the new pool. Costs a copy of each tile on the GPU, and anew the page tables of the pool's textures.
     pub fn resize_pool(&mut self, pool: PoolId, bytes: u64) -> Result<PoolResize, Error> {
@@ -84,7 +84,7 @@ impl Memory<'_> {
         Ok(resized)
     }
 
-    /// Goes on with another device, after [`vastex_wgpu::GpuError::DeviceLost`]: makes the pools and page tables anew and puts
+    /// Goes on with another device, after [`crate::GpuError::DeviceLost`]: makes the pools and page tables anew and puts
     /// the tails there, which are in main memory, so that it waits for no source; in the next frames the tiles of the view come
     /// again, from the RAM cache as far as it has them. Textures keep their ids, tickets and pins stay, as do levels that were set.
     ///

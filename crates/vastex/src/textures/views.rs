@@ -58,7 +58,7 @@ impl Textures {
 }
 
 impl View<'_> {
-    /// The number by which shaders know the view: 0 of the main one, and of what is only expected.
+    /// The number by which shaders know the view, 0 to 7. [`ViewId::MAIN`] and [`ViewId::EXPECTED`] have 0.
     pub fn number(&self) -> u32 {
         self.textures.gpu.view_number(self.id)
     }
@@ -92,7 +92,8 @@ impl View<'_> {
             && self.textures.paging.pager().is_view_converged(self.id)
     }
 
-    /// Waits for [`View::is_converged`], as a future; the frames must go on for it.
+    /// A future of [`View::is_converged`]: true when that says so, false where the view is removed first. It moves on in [`Textures::update`]
+    /// alone.
     pub fn converged(&mut self) -> Convergence {
         self.textures.paging.converged_view(self.id)
     }
@@ -139,8 +140,9 @@ impl View<'_> {
     /// [`Ahead::feedback`](crate::Ahead::feedback), which is not worth drawing where [`Ahead::can_look_ahead`](crate::Ahead::can_look_ahead)
     /// says so.
     ///
-    /// Fails where the picture has no pixels or too many, and where the view's pass before was not ended: that is given up, and the next call
-    /// is good.
+    /// Fails where the picture has no pixels or too many, where the view's feedback of this frame is recorded already
+    /// ([`Error::FeedbackTwice`]), and where the view's pass before was not ended: what that pass drew is given up, and the next call begins
+    /// anew.
     ///
     /// ```no_run
     /// # use vastex::ViewId;

@@ -3,14 +3,14 @@
 use super::Room;
 
 pub(super) const ROOMS: &[Room] = &[
-    ("error", &[]),
+    ("ids", &[]),
+    ("error", &["ids"]),
     ("settings", &[]),
-    ("sampled", &[]),
     ("sources", &["error", "settings"]),
     ("paging", &["error", "settings"]),
-    ("gpu", &["error", "sampled", "settings"]),
-    ("cpu", &["error", "paging", "sampled", "settings"]),
+    ("gpu", &["error", "ids", "settings"]),
+    ("cpu", &["error", "ids", "paging", "settings"]),
     ("watch", &["error"]),
-    ("textures", &["cpu", "error", "gpu", "paging", "sampled", "settings", "sources", "watch"]),
-    ("lib", &["cpu", "error", "gpu", "paging", "sampled", "settings", "sources", "textures", "watch"]),
+    ("textures", &["cpu", "error", "gpu", "ids", "paging", "settings", "sources", "watch"]),
+    ("lib", &["cpu", "error", "gpu", "ids", "paging", "settings", "sources", "textures", "watch"]),
 ];

@@ -1,4 +1,4 @@
-// A surface displaced by heights, in patches that are finer where the camera is nearer: see patches.rs and scene.relief.rs.
+// A surface displaced by heights, in patches that are finer where the camera is nearer: see patches.rs and relief.rs.
 // The text after this one is generated: vastex's own for the members `height` and `layer0` and so on of a group, constants, surface.wgsl.
 //
 // Everything about a vertex follows from its own uv, so that two patches that share it have it in the same place.

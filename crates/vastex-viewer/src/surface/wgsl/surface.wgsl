@@ -1,12 +1,12 @@
 // A surface with a virtual texture on it: where its corners lie, and how the texture's value becomes a colour.
 // The text after this one is generated: vastex's own, and constants.
 
-// What channels mean, SCENE_GREY and its kin; see layers.rs.
+// What channels mean, SCENE_GREY and its kin; see layers/mod.rs.
 override SCENE_LOOK: u32;
 // The exponent of values in their range, and the colour map of a single channel; see palette.rs.
 override SCENE_GAMMA: f32;
 override SCENE_MAP: u32;
-// Whether the layer's values are display values and the target is given light, or the other way round; see layers.rs.
+// Whether the layer's values are display values and the target is given light, or the other way round; see layers/mod.rs.
 override SCENE_DECODES: bool;
 override SCENE_ENCODES: bool;
 // How the texture lies on the surface; see tiling.rs.

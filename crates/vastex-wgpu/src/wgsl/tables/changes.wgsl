@@ -1,6 +1,7 @@
 // Changes of page tables. Of the direct tables of a pool first new entries, then every eviction, then every load, one invocation for each
-// entry at and below a page. What makes either half independent of its order is told at the head of vastex-core's table/mod.rs. Of the
-// hashed table of a pool the buckets that have changed, one invocation each.
+// entry at and below a page. An eviction's new entry is the nearest ancestor that stays resident, so no entry is changed by two; a load is an
+// atomic minimum, since a finer level is the smaller number: so the order within either half makes no difference. Of the hashed table of a
+// pool the buckets that have changed, one invocation each.
 //
 // A table that has moved to larger memory and what it lay in before take the same batch: what is beyond the smaller one's end is left out.
 
