@@ -12,7 +12,7 @@ use crate::compare::Comparison;
 use crate::cpu_picture::cpu_picture;
 use crate::estimate::Estimating;
 use crate::places::places;
-use crate::reference::{Reference, Taps};
+use crate::reference::{Reference, ReferenceError, Taps};
 use crate::wait::read_texture;
 use vastex_viewer::camera::Ahead;
 use vastex_viewer::stage::{Canvas, Frame, Pictures, StageScene, StageView, TargetKind, draw_again};
