@@ -22,9 +22,10 @@ const SHADERS: [&str; 11] = [
     texture_space::SHADER,
     ways::SURFACES,
 ];
-/// What pictures of the pool and of reliefs call, which the tests of `apps/scenes` look at; and what only joins its derivatives to
+/// What pictures of the pool, overlays in fixed point and reliefs call, which the tests of `apps/scenes` look at; and what only joins its derivatives to
 /// `vastex_sample_nearest_grad`.
-const ELSEWHERE: [&str; 5] = [
+const ELSEWHERE: [&str; 6] = [
+    "vastex_inspect_fixed_grad",
     "vastex_inspect_slot",
     "vastex_inspect_slot_size",
     "vastex_level_of",
