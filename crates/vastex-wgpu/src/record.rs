@@ -43,8 +43,8 @@ pub struct RecordOf<'a> {
     pub tail_slot: Slot,
     /// How its levels are chosen, as far as it has them.
     pub rule: LevelRule,
-    /// Bit `n`: values of layer `n` may not be mixed.
-    pub unmixed: u16,
+    /// Bit `n`: values of layer `n` may not be mixed; of the first 32 layers.
+    pub unmixed: u32,
     /// The finest level that is looked up in the page table.
     pub finest: u8,
     /// Where the entries of a level begin in the page table; all ones where it has none.
@@ -89,7 +89,7 @@ fn record(of: &RecordOf<'_>, tail: u8) -> Vec<[u32; 4]> {
     let (page, border) = (geometry.page(), geometry.border());
     let mut words = vec![
         [width, height, of.id, flags],
-        [rule.bias.to_bits(), tail_entry, u32::from(of.unmixed), 0],
+        [rule.bias.to_bits(), tail_entry, of.unmixed, 0],
         [page[0], page[1], border[0], border[1]],
     ];
     words.extend((0..=geometry.coarsest()).flat_map(|index| level_words(of, index, tail)));

@@ -137,6 +137,11 @@ pub enum Error {
         /// The names that there are.
         layers: String,
     },
+    /// Shaders are told of the first 32 layers of a texture which values may not be mixed.
+    #[error(
+        "the values of layer {0} may not be mixed, which can be said of the first 32 layers of a texture; put it before them"
+    )]
+    UnmixedLayer(usize),
     /// The textures cannot be a group.
     #[error(transparent)]
     Group(#[from] GroupError),

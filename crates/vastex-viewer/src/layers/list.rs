@@ -131,13 +131,16 @@ impl Layers {
         }
         let is_single = is_single(&self.layers);
         if is_single != self.is_single && self.heights.is_none() {
-            let (layers, heights) = (std::mem::take(&mut self.layers), self.heights);
-            let made = Layers::new(textures, layers, heights)?;
+            let (layers, heights) = (self.layers.clone(), self.heights);
+            let made = Layers::new(textures, layers, heights).inspect_err(|_| self.layers[n] = before)?;
             std::mem::replace(self, made).remove(textures);
             return Ok(true);
         }
         let was_single = std::mem::replace(&mut self.is_single, is_single);
-        self.gather_seen(textures)?;
+        if let Err(error) = self.gather_seen(textures) {
+            (self.layers[n], self.is_single) = (before, was_single);
+            return Err(error);
+        }
         Ok(has_other_text || was_single || is_single)
     }
 

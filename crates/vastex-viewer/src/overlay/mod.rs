@@ -197,6 +197,9 @@ fn texture_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
 
 /// As few columns of slots, a tile wide and high each, as let all rows fit into a picture.
 fn columns(slots: usize, picture: [u32; 2], tile: [u32; 2]) -> u32 {
+    if picture.contains(&0) || slots == 0 {
+        return 1;
+    }
     let [width, height] = picture.map(f64::from);
     let tile_aspect = f64::from(tile[1]) / f64::from(tile[0]);
     let fits = |&columns: &u32| {

@@ -298,6 +298,11 @@ impl PoolTables {
         }
     }
 
+    /// Nothing of what was decided since the last submission has come: the next [`PoolTables::apply`] begins anew with what is resident.
+    pub fn lost(&mut self) {
+        self.is_submitted = false;
+    }
+
     /// Whether nothing is left that is sent by and by.
     pub fn is_settled(&self) -> bool {
         match &self.kind {

@@ -45,7 +45,8 @@ fn vastexi_texture(id: u32) -> VastexiTexture {
     let rule = vastexi_param(number, 1u);
     let flags = shape.w;
     return VastexiTexture(
-        shape.z == id,
+        // 0 names nothing, as an empty record does.
+        (shape.z == id) && (id != 0u),
         number,
         shape.xy,
         vec2<u32>(flags & 3u, (flags >> 2u) & 3u),
@@ -95,7 +96,7 @@ fn vastexi_level(texture: VastexiTexture, level: u32) -> VastexiLevel {
 
 // Whether values of a layer may not be mixed, so that whatever reads it reads one texel.
 fn vastexi_is_unmixed(texture: VastexiTexture, layer: u32) -> bool {
-    return ((texture.unmixed >> layer) & 1u) == 1u;
+    return (layer < 32u) && (((texture.unmixed >> (layer & 31u)) & 1u) == 1u);
 }
 
 // The size of the texture of an id, in texels of level 0; 0 where the id names none.

@@ -62,7 +62,7 @@ pub(crate) struct World {
     pub(crate) number: TextureNumber,
     pub(crate) rule: LevelRule,
     /// Layers whose values may not be mixed, by bits.
-    pub(crate) unmixed: u16,
+    pub(crate) unmixed: u32,
     /// What made the table what it is.
     pub(crate) changes: Vec<TableChange>,
 }

@@ -36,8 +36,10 @@ struct BindSet {
     pools: Vec<PoolId>,
     /// For some filters; bindings are the same for all.
     kinds: Kinds,
-    /// Nothing while the memory of a pool is given back.
+    /// Nothing while the memory of a pool is given back, and where nobody has the set.
     group: Option<wgpu::BindGroup>,
+    /// Layers of textures, and groups, that have it. A set that nobody has is taken by the next that is like no other.
+    owners: u32,
     revision: u64,
 }
 
@@ -62,11 +64,21 @@ impl BindGroups {
 
     /// The place of a set, which is added where there is none.
     fn place(&mut self, pools: Vec<PoolId>, kinds: Kinds) -> usize {
-        let is_it = |set: &BindSet| set.pools == pools && set.kinds.binds_like(&kinds);
-        self.sets.iter().position(is_it).unwrap_or_else(|| {
-            self.sets.push(BindSet { pools, kinds, group: None, revision: 0 });
-            self.sets.len() - 1
-        })
+        let is_it = |set: &BindSet| set.owners > 0 && set.pools == pools && set.kinds.binds_like(&kinds);
+        let found = self.sets.iter().position(is_it);
+        let place = found.unwrap_or_else(|| {
+            let set = BindSet { pools, kinds, group: None, owners: 0, revision: 0 };
+            let free = self.sets.iter().position(|set| set.owners == 0);
+            let place = free.unwrap_or(self.sets.len());
+            if free.is_some() {
+                self.sets[place] = set
+            } else {
+                self.sets.push(set)
+            }
+            place
+        });
+        self.sets[place].owners += 1;
+        place
     }
 }
 
@@ -93,9 +105,20 @@ impl Gpu {
 
     /// There is no such texture or group any more.
     pub(super) fn unbind(&mut self, number: TextureNumber) {
-        if let Some(owner) = self.bind_groups.owners.get_mut(usize::from(number.number())) {
-            owner.sets.clear();
+        let BindGroups { owners, sets, .. } = &mut self.bind_groups;
+        let owner = owners.get_mut(usize::from(number.number()));
+        for place in owner.map(|owner| std::mem::take(&mut owner.sets)).into_iter().flatten() {
+            sets[place].owners -= 1;
+            if sets[place].owners == 0 {
+                sets[place].group = None;
+            }
         }
+    }
+
+    /// Forgets all bind groups, to be bound anew.
+    pub(super) fn forget_bind_groups(&mut self) {
+        self.bind_groups.sets.clear();
+        self.bind_groups.owners.clear();
     }
 
     /// Makes the bind groups anew that bind any of these pools.
@@ -104,7 +127,8 @@ impl Gpu {
             return;
         }
         for place in 0..self.bind_groups.sets.len() {
-            if self.bind_groups.sets[place].pools.iter().any(|pool| pools.contains(pool)) {
+            let set = &self.bind_groups.sets[place];
+            if set.owners > 0 && set.pools.iter().any(|pool| pools.contains(pool)) {
                 self.make_bind_group(place);
             }
         }
@@ -112,7 +136,14 @@ impl Gpu {
 
     /// Makes every bind group anew.
     pub(crate) fn bind_all_anew(&mut self) {
-        (0..self.bind_groups.sets.len()).for_each(|place| self.make_bind_group(place));
+        let places = 0..self.bind_groups.sets.len();
+        places
+            .filter(|&place| self.bind_groups.sets[place].owners > 0)
+            .collect::<Vec<_>>()
+            .into_iter()
+            .for_each(|place| {
+                self.make_bind_group(place);
+            });
     }
 
     fn make_bind_group(&mut self, place: usize) {

@@ -2,6 +2,7 @@
 //! then tiles, page tables, fades, biases and parameters change together.
 
 use vastex_core::{Pager, PoolId, TableChange, TextureNumber, Upload};
+use vastex_wgpu::PoolTables;
 
 use super::Gpu;
 use crate::error::Error;
@@ -50,7 +51,10 @@ impl Gpu {
         let mut encoder = self
             .device
             .create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("vastex update") });
-        self.undone.has_tables = true;
+        if std::mem::replace(&mut self.undone.has_tables, true) {
+            // What the call before was given of any pool is gone with its commands.
+            self.pools.iter_mut().filter_map(|pool| pool.tables_mut()).for_each(PoolTables::lost);
+        }
         let moved = self.change_tables(&mut encoder, pager, &changes)?;
         changes.clear();
         self.changes = changes;

@@ -27,9 +27,9 @@ impl Cycle {
         self.lost.front().copied().unwrap_or(self.next)
     }
 
-    /// Its feedback is on its way, as that of a frame.
-    pub(super) fn record(&mut self, frame: u64) {
-        let pass = self.lost.pop_front().unwrap_or(self.next);
+    /// The feedback of a pass that [`Cycle::pass`] has given is on its way, as that of a frame. What was lost meanwhile is drawn after it.
+    pub(super) fn record(&mut self, frame: u64, pass: u64) {
+        self.lost.retain(|&lost| lost != pass);
         self.next = self.next.max(pass + 1);
         self.under_way.push_back((frame, pass));
         self.recorded = frame;
@@ -96,7 +96,7 @@ mod tests {
         let (mut cycle, mut passes, mut whole) = (Cycle::default(), Vec::new(), Vec::new());
         for frame in 0..frames {
             passes.push(cycle.pass());
-            cycle.record(frame);
+            cycle.record(frame, cycle.pass());
             let Some(due) = frame.checked_sub(late) else { continue };
             match is_lost(due) {
                 true => cycle.lose(due),

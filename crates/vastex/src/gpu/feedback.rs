@@ -32,10 +32,11 @@ impl Gpu {
         let Some(state) = self.views.iter_mut().find(|state| state.view == view) else { return Ok(()) };
         let ViewState { number, path: Some(path), cycle, .. } = state else { return Ok(()) };
         let (Target::Drawn(target), views) = (&path.target, &self.view_params) else { return Ok(()) };
-        let mut pass = target.begin(&self.device, encoder, views, *number, cycle.pass(), clear_depth);
+        let nth = cycle.pass();
+        let mut pass = target.begin(&self.device, encoder, views, *number, nth, clear_depth);
         draw(&mut pass, &self.bind_groups);
         drop(pass);
-        self.record_feedback(encoder, view, frame);
+        self.record_feedback(encoder, view, (frame, nth));
         Ok(())
     }
 
@@ -58,11 +59,12 @@ impl Gpu {
         let (ViewState { path, cycle, .. }, groups) = (state, &self.bind_groups);
         match path {
             Some(FeedbackPath { target: Target::Told(target), .. }) if is_told => {
-                target.begin(&self.device, encoder, &self.view_params, cycle.pass(), reversed_depth);
+                let nth = cycle.pass();
+                target.begin(&self.device, encoder, &self.view_params, nth, reversed_depth);
                 draw(encoder, groups);
                 target.end(encoder);
                 // The update of its frame is over already.
-                self.record_feedback(encoder, view, frame.saturating_sub(1));
+                self.record_feedback(encoder, view, (frame.saturating_sub(1), nth));
             }
             _ => draw(encoder, groups),
         }
@@ -86,14 +88,19 @@ impl Gpu {
     }
 
     /// Sends what a view's target holds on its way.
-    pub(super) fn record_feedback(&mut self, encoder: &mut wgpu::CommandEncoder, view: ViewId, frame: u64) {
+    pub(super) fn record_feedback(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        view: ViewId,
+        (frame, pass): (u64, u64),
+    ) {
         let Some(state) = self.views.iter_mut().find(|state| state.view == view) else { return };
         let Some(path) = &mut state.path else { return };
         let recorded = path.readback.record(&self.device, encoder, frame);
         // What was dropped meanwhile may have had the same frame: that comes first.
         path.readback.take_lost().into_iter().for_each(|lost| state.cycle.lose(lost));
         if recorded {
-            state.cycle.record(frame);
+            state.cycle.record(frame, pass);
             if let Some(due) = &mut self.due {
                 due.record(frame, view);
             }

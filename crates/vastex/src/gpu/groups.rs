@@ -7,7 +7,7 @@ use vastex_wgpu::{KindMember, Kinds, check_bindings};
 
 use super::Gpu;
 use crate::error::Error;
-use crate::ids::{GroupId, LayerId, Member};
+use crate::ids::{GroupId, Member};
 
 /// A group on the GPU.
 pub(super) struct GroupState {
@@ -16,8 +16,7 @@ pub(super) struct GroupState {
     shader_id: u32,
     /// That of its feedback entries.
     geometry: Arc<Geometry>,
-    /// In the order of the members.
-    layers: Vec<LayerId>,
+    members: Vec<Member>,
     /// Feedback entries that answer for its members.
     turns: u32,
     kinds: Kinds,
@@ -31,29 +30,33 @@ impl Gpu {
         shape: &Arc<Geometry>,
         members: Vec<Member>,
     ) -> Result<(), Error> {
-        let layers: Vec<LayerId> = members.iter().map(|member| member.layer).collect();
         let apart = members.iter().filter(|member| member.is_apart).count();
         let turns = (apart + usize::from(apart < members.len())) as u32;
-        let member = |Member { name, layer, .. }: Member| {
-            let pool = self.pool_of(layer.number()).map_or(0, |pool| usize::from(pool.number()));
-            let kind = self.kind_of(layer).ok_or(GroupError::NoTexture(layer.number().number()))?;
-            Ok(KindMember { name, pool, kind })
-        };
-        let members = members.into_iter().map(member).collect::<Result<Vec<_>, GroupError>>()?;
-        let fade = self.seen().fade;
-        let kinds = Kinds::of_group(members, self.mode, fade)?;
-        check_bindings(&self.device.limits(), &kinds)?;
+        let kinds = self.kinds_of_members(&members)?;
         let (shader_id, geometry) = (self.next_shader_id(id.number()), shape.clone());
         self.set_group_record(id.number(), &geometry, shader_id);
-        let pools = self.pools_of_members(&kinds, &layers);
+        let pools = self.pools_of_members(&kinds, &members);
         self.bind(id.number(), vec![(pools, kinds.clone())]);
-        self.groups.push(GroupState { id, shader_id, geometry, layers, turns, kinds });
+        self.groups.push(GroupState { id, shader_id, geometry, members, turns, kinds });
         Ok(())
     }
 
+    /// What the text is made for that samples these. Fails where one is not there, and where they are more than the device can bind.
+    fn kinds_of_members(&self, members: &[Member]) -> Result<Kinds, Error> {
+        let member = |Member { name, layer, .. }: &Member| {
+            let pool = self.pool_of(layer.number()).map_or(0, |pool| usize::from(pool.number()));
+            let kind = self.kind_of(*layer).ok_or(GroupError::NoTexture(layer.number().number()))?;
+            Ok(KindMember { name: name.clone(), pool, kind })
+        };
+        let members = members.iter().map(member).collect::<Result<Vec<_>, GroupError>>()?;
+        let kinds = Kinds::of_group(members, self.mode, self.seen().fade)?;
+        check_bindings(&self.device.limits(), &kinds)?;
+        Ok(kinds)
+    }
+
     /// The pools of the text, in the order in which they are bound.
-    fn pools_of_members(&self, kinds: &Kinds, layers: &[LayerId]) -> Vec<PoolId> {
-        kinds.pools().filter_map(|member| self.pool_of(layers[member].number())).collect()
+    fn pools_of_members(&self, kinds: &Kinds, members: &[Member]) -> Vec<PoolId> {
+        kinds.pools().filter_map(|member| self.pool_of(members[member].layer.number())).collect()
     }
 
     pub(crate) fn remove_group(&mut self, group: GroupNumber) {
@@ -69,17 +72,23 @@ impl Gpu {
 
     /// The groups that a texture is in.
     pub(crate) fn groups_of(&self, texture: TextureNumber) -> Vec<GroupNumber> {
-        let of_texture = |state: &&GroupState| state.layers.iter().any(|layer| layer.number() == texture);
+        let of_texture =
+            |state: &&GroupState| state.members.iter().any(|member| member.layer.number() == texture);
         self.groups.iter().filter(of_texture).map(|state| state.id).collect()
     }
 
-    /// The records of all groups, on another device.
-    pub(super) fn restore_groups(&mut self) {
-        let of_group = |group: &GroupState| (group.id.number(), group.geometry.clone(), group.shader_id);
-        let records: Vec<_> = self.groups.iter().map(of_group).collect();
-        for (number, geometry, id) in records {
-            self.set_group_record(number, &geometry, id);
+    /// The records and bind groups of all groups, on another device.
+    pub(super) fn restore_groups(&mut self) -> Result<(), Error> {
+        for nth in 0..self.groups.len() {
+            let GroupState { id, shader_id, geometry, members, .. } = &self.groups[nth];
+            let (number, shader_id, geometry) = (id.number(), *shader_id, geometry.clone());
+            let kinds = self.kinds_of_members(members)?;
+            let pools = self.pools_of_members(&kinds, members);
+            self.set_group_record(number, &geometry, shader_id);
+            self.bind(number, vec![(pools, kinds.clone())]);
+            self.groups[nth].kinds = kinds;
         }
+        Ok(())
     }
 
     /// Whether there is a group.
@@ -102,8 +111,8 @@ impl Gpu {
 
     /// The ids by which shaders know a group: that of the whole, then those of its members.
     pub(super) fn ids_of_group(&self, group: GroupId) -> Option<Vec<u32>> {
-        let GroupState { shader_id, layers, .. } = self.group(group)?;
-        let of_members = layers.iter().map(|layer| self.id_in_shaders(layer.number()));
+        let GroupState { shader_id, members, .. } = self.group(group)?;
+        let of_members = members.iter().map(|member| self.id_in_shaders(member.layer.number()));
         Some(std::iter::once(*shader_id).chain(of_members).collect())
     }
 }

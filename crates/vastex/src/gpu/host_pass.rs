@@ -103,7 +103,7 @@ impl Gpu {
         let ViewState { number, path: Some(path), cycle, begun, .. } = state else { return Ok(None) };
         let Target::Drawn(target) = &path.target else { return Ok(None) };
         let scissor = target.point(&self.device, encoder, &self.view_params, *number, cycle.pass());
-        *begun = Some(frame);
+        *begun = Some((frame, cycle.pass()));
         let (color, depth, size) = (target.color().clone(), target.depth().clone(), target.size());
         Ok(Some(FeedbackPass { color, depth, size, scissor, clear_depth, view_number }))
     }
@@ -115,7 +115,7 @@ impl Gpu {
         view: ViewId,
     ) -> Result<(), Error> {
         let state = self.views.iter_mut().find(|state| state.view == view).ok_or(Error::NoView(view))?;
-        let Some(frame) = state.begun.take() else {
+        let Some(drawn) = state.begun.take() else {
             // There is nothing to end where the main pass says what it wants.
             return if self.mode == FeedbackMode::Inline {
                 Ok(())
@@ -123,7 +123,7 @@ impl Gpu {
                 Err(Error::FeedbackNotBegun(view))
             };
         };
-        self.record_feedback(encoder, view, frame);
+        self.record_feedback(encoder, view, drawn);
         Ok(())
     }
 
@@ -131,7 +131,7 @@ impl Gpu {
     pub(crate) fn check_ended(&mut self, view: ViewId) -> Result<(), Error> {
         let state = self.views.iter_mut().find(|state| state.view == view);
         match state.and_then(|state| state.begun.take()) {
-            Some(frame) => Err(Error::FeedbackNotEnded { view, frame }),
+            Some((frame, _)) => Err(Error::FeedbackNotEnded { view, frame }),
             None => Ok(()),
         }
     }

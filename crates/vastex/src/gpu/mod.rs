@@ -105,7 +105,7 @@ struct TextureOnGpu {
     /// Of each layer.
     samplings: Vec<Sampling>,
     /// Bit `n`: values of layer `n` may not be mixed.
-    unmixed: u16,
+    unmixed: u32,
 }
 
 /// Totals of what went between the GPU and main memory.

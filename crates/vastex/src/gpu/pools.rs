@@ -75,6 +75,8 @@ pub(crate) struct PoolState {
     /// How each layer is read.
     atlases: Vec<Atlas>,
     seen: Seen,
+    /// Whether there are textures in it, for which the memory is there but while a device is lost.
+    is_used: bool,
 }
 
 /// What a pool takes on the GPU.
@@ -143,7 +145,18 @@ impl PoolState {
         let (stored, held) = (stored.clone(), held.clone());
         let tiles = shape.to_string().into();
         tracing::debug!(%tiles, slots = slots.slots(), bytes = slots.bytes(), "a new pool");
-        Ok(PoolState { slots, shape, is_whole: false, tiles, stored, held, gpu: Some(gpu), atlases, seen })
+        Ok(PoolState {
+            slots,
+            shape,
+            is_whole: false,
+            tiles,
+            stored,
+            held,
+            gpu: Some(gpu),
+            atlases,
+            seen,
+            is_used: true,
+        })
     }
 
     /// Where the slots of the same pool would lie if it were as large as `bytes` allow.
@@ -169,6 +182,7 @@ impl PoolState {
             gpu: self.gpu.is_some().then(memory).transpose()?,
             atlases: self.atlases.clone(),
             seen: self.seen,
+            is_used: true,
         })
     }
 
@@ -197,20 +211,25 @@ impl PoolState {
         mode: FeedbackMode,
     ) -> Result<(), Error> {
         self.seen.mode = mode;
-        if self.gpu.take().is_some() { self.take_back(device, queue) } else { Ok(()) }
+        self.gpu = None;
+        if self.is_used { self.take_back(device, queue) } else { Ok(()) }
     }
 
     /// Takes the memory anew where it was given back.
     pub(crate) fn take_back(&mut self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<(), Error> {
+        self.is_used = true;
         if self.gpu.is_none() {
-            self.gpu = Some(memory(device, queue, self.seen, &self.slots, &self.held, self.shape.tables)?);
+            let gpu = memory(device, queue, self.seen, &self.slots, &self.held, self.shape.tables)?;
+            // Another device may read the same formats in another way.
+            self.atlases = (0..gpu.pool.layer_count()).map(|layer| gpu.pool.atlas(layer)).collect();
+            self.gpu = Some(gpu);
         }
         Ok(())
     }
 
     /// Gives the memory back: the last texture was removed.
     pub(crate) fn give_back(&mut self) {
-        self.gpu = None;
+        (self.gpu, self.is_used) = (None, false);
     }
 
     /// There while there are textures.

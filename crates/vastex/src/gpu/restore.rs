@@ -19,8 +19,8 @@ impl Gpu {
         queue: &wgpu::Queue,
         settings: &Settings,
     ) -> Result<(), Error> {
-        (self.device, self.queue) = (device.clone(), queue.clone());
-        self.mode = FeedbackMode::choose(settings.feedback, device)?;
+        let mode = FeedbackMode::choose(settings.feedback, device)?;
+        (self.device, self.queue, self.mode) = (device.clone(), queue.clone(), mode);
         self.forget_texture_space(None);
         self.undone = Undone::default();
         self.to_tell = TablesToTell::default();
@@ -33,8 +33,12 @@ impl Gpu {
         for pool in &mut self.pools {
             pool.restore(device, queue, self.mode)?;
         }
-        self.restore_groups();
-        Ok(())
+        // What texts and bindings are made for may be others on this device.
+        self.forget_bind_groups();
+        for texture in self.texture_ids() {
+            self.bind_texture(texture);
+        }
+        self.restore_groups()
     }
 
     /// The tail of a texture, its page table and its record. The tail is as the pool holds tiles, and the newest that was to be uploaded.

@@ -77,7 +77,7 @@ impl Gpu {
         if self.textures.len() <= number {
             self.textures.resize_with(number + 1, || None);
         }
-        let unmixed = (0..).zip(&samplings).filter(|(_, sampling)| sampling.is_unmixed);
+        let unmixed = (0..u32::BITS).zip(&samplings).filter(|(_, sampling)| sampling.is_unmixed);
         let unmixed = unmixed.fold(0, |unmixed, (layer, _)| unmixed | (1 << layer));
         let geometry = description.geometry.clone();
         let (description, rule) = (description.clone(), LevelRule::default().within(&geometry));
@@ -94,7 +94,7 @@ impl Gpu {
     }
 
     /// Gives the layers of a texture their bind groups.
-    fn bind_texture(&mut self, texture: TextureNumber) {
+    pub(super) fn bind_texture(&mut self, texture: TextureNumber) {
         let id = TextureId::new(texture, self.generation(texture));
         let Some(TextureOnGpu { pool, samplings, .. }) = self.texture(texture) else { return };
         let of_layer = |layer| Some((vec![*pool], self.kinds(LayerId::new(id, layer).into())?));

@@ -21,8 +21,8 @@ pub(super) struct ViewState {
     pub(super) path: Option<FeedbackPath>,
     /// The jitter follows the view's own feedback, so that one that is not drawn in every frame shows all of its pixels too.
     pub(super) cycle: Cycle,
-    /// The frame of the pass that the application has begun and not ended, if there is one.
-    pub(super) begun: Option<u64>,
+    /// The frame of the pass that the application has begun and not ended, if there is one, and its number in the cycle.
+    pub(super) begun: Option<(u64, u64)>,
 }
 
 impl ViewState {

@@ -215,7 +215,9 @@ impl Paging {
     pub(crate) fn follow_views(&mut self, is_seen_whole: impl Fn(ViewId) -> Option<bool>) {
         let pager = &self.pager;
         self.convergences.follow(|view| match is_seen_whole(view) {
+            // What is only expected is no view that converges.
             None => Some(false),
+            Some(_) if view == ViewId::EXPECTED => Some(false),
             Some(is_seen) => (is_seen && pager.is_view_converged(view)).then_some(true),
         });
     }

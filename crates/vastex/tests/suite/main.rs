@@ -27,6 +27,7 @@ mod resize;
 mod sample_cpu;
 mod settings;
 mod slow_sources;
+mod survives;
 mod telemetry;
 mod uploads;
 mod views;

@@ -214,6 +214,11 @@ impl Screen {
         self.shown[nth].tell_ids(&self.gpu, &self.textures);
     }
 
+    /// Tells a shader other ids than those of what it shows.
+    pub fn tell_id(&self, nth: usize, id: u32) {
+        self.gpu.queue.write_buffer(&self.shown[nth].uniform, 48, bytemuck::bytes_of(&[id; 8]));
+    }
+
     pub fn texture(&self, nth: usize) -> TextureId {
         match self.shown[nth].sampled {
             Sampled::Layer(layer) => layer.texture(),
