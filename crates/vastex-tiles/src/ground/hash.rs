@@ -30,6 +30,7 @@ pub(crate) fn content_hash(bytes: &[u8]) -> u128 {
 
 /// The [`checksum`] of bytes whose [`content_hash`] is known. Where there are more than 240 of them, XXH3 of
 /// 64 bits is the lower half of that of 128 bits, so that nothing is read again.
+#[cfg(any(test, feature = "write"))]
 pub(crate) fn checksum_of_hashed(bytes: &[u8], content: u128) -> u64 {
     const SHORT_BYTES: usize = 240;
     if bytes.len() > SHORT_BYTES { content as u64 } else { checksum(bytes) }

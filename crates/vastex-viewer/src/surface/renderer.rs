@@ -110,7 +110,6 @@ impl SceneRenderer {
     }
 
     /// The same scene with another list of layers, for pictures of the same format.
-    #[must_use]
     pub fn with_layers(
         &self,
         device: &wgpu::Device,
@@ -148,7 +147,7 @@ impl SceneRenderer {
         CameraBinding::new(device, self.maker.camera_layout(), self.relief.is_some())
     }
 
-    /// Draws the level that each part of the texture needs, into a pass of [`Textures::texture_space`]; nothing where heights
+    /// Draws the level that each part of the texture needs, into a pass of [`vastex::Ahead::texture_space`]; nothing where heights
     /// displace the scene or several layers are on it.
     pub fn draw_spread(&self, pass: &mut wgpu::RenderPass<'_>, texture_group: &wgpu::BindGroup) {
         if let Some(spread) = &self.spread {

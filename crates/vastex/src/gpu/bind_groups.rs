@@ -71,9 +71,9 @@ impl BindGroups {
             let free = self.sets.iter().position(|set| set.owners == 0);
             let place = free.unwrap_or(self.sets.len());
             if free.is_some() {
-                self.sets[place] = set
+                self.sets[place] = set;
             } else {
-                self.sets.push(set)
+                self.sets.push(set);
             }
             place
         });

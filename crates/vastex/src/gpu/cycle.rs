@@ -96,7 +96,8 @@ mod tests {
         let (mut cycle, mut passes, mut whole) = (Cycle::default(), Vec::new(), Vec::new());
         for frame in 0..frames {
             passes.push(cycle.pass());
-            cycle.record(frame, cycle.pass());
+            let pass = cycle.pass();
+            cycle.record(frame, pass);
             let Some(due) = frame.checked_sub(late) else { continue };
             match is_lost(due) {
                 true => cycle.lose(due),
@@ -131,14 +132,16 @@ mod tests {
         let mut cycle = Cycle::default();
         for frame in 0..5 {
             assert_eq!(cycle.pass(), frame);
-            cycle.record(frame);
+            let pass = cycle.pass();
+            cycle.record(frame, pass);
         }
         for frame in [3, 1] {
             cycle.lose(frame);
         }
         for (frame, pass) in [(5, 1), (6, 3), (7, 5), (8, 6)] {
             assert_eq!(cycle.pass(), pass);
-            cycle.record(frame);
+            let pass = cycle.pass();
+            cycle.record(frame, pass);
         }
     }
 
@@ -157,11 +160,13 @@ mod tests {
         let (mut cycle, _) = play(0, 40, |_| false);
         assert!(!cycle.is_seen_whole(40, 2 * LENGTH));
         for frame in 40..80 {
-            cycle.record(frame);
+            let pass = cycle.pass();
+            cycle.record(frame, pass);
             cycle.come(frame, 2 * LENGTH);
         }
         assert!(cycle.is_seen_whole(80, 2 * LENGTH));
-        cycle.record(80);
+        let pass = cycle.pass();
+        cycle.record(80, pass);
         cycle.come(80, LENGTH);
         assert!(cycle.is_seen_whole(80, LENGTH));
     }

@@ -185,7 +185,7 @@ fn groups_that_come_and_go_leave_no_bind_groups() {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         textures
             .feedback(&mut encoder, [8, 8], |_, groups| {
-                sets.push(format!("{groups:?}").matches("BindSet {").count())
+                sets.push(format!("{groups:?}").matches("BindSet {").count());
             })
             .unwrap();
         drop(encoder);
