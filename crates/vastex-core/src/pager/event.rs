@@ -12,7 +12,7 @@ use crate::wanted::groups::GroupNumber;
 #[non_exhaustive]
 pub enum Event {
     /// For a whole jitter cycle no page was newly wanted, and none was missing at the bias in force, in any
-    /// pool.
+    /// pool. Said once, whenever it has become so; what was just added counts from its first feedback on.
     Converged {
         /// The frame.
         frame: u64,

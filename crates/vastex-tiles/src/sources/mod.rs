@@ -90,7 +90,12 @@ impl SourceKey {
 /// Turns pages into tiles.
 ///
 /// A source is shared by threads. A read never blocks another read for longer than its own time, and never
-/// panics on bad data: an error concerns one tile. `conformance` checks an implementation.
+/// panics on bad data: an error concerns one tile. `vastex_tiles::conformance` checks an
+/// implementation.
+///
+/// The bytes of a tile are its layers one after the other. Of each layer they are the texels of the boxes that
+/// [`Geometry::tile_boxes`](vastex_core::Geometry::tile_boxes) names for the page, borders included, row by
+/// row; of a layer of lower resolution, in its own texels.
 pub trait TileSource: MaybeSend + MaybeSync {
     /// The texture that the source holds. The same at every call.
     fn description(&self) -> &Arc<Description>;

@@ -66,7 +66,7 @@ impl<'a> TextureRef<'a> {
         self.textures.paging.pager().levels(self.id.number()).unwrap_or_default()
     }
 
-    /// The pool that its tiles are in, as events and statistics name it.
+    /// The pool that its tiles are in, as events and statistics name it. Every texture that there is has one.
     pub fn pool(&self) -> Option<PoolId> {
         self.textures.pool_of(self.id.number())
     }

@@ -135,7 +135,8 @@ impl View<'_> {
 
     /// As [`View::feedback`], for a pass that the application begins itself, as a render graph does: points the view's shaders at its
     /// feedback target, by a command in `encoder`, and says what the pass is begun with. To be recorded in front of the pass, and
-    /// [`View::end_feedback`] behind it, in the same encoder or in another that is submitted later, both before [`Textures::update`].
+    /// [`View::end_feedback`] behind it, in the same encoder or in another that is submitted later; both are recorded before
+    /// [`Textures::update`], and submitted whenever.
     /// Nothing where the mode is [`Inline`](crate::FeedbackMode::Inline). Of [`ViewId::EXPECTED`] it is the pass of
     /// [`Ahead::feedback`](crate::Ahead::feedback), which is not worth drawing where [`Ahead::can_look_ahead`](crate::Ahead::can_look_ahead)
     /// says so.
