@@ -36,8 +36,7 @@ use crate::tile::TileEncoder;
 pub(crate) struct Buffers {
     /// Buffers of rows between reading and filtering.
     rows: usize,
-    /// How many buffers of rows are filtered while tiles of the rows before them are still being encoded, by up
-    /// to two threads.
+    /// How many buffers of rows are filtered while tiles of the rows before them are still being encoded.
     ahead: u32,
     /// Bytes of the tiles between cutting and writing, before they are compressed.
     tile_bytes: usize,
@@ -156,26 +155,18 @@ impl Job<'_> {
         (self.buffers.portion_bytes / self.description().tile_bytes()).clamp(1, NEIGHBOURS)
     }
 
-    /// Threads beyond two, for each of which more lies ready: the cutter may be encoding itself when they are
-    /// done with what there is. None where memory is scarce.
-    fn further_threads(&self) -> usize {
-        if self.buffers.ahead > 1 { self.pool.current_num_threads().saturating_sub(2) } else { 0 }
-    }
-
     /// Portions between cutting and writing: at least two for each thread, one that it makes and one that it
     /// makes next.
     fn portions(&self) -> usize {
         let bytes = self.portion_tiles() * self.description().tile_bytes();
-        let least = 2 * self.pool.current_num_threads() + 2 * self.further_threads();
-        (self.buffers.tile_bytes / bytes).max(least)
+        (self.buffers.tile_bytes / bytes).max(2 * self.pool.current_num_threads())
     }
 
     /// Buffers of rows that are filtered while tiles of the rows before them are encoded: none where one
     /// buffer makes several rows of pages, which are enough to share.
     fn ahead(&self) -> u32 {
         let [_, page, _] = self.description().geometry.page();
-        let ahead = self.buffers.ahead * (1 + 2 * self.further_threads() as u32);
-        if stack::block_rows(self.plans) < 2 * page { ahead } else { 0 }
+        if stack::block_rows(self.plans) < 2 * page { self.buffers.ahead } else { 0 }
     }
 
     /// Takes the largest buffers with which all that the pipeline holds comes to at most `limit` bytes, or

@@ -15,7 +15,7 @@ use super::Band;
 use crate::texels::blocks::{SIDE, Strip};
 
 /// Tiles of one row of pages that are encoded together at most.
-pub(crate) const NEIGHBOURS: usize = 16;
+pub(crate) const NEIGHBOURS: usize = 8;
 
 /// Texels that one thread encodes of them at a time, at least, while others may help.
 const PIECE_TEXELS: usize = 1 << 15;
