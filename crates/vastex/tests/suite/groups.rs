@@ -38,6 +38,7 @@ fn alone(nth: usize, texels: f64, rule: LevelRule) -> Vec<[u8; 4]> {
     screen.textures.set_levels(screen.texture(0), rule);
     screen.set_mapping(0, &mapping(texels));
     screen.converge();
+    screen.complete();
     screen.picture()
 }
 
@@ -45,6 +46,7 @@ fn alone(nth: usize, texels: f64, rule: LevelRule) -> Vec<[u8; 4]> {
 fn check(screen: &mut Screen, texels: f64, rules: [LevelRule; 4]) {
     screen.set_mapping(0, &mapping(texels));
     screen.converge();
+    screen.complete();
     let (picture, width) = (screen.picture(), PICTURE[0] as usize);
     for (nth, rule) in rules.into_iter().enumerate() {
         let alone = alone(nth, texels, rule);
