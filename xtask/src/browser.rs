@@ -1,7 +1,8 @@
 //! The step that hands every shader text to a browser: headless Chromium, which holds them to WGSL as browsers do.
 //!
 //! A page from a server of this program's own, on localhost, makes a module of each text and a pipeline of each kind, and posts back what
-//! it was told. A browser checks shaders on one thread, so several run at once, and each takes the next texts that nobody has.
+//! it was told. A browser checks shaders on one thread, so several run at once, and each takes the next texts that nobody has. Texts whose
+//! names say so it is to refuse, as it alone does: where derivatives are taken behind a condition.
 //! Where there is no browser and none can be installed the step is skipped, loudly; where CI runs it fails.
 
 use std::collections::BTreeMap;
@@ -21,6 +22,8 @@ const PAGE: &str = include_str!("browser.html");
 const COMPUTED: &str = r#"[["library-tables", "fill"], ["library-tables", "evict"], ["library-tables", "load"],
     ["library-tables", "write"], ["library-compact", "count"], ["library-compact", "append"],
     ["library-inline", "forget"], ["library-inline", "settle"]]"#;
+/// What the names of texts begin with that are to be refused.
+const TO_BE_REFUSED: &str = "refused-";
 /// Bytes of texts in one answer.
 const BATCH: usize = 1 << 20;
 /// Browsers at work at once, at most; each needs some 500 MiB.
@@ -56,7 +59,14 @@ pub(crate) fn check() -> Result<Outcome> {
     if told.modules != texts.len() {
         bail!("the browser has made {} modules of {} texts", told.modules, texts.len());
     }
-    println!("{at_once} browsers took all {} texts without a word; each said:", texts.len());
+    let to_be_refused = texts.keys().filter(|name| name.starts_with(TO_BE_REFUSED)).count();
+    if to_be_refused == 0 || told.refused != to_be_refused {
+        bail!("the browser has refused {} of {to_be_refused} texts that it is to refuse", told.refused);
+    }
+    println!(
+        "{at_once} browsers took all {} texts without a word, but for {to_be_refused} that they are to refuse; each said:",
+        texts.len()
+    );
     told.done.iter().for_each(|done| println!("  {done}"));
     Ok(Outcome::Passed)
 }
@@ -115,8 +125,9 @@ struct Told<'a> {
     batches: Vec<Vec<(&'a str, &'a str)>>,
     /// How many of the pipelines, which the page numbers, are taken.
     pipelines: usize,
-    /// How many modules the pages say they have made.
+    /// How many modules the pages say they have made, and how many of those they have refused as they should.
     modules: usize,
+    refused: usize,
     wrong: Vec<String>,
     /// What each page said at its end.
     done: Vec<String>,
@@ -135,7 +146,7 @@ impl<'a> Told<'a> {
                 batch.push((name.as_str(), text.as_str()));
             }
         }
-        Told { texts, batches, pipelines: 0, modules: 0, wrong: Vec::new(), done: Vec::new() }
+        Told { texts, batches, pipelines: 0, modules: 0, refused: 0, wrong: Vec::new(), done: Vec::new() }
     }
 
     /// Until every page is done, or nothing is heard of them any more.
@@ -205,7 +216,7 @@ impl<'a> Told<'a> {
             return self.texts.get(name).map_or(missing, |text| plain(text.clone()));
         }
         match path {
-            "/" => ("200 OK", "text/html; charset=utf-8", PAGE.replace("COMPUTED_ENTRIES", COMPUTED)),
+            "/" => ("200 OK", "text/html; charset=utf-8", page()),
             "/take/texts" => match self.batches.pop() {
                 Some(batch) => {
                     plain(batch.iter().map(|(name, text)| format!("{name}\u{1}{text}\u{1}")).collect())
@@ -220,6 +231,10 @@ impl<'a> Told<'a> {
                 self.modules += body.parse().unwrap_or(0);
                 plain(String::new())
             }
+            "/refused" => {
+                self.refused += 1;
+                plain(String::new())
+            }
             "/wrong" => {
                 self.wrong.push(body.to_owned());
                 plain(String::new())
@@ -231,6 +246,10 @@ impl<'a> Told<'a> {
             _ => missing,
         }
     }
+}
+
+fn page() -> String {
+    PAGE.replace("COMPUTED_ENTRIES", COMPUTED).replace("TO_BE_REFUSED", &format!("{TO_BE_REFUSED:?}"))
 }
 
 /// The path and the body of a request.
@@ -308,10 +327,13 @@ mod tests {
         assert_eq!(told.respond("/take/pipeline", "").2, "0");
         assert_eq!(told.respond("/take/pipeline", "").2, "1");
         assert_eq!(told.respond("/text/none.wgsl", "").0, "404 Not Found");
+        assert!(told.respond("/", "").2.contains("name.startsWith(\"refused-\")"));
+        told.respond("/refused", "refused-a: derivatives");
         told.respond("/made", "17");
         told.respond("/made", "3");
         told.respond("/wrong", "a: b");
         told.respond("/done", "all");
-        assert_eq!((told.modules, told.wrong.len(), told.done), (20, 1, vec!["all".to_owned()]));
+        assert_eq!((told.modules, told.refused, told.wrong.len()), (20, 1, 1));
+        assert_eq!(told.done, ["all"]);
     }
 }

@@ -18,25 +18,26 @@ pub const FEEDBACK_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint
 /// The format of its depth buffer.
 pub const FEEDBACK_DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
-/// Which pixel of its block a target pixel looks at, frame after frame: a lattice in which each row and each column
-/// has two, ordered so that those of a few frames lie far apart.
+/// Which pixel of its block a target pixel looks at, frame after frame: two in each row and each column, one in each square of four, and, of
+/// whatever repeats after four pixels along either axis, such as surfaces that are dithered into one another, each of the sixteen once.
+/// They are ordered so that those of a few frames lie far apart.
 const JITTER: [[u32; 2]; shader_constants::JITTER_CYCLE as usize] = [
-    [4, 4],
+    [5, 5],
     [0, 0],
-    [4, 0],
-    [0, 4],
-    [5, 3],
-    [1, 7],
+    [4, 1],
+    [1, 4],
+    [4, 3],
+    [1, 6],
     [5, 7],
-    [1, 3],
-    [6, 2],
-    [2, 6],
-    [6, 6],
+    [0, 2],
+    [6, 3],
+    [3, 6],
+    [7, 7],
     [2, 2],
-    [7, 1],
-    [3, 5],
+    [6, 1],
+    [3, 4],
     [7, 5],
-    [3, 1],
+    [2, 0],
 ];
 
 /// How many pixels of the picture a pixel of the target stands for.
@@ -312,8 +313,16 @@ mod tests {
             }
             assert_eq!(visits, [2; shader_constants::FEEDBACK_SCALE as usize]);
         }
-        let distinct: std::collections::BTreeSet<_> = JITTER.into_iter().collect();
-        assert_eq!(distinct.len(), JITTER.len());
+    }
+
+    #[test]
+    fn the_jitter_misses_nothing_that_repeats_after_four_pixels() {
+        type Place = fn([u32; 2]) -> [u32; 2];
+        let in_squares: [Place; 2] = [|at| at.map(|n| n % 4), |at| at.map(|n| n / 2)];
+        for place in in_squares {
+            let distinct: std::collections::BTreeSet<_> = JITTER.into_iter().map(place).collect();
+            assert_eq!(distinct.len(), JITTER.len());
+        }
     }
 
     #[test]

@@ -120,6 +120,20 @@ pub(crate) fn each(visit: &mut Visit<'_>) {
     examples(visit);
     benchmark(visit);
     tests(visit);
+    branches(visit);
+}
+
+/// Sampling behind a condition: as every compiler takes it, and as a browser is to refuse it, which the texts' names begin with.
+fn branches(visit: &mut Visit<'_>) {
+    let (branch, vastex) = (include_str!("branch.wgsl"), Choice::default().text());
+    visit("branch", branch.to_owned() + &vastex);
+    let taken = [("sample", "id, surface.uv"), ("feedback", "id, 0u, surface.uv")];
+    for (name, arguments) in taken {
+        let by_gradients = format!("vastex_{name}_grad(surface.{arguments}, ddx, ddy)");
+        assert!(branch.contains(&by_gradients), "{by_gradients}");
+        let by_itself = branch.replace(&by_gradients, &format!("vastex_{name}(surface.{arguments})"));
+        visit(&format!("refused-{name}"), by_itself + &vastex);
+    }
 }
 
 /// An application of one texture by all of these options.
@@ -349,6 +363,14 @@ fn tests(visit: &mut Visit<'_>) {
     alone(visit, "test-screen", &screen, |vastex| vastex_tests::SCREEN.to_owned() + vastex);
     let telling = Options { filters: vec![Filter::Nearest, Filter::Trilinear], ..screen.clone() };
     alone(visit, "test-telling", &telling, |vastex| vastex_tests::telling() + vastex);
+    let plain = Options { fades: vec![false], ..screen.clone() };
+    alone(visit, "test-checkered", &plain, |vastex| vastex_tests::checkered() + vastex);
+    let nearest = Options { filters: vec![Filter::Nearest], ..plain };
+    for (is_small, by_gradients) in [(false, false), (false, true), (true, false), (true, true)] {
+        let name = format!("test-quarter-{is_small}-{by_gradients}");
+        let (text, _) = vastex_tests::quarter(is_small, by_gradients);
+        alone(visit, &name, &nearest, |vastex| format!("{text}{vastex}"));
+    }
     let fixed = Options { filters: vec![Filter::Nearest], fades: vec![false], ..screen.clone() };
     alone(visit, "test-screen_fixed", &fixed, |vastex| vastex_tests::fixed() + vastex);
     let separate = Options { ways: vec![FeedbackMode::Separate], fades: vec![false], ..Options::all() };

@@ -39,6 +39,7 @@ fn alone(nth: usize, texels: f64, rule: LevelRule) -> Vec<[u8; 4]> {
     screen.textures.texture_mut(screen.texture(0)).unwrap().set_levels(rule);
     screen.set_mapping(0, &mapping(texels));
     screen.converge();
+    screen.complete();
     screen.picture()
 }
 
@@ -46,6 +47,7 @@ fn alone(nth: usize, texels: f64, rule: LevelRule) -> Vec<[u8; 4]> {
 fn check(screen: &mut Screen, texels: f64, rules: [LevelRule; 4]) {
     screen.set_mapping(0, &mapping(texels));
     screen.converge();
+    screen.complete();
     let (picture, width) = (screen.picture(), PICTURE[0] as usize);
     for (nth, rule) in rules.into_iter().enumerate() {
         let alone = alone(nth, texels, rule);

@@ -147,7 +147,7 @@ fn the_id_0_names_nothing_whatever_is_removed() {
     let mut screen = Screen::new(&sources, settings());
     (0..2).for_each(|nth| screen.set_mapping(nth, &Mapping::new(SIZE, [0.5, 0.5], 2.0, 1.0, 0.0)));
     screen.converge();
-    screen.tell_id(1, 0);
+    screen.set_id(1, 0, 0);
     screen.remove(0);
     screen.frame().unwrap();
     let width = PICTURE[0] as usize;

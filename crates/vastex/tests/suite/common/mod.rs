@@ -7,9 +7,11 @@ pub mod tiles;
 
 use std::ops::Range;
 use std::sync::Arc;
+use std::time::Duration;
 
 use vastex::{
-    Error, Event, Feedback, Pace, Sampled, Settings, TextureId, TextureSettings, Textures, TileSource, ViewId,
+    Error, Event, Feedback, Pace, Sampled, Settings, TextureId, TextureSettings, Textures, TileSource,
+    Urgency, ViewId,
 };
 use vastex_core::{AddressMode, Geometry, GeometrySpec};
 use vastex_tiles::PropertySource;
@@ -70,6 +72,8 @@ struct Shown {
     group: wgpu::BindGroup,
     picture: wgpu::RenderPipeline,
     wanted: wgpu::RenderPipeline,
+    /// Of the strip of triangles that is drawn.
+    vertices: u32,
     is_gone: bool,
 }
 
@@ -174,7 +178,8 @@ impl Screen {
                 });
                 let [picture, wanted] = pipelines(device, &textures, sampled, shader, &layout);
                 let columns = [nth as f32 * share, (nth + 1) as f32 * share];
-                let shown = Shown { sampled, columns, uniform, group, picture, wanted, is_gone: false };
+                let shown =
+                    Shown { sampled, columns, uniform, group, picture, wanted, vertices: 4, is_gone: false };
                 shown.tell_ids(&gpu, &textures);
                 shown
             })
@@ -214,9 +219,14 @@ impl Screen {
         self.shown[nth].tell_ids(&self.gpu, &self.textures);
     }
 
-    /// Tells a shader other ids than those of what it shows.
-    pub fn tell_id(&self, nth: usize, id: u32) {
-        self.gpu.queue.write_buffer(&self.shown[nth].uniform, 48, bytemuck::bytes_of(&[id; 8]));
+    /// Tells shaders another id in one of the places of those of what is shown; 0 is that of what is sampled.
+    pub fn set_id(&self, nth: usize, place: u64, id: u32) {
+        self.gpu.queue.write_buffer(&self.shown[nth].uniform, 48 + 4 * place, bytemuck::bytes_of(&id));
+    }
+
+    /// For a shader that makes something else of a strip than a rectangle: so many vertices.
+    pub fn set_vertices(&mut self, nth: usize, vertices: u32) {
+        self.shown[nth].vertices = vertices;
     }
 
     pub fn texture(&self, nth: usize) -> TextureId {
@@ -319,6 +329,16 @@ impl Screen {
         panic!("not converged: {:?}", self.textures.stats());
     }
 
+    /// Loads what every pixel wants, of a view that has converged: feedback, which is of a part of the pixels, may miss corners of pages of a pixel
+    /// or two. Says what they want.
+    pub fn complete(&mut self) -> Feedback {
+        let wanted = self.feedback_of_every_pixel();
+        let ahead = self.textures.ahead().prefetch_view(&wanted, Urgency::default()).unwrap();
+        let progress = self.textures.finish(&ahead, Duration::from_secs(60)).unwrap();
+        assert_eq!(progress.resident, progress.pages);
+        wanted
+    }
+
     pub fn feedback_of_every_pixel(&mut self) -> Feedback {
         let shown = &self.shown;
         let drawn = self.textures.pixels().feedback_of_every(PICTURE, |pass, groups| {
@@ -417,7 +437,7 @@ fn draw<'g>(
         pass.set_pipeline(pipeline);
         pass.set_bind_group(0, group, &[]);
         pass.set_bind_group(1, &shown.group, &[]);
-        pass.draw(0..4, view..view + 1);
+        pass.draw(0..shown.vertices, view..view + 1);
     }
 }
 

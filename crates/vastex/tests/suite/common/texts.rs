@@ -110,3 +110,51 @@ pub fn telling() -> String {
     let told = "vastex_feedback(placed.ids.x, placed.view, uv_from_pixel(placed))";
     SCREEN.replace(SHOWN, &format!("vastex_tell(placed.view, placed.clip, {told});\n    {SHOWN}"))
 }
+
+/// The same, of whose pixels each shows another texture than those beside it: those of two ids in turns.
+pub fn checkered() -> String {
+    let id = "
+fn id_at(placed: Corner) -> u32 {
+    let pixel = vec2<u32>(placed.pixel);
+    return select(placed.ids[0], placed.ids[1], ((pixel.x ^ pixel.y) & 1u) == 1u);
+}
+";
+    telling().replace("placed.ids.x", "id_at(placed)") + id
+}
+
+/// Cells along the sides of a quarter of the picture, each of two triangles smaller than a pixel.
+const CELLS: [u32; 2] = [125, 94];
+/// Vertices of a row of them; its first and last are there twice, so that one strip makes all rows.
+const OF_ROW: u32 = 2 * CELLS[0] + 4;
+
+/// The screen's shader on a quarter of the picture, with a uv that is interpolated: as one rectangle, or of many small triangles; with what is
+/// wanted by derivatives, or by `vastex_gradients`. Beside it the vertices of the strip.
+pub fn quarter(is_small: bool, by_gradients: bool) -> (String, u32) {
+    let rectangle = "let x = mix(mapping.columns.x, mapping.columns.y, f32(index & 1u));
+    let y = f32(index >> 1u);";
+    let [columns, rows] = CELLS;
+    let cells = format!(
+        "let nth = clamp(index % {OF_ROW}u, 1u, {OF_ROW}u - 2u) - 1u;
+    let x = 0.5 * f32(nth >> 1u) / {columns}.0;
+    let y = 0.5 * f32(index / {OF_ROW}u + (nth & 1u)) / {rows}.0;"
+    );
+    let quarter = "let x = 0.5 * f32(index & 1u);
+    let y = 0.5 * f32(index >> 1u);"
+        .to_owned();
+    let gradients = "let along = vastex_gradients(placed.clip, uv_from_pixel(placed));
+    return vastex_feedback_grad(placed.ids.x, placed.view, uv_from_pixel(placed), along[0], along[1]);";
+    let replaced = [
+        ("let centre = floor(placed.pixel) + 0.5;", "let centre = placed.pixel;"),
+        (
+            "vec4<f32>(2.0 * x - 1.0, 1.0 - 2.0 * y, 0.5, 1.0);",
+            "vec4<f32>(2.0 * x - 1.0, 1.0 - 2.0 * y, 0.5 + 2.0 * y, 1.0 + 4.0 * y);",
+        ),
+        (rectangle, if is_small { &cells } else { &quarter }),
+        (WANTED, if by_gradients { gradients } else { WANTED }),
+    ];
+    let text = replaced.into_iter().fold(SCREEN.to_owned(), |text, (from, to)| {
+        assert!(text.contains(from), "{from}");
+        text.replace(from, to)
+    });
+    (text, if is_small { rows * OF_ROW } else { 4 })
+}
