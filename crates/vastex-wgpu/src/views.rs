@@ -34,6 +34,8 @@ pub(crate) const NO_VIEW: ViewParams = ViewParams {
 #[derive(Debug)]
 pub struct Views {
     buffer: wgpu::Buffer,
+    /// The parameters of a view that is no feedback.
+    no_view: wgpu::Buffer,
     cells: Option<Cells>,
 }
 
@@ -59,13 +61,21 @@ impl Views {
             mapped_at_creation: false,
         });
         queue.write_buffer(&buffer, 0, bytemuck::cast_slice(&params));
+        let bytes = bytemuck::bytes_of(&NO_VIEW);
+        let no_view = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("vastex view without feedback"),
+            size: bytes.len() as u64,
+            usage: wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        queue.write_buffer(&no_view, 0, bytes);
         // One cell, so that there is something to bind; nothing is asked before there is a target.
         let cells = || Cells {
             buffer: storage(device, "vastex cells", CELL_BYTES),
             ranges: [(0, 0); VIEWS as usize],
             is_moved: false,
         };
-        Views { buffer, cells: (mode == FeedbackMode::Inline).then(cells) }
+        Views { buffer, no_view, cells: (mode == FeedbackMode::Inline).then(cells) }
     }
 
     /// Sets what the commands recorded after this see of a view, until it is set again: commands that are submitted before or after them,
@@ -87,6 +97,15 @@ impl Views {
         let Some(source) = staged(device, "vastex view", bytes) else { return };
         let place = u64::from(view) * bytes.len() as u64;
         encoder.copy_buffer_to_buffer(&source, 0, &self.buffer, place, bytes.len() as u64);
+    }
+
+    /// Ends the feedback of a view: what is drawn by the commands recorded after this sees the picture where it is and levels unchanged, and
+    /// asks for nothing, until the view is set again. A view that there cannot be is left out.
+    pub fn end(&self, encoder: &mut wgpu::CommandEncoder, view: u32) {
+        if view < VIEWS {
+            let size = self.no_view.size();
+            encoder.copy_buffer_to_buffer(&self.no_view, 0, &self.buffer, u64::from(view) * size, size);
+        }
     }
 
     /// Gives a view so many cells. Where they do not fit beside those of the others, all of them lie elsewhere from now on.

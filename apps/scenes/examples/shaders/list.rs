@@ -364,6 +364,7 @@ fn tests(visit: &mut Visit<'_>) {
     let telling = Options { filters: vec![Filter::Nearest, Filter::Trilinear], ..screen.clone() };
     alone(visit, "test-telling", &telling, |vastex| vastex_tests::telling() + vastex);
     let plain = Options { fades: vec![false], ..screen.clone() };
+    alone(visit, "test-scales", &plain, |vastex| vastex_tests::scales() + vastex);
     alone(visit, "test-checkered", &plain, |vastex| vastex_tests::checkered() + vastex);
     let nearest = Options { filters: vec![Filter::Nearest], ..plain };
     for (is_small, by_gradients) in [(false, false), (false, true), (true, false), (true, true)] {

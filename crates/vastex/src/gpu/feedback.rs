@@ -26,6 +26,7 @@ impl Gpu {
         if self.mode == FeedbackMode::Inline && view != ViewId::EXPECTED {
             return Ok(());
         }
+        self.check_number_is_free(view)?;
         self.fit_feedback_path(view, picture)?;
         self.check_once(view, frame)?;
         let clear_depth = self.clear_depth();
@@ -96,6 +97,7 @@ impl Gpu {
     ) {
         let Some(state) = self.views.iter_mut().find(|state| state.view == view) else { return };
         let Some(path) = &mut state.path else { return };
+        self.view_params.end(encoder, state.number);
         let recorded = path.readback.record(&self.device, encoder, frame);
         // What was dropped meanwhile may have had the same frame: that comes first.
         path.readback.take_lost().into_iter().for_each(|lost| state.cycle.lose(lost));

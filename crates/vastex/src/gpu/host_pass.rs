@@ -96,6 +96,7 @@ impl Gpu {
         if self.mode == FeedbackMode::Inline && view != ViewId::EXPECTED {
             return Ok(None);
         }
+        self.check_number_is_free(view)?;
         self.fit_feedback_path(view, picture)?;
         self.check_once(view, frame)?;
         let (clear_depth, view_number) = (self.clear_depth(), self.view_number(view));
@@ -132,6 +133,17 @@ impl Gpu {
         let state = self.views.iter_mut().find(|state| state.view == view);
         match state.and_then(|state| state.begun.take()) {
             Some((frame, _)) => Err(Error::FeedbackNotEnded { view, frame }),
+            None => Ok(()),
+        }
+    }
+
+    /// Fails where the pass of another view that shaders know by the same number is begun and not ended: its draws would see this view.
+    /// What that has drawn is given up.
+    pub(super) fn check_number_is_free(&mut self, view: ViewId) -> Result<(), Error> {
+        let number = self.view_number(view);
+        let mut others = self.views.iter_mut().filter(|state| state.view != view && state.number == number);
+        match others.find_map(|state| Some((state.view, state.begun.take()?))) {
+            Some((view, (frame, _))) => Err(Error::FeedbackNotEnded { view, frame }),
             None => Ok(()),
         }
     }

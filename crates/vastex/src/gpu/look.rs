@@ -47,6 +47,7 @@ impl Gpu {
         let mut pass = target.begin(&self.device, &mut encoder, views, MAIN, frame, clear_depth);
         draw(&mut pass, &self.bind_groups);
         drop(pass);
+        views.end(&mut encoder, MAIN);
         encoder
     }
 

@@ -65,6 +65,18 @@ fn a_pass_that_is_not_ended_is_an_error_at_the_next_and_asks_for_nothing() {
 }
 
 #[test]
+fn a_pass_of_what_is_expected_is_not_begun_inside_that_of_the_main_view() {
+    let mut screen = screen(settings());
+    let mut encoder = screen.gpu.device.create_command_encoder(&Default::default());
+    screen.draw_by_host(&mut encoder, ViewId::MAIN, PICTURE).unwrap();
+    let expected = screen.draw_by_host(&mut encoder, ViewId::EXPECTED, PICTURE);
+    assert!(matches!(expected, Err(Error::FeedbackNotEnded { view: ViewId::MAIN, .. })), "{expected:?}");
+    assert!(screen.draw_by_host(&mut encoder, ViewId::EXPECTED, PICTURE).unwrap());
+    screen.textures.view(ViewId::EXPECTED).unwrap().end_feedback(&mut encoder).unwrap();
+    screen.converge();
+}
+
+#[test]
 fn what_cannot_be_begun_or_ended_is_an_error() {
     let mut screen = screen(settings());
     let mut encoder = screen.gpu.device.create_command_encoder(&Default::default());

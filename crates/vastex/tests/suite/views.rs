@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-use crate::common::texts::telling;
+use crate::common::texts::{scales, telling};
 use crate::common::{Mapping, PICTURE, Screen, property, settings};
 use vastex::diagnostics::PageState;
 use vastex::{
@@ -196,4 +196,29 @@ fn there_are_as_many_views_as_there_can_be() {
         screen.frame_of(&drawn).unwrap();
     }
     assert!(screen.textures.stats().pager.wanted > 0);
+}
+
+/// A picture that is drawn after the feedback of its view is no feedback itself.
+#[test]
+fn pictures_are_of_their_own_pixels_whatever_was_drawn_before_them() {
+    for mode in FeedbackMode::ALL {
+        let settings = Settings { feedback: Some(mode), ..settings() };
+        let mut screen = Screen::showing(settings, &scales(), |textures| {
+            textures.add_blocking(property(SIZE, 16, AddressMode::Clamp)).unwrap()
+        });
+        screen.set_mapping(0, &Mapping::new(SIZE, [0.3, 0.6], 1.1, 1.0, 0.2));
+        let expected = (ViewId::EXPECTED, PICTURE, 0..1);
+        for views in
+            [vec![], vec![(ViewId::MAIN, PICTURE, 0..1)], vec![(ViewId::MAIN, PICTURE, 0..1), expected]]
+        {
+            screen.frame_of(&views).unwrap();
+            assert!(
+                screen.picture().iter().all(|pixel| *pixel == [32; 4]),
+                "{mode:?}, {} passes",
+                views.len()
+            );
+        }
+        screen.feedback_of_every_pixel();
+        assert!(screen.picture().iter().all(|pixel| *pixel == [32; 4]), "{mode:?}");
+    }
 }

@@ -111,6 +111,12 @@ pub fn telling() -> String {
     SCREEN.replace(SHOWN, &format!("vastex_tell(placed.view, placed.clip, {told});\n    {SHOWN}"))
 }
 
+/// The screen's shader, whose picture shows eighths of the pixels along one of its own.
+pub fn scales() -> String {
+    assert!(SCREEN.contains(SHOWN));
+    SCREEN.replace(SHOWN, "return vec4<f32>(vastex_pixel_scale(placed.view) / 8.0);")
+}
+
 /// The same, of whose pixels each shows another texture than those beside it: those of two ids in turns.
 pub fn checkered() -> String {
     let id = "
