@@ -108,7 +108,7 @@ impl Estimating {
         if self.beside {
             textures.ahead().expect(&seen);
         } else {
-            textures.view(vastex::ViewId::MAIN)?.want(seen);
+            textures.view_mut(vastex::ViewId::MAIN)?.want(seen);
         }
         if !unseen.pages.is_empty() {
             textures.ahead().expect(&unseen);

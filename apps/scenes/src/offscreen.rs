@@ -156,7 +156,7 @@ impl Offscreen {
     /// What the pictures show from the next frame on. Two views share the size of the picture.
     pub fn show(&mut self, views: Views) -> Result<(), OffscreenError> {
         if let Some((view, _)) = self.beside.take() {
-            self.textures.view(view)?.remove();
+            self.textures.view_mut(view)?.remove();
         }
         if views != Views::One {
             let view = self.textures.add_view(ViewSettings::default().with_weight(views.weight()))?;

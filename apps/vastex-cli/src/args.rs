@@ -202,8 +202,8 @@ pub(crate) struct SceneArgs {
     #[arg(long, default_value = "trilinear", value_name = "FILTER")]
     pub(crate) filter: Filter,
     /// How the view says which pages it wants: by a small pass of its own, by some pixels of the picture itself, or, for adapters
-    /// without compute shaders or storage buffers, by that pass read back whole. By default the best way of the adapter
-    #[arg(long, value_name = "WAY", value_parser = named(&FeedbackMode::ALL, FeedbackMode::name))]
+    /// without compute shaders or storage buffers, by that pass read back whole. By default the best mode of the adapter
+    #[arg(long, value_name = "MODE", value_parser = named(&FeedbackMode::ALL, FeedbackMode::name))]
     pub(crate) feedback: Option<FeedbackMode>,
     /// KiB of GPU memory up to which a texture is held whole, as an ordinary one that takes no part in paging; 0: none is
     #[arg(long, default_value_t = 0, value_name = "N", value_parser = clap::value_parser!(u64).range(..=1 << 22))]

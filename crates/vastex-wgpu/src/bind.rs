@@ -18,6 +18,23 @@ pub struct BindingPlace {
     pub first: u32,
 }
 
+impl BindingPlace {
+    /// Fails where a device has no such group, or too few bindings in it from the first on for a text of one pool and one layer.
+    pub fn check(self, limits: &wgpu::Limits) -> Result<(), GpuError> {
+        let most = Bindings { first: 0, has_cells: true, has_fades: true, pools: 1 };
+        self.check_count(limits, most.atlas(1))
+    }
+
+    fn check_count(self, limits: &wgpu::Limits, needed: u32) -> Result<(), GpuError> {
+        let (max_groups, max_bindings) = (limits.max_bind_groups, limits.max_bindings_per_bind_group);
+        let end = u64::from(self.first) + u64::from(needed);
+        match self.group < max_groups && end <= u64::from(max_bindings) {
+            true => Ok(()),
+            false => Err(GpuError::BindingPlace { place: self, needed, max_groups, max_bindings }),
+        }
+    }
+}
+
 /// The numbers of the bindings.
 pub(crate) struct Bindings {
     first: u32,
@@ -134,7 +151,8 @@ pub fn entries<'a>(kinds: &Kinds, first: u32, bound: &Bound<'a>) -> Vec<wgpu::Bi
 }
 
 /// Fails where one stage of a shader of a device with these limits cannot read so much, by itself.
-pub fn check_bindings(limits: &wgpu::Limits, kinds: &Kinds) -> Result<(), GpuError> {
+pub fn check_bindings(limits: &wgpu::Limits, kinds: &Kinds, place: BindingPlace) -> Result<(), GpuError> {
+    place.check_count(limits, Bindings::new(kinds, 0).atlas(kinds.layers().len()))?;
     let (pools, layers) = (kinds.text_pools().len(), kinds.layers().len());
     let buffers = limits.max_storage_buffers_per_shader_stage as usize;
     let sampled = limits.max_sampled_textures_per_shader_stage as usize;
@@ -235,7 +253,9 @@ mod tests {
     #[test]
     fn a_group_that_no_shader_could_read_is_refused_and_says_what_fits() {
         let limits = wgpu::Limits::default();
-        let check = |pools, layers, mode, fade| check_bindings(&limits, &kinds(pools, layers, mode, fade));
+        let check = |pools, layers, mode, fade| {
+            check_bindings(&limits, &kinds(pools, layers, mode, fade), BindingPlace::default())
+        };
         use FeedbackMode::{Inline, Raw, Separate};
         assert!(check(7, 16, Separate, false).is_ok());
         let error = check(8, 8, Separate, false).unwrap_err();
@@ -245,6 +265,22 @@ mod tests {
         assert!(check(7, 9, Separate, true).is_ok() && check(7, 10, Separate, true).is_err());
         assert!(check(6, 6, Inline, false).is_ok() && check(7, 7, Inline, false).is_err());
         assert!(check(7, 8, Raw, false).is_ok() && check(7, 9, Raw, false).is_err());
+    }
+
+    #[test]
+    fn a_place_that_a_device_does_not_have_is_refused() {
+        let limits = wgpu::Limits::default();
+        let check = |group, first| BindingPlace { group, first }.check(&limits);
+        assert!(check(3, 0).is_ok() && check(0, 992).is_ok());
+        for (group, first) in [(4, 0), (u32::MAX, 0), (0, 993), (0, u32::MAX)] {
+            assert!(check(group, first).is_err(), "{group}, {first}");
+        }
+        let of_group = check_bindings(
+            &limits,
+            &kinds(3, 5, FeedbackMode::Separate, false),
+            BindingPlace { group: 1, first: 987 },
+        );
+        assert!(of_group.unwrap_err().to_string().contains("14 bindings from 987 on in group 1"));
     }
 
     #[test]

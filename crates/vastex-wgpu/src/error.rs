@@ -1,5 +1,7 @@
 //! What can go wrong on a GPU, by what the caller can do about it.
 
+use crate::bind::BindingPlace;
+
 /// Why the GPU did not do what it was told.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum GpuError {
@@ -94,6 +96,23 @@ pub enum GpuError {
         max_pools: usize,
         /// Layers that the device allows.
         max_layers: usize,
+    },
+    /// The device has no such bind group, or too few bindings in it.
+    #[error(
+        "shaders need {needed} bindings from {} on in group {}; this device has {max_groups} groups of {max_bindings} bindings: choose another \
+         place in `Settings::binding`",
+        place.first,
+        place.group
+    )]
+    BindingPlace {
+        /// What was asked for.
+        place: BindingPlace,
+        /// Bindings that follow the first, it included.
+        needed: u32,
+        /// Bind groups that the device has.
+        max_groups: u32,
+        /// Bindings that each has.
+        max_bindings: u32,
     },
     /// The picture is larger, or has fewer pixels, than a feedback target on this device can stand for.
     #[error("a feedback target of {width}x{height} pixels is beyond this device's {max} per side, or empty")]

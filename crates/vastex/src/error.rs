@@ -95,8 +95,8 @@ pub enum Error {
     NoView(ViewId),
     /// The feedback pass that was begun before was not ended. What it has drawn is given up, so that the next may begin.
     #[error(
-        "the feedback pass of view {} that was begun in frame {frame} was not ended; call `View::end_feedback` behind each pass that \
-         `View::begin_feedback` was called for",
+        "the feedback pass of view {} that was begun in frame {frame} was not ended; call `ViewMut::end_feedback` behind each pass that \
+         `ViewMut::begin_feedback` was called for",
         view.number()
     )]
     FeedbackNotEnded {
@@ -118,7 +118,7 @@ pub enum Error {
         frame: u64,
     },
     /// There is no feedback pass to be ended.
-    #[error("no feedback pass of view {} was begun; call `View::begin_feedback` before the pass", .0.number())]
+    #[error("no feedback pass of view {} was begun; call `ViewMut::begin_feedback` before the pass", .0.number())]
     FeedbackNotBegun(ViewId),
     /// The view could not be added.
     #[error(transparent)]

@@ -31,7 +31,7 @@
 //! |---|---|
 //! | textures that come and go | [`Textures::add`], [`Preparer`], [`Textures::remove`], [`TextureRef`], [`TextureMut`] |
 //! | what its pipelines need | [`Textures::kinds`], [`Textures::wgsl`], [`Textures::bind_group`], [`Textures::shader_id`]; for groups and merged layouts [`Bindings`] |
-//! | each frame | [`Textures::feedback`], [`Textures::update`], [`Textures::main_pass`], [`Textures::poll_event`], [`View`] |
+//! | each frame | [`Textures::feedback`], [`Textures::update`], [`Textures::main_pass`], [`Textures::poll_event`], [`Textures::view_mut`] |
 //! | settings, with their defaults | [`Settings`], [`TextureSettings`] |
 //! | ahead of time | [`Ahead`]: prefetches, pins, predictions; [`prefetch`], [`survey`] |
 //! | what a texture says at a point, on the CPU | [`Cpu`] |
@@ -41,7 +41,7 @@
 //!
 //! # What shaders call
 //!
-//! `id` is [`Textures::shader_id`], `view` is [`View::number`] (0 of the main view), `uv` is 0 to 1 over the texture. [`vastex_wgpu::wgsl()`]
+//! `id` is [`Textures::shader_id`], `view` is [`ViewRef::number`] (0 of the main view), `uv` is 0 to 1 over the texture. [`vastex_wgpu::wgsl()`]
 //! tells stages, ranges and costs.
 //!
 //! | to | functions |
@@ -87,7 +87,7 @@ pub use settings::{
 pub use sources::{Prepared, Preparer};
 pub use textures::{
     AddError, Ahead, Bindings, Cpu, Inspect, Memory, Pixels, TextureMut, TextureRef, Textures, TraceControl,
-    View, ViewSettings,
+    ViewMut, ViewRef, ViewSettings,
 };
 pub use vastex_core::shader_constants::JITTER_CYCLE;
 pub use vastex_core::{

@@ -57,7 +57,7 @@ struct Options {
     groups: Vec<u32>,
     filters: Vec<Filter>,
     atlases: Vec<Atlas>,
-    ways: Vec<FeedbackMode>,
+    modes: Vec<FeedbackMode>,
     tables: Vec<TableKind>,
     pages: Vec<PageSides>,
     fades: Vec<bool>,
@@ -70,7 +70,7 @@ impl Options {
             groups: vec![0],
             filters: Filter::KINDS.to_vec(),
             atlases: Atlas::ALL.to_vec(),
-            ways: FeedbackMode::ALL.to_vec(),
+            modes: FeedbackMode::ALL.to_vec(),
             tables: vec![TableKind::Direct, TableKind::Hashed],
             pages: vec![PageSides::Any, PageSides::PowersOfTwo],
             fades: vec![false, true],
@@ -79,14 +79,14 @@ impl Options {
 
     /// What the tests of the GPU crate ask for.
     fn of_tests() -> Options {
-        Options { ways: vec![FeedbackMode::Separate], ..Options::all() }
+        Options { modes: vec![FeedbackMode::Separate], ..Options::all() }
     }
 
     fn each(&self, mut visit: impl FnMut(&Choice)) {
         for &group in &self.groups {
             for &filter in &self.filters {
                 for &atlas in &self.atlases {
-                    for &feedback in &self.ways {
+                    for &feedback in &self.modes {
                         for &tables in &self.tables {
                             for &pages in &self.pages {
                                 for &fade in &self.fades {
@@ -297,7 +297,7 @@ fn benchmark(visit: &mut Visit<'_>) {
     let options = Options {
         filters: vec![Filter::Trilinear],
         fades: vec![false],
-        ways: vec![FeedbackMode::Separate],
+        modes: vec![FeedbackMode::Separate],
         ..Options::all()
     };
     for (name, own, tables) in [
@@ -350,7 +350,7 @@ fn tests(visit: &mut Visit<'_>) {
     alone(visit, "test-points", &of_pages(plain.clone()), |vastex| {
         of_test(&format!("{points}\nconst SIDE: u32 = 64u;"), vastex)
     });
-    let inline = Options { ways: vec![FeedbackMode::Inline], ..of(Filter::Trilinear) };
+    let inline = Options { modes: vec![FeedbackMode::Inline], ..of(Filter::Trilinear) };
     alone(visit, "test-surfaces", &inline, |vastex| {
         of_test(&format!("{}\nconst VIEW: u32 = 0u;", of_gpu_tests!("surfaces")), vastex)
     });
@@ -374,7 +374,7 @@ fn tests(visit: &mut Visit<'_>) {
     }
     let fixed = Options { filters: vec![Filter::Nearest], fades: vec![false], ..screen.clone() };
     alone(visit, "test-screen_fixed", &fixed, |vastex| vastex_tests::fixed() + vastex);
-    let separate = Options { ways: vec![FeedbackMode::Separate], fades: vec![false], ..Options::all() };
+    let separate = Options { modes: vec![FeedbackMode::Separate], fades: vec![false], ..Options::all() };
     alone(visit, "test-sample_cpu", &separate, |vastex| of_test(vastex_tests::POINTS, vastex));
     groups_of_vastex_tests(visit);
     mixing_of_vastex_tests(visit);

@@ -47,7 +47,7 @@ fn the_floor_takes_the_way_that_it_has_and_refuses_the_others() {
         let refused = mode.check(&device).unwrap_err().to_string();
         assert!(refused.contains(mode.name()) && refused.contains("\"raw\""), "{refused}");
     }
-    // What is asked for by default suffices for every way.
+    // What is asked for by default suffices for every mode.
     let asked = with_limits(vastex::required_limits(&gpu().adapter)).device;
     FeedbackMode::ALL.iter().for_each(|mode| mode.check(&asked).unwrap());
     FeedbackMode::ALL.iter().for_each(|mode| mode.check(&gpu().device).unwrap());

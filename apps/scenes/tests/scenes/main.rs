@@ -7,7 +7,7 @@ mod common;
 mod descent;
 mod estimates;
 mod fade;
-mod feedback_ways;
+mod feedback_modes;
 mod filters;
 mod fixed;
 mod fixed_heights;

@@ -180,7 +180,7 @@ impl Viewer {
 
     /// The view is a wholly different one from here on.
     pub(super) fn jumped(&mut self) {
-        if let Ok(mut view) = self.textures.view(ViewId::MAIN) {
+        if let Ok(mut view) = self.textures.view_mut(ViewId::MAIN) {
             view.cut();
         }
         self.wake();

@@ -28,10 +28,10 @@ pub trait StageScene {
         picture: [u32; 2],
     );
 
-    /// Draws what a camera wants to see, into a pass of [`vastex::View::feedback`].
+    /// Draws what a camera wants to see, into a pass of [`vastex::ViewMut::feedback`].
     fn draw_wanted(&self, camera: &Self::Camera, pass: &mut wgpu::RenderPass<'_>, textures: &wgpu::BindGroup);
 
-    /// Draws what a camera sees: every pixel of the target. In [`vastex::View::main_pass`] it says what it wants.
+    /// Draws what a camera sees: every pixel of the target. In [`vastex::ViewMut::main_pass`] it says what it wants.
     fn draw_picture(
         &self,
         camera: &Self::Camera,
@@ -97,7 +97,7 @@ impl<S: StageScene + ?Sized> Frame<'_, S> {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         tell(textures, &mut encoder)?;
         for StageView { view, camera, .. } in self.views.iter().filter(|_| self.has_feedback) {
-            textures.view(*view)?.feedback(&mut encoder, picture, |pass, groups| {
+            textures.view_mut(*view)?.feedback(&mut encoder, picture, |pass, groups| {
                 draw_wanted(scene, camera, pass, groups);
             })?;
         }
@@ -114,7 +114,7 @@ impl<S: StageScene + ?Sized> Frame<'_, S> {
             Pictures::Never => false,
         };
         for StageView { view, camera, .. } in self.views.iter().filter(|_| is_drawn) {
-            textures.view(*view)?.main_pass(&mut encoder, picture, |encoder, groups| {
+            textures.view_mut(*view)?.main_pass(&mut encoder, picture, |encoder, groups| {
                 if let Some(group) = groups.get(sampled) {
                     scene.draw_picture(camera, encoder, group, target);
                 }

@@ -73,7 +73,7 @@ impl CameraBinding {
         CameraBinding { uniform, patches, patch_count, view: 0, is_fixed }
     }
 
-    /// The same for another view than the main one: [`vastex::View::number`].
+    /// The same for another view than the main one: [`vastex::ViewRef::number`].
     #[must_use]
     pub fn with_view(self, view: u32) -> CameraBinding {
         CameraBinding { view, ..self }

@@ -226,7 +226,7 @@ impl World {
         World::numbered(gpu, description, index, resident, kind, seed, NUMBER, FeedbackMode::Separate)
     }
 
-    /// The same of a texture of this number, for shaders of a way of feedback.
+    /// The same of a texture of this number, for shaders of a mode of feedback.
     #[expect(clippy::too_many_arguments, reason = "a test's world")]
     pub(crate) fn numbered(
         gpu: &TestDevice,

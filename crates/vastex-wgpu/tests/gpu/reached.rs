@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use naga::compact::{KeepUnused, compact};
 use vastex_wgpu::{Atlas, BindingPlace, FeedbackMode, Filter, Kind, Kinds, PageSides, TableKind, wgsl};
 
-use crate::{exact, feedback, fixed, inspect, sampling, seams, stages, texture_space, ways};
+use crate::{exact, feedback, fixed, inspect, modes, sampling, seams, stages, texture_space};
 
 /// The shaders, each of a test of its own.
 const SHADERS: [&str; 11] = [
@@ -20,7 +20,7 @@ const SHADERS: [&str; 11] = [
     feedback::PLANE,
     inspect::HARNESS,
     texture_space::SHADER,
-    ways::SURFACES,
+    modes::SURFACES,
 ];
 /// What pictures of the pool, overlays in fixed point and reliefs call, which the tests of `apps/scenes` look at; and what only joins its derivatives to
 /// `vastex_sample_nearest_grad`.

@@ -84,7 +84,7 @@ pub(crate) fn show(source: Arc<dyn TileSource>, size: [u32; 2]) -> anyhow::Resul
             (ground, is_slow) = (added.map_err(|error: vastex::Error| error)?, true);
             renderer.texture = textures.shader_id(ground)?;
             renderer.look(queue, 1.0, size);
-            textures.view(vastex::ViewId::MAIN)?.cut();
+            textures.view_mut(vastex::ViewId::MAIN)?.cut();
         }
         while let Some(event) = textures.poll_event() {
             match event {

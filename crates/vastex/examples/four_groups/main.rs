@@ -117,7 +117,7 @@ pub(crate) fn draw(
             renderer.draw_shadows(&mut encoder);
         }
         // Vastex: a pass of the renderer's among its other passes.
-        if let Some(begun) = textures.view(ViewId::MAIN)?.begin_feedback(&mut encoder, size)? {
+        if let Some(begun) = textures.view_mut(ViewId::MAIN)?.begin_feedback(&mut encoder, size)? {
             let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
                 label: Some("feedback"),
                 color_attachments: &[Some(begun.color_attachment())],
@@ -128,7 +128,7 @@ pub(crate) fn draw(
             pass.set_scissor_rect(x, y, width, height);
             renderer.draw(&mut pass, &wanted, &materials.groups);
             drop(pass);
-            textures.view(ViewId::MAIN)?.end_feedback(&mut encoder)?;
+            textures.view_mut(ViewId::MAIN)?.end_feedback(&mut encoder)?;
         }
         textures.update()?;
         materials.follow(&renderer, device, &textures, &ids)?;

@@ -50,7 +50,7 @@ impl Gpu {
         };
         let members = members.iter().map(member).collect::<Result<Vec<_>, GroupError>>()?;
         let kinds = Kinds::of_group(members, self.mode, self.seen().fade)?;
-        check_bindings(&self.device.limits(), &kinds)?;
+        check_bindings(&self.device.limits(), &kinds, self.binding)?;
         Ok(kinds)
     }
 

@@ -8,7 +8,7 @@ use super::feedback_path::Target;
 use super::views::ViewState;
 use crate::error::Error;
 
-/// What a feedback pass is begun with: from [`crate::View::begin_feedback`], for one pass of one frame.
+/// What a feedback pass is begun with: from [`crate::ViewMut::begin_feedback`], for one pass of one frame.
 ///
 /// The pass has one colour attachment and one of depth, one sample each, and no other size than [`FeedbackPass::size`]. Its viewport is the
 /// whole of it, its scissor rectangle [`FeedbackPass::scissor`].
@@ -48,7 +48,7 @@ impl FeedbackPass {
         self.clear_depth
     }
 
-    /// The number by which shaders know the view, as [`crate::View::number`] says it.
+    /// The number by which shaders know the view, as [`crate::ViewRef::number`] says it.
     pub fn view_number(&self) -> u32 {
         self.view_number
     }

@@ -119,6 +119,7 @@ struct Sent {
 impl Gpu {
     /// Nothing yet but the main view. Fails where the device lacks what the settings ask for.
     pub(crate) fn new(device: &wgpu::Device, queue: &wgpu::Queue, settings: &Settings) -> Result<Gpu, Error> {
+        settings.binding.check(&device.limits())?;
         let mode = FeedbackMode::choose(settings.feedback, device)?;
         Ok(Gpu {
             device: device.clone(),

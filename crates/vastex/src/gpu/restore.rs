@@ -19,6 +19,7 @@ impl Gpu {
         queue: &wgpu::Queue,
         settings: &Settings,
     ) -> Result<(), Error> {
+        settings.binding.check(&device.limits())?;
         let mode = FeedbackMode::choose(settings.feedback, device)?;
         (self.device, self.queue, self.mode) = (device.clone(), queue.clone(), mode);
         self.forget_texture_space(None);

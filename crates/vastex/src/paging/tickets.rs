@@ -27,6 +27,8 @@ pub struct Ticket {
 #[derive(Debug)]
 struct Shared {
     inner: Mutex<Inner>,
+    /// That of whom it was asked, since others have tickets of the same numbers.
+    owner: Weak<()>,
 }
 
 #[derive(Debug)]
@@ -113,18 +115,27 @@ impl Future for Ticket {
 
 /// The tickets that somebody may still look at, by their parts.
 #[derive(Debug, Default)]
-pub(crate) struct OpenTickets(HashMap<vastex_core::Ticket, Weak<Shared>>);
+pub(crate) struct OpenTickets {
+    open: HashMap<vastex_core::Ticket, Weak<Shared>>,
+    owner: Arc<()>,
+}
 
 impl OpenTickets {
     fn open(&mut self, parts: Vec<(vastex_core::Ticket, Progress)>) -> Ticket {
         let ids: Vec<_> = parts.iter().map(|(id, _)| *id).collect();
-        let shared = Arc::new(Shared { inner: Mutex::new(Inner { parts, wakers: Vec::new() }) });
-        self.0.extend(ids.into_iter().map(|id| (id, Arc::downgrade(&shared))));
+        let inner = Mutex::new(Inner { parts, wakers: Vec::new() });
+        let shared = Arc::new(Shared { inner, owner: Arc::downgrade(&self.owner) });
+        self.open.extend(ids.into_iter().map(|id| (id, Arc::downgrade(&shared))));
         Ticket { shared }
     }
 
+    /// Whether a ticket is one of these, open or not.
+    fn own(&self, ticket: &Ticket) -> bool {
+        std::ptr::eq(ticket.shared.owner.as_ptr(), Arc::as_ptr(&self.owner))
+    }
+
     fn end(&mut self, id: vastex_core::Ticket, progress: Progress) {
-        if let Some(shared) = self.0.remove(&id).and_then(|shared| shared.upgrade()) {
+        if let Some(shared) = self.open.remove(&id).and_then(|shared| shared.upgrade()) {
             shared.set(id, progress);
         }
     }
@@ -133,7 +144,7 @@ impl OpenTickets {
 impl Drop for OpenTickets {
     /// Nobody waits forever for what is gone.
     fn drop(&mut self) {
-        for (id, shared) in &self.0 {
+        for (id, shared) in &self.open {
             let Some(shared) = shared.upgrade() else { continue };
             let part =
                 shared.inner().parts.iter().find(|(part, _)| part == id).map(|(_, progress)| *progress);
@@ -178,6 +189,9 @@ impl Paging {
 
     /// Returns true if there was anything to let go of.
     pub(crate) fn release(&mut self, ticket: &Ticket) -> bool {
+        if !self.tickets.own(ticket) {
+            return false;
+        }
         let was_open = ticket.ids().into_iter().fold(false, |open, id| self.pager.release(id) | open);
         self.end_tickets();
         was_open
@@ -187,7 +201,7 @@ impl Paging {
     pub(super) fn follow_tickets(&mut self) {
         self.end_tickets();
         let pager = &self.pager;
-        self.tickets.0.retain(|&id, shared| {
+        self.tickets.open.retain(|&id, shared| {
             let (Some(shared), Some(progress)) = (shared.upgrade(), pager.progress(id)) else {
                 return false;
             };

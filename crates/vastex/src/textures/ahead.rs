@@ -78,7 +78,7 @@ impl Ahead<'_> {
     /// let seen = survey.finish(textures.inspect().frame()).seen;
     /// let ahead = textures.ahead().prefetch_view(&seen, Urgency::default())?;
     /// // ... frames later:
-    /// if !ahead.is_open() { /* move the camera, and textures.view(ViewId::MAIN)?.cut() */ }
+    /// if !ahead.is_open() { /* move the camera, and textures.view_mut(ViewId::MAIN)?.cut() */ }
     /// # Ok(()) }
     /// ```
     pub fn prefetch_view(&mut self, feedback: &Feedback, urgency: Urgency) -> Result<Ticket, AskError> {
@@ -95,8 +95,8 @@ impl Ahead<'_> {
         self.textures.paging.pin(number, region)
     }
 
-    /// Cancels a prefetch, or unpins. Says whether there was anything to let go of. What has been loaded stays until its slot is
-    /// needed.
+    /// Cancels a prefetch, or unpins. Says whether there was anything to let go of: nothing of a ticket of other textures. What has been loaded
+    /// stays until its slot is needed.
     pub fn release(&mut self, ticket: &Ticket) -> bool {
         self.textures.paging.release(ticket)
     }
@@ -143,13 +143,13 @@ impl Ahead<'_> {
     ) -> Result<bool, Error> {
         let can = self.can_look_ahead();
         if can {
-            self.textures.view(ViewId::EXPECTED)?.feedback(encoder, picture, draw)?;
+            self.textures.view_mut(ViewId::EXPECTED)?.feedback(encoder, picture, draw)?;
         }
         Ok(can)
     }
 
     /// Draws the level that the view needs of each part of a texture, in texture space, and says what the view wants by the last of
-    /// them that have come back, about two frames old: nothing in the first frames. Fails where there is no such texture. To be given to [`View::want`](crate::View::want), or beside
+    /// them that have come back, about two frames old: nothing in the first frames. Fails where there is no such texture. To be given to [`ViewMut::want`](crate::ViewMut::want), or beside
     /// feedback to [`Ahead::expect`]; those of several textures together, by [`Feedback::of_pages`].
     ///
     /// `draw` draws every surface that shows the texture, with a pipeline whose vertex shader gives `vastex_texture_space_clip(uv)` as

@@ -17,7 +17,7 @@ impl Textures {
     /// [`FeedbackMode::Inline`]; [`Textures::main_pass`] does it then.
     ///
     /// Fails where the picture has no pixels or more than a target can have, where the view's feedback of this frame is recorded already
-    /// ([`Error::FeedbackTwice`]), and where a pass of [`View::begin_feedback`](crate::View::begin_feedback) was not ended
+    /// ([`Error::FeedbackTwice`]), and where a pass of [`ViewMut::begin_feedback`](crate::ViewMut::begin_feedback) was not ended
     /// ([`Error::FeedbackNotEnded`], once). Costs a target and its way back where the picture has another size than before.
     pub fn feedback(
         &mut self,

@@ -38,7 +38,7 @@ pub use memory::Memory;
 pub use pixels::Pixels;
 pub use texture::{TextureMut, TextureRef};
 pub use trace::TraceControl;
-pub use views::{View, ViewSettings};
+pub use views::{ViewMut, ViewRef, ViewSettings};
 
 /// The virtual textures of a device, and the loop that keeps their pools filled.
 ///

@@ -32,7 +32,14 @@ impl ViewSettings {
 }
 
 /// A view that there is; [`Textures::view`] gives it.
-pub struct View<'a> {
+#[derive(Clone, Copy)]
+pub struct ViewRef<'a> {
+    textures: &'a Textures,
+    id: ViewId,
+}
+
+/// A view that there is, to be drawn or changed; [`Textures::view_mut`] gives it.
+pub struct ViewMut<'a> {
     textures: &'a mut Textures,
     id: ViewId,
 }
@@ -40,29 +47,52 @@ pub struct View<'a> {
 impl Textures {
     /// Adds a view beside the main one: a mirror, a shadow, a second eye, a second window. What any view wants is loaded.
     ///
-    /// Costs, once it is drawn, a feedback target. Shaders know it by its [number](View::number).
+    /// Costs, once it is drawn, a feedback target. Shaders know it by its [number](ViewRef::number).
     pub fn add_view(&mut self, settings: ViewSettings) -> Result<ViewId, Error> {
         let view = self.paging.add_view(settings.weight)?;
         self.gpu.begin_view(view);
         Ok(view)
     }
 
-    /// A view, to be drawn or asked about: [`ViewId::MAIN`], one that was added, or [`ViewId::EXPECTED`], by which
+    /// A view, to be asked about itself: [`ViewId::MAIN`] or one that was added. Fails where it was removed.
+    pub fn view(&self, view: ViewId) -> Result<ViewRef<'_>, Error> {
+        self.check_view(view)?;
+        Ok(ViewRef { textures: self, id: view })
+    }
+
+    /// A view, to be drawn or changed: [`ViewId::MAIN`], one that was added, or [`ViewId::EXPECTED`], by which
     /// [`Ahead::feedback`](crate::Ahead::feedback) is drawn in a pass of the application's own. Fails where it was removed.
-    pub fn view(&mut self, view: ViewId) -> Result<View<'_>, Error> {
-        if view == ViewId::EXPECTED && !self.gpu.has_view(view) {
-            self.gpu.begin_view(view);
+    pub fn view_mut(&mut self, view: ViewId) -> Result<ViewMut<'_>, Error> {
+        self.check_view(view)?;
+        if !self.gpu.has_view(view) {
+            self.gpu.begin_view(view); // that of what is expected, which few applications draw
         }
-        if self.gpu.has_view(view) { Ok(View { textures: self, id: view }) } else { Err(Error::NoView(view)) }
+        Ok(ViewMut { textures: self, id: view })
+    }
+
+    fn check_view(&self, view: ViewId) -> Result<(), Error> {
+        let exists = view == ViewId::EXPECTED || self.gpu.has_view(view);
+        if exists { Ok(()) } else { Err(Error::NoView(view)) }
     }
 }
 
-impl View<'_> {
+impl ViewRef<'_> {
     /// The number by which shaders know the view, 0 to 7. [`ViewId::MAIN`] and [`ViewId::EXPECTED`] have 0.
     pub fn number(&self) -> u32 {
         self.textures.gpu.view_number(self.id)
     }
 
+    /// Whether the view has been drawn for a whole jitter cycle since it last jumped, and all that it wanted in that is in the pools at the
+    /// bias in force, or could not be had; whatever other views want. A second view at the place where the camera will cut to warms the
+    /// pools for it, and says so here. Costs a visit of each page of the working sets.
+    pub fn is_converged(&self) -> bool {
+        let (frame, cycle) = (self.textures.paging.frame(), self.textures.paging.pager().feedback_cycle());
+        self.textures.gpu.is_view_seen_whole(self.id, frame, cycle) == Some(true)
+            && self.textures.paging.pager().is_view_converged(self.id)
+    }
+}
+
+impl ViewMut<'_> {
     /// Sets how much a pixel of the view counts, from its next feedback on; see [`ViewSettings::weight`].
     pub fn set_weight(&mut self, weight: f32) {
         self.textures.paging.set_view_weight(self.id, weight);
@@ -83,22 +113,13 @@ impl View<'_> {
         was_there
     }
 
-    /// Whether the view has been drawn for a whole jitter cycle since it last jumped, and all that it wanted in that is in the pools at the
-    /// bias in force, or could not be had; whatever other views want. A second view at the place where the camera will cut to warms the
-    /// pools for it, and says so here. Costs a visit of each page of the working sets.
-    pub fn is_converged(&self) -> bool {
-        let (frame, cycle) = (self.textures.paging.frame(), self.textures.paging.pager().feedback_cycle());
-        self.textures.gpu.is_view_seen_whole(self.id, frame, cycle) == Some(true)
-            && self.textures.paging.pager().is_view_converged(self.id)
-    }
-
-    /// A future of [`View::is_converged`]: true when that says so, false where the view is removed first. It moves on in [`Textures::update`]
+    /// A future of [`ViewRef::is_converged`]: true when that says so, false where the view is removed first. It moves on in [`Textures::update`]
     /// alone.
     pub fn converged(&mut self) -> Convergence {
         self.textures.paging.converged_view(self.id)
     }
 
-    /// Says what the view wants in this frame, in place of [`View::feedback`]: what a [`crate::survey::Survey`] has found, or anything
+    /// Says what the view wants in this frame, in place of [`ViewMut::feedback`]: what a [`crate::survey::Survey`] has found, or anything
     /// else that knows. It acts in the next [`Textures::update`], without the frames that feedback takes to come back; said again before, the
     /// last counts. To be said once per frame, since what was not said for a jitter cycle is no longer wanted, and only what was said for one
     /// can have converged.
@@ -113,7 +134,7 @@ impl View<'_> {
     ///     survey.surface(texture.surveyed(), &GlobeSurface::sphere([0.0; 3], 6371.0));
     /// }
     /// let found = survey.finish(textures.inspect().frame());
-    /// textures.view(ViewId::MAIN)?.want(found.seen); // and no feedback pass
+    /// textures.view_mut(ViewId::MAIN)?.want(found.seen); // and no feedback pass
     /// textures.ahead().expect(&found.unseen); // loaded when there is nothing better to do
     /// # Ok(()) }
     /// ```
@@ -122,7 +143,7 @@ impl View<'_> {
     }
 
     /// Draws the feedback pass of the view, else as [`Textures::feedback`] does that of the main one: at most once per frame, by
-    /// shaders that are given [the view's number](View::number). A view need not be drawn in every frame: what it wanted in its last 16
+    /// shaders that are given [the view's number](ViewRef::number). A view need not be drawn in every frame: what it wanted in its last 16
     /// feedbacks stays wanted.
     pub fn feedback(
         &mut self,
@@ -133,9 +154,9 @@ impl View<'_> {
         self.textures.draw_feedback(encoder, self.id, picture, draw)
     }
 
-    /// As [`View::feedback`], for a pass that the application begins itself, as a render graph does: points the view's shaders at its
+    /// As [`ViewMut::feedback`], for a pass that the application begins itself, as a render graph does: points the view's shaders at its
     /// feedback target, by a command in `encoder`, and says what the pass is begun with. To be recorded in front of the pass, and
-    /// [`View::end_feedback`] behind it, in the same encoder or in another that is submitted later; both are recorded before
+    /// [`ViewMut::end_feedback`] behind it, in the same encoder or in another that is submitted later; both are recorded before
     /// [`Textures::update`], and submitted whenever.
     /// Nothing where the mode is [`Inline`](crate::FeedbackMode::Inline). Of [`ViewId::EXPECTED`] it is the pass of
     /// [`Ahead::feedback`](crate::Ahead::feedback), which is not worth drawing where [`Ahead::can_look_ahead`](crate::Ahead::can_look_ahead)
@@ -149,7 +170,7 @@ impl View<'_> {
     /// # use vastex::ViewId;
     /// # fn draw(_: &mut wgpu::RenderPass<'_>) {}
     /// # fn frame(textures: &mut vastex::Textures, encoder: &mut wgpu::CommandEncoder) -> Result<(), vastex::Error> {
-    /// if let Some(begun) = textures.view(ViewId::MAIN)?.begin_feedback(encoder, [1280, 720])? {
+    /// if let Some(begun) = textures.view_mut(ViewId::MAIN)?.begin_feedback(encoder, [1280, 720])? {
     ///     let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
     ///         color_attachments: &[Some(begun.color_attachment())],
     ///         depth_stencil_attachment: Some(begun.depth_attachment()),
@@ -159,7 +180,7 @@ impl View<'_> {
     ///     pass.set_scissor_rect(x, y, width, height);
     ///     draw(&mut pass);
     ///     drop(pass);
-    ///     textures.view(ViewId::MAIN)?.end_feedback(encoder)?;
+    ///     textures.view_mut(ViewId::MAIN)?.end_feedback(encoder)?;
     /// }
     /// # Ok(()) }
     /// ```
@@ -175,14 +196,14 @@ impl View<'_> {
         self.textures.gpu.begin_feedback(encoder, view, picture, self.textures.paging.frame())
     }
 
-    /// Records compaction and the way back of what the pass has drawn that [`View::begin_feedback`] was called for. Fails where there is no
+    /// Records compaction and the way back of what the pass has drawn that [`ViewMut::begin_feedback`] was called for. Fails where there is no
     /// such pass.
     pub fn end_feedback(&mut self, encoder: &mut wgpu::CommandEncoder) -> Result<(), Error> {
         self.textures.gpu.end_feedback(encoder, self.id)
     }
 
     /// Draws the view's picture, else as [`Textures::main_pass`] does that of the main one: at most once per frame, by shaders that are
-    /// given [the view's number](View::number).
+    /// given [the view's number](ViewRef::number).
     pub fn main_pass(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,

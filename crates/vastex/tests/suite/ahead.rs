@@ -113,7 +113,7 @@ fn recorded_ahead(case: Case) {
     screen.textures.memory().resize_pool(POOL, case.pool_bytes(400)).unwrap();
     let settled = |screen: &mut Screen| {
         screen.set_mapping(0, &flight(FRAMES));
-        screen.textures.view(ViewId::MAIN).unwrap().cut();
+        screen.textures.view_mut(ViewId::MAIN).unwrap().cut();
         screen.settle(|_| false, |_| {});
         screen.picture()
     };
@@ -150,7 +150,7 @@ fn grows_in_a_full_pool(case: Case) {
             _ => Mapping::new(SIZES[0], [0.4, 0.45], 0.9, 1.0, 0.1),
         };
         if frame % 10 == 0 {
-            screen.textures.view(ViewId::MAIN).unwrap().cut();
+            screen.textures.view_mut(ViewId::MAIN).unwrap().cut();
         }
         screen.set_mapping(0, &looked_at);
         behind.push_back(record(&mut screen, None));

@@ -34,7 +34,7 @@ fn pose(nth: u32) -> Mapping {
 /// The picture of a view in which nothing is missing.
 fn sharp(screen: &mut Screen, nth: u32) -> Vec<[u8; 4]> {
     screen.set_mapping(0, &pose(nth));
-    screen.textures.view(ViewId::MAIN).unwrap().cut();
+    screen.textures.view_mut(ViewId::MAIN).unwrap().cut();
     screen.settle(|_| false, |_| {});
     screen.picture()
 }
@@ -67,7 +67,7 @@ fn whatever_is_dropped(mode: FeedbackMode) {
     for ((kind, begin), nth) in cases.zip(0..) {
         let expected = sharp(&mut control, nth);
         screen.set_mapping(0, &pose(nth));
-        screen.textures.view(ViewId::MAIN).unwrap().cut();
+        screen.textures.view_mut(ViewId::MAIN).unwrap().cut();
         // Ten frames in a row from some frame on, as the view loads; then all are submitted.
         let dropped = |part: (u32, usize)| (begin..begin + 10).contains(&part.0) && kind.is(part.0, part.1);
         screen.settle(dropped, |screen| {

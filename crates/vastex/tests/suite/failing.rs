@@ -74,7 +74,7 @@ fn fails_midway(case: Case) {
             // What binds page tables meanwhile does first what the frame could not, such as to fill a table that lies elsewhere.
             if step == 2 {
                 let view = screen.textures.add_view(vastex::ViewSettings::default()).unwrap();
-                assert!(screen.textures.view(view).is_ok_and(vastex::View::remove));
+                assert!(screen.textures.view_mut(view).is_ok_and(vastex::ViewMut::remove));
                 is_caught_up = true;
                 assert_eq!(wrong(screen, frame), [0, 0], "{case:?}: frame {frame}, bound");
             }
@@ -89,7 +89,7 @@ fn fails_midway(case: Case) {
     screen.textures.memory().resize_pool(POOL, case.pool_bytes(400)).unwrap();
     let settle = |screen: &mut Screen| {
         screen.set_mapping(0, &flight(FRAMES));
-        screen.textures.view(ViewId::MAIN).unwrap().cut();
+        screen.textures.view_mut(ViewId::MAIN).unwrap().cut();
         screen.settle(|_| false, |_| {});
     };
     settle(&mut screen);

@@ -173,7 +173,7 @@ fn a_loop_without_textures_is_harmless() {
             textures.feedback(&mut encoder, PICTURE, |_, _| ()).unwrap();
             textures.update().unwrap();
             gpu.queue.submit([encoder.finish()]);
-            textures.view(ViewId::MAIN).unwrap().cut();
+            textures.view_mut(ViewId::MAIN).unwrap().cut();
             assert!(textures.poll_event().is_none());
         }
         assert!(textures.pixels().feedback_of_every(PICTURE, |_, _| ()).unwrap().pages.is_empty());
@@ -205,7 +205,7 @@ fn after_a_cut_the_old_view_is_no_longer_wanted() {
         screen.converge();
         screen.set_mapping(0, &around([0.58, 0.5]));
         if cut {
-            screen.textures.view(ViewId::MAIN).unwrap().cut();
+            screen.textures.view_mut(ViewId::MAIN).unwrap().cut();
         }
         (0..5).for_each(|_| drop(screen.frame().unwrap()));
         screen.textures.stats().pager.wanted
@@ -224,7 +224,7 @@ fn what_the_ram_cache_holds_is_not_read_again() {
         let mut screen = Screen::new(&[source.clone() as Arc<dyn TileSource>], settings);
         for centre in [[0.2, 0.2], [0.8, 0.8], [0.2, 0.2], [0.8, 0.8]] {
             screen.set_mapping(0, &around(centre));
-            screen.textures.view(ViewId::MAIN).unwrap().cut();
+            screen.textures.view_mut(ViewId::MAIN).unwrap().cut();
             screen.converge();
         }
         assert!(screen.textures.stats().pager.evicted > 0, "{:?}", screen.textures.stats());
@@ -268,7 +268,7 @@ fn all_textures_share_one_ram_cache() {
     for step in 0..8 {
         screen.set_mapping(0, &around([0.2 + 0.08 * f64::from(step), 0.3]));
         screen.set_mapping(1, &around([0.5, 0.2 + 0.08 * f64::from(step)]));
-        screen.textures.view(ViewId::MAIN).unwrap().cut();
+        screen.textures.view_mut(ViewId::MAIN).unwrap().cut();
         screen.converge();
     }
     let telemetry = screen.textures.inspect().telemetry();

@@ -17,7 +17,7 @@ fn frame_by_host(screen: &mut Screen, view: ViewId, picture: [u32; 2]) -> Result
     let mut drawn = screen.gpu.device.create_command_encoder(&Default::default());
     let mut ended = screen.gpu.device.create_command_encoder(&Default::default());
     assert!(screen.draw_by_host(&mut drawn, view, picture)?);
-    screen.textures.view(view).unwrap().end_feedback(&mut ended)?;
+    screen.textures.view_mut(view).unwrap().end_feedback(&mut ended)?;
     screen.textures.update()?;
     screen.gpu.queue.submit([drawn.finish(), ended.finish()]);
     Ok(())
@@ -72,7 +72,7 @@ fn a_pass_of_what_is_expected_is_not_begun_inside_that_of_the_main_view() {
     let expected = screen.draw_by_host(&mut encoder, ViewId::EXPECTED, PICTURE);
     assert!(matches!(expected, Err(Error::FeedbackNotEnded { view: ViewId::MAIN, .. })), "{expected:?}");
     assert!(screen.draw_by_host(&mut encoder, ViewId::EXPECTED, PICTURE).unwrap());
-    screen.textures.view(ViewId::EXPECTED).unwrap().end_feedback(&mut encoder).unwrap();
+    screen.textures.view_mut(ViewId::EXPECTED).unwrap().end_feedback(&mut encoder).unwrap();
     screen.converge();
 }
 
@@ -80,11 +80,11 @@ fn a_pass_of_what_is_expected_is_not_begun_inside_that_of_the_main_view() {
 fn what_cannot_be_begun_or_ended_is_an_error() {
     let mut screen = screen(settings());
     let mut encoder = screen.gpu.device.create_command_encoder(&Default::default());
-    let ended = screen.textures.view(ViewId::MAIN).unwrap().end_feedback(&mut encoder);
+    let ended = screen.textures.view_mut(ViewId::MAIN).unwrap().end_feedback(&mut encoder);
     assert!(matches!(ended, Err(Error::FeedbackNotBegun(ViewId::MAIN))));
     let other = ViewId::new(77);
-    assert!(matches!(screen.textures.view(other), Err(Error::NoView(view)) if view == other));
-    let begun = screen.textures.view(ViewId::MAIN).unwrap().begin_feedback(&mut encoder, [0, 5]);
+    assert!(matches!(screen.textures.view_mut(other), Err(Error::NoView(view)) if view == other));
+    let begun = screen.textures.view_mut(ViewId::MAIN).unwrap().begin_feedback(&mut encoder, [0, 5]);
     assert!(matches!(begun, Err(Error::Gpu(GpuError::TargetSize { .. }))));
     screen.converge();
 }
@@ -94,5 +94,5 @@ fn inline_there_is_nothing_to_begin() {
     let mut screen = screen(Settings { feedback: Some(FeedbackMode::Inline), ..settings() });
     let mut encoder = screen.gpu.device.create_command_encoder(&Default::default());
     assert!(!screen.draw_by_host(&mut encoder, ViewId::MAIN, PICTURE).unwrap());
-    screen.textures.view(ViewId::MAIN).unwrap().end_feedback(&mut encoder).unwrap();
+    screen.textures.view_mut(ViewId::MAIN).unwrap().end_feedback(&mut encoder).unwrap();
 }

@@ -38,7 +38,7 @@ struct Seen {
 }
 
 fn sharp(screen: &mut Screen) -> Seen {
-    screen.textures.view(ViewId::MAIN).unwrap().cut();
+    screen.textures.view_mut(ViewId::MAIN).unwrap().cut();
     screen.settle(|_| false, |_| {});
     let by_feedback = screen.picture();
     let wanted = screen.complete();
@@ -148,7 +148,7 @@ fn with_unknown(mode: FeedbackMode) -> Settings {
 /// Frames go on with an id that names nothing: each shows the colour, and nothing is asked for.
 fn names_nothing(screen: &mut Screen, id: u32) {
     screen.set_id(0, 0, id);
-    screen.textures.view(ViewId::MAIN).unwrap().cut();
+    screen.textures.view_mut(ViewId::MAIN).unwrap().cut();
     let loaded = screen.textures.stats().pager.loaded;
     screen.settle(
         |_| false,

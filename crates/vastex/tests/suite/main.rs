@@ -2,11 +2,12 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests fail by panicking")]
 
 mod ahead;
-mod by_hand;
+
 mod common;
 mod dropped;
 mod example;
 mod explain;
+mod explicit;
 mod fade;
 mod failing;
 mod frame_loop;

@@ -126,7 +126,7 @@ fn pass_of_the_host(
     [width, height]: [u32; 2],
 ) -> Result<(), Error> {
     //# docs/in-your-engine.md
-    if let Some(begun) = textures.view(ViewId::MAIN)?.begin_feedback(&mut encoder, [width, height])? {
+    if let Some(begun) = textures.view_mut(ViewId::MAIN)?.begin_feedback(&mut encoder, [width, height])? {
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             color_attachments: &[Some(begun.color_attachment())],
             depth_stencil_attachment: Some(begun.depth_attachment()),
@@ -135,7 +135,7 @@ fn pass_of_the_host(
         let [x, y, w, h] = begun.scissor();
         pass.set_scissor_rect(x, y, w, h);
         drop(pass);
-        textures.view(ViewId::MAIN)?.end_feedback(&mut encoder)?;
+        textures.view_mut(ViewId::MAIN)?.end_feedback(&mut encoder)?;
     }
     //#
     Ok(())

@@ -44,7 +44,7 @@ fn frames_until(textures: &mut Textures, wanted: &Feedback, mut holds: impl FnMu
     let start = Instant::now();
     while !holds(textures) {
         assert!(start.elapsed() < DEADLINE, "{:?}", textures.stats());
-        textures.view(ViewId::MAIN).unwrap().want(wanted.clone());
+        textures.view_mut(ViewId::MAIN).unwrap().want(wanted.clone());
         textures.update().unwrap();
         std::thread::sleep(Duration::from_millis(1));
     }
@@ -78,7 +78,7 @@ fn a_page_that_was_asked_for_ahead_and_comes_into_view_is_read_before_others() {
     let in_view: BTreeSet<PagePos> = (0..first_of_tail).map(|level| geometry.ancestor(late, level)).collect();
     let page = PageId::new(texture.number(), Dims::D2, late).unwrap();
     let wanted = Feedback { pages: vec![WantedPage { page, pixels: 64, eighth: 0 }], ..Feedback::default() };
-    textures.view(ViewId::MAIN).unwrap().want(wanted.clone());
+    textures.view_mut(ViewId::MAIN).unwrap().want(wanted.clone());
     textures.update().unwrap();
     *source.is_open.lock().unwrap() = true;
     source.opened.notify_all();

@@ -169,7 +169,7 @@ fn a_pool_made_for_the_picture_needs_no_bias() {
         // The most that one picture shows: just under two texels of the wanted level on a pixel, turned.
         for angle in [0.0, 0.4, 0.8] {
             screen.set_mapping(0, &Mapping::new([4000, 3000], [0.4, 0.4], 1.96, 1.0, angle));
-            screen.textures.view(ViewId::MAIN).unwrap().cut();
+            screen.textures.view_mut(ViewId::MAIN).unwrap().cut();
             screen.converge();
             let stats = screen.textures.stats().pager;
             assert!(

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use vastex::source::{Codec, ReadFuture, Tile};
 use vastex::{
-    AddressMode, Description, FeedbackMode, Geometry, GeometrySpec, Layer, LayerFormat, PagePos, Settings,
-    TextureId, Textures, TileSource,
+    AddressMode, BindingPlace, Description, Error, FeedbackMode, Geometry, GeometrySpec, GpuError, Layer,
+    LayerFormat, PagePos, Region, Settings, TextureId, Textures, TileSource,
 };
 use vastex_wgpu::test_device::{TestDevice, fail_after};
 
@@ -191,4 +191,30 @@ fn groups_that_come_and_go_leave_no_bind_groups() {
         drop(encoder);
     }
     assert!(sets.iter().all(|&sets| sets <= ids.len() + 1), "{sets:?}");
+}
+
+#[test]
+fn a_place_of_bindings_that_the_device_does_not_have_is_refused() {
+    let gpu = TestDevice::new();
+    for (group, first) in [(4, 0), (0, 995), (u32::MAX, u32::MAX)] {
+        let settings = Settings { binding: BindingPlace { group, first }, ..settings() };
+        let refused = Textures::new(&gpu.device, &gpu.queue, settings).err().unwrap();
+        assert!(matches!(refused, Error::Gpu(GpuError::BindingPlace { .. })), "{refused}");
+        assert!(refused.to_string().contains("Settings::binding"), "{refused}");
+    }
+}
+
+#[test]
+fn a_ticket_of_other_textures_lets_go_of_nothing() {
+    let gpu = TestDevice::new();
+    let [(mut first, pinned), (mut second, other)] = [(); 2].map(|()| {
+        let mut textures = textures(&gpu);
+        let id = textures.add_blocking(property(SIZE, 32, AddressMode::Clamp)).unwrap();
+        let pinned = textures.ahead().pin(id, &Region::image(0..100, 0..100)).unwrap();
+        (textures, pinned)
+    });
+    assert!(!first.ahead().release(&other) && !second.ahead().release(&pinned));
+    assert!(pinned.is_open() && other.is_open());
+    assert!(first.ahead().release(&pinned) && second.ahead().release(&other));
+    assert!(!pinned.is_open() && !other.is_open());
 }

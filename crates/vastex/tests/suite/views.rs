@@ -138,8 +138,8 @@ fn runs_with_several_views_are_the_same_each_time() {
             let views = [(ViewId::MAIN, PICTURE, 0..1), (mirror, SMALL, 1..2)];
             screen.frame_of(&views[..if frame % 3 == 0 { 2 } else { 1 }]).unwrap();
             if frame == 30 {
-                screen.textures.view(mirror).unwrap().cut();
-                screen.textures.view(mirror).unwrap().set_weight(4.0);
+                screen.textures.view_mut(mirror).unwrap().cut();
+                screen.textures.view_mut(mirror).unwrap().set_weight(4.0);
             }
             said.push(screen.textures.stats());
         }
@@ -173,9 +173,9 @@ fn a_view_comes_and_goes_and_outlives_its_device() {
         assert!(is_near(again, of_both), "{again} of {of_both}: {pace:?}");
         // Its feedback is under way, and it has another size from now on; then it goes.
         screen.frame_of(&[(mirror, PICTURE, 1..2)]).unwrap();
-        assert!(screen.textures.view(mirror).unwrap().remove());
-        assert!(matches!(screen.textures.view(mirror), Err(Error::NoView(id)) if id == mirror));
-        assert!(!screen.textures.view(ViewId::MAIN).unwrap().remove());
+        assert!(screen.textures.view_mut(mirror).unwrap().remove());
+        assert!(matches!(screen.textures.view_mut(mirror), Err(Error::NoView(id)) if id == mirror));
+        assert!(!screen.textures.view_mut(ViewId::MAIN).unwrap().remove());
         let of_main = screen.textures.stats().pager.wanted;
         assert!(of_main + 10 < of_both, "{of_main} of {of_both}");
         let alone = converge(&mut screen, &both[..1]).pager.wanted;

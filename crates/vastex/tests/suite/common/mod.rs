@@ -261,7 +261,7 @@ impl Screen {
         for (view, picture, shown) in views {
             let shown = &self.shown[shown.clone()];
             let number = self.textures.view(*view).unwrap().number();
-            self.textures.view(*view).unwrap().feedback(&mut encoder, *picture, |pass, groups| {
+            self.textures.view_mut(*view).unwrap().feedback(&mut encoder, *picture, |pass, groups| {
                 draw(pass, number, shown, |shown| (&shown.wanted, groups.get(shown.sampled).unwrap()));
             })?;
         }
@@ -277,7 +277,7 @@ impl Screen {
         view: ViewId,
         picture: [u32; 2],
     ) -> Result<bool, Error> {
-        let Some(begun) = self.textures.view(view).unwrap().begin_feedback(encoder, picture)? else {
+        let Some(begun) = self.textures.view_mut(view).unwrap().begin_feedback(encoder, picture)? else {
             return Ok(false);
         };
         let number = begun.view_number();

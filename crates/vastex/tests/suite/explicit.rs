@@ -90,7 +90,7 @@ fn a_prefetch_is_awaited_without_a_runtime_and_spares_the_next_view_its_loads() 
     assert!(!screen.textures.ahead().release(&ticket), "it has ended");
     let loaded = screen.textures.stats().pager.loaded;
     screen.set_mapping(0, &around([0.85, 0.85]));
-    screen.textures.view(ViewId::MAIN).unwrap().cut();
+    screen.textures.view_mut(ViewId::MAIN).unwrap().cut();
     screen.converge();
     assert_eq!(screen.textures.stats().pager.loaded, loaded, "all was here");
 }
@@ -193,7 +193,7 @@ fn a_view_that_was_prefetched_is_sharp_at_the_cut() {
     assert_eq!(pollster::block_on(ticket), ended, "it has ended, so nothing is waited for");
     let loaded = screen.textures.stats().pager.loaded;
     elsewhere(&mut screen);
-    screen.textures.view(ViewId::MAIN).unwrap().cut();
+    screen.textures.view_mut(ViewId::MAIN).unwrap().cut();
     let at_the_cut = screen.picture();
     screen.converge();
     assert!(at_the_cut == screen.picture(), "it was as sharp in the first frame");
@@ -239,8 +239,8 @@ fn a_ticket_is_finished_without_frames() {
 fn one_view_converges_while_another_moves() {
     let mut screen = two_textures(settings());
     let beside = screen.textures.add_view(ViewSettings::default()).unwrap();
-    let waiting = screen.textures.view(beside).unwrap().converged();
-    assert!(matches!(screen.textures.view(ViewId::new(77)), Err(Error::NoView(_))));
+    let waiting = screen.textures.view_mut(beside).unwrap().converged();
+    assert!(matches!(screen.textures.view_mut(ViewId::new(77)), Err(Error::NoView(_))));
     screen.set_mapping(1, &around([0.8, 0.75]));
     let mut frames = 0;
     while !waiting.has_ended() {
@@ -255,10 +255,10 @@ fn one_view_converges_while_another_moves() {
     );
     assert!(pollster::block_on(waiting));
     // A jump is known before it is drawn.
-    screen.textures.view(beside).unwrap().cut();
+    screen.textures.view_mut(beside).unwrap().cut();
     assert!(!screen.textures.view(beside).unwrap().is_converged());
-    let [lost, dropped] = [(); 2].map(|()| screen.textures.view(beside).unwrap().converged());
-    screen.textures.view(beside).unwrap().remove();
+    let [lost, dropped] = [(); 2].map(|()| screen.textures.view_mut(beside).unwrap().converged());
+    screen.textures.view_mut(beside).unwrap().remove();
     screen.frame_of(&[(ViewId::MAIN, PICTURE, 0..1)]).unwrap();
     assert!(!pollster::block_on(lost));
     drop(screen);

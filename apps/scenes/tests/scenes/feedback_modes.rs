@@ -1,4 +1,4 @@
-//! The ways of feedback give the same, and over a jitter cycle find what every pixel wants.
+//! The modes of feedback give the same, and over a jitter cycle find what every pixel wants.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -56,7 +56,7 @@ fn poses() -> impl Iterator<Item = (Scene, Path, Pose)> {
 }
 
 #[test]
-fn a_jitter_cycle_gives_the_same_in_every_way() {
+fn a_jitter_cycle_gives_the_same_in_every_mode() {
     for (scene, path, pose) in poses() {
         let [separate, inline, raw] = FeedbackMode::ALL.map(|mode| cycle(&mut offscreen(mode, scene), pose));
         let line = format!("{}/{}", scene.name(), path.name());
@@ -86,7 +86,7 @@ fn a_jitter_cycle_finds_what_every_pixel_wants() {
 }
 
 /// Where a surface turns away from the eye, where it ends, and where its triangles are smaller than pixels, derivatives are taken
-/// beside it. No way asks for a level there that is finer than any that a hundredth of the pixels want.
+/// beside it. No mode asks for a level there that is finer than any that a hundredth of the pixels want.
 #[test]
 fn silhouettes_and_slivers_never_ask_for_fine_levels() {
     let globe = |altitude| Pose::Globe { longitude: 0.2, latitude: 0.1, altitude };

@@ -19,7 +19,7 @@ pub(crate) const SURFACES: &str = include_str!("wgsl/surfaces.wgsl");
 /// The views that are drawn into a pass of its own, and whose main pass tells.
 const VIEWS: [u32; 2] = [2, 6];
 
-/// A texture to bind, targets, and a pipeline for each of two ways.
+/// A texture to bind, targets, and a pipeline for each of two modes.
 struct Stage {
     world: World,
     bindings: Bindings,
