@@ -3,10 +3,13 @@
 //! It calls the frame loop of `vastex` as any application does.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use vastex::diagnostics::{Explanation, FrameStats};
 use vastex::prefetch::PrefetchSets;
-use vastex::{BindGroups, CpuTexture, Event, Feedback, Settings, Textures, TileSource, ViewId, ViewSettings};
+use vastex::{
+    BindGroups, CpuTexture, Event, Feedback, Settings, Textures, TileSource, Urgency, ViewId, ViewSettings,
+};
 
 use crate::compare::Comparison;
 use crate::cpu_picture::cpu_picture;
@@ -29,6 +32,9 @@ pub use error::OffscreenError;
 
 /// Frames after the end of a path within which a view must converge.
 pub const PATIENCE_FRAMES: u64 = 10_000;
+
+/// How long is waited for what every pixel wants.
+const MOST_LOADING: Duration = Duration::from_secs(60);
 
 /// Frames after which feedback acts.
 const FEEDBACK_FRAMES: u64 = 2;
@@ -362,6 +368,17 @@ impl Offscreen {
             }
         };
         Ok(self.textures.pixels().feedback_of_every(self.canvas.size(), draw)?)
+    }
+
+    /// Loads what every pixel of the views wants. Feedback asks one pixel in four, and so may miss a corner of a page.
+    pub fn load_for_every_pixel(&mut self) -> Result<(), OffscreenError> {
+        let (main, beside) = self.views.poses(self.pose);
+        for pose in std::iter::once(main).chain(beside) {
+            let wanted = self.wanted_by_every_pixel(pose)?;
+            let loading = self.textures.ahead().prefetch_view(&wanted, Urgency::default());
+            self.textures.finish(&loading.map_err(vastex::Error::from)?, MOST_LOADING)?;
+        }
+        Ok(())
     }
 
     /// Where on its texture each pixel of a view is that has this pose, in texels of level 0, row by row; nothing where the pixel does

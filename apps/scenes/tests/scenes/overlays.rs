@@ -30,10 +30,13 @@ fn is_green([r, g, b]: [u8; 3]) -> bool {
 fn a_view_that_has_converged_lacks_nothing_and_one_that_has_not_is_said_to() {
     let (_directory, file) = Image::new(2000, 1500, 64).build();
     let open = || vastex::open(&file).unwrap();
-    let sharp = offscreen(open(), settings(16, Filter::Trilinear), None);
+    let mut sharp = offscreen(open(), settings(16, Filter::Trilinear), None);
     let deficit = sharp.overlay(Overlay::Deficit).unwrap();
     let covered = count(&deficit, |_| true);
     assert!(covered > 1000, "the plane is in view");
+    assert!(count(&deficit, is_green) > covered - covered / 1000, "feedback has found nearly all");
+    sharp.load_for_every_pixel().unwrap();
+    let deficit = sharp.overlay(Overlay::Deficit).unwrap();
     assert_eq!(count(&deficit, is_green), covered);
     // In its first frame nothing but the tail is there: no pixel that wants a page has it.
     let blurred = offscreen(open(), settings(16, Filter::Trilinear), Some(1));
