@@ -45,8 +45,8 @@ const SAMPLE: &[&str] = &[
     "pools::page_tables_grow_when_the_view_comes_near",
     // Feedback in every way, of groups and in texture space.
     "feedback::compaction_agrees_with_that_on_the_cpu",
-    "ways::the_nearest_surface_is_heard_in_whatever_order_they_are_drawn",
-    "ways::of_more_surfaces_than_a_cell_has_room_for_those_drawn_first_are_heard",
+    "modes::the_nearest_surface_is_heard_in_whatever_order_they_are_drawn",
+    "modes::of_more_surfaces_than_a_cell_has_room_for_those_drawn_first_are_heard",
     "groups::feedback_of_a_group_names_pages_of_every_level_of_its_shape",
     "texture_space::levels_come_back_and_the_sharpest_of_what_overlaps_stays",
     "dropped::whatever_is_dropped_of_inline_feedback_the_picture_comes_right",

@@ -6,6 +6,7 @@ use vastex_core::shader_constants;
 
 use crate::bind::buffer;
 use crate::device::{compute_pipelines, dispatch_size, storage};
+use crate::error::GpuError;
 use crate::mirror::{HASH_SLOT_BYTES, ListHead, Wanted};
 use crate::raw::RawTexture;
 use crate::shader;
@@ -59,6 +60,20 @@ pub(crate) struct List {
 }
 
 impl Compactor {
+    /// Fails where a target has more pixels than its pages could be counted of on a device.
+    pub(crate) fn check(limits: &wgpu::Limits, [width, height]: [u32; 2]) -> Result<(), GpuError> {
+        let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        let slots = (2 * u64::from(width))
+            .saturating_mul(u64::from(height))
+            .checked_next_power_of_two()
+            .unwrap_or(u64::MAX);
+        let max = most / HASH_SLOT_BYTES / 4;
+        match slots <= most / HASH_SLOT_BYTES && slots <= u64::from(u32::MAX) {
+            true => Ok(()),
+            false => Err(GpuError::TargetSize { width, height, max: max.isqrt() as u32 }),
+        }
+    }
+
     pub(crate) fn new(device: &wgpu::Device, pipelines: &CompactionPipelines, raw: &RawTexture) -> Compactor {
         let pixels = raw.size()[0] * raw.size()[1];
         // At most half full, so that probe sequences stay short and always end.
@@ -110,6 +125,20 @@ impl Compactor {
             let [x, y] = dispatch_size(invocations.div_ceil(shader_constants::WORKGROUP));
             pass.set_pipeline(pipeline);
             pass.dispatch_workgroups(x, y, 1);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_target_of_more_pixels_than_a_buffer_has_room_for_is_refused() {
+        let limits = wgpu::Limits::default();
+        assert!(Compactor::check(&limits, [2048, 1024]).is_ok());
+        for size in [[8192, 1024], [65536, 65536], [u32::MAX, u32::MAX]] {
+            assert!(matches!(Compactor::check(&limits, size), Err(GpuError::TargetSize { .. })), "{size:?}");
         }
     }
 }

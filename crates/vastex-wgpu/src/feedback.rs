@@ -101,10 +101,12 @@ impl FeedbackView {
     /// Which pixel of its block each target pixel looks at in this frame: pixel `(i, j)` of the target at pixel
     /// `(block * i + x, block * j + y)` of the picture.
     pub fn jitter(&self) -> [u32; 2] {
+        let nth = (self.frame % JITTER.len() as u64) as usize;
         match self.scale {
-            FeedbackScale::Reduced => JITTER[(self.frame % JITTER.len() as u64) as usize],
+            FeedbackScale::Reduced => JITTER[nth],
+            // Of the four pixels there another each time, so that none of a checkerboard is missed.
             FeedbackScale::Coarse => {
-                JITTER[(self.frame % JITTER.len() as u64) as usize].map(|place| 2 * place)
+                [2 * JITTER[nth][0] + (nth as u32 & 1), 2 * JITTER[nth][1] + (nth as u32 >> 1 & 1)]
             }
             FeedbackScale::Full => [0, 0],
         }

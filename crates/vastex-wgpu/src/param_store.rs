@@ -26,14 +26,22 @@ pub struct ParamStore {
     words: Vec<[u32; 4]>,
     memory: Memory,
     /// What the records lay in before they moved to larger memory.
-    before: Vec<Before<Memory>>,
+    before: Vec<Before<Former>>,
     /// Numbers of the records that are others than what was submitted.
     changed: BTreeSet<u16>,
     /// The memory is another than what was last submitted.
     is_moved: bool,
     /// Numbers of records that are to part from those that recorded commands see.
     parted: BTreeSet<u16>,
-    /// Numbers of records that stay in the memory before as they were.
+    /// Numbers of records that were set to zeros since the last submission.
+    gone: BTreeSet<u16>,
+}
+
+/// What the records lay in before.
+#[derive(Debug)]
+struct Former {
+    memory: Memory,
+    /// Numbers of the records that stay here as they were, until they are zeros.
     frozen: BTreeSet<u16>,
 }
 
@@ -57,9 +65,9 @@ impl ParamStore {
     pub fn new(device: &wgpu::Device, mode: FeedbackMode, stride: u32) -> Result<ParamStore, GpuError> {
         let memory = Memory::new(device, mode == FeedbackMode::Raw, stride, FIRST_RECORDS)?;
         let words = vec![[0; 4]; (FIRST_RECORDS * stride) as usize];
-        let [changed, parted, frozen] = [const { BTreeSet::new() }; 3];
+        let [changed, parted, gone] = [const { BTreeSet::new() }; 3];
         let before = Vec::new();
-        Ok(ParamStore { stride, words, memory, before, changed, is_moved: false, parted, frozen })
+        Ok(ParamStore { stride, words, memory, before, changed, is_moved: false, parted, gone })
     }
 
     /// Sets the record of a number, of at most a stride's words; zeros follow. The GPU hears of it with the next [`ParamStore::write`], if it
@@ -77,6 +85,9 @@ impl ParamStore {
             head.copy_from_slice(record);
             rest.fill([0; 4]);
             self.changed.insert(number.number());
+            if record.iter().all(|word| *word == [0; 4]) {
+                self.gone.insert(number.number());
+            }
         }
     }
 
@@ -108,10 +119,14 @@ impl ParamStore {
         if is_parted || self.memory.records(self.stride) < records {
             let larger =
                 Memory::new(device, matches!(self.memory, Memory::Texture(..)), self.stride, records)?;
-            self.before.push(Before::new(std::mem::replace(&mut self.memory, larger)));
+            let memory = std::mem::replace(&mut self.memory, larger);
+            self.before.push(Before::new(Former { memory, frozen: BTreeSet::new() }));
             self.is_moved = true;
         }
-        self.frozen.append(&mut self.parted);
+        for before in &mut self.before {
+            before.memory.frozen.extend(&self.parted);
+        }
+        self.parted.clear();
         if self.is_moved {
             // The larger memory holds nothing before this is submitted.
             self.changed.extend((0..records as u16).filter(|&number| {
@@ -123,20 +138,25 @@ impl ParamStore {
             return Ok(ParamsWritten { bytes: 0, moved: self.is_moved });
         }
         let stride = self.stride as usize;
-        let words: Vec<[u32; 4]> = self
+        let mut words: Vec<[u32; 4]> = self
             .changed
             .iter()
             .flat_map(|&number| &self.words[usize::from(number) * stride..][..stride])
             .copied()
             .collect();
+        // Behind them a record of zeros, for who is gone.
+        let zeros = self.changed.len() as u64;
+        words.extend(std::iter::repeat_n([0; 4], stride));
         alive(device)?;
         let buffer = staged(device, "vastex parameters", bytemuck::cast_slice(&words));
         let buffer = buffer.ok_or(GpuError::DeviceLost)?;
         let changed = self.changed.iter().copied().enumerate().map(|(at, number)| (at as u64, number));
         self.memory.copy(encoder, &buffer, self.stride, changed.clone());
-        for before in &self.before {
-            let others = changed.clone().filter(|(_, number)| !self.frozen.contains(number));
-            before.memory.copy(encoder, &buffer, self.stride, others);
+        for Former { memory, frozen } in self.before.iter().map(|before| &before.memory) {
+            let others = changed.clone().filter(|(_, number)| !frozen.contains(number));
+            memory.copy(encoder, &buffer, self.stride, others);
+            let gone = frozen.intersection(&self.gone).map(|&number| (zeros, number));
+            memory.copy(encoder, &buffer, self.stride, gone);
         }
         Ok(ParamsWritten { bytes: WORD * words.len() as u64, moved: self.is_moved })
     }
@@ -146,15 +166,13 @@ impl ParamStore {
     pub fn submitted_between(&mut self) {
         self.is_moved = false;
         self.changed.clear();
+        self.gone.clear();
     }
 
     /// The commands of the last [`ParamStore::write`] were submitted, by an update.
     pub fn submitted(&mut self) {
         self.submitted_between();
         Before::count(&mut self.before);
-        if self.before.is_empty() {
-            self.frozen.clear();
-        }
     }
 
     /// What shaders bind. Another after a [`ParamStore::write`] that says so.
@@ -183,7 +201,7 @@ impl ParamStore {
 
     /// GPU memory, with what the records lay in before while that is followed.
     pub fn bytes(&self) -> u64 {
-        let before = self.before.iter().map(|before| &before.memory);
+        let before = self.before.iter().map(|before| &before.memory.memory);
         std::iter::once(&self.memory).chain(before).map(|memory| memory.bytes(self.stride)).sum()
     }
 }

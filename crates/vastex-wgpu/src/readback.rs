@@ -5,7 +5,7 @@
 
 use vastex_core::Feedback;
 
-use crate::compact::CompactionPipelines;
+use crate::compact::{CompactionPipelines, Compactor};
 use crate::device::alive;
 use crate::error::GpuError;
 use crate::feedback_mode::FeedbackMode;
@@ -48,7 +48,10 @@ impl Readback {
     ) -> Result<Readback, GpuError> {
         alive(device)?;
         let ring = match &pipelines.0 {
-            Some(pipelines) => Ring::Lists(ListRing::new(device, pipelines, raw)),
+            Some(pipelines) => {
+                Compactor::check(&device.limits(), raw.size())?;
+                Ring::Lists(ListRing::new(device, pipelines, raw))
+            }
             None => Ring::Raw(RawRing::new(device, raw)),
         };
         Ok(Readback { ring })

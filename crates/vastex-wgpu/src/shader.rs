@@ -23,6 +23,7 @@ const PARAM_TEXTURE: &str = include_str!("wgsl/param_texture.wgsl");
 const RECORDS: &str = include_str!("wgsl/records.wgsl");
 const LAMBDA: &str = include_str!("wgsl/lambda.wgsl");
 const FOOTPRINT: &str = include_str!("wgsl/footprint.wgsl");
+const FOOTPRINT_ROUND: &str = include_str!("wgsl/footprint_round.wgsl");
 const LEVELS: &str = include_str!("wgsl/levels.wgsl");
 const POSITION: &str = include_str!("wgsl/position.wgsl");
 const PAGE: &str = include_str!("wgsl/page.wgsl");
@@ -250,7 +251,9 @@ fn push_flag(text: &mut String, of: &str, are_powers: bool) {
 
 fn shared_modules(kinds: &Kinds) -> Vec<&'static str> {
     let params = if kinds.mode() == FeedbackMode::Raw { PARAM_TEXTURE } else { PARAM_BUFFER };
-    let mut modules = vec![PARAMS, params, RECORDS, LAMBDA, FOOTPRINT, LEVELS, POSITION, PAGE, PLACE];
+    let is_round = kinds.reads().iter().all(|read| read.filter.max_taps() == 1);
+    let footprint = if is_round { FOOTPRINT_ROUND } else { FOOTPRINT };
+    let mut modules = vec![PARAMS, params, RECORDS, LAMBDA, footprint, LEVELS, POSITION, PAGE, PLACE];
     if kinds.reads().iter().any(|read| reaches(read.filter)) {
         modules.push(REACH);
     }

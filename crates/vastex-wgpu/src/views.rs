@@ -108,8 +108,8 @@ impl Views {
         }
     }
 
-    /// Gives a view so many cells. Where they do not fit beside those of the others, all of them lie elsewhere from now on.
-    pub(crate) fn fit_cells(
+    /// Gives a view so many cells, where feedback is inline. Where they do not fit beside those of the others, all of them lie elsewhere from now on.
+    pub fn fit_cells(
         &mut self,
         device: &wgpu::Device,
         view: u32,

@@ -40,7 +40,7 @@ pub(crate) struct Fingerprint {
 /// Does not depend on where the input lies, or on the order in which a file system lists files. Files in
 /// directories whose names begin with a dot do not count. Reads at most 256 KiB of a single file, 16 KiB or
 /// more of each of many, and of a directory the lengths and times of all files and 16 of them so.
-pub(crate) fn fingerprint(files: &[PathBuf]) -> io::Result<Fingerprint> {
+pub(crate) fn input_fingerprint(files: &[PathBuf]) -> io::Result<Fingerprint> {
     let [mut contents, mut times] = [XxHash3_64::new(), XxHash3_64::new()];
     let blocks = (ALL_BLOCKS / (files.len() as u64).max(1)).clamp(FEWEST_BLOCKS, BLOCKS);
     for path in files {
@@ -145,7 +145,7 @@ mod tests {
             fs::create_dir_all(path.join(name).parent().unwrap()).unwrap();
             fs::write(path.join(name), bytes).unwrap();
         }
-        fingerprint(&[path]).unwrap().contents
+        input_fingerprint(&[path]).unwrap().contents
     }
 
     #[test]
@@ -189,18 +189,18 @@ mod tests {
         for path in &files {
             fs::write(path, vec![7; 100_000]).unwrap();
         }
-        let same = fingerprint(&files).unwrap();
-        assert_eq!(same, fingerprint(&files).unwrap());
+        let same = input_fingerprint(&files).unwrap();
+        assert_eq!(same, input_fingerprint(&files).unwrap());
         let file = File::options().write(true).open(&files[170]).unwrap();
         let before = file.metadata().unwrap().modified().unwrap();
         file.set_modified(before + std::time::Duration::from_secs(1)).unwrap();
-        let touched = fingerprint(&files).unwrap();
+        let touched = input_fingerprint(&files).unwrap();
         assert!(touched.contents == same.contents && touched.times != same.times);
         let mut bytes = vec![7; 100_000];
         bytes[99_999] = 8;
         fs::write(&files[170], bytes).unwrap();
         file.set_modified(before).unwrap();
-        let changed = fingerprint(&files).unwrap();
+        let changed = input_fingerprint(&files).unwrap();
         assert!(changed.contents != same.contents && changed.times == same.times);
     }
 }

@@ -201,7 +201,7 @@ pub(crate) struct Same {
 pub(crate) fn fingerprint(layers: &[OpenLayer], options: &BuildOptions) -> Result<Same, BuildError> {
     let of_input = |path: &Path, files: &[PathBuf]| {
         let failed = |error: std::io::Error| BuildError::Input { path: path.into(), fault: error.into() };
-        fingerprint::fingerprint(files).map_err(failed)
+        fingerprint::input_fingerprint(files).map_err(failed)
     };
     let of_others = options.mask.iter().chain(options.insets.iter().map(|inset| &inset.image));
     let mut inputs = Vec::with_capacity(layers.len());

@@ -53,7 +53,7 @@ pub(crate) fn measure() {
         println!(
             "| {} | {} | {} | {:.0} | {median:.0} | {:.2} |",
             scene.textures.len(),
-            stats.wanted - stats.pinned,
+            stats.wanted - stats.tails,
             scene.failed(),
             (stats.evicted - before) as f64 / DECISIONS as f64,
             median / medians[0],

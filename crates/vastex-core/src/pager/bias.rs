@@ -30,7 +30,7 @@ pub struct Integrator {
     pub upper: f32,
     /// Levels a frame, times the share by which a bound is missed.
     pub rate: f32,
-    /// Where pins take more than this share of the slots, 0 to 1, there is no bias: it would not help.
+    /// Where tails take more than this share of the slots, 0 to 1, there is no bias: it would not help.
     pub locked: f32,
     /// The largest bias, in levels; at most 32.
     pub max_levels: f32,

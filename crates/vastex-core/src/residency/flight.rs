@@ -23,7 +23,7 @@ use crate::residency::records::State;
 use crate::texture::page::{PageId, TextureNumber};
 
 /// Frames without an answer after which a texture that has something in flight is not waited for.
-const PATIENCE: u64 = 64;
+const FRAMES_UNANSWERED: u64 = 64;
 
 #[derive(Clone, Copy, Debug, Default)]
 struct OfTexture {
@@ -38,7 +38,7 @@ struct OfTexture {
 
 impl OfTexture {
     fn is_answered(self, frame: u64) -> bool {
-        self.answered_at + PATIENCE > frame
+        self.answered_at + FRAMES_UNANSWERED > frame
     }
 }
 

@@ -21,8 +21,8 @@
 //!
 //! A slot is chosen only when the bytes are here, so a load that fails leaks nothing. A page is not evicted
 //! while it is in the working set at the bias in force, nor while a descendant of it is resident; a tail
-//! never. Since the working set contains the ancestors of its pages and never fills the pool, a victim always
-//! exists. Pages of one content share a load and a slot (`slots`); that has one more holder with each, and is
+//! never. Since the working set contains the ancestors of its pages and never fills the pool where the bias is solved, there
+//! is a page out of view; one that may not go yet is waited for. Pages of one content share a load and a slot (`slots`); that has one more holder with each, and is
 //! free when the last is evicted.
 //!
 //! A texture that is removed takes its pages with it, whatever their state; only what the loader has stays
@@ -186,7 +186,7 @@ impl Residency {
     /// A new working set is about to be told by [`Residency::want`].
     pub(crate) fn begin_round(&mut self) {
         self.round += 1;
-        self.tails_at_round = self.stats.pinned;
+        self.tails_at_round = self.stats.tails;
     }
 
     pub(crate) fn state(&self, page: PageId) -> PageState {
@@ -246,7 +246,7 @@ impl Residency {
 
     /// Slots that hold a tail.
     pub(crate) fn tails(&self) -> u32 {
-        self.stats.pinned
+        self.stats.tails
     }
 
     /// The frame that has begun.
@@ -317,7 +317,7 @@ impl Residency {
         let record = self.records.get_or_add(page, RecordHint::default());
         (record.state, record.wanted_round) = (State::Resident(slot), Record::TAIL);
         self.put_in(slot, ContentId::NONE);
-        self.stats.pinned += 1;
+        self.stats.tails += 1;
     }
 
     /// The page is in the working set of this round; its record may be where `hint` says. Says whether the
@@ -457,7 +457,7 @@ impl Residency {
         loads.extend(refreshing);
         self.stats.wasted += u64::from(ready + refreshed);
         self.leave_flight_of(texture, ready + refreshed, for_view);
-        self.stats.pinned -= tails;
+        self.stats.tails -= tails;
         self.moves.forget(texture);
         self.claimed.forget(texture);
         self.evicted_at.retain(|page, _| is_other(&page));

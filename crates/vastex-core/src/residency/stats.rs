@@ -10,7 +10,7 @@ pub struct Stats {
     /// Pages whose tiles are in slots: more than `occupied`, where pages of the same content share one.
     pub resident: u32,
     /// Slots that hold a tail.
-    pub pinned: u32,
+    pub tails: u32,
     /// Slots that are not given up whatever is in view: those that hold a tail, and those of pages pinned by
     /// hand.
     pub locked: u32,
@@ -99,7 +99,7 @@ impl Stats {
             slots: self.slots + other.slots,
             occupied: self.occupied + other.occupied,
             resident: self.resident + other.resident,
-            pinned: self.pinned + other.pinned,
+            tails: self.tails + other.tails,
             locked: self.locked + other.locked,
             wanted: self.wanted + other.wanted,
             wanted_at_bias: self.wanted_at_bias + other.wanted_at_bias,

@@ -117,7 +117,7 @@ impl Residency {
     }
 
     fn list_victims(&mut self, part: usize, textures: &Textures) {
-        debug_assert!(textures.count() == self.stats.pinned);
+        debug_assert!(textures.count() == self.stats.tails);
         let (mut victims, round, parts) = (std::mem::take(&mut self.victims), self.round, self.parts());
         victims.out_of_view.clear();
         // At once, for parts are of about one size: growing with them would allocate in a frame now and then.

@@ -202,7 +202,7 @@ fn counts(stats: &Stats) -> [(&'static str, u64); 24] {
         ("slots", stats.slots.into()),
         ("occupied", stats.occupied.into()),
         ("resident", stats.resident.into()),
-        ("tails", stats.pinned.into()),
+        ("tails", stats.tails.into()),
         ("locked", stats.locked.into()),
         ("wanted", stats.wanted.into()),
         ("wanted-at-bias", stats.wanted_at_bias.into()),

@@ -47,7 +47,7 @@ fn every_pool_converges_and_it_is_said_once() {
     let converged = crowd.events.iter().filter(|(_, event)| matches!(event, Event::Converged { .. }));
     assert_eq!(converged.count(), 1);
     let stats = crowd.pager.stats();
-    assert_eq!((stats.missing, stats.in_flight, stats.pinned), (0, 0, 5), "{stats:?}");
+    assert_eq!((stats.missing, stats.in_flight, stats.tails), (0, 0, 5), "{stats:?}");
     let numbers: Vec<u16> = crowd.textures().map(|texture| texture.number()).collect();
     assert_eq!(numbers, [0, 1, 2, 3, 4], "unique over all pools");
 }
@@ -125,7 +125,7 @@ fn a_removed_texture_leaves_its_pool_and_its_number_rests() {
     let before = crowd.pager.pool(pool).stats();
     crowd.remove(gone).unwrap();
     let after = crowd.pager.pool(pool).stats();
-    assert!(after.occupied < before.occupied && after.pinned == before.pinned - 1, "{before:?} {after:?}");
+    assert!(after.occupied < before.occupied && after.tails == before.tails - 1, "{before:?} {after:?}");
     assert!(crowd.pager.pool(pool).resident().all(|(page, _)| page.texture() != gone));
     assert_eq!(crowd.pager.pool_of(gone), None);
     // Feedback of the frames before is under way: the next texture has another number.

@@ -287,7 +287,7 @@ fn after_a_lost_device_everything_that_was_here_comes_again() {
     run(&mut crowd, 2);
     crowd.lose_device();
     let lost = crowd.pager.stats();
-    assert_eq!((lost.occupied, lost.pinned), (1, 1), "the tail alone is the caller's to put back");
+    assert_eq!((lost.occupied, lost.tails), (1, 1), "the tail alone is the caller's to put back");
     run(&mut crowd, 60);
     let after = crowd.pager.stats();
     assert_eq!((after.occupied, after.missing, after.bias_eighths), (before.occupied, 0, 0), "{after:?}");

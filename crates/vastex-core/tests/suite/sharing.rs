@@ -88,10 +88,10 @@ fn constants_of_several_textures_are_one() {
     let (mut crowd, first) = one_image(6, Path::Still, black_but(|_| false));
     let second = crowd.add_with(PoolId::new(0), SPEC, Path::Spin, black_but(|_| false)).unwrap();
     let stats = converge(&mut crowd);
-    assert_eq!((stats.loaded, stats.occupied, stats.pinned), (1, 3, 2), "{stats:?}");
+    assert_eq!((stats.loaded, stats.occupied, stats.tails), (1, 3, 2), "{stats:?}");
     crowd.remove(first).unwrap();
     let stats = converge(&mut crowd);
-    assert_eq!((stats.loaded, stats.occupied, stats.pinned), (1, 2, 1), "it stays for the other: {stats:?}");
+    assert_eq!((stats.loaded, stats.occupied, stats.tails), (1, 2, 1), "it stays for the other: {stats:?}");
     crowd.remove(second).unwrap();
     let stats = crowd.pager.stats();
     assert_eq!((stats.occupied, stats.resident), (0, 0), "{stats:?}");
@@ -252,7 +252,7 @@ fn no_count_leaks_on_long_flights() {
         }
         crowd.remove(texture).unwrap();
         let stats = crowd.pager.stats();
-        assert_eq!((stats.occupied, stats.resident, stats.pinned), (0, 0, 0), "{path:?}");
+        assert_eq!((stats.occupied, stats.resident, stats.tails), (0, 0, 0), "{path:?}");
         assert!(stats.shared > 0, "{path:?}: {stats:?}");
     }
 }

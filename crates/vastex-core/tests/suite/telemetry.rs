@@ -84,7 +84,7 @@ fn what_is_measured_keeps_within_its_bounds() {
         for frame in play(seed, 60).1.history.iter() {
             let stats = &frame.stats;
             assert!(
-                stats.pinned <= stats.locked
+                stats.tails <= stats.locked
                     && stats.locked <= stats.occupied
                     && stats.occupied <= stats.slots,
                 "{frame:?}"
@@ -149,7 +149,7 @@ fn what_is_pinned_by_hand_is_locked_while_it_is_there() {
     assert!(crowd.pager.stats().locked < 1 + pages, "most of it has yet to come");
     (0..60).for_each(|_| crowd.step().unwrap());
     let stats = crowd.pager.stats();
-    assert_eq!((stats.locked, stats.pinned), (1 + pages, 1), "{stats:?}");
+    assert_eq!((stats.locked, stats.tails), (1 + pages, 1), "{stats:?}");
     assert_eq!(crowd.pager.pool(pool).usage().locked, stats.locked);
     crowd.pager.release(ticket);
     crowd.step().unwrap();

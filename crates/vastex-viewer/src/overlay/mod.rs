@@ -3,7 +3,7 @@
 //! Some colour the surface, some draw a plan of the page table, of the slots or of the feedback. docs/overlays.md says how to read them.
 
 use vastex::diagnostics::{FeedbackTarget, SlotUsage};
-use vastex::{Error, Textures};
+use vastex::{Error, LayerId, Textures};
 
 use crate::stage::{StageScene, Target};
 use crate::surface::{ScenePipelines, SceneRenderer};
@@ -82,11 +82,14 @@ enum Drawn {
     Plan(wgpu::RenderPipeline),
 }
 
-/// Draws one overlay of a scene; of several layers, for the one that is inspected ([`crate::Layers::inspected`]). Made anew where the scene's renderer is.
+/// Draws one overlay of a scene; of several layers, for the one that is inspected ([`crate::Layers::inspected`]). Made anew
+/// where the scene's renderer is, and where another layer is inspected: until then it draws nothing.
 #[derive(Debug)]
 pub struct OverlayRenderer {
     overlay: Overlay,
     drawn: Drawn,
+    /// That it is of.
+    layer: LayerId,
     /// Where it reads a texture of its own.
     layout: Option<wgpu::BindGroupLayout>,
     read: Option<wgpu::BindGroup>,
@@ -107,7 +110,7 @@ impl OverlayRenderer {
         } else {
             Drawn::Plan(renderer.plan_pipeline(device, textures, entry, layout.as_ref())?)
         };
-        Ok(OverlayRenderer { overlay, drawn, layout, read: None })
+        Ok(OverlayRenderer { overlay, drawn, layer: renderer.layer(), layout, read: None })
     }
 
     /// Which overlay it is.
@@ -126,7 +129,7 @@ impl OverlayRenderer {
         picture: [u32; 2],
     ) -> Result<(), Error> {
         let Some(layout) = &self.layout else { return Ok(()) };
-        let layer = renderer.layer();
+        let layer = self.layer;
         let view = if self.overlay == Overlay::Feedback {
             let target: FeedbackTarget =
                 textures.inspect().feedback_to_look_at(picture, |pass, groups| {
@@ -160,6 +163,9 @@ impl OverlayRenderer {
         target: &Target<'_>,
     ) {
         let mut pass = target.begin(encoder, renderer.background());
+        if renderer.layer() != self.layer {
+            return;
+        }
         if let Some(read) = &self.read {
             pass.set_bind_group(2, read, &[]);
         }

@@ -1,5 +1,6 @@
-// From gradients to what a pixel covers of level 0: how many levels coarser it is, and along which axis, by the filter. Sampling,
-// feedback and any picture that is compared with theirs use these lines, and those of levels.wgsl.
+// From gradients to what a pixel covers of level 0: how many levels coarser it is, and along which axis, by filters of which some are
+// anisotropic (footprint_round.wgsl where none is). Sampling, feedback and any picture that is compared with theirs use these lines, and those
+// of levels.wgsl.
 // CPU twin: twins/level.rs.
 
 // What a pixel covers; `dx` and `dy` are texels of level 0 along one pixel.
@@ -36,11 +37,4 @@ fn vastexi_footprint(dx: vec2<f32>, dy: vec2<f32>, most_taps: u32) -> VastexiFoo
     }
     let axis = way / sqrt(dot(way, way)) * sqrt(longer_squared) * unit;
     return VastexiFootprint(log2(unit) + 0.5 * log2(rho_squared), axis);
-}
-
-// Taps that a footprint takes at a level: one for each of the level's texels along its axis. A sixteenth is let go, so that whole
-// ratios do not hang on rounding.
-fn vastexi_tap_count(axis: vec2<f32>, level: f32, most_taps: u32) -> u32 {
-    let texels = length(axis) * exp2(-level);
-    return u32(clamp(ceil(texels - 0.0625), 1.0, f32(most_taps)));
 }

@@ -71,3 +71,60 @@ fn records_are_what_was_set_wherever_they_lie() {
         assert_eq!(store.write(&GPU.device, &mut encoder).unwrap(), Default::default());
     }
 }
+
+/// Commands that were recorded before see a record as it was then, or that there is none any more, whatever moves after it.
+#[test]
+fn what_parts_stays_as_it_was_where_it_was_until_it_goes() {
+    for mode in [FeedbackMode::Separate, FeedbackMode::Raw] {
+        let mut store = ParamStore::new(&GPU.device, mode, STRIDE).unwrap();
+        let number = |n| TextureNumber::new(n).unwrap();
+        let submit = |store: &mut ParamStore| {
+            let mut encoder = GPU.device.create_command_encoder(&Default::default());
+            store.write(&GPU.device, &mut encoder).unwrap();
+            GPU.queue.submit([encoder.finish()]);
+            store.submitted();
+        };
+        let bound = |store: &ParamStore| (store.buffer().cloned(), store.texture().cloned());
+        let record_of = |(buffer, texture): &(Option<wgpu::Buffer>, Option<wgpu::Texture>), n: usize| {
+            let words = match (buffer, texture) {
+                (Some(buffer), _) => read(&GPU, buffer),
+                (_, Some(texture)) => texture_words(texture),
+                _ => Vec::new(),
+            };
+            words[4 * STRIDE as usize * n..][..4].to_vec()
+        };
+        store.set(number(0), &[[1; 4]]);
+        store.set(number(1), &[[2; 4]]);
+        submit(&mut store);
+        let first = bound(&store);
+        // Number 0 lies elsewhere; then all records move, since there are more of them; then it changes, and goes.
+        store.part([number(0)]);
+        store.set(number(0), &[[3; 4]]);
+        let mut encoder = GPU.device.create_command_encoder(&Default::default());
+        store.write(&GPU.device, &mut encoder).unwrap();
+        GPU.queue.submit([encoder.finish()]);
+        store.submitted_between();
+        let second = bound(&store);
+        assert_eq!((record_of(&first, 0), record_of(&second, 0)), (vec![1; 4], vec![3; 4]), "{mode:?}");
+        store.set(number(40), &[[9; 4]]);
+        store.set(number(1), &[[4; 4]]);
+        submit(&mut store);
+        let third = bound(&store);
+        store.set(number(0), &[[5; 4]]);
+        let mut encoder = GPU.device.create_command_encoder(&Default::default());
+        store.write(&GPU.device, &mut encoder).unwrap();
+        GPU.queue.submit([encoder.finish()]);
+        store.submitted_between();
+        let seen = [&first, &second, &third].map(|bound| [record_of(bound, 0)[0], record_of(bound, 1)[0]]);
+        assert_eq!(seen, [[1, 4], [5, 4], [5, 4]], "{mode:?}");
+        store.set(number(0), &[]);
+        let mut encoder = GPU.device.create_command_encoder(&Default::default());
+        store.write(&GPU.device, &mut encoder).unwrap();
+        GPU.queue.submit([encoder.finish()]);
+        store.submitted_between();
+        store.set(number(0), &[[6; 4]]);
+        submit(&mut store);
+        let seen = [&first, &second, &third].map(|bound| record_of(bound, 0)[0]);
+        assert_eq!(seen, [0, 6, 6], "{mode:?}: what has its number is not shown by what is there of another");
+    }
+}

@@ -19,6 +19,8 @@ pub struct BindGroups {
     made: u64,
     /// Pools whose bind groups were made anew since somebody asked.
     changed: BTreeSet<PoolId>,
+    /// Pools of sets that were forgotten, of which somebody may still keep bind groups.
+    forgotten: BTreeSet<PoolId>,
 }
 
 /// Who has a number: a texture, or a group.
@@ -44,7 +46,8 @@ struct BindSet {
 }
 
 impl BindGroups {
-    /// The bind group of a texture's first layer, of a layer, or of a group; nothing where it was removed.
+    /// The bind group of a texture's first layer, of a layer, or of a group; nothing where it was removed. As with
+    /// [`Textures::bind_group`](crate::Textures::bind_group), it may be another in the next frame, which is then told.
     pub fn get(&self, sampled: impl Into<Sampled>) -> Option<&wgpu::BindGroup> {
         self.set(sampled.into())?.group.as_ref()
     }
@@ -64,14 +67,16 @@ impl BindGroups {
 
     /// The place of a set, which is added where there is none.
     fn place(&mut self, pools: Vec<PoolId>, kinds: Kinds) -> usize {
-        let is_it = |set: &BindSet| set.owners > 0 && set.pools == pools && set.kinds.binds_like(&kinds);
+        // One that nobody has may still be kept by the application, which is told of the next there as of any other.
+        let is_it = |set: &BindSet| set.pools == pools && set.kinds.binds_like(&kinds);
         let found = self.sets.iter().position(is_it);
         let place = found.unwrap_or_else(|| {
             let set = BindSet { pools, kinds, group: None, owners: 0, revision: 0 };
             let free = self.sets.iter().position(|set| set.owners == 0);
             let place = free.unwrap_or(self.sets.len());
             if free.is_some() {
-                self.sets[place] = set;
+                let before = std::mem::replace(&mut self.sets[place], set);
+                self.forgotten.extend(before.pools);
             } else {
                 self.sets.push(set);
             }
@@ -117,7 +122,8 @@ impl Gpu {
 
     /// Forgets all bind groups, to be bound anew.
     pub(super) fn forget_bind_groups(&mut self) {
-        self.bind_groups.sets.clear();
+        let forgotten = self.bind_groups.sets.drain(..).flat_map(|set| set.pools);
+        self.bind_groups.forgotten.extend(forgotten);
         self.bind_groups.owners.clear();
     }
 
@@ -156,11 +162,13 @@ impl Gpu {
                 entries: &entries(kinds, self.binding.first, &bound),
             })
         });
-        let BindGroups { made, changed, sets, .. } = &mut self.bind_groups;
+        let BindGroups { made, changed, forgotten, sets, .. } = &mut self.bind_groups;
         *made += 1;
         let set = &mut sets[place];
         if set.revision != 0 {
             changed.extend(&set.pools);
+        } else {
+            changed.extend(set.pools.iter().filter(|pool| forgotten.contains(pool)));
         }
         (set.group, set.revision) = (group, *made);
     }

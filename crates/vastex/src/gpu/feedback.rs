@@ -4,10 +4,12 @@
 //! themselves are `views`' business.
 
 use vastex_core::{Feedback, ViewId};
-use vastex_wgpu::{FeedbackMode, FeedbackScale, FeedbackTarget, GpuError, InlineTarget, Readback, poll};
+use vastex_wgpu::{
+    FeedbackMode, FeedbackScale, FeedbackTarget, FeedbackView, GpuError, InlineTarget, Readback, poll,
+};
 
 use super::feedback_path::{FeedbackPath, Target};
-use super::views::ViewState;
+use super::views::{MAIN, ViewState};
 use super::{BindGroups, Gpu};
 use crate::error::Error;
 
@@ -51,8 +53,9 @@ impl Gpu {
         draw: impl FnOnce(&mut wgpu::CommandEncoder, &BindGroups),
     ) -> Result<(), Error> {
         let is_told = self.mode == FeedbackMode::Inline;
+        let mut is_moved = false;
         if is_told {
-            self.fit_feedback_path(view, picture)?;
+            is_moved = self.fit_feedback_path(view, picture)?;
             self.check_once(view, frame.saturating_sub(1))?;
         }
         let reversed_depth = self.reversed_depth;
@@ -65,7 +68,11 @@ impl Gpu {
                 draw(encoder, groups);
                 target.end(encoder);
                 // The update of its frame is over already.
-                self.record_feedback(encoder, view, (frame.saturating_sub(1), nth));
+                let frame = frame.saturating_sub(1);
+                self.record_feedback(encoder, view, (frame, nth));
+                if is_moved {
+                    self.look_again(view, frame);
+                }
             }
             _ => draw(encoder, groups),
         }
@@ -194,10 +201,27 @@ impl Gpu {
         self.views.iter().filter_map(ViewState::oldest).min()
     }
 
-    /// Makes a view's path where there is none for pictures of this size.
-    pub(super) fn fit_feedback_path(&mut self, view: ViewId, picture: [u32; 2]) -> Result<(), Error> {
+    /// The cells moved while the frame was drawn: an application that merges entries into bind groups of its own told nobody in it.
+    fn look_again(&mut self, view: ViewId, frame: u64) {
+        if let Some(state) = self.views.iter_mut().find(|state| state.view == view) {
+            state.cycle.lose(frame);
+        }
+    }
+
+    /// Makes room for what a main view of so many pixels tells, where feedback is inline, so that bind groups stay when it is drawn.
+    pub(crate) fn fit_main_view(&mut self, picture: [u32; 2]) {
+        let cells = FeedbackView::new(picture, FeedbackScale::Reduced, 0).target_size();
+        // What is too large is refused where it is drawn.
+        let fitted = self.view_params.fit_cells(&self.device, MAIN, cells);
+        if fitted.is_ok() && self.view_params.is_moved() {
+            self.bind_all_anew();
+        }
+    }
+
+    /// Makes a view's path where there is none for pictures of this size. Says whether bind groups are others for it.
+    pub(super) fn fit_feedback_path(&mut self, view: ViewId, picture: [u32; 2]) -> Result<bool, Error> {
         if !self.needs_feedback_path(view, picture) {
-            return Ok(());
+            return Ok(false);
         }
         let (number, device) = (self.view_number(view), &self.device);
         let drawn = |scale| Ok(Target::Drawn(FeedbackTarget::new(device, picture, scale)?));
@@ -214,12 +238,13 @@ impl Gpu {
         let target = target.map_err(Error::Gpu)?;
         let readback = Readback::new(&self.device, &self.pipelines.readback, target.raw())?;
         self.forget_feedback_path(view);
-        let Some(state) = self.views.iter_mut().find(|state| state.view == view) else { return Ok(()) };
+        let Some(state) = self.views.iter_mut().find(|state| state.view == view) else { return Ok(false) };
         state.path = Some(FeedbackPath { target, readback });
-        if self.view_params.is_moved() {
+        let is_moved = self.view_params.is_moved();
+        if is_moved {
             self.bind_all_anew();
         }
-        Ok(())
+        Ok(is_moved)
     }
 
     /// Gives up the feedback of a view that is under way.

@@ -33,7 +33,7 @@ impl FeedbackPass {
         &self.depth
     }
 
-    /// Width and height of both in pixels: an eighth of the picture's, rounded up.
+    /// Width and height of both in pixels: an eighth of the picture's, of [`ViewId::EXPECTED`] a sixteenth, rounded up.
     pub fn size(&self) -> [u32; 2] {
         self.size
     }

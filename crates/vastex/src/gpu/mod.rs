@@ -121,7 +121,7 @@ impl Gpu {
     pub(crate) fn new(device: &wgpu::Device, queue: &wgpu::Queue, settings: &Settings) -> Result<Gpu, Error> {
         settings.binding.check(&device.limits())?;
         let mode = FeedbackMode::choose(settings.feedback, device)?;
-        Ok(Gpu {
+        let mut gpu = Gpu {
             device: device.clone(),
             queue: queue.clone(),
             mode,
@@ -151,7 +151,9 @@ impl Gpu {
             fades: FadeState::default(),
             uploads: UploadState::new(device, settings),
             sent: Sent::default(),
-        })
+        };
+        gpu.fit_main_view(settings.picture);
+        Ok(gpu)
     }
 
     pub(crate) fn device(&self) -> &wgpu::Device {

@@ -182,7 +182,7 @@ impl PoolState {
             gpu: self.gpu.is_some().then(memory).transpose()?,
             atlases: self.atlases.clone(),
             seen: self.seen,
-            is_used: true,
+            is_used: self.is_used,
         })
     }
 

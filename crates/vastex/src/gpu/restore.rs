@@ -13,14 +13,23 @@ use crate::settings::Settings;
 
 impl Gpu {
     /// Everything but textures, on another device. Pools are empty.
+    /// The mode of feedback on a device. Fails where that lacks what the settings ask for.
+    pub(crate) fn check_device_for(
+        &self,
+        device: &wgpu::Device,
+        settings: &Settings,
+    ) -> Result<FeedbackMode, Error> {
+        settings.binding.check(&device.limits())?;
+        Ok(FeedbackMode::choose(settings.feedback, device)?)
+    }
+
     pub(crate) fn restore(
         &mut self,
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         settings: &Settings,
     ) -> Result<(), Error> {
-        settings.binding.check(&device.limits())?;
-        let mode = FeedbackMode::choose(settings.feedback, device)?;
+        let mode = self.check_device_for(device, settings)?;
         (self.device, self.queue, self.mode) = (device.clone(), queue.clone(), mode);
         self.forget_texture_space(None);
         self.undone = Undone::default();
@@ -29,6 +38,7 @@ impl Gpu {
         self.sampler = new_sampler(device);
         self.uploads.begin_anew(device, settings);
         self.restore_views();
+        self.fit_main_view(settings.picture);
         self.changer = PoolTableChanger::new(device, self.mode);
         self.pipelines = FeedbackPipelines::new(device, self.mode);
         for pool in &mut self.pools {

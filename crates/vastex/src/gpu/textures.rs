@@ -140,7 +140,7 @@ impl Gpu {
         if let Some(tables) = state.tables_mut() {
             tables.remove(texture);
         }
-        if pager.pool(pool).stats().pinned == 0 {
+        if pager.pool(pool).stats().tails == 0 {
             state.give_back();
             self.bind_anew(&[pool].into());
         }

@@ -111,7 +111,7 @@ impl Textures {
         if let Some(pool) = self.gpu.whole_pool(&shape)? {
             let slots = &self.gpu.pools()[usize::from(pool.number())].slots;
             let (count, bytes) = (slots.slots(), slots.bytes());
-            if self.paging.pager().pool(pool).stats().pinned >= count {
+            if self.paging.pager().pool(pool).stats().tails >= count {
                 self.resize_to(pool, 2 * bytes)?;
             }
             return Ok(pool);

@@ -122,7 +122,9 @@ impl Ahead<'_> {
 
     /// Draws what is expected to be seen in [`Ahead::frames`] frames, as [`Textures::feedback`] does what is seen, but at a
     /// quarter of the cost; its pages are loaded after everything in view. At most once per frame, with the bind groups that `draw`
-    /// is given. Where bandwidth is short for the view itself it draws nothing, and costs nothing; says whether it has drawn.
+    /// is given. Where bandwidth is short for the view itself it draws nothing, and costs nothing; says whether it has drawn. Not inside a
+    /// pass of the main view that was begun and not ended, which shaders know by the same number ([`Error::FeedbackNotEnded`]; that pass is then
+    /// given up).
     ///
     /// ```no_run
     /// # fn draw(_: &mut wgpu::RenderPass<'_>, _: Option<&wgpu::BindGroup>, _camera: [f64; 3]) {}

@@ -31,18 +31,23 @@ impl Textures {
     /// the place of a texture that was removed such commands show [`crate::Settings::unknown_color`]; all that they show beside it is right.
     ///
     /// It fails where the device is lost ([`crate::GpuError::DeviceLost`]) or has no memory for a page table that grows; then pictures are
-    /// as they were, and the next call does what this one could not. What was recorded before a call that failed is to be submitted before the
+    /// as they were, and the next call, in the next frame or at once, does what this one could not. What was recorded before a call that failed is to be submitted before the
     /// next, or drawn anew.
     pub fn update(&mut self) -> Result<(), Error> {
         self.paging.begin_frame();
-        self.observe()?;
-        self.paging.exchange_with_loader();
-        self.take_uploads();
-        self.carry_out_in(true)?;
+        let played = self.play();
         self.record_telemetry();
         self.paging.end_frame();
         self.follow_views();
-        Ok(())
+        played
+    }
+
+    /// What a frame does that may fail. The frame is over either way, so that the next has feedback of its own.
+    fn play(&mut self) -> Result<(), Error> {
+        self.observe()?;
+        self.paging.exchange_with_loader();
+        self.take_uploads();
+        self.carry_out_in(true)
     }
 
     /// Tells who waits for a view.

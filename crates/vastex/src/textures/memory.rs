@@ -70,6 +70,7 @@ impl Memory<'_> {
     /// that not every step of dragging a window copies tiles; see [`Memory::resize_pool`]. Says what was resized.
     pub fn set_picture(&mut self, picture: [u32; 2]) -> Result<Vec<(PoolId, PoolResize)>, Error> {
         self.textures.settings.picture = picture;
+        self.textures.gpu.fit_main_view(picture);
         let mut resized = Vec::new();
         for (number, pool) in (0..).map(PoolId::new).zip(0..self.textures.gpu.pools().len()) {
             let PoolState { slots, is_whole, .. } = &self.textures.gpu.pools()[pool];
@@ -89,9 +90,10 @@ impl Memory<'_> {
     /// again, from the RAM cache as far as it has them. Textures keep their ids, tickets and pins stay, as do levels that were set.
     ///
     /// What the application made from the old device it makes again: its pipelines with [`Textures::wgsl`] and
-    /// [`Textures::bind_group_layout`], its own buffers. Fails where the new device is lost as well, or cannot hold what the
-    /// old one could; then it may be called again with another.
+    /// [`Textures::bind_group_layout`], its own buffers. Fails where the new device lacks what the settings ask for, and nothing has changed then;
+    /// and where it is lost as well, or cannot hold what the old one could: then it may be called again with another.
     pub fn restore(&mut self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<(), Error> {
+        self.textures.gpu.check_device_for(device, &self.textures.settings)?;
         self.textures.watch.device_lost();
         self.textures.paging.tiles_lost();
         self.textures.cpu.tiles_lost();

@@ -41,8 +41,8 @@ impl Textures {
     /// Everything that the application's shaders need to sample a layer, or a group, in whichever view: the same bind group for all textures of
     /// the same pools and formats. Which of them is meant the [id](Textures::shader_id) says. Fails where there is no such texture or group.
     ///
-    /// It may be another one after [`Textures::update`] and [`Textures::add`] (where page tables or records need more memory than they have
-    /// had), [`Memory::resize_pool`](crate::Memory::resize_pool), [`Memory::set_picture`](crate::Memory::set_picture) and
+    /// It may be another one after [`Textures::update`], [`Textures::add`] and [`Textures::add_group`] (where page tables or records need more memory
+    /// than they have had), after [`Textures::remove`] of a pool's last texture, after whatever follows an update that failed, [`Memory::resize_pool`](crate::Memory::resize_pool), [`Memory::set_picture`](crate::Memory::set_picture) and
     /// [`Memory::restore`](crate::Memory::restore), and, where feedback is [inline](crate::FeedbackMode::Inline), where a view has a larger picture
     /// than before. [`Bindings::revision`](crate::Bindings::revision) is then another number, and there is a
     /// [`BindGroupsChanged`](crate::Event::BindGroupsChanged): who keeps a bind group, or a render bundle that names it, asks for one of the two in

@@ -157,3 +157,27 @@ fn a_texture_may_be_removed_after_a_frame_that_failed() {
         }
     }
 }
+
+/// An application that goes on to its next frame after an update that failed.
+#[test]
+fn the_frame_after_an_update_that_failed_is_drawn_as_any_other() {
+    for mode in FeedbackMode::ALL {
+        let case = Case { mode, tables: TableChoice::Direct };
+        let mut screen = case.screen(400);
+        let mut failures = 0;
+        for frame in 0..60 {
+            screen.set_mapping(0, &flight(frame));
+            let wanted = screen.record_wanted(PICTURE);
+            fail_after((frame % 3 == 0).then_some(frame / 3 % 2));
+            failures += u32::from(screen.textures.update().is_err());
+            fail_after(None);
+            let picture = screen.record_picture(PICTURE);
+            screen.gpu.queue.submit([wanted.finish(), picture.finish()]);
+        }
+        assert!(failures > 3, "{mode:?}: {failures} failures");
+        assert_eq!(screen.textures.inspect().frame(), 60, "{mode:?}: each is a frame");
+        screen.set_mapping(0, &flight(0));
+        screen.settle(|_| false, |_| {});
+        assert_eq!(wrong(&screen, 0), [0, 0], "{mode:?}");
+    }
+}

@@ -6,9 +6,10 @@ use std::time::Duration;
 
 use crate::common::{Mapping, PICTURE, Screen, property, settings};
 use vastex::diagnostics::PageState;
-use vastex::{AddressMode, Error, Event, LevelRule, Pace, PoolSettings, Settings, TileSource};
+use vastex::{AddressMode, Error, Event, LevelRule, Pace, PoolSettings, Settings, Textures, TileSource};
 use vastex_core::{Description, Dims, Geometry, GeometrySpec, LayerFormat, PagePos};
 use vastex_tiles::{Codec, PropertySource, ReadFuture, Tile};
+use vastex_wgpu::test_device::TestDevice;
 
 const SIZE: [u32; 2] = [1000, 777];
 
@@ -113,7 +114,7 @@ fn tile_sizes_and_formats_live_side_by_side() {
     assert_eq!(tiles[2], format!("40x40 texels of {r8}"));
     assert_eq!(tiles[3], format!("40x40 texels of {r16}"));
     let loaded: u64 = stats.pools.iter().map(|pool| pool.pager.loaded).sum();
-    assert_eq!((stats.pager.loaded, stats.pager.pinned), (loaded, 5));
+    assert_eq!((stats.pager.loaded, stats.pager.tails), (loaded, 5));
     assert_eq!(stats.pool_bytes, stats.pools.iter().map(|pool| pool.bytes).sum::<u64>());
 }
 
@@ -234,6 +235,28 @@ fn whoever_keeps_a_bind_group_is_told_when_it_is_another() {
         changes += u32::from(before.0 != after.0);
     }
     assert!(changes > 0, "a page table that grows lies elsewhere");
+}
+
+#[test]
+fn whoever_keeps_the_bind_group_of_a_pool_that_was_empty_is_told_of_the_next() {
+    let gpu = TestDevice::new();
+    let mut textures = Textures::new(&gpu.device, &gpu.queue, settings()).unwrap();
+    let source = || property(SIZE, 32, AddressMode::Clamp);
+    let first = textures.add_blocking(source()).unwrap();
+    textures.update().unwrap();
+    let events =
+        |textures: &mut Textures| -> Vec<_> { std::iter::from_fn(|| textures.poll_event()).collect() };
+    let (pool, kept) =
+        (textures.texture(first).unwrap().pool().unwrap(), textures.bind_group(first).unwrap().clone());
+    events(&mut textures);
+    assert!(textures.remove(first));
+    (0..20).for_each(|_| textures.update().unwrap());
+    events(&mut textures);
+    let second = textures.add_blocking(source()).unwrap();
+    textures.update().unwrap();
+    assert_eq!(textures.texture(second).unwrap().pool(), Some(pool));
+    assert!(*textures.bind_group(second).unwrap() != kept);
+    assert!(events(&mut textures).contains(&Event::BindGroupsChanged { pool }));
 }
 
 #[test]

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use crate::image::picture::open_image;
 use crate::image::{ImageHeader, InputFault, PixelFormat, Sample};
 
-/// Where the texels of one cell of the finest level come from.
+/// Where the texels of one cell of a level come from.
 ///
 /// Texel `[x, y]` of the cell is texel `first + ((within + [x, y]) >> shift)` of the file.
 #[derive(Clone, Debug, PartialEq, Eq)]

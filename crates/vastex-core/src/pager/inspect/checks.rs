@@ -83,7 +83,7 @@ fn removed_textures_leave_nothing(pager: &PoolPager) -> Result<(), String> {
 fn working_set_fits(pager: &PoolPager) -> Result<(), String> {
     let (stats, residency) = (pager.stats(), &pager.residency);
     // Textures added since the last feedback are not yet solved for.
-    let solved = stats.wanted_at_bias - stats.pinned + residency.tails_at_round();
+    let solved = stats.wanted_at_bias - stats.tails + residency.tails_at_round();
     let share = (u64::from(stats.slots) * 90 / 100) as u32;
     if pager.bias.is_solved() && residency.has_round() && solved > share.max(residency.tails_at_round()) {
         return Err(format!("the working set does not fit: {stats:?}"));
