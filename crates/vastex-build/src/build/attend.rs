@@ -57,7 +57,7 @@ mod tests {
     fn a_message_comes_before_work_and_the_end_after_both() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
         let (message_tx, message_rx) = channel();
-        pool.install(|| {
+        pool.install(move || {
             message_tx.send(1).unwrap();
             rayon::spawn({
                 let message_tx = message_tx.clone();
