@@ -192,7 +192,7 @@ fn pieces_are_decoded_at_once_and_rows_are_the_same() {
             "profile.png" => assert!(alone != sandbox.data),
             _ if name.ends_with(".exr") => {}
             "zoom.dzi" | "mosaic.txt" => {
-                assert!(alone.chunks(4).zip(sandbox.data.chunks(3)).all(|(a, b)| a[..3] == *b))
+                assert!(alone.chunks(4).zip(sandbox.data.chunks(3)).all(|(a, b)| a[..3] == *b));
             }
             _ => assert!(alone == sandbox.data, "{name}"),
         }
