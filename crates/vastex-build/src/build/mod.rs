@@ -1,6 +1,7 @@
 //! One build: images opened as layers, read and filtered in step, and cut into tiles on their way to a
 //! container.
 
+mod attend;
 pub(crate) mod error;
 pub(crate) mod finer;
 mod fingerprint;

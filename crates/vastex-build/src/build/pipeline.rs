@@ -6,7 +6,7 @@
 //! every stage keeps the order, so the bytes do not depend on the number of threads.
 //!
 //! One thread of the pool, the cutter, drives it. It hands tiles out in portions, which the others encode,
-//! and goes on making levels meanwhile; where it would have to wait it encodes too. What is appended next is
+//! and goes on making levels meanwhile; where it would have to wait it encodes too ([`attend`]). What is appended next is
 //! a promise: the queue to the writer holds them in the order of writing, whichever is kept first.
 
 use std::collections::VecDeque;
@@ -15,19 +15,20 @@ use std::ops::{ControlFlow, Range};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, Sender, SyncSender, TryRecvError, TrySendError, channel, sync_channel};
+use std::sync::mpsc::{Receiver, Sender, SyncSender, TryRecvError, channel, sync_channel};
 use std::thread;
 
-use rayon::{ScopeFifo, ThreadPool, Yield};
+use rayon::{ScopeFifo, ThreadPool};
 use vastex_core::{Description, PagePos};
 use vastex_tiles::{EncodedTile, PartWriter, ResumableWriter, WriteError, Written};
 
+use super::attend;
 use super::layer_rows::LayerReaders;
 use super::layers::OpenLayer;
 use super::sparse::Selection;
 use crate::image::{Helpers, InputFault};
 use crate::progress::Progress;
-use crate::pyramid::shared::NEIGHBOURS;
+use crate::pyramid::shared::{NEIGHBOURS, Waiting};
 use crate::pyramid::stack::{self, LayerBands, LayerPlan, Stack};
 use crate::tile::TileEncoder;
 
@@ -36,8 +37,12 @@ use crate::tile::TileEncoder;
 pub(crate) struct Buffers {
     /// Buffers of rows between reading and filtering.
     rows: usize,
-    /// How many buffers of rows are filtered while tiles of the rows before them are still being encoded.
+    /// How many buffers of rows are filtered while tiles of the rows before them are still being encoded, at
+    /// least; none where one buffer makes several rows of pages, which are enough for two threads to share.
     ahead: u32,
+    /// Portions that lie ready for each thread while a row of pages is being filtered, where there are more
+    /// threads than two.
+    ready: usize,
     /// Bytes of the tiles between cutting and writing, before they are compressed.
     tile_bytes: usize,
     /// Bytes of the tiles that one thread cuts and encodes at a time, before they are compressed.
@@ -54,12 +59,13 @@ impl Default for Buffers {
 
 impl Buffers {
     /// From what suits most to what takes least.
-    const ALL: [Buffers; 5] = [
-        Buffers { rows: 8, ahead: 4, tile_bytes: 8 << 20, portion_bytes: 256 << 10, pieces: 2 },
-        Buffers { rows: 3, ahead: 2, tile_bytes: 8 << 20, portion_bytes: 256 << 10, pieces: 1 },
-        Buffers { rows: 2, ahead: 1, tile_bytes: 4 << 20, portion_bytes: 256 << 10, pieces: 0 },
-        Buffers { rows: 2, ahead: 0, tile_bytes: 1 << 20, portion_bytes: 64 << 10, pieces: 0 },
-        Buffers { rows: 1, ahead: 0, tile_bytes: 1, portion_bytes: 1, pieces: 0 },
+    const ALL: [Buffers; 6] = [
+        Buffers { rows: 8, ahead: 4, ready: 1, tile_bytes: 8 << 20, portion_bytes: 256 << 10, pieces: 2 },
+        Buffers { rows: 8, ahead: 4, ready: 0, tile_bytes: 8 << 20, portion_bytes: 256 << 10, pieces: 2 },
+        Buffers { rows: 3, ahead: 2, ready: 0, tile_bytes: 8 << 20, portion_bytes: 256 << 10, pieces: 1 },
+        Buffers { rows: 2, ahead: 1, ready: 0, tile_bytes: 4 << 20, portion_bytes: 256 << 10, pieces: 0 },
+        Buffers { rows: 2, ahead: 0, ready: 0, tile_bytes: 1 << 20, portion_bytes: 64 << 10, pieces: 0 },
+        Buffers { rows: 1, ahead: 0, ready: 0, tile_bytes: 1, portion_bytes: 1, pieces: 0 },
     ];
 }
 
@@ -145,6 +151,16 @@ pub(crate) struct Done<S> {
 /// Another stage failed and knows why.
 struct OtherStage;
 
+/// That one promise more may be in the queue to the writer.
+struct Room;
+
+/// The cutter's end of the queue to the writer, which is bounded by the rooms that come back: so the cutter
+/// waits for room as it waits for everything else.
+struct ToWriter {
+    promises: Sender<Promise>,
+    room: Receiver<Room>,
+}
+
 impl Job<'_> {
     fn description(&self) -> &Description {
         self.encoder.description()
@@ -155,18 +171,33 @@ impl Job<'_> {
         (self.buffers.portion_bytes / self.description().tile_bytes()).clamp(1, NEIGHBOURS)
     }
 
+    /// Portions that lie ready while rows are filtered, beside those that are being made: none for one or two
+    /// threads, of which the cutter is one, and where memory is scarce.
+    fn ready(&self) -> usize {
+        let threads = self.pool.current_num_threads();
+        if threads > 2 { self.buffers.ready * threads } else { 0 }
+    }
+
     /// Portions between cutting and writing: at least two for each thread, one that it makes and one that it
     /// makes next.
     fn portions(&self) -> usize {
         let bytes = self.portion_tiles() * self.description().tile_bytes();
-        (self.buffers.tile_bytes / bytes).max(2 * self.pool.current_num_threads())
+        (self.buffers.tile_bytes / bytes).max(2 * self.pool.current_num_threads() + self.ready())
     }
 
-    /// Buffers of rows that are filtered while tiles of the rows before them are encoded: none where one
-    /// buffer makes several rows of pages, which are enough to share.
+    /// Buffers of rows that are filtered while tiles of the rows before them are encoded. Nothing of a row of
+    /// pages can be encoded before all of it is there, so that is the whole row which comes next, and as
+    /// much of those after it as lies ready besides.
     fn ahead(&self) -> u32 {
-        let [_, page, _] = self.description().geometry.page();
-        if stack::block_rows(self.plans) < 2 * page { self.buffers.ahead } else { 0 }
+        let (geometry, block) = (&self.description().geometry, stack::block_rows(self.plans));
+        let [_, page, _] = geometry.page();
+        let least = if block < 2 * page { self.buffers.ahead } else { 0 };
+        if self.ready() == 0 {
+            return least;
+        }
+        let in_a_row = geometry.level(0).pages[0].div_ceil(self.portion_tiles() as u32).max(1);
+        let rows = u64::from(page) * (u64::from(in_a_row) + self.ready() as u64);
+        least.max(rows.div_ceil(u64::from(in_a_row) * u64::from(block)) as u32)
     }
 
     /// Takes the largest buffers with which all that the pipeline holds comes to at most `limit` bytes, or
@@ -207,18 +238,21 @@ impl Job<'_> {
     ) -> Result<Done<S>, Stopped> {
         let (rows_tx, rows_rx) = sync_channel(self.buffers.rows);
         let (spare_tx, spare_rx) = channel();
-        let (tiles_tx, tiles_rx) = sync_channel(self.portions());
+        let (tiles_tx, tiles_rx) = channel();
+        let (room_tx, room_rx) = channel();
         let written = AtomicU64::new(0);
         for _ in 0..self.buffers.rows {
             // The other end is in this function, so nothing can fail.
             let _ = spare_tx.send(vec![Vec::new(); self.plans.len()]);
         }
+        (0..self.portions()).for_each(|_| drop(room_tx.send(Room)));
         thread::scope(|scope| {
             // Each stage owns its ends of the queues, so that the others see it end.
             let written = &written;
-            let writing = scope.spawn(move || append_tiles(sink, &tiles_rx, written));
+            let writing = scope.spawn(move || append_tiles(sink, &tiles_rx, &room_tx, written));
             let cutting = scope.spawn(move || {
-                self.pool.install(move || self.cut_tiles(tiles, selection, rows_rx, &spare_tx, &tiles_tx))
+                let to_writer = ToWriter { promises: tiles_tx, room: room_rx };
+                self.pool.install(move || self.cut_tiles(tiles, selection, rows_rx, &spare_tx, to_writer))
             });
             let read = self.read(layers, &rows_tx, &spare_rx, progress, written);
             drop(rows_tx);
@@ -282,12 +316,22 @@ impl Job<'_> {
         selection: Selection,
         rows_rx: Receiver<LayerRows>,
         spare_tx: &Sender<LayerRows>,
-        tiles_tx: &SyncSender<Promise>,
+        to_writer: ToWriter,
     ) -> Result<u64, OtherStage> {
+        let waiting = &Waiting::default();
         rayon::scope_fifo(move |scope| {
             let (held, first_tile) = (VecDeque::new(), 0);
-            let mut cutter =
-                Cutter { job: self, scope, tiles, selection, tiles_tx, held, pushed: 0, first_tile };
+            let mut cutter = Cutter {
+                job: self,
+                scope,
+                waiting,
+                tiles,
+                selection,
+                to_writer,
+                held,
+                pushed: 0,
+                first_tile,
+            };
             cutter.cut(&rows_rx, spare_tx)
         })
     }
@@ -297,10 +341,12 @@ impl Job<'_> {
 struct Cutter<'a, 'scope> {
     job: &'scope Job<'scope>,
     scope: &'a ScopeFifo<'scope>,
+    /// Portions that were handed out.
+    waiting: &'scope Waiting,
     /// The tiles that are made, by their index in the order of writing.
     tiles: Range<u64>,
     selection: Selection,
-    tiles_tx: &'a SyncSender<Promise>,
+    to_writer: ToWriter,
     /// After how many pushes rows of pages were cut whose tiles are still being made, the oldest first.
     /// Nothing is ever sent: the other end is dropped with the rows.
     held: VecDeque<(u64, Receiver<Infallible>)>,
@@ -317,7 +363,7 @@ impl<'scope> Cutter<'_, 'scope> {
         spare_tx: &Sender<LayerRows>,
     ) -> Result<u64, OtherStage> {
         let mut stack = Stack::new(self.job.plans, self.job.encoder);
-        while let Some(rows) = next_rows(rows_rx) {
+        while let Some(rows) = attend::next(rows_rx) {
             self.wait_for_held_rows();
             stack.push(&rows);
             self.pushed += 1;
@@ -343,7 +389,7 @@ impl<'scope> Cutter<'_, 'scope> {
 
     /// Hands out what is wanted of a row of pages.
     fn hand_out(&mut self, bands: LayerBands<'scope>) -> Result<(), OtherStage> {
-        let (job, first_tile, pages) = (self.job, self.first_tile, bands.pages());
+        let (job, waiting, first_tile, pages) = (self.job, self.waiting, self.first_tile, bands.pages());
         self.first_tile += u64::from(pages);
         let kept = self.selection.kept(&bands);
         let column_of = |tile: u64| tile.saturating_sub(first_tile).min(pages.into()) as u32;
@@ -356,9 +402,11 @@ impl<'scope> Cutter<'_, 'scope> {
             let columns = first..wanted.end.min(first + portion as u32);
             let ((made_tx, made_rx), shared) = (channel(), shared.clone());
             self.promise(made_rx)?;
+            waiting.add();
             self.scope.spawn_fifo(move |_| {
+                waiting.begin();
                 let (bands, kept, _) = &*shared;
-                let tiles = bands.tiles(columns.clone(), kept).into_iter();
+                let tiles = bands.tiles(columns.clone(), kept, waiting).into_iter();
                 let encoded = tiles.map(|tile| tile.map(|tile| job.encoder.tile(tile)));
                 // The writer may have failed.
                 let _ = made_tx.send(columns.map(|x| bands.pos(x)).zip(encoded).collect());
@@ -368,59 +416,33 @@ impl<'scope> Cutter<'_, 'scope> {
     }
 
     /// Tells the writer what comes next; works while there is no room for it.
-    fn promise(&self, mut made: Promise) -> Result<(), OtherStage> {
-        loop {
-            match self.tiles_tx.try_send(made) {
-                Ok(()) => return Ok(()),
-                Err(TrySendError::Disconnected(_)) => return Err(OtherStage),
-                Err(TrySendError::Full(back)) if works() => made = back,
-                Err(TrySendError::Full(back)) => return self.tiles_tx.send(back).map_err(|_| OtherStage),
-            }
-        }
+    fn promise(&self, made: Promise) -> Result<(), OtherStage> {
+        let Room = attend::next(&self.to_writer.room).ok_or(OtherStage)?;
+        self.to_writer.promises.send(made).map_err(|_| OtherStage)
     }
 
     /// Works until the rows that are being encoded are as few as there is memory for.
     fn wait_for_held_rows(&mut self) {
         while let Some((pushed, held)) = self.held.front() {
-            let is_held = matches!(held.try_recv(), Err(TryRecvError::Empty));
-            if is_held && self.pushed - pushed < self.job.ahead().into() {
+            if self.pushed - pushed >= self.job.ahead().into() {
+                attend::next(held);
+            } else if matches!(held.try_recv(), Err(TryRecvError::Empty)) {
                 return;
-            }
-            if is_held && works() {
-                continue;
-            }
-            if is_held {
-                // Others are at the last of them.
-                let _ = held.recv();
             }
             self.held.pop_front();
         }
     }
 }
 
-/// The next rows; works while there are none. Nothing at the end.
-fn next_rows(rows_rx: &Receiver<LayerRows>) -> Option<LayerRows> {
-    loop {
-        match rows_rx.try_recv() {
-            Ok(rows) => return Some(rows),
-            Err(TryRecvError::Disconnected) => return None,
-            Err(TryRecvError::Empty) if works() => {}
-            Err(TryRecvError::Empty) => return rows_rx.recv().ok(),
-        }
-    }
-}
-
-/// Does a piece of the pool's work; false where none waits.
-fn works() -> bool {
-    rayon::yield_now() == Some(Yield::Executed)
-}
-
 fn append_tiles<S: Sink>(
     mut sink: S,
     tiles_rx: &Receiver<Promise>,
+    room_tx: &Sender<Room>,
     written: &AtomicU64,
 ) -> Result<S, WriteError> {
     for promise in tiles_rx {
+        // The cutter may be done.
+        let _ = room_tx.send(Room);
         // Who made it has panicked; the cutter tells.
         let Ok(portion) = promise.recv() else { break };
         for (pos, tile) in portion {

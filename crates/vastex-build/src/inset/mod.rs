@@ -139,7 +139,7 @@ fn check<'a>(
         let image = OpenImage::open(of_layer, placed).map_err(|error| inset_error(placed, error))?;
         let (rows, width) = (u64::from(image.header().height), u64::from(image.header().width));
         place::check(&image.files, output)?;
-        let memory = rules
+        let (memory, _) = rules
             .check_memory(&[image], true, &replace_options(options))
             .map_err(|error| inset_error(placed, error))?;
         Ok::<_, BuildError>(Checked { placed, rows, texels: rows * width, memory })

@@ -6,6 +6,7 @@
 //! block depends on its own texels alone.
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use rayon::prelude::*;
@@ -17,8 +18,32 @@ use crate::texels::blocks::{SIDE, Strip};
 /// Tiles of one row of pages that are encoded together at most.
 pub(crate) const NEIGHBOURS: usize = 8;
 
-/// Texels that one thread encodes of them at a time, at least, while others may help.
+/// Texels that one thread encodes of them at a time, at least, before it looks whether others may help.
 const PIECE_TEXELS: usize = 1 << 15;
+
+/// Work that was handed out and that no thread has begun.
+///
+/// While there is some, every thread is best left to its own: who has others do pieces of a tile waits for
+/// them and does their work meanwhile, so that the tile comes late and holds up those behind it.
+#[derive(Default)]
+pub(crate) struct Waiting(AtomicUsize);
+
+impl Waiting {
+    /// One more was handed out.
+    pub(crate) fn add(&self) {
+        self.0.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// One of them is begun.
+    pub(crate) fn begin(&self) {
+        self.0.fetch_sub(1, Ordering::Relaxed);
+    }
+
+    /// Whether a thread that has nothing to do finds nothing.
+    fn is_none(&self) -> bool {
+        self.0.load(Ordering::Relaxed) == 0
+    }
+}
 
 /// Whether tiles of such pages share whole blocks.
 pub(crate) fn shares_blocks(geometry: &Geometry) -> bool {
@@ -60,7 +85,8 @@ impl Seams {
     }
 
     /// Appends its blocks to each of some neighbouring tiles of a band, from column `first` on, all of which
-    /// are there. Pages are whole blocks. `encode` appends a row of blocks.
+    /// are there. Pages are whole blocks. `encode` appends a row of blocks. Other threads help while nothing
+    /// else is `waiting` for them.
     pub(crate) fn encode(
         &self,
         format: LayerFormat,
@@ -68,6 +94,7 @@ impl Seams {
         band: &Band<'_>,
         first: u32,
         tiles: &mut [Option<Vec<u8>>],
+        waiting: &Waiting,
     ) {
         let (geometry, pos) = (band.geometry(), band.pos(first));
         let rows = |texels: u32| texels as usize / SIDE;
@@ -75,7 +102,7 @@ impl Seams {
         let (shared, own) = (rows(2 * geometry.border()[1]), rows(geometry.page()[1]));
         let seams = &self.levels[usize::from(pos.level)][first as usize..][..tiles.len()];
         let mut known: Vec<Vec<u8>> = seams.iter().map(|seam| lock(seam).take(pos.y)).collect();
-        let encoder = Rows { format, encode, band };
+        let encoder = Rows { format, encode, band, waiting };
         // Rows that are made apart from the others; none where nothing is known, since more threads can share
         // more rows.
         let apart = if known.iter().all(Vec::is_empty) { 0 } else { shared };
@@ -119,6 +146,7 @@ struct Rows<'a, E> {
     format: LayerFormat,
     encode: E,
     band: &'a Band<'a>,
+    waiting: &'a Waiting,
 }
 
 impl<E: Fn(&Strip<'_>, &mut Vec<u8>) + Sync> Rows<'_, E> {
@@ -130,14 +158,21 @@ impl<E: Fn(&Strip<'_>, &mut Vec<u8>) + Sync> Rows<'_, E> {
         let (page, tile) = (bytes(geometry.page()[0]), bytes(geometry.tile()[0]));
         let row_bytes = page * (tiles.len() - 1) + tile;
         let strips = self.band.strips(&(first..first + tiles.len() as u32));
-        let strips = &strips[rows];
+        let mut strips = &strips[rows];
         let texels = strips.first().map_or(1, |strip| SIDE * strip.row_bytes() / self.format.texel_bytes());
+        let piece = (PIECE_TEXELS / texels).max(1);
         let make = |strips: &[Strip<'_>]| {
             let mut blocks = Vec::with_capacity(strips.len() * row_bytes);
             strips.iter().for_each(|strip| (self.encode)(strip, &mut blocks));
             blocks
         };
-        let pieces: Vec<Vec<u8>> = strips.par_chunks((PIECE_TEXELS / texels).max(1)).map(make).collect();
+        let mut pieces = Vec::new();
+        while !strips.is_empty() && !self.waiting.is_none() {
+            let (next, others) = strips.split_at(piece.min(strips.len()));
+            pieces.push(make(next));
+            strips = others;
+        }
+        pieces.par_extend(strips.par_chunks(piece).map(make));
         for row in pieces.iter().flat_map(|blocks| blocks.chunks_exact(row_bytes)) {
             for (i, of_tile) in tiles.iter_mut().flatten().enumerate() {
                 of_tile.extend_from_slice(&row[i * page..][..tile]);
@@ -149,7 +184,11 @@ impl<E: Fn(&Strip<'_>, &mut Vec<u8>) + Sync> Rows<'_, E> {
 #[cfg(test)]
 #[cfg(feature = "bc")]
 mod tests {
+    use std::collections::HashSet;
     use std::convert::Infallible;
+    use std::sync::Condvar;
+    use std::thread;
+    use std::time::Duration;
 
     use proptest::prelude::*;
     use vastex_core::{AddressMode, Description, GeometrySpec, Layer};
@@ -185,6 +224,50 @@ mod tests {
         (0..row_bytes * rows as usize).map(texel).collect()
     }
 
+    /// How many of two threads encode the strips of some tiles while so many portions wait.
+    fn threads_that_encode(portions: usize) -> usize {
+        /// How long a thread waits for the other, where it may come.
+        const PATIENCE: Duration = Duration::from_secs(60);
+        let spec = GeometrySpec { page: 128, border: 4, ..GeometrySpec::image(1024, 128) };
+        let plans = [plan(Geometry::new(spec).unwrap(), LayerFormat::Bc4)];
+        let layers = plans.iter().map(|plan| plan.layer.clone()).collect();
+        let description = Description::new(plans[0].geometry.clone(), layers);
+        let encoder = TileEncoder::new(description.into(), Compression::None, Quality::Normal);
+        let mut stack = Stack::new(&plans, &encoder);
+        stack.push(&[image(1, 1024, 128, 0)]);
+        let mut bands = None;
+        let first = stack.cut_ready(|cut| {
+            bands.get_or_insert(cut);
+            Ok::<_, Infallible>(())
+        });
+        assert!(first.is_ok());
+        let band = &bands.as_ref().unwrap().layers()[0];
+        let waiting = Waiting::default();
+        (0..portions).for_each(|_| waiting.add());
+        let (came, at_work) = (Condvar::new(), Mutex::new(HashSet::new()));
+        let encode = |strip: &Strip<'_>, blocks: &mut Vec<u8>| {
+            let mut threads = at_work.lock().unwrap();
+            threads.insert(thread::current().id());
+            came.notify_all();
+            if portions == 0 {
+                drop(came.wait_timeout_while(threads, PATIENCE, |threads| threads.len() < 2).unwrap());
+            }
+            blocks.resize(blocks.len() + strip.row_bytes() / SIDE * 8, 0);
+        };
+        let mut tiles = vec![Some(Vec::new()); 8];
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
+        let seams = Seams::new(&plans[0].geometry);
+        pool.install(|| seams.encode(LayerFormat::Bc4, encode, band, 0, &mut tiles, &waiting));
+        assert!(tiles.iter().flatten().all(|tile| tile.len() == 34 * 34 * 8));
+        at_work.into_inner().unwrap().len()
+    }
+
+    #[test]
+    fn threads_help_to_encode_a_tile_while_nothing_else_waits_for_them() {
+        assert_eq!(threads_that_encode(0), 2);
+        assert_eq!(threads_that_encode(1), 1);
+    }
+
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(48))]
         #[test]
@@ -215,7 +298,7 @@ mod tests {
                     let kept: Vec<bool> = (0..bands.pages()).map(|x| (x + 1) % dropped != 0).collect();
                     for first in (0..bands.pages()).step_by(NEIGHBOURS) {
                         let columns = first..bands.pages().min(first + NEIGHBOURS as u32);
-                        for (x, tile) in columns.clone().zip(bands.tiles(columns, &kept)) {
+                        for (x, tile) in columns.clone().zip(bands.tiles(columns, &kept, &Waiting::default())) {
                             let mut alone = Vec::new();
                             blocks::encode(blocks::encode_strip, format, Quality::Normal, &bands.rows_of(0, x), &mut alone);
                             assert_eq!(tile, kept[x as usize].then_some(alone), "{:?}", bands.pos(x));

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use vastex_core::{Geometry, Layer, PagePos};
 
-use super::shared::{self, Seams};
+use super::shared::{self, Seams, Waiting};
 use super::tail::tail_texels;
 use super::{Band, Pyramid, Shape};
 use crate::texels::blocks::{self, Strip};
@@ -185,22 +185,36 @@ impl LayerBands<'_> {
         with_alpha.into_iter().all(|(_, band)| band.is_transparent(x))
     }
 
+    /// The row of pages in each of the layers.
+    #[cfg(test)]
+    pub(crate) fn layers(&self) -> &[Band<'_>] {
+        &self.layers
+    }
+
     /// The rows of its tile in one of the layers.
     #[cfg(test)]
     pub(crate) fn rows_of(&self, layer: usize, x: u32) -> Vec<&[u8]> {
         self.layers[layer].tile_rows(x)
     }
 
-    /// The bytes of the tiles of these columns, of those that `kept` has.
-    pub(crate) fn tiles(&self, columns: Range<u32>, kept: &[bool]) -> Vec<Option<Vec<u8>>> {
+    /// The bytes of the tiles of these columns, of those that `kept` has. Other threads help to encode them
+    /// while nothing else is `waiting` for them.
+    pub(crate) fn tiles(
+        &self,
+        columns: Range<u32>,
+        kept: &[bool],
+        waiting: &Waiting,
+    ) -> Vec<Option<Vec<u8>>> {
         let buffer = |x| kept[x as usize].then(|| tile_buffer(self.encoder));
         let mut tiles: Vec<_> = columns.clone().map(buffer).collect();
-        (0..self.layers.len()).for_each(|number| self.append_layer(number, columns.start, &mut tiles));
+        for number in 0..self.layers.len() {
+            self.append_layer(number, columns.start, &mut tiles, waiting);
+        }
         tiles
     }
 
     /// Appends a layer's share to each tile that there is, of neighbours from column `first` on.
-    fn append_layer(&self, number: usize, first: u32, tiles: &mut [Option<Vec<u8>>]) {
+    fn append_layer(&self, number: usize, first: u32, tiles: &mut [Option<Vec<u8>>], waiting: &Waiting) {
         let (band, seams, format) = (&self.layers[number], &self.seams[number], self.encoder.format(number));
         let shares_blocks = format.is_compressed() && shared::shares_blocks(band.geometry());
         let joins = |(x, tile): (u32, &Option<Vec<u8>>)| {
@@ -215,7 +229,7 @@ impl LayerBands<'_> {
                 let encode = |strip: &Strip<'_>, blocks: &mut Vec<u8>| {
                     self.encoder.append_strip(number, strip, blocks);
                 };
-                seams.encode(format, encode, band, column, tiles);
+                seams.encode(format, encode, band, column, tiles, waiting);
             } else {
                 let each =
                     (column..).zip(tiles).filter_map(|(x, tile)| tile.as_mut().map(|bytes| (x, bytes)));

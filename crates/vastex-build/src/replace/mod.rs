@@ -19,13 +19,14 @@ mod slice;
 mod spans;
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use vastex_tiles::{Compression, Container, ContainerUpdate, TileSource, Updated};
 
 pub use error::ReplaceError;
 pub use input::LayerImage;
 
-use crate::image::Notice;
+use crate::image::{Helpers, Notice};
 use crate::progress::Progress;
 use crate::texels::blocks::{self, Quality};
 use crate::threads;
@@ -155,8 +156,10 @@ fn run(
     if let Some(format) = formats.find(|format| format.is_compressed() && !blocks::AVAILABLE) {
         return Err(ReplaceError::NoEncoders { name: old.name().into(), format: format.name() });
     }
-    rules.check_memory(&images, is_sparse, options)?;
-    let pool = threads::pool(options.threads)?;
+    let (_, pieces) = rules.check_memory(&images, is_sparse, options)?;
+    let pool = Arc::new(threads::pool(options.threads)?);
+    let helpers = Helpers::new(pool.clone(), pieces);
+    images.iter_mut().for_each(|image| image.reader.take_help(&helpers));
     let encoder = TileEncoder::new(rules.description.clone(), compression, options.quality);
     let replacement = Replacement { pool: &pool, before: Before::new(old), rules, encoder };
     replacement.run(&mut update, &mut images, progress)?;

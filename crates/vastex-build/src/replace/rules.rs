@@ -72,16 +72,19 @@ impl Rules {
         self.shapes.iter().map(LayerShape::texel_bytes).sum::<usize>().max(1)
     }
 
-    /// The bytes that replacing takes at most with these images; an error where those are too many.
-    /// `is_sparse` says whether pages may lack tiles.
+    /// The bytes that replacing takes at most with these images, and how many pieces of each are decoded ahead,
+    /// none where those would be too many bytes; an error where there are too many without them. `is_sparse`
+    /// says whether pages may lack tiles.
     pub(crate) fn check_memory(
         &self,
         images: &[OpenImage<'_>],
         is_sparse: bool,
         options: &ReplaceOptions,
-    ) -> Result<u64, ReplaceError> {
+    ) -> Result<(u64, usize), ReplaceError> {
         /// Tiles of which one is made that gets texels of those beside it, and their ancestors.
         const JOINED_TILES: u64 = 12;
+        /// Pieces that are decoded ahead, for each thread.
+        const PIECES: usize = 2;
         let limit = options.memory_limit;
         let index = self.description.geometry.page_count().saturating_mul(INDEX_BYTES);
         let tile = self.tile_texel_bytes() + self.description.tile_bytes();
@@ -96,9 +99,13 @@ impl Rules {
         };
         let needed =
             images.iter().map(of_image).chain([index, tiles, joined]).fold(0u64, u64::saturating_add);
+        let pieces = PIECES * threads::count(options.threads);
+        // Images are read one after the other.
+        let ahead = images.iter().map(|image| image.reader.memory_ahead(pieces)).max().unwrap_or(0);
         let largest = images.iter().max_by_key(|image| of_image(image));
-        match needed <= limit {
-            true => Ok(needed),
+        match needed.saturating_add(ahead) <= limit {
+            true => Ok((needed.saturating_add(ahead), pieces)),
+            false if needed <= limit => Ok((needed, 0)),
             false => {
                 let path = largest.map(|image| image.placed.image.into()).unwrap_or_default();
                 Err(ReplaceError::Memory { path, needed, limit })

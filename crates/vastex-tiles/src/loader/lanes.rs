@@ -22,12 +22,24 @@ pub(super) type Turn = (u64, u64);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(super) struct LaneId(u64);
 
+/// With so many reads that have lent their places, sources share what there is: each may have its part of so
+/// many under way, one at least. Each such read is a thread.
+#[cfg(not(target_family = "wasm"))]
+pub(super) const CROWD: usize = 256;
+
 const FIRST_PAUSE: Duration = Duration::from_secs(1);
 const LONGEST_PAUSE: Duration = Duration::from_secs(64);
 
 struct Lane {
-    /// Reads that may be under way at once.
+    /// Reads that may be under way at once, where the lane is not on trial.
     most: usize,
+    /// Set until a read answers, for a source that came in the place of one whose reads had not come back:
+    /// it may be as dead, and each of its reads a thread more.
+    is_on_trial: bool,
+    /// Set when a read answers, until one is overdue.
+    is_proven: bool,
+    /// Reads under way that have no place.
+    lent: usize,
     queued: BTreeMap<Turn, PageId>,
     /// Reads that were begun and have not come back, overdue ones included.
     under_way: usize,
@@ -43,14 +55,19 @@ struct Lane {
 }
 
 impl Lane {
+    /// Reads that may be under way at once.
+    fn most(&self) -> usize {
+        if self.is_on_trial { 1 } else { self.most }
+    }
+
     /// The turn of the request that would be begun next, or `None` if none may be.
     fn head(&self) -> Option<Turn> {
         let (&turn, _) = self.queued.first_key_value()?;
-        (self.under_way < self.most).then_some(turn)
+        (self.under_way < self.most()).then_some(turn)
     }
 
     fn is_silent(&self, is_crowded: bool) -> bool {
-        self.unanswered >= self.most || self.overdue >= self.most || is_crowded && self.overdue > 0
+        self.unanswered >= self.most() || self.overdue >= self.most() || is_crowded && self.overdue > 0
     }
 }
 
@@ -62,19 +79,25 @@ pub(super) struct Lanes {
     /// The heads of all lanes that have one.
     heads: BTreeSet<(Turn, LaneId)>,
     made: u64,
-    /// Set while there are so many reads under way that only a lane without any may begin one.
+    /// Set while so many reads have lent their places that lanes share them.
     is_crowded: bool,
+    /// Lanes of which reads have lent their places.
+    lending: usize,
 }
 
 impl Lanes {
-    /// The lane of a new source: that of `limit`, or a lane of its own with at most `most` reads at once.
-    pub(super) fn enter(&mut self, limit: Option<&Arc<ReadLimit>>, most: usize) -> LaneId {
+    /// The lane of a new source: that of `limit`, or a lane of its own with at most `most` reads at once,
+    /// which is on trial if so wished.
+    pub(super) fn enter(&mut self, limit: Option<&Arc<ReadLimit>>, most: usize, is_on_trial: bool) -> LaneId {
         let address = limit.map(|limit| Arc::as_ptr(limit).addr());
         let known = address.and_then(|address| self.shared.get(&address).copied());
         let id = known.unwrap_or_else(|| {
             self.made += 1;
             let lane = Lane {
                 most: limit.map_or(most, |limit| limit.reads()).max(1),
+                is_on_trial,
+                is_proven: false,
+                lent: 0,
                 queued: BTreeMap::new(),
                 under_way: 0,
                 overdue: 0,
@@ -120,7 +143,7 @@ impl Lanes {
             return Ok(());
         };
         let nothing_is_awaited = lane.queued.is_empty() && lane.under_way == lane.overdue;
-        let may_begin = lane.under_way < if self.is_crowded { 1 } else { lane.most };
+        let may_begin = lane.under_way < if self.is_crowded { 1 } else { lane.most() };
         match nothing_is_awaited && may_begin && now >= lane.ask_at {
             true => Ok(()),
             false => Err(lane.unanswered.max(lane.overdue)),
@@ -137,8 +160,34 @@ impl Lanes {
 
     fn next(&self) -> Option<LaneId> {
         let may_begin =
-            |id: &LaneId| !self.is_crowded || self.lanes.get(id).is_some_and(|l| l.under_way == 0);
+            |id: &LaneId| !self.is_crowded || self.lanes.get(id).is_some_and(|l| self.has_part(l));
         self.heads.iter().map(|(_, id)| *id).find(may_begin)
+    }
+
+    /// Whether a lane may begin a read in a crowd: it has less than its part of the places that are lent, or
+    /// it answers so soon that it has lent none.
+    fn has_part(&self, lane: &Lane) -> bool {
+        #[cfg(not(target_family = "wasm"))]
+        let part = (CROWD / self.lending.max(1)).max(1);
+        #[cfg(target_family = "wasm")]
+        let part = 1;
+        lane.under_way < part || lane.is_proven && lane.lent == 0
+    }
+
+    /// Returns true if no read of the lane has answered yet, and it came in the place of one that had not
+    /// answered either.
+    pub(super) fn is_on_trial(&self, id: LaneId) -> bool {
+        self.lanes.get(&id).is_some_and(|lane| lane.is_on_trial)
+    }
+
+    /// A read of the lane has lent its place.
+    #[cfg(not(target_family = "wasm"))]
+    pub(super) fn lend(&mut self, id: LaneId) {
+        let lent = self.change(id, |lane| {
+            lane.lent += 1;
+            lane.lent
+        });
+        self.lending += usize::from(lent == Some(1));
     }
 
     /// Returns true if a read may be begun.
@@ -158,14 +207,18 @@ impl Lanes {
     }
 
     /// Ends a read that has come back. It has `answered` unless it was given up and dropped.
-    pub(super) fn end(&mut self, id: LaneId, was_overdue: bool, answered: bool) {
-        self.change(id, |lane| {
+    pub(super) fn end(&mut self, id: LaneId, was_overdue: bool, had_lent: bool, answered: bool) {
+        let lent = self.change(id, |lane| {
             lane.under_way -= 1;
             lane.overdue -= usize::from(was_overdue);
+            lane.lent -= usize::from(had_lent);
             if answered {
                 (lane.unanswered, lane.pause) = (0, FIRST_PAUSE);
+                (lane.is_on_trial, lane.is_proven) = (false, true);
             }
+            lane.lent
         });
+        self.lending -= usize::from(had_lent && lent == Some(0));
     }
 
     /// Counts a read that has not come back as overdue. If the lane is silent now, returns the requests that
@@ -174,6 +227,7 @@ impl Lanes {
         let is_crowded = self.is_crowded;
         let failing = self.change(id, |lane| {
             (lane.overdue, lane.unanswered) = (lane.overdue + 1, lane.unanswered + 1);
+            lane.is_proven = false;
             if !lane.is_silent(is_crowded) {
                 return (Vec::new(), 0);
             }
@@ -185,7 +239,7 @@ impl Lanes {
         failing.unwrap_or_default()
     }
 
-    /// Sets that so many reads are under way that only lanes without any may begin one. Returns the requests
+    /// Sets that so many reads have lent their places that lanes share them. Returns the requests
     /// that fail by that, those of lanes with overdue reads, each with the number of these reads.
     #[cfg(not(target_family = "wasm"))]
     pub(super) fn set_crowded(&mut self, is_crowded: bool) -> Vec<(PageId, usize)> {
@@ -202,11 +256,5 @@ impl Lanes {
             })
         });
         failing.flatten().collect()
-    }
-
-    /// The number of reads of a lane that were begun and have not come back.
-    #[cfg(not(target_family = "wasm"))]
-    pub(super) fn under_way(&self, id: LaneId) -> usize {
-        self.lanes.get(&id).map_or(0, |lane| lane.under_way)
     }
 }

@@ -24,6 +24,7 @@ use std::{io, mem};
 use vastex_core::{PageId, TextureNumber};
 
 use super::clock::{Clock, SystemClock};
+use super::lanes::CROWD;
 use super::queue::{Job, Outcome, Queue, ReadId};
 use super::{LoadError, Loaded, LoaderSettings, load};
 use crate::ground::sync::{lock, wait_at_most};
@@ -35,10 +36,6 @@ const PATIENCE: Duration = Duration::from_millis(250);
 const LOOK_EVERY: Duration = Duration::from_millis(5);
 /// How long a thread that is one too many waits for work before it ends.
 const LINGER: Duration = Duration::from_secs(10);
-/// With so many places lent, only sources without a read under way may begin one. Reads of sources whose
-/// reads block count too, however fast they are: of 32 sources with 8 such reads each no more than 256 are
-/// under way at once, but one of each source is.
-const CROWD: usize = 256;
 /// The most places that are ever lent: each is a thread.
 const MOST_LENT: usize = 4096;
 
@@ -258,15 +255,15 @@ impl State {
         self.reads.len() < places + self.lent && self.queue.has_next()
     }
 
-    /// Lends the place of a read to another, if it has one and not too many have been lent.
+    /// Lends the place of a read to another, if it has one and there may be one thread more. A crowd does not
+    /// keep it: a read that never comes back would keep the place for ever.
     fn lend(&mut self, read: ReadId) {
-        let is_alone = self.queue.under_way_beside(read) <= 1;
-        let most = if is_alone { MOST_LENT } else { CROWD };
-        if self.lent < most
+        if self.lent < MOST_LENT
             && let Some(busy) = self.reads.get_mut(&read)
             && !mem::replace(&mut busy.has_lent, true)
         {
             self.lent += 1;
+            self.queue.lend(read);
             self.queue.set_crowded(self.lent >= CROWD);
         }
     }

@@ -23,6 +23,10 @@ use super::lanes::{LaneId, Lanes, Turn};
 use super::{LoadError, Loaded, LoaderSettings};
 use crate::sources::TileSource;
 
+/// A source that comes in the place of others whose reads have not come back may begin a read while less than
+/// so many times the reads of one source have not.
+const TRIALS: usize = 2;
+
 /// Names a read that was begun; later ones have larger numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct ReadId(u64);
@@ -54,6 +58,7 @@ struct Read {
     lane: LaneId,
     begun: Duration,
     is_overdue: bool,
+    has_lent: bool,
 }
 
 struct Source {
@@ -101,8 +106,8 @@ impl Queue {
         source: Arc<dyn TileSource>,
     ) -> Option<Arc<dyn TileSource>> {
         let before = self.remove_source(texture);
-        let most = self.settings.reads_at_once.max(self.settings.threads);
-        let lane = self.lanes.enter(source.read_limit(), most);
+        let is_on_trial = self.under_way_of(texture) > 0;
+        let lane = self.lanes.enter(source.read_limit(), self.reads_at_once(), is_on_trial);
         #[cfg(not(target_family = "wasm"))]
         let blocks = source.blocks();
         let source = Source {
@@ -113,6 +118,27 @@ impl Queue {
         };
         self.sources.insert(texture, source);
         before
+    }
+
+    /// Reads of one source that may be under way at once, where it has no limit of its own.
+    fn reads_at_once(&self) -> usize {
+        self.settings.reads_at_once.max(self.settings.threads)
+    }
+
+    /// The reads of a texture that have not come back, also those of sources that it had before.
+    fn under_way_of(&self, texture: TextureNumber) -> usize {
+        self.reads.values().filter(|read| read.page.texture() == texture).count()
+    }
+
+    /// Why a lane on trial may begin no read, if it may not: so many of the texture have not come back that
+    /// one more would be a thread too many. Whoever gives a texture sources that never answer, one after the
+    /// other, would have a thread for each.
+    fn is_beyond_trial(&self, texture: TextureNumber, lane: LaneId) -> Option<usize> {
+        if !self.lanes.is_on_trial(lane) {
+            return None;
+        }
+        let reads = self.under_way_of(texture);
+        (reads >= TRIALS * self.reads_at_once()).then_some(reads)
     }
 
     /// Cancels every request of the texture. Reads under way keep the source until they end.
@@ -158,7 +184,8 @@ impl Queue {
         let Some(Source { source, lane, .. }) = self.sources.get(&page.texture()) else {
             return self.end(page, Err(LoadError::NoSource { texture: page.texture().number() }));
         };
-        if let Err(reads) = self.lanes.admits(*lane, self.now) {
+        let silent = self.lanes.admits(*lane, self.now).err();
+        if let Some(reads) = silent.or_else(|| self.is_beyond_trial(page.texture(), *lane)) {
             let pos = page.pos(source.description().geometry.dims());
             return self.end(page, Err(self.silent(pos, reads)));
         }
@@ -211,7 +238,8 @@ impl Queue {
         let (source, pos) = (source.clone(), page.pos(source.description().geometry.dims()));
         self.begun += 1;
         let read = ReadId(self.begun);
-        self.reads.insert(read, Read { page, pos, lane, begun: self.now, is_overdue: false });
+        self.reads
+            .insert(read, Read { page, pos, lane, begun: self.now, is_overdue: false, has_lent: false });
         self.states.insert(page, State::Running { read, called_off: false, again: None });
         Some(Job { read, pos, source })
     }
@@ -219,8 +247,8 @@ impl Queue {
     /// Ends a read that has come back, and its request with it, unless the read was overdue and the request
     /// has ended before.
     pub(super) fn finish(&mut self, read: ReadId, outcome: Outcome) {
-        let Some(Read { page, lane, is_overdue, .. }) = self.reads.remove(&read) else { return };
-        self.lanes.end(lane, is_overdue, matches!(outcome, Outcome::Answered(_)));
+        let Some(Read { page, lane, is_overdue, has_lent, .. }) = self.reads.remove(&read) else { return };
+        self.lanes.end(lane, is_overdue, has_lent, matches!(outcome, Outcome::Answered(_)));
         if !is_overdue {
             let result = match outcome {
                 Outcome::Answered(result) => result,
@@ -264,7 +292,7 @@ impl Queue {
         overdue.into_iter().map(|(id, ..)| id).collect()
     }
 
-    /// Sets that so many reads are under way that only lanes without any may begin one.
+    /// Sets that so many reads have lent their places that lanes share them.
     #[cfg(not(target_family = "wasm"))]
     pub(super) fn set_crowded(&mut self, is_crowded: bool) {
         for (page, reads) in self.lanes.set_crowded(is_crowded) {
@@ -297,10 +325,14 @@ impl Queue {
         source.is_some_and(|source| source.blocks)
     }
 
-    /// The number of reads under way in the lane of a read, itself included.
+    /// Counts a read that has lent its place.
     #[cfg(not(target_family = "wasm"))]
-    pub(super) fn under_way_beside(&self, read: ReadId) -> usize {
-        self.reads.get(&read).map_or(0, |read| self.lanes.under_way(read.lane))
+    pub(super) fn lend(&mut self, read: ReadId) {
+        if let Some(read) = self.reads.get_mut(&read)
+            && !std::mem::replace(&mut read.has_lent, true)
+        {
+            self.lanes.lend(read.lane);
+        }
     }
 
     pub(super) fn poll(&mut self) -> Option<Loaded> {

@@ -38,7 +38,7 @@ impl ReadLimit {
     /// `reads` threads for them, in addition to the threads that it is told to have, also if other limits
     /// stand before this one ([`TileSource::blocks`](crate::TileSource::blocks)). These threads also decode
     /// what they have read, so that up to `reads` tiles may be decoded at once. While 256 of a loader's reads
-    /// block or wait, a source begins a read only if it has none under way.
+    /// block or wait, each source has its part of 256 under way, one at least.
     pub fn blocking(reads: usize) -> Arc<ReadLimit> {
         Arc::new(ReadLimit { reads: reads.max(1), is_blocking: true, state: Mutex::default() })
     }

@@ -275,6 +275,110 @@ fn hundreds_of_sources_that_block_hinder_no_other() {
     hung.iter().for_each(|hung| hung.answer());
 }
 
+/// Reads that come back only when so many are under way together.
+struct Together {
+    inner: PropertySource,
+    meet: std::sync::Barrier,
+}
+
+impl TileSource for Together {
+    fn description(&self) -> &Arc<Description> {
+        self.inner.description()
+    }
+
+    fn read(&self, pos: PagePos) -> ReadFuture<'_> {
+        Box::pin(async move {
+            self.meet.wait();
+            self.inner.read(pos).await
+        })
+    }
+}
+
+/// Others still have several reads at once, and every place: no read that hangs keeps one.
+#[test]
+fn a_crowd_of_reads_that_hang_leaves_others_their_places_and_their_part() {
+    const TOGETHER: usize = 4;
+    // One source whose limit is larger than all that there is, and many with the limit of every source.
+    for (sources, limit, pages) in [(1u16, Some(10_000), 600u32), (40, None, 8)] {
+        let (mut loader, clock) = timed(8);
+        let hung = Hung::new(How::Blocks);
+        for number in 0..sources {
+            match limit {
+                Some(most) => loader.add_source(
+                    texture(number),
+                    Arc::new(LimitedSource::new(hung.clone(), ReadLimit::new(most))),
+                ),
+                None => loader.add_source(texture(number), hung.clone()),
+            }
+            (0..pages).for_each(|x| loader.request(of(number, x), 0));
+        }
+        // Until nothing new is begun, though every read has lent its place.
+        let mut begun = 0;
+        until("there is a crowd", || {
+            clock.pass(A_WHILE / 10);
+            assert!(loader.poll().is_none() && clock.now() < TIME_OUT / 2, "{} begun", hung.begun());
+            let before = std::mem::replace(&mut begun, hung.begun());
+            (before == begun && begun >= 256).then_some(())
+        });
+        let meet = std::sync::Barrier::new(TOGETHER);
+        loader.add_source(texture(999), Arc::new(Together { inner: source(), meet }));
+        (0..5 * TOGETHER as u32).for_each(|x| loader.request(of(999, x), 1));
+        let step = Duration::from_millis(50);
+        let others = ends(&mut loader, &clock, step, TIME_OUT / 4, 5 * TOGETHER);
+        assert_eq!(tally(&others), [0, 0, 5 * TOGETHER]);
+        assert!(hung.begun() <= 40 * 8, "{} threads hang", hung.begun());
+        in_time("the loader is dropped", move || drop(loader));
+        hung.answer();
+    }
+}
+
+#[test]
+fn a_texture_that_is_given_one_dead_source_after_the_other_costs_no_more_threads() {
+    let (mut loader, clock) = timed(2);
+    let first = Hung::new(How::Blocks);
+    loader.add_source(texture(0), first.clone());
+    (0..20).for_each(|x| loader.request(of(0, x), 0));
+    assert!(hang(&mut loader, &clock, 2, 8, std::slice::from_ref(&first)).is_empty());
+    let mut all = vec![first];
+    for turn in 1..40 {
+        // The same once more, or another one: as an application tries that has opened its file again.
+        let again = all[all.len() - 1].clone();
+        let hung = if turn % 2 == 1 { again } else { Hung::new(How::Blocks) };
+        let before = hung.begun();
+        loader.add_source(texture(0), hung.clone());
+        // Reads that hang have lent their places by then.
+        clock.pass(A_WHILE);
+        while loader.poll().is_some() {}
+        (0..20).for_each(|x| loader.request(of(0, x), 0));
+        // Of the pages that nobody reads one is begun, or all fail.
+        until("a read begins, or none may", || {
+            (hung.begun() > before || loader.poll().is_some()).then_some(())
+        });
+        if turn % 3 == 0 {
+            clock.pass(TIME_OUT);
+            until("all requests end", || {
+                while loader.poll().is_some() {}
+                (loader.outstanding() == 0).then_some(())
+            });
+        }
+        all.push(hung);
+        loader.remove_source(texture(0));
+    }
+    while loader.poll().is_some() {}
+    all.dedup_by(|one, next| Arc::ptr_eq(one, next));
+    let begun: usize = all.iter().map(|hung| hung.begun()).sum();
+    assert_eq!(begun, 16, "twice as many as a source may have");
+    // A source that answers is read as soon as one of them comes back.
+    all.iter().for_each(|hung| hung.answer());
+    loader.add_source(texture(0), Arc::new(source()));
+    until("it is read", || {
+        loader.request(of(0, 3), 0);
+        loader.wait().unwrap().result.ok()
+    });
+    (0..20).for_each(|x| loader.request(of(0, x), 0));
+    assert_eq!(drain(&mut loader).len(), 20);
+}
+
 #[test]
 fn a_suspended_read_that_is_called_off_ends_without_its_source() {
     let (mut loader, _) = timed(1);
