@@ -6,7 +6,8 @@ use std::path::PathBuf;
 use vastex_core::{Geometry, PagePos, PageSet};
 use vastex_tiles::TileSource;
 
-use super::level_rows::{LayerOf, Rectangle, StoredLevel, Window};
+use super::level_rows::{Rectangle, StoredLevel, Window};
+use crate::tile::LayerOf;
 use super::resample::Resampled;
 use crate::image::Notice;
 
