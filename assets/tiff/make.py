@@ -5,6 +5,7 @@ Needs numpy, tifffile, imagecodecs and rasterio (which contains GDAL) from PyPI,
 `maketx` (Debian: openimageio-tools). Run it in this directory; other versions write other bytes, of the same texels.
 """
 
+import re
 import subprocess
 from pathlib import Path
 
@@ -103,6 +104,10 @@ def main():
         for level in levels[1:]:
             out.write(level, subfiletype=1, **options)
 
+    # What tifffile writes there is of the machine that it runs on.
+    ome = Path("ome-subifds.ome.tif")
+    ome.write_bytes(re.sub(rb"urn:uuid:[0-9a-f-]{36}", b"urn:uuid:" + b"0" * 8 + b"-0000" * 3 + b"-" + b"0" * 12, ome.read_bytes()))
+
     with tifffile.TiffWriter("planes-big-endian.tif", bigtiff=True, byteorder=">") as out:
         wide = bands.astype(np.uint16) * 257
         for level in (wide, wide[:, ::2, ::2], wide[:, ::4, ::4]):
@@ -114,6 +119,7 @@ def main():
     shape = ["--tile", "--pyramid", "--tile-width", "64", "--tile-height", "64"]
     subprocess.run([*vips, "vips-chained.tif", *shape, "--compression", "deflate", "--predictor", "horizontal"], check=True)
     subprocess.run([*vips, "vips-subifd-jpeg.tif", *shape, "--subifd", "--compression", "jpeg", "--Q", "80"], check=True)
+    subprocess.run([*vips, "vips-rgb-jpeg.tif", *shape, "--compression", "jpeg", "--Q", "60", "--rgbjpeg"], check=True)
     subprocess.run(["maketx", "--tile", "64", "64", "--nchannels", "3", "-o", "maketx.tx", "picture.tmp.tif"], check=True)
     tifffile.imwrite("picture.tmp.tif", heights()[:57, :83])
     subprocess.run(["maketx", "--tile", "32", "32", "-d", "half", "-o", "maketx-half.tx", "picture.tmp.tif"], check=True)

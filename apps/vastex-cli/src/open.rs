@@ -39,8 +39,9 @@ pub(crate) fn open(args: &SceneArgs) -> Result<Opened> {
 /// Opens whatever the words of a source name.
 pub(crate) fn open_tiles(source: &Path, direct: bool) -> Result<Arc<dyn TileSource>> {
     match words_of_planet(source) {
-        Some(words) => planet::open(words, |path| open_path(path, direct))
-            .with_context(|| source.display().to_string()),
+        Some(words) => {
+            planet::open(words, |path| open_path(path, direct)).with_context(|| source.display().to_string())
+        }
         None => open_path(source, direct),
     }
 }
@@ -112,7 +113,8 @@ fn in_place(path: &Path) -> Result<Option<Arc<dyn TileSource>>> {
     let say = |notices: &[vastex_build::Notice]| {
         notices.iter().for_each(|notice| report::say(&format!("note: {}: {notice}", path.display())));
     };
-    let is_none = |error: &SourceError| matches!(error, SourceError::Input { fault: InputFault::NoTiles, .. });
+    let is_none =
+        |error: &SourceError| matches!(error, SourceError::Input { fault: InputFault::NoTiles, .. });
     match TiffSource::open(path) {
         Ok(tiles) => {
             say(tiles.notices());

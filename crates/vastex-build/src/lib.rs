@@ -35,8 +35,8 @@ pub use build::{BuildError, BuildOptions, BuildReport, Inset, LayerReport};
 pub use crop::{CropError, CropFormat, CropRegion, CropSource, crop};
 pub use export::{ExportError, ExportOptions, ExportReport, Layout, TileFormat, export};
 pub use image::{
-    GeoPlace, Helpers, ImageHeader, InputFault, Notice, Number, PixelFormat, PixelSize, Profile, RowReader, Sample,
-    TiffAbout, TiffOther, in_srgb, open,
+    GeoPlace, Helpers, ImageHeader, InputFault, Notice, Number, PixelFormat, PixelSize, Profile, RowReader,
+    Sample, TiffAbout, TiffOther, in_srgb, open,
 };
 pub use progress::Progress;
 pub use replace::{LayerImage, ReplaceError, ReplaceOptions, Replaced, replace};

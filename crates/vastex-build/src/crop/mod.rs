@@ -180,7 +180,8 @@ impl CropSource {
     pub fn check(&self, region: CropRegion, format: CropFormat) -> Result<(), CropError> {
         let of = self.size();
         let fits = |axis: usize| {
-            region.size[axis] > 0 && region.at[axis].checked_add(region.size[axis]).is_some_and(|end| end <= of[axis])
+            region.size[axis] > 0
+                && region.at[axis].checked_add(region.size[axis]).is_some_and(|end| end <= of[axis])
         };
         if !fits(0) || !fits(1) {
             return Err(CropError::Region { region, level: self.level, of });

@@ -21,7 +21,8 @@ pub(super) struct OfRows {
 impl OfRows {
     pub(super) fn open(path: &Path, level: u32) -> Result<OfRows, CropError> {
         if level > 0 {
-            let there = "an image that is no pyramid has level 0 only; `vastex build` makes the others".into();
+            let there =
+                "an image that is no pyramid has level 0 only; `vastex build` makes the others".into();
             return Err(CropError::Level { level, there });
         }
         let reader = open(path).map_err(|fault| CropError::Input { path: path.into(), fault })?;

@@ -21,11 +21,7 @@ pub(super) struct OfTiles {
 }
 
 impl OfTiles {
-    pub(super) fn new(
-        tiles: Arc<dyn TileSource>,
-        layer: LayerOf,
-        level: u32,
-    ) -> Result<OfTiles, CropError> {
+    pub(super) fn new(tiles: Arc<dyn TileSource>, layer: LayerOf, level: u32) -> Result<OfTiles, CropError> {
         let coarsest = layer.geometry().coarsest();
         match u8::try_from(level).ok().filter(|level| *level <= coarsest) {
             Some(level) => Ok(OfTiles { tiles, layer, level }),

@@ -7,9 +7,9 @@ use vastex_core::{Geometry, PagePos, PageSet};
 use vastex_tiles::TileSource;
 
 use super::level_rows::{Rectangle, StoredLevel, Window};
-use crate::tile::LayerOf;
 use super::resample::Resampled;
 use crate::image::Notice;
+use crate::tile::LayerOf;
 
 /// A whole directory.
 #[derive(Debug, Default)]

@@ -168,7 +168,8 @@ impl<C: Cells> Pages<C> {
             [origin[axis], origin[axis] + i64::from(size[axis]) - 1].map(|at| at.clamp(0, last))
         });
         let count = inside.map(|[first, last]| (last - first + 1) as u32);
-        let fine = self.texels(level - 1, inside.map(|[first, _]| 2 * first), count.map(|count| 2 * count))?;
+        let fine =
+            self.texels(level - 1, inside.map(|[first, _]| 2 * first), count.map(|count| 2 * count))?;
         let coarse = self.filtered(&fine, count[0]);
         let index = |axis: usize, n: u32| {
             let [first, last] = inside[axis];

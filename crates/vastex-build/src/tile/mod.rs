@@ -7,8 +7,8 @@ pub(crate) mod tail;
 
 pub(crate) use encoder::TileEncoder;
 pub(crate) use findings::Findings;
-pub(crate) use layer_of::LayerOf;
 pub use layer_of::LayerFault;
+pub(crate) use layer_of::LayerOf;
 
 /// Bytes of memory that the index of a container takes for each page, while it is written and while it is
 /// read.

@@ -1,8 +1,9 @@
 //! One JPEG in memory: a strip or tile of a TIFF file, with the tables that all of them share.
 //!
-//! What its colours are, the file says around it, and not the stream itself, as for libtiff. So a new header is
-//! put before the scans: the tables, and a marker that says what the colours are in place of all such markers.
-//! libjpeg's tables, arithmetic and interpolation of colours are those of libjpeg-turbo.
+//! A stream may say what its colours are, by a marker of Adobe's or JFIF's; where it does not, the file around it does.
+//! Guesses by the numbers of components, which libjpeg would make, are wrong for slides. So a new header is put before
+//! the scans: the tables, and one marker that says it in any case. libjpeg's arithmetic and its interpolation of
+//! colours are those of libjpeg-turbo.
 
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
@@ -13,7 +14,7 @@ use super::errors::{Fatal, handlers, take_stray_bytes, take_warnings};
 use super::header;
 
 /// Decodes the first `size[1]` rows of a stream of `size[0]` columns and as many rows, or up to `most_rows`;
-/// else says what is wrong with it. `is_ycbcr` holds of three channels only, which become RGB.
+/// else says what is wrong with it. Three channels become RGB; `is_ycbcr` says what they are where the stream does not.
 pub(in crate::image) fn decode(
     tables: &[u8],
     stored: &[u8],
@@ -22,7 +23,7 @@ pub(in crate::image) fn decode(
     channels: u8,
     is_ycbcr: bool,
 ) -> Result<Vec<u8>, String> {
-    let stream = with_header(tables, stored, is_ycbcr)?;
+    let stream = with_header(tables, stored, channels == 3, is_ycbcr)?;
     let found = header::read(&mut &stream[..]).map_err(|fault| fault.to_string())?;
     let [width, height] = [found.width, found.height].map(u32::from);
     // Some writers round the rows of the last strip up to whole blocks.
@@ -62,22 +63,27 @@ pub(in crate::image) fn decode(
 }
 
 /// The stream with all tables, and with one marker that says what its colours are.
-fn with_header(tables: &[u8], stored: &[u8], is_ycbcr: bool) -> Result<Vec<u8>, String> {
-    let mut stream = Vec::with_capacity(tables.len() + stored.len() + 16);
-    stream.extend([0xff, 0xd8, 0xff, 0xee, 0, 14]);
-    stream.extend(b"Adobe\0\x64\0\0\0\0");
-    stream.push(u8::from(is_ycbcr));
+fn with_header(tables: &[u8], stored: &[u8], is_color: bool, is_ycbcr: bool) -> Result<Vec<u8>, String> {
+    const MARKER: [u8; 15] = *b"\xff\xee\0\x0eAdobe\0\x64\0\0\0\0";
+    let mut stream = Vec::with_capacity(tables.len() + stored.len() + 20);
+    stream.extend([0xff, 0xd8]);
+    stream.extend(MARKER);
+    let transform = stream.len();
+    stream.push(0);
+    let mut said = None;
     if !tables.is_empty() {
-        copy_segments(tables, &mut stream).ok_or("its tables make no sense")?;
+        copy_segments(tables, &mut stream, &mut said).ok_or("its tables make no sense")?;
     }
-    let scans = copy_segments(stored, &mut stream).ok_or("its header makes no sense")?;
+    let scans = copy_segments(stored, &mut stream, &mut said).ok_or("its header makes no sense")?;
     stream.extend(scans);
+    // Of four channels none is converted, whatever they mean.
+    stream[transform] = u8::from(is_color && said.unwrap_or(is_ycbcr));
     Ok(stream)
 }
 
 /// Copies the segments that decoding needs, up to the end or to the first scan, which is returned with all that
-/// follows.
-fn copy_segments<'a>(bytes: &'a [u8], stream: &mut Vec<u8>) -> Option<&'a [u8]> {
+/// follows. Notes whether colours are said to be YCbCr, by Adobe's marker if there is one.
+fn copy_segments<'a>(bytes: &'a [u8], stream: &mut Vec<u8>, is_ycbcr: &mut Option<bool>) -> Option<&'a [u8]> {
     let mut rest = bytes.strip_prefix(&[0xff, 0xd8])?;
     loop {
         match rest {
@@ -87,8 +93,13 @@ fn copy_segments<'a>(bytes: &'a [u8], stream: &mut Vec<u8>) -> Option<&'a [u8]> 
             [0xff, marker, high, low, ..] => {
                 let len = 2 + usize::from(u16::from_be_bytes([*high, *low]));
                 let (segment, after) = rest.split_at_checked(len).filter(|_| len >= 4)?;
-                if !matches!(marker, 0xe0..=0xef | 0xfe) {
-                    stream.extend(segment);
+                match (marker, &segment[4..]) {
+                    (0xee, [b'A', b'd', b'o', b'b', b'e', .., transform]) if segment.len() == 16 => {
+                        *is_ycbcr = Some(*transform == 1);
+                    }
+                    (0xe0, [b'J', b'F', b'I', b'F', 0, ..]) => *is_ycbcr = is_ycbcr.or(Some(true)),
+                    (0xe0..=0xef | 0xfe, _) => {}
+                    _ => stream.extend(segment),
                 }
                 rest = after;
             }

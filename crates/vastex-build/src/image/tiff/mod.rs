@@ -91,9 +91,11 @@ impl TiffReader {
             }
             // What the decoder at hand decodes otherwise, or not at all.
             let own = match u64::from(tags.compression) {
-                codecs::JPEG | codecs::ZSTD | codecs::APERIO_YCBCR | codecs::APERIO_RGB | codecs::JPEG_2000 => {
-                    Some(TiffFile::first_image(file.clone())?)
-                }
+                codecs::JPEG
+                | codecs::ZSTD
+                | codecs::APERIO_YCBCR
+                | codecs::APERIO_RGB
+                | codecs::JPEG_2000 => Some(TiffFile::first_image(file.clone())?),
                 _ => None,
             };
             Access::Decoded(Box::new(ReadyRows::new(chunks.clone(), file, decoder, is_ycbcr, own)))

@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use tiff::decoder::{Decoder, DecodingResult};
 use vastex_build::{
-    BuildOptions, CropError, CropFormat, CropRegion, CropSource, ExportOptions, Layout, Number, Progress, TileFormat,
-    build, crop, export,
+    BuildOptions, CropError, CropFormat, CropRegion, CropSource, ExportOptions, Layout, Number, Progress,
+    TileFormat, build, crop, export,
 };
 use vastex_core::LayerFormat;
 use vastex_tiles::Container;
@@ -17,7 +17,12 @@ use super::whole;
 use crate::common::files::{HandmadeTiff, jpeg};
 use crate::common::{texels, write_png};
 
-fn cut(source: &mut CropSource, at: [u32; 2], size: [u32; 2], format: CropFormat) -> Result<Vec<u8>, CropError> {
+fn cut(
+    source: &mut CropSource,
+    at: [u32; 2],
+    size: [u32; 2],
+    format: CropFormat,
+) -> Result<Vec<u8>, CropError> {
     let mut bytes = Vec::new();
     crop(source, CropRegion { at, size }, format, &mut bytes, &()).map(|()| bytes)
 }
@@ -44,7 +49,8 @@ fn numpy_reads_the_header() {
     let data = write_rgb(&path, [50, 40]);
     let mut source = CropSource::open(&path, 0).unwrap();
     let found = cut(&mut source, [7, 11], [5, 3], CropFormat::Npy).unwrap();
-    let mut header = b"\x93NUMPY\x01\x00\x76\x00{'descr': '|u1', 'fortran_order': False, 'shape': (3, 5, 3), }".to_vec();
+    let mut header =
+        b"\x93NUMPY\x01\x00\x76\x00{'descr': '|u1', 'fortran_order': False, 'shape': (3, 5, 3), }".to_vec();
     header.resize(127, b' ');
     header.push(b'\n');
     assert_eq!(found, [header, region(&data, 50, 3, [7, 11], [5, 3])].concat());
@@ -59,7 +65,8 @@ fn every_region_of_every_format_is_what_is_stored() {
         let texel = channels * sample;
         let data = texels((size[0] * size[1]) as usize * texel, 3);
         let chunk = [64, 48];
-        let mut file = HandmadeTiff::new(size, &vec![bits; channels], if channels > 2 { 2 } else { 1 }, chunk, true);
+        let mut file =
+            HandmadeTiff::new(size, &vec![bits; channels], if channels > 2 { 2 } else { 1 }, chunk, true);
         if channels % 2 == 0 {
             file.set(338, 2);
         }
@@ -186,9 +193,11 @@ fn layers_in_blocks_are_decoded() {
     let size = [64, 48];
     // Of one colour, which blocks hold exactly.
     write_png(&image, size, png::ColorType::Rgb, png::BitDepth::Eight, &[255, 0, 255].repeat(64 * 48));
-    for (format, number, channels) in
-        [(LayerFormat::Bc1Srgb, Number::U8, 4), (LayerFormat::Bc7Srgb, Number::U8, 4), (LayerFormat::Bc5, Number::U8, 2)]
-    {
+    for (format, number, channels) in [
+        (LayerFormat::Bc1Srgb, Number::U8, 4),
+        (LayerFormat::Bc7Srgb, Number::U8, 4),
+        (LayerFormat::Bc5, Number::U8, 2),
+    ] {
         let input = vastex_build::LayerInput { format: Some(format), ..(&image).into() };
         build(&[input], &output, &BuildOptions::default(), &()).unwrap();
         let container = Arc::new(Container::open_file(&output).unwrap());
@@ -229,12 +238,7 @@ fn a_region_over_the_edge_is_refused_and_work_can_be_cancelled() {
         let error = cut(&mut source, at, size, CropFormat::Npy).unwrap_err().to_string();
         assert!(error.contains("level 0 has 50x40 texels"), "{error}");
     }
-    let stopped = crop(
-        &mut source,
-        CropRegion { at: [0, 0], size: [1, 1] },
-        CropFormat::Npy,
-        &mut Vec::new(),
-        &Stop,
-    );
+    let stopped =
+        crop(&mut source, CropRegion { at: [0, 0], size: [1, 1] }, CropFormat::Npy, &mut Vec::new(), &Stop);
     assert!(matches!(stopped, Err(CropError::Cancelled)));
 }

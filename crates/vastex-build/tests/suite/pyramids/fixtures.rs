@@ -23,6 +23,7 @@ const FIXTURES: &[(&str, &[u32], &[&str])] = &[
     ("slide-jpeg.svs", &[0, 2, 4], &["thumbnail", "label", "macro"]),
     ("slide-jpeg2000.svs", &[0, 2, 4], &["thumbnail", "label", "macro"]),
     ("vips-chained.tif", &[0, 1, 2], &[]),
+    ("vips-rgb-jpeg.tif", &[0, 1, 2], &[]),
     ("vips-subifd-jpeg.tif", &[0, 1, 2], &[]),
 ];
 
@@ -127,7 +128,10 @@ fn chains_are_what_another_reader_finds() {
 fn sizes_places_and_magnifications_are_told() {
     let cog = open(&fixture("cog-deflate-u16.tif"));
     let place = cog.about().place.as_ref().unwrap();
-    assert_eq!((place.from_texels, place.epsg), ([10.0, 0.0, 500_000.0, 0.0, -10.0, 4_600_000.0], Some(32633)));
+    assert_eq!(
+        (place.from_texels, place.epsg),
+        ([10.0, 0.0, 500_000.0, 0.0, -10.0, 4_600_000.0], Some(32633))
+    );
     assert!(place.name.as_deref().unwrap().contains("UTM zone 33N"), "{place:?}");
     let texel = cog.about().pixel_size.as_ref().unwrap();
     assert_eq!((texel.size, texel.unit.as_str()), ([10.0; 2], "metre"));

@@ -87,7 +87,7 @@ fn directories_that_lead_in_circles_are_refused() {
     assert!(file.refusal().contains("leads back"), "{}", file.refusal());
     let sub = with(grey(1, behind(11), 256), (330, 4, 1, 8));
     let file = File::with(&handmade(&[&sub], &[0], &[0; 256]));
-    assert!(file.refusal().contains("leads back"), "{}", file.refusal());
+    assert_eq!(TiffSource::open(file.path()).unwrap().levels().len(), 1);
 }
 
 #[test]
@@ -114,7 +114,9 @@ fn what_a_directory_claims_is_compared_with_the_file() {
         let file = File::with(&handmade(&[&entries], &[0], &[0; 512]));
         let said = match TiffSource::open(file.path()) {
             Err(error) => error.to_string(),
-            Ok(source) => block_on(source.read(source.description().geometry.tail_pos())).unwrap_err().to_string(),
+            Ok(source) => {
+                block_on(source.read(source.description().geometry.tail_pos())).unwrap_err().to_string()
+            }
         };
         assert!(said.contains(word) && said.contains("a.tif"), "{changed:?}: {said}");
     }
@@ -165,9 +167,11 @@ fn packbits(bytes: &[u8]) -> Vec<u8> {
 #[test]
 fn a_tile_decodes_to_exactly_what_it_must_have() {
     let texels: Vec<u8> = (0..300).map(|n| (n * 7) as u8).collect();
-    let codecs: [(u32, fn(&[u8]) -> Vec<u8>); 4] = [(8, deflated), (5, lzw), (50_000, zstandard), (32_773, packbits)];
+    let codecs: [(u32, fn(&[u8]) -> Vec<u8>); 4] =
+        [(8, deflated), (5, lzw), (50_000, zstandard), (32_773, packbits)];
     for (compression, encode) in codecs {
-        for (count, word) in [(256, None), (255, Some("255 bytes of 256")), (257, Some("more than its 256"))] {
+        for (count, word) in [(256, None), (255, Some("255 bytes of 256")), (257, Some("more than its 256"))]
+        {
             let bytes = encode(&texels[..count]);
             let entries = grey(compression, behind(10), bytes.len() as u32);
             let file = File::with(&handmade(&[&entries], &[0], &bytes));

@@ -40,7 +40,8 @@ fn every_kind_of_sample_is_shown_as_rows_hold_it() {
             (32, 3, 1, 1, None),
             (64, 3, 1, 1, None),
         ] {
-            for (chunk, tiled, planar) in [([32, 16], true, 1), ([SIZE[0], 7], false, 1), ([32, 16], true, 2)] {
+            for (chunk, tiled, planar) in [([32, 16], true, 1), ([SIZE[0], 7], false, 1), ([32, 16], true, 2)]
+            {
                 let sample = bits as usize / 8;
                 let mut data = texels((SIZE[0] * SIZE[1]) as usize * channels * sample, 7);
                 if sample_format == 3 {
@@ -66,7 +67,9 @@ fn every_kind_of_sample_is_shown_as_rows_hold_it() {
                 let directory = tempfile::tempdir().unwrap();
                 let path = directory.path().join("a.tif");
                 std::fs::write(&path, file.bytes()).unwrap();
-                let what = format!("{bits} bits of kind {sample_format}, {channels} channels, {photometric}, {chunk:?}");
+                let what = format!(
+                    "{bits} bits of kind {sample_format}, {channels} channels, {photometric}, {chunk:?}"
+                );
                 let mut expected = data.clone();
                 if big_endian {
                     expected.chunks_mut(sample).for_each(<[u8]>::reverse);

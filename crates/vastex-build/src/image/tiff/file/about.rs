@@ -169,8 +169,8 @@ fn geo(file: &TiffFile, first: &Directory, about: &mut TiffAbout) -> Result<(), 
         (Some(2), _) if key(2054).is_none_or(|unit| unit == 9102) => "degree",
         _ => "unit",
     };
-    about.pixel_size = (size.iter().all(|side| positive(*side).is_some()))
-        .then(|| PixelSize { size, unit: unit.into() });
+    about.pixel_size =
+        (size.iter().all(|side| positive(*side).is_some())).then(|| PixelSize { size, unit: unit.into() });
     const USER_DEFINED: u64 = 32767;
     let epsg = key(3072).or_else(|| key(2048)).filter(|code| (1024..USER_DEFINED).contains(code));
     let name = text(3073).or_else(|| text(1026)).or_else(|| text(2049));

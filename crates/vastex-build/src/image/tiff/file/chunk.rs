@@ -49,9 +49,8 @@ impl TiffImage {
     /// One plane of a strip or tile, or all of it where channels lie side by side.
     pub(super) fn plane_of_chunk(&self, plane: u32, column: u32, row: u32) -> Result<Vec<u8>, InputFault> {
         let per_plane = u64::from(self.columns()) * u64::from(self.rows());
-        let index = u64::from(plane) * per_plane
-            + u64::from(row) * u64::from(self.columns())
-            + u64::from(column);
+        let index =
+            u64::from(plane) * per_plane + u64::from(row) * u64::from(self.columns()) + u64::from(column);
         let what = if self.is_tiled { "tile" } else { "strip" };
         let place = format!("{}, {what} {index}", self.place);
         let rows = self.chunk_rows(row);

@@ -89,9 +89,8 @@ fn stream(mut decoder: impl Read, bytes: &mut [u8], spare: usize) -> Result<(), 
 }
 
 fn lzw(stored: &[u8], bytes: &mut [u8], spare: usize) -> Result<(), String> {
-    let mut decoder = Configuration::with_tiff_size_switch(BitOrder::Msb, 8)
-        .with_yield_on_full_buffer(true)
-        .build();
+    let mut decoder =
+        Configuration::with_tiff_size_switch(BitOrder::Msb, 8).with_yield_on_full_buffer(true).build();
     let (mut read, mut filled, mut beyond) = (0, 0, 0);
     let mut sink = vec![0; spare + 1];
     loop {
@@ -102,7 +101,11 @@ fn lzw(stored: &[u8], bytes: &mut [u8], spare: usize) -> Result<(), String> {
         let step = decoder.decode_bytes(&stored[read..], target);
         read += step.consumed_in;
         let is_full = filled == bytes.len();
-        if is_full { beyond += step.consumed_out } else { filled += step.consumed_out }
+        if is_full {
+            beyond += step.consumed_out
+        } else {
+            filled += step.consumed_out
+        }
         match step.status {
             Ok(weezl::LzwStatus::Ok) => {}
             _ if is_full => return if beyond > spare { Err(too_much(bytes.len())) } else { Ok(()) },

@@ -44,8 +44,7 @@ const MOST_PROFILE_BYTES: u64 = 16 << 20;
 /// Bytes of the parts that one strip is taken for.
 const CUT_BYTES: u64 = 1 << 20;
 /// What cannot be read can be converted to what can.
-pub(super) const CONVERT: &str =
-    "convert it to a TIFF of tiles, uncompressed, Deflate, LZW, Zstandard or JPEG, or make a container of its source with `vastex build`";
+pub(super) const CONVERT: &str = "convert it to a TIFF of tiles, uncompressed, Deflate, LZW, Zstandard or JPEG, or make a container of its source with `vastex build`";
 
 /// An image of a file, whose strips are tiles of the image's whole width.
 pub(crate) struct TiffImage {

@@ -21,7 +21,8 @@ pub(super) fn decode(
 ) -> Result<Vec<u8>, String> {
     let is_subsampled = check(stored, size, channels, bytes)?;
     let decoded = quiet::catch(|| -> Result<Vec<u8>, String> {
-        let settings = DecodeSettings { resolve_palette_indices: false, strict: true, target_resolution: None };
+        let settings =
+            DecodeSettings { resolve_palette_indices: false, strict: true, target_resolution: None };
         let image = Image::new(stored, &settings).map_err(|error| error.to_string())?;
         let mut context = DecoderContext::default();
         let decoded = image.decode(&mut context).map_err(|error| error.to_string())?;

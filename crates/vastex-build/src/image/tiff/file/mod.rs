@@ -62,7 +62,8 @@ impl TiffFile {
             [b'M', b'M', 0, 43, ..] => (true, true),
             _ => return Ok(None),
         };
-        let mut file = TiffFile { file, len, is_big_endian, is_big, first: 0, reads: StoreCounter::default() };
+        let mut file =
+            TiffFile { file, len, is_big_endian, is_big, first: 0, reads: StoreCounter::default() };
         if is_big && (file.whole(&start[4..6]), file.whole(&start[6..8])) != (8, 0) {
             return Err(damaged("in the header", "its offsets have no 8 bytes"));
         }
@@ -72,7 +73,8 @@ impl TiffFile {
 
     /// The first image of a file that is known to be one of TIFF.
     pub(crate) fn first_image(file: Arc<File>) -> Result<TiffImage, InputFault> {
-        let file = TiffFile::of(file)?.ok_or_else(|| damaged("in the header", "it does not begin as TIFF does"))?;
+        let file =
+            TiffFile::of(file)?.ok_or_else(|| damaged("in the header", "it does not begin as TIFF does"))?;
         let directory = file.directory(file.first)?;
         TiffImage::read(&Arc::new(file), &directory)
     }

@@ -13,10 +13,10 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use super::TiffFile;
 use super::about::{self, Kind, TiffAbout};
 use super::entry::Directory;
 use super::image::{HEIGHT, TILE_OFFSETS, TiffImage, WIDTH};
-use super::TiffFile;
 use crate::image::InputFault;
 
 const SUBFILE_TYPE: u16 = 254;

@@ -16,7 +16,10 @@ impl TiffImage {
         let mut header = ImageHeader::new(width, height, self.pixel_format()?)?;
         if (2..=8).contains(&self.orientation) {
             return Err(InputFault::Unsupported {
-                what: format!("a picture that is stored turned or mirrored (orientation {})", self.orientation),
+                what: format!(
+                    "a picture that is stored turned or mirrored (orientation {})",
+                    self.orientation
+                ),
                 remedy: "make a container of it with `vastex build FILE -o FILE.vastex`",
             });
         }
@@ -71,24 +74,26 @@ impl TiffImage {
         }
         let (sample, kind) = (format.sample(), self.stored());
         let used = usize::from(format.channels()) * self.number.bytes();
-        let mut texels = if used == self.texel_bytes() && kind.bytes(sample) == sample.bytes() && kind.is_as_it_is()
-        {
-            stored
-        } else {
-            if cfg!(target_endian = "big") {
-                stored.chunks_exact_mut(self.number.bytes()).for_each(<[u8]>::reverse);
-            }
-            let count = stored.len() / self.texel_bytes();
-            let mut texels = vec![0; count * format.texel_bytes()];
-            let pairs = texels.chunks_exact_mut(format.texel_bytes()).zip(stored.chunks_exact(self.texel_bytes()));
-            for (to, from) in pairs {
-                place_row([to].into_iter(), &from[..used], kind, sample);
-            }
-            if cfg!(target_endian = "big") {
-                texels.chunks_exact_mut(sample.bytes()).for_each(<[u8]>::reverse);
-            }
-            texels
-        };
+        let mut texels =
+            if used == self.texel_bytes() && kind.bytes(sample) == sample.bytes() && kind.is_as_it_is() {
+                stored
+            } else {
+                if cfg!(target_endian = "big") {
+                    stored.chunks_exact_mut(self.number.bytes()).for_each(<[u8]>::reverse);
+                }
+                let count = stored.len() / self.texel_bytes();
+                let mut texels = vec![0; count * format.texel_bytes()];
+                let pairs = texels
+                    .chunks_exact_mut(format.texel_bytes())
+                    .zip(stored.chunks_exact(self.texel_bytes()));
+                for (to, from) in pairs {
+                    place_row([to].into_iter(), &from[..used], kind, sample);
+                }
+                if cfg!(target_endian = "big") {
+                    texels.chunks_exact_mut(sample.bytes()).for_each(<[u8]>::reverse);
+                }
+                texels
+            };
         if self.is_premultiplied() {
             unpremultiply(format, &mut texels);
         }

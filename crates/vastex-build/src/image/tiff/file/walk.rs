@@ -37,8 +37,9 @@ impl TiffFile {
             if at == 0 || below.len() >= MOST {
                 break;
             }
+            // Some writers chain what they list.
             if !seen.insert(at) {
-                return Err(loops(&first.place));
+                continue;
             }
             let mut some = vec![self.directory(at)?];
             self.follow(&mut some, &mut seen)?;
