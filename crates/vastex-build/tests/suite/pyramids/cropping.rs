@@ -11,7 +11,7 @@ use vastex_build::{
     TileFormat, build, crop, export,
 };
 use vastex_core::LayerFormat;
-use vastex_tiles::Container;
+use vastex_tiles::{Container, TileSource};
 
 use super::whole;
 use crate::common::files::{HandmadeTiff, jpeg};

@@ -51,14 +51,16 @@ fn level_0_is_what_a_build_makes_of_the_file() {
         let container = Arc::new(Container::open_file(&output).unwrap());
         assert_eq!(source.description(), container.description(), "{name}");
         let mut pages = 0;
-        for pos in geometry.pages_of_level(0) {
+        assert!(shown(source.clone(), 0) == shown(container.clone(), 0), "level 0 of {name} differs");
+        // With their borders, but for a picture whose levels all lie in one tile.
+        for pos in geometry.pages_of_level(0).filter(|pos| !geometry.is_tail(*pos)) {
             let texels = |tiles: &dyn TileSource| {
                 block_on(tiles.read(pos)).unwrap().decode(container.description()).unwrap()
             };
             assert!(texels(&*source) == texels(&*container), "{pos} of {name} differs");
             pages += 1;
         }
-        assert!(pages > 0, "{name}");
+        assert!(pages > 0 || geometry.tail().first_level() == 0, "{name}");
         // A level that the file lacks is made as a build makes it.
         if source.levels().iter().all(|level| level.level != 1) {
             assert!(shown(source.clone(), 1) == shown(container.clone(), 1), "level 1 of {name} differs");

@@ -11,6 +11,9 @@ use crate::image::tiff::ycbcr::rgb_from_ycbcr;
 /// Tiles that a codestream of one tile of a file may be cut into.
 const MOST_TILES: u64 = 1024;
 
+/// Samples of a channel that are decoded at once: what a decoder holds of each is many times as much.
+const MOST_TEXELS: u64 = 1 << 24;
+
 /// Decodes a codestream of `size` texels with so many channels of 1 or 2 bytes.
 pub(super) fn decode(
     stored: &[u8],
@@ -57,6 +60,9 @@ fn check(stored: &[u8], size: [u32; 2], channels: usize, bytes: usize) -> Result
     let [width, height] = [long(4).saturating_sub(long(12)), long(8).saturating_sub(long(16))];
     if [width, height] != size.map(u64::from) {
         return Err(format!("it has {width}x{height} texels where {}x{} are expected", size[0], size[1]));
+    }
+    if width * height > MOST_TEXELS {
+        return Err("it is too large to be decoded at once".into());
     }
     let tiles = |axis: usize| {
         let (side, first) = (long(20 + 4 * axis).max(1), long(28 + 4 * axis));
