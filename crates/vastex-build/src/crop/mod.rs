@@ -10,6 +10,7 @@ mod of_rows;
 mod of_tiff;
 mod of_tiles;
 mod png;
+mod shape;
 mod stored;
 mod tiff;
 mod write;
@@ -204,10 +205,15 @@ pub fn crop(
     let [width, height] = region.size;
     let row_bytes = u64::from(width) * u64::from(stored.channels()) * stored.number().bytes() as u64;
     let most = u32::try_from(BAND_BYTES / row_bytes).unwrap_or(u32::MAX).max(1);
-    let shape = write::Shape { size: region.size, channels: stored.channels(), number: stored.number() };
+    let shape = shape::Shape { size: region.size, channels: stored.channels(), number: stored.number() };
     write::write(format, shape, output, &mut |write| {
         let mut band = Vec::new();
         let (mut done, mut written) = (0, 0);
+        while !stored.approach(region.at[1])? {
+            if progress.advance(0, height.into(), 0).is_break() {
+                return Err(CropError::Cancelled);
+            }
+        }
         while done < height {
             if progress.advance(done.into(), height.into(), written).is_break() {
                 return Err(CropError::Cancelled);

@@ -1,6 +1,6 @@
 //! The header of an array of NumPy, version 1.0 of its format.
 
-use super::write::Shape;
+use super::shape::Shape;
 
 /// What stands before the numbers: a multiple of 64 bytes.
 pub(super) fn header(shape: &Shape) -> Vec<u8> {

@@ -55,10 +55,14 @@ impl Stored for OfRows {
         ((ROWS_BYTES / self.header.row_bytes()) as u32).max(1)
     }
 
-    fn read(&mut self, first: [u32; 2], size: [u32; 2], texels: &mut [u8]) -> Result<(), CropError> {
-        while self.next < first[1] {
-            self.read_rows(self.rows_together(self.next).min(first[1] - self.next))?;
+    fn approach(&mut self, row: u32) -> Result<bool, CropError> {
+        if self.next < row {
+            self.read_rows(self.rows_together(self.next).min(row - self.next))?;
         }
+        Ok(self.next >= row)
+    }
+
+    fn read(&mut self, first: [u32; 2], size: [u32; 2], texels: &mut [u8]) -> Result<(), CropError> {
         self.read_rows(size[1])?;
         let texel = self.header.format.texel_bytes();
         let (left, bytes) = (first[0] as usize * texel, size[0] as usize * texel);

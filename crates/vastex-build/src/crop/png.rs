@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use png::{BitDepth, ColorType, Compression, Encoder, EncodingError};
 
 use super::CropError;
-use super::write::{Shape, Sink};
+use super::shape::{Shape, Sink};
 
 /// Writes what `rows` hands over; the channels are 1 to 4 of 8 or 16 bits.
 pub(super) fn write(

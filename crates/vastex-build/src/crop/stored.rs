@@ -17,7 +17,14 @@ pub(super) trait Stored {
     /// Rows that are read together without decoding anything twice, from a row on, at least 1.
     fn rows_together(&self, row: u32) -> u32;
 
-    /// Fills `texels` with rows of a rectangle, which lies within the level: each call below the one before.
+    /// Does a part of what must be done before a row can be read, and says whether that was the last.
+    fn approach(&mut self, row: u32) -> Result<bool, CropError> {
+        let _ = row;
+        Ok(true)
+    }
+
+    /// Fills `texels` with rows of a rectangle, which lies within the level: each call below the one before,
+    /// the first where [`Stored::approach`] has come to.
     fn read(&mut self, first: [u32; 2], size: [u32; 2], texels: &mut [u8]) -> Result<(), CropError>;
 }
 

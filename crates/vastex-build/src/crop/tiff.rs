@@ -1,6 +1,6 @@
 //! The header of a TIFF file of uncompressed strips; rows follow it as they are.
 
-use super::write::Shape;
+use super::shape::Shape;
 
 /// Bytes of a strip, where that is at least one row.
 const STRIP_BYTES: u64 = 256 << 10;

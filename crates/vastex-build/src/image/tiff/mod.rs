@@ -90,14 +90,10 @@ impl TiffReader {
                 header.notices.push(Notice::WholeImage { bytes: header.memory, why });
             }
             // What the decoder at hand decodes otherwise, or not at all.
-            let own = match u64::from(tags.compression) {
-                codecs::JPEG
-                | codecs::ZSTD
-                | codecs::APERIO_YCBCR
-                | codecs::APERIO_RGB
-                | codecs::JPEG_2000 => Some(TiffFile::first_image(file.clone())?),
-                _ => None,
-            };
+            let compression = u64::from(tags.compression);
+            let is_own =
+                matches!(compression, codecs::JPEG | codecs::ZSTD) || codecs::is_jpeg_2000(compression);
+            let own = is_own.then(|| TiffFile::first_image(file.clone())).transpose()?;
             Access::Decoded(Box::new(ReadyRows::new(chunks.clone(), file, decoder, is_ycbcr, own)))
         };
         Ok(TiffReader { header, chunks, access, is_premultiplied, next_row: 0 })

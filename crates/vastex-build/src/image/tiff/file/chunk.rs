@@ -1,13 +1,11 @@
 //! Decodes one strip or tile: read at its place, decompressed to exactly the bytes that it must have, put in order.
 
-use super::image::{TiffImage, YCBCR};
+use super::image::{MOST_CHUNK_BYTES, TiffImage, YCBCR};
 use super::{codecs, damaged, jpeg2000, predictor};
 use crate::image::InputFault;
 use crate::image::jpeg::part;
 use crate::image::tiff::samples::most_from_a_byte;
 
-/// Bytes that a decoded strip or tile may have.
-pub(super) const MOST_CHUNK_BYTES: u64 = 256 << 20;
 /// Bytes by which a stored strip or tile may be longer than it is decoded, and how many times as long.
 const SPARE_STORED: u64 = 1 << 20;
 const TIMES_STORED: u64 = 4;
@@ -92,9 +90,12 @@ impl TiffImage {
                 return part::decode(&self.tables, stored, size, self.chunk[1], channels as u8, is_ycbcr);
             }
             _ if codecs::is_jpeg_2000(self.compression) => {
-                let is_ycbcr = channels == 3
-                    && (self.compression == codecs::APERIO_YCBCR
-                        || (self.compression == codecs::JPEG_2000 && self.photometric == YCBCR));
+                let is_said = match self.compression {
+                    codecs::APERIO_YCBCR => true,
+                    codecs::APERIO_RGB => false,
+                    _ => self.photometric == YCBCR,
+                };
+                let is_ycbcr = channels == 3 && is_said;
                 return jpeg2000::decode(stored, size, channels, self.number.bytes(), is_ycbcr);
             }
             _ => {}

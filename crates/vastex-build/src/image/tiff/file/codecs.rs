@@ -13,13 +13,15 @@ pub(crate) const DEFLATE: u64 = 8;
 pub(crate) const OLD_DEFLATE: u64 = 32946;
 pub(crate) const PACKBITS: u64 = 32773;
 pub(crate) const APERIO_YCBCR: u64 = 33003;
+/// Of libvips, of colours as the file says.
+pub(crate) const VIPS_JPEG_2000: u64 = 33004;
 pub(crate) const APERIO_RGB: u64 = 33005;
 pub(crate) const JPEG_2000: u64 = 34712;
 pub(crate) const ZSTD: u64 = 50000;
 
 /// Whether strips and tiles are codestreams of JPEG 2000.
 pub(crate) fn is_jpeg_2000(compression: u64) -> bool {
-    matches!(compression, APERIO_YCBCR | APERIO_RGB | JPEG_2000)
+    matches!(compression, APERIO_YCBCR | VIPS_JPEG_2000 | APERIO_RGB | JPEG_2000)
 }
 
 /// What a compression is called.
@@ -32,7 +34,7 @@ pub(crate) fn name(compression: u64) -> String {
         JPEG => "JPEG",
         DEFLATE | OLD_DEFLATE => "Deflate",
         PACKBITS => "PackBits",
-        APERIO_YCBCR | 33004 | APERIO_RGB | JPEG_2000 => "JPEG 2000",
+        APERIO_YCBCR | VIPS_JPEG_2000 | APERIO_RGB | JPEG_2000 => "JPEG 2000",
         34887 => "LERC",
         34925 => "LZMA",
         ZSTD => "Zstandard",

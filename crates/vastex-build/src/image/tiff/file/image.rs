@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use super::chunk::MOST_CHUNK_BYTES;
 use super::entry::{Directory, Entry};
 use super::{TiffFile, codecs, damaged};
 use crate::image::{ImageHeader, InputFault, Number, PixelFormat};
@@ -41,6 +40,8 @@ const MOST_SAMPLES: u64 = 512;
 /// Bytes that tables for JPEG and a colour profile may have.
 const MOST_TABLE_BYTES: u64 = 1 << 20;
 const MOST_PROFILE_BYTES: u64 = 16 << 20;
+/// Bytes that a decoded strip or tile may have.
+pub(super) const MOST_CHUNK_BYTES: u64 = 256 << 20;
 /// Bytes of the parts that one strip is taken for.
 const CUT_BYTES: u64 = 1 << 20;
 /// What cannot be read can be converted to what can.
