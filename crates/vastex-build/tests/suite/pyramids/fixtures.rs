@@ -17,7 +17,7 @@ const FIXTURES: &[(&str, &[u32], &[&str])] = &[
     ("cog-lzw-i16.tif", &[0, 1], &[]),
     ("cog-zstd-f32.tif", &[0, 1], &[]),
     ("maketx-half.tx", &[0, 1, 2, 3, 4, 5, 6], &[]),
-    ("maketx.tx", &[0, 1, 2, 3, 4, 5, 6, 8], &[]),
+    ("maketx.tx", &[0, 1, 2, 3, 4, 5, 6, 7], &[]),
     ("ome-subifds.ome.tif", &[0, 1, 2], &[]),
     ("planes-big-endian.tif", &[0, 1, 2], &[]),
     ("slide-jpeg.svs", &[0, 2, 4], &["thumbnail", "label", "macro"]),

@@ -144,6 +144,9 @@ fn tiles_that_no_memory_holds_are_refused() {
     assert!(file.refusal().contains("cannot hold 67108864"), "{}", file.refusal());
 }
 
+/// Something that compresses.
+type Encode = fn(&[u8]) -> Vec<u8>;
+
 fn deflated(bytes: &[u8]) -> Vec<u8> {
     use std::io::Write;
     let mut encoder = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::fast());
@@ -167,8 +170,7 @@ fn packbits(bytes: &[u8]) -> Vec<u8> {
 #[test]
 fn a_tile_decodes_to_exactly_what_it_must_have() {
     let texels: Vec<u8> = (0..300).map(|n| (n * 7) as u8).collect();
-    let codecs: [(u32, fn(&[u8]) -> Vec<u8>); 4] =
-        [(8, deflated), (5, lzw), (50_000, zstandard), (32_773, packbits)];
+    let codecs: [(u32, Encode); 4] = [(8, deflated), (5, lzw), (50_000, zstandard), (32_773, packbits)];
     for (compression, encode) in codecs {
         for (count, word) in [(256, None), (255, Some("255 bytes of 256")), (257, Some("more than its 256"))]
         {

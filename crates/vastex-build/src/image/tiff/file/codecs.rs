@@ -104,9 +104,9 @@ fn lzw(stored: &[u8], bytes: &mut [u8], spare: usize) -> Result<(), String> {
         read += step.consumed_in;
         let is_full = filled == bytes.len();
         if is_full {
-            beyond += step.consumed_out
+            beyond += step.consumed_out;
         } else {
-            filled += step.consumed_out
+            filled += step.consumed_out;
         }
         match step.status {
             Ok(weezl::LzwStatus::Ok) => {}

@@ -50,19 +50,19 @@ impl TiffPyramid {
     /// Opens a file; nothing where its first bytes are not those of TIFF. Reads directories, but neither texels
     /// nor lists of tiles.
     pub(crate) fn open(path: &Path) -> Result<Option<TiffPyramid>, InputFault> {
-        TiffFile::open(path)?.map(TiffPyramid::of).transpose()
+        TiffFile::open(path)?.as_ref().map(TiffPyramid::of).transpose()
     }
 
-    fn of(file: Arc<TiffFile>) -> Result<TiffPyramid, InputFault> {
+    fn of(file: &Arc<TiffFile>) -> Result<TiffPyramid, InputFault> {
         let found = file.directories()?;
-        let (kind, about) = about::read(&file, &found.chain[0])?;
-        let first = TiffImage::read(&file, &found.chain[0])?.cut();
+        let (kind, about) = about::read(file, &found.chain[0])?;
+        let first = TiffImage::read(file, &found.chain[0])?.cut();
         let mut pyramid = TiffPyramid { levels: vec![Some(first)], others: Vec::new(), about };
         for directory in &found.below {
-            pyramid.add(&file, directory, kind, true)?;
+            pyramid.add(file, directory, kind, true)?;
         }
         for directory in &found.chain[1..] {
-            pyramid.add(&file, directory, kind, false)?;
+            pyramid.add(file, directory, kind, false)?;
         }
         Ok(pyramid)
     }
@@ -112,7 +112,7 @@ impl TiffPyramid {
     fn level_of(&self, file: &Arc<TiffFile>, directory: &Directory) -> Option<(usize, TiffImage)> {
         let first = self.levels.first()?.as_ref()?;
         let image = TiffImage::read(file, directory).ok()?.cut();
-        let level = halvings(first.size, image.size)?;
+        let level = halvings(first.size, image.size, self.levels.len())?;
         let is_alike = image.samples == first.samples && image.number == first.number;
         let is_shown_alike = match (image.pixel_format(), first.pixel_format()) {
             (Ok(format), Ok(other)) => format == other,
@@ -124,16 +124,21 @@ impl TiffPyramid {
     }
 }
 
-/// How many times a size was halved, at least once; nothing where it is no such size.
-fn halvings(full: [u32; 2], size: [u32; 2]) -> Option<usize> {
-    let axis = usize::from(full[1] > full[0]);
-    let ratio = f64::from(full[axis]) / f64::from(size[axis]);
-    let level = ratio.log2().round();
-    let is_near = |axis: usize| {
-        let expected = (f64::from(full[axis]) / level.exp2()).max(1.0);
-        (f64::from(size[axis]) - expected).abs() < 2.0
+/// How many times a size was halved, at least once: `next` times where that may be, as for the last texels of a
+/// chain; nothing where it is no such size.
+fn halvings(full: [u32; 2], size: [u32; 2], next: usize) -> Option<usize> {
+    let is_level = |level: usize| {
+        let is_near = |axis: usize| {
+            let expected = (f64::from(full[axis]) / (level as f64).exp2()).max(1.0);
+            (f64::from(size[axis]) - expected).abs() < 2.0
+        };
+        level > 0 && is_near(0) && is_near(1)
     };
-    (level >= 1.0 && is_near(0) && is_near(1)).then_some(level as usize)
+    let axis = usize::from(full[1] > full[0]);
+    let nearest = (f64::from(full[axis]) / f64::from(size[axis])).log2().round().max(0.0) as usize;
+    // Of a size that is not smaller than the last one's, nothing follows.
+    let follows = size[axis] < full[axis] && next <= nearest && is_level(next);
+    if follows { Some(next) } else { Some(nearest).filter(|level| is_level(*level)) }
 }
 
 #[cfg(test)]
@@ -154,10 +159,11 @@ mod tests {
             ([1024, 768], None),
             ([23_000, 16_400], None),
         ] {
-            assert_eq!(halvings(full, size), level, "{size:?}");
+            assert_eq!(halvings(full, size, 1), level, "{size:?}");
         }
-        assert_eq!(halvings([1000, 3], [1, 1]), Some(10));
-        assert_eq!(halvings([1000, 3], [250, 1]), Some(2));
-        assert_eq!(halvings([1, 1], [1, 1]), None);
+        assert_eq!(halvings([1000, 3], [1, 1], 1), Some(10));
+        assert_eq!(halvings([1000, 3], [1, 1], 9), Some(9));
+        assert_eq!(halvings([1000, 3], [250, 1], 1), Some(2));
+        assert_eq!(halvings([1, 1], [1, 1], 1), None);
     }
 }
