@@ -114,6 +114,9 @@ def main():
             subfile = 0 if level is wide else 1
             out.write(level, tile=(64, 64), photometric="rgb", planarconfig="separate", compression="lzw", predictor=2, subfiletype=subfile, metadata=None)
 
+    # Streams that end without the code that ends them, by which some readers stumble.
+    tifffile.imwrite("lzw-imagecodecs.tif", picture(64, 64, 1)[..., 0], tile=(32, 48), compression="lzw", predictor=2, photometric="minisblack", metadata=None)
+
     tifffile.imwrite("picture.tmp.tif", rgb, photometric="rgb")
     vips = ["vips", "tiffsave", "picture.tmp.tif"]
     shape = ["--tile", "--pyramid", "--tile-width", "64", "--tile-height", "64"]

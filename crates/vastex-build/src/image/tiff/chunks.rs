@@ -198,7 +198,8 @@ struct Decoding {
     chunks: Arc<Chunks>,
     file: Arc<File>,
     is_ycbcr: bool,
-    /// The image by our own reader, which decodes what the decoders do not, and JPEG as libjpeg does.
+    /// The image by our own reader, which decodes what the decoders do not, JPEG as libjpeg does, and LZW that has no
+    /// end.
     own: Option<TiffImage>,
     decoders: Spare<TiffDecoder>,
     buffers: Spare<Vec<u8>>,
@@ -236,7 +237,13 @@ impl Decoding {
         let chunks = &*self.chunks;
         let (first_row, plane, number) = chunks.nth(n);
         let column = number % chunks.columns;
-        let bytes = own.shown_part(plane, column, first_row / chunks.rows, chunks.format)?;
+        let part = own.shown_part(plane, column, first_row / chunks.rows, chunks.format);
+        // Who reads rows is told of rows.
+        let bytes = part.map_err(|fault| match fault {
+            InputFault::Damaged { why, .. } => InputFault::Damaged { place: chunks.place(first_row), why },
+            InputFault::Truncated { .. } => InputFault::Truncated { place: chunks.place(first_row) },
+            fault => fault,
+        })?;
         let width = chunks.width.min(chunks.size[0] - column * chunks.width);
         Ok(Chunk { bytes, width: width as usize })
     }

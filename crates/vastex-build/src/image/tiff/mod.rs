@@ -3,8 +3,8 @@
 //!
 //! One strip or one row of tiles is held decoded, of all planes where channels lie in planes ([`chunks`]),
 //! and with help some more. A compressed file of one strip is therefore held whole. Signed numbers stand for
-//! themselves, as floats; see [`ImageHeader::range`]. JPEG, JPEG 2000 and Zstandard are decoded by [`file`], whose
-//! business files are whose tiles are read in any order.
+//! themselves, as floats; see [`ImageHeader::range`]. LZW, JPEG, JPEG 2000 and Zstandard are decoded by [`file`],
+//! whose business files are whose tiles are read in any order.
 
 mod chunks;
 pub(crate) mod file;
@@ -91,8 +91,8 @@ impl TiffReader {
             }
             // What the decoder at hand decodes otherwise, or not at all.
             let compression = u64::from(tags.compression);
-            let is_own =
-                matches!(compression, codecs::JPEG | codecs::ZSTD) || codecs::is_jpeg_2000(compression);
+            let is_own = matches!(compression, codecs::LZW | codecs::JPEG | codecs::ZSTD)
+                || codecs::is_jpeg_2000(compression);
             let own = is_own.then(|| TiffFile::first_image(file.clone())).transpose()?;
             Access::Decoded(Box::new(ReadyRows::new(chunks.clone(), file, decoder, is_ycbcr, own)))
         };

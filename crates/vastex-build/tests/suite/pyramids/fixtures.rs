@@ -16,6 +16,7 @@ const FIXTURES: &[(&str, &[u32], &[&str])] = &[
     ("cog-jpeg.tif", &[0, 1], &["mask", "mask"]),
     ("cog-lzw-i16.tif", &[0, 1], &[]),
     ("cog-zstd-f32.tif", &[0, 1], &[]),
+    ("lzw-imagecodecs.tif", &[0], &[]),
     ("maketx-half.tx", &[0, 1, 2, 3, 4, 5, 6], &[]),
     ("maketx.tx", &[0, 1, 2, 3, 4, 5, 6, 7], &[]),
     ("ome-subifds.ome.tif", &[0, 1, 2], &[]),
