@@ -10,6 +10,8 @@ use vastex_scenes::{DisplayOptions, Overlay, Path as CameraPath, Scene, Views};
 
 #[cfg(feature = "build")]
 pub(crate) use build::{BuildArgs, Compress};
+#[cfg(feature = "build")]
+pub(crate) use crop::CropArgs;
 pub(crate) use disk_cache::DiskCacheArgs;
 pub(crate) use estimate::EstimateArgs;
 #[cfg(feature = "build")]
@@ -27,6 +29,8 @@ pub(crate) use replay::ReplayArgs;
 mod build;
 #[cfg(feature = "build")]
 mod common;
+#[cfg(feature = "build")]
+mod crop;
 mod disk_cache;
 mod estimate;
 #[cfg(feature = "build")]
@@ -89,6 +93,9 @@ pub(crate) enum Command {
     /// Make a container of an image (JPEG, PNG or TIFF) or of a tile directory
     #[cfg(feature = "build")]
     Build(BuildArgs),
+    /// Write a region of a level as it is stored, to a NumPy array, PNG or TIFF
+    #[cfg(feature = "build")]
+    Crop(CropArgs),
     /// Make a tile directory for another program
     #[cfg(feature = "build")]
     Export(ExportArgs),
@@ -98,7 +105,7 @@ pub(crate) enum Command {
     /// Put an image into a region of a container, on all levels
     #[cfg(feature = "build")]
     Replace(ReplaceArgs),
-    /// Say what is in a container
+    /// Say what is in a container or a TIFF pyramid
     Info(InfoArgs),
     /// Read and check every byte of a container
     Verify(VerifyArgs),
@@ -139,9 +146,10 @@ impl Args {
 Examples:
   vastex info earth.vastex
   vastex info earth.vastex --json | jq .tiles
-  vastex info earth.vastex --estimate 1920x1080")]
+  vastex info earth.vastex --estimate 1920x1080
+  vastex info slide.svs                       # levels, label and macro image, size of a texel, magnification")]
 pub(crate) struct InfoArgs {
-    /// The container
+    /// The container, or a TIFF pyramid
     pub(crate) file: PathBuf,
     /// Say how large a pool a picture of this size needs, and how that follows
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
@@ -177,8 +185,8 @@ pub(crate) const PLANET: &str = "planet:";
 /// What both `render` and `view` are told.
 #[derive(Debug, ClapArgs)]
 pub(crate) struct SceneArgs {
-    /// The container, a tile directory of another program, or planet:BITS[:IMAGE], a generated planet of 2^BITS texels round the
-    /// equator (8 to 31), with the continents of IMAGE, a container or tile directory, if it is named
+    /// The container, a tile directory of another program, a TIFF pyramid, or planet:BITS[:IMAGE], a generated planet of 2^BITS
+    /// texels round the equator (8 to 31), with the continents of IMAGE, a container, tile directory or TIFF pyramid, if it is named
     pub(crate) source: PathBuf,
     /// What the image is put on
     #[arg(long, default_value = "image", value_name = "SCENE", value_parser = named(&Scene::ALL, Scene::name))]

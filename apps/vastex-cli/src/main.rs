@@ -43,6 +43,8 @@ fn main() -> ExitCode {
         #[cfg(feature = "build")]
         Command::Build(args) => commands::build::run(args),
         #[cfg(feature = "build")]
+        Command::Crop(args) => commands::crop::run(args),
+        #[cfg(feature = "build")]
         Command::Export(args) => commands::export::run(args),
         #[cfg(feature = "build")]
         Command::Merge(args) => commands::merge::run(args),

@@ -1,6 +1,7 @@
-//! What `render` and `view` are given: a container, a tile directory of another program, or a generated planet, behind a disk cache if one is asked
-//! for.
+//! What a path turns into: the one door to containers, tile directories of other programs, TIFF pyramids and generated planets,
+//! behind a disk cache if one is asked for.
 
+use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -18,28 +19,66 @@ pub(crate) struct Opened {
     pub(crate) disk: Option<Arc<DiskTier>>,
 }
 
+/// What the words of a source name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Lies {
+    /// A planet that is no file.
+    Generated,
+    /// What is read as a container, sound or not, and a path where nothing lies.
+    Container,
+    /// A directory, or a file of another program.
+    Other,
+}
+
 /// Opens the source of a scene, and its disk cache if there is to be one.
 pub(crate) fn open(args: &SceneArgs) -> Result<Opened> {
-    let planet = args.source.to_str().and_then(|source| source.strip_prefix(PLANET));
-    let tiles = match planet {
-        Some(words) => planet::open(words, |path| open_path(path, args.direct))
-            .with_context(|| args.source.display().to_string())?,
-        None => open_path(&args.source, args.direct)?,
-    };
+    let tiles = open_tiles(&args.source, args.direct)?;
     Ok(disk_cache::before(tiles, &args.source, &args.disk_cache))
 }
 
-/// Opens a container or, where Vastex can read them, the tiles of a directory or of the file that describes one.
+/// Opens whatever the words of a source name.
+pub(crate) fn open_tiles(source: &Path, direct: bool) -> Result<Arc<dyn TileSource>> {
+    match words_of_planet(source) {
+        Some(words) => {
+            planet::open(words, |path| open_path(path, direct)).with_context(|| source.display().to_string())
+        }
+        None => open_path(source, direct),
+    }
+}
+
+fn words_of_planet(source: &Path) -> Option<&str> {
+    source.to_str()?.strip_prefix(PLANET)
+}
+
+/// Decides by the first bytes what the words of a source name.
+pub(crate) fn what_lies_at(source: &Path) -> Result<Lies> {
+    const CONTAINER: &[u8] = &[0x89, b'V', b'T', b'X'];
+    if words_of_planet(source).is_some() {
+        return Ok(Lies::Generated);
+    }
+    if source.is_dir() {
+        return Ok(Lies::Other);
+    }
+    if !source.is_file() {
+        return Ok(Lies::Container);
+    }
+    let mut start = Vec::new();
+    let read = std::fs::File::open(source).and_then(|file| file.take(4).read_to_end(&mut start));
+    read.with_context(|| format!("{}: cannot be read", source.display()))?;
+    Ok(if start.starts_with(CONTAINER) || start.is_empty() { Lies::Container } else { Lies::Other })
+}
+
+/// Opens a container or, where Vastex can read them, the tiles of a directory, of the file that describes one or of a TIFF
+/// pyramid. Of anything else, the error says what to do with it.
 ///
 /// The tiles of a container are read past the system's cache if `direct` and if they can be; what cannot be is said.
 fn open_path(path: &Path, direct: bool) -> Result<Arc<dyn TileSource>> {
-    match if direct { open_direct(path) } else { vastex::open(path) } {
-        Ok(container) => Ok(container),
-        Err(error) => match directory(path)? {
-            Some(tiles) => Ok(tiles),
-            None => Err(error.into()),
-        },
+    if what_lies_at(path)? == Lies::Other
+        && let Some(tiles) = in_place(path)?
+    {
+        return Ok(tiles);
     }
+    Ok(if direct { open_direct(path) } else { vastex::open(path) }?)
 }
 
 fn open_direct(path: &Path) -> Result<Arc<dyn TileSource>, vastex::Error> {
@@ -66,28 +105,36 @@ pub(crate) fn is_directory_of_tiles(_: &Path) -> bool {
     false
 }
 
-/// The tiles of a directory; nothing where `path` is something else.
+/// What others wrote, where it lies: a TIFF pyramid or a directory of tiles; nothing where `path` is something else.
 #[cfg(feature = "build")]
-fn directory(path: &Path) -> Result<Option<Arc<dyn TileSource>>> {
-    use vastex_build::{DirectorySource, InputFault, SourceError};
+fn in_place(path: &Path) -> Result<Option<Arc<dyn TileSource>>> {
+    use vastex_build::{DirectorySource, InputFault, SourceError, TiffSource};
 
-    if !path.is_dir() && !path.is_file() {
-        return Ok(None);
+    let say = |notices: &[vastex_build::Notice]| {
+        notices.iter().for_each(|notice| report::say(&format!("note: {}: {notice}", path.display())));
+    };
+    let is_none =
+        |error: &SourceError| matches!(error, SourceError::Input { fault: InputFault::NoTiles, .. });
+    match TiffSource::open(path) {
+        Ok(tiles) => {
+            say(tiles.notices());
+            return Ok(Some(Arc::new(tiles)));
+        }
+        Err(error) if is_none(&error) || path.is_dir() => {}
+        Err(error) => return Err(error.into()),
     }
     match DirectorySource::open(path) {
         Ok(tiles) => {
-            for notice in tiles.notices() {
-                report::say(&format!("note: {}: {notice}", path.display()));
-            }
+            say(tiles.notices());
             Ok(Some(Arc::new(tiles)))
         }
-        Err(SourceError::Input { fault: InputFault::NoTiles, .. }) => Ok(None),
+        Err(error) if is_none(&error) => Ok(None),
         Err(error) => Err(error.into()),
     }
 }
 
-/// Without the readers of `vastex build` no directory is known.
+/// Without the readers of `vastex build` nothing of others can be read.
 #[cfg(not(feature = "build"))]
-fn directory(_: &Path) -> Result<Option<Arc<dyn TileSource>>> {
+fn in_place(_: &Path) -> Result<Option<Arc<dyn TileSource>>> {
     Ok(None)
 }

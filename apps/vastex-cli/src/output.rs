@@ -1,4 +1,4 @@
-//! The files that `render` writes, pictures, traces and statistics: whole or not at all.
+//! The files that `render` and `crop` write, pictures, traces, statistics and regions: whole or not at all.
 
 use std::fs::{self, OpenOptions};
 use std::io::{self, Write};
@@ -51,11 +51,39 @@ impl Output {
         })
     }
 
+    /// Lets somebody write the whole file, bit by bit, and puts it in its place where that goes well; says how many bytes it has.
+    /// An error of the one who writes is the inner one.
+    #[cfg(feature = "build")]
+    pub(crate) fn write_by<E>(
+        &self,
+        write: impl FnOnce(&mut dyn Write) -> Result<(), E>,
+    ) -> Result<Result<u64, E>> {
+        let opened = OpenOptions::new().write(true).create(true).truncate(true).open(&self.temp);
+        let file = opened.map_err(|error| self.refusal(&error))?;
+        let mut buffered = io::BufWriter::with_capacity(1 << 20, file);
+        let written = write(&mut buffered);
+        let failed = |error: &io::Error| {
+            let _ = fs::remove_file(&self.temp);
+            self.refusal(error)
+        };
+        if let Err(error) = written {
+            // What is left in the buffer is of no use.
+            drop(buffered.into_parts());
+            let _ = fs::remove_file(&self.temp);
+            return Ok(Err(error));
+        }
+        let done = buffered.into_inner().map_err(io::IntoInnerError::into_error);
+        let bytes = done.and_then(|file| Ok(file.metadata()?.len())).map_err(|error| failed(&error))?;
+        fs::rename(&self.temp, &self.target).map_err(|error| failed(&error))?;
+        Ok(Ok(bytes))
+    }
+
     fn write_temp(&self, bytes: &[u8]) -> io::Result<()> {
         OpenOptions::new().write(true).create(true).truncate(true).open(&self.temp)?.write_all(bytes)
     }
 
-    fn refusal(&self, error: &io::Error) -> anyhow::Error {
+    /// What to say where the system said so of a write.
+    pub(crate) fn refusal(&self, error: &io::Error) -> anyhow::Error {
         let target = self.target.display();
         anyhow!("{target}: cannot be written: {error}; {}", remedy(error))
     }

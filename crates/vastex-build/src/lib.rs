@@ -14,6 +14,7 @@
 //! Not here: the container's bytes (`vastex-tiles`), the shape of levels, pages and borders (`vastex-core`).
 
 mod build;
+mod crop;
 mod export;
 mod image;
 mod inset;
@@ -31,15 +32,18 @@ mod tile;
 use std::path::Path;
 
 pub use build::{BuildError, BuildOptions, BuildReport, Inset, LayerReport};
+pub use crop::{CropError, CropFormat, CropRegion, CropSource, crop};
 pub use export::{ExportError, ExportOptions, ExportReport, Layout, TileFormat, export};
 pub use image::{
-    Helpers, ImageHeader, InputFault, Notice, PixelFormat, Profile, RowReader, Sample, in_srgb, open,
+    GeoPlace, Helpers, ImageHeader, InputFault, Notice, Number, PixelFormat, PixelSize, Profile, RowReader,
+    Sample, TiffAbout, TiffOther, in_srgb, open,
 };
 pub use progress::Progress;
 pub use replace::{LayerImage, ReplaceError, ReplaceOptions, Replaced, replace};
-pub use source::{DirectorySource, SourceError};
+pub use source::{DirectorySource, SourceError, TiffLevel, TiffSource};
 pub use texels::{FilterError, Kernel, LayerFilter, LayerInput, LevelsFrom, Meaning, Quality};
 pub use threads::ThreadsError;
+pub use tile::LayerFault;
 pub use vastex_tiles::{
     Compression, MergeError, PartOf, ReorderError, UpdateError, Updated, WriteError, Written, merge, reorder,
 };

@@ -9,7 +9,10 @@ use std::sync::Arc;
 
 use anyhow::Result;
 use pollster::block_on;
-use vastex_build::{BuildOptions, ExportOptions, Layout, build, export, open};
+use vastex_build::{
+    BuildOptions, CropFormat, CropRegion, CropSource, ExportOptions, Layout, TiffSource, build, crop, export,
+    open,
+};
 use vastex_tiles::{Container, MemoryStore, ReadError, TileSource, merge, verify};
 
 use crate::seeds;
@@ -129,7 +132,47 @@ fn parts(bytes: &[u8]) {
 
 fn image(bytes: &[u8]) {
     let tree = Tree { files: vec![("image".to_owned(), bytes.to_vec())] };
-    with_directory(&tree, |root, out| build_at(&root.join("image"), out));
+    with_directory(&tree, |root, out| {
+        build_at(&root.join("image"), out);
+        if bytes.starts_with(b"II") || bytes.starts_with(b"MM") {
+            read_in_place(&root.join("image"));
+        }
+    });
+}
+
+/// Reads a TIFF file where it lies, page by page, and as a region. What can be refused is refused with a message.
+fn read_in_place(path: &Path) {
+    let mut source = match CropSource::open(path, 0) {
+        Ok(source) => source,
+        Err(error) => return assert!(!error.to_string().is_empty()),
+    };
+    let [width, height] = source.size();
+    let texel = u64::from(source.channels()) * source.number().bytes() as u64;
+    if u64::from(width) * u64::from(height) * texel > MAX_TEXELS {
+        return;
+    }
+    let region = CropRegion { at: [0, 0], size: [width, height] };
+    match crop(&mut source, region, CropFormat::Npy, &mut std::io::sink(), &()) {
+        Ok(()) => {}
+        Err(error) => assert!(!error.to_string().is_empty()),
+    }
+    let tiles = match TiffSource::open(path) {
+        Ok(tiles) => tiles,
+        Err(error) => return assert!(!error.to_string().is_empty()),
+    };
+    let description = tiles.description().clone();
+    if description.tile_bytes() > MAX_TILE_BYTES || description.geometry.page_count() > MAX_PAGES {
+        return;
+    }
+    for pos in description.geometry.pages() {
+        match block_on(tiles.read(pos)) {
+            Ok(tile) => match tile.decode(&description) {
+                Ok(texels) => assert_eq!(texels.len(), description.tile_bytes()),
+                Err(error) => unreachable!("a page that was put together does not decode: {error}"),
+            },
+            Err(error) => assert!(!error.to_string().is_empty()),
+        }
+    }
 }
 
 /// Descriptions that one tree is built of.

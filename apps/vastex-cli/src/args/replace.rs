@@ -58,7 +58,7 @@ impl ReplaceArgs {
     }
 }
 
-fn parse_at(text: &str) -> Result<[u32; 2], String> {
+pub(super) fn parse_at(text: &str) -> Result<[u32; 2], String> {
     let at = text.split_once(',').and_then(|(x, y)| Some([x.parse().ok()?, y.parse().ok()?]));
     at.ok_or_else(|| "write column and row in texels from the upper left, as in 512,0".into())
 }

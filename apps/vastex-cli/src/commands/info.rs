@@ -1,4 +1,4 @@
-//! `vastex info`: what is in a container, for people and scripts.
+//! `vastex info`: what is in a container, for people and scripts; of a TIFF pyramid, [`super::tiff_info`] knows.
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -14,6 +14,12 @@ use crate::args::InfoArgs;
 use crate::{open, report};
 
 pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode> {
+    #[cfg(feature = "build")]
+    if open::what_lies_at(&args.file)? == open::Lies::Other
+        && let Some((source, summary)) = super::tiff_info::of(&args.file)?
+    {
+        return say_of_tiff(args, &source, &summary);
+    }
     let container = Container::open_file(&args.file).or_else(|error| refuse(&args.file, error))?;
     let info = container.info();
     let mut summary = Summary::new(&info, container.filters());
@@ -25,6 +31,33 @@ pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode> {
         let mut text = format!("{}\n{}", args.file.display(), summary.text());
         if let Some(estimate) = estimate {
             text.push_str(&estimate_text(&estimate, info.pages));
+        }
+        report::print(&text)?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The same of what lies there ready to be shown, though it is no container.
+#[cfg(feature = "build")]
+fn say_of_tiff(
+    args: &InfoArgs,
+    source: &vastex_build::TiffSource,
+    summary: &super::tiff_info::TiffSummary,
+) -> Result<ExitCode> {
+    use vastex::TileSource;
+
+    let description = source.description();
+    let estimate = args.estimate.map(|picture| PoolEstimate::new(description, picture));
+    if args.json {
+        let mut value = serde_json::to_value(summary)?;
+        if let (Some(estimate), Some(object)) = (&estimate, value.as_object_mut()) {
+            object.insert("estimate".into(), serde_json::to_value(Estimate::new(estimate))?);
+        }
+        report::print_json(&value)?;
+    } else {
+        let mut text = format!("{}\n{}", args.file.display(), summary.text());
+        if let Some(estimate) = estimate {
+            text.push_str(&estimate_text(&estimate, description.geometry.page_count()));
         }
         report::print(&text)?;
     }

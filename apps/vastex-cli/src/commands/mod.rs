@@ -3,6 +3,8 @@
 #[cfg(feature = "build")]
 pub(crate) mod build;
 #[cfg(feature = "build")]
+pub(crate) mod crop;
+#[cfg(feature = "build")]
 pub(crate) mod export;
 pub(crate) mod info;
 pub(crate) mod learn;
@@ -14,4 +16,6 @@ pub(crate) mod render;
 #[cfg(feature = "build")]
 pub(crate) mod replace;
 pub(crate) mod replay;
+#[cfg(feature = "build")]
+mod tiff_info;
 pub(crate) mod verify;

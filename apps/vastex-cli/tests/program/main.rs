@@ -9,6 +9,7 @@ mod export;
 mod heights;
 #[cfg(unix)]
 mod hostile;
+mod in_place;
 mod inset;
 mod layers;
 mod learn;

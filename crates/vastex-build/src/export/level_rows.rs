@@ -5,51 +5,11 @@ use std::ops::Range;
 use bytes::Bytes;
 use rayon::ThreadPool;
 use rayon::prelude::*;
-use vastex_core::{Description, Geometry, LayerFormat, PagePos};
-use vastex_tiles::{TileSource, decode_layer};
+use vastex_core::PagePos;
+use vastex_tiles::TileSource;
 
 use super::ExportError;
-use crate::texels::magnify::magnified;
-
-/// The layer that is exported, as a texture of its own.
-#[derive(Clone, Debug)]
-pub(super) struct LayerOf {
-    index: usize,
-    /// As the texture stores it.
-    stored: LayerFormat,
-    geometry: Geometry,
-}
-
-impl LayerOf {
-    /// The layer of that name, or the first.
-    pub(super) fn new(description: &Description, name: Option<&str>) -> Result<LayerOf, ExportError> {
-        let layers = &description.layers;
-        let found = layers.iter().position(|layer| name.is_none_or(|name| name == layer.name));
-        let Some((index, layer)) = found.and_then(|index| Some((index, layers.get(index)?))) else {
-            let names: Vec<_> = layers.iter().map(|layer| layer.name.as_str()).collect();
-            let name = name.unwrap_or_default();
-            let why = format!("there is no layer '{name}'; there is {}", names.join(", "));
-            return Err(ExportError::Options(why));
-        };
-        let geometry = description.geometry.of_layer(layer.scale);
-        Ok(LayerOf { index, stored: layer.format, geometry })
-    }
-
-    /// Of its texels, decoded.
-    pub(super) fn format(&self) -> LayerFormat {
-        self.stored.decoded()
-    }
-
-    /// Of the tiles in the texture.
-    pub(super) fn stored_format(&self) -> LayerFormat {
-        self.stored
-    }
-
-    /// The levels, pages and borders that the layer sees.
-    pub(super) fn geometry(&self) -> &Geometry {
-        &self.geometry
-    }
-}
+use crate::tile::LayerOf;
 
 /// Who does the work of an export, and who says whether it goes on.
 pub(super) struct Work<'a> {
@@ -83,30 +43,12 @@ impl<'a> StoredLevel<'a> {
         StoredLevel { source, layer, level, next_row: 0 }
     }
 
-    /// The texels of the layer in a tile; of one that is missing, those of its nearest ancestor, magnified.
-    fn tile(&self, pos: PagePos) -> Result<Bytes, ExportError> {
-        let has_tile = |pos| self.source.present().is_none_or(|present| present.contains(pos));
-        let geometry = &self.layer.geometry;
-        let mut shown = pos;
-        while let Some(parent) = geometry.parent(shown).filter(|_| !has_tile(shown)) {
-            shown = parent;
-        }
-        let description = self.source.description();
-        let tile = pollster::block_on(self.source.read(shown))?;
-        let tile = tile.decode(description).map_err(|error| ExportError::Decode { pos: shown, error })?;
-        let texels = decode_layer(description, self.layer.index, &tile);
-        match shown == pos {
-            true => Ok(texels),
-            false => Ok(magnified(geometry, pos, shown, &texels, self.texel_bytes()).into()),
-        }
-    }
-
     /// The tiles that hold the next rows, with the first texel of each in its tile and in the level's rows.
     fn tiles(&self) -> Result<(Vec<Placed>, u32), ExportError> {
-        let geometry = &self.layer.geometry;
+        let geometry = self.layer.geometry();
         let [width, height] = self.size();
         if self.level >= geometry.tail().first_level() {
-            let tile = self.tile(geometry.tail_pos())?;
+            let tile = self.layer.texels(self.source, geometry.tail_pos())?;
             let from = geometry.tile_texel_from_tail_texel(self.level, [0; 3]);
             return Ok((vec![Placed { tile, from: [from[0], from[1]], column: 0, width }], height));
         }
@@ -114,7 +56,7 @@ impl<'a> StoredLevel<'a> {
         let y = self.next_row / page;
         let [x0, y0, _] = geometry.tile_texel_from_page_texel([0; 3]);
         let place = |x: u32| {
-            let tile = self.tile(PagePos::new_2d(self.level, x, y))?;
+            let tile = self.layer.texels(self.source, PagePos::new_2d(self.level, x, y))?;
             Ok(Placed { tile, from: [x0, y0], column: x * page, width: page.min(width - x * page) })
         };
         let tiles = (0..geometry.level(self.level).pages[0]).into_par_iter().map(place);
@@ -132,7 +74,7 @@ struct Placed {
 
 impl RowSource for StoredLevel<'_> {
     fn size(&self) -> [u32; 2] {
-        let [width, height, _] = self.layer.geometry.level(self.level).size;
+        let [width, height, _] = self.layer.geometry().level(self.level).size;
         [width, height]
     }
 
@@ -143,7 +85,7 @@ impl RowSource for StoredLevel<'_> {
     fn append(&mut self, rows: &mut Vec<u8>, work: &Work<'_>) -> Result<(), ExportError> {
         (work.go_on)()?;
         let (tiles, count) = work.pool.install(|| self.tiles())?;
-        let (texel, side) = (self.texel_bytes(), self.layer.geometry.tile()[0] as usize);
+        let (texel, side) = (self.texel_bytes(), self.layer.geometry().tile()[0] as usize);
         let stride = self.size()[0] as usize * texel;
         let first = rows.len();
         rows.resize(first + count as usize * stride, 0);

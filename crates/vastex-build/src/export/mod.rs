@@ -19,15 +19,16 @@ use std::path::{Path, PathBuf};
 
 use rayon::ThreadPool;
 use rayon::prelude::*;
-use vastex_core::{Geometry, PagePos, PageSet};
-use vastex_tiles::{DecodeError, ReadError, TileSource};
+use vastex_core::{Geometry, PageSet};
+use vastex_tiles::TileSource;
 
 use crate::image::Notice;
 use crate::progress::Progress;
 use crate::threads::{self, ThreadsError};
+use crate::tile::{LayerFault, LayerOf};
 use directory::NewDirectory;
 use encode::Encoder;
-use level_rows::{LayerOf, Window, Work};
+use level_rows::{Window, Work};
 use plan::{LevelPlan, Plan};
 
 /// Tiles of a row that are written before anybody is asked whether to go on.
@@ -134,18 +135,9 @@ pub enum ExportError {
         /// What is wrong and what to do.
         why: String,
     },
-    /// A tile of the texture cannot be read.
+    /// A tile of the texture cannot be read or decoded.
     #[error(transparent)]
-    Read(#[from] ReadError),
-    /// A tile of the texture cannot be decoded.
-    #[error("{pos}: {error}; rebuild the file, or copy it anew")]
-    Decode {
-        /// The page.
-        pos: PagePos,
-        /// What is wrong.
-        #[source]
-        error: DecodeError,
-    },
+    Tile(#[from] LayerFault),
     /// A file cannot be written.
     #[error("{path}: cannot be written: {why}", path = path.display())]
     Output {
@@ -173,7 +165,7 @@ pub fn export(
     progress: &dyn Progress,
 ) -> Result<ExportReport, ExportError> {
     let description = source.description();
-    let layer = LayerOf::new(description, options.layer.as_deref())?;
+    let layer = LayerOf::new(description, options.layer.as_deref()).map_err(ExportError::Options)?;
     let format = tile_format(options, &layer)?;
     let name = name_of(target)?;
     let plan = plan(layer.geometry(), options, format, name)?;

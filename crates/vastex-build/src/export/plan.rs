@@ -6,9 +6,10 @@ use std::path::PathBuf;
 use vastex_core::{Geometry, PagePos, PageSet};
 use vastex_tiles::TileSource;
 
-use super::level_rows::{LayerOf, Rectangle, StoredLevel, Window};
+use super::level_rows::{Rectangle, StoredLevel, Window};
 use super::resample::Resampled;
 use crate::image::Notice;
+use crate::tile::LayerOf;
 
 /// A whole directory.
 #[derive(Debug, Default)]

@@ -16,6 +16,7 @@ pub(crate) mod header;
 mod jpeg;
 mod mosaic;
 pub(crate) mod notice;
+mod number;
 mod open;
 mod open_files;
 mod oriented;
@@ -28,7 +29,7 @@ mod quiet;
 mod raw;
 #[cfg(test)]
 mod tests;
-mod tiff;
+pub(crate) mod tiff;
 
 pub use ahead::Helpers;
 #[cfg(test)]
@@ -37,6 +38,9 @@ pub use color::{Profile, in_srgb};
 pub use fault::InputFault;
 pub use header::{ImageHeader, RowReader};
 pub use notice::Notice;
+pub use number::Number;
 pub use open::open;
 pub(crate) use open::{Opened, open_with_files};
 pub use pixel::{PixelFormat, Sample};
+pub use tiff::file::about::{GeoPlace, PixelSize, TiffAbout};
+pub use tiff::file::pyramid::TiffOther;

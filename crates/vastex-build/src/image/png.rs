@@ -48,6 +48,11 @@ impl PngReader {
         decoder.set_transformations(Transformations::EXPAND);
         decoder.set_ignore_text_chunk(true);
         let reader = decoder.read_info().map_err(|e| fault(e, "in the header".into()))?;
+        // The decoder takes a palette for whole colours.
+        if reader.info().palette.as_ref().is_some_and(|palette| !palette.len().is_multiple_of(3)) {
+            let why = "its palette ends within a colour".into();
+            return Err(InputFault::Damaged { place: "in the header".into(), why });
+        }
         let (color, depth) = reader.output_color_type();
         let channels = match color {
             ColorType::Grayscale | ColorType::Indexed => PixelFormat::GREY8,

@@ -1,4 +1,4 @@
-//! What says that the files of a directory are those that another run read: their names, sizes and times.
+//! What says that the files of a directory, or one file, are those that another run read: names, sizes and times.
 //!
 //! No file is opened. A file that is overwritten with as many bytes within one tick of the file system's
 //! clock stays unnoticed, as it does to every program that goes by times.
@@ -23,6 +23,23 @@ pub(super) fn identity(directory: &Path) -> io::Result<SourceKey> {
     Ok(SourceKey::of(bytes))
 }
 
+/// Of one file, and of this version of Vastex.
+pub(super) fn identity_of_file(path: &Path) -> io::Result<SourceKey> {
+    let place = fs::canonicalize(path)?;
+    let mut bytes = env!("CARGO_PKG_VERSION").as_bytes().to_vec();
+    add_name(&mut bytes, place.as_os_str().as_encoded_bytes());
+    add_file(&mut bytes, &fs::metadata(&place)?)?;
+    Ok(SourceKey::of(bytes))
+}
+
+fn add_file(bytes: &mut Vec<u8>, found: &fs::Metadata) -> io::Result<()> {
+    let modified = found.modified()?;
+    let since = modified.duration_since(UNIX_EPOCH).unwrap_or_else(|before| before.duration());
+    bytes.extend(found.len().to_le_bytes());
+    bytes.extend(since.as_nanos().to_le_bytes());
+    Ok(())
+}
+
 fn add_directory(bytes: &mut Vec<u8>, directory: &Path, depth: u32) -> io::Result<()> {
     let names = fs::read_dir(directory)?.map(|entry| Ok(entry?.file_name()));
     let mut names = names.collect::<io::Result<Vec<OsString>>>()?;
@@ -36,10 +53,7 @@ fn add_directory(bytes: &mut Vec<u8>, directory: &Path, depth: u32) -> io::Resul
             add_directory(bytes, &path, depth - 1)?;
             continue;
         }
-        let modified = found.modified()?;
-        let since = modified.duration_since(UNIX_EPOCH).unwrap_or_else(|before| before.duration());
-        bytes.extend(found.len().to_le_bytes());
-        bytes.extend(since.as_nanos().to_le_bytes());
+        add_file(bytes, &found)?;
     }
     Ok(())
 }

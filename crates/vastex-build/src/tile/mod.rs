@@ -1,11 +1,14 @@
-//! Tiles: the one way from the texels of a page to the bytes that a container stores.
+//! Tiles: the one way from the texels of a page to the bytes that a container stores, and the one way back.
 
 mod encoder;
 mod findings;
+mod layer_of;
 pub(crate) mod tail;
 
 pub(crate) use encoder::TileEncoder;
 pub(crate) use findings::Findings;
+pub use layer_of::LayerFault;
+pub(crate) use layer_of::LayerOf;
 
 /// Bytes of memory that the index of a container takes for each page, while it is written and while it is
 /// read.

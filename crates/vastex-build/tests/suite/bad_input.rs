@@ -199,7 +199,7 @@ fn kinds_that_cannot_be_read_say_what_to_do() {
     float.set(339, 3);
     let mut planar = tiff(SIZE, 7);
     planar.set(284, 2);
-    let mut exotic = tiff(SIZE, 34_712);
+    let mut exotic = tiff(SIZE, 34_925);
     exotic.cut(SIZE, 3, [SIZE[0], 16], &[0; 300 * 200 * 3]);
     float.cut(SIZE, 3, [SIZE[0], 16], &[0; 300 * 200 * 3]);
     planar.chunks = vec![vec![0; 300 * 16]; 3 * 13];

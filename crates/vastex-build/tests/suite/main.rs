@@ -16,6 +16,7 @@ mod layers;
 mod orientation;
 mod parts;
 mod pyramid;
+mod pyramids;
 mod readers;
 mod replace;
 #[cfg(feature = "bc")]

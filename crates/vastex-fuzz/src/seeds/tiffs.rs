@@ -17,6 +17,14 @@ const EXTRA_SAMPLES: u16 = 338;
 const SAMPLE_FORMAT: u16 = 339;
 const ICC_PROFILE: u16 = 34675;
 
+/// Of other programs: chains and directories below others, masks, tables of JPEG, JPEG 2000, places.
+const PYRAMIDS: [&[u8]; 4] = [
+    include_bytes!("../../../../assets/tiff/cog-jpeg.tif"),
+    include_bytes!("../../../../assets/tiff/cog-zstd-f32.tif"),
+    include_bytes!("../../../../assets/tiff/ome-subifds.ome.tif"),
+    include_bytes!("../../../../assets/tiff/slide-jpeg2000.svs"),
+];
+
 /// A smooth grey image, plain.
 pub(super) fn grey(size: [u32; 2]) -> Result<Vec<u8>> {
     let texels = grainy(size[0] as usize, (size[0] * size[1]) as usize);
@@ -55,6 +63,7 @@ pub(super) fn all() -> Result<Vec<Vec<u8>>> {
     TiffEncoder::new_big(&mut big)?.write_image::<color::RGB16>(SIZE[0], SIZE[1], &words[..3 * n])?;
     all.push(big.into_inner());
     all.extend(handmade()?.iter().map(Handmade::bytes));
+    all.extend(PYRAMIDS.map(<[u8]>::to_vec));
     Ok(all)
 }
 

@@ -8,6 +8,7 @@
 
 mod errors;
 mod header;
+pub(super) mod part;
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek};

@@ -13,6 +13,7 @@ use std::vec;
 use tiff::decoder::{Decoder, Limits};
 use tiff::tags::Tag;
 
+use super::file::TiffImage;
 use super::samples::{COMPRESSION_NONE, Stored, most_from_a_byte, place_row};
 use super::ycbcr::rgb_from_ycbcr;
 use super::{Tags, fault};
@@ -197,6 +198,9 @@ struct Decoding {
     chunks: Arc<Chunks>,
     file: Arc<File>,
     is_ycbcr: bool,
+    /// The image by our own reader, which decodes what the decoders do not, JPEG as libjpeg does, and LZW that has no
+    /// end.
+    own: Option<TiffImage>,
     decoders: Spare<TiffDecoder>,
     buffers: Spare<Vec<u8>>,
 }
@@ -205,6 +209,15 @@ impl Decoding {
     /// Decodes some, the next ones after `run.start` others, up to the first that is damaged.
     fn run(&self, run: Range<u64>) -> Run {
         let mut decoded = Vec::new();
+        if let Some(own) = &self.own {
+            for n in run {
+                decoded.push(self.decode_own(own, n));
+                if decoded.last().is_some_and(Result::is_err) {
+                    break;
+                }
+            }
+            return decoded;
+        }
         let opened = self.decoders.take().map_or_else(|| open_decoder(&self.file).map(unlimited), Ok);
         let mut decoder = match opened {
             Ok(decoder) => decoder,
@@ -218,6 +231,21 @@ impl Decoding {
         }
         self.decoders.give(decoder);
         decoded
+    }
+
+    fn decode_own(&self, own: &TiffImage, n: u64) -> Result<Chunk, InputFault> {
+        let chunks = &*self.chunks;
+        let (first_row, plane, number) = chunks.nth(n);
+        let column = number % chunks.columns;
+        let part = own.shown_part(plane, column, first_row / chunks.rows, chunks.format);
+        // Who reads rows is told of rows.
+        let bytes = part.map_err(|fault| match fault {
+            InputFault::Damaged { why, .. } => InputFault::Damaged { place: chunks.place(first_row), why },
+            InputFault::Truncated { .. } => InputFault::Truncated { place: chunks.place(first_row) },
+            fault => fault,
+        })?;
+        let width = chunks.width.min(chunks.size[0] - column * chunks.width);
+        Ok(Chunk { bytes, width: width as usize })
     }
 
     fn decode(&self, decoder: &mut TiffDecoder, n: u64) -> Result<Chunk, InputFault> {
@@ -272,6 +300,7 @@ impl ReadyRows {
         file: Arc<File>,
         decoder: TiffDecoder,
         is_ycbcr: bool,
+        own: Option<TiffImage>,
     ) -> ReadyRows {
         let lists = LIST_BYTES * chunks.offsets.len() as u64;
         let decoded = chunks.decoded_bytes().saturating_add(RUN_BYTES);
@@ -280,7 +309,7 @@ impl ReadyRows {
         let ahead = Ahead::new(chunks.count().div_ceil(chunks.run()), bytes);
         let (decoders, buffers) = (Spare::default(), Spare::default());
         decoders.give(unlimited(decoder));
-        let decoding = Arc::new(Decoding { chunks, file, is_ycbcr, decoders, buffers });
+        let decoding = Arc::new(Decoding { chunks, file, is_ycbcr, own, decoders, buffers });
         let (rows, ready) = (Vec::new(), Vec::new().into_iter());
         ReadyRows { decoding, ahead, asked: 0, ready, first_row: 0, rows, rounded: false }
     }

@@ -3,9 +3,11 @@
 //!
 //! One strip or one row of tiles is held decoded, of all planes where channels lie in planes ([`chunks`]),
 //! and with help some more. A compressed file of one strip is therefore held whole. Signed numbers stand for
-//! themselves, as floats; see [`ImageHeader::range`].
+//! themselves, as floats; see [`ImageHeader::range`]. LZW, JPEG, JPEG 2000 and Zstandard are decoded by [`file`],
+//! whose business files are whose tiles are read in any order.
 
 mod chunks;
+pub(crate) mod file;
 mod samples;
 mod ycbcr;
 
@@ -20,15 +22,14 @@ use tiff::{ColorType, TiffError};
 
 use crate::image::alpha::unpremultiply;
 use crate::image::positioned::Positioned;
-use crate::image::{Helpers, ImageHeader, InputFault, Notice, PixelFormat, Profile, RowReader, Sample};
+use crate::image::{Helpers, ImageHeader, InputFault, Notice, PixelFormat, Profile, RowReader};
 use chunks::{Chunks, PLANAR, ReadyRows, TiffDecoder, open_decoder};
-use samples::{COMPRESSION_JPEG, COMPRESSION_NONE, FLOAT, SIGNED, Stored};
+use file::{TiffFile, codecs};
+use samples::{COMPRESSION_JPEG, COMPRESSION_NONE, SIGNED, Stored};
 
 /// Bytes that one tag of the header may have: the largest are colour profiles, and the list of the strips.
 const MAX_TAG_BYTES: usize = 16 << 20;
 const WHITE_IS_ZERO: u16 = 0;
-/// A value of SampleFormat.
-const UNSIGNED: u16 = 1;
 const ASSOCIATED_ALPHA: u16 = 1;
 
 /// A TIFF file, its first image.
@@ -88,7 +89,12 @@ impl TiffReader {
                 };
                 header.notices.push(Notice::WholeImage { bytes: header.memory, why });
             }
-            Access::Decoded(Box::new(ReadyRows::new(chunks.clone(), file, decoder, is_ycbcr)))
+            // What the decoder at hand decodes otherwise, or not at all.
+            let compression = u64::from(tags.compression);
+            let is_own = matches!(compression, codecs::LZW | codecs::JPEG | codecs::ZSTD)
+                || codecs::is_jpeg_2000(compression);
+            let own = is_own.then(|| TiffFile::first_image(file.clone())).transpose()?;
+            Access::Decoded(Box::new(ReadyRows::new(chunks.clone(), file, decoder, is_ycbcr, own)))
         };
         Ok(TiffReader { header, chunks, access, is_premultiplied, next_row: 0 })
     }
@@ -188,6 +194,7 @@ fn pixel_format(color: ColorType, tags: &Tags) -> Result<(PixelFormat, bool), In
     if tags.planar == PLANAR && tags.compression == COMPRESSION_JPEG {
         return Err(unsupported("channels in separate planes, as JPEG".into()));
     }
+    let is_jpeg = tags.compression == COMPRESSION_JPEG || codecs::is_jpeg_2000(tags.compression.into());
     let (channels, bits, is_ycbcr) = match color {
         ColorType::Gray(bits) => (PixelFormat::GREY8, bits, false),
         ColorType::GrayA(bits) => (PixelFormat::GREY_ALPHA8, bits, false),
@@ -196,20 +203,10 @@ fn pixel_format(color: ColorType, tags: &Tags) -> Result<(PixelFormat, bool), In
         }
         ColorType::RGB(bits) => (PixelFormat::RGB8, bits, false),
         ColorType::RGBA(bits) => (PixelFormat::RGBA8, bits, false),
-        ColorType::YCbCr(8) if tags.compression == COMPRESSION_JPEG => (PixelFormat::RGB8, 8, true),
+        ColorType::YCbCr(8) if is_jpeg => (PixelFormat::RGB8, 8, true),
         other => return Err(unsupported(format!("texels of kind {other:?}"))),
     };
-    let sample = match (tags.sample_format, bits) {
-        (UNSIGNED, 8) => Sample::U8,
-        (UNSIGNED, 16) => Sample::U16,
-        (SIGNED, 8) => Sample::F16,
-        (SIGNED, 16 | 32) => Sample::F32,
-        (FLOAT, 16) => Sample::F16,
-        (FLOAT, 32 | 64) => Sample::F32,
-        (UNSIGNED | SIGNED, _) => return Err(unsupported(format!("samples of {bits} bits"))),
-        (FLOAT, _) => return Err(unsupported(format!("floats of {bits} bits"))),
-        _ => return Err(unsupported("samples that are complex or of no known kind".into())),
-    };
+    let sample = samples::sample_of(tags.sample_format, bits.into()).map_err(unsupported)?;
     Ok((channels.with_sample(sample), is_ycbcr))
 }
 

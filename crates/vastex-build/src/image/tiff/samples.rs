@@ -6,10 +6,26 @@ use crate::image::Sample;
 pub(super) const COMPRESSION_NONE: u16 = 1;
 pub(super) const COMPRESSION_JPEG: u16 = 7;
 /// Values of SampleFormat.
+pub(super) const UNSIGNED: u16 = 1;
 pub(super) const SIGNED: u16 = 2;
 pub(super) const FLOAT: u16 = 3;
 /// Whole numbers up to this one, of either sign, are exact in a 32-bit float.
 const MAX_EXACT: u32 = 1 << 24;
+
+/// How samples of a SampleFormat and so many bits are handed out; else what they are, for a message.
+pub(super) fn sample_of(sample_format: u16, bits: u64) -> Result<Sample, String> {
+    match (sample_format, bits) {
+        (UNSIGNED, 8) => Ok(Sample::U8),
+        (UNSIGNED, 16) => Ok(Sample::U16),
+        (SIGNED, 8) => Ok(Sample::F16),
+        (SIGNED, 16 | 32) => Ok(Sample::F32),
+        (FLOAT, 16) => Ok(Sample::F16),
+        (FLOAT, 32 | 64) => Ok(Sample::F32),
+        (UNSIGNED | SIGNED, _) => Err(format!("samples of {bits} bits")),
+        (FLOAT, _) => Err(format!("floats of {bits} bits")),
+        _ => Err("samples that are complex or of no known kind".into()),
+    }
+}
 
 /// What a decoded sample is, where it is not handed out as it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,6 +45,11 @@ impl Stored {
             (FLOAT, 64) => Stored::Double,
             _ => Stored::AsItIs,
         }
+    }
+
+    /// Whether nothing is done to it.
+    pub(super) fn is_as_it_is(self) -> bool {
+        self == Stored::AsItIs
     }
 
     /// Bytes of a decoded sample that is handed out as `sample`.

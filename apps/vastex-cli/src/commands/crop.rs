@@ -1,0 +1,96 @@
+//! `vastex crop`: writes a region of a level as it is stored.
+
+use std::process::ExitCode;
+use std::time::Instant;
+
+use anyhow::{Context, Result, bail};
+use serde::Serialize;
+use vastex_build::{CropError, CropSource, crop};
+
+use super::build::{Bar, INTERRUPTED, handle_interrupts};
+use crate::args::CropArgs;
+use crate::open::{self, Lies};
+use crate::output::Output;
+use crate::report;
+
+pub(crate) fn run(args: &CropArgs) -> Result<ExitCode> {
+    handle_interrupts()?;
+    let (source, target) = (&args.source, &args.output);
+    let mut cropped = match open::what_lies_at(source)? {
+        Lies::Generated | Lies::Container => {
+            let tiles = open::open_tiles(source, false)?;
+            CropSource::of_tiles(tiles, args.layer.as_deref(), args.level)
+                .with_context(|| source.display().to_string())?
+        }
+        Lies::Other if args.layer.is_some() => {
+            bail!("{}: has no named layers; leave out --layer", source.display())
+        }
+        Lies::Other => CropSource::open(source, args.level).with_context(|| source.display().to_string())?,
+    };
+    cropped.check(args.region(), target.format).with_context(|| source.display().to_string())?;
+    if is_same_file(source, &target.path) {
+        bail!("{}: is the source itself; choose another name", target.path.display());
+    }
+    let output = Output::at(&target.path)?;
+    let bar = Bar::new(args.print.quiet);
+    let begin = Instant::now();
+    let done = output.write_by(|file| crop(&mut cropped, args.region(), target.format, file, &bar));
+    bar.0.finish_and_clear();
+    let bytes = match done? {
+        Err(CropError::Cancelled) => {
+            report::say("interrupted; nothing was left behind");
+            return Ok(ExitCode::from(INTERRUPTED));
+        }
+        Err(CropError::Output(error)) => return Err(output.refusal(&error)),
+        Err(error) => return Err(error).with_context(|| source.display().to_string()),
+        Ok(bytes) => bytes,
+    };
+    let summary = Summary {
+        source: source.display().to_string(),
+        output: target.path.display().to_string(),
+        level: args.level,
+        at: args.at,
+        size: args.size,
+        channels: cropped.channels(),
+        dtype: cropped.number().name(),
+        bytes,
+        seconds: begin.elapsed().as_secs_f64(),
+    };
+    args.print.summary(&summary, Summary::text)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Whether both paths lead to one file that is there.
+fn is_same_file(a: &std::path::Path, b: &std::path::Path) -> bool {
+    let [a, b] = [a, b].map(std::fs::canonicalize);
+    matches!((a, b), (Ok(a), Ok(b)) if a == b)
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Summary {
+    source: String,
+    output: String,
+    level: u32,
+    /// Column and row of the first texel, in the level.
+    at: [u32; 2],
+    /// Columns and rows.
+    size: [u32; 2],
+    /// Numbers of a texel.
+    channels: u16,
+    /// What they are, as NumPy names it.
+    dtype: &'static str,
+    /// Of the output.
+    bytes: u64,
+    seconds: f64,
+}
+
+impl Summary {
+    fn text(&self) -> String {
+        let Summary { output, level, size: [width, height], channels, dtype, seconds, .. } = self;
+        let bytes = report::bytes(self.bytes);
+        format!(
+            "{output}: {width}x{height} texels of level {level}, {channels} channels of {dtype}; {bytes} in {seconds:.1} s"
+        )
+    }
+}

@@ -1,0 +1,87 @@
+//! TIFF pyramids of other programs in the place of containers, and regions of whatever can be opened.
+
+use std::path::Path;
+
+use crate::tool::Sandbox;
+
+/// Copies a file of `assets/tiff` into the sandbox.
+fn copy(sandbox: &Sandbox, name: &str) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/tiff").join(name);
+    sandbox.write(name, &std::fs::read(path).unwrap());
+}
+
+#[test]
+fn pyramids_are_described_and_drawn_without_a_build() {
+    let sandbox = Sandbox::new();
+    copy(&sandbox, "slide-jpeg.svs");
+    copy(&sandbox, "cog-jpeg.tif");
+    let slide = sandbox.run(&["info", "slide-jpeg.svs", "--json"]).expect_code(0).json();
+    assert_eq!(slide["kind"], "tiff");
+    assert_eq!(slide["size"], serde_json::json!([203, 141]));
+    assert_eq!(slide["magnification"], 20.0);
+    assert_eq!(slide["pixel_size"], serde_json::json!({ "size": [0.499, 0.499], "unit": "µm" }));
+    let roles: Vec<_> =
+        slide["other_images"].as_array().unwrap().iter().map(|image| image["role"].clone()).collect();
+    assert_eq!(roles, ["thumbnail", "label", "macro"]);
+    let text = sandbox.run(&["info", "cog-jpeg.tif", "--estimate", "640x480"]).expect_code(0).stdout;
+    for words in ["EPSG:32633", "level 1: 101 x 70 texels", "mask 203 x 141", "10 metre", "640 x 480"] {
+        assert!(text.contains(words), "{words}: {text}");
+    }
+    sandbox.run(&["build", "cog-jpeg.tif", "-o", "built.vastex", "--page", "128"]).expect_code(0);
+    for (source, picture) in [("cog-jpeg.tif", "a.png"), ("built.vastex", "b.png")] {
+        sandbox.run(&["render", source, "--size", "203x141", "-o", picture]).expect_code(0);
+    }
+    assert!(
+        sandbox.read("a.png") == sandbox.read("b.png"),
+        "the file and what is built of it look different"
+    );
+}
+
+#[test]
+fn a_region_is_written_as_it_is_stored_or_not_at_all() {
+    let sandbox = Sandbox::with_container();
+    copy(&sandbox, "cog-zstd-f32.tif");
+    copy(&sandbox, "slide-jpeg.svs");
+    let before = sandbox.names();
+    let region = ["--at", "8,16", "--size", "24x5"];
+    let json = |source: &str, output: &str| {
+        sandbox.run(&[&["crop", source, "-o", output, "--json"], &region[..]].concat()).expect_code(0).json()
+    };
+    let summary = json("cog-zstd-f32.tif", "a.npy");
+    assert_eq!((&summary["dtype"], &summary["channels"]), (&"f4".into(), &1.into()));
+    assert_eq!(sandbox.read("a.npy").len(), 128 + 24 * 5 * 4);
+    assert_eq!(json("image.vastex", "b.tif")["channels"], 4);
+    assert_eq!(json("image.png", "c.png")["channels"], 3);
+    assert_eq!(json("planet:9", "d.npy")["dtype"], "u1");
+    assert_eq!(json("slide-jpeg.svs", "e.TIFF")["size"], serde_json::json!([24, 5]));
+    for made in ["a.npy", "b.tif", "c.png", "d.npy", "e.TIFF"] {
+        std::fs::remove_file(sandbox.path(made)).unwrap();
+    }
+    let refused = |args: &[&str], code: i32, words: &[&str]| {
+        let ended = sandbox.run(&[&["crop"], args].concat()).expect_code(code);
+        for word in words {
+            assert!(ended.stderr.contains(word), "{args:?} does not say {word:?}: {ended}");
+        }
+        assert_eq!(sandbox.names(), before, "{args:?} left something behind");
+    };
+    let at = |at: &'static str, size: &'static str| ["--at", at, "--size", size];
+    refused(
+        &[&["cog-zstd-f32.tif", "-o", "x.npy"], &at("200,0", "4x1")[..]].concat(),
+        1,
+        &["203x141", "cog-zstd"],
+    );
+    refused(
+        &[&["cog-zstd-f32.tif", "-o", "x.png"], &at("0,0", "4x1")[..]].concat(),
+        1,
+        &["floats of 32 bits", ".npy"],
+    );
+    let level = [&["slide-jpeg.svs", "--level", "1", "-o", "x.npy"], &at("0,0", "4x1")[..]].concat();
+    refused(&level, 1, &["no level 1", "0 (203x141), 2 (50x35), 4 (12x8)"]);
+    let layer = [&["image.vastex", "--layer", "height", "-o", "x.npy"], &at("0,0", "4x1")[..]].concat();
+    refused(&layer, 1, &["height", "color"]);
+    refused(&[&["missing.tif", "-o", "x.npy"], &at("0,0", "4x1")[..]].concat(), 1, &["missing.tif"]);
+    refused(&[&["image.png", "-o", "image.png"], &at("0,0", "4x1")[..]].concat(), 1, &["source itself"]);
+    refused(&[&["image.png", "-o", "x.jpg"], &at("0,0", "4x1")[..]].concat(), 2, &[".npy, .png or .tif"]);
+    refused(&[&["image.png", "-o", "x.npy"], &at("0,0", "0x1")[..]].concat(), 2, &["at least one"]);
+    refused(&[&["image.png", "-o", "no/x.npy"], &at("0,0", "4x1")[..]].concat(), 1, &["does not exist"]);
+}

@@ -1,0 +1,230 @@
+//! A region of one level, as it is stored: from whatever can be opened to an array of NumPy, a PNG or a TIFF.
+//!
+//! Where texels come from is the business of a [`stored::Stored`], one for each kind of source; how they are written
+//! that of [`mod@write`], with a module for each format. Between them go rows, as many at a time as fit [`BAND_BYTES`].
+//! Nothing is filtered, converted or interpolated on the way.
+
+mod npy;
+mod of_directory;
+mod of_rows;
+mod of_tiff;
+mod of_tiles;
+mod png;
+mod shape;
+mod stored;
+mod tiff;
+mod write;
+
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use vastex_tiles::TileSource;
+
+use crate::image::tiff::file::pyramid::TiffPyramid;
+use crate::image::{InputFault, Number};
+use crate::progress::Progress;
+use crate::source::{DirectorySource, SourceError};
+use crate::tile::{LayerFault, LayerOf};
+use stored::Stored;
+
+/// Bytes of the rows that are read at once, where that is at least one row.
+const BAND_BYTES: u64 = 32 << 20;
+
+/// The format that a region is written in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CropFormat {
+    /// NumPy's: every kind of number. The shape is (y, x), or (y, x, channel) where there are several.
+    Npy,
+    /// PNG: 1 to 4 channels of 8 or 16 bits without a sign.
+    Png,
+    /// TIFF, uncompressed strips: every kind of number; BigTIFF where it must be.
+    Tiff,
+}
+
+impl CropFormat {
+    /// What it is called.
+    pub const fn name(self) -> &'static str {
+        match self {
+            CropFormat::Npy => "an array of NumPy",
+            CropFormat::Png => "PNG",
+            CropFormat::Tiff => "TIFF",
+        }
+    }
+}
+
+/// Texels of a level.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CropRegion {
+    /// The column and the row of its upper left texel.
+    pub at: [u32; 2],
+    /// Its columns and rows, at least 1 each.
+    pub size: [u32; 2],
+}
+
+/// Why a region cannot be cut out.
+#[derive(Debug, thiserror::Error)]
+pub enum CropError {
+    /// The image, or a file of it, cannot be read.
+    #[error("{path}: {fault}", path = path.display())]
+    Input {
+        /// The image.
+        path: PathBuf,
+        /// What is wrong with it.
+        #[source]
+        fault: InputFault,
+    },
+    /// The tile directory cannot be opened.
+    #[error(transparent)]
+    Source(#[from] SourceError),
+    /// A tile of the texture cannot be read or decoded.
+    #[error(transparent)]
+    Tile(#[from] LayerFault),
+    /// There is no such layer.
+    #[error("{0}")]
+    Layer(String),
+    /// There is no such level, or none that is stored.
+    #[error("there is no level {level}; {there}")]
+    Level {
+        /// The level that was asked for.
+        level: u32,
+        /// Which levels there are.
+        there: String,
+    },
+    /// The region reaches beyond the level.
+    #[error(
+        "{width}x{height} texels at {x},{y} reach beyond the edge: level {level} has {of_width}x{of_height} texels; choose a \
+         smaller region, or another place",
+        width = region.size[0], height = region.size[1], x = region.at[0], y = region.at[1], of_width = of[0], of_height = of[1]
+    )]
+    Region {
+        /// The region.
+        region: CropRegion,
+        /// The level.
+        level: u32,
+        /// Its columns and rows.
+        of: [u32; 2],
+    },
+    /// The format cannot hold such texels.
+    #[error("{} cannot hold {what}; {remedy}", format.name())]
+    Format {
+        /// The format.
+        format: CropFormat,
+        /// What the texels are.
+        what: String,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// The output cannot be written.
+    #[error("cannot be written: {0}")]
+    Output(#[source] io::Error),
+    /// [`Progress`] asked to stop.
+    #[error("cancelled")]
+    Cancelled,
+}
+
+/// One level of something, from which regions are cut.
+pub struct CropSource {
+    stored: Box<dyn Stored>,
+    level: u32,
+}
+
+impl CropSource {
+    /// Opens an image, a TIFF pyramid or a tile directory. Of a TIFF file, samples are what it stores, in whatever
+    /// position; levels are those that it stores, counted by how many times level 0 was halved. Of other images
+    /// only level 0 can be had, upright, and rows before the region are decoded too. Of a tile directory the texels
+    /// have the channels that all of its tiles fit into.
+    pub fn open(path: &Path, level: u32) -> Result<CropSource, CropError> {
+        let at_path = |fault| CropError::Input { path: path.into(), fault };
+        let found = std::fs::metadata(path).map_err(|error| at_path(error.into()))?;
+        let pyramid = if found.is_file() { TiffPyramid::open(path).map_err(at_path)? } else { None };
+        let stored: Box<dyn Stored> = match pyramid {
+            Some(pyramid) => Box::new(of_tiff::OfTiff::new(path, pyramid, level)?),
+            None => match DirectorySource::open(path) {
+                Ok(directory) => Box::new(of_directory::OfDirectory::new(path, directory, level)?),
+                Err(SourceError::Input { fault: InputFault::NoTiles, .. }) => {
+                    Box::new(of_rows::OfRows::open(path, level)?)
+                }
+                Err(error) => return Err(error.into()),
+            },
+        };
+        Ok(CropSource { stored, level })
+    }
+
+    /// A layer of a texture, the first unless it is named; what is compressed in blocks is decoded. Where a page has
+    /// no tile, texels are those of its nearest ancestor.
+    pub fn of_tiles(
+        tiles: Arc<dyn TileSource>,
+        layer: Option<&str>,
+        level: u32,
+    ) -> Result<CropSource, CropError> {
+        let layer = LayerOf::new(tiles.description(), layer).map_err(CropError::Layer)?;
+        Ok(CropSource { stored: Box::new(of_tiles::OfTiles::new(tiles, layer, level)?), level })
+    }
+
+    /// Columns and rows of the level.
+    pub fn size(&self) -> [u32; 2] {
+        self.stored.size()
+    }
+
+    /// What its numbers are.
+    pub fn number(&self) -> Number {
+        self.stored.number()
+    }
+
+    /// Numbers of a texel.
+    pub fn channels(&self) -> u16 {
+        self.stored.channels()
+    }
+
+    /// Whether the region lies within the level, and the format can hold it. Reads nothing.
+    pub fn check(&self, region: CropRegion, format: CropFormat) -> Result<(), CropError> {
+        let of = self.size();
+        let fits = |axis: usize| {
+            region.size[axis] > 0
+                && region.at[axis].checked_add(region.size[axis]).is_some_and(|end| end <= of[axis])
+        };
+        if !fits(0) || !fits(1) {
+            return Err(CropError::Region { region, level: self.level, of });
+        }
+        write::check(format, self.number(), self.channels())
+    }
+}
+
+/// Writes a region. Memory is that of 32 MiB of rows, or one row, and of the tiles that these need. What is written
+/// before an error is of no use.
+pub fn crop(
+    source: &mut CropSource,
+    region: CropRegion,
+    format: CropFormat,
+    output: &mut dyn Write,
+    progress: &dyn Progress,
+) -> Result<(), CropError> {
+    source.check(region, format)?;
+    let stored = &mut *source.stored;
+    let [width, height] = region.size;
+    let row_bytes = u64::from(width) * u64::from(stored.channels()) * stored.number().bytes() as u64;
+    let most = u32::try_from(BAND_BYTES / row_bytes).unwrap_or(u32::MAX).max(1);
+    let shape = shape::Shape { size: region.size, channels: stored.channels(), number: stored.number() };
+    write::write(format, shape, output, &mut |write| {
+        let mut band = Vec::new();
+        let (mut done, mut written) = (0, 0);
+        while !stored.approach(region.at[1])? {
+            if progress.advance(0, height.into(), 0).is_break() {
+                return Err(CropError::Cancelled);
+            }
+        }
+        while done < height {
+            if progress.advance(done.into(), height.into(), written).is_break() {
+                return Err(CropError::Cancelled);
+            }
+            let first = region.at[1] + done;
+            let rows = stored.rows_together(first).min(most).min(height - done);
+            band.resize((u64::from(rows) * row_bytes) as usize, 0);
+            stored.read([region.at[0], first], [width, rows], &mut band)?;
+            write(&band).map_err(CropError::Output)?;
+            (done, written) = (done + rows, written + band.len() as u64);
+        }
+        Ok(())
+    })
+}

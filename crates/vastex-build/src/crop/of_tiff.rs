@@ -1,0 +1,68 @@
+//! Regions of a TIFF file: the samples of its own tiles, whatever they are.
+
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+
+use super::CropError;
+use super::stored::{Stored, copy, parts, up_to_next};
+use crate::image::Number;
+use crate::image::tiff::file::TiffImage;
+use crate::image::tiff::file::pyramid::TiffPyramid;
+
+/// Bytes of decoded tiles that are held at once, where that is at least one tile.
+const TILES_BYTES: u64 = 64 << 20;
+
+pub(super) struct OfTiff {
+    path: PathBuf,
+    image: TiffImage,
+}
+
+impl OfTiff {
+    pub(super) fn new(path: &Path, pyramid: TiffPyramid, level: u32) -> Result<OfTiff, CropError> {
+        let stored: Vec<String> = (0..)
+            .zip(&pyramid.levels)
+            .filter_map(|(level, image): (u32, _)| {
+                let [width, height] = image.as_ref()?.size;
+                Some(format!("{level} ({width}x{height})"))
+            })
+            .collect();
+        let image = pyramid.levels.into_iter().nth(level as usize).flatten();
+        let there = || format!("the file stores {}", stored.join(", "));
+        let image = image.ok_or_else(|| CropError::Level { level, there: there() })?;
+        Ok(OfTiff { path: path.into(), image })
+    }
+}
+
+impl Stored for OfTiff {
+    fn size(&self) -> [u32; 2] {
+        self.image.size
+    }
+
+    fn number(&self) -> Number {
+        self.image.number
+    }
+
+    fn channels(&self) -> u16 {
+        self.image.samples
+    }
+
+    fn rows_together(&self, row: u32) -> u32 {
+        up_to_next(row, self.image.chunk[1])
+    }
+
+    fn read(&mut self, first: [u32; 2], size: [u32; 2], texels: &mut [u8]) -> Result<(), CropError> {
+        let OfTiff { path, image } = self;
+        let at_once = (TILES_BYTES / image.chunk_bytes().max(1)).clamp(1, 256) as usize;
+        for some in parts(first, size, image.chunk).chunks(at_once) {
+            let decoded = some.par_iter().map(|part| image.stored_chunk(part.cell[0], part.cell[1]));
+            let decoded: Result<Vec<_>, _> = decoded.collect();
+            let decoded = decoded.map_err(|fault| CropError::Input { path: path.clone(), fault })?;
+            for (part, tile) in some.iter().zip(decoded) {
+                let stride = image.chunk[0] as usize;
+                copy(part, &tile, stride, [0; 2], texels, size[0], image.texel_bytes());
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,198 @@
+//! What a TIFF file says of its texels besides their values: where on the Earth they lie, how large they are, and
+//! through which magnification they were seen.
+//!
+//! GeoTIFF says the first by tags, OME-TIFF by XML and Aperio's SVS by words, both in the description of the
+//! first image. Nothing is reprojected; what makes no sense is left out.
+
+use quick_xml::Reader;
+use quick_xml::events::{BytesStart, Event};
+
+use super::TiffFile;
+use super::entry::Directory;
+use crate::image::InputFault;
+
+/// Tags.
+const DESCRIPTION: u16 = 270;
+const PIXEL_SCALE: u16 = 33550;
+const TIEPOINT: u16 = 33922;
+const TRANSFORMATION: u16 = 34264;
+const GEO_KEYS: u16 = 34735;
+const GEO_TEXTS: u16 = 34737;
+
+/// Bytes of a description that are looked at, and of GeoTIFF's texts.
+const MOST_TEXT: u64 = 1 << 20;
+const MOST_GEO_TEXT: u64 = 1 << 14;
+const MOST_GEO_KEYS: u64 = 4 * 1024;
+
+/// What a TIFF file says of its texels besides their values.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct TiffAbout {
+    /// Width and height of a texel of level 0.
+    pub pixel_size: Option<PixelSize>,
+    /// Where the image lies in a coordinate system of the Earth.
+    pub place: Option<GeoPlace>,
+    /// How many times an objective magnified what was scanned.
+    pub magnification: Option<f64>,
+}
+
+/// Width and height of a texel of level 0.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct PixelSize {
+    /// Width and height, both positive, in [`PixelSize::unit`].
+    pub size: [f64; 2],
+    /// A unit of length as the file writes it: `µm` for slides; of a map `metre`, `degree`, or `unit` where the
+    /// file does not say which.
+    pub unit: String,
+}
+
+/// Where an image lies in a coordinate system of the Earth, as GeoTIFF says it.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct GeoPlace {
+    /// Coordinates of a point of level 0, from its column `x` and row `y`, counted in texels from the upper left
+    /// corner of the image: `[m[0] * x + m[1] * y + m[2], m[3] * x + m[4] * y + m[5]]`. Where the file places
+    /// texels by their middles, this is moved by half a texel.
+    pub from_texels: [f64; 6],
+    /// The number of the coordinate system in EPSG's list.
+    pub epsg: Option<u16>,
+    /// What the file calls its coordinate system.
+    pub name: Option<String>,
+}
+
+/// Which kind of file the first description is of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    Aperio,
+    Ome,
+    Other,
+}
+
+/// Reads what the first directory says, and of which kind the file is.
+pub(super) fn read(file: &TiffFile, first: &Directory) -> Result<(Kind, TiffAbout), InputFault> {
+    let description = first.text(file, DESCRIPTION, MOST_TEXT)?.unwrap_or_default();
+    let kind = match description.trim_start() {
+        text if text.starts_with("Aperio") => Kind::Aperio,
+        text if text.contains("<OME") => Kind::Ome,
+        _ => Kind::Other,
+    };
+    let mut about = TiffAbout::default();
+    match kind {
+        Kind::Aperio => aperio(&description, &mut about),
+        Kind::Ome => ome(&description, &mut about),
+        Kind::Other => geo(file, first, &mut about)?,
+    }
+    Ok((kind, about))
+}
+
+/// The words of the description of an image.
+pub(super) fn description(file: &TiffFile, directory: &Directory) -> Result<String, InputFault> {
+    Ok(directory.text(file, DESCRIPTION, 1 << 12)?.unwrap_or_default())
+}
+
+/// Of `MPP = 0.499|AppMag = 20` among words between bars.
+fn aperio(text: &str, about: &mut TiffAbout) {
+    let value = |name: &str| {
+        let found = text.split('|').filter_map(|part| part.split_once('='));
+        let mut named = found.filter(|(key, _)| key.trim() == name);
+        named.next().and_then(|(_, value)| positive(value.trim().parse().ok()?))
+    };
+    about.magnification = value("AppMag");
+    about.pixel_size = value("MPP").map(|side| PixelSize { size: [side; 2], unit: "µm".into() });
+}
+
+/// Of the first `Pixels` and the first `Objective` of OME-XML, which may be cut off.
+fn ome(text: &str, about: &mut TiffAbout) {
+    let mut reader = Reader::from_str(text);
+    loop {
+        match reader.read_event() {
+            Ok(Event::Start(element) | Event::Empty(element)) => match element.local_name().as_ref() {
+                b"Pixels" => {
+                    about.pixel_size = about.pixel_size.take().or_else(|| ome_pixel_size(&element));
+                    return;
+                }
+                b"Objective" => {
+                    let found = attribute(&element, "NominalMagnification");
+                    about.magnification =
+                        about.magnification.or(found.and_then(|text| positive(text.parse().ok()?)));
+                }
+                _ => {}
+            },
+            Ok(Event::Eof) | Err(_) => return,
+            Ok(_) => {}
+        }
+    }
+}
+
+fn ome_pixel_size(pixels: &BytesStart<'_>) -> Option<PixelSize> {
+    let side = |name| positive(attribute(pixels, name)?.parse().ok()?);
+    let unit = attribute(pixels, "PhysicalSizeXUnit").unwrap_or_else(|| "µm".into());
+    let y_unit = attribute(pixels, "PhysicalSizeYUnit").unwrap_or_else(|| "µm".into());
+    let size = [side("PhysicalSizeX")?, side("PhysicalSizeY")?];
+    (unit == y_unit).then_some(PixelSize { size, unit })
+}
+
+fn attribute(element: &BytesStart<'_>, name: &str) -> Option<String> {
+    let found = element.try_get_attribute(name).ok()??;
+    // Numbers and units have nothing that would be escaped.
+    Some(String::from_utf8_lossy(&found.value).into_owned())
+}
+
+fn positive(value: f64) -> Option<f64> {
+    (value.is_finite() && value > 0.0).then_some(value)
+}
+
+/// GeoTIFF's tags.
+fn geo(file: &TiffFile, first: &Directory, about: &mut TiffAbout) -> Result<(), InputFault> {
+    let keys = first.numbers(file, GEO_KEYS, MOST_GEO_KEYS).unwrap_or_default();
+    let texts = first.text(file, GEO_TEXTS, MOST_GEO_TEXT)?.unwrap_or_default();
+    let key = |wanted: u64| {
+        let found = keys.chunks_exact(4).skip(1).find(|key| key[0] == wanted && key[1] == 0);
+        found.map(|key| key[3])
+    };
+    let text = |wanted: u64| {
+        let key = keys.chunks_exact(4).skip(1).find(|key| key[0] == wanted && key[1] == GEO_TEXTS.into())?;
+        let (from, len) = (key[3] as usize, key[2] as usize);
+        let found = texts.get(from..from.checked_add(len)?.min(texts.len()))?;
+        let found = found.trim_end_matches('|').trim();
+        (!found.is_empty()).then(|| found.to_owned())
+    };
+    const IS_POINT: u64 = 2;
+    let is_point = key(1025) == Some(IS_POINT);
+    let Some(from_texels) = from_texels(file, first, is_point)? else { return Ok(()) };
+    let [a, b, _, d, e, _] = from_texels;
+    let size = [a.hypot(d), b.hypot(e)];
+    // Angles where the model is of degrees, which most files leave to be understood.
+    let unit = match (key(1024), key(3076)) {
+        (Some(1), None | Some(9001)) => "metre",
+        (Some(2), _) if key(2054).is_none_or(|unit| unit == 9102) => "degree",
+        _ => "unit",
+    };
+    about.pixel_size =
+        (size.iter().all(|side| positive(*side).is_some())).then(|| PixelSize { size, unit: unit.into() });
+    const USER_DEFINED: u64 = 32767;
+    let epsg = key(3072).or_else(|| key(2048)).filter(|code| (1024..USER_DEFINED).contains(code));
+    let name = text(3073).or_else(|| text(1026)).or_else(|| text(2049));
+    about.place = Some(GeoPlace { from_texels, epsg: epsg.map(|code| code as u16), name });
+    Ok(())
+}
+
+/// From texels to coordinates, counted from corners; nothing where the file does not say.
+fn from_texels(file: &TiffFile, first: &Directory, is_point: bool) -> Result<Option<[f64; 6]>, InputFault> {
+    let matrix = first.doubles(file, TRANSFORMATION, 16)?;
+    let (scale, tie) = (first.doubles(file, PIXEL_SCALE, 3)?, first.doubles(file, TIEPOINT, 6)?);
+    let mut m = match (matrix.as_slice(), scale.as_slice(), tie.as_slice()) {
+        (&[a, b, _, c, d, e, _, f, ..], _, _) => [a, b, c, d, e, f],
+        (_, &[x, y, ..], &[column, row, _, east, north, _]) => {
+            [x, 0.0, east - column * x, 0.0, -y, north + row * y]
+        }
+        _ => return Ok(None),
+    };
+    if is_point {
+        // The places are those of the middles.
+        m[2] -= 0.5 * (m[0] + m[1]);
+        m[5] -= 0.5 * (m[3] + m[4]);
+    }
+    Ok(m.iter().all(|value| value.is_finite()).then_some(m))
+}

@@ -1,0 +1,130 @@
+//! Decodes one strip or tile: read at its place, decompressed to exactly the bytes that it must have, put in order.
+
+use super::image::{MOST_CHUNK_BYTES, TiffImage, YCBCR};
+use super::{codecs, damaged, jpeg2000, predictor};
+use crate::image::InputFault;
+use crate::image::jpeg::part;
+use crate::image::tiff::samples::most_from_a_byte;
+
+/// Bytes by which a stored strip or tile may be longer than it is decoded, and how many times as long.
+const SPARE_STORED: u64 = 1 << 20;
+const TIMES_STORED: u64 = 4;
+
+/// Values of Predictor.
+const HORIZONTAL: u64 = 2;
+const FLOATING: u64 = 3;
+
+impl TiffImage {
+    /// Rows of a strip or tile of that row: of the last strip as many as there are.
+    pub(crate) fn chunk_rows(&self, row: u32) -> u32 {
+        match self.is_tiled {
+            true => self.chunk[1],
+            false => self.chunk[1].min(self.size[1] - row * self.chunk[1]),
+        }
+    }
+
+    /// A strip or tile as it is stored but decoded: rows of `chunk[0]` texels, channels side by side, samples
+    /// little-endian. Colours of JPEG are RGB. `column` and `row` lie within the image.
+    pub(crate) fn stored_chunk(&self, column: u32, row: u32) -> Result<Vec<u8>, InputFault> {
+        self.check_chunk(MOST_CHUNK_BYTES)?;
+        if !self.is_planar {
+            return self.plane_of_chunk(0, column, row);
+        }
+        let sample = self.number.bytes();
+        let mut texels = vec![0; self.chunk_bytes() as usize];
+        for plane in 0..self.planes() {
+            let found = self.plane_of_chunk(plane, column, row)?;
+            let first = plane as usize * sample;
+            let targets = texels.chunks_exact_mut(self.texel_bytes());
+            for (to, from) in targets.zip(found.chunks_exact(sample)) {
+                to[first..first + sample].copy_from_slice(from);
+            }
+        }
+        texels.truncate(self.chunk_rows(row) as usize * self.chunk[0] as usize * self.texel_bytes());
+        Ok(texels)
+    }
+
+    /// One plane of a strip or tile, or all of it where channels lie side by side.
+    pub(super) fn plane_of_chunk(&self, plane: u32, column: u32, row: u32) -> Result<Vec<u8>, InputFault> {
+        let per_plane = u64::from(self.columns()) * u64::from(self.rows());
+        let index =
+            u64::from(plane) * per_plane + u64::from(row) * u64::from(self.columns()) + u64::from(column);
+        let what = if self.is_tiled { "tile" } else { "strip" };
+        let place = format!("{}, {what} {index}", self.place);
+        let rows = self.chunk_rows(row);
+        let row_samples = self.chunk[0] as usize * self.samples_of_chunk();
+        let wanted = row_samples * self.number.bytes() * rows as usize;
+        let listed = if self.is_cut { plane.into() } else { index };
+        let mut offset = self.file.value(&self.offsets, listed, &place)?;
+        let len = match &self.lengths {
+            Some(list) => self.file.value(list, listed, &place)?,
+            None => wanted as u64,
+        };
+        if self.is_cut {
+            let part = u64::from(row) * u64::from(self.chunk[1]) * (row_samples * self.number.bytes()) as u64;
+            offset = offset.saturating_add(part);
+        }
+        if (offset, len) == (0, 0) || (len == 0 && self.compression != codecs::NONE) {
+            return Ok(self.not_stored(wanted));
+        }
+        // Of what is not compressed some writers state no length, or that of the whole file.
+        let len = if self.compression == codecs::NONE { wanted as u64 } else { len };
+        let most = (wanted as u64).saturating_mul(TIMES_STORED).saturating_add(SPARE_STORED);
+        if len > most && len <= self.file.len() {
+            return Err(damaged(&place, format!("it has {len} bytes for {wanted}")));
+        }
+        if wanted as u64 > len.saturating_mul(most_from_a_byte(self.compression as u16)) {
+            return Err(damaged(&place, format!("it has {len} bytes, which cannot hold {wanted}")));
+        }
+        let stored = self.file.bytes(offset, len, &place)?;
+        let decoded = self.decode(&stored, rows, wanted);
+        decoded.map_err(|why| damaged(&place, why))
+    }
+
+    fn decode(&self, stored: &[u8], rows: u32, wanted: usize) -> Result<Vec<u8>, String> {
+        let size = [self.chunk[0], rows];
+        let channels = self.samples_of_chunk();
+        match self.compression {
+            codecs::JPEG => {
+                let is_ycbcr = self.photometric == YCBCR && channels == 3;
+                return part::decode(&self.tables, stored, size, self.chunk[1], channels as u8, is_ycbcr);
+            }
+            _ if codecs::is_jpeg_2000(self.compression) => {
+                let is_said = match self.compression {
+                    codecs::APERIO_YCBCR => true,
+                    codecs::APERIO_RGB => false,
+                    _ => self.photometric == YCBCR,
+                };
+                let is_ycbcr = channels == 3 && is_said;
+                return jpeg2000::decode(stored, size, channels, self.number.bytes(), is_ycbcr);
+            }
+            _ => {}
+        }
+        let row_bytes = self.chunk[0] as usize * channels * self.number.bytes();
+        // Some writers fill up the last strip.
+        let spare = (self.chunk[1] - rows) as usize * row_bytes;
+        let mut bytes = vec![0; wanted];
+        codecs::decode(self.compression, stored, &mut bytes, spare)?;
+        let (sample, is_big_endian) = (self.number.bytes(), self.file.is_big_endian);
+        // Without compression nothing is predicted, whatever the tag says.
+        let predictor = if self.compression == codecs::NONE { 1 } else { self.predictor };
+        for row in bytes.chunks_exact_mut(row_bytes) {
+            match predictor {
+                FLOATING => predictor::floating(row, channels, sample),
+                _ => predictor::in_order(row, sample, is_big_endian),
+            }
+            if predictor == HORIZONTAL {
+                predictor::horizontal(row, channels, sample);
+            }
+        }
+        Ok(bytes)
+    }
+
+    /// What stands in the place of a strip or tile that a sparse file leaves out, as GDAL has it.
+    fn not_stored(&self, bytes: usize) -> Vec<u8> {
+        let value = self.number.of(self.nodata.unwrap_or(0.0));
+        let mut texels = vec![0; bytes];
+        texels.chunks_exact_mut(value.len()).for_each(|sample| sample.copy_from_slice(&value));
+        texels
+    }
+}

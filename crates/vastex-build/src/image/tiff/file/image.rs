@@ -1,0 +1,271 @@
+//! What one directory says of its image: its size, how it is cut, what its samples are and how they are compressed.
+
+use std::sync::Arc;
+
+use super::entry::{Directory, Entry};
+use super::{TiffFile, codecs, damaged};
+use crate::image::{ImageHeader, InputFault, Number, PixelFormat};
+
+/// Tags.
+pub(super) const WIDTH: u16 = 256;
+pub(super) const HEIGHT: u16 = 257;
+const BITS: u16 = 258;
+const COMPRESSION: u16 = 259;
+const PHOTOMETRIC: u16 = 262;
+const FILL_ORDER: u16 = 266;
+const STRIP_OFFSETS: u16 = 273;
+const ORIENTATION: u16 = 274;
+const SAMPLES: u16 = 277;
+const ROWS_PER_STRIP: u16 = 278;
+const STRIP_LENGTHS: u16 = 279;
+const PLANAR: u16 = 284;
+const PREDICTOR: u16 = 317;
+const TILE_WIDTH: u16 = 322;
+const TILE_HEIGHT: u16 = 323;
+pub(super) const TILE_OFFSETS: u16 = 324;
+const TILE_LENGTHS: u16 = 325;
+const EXTRA_SAMPLES: u16 = 338;
+const SAMPLE_FORMAT: u16 = 339;
+const JPEG_TABLES: u16 = 347;
+const ICC_PROFILE: u16 = 34675;
+const NODATA: u16 = 42113;
+
+/// Values of PhotometricInterpretation.
+pub(super) const WHITE_IS_ZERO: u64 = 0;
+pub(super) const BLACK_IS_ZERO: u64 = 1;
+pub(super) const RGB: u64 = 2;
+pub(super) const YCBCR: u64 = 6;
+/// Samples that a texel may have.
+const MOST_SAMPLES: u64 = 512;
+/// Bytes that tables for JPEG and a colour profile may have.
+const MOST_TABLE_BYTES: u64 = 1 << 20;
+const MOST_PROFILE_BYTES: u64 = 16 << 20;
+/// Bytes that a decoded strip or tile may have.
+pub(super) const MOST_CHUNK_BYTES: u64 = 256 << 20;
+/// Bytes of the parts that one strip is taken for.
+const CUT_BYTES: u64 = 1 << 20;
+/// What cannot be read can be converted to what can.
+pub(super) const CONVERT: &str = "convert it to a TIFF of tiles, uncompressed, Deflate, LZW, Zstandard or JPEG, or make a container of its source with `vastex build`";
+
+/// An image of a file, whose strips are tiles of the image's whole width.
+pub(crate) struct TiffImage {
+    pub(super) file: Arc<TiffFile>,
+    /// Texels per row, and rows.
+    pub(crate) size: [u32; 2],
+    /// The same of a strip or tile; those of the last column and row of tiles reach beyond the image.
+    pub(crate) chunk: [u32; 2],
+    pub(crate) is_tiled: bool,
+    /// Whether its strips are parts of the one strip of a plane, which is not compressed.
+    pub(super) is_cut: bool,
+    /// Channels of a texel as it is stored, alpha and others included.
+    pub(crate) samples: u16,
+    pub(crate) number: Number,
+    pub(super) bits: u64,
+    pub(super) sample_format: u64,
+    pub(crate) photometric: u64,
+    pub(crate) compression: u64,
+    pub(super) predictor: u64,
+    /// Whether each channel has strips or tiles of its own.
+    pub(super) is_planar: bool,
+    /// What the samples beyond the colours are.
+    pub(super) extra: Vec<u64>,
+    pub(crate) orientation: u64,
+    pub(super) offsets: Entry,
+    /// Where it is missing, strips and tiles that are not compressed have the bytes that they need.
+    pub(super) lengths: Option<Entry>,
+    pub(super) tables: Arc<[u8]>,
+    /// What strips and tiles that are not stored consist of.
+    pub(super) nodata: Option<f64>,
+    pub(super) profile: Option<Arc<[u8]>>,
+    /// The directory, for messages.
+    pub(super) place: String,
+}
+
+impl TiffImage {
+    /// Reads what a directory says, but neither texels nor lists of strips and tiles.
+    pub(super) fn read(file: &Arc<TiffFile>, directory: &Directory) -> Result<TiffImage, InputFault> {
+        let place = directory.place.clone();
+        let number = |tag, missing| Ok::<u64, InputFault>(directory.number(file, tag)?.unwrap_or(missing));
+        let size = [number(WIDTH, 0)?, number(HEIGHT, 0)?];
+        // Judges the size.
+        let header = ImageHeader::new(size[0], size[1], PixelFormat::GREY8)?;
+        let size = [header.width, header.height];
+        let is_tiled = directory.entry(TILE_OFFSETS).is_some();
+        let chunk = match is_tiled {
+            true => [number(TILE_WIDTH, 0)?, number(TILE_HEIGHT, 0)?],
+            false => [size[0].into(), number(ROWS_PER_STRIP, u64::MAX)?.min(size[1].into())],
+        };
+        let [Ok(chunk_width), Ok(chunk_height)] = chunk.map(u32::try_from) else {
+            return Err(damaged(&place, format!("its tiles have {}x{} texels", chunk[0], chunk[1])));
+        };
+        if chunk_width == 0 || chunk_height == 0 {
+            return Err(damaged(&place, "its strips or tiles have no texels"));
+        }
+        let samples = number(SAMPLES, 1)?;
+        if samples == 0 || samples > MOST_SAMPLES {
+            return Err(damaged(&place, format!("its texels have {samples} samples")));
+        }
+        let all_equal = |tag, missing| {
+            let values = directory.numbers(file, tag, MOST_SAMPLES)?;
+            let first = values.first().copied().unwrap_or(missing);
+            if values.iter().any(|value| *value != first) {
+                return Err(unsupported("channels that are stored differently".into()));
+            }
+            Ok(first)
+        };
+        let (bits, sample_format) = (all_equal(BITS, 1)?, all_equal(SAMPLE_FORMAT, 1)?);
+        if number(FILL_ORDER, 1)? != 1 {
+            return Err(unsupported("bytes whose lowest bit comes first".into()));
+        }
+        let (offsets, lengths) = match is_tiled {
+            true => (TILE_OFFSETS, TILE_LENGTHS),
+            false => (STRIP_OFFSETS, STRIP_LENGTHS),
+        };
+        let offsets = directory.entry(offsets).ok_or_else(|| damaged(&place, "it has no strips or tiles"))?;
+        let tables = directory.raw(file, JPEG_TABLES, MOST_TABLE_BYTES)?.unwrap_or_default();
+        let nodata = directory.text(file, NODATA, 64)?;
+        let image = TiffImage {
+            file: file.clone(),
+            size,
+            chunk: [chunk_width, chunk_height],
+            is_tiled,
+            is_cut: false,
+            samples: samples as u16,
+            number: Number::new(sample_format, bits).ok_or_else(|| not_known(sample_format, bits))?,
+            bits,
+            sample_format,
+            photometric: number(PHOTOMETRIC, BLACK_IS_ZERO)?,
+            compression: number(COMPRESSION, codecs::NONE)?,
+            predictor: number(PREDICTOR, 1)?,
+            is_planar: samples > 1 && number(PLANAR, 1)? == 2,
+            extra: directory.numbers(file, EXTRA_SAMPLES, MOST_SAMPLES)?,
+            orientation: number(ORIENTATION, 1)?,
+            offsets: *offsets,
+            lengths: directory.entry(lengths).copied(),
+            tables: tables.into(),
+            nodata: nodata.and_then(|text| text.trim().parse().ok()),
+            profile: directory.raw(file, ICC_PROFILE, MOST_PROFILE_BYTES)?.map(Into::into),
+            place,
+        };
+        image.check()?;
+        Ok(image)
+    }
+
+    /// The same image, the one strip of a plane taken for several where that is possible without decoding it.
+    pub(crate) fn cut(mut self) -> TiffImage {
+        let row_bytes = u64::from(self.size[0]) * (self.samples_of_chunk() * self.number.bytes()) as u64;
+        self.is_cut = !self.is_tiled
+            && self.compression == codecs::NONE
+            && self.chunk[1] >= self.size[1]
+            && row_bytes < CUT_BYTES;
+        if self.is_cut {
+            self.chunk[1] = ((CUT_BYTES / row_bytes) as u32).min(self.size[1]);
+        }
+        self
+    }
+
+    /// Refuses what cannot be decoded, and lists that do not have all strips or tiles.
+    fn check(&self) -> Result<(), InputFault> {
+        let count = u64::from(self.columns()) * u64::from(self.rows()) * u64::from(self.planes());
+        let listed = self.lengths.as_ref().map_or(self.offsets.count, |list| list.count);
+        let listed = listed.min(self.offsets.count);
+        if listed < count {
+            let why = format!("it lists {listed} strips or tiles of {count}");
+            return Err(damaged(&self.place, why));
+        }
+        if self.lengths.is_none() && self.compression != codecs::NONE {
+            return Err(damaged(&self.place, "it does not say how long its strips or tiles are"));
+        }
+        let (bits, samples) = (self.bits, self.samples_of_chunk());
+        let is_float = matches!(self.number, Number::F16 | Number::F32 | Number::F64);
+        let is_jpeg_2000 = codecs::is_jpeg_2000(self.compression);
+        match self.compression {
+            codecs::JPEG if self.number != Number::U8 || ![1, 3, 4].contains(&samples) => {
+                return Err(unsupported(format!("JPEG of {samples} samples of {bits} bits")));
+            }
+            _ if is_jpeg_2000 && ![Number::U8, Number::U16].contains(&self.number) => {
+                return Err(unsupported(format!("JPEG 2000 of {bits} bits")));
+            }
+            codecs::NONE | codecs::JPEG => {}
+            _ if is_jpeg_2000 => {}
+            codecs::DEFLATE | codecs::OLD_DEFLATE | codecs::LZW | codecs::ZSTD | codecs::PACKBITS => {
+                if !matches!(self.predictor, 1 | 2) && (self.predictor != 3 || !is_float) {
+                    let predictor = self.predictor;
+                    return Err(unsupported(format!("predictor {predictor} of samples of {bits} bits")));
+                }
+            }
+            other => return Err(unsupported(format!("a TIFF compressed by {}", codecs::name(other)))),
+        }
+        // Elsewhere colours may have a lower resolution than what is beside them.
+        if self.photometric == YCBCR && self.compression != codecs::JPEG && !is_jpeg_2000 {
+            return Err(unsupported("YCbCr that is not JPEG".into()));
+        }
+        Ok(())
+    }
+
+    /// The file that it is in.
+    pub(crate) fn file(&self) -> &Arc<TiffFile> {
+        &self.file
+    }
+
+    /// Tiles along a row; 1 for strips.
+    pub(crate) fn columns(&self) -> u32 {
+        self.size[0].div_ceil(self.chunk[0])
+    }
+
+    /// Strips, or rows of tiles.
+    pub(crate) fn rows(&self) -> u32 {
+        self.size[1].div_ceil(self.chunk[1])
+    }
+
+    /// Strips or tiles that a place of the image has: one, or one for each channel.
+    pub(super) fn planes(&self) -> u32 {
+        if self.is_planar { u32::from(self.samples) } else { 1 }
+    }
+
+    /// Samples of a texel that lie side by side in a strip or tile.
+    pub(super) fn samples_of_chunk(&self) -> usize {
+        if self.is_planar { 1 } else { self.samples.into() }
+    }
+
+    /// Bytes of a texel as it is stored.
+    pub(crate) fn texel_bytes(&self) -> usize {
+        usize::from(self.samples) * self.number.bytes()
+    }
+
+    /// Bytes of one decoded strip or tile, of all its channels.
+    pub(crate) fn chunk_bytes(&self) -> u64 {
+        let texels = u64::from(self.chunk[0]) * u64::from(self.chunk[1]);
+        texels.saturating_mul(self.texel_bytes() as u64)
+    }
+
+    /// What its compression is called.
+    pub(crate) fn compression_name(&self) -> String {
+        codecs::name(self.compression)
+    }
+
+    /// Refuses strips or tiles that are too large to be decoded one by one.
+    pub(crate) fn check_chunk(&self, most: u64) -> Result<(), InputFault> {
+        let bytes = self.chunk_bytes();
+        if bytes > most.min(MOST_CHUNK_BYTES) {
+            let what = if self.is_tiled { "tiles" } else { "strips" };
+            return Err(InputFault::Unsupported {
+                what: format!("{what} of {bytes} bytes each"),
+                remedy: "make a container of it with `vastex build FILE -o FILE.vastex`",
+            });
+        }
+        Ok(())
+    }
+}
+
+pub(super) fn unsupported(what: String) -> InputFault {
+    InputFault::Unsupported { what, remedy: CONVERT }
+}
+
+fn not_known(sample_format: u64, bits: u64) -> InputFault {
+    unsupported(match sample_format {
+        1 | 2 => format!("samples of {bits} bits"),
+        3 => format!("floats of {bits} bits"),
+        _ => "samples that are complex or of no known kind".into(),
+    })
+}

@@ -1,0 +1,169 @@
+//! Which images of a file are levels of its first one, and what the others are.
+//!
+//! | file | levels |
+//! |---|---|
+//! | COG and others of GDAL | directories of the chain that say that they are reduced; masks are none |
+//! | OME-TIFF, libvips with `subifd` | directories below the first |
+//! | libvips, maketx | directories of the chain, each half as large as the one before |
+//! | Aperio's SVS | directories of the chain that have tiles, often each a quarter as large along a side; the thumbnail, the label and the macro image have strips |
+//!
+//! Writers round sizes up or down, so a level is known by a side that is that of level 0, halved so many times, give
+//! or take less than two texels. An image of the first one's size is no level: stacks have many.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use super::TiffFile;
+use super::about::{self, Kind, TiffAbout};
+use super::entry::Directory;
+use super::image::{HEIGHT, TILE_OFFSETS, TiffImage, WIDTH};
+use crate::image::InputFault;
+
+const SUBFILE_TYPE: u16 = 254;
+/// Bits of NewSubfileType.
+const IS_MASK: u64 = 4;
+const IS_REDUCED: u64 = 1;
+/// What Aperio says there of the macro image, and of the label.
+const MACRO: u64 = 9;
+const LABEL: u64 = 1;
+
+/// The images of a TIFF file.
+pub(crate) struct TiffPyramid {
+    /// By how many times level 0 was halved; nothing where the file has no such level. The first and the last
+    /// are there.
+    pub(crate) levels: Vec<Option<TiffImage>>,
+    pub(crate) others: Vec<TiffOther>,
+    pub(crate) about: TiffAbout,
+}
+
+/// An image of a TIFF file that is no level of its first one.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct TiffOther {
+    /// What it is: `thumbnail`, `label`, `macro`, `mask`, or `image` of which nothing is known.
+    pub role: &'static str,
+    /// Its columns and rows, as far as the file says them.
+    pub size: [u64; 2],
+}
+
+impl TiffPyramid {
+    /// Opens a file; nothing where its first bytes are not those of TIFF. Reads directories, but neither texels
+    /// nor lists of tiles.
+    pub(crate) fn open(path: &Path) -> Result<Option<TiffPyramid>, InputFault> {
+        TiffFile::open(path)?.as_ref().map(TiffPyramid::of).transpose()
+    }
+
+    fn of(file: &Arc<TiffFile>) -> Result<TiffPyramid, InputFault> {
+        let found = file.directories()?;
+        let (kind, about) = about::read(file, &found.chain[0])?;
+        let first = TiffImage::read(file, &found.chain[0])?.cut();
+        let mut pyramid = TiffPyramid { levels: vec![Some(first)], others: Vec::new(), about };
+        for directory in &found.below {
+            pyramid.add(file, directory, kind, true)?;
+        }
+        for directory in &found.chain[1..] {
+            pyramid.add(file, directory, kind, false)?;
+        }
+        Ok(pyramid)
+    }
+
+    /// Takes a directory for a level, or lists it. What cannot be read of it is no level; nor is a page of the
+    /// chain that neither has tiles nor says that it is reduced: scans have pages of several sizes.
+    fn add(
+        &mut self,
+        file: &Arc<TiffFile>,
+        directory: &Directory,
+        kind: Kind,
+        is_below: bool,
+    ) -> Result<(), InputFault> {
+        let number = |tag| Ok::<u64, InputFault>(directory.number(file, tag)?.unwrap_or(0));
+        let (subfile, size) = (number(SUBFILE_TYPE)?, [number(WIDTH)?, number(HEIGHT)?]);
+        let is_tiled = directory.entry(TILE_OFFSETS).is_some();
+        let role = match kind {
+            _ if subfile & IS_MASK != 0 => Some("mask"),
+            Kind::Aperio if !is_tiled => {
+                let words = about::description(file, directory)?;
+                let second = words.lines().nth(1).unwrap_or_default().trim_start();
+                Some(match subfile {
+                    _ if second.starts_with("label") => "label",
+                    _ if second.starts_with("macro") => "macro",
+                    MACRO => "macro",
+                    LABEL => "label",
+                    _ => "thumbnail",
+                })
+            }
+            _ => None,
+        };
+        let level = match role {
+            None if is_below || is_tiled || subfile & IS_REDUCED != 0 => self.level_of(file, directory),
+            _ => None,
+        };
+        match level {
+            Some((level, image)) => {
+                self.levels.resize_with(self.levels.len().max(level + 1), || None);
+                self.levels[level] = Some(image);
+            }
+            None => self.others.push(TiffOther { role: role.unwrap_or("image"), size }),
+        }
+        Ok(())
+    }
+
+    /// The image of a directory and its level, where it is one that is not there yet.
+    fn level_of(&self, file: &Arc<TiffFile>, directory: &Directory) -> Option<(usize, TiffImage)> {
+        let first = self.levels.first()?.as_ref()?;
+        let image = TiffImage::read(file, directory).ok()?.cut();
+        let level = halvings(first.size, image.size, self.levels.len())?;
+        let is_alike = image.samples == first.samples && image.number == first.number;
+        let is_shown_alike = match (image.pixel_format(), first.pixel_format()) {
+            (Ok(format), Ok(other)) => format == other,
+            (_, Err(_)) => true,
+            _ => false,
+        };
+        let is_new = self.levels.get(level).is_none_or(Option::is_none);
+        (is_alike && is_shown_alike && is_new).then_some((level, image))
+    }
+}
+
+/// How many times a size was halved, at least once: `next` times where that may be, as for the last texels of a
+/// chain; nothing where it is no such size.
+fn halvings(full: [u32; 2], size: [u32; 2], next: usize) -> Option<usize> {
+    let is_level = |level: usize| {
+        let is_near = |axis: usize| {
+            let expected = (f64::from(full[axis]) / (level as f64).exp2()).max(1.0);
+            (f64::from(size[axis]) - expected).abs() < 2.0
+        };
+        level > 0 && is_near(0) && is_near(1)
+    };
+    let axis = usize::from(full[1] > full[0]);
+    let nearest = (f64::from(full[axis]) / f64::from(size[axis])).log2().round().max(0.0) as usize;
+    // Of a size that is not smaller than the last one's, nothing follows.
+    let follows = size[axis] < full[axis] && next <= nearest && is_level(next);
+    if follows { Some(next) } else { Some(nearest).filter(|level| is_level(*level)) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn levels_are_known_by_their_size_however_it_is_rounded() {
+        let full = [46_001, 32_913];
+        for (size, level) in [
+            ([23_000, 16_456], Some(1)),
+            ([23_001, 16_457], Some(1)),
+            ([11_500, 8228], Some(2)),
+            ([2875, 2057], Some(4)),
+            ([1, 1], Some(15)),
+            ([46_001, 32_913], None),
+            ([15_334, 10_971], None),
+            ([1024, 768], None),
+            ([23_000, 16_400], None),
+        ] {
+            assert_eq!(halvings(full, size, 1), level, "{size:?}");
+        }
+        assert_eq!(halvings([1000, 3], [1, 1], 1), Some(10));
+        assert_eq!(halvings([1000, 3], [1, 1], 9), Some(9));
+        assert_eq!(halvings([1000, 3], [250, 1], 1), Some(2));
+        assert_eq!(halvings([1, 1], [1, 1], 1), None);
+    }
+}

@@ -1,0 +1,224 @@
+//! The pages of a source whose levels are read in cells: borders from the cells that lie around a page, levels
+//! that the source lacks from those that it has.
+//!
+//! Pages and cells need not have the same size. Levels that are coarser than the coarsest cells are filtered when
+//! the source is opened, and kept; a finer one that is missing is filtered page by page. Which levels there are is
+//! [`Cells`]' business.
+
+use std::sync::Arc;
+
+use vastex_core::{
+    AddressMode, Box3, Description, Dims, Geometry, GeometryError, GeometrySpec, PagePos, fold,
+};
+use vastex_tiles::{Codec, ReadError, Tile};
+
+use super::SourceError;
+use super::cells::{Cells, rectangle};
+use crate::image::{ImageHeader, InputFault};
+use crate::texels::convert::{Conversion, layer_format};
+use crate::texels::filter::{Filter, LayerFilter};
+
+/// Texels of border of the pages.
+const BORDER: u32 = 4;
+/// Cells of fewer texels per side have pages of 128 texels, others of 256.
+const SMALL_CELL: u32 = 256;
+/// Bytes that the levels which a source lacks may take.
+const MAX_MADE_BYTES: u64 = 256 << 20;
+
+/// Why there are no pages.
+pub(super) enum NoPages {
+    Input(InputFault),
+    Geometry(GeometryError),
+}
+
+impl NoPages {
+    /// With the file that it is about.
+    pub(super) fn at(self, path: &std::path::Path) -> SourceError {
+        match self {
+            NoPages::Input(fault) => SourceError::Input { path: path.into(), fault },
+            NoPages::Geometry(error) => SourceError::Geometry(error),
+        }
+    }
+}
+
+/// Cells as pages of 128 or 256 texels.
+pub(super) struct Pages<C> {
+    pub(super) cells: C,
+    pub(super) description: Arc<Description>,
+    conversion: Conversion,
+    address: [AddressMode; 2],
+    filter: Filter,
+    /// Bytes of a texel of the layer.
+    texel: usize,
+    /// The levels that the source lacks at the coarse end, finest first, as texels of the layer.
+    made: Vec<Vec<u8>>,
+}
+
+impl<C: Cells> Pages<C> {
+    /// Pages of what the header describes. Reads the coarsest level where there must be coarser ones.
+    pub(super) fn new(cells: C, header: &ImageHeader, wraps: bool) -> Result<Pages<C>, NoPages> {
+        let x = if wraps { AddressMode::Wrap } else { AddressMode::Clamp };
+        let is_small = cells.cell(0).into_iter().min().is_some_and(|side| side < SMALL_CELL);
+        let geometry = Geometry::new(GeometrySpec {
+            dims: Dims::D2,
+            page: if is_small { 128 } else { 256 },
+            border: BORDER,
+            address: [x, AddressMode::Clamp, AddressMode::Clamp],
+            ..GeometrySpec::image(header.width, header.height)
+        });
+        let format = layer_format(header);
+        let description = Arc::new(Description::one_layer(geometry.map_err(NoPages::Geometry)?, format));
+        let filter = Filter::new(LayerFilter::for_layer("color", format, true), format, 2);
+        let mut pages = Pages {
+            cells,
+            description,
+            conversion: Conversion::usual(header),
+            address: [x, AddressMode::Clamp],
+            filter,
+            texel: format.texel_bytes(),
+            made: Vec::new(),
+        };
+        pages.make_levels().map_err(NoPages::Input)?;
+        Ok(pages)
+    }
+
+    /// The tile of a page; `fault_at` says where a fault is.
+    pub(super) fn tile(
+        &self,
+        pos: PagePos,
+        error: impl Fn(PagePos, &InputFault) -> ReadError,
+    ) -> Result<Tile, ReadError> {
+        let geometry = &self.description.geometry;
+        if !geometry.contains(pos) {
+            return Err(ReadError::NoSuchTile { pos });
+        }
+        let mut tile = vec![0; self.description.tile_bytes()];
+        let side = geometry.tile()[0] as usize;
+        for (level, level_box, offset) in geometry.tile_boxes(pos) {
+            let start = (offset[1] as usize * side + offset[0] as usize) * self.texel;
+            let rows = tile[start..].chunks_mut(side * self.texel);
+            self.fill(level.into(), level_box, rows).map_err(|fault| error(pos, &fault))?;
+        }
+        Ok(Tile { codec: Codec::Raw, bytes: tile.into() })
+    }
+
+    /// Writes the texels of `level_box` to the beginnings of rows.
+    fn fill<'a>(
+        &self,
+        level: u32,
+        level_box: Box3,
+        rows: impl Iterator<Item = &'a mut [u8]>,
+    ) -> Result<(), InputFault> {
+        let ([x, y, _], [width, height, _]) = (level_box.origin, level_box.size);
+        let row_bytes = width as usize * self.texel;
+        let rows = rows.map(|row| &mut row[..row_bytes]);
+        if level < self.cells.levels() && !self.cells.is_reduced(level) {
+            let image = rectangle(&self.cells, self.address, level, [x, y], [width, height])?;
+            let image_row = width as usize * self.cells.format().texel_bytes();
+            for (row, image) in rows.zip(image.chunks_exact(image_row)) {
+                self.conversion.row(row, image);
+            }
+            return Ok(());
+        }
+        let texels = self.texels(level, [x, y], [width, height])?;
+        for (row, texels) in rows.zip(texels.chunks_exact(row_bytes)) {
+            row.copy_from_slice(texels);
+        }
+        Ok(())
+    }
+
+    /// A rectangle of a level as texels of the layer, which may reach beyond its edges.
+    fn texels(&self, level: u32, origin: [i64; 2], size: [u32; 2]) -> Result<Vec<u8>, InputFault> {
+        match level.checked_sub(self.cells.levels()) {
+            Some(made) => Ok(self.texels_of_made(made as usize, level, origin, size)),
+            None if self.cells.is_reduced(level) => self.reduced(level, origin, size),
+            None => {
+                let image = rectangle(&self.cells, self.address, level, origin, size)?;
+                let mut texels = vec![0; size[0] as usize * size[1] as usize * self.texel];
+                self.conversion.row(&mut texels, &image);
+                Ok(texels)
+            }
+        }
+    }
+
+    fn level_size(&self, level: u32) -> [u32; 2] {
+        let [width, height, _] = self.description.geometry.level(level as u8).size;
+        [width, height]
+    }
+
+    fn texels_of_made(&self, made: usize, level: u32, origin: [i64; 2], size: [u32; 2]) -> Vec<u8> {
+        let of_level = self.level_size(level);
+        let mut texels = Vec::with_capacity(size[0] as usize * size[1] as usize * self.texel);
+        for y in (origin[1]..).take(size[1] as usize) {
+            let row = fold(self.address[1], y, of_level[1]) as usize * of_level[0] as usize;
+            for x in (origin[0]..).take(size[0] as usize) {
+                let at = (row + fold(self.address[0], x, of_level[0]) as usize) * self.texel;
+                texels.extend_from_slice(&self.made[made][at..at + self.texel]);
+            }
+        }
+        texels
+    }
+
+    /// A rectangle of a level that is filtered from the next finer one: the part within the level, and what lies
+    /// beyond its edges clamped to that.
+    fn reduced(&self, level: u32, origin: [i64; 2], size: [u32; 2]) -> Result<Vec<u8>, InputFault> {
+        let of_level = self.level_size(level);
+        let inside: [[i64; 2]; 2] = [0, 1].map(|axis| {
+            let last = i64::from(of_level[axis]) - 1;
+            [origin[axis], origin[axis] + i64::from(size[axis]) - 1].map(|at| at.clamp(0, last))
+        });
+        let count = inside.map(|[first, last]| (last - first + 1) as u32);
+        let fine =
+            self.texels(level - 1, inside.map(|[first, _]| 2 * first), count.map(|count| 2 * count))?;
+        let coarse = self.filtered(&fine, count[0]);
+        let index = |axis: usize, n: u32| {
+            let [first, last] = inside[axis];
+            ((origin[axis] + i64::from(n)).clamp(first, last) - first) as usize
+        };
+        let mut texels = Vec::with_capacity(size[0] as usize * size[1] as usize * self.texel);
+        for y in 0..size[1] {
+            let row = index(1, y) * count[0] as usize;
+            for x in 0..size[0] {
+                let at = (row + index(0, x)) * self.texel;
+                texels.extend_from_slice(&coarse[at..at + self.texel]);
+            }
+        }
+        Ok(texels)
+    }
+
+    /// Rows of `width` texels, each of two rows of twice as many.
+    fn filtered(&self, fine: &[u8], width: u32) -> Vec<u8> {
+        let (row, fine_row) = (width as usize * self.texel, 2 * width as usize * self.texel);
+        let mut coarse = vec![0; fine.len() / 4];
+        for (row, pair) in coarse.chunks_exact_mut(row).zip(fine.chunks_exact(2 * fine_row)) {
+            let (upper, lower) = pair.split_at(fine_row);
+            self.filter.row(row, &[upper, lower]);
+        }
+        coarse
+    }
+
+    /// Makes the levels that are coarser than the source's, by the mean of 2x2 texels.
+    fn make_levels(&mut self) -> Result<(), InputFault> {
+        let count = self.description.geometry.levels().len() as u32;
+        for level in self.cells.levels()..count {
+            let ([width, height], finer) = (self.level_size(level), self.level_size(level - 1));
+            let bytes = u64::from(width) * u64::from(height) * self.texel as u64;
+            if bytes > MAX_MADE_BYTES {
+                return Err(InputFault::Unsupported {
+                    what: format!("no level that is coarser than {}x{} texels", finer[0], finer[1]),
+                    remedy: "add coarser levels, or make a container of it with `vastex build`",
+                });
+            }
+            let mut coarse = Vec::with_capacity(bytes as usize);
+            // As many rows at a time as a row of cells has; two of them make one.
+            let strip = (self.cells.cell(self.cells.levels() - 1)[1] / 2).clamp(1, height);
+            for top in (0..height).step_by(strip as usize) {
+                let rows = strip.min(height - top);
+                let fine = self.texels(level - 1, [0, (2 * top).into()], [2 * width, 2 * rows])?;
+                coarse.extend(self.filtered(&fine, width));
+            }
+            self.made.push(coarse);
+        }
+        Ok(())
+    }
+}

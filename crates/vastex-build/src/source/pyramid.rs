@@ -1,0 +1,278 @@
+//! TIFF pyramids as sources of tiles: any page of any level, straight from the file's own tiles.
+//!
+//! Vastex's levels halve. One that the file has not, as where each is a quarter of the one before, is filtered from
+//! the next finer one whenever a page of it is asked for, if that is at most [`MOST_REDUCED`] levels away, and else
+//! interpolated from the next coarser one. Levels that are coarser than the file's coarsest are made at opening.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use vastex_core::{AddressMode, Description, PagePos};
+use vastex_tiles::{ReadFuture, ReadLimit, SourceKey, Tiers, Tile, TileSource};
+
+use super::cells::{self, Cells};
+use super::identity::identity_of_file;
+use super::kept::Kept;
+use super::pages::Pages;
+use super::{SourceError, read_error};
+use crate::image::tiff::file::TiffImage;
+use crate::image::tiff::file::pyramid::{TiffOther, TiffPyramid};
+use crate::image::{InputFault, Notice, PixelFormat, Profile, TiffAbout};
+
+/// Levels by which one that is missing may be coarser than what it is filtered from, whenever a page of it is asked
+/// for: a page reads 4^3 as many texels.
+const MOST_REDUCED: u32 = 3;
+/// Bytes of a strip or tile, decoded, of which some are kept.
+const MOST_CHUNK_BYTES: u64 = 64 << 20;
+/// Texels of the coarsest level that are read at opening to make coarser ones.
+const MOST_COARSEST_TEXELS: u64 = 1 << 26;
+
+/// The tiles of a TIFF file, as pages of 128 or 256 texels: a Cloud Optimized GeoTIFF, an OME-TIFF, a pyramid of
+/// libvips or maketx, an SVS file of Aperio, or any tiled TIFF that is small enough to go without levels.
+///
+/// Level 0 is the file's first image. Values are those that `vastex build` stores of it, but colours stay as they
+/// are stored where the file has a colour profile. A tile that cannot be decoded is an error of the pages that need
+/// it, and is tried again when they are asked for again. Any number of threads read and decode at once. Holds up to
+/// 64 MiB of decoded tiles, or four tiles, and, in full, the levels that are coarser than the file's.
+pub struct TiffSource {
+    path: PathBuf,
+    pages: Pages<Levels>,
+    others: Vec<TiffOther>,
+    about: TiffAbout,
+    notices: Vec<Notice>,
+}
+
+/// A level as a TIFF file stores it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct TiffLevel {
+    /// By how many times level 0 was halved, about: the number of the level in Vastex.
+    pub level: u32,
+    /// Its columns and rows.
+    pub size: [u32; 2],
+    /// Those of its tiles; strips are as wide as the level.
+    pub tile: [u32; 2],
+    /// The name of its compression.
+    pub compression: String,
+}
+
+impl TiffSource {
+    /// Opens a file. Reads its directories and, where they do not go down to one texel, its coarsest level.
+    pub fn open(path: impl AsRef<Path>) -> Result<TiffSource, SourceError> {
+        let path = path.as_ref();
+        let at_path = |fault| SourceError::Input { path: path.into(), fault };
+        let found = TiffPyramid::open(path).map_err(at_path)?.ok_or(InputFault::NoTiles).map_err(at_path)?;
+        let TiffPyramid { levels, others, about } = found;
+        let Some(Some(first)) = levels.first() else { return Err(at_path(InputFault::NoTiles)) };
+        let header = first.header().map_err(at_path)?;
+        check_image(first).map_err(at_path)?;
+        let mut notices = header.notices.clone();
+        let left = |profile: &Profile| profile.left(header.format, "tiles are shown as they are stored");
+        notices.extend(header.profile.as_ref().and_then(left));
+        let format = header.format;
+        let is_usable = |image: &TiffImage| check_image(image).is_ok();
+        let levels = Levels::new(levels.into_iter().map(|level| level.filter(is_usable)).collect(), format);
+        levels.check_coarsest().map_err(at_path)?;
+        let pages = Pages::new(levels, &header, false).map_err(|error| error.at(path))?;
+        Ok(TiffSource { path: path.into(), pages, others, about, notices })
+    }
+
+    /// What is worth knowing of the file.
+    pub fn notices(&self) -> &[Notice] {
+        &self.notices
+    }
+
+    /// The levels that the file stores, the finest first.
+    pub fn levels(&self) -> Vec<TiffLevel> {
+        let stored = (0..).zip(&self.pages.cells.levels);
+        stored.filter_map(|(level, image)| image.as_ref().map(|image| TiffLevel::new(level, image))).collect()
+    }
+
+    /// Images of the file that are no levels: thumbnails, labels, masks, further pages.
+    pub fn others(&self) -> &[TiffOther] {
+        &self.others
+    }
+
+    /// What the file says of the size and place of its texels.
+    pub fn about(&self) -> &TiffAbout {
+        &self.about
+    }
+}
+
+impl TiffLevel {
+    fn new(level: u32, image: &TiffImage) -> TiffLevel {
+        let compression = image.compression_name();
+        TiffLevel { level, size: image.size, tile: image.chunk, compression }
+    }
+}
+
+fn image_bytes(image: &TiffImage) -> u64 {
+    let texels = u64::from(image.size[0]) * u64::from(image.size[1]);
+    texels.saturating_mul(image.texel_bytes() as u64)
+}
+
+/// Refuses an image whose pages would each need much more of the file than they show.
+fn check_image(image: &TiffImage) -> Result<(), InputFault> {
+    if !image.is_tiled && image_bytes(image) > MOST_CHUNK_BYTES {
+        let [width, height] = image.size;
+        return Err(InputFault::Unsupported {
+            what: format!("{width}x{height} texels in strips and no tiles"),
+            remedy: "make a container of it with `vastex build FILE -o FILE.vastex`",
+        });
+    }
+    image.check_chunk(MOST_CHUNK_BYTES)
+}
+
+#[deny(clippy::missing_trait_methods)]
+impl TileSource for TiffSource {
+    fn behind(&self) -> Option<&dyn TileSource> {
+        None
+    }
+
+    fn description(&self) -> &Arc<Description> {
+        &self.pages.description
+    }
+
+    fn present(&self) -> Option<&Arc<vastex_core::PageSet>> {
+        None
+    }
+
+    /// Nothing: which tiles are the same is only known when they have been read.
+    fn contents(&self) -> Option<&Arc<vastex_core::PageContents>> {
+        None
+    }
+
+    /// Goes by the file's name, size and time, which are looked up at every call. Nothing where they cannot be.
+    fn identity(&self) -> Option<SourceKey> {
+        identity_of_file(&self.path).ok()
+    }
+
+    fn read_limit(&self) -> Option<&Arc<ReadLimit>> {
+        None
+    }
+
+    fn blocks(&self) -> bool {
+        false
+    }
+
+    fn add_tiers(&self, tiers: &mut Tiers) {
+        tiers.store += self.pages.cells.reads();
+    }
+
+    fn read(&self, pos: PagePos) -> ReadFuture<'_> {
+        Box::pin(async move { self.pages.tile(pos, read_error) })
+    }
+
+    /// Nothing: what is kept are the file's tiles, and a page is put together of several.
+    fn at_hand(&self, _: PagePos) -> Option<Tile> {
+        None
+    }
+
+    /// Tiles are read again, wherever the region lies. Where they lie in the file stays as it was when that was
+    /// opened, and so do the levels that it lacks.
+    fn changed(&self, _: &vastex_core::Region) {
+        self.pages.cells.kept.forget();
+    }
+}
+
+/// The levels that the file has, or that are made of its next ones.
+struct Levels {
+    /// By how many times level 0 was halved; the first and the last are there.
+    levels: Vec<Option<TiffImage>>,
+    format: PixelFormat,
+    kept: Kept<[u32; 3], Vec<u8>>,
+}
+
+impl Levels {
+    fn new(mut levels: Vec<Option<TiffImage>>, format: PixelFormat) -> Levels {
+        while levels.last().is_some_and(Option::is_none) {
+            levels.pop();
+        }
+        let texels = |image: &TiffImage| u64::from(image.chunk[0]) * u64::from(image.chunk[1]);
+        let most = levels.iter().flatten().map(texels).max().unwrap_or(1);
+        let kept = Kept::new(most.saturating_mul(format.texel_bytes() as u64));
+        Levels { levels, format, kept }
+    }
+
+    fn stored(&self, level: u32) -> Option<&TiffImage> {
+        self.levels.get(level as usize)?.as_ref()
+    }
+
+    fn first(&self) -> Option<&TiffImage> {
+        self.stored(0)
+    }
+
+    fn reads(&self) -> vastex_tiles::StoreStats {
+        self.first().map(|image| image.file().reads()).unwrap_or_default()
+    }
+
+    /// Levels from one that is missing to the next finer one that is there.
+    fn above_finer(&self, level: u32) -> u32 {
+        (0..=level).rev().position(|finer| self.stored(finer).is_some()).unwrap_or(0) as u32
+    }
+
+    /// Refuses a file whose coarsest level is so large that reading it would keep everybody waiting.
+    fn check_coarsest(&self) -> Result<(), InputFault> {
+        let Some(Some(coarsest)) = self.levels.last() else { return Err(InputFault::NoTiles) };
+        let [width, height] = coarsest.size;
+        if u64::from(width) * u64::from(height) > MOST_COARSEST_TEXELS {
+            return Err(InputFault::Unsupported {
+                what: format!("no level that is coarser than {width}x{height} texels"),
+                remedy: "add levels (`gdaladdo FILE`), or make a container of it with `vastex build FILE -o FILE.vastex`",
+            });
+        }
+        Ok(())
+    }
+}
+
+impl Cells for Levels {
+    fn format(&self) -> PixelFormat {
+        self.format
+    }
+
+    fn levels(&self) -> u32 {
+        self.levels.len() as u32
+    }
+
+    fn size(&self, level: u32) -> [u32; 2] {
+        let halved = || self.first().map_or([1; 2], |first| first.size.map(|n| n.div_ceil(1 << level)));
+        self.stored(level).map_or_else(halved, |image| image.size)
+    }
+
+    fn cell(&self, level: u32) -> [u32; 2] {
+        self.stored(level).map_or([256; 2], |image| image.chunk)
+    }
+
+    fn is_reduced(&self, level: u32) -> bool {
+        self.stored(level).is_none() && self.above_finer(level) <= MOST_REDUCED
+    }
+
+    fn copy(
+        &self,
+        level: u32,
+        first: [u32; 2],
+        size: [u32; 2],
+        target: &mut [u8],
+        stride: usize,
+        address: [AddressMode; 2],
+    ) -> Result<(), InputFault> {
+        let Some(image) = self.stored(level) else {
+            let coarser = (level..self.levels()).position(|coarser| self.stored(coarser).is_some());
+            let shift = coarser.ok_or(InputFault::NoTiles)? as u32;
+            let rectangle = cells::Rectangle { first, size };
+            return cells::interpolated(self, address, level, shift, rectangle, target, stride);
+        };
+        let [column, row] = [0, 1].map(|axis| first[axis] / image.chunk[axis]);
+        let texels =
+            self.kept.load(&[level, column, row], || image.chunk_texels(column, row, self.format))?;
+        let texel = self.format.texel_bytes();
+        let [left, top] = [0, 1].map(|axis| (first[axis] % image.chunk[axis]) as usize);
+        let row_bytes = image.chunk[0] as usize * texel;
+        for (y, to) in target.chunks_mut(stride).take(size[1] as usize).enumerate() {
+            let from = (top + y) * row_bytes + left * texel;
+            let to = &mut to[..size[0] as usize * texel];
+            to.copy_from_slice(&texels[from..from + to.len()]);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,151 @@
+//! What GDAL, libvips, tifffile, maketx and a slide scanner's layout make of a picture, against builds of the same files.
+
+use std::fs::File;
+use std::sync::Arc;
+
+use pollster::block_on;
+use tiff::decoder::{Decoder, DecodingResult};
+use vastex_build::{BuildOptions, PixelFormat, build, open as open_rows};
+use vastex_tiles::{Container, TileSource, conformance};
+
+use super::{fixture, open, shown, stored};
+
+/// Each with the levels that it stores and its other images.
+const FIXTURES: &[(&str, &[u32], &[&str])] = &[
+    ("cog-deflate-u16.tif", &[0, 1], &[]),
+    ("cog-jpeg.tif", &[0, 1], &["mask", "mask"]),
+    ("cog-lzw-i16.tif", &[0, 1], &[]),
+    ("cog-zstd-f32.tif", &[0, 1], &[]),
+    ("lzw-imagecodecs.tif", &[0], &[]),
+    ("maketx-half.tx", &[0, 1, 2, 3, 4, 5, 6], &[]),
+    ("maketx.tx", &[0, 1, 2, 3, 4, 5, 6, 7], &[]),
+    ("ome-subifds.ome.tif", &[0, 1, 2], &[]),
+    ("planes-big-endian.tif", &[0, 1, 2], &[]),
+    ("slide-jpeg.svs", &[0, 2, 4], &["thumbnail", "label", "macro"]),
+    ("slide-jpeg2000.svs", &[0, 2, 4], &["thumbnail", "label", "macro"]),
+    ("vips-chained.tif", &[0, 1, 2], &[]),
+    ("vips-rgb-jpeg.tif", &[0, 1, 2], &[]),
+    ("vips-subifd-jpeg.tif", &[0, 1, 2], &[]),
+];
+
+#[test]
+fn levels_and_other_images_are_told_apart() {
+    for (name, levels, others) in FIXTURES {
+        let source = open(&fixture(name));
+        let found: Vec<u32> = source.levels().iter().map(|level| level.level).collect();
+        assert_eq!(found, *levels, "{name}");
+        let found: Vec<&str> = source.others().iter().map(|other| other.role).collect();
+        assert_eq!(found, *others, "{name}");
+        assert_eq!(conformance(&*source), Ok(()), "{name}");
+    }
+}
+
+#[test]
+fn level_0_is_what_a_build_makes_of_the_file() {
+    for (name, ..) in FIXTURES {
+        let source = open(&fixture(name));
+        let directory = tempfile::tempdir().unwrap();
+        let output = directory.path().join("built.vastex");
+        let geometry = &source.description().geometry;
+        let options = BuildOptions { page: geometry.page()[0], ..BuildOptions::default() };
+        build(&[fixture(name)], &output, &options, &()).unwrap();
+        let container = Arc::new(Container::open_file(&output).unwrap());
+        assert_eq!(source.description(), container.description(), "{name}");
+        let mut pages = 0;
+        assert!(shown(source.clone(), 0) == shown(container.clone(), 0), "level 0 of {name} differs");
+        // With their borders, but for a picture whose levels all lie in one tile.
+        for pos in geometry.pages_of_level(0).filter(|pos| !geometry.is_tail(*pos)) {
+            let texels = |tiles: &dyn TileSource| {
+                block_on(tiles.read(pos)).unwrap().decode(container.description()).unwrap()
+            };
+            assert!(texels(&*source) == texels(&*container), "{pos} of {name} differs");
+            pages += 1;
+        }
+        assert!(pages > 0 || geometry.tail().first_level() == 0, "{name}");
+        // A level that the file lacks is made as a build makes it.
+        if source.levels().iter().all(|level| level.level != 1) {
+            assert!(shown(source.clone(), 1) == shown(container.clone(), 1), "level 1 of {name} differs");
+        }
+    }
+}
+
+/// Texels as a layer has them: colours with alpha.
+fn widened(texels: &[u8], format: PixelFormat) -> Vec<u8> {
+    match format == PixelFormat::RGB8 {
+        true => texels.as_chunks::<3>().0.iter().flat_map(|[r, g, b]| [*r, *g, *b, 255]).collect(),
+        false => texels.to_vec(),
+    }
+}
+
+#[test]
+fn a_coarser_level_shows_what_the_file_stores_there() {
+    let mut compared = 0;
+    for (name, levels, _) in FIXTURES {
+        let format = open_rows(&fixture(name)).unwrap().header().format;
+        // Others become numbers of another kind.
+        if ![PixelFormat::GREY8, PixelFormat::GREY16, PixelFormat::RGB8].contains(&format) {
+            continue;
+        }
+        let source = open(&fixture(name));
+        for level in *levels {
+            let stored_size = source.levels().iter().find(|found| found.level == *level).unwrap().size;
+            let (size, texels) = shown(source.clone(), *level);
+            let expected = widened(&stored(&fixture(name), *level), format);
+            let texel = texels.len() / (size[0] * size[1]) as usize;
+            let rows = texels.chunks(size[0] as usize * texel);
+            let expected_rows = expected.chunks(stored_size[0] as usize * texel);
+            for (row, expected) in rows.zip(expected_rows) {
+                let count = row.len().min(expected.len());
+                assert!(row[..count] == expected[..count], "level {level} of {name} differs");
+            }
+            compared += 1;
+        }
+    }
+    assert!(compared > 20, "{compared}");
+}
+
+/// The images of a chain by the crate `tiff`, which has no part in what is compared with it.
+#[test]
+fn chains_are_what_another_reader_finds() {
+    for (name, chain) in [
+        ("vips-chained.tif", &[(0, 0), (1, 1), (2, 2)][..]),
+        ("maketx.tx", &[(0, 0), (1, 1), (2, 2), (3, 3)]),
+        ("cog-deflate-u16.tif", &[(0, 0), (1, 1)]),
+        ("cog-lzw-i16.tif", &[(0, 0), (1, 1)]),
+    ] {
+        let mut decoder = Decoder::new(File::open(fixture(name)).unwrap()).unwrap();
+        for (image, level) in chain {
+            decoder.seek_to_image(*image).unwrap();
+            let expected: Vec<u8> = match decoder.read_image().unwrap() {
+                DecodingResult::U8(texels) => texels,
+                DecodingResult::U16(texels) => texels.iter().flat_map(|v| v.to_le_bytes()).collect(),
+                DecodingResult::I16(texels) => texels.iter().flat_map(|v| v.to_le_bytes()).collect(),
+                other => panic!("{name}: {other:?}"),
+            };
+            assert!(stored(&fixture(name), *level) == expected, "level {level} of {name} differs");
+        }
+    }
+}
+
+#[test]
+fn sizes_places_and_magnifications_are_told() {
+    let cog = open(&fixture("cog-deflate-u16.tif"));
+    let place = cog.about().place.as_ref().unwrap();
+    assert_eq!(
+        (place.from_texels, place.epsg),
+        ([10.0, 0.0, 500_000.0, 0.0, -10.0, 4_600_000.0], Some(32633))
+    );
+    assert!(place.name.as_deref().unwrap().contains("UTM zone 33N"), "{place:?}");
+    let texel = cog.about().pixel_size.as_ref().unwrap();
+    assert_eq!((texel.size, texel.unit.as_str()), ([10.0; 2], "metre"));
+    for name in ["slide-jpeg.svs", "slide-jpeg2000.svs"] {
+        let slide = open(&fixture(name));
+        let texel = slide.about().pixel_size.as_ref().unwrap();
+        assert_eq!((texel.size, texel.unit.as_str()), ([0.499; 2], "µm"));
+        assert_eq!(slide.about().magnification, Some(20.0));
+    }
+    let ome = open(&fixture("ome-subifds.ome.tif"));
+    let texel = ome.about().pixel_size.as_ref().unwrap();
+    assert_eq!((texel.size, texel.unit.as_str()), ([0.325; 2], "µm"));
+    assert_eq!(ome.about().place, None);
+}
