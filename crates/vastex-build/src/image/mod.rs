@@ -21,7 +21,6 @@ mod open;
 mod open_files;
 mod oriented;
 mod picture;
-mod pieces;
 pub(crate) mod pixel;
 mod png;
 mod positioned;

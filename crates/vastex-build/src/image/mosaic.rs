@@ -17,20 +17,16 @@
 //! Where pieces overlap, later lines win; where none lies, the picture is transparent, or black without
 //! alpha. Only the pieces of the rows that are being read are open; where those are more than the system lets
 //! a program open, the others are decoded whole when they begin.
-//!
-//! Rows are made in batches in which the same pieces lie, which are decoded piece by piece, several pieces at
-//! once where there is help.
 
-use std::collections::VecDeque;
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use super::ahead::{Ahead, Helpers};
 use super::file::open_file;
 use super::grids::{common, in_tile, widen};
 use super::open_files::OpenFiles;
-use super::picture::files_of_texels;
-use super::pieces::{Decoded, Piece, hold_too_many, memory};
+use super::picture::{files_of_texels, open_file_of_texels};
 use crate::image::{ImageHeader, InputFault, Notice, Profile, RowReader};
 
 /// The first line.
@@ -39,9 +35,23 @@ const MAGIC: &str = "vastex mosaic";
 const MAX_TEXT: u64 = 16 << 20;
 /// Columns, and rows, that a grid may have.
 const MAX_GRID: u32 = 1 << 16;
-/// Bytes of the rows that are made at once, but one row at least, and rows at most.
-const BATCH_BYTES: usize = 1 << 20;
-const BATCH_ROWS: usize = 64;
+
+/// One image of a mosaic.
+struct Piece {
+    path: PathBuf,
+    at: [u32; 2],
+    header: ImageHeader,
+    /// Whether it is decoded whole when its first row is read, so that no file stays open.
+    is_held: bool,
+    rows: Option<PieceRows>,
+}
+
+/// The rows of a piece that are still to come.
+enum PieceRows {
+    Open(Box<dyn RowReader>),
+    /// All rows, and where the next one begins.
+    Held(Vec<u8>, usize),
+}
 
 /// The picture that the pieces make.
 pub(super) struct MosaicReader {
@@ -49,37 +59,16 @@ pub(super) struct MosaicReader {
     pieces: Vec<Piece>,
     /// Pieces that begin in rows to come, by their numbers; the last begins first.
     waiting: Vec<usize>,
-    /// Pieces of the batch that was planned last, by their numbers, in the order of the text.
+    /// Pieces of the row at hand, by their numbers, in the order of the text.
     present: Vec<usize>,
-    /// The first row that is in no batch yet, and rows of the batch that was planned last.
-    planned: u32,
-    planned_rows: u32,
-    /// Batches that were planned and not made, in their order.
-    batches: VecDeque<Batch>,
-    /// The pieces of the last batch whose rows nobody was asked for.
-    unasked: VecDeque<usize>,
-    /// Rows of pieces, in the order of batches, and in each in the order of the text.
-    ahead: Ahead<Decoded>,
-    /// How many of them nobody has taken.
-    away: usize,
-    /// Whether all of them must be taken before the next is asked for.
-    must_wait: bool,
-    /// Rows that were made last, and where the next one begins.
-    rows: Vec<u8>,
-    next: usize,
+    /// A row of a piece.
+    row: Vec<u8>,
     next_row: u32,
     rows_with_gaps: u64,
     /// Whether damaged pieces are taken for what can be made of them.
     tolerates: bool,
     /// As many as pieces may be open at once.
     _open_files: OpenFiles,
-}
-
-/// Rows in which the same pieces lie.
-struct Batch {
-    count: u32,
-    /// By their numbers, in the order of the text.
-    pieces: Vec<usize>,
 }
 
 /// Opens the mosaic that a text file describes, and looks at every piece; nothing where the text is something
@@ -170,6 +159,65 @@ fn grid(directory: &Path, pattern: &str) -> Result<Vec<Piece>, InputFault> {
     Ok(pieces)
 }
 
+impl Piece {
+    fn new(path: PathBuf, at: [u32; 2]) -> Result<Piece, InputFault> {
+        let opened = open_file_of_texels(&path).map_err(|fault| in_tile(&path, fault))?;
+        let header = opened.header().clone();
+        Ok(Piece { path, at, header, is_held: false, rows: None })
+    }
+
+    fn size(&self) -> [u32; 2] {
+        [self.header.width, self.header.height]
+    }
+
+    fn rows(&self) -> std::ops::Range<u64> {
+        let top = u64::from(self.at[1]);
+        top..top + u64::from(self.header.height)
+    }
+
+    /// Opens the file, or decodes all of it.
+    fn open(&self, tolerates: bool) -> Result<PieceRows, InputFault> {
+        let mut reader = open_file_of_texels(&self.path)?;
+        let kind = |header: &ImageHeader| (header.width, header.height, header.format);
+        if kind(reader.header()) != kind(&self.header) {
+            return Err(InputFault::layout("was changed while it was read", "build again"));
+        }
+        if tolerates {
+            reader.tolerate();
+        }
+        if !self.is_held {
+            return Ok(PieceRows::Open(reader));
+        }
+        let too_large =
+            || InputFault::layout("has more texels than memory holds", "allow more open files (ulimit -n)");
+        let len = usize::try_from(self.header.image_bytes()).map_err(|_| too_large())?;
+        let mut rows = Vec::new();
+        rows.try_reserve_exact(len).map_err(|_| too_large())?;
+        rows.resize(len, 0);
+        reader.read_rows(&mut rows)?;
+        Ok(PieceRows::Held(rows, 0))
+    }
+
+    /// Fills `row` with the next row; opens the file before the first and closes it after the last.
+    fn read(&mut self, row: &mut [u8], is_last: bool, tolerates: bool) -> Result<(), InputFault> {
+        let rows = match self.rows.take() {
+            Some(rows) => rows,
+            None => self.open(tolerates)?,
+        };
+        match self.rows.insert(rows) {
+            PieceRows::Open(reader) => reader.read_rows(row)?,
+            PieceRows::Held(rows, next) => {
+                row.copy_from_slice(&rows[*next..*next + row.len()]);
+                *next += row.len();
+            }
+        }
+        if is_last {
+            self.rows = None;
+        }
+        Ok(())
+    }
+}
+
 impl MosaicReader {
     fn new(mut pieces: Vec<Piece>) -> Result<MosaicReader, InputFault> {
         let Some(first) = pieces.first() else {
@@ -190,11 +238,7 @@ impl MosaicReader {
         header.linear = linear;
         header.profile = profile(&mut header.notices, &pieces);
         let open_files = hold_too_many(&mut pieces, OpenFiles::reserve);
-        // Decoded rows of a piece, and the batch that is made of them.
-        let batch = batch_rows(&header) * header.row_bytes();
-        let row = pieces.iter().map(|piece| piece.header.row_bytes()).max().unwrap_or(0);
-        let turn = (batch_rows(&header) * row) as u64;
-        header.memory = memory(&pieces).saturating_add(batch as u64).saturating_add(turn);
+        header.memory = memory(&pieces);
         for piece in &pieces {
             for notice in &piece.header.notices {
                 if !header.notices.contains(notice) {
@@ -204,22 +248,13 @@ impl MosaicReader {
         }
         let mut waiting: Vec<usize> = (0..pieces.len()).collect();
         waiting.sort_by_key(|&piece| std::cmp::Reverse(pieces[piece].at[1]));
-        // One turn of each piece at a time.
-        let ahead = Ahead::new(pieces.len() as u64, turn);
+        let (present, row) = (Vec::new(), Vec::new());
         Ok(MosaicReader {
             header,
             pieces,
             waiting,
-            present: Vec::new(),
-            planned: 0,
-            planned_rows: 0,
-            batches: VecDeque::new(),
-            unasked: VecDeque::new(),
-            ahead,
-            away: 0,
-            must_wait: false,
-            rows: Vec::new(),
-            next: 0,
+            present,
+            row,
             next_row: 0,
             rows_with_gaps: 0,
             tolerates: false,
@@ -237,94 +272,42 @@ impl MosaicReader {
         files
     }
 
-    /// Plans the next batch, up to where a piece begins or ends; whether there is one. Says whether pieces
-    /// begin with it.
-    fn plan(&mut self) -> Option<bool> {
-        let (pieces, y) = (&self.pieces, self.planned);
-        if y == self.header.height {
-            return None;
-        }
+    /// Finds the pieces of the next row.
+    fn find_present(&mut self) {
+        let (pieces, y) = (&self.pieces, self.next_row);
         self.present.retain(|&piece| pieces[piece].rows().contains(&y.into()));
-        let mut some_begin = false;
         while let Some(piece) = self.waiting.pop_if(|piece| pieces[*piece].at[1] <= y) {
             let place = self.present.partition_point(|&other| other < piece);
             self.present.insert(place, piece);
-            some_begin = true;
-        }
-        let next = self.waiting.last().map_or(u64::MAX, |&piece| pieces[piece].rows().start);
-        let end = self.present.iter().fold(next, |end, &piece| end.min(pieces[piece].rows().end));
-        let most = (u64::from(y) + batch_rows(&self.header) as u64).min(self.header.height.into());
-        let count = (end.min(most) - u64::from(y)) as u32;
-        self.batches.push_back(Batch { count, pieces: self.present.clone() });
-        self.unasked.extend(&self.present);
-        self.planned += count;
-        self.planned_rows = count;
-        Some(some_begin)
-    }
-
-    /// Gives rows of pieces to whoever decodes them, as many as there is room for. One turn of a piece follows
-    /// the other. Where pieces begin, all that were open before have come back, and closed the files that
-    /// end: so no more are open than at any one row.
-    fn ask(&mut self) {
-        while self.ahead.has_room() {
-            let Some(&number) = self.unasked.front() else {
-                match self.plan() {
-                    Some(some_begin) => self.must_wait = some_begin,
-                    None => return,
-                }
-                continue;
-            };
-            if self.must_wait && self.away > 0 || self.pieces[number].is_away {
-                return;
-            }
-            self.must_wait = false;
-            self.unasked.pop_front();
-            let (count, first) = (self.planned_rows, self.planned - self.planned_rows);
-            let turn = self.pieces[number].turn(number, first, count, self.tolerates);
-            self.ahead.push(move || turn.decode());
-            self.away += 1;
         }
     }
 
-    /// Makes the next rows.
-    fn make_batch(&mut self) -> Result<(), InputFault> {
-        self.ask();
-        let Some(batch) = self.batches.pop_front() else { return Ok(()) };
-        let (texel, row_bytes) = (self.header.format.texel_bytes(), self.header.row_bytes());
-        self.rows.clear();
-        self.rows.resize(batch.count as usize * row_bytes, 0);
-        self.next = 0;
-        let mut covered: Vec<[u32; 2]> = Vec::with_capacity(batch.pieces.len());
-        for _ in &batch.pieces {
-            self.ask();
-            let Some(Decoded { number, rows, texels }) = self.ahead.next() else { break };
-            self.away -= 1;
+    fn read_row(&mut self, row: &mut [u8]) -> Result<(), InputFault> {
+        row.fill(0);
+        self.find_present();
+        let (texel, y) = (self.header.format.texel_bytes(), u64::from(self.next_row));
+        let mut covered: Vec<[u32; 2]> = Vec::new();
+        for &number in &self.present {
             let piece = &mut self.pieces[number];
-            piece.take_back(rows);
-            let (texels, own) = (texels?, piece.header.format);
-            let from_rows = texels.chunks_exact(piece.header.row_bytes());
-            for (row, from) in self.rows.chunks_exact_mut(row_bytes).zip(from_rows) {
-                let target = &mut row[piece.at[0] as usize * texel..][..piece.header.width as usize * texel];
-                for (to, from) in target.chunks_exact_mut(texel).zip(from.chunks_exact(own.texel_bytes())) {
-                    widen(to, from, own.sample());
-                }
+            self.row.resize(piece.header.row_bytes(), 0);
+            let is_last = y + 1 == piece.rows().end;
+            piece
+                .read(&mut self.row, is_last, self.tolerates)
+                .map_err(|fault| in_tile(&piece.path, fault))?;
+            let own = piece.header.format;
+            let target = &mut row[piece.at[0] as usize * texel..][..piece.header.width as usize * texel];
+            for (to, from) in target.chunks_exact_mut(texel).zip(self.row.chunks_exact(own.texel_bytes())) {
+                widen(to, from, own.sample());
             }
             covered.push([piece.at[0], piece.at[0] + piece.header.width]);
         }
         covered.sort_unstable();
         let reached =
             covered.iter().try_fold(0, |reached, &[start, end]| (start <= reached).then(|| reached.max(end)));
-        if reached != Some(self.header.width) {
-            self.rows_with_gaps += u64::from(batch.count);
-        }
-        self.ask();
+        self.rows_with_gaps += u64::from(reached != Some(self.header.width));
+        self.next_row += 1;
         Ok(())
     }
-}
-
-/// Rows that are made at once, at most.
-fn batch_rows(header: &ImageHeader) -> usize {
-    (BATCH_BYTES / header.row_bytes()).clamp(1, BATCH_ROWS)
 }
 
 /// What all pieces say of their colours; nothing, and a notice, where they do not agree.
@@ -339,6 +322,52 @@ fn profile(notices: &mut Vec<Notice>, pieces: &[Piece]) -> Option<Profile> {
     None
 }
 
+/// Decides which pieces are held whole, since there may not be as many files open at once as there are pieces
+/// in a row; `reserve` says how many of those that would be wanted there may be.
+fn hold_too_many(pieces: &mut [Piece], reserve: impl FnOnce(usize) -> OpenFiles) -> OpenFiles {
+    let mut by_row: Vec<usize> = (0..pieces.len()).collect();
+    by_row.sort_by_key(|&number| pieces[number].at[1]);
+    // Marks the pieces for which there is no room among so many, and says how many are open at once.
+    let mut mark = |most: usize| {
+        // Where those that are open end; the first to end is popped first.
+        let (mut ends, mut wanted) = (BinaryHeap::new(), 0);
+        for &number in &by_row {
+            let rows = pieces[number].rows();
+            while ends.peek().is_some_and(|&Reverse(end)| end <= rows.start) {
+                ends.pop();
+            }
+            pieces[number].is_held = ends.len() >= most;
+            if ends.len() < most {
+                ends.push(Reverse(rows.end));
+                wanted = wanted.max(ends.len());
+            }
+        }
+        wanted
+    };
+    let open_files = reserve(mark(usize::MAX));
+    mark(open_files.count());
+    open_files
+}
+
+/// Bytes that the pieces of any one row take, at most.
+fn memory(pieces: &[Piece]) -> u64 {
+    let mut events: Vec<(u64, bool, u64)> = Vec::with_capacity(2 * pieces.len());
+    for piece in pieces {
+        let held = if piece.is_held { piece.header.image_bytes() } else { 0 };
+        let bytes =
+            piece.header.memory.saturating_add(2 * piece.header.row_bytes() as u64).saturating_add(held);
+        // Pieces that end go before those that begin.
+        events.extend([(piece.rows().start, true, bytes), (piece.rows().end, false, bytes)]);
+    }
+    events.sort_unstable();
+    let (mut held, mut most) = (0u64, 0);
+    for (_, begins, bytes) in events {
+        held = if begins { held.saturating_add(bytes) } else { held.saturating_sub(bytes) };
+        most = most.max(held);
+    }
+    most
+}
+
 impl RowReader for MosaicReader {
     fn header(&self) -> &ImageHeader {
         &self.header
@@ -348,27 +377,38 @@ impl RowReader for MosaicReader {
         self.tolerates = true;
     }
 
-    fn memory_ahead(&self, pieces: usize) -> u64 {
-        self.ahead.memory(pieces)
-    }
-
-    fn take_help(&mut self, helpers: &Helpers) {
-        self.ahead.take_help(helpers);
-    }
-
     fn read_rows(&mut self, rows: &mut [u8]) -> Result<(), InputFault> {
-        let row_bytes = self.header.row_bytes();
-        for row in rows.chunks_exact_mut(row_bytes) {
-            if self.next == self.rows.len() {
-                self.make_batch()?;
-            }
-            row.copy_from_slice(&self.rows[self.next..self.next + row_bytes]);
-            self.next += row_bytes;
-            self.next_row += 1;
-        }
+        rows.chunks_exact_mut(self.header.row_bytes()).try_for_each(|row| self.read_row(row))?;
         if self.next_row == self.header.height && self.rows_with_gaps > 0 {
             self.header.notices.push(Notice::Gaps(std::mem::take(&mut self.rows_with_gaps)));
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::image::PixelFormat;
+
+    fn piece(at: [u32; 2], size: [u64; 2]) -> Piece {
+        let header = ImageHeader::new(size[0], size[1], PixelFormat::RGB8).unwrap();
+        Piece { path: PathBuf::new(), at, header, is_held: false, rows: None }
+    }
+
+    #[test]
+    fn pieces_beyond_the_open_files_are_held_and_counted() {
+        let column = |x| [piece([x, 0], [10, 20]), piece([x, 20], [10, 20])];
+        let mut pieces: Vec<Piece> = [0, 10, 20].into_iter().flat_map(column).collect();
+        let held = |pieces: &[Piece]| pieces.iter().filter(|piece| piece.is_held).count();
+        let open_files = hold_too_many(&mut pieces, |wanted| {
+            assert_eq!(wanted, 3);
+            OpenFiles::for_test(3)
+        });
+        assert_eq!((open_files.count(), held(&pieces), memory(&pieces)), (3, 0, 3 * 60));
+        hold_too_many(&mut pieces, |_| OpenFiles::for_test(1));
+        assert_eq!((held(&pieces), memory(&pieces)), (4, 3 * 60 + 2 * 600));
+        hold_too_many(&mut pieces, |_| OpenFiles::for_test(0));
+        assert_eq!((held(&pieces), memory(&pieces)), (6, 3 * 660));
     }
 }
