@@ -46,6 +46,11 @@ pub(crate) fn open_tiles(source: &Path, direct: bool) -> Result<Arc<dyn TileSour
     }
 }
 
+/// The image that a planet's continents are of, if one is named.
+pub(crate) fn image_of_planet(source: &Path) -> Option<&Path> {
+    words_of_planet(source)?.split_once(':').map(|(_, image)| Path::new(image))
+}
+
 fn words_of_planet(source: &Path) -> Option<&str> {
     source.to_str()?.strip_prefix(PLANET)
 }

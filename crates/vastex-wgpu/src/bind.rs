@@ -27,10 +27,11 @@ impl BindingPlace {
 
     fn check_count(self, limits: &wgpu::Limits, needed: u32) -> Result<(), GpuError> {
         let (max_groups, max_bindings) = (limits.max_bind_groups, limits.max_bindings_per_bind_group);
-        let end = u64::from(self.first) + u64::from(needed);
-        match self.group < max_groups && end <= u64::from(max_bindings) {
+        let BindingPlace { group, first } = self;
+        let end = u64::from(first) + u64::from(needed);
+        match group < max_groups && end <= u64::from(max_bindings) {
             true => Ok(()),
-            false => Err(GpuError::BindingPlace { place: self, needed, max_groups, max_bindings }),
+            false => Err(GpuError::BindingPlace { group, first, needed, max_groups, max_bindings }),
         }
     }
 }

@@ -1,7 +1,5 @@
 //! What can go wrong on a GPU, by what the caller can do about it.
 
-use crate::bind::BindingPlace;
-
 /// Why the GPU did not do what it was told.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum GpuError {
@@ -99,14 +97,14 @@ pub enum GpuError {
     },
     /// The device has no such bind group, or too few bindings in it.
     #[error(
-        "shaders need {needed} bindings from {} on in group {}; this device has {max_groups} groups of {max_bindings} bindings: choose another \
-         place in `Settings::binding`",
-        place.first,
-        place.group
+        "shaders need {needed} bindings from {first} on in group {group}; this device has {max_groups} groups of {max_bindings} bindings: choose another \
+         place in `Settings::binding`"
     )]
     BindingPlace {
-        /// What was asked for.
-        place: BindingPlace,
+        /// Index of the bind group that was asked for.
+        group: u32,
+        /// The first binding that was asked for.
+        first: u32,
         /// Bindings that follow the first, it included.
         needed: u32,
         /// Bind groups that the device has.

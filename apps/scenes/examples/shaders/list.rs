@@ -361,7 +361,7 @@ fn tests(visit: &mut Visit<'_>) {
     groups_of_gpu_tests(visit, of_gpu_tests!("harness"));
     let screen = Options { atlases: vec![Atlas::Float], ..Options::all() };
     alone(visit, "test-screen", &screen, |vastex| vastex_tests::SCREEN.to_owned() + vastex);
-    let telling = Options { filters: vec![Filter::Nearest, Filter::Trilinear], ..screen.clone() };
+    let telling = Options { filters: Filter::KINDS.to_vec(), ..screen.clone() };
     alone(visit, "test-telling", &telling, |vastex| vastex_tests::telling() + vastex);
     let plain = Options { fades: vec![false], ..screen.clone() };
     alone(visit, "test-scales", &plain, |vastex| vastex_tests::scales() + vastex);

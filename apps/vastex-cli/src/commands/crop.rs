@@ -28,6 +28,14 @@ pub(crate) fn run(args: &CropArgs) -> Result<ExitCode> {
         Lies::Other => CropSource::open(source, args.level).with_context(|| source.display().to_string())?,
     };
     cropped.check(args.region(), target.format).with_context(|| source.display().to_string())?;
+    if let Some(image) = open::image_of_planet(source)
+        && is_same_file(image, &target.path)
+    {
+        bail!("{}: is the image of the planet; choose another name", target.path.display());
+    }
+    if is_within(source, &target.path) {
+        bail!("{}: is among the files of the source; choose another place", target.path.display());
+    }
     if is_same_file(source, &target.path) {
         bail!("{}: is the source itself; choose another name", target.path.display());
     }
@@ -58,6 +66,26 @@ pub(crate) fn run(args: &CropArgs) -> Result<ExitCode> {
     };
     args.print.summary(&summary, Summary::text)?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Whether `output` is, or would be, a file of a tile directory, or one beside the text that describes such, in a directory.
+fn is_within(source: &std::path::Path, output: &std::path::Path) -> bool {
+    let is_text = source.extension().is_some_and(|ending| ending == "dzi" || ending == "ctx");
+    let beside = source.parent().filter(|_| is_text);
+    let parent = |path: &std::path::Path| match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => std::fs::canonicalize(parent),
+        _ => std::fs::canonicalize("."),
+    };
+    let Ok(place) = parent(output) else { return false };
+    let is_below = |directory: &std::path::Path| {
+        std::fs::canonicalize(directory).is_ok_and(|directory| place.starts_with(directory))
+    };
+    match beside {
+        Some(_) => {
+            output.exists() && parent(source).is_ok_and(|beside| place != beside && place.starts_with(beside))
+        }
+        None => source.is_dir() && is_below(source),
+    }
 }
 
 /// Whether both paths lead to one file that is there.

@@ -4,7 +4,7 @@
 //! the next finer one whenever a page of it is asked for, if that is at most [`MOST_REDUCED`] levels away, and else
 //! interpolated from the next coarser one. Levels that are coarser than the file's coarsest are made at opening.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use vastex_core::{AddressMode, Description, PagePos};
@@ -35,7 +35,7 @@ const MOST_COARSEST_TEXELS: u64 = 1 << 26;
 /// it, and is tried again when they are asked for again. Any number of threads read and decode at once. Holds up to
 /// 64 MiB of decoded tiles, or four tiles, and, in full, the levels that are coarser than the file's.
 pub struct TiffSource {
-    path: PathBuf,
+    identity: Option<SourceKey>,
     pages: Pages<Levels>,
     others: Vec<TiffOther>,
     about: TiffAbout,
@@ -61,6 +61,8 @@ impl TiffSource {
     pub fn open(path: impl AsRef<Path>) -> Result<TiffSource, SourceError> {
         let path = path.as_ref();
         let at_path = |fault| SourceError::Input { path: path.into(), fault };
+        // Of the file that is opened, whatever takes its place later.
+        let identity = identity_of_file(path).ok();
         let found = TiffPyramid::open(path).map_err(at_path)?.ok_or(InputFault::NoTiles).map_err(at_path)?;
         let TiffPyramid { levels, others, about } = found;
         let Some(Some(first)) = levels.first() else { return Err(at_path(InputFault::NoTiles)) };
@@ -74,7 +76,7 @@ impl TiffSource {
         let levels = Levels::new(levels.into_iter().map(|level| level.filter(is_usable)).collect(), format);
         levels.check_coarsest().map_err(at_path)?;
         let pages = Pages::new(levels, &header, false).map_err(|error| error.at(path))?;
-        Ok(TiffSource { path: path.into(), pages, others, about, notices })
+        Ok(TiffSource { identity, pages, others, about, notices })
     }
 
     /// What is worth knowing of the file.
@@ -142,9 +144,9 @@ impl TileSource for TiffSource {
         None
     }
 
-    /// Goes by the file's name, size and time, which are looked up at every call. Nothing where they cannot be.
+    /// Goes by the file's name, size and time when it was opened. Nothing where they could not be looked up.
     fn identity(&self) -> Option<SourceKey> {
-        identity_of_file(&self.path).ok()
+        self.identity
     }
 
     fn read_limit(&self) -> Option<&Arc<ReadLimit>> {

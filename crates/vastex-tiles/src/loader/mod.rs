@@ -120,8 +120,9 @@ pub enum LoadError {
         time_out: Duration,
     },
     /// The page was not read, since its source, or another source with the same limit, does not answer. From
-    /// time to time the source is asked again; but where a texture was given one source after the other, and
-    /// twice as many of their reads as a source may have have not come back, only when one of them does.
+    /// time to time the source is asked again, after 1, 2, 4 and up to 64 seconds; also that of a texture
+    /// which was given one source after the other, while twice as many of their reads as a source may have
+    /// have not come back.
     #[error(
         "{pos}: not read, since {reads} reads of its source have had no answer within {time_out:?}; check the disk or the \
          network that the tiles come from"

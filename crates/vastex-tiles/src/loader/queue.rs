@@ -26,6 +26,9 @@ use crate::sources::TileSource;
 /// A source that comes in the place of others whose reads have not come back may begin a read while less than
 /// so many times the reads of one source have not.
 const TRIALS: usize = 2;
+/// Beyond that it is tried with one read after a pause, which doubles each time.
+const FIRST_PAUSE: Duration = Duration::from_secs(1);
+const LONGEST_PAUSE: Duration = Duration::from_secs(64);
 
 /// Names a read that was begun; later ones have larger numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -73,6 +76,8 @@ pub(super) struct Queue {
     settings: LoaderSettings,
     sources: FxHashMap<TextureNumber, Source>,
     lanes: Lanes,
+    /// Of textures whose sources are beyond trial, when one is tried again and the pause after that.
+    tries: FxHashMap<TextureNumber, (Duration, Duration)>,
     states: FxHashMap<PageId, State>,
     /// The reads under way, in the order in which they were begun.
     reads: BTreeMap<ReadId, Read>,
@@ -89,6 +94,7 @@ impl Queue {
             settings,
             sources: FxHashMap::default(),
             lanes: Lanes::default(),
+            tries: FxHashMap::default(),
             states: FxHashMap::default(),
             reads: BTreeMap::new(),
             begun: 0,
@@ -132,13 +138,24 @@ impl Queue {
 
     /// Why a lane on trial may begin no read, if it may not: so many of the texture have not come back that
     /// one more would be a thread too many. Whoever gives a texture sources that never answer, one after the
-    /// other, would have a thread for each.
-    fn is_beyond_trial(&self, texture: TextureNumber, lane: LaneId) -> Option<usize> {
+    /// other, would have a thread for each. Now and then one may all the same, since a number is given again,
+    /// and its next texture may lie where all is well.
+    fn is_beyond_trial(&mut self, texture: TextureNumber, lane: LaneId) -> Option<usize> {
         if !self.lanes.is_on_trial(lane) {
             return None;
         }
         let reads = self.under_way_of(texture);
-        (reads >= TRIALS * self.reads_at_once()).then_some(reads)
+        if reads < TRIALS * self.reads_at_once() {
+            self.tries.remove(&texture);
+            return None;
+        }
+        let now = self.now;
+        let (ask_at, pause) = self.tries.entry(texture).or_insert((now + FIRST_PAUSE, 2 * FIRST_PAUSE));
+        if now < *ask_at {
+            return Some(reads);
+        }
+        (*ask_at, *pause) = (now + *pause, (2 * *pause).min(LONGEST_PAUSE));
+        None
     }
 
     /// Cancels every request of the texture. Reads under way keep the source until they end.
@@ -184,14 +201,15 @@ impl Queue {
         let Some(Source { source, lane, .. }) = self.sources.get(&page.texture()) else {
             return self.end(page, Err(LoadError::NoSource { texture: page.texture().number() }));
         };
-        let silent = self.lanes.admits(*lane, self.now).err();
-        if let Some(reads) = silent.or_else(|| self.is_beyond_trial(page.texture(), *lane)) {
-            let pos = page.pos(source.description().geometry.dims());
+        let (lane, dims) = (*lane, source.description().geometry.dims());
+        let silent = self.lanes.admits(lane, self.now).err();
+        if let Some(reads) = silent.or_else(|| self.is_beyond_trial(page.texture(), lane)) {
+            let pos = page.pos(dims);
             return self.end(page, Err(self.silent(pos, reads)));
         }
         let turn = (rank, self.arrivals);
         self.arrivals += 1;
-        self.lanes.queue(*lane, turn, page);
+        self.lanes.queue(lane, turn, page);
         self.states.insert(page, State::Queued(turn));
     }
 

@@ -8,6 +8,7 @@
     unused_variables,
     unused_mut,
     clippy::needless_pass_by_value,
+    clippy::let_unit_value,
     reason = "it is compiled, to be read elsewhere"
 )]
 

@@ -13,6 +13,11 @@ use mozjpeg::decompress::Decompress;
 use super::errors::{Fatal, handlers, take_stray_bytes, take_warnings};
 use super::header;
 
+const START_OF_SCAN: [u8; 2] = [0xff, 0xda];
+
+/// Scans of a strip or tile, each of which is decoded in full before any row is there: writers make some ten.
+const MOST_SCANS: usize = 200;
+
 /// Decodes the first `size[1]` rows of a stream of `size[0]` columns and as many rows, or up to `most_rows`;
 /// else says what is wrong with it. Three channels become RGB; `is_ycbcr` says what they are where the stream does not.
 pub(in crate::image) fn decode(
@@ -23,6 +28,10 @@ pub(in crate::image) fn decode(
     channels: u8,
     is_ycbcr: bool,
 ) -> Result<Vec<u8>, String> {
+    let scans = stored.windows(2).filter(|marker| *marker == START_OF_SCAN).count();
+    if scans > MOST_SCANS {
+        return Err(format!("it has {scans} scans; at most {MOST_SCANS} are read"));
+    }
     let stream = with_header(tables, stored, channels == 3, is_ycbcr)?;
     let found = header::read(&mut &stream[..]).map_err(|fault| fault.to_string())?;
     let [width, height] = [found.width, found.height].map(u32::from);

@@ -233,6 +233,13 @@ impl Decoding {
         decoded
     }
 
+    /// What was read may be decoded into again, where the decoder is one that is handed its memory.
+    fn give(&self, bytes: Vec<u8>) {
+        if self.own.is_none() {
+            self.buffers.give(bytes);
+        }
+    }
+
     fn decode_own(&self, own: &TiffImage, n: u64) -> Result<Chunk, InputFault> {
         let chunks = &*self.chunks;
         let (first_row, plane, number) = chunks.nth(n);
@@ -344,7 +351,7 @@ impl ReadyRows {
         self.first_row = first_row;
         if chunks.are_rows() {
             let decoded = self.next(first_row)?.bytes;
-            self.decoding.buffers.give(std::mem::replace(&mut self.rows, decoded));
+            self.decoding.give(std::mem::replace(&mut self.rows, decoded));
         } else {
             self.rows.resize(row_count * row_bytes, 0);
             for plane in 0..chunks.planes_read() {
@@ -359,7 +366,7 @@ impl ReadyRows {
                         self.rounded |= place_row(to, tile, chunks.stored, sample);
                     }
                     left += tile_row;
-                    self.decoding.buffers.give(bytes);
+                    self.decoding.give(bytes);
                 }
             }
         }

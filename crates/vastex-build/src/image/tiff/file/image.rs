@@ -35,6 +35,8 @@ pub(super) const WHITE_IS_ZERO: u64 = 0;
 pub(super) const BLACK_IS_ZERO: u64 = 1;
 pub(super) const RGB: u64 = 2;
 pub(super) const YCBCR: u64 = 6;
+/// Texels along a side of a tile, at least: TIFF has multiples of 16.
+const LEAST_TILE: u32 = 16;
 /// Samples that a texel may have.
 const MOST_SAMPLES: u64 = 512;
 /// Bytes that tables for JPEG and a colour profile may have.
@@ -100,6 +102,10 @@ impl TiffImage {
         };
         if chunk_width == 0 || chunk_height == 0 {
             return Err(damaged(&place, "its strips or tiles have no texels"));
+        }
+        let is_small = |axis: usize| [chunk_width, chunk_height][axis] < size[axis].min(LEAST_TILE);
+        if is_tiled && (is_small(0) || is_small(1)) {
+            return Err(unsupported(format!("tiles of {chunk_width}x{chunk_height} texels")));
         }
         let samples = number(SAMPLES, 1)?;
         if samples == 0 || samples > MOST_SAMPLES {
@@ -195,6 +201,10 @@ impl TiffImage {
                 }
             }
             other => return Err(unsupported(format!("a TIFF compressed by {}", codecs::name(other)))),
+        }
+        let is_encoded = self.compression == codecs::JPEG || is_jpeg_2000;
+        if self.photometric == YCBCR && is_encoded && (samples, self.number) != (3, Number::U8) {
+            return Err(unsupported(format!("YCbCr of {samples} samples of {bits} bits in a strip or tile")));
         }
         // Elsewhere colours may have a lower resolution than what is beside them.
         if self.photometric == YCBCR && self.compression != codecs::JPEG && !is_jpeg_2000 {

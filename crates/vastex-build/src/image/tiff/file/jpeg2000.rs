@@ -1,7 +1,7 @@
 //! Strips and tiles that are JPEG 2000 codestreams, as slide scanners and GDAL write them.
 //!
 //! The decoder is told what to expect before it allocates anything: the size, the channels and the bits that a
-//! codestream says must be those of its directory.
+//! codestream says must be those of its directory, and its blocks, precincts and layers such as need no more memory than the texels do.
 
 use hayro_jpeg2000::{DecodeSettings, DecoderContext, Image};
 
@@ -10,6 +10,12 @@ use crate::image::tiff::ycbcr::rgb_from_ycbcr;
 
 /// Tiles that a codestream of one tile of a file may be cut into.
 const MOST_TILES: u64 = 1024;
+
+/// Layers of quality, for each of which a decoder keeps something of every block.
+const MOST_LAYERS: u16 = 64;
+
+/// Of the sides of blocks and precincts, at least: 16 texels.
+const LEAST_EXPONENT: u8 = 4;
 
 /// Samples of a channel that are decoded at once: what a decoder holds of each is many times as much.
 const MOST_TEXELS: u64 = 1 << 24;
@@ -80,5 +86,61 @@ fn check(stored: &[u8], size: [u32; 2], channels: usize, bytes: usize) -> Result
     if components.chunks_exact(3).any(|component| bits(component) != 8 * bytes as u32) {
         return Err(format!("its samples have other than {} bits", 8 * bytes));
     }
+    check_coding(stored, count > 256)
+        .ok_or("its headers make no sense, or cut it into pieces that are too small")?;
     Ok(components.chunks_exact(3).any(|component| (component[1], component[2]) != (1, 1)))
+}
+
+/// Looks at how a codestream and its tiles are coded: nothing where blocks or precincts are so small, or layers so many, that a decoder would hold many
+/// times what it decodes, or where a segment is not whole.
+fn check_coding(stored: &[u8], is_of_many: bool) -> Option<()> {
+    const SOT: u16 = 0xff90;
+    const SOD: u16 = 0xff93;
+    const EOC: u16 = 0xffd9;
+    const COD: u16 = 0xff52;
+    const COC: u16 = 0xff53;
+    let short = |at: usize| Some(u16::from_be_bytes(*stored.get(at..)?.first_chunk()?));
+    let (mut at, mut end_of_part) = (2, stored.len());
+    loop {
+        let marker = short(at)?;
+        if marker == SOD {
+            at = end_of_part;
+            if at >= stored.len() {
+                return Some(());
+            }
+            continue;
+        }
+        if marker == EOC {
+            return Some(());
+        }
+        let length = usize::from(short(at + 2)?);
+        let segment = stored.get(at + 4..at + 2 + length.max(2))?;
+        match marker {
+            SOT => {
+                let bytes = u32::from_be_bytes(*segment.get(2..)?.first_chunk()?) as usize;
+                end_of_part = if bytes == 0 { stored.len() } else { at.checked_add(bytes)? };
+                (end_of_part > at + length).then_some(())?;
+            }
+            COD => {
+                let layers = u16::from_be_bytes([*segment.get(2)?, *segment.get(3)?]);
+                (layers <= MOST_LAYERS).then_some(())?;
+                check_blocks(*segment.first()?, segment.get(5..)?)?;
+            }
+            COC => {
+                let component = if is_of_many { 2 } else { 1 };
+                check_blocks(*segment.get(component)?, segment.get(component + 1..)?)?;
+            }
+            _ => {}
+        }
+        at += 2 + length.max(2);
+    }
+}
+
+/// The style of coding from its number of decompositions on: sides of blocks, and of precincts where `style` says so, as powers of two.
+fn check_blocks(style: u8, coding: &[u8]) -> Option<()> {
+    let is_fit = |exponent: u8| exponent >= LEAST_EXPONENT;
+    let blocks = coding.get(1..3)?.iter().all(|exponent| is_fit((exponent & 15) + 2));
+    let precincts = if style & 1 == 1 { coding.get(5..)? } else { &[] };
+    let precincts = precincts.iter().all(|sides| is_fit(sides & 15) && is_fit(sides >> 4));
+    (blocks && precincts).then_some(())
 }
