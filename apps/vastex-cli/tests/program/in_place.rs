@@ -85,3 +85,24 @@ fn a_region_is_written_as_it_is_stored_or_not_at_all() {
     refused(&[&["image.png", "-o", "x.npy"], &at("0,0", "0x1")[..]].concat(), 2, &["at least one"]);
     refused(&[&["image.png", "-o", "no/x.npy"], &at("0,0", "4x1")[..]].concat(), 1, &["does not exist"]);
 }
+
+#[test]
+fn a_region_does_not_take_the_place_of_what_it_is_of() {
+    let sandbox = Sandbox::with_container();
+    copy(&sandbox, "cog-jpeg.tif");
+    let export = ["export", "image.vastex", "--layout", "deepzoom", "-o", "zoom", "--format", "png"];
+    sandbox.run(&export).expect_code(0);
+    let tile = "zoom/zoom_files/0/0_0.png";
+    for (source, output) in [
+        ("planet:8:cog-jpeg.tif", "cog-jpeg.tif"),
+        ("cog-jpeg.tif", "cog-jpeg.tif"),
+        ("zoom", tile),
+        ("zoom/zoom.dzi", tile),
+    ] {
+        let before = sandbox.read(output);
+        let refused = sandbox.run(&["crop", source, "--at", "0,0", "--size", "4x4", "-o", output]);
+        let said = refused.expect_code(1).stderr;
+        assert!(said.contains("choose another"), "{source}: {said}");
+        assert_eq!(sandbox.read(output), before, "{source}");
+    }
+}

@@ -368,7 +368,10 @@ fn a_texture_that_is_given_one_dead_source_after_the_other_costs_no_more_threads
     while loader.poll().is_some() {}
     all.dedup_by(|one, next| Arc::ptr_eq(one, next));
     let begun: usize = all.iter().map(|hung| hung.begun()).sum();
-    assert!((16..26).contains(&begun), "{begun}: twice as many as a source may have, and one after each pause");
+    assert!(
+        (16..26).contains(&begun),
+        "{begun}: twice as many as a source may have, and one after each pause"
+    );
     // A source that answers is read after a pause, though none of them has come back,
     loader.add_source(texture(0), Arc::new(source()));
     until("it is tried", || {

@@ -144,3 +144,33 @@ fn check_blocks(style: u8, coding: &[u8]) -> Option<()> {
     let precincts = precincts.iter().all(|sides| is_fit(sides & 15) && is_fit(sides >> 4));
     (blocks && precincts).then_some(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The headers of a codestream of one tile-part: so many layers, sides of blocks and of precincts as powers of two.
+    fn headers(layers: u16, block: u8, precinct: Option<u8>) -> Vec<u8> {
+        let style = u8::from(precinct.is_some());
+        let sides: Vec<u8> = precinct.into_iter().flat_map(|side| [side << 4 | side; 2]).collect();
+        let mut coding = vec![style, 0];
+        coding.extend(layers.to_be_bytes());
+        coding.extend([0, 1, block - 2, block - 2, 0, 0]);
+        coding.extend(sides);
+        let mut stream = vec![0xff, 0x4f, 0xff, 0x52];
+        stream.extend((coding.len() as u16 + 2).to_be_bytes());
+        stream.extend(coding);
+        stream.extend([0xff, 0x90, 0, 10, 0, 0, 0, 0, 0, 0, 0, 1, 0xff, 0x93, 1, 2, 3]);
+        stream
+    }
+
+    #[test]
+    fn what_would_take_many_times_its_texels_is_refused_before_it_is_decoded() {
+        let fits = |layers, block, precinct| check_coding(&headers(layers, block, precinct), false).is_some();
+        assert!(fits(1, 6, None) && fits(64, 4, Some(4)) && fits(5, 6, Some(8)));
+        assert!(!fits(65, 6, None) && !fits(1, 3, None) && !fits(1, 6, Some(1)) && !fits(1, 6, Some(3)));
+        let whole = headers(1, 6, Some(8));
+        let ends = (0..whole.len()).filter(|&end| check_coding(&whole[..end], false).is_some());
+        assert!(ends.count() <= 4, "a stream that ends in its headers is refused");
+    }
+}
