@@ -27,8 +27,9 @@ pub(super) struct LaneId(u64);
 #[cfg(not(target_family = "wasm"))]
 pub(super) const CROWD: usize = 256;
 
-const FIRST_PAUSE: Duration = Duration::from_secs(1);
-const LONGEST_PAUSE: Duration = Duration::from_secs(64);
+/// Who has not answered is asked again after this, and after twice as long each time, up to the longest.
+pub(super) const FIRST_PAUSE: Duration = Duration::from_secs(1);
+pub(super) const LONGEST_PAUSE: Duration = Duration::from_secs(64);
 
 struct Lane {
     /// Reads that may be under way at once, where the lane is not on trial.

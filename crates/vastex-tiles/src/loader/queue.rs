@@ -19,16 +19,13 @@ use bytes::Bytes;
 use rustc_hash::FxHashMap;
 use vastex_core::{PageId, PagePos, TextureNumber};
 
-use super::lanes::{LaneId, Lanes, Turn};
+use super::lanes::{FIRST_PAUSE, LONGEST_PAUSE, LaneId, Lanes, Turn};
 use super::{LoadError, Loaded, LoaderSettings};
 use crate::sources::TileSource;
 
 /// A source that comes in the place of others whose reads have not come back may begin a read while less than
-/// so many times the reads of one source have not.
+/// so many times the reads of one source have not. Beyond that it is tried with one read after a pause, which doubles.
 const TRIALS: usize = 2;
-/// Beyond that it is tried with one read after a pause, which doubles each time.
-const FIRST_PAUSE: Duration = Duration::from_secs(1);
-const LONGEST_PAUSE: Duration = Duration::from_secs(64);
 
 /// Names a read that was begun; later ones have larger numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

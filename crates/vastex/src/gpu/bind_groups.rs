@@ -142,14 +142,11 @@ impl Gpu {
 
     /// Makes every bind group anew.
     pub(crate) fn bind_all_anew(&mut self) {
-        let places = 0..self.bind_groups.sets.len();
-        places
-            .filter(|&place| self.bind_groups.sets[place].owners > 0)
-            .collect::<Vec<_>>()
-            .into_iter()
-            .for_each(|place| {
+        for place in 0..self.bind_groups.sets.len() {
+            if self.bind_groups.sets[place].owners > 0 {
                 self.make_bind_group(place);
-            });
+            }
+        }
     }
 
     fn make_bind_group(&mut self, place: usize) {
