@@ -96,7 +96,7 @@ pub fn layout_entries(kinds: &Kinds, first: u32) -> Vec<wgpu::BindGroupLayoutEnt
     let (at, mode) = (Bindings::new(kinds, first), kinds.mode());
     let uniform = || buffer(wgpu::BufferBindingType::Uniform);
     let mut entries = vec![
-        entry(at.params(), words(mode)),
+        entry(at.params(), words_in_texture()),
         entry(at.views(), uniform()),
         entry(at.sampler(), wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
     ];
@@ -159,11 +159,12 @@ pub fn check_bindings(limits: &wgpu::Limits, kinds: &Kinds, place: BindingPlace)
     let sampled = limits.max_sampled_textures_per_shader_stage as usize;
     let uniforms = limits.max_uniform_buffers_per_shader_stage as usize;
     let fades = usize::from(kinds.fade());
-    // Records and tables are buffers, and so is where the main pass tells what it wants; or they are textures as layers are.
-    let (free_buffers, of_pool, free_textures) = match kinds.mode() {
-        FeedbackMode::Separate => (buffers.saturating_sub(1), fades, sampled),
-        FeedbackMode::Inline => (buffers.saturating_sub(2), fades, sampled),
-        FeedbackMode::Raw => (usize::MAX, fades + 1, sampled.saturating_sub(1)),
+    // Records are a texture. Tables are buffers, and so is where the main pass tells what it wants; or tables are textures as well.
+    let free_textures = sampled.saturating_sub(1);
+    let (free_buffers, of_pool) = match kinds.mode() {
+        FeedbackMode::Separate => (buffers, fades),
+        FeedbackMode::Inline => (buffers.saturating_sub(1), fades),
+        FeedbackMode::Raw => (usize::MAX, fades + 1),
     };
     let for_pools = free_textures.saturating_sub(layers);
     let by_textures = for_pools.checked_div(of_pool).unwrap_or(usize::MAX);
@@ -208,11 +209,17 @@ fn fades_entry(binding: u32) -> wgpu::BindGroupLayoutEntry {
     entry(binding, wgpu::BindingType::Texture { sample_type, view_dimension, multisampled: false })
 }
 
-/// Page tables, or records: words in a buffer, or where there are none in a texture.
+/// Page tables: words in a buffer, or where there are none in a texture.
 fn words(mode: FeedbackMode) -> wgpu::BindingType {
-    if mode != FeedbackMode::Raw {
-        return buffer(wgpu::BufferBindingType::Storage { read_only: true });
+    match mode {
+        FeedbackMode::Separate | FeedbackMode::Inline => {
+            buffer(wgpu::BufferBindingType::Storage { read_only: true })
+        }
+        FeedbackMode::Raw => words_in_texture(),
     }
+}
+
+fn words_in_texture() -> wgpu::BindingType {
     wgpu::BindingType::Texture {
         sample_type: wgpu::TextureSampleType::Uint,
         view_dimension: wgpu::TextureViewDimension::D2,
@@ -258,13 +265,13 @@ mod tests {
             check_bindings(&limits, &kinds(pools, layers, mode, fade), BindingPlace::default())
         };
         use FeedbackMode::{Inline, Raw, Separate};
-        assert!(check(7, 16, Separate, false).is_ok());
-        let error = check(8, 8, Separate, false).unwrap_err();
-        assert!(matches!(error, GpuError::GroupTooLarge { pools: 8, max_pools: 7, max_layers: 16, .. }));
-        assert!(error.to_string().contains("at most 7 pools and 16 layers"), "{error}");
-        assert!(check(1, 17, Separate, false).is_err());
-        assert!(check(7, 9, Separate, true).is_ok() && check(7, 10, Separate, true).is_err());
-        assert!(check(6, 6, Inline, false).is_ok() && check(7, 7, Inline, false).is_err());
+        assert!(check(8, 15, Separate, false).is_ok());
+        let error = check(9, 9, Separate, false).unwrap_err();
+        assert!(matches!(error, GpuError::GroupTooLarge { pools: 9, max_pools: 8, max_layers: 15, .. }));
+        assert!(error.to_string().contains("at most 8 pools and 15 layers"), "{error}");
+        assert!(check(1, 16, Separate, false).is_err());
+        assert!(check(7, 8, Separate, true).is_ok() && check(7, 9, Separate, true).is_err());
+        assert!(check(7, 7, Inline, false).is_ok() && check(8, 8, Inline, false).is_err());
         assert!(check(7, 8, Raw, false).is_ok() && check(7, 9, Raw, false).is_err());
     }
 

@@ -58,17 +58,17 @@ pub enum PageSides {
     /// Whatever they are.
     #[default]
     Any,
-    /// Powers of two on every level finer than the tail.
+    /// Powers of two, and so are the scales of all levels.
     PowersOfTwo,
 }
 
 impl PageSides {
     /// Those of a texture.
     pub fn of(geometry: &Geometry) -> PageSides {
-        let (finer, page) = (usize::from(geometry.tail().first_level()), geometry.page());
+        let page = geometry.page();
         let is_fit =
             |level: &Level| (0..2).all(|a| page[a].is_power_of_two() && level.scale[a].is_power_of_two());
-        if geometry.levels()[..finer].iter().all(is_fit) { PageSides::PowersOfTwo } else { PageSides::Any }
+        if geometry.levels().iter().all(is_fit) { PageSides::PowersOfTwo } else { PageSides::Any }
     }
 }
 

@@ -1,16 +1,15 @@
 //! The array of all textures' and groups' records, by number: what shaders read of a texture before they look up anything.
 //!
-//! Records have a fixed stride, in words of 16 bytes. They lie in a storage buffer or, where there are none, in a texture with a row for
-//! each number (wgsl/param_*.wgsl). There is room for 16 at first, and for twice as many where a number is beyond that. In each frame
+//! Records have a fixed stride, in words of 16 bytes. They lie in a texture with a row for each number (wgsl/param.wgsl): every device has
+//! textures, a word of 16 bytes is one read, and software drivers read it several times as fast as from a storage buffer. There is room for 16 at first, and for twice as many where a number is beyond that. In each frame
 //! [`ParamStore::write`] comes after `PoolTables::apply` of all pools, and [`ParamStore::submitted`] after the submission.
 
 use std::collections::BTreeSet;
 
 use vastex_core::TextureNumber;
 
-use crate::device::{alive, guarded, staged, storage};
+use crate::device::{alive, guarded, staged};
 use crate::error::GpuError;
-use crate::feedback_mode::FeedbackMode;
 use crate::tables::Before;
 
 /// Records for which there is room at first.
@@ -46,9 +45,9 @@ struct Former {
 }
 
 #[derive(Debug)]
-enum Memory {
-    Buffer(wgpu::Buffer),
-    Texture(wgpu::Texture, wgpu::TextureView),
+struct Memory {
+    texture: wgpu::Texture,
+    view: wgpu::TextureView,
 }
 
 /// What a [`ParamStore::write`] has done.
@@ -62,8 +61,8 @@ pub struct ParamsWritten {
 
 impl ParamStore {
     /// Records of `stride` words, all of them zeros at first. Costs 256 bytes of GPU memory for each word of the stride.
-    pub fn new(device: &wgpu::Device, mode: FeedbackMode, stride: u32) -> Result<ParamStore, GpuError> {
-        let memory = Memory::new(device, mode == FeedbackMode::Raw, stride, FIRST_RECORDS)?;
+    pub fn new(device: &wgpu::Device, stride: u32) -> Result<ParamStore, GpuError> {
+        let memory = Memory::new(device, stride, FIRST_RECORDS)?;
         let words = vec![[0; 4]; (FIRST_RECORDS * stride) as usize];
         let [changed, parted, gone] = [const { BTreeSet::new() }; 3];
         let before = Vec::new();
@@ -116,9 +115,8 @@ impl ParamStore {
     ) -> Result<ParamsWritten, GpuError> {
         let records = self.words.len() as u32 / self.stride.max(1);
         let is_parted = !self.parted.is_empty() && !self.is_moved;
-        if is_parted || self.memory.records(self.stride) < records {
-            let larger =
-                Memory::new(device, matches!(self.memory, Memory::Texture(..)), self.stride, records)?;
+        if is_parted || self.memory.records() < records {
+            let larger = Memory::new(device, self.stride, records)?;
             let memory = std::mem::replace(&mut self.memory, larger);
             self.before.push(Before::new(Former { memory, frozen: BTreeSet::new() }));
             self.is_moved = true;
@@ -177,26 +175,12 @@ impl ParamStore {
 
     /// What shaders bind. Another after a [`ParamStore::write`] that says so.
     pub fn binding(&self) -> wgpu::BindingResource<'_> {
-        match &self.memory {
-            Memory::Buffer(buffer) => buffer.as_entire_binding(),
-            Memory::Texture(_, view) => wgpu::BindingResource::TextureView(view),
-        }
+        wgpu::BindingResource::TextureView(&self.memory.view)
     }
 
-    /// The buffer of [`ParamStore::binding`], where it is one. Can be copied from.
-    pub fn buffer(&self) -> Option<&wgpu::Buffer> {
-        match &self.memory {
-            Memory::Buffer(buffer) => Some(buffer),
-            Memory::Texture(..) => None,
-        }
-    }
-
-    /// The texture of [`ParamStore::binding`], where it is one. Can be copied from.
-    pub fn texture(&self) -> Option<&wgpu::Texture> {
-        match &self.memory {
-            Memory::Buffer(_) => None,
-            Memory::Texture(texture, _) => Some(texture),
-        }
+    /// The texture of [`ParamStore::binding`], rgba32uint. Can be copied from.
+    pub fn texture(&self) -> &wgpu::Texture {
+        &self.memory.texture
     }
 
     /// GPU memory, with what the records lay in before while that is followed.
@@ -207,39 +191,33 @@ impl ParamStore {
 }
 
 impl Memory {
-    fn new(device: &wgpu::Device, is_texture: bool, stride: u32, records: u32) -> Result<Memory, GpuError> {
+    fn new(device: &wgpu::Device, stride: u32, records: u32) -> Result<Memory, GpuError> {
         alive(device)?;
         let bytes = WORD * u64::from(stride) * u64::from(records);
-        guarded(device, bytes, || match is_texture {
-            false => Memory::Buffer(storage(device, "vastex parameters", bytes)),
-            true => {
-                let texture = device.create_texture(&wgpu::TextureDescriptor {
-                    label: Some("vastex parameters"),
-                    size: wgpu::Extent3d { width: stride, height: records, depth_or_array_layers: 1 },
-                    mip_level_count: 1,
-                    sample_count: 1,
-                    dimension: wgpu::TextureDimension::D2,
-                    format: wgpu::TextureFormat::Rgba32Uint,
-                    usage: wgpu::TextureUsages::TEXTURE_BINDING
-                        | wgpu::TextureUsages::COPY_DST
-                        | wgpu::TextureUsages::COPY_SRC,
-                    view_formats: &[],
-                });
-                let view = texture.create_view(&Default::default());
-                Memory::Texture(texture, view)
-            }
+        guarded(device, bytes, || {
+            let texture = device.create_texture(&wgpu::TextureDescriptor {
+                label: Some("vastex parameters"),
+                size: wgpu::Extent3d { width: stride, height: records, depth_or_array_layers: 1 },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format: wgpu::TextureFormat::Rgba32Uint,
+                usage: wgpu::TextureUsages::TEXTURE_BINDING
+                    | wgpu::TextureUsages::COPY_DST
+                    | wgpu::TextureUsages::COPY_SRC,
+                view_formats: &[],
+            });
+            let view = texture.create_view(&Default::default());
+            Memory { texture, view }
         })
     }
 
-    fn records(&self, stride: u32) -> u32 {
-        match self {
-            Memory::Buffer(buffer) => (buffer.size() / (WORD * u64::from(stride.max(1)))) as u32,
-            Memory::Texture(texture, _) => texture.height(),
-        }
+    fn records(&self) -> u32 {
+        self.texture.height()
     }
 
     fn bytes(&self, stride: u32) -> u64 {
-        WORD * u64::from(stride) * u64::from(self.records(stride))
+        WORD * u64::from(stride) * u64::from(self.records())
     }
 
     /// Copies records, each of which lies at a place in `from`, but for those beyond the end.
@@ -250,34 +228,20 @@ impl Memory {
         stride: u32,
         numbers: impl Iterator<Item = (u64, u16)>,
     ) {
-        let (bytes, room) = (WORD * u64::from(stride), self.records(stride));
-        let places = numbers.map(|(at, number)| (at, u32::from(number))).filter(|(_, number)| *number < room);
-        let places: Vec<(u64, u32)> = places.collect();
-        for run in places.chunk_by(|a, b| (a.0 + 1, a.1 + 1) == *b) {
-            let (at, first) = run[0];
-            match self {
-                Memory::Buffer(buffer) => {
-                    let count = bytes * run.len() as u64;
-                    let place = bytes * u64::from(first);
-                    encoder.copy_buffer_to_buffer(from, bytes * at, buffer, place, count);
-                }
-                Memory::Texture(texture, _) => {
-                    // Row by row, since rows of several are to begin at multiples of 256 bytes.
-                    for (at, y) in run {
-                        let layout = wgpu::TexelCopyBufferLayout {
-                            offset: bytes * at,
-                            bytes_per_row: None,
-                            rows_per_image: None,
-                        };
-                        let origin = wgpu::Origin3d { x: 0, y: *y, z: 0 };
-                        encoder.copy_buffer_to_texture(
-                            wgpu::TexelCopyBufferInfo { buffer: from, layout },
-                            wgpu::TexelCopyTextureInfo { origin, ..texture.as_image_copy() },
-                            wgpu::Extent3d { width: stride, height: 1, depth_or_array_layers: 1 },
-                        );
-                    }
-                }
-            }
+        let bytes = WORD * u64::from(stride);
+        let room = self.records();
+        // Row by row, since rows of several are to begin at multiples of 256 bytes.
+        for (at, y) in numbers.map(|(at, number)| (at, u32::from(number))).filter(|(_, y)| *y < room) {
+            let layout =
+                wgpu::TexelCopyBufferLayout { offset: bytes * at, bytes_per_row: None, rows_per_image: None };
+            encoder.copy_buffer_to_texture(
+                wgpu::TexelCopyBufferInfo { buffer: from, layout },
+                wgpu::TexelCopyTextureInfo {
+                    origin: wgpu::Origin3d { x: 0, y, z: 0 },
+                    ..self.texture.as_image_copy()
+                },
+                wgpu::Extent3d { width: stride, height: 1, depth_or_array_layers: 1 },
+            );
         }
     }
 }

@@ -5,6 +5,8 @@
 
 use vastex_core::{AddressMode, Geometry, LevelRule, Slot, TextureNumber, shader_constants};
 
+use crate::tables::Placement;
+
 /// Words of 16 bytes before the levels.
 const HEAD: usize = 3;
 /// Words of 16 bytes of a level.
@@ -45,10 +47,8 @@ pub struct RecordOf<'a> {
     pub rule: LevelRule,
     /// Bit `n`: values of layer `n` may not be mixed; of the first 32 layers.
     pub unmixed: u32,
-    /// The finest level that is looked up in the page table.
-    pub finest: u8,
-    /// Where the entries of a level begin in the page table; all ones where it has none.
-    pub first_entry: &'a dyn Fn(u8) -> u32,
+    /// Where its entries lie in the page table.
+    pub placement: &'a Placement,
 }
 
 /// The record of a texture.
@@ -59,16 +59,8 @@ pub fn texture_record(of: &RecordOf<'_>) -> Vec<[u32; 4]> {
 /// The record of a group, whose feedback names pages of all levels of its shape.
 pub fn group_record(geometry: &Geometry, id: u32) -> Vec<[u32; 4]> {
     let rule = LevelRule::default().within(geometry);
-    let nowhere = |_| u32::MAX;
-    let of = RecordOf {
-        geometry,
-        id,
-        tail_slot: Slot::new(0),
-        rule,
-        unmixed: 0,
-        finest: geometry.coarsest(),
-        first_entry: &nowhere,
-    };
+    let placement = &Placement::without_entries();
+    let of = RecordOf { geometry, id, tail_slot: Slot::new(0), rule, unmixed: 0, placement };
     record(&of, geometry.coarsest())
 }
 
@@ -81,15 +73,17 @@ pub fn no_record() -> [[u32; 4]; 1] {
 fn record(of: &RecordOf<'_>, tail: u8) -> Vec<[u32; 4]> {
     let (geometry, rule) = (of.geometry, of.rule);
     let [width, height, _] = geometry.size();
-    let levels = [geometry.coarsest(), of.finest, rule.finest, rule.coarsest, uv_finest(geometry)];
+    let levels = [geometry.coarsest(), of.placement.finest, rule.finest, rule.coarsest, uv_finest(geometry)];
     let address = [0, 1].map(|axis| address_code(geometry.address()[axis]));
     let flags = levels.iter().rev().fold(0, |flags, &level| (flags << 5) | u32::from(level) & 31);
     let flags = (flags << 4) | (address[1] << 2) | address[0];
     let tail_entry = (u32::from(tail) << shader_constants::ENTRY_SLOT_BITS) | of.tail_slot.index();
     let (page, border) = (geometry.page(), geometry.border());
+    let places = [of.placement.least_length().ilog2(), u32::from(of.placement.former), page[0].ilog2()];
+    let places = places.iter().rev().fold(0, |places, place| (places << 5) | place & 31);
     let mut words = vec![
         [width, height, of.id, flags],
-        [rule.bias.to_bits(), tail_entry, of.unmixed, 0],
+        [rule.bias.to_bits(), tail_entry, of.unmixed, places],
         [page[0], page[1], border[0], border[1]],
     ];
     words.extend((0..=geometry.coarsest()).flat_map(|index| level_words(of, index, tail)));
@@ -110,11 +104,11 @@ fn level_words(of: &RecordOf<'_>, index: u8, tail: u8) -> [[u32; 4]; OF_LEVEL] {
     let [x, y] = page_texels;
     let inverse = |a: usize| (1.0 / scale[a] as f32).to_bits();
     let base = |a: usize| (f64::from(origin[a]) + geometry.sample_offset(index)[a]) as f32;
-    let first_entry = if index < tail { (of.first_entry)(index) } else { u32::MAX };
+    let first_entry = if index < tail { of.placement.first_entry(index) } else { Placement::NONE };
     [
         [first_entry, level.pages[0], x.ilog2(), y.ilog2()],
         [inverse(0), inverse(1), base(0).to_bits(), base(1).to_bits()],
-        [(origin[0] as f32).to_bits(), (origin[1] as f32).to_bits(), level.size[0], level.size[1]],
+        [level.size[0], level.size[1], 0, 0],
         [x, y, scale[0], scale[1]],
     ]
 }

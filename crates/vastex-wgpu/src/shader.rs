@@ -18,8 +18,7 @@ use crate::record::{RECORD_WORDS, address_code};
 pub(crate) mod names;
 
 const PARAMS: &str = include_str!("wgsl/params.wgsl");
-const PARAM_BUFFER: &str = include_str!("wgsl/param_buffer.wgsl");
-const PARAM_TEXTURE: &str = include_str!("wgsl/param_texture.wgsl");
+const PARAM: &str = include_str!("wgsl/param.wgsl");
 const RECORDS: &str = include_str!("wgsl/records.wgsl");
 const LAMBDA: &str = include_str!("wgsl/lambda.wgsl");
 const FOOTPRINT: &str = include_str!("wgsl/footprint.wgsl");
@@ -250,10 +249,9 @@ fn push_flag(text: &mut String, of: &str, are_powers: bool) {
 }
 
 fn shared_modules(kinds: &Kinds) -> Vec<&'static str> {
-    let params = if kinds.mode() == FeedbackMode::Raw { PARAM_TEXTURE } else { PARAM_BUFFER };
     let is_round = kinds.reads().iter().all(|read| read.filter.max_taps() == 1);
     let footprint = if is_round { FOOTPRINT_ROUND } else { FOOTPRINT };
-    let mut modules = vec![PARAMS, params, RECORDS, LAMBDA, footprint, LEVELS, POSITION, PAGE, PLACE];
+    let mut modules = vec![PARAMS, PARAM, RECORDS, LAMBDA, footprint, LEVELS, POSITION, PAGE, PLACE];
     if kinds.reads().iter().any(|read| reaches(read.filter)) {
         modules.push(REACH);
     }

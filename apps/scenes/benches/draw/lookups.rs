@@ -118,15 +118,14 @@ impl<'a> Lookups<'a> {
         let (changer, mut budget) = (PoolTableChanger::new(device, mode), u64::MAX);
         tables.apply(&changer, device, queue, &mut encoder, &changes, &mut all, &mut budget)?;
         let placement = tables.placement(NUMBER);
-        let mut params = ParamStore::new(device, mode, RECORD_WORDS)?;
+        let mut params = ParamStore::new(device, RECORD_WORDS)?;
         let record = texture_record(&RecordOf {
             geometry,
             id: ID,
             tail_slot: Slot::new(0),
             rule: LevelRule::default().within(geometry),
             unmixed: 0,
-            finest: placement.finest,
-            first_entry: &|level| placement.first_entry(level),
+            placement: &placement,
         });
         params.set(NUMBER, &record);
         params.write(device, &mut encoder)?;

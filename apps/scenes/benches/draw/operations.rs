@@ -77,55 +77,56 @@ fn counted(kinds: &Kinds) -> Result<Operations> {
     let info = naga::valid::Validator::new(flags, naga::valid::Capabilities::empty()).validate(&module)?;
     let entry = module.entry_points.first().context("the text has an entry point")?;
     let mut counter = Counter { module: &module, info: &info, known: BTreeMap::new() };
-    Ok(counter.of_function(&entry.function, info.get_entry_point(0)))
+    let entry = Call { function: &entry.function, info: info.get_entry_point(0), arguments: Vec::new() };
+    Ok(counter.of_block(&entry.function.body, &entry))
 }
 
 struct Counter<'a> {
     module: &'a Module,
     info: &'a naga::valid::ModuleInfo,
-    known: BTreeMap<usize, Operations>,
+    known: BTreeMap<(usize, Vec<Option<bool>>), Operations>,
 }
 
-impl Counter<'_> {
-    fn of_function(&mut self, function: &Function, info: &naga::valid::FunctionInfo) -> Operations {
-        self.of_block(&function.body, function, info)
-    }
+/// A function as it is called.
+struct Call<'a> {
+    function: &'a Function,
+    info: &'a naga::valid::FunctionInfo,
+    /// The arguments that are truth values and constants of the text.
+    arguments: Vec<Option<bool>>,
+}
 
-    fn of_block(
-        &mut self,
-        block: &Block,
-        function: &Function,
-        info: &naga::valid::FunctionInfo,
-    ) -> Operations {
+impl<'a> Counter<'a> {
+    fn of_block(&mut self, block: &Block, call: &Call<'a>) -> Operations {
         let mut sum = Operations::default();
         for statement in block {
             match statement {
                 Statement::Emit(range) => {
-                    range
-                        .clone()
-                        .for_each(|expression| sum += self.of_expression(expression, function, info));
+                    range.clone().for_each(|expression| sum += self.of_expression(expression, call));
                 }
-                Statement::Block(block) => sum += self.of_block(block, function, info),
-                Statement::If { condition, accept, reject } => match self.known(*condition, function) {
+                Statement::Block(block) => sum += self.of_block(block, call),
+                Statement::If { condition, accept, reject } => match self.known(*condition, call) {
                     Some(is_so) => {
                         let taken = if is_so { accept } else { reject };
-                        sum += self.of_block(taken, function, info);
+                        sum += self.of_block(taken, call);
                         if let Some(Statement::Return { .. }) = taken.last() {
                             return sum;
                         }
                     }
                     None => {
-                        [accept, reject].iter().for_each(|side| sum += self.of_block(side, function, info));
+                        [accept, reject].iter().for_each(|side| sum += self.of_block(side, call));
                     }
                 },
                 Statement::Switch { cases, .. } => {
-                    cases.iter().for_each(|case| sum += self.of_block(&case.body, function, info));
+                    cases.iter().for_each(|case| sum += self.of_block(&case.body, call));
                 }
                 Statement::Loop { body, continuing, .. } => {
-                    sum += self.of_block(body, function, info);
-                    sum += self.of_block(continuing, function, info);
+                    sum += self.of_block(body, call);
+                    sum += self.of_block(continuing, call);
                 }
-                Statement::Call { function: called, .. } => sum += self.of_called(*called),
+                Statement::Call { function: called, arguments, .. } => {
+                    let arguments = arguments.iter().map(|argument| self.known(*argument, call)).collect();
+                    sum += self.of_called(*called, arguments);
+                }
                 _ => (),
             }
         }
@@ -133,7 +134,8 @@ impl Counter<'_> {
     }
 
     /// What a condition on constants of the text comes to, which a driver knows too.
-    fn known(&self, condition: Handle<Expression>, function: &Function) -> Option<bool> {
+    fn known(&self, condition: Handle<Expression>, call: &Call<'a>) -> Option<bool> {
+        let function = call.function;
         let constant = |expression: Handle<Expression>| match function.expressions[expression] {
             Expression::Constant(constant) => {
                 match self.module.global_expressions[self.module.constants[constant].init] {
@@ -145,7 +147,11 @@ impl Counter<'_> {
             _ => None,
         };
         match function.expressions[condition] {
-            Expression::Literal(Literal::Bool(known)) => Some(known),
+            Expression::FunctionArgument(nth) => *call.arguments.get(nth as usize)?,
+            Expression::Literal(_) | Expression::Constant(_) => match constant(condition)? {
+                Literal::Bool(known) => Some(known),
+                _ => None,
+            },
             Expression::Binary { op: BinaryOperator::Equal, left, right } => {
                 Some(constant(left)? == constant(right)?)
             }
@@ -156,25 +162,28 @@ impl Counter<'_> {
         }
     }
 
-    fn of_called(&mut self, called: Handle<Function>) -> Operations {
-        if let Some(known) = self.known.get(&called.index()) {
+    fn of_called(&mut self, called: Handle<Function>, arguments: Vec<Option<bool>>) -> Operations {
+        let key = (called.index(), arguments.clone());
+        if let Some(known) = self.known.get(&key) {
             return *known;
         }
-        let operations = self.of_function(&self.module.functions[called], &self.info[called]);
-        self.known.insert(called.index(), operations);
+        let function = &self.module.functions[called];
+        let call = Call { function, info: &self.info[called], arguments };
+        let operations = self.of_block(&function.body, &call);
+        self.known.insert(key, operations);
         operations
     }
 
-    fn of_expression(
-        &self,
-        expression: Handle<Expression>,
-        function: &Function,
-        info: &naga::valid::FunctionInfo,
-    ) -> Operations {
+    fn of_expression(&self, expression: Handle<Expression>, call: &Call<'a>) -> Operations {
+        let (function, info) = (call.function, call.info);
         let inner = info[expression].ty.inner_with(&self.module.types);
         let components = inner.components().unwrap_or(1);
         let none = Operations::default();
         match &function.expressions[expression] {
+            // Records are a texture of whole numbers, atlases of this bench are not.
+            Expression::ImageLoad { .. } if inner.scalar_kind() == Some(ScalarKind::Uint) => {
+                Operations { table: 1, ..none }
+            }
             Expression::ImageSample { .. } | Expression::ImageLoad { .. } => {
                 Operations { fetches: 1, ..none }
             }

@@ -8,7 +8,7 @@ use super::batch::Batch;
 use super::changer::{Before, PoolTableChanger, Room, TableBuffer};
 use super::directory::{DirectTable, Directory};
 use super::word_texture::WordTexture;
-use super::{PoolApplied, Resident};
+use super::{Placement, PoolApplied, Resident};
 use crate::arena::Arena;
 use crate::error::GpuError;
 use crate::feedback_mode::FeedbackMode;
@@ -196,6 +196,23 @@ impl DirectTables {
             Memory::Buffer { before, .. } => Before::count(before),
             Memory::Texture { before, .. } => Before::count(before),
         }
+    }
+
+    /// See [`super::PoolTables::placement`].
+    pub(super) fn placement(&self, texture: TextureNumber) -> Placement {
+        let table = self.directory.tables.get(&texture);
+        table.map_or_else(Placement::without_entries, |table| table.placement(self.shortest()))
+    }
+
+    /// Entries of the shortest arena that is followed.
+    fn shortest(&self) -> u32 {
+        let lengths = match &self.memory {
+            Memory::Buffer { before, .. } => {
+                before.iter().map(|before| (before.memory.buffer.size() / 4) as u32).min()
+            }
+            Memory::Texture { before, .. } => before.iter().map(|before| before.memory.len()).min(),
+        };
+        lengths.unwrap_or(u32::MAX)
     }
 
     /// Whether no level is still on its way.

@@ -210,11 +210,17 @@ impl DirectTable {
         Some(of.range.first + within as u32)
     }
 
-    pub(super) fn placement(&self) -> Placement {
+    /// `shortest` is the length of the shortest arena that is followed.
+    pub(super) fn placement(&self, shortest: u32) -> Placement {
+        let tail = self.tail.level();
         let mut placement =
-            Placement { finest: self.tail.level(), first_entry: [Placement::NONE; MAX_LEVELS] };
+            Placement { finest: tail, former: tail, first_entry: [Placement::NONE; MAX_LEVELS] };
+        let mut is_within = true;
         for of in self.ranges.iter().take_while(|of| !of.is_hidden) {
             placement.finest = of.finest;
+            // A range lies at a multiple of its length, and so do the ends of arenas.
+            is_within &= of.range.first < shortest;
+            placement.former = if is_within { of.finest } else { placement.former };
             for level in of.finest..=of.coarsest {
                 let first = self.first_entry(level).unwrap_or(Placement::NONE);
                 placement.first_entry[usize::from(level)] = first;

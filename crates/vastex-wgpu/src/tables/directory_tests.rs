@@ -33,8 +33,16 @@ fn check(directory: &Directory) {
         reserved += full_entries(&table.geometry);
         let numbering = PageNumbering::new(&table.geometry);
         let tail = table.geometry.tail().first_level();
-        let placement = table.placement();
-        assert_eq!(placement.finest, table.finest());
+        let placement = table.placement(u32::MAX);
+        assert_eq!((placement.finest, placement.former), (table.finest(), table.finest()));
+        assert!(placement.least_length() <= directory.arena.capacity());
+        // In a shorter arena all levels from the former one on have entries, and the level finer than that has not.
+        for shortest in (10..26).map(|log| 1 << log) {
+            let former = table.placement(shortest).former;
+            assert!((former..tail).all(|level| placement.first_entry(level) < shortest), "{former}");
+            let is_least = former == 0 || placement.first_entry(former - 1) >= shortest;
+            assert!(is_least, "{former} in {shortest}");
+        }
         for level in 0..table.geometry.coarsest() + 1 {
             let first = placement.first_entry(level);
             if level < table.finest() || level >= tail {
@@ -85,7 +93,7 @@ fn play(most: u32, largest: u32, steps: u32, seed: u64) -> (u32, u32, usize) {
         placements.retain(|texture, _| directory.tables.contains_key(texture));
         let mut is_anew = false;
         for (&of, table) in &mut directory.tables {
-            let (now, then) = (table.placement(), placements.get(&of));
+            let (now, then) = (table.placement(u32::MAX), placements.get(&of));
             let kept = |then: &Placement| {
                 (then.finest..table.tail.level()).all(|l| then.first_entry(l) == now.first_entry(l))
             };

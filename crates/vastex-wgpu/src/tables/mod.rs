@@ -6,12 +6,12 @@
 //! |---|---|---|---|
 //! | table of a direct pool | `var<storage, read> vastexi_table_POOL: array<u32>` | `texture_2d<u32>`, r32uint | arena_buffer / arena_texture: `vastexi_table_word_POOL(index)`, `vastexi_table_length_POOL()` |
 //! | table of a hashed pool | the same | the same | the same, and hashed_pool: `vastexi_hashed_page_POOL(page: vec2<u32>)`, the whole id, low and high half |
-//! | records | `var<storage, read> vastexi_params: array<vec4<u32>>` | `texture_2d<u32>`, rgba32uint, one row a number | param_buffer / param_texture: `vastexi_param(number, n)`, `vastexi_records()` |
+//! | records | `texture_2d<u32>`, rgba32uint, one row a number | the same | param: `vastexi_param(number, n)`, `vastexi_records()` |
 //!
 //! Of a direct table a record holds `first_entry` for each level finer than the tail: [`Placement::first_entry`], absolute in the arena, or
-//! `0xffffffff` (VASTEXI_NONE) where the level has no entries yet. **The rule of a lookup**: take the finest level from the wanted one on whose
-//! `first_entry` is less than `vastexi_table_length_POOL()`; where no level finer than the tail is, take the tail. (In almost every frame that is
-//! `max(wanted, finest)`, [`Placement::finest`]; the comparison keeps right what was recorded with an arena that has moved since.) The entry
+//! `0xffffffff` (VASTEXI_NONE) where the level has no entries yet. **The rule of a lookup**: take level `max(wanted, finest)`
+//! ([`Placement::finest`]), and the tail where that is none finer. What was recorded with an arena that has moved since sees a shorter one than
+//! [`Placement::least_length`], and takes [`Placement::former`] in the place of the finest. The entry
 //! is at `first_entry + (page.z * pages.y + page.y) * pages.x + page.x`.
 //!
 //! A hashed table needs nothing of the record: how many buckets it has, and its seed, follow from its length, so that they change together
@@ -69,6 +69,8 @@ pub const RECORDED_AHEAD: u8 = 2;
 pub struct Placement {
     /// Finest level that has entries; the tail's first where none has. 0 of a hashed table.
     pub finest: u8,
+    /// Finest level of which all has entries in every arena that is followed: that in which they lie, and those in which they lay before.
+    pub former: u8,
     first_entry: [u32; shader_constants::MAX_LEVELS as usize],
 }
 
@@ -82,9 +84,19 @@ impl Placement {
         self.first_entry.get(usize::from(level)).copied().unwrap_or(Placement::NONE)
     }
 
+    /// Entries of the shortest arena that has those of all levels from the finest on: a power of two.
+    pub fn least_length(&self) -> u32 {
+        let there = self.first_entry.iter().filter(|first| **first != Placement::NONE);
+        there.max().map_or(1, |last| (last + 1).next_power_of_two())
+    }
+
     /// Of a hashed table, and of a texture that is none.
-    fn without_entries() -> Placement {
-        Placement { finest: 0, first_entry: [Placement::NONE; shader_constants::MAX_LEVELS as usize] }
+    pub(crate) fn without_entries() -> Placement {
+        Placement {
+            finest: 0,
+            former: 0,
+            first_entry: [Placement::NONE; shader_constants::MAX_LEVELS as usize],
+        }
     }
 }
 
@@ -216,13 +228,11 @@ impl PoolTables {
         }
     }
 
-    /// Where a texture's entries lie once the commands of the last [`PoolTables::apply`] are done.
+    /// Where a texture's entries lie once the commands of the last [`PoolTables::apply`] are done. To be asked for before
+    /// [`PoolTables::submitted`] where shaders are to be told: the arenas that are followed are those of that submission.
     pub fn placement(&self, texture: TextureNumber) -> Placement {
         match &self.kind {
-            Kind::Direct(tables) => {
-                let table = tables.directory.tables.get(&texture);
-                table.map_or_else(Placement::without_entries, directory::DirectTable::placement)
-            }
+            Kind::Direct(tables) => tables.placement(texture),
             Kind::Hashed { .. } => Placement::without_entries(),
         }
     }

@@ -2,16 +2,13 @@
 
 // The entry of the finest resident page that covers a texel at `wanted`, a level finer than the tail, or coarser.
 fn vastexi_entry_POOL(texture: VastexiTexture, texel: vec2<u32>, wanted: u32) -> u32 {
-    var number = max(wanted, texture.table_level);
-    var level = vastexi_level(texture, number);
     // Commands that were recorded before the tables moved see them as they lay, where the newest levels may be missing.
-    while level.first_entry >= vastexi_table_length_POOL() {
-        number += 1u;
-        if number >= texture.tail_level {
-            return (texture.tail_level << VASTEXI_ENTRY_SLOT_BITS) | texture.tail_slot;
-        }
-        level = vastexi_level(texture, number);
+    let is_whole = texture.table_end <= vastexi_table_length_POOL();
+    let number = max(wanted, select(texture.former_level, texture.table_level, is_whole));
+    if number >= texture.tail_level {
+        return (texture.tail_level << VASTEXI_ENTRY_SLOT_BITS) | texture.tail_slot;
     }
-    let page = vastexi_page(level, texel, VASTEXI_POWERS_POOL);
-    return vastexi_table_word_POOL(level.first_entry + (page.y * level.row) + page.x);
+    let entries = vastexi_entries(texture, number);
+    let page = vastexi_page(entries.sides, texel, VASTEXI_POWERS_POOL);
+    return vastexi_table_word_POOL(entries.first + (page.y * entries.row) + page.x);
 }

@@ -25,7 +25,7 @@ fn vastexi_taken_KIND(
     taps: VastexiTaps,
     wanted: u32,
 ) -> vec4<f32> {
-    let bounds = vastexi_tile_bounds(texture, position, place, VASTEXI_SCALE_LAYER);
+    let bounds = vastexi_tile_bounds(texture, position, place, VASTEXI_POWERS_POOL, VASTEXI_SCALE_LAYER);
     let step = taps.axis / f32(taps.count);
     let end = vastexi_tap_offset(step, taps.count - 1u, taps.count); // the first is as far
     let first = vastexi_place_shifted(texture, place, -end, VASTEXI_SCALE_LAYER);

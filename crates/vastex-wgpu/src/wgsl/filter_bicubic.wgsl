@@ -36,14 +36,14 @@ fn vastexi_taken_KIND(
 // 4x4 texels around a place. Those that a narrow border does not have are looked up in their own pages, and so are those around a
 // place beyond an edge, where the cubic goes on for a texel and a half.
 fn vastexi_cubic_KIND(texture: VastexiTexture, position: VastexiPosition, place: VastexiPlace, wanted: u32) -> vec4<f32> {
-    let level = vastexi_level(texture, place.level);
+    let level = vastexi_level(texture, place.level, VASTEXI_POWERS_POOL);
     let scale = f32(VASTEXI_SCALE_LAYER);
     let middle = vastexi_free_tile_texel(level, position, place.page, VASTEXI_POWERS_POOL) / scale;
     let centred = middle - 0.5;
     let first = floor(centred) - 1.0;
     let x = vastexi_cubic_weights(fract(centred.x));
     let y = vastexi_cubic_weights(fract(centred.y));
-    let bounds = vastexi_tile_bounds(texture, position, place, VASTEXI_SCALE_LAYER);
+    let bounds = vastexi_tile_bounds(texture, position, place, VASTEXI_POWERS_POOL, VASTEXI_SCALE_LAYER);
     let is_within = all(first >= bounds.xy - 0.5) && all(first + 3.5 < bounds.zw);
     let near = select(0u, 16u, is_within);
     var sum = vec4<f32>(0.0);

@@ -101,7 +101,7 @@ fn vastex_inspect_NAME_fixed_grad(
 // The level of the finest resident page that covers a page of the texture.
 fn vastex_inspect_NAME_page(id: u32, page: vec2<u32>, level: u32) -> u32 {
     let texture = vastexi_texture(id);
-    let texel = page * vastexi_pages(texture).page * vastexi_level(texture, level).scale;
+    let texel = page * vastexi_pages(texture).page * vastexi_level(texture, level, VASTEXI_POWERS_POOL).scale;
     let first = min(texel, texture.size - 1u);
     let position = VastexiPosition(first, vec2<f32>(0.5), vec2<f32>(1.0));
     return vastexi_place_POOL(texture, position, level, VASTEXI_SCALE_LAYER).level;

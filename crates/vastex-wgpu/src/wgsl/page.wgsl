@@ -28,19 +28,19 @@ fn vastexi_wrapped(texture: VastexiTexture, difference: vec2<f32>) -> vec2<f32> 
 
 // The page of a level that covers a texel of level 0; of a level in the tail 0,0. `powers` says whether pages are known to have sides that
 // are powers of two.
-fn vastexi_page(level: VastexiLevel, texel: vec2<u32>, powers: bool) -> vec2<u32> {
+fn vastexi_page(sides: VastexiSides, texel: vec2<u32>, powers: bool) -> vec2<u32> {
     if powers {
-        return texel >> level.page_shift;
+        return texel >> sides.shift;
     }
-    return texel / level.page_texels;
+    return texel / sides.texels;
 }
 
 // How far a texel of level 0 lies into that page.
-fn vastexi_texel_in_page(level: VastexiLevel, texel: vec2<u32>, page: vec2<u32>, powers: bool) -> vec2<u32> {
+fn vastexi_texel_in_page(sides: VastexiSides, texel: vec2<u32>, page: vec2<u32>, powers: bool) -> vec2<u32> {
     if powers {
-        return texel - (page << level.page_shift);
+        return texel - (page << sides.shift);
     }
-    return texel - page * level.page_texels;
+    return texel - page * sides.texels;
 }
 
 // The id of a page, low half first: x and y of VASTEXI_COORD_BITS_2D bits each, level, number of the texture.

@@ -5,7 +5,7 @@
 
 // Where a position lies in the tile of its page of a level, in texels of the texture, and as far beyond the edges of the texture as it is.
 fn vastexi_free_tile_texel(level: VastexiLevel, position: VastexiPosition, page: vec2<u32>, powers: bool) -> vec2<f32> {
-    let from_page = vec2<f32>(vastexi_texel_in_page(level, position.texel, page, powers)) + position.fraction;
+    let from_page = vec2<f32>(vastexi_texel_in_page(level.sides, position.texel, page, powers)) + position.fraction;
     return level.base + from_page * level.inverse_scale;
 }
 
@@ -55,8 +55,8 @@ fn vastexi_place_of_entry(
     scale: u32,
 ) -> VastexiPlace {
     let number = entry >> VASTEXI_ENTRY_SLOT_BITS;
-    let level = vastexi_level(texture, number);
-    let page = vastexi_page(level, position.texel, powers);
+    let level = vastexi_level(texture, number, powers);
+    let page = vastexi_page(level.sides, position.texel, powers);
     let slot = entry & ((1u << VASTEXI_ENTRY_SLOT_BITS) - 1u);
     let tile_texel = vastexi_tile_texel(texture, level, position, page, powers, scale);
     return vastexi_place_in_slot(pool, slot, tile_texel, number, page, scale);

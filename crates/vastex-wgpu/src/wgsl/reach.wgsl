@@ -3,11 +3,11 @@
 
 // Between which texels of the tile that has a position's place four texels around a place are all in the tile: first.xy up to
 // last.xy. Beyond the edge of the texture a place is not where the position is, so there nothing is near it.
-fn vastexi_tile_bounds(texture: VastexiTexture, position: VastexiPosition, place: VastexiPlace, scale: u32) -> vec4<f32> {
+fn vastexi_tile_bounds(texture: VastexiTexture, position: VastexiPosition, place: VastexiPlace, powers: bool, scale: u32) -> vec4<f32> {
     if any(position.fraction < vec2<f32>(0.0)) || any(position.fraction > vec2<f32>(1.0)) {
         return vec4<f32>(0.0);
     }
-    let level = vastexi_level(texture, place.level);
+    let level = vastexi_level(texture, place.level, powers);
     let pages = vastexi_pages(texture);
     let page = select(pages.page, level.size, place.level >= texture.tail_level);
     let payload = min(page, level.size - place.page * pages.page);
@@ -19,7 +19,7 @@ fn vastexi_tile_bounds(texture: VastexiTexture, position: VastexiPosition, place
 
 // The place `offset` texels of level 0 from another in the slot's image, whatever lies there.
 fn vastexi_place_shifted(texture: VastexiTexture, place: VastexiPlace, offset: vec2<f32>, scale: u32) -> VastexiPlace {
-    let tile_texel = place.tile_texel + offset * vastexi_level(texture, place.level).inverse_scale / f32(scale);
+    let tile_texel = place.tile_texel + offset * vastexi_inverse_scale(texture, place.level) / f32(scale);
     return VastexiPlace(place.image, place.cell, place.origin, tile_texel, place.level, place.page);
 }
 

@@ -9,6 +9,8 @@ struct VastexiTexture {
     address: vec2<u32>,     // VASTEXI_ADDRESS_*, per axis
     last_level: u32,        // the coarsest level that it has
     table_level: u32,       // the finest level that is looked up in the page table; nothing finer is resident, or the table still grows
+    table_end: u32,         // a page table as long as this has all levels from that one on
+    former_level: u32,      // the finest level that is looked up in a shorter one, in which the pool's tables lay before they moved
     tail_level: u32,        // the finest level of the tail
     tail_slot: u32,
     bias: f32,              // levels added to every level computed from gradients
@@ -16,18 +18,29 @@ struct VastexiTexture {
     coarsest: f32,
     uv_finest: f32,         // the finest level of which a 32-bit uv tells the texels apart
     unmixed: u32,           // bit n: values of layer n may not be mixed
+    page_log2: u32,         // log2 of a page's texels along a side, rounded down
+}
+
+// How far a page of a level reaches.
+struct VastexiSides {
+    shift: vec2<u32>,       // log2 of texels, rounded down; 31 in the tail
+    texels: vec2<u32>,      // texels of level 0 along a page; all there can be in the tail, whose levels are one page
+}
+
+// The entries of a level in a direct page table.
+struct VastexiEntries {
+    first: u32,             // where they begin
+    row: u32,               // pages along x
+    sides: VastexiSides,
 }
 
 // One level.
 struct VastexiLevel {
-    first_entry: u32,       // where its entries begin in the page table
-    row: u32,               // pages along x
-    page_shift: vec2<u32>,  // log2 of page_texels, rounded down; 31 in the tail
+    sides: VastexiSides,
     inverse_scale: vec2<f32>, // texels of the level along one of level 0
     base: vec2<f32>,        // added to a position of level 0 by that scale from the first texel of its page: the place in the tile [texels]
     origin: vec2<f32>,      // in a tile: where the level's payload begins [texels]
     size: vec2<u32>,        // of the level [texels]
-    page_texels: vec2<u32>, // texels of level 0 along a page; all there can be in the tail, whose levels are one page
     scale: vec2<u32>,       // texels of level 0 along one texel of this level
 }
 
@@ -52,6 +65,8 @@ fn vastexi_texture(id: u32) -> VastexiTexture {
         vec2<u32>(flags & 3u, (flags >> 2u) & 3u),
         (flags >> 4u) & 31u,
         (flags >> 9u) & 31u,
+        1u << (rule.w & 31u),
+        (rule.w >> 5u) & 31u,
         rule.y >> VASTEXI_ENTRY_SLOT_BITS,
         rule.y & ((1u << VASTEXI_ENTRY_SLOT_BITS) - 1u),
         bitcast<f32>(rule.x),
@@ -59,6 +74,7 @@ fn vastexi_texture(id: u32) -> VastexiTexture {
         f32((flags >> 19u) & 31u),
         f32((flags >> 24u) & 31u),
         rule.z,
+        (rule.w >> 10u) & 31u,
     );
 }
 
@@ -75,23 +91,36 @@ fn vastexi_pages(texture: VastexiTexture) -> VastexiPages {
     return VastexiPages(pages.xy, pages.zw);
 }
 
-fn vastexi_level(texture: VastexiTexture, level: u32) -> VastexiLevel {
+fn vastexi_entries(texture: VastexiTexture, level: u32) -> VastexiEntries {
     let first = 3u + 4u * level;
     let table = vastexi_param(texture.number, first);
-    let place = bitcast<vec4<f32>>(vastexi_param(texture.number, first + 1u));
-    let extent = vastexi_param(texture.number, first + 2u);
     let texels = vastexi_param(texture.number, first + 3u);
-    return VastexiLevel(
-        table.x,
-        table.y,
-        table.zw,
-        place.xy,
-        place.zw,
-        bitcast<vec2<f32>>(extent.xy),
-        extent.zw,
-        texels.xy,
-        texels.zw,
-    );
+    return VastexiEntries(table.x, table.y, VastexiSides(table.zw, texels.xy));
+}
+
+// Texels of a level along one of level 0.
+fn vastexi_inverse_scale(texture: VastexiTexture, level: u32) -> vec2<f32> {
+    return bitcast<vec2<f32>>(vastexi_param(texture.number, 3u + 4u * level + 1u).xy);
+}
+
+// `powers` says whether scales and pages are known to have sides that are powers of two: then one read is enough for the place of a tile,
+// since the rest follows from it.
+fn vastexi_level(texture: VastexiTexture, level: u32, powers: bool) -> VastexiLevel {
+    let first = 3u + 4u * level;
+    let place = bitcast<vec4<f32>>(vastexi_param(texture.number, first + 1u));
+    // A shift of up to half a texel is in the base.
+    let origin = floor(place.zw);
+    let texels = vastexi_param(texture.number, first + 3u);
+    if powers {
+        let log2_scale = 127u - (bitcast<vec2<u32>>(place.xy) >> vec2<u32>(23u));
+        let in_page = min(log2_scale + texture.page_log2, vec2<u32>(31u));
+        let shift = select(vec2<u32>(31u), in_page, level < texture.tail_level);
+        let size = ((texture.size - 1u) >> log2_scale) + 1u;
+        return VastexiLevel(VastexiSides(shift, texels.xy), place.xy, place.zw, origin, size, texels.zw);
+    }
+    let table = vastexi_param(texture.number, first);
+    let size = vastexi_param(texture.number, first + 2u).xy;
+    return VastexiLevel(VastexiSides(table.zw, texels.xy), place.xy, place.zw, origin, size, texels.zw);
 }
 
 // Whether values of a layer may not be mixed, so that whatever reads it reads one texel.

@@ -129,12 +129,8 @@ impl Bindings {
 }
 
 /// The array of records of some worlds.
-pub(crate) fn params_of(
-    gpu: &TestDevice,
-    mode: FeedbackMode,
-    records: &[(TextureNumber, Vec<[u32; 4]>)],
-) -> ParamStore {
-    let mut params = ParamStore::new(&gpu.device, mode, RECORD_WORDS).unwrap();
+pub(crate) fn params_of(gpu: &TestDevice, records: &[(TextureNumber, Vec<[u32; 4]>)]) -> ParamStore {
+    let mut params = ParamStore::new(&gpu.device, RECORD_WORDS).unwrap();
     records.iter().for_each(|(number, record)| params.set(*number, record));
     write_params(gpu, &mut params);
     params
@@ -169,8 +165,7 @@ impl World {
             tail_slot: self.tail_slot(),
             rule: self.rule,
             unmixed: self.unmixed,
-            finest: placement.finest,
-            first_entry: &|level| placement.first_entry(level),
+            placement: &placement,
         })
     }
 
@@ -277,7 +272,7 @@ impl World {
             tiles,
             pool,
             tables,
-            params: ParamStore::new(&gpu.device, mode, RECORD_WORDS).unwrap(),
+            params: ParamStore::new(&gpu.device, RECORD_WORDS).unwrap(),
             id: shader_id(number, 3),
             number,
             rule: LevelRule::default().within(geometry),

@@ -99,7 +99,7 @@ fn a_lost_device_is_an_error_wherever_something_is_read() {
     assert_eq!(made.unwrap_err(), GpuError::DeviceLost);
     assert_eq!(PoolTables::direct(device, mode).unwrap_err(), GpuError::DeviceLost);
     assert_eq!(PoolTables::hashed(device, queue, mode, 9).unwrap_err(), GpuError::DeviceLost);
-    assert_eq!(ParamStore::new(device, mode, 5).unwrap_err(), GpuError::DeviceLost);
+    assert_eq!(ParamStore::new(device, 5).unwrap_err(), GpuError::DeviceLost);
     let made = FeedbackTarget::new(device, [64, 64], FeedbackScale::Reduced);
     assert_eq!(made.unwrap_err(), GpuError::DeviceLost);
     assert_eq!(Readback::new(device, &pipelines, target.raw()).unwrap_err(), GpuError::DeviceLost);

@@ -73,7 +73,7 @@ impl Planet {
     fn params(&self) -> ParamStore {
         let textures = self.worlds.iter().map(|world| (world.number, world.record(&world.tables)));
         let group = group_record(&self.worlds[0].geometry, shader_id(NUMBER, 1));
-        params_of(&GPU, FeedbackMode::Separate, &textures.chain([(NUMBER, group)]).collect::<Vec<_>>())
+        params_of(&GPU, &textures.chain([(NUMBER, group)]).collect::<Vec<_>>())
     }
 }
 

@@ -13,7 +13,7 @@ fn shaders_find_every_page_of_every_texture_of_a_pool() {
     for mode in [FeedbackMode::Separate, FeedbackMode::Raw] {
         let changer = PoolTableChanger::new(device, mode);
         let mut tables = PoolTables::hashed(device, queue, mode, 100).unwrap();
-        let mut params = ParamStore::new(device, mode, STRIDE).unwrap();
+        let mut params = ParamStore::new(device, STRIDE).unwrap();
         let number = |n: u32| TextureNumber::new((n % 40 * 50) as u16).unwrap();
         let loads: Vec<TableChange> = (0..3000)
             .map(|n| {

@@ -184,11 +184,11 @@ impl Pool {
     pub(crate) fn update(&mut self, changes: &[TableChange]) -> PoolApplied {
         let mut encoder = GPU.device.create_command_encoder(&Default::default());
         let applied = self.record(&mut encoder, changes).unwrap();
-        GPU.queue.submit([encoder.finish()]);
-        self.tables.submitted();
         for &texture in &applied.placed {
             self.placements.insert(texture, self.tables.placement(texture));
         }
+        GPU.queue.submit([encoder.finish()]);
+        self.tables.submitted();
         applied
     }
 
@@ -200,7 +200,20 @@ impl Pool {
         let mut entries = 0;
         for (&of, Texture { geometry, image, .. }) in &self.textures {
             let (numbering, placement) = (PageNumbering::new(geometry), self.placements[&of]);
-            assert_eq!(placement, self.tables.placement(of), "{what}: nobody was told where {of:?} lies");
+            let now = self.tables.placement(of);
+            let lie = |placement: &Placement| {
+                let levels = 0..geometry.tail().first_level();
+                (placement.finest, levels.map(|level| placement.first_entry(level)).collect::<Vec<u32>>())
+            };
+            assert_eq!(lie(&placement), lie(&now), "{what}: nobody was told where {of:?} lies");
+            // Where a shader looks, there are entries.
+            let is_whole = placement.least_length() as usize <= words.len();
+            let finest = if is_whole { placement.finest } else { placement.former };
+            let mut looked_up = finest..geometry.tail().first_level();
+            assert!(
+                looked_up.all(|level| (placement.first_entry(level) as usize) < words.len()),
+                "{what}: {of:?} from level {finest} on"
+            );
             for level in 0..geometry.tail().first_level() {
                 let (first, count) =
                     (placement.first_entry(level), geometry.level(level).page_count() as usize);

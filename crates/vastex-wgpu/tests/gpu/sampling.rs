@@ -76,7 +76,7 @@ impl<'a> Harness<'a> {
     /// The same through other page tables.
     pub(crate) fn run_through(&self, tables: &PoolTables, world: &World, inputs: &[Input]) -> Vec<Output> {
         let gpu = self.gpu;
-        let params = params_of(gpu, FeedbackMode::Separate, &[(world.number, world.record(tables))]);
+        let params = params_of(gpu, &[(world.number, world.record(tables))]);
         run(gpu, &self.pipeline, &self.bindings.group_through(gpu, tables, &params, world), inputs)
     }
 

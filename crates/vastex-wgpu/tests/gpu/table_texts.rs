@@ -44,8 +44,8 @@ pub(crate) fn text(mode: FeedbackMode) -> String {
         text += &format!("const VASTEXI_{name} = {value}u;\n");
     }
     let modules = match mode {
-        FeedbackMode::Raw => concat!(module!("arena_texture"), module!("param_texture")),
-        _ => concat!(module!("arena_buffer"), module!("param_buffer")),
+        FeedbackMode::Raw => module!("arena_texture"),
+        _ => module!("arena_buffer"),
     };
-    text + modules + module!("hashed_pool") + ASK
+    text + modules + module!("param") + module!("hashed_pool") + ASK
 }

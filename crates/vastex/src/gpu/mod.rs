@@ -132,7 +132,7 @@ impl Gpu {
             pace: settings.pace,
             views: vec![ViewState::new(ViewId::MAIN, views::MAIN)],
             view_params: Views::new(device, queue, mode),
-            params: ParamStore::new(device, mode, RECORD_WORDS)?,
+            params: ParamStore::new(device, RECORD_WORDS)?,
             sampler: new_sampler(device),
             bind_groups: BindGroups::default(),
             changer: PoolTableChanger::new(device, mode),

@@ -34,7 +34,7 @@ impl Gpu {
         self.forget_texture_space(None);
         self.undone = Undone::default();
         self.to_tell = TablesToTell::default();
-        self.params = ParamStore::new(device, self.mode, RECORD_WORDS)?;
+        self.params = ParamStore::new(device, RECORD_WORDS)?;
         self.sampler = new_sampler(device);
         self.uploads.begin_anew(device, settings);
         self.restore_views();

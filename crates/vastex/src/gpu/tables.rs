@@ -143,8 +143,7 @@ impl Gpu {
             tail_slot: *tail_slot,
             rule: *rule,
             unmixed: *unmixed,
-            finest: placement.finest,
-            first_entry: &|level| placement.first_entry(level),
+            placement: &placement,
         });
         self.params.set(texture, &record);
         self.to_tell.has_records = true;

@@ -162,13 +162,13 @@ fn what_cannot_be_a_group_is_refused_and_leaves_nothing() {
     assert!(matches!(refused(textures.add_group(nobody)), Error::Group(GroupError::Empty)));
     let error = refused(textures.add_group([("Night", ids[0])]));
     assert!(matches!(error, Error::Gpu(GpuError::MemberName { .. })), "{error}");
-    // Tables of pools are storage buffers, as the records are; members that are the same layer bind it once.
+    // Tables of pools are storage buffers; members that are the same layer bind it once.
     let most = gpu.device.limits().max_storage_buffers_per_shader_stage;
-    let pools = (0..most).map(|nth| property([100, 100], 8 + 4 * nth, AddressMode::Clamp));
+    let pools = (0..=most).map(|nth| property([100, 100], 8 + 4 * nth, AddressMode::Clamp));
     let of_pools: Vec<TextureId> = pools.map(|source| textures.add_blocking(source).unwrap()).collect();
     let many = of_pools.iter().enumerate().map(|(nth, id)| (format!("m{nth}"), *id));
     let error = refused(textures.add_group(many));
-    assert!(matches!(error, Error::Gpu(GpuError::GroupTooLarge { pools: 8, max_pools: 7, .. })), "{error}");
+    assert!(matches!(error, Error::Gpu(GpuError::GroupTooLarge { pools: 9, max_pools: 8, .. })), "{error}");
     let group = textures.add_group((0..20).map(|nth| (format!("m{nth}"), ids[0]))).unwrap();
     assert_eq!(textures.bindings().ids(group).unwrap()[1..], vec![textures.shader_id(ids[0]).unwrap(); 20]);
     textures.remove(group);

@@ -89,7 +89,7 @@ fn reference_folded(at: i32, size: i32, padded: u32, mode: u32) -> u32 {
 // Texels of a level without the padding.
 fn reference_texels(level: u32) -> vec2<i32> {
     let layer_scale = reference_params.layer_scale;
-    return vec2<i32>((vastexi_level(reference_texture(), level).size + layer_scale - 1u) / layer_scale);
+    return vec2<i32>((vastexi_level(reference_texture(), level, false).size + layer_scale - 1u) / layer_scale);
 }
 
 // The texel that stands at a whole place of a level, inside or beyond its edges.
@@ -105,7 +105,7 @@ fn reference_texel(at: vec2<i32>, level: u32) -> vec4<f32> {
 
 // Texels of level 0 along one texel of a level.
 fn reference_scale(level: u32) -> vec2<u32> {
-    return vastexi_level(reference_texture(), level).scale * reference_params.layer_scale;
+    return vastexi_level(reference_texture(), level, false).scale * reference_params.layer_scale;
 }
 
 // Where a uv is in a level, in its texels.
