@@ -69,14 +69,14 @@ pub(crate) fn check() -> Result<Outcome> {
     Ok(Outcome::Passed)
 }
 
-/// What tests handed to a device must be among these, but for the numbers of constants: ids, bindings, scales and places of layers are as
-/// a test has them.
+/// What tests handed to a device must be among these, but for the values of constants: ids, bindings, scales and places of layers are as
+/// a test has them, and so are the sides of pages and the taps of filters.
 fn compare(known: Vec<(String, String)>) -> Result<()> {
-    let known: BTreeSet<String> = known.into_iter().map(|(_, text)| without_numbers(&text)).collect();
+    let known: BTreeSet<String> = known.into_iter().map(|(_, text)| without_values(&text)).collect();
     let directory = handed_over();
     let handed_over = texts(&directory)?;
     let unknown: Vec<&(String, String)> =
-        handed_over.iter().filter(|(_, text)| !known.contains(&without_numbers(text))).collect();
+        handed_over.iter().filter(|(_, text)| !known.contains(&without_values(text))).collect();
     if let Some((name, text)) = unknown.first() {
         bail!(
             "{} of {} shader texts that tests handed to a device are not among those that `cargo xtask shaders` writes; \
@@ -95,9 +95,11 @@ fn compare(known: Vec<(String, String)>) -> Result<()> {
     Ok(())
 }
 
-/// A text whose constants that are whole numbers, and whose bindings, have none.
-fn without_numbers(text: &str) -> String {
-    let is_constant = |line: &str| line.starts_with("const ") && line.contains(": u32 = ");
+/// A text whose constants that are whole numbers or truth values, and whose bindings, have none.
+fn without_values(text: &str) -> String {
+    let is_constant = |line: &str| {
+        line.starts_with("const ") && [": u32 = ", ": bool = "].iter().any(|ty| line.contains(ty))
+    };
     let line = |line: &str| match line {
         _ if is_constant(line) => line.split('=').next().unwrap_or_default().to_owned() + "\n",
         _ if line.starts_with("@group(") => {

@@ -6,7 +6,7 @@
 
 use std::fmt::Write as _;
 
-use vastex::{Filter, MaxTaps};
+use vastex::Filter;
 use vastex_scenes::{Attribute, shaders};
 use vastex_viewer::LayersText;
 use vastex_wgpu::{
@@ -77,6 +77,12 @@ impl Options {
         }
     }
 
+    /// What is joined to long texts of the viewer. The sides of pages, and how many taps a filter takes, are constants of the library's text, of which
+    /// both are among those of the library alone.
+    fn of_viewer() -> Options {
+        Options { pages: vec![PageSides::PowersOfTwo], ..Options::all() }
+    }
+
     /// What the tests of the GPU crate ask for.
     fn of_tests() -> Options {
         Options { modes: vec![FeedbackMode::Separate], ..Options::all() }
@@ -101,13 +107,6 @@ impl Options {
             }
         }
     }
-}
-
-/// Every filter.
-fn all_filters() -> Vec<Filter> {
-    let anisotropic = MaxTaps::ALL.into_iter().map(Filter::Anisotropic);
-    let others = anisotropic.filter(|filter| !Filter::KINDS.contains(filter));
-    Filter::KINDS.into_iter().chain(others).collect()
 }
 
 /// Calls `visit` with every text; one that comes again has another name.
@@ -162,9 +161,9 @@ fn whole(visit: &mut Visit<'_>) {
 fn scenes(visit: &mut Visit<'_>) {
     visit("encode", vastex_viewer::stage::encode_text());
     lists_of_layers(visit);
-    alone(visit, "scene", &Options { filters: all_filters(), ..Options::all() }, shaders::flat);
+    alone(visit, "scene", &Options::of_viewer(), shaders::flat);
     // Colour and heights are layers of one texture, or one and the same.
-    Options { filters: all_filters(), ..Options::all() }.each(|options| {
+    Options::of_viewer().each(|options| {
         for heights in Atlas::ALL {
             let height = |layer| of_atlas(heights, member(options, "height", 0, layer));
             let apart = vec![member(options, "layer0", 0, 0), height(1)];
@@ -181,7 +180,7 @@ fn scenes(visit: &mut Visit<'_>) {
 /// and two over heights, which are the second or none of them.
 fn lists_of_layers(visit: &mut Visit<'_>) {
     const NAMES: [&str; 3] = ["layer0", "layer1", "layer2"];
-    let options = Options { filters: vec![Filter::Trilinear], fades: vec![false], ..Options::all() };
+    let options = Options { filters: vec![Filter::Trilinear], fades: vec![false], ..Options::of_viewer() };
     options.each(|options| {
         let filters = |nth: usize, bits: usize| {
             if bits >> nth & 1 == 1 { Filter::Nearest } else { Filter::Trilinear }
