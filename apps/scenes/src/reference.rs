@@ -94,7 +94,7 @@ impl Reference {
                 ),
             ),
         };
-        let pipelines = renderer.pipelines(device, shade, Some(&layout), &[renderer.format()]);
+        let pipelines = renderer.pipelines(shade, Some(&layout), &[renderer.format()]);
         let uniform = plain.uniform(device, queue);
         Ok(Reference { pipelines, group: bind(device, &layout, &texture, &sampler, &uniform) })
     }

@@ -58,17 +58,23 @@ pub enum PageSides {
     /// Whatever they are.
     #[default]
     Any,
-    /// Powers of two, and so are the scales of all levels.
+    /// Powers of two, where there are pages beside the tail, and so are the scales of all levels.
     PowersOfTwo,
 }
 
 impl PageSides {
     /// Those of a texture.
     pub fn of(geometry: &Geometry) -> PageSides {
-        let page = geometry.page();
-        let is_fit =
-            |level: &Level| (0..2).all(|a| page[a].is_power_of_two() && level.scale[a].is_power_of_two());
-        if geometry.levels().iter().all(is_fit) { PageSides::PowersOfTwo } else { PageSides::Any }
+        let is_paged = geometry.tail().first_level() > 0;
+        let is_page_fit = !is_paged || geometry.page()[..2].iter().all(|side| side.is_power_of_two());
+        // A record has no larger scale.
+        let is_scale_fit = |scale: &u64| scale.is_power_of_two() && *scale <= 1 << 31;
+        let is_fit = |level: &Level| level.scale[..2].iter().all(is_scale_fit);
+        if is_page_fit && geometry.levels().iter().all(is_fit) {
+            PageSides::PowersOfTwo
+        } else {
+            PageSides::Any
+        }
     }
 }
 
@@ -279,4 +285,35 @@ fn place_of<T>(list: &mut Vec<T>, is_it: impl FnMut(&T) -> bool, new: impl FnOnc
         list.push(new());
         list.len() - 1
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use vastex_core::GeometrySpec;
+
+    #[test]
+    fn pages_that_nobody_looks_up_may_have_any_side() {
+        let of = |spec, factors: Option<&[[u32; 3]]>| {
+            let geometry = match factors {
+                Some(factors) => Geometry::with_factors(spec, factors),
+                None => Geometry::new(spec),
+            };
+            PageSides::of(&geometry.unwrap())
+        };
+        let image = |page, width, height| GeometrySpec { page, ..GeometrySpec::image(width, height) };
+        // A texture that is held whole has one page, as large as it needs to be.
+        let is_whole = |page: &u32| {
+            let geometry = Geometry::new(image(*page, 256, 256)).unwrap();
+            geometry.tail().first_level() == 0 && !page.is_power_of_two()
+        };
+        let page = (256..1024).step_by(4).find(is_whole).unwrap();
+        assert_eq!(of(image(page, 256, 256), None), PageSides::PowersOfTwo);
+        assert_eq!(of(image(page, 2048, 256), None), PageSides::Any);
+        assert_eq!(of(image(128, 2048, 300), None), PageSides::PowersOfTwo);
+        // Scales that are no powers of two, or that a record does not have, in the tail too.
+        assert_eq!(of(image(128, 9, 9), Some(&[[3, 3, 1], [3, 3, 1]])), PageSides::Any);
+        assert_eq!(of(image(128, 9, 9), Some(&[[16, 16, 1]; 7])), PageSides::PowersOfTwo);
+        assert_eq!(of(image(128, 9, 9), Some(&[[16, 16, 1]; 8])), PageSides::Any);
+    }
 }

@@ -16,6 +16,9 @@ use crate::tables::Before;
 const FIRST_RECORDS: u32 = 16;
 /// Bytes of a word.
 const WORD: u64 = 16;
+/// Bytes that rows of what is sent are multiples of: those of a copy of several rows, and, where DirectX 12 copies no others directly, the
+/// places where copies begin.
+const ROW: u64 = 512;
 
 /// The records of all textures and groups of a device, by number, in GPU memory.
 #[derive(Debug)]
@@ -135,16 +138,14 @@ impl ParamStore {
         if self.changed.is_empty() {
             return Ok(ParamsWritten { bytes: 0, moved: self.is_moved });
         }
-        let stride = self.stride as usize;
-        let mut words: Vec<[u32; 4]> = self
-            .changed
-            .iter()
-            .flat_map(|&number| &self.words[usize::from(number) * stride..][..stride])
-            .copied()
-            .collect();
+        let (stride, row) = (self.stride as usize, sent_words(self.stride));
         // Behind them a record of zeros, for who is gone.
-        let zeros = self.changed.len() as u64;
-        words.extend(std::iter::repeat_n([0; 4], stride));
+        let zeros = self.changed.len();
+        let mut words = vec![[0; 4]; row * (zeros + 1)];
+        for (row, &number) in words.chunks_exact_mut(row).zip(&self.changed) {
+            row[..stride].copy_from_slice(&self.words[usize::from(number) * stride..][..stride]);
+        }
+        let zeros = zeros as u64;
         alive(device)?;
         let buffer = staged(device, "vastex parameters", bytemuck::cast_slice(&words));
         let buffer = buffer.ok_or(GpuError::DeviceLost)?;
@@ -228,20 +229,31 @@ impl Memory {
         stride: u32,
         numbers: impl Iterator<Item = (u64, u16)>,
     ) {
-        let bytes = WORD * u64::from(stride);
-        let room = self.records();
-        // Row by row, since rows of several are to begin at multiples of 256 bytes.
-        for (at, y) in numbers.map(|(at, number)| (at, u32::from(number))).filter(|(_, y)| *y < room) {
-            let layout =
-                wgpu::TexelCopyBufferLayout { offset: bytes * at, bytes_per_row: None, rows_per_image: None };
+        let (row, room) = (WORD * sent_words(stride) as u64, self.records());
+        let places: Vec<(u64, u32)> = numbers
+            .map(|(at, number)| (at, u32::from(number)))
+            .filter(|(_, number)| *number < room)
+            .collect();
+        for run in places.chunk_by(|a, b| (a.0 + 1, a.1 + 1) == *b) {
+            let (at, y) = run[0];
+            let layout = wgpu::TexelCopyBufferLayout {
+                offset: row * at,
+                bytes_per_row: Some(row as u32),
+                rows_per_image: None,
+            };
             encoder.copy_buffer_to_texture(
                 wgpu::TexelCopyBufferInfo { buffer: from, layout },
                 wgpu::TexelCopyTextureInfo {
                     origin: wgpu::Origin3d { x: 0, y, z: 0 },
                     ..self.texture.as_image_copy()
                 },
-                wgpu::Extent3d { width: stride, height: 1, depth_or_array_layers: 1 },
+                wgpu::Extent3d { width: stride, height: run.len() as u32, depth_or_array_layers: 1 },
             );
         }
     }
+}
+
+/// Words of a record where it is sent.
+fn sent_words(stride: u32) -> usize {
+    ((WORD * u64::from(stride)).next_multiple_of(ROW) / WORD) as usize
 }

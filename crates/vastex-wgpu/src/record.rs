@@ -8,9 +8,9 @@ use vastex_core::{AddressMode, Geometry, LevelRule, Slot, TextureNumber, shader_
 use crate::tables::Placement;
 
 /// Words of 16 bytes before the levels.
-const HEAD: usize = 3;
+pub(crate) const HEAD: usize = 3;
 /// Words of 16 bytes of a level.
-const OF_LEVEL: usize = 4;
+pub(crate) const OF_LEVEL: usize = 4;
 /// Texels along an axis that a 32-bit uv tells apart.
 const UV_TEXELS: u32 = 1 << 20;
 
@@ -59,7 +59,7 @@ pub fn texture_record(of: &RecordOf<'_>) -> Vec<[u32; 4]> {
 /// The record of a group, whose feedback names pages of all levels of its shape.
 pub fn group_record(geometry: &Geometry, id: u32) -> Vec<[u32; 4]> {
     let rule = LevelRule::default().within(geometry);
-    let placement = &Placement::without_entries();
+    let placement = &Placement::without_entries(geometry.coarsest());
     let of = RecordOf { geometry, id, tail_slot: Slot::new(0), rule, unmixed: 0, placement };
     record(&of, geometry.coarsest())
 }
@@ -79,7 +79,9 @@ fn record(of: &RecordOf<'_>, tail: u8) -> Vec<[u32; 4]> {
     let flags = (flags << 4) | (address[1] << 2) | address[0];
     let tail_entry = (u32::from(tail) << shader_constants::ENTRY_SLOT_BITS) | of.tail_slot.index();
     let (page, border) = (geometry.page(), geometry.border());
-    let places = [of.placement.least_length().ilog2(), u32::from(of.placement.former), page[0].ilog2()];
+    let [(longer, of_longer), (_, of_others)] = of.placement.former;
+    let [end, former_end] = [of.placement.least_length(), longer].map(u32::ilog2);
+    let places = [end, former_end, of_longer.into(), of_others.into(), page[0].ilog2()];
     let places = places.iter().rev().fold(0, |places, place| (places << 5) | place & 31);
     let mut words = vec![
         [width, height, of.id, flags],

@@ -13,7 +13,7 @@ use crate::feedback_mode::FeedbackMode;
 use crate::filter::Filter;
 use crate::kind::{Atlas, Kinds, PageSides, TableKind, TextRead};
 use crate::mirror::{RECORDS as RECORDS_OF_CELL, VIEWS};
-use crate::record::{RECORD_WORDS, address_code};
+use crate::record::{HEAD, OF_LEVEL, address_code};
 
 pub(crate) mod names;
 
@@ -99,7 +99,7 @@ const COMPARED_CONSTANTS: [&str; 2] = ["ADDRESS_", "FILTER_"];
 /// | either with `_grad(.., ddx, ddy)`, `_level(.., level)` | all | the same, from gradients of the offset, or at a level |
 /// | `vastex_tell(view, position, wanted)` | fragment, main pass | nothing; tells such a pixel where feedback is inline |
 /// | `vastex_asked(view, position)` | fragment, main pass | whether that would tell it in this frame |
-/// | `vastex_dither(view, position, opacity)` | fragment | whether a surface that is not opaque is to say here what it wants |
+/// | `vastex_dither(view, position, opacity)` | fragment | for feedback, an alpha test: whether this pixel reports the surface, or what lies behind it |
 /// | `vastex_turn(view, position, count)` | fragment | which of `count` answers this pixel gives in this frame |
 /// | `vastex_gradients(position, uv)` | fragment, uniform control flow | gradients of uv, exact on flat triangles |
 /// | `vastex_feedback_clip(view, clip)` | vertex, feedback pass only | the clip position in the feedback target |
@@ -115,7 +115,6 @@ const COMPARED_CONSTANTS: [&str; 2] = ["ADDRESS_", "FILTER_"];
 /// | `vastex_inspect_page(id, page, level)` | all | the level of the finest resident page that covers a page, `u32` |
 /// | `vastex_inspect_slot(slot, tile_texel)` | all | a texel of a slot of the pool, `vec4<f32>` |
 /// | `vastex_inspect_slot_size()` | all | the size of a slot in texels of the texture, border included, `vec2<u32>` |
-/// | `vastex_inspect_fixed_grad(id, anchor, offset, ddx, ddy)` | all | the same, at a place in fixed point |
 ///
 /// For a group each member `NAME` has these functions, where they name a texture, with its name after the first words:
 /// `vastex_sample_NAME(id, uv)`, `vastex_sample_NAME_grad(id, uv, ddx, ddy)`, `vastex_feedback_NAME(id, view, uv)` for a member by itself,
@@ -338,7 +337,8 @@ fn constants(text: &str) -> String {
     let mut know = |name: &str, value| known.push((name.to_owned(), value));
     know("NONE", u32::MAX);
     know("RECORDS", RECORDS_OF_CELL);
-    know("RECORD_WORDS", RECORD_WORDS);
+    know("RECORD_HEAD", HEAD as u32);
+    know("RECORD_LEVEL", OF_LEVEL as u32);
     know("NUMBER_MASK", (1 << shader_constants::TEXTURE_BITS) - 1);
     know("VIEWS", VIEWS);
     let modes = [AddressMode::Clamp, AddressMode::Wrap, AddressMode::Mirror, AddressMode::Border];

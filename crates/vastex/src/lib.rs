@@ -42,7 +42,7 @@
 //! # What shaders call
 //!
 //! `id` is [`Textures::shader_id`], `view` is [`ViewRef::number`] (0 of the main view), `uv` is 0 to 1 over the texture. [`vastex_wgpu::wgsl()`]
-//! tells stages, ranges and costs.
+//! tells stages and ranges.
 //!
 //! | to | functions |
 //! |---|---|
@@ -97,8 +97,8 @@ pub use vastex_core::{
 };
 pub use vastex_tiles::TileSource;
 pub use vastex_wgpu::{
-    Atlas, GpuError, Kind, Kinds, instance_for, only_needed, required_features, required_limits,
-    shader_module, texture_format,
+    Atlas, GpuError, Kind, KindMember, Kinds, PageSides, TableKind, instance_for, only_needed,
+    required_features, required_limits, shader_module, texture_format,
 };
 /// The `wgpu` whose devices and passes [`Textures`] takes: an application that uses this one has the version that fits.
 pub use wgpu;
@@ -110,7 +110,7 @@ pub mod source {
     };
     pub use vastex_tiles::{
         Codec, Container, ContainerError, DecodeError, Info, LimitedSource, LoadError, MaybeSend, MaybeSync,
-        PlanetError, PlanetImage, PlanetSource, RamBudget, RamCache, ReadError, ReadFuture, ReadLimit,
+        PlanetError, PlanetImage, PlanetSource, RamBudget, RamCache, ReadError, ReadFuture, ReadLimit, Saved,
         SourceKey, Store, StoreError, StoreFuture, Tile, decode_layer,
     };
     #[cfg(not(target_family = "wasm"))]
@@ -146,7 +146,7 @@ pub mod diagnostics {
         TexturePages, TimeToSharp, Wait,
     };
     pub use vastex_tiles::{StoreStats, TierStats, Tiers};
-    pub use vastex_wgpu::FeedbackTarget;
+    pub use vastex_wgpu::{FeedbackScale, FeedbackTarget, RawTexture, Views};
 }
 
 // They may be moved to the thread that draws, and looked at from any.

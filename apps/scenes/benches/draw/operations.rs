@@ -29,7 +29,9 @@ struct Operations {
     fetches: u32,
     /// Reads of a page table.
     table: u32,
-    /// Reads of parameters, words.
+    /// Reads of records, 16 bytes each.
+    records: u32,
+    /// Reads of uniforms, words.
     words: u32,
     /// Arithmetic, each component for itself.
     arithmetic: u32,
@@ -41,6 +43,7 @@ impl AddAssign for Operations {
     fn add_assign(&mut self, other: Operations) {
         self.fetches += other.fetches;
         self.table += other.table;
+        self.records += other.records;
         self.words += other.words;
         self.arithmetic += other.arithmetic;
         self.divisions += other.divisions;
@@ -52,18 +55,18 @@ pub(crate) fn section(_: &Bench) -> Result<Part> {
         "## Operations\n\nWhat `vastex_sample` asks for by its text, whatever the adapter: both sides of each branch, each loop once (so of an\n\
          anisotropic filter the figures are those of two taps, one looked up apart). Pages whose sides are powers of two, as all that Vastex\n\
          builds by default, are found by shifts; others by division.\n\n\
-         | filter | pages | fetches | reads of tables and records | words of uniforms | arithmetic | divisions of whole numbers |\n\
-         |---|---|---|---|---|---|---|\n",
+         | filter | pages | fetches | reads of the table | of records | words of uniforms | arithmetic | divisions of whole numbers |\n\
+         |---|---|---|---|---|---|---|---|\n",
     );
     for filter in Filter::KINDS {
         for (name, pages) in [("powers of two", PageSides::PowersOfTwo), ("any", PageSides::Any)] {
             let (tables, atlas) = (TableKind::Direct, Atlas::Float);
             let kind = Kind { tables, pages, layer: 0, atlas, scale: 1, filter };
             let kinds = Kinds::of(kind, FeedbackMode::Separate, false);
-            let Operations { fetches, table, words, arithmetic, divisions } = counted(&kinds)?;
+            let Operations { fetches, table, records, words, arithmetic, divisions } = counted(&kinds)?;
             writeln!(
                 page,
-                "| {filter} | {name} | {fetches} | {table} | {words} | {arithmetic} | {divisions} |"
+                "| {filter} | {name} | {fetches} | {table} | {records} | {words} | {arithmetic} | {divisions} |"
             )?;
         }
     }
@@ -182,7 +185,7 @@ impl<'a> Counter<'a> {
         match &function.expressions[expression] {
             // Records are a texture of whole numbers, atlases of this bench are not.
             Expression::ImageLoad { .. } if inner.scalar_kind() == Some(ScalarKind::Uint) => {
-                Operations { table: 1, ..none }
+                Operations { records: 1, ..none }
             }
             Expression::ImageSample { .. } | Expression::ImageLoad { .. } => {
                 Operations { fetches: 1, ..none }

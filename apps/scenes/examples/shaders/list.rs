@@ -21,6 +21,9 @@ mod table_texts;
 #[path = "../../../../crates/vastex/tests/suite/common/texts.rs"]
 mod vastex_tests;
 
+/// What stands in the place of the library's text in tests of the examples, with ordinary textures.
+const ORDINARY: &str = include_str!("../../../../crates/vastex/tests/suite/ordinary.wgsl");
+
 /// What is called with each text and its name.
 pub(crate) type Visit<'a> = dyn FnMut(&str, String) + 'a;
 
@@ -230,6 +233,8 @@ fn examples(visit: &mut Visit<'_>) {
     alone(visit, "existing-renderer", &grounds, |vastex| ground.to_owned() + vastex);
     let materials = include_str!("../../../../crates/vastex/examples/many_materials/materials.wgsl");
     alone(visit, "many-materials", &plain, |vastex| materials.to_owned() + vastex);
+    let (drawn, _) = materials.split_once("@vertex\nfn place_feedback").unwrap_or((materials, ""));
+    visit("many-materials-ordinary", drawn.to_owned() + ORDINARY);
     four_groups(visit, &plain);
     alone(visit, "wall", &plain, |vastex| include_str!("../wall/wall.wgsl").to_owned() + vastex);
     alone(visit, "descent", &Options { filters: Filter::KINDS.to_vec(), ..plain.clone() }, shaders::descent);
@@ -242,8 +247,7 @@ fn four_groups(visit: &mut Visit<'_>, plain: &Options) {
     let wanted = include_str!("../../../../crates/vastex/examples/four_groups/feedback.wgsl");
     let options = Options { groups: vec![2], ..plain.clone() };
     alone(visit, "four-groups", &options, |vastex| [scene, wanted, vastex].concat());
-    let ordinary = include_str!("../../../../crates/vastex/tests/suite/ordinary.wgsl");
-    visit("four-groups-ordinary", [scene, ordinary].concat());
+    visit("four-groups-ordinary", [scene, ORDINARY].concat());
 }
 
 /// A planet of every choice of attributes, 8 bits a channel but heights, which may be of 16, in the order in which the example names

@@ -295,6 +295,8 @@ impl Viewer {
         }
         self.gpu.queue.submit([encoder.finish()]);
         self.surface.present(shown);
+        // While the first picture is looked at.
+        self.renderer.compile_all();
         self.print_explained()?;
         self.frames += 1;
         self.unsettled = self.unsettled.saturating_sub(1);

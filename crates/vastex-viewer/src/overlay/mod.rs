@@ -106,9 +106,9 @@ impl OverlayRenderer {
         let (entry, is_on_surface) = overlay.entry();
         let layout = matches!(overlay, Overlay::Feedback | Overlay::Atlas).then(|| texture_layout(device));
         let drawn = if is_on_surface {
-            Drawn::OnSurface(renderer.pipelines(device, entry, None, &[renderer.format()]))
+            Drawn::OnSurface(renderer.pipelines(entry, None, &[renderer.format()]))
         } else {
-            Drawn::Plan(renderer.plan_pipeline(device, textures, entry, layout.as_ref())?)
+            Drawn::Plan(renderer.plan_pipeline(textures, entry, layout.as_ref())?)
         };
         Ok(OverlayRenderer { overlay, drawn, layer: renderer.layer(), layout, read: None })
     }

@@ -2,6 +2,8 @@
 //!
 //! The picture from an ordinary texture, to compare with, is the business of those who judge pictures.
 
+use std::sync::{Arc, OnceLock};
+
 use glam::Vec4;
 use vastex::{Error, LayerId, Sampled, Textures};
 
@@ -47,11 +49,11 @@ pub struct SceneRenderer {
     camera: CameraBinding,
     /// What is told of the layers of a list.
     told_layers: Option<Uniform>,
-    maker: PipelineMaker,
+    maker: Arc<PipelineMaker>,
     picture: ScenePipelines,
     wanted: ScenePipelines,
     /// Texture space is one texture's, not a group's.
-    spread: Option<wgpu::RenderPipeline>,
+    spread: OnceLock<Option<wgpu::RenderPipeline>>,
 }
 
 impl SceneRenderer {
@@ -73,7 +75,14 @@ impl SceneRenderer {
         let relief = relief.map(|relief| relief.surface(scene, image as f32));
         let mesh = if relief.is_some() { patch_mesh() } else { surface(scene, image as f32) };
         let filled = |bytes, usage| filled_buffer(device, queue, bytes, usage);
-        let maker = PipelineMaker::new(device, textures, scene, (&layers, relief.as_ref()), tiling, format)?;
+        let maker = Arc::new(PipelineMaker::new(
+            device,
+            textures,
+            scene,
+            (&layers, relief.as_ref()),
+            tiling,
+            format,
+        )?);
         let mut renderer = SceneRenderer {
             made_of: desc,
             size: [size[0], size[1]],
@@ -84,9 +93,9 @@ impl SceneRenderer {
             told_layers: maker
                 .layers_layout()
                 .map(|layout| Uniform::new::<[LayerUniform; MOST_LAYERS]>(device, layout)),
-            picture: maker.pipelines(device, "place", "shade", None, &[format]),
-            wanted: maker.wanted(device),
-            spread: maker.spread(device),
+            picture: maker.pipelines("place", "shade", None, &[format]),
+            wanted: maker.wanted(),
+            spread: OnceLock::new(),
             maker,
             relief,
             layers: layers.clone(),
@@ -150,7 +159,7 @@ impl SceneRenderer {
     /// Draws the level that each part of the texture needs, into a pass of [`vastex::Ahead::texture_space`]; nothing where heights
     /// displace the scene or several layers are on it.
     pub fn draw_spread(&self, pass: &mut wgpu::RenderPass<'_>, texture_group: &wgpu::BindGroup) {
-        if let Some(spread) = &self.spread {
+        if let Some(spread) = self.spread.get_or_init(|| self.maker.spread()) {
             self.bind(&self.camera, pass, spread, texture_group);
             self.draw_mesh(pass);
         }
@@ -179,8 +188,8 @@ impl SceneRenderer {
         pipelines: &ScenePipelines,
         texture_group: &wgpu::BindGroup,
     ) {
-        let fixed = pipelines.fixed.as_ref().filter(|_| camera.is_fixed());
-        self.bind(camera, pass, fixed.unwrap_or(&pipelines.mesh), texture_group);
+        let fixed = camera.is_fixed().then(|| pipelines.fixed()).flatten();
+        self.bind(camera, pass, fixed.unwrap_or_else(|| pipelines.mesh()), texture_group);
         match (&self.relief, fixed) {
             (Some(_), _) => {
                 pass.set_vertex_buffer(0, camera.patches.slice(..));
@@ -218,12 +227,18 @@ impl SceneRenderer {
     /// targets, and one more bind group, for a scene of one opaque layer.
     pub fn pipelines(
         &self,
-        device: &wgpu::Device,
         entry: &str,
         group: Option<&wgpu::BindGroupLayout>,
         formats: &[wgpu::TextureFormat],
     ) -> ScenePipelines {
-        self.maker.pipelines(device, "place", entry, group, formats)
+        self.maker.pipelines("place", entry, group, formats)
+    }
+
+    /// Compiles the pipelines of picture and feedback that nothing was drawn with yet. A host that is to miss no frame when a camera comes so near that
+    /// a mesh is not exact any more calls this while nobody waits. Costs tens of milliseconds the first time, then nothing.
+    pub fn compile_all(&self) {
+        self.picture.compile();
+        self.wanted.compile();
     }
 
     /// How a camera sees the scene in fixed point at a pose: the texel that it is told from; nothing where a mesh is exact enough.
@@ -237,8 +252,8 @@ impl SceneRenderer {
 
     /// How it is seen, and what uv is in the middle of the view where that is told.
     fn placed(&self, textures: &Textures, pose: &Pose, picture: [u32; 2]) -> (Placed, glam::DVec2) {
-        let is_fixed = self.picture.fixed.is_some()
-            && (self.made_of.always_fixed || fixed::is_needed(pose, self.size, picture));
+        let is_fixed =
+            self.maker.has_fixed && (self.made_of.always_fixed || fixed::is_needed(pose, self.size, picture));
         let middle = fixed::middle(pose).unwrap_or_default();
         match &self.relief {
             Some(relief) => {
@@ -269,12 +284,11 @@ impl SceneRenderer {
     /// if any. Fails where its texture was removed.
     pub fn plan_pipeline(
         &self,
-        device: &wgpu::Device,
         textures: &Textures,
         entry: &str,
         group: Option<&wgpu::BindGroupLayout>,
     ) -> Result<wgpu::RenderPipeline, Error> {
-        self.maker.plan(device, textures, self.layer(), self.color_map(), (entry, group))
+        self.maker.plan(textures, self.layer(), self.color_map(), (entry, group))
     }
 
     /// Draws a plan. Of a list the bind group is that of the layer that is inspected.

@@ -1,4 +1,7 @@
-//! The pipelines of a scene: one for each way in which its surface is placed, of one shader module.
+//! The pipelines of a scene: one for each way in which its surface is placed, of one shader module. Each is compiled when something is drawn with
+//! it for the first time, since most scenes are only ever drawn in one way, and compiling is most of what opening one takes.
+
+use std::sync::{Arc, OnceLock};
 
 use vastex::{Error, LayerId, Textures, shader_module};
 
@@ -13,13 +16,49 @@ use crate::stage::{Uniform, takes_light};
 /// Pipelines that draw the same: the surface as a mesh and, where it can be drawn so, in fixed point.
 #[derive(Debug)]
 pub struct ScenePipelines {
-    pub(super) mesh: wgpu::RenderPipeline,
-    pub(super) fixed: Option<wgpu::RenderPipeline>,
+    maker: Arc<PipelineMaker>,
+    /// The entry points of the two stages, for either way.
+    entries: [[String; 2]; 2],
+    group: Option<wgpu::BindGroupLayout>,
+    formats: Vec<wgpu::TextureFormat>,
+    compiled: [OnceLock<wgpu::RenderPipeline>; 2],
+}
+
+/// Places of the two ways.
+const MESH: usize = 0;
+const FIXED: usize = 1;
+
+impl ScenePipelines {
+    /// What draws the surface as a mesh.
+    pub(super) fn mesh(&self) -> &wgpu::RenderPipeline {
+        self.way(MESH)
+    }
+
+    /// What draws it in fixed point.
+    pub(super) fn fixed(&self) -> Option<&wgpu::RenderPipeline> {
+        self.maker.has_fixed.then(|| self.way(FIXED))
+    }
+
+    /// Compiles both.
+    pub(super) fn compile(&self) {
+        self.mesh();
+        self.fixed();
+    }
+
+    fn way(&self, way: usize) -> &wgpu::RenderPipeline {
+        self.compiled[way].get_or_init(|| {
+            let maker = &self.maker;
+            let [place, shade] = &self.entries[way];
+            let parts = maker.parts([place, shade], maker.corners[way], &self.formats);
+            parts.pipeline(&maker.device, &maker.groups(self.group.as_ref()))
+        })
+    }
 }
 
 /// Makes the pipelines of a scene.
 #[derive(Debug)]
 pub(super) struct PipelineMaker {
+    device: wgpu::Device,
     /// Every entry point that draws the scene.
     module: wgpu::ShaderModule,
     constants: Vec<(&'static str, f64)>,
@@ -27,7 +66,7 @@ pub(super) struct PipelineMaker {
     flat: (Scene, Tiling),
     /// In either way.
     corners: [Corners; 2],
-    has_fixed: bool,
+    pub(super) has_fixed: bool,
     has_texture_space: bool,
     /// Whether the text has the entry points of plans.
     has_plans: bool,
@@ -64,6 +103,7 @@ impl PipelineMaker {
         };
         let is_even = tiling == Tiling::default() && matches!(scene, Scene::Image | Scene::Globe);
         Ok(PipelineMaker {
+            device: device.clone(),
             module: shader_module(device, Some("scene"), text),
             constants,
             flat: (scene, tiling),
@@ -93,43 +133,34 @@ impl PipelineMaker {
 
     /// By entry points that are there for either way.
     pub(super) fn pipelines(
-        &self,
-        device: &wgpu::Device,
+        self: &Arc<Self>,
         place: &str,
         shade: &str,
         group: Option<&wgpu::BindGroupLayout>,
         formats: &[wgpu::TextureFormat],
     ) -> ScenePipelines {
-        self.of_ways(
-            device,
-            [&|way| format!("{place}_{way}"), &|way| format!("{shade}_{way}")],
-            group,
-            formats,
-        )
+        self.of_ways(|way| [format!("{place}_{way}"), format!("{shade}_{way}")], group, formats)
     }
 
     /// Those of the feedback pass.
-    pub(super) fn wanted(&self, device: &wgpu::Device) -> ScenePipelines {
-        let entries: [&dyn Fn(&str) -> String; 2] =
-            [&|way| format!("place_{way}_feedback"), &|way| format!("want_{way}")];
-        self.of_ways(device, entries, None, &[Textures::FEEDBACK_FORMAT])
+    pub(super) fn wanted(self: &Arc<Self>) -> ScenePipelines {
+        let entries = |way: &str| [format!("place_{way}_feedback"), format!("want_{way}")];
+        self.of_ways(entries, None, &[Textures::FEEDBACK_FORMAT])
     }
 
     fn of_ways(
-        &self,
-        device: &wgpu::Device,
-        entries: [&dyn Fn(&str) -> String; 2],
+        self: &Arc<Self>,
+        entries: impl Fn(&str) -> [String; 2],
         group: Option<&wgpu::BindGroupLayout>,
         formats: &[wgpu::TextureFormat],
     ) -> ScenePipelines {
-        let groups = self.groups(group);
-        let pipeline = |way: &str, corners| {
-            let entries = entries.map(|entry| entry(way));
-            self.parts([&entries[0], &entries[1]], corners, formats).pipeline(device, &groups)
-        };
-        let [mesh, fixed] = self.corners;
-        let fixed = self.has_fixed.then(|| pipeline("fixed", fixed));
-        ScenePipelines { mesh: pipeline("mesh", mesh), fixed }
+        ScenePipelines {
+            maker: Arc::clone(self),
+            entries: ["mesh", "fixed"].map(entries),
+            group: group.cloned(),
+            formats: formats.to_vec(),
+            compiled: [const { OnceLock::new() }; 2],
+        }
     }
 
     fn parts<'a>(
@@ -151,17 +182,17 @@ impl PipelineMaker {
     }
 
     /// What draws the surface in texture space.
-    pub(super) fn spread(&self, device: &wgpu::Device) -> Option<wgpu::RenderPipeline> {
+    pub(super) fn spread(&self) -> Option<wgpu::RenderPipeline> {
         self.has_texture_space.then(|| {
-            let spread = self.parts(["spread", "need"], self.corners[0], &[Textures::TEXTURE_SPACE_FORMAT]);
-            spread.blended(device, &self.groups(None), Textures::TEXTURE_SPACE_BLEND)
+            let spread =
+                self.parts(["spread", "need"], self.corners[MESH], &[Textures::TEXTURE_SPACE_FORMAT]);
+            spread.blended(&self.device, &self.groups(None), Textures::TEXTURE_SPACE_BLEND)
         })
     }
 
     /// What draws a plan of a layer over the whole picture. Fails where the texture was removed.
     pub(super) fn plan(
         &self,
-        device: &wgpu::Device,
         textures: &Textures,
         layer: LayerId,
         color_map: ColorMap,
@@ -169,7 +200,7 @@ impl PipelineMaker {
     ) -> Result<wgpu::RenderPipeline, Error> {
         // A plan is of a texture, not of the group that is sampled where there are heights or several layers.
         let kinds = textures.kinds(layer)?;
-        let flat = || shader_module(device, Some("plan"), shaders::flat(&textures.wgsl(&kinds)));
+        let flat = || shader_module(&self.device, Some("plan"), shaders::flat(&textures.wgsl(&kinds)));
         let module = if self.has_plans { &self.module } else { &flat() };
         let textures_layout = textures.bind_group_layout(&kinds);
         let mut groups = vec![Some(&textures_layout), Some(&self.camera_layout)];
@@ -179,7 +210,7 @@ impl PipelineMaker {
         let constants: Vec<_> = of_map.chain(tiling.constants()).chain([of_globe(scene)]).collect();
         let (corners, constants, formats) = (Corners::None, &constants, &[self.format]);
         let parts = PipelineParts { module, constants, corners, entries: ["fill", entry], formats };
-        Ok(parts.plan(device, &groups))
+        Ok(parts.plan(&self.device, &groups))
     }
 }
 

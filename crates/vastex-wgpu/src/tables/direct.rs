@@ -23,6 +23,8 @@ pub(super) struct DirectTables {
     memory: Memory,
     /// The memory is another than what was last submitted.
     is_moved: bool,
+    /// Entries of arenas that are written to no more perhaps, but which commands may see until the next update.
+    left: Vec<u32>,
 }
 
 /// Where the entries lie, and where they lay before.
@@ -58,7 +60,7 @@ impl DirectTables {
             Memory::Buffer { .. } => FIRST_ENTRIES,
         };
         let directory = Directory::new(Arena::new(capacity, most));
-        Ok(DirectTables { directory, memory, is_moved: false })
+        Ok(DirectTables { directory, memory, is_moved: false, left: Vec::new() })
     }
 
     pub(super) fn most_entries(device: &wgpu::Device, mode: FeedbackMode) -> u64 {
@@ -192,6 +194,7 @@ impl DirectTables {
     }
 
     pub(super) fn count_update(&mut self) {
+        self.left = self.followed();
         match &mut self.memory {
             Memory::Buffer { before, .. } => Before::count(before),
             Memory::Texture { before, .. } => Before::count(before),
@@ -201,18 +204,18 @@ impl DirectTables {
     /// See [`super::PoolTables::placement`].
     pub(super) fn placement(&self, texture: TextureNumber) -> Placement {
         let table = self.directory.tables.get(&texture);
-        table.map_or_else(Placement::without_entries, |table| table.placement(self.shortest()))
+        let former = || [self.followed(), self.left.clone()].concat();
+        table.map_or_else(|| Placement::without_entries(0), |table| table.placement(&former()))
     }
 
-    /// Entries of the shortest arena that is followed.
-    fn shortest(&self) -> u32 {
-        let lengths = match &self.memory {
+    /// Entries of the arenas in which the tables lay before, and which are still written to.
+    fn followed(&self) -> Vec<u32> {
+        match &self.memory {
             Memory::Buffer { before, .. } => {
-                before.iter().map(|before| (before.memory.buffer.size() / 4) as u32).min()
+                before.iter().map(|before| (before.memory.buffer.size() / 4) as u32).collect()
             }
-            Memory::Texture { before, .. } => before.iter().map(|before| before.memory.len()).min(),
-        };
-        lengths.unwrap_or(u32::MAX)
+            Memory::Texture { before, .. } => before.iter().map(|before| before.memory.len()).collect(),
+        }
     }
 
     /// Whether no level is still on its way.

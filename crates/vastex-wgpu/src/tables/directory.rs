@@ -8,15 +8,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use vastex_core::{Geometry, PageNumbering, PagePos, Slot, TableEntry, TextureNumber, shader_constants};
+use vastex_core::{Geometry, PageNumbering, PagePos, Slot, TableEntry, TextureNumber};
 
 use super::Placement;
 use crate::arena::{Arena, Range};
 
 /// Entries of the levels that a table has from the beginning at most, unless its coarsest has more.
 const FEW_ENTRIES: u64 = 128;
-
-const MAX_LEVELS: usize = shader_constants::MAX_LEVELS as usize;
 
 /// Which ranges of an arena the direct tables of textures have.
 #[derive(Debug)]
@@ -210,23 +208,30 @@ impl DirectTable {
         Some(of.range.first + within as u32)
     }
 
-    /// `shortest` is the length of the shortest arena that is followed.
-    pub(super) fn placement(&self, shortest: u32) -> Placement {
+    /// `former` are the lengths of the arenas that commands may still see, but for that in which the tables lie.
+    pub(super) fn placement(&self, former: &[u32]) -> Placement {
         let tail = self.tail.level();
-        let mut placement =
-            Placement { finest: tail, former: tail, first_entry: [Placement::NONE; MAX_LEVELS] };
-        let mut is_within = true;
+        let mut placement = Placement::without_entries(tail);
         for of in self.ranges.iter().take_while(|of| !of.is_hidden) {
             placement.finest = of.finest;
-            // A range lies at a multiple of its length, and so do the ends of arenas.
-            is_within &= of.range.first < shortest;
-            placement.former = if is_within { of.finest } else { placement.former };
+            placement.end = placement.end.max(of.range.first + of.range.entries());
             for level in of.finest..=of.coarsest {
                 let first = self.first_entry(level).unwrap_or(Placement::NONE);
                 placement.first_entry[usize::from(level)] = first;
             }
         }
+        let shorter: Vec<u32> =
+            former.iter().copied().filter(|length| *length < placement.least_length()).collect();
+        let with_level =
+            |length: Option<&u32>| length.map_or((1, tail), |&length| (length, self.finest_in(length)));
+        placement.former = [shorter.iter().max(), shorter.iter().min()].map(with_level);
         placement
+    }
+
+    /// The finest level from which on all lies in an arena of so many entries.
+    fn finest_in(&self, length: u32) -> u8 {
+        let is_in = |of: &&LevelRange| !of.is_hidden && of.range.first + of.range.entries() <= length;
+        self.ranges.iter().take_while(is_in).last().map_or(self.tail.level(), |of| of.finest)
     }
 
     /// The entries at and below a page, of the levels up to `coarsest`, row by row: first and count.

@@ -33,15 +33,21 @@ fn check(directory: &Directory) {
         reserved += full_entries(&table.geometry);
         let numbering = PageNumbering::new(&table.geometry);
         let tail = table.geometry.tail().first_level();
-        let placement = table.placement(u32::MAX);
-        assert_eq!((placement.finest, placement.former), (table.finest(), table.finest()));
+        let placement = table.placement(&[]);
+        assert_eq!(placement.finest, table.finest());
         assert!(placement.least_length() <= directory.arena.capacity());
-        // In a shorter arena all levels from the former one on have entries, and the level finer than that has not.
-        for shortest in (10..26).map(|log| 1 << log) {
-            let former = table.placement(shortest).former;
-            assert!((former..tail).all(|level| placement.first_entry(level) < shortest), "{former}");
-            let is_least = former == 0 || placement.first_entry(former - 1) >= shortest;
-            assert!(is_least, "{former} in {shortest}");
+        // In a shorter arena all levels from the one that is looked up on have their entries, and the range of the next one is not in it.
+        for (shorter, longer) in (10..26).flat_map(|log| (log..26).map(move |of| (1 << log, 1 << of))) {
+            let placement = table.placement(&[longer, shorter]);
+            let end =
+                |level| u64::from(placement.first_entry(level)) + table.geometry.level(level).page_count();
+            for length in [longer, shorter] {
+                let finest = placement.finest_in(length);
+                assert!((finest..tail).all(|level| end(level) <= u64::from(length)), "{finest} in {length}");
+                let next = table.ranges.iter().find(|of| of.coarsest + 1 == finest);
+                let is_out = next.is_none_or(|of| of.range.first + of.range.entries() > length);
+                assert!(is_out, "{finest} in {length}");
+            }
         }
         for level in 0..table.geometry.coarsest() + 1 {
             let first = placement.first_entry(level);
@@ -93,7 +99,7 @@ fn play(most: u32, largest: u32, steps: u32, seed: u64) -> (u32, u32, usize) {
         placements.retain(|texture, _| directory.tables.contains_key(texture));
         let mut is_anew = false;
         for (&of, table) in &mut directory.tables {
-            let (now, then) = (table.placement(u32::MAX), placements.get(&of));
+            let (now, then) = (table.placement(&[]), placements.get(&of));
             let kept = |then: &Placement| {
                 (then.finest..table.tail.level()).all(|l| then.first_entry(l) == now.first_entry(l))
             };

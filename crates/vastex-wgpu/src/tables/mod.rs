@@ -10,8 +10,8 @@
 //!
 //! Of a direct table a record holds `first_entry` for each level finer than the tail: [`Placement::first_entry`], absolute in the arena, or
 //! `0xffffffff` (VASTEXI_NONE) where the level has no entries yet. **The rule of a lookup**: take level `max(wanted, finest)`
-//! ([`Placement::finest`]), and the tail where that is none finer. What was recorded with an arena that has moved since sees a shorter one than
-//! [`Placement::least_length`], and takes [`Placement::former`] in the place of the finest. The entry
+//! ([`Placement::finest`]), and the tail where that is not finer. What was recorded with an arena that has moved since sees a shorter one than
+//! [`Placement::least_length`], and takes a level of [`Placement::former`] in the place of the finest. The entry
 //! is at `first_entry + (page.z * pages.y + page.y) * pages.x + page.x`.
 //!
 //! A hashed table needs nothing of the record: how many buckets it has, and its seed, follow from its length, so that they change together
@@ -69,10 +69,17 @@ pub const RECORDED_AHEAD: u8 = 2;
 pub struct Placement {
     /// Finest level that has entries; the tail's first where none has. 0 of a hashed table.
     pub finest: u8,
-    /// Finest level of which all has entries in every arena that is followed: that in which they lie, and those in which they lay before.
-    pub former: u8,
+    /// Where to look in an arena that is shorter than [`Placement::least_length`]: entries of an arena, a power of two, and the finest level
+    /// from which on all lies in one of that length. The first is for the longest of the arenas that commands may still see, the second for
+    /// the shortest, and for whatever is shorter than the first.
+    pub former: [(u32, u8); FORMER],
+    /// Entries of the arena up to the end of the last range.
+    end: u32,
     first_entry: [u32; shader_constants::MAX_LEVELS as usize],
 }
+
+/// Arenas that commands may still see beside the one in which the tables lie, as far as a record tells them apart.
+const FORMER: usize = 2;
 
 impl Placement {
     /// Stands for the first entry of a level without entries.
@@ -86,17 +93,23 @@ impl Placement {
 
     /// Entries of the shortest arena that has those of all levels from the finest on: a power of two.
     pub fn least_length(&self) -> u32 {
-        let there = self.first_entry.iter().filter(|first| **first != Placement::NONE);
-        there.max().map_or(1, |last| (last + 1).next_power_of_two())
+        self.end.max(1).next_power_of_two()
     }
 
-    /// Of a hashed table, and of a texture that is none.
-    pub(crate) fn without_entries() -> Placement {
-        Placement {
-            finest: 0,
-            former: 0,
-            first_entry: [Placement::NONE; shader_constants::MAX_LEVELS as usize],
+    /// The finest level that a shader looks up in an arena of so many entries; the tail's first where it looks up none.
+    pub fn finest_in(&self, length: u32) -> u8 {
+        let [(longer, of_longer), (_, of_others)] = self.former;
+        match length {
+            _ if length >= self.least_length() => self.finest,
+            _ if length >= longer => of_longer,
+            _ => of_others,
         }
+    }
+
+    /// Of what has no direct table. `level` is the first of the tail, to which a lookup leads then; of a hashed table it says nothing.
+    pub(crate) fn without_entries(level: u8) -> Placement {
+        let first_entry = [Placement::NONE; shader_constants::MAX_LEVELS as usize];
+        Placement { finest: level, former: [(1, level); FORMER], end: 0, first_entry }
     }
 }
 
@@ -233,7 +246,7 @@ impl PoolTables {
     pub fn placement(&self, texture: TextureNumber) -> Placement {
         match &self.kind {
             Kind::Direct(tables) => tables.placement(texture),
-            Kind::Hashed { .. } => Placement::without_entries(),
+            Kind::Hashed { .. } => Placement::without_entries(0),
         }
     }
 

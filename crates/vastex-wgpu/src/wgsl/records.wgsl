@@ -9,8 +9,10 @@ struct VastexiTexture {
     address: vec2<u32>,     // VASTEXI_ADDRESS_*, per axis
     last_level: u32,        // the coarsest level that it has
     table_level: u32,       // the finest level that is looked up in the page table; nothing finer is resident, or the table still grows
-    table_end: u32,         // a page table as long as this has all levels from that one on
-    former_level: u32,      // the finest level that is looked up in a shorter one, in which the pool's tables lay before they moved
+    table_end: u32,         // entries of a page table that has all levels from table_level on; a shorter one is from before the tables moved
+    former_end: u32,        // entries of the longest of those
+    former_level: u32,      // the finest level that is looked up in a page table of at least former_end
+    first_level: u32,       // the finest level that is looked up in a shorter one
     tail_level: u32,        // the finest level of the tail
     tail_slot: u32,
     bias: f32,              // levels added to every level computed from gradients
@@ -66,7 +68,9 @@ fn vastexi_texture(id: u32) -> VastexiTexture {
         (flags >> 4u) & 31u,
         (flags >> 9u) & 31u,
         1u << (rule.w & 31u),
-        (rule.w >> 5u) & 31u,
+        1u << ((rule.w >> 5u) & 31u),
+        (rule.w >> 10u) & 31u,
+        (rule.w >> 15u) & 31u,
         rule.y >> VASTEXI_ENTRY_SLOT_BITS,
         rule.y & ((1u << VASTEXI_ENTRY_SLOT_BITS) - 1u),
         bitcast<f32>(rule.x),
@@ -74,7 +78,7 @@ fn vastexi_texture(id: u32) -> VastexiTexture {
         f32((flags >> 19u) & 31u),
         f32((flags >> 24u) & 31u),
         rule.z,
-        (rule.w >> 10u) & 31u,
+        (rule.w >> 20u) & 31u,
     );
 }
 
@@ -91,26 +95,29 @@ fn vastexi_pages(texture: VastexiTexture) -> VastexiPages {
     return VastexiPages(pages.xy, pages.zw);
 }
 
+// The `n`-th 16 bytes of what a record has of a level.
+fn vastexi_level_word(texture: VastexiTexture, level: u32, n: u32) -> vec4<u32> {
+    return vastexi_param(texture.number, VASTEXI_RECORD_HEAD + (VASTEXI_RECORD_LEVEL * level) + n);
+}
+
 fn vastexi_entries(texture: VastexiTexture, level: u32) -> VastexiEntries {
-    let first = 3u + 4u * level;
-    let table = vastexi_param(texture.number, first);
-    let texels = vastexi_param(texture.number, first + 3u);
+    let table = vastexi_level_word(texture, level, 0u);
+    let texels = vastexi_level_word(texture, level, 3u);
     return VastexiEntries(table.x, table.y, VastexiSides(table.zw, texels.xy));
 }
 
 // Texels of a level along one of level 0.
 fn vastexi_inverse_scale(texture: VastexiTexture, level: u32) -> vec2<f32> {
-    return bitcast<vec2<f32>>(vastexi_param(texture.number, 3u + 4u * level + 1u).xy);
+    return bitcast<vec2<f32>>(vastexi_level_word(texture, level, 1u).xy);
 }
 
-// `powers` says whether scales and pages are known to have sides that are powers of two: then one read is enough for the place of a tile,
-// since the rest follows from it.
+// `powers` says whether scales and pages are known to have sides that are powers of two: then the place of a tile follows from one word,
+// and compilers leave out the reads of the others.
 fn vastexi_level(texture: VastexiTexture, level: u32, powers: bool) -> VastexiLevel {
-    let first = 3u + 4u * level;
-    let place = bitcast<vec4<f32>>(vastexi_param(texture.number, first + 1u));
+    let place = bitcast<vec4<f32>>(vastexi_level_word(texture, level, 1u));
     // A shift of up to half a texel is in the base.
     let origin = floor(place.zw);
-    let texels = vastexi_param(texture.number, first + 3u);
+    let texels = vastexi_level_word(texture, level, 3u);
     if powers {
         let log2_scale = 127u - (bitcast<vec2<u32>>(place.xy) >> vec2<u32>(23u));
         let in_page = min(log2_scale + texture.page_log2, vec2<u32>(31u));
@@ -118,8 +125,8 @@ fn vastexi_level(texture: VastexiTexture, level: u32, powers: bool) -> VastexiLe
         let size = ((texture.size - 1u) >> log2_scale) + 1u;
         return VastexiLevel(VastexiSides(shift, texels.xy), place.xy, place.zw, origin, size, texels.zw);
     }
-    let table = vastexi_param(texture.number, first);
-    let size = vastexi_param(texture.number, first + 2u).xy;
+    let table = vastexi_level_word(texture, level, 0u);
+    let size = vastexi_level_word(texture, level, 2u).xy;
     return VastexiLevel(VastexiSides(table.zw, texels.xy), place.xy, place.zw, origin, size, texels.zw);
 }
 

@@ -4,7 +4,10 @@ use vastex_core::{ChangeRule, Dims, PageId, PagePos, Slot, TableChange, TableEnt
 use vastex_wgpu::{FeedbackMode, ParamStore, PoolTableChanger, PoolTables, shader_module};
 
 use crate::common::{GPU, read, storage};
-use crate::table_texts::{STRIDE, text};
+use crate::table_texts::text;
+
+/// Words of a record.
+const STRIDE: u32 = 5;
 
 #[test]
 fn shaders_find_every_page_of_every_texture_of_a_pool() {

@@ -1,12 +1,14 @@
 //! A pool whose textures come, change and go by chance, and what its page tables must say.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 
 use vastex_core::{
     ChangeRule, Geometry, GeometrySpec, PageId, PageNumbering, PagePos, PageTable, Slot, TableChange,
     TableEntry, TableImage, TextureNumber,
 };
-use vastex_wgpu::{FeedbackMode, GpuError, Placement, PoolApplied, PoolTableChanger, PoolTables};
+use vastex_wgpu::{
+    FeedbackMode, GpuError, Placement, PoolApplied, PoolTableChanger, PoolTables, RECORDED_AHEAD,
+};
 
 use crate::common::{GPU, Random, read, storage};
 
@@ -31,6 +33,8 @@ pub(crate) struct Pool {
     pub(crate) free: Vec<Slot>,
     pub(crate) random: Random,
     pub(crate) budget: u64,
+    /// Entries of the arenas that commands may see which were recorded after one of the last updates, the newest last.
+    pub(crate) seen: VecDeque<u32>,
 }
 
 pub(crate) fn number(n: usize) -> TextureNumber {
@@ -85,6 +89,7 @@ impl Pool {
             free: (100..3000).map(Slot::new).collect(),
             random: Random(seed),
             budget: u64::MAX,
+            seen: VecDeque::new(),
         }
     }
 
@@ -189,7 +194,34 @@ impl Pool {
         }
         GPU.queue.submit([encoder.finish()]);
         self.tables.submitted();
+        self.check_between();
         applied
+    }
+
+    /// Whether placements that are asked for between two updates lead nobody astray whose commands may still be submitted then.
+    fn check_between(&mut self) {
+        let length = match Memory::of(&self.tables) {
+            Memory::Buffer(buffer) => (buffer.size() / 4) as u32,
+            Memory::Texture(texture) => texture.width() * texture.height(),
+        };
+        self.seen.push_back(length);
+        while self.seen.len() > 1 + usize::from(RECORDED_AHEAD) {
+            self.seen.pop_front();
+        }
+        if self.tables.is_hashed() {
+            return;
+        }
+        for (&of, Texture { geometry, .. }) in &self.textures {
+            let placement = self.tables.placement(of);
+            for &length in &self.seen {
+                let finest = placement.finest_in(length);
+                let end =
+                    |level| u64::from(placement.first_entry(level)) + geometry.level(level).page_count();
+                let mut looked_up = finest..geometry.tail().first_level();
+                let is_there = looked_up.all(|level| end(level) <= u64::from(length));
+                assert!(is_there, "{of:?}, {placement:?}: level {finest} in {length} of {:?}", self.seen);
+            }
+        }
     }
 
     /// Whether what lies somewhere is what tables must say, as far as records lead there.
@@ -207,8 +239,7 @@ impl Pool {
             };
             assert_eq!(lie(&placement), lie(&now), "{what}: nobody was told where {of:?} lies");
             // Where a shader looks, there are entries.
-            let is_whole = placement.least_length() as usize <= words.len();
-            let finest = if is_whole { placement.finest } else { placement.former };
+            let finest = placement.finest_in(words.len() as u32);
             let mut looked_up = finest..geometry.tail().first_level();
             assert!(
                 looked_up.all(|level| (placement.first_entry(level) as usize) < words.len()),

@@ -3,9 +3,6 @@
 use vastex_core::shader_constants;
 use vastex_wgpu::FeedbackMode;
 
-/// Words of a record.
-pub(crate) const STRIDE: u32 = 5;
-
 macro_rules! module {
     ($name:literal) => {
         include_str!(concat!("../../src/wgsl/", $name, ".wgsl"))
@@ -34,13 +31,8 @@ pub(crate) fn text(mode: FeedbackMode) -> String {
     for (name, value) in shader_constants::WGSL {
         text += &format!("const VASTEXI_{name} = {value}u;\n");
     }
-    for (name, value) in [
-        ("NONE", u32::MAX),
-        ("RECORD_WORDS", STRIDE),
-        ("GROUP", 0),
-        ("BINDING_TABLE_POOL", 0),
-        ("BINDING_PARAMS", 1),
-    ] {
+    for (name, value) in [("NONE", u32::MAX), ("GROUP", 0), ("BINDING_TABLE_POOL", 0), ("BINDING_PARAMS", 1)]
+    {
         text += &format!("const VASTEXI_{name} = {value}u;\n");
     }
     let modules = match mode {

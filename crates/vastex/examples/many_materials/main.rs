@@ -14,7 +14,7 @@ use vastex::{
 
 #[allow(dead_code, clippy::duplicate_mod, reason = "of what the examples have in common each uses its part")]
 #[path = "../common/mod.rs"]
-mod common;
+pub(crate) mod common;
 pub(crate) mod plain;
 
 use common::headless::{self, DEPTH_FORMAT, Headless, PICTURE_FORMAT};
@@ -51,10 +51,27 @@ pub(crate) fn main() -> anyhow::Result<()> {
 /// An instance, as the shader reads it.
 #[repr(C)]
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
-struct Rectangle {
+pub(crate) struct Rectangle {
     place: [f32; 4],
     uv: [f32; 4],
     texture: u32,
+}
+
+impl Rectangle {
+    /// That of a texture, whose id is this.
+    pub(crate) fn new(nth: usize, id: u32) -> Rectangle {
+        let [x, y] = [nth % COLUMNS, nth / COLUMNS].map(|at| at as f32);
+        let [width, height] = [2.0 / COLUMNS as f32, 2.0 / TEXTURES.div_ceil(COLUMNS) as f32];
+        let place = [x * width - 1.0, 1.0 - y * height, (x + 1.0) * width - 1.0, 1.0 - (y + 1.0) * height];
+        Rectangle { place, uv: uv_of(nth), texture: id }
+    }
+
+    /// How a buffer has them.
+    pub(crate) const LAYOUT: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferLayout {
+        array_stride: size_of::<Rectangle>() as u64,
+        step_mode: wgpu::VertexStepMode::Instance,
+        attributes: &wgpu::vertex_attr_array![0 => Float32x4, 1 => Float32x4, 2 => Uint32],
+    };
 }
 
 /// The part of its image that the rectangle of a texture shows: its left and top, and its right and bottom.
@@ -70,10 +87,9 @@ pub(crate) fn uv_of(nth: usize) -> [f32; 4] {
 fn add(textures: &mut Textures) -> anyhow::Result<Vec<TextureId>> {
     let mut ids = Vec::new();
     for nth in 0..TEXTURES {
-        let (side, page) = [(2048, 64), (1500, 50), (2048, 64), (128, 64)][nth % 4];
         let page_table = if nth % 4 == 2 { TableChoice::Hashed } else { TableChoice::BySize };
         let settings = TextureSettings { page_table, ..Default::default() };
-        let source = Arc::new(plain::image(nth, side, page)?);
+        let source = Arc::new(plain::image(nth)?);
         let prepared = textures.preparer().read_blocking(source, settings)?;
         ids.push(textures.add(prepared)?);
     }
@@ -104,17 +120,13 @@ pub(crate) fn draw(size: [u32; 2]) -> anyhow::Result<Drawn> {
     let ids = add(&mut textures)?;
     let mut kinds: Vec<Kinds> = Vec::new();
     let mut by_pool: BTreeMap<PoolId, (TextureId, usize, Vec<Rectangle>)> = BTreeMap::new();
-    let rows = TEXTURES.div_ceil(COLUMNS);
     for (nth, &texture) in ids.iter().enumerate() {
         let kind = textures.kinds(texture)?;
         let place_of_kind = kinds.iter().position(|known| *known == kind).unwrap_or_else(|| {
             kinds.push(kind);
             kinds.len() - 1
         });
-        let [x, y] = [nth % COLUMNS, nth / COLUMNS].map(|at| at as f32);
-        let [width, height] = [2.0 / COLUMNS as f32, 2.0 / rows as f32];
-        let place = [x * width - 1.0, 1.0 - y * height, (x + 1.0) * width - 1.0, 1.0 - (y + 1.0) * height];
-        let rectangle = Rectangle { place, uv: uv_of(nth), texture: textures.shader_id(texture)? };
+        let rectangle = Rectangle::new(nth, textures.shader_id(texture)?);
         let Some(pool) = textures.texture(texture)?.pool() else { anyhow::bail!("a texture without a pool") };
         by_pool.entry(pool).or_insert_with(|| (texture, place_of_kind, Vec::new())).2.push(rectangle);
     }
@@ -149,7 +161,7 @@ pub(crate) fn draw(size: [u32; 2]) -> anyhow::Result<Drawn> {
     anyhow::bail!("the view has not converged in {PATIENCE_FRAMES} frames: {:?}", textures.stats())
 }
 
-/// Draws every batch, and says how many bind groups were set.
+/// Draws every batch in two draws, as a renderer has several in a pool, and says how many bind groups were set.
 fn draw_all<'a>(
     pass: &mut wgpu::RenderPass<'_>,
     batches: &'a [Batch],
@@ -162,7 +174,10 @@ fn draw_all<'a>(
         pass.set_bind_group(0, group(batch.texture), &[]);
         bind_groups_set += 1;
         pass.set_vertex_buffer(0, batch.instances.slice(..));
-        pass.draw(0..4, 0..batch.count);
+        let half = batch.count / 2;
+        for part in [0..half, half..batch.count] {
+            pass.draw(0..4, part);
+        }
     }
     bind_groups_set
 }
@@ -172,7 +187,17 @@ fn filled(
     queue: &wgpu::Queue,
     (texture, kind, rectangles): (TextureId, usize, Vec<Rectangle>),
 ) -> Batch {
-    let bytes: &[u8] = bytemuck::cast_slice(&rectangles);
+    let (count, instances) = (rectangles.len() as u32, instances(device, queue, &rectangles));
+    Batch { instances, count, texture, kind }
+}
+
+/// A buffer of rectangles.
+pub(crate) fn instances(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    rectangles: &[Rectangle],
+) -> wgpu::Buffer {
+    let bytes: &[u8] = bytemuck::cast_slice(rectangles);
     let instances = device.create_buffer(&wgpu::BufferDescriptor {
         label: Some("instances"),
         size: bytes.len() as u64,
@@ -180,7 +205,7 @@ fn filled(
         mapped_at_creation: false,
     });
     queue.write_buffer(&instances, 0, bytes);
-    Batch { instances, count: rectangles.len() as u32, texture, kind }
+    instances
 }
 
 /// Of a kind: for the picture, and for the feedback pass.
@@ -192,13 +217,9 @@ fn pipelines(device: &wgpu::Device, textures: &Textures, kinds: &Kinds) -> [wgpu
         bind_group_layouts: &[Some(&textures.bind_group_layout(kinds))],
         immediate_size: 0,
     });
-    let instances = [Some(wgpu::VertexBufferLayout {
-        array_stride: size_of::<Rectangle>() as u64,
-        step_mode: wgpu::VertexStepMode::Instance,
-        attributes: &wgpu::vertex_attr_array![0 => Float32x4, 1 => Float32x4, 2 => Uint32],
-    })];
-    let pipeline =
-        |entries, formats| headless::pipeline(device, &layout, &module, &instances, entries, formats);
+    let pipeline = |entries, formats| {
+        headless::pipeline(device, &layout, &module, &[Some(Rectangle::LAYOUT)], entries, formats)
+    };
     [
         pipeline(["place", "shade"], [PICTURE_FORMAT, DEPTH_FORMAT]),
         pipeline(["place_feedback", "want"], [Textures::FEEDBACK_FORMAT, Textures::FEEDBACK_DEPTH_FORMAT]),

@@ -4,7 +4,8 @@ use vastex::{GeometryError, GeometrySpec, LayerFormat};
 
 use super::common::painted::Painted;
 
-pub(crate) fn image(nth: usize, side: u32, page: u32) -> Result<Painted, GeometryError> {
+pub(crate) fn image(nth: usize) -> Result<Painted, GeometryError> {
+    let (side, page) = [(2048, 64), (1500, 50), (2048, 64), (128, 64)][nth % 4];
     let spec = GeometrySpec { page, ..GeometrySpec::image(side, side) };
     Painted::new(spec, LayerFormat::Rgba8, move |at, _| {
         let [r, g, b] = light(nth, at.map(|n| n / side as f32)).map(|n| (n * 255.0).round() as u8);

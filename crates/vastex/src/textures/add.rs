@@ -52,7 +52,7 @@ impl Textures {
     /// Its coarsest levels are sent by the next [`Textures::update`], together with the page tables of the textures that make room for it; until
     /// then pictures are as they were, and it is not to be drawn. Where an add fails, nothing has changed, and the error gives back what was
     /// prepared: of other settings ([`Error::OtherSettings`]), to be prepared again; where the device is lost, to be added after
-    /// [`Memory::restore`](crate::Memory::restore).
+    /// [`Memory::restore`](crate::Memory::restore). Bind groups may be replaced, as [`Textures::bind_group`] says.
     ///
     /// Costs the beginning of a page table, which grows to 4 to 8 bytes for each page of the levels that are wanted. A texture of
     /// more than 4 Mi pages has none of its own: such textures share their pool's hash table, of 48 bytes a slot. Layers that the device cannot
@@ -169,7 +169,7 @@ impl Textures {
     ///
     /// A texture's tiles leave the pool, its loads are called off, and its page table, its part of the RAM cache and, where it was the last of
     /// its pool, the pool's memory are given back, as soon as the GPU and the loader are done with them. Groups that it is in go with
-    /// it ([`Event::GroupRemoved`]); the members of a group that is removed stay. Pipelines stay good. Nothing may be recorded from then on with what
+    /// it ([`Event::GroupRemoved`]); the members of a group that is removed stay. Bind groups may be replaced, as [`Textures::bind_group`] says. Pipelines stay good. Nothing may be recorded from then on with what
     /// was kept of its bind groups, and its id names nothing any more, in shaders neither, whatever is added later.
     pub fn remove(&mut self, sampled: impl Into<Sampled>) -> bool {
         match sampled.into() {

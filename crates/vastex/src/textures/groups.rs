@@ -32,7 +32,7 @@ impl Textures {
     /// ```
     ///
     /// Fails where a name cannot stand in WGSL, where a texture is not there, or where there are more pools or layers than a
-    /// shader of the device can read. Costs 2 KB of GPU memory.
+    /// shader of the device can read. Bind groups may be replaced, as [`Textures::bind_group`] says. Costs 2 KB of GPU memory.
     pub fn add_group<M: Into<Member>>(
         &mut self,
         members: impl IntoIterator<Item = M>,

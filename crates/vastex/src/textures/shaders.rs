@@ -28,7 +28,8 @@ impl Textures {
 
     /// The WGSL that goes after the application's own shader, whose directives then stay first and whose lines keep their numbers:
     /// `vastex_sample(id, uv)` and its kin for one layer, `vastex_sample_NAME(id, uv)` for each member of a group, as
-    /// [`vastex_wgpu::wgsl()`] says.
+    /// [`vastex_wgpu::wgsl()`] says. It has every function; [`crate::shader_module`], or [`crate::only_needed`] before another compiler, leaves
+    /// out what the entry points do not call.
     pub fn wgsl(&self, kinds: &Kinds) -> String {
         self.gpu.wgsl(kinds)
     }
@@ -41,12 +42,16 @@ impl Textures {
     /// Everything that the application's shaders need to sample a layer, or a group, in whichever view: the same bind group for all textures of
     /// the same pools and formats. Which of them is meant the [id](Textures::shader_id) says. Fails where there is no such texture or group.
     ///
-    /// It may be another one after [`Textures::update`], [`Textures::add`] and [`Textures::add_group`] (where page tables or records need more memory
-    /// than they have had), after [`Textures::remove`] of a pool's last texture, after whatever follows an update that failed, [`Memory::resize_pool`](crate::Memory::resize_pool), [`Memory::set_picture`](crate::Memory::set_picture) and
-    /// [`Memory::restore`](crate::Memory::restore), and, where feedback is [inline](crate::FeedbackMode::Inline), where a view has a larger picture
-    /// than before. [`Bindings::revision`](crate::Bindings::revision) is then another number, and there is a
-    /// [`BindGroupsChanged`](crate::Event::BindGroupsChanged): who keeps a bind group, or a render bundle that names it, asks for one of the two in
-    /// each frame, after the update. A bind group costs a clone of a handle to keep, and nothing to ask for.
+    /// Ask for it in each frame, after [`Textures::update`], and you need to know no more: that costs nothing. An application that keeps a bind group,
+    /// or a render bundle that names it, compares [`Bindings::revision`](crate::Bindings::revision) after each update, or hears
+    /// [`BindGroupsChanged`](crate::Event::BindGroupsChanged). The bind group is replaced where memory behind it moves:
+    ///
+    /// - by [`Textures::update`], [`Textures::add`] and [`Textures::add_group`], where page tables or records need more memory than they have had;
+    /// - by [`Textures::remove`] of a pool's last texture;
+    /// - by [`Memory::resize_pool`](crate::Memory::resize_pool), [`Memory::set_picture`](crate::Memory::set_picture) and
+    ///   [`Memory::restore`](crate::Memory::restore), and by whatever is called first after an update that failed;
+    /// - by [`ViewMut::main_pass`](crate::ViewMut::main_pass), where feedback is [inline](crate::FeedbackMode::Inline) and the picture is larger than any
+    ///   before and than [`Settings::picture`](crate::Settings::picture).
     pub fn bind_group(&self, sampled: impl Into<Sampled>) -> Result<&wgpu::BindGroup, Error> {
         let sampled = sampled.into();
         self.gpu.bind_groups().get(sampled).ok_or_else(|| unknown(sampled))
