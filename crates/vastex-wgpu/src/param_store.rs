@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 
 use vastex_core::TextureNumber;
 
-use crate::device::{alive, guarded, staged};
+use crate::device::{alive, guarded, staged, words_texture};
 use crate::error::GpuError;
 use crate::tables::Before;
 
@@ -196,18 +196,8 @@ impl Memory {
         alive(device)?;
         let bytes = WORD * u64::from(stride) * u64::from(records);
         guarded(device, bytes, || {
-            let texture = device.create_texture(&wgpu::TextureDescriptor {
-                label: Some("vastex parameters"),
-                size: wgpu::Extent3d { width: stride, height: records, depth_or_array_layers: 1 },
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format: wgpu::TextureFormat::Rgba32Uint,
-                usage: wgpu::TextureUsages::TEXTURE_BINDING
-                    | wgpu::TextureUsages::COPY_DST
-                    | wgpu::TextureUsages::COPY_SRC,
-                view_formats: &[],
-            });
+            let format = wgpu::TextureFormat::Rgba32Uint;
+            let texture = words_texture(device, "vastex parameters", [stride, records], format);
             let view = texture.create_view(&Default::default());
             Memory { texture, view }
         })

@@ -159,6 +159,17 @@ mod tests {
     }
 
     #[test]
+    fn a_group_that_is_sampled_by_mistake_shows_a_tail() {
+        let geometry = Geometry::new(GeometrySpec::image(5000, 3000)).unwrap();
+        let [[_, _, _, flags], [_, tail_entry, _, places], ..] = group_record(&geometry, 7)[..] else {
+            panic!("a record has a head")
+        };
+        let tail = tail_entry >> shader_constants::ENTRY_SLOT_BITS;
+        let looked_up = [flags >> 9, places >> 10, places >> 15].map(|level| level & 31);
+        assert_eq!(looked_up, [tail; 3], "no level that is looked up is finer");
+    }
+
+    #[test]
     fn the_largest_texture_fits_a_record() {
         let geometry = Geometry::new(GeometrySpec::image(1 << 31, 1 << 31)).unwrap();
         let words = group_record(&geometry, 7);

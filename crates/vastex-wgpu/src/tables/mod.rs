@@ -11,7 +11,7 @@
 //! Of a direct table a record holds `first_entry` for each level finer than the tail: [`Placement::first_entry`], absolute in the arena, or
 //! `0xffffffff` (VASTEXI_NONE) where the level has no entries yet. **The rule of a lookup**: take level `max(wanted, finest)`
 //! ([`Placement::finest`]), and the tail where that is not finer. What was recorded with an arena that has moved since sees a shorter one than
-//! [`Placement::least_length`], and takes a level of [`Placement::former`] in the place of the finest. The entry
+//! [`Placement::least_length`], and takes the level of [`Placement::finest_in`] in the place of the finest. The entry
 //! is at `first_entry + (page.z * pages.y + page.y) * pages.x + page.x`.
 //!
 //! A hashed table needs nothing of the record: how many buckets it has, and its seed, follow from its length, so that they change together
@@ -72,7 +72,7 @@ pub struct Placement {
     /// Where to look in an arena that is shorter than [`Placement::least_length`]: entries of an arena, a power of two, and the finest level
     /// from which on all lies in one of that length. The first is for the longest of the arenas that commands may still see, the second for
     /// the shortest, and for whatever is shorter than the first.
-    pub former: [(u32, u8); FORMER],
+    pub(crate) former: [(u32, u8); FORMER],
     /// Entries of the arena up to the end of the last range.
     end: u32,
     first_entry: [u32; shader_constants::MAX_LEVELS as usize],

@@ -3,7 +3,7 @@
 //! Words lie there as in a buffer, row after row (wgsl/arena_texture.wgsl). The CPU has them too, and sends the pieces in which some have
 //! changed, all of a frame in one upload.
 
-use crate::device::{alive, guarded, staged};
+use crate::device::{alive, guarded, staged, words_texture};
 use crate::error::GpuError;
 
 /// Words of a piece: what is sent where one of them has changed.
@@ -39,18 +39,7 @@ impl WordTexture {
         let width = WordTexture::row_words(device);
         let rows = words.div_ceil(width).max(1);
         let texture = guarded(device, u64::from(width) * u64::from(rows) * 4, || {
-            device.create_texture(&wgpu::TextureDescriptor {
-                label: Some("vastex page tables"),
-                size: extent(width, rows),
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format: wgpu::TextureFormat::R32Uint,
-                usage: wgpu::TextureUsages::TEXTURE_BINDING
-                    | wgpu::TextureUsages::COPY_DST
-                    | wgpu::TextureUsages::COPY_SRC,
-                view_formats: &[],
-            })
+            words_texture(device, "vastex page tables", [width, rows], wgpu::TextureFormat::R32Uint)
         })?;
         let view = texture.create_view(&Default::default());
         let words = vec![0; (width * rows) as usize];

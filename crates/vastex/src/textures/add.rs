@@ -169,8 +169,9 @@ impl Textures {
     ///
     /// A texture's tiles leave the pool, its loads are called off, and its page table, its part of the RAM cache and, where it was the last of
     /// its pool, the pool's memory are given back, as soon as the GPU and the loader are done with them. Groups that it is in go with
-    /// it ([`Event::GroupRemoved`]); the members of a group that is removed stay. Bind groups may be replaced, as [`Textures::bind_group`] says. Pipelines stay good. Nothing may be recorded from then on with what
-    /// was kept of its bind groups, and its id names nothing any more, in shaders neither, whatever is added later.
+    /// it ([`Event::GroupRemoved`]); the members of a group that is removed stay. Bind groups may be replaced, as [`Textures::bind_group`] says;
+    /// pipelines stay good. Nothing may be recorded from then on with what was kept of its bind groups, and its id names nothing any more, in
+    /// shaders neither, whatever is added later.
     pub fn remove(&mut self, sampled: impl Into<Sampled>) -> bool {
         match sampled.into() {
             Sampled::Group(group) => self.gpu.has_group(group) && self.remove_group(group.number()),
