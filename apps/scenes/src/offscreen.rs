@@ -123,8 +123,7 @@ impl Offscreen {
         let picture = layers.picture_format();
         let drawn =
             SceneDesc { scene, layers, relief, tiling: shown.tiling, always_fixed: shown.always_fixed };
-        let renderer =
-            SceneRenderer::new(&gpu.device, &gpu.queue, &textures, drawn, kind.drawn_format(picture))?;
+        let renderer = SceneRenderer::new(gpu, &textures, drawn, kind.drawn_format(picture))?;
         Ok(Offscreen {
             pose: Pose::first(scene),
             estimating: None,
@@ -400,13 +399,12 @@ impl Offscreen {
         n: usize,
         change: impl FnOnce(ShownLayer) -> ShownLayer,
     ) -> Result<(), OffscreenError> {
-        let (device, queue) = (&self.gpu.device, &self.gpu.queue);
         let mut layers = self.renderer.layers().clone();
         let Some(shown) = layers.iter().nth(n).copied() else { return Ok(()) };
         let is_new = layers.set(&mut self.textures, n, change(shown))?;
         match is_new {
-            false => self.renderer.set_layers(queue, &self.textures, &layers),
-            true => self.renderer = self.renderer.with_layers(device, queue, &self.textures, layers)?,
+            false => self.renderer.set_layers(&self.gpu.queue, &self.textures, &layers),
+            true => self.renderer = self.renderer.with_layers(&self.gpu, &self.textures, layers)?,
         }
         Ok(())
     }

@@ -78,7 +78,6 @@ impl Reference {
         for level in 0..=plain.shape.coarsest() {
             plain.write_level(queue, &texture, level, &read_level(source, index, level)?);
         }
-        let layout = group_layout(device);
         let (shade, sampler) = match taps {
             Taps::Same => ("shade_reference", plain.sampler(device)),
             Taps::Ordinary => ("shade_ordinary", plain.sampler(device)),
@@ -94,8 +93,12 @@ impl Reference {
                 ),
             ),
         };
-        let pipelines = renderer.pipelines(shade, Some(&layout), &[renderer.format()]);
+        let pipelines = renderer.pipelines(shade, Some(&group_entries()), &[renderer.format()]);
         let uniform = plain.uniform(device, queue);
+        let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("reference"),
+            entries: &group_entries(),
+        });
         Ok(Reference { pipelines, group: bind(device, &layout, &texture, &sampler, &uniform) })
     }
 
@@ -323,17 +326,15 @@ fn border_texel(format: LayerFormat, color: [u8; 4]) -> Vec<u8> {
     }
 }
 
-fn group_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+fn group_entries() -> [wgpu::BindGroupLayoutEntry; 3] {
     let entry = |(binding, ty)| wgpu::BindGroupLayoutEntry {
         binding,
         visibility: wgpu::ShaderStages::FRAGMENT,
         ty,
         count: None,
     };
-    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some("reference"),
-        entries: &(0..).zip(Plain::binding_types()).map(entry).collect::<Vec<_>>(),
-    })
+    let [texture, sampler, params] = Plain::binding_types();
+    [(0, texture), (1, sampler), (2, params)].map(entry)
 }
 
 fn bind(

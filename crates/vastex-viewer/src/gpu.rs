@@ -1,4 +1,10 @@
 //! A device to draw with: which adapter, with which limits, and what to do where there is none.
+//!
+//! What is kept beside a device, and for how long, is the business of the rooms that keep it.
+
+use std::any::{Any, TypeId};
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Why there is no device.
 #[derive(Debug, thiserror::Error)]
@@ -19,7 +25,11 @@ pub enum GpuSetupError {
     },
 }
 
-/// A device, its queue, and what it runs on.
+/// By their types.
+type Kept = Arc<Mutex<HashMap<TypeId, Arc<dyn Any + Send + Sync>>>>;
+
+/// A device, its queue, what it runs on, and what was made for it once and is used again: a scene like one that was drawn before is drawn
+/// without compiling anything. Clones share all of that.
 #[derive(Clone, Debug)]
 pub struct Gpu {
     /// The instance that everything comes from.
@@ -30,9 +40,20 @@ pub struct Gpu {
     pub device: wgpu::Device,
     /// Its queue.
     pub queue: wgpu::Queue,
+    kept: Kept,
 }
 
 impl Gpu {
+    /// A device of the application's own.
+    pub fn new(
+        instance: wgpu::Instance,
+        adapter: wgpu::Adapter,
+        device: wgpu::Device,
+        queue: wgpu::Queue,
+    ) -> Gpu {
+        Gpu { instance, adapter, device, queue, kept: Kept::default() }
+    }
+
     /// A device without a window, of Vulkan where that has an adapter. `WGPU_BACKEND` may name the interfaces to look for adapters
     /// behind: `vulkan`, `gl` ...
     pub async fn headless() -> Result<Gpu, GpuSetupError> {
@@ -63,7 +84,14 @@ impl Gpu {
         let (device, queue) = adapter.request_device(&descriptor).await.map_err(|error| {
             GpuSetupError::NoDevice { adapter: adapter.get_info().name, error: error.to_string() }
         })?;
-        Ok(Gpu { instance, adapter, device, queue })
+        Ok(Gpu::new(instance, adapter, device, queue))
+    }
+
+    /// What is kept of one type for this device, at first its default.
+    pub(crate) fn kept<T: Any + Send + Sync + Default>(&self) -> Arc<T> {
+        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        let of_type = kept.entry(TypeId::of::<T>()).or_insert_with(|| Arc::<T>::default());
+        Arc::clone(of_type).downcast().unwrap_or_default()
     }
 
     /// The adapter's name and how it is driven.

@@ -46,7 +46,7 @@ impl<'a> Stage<'a> {
             tiling: Default::default(),
             always_fixed: false,
         };
-        let renderer = SceneRenderer::new(device, queue, &textures, drawn, format)?;
+        let renderer = SceneRenderer::new(&bench.gpu, &textures, drawn, format)?;
         let colour = device.create_texture(&wgpu::TextureDescriptor {
             label: Some("picture"),
             size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },

@@ -34,7 +34,7 @@ pub(crate) fn gpu() -> Result<Gpu> {
         ..Default::default()
     };
     let (device, queue) = pollster::block_on(gpu.adapter.request_device(&descriptor))?;
-    Ok(Gpu { device, queue, ..gpu })
+    Ok(Gpu::new(gpu.instance, gpu.adapter, device, queue))
 }
 
 /// Pixels of a picture: as many as a screen has, fewer where the adapter is a processor.

@@ -31,7 +31,7 @@ fn with_limits(required_limits: wgpu::Limits) -> Gpu {
 fn of_adapter(instance: wgpu::Instance, adapter: wgpu::Adapter, required_limits: wgpu::Limits) -> Gpu {
     let descriptor = wgpu::DeviceDescriptor { label: Some("floor"), required_limits, ..Default::default() };
     let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).unwrap();
-    Gpu { instance, adapter, device, queue }
+    Gpu::new(instance, adapter, device, queue)
 }
 
 fn offscreen(gpu: &Gpu, source: Arc<dyn TileSource>, scene: Scene, settings: Settings) -> Offscreen {

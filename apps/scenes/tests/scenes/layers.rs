@@ -168,7 +168,7 @@ fn compare(source: Arc<dyn TileSource>, layer: &str, path: Path, filter: Filter)
 fn bare_gpu() -> Gpu {
     let descriptor = wgpu::DeviceDescriptor { required_limits: gpu().adapter.limits(), ..Default::default() };
     let (device, queue) = pollster::block_on(gpu().adapter.request_device(&descriptor)).unwrap();
-    Gpu { device, queue, ..gpu().clone() }
+    Gpu::new(gpu().instance.clone(), gpu().adapter.clone(), device, queue)
 }
 
 /// Blocks of any content have the contrast of noise, and drivers decode some of them with a difference of 2/255.

@@ -4,6 +4,7 @@
 
 mod ahead;
 mod common;
+mod compiling;
 mod descent;
 mod estimates;
 mod fade;

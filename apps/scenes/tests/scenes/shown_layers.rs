@@ -46,7 +46,7 @@ fn draw_list(
     let format = kind.drawn_format(FORMAT);
     let (device, queue) = (&gpu.device, &gpu.queue);
     let drawn = SceneDesc { scene, layers, relief: None, tiling: Default::default(), always_fixed };
-    let renderer = SceneRenderer::new(device, queue, textures, drawn, format).unwrap();
+    let renderer = SceneRenderer::new(gpu, textures, drawn, format).unwrap();
     let canvas = Canvas::new(gpu, SIZE, FORMAT, kind);
     for frame in 0.. {
         let views = [StageView { view: ViewId::MAIN, camera: renderer.camera(), pose }];

@@ -85,11 +85,10 @@ impl Viewer {
         let mut relief = None;
         let drawn = described(scene, &shown, &mut textures, texture, &mut relief)?;
         let surface = Surface::new(&gpu, window.clone(), surface, &drawn.layers)?;
-        let (device, queue) = (&gpu.device, &gpu.queue);
-        let renderer = SceneRenderer::new(device, queue, &textures, drawn, surface.drawn_format())?;
+        let renderer = SceneRenderer::new(&gpu, &textures, drawn, surface.drawn_format())?;
         let overlay = args
             .overlay
-            .map(|overlay| OverlayRenderer::new(device, &textures, &renderer, overlay))
+            .map(|overlay| OverlayRenderer::new(&gpu.device, &textures, &renderer, overlay))
             .transpose()?;
         Ok(Viewer {
             overlay,
@@ -130,10 +129,10 @@ impl Viewer {
         let (gpu, surface) = device_for(&window, display)?;
         textures.memory().restore(&gpu.device, &gpu.queue)?;
         let surface = Surface::new(&gpu, window.clone(), surface, &drawn.layers)?;
-        let (device, queue) = (&gpu.device, &gpu.queue);
-        let renderer = SceneRenderer::new(device, queue, &textures, drawn, surface.drawn_format())?;
-        let overlay =
-            overlay.map(|overlay| OverlayRenderer::new(device, &textures, &renderer, overlay)).transpose()?;
+        let renderer = SceneRenderer::new(&gpu, &textures, drawn, surface.drawn_format())?;
+        let overlay = overlay
+            .map(|overlay| OverlayRenderer::new(&gpu.device, &textures, &renderer, overlay))
+            .transpose()?;
         let unsettled = UNSETTLED_FRAMES;
         Ok(Viewer { gpu, window, surface, textures, renderer, overlay, unsettled, shown, relief, ..self })
     }
@@ -196,8 +195,7 @@ impl Viewer {
     pub(super) fn show(&mut self, scene: Scene) -> Result<()> {
         let (shown, textures) = (&self.shown, &mut self.textures);
         let drawn = described(scene, shown, textures, self.texture, &mut self.relief)?;
-        let (device, queue) = (&self.gpu.device, &self.gpu.queue);
-        let renderer = SceneRenderer::new(device, queue, &self.textures, drawn, self.surface.drawn_format())?;
+        let renderer = SceneRenderer::new(&self.gpu, &self.textures, drawn, self.surface.drawn_format())?;
         let before = std::mem::replace(&mut self.renderer, renderer);
         before.layers().clone().remove(&mut self.textures);
         self.draw_overlay(self.overlay.as_ref().map(OverlayRenderer::overlay));

@@ -104,11 +104,16 @@ impl OverlayRenderer {
         overlay: Overlay,
     ) -> Result<OverlayRenderer, Error> {
         let (entry, is_on_surface) = overlay.entry();
-        let layout = matches!(overlay, Overlay::Feedback | Overlay::Atlas).then(|| texture_layout(device));
+        let reads_texture = matches!(overlay, Overlay::Feedback | Overlay::Atlas);
+        let layout = reads_texture.then(|| texture_layout(device));
         let drawn = if is_on_surface {
             Drawn::OnSurface(renderer.pipelines(entry, None, &[renderer.format()]))
         } else {
-            Drawn::Plan(renderer.plan_pipeline(textures, entry, layout.as_ref())?)
+            Drawn::Plan(renderer.plan_pipeline(
+                textures,
+                entry,
+                reads_texture.then_some(&TEXTURE_ENTRIES[..]),
+            )?)
         };
         Ok(OverlayRenderer { overlay, drawn, layer: renderer.layer(), layout, read: None })
     }
@@ -185,20 +190,20 @@ impl OverlayRenderer {
 }
 
 /// A texture of whole numbers.
+const TEXTURE_ENTRIES: [wgpu::BindGroupLayoutEntry; 1] = [wgpu::BindGroupLayoutEntry {
+    binding: 0,
+    visibility: wgpu::ShaderStages::FRAGMENT,
+    ty: wgpu::BindingType::Texture {
+        sample_type: wgpu::TextureSampleType::Uint,
+        view_dimension: wgpu::TextureViewDimension::D2,
+        multisampled: false,
+    },
+    count: None,
+}];
+
 fn texture_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
-    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some("overlay"),
-        entries: &[wgpu::BindGroupLayoutEntry {
-            binding: 0,
-            visibility: wgpu::ShaderStages::FRAGMENT,
-            ty: wgpu::BindingType::Texture {
-                sample_type: wgpu::TextureSampleType::Uint,
-                view_dimension: wgpu::TextureViewDimension::D2,
-                multisampled: false,
-            },
-            count: None,
-        }],
-    })
+    let (label, entries) = (Some("overlay"), &TEXTURE_ENTRIES);
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label, entries })
 }
 
 /// As few columns of slots, a tile wide and high each, as let all rows fit into a picture.

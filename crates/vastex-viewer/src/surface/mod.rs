@@ -1,6 +1,7 @@
 //! A texture on a surface: as an image, on a plane, on a globe, with or without heights.
 
 mod camera_binding;
+mod compiled;
 mod display_options;
 mod fixed;
 mod fixed_relief;

@@ -8,7 +8,7 @@ use super::patches::Patch;
 use crate::stage::DEPTH_FORMAT;
 
 /// What the vertex stage is given.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Corners {
     /// Points of a surface.
     Vertices,
@@ -46,6 +46,17 @@ impl Corners {
     }
 }
 
+/// How a pipeline draws over what is there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Drawing {
+    /// The nearest surface stays.
+    Nearest,
+    /// Every pixel is drawn, whatever is there.
+    Everywhere,
+    /// All surfaces are blended, from both sides.
+    Blended(wgpu::BlendState),
+}
+
 /// What differs between the pipelines of a scene.
 pub struct PipelineParts<'a> {
     /// The shaders.
@@ -67,39 +78,21 @@ impl PipelineParts<'_> {
         device: &wgpu::Device,
         groups: &[Option<&wgpu::BindGroupLayout>],
     ) -> wgpu::RenderPipeline {
-        let (corners, hidden) = (self.corners.layout(), self.corners.hidden());
-        self.made(device, groups, corners, hidden, Some(nearest()), None)
+        self.drawing(device, groups, Drawing::Nearest)
     }
 
-    /// A pipeline without vertices, on every pixel whatever is there.
-    pub fn plan(
+    /// A pipeline that draws in any way.
+    pub(super) fn drawing(
         self,
         device: &wgpu::Device,
         groups: &[Option<&wgpu::BindGroupLayout>],
+        drawing: Drawing,
     ) -> wgpu::RenderPipeline {
-        self.made(device, groups, None, None, Some(no_depth_test()), None)
-    }
-
-    /// A pipeline that blends all surfaces.
-    pub fn blended(
-        self,
-        device: &wgpu::Device,
-        groups: &[Option<&wgpu::BindGroupLayout>],
-        blend: wgpu::BlendState,
-    ) -> wgpu::RenderPipeline {
-        let corners = self.corners.layout();
-        self.made(device, groups, corners, None, None, Some(blend))
-    }
-
-    fn made(
-        self,
-        device: &wgpu::Device,
-        groups: &[Option<&wgpu::BindGroupLayout>],
-        corners: Option<wgpu::VertexBufferLayout<'_>>,
-        cull_mode: Option<wgpu::Face>,
-        depth_stencil: Option<wgpu::DepthStencilState>,
-        blend: Option<wgpu::BlendState>,
-    ) -> wgpu::RenderPipeline {
+        let (depth_stencil, blend, cull_mode) = match drawing {
+            Drawing::Nearest => (Some(nearest()), None, self.corners.hidden()),
+            Drawing::Everywhere => (Some(no_depth_test()), None, None),
+            Drawing::Blended(blend) => (None, Some(blend), None),
+        };
         let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some("scene"),
             bind_group_layouts: groups,
@@ -116,7 +109,7 @@ impl PipelineParts<'_> {
                 module: self.module,
                 entry_point: Some(self.entries[0]),
                 compilation_options: compilation_options.clone(),
-                buffers: &corners.map_or(Vec::new(), |corners| vec![Some(corners)]),
+                buffers: &self.corners.layout().map_or(Vec::new(), |corners| vec![Some(corners)]),
             },
             primitive: wgpu::PrimitiveState { cull_mode, ..Default::default() },
             depth_stencil,

@@ -8,6 +8,7 @@ use glam::Vec4;
 use vastex::{Error, LayerId, Sampled, Textures};
 
 use super::camera_binding::{CameraBinding, Placed, Places};
+use super::compiled::CompiledScenes;
 use super::fixed::{self, LayerPlace};
 use super::mesh::{Mesh, grid, surface};
 use super::patches::QUADS;
@@ -15,6 +16,7 @@ use super::relief::{Relief, ReliefSurface};
 use super::scene_pipelines::{PipelineMaker, ScenePipelines};
 use super::tiling::Tiling;
 use crate::camera::Pose;
+use crate::gpu::Gpu;
 use crate::layers::{ColorMap, LayerUniform, Layers, MOST_LAYERS, background};
 use crate::scene::Scene;
 use crate::stage::{StageScene, Target, TargetKind, Uniform, filled_buffer, takes_light};
@@ -60,12 +62,12 @@ impl SceneRenderer {
     /// Prepares a scene for pictures of `format`. A list of layers is drawn as light: into half floats or an sRGB format; other
     /// formats are given it encoded. Fails where a texture was removed.
     pub fn new(
-        device: &wgpu::Device,
-        queue: &wgpu::Queue,
+        gpu: &Gpu,
         textures: &Textures,
         desc: SceneDesc,
         format: wgpu::TextureFormat,
     ) -> Result<SceneRenderer, Error> {
+        let Gpu { device, queue, .. } = gpu;
         let SceneDesc { scene, layers, relief, tiling, .. } = desc.clone();
         let size = match layers.iter().next() {
             Some(first) => textures.texture(first.layer.texture())?.description().geometry.size(),
@@ -75,14 +77,8 @@ impl SceneRenderer {
         let relief = relief.map(|relief| relief.surface(scene, image as f32));
         let mesh = if relief.is_some() { patch_mesh() } else { surface(scene, image as f32) };
         let filled = |bytes, usage| filled_buffer(device, queue, bytes, usage);
-        let maker = Arc::new(PipelineMaker::new(
-            device,
-            textures,
-            scene,
-            (&layers, relief.as_ref()),
-            tiling,
-            format,
-        )?);
+        let maker =
+            Arc::new(PipelineMaker::new(gpu, textures, scene, (&layers, relief.as_ref()), tiling, format)?);
         let mut renderer = SceneRenderer {
             made_of: desc,
             size: [size[0], size[1]],
@@ -121,13 +117,12 @@ impl SceneRenderer {
     /// The same scene with another list of layers, for pictures of the same format.
     pub fn with_layers(
         &self,
-        device: &wgpu::Device,
-        queue: &wgpu::Queue,
+        gpu: &Gpu,
         textures: &Textures,
         layers: Layers,
     ) -> Result<SceneRenderer, Error> {
         let desc = SceneDesc { layers, ..self.made_of.clone() };
-        SceneRenderer::new(device, queue, textures, desc, self.format())
+        SceneRenderer::new(gpu, textures, desc, self.format())
     }
 
     /// The scene.
@@ -224,11 +219,11 @@ impl SceneRenderer {
     }
 
     /// Pipelines that draw the same surface by another entry point of the fragment stage, `entry_mesh` and `entry_fixed` in the text: its
-    /// targets, and one more bind group, for a scene of one opaque layer.
+    /// targets, and the layout of one more bind group, for a scene of one opaque layer.
     pub fn pipelines(
         &self,
         entry: &str,
-        group: Option<&wgpu::BindGroupLayout>,
+        group: Option<&[wgpu::BindGroupLayoutEntry]>,
         formats: &[wgpu::TextureFormat],
     ) -> ScenePipelines {
         self.maker.pipelines("place", entry, group, formats)
@@ -239,6 +234,12 @@ impl SceneRenderer {
     pub fn compile_all(&self) {
         self.picture.compile();
         self.wanted.compile();
+    }
+
+    /// Pipelines that were compiled for scenes on a device so far. A pipeline that a scene before had is not compiled again, so a frame in which
+    /// this grows may have taken longer for it.
+    pub fn pipelines_compiled(gpu: &Gpu) -> u32 {
+        gpu.kept::<CompiledScenes>().compiled()
     }
 
     /// How a camera sees the scene in fixed point at a pose: the texel that it is told from; nothing where a mesh is exact enough.
@@ -286,7 +287,7 @@ impl SceneRenderer {
         &self,
         textures: &Textures,
         entry: &str,
-        group: Option<&wgpu::BindGroupLayout>,
+        group: Option<&[wgpu::BindGroupLayoutEntry]>,
     ) -> Result<wgpu::RenderPipeline, Error> {
         self.maker.plan(textures, self.layer(), self.color_map(), (entry, group))
     }

@@ -1,15 +1,18 @@
 //! The pipelines of a scene: one for each way in which its surface is placed, of one shader module. Each is compiled when something is drawn with
-//! it for the first time, since most scenes are only ever drawn in one way, and compiling is most of what opening one takes.
+//! it for the first time, since most scenes are only ever drawn in one way, and compiling is most of what opening one takes; and not at all
+//! where the same device drew a scene like it (`compiled`).
 
 use std::sync::{Arc, OnceLock};
 
-use vastex::{Error, LayerId, Textures, shader_module};
+use vastex::{Error, Kinds, LayerId, Textures};
 
-use super::pipeline::{Corners, PipelineParts};
+use super::compiled::{CompiledScenes, ModuleKey, PipelineKey};
+use super::pipeline::{Corners, Drawing, PipelineParts};
 use super::relief::ReliefSurface;
 use super::shaders;
 use super::tiling::Tiling;
-use crate::layers::{ColorMap, Layers};
+use crate::gpu::Gpu;
+use crate::layers::{ColorMap, Layers, LayersText};
 use crate::scene::Scene;
 use crate::stage::{Uniform, takes_light};
 
@@ -19,7 +22,7 @@ pub struct ScenePipelines {
     maker: Arc<PipelineMaker>,
     /// The entry points of the two stages, for either way.
     entries: [[String; 2]; 2],
-    group: Option<wgpu::BindGroupLayout>,
+    group: Option<Vec<wgpu::BindGroupLayoutEntry>>,
     formats: Vec<wgpu::TextureFormat>,
     compiled: [OnceLock<wgpu::RenderPipeline>; 2],
 }
@@ -48,9 +51,15 @@ impl ScenePipelines {
     fn way(&self, way: usize) -> &wgpu::RenderPipeline {
         self.compiled[way].get_or_init(|| {
             let maker = &self.maker;
-            let [place, shade] = &self.entries[way];
-            let parts = maker.parts([place, shade], maker.corners[way], &self.formats);
-            parts.pipeline(&maker.device, &maker.groups(self.group.as_ref()))
+            let key = PipelineKey {
+                entries: self.entries[way].clone(),
+                constants: maker.constants.clone(),
+                corners: maker.corners[way],
+                drawing: Drawing::Nearest,
+                group: self.group.clone(),
+                formats: self.formats.clone(),
+            };
+            maker.program.pipeline(&maker.gpu, key, maker.layers_layout.as_ref())
         })
     }
 }
@@ -58,43 +67,35 @@ impl ScenePipelines {
 /// Makes the pipelines of a scene.
 #[derive(Debug)]
 pub(super) struct PipelineMaker {
-    device: wgpu::Device,
+    gpu: Gpu,
     /// Every entry point that draws the scene.
-    module: wgpu::ShaderModule,
-    constants: Vec<(&'static str, f64)>,
+    program: SceneProgram,
+    constants: Vec<(&'static str, u64)>,
     /// What constants of flat surfaces follow from, for plans.
     flat: (Scene, Tiling),
     /// In either way.
     corners: [Corners; 2],
     pub(super) has_fixed: bool,
     has_texture_space: bool,
-    /// Whether the text has the entry points of plans.
-    has_plans: bool,
-    textures_layout: wgpu::BindGroupLayout,
-    camera_layout: wgpu::BindGroupLayout,
     layers_layout: Option<wgpu::BindGroupLayout>,
     format: wgpu::TextureFormat,
 }
 
 impl PipelineMaker {
     pub(super) fn new(
-        device: &wgpu::Device,
+        gpu: &Gpu,
         textures: &Textures,
         scene: Scene,
         (layers, relief): (&Layers, Option<&ReliefSurface>),
         tiling: Tiling,
         format: wgpu::TextureFormat,
     ) -> Result<PipelineMaker, Error> {
-        let (kinds, text_of) = (layers.kinds(textures)?, layers.text_of());
-        let vastex = textures.wgsl(&kinds);
-        let text = match relief {
-            Some(_) => shaders::relief(&vastex, text_of),
-            None => shaders::layered(&vastex, text_of),
-        };
+        let program =
+            SceneProgram::new(gpu, textures, layers.kinds(textures)?, layers.text_of(), relief.is_some());
         let of_layers = layers.constants(takes_light(format)).into_iter().chain(tiling.constants());
         let constants = match relief {
-            Some(relief) => of_layers.chain(relief.constants()).collect(),
-            None => of_layers.chain([of_globe(scene)]).collect(),
+            Some(relief) => bits(of_layers.chain(relief.constants())),
+            None => bits(of_layers.chain([of_globe(scene)])),
         };
         let corners = match (relief, scene) {
             (Some(_), _) => [Corners::Patches, Corners::FixedPatches],
@@ -103,23 +104,21 @@ impl PipelineMaker {
         };
         let is_even = tiling == Tiling::default() && matches!(scene, Scene::Image | Scene::Globe);
         Ok(PipelineMaker {
-            device: device.clone(),
-            module: shader_module(device, Some("scene"), text),
+            gpu: gpu.clone(),
+            program,
             constants,
             flat: (scene, tiling),
             corners,
             has_fixed: relief.is_some() || is_even,
             has_texture_space: relief.is_none() && layers.is_single(),
-            has_plans: relief.is_none() && layers.is_single(),
-            textures_layout: textures.bind_group_layout(&kinds),
-            camera_layout: Uniform::layout(device),
-            layers_layout: (!layers.is_single()).then(|| Uniform::layout(device)),
+            layers_layout: (!layers.is_single()).then(|| Uniform::layout(&gpu.device)),
             format,
         })
     }
 
     pub(super) fn camera_layout(&self) -> &wgpu::BindGroupLayout {
-        &self.camera_layout
+        let [_, camera] = &self.program.layouts;
+        camera
     }
 
     /// Of what is told of the layers of a list.
@@ -136,7 +135,7 @@ impl PipelineMaker {
         self: &Arc<Self>,
         place: &str,
         shade: &str,
-        group: Option<&wgpu::BindGroupLayout>,
+        group: Option<&[wgpu::BindGroupLayoutEntry]>,
         formats: &[wgpu::TextureFormat],
     ) -> ScenePipelines {
         self.of_ways(|way| [format!("{place}_{way}"), format!("{shade}_{way}")], group, formats)
@@ -151,42 +150,30 @@ impl PipelineMaker {
     fn of_ways(
         self: &Arc<Self>,
         entries: impl Fn(&str) -> [String; 2],
-        group: Option<&wgpu::BindGroupLayout>,
+        group: Option<&[wgpu::BindGroupLayoutEntry]>,
         formats: &[wgpu::TextureFormat],
     ) -> ScenePipelines {
         ScenePipelines {
             maker: Arc::clone(self),
             entries: ["mesh", "fixed"].map(entries),
-            group: group.cloned(),
+            group: group.map(<[_]>::to_vec),
             formats: formats.to_vec(),
             compiled: [const { OnceLock::new() }; 2],
         }
     }
 
-    fn parts<'a>(
-        &'a self,
-        entries: [&'a str; 2],
-        corners: Corners,
-        formats: &'a [wgpu::TextureFormat],
-    ) -> PipelineParts<'a> {
-        PipelineParts { module: &self.module, constants: &self.constants, corners, entries, formats }
-    }
-
-    fn groups<'a>(
-        &'a self,
-        more: Option<&'a wgpu::BindGroupLayout>,
-    ) -> Vec<Option<&'a wgpu::BindGroupLayout>> {
-        let mut groups = vec![Some(&self.textures_layout), Some(&self.camera_layout)];
-        groups.extend(self.layers_layout.as_ref().or(more).map(Some));
-        groups
-    }
-
     /// What draws the surface in texture space.
     pub(super) fn spread(&self) -> Option<wgpu::RenderPipeline> {
         self.has_texture_space.then(|| {
-            let spread =
-                self.parts(["spread", "need"], self.corners[MESH], &[Textures::TEXTURE_SPACE_FORMAT]);
-            spread.blended(&self.device, &self.groups(None), Textures::TEXTURE_SPACE_BLEND)
+            let key = PipelineKey {
+                entries: ["spread", "need"].map(str::to_owned),
+                constants: self.constants.clone(),
+                corners: self.corners[MESH],
+                drawing: Drawing::Blended(Textures::TEXTURE_SPACE_BLEND),
+                group: None,
+                formats: vec![Textures::TEXTURE_SPACE_FORMAT],
+            };
+            self.program.pipeline(&self.gpu, key, self.layers_layout.as_ref())
         })
     }
 
@@ -196,22 +183,88 @@ impl PipelineMaker {
         textures: &Textures,
         layer: LayerId,
         color_map: ColorMap,
-        (entry, group): (&str, Option<&wgpu::BindGroupLayout>),
+        (entry, group): (&str, Option<&[wgpu::BindGroupLayoutEntry]>),
     ) -> Result<wgpu::RenderPipeline, Error> {
         // A plan is of a texture, not of the group that is sampled where there are heights or several layers.
-        let kinds = textures.kinds(layer)?;
-        let flat = || shader_module(&self.device, Some("plan"), shaders::flat(&textures.wgsl(&kinds)));
-        let module = if self.has_plans { &self.module } else { &flat() };
-        let textures_layout = textures.bind_group_layout(&kinds);
-        let mut groups = vec![Some(&textures_layout), Some(&self.camera_layout)];
-        groups.extend(group.map(Some));
+        let program =
+            SceneProgram::new(&self.gpu, textures, textures.kinds(layer)?, LayersText::ALONE, false);
         let (scene, tiling) = self.flat;
         let of_map = color_map.constants(takes_light(self.format)).into_iter();
-        let constants: Vec<_> = of_map.chain(tiling.constants()).chain([of_globe(scene)]).collect();
-        let (corners, constants, formats) = (Corners::None, &constants, &[self.format]);
-        let parts = PipelineParts { module, constants, corners, entries: ["fill", entry], formats };
-        Ok(parts.plan(&self.device, &groups))
+        let key = PipelineKey {
+            entries: ["fill", entry].map(str::to_owned),
+            constants: bits(of_map.chain(tiling.constants()).chain([of_globe(scene)])),
+            corners: Corners::None,
+            drawing: Drawing::Everywhere,
+            group: group.map(<[_]>::to_vec),
+            formats: vec![self.format],
+        };
+        Ok(program.pipeline(&self.gpu, key, None))
     }
+}
+
+/// A text of scenes, and what stands at its first two bind groups.
+#[derive(Debug)]
+struct SceneProgram {
+    text: ModuleKey,
+    module: wgpu::ShaderModule,
+    layouts: [wgpu::BindGroupLayout; 2],
+}
+
+impl SceneProgram {
+    fn new(
+        gpu: &Gpu,
+        textures: &Textures,
+        kinds: Kinds,
+        layers: LayersText,
+        has_relief: bool,
+    ) -> SceneProgram {
+        let layouts = [textures.bind_group_layout(&kinds), Uniform::layout(&gpu.device)];
+        let text = ModuleKey { kinds, place: textures.inspect().settings().binding, layers, has_relief };
+        let module = gpu.kept::<CompiledScenes>().module(&gpu.device, &text, |text| {
+            let vastex = textures.wgsl(&text.kinds);
+            match has_relief {
+                true => shaders::relief(&vastex, layers),
+                false => shaders::layered(&vastex, layers),
+            }
+        });
+        SceneProgram { text, module, layouts }
+    }
+
+    /// A pipeline that was compiled before or is now. The third bind group is that of a list of layers, else the key's.
+    fn pipeline(
+        &self,
+        gpu: &Gpu,
+        key: PipelineKey,
+        of_layers: Option<&wgpu::BindGroupLayout>,
+    ) -> wgpu::RenderPipeline {
+        let device = &gpu.device;
+        gpu.kept::<CompiledScenes>().pipeline(&(self.text.clone(), key), |key| {
+            let more = key.group.as_ref().map(|entries| {
+                device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+                    label: Some("scene"),
+                    entries,
+                })
+            });
+            let third = of_layers.or(more.as_ref());
+            let groups: Vec<_> = self.layouts.iter().chain(third).map(Some).collect();
+            let [place, shade] = &key.entries;
+            let constants: Vec<_> =
+                key.constants.iter().map(|&(name, bits)| (name, f64::from_bits(bits))).collect();
+            let parts = PipelineParts {
+                module: &self.module,
+                constants: &constants,
+                corners: key.corners,
+                entries: [place, shade],
+                formats: &key.formats,
+            };
+            parts.drawing(device, &groups, key.drawing)
+        })
+    }
+}
+
+/// Values of constants as they are compared.
+fn bits(constants: impl Iterator<Item = (&'static str, f64)>) -> Vec<(&'static str, u64)> {
+    constants.map(|(name, value)| (name, value.to_bits())).collect()
 }
 
 /// What pipelines with fixed.wgsl are made with.

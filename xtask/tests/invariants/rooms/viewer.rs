@@ -10,7 +10,7 @@ pub(super) const ROOMS: &[Room] = &[
     ("layers", &[]),
     ("input", &["camera", "scene"]),
     ("stage", &["gpu"]),
-    ("surface", &["camera", "layers", "scene", "stage"]),
+    ("surface", &["camera", "gpu", "layers", "scene", "stage"]),
     ("overlay", &["stage", "surface"]),
     ("inspect", &["gpu", "stage"]),
     ("lib", &["camera", "gpu", "layers", "overlay", "picture", "scene", "stage", "surface"]),
