@@ -10,12 +10,14 @@ use vastex_scenes::{DisplayOptions, Overlay, Path as CameraPath, Scene, Views};
 
 #[cfg(feature = "build")]
 pub(crate) use build::{BuildArgs, Compress};
+pub(crate) use cache::CacheArgs;
 #[cfg(feature = "build")]
 pub(crate) use crop::CropArgs;
 pub(crate) use disk_cache::DiskCacheArgs;
 pub(crate) use estimate::EstimateArgs;
 #[cfg(feature = "build")]
 pub(crate) use export::{ExportArgs, FormatName, LayoutName};
+pub(crate) use info::InfoArgs;
 pub(crate) use learn::LearnArgs;
 #[cfg(feature = "build")]
 pub(crate) use merge::MergeArgs;
@@ -27,6 +29,7 @@ pub(crate) use replay::ReplayArgs;
 
 #[cfg(feature = "build")]
 mod build;
+mod cache;
 #[cfg(feature = "build")]
 mod common;
 #[cfg(feature = "build")]
@@ -36,6 +39,7 @@ mod estimate;
 #[cfg(feature = "build")]
 mod export;
 mod heights;
+mod info;
 #[cfg(feature = "build")]
 mod inset;
 #[cfg(feature = "build")]
@@ -66,7 +70,7 @@ const EXAMPLES: &str = "\
 Examples:
   vastex build earth.jpg -o earth.vastex --address wrap,clamp
   vastex view earth.vastex --on globe
-  vastex earth.vastex                                  # as `vastex view earth.vastex`
+  vastex earth.jpg                                     # as `vastex view earth.jpg`: built when it is opened for the first time
   vastex render earth.vastex --on plane --size 1920x1080 -o plane.png
 
 Exit codes: 0 done; 1 something is wrong with the input or the machine; 2 with the command line; 130 ended by Ctrl-C";
@@ -105,7 +109,7 @@ pub(crate) enum Command {
     /// Put an image into a region of a container, on all levels
     #[cfg(feature = "build")]
     Replace(ReplaceArgs),
-    /// Say what is in a container or a TIFF pyramid
+    /// Say what is in a container, a TIFF pyramid or an image
     Info(InfoArgs),
     /// Read and check every byte of a container
     Verify(VerifyArgs),
@@ -140,25 +144,6 @@ impl Args {
     }
 }
 
-/// What `vastex info` is told.
-#[derive(Debug, ClapArgs)]
-#[command(after_help = "\
-Examples:
-  vastex info earth.vastex
-  vastex info earth.vastex --json | jq .tiles
-  vastex info earth.vastex --estimate 1920x1080
-  vastex info slide.svs                       # levels, label and macro image, size of a texel, magnification")]
-pub(crate) struct InfoArgs {
-    /// The container, or a TIFF pyramid
-    pub(crate) file: PathBuf,
-    /// Say how large a pool a picture of this size needs, and how that follows
-    #[arg(long, value_name = "WxH", value_parser = parse_size)]
-    pub(crate) estimate: Option<[u32; 2]>,
-    /// Print one JSON object
-    #[arg(long)]
-    pub(crate) json: bool,
-}
-
 /// What `vastex verify` is told.
 #[derive(Debug, ClapArgs)]
 #[command(after_help = "\
@@ -185,8 +170,8 @@ pub(crate) const PLANET: &str = "planet:";
 /// What both `render` and `view` are told.
 #[derive(Debug, ClapArgs)]
 pub(crate) struct SceneArgs {
-    /// The container, a tile directory of another program, a TIFF pyramid, or planet:BITS[:IMAGE], a generated planet of 2^BITS
-    /// texels round the equator (8 to 31), with the continents of IMAGE, a container, tile directory or TIFF pyramid, if it is named
+    /// A container, a tile directory, a TIFF pyramid, an image, which is built into --cache the first time, or planet:BITS[:IMAGE],
+    /// a generated planet of 2^BITS texels round the equator (8 to 31), with the continents of IMAGE, any of these, if it is named
     pub(crate) source: PathBuf,
     /// What the image is put on
     #[arg(long, default_value = "image", value_name = "SCENE", value_parser = named(&Scene::ALL, Scene::name))]
@@ -233,6 +218,8 @@ pub(crate) struct SceneArgs {
     pub(crate) reading: reading::ReadingArgs,
     #[command(flatten)]
     pub(crate) disk_cache: DiskCacheArgs,
+    #[command(flatten)]
+    pub(crate) cache: CacheArgs,
 }
 
 /// What `vastex render` is told.

@@ -5,6 +5,8 @@
 //! 130 ended by Ctrl-C.
 
 mod args;
+#[cfg(feature = "build")]
+mod cache;
 mod commands;
 mod disk_cache;
 mod explained;

@@ -1,5 +1,5 @@
-//! What a path turns into: the one door to containers, tile directories of other programs, TIFF pyramids and generated planets,
-//! behind a disk cache if one is asked for.
+//! What a path turns into: the one door to containers, tile directories of other programs, TIFF pyramids, images and generated
+//! planets, behind a disk cache if one is asked for.
 
 use std::io::Read;
 use std::path::Path;
@@ -7,9 +7,10 @@ use std::sync::Arc;
 
 use anyhow::{Context, Result};
 use vastex::TileSource;
+use vastex_scenes::Scene;
 use vastex_tiles::{Container, DirectStore, DiskTier};
 
-use crate::args::{PLANET, SceneArgs};
+use crate::args::{CacheArgs, PLANET, SceneArgs};
 use crate::{disk_cache, planet, report};
 
 /// What a scene shows.
@@ -17,6 +18,16 @@ pub(crate) struct Opened {
     /// Behind the disk cache, where there is one.
     pub(crate) tiles: Arc<dyn TileSource>,
     pub(crate) disk: Option<Arc<DiskTier>>,
+}
+
+/// How an image is built that is to be shown.
+#[derive(Clone, Copy, Debug)]
+#[cfg_attr(not(feature = "build"), expect(dead_code, reason = "nothing can be built"))]
+pub(crate) struct BuiltWith<'a> {
+    /// Where its container is kept.
+    pub(crate) cache: &'a CacheArgs,
+    /// Whether its left and right edges are neighbours, as on a globe.
+    pub(crate) wraps: bool,
 }
 
 /// What the words of a source name.
@@ -32,21 +43,26 @@ pub(crate) enum Lies {
 
 /// Opens the source of a scene, and its disk cache if there is to be one.
 pub(crate) fn open(args: &SceneArgs) -> Result<Opened> {
-    let tiles = open_tiles(&args.source, args.direct)?;
+    let built = BuiltWith { cache: &args.cache, wraps: args.on == Scene::Globe };
+    let tiles = open_tiles(&args.source, args.direct, Some(built))?;
     Ok(disk_cache::before(tiles, &args.source, &args.disk_cache))
 }
 
-/// Opens whatever the words of a source name.
-pub(crate) fn open_tiles(source: &Path, direct: bool) -> Result<Arc<dyn TileSource>> {
+/// Opens whatever the words of a source name; an image, if it may be built.
+pub(crate) fn open_tiles(
+    source: &Path,
+    direct: bool,
+    built: Option<BuiltWith<'_>>,
+) -> Result<Arc<dyn TileSource>> {
     match words_of_planet(source) {
-        Some(words) => {
-            planet::open(words, |path| open_path(path, direct)).with_context(|| source.display().to_string())
-        }
-        None => open_path(source, direct),
+        Some(words) => planet::open(words, |path| open_path(path, direct, built))
+            .with_context(|| source.display().to_string()),
+        None => open_path(source, direct, built),
     }
 }
 
 /// The image that a planet's continents are of, if one is named.
+#[cfg(feature = "build")]
 pub(crate) fn image_of_planet(source: &Path) -> Option<&Path> {
     words_of_planet(source)?.split_once(':').map(|(_, image)| Path::new(image))
 }
@@ -74,14 +90,19 @@ pub(crate) fn what_lies_at(source: &Path) -> Result<Lies> {
 }
 
 /// Opens a container or, where Vastex can read them, the tiles of a directory, of the file that describes one or of a TIFF
-/// pyramid. Of anything else, the error says what to do with it.
+/// pyramid, or an image that may be built. Of anything else, the error says what to do with it.
 ///
 /// The tiles of a container are read past the system's cache if `direct` and if they can be; what cannot be is said.
-fn open_path(path: &Path, direct: bool) -> Result<Arc<dyn TileSource>> {
-    if what_lies_at(path)? == Lies::Other
-        && let Some(tiles) = in_place(path)?
-    {
-        return Ok(tiles);
+fn open_path(path: &Path, direct: bool, built: Option<BuiltWith<'_>>) -> Result<Arc<dyn TileSource>> {
+    if what_lies_at(path)? == Lies::Other {
+        if let Some(tiles) = in_place(path)? {
+            return Ok(tiles);
+        }
+        if let Some(built) = built
+            && let Some(tiles) = in_cache(path, built)?
+        {
+            return Ok(tiles);
+        }
     }
     Ok(if direct { open_direct(path) } else { vastex::open(path) }?)
 }
@@ -141,5 +162,17 @@ fn in_place(path: &Path) -> Result<Option<Arc<dyn TileSource>>> {
 /// Without the readers of `vastex build` nothing of others can be read.
 #[cfg(not(feature = "build"))]
 fn in_place(_: &Path) -> Result<Option<Arc<dyn TileSource>>> {
+    Ok(None)
+}
+
+/// An image by way of the cache; nothing where `path` is no image.
+#[cfg(feature = "build")]
+fn in_cache(path: &Path, built: BuiltWith<'_>) -> Result<Option<Arc<dyn TileSource>>> {
+    crate::cache::open(path, built.cache, built.wraps)
+}
+
+/// Without the readers of `vastex build` no image can be read.
+#[cfg(not(feature = "build"))]
+fn in_cache(_: &Path, _: BuiltWith<'_>) -> Result<Option<Arc<dyn TileSource>>> {
     Ok(None)
 }

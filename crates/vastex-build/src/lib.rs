@@ -11,9 +11,12 @@
 //! [`export()`] goes the other way: from a texture to the tile directories of other programs, which
 //! [`build()`] reads too, and a [`DirectorySource`] shows without a build.
 //!
+//! A [`BuildCache`] keeps containers of images that nobody built, for programs that show such an image at once.
+//!
 //! Not here: the container's bytes (`vastex-tiles`), the shape of levels, pages and borders (`vastex-core`).
 
 mod build;
+mod cache;
 mod crop;
 mod export;
 mod image;
@@ -32,6 +35,7 @@ mod tile;
 use std::path::Path;
 
 pub use build::{BuildError, BuildOptions, BuildReport, Inset, LayerReport};
+pub use cache::{BuildCache, CacheError, CachedImage};
 pub use crop::{CropError, CropFormat, CropRegion, CropSource, crop};
 pub use export::{ExportError, ExportOptions, ExportReport, Layout, TileFormat, export};
 pub use image::{

@@ -18,7 +18,7 @@ pub(crate) fn run(args: &CropArgs) -> Result<ExitCode> {
     let (source, target) = (&args.source, &args.output);
     let mut cropped = match open::what_lies_at(source)? {
         Lies::Generated | Lies::Container => {
-            let tiles = open::open_tiles(source, false)?;
+            let tiles = open::open_tiles(source, false, None)?;
             CropSource::of_tiles(tiles, args.layer.as_deref(), args.level)
                 .with_context(|| source.display().to_string())?
         }

@@ -1,4 +1,5 @@
-//! `vastex info`: what is in a container, for people and scripts; of a TIFF pyramid, [`super::tiff_info`] knows.
+//! `vastex info`: what is in a container, for people and scripts; of a TIFF pyramid, [`super::tiff_info`] knows, and of an image
+//! [`super::image_info`].
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -15,10 +16,13 @@ use crate::{open, report};
 
 pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode> {
     #[cfg(feature = "build")]
-    if open::what_lies_at(&args.file)? == open::Lies::Other
-        && let Some((source, summary)) = super::tiff_info::of(&args.file)?
-    {
-        return say_of_tiff(args, &source, &summary);
+    if open::what_lies_at(&args.file)? == open::Lies::Other {
+        if let Some((source, summary)) = super::tiff_info::of(&args.file)? {
+            return say_of_tiff(args, &source, &summary);
+        }
+        if let Some(summary) = super::image_info::of(&args.file)? {
+            return say_of_image(args, &summary);
+        }
     }
     let container = Container::open_file(&args.file).or_else(|error| refuse(&args.file, error))?;
     let info = container.info();
@@ -60,6 +64,22 @@ fn say_of_tiff(
             text.push_str(&estimate_text(&estimate, description.geometry.page_count()));
         }
         report::print(&text)?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The same of an image.
+#[cfg(feature = "build")]
+fn say_of_image(args: &InfoArgs, summary: &super::image_info::ImageSummary) -> Result<ExitCode> {
+    let file = args.file.display();
+    if args.estimate.is_some() {
+        bail!(
+            "{file}: how large a pool it needs, its container tells; build it first: `vastex build {file} -o OUT.vastex`"
+        );
+    }
+    match args.json {
+        true => report::print_json(summary)?,
+        false => report::print(&format!("{file}\n{}", summary.text()))?,
     }
     Ok(ExitCode::SUCCESS)
 }

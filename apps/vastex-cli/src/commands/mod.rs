@@ -6,6 +6,8 @@ pub(crate) mod build;
 pub(crate) mod crop;
 #[cfg(feature = "build")]
 pub(crate) mod export;
+#[cfg(feature = "build")]
+mod image_info;
 pub(crate) mod info;
 pub(crate) mod learn;
 #[cfg(feature = "build")]

@@ -111,7 +111,6 @@ fn what_is_no_sound_container_is_refused_by_all_that_read_one() {
         ("index.vastex", "again"),
         ("empty.vastex", "empty"),
         ("text.vastex", "not a Vastex container (it is a text file)"),
-        ("image.png", "vastex build"),
         ("1.part", "is part 1 of 2 of a container; join all parts with `vastex merge`"),
         ("folder", "directory"),
     ];

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "where a test cannot go on, it fails")]
 
 mod bad_input;
+mod cache;
 mod disk_cache;
 mod estimates;
 mod export;

@@ -17,6 +17,7 @@ pub(super) const ROOMS: &[Room] = &[
     ("build", &["build/error", "image", "progress", "pyramid", "texels", "threads", "tile"]),
     ("inset", &["build", "build/error", "image", "progress", "replace", "replace/error", "threads", "tile"]),
     ("export", &["image", "progress", "texels", "threads", "tile"]),
+    ("cache", &["build", "build/error", "image", "progress"]),
     ("source", &["image", "texels"]),
     ("crop", &["image", "progress", "source", "tile"]),
     (
@@ -24,6 +25,7 @@ pub(super) const ROOMS: &[Room] = &[
         &[
             "build",
             "build/error",
+            "cache",
             "crop",
             "export",
             "image",

@@ -1,0 +1,25 @@
+//! What `vastex info` is told.
+
+use std::path::PathBuf;
+
+use super::{ClapArgs, parse_size};
+
+/// What `vastex info` is told.
+#[derive(Debug, ClapArgs)]
+#[command(after_help = "\
+Examples:
+  vastex info earth.vastex
+  vastex info earth.vastex --json | jq .tiles
+  vastex info earth.vastex --estimate 1920x1080
+  vastex info slide.svs                       # levels, label and macro image, size of a texel, magnification
+  vastex info earth.jpg                       # what an image's header says")]
+pub(crate) struct InfoArgs {
+    /// The container, a TIFF pyramid, or an image
+    pub(crate) file: PathBuf,
+    /// Say how large a pool a picture of this size needs, and how that follows
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub(crate) estimate: Option<[u32; 2]>,
+    /// Print one JSON object
+    #[arg(long)]
+    pub(crate) json: bool,
+}

@@ -1,0 +1,63 @@
+//! `vastex info` of an image that nobody built: what its header says.
+
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use serde::Serialize;
+
+use crate::cache::is_no_image;
+use crate::{open, report};
+
+/// What `--json` prints of an image.
+#[derive(Serialize)]
+pub(super) struct ImageSummary {
+    /// Always `image`.
+    kind: &'static str,
+    /// Width and height in texels.
+    size: [u32; 2],
+    /// What its texels are, such as `8-bit RGB`.
+    texels: String,
+    /// Whether the file says that its colours are linear, not sRGB-encoded.
+    is_linear: bool,
+    /// Bytes of memory that reading it takes.
+    memory: u64,
+    /// What is left out, and what reading it costs.
+    notices: Vec<String>,
+}
+
+/// Of an image; nothing where the file is something else.
+pub(super) fn of(path: &Path) -> Result<Option<ImageSummary>> {
+    if !path.is_file() || open::is_directory_of_tiles(path) {
+        return Ok(None);
+    }
+    match vastex_build::open(path) {
+        Ok(reader) => {
+            let header = reader.header();
+            Ok(Some(ImageSummary {
+                kind: "image",
+                size: [header.width, header.height],
+                texels: header.format.to_string(),
+                is_linear: header.linear,
+                memory: header.memory,
+                notices: header.notices.iter().map(ToString::to_string).collect(),
+            }))
+        }
+        Err(fault) if is_no_image(&fault) => Ok(None),
+        Err(fault) => Err(fault).with_context(|| path.display().to_string()),
+    }
+}
+
+impl ImageSummary {
+    pub(super) fn text(&self) -> String {
+        let ImageSummary { size: [width, height], texels, is_linear, memory, notices, .. } = self;
+        let linear = if *is_linear { ", linear" } else { "" };
+        let mut text = format!(
+            "{width}x{height} texels of {texels}{linear}\n\
+             reading it takes {} of memory\n\
+             not built: `vastex view` and `render` build it into their cache when it is shown for the first time\n",
+            report::bytes(*memory)
+        );
+        notices.iter().for_each(|notice| text.push_str(&format!("note: {notice}\n")));
+        text
+    }
+}
