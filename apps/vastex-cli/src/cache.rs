@@ -7,7 +7,9 @@ use std::sync::Arc;
 
 use anyhow::{Context, Result, bail};
 use vastex::{AddressMode, TileSource};
-use vastex_build::{BuildCache, BuildError, BuildOptions, CacheError, InputFault, Notice, Progress};
+use vastex_build::{
+    BuildCache, BuildError, BuildOptions, CacheError, InputFault, Notice, Progress, WriteError,
+};
 
 use crate::args::CacheArgs;
 use crate::{progress, report};
@@ -37,7 +39,13 @@ pub(crate) fn open(path: &Path, args: &CacheArgs, wraps: bool) -> Result<Option<
     let cache = BuildCache::new(directory, args.cache_gib << 30);
     let address = if wraps { [AddressMode::Wrap, AddressMode::Clamp] } else { [AddressMode::Clamp; 2] };
     let options = BuildOptions { address, ..BuildOptions::default() };
-    let watch = Watch { bar: progress::bar(false, "", "row"), cache: &cache, path, is_said: Cell::default() };
+    let watch = Watch {
+        bar: progress::bar(false, "", "row"),
+        cache: &cache,
+        path,
+        is_said: Cell::default(),
+        is_waiting: Cell::default(),
+    };
     let opened = cache.open(path, &options, &watch);
     watch.bar.finish_and_clear();
     match opened {
@@ -46,6 +54,11 @@ pub(crate) fn open(path: &Path, args: &CacheArgs, wraps: bool) -> Result<Option<
         Err(CacheError::Unusable { directory, error }) => bail!(
             "{}: cannot hold built images: {error}; name another directory with --cache DIR",
             directory.display()
+        ),
+        Err(CacheError::Build(BuildError::Output(WriteError::Io { error, .. }))) => bail!(
+            "{}: cannot be built into {}: {error}; what is built so far is kept; name another directory with --cache DIR",
+            path.display(),
+            cache.directory().display()
         ),
         Err(error) => Err(error.into()),
     }
@@ -71,6 +84,7 @@ struct Watch<'a> {
     cache: &'a BuildCache,
     path: &'a Path,
     is_said: Cell<bool>,
+    is_waiting: Cell<bool>,
 }
 
 impl Progress for Watch<'_> {
@@ -84,6 +98,14 @@ impl Progress for Watch<'_> {
         self.bar.set_length(rows_total);
         self.bar.set_position(rows_done);
         self.bar.set_message(format!(", {} written", report::bytes(bytes_written)));
+        ControlFlow::Continue(())
+    }
+
+    fn wait(&self) -> ControlFlow<()> {
+        if !self.is_waiting.replace(true) {
+            let said = format!("note: {}: another program builds it; waiting", self.path.display());
+            self.bar.suspend(|| report::say(&said));
+        }
         ControlFlow::Continue(())
     }
 

@@ -95,13 +95,16 @@ pub(crate) fn what_lies_at(source: &Path) -> Result<Lies> {
 /// The tiles of a container are read past the system's cache if `direct` and if they can be; what cannot be is said.
 fn open_path(path: &Path, direct: bool, built: Option<BuiltWith<'_>>) -> Result<Arc<dyn TileSource>> {
     if what_lies_at(path)? == Lies::Other {
-        if let Some(tiles) = in_place(path)? {
-            return Ok(tiles);
-        }
-        if let Some(built) = built
-            && let Some(tiles) = in_cache(path, built)?
-        {
-            return Ok(tiles);
+        let refused = match in_place(path) {
+            Ok(Some(tiles)) => return Ok(tiles),
+            Ok(None) => None,
+            Err(error) => Some(error),
+        };
+        // What cannot be shown where it lies may be built.
+        match (built.map(|built| in_cache(path, built)), refused) {
+            (Some(Ok(Some(tiles))), _) => return Ok(tiles),
+            (_, Some(error)) | (Some(Err(error)), None) => return Err(error),
+            (Some(Ok(None)) | None, None) => {}
         }
     }
     Ok(if direct { open_direct(path) } else { vastex::open(path) }?)

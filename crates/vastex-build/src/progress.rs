@@ -12,6 +12,12 @@ pub trait Progress {
     /// cancels the build, which then leaves nothing behind, unless it can be resumed.
     fn advance(&self, rows_done: u64, rows_total: u64, bytes_written: u64) -> ControlFlow<()>;
 
+    /// Another program is making what is asked for, which is waited for; called about ten times a second until it
+    /// is there. `Break` ends the wait.
+    fn wait(&self) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+
     /// A notice of an image that is known before the image's first row is read, such as what reading it
     /// costs. The report at the end has it too.
     fn note(&self, image: &Path, notice: &Notice) {

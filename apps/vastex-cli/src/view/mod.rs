@@ -24,14 +24,19 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
 use winit::window::{Fullscreen, Window, WindowId};
 
 use crate::args::ViewArgs;
-use crate::{open, report};
+use crate::open::{self, Lies};
+use crate::report;
 use viewer::{Viewer, Wake};
 
 /// Devices that may be lost, one after another, before the program gives up.
 const MAX_LOST_DEVICES: u32 = 3;
 
 pub(crate) fn run(args: &ViewArgs) -> Result<ExitCode> {
-    let source = open::open(&args.scene)?.tiles;
+    // An image may have to be built, which is for nothing where there is no window.
+    let at_once = match open::what_lies_at(&args.scene.source)? {
+        Lies::Generated | Lies::Container => Some(open::open(&args.scene)?),
+        Lies::Other => None,
+    };
     let events = EventLoop::new().map_err(|error| {
         anyhow!(
             "no window can be opened; run this where there is a display (DISPLAY or WAYLAND_DISPLAY names it), or draw to a \
@@ -39,6 +44,7 @@ pub(crate) fn run(args: &ViewArgs) -> Result<ExitCode> {
             without_place(&error.to_string())
         )
     })?;
+    let source = at_once.map_or_else(|| open::open(&args.scene), Ok)?.tiles;
     let mut app = App {
         args,
         source,

@@ -4,12 +4,13 @@ use std::path::{Path, PathBuf};
 
 use crate::tool::{Ended, Sandbox};
 
-/// All files below a directory.
+/// All files below a directory but locks.
 fn files(directory: &Path) -> Vec<PathBuf> {
     let Ok(entries) = std::fs::read_dir(directory) else { return Vec::new() };
     let paths = entries.map(|entry| entry.unwrap().path());
     let mut files: Vec<_> =
         paths.flat_map(|path| if path.is_dir() { files(&path) } else { vec![path] }).collect();
+    files.retain(|file| file.extension().is_none_or(|ending| ending != "lock"));
     files.sort();
     files
 }

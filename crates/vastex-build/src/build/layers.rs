@@ -29,6 +29,11 @@ pub(crate) struct OpenLayer {
 }
 
 impl OpenLayer {
+    /// All that is read of it: files, and directories of tiles.
+    pub(crate) fn files(&self) -> &[PathBuf] {
+        &self.files
+    }
+
     fn open(input: LayerInput, output: &Path, options: &BuildOptions) -> Result<OpenLayer, BuildError> {
         let LayerInput { name, path, format, filter } = input;
         let opened =

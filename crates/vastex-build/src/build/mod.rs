@@ -31,7 +31,7 @@ use crate::texels::LayerInput;
 use crate::threads;
 use crate::tile::TileEncoder;
 use finer::{Finer, finer, without_blocks};
-use layers::OpenLayer;
+pub(crate) use layers::{OpenLayer, fingerprint as fingerprint_of};
 use memory::fit_memory;
 use pipeline::{Buffers, Done, Job, Sink, Stopped};
 use sparse::Selection;

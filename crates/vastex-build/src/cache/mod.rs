@@ -3,16 +3,17 @@
 //!
 //! The contract:
 //!
-//! - **The image as it is now.** A container belongs to what the image's files are called, how long they are,
-//!   when they were changed, what their first and last MiB hold, the build's options and the version of
-//!   Vastex. An image that changes while it is built is an error, and nothing of it stays.
+//! - **The image as it is now.** A container belongs to the image's files: their places, lengths and times and
+//!   a sample of their bytes (of the first 64 files the first and the last MiB, too), with the build's options
+//!   and the version of Vastex. An image that changes while it is built is an error, and nothing of it stays.
 //! - **Nothing is lost.** What an interrupted build made stays, and the next one goes on with it; so it does
-//!   after a crash.
-//! - **Several programs** may share the directory. Two that want the same image build it once: the second
-//!   waits for the first.
-//! - **The budget** bounds the containers and the unfinished builds together, but for the container that is
-//!   opened, which may be larger: after each build those that were not opened for longest go. A program that
-//!   has one open goes on reading it.
+//!   after a crash. Only a fault of the image itself ends that.
+//! - **Several programs** may share the directory. A lock for each image keeps them apart, `.KEY.lock`: who has
+//!   it builds, and whoever else wants the image waits. What a lock protects nobody else removes. On a file system
+//!   without locks two programs may build one image twice, and nothing unfinished is ever removed.
+//! - **The budget** bounds the containers and the unfinished builds together, before and after each build, but
+//!   for the container that is opened, which may be larger: those that were not opened for longest go. On a
+//!   full disk all others go. A program that has one open goes on reading it.
 //!
 //! How a container is built is `build`'s business; which files are images, `image`'s.
 
@@ -26,9 +27,10 @@ use std::time::{Duration, SystemTime};
 
 use vastex_tiles::{Container, ContainerError, WriteError};
 
-use crate::build::{self, BuildError, BuildOptions, BuildReport, Stage};
-use crate::image::{InputFault, open_with_files};
+use crate::build::{self, BuildError, BuildOptions, BuildReport, OpenLayer, Stage};
+use crate::image::InputFault;
 use crate::progress::Progress;
+use room::Lock;
 
 /// How often a program looks whether another one has built what it waits for.
 const LOOK_AGAIN: Duration = Duration::from_millis(100);
@@ -101,90 +103,132 @@ impl BuildCache {
 
     /// The container of an image, which is built if it is not there.
     ///
-    /// `options` decide what is built; their `resume` is always on, and `part` and `insets` must be left at
-    /// their defaults. `progress` hears of the build as from [`crate::build()`], and may stop it, and waiting for
-    /// another program, too: what is built stays. Where the container is there, this reads 2 MiB of the image,
-    /// and the container's index. Fails where [`crate::build()`] would.
+    /// `options` decide what is built; their `resume` and `durable` are always on, `part` and `insets` are not
+    /// heeded. `progress` hears of the build as from [`crate::build()`], and may stop it: what is built stays.
+    /// Where the container is there, this opens the image, reads a sample of it (2 MiB of each of its first 64
+    /// files, less of each other one), and the container's index. Fails where [`crate::build()`] would.
     pub fn open(
         &self,
         image: &Path,
         options: &BuildOptions,
         progress: &dyn Progress,
     ) -> Result<CachedImage, CacheError> {
-        let options = BuildOptions { resume: true, ..options.clone() };
-        let of_input = |fault| BuildError::Input { path: image.into(), fault };
-        let files = open_with_files(image).map_err(of_input)?.files;
-        let key = || key::of(&files, &options).map_err(|error| of_input(InputFault::Io(error)));
-        let before = key()?;
-        let place = self.directory.join(room::name_of(before));
-        let mut built = None;
-        // A second time where another program removed it meanwhile, or it was damaged.
-        for attempt in 0..3 {
-            match Container::open_file(&place) {
-                Ok(container) => {
-                    mark_as_opened(&place);
-                    return Ok(CachedImage { container, built });
-                }
-                Err(error) if attempt == 2 => return Err(error.into()),
-                // A container that is not whole is worth less than the image.
-                Err(_) => room::remove(&place),
-            }
-            built = self.build(image, &place, &options, progress)?;
-            if key()? != before {
-                room::remove(&place);
-                return Err(CacheError::Changed(image.into()));
-            }
-            room::make(&self.directory, self.budget, &place);
+        let options =
+            BuildOptions { resume: true, durable: true, part: None, insets: Vec::new(), ..options.clone() };
+        let key = || -> Result<(String, Vec<OpenLayer>), CacheError> {
+            let layers = build::open(vec![image.into()], &self.directory.join("image"), &options)?;
+            Ok((key::of(image, &layers, &options)?, layers))
+        };
+        let (name, layers) = key()?;
+        let place = self.directory.join(&name);
+        if let Some(container) = whole(&place)? {
+            return Ok(CachedImage { container, built: None });
         }
-        Err(CacheError::Changed(image.into()))
+        std::fs::create_dir_all(&self.directory).map_err(self.unusable())?;
+        let lock = self.lock(&name, progress)?;
+        // Another program may have built it meanwhile.
+        let (container, built) = match whole(&place)? {
+            Some(container) => (container, None),
+            None => {
+                let built = self.build(image, layers, &place, &options, progress)?;
+                if key().map_or(true, |(after, _)| after != name) {
+                    room::remove(&place);
+                    return Err(CacheError::Changed(image.into()));
+                }
+                (Container::open_file(&place)?, Some(built))
+            }
+        };
+        drop(lock);
+        room::make(&self.directory, self.budget, &name);
+        Ok(CachedImage { container, built })
     }
 
-    /// Builds it, or waits until another program has done so.
+    /// The right to build an image, once no other program has it.
+    fn lock(&self, name: &str, progress: &dyn Progress) -> Result<File, CacheError> {
+        loop {
+            match room::lock(&self.directory, name).map_err(self.unusable())? {
+                // Without locks, all are alone.
+                Lock::Ours(lock) | Lock::Unknown(lock) => return Ok(lock),
+                Lock::Taken => {}
+            }
+            if progress.wait().is_break() {
+                return Err(BuildError::Cancelled.into());
+            }
+            std::thread::sleep(LOOK_AGAIN);
+        }
+    }
+
+    /// Builds it, with the lock.
     fn build(
         &self,
         image: &Path,
+        layers: Vec<OpenLayer>,
         place: &Path,
         options: &BuildOptions,
         progress: &dyn Progress,
-    ) -> Result<Option<BuildReport>, CacheError> {
-        let unusable = |error| CacheError::Unusable { directory: self.directory.clone(), error };
-        std::fs::create_dir_all(&self.directory).map_err(unusable)?;
-        let mut is_anew = false;
+    ) -> Result<BuildReport, CacheError> {
+        let name = place.file_name().unwrap_or_default().to_string_lossy();
+        room::make(&self.directory, self.budget, &name);
+        let mut opened = Some(layers);
+        let (mut is_anew, mut has_made_room) = (false, false);
         loop {
-            let options = BuildOptions { resume: !is_anew, ..options.clone() };
-            let layers = build::open(vec![image.into()], place, &options);
-            let built = layers
-                .and_then(|mut layers| build::run(&mut layers, place, &options, Stage::Whole, progress));
+            let layers = match opened.take() {
+                Some(layers) => Ok(layers),
+                None => build::open(vec![image.into()], place, options),
+            };
+            let built =
+                layers.and_then(|mut layers| build::run(&mut layers, place, options, Stage::Whole, progress));
             match built {
-                Ok(report) => return Ok(Some(report)),
-                Err(BuildError::Output(WriteError::InUse { .. })) => {
-                    std::thread::sleep(LOOK_AGAIN);
-                    if place.exists() {
-                        return Ok(None);
-                    }
-                    if progress.advance(0, 0, 0).is_break() {
-                        return Err(BuildError::Cancelled.into());
-                    }
+                Err(BuildError::Output(WriteError::OtherBuild { .. })) if !is_anew => {
+                    is_anew = true;
+                    room::remove_unfinished(place);
                 }
-                // Its first and last MiB are those of another image.
-                Err(BuildError::Output(WriteError::OtherBuild { .. })) if !is_anew => is_anew = true,
+                Err(BuildError::Output(WriteError::Io { error, .. }))
+                    if error.kind() == io::ErrorKind::StorageFull && !has_made_room =>
+                {
+                    has_made_room = true;
+                    room::make(&self.directory, 0, &name);
+                }
                 Err(error) => {
-                    let goes_on =
-                        matches!(error, BuildError::Cancelled | BuildError::Output(WriteError::Io { .. }));
-                    if !goes_on {
+                    let is_of_image = matches!(&error, BuildError::Input { fault, .. } if !matches!(fault, InputFault::Io(_)));
+                    if is_of_image {
                         room::remove_unfinished(place);
                     }
                     return Err(error.into());
                 }
+                Ok(built) => return Ok(built),
             }
         }
+    }
+
+    fn unusable(&self) -> impl Fn(io::Error) -> CacheError + '_ {
+        |error| CacheError::Unusable { directory: self.directory.clone(), error }
+    }
+}
+
+/// The container at a place; nothing where there is none that is whole. What is no sound container, a build
+/// replaces.
+fn whole(place: &Path) -> Result<Option<Container>, CacheError> {
+    if !place.exists() {
+        return Ok(None);
+    }
+    match Container::open_file(place) {
+        Ok(container) => {
+            mark_as_opened(place);
+            Ok(Some(container))
+        }
+        // It may have gone since, else it cannot be read now, which says nothing about what it holds.
+        Err(ContainerError::Store(_)) if !place.exists() => Ok(None),
+        Err(error @ ContainerError::Store(_)) => Err(error.into()),
+        Err(_) => Ok(None),
     }
 }
 
 /// Says that a container was opened just now, whether or not the file system keeps such times by itself.
 /// Where that cannot be said, the container only goes earlier.
 fn mark_as_opened(place: &Path) {
-    if let Ok(file) = File::open(place) {
+    // Windows wants the right to write for that.
+    if let Ok(file) = File::options().write(true).open(place).or_else(|_| File::open(place)) {
         let _ = file.set_times(FileTimes::new().set_accessed(SystemTime::now()));
     }
 }

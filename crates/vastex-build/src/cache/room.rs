@@ -1,15 +1,19 @@
-//! What lies in a cache's directory, and which of it goes where there is too much.
+//! What lies in a cache's directory, who may change it, and which of it goes where there is too much.
 //!
 //! `KEY.vastex` is a container, `.KEY.vastex.partial` and `.KEY.vastex.journal` are what a build has made so
-//! far of one; KEY has 32 hexadecimal digits. Files of other names are nobody's business here.
+//! far of one, and `.KEY.vastex.lock`, which is empty and stays, keeps programs apart; KEY has 32 hexadecimal
+//! digits. Files of other names are nobody's business here.
 
+use std::collections::HashMap;
 use std::fs::{self, DirEntry, File, TryLockError};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 const ENDING: &str = ".vastex";
-const PARTIAL: &str = ".partial";
-const JOURNAL: &str = ".journal";
+const LOCK: &str = "lock";
+/// Endings of what a build has made so far.
+const UNFINISHED: [&str; 2] = ["partial", "journal"];
 const DIGITS: usize = 32;
 
 /// The name of a container.
@@ -17,38 +21,88 @@ pub(super) fn name_of(key: u128) -> String {
     format!("{key:032x}{ENDING}")
 }
 
-/// A container, or an unfinished one.
+/// A file that belongs to a container which is not finished.
+fn beside(directory: &Path, name: &str, ending: &str) -> PathBuf {
+    directory.join(format!(".{name}.{ending}"))
+}
+
+/// The right to build a container, or to remove it with what was made so far of it.
+pub(super) enum Lock {
+    /// It lasts until the file is closed.
+    Ours(File),
+    /// Another program has it.
+    Taken,
+    /// The file system knows no locks.
+    Unknown(File),
+}
+
+/// Asks for the right to a container.
+pub(super) fn lock(directory: &Path, name: &str) -> io::Result<Lock> {
+    let file = File::options().create(true).append(true).open(beside(directory, name, LOCK))?;
+    Ok(match file.try_lock() {
+        Ok(()) => Lock::Ours(file),
+        Err(TryLockError::WouldBlock) => Lock::Taken,
+        Err(TryLockError::Error(_)) => Lock::Unknown(file),
+    })
+}
+
+/// What there is of one container.
 struct Kept {
-    path: PathBuf,
     bytes: u64,
     /// When it was opened or written last.
     used: SystemTime,
 }
 
-/// Removes what was not used for longest, until the rest fits into a budget; but not the file `but`, and not
-/// what another program writes.
+/// Removes what was not used for longest, until the rest fits into a budget; but not the container `but`, nor
+/// what another program has a lock on.
 ///
 /// What cannot be listed or removed stays: the next program tries again.
-pub(super) fn make(directory: &Path, budget: u64, but: &Path) {
-    let Ok(entries) = fs::read_dir(directory) else { return };
-    let mut kept: Vec<Kept> = entries.flatten().filter_map(|entry| of_entry(&entry)).collect();
-    let mut bytes: u64 = kept.iter().map(|kept| kept.bytes).sum();
-    kept.sort_by_key(|kept| kept.used);
-    for Kept { path, bytes: of_file, .. } in kept {
+pub(super) fn make(directory: &Path, budget: u64, but: &str) {
+    let mut kept: Vec<(String, Kept)> = list(directory).into_iter().collect();
+    let mut bytes: u64 = kept.iter().map(|(_, kept)| kept.bytes).sum();
+    kept.sort_by_key(|(_, kept)| kept.used);
+    for (name, kept) in kept {
         if bytes <= budget {
             return;
         }
-        if path == but || is_written(&path) {
+        if name == but || kept.bytes == 0 {
             continue;
         }
-        match path.extension().is_some_and(|ending| ending == "vastex") {
-            true => remove(&path),
-            false => remove_unfinished(&path.with_file_name(target(&path))),
-        }
-        if !path.exists() {
-            bytes -= of_file;
-        }
+        let Ok(Lock::Ours(_lock)) = lock(directory, &name) else { continue };
+        let place = directory.join(&name);
+        remove(&place);
+        remove_unfinished(&place);
+        let left = list(directory).get(&name).map_or(0, |left| left.bytes);
+        bytes -= kept.bytes.saturating_sub(left);
     }
+}
+
+/// Everything in a directory, by the names of containers.
+fn list(directory: &Path) -> HashMap<String, Kept> {
+    let mut kept = HashMap::new();
+    let Ok(entries) = fs::read_dir(directory) else { return kept };
+    for (name, entry) in entries.flatten().filter_map(|entry| Some((container_of(&entry)?, entry))) {
+        let Ok(found) = entry.metadata() else { continue };
+        let used = [found.accessed(), found.modified()].into_iter().flatten().max().unwrap_or(UNIX_EPOCH);
+        let of_name = kept.entry(name).or_insert(Kept { bytes: 0, used: UNIX_EPOCH });
+        of_name.bytes += found.len();
+        of_name.used = of_name.used.max(used);
+    }
+    kept
+}
+
+/// The name of the container that a file is, or belongs to.
+fn container_of(entry: &DirEntry) -> Option<String> {
+    let name = entry.file_name();
+    let name = name.to_str()?;
+    let hidden = name.strip_prefix('.').and_then(|name| name.rsplit_once('.'));
+    let container = match hidden {
+        Some((container, ending)) if UNFINISHED.contains(&ending) => container,
+        _ => name,
+    };
+    let key = container.strip_suffix(ENDING)?;
+    let is_key = key.len() == DIGITS && key.bytes().all(|byte| byte.is_ascii_hexdigit());
+    is_key.then(|| container.to_owned())
 }
 
 /// Removes a container, if it is there.
@@ -58,30 +112,8 @@ pub(super) fn remove(place: &Path) {
 
 /// Removes what was made so far of a container.
 pub(super) fn remove_unfinished(place: &Path) {
-    for ending in [PARTIAL, JOURNAL] {
-        let name = place.file_name().unwrap_or_default().to_string_lossy();
-        remove(&place.with_file_name(format!(".{name}{ending}")));
+    let (Some(directory), Some(name)) = (place.parent(), place.file_name()) else { return };
+    for ending in UNFINISHED {
+        remove(&beside(directory, &name.to_string_lossy(), ending));
     }
-}
-
-/// The container that an unfinished one is to become.
-fn target(partial: &Path) -> String {
-    let name = partial.file_name().unwrap_or_default().to_string_lossy();
-    name.trim_start_matches('.').trim_end_matches(PARTIAL).to_owned()
-}
-
-fn of_entry(entry: &DirEntry) -> Option<Kept> {
-    let name = entry.file_name();
-    let name = name.to_str()?;
-    let container = name.strip_prefix('.').and_then(|name| name.strip_suffix(PARTIAL)).unwrap_or(name);
-    let key = container.strip_suffix(ENDING)?;
-    let is_key = key.len() == DIGITS && key.bytes().all(|byte| byte.is_ascii_hexdigit());
-    let found = entry.metadata().ok().filter(|found| is_key && found.is_file())?;
-    let used = [found.accessed(), found.modified()].into_iter().flatten().max().unwrap_or(UNIX_EPOCH);
-    Some(Kept { path: entry.path(), bytes: found.len(), used })
-}
-
-/// Whether another program is at it. A build holds a lock on what it writes.
-fn is_written(path: &Path) -> bool {
-    File::open(path).is_ok_and(|file| matches!(file.try_lock(), Err(TryLockError::WouldBlock)))
 }

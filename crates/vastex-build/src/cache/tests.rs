@@ -45,10 +45,12 @@ impl Place {
         BuildCache::new(self.directory.path().join("cache"), budget)
     }
 
-    /// What lies in the cache: containers and all files.
+    /// What lies in the cache: containers and all files but locks.
     fn count(&self) -> [usize; 2] {
         let entries = fs::read_dir(self.directory.path().join("cache"));
-        let names: Vec<_> = entries.into_iter().flatten().map(|entry| entry.unwrap().file_name()).collect();
+        let mut names: Vec<_> =
+            entries.into_iter().flatten().map(|entry| entry.unwrap().file_name()).collect();
+        names.retain(|name| !name.to_string_lossy().ends_with(".lock"));
         let is_container = |name: &&std::ffi::OsString| !name.to_string_lossy().starts_with('.');
         [names.iter().filter(is_container).count(), names.len()]
     }
@@ -90,8 +92,9 @@ fn what_was_not_opened_for_longest_goes_where_there_is_too_much() {
     let long_ago = |n: u64| SystemTime::now() - Duration::from_secs(1000 * n);
     let [a, b] = [0, 1].map(|n| {
         assert!(is_built(&cache, &images[n]));
-        let names = fs::read_dir(cache.directory()).unwrap().map(|entry| entry.unwrap().path());
-        names.max_by_key(|path| fs::metadata(path).unwrap().created().unwrap_or(UNIX_EPOCH)).unwrap()
+        let paths = fs::read_dir(cache.directory()).unwrap().map(|entry| entry.unwrap().path());
+        let containers = paths.filter(|path| path.extension().is_some_and(|ending| ending == "vastex"));
+        containers.max_by_key(|path| fs::metadata(path).unwrap().created().unwrap_or(UNIX_EPOCH)).unwrap()
     });
     for (path, n) in [(&a, 2), (&b, 1)] {
         let times = FileTimes::new().set_accessed(long_ago(n)).set_modified(long_ago(n));
@@ -113,7 +116,8 @@ fn a_damaged_container_is_built_anew() {
     let place = Place::new();
     let (cache, image) = (place.cache(PLENTY), place.write("a.png", 100, 4));
     assert!(is_built(&cache, &image));
-    let container = fs::read_dir(cache.directory()).unwrap().next().unwrap().unwrap().path();
+    let mut paths = fs::read_dir(cache.directory()).unwrap().map(|entry| entry.unwrap().path());
+    let container = paths.find(|path| path.extension().is_some_and(|ending| ending == "vastex")).unwrap();
     fs::write(&container, b"nothing of the kind").unwrap();
     assert!(is_built(&cache, &image) && !is_built(&cache, &image));
 }
@@ -169,4 +173,53 @@ fn of_what_is_no_image_nothing_stays() {
     let whole = place.write("b.png", 10, 8);
     let refused = nowhere.open(&whole, &options(), &()).unwrap_err();
     assert!(matches!(refused, CacheError::Unusable { .. }), "{refused}");
+}
+
+/// Waits for another program, and stops waiting after some looks.
+struct Waits(Cell<u32>);
+
+impl Progress for Waits {
+    fn advance(&self, _: u64, _: u64, _: u64) -> ControlFlow<()> {
+        panic!("nothing is built here")
+    }
+
+    fn wait(&self) -> ControlFlow<()> {
+        self.0.set(self.0.get() + 1);
+        if self.0.get() > 3 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+}
+
+#[test]
+fn what_another_program_makes_is_waited_for_and_never_removed() {
+    let place = Place::new();
+    let (cache, image) = (place.cache(PLENTY), place.write("a.png", 2000, 9));
+    let _ = cache.open(&image, &options(), &StopsAt(Cell::new(1700)));
+    let unfinished = place.count();
+    let mut paths = fs::read_dir(cache.directory()).unwrap().map(|entry| entry.unwrap().path());
+    let lock = paths.find(|path| path.to_string_lossy().ends_with(".lock")).unwrap();
+    let lock = File::options().append(true).open(lock).unwrap();
+    lock.lock().unwrap();
+    let waits = Waits(Cell::new(0));
+    let stopped = cache.open(&image, &options(), &waits);
+    assert!(matches!(stopped, Err(CacheError::Build(BuildError::Cancelled))), "{stopped:?}");
+    assert_eq!(waits.0.get(), 4);
+    // However small the budget of another image.
+    let other = place.write("b.png", 50, 10);
+    assert!(is_built(&place.cache(0), &other));
+    assert_eq!(place.count(), [1, unfinished[1] + 1]);
+    drop(lock);
+    // Nobody is at it any more: what was left goes, its journal too.
+    assert!(is_built(&place.cache(0), &place.write("c.png", 50, 11)));
+    assert_eq!(place.count(), [1, 1]);
+}
+
+#[test]
+fn a_mask_is_part_of_the_image() {
+    let place = Place::new();
+    let (cache, image) = (place.cache(PLENTY), place.write("a.png", 300, 12));
+    let masked =
+        |mask: &str, seed: u32| BuildOptions { mask: Some(place.write(mask, 300, seed)), ..options() };
+    let is_built = |options: &BuildOptions| cache.open(&image, options, &()).unwrap().built.is_some();
+    let (one, other) = (masked("one.png", 13), masked("other.png", 14));
+    assert!(is_built(&one) && is_built(&other) && !is_built(&one));
 }
