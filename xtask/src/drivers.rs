@@ -1,8 +1,8 @@
 //! The step that runs a part of the GPU tests on a second driver: SwiftShader, which comes with Chromium.
 //!
-//! All other tests run on whatever adapter the machine has, in CI Mesa's software driver. What is drawn right by one driver alone may be
-//! so by its good will; SwiftShader is strict where Mesa is not, and has few bind groups and small textures. Where it is not to be had the step
-//! is skipped, loudly; where CI runs it fails.
+//! All other tests run on whatever adapter the machine has, in CI Mesa's software driver. What is drawn right by one driver alone
+//! may be so by its good will; SwiftShader is strict where Mesa is not, and has few bind groups and small textures. Where it is
+//! not to be had the step is skipped, loudly; where CI runs it fails.
 
 use std::path::{Path, PathBuf};
 

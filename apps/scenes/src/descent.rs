@@ -1,7 +1,8 @@
 //! A globe with a texture of any size on it, flown over from orbit down to its texels.
 //!
-//! Where the camera is is f64, what is drawn is told from the camera (`globe_grid`), and texels in fixed point from the one below it, so
-//! nothing trembles. The scene `globe` (`vastex-viewer`) is drawn in fixed point where its mesh would not be exact; this one always is, on a grid of its own.
+//! Where the camera is is f64, what is drawn is told from the camera (`globe_grid`), and texels in fixed point from the one below
+//! it, so nothing trembles. The scene `globe` (`vastex-viewer`) is drawn in fixed point where its mesh would not be exact; this
+//! one always is, on a grid of its own.
 
 use std::sync::Arc;
 

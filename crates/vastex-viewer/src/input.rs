@@ -1,7 +1,7 @@
 //! What keys and the pointer mean: moves of the camera and other actions.
 //!
-//! Neither a window nor a picture is known here: a host translates its own events into [`InputEvent`] and carries the [`Action`]s out. Times are
-//! told as how long ago the host began.
+//! Neither a window nor a picture is known here: a host translates its own events into [`InputEvent`] and carries the [`Action`]s
+//! out. Times are told as how long ago the host began.
 
 use std::time::Duration;
 

@@ -112,9 +112,9 @@ impl Belt {
         Belt(Arc::new(Shared { device: device.clone(), limit, state: Mutex::default() }))
     }
 
-    /// Whether it is better than `wgpu::Queue::write_texture` on this device: where buffers can be mapped by any thread, and stay where they
-    /// are. That is so with Vulkan, Metal and Direct3D 12; not with OpenGL, where a buffer is mapped by one thread, and not in a browser,
-    /// where what is mapped is a copy.
+    /// Whether it is better than `wgpu::Queue::write_texture` on this device: where buffers can be mapped by any thread, and stay
+    /// where they are. That is so with Vulkan, Metal and Direct3D 12; not with OpenGL, where a buffer is mapped by one thread,
+    /// and not in a browser, where what is mapped is a copy.
     pub fn suits(device: &wgpu::Device) -> bool {
         use wgpu::Backend::{Dx12, Metal, Vulkan};
         matches!(device.adapter_info().backend, Vulkan | Metal | Dx12)
@@ -232,8 +232,8 @@ fn fill(room: &wgpu::Buffer, layout: &BeltLayout, tile: &[u8]) -> Option<()> {
     Some(())
 }
 
-/// A tile in a room. When it is dropped the room is free again, as soon as commands that were submitted with it are done; it is dropped when
-/// they are submitted, or will never be.
+/// A tile in a room. When it is dropped the room is free again, as soon as commands that were submitted with it are done; it is
+/// dropped when they are submitted, or will never be.
 #[derive(Debug)]
 pub struct BeltTile {
     buffer: wgpu::Buffer,

@@ -1,8 +1,8 @@
 //! How far the tiles of a pool have faded in: a byte for each slot, which says how much of what was on screen before remains.
 //!
-//! 255 is nothing of the new tile, 0 all of it. Shaders of [kinds](crate::Kinds::fade) whose tiles fade blend by it (`wgsl/fade.wgsl`). Which tiles
-//! fade, and how much time has passed, is the caller's to say; here it is counted down and what has changed is sent, row by row of
-//! slots. While nothing fades nothing is done and nothing sent.
+//! 255 is nothing of the new tile, 0 all of it. Shaders of [kinds](crate::Kinds::fade) whose tiles fade blend by it
+//! (`wgsl/fade.wgsl`). Which tiles fade, and how much time has passed, is the caller's to say; here it is counted down and what
+//! has changed is sent, row by row of slots. While nothing fades nothing is done and nothing sent.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;

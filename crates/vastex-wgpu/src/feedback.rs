@@ -18,9 +18,9 @@ pub const FEEDBACK_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint
 /// The format of its depth buffer.
 pub const FEEDBACK_DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
-/// Which pixel of its block a target pixel looks at, frame after frame: two in each row and each column, one in each square of four, and, of
-/// whatever repeats after four pixels along either axis, such as surfaces that are dithered into one another, each of the sixteen once.
-/// They are ordered so that those of a few frames lie far apart.
+/// Which pixel of its block a target pixel looks at, frame after frame: two in each row and each column, one in each square of
+/// four, and, of whatever repeats after four pixels along either axis, such as surfaces that are dithered into one another, each
+/// of the sixteen once. They are ordered so that those of a few frames lie far apart.
 const JITTER: [[u32; 2]; shader_constants::JITTER_CYCLE as usize] = [
     [5, 5],
     [0, 0],

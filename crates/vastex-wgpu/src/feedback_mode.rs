@@ -15,8 +15,8 @@ pub enum FeedbackMode {
     /// write to a storage buffer, one more than the page tables that they read; unless the application asks for an early depth
     /// test, the main pass may have to do without.
     Inline,
-    /// As [`FeedbackMode::Separate`], but read back whole and compacted on the CPU, and page tables are textures. For devices without compute
-    /// shaders or storage buffers, such as those of OpenGL ES 3 and WebGL 2.
+    /// As [`FeedbackMode::Separate`], but read back whole and compacted on the CPU, and page tables are textures. For devices
+    /// without compute shaders or storage buffers, such as those of OpenGL ES 3 and WebGL 2.
     Raw,
 }
 
@@ -39,8 +39,8 @@ impl FeedbackMode {
         if FeedbackMode::Separate.check(device).is_ok() { FeedbackMode::Separate } else { FeedbackMode::Raw }
     }
 
-    /// The mode that was asked for, if the device has it; where none was, [the best](FeedbackMode::best). In a browser whoever asks is believed,
-    /// since its limits do not say all that its device has.
+    /// The mode that was asked for, if the device has it; where none was, [the best](FeedbackMode::best). In a browser whoever
+    /// asks is believed, since its limits do not say all that its device has.
     pub fn choose(asked: Option<FeedbackMode>, device: &wgpu::Device) -> Result<FeedbackMode, GpuError> {
         let best = || FeedbackMode::best(device);
         FeedbackMode::chosen(asked, cfg!(target_family = "wasm"), best, |mode| mode.check(device))

@@ -107,8 +107,8 @@ pub struct KindMember {
     pub kind: Kind,
 }
 
-/// What a shader text is made for: one kind, or those of the members of a group. A key for pipelines: texts and bind group layouts are equal
-/// where these are.
+/// What a shader text is made for: one kind, or those of the members of a group. A key for pipelines: texts and bind group
+/// layouts are equal where these are.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Kinds {
     mode: FeedbackMode,

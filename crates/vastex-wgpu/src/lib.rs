@@ -1,10 +1,10 @@
 //! The part of Vastex that executes, on a GPU through `wgpu`.
 //!
-//! Here are a [`Pool`] of tiles in GPU memory, its page tables and the changes that
-//! keep them true ([`PoolTables`]), the records of all textures ([`ParamStore`]), the text that an application adds to its own shaders ([`wgsl()`]), made for all
-//! textures of some [`Kinds`], and what it binds ([`layout_entries`], [`entries`]), the target into which a view says which pages it wants
-//! ([`FeedbackTarget`]), its compaction and its way back ([`Readback`]). All shaders have a naive twin on the CPU
-//! ([`twins`]), which tests compare them with and which stands in where no GPU can.
+//! Here are a [`Pool`] of tiles in GPU memory, its page tables and the changes that keep them true ([`PoolTables`]), the records
+//! of all textures ([`ParamStore`]), the text that an application adds to its own shaders ([`wgsl()`]), made for all textures of
+//! some [`Kinds`], and what it binds ([`layout_entries`], [`entries`]), the target into which a view says which pages it wants
+//! ([`FeedbackTarget`]), its compaction and its way back ([`Readback`]). All shaders have a naive twin on the CPU ([`twins`]),
+//! which tests compare them with and which stands in where no GPU can.
 //!
 //! This crate never chooses a page and never sees a source: it carries out what `vastex-core`'s pager returns. It
 //! asks a device for nothing beyond WebGPU's default limits, and uses what optional

@@ -1,7 +1,8 @@
 //! The array of all textures' and groups' records, by number: what shaders read of a texture before they look up anything.
 //!
-//! Records have a fixed stride, in words of 16 bytes. They lie in a texture with a row for each number (wgsl/param.wgsl): every device has
-//! textures, a word of 16 bytes is one read, and software drivers read it several times as fast as from a storage buffer. There is room for 16 at first, and for twice as many where a number is beyond that. In each frame
+//! Records have a fixed stride, in words of 16 bytes. They lie in a texture with a row for each number (wgsl/param.wgsl): every
+//! device has textures, a word of 16 bytes is one read, and software drivers read it several times as fast as from a storage
+//! buffer. There is room for 16 at first, and for twice as many where a number is beyond that. In each frame
 //! [`ParamStore::write`] comes after `PoolTables::apply` of all pools, and [`ParamStore::submitted`] after the submission.
 
 use std::collections::BTreeSet;
@@ -72,8 +73,8 @@ impl ParamStore {
         Ok(ParamStore { stride, words, memory, before, changed, is_moved: false, parted, gone })
     }
 
-    /// Sets the record of a number, of at most a stride's words; zeros follow. The GPU hears of it with the next [`ParamStore::write`], if it
-    /// is another than the one that is there.
+    /// Sets the record of a number, of at most a stride's words; zeros follow. The GPU hears of it with the next
+    /// [`ParamStore::write`], if it is another than the one that is there.
     pub fn set(&mut self, number: TextureNumber, record: &[[u32; 4]]) {
         let stride = self.stride as usize;
         let first = usize::from(number.number()) * stride;
@@ -105,9 +106,9 @@ impl ParamStore {
         self.parted.extend(numbers.into_iter().map(TextureNumber::number));
     }
 
-    /// Records copies of what has been set since the last submission: all in one upload. Commands recorded later in the encoder see
-    /// it, and so do those that were recorded earlier and are submitted later, for [`crate::RECORDED_AHEAD`] updates also with bind groups that
-    /// were made before the records moved.
+    /// Records copies of what has been set since the last submission: all in one upload. Commands recorded later in the encoder
+    /// see it, and so do those that were recorded earlier and are submitted later, for [`crate::RECORDED_AHEAD`] updates also
+    /// with bind groups that were made before the records moved.
     ///
     /// To be called once per submission, after the tables of all pools, and [`ParamStore::submitted`] after that: what was not submitted is
     /// written again.
@@ -160,8 +161,8 @@ impl ParamStore {
         Ok(ParamsWritten { bytes: WORD * words.len() as u64, moved: self.is_moved })
     }
 
-    /// The commands of the last [`ParamStore::write`] were submitted between two updates, which none of those counts that may lie between the
-    /// recording of commands and their submission.
+    /// The commands of the last [`ParamStore::write`] were submitted between two updates, which none of those counts that may lie
+    /// between the recording of commands and their submission.
     pub fn submitted_between(&mut self) {
         self.is_moved = false;
         self.changed.clear();

@@ -30,8 +30,8 @@ pub(crate) fn count_poll() {
     POLLS.set(POLLS.get() + 1);
 }
 
-/// Makes one step on this thread fail, after `steps` others; `None` clears that. A step is a check for a lost device, or an allocation on it.
-/// Returns whether an earlier failure was still to come.
+/// Makes one step on this thread fail, after `steps` others; `None` clears that. A step is a check for a lost device, or an
+/// allocation on it. Returns whether an earlier failure was still to come.
 pub fn fail_after(steps: Option<u32>) -> bool {
     STEPS_TO_FAILURE.replace(steps).is_some()
 }

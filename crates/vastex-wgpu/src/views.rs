@@ -99,8 +99,8 @@ impl Views {
         encoder.copy_buffer_to_buffer(&source, 0, &self.buffer, place, bytes.len() as u64);
     }
 
-    /// Ends the feedback of a view: what is drawn by the commands recorded after this sees the picture where it is and levels unchanged, and
-    /// asks for nothing, until the view is set again. A view that there cannot be is left out.
+    /// Ends the feedback of a view: what is drawn by the commands recorded after this sees the picture where it is and levels
+    /// unchanged, and asks for nothing, until the view is set again. A view that there cannot be is left out.
     pub fn end(&self, encoder: &mut wgpu::CommandEncoder, view: u32) {
         if view < VIEWS {
             let size = self.no_view.size();
@@ -108,7 +108,8 @@ impl Views {
         }
     }
 
-    /// Gives a view so many cells, where feedback is inline. Where they do not fit beside those of the others, all of them lie elsewhere from now on.
+    /// Gives a view so many cells, where feedback is inline. Where they do not fit beside those of the others, all of them lie
+    /// elsewhere from now on.
     pub fn fit_cells(
         &mut self,
         device: &wgpu::Device,
@@ -145,8 +146,8 @@ impl Views {
         Ok(())
     }
 
-    /// Whether the cells lie elsewhere since this was asked last: bind groups are then to be made anew. Before that, those that have the old
-    /// ones tell what nobody hears.
+    /// Whether the cells lie elsewhere since this was asked last: bind groups are then to be made anew. Before that, those that
+    /// have the old ones tell what nobody hears.
     pub fn is_moved(&mut self) -> bool {
         self.cells.as_mut().is_some_and(|cells| std::mem::take(&mut cells.is_moved))
     }

@@ -41,8 +41,8 @@
 //!
 //! # What shaders call
 //!
-//! `id` is [`Textures::shader_id`], `view` is [`ViewRef::number`] (0 of the main view), `uv` is 0 to 1 over the texture. [`vastex_wgpu::wgsl()`]
-//! tells stages and ranges.
+//! `id` is [`Textures::shader_id`], `view` is [`ViewRef::number`] (0 of the main view), `uv` is 0 to 1 over the texture.
+//! [`vastex_wgpu::wgsl()`] tells stages and ranges.
 //!
 //! | to | functions |
 //! |---|---|

@@ -80,8 +80,8 @@ impl Options {
         }
     }
 
-    /// What is joined to long texts of the viewer. The sides of pages, and how many taps a filter takes, are constants of the library's text, of which
-    /// both are among those of the library alone.
+    /// What is joined to long texts of the viewer. The sides of pages, and how many taps a filter takes, are constants of the
+    /// library's text, of which both are among those of the library alone.
     fn of_viewer() -> Options {
         Options { pages: vec![PageSides::PowersOfTwo], ..Options::all() }
     }

@@ -35,9 +35,9 @@ pub(crate) struct BuildArgs {
     /// The image, or a tile directory: of Gaia Sky, of Celestia (or its .ctx), of Deep Zoom (or its .dzi), of pages
     #[arg(value_name = "IN", required_unless_present = "layers", conflicts_with = "layers")]
     pub(crate) input: Option<PathBuf>,
-    /// A layer, instead of IN; once for each. Images have one size, or half or a quarter of the largest; others are resampled to the nearest of these. FILE may hold
-    /// colons: only the name of a format at its end counts, and that of a filter after it (empty for the usual format, as in
-    /// height=h.png::max)
+    /// A layer, instead of IN; once for each. Images have one size, or half or a quarter of the largest; others are resampled to
+    /// the nearest of these. FILE may hold colons: only the name of a format at its end counts, and that of a filter after it
+    /// (empty for the usual format, as in height=h.png::max)
     #[arg(long = "layer", value_name = "NAME=FILE[:FORMAT[:FILTER]]", value_parser = parse_layer)]
     pub(crate) layers: Vec<LayerInput>,
     /// The format of the one layer: r8, rg8, rgba8, rgba8-srgb, r16, rgba16, r16f, rgba16f, r32f, bc1, bc1-srgb, bc3,

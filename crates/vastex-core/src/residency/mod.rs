@@ -19,11 +19,11 @@
 //! A page that has failed goes back to `Failed` where another would become `Absent`, so that its failures are
 //! not forgotten until a load succeeds, or it is out of view for long (`failures`).
 //!
-//! A slot is chosen only when the bytes are here, so a load that fails leaks nothing. A page is not evicted
-//! while it is in the working set at the bias in force, nor while a descendant of it is resident; a tail
-//! never. Since the working set contains the ancestors of its pages and never fills the pool where the bias is solved, there
-//! is a page out of view; one that may not go yet is waited for. Pages of one content share a load and a slot (`slots`); that has one more holder with each, and is
-//! free when the last is evicted.
+//! A slot is chosen only when the bytes are here, so a load that fails leaks nothing. A page is not evicted while it is in the
+//! working set at the bias in force, nor while a descendant of it is resident; a tail never. Since the working set contains the
+//! ancestors of its pages and never fills the pool where the bias is solved, there is a page out of view; one that may not go yet
+//! is waited for. Pages of one content share a load and a slot (`slots`); that has one more holder with each, and is free when
+//! the last is evicted.
 //!
 //! A texture that is removed takes its pages with it, whatever their state; only what the loader has stays
 //! `Loading`, called off and unwanted, until that answers.

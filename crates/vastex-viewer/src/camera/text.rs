@@ -1,4 +1,5 @@
-//! The text form of a pose, to be written down and found again: an image in texels, the plane in its widths, the globe in degrees and metres.
+//! The text form of a pose, to be written down and found again: an image in texels, the plane in its widths, the globe in degrees
+//! and metres.
 //!
 //! `image:x=5400.5,y=2700,zoom=12`, `plane:x=0,y=-0.45,z=0.29,yaw=0,pitch=45`, `globe:lon=11.5,lat=46.4,alt=1200m`.
 

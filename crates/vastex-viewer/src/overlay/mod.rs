@@ -221,8 +221,8 @@ fn columns(slots: usize, picture: [u32; 2], tile: [u32; 2]) -> u32 {
     (least..).find(fits).unwrap_or(least) // there is one: with more and more columns a row becomes as low as one likes
 }
 
-/// What overlay/wgsl/atlas.wgsl reads: how many slots there are and in how many columns, then for each how many pages its tile is of, and what
-/// they are; 0 where it is free.
+/// What overlay/wgsl/atlas.wgsl reads: how many slots there are and in how many columns, then for each how many pages its tile is
+/// of, and what they are; 0 where it is free.
 fn slots_texture(
     device: &wgpu::Device,
     queue: &wgpu::Queue,

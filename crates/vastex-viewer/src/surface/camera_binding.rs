@@ -79,8 +79,8 @@ impl CameraBinding {
         CameraBinding { view, ..self }
     }
 
-    /// How it sees the surface, and where in fixed point textures are that have sizes of their own; the ids of what is wanted together, of the
-    /// colours and of the heights; the range of values; the size of the picture.
+    /// How it sees the surface, and where in fixed point textures are that have sizes of their own; the ids of what is wanted
+    /// together, of the colours and of the heights; the range of values; the size of the picture.
     pub(crate) fn set(
         &self,
         queue: &wgpu::Queue,

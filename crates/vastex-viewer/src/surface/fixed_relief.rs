@@ -236,8 +236,8 @@ impl ReliefSurface {
         }
     }
 
-    /// Between which heights a patch lies, from those at its corners and its middle, as the CPU knows them, with room for what rises between
-    /// them: as much again, and as much as the patch is wide.
+    /// Between which heights a patch lies, from those at its corners and its middle, as the CPU knows them, with room for what
+    /// rises between them: as much again, and as much as the patch is wide.
     fn heights_near(&self, sampler: &mut CpuSampler<'_>, place: &PatchPlace, level: f32) -> [f64; 2] {
         let half = place.half.max(DVec2::splat(FINEST_UV));
         let mut found = [f64::INFINITY, f64::NEG_INFINITY];

@@ -280,8 +280,8 @@ impl Patches {
         let [origin, side] = cell.extent(self.base);
         let half = 0.5 * side;
         let middle = origin + half;
-        // No point of it is farther from its middle: the way there along the axes of uv is no shorter. Merged columns are no wider than one at
-        // the equator.
+        // No point of it is farther from its middle: the way there along the axes of uv is no shorter. Merged columns are no
+        // wider than one at the equator.
         let column = half.x / cell.columns() as f64;
         let radius = (DVec2::new(column, half.y) * self.base.extent().as_dvec2()).length();
         let nearest = eye.distance(self.base.point_f64(middle)) - radius;

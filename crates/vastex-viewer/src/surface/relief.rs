@@ -1,8 +1,8 @@
 //! Heights that displace a scene's surface: which layer they are, how high they rise, and where the camera is above them.
 //!
-//! They are sampled in the vertex stage, at the level of the vertices' distance, and in the fragment stage for the light; colours and
-//! heights are a group, so that one feedback entry serves both. Which patches are drawn is `patches`' business, what shaders are told in fixed
-//! point that of `fixed_relief`.
+//! They are sampled in the vertex stage, at the level of the vertices' distance, and in the fragment stage for the light; colours
+//! and heights are a group, so that one feedback entry serves both. Which patches are drawn is `patches`' business, what shaders
+//! are told in fixed point that of `fixed_relief`.
 
 use glam::{Mat4, Vec2, Vec3};
 use vastex::{LayerFormat, LayerId, TextureId, Textures};

@@ -105,8 +105,8 @@ impl SceneRenderer {
         TargetKind::for_layers(adapter, if layers.is_single() { 1 } else { 2 })
     }
 
-    /// What the layers are like in frames from here on: those of the list that the renderer was made with, after [`Layers::set`] said that it
-    /// can stay.
+    /// What the layers are like in frames from here on: those of the list that the renderer was made with, after [`Layers::set`]
+    /// said that it can stay.
     pub fn set_layers(&mut self, queue: &wgpu::Queue, textures: &Textures, layers: &Layers) {
         self.layers = layers.clone();
         if let Some(told) = &self.told_layers {
@@ -229,15 +229,16 @@ impl SceneRenderer {
         self.maker.pipelines("place", entry, group, formats)
     }
 
-    /// Compiles the pipelines of picture and feedback that nothing was drawn with yet. A host that is to miss no frame when a camera comes so near that
-    /// a mesh is not exact any more calls this while nobody waits. Costs tens of milliseconds the first time, then nothing.
+    /// Compiles the pipelines of picture and feedback that nothing was drawn with yet. A host that is to miss no frame when a
+    /// camera comes so near that a mesh is not exact any more calls this while nobody waits. Costs tens of milliseconds the first
+    /// time, then nothing.
     pub fn compile_all(&self) {
         self.picture.compile();
         self.wanted.compile();
     }
 
-    /// Pipelines that were compiled for scenes on a device so far. A pipeline that a scene before had is not compiled again, so a frame in which
-    /// this grows may have taken longer for it.
+    /// Pipelines that were compiled for scenes on a device so far. A pipeline that a scene before had is not compiled again, so a
+    /// frame in which this grows may have taken longer for it.
     pub fn pipelines_compiled(gpu: &Gpu) -> u32 {
         gpu.kept::<CompiledScenes>().compiled()
     }

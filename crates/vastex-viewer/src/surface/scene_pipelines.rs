@@ -1,6 +1,6 @@
-//! The pipelines of a scene: one for each way in which its surface is placed, of one shader module. Each is compiled when something is drawn with
-//! it for the first time, since most scenes are only ever drawn in one way, and compiling is most of what opening one takes; and not at all
-//! where the same device drew a scene like it (`compiled`).
+//! The pipelines of a scene: one for each way in which its surface is placed, of one shader module. Each is compiled when
+//! something is drawn with it for the first time, since most scenes are only ever drawn in one way, and compiling is most of what
+//! opening one takes; and not at all where the same device drew a scene like it (`compiled`).
 
 use std::sync::{Arc, OnceLock};
 

@@ -8,14 +8,16 @@
 //! | table of a hashed pool | the same | the same | the same, and hashed_pool: `vastexi_hashed_page_POOL(page: vec2<u32>)`, the whole id, low and high half |
 //! | records | `texture_2d<u32>`, rgba32uint, one row a number | the same | param: `vastexi_param(number, n)`, `vastexi_records()` |
 //!
-//! Of a direct table a record holds `first_entry` for each level finer than the tail: [`Placement::first_entry`], absolute in the arena, or
-//! `0xffffffff` (VASTEXI_NONE) where the level has no entries yet. **The rule of a lookup**: take level `max(wanted, finest)`
-//! ([`Placement::finest`]), and the tail where that is not finer. What was recorded with an arena that has moved since sees a shorter one than
+//! Of a direct table a record holds `first_entry` for each level finer than the tail: [`Placement::first_entry`], absolute in the
+//! arena, or `0xffffffff` (VASTEXI_NONE) where the level has no entries yet. **The rule of a lookup**: take level
+//! `max(wanted, finest)` ([`Placement::finest`]), and the tail where that is not finer. What was recorded with an arena that has
+//! moved since sees a shorter one than
 //! [`Placement::least_length`], and takes the level of [`Placement::finest_in`] in the place of the finest. The entry
 //! is at `first_entry + (page.z * pages.y + page.y) * pages.x + page.x`.
 //!
-//! A hashed table needs nothing of the record: how many buckets it has, and its seed, follow from its length, so that they change together
-//! with it, and nothing of it stands in a uniform. `vastexi_hashed_page_POOL` gives an entry or VASTEXI_NONE; the caller goes up the levels.
+//! A hashed table needs nothing of the record: how many buckets it has, and its seed, follow from its length, so that they change
+//! together with it, and nothing of it stands in a uniform. `vastexi_hashed_page_POOL` gives an entry or VASTEXI_NONE; the caller
+//! goes up the levels.
 //!
 //! A number beyond `vastexi_records()` has no record, and a record may be of another id with the same number: shaders take the texture for
 //! unknown in both cases.
@@ -34,8 +36,8 @@
 //! // where `applied.moved` (this pool) or `written.moved` (all pools): bind groups anew, `revision` is another
 //! ```
 //!
-//! Where `submitted` was not called after an `apply` (another step failed, and the commands were dropped) the next one writes everything anew,
-//! from what `resident` gives for each texture; nothing is to be remembered outside.
+//! Where `submitted` was not called after an `apply` (another step failed, and the commands were dropped) the next one writes
+//! everything anew, from what `resident` gives for each texture; nothing is to be remembered outside.
 //!
 //! Records and tables change in the same submission and are read when commands execute. So what was recorded ahead needs no new bind group
 //! when a table grows within its arena, and the range of a removed texture may be used again at once. When an arena, a hash table or the
@@ -69,9 +71,9 @@ pub const RECORDED_AHEAD: u8 = 2;
 pub struct Placement {
     /// Finest level that has entries; the tail's first where none has. 0 of a hashed table.
     pub finest: u8,
-    /// Where to look in an arena that is shorter than [`Placement::least_length`]: entries of an arena, a power of two, and the finest level
-    /// from which on all lies in one of that length. The first is for the longest of the arenas that commands may still see, the second for
-    /// the shortest, and for whatever is shorter than the first.
+    /// Where to look in an arena that is shorter than [`Placement::least_length`]: entries of an arena, a power of two, and the
+    /// finest level from which on all lies in one of that length. The first is for the longest of the arenas that commands may
+    /// still see, the second for the shortest, and for whatever is shorter than the first.
     pub(crate) former: [(u32, u8); FORMER],
     /// Entries of the arena up to the end of the last range.
     end: u32,
@@ -258,9 +260,9 @@ impl PoolTables {
     /// `budget` bytes of all pools, from which they are taken, and are looked up level by level.
     ///
     /// To be called once per submission, with or without changes, and [`PoolTables::submitted`] after that. Of a direct table it
-    /// sends 32 bytes for each change, 28 for each level of each texture that changes and 32 more, whatever a change covers; of
-    /// a hashed one 16 for each bucket that is another now, or all of it where it has grown; of either in a texture the pieces of 64 words in
-    /// which something is other.
+    /// sends 32 bytes for each change, 28 for each level of each texture that changes and 32 more, whatever a change covers; of a
+    /// hashed one 16 for each bucket that is another now, or all of it where it has grown; of either in a texture the pieces of
+    /// 64 words in which something is other.
     #[expect(clippy::too_many_arguments, reason = "the device's three, and what a frame brings")]
     pub fn apply(
         &mut self,
@@ -311,8 +313,8 @@ impl PoolTables {
         }
     }
 
-    /// The commands of the last [`PoolTables::apply`] were submitted between two updates, which none of those counts that may lie between the
-    /// recording of commands and their submission.
+    /// The commands of the last [`PoolTables::apply`] were submitted between two updates, which none of those counts that may lie
+    /// between the recording of commands and their submission.
     pub fn submitted_between(&mut self) {
         self.is_submitted = true;
         match &mut self.kind {

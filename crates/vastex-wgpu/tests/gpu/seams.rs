@@ -6,8 +6,8 @@ use vastex_wgpu::{FeedbackMode, Filter};
 use crate::common::{Bindings, GPU, World};
 use crate::drawing::{self, Drawing, SIDE};
 
-/// A disc whose uv is the angle, which jumps on the left, and the distance from the pole near its middle, so that a seam is within blocks of four pixels. `other_side` takes the
-/// gradients there from an angle that jumps on the right.
+/// A disc whose uv is the angle, which jumps on the left, and the distance from the pole near its middle, so that a seam is
+/// within blocks of four pixels. `other_side` takes the gradients there from an angle that jumps on the right.
 pub(crate) const DISC: &str = include_str!("wgsl/disc.wgsl");
 
 /// A pixel: its colour, and the level that it wants in eighths.

@@ -162,8 +162,8 @@ fn slab() -> Mesh {
     slab
 }
 
-/// A surface of revolution around z, smooth through the points of a profile, in so many steps from one to the next. `uv` is what of the image
-/// goes around, and along a unit of the profile.
+/// A surface of revolution around z, smooth through the points of a profile, in so many steps from one to the next. `uv` is what
+/// of the image goes around, and along a unit of the profile.
 fn turned(profile: &[f32], sides: u16, steps: u16, uv: [f32; 2]) -> Mesh {
     let points: Vec<Vec2> = profile.chunks_exact(2).map(Vec2::from_slice).collect();
     let point = |n: usize| points[n.min(points.len() - 1)];

@@ -50,7 +50,8 @@ pub(crate) struct Renderer {
 }
 
 impl Renderer {
-    /// `text` is the scene's shader and what samples its textures, `entries` the bindings of that, `ids` say which texture each material has.
+    /// `text` is the scene's shader and what samples its textures, `entries` the bindings of that, `ids` say which texture each
+    /// material has.
     pub(crate) fn new(
         target: &Headless,
         size: [u32; 2],

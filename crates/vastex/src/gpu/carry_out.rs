@@ -39,9 +39,9 @@ impl Gpu {
         std::mem::take(&mut self.changes)
     }
 
-    /// Carries out the uploads that were taken and the page-table changes of exactly these, in one submission. Where it fails nothing that a
-    /// picture reads has changed, and the next call carries out the same and what has come to it. Beside updates it is called between two, where
-    /// something is to be seen at once.
+    /// Carries out the uploads that were taken and the page-table changes of exactly these, in one submission. Where it fails
+    /// nothing that a picture reads has changed, and the next call carries out the same and what has come to it. Beside updates
+    /// it is called between two, where something is to be seen at once.
     pub(crate) fn carry_out(
         &mut self,
         pager: &Pager,

@@ -38,7 +38,8 @@ impl FeedbackPass {
         self.size
     }
 
-    /// First column and row, and how many of each: the scissor rectangle of this frame, without which pixels beyond the picture ask as well.
+    /// First column and row, and how many of each: the scissor rectangle of this frame, without which pixels beyond the picture
+    /// ask as well.
     pub fn scissor(&self) -> [u32; 4] {
         self.scissor
     }

@@ -15,7 +15,8 @@ const GROWTH_BYTES: u64 = 1 << 20;
 /// midway or something was set since.
 #[derive(Debug, Default)]
 pub(super) struct TablesToTell {
-    /// Pools that lie elsewhere: their page tables begin anew, and the records of their textures part from those that recorded commands see.
+    /// Pools that lie elsewhere: their page tables begin anew, and the records of their textures part from those that recorded
+    /// commands see.
     pub(super) pools: BTreeSet<PoolId>,
     /// Whether a record was set, or a table begun.
     pub(super) has_records: bool,

@@ -14,8 +14,9 @@ use super::Paging;
 
 /// What was asked for explicitly. Awaited, it says how it ended: for a pin, when all its pages were here for the first time.
 ///
-/// To be awaited by any executor, or by none: [`Ticket::progress`] looks. It moves on in [`crate::Textures::update`] alone, so whoever
-/// waits must not be who calls that: `block_on` on the thread that draws would never return. Let another thread wait while frames go on, look at
+/// To be awaited by any executor, or by none: [`Ticket::progress`] looks. It moves on in [`crate::Textures::update`] alone, so
+/// whoever waits must not be who calls that: `block_on` on the thread that draws would never return. Let another thread wait
+/// while frames go on, look at
 /// [`Ticket::progress`] in each frame, or call [`crate::Textures::finish`], which runs the update itself. Dropping a ticket changes
 /// nothing; [`crate::Ahead::release`] lets go of what it stands for. Where the [`crate::Textures`] are dropped it ends as released.
 #[derive(Clone, Debug)]

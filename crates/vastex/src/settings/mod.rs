@@ -65,21 +65,22 @@ pub struct Settings {
     pub in_flight_bytes: u64,
     /// How tiles get to the GPU. [`UploadWay::Best`] by default.
     pub uploads: UploadWay,
-    /// Main memory for encoded tiles, in bytes of all textures together, so that what was seen before need not be read again; 64 MiB by
-    /// default. Where there is no room, the tile goes whose last use is the oldest, of whichever texture; of what the other textures have used
-    /// in the last jitter cycle ([`crate::JITTER_CYCLE`] frames) no texture takes more than half, however much it loads. Textures that are held whole
-    /// ([`Settings::whole_bytes`]) take nothing of it.
+    /// Main memory for encoded tiles, in bytes of all textures together, so that what was seen before need not be read again; 64
+    /// MiB by default. Where there is no room, the tile goes whose last use is the oldest, of whichever texture; of what the
+    /// other textures have used in the last jitter cycle ([`crate::JITTER_CYCLE`] frames) no texture takes more than half,
+    /// however much it loads. Textures that are held whole ([`Settings::whole_bytes`]) take nothing of it.
     pub ram_cache_bytes: u64,
     /// Main memory for decoded tiles that [`crate::Cpu::sample`] goes through, in bytes for all textures together. Holds
     /// nothing while nothing is asked. 16 MiB by default.
     pub cpu_cache_bytes: u64,
-    /// Reads of tiles that may be at work at once, decoding included; at least 1, each with a thread. A read that waits for a network,
-    /// or blocks its thread for over a quarter of a second, gives its place to another. Reads that block by their source's
-    /// own account ([`crate::source::ReadLimit::blocking`]), as those directly from the disk do (`vastex_tiles::Container::open_file_direct`), take
-    /// no place. Without meaning in a browser. 2 by default.
+    /// Reads of tiles that may be at work at once, decoding included; at least 1, each with a thread. A read that waits for a
+    /// network, or blocks its thread for over a quarter of a second, gives its place to another. Reads that block by their
+    /// source's own account ([`crate::source::ReadLimit::blocking`]), as those directly from the disk do
+    /// (`vastex_tiles::Container::open_file_direct`), take no place. Without meaning in a browser. 2 by default.
     pub loader_threads: usize,
-    /// Reads of one texture's source that may be under way at once; at least 1, and at least as many as there are threads. Sources
-    /// that lie in one place should share a limit ([`crate::source::LimitedSource`]), which then counts instead, as does a source's own. 8 by default.
+    /// Reads of one texture's source that may be under way at once; at least 1, and at least as many as there are threads.
+    /// Sources that lie in one place should share a limit ([`crate::source::LimitedSource`]), which then counts instead, as does
+    /// a source's own. 8 by default.
     pub reads_at_once: usize,
     /// How long the read of a tile may take. Then it counts as failed ([`crate::Event::Failed`], retried with back-off) and nothing
     /// waits for it any more. A source of which as many reads as it may have at once have had no answer fails at once from then on,
@@ -94,9 +95,9 @@ pub struct Settings {
     /// How texels are blended, of layers whose values may be mixed. [`TextureSettings::filters`] says it of single layers.
     /// [`Filter::Trilinear`] by default.
     pub filter: Filter,
-    /// How long a tile takes to fade in from what was on screen before; no time for tiles that are there at once. 100 to 300 ms look
-    /// well. It is in the shaders where it is not zero: a read more for each lookup, and while tiles fade what lies beneath them too. [`crate::Textures::set_frame_time`]
-    /// says how much time passes from frame to frame. Zero by default.
+    /// How long a tile takes to fade in from what was on screen before; no time for tiles that are there at once. 100 to 300 ms
+    /// look well. It is in the shaders where it is not zero: a read more for each lookup, and while tiles fade what lies beneath
+    /// them too. [`crate::Textures::set_frame_time`] says how much time passes from frame to frame. Zero by default.
     pub fade: Duration,
     /// How views say what they want; `None`, the default, for the best mode that the device has ([`FeedbackMode::best`]). A mode that the
     /// device lacks is an error, but in a browser, whose limits do not say all that its device has.
@@ -114,10 +115,11 @@ pub struct Settings {
     /// Whether pages that a source says have the same content ([`crate::TileSource::contents`]) share a load and a slot. To be
     /// switched off only to see what that saves. On by default.
     pub share_contents: bool,
-    /// Bytes of GPU memory up to which a texture is held whole, as an ordinary one with all its levels: it takes no part in paging, asks
-    /// for nothing and is sharp from the first frame, and shaders sample it as any other. All of it is read before it is added. Those
-    /// whose tiles have one size and the same formats share a pool, which starts with room for one and doubles where it is full. 0 for no such
-    /// textures; sparse textures are never held whole, and in a browser only those that were [prepared](crate::Preparer). 0 by default.
+    /// Bytes of GPU memory up to which a texture is held whole, as an ordinary one with all its levels: it takes no part in
+    /// paging, asks for nothing and is sharp from the first frame, and shaders sample it as any other. All of it is read before
+    /// it is added. Those whose tiles have one size and the same formats share a pool, which starts with room for one and doubles
+    /// where it is full. 0 for no such textures; sparse textures are never held whole, and in a browser only those that were
+    /// [prepared](crate::Preparer). 0 by default.
     pub whole_bytes: u64,
     /// Frames whose telemetry is kept, some 600 bytes for each pool in each; 0 for none. 256 by default.
     pub telemetry_frames: u64,

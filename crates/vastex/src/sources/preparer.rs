@@ -87,10 +87,10 @@ impl Preparer {
     /// Reads and decodes what [`crate::Textures::add`] needs of a texture: its coarsest levels, one tile; of one that is kept whole
     /// ([`Settings::whole_bytes`]) all of its tiles, one after the other.
     ///
-    /// Nothing happens but where the future is polled: on a thread of the application's (`pollster::block_on` does), by its executor, or in a
-    /// browser by the page's. The source is read and the tile decoded there, so a source whose reads block, as those of files do,
-    /// blocks that thread, and it should not be the one that draws. It has no time-out; to give up, drop the future. Nothing else has to be
-    /// called meanwhile, neither [`crate::Textures::update`] nor any other method.
+    /// Nothing happens but where the future is polled: on a thread of the application's (`pollster::block_on` does), by its
+    /// executor, or in a browser by the page's. The source is read and the tile decoded there, so a source whose reads block, as
+    /// those of files do, blocks that thread, and it should not be the one that draws. It has no time-out; to give up, drop the
+    /// future. Nothing else has to be called meanwhile, neither [`crate::Textures::update`] nor any other method.
     ///
     /// Fails for a volume, where a filter is asked for of a layer that there is not, and where the tile cannot be read or decoded.
     ///

@@ -1,5 +1,5 @@
-//! The tail of a texture that comes, without which there is nothing to show. Where it is waited for, that is no longer than reads may take; of
-//! a texture that is held whole, whose tail is many reads, no longer than each of them may take.
+//! The tail of a texture that comes, without which there is nothing to show. Where it is waited for, that is no longer than reads
+//! may take; of a texture that is held whole, whose tail is many reads, no longer than each of them may take.
 
 use std::sync::Arc;
 use std::time::Duration;

@@ -30,13 +30,13 @@ impl Ahead<'_> {
         self.textures.number(texture).ok_or(AskError::NoTexture(texture.number().number()))
     }
 
-    /// Loads a region of a texture after everything in view, and keeps it until all of it is here or, where there is one, until its
-    /// deadline, as long as what is in view leaves slots. A deadline is the number of a frame, as [`Inspect::frame`](crate::Inspect::frame) counts them. Levels
-    /// are chosen by the region ([`Region::on_levels`]); their ancestors come with them. What a camera will see is asked for more easily
-    /// with [`Ahead::prefetch_view`].
+    /// Loads a region of a texture after everything in view, and keeps it until all of it is here or, where there is one, until
+    /// its deadline, as long as what is in view leaves slots. A deadline is the number of a frame, as
+    /// [`Inspect::frame`](crate::Inspect::frame) counts them. Levels are chosen by the region ([`Region::on_levels`]); their
+    /// ancestors come with them. What a camera will see is asked for more easily with [`Ahead::prefetch_view`].
     ///
-    /// Fails where there is no such texture, and where the region with its ancestors has more pages than the texture's pool has slots beside tails
-    /// ([`AskError::TooManyPages`] says how many of each): nothing is asked for then.
+    /// Fails where there is no such texture, and where the region with its ancestors has more pages than the texture's pool has
+    /// slots beside tails ([`AskError::TooManyPages`] says how many of each): nothing is asked for then.
     ///
     /// ```no_run
     /// # use vastex::{Region, Urgency};
@@ -59,12 +59,14 @@ impl Ahead<'_> {
         self.textures.paging.prefetch(number, region, urgency)
     }
 
-    /// Loads what a view will want, before it is drawn: what a [`crate::survey::Survey`] or a [`crate::CpuFeedback`] has found of a camera that is
-    /// yet to cut there. Of every texture, after everything in view, coarsest first, at the mip bias in force, and kept as
+    /// Loads what a view will want, before it is drawn: what a [`crate::survey::Survey`] or a [`crate::CpuFeedback`] has found of
+    /// a camera that is yet to cut there. Of every texture, after everything in view, coarsest first, at the mip bias in force,
+    /// and kept as
     /// [`Ahead::prefetch`] keeps a region. When the ticket is done, a cut to that view is sharp at once.
     ///
-    /// Fails where the pages and their ancestors of one pool are more than the pool has slots beside tails ([`AskError::TooManyPages`]), and then
-    /// asks for nothing. Textures that there are not are left out. Costs a visit of each page now and in each frame while the ticket is open.
+    /// Fails where the pages and their ancestors of one pool are more than the pool has slots beside tails
+    /// ([`AskError::TooManyPages`]), and then asks for nothing. Textures that there are not are left out. Costs a visit of each
+    /// page now and in each frame while the ticket is open.
     ///
     /// ```no_run
     /// # use vastex::{TicketState, Urgency};
@@ -95,8 +97,8 @@ impl Ahead<'_> {
         self.textures.paging.pin(number, region)
     }
 
-    /// Cancels a prefetch, or unpins. Says whether there was anything to let go of: nothing of a ticket of other textures. What has been loaded
-    /// stays until its slot is needed.
+    /// Cancels a prefetch, or unpins. Says whether there was anything to let go of: nothing of a ticket of other textures. What
+    /// has been loaded stays until its slot is needed.
     pub fn release(&mut self, ticket: &Ticket) -> bool {
         self.textures.paging.release(ticket)
     }
@@ -121,10 +123,10 @@ impl Ahead<'_> {
     }
 
     /// Draws what is expected to be seen in [`Ahead::frames`] frames, as [`Textures::feedback`] does what is seen, but at a
-    /// quarter of the cost; its pages are loaded after everything in view. At most once per frame, with the bind groups that `draw`
-    /// is given. Where bandwidth is short for the view itself it draws nothing, and costs nothing; says whether it has drawn. Not inside a
-    /// pass of the main view that was begun and not ended, which shaders know by the same number ([`Error::FeedbackNotEnded`]; that pass is then
-    /// given up).
+    /// quarter of the cost; its pages are loaded after everything in view. At most once per frame, with the bind groups that
+    /// `draw` is given. Where bandwidth is short for the view itself it draws nothing, and costs nothing; says whether it has
+    /// drawn. Not inside a pass of the main view that was begun and not ended, which shaders know by the same number
+    /// ([`Error::FeedbackNotEnded`]; that pass is then given up).
     ///
     /// ```no_run
     /// # fn draw(_: &mut wgpu::RenderPass<'_>, _: Option<&wgpu::BindGroup>, _camera: [f64; 3]) {}
@@ -150,12 +152,14 @@ impl Ahead<'_> {
         Ok(can)
     }
 
-    /// Draws the level that the view needs of each part of a texture, in texture space, and says what the view wants by the last of
-    /// them that have come back, about two frames old: nothing in the first frames. Fails where there is no such texture. To be given to [`ViewMut::want`](crate::ViewMut::want), or beside
-    /// feedback to [`Ahead::expect`]; those of several textures together, by [`Feedback::of_pages`].
+    /// Draws the level that the view needs of each part of a texture, in texture space, and says what the view wants by the last
+    /// of them that have come back, about two frames old: nothing in the first frames. Fails where there is no such texture. To
+    /// be given to [`ViewMut::want`](crate::ViewMut::want), or beside feedback to [`Ahead::expect`]; those of several textures
+    /// together, by [`Feedback::of_pages`].
     ///
-    /// `draw` draws every surface that shows the texture, with a pipeline whose vertex shader gives `vastex_texture_space_clip(uv)` as
-    /// the position and the picture's clip position to its fragment shader, which returns `vastex_texture_space(id, uv, clip, picture)`; into
+    /// `draw` draws every surface that shows the texture, with a pipeline whose vertex shader gives
+    /// `vastex_texture_space_clip(uv)` as the position and the picture's clip position to its fragment shader, which returns
+    /// `vastex_texture_space(id, uv, clip, picture)`; into
     /// [`Textures::TEXTURE_SPACE_FORMAT`], blended by [`Textures::TEXTURE_SPACE_BLEND`], without culling and without depth. `uv`
     /// is 0 to 1. What is hidden is wanted as well. Of [`SurveySettings`] only the number of pages counts. Costs the GPU at most
     /// 65,536 fragments, whatever the picture's size; to be called once per frame and texture, before [`Textures::update`].

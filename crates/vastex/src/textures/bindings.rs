@@ -20,8 +20,8 @@ impl Textures {
 }
 
 impl<'a> Bindings<'a> {
-    /// What [`Textures::bind_group_layout`] has, from the first binding of [`crate::Settings::binding`] on, for a layout of the application's
-    /// own that has other entries beside these.
+    /// What [`Textures::bind_group_layout`] has, from the first binding of [`crate::Settings::binding`] on, for a layout of the
+    /// application's own that has other entries beside these.
     pub fn layout_entries(&self, kinds: &Kinds) -> Vec<wgpu::BindGroupLayoutEntry> {
         self.textures.gpu.layout_entries(kinds)
     }
@@ -33,8 +33,8 @@ impl<'a> Bindings<'a> {
         self.textures.gpu.entries(sampled).ok_or_else(|| unknown(sampled))
     }
 
-    /// A number that is another wherever the [bind group](Textures::bind_group) or the [entries](Bindings::entries) are: to be compared in each
-    /// frame, after the update, by whoever keeps one. Fails where there is no such texture or group.
+    /// A number that is another wherever the [bind group](Textures::bind_group) or the [entries](Bindings::entries) are: to be
+    /// compared in each frame, after the update, by whoever keeps one. Fails where there is no such texture or group.
     pub fn revision(&self, sampled: impl Into<Sampled>) -> Result<u64, Error> {
         let sampled = sampled.into();
         self.textures.gpu.bind_groups().revision(sampled).ok_or_else(|| unknown(sampled))

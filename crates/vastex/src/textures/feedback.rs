@@ -10,7 +10,8 @@ use crate::gpu::BindGroups;
 
 impl Textures {
     /// Draws the main view's feedback pass of this frame, for a picture of so many pixels: `draw` draws the scene with a pipeline
-    /// whose vertex shader ends in `vastex_feedback_clip(view, clip)` and whose fragment shader returns `vastex_feedback(id, view, uv)`, into
+    /// whose vertex shader ends in `vastex_feedback_clip(view, clip)` and whose fragment shader returns
+    /// `vastex_feedback(id, view, uv)`, into
     /// [`Textures::FEEDBACK_FORMAT`] and [`Textures::FEEDBACK_DEPTH_FORMAT`] (cleared to 1, or where depth is reversed to 0).
     ///
     /// To be called before [`Textures::update`], once per frame; a frame without it keeps what was wanted. Draws nothing where the mode is

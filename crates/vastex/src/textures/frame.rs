@@ -26,13 +26,14 @@ impl Textures {
     /// new state, whenever it was recorded, and no command buffer of the application's has to be submitted for it: any may be dropped.
     /// [Bind groups](Textures::bind_group) may be others afterwards.
     ///
-    /// Commands may be recorded ahead, by two frames: what was recorded after one update and is submitted after one or two more, but before
-    /// the third, shows what is there then, and right. That holds where page tables have grown meanwhile or pools were resized, too. In
-    /// the place of a texture that was removed such commands show [`crate::Settings::unknown_color`]; all that they show beside it is right.
+    /// Commands may be recorded ahead, by two frames: what was recorded after one update and is submitted after one or two more,
+    /// but before the third, shows what is there then, and right. That holds where page tables have grown meanwhile or pools were
+    /// resized, too. In the place of a texture that was removed such commands show [`crate::Settings::unknown_color`]; all that
+    /// they show beside it is right.
     ///
-    /// It fails where the device is lost ([`crate::GpuError::DeviceLost`]) or has no memory for a page table that grows; then pictures are
-    /// as they were, and the next call, in the next frame or at once, does what this one could not. What was recorded before a call that failed is to be submitted before the
-    /// next, or drawn anew.
+    /// It fails where the device is lost ([`crate::GpuError::DeviceLost`]) or has no memory for a page table that grows; then
+    /// pictures are as they were, and the next call, in the next frame or at once, does what this one could not. What was
+    /// recorded before a call that failed is to be submitted before the next, or drawn anew.
     pub fn update(&mut self) -> Result<(), Error> {
         self.paging.begin_frame();
         let played = self.play();
@@ -91,7 +92,8 @@ impl Textures {
         self.gpu.carry_out(self.paging.pager(), changes, is_update)
     }
 
-    /// Carries out what the last update failed to do. To be called before bind groups are made, since page tables may lie elsewhere by then.
+    /// Carries out what the last update failed to do. To be called before bind groups are made, since page tables may lie
+    /// elsewhere by then.
     pub(super) fn catch_up(&mut self) -> Result<(), Error> {
         if self.gpu.is_done() { Ok(()) } else { self.carry_out() }
     }
@@ -120,17 +122,17 @@ impl Textures {
         self.gpu.is_seen_whole(self.paging.frame(), self.paging.pager().feedback_cycle())
     }
 
-    /// Says how much time passes from one frame to the next, for tiles that fade in ([`crate::Settings::fade`]): the application's delta time.
-    /// It holds from the next [`Textures::update`] on until something else is said; 1/60 of a second where nothing is. Time does not pass
-    /// otherwise, so that the same frames give the same pictures.
+    /// Says how much time passes from one frame to the next, for tiles that fade in ([`crate::Settings::fade`]): the
+    /// application's delta time. It holds from the next [`Textures::update`] on until something else is said; 1/60 of a second
+    /// where nothing is. Time does not pass otherwise, so that the same frames give the same pictures.
     pub fn set_frame_time(&mut self, time: Duration) {
         self.gpu.set_frame_time(time);
     }
 
-    /// Waits for a ticket: calls [`Textures::update`] until it ends or so much time has passed, and says how far it is then. For loading
-    /// screens and tools. Nothing is drawn meanwhile, what views want stays as it was, and frames are counted
-    /// ([`Inspect::frame`](crate::Inspect::frame)), so a deadline of the ticket may pass. Events are there to be polled afterwards. Not in a browser, where nothing
-    /// may be waited for.
+    /// Waits for a ticket: calls [`Textures::update`] until it ends or so much time has passed, and says how far it is then. For
+    /// loading screens and tools. Nothing is drawn meanwhile, what views want stays as it was, and frames are counted
+    /// ([`Inspect::frame`](crate::Inspect::frame)), so a deadline of the ticket may pass. Events are there to be polled
+    /// afterwards. Not in a browser, where nothing may be waited for.
     ///
     /// Fails as an update does; the ticket is still open then.
     #[cfg(not(target_family = "wasm"))]

@@ -72,7 +72,8 @@ impl<'a> Inspect<'a> {
         self.textures.paging.pager().failed_pages().collect()
     }
 
-    /// What is in each slot of a texture's pool, that of other textures too; nothing where one is free. Empty where there is no such texture.
+    /// What is in each slot of a texture's pool, that of other textures too; nothing where one is free. Empty where there is no
+    /// such texture.
     pub fn slots_beside(&self, texture: TextureId) -> Vec<Option<SlotUsage>> {
         let pool = self.textures.texture(texture).ok().and_then(|texture| texture.pool());
         pool.map_or_else(Vec::new, |pool| self.textures.paging.pager().pool(pool).slots())

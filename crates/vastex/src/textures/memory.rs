@@ -48,9 +48,10 @@ impl Memory<'_> {
     /// Makes a pool as large as `bytes` allow, between two frames; the picture does not change but for what no longer fits, which
     /// becomes coarser at once, and what now fits, which sharpens as it is loaded.
     ///
-    /// The bind groups of the pool's textures, and of groups, are new ones; pipelines stay good. Fails where the device has no memory for the new pool beside the old one
-    /// ([`crate::GpuError::OutOfMemory`]), where `bytes` are too few for what is pinned, and where everything is in view and may not become
-    /// coarser; the pool is then as it was. Where there is no memory for a page table after that, pictures are as they were, and the next
+    /// The bind groups of the pool's textures, and of groups, are new ones; pipelines stay good. Fails where the device has no
+    /// memory for the new pool beside the old one ([`crate::GpuError::OutOfMemory`]), where `bytes` are too few for what is
+    /// pinned, and where everything is in view and may not become coarser; the pool is then as it was. Where there is no memory
+    /// for a page table after that, pictures are as they were, and the next
     /// [update](Textures::update) goes on with the new pool. Costs a copy of each tile on the GPU, and anew the page tables of the pool's textures.
     pub fn resize_pool(&mut self, pool: PoolId, bytes: u64) -> Result<PoolResize, Error> {
         let Some(old) = self.textures.gpu.pools().get(usize::from(pool.number())) else {

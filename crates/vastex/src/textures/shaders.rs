@@ -18,9 +18,9 @@ impl Textures {
     /// How that pipeline blends.
     pub const TEXTURE_SPACE_BLEND: wgpu::BlendState = vastex_wgpu::TEXTURE_SPACE_BLEND;
 
-    /// What a shader's text depends on that samples this layer, or this group: the key of its pipelines. It is the same for all textures
-    /// whose tiles have the same formats and whose page tables lie alike, whatever their sizes, borders, address modes and levels are. Fails
-    /// where there is no such texture or group.
+    /// What a shader's text depends on that samples this layer, or this group: the key of its pipelines. It is the same for all
+    /// textures whose tiles have the same formats and whose page tables lie alike, whatever their sizes, borders, address modes
+    /// and levels are. Fails where there is no such texture or group.
     pub fn kinds(&self, sampled: impl Into<Sampled>) -> Result<Kinds, Error> {
         let sampled = sampled.into();
         self.gpu.kinds(sampled).ok_or_else(|| unknown(sampled))
@@ -39,19 +39,22 @@ impl Textures {
         self.gpu.bind_group_layout(kinds)
     }
 
-    /// Everything that the application's shaders need to sample a layer, or a group, in whichever view: the same bind group for all textures of
-    /// the same pools and formats. Which of them is meant the [id](Textures::shader_id) says. Fails where there is no such texture or group.
+    /// Everything that the application's shaders need to sample a layer, or a group, in whichever view: the same bind group for
+    /// all textures of the same pools and formats. Which of them is meant the [id](Textures::shader_id) says. Fails where there
+    /// is no such texture or group.
     ///
-    /// Ask for it in each frame, after [`Textures::update`], and you need to know no more: that costs nothing. An application that keeps a bind group,
-    /// or a render bundle that names it, compares [`Bindings::revision`](crate::Bindings::revision) after each update, or hears
+    /// Ask for it in each frame, after [`Textures::update`], and you need to know no more: that costs nothing. An application
+    /// that keeps a bind group, or a render bundle that names it, compares [`Bindings::revision`](crate::Bindings::revision)
+    /// after each update, or hears
     /// [`BindGroupsChanged`](crate::Event::BindGroupsChanged). The bind group is replaced where memory behind it moves:
     ///
-    /// - by [`Textures::update`], [`Textures::add`] and [`Textures::add_group`], where page tables or records need more memory than they have had;
+    /// - by [`Textures::update`], [`Textures::add`] and [`Textures::add_group`], where page tables or records need more memory
+    ///   than they have had;
     /// - by [`Textures::remove`] of a pool's last texture;
     /// - by [`Memory::resize_pool`](crate::Memory::resize_pool), [`Memory::set_picture`](crate::Memory::set_picture) and
     ///   [`Memory::restore`](crate::Memory::restore), and by whatever is called first after an update that failed;
-    /// - by [`ViewMut::main_pass`](crate::ViewMut::main_pass), where feedback is [inline](crate::FeedbackMode::Inline) and the picture is larger than any
-    ///   before and than [`Settings::picture`](crate::Settings::picture).
+    /// - by [`ViewMut::main_pass`](crate::ViewMut::main_pass), where feedback is [inline](crate::FeedbackMode::Inline) and the
+    ///   picture is larger than any before and than [`Settings::picture`](crate::Settings::picture).
     pub fn bind_group(&self, sampled: impl Into<Sampled>) -> Result<&wgpu::BindGroup, Error> {
         let sampled = sampled.into();
         self.gpu.bind_groups().get(sampled).ok_or_else(|| unknown(sampled))

@@ -103,10 +103,10 @@ impl TextureMut<'_> {
         self.textures.watch.set_name(self.id.number(), name.into());
     }
 
-    /// Keeps the texels of a layer, named by its index in [`Description::layers`], of every tile in the pool in main memory too, decoded, so
-    /// that what can be seen can be asked for, whatever the RAM cache still has; or no longer. Counts for tiles that come from now on, so it is
-    /// best said when the texture is added. Costs at most the layer's part of the pool once more, and a copy of each tile that is
-    /// uploaded. Says whether there is such a layer.
+    /// Keeps the texels of a layer, named by its index in [`Description::layers`], of every tile in the pool in main memory too,
+    /// decoded, so that what can be seen can be asked for, whatever the RAM cache still has; or no longer. Counts for tiles that
+    /// come from now on, so it is best said when the texture is added. Costs at most the layer's part of the pool once more, and
+    /// a copy of each tile that is uploaded. Says whether there is such a layer.
     pub fn keep_for_cpu(&mut self, layer: usize, keep: bool) -> bool {
         let layer = LayerId::new(self.id, layer);
         let exists = self.textures.gpu.sampling_of(layer).is_some();

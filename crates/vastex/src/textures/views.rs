@@ -113,16 +113,16 @@ impl ViewMut<'_> {
         was_there
     }
 
-    /// A future of [`ViewRef::is_converged`]: true when that says so, false where the view is removed first. It moves on in [`Textures::update`]
-    /// alone.
+    /// A future of [`ViewRef::is_converged`]: true when that says so, false where the view is removed first. It moves on in
+    /// [`Textures::update`] alone.
     pub fn converged(&mut self) -> Convergence {
         self.textures.paging.converged_view(self.id)
     }
 
-    /// Says what the view wants in this frame, in place of [`ViewMut::feedback`]: what a [`crate::survey::Survey`] has found, or anything
-    /// else that knows. It acts in the next [`Textures::update`], without the frames that feedback takes to come back; said again before, the
-    /// last counts. To be said once per frame, since what was not said for a jitter cycle is no longer wanted, and only what was said for one
-    /// can have converged.
+    /// Says what the view wants in this frame, in place of [`ViewMut::feedback`]: what a [`crate::survey::Survey`] has found, or
+    /// anything else that knows. It acts in the next [`Textures::update`], without the frames that feedback takes to come back;
+    /// said again before, the last counts. To be said once per frame, since what was not said for a jitter cycle is no longer
+    /// wanted, and only what was said for one can have converged.
     ///
     /// ```no_run
     /// # use vastex::ViewId;
@@ -163,8 +163,8 @@ impl ViewMut<'_> {
     /// says so.
     ///
     /// Fails where the picture has no pixels or too many, where the view's feedback of this frame is recorded already
-    /// ([`Error::FeedbackTwice`]), and where the view's pass before was not ended: what that pass drew is given up, and the next call begins
-    /// anew.
+    /// ([`Error::FeedbackTwice`]), and where the view's pass before was not ended: what that pass drew is given up, and the next
+    /// call begins anew.
     ///
     /// ```no_run
     /// # use vastex::ViewId;
@@ -196,8 +196,8 @@ impl ViewMut<'_> {
         self.textures.gpu.begin_feedback(encoder, view, picture, self.textures.paging.frame())
     }
 
-    /// Records compaction and the way back of what the pass has drawn that [`ViewMut::begin_feedback`] was called for. Fails where there is no
-    /// such pass.
+    /// Records compaction and the way back of what the pass has drawn that [`ViewMut::begin_feedback`] was called for. Fails
+    /// where there is no such pass.
     pub fn end_feedback(&mut self, encoder: &mut wgpu::CommandEncoder) -> Result<(), Error> {
         self.textures.gpu.end_feedback(encoder, self.id)
     }

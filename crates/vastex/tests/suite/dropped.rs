@@ -147,8 +147,9 @@ fn the_device_is_polled_once_a_frame() {
 }
 
 impl Screen {
-    /// Frames of the view as it stands, each in a command buffer for the feedback pass and one for the picture, until all of it is there: how many
-    /// it took. `is_dropped` says of a frame and its part whether it is dropped, `look` looks after each frame.
+    /// Frames of the view as it stands, each in a command buffer for the feedback pass and one for the picture, until all of it
+    /// is there: how many it took. `is_dropped` says of a frame and its part whether it is dropped, `look` looks after each
+    /// frame.
     pub(crate) fn settle(
         &mut self,
         is_dropped: impl Fn((u32, usize)) -> bool,

@@ -34,8 +34,8 @@ fn the_example_draws_ground_under_a_sky() {
     assert!(colours.len() > 200, "the ground has detail: {} colours", colours.len());
 }
 
-/// The light at a place of an image that is an affine function of the place, so that whatever samples it rightly gives that. No channel is so
-/// dark that a step of 8 bits is many of sRGB.
+/// The light at a place of an image that is an affine function of the place, so that whatever samples it rightly gives that. No
+/// channel is so dark that a step of 8 bits is many of sRGB.
 fn light([u, v]: [f32; 2]) -> [f32; 3] {
     [0.3 + 0.6 * u, 0.9 - 0.6 * v, 0.4 + 0.2 * (u + v)]
 }

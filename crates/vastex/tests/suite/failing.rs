@@ -1,5 +1,5 @@
-//! A device that refuses: whatever fails midway of `update` and `resize_pool` is not counted as done, pictures are meanwhile what they were, and
-//! what comes later is right.
+//! A device that refuses: whatever fails midway of `update` and `resize_pool` is not counted as done, pictures are meanwhile what
+//! they were, and what comes later is right.
 
 use vastex::{Error, Event, FeedbackMode, PoolId, TableChoice, Textures, ViewId};
 use vastex_wgpu::GpuError;

@@ -204,7 +204,8 @@ fn column(picture: &[[u8; 4]], nth: usize) -> Vec<[u8; 4]> {
     picture.chunks(2 * half).flat_map(|row| row[nth * half..][..half].to_vec()).collect()
 }
 
-/// A texture is removed and another added, beside the first in its pool or in a pool of their own, while a frame is recorded and not submitted.
+/// A texture is removed and another added, beside the first in its pool or in a pool of their own, while a frame is recorded and
+/// not submitted.
 fn replaced_under_a_recorded_frame(mode: FeedbackMode, page: u32) {
     let replaced = || property(SIZES[1], page, AddressMode::Wrap);
     let mut screen = Screen::showing_all(with_unknown(mode), &telling(), |textures| {

@@ -1,5 +1,5 @@
-//! What the tests of recording ahead and of failures share: two textures of one pool side by side, seen from a camera that moves so fast that
-//! page tables grow and pages leave, and what each pixel may show.
+//! What the tests of recording ahead and of failures share: two textures of one pool side by side, seen from a camera that moves
+//! so fast that page tables grow and pages leave, and what each pixel may show.
 
 use std::ops::Range;
 

@@ -1,7 +1,7 @@
 //! What README.md and the pages in docs/ show of Rust compiles: each of their snippets is quoted from here, and a test holds them equal.
 //!
-//! A region begins with `//# PAGE` and ends with `//#`. White space, comments and commas in front of a bracket are each place's own, so that a page
-//! may be laid out for reading.
+//! A region begins with `//# PAGE` and ends with `//#`. White space, comments and commas in front of a bracket are each place's
+//! own, so that a page may be laid out for reading.
 
 #![allow(
     dead_code,

@@ -329,8 +329,8 @@ impl Screen {
         panic!("not converged: {:?}", self.textures.stats());
     }
 
-    /// Loads what every pixel wants, of a view that has converged: feedback, which is of a part of the pixels, may miss corners of pages of a pixel
-    /// or two. Says what they want.
+    /// Loads what every pixel wants, of a view that has converged: feedback, which is of a part of the pixels, may miss corners
+    /// of pages of a pixel or two. Says what they want.
     pub fn complete(&mut self) -> Feedback {
         let wanted = self.feedback_of_every_pixel();
         let ahead = self.textures.ahead().prefetch_view(&wanted, Urgency::default()).unwrap();

@@ -133,8 +133,8 @@ const CELLS: [u32; 2] = [125, 94];
 /// Vertices of a row of them; its first and last are there twice, so that one strip makes all rows.
 const OF_ROW: u32 = 2 * CELLS[0] + 4;
 
-/// The screen's shader on a quarter of the picture, with a uv that is interpolated: as one rectangle, or of many small triangles; with what is
-/// wanted by derivatives, or by `vastex_gradients`. Beside it the vertices of the strip.
+/// The screen's shader on a quarter of the picture, with a uv that is interpolated: as one rectangle, or of many small triangles;
+/// with what is wanted by derivatives, or by `vastex_gradients`. Beside it the vertices of the strip.
 pub fn quarter(is_small: bool, by_gradients: bool) -> (String, u32) {
     let rectangle = "let x = mix(mapping.columns.x, mapping.columns.y, f32(index & 1u));
     let y = f32(index >> 1u);";
