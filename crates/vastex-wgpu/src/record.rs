@@ -1,7 +1,7 @@
 //! The record of a texture or a group in the array that shaders read by number, and the ids that name them there.
 //!
-//! What its fields mean stands with the WGSL structs `VastexiTexture` and `VastexiLevel` in records.wgsl, which takes it apart; a test lets
-//! a GPU do so and compares.
+//! What its fields mean stands with the WGSL structs `VastexiTexture` and `VastexiLevel` in records.wgsl, which takes it apart; tests
+//! sample by it, and compare with twins that read none.
 
 use vastex_core::{AddressMode, Geometry, LevelRule, Slot, TextureNumber, shader_constants};
 

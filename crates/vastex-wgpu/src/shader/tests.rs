@@ -78,7 +78,8 @@ fn every_variant_of_the_text_for_groups_is_valid() {
                 for name in ["color", "height", "night_2"] {
                     let module = module(&(application(Some(name)) + &text));
                     let entries = layout_entries(&kinds, 5);
-                    assert_eq!(bound(&module, 2).len(), entries.len());
+                    let expected: Vec<u32> = entries.iter().map(|entry| entry.binding).collect();
+                    assert_eq!(bound(&module, 2), expected);
                 }
                 let all = "@fragment fn want(@builtin(position) at: vec4<f32>) -> @location(0) vec4<u32> {
                         let ids = VastexIds(1u, 2u, 3u, 4u);
@@ -102,6 +103,23 @@ fn what_members_have_in_common_is_in_the_text_once() {
     assert_eq!(text.matches("fn vastexi_filtered_").count(), 1);
     let alone = wgsl(&Kinds::of(one, FeedbackMode::Separate, false), BindingPlace::default());
     assert!(text.lines().count() < 2 * alone.lines().count());
+}
+
+/// Each member takes the taps of its own filter, and what is asked for all together is asked for as the one with the most taps needs it.
+#[test]
+fn members_of_a_group_have_the_taps_of_their_filters() {
+    let of = |filter| kind(Atlas::Float, filter, TableKind::Direct);
+    let anisotropic = "anisotropic16".parse().unwrap();
+    let members = [member("label", 0, of(Filter::Nearest)), member("color", 1, of(anisotropic))];
+    for members in [members.clone(), [members[1].clone(), members[0].clone()]] {
+        let taps = |member: &KindMember| if member.name == "color" { 16 } else { 1 };
+        let kinds = Kinds::of_group(members.to_vec(), FeedbackMode::Separate, false).unwrap();
+        let text = wgsl(&kinds, BindingPlace::default());
+        let told =
+            |name: &str, taps: u32| text.contains(&format!("const VASTEXI_TAPS_{name}: u32 = {taps}u;"));
+        assert!(told("ALL", 16), "{text}");
+        assert!(told("0", taps(&members[0])) && told("1", taps(&members[1])), "{text}");
+    }
 }
 
 #[test]

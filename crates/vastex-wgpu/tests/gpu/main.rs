@@ -16,6 +16,7 @@ mod inspect;
 mod modes;
 mod params;
 mod pool_tables;
+mod pool_tables_sizes;
 mod pool_tables_wgsl;
 mod pool_world;
 mod reached;

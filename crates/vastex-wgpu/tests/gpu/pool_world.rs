@@ -117,6 +117,31 @@ impl Pool {
         self.free.extend(resident.iter().filter(|(pos, _)| !geometry.is_tail(**pos)).map(|(_, &slot)| slot));
     }
 
+    /// A page comes into a slot that is free.
+    pub(crate) fn load(&mut self, texture: TextureNumber, pos: PagePos) -> TableChange {
+        let slot = self.free.pop().unwrap();
+        let Texture { geometry, image, resident, .. } = self.textures.get_mut(&texture).unwrap();
+        resident.insert(pos, slot);
+        let page = PageId::new(texture, geometry.dims(), pos).unwrap();
+        let change = TableChange { page, rule: ChangeRule::Coarser, entry: TableEntry::new(pos.level, slot) };
+        image.apply(geometry, &change);
+        change
+    }
+
+    /// A page goes.
+    pub(crate) fn evict(&mut self, texture: TextureNumber, pos: PagePos) -> TableChange {
+        let Texture { geometry, image, resident, .. } = self.textures.get_mut(&texture).unwrap();
+        let slot = resident.remove(&pos).unwrap();
+        let mut line = std::iter::successors(geometry.parent(pos), |&pos| geometry.parent(pos));
+        let heir = line.find(|pos| resident.contains_key(pos)).unwrap();
+        let page = PageId::new(texture, geometry.dims(), pos).unwrap();
+        let rule = ChangeRule::Naming(TableEntry::new(pos.level, slot));
+        let change = TableChange { page, rule, entry: TableEntry::new(heir.level, resident[&heir]) };
+        image.apply(geometry, &change);
+        self.free.push(slot);
+        change
+    }
+
     /// Some pages of a texture go and some come, slots used again at once included.
     pub(crate) fn changes(&mut self, texture: TextureNumber, count: usize) -> Vec<TableChange> {
         let Texture { geometry, image, resident, pages } = self.textures.get_mut(&texture).unwrap();
@@ -230,7 +255,7 @@ impl Pool {
             return self.check_hashed(words, what);
         }
         let mut entries = 0;
-        for (&of, Texture { geometry, image, .. }) in &self.textures {
+        for (&of, Texture { geometry, image, resident, .. }) in &self.textures {
             let (numbering, placement) = (PageNumbering::new(geometry), self.placements[&of]);
             let now = self.tables.placement(of);
             let lie = |placement: &Placement| {
@@ -238,6 +263,12 @@ impl Pool {
                 (placement.finest, levels.map(|level| placement.first_entry(level)).collect::<Vec<u32>>())
             };
             assert_eq!(lie(&placement), lie(&now), "{what}: nobody was told where {of:?} lies");
+            let finest = resident.keys().map(|pos| pos.level).min();
+            assert!(
+                !self.tables.is_settled() || finest >= Some(placement.finest),
+                "{what}: {of:?} has pages of level {finest:?} and entries from {} on",
+                placement.finest
+            );
             // Where a shader looks, there are entries.
             let finest = placement.finest_in(words.len() as u32);
             let mut looked_up = finest..geometry.tail().first_level();
@@ -309,7 +340,7 @@ impl Pool {
     }
 }
 
-/// Images and a volume, of 0 to 1900 pages, of a size of no power of two among them.
+/// Images and a volume, of 0 to 8000 pages, of sizes of no power of two and of other factors than 2 among them.
 pub(crate) fn geometries() -> Vec<Geometry> {
     let of = |spec: GeometrySpec, page| Geometry::new(GeometrySpec { page, border: 2, ..spec }).unwrap();
     vec![
@@ -319,5 +350,10 @@ pub(crate) fn geometries() -> Vec<Geometry> {
         of(GeometrySpec::image(517, 65), 12),
         of(GeometrySpec::image(90, 130), 40),
         of(GeometrySpec::volume([50, 60, 70]), 8),
+        Geometry::with_factors(
+            GeometrySpec { page: 16, border: 2, ..GeometrySpec::image(1400, 900) },
+            &[[3, 1, 1], [2, 3, 1], [1, 2, 1], [5, 5, 1], [100, 100, 1]],
+        )
+        .unwrap(),
     ]
 }
