@@ -36,7 +36,7 @@ pub struct Gpu {
     pub instance: wgpu::Instance,
     /// The adapter.
     pub adapter: wgpu::Adapter,
-    /// The device, with the adapter's own limits.
+    /// The device, with the adapter's own limits. Another one goes into a [`Gpu::new`], since what was made for this one is no other's.
     pub device: wgpu::Device,
     /// Its queue.
     pub queue: wgpu::Queue,

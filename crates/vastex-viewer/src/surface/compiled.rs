@@ -21,7 +21,6 @@ const MOST_PIPELINES: usize = 128;
 /// What the text of a scene follows from.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(super) struct ModuleKey {
-    pub(super) device: wgpu::Device,
     /// What the layers are sampled by.
     pub(super) kinds: Kinds,
     /// And where that is bound.
@@ -74,11 +73,12 @@ impl CompiledScenes {
     /// The module of a text, which is parsed where it is not there.
     pub(super) fn module(
         &self,
+        device: &wgpu::Device,
         key: &ModuleKey,
         text: impl FnOnce(&ModuleKey) -> String,
     ) -> wgpu::ShaderModule {
         let place = Recent::place(&self.modules, key.clone());
-        place.get_or_init(|| shader_module(&key.device, Some("scene"), text(key))).clone()
+        place.get_or_init(|| shader_module(device, Some("scene"), text(key))).clone()
     }
 
     /// A pipeline, which `compile` makes where it is not there. Nobody else waits for that but who wants the same one.

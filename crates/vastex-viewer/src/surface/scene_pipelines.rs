@@ -219,14 +219,8 @@ impl SceneProgram {
         has_relief: bool,
     ) -> SceneProgram {
         let layouts = [textures.bind_group_layout(&kinds), Uniform::layout(&gpu.device)];
-        let text = ModuleKey {
-            device: gpu.device.clone(),
-            kinds,
-            place: textures.inspect().settings().binding,
-            layers,
-            has_relief,
-        };
-        let module = gpu.kept::<CompiledScenes>().module(&text, |text| {
+        let text = ModuleKey { kinds, place: textures.inspect().settings().binding, layers, has_relief };
+        let module = gpu.kept::<CompiledScenes>().module(&gpu.device, &text, |text| {
             let vastex = textures.wgsl(&text.kinds);
             match has_relief {
                 true => shaders::relief(&vastex, layers),
