@@ -54,7 +54,7 @@ impl ImageSummary {
         let mut text = format!(
             "{width}x{height} texels of {texels}{linear}\n\
              reading it takes {} of memory\n\
-             not built: `vastex view` and `render` build it into their cache when it is shown for the first time\n",
+             no container: `vastex view` and `render` build it into their cache when it is shown for the first time\n",
             report::bytes(*memory)
         );
         notices.iter().for_each(|notice| text.push_str(&format!("note: {notice}\n")));
