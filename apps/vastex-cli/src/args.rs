@@ -371,6 +371,7 @@ Examples:
   vastex view earth.vastex --on globe --pool-mib 256
   vastex view island.vastex --on terrain
   vastex view island.vastex --layer color --layer height:map=inferno:opacity=0.4
+  vastex view scan.jpg slides/*.svs
 
 Keys and mouse:
   drag           move the image, turn the globe, look about on the plane and the terrain
@@ -380,16 +381,20 @@ Keys and mouse:
   1 2 3 4, Tab   image, plane, globe, terrain; the next of them
   O              the next overlay: levels, wanted, deficit, pages, feedback, table, atlas; then the picture again
   right click    explain the pixel: in the title, and in full on stdout
+  N, P           the next file and the one before: of those named or dropped, or of the folder; as page down and page up
   F, F11         fill the screen
   Esc, Q         quit")]
 pub(crate) struct ViewArgs {
     #[command(flatten)]
     pub(crate) scene: SceneArgs,
+    /// Further files to step through with N and P
+    #[arg(value_name = "FILE")]
+    pub(crate) files: Vec<PathBuf>,
     /// Milliseconds in which a tile fades in from what was on screen before; 0: it is there at once. By default 150, or 0 where a
     /// processor draws in the place of a GPU
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=MOST_FADE_MS))]
     pub(crate) fade_ms: Option<u64>,
-    /// Close the window after so many frames, for tests
+    /// Close the window after so many frames of the source itself, for tests
     #[arg(long, value_name = "N", hide = true)]
     pub(crate) exit_after_frames: Option<u64>,
 }

@@ -11,6 +11,7 @@ mod commands;
 mod disk_cache;
 mod explained;
 mod gpu;
+mod meanwhile;
 mod open;
 mod output;
 mod planet;
@@ -41,24 +42,24 @@ fn main() -> ExitCode {
     }
     start_log(args.verbose);
     survive_file_limits();
-    let outcome = match &args.command {
+    let outcome = match args.command {
         #[cfg(feature = "build")]
-        Command::Build(args) => commands::build::run(args),
+        Command::Build(args) => commands::build::run(&args),
         #[cfg(feature = "build")]
-        Command::Crop(args) => commands::crop::run(args),
+        Command::Crop(args) => commands::crop::run(&args),
         #[cfg(feature = "build")]
-        Command::Export(args) => commands::export::run(args),
+        Command::Export(args) => commands::export::run(&args),
         #[cfg(feature = "build")]
-        Command::Merge(args) => commands::merge::run(args),
+        Command::Merge(args) => commands::merge::run(&args),
         #[cfg(feature = "build")]
-        Command::Replace(args) => commands::replace::run(args),
+        Command::Replace(args) => commands::replace::run(&args),
         #[cfg(feature = "record")]
-        Command::Record(args) => commands::record::run(args),
-        Command::Info(args) => commands::info::run(args),
-        Command::Verify(args) => commands::verify::run(args),
-        Command::Render(args) => commands::render::run(args),
-        Command::Replay(args) => commands::replay::run(args),
-        Command::Learn(args) => commands::learn::run(args),
+        Command::Record(args) => commands::record::run(&args),
+        Command::Info(args) => commands::info::run(&args),
+        Command::Verify(args) => commands::verify::run(&args),
+        Command::Render(args) => commands::render::run(&args),
+        Command::Replay(args) => commands::replay::run(&args),
+        Command::Learn(args) => commands::learn::run(&args),
         #[cfg(feature = "view")]
         Command::View(args) => view::run(args),
     };

@@ -10,7 +10,8 @@ use vastex::TileSource;
 use vastex_scenes::Scene;
 use vastex_tiles::{Container, DirectStore, DiskTier};
 
-use crate::args::{CacheArgs, PLANET, SceneArgs};
+use crate::args::{PLANET, SceneArgs};
+use crate::meanwhile::{BuiltWith, Meanwhile};
 use crate::{disk_cache, planet, report};
 
 /// What a scene shows.
@@ -18,16 +19,6 @@ pub(crate) struct Opened {
     /// Behind the disk cache, where there is one.
     pub(crate) tiles: Arc<dyn TileSource>,
     pub(crate) disk: Option<Arc<DiskTier>>,
-}
-
-/// How an image is built that is to be shown.
-#[derive(Clone, Copy, Debug)]
-#[cfg_attr(not(feature = "build"), expect(dead_code, reason = "nothing can be built"))]
-pub(crate) struct BuiltWith<'a> {
-    /// Where its container is kept.
-    pub(crate) cache: &'a CacheArgs,
-    /// Whether its left and right edges are neighbours, as on a globe.
-    pub(crate) wraps: bool,
 }
 
 /// What the words of a source name.
@@ -43,9 +34,14 @@ pub(crate) enum Lies {
 
 /// Opens the source of a scene, and its disk cache if there is to be one.
 pub(crate) fn open(args: &SceneArgs) -> Result<Opened> {
-    let built = BuiltWith { cache: &args.cache, wraps: args.on == Scene::Globe };
-    let tiles = open_tiles(&args.source, args.direct, Some(built))?;
-    Ok(disk_cache::before(tiles, &args.source, &args.disk_cache))
+    open_another(&args.source, args, &())
+}
+
+/// Opens another source as the arguments of a scene say, with a picture to look at before it is there.
+pub(crate) fn open_another(source: &Path, args: &SceneArgs, meanwhile: &dyn Meanwhile) -> Result<Opened> {
+    let built = BuiltWith { cache: &args.cache, wraps: args.on == Scene::Globe, meanwhile };
+    let tiles = open_tiles(source, args.direct, Some(built))?;
+    Ok(disk_cache::before(tiles, source, &args.disk_cache))
 }
 
 /// Opens whatever the words of a source name; an image, if it may be built.
@@ -171,7 +167,7 @@ fn in_place(_: &Path) -> Result<Option<Arc<dyn TileSource>>> {
 /// An image by way of the cache; nothing where `path` is no image.
 #[cfg(feature = "build")]
 fn in_cache(path: &Path, built: BuiltWith<'_>) -> Result<Option<Arc<dyn TileSource>>> {
-    crate::cache::open(path, built.cache, built.wraps)
+    crate::cache::open(path, built)
 }
 
 /// Without the readers of `vastex build` no image can be read.

@@ -12,6 +12,8 @@
 //! [`build()`] reads too, and a [`DirectorySource`] shows without a build.
 //!
 //! A [`BuildCache`] keeps containers of images that nobody built, for programs that show such an image at once.
+//! While it is built, such a program shows it from a [`MemoryImage`]: a smaller one of all of it where there is a quick way
+//! to that ([`open_smaller`]), or of the rows that the build has read. [`decode()`] reads one without any build.
 //!
 //! Not here: the container's bytes (`vastex-tiles`), the shape of levels, pages and borders (`vastex-core`).
 
@@ -21,9 +23,11 @@ mod crop;
 mod export;
 mod image;
 mod inset;
+mod levels;
 #[cfg(all(feature = "bc", any(test, feature = "measure")))]
 #[doc(hidden)]
 pub mod measure;
+mod memory;
 mod progress;
 mod pyramid;
 mod replace;
@@ -40,8 +44,9 @@ pub use crop::{CropError, CropFormat, CropRegion, CropSource, crop};
 pub use export::{ExportError, ExportOptions, ExportReport, Layout, TileFormat, export};
 pub use image::{
     GeoPlace, Helpers, ImageHeader, InputFault, Notice, Number, PixelFormat, PixelSize, Profile, RowReader,
-    Sample, TiffAbout, TiffOther, in_srgb, open,
+    Sample, TiffAbout, TiffOther, in_srgb, open, open_smaller,
 };
+pub use memory::{DecodeOptions, MemoryImage, decode};
 pub use progress::Progress;
 pub use replace::{LayerImage, ReplaceError, ReplaceOptions, Replaced, replace};
 pub use source::{DirectorySource, SourceError, TiffLevel, TiffSource};
@@ -68,7 +73,10 @@ pub fn build<I: Clone + Into<LayerInput>>(
     options: &BuildOptions,
     progress: &dyn Progress,
 ) -> Result<BuildReport, BuildError> {
-    let inputs = inputs.iter().cloned().map(Into::into).collect();
+    let inputs: Vec<LayerInput> = inputs.iter().cloned().map(Into::into).collect();
+    if options.keep_levels {
+        return levels::build(&inputs, output, options, progress);
+    }
     let mut layers = build::open(inputs, output, options)?;
     match options.insets.as_slice() {
         [] => build::run(&mut layers, output, options, build::Stage::Whole, progress),

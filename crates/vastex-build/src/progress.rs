@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use crate::image::Notice;
+use crate::image::{ImageHeader, Notice};
 
 /// Gets reports of how far a build, a replacement or an export is, and may stop it. Called on the thread that
 /// called [`crate::build()`] or its like.
@@ -16,6 +16,12 @@ pub trait Progress {
     /// is there. `Break` ends the wait.
     fn wait(&self) -> ControlFlow<()> {
         ControlFlow::Continue(())
+    }
+
+    /// The next rows of the first layer's image, for programs that show an image while it is built: as many as its
+    /// reader gave out at once, from the top, and each once. Other work waits meanwhile.
+    fn rows(&self, image: &ImageHeader, rows: &[u8]) {
+        let _ = (image, rows);
     }
 
     /// A notice of an image that is known before the image's first row is read, such as what reading it

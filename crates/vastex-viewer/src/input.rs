@@ -39,6 +39,10 @@ pub enum Key {
     Home,
     /// The tabulator.
     Tab,
+    /// A page down.
+    PageDown,
+    /// A page up.
+    PageUp,
     /// The eleventh function key.
     F11,
     /// A key that writes this character, in lower or upper case.
@@ -90,6 +94,8 @@ pub enum Action {
     Move(Move),
     /// The first pose again.
     Reset,
+    /// The file so many after the one that is shown, or before it.
+    File(i32),
     /// Another scene, or the next.
     Scene(Option<Scene>),
     /// The next overlay in the place of the picture, or the picture again.
@@ -233,6 +239,8 @@ fn action_of(key: Key) -> Option<Action> {
     Some(match key {
         Key::Escape | Key::Char('q' | 'Q') => Action::Quit,
         Key::Home | Key::Char('r' | 'R') => Action::Reset,
+        Key::PageDown | Key::Char('n' | 'N') => Action::File(1),
+        Key::PageUp | Key::Char('p' | 'P') => Action::File(-1),
         Key::Tab => Action::Scene(None),
         Key::F11 | Key::Char('f' | 'F') => Action::FillScreen,
         Key::Char('o' | 'O') => Action::Overlay,

@@ -19,6 +19,7 @@ Examples:
   vastex build earth.tif -o earth.vastex --address wrap,clamp
   vastex build slide.png -o slide.vastex --compress zstd --page 256
   vastex build slide.dzi -o slide.vastex
+  vastex build scan.svs -o scan.vastex --levels keep
   vastex build heights.png -o heights.vastex --linear off --json
   vastex build earth.tif -o 2.part --shard 2/8
   vastex build huge.tif -o huge.vastex --resume --memory-mib 200
@@ -72,6 +73,10 @@ pub(crate) struct BuildArgs {
     /// level 0, which is slowest and truest
     #[arg(long, default_value = "chain", value_name = "chain|two|zero", value_parser = named(&LevelsFrom::ALL, LevelsFrom::name))]
     pub(crate) levels_from: LevelsFrom,
+    /// Whether the coarser levels are made of IN (new), or are those that IN has, a TIFF pyramid or a tile directory (keep); a level
+    /// that it lacks is made of the next finer one
+    #[arg(long, action = clap::ArgAction::Set, default_value = "new", value_name = "new|keep", value_parser = named(&[false, true], new_or_keep))]
+    pub(crate) levels: bool,
     /// What lies beyond the edges: clamp, wrap, mirror or border:RRGGBB[AA], a colour; for x and y alike, or one for each
     #[arg(long, default_value = "clamp", value_name = "X[,Y]", value_parser = parse_address)]
     pub(crate) address: Edges,
@@ -185,6 +190,10 @@ impl BuildArgs {
 fn page_parser() -> clap::builder::RangedI64ValueParser<u32> {
     let (low, high) = (*PAGE_TEXELS.start(), *PAGE_TEXELS.end());
     clap::value_parser!(u32).range(i64::from(low)..=i64::from(high))
+}
+
+fn new_or_keep(keeps: bool) -> &'static str {
+    if keeps { "keep" } else { "new" }
 }
 
 fn on_off(on: bool) -> &'static str {

@@ -46,6 +46,8 @@ fn key(key: &WinitKey) -> Option<Key> {
         WinitKey::Named(NamedKey::Escape) => Key::Escape,
         WinitKey::Named(NamedKey::Home) => Key::Home,
         WinitKey::Named(NamedKey::Tab) => Key::Tab,
+        WinitKey::Named(NamedKey::PageDown) => Key::PageDown,
+        WinitKey::Named(NamedKey::PageUp) => Key::PageUp,
         WinitKey::Named(NamedKey::F11) => Key::F11,
         WinitKey::Character(text) => {
             let mut characters = text.chars();

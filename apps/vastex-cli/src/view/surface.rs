@@ -14,13 +14,29 @@ pub(super) struct Surface {
     window: Arc<Window>,
     surface: wgpu::Surface<'static>,
     config: wgpu::SurfaceConfiguration,
-    /// Of the views that are drawn to.
-    format: wgpu::TextureFormat,
+    /// What it is for at the moment.
+    suit: Suit,
     depth: wgpu::TextureView,
-    kind: TargetKind,
     /// Where what is drawn is light, what it is drawn into.
     light: Option<LinearTarget>,
     is_stale: bool,
+}
+
+/// What a surface has to be for pictures of some layers.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Suit {
+    /// Of the surface itself.
+    stored: wgpu::TextureFormat,
+    /// Of the views that are drawn to.
+    format: wgpu::TextureFormat,
+    kind: TargetKind,
+}
+
+impl Suit {
+    /// The format that scenes are drawn in.
+    pub(super) fn drawn_format(&self) -> wgpu::TextureFormat {
+        self.kind.drawn_format(self.format)
+    }
 }
 
 /// A picture that is being drawn.
@@ -30,28 +46,23 @@ pub(super) struct Frame {
 }
 
 impl Surface {
-    /// Sets the surface of a window up for pictures of these layers.
-    pub(super) fn new(
-        gpu: &Gpu,
-        window: Arc<Window>,
-        surface: wgpu::Surface<'static>,
-        layers: &Layers,
-    ) -> Result<Surface> {
+    /// Sets the surface of a window up, for pictures of colours.
+    pub(super) fn new(gpu: &Gpu, window: Arc<Window>, surface: wgpu::Surface<'static>) -> Result<Surface> {
         let size = window.inner_size();
         let mut config = surface
             .get_default_config(&gpu.adapter, 1, 1)
             .context("the adapter cannot draw in this window; draw to a file with `vastex render`")?;
         config.present_mode = wgpu::PresentMode::AutoVsync;
         let formats = surface.get_capabilities(&gpu.adapter).formats;
-        let format = choose_format(&gpu.adapter, &formats, layers.picture_format(), &mut config);
+        let [stored, format] =
+            choose_format(&gpu.adapter, &formats, wgpu::TextureFormat::Rgba8UnormSrgb, config.format);
         let mut surface = Surface {
             depth: depth_view(&gpu.device, [1, 1]),
             gpu: gpu.clone(),
             window,
             surface,
             config,
-            format,
-            kind: SceneRenderer::target_kind(&gpu.adapter, layers),
+            suit: Suit { stored, format, kind: TargetKind::Direct },
             light: None,
             is_stale: true,
         };
@@ -59,9 +70,21 @@ impl Surface {
         Ok(surface)
     }
 
-    /// The format that scenes are drawn in.
-    pub(super) fn drawn_format(&self) -> wgpu::TextureFormat {
-        self.kind.drawn_format(self.format)
+    /// What the surface has to be for these layers.
+    pub(super) fn suit(&self, layers: &Layers) -> Suit {
+        let (adapter, usual) = (&self.gpu.adapter, self.config.format);
+        let formats = self.surface.get_capabilities(adapter).formats;
+        let [stored, format] = choose_format(adapter, &formats, layers.picture_format(), usual);
+        Suit { stored, format, kind: SceneRenderer::target_kind(adapter, layers) }
+    }
+
+    /// Becomes what pictures of other layers need.
+    pub(super) fn wear(&mut self, suit: &Suit) {
+        if self.suit != *suit {
+            self.suit = suit.clone();
+            self.is_stale = true;
+            self.resize(self.size());
+        }
     }
 
     /// Width and height in pixels.
@@ -81,8 +104,8 @@ impl Surface {
         if width > 0 && height > 0 && (self.is_stale || self.size() != [width, height]) {
             (self.config.width, self.config.height) = (width, height);
             self.depth = depth_view(&self.gpu.device, [width, height]);
-            let light = || LinearTarget::new(&self.gpu.device, [width, height], self.format);
-            self.light = (self.kind == TargetKind::Linear).then(light);
+            let light = || LinearTarget::new(&self.gpu.device, [width, height], self.suit.format);
+            self.light = (self.suit.kind == TargetKind::Linear).then(light);
             self.is_stale = true;
         }
     }
@@ -96,6 +119,9 @@ impl Surface {
         }
         for _ in 0..ATTEMPTS {
             if std::mem::take(&mut self.is_stale) {
+                self.config.format = self.suit.stored;
+                let is_viewed = self.suit.format != self.suit.stored;
+                self.config.view_formats = if is_viewed { vec![self.suit.format] } else { Vec::new() };
                 self.surface.configure(&self.gpu.device, &self.config);
             }
             let texture = match self.surface.get_current_texture() {
@@ -119,7 +145,7 @@ impl Surface {
                 CurrentSurfaceTexture::Validation => bail!("the window gives no picture to draw to"),
             };
             let view = texture.texture.create_view(&wgpu::TextureViewDescriptor {
-                format: Some(self.format),
+                format: Some(self.suit.format),
                 ..Default::default()
             });
             return Ok(Some(Frame { texture, view }));
@@ -134,34 +160,28 @@ impl Surface {
     }
 }
 
-/// Chooses a format that encodes colours as pictures do: of the surface itself, or else of views of it.
+/// Chooses a format that encodes colours as pictures do: of the surface itself, or else of views of it. The first is that of
+/// the surface, `usual` if there is no better one; the second that of the views.
 fn choose_format(
     adapter: &wgpu::Adapter,
     formats: &[wgpu::TextureFormat],
     picture: wgpu::TextureFormat,
-    config: &mut wgpu::SurfaceConfiguration,
-) -> wgpu::TextureFormat {
+    usual: wgpu::TextureFormat,
+) -> [wgpu::TextureFormat; 2] {
     let is_plain = |format: &wgpu::TextureFormat| {
         use wgpu::TextureFormat::{Bgra8Unorm, Rgba8Unorm};
         matches!(format.remove_srgb_suffix(), Bgra8Unorm | Rgba8Unorm)
     };
     let alike = |format: &&wgpu::TextureFormat| is_plain(format) && format.is_srgb() == picture.is_srgb();
     if let Some(&format) = formats.iter().find(alike) {
-        config.format = format;
-        return format;
+        return [format; 2];
     }
-    if let Some(&format) = formats.iter().find(|format| is_plain(format)) {
-        config.format = format;
-    }
+    let stored = formats.iter().find(|format| is_plain(format)).copied().unwrap_or(usual);
     let other = match picture.is_srgb() {
-        true => config.format.add_srgb_suffix(),
-        false => config.format.remove_srgb_suffix(),
+        true => stored.add_srgb_suffix(),
+        false => stored.remove_srgb_suffix(),
     };
     let views =
         adapter.get_downlevel_capabilities().flags.contains(wgpu::DownlevelFlags::SURFACE_VIEW_FORMATS);
-    if views && other != config.format {
-        config.view_formats = vec![other];
-        return other;
-    }
-    config.format
+    if views { [stored, other] } else { [stored; 2] }
 }

@@ -23,6 +23,8 @@ pub(super) struct TitleParts<'a> {
     pub(super) overlay: Option<&'static str>,
     pub(super) stats: &'a FrameStats,
     pub(super) is_settled: bool,
+    /// How much is done of a source that is being opened, 0 to 1.
+    pub(super) opening: Option<f64>,
 }
 
 /// How large the image is seen.
@@ -106,8 +108,11 @@ impl Title {
             1 => text += " – 1 tile failed",
             failed => text += &format!(" – {failed} tiles failed"),
         }
-        if !*is_settled && pager.missing > 0 {
-            text += " – loading";
+        match shown.opening {
+            Some(share) if share > 0.0 => text += &format!(" – opening {:.0} %", (100.0 * share).floor()),
+            Some(_) => text += " – opening",
+            None if !*is_settled && pager.missing > 0 => text += " – loading",
+            None => {}
         }
         text
     }
@@ -125,6 +130,7 @@ mod tests {
             overlay: None,
             stats,
             is_settled: true,
+            opening: None,
         }
     }
 
@@ -142,6 +148,10 @@ mod tests {
         assert_eq!(text(&shown(&stats, Scale::Even(0.12))), None, "it is there already");
         assert_eq!(text(&shown(&stats, Scale::Even(0.0042))).unwrap(), "earth.vastex – 0.42 % – 10800×5400");
         assert_eq!(text(&shown(&stats, Scale::On("globe"))).unwrap(), "earth.vastex – globe – 10800×5400");
+        let opening = |share| TitleParts { opening: Some(share), ..shown(&stats, Scale::Even(0.12)) };
+        let title = "earth.vastex – 12 % – 10800×5400 – opening";
+        assert_eq!(text(&opening(0.0)).unwrap(), title);
+        assert_eq!(text(&opening(0.459)).unwrap(), format!("{title} 45 %"));
         let overlay =
             text(&TitleParts { overlay: Some("levels"), ..shown(&stats, Scale::On("globe")) }).unwrap();
         assert!(overlay.contains("levels") && overlay.contains("of 0 slots in use"), "{overlay}");

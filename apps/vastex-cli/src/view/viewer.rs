@@ -1,22 +1,23 @@
-//! A scene in a window: how a frame comes about, and when the next one is due.
+//! A window with a source in it: how a frame comes about, and when the next one is due.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 use vastex::diagnostics::{ExplainedPixel, FrameStats, PoolStats};
-use vastex::{Event, Settings, TextureId, Textures, TileSource, ViewId};
+use vastex::{Event, FeedbackMode, Preparer, Settings, Textures, ViewId};
 use vastex_core::Dims;
-use vastex_scenes::{
-    DisplayOptions, Gpu, Layers, Overlay, OverlayRenderer, Pose, Relief, Scene, SceneDesc, SceneRenderer,
-};
+use vastex_scenes::{Gpu, Overlay, Pose, Scene};
 use vastex_viewer::camera::Aspects;
 use vastex_viewer::inspect;
-use vastex_viewer::stage::{Frame, Pictures, StageView};
+use vastex_viewer::layers::BACKGROUND;
+use vastex_viewer::stage::{self, Pictures, StageView, draw_again};
 use winit::event_loop::OwnedDisplayHandle;
 use winit::window::Window;
 
-use super::surface::Surface;
+use super::opening::Arrival;
+use super::shown::{Showing, Shown};
+use super::surface::{self, Surface};
 use super::title::{Scale, Title, TitleParts};
 use crate::args::ViewArgs;
 use crate::commands::render::settings;
@@ -28,6 +29,9 @@ use crate::{gpu, report, shortage};
 const UNSETTLED_FRAMES: u32 = 24;
 /// Between two frames of a window that shows nothing, or that only waits for tiles to be tried again.
 const SLOW: Duration = Duration::from_millis(250);
+/// Frames after which what a source wants is known, and how long it is waited for at most before it is shown.
+const FIRST_WANTED: u32 = 8;
+const LONGEST_WAIT: Duration = Duration::from_secs(1);
 
 /// When the next frame is due.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,21 +42,21 @@ pub(super) enum Wake {
     OnEvent,
 }
 
-/// A scene in a window, and what is shown of it.
+/// A window, and what is shown in it.
 pub(super) struct Viewer {
     gpu: Gpu,
     window: Arc<Window>,
     surface: Surface,
     textures: Textures,
-    texture: TextureId,
-    shown: DisplayOptions,
-    /// The heights of the texture, once a scene has needed them.
-    relief: Option<Relief>,
-    renderer: SceneRenderer,
-    /// What is drawn in the place of the picture, if anything.
-    overlay: Option<OverlayRenderer>,
-    /// Name of the source, for the title.
-    name: String,
+    showing: Showing,
+    shown: Option<Shown>,
+    /// What takes its place as soon as it is sharp.
+    next: Option<Next>,
+    /// Whether what is shown stands for a source that is still being opened.
+    is_coarse: bool,
+    /// How much is done of a source that is being opened, 0 to 1.
+    opening: Option<f64>,
+    /// Frames of whole sources.
     frames: u64,
     /// When the last frame was drawn, and whether the next follows without a pause.
     drawn_at: Option<Instant>,
@@ -65,42 +69,36 @@ pub(super) struct Viewer {
     title: Title,
 }
 
+/// A source that is loaded behind another one.
+struct Next {
+    shown: Shown,
+    since: Instant,
+    frames: u32,
+}
+
 impl Viewer {
-    /// Sets everything up on a device of its own.
+    /// Sets everything up on a device of its own, with nothing to show.
     pub(super) fn new(
         args: &ViewArgs,
         scene: Scene,
-        source: Arc<dyn TileSource>,
         window: Arc<Window>,
         display: OwnedDisplayHandle,
     ) -> Result<Viewer> {
         let (gpu, surface) = device_for(&window, display)?;
         let (fade, args) = (args.fade_ms.map_or(default_fade(&gpu), Duration::from_millis), &args.scene);
         let settings = Settings { fade, ..settings(args)? };
-        let mut textures = Textures::new(&gpu.device, &gpu.queue, settings)?;
-        let texture = textures.add_blocking(source)?;
-        let name = args.source.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        textures.texture_mut(texture)?.set_name(name.clone());
-        let shown = args.shown();
-        let mut relief = None;
-        let drawn = described(scene, &shown, &mut textures, texture, &mut relief)?;
-        let surface = Surface::new(&gpu, window.clone(), surface, &drawn.layers)?;
-        let renderer = SceneRenderer::new(&gpu, &textures, drawn, surface.drawn_format())?;
-        let overlay = args
-            .overlay
-            .map(|overlay| OverlayRenderer::new(&gpu.device, &textures, &renderer, overlay))
-            .transpose()?;
+        let textures = Textures::new(&gpu.device, &gpu.queue, settings)?;
+        let surface = Surface::new(&gpu, window.clone(), surface)?;
         Ok(Viewer {
-            overlay,
             gpu,
             window,
             surface,
             textures,
-            texture,
-            shown,
-            relief,
-            renderer,
-            name,
+            showing: Showing { scene, options: args.shown(), overlay: args.overlay },
+            shown: None,
+            next: None,
+            is_coarse: false,
+            opening: None,
             frames: 0,
             drawn_at: None,
             is_busy: false,
@@ -112,29 +110,92 @@ impl Viewer {
         })
     }
 
+    /// What reads a source before it can be shown.
+    pub(super) fn preparer(&self) -> Preparer {
+        self.textures.preparer()
+    }
+
+    /// A source is being opened. What is shown stays until there is something to show of it.
+    pub(super) fn begin(&mut self, name: &str) {
+        self.opening = Some(0.0);
+        if self.shown.is_none() {
+            self.window.set_title(&format!("{name} – opening"));
+        }
+        self.wake();
+    }
+
+    /// So much of it is done, 0 to 1; nothing where it is there, or where there will be none. What has come of its picture is
+    /// drawn.
+    pub(super) fn progressed(&mut self, opening: Option<f64>) -> Result<()> {
+        self.opening = opening;
+        if let Some(shown) = &mut self.shown
+            && shown.catch_up(&mut self.textures)?
+        {
+            self.wake();
+        }
+        Ok(())
+    }
+
+    /// Shows a source in the place of what is shown: at once, or, where it is the whole of what is shown already, as soon as it
+    /// is as sharp.
+    pub(super) fn show(&mut self, name: &str, arrival: Arrival, is_coarse: bool) -> Result<()> {
+        let shown = Shown::new(&self.gpu, &mut self.textures, &self.surface, &self.showing, (name, arrival))?;
+        self.drop_next();
+        let takes_over = std::mem::replace(&mut self.is_coarse, is_coarse) && !is_coarse;
+        // A picture that says itself what it wants cannot be behind another one.
+        let is_inline = self.textures.inspect().feedback_mode() == FeedbackMode::Inline;
+        match &self.shown {
+            Some(_) if takes_over && !is_inline && self.showing.overlay.is_none() => {
+                self.next = Some(Next { shown, since: Instant::now(), frames: 0 });
+            }
+            _ => self.replace(shown),
+        }
+        self.wake();
+        Ok(())
+    }
+
+    fn replace(&mut self, shown: Shown) {
+        self.surface.wear(&shown.suit);
+        if let Some(before) = self.shown.replace(shown) {
+            before.remove(&mut self.textures);
+        }
+        self.is_shortage_told = false;
+        self.jumped();
+    }
+
+    fn drop_next(&mut self) {
+        if let Some(next) = self.next.take() {
+            next.shown.remove(&mut self.textures);
+        }
+    }
+
+    /// Has the next source take its place, if it is time.
+    fn take_next(&mut self) {
+        let is_due = |next: &mut Next| {
+            let is_sharp = next.frames >= FIRST_WANTED && self.textures.stats().converged;
+            is_sharp || next.since.elapsed() > LONGEST_WAIT
+        };
+        if let Some(next) = self.next.take_if(is_due) {
+            self.replace(next.shown);
+        }
+    }
+
     /// Goes on with a device of its own after this one's was lost. What was read stays, and the view is sharp again as soon as it is
     /// uploaded.
-    pub(super) fn restored(self, display: OwnedDisplayHandle) -> Result<Viewer> {
-        let Viewer { window, mut textures, renderer, overlay, surface, gpu, shown, relief, .. } = self;
-        let overlay = overlay.map(|overlay| overlay.overlay());
-        let drawn = SceneDesc {
-            scene: renderer.scene(),
-            layers: renderer.layers().clone(),
-            relief: relief.clone().filter(|_| renderer.has_relief()),
-            tiling: shown.tiling,
-            always_fixed: shown.always_fixed,
-        };
+    pub(super) fn restored(mut self, display: OwnedDisplayHandle) -> Result<Viewer> {
+        if let Some(next) = self.next.take() {
+            self.replace(next.shown);
+        }
+        let Viewer { window, mut textures, shown, surface, gpu, showing, .. } = self;
         // A window has one surface at a time.
-        drop((renderer, surface, gpu));
+        drop((surface, gpu));
         let (gpu, surface) = device_for(&window, display)?;
         textures.memory().restore(&gpu.device, &gpu.queue)?;
-        let surface = Surface::new(&gpu, window.clone(), surface, &drawn.layers)?;
-        let renderer = SceneRenderer::new(&gpu, &textures, drawn, surface.drawn_format())?;
-        let overlay = overlay
-            .map(|overlay| OverlayRenderer::new(&gpu.device, &textures, &renderer, overlay))
-            .transpose()?;
+        let mut surface = Surface::new(&gpu, window.clone(), surface)?;
+        let shown = shown.map(|shown| shown.restored(&gpu, &textures, &surface, &showing)).transpose()?;
+        shown.iter().for_each(|shown| surface.wear(&shown.suit));
         let unsettled = UNSETTLED_FRAMES;
-        Ok(Viewer { gpu, window, surface, textures, renderer, overlay, unsettled, shown, relief, ..self })
+        Ok(Viewer { gpu, window, surface, textures, shown, showing, unsettled, ..self })
     }
 
     /// Width and height of the view in pixels.
@@ -145,10 +206,11 @@ impl Viewer {
     /// Width over height of the view and of the image.
     pub(super) fn aspects(&self) -> Aspects {
         let [width, height] = self.size();
-        [f64::from(width) / f64::from(height), self.renderer.image_aspect()]
+        let image = self.shown.as_ref().map_or(1.0, |shown| shown.renderer.image_aspect());
+        [f64::from(width) / f64::from(height), image]
     }
 
-    /// Frames drawn so far.
+    /// Frames of whole sources drawn so far.
     pub(super) fn frames(&self) -> u64 {
         self.frames
     }
@@ -168,7 +230,7 @@ impl Viewer {
     fn fit_pools(&mut self) {
         if let Err(error) = self.textures.memory().set_picture(self.surface.size()) {
             // The pools are as they were: the picture is drawn all the same, if need be coarser.
-            report::say(&format!("{}: the pools keep their size: {error}", self.name));
+            report::say(&format!("{}: the pools keep their size: {error}", self.name()));
         }
     }
 
@@ -185,39 +247,52 @@ impl Viewer {
         self.wake();
     }
 
+    fn name(&self) -> &str {
+        self.shown.as_ref().map_or("vastex", |shown| &shown.name)
+    }
+
     /// Says something to the person at the window, in its title and on stderr.
     pub(super) fn notify(&mut self, notice: &str) {
-        report::say(&format!("{}: {notice}", self.name));
+        report::say(&format!("{}: {notice}", self.name()));
+        self.notify_in_title(notice);
+    }
+
+    /// Says something in the title alone.
+    pub(super) fn notify_in_title(&mut self, notice: &str) {
         self.title.notify(notice.to_owned(), Instant::now());
     }
 
-    /// Puts the texture on something else. It may not go there: a terrain needs heights.
-    pub(super) fn show(&mut self, scene: Scene) -> Result<()> {
-        let (shown, textures) = (&self.shown, &mut self.textures);
-        let drawn = described(scene, shown, textures, self.texture, &mut self.relief)?;
-        let renderer = SceneRenderer::new(&self.gpu, &self.textures, drawn, self.surface.drawn_format())?;
-        let before = std::mem::replace(&mut self.renderer, renderer);
-        before.layers().clone().remove(&mut self.textures);
-        self.draw_overlay(self.overlay.as_ref().map(OverlayRenderer::overlay));
+    /// Puts what is shown on something else. It may not go there: a terrain needs heights.
+    pub(super) fn put_on(&mut self, scene: Scene) -> Result<()> {
+        let showing = Showing { scene, ..self.showing.clone() };
+        self.finish_next();
+        if let Some(shown) = &mut self.shown {
+            shown.put_on(&self.gpu, &mut self.textures, &showing)?;
+        }
+        self.showing = showing;
         self.jumped();
         Ok(())
     }
 
-    /// Draws the next overlay in the place of the picture; after the last, the picture.
-    pub(super) fn next_overlay(&mut self) {
-        self.draw_overlay(Overlay::next(self.overlay.as_ref().map(OverlayRenderer::overlay)));
+    fn finish_next(&mut self) {
+        if let Some(next) = self.next.take() {
+            self.replace(next.shown);
+        }
     }
 
-    fn draw_overlay(&mut self, overlay: Option<Overlay>) {
-        let device = &self.gpu.device;
-        self.overlay = overlay
-            .and_then(|overlay| OverlayRenderer::new(device, &self.textures, &self.renderer, overlay).ok());
+    /// Draws the next overlay in the place of the picture; after the last, the picture.
+    pub(super) fn next_overlay(&mut self) {
+        self.showing.overlay = Overlay::next(self.showing.overlay);
+        self.finish_next();
+        if let Some(shown) = &mut self.shown {
+            shown.draw_overlay(&self.gpu, &self.textures, self.showing.overlay);
+        }
     }
 
     /// Asks why a pixel shows what it shows; one of the next frames tells it.
     pub(super) fn explain(&mut self, pose: Pose, pixel: [u32; 2]) -> Result<()> {
-        let (renderer, size) = (&self.renderer, self.surface.size());
-        let asked = (renderer, renderer.camera(), &pose);
+        let Some(Shown { renderer, .. }) = &self.shown else { return Ok(()) };
+        let (asked, size) = ((renderer, renderer.camera(), &pose), self.surface.size());
         inspect::ask(&self.gpu, &mut self.textures, asked, size, pixel)?;
         Ok(())
     }
@@ -238,7 +313,8 @@ impl Viewer {
         let wake = match () {
             () if self.is_hidden => Wake::After(SLOW),
             // Each frame looks for answers, also where nothing moves.
-            () if awake || self.textures.pixels().asked() > 0 => Wake::Now,
+            () if self.shown.is_none() => Wake::OnEvent,
+            () if awake || self.textures.pixels().asked() > 0 || self.next.is_some() => Wake::Now,
             () if !self.is_settled(&stats) => Wake::Now,
             () if stats.pager.failed > 0 => Wake::After(SLOW),
             () => self.title.notice_left(Instant::now()).map_or(Wake::OnEvent, Wake::After),
@@ -256,17 +332,23 @@ impl Viewer {
 
     /// Draws and shows a frame, where the window shows any.
     pub(super) fn draw(&mut self, pose: Pose) -> Result<()> {
-        let shown = self.surface.acquire();
-        if !matches!(shown, Ok(Some(_))) {
+        self.take_next();
+        let frame = self.surface.acquire();
+        if !matches!(frame, Ok(Some(_))) {
             self.textures.inspect().check_device()?; // a lost one is the reason, whatever the window says
         }
-        let shown = shown?;
-        self.is_hidden = shown.is_none();
-        let Some(shown) = shown else { return Ok(()) };
-        self.renderer.set_pose(&self.gpu.queue, &self.textures, &pose, self.surface.size());
-        let renderer = &self.renderer;
-        if let Some(overlay) = &mut self.overlay {
-            overlay.look(&self.gpu.device, &self.gpu.queue, &self.textures, renderer, self.surface.size())?;
+        let frame = frame?;
+        self.is_hidden = frame.is_none();
+        let Some(frame) = frame else { return Ok(()) };
+        let target = self.surface.target(&frame.view);
+        let Some(shown) = &mut self.shown else {
+            self.draw_nothing(frame);
+            return Ok(());
+        };
+        let size = self.surface.size();
+        if let Some(overlay) = &mut shown.overlay {
+            shown.renderer.set_pose(&self.gpu.queue, &self.textures, &pose, size);
+            overlay.look(&self.gpu.device, &self.gpu.queue, &self.textures, &shown.renderer, size)?;
         }
         let now = Instant::now();
         if let Some(before) = self.drawn_at.replace(now) {
@@ -275,28 +357,30 @@ impl Viewer {
                 self.title.count_frame(now.duration_since(before));
             }
         }
-        let views = [StageView { view: ViewId::MAIN, camera: renderer.camera(), pose }];
+        // What comes next says what it wants, and what is shown is drawn as it is.
+        let heard = self.next.as_ref().map_or(&shown.renderer, |next| &next.shown.renderer);
+        let views = [StageView { view: ViewId::MAIN, camera: heard.camera(), pose }];
         // An overlay hides the picture.
-        let pictures = if self.overlay.is_some() { Pictures::ForFeedback } else { Pictures::Always };
-        let frame = Frame {
-            views: &views,
-            expected: None,
-            picture: self.surface.size(),
-            has_feedback: true,
-            pictures,
-        };
-        let target = self.surface.target(&shown.view);
-        let mut encoder = frame.record(&self.gpu, &mut self.textures, renderer, &target, |_, _| Ok(()))?;
-        if let Some(overlay) = &self.overlay {
-            overlay.draw(&mut encoder, &self.renderer, &self.textures, &target);
+        let is_behind = shown.overlay.is_some() || self.next.is_some();
+        let pictures = if is_behind { Pictures::ForFeedback } else { Pictures::Always };
+        let recorded =
+            stage::Frame { views: &views, expected: None, picture: size, has_feedback: true, pictures };
+        let mut encoder = recorded.record(&self.gpu, &mut self.textures, heard, &target, |_, _| Ok(()))?;
+        if let Some(next) = &mut self.next {
+            next.frames += 1;
+            shown.renderer.set_pose(&self.gpu.queue, &self.textures, &pose, size);
+            draw_again(&mut encoder, &self.textures, &shown.renderer, shown.renderer.camera(), &target);
+        }
+        if let Some(overlay) = &shown.overlay {
+            overlay.draw(&mut encoder, &shown.renderer, &self.textures, &target);
             target.encode(&mut encoder);
         }
         self.gpu.queue.submit([encoder.finish()]);
-        self.surface.present(shown);
+        self.surface.present(frame);
         // While the first picture is looked at.
-        self.renderer.compile_all();
+        shown.renderer.compile_all();
         self.print_explained()?;
-        self.frames += 1;
+        self.frames += u64::from(!self.is_coarse && self.next.is_none());
         self.unsettled = self.unsettled.saturating_sub(1);
         if self.unsettled == 0 && self.textures.inspect().settings().picture != self.surface.size() {
             self.fit_pools();
@@ -305,12 +389,34 @@ impl Viewer {
         Ok(())
     }
 
+    /// Fills the window where there is nothing to show yet.
+    fn draw_nothing(&self, frame: surface::Frame) {
+        let [r, g, b, a] = BACKGROUND.to_array().map(f64::from);
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        let ops = wgpu::Operations {
+            load: wgpu::LoadOp::Clear(wgpu::Color { r, g, b, a }),
+            store: wgpu::StoreOp::Store,
+        };
+        let attachment = wgpu::RenderPassColorAttachment {
+            view: &frame.view,
+            depth_slice: None,
+            resolve_target: None,
+            ops,
+        };
+        drop(encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            color_attachments: &[Some(attachment)],
+            ..Default::default()
+        }));
+        self.gpu.queue.submit([encoder.finish()]);
+        self.surface.present(frame);
+    }
+
     /// Says what happened, on stderr and in the title.
     fn tell(&mut self, pose: Pose) {
         while let Some(event) = self.textures.poll_event() {
             match &event {
                 Event::Failed { page, why, .. } => {
-                    let (name, pos) = (&self.name, page.pos(Dims::D2));
+                    let (name, pos) = (self.name(), page.pos(Dims::D2));
                     report::say(&format!("{name}: {pos} failed, a coarser one is shown instead: {why}"));
                 }
                 // A view that moves wants for a moment what it leaves as well as what it comes to.
@@ -331,38 +437,21 @@ impl Viewer {
                 self.notify(&text);
             }
         }
-        let Ok(texture) = self.textures.texture(self.texture) else { return };
-        let [width, height, _] = texture.description().geometry.size();
-        let scale = pose.magnification(self.surface.size(), [width, height]);
+        let Some(Shown { name, size, renderer, overlay, .. }) = &self.shown else { return };
+        let scale = pose.magnification(self.surface.size(), *size);
         let shown = TitleParts {
-            name: &self.name,
-            size: [width, height],
-            scene: scale.map_or_else(|| Scale::On(self.renderer.scene().name()), Scale::Even),
-            overlay: self.overlay.as_ref().map(|overlay| overlay.overlay().name()),
+            name,
+            size: *size,
+            scene: scale.map_or_else(|| Scale::On(renderer.scene().name()), Scale::Even),
+            overlay: overlay.as_ref().map(|overlay| overlay.overlay().name()),
             stats: &stats,
             is_settled,
+            opening: self.opening,
         };
         if let Some(title) = self.title.due(Instant::now(), &shown) {
             self.window.set_title(title);
         }
     }
-}
-
-/// A scene with what is asked to be shown of a texture. Its heights, if the scene has any, are looked for once.
-fn described(
-    scene: Scene,
-    shown: &DisplayOptions,
-    textures: &mut Textures,
-    texture: TextureId,
-    known: &mut Option<Relief>,
-) -> Result<SceneDesc> {
-    let layers = shown.layers_of(textures, texture)?;
-    if known.is_none() {
-        *known = shown.relief_of(scene, textures, layers[0].layer)?;
-    }
-    let relief = known.clone().filter(|_| shown.displaces(scene));
-    let layers = Layers::new(textures, layers, relief.as_ref().map(Relief::layer))?;
-    Ok(SceneDesc { scene, layers, relief, tiling: shown.tiling, always_fixed: shown.always_fixed })
 }
 
 /// How long a tile fades in where nobody says: not at all where fading costs more than it is worth.

@@ -6,7 +6,7 @@
 use std::path::PathBuf;
 
 use vastex_core::{GeometryError, LayerError};
-use vastex_tiles::{ReorderError, WriteError};
+use vastex_tiles::{ReadError, ReorderError, WriteError};
 
 use crate::image::InputFault;
 use crate::replace::ReplaceError;
@@ -94,6 +94,28 @@ pub enum BuildError {
         "no layer has an alpha channel, so none can say which pages are transparent; give a mask instead"
     )]
     NoAlpha,
+    /// The levels of a pyramid are to be kept, and another option does not go with that.
+    #[error(
+        "the levels of a pyramid cannot be kept with {0}; leave that out, or have them made anew (--levels new)"
+    )]
+    KeptLevels(&'static str),
+    /// The levels of a pyramid are to be kept, and the input is none.
+    #[error("{}: {why}, so it has no levels to keep; have them made (--levels new)", path.display())]
+    NoLevels {
+        /// The input.
+        path: PathBuf,
+        /// What it is.
+        why: String,
+    },
+    /// A tile of a pyramid whose levels are kept cannot be read.
+    #[error("{path}: {error}", path = path.display())]
+    Tile {
+        /// The input.
+        path: PathBuf,
+        /// What is wrong.
+        #[source]
+        error: ReadError,
+    },
     /// Insets are asked for in a part of a container.
     #[error("insets are put in when the texture is whole: build it on one machine, without --shard")]
     InsetsApart,

@@ -27,6 +27,10 @@ pub struct BuildOptions {
     pub filter: Option<LayerFilter>,
     /// From which level each level is made, where no filter says otherwise.
     pub levels_from: LevelsFrom,
+    /// Whether the levels of a pyramid, a TIFF file or a tile directory, are stored as the pyramid has them; those that it
+    /// lacks are made of its finer ones by the usual filter. Otherwise all are made of level 0. For the texture's one
+    /// layer, in a format that holds the pyramid's texels as they are, or in blocks made of those.
+    pub keep_levels: bool,
     /// What lies beyond the edges, in x and in y. Planet tile directories always wrap in x, even if this is
     /// [`AddressMode::Clamp`].
     pub address: [AddressMode; 2],
@@ -76,6 +80,7 @@ impl Default for BuildOptions {
             linear: true,
             filter: None,
             levels_from: LevelsFrom::Chain,
+            keep_levels: false,
             address: [AddressMode::Clamp; 2],
             border_color: [0; 4],
             mask: None,

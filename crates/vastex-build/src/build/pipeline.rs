@@ -281,6 +281,7 @@ impl Job<'_> {
         layers.iter_mut().for_each(|layer| layer.reader.take_help(&helpers));
         let height = self.description().geometry.size()[1];
         let block = stack::block_rows(self.plans);
+        let first = layers.first().map(|layer| layer.reader.header().clone());
         let (mut spare, mut done) = (Vec::new(), 0);
         thread::scope(|scope| {
             let readers = layers.iter_mut().map(|layer| (layer.path.as_path(), &mut *layer.reader));
@@ -299,6 +300,9 @@ impl Job<'_> {
                 }
                 let failed = |(path, fault): (&Path, _)| Stopped::Input { path: path.into(), fault };
                 readers.read(&mut rows).map_err(failed)?;
+                if let (Some(header), Some(rows)) = (&first, rows.first()) {
+                    progress.rows(header, rows);
+                }
                 if rows_tx.send(rows).is_err() {
                     return Ok(());
                 }

@@ -113,13 +113,8 @@ impl BuildCache {
         options: &BuildOptions,
         progress: &dyn Progress,
     ) -> Result<CachedImage, CacheError> {
-        let options =
-            BuildOptions { resume: true, durable: true, part: None, insets: Vec::new(), ..options.clone() };
-        let key = || -> Result<(String, Vec<OpenLayer>), CacheError> {
-            let layers = build::open(vec![image.into()], &self.directory.join("image"), &options)?;
-            Ok((key::of(image, &layers, &options)?, layers))
-        };
-        let (name, layers) = key()?;
+        let options = built_with(options);
+        let (name, layers) = self.key(image, &options)?;
         let place = self.directory.join(&name);
         if let Some(container) = whole(&place)? {
             return Ok(CachedImage { container, built: None });
@@ -131,7 +126,7 @@ impl BuildCache {
             Some(container) => (container, None),
             None => {
                 let built = self.build(image, layers, &place, &options, progress)?;
-                if key().map_or(true, |(after, _)| after != name) {
+                if self.key(image, &options).map_or(true, |(after, _)| after != name) {
                     room::remove(&place);
                     return Err(CacheError::Changed(image.into()));
                 }
@@ -141,6 +136,12 @@ impl BuildCache {
         drop(lock);
         room::make(&self.directory, self.budget, &name);
         Ok(CachedImage { container, built })
+    }
+
+    /// The name of an image's container, and the image, opened.
+    fn key(&self, image: &Path, options: &BuildOptions) -> Result<(String, Vec<OpenLayer>), CacheError> {
+        let layers = build::open(vec![image.into()], &self.directory.join("image"), options)?;
+        Ok((key::of(image, &layers, options)?, layers))
     }
 
     /// The right to build an image, once no other program has it.
@@ -204,6 +205,11 @@ impl BuildCache {
     fn unusable(&self) -> impl Fn(io::Error) -> CacheError + '_ {
         |error| CacheError::Unusable { directory: self.directory.clone(), error }
     }
+}
+
+/// The options of what is kept.
+fn built_with(options: &BuildOptions) -> BuildOptions {
+    BuildOptions { resume: true, durable: true, part: None, insets: Vec::new(), ..options.clone() }
 }
 
 /// The container at a place; nothing where there is none that is whole. What is no sound container, a build

@@ -11,7 +11,7 @@ use vastex_tiles::{ReadFuture, ReadLimit, SourceKey, StoreCounter, Tiers, Tile, 
 use super::cells::{self, Cells};
 use super::identity::identity;
 use super::kept::Kept;
-use super::pages::Pages;
+use super::pages::{Pages, Shape};
 use super::{SourceError, read_error};
 use crate::image::grids::tile::Decoded;
 use crate::image::grids::{Grid, Source, look_at_description, look_at_directory};
@@ -33,7 +33,11 @@ impl DirectorySource {
     /// Opens a directory, or the `.dzi` or `.ctx` file that describes one. Reads headers and lists of files
     /// and, where the directory does not go down to one texel, its coarsest level.
     pub fn open(path: impl AsRef<Path>) -> Result<DirectorySource, SourceError> {
-        let path = path.as_ref();
+        DirectorySource::open_as(path.as_ref(), &Shape::default())
+    }
+
+    /// Opens it with pages of another shape.
+    pub(crate) fn open_as(path: &Path, shape: &Shape) -> Result<DirectorySource, SourceError> {
         let at_path = |fault| SourceError::Input { path: path.into(), fault };
         let source = look(path).map_err(at_path)?;
         let [width, height] = source.grid.size();
@@ -46,7 +50,7 @@ impl DirectorySource {
         let kept = Kept::new(cell * cell * header.format.texel_bytes() as u64);
         let format = header.format;
         let levels = Levels { grid: source.grid, format, kept, reads: StoreCounter::default() };
-        let pages = Pages::new(levels, &header, source.wraps).map_err(|error| error.at(path))?;
+        let pages = Pages::new(levels, &header, source.wraps, shape).map_err(|error| error.at(path))?;
         Ok(DirectorySource { directory: source.directory, pages, notices })
     }
 

@@ -20,6 +20,7 @@ use vastex_tiles::ReadError;
 use crate::image::InputFault;
 
 pub use directory::DirectorySource;
+pub(crate) use pages::Shape;
 pub use pyramid::{TiffLevel, TiffSource};
 
 /// Why a tile directory or an image cannot be shown where it lies.

@@ -25,6 +25,25 @@ const SMALL_CELL: u32 = 256;
 /// Bytes that the levels which a source lacks may take.
 const MAX_MADE_BYTES: u64 = 256 << 20;
 
+/// What pages are to be like; by default what is shown at once.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shape {
+    /// Texels of payload per side; nothing for what suits the cells.
+    pub(crate) page: Option<u32>,
+    pub(crate) border: u32,
+    /// What lies beyond the edges. A planet's neighbours across the date line are its neighbours in any case.
+    pub(crate) address: [AddressMode; 2],
+    /// To what the places of levels in the tail are aligned.
+    pub(crate) tail_align: u32,
+}
+
+impl Default for Shape {
+    fn default() -> Shape {
+        let tail_align = GeometrySpec::image(1, 1).tail_align;
+        Shape { page: None, border: BORDER, address: [AddressMode::Clamp; 2], tail_align }
+    }
+}
+
 /// Why there are no pages.
 pub(super) enum NoPages {
     Input(InputFault),
@@ -56,14 +75,21 @@ pub(super) struct Pages<C> {
 
 impl<C: Cells> Pages<C> {
     /// Pages of what the header describes. Reads the coarsest level where there must be coarser ones.
-    pub(super) fn new(cells: C, header: &ImageHeader, wraps: bool) -> Result<Pages<C>, NoPages> {
-        let x = if wraps { AddressMode::Wrap } else { AddressMode::Clamp };
+    pub(super) fn new(
+        cells: C,
+        header: &ImageHeader,
+        wraps: bool,
+        shape: &Shape,
+    ) -> Result<Pages<C>, NoPages> {
+        let [x, y] = shape.address;
+        let x = if wraps && x == AddressMode::Clamp { AddressMode::Wrap } else { x };
         let is_small = cells.cell(0).into_iter().min().is_some_and(|side| side < SMALL_CELL);
         let geometry = Geometry::new(GeometrySpec {
             dims: Dims::D2,
-            page: if is_small { 128 } else { 256 },
-            border: BORDER,
-            address: [x, AddressMode::Clamp, AddressMode::Clamp],
+            page: shape.page.unwrap_or(if is_small { 128 } else { 256 }),
+            border: shape.border,
+            address: [x, y, AddressMode::Clamp],
+            tail_align: shape.tail_align,
             ..GeometrySpec::image(header.width, header.height)
         });
         let format = layer_format(header);
@@ -73,7 +99,7 @@ impl<C: Cells> Pages<C> {
             cells,
             description,
             conversion: Conversion::usual(header),
-            address: [x, AddressMode::Clamp],
+            address: [x, y],
             filter,
             texel: format.texel_bytes(),
             made: Vec::new(),

@@ -13,7 +13,7 @@ use vastex_tiles::{ReadFuture, ReadLimit, SourceKey, Tiers, Tile, TileSource};
 use super::cells::{self, Cells};
 use super::identity::identity_of_file;
 use super::kept::Kept;
-use super::pages::Pages;
+use super::pages::{Pages, Shape};
 use super::{SourceError, read_error};
 use crate::image::tiff::file::TiffImage;
 use crate::image::tiff::file::pyramid::{TiffOther, TiffPyramid};
@@ -59,7 +59,11 @@ pub struct TiffLevel {
 impl TiffSource {
     /// Opens a file. Reads its directories and, where they do not go down to one texel, its coarsest level.
     pub fn open(path: impl AsRef<Path>) -> Result<TiffSource, SourceError> {
-        let path = path.as_ref();
+        TiffSource::open_as(path.as_ref(), &Shape::default())
+    }
+
+    /// Opens it with pages of another shape.
+    pub(crate) fn open_as(path: &Path, shape: &Shape) -> Result<TiffSource, SourceError> {
         let at_path = |fault| SourceError::Input { path: path.into(), fault };
         // Of the file that is opened, whatever takes its place later.
         let identity = identity_of_file(path).ok();
@@ -75,7 +79,7 @@ impl TiffSource {
         let is_usable = |image: &TiffImage| check_image(image).is_ok();
         let levels = Levels::new(levels.into_iter().map(|level| level.filter(is_usable)).collect(), format);
         levels.check_coarsest().map_err(at_path)?;
-        let pages = Pages::new(levels, &header, false).map_err(|error| error.at(path))?;
+        let pages = Pages::new(levels, &header, false, shape).map_err(|error| error.at(path))?;
         Ok(TiffSource { identity, pages, others, about, notices })
     }
 

@@ -119,6 +119,11 @@ impl Conversion {
             && image.chunks_exact(self.image.texel_bytes()).any(|texel| !texel.ends_with(sample.one()))
     }
 
+    /// The format of the layer, or of the texels from which a compressed one is made.
+    pub(crate) fn layer(&self) -> LayerFormat {
+        self.layer
+    }
+
     /// Bytes of a texel of the image.
     pub(crate) fn image_texel_bytes(&self) -> usize {
         self.image.texel_bytes()

@@ -13,6 +13,7 @@ mod insets;
 mod insets_layers;
 #[cfg(feature = "bc")]
 mod layers;
+mod memory;
 mod orientation;
 mod parts;
 mod pyramid;

@@ -19,6 +19,8 @@ pub(super) const ROOMS: &[Room] = &[
     ("export", &["image", "progress", "texels", "threads", "tile"]),
     ("cache", &["build", "build/error", "image", "progress"]),
     ("source", &["image", "texels"]),
+    ("levels", &["build", "build/error", "image", "progress", "source", "texels", "threads", "tile"]),
+    ("memory", &["build/error", "image", "progress", "texels", "threads"]),
     ("crop", &["image", "progress", "source", "tile"]),
     (
         "lib",
@@ -29,6 +31,7 @@ pub(super) const ROOMS: &[Room] = &[
             "crop",
             "export",
             "image",
+            "memory",
             "progress",
             "replace",
             "replace/error",

@@ -53,6 +53,8 @@ pub(super) struct JpegReader {
     tolerates: bool,
     /// Whether the whole picture is decoded before the first row is given out.
     is_decoded_first: bool,
+    /// Texels per side that are made of a block of 8x8.
+    of_eight: u8,
     /// Places where the decoder found the data damaged and went on.
     faults: u32,
     /// Bytes that belong to nothing, as far as they are few.
@@ -94,10 +96,24 @@ impl JpegReader {
             next_row: 0,
             tolerates: false,
             is_decoded_first,
+            of_eight: 8,
             faults: 0,
             stray_bytes: 0,
             is_guess: false,
         })
+    }
+
+    /// The same picture at an eighth of its size, a quarter or a half, with `side` texels or more along its longer axis, if
+    /// the picture is larger than that by as much; nothing where it is not, or where all of it is decoded all the same.
+    pub(super) fn smaller(mut self, side: u32) -> Option<JpegReader> {
+        let longer = self.header.width.max(self.header.height);
+        let of_eight = [1u8, 2, 4].into_iter().find(|&share| longer / 8 * u32::from(share) >= side);
+        let of_eight = of_eight.filter(|_| !self.is_decoded_first)?;
+        self.of_eight = of_eight;
+        let scaled = |texels: u32| (texels * u32::from(of_eight)).div_ceil(8);
+        (self.header.width, self.header.height) = (scaled(self.header.width), scaled(self.header.height));
+        self.header.memory = 64 * self.header.row_bytes() as u64;
+        Some(self)
     }
 
     fn start(&self, file: File) -> io::Result<Box<Decoder>> {
@@ -107,7 +123,8 @@ impl JpegReader {
             // The one kind for which the decoder makes up an end of its own.
             kind: if self.tolerates { io::ErrorKind::UnexpectedEof } else { io::ErrorKind::Other },
         };
-        let decoder = Decompress::with_err(handlers()).from_reader(source)?;
+        let mut decoder = Decompress::with_err(handlers()).from_reader(source)?;
+        decoder.scale(self.of_eight);
         let color = match self.header.format {
             PixelFormat::GREY8 => ColorSpace::JCS_GRAYSCALE,
             _ => ColorSpace::JCS_RGB,

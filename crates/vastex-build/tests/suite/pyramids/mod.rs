@@ -3,6 +3,7 @@
 mod cropping;
 mod fixtures;
 mod hostile;
+mod kept_levels;
 mod kinds;
 
 use std::path::{Path, PathBuf};

@@ -1,0 +1,221 @@
+//! Containers that keep the levels of a pyramid: its tiles, cut anew, rather than levels made of level 0.
+//!
+//! Pages come from the pyramid as they are shown where it lies ([`crate::source`]), batch after batch, read and encoded
+//! by the threads of a pool. So a build takes as much memory as a batch and what the source keeps, whatever the size.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::sync::Arc;
+
+use rayon::prelude::*;
+use vastex_core::{Description, Layer, PagePos};
+use vastex_tiles::{ContainerWriter, EncodedTile, ReadError, TileSource, Written};
+
+use crate::build::error::BuildError;
+use crate::build::{BuildOptions, BuildReport, LayerReport, leftovers, place};
+use crate::image::{InputFault, Notice};
+use crate::progress::Progress;
+use crate::source::{DirectorySource, Shape, SourceError, TiffSource};
+use crate::texels::blocks;
+use crate::texels::{LayerFilter, LayerInput};
+use crate::threads;
+use crate::tile::{INDEX_BYTES, Recoder, TileEncoder};
+
+/// Bytes of texels that are read and encoded side by side.
+const BATCH_BYTES: usize = 16 << 20;
+/// What a source keeps of decoded tiles, about.
+const KEPT_BYTES: u64 = 128 << 20;
+
+/// Makes a container of one pyramid with the levels that it has.
+pub(crate) fn build(
+    inputs: &[LayerInput],
+    output: &Path,
+    options: &BuildOptions,
+    progress: &dyn Progress,
+) -> Result<BuildReport, BuildError> {
+    let input = match inputs {
+        [] => return Err(BuildError::NoInput),
+        [input] => input,
+        _ => return Err(BuildError::KeptLevels("several layers")),
+    };
+    check(input, options)?;
+    leftovers::refuse(output, false)?;
+    place::check(std::slice::from_ref(&input.path), output)?;
+    let pyramid = Pyramid::open(input, options)?;
+    let described = pyramid.tiles().description();
+    let texture = Arc::new(texture(input, options, described)?);
+    pyramid.notices().iter().for_each(|notice| progress.note(&input.path, notice));
+    let filter = LayerFilter::for_layer(&input.name, described.layers[0].format, options.linear);
+    let writer_options = options.writer_options(vec![filter.to_string()]);
+    let writer = ContainerWriter::claim(output, (*texture).clone(), writer_options, options.resume)?;
+    leftovers::remove(output);
+    let encoder = TileEncoder::new(texture.clone(), options.compression, options.quality);
+    let written = write(&pyramid, &input.path, &encoder, writer, options, progress)?;
+    let [width, height, _] = texture.geometry.size();
+    let mut notices = pyramid.notices().to_vec();
+    notices.extend(encoder.findings().notices(0, texture.layers[0].format));
+    Ok(BuildReport {
+        size: [width, height],
+        levels: texture.geometry.levels().len() as u32,
+        layers: vec![LayerReport {
+            path: input.path.clone(),
+            layer: texture.layers[0].clone(),
+            filter,
+            notices,
+        }],
+        texels: u64::from(width) * u64::from(height),
+        tiles: written.tiles,
+        constant_tiles: written.constant_tiles,
+        shared_tiles: written.shared_tiles,
+        bytes: written.bytes,
+        memory: texture.geometry.page_count() * INDEX_BYTES + KEPT_BYTES + 2 * BATCH_BYTES as u64,
+        ..BuildReport::default()
+    })
+}
+
+/// What goes without saying where levels are made anew, and cannot be had where they are not.
+fn check(input: &LayerInput, options: &BuildOptions) -> Result<(), BuildError> {
+    let usual = BuildOptions::default();
+    let others = [
+        (input.filter.or(options.filter).is_some(), "a filter"),
+        (options.levels_from != usual.levels_from, "--levels-from"),
+        (options.linear != usual.linear, "--linear off"),
+        (options.mask.is_some(), "a mask"),
+        (options.drop_transparent, "--drop-transparent"),
+        (!options.insets.is_empty(), "insets"),
+        (options.part.is_some(), "--shard"),
+        (options.resume, "--resume"),
+    ];
+    match others.into_iter().find(|(is_asked, _)| *is_asked) {
+        Some((_, what)) => Err(BuildError::KeptLevels(what)),
+        None => Ok(()),
+    }
+}
+
+/// What becomes of a pyramid: its texels, or blocks that are made of them.
+fn texture(
+    input: &LayerInput,
+    options: &BuildOptions,
+    described: &Description,
+) -> Result<Description, BuildError> {
+    let held = described.layers[0].format;
+    let format = input.format.unwrap_or(held);
+    if format.decoded() != held {
+        let possible = vastex_core::LayerFormat::ALL.into_iter().filter(|format| format.decoded() == held);
+        return Err(BuildError::Format {
+            path: input.path.clone(),
+            image: held.name().to_owned(),
+            format: format.name(),
+            possible: possible.map(vastex_core::LayerFormat::name).collect::<Vec<_>>().join(", "),
+        });
+    }
+    if format.is_compressed() && !blocks::AVAILABLE {
+        return Err(BuildError::NoEncoders(format.name()));
+    }
+    let layers = vec![Layer::new(input.name.clone(), format)];
+    let texture = Description {
+        border_color: options.border_color,
+        ..Description::new(described.geometry.clone(), layers)
+    };
+    let unit = texture.layers[0].format.block_side();
+    texture.check().map_err(|error| BuildError::layers(error, options.page, options.border, unit))?;
+    Ok(texture)
+}
+
+/// What has levels to keep.
+enum Pyramid {
+    Tiff(TiffSource),
+    Directory(DirectorySource),
+}
+
+impl Pyramid {
+    fn open(input: &LayerInput, options: &BuildOptions) -> Result<Pyramid, BuildError> {
+        let path = &input.path;
+        let format = input.format.map(|format| Layer::new(input.name.clone(), format));
+        let shape = Shape {
+            page: Some(options.page),
+            border: options.border,
+            address: options.address,
+            tail_align: Description::tail_align(format.as_slice()),
+        };
+        let is_none = |error: &SourceError| {
+            matches!(error, SourceError::Input { fault: InputFault::NoTiles | InputFault::Text, .. })
+        };
+        let failed = |error: SourceError| match error {
+            SourceError::Geometry(error) => BuildError::Geometry(error),
+            SourceError::Input { path, fault: InputFault::NoTiles } => {
+                BuildError::NoLevels { path, why: "is no pyramid of tiles".into() }
+            }
+            SourceError::Input { path, fault } => BuildError::Input { path, fault },
+        };
+        if !path.is_dir() {
+            match TiffSource::open_as(path, &shape) {
+                Ok(tiff) if tiff.levels().len() < 2 => {
+                    let why = "is a TIFF without further levels".into();
+                    return Err(BuildError::NoLevels { path: path.clone(), why });
+                }
+                Ok(tiff) => return Ok(Pyramid::Tiff(tiff)),
+                Err(error) if is_none(&error) => {}
+                Err(error) => return Err(failed(error)),
+            }
+        }
+        DirectorySource::open_as(path, &shape).map(Pyramid::Directory).map_err(failed)
+    }
+
+    fn tiles(&self) -> &dyn TileSource {
+        match self {
+            Pyramid::Tiff(tiff) => tiff,
+            Pyramid::Directory(directory) => directory,
+        }
+    }
+
+    fn notices(&self) -> &[Notice] {
+        match self {
+            Pyramid::Tiff(tiff) => tiff.notices(),
+            Pyramid::Directory(directory) => directory.notices(),
+        }
+    }
+}
+
+/// Writes all pages, the coarsest first.
+fn write(
+    pyramid: &Pyramid,
+    path: &Path,
+    encoder: &TileEncoder,
+    mut writer: ContainerWriter<vastex_tiles::TempFile>,
+    options: &BuildOptions,
+    progress: &dyn Progress,
+) -> Result<Written, BuildError> {
+    let (tiles, pool) = (pyramid.tiles(), threads::pool(options.threads)?);
+    let source = tiles.description();
+    let (recoder, geometry) = (Recoder::new(encoder, source), &source.geometry);
+    let at_once = (BATCH_BYTES / source.tile_bytes()).max(1);
+    let encoded = |&pos: &PagePos| -> Result<(PagePos, EncodedTile), BuildError> {
+        let failed = |error| BuildError::Tile { path: path.into(), error };
+        let tile = pollster::block_on(tiles.read(pos)).map_err(failed)?;
+        let texels = tile.decode(source).map_err(|error| {
+            let place = path.display().to_string();
+            failed(ReadError::Damaged { pos, place, fault: error.to_string() })
+        })?;
+        Ok((pos, recoder.tile(pos, &texels)))
+    };
+    let (rows, count) = (u64::from(geometry.size()[1]), geometry.page_count());
+    let (mut pages, mut done, mut bytes) = (geometry.pages(), 0, 0);
+    loop {
+        // In rows, as other builds tell it.
+        let rows_done = (u128::from(rows) * u128::from(done) / u128::from(count)) as u64;
+        if progress.advance(rows_done, rows, bytes) == ControlFlow::Break(()) {
+            return Err(BuildError::Cancelled);
+        }
+        let batch: Vec<PagePos> = pages.by_ref().take(at_once).collect();
+        if batch.is_empty() {
+            return Ok(writer.finish()?);
+        }
+        done += batch.len() as u64;
+        let made: Result<Vec<_>, _> = pool.install(|| batch.par_iter().map(encoded).collect());
+        for (pos, tile) in made? {
+            bytes += tile.tile().bytes.len() as u64;
+            writer.append(pos, tile)?;
+        }
+    }
+}
