@@ -89,16 +89,17 @@ fn linker() -> Option<&'static str> {
     ["wasm-ld-22", "wasm-ld"].into_iter().find(|name| shell::on_path(name))
 }
 
-/// A target directory of its own, since the two compilers would overwrite each other's results.
 fn cargo_check(toolchain: &Toolchain) -> Command {
     let mut command = shell::cargo("check");
-    command.args(["--target", TARGET, "--target-dir"]).arg(shell::target_dir().join("wasm"));
+    command.args(["--target", TARGET]);
     // What it says is read here, whatever the terminal shows.
     command.env("CARGO_TERM_COLOR", "never");
-    // Nothing of it is ever run, so nothing is optimised: that halves the time of the standard library.
-    command.args(["--config", "profile.dev.opt-level=0"]);
-    command.args(["--config", "profile.dev.package.\"*\".opt-level=0"]);
     if let Toolchain::Debian = toolchain {
+        // The two compilers would overwrite each other's results.
+        command.arg("--target-dir").arg(shell::target_dir().join("wasm"));
+        // Nothing of it is ever run, so nothing is optimised: that halves the time of the standard library.
+        command.args(["--config", "profile.dev.opt-level=0"]);
+        command.args(["--config", "profile.dev.package.\"*\".opt-level=0"]);
         command.arg("-Zbuild-std=std,panic_abort").env("RUSTC", DEBIAN_RUSTC).env("RUSTC_BOOTSTRAP", "1");
         command.env("CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER", linker().unwrap_or("wasm-ld"));
     }

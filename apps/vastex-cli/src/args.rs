@@ -381,7 +381,8 @@ Keys and mouse:
   1 2 3 4, Tab   image, plane, globe, terrain; the next of them
   O              the next overlay: levels, wanted, deficit, pages, feedback, table, atlas; then the picture again
   right click    explain the pixel: in the title, and in full on stdout
-  N, P           the next file and the one before: of those named or dropped, or of the folder; as page down and page up
+  N, P           the next file or the one before, of those named or dropped, else of the folder; as page down and page up
+  dropped files  show the first of them
   F, F11         fill the screen
   Esc, Q         quit")]
 pub(crate) struct ViewArgs {

@@ -5,13 +5,10 @@
 //! 130 ended by Ctrl-C.
 
 mod args;
-#[cfg(feature = "build")]
-mod cache;
 mod commands;
 mod disk_cache;
 mod explained;
 mod gpu;
-mod meanwhile;
 mod open;
 mod output;
 mod planet;

@@ -3,7 +3,8 @@
 //! [`build()`] reads images, raw files, mosaics and tile directories row by row, makes every level, cuts
 //! tiles with their borders and drives the container's writer. Memory follows the width of the image, never
 //! its height; what a file makes impossible to read by rows is reported as a [`Notice`]. The bytes written
-//! depend on the image and the options, and not on the number of threads.
+//! depend on the image and the options, and not on the number of threads. A pyramid's own levels can be kept instead
+//! ([`BuildOptions::keep_levels`]).
 //!
 //! [`replace()`] puts an image into a region of a container that was built here, on all levels; [`build()`]
 //! puts an [`Inset`] into the texture in the same way, on levels that exist only where insets are.
@@ -13,7 +14,7 @@
 //!
 //! A [`BuildCache`] keeps containers of images that nobody built, for programs that show such an image at once.
 //! While it is built, such a program shows it from a [`MemoryImage`]: a smaller one of all of it where there is a quick way
-//! to that ([`open_smaller`]), or of the rows that the build has read. [`decode()`] reads one without any build.
+//! to that ([`open_reduced`]), or of the rows that the build has read. [`Decoding`] makes one without any build.
 //!
 //! Not here: the container's bytes (`vastex-tiles`), the shape of levels, pages and borders (`vastex-core`).
 
@@ -23,11 +24,11 @@ mod crop;
 mod export;
 mod image;
 mod inset;
-mod levels;
+mod keep_levels;
 #[cfg(all(feature = "bc", any(test, feature = "measure")))]
 #[doc(hidden)]
 pub mod measure;
-mod memory;
+mod memory_image;
 mod progress;
 mod pyramid;
 mod replace;
@@ -44,9 +45,9 @@ pub use crop::{CropError, CropFormat, CropRegion, CropSource, crop};
 pub use export::{ExportError, ExportOptions, ExportReport, Layout, TileFormat, export};
 pub use image::{
     GeoPlace, Helpers, ImageHeader, InputFault, Notice, Number, PixelFormat, PixelSize, Profile, RowReader,
-    Sample, TiffAbout, TiffOther, in_srgb, open, open_smaller,
+    Sample, TiffAbout, TiffOther, in_srgb, open, open_reduced,
 };
-pub use memory::{DecodeOptions, MemoryImage, decode};
+pub use memory_image::{DecodeOptions, Decoding, MemoryImage};
 pub use progress::Progress;
 pub use replace::{LayerImage, ReplaceError, ReplaceOptions, Replaced, replace};
 pub use source::{DirectorySource, SourceError, TiffLevel, TiffSource};
@@ -66,7 +67,7 @@ pub use vastex_tiles::{
 ///
 /// The file appears at `output`, over what was there, when it is whole; after an error or a cancellation
 /// nothing is left behind, unless [`BuildOptions::resume`] asks for it. Takes one pass over the images, in
-/// step with one another, and memory as [`BuildReport::memory`] says.
+/// step with one another (over the tiles of a pyramid whose levels are kept), and memory as [`BuildReport::memory`] says.
 pub fn build<I: Clone + Into<LayerInput>>(
     inputs: &[I],
     output: &Path,
@@ -75,7 +76,7 @@ pub fn build<I: Clone + Into<LayerInput>>(
 ) -> Result<BuildReport, BuildError> {
     let inputs: Vec<LayerInput> = inputs.iter().cloned().map(Into::into).collect();
     if options.keep_levels {
-        return levels::build(&inputs, output, options, progress);
+        return keep_levels::build(&inputs, output, options, progress);
     }
     let mut layers = build::open(inputs, output, options)?;
     match options.insets.as_slice() {

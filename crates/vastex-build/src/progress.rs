@@ -18,10 +18,11 @@ pub trait Progress {
         ControlFlow::Continue(())
     }
 
-    /// The next rows of the first layer's image, for programs that show an image while it is built: as many as its
-    /// reader gave out at once, from the top, and each once. Other work waits meanwhile.
-    fn rows(&self, image: &ImageHeader, rows: &[u8]) {
-        let _ = (image, rows);
+    /// Rows of the first layer's image from `first_row` on, upright and, where the layer holds colours, in sRGB: `image.row_bytes()`
+    /// bytes each, for programs that show an image while it is built or decoded. They come in order, and from 0 again
+    /// where a build begins anew. The thread that reads waits for it.
+    fn rows(&self, image: &ImageHeader, first_row: u32, rows: &[u8]) {
+        let _ = (image, first_row, rows);
     }
 
     /// A notice of an image that is known before the image's first row is read, such as what reading it

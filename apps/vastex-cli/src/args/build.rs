@@ -73,10 +73,10 @@ pub(crate) struct BuildArgs {
     /// level 0, which is slowest and truest
     #[arg(long, default_value = "chain", value_name = "chain|two|zero", value_parser = named(&LevelsFrom::ALL, LevelsFrom::name))]
     pub(crate) levels_from: LevelsFrom,
-    /// Whether the coarser levels are made of IN (new), or are those that IN has, a TIFF pyramid or a tile directory (keep); a level
-    /// that it lacks is made of the next finer one
-    #[arg(long, action = clap::ArgAction::Set, default_value = "new", value_name = "new|keep", value_parser = named(&[false, true], new_or_keep))]
-    pub(crate) levels: bool,
+    /// Where coarser levels come from: new, all made from level 0; keep, those of IN (a TIFF pyramid or a tile directory), where
+    /// missing ones are filtered from finer levels up to three away, else interpolated
+    #[arg(long = "levels", action = clap::ArgAction::Set, default_value = "new", value_name = "new|keep", value_parser = named(&[false, true], new_or_keep))]
+    pub(crate) keep_levels: bool,
     /// What lies beyond the edges: clamp, wrap, mirror or border:RRGGBB[AA], a colour; for x and y alike, or one for each
     #[arg(long, default_value = "clamp", value_name = "X[,Y]", value_parser = parse_address)]
     pub(crate) address: Edges,

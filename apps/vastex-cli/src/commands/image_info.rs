@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use serde::Serialize;
 
-use crate::cache::is_no_image;
+use crate::open::image::is_no_image;
 use crate::{open, report};
 
 /// What `--json` prints of an image.

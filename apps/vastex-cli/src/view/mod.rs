@@ -1,13 +1,15 @@
 //! `vastex view`: a window with a scene to move about in.
 //!
-//! Here is what happens when: it draws while something changes and sleeps while nothing does. How a frame comes about
-//! is `viewer`'s business, what is shown `shown`'s, how it is opened `opening`'s; which file comes next is `files`', what events of the
-//! window system are `events`', where pictures appear `surface`'s.
+//! Here is the loop of events: it opens files, performs actions, draws while something changes and sleeps while nothing does.
+//! `opening` opens a source on a thread, `displayed` is a source in the window, `display` says which source is seen when,
+//! `viewer` draws frames, `files` knows the next file, `events` translates winit's events, `surface` is where pictures appear,
+//! `title` is the window's title.
 
+mod display;
+mod displayed;
 mod events;
 mod files;
 mod opening;
-mod shown;
 mod surface;
 mod title;
 mod viewer;
@@ -29,15 +31,21 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy}
 use winit::window::{Fullscreen, Window, WindowId};
 
 use crate::args::ViewArgs;
+use crate::open::{self, Lies};
 use crate::report;
 use files::Files;
-use opening::{News, Opening, Told};
+use opening::{OpeningEvent, Openings, Report};
 use viewer::{Viewer, Wake};
 
 /// Devices that may be lost, one after another, before the program gives up.
 const MAX_LOST_DEVICES: u32 = 3;
 
 pub(crate) fn run(args: ViewArgs) -> Result<ExitCode> {
+    // What is not there is no reason to open a window.
+    let source = &args.scene.source;
+    if open::what_lies_at(source)? == Lies::Container && !source.exists() {
+        vastex::open(source)?;
+    }
     let events = EventLoop::with_user_event().build().map_err(|error| {
         anyhow!(
             "no window can be opened; run this where there is a display (DISPLAY or WAYLAND_DISPLAY names it), or draw to a \
@@ -53,14 +61,14 @@ pub(crate) fn run(args: ViewArgs) -> Result<ExitCode> {
         scene: args.scene.on,
         cameras: Scene::ALL.map(|scene| Controller::new(Pose::first(scene))),
         open: None,
-        opening: None,
-        openings: 0,
+        openings: Openings::default(),
+        camera_of: 0,
         lost_devices: 0,
-        outcome: Ok(()),
+        outcome: Ok(ExitCode::SUCCESS),
         args: Arc::new(args),
     };
     events.run_app(&mut app).context("the window system broke off")?;
-    app.outcome.map(|()| ExitCode::SUCCESS)
+    app.outcome
 }
 
 /// What winit says without the line of its source that says it.
@@ -73,7 +81,7 @@ fn without_place(error: &str) -> &str {
 struct App {
     args: Arc<ViewArgs>,
     /// By which threads that open a source reach the loop of events.
-    proxy: EventLoopProxy<News>,
+    proxy: EventLoopProxy<Report>,
     files: Files,
     input: Input,
     /// When the program began; times of input are told from then.
@@ -82,21 +90,17 @@ struct App {
     /// Where the camera is in each scene, in the order of [`Scene::ALL`].
     cameras: [Controller; Scene::ALL.len()],
     open: Option<Open>,
-    /// The source that is being opened, if any, and how many were begun.
-    opening: Option<Opening>,
-    openings: u64,
+    openings: Openings,
+    /// The opening whose source the cameras look at.
+    camera_of: u64,
     lost_devices: u32,
-    outcome: Result<()>,
+    outcome: Result<ExitCode>,
 }
 
 /// The window, and what draws in it.
 struct Open {
     window: Arc<Window>,
     viewer: Viewer,
-    /// Whether there is anything to see of a file.
-    has_shown: bool,
-    /// The opening whose camera stands where a person has moved it, or at the beginning.
-    camera_of: u64,
 }
 
 impl App {
@@ -113,73 +117,79 @@ impl App {
         let window = Arc::new(window);
         let display = events.owned_display_handle();
         let viewer = Viewer::new(&self.args, self.scene, window.clone(), display)?;
-        self.open = Some(Open { window, viewer, has_shown: false, camera_of: 0 });
+        self.open = Some(Open { window, viewer });
         self.open_file()
     }
 
     /// Begins to open the file that is to be shown, and breaks off what was being opened.
     fn open_file(&mut self) -> Result<()> {
         let Some(open) = &mut self.open else { return Ok(()) };
-        let path = self.files.current().to_owned();
-        self.openings += 1;
-        open.viewer.begin(&name_of(&path));
+        let path = self.files.current();
+        open.viewer.begin_opening(&name_of(path))?;
         open.window.request_redraw();
         let (preparer, proxy) = (open.viewer.preparer(), self.proxy.clone());
-        self.opening = Some(Opening::begin(self.openings, path, self.args.clone(), preparer, proxy)?);
-        Ok(())
+        // Nobody listens where the window is closed.
+        let send = move |report| drop(proxy.send_event(report));
+        self.openings.begin(path, self.args.clone(), preparer, send)
     }
 
-    /// Hears of the source that is being opened. News of another one are old.
-    fn hear(&mut self, News { opening, told }: News) -> Result<()> {
-        let is_current = |current: &&Opening| current.number == opening;
-        let (Some(current), Some(open)) = (self.opening.as_ref().filter(is_current), &mut self.open) else {
+    /// Hears of the file that is being opened. Reports of other files are old.
+    fn on_report(&mut self, Report { opening: number, event }: Report) -> Result<()> {
+        let (Some(opening), Some(open)) = (self.openings.current(number), &mut self.open) else {
             return Ok(());
         };
         open.window.request_redraw();
-        let name = name_of(&current.path);
-        match told {
-            Told::Done(share) => return open.viewer.progressed(Some(share)),
-            Told::Note(note) => open.viewer.notify_in_title(&note),
-            Told::Coarse(arrival) => {
+        let (name, path) = (name_of(&opening.path), opening.path.display().to_string());
+        match event {
+            OpeningEvent::Progress(share) => open.viewer.set_opening(&name, share)?,
+            OpeningEvent::Note(note) => open.viewer.notify_in_title(&note),
+            OpeningEvent::Preview(source) => {
                 // What cannot be shown is said once all of it is there.
-                if open.viewer.show(&name, arrival, true).is_ok() {
-                    self.has_shown(opening);
+                if open.viewer.show_preview(number, &name, source).is_ok() {
+                    self.look_at(number);
                 }
             }
-            Told::Whole(arrival) => {
-                let outcome = open.viewer.show(&name, arrival, false);
-                open.viewer.progressed(None)?;
-                let outcome = outcome.with_context(|| current.path.display().to_string());
-                self.opening = None;
-                match outcome {
-                    Ok(()) => self.has_shown(opening),
-                    Err(error) => return self.refuse(error),
+            OpeningEvent::Opened(source) => match open.viewer.show_source(number, &name, source) {
+                // The next frame finds that the device was lost, and opens the file again.
+                Err(error) if is_device_lost(&error) => {}
+                shown => {
+                    open.viewer.end_opening()?;
+                    self.openings.end();
+                    match shown.context(path) {
+                        Ok(scene) => {
+                            self.scene = scene;
+                            self.look_at(number);
+                        }
+                        Err(error) => self.refuse(number, error)?,
+                    }
                 }
-            }
-            Told::Failed(error) => {
-                open.viewer.progressed(None)?;
-                self.opening = None;
-                return self.refuse(error);
+            },
+            OpeningEvent::Failed(error) => {
+                open.viewer.end_opening()?;
+                self.openings.end();
+                self.refuse(number, error)?;
             }
         }
         Ok(())
     }
 
-    /// Something of an opening is shown: its camera begins where cameras begin.
-    fn has_shown(&mut self, opening: u64) {
-        let Some(open) = &mut self.open else { return };
-        open.has_shown = true;
-        if std::mem::replace(&mut open.camera_of, opening) != opening {
+    /// Something of an opening is displayed: cameras begin where they begin with each source.
+    fn look_at(&mut self, opening: u64) {
+        if std::mem::replace(&mut self.camera_of, opening) != opening {
             self.cameras = Scene::ALL.map(|scene| Controller::new(Pose::first(scene)));
         }
     }
 
-    /// A file cannot be shown: that ends a program that shows nothing, and is said where something is shown.
-    fn refuse(&mut self, error: Error) -> Result<()> {
+    /// A file cannot be shown: that ends a program that was to show this one file and has nothing to show, and is said where there
+    /// are others. The exit code tells of it in any case.
+    fn refuse(&mut self, opening: u64, error: Error) -> Result<()> {
+        self.outcome = Ok(ExitCode::FAILURE);
         match &mut self.open {
-            Some(open) if open.has_shown => {
+            Some(open)
+                if self.args.exit_after_frames.is_none() && (opening > 1 || !open.viewer.is_empty()) =>
+            {
                 let message = report::message(&error);
-                report::say(&message);
+                report::say(&format!("error: {message}"));
                 open.viewer.notify_in_title(&message);
                 Ok(())
             }
@@ -197,16 +207,17 @@ impl App {
             viewer.wake();
         }
         let drawn = viewer.draw(camera.pose());
-        let is_lost = |error: &anyhow::Error| {
-            matches!(error.downcast_ref(), Some(vastex::Error::Gpu(GpuError::DeviceLost)))
-        };
         match drawn {
-            Err(error) if is_lost(&error) && self.lost_devices < MAX_LOST_DEVICES => {
+            Err(error) if is_device_lost(&error) && self.lost_devices < MAX_LOST_DEVICES => {
                 self.lost_devices += 1;
                 report::say("the graphics device was lost; going on with a new one");
                 let Some(open) = self.open.take() else { return Ok(()) };
                 let viewer = open.viewer.restored(events.owned_display_handle())?;
                 self.open = Some(Open { viewer, ..open });
+                // What it prepares is for the device that was lost.
+                if self.openings.is_opening() {
+                    self.open_file()?;
+                }
             }
             drawn => drawn?,
         }
@@ -254,6 +265,8 @@ impl App {
                 self.cameras[scene_index] = Controller::new(Pose::first(self.scene));
                 viewer.jumped();
             }
+            // A scene is chosen by what can be seen.
+            Action::Scene(_) if viewer.is_empty() => {}
             Action::Scene(choice) => {
                 let next = |step| Scene::ALL[(scene_index + step) % Scene::ALL.len()];
                 match choice {
@@ -289,7 +302,7 @@ impl App {
     }
 }
 
-impl ApplicationHandler<News> for App {
+impl ApplicationHandler<Report> for App {
     fn resumed(&mut self, events: &ActiveEventLoop) {
         if self.open.is_none() {
             let opened = self.open(events);
@@ -303,8 +316,8 @@ impl ApplicationHandler<News> for App {
         }
     }
 
-    fn user_event(&mut self, events: &ActiveEventLoop, news: News) {
-        let heard = self.hear(news);
+    fn user_event(&mut self, events: &ActiveEventLoop, report: Report) {
+        let heard = self.on_report(report);
         self.note(events, heard);
     }
 
@@ -334,9 +347,15 @@ impl ApplicationHandler<News> for App {
     }
 
     fn exiting(&mut self, _: &ActiveEventLoop) {
-        // What is being opened is broken off. The surface must go before the connection to the window system does.
-        (self.opening, self.open) = (None, None);
+        // The surface must go before the connection to the window system does.
+        self.open = None;
+        // What is being opened is broken off, and what is built of it written down.
+        self.openings = Openings::default();
     }
+}
+
+fn is_device_lost(error: &Error) -> bool {
+    matches!(error.downcast_ref(), Some(vastex::Error::Gpu(GpuError::DeviceLost)))
 }
 
 fn name_of(path: &Path) -> String {

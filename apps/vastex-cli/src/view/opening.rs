@@ -1,154 +1,212 @@
-//! A source on its way into the window: opened, and if need be built, on a thread of its own, so that the window never waits.
+//! Sources on their way into the window: opened, and if need be built, on threads of their own, so that the window never waits.
 //!
-//! What comes of it is told to the loop of events: perhaps a picture to look at meanwhile, how far the rest is, and the source itself or why
-//! there is none. Who drops an [`Opening`] breaks it off and hears no more of it; what was built of an image stays in the cache.
+//! A thread reports what comes of its source: perhaps a preview, how far the rest is, and the source itself or why there is none.
+//! One source is opened at a time; beginning another one breaks it off, and its late reports are told from new ones by their number.
+//! What was built of an image stays in the cache.
 
+use std::any::Any;
 use std::cell::Cell;
 use std::ops::ControlFlow;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Error, Result};
+use anyhow::{Context, Error, Result, anyhow};
 use vastex::{Prepared, Preparer, TextureSettings, TileSource};
-use winit::event_loop::EventLoopProxy;
 
-use crate::args::{SceneArgs, ViewArgs};
-use crate::meanwhile::Meanwhile;
-use crate::open;
+use crate::args::ViewArgs;
+use crate::open::{self, OpenObserver};
 
 /// Between two reports of how far it is.
 const EVERY: Duration = Duration::from_millis(200);
+/// How long the end of a program waits for what is broken off: by then it has written down what is built.
+const LONGEST_END: Duration = Duration::from_secs(2);
 
-/// What the thread says, of the opening with this number.
-pub(super) struct News {
+/// What a thread reports of the opening with this number.
+pub(super) struct Report {
     pub(super) opening: u64,
-    pub(super) told: Told,
+    pub(super) event: OpeningEvent,
 }
 
-/// What there is to say.
-pub(super) enum Told {
+/// What comes of a source.
+pub(super) enum OpeningEvent {
     /// A picture to look at until the source is there.
-    Coarse(Arrival),
+    Preview(PreparedSource),
     /// So much of it is done, 0 to 1.
-    Done(f64),
+    Progress(f64),
     /// Something that a person should know.
     Note(String),
     /// The source.
-    Whole(Arrival),
+    Opened(PreparedSource),
     Failed(Error),
 }
 
 /// A source that can be added to the textures.
-pub(super) struct Arrival {
+pub(super) struct PreparedSource {
     pub(super) prepared: Prepared,
-    /// Columns and rows of the image, whatever the source has of it.
+    /// Columns and rows of the image, of which the source may have fewer.
     pub(super) size: [u32; 2],
-    pub(super) rows: Rows,
+    pub(super) growth: Growth,
 }
 
-/// Rows of a picture that grows.
-pub(super) enum Rows {
-    /// All of them are there.
-    All,
+/// Whether a source has all of its rows.
+pub(super) enum Growth {
+    Whole,
+    /// More come.
     #[cfg(feature = "build")]
-    Growing(Arc<vastex_build::MemoryImage>),
+    Rows(Arc<vastex_build::MemoryImage>),
 }
 
-/// An opening that is under way.
+/// The source that is being opened, and threads of those before it that have yet to end.
+#[derive(Default)]
+pub(super) struct Openings {
+    current: Option<Opening>,
+    begun: u64,
+    ending: Vec<JoinHandle<()>>,
+}
+
+/// A source that is being opened.
 pub(super) struct Opening {
     pub(super) number: u64,
     pub(super) path: PathBuf,
-    is_dropped: Arc<AtomicBool>,
+    is_broken_off: Arc<AtomicBool>,
+    thread: JoinHandle<()>,
 }
 
-impl Drop for Opening {
-    fn drop(&mut self) {
-        self.is_dropped.store(true, Ordering::Relaxed);
-    }
-}
-
-impl Opening {
-    /// Begins to open a source as the arguments say; `number` tells its news from those of others.
+impl Openings {
+    /// Begins to open a source as the arguments say, and breaks off what was being opened.
     pub(super) fn begin(
-        number: u64,
-        path: PathBuf,
+        &mut self,
+        path: &Path,
         args: Arc<ViewArgs>,
         preparer: Preparer,
-        events: EventLoopProxy<News>,
-    ) -> Result<Opening> {
-        let is_dropped = Arc::new(AtomicBool::new(false));
-        let opening = Opening { number, path: path.clone(), is_dropped: is_dropped.clone() };
-        let reporter = Reporter { number, preparer, events, is_dropped, reported_at: Cell::default() };
-        let open = move || {
-            let told = match open_whole(&path, &args.scene, &reporter) {
-                Ok(arrival) => Told::Whole(arrival),
-                Err(error) => Told::Failed(error),
-            };
-            reporter.tell(told);
+        send: impl Fn(Report) + Send + 'static,
+    ) -> Result<()> {
+        self.break_off();
+        self.begun += 1;
+        let (number, is_broken_off) = (self.begun, Arc::new(AtomicBool::new(false)));
+        let reporter = Reporter {
+            send: Box::new(move |event| send(Report { opening: number, event })),
+            preparer,
+            is_broken_off: is_broken_off.clone(),
+            reported_at: Cell::default(),
+            size: Cell::default(),
         };
-        std::thread::Builder::new()
-            .name("vastex-open".into())
-            .spawn(open)
-            .context("no thread can be started")?;
-        Ok(opening)
+        let to_open = path.to_owned();
+        let open = move || {
+            let opened = catch_unwind(AssertUnwindSafe(|| reporter.open(&to_open, &args)));
+            (reporter.send)(match opened {
+                Ok(Ok(source)) => OpeningEvent::Opened(source),
+                Ok(Err(error)) => OpeningEvent::Failed(error),
+                Err(panic) => {
+                    let (path, why) = (to_open.display(), text_of(&*panic));
+                    OpeningEvent::Failed(anyhow!(
+                        "{path}: cannot be opened, by a fault of this program: {why}"
+                    ))
+                }
+            });
+        };
+        let thread = thread::Builder::new().name("vastex-open".into()).spawn(open);
+        let thread = thread.context("no thread can be started to open files")?;
+        self.current = Some(Opening { number, path: path.to_owned(), is_broken_off, thread });
+        Ok(())
+    }
+
+    /// The source that is being opened, if it is the one with this number.
+    pub(super) fn current(&self, number: u64) -> Option<&Opening> {
+        self.current.as_ref().filter(|current| current.number == number)
+    }
+
+    /// Whether a source is being opened.
+    pub(super) fn is_opening(&self) -> bool {
+        self.current.is_some()
+    }
+
+    /// The source is there, or there will be none.
+    pub(super) fn end(&mut self) {
+        self.ending.retain(|thread| !thread.is_finished());
+        self.ending.extend(self.current.take().map(|ended| ended.thread));
+    }
+
+    fn break_off(&mut self) {
+        if let Some(current) = &self.current {
+            current.is_broken_off.store(true, Ordering::Relaxed);
+        }
+        self.end();
     }
 }
 
-fn open_whole(path: &Path, args: &SceneArgs, reporter: &Reporter) -> Result<Arrival> {
-    let tiles = open::open_another(path, args, reporter)?.tiles;
-    let [width, height, _] = tiles.description().geometry.size();
-    reporter.prepared(tiles, [width, height], Rows::All).with_context(|| path.display().to_string())
+impl Drop for Openings {
+    /// Breaks off what is being opened, and waits a little for it.
+    fn drop(&mut self) {
+        self.break_off();
+        let begun = Instant::now();
+        while self.ending.iter().any(|thread| !thread.is_finished()) && begun.elapsed() < LONGEST_END {
+            thread::sleep(Duration::from_millis(5));
+        }
+    }
 }
 
-/// Tells the loop of events.
+/// What a panic was given to say.
+fn text_of(panic: &(dyn Any + Send)) -> &str {
+    let text = panic.downcast_ref::<&str>().copied();
+    text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("unknown")
+}
+
+/// Opens a source and reports on it.
 struct Reporter {
-    number: u64,
+    send: Box<dyn Fn(OpeningEvent) + Send>,
     preparer: Preparer,
-    events: EventLoopProxy<News>,
-    is_dropped: Arc<AtomicBool>,
+    is_broken_off: Arc<AtomicBool>,
     reported_at: Cell<Option<Instant>>,
+    /// Of an image that the source has at a share of its size.
+    size: Cell<Option<[u32; 2]>>,
 }
 
 impl Reporter {
-    fn tell(&self, told: Told) {
-        // Nobody listens where the window is closed.
-        let _ = self.events.send_event(News { opening: self.number, told });
+    fn open(&self, path: &Path, args: &ViewArgs) -> Result<PreparedSource> {
+        let tiles = open::open_another(path, &args.scene, self)?.tiles;
+        let [width, height, _] = tiles.description().geometry.size();
+        let size = self.size.get().unwrap_or([width, height]);
+        self.prepare(tiles, size, Growth::Whole).with_context(|| path.display().to_string())
     }
 
-    fn prepared(&self, tiles: Arc<dyn TileSource>, size: [u32; 2], rows: Rows) -> Result<Arrival> {
+    fn prepare(&self, tiles: Arc<dyn TileSource>, size: [u32; 2], growth: Growth) -> Result<PreparedSource> {
         let prepared = self.preparer.read_blocking(tiles, TextureSettings::default())?;
-        Ok(Arrival { prepared, size, rows })
+        Ok(PreparedSource { prepared, size, growth })
     }
 }
 
-impl Meanwhile for Reporter {
-    #[cfg(feature = "build")]
-    fn show(&self, picture: &Arc<vastex_build::MemoryImage>, size: [u32; 2]) {
-        let rows = if picture.is_whole() { Rows::All } else { Rows::Growing(picture.clone()) };
-        if let Ok(arrival) = self.prepared(picture.clone(), size, rows) {
-            self.tell(Told::Coarse(arrival));
-        }
-    }
-
-    fn shows(&self) -> bool {
+impl OpenObserver for Reporter {
+    fn wants_preview(&self) -> bool {
         true
     }
 
+    #[cfg(feature = "build")]
+    fn preview(&self, picture: &Arc<vastex_build::MemoryImage>, size: [u32; 2]) {
+        let growth = if picture.is_whole() { Growth::Whole } else { Growth::Rows(picture.clone()) };
+        if let Ok(preview) = self.prepare(picture.clone(), size, growth) {
+            (self.send)(OpeningEvent::Preview(preview));
+        }
+    }
+
     fn advance(&self, share: f64) -> ControlFlow<()> {
-        if self.is_dropped.load(Ordering::Relaxed) {
+        if self.is_broken_off.load(Ordering::Relaxed) {
             return ControlFlow::Break(());
         }
         let now = Instant::now();
         if self.reported_at.get().is_none_or(|before| now - before >= EVERY) {
             self.reported_at.set(Some(now));
-            self.tell(Told::Done(share));
+            (self.send)(OpeningEvent::Progress(share));
         }
         ControlFlow::Continue(())
     }
 
-    fn note(&self, note: &str) {
-        self.tell(Told::Note(note.to_owned()));
+    fn reduced(&self, size: [u32; 2], note: &str) {
+        self.size.set(Some(size));
+        (self.send)(OpeningEvent::Note(note.to_owned()));
     }
 }

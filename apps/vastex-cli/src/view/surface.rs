@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use anyhow::{Context, Result, bail};
+use glam::Vec4;
 use vastex_scenes::{Gpu, Layers, SceneRenderer, Target, depth_view};
 use vastex_viewer::stage::{LinearTarget, TargetKind};
 use wgpu::CurrentSurfaceTexture;
@@ -15,7 +16,7 @@ pub(super) struct Surface {
     surface: wgpu::Surface<'static>,
     config: wgpu::SurfaceConfiguration,
     /// What it is for at the moment.
-    suit: Suit,
+    format: SurfaceFormat,
     depth: wgpu::TextureView,
     /// Where what is drawn is light, what it is drawn into.
     light: Option<LinearTarget>,
@@ -24,23 +25,23 @@ pub(super) struct Surface {
 
 /// What a surface has to be for pictures of some layers.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Suit {
+pub(super) struct SurfaceFormat {
     /// Of the surface itself.
     stored: wgpu::TextureFormat,
     /// Of the views that are drawn to.
-    format: wgpu::TextureFormat,
+    viewed: wgpu::TextureFormat,
     kind: TargetKind,
 }
 
-impl Suit {
+impl SurfaceFormat {
     /// The format that scenes are drawn in.
     pub(super) fn drawn_format(&self) -> wgpu::TextureFormat {
-        self.kind.drawn_format(self.format)
+        self.kind.drawn_format(self.viewed)
     }
 }
 
 /// A picture that is being drawn.
-pub(super) struct Frame {
+pub(super) struct SurfaceFrame {
     texture: wgpu::SurfaceTexture,
     pub(super) view: wgpu::TextureView,
 }
@@ -54,7 +55,7 @@ impl Surface {
             .context("the adapter cannot draw in this window; draw to a file with `vastex render`")?;
         config.present_mode = wgpu::PresentMode::AutoVsync;
         let formats = surface.get_capabilities(&gpu.adapter).formats;
-        let [stored, format] =
+        let [stored, viewed] =
             choose_format(&gpu.adapter, &formats, wgpu::TextureFormat::Rgba8UnormSrgb, config.format);
         let mut surface = Surface {
             depth: depth_view(&gpu.device, [1, 1]),
@@ -62,7 +63,7 @@ impl Surface {
             window,
             surface,
             config,
-            suit: Suit { stored, format, kind: TargetKind::Direct },
+            format: SurfaceFormat { stored, viewed, kind: TargetKind::Direct },
             light: None,
             is_stale: true,
         };
@@ -71,17 +72,17 @@ impl Surface {
     }
 
     /// What the surface has to be for these layers.
-    pub(super) fn suit(&self, layers: &Layers) -> Suit {
+    pub(super) fn format_for(&self, layers: &Layers) -> SurfaceFormat {
         let (adapter, usual) = (&self.gpu.adapter, self.config.format);
         let formats = self.surface.get_capabilities(adapter).formats;
-        let [stored, format] = choose_format(adapter, &formats, layers.picture_format(), usual);
-        Suit { stored, format, kind: SceneRenderer::target_kind(adapter, layers) }
+        let [stored, viewed] = choose_format(adapter, &formats, layers.picture_format(), usual);
+        SurfaceFormat { stored, viewed, kind: SceneRenderer::target_kind(adapter, layers) }
     }
 
     /// Becomes what pictures of other layers need.
-    pub(super) fn wear(&mut self, suit: &Suit) {
-        if self.suit != *suit {
-            self.suit = suit.clone();
+    pub(super) fn set_format(&mut self, format: &SurfaceFormat) {
+        if self.format != *format {
+            self.format = format.clone();
             self.is_stale = true;
             self.resize(self.size());
         }
@@ -104,14 +105,14 @@ impl Surface {
         if width > 0 && height > 0 && (self.is_stale || self.size() != [width, height]) {
             (self.config.width, self.config.height) = (width, height);
             self.depth = depth_view(&self.gpu.device, [width, height]);
-            let light = || LinearTarget::new(&self.gpu.device, [width, height], self.suit.format);
-            self.light = (self.suit.kind == TargetKind::Linear).then(light);
+            let light = || LinearTarget::new(&self.gpu.device, [width, height], self.format.viewed);
+            self.light = (self.format.kind == TargetKind::Linear).then(light);
             self.is_stale = true;
         }
     }
 
     /// A picture to draw, or none at the moment: the window is hidden, or shows none in time.
-    pub(super) fn acquire(&mut self) -> Result<Option<Frame>> {
+    pub(super) fn acquire(&mut self) -> Result<Option<SurfaceFrame>> {
         const ATTEMPTS: u32 = 3;
         let window = self.window.inner_size();
         if window.width == 0 || window.height == 0 {
@@ -119,9 +120,9 @@ impl Surface {
         }
         for _ in 0..ATTEMPTS {
             if std::mem::take(&mut self.is_stale) {
-                self.config.format = self.suit.stored;
-                let is_viewed = self.suit.format != self.suit.stored;
-                self.config.view_formats = if is_viewed { vec![self.suit.format] } else { Vec::new() };
+                self.config.format = self.format.stored;
+                let is_viewed = self.format.viewed != self.format.stored;
+                self.config.view_formats = if is_viewed { vec![self.format.viewed] } else { Vec::new() };
                 self.surface.configure(&self.gpu.device, &self.config);
             }
             let texture = match self.surface.get_current_texture() {
@@ -145,16 +146,35 @@ impl Surface {
                 CurrentSurfaceTexture::Validation => bail!("the window gives no picture to draw to"),
             };
             let view = texture.texture.create_view(&wgpu::TextureViewDescriptor {
-                format: Some(self.suit.format),
+                format: Some(self.format.viewed),
                 ..Default::default()
             });
-            return Ok(Some(Frame { texture, view }));
+            return Ok(Some(SurfaceFrame { texture, view }));
         }
         Ok(None)
     }
 
+    /// Fills a picture with one colour, of light, and shows it.
+    pub(super) fn clear(&self, frame: SurfaceFrame, color: Vec4) {
+        let [r, g, b, a] = color.to_array().map(f64::from);
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        let ops = wgpu::Operations {
+            load: wgpu::LoadOp::Clear(wgpu::Color { r, g, b, a }),
+            store: wgpu::StoreOp::Store,
+        };
+        let view = &frame.view;
+        let attachment =
+            wgpu::RenderPassColorAttachment { view, depth_slice: None, resolve_target: None, ops };
+        drop(encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            color_attachments: &[Some(attachment)],
+            ..Default::default()
+        }));
+        self.gpu.queue.submit([encoder.finish()]);
+        self.present(frame);
+    }
+
     /// Shows a picture.
-    pub(super) fn present(&self, frame: Frame) {
+    pub(super) fn present(&self, frame: SurfaceFrame) {
         self.window.pre_present_notify();
         self.gpu.queue.present(frame.texture);
     }

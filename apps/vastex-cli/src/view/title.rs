@@ -15,10 +15,8 @@ const NOTICE: Duration = Duration::from_secs(6);
 pub(super) struct TitleParts<'a> {
     /// Name of the source.
     pub(super) name: &'a str,
-    /// Width and height of the image in texels.
-    pub(super) size: [u32; 2],
-    /// Name of the scene, or how large its texels are where all are alike.
-    pub(super) scene: Scale,
+    /// What is seen of it, if anything is.
+    pub(super) image: Option<TitleImage>,
     /// Name of the overlay, if one is drawn.
     pub(super) overlay: Option<&'static str>,
     pub(super) stats: &'a FrameStats,
@@ -27,7 +25,19 @@ pub(super) struct TitleParts<'a> {
     pub(super) opening: Option<f64>,
 }
 
+/// What is seen of a source.
+#[derive(Clone, Copy)]
+pub(super) struct TitleImage {
+    /// Width and height of the image in texels.
+    pub(super) size: [u32; 2],
+    /// Name of the scene, or how large its texels are where all are alike.
+    pub(super) scene: Scale,
+    /// What is wrong with it: it is reduced, or incomplete.
+    pub(super) lack: Option<&'static str>,
+}
+
 /// How large the image is seen.
+#[derive(Clone, Copy)]
 pub(super) enum Scale {
     /// Pixels per texel.
     Even(f64),
@@ -51,6 +61,11 @@ impl Title {
     /// Says something to the person at the window.
     pub(super) fn notify(&mut self, notice: String, now: Instant) {
         self.notice = Some((notice, now + NOTICE));
+    }
+
+    /// What was said is about something else.
+    pub(super) fn forget_notice(&mut self) {
+        self.notice = None;
     }
 
     /// How long a notice stays; nothing where there is none.
@@ -87,8 +102,8 @@ impl Title {
     }
 
     fn usual(&self, shown: &TitleParts<'_>) -> String {
-        let TitleParts { name, size: [width, height], stats, is_settled, .. } = shown;
-        let pager = &stats.pager;
+        let TitleParts { name, stats, is_settled, .. } = shown;
+        let (pager, mut text) = (&stats.pager, (*name).to_owned());
         if let Some(overlay) = shown.overlay {
             let bias = f64::from(pager.bias_eighths) / 8.0;
             let pace = if *is_settled { "settled".to_owned() } else { format!("{:.0} frames/s", self.rate) };
@@ -97,12 +112,15 @@ impl Title {
                 pager.occupied, pager.slots, pager.missing
             );
         }
-        let scale = match shown.scene {
-            Scale::On(scene) => scene.to_owned(),
-            Scale::Even(scale) if scale < 0.1 => format!("{:.2} %", 100.0 * scale),
-            Scale::Even(scale) => format!("{:.0} %", 100.0 * scale),
-        };
-        let mut text = format!("{name} – {scale} – {width}×{height}");
+        if let Some(TitleImage { size: [width, height], scene, lack }) = shown.image {
+            text += &match scene {
+                Scale::On(scene) => format!(" – {scene}"),
+                Scale::Even(scale) if scale < 0.1 => format!(" – {:.2} %", 100.0 * scale),
+                Scale::Even(scale) => format!(" – {:.0} %", 100.0 * scale),
+            };
+            text += &format!(" – {width}×{height}");
+            text += &lack.map_or_else(String::new, |lack| format!(" – {lack}"));
+        }
         match pager.failed {
             0 => {}
             1 => text += " – 1 tile failed",
@@ -125,8 +143,7 @@ mod tests {
     fn shown<'a>(stats: &'a FrameStats, scene: Scale) -> TitleParts<'a> {
         TitleParts {
             name: "earth.vastex",
-            size: [10800, 5400],
-            scene,
+            image: Some(TitleImage { size: [10800, 5400], scene, lack: None }),
             overlay: None,
             stats,
             is_settled: true,
@@ -152,6 +169,11 @@ mod tests {
         let title = "earth.vastex – 12 % – 10800×5400 – opening";
         assert_eq!(text(&opening(0.0)).unwrap(), title);
         assert_eq!(text(&opening(0.459)).unwrap(), format!("{title} 45 %"));
+        let nothing = TitleParts { image: None, ..opening(0.5) };
+        assert_eq!(text(&nothing).unwrap(), "earth.vastex – opening 50 %");
+        let image = TitleImage { size: [10800, 5400], scene: Scale::Even(0.12), lack: Some("reduced") };
+        let reduced = TitleParts { image: Some(image), ..shown(&stats, Scale::On("globe")) };
+        assert_eq!(text(&reduced).unwrap(), "earth.vastex – 12 % – 10800×5400 – reduced");
         let overlay =
             text(&TitleParts { overlay: Some("levels"), ..shown(&stats, Scale::On("globe")) }).unwrap();
         assert!(overlay.contains("levels") && overlay.contains("of 0 slots in use"), "{overlay}");

@@ -11,16 +11,17 @@ use vastex_scenes::{Gpu, Overlay, Pose, Scene};
 use vastex_viewer::camera::Aspects;
 use vastex_viewer::inspect;
 use vastex_viewer::layers::BACKGROUND;
-use vastex_viewer::stage::{self, Pictures, StageView, draw_again};
+use vastex_viewer::stage::{Frame, Pictures, StageView, draw_again};
 use winit::event_loop::OwnedDisplayHandle;
 use winit::window::Window;
 
-use super::opening::Arrival;
-use super::shown::{Showing, Shown};
-use super::surface::{self, Surface};
-use super::title::{Scale, Title, TitleParts};
+use super::display::Display;
+use super::displayed::{DisplaySettings, Displayed};
+use super::opening::PreparedSource;
+use super::surface::{Surface, SurfaceFrame};
+use super::title::{Scale, Title, TitleImage, TitleParts};
 use crate::args::ViewArgs;
-use crate::commands::render::settings;
+use crate::commands::render;
 use crate::explained::Explained;
 use crate::{gpu, report, shortage};
 
@@ -29,9 +30,6 @@ use crate::{gpu, report, shortage};
 const UNSETTLED_FRAMES: u32 = 24;
 /// Between two frames of a window that shows nothing, or that only waits for tiles to be tried again.
 const SLOW: Duration = Duration::from_millis(250);
-/// Frames after which what a source wants is known, and how long it is waited for at most before it is shown.
-const FIRST_WANTED: u32 = 8;
-const LONGEST_WAIT: Duration = Duration::from_secs(1);
 
 /// When the next frame is due.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,21 +40,17 @@ pub(super) enum Wake {
     OnEvent,
 }
 
-/// A window, and what is shown in it.
+/// A window, and what is displayed in it.
 pub(super) struct Viewer {
     gpu: Gpu,
     window: Arc<Window>,
     surface: Surface,
     textures: Textures,
-    showing: Showing,
-    shown: Option<Shown>,
-    /// What takes its place as soon as it is sharp.
-    next: Option<Next>,
-    /// Whether what is shown stands for a source that is still being opened.
-    is_coarse: bool,
-    /// How much is done of a source that is being opened, 0 to 1.
-    opening: Option<f64>,
-    /// Frames of whole sources.
+    settings: DisplaySettings,
+    display: Display<Displayed>,
+    /// Name of the file that is being opened, and how much of it is done, 0 to 1.
+    opening: Option<(String, f64)>,
+    /// Frames of sources, those of previews left out.
     frames: u64,
     /// When the last frame was drawn, and whether the next follows without a pause.
     drawn_at: Option<Instant>,
@@ -65,19 +59,12 @@ pub(super) struct Viewer {
     is_hidden: bool,
     /// That a pool is too small, until the view has settled and it is said; it is said once.
     shortage: Option<Event>,
-    is_shortage_told: bool,
+    is_shortage_reported: bool,
     title: Title,
 }
 
-/// A source that is loaded behind another one.
-struct Next {
-    shown: Shown,
-    since: Instant,
-    frames: u32,
-}
-
 impl Viewer {
-    /// Sets everything up on a device of its own, with nothing to show.
+    /// Sets everything up on a device of its own, with nothing to display.
     pub(super) fn new(
         args: &ViewArgs,
         scene: Scene,
@@ -86,7 +73,7 @@ impl Viewer {
     ) -> Result<Viewer> {
         let (gpu, surface) = device_for(&window, display)?;
         let (fade, args) = (args.fade_ms.map_or(default_fade(&gpu), Duration::from_millis), &args.scene);
-        let settings = Settings { fade, ..settings(args)? };
+        let settings = Settings { fade, ..render::settings(args)? };
         let textures = Textures::new(&gpu.device, &gpu.queue, settings)?;
         let surface = Surface::new(&gpu, window.clone(), surface)?;
         Ok(Viewer {
@@ -94,10 +81,8 @@ impl Viewer {
             window,
             surface,
             textures,
-            showing: Showing { scene, options: args.shown(), overlay: args.overlay },
-            shown: None,
-            next: None,
-            is_coarse: false,
+            settings: DisplaySettings { scene, options: args.shown(), overlay: args.overlay },
+            display: Display::Empty,
             opening: None,
             frames: 0,
             drawn_at: None,
@@ -105,97 +90,106 @@ impl Viewer {
             unsettled: UNSETTLED_FRAMES,
             is_hidden: false,
             shortage: None,
-            is_shortage_told: false,
+            is_shortage_reported: false,
             title: Title::default(),
         })
     }
 
-    /// What reads a source before it can be shown.
+    /// What reads a source before it can be displayed.
     pub(super) fn preparer(&self) -> Preparer {
         self.textures.preparer()
     }
 
-    /// A source is being opened. What is shown stays until there is something to show of it.
-    pub(super) fn begin(&mut self, name: &str) {
-        self.opening = Some(0.0);
-        if self.shown.is_none() {
-            self.window.set_title(&format!("{name} – opening"));
-        }
-        self.wake();
+    /// Whether there is anything to see.
+    pub(super) fn is_empty(&self) -> bool {
+        self.display.displayed().is_none()
     }
 
-    /// So much of it is done, 0 to 1; nothing where it is there, or where there will be none. What has come of its picture is
-    /// drawn.
-    pub(super) fn progressed(&mut self, opening: Option<f64>) -> Result<()> {
-        self.opening = opening;
-        if let Some(shown) = &mut self.shown
-            && shown.catch_up(&mut self.textures)?
+    /// Another file is being opened.
+    pub(super) fn begin_opening(&mut self, name: &str) -> Result<()> {
+        self.title.forget_notice();
+        self.set_opening(name, 0.0)
+    }
+
+    /// A file is being opened, and so much of it is done, 0 to 1. What is displayed stays until there is something to see of it;
+    /// what has come of its preview is drawn.
+    pub(super) fn set_opening(&mut self, name: &str, share: f64) -> Result<()> {
+        self.opening = Some((name.to_owned(), share));
+        self.catch_up()
+    }
+
+    /// No file is being opened any more. What has come of the last one is drawn.
+    pub(super) fn end_opening(&mut self) -> Result<()> {
+        self.opening = None;
+        self.catch_up()
+    }
+
+    fn catch_up(&mut self) -> Result<()> {
+        if let Some(displayed) = self.display.displayed_mut()
+            && displayed.catch_up(&mut self.textures)?
         {
             self.wake();
         }
         Ok(())
     }
 
-    /// Shows a source in the place of what is shown: at once, or, where it is the whole of what is shown already, as soon as it
-    /// is as sharp.
-    pub(super) fn show(&mut self, name: &str, arrival: Arrival, is_coarse: bool) -> Result<()> {
-        let shown = Shown::new(&self.gpu, &mut self.textures, &self.surface, &self.showing, (name, arrival))?;
-        self.drop_next();
-        let takes_over = std::mem::replace(&mut self.is_coarse, is_coarse) && !is_coarse;
-        // A picture that says itself what it wants cannot be behind another one.
-        let is_inline = self.textures.inspect().feedback_mode() == FeedbackMode::Inline;
-        match &self.shown {
-            Some(_) if takes_over && !is_inline && self.showing.overlay.is_none() => {
-                self.next = Some(Next { shown, since: Instant::now(), frames: 0 });
-            }
-            _ => self.replace(shown),
-        }
-        self.wake();
+    /// Displays a preview of the source that an opening will bring.
+    pub(super) fn show_preview(&mut self, opening: u64, name: &str, source: PreparedSource) -> Result<()> {
+        let preview = self.displayed(name, source)?;
+        let gone = self.display.show_preview(opening, preview);
+        self.remove(gone);
         Ok(())
     }
 
-    fn replace(&mut self, shown: Shown) {
-        self.surface.wear(&shown.suit);
-        if let Some(before) = self.shown.replace(shown) {
-            before.remove(&mut self.textures);
+    /// Displays the source that an opening brought: in the place of its preview as soon as it is as sharp, else at once. Says which
+    /// scene it is on: an image where it cannot go on the one that is displayed, as on a terrain without heights.
+    pub(super) fn show_source(&mut self, opening: u64, name: &str, source: PreparedSource) -> Result<Scene> {
+        let source = self.displayed(name, source)?;
+        // A picture that says itself what it wants cannot be behind another one.
+        let is_inline = self.textures.inspect().feedback_mode() == FeedbackMode::Inline;
+        let may_be_behind = !is_inline && self.settings.overlay.is_none();
+        self.settings.scene = source.renderer.scene();
+        let gone = self.display.show_source(opening, source, may_be_behind, Instant::now());
+        self.remove(gone);
+        Ok(self.settings.scene)
+    }
+
+    fn displayed(&mut self, name: &str, source: PreparedSource) -> Result<Displayed> {
+        let (settings, may_be_image) = (&self.settings, !self.is_empty());
+        Displayed::new(&self.gpu, &mut self.textures, &self.surface, settings, may_be_image, (name, source))
+    }
+
+    /// What is displayed is another one than before.
+    fn remove(&mut self, gone: impl IntoIterator<Item = Displayed>) {
+        gone.into_iter().for_each(|gone| gone.remove(&mut self.textures));
+        if let Some(displayed) = self.display.displayed() {
+            self.surface.set_format(&displayed.format);
         }
-        self.is_shortage_told = false;
+        self.is_shortage_reported = false;
         self.jumped();
     }
 
-    fn drop_next(&mut self) {
-        if let Some(next) = self.next.take() {
-            next.shown.remove(&mut self.textures);
-        }
-    }
-
-    /// Has the next source take its place, if it is time.
-    fn take_next(&mut self) {
-        let is_due = |next: &mut Next| {
-            let is_sharp = next.frames >= FIRST_WANTED && self.textures.stats().converged;
-            is_sharp || next.since.elapsed() > LONGEST_WAIT
-        };
-        if let Some(next) = self.next.take_if(is_due) {
-            self.replace(next.shown);
+    /// Displays a source in the place of its preview at once, if one waits behind it.
+    fn finish_taking_over(&mut self) {
+        if let Some(preview) = self.display.finish() {
+            self.remove([preview]);
         }
     }
 
     /// Goes on with a device of its own after this one's was lost. What was read stays, and the view is sharp again as soon as it is
     /// uploaded.
     pub(super) fn restored(mut self, display: OwnedDisplayHandle) -> Result<Viewer> {
-        if let Some(next) = self.next.take() {
-            self.replace(next.shown);
-        }
-        let Viewer { window, mut textures, shown, surface, gpu, showing, .. } = self;
+        self.finish_taking_over();
+        let Viewer { window, mut textures, display: displayed, surface, gpu, settings, .. } = self;
         // A window has one surface at a time.
         drop((surface, gpu));
         let (gpu, surface) = device_for(&window, display)?;
         textures.memory().restore(&gpu.device, &gpu.queue)?;
         let mut surface = Surface::new(&gpu, window.clone(), surface)?;
-        let shown = shown.map(|shown| shown.restored(&gpu, &textures, &surface, &showing)).transpose()?;
-        shown.iter().for_each(|shown| surface.wear(&shown.suit));
+        let displayed = displayed.try_map(|source| source.restored(&gpu, &textures, &surface, &settings))?;
+        displayed.displayed().iter().for_each(|source| surface.set_format(&source.format));
         let unsettled = UNSETTLED_FRAMES;
-        Ok(Viewer { gpu, window, surface, textures, shown, showing, unsettled, ..self })
+        Ok(Viewer { gpu, window, surface, textures, display: displayed, settings, unsettled, ..self })
     }
 
     /// Width and height of the view in pixels.
@@ -206,11 +200,11 @@ impl Viewer {
     /// Width over height of the view and of the image.
     pub(super) fn aspects(&self) -> Aspects {
         let [width, height] = self.size();
-        let image = self.shown.as_ref().map_or(1.0, |shown| shown.renderer.image_aspect());
+        let image = self.display.displayed().map_or(1.0, |source| source.renderer.image_aspect());
         [f64::from(width) / f64::from(height), image]
     }
 
-    /// Frames of whole sources drawn so far.
+    /// Frames of sources drawn so far, those of previews left out.
     pub(super) fn frames(&self) -> u64 {
         self.frames
     }
@@ -248,7 +242,8 @@ impl Viewer {
     }
 
     fn name(&self) -> &str {
-        self.shown.as_ref().map_or("vastex", |shown| &shown.name)
+        let opening = || self.opening.as_ref().map(|(name, _)| &**name);
+        self.display.displayed().map(|source| &*source.name).or_else(opening).unwrap_or("vastex")
     }
 
     /// Says something to the person at the window, in its title and on stderr.
@@ -262,42 +257,36 @@ impl Viewer {
         self.title.notify(notice.to_owned(), Instant::now());
     }
 
-    /// Puts what is shown on something else. It may not go there: a terrain needs heights.
+    /// Puts what is displayed on something else. It may not go there: a terrain needs heights.
     pub(super) fn put_on(&mut self, scene: Scene) -> Result<()> {
-        let showing = Showing { scene, ..self.showing.clone() };
-        self.finish_next();
-        if let Some(shown) = &mut self.shown {
-            shown.put_on(&self.gpu, &mut self.textures, &showing)?;
+        let settings = DisplaySettings { scene, ..self.settings.clone() };
+        self.finish_taking_over();
+        if let Some(source) = self.display.displayed_mut() {
+            source.put_on(&self.gpu, &mut self.textures, &settings)?;
         }
-        self.showing = showing;
+        self.settings = settings;
         self.jumped();
         Ok(())
     }
 
-    fn finish_next(&mut self) {
-        if let Some(next) = self.next.take() {
-            self.replace(next.shown);
-        }
-    }
-
     /// Draws the next overlay in the place of the picture; after the last, the picture.
     pub(super) fn next_overlay(&mut self) {
-        self.showing.overlay = Overlay::next(self.showing.overlay);
-        self.finish_next();
-        if let Some(shown) = &mut self.shown {
-            shown.draw_overlay(&self.gpu, &self.textures, self.showing.overlay);
+        self.settings.overlay = Overlay::next(self.settings.overlay);
+        self.finish_taking_over();
+        if let Some(source) = self.display.displayed_mut() {
+            source.draw_overlay(&self.gpu, &self.textures, self.settings.overlay);
         }
     }
 
-    /// Asks why a pixel shows what it shows; one of the next frames tells it.
+    /// Asks why a pixel shows what it shows; one of the next frames has the answer.
     pub(super) fn explain(&mut self, pose: Pose, pixel: [u32; 2]) -> Result<()> {
-        let Some(Shown { renderer, .. }) = &self.shown else { return Ok(()) };
+        let Some(Displayed { renderer, .. }) = self.display.displayed() else { return Ok(()) };
         let (asked, size) = ((renderer, renderer.camera(), &pose), self.surface.size());
         inspect::ask(&self.gpu, &mut self.textures, asked, size, pixel)?;
         Ok(())
     }
 
-    /// Tells the answers that have arrived: in the title, and in full on stdout.
+    /// Prints the answers that have arrived: in the title, and in full on stdout.
     fn print_explained(&mut self) -> Result<()> {
         for ExplainedPixel { pixel, explanations } in inspect::answers(&mut self.textures)? {
             let explained = Explained::new(pixel, &explanations);
@@ -312,9 +301,9 @@ impl Viewer {
         let stats = self.textures.stats();
         let wake = match () {
             () if self.is_hidden => Wake::After(SLOW),
+            () if self.is_empty() => Wake::OnEvent,
             // Each frame looks for answers, also where nothing moves.
-            () if self.shown.is_none() => Wake::OnEvent,
-            () if awake || self.textures.pixels().asked() > 0 || self.next.is_some() => Wake::Now,
+            () if awake || self.textures.pixels().asked() > 0 || self.display.next().is_some() => Wake::Now,
             () if !self.is_settled(&stats) => Wake::Now,
             () if stats.pager.failed > 0 => Wake::After(SLOW),
             () => self.title.notice_left(Instant::now()).map_or(Wake::OnEvent, Wake::After),
@@ -332,24 +321,37 @@ impl Viewer {
 
     /// Draws and shows a frame, where the window shows any.
     pub(super) fn draw(&mut self, pose: Pose) -> Result<()> {
-        self.take_next();
+        if let Some(preview) = self.display.take_over(self.textures.stats().converged, Instant::now()) {
+            self.remove([preview]);
+        }
         let frame = self.surface.acquire();
         if !matches!(frame, Ok(Some(_))) {
             self.textures.inspect().check_device()?; // a lost one is the reason, whatever the window says
         }
         let frame = frame?;
         self.is_hidden = frame.is_none();
-        let Some(frame) = frame else { return Ok(()) };
-        let target = self.surface.target(&frame.view);
-        let Some(shown) = &mut self.shown else {
-            self.draw_nothing(frame);
-            return Ok(());
-        };
-        let size = self.surface.size();
-        if let Some(overlay) = &mut shown.overlay {
-            shown.renderer.set_pose(&self.gpu.queue, &self.textures, &pose, size);
-            overlay.look(&self.gpu.device, &self.gpu.queue, &self.textures, &shown.renderer, size)?;
+        match frame {
+            None => return Ok(()),
+            Some(frame) if self.is_empty() => self.surface.clear(frame, BACKGROUND),
+            Some(frame) => self.draw_displayed(frame, pose)?,
         }
+        let stats = self.textures.stats();
+        self.report_events(&stats);
+        self.update_title(&stats, pose);
+        Ok(())
+    }
+
+    fn draw_displayed(&mut self, frame: SurfaceFrame, pose: Pose) -> Result<()> {
+        let (size, target) = (self.surface.size(), self.surface.target(&frame.view));
+        self.display.count_frame();
+        let is_alone = self.display.next().is_none();
+        let Gpu { device, queue, .. } = &self.gpu;
+        if let Some(Displayed { renderer, overlay: Some(overlay), .. }) = self.display.displayed_mut() {
+            renderer.set_pose(queue, &self.textures, &pose, size);
+            overlay.look(device, queue, &self.textures, renderer, size)?;
+        }
+        let next = self.display.next().map(|next| &next.renderer);
+        let Some(displayed) = self.display.displayed() else { return Ok(()) };
         let now = Instant::now();
         if let Some(before) = self.drawn_at.replace(now) {
             self.textures.set_frame_time(now.duration_since(before));
@@ -357,62 +359,43 @@ impl Viewer {
                 self.title.count_frame(now.duration_since(before));
             }
         }
-        // What comes next says what it wants, and what is shown is drawn as it is.
-        let heard = self.next.as_ref().map_or(&shown.renderer, |next| &next.shown.renderer);
+        // What comes next says what it wants, and what is displayed is drawn as it is.
+        let heard = next.unwrap_or(&displayed.renderer);
         let views = [StageView { view: ViewId::MAIN, camera: heard.camera(), pose }];
         // An overlay hides the picture.
-        let is_behind = shown.overlay.is_some() || self.next.is_some();
+        let is_behind = displayed.overlay.is_some() || !is_alone;
         let pictures = if is_behind { Pictures::ForFeedback } else { Pictures::Always };
-        let recorded =
-            stage::Frame { views: &views, expected: None, picture: size, has_feedback: true, pictures };
+        let recorded = Frame { views: &views, expected: None, picture: size, has_feedback: true, pictures };
+        let renderer = &displayed.renderer;
+        if !is_alone {
+            renderer.set_pose(queue, &self.textures, &pose, size);
+        }
         let mut encoder = recorded.record(&self.gpu, &mut self.textures, heard, &target, |_, _| Ok(()))?;
-        if let Some(next) = &mut self.next {
-            next.frames += 1;
-            shown.renderer.set_pose(&self.gpu.queue, &self.textures, &pose, size);
-            draw_again(&mut encoder, &self.textures, &shown.renderer, shown.renderer.camera(), &target);
+        match &displayed.overlay {
+            Some(overlay) => {
+                overlay.draw(&mut encoder, renderer, &self.textures, &target);
+                target.encode(&mut encoder);
+            }
+            None if !is_alone => {
+                draw_again(&mut encoder, &self.textures, renderer, renderer.camera(), &target);
+            }
+            None => {}
         }
-        if let Some(overlay) = &shown.overlay {
-            overlay.draw(&mut encoder, &shown.renderer, &self.textures, &target);
-            target.encode(&mut encoder);
-        }
-        self.gpu.queue.submit([encoder.finish()]);
+        queue.submit([encoder.finish()]);
         self.surface.present(frame);
         // While the first picture is looked at.
-        shown.renderer.compile_all();
+        renderer.compile_all();
         self.print_explained()?;
-        self.frames += u64::from(!self.is_coarse && self.next.is_none());
+        self.frames += u64::from(self.display.is_source());
         self.unsettled = self.unsettled.saturating_sub(1);
         if self.unsettled == 0 && self.textures.inspect().settings().picture != self.surface.size() {
             self.fit_pools();
         }
-        self.tell(pose);
         Ok(())
     }
 
-    /// Fills the window where there is nothing to show yet.
-    fn draw_nothing(&self, frame: surface::Frame) {
-        let [r, g, b, a] = BACKGROUND.to_array().map(f64::from);
-        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        let ops = wgpu::Operations {
-            load: wgpu::LoadOp::Clear(wgpu::Color { r, g, b, a }),
-            store: wgpu::StoreOp::Store,
-        };
-        let attachment = wgpu::RenderPassColorAttachment {
-            view: &frame.view,
-            depth_slice: None,
-            resolve_target: None,
-            ops,
-        };
-        drop(encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            color_attachments: &[Some(attachment)],
-            ..Default::default()
-        }));
-        self.gpu.queue.submit([encoder.finish()]);
-        self.surface.present(frame);
-    }
-
     /// Says what happened, on stderr and in the title.
-    fn tell(&mut self, pose: Pose) {
+    fn report_events(&mut self, stats: &FrameStats) {
         while let Some(event) = self.textures.poll_event() {
             match &event {
                 Event::Failed { page, why, .. } => {
@@ -428,27 +411,39 @@ impl Viewer {
                 }
             }
         }
-        let stats = self.textures.stats();
-        let is_settled = self.is_settled(&stats);
-        if is_settled && !self.is_shortage_told {
+        if self.is_settled(stats) && !self.is_shortage_reported {
             let event = self.shortage.take().and_then(|event| shortage::at_rest(event, &stats.pools));
             if let Some(text) = event.and_then(|event| shortage::text(&event, &self.textures)) {
-                self.is_shortage_told = true;
+                self.is_shortage_reported = true;
                 self.notify(&text);
             }
         }
-        let Some(Shown { name, size, renderer, overlay, .. }) = &self.shown else { return };
-        let scale = pose.magnification(self.surface.size(), *size);
-        let shown = TitleParts {
-            name,
-            size: *size,
-            scene: scale.map_or_else(|| Scale::On(renderer.scene().name()), Scale::Even),
-            overlay: overlay.as_ref().map(|overlay| overlay.overlay().name()),
-            stats: &stats,
-            is_settled,
-            opening: self.opening,
+    }
+
+    fn update_title(&mut self, stats: &FrameStats, pose: Pose) {
+        let (displayed, name) = (self.display.displayed(), self.name().to_owned());
+        let image = displayed.map(|Displayed { size, texels, renderer, .. }| {
+            let scale = pose.magnification(self.surface.size(), *size);
+            TitleImage {
+                size: *size,
+                scene: scale.map_or_else(|| Scale::On(renderer.scene().name()), Scale::Even),
+                lack: match &self.display {
+                    Display::Source(_) if texels != size => Some("reduced"),
+                    // The file could not be read to its end.
+                    Display::Preview { .. } if self.opening.is_none() => Some("incomplete"),
+                    _ => None,
+                },
+            }
+        });
+        let parts = TitleParts {
+            name: &name,
+            image,
+            overlay: displayed.and_then(|source| Some(source.overlay.as_ref()?.overlay().name())),
+            stats,
+            is_settled: self.is_settled(stats),
+            opening: self.opening.as_ref().map(|(_, share)| *share),
         };
-        if let Some(title) = self.title.due(Instant::now(), &shown) {
+        if let Some(title) = self.title.due(Instant::now(), &parts) {
             self.window.set_title(title);
         }
     }

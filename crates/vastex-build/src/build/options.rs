@@ -27,9 +27,10 @@ pub struct BuildOptions {
     pub filter: Option<LayerFilter>,
     /// From which level each level is made, where no filter says otherwise.
     pub levels_from: LevelsFrom,
-    /// Whether the levels of a pyramid, a TIFF file or a tile directory, are stored as the pyramid has them; those that it
-    /// lacks are made of its finer ones by the usual filter. Otherwise all are made of level 0. For the texture's one
-    /// layer, in a format that holds the pyramid's texels as they are, or in blocks made of those.
+    /// Whether the levels of a pyramid, a TIFF file or a tile directory, are stored as they are shown without a build; one that
+    /// is missing is filtered from a finer level up to three away, else interpolated from a coarser one. Otherwise all levels
+    /// are made from level 0. For a texture of one layer of colours or other plain numbers, in a format that holds the
+    /// pyramid's texels as they are, or in blocks made of those. Colour profiles are not followed.
     pub keep_levels: bool,
     /// What lies beyond the edges, in x and in y. Planet tile directories always wrap in x, even if this is
     /// [`AddressMode::Clamp`].

@@ -301,7 +301,7 @@ impl Job<'_> {
                 let failed = |(path, fault): (&Path, _)| Stopped::Input { path: path.into(), fault };
                 readers.read(&mut rows).map_err(failed)?;
                 if let (Some(header), Some(rows)) = (&first, rows.first()) {
-                    progress.rows(header, rows);
+                    progress.rows(header, done / self.plans[0].layer.scale, rows);
                 }
                 if rows_tx.send(rows).is_err() {
                     return Ok(());

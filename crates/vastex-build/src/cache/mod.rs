@@ -103,8 +103,8 @@ impl BuildCache {
 
     /// The container of an image, which is built if it is not there.
     ///
-    /// `options` decide what is built; their `resume` and `durable` are always on, `part` and `insets` are not
-    /// heeded. `progress` hears of the build as from [`crate::build()`], and may stop it: what is built stays.
+    /// `options` decide what is built; their `resume` and `durable` are always on, `part`, `keep_levels` and
+    /// `insets` are not heeded. `progress` hears of the build as from [`crate::build()`], and may stop it: what is built stays.
     /// Where the container is there, this opens the image, reads a sample of it (2 MiB of each of its first 64
     /// files, less of each other one), and the container's index. Fails where [`crate::build()`] would.
     pub fn open(
@@ -209,7 +209,8 @@ impl BuildCache {
 
 /// The options of what is kept.
 fn built_with(options: &BuildOptions) -> BuildOptions {
-    BuildOptions { resume: true, durable: true, part: None, insets: Vec::new(), ..options.clone() }
+    let insets = Vec::new();
+    BuildOptions { resume: true, durable: true, part: None, keep_levels: false, insets, ..options.clone() }
 }
 
 /// The container at a place; nothing where there is none that is whole. What is no sound container, a build

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::fault::InputFault;
 use super::header::RowReader;
-use super::picture::{files_of_texels, open_file_of_texels, open_smaller_picture};
+use super::picture::{files_of_texels, open_file_of_texels, open_reduced_picture};
 use super::{grids, mosaic};
 
 /// An open image, and all that is read for its rows.
@@ -21,17 +21,17 @@ pub fn open(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {
     open_with_files(path).map(|opened| opened.reader)
 }
 
-/// Opens an image at half of its size, a quarter or an eighth, rounded up, so that it has about `side` texels along its longer
-/// axis or more; nothing where that is no quicker than to read it whole. The rows are as [`open`] gives them out: upright,
-/// and their colours as they are stored.
+/// Opens a JPEG file that can be read by rows at an eighth of its size, a quarter or a half, rounded up: the smallest of them whose
+/// longer side is about `side` texels or more. `None` for every other format, for directories, and where even a half would be
+/// smaller. The rows are as [`open`] gives them out: upright, and their colours as they are stored.
 ///
-/// JPEG files that can be read by rows are: 10,800 x 5,400 texels take about a third of the time. Their texels are
-/// those that libjpeg makes of each block of 8x8, so they differ a little from any mean of the image's.
-pub fn open_smaller(path: &Path, side: u32) -> Result<Option<Box<dyn RowReader>>, InputFault> {
+/// libjpeg makes fewer texels of each block of 8x8, which at an eighth takes about a third of the time of the whole image; they
+/// differ a little from the mean of the image's texels. Fails where [`open`] does.
+pub fn open_reduced(path: &Path, side: u32) -> Result<Option<Box<dyn RowReader>>, InputFault> {
     if !std::fs::metadata(path)?.is_file() {
         return Ok(None);
     }
-    open_smaller_picture(path, side)
+    open_reduced_picture(path, side)
 }
 
 /// Opens an image as [`open`] does, and says which files it is made of.

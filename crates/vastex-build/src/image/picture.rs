@@ -31,7 +31,7 @@ pub(super) fn open_image(path: &Path) -> Result<Box<dyn RowReader>, InputFault> 
 }
 
 /// Opens an image at a share of its size, and turns it upright; nothing where that is not quicker.
-pub(super) fn open_smaller_picture(path: &Path, side: u32) -> Result<Option<Box<dyn RowReader>>, InputFault> {
+pub(super) fn open_reduced_picture(path: &Path, side: u32) -> Result<Option<Box<dyn RowReader>>, InputFault> {
     let mut file = open_file(path)?;
     let mut magic = Vec::with_capacity(3);
     (&mut file).take(3).read_to_end(&mut magic)?;
@@ -39,8 +39,8 @@ pub(super) fn open_smaller_picture(path: &Path, side: u32) -> Result<Option<Box<
     if magic != [0xff, 0xd8, 0xff] {
         return Ok(None);
     }
-    let smaller = jpeg::JpegReader::new(file)?.smaller(side);
-    Ok(smaller.map(|reader| oriented::upright(Box::new(reader))))
+    let reduced = jpeg::JpegReader::new(file)?.reduced(side);
+    Ok(reduced.map(|reader| oriented::upright(Box::new(reader))))
 }
 
 fn open_as_stored(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {

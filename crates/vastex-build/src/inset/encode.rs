@@ -6,9 +6,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 use vastex_core::{Description, PagePos};
-use vastex_tiles::{
-    Container, ContainerWriter, ReadError, ReorderError, TempFile, Tile, TileSource, Written, rewrite,
-};
+use vastex_tiles::{Container, ContainerWriter, ReorderError, TempFile, Tile, TileSource, Written, rewrite};
 
 use super::Steps;
 use crate::build::{BuildError, BuildOptions};
@@ -34,14 +32,7 @@ pub(super) fn encode(
     let recoder = Recoder::new(&encoder, &source);
     let pool = threads::pool(options.threads)?;
     let make = |tiles: Vec<(PagePos, Tile)>| {
-        let encoded = |(pos, tile): (PagePos, Tile)| {
-            let texels = tile.decode(&source).map_err(|error| ReadError::Damaged {
-                pos,
-                place: name.clone(),
-                fault: error.to_string(),
-            })?;
-            Ok((pos, recoder.tile(pos, &texels)))
-        };
+        let encoded = |(pos, tile): (PagePos, Tile)| Ok((pos, recoder.recode(pos, &tile, &name)?));
         pool.install(|| tiles.into_par_iter().map(encoded).collect())
     };
     let at_once = BATCH_BYTES / source.tile_bytes().max(1);

@@ -186,9 +186,16 @@ impl<C: Cells> Pages<C> {
     }
 
     /// A rectangle of a level that is filtered from the next finer one: the part within the level, and what lies
-    /// beyond its edges clamped to that.
+    /// beyond its edges as the address modes say.
     fn reduced(&self, level: u32, origin: [i64; 2], size: [u32; 2]) -> Result<Vec<u8>, InputFault> {
         let of_level = self.level_size(level);
+        let is_inside = |axis: usize| {
+            let end = origin[axis] + i64::from(size[axis]);
+            self.address[axis] == AddressMode::Clamp || origin[axis] >= 0 && end <= i64::from(of_level[axis])
+        };
+        if let Some(axis) = [0, 1].into_iter().find(|&axis| !is_inside(axis)) {
+            return self.reduced_across(level, origin, size, axis);
+        }
         let inside: [[i64; 2]; 2] = [0, 1].map(|axis| {
             let last = i64::from(of_level[axis]) - 1;
             [origin[axis], origin[axis] + i64::from(size[axis]) - 1].map(|at| at.clamp(0, last))
@@ -208,6 +215,37 @@ impl<C: Cells> Pages<C> {
                 let at = (row + index(0, x)) * self.texel;
                 texels.extend_from_slice(&coarse[at..at + self.texel]);
             }
+        }
+        Ok(texels)
+    }
+
+    /// The same of one that reaches beyond an edge whose other side is seen there: line by line along that axis, each where it
+    /// lies within the level. Only borders reach there.
+    fn reduced_across(
+        &self,
+        level: u32,
+        origin: [i64; 2],
+        size: [u32; 2],
+        axis: usize,
+    ) -> Result<Vec<u8>, InputFault> {
+        let (of_level, row) = (self.level_size(level), size[0] as usize * self.texel);
+        let mut texels = vec![0; row * size[1] as usize];
+        let (mut done, mut line_size) = (0, size);
+        while done < size[axis] {
+            let folded =
+                |n: u32| i64::from(fold(self.address[axis], origin[axis] + i64::from(n), of_level[axis]));
+            let first = folded(done);
+            let left = size[axis] - done;
+            line_size[axis] = (1..left).find(|&n| folded(done + n) != first + i64::from(n)).unwrap_or(left);
+            let mut place = origin;
+            place[axis] = first;
+            let lines = self.reduced(level, place, line_size)?;
+            let bytes = line_size[0] as usize * self.texel;
+            let to = if axis == 0 { done as usize * self.texel } else { done as usize * row };
+            for (target, line) in texels[to..].chunks_mut(row).zip(lines.chunks_exact(bytes)) {
+                target[..bytes].copy_from_slice(line);
+            }
+            done += line_size[axis];
         }
         Ok(texels)
     }

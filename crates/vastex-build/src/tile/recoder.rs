@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use bytes::Bytes;
 use vastex_core::{Description, Geometry, PagePos};
-use vastex_tiles::EncodedTile;
+use vastex_tiles::{DecodeError, EncodedTile, ReadError, Tile};
 
 use super::TileEncoder;
 use super::tail::extend_levels;
@@ -26,8 +26,17 @@ impl<'a> Recoder<'a> {
         Recoder { encoder, geometries, source }
     }
 
-    /// The tile of a page, from its decoded texels.
-    pub(crate) fn tile(&self, pos: PagePos, texels: &Bytes) -> EncodedTile {
+    /// The tile of a page, from that of the texture without blocks, which was read from `place`.
+    pub(crate) fn recode(&self, pos: PagePos, tile: &Tile, place: &str) -> Result<EncodedTile, ReadError> {
+        let damaged = |error: DecodeError| ReadError::Damaged {
+            pos,
+            place: place.to_owned(),
+            fault: error.to_string(),
+        };
+        Ok(self.tile(pos, &tile.clone().decode(self.source).map_err(damaged)?))
+    }
+
+    fn tile(&self, pos: PagePos, texels: &Bytes) -> EncodedTile {
         let layers = 0..self.geometries.len();
         if layers.clone().all(|number| !self.encoder.format(number).is_compressed()) {
             return self.encoder.tile(texels.clone());

@@ -13,7 +13,7 @@ mod insets;
 mod insets_layers;
 #[cfg(feature = "bc")]
 mod layers;
-mod memory;
+mod memory_image;
 mod orientation;
 mod parts;
 mod pyramid;

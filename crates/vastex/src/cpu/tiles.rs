@@ -3,10 +3,10 @@
 //!
 //! Which tile answers a query is `sample`'s business.
 
-use std::collections::HashMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use bytes::Bytes;
+use rustc_hash::FxHashMap;
 use vastex_core::{Geometry, PagePos, PoolId, Region, Slot, SlotMove, TextureNumber};
 use vastex_tiles::decode_layer;
 
@@ -39,21 +39,21 @@ pub(crate) struct CpuTiles {
     used: Mutex<Used>,
     kept_layers: Vec<LayerId>,
     /// Texels of layers, by their numbers.
-    kept: HashMap<(PoolId, Slot), Vec<(usize, Bytes)>>,
+    kept: FxHashMap<(PoolId, Slot), Vec<(usize, Bytes)>>,
 }
 
 /// The tiles used last.
 #[derive(Debug, Default)]
 struct Used {
     /// Each with the use that was its last.
-    tiles: HashMap<(LayerId, PagePos), (Bytes, u64)>,
+    tiles: FxHashMap<(LayerId, PagePos), (Bytes, u64)>,
     uses: u64,
     stats: CpuStats,
 }
 
 impl CpuTiles {
     pub(crate) fn new(budget: u64) -> CpuTiles {
-        CpuTiles { budget, used: Mutex::default(), kept_layers: Vec::new(), kept: HashMap::new() }
+        CpuTiles { budget, used: Mutex::default(), kept_layers: Vec::new(), kept: FxHashMap::default() }
     }
 
     /// Each change is made whole under the lock, so a panic elsewhere does no harm.
@@ -140,7 +140,7 @@ impl CpuTiles {
 
     /// Tiles of a pool are in other slots now, and those that are not named are in none.
     pub(crate) fn moved(&mut self, pool: PoolId, moves: &[SlotMove]) {
-        let (mut left, rest): (HashMap<_, _>, HashMap<_, _>) =
+        let (mut left, rest): (FxHashMap<_, _>, FxHashMap<_, _>) =
             self.kept.drain().partition(|((of, _), _)| *of == pool);
         self.kept = rest;
         for SlotMove { from, to } in moves {

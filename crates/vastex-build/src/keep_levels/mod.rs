@@ -8,12 +8,12 @@ use std::path::Path;
 use std::sync::Arc;
 
 use rayon::prelude::*;
-use vastex_core::{Description, Layer, PagePos};
-use vastex_tiles::{ContainerWriter, EncodedTile, ReadError, TileSource, Written};
+use vastex_core::{AddressMode, Description, Layer, PagePos};
+use vastex_tiles::{ContainerWriter, EncodedTile, TileSource, Written};
 
 use crate::build::error::BuildError;
 use crate::build::{BuildOptions, BuildReport, LayerReport, leftovers, place};
-use crate::image::{InputFault, Notice};
+use crate::image::{InputFault, Notice, open_with_files};
 use crate::progress::Progress;
 use crate::source::{DirectorySource, Shape, SourceError, TiffSource};
 use crate::texels::blocks;
@@ -23,8 +23,8 @@ use crate::tile::{INDEX_BYTES, Recoder, TileEncoder};
 
 /// Bytes of texels that are read and encoded side by side.
 const BATCH_BYTES: usize = 16 << 20;
-/// What a source keeps of decoded tiles, about.
-const KEPT_BYTES: u64 = 128 << 20;
+/// What a source keeps of decoded tiles at most, and of the levels that it makes at opening.
+const SOURCE_BYTES: u64 = 512 << 20;
 
 /// Makes a container of one pyramid with the levels that it has.
 pub(crate) fn build(
@@ -40,7 +40,10 @@ pub(crate) fn build(
     };
     check(input, options)?;
     leftovers::refuse(output, false)?;
-    place::check(std::slice::from_ref(&input.path), output)?;
+    let opened = open_with_files(&input.path);
+    let opened = opened.map_err(|fault| BuildError::Input { path: input.path.clone(), fault })?;
+    place::check(&opened.files, output)?;
+    drop(opened);
     let pyramid = Pyramid::open(input, options)?;
     let described = pyramid.tiles().description();
     let texture = Arc::new(texture(input, options, described)?);
@@ -68,7 +71,9 @@ pub(crate) fn build(
         constant_tiles: written.constant_tiles,
         shared_tiles: written.shared_tiles,
         bytes: written.bytes,
-        memory: texture.geometry.page_count() * INDEX_BYTES + KEPT_BYTES + 2 * BATCH_BYTES as u64,
+        memory: texture.geometry.page_count() * INDEX_BYTES
+            + SOURCE_BYTES
+            + 3 * BATCH_BYTES.max(described.tile_bytes()) as u64,
         ..BuildReport::default()
     })
 }
@@ -85,6 +90,9 @@ fn check(input: &LayerInput, options: &BuildOptions) -> Result<(), BuildError> {
         (!options.insets.is_empty(), "insets"),
         (options.part.is_some(), "--shard"),
         (options.resume, "--resume"),
+        (options.tolerant, "--tolerant"),
+        (options.memory_limit != usual.memory_limit, "--memory-mib"),
+        (options.address.contains(&AddressMode::Border), "a border colour"),
     ];
     match others.into_iter().find(|(is_asked, _)| *is_asked) {
         Some((_, what)) => Err(BuildError::KeptLevels(what)),
@@ -100,6 +108,13 @@ fn texture(
 ) -> Result<Description, BuildError> {
     let held = described.layers[0].format;
     let format = input.format.unwrap_or(held);
+    // Levels that are missing are made as those of colours and other plain numbers are.
+    let filter = |name: &str| LayerFilter::for_layer(name, held, true);
+    if filter(&input.name) != filter("color") {
+        return Err(BuildError::KeptLevels(
+            "a layer of this name, whose levels are made in a way of their own",
+        ));
+    }
     if format.decoded() != held {
         let possible = vastex_core::LayerFormat::ALL.into_iter().filter(|format| format.decoded() == held);
         return Err(BuildError::Format {
@@ -191,13 +206,9 @@ fn write(
     let (recoder, geometry) = (Recoder::new(encoder, source), &source.geometry);
     let at_once = (BATCH_BYTES / source.tile_bytes()).max(1);
     let encoded = |&pos: &PagePos| -> Result<(PagePos, EncodedTile), BuildError> {
-        let failed = |error| BuildError::Tile { path: path.into(), error };
-        let tile = pollster::block_on(tiles.read(pos)).map_err(failed)?;
-        let texels = tile.decode(source).map_err(|error| {
-            let place = path.display().to_string();
-            failed(ReadError::Damaged { pos, place, fault: error.to_string() })
-        })?;
-        Ok((pos, recoder.tile(pos, &texels)))
+        let tile = pollster::block_on(tiles.read(pos));
+        let recoded = tile.and_then(|tile| recoder.recode(pos, &tile, &path.display().to_string()));
+        Ok((pos, recoded.map_err(|error| BuildError::Tile { path: path.into(), error })?))
     };
     let (rows, count) = (u64::from(geometry.size()[1]), geometry.page_count());
     let (mut pages, mut done, mut bytes) = (geometry.pages(), 0, 0);

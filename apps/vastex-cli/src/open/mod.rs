@@ -1,5 +1,14 @@
 //! What a path turns into: the one door to containers, tile directories of other programs, TIFF pyramids, images and generated
 //! planets, behind a disk cache if one is asked for.
+//!
+//! What becomes of an image that nobody built is in `image`, what can be seen of it meanwhile in `preview`, who is told in
+//! `observer`.
+
+#[cfg(feature = "build")]
+pub(crate) mod image;
+mod observer;
+#[cfg(feature = "build")]
+mod preview;
 
 use std::io::Read;
 use std::path::Path;
@@ -10,15 +19,27 @@ use vastex::TileSource;
 use vastex_scenes::Scene;
 use vastex_tiles::{Container, DirectStore, DiskTier};
 
-use crate::args::{PLANET, SceneArgs};
-use crate::meanwhile::{BuiltWith, Meanwhile};
+use crate::args::{CacheArgs, PLANET, SceneArgs};
 use crate::{disk_cache, planet, report};
+pub(crate) use observer::OpenObserver;
+use observer::WithoutPreview;
 
 /// What a scene shows.
 pub(crate) struct Opened {
     /// Behind the disk cache, where there is one.
     pub(crate) tiles: Arc<dyn TileSource>,
     pub(crate) disk: Option<Arc<DiskTier>>,
+}
+
+/// How an image is opened that nobody built.
+#[derive(Clone, Copy)]
+#[cfg_attr(not(feature = "build"), expect(dead_code, reason = "nothing can be built"))]
+pub(crate) struct OpenImage<'a> {
+    /// Where its container is kept.
+    pub(crate) cache: &'a CacheArgs,
+    /// Whether its left and right edges are neighbours, as on a globe.
+    pub(crate) wraps: bool,
+    pub(crate) observer: &'a dyn OpenObserver,
 }
 
 /// What the words of a source name.
@@ -37,10 +58,10 @@ pub(crate) fn open(args: &SceneArgs) -> Result<Opened> {
     open_another(&args.source, args, &())
 }
 
-/// Opens another source as the arguments of a scene say, with a picture to look at before it is there.
-pub(crate) fn open_another(source: &Path, args: &SceneArgs, meanwhile: &dyn Meanwhile) -> Result<Opened> {
-    let built = BuiltWith { cache: &args.cache, wraps: args.on == Scene::Globe, meanwhile };
-    let tiles = open_tiles(source, args.direct, Some(built))?;
+/// Opens another source as the arguments of a scene say, with an observer.
+pub(crate) fn open_another(source: &Path, args: &SceneArgs, observer: &dyn OpenObserver) -> Result<Opened> {
+    let image = OpenImage { cache: &args.cache, wraps: args.on == Scene::Globe, observer };
+    let tiles = open_tiles(source, args.direct, Some(image))?;
     Ok(disk_cache::before(tiles, source, &args.disk_cache))
 }
 
@@ -48,13 +69,13 @@ pub(crate) fn open_another(source: &Path, args: &SceneArgs, meanwhile: &dyn Mean
 pub(crate) fn open_tiles(
     source: &Path,
     direct: bool,
-    built: Option<BuiltWith<'_>>,
+    image: Option<OpenImage<'_>>,
 ) -> Result<Arc<dyn TileSource>> {
-    match words_of_planet(source) {
-        Some(words) => planet::open(words, |path| open_path(path, direct, built))
-            .with_context(|| source.display().to_string()),
-        None => open_path(source, direct, built),
-    }
+    let Some(words) = words_of_planet(source) else { return open_path(source, direct, image) };
+    // The image of its continents is no preview of a planet.
+    let observer = image.map(|image| WithoutPreview(image.observer));
+    let image = image.zip(observer.as_ref()).map(|(image, observer)| OpenImage { observer, ..image });
+    planet::open(words, |path| open_path(path, direct, image)).with_context(|| source.display().to_string())
 }
 
 /// The image that a planet's continents are of, if one is named.
@@ -89,7 +110,7 @@ pub(crate) fn what_lies_at(source: &Path) -> Result<Lies> {
 /// pyramid, or an image that may be built. Of anything else, the error says what to do with it.
 ///
 /// The tiles of a container are read past the system's cache if `direct` and if they can be; what cannot be is said.
-fn open_path(path: &Path, direct: bool, built: Option<BuiltWith<'_>>) -> Result<Arc<dyn TileSource>> {
+fn open_path(path: &Path, direct: bool, image: Option<OpenImage<'_>>) -> Result<Arc<dyn TileSource>> {
     if what_lies_at(path)? == Lies::Other {
         let refused = match in_place(path) {
             Ok(Some(tiles)) => return Ok(tiles),
@@ -97,7 +118,7 @@ fn open_path(path: &Path, direct: bool, built: Option<BuiltWith<'_>>) -> Result<
             Err(error) => Some(error),
         };
         // What cannot be shown where it lies may be built.
-        match (built.map(|built| in_cache(path, built)), refused) {
+        match (image.map(|options| open_image(path, options)), refused) {
             (Some(Ok(Some(tiles))), _) => return Ok(tiles),
             (_, Some(error)) | (Some(Err(error)), None) => return Err(error),
             (Some(Ok(None)) | None, None) => {}
@@ -164,14 +185,14 @@ fn in_place(_: &Path) -> Result<Option<Arc<dyn TileSource>>> {
     Ok(None)
 }
 
-/// An image by way of the cache; nothing where `path` is no image.
+/// An image, built into the cache or decoded into memory; nothing where `path` is no image.
 #[cfg(feature = "build")]
-fn in_cache(path: &Path, built: BuiltWith<'_>) -> Result<Option<Arc<dyn TileSource>>> {
-    crate::cache::open(path, built)
+fn open_image(path: &Path, options: OpenImage<'_>) -> Result<Option<Arc<dyn TileSource>>> {
+    image::open(path, options)
 }
 
 /// Without the readers of `vastex build` no image can be read.
 #[cfg(not(feature = "build"))]
-fn in_cache(_: &Path, _: BuiltWith<'_>) -> Result<Option<Arc<dyn TileSource>>> {
+fn open_image(_: &Path, _: OpenImage<'_>) -> Result<Option<Arc<dyn TileSource>>> {
     Ok(None)
 }

@@ -1,12 +1,13 @@
 //! Images in main memory with all of their levels, as sources of tiles: whole, or at a half, a quarter and so on of
 //! their size; and while their rows are still coming, as far as they are there.
 //!
-//! [`decode()`] reads a file into one; whoever reads rows for another reason gives them to one as well
+//! [`Decoding`] reads a file into one; whoever reads rows for another reason gives them to one as well
 //! ([`MemoryImage::push`]), as a program does that shows what it builds. Values are those that [`crate::build()`]
-//! stores where the image is whole. What a level is made of is in [`levels`].
+//! stores where the image is whole. How rows become fewer is in [`reduce`], how they become levels in [`levels`].
 
 mod decode;
 mod levels;
+mod reduce;
 
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, RwLock};
@@ -19,37 +20,41 @@ use vastex_tiles::{Codec, ReadError, ReadFuture, ReadLimit, SourceKey, Tiers, Ti
 
 use crate::image::ImageHeader;
 use crate::texels::convert::layer_format;
-use levels::{Levels, Rows};
+use levels::Levels;
+use reduce::RowReducer;
 
-pub use decode::{DecodeOptions, decode};
-
-/// Factors are powers of two up to this.
-const MOST_FACTOR: u32 = 1 << 31;
+pub use decode::{DecodeOptions, Decoding};
 
 /// An image of one layer in memory, with all of its levels. Texels whose rows are not there yet are zero.
 ///
-/// Its level 0 is the image, or each of its texels stands for `factor` times `factor` of the image: the mean of four of them.
-/// Reads copy what they need and wait for nothing but the row that is being added. One thread adds rows, any number read.
+/// Its level 0 is the image, or the image halved a number of times: each texel is then the mean of four of those that it
+/// stands for. A read copies a page and waits for nothing but the row that is being added. One thread adds rows, any
+/// number read.
 pub struct MemoryImage {
     description: Arc<Description>,
     /// Columns and rows of the image.
     image_size: [u32; 2],
-    factor: u32,
+    halvings: u32,
     /// Bytes of a texel of the layer.
     texel: usize,
     /// What becomes of the image's rows.
-    rows: Mutex<Rows>,
+    reducer: Mutex<RowReducer>,
     levels: RwLock<Levels>,
-    /// Rows of level 0 that are there.
-    there: AtomicU32,
+    /// Rows of the image, and rows of level 0, that are there.
+    image_rows: AtomicU32,
+    rows: AtomicU32,
 }
 
 impl MemoryImage {
-    /// Room for an image, each texel of it or one for `factor` times `factor`, where `factor` is a power of two. The
-    /// left and right edges are neighbours if `wraps`. Memory is taken as rows come: [`MemoryImage::bytes`] at the end.
-    pub fn new(header: &ImageHeader, factor: u32, wraps: bool) -> Result<MemoryImage, GeometryError> {
-        let factor = factor.clamp(1, MOST_FACTOR);
-        let [width, height] = [header.width, header.height].map(|side| side.div_ceil(factor));
+    /// The most that an image can be halved: no image has more than 2^31 texels a side.
+    const MOST_HALVINGS: u32 = 31;
+
+    /// Room for an image that is halved so many times, up to 31. The left and right edges are neighbours if `wraps`, or if
+    /// the image says so. Memory is taken as rows come: [`MemoryImage::bytes_at`] at the end. Fails where the image has too
+    /// many texels for a texture.
+    pub fn new(header: &ImageHeader, halvings: u32, wraps: bool) -> Result<MemoryImage, GeometryError> {
+        let halvings = halvings.min(MemoryImage::MOST_HALVINGS);
+        let [width, height] = halved(header, halvings);
         let x = if wraps || header.wraps { AddressMode::Wrap } else { AddressMode::Clamp };
         let address = [x, AddressMode::Clamp, AddressMode::Clamp];
         let geometry = Geometry::new(GeometrySpec { address, ..GeometrySpec::image(width, height) })?;
@@ -59,48 +64,56 @@ impl MemoryImage {
         Ok(MemoryImage {
             description: Arc::new(description),
             image_size: [header.width, header.height],
-            factor,
+            halvings,
             texel: format.texel_bytes(),
-            rows: Mutex::new(Rows::new(header, factor)),
+            reducer: Mutex::new(RowReducer::new(header, halvings)),
             levels: RwLock::new(Levels::new(sizes, format, x == AddressMode::Wrap)),
-            there: AtomicU32::new(0),
+            image_rows: AtomicU32::new(0),
+            rows: AtomicU32::new(0),
         })
     }
 
-    /// The smallest factor with which an image takes at most `limit` bytes.
-    pub fn factor_within(header: &ImageHeader, limit: u64) -> u32 {
-        factor_with(|factor| MemoryImage::bytes(header, factor) <= limit)
+    /// How often an image must be halved to take at most so many bytes.
+    pub fn halvings_to_fit(header: &ImageHeader, bytes: u64) -> u32 {
+        least_halvings(|halvings| MemoryImage::bytes_at(header, halvings) <= bytes)
     }
 
-    /// The smallest factor with which an image has at most `side` texels along each axis.
-    pub fn factor_of_side(header: &ImageHeader, side: u32) -> u32 {
-        factor_with(|factor| header.width.max(header.height).div_ceil(factor) <= side)
+    /// How often an image must be halved to have at most `side` texels along each axis.
+    pub fn halvings_to_side(header: &ImageHeader, side: u32) -> u32 {
+        least_halvings(|halvings| halved(header, halvings).into_iter().all(|texels| texels <= side))
     }
 
-    /// Bytes of an image in memory, its coarser levels included.
-    pub fn bytes(header: &ImageHeader, factor: u32) -> u64 {
-        let [width, height] = [header.width, header.height].map(|side| u64::from(side.div_ceil(factor)));
-        // Sizes are at most 2^31, and a texel has at most 16 bytes.
-        let finest = u128::from(width) * u128::from(height) * layer_format(header).texel_bytes() as u128;
+    /// Bytes of an image in memory that is halved so many times, its coarser levels included.
+    pub fn bytes_at(header: &ImageHeader, halvings: u32) -> u64 {
+        let texels: u64 =
+            halved(header, halvings.min(MemoryImage::MOST_HALVINGS)).map(u64::from).iter().product();
+        // A texel has at most 16 bytes.
+        let finest = u128::from(texels) * layer_format(header).texel_bytes() as u128;
         u64::try_from(finest + finest / 3).unwrap_or(u64::MAX)
     }
 
-    /// Adds the next rows of the image: a whole number of them, as its reader gives them out. More than there are is
-    /// too much, and is left out.
+    /// Adds the next rows of the image, as its reader gives them out. Rows beyond the image's last, and an incomplete row at
+    /// the end, are ignored.
     pub fn push(&self, rows: &[u8]) {
-        let mut reading = self.rows.lock().unwrap_or_else(PoisonError::into_inner);
-        let row_bytes = reading.row_bytes();
-        for row in rows.chunks_exact(row_bytes) {
-            let Some(row) = reading.next(row) else { continue };
-            let mut levels = self.levels.write().unwrap_or_else(PoisonError::into_inner);
-            levels.push(row);
-            self.there.store(levels.rows(), Ordering::Release);
+        let mut reducer = self.reducer.lock().unwrap_or_else(PoisonError::into_inner);
+        for row in rows.chunks_exact(reducer.row_bytes()) {
+            if let Some(row) = reducer.next(row) {
+                let mut levels = self.levels.write().unwrap_or_else(PoisonError::into_inner);
+                levels.push(row);
+                self.rows.store(levels.rows(), Ordering::Release);
+            }
         }
+        self.image_rows.store(reducer.taken(), Ordering::Release);
+    }
+
+    /// Rows of the image that were added.
+    pub fn image_rows(&self) -> u32 {
+        self.image_rows.load(Ordering::Acquire)
     }
 
     /// Rows of level 0 that are there.
     pub fn rows(&self) -> u32 {
-        self.there.load(Ordering::Acquire)
+        self.rows.load(Ordering::Acquire)
     }
 
     /// Whether all of its rows are there.
@@ -108,19 +121,14 @@ impl MemoryImage {
         self.rows() == self.description.geometry.size()[1]
     }
 
-    /// Columns and rows of the image that one texel of level 0 stands for.
-    pub fn factor(&self) -> u32 {
-        self.factor
+    /// How often the image is halved.
+    pub fn halvings(&self) -> u32 {
+        self.halvings
     }
 
-    /// Columns and rows of the image.
+    /// Columns and rows of the image, of which level 0 may have fewer.
     pub fn image_size(&self) -> [u32; 2] {
         self.image_size
-    }
-
-    /// The region that rows are in, from the row `from` of level 0 to the last that is there.
-    pub fn region_since(&self, from: u32) -> Region {
-        Region::image(0..u32::MAX, from..self.rows().max(from))
     }
 
     /// Copies a box of a level into a tile, whose rows begin `stride` bytes apart.
@@ -142,9 +150,14 @@ impl MemoryImage {
     }
 }
 
-/// The smallest power of two that will do, or the largest that there is.
-fn factor_with(will_do: impl Fn(u32) -> bool) -> u32 {
-    (0..MOST_FACTOR.ilog2()).map(|bits| 1 << bits).find(|&factor| will_do(factor)).unwrap_or(MOST_FACTOR)
+/// Columns and rows of an image that is halved so many times.
+fn halved(header: &ImageHeader, halvings: u32) -> [u32; 2] {
+    [header.width, header.height].map(|side| side.div_ceil(1 << halvings))
+}
+
+fn least_halvings(will_do: impl Fn(u32) -> bool) -> u32 {
+    let most = MemoryImage::MOST_HALVINGS;
+    (0..most).find(|&halvings| will_do(halvings)).unwrap_or(most)
 }
 
 /// The texels of `count` columns from `first` on: first and number of each run of neighbours.

@@ -7,13 +7,13 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use png::ColorType;
 use vastex_build::{
-    BuildError, BuildOptions, DecodeOptions, ImageHeader, MemoryImage, Progress, build, decode, open,
-    open_smaller,
+    BuildError, BuildOptions, DecodeOptions, Decoding, ImageHeader, LayerInput, MemoryImage, Progress, build,
+    open, open_reduced,
 };
-use vastex_core::{AddressMode, PagePos, Region};
+use vastex_core::{AddressMode, PagePos};
 use vastex_tiles::{TileSource, conformance};
 
-use crate::common::files::jpeg;
+use crate::common::files::{exif, jpeg, jpeg_with_segment};
 use crate::common::sandbox::{Sandbox, hills};
 use crate::common::{texels, tiles, write_png};
 
@@ -26,8 +26,9 @@ fn check_as_built(sandbox: &Sandbox, image: &Path, wraps: bool) {
     let x = if wraps { AddressMode::Wrap } else { AddressMode::Clamp };
     let options = BuildOptions { address: [x, AddressMode::Clamp], ..BuildOptions::default() };
     let (description, built) = tiles(&sandbox.build_as("built.vastex", &[image.into()], &options));
-    let decoded = decode(image, &DecodeOptions { wraps, ..DecodeOptions::default() }, &(), |_| ()).unwrap();
-    assert!(decoded.is_whole() && decoded.factor() == 1);
+    let options = DecodeOptions { wraps, ..DecodeOptions::default() };
+    let decoded = Decoding::open(image, &options).unwrap().run(&()).unwrap();
+    assert!(decoded.is_whole() && decoded.halvings() == 0);
     assert_eq!(conformance(&*decoded), Ok(()));
     assert_eq!(decoded.description().geometry, description.geometry);
     assert_eq!(decoded.description().layers, description.layers);
@@ -69,7 +70,9 @@ impl Progress for Listener {
         if calls == self.last { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
-    fn rows(&self, image: &ImageHeader, rows: &[u8]) {
+    fn rows(&self, image: &ImageHeader, first_row: u32, rows: &[u8]) {
+        let heard = self.heard.lock().unwrap().len();
+        assert_eq!(first_row as usize * image.row_bytes(), heard, "each row comes once, in order");
         self.heard.lock().unwrap().extend(rows);
         *self.header.lock().unwrap() = Some(image.clone());
     }
@@ -81,16 +84,19 @@ fn a_build_gives_out_the_rows_that_it_reads_and_a_picture_grows_with_them() {
     let data = texels((size[0] * size[1] * 3) as usize, 7);
     let path = sandbox.image("image.png", size, ColorType::Rgb, &data);
     let listener = Listener::default();
-    build(&[path.as_path()], &sandbox.path("out.vastex"), &BuildOptions::default(), &listener).unwrap();
+    // Beside another layer, of half its size, whose rows are nobody's business.
+    let half = sandbox.image("half.png", [200, 150], ColorType::Grayscale, &texels(200 * 150, 2));
+    let layers = [("color", &path), ("mask", &half)];
+    let layers = layers.map(|(name, path)| LayerInput { name: name.into(), ..path.as_path().into() });
+    build(&layers, &sandbox.path("out.vastex"), &BuildOptions::default(), &listener).unwrap();
     assert!(*listener.heard.lock().unwrap() == data);
     let header = listener.header.lock().unwrap().clone().unwrap();
-    let picture = MemoryImage::new(&header, 1, false).unwrap();
+    let picture = MemoryImage::new(&header, 0, false).unwrap();
     assert_eq!((picture.rows(), picture.image_size()), (0, size));
     let corner = PagePos { level: 0, x: 0, y: 0, z: 0 };
     assert!(tile(&picture, corner).iter().all(|&value| value == 0), "nothing is there yet");
     picture.push(&data[..100 * 400 * 3]);
-    assert_eq!((picture.rows(), picture.is_whole()), (100, false));
-    assert_eq!(picture.region_since(60), Region::image(0..u32::MAX, 60..100));
+    assert_eq!((picture.rows(), picture.image_rows(), picture.is_whole()), (100, 100, false));
     let half = tile(&picture, corner);
     picture.push(&data[100 * 400 * 3..]);
     assert!(picture.is_whole());
@@ -104,30 +110,47 @@ fn a_build_gives_out_the_rows_that_it_reads_and_a_picture_grows_with_them() {
     assert_eq!(conformance(&picture), Ok(()));
 }
 
+/// The four texels of a square that stand for it, by their place along an axis of an image of `size` texels.
+fn picked(square: u32, halvings: u32, size: u32) -> [u32; 2] {
+    let side = 1 << halvings;
+    let first = square * side;
+    [side / 4, side - 1 - side / 4].map(|place| (first + place).min(size - 1))
+}
+
 #[test]
-fn a_smaller_picture_has_means_of_what_it_stands_for() {
+fn a_halved_picture_has_means_of_four_texels_of_each_square() {
     let (sandbox, size) = (Sandbox::new(), [1003u32, 618]);
-    // Planes that rise to the right and downwards: means lie in the middle of what they are of.
-    let value = |x: u32, y: u32| [(x * 250 / size[0]) as u8, (y * 250 / size[1]) as u8, 90];
-    let data: Vec<u8> = (0..size[1]).flat_map(|y| (0..size[0]).flat_map(move |x| value(x, y))).collect();
-    let path = sandbox.image("image.png", size, ColorType::Rgb, &data);
+    let data = texels((size[0] * size[1]) as usize, 11);
+    // Grey, of which the mean is that of the numbers.
+    let path = sandbox.image("image.png", size, ColorType::Grayscale, &data);
     let header = open(&path).unwrap().header().clone();
-    assert_eq!(MemoryImage::factor_of_side(&header, 1003), 1);
-    for (side, factor) in [(1002, 2), (300, 4), (126, 8), (63, 16)] {
-        assert_eq!(MemoryImage::factor_of_side(&header, side), factor);
-        let picture = MemoryImage::new(&header, factor, false).unwrap();
-        data.chunks(1003 * 3 * 50).for_each(|rows| picture.push(rows));
+    for (side, halvings) in [(1003, 0), (1002, 1), (300, 2), (126, 3), (63, 4)] {
+        assert_eq!(MemoryImage::halvings_to_side(&header, side), halvings);
+        if halvings == 0 {
+            continue;
+        }
+        let picture = MemoryImage::new(&header, halvings, false).unwrap();
+        data.chunks(1003 * 50).for_each(|rows| picture.push(rows));
         assert!(picture.is_whole() && picture.image_size() == size);
         let [width, height, _] = picture.description().geometry.size();
-        assert_eq!([width, height], size.map(|side| side.div_ceil(factor)));
-        let texels = tile(&picture, PagePos { level: 0, x: 0, y: 0, z: 0 });
-        for (x, y) in [(0, 0), (width.min(128) - 2, 3), (20, height.min(128) - 2)] {
-            let at = ((y + 4) * 136 + x + 4) as usize * 4;
-            let middle =
-                |at: u32, size: u32| (f64::from(at) + 0.5) * f64::from(factor) * 250.0 / f64::from(size);
-            let expected = [middle(x, size[0]), middle(y, size[1]), 90.0];
-            for (value, expected) in texels[at..at + 3].iter().zip(expected) {
-                assert!((f64::from(*value) - expected).abs() <= 2.0, "1/{factor} at {x},{y}");
+        assert_eq!([width, height], size.map(|side| side.div_ceil(1 << halvings)));
+        // The first page and the last, with the squares that the edges cut.
+        let pages = [width, height].map(|side| (side - 1) / 128);
+        for [page_x, page_y] in [[0, 0], pages] {
+            let pos = PagePos { level: 0, x: page_x, y: page_y, z: 0 };
+            if picture.description().geometry.is_tail(pos) {
+                continue;
+            }
+            let tile = tile(&picture, pos);
+            for y in (page_y * 128)..height.min(page_y * 128 + 128) {
+                for x in (page_x * 128)..width.min(page_x * 128 + 128) {
+                    let rows = picked(y, halvings, size[1]);
+                    let four =
+                        rows.map(|y| picked(x, halvings, size[0]).map(|x| data[(y * size[0] + x) as usize]));
+                    let sum: u32 = four.as_flattened().iter().map(|&value| u32::from(value)).sum();
+                    let value = tile[((y % 128 + 4) * 136 + x % 128 + 4) as usize];
+                    assert!((4 * u32::from(value)).abs_diff(sum) <= 2, "1/{} at {x},{y}", 1 << halvings);
+                }
             }
         }
     }
@@ -139,21 +162,21 @@ fn what_is_too_large_for_memory_is_decoded_at_a_share_of_its_size() {
     let data = texels(300 * 200 * 3, 1);
     let path = sandbox.image("image.png", size, ColorType::Rgb, &data);
     let header = open(&path).unwrap().header().clone();
-    let bytes = MemoryImage::bytes(&header, 1);
+    let bytes = MemoryImage::bytes_at(&header, 0);
     assert_eq!(bytes, 300 * 200 * 4 + 300 * 200 * 4 / 3);
-    for (limit, factor) in [(bytes, 1), (bytes - 1, 2), (bytes / 5, 4), (0, 1 << 31)] {
-        assert_eq!(MemoryImage::factor_within(&header, limit), factor);
-        let options = DecodeOptions { limit, ..DecodeOptions::default() };
-        let mut begun = 0;
-        let decoded = decode(&path, &options, &(), |image| begun = image.factor()).unwrap();
-        assert!(decoded.is_whole() && [decoded.factor(), begun] == [factor; 2]);
+    for (image_bytes, halvings) in [(bytes, 0), (bytes - 1, 1), (bytes / 5, 2), (0, 31)] {
+        assert_eq!(MemoryImage::halvings_to_fit(&header, image_bytes), halvings);
+        let options = DecodeOptions { image_bytes, ..DecodeOptions::default() };
+        let decoding = Decoding::open(&path, &options).unwrap();
+        assert_eq!((decoding.image().halvings(), decoding.image().rows()), (halvings, 0));
+        assert!(decoding.run(&()).unwrap().is_whole());
     }
     let breaking = Listener { last: 1, ..Listener::default() };
-    let broken = decode(&path, &DecodeOptions::default(), &breaking, |_| ());
+    let broken = Decoding::open(&path, &DecodeOptions::default()).unwrap().run(&breaking);
     assert!(matches!(broken, Err(BuildError::Cancelled)));
     std::fs::write(sandbox.path("slow.jpg"), jpeg([256, 256], 3, true, &hills([256, 256], 3))).unwrap();
-    let options = DecodeOptions { memory_limit: 1000, ..DecodeOptions::default() };
-    let refused = decode(&sandbox.path("slow.jpg"), &options, &(), |_| ());
+    let options = DecodeOptions { reader_bytes: 1000, ..DecodeOptions::default() };
+    let refused = Decoding::open(&sandbox.path("slow.jpg"), &options);
     assert!(matches!(refused, Err(BuildError::Memory { limit: 1000, .. })));
 }
 
@@ -164,7 +187,7 @@ fn a_jpeg_is_read_at_a_share_of_its_size() {
     let path = sandbox.path("image.jpg");
     std::fs::write(&path, jpeg(size, 3, false, &data)).unwrap();
     for (side, share) in [(40, 8), (41, 8), (42, 4), (100, 2), (160, 2)] {
-        let mut reader = open_smaller(&path, side).unwrap().unwrap();
+        let mut reader = open_reduced(&path, side).unwrap().unwrap();
         let header = reader.header().clone();
         assert_eq!([header.width, header.height], size.map(|side| side.div_ceil(share)), "{side}");
         let mut rows = vec![0; header.image_bytes() as usize];
@@ -184,10 +207,15 @@ fn a_jpeg_is_read_at_a_share_of_its_size() {
         }
         assert!(reader.read_rows(&mut rows[..header.row_bytes()]).is_err(), "there are no more rows");
     }
-    assert!(open_smaller(&path, 200).unwrap().is_none(), "it is not much larger than that");
+    assert!(open_reduced(&path, 200).unwrap().is_none(), "it is not much larger than that");
+    // One that is stored turned is upright, too.
+    let turned = jpeg_with_segment(&jpeg(size, 3, false, &data), 0xe1, &[b"Exif\0\0", &exif(6)[..]].concat());
+    std::fs::write(sandbox.path("turned.jpg"), turned).unwrap();
+    let turned = open_reduced(&sandbox.path("turned.jpg"), 40).unwrap().unwrap();
+    assert_eq!([turned.header().width, turned.header().height], [210u32.div_ceil(8), 333u32.div_ceil(8)]);
     std::fs::write(&path, jpeg(size, 3, true, &data)).unwrap();
-    assert!(open_smaller(&path, 40).unwrap().is_none(), "a progressive one is decoded whole in any case");
+    assert!(open_reduced(&path, 40).unwrap().is_none(), "a progressive one is decoded whole in any case");
     let png = sandbox.image("image.png", size, ColorType::Rgb, &data);
-    assert!(open_smaller(&png, 40).unwrap().is_none());
-    assert!(open_smaller(&sandbox.path("gone.jpg"), 40).is_err());
+    assert!(open_reduced(&png, 40).unwrap().is_none());
+    assert!(open_reduced(&sandbox.path("gone.jpg"), 40).is_err());
 }

@@ -1,0 +1,178 @@
+//! Images that nobody built: they are built into the cache when they are shown for the first time, and opened there; with
+//! `--cache off` they are decoded into memory.
+
+use std::cell::{Cell, RefCell};
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::sync::Arc;
+
+use anyhow::{Context, Result, anyhow, bail};
+use vastex::{AddressMode, TileSource};
+use vastex_build::{
+    BuildCache, BuildError, BuildOptions, CacheError, DecodeOptions, Decoding, ImageHeader, InputFault,
+    MemoryImage, Notice, Progress, WriteError,
+};
+
+use super::OpenImage;
+use super::observer::OpenObserver;
+use super::preview::Preview;
+use crate::{progress, report};
+
+/// How often another program is waited for, a tenth of a second each, before that is said.
+const WAITS_BEFORE_NOTE: u32 = 5;
+
+/// The tiles of an image; nothing where the file is no image.
+pub(super) fn open(path: &Path, options: OpenImage<'_>) -> Result<Option<Arc<dyn TileSource>>> {
+    if options.cache.is_off() { decoded(path, options) } else { cached(path, options) }
+}
+
+/// An image's container in the cache, which is built if it is not there.
+fn cached(path: &Path, options: OpenImage<'_>) -> Result<Option<Arc<dyn TileSource>>> {
+    let directory = match &options.cache.cache {
+        Some(directory) => directory.clone(),
+        None => BuildCache::default_directory().with_context(|| {
+            format!(
+                "{}: has to be built before it can be shown, and there is no place for that ($XDG_CACHE_HOME and $HOME are not set); name one with --cache DIR",
+                path.display()
+            )
+        })?,
+    };
+    let cache = BuildCache::new(directory, options.cache.cache_gib << 30);
+    let x = if options.wraps { AddressMode::Wrap } else { AddressMode::Clamp };
+    let build = BuildOptions { address: [x, AddressMode::Clamp], ..BuildOptions::default() };
+    let progress = ImageProgress::new(path, options, Some(cache.directory()));
+    let opened = cache.open(path, &build, &progress);
+    progress.bar.finish_and_clear();
+    match opened {
+        Ok(cached) => Ok(Some(Arc::new(cached.container))),
+        Err(CacheError::Build(BuildError::Input { fault, .. })) if is_no_image(&fault) => Ok(None),
+        Err(CacheError::Unusable { directory, error }) => bail!(
+            "{}: cannot hold built images: {error}; name another directory with --cache DIR",
+            directory.display()
+        ),
+        Err(CacheError::Build(BuildError::Output(WriteError::Io { error, .. }))) => bail!(
+            "{}: cannot be built into {}: {error}; what is built so far is kept; name another directory with --cache DIR",
+            path.display(),
+            cache.directory().display()
+        ),
+        Err(error) => Err(error.into()),
+    }
+}
+
+/// An image decoded into memory, at half of its size or less where all of it would take too much.
+fn decoded(path: &Path, options: OpenImage<'_>) -> Result<Option<Arc<dyn TileSource>>> {
+    let progress = ImageProgress::new(path, options, None);
+    let decode = DecodeOptions { wraps: options.wraps, ..DecodeOptions::default() };
+    let decoded = Decoding::open(path, &decode).and_then(|decoding| {
+        progress.note_reduced(decoding.image(), decode.image_bytes);
+        progress.preview.borrow_mut().take(decoding.image().clone());
+        decoding.run(&progress)
+    });
+    progress.bar.finish_and_clear();
+    match decoded {
+        Ok(image) => Ok(Some(image)),
+        Err(BuildError::Input { fault, .. }) if is_no_image(&fault) => Ok(None),
+        Err(BuildError::Memory { path, needed, limit, .. }) => Err(anyhow!(
+            "{}: its decoder takes {} of memory, and {} are allowed; leave out `--cache off`, or convert it to a TIFF of tiles",
+            path.display(),
+            report::bytes(needed),
+            report::bytes(limit)
+        )),
+        Err(error) => Err(error.into()),
+    }
+}
+
+/// Whether a file is something else than an image, about which others know more.
+pub(crate) fn is_no_image(fault: &InputFault) -> bool {
+    matches!(
+        fault,
+        InputFault::Text
+            | InputFault::UnknownFormat(_)
+            | InputFault::Empty
+            | InputFault::Container
+            | InputFault::Part
+            | InputFault::Directory
+            | InputFault::NotAFile
+    )
+}
+
+/// Says what takes its time, the first time only, and how far it is; and hands rows on to the preview.
+struct ImageProgress<'a> {
+    bar: indicatif::ProgressBar,
+    /// Where it is built into, if it is.
+    directory: Option<&'a Path>,
+    path: &'a Path,
+    observer: &'a dyn OpenObserver,
+    is_said: Cell<bool>,
+    waits: Cell<u32>,
+    preview: RefCell<Preview<'a>>,
+}
+
+impl<'a> ImageProgress<'a> {
+    fn new(path: &'a Path, options: OpenImage<'a>, directory: Option<&'a Path>) -> ImageProgress<'a> {
+        let OpenImage { wraps, observer, .. } = options;
+        ImageProgress {
+            bar: progress::bar(false, "", "row"),
+            directory,
+            path,
+            observer,
+            is_said: Cell::default(),
+            waits: Cell::default(),
+            preview: RefCell::new(Preview::new(path, wraps, observer)),
+        }
+    }
+
+    fn say(&self, what: &str) {
+        self.bar.suspend(|| report::say(what));
+    }
+
+    /// Says of an image that was too large for memory how large it is shown.
+    fn note_reduced(&self, image: &MemoryImage, limit: u64) {
+        if image.halvings() == 0 {
+            return;
+        }
+        let (path, limit) = (self.path.display(), report::bytes(limit));
+        let share = 1u64 << image.halvings();
+        let note = format!(
+            "{path}: would take more than {limit} of memory, so it is shown at 1/{share} of its size; leave out `--cache off` to see all of it"
+        );
+        self.say(&format!("note: {note}"));
+        self.observer.reduced(image.image_size(), &note);
+    }
+}
+
+impl Progress for ImageProgress<'_> {
+    fn advance(&self, rows_done: u64, rows_total: u64, bytes_written: u64) -> ControlFlow<()> {
+        if let Some(directory) = self.directory.filter(|_| !self.is_said.replace(true)) {
+            let (path, directory) = (self.path.display(), directory.display());
+            self.say(&format!(
+                "note: {path}: is built into {directory} once, and opens at once from then on"
+            ));
+        }
+        self.bar.set_length(rows_total);
+        self.bar.set_position(rows_done);
+        if bytes_written > 0 {
+            self.bar.set_message(format!(", {} written", report::bytes(bytes_written)));
+        }
+        self.preview.borrow_mut().begin();
+        self.observer.advance(rows_done as f64 / rows_total.max(1) as f64)
+    }
+
+    fn wait(&self) -> ControlFlow<()> {
+        // One that is broken off gives its place up in a moment.
+        self.waits.set(self.waits.get().saturating_add(1));
+        if self.waits.get() == WAITS_BEFORE_NOTE {
+            self.say(&format!("note: {}: another program builds it; waiting", self.path.display()));
+        }
+        self.preview.borrow_mut().read_on();
+        self.observer.advance(0.0)
+    }
+
+    fn rows(&self, image: &ImageHeader, first: u32, rows: &[u8]) {
+        self.preview.borrow_mut().add(image, first, rows);
+    }
+
+    fn note(&self, image: &Path, notice: &Notice) {
+        self.bar.suspend(|| report::say_of_image(image, notice));
+    }
+}

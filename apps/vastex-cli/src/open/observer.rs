@@ -1,0 +1,42 @@
+//! Who is told of a source while it is opened: how far it is, and what can be looked at meanwhile.
+
+use std::ops::ControlFlow;
+#[cfg(feature = "build")]
+use std::sync::Arc;
+
+/// Is told of a source that takes its time to open, and may have it broken off. Called on the thread that opens it.
+pub(crate) trait OpenObserver {
+    /// Whether previews are wanted at all.
+    fn wants_preview(&self) -> bool {
+        false
+    }
+
+    /// Here is a picture to look at, of an image of `size` texels: a smaller one, or one that grows.
+    #[cfg(feature = "build")]
+    fn preview(&self, picture: &Arc<vastex_build::MemoryImage>, size: [u32; 2]) {
+        let _ = (picture, size);
+    }
+
+    /// So much of it is done, from 0 to 1. `Break` breaks it off.
+    fn advance(&self, share: f64) -> ControlFlow<()> {
+        let _ = share;
+        ControlFlow::Continue(())
+    }
+
+    /// The image of `size` texels will be there at a share of its size, for the reason that `note` gives; stderr has it already.
+    fn reduced(&self, size: [u32; 2], note: &str) {
+        let _ = (size, note);
+    }
+}
+
+/// For commands that show nothing before all is there.
+impl OpenObserver for () {}
+
+/// Hands on how far it is, and nothing else: of an image that something else is made of.
+pub(super) struct WithoutPreview<'a>(pub(super) &'a dyn OpenObserver);
+
+impl OpenObserver for WithoutPreview<'_> {
+    fn advance(&self, share: f64) -> ControlFlow<()> {
+        self.0.advance(share)
+    }
+}

@@ -1,0 +1,186 @@
+//! One source in the window: its texture, the scene that it is on, and the overlay in the place of the picture, if any. When
+//! it is displayed is `display`'s business.
+
+use anyhow::Result;
+#[cfg(feature = "build")]
+use vastex::Region;
+use vastex::{TextureId, Textures};
+use vastex_scenes::{
+    DisplayOptions, Gpu, Layers, Overlay, OverlayRenderer, Relief, Scene, SceneDesc, SceneRenderer,
+};
+
+use super::opening::{Growth, PreparedSource};
+use super::surface::{Surface, SurfaceFormat};
+
+/// What all sources are shown with.
+#[derive(Clone, Debug)]
+pub(super) struct DisplaySettings {
+    pub(super) scene: Scene,
+    pub(super) options: DisplayOptions,
+    pub(super) overlay: Option<Overlay>,
+}
+
+/// A source that is displayed, or will be.
+pub(super) struct Displayed {
+    pub(super) texture: TextureId,
+    pub(super) renderer: SceneRenderer,
+    /// What is drawn in the place of the picture, if anything.
+    pub(super) overlay: Option<OverlayRenderer>,
+    /// Name of the source, for the title.
+    pub(super) name: String,
+    /// Columns and rows of the image, and those that the texture has of it.
+    pub(super) size: [u32; 2],
+    pub(super) texels: [u32; 2],
+    /// What the surface of the window has to be for it.
+    pub(super) format: SurfaceFormat,
+    /// The heights of the texture, once a scene has needed them.
+    relief: Option<Relief>,
+    growth: Growth,
+    /// Rows of a growing preview that were there when it was looked at last.
+    #[cfg_attr(not(feature = "build"), expect(dead_code, reason = "nothing grows"))]
+    rows_seen: u32,
+}
+
+impl Displayed {
+    /// Adds a source to the textures and sets its scene up; as an image where it cannot go on the scene that is asked for and
+    /// `may_be_image`. Of what fails nothing stays.
+    pub(super) fn new(
+        gpu: &Gpu,
+        textures: &mut Textures,
+        surface: &Surface,
+        settings: &DisplaySettings,
+        may_be_image: bool,
+        (name, source): (&str, PreparedSource),
+    ) -> Result<Displayed> {
+        let PreparedSource { prepared, size, growth } = source;
+        let texture = textures.add(prepared).map_err(|refused| refused.error)?;
+        let mut made = Displayed::of_texture(gpu, textures, surface, settings, texture);
+        if made.is_err() && may_be_image && settings.scene != Scene::Image {
+            let settings = DisplaySettings { scene: Scene::Image, ..settings.clone() };
+            made = Displayed::of_texture(gpu, textures, surface, &settings, texture);
+        }
+        let (renderer, relief, format) = match made {
+            Ok(made) => made,
+            Err(error) => {
+                textures.remove(texture);
+                return Err(error);
+            }
+        };
+        textures.texture_mut(texture)?.set_name(name);
+        let [width, height, _] = textures.texture(texture)?.description().geometry.size();
+        let mut displayed = Displayed {
+            texture,
+            renderer,
+            overlay: None,
+            name: name.to_owned(),
+            size,
+            texels: [width, height],
+            format,
+            relief,
+            growth,
+            rows_seen: 0,
+        };
+        displayed.draw_overlay(gpu, textures, settings.overlay);
+        Ok(displayed)
+    }
+
+    fn of_texture(
+        gpu: &Gpu,
+        textures: &mut Textures,
+        surface: &Surface,
+        settings: &DisplaySettings,
+        texture: TextureId,
+    ) -> Result<(SceneRenderer, Option<Relief>, SurfaceFormat)> {
+        let mut relief = None;
+        let drawn = described(settings, textures, texture, &mut relief)?;
+        let format = surface.format_for(&drawn.layers);
+        let renderer = SceneRenderer::new(gpu, textures, drawn, format.drawn_format())?;
+        Ok((renderer, relief, format))
+    }
+
+    /// Puts the texture on something else. It may not go there: a terrain needs heights.
+    pub(super) fn put_on(
+        &mut self,
+        gpu: &Gpu,
+        textures: &mut Textures,
+        settings: &DisplaySettings,
+    ) -> Result<()> {
+        let drawn = described(settings, textures, self.texture, &mut self.relief)?;
+        let renderer = SceneRenderer::new(gpu, textures, drawn, self.format.drawn_format())?;
+        let before = std::mem::replace(&mut self.renderer, renderer);
+        before.layers().clone().remove(textures);
+        self.draw_overlay(gpu, textures, settings.overlay);
+        Ok(())
+    }
+
+    /// Draws an overlay in the place of the picture, or the picture.
+    pub(super) fn draw_overlay(&mut self, gpu: &Gpu, textures: &Textures, overlay: Option<Overlay>) {
+        self.overlay = overlay
+            .and_then(|overlay| OverlayRenderer::new(&gpu.device, textures, &self.renderer, overlay).ok());
+    }
+
+    /// The same on another device, on which the textures are already.
+    pub(super) fn restored(
+        self,
+        gpu: &Gpu,
+        textures: &Textures,
+        surface: &Surface,
+        settings: &DisplaySettings,
+    ) -> Result<Displayed> {
+        let Displayed { renderer, relief, overlay, .. } = self;
+        let is_overlaid = overlay.is_some();
+        let drawn = SceneDesc {
+            scene: renderer.scene(),
+            layers: renderer.layers().clone(),
+            relief: relief.clone().filter(|_| renderer.has_relief()),
+            tiling: settings.options.tiling,
+            always_fixed: settings.options.always_fixed,
+        };
+        drop((renderer, overlay));
+        let format = surface.format_for(&drawn.layers);
+        let renderer = SceneRenderer::new(gpu, textures, drawn, format.drawn_format())?;
+        let mut restored = Displayed { renderer, relief, format, overlay: None, ..self };
+        restored.draw_overlay(gpu, textures, settings.overlay.filter(|_| is_overlaid));
+        Ok(restored)
+    }
+
+    /// Has the rows drawn that have come of a growing preview since the last time. Says whether there are any.
+    #[cfg_attr(not(feature = "build"), expect(unused_variables, reason = "nothing grows"))]
+    pub(super) fn catch_up(&mut self, textures: &mut Textures) -> Result<bool> {
+        match &self.growth {
+            Growth::Whole => Ok(false),
+            #[cfg(feature = "build")]
+            Growth::Rows(picture) => {
+                let rows = picture.rows();
+                let seen = std::mem::replace(&mut self.rows_seen, rows);
+                if rows > seen {
+                    textures.texture_mut(self.texture)?.invalidate(&Region::image(0..u32::MAX, seen..rows));
+                }
+                Ok(rows > seen)
+            }
+        }
+    }
+
+    /// Takes the source out of the textures.
+    pub(super) fn remove(self, textures: &mut Textures) {
+        self.renderer.layers().clone().remove(textures);
+        textures.remove(self.texture);
+    }
+}
+
+/// A scene with what is asked to be shown of a texture. Its heights, if the scene has any, are looked for once.
+fn described(
+    DisplaySettings { scene, options, .. }: &DisplaySettings,
+    textures: &mut Textures,
+    texture: TextureId,
+    known: &mut Option<Relief>,
+) -> Result<SceneDesc> {
+    let scene = *scene;
+    let layers = options.layers_of(textures, texture)?;
+    if known.is_none() {
+        *known = options.relief_of(scene, textures, layers[0].layer)?;
+    }
+    let relief = known.clone().filter(|_| options.displaces(scene));
+    let layers = Layers::new(textures, layers, relief.as_ref().map(Relief::layer))?;
+    Ok(SceneDesc { scene, layers, relief, tiling: options.tiling, always_fixed: options.always_fixed })
+}

@@ -1,0 +1,86 @@
+//! The levels of an image in memory, which grow row by row: each pair of rows makes one of the next coarser level.
+
+use vastex_core::LayerFormat;
+
+use crate::texels::filter::{Filter, LayerFilter};
+
+/// Levels as far as they are there.
+pub(super) struct Levels {
+    levels: Vec<Level>,
+    filter: Filter,
+    texel: usize,
+    /// Whether the first column is the last one's neighbour.
+    wraps: bool,
+}
+
+struct Level {
+    size: [u32; 2],
+    texels: Vec<u8>,
+}
+
+impl Level {
+    fn row_bytes(&self, texel: usize) -> usize {
+        self.size[0] as usize * texel
+    }
+
+    fn rows(&self, texel: usize) -> u32 {
+        (self.texels.len() / self.row_bytes(texel)) as u32
+    }
+}
+
+impl Levels {
+    pub(super) fn new(sizes: Vec<[u32; 2]>, format: LayerFormat, wraps: bool) -> Levels {
+        let levels = sizes.into_iter().map(|size| Level { size, texels: Vec::new() }).collect();
+        Levels { levels, filter: of_color(format), texel: format.texel_bytes(), wraps }
+    }
+
+    /// Rows of level 0 that are there.
+    pub(super) fn rows(&self) -> u32 {
+        self.levels[0].rows(self.texel)
+    }
+
+    /// A row of a level, if it is there.
+    pub(super) fn row(&self, level: u8, row: u32) -> Option<&[u8]> {
+        let level = self.levels.get(usize::from(level))?;
+        let bytes = level.row_bytes(self.texel);
+        level.texels.get(row as usize * bytes..(row as usize + 1) * bytes)
+    }
+
+    /// Adds the next row of level 0, and the rows of coarser levels that it completes.
+    pub(super) fn push(&mut self, row: &[u8]) {
+        if self.levels[0].texels.is_empty() {
+            // At once, so that nothing is copied as they grow; the system gives memory as it is written to. Where it promises
+            // less, levels grow as rows come.
+            for level in &mut self.levels {
+                let bytes = level.row_bytes(self.texel).saturating_mul(level.size[1] as usize);
+                let _ = level.texels.try_reserve_exact(bytes);
+            }
+        }
+        self.levels[0].texels.extend_from_slice(row);
+        for number in 1..self.levels.len() {
+            let (finer, coarser) = self.levels.split_at_mut(number);
+            let (finer, coarser) = (&finer[number - 1], &mut coarser[0]);
+            let (rows, height) = (finer.rows(self.texel), finer.size[1]);
+            if rows % 2 == 1 && rows != height {
+                return;
+            }
+            // The last of an odd number of rows is its own neighbour; that of columns has the first one beside it where they wrap.
+            let (bytes, wide) = (finer.row_bytes(self.texel), 2 * coarser.row_bytes(self.texel));
+            let lines = [rows - 1 - u32::from(rows % 2 == 0), rows - 1].map(|row| {
+                let mut line = finer.texels[row as usize * bytes..][..bytes].to_vec();
+                let beyond = if self.wraps { 0 } else { bytes - self.texel };
+                line.extend_from_within(beyond..beyond + self.texel);
+                line.truncate(wide);
+                line
+            });
+            let start = coarser.texels.len();
+            coarser.texels.resize(start + wide / 2, 0);
+            self.filter.row(&mut coarser.texels[start..], &[&lines[0], &lines[1]]);
+        }
+    }
+}
+
+/// What halves an image's rows, as a build does by default.
+pub(super) fn of_color(format: LayerFormat) -> Filter {
+    Filter::new(LayerFilter::for_layer("color", format, true), format, 2)
+}
