@@ -1,14 +1,19 @@
 //! The step that opens the program's window, on a display that is none.
 //!
 //! What the window shows is drawn by the same code as the pictures, which the tests compare; here it is opened, redrawn
-//! and closed. Where there is no virtual display the step is skipped, loudly.
+//! and closed, with containers and with images that nobody built. Where there is no virtual display the step is skipped, loudly.
 
-use anyhow::Result;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::{Result, ensure};
 
 use crate::test::Outcome;
 use crate::{setup, shell};
 
 const IMAGE: &str = "assets/earth-elevation-1080x540-u16.png";
+const JPEG: &str = "assets/earth-color-10800x5400.jpg";
 const FRAMES: &str = "40";
 
 pub(crate) fn check() -> Result<Outcome> {
@@ -19,16 +24,56 @@ pub(crate) fn check() -> Result<Outcome> {
         println!("\n!!!! SKIPPED: {error:#}, so nothing says whether the window still opens !!!!\n");
         return Ok(Outcome::Skipped("no virtual display".to_owned()));
     }
-    let container = shell::target_dir().join("window.vastex");
     // The program as its tests have it: asked for by itself it would be compiled anew, with fewer features.
     shell::run(shell::cargo("test").args(["--quiet", "--workspace", "--test", "program", "--no-run"]))?;
-    let program = shell::target_dir().join("debug/vastex");
-    let mut build = shell::command(&program.to_string_lossy());
+    let place = shell::target_dir().join("window");
+    if place.exists() {
+        fs::remove_dir_all(&place)?;
+    }
+    fs::create_dir_all(&place)?;
+    let container = place.join("image.vastex");
+    let mut build = shell::command(&program().to_string_lossy());
     shell::run(build.args(["build", IMAGE, "--quiet", "-o"]).arg(&container))?;
     for scene in ["image", "globe"] {
-        let mut command = shell::command("xvfb-run");
-        command.args(["-a", "-s", "-screen 0 1280x800x24"]).arg(&program).arg("view").arg(&container);
-        shell::run(command.args(["--on", scene, "--exit-after-frames", FRAMES]))?;
+        shell::run(view(&place, &container).args(["--on", scene]))?;
     }
+    images_that_nobody_built(&place)?;
     Ok(Outcome::Passed)
+}
+
+/// A JPEG and a PNG are shown while they are built, and opened at once the second time; of one that ends early, the program says so.
+fn images_that_nobody_built(place: &Path) -> Result<()> {
+    for image in [JPEG, IMAGE] {
+        for is_built in [true, false] {
+            let said = shell::run_with_stderr(&mut view(place, Path::new(image)))?;
+            ensure!(
+                said.iter().any(|line| line.contains("is built into")) == is_built,
+                "{image}: built the first time and no other: {said:?}"
+            );
+        }
+    }
+    let short = place.join("short.png");
+    let whole = fs::read(shell::root().join(IMAGE))?;
+    fs::write(&short, &whole[..whole.len() / 2])?;
+    let ended = view(place, &short).output()?;
+    let said = String::from_utf8_lossy(&ended.stderr);
+    ensure!(
+        ended.status.code() == Some(1) && said.contains("short.png: is truncated"),
+        "an image that ends early: {:?}, {said}",
+        ended.status
+    );
+    Ok(())
+}
+
+/// A window on a virtual display, which closes after some frames of what it is to show.
+fn view(place: &Path, source: &Path) -> Command {
+    let mut command = shell::command("xvfb-run");
+    command.env("XDG_CACHE_HOME", place.join("cache"));
+    command.args(["-a", "-s", "-screen 0 1280x800x24"]).arg(program()).arg("view").arg(source);
+    command.args(["--exit-after-frames", FRAMES]);
+    command
+}
+
+fn program() -> PathBuf {
+    shell::target_dir().join("debug/vastex")
 }
