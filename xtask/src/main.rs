@@ -27,6 +27,7 @@ mod shaders;
 mod shapes;
 mod shell;
 mod test;
+mod test_programs;
 mod wasm;
 mod wgsl;
 mod window;

@@ -1,0 +1,132 @@
+//! Runs the test programs of the workspace, two at a time.
+//!
+//! Cargo runs one after the other, and each has tests at its end that leave all but one processor idle: two at a time take a fifth
+//! less. What a program prints comes in one piece when it has ended.
+
+use std::collections::VecDeque;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::{Mutex, PoisonError};
+use std::thread;
+use std::time::Instant;
+
+use anyhow::{Context, Result, bail};
+
+use crate::shell;
+use crate::test::cargo_test;
+
+const AT_ONCE: usize = 2;
+
+/// A program that cargo has compiled.
+struct Program {
+    path: PathBuf,
+    /// The package that it is of, in which its tests run.
+    package: PathBuf,
+    /// The file that cargo says it is made of.
+    source: String,
+    bytes: u64,
+}
+
+/// Compiles all tests and examples of the workspace, in one invocation, so that features unify and nothing is compiled twice, and
+/// runs all test programs and the examples of the documentation. `prepare` sets what each is run with.
+pub(crate) fn run(prepare: impl Fn(&mut Command) + Sync) -> Result<()> {
+    let mut compile = cargo_test();
+    compile.args(["--workspace", "--no-run"]).env("CARGO_TERM_COLOR", "never");
+    let said = shell::run_with_stderr(&mut compile)?;
+    let mut programs: Vec<Program> = said.iter().filter_map(|line| program(line)).collect::<Result<_>>()?;
+    if programs.is_empty() {
+        bail!("cargo has named no test program; what it says has changed");
+    }
+    // What is largest mostly takes longest, and nothing long should be left for the end.
+    programs.sort_by_key(|program| std::cmp::Reverse(program.bytes));
+    let (waiting, failed) = (Mutex::new(VecDeque::from(programs)), Mutex::new(Vec::new()));
+    thread::scope(|scope| {
+        for _ in 0..AT_ONCE {
+            scope.spawn(|| {
+                let next = || locked(&waiting).pop_front();
+                while let Some(program) = next() {
+                    if let Err(error) = program.run(&prepare) {
+                        locked(&failed).push(format!("{error:#}"));
+                    }
+                }
+            });
+        }
+    });
+    let mut failed = failed.into_inner().unwrap_or_else(PoisonError::into_inner);
+    let mut examples = cargo_test();
+    examples.args(["--workspace", "--doc", "--no-fail-fast"]);
+    prepare(&mut examples);
+    failed.extend(shell::run(&mut examples).err().map(|error| format!("{error:#}")));
+    match failed.as_slice() {
+        [] => Ok(()),
+        failed => bail!("{}", failed.join("; ")),
+    }
+}
+
+impl Program {
+    fn run(&self, prepare: &(impl Fn(&mut Command) + Sync)) -> Result<()> {
+        let mut command = Command::new(&self.path);
+        command.current_dir(&self.package);
+        prepare(&mut command);
+        let begun = Instant::now();
+        let ended = command.output().with_context(|| format!("cannot start {}", self.path.display()))?;
+        let name = format!("{} of {}", self.source, shown(&self.package).display());
+        let all = [&ended.stdout[..], &ended.stderr].concat();
+        // In one piece, whatever else is printed meanwhile.
+        print!("\n== {name}, {:.0} s ==\n{}", begun.elapsed().as_secs_f64(), String::from_utf8_lossy(&all));
+        if !ended.status.success() {
+            bail!("{name} failed: {}", ended.status);
+        }
+        Ok(())
+    }
+}
+
+/// The program that a line of cargo's names, as in `Executable tests/suite.rs (target/debug/deps/suite-0123)`, if it names any.
+fn program(line: &str) -> Option<Result<Program>> {
+    let named = line.trim_start().strip_prefix("Executable ")?.strip_suffix(')')?;
+    let (what, path) = named.split_once(" (")?;
+    let source = what.strip_prefix("unittests ").unwrap_or(what).to_owned();
+    let path = shell::root().join(path);
+    Some(package(&path, &source).and_then(|package| {
+        let bytes = fs::metadata(&path)?.len();
+        Ok(Program { path, package, source, bytes })
+    }))
+}
+
+/// The package of a program, by the list of files that the compiler leaves beside it: the first is the one that cargo named.
+fn package(program: &Path, source: &str) -> Result<PathBuf> {
+    let list = program.with_extension("d");
+    let text = fs::read_to_string(&list).with_context(|| list.display().to_string())?;
+    let first = text.lines().next().and_then(|line| line.split_once(": ")?.1.split(' ').next());
+    let package = first.and_then(|first| first.strip_suffix(source));
+    let package = package.with_context(|| format!("{}: does not begin with {source}", list.display()))?;
+    Ok(shell::root().join(package))
+}
+
+fn shown(package: &Path) -> &Path {
+    package.strip_prefix(shell::root()).unwrap_or(package)
+}
+
+fn locked<T>(shared: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_program_is_found_with_its_package() {
+        let path = std::env::current_exe().unwrap();
+        let line = format!("  Executable unittests src/lib.rs ({})", path.display());
+        // This very program is of the library or of the program of the package.
+        let line =
+            if package(&path, "src/lib.rs").is_ok() { line } else { line.replace("lib.rs", "main.rs") };
+        let program = program(&line).unwrap().unwrap();
+        assert_eq!((&program.path, &program.package), (&path, &shell::root().join("xtask")));
+        assert!(program.bytes > 0 && shown(&program.package) == Path::new("xtask"));
+        assert!(super::program("   Compiling vastex v0.1.0").is_none());
+        assert!(super::program("  Executable tests/gone.rs (target/debug/deps/gone-0)").unwrap().is_err());
+    }
+}
