@@ -14,7 +14,6 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 
 use crate::shell;
-use crate::test::cargo_test;
 
 const AT_ONCE: usize = 2;
 
@@ -31,7 +30,7 @@ struct Program {
 /// Compiles all tests and examples of the workspace, in one invocation, so that features unify and nothing is compiled twice, and
 /// runs all test programs and the examples of the documentation. `prepare` sets what each is run with.
 pub(crate) fn run(prepare: impl Fn(&mut Command) + Sync) -> Result<()> {
-    let mut compile = cargo_test();
+    let mut compile = shell::cargo("test");
     compile.args(["--workspace", "--no-run"]).env("CARGO_TERM_COLOR", "never");
     let said = shell::run_with_stderr(&mut compile)?;
     let mut programs: Vec<Program> = said.iter().filter_map(|line| program(line)).collect::<Result<_>>()?;
@@ -54,7 +53,7 @@ pub(crate) fn run(prepare: impl Fn(&mut Command) + Sync) -> Result<()> {
         }
     });
     let mut failed = failed.into_inner().unwrap_or_else(PoisonError::into_inner);
-    let mut examples = cargo_test();
+    let mut examples = shell::cargo("test");
     examples.args(["--workspace", "--doc", "--no-fail-fast"]);
     prepare(&mut examples);
     failed.extend(shell::run(&mut examples).err().map(|error| format!("{error:#}")));
