@@ -7,6 +7,7 @@
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program for the terminal")]
 
 mod bench;
+mod bench_view;
 mod block_speed;
 mod browser;
 mod campaign;
@@ -57,6 +58,7 @@ Commands:
   bench draw [--write]     frames beside those of an ordinary texture, on this machine's adapter, with a verdict for each thing that
                            is asked of a GPU; into docs/bench-draw.md
   bench draw SECTION..     only these: operations, filters, fading, feedback, tables, second_level, sizes, uploads
+  bench view [--write]     how soon something can be seen of a file, beside libvips' thumbnail; into docs/bench-view.md
   record DIR               what must stay while code moves, as plain files: decisions, pictures, hashes of what is built, help, names
       --compare              make it anew and name each difference from what lies in DIR
       --only PART,..         only these: worlds, frames, files, help, names, tests
@@ -111,13 +113,15 @@ fn dispatch(arguments: &[&str]) -> anyhow::Result<()> {
         ["bench", "decide", options @ ..] => DECIDE.bench(options),
         ["bench", "textures", options @ ..] => TEXTURES.bench(options),
         ["bench", "draw", options @ ..] => DRAW.bench(options),
+        ["bench", "view", options @ ..] => bench_view::run(options),
         ["bench", other, ..] => Err(Usage(format!(
-            "no benchmark is called '{other}'; there are: build, decide, draw, fetch, slow"
+            "no benchmark is called '{other}'; there are: build, decide, draw, fetch, slow, textures, view"
         ))
         .into()),
-        ["bench"] => {
-            Err(Usage("which benchmark? There are: build, decide, draw, fetch, slow".to_owned()).into())
-        }
+        ["bench"] => Err(Usage(
+            "which benchmark? There are: build, decide, draw, fetch, slow, textures, view".to_owned(),
+        )
+        .into()),
         ["record", options @ ..] => record_command::run(options, HELP),
         ["campaign", "kills", options @ ..] => kills::run(options),
         ["campaign", "flips", options @ ..] => damage::flips(options),

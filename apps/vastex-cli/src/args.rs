@@ -374,12 +374,13 @@ Examples:
   vastex view scan.jpg slides/*.svs
 
 Keys and mouse:
-  drag           move the image, turn the globe, look about on the plane and the terrain
-  wheel, + and - zoom
-  double click   back to the first view, as Home and R
+  drag, a finger move the image, turn the globe, look about on the plane and the terrain; let go in motion, it goes on
+  wheel, + and - zoom, as I and O; two fingers do, too
+  1 to 9         so many pixels a texel; with Ctrl so many texels a pixel
+  double click   back to the first view, as Home, R and 0
   arrows, WASD   walk
-  1 2 3 4, Tab   image, plane, globe, terrain; the next of them
-  O              the next overlay: levels, wanted, deficit, pages, feedback, table, atlas; then the picture again
+  F1 to F4, Tab  image, plane, globe, terrain; the next of them
+  L              the next overlay: levels, wanted, deficit, pages, feedback, table, atlas; then the picture again
   right click    explain the pixel: in the title, and in full on stdout
   N, P           the next file or the one before, of those named or dropped, else of the folder; as page down and page up
   dropped files  show the first of them
@@ -395,6 +396,9 @@ pub(crate) struct ViewArgs {
     /// processor draws in the place of a GPU
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=MOST_FADE_MS))]
     pub(crate) fade_ms: Option<u64>,
+    /// Print as JSON when something could be seen, and close the window some seconds after all is sharp, for benchmarks
+    #[arg(long, hide = true, conflicts_with = "exit_after_frames")]
+    pub(crate) times: bool,
     /// Close the window after so many frames of the source itself, for tests
     #[arg(long, value_name = "N", hide = true)]
     pub(crate) exit_after_frames: Option<u64>,

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 use vastex_viewer::input::{Button, InputEvent, Key};
-use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
+use winit::event::{ElementState, MouseButton, MouseScrollDelta, TouchPhase, WindowEvent};
 use winit::keyboard::{Key as WinitKey, NamedKey};
 
 /// Pixels of a touch pad that are a notch of the wheel.
@@ -19,6 +19,12 @@ pub(super) fn translated(event: &WindowEvent) -> Option<InputEvent> {
         WindowEvent::CursorMoved { position, .. } => {
             InputEvent::PointerMoved(DVec2::new(position.x, position.y))
         }
+        WindowEvent::ModifiersChanged(modifiers) => InputEvent::Control(modifiers.state().control_key()),
+        WindowEvent::Touch(touch) => InputEvent::Touch {
+            finger: touch.id,
+            is_down: matches!(touch.phase, TouchPhase::Started | TouchPhase::Moved),
+            place: DVec2::new(touch.location.x, touch.location.y),
+        },
         WindowEvent::MouseInput { state, button, .. } => {
             let button = match button {
                 MouseButton::Left => Button::Primary,
@@ -48,7 +54,11 @@ fn key(key: &WinitKey) -> Option<Key> {
         WinitKey::Named(NamedKey::Tab) => Key::Tab,
         WinitKey::Named(NamedKey::PageDown) => Key::PageDown,
         WinitKey::Named(NamedKey::PageUp) => Key::PageUp,
-        WinitKey::Named(NamedKey::F11) => Key::F11,
+        WinitKey::Named(NamedKey::F1) => Key::F(1),
+        WinitKey::Named(NamedKey::F2) => Key::F(2),
+        WinitKey::Named(NamedKey::F3) => Key::F(3),
+        WinitKey::Named(NamedKey::F4) => Key::F(4),
+        WinitKey::Named(NamedKey::F11) => Key::F(11),
         WinitKey::Character(text) => {
             let mut characters = text.chars();
             match (characters.next(), characters.next()) {

@@ -3,7 +3,7 @@
 //! Here is the loop of events: it opens files, performs actions, draws while something changes and sleeps while nothing does.
 //! `opening` opens a source on a thread, `displayed` is a source in the window, `display` says which source is seen when,
 //! `viewer` draws frames, `files` knows the next file, `events` translates winit's events, `surface` is where pictures appear,
-//! `title` is the window's title.
+//! `title` is the window's title, `times` what is measured of it.
 
 mod display;
 mod displayed;
@@ -11,6 +11,7 @@ mod events;
 mod files;
 mod opening;
 mod surface;
+mod times;
 mod title;
 mod viewer;
 
@@ -20,6 +21,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Error, Result, anyhow};
+use glam::DVec2;
 use vastex::GpuError;
 use vastex_scenes::{Pose, Scene};
 use vastex_viewer::camera::Controller;
@@ -35,6 +37,7 @@ use crate::open::{self, Lies};
 use crate::report;
 use files::Files;
 use opening::{OpeningEvent, Openings, Report};
+use times::Times;
 use viewer::{Viewer, Wake};
 
 /// Devices that may be lost, one after another, before the program gives up.
@@ -118,6 +121,11 @@ impl App {
         let display = events.owned_display_handle();
         let viewer = Viewer::new(&self.args, self.scene, window.clone(), display)?;
         self.open = Some(Open { window, viewer });
+        if self.args.times
+            && let Some(open) = &mut self.open
+        {
+            open.viewer.times = Some(Times::new(self.begun));
+        }
         self.open_file()
     }
 
@@ -240,6 +248,14 @@ impl App {
             }
             event => {
                 let Some(open) = &mut self.open else { return Ok(()) };
+                let pose = self.cameras[self.scene as usize].pose();
+                match event {
+                    WindowEvent::CursorMoved { position, .. } => {
+                        open.viewer.set_pointer(Some(DVec2::new(position.x, position.y)), pose);
+                    }
+                    WindowEvent::CursorLeft { .. } => open.viewer.set_pointer(None, pose),
+                    _ => {}
+                }
                 let Some(event) = events::translated(event) else { return Ok(()) };
                 let action = self.input.on_event(event, open.viewer.size(), self.begun.elapsed());
                 if let Some(action) = action {
@@ -260,6 +276,10 @@ impl App {
         match action {
             Action::Move(moved) => {
                 self.cameras[scene_index].apply(moved, viewer.aspects());
+            }
+            Action::Magnify(magnification, point) => {
+                let (view, image) = (viewer.size(), viewer.image_size());
+                self.cameras[scene_index].magnify(magnification, point, view, image);
             }
             Action::Reset => {
                 self.cameras[scene_index] = Controller::new(Pose::first(self.scene));
@@ -333,6 +353,13 @@ impl ApplicationHandler<Report> for App {
 
     fn about_to_wait(&mut self, events: &ActiveEventLoop) {
         let Some(open) = &mut self.open else { return };
+        let end = open.viewer.times.as_ref().and_then(Times::end);
+        if end.is_some_and(|end| end <= Instant::now()) {
+            let told = open.viewer.times.as_ref().map(Times::json).transpose();
+            let printed = told.map_err(Error::from).and_then(|text| report::print(&text.unwrap_or_default()));
+            self.note(events, printed);
+            return events.exit();
+        }
         let awake = self.input.is_moving() || self.args.exit_after_frames.is_some();
         events.set_control_flow(match open.viewer.next_frame(awake) {
             Wake::Now => {
@@ -342,7 +369,7 @@ impl ApplicationHandler<Report> for App {
             Wake::After(pause) => {
                 ControlFlow::WaitUntil(Instant::now() + Duration::max(pause, Duration::from_millis(1)))
             }
-            Wake::OnEvent => ControlFlow::Wait,
+            Wake::OnEvent => end.map_or(ControlFlow::Wait, ControlFlow::WaitUntil),
         });
     }
 

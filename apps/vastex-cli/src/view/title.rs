@@ -5,6 +5,7 @@
 use std::time::{Duration, Instant};
 
 use vastex::diagnostics::FrameStats;
+use vastex_viewer::inspect::InspectedTexel;
 
 /// Between two titles.
 const EVERY: Duration = Duration::from_millis(250);
@@ -17,6 +18,8 @@ pub(super) struct TitleParts<'a> {
     pub(super) name: &'a str,
     /// What is seen of it, if anything is.
     pub(super) image: Option<TitleImage>,
+    /// What lies below the pointer.
+    pub(super) texel: Option<&'a InspectedTexel>,
     /// Name of the overlay, if one is drawn.
     pub(super) overlay: Option<&'static str>,
     pub(super) stats: &'a FrameStats,
@@ -121,6 +124,7 @@ impl Title {
             text += &format!(" – {width}×{height}");
             text += &lack.map_or_else(String::new, |lack| format!(" – {lack}"));
         }
+        text += &shown.texel.map_or_else(String::new, |texel| format!(" – {texel}"));
         match pager.failed {
             0 => {}
             1 => text += " – 1 tile failed",
@@ -144,6 +148,7 @@ mod tests {
         TitleParts {
             name: "earth.vastex",
             image: Some(TitleImage { size: [10800, 5400], scene, lack: None }),
+            texel: None,
             overlay: None,
             stats,
             is_settled: true,

@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
+use glam::DVec2;
 use vastex::diagnostics::{ExplainedPixel, FrameStats, PoolStats};
 use vastex::{Event, FeedbackMode, Preparer, Settings, Textures, ViewId};
 use vastex_core::Dims;
@@ -19,6 +20,7 @@ use super::display::Display;
 use super::displayed::{DisplaySettings, Displayed};
 use super::opening::PreparedSource;
 use super::surface::{Surface, SurfaceFrame};
+use super::times::Times;
 use super::title::{Scale, Title, TitleImage, TitleParts};
 use crate::args::ViewArgs;
 use crate::commands::render;
@@ -57,10 +59,14 @@ pub(super) struct Viewer {
     is_busy: bool,
     unsettled: u32,
     is_hidden: bool,
+    /// Where the pointer is in the view, if it is over it.
+    pointer: Option<DVec2>,
     /// That a pool is too small, until the view has settled and it is said; it is said once.
     shortage: Option<Event>,
     is_shortage_reported: bool,
     title: Title,
+    /// What is measured, if that is asked for.
+    pub(super) times: Option<Times>,
 }
 
 impl Viewer {
@@ -89,9 +95,11 @@ impl Viewer {
             is_busy: false,
             unsettled: UNSETTLED_FRAMES,
             is_hidden: false,
+            pointer: None,
             shortage: None,
             is_shortage_reported: false,
             title: Title::default(),
+            times: None,
         })
     }
 
@@ -195,6 +203,17 @@ impl Viewer {
     /// Width and height of the view in pixels.
     pub(super) fn size(&self) -> [u32; 2] {
         self.surface.size()
+    }
+
+    /// Columns and rows of the image.
+    pub(super) fn image_size(&self) -> [u32; 2] {
+        self.display.displayed().map_or([1; 2], |source| source.size)
+    }
+
+    /// The pointer is there, in pixels of the view, or not over it: the title says which texel is below it, and its value.
+    pub(super) fn set_pointer(&mut self, pointer: Option<DVec2>, pose: Pose) {
+        self.pointer = pointer;
+        self.update_title(&self.textures.stats(), pose);
     }
 
     /// Width over height of the view and of the image.
@@ -336,6 +355,10 @@ impl Viewer {
             Some(frame) => self.draw_displayed(frame, pose)?,
         }
         let stats = self.textures.stats();
+        let (is_source, is_settled) = (self.display.is_source(), self.is_settled(&stats));
+        if let Some(times) = self.times.as_mut().filter(|_| self.display.displayed().is_some()) {
+            times.note_frame(is_source, is_settled);
+        }
         self.report_events(&stats);
         self.update_title(&stats, pose);
         Ok(())
@@ -435,9 +458,13 @@ impl Viewer {
                 },
             }
         });
+        let texel = self.pointer.zip(displayed).and_then(|(pointer, Displayed { renderer, size, .. })| {
+            inspect::texel_at(&self.textures, renderer.layer(), &pose, (self.surface.size(), *size), pointer)
+        });
         let parts = TitleParts {
             name: &name,
             image,
+            texel: texel.as_ref(),
             overlay: displayed.and_then(|source| Some(source.overlay.as_ref()?.overlay().name())),
             stats,
             is_settled: self.is_settled(stats),

@@ -11,6 +11,8 @@ pub enum Move {
     Drag(DVec2),
     /// Zoomed in by a factor towards a point, in view heights from the middle.
     ZoomTo(f64, DVec2),
+    /// Two fingers: dragged, then zoomed in by a factor towards a point, in view heights, the point from the middle.
+    Pinch(DVec2, f64, DVec2),
     /// Walked by a step and zoomed by a factor.
     Walk(DVec2, f64),
 }
@@ -41,21 +43,38 @@ impl Controller {
     pub fn apply(&mut self, moved: Move, aspects: Aspects) {
         match moved {
             Move::Drag(delta) => self.drag(delta, aspects),
-            Move::ZoomTo(factor, point) => {
-                // Turning about on the plane would not keep the point below the pointer.
-                let is_kept = !matches!(self.pose, Pose::Plane { .. });
-                if is_kept {
-                    self.drag(-point, aspects);
-                }
-                self.pose = self.pose.zoomed(factor);
-                if is_kept {
-                    self.drag(point, aspects);
-                }
+            Move::ZoomTo(factor, point) => self.zoom_to(factor, point, aspects),
+            Move::Pinch(delta, factor, point) => {
+                self.drag(delta, aspects);
+                self.zoom_to(factor, point, aspects);
             }
             Move::Walk(step, factor) => {
                 self.pose = self.pose.walked(step).zoomed(factor);
                 self.rest = DVec2::ZERO;
             }
+        }
+    }
+
+    /// Shows an image with so many pixels a texel, towards a point of a view of `view` pixels, in view heights from the middle; `image`
+    /// has the image's texels. At whole numbers and their reciprocals texels begin where pixels do, so that none is blended with
+    /// its neighbours. Does nothing in scenes with perspective.
+    pub fn magnify(&mut self, magnification: f64, point: DVec2, view: [u32; 2], image: [u32; 2]) {
+        let Some(before) = self.pose.magnification(view, image) else { return };
+        let aspect = |[width, height]: [u32; 2]| f64::from(width.max(1)) / f64::from(height.max(1));
+        self.zoom_to(magnification / before, point, [aspect(view), aspect(image)]);
+        self.pose = self.pose.aligned(view, image);
+        self.rest = DVec2::ZERO;
+    }
+
+    fn zoom_to(&mut self, factor: f64, point: DVec2, aspects: Aspects) {
+        // Turning about on the plane would not keep the point below the pointer.
+        let is_kept = !matches!(self.pose, Pose::Plane { .. });
+        if is_kept {
+            self.drag(-point, aspects);
+        }
+        self.pose = self.pose.zoomed(factor);
+        if is_kept {
+            self.drag(point, aspects);
         }
     }
 
@@ -88,6 +107,41 @@ mod tests {
         camera.apply(Move::ZoomTo(1.25, point), ASPECTS);
         assert!(below(pose).distance(below(camera.pose())) < 1e-12);
         assert_ne!(pose, camera.pose());
+    }
+
+    #[test]
+    fn whole_magnifications_put_texels_on_pixels_where_the_pointer_is() {
+        let (view, image) = ([1281, 720], [10800, 5401]);
+        for magnification in [1.0, 2.0, 7.0, 0.5, 1.0 / 3.0] {
+            let point = DVec2::new(0.31, -0.17);
+            let mut camera = Controller::new(Pose::Image { centre: DVec2::new(0.412_34, 0.6), zoom: 3.3 });
+            let aspects = [1281.0 / 720.0, 10800.0 / 5401.0];
+            let below = |pose: Pose| pose.dragged(-point, aspects[0], aspects[1]).over();
+            let before = below(camera.pose());
+            camera.magnify(magnification, point, view, image);
+            let shown = camera.pose().magnification(view, image).unwrap();
+            assert!((shown - magnification).abs() < 1e-12, "{shown}");
+            let moved = (below(camera.pose()) - before) * DVec2::new(10800.0, 5401.0) * magnification;
+            assert!(moved.abs().max_element() <= 1.0, "{moved} pixels from where it was");
+            let Pose::Image { centre, .. } = camera.pose() else { unreachable!() };
+            // The left and upper edge of the view, in pixels from the image's corner.
+            let edge = centre * DVec2::new(10800.0, 5401.0) * magnification - DVec2::new(1281.0, 720.0) / 2.0;
+            assert!((edge - edge.round()).abs().max_element() < 1e-6, "{edge} at {magnification}");
+        }
+        let globe = Pose::first(crate::scene::Scene::Globe);
+        let mut camera = Controller::new(globe);
+        camera.magnify(1.0, DVec2::ZERO, view, image);
+        assert_eq!(camera.pose(), globe);
+    }
+
+    #[test]
+    fn two_fingers_drag_and_zoom_at_once() {
+        let (pose, point) = (Pose::Image { centre: DVec2::splat(0.5), zoom: 4.0 }, DVec2::new(0.1, 0.2));
+        let (mut camera, mut in_turn) = (Controller::new(pose), Controller::new(pose));
+        camera.apply(Move::Pinch(DVec2::new(0.05, 0.0), 1.5, point), ASPECTS);
+        in_turn.apply(Move::Drag(DVec2::new(0.05, 0.0)), ASPECTS);
+        in_turn.apply(Move::ZoomTo(1.5, point), ASPECTS);
+        assert_eq!(camera, in_turn);
     }
 
     #[test]

@@ -107,6 +107,19 @@ impl Pose {
         Some(zoom * fitting(0).min(fitting(1)))
     }
 
+    /// The nearest pose of an image in which the corner of a pixel lies on the corner of the image's first texel, or would if there were
+    /// more of the image.
+    pub(crate) fn aligned(self, picture: [u32; 2], image: [u32; 2]) -> Pose {
+        let (Pose::Image { centre, zoom }, Some(scale)) = (self, self.magnification(picture, image)) else {
+            return self;
+        };
+        let [centre_x, centre_y] = [0, 1].map(|axis| {
+            let (middle, pixels) = (f64::from(picture[axis]) / 2.0, f64::from(image[axis]) * scale);
+            ((centre[axis] * pixels - middle).round() + middle) / pixels
+        });
+        Pose::Image { centre: DVec2::new(centre_x, centre_y).clamp(DVec2::ZERO, DVec2::ONE), zoom }
+    }
+
     /// Where the camera is in the world, the ground below it not being counted.
     pub(crate) fn eye(&self) -> DVec3 {
         match *self {

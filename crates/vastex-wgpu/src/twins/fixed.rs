@@ -4,7 +4,7 @@ use vastex_core::AddressMode;
 use vastex_core::shader_constants::FIXED_REACH;
 
 use super::level::Footprint;
-use super::lookup::Position;
+use super::lookup::{Place, Position};
 use super::{Sampler, Texture};
 
 /// A place along an axis, folded by an address mode.
@@ -44,6 +44,11 @@ impl Texture<'_> {
             fraction: folded.map(|at| at.fraction),
             way: folded.map(|at| at.way),
         }
+    }
+
+    /// Where the finest resident page that covers a texel of level 0 at `wanted`, a level of the texture, has it.
+    pub fn place_of_texel(&self, texel: [u32; 2], wanted: u8) -> Place {
+        self.place_of(self.position_from_fixed(texel, [0.5; 2]), wanted)
     }
 
     /// `vastex_feedback_fixed_grad`: a feedback pixel, from gradients in texels of level 0 along one pixel of the target.

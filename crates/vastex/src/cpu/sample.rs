@@ -69,6 +69,23 @@ impl<'a> CpuSampler<'a> {
         };
         CpuSample { value, level }
     }
+
+    /// The texel of a level in which a texel of level 0 lies, as it is stored and blended with nothing, whatever the filter is; exact for
+    /// textures of any size. Texels beyond the texture are taken as the address modes say. [`CpuSample::level`] is the level of the
+    /// answer: `level`, within those that there are, where its tile is in memory; else a coarser one.
+    pub fn texel(&mut self, texel: [u32; 2], level: u8) -> CpuSample {
+        self.tiles.make_room();
+        let tiles = &self.tiles;
+        let description = tiles.state.source.description();
+        let (geometry, layer) = (&description.geometry, &description.layers[tiles.layer.index()]);
+        let mut texture = Texture::new(geometry, tiles, tiles.layer.number());
+        (texture.filter, texture.layer_scale) = (Filter::Nearest, layer.scale);
+        let level = level.min(geometry.coarsest());
+        let found = texture.place_of_texel(texel, level).level;
+        let tile = |slot: Slot| tiles.texels(slot);
+        let sampler = Sampler { texture, format: layer.format, tile: &tile };
+        CpuSample { value: sampler.sample_fixed_level(texel, [0.5; 2], level.into()), level: found.into() }
+    }
 }
 
 /// Tiles that queries have found so far.

@@ -197,6 +197,35 @@ fn inputs() -> Vec<[f32; 4]> {
 }
 
 #[test]
+fn a_texel_is_what_is_stored_on_the_level_that_is_said() {
+    for format in FORMATS {
+        let source = Hills::new(format, AddressMode::Clamp);
+        // A filter that blends, which texels do not.
+        let mut world = World::new(source, Settings { filter: Filter::Bicubic, ..settings() });
+        world.load(&Region::image(0..160, 0..96).on_levels(0..=0));
+        let mut sampler = world.textures.cpu().sampler(world.texture).unwrap();
+        let mut levels = [0; 2];
+        for [x, y] in (0..SIZE[1]).step_by(7).flat_map(|y| (0..SIZE[0]).step_by(5).map(move |x| [x, y])) {
+            for wanted in [0, 2] {
+                let CpuSample { value, level } = sampler.texel([x, y], wanted);
+                assert!(level >= f32::from(wanted) && level.fract() == 0.0, "{level} at {x},{y}");
+                let level = level as u8;
+                levels[usize::from(level > wanted)] += 1;
+                let height = Hills::height(level, [x >> level, y >> level, 0]);
+                let stored = match format {
+                    LayerFormat::R16 => f32::from((height * 65535.0) as u16) / 65535.0,
+                    LayerFormat::R16Float => half::f16::from_f32(height).to_f32(),
+                    LayerFormat::R32Float => height,
+                    _ => f32::from((height * 255.0) as u8) / 255.0,
+                };
+                assert_eq!(value[0], stored, "{format:?} at {x},{y} on level {level}");
+            }
+        }
+        assert!(levels.into_iter().all(|count| count > 100), "{levels:?}");
+    }
+}
+
+#[test]
 fn where_the_tiles_are_it_says_what_the_gpu_says() {
     use AddressMode::{Border, Clamp, Mirror, Wrap};
     for (format, address) in FORMATS.into_iter().zip([Clamp, Wrap, Mirror, Border]) {

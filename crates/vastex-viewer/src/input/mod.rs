@@ -1,0 +1,395 @@
+//! What keys and the pointer mean: moves of the camera and other actions.
+//!
+//! Neither a window nor a picture is known here: a host translates its own events into [`InputEvent`] and carries the [`Action`]s
+//! out. Times are told as how long ago the host began.
+
+use std::time::Duration;
+
+use glam::DVec2;
+
+use crate::camera::Move;
+use crate::scene::Scene;
+
+/// Two clicks within this time, and so many pixels, are a double click.
+const DOUBLE_CLICK: (Duration, f64) = (Duration::from_millis(400), 6.0);
+/// Factor of a notch of the wheel.
+const WHEEL_FACTOR: f64 = 1.25;
+/// Steps per second of a key that is held; see [`crate::Pose::walked`].
+const WALK_PER_SECOND: f64 = 0.8;
+/// Factor per second of a zoom key that is held.
+const ZOOM_PER_SECOND: f64 = 3.0;
+/// A drag whose last part was at least so fast, in view heights a second, goes on by itself when the pointer is let go, and ends below
+/// the second speed. By the first time the speed is measured, if the pointer moved that lately; the last is by how much of itself
+/// the speed falls in a second.
+const FASTEST_STILL: f64 = 0.15;
+const SLOWEST_GLIDE: f64 = 0.01;
+const MEASURED: Duration = Duration::from_millis(80);
+const FRICTION: f64 = 5.0;
+/// What a short press is worth, and the longest that one frame is worth.
+const SHORT_PRESS: Duration = Duration::from_millis(80);
+const LONGEST_FRAME: Duration = Duration::from_millis(250);
+
+/// A key, by what it writes or is called.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Key {
+    /// The arrow to the left.
+    Left,
+    /// The arrow to the right.
+    Right,
+    /// The arrow upwards.
+    Up,
+    /// The arrow downwards.
+    Down,
+    /// Escape.
+    Escape,
+    /// Home.
+    Home,
+    /// The tabulator.
+    Tab,
+    /// A page down.
+    PageDown,
+    /// A page up.
+    PageUp,
+    /// A function key, by its number.
+    F(u8),
+    /// A key that writes this character, in lower or upper case.
+    Char(char),
+}
+
+/// A button of the pointer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Button {
+    /// The main one, or a touch.
+    Primary,
+    /// The other one.
+    Secondary,
+}
+
+/// What a host says happened.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum InputEvent {
+    /// A key went down or up.
+    Key {
+        /// The key.
+        key: Key,
+        /// Whether it went down.
+        is_pressed: bool,
+        /// Whether it was down before, and only says so again.
+        is_repeat: bool,
+    },
+    /// The pointer is there, in pixels from the top left of the view.
+    PointerMoved(DVec2),
+    /// A button went down or up.
+    Button {
+        /// The button.
+        button: Button,
+        /// Whether it went down.
+        is_pressed: bool,
+    },
+    /// Control is held, or no longer.
+    Control(bool),
+    /// A finger touched the view, moved on it or left it, there in pixels from the top left.
+    Touch {
+        /// Tells fingers from one another.
+        finger: u64,
+        /// Whether it touches the view from here on.
+        is_down: bool,
+        /// Where it is.
+        place: DVec2,
+    },
+    /// The wheel was turned by so many notches, away from the person.
+    Wheel(f64),
+    /// Keys and pointer belong to something else from here on.
+    FocusLost,
+    /// The view can be seen again.
+    Shown,
+}
+
+/// Something that a person wants.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Action {
+    /// The camera elsewhere.
+    Move(Move),
+    /// The first pose again.
+    Reset,
+    /// An image with so many pixels a texel, towards a point in view heights from the middle.
+    Magnify(f64, DVec2),
+    /// The file so many after the one that is shown, or before it.
+    File(i32),
+    /// Another scene, or the next.
+    Scene(Option<Scene>),
+    /// The next overlay in the place of the picture, or the picture again.
+    Overlay,
+    /// Why the pixel below the pointer shows what it shows, in pixels of the view.
+    Explain([u32; 2]),
+    /// The whole screen, or the window again.
+    FillScreen,
+    /// The picture again: it may be stale.
+    Redraw,
+    /// The end.
+    Quit,
+}
+
+/// A motion that goes on while its key is held.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Motion {
+    Left,
+    Right,
+    Forward,
+    Back,
+    In,
+    Out,
+}
+
+/// Keys and pointer as they are now.
+#[derive(Debug, Default)]
+pub struct Input {
+    held: Vec<Motion>,
+    /// Up to when the motions have been carried out.
+    moved_at: Option<Duration>,
+    pointer: DVec2,
+    is_dragging: bool,
+    /// When and where the pointer was lately, while it drags.
+    trail: Vec<(Duration, DVec2)>,
+    /// How fast the view goes on after a drag, in view heights a second.
+    glide: DVec2,
+    has_control: bool,
+    /// Fingers on the view, and where they are.
+    fingers: Vec<(u64, DVec2)>,
+    /// When and where the last click was.
+    clicked: Option<(Duration, DVec2)>,
+}
+
+impl Input {
+    /// What an event means in a view of `size` pixels, if anything.
+    pub fn on_event(&mut self, event: InputEvent, size: [u32; 2], now: Duration) -> Option<Action> {
+        let [width, height] = size.map(|side| f64::from(side.max(1)));
+        match event {
+            InputEvent::Key { key, is_pressed, is_repeat } => {
+                let point = (self.pointer - DVec2::new(width, height) / 2.0) / height;
+                self.on_key((key, point), is_pressed, is_repeat, now)
+            }
+            InputEvent::PointerMoved(pointer) => self.on_pointer(pointer, height, now),
+            InputEvent::Button { button: Button::Primary, is_pressed } => {
+                self.on_click(is_pressed, height, now)
+            }
+            InputEvent::Control(is_held) => {
+                self.has_control = is_held;
+                None
+            }
+            InputEvent::Touch { finger, is_down, place } => {
+                self.on_touch(finger, is_down, place, [width, height], now)
+            }
+            InputEvent::Button { button: Button::Secondary, is_pressed } => is_pressed
+                .then(|| Action::Explain(self.pointer.max(DVec2::ZERO).to_array().map(|place| place as u32))),
+            InputEvent::Wheel(notches) => {
+                let point = (self.pointer - DVec2::new(width, height) / 2.0) / height;
+                Some(Action::Move(Move::ZoomTo(WHEEL_FACTOR.powf(notches), point)))
+            }
+            InputEvent::FocusLost => {
+                self.held.clear();
+                self.fingers.clear();
+                (self.is_dragging, self.has_control, self.glide) = (false, false, DVec2::ZERO);
+                None
+            }
+            InputEvent::Shown => Some(Action::Redraw),
+        }
+    }
+
+    /// Whether something goes on while nothing happens.
+    pub fn is_moving(&self) -> bool {
+        !self.held.is_empty() || self.glide != DVec2::ZERO
+    }
+
+    /// What goes on by itself since that was asked last: what keys that are held are worth, or a drag that was let go.
+    pub fn motion(&mut self, now: Duration) -> Option<Move> {
+        if !self.is_moving() {
+            return None;
+        }
+        let since = self.moved_at.replace(now).unwrap_or(now);
+        let time = now.saturating_sub(since).min(LONGEST_FRAME);
+        if !self.held.is_empty() {
+            return Some(walk(&self.held, time));
+        }
+        // The speed falls by friction; what it comes to meanwhile is its integral.
+        let left = (-FRICTION * time.as_secs_f64()).exp();
+        let delta = self.glide * (1.0 - left) / FRICTION;
+        self.glide *= left;
+        if self.glide.length() < SLOWEST_GLIDE {
+            self.glide = DVec2::ZERO;
+        }
+        Some(Move::Drag(delta))
+    }
+
+    fn on_pointer(&mut self, pointer: DVec2, height: f64, now: Duration) -> Option<Action> {
+        let delta = pointer - std::mem::replace(&mut self.pointer, pointer);
+        if !self.is_dragging {
+            return None;
+        }
+        self.trail.retain(|(then, _)| now.saturating_sub(*then) <= MEASURED);
+        self.trail.push((now, pointer));
+        Some(Action::Move(Move::Drag(delta / height)))
+    }
+
+    /// One finger drags as the pointer does, two zoom as well.
+    fn on_touch(
+        &mut self,
+        finger: u64,
+        is_down: bool,
+        place: DVec2,
+        [width, height]: [f64; 2],
+        now: Duration,
+    ) -> Option<Action> {
+        let before = self.fingers.clone();
+        self.fingers.retain(|(other, _)| *other != finger);
+        if is_down {
+            self.fingers.push((finger, place));
+            self.fingers.sort_by_key(|(finger, _)| *finger);
+        }
+        match (&before[..], &self.fingers[..]) {
+            ([], [(_, place)]) => {
+                self.pointer = *place;
+                self.on_click(true, height, now)
+            }
+            ([(a, _)], [(b, place)]) if a == b => self.on_pointer(*place, height, now),
+            ([_], []) => self.on_click(false, height, now),
+            ([(a, first), (b, second)], [(c, third), (d, fourth)]) if [a, b] == [c, d] => {
+                let middle = (third + fourth) / 2.0;
+                let factor = third.distance(*fourth) / first.distance(*second).max(1.0);
+                let delta = (middle - (first + second) / 2.0) / height;
+                let point = (middle - DVec2::new(width, height) / 2.0) / height;
+                Some(Action::Move(Move::Pinch(delta, factor.clamp(0.2, 5.0), point)))
+            }
+            // Another number of fingers: what they do begins anew, and nothing goes on by itself.
+            (_, fingers) => {
+                if let [(_, place)] = fingers {
+                    self.pointer = *place;
+                }
+                (self.is_dragging, self.glide) = (fingers.len() == 1, DVec2::ZERO);
+                self.trail.clear();
+                None
+            }
+        }
+    }
+
+    fn on_click(&mut self, is_pressed: bool, height: f64, now: Duration) -> Option<Action> {
+        let was_dragging = std::mem::replace(&mut self.is_dragging, is_pressed);
+        self.glide = DVec2::ZERO;
+        if !is_pressed {
+            self.glide = if was_dragging { self.speed(now) / height } else { DVec2::ZERO };
+            if self.glide.length() < FASTEST_STILL {
+                self.glide = DVec2::ZERO;
+            }
+            self.moved_at = Some(now);
+            self.trail.clear();
+            return None;
+        }
+        self.trail.clear();
+        let (time, distance) = DOUBLE_CLICK;
+        let is_double = |&(then, place): &(Duration, DVec2)| {
+            now.saturating_sub(then) < time && place.distance(self.pointer) < distance
+        };
+        if self.clicked.take_if(|clicked| is_double(clicked)).is_some() {
+            return Some(Action::Reset);
+        }
+        self.clicked = Some((now, self.pointer));
+        None
+    }
+
+    /// How fast the pointer was lately, in pixels a second.
+    fn speed(&self, now: Duration) -> DVec2 {
+        let mut lately = self.trail.iter().filter(|(then, _)| now.saturating_sub(*then) <= MEASURED);
+        let (Some((then, from)), Some((_, to))) = (lately.next(), lately.next_back()) else {
+            return DVec2::ZERO;
+        };
+        // A pointer that stood still before it was let go is slow.
+        let time = now.saturating_sub(*then).as_secs_f64();
+        if time > 0.0 { (to - from) / time } else { DVec2::ZERO }
+    }
+
+    fn on_key(
+        &mut self,
+        (key, point): (Key, DVec2),
+        is_pressed: bool,
+        is_repeat: bool,
+        now: Duration,
+    ) -> Option<Action> {
+        let is_motion = !self.has_control || !is_pressed;
+        let Some(motion) = motion_of(key).filter(|_| is_motion) else {
+            let action = || {
+                self.magnification_of(key)
+                    .map_or_else(|| action_of(key), |scale| Some(Action::Magnify(scale, point)))
+            };
+            return (is_pressed && !is_repeat).then(action).flatten();
+        };
+        self.glide = DVec2::ZERO;
+        if !is_pressed {
+            self.held.retain(|&held| held != motion);
+        } else if !self.held.contains(&motion) {
+            if self.held.is_empty() {
+                self.moved_at = Some(now);
+            }
+            self.held.push(motion);
+            return Some(Action::Move(walk(&[motion], SHORT_PRESS)));
+        }
+        None
+    }
+}
+
+impl Input {
+    /// What digits are worth: so many pixels a texel, or with control so many texels a pixel.
+    fn magnification_of(&self, key: Key) -> Option<f64> {
+        let Key::Char(digit @ '1'..='9') = key else { return None };
+        let times = f64::from(digit.to_digit(10)?);
+        Some(if self.has_control { 1.0 / times } else { times })
+    }
+}
+
+fn walk(motions: &[Motion], time: Duration) -> Move {
+    let (mut step, mut zoom) = (DVec2::ZERO, 0.0);
+    for motion in motions {
+        match motion {
+            Motion::Left => step.x -= 1.0,
+            Motion::Right => step.x += 1.0,
+            Motion::Forward => step.y += 1.0,
+            Motion::Back => step.y -= 1.0,
+            Motion::In => zoom += 1.0,
+            Motion::Out => zoom -= 1.0,
+        }
+    }
+    let seconds = time.as_secs_f64();
+    Move::Walk(step * WALK_PER_SECOND * seconds, ZOOM_PER_SECOND.powf(zoom * seconds))
+}
+
+fn motion_of(key: Key) -> Option<Motion> {
+    Some(match key {
+        Key::Left | Key::Char('a' | 'A') => Motion::Left,
+        Key::Right | Key::Char('d' | 'D') => Motion::Right,
+        Key::Up | Key::Char('w' | 'W') => Motion::Forward,
+        Key::Down | Key::Char('s' | 'S') => Motion::Back,
+        // The same key, with Shift let go before it.
+        Key::Char('+' | '=' | 'i' | 'I') => Motion::In,
+        Key::Char('-' | '_' | 'o' | 'O') => Motion::Out,
+        _ => return None,
+    })
+}
+
+fn action_of(key: Key) -> Option<Action> {
+    Some(match key {
+        Key::Escape | Key::Char('q' | 'Q') => Action::Quit,
+        Key::Home | Key::Char('r' | 'R' | '0') => Action::Reset,
+        Key::PageDown | Key::Char('n' | 'N') => Action::File(1),
+        Key::PageUp | Key::Char('p' | 'P') => Action::File(-1),
+        Key::Tab => Action::Scene(None),
+        Key::F(11) | Key::Char('f' | 'F') => Action::FillScreen,
+        Key::Char('l' | 'L') => Action::Overlay,
+        Key::F(1) => Action::Scene(Some(Scene::Image)),
+        Key::F(2) => Action::Scene(Some(Scene::Plane)),
+        Key::F(3) => Action::Scene(Some(Scene::Globe)),
+        Key::F(4) => Action::Scene(Some(Scene::Terrain)),
+        _ => return None,
+    })
+}
+
+#[cfg(test)]
+mod tests;

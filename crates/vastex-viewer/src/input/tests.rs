@@ -1,0 +1,126 @@
+//! What keys, the pointer and fingers come to.
+
+use super::*;
+
+const SIZE: [u32; 2] = [200, 100];
+
+fn click(input: &mut Input, ms: u64) -> Option<Action> {
+    let event = InputEvent::Button { button: Button::Primary, is_pressed: true };
+    input.on_event(event, SIZE, Duration::from_millis(ms))
+}
+
+#[test]
+fn two_quick_clicks_reset_and_slow_ones_do_not() {
+    let mut input = Input::default();
+    assert_eq!(click(&mut input, 0), None);
+    assert_eq!(click(&mut input, 200), Some(Action::Reset));
+    assert_eq!(click(&mut input, 300), None, "the third click begins anew");
+    assert_eq!(click(&mut input, 2000), None);
+}
+
+#[test]
+fn held_keys_move_by_the_time_and_opposite_ones_cancel() {
+    let Move::Walk(step, zoom) = walk(&[Motion::Right, Motion::In], Duration::from_millis(500)) else {
+        unreachable!()
+    };
+    assert_eq!(step, DVec2::new(WALK_PER_SECOND / 2.0, 0.0));
+    assert!((zoom - ZOOM_PER_SECOND.sqrt()).abs() < 1e-6);
+    let still = walk(&[Motion::Left, Motion::Right], Duration::from_secs(1));
+    assert_eq!(still, Move::Walk(DVec2::ZERO, 1.0));
+}
+
+#[test]
+fn keys_act_once_and_the_pointer_drags_while_it_is_down() {
+    let (mut input, now) = (Input::default(), Duration::ZERO);
+    let key = |key, is_pressed, is_repeat| InputEvent::Key { key, is_pressed, is_repeat };
+    assert_eq!(input.on_event(key(Key::Char('L'), true, false), SIZE, now), Some(Action::Overlay));
+    assert_eq!(input.on_event(key(Key::Char('l'), true, true), SIZE, now), None);
+    assert!(matches!(input.on_event(key(Key::Left, true, false), SIZE, now), Some(Action::Move(_))));
+    assert!(input.is_moving() && input.motion(Duration::from_millis(100)).is_some());
+    input.on_event(key(Key::Left, false, false), SIZE, now);
+    assert!(!input.is_moving());
+    let moved = |x| InputEvent::PointerMoved(DVec2::new(x, 50.0));
+    assert_eq!(input.on_event(moved(10.0), SIZE, now), None);
+    click(&mut input, 0);
+    let drag = Action::Move(Move::Drag(DVec2::new(0.5, 0.0)));
+    assert_eq!(input.on_event(moved(60.0), SIZE, now), Some(drag));
+    input.on_event(InputEvent::FocusLost, SIZE, now);
+    assert_eq!(input.on_event(moved(70.0), SIZE, now), None);
+}
+
+fn at(input: &mut Input, event: InputEvent, ms: u64) -> Option<Action> {
+    input.on_event(event, SIZE, Duration::from_millis(ms))
+}
+
+/// A pixel to the right in each millisecond, for 60 of them.
+fn drag(input: &mut Input, since: u64) {
+    for ms in 0..=60 {
+        at(input, InputEvent::PointerMoved(DVec2::new(ms as f64, 50.0)), since + ms);
+    }
+}
+
+#[test]
+fn a_drag_that_is_let_go_in_motion_goes_on_and_comes_to_rest() {
+    let mut input = Input::default();
+    let release = InputEvent::Button { button: Button::Primary, is_pressed: false };
+    click(&mut input, 1000);
+    // Ten heights a second.
+    drag(&mut input, 1000);
+    assert!(at(&mut input, release, 1060).is_none() && input.is_moving());
+    let (mut way, mut frames) = (DVec2::ZERO, 0);
+    while input.is_moving() {
+        frames += 1;
+        match input.motion(Duration::from_millis(1060 + 16 * frames)) {
+            Some(Move::Drag(delta)) => way += delta,
+            other => panic!("{other:?}"),
+        }
+    }
+    // All of it is the speed by the friction.
+    assert!((way.x - 10.0 / FRICTION).abs() < 0.01 && way.y == 0.0, "{way}");
+    assert!((60..120).contains(&frames), "{frames} frames");
+    // A pointer that stands still before it is let go leaves everything where it is.
+    click(&mut input, 9000);
+    drag(&mut input, 9000);
+    at(&mut input, release, 9200);
+    assert!(!input.is_moving());
+    // A click stops what goes on.
+    click(&mut input, 12_000);
+    drag(&mut input, 12_000);
+    at(&mut input, release, 12_060);
+    assert!(input.is_moving());
+    click(&mut input, 13_000);
+    assert!(!input.is_moving());
+}
+
+#[test]
+fn digits_magnify_and_with_control_they_reduce() {
+    let mut input = Input::default();
+    let key = |key, is_pressed| InputEvent::Key { key, is_pressed, is_repeat: false };
+    at(&mut input, InputEvent::PointerMoved(DVec2::new(150.0, 50.0)), 0);
+    let point = DVec2::new(0.5, 0.0);
+    assert_eq!(at(&mut input, key(Key::Char('1'), true), 0), Some(Action::Magnify(1.0, point)));
+    assert_eq!(at(&mut input, key(Key::Char('1'), false), 0), None);
+    at(&mut input, InputEvent::Control(true), 0);
+    assert_eq!(at(&mut input, key(Key::Char('4'), true), 0), Some(Action::Magnify(0.25, point)));
+    at(&mut input, InputEvent::FocusLost, 0);
+    assert_eq!(at(&mut input, key(Key::Char('9'), true), 0), Some(Action::Magnify(9.0, point)));
+    assert_eq!(at(&mut input, key(Key::Char('0'), true), 0), Some(Action::Reset));
+}
+
+#[test]
+fn one_finger_drags_and_two_pinch() {
+    let mut input = Input::default();
+    let touch =
+        |finger, is_down, x: f64, y: f64| InputEvent::Touch { finger, is_down, place: DVec2::new(x, y) };
+    assert_eq!(at(&mut input, touch(7, true, 100.0, 50.0), 0), None);
+    let drag = Action::Move(Move::Drag(DVec2::new(0.1, 0.0)));
+    assert_eq!(at(&mut input, touch(7, true, 110.0, 50.0), 10), Some(drag));
+    assert_eq!(at(&mut input, touch(3, true, 90.0, 50.0), 20), None, "the second one changes nothing yet");
+    let pinch = Action::Move(Move::Pinch(DVec2::new(0.1, 0.0), 2.0, DVec2::new(0.1, 0.0)));
+    assert_eq!(at(&mut input, touch(7, true, 130.0, 50.0), 30), Some(pinch));
+    assert_eq!(at(&mut input, touch(3, false, 90.0, 50.0), 40), None);
+    let drag = Action::Move(Move::Drag(DVec2::new(0.0, 0.1)));
+    assert_eq!(at(&mut input, touch(7, true, 130.0, 60.0), 50), Some(drag), "the one that is left drags");
+    assert_eq!(at(&mut input, touch(7, false, 130.0, 60.0), 500), None);
+    assert!(!input.is_moving());
+}

@@ -1,0 +1,130 @@
+//! What lies below the pointer: which texel of an image, and its value as it is stored.
+
+use std::fmt;
+
+use glam::DVec2;
+use vastex::{CpuSample, LayerFormat, LayerId, Textures};
+
+use crate::camera::Pose;
+
+/// A texel of an image, as it is stored.
+#[derive(Clone, Debug, PartialEq)]
+pub struct InspectedTexel {
+    /// Column and row of the texel of level 0.
+    pub texel: [u32; 2],
+    /// The level of the value: the one that is drawn, or a coarser one where that is not in memory.
+    pub level: u8,
+    /// The channels as they are stored: whole numbers of 8 or 16 bits, or floats. Without an alpha that hides nothing.
+    pub values: Vec<f64>,
+    /// Whether they are floats.
+    is_float: bool,
+}
+
+/// The texel of a layer below a pixel of a picture of an image, in pixels from the top left; nothing beside the image, and in scenes with
+/// perspective. `image` is the image's size, of which the texture may have fewer texels.
+pub fn texel_at(
+    textures: &Textures,
+    layer: LayerId,
+    pose: &Pose,
+    (picture, image): ([u32; 2], [u32; 2]),
+    pixel: DVec2,
+) -> Option<InspectedTexel> {
+    let (Pose::Image { centre, .. }, Some(scale)) = (*pose, pose.magnification(picture, image)) else {
+        return None;
+    };
+    let size = |sides: [u32; 2]| DVec2::new(sides[0].into(), sides[1].into());
+    let place = centre * size(image) + (pixel - size(picture) / 2.0) / scale;
+    let texel = inside(place, image)?;
+    let description = textures.texture(layer.texture()).ok()?.description();
+    let [width, height, _] = description.geometry.size();
+    let held = inside(place * size([width, height]) / size(image), [width, height])?;
+    // What is drawn is at least as fine as its pixels, where there are such levels.
+    let share = f64::from(width) / f64::from(image[0]);
+    let level = (share / scale).log2().floor().clamp(0.0, 31.0) as u8;
+    let CpuSample { value, level } = textures.cpu().sampler(layer)?.texel(held, level);
+    let format = description.layers.get(layer.index())?.format;
+    // Of an image that is held at a share of its size, nothing is of level 0.
+    let level = level as u8 + (-share.log2()).round().max(0.0) as u8;
+    Some(InspectedTexel::new(texel, level, format, value))
+}
+
+/// The texel in which a place lies, if it lies in the image.
+fn inside(place: DVec2, size: [u32; 2]) -> Option<[u32; 2]> {
+    let within = |axis: usize| (0.0..f64::from(size[axis])).contains(&place[axis]);
+    (within(0) && within(1)).then_some([place.x as u32, place.y as u32])
+}
+
+impl InspectedTexel {
+    /// `value` is what shaders sample: light, and 0 to 1 of whole numbers.
+    fn new(texel: [u32; 2], level: u8, format: LayerFormat, value: [f32; 4]) -> InspectedTexel {
+        use LayerFormat::{R16, R16Float, R32Float, Rgba8Srgb, Rgba16, Rgba16Float};
+        let plain = format.decoded();
+        let is_float = matches!(plain, R16Float | R32Float | Rgba16Float);
+        let most = if matches!(plain, R16 | Rgba16) { 65535.0 } else { 255.0 };
+        let stored = |channel: usize| {
+            let value = f64::from(value[channel]);
+            match is_float {
+                true => value,
+                false if plain == Rgba8Srgb && channel < 3 => (srgb_from_linear(value) * most).round(),
+                false => (value * most).round(),
+            }
+        };
+        let is_opaque = format.channels() == 4 && value[3] == 1.0;
+        let channels = if is_opaque { 3 } else { format.channels() };
+        InspectedTexel { texel, level, values: (0..channels).map(stored).collect(), is_float }
+    }
+}
+
+fn srgb_from_linear(linear: f64) -> f64 {
+    if linear > 0.003_130_8 { 1.055 * linear.powf(1.0 / 2.4) - 0.055 } else { linear * 12.92 }
+}
+
+impl fmt::Display for InspectedTexel {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [x, y] = self.texel;
+        write!(f, "{x},{y}:")?;
+        for value in &self.values {
+            match self.is_float {
+                true => write!(f, " {value:.5}")?,
+                false => write!(f, " {value}")?,
+            }
+        }
+        match self.level {
+            0 => Ok(()),
+            level => write!(f, " (level {level})"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_are_those_that_are_stored() {
+        let values = |format, value| InspectedTexel::new([0, 0], 0, format, value).values;
+        let light = |code: u8| {
+            let encoded = f32::from(code) / 255.0;
+            if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
+        };
+        for code in 0..=255 {
+            let value = [light(code), light(255 - code), 0.0, 1.0];
+            let code = f64::from(code);
+            assert_eq!(values(LayerFormat::Rgba8Srgb, value), [code, 255.0 - code, 0.0]);
+        }
+        for code in [0u16, 1, 1000, 32768, 65535] {
+            let value = [f32::from(code) / 65535.0, 0.0, 0.0, 1.0];
+            assert_eq!(values(LayerFormat::R16, value), [f64::from(code)]);
+        }
+        assert_eq!(values(LayerFormat::Rgba8, [1.0, 0.0, 0.2, 0.4]), [255.0, 0.0, 51.0, 102.0]);
+        assert_eq!(values(LayerFormat::R32Float, [-11000.5, 0.0, 0.0, 1.0]), [-11000.5]);
+    }
+
+    #[test]
+    fn a_texel_reads_as_a_line() {
+        let texel = InspectedTexel::new([1234, 567], 0, LayerFormat::Rg8, [1.0, 0.0, 0.0, 1.0]);
+        assert_eq!(texel.to_string(), "1234,567: 255 0");
+        let texel = InspectedTexel::new([12, 5], 2, LayerFormat::R32Float, [0.25, 0.0, 0.0, 1.0]);
+        assert_eq!(texel.to_string(), "12,5: 0.25000 (level 2)");
+    }
+}

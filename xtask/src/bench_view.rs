@@ -1,0 +1,203 @@
+//! `cargo xtask bench view`: how soon something can be seen of a file that nobody built, beside libvips' thumbnail of it.
+//!
+//! The window is opened on a virtual display; it measures itself (`vastex view --times`), from the call to open with the device and
+//! the window there. Each run has an empty cache, so that an image is built. The figures that are kept stand in docs/bench-view.md.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::Stdio;
+use std::time::Instant;
+
+use anyhow::{Context, Result};
+
+use crate::inputs::Input;
+use crate::measure::{self, GNU_TIME, median};
+use crate::shell::Usage;
+use crate::{setup, shell};
+
+const REPORT: &str = "docs/bench-view.md";
+const RUNS: usize = 5;
+/// The view, as wide as the thumbnail.
+const SIZE: [&str; 2] = ["1280x720", "1280"];
+
+/// A file to look at.
+struct Case {
+    name: &'static str,
+    make: fn(&Path) -> Result<PathBuf>,
+    /// Milliseconds until something of it must be seen.
+    first_ms: f64,
+    /// Runs: fewer of what takes long.
+    runs: usize,
+}
+
+const CASES: &[Case] = &[
+    Case {
+        name: "the real Earth, JPEG, 10800x5400",
+        make: |directory| Input::EarthJpeg.make(directory),
+        first_ms: 1000.0,
+        runs: RUNS,
+    },
+    Case { name: "the real Earth, PNG, 10800x5400", make: png, first_ms: 1000.0, runs: RUNS },
+    Case { name: "a pyramid of libvips, 32768x16384", make: pyramid, first_ms: 300.0, runs: RUNS },
+    Case { name: "the Earth enlarged, PNG, 43200x21600", make: large_png, first_ms: 1000.0, runs: 1 },
+];
+
+/// What the window says of one run, and what it took.
+struct Seen {
+    start_ms: f64,
+    /// A preview, or the source where there was none.
+    first_ms: f64,
+    source_ms: f64,
+    sharp_ms: f64,
+    p95_ms: f64,
+    worst_ms: f64,
+    idle: f64,
+    peak_mb: f64,
+}
+
+pub(crate) fn run(options: &[&str]) -> Result<()> {
+    let write = match options {
+        [] => false,
+        ["--write"] => true,
+        [other, ..] => return Err(Usage(format!("bench view has no option '{other}'")).into()),
+    };
+    for need in [&setup::C_COMPILER, &setup::NASM, &setup::VIPS, &setup::GNU_TIME, &setup::VIRTUAL_DISPLAY] {
+        setup::ensure(need)?;
+    }
+    shell::run(shell::cargo("build").args(["--release", "-p", "vastex-cli"]))?;
+    let directory = shell::root().join("target/bench");
+    std::fs::create_dir_all(&directory).with_context(|| format!("cannot create {}", directory.display()))?;
+    let mut page = introduction()?;
+    for case in CASES {
+        let file = (case.make)(&directory)?;
+        let seen: Vec<Seen> = (0..case.runs).map(|_| look(&file, &directory)).collect::<Result<_>>()?;
+        let thumbnails: Vec<f64> =
+            (0..case.runs).map(|_| thumbnail(&file, &directory)).collect::<Result<_>>()?;
+        let row = row(case, &seen, median(thumbnails));
+        print!("{row}");
+        page.push_str(&row);
+    }
+    if write {
+        let path = shell::root().join(REPORT);
+        std::fs::write(&path, page).with_context(|| format!("cannot write {}", path.display()))?;
+        println!("written to {REPORT}");
+    }
+    Ok(())
+}
+
+fn introduction() -> Result<String> {
+    let stamp = measure::stamp()?;
+    Ok(format!(
+        "\
+# How soon something can be seen
+
+Made by `cargo xtask bench view`. Milliseconds from the call to open, with the device and the window there (their start is apart), to the
+first picture, to the source itself and to the last tile, with an empty cache each time; medians of {RUNS} runs, of the largest
+file of one. Frames are those until all is sharp. Idle is the share of a processor for three seconds after that. The thumbnail is
+that of `vipsthumbnail`, as wide as the window.
+
+{stamp}
+
+| file | start | first | asked | source | sharp | frame, 95 % | worst | idle | peak MB | thumbnail |
+|---|---|---|---|---|---|---|---|---|---|---|
+"
+    ))
+}
+
+fn row(case: &Case, seen: &[Seen], thumbnail_ms: f64) -> String {
+    let of = |figure: fn(&Seen) -> f64| median(seen.iter().map(figure).collect());
+    let first = of(|seen| seen.first_ms);
+    let verdict = if first < case.first_ms { "kept" } else { "MISSED" };
+    let mut row = format!(
+        "| {} | {:.0} | {first:.0} | < {:.0}, {verdict} ",
+        case.name,
+        of(|s| s.start_ms),
+        case.first_ms
+    );
+    let figures: [fn(&Seen) -> f64; 4] = [|s| s.source_ms, |s| s.sharp_ms, |s| s.p95_ms, |s| s.worst_ms];
+    for figure in figures {
+        let _ = write!(row, "| {:.0} ", of(figure));
+    }
+    let _ =
+        writeln!(row, "| {:.1} % | {:.0} | {thumbnail_ms:.0} |", 100.0 * of(|s| s.idle), of(|s| s.peak_mb));
+    row
+}
+
+/// Opens a file in a window, with an empty cache.
+fn look(file: &Path, directory: &Path) -> Result<Seen> {
+    let cache = directory.join("view-cache");
+    if cache.exists() {
+        std::fs::remove_dir_all(&cache)?;
+    }
+    let (report, program) = (directory.join("view-time.txt"), shell::target_dir().join("release/vastex"));
+    let mut command = shell::command("xvfb-run");
+    command.args(["-a", "-s", "-screen 0 1280x800x24", GNU_TIME, "-f", "%M", "-o"]).arg(&report);
+    command.arg(program).arg("view").arg(file).args(["--times", "--size", SIZE[0], "--cache"]).arg(&cache);
+    let said = shell::output(command.stderr(Stdio::inherit()))?;
+    let figure = |name: &str| number(&said, name).with_context(|| format!("{name} is not in {said}"));
+    let source_ms = figure("source_ms")?;
+    let peak = std::fs::read_to_string(&report)?;
+    let peak_mb =
+        peak.trim().parse::<f64>().with_context(|| format!("{GNU_TIME} wrote {peak}"))? * 1024.0 / 1e6;
+    Ok(Seen {
+        start_ms: figure("start_ms")?,
+        first_ms: number(&said, "preview_ms").unwrap_or(source_ms),
+        source_ms,
+        sharp_ms: figure("sharp_ms")?,
+        p95_ms: figure("frame_p95_ms")?,
+        worst_ms: figure("frame_worst_ms")?,
+        idle: figure("idle")?,
+        peak_mb,
+    })
+}
+
+/// A number of a flat JSON object.
+fn number(json: &str, name: &str) -> Option<f64> {
+    let rest = json.split_once(&format!("\"{name}\":"))?.1;
+    rest.split([',', '}']).next()?.trim().parse().ok()
+}
+
+/// Milliseconds that libvips takes for a thumbnail.
+fn thumbnail(file: &Path, directory: &Path) -> Result<f64> {
+    let begun = Instant::now();
+    let mut command = shell::command("vipsthumbnail");
+    shell::output(command.arg(file).args(["-s", SIZE[1], "-o"]).arg(directory.join("thumbnail.png")))?;
+    Ok(1000.0 * begun.elapsed().as_secs_f64())
+}
+
+/// What libvips makes of an image, unless it is there already.
+fn made(directory: &Path, name: &str, image: &Path, arguments: [&[&str]; 2]) -> Result<PathBuf> {
+    let path = directory.join(name);
+    if !path.exists() {
+        let [before, after] = arguments;
+        shell::run(shell::command("vips").args(before).arg(image).arg(&path).args(after))?;
+    }
+    Ok(path)
+}
+
+fn png(directory: &Path) -> Result<PathBuf> {
+    made(directory, "earth.png", &Input::EarthJpeg.make(directory)?, [&["copy"], &[]])
+}
+
+fn large_png(directory: &Path) -> Result<PathBuf> {
+    made(directory, "earth-43200x21600.png", &Input::EarthJpeg.make(directory)?, [&["resize"], &["4"]])
+}
+
+fn pyramid(directory: &Path) -> Result<PathBuf> {
+    let image = Input::Mirrored { across: 2, down: 2 }.make(directory)?;
+    let options =
+        ["--tile", "--pyramid", "--compression", "jpeg", "--tile-width", "256", "--tile-height", "256"];
+    made(directory, "earth-pyramid.tif", &image, [&["tiffsave"], &options])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn figures_are_found_in_what_the_window_says() {
+        let said = r#"{"start_ms":12.5,"preview_ms":null,"idle":0.001}"#;
+        assert_eq!([number(said, "start_ms"), number(said, "idle")], [Some(12.5), Some(0.001)]);
+        assert_eq!([number(said, "preview_ms"), number(said, "sharp_ms")], [None, None]);
+    }
+}
