@@ -18,13 +18,14 @@ const WHEEL_FACTOR: f64 = 1.25;
 const WALK_PER_SECOND: f64 = 0.8;
 /// Factor per second of a zoom key that is held.
 const ZOOM_PER_SECOND: f64 = 3.0;
-/// A drag whose last part was at least so fast, in view heights a second, goes on by itself when the pointer is let go, and ends below
-/// the second speed. By the first time the speed is measured, if the pointer moved that lately; the last is by how much of itself
-/// the speed falls in a second.
+/// A drag whose last part was at least so fast, in view heights a second, goes on by itself when the pointer is let go, no faster than
+/// the second speed, and ends below the third. By friction the speed falls by so much of itself in a second.
 const FASTEST_STILL: f64 = 0.15;
+const FASTEST_GLIDE: f64 = 6.0;
 const SLOWEST_GLIDE: f64 = 0.01;
-const MEASURED: Duration = Duration::from_millis(80);
 const FRICTION: f64 = 5.0;
+/// The time over which that speed is measured, at most and at least: events that waited for a frame come all at once.
+const MEASURED: [Duration; 2] = [Duration::from_millis(100), Duration::from_millis(50)];
 /// What a short press is worth, and the longest that one frame is worth.
 const SHORT_PRESS: Duration = Duration::from_millis(80);
 const LONGEST_FRAME: Duration = Duration::from_millis(250);
@@ -226,7 +227,7 @@ impl Input {
         if !self.is_dragging {
             return None;
         }
-        self.trail.retain(|(then, _)| now.saturating_sub(*then) <= MEASURED);
+        self.trail.retain(|(then, _)| now.saturating_sub(*then) <= MEASURED[0]);
         self.trail.push((now, pointer));
         Some(Action::Move(Move::Drag(delta / height)))
     }
@@ -276,9 +277,9 @@ impl Input {
         let was_dragging = std::mem::replace(&mut self.is_dragging, is_pressed);
         self.glide = DVec2::ZERO;
         if !is_pressed {
-            self.glide = if was_dragging { self.speed(now) / height } else { DVec2::ZERO };
-            if self.glide.length() < FASTEST_STILL {
-                self.glide = DVec2::ZERO;
+            let speed = if was_dragging { self.speed(now) / height } else { DVec2::ZERO };
+            if speed.length() >= FASTEST_STILL {
+                self.glide = speed.clamp_length_max(FASTEST_GLIDE);
             }
             self.moved_at = Some(now);
             self.trail.clear();
@@ -298,13 +299,12 @@ impl Input {
 
     /// How fast the pointer was lately, in pixels a second.
     fn speed(&self, now: Duration) -> DVec2 {
-        let mut lately = self.trail.iter().filter(|(then, _)| now.saturating_sub(*then) <= MEASURED);
+        let mut lately = self.trail.iter().filter(|(then, _)| now.saturating_sub(*then) <= MEASURED[0]);
         let (Some((then, from)), Some((_, to))) = (lately.next(), lately.next_back()) else {
             return DVec2::ZERO;
         };
         // A pointer that stood still before it was let go is slow.
-        let time = now.saturating_sub(*then).as_secs_f64();
-        if time > 0.0 { (to - from) / time } else { DVec2::ZERO }
+        (to - from) / now.saturating_sub(*then).max(MEASURED[1]).as_secs_f64()
     }
 
     fn on_key(

@@ -64,7 +64,7 @@ fn a_drag_that_is_let_go_in_motion_goes_on_and_comes_to_rest() {
     let mut input = Input::default();
     let release = InputEvent::Button { button: Button::Primary, is_pressed: false };
     click(&mut input, 1000);
-    // Ten heights a second.
+    // Ten heights a second, which is more than it goes on with.
     drag(&mut input, 1000);
     assert!(at(&mut input, release, 1060).is_none() && input.is_moving());
     let (mut way, mut frames) = (DVec2::ZERO, 0);
@@ -76,8 +76,17 @@ fn a_drag_that_is_let_go_in_motion_goes_on_and_comes_to_rest() {
         }
     }
     // All of it is the speed by the friction.
-    assert!((way.x - 10.0 / FRICTION).abs() < 0.01 && way.y == 0.0, "{way}");
+    assert!((way.x - FASTEST_GLIDE / FRICTION).abs() < 0.01 && way.y == 0.0, "{way}");
     assert!((60..120).contains(&frames), "{frames} frames");
+    // Events that come all at once are those of some time.
+    let mut burst = Input::default();
+    click(&mut burst, 1000);
+    for x in 0..=10 {
+        at(&mut burst, InputEvent::PointerMoved(DVec2::new(f64::from(x), 50.0)), 1000);
+    }
+    at(&mut burst, release, 1000);
+    let Some(Move::Drag(delta)) = burst.motion(Duration::from_millis(1010)) else { panic!("it is at rest") };
+    assert!((0.015..0.02).contains(&delta.x), "10 pixels in 50 ms, for 10 ms: {delta}");
     // A pointer that stands still before it is let go leaves everything where it is.
     click(&mut input, 9000);
     drag(&mut input, 9000);
