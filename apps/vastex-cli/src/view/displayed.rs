@@ -4,7 +4,7 @@
 use anyhow::Result;
 #[cfg(feature = "build")]
 use vastex::Region;
-use vastex::{TextureId, Textures};
+use vastex::{Filter, TextureId, Textures};
 use vastex_scenes::{
     DisplayOptions, Gpu, Layers, Overlay, OverlayRenderer, Relief, Scene, SceneDesc, SceneRenderer,
 };
@@ -18,7 +18,14 @@ pub(super) struct DisplaySettings {
     pub(super) scene: Scene,
     pub(super) options: DisplayOptions,
     pub(super) overlay: Option<Overlay>,
+    /// Whether large texels are shown as they are, where no filter is asked for.
+    pub(super) may_be_crisp: bool,
 }
+
+/// Pixels a texel from which an image's texels are shown as they are, and below which they are blended again: between the two nothing
+/// changes, so that nothing flickers.
+const CRISP: f64 = 4.0;
+const BLENDED: f64 = 3.5;
 
 /// A source that is displayed, or will be.
 pub(super) struct Displayed {
@@ -35,6 +42,8 @@ pub(super) struct Displayed {
     pub(super) format: SurfaceFormat,
     /// The heights of the texture, once a scene has needed them.
     relief: Option<Relief>,
+    /// Whether its texels are shown as they are, blended with nothing.
+    is_crisp: bool,
     growth: Growth,
     /// Rows of a growing preview that were there when it was looked at last.
     #[cfg_attr(not(feature = "build"), expect(dead_code, reason = "nothing grows"))]
@@ -77,6 +86,7 @@ impl Displayed {
             texels: [width, height],
             format,
             relief,
+            is_crisp: false,
             growth,
             rows_seen: 0,
         };
@@ -92,7 +102,7 @@ impl Displayed {
         texture: TextureId,
     ) -> Result<(SceneRenderer, Option<Relief>, SurfaceFormat)> {
         let mut relief = None;
-        let drawn = described(settings, textures, texture, &mut relief)?;
+        let drawn = described(settings, false, textures, texture, &mut relief)?;
         let format = surface.format_for(&drawn.layers);
         let renderer = SceneRenderer::new(gpu, textures, drawn, format.drawn_format())?;
         Ok((renderer, relief, format))
@@ -105,12 +115,32 @@ impl Displayed {
         textures: &mut Textures,
         settings: &DisplaySettings,
     ) -> Result<()> {
-        let drawn = described(settings, textures, self.texture, &mut self.relief)?;
+        let drawn = described(settings, self.is_crisp, textures, self.texture, &mut self.relief)?;
         let renderer = SceneRenderer::new(gpu, textures, drawn, self.format.drawn_format())?;
         let before = std::mem::replace(&mut self.renderer, renderer);
         before.layers().clone().remove(textures);
         self.draw_overlay(gpu, textures, settings.overlay);
         Ok(())
+    }
+
+    /// Goes with how large an image is seen, in pixels a texel: large texels are shown as they are.
+    pub(super) fn follow(
+        &mut self,
+        gpu: &Gpu,
+        textures: &mut Textures,
+        settings: &DisplaySettings,
+        magnification: Option<f64>,
+    ) -> Result<()> {
+        let is_crisp = match magnification.filter(|_| settings.may_be_crisp) {
+            Some(scale) if scale >= CRISP => true,
+            Some(scale) if scale > BLENDED => self.is_crisp,
+            _ => false,
+        };
+        if is_crisp == std::mem::replace(&mut self.is_crisp, is_crisp) {
+            return Ok(());
+        }
+        let scene = self.renderer.scene();
+        self.put_on(gpu, textures, &DisplaySettings { scene, ..settings.clone() })
     }
 
     /// Draws an overlay in the place of the picture, or the picture.
@@ -171,12 +201,16 @@ impl Displayed {
 /// A scene with what is asked to be shown of a texture. Its heights, if the scene has any, are looked for once.
 fn described(
     DisplaySettings { scene, options, .. }: &DisplaySettings,
+    is_crisp: bool,
     textures: &mut Textures,
     texture: TextureId,
     known: &mut Option<Relief>,
 ) -> Result<SceneDesc> {
     let scene = *scene;
-    let layers = options.layers_of(textures, texture)?;
+    let mut layers = options.layers_of(textures, texture)?;
+    for layer in layers.iter_mut().filter(|layer| is_crisp && layer.filter.is_none()) {
+        layer.filter = Some(Filter::Nearest);
+    }
     if known.is_none() {
         *known = options.relief_of(scene, textures, layers[0].layer)?;
     }

@@ -18,8 +18,8 @@ pub(super) struct Times {
     last: Option<Instant>,
     /// Between frames that followed one another without a pause, from the first to the one that was sharp.
     frames: Vec<Duration>,
-    /// Processor time of the program when it was sharp.
-    processor: Option<Duration>,
+    /// When the last frame was drawn that was drawn all the same, and the processor time of the program by then.
+    idle: Option<(Instant, Duration)>,
 }
 
 /// What scripts read. Times are milliseconds from the call to open.
@@ -47,7 +47,7 @@ impl Times {
             sharp: None,
             last: None,
             frames: Vec::new(),
-            processor: None,
+            idle: None,
         }
     }
 
@@ -55,6 +55,7 @@ impl Times {
     pub(super) fn note_frame(&mut self, is_source: bool, is_settled: bool) {
         let now = Instant::now();
         if self.sharp.is_some() {
+            self.idle = processor_time().map(|spent| (now, spent));
             return;
         }
         if let Some(before) = self.last.replace(now) {
@@ -64,7 +65,7 @@ impl Times {
         first.get_or_insert(now);
         if is_source && is_settled {
             self.sharp = Some(now);
-            self.processor = processor_time();
+            self.idle = processor_time().map(|spent| (now, spent));
         }
     }
 
@@ -82,9 +83,9 @@ impl Times {
         let nth = |share: f64| {
             frames.get(((frames.len() as f64 * share) as usize).min(frames.len().saturating_sub(1)))
         };
-        let spent = |sharp: Instant| {
-            let spent = processor_time()?.checked_sub(self.processor?)?;
-            Some(spent.as_secs_f64() / sharp.elapsed().as_secs_f64())
+        let spent = |(since, before): (Instant, Duration)| {
+            let spent = processor_time()?.checked_sub(before)?;
+            Some(spent.as_secs_f64() / since.elapsed().as_secs_f64())
         };
         serde_json::to_string(&Report {
             start_ms: ms(self.opened - self.begun),
@@ -94,7 +95,7 @@ impl Times {
             frames: frames.len(),
             frame_p95_ms: nth(0.95).copied().map_or(0.0, ms),
             frame_worst_ms: frames.last().copied().map_or(0.0, ms),
-            idle: self.sharp.and_then(spent),
+            idle: self.idle.and_then(spent),
         })
     }
 }

@@ -3,10 +3,10 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use glam::DVec2;
 use vastex::diagnostics::{ExplainedPixel, FrameStats, PoolStats};
-use vastex::{Event, FeedbackMode, Preparer, Settings, Textures, ViewId};
+use vastex::{Event, FeedbackMode, Filter, Preparer, Settings, Textures, ViewId};
 use vastex_core::Dims;
 use vastex_scenes::{Gpu, Overlay, Pose, Scene};
 use vastex_viewer::camera::Aspects;
@@ -16,6 +16,7 @@ use vastex_viewer::stage::{Frame, Pictures, StageView, draw_again};
 use winit::event_loop::OwnedDisplayHandle;
 use winit::window::Window;
 
+use super::device::{default_fade, device_for};
 use super::display::Display;
 use super::displayed::{DisplaySettings, Displayed};
 use super::opening::PreparedSource;
@@ -25,7 +26,7 @@ use super::title::{Scale, Title, TitleImage, TitleParts};
 use crate::args::ViewArgs;
 use crate::commands::render;
 use crate::explained::Explained;
-use crate::{gpu, report, shortage};
+use crate::{report, shortage};
 
 /// Frames after a change of the view in which nothing is taken for settled: feedback is on its way for some, and a
 /// whole jitter cycle belongs to a view.
@@ -87,7 +88,12 @@ impl Viewer {
             window,
             surface,
             textures,
-            settings: DisplaySettings { scene, options: args.shown(), overlay: args.overlay },
+            settings: DisplaySettings {
+                scene,
+                options: args.shown(),
+                overlay: args.overlay,
+                may_be_crisp: args.filter == Filter::default(),
+            },
             display: Display::Empty,
             opening: None,
             frames: 0,
@@ -367,6 +373,14 @@ impl Viewer {
     fn draw_displayed(&mut self, frame: SurfaceFrame, pose: Pose) -> Result<()> {
         let (size, target) = (self.surface.size(), self.surface.target(&frame.view));
         self.display.count_frame();
+        if let Some(source) = self.display.displayed_mut() {
+            source.follow(
+                &self.gpu,
+                &mut self.textures,
+                &self.settings,
+                pose.magnification(size, source.size),
+            )?;
+        }
         let is_alone = self.display.next().is_none();
         let Gpu { device, queue, .. } = &self.gpu;
         if let Some(Displayed { renderer, overlay: Some(overlay), .. }) = self.display.displayed_mut() {
@@ -474,25 +488,4 @@ impl Viewer {
             self.window.set_title(title);
         }
     }
-}
-
-/// How long a tile fades in where nobody says: not at all where fading costs more than it is worth.
-fn default_fade(gpu: &Gpu) -> Duration {
-    match gpu.adapter.get_info().device_type {
-        wgpu::DeviceType::Cpu => Duration::ZERO,
-        _ => Duration::from_millis(150),
-    }
-}
-
-/// A device that draws in the window, and the window's surface.
-fn device_for(window: &Arc<Window>, display: OwnedDisplayHandle) -> Result<(Gpu, wgpu::Surface<'static>)> {
-    let described = wgpu::InstanceDescriptor::new_with_display_handle_from_env(Box::new(display));
-    let instance = pollster::block_on(vastex::instance_for(described));
-    let surface = instance.create_surface(window.clone()).context(
-        "no graphics driver draws in this window; install a Vulkan driver (on Debian and Ubuntu the software driver is \
-         the package mesa-vulkan-drivers)",
-    )?;
-    let gpu = pollster::block_on(Gpu::for_surface(instance, Some(&surface)))?;
-    gpu::report_refusals(&gpu);
-    Ok((gpu, surface))
 }
