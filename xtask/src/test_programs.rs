@@ -68,9 +68,19 @@ impl Program {
         let mut command = Command::new(&self.path);
         command.current_dir(&self.package);
         prepare(&mut command);
-        let begun = Instant::now();
+        // What cargo says of this package is not true of that one.
+        for (name, _) in std::env::vars_os() {
+            if name
+                .to_str()
+                .is_some_and(|name| name.starts_with("CARGO_PKG_") || name.starts_with("CARGO_MANIFEST_"))
+            {
+                command.env_remove(name);
+            }
+        }
+        let (begun, name) =
+            (Instant::now(), format!("{} of {}", self.source, shown(&self.package).display()));
+        println!("== {name} begins ==");
         let ended = command.output().with_context(|| format!("cannot start {}", self.path.display()))?;
-        let name = format!("{} of {}", self.source, shown(&self.package).display());
         let all = [&ended.stdout[..], &ended.stderr].concat();
         // In one piece, whatever else is printed meanwhile.
         print!("\n== {name}, {:.0} s ==\n{}", begun.elapsed().as_secs_f64(), String::from_utf8_lossy(&all));

@@ -112,8 +112,15 @@ impl<'a> Preview<'a> {
         if self.grow(reader.header())
             && let Picture::Growing(growing) = &mut self.picture
         {
-            while begun.elapsed() < READ_TIME && read_rows(&mut *reader, growing, self.observer) {}
-            self.reader = Some(reader);
+            let mut is_more = true;
+            while is_more && begun.elapsed() < READ_TIME {
+                is_more = read_rows(&mut *reader, growing, self.observer);
+            }
+            // One that is at its end, or at damage, is not read again.
+            match is_more {
+                true => self.reader = Some(reader),
+                false => self.picture = Picture::Done,
+            }
         }
     }
 
@@ -136,6 +143,8 @@ impl<'a> Preview<'a> {
     /// Adds rows that were read, from the row `first` of the image on. Those that are there already are left out, as where a build
     /// begins anew.
     pub(super) fn add(&mut self, image: &ImageHeader, first: u32, rows: &[u8]) {
+        // What was read while another program built it is there already.
+        self.reader = None;
         if !self.grow(image) {
             return;
         }

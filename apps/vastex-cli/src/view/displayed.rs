@@ -116,7 +116,9 @@ impl Displayed {
         settings: &DisplaySettings,
     ) -> Result<()> {
         let drawn = described(settings, self.is_crisp, textures, self.texture, &mut self.relief)?;
-        let renderer = SceneRenderer::new(gpu, textures, drawn, self.format.drawn_format())?;
+        let layers = drawn.layers.clone();
+        let renderer = SceneRenderer::new(gpu, textures, drawn, self.format.drawn_format());
+        let renderer = renderer.inspect_err(|_| layers.remove(textures))?;
         let before = std::mem::replace(&mut self.renderer, renderer);
         before.layers().clone().remove(textures);
         self.draw_overlay(gpu, textures, settings.overlay);
@@ -189,6 +191,11 @@ impl Displayed {
                 Ok(rows > seen)
             }
         }
+    }
+
+    /// Whether all of its rows are there.
+    pub(super) fn is_whole(&self) -> bool {
+        matches!(self.growth, Growth::Whole)
     }
 
     /// Takes the source out of the textures.

@@ -25,6 +25,7 @@ pub(super) fn translated(event: &WindowEvent) -> Option<InputEvent> {
             is_down: matches!(touch.phase, TouchPhase::Started | TouchPhase::Moved),
             place: DVec2::new(touch.location.x, touch.location.y),
         },
+        WindowEvent::CursorLeft { .. } => InputEvent::PointerLeft,
         WindowEvent::MouseInput { state, button, .. } => {
             let button = match button {
                 MouseButton::Left => Button::Primary,

@@ -26,6 +26,11 @@ impl Files {
         &self.files[self.current]
     }
 
+    /// Whether there may be others to show, which were named or dropped.
+    pub(super) fn has_others(&self) -> bool {
+        self.files.len() > 1 || self.dropped_at.is_some()
+    }
+
     /// A file was dropped at a time. The first one dropped is shown, and those that come with it are stepped through.
     pub(super) fn drop_in(&mut self, path: &Path, now: Duration) -> bool {
         let is_first = self.dropped_at.is_none_or(|before| now.saturating_sub(before) > TOGETHER);

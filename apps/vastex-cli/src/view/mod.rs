@@ -154,7 +154,8 @@ impl App {
             OpeningEvent::Note(note) => open.viewer.notify_in_title(&note),
             OpeningEvent::Preview(source) => {
                 // What cannot be shown is said once all of it is there.
-                if open.viewer.show_preview(number, &name, source).is_ok() {
+                if let Ok(scene) = open.viewer.show_preview(number, &name, source) {
+                    self.scene = scene;
                     self.look_at(number);
                 }
             }
@@ -169,14 +170,14 @@ impl App {
                             self.scene = scene;
                             self.look_at(number);
                         }
-                        Err(error) => self.refuse(number, error)?,
+                        Err(error) => self.refuse(error)?,
                     }
                 }
             },
             OpeningEvent::Failed(error) => {
                 open.viewer.end_opening()?;
                 self.openings.end();
-                self.refuse(number, error)?;
+                self.refuse(error)?;
             }
         }
         Ok(())
@@ -186,17 +187,22 @@ impl App {
     fn look_at(&mut self, opening: u64) {
         if std::mem::replace(&mut self.camera_of, opening) != opening {
             self.cameras = Scene::ALL.map(|scene| Controller::new(Pose::first(scene)));
+            self.input.rest();
         }
+    }
+
+    /// Whether the window is opened for a test or a benchmark, and nobody is there to choose another file.
+    fn is_measured(&self) -> bool {
+        self.args.exit_after_frames.is_some() || self.args.times
     }
 
     /// A file cannot be shown: that ends a program that was to show this one file and has nothing to show, and is said where there
     /// are others. The exit code tells of it in any case.
-    fn refuse(&mut self, opening: u64, error: Error) -> Result<()> {
+    fn refuse(&mut self, error: Error) -> Result<()> {
         self.outcome = Ok(ExitCode::FAILURE);
+        let (is_measured, has_others) = (self.is_measured(), self.files.has_others());
         match &mut self.open {
-            Some(open)
-                if self.args.exit_after_frames.is_none() && (opening > 1 || !open.viewer.is_empty()) =>
-            {
+            Some(open) if !is_measured && (has_others || !open.viewer.is_empty()) => {
                 let message = report::message(&error);
                 report::say(&format!("error: {message}"));
                 open.viewer.notify_in_title(&message);

@@ -147,12 +147,13 @@ impl Viewer {
         Ok(())
     }
 
-    /// Displays a preview of the source that an opening will bring.
-    pub(super) fn show_preview(&mut self, opening: u64, name: &str, source: PreparedSource) -> Result<()> {
+    /// Displays a preview of the source that an opening will bring. Says which scene it is on.
+    pub(super) fn show_preview(&mut self, opening: u64, name: &str, source: PreparedSource) -> Result<Scene> {
         let preview = self.displayed(name, source)?;
+        self.settings.scene = preview.renderer.scene();
         let gone = self.display.show_preview(opening, preview);
         self.remove(gone);
-        Ok(())
+        Ok(self.settings.scene)
     }
 
     /// Displays the source that an opening brought: in the place of its preview as soon as it is as sharp, else at once. Says which
@@ -472,7 +473,9 @@ impl Viewer {
                 },
             }
         });
-        let texel = self.pointer.zip(displayed).and_then(|(pointer, Displayed { renderer, size, .. })| {
+        // Of a preview that grows, much is not there yet.
+        let whole = displayed.filter(|source| source.is_whole());
+        let texel = self.pointer.zip(whole).and_then(|(pointer, Displayed { renderer, size, .. })| {
             inspect::texel_at(&self.textures, renderer.layer(), &pose, (self.surface.size(), *size), pointer)
         });
         let parts = TitleParts {

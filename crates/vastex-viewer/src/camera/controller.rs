@@ -62,6 +62,12 @@ impl Controller {
         let Some(before) = self.pose.magnification(view, image) else { return };
         let aspect = |[width, height]: [u32; 2]| f64::from(width.max(1)) / f64::from(height.max(1));
         self.zoom_to(magnification / before, point, [aspect(view), aspect(image)]);
+        // A small image in a large view may be smaller than any camera zooms out.
+        if let Pose::Image { centre, zoom } = self.pose
+            && let Some(reached) = self.pose.magnification(view, image)
+        {
+            self.pose = Pose::Image { centre, zoom: zoom * magnification / reached };
+        }
         self.pose = self.pose.aligned(view, image);
         self.rest = DVec2::ZERO;
     }
@@ -127,6 +133,24 @@ mod tests {
             // The left and upper edge of the view, in pixels from the image's corner.
             let edge = centre * DVec2::new(10800.0, 5401.0) * magnification - DVec2::new(1281.0, 720.0) / 2.0;
             assert!((edge - edge.round()).abs().max_element() < 1e-6, "{edge} at {magnification}");
+        }
+        // A camera over an edge, and an image that is far smaller than the view.
+        for (image, centre) in
+            [([10800, 5401], DVec2::ZERO), ([10800, 5401], DVec2::ONE), ([32, 32], DVec2::splat(0.5))]
+        {
+            for magnification in [1.0, 0.5] {
+                let mut camera = Controller::new(Pose::Image { centre, zoom: 1.0 });
+                camera.magnify(magnification, DVec2::ZERO, view, image);
+                assert_eq!(
+                    camera.pose().magnification(view, image).map(|at| (at * 1e9).round()),
+                    Some(magnification * 1e9)
+                );
+                let Pose::Image { centre, .. } = camera.pose() else { unreachable!() };
+                let size = DVec2::new(image[0].into(), image[1].into());
+                let edge = centre * size * magnification - DVec2::new(1281.0, 720.0) / 2.0;
+                assert!((edge - edge.round()).abs().max_element() < 1e-6, "{edge} of {image:?}");
+                assert!(centre.min_element() >= 0.0 && centre.max_element() <= 1.0);
+            }
         }
         let globe = Pose::first(crate::scene::Scene::Globe);
         let mut camera = Controller::new(globe);

@@ -115,9 +115,12 @@ impl Pose {
         };
         let [centre_x, centre_y] = [0, 1].map(|axis| {
             let (middle, pixels) = (f64::from(picture[axis]) / 2.0, f64::from(image[axis]) * scale);
-            ((centre[axis] * pixels - middle).round() + middle) / pixels
+            // Of the pixels whose middle view lies over the image, the nearest.
+            let (first, last) = ((-middle).ceil(), (pixels - middle).floor());
+            let edge = (centre[axis] * pixels - middle).round().clamp(first.min(last), last.max(first));
+            ((edge + middle) / pixels).clamp(0.0, 1.0)
         });
-        Pose::Image { centre: DVec2::new(centre_x, centre_y).clamp(DVec2::ZERO, DVec2::ONE), zoom }
+        Pose::Image { centre: DVec2::new(centre_x, centre_y), zoom }
     }
 
     /// Where the camera is in the world, the ground below it not being counted.

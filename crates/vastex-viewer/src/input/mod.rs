@@ -80,6 +80,8 @@ pub enum InputEvent {
     },
     /// The pointer is there, in pixels from the top left of the view.
     PointerMoved(DVec2),
+    /// The pointer is over something else.
+    PointerLeft,
     /// A button went down or up.
     Button {
         /// The button.
@@ -149,6 +151,8 @@ pub struct Input {
     /// Up to when the motions have been carried out.
     moved_at: Option<Duration>,
     pointer: DVec2,
+    /// Whether the pointer is over the view.
+    has_pointer: bool,
     is_dragging: bool,
     /// When and where the pointer was lately, while it drags.
     trail: Vec<(Duration, DVec2)>,
@@ -167,10 +171,19 @@ impl Input {
         let [width, height] = size.map(|side| f64::from(side.max(1)));
         match event {
             InputEvent::Key { key, is_pressed, is_repeat } => {
-                let point = (self.pointer - DVec2::new(width, height) / 2.0) / height;
+                // Without a pointer towards the middle.
+                let pointer = if self.has_pointer { self.pointer } else { DVec2::new(width, height) / 2.0 };
+                let point = (pointer - DVec2::new(width, height) / 2.0) / height;
                 self.on_key((key, point), is_pressed, is_repeat, now)
             }
-            InputEvent::PointerMoved(pointer) => self.on_pointer(pointer, height, now),
+            InputEvent::PointerMoved(pointer) => {
+                self.has_pointer = true;
+                self.on_pointer(pointer, height, now)
+            }
+            InputEvent::PointerLeft => {
+                self.has_pointer = false;
+                None
+            }
             InputEvent::Button { button: Button::Primary, is_pressed } => {
                 self.on_click(is_pressed, height, now)
             }
@@ -200,6 +213,11 @@ impl Input {
     /// Whether something goes on while nothing happens.
     pub fn is_moving(&self) -> bool {
         !self.held.is_empty() || self.glide != DVec2::ZERO
+    }
+
+    /// Ends what goes on by itself but for keys that are held: something else is seen.
+    pub fn rest(&mut self) {
+        self.glide = DVec2::ZERO;
     }
 
     /// What goes on by itself since that was asked last: what keys that are held are worth, or a drag that was let go.
@@ -314,6 +332,9 @@ impl Input {
         is_repeat: bool,
         now: Duration,
     ) -> Option<Action> {
+        if is_pressed {
+            self.glide = DVec2::ZERO;
+        }
         let is_motion = !self.has_control || !is_pressed;
         let Some(motion) = motion_of(key).filter(|_| is_motion) else {
             let action = || {
@@ -322,7 +343,6 @@ impl Input {
             };
             return (is_pressed && !is_repeat).then(action).flatten();
         };
-        self.glide = DVec2::ZERO;
         if !is_pressed {
             self.held.retain(|&held| held != motion);
         } else if !self.held.contains(&motion) {

@@ -92,7 +92,14 @@ fn a_drag_that_is_let_go_in_motion_goes_on_and_comes_to_rest() {
     drag(&mut input, 9000);
     at(&mut input, release, 9200);
     assert!(!input.is_moving());
-    // A click stops what goes on.
+    // A key that means something else stops what goes on.
+    click(&mut input, 20_000);
+    drag(&mut input, 20_000);
+    at(&mut input, release, 20_060);
+    assert!(input.is_moving());
+    at(&mut input, InputEvent::Key { key: Key::Home, is_pressed: true, is_repeat: false }, 20_070);
+    assert!(!input.is_moving());
+    // So does a click.
     click(&mut input, 12_000);
     drag(&mut input, 12_000);
     at(&mut input, release, 12_060);
@@ -114,6 +121,13 @@ fn digits_magnify_and_with_control_they_reduce() {
     at(&mut input, InputEvent::FocusLost, 0);
     assert_eq!(at(&mut input, key(Key::Char('9'), true), 0), Some(Action::Magnify(9.0, point)));
     assert_eq!(at(&mut input, key(Key::Char('0'), true), 0), Some(Action::Reset));
+    // Without a pointer over the view they go towards its middle.
+    at(&mut input, InputEvent::PointerLeft, 0);
+    assert_eq!(at(&mut input, key(Key::Char('2'), true), 0), Some(Action::Magnify(2.0, DVec2::ZERO)));
+    assert_eq!(
+        at(&mut Input::default(), key(Key::Char('2'), true), 0),
+        Some(Action::Magnify(2.0, DVec2::ZERO))
+    );
 }
 
 #[test]
