@@ -44,17 +44,19 @@ pub(crate) fn command(program: &str) -> Command {
 /// The cargo that runs this program, as a person would call it from the root.
 pub(crate) fn cargo(subcommand: &str) -> Command {
     let mut command = command(&std::env::var("CARGO").unwrap_or_else(|_| "cargo".to_owned()));
-    // What cargo tells this package about itself would make some build scripts run again.
+    forget_package(&mut command);
+    command.arg(subcommand);
+    command
+}
+
+/// Leaves out what cargo tells this package about itself: it is not true of another one, and would make some build scripts run again.
+pub(crate) fn forget_package(command: &mut Command) {
+    let is_of_package = |name: &str| name.starts_with("CARGO_PKG_") || name.starts_with("CARGO_MANIFEST_");
     for (name, _) in std::env::vars_os() {
-        if name
-            .to_str()
-            .is_some_and(|name| name.starts_with("CARGO_PKG_") || name.starts_with("CARGO_MANIFEST_"))
-        {
+        if name.to_str().is_some_and(is_of_package) {
             command.env_remove(name);
         }
     }
-    command.arg(subcommand);
-    command
 }
 
 /// Shows the command line and runs it with the terminal's own input and output; fails where it fails.

@@ -2,8 +2,8 @@
 //!
 //! Here is the loop of events: it opens files, performs actions, draws while something changes and sleeps while nothing does.
 //! `opening` opens a source on a thread, `displayed` is a source in the window, `display` says which source is seen when,
-//! `viewer` draws frames on what `device` finds, `files` knows the next file, `events` translates winit's events, `surface` is where pictures appear,
-//! `title` is the window's title, `times` what is measured of it.
+//! `viewer` draws frames on what `device` finds, `files` knows the next file, `events` translates winit's events, `surface` is
+//! where pictures appear, `title` is the window's title, `times` what is measured of it.
 
 mod device;
 mod display;

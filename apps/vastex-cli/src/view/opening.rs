@@ -4,6 +4,8 @@
 //! One source is opened at a time; beginning another one breaks it off, and its late reports are told from new ones by their number.
 //! What was built of an image stays in the cache.
 
+#![cfg_attr(not(feature = "build"), allow(dead_code, reason = "nothing is built, so nothing is told of it"))]
+
 use std::any::Any;
 use std::cell::Cell;
 use std::ops::ControlFlow;

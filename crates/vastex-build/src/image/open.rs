@@ -25,7 +25,7 @@ pub fn open(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {
 /// longer side is about `side` texels or more. `None` for every other format, for directories, and where even a half would be
 /// smaller. The rows are as [`open`] gives them out: upright, and their colours as they are stored.
 ///
-/// libjpeg makes fewer texels of each block of 8x8, which at an eighth takes about a third of the time of the whole image; they
+/// libjpeg makes fewer texels of each block of 8x8, which at an eighth takes about half of the time of the whole image; they
 /// differ a little from the mean of the image's texels. Fails where [`open`] does.
 pub fn open_reduced(path: &Path, side: u32) -> Result<Option<Box<dyn RowReader>>, InputFault> {
     if !std::fs::metadata(path)?.is_file() {

@@ -196,7 +196,8 @@ impl Pose {
     pub fn zoomed(self, factor: f64) -> Pose {
         match self {
             Pose::Image { centre, zoom } => {
-                Pose::Image { centre, zoom: (zoom * factor).clamp(0.1, MOST_ZOOM) }
+                // A small image may be smaller already, at a pixel a texel.
+                Pose::Image { centre, zoom: (zoom * factor).clamp(zoom.min(0.1), MOST_ZOOM) }
             }
             Pose::Plane { eye, yaw, pitch } => {
                 Pose::Plane { eye: eye.with_z((eye.z / factor).clamp(0.0005, 10.0)), yaw, pitch }

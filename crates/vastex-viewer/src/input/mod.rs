@@ -172,8 +172,8 @@ impl Input {
         match event {
             InputEvent::Key { key, is_pressed, is_repeat } => {
                 // Without a pointer towards the middle.
-                let pointer = if self.has_pointer { self.pointer } else { DVec2::new(width, height) / 2.0 };
-                let point = (pointer - DVec2::new(width, height) / 2.0) / height;
+                let point =
+                    if self.has_pointer { from_middle(self.pointer, [width, height]) } else { DVec2::ZERO };
                 self.on_key((key, point), is_pressed, is_repeat, now)
             }
             InputEvent::PointerMoved(pointer) => {
@@ -197,7 +197,7 @@ impl Input {
             InputEvent::Button { button: Button::Secondary, is_pressed } => is_pressed
                 .then(|| Action::Explain(self.pointer.max(DVec2::ZERO).to_array().map(|place| place as u32))),
             InputEvent::Wheel(notches) => {
-                let point = (self.pointer - DVec2::new(width, height) / 2.0) / height;
+                let point = from_middle(self.pointer, [width, height]);
                 Some(Action::Move(Move::ZoomTo(WHEEL_FACTOR.powf(notches), point)))
             }
             InputEvent::FocusLost => {
@@ -276,7 +276,7 @@ impl Input {
                 let middle = (third + fourth) / 2.0;
                 let factor = third.distance(*fourth) / first.distance(*second).max(1.0);
                 let delta = (middle - (first + second) / 2.0) / height;
-                let point = (middle - DVec2::new(width, height) / 2.0) / height;
+                let point = from_middle(middle, [width, height]);
                 Some(Action::Move(Move::Pinch(delta, factor.clamp(0.2, 5.0), point)))
             }
             // Another number of fingers: what they do begins anew, and nothing goes on by itself.
@@ -363,6 +363,11 @@ impl Input {
         let times = f64::from(digit.to_digit(10)?);
         Some(if self.has_control { 1.0 / times } else { times })
     }
+}
+
+/// A place of a view in pixels, in view heights from the middle.
+fn from_middle(place: DVec2, [width, height]: [f64; 2]) -> DVec2 {
+    (place - DVec2::new(width, height) / 2.0) / height
 }
 
 fn walk(motions: &[Motion], time: Duration) -> Move {

@@ -6,6 +6,7 @@ use glam::DVec2;
 use vastex::{CpuSample, LayerFormat, LayerId, Textures};
 
 use crate::camera::Pose;
+use crate::layers::srgb_from_linear;
 
 /// A texel of an image, as it is stored.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,21 +63,17 @@ impl InspectedTexel {
         let is_float = matches!(plain, R16Float | R32Float | Rgba16Float);
         let most = if matches!(plain, R16 | Rgba16) { 65535.0 } else { 255.0 };
         let stored = |channel: usize| {
-            let value = f64::from(value[channel]);
+            let value = value[channel];
             match is_float {
-                true => value,
-                false if plain == Rgba8Srgb && channel < 3 => (srgb_from_linear(value) * most).round(),
-                false => (value * most).round(),
+                true => value.into(),
+                false if plain == Rgba8Srgb && channel < 3 => (srgb_from_linear(value) * most).round().into(),
+                false => (value * most).round().into(),
             }
         };
         let is_opaque = format.channels() == 4 && value[3] == 1.0;
         let channels = if is_opaque { 3 } else { format.channels() };
         InspectedTexel { texel, level, values: (0..channels).map(stored).collect(), is_float }
     }
-}
-
-fn srgb_from_linear(linear: f64) -> f64 {
-    if linear > 0.003_130_8 { 1.055 * linear.powf(1.0 / 2.4) - 0.055 } else { linear * 12.92 }
 }
 
 impl fmt::Display for InspectedTexel {

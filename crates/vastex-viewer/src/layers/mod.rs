@@ -177,7 +177,7 @@ pub(crate) fn background(is_light: bool) -> Vec4 {
 }
 
 /// The sRGB-encoded value of an amount of light.
-fn srgb_from_linear(linear: f32) -> f32 {
+pub(crate) fn srgb_from_linear(linear: f32) -> f32 {
     if linear > 0.003_130_8 { 1.055 * linear.powf(1.0 / 2.4) - 0.055 } else { linear * 12.92 }
 }
 

@@ -8,7 +8,7 @@ use std::cell::OnceCell;
 use std::fmt;
 
 use bytes::Bytes;
-use vastex_core::{PageId, PagePos, PageState, PageTable, Slot, TableEntry};
+use vastex_core::{LayerFormat, PageId, PagePos, PageState, PageTable, Slot, TableEntry};
 use vastex_tiles::decode_layer;
 use vastex_wgpu::twins::{Sampler, Texture};
 
@@ -49,14 +49,10 @@ impl<'a> CpuSampler<'a> {
     /// As [`crate::Cpu::sample`].
     pub fn sample(&mut self, uv: [f32; 2], level: f32) -> CpuSample {
         self.tiles.make_room();
-        let tiles = &self.tiles;
-        let description = tiles.state.source.description();
-        let (geometry, layer) = (&description.geometry, &description.layers[tiles.layer.index()]);
-        let mut texture = Texture::new(geometry, tiles, tiles.layer.number());
-        let filter = tiles.filter;
-        (texture.filter, texture.layer_scale) = (filter, layer.scale);
-        let tile = |slot: Slot| tiles.texels(slot);
-        let value = Sampler { texture, format: layer.format, tile: &tile }.sample_level(uv, level);
+        let (tiles, filter) = (&self.tiles, self.tiles.filter);
+        let (texture, format) = tiles.texture(filter);
+        let (geometry, tile) = (texture.geometry, |slot: Slot| tiles.texels(slot));
+        let value = Sampler { texture, format, tile: &tile }.sample_level(uv, level);
         let level = texture.level(level);
         let found = |level: f32| f32::from(texture.place(uv, level as u8).level);
         let finer = found(level.floor());
@@ -76,14 +72,11 @@ impl<'a> CpuSampler<'a> {
     pub fn texel(&mut self, texel: [u32; 2], level: u8) -> CpuSample {
         self.tiles.make_room();
         let tiles = &self.tiles;
-        let description = tiles.state.source.description();
-        let (geometry, layer) = (&description.geometry, &description.layers[tiles.layer.index()]);
-        let mut texture = Texture::new(geometry, tiles, tiles.layer.number());
-        (texture.filter, texture.layer_scale) = (Filter::Nearest, layer.scale);
-        let level = level.min(geometry.coarsest());
+        let (texture, format) = tiles.texture(Filter::Nearest);
+        let level = level.min(texture.geometry.coarsest());
         let found = texture.place_of_texel(texel, level).level;
         let tile = |slot: Slot| tiles.texels(slot);
-        let sampler = Sampler { texture, format: layer.format, tile: &tile };
+        let sampler = Sampler { texture, format, tile: &tile };
         CpuSample { value: sampler.sample_fixed_level(texel, [0.5; 2], level.into()), level: found.into() }
     }
 }
@@ -117,6 +110,15 @@ struct Found {
 const TAIL: Slot = Slot::new(FOUND as u32);
 
 impl AtHand<'_> {
+    /// The texture as the layer sees it, through these tiles, and the format of its texels.
+    fn texture(&self, filter: Filter) -> (Texture<'_>, LayerFormat) {
+        let description = self.state.source.description();
+        let layer = &description.layers[self.layer.index()];
+        let mut texture = Texture::new(&description.geometry, self, self.layer.number());
+        (texture.filter, texture.layer_scale) = (filter, layer.scale);
+        (texture, layer.format)
+    }
+
     /// The tail's texels of a layer: as they are, or decoded once for many queries.
     fn texels_of_tail(&self) -> Bytes {
         let (state, layer) = (self.state, self.layer);

@@ -12,6 +12,6 @@ pub(super) const ROOMS: &[Room] = &[
     ("stage", &["gpu"]),
     ("surface", &["camera", "gpu", "layers", "scene", "stage"]),
     ("overlay", &["stage", "surface"]),
-    ("inspect", &["camera", "gpu", "stage"]),
+    ("inspect", &["camera", "gpu", "layers", "stage"]),
     ("lib", &["camera", "gpu", "layers", "overlay", "picture", "scene", "stage", "surface"]),
 ];
