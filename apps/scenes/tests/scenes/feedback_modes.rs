@@ -119,17 +119,16 @@ fn silhouettes_and_slivers_never_ask_for_fine_levels() {
 fn compacted_feedback_is_read_back_in_proportion_to_its_pages() {
     const LEAST: u64 = 48 << 10;
     // Pages smaller than a feedback pixel, so that there are more of them than the least holds; and as many as usual.
-    let fine = GeometrySpec { page: 8, ..GeometrySpec::image(16384, 8192) };
+    let fine = GeometrySpec { page: 8, ..GeometrySpec::image(4096, 2048) };
     let fine: Arc<dyn TileSource> = Arc::new(PropertySource::new(Geometry::new(fine).unwrap()));
     // Of thousands of new pages in a frame a few frames will do.
     let cases = [
-        (source(), Scene::Plane, FeedbackMode::Separate, 20),
-        (source(), Scene::Globe, FeedbackMode::Inline, 20),
-        (fine, Scene::Plane, FeedbackMode::Separate, 4),
+        (source(), Scene::Plane, FeedbackMode::Separate, 20, PICTURE),
+        (source(), Scene::Globe, FeedbackMode::Inline, 20, PICTURE),
+        (fine, Scene::Plane, FeedbackMode::Separate, 4, [1280, 720]),
     ];
-    for (source, scene, mode, frames) in cases {
+    for (source, scene, mode, frames, picture) in cases {
         let settings = Settings { feedback: Some(mode), ..settings(16, Filter::Nearest) };
-        let picture = if mode == FeedbackMode::Inline { PICTURE } else { [1280, 720] };
         let mut offscreen = Offscreen::new(gpu(), source, scene, picture, settings).unwrap();
         offscreen.textures_mut().trace().record();
         let mut read = Vec::new();

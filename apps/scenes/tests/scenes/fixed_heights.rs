@@ -15,7 +15,7 @@ use vastex_viewer::camera::{Controller, Move};
 
 use crate::common::{gpu, settings, settle};
 
-const SIZE: [u32; 2] = [160, 90];
+const SIZE: [u32; 2] = [112, 63];
 const TANGENT: f64 = 0.577_350_269_189_625_8;
 /// The value that is not displaced: all ground lies above the surface without heights.
 const ZERO: f32 = -5.0;
