@@ -16,7 +16,7 @@ pub mod surface;
 
 pub use camera::{Path, Pose, Views};
 pub use gpu::{Gpu, GpuSetupError};
-pub use layers::{ColorMap, Layers, LayersError, LayersText, Palette, ShownLayer, UnknownLayer};
+pub use layers::{ColorMap, Curve, Layers, LayersError, LayersText, Palette, ShownLayer, Tone, UnknownLayer};
 pub use overlay::{Overlay, OverlayRenderer};
 pub use picture::{Picture, side_by_side};
 pub use scene::{Scene, direction};

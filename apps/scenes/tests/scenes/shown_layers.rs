@@ -8,7 +8,9 @@ use glam::DVec2;
 use vastex::{Filter, Textures, TileSource, ViewId};
 use vastex_scenes::{Comparison, DisplayOptions, Offscreen, Picture, Pose, Scene};
 use vastex_viewer::stage::{Canvas, Frame, Pictures, StageView, TargetKind, TextureRead, draw_again};
-use vastex_viewer::{ColorMap, Layers, LayersError, Palette, SceneDesc, SceneRenderer, ShownLayer};
+use vastex_viewer::{
+    ColorMap, Curve, Layers, LayersError, Palette, SceneDesc, SceneRenderer, ShownLayer, Tone,
+};
 
 use crate::common::{Image, gpu, settings};
 
@@ -96,8 +98,13 @@ fn layers_are_drawn_in_their_order() {
         shown[0].color_map = change(shown[0].color_map);
         draw(&mut textures, shown)
     };
-    let as_viridis: fn(ColorMap) -> ColorMap =
-        |map| map.with_palette(Palette::Viridis).with_range([0.1, 0.8]).with_gamma(0.7);
+    let as_viridis: fn(ColorMap) -> ColorMap = |map| {
+        map.with_palette(Palette::Viridis).with_tone(Tone {
+            range: [0.1, 0.8],
+            curve: Curve::Log,
+            gamma: 1.4,
+        })
+    };
     let (colour_alone, grey_alone) = (single(&colour, |map| map), single(&grey, as_viridis));
     // As the scene of one layer draws it.
     let plain = single(&grey, |map| map);

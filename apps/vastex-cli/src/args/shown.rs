@@ -3,10 +3,10 @@
 use clap::Args as ClapArgs;
 use vastex::Filter;
 use vastex_viewer::layers::MOST_LAYERS;
-use vastex_viewer::{LayerOptions, Palette};
+use vastex_viewer::{Curve, LayerOptions, Palette};
 
 /// What a layer of a list may be told, as help and errors have it.
-const SHAPE: &str = "NAME[:range=LO..HI][:map=MAP][:gamma=G][:opacity=O][:filter=FILTER][:hidden]";
+const SHAPE: &str = "NAME[:range=LO..HI][:map=MAP][:log][:gamma=G][:opacity=O][:filter=FILTER][:hidden]";
 
 /// Which layers are shown.
 #[derive(Debug, ClapArgs)]
@@ -19,7 +19,7 @@ pub(crate) struct ShownArgs {
     pub(crate) range: [f32; 2],
     /// Show a layer over those named before it; up to 8. NAME may be left out for the first layer of the texture. After it, each after a
     /// colon and in any order: range=LO..HI, the values that are black and white; map=grey, viridis or inferno, the colours of a single
-    /// channel; gamma=G, the exponent of values in the range (below 1 what is dark becomes lighter); opacity=O, from 0 to 1;
+    /// channel; log, a logarithmic curve within the range; gamma=G, the exponent of values in the range (below 1 what is dark becomes lighter); opacity=O, from 0 to 1;
     /// filter=FILTER, as --filter has it; hidden, to load nothing of it
     #[arg(
         long = "layer",
@@ -113,6 +113,7 @@ fn set(layer: &mut LayerOptions, key: &str, value: &str) -> Result<(), String> {
         "filter" => {
             layer.filter = Some(value.parse::<Filter>().map_err(|error| error.to_string())?);
         }
+        "log" if value.is_empty() => layer.curve = Curve::Log,
         "hidden" if value.is_empty() => layer.is_visible = false,
         _ => return Err(format!("no such setting of a layer; write {SHAPE}")),
     }
@@ -140,13 +141,14 @@ mod tests {
         let expected = LayerOptions {
             range: Some([-11000.0, 8848.5]),
             palette: Palette::Viridis,
+            curve: Curve::Log,
             gamma: 0.5,
             opacity: 0.25,
             filter: Some(Filter::Nearest),
             is_visible: false,
             ..named("height")
         };
-        let text = "height:opacity=0.25:range=-11000..8848.5:map=viridis:hidden:gamma=0.5:filter=nearest";
+        let text = "height:opacity=0.25:range=-11000..8848.5:map=viridis:hidden:log:gamma=0.5:filter=nearest";
         assert_eq!(parse_layer(text), Ok(expected));
     }
 

@@ -256,7 +256,7 @@ impl Layers {
     }
 
     /// What pipelines of the scene are made with for a target that is given light or else display values.
-    pub(crate) fn constants(&self, takes_light: bool) -> [(&'static str, f64); 5] {
+    pub(crate) fn constants(&self, takes_light: bool) -> [(&'static str, f64); 3] {
         let map = self.inspected().color_map;
         if self.is_single {
             return map.constants(takes_light);
@@ -265,7 +265,7 @@ impl Layers {
         map.of_light().constants(takes_light)
     }
 
-    /// What shaders are told of values: of a single layer its range, else nothing that is used.
+    /// What shaders are told of values: of a single layer its own, else nothing that is used.
     pub(crate) fn shown_map(&self) -> ColorMap {
         let map = self.inspected().color_map;
         if self.is_single { map } else { map.of_light() }

@@ -4,12 +4,14 @@
 
 mod list;
 mod palette;
+mod tone;
 
 use glam::Vec4;
 use vastex::Layer;
 
 pub use list::{Layers, LayersError, LayersText, MOST_LAYERS, ShownLayer};
 pub use palette::Palette;
+pub use tone::{Curve, Tone};
 
 /// The light that is seen beside the texture: red, green, blue and an alpha of 1.
 pub const BACKGROUND: Vec4 = Vec4::new(0.008, 0.01, 0.014, 1.0);
@@ -38,8 +40,7 @@ enum Channels {
 pub struct ColorMap {
     channels: Channels,
     is_srgb: bool,
-    range: [f32; 2],
-    gamma: f32,
+    tone: Tone,
     palette: Palette,
 }
 
@@ -47,14 +48,16 @@ pub struct ColorMap {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
 pub(crate) struct LayerUniform {
-    range: [f32; 2],
-    gamma: f32,
+    tone: [f32; 4],
     opacity: f32,
+    /// What they mean, and [`DISPLAY`].
     channels: u32,
     map: u32,
-    is_display: u32,
     id: u32,
 }
+
+/// What is added to what channels mean where values are display values.
+const DISPLAY: u32 = 1024;
 
 impl ColorMap {
     /// One channel is grey, three or four are a colour. Two are red and green, but grey with alpha in the layer that an image
@@ -66,18 +69,13 @@ impl ColorMap {
             2 => Channels::RedGreen,
             _ => Channels::Colour,
         };
-        let (is_srgb, range) = (layer.format.is_srgb(), range.unwrap_or([0.0, 1.0]));
-        ColorMap { channels, is_srgb, range, gamma: 1.0, palette: Palette::Grey }
+        let tone = Tone { range: range.unwrap_or([0.0, 1.0]), ..Tone::default() };
+        ColorMap { channels, is_srgb: layer.format.is_srgb(), tone, palette: Palette::Grey }
     }
 
-    /// With other values that are black and white.
-    pub fn with_range(self, range: [f32; 2]) -> ColorMap {
-        ColorMap { range, ..self }
-    }
-
-    /// With an exponent of what lies in the range, taken as 0 to 1: below 1 what is dark becomes lighter.
-    pub fn with_gamma(self, gamma: f32) -> ColorMap {
-        ColorMap { gamma, ..self }
+    /// With another way from values to shades.
+    pub fn with_tone(self, tone: Tone) -> ColorMap {
+        ColorMap { tone, ..self }
     }
 
     /// With a colour map of a single channel; other layers have colours of their own.
@@ -93,12 +91,10 @@ impl ColorMap {
     /// `id` is that by which shaders know the layer's texture.
     pub(crate) fn uniform(&self, opacity: f32, id: u32) -> LayerUniform {
         LayerUniform {
-            range: self.range(),
-            gamma: self.gamma,
+            tone: self.tone.told(),
             opacity,
-            channels: self.channels as u32,
+            channels: self.channels as u32 + if self.is_srgb { 0 } else { DISPLAY },
             map: self.palette as u32,
-            is_display: u32::from(!self.is_srgb),
             id,
         }
     }
@@ -120,11 +116,9 @@ impl ColorMap {
     }
 
     /// What pipelines with surface.wgsl are made with, for a target that is given light or else display values.
-    pub(crate) fn constants(&self, takes_light: bool) -> [(&'static str, f64); 5] {
+    pub(crate) fn constants(&self, takes_light: bool) -> [(&'static str, f64); 3] {
         [
             ("SCENE_LOOK", f64::from(self.channels as u32)),
-            ("SCENE_GAMMA", self.gamma.into()),
-            ("SCENE_MAP", f64::from(self.palette as u32)),
             ("SCENE_DECODES", f64::from(u8::from(takes_light && !self.is_srgb))),
             ("SCENE_ENCODES", f64::from(u8::from(!takes_light && self.is_srgb))),
         ]
@@ -135,19 +129,19 @@ impl ColorMap {
         background(self.is_srgb)
     }
 
-    /// Offset and factor of the range, as `scene.range` has them.
-    pub(crate) fn range(&self) -> [f32; 2] {
-        let [low, high] = self.range;
-        [low, 1.0 / (high - low)]
+    /// How values become shades.
+    pub fn tone(&self) -> Tone {
+        self.tone
+    }
+
+    /// The colour map of a single channel.
+    pub fn palette(&self) -> Palette {
+        self.palette
     }
 
     /// Twin of `scene_colour` in surface.wgsl on ground that is so light, and of what the picture's format then does.
     pub fn pixel_from_value(&self, value: [f32; 4], light: f32) -> [u8; 4] {
-        let [low, factor] = self.range();
-        let shown = [0, 1, 2].map(|channel: usize| {
-            let shown = (value[channel] - low) * factor;
-            if self.gamma == 1.0 { shown } else { shown.max(0.0).powf(self.gamma) }
-        });
+        let shown = [0, 1, 2].map(|channel: usize| self.tone.shade(value[channel]));
         let grey = match self.palette {
             Palette::Grey => [shown[0]; 3],
             palette => palette.color(shown[0]),

@@ -20,7 +20,10 @@ use crate::stage::Uniform;
 struct SceneUniform {
     clip_from_world: Mat4,
     background: Vec4,
-    range_and_picture: Vec4,
+    tone: Vec4,
+    picture: [f32; 2],
+    map: u32,
+    unused: u32,
     relief: ReliefUniform,
     ids: [u32; 4],
     fixed: FixedUniform,
@@ -80,7 +83,7 @@ impl CameraBinding {
     }
 
     /// How it sees the surface, and where in fixed point textures are that have sizes of their own; the ids of what is wanted
-    /// together, of the colours and of the heights; the range of values; the size of the picture.
+    /// together, of the colours and of the heights; how values become colours; the size of the picture.
     pub(crate) fn set(
         &self,
         queue: &wgpu::Queue,
@@ -89,10 +92,11 @@ impl CameraBinding {
         color_map: &ColorMap,
         picture: [f32; 2],
     ) {
-        let [black, factor] = color_map.range();
         let mut told = SceneUniform {
             background: color_map.background(),
-            range_and_picture: Vec4::new(black, factor, picture[0], picture[1]),
+            tone: color_map.tone().told().into(),
+            picture,
+            map: color_map.palette() as u32,
             ids: [all, color, height, self.view],
             places,
             ..Zeroable::zeroed()

@@ -4,7 +4,7 @@ use vastex::{Filter, LayerId, TextureId, Textures};
 
 use super::relief::{Heights, HeightsError, Relief};
 use super::tiling::Tiling;
-use crate::layers::{ColorMap, Palette, ShownLayer, UnknownLayer};
+use crate::layers::{ColorMap, Curve, Palette, ShownLayer, Tone, UnknownLayer};
 use crate::scene::Scene;
 use crate::stage::TargetKind;
 
@@ -16,7 +16,9 @@ pub struct LayerOptions {
     /// The values that are black and white, in what shaders sample: 0 and 1 where nothing is said. For all channels but
     /// alpha; colours that are sRGB-encoded count as the light that they stand for.
     pub range: Option<[f32; 2]>,
-    /// The exponent of what lies in the range.
+    /// The curve within the range.
+    pub curve: Curve,
+    /// The exponent of what lies in the range, after the curve.
     pub gamma: f32,
     /// The colour map of a single channel.
     pub palette: Palette,
@@ -33,6 +35,7 @@ impl Default for LayerOptions {
         LayerOptions {
             name: None,
             range: None,
+            curve: Curve::default(),
             gamma: 1.0,
             palette: Palette::default(),
             opacity: 1.0,
@@ -56,9 +59,10 @@ impl LayerOptions {
             })?,
         };
         let color_map = ColorMap::new(&layers[layer.index()], self.range);
+        let tone = Tone { curve: self.curve, gamma: self.gamma, ..color_map.tone() };
         Ok(ShownLayer {
             layer,
-            color_map: color_map.with_gamma(self.gamma).with_palette(self.palette),
+            color_map: color_map.with_tone(tone).with_palette(self.palette),
             opacity: self.opacity,
             is_visible: self.is_visible,
             filter: self.filter,

@@ -1,13 +1,11 @@
 // Several layers, one over the other in light. The text after this one is generated: layered_sum and its kin, for each layer.
 
 struct Layered {
-    range: vec2<f32>,  // as in Scene
-    gamma: f32,
-    opacity: f32,      // 0 for a layer that is hidden
-    channels: u32,     // SCENE_GREY and its kin
-    map: u32,          // see palette_color
-    is_display: u32,   // 1 where the values are display values
-    id: u32,           // of the texture
+    tone: Tone,
+    opacity: f32,     // 0 for a layer that is hidden
+    channels: u32,    // SCENE_GREY and its kin; 1,024 more where the values are display values
+    map: u32,         // see palette_color
+    id: u32,          // of the texture
 }
 
 @group(2) @binding(0) var<uniform> layered: array<Layered, LAYERED_MOST>;
@@ -15,9 +13,9 @@ struct Layered {
 // The light after one more layer, on ground that is so light.
 fn layered_over(below: vec3<f32>, value: vec4<f32>, n: u32, light: f32) -> vec3<f32> {
     let layer = layered[n];
-    let colour = scene_value_color(value, layer.channels, layer.range, layer.gamma, layer.map);
+    let colour = scene_value_color(value, layer.channels & 1023u, layer.tone, layer.map);
     let lit = colour.rgb * light;
-    let shown = select(lit, light_from_display(lit), layer.is_display == 1u);
+    let shown = select(lit, light_from_display(lit), layer.channels >= 1024u);
     return mix(below, shown, colour.a * layer.opacity);
 }
 

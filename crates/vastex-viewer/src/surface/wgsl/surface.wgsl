@@ -3,9 +3,6 @@
 
 // What channels mean, SCENE_GREY and its kin; see layers/mod.rs.
 override SCENE_LOOK: u32;
-// The exponent of values in their range, and the colour map of a single channel; see palette.rs.
-override SCENE_GAMMA: f32;
-override SCENE_MAP: u32;
 // Whether the layer's values are display values and the target is given light, or the other way round; see layers/mod.rs.
 override SCENE_DECODES: bool;
 override SCENE_ENCODES: bool;
@@ -70,11 +67,22 @@ struct LayerPlace {
 const PLACE_HEIGHT: u32 = 8u;
 const PLACE_WANTED: u32 = 9u;
 
+// How values become shades: by their range, and the curve and the exponent within it; see layers/tone.rs.
+struct Tone {
+    range: vec2<f32>, // the value that is black, and 1 over its distance from the one that is white
+    curve: f32,       // by how much dark is spread, TONE_LINEAR for nothing
+    gamma: f32,
+}
+
+const TONE_LINEAR: f32 = 0.0;
+
 struct Scene {
     clip_from_world: mat4x4<f32>,
     background: vec4<f32>,
-    range: vec2<f32>, // the value that is black, and 1 over its distance from the one that is white
+    tone: Tone,
     picture: vec2<f32>, // size in pixels
+    map: u32,           // the colour map of a single channel; see palette_color
+    unused: u32,
     relief: Relief,
     ids: SceneIds,
     fixed: Fixed,
@@ -114,16 +122,18 @@ fn scene_colour(value: vec4<f32>) -> vec4<f32> {
 // The colour of a texture's value, as light or as a display value, as the layer has it: grey, grey with alpha, red and green, or a
 // colour; over the background. Alpha 1 says "covered".
 fn scene_mapped(value: vec4<f32>) -> vec4<f32> {
-    let colour = scene_value_color(value, SCENE_LOOK, scene.range, SCENE_GAMMA, SCENE_MAP);
+    let colour = scene_value_color(value, SCENE_LOOK, scene.tone, scene.map);
     return vec4<f32>(mix(scene.background.rgb, colour.rgb, colour.a), 1.0);
 }
 
-// The colour of a value and how much it hides, by what channels mean, the range, the exponent of values in it, and the colour map of a
-// single channel.
-fn scene_value_color(value: vec4<f32>, channels: u32, range: vec2<f32>, gamma: f32, map: u32) -> vec4<f32> {
-    var shown = (value.rgb - range.x) * range.y;
-    if gamma != 1.0 {
-        shown = pow(max(shown, vec3<f32>(0.0)), vec3<f32>(gamma));
+// The colour of a value and how much it hides, by what channels mean, how values become shades, and the colour map of a single channel.
+fn scene_value_color(value: vec4<f32>, channels: u32, tone: Tone, map: u32) -> vec4<f32> {
+    var shown = (value.rgb - tone.range.x) * tone.range.y;
+    if tone.curve != TONE_LINEAR {
+        shown = log2(max(shown, vec3<f32>(0.0)) * tone.curve + 1.0) / log2(tone.curve + 1.0);
+    }
+    if tone.gamma != 1.0 {
+        shown = pow(max(shown, vec3<f32>(0.0)), vec3<f32>(tone.gamma));
     }
     if channels == SCENE_GREY || channels == SCENE_GREY_ALPHA {
         let alpha = select(1.0, value.g, channels == SCENE_GREY_ALPHA);
