@@ -9,6 +9,8 @@ pub mod input;
 pub mod inspect;
 pub mod layers;
 pub mod overlay;
+#[cfg(feature = "egui")]
+pub mod panels;
 mod picture;
 mod scene;
 pub mod stage;

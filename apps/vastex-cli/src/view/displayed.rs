@@ -7,6 +7,7 @@ use vastex::Region;
 use vastex::{Filter, TextureId, Textures};
 use vastex_scenes::{
     DisplayOptions, Gpu, Layers, Overlay, OverlayRenderer, Relief, Scene, SceneDesc, SceneRenderer,
+    ShownLayer,
 };
 
 use super::opening::{Growth, PreparedSource};
@@ -125,6 +126,28 @@ impl Displayed {
         Ok(())
     }
 
+    /// Displays other layers of the texture, or the same ones otherwise. Where only colours are others, nothing is compiled or loaded.
+    pub(super) fn show_layers(
+        &mut self,
+        gpu: &Gpu,
+        textures: &mut Textures,
+        settings: &DisplaySettings,
+    ) -> Result<()> {
+        let asked = shown_layers(&settings.options, self.is_crisp, textures, self.texture)?;
+        let mut layers = self.renderer.layers().clone();
+        let is_alike = |(shown, asked): (&ShownLayer, &ShownLayer)| {
+            ShownLayer { color_map: shown.color_map, ..*asked } == *shown
+        };
+        if layers.count() != asked.len() || !layers.iter().zip(&asked).all(is_alike) {
+            return self.put_on(gpu, textures, settings);
+        }
+        for (n, shown) in asked.into_iter().enumerate() {
+            layers.set(textures, n, shown)?;
+        }
+        self.renderer.set_layers(&gpu.queue, textures, &layers);
+        Ok(())
+    }
+
     /// Goes with how large an image is seen, in pixels a texel: large texels are shown as they are.
     pub(super) fn follow(
         &mut self,
@@ -205,6 +228,20 @@ impl Displayed {
     }
 }
 
+/// The layers of a texture that are asked to be shown.
+fn shown_layers(
+    options: &DisplayOptions,
+    is_crisp: bool,
+    textures: &Textures,
+    texture: TextureId,
+) -> Result<Vec<ShownLayer>> {
+    let mut layers = options.layers_of(textures, texture)?;
+    for layer in layers.iter_mut().filter(|layer| is_crisp && layer.filter.is_none()) {
+        layer.filter = Some(Filter::Nearest);
+    }
+    Ok(layers)
+}
+
 /// A scene with what is asked to be shown of a texture. Its heights, if the scene has any, are looked for once.
 fn described(
     DisplaySettings { scene, options, .. }: &DisplaySettings,
@@ -214,10 +251,7 @@ fn described(
     known: &mut Option<Relief>,
 ) -> Result<SceneDesc> {
     let scene = *scene;
-    let mut layers = options.layers_of(textures, texture)?;
-    for layer in layers.iter_mut().filter(|layer| is_crisp && layer.filter.is_none()) {
-        layer.filter = Some(Filter::Nearest);
-    }
+    let layers = shown_layers(options, is_crisp, textures, texture)?;
     if known.is_none() {
         *known = options.relief_of(scene, textures, layers[0].layer)?;
     }

@@ -2,15 +2,20 @@
 //!
 //! Here is the loop of events: it opens files, performs actions, draws while something changes and sleeps while nothing does.
 //! `opening` opens a source on a thread, `displayed` is a source in the window, `display` says which source is seen when,
-//! `viewer` draws frames on what `device` finds, `files` knows the next file, `events` translates winit's events, `surface` is
+//! `viewer` draws frames on what `device` finds, `shell` is egui in the window and `panel` what it shows, `files` knows the next
+//! file, `dialog` asks the system for one, `recent` remembers them, `events` translates winit's events, `surface` is
 //! where pictures appear, `title` is the window's title, `times` what is measured of it.
 
 mod device;
+mod dialog;
 mod display;
 mod displayed;
 mod events;
 mod files;
 mod opening;
+mod panel;
+mod recent;
+mod shell;
 mod surface;
 mod times;
 mod title;
@@ -36,8 +41,10 @@ use winit::window::{Fullscreen, Window, WindowId};
 use crate::args::ViewArgs;
 use crate::open::{self, Lies};
 use crate::report;
+use dialog::Chosen;
 use files::Files;
 use opening::{OpeningEvent, Openings, Report};
+use panel::Asked;
 use times::Times;
 use viewer::{Viewer, Wake};
 
@@ -81,11 +88,18 @@ fn without_place(error: &str) -> &str {
     said.map_or(error, |(_, why)| why)
 }
 
+/// What other threads say to the loop of events.
+enum Message {
+    Opening(Report),
+    /// What became of the dialog for files.
+    Chosen(Chosen),
+}
+
 /// The program between its events.
 struct App {
     args: Arc<ViewArgs>,
     /// By which threads that open a source reach the loop of events.
-    proxy: EventLoopProxy<Report>,
+    proxy: EventLoopProxy<Message>,
     files: Files,
     input: Input,
     /// When the program began; times of input are told from then.
@@ -138,7 +152,7 @@ impl App {
         open.window.request_redraw();
         let (preparer, proxy) = (open.viewer.preparer(), self.proxy.clone());
         // Nobody listens where the window is closed.
-        let send = move |report| drop(proxy.send_event(report));
+        let send = move |report| drop(proxy.send_event(Message::Opening(report)));
         self.openings.begin(path, self.args.clone(), preparer, send)
     }
 
@@ -167,6 +181,7 @@ impl App {
                     self.openings.end();
                     match shown.context(path) {
                         Ok(scene) => {
+                            open.viewer.remember(self.files.current());
                             self.scene = scene;
                             self.look_at(number);
                         }
@@ -212,6 +227,43 @@ impl App {
         }
     }
 
+    /// A person chose a file in the dialog, or none.
+    fn on_chosen(&mut self, chosen: Chosen) -> Result<()> {
+        let Some(open) = &mut self.open else { return Ok(()) };
+        match chosen {
+            Chosen::File(path) => {
+                self.files = Files::new(&path, &[]);
+                self.open_file()?;
+            }
+            Chosen::NoDialog => {
+                open.viewer
+                    .notify("this system shows no dialog for files; write the path into the field beside it");
+                open.window.request_redraw();
+            }
+            Chosen::Nothing => {}
+        }
+        Ok(())
+    }
+
+    /// Does what was asked for in the panel.
+    fn grant(&mut self, events: &ActiveEventLoop, asked: Asked) -> Result<()> {
+        match asked {
+            Asked::Open(path) => {
+                self.files = Files::new(&path, &[]);
+                self.open_file()
+            }
+            Asked::Choose => {
+                let proxy = self.proxy.clone();
+                let send = move |chosen| drop(proxy.send_event(Message::Chosen(chosen)));
+                dialog::choose(self.files.current(), send);
+                Ok(())
+            }
+            Asked::File(step) => self.perform(events, Action::File(step)),
+            Asked::Scene(scene) => self.perform(events, Action::Scene(Some(scene))),
+            Asked::Fit => self.perform(events, Action::Reset),
+        }
+    }
+
     /// Draws a frame. A lost device is replaced, with everything that was made from it.
     fn draw(&mut self, events: &ActiveEventLoop) -> Result<()> {
         let camera = &mut self.cameras[self.scene as usize];
@@ -236,10 +288,24 @@ impl App {
             }
             drawn => drawn?,
         }
+        let asked = self.open.as_mut().map(|open| open.viewer.take_asked()).unwrap_or_default();
+        for asked in asked {
+            self.grant(events, asked)?;
+            self.open.iter().for_each(|open| open.window.request_redraw());
+        }
         Ok(())
     }
 
     fn handle(&mut self, window_events: &ActiveEventLoop, event: &WindowEvent) -> Result<()> {
+        if let Some(open) = &mut self.open {
+            let heard = open.viewer.hear(event);
+            if heard.is_stale {
+                open.window.request_redraw();
+            }
+            if heard.is_taken {
+                return Ok(());
+            }
+        }
         match event {
             WindowEvent::CloseRequested => window_events.exit(),
             WindowEvent::RedrawRequested => self.draw(window_events)?,
@@ -310,6 +376,8 @@ impl App {
                 }
             }
             Action::Overlay => viewer.next_overlay(),
+            Action::Panel => viewer.open_or_close_panel(),
+            Action::Keys => viewer.show_or_hide_keys(),
             Action::Explain(pixel) => viewer.explain(self.cameras[scene_index].pose(), pixel)?,
             Action::FillScreen => {
                 let filled = window.fullscreen().is_some();
@@ -329,7 +397,7 @@ impl App {
     }
 }
 
-impl ApplicationHandler<Report> for App {
+impl ApplicationHandler<Message> for App {
     fn resumed(&mut self, events: &ActiveEventLoop) {
         if self.open.is_none() {
             let opened = self.open(events);
@@ -343,8 +411,11 @@ impl ApplicationHandler<Report> for App {
         }
     }
 
-    fn user_event(&mut self, events: &ActiveEventLoop, report: Report) {
-        let heard = self.on_report(report);
+    fn user_event(&mut self, events: &ActiveEventLoop, message: Message) {
+        let heard = match message {
+            Message::Opening(report) => self.on_report(report),
+            Message::Chosen(chosen) => self.on_chosen(chosen),
+        };
         self.note(events, heard);
     }
 

@@ -154,10 +154,14 @@ impl Surface {
         Ok(None)
     }
 
-    /// Fills a picture with one colour, of light, and shows it.
-    pub(super) fn clear(&self, frame: SurfaceFrame, color: Vec4) {
+    /// The format of the views that are drawn to.
+    pub(super) fn viewed_format(&self) -> wgpu::TextureFormat {
+        self.format.viewed
+    }
+
+    /// Fills a picture with one colour, of light.
+    pub(super) fn clear(&self, encoder: &mut wgpu::CommandEncoder, frame: &SurfaceFrame, color: Vec4) {
         let [r, g, b, a] = color.to_array().map(f64::from);
-        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let ops = wgpu::Operations {
             load: wgpu::LoadOp::Clear(wgpu::Color { r, g, b, a }),
             store: wgpu::StoreOp::Store,
@@ -169,8 +173,6 @@ impl Surface {
             color_attachments: &[Some(attachment)],
             ..Default::default()
         }));
-        self.gpu.queue.submit([encoder.finish()]);
-        self.present(frame);
     }
 
     /// Shows a picture.

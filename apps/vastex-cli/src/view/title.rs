@@ -71,6 +71,11 @@ impl Title {
         self.notice = None;
     }
 
+    /// What there is to say to the person at the window.
+    pub(super) fn notice(&self) -> Option<&str> {
+        self.notice.as_ref().map(|(notice, _)| &**notice)
+    }
+
     /// How long a notice stays; nothing where there is none.
     pub(super) fn notice_left(&self, now: Instant) -> Option<Duration> {
         self.notice.as_ref().map(|(_, until)| until.saturating_duration_since(now))

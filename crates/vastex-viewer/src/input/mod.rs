@@ -3,9 +3,13 @@
 //! Neither a window nor a picture is known here: a host translates its own events into [`InputEvent`] and carries the [`Action`]s
 //! out. Times are told as how long ago the host began.
 
+mod controls;
+
 use std::time::Duration;
 
 use glam::DVec2;
+
+pub use controls::CONTROLS;
 
 use crate::camera::Move;
 use crate::scene::Scene;
@@ -127,6 +131,10 @@ pub enum Action {
     Explain([u32; 2]),
     /// The whole screen, or the window again.
     FillScreen,
+    /// The panel beside the picture, or the picture alone.
+    Panel,
+    /// The list of keys and gestures, or the picture alone.
+    Keys,
     /// The picture again: it may be stale.
     Redraw,
     /// The end.
@@ -408,6 +416,8 @@ fn action_of(key: Key) -> Option<Action> {
         Key::Tab => Action::Scene(None),
         Key::F(11) | Key::Char('f' | 'F') => Action::FillScreen,
         Key::Char('l' | 'L') => Action::Overlay,
+        Key::Char('m' | 'M') => Action::Panel,
+        Key::Char('?' | 'h' | 'H') => Action::Keys,
         Key::F(1) => Action::Scene(Some(Scene::Image)),
         Key::F(2) => Action::Scene(Some(Scene::Plane)),
         Key::F(3) => Action::Scene(Some(Scene::Globe)),

@@ -1,8 +1,10 @@
 //! Why one pixel shows what it shows: asked in one frame, answered in a later one, never waited for.
 //!
 //! A question draws the feedback of one pixel, a window of 1x1, and brings back its 16 bytes. What is stored below the pointer is answered
-//! at once ([`texel_at`]).
+//! at once ([`texel_at`]), as are the values that are in view ([`Histogram`]).
 
+mod histogram;
+mod stored;
 mod texel;
 
 use vastex::diagnostics::ExplainedPixel;
@@ -10,6 +12,8 @@ use vastex::{Error, Textures};
 
 use crate::gpu::Gpu;
 use crate::stage::StageScene;
+pub use histogram::Histogram;
+pub use stored::StoredScale;
 pub use texel::{InspectedTexel, texel_at};
 
 /// Asks why a pixel of a scene shows what it shows, counted from the top left of a picture of so many pixels, to a camera at this pose.

@@ -5,8 +5,8 @@ use std::fmt;
 use glam::DVec2;
 use vastex::{CpuSample, LayerFormat, LayerId, Textures};
 
+use super::stored::StoredScale;
 use crate::camera::Pose;
-use crate::layers::srgb_from_linear;
 
 /// A texel of an image, as it is stored.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,21 +58,19 @@ fn inside(place: DVec2, size: [u32; 2]) -> Option<[u32; 2]> {
 impl InspectedTexel {
     /// `value` is what shaders sample: light, and 0 to 1 of whole numbers.
     fn new(texel: [u32; 2], level: u8, format: LayerFormat, value: [f32; 4]) -> InspectedTexel {
-        use LayerFormat::{R16, R16Float, R32Float, Rgba8Srgb, Rgba16, Rgba16Float};
-        let plain = format.decoded();
-        let is_float = matches!(plain, R16Float | R32Float | Rgba16Float);
-        let most = if matches!(plain, R16 | Rgba16) { 65535.0 } else { 255.0 };
-        let stored = |channel: usize| {
-            let value = value[channel];
-            match is_float {
-                true => value.into(),
-                false if plain == Rgba8Srgb && channel < 3 => (srgb_from_linear(value) * most).round().into(),
-                false => (value * most).round().into(),
-            }
+        let scale = StoredScale::new(format);
+        let stored = |channel: usize| match channel {
+            3 => scale.stored_alpha(value[channel]),
+            _ => scale.stored(value[channel]),
         };
         let is_opaque = format.channels() == 4 && value[3] == 1.0;
         let channels = if is_opaque { 3 } else { format.channels() };
-        InspectedTexel { texel, level, values: (0..channels).map(stored).collect(), is_float }
+        InspectedTexel {
+            texel,
+            level,
+            values: (0..channels).map(stored).collect(),
+            is_float: scale.most().is_none(),
+        }
     }
 }
 

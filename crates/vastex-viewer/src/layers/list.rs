@@ -119,13 +119,14 @@ impl Layers {
 
     /// Shows a layer otherwise: all of it may be another but the layer that it is of. The next frame shows it, after
     /// [`crate::SceneRenderer::set_layers`]; says whether the renderer has to be made anew instead, since its text or its pipelines are
-    /// others: where the filter is another, and where a single opaque layer was shown or is to be. Nothing changes where there is no such
-    /// layer.
+    /// others: where the filter is another, and where a single opaque layer was shown or is to be, but not both. Nothing changes where
+    /// there is no such layer.
     pub fn set(&mut self, textures: &mut Textures, n: usize, shown: ShownLayer) -> Result<bool, LayersError> {
         let Some(place) = self.layers.get_mut(n) else { return Ok(false) };
         let before = std::mem::replace(place, ShownLayer { layer: place.layer, ..shown });
         let is_changed = *place != before;
-        let has_other_text = before.filter != place.filter;
+        let constants = |shown: &ShownLayer| shown.color_map.constants(true);
+        let is_other = before.filter != place.filter || constants(&before) != constants(place);
         if !is_changed {
             return Ok(false);
         }
@@ -141,7 +142,7 @@ impl Layers {
             (self.layers[n], self.is_single) = (before, was_single);
             return Err(error);
         }
-        Ok(has_other_text || was_single || is_single)
+        Ok(is_other || was_single != is_single)
     }
 
     /// Gives back what a list takes of the textures, where nothing is drawn with it any more. The layers' textures stay.

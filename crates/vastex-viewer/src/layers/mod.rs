@@ -175,6 +175,11 @@ pub(crate) fn srgb_from_linear(linear: f32) -> f32 {
     if linear > 0.003_130_8 { 1.055 * linear.powf(1.0 / 2.4) - 0.055 } else { linear * 12.92 }
 }
 
+/// The amount of light of an sRGB-encoded value.
+pub(crate) fn linear_from_srgb(encoded: f32) -> f32 {
+    if encoded > 0.040_45 { ((encoded + 0.055) / 1.055).powf(2.4) } else { encoded / 12.92 }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

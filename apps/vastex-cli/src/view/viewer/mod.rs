@@ -1,5 +1,8 @@
 //! A window with a source in it: how a frame comes about, and when the next one is due.
 
+mod notices;
+mod panel;
+
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -7,7 +10,6 @@ use anyhow::Result;
 use glam::DVec2;
 use vastex::diagnostics::{ExplainedPixel, FrameStats, PoolStats};
 use vastex::{Event, FeedbackMode, Filter, Preparer, Settings, Textures, ViewId};
-use vastex_core::Dims;
 use vastex_scenes::{Gpu, Overlay, Pose, Scene};
 use vastex_viewer::camera::Aspects;
 use vastex_viewer::inspect;
@@ -20,9 +22,12 @@ use super::device::{default_fade, device_for};
 use super::display::Display;
 use super::displayed::{DisplaySettings, Displayed};
 use super::opening::PreparedSource;
+use super::panel::{Asked, Panel};
+use super::recent::Recent;
+use super::shell::Shell;
 use super::surface::{Surface, SurfaceFrame};
 use super::times::Times;
-use super::title::{Scale, Title, TitleImage, TitleParts};
+use super::title::Title;
 use crate::args::ViewArgs;
 use crate::commands::render;
 use crate::explained::Explained;
@@ -66,6 +71,12 @@ pub(super) struct Viewer {
     shortage: Option<Event>,
     is_shortage_reported: bool,
     title: Title,
+    shell: Shell,
+    panel: Panel,
+    /// The values in view, for the panel, and whether they are those of the settled view.
+    values: Option<panel::Values>,
+    /// What was asked for in the panel and is the host's to do.
+    asked: Vec<Asked>,
     /// What is measured, if that is asked for.
     pub(super) times: Option<Times>,
 }
@@ -85,6 +96,10 @@ impl Viewer {
         let surface = Surface::new(&gpu, window.clone(), surface)?;
         Ok(Viewer {
             gpu,
+            shell: Shell::new(window.clone()),
+            panel: Panel::new(Recent::load()),
+            values: None,
+            asked: Vec::new(),
             window,
             surface,
             textures,
@@ -181,6 +196,7 @@ impl Viewer {
             self.surface.set_format(&displayed.format);
         }
         self.is_shortage_reported = false;
+        self.values = None;
         self.jumped();
     }
 
@@ -195,6 +211,7 @@ impl Viewer {
     /// uploaded.
     pub(super) fn restored(mut self, display: OwnedDisplayHandle) -> Result<Viewer> {
         self.finish_taking_over();
+        self.shell.forget_device();
         let Viewer { window, mut textures, display: displayed, surface, gpu, settings, .. } = self;
         // A window has one surface at a time.
         drop((surface, gpu));
@@ -327,12 +344,21 @@ impl Viewer {
         let stats = self.textures.stats();
         let wake = match () {
             () if self.is_hidden => Wake::After(SLOW),
-            () if self.is_empty() => Wake::OnEvent,
+            () if self.is_empty() => {
+                self.title.notice_left(Instant::now()).map_or(Wake::OnEvent, Wake::After)
+            }
             // Each frame looks for answers, also where nothing moves.
             () if awake || self.textures.pixels().asked() > 0 || self.display.next().is_some() => Wake::Now,
             () if !self.is_settled(&stats) => Wake::Now,
             () if stats.pager.failed > 0 => Wake::After(SLOW),
             () => self.title.notice_left(Instant::now()).map_or(Wake::OnEvent, Wake::After),
+        };
+        let wake = match (self.shell.due_in(Instant::now()), wake) {
+            (_, Wake::Now) => Wake::Now,
+            (Some(due), _) if due.is_zero() => Wake::Now,
+            (Some(due), Wake::After(pause)) => Wake::After(pause.min(due)),
+            (Some(due), Wake::OnEvent) => Wake::After(due),
+            (None, wake) => wake,
         };
         self.is_busy = wake == Wake::Now;
         wake
@@ -350,6 +376,7 @@ impl Viewer {
         if let Some(preview) = self.display.take_over(self.textures.stats().converged, Instant::now()) {
             self.remove([preview]);
         }
+        self.run_panel(pose)?;
         let frame = self.surface.acquire();
         if !matches!(frame, Ok(Some(_))) {
             self.textures.inspect().check_device()?; // a lost one is the reason, whatever the window says
@@ -358,7 +385,7 @@ impl Viewer {
         self.is_hidden = frame.is_none();
         match frame {
             None => return Ok(()),
-            Some(frame) if self.is_empty() => self.surface.clear(frame, BACKGROUND),
+            Some(frame) if self.is_empty() => self.draw_empty(frame),
             Some(frame) => self.draw_displayed(frame, pose)?,
         }
         let stats = self.textures.stats();
@@ -369,6 +396,15 @@ impl Viewer {
         self.report_events(&stats);
         self.update_title(&stats, pose);
         Ok(())
+    }
+
+    fn draw_empty(&mut self, frame: SurfaceFrame) {
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        self.surface.clear(&mut encoder, &frame, BACKGROUND);
+        let over = (&frame.view, self.surface.viewed_format());
+        self.shell.paint(&self.gpu, &mut encoder, over, self.surface.size());
+        self.gpu.queue.submit([encoder.finish()]);
+        self.surface.present(frame);
     }
 
     fn draw_displayed(&mut self, frame: SurfaceFrame, pose: Pose) -> Result<()> {
@@ -419,6 +455,8 @@ impl Viewer {
             }
             None => {}
         }
+        let format = self.surface.viewed_format();
+        self.shell.paint(&self.gpu, &mut encoder, (&frame.view, format), size);
         queue.submit([encoder.finish()]);
         self.surface.present(frame);
         // While the first picture is looked at.
@@ -430,65 +468,5 @@ impl Viewer {
             self.fit_pools();
         }
         Ok(())
-    }
-
-    /// Says what happened, on stderr and in the title.
-    fn report_events(&mut self, stats: &FrameStats) {
-        while let Some(event) = self.textures.poll_event() {
-            match &event {
-                Event::Failed { page, why, .. } => {
-                    let (name, pos) = (self.name(), page.pos(Dims::D2));
-                    report::say(&format!("{name}: {pos} failed, a coarser one is shown instead: {why}"));
-                }
-                // A view that moves wants for a moment what it leaves as well as what it comes to.
-                Event::Oversubscribed { .. } => self.shortage = Some(event),
-                event => {
-                    if let Some(shortage) = shortage::text(event, &self.textures) {
-                        self.notify(&shortage);
-                    }
-                }
-            }
-        }
-        if self.is_settled(stats) && !self.is_shortage_reported {
-            let event = self.shortage.take().and_then(|event| shortage::at_rest(event, &stats.pools));
-            if let Some(text) = event.and_then(|event| shortage::text(&event, &self.textures)) {
-                self.is_shortage_reported = true;
-                self.notify(&text);
-            }
-        }
-    }
-
-    fn update_title(&mut self, stats: &FrameStats, pose: Pose) {
-        let (displayed, name) = (self.display.displayed(), self.name().to_owned());
-        let image = displayed.map(|Displayed { size, texels, renderer, .. }| {
-            let scale = pose.magnification(self.surface.size(), *size);
-            TitleImage {
-                size: *size,
-                scene: scale.map_or_else(|| Scale::On(renderer.scene().name()), Scale::Even),
-                lack: match &self.display {
-                    Display::Source(_) if texels != size => Some("reduced"),
-                    // The file could not be read to its end.
-                    Display::Preview { .. } if self.opening.is_none() => Some("incomplete"),
-                    _ => None,
-                },
-            }
-        });
-        // Of a preview that grows, much is not there yet.
-        let whole = displayed.filter(|source| source.is_whole());
-        let texel = self.pointer.zip(whole).and_then(|(pointer, Displayed { renderer, size, .. })| {
-            inspect::texel_at(&self.textures, renderer.layer(), &pose, (self.surface.size(), *size), pointer)
-        });
-        let parts = TitleParts {
-            name: &name,
-            image,
-            texel: texel.as_ref(),
-            overlay: displayed.and_then(|source| Some(source.overlay.as_ref()?.overlay().name())),
-            stats,
-            is_settled: self.is_settled(stats),
-            opening: self.opening.as_ref().map(|(_, share)| *share),
-        };
-        if let Some(title) = self.title.due(Instant::now(), &parts) {
-            self.window.set_title(title);
-        }
     }
 }

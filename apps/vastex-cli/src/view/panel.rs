@@ -1,0 +1,182 @@
+//! What is in the window beside the picture: a button, the panel that it opens, the list of keys, and what there is to say.
+
+use std::path::PathBuf;
+
+use egui::{
+    Align2, Area, Button, CollapsingHeader, Frame, Id, ProgressBar, RichText, ScrollArea, TextEdit, Ui, Vec2,
+};
+use vastex_scenes::Scene;
+use vastex_viewer::panels::{DisplayPanel, ShownTexture, keys_window};
+
+use super::recent::Recent;
+
+/// Something that a person asks for in the panel.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Asked {
+    Open(PathBuf),
+    /// By the system's dialog.
+    Choose,
+    /// The file so many after this one, or before it.
+    File(i32),
+    Scene(Scene),
+    /// The first pose again.
+    Fit,
+}
+
+/// What the panel is told of a frame.
+pub(super) struct Told<'a> {
+    /// Name of what is displayed, or being opened.
+    pub(super) name: &'a str,
+    /// How much is done of what is being opened, 0 to 1.
+    pub(super) opening: Option<f64>,
+    /// What there is to say to a person.
+    pub(super) notice: Option<&'a str>,
+    pub(super) scene: Scene,
+    /// What is displayed, if anything is.
+    pub(super) texture: Option<ShownTexture<'a>>,
+}
+
+/// The panel, as a person left it.
+pub(super) struct Panel {
+    is_open: bool,
+    keys_are_shown: bool,
+    /// What is written in the field for a file.
+    path: String,
+    pub(super) display: DisplayPanel,
+    pub(super) recent: Recent,
+}
+
+impl Panel {
+    pub(super) fn new(recent: Recent) -> Panel {
+        Panel {
+            is_open: false,
+            keys_are_shown: false,
+            path: String::new(),
+            display: DisplayPanel::default(),
+            recent,
+        }
+    }
+
+    pub(super) fn is_open(&self) -> bool {
+        self.is_open
+    }
+
+    pub(super) fn open_or_close(&mut self) {
+        self.is_open = !self.is_open;
+    }
+
+    pub(super) fn show_or_hide_keys(&mut self) {
+        self.keys_are_shown = !self.keys_are_shown;
+    }
+
+    /// Shows everything. Gives back what is asked for, and whether the display of the texture is to be another.
+    pub(super) fn show(&mut self, ui: &mut Ui, told: &mut Told<'_>) -> (Vec<Asked>, bool) {
+        let (mut asked, mut is_changed) = (Vec::new(), false);
+        if self.is_open {
+            let panel = egui::Panel::right("panel").resizable(false).exact_size(320.0);
+            panel.show(ui, |ui| {
+                ui.add_space(4.0);
+                ui.horizontal(|ui| {
+                    ui.add(egui::Label::new(RichText::new(told.name).strong()).truncate());
+                });
+                ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+                    self.files(ui, &mut asked);
+                    ui.separator();
+                    places(ui, told.scene, &mut asked);
+                    ui.separator();
+                    if let Some(texture) = &mut told.texture {
+                        is_changed = self.display.show(ui, texture);
+                    }
+                });
+            });
+        }
+        if !self.is_open {
+            let corner = Area::new(Id::unique("corner")).anchor(Align2::RIGHT_TOP, Vec2::new(-8.0, 8.0));
+            corner.show(ui.ctx(), |ui| {
+                if ui.button("Menu").on_hover_text("files and display: M; keys: ?").clicked() {
+                    self.is_open = true;
+                }
+            });
+        }
+        keys_window(ui.ctx(), &mut self.keys_are_shown);
+        say(ui, told);
+        (asked, is_changed)
+    }
+
+    fn files(&mut self, ui: &mut Ui, asked: &mut Vec<Asked>) {
+        ui.horizontal_wrapped(|ui| {
+            let buttons = [("Open…", Asked::Choose), ("Previous", Asked::File(-1)), ("Next", Asked::File(1))];
+            for (name, asks) in buttons {
+                if ui.button(name).clicked() {
+                    asked.push(asks);
+                }
+            }
+            if ui.button("Keys").clicked() {
+                self.keys_are_shown = true;
+            }
+            if ui.button("Close").on_hover_text("this panel: M").clicked() {
+                self.is_open = false;
+            }
+        });
+        ui.horizontal(|ui| {
+            let label = ui.label("path");
+            let field = TextEdit::singleline(&mut self.path).desired_width(ui.available_width() - 44.0);
+            let field = ui.add(field).labelled_by(label.id);
+            let is_entered = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
+            let path = self.path.trim();
+            let go = ui.add_enabled(!path.is_empty(), Button::new("Go"));
+            if !path.is_empty() && (is_entered || go.clicked()) {
+                asked.push(Asked::Open(PathBuf::from(path)));
+            }
+        });
+        if !self.recent.files().is_empty() {
+            CollapsingHeader::new("Recent files").show(ui, |ui| {
+                for file in self.recent.files() {
+                    let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy();
+                    let button = ui.add(Button::new(name).frame(false).truncate());
+                    if button.on_hover_text(file.display().to_string()).clicked() {
+                        asked.push(Asked::Open(file.clone()));
+                    }
+                }
+            });
+        }
+    }
+}
+
+/// What the texture lies on.
+fn places(ui: &mut Ui, shown: Scene, asked: &mut Vec<Asked>) {
+    ui.horizontal_wrapped(|ui| {
+        for scene in Scene::ALL {
+            if ui.selectable_label(scene == shown, scene.name()).clicked() && scene != shown {
+                asked.push(Asked::Scene(scene));
+            }
+        }
+        if ui.button("Fit").clicked() {
+            asked.push(Asked::Fit);
+        }
+    });
+}
+
+/// What there is to say, at the foot of the picture.
+fn say(ui: &Ui, told: &Told<'_>) {
+    if told.notice.is_none() && told.opening.is_none() {
+        return;
+    }
+    let foot =
+        Area::new(Id::unique("foot")).anchor(Align2::LEFT_BOTTOM, Vec2::new(8.0, -8.0)).interactable(false);
+    foot.show(ui.ctx(), |ui| {
+        Frame::popup(ui.style()).show(ui, |ui| {
+            ui.set_max_width(ui.ctx().content_rect().width().clamp(100.0, 700.0) - 40.0);
+            if let Some(notice) = told.notice {
+                ui.label(notice);
+            }
+            if let Some(share) = told.opening {
+                let text = format!("opening {} – {:.0} %", told.name, (100.0 * share).floor());
+                ui.add(ProgressBar::new(share as f32).desired_width(260.0).text(text));
+            }
+        });
+    });
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,77 @@
+//! What a person is told of the frames: by the title, and of what goes wrong on stderr as well.
+
+use std::time::Instant;
+
+use vastex::Event;
+use vastex::diagnostics::FrameStats;
+use vastex_core::Dims;
+use vastex_scenes::Pose;
+use vastex_viewer::inspect;
+
+use super::super::display::Display;
+use super::super::displayed::Displayed;
+use super::super::title::{Scale, TitleImage, TitleParts};
+use super::Viewer;
+use crate::{report, shortage};
+
+impl Viewer {
+    /// Says what happened, on stderr and in the title.
+    pub(super) fn report_events(&mut self, stats: &FrameStats) {
+        while let Some(event) = self.textures.poll_event() {
+            match &event {
+                Event::Failed { page, why, .. } => {
+                    let (name, pos) = (self.name(), page.pos(Dims::D2));
+                    report::say(&format!("{name}: {pos} failed, a coarser one is shown instead: {why}"));
+                }
+                // A view that moves wants for a moment what it leaves as well as what it comes to.
+                Event::Oversubscribed { .. } => self.shortage = Some(event),
+                event => {
+                    if let Some(shortage) = shortage::text(event, &self.textures) {
+                        self.notify(&shortage);
+                    }
+                }
+            }
+        }
+        if self.is_settled(stats) && !self.is_shortage_reported {
+            let event = self.shortage.take().and_then(|event| shortage::at_rest(event, &stats.pools));
+            if let Some(text) = event.and_then(|event| shortage::text(&event, &self.textures)) {
+                self.is_shortage_reported = true;
+                self.notify(&text);
+            }
+        }
+    }
+
+    pub(super) fn update_title(&mut self, stats: &FrameStats, pose: Pose) {
+        let (displayed, name) = (self.display.displayed(), self.name().to_owned());
+        let image = displayed.map(|Displayed { size, texels, renderer, .. }| {
+            let scale = pose.magnification(self.surface.size(), *size);
+            TitleImage {
+                size: *size,
+                scene: scale.map_or_else(|| Scale::On(renderer.scene().name()), Scale::Even),
+                lack: match &self.display {
+                    Display::Source(_) if texels != size => Some("reduced"),
+                    // The file could not be read to its end.
+                    Display::Preview { .. } if self.opening.is_none() => Some("incomplete"),
+                    _ => None,
+                },
+            }
+        });
+        // Of a preview that grows, much is not there yet.
+        let whole = displayed.filter(|source| source.is_whole());
+        let texel = self.pointer.zip(whole).and_then(|(pointer, Displayed { renderer, size, .. })| {
+            inspect::texel_at(&self.textures, renderer.layer(), &pose, (self.surface.size(), *size), pointer)
+        });
+        let parts = TitleParts {
+            name: &name,
+            image,
+            texel: texel.as_ref(),
+            overlay: displayed.and_then(|source| Some(source.overlay.as_ref()?.overlay().name())),
+            stats,
+            is_settled: self.is_settled(stats),
+            opening: self.opening.as_ref().map(|(_, share)| *share),
+        };
+        if let Some(title) = self.title.due(Instant::now(), &parts) {
+            self.window.set_title(title);
+        }
+    }
+}

@@ -1,0 +1,145 @@
+//! The panel in the window: what it is told of what is displayed, and what becomes of what a person changes in it.
+
+use std::time::{Duration, Instant};
+
+use anyhow::Result;
+use vastex_scenes::{LayerOptions, Pose};
+use vastex_viewer::inspect::{Histogram, StoredScale};
+use vastex_viewer::panels::ShownTexture;
+use winit::event::WindowEvent;
+
+use super::super::panel::{Asked, Told};
+use super::super::shell::Heard;
+use super::Viewer;
+
+/// Between two looks at the values of a view that changes.
+const EVERY: Duration = Duration::from_millis(300);
+
+/// Values that are in view.
+pub(super) struct Values {
+    /// Nothing where no part of the image is in view.
+    histogram: Option<Histogram>,
+    /// Of which of the shown layers.
+    layer: usize,
+    taken_at: Instant,
+    /// Whether they are those of a view that had settled.
+    are_last: bool,
+}
+
+impl Viewer {
+    /// Hears an event before the picture does.
+    pub(in super::super) fn hear(&mut self, event: &WindowEvent) -> Heard {
+        self.shell.hear(event)
+    }
+
+    /// What was asked for in the panel since the last call.
+    pub(in super::super) fn take_asked(&mut self) -> Vec<Asked> {
+        std::mem::take(&mut self.asked)
+    }
+
+    /// Opens the panel, or closes it.
+    pub(in super::super) fn open_or_close_panel(&mut self) {
+        self.panel.open_or_close();
+    }
+
+    /// Shows the keys and gestures, or hides them.
+    pub(in super::super) fn show_or_hide_keys(&mut self) {
+        self.panel.show_or_hide_keys();
+    }
+
+    /// A file is displayed: the panel offers it from now on.
+    pub(in super::super) fn remember(&mut self, file: &std::path::Path) {
+        self.panel.recent.add(file);
+    }
+
+    /// Runs the panel for the frame that comes, and displays what was changed in it.
+    pub(super) fn run_panel(&mut self, pose: Pose) -> Result<()> {
+        self.look_at_values(pose)?;
+        let name = self.name().to_owned();
+        let layers = self.shown_layers();
+        let mut options = self.settings.options.layers.clone();
+        let (mut asked, mut is_changed) = (Vec::new(), false);
+        let histogram = self.values.as_ref().and_then(|values| values.histogram.as_ref());
+        let (panel, settings) = (&mut self.panel, &self.settings);
+        let (opening, notice) = (self.opening.as_ref().map(|(_, share)| *share), self.title.notice());
+        self.shell.run(|ui| {
+            let texture =
+                layers.as_ref().map(|layers| ShownTexture { layers, shown: &mut options, histogram });
+            let mut told = Told { name: &name, opening, notice, scene: settings.scene, texture };
+            let (asks, changes) = panel.show(ui, &mut told);
+            asked.extend(asks);
+            is_changed |= changes;
+        });
+        self.asked.extend(asked);
+        if is_changed {
+            self.show_layers(options)?;
+        }
+        Ok(())
+    }
+
+    /// The layers of the texture that is displayed.
+    fn shown_layers(&self) -> Option<Vec<vastex::Layer>> {
+        let texture = self.textures.texture(self.display.displayed()?.texture).ok()?;
+        Some(texture.description().layers.clone())
+    }
+
+    /// Displays layers otherwise. Where that cannot be, it is said, and all stays as it was.
+    fn show_layers(&mut self, layers: Vec<LayerOptions>) -> Result<()> {
+        self.finish_taking_over();
+        let mut settings = self.settings.clone();
+        settings.options.layers = layers;
+        let shown = match self.display.displayed_mut() {
+            Some(displayed) => displayed.show_layers(&self.gpu, &mut self.textures, &settings),
+            None => Ok(()),
+        };
+        match shown {
+            Ok(()) => self.settings = settings,
+            Err(error) => self.notify(&error.to_string()),
+        }
+        self.wake();
+        Ok(())
+    }
+
+    /// Looks at the values in view while the panel shows them, no more often than they are of use.
+    fn look_at_values(&mut self, pose: Pose) -> Result<()> {
+        let Some(displayed) = self.display.displayed().filter(|_| self.panel.is_open()) else {
+            return Ok(());
+        };
+        let (layer, now) = (self.panel.display.layer(), Instant::now());
+        let is_settled = self.is_settled(&self.textures.stats());
+        let is_due = self.values.as_ref().is_none_or(|values| {
+            let is_old = now.duration_since(values.taken_at) >= EVERY;
+            values.layer != layer || if is_settled { !values.are_last } else { is_old }
+        });
+        if !is_due {
+            return Ok(());
+        }
+        let shown = displayed.renderer.layers().iter().nth(layer).map(|shown| shown.layer);
+        let sizes = (self.surface.size(), displayed.size);
+        let histogram = shown.and_then(|shown| Histogram::of_view(&self.textures, shown, &pose, sizes));
+        let range = self.followed_range(shown, histogram.as_ref());
+        self.values = Some(Values { histogram, layer, taken_at: now, are_last: is_settled });
+        if let Some(range) = range {
+            let mut layers = self.settings.options.layers.clone();
+            if layers.is_empty() {
+                layers.push(LayerOptions::default());
+            }
+            if let Some(options) = layers.get_mut(layer).filter(|options| options.range != Some(range)) {
+                options.range = Some(range);
+                let unsettled = self.unsettled;
+                self.show_layers(layers)?;
+                // The pages that are wanted are the same.
+                self.unsettled = unsettled;
+            }
+        }
+        Ok(())
+    }
+
+    /// The range of a layer that follows the view.
+    fn followed_range(&self, layer: Option<vastex::LayerId>, values: Option<&Histogram>) -> Option<[f32; 2]> {
+        let (layer, values) = (layer?, values.filter(|_| self.panel.display.follows())?);
+        let described = self.textures.texture(layer.texture()).ok()?.description();
+        let format = described.layers.get(layer.index())?.format;
+        self.panel.display.automatic_range(values, StoredScale::new(format))
+    }
+}

@@ -1,0 +1,117 @@
+//! Which values a layer has where it is seen.
+
+use glam::DVec2;
+use vastex::{LayerId, Textures};
+
+use crate::camera::Pose;
+
+/// Places along and down what is seen, one value each.
+const PLACES: [u32; 2] = [128, 72];
+
+/// Values of a layer, from places spread evenly over what is seen of it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Histogram {
+    /// Of each channel but alpha, what shaders sample, in rising order. What is no number is left out.
+    channels: Vec<Vec<f32>>,
+}
+
+impl Histogram {
+    /// The values of a layer that are seen at a pose: of the part of an image that is in view, in other scenes of all of it. `picture` is
+    /// the size of the view in pixels, `image` that of the image, of which the texture may have fewer texels.
+    ///
+    /// Values come from the level that is drawn, or a coarser one where that is not in memory. Takes 9,216 texels of what is held for the
+    /// CPU, some milliseconds. Nothing where the texture is gone, or no part of the image is in view.
+    pub fn of_view(
+        textures: &Textures,
+        layer: LayerId,
+        pose: &Pose,
+        (picture, image): ([u32; 2], [u32; 2]),
+    ) -> Option<Histogram> {
+        let size = |sides: [u32; 2]| DVec2::new(sides[0].into(), sides[1].into());
+        let description = textures.texture(layer.texture()).ok()?.description();
+        let [width, height, _] = description.geometry.size();
+        let texels = size([width, height]);
+        // In shares of the image.
+        let (low, high) = match (pose, pose.magnification(picture, image)) {
+            (Pose::Image { centre, .. }, Some(scale)) => {
+                let half = size(picture) / scale / size(image) / 2.0;
+                ((centre - half).max(DVec2::ZERO), (centre + half).min(DVec2::ONE))
+            }
+            _ => (DVec2::ZERO, DVec2::ONE),
+        };
+        if low.x >= high.x || low.y >= high.y {
+            return None;
+        }
+        // As fine as the pixels of a view that is filled by it.
+        let level =
+            ((high - low) * texels / size(picture)).min_element().log2().floor().clamp(0.0, 31.0) as u8;
+        let format = description.layers.get(layer.index())?.format;
+        let colours = format.channels().min(3);
+        let mut sampler = textures.cpu().sampler(layer)?;
+        let mut channels = vec![Vec::new(); colours];
+        let last = texels - 1.0;
+        for (row, column) in (0..PLACES[1]).flat_map(|row| (0..PLACES[0]).map(move |column| (row, column))) {
+            let share = (DVec2::new(column.into(), row.into()) + 0.5) / size(PLACES);
+            let texel = ((low + (high - low) * share) * texels).min(last).max(DVec2::ZERO);
+            let value = sampler.texel([texel.x as u32, texel.y as u32], level).value;
+            for (channel, values) in channels.iter_mut().enumerate() {
+                values.extend(Some(value[channel]).filter(|value| value.is_finite()));
+            }
+        }
+        channels.iter_mut().for_each(|values| values.sort_unstable_by(f32::total_cmp));
+        Some(Histogram { channels })
+    }
+
+    /// That of these values, channel by channel.
+    #[cfg(all(test, feature = "egui"))]
+    pub(crate) fn of_values(mut channels: Vec<Vec<f32>>) -> Histogram {
+        channels.iter_mut().for_each(|values| values.sort_unstable_by(f32::total_cmp));
+        Histogram { channels }
+    }
+
+    /// How many channels there are: alpha is none.
+    pub fn channels(&self) -> usize {
+        self.channels.len()
+    }
+
+    /// The least and the largest value of all channels; nothing where there is no value.
+    pub fn extent(&self) -> Option<[f32; 2]> {
+        self.between(0.0, 1.0)
+    }
+
+    /// The values below which these shares of a channel's values lie, of 0 to 1: of all channels the least of the first, and the largest
+    /// of the second. Nothing where there is no value.
+    pub fn between(&self, low: f64, high: f64) -> Option<[f32; 2]> {
+        let at = |values: &Vec<f32>, share: f64| {
+            let last = values.len().checked_sub(1)?;
+            values.get((share.clamp(0.0, 1.0) * last as f64).round() as usize).copied()
+        };
+        let lows = self.channels.iter().filter_map(|values| at(values, low));
+        let highs = self.channels.iter().filter_map(|values| at(values, high));
+        Some([lows.min_by(f32::total_cmp)?, highs.max_by(f32::total_cmp)?])
+    }
+
+    /// How many values of a channel lie between each edge and the next, of edges in rising order. Values at an edge count as above it.
+    pub fn counts(&self, channel: usize, edges: &[f32]) -> Vec<usize> {
+        let Some(values) = self.channels.get(channel) else { return Vec::new() };
+        let below = |edge: f32| values.partition_point(|value| *value < edge);
+        edges.windows(2).map(|edges| below(edges[1]) - below(edges[0])).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_and_counts_are_those_of_the_values() {
+        let rising: Vec<f32> = (0..=100).map(|n| n as f32).collect();
+        let histogram = Histogram { channels: vec![rising, vec![50.0, 200.0], Vec::new()] };
+        assert_eq!(histogram.extent(), Some([0.0, 200.0]));
+        assert_eq!(histogram.between(0.02, 0.98), Some([2.0, 200.0]));
+        assert_eq!(histogram.counts(0, &[0.0, 10.0, 50.0, 1000.0]), [10, 40, 51]);
+        assert_eq!(histogram.counts(1, &[50.0, 51.0, 60.0]), [1, 0]);
+        assert_eq!(histogram.counts(3, &[0.0, 1.0]), []);
+        assert_eq!(Histogram::default().extent(), None);
+    }
+}

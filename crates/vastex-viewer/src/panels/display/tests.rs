@@ -1,0 +1,108 @@
+//! The display panel under the hands of a person.
+
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
+use vastex::{Layer, LayerFormat};
+
+use super::*;
+use crate::panels::keys_window;
+
+/// What a test has of a texture.
+struct Texture {
+    panel: DisplayPanel,
+    layers: Vec<Layer>,
+    shown: Vec<LayerOptions>,
+    histogram: Option<Histogram>,
+    changes: u32,
+}
+
+fn harness(layers: &[(&str, LayerFormat)], values: Option<Vec<f32>>) -> Harness<'static, Texture> {
+    let texture = Texture {
+        panel: DisplayPanel::default(),
+        layers: layers.iter().map(|(name, format)| Layer::new(*name, *format)).collect(),
+        shown: Vec::new(),
+        histogram: values.map(|values| Histogram::of_values(vec![values])),
+        changes: 0,
+    };
+    let show = |ui: &mut Ui, texture: &mut Texture| {
+        let Texture { panel, layers, shown, histogram, changes } = texture;
+        let is_changed = panel.show(ui, &mut ShownTexture { layers, shown, histogram: histogram.as_ref() });
+        *changes += u32::from(is_changed);
+    };
+    Harness::builder().with_size([320.0, 480.0]).build_ui_state(show, texture)
+}
+
+fn click(harness: &mut Harness<'_, Texture>, label: &str) {
+    harness.get_by_label(label).click();
+    harness.run();
+}
+
+#[test]
+fn nothing_changes_of_itself() {
+    let mut harness = harness(&[("color", LayerFormat::R16)], Some(vec![0.25, 0.5]));
+    harness.run();
+    let Texture { shown, changes, .. } = harness.state();
+    assert!(shown.is_empty() && *changes == 0, "{shown:?}");
+    assert!(harness.query_by_label("Add a layer").is_none(), "there is one layer");
+}
+
+#[test]
+fn black_and_white_go_by_what_is_in_view() {
+    // A thousandth of the values is far from the others.
+    let mut values: Vec<f32> = (0..=999).map(|n| (1000 + n) as f32 / 65535.0).collect();
+    values.push(1.0);
+    let mut harness = harness(&[("color", LayerFormat::R16)], Some(values));
+    click(&mut harness, "Auto");
+    let [low, high] = harness.state().shown[0].range.unwrap().map(|value| (value * 65535.0).round());
+    assert_eq!([low, high], [1005.0, 1995.0]);
+    assert_eq!(harness.state().changes, 1);
+    click(&mut harness, "Reset");
+    assert_eq!(harness.state().shown, [LayerOptions::default()]);
+}
+
+#[test]
+fn values_that_are_all_alike_have_a_range_as_well() {
+    for format in [LayerFormat::R8, LayerFormat::R32Float, LayerFormat::Rgba8Srgb] {
+        let mut harness = harness(&[("color", format)], Some(vec![0.5; 10]));
+        click(&mut harness, "Auto");
+        let [low, high] = harness.state().shown[0].range.unwrap();
+        assert!(high > low, "{format:?}: {low} {high}");
+    }
+}
+
+#[test]
+fn curves_and_colour_maps_are_chosen() {
+    let mut harness = harness(&[("color", LayerFormat::R32Float)], None);
+    click(&mut harness, "log");
+    assert_eq!(harness.state().shown[0].curve, Curve::Log);
+    harness.get_by_label("colour map").click();
+    harness.run();
+    click(&mut harness, "inferno");
+    assert_eq!(harness.state().shown[0].palette, Palette::Inferno);
+    // Colours have none of another's.
+    let harness = self::harness(&[("color", LayerFormat::Rgba8Srgb)], None);
+    assert!(harness.query_by_label("colour map").is_none());
+}
+
+#[test]
+fn layers_are_added_raised_and_removed() {
+    let mut harness = harness(&[("color", LayerFormat::Rgba8Srgb), ("height", LayerFormat::R16)], None);
+    click(&mut harness, "Add a layer");
+    assert_eq!((harness.state().shown.len(), harness.state().panel.layer()), (2, 1));
+    assert_eq!(harness.state().shown[1].opacity, 0.5);
+    click(&mut harness, "Raise");
+    assert_eq!(harness.state().shown[0].opacity, 0.5);
+    harness.get_all_by_label("Remove").next().unwrap().click();
+    harness.run();
+    assert_eq!(harness.state().shown.len(), 1);
+}
+
+#[test]
+fn every_key_is_in_the_list() {
+    let mut harness = Harness::new_ui_state(|ui, is_open| keys_window(ui.ctx(), is_open), true);
+    harness.run();
+    assert!(harness.query_by_label("whole screen").is_some());
+    harness.get_by_label("Close window").click();
+    harness.run();
+    assert!(!harness.state());
+}

@@ -1,0 +1,25 @@
+//! The list of keys and gestures.
+
+use egui::{Context, Grid, RichText, ScrollArea, Window};
+
+use crate::input::CONTROLS;
+
+/// A window with every key and gesture and what it does, while `is_open`; it closes itself.
+pub fn keys_window(context: &Context, is_open: &mut bool) {
+    Window::new("Keys and gestures").open(is_open).collapsible(false).resizable(false).show(context, |ui| {
+        let height = (context.content_rect().height() - 80.0).max(100.0);
+        ScrollArea::vertical().max_height(height).show(ui, |ui| {
+            Grid::new("keys").num_columns(2).spacing([24.0, 4.0]).show(ui, |ui| {
+                for (part, controls) in CONTROLS {
+                    ui.label(RichText::new(*part).strong());
+                    ui.end_row();
+                    for (keys, meaning) in *controls {
+                        ui.label(RichText::new(*keys).monospace());
+                        ui.label(*meaning);
+                        ui.end_row();
+                    }
+                }
+            });
+        });
+    });
+}
