@@ -51,8 +51,17 @@ pub(crate) const VIRTUAL_DISPLAY: Need = Need {
     what: "a virtual display",
     why: "the window is opened on it",
     present: has_virtual_display,
-    debian: &["xvfb", "xauth", "libx11-xcb1", "libxkbcommon-x11-0", "libxcursor1", "libxi6", "libxrandr2"],
-    elsewhere: "Xvfb with xvfb-run, and libxkbcommon-x11",
+    debian: &[
+        "xvfb",
+        "xauth",
+        "xdotool",
+        "libx11-xcb1",
+        "libxkbcommon-x11-0",
+        "libxcursor1",
+        "libxi6",
+        "libxrandr2",
+    ],
+    elsewhere: "Xvfb with xvfb-run, xdotool, and libxkbcommon-x11",
 };
 
 pub(crate) const BROWSER: Need = Need {
@@ -160,7 +169,9 @@ fn has_c_compiler() -> bool {
 
 fn has_virtual_display() -> bool {
     let libraries = shell::output(shell::command("/sbin/ldconfig").arg("-p"));
-    shell::on_path("xvfb-run") && libraries.is_ok_and(|libs| libs.contains("libxkbcommon-x11.so.0"))
+    shell::on_path("xvfb-run")
+        && shell::on_path("xdotool")
+        && libraries.is_ok_and(|libs| libs.contains("libxkbcommon-x11.so.0"))
 }
 
 fn has_graphics_driver() -> bool {

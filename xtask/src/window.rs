@@ -1,7 +1,9 @@
 //! The step that opens the program's window, on a display that is none.
 //!
 //! What the window shows is drawn by the same code as the pictures, which the tests compare; here it is opened, redrawn
-//! and closed, with containers and with images that nobody built. Where there is no virtual display the step is skipped, loudly.
+//! and closed, with containers and with images that nobody built, and used by keys and pointer (`hands`). Where there is no virtual display the step is skipped, loudly.
+
+mod hands;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -38,6 +40,7 @@ pub(crate) fn check() -> Result<Outcome> {
         shell::run(view(&place, &container).args(["--on", scene]))?;
     }
     images_that_nobody_built(&place)?;
+    hands::use_window(&place, &program(), &shell::root().join(IMAGE))?;
     Ok(Outcome::Passed)
 }
 
@@ -68,7 +71,7 @@ fn images_that_nobody_built(place: &Path) -> Result<()> {
 /// A window on a virtual display, which closes after some frames of what it is to show.
 fn view(place: &Path, source: &Path) -> Command {
     let mut command = shell::command("xvfb-run");
-    command.env("XDG_CACHE_HOME", place.join("cache"));
+    command.env("XDG_CACHE_HOME", place.join("cache")).env("XDG_STATE_HOME", place.join("state"));
     command.args(["-a", "-s", "-screen 0 1280x800x24"]).arg(program()).arg("view").arg(source);
     command.args(["--exit-after-frames", FRAMES]);
     command

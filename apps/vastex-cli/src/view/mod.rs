@@ -376,6 +376,7 @@ impl App {
                 }
             }
             Action::Overlay => viewer.next_overlay(),
+            Action::AutoRange => viewer.set_automatic_range(self.cameras[scene_index].pose())?,
             Action::Panel => viewer.open_or_close_panel(),
             Action::Keys => viewer.show_or_hide_keys(),
             Action::Explain(pixel) => viewer.explain(self.cameras[scene_index].pose(), pixel)?,

@@ -34,6 +34,10 @@ impl Recent {
     /// A file was opened. Two programs may do so at once: what the other one wrote down stays.
     pub(super) fn add(&mut self, file: &Path) {
         let file = std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
+        // A list in JSON has none of the others.
+        if file.to_str().is_none() {
+            return;
+        }
         if let Some(place) = self.kept_in.take() {
             *self = Recent::load_from(place);
         }

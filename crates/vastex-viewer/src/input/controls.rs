@@ -23,6 +23,7 @@ pub const CONTROLS: &[(&str, &[(&str, &str)])] = &[
         &[
             ("F1 F2 F3 F4, Tab", "as an image, on a plane, a globe, a terrain; the next of them"),
             ("M", "panel: files, and how values become colours"),
+            ("C", "contrast: black and white by the values in view"),
             ("L", "overlays of the page table and the pools"),
             ("right click", "why a pixel shows what it shows"),
             ("F, F11", "whole screen"),

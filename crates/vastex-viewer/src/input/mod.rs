@@ -131,6 +131,8 @@ pub enum Action {
     Explain([u32; 2]),
     /// The whole screen, or the window again.
     FillScreen,
+    /// Black and white by the values that are in view.
+    AutoRange,
     /// The panel beside the picture, or the picture alone.
     Panel,
     /// The list of keys and gestures, or the picture alone.
@@ -416,6 +418,7 @@ fn action_of(key: Key) -> Option<Action> {
         Key::Tab => Action::Scene(None),
         Key::F(11) | Key::Char('f' | 'F') => Action::FillScreen,
         Key::Char('l' | 'L') => Action::Overlay,
+        Key::Char('c' | 'C') => Action::AutoRange,
         Key::Char('m' | 'M') => Action::Panel,
         Key::Char('?' | 'h' | 'H') => Action::Keys,
         Key::F(1) => Action::Scene(Some(Scene::Image)),

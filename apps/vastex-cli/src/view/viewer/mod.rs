@@ -10,10 +10,11 @@ use anyhow::Result;
 use glam::DVec2;
 use vastex::diagnostics::{ExplainedPixel, FrameStats, PoolStats};
 use vastex::{Event, FeedbackMode, Filter, Preparer, Settings, Textures, ViewId};
-use vastex_scenes::{Gpu, Overlay, Pose, Scene};
+use vastex_scenes::{Gpu, LayerOptions, Overlay, Pose, Scene};
 use vastex_viewer::camera::Aspects;
 use vastex_viewer::inspect;
 use vastex_viewer::layers::BACKGROUND;
+use vastex_viewer::panels::DisplayPanel;
 use vastex_viewer::stage::{Frame, Pictures, StageView, draw_again};
 use winit::event_loop::OwnedDisplayHandle;
 use winit::window::Window;
@@ -73,6 +74,9 @@ pub(super) struct Viewer {
     title: Title,
     shell: Shell,
     panel: Panel,
+    /// How layers are displayed of a file in which nobody has changed that, and the opening of the one in which somebody may have.
+    first_layers: Vec<LayerOptions>,
+    layers_of: u64,
     /// The values in view, for the panel, and whether they are those of the settled view.
     values: Option<panel::Values>,
     /// What was asked for in the panel and is the host's to do.
@@ -98,6 +102,8 @@ impl Viewer {
             gpu,
             shell: Shell::new(window.clone()),
             panel: Panel::new(Recent::load()),
+            first_layers: args.shown().layers,
+            layers_of: 0,
             values: None,
             asked: Vec::new(),
             window,
@@ -164,7 +170,7 @@ impl Viewer {
 
     /// Displays a preview of the source that an opening will bring. Says which scene it is on.
     pub(super) fn show_preview(&mut self, opening: u64, name: &str, source: PreparedSource) -> Result<Scene> {
-        let preview = self.displayed(name, source)?;
+        let preview = self.displayed(opening, name, source)?;
         self.settings.scene = preview.renderer.scene();
         let gone = self.display.show_preview(opening, preview);
         self.remove(gone);
@@ -174,7 +180,7 @@ impl Viewer {
     /// Displays the source that an opening brought: in the place of its preview as soon as it is as sharp, else at once. Says which
     /// scene it is on: an image where it cannot go on the one that is displayed, as on a terrain without heights.
     pub(super) fn show_source(&mut self, opening: u64, name: &str, source: PreparedSource) -> Result<Scene> {
-        let source = self.displayed(name, source)?;
+        let source = self.displayed(opening, name, source)?;
         // A picture that says itself what it wants cannot be behind another one.
         let is_inline = self.textures.inspect().feedback_mode() == FeedbackMode::Inline;
         let may_be_behind = !is_inline && self.settings.overlay.is_none();
@@ -184,7 +190,12 @@ impl Viewer {
         Ok(self.settings.scene)
     }
 
-    fn displayed(&mut self, name: &str, source: PreparedSource) -> Result<Displayed> {
+    fn displayed(&mut self, opening: u64, name: &str, source: PreparedSource) -> Result<Displayed> {
+        // Another file has other layers and other values.
+        if std::mem::replace(&mut self.layers_of, opening) != opening {
+            self.settings.options.layers.clone_from(&self.first_layers);
+            self.panel.display = DisplayPanel::default();
+        }
         let (settings, may_be_image) = (&self.settings, !self.is_empty());
         Displayed::new(&self.gpu, &mut self.textures, &self.surface, settings, may_be_image, (name, source))
     }

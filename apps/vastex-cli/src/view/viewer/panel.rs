@@ -117,27 +117,45 @@ impl Viewer {
         let shown = displayed.renderer.layers().iter().nth(layer).map(|shown| shown.layer);
         let sizes = (self.surface.size(), displayed.size);
         let histogram = shown.and_then(|shown| Histogram::of_view(&self.textures, shown, &pose, sizes));
-        let range = self.followed_range(shown, histogram.as_ref());
+        let range = histogram.as_ref().filter(|_| self.panel.display.follows());
+        let range = range.and_then(|values| self.automatic_range(shown?, values));
         self.values = Some(Values { histogram, layer, taken_at: now, are_last: is_settled });
+        let unsettled = self.unsettled;
         if let Some(range) = range {
-            let mut layers = self.settings.options.layers.clone();
-            if layers.is_empty() {
-                layers.push(LayerOptions::default());
-            }
-            if let Some(options) = layers.get_mut(layer).filter(|options| options.range != Some(range)) {
-                options.range = Some(range);
-                let unsettled = self.unsettled;
-                self.show_layers(layers)?;
-                // The pages that are wanted are the same.
-                self.unsettled = unsettled;
-            }
+            self.set_range(layer, range)?;
         }
+        // The pages that are wanted are the same.
+        self.unsettled = unsettled;
         Ok(())
     }
 
-    /// The range of a layer that follows the view.
-    fn followed_range(&self, layer: Option<vastex::LayerId>, values: Option<&Histogram>) -> Option<[f32; 2]> {
-        let (layer, values) = (layer?, values.filter(|_| self.panel.display.follows())?);
+    /// Makes black and white what they are by the values in view, of the layer that the panel changes.
+    pub(in super::super) fn set_automatic_range(&mut self, pose: Pose) -> Result<()> {
+        let Some(displayed) = self.display.displayed() else { return Ok(()) };
+        let layer = self.panel.display.layer();
+        let shown = displayed.renderer.layers().iter().nth(layer).map(|shown| shown.layer);
+        let sizes = (self.surface.size(), displayed.size);
+        let values = shown.and_then(|shown| Histogram::of_view(&self.textures, shown, &pose, sizes));
+        let range = values.and_then(|values| self.automatic_range(shown?, &values));
+        range.map_or(Ok(()), |range| self.set_range(layer, range))
+    }
+
+    fn set_range(&mut self, layer: usize, range: [f32; 2]) -> Result<()> {
+        let mut layers = self.settings.options.layers.clone();
+        if layers.is_empty() {
+            layers.push(LayerOptions::default());
+        }
+        match layers.get_mut(layer).filter(|options| options.range != Some(range)) {
+            None => Ok(()),
+            Some(options) => {
+                options.range = Some(range);
+                self.show_layers(layers)
+            }
+        }
+    }
+
+    /// The range of a layer by the values in view.
+    fn automatic_range(&self, layer: vastex::LayerId, values: &Histogram) -> Option<[f32; 2]> {
         let described = self.textures.texture(layer.texture()).ok()?.description();
         let format = described.layers.get(layer.index())?.format;
         self.panel.display.automatic_range(values, StoredScale::new(format))
