@@ -384,7 +384,10 @@ Keys and mouse:
   right click    explain the pixel: in the title, and in full on stdout
   N, P           the next file or the one before, of those named or dropped, else of the folder; as page down and page up
   dropped files  show the first of them
-  F, F11         fill the screen
+  M              the panel: files, and how values become colours
+  C              black and white by the values in view
+  ?, H           keys and gestures, in the window
+  F, F11         full screen
   Esc, Q         quit")]
 pub(crate) struct ViewArgs {
     #[command(flatten)]

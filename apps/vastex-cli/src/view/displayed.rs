@@ -126,7 +126,8 @@ impl Displayed {
         Ok(())
     }
 
-    /// Displays other layers of the texture, or the same ones otherwise. Where only colours are others, nothing is compiled or loaded.
+    /// Displays other layers of the texture, or the same ones otherwise. Where the same layers differ in colours, visibility or opacity
+    /// alone, nothing is compiled; but a single opaque layer has pipelines of its own.
     pub(super) fn show_layers(
         &mut self,
         gpu: &Gpu,
@@ -135,10 +136,14 @@ impl Displayed {
     ) -> Result<()> {
         let asked = shown_layers(&settings.options, self.is_crisp, textures, self.texture)?;
         let mut layers = self.renderer.layers().clone();
+        let is_single =
+            |layers: &[ShownLayer]| matches!(layers, [layer] if layer.is_visible && layer.opacity >= 1.0);
+        let shown: Vec<ShownLayer> = layers.iter().copied().collect();
         let is_alike = |(shown, asked): (&ShownLayer, &ShownLayer)| {
-            ShownLayer { color_map: shown.color_map, ..*asked } == *shown
+            (shown.layer, shown.filter) == (asked.layer, asked.filter)
         };
-        if layers.count() != asked.len() || !layers.iter().zip(&asked).all(is_alike) {
+        let is_same_list = shown.len() == asked.len() && shown.iter().zip(&asked).all(is_alike);
+        if !is_same_list || is_single(&shown) != is_single(&asked) {
             return self.put_on(gpu, textures, settings);
         }
         for (n, shown) in asked.into_iter().enumerate() {

@@ -98,7 +98,7 @@ enum Message {
 /// The program between its events.
 struct App {
     args: Arc<ViewArgs>,
-    /// By which threads that open a source reach the loop of events.
+    /// By which other threads reach the loop of events.
     proxy: EventLoopProxy<Message>,
     files: Files,
     input: Input,
@@ -158,6 +158,7 @@ impl App {
 
     /// Hears of the file that is being opened. Reports of other files are old.
     fn on_report(&mut self, Report { opening: number, event }: Report) -> Result<()> {
+        let is_measured = self.is_measured();
         let (Some(opening), Some(open)) = (self.openings.current(number), &mut self.open) else {
             return Ok(());
         };
@@ -181,7 +182,9 @@ impl App {
                     self.openings.end();
                     match shown.context(path) {
                         Ok(scene) => {
-                            open.viewer.remember(self.files.current());
+                            if !is_measured {
+                                open.viewer.remember(self.files.current());
+                            }
                             self.scene = scene;
                             self.look_at(number);
                         }
@@ -236,8 +239,9 @@ impl App {
                 self.open_file()?;
             }
             Chosen::NoDialog => {
-                open.viewer
-                    .notify("this system shows no dialog for files; write the path into the field beside it");
+                open.viewer.notify(
+                    "this system shows no dialog for files; type the path into the field below Open…",
+                );
                 open.window.request_redraw();
             }
             Chosen::Nothing => {}
@@ -385,6 +389,8 @@ impl App {
                 window.set_fullscreen((!filled).then_some(Fullscreen::Borderless(None)));
             }
             Action::File(_) | Action::Redraw => {}
+            // What covers the picture goes first.
+            Action::Quit if viewer.hide_keys() => {}
             Action::Quit => events.exit(),
         }
         Ok(())

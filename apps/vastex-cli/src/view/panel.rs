@@ -25,10 +25,10 @@ pub(super) enum Asked {
 
 /// What the panel is told of a frame.
 pub(super) struct Told<'a> {
-    /// Name of what is displayed, or being opened.
+    /// Name of what is displayed.
     pub(super) name: &'a str,
-    /// How much is done of what is being opened, 0 to 1.
-    pub(super) opening: Option<f64>,
+    /// Name of what is being opened, and how much of it is done, 0 to 1.
+    pub(super) opening: Option<(&'a str, f64)>,
     /// What there is to say to a person.
     pub(super) notice: Option<&'a str>,
     pub(super) scene: Scene,
@@ -69,6 +69,11 @@ impl Panel {
         self.keys_are_shown = !self.keys_are_shown;
     }
 
+    /// Says whether they were shown.
+    pub(super) fn hide_keys(&mut self) -> bool {
+        std::mem::take(&mut self.keys_are_shown)
+    }
+
     /// Shows everything. Gives back what is asked for, and whether the display of the texture is to be another.
     pub(super) fn show(&mut self, ui: &mut Ui, told: &mut Told<'_>) -> (Vec<Asked>, bool) {
         let (mut asked, mut is_changed) = (Vec::new(), false);
@@ -93,7 +98,7 @@ impl Panel {
         if !self.is_open {
             let corner = Area::new(Id::unique("corner")).anchor(Align2::RIGHT_TOP, Vec2::new(-8.0, 8.0));
             corner.show(ui.ctx(), |ui| {
-                if ui.button("Menu").on_hover_text("files and display: M; keys: ?").clicked() {
+                if ui.button("Panel").on_hover_text("files and display: M; keys: ?").clicked() {
                     self.is_open = true;
                 }
             });
@@ -105,7 +110,8 @@ impl Panel {
 
     fn files(&mut self, ui: &mut Ui, asked: &mut Vec<Asked>) {
         ui.horizontal_wrapped(|ui| {
-            let buttons = [("Open…", Asked::Choose), ("Previous", Asked::File(-1)), ("Next", Asked::File(1))];
+            let buttons =
+                [("Open…", Asked::Choose), ("Previous file", Asked::File(-1)), ("Next file", Asked::File(1))];
             for (name, asks) in buttons {
                 if ui.button(name).clicked() {
                     asked.push(asks);
@@ -114,17 +120,17 @@ impl Panel {
             if ui.button("Keys").clicked() {
                 self.keys_are_shown = true;
             }
-            if ui.button("Close").on_hover_text("this panel: M").clicked() {
+            if ui.button("Hide panel").on_hover_text("M").clicked() {
                 self.is_open = false;
             }
         });
         ui.horizontal(|ui| {
-            let label = ui.label("path");
-            let field = TextEdit::singleline(&mut self.path).desired_width(ui.available_width() - 44.0);
+            let label = ui.label("Path");
+            let field = TextEdit::singleline(&mut self.path).desired_width(ui.available_width() - 56.0);
             let field = ui.add(field).labelled_by(label.id);
             let is_entered = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
             let path = self.path.trim();
-            let go = ui.add_enabled(!path.is_empty(), Button::new("Go"));
+            let go = ui.add_enabled(!path.is_empty(), Button::new("Open"));
             if !path.is_empty() && (is_entered || go.clicked()) {
                 asked.push(Asked::Open(PathBuf::from(path)));
             }
@@ -151,7 +157,7 @@ fn places(ui: &mut Ui, shown: Scene, asked: &mut Vec<Asked>) {
                 asked.push(Asked::Scene(scene));
             }
         }
-        if ui.button("Fit").clicked() {
+        if ui.button("Show all").clicked() {
             asked.push(Asked::Fit);
         }
     });
@@ -170,8 +176,8 @@ fn say(ui: &Ui, told: &Told<'_>) {
             if let Some(notice) = told.notice {
                 ui.label(notice);
             }
-            if let Some(share) = told.opening {
-                let text = format!("opening {} – {:.0} %", told.name, (100.0 * share).floor());
+            if let Some((name, share)) = told.opening {
+                let text = format!("opening {name} – {:.0} %", (100.0 * share).floor());
                 ui.add(ProgressBar::new(share as f32).desired_width(260.0).text(text));
             }
         });

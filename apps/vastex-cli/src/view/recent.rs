@@ -45,7 +45,7 @@ impl Recent {
         self.files.insert(0, file);
         self.files.truncate(MOST);
         if let Some(place) = &self.kept_in {
-            // It cannot be helped where there is no room for a list of files, and no picture suffers.
+            // A list that cannot be written is no reason to trouble the person.
             drop(self.write(place));
         }
     }

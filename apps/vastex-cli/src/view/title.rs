@@ -71,6 +71,13 @@ impl Title {
         self.notice = None;
     }
 
+    /// Forgets what was said long enough.
+    pub(super) fn expire(&mut self, now: Instant) {
+        if self.notice.as_ref().is_some_and(|(_, until)| now >= *until) {
+            self.notice = None;
+        }
+    }
+
     /// What there is to say to the person at the window.
     pub(super) fn notice(&self) -> Option<&str> {
         self.notice.as_ref().map(|(notice, _)| &**notice)
@@ -93,9 +100,7 @@ impl Title {
 
     /// The title if it should change now.
     pub(super) fn due(&mut self, now: Instant, shown: &TitleParts<'_>) -> Option<&str> {
-        if self.notice.as_ref().is_some_and(|(_, until)| now >= *until) {
-            self.notice = None;
-        }
+        self.expire(now);
         let text = match &self.notice {
             Some((notice, _)) => format!("{} – {notice}", shown.name),
             None => self.usual(shown),

@@ -4,6 +4,7 @@ use glam::DVec2;
 use vastex::{LayerId, Textures};
 
 use crate::camera::Pose;
+use crate::layers::ColorMap;
 
 /// Places along and down what is seen, one value each.
 const PLACES: [u32; 2] = [128, 72];
@@ -19,7 +20,7 @@ impl Histogram {
     /// The values of a layer that are seen at a pose: of the part of an image that is in view, in other scenes of all of it. `picture` is
     /// the size of the view in pixels, `image` that of the image, of which the texture may have fewer texels.
     ///
-    /// Values come from the level that is drawn, or a coarser one where that is not in memory. Takes 9,216 texels of what is held for the
+    /// Values come from a level about as fine as the pixels of the view, or a coarser one where that is not in memory. Takes 9,216 texels of what is held for the
     /// CPU, some milliseconds. Nothing where the texture is gone, or no part of the image is in view.
     pub fn of_view(
         textures: &Textures,
@@ -45,8 +46,7 @@ impl Histogram {
         // As fine as the pixels of a view that is filled by it.
         let level =
             ((high - low) * texels / size(picture)).min_element().log2().floor().clamp(0.0, 31.0) as u8;
-        let format = description.layers.get(layer.index())?.format;
-        let colours = format.channels().min(3);
+        let colours = ColorMap::new(description.layers.get(layer.index())?, None).value_channels();
         let mut sampler = textures.cpu().sampler(layer)?;
         let mut channels = vec![Vec::new(); colours];
         let last = texels - 1.0;

@@ -119,7 +119,7 @@ impl Layers {
 
     /// Shows a layer otherwise: all of it may be another but the layer that it is of. The next frame shows it, after
     /// [`crate::SceneRenderer::set_layers`]; says whether the renderer has to be made anew instead, since its text or its pipelines are
-    /// others: where the filter is another, and where a single opaque layer was shown or is to be, but not both. Nothing changes where
+    /// others: where the filter is another, and where the list becomes a single opaque layer or ceases to be one. Nothing changes where
     /// there is no such layer.
     pub fn set(&mut self, textures: &mut Textures, n: usize, shown: ShownLayer) -> Result<bool, LayersError> {
         let Some(place) = self.layers.get_mut(n) else { return Ok(false) };

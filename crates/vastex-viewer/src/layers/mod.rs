@@ -134,6 +134,29 @@ impl ColorMap {
         self.tone
     }
 
+    /// Whether it has one value that a colour map makes a colour of.
+    pub fn takes_palette(&self) -> bool {
+        matches!(self.channels, Channels::Grey | Channels::GreyAlpha)
+    }
+
+    /// How many channels are values, the first ones; another one is alpha.
+    pub fn value_channels(&self) -> usize {
+        match self.channels {
+            Channels::Grey | Channels::GreyAlpha => 1,
+            Channels::RedGreen => 2,
+            Channels::Colour => 3,
+        }
+    }
+
+    /// What is sampled where every channel has this value, and nothing is seen through it.
+    #[cfg(feature = "egui")]
+    pub(crate) fn opaque(&self, value: f32) -> [f32; 4] {
+        match self.channels {
+            Channels::GreyAlpha => [value, 1.0, value, 1.0],
+            _ => [value, value, value, 1.0],
+        }
+    }
+
     /// The colour map of a single channel.
     pub fn palette(&self) -> Palette {
         self.palette

@@ -1,6 +1,6 @@
 //! How layers become colours, for a person to change: which are shown, and of each its range, curve, exponent, colour map and opacity.
 
-use egui::{Button, ComboBox, DragValue, RichText, Slider, Ui};
+use egui::{Button, ComboBox, DragValue, RichText, Slider, SliderClamping, Ui};
 use vastex::Layer;
 
 use super::shades::shades;
@@ -91,14 +91,14 @@ impl DisplayPanel {
         let count = shown.len();
         for (n, options) in shown.iter_mut().enumerate().rev() {
             ui.horizontal(|ui| {
-                ui.checkbox(&mut options.is_visible, "").on_hover_text("visible");
+                ui.checkbox(&mut options.is_visible, format!("show {}", n + 1));
                 if ui.selectable_label(n == self.selected, name_of(options)).clicked() {
                     self.selected = n;
                 }
-                if n + 1 < count && ui.small_button("Raise").clicked() {
+                if n + 1 < count && ui.small_button(format!("Move {} up", n + 1)).clicked() {
                     raised = Some(n);
                 }
-                if count > 1 && ui.small_button("Remove").clicked() {
+                if count > 1 && ui.small_button(format!("Remove {}", n + 1)).clicked() {
                     gone = Some(n);
                 }
             });
@@ -114,7 +114,7 @@ impl DisplayPanel {
         let selected = &mut shown[self.selected];
         let mut added = None;
         ui.horizontal(|ui| {
-            ComboBox::from_label("layer").selected_text(name_of(selected)).show_ui(ui, |ui| {
+            ComboBox::from_label("Layer").selected_text(name_of(selected)).show_ui(ui, |ui| {
                 for layer in layers {
                     let is_this = name_of(selected) == layer.name;
                     if ui.selectable_label(is_this, &layer.name).clicked() && !is_this {
@@ -135,7 +135,7 @@ impl DisplayPanel {
             shown.push(added);
             self.selected = shown.len() - 1;
         }
-        ui.add(Slider::new(&mut shown[self.selected].opacity, 0.0..=1.0).text("opacity"));
+        ui.add(Slider::new(&mut shown[self.selected].opacity, 0.0..=1.0).text("Opacity"));
         ui.separator();
     }
 
@@ -153,7 +153,7 @@ impl DisplayPanel {
         let mut is_changed = shades(ui, histogram, scale, &color_map.with_tone(tone), &mut range);
         ui.horizontal_wrapped(|ui| {
             let speed = ((range[1] - range[0]).abs() / 200.0).max(scale.most().map_or(1e-9, |_| 0.25));
-            for (name, value) in ["black", "white"].into_iter().zip(&mut range) {
+            for (name, value) in ["Black", "White"].into_iter().zip(&mut range) {
                 let label = ui.label(name);
                 let mut drag = DragValue::new(value).speed(speed);
                 if scale.most().is_some() {
@@ -161,7 +161,11 @@ impl DisplayPanel {
                 }
                 is_changed |= ui.add(drag).labelled_by(label.id).changed();
             }
-            if ui.button("Reset").on_hover_text("as the format has its values").clicked() {
+            if ui
+                .button("Reset display")
+                .on_hover_text("range, curve, gamma and colour map as at first")
+                .clicked()
+            {
                 *options = LayerOptions {
                     name: options.name.clone(),
                     opacity: options.opacity,
@@ -178,25 +182,30 @@ impl DisplayPanel {
         }
         ui.horizontal_wrapped(|ui| {
             let automatic = histogram.and_then(|histogram| self.automatic_range(histogram, scale));
-            let button = ui.add_enabled(automatic.is_some(), Button::new("Auto"));
-            if button.on_hover_text("black and white by what is in view").clicked() {
+            let button = ui.add_enabled(automatic.is_some(), Button::new("Range from view"));
+            if button.on_hover_text("black and white by the values in view: C").clicked() {
                 options.range = automatic;
             }
-            let label = ui.label("but");
             let drag = DragValue::new(&mut self.clipped).range(0.0..=20.0).speed(0.05).suffix(" %");
-            ui.add(drag.max_decimals(2)).labelled_by(label.id);
-            ui.label("at each end");
+            let drag = ui.add(drag.max_decimals(2));
+            let label = ui.label("left out at each end");
+            drag.labelled_by(label.id);
         });
-        ui.checkbox(&mut self.follows, "Follow the view");
+        ui.checkbox(&mut self.follows, "Follow the view while this panel is open");
         ui.horizontal(|ui| {
-            ui.label("curve");
+            ui.label("Curve");
             for curve in Curve::ALL {
                 ui.selectable_value(&mut options.curve, curve, curve.name());
             }
         });
-        ui.add(Slider::new(&mut options.gamma, 0.1..=10.0).logarithmic(true).text("gamma"));
-        if layer.format.channels() == 1 {
-            let box_of = ComboBox::from_label("colour map").selected_text(options.palette.name());
+        ui.add(
+            Slider::new(&mut options.gamma, 0.1..=10.0)
+                .logarithmic(true)
+                .clamping(SliderClamping::Never)
+                .text("Gamma"),
+        );
+        if color_map.takes_palette() {
+            let box_of = ComboBox::from_label("Colour map").selected_text(options.palette.name());
             box_of.show_ui(ui, |ui| {
                 for palette in Palette::ALL {
                     ui.selectable_value(&mut options.palette, palette, palette.name());
@@ -210,8 +219,8 @@ impl DisplayPanel {
         let extent =
             histogram.and_then(Histogram::extent).map(|extent| extent.map(|value| read(scale.stored(value))));
         let text = match extent {
-            Some([low, high]) => format!("in view: {low} to {high}"),
-            None => "nothing of it is in view".to_owned(),
+            Some([low, high]) => format!("values in view: {low} to {high}"),
+            None => "no values are known yet".to_owned(),
         };
         ui.label(RichText::new(text).weak());
     }

@@ -25,7 +25,7 @@ pub(super) fn shades(
     let (graph, strip) = rect.split_top_bottom_at_y(rect.top() + HEIGHT);
     let axis = axis(histogram, scale, *range);
     let is_changed = drag(&response, graph, axis, range);
-    response.widget_info(|| WidgetInfo::labeled(egui::Role::Slider, true, "Histogram of the view"));
+    response.widget_info(|| WidgetInfo::labeled(egui::Role::Slider, true, "Range of values"));
     if response.hovered() {
         ui.ctx().set_cursor_icon(CursorIcon::ResizeHorizontal);
     }
@@ -57,7 +57,7 @@ pub(super) fn shades(
     }
     for n in 0..COLUMNS {
         let value = scale.sampled(value_at(axis, 2 * n + 1, 2 * COLUMNS));
-        let [r, g, b, _] = color_map.pixel_from_value([value, value, value, 1.0], 1.0);
+        let [r, g, b, _] = color_map.pixel_from_value(color_map.opaque(value), 1.0);
         let column = |n: usize| strip.left() + strip.width() * n as f32 / COLUMNS as f32;
         let part = Rect::from_x_y_ranges(column(n)..=column(n + 1) + 0.5, strip.y_range());
         painter.rect_filled(part, 0.0, Color32::from_rgb(r, g, b));

@@ -15,7 +15,7 @@ use crate::layers::LayersText;
 
 /// So many modules are kept: those of as many kinds of scenes.
 const MOST_MODULES: usize = 32;
-/// So many pipelines are kept. A layer whose range of values is changed in small steps would otherwise leave one for each step.
+/// So many pipelines are kept: those of as many kinds of scenes and targets.
 const MOST_PIPELINES: usize = 128;
 
 /// What the text of a scene follows from.

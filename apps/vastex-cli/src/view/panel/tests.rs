@@ -21,8 +21,13 @@ fn window(notice: Option<&'static str>) -> Harness<'static, Window> {
     let show = |ui: &mut Ui, window: &mut Window| {
         let Window { panel, layers, shown, notice, asked } = window;
         let texture = Some(ShownTexture { layers, shown, histogram: None });
-        let mut told =
-            Told { name: "a.png", opening: Some(0.25), notice: *notice, scene: Scene::Image, texture };
+        let mut told = Told {
+            name: "a.png",
+            opening: Some(("b.png", 0.25)),
+            notice: *notice,
+            scene: Scene::Image,
+            texture,
+        };
         asked.extend(panel.show(ui, &mut told).0);
     };
     Harness::builder().with_size([800.0, 600.0]).build_ui_state(show, window)
@@ -36,27 +41,27 @@ fn click(harness: &mut Harness<'_, Window>, label: &str) {
 #[test]
 fn a_file_is_asked_for_by_its_path() {
     let mut harness = window(None);
-    assert!(harness.query_by_label("Go").is_none(), "closed at first");
-    click(&mut harness, "Menu");
-    click(&mut harness, "Go");
+    assert!(harness.query_by_label("Open").is_none(), "closed at first");
+    click(&mut harness, "Panel");
+    click(&mut harness, "Open");
     assert_eq!(harness.state().asked, [], "nothing is written");
-    harness.get_by_label("path").focus();
+    harness.get_by_label("Path").focus();
     harness.run();
-    harness.get_by_label("path").type_text("/of/moon.tif ");
+    harness.get_by_label("Path").type_text("/of/moon.tif ");
     harness.run();
     harness.key_press(egui::Key::Enter);
     harness.run();
     assert_eq!(harness.state().asked, [Asked::Open("/of/moon.tif".into())]);
     for (label, asked) in [
         ("Open…", Asked::Choose),
-        ("Next", Asked::File(1)),
+        ("Next file", Asked::File(1)),
         ("globe", Asked::Scene(Scene::Globe)),
-        ("Fit", Asked::Fit),
+        ("Show all", Asked::Fit),
     ] {
         click(&mut harness, label);
         assert_eq!(harness.state().asked.last(), Some(&asked));
     }
-    click(&mut harness, "Close");
+    click(&mut harness, "Hide panel");
     assert!(!harness.state().panel.is_open());
 }
 
@@ -65,8 +70,8 @@ fn what_there_is_to_say_is_said_in_the_window() {
     let mut harness = window(Some("the file ends in the middle of a tile"));
     harness.run();
     assert!(harness.query_by_label("the file ends in the middle of a tile").is_some());
-    assert!(harness.query_by_label_contains("opening a.png – 25 %").is_some());
-    click(&mut harness, "Menu");
+    assert!(harness.query_by_label_contains("opening b.png – 25 %").is_some());
+    click(&mut harness, "Panel");
     click(&mut harness, "Keys");
     assert!(harness.query_by_label("Keys and gestures").is_some());
 }

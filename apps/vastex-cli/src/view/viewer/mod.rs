@@ -79,6 +79,8 @@ pub(super) struct Viewer {
     layers_of: u64,
     /// The values in view, for the panel, and whether they are those of the settled view.
     values: Option<panel::Values>,
+    /// What the last frame had to say.
+    shown_notice: Option<String>,
     /// What was asked for in the panel and is the host's to do.
     asked: Vec<Asked>,
     /// What is measured, if that is asked for.
@@ -105,6 +107,7 @@ impl Viewer {
             first_layers: args.shown().layers,
             layers_of: 0,
             values: None,
+            shown_notice: None,
             asked: Vec::new(),
             window,
             surface,
@@ -364,6 +367,8 @@ impl Viewer {
             () if stats.pager.failed > 0 => Wake::After(SLOW),
             () => self.title.notice_left(Instant::now()).map_or(Wake::OnEvent, Wake::After),
         };
+        // What is said is seen in the next frame, and gone in the one after its time.
+        let wake = if self.title.notice() != self.shown_notice.as_deref() { Wake::Now } else { wake };
         let wake = match (self.shell.due_in(Instant::now()), wake) {
             (_, Wake::Now) => Wake::Now,
             (Some(due), _) if due.is_zero() => Wake::Now,

@@ -47,6 +47,11 @@ impl Viewer {
         self.panel.show_or_hide_keys();
     }
 
+    /// Hides the keys and gestures. Says whether they were shown.
+    pub(in super::super) fn hide_keys(&mut self) -> bool {
+        self.panel.hide_keys()
+    }
+
     /// A file is displayed: the panel offers it from now on.
     pub(in super::super) fn remember(&mut self, file: &std::path::Path) {
         self.panel.recent.add(file);
@@ -54,6 +59,7 @@ impl Viewer {
 
     /// Runs the panel for the frame that comes, and displays what was changed in it.
     pub(super) fn run_panel(&mut self, pose: Pose) -> Result<()> {
+        self.title.expire(Instant::now());
         self.look_at_values(pose)?;
         let name = self.name().to_owned();
         let layers = self.shown_layers();
@@ -61,11 +67,18 @@ impl Viewer {
         let (mut asked, mut is_changed) = (Vec::new(), false);
         let histogram = self.values.as_ref().and_then(|values| values.histogram.as_ref());
         let (panel, settings) = (&mut self.panel, &self.settings);
-        let (opening, notice) = (self.opening.as_ref().map(|(_, share)| *share), self.title.notice());
+        let (opening, notice) = (self.opening.as_ref(), self.title.notice());
+        self.shown_notice = notice.map(str::to_owned);
         self.shell.run(|ui| {
             let texture =
                 layers.as_ref().map(|layers| ShownTexture { layers, shown: &mut options, histogram });
-            let mut told = Told { name: &name, opening, notice, scene: settings.scene, texture };
+            let mut told = Told {
+                name: &name,
+                opening: opening.map(|(name, share)| (&**name, *share)),
+                notice,
+                scene: settings.scene,
+                texture,
+            };
             let (asks, changes) = panel.show(ui, &mut told);
             asked.extend(asks);
             is_changed |= changes;

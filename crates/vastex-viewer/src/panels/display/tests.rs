@@ -52,11 +52,11 @@ fn black_and_white_go_by_what_is_in_view() {
     let mut values: Vec<f32> = (0..=999).map(|n| (1000 + n) as f32 / 65535.0).collect();
     values.push(1.0);
     let mut harness = harness(&[("color", LayerFormat::R16)], Some(values));
-    click(&mut harness, "Auto");
+    click(&mut harness, "Range from view");
     let [low, high] = harness.state().shown[0].range.unwrap().map(|value| (value * 65535.0).round());
     assert_eq!([low, high], [1005.0, 1995.0]);
     assert_eq!(harness.state().changes, 1);
-    click(&mut harness, "Reset");
+    click(&mut harness, "Reset display");
     assert_eq!(harness.state().shown, [LayerOptions::default()]);
 }
 
@@ -64,7 +64,7 @@ fn black_and_white_go_by_what_is_in_view() {
 fn values_that_are_all_alike_have_a_range_as_well() {
     for format in [LayerFormat::R8, LayerFormat::R32Float, LayerFormat::Rgba8Srgb] {
         let mut harness = harness(&[("color", format)], Some(vec![0.5; 10]));
-        click(&mut harness, "Auto");
+        click(&mut harness, "Range from view");
         let [low, high] = harness.state().shown[0].range.unwrap();
         assert!(high > low, "{format:?}: {low} {high}");
     }
@@ -75,13 +75,13 @@ fn curves_and_colour_maps_are_chosen() {
     let mut harness = harness(&[("color", LayerFormat::R32Float)], None);
     click(&mut harness, "log");
     assert_eq!(harness.state().shown[0].curve, Curve::Log);
-    harness.get_by_label("colour map").click();
+    harness.get_by_label("Colour map").click();
     harness.run();
     click(&mut harness, "inferno");
     assert_eq!(harness.state().shown[0].palette, Palette::Inferno);
     // Colours have none of another's.
     let harness = self::harness(&[("color", LayerFormat::Rgba8Srgb)], None);
-    assert!(harness.query_by_label("colour map").is_none());
+    assert!(harness.query_by_label("Colour map").is_none());
 }
 
 #[test]
@@ -90,19 +90,36 @@ fn layers_are_added_raised_and_removed() {
     click(&mut harness, "Add a layer");
     assert_eq!((harness.state().shown.len(), harness.state().panel.layer()), (2, 1));
     assert_eq!(harness.state().shown[1].opacity, 0.5);
-    click(&mut harness, "Raise");
+    click(&mut harness, "Move 1 up");
     assert_eq!(harness.state().shown[0].opacity, 0.5);
-    harness.get_all_by_label("Remove").next().unwrap().click();
+    harness.get_by_label("Remove 1").click();
     harness.run();
     assert_eq!(harness.state().shown.len(), 1);
 }
 
 #[test]
-fn every_key_is_in_the_list() {
+fn the_list_of_keys_closes_itself() {
     let mut harness = Harness::new_ui_state(|ui, is_open| keys_window(ui.ctx(), is_open), true);
     harness.run();
-    assert!(harness.query_by_label("whole screen").is_some());
+    assert!(harness.query_by_label("full screen").is_some());
     harness.get_by_label("Close window").click();
     harness.run();
     assert!(!harness.state());
+}
+
+#[test]
+fn a_gamma_beyond_the_slider_stays() {
+    let mut harness = harness(&[("color", LayerFormat::R16)], None);
+    harness.state_mut().shown = vec![LayerOptions { gamma: 40.0, ..LayerOptions::default() }];
+    harness.run();
+    assert_eq!((harness.state().shown[0].gamma, harness.state().changes), (40.0, 0));
+}
+
+#[test]
+fn only_what_has_one_value_takes_a_colour_map() {
+    // Grey with alpha, as an image without layers has it, and two values.
+    for (name, takes) in [("color", true), ("normal", false)] {
+        let harness = harness(&[(name, LayerFormat::Rg8)], None);
+        assert_eq!(harness.query_by_label("Colour map").is_some(), takes, "{name}");
+    }
 }
