@@ -110,8 +110,7 @@ impl Panel {
 
     fn files(&mut self, ui: &mut Ui, asked: &mut Vec<Asked>) {
         ui.horizontal_wrapped(|ui| {
-            let buttons =
-                [("Open…", Asked::Choose), ("Previous file", Asked::File(-1)), ("Next file", Asked::File(1))];
+            let buttons = [("Open…", Asked::Choose), ("Previous", Asked::File(-1)), ("Next", Asked::File(1))];
             for (name, asks) in buttons {
                 if ui.button(name).clicked() {
                     asked.push(asks);
@@ -120,7 +119,7 @@ impl Panel {
             if ui.button("Keys").clicked() {
                 self.keys_are_shown = true;
             }
-            if ui.button("Hide panel").on_hover_text("M").clicked() {
+            if ui.button("Hide").on_hover_text("the panel: M").clicked() {
                 self.is_open = false;
             }
         });

@@ -54,14 +54,14 @@ fn a_file_is_asked_for_by_its_path() {
     assert_eq!(harness.state().asked, [Asked::Open("/of/moon.tif".into())]);
     for (label, asked) in [
         ("Open…", Asked::Choose),
-        ("Next file", Asked::File(1)),
+        ("Next", Asked::File(1)),
         ("globe", Asked::Scene(Scene::Globe)),
         ("Show all", Asked::Fit),
     ] {
         click(&mut harness, label);
         assert_eq!(harness.state().asked.last(), Some(&asked));
     }
-    click(&mut harness, "Hide panel");
+    click(&mut harness, "Hide");
     assert!(!harness.state().panel.is_open());
 }
 
