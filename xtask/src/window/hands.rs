@@ -128,13 +128,24 @@ impl<'a> Window<'a> {
             window.texel().ok().filter(|there| there[0] > texel[0] + 10)
         })?;
         ensure!(self.magnification()? == zoomed, "a drag zooms to {} %", self.magnification()?);
-        // The panel opens; keys that are written into its field are no commands.
-        let beside = self.display.look(SIZE[0] - 300..SIZE[0])?;
-        self.key("m")?;
+        // The panel opens by its button in a window that draws nothing; keys that are written into its field are no commands.
+        self.settled()?;
+        sleep(Duration::from_secs(2));
+        let beside = self.display.look(SIZE[0] - 300..SIZE[0] - 100)?;
+        self.xdotool(&["mousemove", &(SIZE[0] - 30).to_string(), "18", "click", "1"])?;
         self.until("the panel", |window| {
-            window.display.look(SIZE[0] - 300..SIZE[0]).ok().filter(|seen| *seen != beside)
+            window.display.look(SIZE[0] - 300..SIZE[0] - 100).ok().filter(|seen| *seen != beside)
         })?;
         self.settled()?;
+        sleep(Duration::from_secs(2));
+        // The wheel over the panel is the panel's.
+        self.xdotool(&["mousemove", &(SIZE[0] - 150).to_string(), "600", "click", "4"])?;
+        self.settled()?;
+        ensure!(
+            self.magnification()? == zoomed,
+            "the wheel over the panel zooms to {} %",
+            self.magnification()?
+        );
         self.xdotool(&["mousemove", &(SIZE[0] - 150).to_string(), "62", "click", "1"])?;
         sleep(Duration::from_millis(500));
         self.key("q")?;

@@ -149,7 +149,11 @@ impl Displayed {
         for (n, shown) in asked.into_iter().enumerate() {
             layers.set(textures, n, shown)?;
         }
+        let before = self.renderer.layer();
         self.renderer.set_layers(&gpu.queue, textures, &layers);
+        if self.renderer.layer() != before {
+            self.draw_overlay(gpu, textures, settings.overlay);
+        }
         Ok(())
     }
 

@@ -3,7 +3,7 @@
 //! Here is the loop of events: it opens files, performs actions, draws while something changes and sleeps while nothing does.
 //! `opening` opens a source on a thread, `displayed` is a source in the window, `display` says which source is seen when,
 //! `viewer` draws frames on what `device` finds, `shell` is egui in the window and `panel` what it shows, `files` knows the next
-//! file, `dialog` asks the system for one, `recent` remembers them, `events` translates winit's events, `surface` is
+//! file, `dialog` asks the system for one, `recent` remembers them, `requests` does what is asked for in the panel, `events` translates winit's events, `surface` is
 //! where pictures appear, `title` is the window's title, `times` what is measured of it.
 
 mod device;
@@ -15,6 +15,7 @@ mod files;
 mod opening;
 mod panel;
 mod recent;
+mod requests;
 mod shell;
 mod surface;
 mod times;
@@ -44,7 +45,6 @@ use crate::report;
 use dialog::Chosen;
 use files::Files;
 use opening::{OpeningEvent, Openings, Report};
-use panel::Asked;
 use times::Times;
 use viewer::{Viewer, Wake};
 
@@ -67,6 +67,8 @@ pub(crate) fn run(args: ViewArgs) -> Result<ExitCode> {
     let mut app = App {
         proxy: events.create_proxy(),
         files: Files::new(&args.scene.source, &args.files),
+        files_before: None,
+        is_choosing: false,
         input: Input::default(),
         begun: Instant::now(),
         scene: args.scene.on,
@@ -101,6 +103,10 @@ struct App {
     /// By which other threads reach the loop of events.
     proxy: EventLoopProxy<Message>,
     files: Files,
+    /// The files before one that a person chose in the window, until it can be shown.
+    files_before: Option<Files>,
+    /// Whether the dialog for files is open.
+    is_choosing: bool,
     input: Input,
     /// When the program began; times of input are told from then.
     begun: Instant,
@@ -182,6 +188,7 @@ impl App {
                     self.openings.end();
                     match shown.context(path) {
                         Ok(scene) => {
+                            self.files_before = None;
                             if !is_measured {
                                 open.viewer.remember(self.files.current());
                             }
@@ -218,7 +225,11 @@ impl App {
     /// are others. The exit code tells of it in any case.
     fn refuse(&mut self, error: Error) -> Result<()> {
         self.outcome = Ok(ExitCode::FAILURE);
-        let (is_measured, has_others) = (self.is_measured(), self.files.has_others());
+        let before = self.files_before.take();
+        let (is_measured, has_others) = (self.is_measured(), before.is_some() || self.files.has_others());
+        if let Some(before) = before {
+            self.files = before;
+        }
         match &mut self.open {
             Some(open) if !is_measured && (has_others || !open.viewer.is_empty()) => {
                 let message = report::message(&error);
@@ -227,44 +238,6 @@ impl App {
                 Ok(())
             }
             _ => Err(error),
-        }
-    }
-
-    /// A person chose a file in the dialog, or none.
-    fn on_chosen(&mut self, chosen: Chosen) -> Result<()> {
-        let Some(open) = &mut self.open else { return Ok(()) };
-        match chosen {
-            Chosen::File(path) => {
-                self.files = Files::new(&path, &[]);
-                self.open_file()?;
-            }
-            Chosen::NoDialog => {
-                open.viewer.notify(
-                    "this system shows no dialog for files; type the path into the field below Open…",
-                );
-                open.window.request_redraw();
-            }
-            Chosen::Nothing => {}
-        }
-        Ok(())
-    }
-
-    /// Does what was asked for in the panel.
-    fn grant(&mut self, events: &ActiveEventLoop, asked: Asked) -> Result<()> {
-        match asked {
-            Asked::Open(path) => {
-                self.files = Files::new(&path, &[]);
-                self.open_file()
-            }
-            Asked::Choose => {
-                let proxy = self.proxy.clone();
-                let send = move |chosen| drop(proxy.send_event(Message::Chosen(chosen)));
-                dialog::choose(self.files.current(), send);
-                Ok(())
-            }
-            Asked::File(step) => self.perform(events, Action::File(step)),
-            Asked::Scene(scene) => self.perform(events, Action::Scene(Some(scene))),
-            Asked::Fit => self.perform(events, Action::Reset),
         }
     }
 
@@ -381,8 +354,14 @@ impl App {
             }
             Action::Overlay => viewer.next_overlay(),
             Action::AutoRange => viewer.set_automatic_range(self.cameras[scene_index].pose())?,
-            Action::Panel => viewer.open_or_close_panel(),
-            Action::Keys => viewer.show_or_hide_keys(),
+            Action::Panel => {
+                viewer.open_or_close_panel();
+                window.request_redraw();
+            }
+            Action::Keys => {
+                viewer.show_or_hide_keys();
+                window.request_redraw();
+            }
             Action::Explain(pixel) => viewer.explain(self.cameras[scene_index].pose(), pixel)?,
             Action::FillScreen => {
                 let filled = window.fullscreen().is_some();
@@ -390,7 +369,7 @@ impl App {
             }
             Action::File(_) | Action::Redraw => {}
             // What covers the picture goes first.
-            Action::Quit if viewer.hide_keys() => {}
+            Action::Quit if viewer.hide_keys() => window.request_redraw(),
             Action::Quit => events.exit(),
         }
         Ok(())

@@ -39,7 +39,12 @@ impl Recent {
             return;
         }
         if let Some(place) = self.kept_in.take() {
-            *self = Recent::load_from(place);
+            let Recent { files, kept_in } = Recent::load_from(place);
+            self.kept_in = kept_in;
+            // Where nothing could be written, what is known stays.
+            if !files.is_empty() {
+                self.files = files;
+            }
         }
         self.files.retain(|other| *other != file);
         self.files.insert(0, file);

@@ -7,10 +7,11 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use egui::epaint::{ClippedPrimitive, ColorImage, ImageData, ImageDelta};
-use egui::{Context, TextureId, TextureOptions, Ui, ViewportId};
+use egui::{Context, Order, Pos2, Rect, TextureId, TextureOptions, Ui, ViewportId};
 use egui_wgpu::{Renderer, RendererOptions, ScreenDescriptor};
 use vastex_scenes::Gpu;
-use winit::event::WindowEvent;
+use winit::dpi::PhysicalPosition;
+use winit::event::{TouchPhase, WindowEvent};
 use winit::window::Window;
 
 /// What egui makes of an event.
@@ -37,7 +38,13 @@ pub(super) struct Shell {
     pixels_per_point: f32,
     /// When it wants to run again.
     due: Option<Instant>,
-    was_over: bool,
+    /// What the panels leave of the window to the picture, in points.
+    free: Rect,
+    /// Whether the pointer was over a panel at its last move.
+    is_over: bool,
+    /// Buttons and fingers that are down, and whether the first of them went down over a panel.
+    pressed: u32,
+    is_held: bool,
 }
 
 struct Painter {
@@ -59,7 +66,10 @@ impl Shell {
             jobs: Vec::new(),
             pixels_per_point: 1.0,
             due: None,
-            was_over: false,
+            free: Rect::EVERYTHING,
+            is_over: false,
+            pressed: 0,
+            is_held: false,
         }
     }
 
@@ -68,46 +78,97 @@ impl Shell {
         self.painter = None;
     }
 
-    /// Whether a key that is pressed is text for a field.
+    /// Whether keys are for a field, or for something that is open over the picture.
     fn takes_keys(&self) -> bool {
-        self.state.egui_ctx().egui_wants_keyboard_input()
+        let context = self.state.egui_ctx();
+        context.egui_wants_keyboard_input() || egui::Popup::is_any_open(context)
+    }
+
+    /// Whether a place of the window is a panel's, as the last run left it.
+    fn is_over(&self, pixels: PhysicalPosition<f64>) -> bool {
+        let context = self.state.egui_ctx();
+        let pixels_per_point = f64::from(context.pixels_per_point());
+        let [x, y] = [pixels.x, pixels.y].map(|side| (side / pixels_per_point) as f32);
+        let place = Pos2::new(x, y);
+        match context.layer_id_at(place) {
+            Some(layer) if layer.order == Order::Background => !self.free.contains(place),
+            layer => layer.is_some(),
+        }
     }
 
     /// Hears an event before anything else does.
+    ///
+    /// egui knows of an event when it runs next, in the next frame. So whose the pointer is follows from the place of the event itself; of
+    /// what is pressed, from where it was pressed.
     pub(super) fn hear(&mut self, event: &WindowEvent) -> Heard {
-        // Of a frame it knows itself, and so does the window of its size.
-        if matches!(event, WindowEvent::RedrawRequested) {
-            return Heard::default();
-        }
         let takes_keys = self.takes_keys();
-        let is_key = matches!(event, WindowEvent::KeyboardInput { .. });
-        if is_key && !takes_keys {
-            return Heard::default();
+        match event {
+            WindowEvent::RedrawRequested => return Heard::default(),
+            WindowEvent::KeyboardInput { .. } if !takes_keys => return Heard::default(),
+            WindowEvent::CursorMoved { .. } => {
+                // Of many moves between two frames the last one will do.
+                let events = &mut self.state.egui_input_mut().events;
+                drop(events.pop_if(|event| matches!(event, egui::Event::PointerMoved(_))));
+            }
+            _ => {}
         }
         let response = self.state.on_window_event(&self.window, event);
-        let is_over = self.state.egui_ctx().is_pointer_over_egui();
-        let is_near = is_over || std::mem::replace(&mut self.was_over, is_over);
-        let is_pointer = matches!(
-            event,
-            WindowEvent::CursorMoved { .. } | WindowEvent::MouseInput { .. } | WindowEvent::MouseWheel { .. }
-        );
-        // Whatever was held is let go everywhere.
-        let is_end = match event {
-            WindowEvent::MouseInput { state, .. } => !state.is_pressed(),
-            WindowEvent::KeyboardInput { event, .. } => !event.state.is_pressed(),
-            _ => false,
-        };
-        Heard {
-            is_taken: (response.consumed || is_key) && !is_end,
-            is_stale: response.repaint && (takes_keys || is_near || !is_pointer),
+        match event {
+            WindowEvent::KeyboardInput { event, .. } => {
+                Heard { is_taken: event.state.is_pressed(), is_stale: true }
+            }
+            WindowEvent::CursorMoved { position, .. } => {
+                let (over, is_held) = (self.is_over(*position), self.pressed > 0);
+                let was_over = std::mem::replace(&mut self.is_over, over);
+                let is_taken = if is_held { self.is_held } else { over };
+                Heard { is_taken: is_held && is_taken, is_stale: is_taken || was_over && !is_held }
+            }
+            WindowEvent::MouseInput { state, .. } => self.press(state.is_pressed(), self.is_over, takes_keys),
+            WindowEvent::MouseWheel { .. } => Heard { is_taken: self.is_over, is_stale: self.is_over },
+            WindowEvent::Touch(touch) => match touch.phase {
+                TouchPhase::Started => self.press(true, self.is_over(touch.location), takes_keys),
+                TouchPhase::Moved => Heard { is_taken: self.is_held, is_stale: self.is_held },
+                TouchPhase::Ended | TouchPhase::Cancelled => self.press(false, false, takes_keys),
+            },
+            WindowEvent::CursorLeft { .. } => {
+                let was_over = std::mem::replace(&mut self.is_over, false);
+                Heard { is_taken: false, is_stale: was_over }
+            }
+            WindowEvent::ModifiersChanged(_) => Heard { is_taken: false, is_stale: takes_keys },
+            WindowEvent::Focused(is_focused) => {
+                if !is_focused {
+                    self.pressed = 0;
+                }
+                Heard { is_taken: false, is_stale: response.repaint }
+            }
+            _ => Heard { is_taken: false, is_stale: response.repaint },
         }
     }
 
+    /// A button or a finger went down, over a panel or beside it, or up. What goes up is heard by all, so that nothing stays pressed.
+    fn press(&mut self, is_down: bool, over: bool, takes_keys: bool) -> Heard {
+        if is_down && self.pressed == 0 {
+            self.is_held = over;
+        }
+        let is_held = self.is_held;
+        self.pressed = if is_down { self.pressed + 1 } else { self.pressed.saturating_sub(1) };
+        if self.pressed == 0 {
+            self.is_held = false;
+        }
+        // What is open over the picture closes when the picture is pressed.
+        Heard { is_taken: is_held && is_down, is_stale: is_held || takes_keys }
+    }
+
     /// Runs once: what `show` puts into the window is what is drawn next.
-    pub(super) fn run(&mut self, show: impl FnMut(&mut Ui)) {
+    pub(super) fn run(&mut self, mut show: impl FnMut(&mut Ui)) {
         let input = self.state.take_egui_input(&self.window);
         let context = self.state.egui_ctx().clone();
-        let mut output = context.run_ui(input, show);
+        let mut free = Rect::NOTHING;
+        let mut output = context.run_ui(input, |ui| {
+            show(ui);
+            free = ui.available_rect_before_wrap();
+        });
+        self.free = free;
         self.state.handle_platform_output(&self.window, std::mem::take(&mut output.platform_output));
         let delay = output.viewport_output.get(&ViewportId::ROOT).map(|viewport| viewport.repaint_delay);
         self.due = delay.and_then(|delay| Instant::now().checked_add(delay));

@@ -14,13 +14,14 @@ const PLACES: [u32; 2] = [128, 72];
 pub struct Histogram {
     /// Of each channel but alpha, what shaders sample, in rising order. What is no number is left out.
     channels: Vec<Vec<f32>>,
+    is_of_view: bool,
 }
 
 impl Histogram {
     /// The values of a layer that are seen at a pose: of the part of an image that is in view, in other scenes of all of it. `picture` is
     /// the size of the view in pixels, `image` that of the image, of which the texture may have fewer texels.
     ///
-    /// Values come from a level about as fine as the pixels of the view, or a coarser one where that is not in memory. Takes 9,216 texels of what is held for the
+    /// Values come from a level of some 512x288 texels in view, or a coarser one where that is not in memory. Takes 9,216 texels of what is held for the
     /// CPU, some milliseconds. Nothing where the texture is gone, or no part of the image is in view.
     pub fn of_view(
         textures: &Textures,
@@ -33,8 +34,10 @@ impl Histogram {
         let [width, height, _] = description.geometry.size();
         let texels = size([width, height]);
         // In shares of the image.
+        let mut is_of_view = false;
         let (low, high) = match (pose, pose.magnification(picture, image)) {
             (Pose::Image { centre, .. }, Some(scale)) => {
+                is_of_view = true;
                 let half = size(picture) / scale / size(image) / 2.0;
                 ((centre - half).max(DVec2::ZERO), (centre + half).min(DVec2::ONE))
             }
@@ -43,9 +46,9 @@ impl Histogram {
         if low.x >= high.x || low.y >= high.y {
             return None;
         }
-        // As fine as the pixels of a view that is filled by it.
-        let level =
-            ((high - low) * texels / size(picture)).min_element().log2().floor().clamp(0.0, 31.0) as u8;
+        // Somewhat finer than the places and no finer: the tiles of every pixel of a large view would take longer than a frame.
+        let texels_a_place = (high - low) * texels / size(PLACES);
+        let level = (texels_a_place / 4.0).min_element().log2().floor().clamp(0.0, 31.0) as u8;
         let colours = ColorMap::new(description.layers.get(layer.index())?, None).value_channels();
         let mut sampler = textures.cpu().sampler(layer)?;
         let mut channels = vec![Vec::new(); colours];
@@ -59,14 +62,19 @@ impl Histogram {
             }
         }
         channels.iter_mut().for_each(|values| values.sort_unstable_by(f32::total_cmp));
-        Some(Histogram { channels })
+        Some(Histogram { channels, is_of_view })
     }
 
     /// That of these values, channel by channel.
     #[cfg(all(test, feature = "egui"))]
     pub(crate) fn of_values(mut channels: Vec<Vec<f32>>) -> Histogram {
         channels.iter_mut().for_each(|values| values.sort_unstable_by(f32::total_cmp));
-        Histogram { channels }
+        Histogram { channels, is_of_view: true }
+    }
+
+    /// Whether the values are of what is in view only, and not of all of the texture.
+    pub fn is_of_view(&self) -> bool {
+        self.is_of_view
     }
 
     /// How many channels there are: alpha is none.
@@ -106,7 +114,7 @@ mod tests {
     #[test]
     fn shares_and_counts_are_those_of_the_values() {
         let rising: Vec<f32> = (0..=100).map(|n| n as f32).collect();
-        let histogram = Histogram { channels: vec![rising, vec![50.0, 200.0], Vec::new()] };
+        let histogram = Histogram { channels: vec![rising, vec![50.0, 200.0], Vec::new()], is_of_view: true };
         assert_eq!(histogram.extent(), Some([0.0, 200.0]));
         assert_eq!(histogram.between(0.02, 0.98), Some([2.0, 200.0]));
         assert_eq!(histogram.counts(0, &[0.0, 10.0, 50.0, 1000.0]), [10, 40, 51]);

@@ -23,7 +23,7 @@ pub struct ShownTexture<'a> {
 }
 
 /// How layers are displayed. The same panel goes on from frame to frame.
-#[derive(Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct DisplayPanel {
     /// Which of the shown layers is changed.
     selected: usize,
@@ -67,7 +67,10 @@ impl DisplayPanel {
         }
         self.selected = self.selected.min(shown.len() - 1);
         if layers.len() > 1 {
+            let before = (self.selected, shown.len());
             self.list(ui, layers, shown);
+            // What follows is one layer.
+            self.follows &= before == (self.selected, shown.len());
         }
         let options = &mut shown[self.selected];
         let described = |layer: &&Layer| options.name.as_ref().is_none_or(|name| *name == layer.name);
@@ -109,6 +112,7 @@ impl DisplayPanel {
         }
         if let Some(n) = gone {
             shown.remove(n);
+            self.selected -= usize::from(n < self.selected);
             self.selected = self.selected.min(shown.len() - 1);
         }
         let selected = &mut shown[self.selected];
@@ -155,7 +159,7 @@ impl DisplayPanel {
             let speed = ((range[1] - range[0]).abs() / 200.0).max(scale.most().map_or(1e-9, |_| 0.25));
             for (name, value) in ["Black", "White"].into_iter().zip(&mut range) {
                 let label = ui.label(name);
-                let mut drag = DragValue::new(value).speed(speed);
+                let mut drag = DragValue::new(value).speed(speed).range(-1e37..=1e37);
                 if scale.most().is_some() {
                     drag = drag.fixed_decimals(0);
                 }
@@ -178,7 +182,11 @@ impl DisplayPanel {
         });
         if is_changed {
             self.follows = false;
-            options.range = Some(distinct(range, scale).map(|value| scale.sampled(value)));
+            let [black, white] = distinct(range, scale).map(|value| scale.sampled(value));
+            // No number is too large or too small to be divided by.
+            if (1.0 / (white - black)).is_normal() {
+                options.range = Some([black, white]);
+            }
         }
         ui.horizontal_wrapped(|ui| {
             let automatic = histogram.and_then(|histogram| self.automatic_range(histogram, scale));
@@ -219,7 +227,10 @@ impl DisplayPanel {
         let extent =
             histogram.and_then(Histogram::extent).map(|extent| extent.map(|value| read(scale.stored(value))));
         let text = match extent {
-            Some([low, high]) => format!("values in view: {low} to {high}"),
+            Some([low, high]) if histogram.is_some_and(Histogram::is_of_view) => {
+                format!("values in view: {low} to {high}")
+            }
+            Some([low, high]) => format!("values of all of it: {low} to {high}"),
             None => "no values are known yet".to_owned(),
         };
         ui.label(RichText::new(text).weak());

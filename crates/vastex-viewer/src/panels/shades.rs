@@ -8,8 +8,6 @@ use crate::layers::ColorMap;
 const HEIGHT: f32 = 90.0;
 const STRIP: f32 = 12.0;
 const COLUMNS: usize = 96;
-/// As near as a pointer must be to a handle, in points.
-const NEAR: f32 = 12.0;
 
 /// Draws the histogram of stored values with the colours that they become, and lets a person drag black and white. `range` is in stored
 /// values; says whether it was changed.
@@ -23,7 +21,8 @@ pub(super) fn shades(
     let size = Vec2::new(ui.available_width(), HEIGHT + STRIP);
     let (rect, response) = ui.allocate_exact_size(size, Sense::click_and_drag());
     let (graph, strip) = rect.split_top_bottom_at_y(rect.top() + HEIGHT);
-    let axis = axis(histogram, scale, *range);
+    // While a handle is held, what it stands on stays.
+    let axis = held_axis(&response, || axis(histogram, scale, *range));
     let is_changed = drag(&response, graph, axis, range);
     response.widget_info(|| WidgetInfo::labeled(egui::Role::Slider, true, "Range of values"));
     if response.hovered() {
@@ -71,6 +70,22 @@ pub(super) fn shades(
     is_changed
 }
 
+/// The axis that a drag began with; else, where none goes on, the one of this frame.
+fn held_axis(response: &Response, axis: impl FnOnce() -> [f64; 2]) -> [f64; 2] {
+    let kept: Id = response.id.with("axis");
+    let is_held = response.dragged() || response.is_pointer_button_down_on();
+    let before = response.ctx.data(|data| data.get_temp::<[f64; 2]>(kept)).filter(|_| is_held);
+    let axis = before.unwrap_or_else(axis);
+    response.ctx.data_mut(|data| {
+        if is_held {
+            data.insert_temp(kept, axis);
+        } else {
+            data.remove::<[f64; 2]>(kept);
+        }
+    });
+    axis
+}
+
 /// The stored values at the ends of the graph: all that is in view, black and white, and some room.
 fn axis(histogram: Option<&Histogram>, scale: StoredScale, range: [f64; 2]) -> [f64; 2] {
     let extent = histogram.and_then(Histogram::extent).map(|extent| extent.map(|value| scale.stored(value)));
@@ -96,15 +111,15 @@ fn x_of(value: f64, graph: Rect, [low, high]: [f64; 2]) -> f32 {
 fn drag(response: &Response, graph: Rect, axis: [f64; 2], range: &mut [f64; 2]) -> bool {
     let held: Id = response.id.with("held");
     let Some(pointer) = response.interact_pointer_pos() else { return false };
-    let distance = |value: f64| (x_of(value, graph, axis) - pointer.x).abs();
+    // By where it was pressed: a drag is known for one only some way from there.
+    let pressed = response.ctx.input(|input| input.pointer.press_origin()).unwrap_or(pointer);
+    let distance = |value: f64| (x_of(value, graph, axis) - pressed.x).abs();
     let nearest = usize::from(distance(range[1]) < distance(range[0]));
     if response.drag_started() || response.clicked() {
-        // Beside both handles the nearest one comes; close to one, that one, and it does not jump to the other in the drag.
+        // In the drag it stays the same one, wherever the other is.
         response.ctx.data_mut(|data| data.insert_temp(held, nearest));
     }
-    if !response.dragged() && !response.clicked()
-        || response.drag_started() && distance(range[nearest]) < NEAR
-    {
+    if !response.dragged() && !response.clicked() {
         return false;
     }
     let moved = response.ctx.data(|data| data.get_temp(held)).unwrap_or(nearest);

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::Result;
 use glam::DVec2;
-use vastex::diagnostics::{ExplainedPixel, FrameStats, PoolStats};
+use vastex::diagnostics::{FrameStats, PoolStats};
 use vastex::{Event, FeedbackMode, Filter, Preparer, Settings, Textures, ViewId};
 use vastex_scenes::{Gpu, LayerOptions, Overlay, Pose, Scene};
 use vastex_viewer::camera::Aspects;
@@ -31,7 +31,6 @@ use super::times::Times;
 use super::title::Title;
 use crate::args::ViewArgs;
 use crate::commands::render;
-use crate::explained::Explained;
 use crate::{report, shortage};
 
 /// Frames after a change of the view in which nothing is taken for settled: feedback is on its way for some, and a
@@ -194,13 +193,20 @@ impl Viewer {
     }
 
     fn displayed(&mut self, opening: u64, name: &str, source: PreparedSource) -> Result<Displayed> {
+        let (mut settings, may_be_image) = (self.settings.clone(), !self.is_empty());
         // Another file has other layers and other values.
-        if std::mem::replace(&mut self.layers_of, opening) != opening {
-            self.settings.options.layers.clone_from(&self.first_layers);
-            self.panel.display = DisplayPanel::default();
+        let is_other = self.layers_of != opening;
+        if is_other {
+            settings.options.layers.clone_from(&self.first_layers);
         }
-        let (settings, may_be_image) = (&self.settings, !self.is_empty());
-        Displayed::new(&self.gpu, &mut self.textures, &self.surface, settings, may_be_image, (name, source))
+        let source = (name, source);
+        let made =
+            Displayed::new(&self.gpu, &mut self.textures, &self.surface, &settings, may_be_image, source)?;
+        if is_other {
+            (self.layers_of, self.settings, self.panel.display) =
+                (opening, settings, DisplayPanel::default());
+        }
+        Ok(made)
     }
 
     /// What is displayed is another one than before.
@@ -288,6 +294,7 @@ impl Viewer {
     /// The view changes.
     pub(super) fn wake(&mut self) {
         self.unsettled = UNSETTLED_FRAMES;
+        self.values.iter_mut().for_each(panel::Values::age);
     }
 
     /// The view is a wholly different one from here on.
@@ -343,16 +350,6 @@ impl Viewer {
         Ok(())
     }
 
-    /// Prints the answers that have arrived: in the title, and in full on stdout.
-    fn print_explained(&mut self) -> Result<()> {
-        for ExplainedPixel { pixel, explanations } in inspect::answers(&mut self.textures)? {
-            let explained = Explained::new(pixel, &explanations);
-            self.title.notify(explained.line(), Instant::now());
-            report::print(&explained.text())?;
-        }
-        Ok(())
-    }
-
     /// When the next frame is due; `awake` says that the view will change by itself.
     pub(super) fn next_frame(&mut self, awake: bool) -> Wake {
         let stats = self.textures.stats();
@@ -401,7 +398,10 @@ impl Viewer {
         self.is_hidden = frame.is_none();
         match frame {
             None => return Ok(()),
-            Some(frame) if self.is_empty() => self.draw_empty(frame),
+            Some(frame) if self.is_empty() => {
+                self.textures.inspect().check_device()?;
+                self.draw_empty(frame);
+            }
             Some(frame) => self.draw_displayed(frame, pose)?,
         }
         let stats = self.textures.stats();
@@ -472,6 +472,8 @@ impl Viewer {
             None => {}
         }
         let format = self.surface.viewed_format();
+        // What is uploaded for the panel cannot say that the device is gone.
+        self.textures.inspect().check_device()?;
         self.shell.paint(&self.gpu, &mut encoder, (&frame.view, format), size);
         queue.submit([encoder.finish()]);
         self.surface.present(frame);

@@ -2,8 +2,9 @@
 
 use std::time::Instant;
 
+use anyhow::Result;
 use vastex::Event;
-use vastex::diagnostics::FrameStats;
+use vastex::diagnostics::{ExplainedPixel, FrameStats};
 use vastex_core::Dims;
 use vastex_scenes::Pose;
 use vastex_viewer::inspect;
@@ -12,6 +13,7 @@ use super::super::display::Display;
 use super::super::displayed::Displayed;
 use super::super::title::{Scale, TitleImage, TitleParts};
 use super::Viewer;
+use crate::explained::Explained;
 use crate::{report, shortage};
 
 impl Viewer {
@@ -73,5 +75,15 @@ impl Viewer {
         if let Some(title) = self.title.due(Instant::now(), &parts) {
             self.window.set_title(title);
         }
+    }
+
+    /// Prints the answers that have arrived: in the title, and in full on stdout.
+    pub(super) fn print_explained(&mut self) -> Result<()> {
+        for ExplainedPixel { pixel, explanations } in inspect::answers(&mut self.textures)? {
+            let explained = Explained::new(pixel, &explanations);
+            self.title.notify(explained.line(), Instant::now());
+            report::print(&explained.text())?;
+        }
+        Ok(())
     }
 }

@@ -26,6 +26,13 @@ pub(super) struct Values {
     are_last: bool,
 }
 
+impl Values {
+    /// The view is another than the one that they are of.
+    pub(super) fn age(&mut self) {
+        self.are_last = false;
+    }
+}
+
 impl Viewer {
     /// Hears an event before the picture does.
     pub(in super::super) fn hear(&mut self, event: &WindowEvent) -> Heard {
@@ -67,6 +74,7 @@ impl Viewer {
         let (mut asked, mut is_changed) = (Vec::new(), false);
         let histogram = self.values.as_ref().and_then(|values| values.histogram.as_ref());
         let (panel, settings) = (&mut self.panel, &self.settings);
+        let before = panel.display.clone();
         let (opening, notice) = (self.opening.as_ref(), self.title.notice());
         self.shown_notice = notice.map(str::to_owned);
         self.shell.run(|ui| {
@@ -84,6 +92,11 @@ impl Viewer {
             is_changed |= changes;
         });
         self.asked.extend(asked);
+        if self.panel.display != before {
+            // Another layer's values, or others of them, count from the next frame on.
+            self.values = None;
+            self.wake();
+        }
         if is_changed {
             self.show_layers(options)?;
         }
@@ -115,7 +128,9 @@ impl Viewer {
 
     /// Looks at the values in view while the panel shows them, no more often than they are of use.
     fn look_at_values(&mut self, pose: Pose) -> Result<()> {
-        let Some(displayed) = self.display.displayed().filter(|_| self.panel.is_open()) else {
+        let Some(displayed) =
+            self.display.displayed().filter(|source| source.is_whole() && self.panel.is_open())
+        else {
             return Ok(());
         };
         let (layer, now) = (self.panel.display.layer(), Instant::now());
@@ -144,7 +159,9 @@ impl Viewer {
 
     /// Makes black and white what they are by the values in view, of the layer that the panel changes.
     pub(in super::super) fn set_automatic_range(&mut self, pose: Pose) -> Result<()> {
-        let Some(displayed) = self.display.displayed() else { return Ok(()) };
+        let Some(displayed) = self.display.displayed().filter(|source| source.is_whole()) else {
+            return Ok(());
+        };
         let layer = self.panel.display.layer();
         let shown = displayed.renderer.layers().iter().nth(layer).map(|shown| shown.layer);
         let sizes = (self.surface.size(), displayed.size);

@@ -71,6 +71,28 @@ fn values_that_are_all_alike_have_a_range_as_well() {
 }
 
 #[test]
+fn a_handle_that_is_held_stays_where_it_is() {
+    let values = (0..100).map(|n| n as f32 * 20.0 / 65535.0).collect();
+    let mut harness = harness(&[("color", LayerFormat::R16)], Some(values));
+    harness.run();
+    let graph = harness.get_by_label("Range of values").rect();
+    // White is at the right end, far from all values.
+    let place = |share: f32| egui::pos2(graph.left() + share * graph.width(), graph.center().y - 10.0);
+    harness.drag_at(place(0.96));
+    harness.run();
+    harness.hover_at(place(0.5));
+    harness.run();
+    let white = |harness: &Harness<'_, Texture>| harness.state().shown[0].range.unwrap()[1];
+    let held = white(&harness);
+    assert!((held - 0.5).abs() < 0.05, "{held}");
+    (0..5).for_each(|_| harness.step());
+    assert_eq!(white(&harness), held);
+    harness.drop_at(place(0.5));
+    harness.run();
+    assert_eq!(white(&harness), held);
+}
+
+#[test]
 fn curves_and_colour_maps_are_chosen() {
     let mut harness = harness(&[("color", LayerFormat::R32Float)], None);
     click(&mut harness, "log");

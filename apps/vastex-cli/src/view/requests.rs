@@ -1,0 +1,56 @@
+//! What a person asks for in the panel and in the dialog for files.
+
+use std::path::Path;
+
+use anyhow::Result;
+use vastex_viewer::input::Action;
+use winit::event_loop::ActiveEventLoop;
+
+use super::dialog::{self, Chosen};
+use super::files::Files;
+use super::panel::Asked;
+use super::{App, Message};
+
+impl App {
+    /// A person chose a file in the dialog, or none.
+    pub(super) fn on_chosen(&mut self, chosen: Chosen) -> Result<()> {
+        self.is_choosing = false;
+        let Some(open) = &mut self.open else { return Ok(()) };
+        match chosen {
+            Chosen::File(path) => self.open_chosen(&path)?,
+            Chosen::NoDialog => {
+                open.viewer.notify(
+                    "this system shows no dialog for files; type the path into the field below Open…",
+                );
+                open.window.request_redraw();
+            }
+            Chosen::Nothing => {}
+        }
+        Ok(())
+    }
+
+    /// Begins to open a file that a person chose in the window. Where it cannot be shown, what was there before stays.
+    fn open_chosen(&mut self, path: &Path) -> Result<()> {
+        let before = std::mem::replace(&mut self.files, Files::new(path, &[]));
+        self.files_before.get_or_insert(before);
+        self.open_file()
+    }
+
+    /// Does what was asked for in the panel.
+    pub(super) fn grant(&mut self, events: &ActiveEventLoop, asked: Asked) -> Result<()> {
+        match asked {
+            Asked::Open(path) => self.open_chosen(&path),
+            Asked::Choose if self.is_choosing => Ok(()),
+            Asked::Choose => {
+                self.is_choosing = true;
+                let proxy = self.proxy.clone();
+                let send = move |chosen| drop(proxy.send_event(Message::Chosen(chosen)));
+                dialog::choose(self.files.current(), send);
+                Ok(())
+            }
+            Asked::File(step) => self.perform(events, Action::File(step)),
+            Asked::Scene(scene) => self.perform(events, Action::Scene(Some(scene))),
+            Asked::Fit => self.perform(events, Action::Reset),
+        }
+    }
+}
