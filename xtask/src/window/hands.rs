@@ -113,9 +113,12 @@ impl<'a> Window<'a> {
         })?;
         let magnification = self.magnification()?;
         (0..4).try_for_each(|_| self.xdotool(&["click", "4"]).map(drop))?;
+        // Four notches of the wheel, each a quarter more.
+        let wanted = magnification * 1.25f64.powi(4);
+        let zoomed = self.until("an image zoomed by the wheel", |window| {
+            window.magnification().ok().filter(|zoomed| (zoomed / wanted - 1.0).abs() < 0.02)
+        })?;
         self.settled()?;
-        let zoomed = self.magnification()?;
-        ensure!(zoomed > 2.0 * magnification, "the wheel goes from {magnification} to {zoomed} %");
         let texel = self.texel()?;
         self.xdotool(&["mousedown", "1"])?;
         for step in 1..=8 {
