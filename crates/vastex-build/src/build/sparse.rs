@@ -5,13 +5,13 @@
 //! whoever asks for a page without a tile is shown its nearest ancestor. What an image file means as a mask
 //! stands here, reading it in `image`.
 
-use rayon::prelude::*;
 use vastex_core::{Geometry, PagePos, PageSet};
 
 use super::layers::OpenLayer;
 use super::{BuildError, BuildOptions};
 use crate::image::{InputFault, PixelFormat, RowReader, open};
 use crate::pyramid::stack::{LayerBands, LayerPlan};
+use crate::threads;
 
 /// What the options and the inputs say of the pages of a texture.
 pub(crate) fn select(
@@ -62,8 +62,8 @@ impl Selection {
     /// before parents.
     pub(crate) fn kept(&mut self, bands: &LayerBands<'_>) -> Vec<bool> {
         let columns = 0..bands.pages();
-        let transparent: Vec<bool> = match self.needed {
-            Some(_) => columns.clone().into_par_iter().map(|x| bands.is_transparent(x)).collect(),
+        let transparent = match self.needed {
+            Some(_) => threads::map(columns.clone(), 1, |x| bands.is_transparent(x)),
             None => Vec::new(),
         };
         let geometry = bands.geometry();

@@ -2,13 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use rayon::prelude::*;
-
 use super::CropError;
 use super::stored::{Stored, copy, parts, up_to_next};
 use crate::image::Number;
 use crate::image::tiff::file::TiffImage;
 use crate::image::tiff::file::pyramid::TiffPyramid;
+use crate::threads;
 
 /// Bytes of decoded tiles that are held at once, where that is at least one tile.
 const TILES_BYTES: u64 = 64 << 20;
@@ -55,8 +54,7 @@ impl Stored for OfTiff {
         let OfTiff { path, image } = self;
         let at_once = (TILES_BYTES / image.chunk_bytes().max(1)).clamp(1, 256) as usize;
         for some in parts(first, size, image.chunk).chunks(at_once) {
-            let decoded = some.par_iter().map(|part| image.stored_chunk(part.cell[0], part.cell[1]));
-            let decoded: Result<Vec<_>, _> = decoded.collect();
+            let decoded = threads::try_map(some, |part| image.stored_chunk(part.cell[0], part.cell[1]));
             let decoded = decoded.map_err(|fault| CropError::Input { path: path.clone(), fault })?;
             for (part, tile) in some.iter().zip(decoded) {
                 let stride = image.chunk[0] as usize;

@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use rayon::prelude::*;
 use vastex_core::{LayerFormat, PagePos};
 use vastex_tiles::TileSource;
 
 use super::CropError;
 use super::stored::{Stored, copy, parts, up_to_next};
 use crate::image::Number;
+use crate::threads;
 use crate::tile::LayerOf;
 
 /// Bytes of decoded tiles that are held at once, where that is at least one tile.
@@ -77,8 +77,7 @@ impl Stored for OfTiles {
                 true => geometry.tail_pos(),
                 false => PagePos::new_2d(*level, x, y),
             };
-            let decoded = some.par_iter().map(|part| layer.texels(&**tiles, page(part.cell)));
-            let decoded: Vec<_> = decoded.collect::<Result<_, _>>()?;
+            let decoded = threads::try_map(some, |part| layer.texels(&**tiles, page(part.cell)))?;
             for (part, tile) in some.iter().zip(decoded) {
                 copy(part, &tile, geometry.tile()[0] as usize, [x, y], texels, size[0], texel);
             }

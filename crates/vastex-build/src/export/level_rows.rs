@@ -4,11 +4,11 @@ use std::ops::Range;
 
 use bytes::Bytes;
 use rayon::ThreadPool;
-use rayon::prelude::*;
 use vastex_core::PagePos;
 use vastex_tiles::TileSource;
 
 use super::ExportError;
+use crate::threads;
 use crate::tile::LayerOf;
 
 /// Who does the work of an export, and who says whether it goes on.
@@ -55,12 +55,12 @@ impl<'a> StoredLevel<'a> {
         let page = geometry.page()[0];
         let y = self.next_row / page;
         let [x0, y0, _] = geometry.tile_texel_from_page_texel([0; 3]);
-        let place = |x: u32| {
+        let place = |x: u32| -> Result<Placed, ExportError> {
             let tile = self.layer.texels(self.source, PagePos::new_2d(self.level, x, y))?;
             Ok(Placed { tile, from: [x0, y0], column: x * page, width: page.min(width - x * page) })
         };
-        let tiles = (0..geometry.level(self.level).pages[0]).into_par_iter().map(place);
-        Ok((tiles.collect::<Result<_, ExportError>>()?, page.min(height - y * page)))
+        let tiles = threads::try_map(0..geometry.level(self.level).pages[0], place)?;
+        Ok((tiles, page.min(height - y * page)))
     }
 }
 

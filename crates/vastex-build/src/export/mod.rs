@@ -18,7 +18,6 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use rayon::ThreadPool;
-use rayon::prelude::*;
 use vastex_core::{Geometry, PageSet};
 use vastex_tiles::TileSource;
 
@@ -312,7 +311,7 @@ impl Tiles<'_> {
         window: &Window<'_>,
         work: &Work<'_>,
     ) -> Result<Vec<(u64, bool)>, ExportError> {
-        let write = |column: u32| {
+        let write = |column: u32| -> Result<_, ExportError> {
             let rectangle = level.rectangle(column, row);
             let texels = window.cut(rectangle, level.wraps);
             let path = level.directory.join(level.name(column, row, self.encoder.extension()));
@@ -331,9 +330,7 @@ impl Tiles<'_> {
         for first in level.columns.clone().step_by(AT_ONCE) {
             (work.go_on)()?;
             let columns = first..level.columns.end.min(first + AT_ONCE as u32);
-            let tiles = || {
-                columns.into_par_iter().filter(has_texels).map(write).collect::<Result<Vec<_>, ExportError>>()
-            };
+            let tiles = || threads::try_map(columns.filter(has_texels), write);
             written.extend(work.pool.install(tiles)?);
         }
         Ok(written)

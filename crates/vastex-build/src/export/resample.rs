@@ -4,13 +4,13 @@
 //! What lies west of the first column is the last one: only planets are resampled. Only formats that tiles
 //! can hold come here: integers of 8 and 16 bits.
 
-use rayon::prelude::*;
 use vastex_core::LayerFormat;
 
 use super::ExportError;
 use super::level_rows::{RowSource, Window, Work};
 use crate::texels::blend::{add_weighted, append_sum};
 use crate::texels::taps::Taps;
+use crate::threads;
 
 /// Rows that are made side by side.
 const BATCH: u32 = 16;
@@ -69,7 +69,7 @@ impl RowSource for Resampled<'_> {
         if let (Some(first), Some(last)) = (taps.first(), taps.last()) {
             self.from.hold(inside(first.first)..inside(last.last()) + 1, work)?;
         }
-        let made: Vec<_> = work.pool.install(|| taps.par_iter().map(|taps| self.row(taps)).collect());
+        let made = work.pool.install(|| threads::map(&taps, 1, |taps| self.row(taps)));
         made.iter().for_each(|row| rows.extend_from_slice(row));
         self.next_row = end;
         Ok(())

@@ -4,7 +4,6 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use rayon::prelude::*;
 use vastex_core::{Description, PagePos};
 use vastex_tiles::{Container, ContainerWriter, ReorderError, TempFile, Tile, TileSource, Written, rewrite};
 
@@ -33,7 +32,7 @@ pub(super) fn encode(
     let pool = threads::pool(options.threads)?;
     let make = |tiles: Vec<(PagePos, Tile)>| {
         let encoded = |(pos, tile): (PagePos, Tile)| Ok((pos, recoder.recode(pos, &tile, &name)?));
-        pool.install(|| tiles.into_par_iter().map(encoded).collect())
+        pool.install(|| threads::try_map(tiles, encoded))
     };
     let at_once = BATCH_BYTES / source.tile_bytes().max(1);
     let written = rewrite(container, writer, at_once, make, |_, _| steps.advance(0, 0, 0));

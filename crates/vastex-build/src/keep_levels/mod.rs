@@ -7,7 +7,6 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 
-use rayon::prelude::*;
 use vastex_core::{AddressMode, Description, Layer, PagePos};
 use vastex_tiles::{ContainerWriter, EncodedTile, TileSource, Written};
 
@@ -223,8 +222,8 @@ fn write(
             return Ok(writer.finish()?);
         }
         done += batch.len() as u64;
-        let made: Result<Vec<_>, _> = pool.install(|| batch.par_iter().map(encoded).collect());
-        for (pos, tile) in made? {
+        let made = pool.install(|| threads::try_map(&batch, encoded))?;
+        for (pos, tile) in made {
             bytes += tile.tile().bytes.len() as u64;
             writer.append(pos, tile)?;
         }

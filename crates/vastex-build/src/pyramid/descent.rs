@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use rayon::prelude::*;
 use vastex_core::{AddressMode, Geometry, LayerFormat};
 
 use super::layout::{Reached, RowLayout};
 use super::rows::{RowOrder, Rows};
 use super::schedule::row_at;
 use crate::texels::filter::{Filter, LayerFilter, LevelsFrom, Method, Quad, Reach};
+use crate::threads;
 
 /// Bytes of rows below which it does not pay to share work among threads.
 pub(crate) const PARALLEL_BYTES: usize = 64 << 10;
@@ -195,8 +195,8 @@ impl Descent {
             quad.row(layout.payload_mut(row), pair(y), pair(y + 1));
             layout.pad(row);
         };
-        let tasks = coarse.grow(count).par_chunks_exact_mut(row_bytes).enumerate();
-        tasks.with_min_len(PARALLEL_BYTES.div_ceil(row_bytes)).for_each(make);
+        let rows = coarse.grow(count).chunks_exact_mut(row_bytes).enumerate();
+        threads::map(rows, PARALLEL_BYTES.div_ceil(row_bytes), make);
     }
 
     /// Makes the lines that rows need and that are not there.
@@ -212,13 +212,12 @@ impl Descent {
         missing.dedup();
         missing.retain(|row| !self.lines.contains_key(row));
         let Method::Separable(separable) = &self.filter.method else { return };
-        let line = |&row: &u32| {
+        let line = |row: u32| {
             let texels = self.reached.texels(source_layout.payload(source.row(row)), &self.color);
             (row, separable.along(&texels, layout.width))
         };
         let least = PARALLEL_BYTES.div_ceil(source.row_bytes());
-        let lines: Vec<_> = missing.par_iter().with_min_len(least).map(line).collect();
-        self.lines.extend(lines);
+        self.lines.extend(threads::map(missing, least, line));
         let line_bytes = layout.width * separable.channels() * size_of::<f32>();
         self.allocated = self.allocated.max((self.lines.len() * line_bytes) as u64);
     }
@@ -234,10 +233,8 @@ impl Descent {
             separable.across(lines, layout.payload_mut(row));
             layout.pad(row);
         };
-        let tasks = coarse.grow(count).par_chunks_exact_mut(row_bytes).enumerate();
-        tasks
-            .with_min_len(PARALLEL_BYTES.div_ceil(row_bytes * self.filter.reach.count as usize))
-            .for_each(make);
+        let least = PARALLEL_BYTES.div_ceil(row_bytes * self.filter.reach.count as usize);
+        threads::map(coarse.grow(count).chunks_exact_mut(row_bytes).enumerate(), least, make);
     }
 
     /// Keeps only the lines that the next row needs.

@@ -19,13 +19,13 @@ mod tail;
 
 use std::ops::Range;
 
-use rayon::prelude::*;
 use vastex_core::{AddressMode, Geometry, LayerFormat, PagePos};
 
 use crate::texels::blocks::{SIDE, Strip};
 use crate::texels::convert::Conversion;
 use crate::texels::filter::{Filter, LayerFilter, LevelsFrom};
 use crate::texels::texel::texel_of_color;
+use crate::threads;
 use descent::{Descent, PARALLEL_BYTES, factor, row_orders};
 use layout::{RowLayout, row_bytes};
 use rows::{Row, RowOrder, Rows};
@@ -193,16 +193,12 @@ impl<'a> Pyramid<'a> {
         let layout = &level.layout;
         let count = (image_rows.len() / image_row_bytes) as u32;
         let first = level.rows.filled();
-        level
-            .rows
-            .grow(count)
-            .par_chunks_exact_mut(row_bytes)
-            .zip(image_rows.par_chunks_exact(image_row_bytes))
-            .with_min_len(PARALLEL_BYTES.div_ceil(row_bytes))
-            .for_each(|(row, image_row)| {
-                conversion.row(layout.payload_mut(row), image_row);
-                layout.pad(row);
-            });
+        let rows = level.rows.grow(count).chunks_exact_mut(row_bytes);
+        let rows = rows.zip(image_rows.chunks_exact(image_row_bytes));
+        threads::map(rows, PARALLEL_BYTES.div_ceil(row_bytes), |(row, image_row)| {
+            conversion.row(layout.payload_mut(row), image_row);
+            layout.pad(row);
+        });
         for level in 1..self.levels.len() {
             self.make(level);
         }

@@ -9,11 +9,11 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use rayon::prelude::*;
 use vastex_core::{Geometry, LayerFormat};
 
 use super::Band;
 use crate::texels::blocks::{SIDE, Strip};
+use crate::threads;
 
 /// Tiles of one row of pages that are encoded together at most.
 pub(crate) const NEIGHBOURS: usize = 8;
@@ -172,7 +172,7 @@ impl<E: Fn(&Strip<'_>, &mut Vec<u8>) + Sync> Rows<'_, E> {
             pieces.push(make(next));
             strips = others;
         }
-        pieces.par_extend(strips.par_chunks(piece).map(make));
+        pieces.extend(threads::map(strips.chunks(piece), 1, make));
         for row in pieces.iter().flat_map(|blocks| blocks.chunks_exact(row_bytes)) {
             for (i, of_tile) in tiles.iter_mut().flatten().enumerate() {
                 of_tile.extend_from_slice(&row[i * page..][..tile]);

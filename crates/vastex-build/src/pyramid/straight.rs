@@ -13,7 +13,6 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use rayon::prelude::*;
 use vastex_core::{AddressMode, Geometry, LayerFormat};
 
 use super::descent::factor;
@@ -21,6 +20,7 @@ use super::layout::RowLayout;
 use super::rows::Rows;
 use super::schedule::row_at;
 use crate::texels::filter::{LayerFilter, Meaning, Stretched, finished, prepared};
+use crate::threads;
 
 /// Rows of level 0 that are best added at once.
 pub(crate) const ROWS_AT_ONCE: u32 = 8;
@@ -85,8 +85,9 @@ impl Straight {
     /// Adds the next rows of level 0.
     pub(crate) fn add(&mut self, rows: &[&[u8]]) {
         let (format, meaning, first) = (self.format, self.meaning, self.added);
-        let texels: Vec<_> = rows.par_iter().map(|row| prepared(format, meaning, row)).collect();
-        let sums = self.levels.par_iter_mut().map(|level| level.add(first, &texels)).sum::<usize>();
+        let texels = threads::map(rows, 1, |row| prepared(format, meaning, row));
+        let sums: usize =
+            threads::map(&mut self.levels, 1, |level| level.add(first, &texels)).into_iter().sum();
         let floats: usize = texels.iter().map(Vec::len).sum();
         self.allocated = self.allocated.max((sums * size_of::<f64>() + floats * size_of::<f32>()) as u64);
         self.added += rows.len() as u32;
@@ -104,7 +105,7 @@ impl Straight {
                 return;
             }
             let sums: Vec<_> = (first..first + count).map(|y| open.remove(&y).unwrap_or_default()).collect();
-            coarse.grow(count).par_chunks_exact_mut(row_bytes).zip(sums).for_each(|(row, sums)| {
+            threads::map(coarse.grow(count).chunks_exact_mut(row_bytes).zip(sums), 1, |(row, sums)| {
                 let mixed: Vec<f32> = sums.iter().map(|&sum| sum as f32).collect();
                 finished(format, meaning, &mixed, layout.payload_mut(row));
                 layout.pad(row);
@@ -125,11 +126,11 @@ impl Level {
     /// Adds rows of level 0 from row `first` on. Returns the numbers held meanwhile.
     fn add(&mut self, first: u32, rows: &[Vec<f32>]) -> usize {
         let Level { columns, down, open } = self;
-        let lines: Vec<_> = rows.par_iter().map(|row| columns.along(row)).collect();
+        let lines = threads::map(rows, 1, |row| columns.along(row));
         for y in down.touched(&(first..first + rows.len() as u32)) {
             open.entry(y).or_insert_with(|| columns.line_of_color(down.beyond(y)));
         }
-        open.par_iter_mut().for_each(|(&y, sums)| {
+        threads::map(&mut *open, 1, |(&y, sums)| {
             for (row, line) in (first..).zip(&lines) {
                 let weight = down.weight(y, row);
                 if weight != 0.0 {
@@ -269,13 +270,13 @@ impl Columns {
         let all = (0..if inner.is_empty() { 0 } else { kernel.count }).map(weight);
         let outer: Vec<usize> = (0..inner.start).chain(inner.end..width).collect();
         let outer =
-            outer.par_iter().map(|&x| Outer::new(mode, size, start(x), (0..kernel.count).map(weight)));
+            threads::map(outer, 1, |x| Outer::new(mode, size, start(x), (0..kernel.count).map(weight)));
         Columns {
             width,
             factor,
             first: kernel.first,
             weights: all.collect(),
-            outer: outer.collect(),
+            outer,
             inner,
             color: color.to_vec(),
         }

@@ -3,10 +3,9 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
-
 use super::spans::{Axis, Run, Spans};
 use crate::texels::filter::Filter;
+use crate::threads;
 
 /// Texels of one level: some columns of some rows.
 pub(super) struct Patch {
@@ -59,14 +58,13 @@ impl Patch {
     ) {
         let (row_bytes, texel) = (self.row_bytes(), self.texel);
         let (columns, rows) = (&self.columns, &self.rows);
-        let texel_rows: Vec<u32> = rows.texels().collect();
         // For each range of columns, where its sources lie in a row of the finer patch.
         let sources = |range: &Range<u32>| {
             let source = |texel| axes[0].inside(texel).and_then(|texel| finer.columns.index_of(texel));
             (range.clone(), filter.reach.of_run(range).map(source).collect::<Vec<_>>())
         };
         let ranges: Vec<_> = changed[0].ranges().iter().map(sources).collect();
-        let make = |(&y, row): (&u32, &mut [u8])| {
+        let make = |(y, row): (u32, &mut [u8])| {
             for (range, sources) in &ranges {
                 let fine_rows = filter.reach.of(y).map(|y| match axes[1].inside(y) {
                     Some(y) => finer.gather(y, sources, color),
@@ -78,8 +76,8 @@ impl Patch {
                 filter.row(&mut row[start..start + range.len() * texel], &fine_rows);
             }
         };
-        let rows = texel_rows.par_iter().zip(self.bytes.par_chunks_exact_mut(row_bytes));
-        rows.filter(|(y, _)| changed[1].contains(**y)).for_each(make);
+        let rows = rows.texels().zip(self.bytes.chunks_exact_mut(row_bytes));
+        threads::map(rows.filter(|(y, _)| changed[1].contains(*y)), 1, make);
     }
 
     /// Of one row the texels at these places, or the border colour.

@@ -5,7 +5,6 @@ use std::ops::ControlFlow;
 
 use bytes::Bytes;
 use rayon::ThreadPool;
-use rayon::prelude::*;
 use vastex_core::{Box3, Geometry, PagePos};
 use vastex_tiles::{ContainerUpdate, EncodedTile};
 
@@ -19,6 +18,7 @@ use super::slice::{LayerShape, Slice};
 use super::spans::{Axis, Piece, Run, Spans};
 use crate::progress::Progress;
 use crate::texels::filter::Reach;
+use crate::threads;
 use crate::tile::TileEncoder;
 
 /// Layers that do not change have no next level to be made.
@@ -211,11 +211,9 @@ impl Replacement<'_> {
         for positions in positions.chunks(batch) {
             let make =
                 |&pos: &PagePos| Ok(self.new_tile(pos, changes, made.as_ref())?.map(|tile| (pos, tile)));
-            let tiles = self
-                .pool
-                .install(|| positions.par_iter().map(make).collect::<Result<Vec<_>, ReplaceError>>())?;
+            let tiles: Result<_, ReplaceError> = self.pool.install(|| threads::try_map(positions, make));
             let mut bytes = 0;
-            for (pos, tile) in tiles.into_iter().flatten() {
+            for (pos, tile) in tiles?.into_iter().flatten() {
                 bytes += tile.tile().bytes.len() as u64;
                 update.replace(pos, tile)?;
             }

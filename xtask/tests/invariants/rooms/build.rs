@@ -9,7 +9,7 @@ pub(super) const ROOMS: &[Room] = &[
     ("texels", &["image"]),
     ("tile", &["image", "texels"]),
     // A pyramid's rows of pages hand their texels to the encoder: that saves a copy of each tile.
-    ("pyramid", &["texels", "tile"]),
+    ("pyramid", &["texels", "threads", "tile"]),
     ("replace/error", &["image", "threads"]),
     ("replace", &["image", "progress", "replace/error", "texels", "threads", "tile"]),
     // What a caller is told of an inset is what a replacement says; the rest of a build knows nothing of replacing.
@@ -21,7 +21,7 @@ pub(super) const ROOMS: &[Room] = &[
     ("source", &["image", "texels"]),
     ("keep_levels", &["build", "build/error", "image", "progress", "source", "texels", "threads", "tile"]),
     ("memory_image", &["build/error", "image", "progress", "texels", "threads"]),
-    ("crop", &["image", "progress", "source", "tile"]),
+    ("crop", &["image", "progress", "source", "threads", "tile"]),
     (
         "lib",
         &[
