@@ -3,9 +3,10 @@
 //! Here is the loop of events: it opens files, performs actions, draws while something changes and sleeps while nothing does.
 //! `opening` opens a source on a thread, `displayed` is a source in the window, `display` says which source is seen when,
 //! `viewer` draws frames on what `device` finds, `shell` is egui in the window and `panel` what it shows, `files` knows the next
-//! file, `dialog` asks the system for one, `recent` remembers them, `requests` does what is asked for in the panel, `events` translates winit's events, `surface` is
-//! where pictures appear, `title` is the window's title, `times` what is measured of it.
+//! file, `dialog` asks the system for one, `recent` remembers them and `bookmarks` views of them, both by `state`, `requests` does what is
+//! asked for in the panel, `events` translates winit's events, `surface` is where pictures appear, `title` is the window's title, `times` what is measured of it.
 
+mod bookmarks;
 mod device;
 mod dialog;
 mod display;
@@ -17,6 +18,7 @@ mod panel;
 mod recent;
 mod requests;
 mod shell;
+mod state;
 mod surface;
 mod times;
 mod title;
@@ -213,6 +215,7 @@ impl App {
         if std::mem::replace(&mut self.camera_of, opening) != opening {
             self.cameras = Scene::ALL.map(|scene| Controller::new(Pose::first(scene)));
             self.input.rest();
+            self.open.iter_mut().for_each(|open| open.viewer.turn_to_bookmarks(self.files.current()));
         }
     }
 
@@ -356,6 +359,10 @@ impl App {
             Action::AutoRange => viewer.set_automatic_range(self.cameras[scene_index].pose())?,
             Action::Panel => {
                 viewer.open_or_close_panel();
+                window.request_redraw();
+            }
+            Action::Guides => {
+                viewer.show_or_hide_guides();
                 window.request_redraw();
             }
             Action::Keys => {

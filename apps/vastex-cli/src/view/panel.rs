@@ -1,13 +1,15 @@
-//! What is in the window beside the picture: a button, the panel that it opens, the list of keys, and what there is to say.
+//! What is in the window beside the picture: a button, the panel that it opens, the list of keys, guides over an image, and what there
+//! is to say.
 
 use std::path::PathBuf;
 
 use egui::{
     Align2, Area, Button, CollapsingHeader, Frame, Id, ProgressBar, RichText, ScrollArea, TextEdit, Ui, Vec2,
 };
-use vastex_scenes::Scene;
-use vastex_viewer::panels::{DisplayPanel, ShownTexture, keys_window};
+use vastex_scenes::{Pose, Scene};
+use vastex_viewer::panels::{DisplayPanel, PositionChange, PositionPanel, ShownTexture, keys_window};
 
+use super::bookmarks::Bookmarks;
 use super::recent::Recent;
 
 /// Something that a person asks for in the panel.
@@ -21,6 +23,8 @@ pub(super) enum Asked {
     Scene(Scene),
     /// The first pose again.
     Fit,
+    /// The camera there, in the scene of the pose.
+    Go(Pose),
 }
 
 /// What the panel is told of a frame.
@@ -32,6 +36,8 @@ pub(super) struct Told<'a> {
     /// What there is to say to a person.
     pub(super) notice: Option<&'a str>,
     pub(super) scene: Scene,
+    /// Where the camera is, and columns and rows of the image.
+    pub(super) position: (Pose, [u32; 2]),
     /// What is displayed, if anything is.
     pub(super) texture: Option<ShownTexture<'a>>,
 }
@@ -42,18 +48,24 @@ pub(super) struct Panel {
     keys_are_shown: bool,
     /// What is written in the field for a file.
     path: String,
+    guides_are_shown: bool,
+    position: PositionPanel,
     pub(super) display: DisplayPanel,
     pub(super) recent: Recent,
+    pub(super) bookmarks: Bookmarks,
 }
 
 impl Panel {
-    pub(super) fn new(recent: Recent) -> Panel {
+    pub(super) fn new(recent: Recent, bookmarks: Bookmarks) -> Panel {
         Panel {
             is_open: false,
             keys_are_shown: false,
             path: String::new(),
+            guides_are_shown: true,
+            position: PositionPanel::default(),
             display: DisplayPanel::default(),
             recent,
+            bookmarks,
         }
     }
 
@@ -63,6 +75,15 @@ impl Panel {
 
     pub(super) fn open_or_close(&mut self) {
         self.is_open = !self.is_open;
+    }
+
+    /// Whether guides lie over an image.
+    pub(super) fn guides_are_shown(&self) -> bool {
+        self.guides_are_shown
+    }
+
+    pub(super) fn show_or_hide_guides(&mut self) {
+        self.guides_are_shown = !self.guides_are_shown;
     }
 
     pub(super) fn show_or_hide_keys(&mut self) {
@@ -88,6 +109,9 @@ impl Panel {
                     self.files(ui, &mut asked);
                     ui.separator();
                     places(ui, told.scene, &mut asked);
+                    if told.texture.is_some() {
+                        self.position(ui, told, &mut asked);
+                    }
                     ui.separator();
                     if let Some(texture) = &mut told.texture {
                         is_changed = self.display.show(ui, texture);
@@ -106,6 +130,18 @@ impl Panel {
         keys_window(ui.ctx(), &mut self.keys_are_shown);
         say(ui, told);
         (asked, is_changed)
+    }
+
+    fn position(&mut self, ui: &mut Ui, told: &Told<'_>, asked: &mut Vec<Asked>) {
+        let (pose, size) = &told.position;
+        match self.position.show(ui, pose, *size, self.bookmarks.views()) {
+            Some(PositionChange::Go(pose)) => asked.push(Asked::Go(pose)),
+            Some(PositionChange::Keep(view)) => self.bookmarks.keep(view),
+            Some(PositionChange::Forget(index)) => self.bookmarks.forget(index),
+            None => {}
+        }
+        ui.checkbox(&mut self.guides_are_shown, "Guides")
+            .on_hover_text("a scale, and lines between large texels with their values: G");
     }
 
     fn files(&mut self, ui: &mut Ui, asked: &mut Vec<Asked>) {

@@ -1,7 +1,8 @@
 //! The files that were opened lately, remembered from one run to the next.
 
 use std::path::{Path, PathBuf};
-use std::{env, fs, io, process};
+
+use super::state;
 
 /// So many are remembered.
 const MOST: usize = 12;
@@ -17,13 +18,11 @@ pub(super) struct Recent {
 impl Recent {
     /// Those of the runs before. What cannot be read counts as none: nothing but convenience is lost.
     pub(super) fn load() -> Recent {
-        default_place().map(Recent::load_from).unwrap_or_default()
+        state::place_of("recent.json").map(Recent::load_from).unwrap_or_default()
     }
 
     fn load_from(place: PathBuf) -> Recent {
-        let text = fs::read(&place).unwrap_or_default();
-        let files = serde_json::from_slice(&text).unwrap_or_default();
-        Recent { files, kept_in: Some(place) }
+        Recent { files: state::load(&place), kept_in: Some(place) }
     }
 
     /// The files, the last one first.
@@ -51,32 +50,15 @@ impl Recent {
         self.files.truncate(MOST);
         if let Some(place) = &self.kept_in {
             // A list that cannot be written is no reason to trouble the person.
-            drop(self.write(place));
+            drop(state::write(place, &self.files));
         }
     }
-
-    fn write(&self, place: &Path) -> io::Result<()> {
-        let text = serde_json::to_vec_pretty(&self.files)?;
-        if let Some(directory) = place.parent() {
-            fs::create_dir_all(directory)?;
-        }
-        let unfinished = place.with_extension(format!("{}.tmp", process::id()));
-        let written = fs::write(&unfinished, text).and_then(|()| fs::rename(&unfinished, place));
-        written.inspect_err(|_| drop(fs::remove_file(&unfinished)))
-    }
-}
-
-/// `vastex/recent.json` in `$XDG_STATE_HOME`, in `%LOCALAPPDATA%` on Windows, or else in `~/.local/state`.
-fn default_place() -> Option<PathBuf> {
-    let named =
-        |variable: &str| env::var_os(variable).map(PathBuf::from).filter(|directory| directory.is_absolute());
-    let of_system = if cfg!(windows) { named("LOCALAPPDATA") } else { None };
-    let states = named("XDG_STATE_HOME").or(of_system);
-    Some(states.or_else(|| Some(named("HOME")?.join(".local/state")))?.join("vastex").join("recent.json"))
 }
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     #[test]

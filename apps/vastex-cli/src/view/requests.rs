@@ -3,6 +3,8 @@
 use std::path::Path;
 
 use anyhow::Result;
+use vastex_scenes::{Pose, Scene};
+use vastex_viewer::camera::Controller;
 use vastex_viewer::input::Action;
 use winit::event_loop::ActiveEventLoop;
 
@@ -36,6 +38,23 @@ impl App {
         self.open_file()
     }
 
+    /// Moves the camera to a pose, in its scene: what a plane's pose is of is the terrain, where that is displayed.
+    fn go(&mut self, events: &ActiveEventLoop, pose: Pose) -> Result<()> {
+        let scene = match pose {
+            Pose::Image { .. } => Scene::Image,
+            Pose::Globe { .. } => Scene::Globe,
+            Pose::Plane { .. } if self.scene == Scene::Terrain => Scene::Terrain,
+            Pose::Plane { .. } => Scene::Plane,
+        };
+        self.perform(events, Action::Scene(Some(scene)))?;
+        if self.scene == scene {
+            self.cameras[scene as usize] = Controller::new(pose);
+            self.input.rest();
+            self.open.iter_mut().for_each(|open| open.viewer.jumped());
+        }
+        Ok(())
+    }
+
     /// Does what was asked for in the panel.
     pub(super) fn grant(&mut self, events: &ActiveEventLoop, asked: Asked) -> Result<()> {
         match asked {
@@ -51,6 +70,7 @@ impl App {
             Asked::File(step) => self.perform(events, Action::File(step)),
             Asked::Scene(scene) => self.perform(events, Action::Scene(Some(scene))),
             Asked::Fit => self.perform(events, Action::Reset),
+            Asked::Go(pose) => self.go(events, pose),
         }
     }
 }

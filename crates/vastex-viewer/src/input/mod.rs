@@ -135,6 +135,8 @@ pub enum Action {
     AutoRange,
     /// The panel beside the picture, or the picture alone.
     Panel,
+    /// The guides over an image, or the picture alone.
+    Guides,
     /// The list of keys and gestures, or the picture alone.
     Keys,
     /// The picture again: it may be stale.
@@ -419,6 +421,7 @@ fn action_of(key: Key) -> Option<Action> {
         Key::F(11) | Key::Char('f' | 'F') => Action::FillScreen,
         Key::Char('l' | 'L') => Action::Overlay,
         Key::Char('c' | 'C') => Action::AutoRange,
+        Key::Char('g' | 'G') => Action::Guides,
         Key::Char('m' | 'M') => Action::Panel,
         Key::Char('?' | 'h' | 'H') => Action::Keys,
         Key::F(1) => Action::Scene(Some(Scene::Image)),

@@ -72,6 +72,26 @@ impl InspectedTexel {
             is_float: scale.most().is_none(),
         }
     }
+
+    /// The channels in words, each short enough for a line.
+    pub fn lines(&self) -> Vec<String> {
+        self.values
+            .iter()
+            .map(|&value| if self.is_float { short(value) } else { value.to_string() })
+            .collect()
+    }
+}
+
+/// A float in five digits or fewer, where that does not hide how large it is.
+fn short(value: f64) -> String {
+    match value.abs() {
+        0.0 => "0".to_owned(),
+        0.001..1e5 => {
+            let before_point = value.abs().log10().floor().max(0.0) as usize + 1;
+            format!("{value:.*}", 5usize.saturating_sub(before_point).min(4))
+        }
+        _ => format!("{value:.2e}"),
+    }
 }
 
 impl fmt::Display for InspectedTexel {
@@ -121,5 +141,11 @@ mod tests {
         assert_eq!(texel.to_string(), "1234,567: 255 0");
         let texel = InspectedTexel::new([12, 5], 2, LayerFormat::R32Float, [0.25, 0.0, 0.0, 1.0]);
         assert_eq!(texel.to_string(), "12,5: 0.25000 (level 2)");
+        for (value, line) in
+            [(0.0, "0"), (0.25, "0.2500"), (-1234.56, "-1234.6"), (1e-7, "1.00e-7"), (f32::NAN, "NaN")]
+        {
+            let texel = InspectedTexel::new([0, 0], 0, LayerFormat::R32Float, [value, 0.0, 0.0, 1.0]);
+            assert_eq!(texel.lines(), [line]);
+        }
     }
 }

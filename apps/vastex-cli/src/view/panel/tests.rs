@@ -16,7 +16,7 @@ struct Window {
 
 fn window(notice: Option<&'static str>) -> Harness<'static, Window> {
     let layers = vec![vastex::Layer::new("color", vastex::LayerFormat::R16)];
-    let panel = Panel::new(Recent::default());
+    let panel = Panel::new(Recent::default(), Bookmarks::default());
     let window = Window { panel, layers, shown: Vec::new(), notice, asked: Vec::new() };
     let show = |ui: &mut Ui, window: &mut Window| {
         let Window { panel, layers, shown, notice, asked } = window;
@@ -26,6 +26,7 @@ fn window(notice: Option<&'static str>) -> Harness<'static, Window> {
             opening: Some(("b.png", 0.25)),
             notice: *notice,
             scene: Scene::Image,
+            position: (Pose::first(Scene::Image), [1000, 500]),
             texture,
         };
         asked.extend(panel.show(ui, &mut told).0);
@@ -74,4 +75,34 @@ fn what_there_is_to_say_is_said_in_the_window() {
     click(&mut harness, "Panel");
     click(&mut harness, "Keys");
     assert!(harness.query_by_label("Keys and gestures").is_some());
+}
+
+#[test]
+fn a_view_is_written_kept_and_gone_back_to() {
+    let mut harness = window(None);
+    click(&mut harness, "Panel");
+    let first = "image:x=500,y=250,zoom=1";
+    assert_eq!(harness.get_by_label("View").value().as_deref(), Some(first));
+    click(&mut harness, "Keep view");
+    click(&mut harness, first);
+    let pose = Pose::first(Scene::Image);
+    assert_eq!(harness.state().asked, [Asked::Go(pose)]);
+    let all = egui::Modifiers::COMMAND;
+    for (text, asked) in [("100,2000", None), ("100,200", Some([0.1005, 0.401]))] {
+        harness.get_by_label("View").focus();
+        harness.run();
+        harness.key_press_modifiers(all, egui::Key::A);
+        harness.run();
+        harness.get_by_label("View").type_text(text);
+        harness.run();
+        assert_eq!(harness.get_by_label("View").value().as_deref(), Some(text));
+        harness.key_press(egui::Key::Enter);
+        harness.run();
+        let asked = asked.map(|centre| Asked::Go(Pose::Image { centre: centre.into(), zoom: 1.0 }));
+        assert_eq!(harness.query_by_label_contains("lies beside the image").is_some(), asked.is_none());
+        assert_eq!(harness.state().asked.get(1), asked.as_ref(), "{text}");
+    }
+    assert!(harness.state().panel.guides_are_shown());
+    click(&mut harness, "Guides");
+    assert!(!harness.state().panel.guides_are_shown());
 }

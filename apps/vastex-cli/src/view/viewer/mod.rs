@@ -19,6 +19,7 @@ use vastex_viewer::stage::{Frame, Pictures, StageView, draw_again};
 use winit::event_loop::OwnedDisplayHandle;
 use winit::window::Window;
 
+use super::bookmarks::Bookmarks;
 use super::device::{default_fade, device_for};
 use super::display::Display;
 use super::displayed::{DisplaySettings, Displayed};
@@ -102,7 +103,7 @@ impl Viewer {
         Ok(Viewer {
             gpu,
             shell: Shell::new(window.clone()),
-            panel: Panel::new(Recent::load()),
+            panel: Panel::new(Recent::load(), Bookmarks::load()),
             first_layers: args.shown().layers,
             layers_of: 0,
             values: None,

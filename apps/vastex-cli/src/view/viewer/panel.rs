@@ -4,8 +4,8 @@ use std::time::{Duration, Instant};
 
 use anyhow::Result;
 use vastex_scenes::{LayerOptions, Pose};
-use vastex_viewer::inspect::{Histogram, StoredScale};
-use vastex_viewer::panels::ShownTexture;
+use vastex_viewer::inspect::{self, Histogram, StoredScale};
+use vastex_viewer::panels::{ImageView, ShownTexture, paint_guides};
 use winit::event::WindowEvent;
 
 use super::super::panel::{Asked, Told};
@@ -59,6 +59,16 @@ impl Viewer {
         self.panel.hide_keys()
     }
 
+    /// Shows the guides over an image, or hides them.
+    pub(in super::super) fn show_or_hide_guides(&mut self) {
+        self.panel.show_or_hide_guides();
+    }
+
+    /// A file is displayed: its bookmarks are those of the panel.
+    pub(in super::super) fn turn_to_bookmarks(&mut self, file: &std::path::Path) {
+        self.panel.bookmarks.turn_to(file);
+    }
+
     /// A file is displayed: the panel offers it from now on.
     pub(in super::super) fn remember(&mut self, file: &std::path::Path) {
         self.panel.recent.add(file);
@@ -73,7 +83,11 @@ impl Viewer {
         let mut options = self.settings.options.layers.clone();
         let (mut asked, mut is_changed) = (Vec::new(), false);
         let histogram = self.values.as_ref().and_then(|values| values.histogram.as_ref());
-        let (panel, settings) = (&mut self.panel, &self.settings);
+        let view = ImageView { pose, picture: self.surface.size(), image: self.image_size() };
+        let (panel, settings, textures) = (&mut self.panel, &self.settings, &self.textures);
+        // An overlay is no picture of texels.
+        let guided = self.display.displayed().filter(|source| source.is_whole() && source.overlay.is_none());
+        let guided = guided.map(|source| source.renderer.layer());
         let before = panel.display.clone();
         let (opening, notice) = (self.opening.as_ref(), self.title.notice());
         self.shown_notice = notice.map(str::to_owned);
@@ -85,9 +99,15 @@ impl Viewer {
                 opening: opening.map(|(name, share)| (&**name, *share)),
                 notice,
                 scene: settings.scene,
+                position: (pose, view.image),
                 texture,
             };
             let (asks, changes) = panel.show(ui, &mut told);
+            if let Some(layer) = guided.filter(|_| panel.guides_are_shown()) {
+                let (free, sizes) = (ui.available_rect_before_wrap(), (view.picture, view.image));
+                let value = |pixel| inspect::texel_at(textures, layer, &pose, sizes, pixel);
+                paint_guides(ui.painter(), free, &view, value);
+            }
             asked.extend(asks);
             is_changed |= changes;
         });

@@ -1,0 +1,213 @@
+//! Guides over the picture of an image: lines between its texels and their values where they are large, and how long a texel is.
+
+use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Stroke, Vec2, pos2, vec2};
+use glam::DVec2;
+
+use crate::camera::Pose;
+use crate::inspect::InspectedTexel;
+
+/// Physical pixels of a texel from which on texels are told apart by lines.
+const LEAST_OF_GRID: f64 = 16.0;
+/// Sides of a texel in points from which on its values are written into it, a line for each.
+const LEAST_OF_VALUES: [f32; 2] = [44.0, 13.0];
+/// The longest scale bar, in points.
+const LONGEST_BAR: f64 = 160.0;
+const VALUE_FONT: f32 = 11.0;
+const MARGIN: f32 = 12.0;
+
+/// An image as it lies in a picture.
+#[derive(Clone, Copy, Debug)]
+pub struct ImageView {
+    /// Where the camera is. No other pose than that of an image has guides.
+    pub pose: Pose,
+    /// Width and height of the picture in physical pixels.
+    pub picture: [u32; 2],
+    /// Columns and rows of the image.
+    pub image: [u32; 2],
+}
+
+/// Paints the guides of an image within `free`, the part of the picture that no panel covers.
+///
+/// `value` answers what is stored below a physical pixel. It is asked once for each texel in view, and only where texels are at least 44
+/// points wide: at most some thousand times.
+pub fn paint_guides(
+    painter: &Painter,
+    free: Rect,
+    view: &ImageView,
+    mut value: impl FnMut(DVec2) -> Option<InspectedTexel>,
+) {
+    let Some(placed) = Placed::new(view, painter.pixels_per_point()) else { return };
+    let painter = painter.with_clip_rect(free);
+    let seen = placed.seen(free);
+    if placed.scale >= LEAST_OF_GRID {
+        paint_grid(&painter, &placed, seen);
+    }
+    if placed.side() >= LEAST_OF_VALUES[0] {
+        for (row, column) in
+            (seen[1][0]..seen[1][1]).flat_map(|row| (seen[0][0]..seen[0][1]).map(move |column| (row, column)))
+        {
+            let middle = DVec2::new(f64::from(column) + 0.5, f64::from(row) + 0.5);
+            if let Some(texel) = value(placed.pixel(middle)) {
+                paint_values(&painter, placed.point(middle), placed.side(), &texel);
+            }
+        }
+    }
+    paint_scale_bar(&painter, free, placed.scale / placed.pixels_per_point);
+}
+
+/// Where the texels of an image lie.
+struct Placed {
+    /// Physical pixels of a texel.
+    scale: f64,
+    /// The physical pixel of the image's first corner.
+    corner: DVec2,
+    image: [u32; 2],
+    pixels_per_point: f64,
+}
+
+impl Placed {
+    fn new(view: &ImageView, pixels_per_point: f32) -> Option<Placed> {
+        let Pose::Image { centre, .. } = view.pose else { return None };
+        let scale = view.pose.magnification(view.picture, view.image)?;
+        let size = |sides: [u32; 2]| DVec2::from(sides.map(f64::from));
+        let corner = size(view.picture) / 2.0 - scale * centre * size(view.image);
+        Some(Placed { scale, corner, image: view.image, pixels_per_point: pixels_per_point.into() })
+    }
+
+    /// Side of a texel in points.
+    fn side(&self) -> f32 {
+        (self.scale / self.pixels_per_point) as f32
+    }
+
+    /// The physical pixel of a place of the image, in texels.
+    fn pixel(&self, texels: DVec2) -> DVec2 {
+        self.corner + self.scale * texels
+    }
+
+    fn point(&self, texels: DVec2) -> Pos2 {
+        let DVec2 { x, y } = self.pixel(texels) / self.pixels_per_point;
+        pos2(x as f32, y as f32)
+    }
+
+    /// The columns and the rows of the image that are in a part of the window: the first one, and one past the last.
+    fn seen(&self, part: Rect) -> [[u32; 2]; 2] {
+        let axis = |axis: usize, low: f32, high: f32| {
+            let texel =
+                |point: f32| (f64::from(point) * self.pixels_per_point - self.corner[axis]) / self.scale;
+            let within = |texel: f64| texel.clamp(0.0, self.image[axis].into()) as u32;
+            [within(texel(low).floor()), within(texel(high).ceil())]
+        };
+        [axis(0, part.min.x, part.max.x), axis(1, part.min.y, part.max.y)]
+    }
+}
+
+fn paint_grid(painter: &Painter, placed: &Placed, seen: [[u32; 2]; 2]) {
+    // Dark beside light: one of the two is seen on every colour.
+    let pixel = (1.0 / placed.pixels_per_point) as f32;
+    let strokes = [
+        (0.5, Stroke::new(pixel, Color32::from_black_alpha(70))),
+        (-0.5, Stroke::new(pixel, Color32::from_white_alpha(50))),
+    ];
+    let [[left, right], [top, bottom]] = seen.map(|ends| ends.map(f64::from));
+    let line = |from: DVec2, to: DVec2, across: Vec2| {
+        for (side, stroke) in strokes {
+            let shift = side * pixel * across;
+            painter.line_segment([placed.point(from) + shift, placed.point(to) + shift], stroke);
+        }
+    };
+    for column in seen[0][0]..=seen[0][1] {
+        line(DVec2::new(column.into(), top), DVec2::new(column.into(), bottom), vec2(1.0, 0.0));
+    }
+    for row in seen[1][0]..=seen[1][1] {
+        line(DVec2::new(left, row.into()), DVec2::new(right, row.into()), vec2(0.0, 1.0));
+    }
+}
+
+/// Writes what is stored of a texel into it, a channel in a line, where there is room; of another level than 0 nothing is written, for its
+/// values are not the texel's.
+fn paint_values(painter: &Painter, middle: Pos2, side: f32, texel: &InspectedTexel) {
+    let lines = texel.lines();
+    if texel.level > 0 || side < LEAST_OF_VALUES[1] * lines.len() as f32 + 2.0 {
+        return;
+    }
+    let font = FontId::monospace(VALUE_FONT);
+    let text = lines.join("\n");
+    let galley = painter.layout_no_wrap(text, font, Color32::PLACEHOLDER);
+    if galley.size().x + 4.0 > side {
+        return;
+    }
+    let place = Align2::CENTER_CENTER.anchor_size(middle, galley.size()).min;
+    painter.galley(place + Vec2::splat(1.0), galley.clone(), Color32::BLACK);
+    painter.galley(place, galley, Color32::WHITE);
+}
+
+/// `texel` is in points.
+fn paint_scale_bar(painter: &Painter, free: Rect, texel: f64) {
+    let Some(texels) = round_length(LONGEST_BAR / texel) else { return };
+    let length = (texels * texel) as f32;
+    // No room for it beside anything else.
+    if free.width() < length + 2.0 * MARGIN || free.height() < 80.0 {
+        return;
+    }
+    let end = free.max - Vec2::splat(MARGIN);
+    let start = end - vec2(length, 0.0);
+    for (width, color) in [(4.0, Color32::BLACK), (2.0, Color32::WHITE)] {
+        let grown = (width - 2.0) / 2.0;
+        let stroke = Stroke::new(width, color);
+        painter.line_segment([start - vec2(grown, 0.0), end + vec2(grown, 0.0)], stroke);
+        for tick in [start, end] {
+            painter.line_segment([tick - vec2(0.0, 5.0 + grown), tick + vec2(0.0, grown)], stroke);
+        }
+    }
+    let unit = if texels == 1.0 { "texel" } else { "texels" };
+    let place = (start + end.to_vec2()).to_vec2() / 2.0 - vec2(0.0, 6.0);
+    let text = format!("{texels} {unit}");
+    let font = FontId::proportional(12.0);
+    for (shift, color) in [(1.0, Color32::BLACK), (0.0, Color32::WHITE)] {
+        let place = place.to_pos2() + Vec2::splat(shift);
+        painter.text(place, Align2::CENTER_BOTTOM, &text, font.clone(), color);
+    }
+}
+
+/// The longest of 1, 2 and 5 times a power of ten that is no longer than so many; nothing below 1.
+fn round_length(most: f64) -> Option<f64> {
+    if !(1.0..1e15).contains(&most) {
+        return None;
+    }
+    let power = 10f64.powi(most.log10().floor() as i32);
+    [5.0, 2.0, 1.0].map(|times| times * power).into_iter().find(|length| *length <= most)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_scale_bar_has_a_round_length() {
+        for (most, length) in
+            [(0.9, None), (1.0, Some(1.0)), (4.9, Some(2.0)), (5.0, Some(5.0)), (1999.0, Some(1000.0))]
+        {
+            assert_eq!(round_length(most), length, "{most}");
+        }
+        assert_eq!(round_length(f64::INFINITY), None);
+        assert_eq!(round_length(f64::NAN), None);
+    }
+
+    #[test]
+    fn texels_lie_where_the_camera_shows_them() {
+        // 20 pixels a texel, the middle of the view on the corner between the texels (9, 4) and (10, 5).
+        let pose = Pose::Image { centre: DVec2::new(0.1, 0.1), zoom: 20.0 };
+        let view = ImageView { pose, picture: [100, 60], image: [100, 50] };
+        let placed = Placed::new(&view, 2.0).unwrap();
+        assert_eq!(placed.scale, 20.0);
+        assert_eq!(placed.point(DVec2::new(10.0, 5.0)), pos2(25.0, 15.0));
+        assert_eq!(placed.pixel(DVec2::new(9.5, 5.5)), DVec2::new(40.0, 40.0));
+        let seen = placed.seen(Rect::from_min_max(pos2(0.0, 0.0), pos2(50.0, 30.0)));
+        assert_eq!(seen, [[7, 13], [3, 7]]);
+        // No more than there is of the image.
+        let placed = Placed::new(&ImageView { pose: Pose::first(crate::Scene::Image), ..view }, 1.0).unwrap();
+        assert_eq!(placed.seen(Rect::EVERYTHING), [[0, 100], [0, 50]]);
+        let globe = Pose::first(crate::Scene::Globe);
+        assert!(Placed::new(&ImageView { pose: globe, ..view }, 1.0).is_none());
+    }
+}

@@ -1,0 +1,201 @@
+//! Where the camera is, in words: to be read, written, kept and gone back to.
+
+use egui::{Button, CollapsingHeader, RichText, TextEdit, Ui};
+use glam::DVec2;
+
+use crate::camera::Pose;
+
+/// What a person wants of a position; the host does it.
+#[derive(Clone, Debug, PartialEq)]
+pub enum PositionChange {
+    /// The camera goes there. The pose may be one of another scene.
+    Go(Pose),
+    /// Where the camera is becomes a bookmark: the text of its pose.
+    Keep(String),
+    /// The bookmark of this index goes.
+    Forget(usize),
+}
+
+/// Where the camera is, and bookmarks. The same panel goes on from frame to frame.
+#[derive(Clone, Debug, Default)]
+pub struct PositionPanel {
+    /// What is being written, while somebody writes.
+    text: Option<String>,
+    /// What was wrong with what was written last.
+    error: Option<String>,
+}
+
+impl PositionPanel {
+    /// Shows where the camera is over an image of `size` texels, and the bookmarks, which are texts of poses. Gives back what a person
+    /// wants.
+    pub fn show(
+        &mut self,
+        ui: &mut Ui,
+        pose: &Pose,
+        size: [u32; 2],
+        bookmarks: &[String],
+    ) -> Option<PositionChange> {
+        let mut change = None;
+        let at = pose.to_text(size);
+        ui.horizontal(|ui| {
+            let label = ui.label("View");
+            let mut text = self.text.clone().unwrap_or_else(|| readable(&at));
+            let field = TextEdit::singleline(&mut text).desired_width(ui.available_width() - 56.0);
+            let field = ui.add(field).labelled_by(label.id).on_hover_text(
+                "where the camera is; write another place and press Enter: column,row of an image, latitude,longitude of a globe, \
+                 or the whole as it stands here",
+            );
+            let is_entered = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
+            if field.changed() {
+                (self.text, self.error) = (Some(text.clone()), None);
+            }
+            if field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Escape)) {
+                (self.text, self.error) = (None, None);
+            }
+            let go = ui.add_enabled(self.text.is_some(), Button::new("Go"));
+            let is_wanted = self.text.is_some() && (is_entered || go.clicked());
+            if is_wanted {
+                match pose_of(&text, pose, size) {
+                    Ok(pose) => {
+                        (self.text, self.error) = (None, None);
+                        change = Some(PositionChange::Go(pose));
+                    }
+                    Err(error) => self.error = Some(error),
+                }
+            } else if field.lost_focus() && self.error.is_none() && !go.hovered() {
+                // What was not entered is no place to go; what is wrong stays to be mended.
+                self.text = None;
+            }
+        });
+        if let Some(error) = &self.error {
+            ui.label(RichText::new(error).color(ui.visuals().error_fg_color));
+        }
+        ui.horizontal(|ui| {
+            if ui.button("Keep view").on_hover_text("as a bookmark of this file").clicked() {
+                change = Some(PositionChange::Keep(at));
+            }
+        });
+        if !bookmarks.is_empty() {
+            CollapsingHeader::new("Bookmarks").default_open(true).show(ui, |ui| {
+                for (index, bookmark) in bookmarks.iter().enumerate() {
+                    ui.horizontal(|ui| {
+                        let forget = ui.button("×").on_hover_text(format!("forget {}", readable(bookmark)));
+                        if forget.clicked() {
+                            change = Some(PositionChange::Forget(index));
+                        }
+                        let go = ui.add(Button::new(readable(bookmark)).frame(false).truncate());
+                        if let Some(pose) = Pose::from_text(bookmark, size).ok().filter(|_| go.clicked()) {
+                            change = Some(PositionChange::Go(pose));
+                        }
+                    });
+                }
+            });
+        }
+        change
+    }
+}
+
+/// The text of a pose with no more digits than a person reads.
+fn readable(text: &str) -> String {
+    let rounded = |word: &str| {
+        let (name, number) = word.split_once('=')?;
+        let (number, unit) = number.strip_suffix('m').map_or((number, ""), |number| (number, "m"));
+        let number: f64 = number.parse().ok()?;
+        let digits = if number.abs() < 1000.0 { 4 } else { 2 };
+        let text = format!("{number:.digits$}");
+        let text = text.trim_end_matches('0').trim_end_matches('.');
+        // Of what is too small for them, all digits.
+        let is_lost = number != 0.0 && matches!(text, "0" | "-0");
+        Some(if is_lost { word.to_owned() } else { format!("{name}={text}{unit}") })
+    };
+    let words: Vec<String> =
+        text.split(',').map(|word| rounded(word).unwrap_or_else(|| word.to_owned())).collect();
+    words.join(",")
+}
+
+/// The pose that a text means to a camera at `from`: that of its two numbers, as near as the camera is, or the one that it spells out.
+fn pose_of(text: &str, from: &Pose, size: [u32; 2]) -> Result<Pose, String> {
+    let numbers: Option<Vec<f64>> = text
+        .split([',', ' '])
+        .filter(|word| !word.is_empty())
+        .map(|word| word.parse().ok().filter(|number: &f64| number.is_finite()))
+        .collect();
+    match (numbers.as_deref(), from) {
+        (Some(&[x, y]), Pose::Image { zoom, .. }) => {
+            let [width, height] = size.map(f64::from);
+            if !(0.0..=width).contains(&x) || !(0.0..=height).contains(&y) {
+                return Err(format!("{x},{y} lies beside the image, which has {width}×{height} texels"));
+            }
+            // The middle of a texel that is named by whole numbers.
+            let middle =
+                DVec2::new(x, y).map(|number| if number.fract() == 0.0 { number + 0.5 } else { number });
+            let centre = (middle / DVec2::new(width, height)).min(DVec2::ONE);
+            Ok(Pose::Image { centre, zoom: *zoom })
+        }
+        (Some(&[latitude, longitude]), Pose::Globe { .. }) => {
+            if latitude.abs() > 90.0 || longitude.abs() > 360.0 {
+                return Err(format!(
+                    "{latitude},{longitude} is no place: latitudes end at 90 degrees, longitudes at 360"
+                ));
+            }
+            let over = DVec2::new(longitude.to_radians(), latitude.to_radians());
+            // Never quite at a pole, where no side is up.
+            Ok(from.at(over))
+        }
+        _ => Pose::from_text(text.trim(), size).map_err(|error| error.to_string()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Scene;
+
+    const SIZE: [u32; 2] = [1000, 500];
+
+    #[test]
+    fn two_numbers_are_a_place_as_near_as_before() {
+        let from = Pose::Image { centre: DVec2::splat(0.5), zoom: 7.0 };
+        for (text, centre) in [
+            ("100,200", [0.1005, 0.401]),
+            ("100.5 200.5", [0.1005, 0.401]),
+            ("0, 0", [0.0005, 0.001]),
+            ("1000,500", [1.0, 1.0]),
+        ] {
+            let wanted = Pose::Image { centre: centre.into(), zoom: 7.0 };
+            assert_eq!(pose_of(text, &from, SIZE), Ok(wanted), "{text}");
+        }
+        let error = pose_of("1001,5", &from, SIZE).unwrap_err();
+        assert!(error.contains("1000×500"), "{error}");
+        let Ok(Pose::Globe { longitude, latitude, altitude }) =
+            pose_of("46.4, 11.5", &Pose::first(Scene::Globe), SIZE)
+        else {
+            panic!("it is a place")
+        };
+        assert_eq!((latitude.to_degrees(), longitude.to_degrees(), altitude), (46.4, 11.5, 1.3));
+        assert!(pose_of("91,0", &Pose::first(Scene::Globe), SIZE).is_err());
+        // Of a plane two numbers say too little.
+        assert!(pose_of("1,2", &Pose::first(Scene::Plane), SIZE).is_err());
+    }
+
+    #[test]
+    fn a_text_has_no_more_digits_than_are_read() {
+        for (text, read) in [
+            ("image:x=427.0701924412416,y=2100000.123456,zoom=12", "image:x=427.0702,y=2100000.12,zoom=12"),
+            ("globe:lon=-0.50000000001,lat=0,alt=0.00001m", "globe:lon=-0.5,lat=0,alt=0.00001m"),
+        ] {
+            assert_eq!(readable(text), read);
+            assert!(Pose::from_text(read, [1 << 31; 2]).is_ok(), "{read}");
+        }
+    }
+
+    #[test]
+    fn every_pose_can_be_written_out() {
+        let from = Pose::first(Scene::Plane);
+        let globe = pose_of(" globe:lon=11.5,lat=46.4,alt=1200m", &from, SIZE);
+        assert!(matches!(globe, Ok(Pose::Globe { .. })), "{globe:?}");
+        for text in ["", "1", "1,2,3", "nan,1", "moon"] {
+            assert!(pose_of(text, &Pose::first(Scene::Image), SIZE).is_err(), "{text}");
+        }
+    }
+}
