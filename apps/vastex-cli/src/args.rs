@@ -380,7 +380,7 @@ Keys and mouse:
   double click   back to the first view, as Home, R and 0
   arrows, WASD   walk
   F1 to F4, Tab  image, plane, globe, terrain; the next of them
-  G              guides over an image: a scale, and lines between large texels with their values
+  G              guides over an image: a map, a scale, lines between large texels with their values
   L              the next overlay: levels, wanted, deficit, pages, feedback, table, atlas; then the picture again
   right click    explain the pixel: in the title, and in full on stdout
   N, P           the next file or the one before, of those named or dropped, else of the folder; as page down and page up

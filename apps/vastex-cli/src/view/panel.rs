@@ -141,7 +141,7 @@ impl Panel {
             None => {}
         }
         ui.checkbox(&mut self.guides_are_shown, "Guides")
-            .on_hover_text("a scale, and lines between large texels with their values: G");
+            .on_hover_text("a map, a scale, lines between large texels with their values: G");
     }
 
     fn files(&mut self, ui: &mut Ui, asked: &mut Vec<Asked>) {

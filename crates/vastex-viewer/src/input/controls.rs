@@ -31,7 +31,7 @@ pub const CONTROLS: &[(&str, &[(&str, &str)])] = &[
         &[
             ("F1 to F4, Tab", "image, plane, globe, terrain; the next of them"),
             ("M", "panel: files, and how values become colours"),
-            ("G", "guides over an image: a scale, and lines between large texels with their values"),
+            ("G", "guides over an image: a map, a scale, lines between large texels with their values"),
             ("C", "black and white by the values in view"),
             (
                 "L",

@@ -1,11 +1,12 @@
 //! Why one pixel shows what it shows: asked in one frame, answered in a later one, never waited for.
 //!
 //! A question draws the feedback of one pixel, a window of 1x1, and brings back its 16 bytes. What is stored below the pointer is answered
-//! at once ([`texel_at`]), as are the values that are in view ([`Histogram`]).
+//! at once ([`texel_at`]), as are the values that are in view ([`Histogram`]) and a small picture of all ([`Thumbnail`]).
 
 mod histogram;
 mod stored;
 mod texel;
+mod thumbnail;
 
 use vastex::diagnostics::ExplainedPixel;
 use vastex::{Error, Textures};
@@ -15,6 +16,7 @@ use crate::stage::StageScene;
 pub use histogram::Histogram;
 pub use stored::StoredScale;
 pub use texel::{InspectedTexel, texel_at};
+pub use thumbnail::Thumbnail;
 
 /// Asks why a pixel of a scene shows what it shows, counted from the top left of a picture of so many pixels, to a camera at this pose.
 /// Moves the camera there, between two frames.

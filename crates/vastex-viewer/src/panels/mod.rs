@@ -1,5 +1,5 @@
 //! Panels beside a picture, for hosts that draw with egui (feature `egui`): how layers are displayed, what keys do, where the
-//! camera is, and guides over an image.
+//! camera is, a map of the image and guides over it.
 //!
 //! A panel is told what there is, shows it, changes the host's values in place and says that it did; the host shows the change. Nothing here
 //! knows a window or a device.
@@ -7,10 +7,12 @@
 mod display;
 mod guides;
 mod keys;
+mod minimap;
 mod position;
 mod shades;
 
 pub use display::{DisplayPanel, ShownTexture};
 pub use guides::{ImageView, paint_guides};
 pub use keys::keys_window;
+pub use minimap::Minimap;
 pub use position::{PositionChange, PositionPanel};

@@ -79,6 +79,21 @@ impl<'a> CpuSampler<'a> {
         let sampler = Sampler { texture, format, tile: &tile };
         CpuSample { value: sampler.sample_fixed_level(texel, [0.5; 2], level.into()), level: found.into() }
     }
+
+    /// The finest level at which a texel of level 0, one that the texture has, is on the GPU; levels that are always there count as the first of them.
+    /// Costs a look for each level, and decodes nothing.
+    pub fn resident_level(&self, texel: [u32; 2]) -> u8 {
+        let AtHand { state, paging, layer, .. } = &self.tiles;
+        let (geometry, pager) = (&state.description.geometry, paging.pager());
+        let page = geometry.page();
+        let finest = PagePos { level: 0, x: texel[0] / page[0], y: texel[1] / page[1], z: 0 };
+        let is_resident = |level: &u8| {
+            let id = PageId::new(layer.number(), geometry.dims(), geometry.ancestor(finest, *level));
+            id.is_ok_and(|id| matches!(pager.state(id), PageState::Resident(_)))
+        };
+        let tail = geometry.tail().first_level();
+        (0..tail).find(is_resident).unwrap_or(tail)
+    }
 }
 
 /// Tiles that queries have found so far.

@@ -210,6 +210,9 @@ fn a_texel_is_what_is_stored_on_the_level_that_is_said() {
                 let CpuSample { value, level } = sampler.texel([x, y], wanted);
                 assert!(level >= f32::from(wanted) && level.fract() == 0.0, "{level} at {x},{y}");
                 let level = level as u8;
+                if wanted == 0 {
+                    assert_eq!(sampler.resident_level([x, y]), level, "at {x},{y}");
+                }
                 levels[usize::from(level > wanted)] += 1;
                 let height = Hills::height(level, [x >> level, y >> level, 0]);
                 let stored = match format {

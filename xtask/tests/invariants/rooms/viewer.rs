@@ -13,6 +13,6 @@ pub(super) const ROOMS: &[Room] = &[
     ("surface", &["camera", "gpu", "layers", "scene", "stage"]),
     ("overlay", &["stage", "surface"]),
     ("inspect", &["camera", "gpu", "layers", "stage"]),
-    ("panels", &["input", "inspect", "layers", "surface"]),
+    ("panels", &["camera", "input", "inspect", "layers", "surface"]),
     ("lib", &["camera", "gpu", "layers", "overlay", "picture", "scene", "stage", "surface"]),
 ];

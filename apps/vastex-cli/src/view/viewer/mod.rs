@@ -14,7 +14,7 @@ use vastex_scenes::{Gpu, LayerOptions, Overlay, Pose, Scene};
 use vastex_viewer::camera::Aspects;
 use vastex_viewer::inspect;
 use vastex_viewer::layers::BACKGROUND;
-use vastex_viewer::panels::DisplayPanel;
+use vastex_viewer::panels::{DisplayPanel, Minimap};
 use vastex_viewer::stage::{Frame, Pictures, StageView, draw_again};
 use winit::event_loop::OwnedDisplayHandle;
 use winit::window::Window;
@@ -74,6 +74,7 @@ pub(super) struct Viewer {
     title: Title,
     shell: Shell,
     panel: Panel,
+    minimap: Minimap,
     /// How layers are displayed of a file in which nobody has changed that, and the opening of the one in which somebody may have.
     first_layers: Vec<LayerOptions>,
     layers_of: u64,
@@ -104,6 +105,7 @@ impl Viewer {
             gpu,
             shell: Shell::new(window.clone()),
             panel: Panel::new(Recent::load(), Bookmarks::load()),
+            minimap: Minimap::default(),
             first_layers: args.shown().layers,
             layers_of: 0,
             values: None,
@@ -218,6 +220,7 @@ impl Viewer {
         }
         self.is_shortage_reported = false;
         self.values = None;
+        self.minimap.forget();
         self.jumped();
     }
 
@@ -296,6 +299,7 @@ impl Viewer {
     pub(super) fn wake(&mut self) {
         self.unsettled = UNSETTLED_FRAMES;
         self.values.iter_mut().for_each(panel::Values::age);
+        self.minimap.age();
     }
 
     /// The view is a wholly different one from here on.

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::Result;
 use vastex_scenes::{LayerOptions, Pose};
-use vastex_viewer::inspect::{self, Histogram, StoredScale};
+use vastex_viewer::inspect::{self, Histogram, StoredScale, Thumbnail};
 use vastex_viewer::panels::{ImageView, ShownTexture, paint_guides};
 use winit::event::WindowEvent;
 
@@ -78,6 +78,7 @@ impl Viewer {
     pub(super) fn run_panel(&mut self, pose: Pose) -> Result<()> {
         self.title.expire(Instant::now());
         self.look_at_values(pose)?;
+        let is_settled = self.is_settled(&self.textures.stats());
         let name = self.name().to_owned();
         let layers = self.shown_layers();
         let mut options = self.settings.options.layers.clone();
@@ -87,10 +88,11 @@ impl Viewer {
         let (panel, settings, textures) = (&mut self.panel, &self.settings, &self.textures);
         // An overlay is no picture of texels.
         let guided = self.display.displayed().filter(|source| source.is_whole() && source.overlay.is_none());
-        let guided = guided.map(|source| source.renderer.layer());
+        let guided = guided.map(|source| &source.renderer);
         let before = panel.display.clone();
         let (opening, notice) = (self.opening.as_ref(), self.title.notice());
         self.shown_notice = notice.map(str::to_owned);
+        let minimap = &mut self.minimap;
         self.shell.run(|ui| {
             let texture =
                 layers.as_ref().map(|layers| ShownTexture { layers, shown: &mut options, histogram });
@@ -103,10 +105,12 @@ impl Viewer {
                 texture,
             };
             let (asks, changes) = panel.show(ui, &mut told);
-            if let Some(layer) = guided.filter(|_| panel.guides_are_shown()) {
+            if let Some(renderer) = guided.filter(|_| panel.guides_are_shown()) {
                 let (free, sizes) = (ui.available_rect_before_wrap(), (view.picture, view.image));
-                let value = |pixel| inspect::texel_at(textures, layer, &pose, sizes, pixel);
+                let value = |pixel| inspect::texel_at(textures, renderer.layer(), &pose, sizes, pixel);
                 paint_guides(ui.painter(), free, &view, value);
+                let take = |size| Thumbnail::of_layers(textures, renderer.layers(), size);
+                asked.extend(minimap.show(ui.ctx(), free, &view, is_settled, take).map(Asked::Go));
             }
             asked.extend(asks);
             is_changed |= changes;
