@@ -23,7 +23,7 @@ pub struct Thumbnail {
 
 impl Thumbnail {
     /// That of the layers that are shown, in so many pixels. Takes what is in memory of a level of about that size, and waits for nothing.
-    /// Costs a sample for each pixel and layer: about a millisecond for 10,000 of them.
+    /// Costs a sample for each pixel and layer, about 0.7 microseconds on one core: 160x80 pixels of a layer take some 9 milliseconds.
     pub fn of_layers(textures: &Textures, layers: &Layers, size: [usize; 2]) -> Option<Thumbnail> {
         let shown = || layers.iter().filter(|shown| shown.is_visible && shown.opacity > 0.0);
         let mut pixels = vec![[0, 0, 0, 255]; size[0] * size[1]];
