@@ -55,6 +55,8 @@ struct Painter {
 impl Shell {
     pub(super) fn new(window: Arc<Window>) -> Shell {
         let context = Context::default();
+        // Each blink would be a frame of the whole picture.
+        context.all_styles_mut(|style| style.visuals.text_cursor.blink = false);
         let state = egui_winit::State::new(context, ViewportId::ROOT, &window, None, window.theme(), None);
         Shell {
             window,
