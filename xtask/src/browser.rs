@@ -1,11 +1,12 @@
-//! The step that hands every shader text to a browser: headless Chromium, which holds them to WGSL as browsers do.
+//! Shader texts in a browser: headless Chromium, which holds them to WGSL as browsers do. The suite's step hands it a sample that stands
+//! for all of them, `cargo xtask campaign shaders` every text.
 //!
 //! A page from a server of this program's own, on localhost, makes a module of each text and a pipeline of each kind, and posts back what
 //! it was told. A browser checks shaders on one thread, so several run at once, and each takes the next texts that nobody has. Texts whose
 //! names say so it is to refuse, as it alone does: where derivatives are taken behind a condition.
 //! Where there is no browser and none can be installed the step is skipped, loudly; where CI runs it fails.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::{BufRead, BufReader, ErrorKind, Write};
 use std::net::{TcpListener, TcpStream};
 use std::path::Path;
@@ -14,8 +15,9 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
 
+use crate::shell::Usage;
 use crate::test::Outcome;
-use crate::{setup, shaders, shell};
+use crate::{cover, setup, shaders, shell};
 
 const PAGE: &str = include_str!("browser.html");
 /// Entry points of the compute shaders, by the file that has their text.
@@ -33,7 +35,22 @@ const PATIENCE: Duration = Duration::from_secs(180);
 /// Faults that are shown.
 const SHOWN: usize = 20;
 
+/// The step: a sample in which any two options of a text meet as they do in all texts.
 pub(crate) fn check() -> Result<Outcome> {
+    check_texts(|texts| cover::of_pairs(texts.keys().map(String::as_str)))
+}
+
+/// `cargo xtask campaign shaders`: every text, some minutes of two processors.
+pub(crate) fn campaign(options: &[&str]) -> Result<()> {
+    if let [option, ..] = options {
+        return Err(Usage(format!("campaign shaders takes no argument '{option}'")).into());
+    }
+    shaders::write_anew()?;
+    check_texts(|texts| texts.keys().map(String::as_str).collect()).map(drop)
+}
+
+/// Has modules made of the texts that are chosen by their names, and every pipeline.
+fn check_texts(choose: impl FnOnce(&BTreeMap<String, String>) -> BTreeSet<&str>) -> Result<Outcome> {
     if let Err(error) = setup::ensure(&setup::BROWSER) {
         if shell::is_ci() {
             return Err(error);
@@ -45,26 +62,28 @@ pub(crate) fn check() -> Result<Outcome> {
         shaders::write(&shaders::written())?;
     }
     let texts: BTreeMap<String, String> = shaders::texts(&shaders::written())?.into_iter().collect();
+    let chosen = choose(&texts);
     let listener = TcpListener::bind("127.0.0.1:0").context("cannot listen on localhost")?;
     listener.set_nonblocking(true)?;
     let page = format!("http://127.0.0.1:{}/", listener.local_addr()?.port());
     let at_once = std::thread::available_parallelism().map_or(1, usize::from).min(BROWSERS);
     let mut browsers = (0..at_once).map(|nth| Browser::start(nth, &page)).collect::<Result<Vec<_>>>()?;
-    let mut told = Told::new(&texts);
+    let mut told = Told::new(&texts, &chosen);
     told.listen(&listener, &mut browsers)?;
     if !told.wrong.is_empty() {
         let shown: Vec<&str> = told.wrong.iter().take(SHOWN).map(String::as_str).collect();
         bail!("the browser has {} complaints, such as\n{}", told.wrong.len(), shown.join("\n"));
     }
-    if told.modules != texts.len() {
-        bail!("the browser has made {} modules of {} texts", told.modules, texts.len());
+    if told.modules != chosen.len() {
+        bail!("the browser has made {} modules of {} texts", told.modules, chosen.len());
     }
-    let to_be_refused = texts.keys().filter(|name| name.starts_with(TO_BE_REFUSED)).count();
+    let to_be_refused = chosen.iter().filter(|name| name.starts_with(TO_BE_REFUSED)).count();
     if to_be_refused == 0 || told.refused != to_be_refused {
         bail!("the browser has refused {} of {to_be_refused} texts that it is to refuse", told.refused);
     }
     println!(
-        "{at_once} browsers took all {} texts without a word, but for {to_be_refused} that they are to refuse; each said:",
+        "{at_once} browsers took {} of {} texts without a word, but for {to_be_refused} that they are to refuse; each said:",
+        chosen.len(),
         texts.len()
     );
     told.done.iter().for_each(|done| println!("  {done}"));
@@ -134,9 +153,10 @@ struct Told<'a> {
 }
 
 impl<'a> Told<'a> {
-    fn new(texts: &'a BTreeMap<String, String>) -> Told<'a> {
+    /// Of all texts, which pipelines are made of, those that are chosen are taken in batches.
+    fn new(texts: &'a BTreeMap<String, String>, chosen: &BTreeSet<&str>) -> Told<'a> {
         let (mut batches, mut bytes) = (vec![Vec::new()], 0);
-        for (name, text) in texts {
+        for (name, text) in texts.iter().filter(|(name, _)| chosen.contains(name.as_str())) {
             if bytes > BATCH {
                 batches.push(Vec::new());
                 bytes = 0;
@@ -301,7 +321,8 @@ mod tests {
         let (_idle, mut asking) = (TcpStream::connect(at).unwrap(), TcpStream::connect(at).unwrap());
         asking.write_all(b"POST /done HTTP/1.1\r\nContent-Length: 3\r\n\r\nall").unwrap();
         let texts = BTreeMap::new();
-        let (mut told, mut silent, begun) = (Told::new(&texts), Vec::new(), Instant::now());
+        let mut told = Told::new(&texts, &BTreeSet::new());
+        let (mut silent, begun) = (Vec::new(), Instant::now());
         while told.done.is_empty() && begun.elapsed() < Duration::from_secs(20) {
             told.hear(&listener, &mut silent).unwrap();
         }
@@ -310,10 +331,11 @@ mod tests {
     }
 
     #[test]
-    fn every_text_is_taken_once() {
+    fn every_chosen_text_is_taken_once_and_every_text_can_be_had() {
         let texts: BTreeMap<String, String> =
             (0..40).map(|n| (format!("{n}.wgsl"), "x".repeat(BATCH / 7))).collect();
-        let mut told = Told::new(&texts);
+        let chosen: BTreeSet<&str> = texts.keys().skip(1).map(String::as_str).collect();
+        let mut told = Told::new(&texts, &chosen);
         let mut taken = Vec::new();
         loop {
             let (status, _, batch) = told.respond("/take/texts", "");
@@ -323,7 +345,8 @@ mod tests {
             taken.extend(batch.split('\u{1}').step_by(2).filter(|name| !name.is_empty()).map(str::to_owned));
         }
         taken.sort();
-        assert_eq!(taken, texts.keys().cloned().collect::<Vec<_>>());
+        assert_eq!(taken, chosen.into_iter().collect::<Vec<_>>());
+        assert_eq!(told.respond("/text/0.wgsl", "").0, "200 OK");
         assert_eq!(told.respond("/take/pipeline", "").2, "0");
         assert_eq!(told.respond("/take/pipeline", "").2, "1");
         assert_eq!(told.respond("/text/none.wgsl", "").0, "404 Not Found");

@@ -11,6 +11,7 @@ mod bench_view;
 mod block_speed;
 mod browser;
 mod campaign;
+mod cover;
 mod damage;
 mod demo;
 mod demo_program;
@@ -71,6 +72,7 @@ Commands:
       --minutes M            for each target [default: 30]
       --target T             only this one: container, part, image, profile, raw, mosaic, deep_zoom, gaia_sky,
                              celestia, prototype, export
+  campaign shaders         every shader text in a browser, of which the suite takes a sample
   help                     this text
 
 Examples:
@@ -126,6 +128,7 @@ fn dispatch(arguments: &[&str]) -> anyhow::Result<()> {
         ["campaign", "kills", options @ ..] => kills::run(options),
         ["campaign", "flips", options @ ..] => damage::flips(options),
         ["campaign", "fuzz", options @ ..] => damage::fuzz(options),
+        ["campaign", "shaders", options @ ..] => browser::campaign(options),
         ["campaign", options @ ..] => campaign::run(options),
         ["demo", other, ..] => Err(Usage(format!("demo takes no argument '{other}'")).into()),
         [other, ..] => Err(Usage(format!("no command is called '{other}'")).into()),
@@ -153,6 +156,7 @@ mod tests {
             &["campaign", "flips", "--count", "0"],
             &["campaign", "fuzz", "--target", "moon"],
             &["campaign", "fuzz", "--minutes"],
+            &["campaign", "shaders", "--all"],
             &["demo", "mars"],
             &["record"],
             &["record", "a", "b"],

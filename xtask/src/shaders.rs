@@ -3,7 +3,8 @@
 //! Which there are is known to the example `shaders` of the scenes, which makes them by the functions that make them for a device. This
 //! program has no dependency that could, so it runs that.
 
-use std::collections::BTreeSet;
+use std::collections::HashSet;
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -49,34 +50,53 @@ pub(crate) fn handed_over() -> PathBuf {
 
 /// The step: all texts are written, each is held to WGSL's grammar of operators, and those that tests handed to a device are among them.
 pub(crate) fn check() -> Result<Outcome> {
-    remove(&written())?;
-    write(&written())?;
+    write_anew()?;
     let texts = texts(&written())?;
-    let mut faults = Vec::new();
-    for (name, text) in &texts {
-        faults.extend(wgsl::mixed(text).iter().map(|fault| format!("{name}, {fault}")));
-    }
+    let faults = faults(&texts);
     if !faults.is_empty() {
         let first: Vec<&str> = faults.iter().take(10).map(String::as_str).collect();
         bail!("{} places are no WGSL, such as\n{}", faults.len(), first.join("\n"));
     }
     println!("{} texts are WGSL as far as operators go", texts.len());
     if handed_over().is_dir() {
-        compare(texts)?;
+        compare(&texts)?;
     } else {
         println!("no test has handed a text to a device before this step");
     }
     Ok(Outcome::Passed)
 }
 
+/// Writes every text to where the suite has them, and none that is no more.
+pub(crate) fn write_anew() -> Result<()> {
+    remove(&written())?;
+    write(&written())
+}
+
+/// The places that are no WGSL. Texts have most of their declarations in common, and each of those is looked at once.
+fn faults(texts: &[(String, String)]) -> Vec<String> {
+    let (mut faults, mut seen) = (Vec::new(), HashSet::new());
+    for (name, text) in texts {
+        let mut line = 0;
+        for part in text.split_inclusive("\n}\n") {
+            if seen.insert(part) {
+                let whole = |mixed: wgsl::Mixed| wgsl::Mixed { line: line + mixed.line, ..mixed };
+                let told = |mixed| format!("{name}, {}", whole(mixed));
+                faults.extend(wgsl::mixed(part).into_iter().map(told));
+            }
+            line += part.matches('\n').count();
+        }
+    }
+    faults
+}
+
 /// What tests handed to a device must be among these, but for the values of constants: ids, bindings, scales and places of layers are as
 /// a test has them, and so are the sides of pages and the taps of filters.
-fn compare(known: Vec<(String, String)>) -> Result<()> {
-    let known: BTreeSet<String> = known.into_iter().map(|(_, text)| without_values(&text)).collect();
+fn compare(known: &[(String, String)]) -> Result<()> {
+    let known: HashSet<u64> = known.iter().map(|(_, text)| hash_without_values(text)).collect();
     let directory = handed_over();
     let handed_over = texts(&directory)?;
     let unknown: Vec<&(String, String)> =
-        handed_over.iter().filter(|(_, text)| !known.contains(&without_values(text))).collect();
+        handed_over.iter().filter(|(_, text)| !known.contains(&hash_without_values(text))).collect();
     if let Some((name, text)) = unknown.first() {
         bail!(
             "{} of {} shader texts that tests handed to a device are not among those that `cargo xtask shaders` writes; \
@@ -95,19 +115,23 @@ fn compare(known: Vec<(String, String)>) -> Result<()> {
     Ok(())
 }
 
-/// A text whose constants that are whole numbers or truth values, and whose bindings, have none.
-fn without_values(text: &str) -> String {
+/// The hash of a text without the values of constants that are whole numbers or truth values, and without the numbers of bindings.
+fn hash_without_values(text: &str) -> u64 {
     let is_constant = |line: &str| {
         line.starts_with("const ") && [": u32 = ", ": bool = "].iter().any(|ty| line.contains(ty))
     };
-    let line = |line: &str| match line {
-        _ if is_constant(line) => line.split('=').next().unwrap_or_default().to_owned() + "\n",
-        _ if line.starts_with("@group(") => {
-            line.chars().filter(|c| !c.is_ascii_digit()).chain(['\n']).collect()
+    let mut hasher = DefaultHasher::new();
+    for line in text.lines() {
+        match line {
+            _ if is_constant(line) => line.split('=').next().hash(&mut hasher),
+            _ if line.starts_with("@group(") => {
+                let parts = line.split(|c: char| c.is_ascii_digit()).filter(|part| !part.is_empty());
+                parts.for_each(|part| part.hash(&mut hasher));
+            }
+            _ => line.hash(&mut hasher),
         }
-        _ => line.to_owned() + "\n",
-    };
-    text.lines().map(line).collect()
+    }
+    hasher.finish()
 }
 
 /// Forgets what earlier runs handed over.
@@ -146,4 +170,31 @@ pub(crate) fn texts(directory: &Path) -> Result<Vec<(String, String)>> {
     }
     texts.sort_unstable();
     Ok(texts)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn faults_are_told_by_their_line_in_the_first_text_that_has_them() {
+        let (sound, unsound) = ("fn a() {\n}\n", "fn b() -> u32 {\n    return 1u ^ 2u >> 3u;\n}\n");
+        let texts = [("one", [sound, unsound].concat()), ("two", [unsound, unsound].concat())]
+            .map(|(name, text)| (name.to_owned(), text));
+        let faults = faults(&texts);
+        assert!(matches!(&faults[..], [fault] if fault.starts_with("one, line 4: ")), "{faults:?}");
+    }
+
+    #[test]
+    fn texts_are_alike_whose_constants_and_bindings_differ_alone() {
+        let text = |size: u32, binding: u32| {
+            format!(
+                "const SIZE: u32 = {size}u;\n@group(1) @binding({binding}) var map: sampler;\nfn a() {{}}\n"
+            )
+        };
+        let hash = hash_without_values(&text(1, 2));
+        assert_eq!(hash_without_values(&text(128, 13)), hash);
+        assert_ne!(hash_without_values(&text(1, 2).replace("map", "other")), hash);
+        assert_ne!(hash_without_values(&text(1, 2).replace("fn a", "fn b")), hash);
+    }
 }

@@ -39,7 +39,11 @@ const STEPS: &[Step] = &[
         what: "every shader is WGSL, and every one that a test used is known",
         run: shaders::check,
     },
-    Step { name: "browser", what: "a browser takes every shader", run: browser::check },
+    Step {
+        name: "browser",
+        what: "a browser takes a sample of the shaders, and pipelines of every kind",
+        run: browser::check,
+    },
     Step { name: "window", what: "the program's window opens", run: window::check },
     Step { name: "wasm", what: "the crates of the browser compile for it", run: wasm::check },
 ];
