@@ -68,11 +68,11 @@ Commands:
       --count N              builds, each killed one to three times [default: 200]
   campaign flips           bits flipped in containers of every kind
       --count N              bits [default: 10000]
+  campaign shaders         every shader text in a browser, of which the suite takes a sample
   campaign fuzz            damaged files for every reader; by cargo-fuzz where that is installed
       --minutes M            for each target [default: 30]
       --target T             only this one: container, part, image, profile, raw, mosaic, deep_zoom, gaia_sky,
                              celestia, prototype, export
-  campaign shaders         every shader text in a browser, of which the suite takes a sample
   help                     this text
 
 Examples:

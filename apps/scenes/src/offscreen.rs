@@ -110,15 +110,33 @@ impl Offscreen {
         size: [u32; 2],
         settings: Settings,
     ) -> Result<Offscreen, OffscreenError> {
+        Offscreen::showing_together(shown, gpu, source, &[], scene, size, settings)
+    }
+
+    /// The same with further textures over the first one, which says how wide the image is and is the one that pictures are compared
+    /// with.
+    pub fn showing_together(
+        shown: &DisplayOptions,
+        gpu: &Gpu,
+        source: Arc<dyn TileSource>,
+        over: &[Arc<dyn TileSource>],
+        scene: Scene,
+        size: [u32; 2],
+        settings: Settings,
+    ) -> Result<Offscreen, OffscreenError> {
         let max = gpu.device.limits().max_texture_dimension_2d;
         if size.iter().any(|side| !(1..=max).contains(side)) {
             return Err(OffscreenError::PictureSize { width: size[0], height: size[1], max });
         }
         let mut textures = Textures::new(&gpu.device, &gpu.queue, settings)?;
-        let texture = textures.add_blocking(source.clone())?;
-        let layers = shown.layers_of(&textures, texture)?;
+        let mut added = vec![textures.add_blocking(source.clone())?];
+        for source in over {
+            added.push(textures.add_blocking(source.clone())?);
+        }
+        let layers = shown.layers_of(&textures, &added)?;
         let relief = shown.relief_of(scene, &mut textures, layers[0].layer)?;
-        let layers = Layers::new(&mut textures, layers, relief.as_ref().map(Relief::layer))?;
+        let mut layers = Layers::new(&mut textures, layers, relief.as_ref().map(Relief::layer))?;
+        layers.compare(shown.compare_mode);
         let kind = shown.target.unwrap_or_else(|| SceneRenderer::target_kind(&gpu.adapter, &layers));
         let picture = layers.picture_format();
         let drawn =

@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use glam::DVec2;
 use vastex::{Filter, Textures, TileSource, ViewId};
 use vastex_scenes::{Comparison, DisplayOptions, Offscreen, Picture, Pose, Scene};
+use vastex_viewer::layers::CompareMode;
 use vastex_viewer::stage::{Canvas, Frame, Pictures, StageView, TargetKind, TextureRead, draw_again};
 use vastex_viewer::{
     ColorMap, Curve, Layers, LayersError, Palette, SceneDesc, SceneRenderer, ShownLayer, Tone,
@@ -137,6 +138,69 @@ fn layers_are_drawn_in_their_order() {
             encoder.write_header().unwrap().write_image_data(&picture.rgba).unwrap();
         }
     }
+}
+
+#[test]
+fn the_uppermost_layer_is_compared_with_those_beneath() {
+    let (_one, lower) = Image::new(300, 200, 64).build();
+    let (_other, upper) = Image { channels: png::ColorType::Grayscale, ..Image::new(300, 200, 64) }.build();
+    let (_half, smaller) = Image::new(150, 100, 64).build();
+    let alone = |file: &FilePath| {
+        let (mut textures, shown) = list(&[file]);
+        draw(&mut textures, shown)
+    };
+    let (below, above) = (alone(&lower), alone(&upper));
+    let compared = |files: &[&FilePath], mode: CompareMode| {
+        let (mut textures, shown) = list(files);
+        let mut layers = Layers::new(&mut textures, shown, None).unwrap();
+        layers.compare(mode);
+        draw_list(&mut textures, layers, Scene::Image, (POSE, false))
+    };
+    let at = |picture: &Picture, x: u32, y: u32| {
+        let n = (y * SIZE[0] + x) as usize * 4;
+        [0, 1, 2].map(|channel| i32::from(picture.rgba[n + channel]))
+    };
+    let is_covered = |x: u32, y: u32| below.rgba[(y * SIZE[0] + x) as usize * 4 + 3] == 255;
+    let pixels = || (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| (x, y)));
+    let worst = |found: &Picture, expected: &dyn Fn(u32, u32) -> [i32; 3]| {
+        let covered = pixels().filter(|(x, y)| is_covered(*x, *y));
+        let apart = |(x, y)| (0..3).map(|c| (at(found, x, y)[c] - expected(x, y)[c]).abs()).max().unwrap();
+        covered.map(apart).max().unwrap()
+    };
+    for share in [0.0, 0.3, 1.0] {
+        let found = compared(&[&lower, &upper], CompareMode::Swipe(share));
+        let line = share * SIZE[0] as f32;
+        let expected = |x: u32, y| at(if x as f32 + 0.5 >= line { &above } else { &below }, x, y);
+        assert!(worst(&found, &expected) <= 2, "at {share}");
+    }
+    for times in [1.0, 4.0] {
+        let found = compared(&[&lower, &upper], CompareMode::Difference(times));
+        let expected = |x, y| {
+            let (above, below) = (at(&above, x, y), at(&below, x, y));
+            [0, 1, 2].map(|c| ((above[c] - below[c]).abs() * times as i32).min(255))
+        };
+        // Each picture is rounded to a step.
+        assert!(worst(&found, &expected) <= 2 + 2 * times as i32, "{times} times");
+    }
+    // An image differs from itself in nothing, however much that is magnified, and one layer alone is not compared.
+    let found = compared(&[&upper, &upper], CompareMode::Difference(1000.0));
+    assert_eq!(worst(&found, &|_, _| [0; 3]), 0);
+    let hidden = |mode| {
+        let (mut textures, mut shown) = list(&[&lower, &upper]);
+        shown[0].is_visible = false;
+        let mut layers = Layers::new(&mut textures, shown, None).unwrap();
+        layers.compare(mode);
+        assert_eq!(layers.inspected_at(0.0), layers.inspected());
+        draw_list(&mut textures, layers, Scene::Image, (POSE, false))
+    };
+    assert!(worst(&hidden(CompareMode::Swipe(1.0)), &|x, y| at(&above, x, y)) <= 2);
+    // Files of other sizes are stretched over the same place.
+    let (small, stretched) = (alone(&smaller), compared(&[&lower, &smaller], CompareMode::Swipe(0.0)));
+    assert!(worst(&stretched, &|x, y| at(&small, x, y)) <= 2);
+    let (mut textures, shown) = list(&[&lower, &upper]);
+    let mut layers = Layers::new(&mut textures, shown.clone(), None).unwrap();
+    layers.compare(CompareMode::Swipe(0.5));
+    assert_eq!([0.2, 0.8].map(|across| *layers.inspected_at(across)), [shown[0], shown[1]]);
 }
 
 #[test]

@@ -1,12 +1,16 @@
-//! What of a texture is shown: one layer with `--layer-shown` and `--range`, or several with `--layer`, the lowest first.
+//! What is shown: of the source one layer with `--layer-shown` and `--range`, or several with `--layer`, the lowest first; with `--over`
+//! other files over it, and with `--compare-mode` how they are compared.
+
+use std::path::PathBuf;
 
 use clap::Args as ClapArgs;
 use vastex::Filter;
-use vastex_viewer::layers::MOST_LAYERS;
+use vastex_viewer::layers::{CompareMode, MOST_LAYERS};
 use vastex_viewer::{Curve, LayerOptions, Palette};
 
 /// What a layer of a list may be told, as help and errors have it.
-const SHAPE: &str = "NAME[:range=LO..HI][:map=MAP][:log][:gamma=G][:opacity=O][:filter=FILTER][:hidden]";
+const SHAPE: &str =
+    "NAME[:file=N][:range=LO..HI][:map=MAP][:log][:gamma=G][:opacity=O][:filter=FILTER][:hidden]";
 
 /// Which layers are shown.
 #[derive(Debug, ClapArgs)]
@@ -18,7 +22,7 @@ pub(crate) struct ShownArgs {
     #[arg(long, default_value = "0,1", value_name = "LO,HI", value_parser = parse_range, allow_hyphen_values = true)]
     pub(crate) range: [f32; 2],
     /// Show a layer over those named before it; up to 8. NAME may be left out for the first layer of the texture. After it, each after a
-    /// colon and in any order: range=LO..HI, the values that are black and white; map=grey, viridis or inferno, the colours of a single
+    /// colon and in any order: file=N, which file it is of, 1 being the source and 2 the first of --over; range=LO..HI, the values that are black and white; map=grey, viridis or inferno, the colours of a single
     /// channel; log, a logarithmic curve within the range; gamma=G, the exponent of values in the range (below 1 what is dark becomes lighter); opacity=O, from 0 to 1;
     /// filter=FILTER, as --filter has it; hidden, to load nothing of it
     #[arg(
@@ -28,26 +32,48 @@ pub(crate) struct ShownArgs {
         conflicts_with_all = ["layer_shown", "range"]
     )]
     pub(crate) layers: Vec<LayerOptions>,
+    /// Lay another file over the source, stretched over the same place, its first layer if no --layer is of it; may be given several times,
+    /// the lowest first
+    #[arg(long, value_name = "FILE")]
+    pub(crate) over: Vec<PathBuf>,
+    /// Compare the uppermost layer with those beneath it: off; swipe[:AT], right of a line at a share of the width; flicker[:SECONDS], by
+    /// turns; difference[:TIMES], how far its colours are from those beneath, magnified
+    #[arg(long, default_value = "off", value_name = "MODE")]
+    pub(crate) compare_mode: CompareMode,
 }
 
 impl ShownArgs {
     /// In the words of the scenes.
     pub(crate) fn layers(&self) -> Vec<LayerOptions> {
-        if !self.layers.is_empty() {
-            return self.layers.clone();
+        let mut layers = self.layers.clone();
+        if layers.is_empty() {
+            layers.push(LayerOptions {
+                name: self.layer_shown.clone(),
+                range: Some(self.range),
+                ..LayerOptions::default()
+            });
         }
-        vec![LayerOptions {
-            name: self.layer_shown.clone(),
-            range: Some(self.range),
-            ..LayerOptions::default()
-        }]
+        for texture in 1..=self.over.len() {
+            if layers.iter().all(|layer| layer.texture != texture) {
+                layers.push(LayerOptions { texture, ..LayerOptions::default() });
+            }
+        }
+        layers
     }
 
     /// What is wrong with the list as a whole.
     pub(crate) fn fault(&self) -> Option<String> {
-        let count = self.layers.len();
+        let (layers, files) = (self.layers(), 1 + self.over.len());
+        if let Some(layer) = layers.iter().find(|layer| layer.texture >= files) {
+            let file = layer.texture + 1;
+            return Some(format!("'file={file}': {files} named, the source and with --over the others"));
+        }
+        if self.compare_mode != CompareMode::Off && layers.len() < 2 {
+            return Some("'--compare-mode': one layer is shown; lay a file over it with --over, or show another --layer".into());
+        }
+        let count = layers.len();
         (count > MOST_LAYERS)
-            .then(|| format!("'--layer' given {count} times: {MOST_LAYERS} layers are shown at most"))
+            .then(|| format!("'--layer' and '--over': {count} layers named, {MOST_LAYERS} are shown at most"))
     }
 
     /// Whether it is one opaque layer.
@@ -102,6 +128,10 @@ fn set(layer: &mut LayerOptions, key: &str, value: &str) -> Result<(), String> {
         _ => Err(format!("write a number from {least} to {most}, as in {example}")),
     };
     match key {
+        "file" => match value.parse() {
+            Ok(file @ 1..=MOST_LAYERS) => layer.texture = file - 1,
+            _ => return Err(format!("write the number of a file, 1 to {MOST_LAYERS}, as in file=2")),
+        },
         "range" => layer.range = Some(range(value, "..")?),
         "map" => {
             let names = Palette::ALL.map(Palette::name).join(", ");
@@ -136,6 +166,7 @@ mod tests {
     #[test]
     fn a_layer_is_told_by_its_settings() {
         assert_eq!(parse_layer(""), Ok(LayerOptions::default()));
+        assert_eq!(parse_layer(":file=2"), Ok(LayerOptions { texture: 1, ..LayerOptions::default() }));
         let named = |name: &str| LayerOptions { name: Some(name.into()), ..LayerOptions::default() };
         assert_eq!(parse_layer("height"), Ok(named("height")));
         let expected = LayerOptions {
@@ -163,6 +194,8 @@ mod tests {
             ("a:opacity=1.5", "0 to 1"),
             ("a:opacity=nan", "0 to 1"),
             ("a:filter=cubic", "bicubic"),
+            ("a:file=0", "1 to 8"),
+            ("a:file=b", "file=2"),
             ("a:opacity=1:opacity=0.5", "opacity is told twice"),
             ("a:hidden=1", "no such setting"),
             ("a:", "no such setting"),
@@ -171,5 +204,31 @@ mod tests {
             let error = parse_layer(text).unwrap_err();
             assert!(error.contains(place), "{text}: {error}");
         }
+    }
+
+    #[test]
+    fn every_file_is_shown_over_those_before_it() {
+        let args = |layers: &[&str], over: usize, compare_mode| ShownArgs {
+            layer_shown: None,
+            range: [0.0, 1.0],
+            layers: layers.iter().map(|layer| parse_layer(layer).unwrap()).collect(),
+            over: vec![PathBuf::from("b.png"); over],
+            compare_mode,
+        };
+        let textures = |args: &ShownArgs| args.layers().iter().map(|layer| layer.texture).collect::<Vec<_>>();
+        assert_eq!(textures(&args(&[], 2, CompareMode::Off)), [0, 1, 2]);
+        assert_eq!(
+            textures(&args(&[":file=2", "height"], 2, CompareMode::Off)),
+            [1, 0, 2],
+            "as they are named"
+        );
+        for (args, place) in [
+            (args(&[":file=3"], 1, CompareMode::Off), "'file=3'"),
+            (args(&[], 0, CompareMode::Swipe(0.5)), "--over"),
+            (args(&[], 8, CompareMode::Off), "9 layers named"),
+        ] {
+            assert!(args.fault().unwrap().contains(place), "{place}");
+        }
+        assert!(!args(&[], 1, CompareMode::Off).is_single());
     }
 }

@@ -34,9 +34,11 @@ pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode> {
     };
     let sets = args.prefetch_sets.as_deref().map(read_sets).transpose()?;
     let Opened { tiles, disk } = open::open(&args.scene)?;
+    let over = open::open_over(&args.scene)?;
     let gpu = headless_gpu()?;
     gpu::report_refusals(&gpu);
-    let mut offscreen = offscreen(args, frame_settings(args)?, &gpu, tiles).context(source.clone())?;
+    let mut offscreen =
+        offscreen(args, frame_settings(args)?, &gpu, (tiles, &over)).context(source.clone())?;
     sets.map(|sets| offscreen.prefetch_by(sets)).transpose().context(source.clone())?;
     let outcome = draw(args, &mut offscreen, &mut outputs, disk.as_deref(), gpu.adapter_name());
     let outcome = outcome.context(source.clone())?;
@@ -65,10 +67,10 @@ pub(crate) fn offscreen(
     args: &RenderArgs,
     settings: Settings,
     gpu: &Gpu,
-    tiles: Arc<dyn TileSource>,
+    (tiles, over): (Arc<dyn TileSource>, &[Arc<dyn TileSource>]),
 ) -> Result<Offscreen> {
     let (shown, SceneArgs { on, size, .. }) = (args.scene.shown(), &args.scene);
-    let mut offscreen = Offscreen::showing(&shown, gpu, tiles, *on, *size, settings)?;
+    let mut offscreen = Offscreen::showing_together(&shown, gpu, tiles, over, *on, *size, settings)?;
     offscreen.show(args.views)?;
     offscreen.look_ahead(args.predict);
     Ok(offscreen)
@@ -91,8 +93,11 @@ fn check_places(args: &RenderArgs) -> Result<()> {
     let places: Vec<_> =
         named.into_iter().filter_map(|(what, place)| Some((what, place.as_deref()?))).collect();
     for (nth, (what, place)) in places.iter().enumerate() {
-        if is_same_file(place, &args.scene.source) {
-            bail!("{source}: is the source as well as the output; choose another name for the output");
+        for source in std::iter::once(&args.scene.source).chain(&args.scene.layers.over) {
+            if is_same_file(place, source) {
+                let source = source.display();
+                bail!("{source}: is the source as well as the output; choose another name for the output");
+            }
         }
         if let Some((other, _)) = places[..nth].iter().find(|(_, other)| other == place) {
             bail!(
@@ -119,8 +124,9 @@ fn draw(
     adapter: String,
 ) -> Result<Outcome> {
     let shown: Vec<_> = offscreen.textures().inspect().textures().collect();
-    for texture in shown {
-        offscreen.textures_mut().texture_mut(texture)?.set_name(args.scene.source.display().to_string());
+    let files = std::iter::once(&args.scene.source).chain(&args.scene.layers.over);
+    for (texture, file) in shown.into_iter().zip(files) {
+        offscreen.textures_mut().texture_mut(texture)?.set_name(file.display().to_string());
     }
     args.estimate.estimating().into_iter().for_each(|estimating| offscreen.estimate(estimating));
     if outputs.trace.is_some() {
@@ -209,6 +215,9 @@ impl Troubles {
     fn say(&self, source: &str, textures: &Textures) {
         for (page, why) in &self.failed {
             let pos = page.pos(Dims::D2);
+            let texture = textures.inspect().id_of(page.texture());
+            let named = texture.and_then(|texture| textures.texture(texture).ok()?.name());
+            let source = named.unwrap_or(source);
             report::say(&format!("{source}: {pos} failed, a coarser one is shown instead: {why}"));
         }
         // Where the view has come to fit meanwhile, the picture is as it should be.

@@ -58,6 +58,11 @@ pub(crate) fn open(args: &SceneArgs) -> Result<Opened> {
     open_another(&args.source, args, &())
 }
 
+/// Opens what lies over the source of a scene, the lowest first.
+pub(crate) fn open_over(args: &SceneArgs) -> Result<Vec<Arc<dyn TileSource>>> {
+    args.layers.over.iter().map(|file| Ok(open_another(file, args, &())?.tiles)).collect()
+}
+
 /// Opens another source as the arguments of a scene say, with an observer.
 pub(crate) fn open_another(source: &Path, args: &SceneArgs, observer: &dyn OpenObserver) -> Result<Opened> {
     let image = OpenImage { cache: &args.cache, wraps: args.on == Scene::Globe, observer };

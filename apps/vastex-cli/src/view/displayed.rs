@@ -1,5 +1,5 @@
-//! One source in the window: its texture, the scene that it is on, and the overlay in the place of the picture, if any. When
-//! it is displayed is `display`'s business.
+//! One source in the window: its texture and those that lie over it, the scene that they are on, and the overlay in the place of the
+//! picture, if any. When it is displayed is `display`'s business.
 
 use anyhow::Result;
 #[cfg(feature = "build")]
@@ -9,6 +9,7 @@ use vastex_scenes::{
     DisplayOptions, Gpu, Layers, Overlay, OverlayRenderer, Relief, Scene, SceneDesc, SceneRenderer,
     ShownLayer,
 };
+use vastex_viewer::layers::CompareMode;
 
 use super::opening::{Growth, PreparedSource};
 use super::surface::{Surface, SurfaceFormat};
@@ -31,6 +32,8 @@ const BLENDED: f64 = 3.5;
 /// A source that is displayed, or will be.
 pub(super) struct Displayed {
     pub(super) texture: TextureId,
+    /// What lies over it, the lowest first.
+    over: Vec<TextureId>,
     pub(super) renderer: SceneRenderer,
     /// What is drawn in the place of the picture, if anything.
     pub(super) overlay: Option<OverlayRenderer>,
@@ -80,6 +83,7 @@ impl Displayed {
         let [width, height, _] = textures.texture(texture)?.description().geometry.size();
         let mut displayed = Displayed {
             texture,
+            over: Vec::new(),
             renderer,
             overlay: None,
             name: name.to_owned(),
@@ -103,7 +107,7 @@ impl Displayed {
         texture: TextureId,
     ) -> Result<(SceneRenderer, Option<Relief>, SurfaceFormat)> {
         let mut relief = None;
-        let drawn = described(settings, false, textures, texture, &mut relief)?;
+        let drawn = described(settings, false, textures, &[texture], &mut relief)?;
         let format = surface.format_for(&drawn.layers);
         let renderer = SceneRenderer::new(gpu, textures, drawn, format.drawn_format())?;
         Ok((renderer, relief, format))
@@ -116,7 +120,8 @@ impl Displayed {
         textures: &mut Textures,
         settings: &DisplaySettings,
     ) -> Result<()> {
-        let drawn = described(settings, self.is_crisp, textures, self.texture, &mut self.relief)?;
+        let shown = self.textures();
+        let drawn = described(settings, self.is_crisp, textures, &shown, &mut self.relief)?;
         let layers = drawn.layers.clone();
         let renderer = SceneRenderer::new(gpu, textures, drawn, self.format.drawn_format());
         let renderer = renderer.inspect_err(|_| layers.remove(textures))?;
@@ -134,7 +139,7 @@ impl Displayed {
         textures: &mut Textures,
         settings: &DisplaySettings,
     ) -> Result<()> {
-        let asked = shown_layers(&settings.options, self.is_crisp, textures, self.texture)?;
+        let asked = shown_layers(&settings.options, self.is_crisp, textures, &self.textures())?;
         let mut layers = self.renderer.layers().clone();
         let is_single =
             |layers: &[ShownLayer]| matches!(layers, [layer] if layer.is_visible && layer.opacity >= 1.0);
@@ -155,6 +160,39 @@ impl Displayed {
             self.draw_overlay(gpu, textures, settings.overlay);
         }
         Ok(())
+    }
+
+    /// The texture of the source and those over it, as [`vastex_scenes::LayerOptions::texture`] counts them.
+    pub(super) fn textures(&self) -> Vec<TextureId> {
+        std::iter::once(self.texture).chain(self.over.iter().copied()).collect()
+    }
+
+    /// Lays another source over it, of which `settings` say what is shown. Of what fails nothing stays.
+    pub(super) fn lay_over(
+        &mut self,
+        gpu: &Gpu,
+        textures: &mut Textures,
+        settings: &DisplaySettings,
+        (name, source): (&str, PreparedSource),
+    ) -> Result<()> {
+        let texture = textures.add(source.prepared).map_err(|refused| refused.error)?;
+        textures.texture_mut(texture)?.set_name(name);
+        self.over.push(texture);
+        let shown = self.show_layers(gpu, textures, settings);
+        if shown.is_err() {
+            self.over.pop();
+            textures.remove(texture);
+        }
+        shown
+    }
+
+    /// Compares the uppermost layer with those beneath it from the next frame on.
+    pub(super) fn compare(&mut self, gpu: &Gpu, textures: &Textures, mode: CompareMode) {
+        if self.renderer.layers().compare_mode() != mode {
+            let mut layers = self.renderer.layers().clone();
+            layers.compare(mode);
+            self.renderer.set_layers(&gpu.queue, textures, &layers);
+        }
     }
 
     /// Goes with how large an image is seen, in pixels a texel: large texels are shown as they are.
@@ -233,34 +271,36 @@ impl Displayed {
     /// Takes the source out of the textures.
     pub(super) fn remove(self, textures: &mut Textures) {
         self.renderer.layers().clone().remove(textures);
-        textures.remove(self.texture);
+        for texture in self.textures() {
+            textures.remove(texture);
+        }
     }
 }
 
-/// The layers of a texture that are asked to be shown.
+/// The layers that are asked to be shown of textures.
 fn shown_layers(
     options: &DisplayOptions,
     is_crisp: bool,
     textures: &Textures,
-    texture: TextureId,
+    shown: &[TextureId],
 ) -> Result<Vec<ShownLayer>> {
-    let mut layers = options.layers_of(textures, texture)?;
+    let mut layers = options.layers_of(textures, shown)?;
     for layer in layers.iter_mut().filter(|layer| is_crisp && layer.filter.is_none()) {
         layer.filter = Some(Filter::Nearest);
     }
     Ok(layers)
 }
 
-/// A scene with what is asked to be shown of a texture. Its heights, if the scene has any, are looked for once.
+/// A scene with what is asked to be shown of textures. Its heights, if the scene has any, are looked for once.
 fn described(
     DisplaySettings { scene, options, .. }: &DisplaySettings,
     is_crisp: bool,
     textures: &mut Textures,
-    texture: TextureId,
+    shown: &[TextureId],
     known: &mut Option<Relief>,
 ) -> Result<SceneDesc> {
     let scene = *scene;
-    let layers = shown_layers(options, is_crisp, textures, texture)?;
+    let layers = shown_layers(options, is_crisp, textures, shown)?;
     if known.is_none() {
         *known = options.relief_of(scene, textures, layers[0].layer)?;
     }

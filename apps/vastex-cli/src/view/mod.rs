@@ -1,7 +1,8 @@
 //! `vastex view`: a window with a scene to move about in.
 //!
 //! Here is the loop of events: it opens files, performs actions, draws while something changes and sleeps while nothing does.
-//! `opening` opens a source on a thread, `displayed` is a source in the window, `display` says which source is seen when,
+//! `opening` opens a source on a thread, `over` lays others over it, `displayed` is a source in the window,
+//! `display` says which source is seen when,
 //! `viewer` draws frames on what `device` finds, `shell` is egui in the window and `panel` what it shows, `files` knows the next
 //! file, `dialog` asks the system for one, `recent` remembers them and `bookmarks` views of them, both by `state`, `requests` does what is
 //! asked for in the panel, `events` translates winit's events, `surface` is where pictures appear, `title` is the window's title, `times` what is measured of it.
@@ -14,6 +15,7 @@ mod displayed;
 mod events;
 mod files;
 mod opening;
+mod over;
 mod panel;
 mod recent;
 mod requests;
@@ -47,6 +49,7 @@ use crate::report;
 use dialog::Chosen;
 use files::Files;
 use opening::{OpeningEvent, Openings, Report};
+use over::Over;
 use times::Times;
 use viewer::{Viewer, Wake};
 
@@ -77,6 +80,7 @@ pub(crate) fn run(args: ViewArgs) -> Result<ExitCode> {
         cameras: Scene::ALL.map(|scene| Controller::new(Pose::first(scene))),
         open: None,
         openings: Openings::default(),
+        over: Over::new(&args.scene.layers.over),
         camera_of: 0,
         lost_devices: 0,
         outcome: Ok(ExitCode::SUCCESS),
@@ -117,6 +121,7 @@ struct App {
     cameras: [Controller; Scene::ALL.len()],
     open: Option<Open>,
     openings: Openings,
+    over: Over,
     /// The opening whose source the cameras look at.
     camera_of: u64,
     lost_devices: u32,
@@ -154,14 +159,20 @@ impl App {
 
     /// Begins to open the file that is to be shown, and breaks off what was being opened.
     fn open_file(&mut self) -> Result<()> {
-        let Some(open) = &mut self.open else { return Ok(()) };
-        let path = self.files.current();
+        let path = self.files.current().to_owned();
+        self.over.begin_again();
+        self.begin(&path, true).map(drop)
+    }
+
+    /// Begins to open a file, perhaps with previews, and breaks off what was being opened. The number of the opening, 0 without a window.
+    fn begin(&mut self, path: &Path, has_previews: bool) -> Result<u64> {
+        let Some(open) = &mut self.open else { return Ok(0) };
         open.viewer.begin_opening(&name_of(path))?;
         open.window.request_redraw();
         let (preparer, proxy) = (open.viewer.preparer(), self.proxy.clone());
         // Nobody listens where the window is closed.
         let send = move |report| drop(proxy.send_event(Message::Opening(report)));
-        self.openings.begin(path, self.args.clone(), preparer, send)
+        self.openings.begin((path, has_previews), self.args.clone(), preparer, send)
     }
 
     /// Hears of the file that is being opened. Reports of other files are old.
@@ -171,6 +182,10 @@ impl App {
             return Ok(());
         };
         open.window.request_redraw();
+        if self.over.is_of(number) {
+            let path = opening.path.clone();
+            return self.on_report_of_over(&path, event);
+        }
         let (name, path) = (name_of(&opening.path), opening.path.display().to_string());
         match event {
             OpeningEvent::Progress(share) => open.viewer.set_opening(&name, share)?,
@@ -196,6 +211,7 @@ impl App {
                             }
                             self.scene = scene;
                             self.look_at(number);
+                            self.open_next_over()?;
                         }
                         Err(error) => self.refuse(error)?,
                     }
@@ -262,8 +278,14 @@ impl App {
                 let viewer = open.viewer.restored(events.owned_display_handle())?;
                 self.open = Some(Open { viewer, ..open });
                 // What it prepares is for the device that was lost.
-                if self.openings.is_opening() {
-                    self.open_file()?;
+                match self.openings.number() {
+                    Some(number) if self.over.is_of(number) => {
+                        self.openings.end();
+                        self.over.begin_again();
+                        self.open_next_over()?;
+                    }
+                    Some(_) => self.open_file()?,
+                    None => {}
                 }
             }
             drawn => drawn?,
@@ -356,11 +378,12 @@ impl App {
                 }
             }
             Action::Overlay => viewer.next_overlay(),
-            Action::AutoRange => viewer.set_automatic_range(self.cameras[scene_index].pose())?,
+            Action::AutoRange => viewer.set_automatic_range(self.cameras[scene_index].pose()),
             Action::Panel => {
                 viewer.open_or_close_panel();
                 window.request_redraw();
             }
+            Action::Compare => viewer.compare_next(),
             Action::Guides => {
                 viewer.show_or_hide_guides();
                 window.request_redraw();

@@ -79,20 +79,22 @@ pub(super) struct Opening {
 }
 
 impl Openings {
-    /// Begins to open a source as the arguments say, and breaks off what was being opened.
+    /// Begins to open a source as the arguments say, perhaps with previews, and breaks off what was being opened. The number of the
+    /// opening.
     pub(super) fn begin(
         &mut self,
-        path: &Path,
+        (path, has_previews): (&Path, bool),
         args: Arc<ViewArgs>,
         preparer: Preparer,
         send: impl Fn(Report) + Send + 'static,
-    ) -> Result<()> {
+    ) -> Result<u64> {
         self.break_off();
         self.begun += 1;
         let (number, is_broken_off) = (self.begun, Arc::new(AtomicBool::new(false)));
         let reporter = Reporter {
             send: Box::new(move |event| send(Report { opening: number, event })),
             preparer,
+            has_previews,
             is_broken_off: is_broken_off.clone(),
             reported_at: Cell::default(),
             size: Cell::default(),
@@ -114,7 +116,7 @@ impl Openings {
         let thread = thread::Builder::new().name("vastex-open".into()).spawn(open);
         let thread = thread.context("no thread can be started to open files")?;
         self.current = Some(Opening { number, path: path.to_owned(), is_broken_off, thread });
-        Ok(())
+        Ok(number)
     }
 
     /// The source that is being opened, if it is the one with this number.
@@ -125,6 +127,11 @@ impl Openings {
     /// Whether a source is being opened.
     pub(super) fn is_opening(&self) -> bool {
         self.current.is_some()
+    }
+
+    /// The number of the opening of the source that is being opened.
+    pub(super) fn number(&self) -> Option<u64> {
+        self.current.as_ref().map(|current| current.number)
     }
 
     /// The source is there, or there will be none.
@@ -162,6 +169,7 @@ fn text_of(panic: &(dyn Any + Send)) -> &str {
 struct Reporter {
     send: Box<dyn Fn(OpeningEvent) + Send>,
     preparer: Preparer,
+    has_previews: bool,
     is_broken_off: Arc<AtomicBool>,
     reported_at: Cell<Option<Instant>>,
     /// Of an image that the source has at a share of its size.
@@ -184,7 +192,7 @@ impl Reporter {
 
 impl OpenObserver for Reporter {
     fn wants_preview(&self) -> bool {
-        true
+        self.has_previews
     }
 
     #[cfg(feature = "build")]

@@ -7,7 +7,7 @@ use egui::{
     Align2, Area, Button, CollapsingHeader, Frame, Id, ProgressBar, RichText, ScrollArea, TextEdit, Ui, Vec2,
 };
 use vastex_scenes::{Pose, Scene};
-use vastex_viewer::panels::{DisplayPanel, PositionChange, PositionPanel, ShownTexture, keys_window};
+use vastex_viewer::panels::{DisplayPanel, PositionChange, PositionPanel, ShownTextures, keys_window};
 
 use super::bookmarks::Bookmarks;
 use super::recent::Recent;
@@ -16,6 +16,8 @@ use super::recent::Recent;
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Asked {
     Open(PathBuf),
+    /// A file over what is displayed.
+    LayOver(PathBuf),
     /// By the system's dialog.
     Choose,
     /// The file so many after this one, or before it.
@@ -39,7 +41,7 @@ pub(super) struct Told<'a> {
     /// Where the camera is, and columns and rows of the image.
     pub(super) position: (Pose, [u32; 2]),
     /// What is displayed, if anything is.
-    pub(super) texture: Option<ShownTexture<'a>>,
+    pub(super) texture: Option<ShownTextures<'a>>,
 }
 
 /// The panel, as a person left it.
@@ -106,7 +108,7 @@ impl Panel {
                     ui.add(egui::Label::new(RichText::new(told.name).strong()).truncate());
                 });
                 ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-                    self.files(ui, &mut asked);
+                    self.files(ui, told.texture.is_some(), &mut asked);
                     ui.separator();
                     places(ui, told.scene, &mut asked);
                     if told.texture.is_some() {
@@ -144,7 +146,8 @@ impl Panel {
             .on_hover_text("a map, a scale, lines between large texels with their values: G");
     }
 
-    fn files(&mut self, ui: &mut Ui, asked: &mut Vec<Asked>) {
+    /// `has_file` says that one is displayed, which another may lie over.
+    fn files(&mut self, ui: &mut Ui, has_file: bool, asked: &mut Vec<Asked>) {
         ui.horizontal_wrapped(|ui| {
             let buttons = [("Open…", Asked::Choose), ("Previous", Asked::File(-1)), ("Next", Asked::File(1))];
             for (name, asks) in buttons {
@@ -161,13 +164,17 @@ impl Panel {
         });
         ui.horizontal(|ui| {
             let label = ui.label("Path");
-            let field = TextEdit::singleline(&mut self.path).desired_width(ui.available_width() - 56.0);
+            let field = TextEdit::singleline(&mut self.path).desired_width(ui.available_width() - 128.0);
             let field = ui.add(field).labelled_by(label.id);
             let is_entered = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
             let path = self.path.trim();
             let go = ui.add_enabled(!path.is_empty(), Button::new("Open"));
             if !path.is_empty() && (is_entered || go.clicked()) {
                 asked.push(Asked::Open(PathBuf::from(path)));
+            }
+            let over = ui.add_enabled(has_file && !path.is_empty(), Button::new("Lay over"));
+            if over.on_hover_text("over what is shown, as a layer to compare with it").clicked() {
+                asked.push(Asked::LayOver(PathBuf::from(path)));
             }
         });
         if !self.recent.files().is_empty() {

@@ -59,6 +59,7 @@ impl App {
     pub(super) fn grant(&mut self, events: &ActiveEventLoop, asked: Asked) -> Result<()> {
         match asked {
             Asked::Open(path) => self.open_chosen(&path),
+            Asked::LayOver(path) => self.lay_over(&path),
             Asked::Choose if self.is_choosing => Ok(()),
             Asked::Choose => {
                 self.is_choosing = true;

@@ -40,7 +40,8 @@ pub(super) struct Shell {
     due: Option<Instant>,
     /// What the panels leave of the window to the picture, in points.
     free: Rect,
-    /// Whether the pointer was over a panel at its last move.
+    /// Where the pointer is, and whether it was over a panel at its last move.
+    pointer: Option<PhysicalPosition<f64>>,
     is_over: bool,
     /// Buttons and fingers that are down, and whether the first of them went down over a panel.
     pressed: u32,
@@ -69,6 +70,7 @@ impl Shell {
             pixels_per_point: 1.0,
             due: None,
             free: Rect::EVERYTHING,
+            pointer: None,
             is_over: false,
             pressed: 0,
             is_held: false,
@@ -120,12 +122,17 @@ impl Shell {
                 Heard { is_taken: event.state.is_pressed(), is_stale: true }
             }
             WindowEvent::CursorMoved { position, .. } => {
+                self.pointer = Some(*position);
                 let (over, is_held) = (self.is_over(*position), self.pressed > 0);
                 let was_over = std::mem::replace(&mut self.is_over, over);
                 let is_taken = if is_held { self.is_held } else { over };
                 Heard { is_taken: is_held && is_taken, is_stale: is_taken || was_over && !is_held }
             }
-            WindowEvent::MouseInput { state, .. } => self.press(state.is_pressed(), self.is_over, takes_keys),
+            WindowEvent::MouseInput { state, .. } => {
+                // What lies below it may have come since its last move.
+                self.is_over = self.pointer.is_some_and(|position| self.is_over(position));
+                self.press(state.is_pressed(), self.is_over, takes_keys)
+            }
             WindowEvent::MouseWheel { .. } => Heard { is_taken: self.is_over, is_stale: self.is_over },
             WindowEvent::Touch(touch) => match touch.phase {
                 TouchPhase::Started => self.press(true, self.is_over(touch.location), takes_keys),
@@ -133,6 +140,7 @@ impl Shell {
                 TouchPhase::Ended | TouchPhase::Cancelled => self.press(false, false, takes_keys),
             },
             WindowEvent::CursorLeft { .. } => {
+                self.pointer = None;
                 let was_over = std::mem::replace(&mut self.is_over, false);
                 Heard { is_taken: false, is_stale: was_over }
             }

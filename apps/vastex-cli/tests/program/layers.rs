@@ -53,6 +53,46 @@ fn layers_lie_over_one_another() {
 }
 
 #[test]
+fn files_lie_over_one_another_and_are_compared() {
+    let sandbox = sandbox_with_layers();
+    let render =
+        "render earth.vastex --layer depth:range=0.1..0.3 --over relief.png --cache off --size 200x100";
+    let picture = |words: &str, name: &str| {
+        run(&sandbox, &format!("{words} -o {name}.png")).expect_code(0);
+        sandbox.read_rgb(&format!("{name}.png"))
+    };
+    let below = picture("render earth.vastex --layer depth:range=0.1..0.3 --size 200x100", "below");
+    let over = picture(render, "over");
+    let alone = picture("render relief.png --cache off --size 200x100", "alone");
+    let apart = |one: &[[u8; 3]], other: &[[u8; 3]]| {
+        let channels = one.as_flattened().iter().zip(other.as_flattened());
+        channels.map(|(a, b)| a.abs_diff(*b)).max().unwrap()
+    };
+    assert!(apart(&over, &alone) <= 2, "what lies over it hides it");
+    let swiped = picture(&format!("{render} --compare-mode swipe:0.25"), "swiped");
+    for row in 0..100 {
+        let (line, end) = (row * 200 + 50, row * 200 + 200);
+        assert!(apart(&swiped[row * 200..line], &below[row * 200..line]) <= 2, "row {row}");
+        assert!(apart(&swiped[line..end], &over[line..end]) <= 2, "row {row}");
+    }
+    let same = "render relief.png --over relief.png --cache off --compare-mode difference:100 --size 200x100";
+    assert_eq!(apart(&picture(same, "same"), &vec![[0; 3]; 200 * 100]), 0);
+    for (words, code, said) in [
+        ("--over nowhere.png", 1, "nowhere.png: there is no such file"),
+        ("--over relief.png --layer depth --layer depth:file=3", 2, "'file=3': 2 named"),
+        ("--compare-mode swipe", 2, "lay a file over it with --over"),
+        ("--over relief.png --compare-mode swap", 2, "write off, swipe[:AT]"),
+        ("--over relief.png --compare", 2, "--compare compares one opaque layer"),
+    ] {
+        let ended = run(&sandbox, &format!("render earth.vastex {words} -o x.png")).expect_code(code);
+        assert!(ended.stderr.contains(said), "{words}: {ended}");
+    }
+    std::fs::copy(sandbox.path("over.png"), sandbox.path("kept.png")).unwrap();
+    let ended = run(&sandbox, "render earth.vastex --over kept.png -o kept.png");
+    assert!(ended.expect_code(1).stderr.contains("kept.png: is the source as well as the output"));
+}
+
+#[test]
 fn what_is_no_layer_is_told() {
     let sandbox = sandbox_with_layers();
     for (words, code, said) in [
@@ -69,7 +109,7 @@ fn what_is_no_layer_is_told() {
     }
     let nine = "--layer height ".repeat(9);
     let ended = run(&sandbox, &format!("render earth.vastex {nine}")).expect_code(2);
-    assert!(ended.stderr.contains("8 layers"), "{ended}");
+    assert!(ended.stderr.contains("9 layers named, 8 are shown at most"), "{ended}");
     assert!(!sandbox.path("out.png").exists());
     run(&sandbox, "render earth.vastex --layer depth --compare").expect_code(0);
 }

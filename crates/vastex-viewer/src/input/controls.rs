@@ -33,6 +33,7 @@ pub const CONTROLS: &[(&str, &[(&str, &str)])] = &[
             ("M", "panel: files, and how values become colours"),
             ("G", "guides over an image: a map, a scale, lines between large texels with their values"),
             ("C", "black and white by the values in view"),
+            ("V", "compare the uppermost layer with those beneath it: swipe, flicker, difference; then not"),
             (
                 "L",
                 "next overlay: levels, wanted, deficit, pages, feedback, table, atlas; then the picture again",

@@ -133,6 +133,8 @@ pub enum Action {
     FillScreen,
     /// Black and white by the values that are in view.
     AutoRange,
+    /// The next way of comparing the uppermost layer with those beneath it, or none.
+    Compare,
     /// The panel beside the picture, or the picture alone.
     Panel,
     /// The guides over an image, or the picture alone.
@@ -422,6 +424,7 @@ fn action_of(key: Key) -> Option<Action> {
         Key::Char('l' | 'L') => Action::Overlay,
         Key::Char('c' | 'C') => Action::AutoRange,
         Key::Char('g' | 'G') => Action::Guides,
+        Key::Char('v' | 'V') => Action::Compare,
         Key::Char('m' | 'M') => Action::Panel,
         Key::Char('?' | 'h' | 'H') => Action::Keys,
         Key::F(1) => Action::Scene(Some(Scene::Image)),

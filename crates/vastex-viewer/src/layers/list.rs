@@ -2,7 +2,7 @@
 
 use vastex::{Filter, GroupId, Kinds, Layer, LayerId, Sampled, Textures};
 
-use super::{ColorMap, LayerUniform};
+use super::{ColorMap, CompareMode, LayerUniform};
 
 /// Layers that a list may have.
 pub const MOST_LAYERS: usize = 8;
@@ -73,13 +73,15 @@ pub struct Layers {
     group: Option<GroupId>,
     /// What is seen of them, where that is less and more than one texture.
     seen: Option<GroupId>,
+    compare_mode: CompareMode,
 }
 
 impl Layers {
     /// One opaque layer on a surface without heights.
     pub fn one(layer: ShownLayer) -> Layers {
         let layer = ShownLayer { opacity: 1.0, is_visible: true, ..layer };
-        Layers { layers: vec![layer], heights: None, is_single: true, group: None, seen: None }
+        let (heights, group, seen) = (None, None, None);
+        Layers { layers: vec![layer], heights, is_single: true, group, seen, compare_mode: CompareMode::Off }
     }
 
     /// Layers on a surface that `heights` displace, if there are any.
@@ -102,7 +104,8 @@ impl Layers {
             let heights = heights.map(|layer| (HEIGHT.to_owned(), layer));
             Some(textures.add_group(members.chain(heights))?)
         };
-        let mut made = Layers { layers, heights, is_single, group, seen: None };
+        let compare_mode = CompareMode::Off;
+        let mut made = Layers { layers, heights, is_single, group, seen: None, compare_mode };
         made.gather_seen(textures)?;
         Ok(made)
     }
@@ -133,7 +136,8 @@ impl Layers {
         let is_single = is_single(&self.layers);
         if is_single != self.is_single && self.heights.is_none() {
             let (layers, heights) = (self.layers.clone(), self.heights);
-            let made = Layers::new(textures, layers, heights).inspect_err(|_| self.layers[n] = before)?;
+            let mut made = Layers::new(textures, layers, heights).inspect_err(|_| self.layers[n] = before)?;
+            made.compare_mode = self.compare_mode;
             std::mem::replace(self, made).remove(textures);
             return Ok(true);
         }
@@ -143,6 +147,17 @@ impl Layers {
             return Err(error);
         }
         Ok(is_other || was_single != is_single)
+    }
+
+    /// Compares the uppermost layer that is seen with those beneath it, from the next frame on after [`crate::SceneRenderer::set_layers`].
+    /// Nothing is compiled for it, and no other pages are wanted.
+    pub fn compare(&mut self, mode: CompareMode) {
+        self.compare_mode = mode;
+    }
+
+    /// How the uppermost layer that is seen is compared with those beneath it.
+    pub fn compare_mode(&self) -> CompareMode {
+        self.compare_mode
     }
 
     /// Gives back what a list takes of the textures, where nothing is drawn with it any more. The layers' textures stay.
@@ -179,6 +194,14 @@ impl Layers {
 
     fn inspected_number(&self) -> usize {
         self.layers.iter().rposition(ShownLayer::is_seen).unwrap_or(0)
+    }
+
+    /// The layer that is asked about at a share of the picture's width, 0 to 1 from the left: the uppermost that is seen there.
+    pub fn inspected_at(&self, across: f64) -> &ShownLayer {
+        let (upper, [begins, _]) = (self.inspected_number(), self.compare_mode.told());
+        let beneath = || self.layers[..upper].iter().rev().find(|shown| shown.is_seen());
+        let is_beside = across < f64::from(begins);
+        beneath().filter(|_| is_beside).unwrap_or(&self.layers[upper])
     }
 
     /// Whether the text is that of one opaque layer.
@@ -252,6 +275,11 @@ impl Layers {
             // A layer that is gone has no id: shaders show what they show for any texture that is not there.
             let opacity = if shown.is_visible { shown.opacity.clamp(0.0, 1.0) } else { 0.0 };
             *uniform = shown.color_map.uniform(opacity, textures.shader_id(shown.layer).unwrap_or(0));
+        }
+        if self.layers.iter().filter(|shown| shown.is_seen()).count() > 1 {
+            let [begins, difference] = self.compare_mode.told();
+            let uppermost = &mut uniforms[self.inspected_number()];
+            (uppermost.begins, uppermost.difference) = (begins, difference);
         }
         uniforms
     }
@@ -333,7 +361,7 @@ impl LayersText {
     fn of_way(self, way: &str) -> String {
         let (shown, inspected) = if self.is_single { self.single(way) } else { self.several(way) };
         format!(
-            "fn shown_{way}(look: Look, light: f32) -> vec4<f32> {{\n{shown}}}\n\
+            "fn shown_{way}(look: Look, light: f32, column: f32) -> vec4<f32> {{\n{shown}}}\n\
              fn inspected_{way}(look: Look) -> VastexInspection {{\n{inspected}}}\n"
         )
     }
@@ -358,11 +386,15 @@ impl LayersText {
 
     fn several(self, way: &str) -> (String, String) {
         let call = |function, n| self.call(function, way, n, &format!("layered[{n}].id"));
-        let where_seen =
-            |n, then: String| format!("    if layered[{n}].opacity > 0.0 {{\n        {then};\n    }}\n");
-        let over = |n| where_seen(n, format!("sum = layered_over(sum, {}, {n}u, light)", call("sample", n)));
+        let where_seen = |n, condition: &str, then: String| {
+            format!("    if layered[{n}].opacity > 0.0{condition} {{\n        {then};\n    }}\n")
+        };
+        let over = |n| {
+            let then = format!("sum = layered_over(sum, {}, {n}u, light)", call("sample", n));
+            where_seen(n, &format!(" && column >= layered[{n}].begins * scene.picture.x"), then)
+        };
         let overs: String = (0..self.count).map(over).collect();
-        let inspected = |n| where_seen(n, format!("return {}", call("inspect", n)));
+        let inspected = |n| where_seen(n, "", format!("return {}", call("inspect", n)));
         let inspecteds: String = (1..self.count).rev().map(inspected).collect();
         (
             format!(

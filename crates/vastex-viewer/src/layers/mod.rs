@@ -2,6 +2,7 @@
 //!
 //! The shaders' part of it is `scene_colour` in surface.wgsl; its twin for pictures that the CPU makes is here.
 
+mod compare;
 mod list;
 mod palette;
 mod tone;
@@ -9,6 +10,7 @@ mod tone;
 use glam::Vec4;
 use vastex::Layer;
 
+pub use compare::{CompareMode, NoCompareMode};
 pub use list::{Layers, LayersError, LayersText, MOST_LAYERS, ShownLayer};
 pub use palette::Palette;
 pub use tone::{Curve, Tone};
@@ -54,6 +56,10 @@ pub(crate) struct LayerUniform {
     channels: u32,
     map: u32,
     id: u32,
+    /// The share of the picture's width to the left of which it is not drawn, and by how much its difference from what lies beneath is magnified.
+    pub(crate) begins: f32,
+    pub(crate) difference: f32,
+    unused: [f32; 2],
 }
 
 /// What is added to what channels mean where values are display values.
@@ -96,6 +102,7 @@ impl ColorMap {
             channels: self.channels as u32 + if self.is_srgb { 0 } else { DISPLAY },
             map: self.palette as u32,
             id,
+            ..LayerUniform::default()
         }
     }
 

@@ -3,21 +3,33 @@
 use egui::{Button, ComboBox, DragValue, RichText, Slider, SliderClamping, Ui};
 use vastex::Layer;
 
+use super::compare::compare_controls;
 use super::shades::shades;
 use crate::inspect::{Histogram, StoredScale};
-use crate::layers::{ColorMap, Curve, MOST_LAYERS, Palette, Tone};
+use crate::layers::{ColorMap, CompareMode, Curve, MOST_LAYERS, Palette, Tone};
 use crate::surface::LayerOptions;
 
 /// The share of the values in view, in percent, that is left out at each end by the automatic range of the first click.
 const CLIPPED: f64 = 0.5;
 
-/// What is shown of a texture, as far as the panel goes by it.
+/// A texture that is shown.
+#[derive(Clone, Debug)]
+pub struct PanelTexture {
+    /// What a person knows it by.
+    pub name: String,
+    /// The layers that it has.
+    pub layers: Vec<Layer>,
+}
+
+/// What is shown, as far as the panel goes by it.
 #[derive(Debug)]
-pub struct ShownTexture<'a> {
-    /// The layers that the texture has.
-    pub layers: &'a [Layer],
-    /// Those that are shown, the lowest first, for the panel to change; the first one of the texture where there is none.
+pub struct ShownTextures<'a> {
+    /// The textures that are shown together, the lowest first; [`LayerOptions::texture`] counts them.
+    pub textures: &'a [PanelTexture],
+    /// The layers that are shown, the lowest first, for the panel to change; the first one of each texture where there is none.
     pub shown: &'a mut Vec<LayerOptions>,
+    /// How the uppermost of them is compared with those beneath it, for the panel to change.
+    pub compare_mode: &'a mut CompareMode,
     /// The values of [`DisplayPanel::layer`] that are in view, if they are known.
     pub histogram: Option<&'a Histogram>,
 }
@@ -58,52 +70,62 @@ impl DisplayPanel {
         Some(stored.map(|value| scale.sampled(value)))
     }
 
-    /// Shows the panel. Says whether anything of [`ShownTexture::shown`] is another than before.
-    pub fn show(&mut self, ui: &mut Ui, texture: &mut ShownTexture<'_>) -> bool {
-        let ShownTexture { layers, shown, histogram } = texture;
-        let before = shown.clone();
+    /// Shows the panel. Says whether anything of [`ShownTextures::shown`] or [`ShownTextures::compare_mode`] is another than before.
+    pub fn show(&mut self, ui: &mut Ui, told: &mut ShownTextures<'_>) -> bool {
+        let ShownTextures { textures, shown, compare_mode, histogram } = told;
+        let before = (shown.clone(), **compare_mode);
+        let first_of = |texture| LayerOptions { texture, ..LayerOptions::default() };
+        let plain: Vec<LayerOptions> = (0..textures.len().max(1)).map(first_of).collect();
         if shown.is_empty() {
-            shown.push(LayerOptions::default());
+            shown.clone_from(&plain);
         }
         self.selected = self.selected.min(shown.len() - 1);
-        if layers.len() > 1 {
+        if textures.iter().map(|texture| texture.layers.len()).sum::<usize>() > 1 {
             let before = (self.selected, shown.len());
-            self.list(ui, layers, shown);
+            self.list(ui, textures, shown);
+            if shown.len() > 1 {
+                compare_controls(ui, compare_mode);
+            }
+            ui.separator();
             // What follows is one layer.
             self.follows &= before == (self.selected, shown.len());
         }
         let options = &mut shown[self.selected];
-        let described = |layer: &&Layer| options.name.as_ref().is_none_or(|name| *name == layer.name);
-        if let Some(layer) = layers.iter().find(described) {
+        if let Some(layer) = described(textures, options) {
             self.layer_controls(ui, layer, options, *histogram);
         }
-        // A texture of which nothing is chosen is shown as one without a choice.
-        let is_plain = shown.len() == 1 && shown[0] == LayerOptions::default();
-        if is_plain && before.is_empty() {
+        // Textures of which nothing is chosen are shown as those without a choice.
+        if **shown == plain && before.0.is_empty() {
             shown.clear();
         }
-        **shown != before
+        **shown != before.0 || **compare_mode != before.1
     }
 
     /// The layers that are shown, the uppermost first, one of which is selected.
-    fn list(&mut self, ui: &mut Ui, layers: &[Layer], shown: &mut Vec<LayerOptions>) {
+    fn list(&mut self, ui: &mut Ui, textures: &[PanelTexture], shown: &mut Vec<LayerOptions>) {
         let name_of = |options: &LayerOptions| {
-            options.name.clone().or_else(|| Some(layers.first()?.name.clone())).unwrap_or_default()
+            let layer = described(textures, options).map_or("", |layer| &layer.name);
+            name_in(textures, options.texture, layer)
         };
         let (mut gone, mut raised) = (None, None);
         let count = shown.len();
         for (n, options) in shown.iter_mut().enumerate().rev() {
             ui.horizontal(|ui| {
                 ui.checkbox(&mut options.is_visible, format!("show {}", n + 1));
-                if ui.selectable_label(n == self.selected, name_of(options)).clicked() {
-                    self.selected = n;
-                }
-                if n + 1 < count && ui.small_button(format!("Move {} up", n + 1)).clicked() {
-                    raised = Some(n);
-                }
-                if count > 1 && ui.small_button(format!("Remove {}", n + 1)).clicked() {
-                    gone = Some(n);
-                }
+                ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                    if count > 1 && ui.small_button(format!("Remove {}", n + 1)).clicked() {
+                        gone = Some(n);
+                    }
+                    if n + 1 < count && ui.small_button(format!("Move {} up", n + 1)).clicked() {
+                        raised = Some(n);
+                    }
+                    // What is left of the row, and no more.
+                    let name = name_of(options);
+                    let label = Button::selectable(n == self.selected, name.as_str()).truncate();
+                    if ui.add(label).on_hover_text(name).clicked() {
+                        self.selected = n;
+                    }
+                });
             });
         }
         if let Some(n) = raised {
@@ -118,18 +140,13 @@ impl DisplayPanel {
         let selected = &mut shown[self.selected];
         let mut added = None;
         ui.horizontal(|ui| {
-            ComboBox::from_label("Layer").selected_text(name_of(selected)).show_ui(ui, |ui| {
-                for layer in layers {
-                    let is_this = name_of(selected) == layer.name;
-                    if ui.selectable_label(is_this, &layer.name).clicked() && !is_this {
-                        // Another layer has other values.
-                        *selected = LayerOptions {
-                            name: Some(layer.name.clone()),
-                            opacity: selected.opacity,
-                            ..LayerOptions::default()
-                        };
-                    }
-                }
+            ui.scope(|ui| {
+                // However long names are, the button beside it stays in the panel.
+                ui.set_max_width(150.0);
+                let choice = ComboBox::from_label("Layer").width(150.0).truncate();
+                choice
+                    .selected_text(name_of(selected))
+                    .show_ui(ui, |ui| layer_choice(ui, textures, selected));
             });
             if count < MOST_LAYERS && ui.button("Add a layer").clicked() {
                 added = Some(LayerOptions { opacity: 0.5, ..selected.clone() });
@@ -140,7 +157,6 @@ impl DisplayPanel {
             self.selected = shown.len() - 1;
         }
         ui.add(Slider::new(&mut shown[self.selected].opacity, 0.0..=1.0).text("Opacity"));
-        ui.separator();
     }
 
     fn layer_controls(
@@ -171,6 +187,7 @@ impl DisplayPanel {
                 .clicked()
             {
                 *options = LayerOptions {
+                    texture: options.texture,
                     name: options.name.clone(),
                     opacity: options.opacity,
                     is_visible: options.is_visible,
@@ -234,6 +251,42 @@ impl DisplayPanel {
             None => "no values are known yet".to_owned(),
         };
         ui.label(RichText::new(text).weak());
+    }
+}
+
+/// The layers of all textures, of which a person may choose another.
+fn layer_choice(ui: &mut Ui, textures: &[PanelTexture], selected: &mut LayerOptions) {
+    let of = |(n, texture): (usize, &'_ PanelTexture)| -> Vec<(usize, String)> {
+        texture.layers.iter().map(|layer| (n, layer.name.clone())).collect()
+    };
+    for (texture, layer) in textures.iter().enumerate().flat_map(of) {
+        let described = described(textures, selected).map(|layer| &layer.name);
+        let is_this = selected.texture == texture && described == Some(&layer);
+        if ui.selectable_label(is_this, name_in(textures, texture, &layer)).clicked() && !is_this {
+            // Another layer has other values.
+            *selected = LayerOptions {
+                texture,
+                name: Some(layer),
+                opacity: selected.opacity,
+                ..LayerOptions::default()
+            };
+        }
+    }
+}
+
+/// The layer that is meant.
+fn described<'a>(textures: &'a [PanelTexture], options: &LayerOptions) -> Option<&'a Layer> {
+    let is_meant = |layer: &&Layer| options.name.as_ref().is_none_or(|name| *name == layer.name);
+    textures.get(options.texture)?.layers.iter().find(is_meant)
+}
+
+/// What a person knows a layer by: where there are several textures, by its texture's name as well, and by that alone where it is the only
+/// layer of it.
+fn name_in(textures: &[PanelTexture], texture: usize, layer: &str) -> String {
+    match textures.get(texture) {
+        Some(of) if textures.len() > 1 && of.layers.len() < 2 => of.name.clone(),
+        Some(of) if textures.len() > 1 => format!("{}: {layer}", of.name),
+        _ => layer.to_owned(),
     }
 }
 

@@ -4,6 +4,7 @@
 //! A panel is told what there is, shows it, changes the host's values in place and says that it did; the host shows the change. Nothing here
 //! knows a window or a device.
 
+mod compare;
 mod display;
 mod guides;
 mod keys;
@@ -11,7 +12,8 @@ mod minimap;
 mod position;
 mod shades;
 
-pub use display::{DisplayPanel, ShownTexture};
+pub use compare::swipe_line;
+pub use display::{DisplayPanel, PanelTexture, ShownTextures};
 pub use guides::{ImageView, paint_guides};
 pub use keys::keys_window;
 pub use minimap::Minimap;

@@ -1,16 +1,18 @@
-//! What is asked to be shown of a texture: which layers, which range of their values, and how they lie on a surface.
+//! What is asked to be shown of textures: which layers, which range of their values, and how they lie on a surface.
 
 use vastex::{Filter, LayerId, TextureId, Textures};
 
 use super::relief::{Heights, HeightsError, Relief};
 use super::tiling::Tiling;
-use crate::layers::{ColorMap, Curve, Palette, ShownLayer, Tone, UnknownLayer};
+use crate::layers::{ColorMap, CompareMode, Curve, Palette, ShownLayer, Tone, UnknownLayer};
 use crate::scene::Scene;
 use crate::stage::TargetKind;
 
-/// How one layer is asked to be shown: by default the first of its texture, opaque, with values as its format has them.
+/// How one layer is asked to be shown: by default the first of the first texture, opaque, with values as its format has them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LayerOptions {
+    /// Which of the textures that are shown together it is of, counted from 0.
+    pub texture: usize,
     /// Its name; the first where none is named.
     pub name: Option<String>,
     /// The values that are black and white, in what shaders sample: 0 and 1 where nothing is said. For all channels but
@@ -33,6 +35,7 @@ pub struct LayerOptions {
 impl Default for LayerOptions {
     fn default() -> LayerOptions {
         LayerOptions {
+            texture: 0,
             name: None,
             range: None,
             curve: Curve::default(),
@@ -46,9 +49,10 @@ impl Default for LayerOptions {
 }
 
 impl LayerOptions {
-    /// Finds the layer in a texture.
-    pub fn shown_of(&self, textures: &Textures, texture: TextureId) -> Result<ShownLayer, UnknownLayer> {
+    /// Finds the layer in the textures that are shown together.
+    pub fn shown_of(&self, textures: &Textures, shown: &[TextureId]) -> Result<ShownLayer, UnknownLayer> {
         let gone = || UnknownLayer { name: self.name.clone().unwrap_or_default(), layers: Vec::new() };
+        let texture = *shown.get(self.texture).ok_or_else(gone)?;
         let shown = textures.texture(texture).map_err(|_| gone())?;
         let layers = &shown.description().layers;
         let layer = match &self.name {
@@ -70,11 +74,13 @@ impl LayerOptions {
     }
 }
 
-/// What is shown of a texture.
+/// What is shown of a texture, or of several that lie over one another, each stretched over the same place.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DisplayOptions {
-    /// Its layers, the lowest first; the first one where none is asked for.
+    /// The layers, the lowest first; where none is asked for, the first one of each texture, the first texture's lowest.
     pub layers: Vec<LayerOptions>,
+    /// How the uppermost layer that is seen is compared with those beneath it.
+    pub compare_mode: CompareMode,
     /// How scenes with heights are displaced: the terrain always, the globe where anything is said of them.
     pub heights: Heights,
     /// How it lies on scenes without heights.
@@ -101,15 +107,16 @@ impl DisplayOptions {
         self.displaces(scene).then(|| Relief::new(textures, layer, &self.heights)).transpose()
     }
 
-    /// Finds the layers in a texture; there is one at least.
+    /// Finds the layers in the textures that are shown together, of which there is one at least; so there is a layer at least.
     pub fn layers_of(
         &self,
         textures: &Textures,
-        texture: TextureId,
+        shown: &[TextureId],
     ) -> Result<Vec<ShownLayer>, UnknownLayer> {
         if self.layers.is_empty() {
-            return Ok(vec![LayerOptions::default().shown_of(textures, texture)?]);
+            let first = |texture| LayerOptions { texture, ..LayerOptions::default() };
+            return (0..shown.len()).map(|n| first(n).shown_of(textures, shown)).collect();
         }
-        self.layers.iter().map(|layer| layer.shown_of(textures, texture)).collect()
+        self.layers.iter().map(|layer| layer.shown_of(textures, shown)).collect()
     }
 }

@@ -3,12 +3,15 @@
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use vastex_scenes::LayerOptions;
+use vastex_viewer::layers::CompareMode;
+use vastex_viewer::panels::PanelTexture;
 
 use super::*;
 
 struct Window {
     panel: Panel,
-    layers: Vec<vastex::Layer>,
+    textures: Vec<PanelTexture>,
+    compare_mode: CompareMode,
     shown: Vec<LayerOptions>,
     notice: Option<&'static str>,
     asked: Vec<Asked>,
@@ -16,11 +19,19 @@ struct Window {
 
 fn window(notice: Option<&'static str>) -> Harness<'static, Window> {
     let layers = vec![vastex::Layer::new("color", vastex::LayerFormat::R16)];
+    let textures = vec![PanelTexture { name: "a.png".to_owned(), layers }];
     let panel = Panel::new(Recent::default(), Bookmarks::default());
-    let window = Window { panel, layers, shown: Vec::new(), notice, asked: Vec::new() };
+    let window = Window {
+        panel,
+        textures,
+        compare_mode: CompareMode::Off,
+        shown: Vec::new(),
+        notice,
+        asked: Vec::new(),
+    };
     let show = |ui: &mut Ui, window: &mut Window| {
-        let Window { panel, layers, shown, notice, asked } = window;
-        let texture = Some(ShownTexture { layers, shown, histogram: None });
+        let Window { panel, textures, compare_mode, shown, notice, asked } = window;
+        let texture = Some(ShownTextures { textures, shown, compare_mode, histogram: None });
         let mut told = Told {
             name: "a.png",
             opening: Some(("b.png", 0.25)),
@@ -53,6 +64,9 @@ fn a_file_is_asked_for_by_its_path() {
     harness.key_press(egui::Key::Enter);
     harness.run();
     assert_eq!(harness.state().asked, [Asked::Open("/of/moon.tif".into())]);
+    click(&mut harness, "Lay over");
+    assert_eq!(harness.state().asked[1..], [Asked::LayOver("/of/moon.tif".into())]);
+    harness.state_mut().asked.truncate(1);
     for (label, asked) in [
         ("Open…", Asked::Choose),
         ("Next", Asked::File(1)),

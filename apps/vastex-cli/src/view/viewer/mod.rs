@@ -1,5 +1,7 @@
-//! A window with a source in it: how a frame comes about, and when the next one is due.
+//! A window with a source in it: what happens to it, and when its next frame is due. How a frame comes about is in `drawing`.
 
+mod drawing;
+mod layers;
 mod notices;
 mod panel;
 
@@ -13,9 +15,7 @@ use vastex::{Event, FeedbackMode, Filter, Preparer, Settings, Textures, ViewId};
 use vastex_scenes::{Gpu, LayerOptions, Overlay, Pose, Scene};
 use vastex_viewer::camera::Aspects;
 use vastex_viewer::inspect;
-use vastex_viewer::layers::BACKGROUND;
 use vastex_viewer::panels::{DisplayPanel, Minimap};
-use vastex_viewer::stage::{Frame, Pictures, StageView, draw_again};
 use winit::event_loop::OwnedDisplayHandle;
 use winit::window::Window;
 
@@ -27,7 +27,7 @@ use super::opening::PreparedSource;
 use super::panel::{Asked, Panel};
 use super::recent::Recent;
 use super::shell::Shell;
-use super::surface::{Surface, SurfaceFrame};
+use super::surface::Surface;
 use super::times::Times;
 use super::title::Title;
 use crate::args::ViewArgs;
@@ -78,6 +78,8 @@ pub(super) struct Viewer {
     /// How layers are displayed of a file in which nobody has changed that, and the opening of the one in which somebody may have.
     first_layers: Vec<LayerOptions>,
     layers_of: u64,
+    /// What flickers does so by the time since then.
+    begun: Instant,
     /// The values in view, for the panel, and whether they are those of the settled view.
     values: Option<panel::Values>,
     /// What the last frame had to say.
@@ -108,6 +110,7 @@ impl Viewer {
             minimap: Minimap::default(),
             first_layers: args.shown().layers,
             layers_of: 0,
+            begun: Instant::now(),
             values: None,
             shown_notice: None,
             asked: Vec::new(),
@@ -200,7 +203,9 @@ impl Viewer {
         // Another file has other layers and other values.
         let is_other = self.layers_of != opening;
         if is_other {
-            settings.options.layers.clone_from(&self.first_layers);
+            // Those of other files come when these are laid over it.
+            let layers = self.first_layers.iter().filter(|layer| layer.texture == 0);
+            settings.options.layers = layers.cloned().collect();
         }
         let source = (name, source);
         let made =
@@ -378,6 +383,11 @@ impl Viewer {
             (Some(due), Wake::OnEvent) => Wake::After(due),
             (None, wake) => wake,
         };
+        let wake = match (wake, self.flickers_in()) {
+            (Wake::OnEvent, Some(pause)) => Wake::After(pause),
+            (Wake::After(before), Some(pause)) => Wake::After(before.min(pause)),
+            (wake, _) => wake,
+        };
         self.is_busy = wake == Wake::Now;
         wake
     }
@@ -387,109 +397,5 @@ impl Viewer {
         let is_falling = |pool: &PoolStats| pool.pager.bias_eighths > 0 && shortage::fits(&pool.pager);
         let at_rest = stats.converged && stats.fading == 0 && self.unsettled == 0;
         at_rest && !stats.pools.iter().any(is_falling)
-    }
-
-    /// Draws and shows a frame, where the window shows any.
-    pub(super) fn draw(&mut self, pose: Pose) -> Result<()> {
-        if let Some(preview) = self.display.take_over(self.textures.stats().converged, Instant::now()) {
-            self.remove([preview]);
-        }
-        self.run_panel(pose)?;
-        let frame = self.surface.acquire();
-        if !matches!(frame, Ok(Some(_))) {
-            self.textures.inspect().check_device()?; // a lost one is the reason, whatever the window says
-        }
-        let frame = frame?;
-        self.is_hidden = frame.is_none();
-        match frame {
-            None => return Ok(()),
-            Some(frame) if self.is_empty() => {
-                self.textures.inspect().check_device()?;
-                self.draw_empty(frame);
-            }
-            Some(frame) => self.draw_displayed(frame, pose)?,
-        }
-        let stats = self.textures.stats();
-        let (is_source, is_settled) = (self.display.is_source(), self.is_settled(&stats));
-        if let Some(times) = self.times.as_mut().filter(|_| self.display.displayed().is_some()) {
-            times.note_frame(is_source, is_settled);
-        }
-        self.report_events(&stats);
-        self.update_title(&stats, pose);
-        Ok(())
-    }
-
-    fn draw_empty(&mut self, frame: SurfaceFrame) {
-        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        self.surface.clear(&mut encoder, &frame, BACKGROUND);
-        let over = (&frame.view, self.surface.viewed_format());
-        self.shell.paint(&self.gpu, &mut encoder, over, self.surface.size());
-        self.gpu.queue.submit([encoder.finish()]);
-        self.surface.present(frame);
-    }
-
-    fn draw_displayed(&mut self, frame: SurfaceFrame, pose: Pose) -> Result<()> {
-        let (size, target) = (self.surface.size(), self.surface.target(&frame.view));
-        self.display.count_frame();
-        if let Some(source) = self.display.displayed_mut() {
-            source.follow(
-                &self.gpu,
-                &mut self.textures,
-                &self.settings,
-                pose.magnification(size, source.size),
-            )?;
-        }
-        let is_alone = self.display.next().is_none();
-        let Gpu { device, queue, .. } = &self.gpu;
-        if let Some(Displayed { renderer, overlay: Some(overlay), .. }) = self.display.displayed_mut() {
-            renderer.set_pose(queue, &self.textures, &pose, size);
-            overlay.look(device, queue, &self.textures, renderer, size)?;
-        }
-        let next = self.display.next().map(|next| &next.renderer);
-        let Some(displayed) = self.display.displayed() else { return Ok(()) };
-        let now = Instant::now();
-        if let Some(before) = self.drawn_at.replace(now) {
-            self.textures.set_frame_time(now.duration_since(before));
-            if self.is_busy {
-                self.title.count_frame(now.duration_since(before));
-            }
-        }
-        // What comes next says what it wants, and what is displayed is drawn as it is.
-        let heard = next.unwrap_or(&displayed.renderer);
-        let views = [StageView { view: ViewId::MAIN, camera: heard.camera(), pose }];
-        // An overlay hides the picture.
-        let is_behind = displayed.overlay.is_some() || !is_alone;
-        let pictures = if is_behind { Pictures::ForFeedback } else { Pictures::Always };
-        let recorded = Frame { views: &views, expected: None, picture: size, has_feedback: true, pictures };
-        let renderer = &displayed.renderer;
-        if !is_alone {
-            renderer.set_pose(queue, &self.textures, &pose, size);
-        }
-        let mut encoder = recorded.record(&self.gpu, &mut self.textures, heard, &target, |_, _| Ok(()))?;
-        match &displayed.overlay {
-            Some(overlay) => {
-                overlay.draw(&mut encoder, renderer, &self.textures, &target);
-                target.encode(&mut encoder);
-            }
-            None if !is_alone => {
-                draw_again(&mut encoder, &self.textures, renderer, renderer.camera(), &target);
-            }
-            None => {}
-        }
-        let format = self.surface.viewed_format();
-        // What is uploaded for the panel cannot say that the device is gone.
-        self.textures.inspect().check_device()?;
-        self.shell.paint(&self.gpu, &mut encoder, (&frame.view, format), size);
-        queue.submit([encoder.finish()]);
-        self.surface.present(frame);
-        // While the first picture is looked at.
-        renderer.compile_all();
-        self.print_explained()?;
-        self.frames += u64::from(self.display.is_source());
-        self.unsettled = self.unsettled.saturating_sub(1);
-        if self.unsettled == 0 && self.textures.inspect().settings().picture != self.surface.size() {
-            self.fit_pools();
-        }
-        Ok(())
     }
 }

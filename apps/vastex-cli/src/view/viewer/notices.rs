@@ -61,7 +61,9 @@ impl Viewer {
         // Of a preview that grows, much is not there yet.
         let whole = displayed.filter(|source| source.is_whole());
         let texel = self.pointer.zip(whole).and_then(|(pointer, Displayed { renderer, size, .. })| {
-            inspect::texel_at(&self.textures, renderer.layer(), &pose, (self.surface.size(), *size), pointer)
+            let picture = self.surface.size();
+            let shown = renderer.layers().inspected_at(pointer.x / f64::from(picture[0].max(1)));
+            inspect::texel_at(&self.textures, shown.layer, &pose, (picture, *size), pointer)
         });
         let parts = TitleParts {
             name: &name,

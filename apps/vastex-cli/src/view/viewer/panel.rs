@@ -2,10 +2,10 @@
 
 use std::time::{Duration, Instant};
 
-use anyhow::Result;
+use glam::DVec2;
 use vastex_scenes::{LayerOptions, Pose};
 use vastex_viewer::inspect::{self, Histogram, StoredScale, Thumbnail};
-use vastex_viewer::panels::{ImageView, ShownTexture, paint_guides};
+use vastex_viewer::panels::{ImageView, ShownTextures, paint_guides, swipe_line};
 use winit::event::WindowEvent;
 
 use super::super::panel::{Asked, Told};
@@ -75,13 +75,14 @@ impl Viewer {
     }
 
     /// Runs the panel for the frame that comes, and displays what was changed in it.
-    pub(super) fn run_panel(&mut self, pose: Pose) -> Result<()> {
+    pub(super) fn run_panel(&mut self, pose: Pose) {
         self.title.expire(Instant::now());
-        self.look_at_values(pose)?;
+        self.look_at_values(pose);
         let is_settled = self.is_settled(&self.textures.stats());
         let name = self.name().to_owned();
-        let layers = self.shown_layers();
+        let shown = self.panel_textures();
         let mut options = self.settings.options.layers.clone();
+        let mut compare_mode = self.settings.options.compare_mode;
         let (mut asked, mut is_changed) = (Vec::new(), false);
         let histogram = self.values.as_ref().and_then(|values| values.histogram.as_ref());
         let view = ImageView { pose, picture: self.surface.size(), image: self.image_size() };
@@ -89,13 +90,18 @@ impl Viewer {
         // An overlay is no picture of texels.
         let guided = self.display.displayed().filter(|source| source.is_whole() && source.overlay.is_none());
         let guided = guided.map(|source| &source.renderer);
+        let is_compared = guided.is_some_and(|renderer| renderer.layers().count() > 1);
         let before = panel.display.clone();
         let (opening, notice) = (self.opening.as_ref(), self.title.notice());
         self.shown_notice = notice.map(str::to_owned);
         let minimap = &mut self.minimap;
         self.shell.run(|ui| {
-            let texture =
-                layers.as_ref().map(|layers| ShownTexture { layers, shown: &mut options, histogram });
+            let texture = shown.as_ref().map(|textures| ShownTextures {
+                textures,
+                shown: &mut options,
+                compare_mode: &mut compare_mode,
+                histogram,
+            });
             let mut told = Told {
                 name: &name,
                 opening: opening.map(|(name, share)| (&**name, *share)),
@@ -105,9 +111,15 @@ impl Viewer {
                 texture,
             };
             let (asks, changes) = panel.show(ui, &mut told);
+            let free = ui.available_rect_before_wrap();
+            if is_compared {
+                swipe_line(ui.ctx(), free, view.picture[0], &mut compare_mode);
+            }
             if let Some(renderer) = guided.filter(|_| panel.guides_are_shown()) {
-                let (free, sizes) = (ui.available_rect_before_wrap(), (view.picture, view.image));
-                let value = |pixel| inspect::texel_at(textures, renderer.layer(), &pose, sizes, pixel);
+                let sizes = (view.picture, view.image);
+                let layer =
+                    |across: f64| renderer.layers().inspected_at(across / f64::from(view.picture[0])).layer;
+                let value = |pixel: DVec2| inspect::texel_at(textures, layer(pixel.x), &pose, sizes, pixel);
                 paint_guides(ui.painter(), free, &view, value);
                 let take = |size| Thumbnail::of_layers(textures, renderer.layers(), size);
                 asked.extend(minimap.show(ui.ctx(), free, &view, is_settled, take).map(Asked::Go));
@@ -121,41 +133,18 @@ impl Viewer {
             self.values = None;
             self.wake();
         }
-        if is_changed {
-            self.show_layers(options)?;
+        self.settings.options.compare_mode = compare_mode;
+        if is_changed && self.settings.options.layers != options {
+            self.show_layers(options);
         }
-        Ok(())
-    }
-
-    /// The layers of the texture that is displayed.
-    fn shown_layers(&self) -> Option<Vec<vastex::Layer>> {
-        let texture = self.textures.texture(self.display.displayed()?.texture).ok()?;
-        Some(texture.description().layers.clone())
-    }
-
-    /// Displays layers otherwise. Where that cannot be, it is said, and all stays as it was.
-    fn show_layers(&mut self, layers: Vec<LayerOptions>) -> Result<()> {
-        self.finish_taking_over();
-        let mut settings = self.settings.clone();
-        settings.options.layers = layers;
-        let shown = match self.display.displayed_mut() {
-            Some(displayed) => displayed.show_layers(&self.gpu, &mut self.textures, &settings),
-            None => Ok(()),
-        };
-        match shown {
-            Ok(()) => self.settings = settings,
-            Err(error) => self.notify(&error.to_string()),
-        }
-        self.wake();
-        Ok(())
     }
 
     /// Looks at the values in view while the panel shows them, no more often than they are of use.
-    fn look_at_values(&mut self, pose: Pose) -> Result<()> {
+    fn look_at_values(&mut self, pose: Pose) {
         let Some(displayed) =
             self.display.displayed().filter(|source| source.is_whole() && self.panel.is_open())
         else {
-            return Ok(());
+            return;
         };
         let (layer, now) = (self.panel.display.layer(), Instant::now());
         let is_settled = self.is_settled(&self.textures.stats());
@@ -164,7 +153,7 @@ impl Viewer {
             values.layer != layer || if is_settled { !values.are_last } else { is_old }
         });
         if !is_due {
-            return Ok(());
+            return;
         }
         let shown = displayed.renderer.layers().iter().nth(layer).map(|shown| shown.layer);
         let sizes = (self.surface.size(), displayed.size);
@@ -174,37 +163,33 @@ impl Viewer {
         self.values = Some(Values { histogram, layer, taken_at: now, are_last: is_settled });
         let unsettled = self.unsettled;
         if let Some(range) = range {
-            self.set_range(layer, range)?;
+            self.set_range(layer, range);
         }
         // The pages that are wanted are the same.
         self.unsettled = unsettled;
-        Ok(())
     }
 
     /// Makes black and white what they are by the values in view, of the layer that the panel changes.
-    pub(in super::super) fn set_automatic_range(&mut self, pose: Pose) -> Result<()> {
+    pub(in super::super) fn set_automatic_range(&mut self, pose: Pose) {
         let Some(displayed) = self.display.displayed().filter(|source| source.is_whole()) else {
-            return Ok(());
+            return;
         };
         let layer = self.panel.display.layer();
         let shown = displayed.renderer.layers().iter().nth(layer).map(|shown| shown.layer);
         let sizes = (self.surface.size(), displayed.size);
         let values = shown.and_then(|shown| Histogram::of_view(&self.textures, shown, &pose, sizes));
         let range = values.and_then(|values| self.automatic_range(shown?, &values));
-        range.map_or(Ok(()), |range| self.set_range(layer, range))
+        range.into_iter().for_each(|range| self.set_range(layer, range));
     }
 
-    fn set_range(&mut self, layer: usize, range: [f32; 2]) -> Result<()> {
+    fn set_range(&mut self, layer: usize, range: [f32; 2]) {
         let mut layers = self.settings.options.layers.clone();
         if layers.is_empty() {
             layers.push(LayerOptions::default());
         }
-        match layers.get_mut(layer).filter(|options| options.range != Some(range)) {
-            None => Ok(()),
-            Some(options) => {
-                options.range = Some(range);
-                self.show_layers(layers)
-            }
+        if let Some(options) = layers.get_mut(layer).filter(|options| options.range != Some(range)) {
+            options.range = Some(range);
+            self.show_layers(layers);
         }
     }
 

@@ -1,7 +1,7 @@
 // Overlays that colour the surface by what is sampled there.
 
-fn overlay_picture_WAY(look: Look) -> vec3<f32> {
-    return shown_WAY(look, light_WAY(look)).rgb;
+fn overlay_picture_WAY(seen: Seen_WAY, look: Look) -> vec3<f32> {
+    return shown_WAY(look, light_WAY(look), seen.clip.x).rgb;
 }
 
 @fragment
@@ -10,7 +10,7 @@ fn shade_levels_WAY(seen: Seen_WAY) -> @location(0) vec4<f32> {
     if !look.is_met {
         return scene_beside();
     }
-    return overlay_over(overlay_picture_WAY(look), overlay_level(inspected_WAY(look).shown));
+    return overlay_over(overlay_picture_WAY(seen, look), overlay_level(inspected_WAY(look).shown));
 }
 
 @fragment
@@ -22,7 +22,7 @@ fn shade_wanted_WAY(seen: Seen_WAY) -> @location(0) vec4<f32> {
     let wanted = inspected_WAY(look).wanted;
     let finer = u32(wanted);
     let color = mix(overlay_level(finer), overlay_level(finer + 1u), wanted - f32(finer));
-    return overlay_over(overlay_picture_WAY(look), color);
+    return overlay_over(overlay_picture_WAY(seen, look), color);
 }
 
 @fragment
@@ -32,7 +32,7 @@ fn shade_deficit_WAY(seen: Seen_WAY) -> @location(0) vec4<f32> {
         return scene_beside();
     }
     let inspected = inspected_WAY(look);
-    return overlay_over(overlay_picture_WAY(look), overlay_deficit(f32(inspected.shown) - floor(inspected.wanted)));
+    return overlay_over(overlay_picture_WAY(seen, look), overlay_deficit(f32(inspected.shown) - floor(inspected.wanted)));
 }
 
 // Lines of a pixel on both sides of each page's edge, in the colour of its level.
@@ -47,5 +47,5 @@ fn shade_pages_WAY(seen: Seen_WAY) -> @location(0) vec4<f32> {
     let page = inspected.page_size;
     let from_edge = min(inspected.page_texel, page - inspected.page_texel) / max(texels_per_pixel, vec2<f32>(1e-9));
     let is_edge = min(from_edge.x, from_edge.y) < 1.0;
-    return vec4<f32>(select(overlay_picture_WAY(look), overlay_level(inspected.shown), is_edge), 1.0);
+    return vec4<f32>(select(overlay_picture_WAY(seen, look), overlay_level(inspected.shown), is_edge), 1.0);
 }

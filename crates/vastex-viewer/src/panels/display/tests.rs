@@ -5,12 +5,13 @@ use egui_kittest::kittest::Queryable;
 use vastex::{Layer, LayerFormat};
 
 use super::*;
-use crate::panels::keys_window;
+use crate::panels::{keys_window, swipe_line};
 
 /// What a test has of a texture.
 struct Texture {
     panel: DisplayPanel,
-    layers: Vec<Layer>,
+    textures: Vec<PanelTexture>,
+    compare_mode: CompareMode,
     shown: Vec<LayerOptions>,
     histogram: Option<Histogram>,
     changes: u32,
@@ -19,14 +20,19 @@ struct Texture {
 fn harness(layers: &[(&str, LayerFormat)], values: Option<Vec<f32>>) -> Harness<'static, Texture> {
     let texture = Texture {
         panel: DisplayPanel::default(),
-        layers: layers.iter().map(|(name, format)| Layer::new(*name, *format)).collect(),
+        textures: vec![PanelTexture {
+            name: "a.png".to_owned(),
+            layers: layers.iter().map(|(name, format)| Layer::new(*name, *format)).collect(),
+        }],
+        compare_mode: CompareMode::Off,
         shown: Vec::new(),
         histogram: values.map(|values| Histogram::of_values(vec![values])),
         changes: 0,
     };
     let show = |ui: &mut Ui, texture: &mut Texture| {
-        let Texture { panel, layers, shown, histogram, changes } = texture;
-        let is_changed = panel.show(ui, &mut ShownTexture { layers, shown, histogram: histogram.as_ref() });
+        let Texture { panel, textures, compare_mode, shown, histogram, changes } = texture;
+        let histogram = histogram.as_ref();
+        let is_changed = panel.show(ui, &mut ShownTextures { textures, shown, compare_mode, histogram });
         *changes += u32::from(is_changed);
     };
     Harness::builder().with_size([320.0, 480.0]).build_ui_state(show, texture)
@@ -117,6 +123,52 @@ fn layers_are_added_raised_and_removed() {
     harness.get_by_label("Remove 1").click();
     harness.run();
     assert_eq!(harness.state().shown.len(), 1);
+}
+
+#[test]
+fn files_over_one_another_are_compared() {
+    let mut harness = harness(&[("color", LayerFormat::Rgba8Srgb)], None);
+    assert!(harness.query_by_label("Compare").is_none(), "one layer has nothing to be compared with");
+    let of = |name: &str| vec![Layer::new(name, LayerFormat::R16)];
+    harness.state_mut().textures.push(PanelTexture { name: "b.png".to_owned(), layers: of("color") });
+    harness.run();
+    let Texture { shown, changes, .. } = harness.state();
+    assert!(shown.is_empty() && *changes == 0, "the first layer of each, as nobody has chosen others");
+    // The lowest is selected; the other one is known by its file.
+    click(&mut harness, "b.png");
+    assert_eq!(harness.state().panel.layer(), 1);
+    click(&mut harness, "swipe");
+    assert_eq!(harness.state().compare_mode, CompareMode::Swipe(0.5));
+    click(&mut harness, "difference");
+    assert_eq!(harness.state().compare_mode, CompareMode::Difference(4.0));
+    assert_eq!(harness.state().changes, 2);
+    click(&mut harness, "Remove 2");
+    let Texture { shown, .. } = harness.state();
+    assert_eq!(*shown, [LayerOptions::default()]);
+}
+
+#[test]
+fn the_line_between_compared_layers_is_dragged() {
+    let show = |ui: &mut Ui, mode: &mut CompareMode| {
+        let free = ui.available_rect_before_wrap();
+        swipe_line(ui.ctx(), free, 800, mode);
+    };
+    let mut harness =
+        Harness::builder().with_size([800.0, 200.0]).build_ui_state(show, CompareMode::Swipe(0.5));
+    harness.run();
+    harness.drag_at(egui::pos2(401.0, 50.0));
+    harness.run();
+    harness.hover_at(egui::pos2(200.0, 60.0));
+    harness.run();
+    harness.drop_at(egui::pos2(200.0, 60.0));
+    harness.run();
+    assert_eq!(*harness.state(), CompareMode::Swipe(0.25));
+    // Beside it nothing is taken hold of.
+    harness.drag_at(egui::pos2(600.0, 50.0));
+    harness.run();
+    harness.drop_at(egui::pos2(700.0, 50.0));
+    harness.run();
+    assert_eq!(*harness.state(), CompareMode::Swipe(0.25));
 }
 
 #[test]

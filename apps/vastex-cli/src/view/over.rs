@@ -1,0 +1,90 @@
+//! Files that are laid over the one that is displayed: those that the command line names, and those that a person adds in the window.
+//!
+//! They are opened one after another once the file beneath is there, and go with it.
+
+use std::collections::VecDeque;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+
+use super::opening::OpeningEvent;
+use super::{App, is_device_lost, name_of};
+use crate::report;
+
+/// Files that are yet to be laid over the one that is displayed.
+#[derive(Default)]
+pub(super) struct Over {
+    /// The first of them is being opened, if `opening` says so.
+    files: VecDeque<PathBuf>,
+    /// The number of its opening.
+    opening: Option<u64>,
+}
+
+impl Over {
+    pub(super) fn new(files: &[PathBuf]) -> Over {
+        Over { files: files.iter().cloned().collect(), opening: None }
+    }
+
+    /// Whether this is the opening of one of them.
+    pub(super) fn is_of(&self, opening: u64) -> bool {
+        self.opening == Some(opening)
+    }
+
+    /// Nothing is being opened any more. What was begun is opened again from its start.
+    pub(super) fn begin_again(&mut self) {
+        self.opening = None;
+    }
+}
+
+impl App {
+    /// Lays a file over the one that is displayed, as soon as what is being opened is there.
+    pub(super) fn lay_over(&mut self, path: &Path) -> Result<()> {
+        self.over.files.push_back(path.to_owned());
+        self.open_next_over()
+    }
+
+    /// Begins to open the next file that is to lie over the one that is displayed, where there is one and nothing else is being opened.
+    pub(super) fn open_next_over(&mut self) -> Result<()> {
+        let (Some(open), Some(path)) = (&mut self.open, self.over.files.front().cloned()) else {
+            return Ok(());
+        };
+        if self.openings.is_opening() || open.viewer.is_empty() {
+            return Ok(());
+        }
+        let number = self.begin(&path, false)?;
+        self.over.opening = Some(number);
+        Ok(())
+    }
+
+    /// Hears of a file that is to lie over the one that is displayed.
+    pub(super) fn on_report_of_over(&mut self, path: &Path, event: OpeningEvent) -> Result<()> {
+        let Some(open) = &mut self.open else { return Ok(()) };
+        let (name, viewer) = (name_of(path), &mut open.viewer);
+        let laid = match event {
+            OpeningEvent::Progress(share) => return viewer.set_opening(&name, share),
+            OpeningEvent::Note(note) => {
+                viewer.notify_in_title(&note);
+                return Ok(());
+            }
+            // Only what is there lies over something.
+            OpeningEvent::Preview(_) => return Ok(()),
+            OpeningEvent::Opened(source) => match viewer.lay_over(&name, source) {
+                // The next frame finds that the device was lost, and opens the file again.
+                Err(error) if is_device_lost(&error) => return Ok(()),
+                laid => laid.with_context(|| path.display().to_string()),
+            },
+            OpeningEvent::Failed(error) => Err(error),
+        };
+        viewer.end_opening()?;
+        self.openings.end();
+        self.over.files.pop_front();
+        self.over.opening = None;
+        if let Err(error) = laid {
+            self.outcome = Ok(std::process::ExitCode::FAILURE);
+            let message = report::message(&error);
+            report::say(&format!("error: {message}"));
+            viewer.notify_in_title(&message);
+        }
+        self.open_next_over()
+    }
+}

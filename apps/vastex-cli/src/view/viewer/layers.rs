@@ -1,0 +1,112 @@
+//! What of the sources in the window is shown, and how: its layers, those of sources that lie over it, and how they are compared.
+
+use std::time::Duration;
+
+use anyhow::Result;
+use vastex_scenes::LayerOptions;
+use vastex_viewer::layers::CompareMode;
+use vastex_viewer::panels::PanelTexture;
+
+use super::super::opening::PreparedSource;
+use super::Viewer;
+
+impl Viewer {
+    /// What the panel is told of the textures that are displayed.
+    pub(super) fn panel_textures(&self) -> Option<Vec<PanelTexture>> {
+        let texture = |texture| {
+            let shown = self.textures.texture(texture).ok()?;
+            let name = shown.name().unwrap_or_default().to_owned();
+            Some(PanelTexture { name, layers: shown.description().layers.clone() })
+        };
+        self.display.displayed()?.textures().into_iter().map(texture).collect()
+    }
+
+    /// Displays layers otherwise. Where that cannot be, it is said, and all stays as it was.
+    pub(super) fn show_layers(&mut self, layers: Vec<LayerOptions>) {
+        self.finish_taking_over();
+        let mut settings = self.settings.clone();
+        settings.options.layers = layers;
+        let shown = match self.display.displayed_mut() {
+            Some(displayed) => displayed.show_layers(&self.gpu, &mut self.textures, &settings),
+            None => Ok(()),
+        };
+        match shown {
+            Ok(()) => self.settings = settings,
+            Err(error) => self.notify(&error.to_string()),
+        }
+        self.wake();
+    }
+
+    /// Lays another source over what is displayed: the layers of it that the command line names, else its first one, over all others.
+    pub(in super::super) fn lay_over(&mut self, name: &str, source: PreparedSource) -> Result<()> {
+        self.finish_taking_over();
+        let Some(displayed) = self.display.displayed_mut() else { return Ok(()) };
+        let count = displayed.textures().len();
+        let mut settings = self.settings.clone();
+        settings.options.layers = with_another(&settings.options.layers, &self.first_layers, count);
+        displayed.lay_over(&self.gpu, &mut self.textures, &settings, (name, source))?;
+        displayed.name = format!("{} + {name}", displayed.name);
+        self.settings = settings;
+        self.minimap.forget();
+        self.wake();
+        Ok(())
+    }
+
+    /// The next way of comparing the uppermost layer with those beneath it.
+    pub(in super::super) fn compare_next(&mut self) {
+        let shown = self.display.displayed().map_or(0, |displayed| displayed.renderer.layers().count());
+        if shown < 2 {
+            self.notify_in_title("one layer is shown; lay a file over it in the panel (M), or with --over");
+            return;
+        }
+        let next = self.settings.options.compare_mode.next();
+        self.settings.options.compare_mode = next;
+        self.notify_in_title(&format!("compare: {}", next.name()));
+        self.wake();
+    }
+
+    /// Has layers compared as they are to be seen now.
+    pub(super) fn compare(&mut self) {
+        let mode = self.settings.options.compare_mode.at(self.begun.elapsed());
+        if let Some(displayed) = self.display.displayed_mut() {
+            displayed.compare(&self.gpu, &self.textures, mode);
+        }
+    }
+
+    /// After what time layers are to be seen otherwise than now, if they are compared so.
+    pub(super) fn flickers_in(&self) -> Option<Duration> {
+        let count = self.display.displayed()?.renderer.layers().count();
+        let mode: CompareMode = self.settings.options.compare_mode;
+        mode.changes_after(self.begun.elapsed()).filter(|_| count > 1)
+    }
+}
+
+/// The layers that are shown once a texture more is there, after `count` others: as the command line has them, `asked`, where nobody has
+/// changed that, else those of the new one over all others.
+fn with_another(shown: &[LayerOptions], asked: &[LayerOptions], count: usize) -> Vec<LayerOptions> {
+    let asked_of = |count: usize| asked.iter().filter(move |layer| layer.texture < count).cloned();
+    let of_new: Vec<LayerOptions> = asked.iter().filter(|layer| layer.texture == count).cloned().collect();
+    if !of_new.is_empty() && asked_of(count).eq(shown.iter().cloned()) {
+        return asked_of(count + 1).collect();
+    }
+    let first_of = |texture| LayerOptions { texture, ..LayerOptions::default() };
+    let before = if shown.is_empty() { (0..count).map(first_of).collect() } else { shown.to_vec() };
+    let new = if of_new.is_empty() { vec![first_of(count)] } else { of_new };
+    before.into_iter().chain(new).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn layers_of_another_texture_come_where_the_command_line_has_them_else_over_all_others() {
+        let layer = |texture, opacity| LayerOptions { texture, opacity, ..LayerOptions::default() };
+        let asked = [layer(1, 0.25), layer(0, 0.5)];
+        assert_eq!(with_another(&asked[1..], &asked, 1), asked);
+        let changed = [layer(0, 0.75)];
+        assert_eq!(with_another(&changed, &asked, 1), [layer(0, 0.75), layer(1, 0.25)]);
+        assert_eq!(with_another(&asked, &asked, 2), [layer(1, 0.25), layer(0, 0.5), layer(2, 1.0)]);
+        assert_eq!(with_another(&[], &[], 1), [layer(0, 1.0), layer(1, 1.0)]);
+    }
+}
