@@ -7,7 +7,7 @@ use vastex_viewer::SceneRenderer;
 
 use crate::common::{Image, settings, settle};
 
-const POSE: Pose = Pose::Image { centre: DVec2::new(0.4, 0.6), zoom: 1.7 };
+const POSE: Pose = Pose::image(DVec2::new(0.4, 0.6), 1.7);
 
 /// Draws an image, compares it with an ordinary texture, and tells what was compiled for that.
 fn compiled_for(gpu: &Gpu, image: Image, filter: Filter) -> u32 {

@@ -25,9 +25,7 @@ pub(crate) fn filters() -> impl Iterator<Item = Filter> {
 fn poses(scene: Scene) -> Vec<Pose> {
     match scene {
         // A texel on 3 and on 20 pixels, and 4 texels on a pixel.
-        Scene::Image => {
-            [3.0, 30.0, 1.2].map(|zoom| Pose::Image { centre: DVec2::new(0.43, 0.52), zoom }).to_vec()
-        }
+        Scene::Image => [3.0, 30.0, 1.2].map(|zoom| Pose::image(DVec2::new(0.43, 0.52), zoom)).to_vec(),
         // Along the ground, straight and turned, and just over it at the edge.
         Scene::Plane | Scene::Terrain => {
             [(-0.9, 0.12, 0.0, 0.1), (-0.4, 0.05, 0.7, 0.2), (-0.74, 0.01, 0.3, 0.3)]

@@ -8,7 +8,7 @@ use glam::{DVec2, DVec3};
 use vastex::source::{PlanetImage, PlanetSource};
 use vastex::{Filter, TileSource};
 use vastex_scenes::{DisplayOptions, Offscreen, Pose, Scene};
-use vastex_viewer::camera::{Controller, Move};
+use vastex_viewer::camera::{Controller, Move, Orientation};
 
 use crate::common::{gpu, settings};
 
@@ -43,12 +43,21 @@ fn pixels() -> impl Iterator<Item = DVec2> {
 
 /// By how many pixels texels stand beside their places in the picture of an image, at most.
 fn error_on_image(offscreen: &Offscreen, pose: &Pose, texels: DVec2) -> f64 {
-    let Pose::Image { centre, zoom } = *pose else { panic!("{pose:?}") };
-    let magnification = zoom * (f64::from(SIZE[0]) / texels.x).min(f64::from(SIZE[1]) / texels.y);
+    let Pose::Image { centre, zoom, orientation } = *pose else { panic!("{pose:?}") };
+    let (sine, cosine) = orientation.degrees().to_radians().sin_cos();
+    // What the image takes when it is turned.
+    let across = cosine.abs() * texels.x + sine.abs() * texels.y;
+    let down = sine.abs() * texels.x + cosine.abs() * texels.y;
+    let magnification = zoom * (f64::from(SIZE[0]) / across).min(f64::from(SIZE[1]) / down);
+    // A step in the picture, y downwards, turned back and mirrored back.
+    let in_image = |step: DVec2| {
+        let turned_back = DVec2::new(cosine * step.x + sine * step.y, cosine * step.y - sine * step.x);
+        if orientation.is_mirrored() { turned_back * DVec2::new(-1.0, 1.0) } else { turned_back }
+    };
     let middle = DVec2::new(SIZE[0].into(), SIZE[1].into()) / 2.0;
     let mut worst = 0f64;
     for (at, place) in pixels().zip(offscreen.places(pose)) {
-        let expected = centre * texels + (at - middle) / magnification;
+        let expected = centre * texels + in_image(at - middle) / magnification;
         let beside = expected.min(texels - expected).min_element() * magnification;
         assert!(beside.abs() < 0.01 || place.is_some() == (beside > 0.0), "{pose:?}: {at} sees {place:?}");
         if let Some(place) = place {
@@ -68,9 +77,35 @@ fn texels_of_an_image_stand_where_they_should() {
             for centre in
                 [DVec2::new(0.5, 0.5), DVec2::new(0.987_654_321, 0.123_456_789), DVec2::ONE, DVec2::ZERO]
             {
-                let pose = Pose::Image { centre, zoom: magnification / fit };
+                let pose = Pose::image(centre, magnification / fit);
                 let error = error_on_image(&offscreen, &pose, texels);
                 assert!(error < 0.01, "2^{bits} at {magnification} pixels a texel, {centre}: {error}");
+            }
+        }
+    }
+}
+
+#[test]
+fn texels_of_an_image_stand_where_they_should_however_it_is_turned() {
+    let orientations = [(90.0, false), (180.0, true), (270.0, true), (33.0, false), (123.456, true)];
+    for (bits, always_fixed, most) in [(12, true, 0.01), (31, true, 0.01), (12, false, 0.02)] {
+        let texels = DVec2::new(2f64.powi(bits), 2f64.powi(bits - 1));
+        let shown = DisplayOptions { always_fixed, ..DisplayOptions::default() };
+        let settings = settings(24, Filter::Nearest);
+        let source = planet(bits as u32);
+        let offscreen = Offscreen::showing(&shown, gpu(), source, Scene::Image, SIZE, settings).unwrap();
+        for (degrees, is_mirrored) in orientations {
+            let orientation = Orientation::new(degrees, is_mirrored);
+            for (centre, zoom) in [(DVec2::splat(0.5), 1.0), (DVec2::new(0.987_654, 0.123_456), 9.0)] {
+                let pose = Pose::Image { centre, zoom, orientation };
+                assert_eq!(offscreen.is_in_fixed_point(&pose), always_fixed);
+                let error = error_on_image(&offscreen, &pose, texels);
+                assert!(error < most, "2^{bits}, {pose:?}: {error}");
+                // What is told of a pixel on the CPU is what is drawn there.
+                let placed = pose.placement(SIZE, [texels.x as u32, texels.y as u32]).unwrap();
+                let told = pixels().zip(offscreen.places(&pose)).filter_map(|(at, place)| Some((at, place?)));
+                let apart = told.map(|(at, place)| (placed.texel(at) - place).length() * placed.scale);
+                assert!(apart.fold(0.0, f64::max) < most, "2^{bits}, {pose:?}");
             }
         }
     }
@@ -141,7 +176,7 @@ fn ten_thousand_small_pans_end_where_their_sum_says() {
     let offscreen = scene(31, Scene::Image, Filter::Nearest);
     let fit = f64::from(SIZE[0]) / texels.x;
     let (first, pan) = (DVec2::new(0.6, 0.3), DVec2::new(0.013, -0.007));
-    let mut pose = Pose::Image { centre: first, zoom: 64.0 / fit };
+    let mut pose = Pose::image(first, 64.0 / fit);
     let mut camera = Controller::new(pose);
     (0..10_000).for_each(|_| camera.apply(Move::Drag(pan), [view, 2.0]));
     pose = camera.pose();
@@ -173,7 +208,7 @@ fn pictures_have_the_colours_of_their_places() {
     let fit = f64::from(SIZE[0]) / texels.x;
     let (image, globe) = (Scene::Image, Scene::Globe);
     for (what, pose) in [
-        (image, Pose::Image { centre: DVec2::new(0.123_456, 0.654_321), zoom: 20.0 / fit }),
+        (image, Pose::image(DVec2::new(0.123_456, 0.654_321), 20.0 / fit)),
         (globe, Pose::Globe { longitude: 0.4, latitude: 0.3, altitude: altitude(16.0) }),
         (globe, Pose::Globe { longitude: PI, latitude: -0.3, altitude: altitude(16.0) }),
     ] {

@@ -58,10 +58,9 @@ fn image(random: &mut Random) -> Image {
 fn pose(scene: Scene, random: &mut Random) -> Pose {
     let mut between = |low, high| f64::from(random.between(low, high));
     match scene {
-        Scene::Image => Pose::Image {
-            centre: DVec2::new(between(0.0, 1.0), between(0.0, 1.0)),
-            zoom: between(-1.0, 6.0).exp2(),
-        },
+        Scene::Image => {
+            Pose::image(DVec2::new(between(0.0, 1.0), between(0.0, 1.0)), between(-1.0, 6.0).exp2())
+        }
         Scene::Plane | Scene::Terrain => Pose::Plane {
             eye: DVec3::new(between(-0.8, 0.8), between(-0.9, 0.2), between(-6.0, -1.0).exp2()),
             yaw: between(-0.8, 0.8),

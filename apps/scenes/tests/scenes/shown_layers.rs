@@ -17,7 +17,7 @@ use crate::common::{Image, gpu, settings};
 
 const SIZE: [u32; 2] = [120, 80];
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
-const POSE: Pose = Pose::Image { centre: DVec2::new(0.5, 0.5), zoom: 1.3 };
+const POSE: Pose = Pose::image(DVec2::new(0.5, 0.5), 1.3);
 
 /// Where layers lie, from the first file's to the last's.
 fn list(files: &[&FilePath]) -> (Textures, Vec<ShownLayer>) {
@@ -296,7 +296,7 @@ fn pages_of_hidden_layers_are_not_asked_for() {
 #[test]
 fn layers_have_filters_of_their_own() {
     let (_directory, file) = Image::new(60, 40, 64).build();
-    let near = Pose::Image { centre: DVec2::new(0.5, 0.5), zoom: 8.0 };
+    let near = Pose::image(DVec2::new(0.5, 0.5), 8.0);
     let picture = |filters: [Option<Filter>; 2]| {
         let (mut textures, mut shown) = list(&[&file, &file]);
         shown.iter_mut().zip(filters).for_each(|(shown, filter)| shown.filter = filter);

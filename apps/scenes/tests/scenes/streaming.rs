@@ -163,7 +163,7 @@ impl TileSource for BrokenBorders {
 fn a_broken_border_does_not_pass_the_comparison() {
     let (_directory, file) = Image::new(1000, 777, 128).build();
     let source = vastex::open(file).unwrap();
-    let close_up = Pose::Image { centre: DVec2::splat(0.5), zoom: 6.0 };
+    let close_up = Pose::image(DVec2::splat(0.5), 6.0);
     for (filter, pose) in [
         (Filter::Trilinear, Pose::first(Scene::Image)),
         (Filter::KINDS[3], Pose::first(Scene::Plane)),

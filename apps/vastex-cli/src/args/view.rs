@@ -23,6 +23,7 @@ Keys and mouse:
   1 to 9         so many pixels a texel; with Ctrl so many texels a pixel
   double click   back to the first view, as Home, R and 0
   arrows, WASD   walk
+  T, X, Y        turn an image by a quarter (Shift+T back), exchange left and right, top and bottom
   F1 to F4, Tab  image, plane, globe, terrain; the next of them
   G              guides over an image: a map, a scale, lines between large texels with their values
   V              compare the uppermost layer with those beneath it: swipe, flicker, difference; then not

@@ -7,6 +7,7 @@ use egui::{
     Align2, Area, Button, CollapsingHeader, Frame, Id, ProgressBar, RichText, ScrollArea, TextEdit, Ui, Vec2,
 };
 use vastex_scenes::{Pose, Scene};
+use vastex_viewer::camera::Move;
 use vastex_viewer::panels::{DisplayPanel, PositionChange, PositionPanel, ShownTextures, keys_window};
 
 use super::bookmarks::Bookmarks;
@@ -27,6 +28,7 @@ pub(super) enum Asked {
     Fit,
     /// The camera there, in the scene of the pose.
     Go(Pose),
+    Move(Move),
 }
 
 /// What the panel is told of a frame.
@@ -138,6 +140,7 @@ impl Panel {
         let (pose, size) = &told.position;
         match self.position.show(ui, pose, *size, self.bookmarks.views()) {
             Some(PositionChange::Go(pose)) => asked.push(Asked::Go(pose)),
+            Some(PositionChange::Move(moved)) => asked.push(Asked::Move(moved)),
             Some(PositionChange::Keep(view)) => self.bookmarks.keep(view),
             Some(PositionChange::Forget(index)) => self.bookmarks.forget(index),
             None => {}

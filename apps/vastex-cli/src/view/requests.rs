@@ -72,6 +72,7 @@ impl App {
             Asked::Scene(scene) => self.perform(events, Action::Scene(Some(scene))),
             Asked::Fit => self.perform(events, Action::Reset),
             Asked::Go(pose) => self.go(events, pose),
+            Asked::Move(moved) => self.perform(events, Action::Move(moved)),
         }
     }
 }

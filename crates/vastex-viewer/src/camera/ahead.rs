@@ -40,8 +40,8 @@ impl Pose {
         };
         let on = |now: f64, before: f64| now + (now - before) * frames;
         match (self, before[1]) {
-            (Pose::Image { zoom, .. }, Pose::Image { zoom: was, .. }) => {
-                Pose::Image { centre: DVec2::new(at.x, at.y), zoom: scaled(zoom, was) }
+            (Pose::Image { zoom, orientation, .. }, Pose::Image { zoom: was, .. }) => {
+                Pose::Image { centre: DVec2::new(at.x, at.y), zoom: scaled(zoom, was), orientation }
             }
             (Pose::Plane { yaw, pitch, .. }, Pose::Plane { yaw: yaw_was, pitch: pitch_was, .. }) => {
                 Pose::Plane { eye: at, yaw: on(yaw, yaw_was), pitch: on(pitch, pitch_was) }

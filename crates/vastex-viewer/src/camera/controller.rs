@@ -2,6 +2,7 @@
 
 use glam::DVec2;
 
+use super::orientation::Orientation;
 use super::pose::Pose;
 
 /// A change of the pose.
@@ -11,6 +12,13 @@ pub enum Move {
     Drag(DVec2),
     /// Zoomed in by a factor towards a point, in view heights from the middle.
     ZoomTo(f64, DVec2),
+    /// An image turned clockwise by so many degrees, as it is seen, round the middle of the view.
+    Turn(f64),
+    /// Left and right of an image exchanged, as it is seen, or top and bottom.
+    Flip {
+        /// Whether it is top and bottom.
+        is_vertical: bool,
+    },
     /// Two fingers: dragged, then zoomed in by a factor towards a point, in view heights, the point from the middle.
     Pinch(DVec2, f64, DVec2),
     /// Walked by a step and zoomed by a factor.
@@ -48,6 +56,11 @@ impl Controller {
                 self.drag(delta, aspects);
                 self.zoom_to(factor, point, aspects);
             }
+            Move::Turn(degrees) => self.orient(self.pose.orientation().turned(degrees), aspects),
+            Move::Flip { is_vertical } => {
+                let turn = if is_vertical { 180.0 } else { 0.0 };
+                self.orient(self.pose.orientation().mirrored().turned(turn), aspects);
+            }
             Move::Walk(step, factor) => {
                 self.pose = self.pose.walked(step).zoomed(factor);
                 self.rest = DVec2::ZERO;
@@ -63,12 +76,17 @@ impl Controller {
         let aspect = |[width, height]: [u32; 2]| f64::from(width.max(1)) / f64::from(height.max(1));
         self.zoom_to(magnification / before, point, [aspect(view), aspect(image)]);
         // A small image in a large view may be smaller than any camera zooms out.
-        if let Pose::Image { centre, zoom } = self.pose
+        if let Pose::Image { centre, zoom, orientation } = self.pose
             && let Some(reached) = self.pose.magnification(view, image)
         {
-            self.pose = Pose::Image { centre, zoom: zoom * magnification / reached };
+            self.pose = Pose::Image { centre, zoom: zoom * magnification / reached, orientation };
         }
         self.pose = self.pose.aligned(view, image);
+        self.rest = DVec2::ZERO;
+    }
+
+    fn orient(&mut self, orientation: Orientation, [view, image]: Aspects) {
+        self.pose = self.pose.with_orientation(orientation, view, image);
         self.rest = DVec2::ZERO;
     }
 
@@ -106,7 +124,7 @@ mod tests {
     #[test]
     fn zooming_keeps_what_lies_below_the_pointer() {
         let point = DVec2::new(0.3, -0.2);
-        let pose = Pose::Image { centre: DVec2::splat(0.5), zoom: 2.0 };
+        let pose = Pose::image(DVec2::splat(0.5), 2.0);
         // A drag by -point brings what lies below the pointer to the middle.
         let below = |pose: Pose| pose.dragged(-point, ASPECTS[0], ASPECTS[1]).over();
         let mut camera = Controller::new(pose);
@@ -120,7 +138,7 @@ mod tests {
         let (view, image) = ([1281, 720], [10800, 5401]);
         for magnification in [1.0, 2.0, 7.0, 0.5, 1.0 / 3.0] {
             let point = DVec2::new(0.31, -0.17);
-            let mut camera = Controller::new(Pose::Image { centre: DVec2::new(0.412_34, 0.6), zoom: 3.3 });
+            let mut camera = Controller::new(Pose::image(DVec2::new(0.412_34, 0.6), 3.3));
             let aspects = [1281.0 / 720.0, 10800.0 / 5401.0];
             let below = |pose: Pose| pose.dragged(-point, aspects[0], aspects[1]).over();
             let before = below(camera.pose());
@@ -139,7 +157,7 @@ mod tests {
             [([10800, 5401], DVec2::ZERO), ([10800, 5401], DVec2::ONE), ([32, 32], DVec2::splat(0.5))]
         {
             for magnification in [1.0, 0.5] {
-                let mut camera = Controller::new(Pose::Image { centre, zoom: 1.0 });
+                let mut camera = Controller::new(Pose::image(centre, 1.0));
                 camera.magnify(magnification, DVec2::ZERO, view, image);
                 assert_eq!(
                     camera.pose().magnification(view, image).map(|at| (at * 1e9).round()),
@@ -159,8 +177,37 @@ mod tests {
     }
 
     #[test]
+    fn what_is_turned_is_dragged_zoomed_and_aligned_as_it_is_seen() {
+        let (view, image) = ([1281, 720], [10800, 5401]);
+        let aspects = [1281.0 / 720.0, 10800.0 / 5401.0];
+        let texel = |camera: &Controller, pixel: DVec2| {
+            camera.pose().placement(view, image).unwrap().texel(pixel)
+        };
+        for moves in [[Move::Turn(90.0), Move::Turn(0.0)], [Move::Turn(-20.0), Move::Flip { is_vertical: true }]] {
+            let mut camera = Controller::new(Pose::image(DVec2::new(0.4, 0.6), 30.0));
+            moves.into_iter().for_each(|turn| camera.apply(turn, aspects));
+            let from = DVec2::new(300.0, 500.0);
+            let below = texel(&camera, from);
+            // Dragged by a tenth of the view's height to the right, and a fifth down.
+            camera.apply(Move::Drag(DVec2::new(0.1, 0.2)), aspects);
+            assert!((texel(&camera, from + DVec2::new(72.0, 144.0)) - below).length() < 1e-6);
+            let (point, pixel) = (DVec2::new(0.25, -0.25), DVec2::new(640.5 + 180.0, 360.0 - 180.0));
+            let below = texel(&camera, pixel);
+            camera.apply(Move::ZoomTo(3.0, point), aspects);
+            assert!((texel(&camera, pixel) - below).length() < 1e-6);
+            camera.magnify(2.0, point, view, image);
+            let corner = texel(&camera, DVec2::ZERO) * 2.0;
+            let is_on_pixels = (corner - corner.round()).abs().max_element() < 1e-6;
+            assert_eq!(is_on_pixels, camera.pose().orientation().is_square(), "{corner}");
+        }
+        let mut globe = Controller::new(Pose::first(crate::scene::Scene::Globe));
+        globe.apply(Move::Turn(90.0), aspects);
+        assert_eq!(globe.pose(), Pose::first(crate::scene::Scene::Globe));
+    }
+
+    #[test]
     fn two_fingers_drag_and_zoom_at_once() {
-        let (pose, point) = (Pose::Image { centre: DVec2::splat(0.5), zoom: 4.0 }, DVec2::new(0.1, 0.2));
+        let (pose, point) = (Pose::image(DVec2::splat(0.5), 4.0), DVec2::new(0.1, 0.2));
         let (mut camera, mut in_turn) = (Controller::new(pose), Controller::new(pose));
         camera.apply(Move::Pinch(DVec2::new(0.05, 0.0), 1.5, point), ASPECTS);
         in_turn.apply(Move::Drag(DVec2::new(0.05, 0.0)), ASPECTS);
@@ -172,7 +219,7 @@ mod tests {
     fn small_steps_add_up() {
         let zoom = 1e9;
         for pose in [
-            Pose::Image { centre: DVec2::new(0.7, 0.6), zoom },
+            Pose::image(DVec2::new(0.7, 0.6), zoom),
             Pose::Globe { longitude: 3.1, latitude: 0.0, altitude: 1.0 / zoom },
         ] {
             let (mut camera, pan) = (Controller::new(pose), DVec2::new(0.013, 0.0));
@@ -185,7 +232,7 @@ mod tests {
 
     #[test]
     fn nothing_is_owed_beyond_an_edge() {
-        let mut camera = Controller::new(Pose::Image { centre: DVec2::ZERO, zoom: 1.0 });
+        let mut camera = Controller::new(Pose::image(DVec2::ZERO, 1.0));
         camera.apply(Move::Drag(DVec2::ONE), ASPECTS);
         assert_eq!(camera.pose().over(), DVec2::ZERO);
         camera.apply(Move::Drag(DVec2::new(-0.1, 0.0)), ASPECTS);

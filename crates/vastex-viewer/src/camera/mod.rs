@@ -2,14 +2,18 @@
 
 mod ahead;
 mod controller;
+mod orientation;
 mod path;
+mod placement;
 mod pose;
 mod text;
 mod views;
 
 pub use ahead::Ahead;
 pub use controller::{Aspects, Controller, Move};
+pub use orientation::Orientation;
 pub use path::Path;
+pub use placement::ImagePlacement;
 pub use pose::Pose;
 pub(crate) use pose::{FIELD_OF_VIEW, METRE};
 pub use text::PoseTextError;

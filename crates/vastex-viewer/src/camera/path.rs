@@ -82,7 +82,7 @@ impl Path {
 /// A view of the surroundings of a point, given in uv, from low above it.
 fn low_over(scene: Scene, image: f32, uv: Vec2) -> Pose {
     match scene {
-        Scene::Image => Pose::Image { centre: uv.as_dvec2(), zoom: 10.0 },
+        Scene::Image => Pose::image(uv.as_dvec2(), 10.0),
         Scene::Plane => {
             let ground = Vec3::new(2.0 * uv.x - 1.0, (1.0 - 2.0 * uv.y) / image, 0.0);
             standing(ground + Vec3::new(0.0, -0.12, 0.1), 0.65)
@@ -101,7 +101,7 @@ fn zoom(scene: Scene, image: f32, t: f32) -> Pose {
     match scene {
         Scene::Image => {
             let centre = Vec2::splat(0.5).lerp(place, t.min(0.25) * 4.0);
-            Pose::Image { centre: centre.as_dvec2(), zoom: 80f32.powf(t).into() }
+            Pose::image(centre.as_dvec2(), 80f32.powf(t).into())
         }
         Scene::Plane | Scene::Terrain => {
             let height = 1.2 * 0.02f32.powf(t);

@@ -3,8 +3,9 @@
 //! How poses follow one another is `path`'s business, what is drawn `surface`'s.
 
 use glam::camera::rh::{proj::directx as projection, view::look_at_mat4};
-use glam::{DVec2, DVec3, Mat4, Vec2, Vec3};
+use glam::{DMat2, DVec2, DVec3, Mat4, Vec2, Vec3};
 
+use super::orientation::Orientation;
 use crate::scene::{Scene, direction, direction_f64};
 
 /// A camera in one of the scenes.
@@ -16,6 +17,8 @@ pub enum Pose {
         centre: DVec2,
         /// How much of the view the whole image fills: 1 fits it in, 10 shows a tenth of it.
         zoom: f64,
+        /// How the image is turned.
+        orientation: Orientation,
     },
     /// Standing over the rectangle of 2 by 2h/w at z = 0, whose centre is the origin, or over a terrain on it.
     Plane {
@@ -49,10 +52,15 @@ pub(crate) const METRE: f64 = 1.0 / 6_371_000.0;
 const LATITUDE_LIMIT: f64 = std::f64::consts::FRAC_PI_2 - 1e-9;
 
 impl Pose {
+    /// Looking at an image as it is stored: the uv in the middle of the view, and how much of the view all of the image fills.
+    pub const fn image(centre: DVec2, zoom: f64) -> Pose {
+        Pose::Image { centre, zoom, orientation: Orientation::UPRIGHT }
+    }
+
     /// The pose in which a window opens and `still` stays.
     pub fn first(scene: Scene) -> Pose {
         match scene {
-            Scene::Image => Pose::Image { centre: DVec2::splat(0.5), zoom: 1.0 },
+            Scene::Image => Pose::image(DVec2::splat(0.5), 1.0),
             Scene::Plane => Pose::Plane {
                 eye: DVec3::new(0.0, -0.45, 0.29),
                 yaw: 0.0,
@@ -75,8 +83,25 @@ impl Pose {
     pub(crate) fn clip_from_world_over(&self, view: f64, image: f64, ground: f32) -> Mat4 {
         let (view, image) = (view as f32, image as f32);
         match *self {
-            Pose::Image { centre, zoom } => {
-                // The image is 2 wide and 2 / image high; the fit leaves no part of it out.
+            // The image is 2 wide and 2 / image high; the fit leaves no part of it out.
+            Pose::Image { centre, orientation, .. } if orientation != Orientation::UPRIGHT => {
+                let half_height = self.view_height(view.into(), image.into()) as f32;
+                let half = Vec2::new(half_height * view, half_height);
+                let centre = centre.as_vec2();
+                let middle = Vec2::new(2.0 * centre.x - 1.0, (1.0 - 2.0 * centre.y) / image);
+                // From steps to the right and downwards to those upwards.
+                let DMat2 { x_axis, y_axis } = orientation.seen_from_image();
+                let seen = Mat4::from_cols_array_2d(&[
+                    [x_axis.x as f32, -x_axis.y as f32, 0.0, 0.0],
+                    [-y_axis.x as f32, y_axis.y as f32, 0.0, 0.0],
+                    [0.0, 0.0, 1.0, 0.0],
+                    [0.0, 0.0, 0.0, 1.0],
+                ]);
+                projection::orthographic(-half.x, half.x, -half.y, half.y, -1.0, 1.0)
+                    * seen
+                    * Mat4::from_translation(-middle.extend(0.0))
+            }
+            Pose::Image { centre, zoom, .. } => {
                 let half_width = (view / image).max(1.0) / zoom as f32;
                 let centre = centre.as_vec2();
                 let middle = Vec2::new(2.0 * centre.x - 1.0, (1.0 - 2.0 * centre.y) / image);
@@ -101,32 +126,46 @@ impl Pose {
 
     /// Pixels of a picture along a texel of level 0 of an image of so many; nothing where perspective makes them differ.
     pub fn magnification(&self, picture: [u32; 2], image: [u32; 2]) -> Option<f64> {
-        let Pose::Image { zoom, .. } = *self else { return None };
+        let Pose::Image { zoom, orientation, .. } = *self else { return None };
         // What of the image fits into the picture at a zoom of 1.
-        let fitting = |axis: usize| f64::from(picture[axis].max(1)) / f64::from(image[axis].max(1));
+        let extent = orientation.extent(DVec2::from(image.map(|side| f64::from(side.max(1)))));
+        let fitting = |axis: usize| f64::from(picture[axis].max(1)) / extent[axis];
         Some(zoom * fitting(0).min(fitting(1)))
     }
 
+    /// Height of the view of an image, in widths of the image; 0 in scenes with perspective. `view` and `image` are width over height.
+    pub(super) fn view_height(&self, view: f64, image: f64) -> f64 {
+        let Pose::Image { zoom, orientation, .. } = *self else { return 0.0 };
+        let extent = orientation.extent(DVec2::new(1.0, 1.0 / image));
+        (extent.x / view).max(extent.y) / zoom
+    }
+
     /// The nearest pose of an image in which the corner of a pixel lies on the corner of the image's first texel, or would if there were
-    /// more of the image.
+    /// more of the image. One that is turned by no whole quarter stays as it is.
     pub(crate) fn aligned(self, picture: [u32; 2], image: [u32; 2]) -> Pose {
-        let (Pose::Image { centre, zoom }, Some(scale)) = (self, self.magnification(picture, image)) else {
+        let (Pose::Image { centre, zoom, orientation }, Some(scale)) =
+            (self, self.magnification(picture, image))
+        else {
             return self;
         };
+        if !orientation.is_square() {
+            return self;
+        }
+        let picture = orientation.extent(DVec2::from(picture.map(f64::from)));
         let [centre_x, centre_y] = [0, 1].map(|axis| {
-            let (middle, pixels) = (f64::from(picture[axis]) / 2.0, f64::from(image[axis]) * scale);
+            let (middle, pixels) = (picture[axis] / 2.0, f64::from(image[axis]) * scale);
             // Of the pixels whose middle view lies over the image, the nearest.
             let (first, last) = ((-middle).ceil(), (pixels - middle).floor());
             let edge = (centre[axis] * pixels - middle).round().clamp(first.min(last), last.max(first));
             ((edge + middle) / pixels).clamp(0.0, 1.0)
         });
-        Pose::Image { centre: DVec2::new(centre_x, centre_y), zoom }
+        Pose::Image { centre: DVec2::new(centre_x, centre_y), zoom, orientation }
     }
 
     /// Where the camera is in the world, the ground below it not being counted.
     pub(crate) fn eye(&self) -> DVec3 {
         match *self {
-            Pose::Image { centre, zoom } => (2.0 * centre - 1.0).extend(1.0 / zoom),
+            Pose::Image { centre, zoom, .. } => (2.0 * centre - 1.0).extend(1.0 / zoom),
             Pose::Plane { eye, .. } => eye,
             Pose::Globe { longitude, latitude, altitude } => {
                 direction_f64(longitude, latitude) * (1.0 + altitude)
@@ -137,7 +176,7 @@ impl Pose {
     /// Where the camera is, as traces say it: over which point of the surface, and the logarithm of how near, in levels.
     pub fn place(&self) -> [f32; 3] {
         let place = match *self {
-            Pose::Image { centre, zoom } => [centre.x, centre.y, zoom.log2()],
+            Pose::Image { centre, zoom, .. } => [centre.x, centre.y, zoom.log2()],
             Pose::Plane { eye, .. } => [eye.x, eye.y, eye.z.abs().max(f64::MIN_POSITIVE).log2()],
             Pose::Globe { longitude, latitude, altitude } => [longitude, latitude, altitude.log2()],
         };
@@ -158,9 +197,9 @@ impl Pose {
     /// By how much a drag by `delta` moves what the camera of an image or a globe is over ([`Pose::over`]).
     pub(crate) fn drag(self, delta: DVec2, view: f64, image: f64) -> DVec2 {
         match self {
-            Pose::Image { zoom, .. } => {
-                let height = (view / image).max(1.0) / zoom / view; // half the view's height, in half image widths
-                -delta * DVec2::new(height, height * image)
+            Pose::Image { orientation, .. } => {
+                let height = self.view_height(view, image);
+                -(orientation.image_from_seen() * delta) * DVec2::new(height, height * image)
             }
             Pose::Globe { latitude, altitude, .. } => {
                 // What lies under the pointer stays there, near the middle of the view.
@@ -183,7 +222,9 @@ impl Pose {
     /// The same camera over another point, or the nearest to it that it may be over.
     pub(crate) fn at(self, over: DVec2) -> Pose {
         match self {
-            Pose::Image { zoom, .. } => Pose::Image { centre: over.clamp(DVec2::ZERO, DVec2::ONE), zoom },
+            Pose::Image { zoom, orientation, .. } => {
+                Pose::Image { centre: over.clamp(DVec2::ZERO, DVec2::ONE), zoom, orientation }
+            }
             Pose::Plane { eye, yaw, pitch } => Pose::Plane { eye: over.extend(eye.z), yaw, pitch },
             Pose::Globe { altitude, .. } => {
                 let latitude = over.y.clamp(-LATITUDE_LIMIT, LATITUDE_LIMIT);
@@ -195,9 +236,10 @@ impl Pose {
     /// The pose after zooming in by `factor` (above 1) or out (below 1).
     pub fn zoomed(self, factor: f64) -> Pose {
         match self {
-            Pose::Image { centre, zoom } => {
+            Pose::Image { centre, zoom, orientation } => {
                 // A small image may be smaller already, at a pixel a texel.
-                Pose::Image { centre, zoom: (zoom * factor).clamp(zoom.min(0.1), MOST_ZOOM) }
+                let zoom = (zoom * factor).clamp(zoom.min(0.1), MOST_ZOOM);
+                Pose::Image { centre, zoom, orientation }
             }
             Pose::Plane { eye, yaw, pitch } => {
                 Pose::Plane { eye: eye.with_z((eye.z / factor).clamp(0.0005, 10.0)), yaw, pitch }
@@ -211,7 +253,9 @@ impl Pose {
     /// Looking the other way: at what lies behind, on the other side of the globe, or at the image's opposite part.
     pub fn turned_round(self) -> Pose {
         match self {
-            Pose::Image { centre, zoom } => Pose::Image { centre: DVec2::ONE - centre, zoom },
+            Pose::Image { centre, zoom, orientation } => {
+                Pose::Image { centre: DVec2::ONE - centre, zoom, orientation }
+            }
             Pose::Plane { eye, yaw, pitch } => Pose::Plane { eye, yaw: yaw + std::f64::consts::PI, pitch },
             Pose::Globe { longitude, latitude, altitude } => {
                 Pose::Globe { longitude: longitude + std::f64::consts::PI, latitude: -latitude, altitude }
@@ -222,9 +266,9 @@ impl Pose {
     /// The pose after a step of `step` (x to the right, y forward), in units that suit the height above what is seen.
     pub fn walked(self, step: DVec2) -> Pose {
         match self {
-            Pose::Image { centre, zoom } => {
-                let moved = centre + DVec2::new(step.x, -step.y) / zoom;
-                Pose::Image { centre: moved.clamp(DVec2::ZERO, DVec2::ONE), zoom }
+            Pose::Image { centre, zoom, orientation } => {
+                let moved = centre + orientation.image_from_seen() * DVec2::new(step.x, -step.y) / zoom;
+                Pose::Image { centre: moved.clamp(DVec2::ZERO, DVec2::ONE), zoom, orientation }
             }
             Pose::Plane { eye, yaw, pitch } => {
                 let (sin, cos) = yaw.sin_cos();
@@ -255,7 +299,7 @@ mod tests {
 
     #[test]
     fn the_magnification_is_that_of_the_picture() {
-        let pose = |zoom| Pose::Image { centre: DVec2::splat(0.5), zoom };
+        let pose = |zoom| Pose::image(DVec2::splat(0.5), zoom);
         assert_eq!(pose(1.0).magnification([1000, 1000], [2000, 1000]), Some(0.5), "fitted by its width");
         assert_eq!(pose(3.0).magnification([1000, 250], [2000, 1000]), Some(0.75), "and by its height");
         let halves = on_screen(pose(3.0), 4.0, 2.0, DVec3::new(1.0, 0.5, 0.0)).y; // half the image, in half views
@@ -275,7 +319,7 @@ mod tests {
     #[test]
     fn a_dragged_image_follows_the_pointer() {
         let (view, image) = (1.5, 2.0);
-        let pose = Pose::Image { centre: DVec2::splat(0.5), zoom: 4.0 };
+        let pose = Pose::image(DVec2::splat(0.5), 4.0);
         let before = on_screen(pose, view, image, DVec3::ZERO);
         let after = on_screen(pose.dragged(DVec2::new(0.1, 0.05), view, image), view, image, DVec3::ZERO);
         let moved = (after - before) * DVec2::new(view, -1.0) / 2.0; // from clip units to view heights, y down

@@ -1,16 +1,17 @@
 //! The text form of a pose, to be written down and found again: an image in texels, the plane in its widths, the globe in degrees
 //! and metres.
 //!
-//! `image:x=5400.5,y=2700,zoom=12`, `plane:x=0,y=-0.45,z=0.29,yaw=0,pitch=45`, `globe:lon=11.5,lat=46.4,alt=1200m`.
+//! `image:x=5400.5,y=2700,zoom=12` (and `,turn=90`, clockwise in degrees, after `,mirror=1`, where it is turned and mirrored), `plane:x=0,y=-0.45,z=0.29,yaw=0,pitch=45`, `globe:lon=11.5,lat=46.4,alt=1200m`.
 
 use glam::{DVec2, DVec3};
 
+use super::orientation::Orientation;
 use super::pose::{METRE, Pose};
 
 /// A text is no pose.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "'{text}' is no view{}: write image:x=..,y=..,zoom=.. in texels, plane:x=..,y=..,z=..,yaw=..,pitch=.. in halves of its width and \
+    "'{text}' is no view{}: write image:x=..,y=..,zoom=.. in texels, with turn=.. in degrees and mirror=1 if you like, plane:x=..,y=..,z=..,yaw=..,pitch=.. in halves of its width and \
      degrees, or globe:lon=..,lat=..,alt=..m in degrees and metres",
     .place.as_deref().map(|place| format!(", because of '{place}'")).unwrap_or_default()
 )]
@@ -25,9 +26,14 @@ impl Pose {
     /// The text of a pose over an image of `size` texels.
     pub fn to_text(&self, size: [u32; 2]) -> String {
         match *self {
-            Pose::Image { centre, zoom } => {
+            Pose::Image { centre, zoom, orientation } => {
                 let DVec2 { x, y } = centre * DVec2::from(size.map(f64::from));
-                format!("image:x={x},y={y},zoom={zoom}")
+                let turn = match orientation.degrees() {
+                    0.0 => String::new(),
+                    degrees => format!(",turn={degrees}"),
+                };
+                let mirror = if orientation.is_mirrored() { ",mirror=1" } else { "" };
+                format!("image:x={x},y={y},zoom={zoom}{turn}{mirror}")
             }
             Pose::Plane { eye: DVec3 { x, y, z }, yaw, pitch } => {
                 format!("plane:x={x},y={y},z={z},yaw={},pitch={}", yaw.to_degrees(), pitch.to_degrees())
@@ -47,7 +53,7 @@ impl Pose {
             |place: Option<&str>| PoseTextError { text: text.to_owned(), place: place.map(str::to_owned) };
         let (kind, words) = text.split_once(':').ok_or_else(|| error(None))?;
         let names: &[&str] = match kind {
-            "image" => &["x", "y", "zoom"],
+            "image" => &["x", "y", "zoom", "turn", "mirror"],
             "plane" => &["x", "y", "z", "yaw", "pitch"],
             "globe" => &["lon", "lat", "alt"],
             _ => return Err(error(Some(kind))),
@@ -64,14 +70,24 @@ impl Pose {
                 _ => return Err(error(Some(word))),
             }
         }
-        let missing = names.iter().zip(&numbers).find(|(_, number)| number.is_none());
-        if let Some((name, _)) = missing {
-            return Err(error(Some(name)));
+        // What nothing is said of is as it is stored.
+        for (name, number) in names.iter().zip(&mut numbers) {
+            match name {
+                &"turn" | &"mirror" => *number = number.or(Some(0.0)),
+                name if number.is_none() => return Err(error(Some(name))),
+                _ => {}
+            }
         }
         let numbers: Vec<f64> = numbers.into_iter().flatten().collect();
         let pose = match (kind, &numbers[..]) {
-            ("image", &[x, y, zoom]) if zoom > 0.0 => {
-                Pose::Image { centre: DVec2::new(x, y) / DVec2::from(size.map(f64::from)), zoom }
+            ("image", &[x, y, zoom, turn, mirror]) if zoom > 0.0 => {
+                let orientation = match mirror {
+                    0.0 => Orientation::new(turn, false),
+                    1.0 => Orientation::new(turn, true),
+                    _ => return Err(error(Some("mirror"))),
+                };
+                let centre = DVec2::new(x, y) / DVec2::from(size.map(f64::from));
+                Pose::Image { centre, zoom, orientation }
             }
             ("plane", &[x, y, z, yaw, pitch]) => {
                 let (yaw, pitch) = (yaw.to_radians(), pitch.to_radians());
@@ -80,7 +96,7 @@ impl Pose {
             ("globe", &[lon, lat, alt]) if alt > 0.0 => {
                 Pose::Globe { longitude: lon.to_radians(), latitude: lat.to_radians(), altitude: alt * METRE }
             }
-            _ => return Err(error(names.last().copied())),
+            _ => return Err(error(Some(if kind == "globe" { "alt" } else { "zoom" }))),
         };
         // Within the bounds that a camera has.
         Ok(pose.at(pose.over()).zoomed(1.0))
@@ -96,7 +112,12 @@ mod tests {
     #[test]
     fn a_text_is_the_pose_again() {
         for pose in [
-            Pose::Image { centre: DVec2::new(0.123_456_789_012, 0.7), zoom: 1.5e8 },
+            Pose::image(DVec2::new(0.123_456_789_012, 0.7), 1.5e8),
+            Pose::Image {
+                centre: DVec2::new(0.25, 0.5),
+                zoom: 2.0,
+                orientation: Orientation::new(22.5, true),
+            },
             Pose::Plane { eye: DVec3::new(0.1, -0.45, 0.29), yaw: 0.3, pitch: 0.785 },
             Pose::Globe { longitude: -3.1, latitude: 0.81, altitude: 3e-7 },
         ] {
@@ -109,6 +130,7 @@ mod tests {
                 Pose::Globe { altitude, .. } => altitude,
             };
             assert!((near(again) / near(pose) - 1.0).abs() < 1e-14, "{text}");
+            assert_eq!(again.orientation(), pose.orientation(), "{text}");
         }
         let text = "globe:lon=11.5,lat=46.4,alt=1200m";
         let Pose::Globe { latitude, .. } = Pose::from_text(text, SIZE).unwrap() else { panic!("{text}") };
@@ -122,6 +144,8 @@ mod tests {
             ("volume:x=1", Some("volume")),
             ("image:x=1,y=2", Some("zoom")),
             ("image:x=1,y=2,zoom=0", Some("zoom")),
+            ("image:x=1,y=2,zoom=1,mirror=2", Some("mirror")),
+            ("image:x=1,y=2,zoom=1,turn=a", Some("turn=a")),
             ("image:x=1,x=2,y=3,zoom=1", Some("x=2")),
             ("image:x=1,y=nan,zoom=1", Some("y=nan")),
             ("globe:lon=1,lat=2,alt=3", Some("alt=3")),

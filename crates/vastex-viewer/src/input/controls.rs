@@ -15,6 +15,8 @@ pub const CONTROLS: &[(&str, &[(&str, &str)])] = &[
             ("+ and -, I and O", "zoom in, zoom out"),
             ("1 to 9", "each texel of an image as wide as 1 to 9 pixels"),
             ("Ctrl + 1 to 9", "1 to 9 texels of an image in each pixel"),
+            ("T, Shift + T", "turn an image by a quarter, clockwise or back"),
+            ("X, Y", "exchange left and right of an image, or top and bottom"),
             ("0, R, Home, double click", "all of it, as at first"),
         ],
     ),

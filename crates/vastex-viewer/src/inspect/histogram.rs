@@ -18,7 +18,8 @@ pub struct Histogram {
 }
 
 impl Histogram {
-    /// The values of a layer that are seen at a pose: of the part of an image that is in view, in other scenes of all of it. `picture` is
+    /// The values of a layer that are seen at a pose: of the part of an image that is in view (of its bounds where it is turned), in other
+    /// scenes of all of it. `picture` is
     /// the size of the view in pixels, `image` that of the image, of which the texture may have fewer texels.
     ///
     /// Values come from a level of some 512x288 texels in view, or a coarser one where that is not in memory. Takes 9,216 texels of what is held for the
@@ -34,15 +35,12 @@ impl Histogram {
         let [width, height, _] = description.geometry.size();
         let texels = size([width, height]);
         // In shares of the image.
-        let mut is_of_view = false;
-        let (low, high) = match (pose, pose.magnification(picture, image)) {
-            (Pose::Image { centre, .. }, Some(scale)) => {
-                is_of_view = true;
-                let half = size(picture) / scale / size(image) / 2.0;
-                ((centre - half).max(DVec2::ZERO), (centre + half).min(DVec2::ONE))
-            }
-            _ => (DVec2::ZERO, DVec2::ONE),
-        };
+        let placed = pose.placement(picture, image);
+        let is_of_view = placed.is_some();
+        let (low, high) = placed.map_or((DVec2::ZERO, DVec2::ONE), |placed| {
+            let [low, high] = placed.seen().map(|place| place / size(image));
+            (low.max(DVec2::ZERO), high.min(DVec2::ONE))
+        });
         if low.x >= high.x || low.y >= high.y {
             return None;
         }

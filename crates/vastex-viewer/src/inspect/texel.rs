@@ -30,11 +30,9 @@ pub fn texel_at(
     (picture, image): ([u32; 2], [u32; 2]),
     pixel: DVec2,
 ) -> Option<InspectedTexel> {
-    let (Pose::Image { centre, .. }, Some(scale)) = (*pose, pose.magnification(picture, image)) else {
-        return None;
-    };
+    let placed = pose.placement(picture, image)?;
     let size = |sides: [u32; 2]| DVec2::new(sides[0].into(), sides[1].into());
-    let place = centre * size(image) + (pixel - size(picture) / 2.0) / scale;
+    let (place, scale) = (placed.texel(pixel), placed.scale);
     let texel = inside(place, image)?;
     let description = textures.texture(layer.texture()).ok()?.description();
     let [width, height, _] = description.geometry.size();

@@ -3,7 +3,7 @@
 use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Stroke, Vec2, pos2, vec2};
 use glam::DVec2;
 
-use crate::camera::Pose;
+use crate::camera::{ImagePlacement, Pose};
 use crate::inspect::InspectedTexel;
 
 /// Physical pixels of a texel from which on texels are told apart by lines.
@@ -39,7 +39,7 @@ pub fn paint_guides(
     let Some(placed) = Placed::new(view, painter.pixels_per_point()) else { return };
     let painter = painter.with_clip_rect(free);
     let seen = placed.seen(free);
-    if placed.scale >= LEAST_OF_GRID {
+    if placed.image_placement.scale >= LEAST_OF_GRID {
         paint_grid(&painter, &placed, seen);
     }
     if placed.side() >= LEAST_OF_VALUES[0] {
@@ -47,41 +47,42 @@ pub fn paint_guides(
             (seen[1][0]..seen[1][1]).flat_map(|row| (seen[0][0]..seen[0][1]).map(move |column| (row, column)))
         {
             let middle = DVec2::new(f64::from(column) + 0.5, f64::from(row) + 0.5);
+            // Of an image that is turned, corners of the bounds are not seen.
+            if !free.expand(placed.side()).contains(placed.point(middle)) {
+                continue;
+            }
             if let Some(texel) = value(placed.pixel(middle)) {
                 paint_values(&painter, placed.point(middle), placed.side(), &texel);
             }
         }
     }
-    paint_scale_bar(&painter, free, placed.scale / placed.pixels_per_point);
+    paint_scale_bar(&painter, free, placed.image_placement.scale / placed.pixels_per_point);
 }
 
 /// Where the texels of an image lie.
 struct Placed {
-    /// Physical pixels of a texel.
-    scale: f64,
-    /// The physical pixel of the image's first corner.
-    corner: DVec2,
+    /// In physical pixels.
+    image_placement: ImagePlacement,
+    picture: [u32; 2],
     image: [u32; 2],
     pixels_per_point: f64,
 }
 
 impl Placed {
     fn new(view: &ImageView, pixels_per_point: f32) -> Option<Placed> {
-        let Pose::Image { centre, .. } = view.pose else { return None };
-        let scale = view.pose.magnification(view.picture, view.image)?;
-        let size = |sides: [u32; 2]| DVec2::from(sides.map(f64::from));
-        let corner = size(view.picture) / 2.0 - scale * centre * size(view.image);
-        Some(Placed { scale, corner, image: view.image, pixels_per_point: pixels_per_point.into() })
+        let image_placement = view.pose.placement(view.picture, view.image)?;
+        let ImageView { picture, image, .. } = *view;
+        Some(Placed { image_placement, picture, image, pixels_per_point: pixels_per_point.into() })
     }
 
     /// Side of a texel in points.
     fn side(&self) -> f32 {
-        (self.scale / self.pixels_per_point) as f32
+        (self.image_placement.scale / self.pixels_per_point) as f32
     }
 
     /// The physical pixel of a place of the image, in texels.
     fn pixel(&self, texels: DVec2) -> DVec2 {
-        self.corner + self.scale * texels
+        self.image_placement.pixel(texels)
     }
 
     fn point(&self, texels: DVec2) -> Pos2 {
@@ -91,13 +92,16 @@ impl Placed {
 
     /// The columns and the rows of the image that are in a part of the window: the first one, and one past the last.
     fn seen(&self, part: Rect) -> [[u32; 2]; 2] {
-        let axis = |axis: usize, low: f32, high: f32| {
-            let texel =
-                |point: f32| (f64::from(point) * self.pixels_per_point - self.corner[axis]) / self.scale;
-            let within = |texel: f64| texel.clamp(0.0, self.image[axis].into()) as u32;
-            [within(texel(low).floor()), within(texel(high).ceil())]
+        let picture = DVec2::from(self.picture.map(f64::from));
+        let pixel = |point: Pos2| {
+            let pixel = DVec2::new(point.x.into(), point.y.into()) * self.pixels_per_point;
+            pixel.clamp(DVec2::ZERO, picture)
         };
-        [axis(0, part.min.x, part.max.x), axis(1, part.min.y, part.max.y)]
+        let [low, high] = self.image_placement.bounds(pixel(part.min), pixel(part.max));
+        [0, 1].map(|axis| {
+            let within = |texel: f64| texel.clamp(0.0, self.image[axis].into()) as u32;
+            [within(low[axis].floor()), within(high[axis].ceil())]
+        })
     }
 }
 
@@ -109,17 +113,19 @@ fn paint_grid(painter: &Painter, placed: &Placed, seen: [[u32; 2]; 2]) {
         (-0.5, Stroke::new(pixel, Color32::from_white_alpha(50))),
     ];
     let [[left, right], [top, bottom]] = seen.map(|ends| ends.map(f64::from));
-    let line = |from: DVec2, to: DVec2, across: Vec2| {
+    let line = |from: DVec2, to: DVec2| {
+        let along = placed.point(to) - placed.point(from);
+        let across = vec2(along.y, along.x).abs().normalized();
         for (side, stroke) in strokes {
             let shift = side * pixel * across;
             painter.line_segment([placed.point(from) + shift, placed.point(to) + shift], stroke);
         }
     };
     for column in seen[0][0]..=seen[0][1] {
-        line(DVec2::new(column.into(), top), DVec2::new(column.into(), bottom), vec2(1.0, 0.0));
+        line(DVec2::new(column.into(), top), DVec2::new(column.into(), bottom));
     }
     for row in seen[1][0]..=seen[1][1] {
-        line(DVec2::new(left, row.into()), DVec2::new(right, row.into()), vec2(0.0, 1.0));
+        line(DVec2::new(left, row.into()), DVec2::new(right, row.into()));
     }
 }
 
@@ -181,6 +187,7 @@ fn round_length(most: f64) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::camera::Orientation;
 
     #[test]
     fn a_scale_bar_has_a_round_length() {
@@ -196,10 +203,10 @@ mod tests {
     #[test]
     fn texels_lie_where_the_camera_shows_them() {
         // 20 pixels a texel, the middle of the view on the corner between the texels (9, 4) and (10, 5).
-        let pose = Pose::Image { centre: DVec2::new(0.1, 0.1), zoom: 20.0 };
+        let pose = Pose::image(DVec2::new(0.1, 0.1), 20.0);
         let view = ImageView { pose, picture: [100, 60], image: [100, 50] };
         let placed = Placed::new(&view, 2.0).unwrap();
-        assert_eq!(placed.scale, 20.0);
+        assert_eq!(placed.image_placement.scale, 20.0);
         assert_eq!(placed.point(DVec2::new(10.0, 5.0)), pos2(25.0, 15.0));
         assert_eq!(placed.pixel(DVec2::new(9.5, 5.5)), DVec2::new(40.0, 40.0));
         let seen = placed.seen(Rect::from_min_max(pos2(0.0, 0.0), pos2(50.0, 30.0)));
@@ -207,6 +214,11 @@ mod tests {
         // No more than there is of the image.
         let placed = Placed::new(&ImageView { pose: Pose::first(crate::Scene::Image), ..view }, 1.0).unwrap();
         assert_eq!(placed.seen(Rect::EVERYTHING), [[0, 100], [0, 50]]);
+        // Turned by a quarter, columns of the picture are rows of the image: 60 pixels of it are 3 columns, 100 are 5 rows.
+        let turned = view.pose.with_orientation(Orientation::new(90.0, false), 100.0 / 60.0, 2.0);
+        let placed = Placed::new(&ImageView { pose: turned, ..view }, 2.0).unwrap();
+        assert!((placed.image_placement.scale - 20.0).abs() < 1e-9);
+        assert_eq!(placed.seen(Rect::EVERYTHING), [[8, 12], [2, 8]]);
         let globe = Pose::first(crate::Scene::Globe);
         assert!(Placed::new(&ImageView { pose: globe, ..view }, 1.0).is_none());
     }

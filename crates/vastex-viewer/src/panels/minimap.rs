@@ -1,7 +1,7 @@
 //! The whole image, small, in a corner of a view that shows a part of it: which part that is, and what of the image is in memory.
 
 use egui::{
-    Area, Color32, ColorImage, Context, Id, Pos2, Rect, Sense, Stroke, StrokeKind, TextureHandle,
+    Area, Color32, ColorImage, Context, Id, Pos2, Rect, Sense, Shape, Stroke, StrokeKind, TextureHandle,
     TextureOptions, Vec2, WidgetInfo, pos2, vec2,
 };
 use glam::DVec2;
@@ -52,7 +52,7 @@ impl Minimap {
         is_settled: bool,
         take: impl FnOnce([usize; 2]) -> Option<Thumbnail>,
     ) -> Option<Pose> {
-        let Pose::Image { zoom, .. } = view.pose else { return None };
+        let Pose::Image { zoom, orientation, .. } = view.pose else { return None };
         let seen = seen_part(view)?;
         let size = map_size(view.image);
         if free.width() < 3.0 * size.x || free.height() < 3.0 * size.y {
@@ -76,23 +76,23 @@ impl Minimap {
                 let part = Rect::from_min_size(rect.min + at, cell);
                 painter.rect_filled(part, 0.0, Color32::from_black_alpha(110));
             }
-            let corner = |share: DVec2| rect.min + vec2(share.x as f32, share.y as f32) * rect.size();
-            // However small the part is, its frame is seen.
-            let part = Rect::from_min_max(corner(seen[0]), corner(seen[1]));
-            let part = Rect::from_center_size(part.center(), part.size().max(Vec2::splat(5.0)));
             painter.rect_stroke(rect, 0.0, Stroke::new(1.0, Color32::from_gray(120)), StrokeKind::Outside);
-            painter.rect_stroke(part, 0.0, Stroke::new(3.0, Color32::BLACK), StrokeKind::Middle);
-            painter.rect_stroke(
-                part,
-                0.0,
-                Stroke::new(1.5, Color32::from_rgb(255, 210, 60)),
-                StrokeKind::Middle,
-            );
+            let corner = |share: DVec2| rect.min + vec2(share.x as f32, share.y as f32) * rect.size();
+            let mut frame: Vec<Pos2> = seen.into_iter().map(corner).collect();
+            // However small the part is, its frame is seen.
+            let bounds = Rect::from_points(&frame);
+            if bounds.size().max_elem() < 5.0 {
+                let least = Rect::from_center_size(bounds.center(), Vec2::splat(5.0));
+                frame = vec![least.left_top(), least.right_top(), least.right_bottom(), least.left_bottom()];
+            }
+            for (width, color) in [(3.0, Color32::BLACK), (1.5, Color32::from_rgb(255, 210, 60))] {
+                painter.add(Shape::closed_line(frame.clone(), Stroke::new(width, color)));
+            }
             let pointer =
                 response.interact_pointer_pos().filter(|_| response.clicked() || response.dragged())?;
             let share = (pointer - rect.min) / rect.size();
             let centre = DVec2::new(share.x.into(), share.y.into()).clamp(DVec2::ZERO, DVec2::ONE);
-            Some(Pose::Image { centre, zoom })
+            Some(Pose::Image { centre, zoom, orientation })
         });
         shown.inner
     }
@@ -129,16 +129,19 @@ impl Minimap {
     }
 }
 
-/// The corners of the part of an image that is in view, in shares of the image; nothing where all of it is, or none.
-fn seen_part(view: &ImageView) -> Option<[DVec2; 2]> {
-    let Pose::Image { centre, .. } = view.pose else { return None };
-    let scale = view.pose.magnification(view.picture, view.image)?;
+/// The corners of the part of the picture in which the image is seen, in shares of the image, clockwise as they are seen; nothing where
+/// all of the image is in view, or none.
+fn seen_part(view: &ImageView) -> Option<[DVec2; 4]> {
+    let placed = view.pose.placement(view.picture, view.image)?;
     let size = |sides: [u32; 2]| DVec2::from(sides.map(|side| f64::from(side.max(1))));
-    let half = size(view.picture) / scale / size(view.image) / 2.0;
-    let (low, high) = (centre - half, centre + half);
-    let is_whole = low.max_element() <= 1e-9 && high.min_element() >= 1.0 - 1e-9;
-    let (low, high) = (low.max(DVec2::ZERO), high.min(DVec2::ONE));
-    (!is_whole && low.cmplt(high).all()).then_some([low, high])
+    let (picture, image) = (size(view.picture), size(view.image));
+    let corners = [DVec2::ZERO, DVec2::new(image.x, 0.0), image, DVec2::new(0.0, image.y)];
+    let corners = corners.map(|texel| placed.pixel(texel));
+    let low = corners.into_iter().fold(corners[0], DVec2::min).max(DVec2::ZERO);
+    let high = corners.into_iter().fold(corners[0], DVec2::max).min(picture);
+    let is_seen = |pixel: DVec2| pixel.min_element() >= -1e-6 && (picture - pixel).min_element() >= -1e-6;
+    let is_whole = corners.into_iter().all(is_seen);
+    (!is_whole && low.cmplt(high).all()).then(|| placed.corners(low, high).map(|texel| texel / image))
 }
 
 /// The size of a map of an image, in points: in its shape, but of one that is much longer than wide no line.
@@ -154,9 +157,10 @@ mod tests {
 
     use super::*;
     use crate::Scene;
+    use crate::camera::Orientation;
 
     fn view(centre: [f64; 2], zoom: f64) -> ImageView {
-        let pose = Pose::Image { centre: centre.into(), zoom };
+        let pose = Pose::image(centre.into(), zoom);
         ImageView { pose, picture: [800, 400], image: [4000, 2000] }
     }
 
@@ -165,9 +169,16 @@ mod tests {
         assert_eq!(seen_part(&view([0.5, 0.5], 1.0)), None, "all of it");
         assert_eq!(
             seen_part(&view([0.5, 0.25], 4.0)),
-            Some([DVec2::new(0.375, 0.125), DVec2::new(0.625, 0.375)])
+            Some([[0.375, 0.125], [0.625, 0.125], [0.625, 0.375], [0.375, 0.375]].map(DVec2::from))
         );
-        assert_eq!(seen_part(&view([0.0, 1.0], 2.0)), Some([DVec2::new(0.0, 0.75), DVec2::new(0.25, 1.0)]));
+        let at_edge = [[0.0, 0.75], [0.25, 0.75], [0.25, 1.0], [0.0, 1.0]].map(DVec2::from);
+        assert_eq!(seen_part(&view([0.0, 1.0], 2.0)), Some(at_edge));
+        // Turned by a quarter clockwise, what is at its top right is seen first at the bottom right.
+        let turned = view([0.5, 0.25], 4.0).pose.with_orientation(Orientation::new(90.0, false), 2.0, 2.0);
+        let part = seen_part(&ImageView { pose: turned, ..view([0.5, 0.25], 4.0) }).unwrap();
+        let expected = [[0.4375, 0.5], [0.4375, 0.0], [0.5625, 0.0], [0.5625, 0.5]].map(DVec2::from);
+        let apart = part.iter().zip(expected).map(|(found, expected)| (*found - expected).length());
+        assert!(apart.fold(0.0, f64::max) < 1e-9, "{part:?}");
         assert_eq!(seen_part(&ImageView { pose: Pose::first(Scene::Globe), ..view([0.5, 0.5], 1.0) }), None);
         assert_eq!(map_size([4000, 2000]), vec2(160.0, 80.0));
         assert_eq!(map_size([1, 1 << 31]), vec2(10.0, 160.0));
@@ -194,7 +205,7 @@ mod tests {
         harness.get_by_label("Map of the image").click();
         harness.run();
         let (map, _, went, takes) = harness.state_mut();
-        let Some(Pose::Image { centre, zoom }) = *went else { panic!("it goes nowhere") };
+        let Some(Pose::Image { centre, zoom, .. }) = *went else { panic!("it goes nowhere") };
         assert!((centre - 0.5).length() < 0.02 && zoom == 8.0, "{centre} {zoom}");
         assert_eq!(*takes, 1);
         map.age();

@@ -1,15 +1,17 @@
 //! Where the camera is, in words: to be read, written, kept and gone back to.
 
-use egui::{Button, CollapsingHeader, RichText, TextEdit, Ui};
+use egui::{Button, CollapsingHeader, DragValue, RichText, TextEdit, Ui};
 use glam::DVec2;
 
-use crate::camera::Pose;
+use crate::camera::{Move, Pose};
 
 /// What a person wants of a position; the host does it.
 #[derive(Clone, Debug, PartialEq)]
 pub enum PositionChange {
     /// The camera goes there. The pose may be one of another scene.
     Go(Pose),
+    /// The camera is moved.
+    Move(Move),
     /// Where the camera is becomes a bookmark: the text of its pose.
     Keep(String),
     /// The bookmark of this index goes.
@@ -70,6 +72,9 @@ impl PositionPanel {
         if let Some(error) = &self.error {
             ui.label(RichText::new(error).color(ui.visuals().error_fg_color));
         }
+        if let Pose::Image { orientation, .. } = pose {
+            change = turn_controls(ui, orientation.degrees()).map(PositionChange::Move).or(change);
+        }
         ui.horizontal(|ui| {
             if ui.button("Keep view").on_hover_text("as a bookmark of this file").clicked() {
                 change = Some(PositionChange::Keep(at));
@@ -93,6 +98,29 @@ impl PositionPanel {
         }
         change
     }
+}
+
+/// How an image is turned, for a person to change.
+fn turn_controls(ui: &mut Ui, degrees: f64) -> Option<Move> {
+    let mut moved = None;
+    ui.horizontal(|ui| {
+        let label = ui.label("Turned");
+        let mut turned = degrees;
+        let drag = DragValue::new(&mut turned).speed(0.5).suffix("°").max_decimals(1);
+        if ui.add(drag).labelled_by(label.id).changed() && turned.is_finite() {
+            moved = Some(Move::Turn(turned - degrees));
+        }
+        for (name, what, to) in [
+            ("Turn", "by a quarter, clockwise: T", Move::Turn(90.0)),
+            ("Mirror", "left and right exchanged: X", Move::Flip { is_vertical: false }),
+            ("Flip", "top and bottom exchanged: Y", Move::Flip { is_vertical: true }),
+        ] {
+            if ui.button(name).on_hover_text(what).clicked() {
+                moved = Some(to);
+            }
+        }
+    });
+    moved
 }
 
 /// The text of a pose with no more digits than a person reads.
@@ -121,7 +149,7 @@ fn pose_of(text: &str, from: &Pose, size: [u32; 2]) -> Result<Pose, String> {
         .map(|word| word.parse().ok().filter(|number: &f64| number.is_finite()))
         .collect();
     match (numbers.as_deref(), from) {
-        (Some(&[x, y]), Pose::Image { zoom, .. }) => {
+        (Some(&[x, y]), Pose::Image { zoom, orientation, .. }) => {
             let [width, height] = size.map(f64::from);
             if !(0.0..=width).contains(&x) || !(0.0..=height).contains(&y) {
                 return Err(format!("{x},{y} lies beside the image, which has {width}×{height} texels"));
@@ -130,7 +158,7 @@ fn pose_of(text: &str, from: &Pose, size: [u32; 2]) -> Result<Pose, String> {
             let middle =
                 DVec2::new(x, y).map(|number| if number.fract() == 0.0 { number + 0.5 } else { number });
             let centre = (middle / DVec2::new(width, height)).min(DVec2::ONE);
-            Ok(Pose::Image { centre, zoom: *zoom })
+            Ok(Pose::Image { centre, zoom: *zoom, orientation: *orientation })
         }
         (Some(&[latitude, longitude]), Pose::Globe { .. }) => {
             if latitude.abs() > 90.0 || longitude.abs() > 360.0 {
@@ -148,6 +176,8 @@ fn pose_of(text: &str, from: &Pose, size: [u32; 2]) -> Result<Pose, String> {
 
 #[cfg(test)]
 mod tests {
+    use egui_kittest::kittest::Queryable;
+
     use super::*;
     use crate::Scene;
 
@@ -155,14 +185,14 @@ mod tests {
 
     #[test]
     fn two_numbers_are_a_place_as_near_as_before() {
-        let from = Pose::Image { centre: DVec2::splat(0.5), zoom: 7.0 };
+        let from = Pose::image(DVec2::splat(0.5), 7.0);
         for (text, centre) in [
             ("100,200", [0.1005, 0.401]),
             ("100.5 200.5", [0.1005, 0.401]),
             ("0, 0", [0.0005, 0.001]),
             ("1000,500", [1.0, 1.0]),
         ] {
-            let wanted = Pose::Image { centre: centre.into(), zoom: 7.0 };
+            let wanted = Pose::image(centre.into(), 7.0);
             assert_eq!(pose_of(text, &from, SIZE), Ok(wanted), "{text}");
         }
         let error = pose_of("1001,5", &from, SIZE).unwrap_err();
@@ -197,5 +227,30 @@ mod tests {
         for text in ["", "1", "1,2,3", "nan,1", "moon"] {
             assert!(pose_of(text, &Pose::first(Scene::Image), SIZE).is_err(), "{text}");
         }
+    }
+
+    #[test]
+    fn an_image_is_turned_and_mirrored_and_a_globe_is_not() {
+        let show = |ui: &mut Ui, (panel, pose, asked): &mut (PositionPanel, Pose, Vec<Move>)| {
+            if let Some(PositionChange::Move(moved)) = panel.show(ui, pose, SIZE, &[]) {
+                asked.push(moved);
+            }
+        };
+        let mut harness = egui_kittest::Harness::new_ui_state(
+            show,
+            (PositionPanel::default(), Pose::first(Scene::Image), Vec::new()),
+        );
+        for (label, moved) in [
+            ("Turn", Move::Turn(90.0)),
+            ("Mirror", Move::Flip { is_vertical: false }),
+            ("Flip", Move::Flip { is_vertical: true }),
+        ] {
+            harness.get_by_label(label).click();
+            harness.run();
+            assert_eq!(harness.state().2.last(), Some(&moved), "{label}");
+        }
+        harness.state_mut().1 = Pose::first(Scene::Globe);
+        harness.run();
+        assert!(harness.query_by_label("Turn").is_none());
     }
 }

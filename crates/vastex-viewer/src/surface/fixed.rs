@@ -27,6 +27,8 @@ pub(crate) struct FixedUniform {
     pub(super) sine_and_cosine: Vec2,
     pub(super) altitude: f32,
     pub(super) unused: f32,
+    /// From steps to the right and upwards in the picture to those in the image, column by column.
+    pub(super) turn: [[f32; 2]; 2],
 }
 
 impl FixedUniform {
@@ -87,6 +89,13 @@ pub(super) fn anchored(place: DVec2, texels: DVec2) -> ([u32; 2], Vec2) {
     ([anchor.x as u32, anchor.y as u32], (place - anchor).as_vec2())
 }
 
+/// How a picture's steps are turned into those of the image that is seen, upwards as y.
+fn turn(pose: &Pose) -> [[f32; 2]; 2] {
+    let image_from_seen = pose.orientation().image_from_seen();
+    let up = glam::DMat2::from_diagonal(DVec2::new(1.0, -1.0));
+    (up * image_from_seen * up).to_cols_array_2d().map(|column| column.map(|number| number as f32))
+}
+
 /// What is told of a camera over a texture of `size` texels, for pictures of so many pixels. For poses of the image and the globe.
 pub(crate) fn uniform(pose: &Pose, size: [u32; 2], [width, height]: [u32; 2]) -> Option<FixedUniform> {
     let texels = DVec2::from(size.map(f64::from));
@@ -115,5 +124,6 @@ pub(crate) fn uniform(pose: &Pose, size: [u32; 2], [width, height]: [u32; 2]) ->
         sine_and_cosine: DVec2::new(latitude.sin(), latitude.cos()).as_vec2(),
         altitude: altitude as f32,
         unused: 0.0,
+        turn: turn(pose),
     })
 }

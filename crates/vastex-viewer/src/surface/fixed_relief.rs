@@ -233,6 +233,7 @@ impl ReliefSurface {
             sine_and_cosine: DVec2::new(camera.latitude.sin(), camera.latitude.cos()).as_vec2(),
             altitude: camera.altitude as f32,
             unused: 0.0,
+            turn: [[1.0, 0.0], [0.0, 1.0]],
         }
     }
 

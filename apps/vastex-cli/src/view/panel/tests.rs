@@ -112,7 +112,7 @@ fn a_view_is_written_kept_and_gone_back_to() {
         assert_eq!(harness.get_by_label("View").value().as_deref(), Some(text));
         harness.key_press(egui::Key::Enter);
         harness.run();
-        let asked = asked.map(|centre| Asked::Go(Pose::Image { centre: centre.into(), zoom: 1.0 }));
+        let asked = asked.map(|centre| Asked::Go(Pose::image(centre.into(), 1.0)));
         assert_eq!(harness.query_by_label_contains("lies beside the image").is_some(), asked.is_none());
         assert_eq!(harness.state().asked.get(1), asked.as_ref(), "{text}");
     }

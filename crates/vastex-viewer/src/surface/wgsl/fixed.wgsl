@@ -30,7 +30,7 @@ fn fixed_ray(clip: vec4<f32>, at: vec2<f32>) -> Seen_fixed {
     let told = scene.fixed;
     let fraction_and_scale = vec4<f32>(told.fraction, told.texels_per_unit);
     let sphere = vec3<f32>(told.sine_and_cosine, told.altitude);
-    return Seen_fixed(clip, at * told.half, told.anchor, fraction_and_scale, vec4<f32>(told.low, told.high), sphere);
+    return Seen_fixed(clip, told.turn * (at * told.half), told.anchor, fraction_and_scale, vec4<f32>(told.low, told.high), sphere);
 }
 
 @vertex

@@ -43,6 +43,7 @@ struct Fixed {
     texels_per_unit: vec2<f32>,   // texels in a radian of the globe, or in a step of 1 in the world
     sine_and_cosine: vec2<f32>,   // of the latitude below the camera
     altitude: f32,                // in radii, or in the world
+    turn: mat2x2<f32>,            // from steps to the right and upwards in the view to those in an image
 }
 
 // The grid that vertices with heights stand on in fixed point; see relief_fixed.wgsl and fixed_relief.rs.

@@ -1,0 +1,112 @@
+//! How an image lies in a picture of it: which texel is seen at which pixel.
+
+use glam::DVec2;
+
+use super::orientation::Orientation;
+use super::pose::Pose;
+
+/// Which texel of an image is seen at which pixel of a picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ImagePlacement {
+    /// Pixels along a texel.
+    pub scale: f64,
+    /// The place in the middle of the picture, in texels.
+    centre: DVec2,
+    /// The middle of the picture, in pixels.
+    middle: DVec2,
+    orientation: Orientation,
+}
+
+impl ImagePlacement {
+    /// The place in the image that is seen at a place of the picture, in texels and pixels from their first corners. It may lie beside the
+    /// image.
+    pub fn texel(&self, pixel: DVec2) -> DVec2 {
+        self.centre + self.orientation.image_from_seen() * (pixel - self.middle) / self.scale
+    }
+
+    /// The place of the picture at which a place in the image is seen, in pixels and texels from their first corners. It may lie beside
+    /// the picture.
+    pub fn pixel(&self, texel: DVec2) -> DVec2 {
+        self.middle + self.orientation.seen_from_image() * (texel - self.centre) * self.scale
+    }
+
+    /// The corners of a part of the picture as places in the image, in texels, from its first corner clockwise as it is seen.
+    pub fn corners(&self, low: DVec2, high: DVec2) -> [DVec2; 4] {
+        [low, DVec2::new(high.x, low.y), high, DVec2::new(low.x, high.y)].map(|pixel| self.texel(pixel))
+    }
+
+    /// The least and the most of these along columns and rows.
+    pub fn bounds(&self, low: DVec2, high: DVec2) -> [DVec2; 2] {
+        let corners = self.corners(low, high);
+        [corners.into_iter().fold(corners[0], DVec2::min), corners.into_iter().fold(corners[0], DVec2::max)]
+    }
+
+    /// The whole picture's bounds.
+    pub fn seen(&self) -> [DVec2; 2] {
+        self.bounds(DVec2::ZERO, 2.0 * self.middle)
+    }
+}
+
+impl Pose {
+    /// How an image of so many texels lies in a picture of so many pixels; nothing in scenes with perspective.
+    pub fn placement(&self, picture: [u32; 2], image: [u32; 2]) -> Option<ImagePlacement> {
+        let Pose::Image { centre, orientation, .. } = *self else { return None };
+        let size = |sides: [u32; 2]| DVec2::from(sides.map(f64::from));
+        let scale = self.magnification(picture, image)?;
+        Some(ImagePlacement { scale, centre: centre * size(image), middle: size(picture) / 2.0, orientation })
+    }
+
+    /// The same camera over an image that is turned otherwise, its texels as large as before; one that shows all of the image goes on to
+    /// do so. `view` and `image` are width over height. Nothing changes in scenes with perspective.
+    #[must_use]
+    pub fn with_orientation(self, orientation: Orientation, view: f64, image: f64) -> Pose {
+        let Pose::Image { centre, zoom, .. } = self else { return self };
+        let turned = Pose::Image { centre, zoom, orientation };
+        let share = turned.view_height(view, image) / self.view_height(view, image);
+        let zoom = if zoom == 1.0 { zoom } else { zoom * share };
+        Pose::Image { centre, zoom, orientation }
+    }
+
+    /// How an image is turned: as it is stored in scenes with perspective.
+    pub fn orientation(&self) -> Orientation {
+        match *self {
+            Pose::Image { orientation, .. } => orientation,
+            Pose::Plane { .. } | Pose::Globe { .. } => Orientation::UPRIGHT,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_turned_and_mirrored_comes_back() {
+        let size = [1000, 500];
+        for (degrees, is_mirrored) in
+            [(0.0, false), (90.0, false), (200.0, true), (359.9, true), (33.3, false)]
+        {
+            let orientation = Orientation::new(degrees, is_mirrored);
+            let pose = Pose::Image { centre: DVec2::new(0.3, 0.6), zoom: 3.0, orientation };
+            let placed = pose.placement([640, 480], size).unwrap();
+            assert_eq!(placed.texel(DVec2::new(320.0, 240.0)), DVec2::new(300.0, 300.0));
+            let texel = DVec2::new(17.25, 400.5);
+            assert!((placed.texel(placed.pixel(texel)) - texel).length() < 1e-9, "{orientation:?}");
+        }
+    }
+
+    #[test]
+    fn an_image_that_fits_fits_when_it_is_turned_and_texels_stay_as_large_else() {
+        let (view, picture, image) = (2.0, [800, 400], [1000, 500]);
+        let whole = Pose::image(DVec2::splat(0.5), 1.0);
+        let turned = whole.with_orientation(Orientation::new(90.0, false), view, 2.0);
+        let [low, high] = turned.placement(picture, image).unwrap().seen();
+        assert!((low.x, high.x) == (0.0, 1000.0), "{low} {high}");
+        let near = Pose::image(DVec2::splat(0.25), 7.0);
+        for degrees in [90.0, 45.0, 180.0] {
+            let turned = near.with_orientation(Orientation::new(degrees, true), view, 2.0);
+            let scale = |pose: Pose| pose.magnification(picture, image).unwrap();
+            assert!((scale(turned) / scale(near) - 1.0).abs() < 1e-12, "{degrees}");
+        }
+    }
+}
