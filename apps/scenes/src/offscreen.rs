@@ -74,6 +74,8 @@ pub struct Offscreen {
     renderer: SceneRenderer,
     size: [u32; 2],
     pose: Pose,
+    /// What [`Path::Still`] shows in the place of its own pose.
+    still: Option<Pose>,
     estimating: Option<Estimating>,
     prefetch_sets: Option<PrefetchSets>,
     views: Views,
@@ -144,6 +146,7 @@ impl Offscreen {
         let renderer = SceneRenderer::new(gpu, &textures, drawn, kind.drawn_format(picture))?;
         Ok(Offscreen {
             pose: Pose::first(scene),
+            still: None,
             estimating: None,
             prefetch_sets: None,
             views: Views::One,
@@ -197,6 +200,17 @@ impl Offscreen {
         self.ahead = ahead.then(|| (self.renderer.new_camera(&self.gpu.device), Ahead::default()));
     }
 
+    /// Where the camera is in runs of [`Path::Still`], in the place of the first pose of the scene.
+    pub fn stand_at(&mut self, pose: Pose) {
+        self.still = Some(pose);
+    }
+
+    /// Texels of the image that the poses of an image are told of: those of the first texture.
+    pub fn image_size(&self) -> [u32; 2] {
+        let [width, height, _] = self.source.description().geometry.size();
+        [width, height]
+    }
+
     /// Plays a path; `watch` sees the textures after every frame, and every event in it.
     pub fn run(
         &mut self,
@@ -220,7 +234,8 @@ impl Offscreen {
             if done {
                 return Ok(Outcome { converged, stats });
             }
-            self.frame(path.pose(self.renderer.scene(), self.renderer.image_aspect(), frame))?;
+            let pose = path.pose(self.renderer.scene(), self.renderer.image_aspect(), frame);
+            self.frame(self.still.filter(|_| path == Path::Still).unwrap_or(pose))?;
             let events = std::iter::from_fn(|| self.textures.poll_event()).collect();
             watch(&self.textures, events);
             frame += 1;

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args as ClapArgs, CommandFactory, Parser, Subcommand};
 use vastex::{FeedbackMode, Filter};
-use vastex_scenes::{DisplayOptions, Overlay, Path as CameraPath, Scene, Views};
+use vastex_scenes::{DisplayOptions, Overlay, Path as CameraPath, Pose, Scene, Views};
 
 #[cfg(feature = "build")]
 pub(crate) use build::{BuildArgs, Compress};
@@ -180,6 +180,10 @@ pub(crate) struct SceneArgs {
     /// What the image is put on
     #[arg(long, default_value = "image", value_name = "SCENE", value_parser = named(&Scene::ALL, Scene::name))]
     pub(crate) on: Scene,
+    /// Where the camera is at first, as the panel of the window writes it: image:x=..,y=..,zoom=.. in texels (and turn=.. in degrees,
+    /// mirror=1), plane:x=..,y=..,z=..,yaw=..,pitch=.., or globe:lon=..,lat=..,alt=..m. The image is put on what that names, if need be
+    #[arg(long, value_name = "VIEW", value_parser = parse_view)]
+    pub(crate) view: Option<String>,
     #[command(flatten)]
     pub(crate) layers: shown::ShownArgs,
     #[command(flatten)]
@@ -237,6 +241,7 @@ Examples:
   vastex render /net/slow/earth.vastex --on globe --disk-cache ~/.cache/vastex -o globe.png
   vastex render island.vastex --layer-shown height --range 0,0.2 -o height.png
   vastex render island.vastex --layer color --layer height:range=0..0.2:map=viridis:opacity=0.5 -o both.png
+  vastex render earth.vastex --view globe:lon=11.5,lat=46.4,alt=200000m -o alps.png
   vastex render before.tif --over after.tif --compare-mode difference:16 -o changes.png
   vastex render earth.vastex --on plane --feedback inline --compare --json
   vastex render island.vastex --on terrain --height-scale 0.1 -o island.png
@@ -254,7 +259,13 @@ pub(crate) struct RenderArgs {
     #[command(flatten)]
     pub(crate) scene: SceneArgs,
     /// How the camera moves; a path lasts 300 frames (still: 1) and holds its last pose
-    #[arg(long, default_value = "still", value_name = "NAME", value_parser = named(&CameraPath::ALL, CameraPath::name))]
+    #[arg(
+        long,
+        default_value = "still",
+        value_name = "NAME",
+        value_parser = named(&CameraPath::ALL, CameraPath::name),
+        conflicts_with = "view"
+    )]
     pub(crate) camera_path: CameraPath,
     /// What the picture shows: one view, or two side by side, with feedback from each: what two eyes see, or what is ahead and what a
     /// mirror shows of what is behind
@@ -315,6 +326,16 @@ impl SceneArgs {
         self.layers.fault().map_or(Ok(()), |fault| Err(value_error(&fault)))
     }
 
+    /// What the image is put on.
+    pub(crate) fn scene(&self) -> Scene {
+        self.pose([1; 2]).map_or(self.on, |pose| pose.scene(self.on))
+    }
+
+    /// Where the camera is at first over an image of so many texels, if that is said.
+    pub(crate) fn pose(&self, size: [u32; 2]) -> Option<Pose> {
+        self.view.as_deref().and_then(|text| Pose::from_text(text, size).ok())
+    }
+
     /// Whether the source is a generated planet.
     fn is_planet(&self) -> bool {
         self.source.to_str().is_some_and(|source| source.starts_with(PLANET))
@@ -343,7 +364,7 @@ impl RenderArgs {
             )));
         }
         const OTHERS: [&str; 9] = ["jpg", "jpeg", "tif", "tiff", "webp", "bmp", "gif", "exr", "vastex"];
-        if self.estimate.estimating().is_some() && self.scene.shown().displaces(self.scene.on) {
+        if self.estimate.estimating().is_some() && self.scene.shown().displaces(self.scene.scene()) {
             return Err(conflict("--estimate knows surfaces without heights; leave it out, or the heights"));
         }
         if !self.scene.layers.is_single() {
@@ -391,6 +412,12 @@ fn parse_size(text: &str) -> Result<[u32; 2], String> {
         Some(_) => Err(format!("each side must have 1 to {MAX} pixels")),
         None => Err("write width and height in pixels, as in 1280x720".into()),
     }
+}
+
+/// Where a camera is; an image's size does not decide whether it can be read.
+fn parse_view(text: &str) -> Result<String, String> {
+    let read = Pose::from_text(text, [1; 2]);
+    read.map(|_| text.to_owned()).map_err(|error| error.to_string())
 }
 
 /// A place in a picture.

@@ -14,6 +14,7 @@ Examples:
   vastex view earth.vastex --on globe --pool-mib 256
   vastex view island.vastex --on terrain
   vastex view island.vastex --layer color --layer height:map=inferno:opacity=0.4
+  vastex view scan.jpg --view image:x=12000,y=3400,zoom=40,turn=90
   vastex view before.tif --over after.tif --compare-mode swipe
   vastex view scan.jpg slides/*.svs
 

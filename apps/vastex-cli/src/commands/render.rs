@@ -69,8 +69,11 @@ pub(crate) fn offscreen(
     gpu: &Gpu,
     (tiles, over): (Arc<dyn TileSource>, &[Arc<dyn TileSource>]),
 ) -> Result<Offscreen> {
-    let (shown, SceneArgs { on, size, .. }) = (args.scene.shown(), &args.scene);
-    let mut offscreen = Offscreen::showing_together(&shown, gpu, tiles, over, *on, *size, settings)?;
+    let (shown, scene, size) = (args.scene.shown(), args.scene.scene(), args.scene.size);
+    let mut offscreen = Offscreen::showing_together(&shown, gpu, tiles, over, scene, size, settings)?;
+    if let Some(pose) = args.scene.pose(offscreen.image_size()) {
+        offscreen.stand_at(pose);
+    }
     offscreen.show(args.views)?;
     offscreen.look_ahead(args.predict);
     Ok(offscreen)

@@ -65,7 +65,7 @@ pub(crate) fn open_over(args: &SceneArgs) -> Result<Vec<Arc<dyn TileSource>>> {
 
 /// Opens another source as the arguments of a scene say, with an observer.
 pub(crate) fn open_another(source: &Path, args: &SceneArgs, observer: &dyn OpenObserver) -> Result<Opened> {
-    let image = OpenImage { cache: &args.cache, wraps: args.on == Scene::Globe, observer };
+    let image = OpenImage { cache: &args.cache, wraps: args.scene() == Scene::Globe, observer };
     let tiles = open_tiles(source, args.direct, Some(image))?;
     Ok(disk_cache::before(tiles, source, &args.disk_cache))
 }

@@ -76,7 +76,7 @@ pub(crate) fn run(args: ViewArgs) -> Result<ExitCode> {
         is_choosing: false,
         input: Input::default(),
         begun: Instant::now(),
-        scene: args.scene.on,
+        scene: args.scene.scene(),
         cameras: Scene::ALL.map(|scene| Controller::new(Pose::first(scene))),
         open: None,
         openings: Openings::default(),
@@ -230,6 +230,10 @@ impl App {
     fn look_at(&mut self, opening: u64) {
         if std::mem::replace(&mut self.camera_of, opening) != opening {
             self.cameras = Scene::ALL.map(|scene| Controller::new(Pose::first(scene)));
+            let size = self.open.as_ref().map_or([1; 2], |open| open.viewer.image_size());
+            if let Some(pose) = self.args.scene.pose(size).filter(|_| opening == 1) {
+                self.cameras[pose.scene(self.scene) as usize] = Controller::new(pose);
+            }
             self.input.rest();
             self.open.iter_mut().for_each(|open| open.viewer.turn_to_bookmarks(self.files.current()));
         }

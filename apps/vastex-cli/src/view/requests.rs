@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::Result;
-use vastex_scenes::{Pose, Scene};
+use vastex_scenes::Pose;
 use vastex_viewer::camera::Controller;
 use vastex_viewer::input::Action;
 use winit::event_loop::ActiveEventLoop;
@@ -38,14 +38,9 @@ impl App {
         self.open_file()
     }
 
-    /// Moves the camera to a pose, in its scene: what a plane's pose is of is the terrain, where that is displayed.
+    /// Moves the camera to a pose, in its scene.
     fn go(&mut self, events: &ActiveEventLoop, pose: Pose) -> Result<()> {
-        let scene = match pose {
-            Pose::Image { .. } => Scene::Image,
-            Pose::Globe { .. } => Scene::Globe,
-            Pose::Plane { .. } if self.scene == Scene::Terrain => Scene::Terrain,
-            Pose::Plane { .. } => Scene::Plane,
-        };
+        let scene = pose.scene(self.scene);
         self.perform(events, Action::Scene(Some(scene)))?;
         if self.scene == scene {
             self.cameras[scene as usize] = Controller::new(pose);

@@ -4,6 +4,7 @@
 
 mod bad_input;
 mod cache;
+mod camera;
 mod disk_cache;
 mod estimates;
 mod export;

@@ -180,10 +180,11 @@ mod tests {
     fn what_is_turned_is_dragged_zoomed_and_aligned_as_it_is_seen() {
         let (view, image) = ([1281, 720], [10800, 5401]);
         let aspects = [1281.0 / 720.0, 10800.0 / 5401.0];
-        let texel = |camera: &Controller, pixel: DVec2| {
-            camera.pose().placement(view, image).unwrap().texel(pixel)
-        };
-        for moves in [[Move::Turn(90.0), Move::Turn(0.0)], [Move::Turn(-20.0), Move::Flip { is_vertical: true }]] {
+        let texel =
+            |camera: &Controller, pixel: DVec2| camera.pose().placement(view, image).unwrap().texel(pixel);
+        for moves in
+            [[Move::Turn(90.0), Move::Turn(0.0)], [Move::Turn(-20.0), Move::Flip { is_vertical: true }]]
+        {
             let mut camera = Controller::new(Pose::image(DVec2::new(0.4, 0.6), 30.0));
             moves.into_iter().for_each(|turn| camera.apply(turn, aspects));
             let from = DVec2::new(300.0, 500.0);

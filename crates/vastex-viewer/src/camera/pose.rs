@@ -57,6 +57,16 @@ impl Pose {
         Pose::Image { centre, zoom, orientation: Orientation::UPRIGHT }
     }
 
+    /// The scene that it is a pose of. Those of plane and terrain are alike: it is that of the two which is displayed, else the plane.
+    pub fn scene(&self, displayed: Scene) -> Scene {
+        match self {
+            Pose::Image { .. } => Scene::Image,
+            Pose::Globe { .. } => Scene::Globe,
+            Pose::Plane { .. } if displayed == Scene::Terrain => Scene::Terrain,
+            Pose::Plane { .. } => Scene::Plane,
+        }
+    }
+
     /// The pose in which a window opens and `still` stays.
     pub fn first(scene: Scene) -> Pose {
         match scene {
