@@ -184,6 +184,20 @@ fn in_place(path: &Path) -> Result<Option<Arc<dyn TileSource>>> {
     }
 }
 
+/// How large texels of a file are in the world, where the file says so: TIFF of maps and slides.
+#[cfg(all(feature = "build", feature = "view"))]
+pub(crate) fn texel_size(path: &Path) -> Option<vastex_viewer::panels::TexelSize> {
+    let pixel = vastex_build::TiffAbout::of_file(path)?.pixel_size?;
+    // A unit that the file does not name says less than texels do.
+    vastex_viewer::panels::TexelSize::new(pixel.size, &pixel.unit).filter(|_| pixel.unit != "unit")
+}
+
+/// Without the readers of `vastex build` nothing is known of it.
+#[cfg(all(not(feature = "build"), feature = "view"))]
+pub(crate) fn texel_size(_: &Path) -> Option<vastex_viewer::panels::TexelSize> {
+    None
+}
+
 /// Without the readers of `vastex build` nothing of others can be read.
 #[cfg(not(feature = "build"))]
 fn in_place(_: &Path) -> Result<Option<Arc<dyn TileSource>>> {

@@ -18,6 +18,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Error, Result, anyhow};
 use vastex::{Prepared, Preparer, TextureSettings, TileSource};
+use vastex_viewer::panels::TexelSize;
 
 use crate::args::ViewArgs;
 use crate::open::{self, OpenObserver};
@@ -51,6 +52,8 @@ pub(super) struct PreparedSource {
     pub(super) prepared: Prepared,
     /// Columns and rows of the image, of which the source may have fewer.
     pub(super) size: [u32; 2],
+    /// How large its texels are in the world, if that is known.
+    pub(super) texel_size: Option<TexelSize>,
     pub(super) growth: Growth,
 }
 
@@ -91,7 +94,8 @@ impl Openings {
         self.break_off();
         self.begun += 1;
         let (number, is_broken_off) = (self.begun, Arc::new(AtomicBool::new(false)));
-        let reporter = Reporter {
+        let mut reporter = Reporter {
+            texel_size: None,
             send: Box::new(move |event| send(Report { opening: number, event })),
             preparer,
             has_previews,
@@ -101,7 +105,10 @@ impl Openings {
         };
         let to_open = path.to_owned();
         let open = move || {
-            let opened = catch_unwind(AssertUnwindSafe(|| reporter.open(&to_open, &args)));
+            let opened = catch_unwind(AssertUnwindSafe(|| {
+                reporter.texel_size = open::texel_size(&to_open);
+                reporter.open(&to_open, &args)
+            }));
             (reporter.send)(match opened {
                 Ok(Ok(source)) => OpeningEvent::Opened(source),
                 Ok(Err(error)) => OpeningEvent::Failed(error),
@@ -169,6 +176,7 @@ fn text_of(panic: &(dyn Any + Send)) -> &str {
 struct Reporter {
     send: Box<dyn Fn(OpeningEvent) + Send>,
     preparer: Preparer,
+    texel_size: Option<TexelSize>,
     has_previews: bool,
     is_broken_off: Arc<AtomicBool>,
     reported_at: Cell<Option<Instant>>,
@@ -186,7 +194,7 @@ impl Reporter {
 
     fn prepare(&self, tiles: Arc<dyn TileSource>, size: [u32; 2], growth: Growth) -> Result<PreparedSource> {
         let prepared = self.preparer.read_blocking(tiles, TextureSettings::default())?;
-        Ok(PreparedSource { prepared, size, growth })
+        Ok(PreparedSource { prepared, size, texel_size: self.texel_size.clone(), growth })
     }
 }
 

@@ -27,7 +27,9 @@ fn a_view_is_drawn_as_it_is_written() {
     let turned = picture("--size 216x108 --view image:x=540,y=270,zoom=1,turn=180");
     assert!(apart(&turned, whole.iter().rev().copied().collect()) <= Some(1));
     let mirrored = picture("--size 216x108 --view image:x=540,y=270,zoom=1,mirror=1");
-    assert!(apart(&mirrored, whole.chunks(216).flat_map(|row| row.iter().rev().copied()).collect()) <= Some(1));
+    assert!(
+        apart(&mirrored, whole.chunks(216).flat_map(|row| row.iter().rev().copied()).collect()) <= Some(1)
+    );
     let quarter = picture("--size 108x216 --view image:x=540,y=270,zoom=1,turn=90");
     let columns = (0..216).flat_map(|x| (0..108).rev().map(move |y| (x, y)));
     assert!(apart(&quarter, columns.map(|(x, y)| whole[y * 216 + x]).collect()) <= Some(1));

@@ -30,6 +30,11 @@ impl ImagePlacement {
         self.middle + self.orientation.seen_from_image() * (texel - self.centre) * self.scale
     }
 
+    /// The step in the image, in texels, that is seen as one to the right as long as a texel.
+    pub fn step_to_the_right(&self) -> DVec2 {
+        self.orientation.image_from_seen() * DVec2::X
+    }
+
     /// The corners of a part of the picture as places in the image, in texels, from its first corner clockwise as it is seen.
     pub fn corners(&self, low: DVec2, high: DVec2) -> [DVec2; 4] {
         [low, DVec2::new(high.x, low.y), high, DVec2::new(low.x, high.y)].map(|pixel| self.texel(pixel))

@@ -3,6 +3,7 @@
 use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Stroke, Vec2, pos2, vec2};
 use glam::DVec2;
 
+use super::lengths::{TexelSize, round_length};
 use crate::camera::{ImagePlacement, Pose};
 use crate::inspect::InspectedTexel;
 
@@ -26,7 +27,8 @@ pub struct ImageView {
     pub image: [u32; 2],
 }
 
-/// Paints the guides of an image within `free`, the part of the picture that no panel covers.
+/// Paints the guides of an image within `free`, the part of the picture that no panel covers. The scale bar is a length in the world where
+/// `texel_size` says how large texels are there, else so many texels.
 ///
 /// `value` answers what is stored below a physical pixel. It is asked once for each texel in view, and only where texels are at least 44
 /// points wide: at most some thousand times.
@@ -34,6 +36,7 @@ pub fn paint_guides(
     painter: &Painter,
     free: Rect,
     view: &ImageView,
+    texel_size: Option<&TexelSize>,
     mut value: impl FnMut(DVec2) -> Option<InspectedTexel>,
 ) {
     let Some(placed) = Placed::new(view, painter.pixels_per_point()) else { return };
@@ -56,7 +59,7 @@ pub fn paint_guides(
             }
         }
     }
-    paint_scale_bar(&painter, free, placed.image_placement.scale / placed.pixels_per_point);
+    paint_scale_bar(&painter, free, &placed, texel_size);
 }
 
 /// Where the texels of an image lie.
@@ -147,10 +150,26 @@ fn paint_values(painter: &Painter, middle: Pos2, side: f32, texel: &InspectedTex
     painter.galley(place, galley, Color32::WHITE);
 }
 
-/// `texel` is in points.
-fn paint_scale_bar(painter: &Painter, free: Rect, texel: f64) {
-    let Some(texels) = round_length(LONGEST_BAR / texel) else { return };
-    let length = (texels * texel) as f32;
+/// How long a level bar is: in the world where the size of a texel is known, else in texels.
+fn paint_scale_bar(painter: &Painter, free: Rect, placed: &Placed, texel_size: Option<&TexelSize>) {
+    let texels_a_point = placed.pixels_per_point / placed.image_placement.scale;
+    // Texels need not be as high as they are wide.
+    let step = placed.image_placement.step_to_the_right() * texels_a_point;
+    let bar = match texel_size {
+        Some(size) => {
+            let longest = size.length(step * LONGEST_BAR);
+            size.round(longest).map(|(length, text)| (LONGEST_BAR * length / longest, text))
+        }
+        None => {
+            let texels = round_length(LONGEST_BAR * texels_a_point).filter(|(texels, _)| *texels >= 1.0);
+            texels.map(|(texels, _)| {
+                let unit = if texels == 1.0 { "texel" } else { "texels" };
+                (texels / texels_a_point, format!("{texels} {unit}"))
+            })
+        }
+    };
+    let Some((length, text)) = bar else { return };
+    let length = length as f32;
     // No room for it beside anything else.
     if free.width() < length + 2.0 * MARGIN || free.height() < 80.0 {
         return;
@@ -165,9 +184,7 @@ fn paint_scale_bar(painter: &Painter, free: Rect, texel: f64) {
             painter.line_segment([tick - vec2(0.0, 5.0 + grown), tick + vec2(0.0, grown)], stroke);
         }
     }
-    let unit = if texels == 1.0 { "texel" } else { "texels" };
     let place = (start + end.to_vec2()).to_vec2() / 2.0 - vec2(0.0, 6.0);
-    let text = format!("{texels} {unit}");
     let font = FontId::proportional(12.0);
     for (shift, color) in [(1.0, Color32::BLACK), (0.0, Color32::WHITE)] {
         let place = place.to_pos2() + Vec2::splat(shift);
@@ -175,30 +192,10 @@ fn paint_scale_bar(painter: &Painter, free: Rect, texel: f64) {
     }
 }
 
-/// The longest of 1, 2 and 5 times a power of ten that is no longer than so many; nothing below 1.
-fn round_length(most: f64) -> Option<f64> {
-    if !(1.0..1e15).contains(&most) {
-        return None;
-    }
-    let power = 10f64.powi(most.log10().floor() as i32);
-    [5.0, 2.0, 1.0].map(|times| times * power).into_iter().find(|length| *length <= most)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::camera::Orientation;
-
-    #[test]
-    fn a_scale_bar_has_a_round_length() {
-        for (most, length) in
-            [(0.9, None), (1.0, Some(1.0)), (4.9, Some(2.0)), (5.0, Some(5.0)), (1999.0, Some(1000.0))]
-        {
-            assert_eq!(round_length(most), length, "{most}");
-        }
-        assert_eq!(round_length(f64::INFINITY), None);
-        assert_eq!(round_length(f64::NAN), None);
-    }
 
     #[test]
     fn texels_lie_where_the_camera_shows_them() {

@@ -89,6 +89,7 @@ impl Viewer {
         let (panel, settings, textures) = (&mut self.panel, &self.settings, &self.textures);
         // An overlay is no picture of texels.
         let guided = self.display.displayed().filter(|source| source.is_whole() && source.overlay.is_none());
+        let texel_size = guided.and_then(|source| source.texel_size.as_ref());
         let guided = guided.map(|source| &source.renderer);
         let is_compared = guided.is_some_and(|renderer| renderer.layers().count() > 1);
         let before = panel.display.clone();
@@ -120,7 +121,7 @@ impl Viewer {
                 let layer =
                     |across: f64| renderer.layers().inspected_at(across / f64::from(view.picture[0])).layer;
                 let value = |pixel: DVec2| inspect::texel_at(textures, layer(pixel.x), &pose, sizes, pixel);
-                paint_guides(ui.painter(), free, &view, value);
+                paint_guides(ui.painter(), free, &view, texel_size, value);
                 let take = |size| Thumbnail::of_layers(textures, renderer.layers(), size);
                 asked.extend(minimap.show(ui.ctx(), free, &view, is_settled, take).map(Asked::Go));
             }

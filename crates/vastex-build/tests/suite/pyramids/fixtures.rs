@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use pollster::block_on;
 use tiff::decoder::{Decoder, DecodingResult};
-use vastex_build::{BuildOptions, PixelFormat, build, open as open_rows};
+use vastex_build::{BuildOptions, PixelFormat, TiffAbout, build, open as open_rows};
 use vastex_tiles::{Container, TileSource, conformance};
 
 use super::{fixture, open, shown, stored};
@@ -148,4 +148,11 @@ fn sizes_places_and_magnifications_are_told() {
     let texel = ome.about().pixel_size.as_ref().unwrap();
     assert_eq!((texel.size, texel.unit.as_str()), ([0.325; 2], "µm"));
     assert_eq!(ome.about().place, None);
+    // The same of a file that nobody opens as a pyramid, and nothing of one that is no TIFF.
+    for (name, source) in [("cog-deflate-u16.tif", &cog), ("ome-subifds.ome.tif", &ome)] {
+        assert_eq!(TiffAbout::of_file(&fixture(name)).as_ref(), Some(source.about()));
+    }
+    assert_eq!(TiffAbout::of_file(&fixture("gone.tif")), None);
+    let manifest = concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml");
+    assert_eq!(TiffAbout::of_file(std::path::Path::new(manifest)), None);
 }

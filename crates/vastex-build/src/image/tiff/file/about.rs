@@ -4,6 +4,8 @@
 //! GeoTIFF says the first by tags, OME-TIFF by XML and Aperio's SVS by words, both in the description of the
 //! first image. Nothing is reprojected; what makes no sense is left out.
 
+use std::path::Path;
+
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 
@@ -34,6 +36,16 @@ pub struct TiffAbout {
     pub place: Option<GeoPlace>,
     /// How many times an objective magnified what was scanned.
     pub magnification: Option<f64>,
+}
+
+impl TiffAbout {
+    /// What a TIFF file says, of whatever kind its image is; nothing where a file is none or cannot be read as one. Reads its first
+    /// directory.
+    pub fn of_file(path: &Path) -> Option<TiffAbout> {
+        let file = TiffFile::open(path).ok()??;
+        let first = file.directory(file.first).ok()?;
+        read(&file, &first).ok().map(|(_, about)| about)
+    }
 }
 
 /// Width and height of a texel of level 0.
