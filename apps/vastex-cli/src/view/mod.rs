@@ -1,11 +1,11 @@
 //! `vastex view`: a window with a scene to move about in.
 //!
-//! Here is the loop of events: it opens files, performs actions, draws while something changes and sleeps while nothing does.
-//! `opening` opens a source on a thread, `over` lays others over it, `displayed` is a source in the window,
-//! `display` says which source is seen when,
-//! `viewer` draws frames on what `device` finds, `shell` is egui in the window and `panel` what it shows, `files` knows the next
-//! file, `dialog` asks the system for one, `recent` remembers them and `bookmarks` views of them, both by `state`, `requests` does what is
-//! asked for in the panel, `events` translates winit's events, `surface` is where pictures appear, `title` is the window's title, `times` what is measured of it.
+//! Here is the loop of events: it performs actions, draws while something changes and sleeps while nothing does. `opening` opens a source
+//! on a thread, `showing` displays it or refuses it, `over` lays others over it; `displayed` is a source in the window, `display` says which
+//! source is seen when. `viewer` draws frames on what `device` finds, `shell` is egui in the window and `panel` what it shows, `requests`
+//! does what is asked for there. `files` knows the next file, `dialog` asks the system for one, `recent` remembers them and `bookmarks` views
+//! of them, both by `state`. `events` translates winit's events, `surface` is where pictures appear, `title` is the window's title, `times`
+//! what is measured of it.
 
 mod bookmarks;
 mod device;
@@ -20,6 +20,7 @@ mod panel;
 mod recent;
 mod requests;
 mod shell;
+mod showing;
 mod state;
 mod surface;
 mod times;
@@ -48,7 +49,7 @@ use crate::open::{self, Lies};
 use crate::report;
 use dialog::Chosen;
 use files::Files;
-use opening::{OpeningEvent, Openings, Report};
+use opening::{Openings, Report};
 use over::Over;
 use times::Times;
 use viewer::{Viewer, Wake};
@@ -157,111 +158,9 @@ impl App {
         self.open_file()
     }
 
-    /// Begins to open the file that is to be shown, and breaks off what was being opened.
-    fn open_file(&mut self) -> Result<()> {
-        let path = self.files.current().to_owned();
-        self.over.begin_again();
-        self.begin(&path, true).map(drop)
-    }
-
-    /// Begins to open a file, perhaps with previews, and breaks off what was being opened. The number of the opening, 0 without a window.
-    fn begin(&mut self, path: &Path, has_previews: bool) -> Result<u64> {
-        let Some(open) = &mut self.open else { return Ok(0) };
-        open.viewer.begin_opening(&name_of(path))?;
-        open.window.request_redraw();
-        let (preparer, proxy) = (open.viewer.preparer(), self.proxy.clone());
-        // Nobody listens where the window is closed.
-        let send = move |report| drop(proxy.send_event(Message::Opening(report)));
-        self.openings.begin((path, has_previews), self.args.clone(), preparer, send)
-    }
-
-    /// Hears of the file that is being opened. Reports of other files are old.
-    fn on_report(&mut self, Report { opening: number, event }: Report) -> Result<()> {
-        let is_measured = self.is_measured();
-        let (Some(opening), Some(open)) = (self.openings.current(number), &mut self.open) else {
-            return Ok(());
-        };
-        open.window.request_redraw();
-        if self.over.is_of(number) {
-            let path = opening.path.clone();
-            return self.on_report_of_over(&path, event);
-        }
-        let (name, path) = (name_of(&opening.path), opening.path.display().to_string());
-        match event {
-            OpeningEvent::Progress(share) => open.viewer.set_opening(&name, share)?,
-            OpeningEvent::Note(note) => open.viewer.notify_in_title(&note),
-            OpeningEvent::Preview(source) => {
-                // What cannot be shown is said once all of it is there.
-                if let Ok(scene) = open.viewer.show_preview(number, &name, source) {
-                    self.scene = scene;
-                    self.look_at(number);
-                }
-            }
-            OpeningEvent::Opened(source) => match open.viewer.show_source(number, &name, source) {
-                // The next frame finds that the device was lost, and opens the file again.
-                Err(error) if is_device_lost(&error) => {}
-                shown => {
-                    open.viewer.end_opening()?;
-                    self.openings.end();
-                    match shown.context(path) {
-                        Ok(scene) => {
-                            self.files_before = None;
-                            if !is_measured {
-                                open.viewer.remember(self.files.current());
-                            }
-                            self.scene = scene;
-                            self.look_at(number);
-                            self.open_next_over()?;
-                        }
-                        Err(error) => self.refuse(error)?,
-                    }
-                }
-            },
-            OpeningEvent::Failed(error) => {
-                open.viewer.end_opening()?;
-                self.openings.end();
-                self.refuse(error)?;
-            }
-        }
-        Ok(())
-    }
-
-    /// Something of an opening is displayed: cameras begin where they begin with each source.
-    fn look_at(&mut self, opening: u64) {
-        if std::mem::replace(&mut self.camera_of, opening) != opening {
-            self.cameras = Scene::ALL.map(|scene| Controller::new(Pose::first(scene)));
-            let size = self.open.as_ref().map_or([1; 2], |open| open.viewer.image_size());
-            if let Some(pose) = self.args.scene.pose(size).filter(|_| opening == 1) {
-                self.cameras[pose.scene(self.scene) as usize] = Controller::new(pose);
-            }
-            self.input.rest();
-            self.open.iter_mut().for_each(|open| open.viewer.turn_to_bookmarks(self.files.current()));
-        }
-    }
-
     /// Whether the window is opened for a test or a benchmark, and nobody is there to choose another file.
     fn is_measured(&self) -> bool {
         self.args.exit_after_frames.is_some() || self.args.times
-    }
-
-    /// A file cannot be shown: that ends a program that was to show this one file and has nothing to show, and is said where there
-    /// are others. The exit code tells of it in any case.
-    fn refuse(&mut self, error: Error) -> Result<()> {
-        self.outcome = Ok(ExitCode::FAILURE);
-        let before = self.files_before.take();
-        let (is_measured, has_others) = (self.is_measured(), before.is_some() || self.files.has_others());
-        if let Some(before) = before {
-            self.files = before;
-        }
-        match &mut self.open {
-            Some(open) if !is_measured && (has_others || !open.viewer.is_empty()) => {
-                let message = report::message(&error);
-                report::say(&format!("error: {message}"));
-                open.viewer.notify_in_title(&message);
-                Ok(())
-            }
-            _ => Err(error),
-        }
     }
 
     /// Draws a frame. A lost device is replaced, with everything that was made from it.
@@ -317,7 +216,7 @@ impl App {
             WindowEvent::RedrawRequested => self.draw(window_events)?,
             WindowEvent::DroppedFile(path) => {
                 if self.files.drop_in(path, self.begun.elapsed()) {
-                    self.open_file()?;
+                    self.open_another()?;
                 }
             }
             WindowEvent::Resized(size) => {
@@ -348,7 +247,7 @@ impl App {
 
     fn perform(&mut self, events: &ActiveEventLoop, action: Action) -> Result<()> {
         if let Action::File(step) = action {
-            return if self.files.step(step) { self.open_file() } else { Ok(()) };
+            return if self.files.step(step) { self.open_another() } else { Ok(()) };
         }
         let Some(Open { window, viewer, .. }) = &mut self.open else { return Ok(()) };
         let scene_index = self.scene as usize;

@@ -34,6 +34,11 @@ impl Over {
     pub(super) fn begin_again(&mut self) {
         self.opening = None;
     }
+
+    /// Another file is to be displayed: nothing lies over that.
+    pub(super) fn forget(&mut self) {
+        *self = Over::default();
+    }
 }
 
 impl App {

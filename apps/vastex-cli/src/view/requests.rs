@@ -35,7 +35,7 @@ impl App {
     fn open_chosen(&mut self, path: &Path) -> Result<()> {
         let before = std::mem::replace(&mut self.files, Files::new(path, &[]));
         self.files_before.get_or_insert(before);
-        self.open_file()
+        self.open_another()
     }
 
     /// Moves the camera to a pose, in its scene.
